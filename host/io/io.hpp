@@ -1,0 +1,39 @@
+// Whole files in and out, and the two kinds of failure that a user can see.
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace flexor::io {
+
+// The user's input or command line is wrong; one line that says what, where, and how to mend it. Exit 2.
+struct InputError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// The input is well-formed but the job cannot be done with it. Exit 1.
+struct JobError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// The whole file; "-" is standard input. Throws InputError: missing, a directory, unreadable, empty.
+std::string read_file(const std::filesystem::path& path);
+
+// A name beside `path` to write to before renaming.
+std::filesystem::path temporary_beside(const std::filesystem::path& path);
+
+// Renames `temporary` to `path`, or removes it and throws InputError.
+void commit(const std::filesystem::path& temporary, const std::filesystem::path& path);
+
+// Replaces `path` by `content` in one step. Throws InputError and leaves nothing behind when it cannot.
+void write_file(const std::filesystem::path& path, std::string_view content);
+
+// Makes `folder` and its parents. Throws InputError.
+void make_folder(const std::filesystem::path& folder);
+
+// FNV-1a, 64 bits, as "fnv1a64:<16 hex digits>": names the data that a model was trained on.
+std::string digest(std::string_view content);
+
+}  // namespace flexor::io

@@ -1,0 +1,54 @@
+#include "host/io/io.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+namespace flexor::io {
+namespace {
+namespace fs = std::filesystem;
+
+class Io : public testing::Test {
+ protected:
+  Io() : folder_(fs::path(testing::TempDir()) / "flexor_io_test") {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~Io() override { fs::remove_all(folder_); }
+
+  std::string message_of_reading(const fs::path& path) const {
+    try {
+      (void)read_file(path);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no error";
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Io, WhatIsWrittenIsReadBack) {
+  const std::string content("a\0b\n", 4);
+  write_file(folder_ / "x", content);
+  EXPECT_EQ(read_file(folder_ / "x"), content);
+}
+
+TEST_F(Io, ReadingNamesTheFileAndTheReason) {
+  EXPECT_NE(message_of_reading(folder_ / "none").find("none: no such file"), std::string::npos);
+  EXPECT_NE(message_of_reading(folder_).find("is a directory"), std::string::npos);
+  std::ofstream(folder_ / "empty").close();
+  EXPECT_NE(message_of_reading(folder_ / "empty").find("is empty"), std::string::npos);
+}
+
+TEST_F(Io, AFailedWriteLeavesNothingBehind) {
+  fs::create_directories(folder_ / "taken");
+  EXPECT_THROW(write_file(folder_ / "taken", "x"), InputError);  // the target is a folder
+  EXPECT_THROW(write_file(folder_ / "none" / "x", "x"), InputError);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1);
+}
+
+TEST(Digest, IsTheKnownFnv1a) { EXPECT_EQ(digest("a"), "fnv1a64:af63dc4c8601ec8c"); }
+
+}  // namespace
+}  // namespace flexor::io

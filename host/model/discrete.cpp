@@ -1,0 +1,42 @@
+#include "host/model/discrete.hpp"
+
+#include <cassert>
+#include <unsupported/Eigen/MatrixFunctions>
+
+namespace flexor::model {
+
+Eigen::MatrixXd chain_matrix(const Eigen::VectorXd& rates_rad_s) {
+  const auto n = rates_rad_s.size();
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    a(i, i) = -rates_rad_s(i);
+    if (i > 0) a(i, i - 1) = rates_rad_s(i);
+  }
+  return a;
+}
+
+ZeroOrderHold zero_order_hold(const Eigen::VectorXd& rates_rad_s, double period_s) {
+  assert(period_s > 0 && rates_rad_s.minCoeff() > 0);
+  const Eigen::MatrixXd a = chain_matrix(rates_rad_s) * period_s;
+  ZeroOrderHold hold;
+  hold.transition = a.exp();
+  hold.input = Eigen::VectorXd::Ones(a.rows()) - hold.transition.rowwise().sum();
+  return hold;
+}
+
+ZeroOrderHold zero_order_hold_derivative(const Eigen::VectorXd& rates_rad_s, double period_s,
+                                         Eigen::Index i) {
+  const auto n = rates_rad_s.size();
+  const Eigen::MatrixXd a = chain_matrix(rates_rad_s) * period_s;
+  Eigen::MatrixXd block = Eigen::MatrixXd::Zero(2 * n, 2 * n);
+  block.topLeftCorner(n, n) = a;
+  block.bottomRightCorner(n, n) = a;
+  block.block(i, n, 1, n) = a.row(i);  // row i of A is proportional to a_i: d/d(log a_i) keeps that row
+  const Eigen::MatrixXd e = block.exp();
+  ZeroOrderHold derivative;
+  derivative.transition = e.topRightCorner(n, n);
+  derivative.input = -derivative.transition.rowwise().sum();
+  return derivative;
+}
+
+}  // namespace flexor::model

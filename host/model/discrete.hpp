@@ -1,0 +1,29 @@
+// Exact zero-order hold of the LTI block.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "host/model/model.hpp"
+
+namespace flexor::model {
+
+// Unit-DC states of the chain of lags: x[k+1] = transition x[k] + input w[k], with
+// transition (n x n, lower triangular) = exp(A T) and input_i = 1 - sum_j transition_ij.
+struct ZeroOrderHold {
+  Eigen::MatrixXd transition;
+  Eigen::VectorXd input;
+};
+
+// A of x_1' = a_1 (w - x_1), x_i' = a_i (x_{i-1} - x_i); rates_rad_s are the a_i > 0, 1 to 3 of them.
+Eigen::MatrixXd chain_matrix(const Eigen::VectorXd& rates_rad_s);
+
+// period_s > 0.
+ZeroOrderHold zero_order_hold(const Eigen::VectorXd& rates_rad_s, double period_s);
+
+// d(hold)/d(log a_i): the Frechet derivative of the matrix exponential, from the block matrix
+// exp([A dA; 0 A] T) = [exp(A T) L; 0 exp(A T)].
+// Source: N. Higham, Functions of Matrices (2008), theorem 3.6.
+ZeroOrderHold zero_order_hold_derivative(const Eigen::VectorXd& rates_rad_s, double period_s,
+                                         Eigen::Index i);
+
+}  // namespace flexor::model

@@ -1,0 +1,110 @@
+// The shipped models are the published compensators: poles and gains of the paper, and one behaviour in three
+// arithmetics.
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <array>
+
+#include "host/model/simulation.hpp"
+
+namespace flexor::model {
+namespace {
+
+const std::string kModels = FLEXOR_SOURCE_DIR "/models/";
+
+// State-space matrices as printed (Sensors 2019, 19(18), 3896): poles and C (-A)^-1 B.
+struct Printed {
+  Eigen::MatrixXd a;
+  Eigen::VectorXd b;
+  Eigen::RowVectorXd c;
+};
+
+std::vector<Printed> printed_wiener() {
+  const Eigen::Matrix3d thumb{{-84.51, -56.92, -21.02}, {32, 0, 0}, {0, 16, 0}};
+  const Eigen::Matrix2d middle_three{{-31.6, -14.7}, {16, 0}};
+  const Eigen::Matrix3d pinky{{-7863, -673.9, -81.33}, {512, 0, 0}, {0, 64, 0}};
+  const auto second = [&](double c) {
+    return Printed{middle_three, Eigen::Vector2d(4, 0), Eigen::RowVector2d(0, c)};
+  };
+  return {{thumb, Eigen::Vector3d(4, 0, 0), Eigen::RowVector3d(0, 0, 5.073)},
+          second(3.252),
+          second(4.666),
+          second(4.424),
+          {pinky, Eigen::Vector3d(8, 0, 0), Eigen::RowVector3d(0, 0, 11.27)}};
+}
+
+TEST(PublishedWiener, PolesAndGainsAreThoseOfThePrintedMatrices) {
+  const Model m = load(kModels + "published_wiener.json");
+  const auto printed = printed_wiener();
+  const std::array gains = {0.965, 0.885, 1.270, 1.204, 1.109};
+  ASSERT_EQ(m.channels.size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i) {
+    Eigen::VectorXd poles = Eigen::EigenSolver<Eigen::MatrixXd>(printed[i].a).eigenvalues().real();
+    std::sort(poles.begin(), poles.end(), std::greater<>());
+    const auto& ours = m.channels[i].lti.poles_rad_s;
+    ASSERT_EQ(ours.size(), static_cast<std::size_t>(poles.size()));
+    for (std::size_t k = 0; k < ours.size(); ++k) {
+      EXPECT_NEAR(ours[k] / poles(static_cast<Eigen::Index>(k)), 1, 1e-9);
+    }
+    const double gain = -(printed[i].c * printed[i].a.fullPivLu().solve(printed[i].b))(0);
+    EXPECT_NEAR(m.channels[i].lti.gain, gain, 1e-9);
+    EXPECT_NEAR(m.channels[i].lti.gain, gains[i], 0.0005);
+  }
+}
+
+TEST(PublishedHammersteinWiener, PolesGainsAndDeadZonesAreThePapers) {
+  const Model m = load(kModels + "published_hw.json");
+  const std::array poles = {-54.0, -19.0, -19.0, -21.0, -15.0};
+  const std::array gains = {1.278, 1.263, 1.421, 1.333, 1.400};
+  ASSERT_EQ(m.channels.size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i) {
+    const Channel& c = m.channels[i];
+    EXPECT_EQ(c.lti.poles_rad_s, std::vector{poles[i]});
+    EXPECT_NEAR(c.lti.gain, gains[i], 0.0005);
+    EXPECT_EQ(c.dead_zone, (DeadZone{-10, i == 4 ? 30.0 : 20.0}));
+    EXPECT_EQ(c.saturation, (i == 0 ? Saturation{90, 170} : Saturation{29, 112}));
+  }
+}
+
+class PublishedModel : public testing::TestWithParam<const char*> {};
+
+// Slow ramps, steps of every size, and noise over the whole range of alpha.
+std::vector<double> excitation() {
+  std::vector<double> alpha;
+  for (int u = 0; u <= 1023; ++u) alpha.push_back(u);
+  for (int u = 1023; u >= 0; --u) alpha.push_back(u);
+  std::uint32_t seed = 1;
+  for (int i = 0; i < 20000; ++i) {
+    seed = seed * 1664525u + 1013904223u;
+    const double range = i % 3 == 0 ? 1023 : 160;
+    alpha.push_back(range * static_cast<double>(seed >> 8) / 16777216.0);
+  }
+  return alpha;
+}
+
+TEST_P(PublishedModel, DoubleFloatAndFixedPointAgree) {
+  const Model m = load(kModels + GetParam());
+  Simulation<DoubleArithmetic> exact(m);
+  Simulation<FloatArithmetic> single(m);
+  Simulation<FixedArithmetic> fixed(m);
+  double worst_single = 0;
+  double worst_fixed = 0;
+  for (const double alpha : excitation()) {
+    for (std::size_t i = 0; i < m.channels.size(); ++i) {
+      const double y = exact.step(i, alpha).angle_deg;
+      worst_single = std::max(worst_single, std::abs(single.step(i, alpha).angle_deg - y));
+      worst_fixed = std::max(worst_fixed, std::abs(fixed.step(i, alpha).angle_deg - y));
+    }
+  }
+  RecordProperty("worst_float_deg", std::to_string(worst_single));
+  RecordProperty("worst_fixed_deg", std::to_string(worst_fixed));
+  EXPECT_LT(worst_single, 0.001);
+  EXPECT_LT(worst_fixed, 0.06);
+  EXPECT_GT(worst_fixed, 0.02) << "output steps of 1/16 degree cannot be this good: is fixed point running?";
+}
+
+INSTANTIATE_TEST_SUITE_P(Shipped, PublishedModel,
+                         testing::Values("published_wiener.json", "published_hw.json"));
+
+}  // namespace
+}  // namespace flexor::model

@@ -1,0 +1,142 @@
+// One finger's compensator: dead zone -> hysteresis -> curve -> LTI -> curve -> saturation.
+//
+// Shape says at compile time which blocks exist and how large they may be; a block of capacity zero costs
+// nothing. Coefficients are constant and may live in flash; State is all that changes.
+// No heap, no exceptions; a step takes bounded time.
+#pragma once
+
+#include "runtime/compensator/curve.hpp"
+#include "runtime/compensator/dead_zone.hpp"
+#include "runtime/compensator/hysteresis.hpp"
+#include "runtime/compensator/lti.hpp"
+#include "runtime/core/status.hpp"
+
+namespace flexor {
+namespace compensator {
+
+template <int kPlaysCapacity, int kInputKnotsCapacity, int kLtiOrder, int kOutputKnotsCapacity>
+struct Shape {
+  static_assert(kLtiOrder >= 0 && kLtiOrder <= kMaxOrder, "LTI order is 0 to 3");
+  static constexpr int kPlays = kPlaysCapacity;
+  static constexpr int kInputKnots = kInputKnotsCapacity;
+  static constexpr int kOrder = kLtiOrder;
+  static constexpr int kOutputKnots = kOutputKnotsCapacity;
+};
+
+// The published compensators: dead zone, first order, saturation.
+using HammersteinWienerShape = Shape<0, 0, 1, 0>;
+
+namespace detail {
+
+// Arrays of capacity zero do not exist in C++: a block that is left out keeps room for one element.
+constexpr int at_least_one(int n) { return n > 0 ? n : 1; }
+
+}  // namespace detail
+
+// Floating point, Real is float or double. Input in the model's unit, output in degrees.
+template <class Real, class ShapeT>
+struct Floating {
+  using Input = Real;
+  using Output = Real;
+  using HysteresisBlock = Hysteresis<Real, detail::at_least_one(ShapeT::kPlays)>;
+  using InputCurve = Curve<Real, detail::at_least_one(ShapeT::kInputKnots)>;
+  using LtiBlock = Lti<Real, detail::at_least_one(ShapeT::kOrder)>;
+  using OutputCurve = Curve<Real, detail::at_least_one(ShapeT::kOutputKnots)>;
+
+  static bool is_nan(Real u) { return u != u; }
+  static Real gained(const LtiBlock& lti, Real v) { return lti.gain * v + lti.offset; }
+  static Real to_output_curve(Real y) { return y; }
+  static Real to_output(Real y) { return y; }
+  static Real curve_to_output(Real y, uint8_t) { return y; }
+};
+
+// Fixed point: input Q5 int16, output Q4 int16 (degrees), states Q20 int32.
+template <class ShapeT>
+struct Fixed {
+  using Input = int16_t;
+  using Output = int16_t;
+  using HysteresisBlock = FixedHysteresis<detail::at_least_one(ShapeT::kPlays)>;
+  using InputCurve = FixedCurve<detail::at_least_one(ShapeT::kInputKnots)>;
+  using LtiBlock = FixedLti<detail::at_least_one(ShapeT::kOrder)>;
+  using OutputCurve = FixedCurve<detail::at_least_one(ShapeT::kOutputKnots)>;
+
+  static bool is_nan(int16_t) { return false; }
+  static int32_t gained(const LtiBlock& lti, int16_t v) { return lti.scaled(v); }
+  static int16_t to_output_curve(int32_t y) {
+    return core::narrow(core::round_shift(y, core::kStateFraction - core::kInputFraction));
+  }
+  static int16_t to_output(int32_t y) {
+    return core::narrow(core::round_shift(y, core::kStateFraction - core::kOutputFraction));
+  }
+  // `shift` fraction bits more than Q4.
+  static int16_t curve_to_output(int16_t y, uint8_t shift) {
+    return shift == 0 ? y : core::narrow(core::round_shift(y, shift));
+  }
+};
+
+template <class Arithmetic, class ShapeT>
+class Channel {
+ public:
+  using Input = typename Arithmetic::Input;
+  using Output = typename Arithmetic::Output;
+  using Status = core::Status;
+
+  struct Coefficients {
+    Input valid_min;  // an input outside [valid_min, valid_max] is refused with a status
+    Input valid_max;
+    DeadZone<Input> dead_zone;
+    typename Arithmetic::HysteresisBlock hysteresis;
+    typename Arithmetic::InputCurve input_curve;
+    typename Arithmetic::LtiBlock lti;
+    typename Arithmetic::OutputCurve output_curve;
+    uint8_t output_curve_shift;  // fixed point only: fraction bits of the output curve beyond Q4
+    Output lower;                // saturation, degrees
+    Output upper;
+    Output rest;                 // output before the first good sample, degrees
+  };
+
+  struct State {
+    bool started;
+    typename Arithmetic::HysteresisBlock::State hysteresis;
+    typename Arithmetic::LtiBlock::State lti;
+    Output output;
+  };
+
+  static void reset(const Coefficients& c, State& state) {
+    state.started = false;
+    state.output = core::clamp(c.rest, c.lower, c.upper);
+  }
+
+  // One sample in, one angle out: `output` is always within the saturation, whatever the input.
+  static Status step(const Coefficients& c, State& state, Input u, Output& output) {
+    if (!(u >= c.valid_min && u <= c.valid_max)) {
+      output = state.output;
+      if (Arithmetic::is_nan(u)) return Status::not_a_number;
+      return u < c.valid_min ? Status::below_range : Status::above_range;
+    }
+    Input v = c.dead_zone(u);
+    if (!state.started) {
+      start(c, state, v);
+      state.started = true;
+    }
+    if (ShapeT::kPlays > 0) v = c.hysteresis.step(state.hysteresis, v);
+    if (ShapeT::kInputKnots > 0) v = c.input_curve(v);
+    const auto y = ShapeT::kOrder > 0 ? c.lti.step(state.lti, v) : Arithmetic::gained(c.lti, v);
+    const Output raw =
+        ShapeT::kOutputKnots > 0 && c.output_curve.count > 0
+            ? Arithmetic::curve_to_output(c.output_curve(Arithmetic::to_output_curve(y)), c.output_curve_shift)
+            : Arithmetic::to_output(y);
+    state.output = core::clamp(raw, c.lower, c.upper);
+    output = state.output;
+    return Status::ok;
+  }
+
+ private:
+  static void start(const Coefficients& c, State& state, Input v) {
+    if (ShapeT::kPlays > 0) c.hysteresis.start(state.hysteresis, v);
+    if (ShapeT::kOrder > 0) c.lti.start(state.lti, ShapeT::kInputKnots > 0 ? c.input_curve(v) : v);
+  }
+};
+
+}  // namespace compensator
+}  // namespace flexor

@@ -1,0 +1,77 @@
+// A small bank of play operators: rate-independent hysteresis (Prandtl-Ishlinskii).
+//
+//   p_j[k] = min(u[k] + r_j, max(u[k] - r_j, p_j[k-1])),      p_j[0] = u[0]
+//   z[k]   = u[k] + sum_j w_j (p_j[k] - u[k])
+//
+// r_j >= 0 is in the input's unit, w_j has none. Written with differences, so that a motionless input
+// passes unchanged whatever the rounding of the weights, and |z - u| <= sum_j |w_j| r_j always.
+// Source: M. Brokate, J. Sprekels, Hysteresis and Phase Transitions (1996), section 2.3.
+#pragma once
+
+#include "runtime/core/fixed_point.hpp"
+
+namespace flexor {
+namespace compensator {
+
+// kCapacity >= 1 plays at most; `count` of them are used. The play itself is the same for every number.
+template <class Number, int kCapacity>
+struct Plays {
+  uint8_t count;
+  Number radius[kCapacity];
+
+  struct State {
+    Number p[kCapacity];
+  };
+
+  void start(State& state, Number u) const {
+    for (uint8_t j = 0; j < count; ++j) state.p[j] = u;
+  }
+
+  // Moves play j and returns p_j - u.
+  Number step(State& state, uint8_t j, Number u) const {
+    const Number low = static_cast<Number>(u - radius[j]);
+    const Number high = static_cast<Number>(u + radius[j]);
+    state.p[j] = core::clamp(state.p[j], low, high);
+    return static_cast<Number>(state.p[j] - u);
+  }
+};
+
+template <class Real, int kCapacity>
+struct Hysteresis {
+  Plays<Real, kCapacity> plays;
+  Real weight[kCapacity];
+
+  using State = typename Plays<Real, kCapacity>::State;
+
+  void start(State& state, Real u) const { plays.start(state, u); }
+
+  Real step(State& state, Real u) const {
+    Real z = u;
+    for (uint8_t j = 0; j < plays.count; ++j) z += weight[j] * plays.step(state, j, u);
+    return z;
+  }
+};
+
+// Input and output Q5, weights Q12 (|w| < 8).
+constexpr int kHysteresisWeightFraction = 12;
+
+template <int kCapacity>
+struct FixedHysteresis {
+  Plays<int16_t, kCapacity> plays;
+  int16_t weight[kCapacity];
+
+  using State = typename Plays<int16_t, kCapacity>::State;
+
+  void start(State& state, int16_t u) const { plays.start(state, u); }
+
+  int16_t step(State& state, int16_t u) const {
+    int32_t sum = 0;
+    for (uint8_t j = 0; j < plays.count; ++j) {
+      sum += static_cast<int32_t>(weight[j]) * plays.step(state, j, u);
+    }
+    return core::narrow(u + core::round_shift(sum, kHysteresisWeightFraction));
+  }
+};
+
+}  // namespace compensator
+}  // namespace flexor

@@ -148,13 +148,15 @@ auto fixed_coefficients(const Channel& channel, double period_s) {
     const auto& h = *channel.hysteresis;
     c.hysteresis.plays.count = static_cast<std::uint8_t>(h.radii.size());
     for (std::size_t j = 0; j < h.radii.size(); ++j) {
-      const double reach = detail::after_dead_zone(channel).magnitude() + h.radii[j];
-      (void)quantise(channel, "signal plus radius of a play", reach, q_in);
       c.hysteresis.plays.radius[j] = quantise(channel, "radius of a play", h.radii[j], q_in);
       c.hysteresis.weight[j] =
           quantise(channel, "weight of a play", h.weights[j], compensator::kHysteresisWeightFraction);
     }
-    (void)quantise(channel, "signal after the hysteresis", detail::after_hysteresis(channel).magnitude(), q_in);
+    // A curve holds its ends, so that saturating before it changes nothing; without one it would.
+    if (!channel.input_curve) {
+      const double reach = detail::after_hysteresis(channel).magnitude();
+      (void)quantise(channel, "signal after the hysteresis", reach, q_in);
+    }
   }
   int fraction = q_in;
   if (channel.input_curve) fraction = detail::fill_fixed(channel, *channel.input_curve, 0, c.input_curve);

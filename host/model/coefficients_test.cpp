@@ -59,11 +59,16 @@ TEST(Coefficients, FloatAndFixedFollowDoubleForAnyModel) {
     Simulation<DoubleArithmetic> exact(m);
     Simulation<FloatArithmetic> single(m);
     Simulation<FixedArithmetic> fixed(m);
+    double worst_single = 0;
+    double worst_fixed = 0;
     for (const double u : random_input(400, 7)) {
       const double y = exact.step(0, u).angle_deg;
-      RC_ASSERT(std::abs(single.step(0, u).angle_deg - y) < 0.001);
-      RC_ASSERT(std::abs(fixed.step(0, u).angle_deg - y) < 0.06);
+      worst_single = std::max(worst_single, std::abs(single.step(0, u).angle_deg - y));
+      worst_fixed = std::max(worst_fixed, std::abs(fixed.step(0, u).angle_deg - y));
     }
+    RC_LOG() << to_json(m) << "float " << worst_single << " fixed " << worst_fixed << "\n";
+    RC_ASSERT(worst_single < 0.001);
+    RC_ASSERT(worst_fixed < 0.06);
   }));
 }
 

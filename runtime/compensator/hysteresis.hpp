@@ -27,12 +27,11 @@ struct Plays {
     for (uint8_t j = 0; j < count; ++j) state.p[j] = u;
   }
 
-  // Moves play j and returns p_j - u.
+  // Moves play j and returns p_j - u. p_j never leaves the range that u has had, so that saturating
+  // u - r and u + r loses nothing.
   Number step(State& state, uint8_t j, Number u) const {
-    const Number low = static_cast<Number>(u - radius[j]);
-    const Number high = static_cast<Number>(u + radius[j]);
-    state.p[j] = core::clamp(state.p[j], low, high);
-    return static_cast<Number>(state.p[j] - u);
+    state.p[j] = core::clamp(state.p[j], core::subtract(u, radius[j]), core::add(u, radius[j]));
+    return core::subtract(state.p[j], u);
   }
 };
 

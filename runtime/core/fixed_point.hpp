@@ -47,5 +47,17 @@ inline int16_t narrow(int32_t value) {
       clamp(value, static_cast<int32_t>(INT16_MIN), static_cast<int32_t>(INT16_MAX)));
 }
 
+// a + b and a - b that stay inside int16; plain for floating point.
+inline int16_t add(int16_t a, int16_t b) { return narrow(static_cast<int32_t>(a) + b); }
+inline int16_t subtract(int16_t a, int16_t b) { return narrow(static_cast<int32_t>(a) - b); }
+template <class Real>
+constexpr Real add(Real a, Real b) {
+  return a + b;
+}
+template <class Real>
+constexpr Real subtract(Real a, Real b) {
+  return a - b;
+}
+
 }  // namespace core
 }  // namespace flexor

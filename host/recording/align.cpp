@@ -1,0 +1,304 @@
+#include "host/recording/align.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "host/io/io.hpp"
+#include "host/recording/resample.hpp"
+
+namespace flexor::recording {
+namespace {
+
+constexpr double kCoarseRate_hz = 5;
+constexpr double kFineRate_hz = 20;
+constexpr double kMinOverlap_s = 20;
+constexpr double kMinOverlapShare = 0.4;
+constexpr double kMinEtaSquared = 0.4;
+constexpr double kLowConfidence = 0.15;
+constexpr double kRivalDistance_s = 2;
+constexpr double kSmoothing_s = 0.5;
+constexpr double kFineReach_s = 1.5;
+constexpr double kMinVelocityCorrelation = 0.3;
+constexpr double kDriftWarning_s = 0.3;
+constexpr double kDisagreement_s = 0.5;
+constexpr int kBins = 12;
+
+// A signal on a grid of its own clock, with a weight of zero in gaps.
+struct Sampled {
+  Grid grid;
+  std::vector<double> value;
+  std::vector<std::uint8_t> good;
+};
+
+Sampled sample(const Series& series, double rate_hz) {
+  const double duration = series.t_s.back() - series.t_s.front();
+  const Grid grid{series.t_s.front(), 1 / rate_hz, static_cast<std::size_t>(duration * rate_hz) + 1};
+  Resampled resampled = resample(series, grid, default_max_gap_s(series.t_s));
+  for (auto& gap : resampled.gap) gap = !gap;
+  return {grid, std::move(resampled.value), std::move(resampled.gap)};
+}
+
+// Bins of equal count over the sensor's values.
+class Binning {
+ public:
+  explicit Binning(const Sampled& sensor) : bin_(sensor.value.size()) {
+    std::vector<std::size_t> order(sensor.value.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return sensor.value[i]; });
+    for (std::size_t rank = 0; rank < order.size(); ++rank) {
+      // Equal values share a bin: a sensor at rest must not be torn apart by the order of its samples.
+      const bool tie = rank > 0 && sensor.value[order[rank]] == sensor.value[order[rank - 1]];
+      bin_[order[rank]] = tie ? bin_[order[rank - 1]] : static_cast<int>(rank * kBins / order.size());
+    }
+  }
+  int operator[](std::size_t i) const { return bin_[i]; }
+
+ private:
+  std::vector<int> bin_;
+};
+
+// Sensor sample i lies on reference sample i + lag.
+struct Overlap {
+  std::ptrdiff_t begin;
+  std::ptrdiff_t end;
+  Overlap(const Sampled& sensor, const Sampled& reference, std::ptrdiff_t lag)
+      : begin(std::max<std::ptrdiff_t>(0, -lag)),
+        end(std::min(std::ssize(sensor.value), std::ssize(reference.value) - lag)) {}
+};
+
+struct EtaSquared {
+  double value = 0;
+  double samples = 0;
+};
+
+EtaSquared eta_squared(const Sampled& sensor, const Binning& bins, const Sampled& reference,
+                       const Overlap& overlap, std::ptrdiff_t lag) {
+  std::array<double, kBins> count{};
+  std::array<double, kBins> bin_sum{};
+  double n = 0;
+  double sum = 0;
+  double sum_squares = 0;
+  for (std::ptrdiff_t i = overlap.begin; i < overlap.end; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const auto r = static_cast<std::size_t>(i + lag);
+    if (!sensor.good[k] || !reference.good[r]) continue;
+    const auto b = static_cast<std::size_t>(bins[k]);
+    const double y = reference.value[r];
+    count[b] += 1;
+    bin_sum[b] += y;
+    n += 1;
+    sum += y;
+    sum_squares += y * y;
+  }
+  if (n < 2) return {};
+  double between = 0;
+  for (std::size_t b = 0; b < kBins; ++b) {
+    if (count[b] > 0) between += bin_sum[b] * bin_sum[b] / count[b];
+  }
+  const double mean_term = sum * sum / n;
+  const double total = sum_squares - mean_term;
+  if (total <= 1e-12 * sum_squares) return {0, n};
+  return {std::clamp((between - mean_term) / total, 0.0, 1.0), n};
+}
+
+struct Scan {
+  std::vector<std::ptrdiff_t> lag;
+  std::vector<double> eta_squared;
+  std::vector<double> score;
+};
+
+Scan scan(const Sampled& sensor, const Binning& bins, const Sampled& reference) {
+  const auto n = std::ssize(sensor.value);
+  const auto m = std::ssize(reference.value);
+  const auto needed = static_cast<std::ptrdiff_t>(
+      std::max(kMinOverlap_s * kCoarseRate_hz, kMinOverlapShare * static_cast<double>(std::min(n, m))));
+  Scan result;
+  for (std::ptrdiff_t lag = needed - n; lag <= m - needed; ++lag) {
+    const Overlap overlap(sensor, reference, lag);
+    if (overlap.end - overlap.begin < needed) continue;
+    const EtaSquared eta = eta_squared(sensor, bins, reference, overlap, lag);
+    if (eta.samples < 0.5 * static_cast<double>(needed)) continue;  // mostly pauses
+    result.lag.push_back(lag);
+    result.eta_squared.push_back(eta.value);
+    result.score.push_back(-eta.samples * std::log(std::max(1 - eta.value, 1e-9)));
+  }
+  return result;
+}
+
+// The best local maximum of the score at least kRivalDistance_s from the best.
+std::optional<std::size_t> rival_of(const Scan& scan, std::size_t best) {
+  const auto distance = static_cast<std::size_t>(kRivalDistance_s * kCoarseRate_hz);
+  const std::size_t reach = distance / 2;
+  std::optional<std::size_t> rival;
+  for (std::size_t i = 0; i < scan.score.size(); ++i) {
+    if (i + distance > best && i < best + distance) continue;
+    const auto low = scan.score.begin() + static_cast<std::ptrdiff_t>(i - std::min(i, reach));
+    const auto high = scan.score.begin() + static_cast<std::ptrdiff_t>(std::min(i + reach + 1, scan.score.size()));
+    if (*std::max_element(low, high) > scan.score[i]) continue;
+    if (!rival || scan.score[i] > scan.score[*rival]) rival = i;
+  }
+  return rival;
+}
+
+// Smoothed velocity; not good within three standard deviations of a gap or an end.
+Sampled velocity(const Sampled& signal) {
+  const double sigma = kSmoothing_s / signal.grid.period_s;
+  const auto reach = static_cast<std::ptrdiff_t>(std::ceil(3 * sigma));
+  std::vector<double> kernel;  // derivative of a Gaussian
+  for (std::ptrdiff_t k = -reach; k <= reach; ++k) {
+    const double z = static_cast<double>(k) / sigma;
+    kernel.push_back(-z * std::exp(-z * z / 2));
+  }
+  Sampled out{signal.grid, std::vector<double>(signal.value.size(), 0.0),
+              std::vector<std::uint8_t>(signal.value.size(), 0)};
+  for (std::ptrdiff_t i = reach; i + reach < std::ssize(signal.value); ++i) {
+    double sum = 0;
+    bool good = true;
+    for (std::ptrdiff_t k = -reach; k <= reach; ++k) {
+      const auto at = static_cast<std::size_t>(i - k);
+      sum += kernel[static_cast<std::size_t>(k + reach)] * signal.value[at];
+      good = good && signal.good[at];
+    }
+    out.value[static_cast<std::size_t>(i)] = sum;
+    out.good[static_cast<std::size_t>(i)] = good;
+  }
+  return out;
+}
+
+// |r|: a sensor may fall where the angle rises.
+double correlation(const Sampled& a, const Sampled& b, std::ptrdiff_t lag, std::ptrdiff_t begin,
+                   std::ptrdiff_t end) {
+  const Overlap overlap(a, b, lag);
+  double aa = 0;
+  double bb = 0;
+  double ab = 0;
+  for (std::ptrdiff_t i = std::max(begin, overlap.begin); i < std::min(end, overlap.end); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const auto r = static_cast<std::size_t>(i + lag);
+    if (!a.good[k] || !b.good[r]) continue;
+    aa += a.value[k] * a.value[k];
+    bb += b.value[r] * b.value[r];
+    ab += a.value[k] * b.value[r];
+  }
+  return aa > 0 && bb > 0 ? std::abs(ab) / std::sqrt(aa * bb) : 0;
+}
+
+// Lag in samples (with fraction) of the velocities' largest correlation near `around`, over sensor samples
+// [begin, end); none when it lies at the edge of the search or the correlation is weak.
+std::optional<double> refine(const Sampled& a, const Sampled& b, double around, std::ptrdiff_t begin,
+                             std::ptrdiff_t end) {
+  const auto centre = static_cast<std::ptrdiff_t>(std::lround(around));
+  const auto reach = static_cast<std::ptrdiff_t>(kFineReach_s * kFineRate_hz);
+  std::vector<double> r;
+  for (std::ptrdiff_t d = -reach; d <= reach; ++d) r.push_back(correlation(a, b, centre + d, begin, end));
+  const auto peak = std::ranges::max_element(r) - r.begin();
+  if (peak == 0 || peak + 1 == std::ssize(r)) return std::nullopt;
+  const auto p = static_cast<std::size_t>(peak);
+  if (r[p] < kMinVelocityCorrelation) return std::nullopt;
+  const double curvature = r[p - 1] - 2 * r[p] + r[p + 1];
+  const double fraction = curvature < 0 ? (r[p - 1] - r[p + 1]) / (2 * curvature) : 0;
+  return static_cast<double>(centre - reach + peak) + fraction;
+}
+
+// Straight line through the quarters' offsets: drift, and a warning when it is both large and clear.
+void check_drift(Alignment& result) {
+  std::vector<double> x;
+  std::vector<double> y;
+  for (std::size_t q = 0; q < 4; ++q) {
+    if (!result.quarter_offset_s[q]) continue;
+    x.push_back((static_cast<double>(q) - 1.5) / 4 * result.overlap_s);
+    y.push_back(*result.quarter_offset_s[q]);
+  }
+  if (x.size() < 3) return;
+  Eigen::MatrixXd a(static_cast<Eigen::Index>(x.size()), 2);
+  a.col(0).setOnes();
+  a.col(1) = Eigen::Map<const Eigen::VectorXd>(x.data(), a.rows());
+  const Eigen::Map<const Eigen::VectorXd> b(y.data(), a.rows());
+  const Eigen::Vector2d line = a.colPivHouseholderQr().solve(b);
+  const double scatter = (b - a * line).cwiseAbs().maxCoeff();
+  result.drift_ppm = line(1) * 1e6;
+  const double across = line(1) * result.overlap_s;
+  if (std::abs(across) > kDriftWarning_s && std::abs(across) > 3 * scatter) {
+    result.warnings.push_back(fmt::format("the clocks drift: {:+.2f} s over the recording ({:+.0f} ppm); record "
+                                          "in shorter pieces or correct the clock",
+                                          across, *result.drift_ppm));
+  }
+}
+
+}  // namespace
+
+Alignment align(const Series& sensor, const Series& reference) {
+  const Sampled coarse_sensor = sample(sensor, kCoarseRate_hz);
+  const Sampled coarse_reference = sample(reference, kCoarseRate_hz);
+  const Binning bins(coarse_sensor);
+  const Scan scanned = scan(coarse_sensor, bins, coarse_reference);
+  if (scanned.score.empty()) {
+    throw io::JobError(fmt::format("overlap too short: the recordings last {:.1f} s and {:.1f} s, alignment needs "
+                                   "{:.0f} s of common motion; record longer",
+                                   sensor.t_s.back() - sensor.t_s.front(),
+                                   reference.t_s.back() - reference.t_s.front(), kMinOverlap_s));
+  }
+  const auto best = static_cast<std::size_t>(std::ranges::max_element(scanned.score) - scanned.score.begin());
+
+  const double start_difference = reference.t_s.front() - sensor.t_s.front();
+  Alignment result;
+  result.eta_squared = scanned.eta_squared[best];
+  if (result.eta_squared < kMinEtaSquared) {
+    throw io::JobError(fmt::format("the recordings do not correlate: at the best offset the sensor explains {:.0f} % "
+                                   "of the reference, at least {:.0f} % are needed; are they of the same motion and "
+                                   "finger?",
+                                   100 * result.eta_squared, 100 * kMinEtaSquared));
+  }
+  const auto offset_of = [&](std::size_t i) {
+    return start_difference + static_cast<double>(scanned.lag[i]) / kCoarseRate_hz;
+  };
+  const auto rival = rival_of(scanned, best);
+  const double rival_eta = rival ? scanned.eta_squared[*rival] : 0;
+  if (rival) result.rival_offset_s = offset_of(*rival);
+  result.confidence = std::clamp(1 - (1 - result.eta_squared) / std::max(1 - rival_eta, 1e-9), 0.0, 1.0);
+  for (std::size_t i = 0; i < scanned.lag.size(); ++i) result.scan_offset_s.push_back(offset_of(i));
+  result.scan_eta_squared = scanned.eta_squared;
+
+  const Sampled a = velocity(sample(sensor, kFineRate_hz));
+  const Sampled b = velocity(sample(reference, kFineRate_hz));
+  const double coarse_lag = static_cast<double>(scanned.lag[best]) * kFineRate_hz / kCoarseRate_hz;
+  const auto refined = refine(a, b, coarse_lag, 0, std::ssize(a.value));
+  if (!refined) {
+    result.warnings.emplace_back(
+        "the velocities of the two recordings do not line up clearly: the offset is good to 0.2 s at best");
+  }
+  const double lag = refined.value_or(coarse_lag);
+  result.clock_offset_s = start_difference + lag / kFineRate_hz;
+
+  const Overlap overlap(a, b, static_cast<std::ptrdiff_t>(std::lround(lag)));
+  const auto length = overlap.end - overlap.begin;
+  result.overlap_s = static_cast<double>(length) / kFineRate_hz;
+  for (std::ptrdiff_t q = 0; q < 4; ++q) {
+    const auto quarter =
+        refine(a, b, lag, overlap.begin + length * q / 4, overlap.begin + length * (q + 1) / 4);
+    if (quarter) {
+      result.quarter_offset_s[static_cast<std::size_t>(q)] = start_difference + *quarter / kFineRate_hz;
+    }
+  }
+  check_drift(result);
+  if (result.confidence < kLowConfidence) {
+    result.warnings.push_back(fmt::format("the alignment is ambiguous: offset {:+.1f} s explains almost as much as "
+                                          "{:+.1f} s; record a motion that does not repeat itself",
+                                          result.rival_offset_s.value_or(0), result.clock_offset_s));
+  }
+  return result;
+}
+
+std::optional<std::string> disagreement(double user_offset_s, const Alignment& found) {
+  const double difference = user_offset_s - found.clock_offset_s;
+  if (std::abs(difference) <= kDisagreement_s) return std::nullopt;
+  return fmt::format("the given clock offset {:+.2f} s disagrees with the signals by {:+.2f} s: they say {:+.2f} s "
+                     "(confidence {:.2f})",
+                     user_offset_s, difference, found.clock_offset_s, found.confidence);
+}
+
+}  // namespace flexor::recording

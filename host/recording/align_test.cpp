@@ -1,0 +1,265 @@
+#include "host/recording/align.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <ostream>
+#include <random>
+
+#include "host/io/io.hpp"
+#include "host/recording/csv.hpp"
+
+namespace flexor::recording {
+namespace {
+
+// A finger that moves to random angles and rests there, seen by a sensor through a curve.
+struct Pair {
+  std::vector<double> sensor_t, sensor, reference_t, reference;
+  Alignment align() const { return recording::align({sensor_t, sensor}, {reference_t, reference}); }
+};
+
+struct Motion {
+  std::vector<double> at{0};
+  std::vector<double> angle{40};
+  explicit Motion(unsigned seed, double duration_s) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform;
+    while (at.back() < duration_s) {
+      at.push_back(at.back() + 0.5 + 3 * uniform(random));  // move
+      angle.push_back(20 + 70 * uniform(random));
+      at.push_back(at.back() + 2 * uniform(random));  // rest
+      angle.push_back(angle.back());
+    }
+  }
+  double operator()(double t) const {
+    const auto i = static_cast<std::size_t>(std::upper_bound(at.begin(), at.end(), t) - at.begin());
+    if (i == 0) return angle.front();
+    if (i == at.size()) return angle.back();
+    const double s = (t - at[i - 1]) / (at[i] - at[i - 1]);
+    return angle[i - 1] + (angle[i] - angle[i - 1]) * s * s * (3 - 2 * s);
+  }
+};
+
+Pair make(double offset_s, double drift = 0) {
+  const Motion motion(3, 120);
+  Pair p;
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise;
+  for (double t = 5; t < 110; t += 0.11) {
+    if (t > 50 && t < 52) continue;  // the log pauses
+    p.sensor_t.push_back(t);
+    p.sensor.push_back(900 - 600 * std::pow(motion(t) / 100, 1.7) + 3 * noise(random));
+  }
+  for (double t = 0; t < 118; t += 1.0 / 30) {
+    p.reference_t.push_back(t * (1 + drift) + offset_s);
+    p.reference.push_back(motion(t) + noise(random));
+  }
+  return p;
+}
+
+TEST(Align, FindsTheOffsetThroughSignScaleCurveAndGap) {
+  for (const double offset : {-300.0, -7.3, 0.0, 12.34, 300.0}) {
+    const Alignment a = make(offset).align();
+    EXPECT_NEAR(a.clock_offset_s, offset, 0.05);
+    EXPECT_GT(a.confidence, 0.5);
+    EXPECT_LE(a.confidence, 1);
+    EXPECT_TRUE(a.warnings.empty());
+  }
+}
+
+TEST(Align, FlippingTheAngleChangesNothing) {
+  Pair p = make(4);
+  const double before = p.align().clock_offset_s;
+  for (double& y : p.reference) y = -y;
+  EXPECT_NEAR(p.align().clock_offset_s, before, 1e-9);
+}
+
+TEST(Align, ReportsClocksThatDrift) {
+  const Alignment a = make(0, 0.01).align();
+  ASSERT_TRUE(a.drift_ppm.has_value());
+  EXPECT_NEAR(*a.drift_ppm, 10000, 2500);
+  ASSERT_FALSE(a.warnings.empty());
+  EXPECT_NE(a.warnings[0].find("drift"), std::string::npos);
+}
+
+TEST(Align, AMotionThatRepeatsItselfExactlyIsCalledAmbiguous) {
+  Pair p;
+  std::mt19937 random(2);
+  std::normal_distribution<double> noise;
+  for (double t = 0; t < 100; t += 0.05) {
+    p.sensor_t.push_back(t);
+    p.sensor.push_back(500 + 200 * std::sin(t));
+    p.reference_t.push_back(t);
+    p.reference.push_back(50 + 20 * std::sin(t) + 4 * noise(random));
+  }
+  const Alignment a = p.align();
+  EXPECT_LT(a.confidence, 0.15);
+  ASSERT_FALSE(a.warnings.empty());
+  EXPECT_NE(a.warnings[0].find("ambiguous"), std::string::npos);
+}
+
+TEST(Align, RefusesUnrelatedAndShortRecordings) {
+  Pair p = make(0);
+  std::mt19937 random(1);
+  for (double& y : p.reference) y = static_cast<double>(random() % 100);
+  try {
+    (void)p.align();
+    FAIL();
+  } catch (const io::JobError& error) {
+    EXPECT_NE(std::string(error.what()).find("do not correlate"), std::string::npos) << error.what();
+  }
+  Pair brief = make(0);
+  brief.reference_t.resize(300);
+  brief.reference.resize(300);
+  try {
+    (void)brief.align();
+    FAIL();
+  } catch (const io::JobError& error) {
+    EXPECT_NE(std::string(error.what()).find("overlap too short"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Align, AUsersOffsetIsCheckedAgainstTheSignals) {
+  const Alignment a = make(4).align();
+  EXPECT_FALSE(disagreement(4.3, a).has_value());
+  const auto warning = disagreement(6.5, a);
+  ASSERT_TRUE(warning.has_value());
+  EXPECT_NE(warning->find("by +2."), std::string::npos) << *warning;
+}
+
+TEST(Align, ASensorThatTurnsBackOverPartOfTheRangeStillAligns) {
+  Pair p = make(2.5);
+  const Motion motion(3, 120);
+  for (std::size_t k = 0; k < p.sensor.size(); ++k) {
+    p.sensor[k] = 500 - 0.2 * std::pow(motion(p.sensor_t[k]) - 35, 2);
+  }
+  EXPECT_NEAR(p.align().clock_offset_s, 2.5, 0.1);
+}
+
+// The recordings of a real glove, against the offset that an independent re-alignment of them implies.
+struct RealCase {
+  const char* folder;
+  const char* sensor;
+  const char* angle;
+
+  friend std::ostream& operator<<(std::ostream& out, const RealCase& c) {
+    return out << c.folder << '/' << c.angle;
+  }
+};
+
+class RealRecordings : public testing::TestWithParam<RealCase> {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::exists(folder())) {
+      GTEST_SKIP() << "needs the recordings in ../shared/data/glove, which are not part of the repository";
+    }
+    sensor_ = read_csv(folder() / "sensor_log.csv", {{GetParam().sensor}, {}, {}});
+    camera_ = read_csv(folder() / "camera_angles.csv", {{GetParam().angle, "∠ABC"}, {}, {}});
+  }
+
+  static std::filesystem::path folder() {
+    return std::filesystem::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove" / GetParam().folder;
+  }
+
+  // Where on a recording's own clock the re-aligned file's zero lies, by least squares over its first 100 s.
+  static double zero_of(const Series& own, const Recording& realigned, const char* column, double reach_s) {
+    const auto& y = realigned.column(column).value;
+    double best = 0;
+    double least = 1e300;
+    for (double shift = own.t_s.front() - reach_s; shift < own.t_s.front() + reach_s; shift += 0.01) {
+      double sum = 0;
+      std::size_t i = 0;
+      for (std::size_t k = 0; k < 2000; ++k) {
+        const double at = realigned.t_s[k] + shift;
+        while (i + 2 < own.t_s.size() && own.t_s[i + 1] < at) ++i;
+        const double share = std::clamp((at - own.t_s[i]) / (own.t_s[i + 1] - own.t_s[i]), 0.0, 1.0);
+        const double e = own.value[i] + share * (own.value[i + 1] - own.value[i]) - y[k];
+        sum += e * e;
+      }
+      if (sum < least) {
+        least = sum;
+        best = shift;
+      }
+    }
+    return best;
+  }
+
+  double implied_offset() const {
+    const auto realigned = read_csv(folder() / "realigned_20hz.csv", {});
+    const std::string adc = std::string("adc_A") + GetParam().sensor[7];
+    return zero_of(camera_.series("∠ABC"), realigned, "angle_ABC_deg", 15) -
+           zero_of(sensor_.series(GetParam().sensor), realigned, adc.c_str(), 2);
+  }
+
+  double offset() const {
+    return align(sensor_.series(GetParam().sensor), camera_.series(GetParam().angle)).clock_offset_s;
+  }
+
+  static void cut(Recording& r, double from_start_s, double from_end_s) {
+    const double begin = r.t_s.front() + from_start_s;
+    const double end = r.t_s.back() - from_end_s;
+    Recording kept = r;
+    kept.t_s.clear();
+    for (Column& c : kept.columns) c.value.clear();
+    for (std::size_t k = 0; k < r.t_s.size(); ++k) {
+      if (r.t_s[k] < begin || r.t_s[k] > end) continue;
+      kept.t_s.push_back(r.t_s[k]);
+      for (std::size_t c = 0; c < r.columns.size(); ++c) kept.columns[c].value.push_back(r.columns[c].value[k]);
+    }
+    r = kept;
+  }
+
+  Recording sensor_;
+  Recording camera_;
+};
+
+constexpr double kTolerance_s = 0.15;
+
+TEST_P(RealRecordings, OffsetIsThatOfTheIndependentRealignment) {
+  EXPECT_NEAR(offset(), implied_offset(), kTolerance_s);
+}
+
+TEST_P(RealRecordings, ShiftingAClockShiftsTheOffsetAndNoMore) {
+  const double before = offset();
+  for (const double shift : {-300.0, 300.0}) {
+    Recording original = sensor_;
+    for (double& t : sensor_.t_s) t += shift;
+    EXPECT_NEAR(offset() + shift, before, 0.01);
+    sensor_ = original;
+    original = camera_;
+    for (double& t : camera_.t_s) t += shift;
+    EXPECT_NEAR(offset() - shift, before, 0.01);
+    camera_ = original;
+  }
+}
+
+TEST_P(RealRecordings, CuttingThirtySecondsOffEitherEndChangesLittle) {
+  const double truth = implied_offset();
+  for (Recording* r : {&sensor_, &camera_}) {
+    const Recording original = *r;
+    cut(*r, 30, 0);
+    EXPECT_NEAR(offset(), truth, kTolerance_s);
+    *r = original;
+    cut(*r, 0, 30);
+    EXPECT_NEAR(offset(), truth, kTolerance_s);
+    *r = original;
+  }
+}
+
+TEST_P(RealRecordings, FlippingTheAngleChangesNothing) {
+  const double before = offset();
+  for (Column& c : camera_.columns) {
+    for (double& y : c.value) y = -y;
+  }
+  EXPECT_NEAR(offset(), before, 1e-6);
+}
+
+INSTANTIATE_TEST_SUITE_P(Glove, RealRecordings,
+                         testing::Values(RealCase{"index_ind2", "SensorA1", "∠ABC_smooth"},
+                                         RealCase{"index_ind2", "SensorA1", "∠BCD_smooth"},
+                                         RealCase{"middle_mid1", "SensorA2", "∠ABC_smooth"},
+                                         RealCase{"middle_mid1", "SensorA2", "∠BCD_smooth"}));
+
+}  // namespace
+}  // namespace flexor::recording

@@ -1,0 +1,56 @@
+#include "host/recording/mat.hpp"
+
+#include <fmt/format.h>
+#include <matio.h>
+
+#include <memory>
+
+#include "host/io/io.hpp"
+
+namespace flexor::recording {
+namespace {
+
+constexpr std::size_t kMatlabNameLength = 63;
+
+bool is_ascii_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
+bool write_vector(mat_t* file, const std::string& name, const std::vector<double>& values) {
+  std::size_t dims[2] = {values.size(), 1};
+  // matio takes a non-const pointer but only copies from it.
+  auto* data = const_cast<double*>(values.data());
+  const std::unique_ptr<matvar_t, decltype(&Mat_VarFree)> variable(
+      Mat_VarCreate(name.c_str(), MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dims, data, MAT_F_DONT_COPY_DATA), &Mat_VarFree);
+  return variable && Mat_VarWrite(file, variable.get(), MAT_COMPRESSION_NONE) == 0;
+}
+
+}  // namespace
+
+std::string mat_name(std::string_view column) {
+  std::string name;
+  if (column.empty() || !is_ascii_letter(column.front())) name.push_back('x');
+  for (const char c : column) {
+    if (is_ascii_letter(c) || (c >= '0' && c <= '9')) {
+      name.push_back(c);
+    } else if (name.back() != '_') {
+      name.push_back('_');
+    }
+  }
+  return name.substr(0, kMatlabNameLength);
+}
+
+void write_mat(const Recording& recording, const std::filesystem::path& path, MatVersion version) {
+  const auto temporary = io::temporary_beside(path);
+  mat_t* file =
+      Mat_CreateVer(temporary.c_str(), nullptr, version == MatVersion::v5 ? MAT_FT_MAT5 : MAT_FT_MAT73);
+  bool good = file != nullptr && write_vector(file, "t_s", recording.t_s);
+  for (const Column& c : recording.columns) good = good && write_vector(file, mat_name(c.name), c.value);
+  if (file != nullptr) good = Mat_Close(file) == 0 && good;
+  if (!good) {
+    std::error_code ignored;
+    std::filesystem::remove(temporary, ignored);
+    throw io::InputError(fmt::format("{}: cannot be written as a MAT file", path.string()));
+  }
+  io::commit(temporary, path);
+}
+
+}  // namespace flexor::recording

@@ -1,0 +1,28 @@
+#include "host/recording/recording.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "host/io/io.hpp"
+
+namespace flexor::recording {
+
+const Column& Recording::column(std::string_view name) const {
+  const auto it = std::ranges::find(columns, name, &Column::name);
+  if (it != columns.end()) return *it;
+  std::vector<std::string_view> names;
+  for (const Column& c : columns) names.push_back(c.name);
+  throw io::InputError(fmt::format("{}: no column \"{}\"; there are: {}", source, name, fmt::join(names, ", ")));
+}
+
+void require_change(const Recording& recording, std::string_view name, std::string_view hint) {
+  const auto& values = recording.column(name).value;
+  const auto [low, high] = std::ranges::minmax(values);
+  if (high > low) return;
+  throw io::InputError(
+      fmt::format("{}: column \"{}\" never changes (always {}); {}", recording.source, name, low, hint));
+}
+
+}  // namespace flexor::recording

@@ -1,0 +1,37 @@
+// A recording: named columns over one clock.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace flexor::recording {
+
+// One signal on its own clock; both spans have the same length, t_s strictly increasing.
+struct Series {
+  std::span<const double> t_s;
+  std::span<const double> value;
+};
+
+struct Column {
+  std::string name;
+  std::vector<double> value;
+};
+
+struct Recording {
+  std::string source;       // file name, for messages
+  std::vector<double> t_s;  // strictly increasing
+  std::vector<Column> columns;
+  std::vector<std::string> warnings;  // what was repaired on the way in
+  std::string digest;                 // of the file's bytes
+
+  // Throws io::InputError, listing the columns there are.
+  const Column& column(std::string_view name) const;
+  Series series(std::string_view name) const { return {t_s, column(name).value}; }
+};
+
+// Throws io::InputError, naming file and column, when the signal never changes.
+void require_change(const Recording& recording, std::string_view column, std::string_view hint);
+
+}  // namespace flexor::recording

@@ -1,0 +1,37 @@
+// How far an estimated angle is from the measured one.
+//
+// With e_k = y_k - estimate_k over n samples at t_k:
+//   rmse        = sqrt(mean e^2)                          degrees
+//   max, p95    = largest and 95th percentile of |e|      degrees
+//   fit percent = 100 (1 - |e|_2 / |y - mean y|_2)        NRMSE fit; 100 is perfect, negative is worse than the mean
+//   r2          = 1 - sum e^2 / sum (y - mean y)^2
+//   iae         = integral |e| dt, trapezoids             degree-seconds; E_i of Sensors 2019, 19(18), 3896
+// and the same rmse and iae after the one constant lag is removed that makes the rmse smallest.
+#pragma once
+
+#include <span>
+
+namespace flexor::score {
+
+struct Score {
+  std::size_t samples = 0;
+  double rmse_deg = 0;
+  double max_abs_deg = 0;
+  double p95_abs_deg = 0;
+  double fit_percent = 0;
+  double r2 = 0;
+  double iae_deg_s = 0;
+  double best_lag_s = 0;  // positive: the estimate comes late; searched in +-1 s
+  double lag_removed_rmse_deg = 0;
+  double lag_removed_iae_deg_s = 0;
+};
+
+// The three spans have the same length, at least 2; t_s strictly increasing; all finite.
+// Throws io::JobError when the measured angle is constant: fit and R2 are undefined there.
+Score score(std::span<const double> t_s, std::span<const double> measured_deg,
+            std::span<const double> estimated_deg);
+
+// Straight line between the samples of (t_s, value) at `at_s`; the nearest sample outside.
+double interpolate(std::span<const double> t_s, std::span<const double> value, double at_s);
+
+}  // namespace flexor::score

@@ -1,0 +1,103 @@
+#include "host/score/score.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "host/io/io.hpp"
+
+namespace flexor::score {
+namespace {
+
+std::vector<double> grid(std::size_t n, double period_s) {
+  std::vector<double> t(n);
+  for (std::size_t k = 0; k < n; ++k) t[k] = static_cast<double>(k) * period_s;
+  return t;
+}
+
+TEST(Score, ClosedFormsOfAConstantError) {
+  const auto t = grid(101, 0.1);
+  std::vector<double> y(t.size());
+  std::vector<double> estimate(t.size());
+  for (std::size_t k = 0; k < t.size(); ++k) {
+    y[k] = k % 2 == 0 ? 10 : 30;
+    estimate[k] = y[k] + 3;
+  }
+  const Score s = score(t, y, estimate);
+  EXPECT_DOUBLE_EQ(s.rmse_deg, 3);
+  EXPECT_DOUBLE_EQ(s.max_abs_deg, 3);
+  EXPECT_DOUBLE_EQ(s.p95_abs_deg, 3);
+  EXPECT_NEAR(s.iae_deg_s, 30, 1e-9);
+  EXPECT_NEAR(s.r2, 1 - 9.0 / 100, 1e-3);
+  EXPECT_NEAR(s.fit_percent, 100 * (1 - 3.0 / 10), 0.1);
+  EXPECT_EQ(s.samples, 101u);
+}
+
+TEST(Score, FindsAndRemovesAConstantLag) {
+  const auto t = grid(2000, 0.05);
+  const auto motion = [](double at) { return 50 + 40 * std::sin(2 * std::numbers::pi * at / 7); };
+  for (const double lag : {-0.31, 0.0, 0.02, 0.4}) {
+    std::vector<double> y;
+    std::vector<double> estimate;
+    for (const double at : t) {
+      y.push_back(motion(at));
+      estimate.push_back(motion(at - lag));
+    }
+    const Score s = score(t, y, estimate);
+    EXPECT_NEAR(s.best_lag_s, lag, 0.005);
+    EXPECT_LT(s.lag_removed_rmse_deg, 0.6);  // the ends have nothing to be compared with
+    if (lag != 0) {
+      EXPECT_GT(s.rmse_deg, s.lag_removed_rmse_deg);
+    }
+  }
+}
+
+TEST(Score, ACausalDelayCostsDistanceTimesLag) {
+  // One 85-degree move at any speed, seen tau late: the integral of the absolute error is 85 tau.
+  const auto t = grid(1001, 0.01);
+  std::vector<double> y;
+  std::vector<double> late;
+  for (const double at : t) {
+    y.push_back(85 * std::clamp(at - 4, 0.0, 1.0));
+    late.push_back(85 * std::clamp(at - 4.1, 0.0, 1.0));
+  }
+  EXPECT_NEAR(score(t, y, late).iae_deg_s, 8.5, 0.01);
+}
+
+TEST(Score, MetricsAgreeWithEachOther) {
+  EXPECT_TRUE(rc::check([](const std::vector<std::pair<int8_t, int8_t>>& pairs) {
+    RC_PRE(pairs.size() > 2u);
+    std::vector<double> y;
+    std::vector<double> estimate;
+    for (const auto& [a, b] : pairs) {
+      y.push_back(a);
+      estimate.push_back(b);
+    }
+    RC_PRE(*std::max_element(y.begin(), y.end()) > *std::min_element(y.begin(), y.end()));
+    const Score s = score(grid(y.size(), 0.1), y, estimate);
+    RC_ASSERT(s.p95_abs_deg <= s.max_abs_deg);
+    RC_ASSERT(s.rmse_deg <= s.max_abs_deg + 1e-9);
+    RC_ASSERT(s.lag_removed_rmse_deg <= s.rmse_deg + 1e-9);
+    RC_ASSERT(std::abs(s.r2 - (1 - std::pow(1 - s.fit_percent / 100, 2))) < 1e-9);
+  }));
+}
+
+TEST(Score, AConstantReferenceIsRefused) {
+  const auto t = grid(10, 0.1);
+  EXPECT_THROW((void)score(t, std::vector<double>(10, 5), std::vector<double>(10, 6)), io::JobError);
+}
+
+TEST(Interpolate, HoldsItsEnds) {
+  const std::vector<double> t = {1, 2, 4};
+  const std::vector<double> x = {10, 20, 0};
+  EXPECT_EQ(interpolate(t, x, 0), 10);
+  EXPECT_EQ(interpolate(t, x, 1.5), 15);
+  EXPECT_EQ(interpolate(t, x, 3), 10);
+  EXPECT_EQ(interpolate(t, x, 9), 0);
+}
+
+}  // namespace
+}  // namespace flexor::score

@@ -13,15 +13,21 @@
 namespace flexor::io {
 namespace fs = std::filesystem;
 
-std::string read_file(const fs::path& path) {
-  if (path == "-") return {std::istreambuf_iterator<char>(std::cin), {}};
+void require_readable(const fs::path& path) {
   std::error_code error;
   if (!fs::exists(path, error)) throw InputError(fmt::format("{}: no such file", path.string()));
   if (fs::is_directory(path, error)) {
     throw InputError(fmt::format("{}: is a directory; name a file in it", path.string()));
   }
+  if (!std::ifstream(path, std::ios::binary)) {
+    throw InputError(fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno)));
+  }
+}
+
+std::string read_file(const fs::path& path) {
+  if (path == "-") return {std::istreambuf_iterator<char>(std::cin), {}};
+  require_readable(path);
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno)));
   std::string content{std::istreambuf_iterator<char>(file), {}};
   if (file.bad()) throw InputError(fmt::format("{}: reading failed", path.string()));
   if (content.empty()) throw InputError(fmt::format("{}: is empty", path.string()));

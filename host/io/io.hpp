@@ -18,7 +18,10 @@ struct JobError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// The whole file; "-" is standard input. Throws InputError: missing, a directory, unreadable, empty.
+// Throws InputError: missing, a directory, unreadable.
+void require_readable(const std::filesystem::path& path);
+
+// The whole file; "-" is standard input. Throws InputError as above, or empty.
 std::string read_file(const std::filesystem::path& path);
 
 // A name beside `path` to write to before renaming.

@@ -1,0 +1,82 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "apps/cli/commands.hpp"
+#include "host/experiment/identification.hpp"
+#include "host/io/io.hpp"
+#include "host/recording/csv.hpp"
+#include "host/recording/mat.hpp"
+
+namespace flexor::cli {
+namespace {
+
+struct Options {
+  experiment::SourceFiles files;
+  double rate_hz = 20;
+  std::optional<double> clock_offset_s;
+  std::string out;
+  std::string mat_version = "5";
+  bool json = false;
+};
+
+void write_aligned(const Options& o, const experiment::Aligned& aligned) {
+  const recording::Recording r = experiment::to_recording(aligned, o.files);
+  if (!o.out.ends_with(".mat")) {
+    io::write_file(o.out, recording::to_csv(r));
+    return;
+  }
+  recording::write_mat(r, o.out, o.mat_version == "5" ? recording::MatVersion::v5 : recording::MatVersion::v7_3);
+}
+
+void run(const Options& o) {
+  const experiment::Aligned aligned = experiment::align_files(o.files, o.rate_hz, o.clock_offset_s);
+  const recording::Alignment& a = aligned.alignment;
+  if (!o.out.empty()) write_aligned(o, aligned);
+  if (o.json) {
+    nlohmann::ordered_json quarters = nlohmann::ordered_json::array();
+    for (const auto& q : a.quarter_offset_s) quarters.push_back(q ? nlohmann::ordered_json(*q) : nullptr);
+    const nlohmann::ordered_json json = {
+        {"clock_offset_s", aligned.clock_offset_s},
+        {"alignment_confidence", a.confidence},
+        {"angle_explained", a.eta_squared},
+        {"overlap_s", a.overlap_s},
+        {"rival_offset_s", a.rival_offset_s ? nlohmann::ordered_json(*a.rival_offset_s) : nullptr},
+        {"quarter_offset_s", quarters},
+        {"drift_ppm", a.drift_ppm ? nlohmann::ordered_json(*a.drift_ppm) : nullptr},
+        {"version", FLEXOR_VERSION},
+        {"warnings", aligned.warnings}};
+    print(json.dump(2) + "\n");
+    return;
+  }
+  for (const std::string& warning : aligned.warnings) log("warning: " + warning);
+  print(fmt::format("clock offset   {:+.3f} s (reference time minus sensor time)\n"
+                    "confidence     {:.2f} (0: ambiguous, 1: no other offset comes near)\n"
+                    "explained      {:.0f} % of the angle by the sensor at this offset\n"
+                    "overlap        {:.1f} s\n",
+                    aligned.clock_offset_s, a.confidence, 100 * a.eta_squared, a.overlap_s));
+  if (a.drift_ppm) print(fmt::format("drift          {:+.0f} ppm\n", *a.drift_ppm));
+  if (!o.out.empty()) print(fmt::format("written        {}\n", o.out));
+}
+
+}  // namespace
+
+void add_align(CLI::App& app) {
+  auto o = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("align", "Find the clock offset of two logs of one motion from their signals");
+  command->add_option("--sensor", o->files.sensor, "CSV log of the glove")->required();
+  command->add_option("--reference", o->files.reference, "CSV of the measured angle (camera)")->required();
+  command->add_option("--input", o->files.input, "column of the sensor log")->required();
+  command->add_option("--output", o->files.output, "column of the reference, degrees")->required();
+  command->add_option("--rate", o->rate_hz, "sample rate of the aligned recording, Hz")->capture_default_str();
+  command->add_option("--clock-offset", o->clock_offset_s,
+                      "use this offset in seconds (reference minus sensor) and check it against the signals");
+  command->add_option("--out", o->out, "write the aligned recording: .csv or .mat");
+  command->add_option("--mat-version", o->mat_version, "5 or 7.3")
+      ->check(CLI::IsMember({"5", "7.3"}))
+      ->capture_default_str();
+  command->add_flag("--json", o->json, "one JSON object on standard output");
+  command->callback([o] { run(*o); });
+}
+
+}  // namespace flexor::cli

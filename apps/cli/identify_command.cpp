@@ -1,0 +1,89 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "apps/cli/commands.hpp"
+#include "host/experiment/identification.hpp"
+#include "host/experiment/report.hpp"
+
+namespace flexor::cli {
+namespace {
+
+struct Options {
+  experiment::Request request;
+  std::string model;
+  std::string report;
+  bool json = false;
+};
+
+void show(const experiment::Identification& r) {
+  for (const std::string& warning : r.warnings) log("warning: " + warning);
+  print(fmt::format("clock offset      {:+.2f} s, confidence {:.2f}\n", r.aligned.clock_offset_s,
+                    r.aligned.alignment.confidence));
+  print(fmt::format("\n{:<34}{:>6}{:>12}{:>12}{:>12}\n", "structure", "par.", "fitted", "cross-val.", "held out"));
+  for (const experiment::Row& row : r.rows) {
+    const std::string name = (row.chosen ? "* " : "  ") + row.name;
+    if (!row.refusal.empty()) {
+      print(fmt::format("{:<34}  refused: {}\n", name, row.refusal));
+      continue;
+    }
+    const std::string cross = row.cross_validated_deg ? fmt::format("{:.2f} deg", *row.cross_validated_deg) : "-";
+    print(fmt::format("{:<34}{:>6}{:>8.2f} deg{:>12}{:>8.2f} deg\n", name, row.parameters, row.fitted_rmse_deg, cross,
+                      row.holdout.rmse_deg));
+  }
+  print(fmt::format("\nheld out: {:.2f} deg RMSE, fit {:.1f} %, R2 {:.3f}, largest {:.1f} deg, {:.1f} deg s"
+                    "   (straight line: {:.2f} deg)\n",
+                    r.holdout.rmse_deg, r.holdout.fit_percent, r.holdout.r2, r.holdout.max_abs_deg,
+                    r.holdout.iae_deg_s, r.baseline.rmse_deg));
+}
+
+void run(const Options& o) {
+  const identify::Progress progress = [&](std::size_t i, std::size_t n, const std::string& what) {
+    log(fmt::format("[{:>2}/{}] {}", i + 1, n, what));
+  };
+  const experiment::Identification result = experiment::identify_files(o.request, progress);
+  if (!o.report.empty()) experiment::write_report(result, o.report);
+  if (!o.model.empty()) model::save(result.model, o.model);
+  if (o.json) {
+    print(experiment::to_json(result).dump(2) + "\n");
+    return;
+  }
+  show(result);
+  if (!o.model.empty()) print(fmt::format("model    {}\n", o.model));
+  if (!o.report.empty()) print(fmt::format("report   {}/report.html\n", o.report));
+}
+
+}  // namespace
+
+void add_identify(CLI::App& app) {
+  auto o = std::make_shared<Options>();
+  experiment::Request& r = o->request;
+  CLI::App* command =
+      app.add_subcommand("identify", "From a glove log and measured angles to a compensator proven on unseen data");
+  command->add_option("--sensor", r.files.sensor, "CSV log of the glove")->required();
+  command->add_option("--reference", r.files.reference, "CSV of the measured angle (camera)")->required();
+  command->add_option("--input", r.files.input, "column of the sensor log")->required();
+  command->add_option("--output", r.files.output, "column of the reference, degrees")->required();
+  command->add_option("--rate", r.rate_hz, "sample rate of the compensator, Hz")->capture_default_str();
+  command->add_option("--split", r.split, "share of the recording, from its start, that is fitted")
+      ->capture_default_str();
+  command
+      ->add_option("--structure", r.structure,
+                   "auto, linear, linear-dynamic, hammerstein, wiener, hw or hw-hysteresis")
+      ->capture_default_str();
+  command->add_option("--order", r.order, "poles, 1 to 3 (default 2)");
+  command->add_option("--knots", r.knots, "knots of the curve, 2 to 16 (default 10)");
+  command->add_option("--plays", r.plays, "play operators of hw-hysteresis, 1 to 4 (default 2)");
+  command->add_flag("--dead-zone", r.dead_zone, "hw with a dead zone, gain and offset in place of the curve");
+  command->add_flag("--monotone", r.monotone, "curves may not turn back");
+  command->add_option("--clock-offset", r.clock_offset_s,
+                      "use this offset in seconds (reference minus sensor) and check it against the signals");
+  command->add_option("--channel", r.channel,
+                      "finger: thumb, index, middle, ring or pinky (default: from the column's name, else index)");
+  command->add_option("--model", o->model, "write the model document here");
+  command->add_option("--report", o->report, "write report.html, figures and holdout.csv into this folder");
+  command->add_flag("--json", o->json, "one JSON object on standard output");
+  command->callback([o] { run(*o); });
+}
+
+}  // namespace flexor::cli

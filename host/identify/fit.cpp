@@ -1,0 +1,570 @@
+#include "host/identify/fit.hpp"
+
+#include <ceres/ceres.h>
+#include <fmt/format.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+
+#include "host/identify/uncertainty.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::identify {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kSamplesPerParameter = 5;
+constexpr double kRobustScale = 2.5;
+constexpr double kMaxPlayWeight = 4;
+constexpr double kMaxTap = 8;
+constexpr double kSafeMargin = 0.1;
+
+std::vector<Index> used_rows(const Data& data) {
+  std::vector<Index> rows;
+  for (std::size_t k = 0; k < data.use.size(); ++k) {
+    if (data.use[k]) rows.push_back(static_cast<Index>(k));
+  }
+  return rows;
+}
+
+double quantile(std::vector<double> sorted, double q) {
+  return sorted[static_cast<std::size_t>(std::lround(q * static_cast<double>(sorted.size() - 1)))];
+}
+
+std::vector<double> sorted_at(const VectorXd& values, const std::vector<Index>& rows) {
+  std::vector<double> out;
+  for (const Index k : rows) out.push_back(values(k));
+  std::ranges::sort(out);
+  return out;
+}
+
+// Quantiles of the values, pushed apart so that no two knots are closer than a hundredth of the range.
+std::vector<double> quantile_knots(const std::vector<double>& sorted, int count) {
+  const double range = sorted.back() - sorted.front();
+  std::vector<double> knots(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) knots[static_cast<std::size_t>(i)] = quantile(sorted, i / (count - 1.0));
+  const double least = range / 100;
+  for (std::size_t i = 1; i < knots.size(); ++i) knots[i] = std::max(knots[i], knots[i - 1] + least);
+  knots.back() = std::max(knots.back(), sorted.back());
+  for (std::size_t i = knots.size() - 1; i-- > 0;) knots[i] = std::min(knots[i], knots[i + 1] - least);
+  return knots;
+}
+
+double root_mean_square(const VectorXd& r) { return std::sqrt(r.squaredNorm() / static_cast<double>(r.size())); }
+
+double robust_deviation(const VectorXd& residual) {
+  std::vector<double> absolute(residual.begin(), residual.end());
+  for (double& r : absolute) r = std::abs(r);
+  const auto middle = absolute.begin() + static_cast<std::ptrdiff_t>(absolute.size() / 2);
+  std::nth_element(absolute.begin(), middle, absolute.end());
+  return 1.4826 * *middle;
+}
+
+// The problem in terms of the free parameters; the others keep their value.
+class Problem {
+ public:
+  Problem(const Predictor& predictor, const Data& data)
+      : predictor_(predictor), rows_(used_rows(data)), angle_(data.angle_deg(rows_)) {
+    set_bounds(data);
+  }
+
+  const Predictor& predictor() const { return predictor_; }
+  const std::vector<Index>& rows() const { return rows_; }
+  const VectorXd& lower() const { return lower_; }
+  const VectorXd& upper() const { return upper_; }
+
+  VectorXd residual(const VectorXd& theta) const { return predictor_.predict(theta, nullptr)(rows_) - angle_; }
+
+  VectorXd residual_and_jacobian(const VectorXd& theta, const std::vector<int>& free, MatrixXd& jacobian) const {
+    MatrixXd all;
+    const VectorXd predicted = predictor_.predict(theta, &all);
+    jacobian = all(rows_, free);
+    return predicted(rows_) - angle_;
+  }
+
+ private:
+  void set_bounds(const Data& data) {
+    const Layout& layout = predictor_.layout();
+    const Structure& structure = predictor_.structure();
+    lower_ = VectorXd::Constant(layout.size, -kInfinity);
+    upper_ = VectorXd::Constant(layout.size, kInfinity);
+    const auto bound = [&](int at, int count, double low, double high) {
+      lower_.segment(at, count).setConstant(low);
+      upper_.segment(at, count).setConstant(high);
+    };
+    const auto input = sorted_at(data.input, rows_);
+    const double range = input.back() - input.front();
+    if (structure.dead_zone) {
+      bound(layout.dead_zone, 1, input.front(), input.back());
+      bound(layout.dead_zone + 1, 1, 0, range);
+    }
+    if (structure.plays > 0) {
+      bound(layout.radii, structure.plays, 0, range / 2);
+      bound(layout.weights, structure.plays, -kMaxPlayWeight, kMaxPlayWeight);
+    }
+    const auto increments = [&](int at, int knots) {
+      if (structure.monotone && knots > 0) bound(at + 1, knots - 1, 0, kInfinity);
+    };
+    increments(layout.input_curve, structure.input_knots);
+    increments(layout.output_curve, structure.output_knots);
+    if (structure.order > 0) {
+      // From a time constant of half the recording to one that has settled within a sample.
+      const double duration_s = static_cast<double>(data.input.size()) * data.period_s;
+      bound(layout.log_rates, structure.order, std::log(2 / duration_s), std::log(6 / data.period_s));
+    }
+    if (structure.order > 1) bound(layout.taps, structure.order - 1, -kMaxTap, kMaxTap);
+    if (structure.saturation) {
+      const auto angle = sorted_at(data.angle_deg, rows_);
+      const double span = angle.back() - angle.front();
+      const double middle = (angle.front() + angle.back()) / 2;
+      bound(layout.saturation, 1, angle.front() - span, middle);
+      bound(layout.saturation + 1, 1, middle, angle.back() + span);
+    }
+  }
+
+  const Predictor& predictor_;
+  std::vector<Index> rows_;
+  VectorXd angle_;
+  VectorXd lower_;
+  VectorXd upper_;
+};
+
+// Residuals sqrt(2 rho(r)) with the sign of r: half their sum of squares is the robust cost, exactly.
+class RobustResiduals : public ceres::CostFunction {
+ public:
+  RobustResiduals(const Problem& problem, VectorXd theta, std::vector<int> free, double delta)
+      : problem_(problem), theta_(std::move(theta)), free_(std::move(free)), delta_(delta) {
+    set_num_residuals(static_cast<int>(problem.rows().size()));
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(free_.size()));
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    VectorXd theta = theta_;
+    for (std::size_t i = 0; i < free_.size(); ++i) theta(free_[i]) = parameters[0][i];
+    Eigen::Map<VectorXd> out(residuals, num_residuals());
+    if (jacobians == nullptr || jacobians[0] == nullptr) {
+      out = problem_.residual(theta);
+      for (double& r : out) r = bend(r).value;
+      return out.allFinite();
+    }
+    MatrixXd jacobian;
+    out = problem_.residual_and_jacobian(theta, free_, jacobian);
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    Eigen::Map<RowMajor> j(jacobians[0], num_residuals(), static_cast<Index>(free_.size()));
+    for (Index k = 0; k < out.size(); ++k) {
+      const Bent bent = bend(out(k));
+      out(k) = bent.value;
+      j.row(k) = bent.slope * jacobian.row(k);
+    }
+    return out.allFinite() && j.allFinite();
+  }
+
+ private:
+  struct Bent {
+    double value;
+    double slope;
+  };
+  Bent bend(double r) const {
+    if (std::isinf(delta_) || std::abs(r) < 1e-9 * delta_) return {r, 1};
+    const double z = r / delta_;
+    const double root = std::sqrt(1 + z * z);
+    const double value = std::copysign(delta_ * std::sqrt(2 * (root - 1)), r);
+    return {value, r / (root * value)};
+  }
+
+  const Problem& problem_;
+  VectorXd theta_;
+  std::vector<int> free_;
+  double delta_;
+};
+
+struct Solution {
+  VectorXd theta;
+  double cost = kInfinity;
+  int iterations = 0;
+};
+
+Solution solve(const Problem& problem, VectorXd theta, const std::vector<int>& free, double delta,
+               int max_iterations) {
+  theta = theta.cwiseMax(problem.lower()).cwiseMin(problem.upper());
+  VectorXd x = theta(free);
+  ceres::Problem ceres_problem;
+  ceres_problem.AddResidualBlock(new RobustResiduals(problem, theta, free, delta), nullptr, x.data());
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const auto at = static_cast<int>(i);
+    if (std::isfinite(problem.lower()(free[i]))) {
+      ceres_problem.SetParameterLowerBound(x.data(), at, problem.lower()(free[i]));
+    }
+    if (std::isfinite(problem.upper()(free[i]))) {
+      ceres_problem.SetParameterUpperBound(x.data(), at, problem.upper()(free[i]));
+    }
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = max_iterations;
+  options.function_tolerance = 1e-9;
+  options.parameter_tolerance = 1e-9;
+  options.logging_type = ceres::SILENT;
+  options.num_threads = 1;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &ceres_problem, &summary);
+  Solution solution{std::move(theta), kInfinity, static_cast<int>(summary.iterations.size())};
+  if (!summary.IsSolutionUsable()) return solution;
+  for (std::size_t i = 0; i < free.size(); ++i) solution.theta(free[i]) = x(static_cast<Index>(i));
+  solution.cost = summary.final_cost;
+  return solution;
+}
+
+// Starts for what is not linear in the parameters; the linear part follows by least squares.
+class Starts {
+ public:
+  Starts(const Problem& problem, const Data& data) : problem_(problem), data_(data) {}
+
+  std::vector<VectorXd> make(int most) const {
+    static const std::vector<std::vector<std::vector<double>>> kRates = {
+        {{}},
+        {{15}, {3}, {40}, {0.8}},
+        {{20, 1}, {15, 0.2}, {30, 6}, {4, 3}},
+        {{30, 3, 0.3}, {20, 1, 0.08}, {40, 10, 1}, {8, 5, 2}}};
+    const Structure& structure = problem_.predictor().structure();
+    const Layout& layout = problem_.predictor().layout();
+    std::vector<VectorXd> starts;
+    for (const auto& rates : kRates[static_cast<std::size_t>(structure.order)]) {
+      if (std::ssize(starts) == most) break;
+      VectorXd theta = VectorXd::Zero(layout.size);
+      for (int i = 0; i < structure.order; ++i) {
+        theta(layout.log_rates + i) = std::log(rates[static_cast<std::size_t>(i)]);
+      }
+      for (int i = 0; i + 1 < structure.order; ++i) theta(layout.taps + i) = 1.0 / structure.order;
+      const double range = data_.input.maxCoeff() - data_.input.minCoeff();
+      for (int j = 0; j < structure.plays; ++j) {
+        theta(layout.radii + j) = range * 0.02 * std::pow(3, j) * (starts.size() % 2 == 0 ? 1 : 2);
+        theta(layout.weights + j) = 0.3;
+      }
+      if (structure.saturation) set_saturation(theta);
+      if (structure.dead_zone) {
+        search_dead_zone(theta);
+      } else {
+        solve_linear_part(theta);
+      }
+      starts.push_back(theta);
+    }
+    return starts;
+  }
+
+ private:
+  void set_saturation(VectorXd& theta) const {
+    const auto angle = sorted_at(data_.angle_deg, problem_.rows());
+    const int at = problem_.predictor().layout().saturation;
+    theta(at) = quantile(angle, 0.005);
+    theta(at + 1) = quantile(angle, 0.995);
+  }
+
+  // The angle is linear in the curve's values (or gain and offset) until it saturates: least squares over the
+  // samples, slightly damped so that knots without samples stay near their neighbours' mean.
+  double solve_linear_part(VectorXd& theta) const {
+    const Predictor& predictor = problem_.predictor();
+    const Layout& layout = predictor.layout();
+    const Structure& structure = predictor.structure();
+    Structure open = structure;
+    open.saturation = false;
+    open.monotone = false;
+    const int count = std::max({structure.input_knots, structure.output_knots, 2});
+    const int at = std::max({layout.input_curve, layout.output_curve, layout.affine});
+    const VectorXd angle = data_.angle_deg(problem_.rows());
+    const double mean = angle.mean();
+    // Linear in these parameters: the Jacobian at any value of them is the regression matrix. A gain of one keeps
+    // the blocks before it visible.
+    const Predictor linear(open, predictor.knots(), predictor.input(), predictor.period_s());
+    VectorXd probe = theta.head(linear.layout().size);
+    probe.segment(at, count).setZero();
+    if (layout.affine >= 0) probe(at) = 1;
+    MatrixXd all;
+    (void)linear.predict(probe, &all);
+    const MatrixXd a = all.middleCols(at, count)(problem_.rows(), Eigen::all);
+    const double damping = 1e-3 * a.norm() / std::sqrt(static_cast<double>(count));
+    MatrixXd damped(a.rows() + count, count);
+    damped << a, damping * MatrixXd::Identity(count, count);
+    VectorXd right(a.rows() + count);
+    const bool curve = layout.affine < 0;
+    right << (curve ? VectorXd(angle.array() - mean) : angle), VectorXd::Zero(count);
+    VectorXd value = (curve ? damped : MatrixXd(a)).colPivHouseholderQr().solve(curve ? right : angle);
+    if (curve) value.array() += mean;  // the hats sum to one
+    const double rms = root_mean_square(a * value - angle);
+    if (structure.monotone) {
+      for (int i = count - 1; i > 0; --i) {
+        value(i) = std::max(predictor.knots().direction * (value(i) - value(i - 1)), 1e-3);
+      }
+    }
+    theta.segment(at, count) = value;
+    return rms;
+  }
+
+  void search_dead_zone(VectorXd& theta) const {
+    const int at = problem_.predictor().layout().dead_zone;
+    const auto input = sorted_at(data_.input, problem_.rows());
+    VectorXd best = theta;
+    double least = kInfinity;
+    constexpr int kGrid = 12;
+    for (int low = 0; low < kGrid; ++low) {
+      for (int high = low; high <= kGrid; ++high) {
+        const double range = input.back() - input.front();
+        theta(at) = input.front() + range * low / kGrid;
+        theta(at + 1) = range * (high - low) / kGrid;
+        if (low == 0 && high == kGrid) continue;  // nothing would be left
+        const double rms = solve_linear_part(theta);
+        if (rms < least) {
+          least = rms;
+          best = theta;
+        }
+      }
+    }
+    theta = best;
+  }
+
+  const Problem& problem_;
+  const Data& data_;
+};
+
+void check_data(const Structure& structure, const Data& data, const std::vector<Index>& rows) {
+  const int parameters = Layout(structure).size;
+  if (std::ssize(rows) < kSamplesPerParameter * parameters) {
+    throw io::JobError(fmt::format("{}: {} usable samples are too few for the {} parameters of {}; record longer",
+                                   data.channel, rows.size(), parameters, describe(structure)));
+  }
+  const auto require_change = [&](const VectorXd& signal, const char* what) {
+    const VectorXd used = signal(rows);
+    if (used.maxCoeff() > used.minCoeff()) return;
+    throw io::JobError(fmt::format("{}: the {} does not change in the fitted part (always {}); record a motion "
+                                   "over the whole range",
+                                   data.channel, what, used(0)));
+  };
+  require_change(data.input, "sensor");
+  require_change(data.angle_deg, "angle");
+}
+
+Knots place_knots(const Structure& structure, const Data& data, const std::vector<Index>& rows,
+                  const Options& options) {
+  const auto input = sorted_at(data.input, rows);
+  Knots knots;
+  if (structure.input_knots > 0) {
+    knots.input = options.input_knots.empty() ? quantile_knots(input, structure.input_knots) : options.input_knots;
+  }
+  if (structure.output_knots > 0) {
+    knots.output =
+        options.output_knots.empty() ? quantile_knots(input, structure.output_knots) : options.output_knots;
+  }
+  const VectorXd u = data.input(rows);
+  const VectorXd y = data.angle_deg(rows);
+  const double covariance = (u.array() - u.mean()).matrix().dot((y.array() - y.mean()).matrix());
+  knots.direction = covariance < 0 ? -1 : 1;
+  return knots;
+}
+
+// Why a parameter cannot be told, in the user's words.
+std::string reason(const Predictor& predictor, const Data& data, const std::vector<Index>& rows,
+                   const VectorXd& theta, int parameter) {
+  const Layout& l = predictor.layout();
+  const auto within = [&](int at, int count) { return at >= 0 && parameter >= at && parameter < at + count; };
+  const auto input = sorted_at(data.input, rows);
+  if (within(l.saturation, 1)) {
+    return fmt::format("no predicted angle below {:.1f} deg", theta(l.saturation));
+  }
+  if (within(l.saturation, 2)) {
+    return fmt::format("no predicted angle above {:.1f} deg", theta(l.saturation + 1));
+  }
+  if (within(l.dead_zone, 1)) return fmt::format("no sample below {:.5g}", std::max(theta(l.dead_zone), input.front()));
+  if (within(l.dead_zone, 2)) {
+    return fmt::format("no sample above {:.5g}", theta(l.dead_zone) + theta(l.dead_zone + 1));
+  }
+  if (within(l.radii, predictor.structure().plays)) return "this play never moves, or has no weight";
+  if (within(l.log_rates, predictor.structure().order)) {
+    return fmt::format("a pole at {:.3g} rad/s is faster or slower than this recording can show",
+                       -std::exp(theta(parameter)));
+  }
+  if (within(l.input_curve, predictor.structure().input_knots)) {
+    return fmt::format("no sample near {:.5g}",
+                       predictor.knots().input[static_cast<std::size_t>(parameter - l.input_curve)]);
+  }
+  return "the data cannot tell it from the others";
+}
+
+std::string parameter_name(const Predictor& predictor, const VectorXd& theta, int parameter) {
+  // The named parameter that moves most with this theta and is not a sum that another starts.
+  for (const NamedParameter& named : predictor.named(theta)) {
+    if (named.gradient(parameter) != 0 && named.gradient.head(parameter).isZero()) return named.name;
+  }
+  for (const NamedParameter& named : predictor.named(theta)) {
+    if (named.gradient(parameter) != 0) return named.name;
+  }
+  return fmt::format("parameter {}", parameter);
+}
+
+class Fitter {
+ public:
+  Fitter(const Structure& structure, const Data& data, const Options& options)
+      : data_(data),
+        options_(options),
+        predictor_(structure, place_knots(structure, data, used_rows(data), options), data.input, data.period_s),
+        problem_(predictor_, data),
+        free_(static_cast<std::size_t>(predictor_.layout().size)) {
+    std::iota(free_.begin(), free_.end(), 0);
+  }
+
+  Summary run() {
+    search();
+    settle();
+    return summary();
+  }
+
+ private:
+  // Every start by plain least squares first; the best sets the scale of the robust loss and goes on.
+  void search() {
+    constexpr int kFirstIterations = 30;
+    const bool given = options_.start.size() == predictor_.layout().size;
+    const auto starts =
+        given ? std::vector<VectorXd>{options_.start} : Starts(problem_, data_).make(options_.max_starts);
+    for (const VectorXd& start : starts) {
+      Solution s = solve(problem_, start, free_, kInfinity, kFirstIterations);
+      iterations_ += s.iterations;
+      ++starts_;
+      if (s.cost < best_.cost) best_ = std::move(s);
+    }
+    if (!std::isfinite(best_.cost)) {
+      throw io::JobError(fmt::format("{}: {}: no start converged; is the motion rich enough?", data_.channel,
+                                     describe(predictor_.structure())));
+    }
+    if (options_.robust) {
+      const VectorXd r = problem_.residual(best_.theta);
+      delta_ = std::max(kRobustScale * robust_deviation(r), 1e-3 * root_mean_square(r));
+      if (!(delta_ > 0)) delta_ = kInfinity;
+    }
+  }
+
+  // Converges, then drops what the data cannot tell, one parameter at a time, until all that is left is told.
+  void settle() {
+    constexpr int kIterations = 100;
+    hold_what_has_no_samples();
+    while (true) {
+      best_ = solve(problem_, best_.theta, free_, delta_, kIterations);
+      iterations_ += best_.iterations;
+      if (!std::isfinite(best_.cost)) {
+        throw io::JobError(fmt::format("{}: {}: the fit did not converge", data_.channel,
+                                       describe(predictor_.structure())));
+      }
+      if (hold_at_bounds()) continue;
+      MatrixXd jacobian;
+      const VectorXd residual = problem_.residual_and_jacobian(best_.theta, free_, jacobian);
+      uncertainty_ = uncertainty(residual, jacobian, delta_);
+      if (uncertainty_.undetermined.empty()) return;
+      hold(free_[static_cast<std::size_t>(uncertainty_.undetermined.front())]);
+      if (free_.empty()) {
+        throw io::JobError(fmt::format("{}: {}: the data determine no parameter", data_.channel,
+                                       describe(predictor_.structure())));
+      }
+    }
+  }
+
+  // A saturation that too few samples reach would be an outlier's value, not a limit.
+  void hold_what_has_no_samples() {
+    if (!predictor_.structure().saturation) return;
+    const int at = predictor_.layout().saturation;
+    VectorXd open = best_.theta;
+    open(at) = -kInfinity;
+    open(at + 1) = kInfinity;
+    const VectorXd unlimited = predictor_.predict(open, nullptr)(problem_.rows());
+    const auto enough = static_cast<Index>(std::max(20.0, 0.01 * static_cast<double>(unlimited.size())));
+    if ((unlimited.array() < best_.theta(at)).count() < enough) hold(at);
+    if ((unlimited.array() > best_.theta(at + 1)).count() < enough) hold(at + 1);
+  }
+
+  // A parameter that leans on its bound is not an estimate.
+  bool hold_at_bounds() {
+    bool any = false;
+    for (const int i : std::vector<int>(free_)) {
+      const double value = best_.theta(i);
+      const double slack = 1e-6 * std::max(1.0, std::abs(value));
+      if (value - problem_.lower()(i) > slack && problem_.upper()(i) - value > slack) continue;
+      hold(i);
+      any = true;
+    }
+    return any;
+  }
+
+  void hold(int parameter) {
+    refusals_.push_back(fmt::format("{} of {}: {}; kept at a safe value",
+                                    parameter_name(predictor_, best_.theta, parameter), data_.channel,
+                                    reason(predictor_, data_, problem_.rows(), best_.theta, parameter)));
+    std::erase(free_, parameter);
+    held_.push_back(parameter);
+    const int at = predictor_.layout().saturation;
+    if (at < 0) return;
+    const model::Saturation safe = safe_limits(data_);
+    if (parameter == at) best_.theta(at) = safe.lower_deg;
+    if (parameter == at + 1) best_.theta(at + 1) = safe.upper_deg;
+  }
+
+  Summary summary() const {
+    Summary s;
+    s.structure = predictor_.structure();
+    s.theta = best_.theta;
+    s.knots = predictor_.knots();
+    s.refusals = refusals_;
+    s.free_parameters = static_cast<int>(free_.size());
+    s.used_samples = static_cast<int>(problem_.rows().size());
+    s.starts = starts_;
+    s.iterations = iterations_;
+    s.rmse_deg = root_mean_square(problem_.residual(best_.theta));
+    s.robust_cost = best_.cost;
+    s.condition = uncertainty_.condition;
+    for (const NamedParameter& named : predictor_.named(best_.theta)) {
+      const VectorXd gradient = named.gradient(free_);
+      const bool refused = std::ranges::any_of(held_, [&](int h) { return named.gradient(h) != 0; });
+      const double variance = gradient.dot(uncertainty_.covariance * gradient);
+      s.parameters.push_back({named.name, named.value, refused ? 0 : std::sqrt(std::max(variance, 0.0)), refused});
+    }
+    s.predicted_deg = predictor_.predict(best_.theta, nullptr);
+    s.channel = predictor_.channel(best_.theta);
+    s.channel.name = data_.channel;
+    if (!s.structure.saturation) s.channel.saturation = safe_limits(data_);
+    s.channel.rest_deg = quantile(sorted_at(data_.angle_deg, problem_.rows()), 0.5);
+    return s;
+  }
+
+  const Data& data_;
+  const Options& options_;
+  Predictor predictor_;
+  Problem problem_;
+  std::vector<int> free_;
+  std::vector<int> held_;
+  std::vector<std::string> refusals_;
+  Solution best_;
+  Uncertainty uncertainty_;
+  double delta_ = kInfinity;
+  int starts_ = 0;
+  int iterations_ = 0;
+};
+
+}  // namespace
+
+model::Saturation safe_limits(const Data& data) {
+  const auto angle = sorted_at(data.angle_deg, used_rows(data));
+  const double margin = kSafeMargin * (angle.back() - angle.front());
+  return {angle.front() - margin, angle.back() + margin};
+}
+
+Summary fit(const Structure& structure, const Data& data, const Options& options) {
+  check(structure);
+  check_data(structure, data, used_rows(data));
+  return Fitter(structure, data, options).run();
+}
+
+}  // namespace flexor::identify

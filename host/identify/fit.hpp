@@ -1,0 +1,78 @@
+// Fits one structure to one finger's recording.
+//
+// Minimises sum rho(y_k - predicted_k) over the used samples, rho the pseudo-Huber loss
+//   rho(r) = delta^2 (sqrt(1 + (r / delta)^2) - 1),   delta = 2.5 robust standard deviations of a first fit,
+// by Levenberg-Marquardt with bounds (Ceres), analytic Jacobian, from several starts for the poles, plays and dead
+// zone; what is linear in the parameters starts at its least-squares value. Poles are -exp(theta): stable by
+// construction. Predictions simulate freely from the input alone; they never see the measured angle.
+//
+// Standard errors: sandwich A^-1 S A^-1 with A = sum rho'' J J' and S the Bartlett-weighted sum of the scores'
+// autocovariances (Newey, West, Econometrica 55 (1987) 703), so that they hold for residuals that are neither
+// Gaussian nor white. A is factored by SVD after column scaling, and its condition number reported.
+//
+// What the data cannot tell is refused by name: the parameter keeps a safe value, gets no standard error, and
+// `refusals` says why.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "host/identify/predictor.hpp"
+#include "host/model/model.hpp"
+
+namespace flexor::identify {
+
+// One finger on a uniform grid. Equal lengths; `use` is 1 where a sample's error counts (no gap, fitted part).
+struct Data {
+  std::string channel;  // a finger's name, for messages
+  double period_s = 0;
+  Eigen::VectorXd input;      // raw sensor reading
+  Eigen::VectorXd angle_deg;  // measured
+  std::vector<std::uint8_t> use;
+};
+
+struct Options {
+  bool robust = true;
+  int max_starts = 4;
+  // Knots instead of quantiles of the input; sizes must match the structure.
+  std::vector<double> input_knots;
+  std::vector<double> output_knots;
+  // Start from here alone (theta of an earlier fit of the same structure); empty: several starts.
+  Eigen::VectorXd start;
+};
+
+struct Parameter {
+  std::string name;
+  double value = 0;
+  double standard_error = 0;  // 0 where refused
+  bool refused = false;
+};
+
+struct Summary {
+  Structure structure;
+  Eigen::VectorXd theta;
+  Knots knots;
+  std::vector<Parameter> parameters;
+  std::vector<std::string> refusals;  // "saturation upper limit of index: no predicted angle above 93.1 deg"
+  int free_parameters = 0;
+  int used_samples = 0;
+  int starts = 0;
+  int iterations = 0;
+  double rmse_deg = 0;            // over the used samples
+  double robust_cost = 0;         // what was minimised
+  double condition = 0;           // of the column-scaled Jacobian
+  Eigen::VectorXd predicted_deg;  // whole recording, saturated like the model
+  model::Channel channel;         // blocks, saturation and rest angle; the caller names it and its input
+};
+
+// Throws io::JobError, naming the channel: fewer used samples than five times the parameters, constant input or
+// angle, a dead zone where no sample lies, no convergence from any start.
+Summary fit(const Structure& structure, const Data& data, const Options& options = {});
+
+// Angle limits that no prediction of an unsaturated structure may leave: the used angles and a tenth of their
+// range on either side.
+model::Saturation safe_limits(const Data& data);
+
+}  // namespace flexor::identify

@@ -1,0 +1,85 @@
+// The chain of blocks as a function of its parameters, with the analytic Jacobian.
+//
+// Parameters theta, in this order, those that the structure has:
+//   dead zone      lower edge, width
+//   plays          radii, then weights
+//   input curve    values at the knots (monotone: first value, then increments, see below)
+//   affine         gain, offset (where there is no curve)
+//   lti            log a_i of the poles -a_i, then taps c_1 .. c_{n-1}  (c_0 = 0: no direct feedthrough)
+//   output curve   values at the knots
+//   saturation     lower, upper limit
+// Monotone curves: y_k = y_0 + direction * (d_1 + ... + d_k), d_i >= 0.
+//
+// The Jacobian runs through the chain with the signal: static blocks multiply by their slope, the LTI filters
+// every column, and d(hold)/d(log a_i) comes from host/model/discrete.hpp. At kinks it is one-sided.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "host/identify/structure.hpp"
+#include "host/model/model.hpp"
+
+namespace flexor::identify {
+
+// Knot positions, fixed before the fit; empty where the structure has no such curve.
+struct Knots {
+  std::vector<double> input;   // in the unit of the signal that enters the curve
+  std::vector<double> output;  // likewise, after the LTI block
+  double direction = 1;        // of monotone curves: +1 rising, -1 falling
+};
+
+// Where each block's parameters start in theta; -1 where the structure has none.
+struct Layout {
+  explicit Layout(const Structure& structure);
+
+  int dead_zone = -1;
+  int radii = -1;
+  int weights = -1;
+  int input_curve = -1;
+  int affine = -1;
+  int log_rates = -1;
+  int taps = -1;
+  int output_curve = -1;
+  int saturation = -1;
+  int size = 0;
+};
+
+// A parameter as people know it: its value is a function of theta, its gradient turns a covariance of theta
+// into a standard error.
+struct NamedParameter {
+  std::string name;  // "dead zone upper edge", "pole 1 (rad/s)", ...
+  double value = 0;
+  Eigen::VectorXd gradient;
+};
+
+class Predictor {
+ public:
+  // input: one value for each sample, evenly spaced by period_s.
+  Predictor(const Structure& structure, Knots knots, Eigen::VectorXd input, double period_s);
+
+  const Structure& structure() const { return structure_; }
+  const Layout& layout() const { return layout_; }
+  const Knots& knots() const { return knots_; }
+  const Eigen::VectorXd& input() const { return input_; }
+  double period_s() const { return period_s_; }
+
+  // Predicted angle (n); jacobian (n x layout().size) if not null. Saturates only if the structure does.
+  Eigen::VectorXd predict(const Eigen::VectorXd& theta, Eigen::MatrixXd* jacobian) const;
+
+  std::vector<NamedParameter> named(const Eigen::VectorXd& theta) const;
+
+  // The blocks that theta describes; the caller adds names, ranges and, where none is fitted, the saturation.
+  model::Channel channel(const Eigen::VectorXd& theta) const;
+
+ private:
+  Eigen::VectorXd curve_values(const Eigen::VectorXd& theta, int at, int knots) const;
+
+  Structure structure_;
+  Layout layout_;
+  Knots knots_;
+  Eigen::VectorXd input_;
+  double period_s_;
+};
+
+}  // namespace flexor::identify

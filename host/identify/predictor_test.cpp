@@ -1,0 +1,120 @@
+#include "host/identify/predictor.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "host/model/simulation.hpp"
+
+namespace flexor::identify {
+namespace {
+
+struct Case {
+  const char* name;
+  Structure structure;
+  Knots knots;
+  std::vector<double> theta;
+};
+
+std::vector<Case> cases() {
+  const std::vector<double> y = {10, 22, 31, 55, 90};
+  const std::vector<double> x = {100, 250, 500, 600, 900};
+  Structure monotone = make_structure(Family::hammerstein, 1, 5);
+  monotone.monotone = true;
+  Structure everything = make_structure(Family::hw_hysteresis, 3, 5, 2);
+  everything.dead_zone = true;
+  everything.output_knots = 3;
+  return {
+      {"linear", make_structure(Family::linear), {}, {0.1, -5}},
+      {"linear_dynamic", make_structure(Family::linear_dynamic, 3), {}, {0.1, -5, 2.5, 0.3, -1, 0.7, 0.4}},
+      {"hammerstein", make_structure(Family::hammerstein, 2, 5), {x, {}, 1}, {10, 22, 31, 55, 90, 2, 0.1, 0.6}},
+      {"monotone", monotone, {x, {}, -1}, {90, 12, 9, 24, 35, 1.5}},
+      {"wiener", make_structure(Family::wiener, 2, 5), {{}, x, 1}, {2, 0.1, 0.6, 10, 22, 31, 55, 90}},
+      {"dead_zone", make_dead_zone_structure(1), {}, {300, 120, 0.12, 40, 1.2, 30, 80}},
+      {"hysteresis", make_structure(Family::hw_hysteresis, 1, 5, 2), {x, {}, 1},
+       {8, 40, 0.4, -0.3, 10, 22, 31, 55, 90, 1.1, 14, 70}},
+      {"everything", everything, {{-200, -50, 0, 150, 400}, {0, 50, 100}, 1},
+       {300, 120, 8, 40, 0.4, 0.3, 10, 22, 31, 55, 90, 2, 1, -0.5, 0.3, -0.2, 5, 45, 99, 40, 60}},
+  };
+}
+
+Eigen::VectorXd excitation() {
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise;
+  Eigen::VectorXd u(600);
+  double value = 500;
+  double velocity = 0;
+  for (double& sample : u) {
+    velocity = 0.9 * velocity + 12 * noise(random);
+    value = std::clamp(value + velocity, 120.0, 880.0);
+    sample = value;
+  }
+  return u;
+}
+
+class PredictorCase : public testing::TestWithParam<Case> {};
+
+TEST_P(PredictorCase, JacobianMatchesCentralDifferences) {
+  const Case& c = GetParam();
+  const Predictor predictor(c.structure, c.knots, excitation(), 0.05);
+  const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(c.theta.data(), std::ssize(c.theta));
+  ASSERT_EQ(theta.size(), predictor.layout().size);
+  Eigen::MatrixXd jacobian;
+  const Eigen::VectorXd y = predictor.predict(theta, &jacobian);
+  EXPECT_EQ(y, predictor.predict(theta, nullptr));
+  for (int i = 0; i < theta.size(); ++i) {
+    const double h = 1e-5 * std::max(1.0, std::abs(theta(i)));
+    Eigen::VectorXd up = theta;
+    Eigen::VectorXd down = theta;
+    up(i) += h;
+    down(i) -= h;
+    const Eigen::VectorXd numeric = (predictor.predict(up, nullptr) - predictor.predict(down, nullptr)) / (2 * h);
+    // A sample on a kink may differ; there are only a few.
+    const double scale = std::max(numeric.cwiseAbs().maxCoeff(), 1e-9);
+    const auto wrong = ((jacobian.col(i) - numeric).array().abs() > 1e-4 * scale).count();
+    EXPECT_LE(wrong, 6) << c.name << " parameter " << i;
+    EXPECT_GT(jacobian.col(i).norm(), 0) << c.name << " parameter " << i;
+  }
+}
+
+TEST_P(PredictorCase, TheModelDocumentPredictsTheSame) {
+  const Case& c = GetParam();
+  const Predictor predictor(c.structure, c.knots, excitation(), 0.05);
+  const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(c.theta.data(), std::ssize(c.theta));
+  model::Model m;
+  m.sample_period_s = 0.05;
+  m.channels = {predictor.channel(theta)};
+  m.channels[0].name = "index";
+  if (!c.structure.saturation) m.channels[0].saturation = {-1000, 1000};
+  model::Simulation<model::DoubleArithmetic> simulation(m);
+  const Eigen::VectorXd y = predictor.predict(theta, nullptr);
+  for (Eigen::Index k = 0; k < y.size(); ++k) {
+    ASSERT_NEAR(simulation.step(0, predictor.input()(k)).angle_deg, y(k), 1e-9) << k;
+  }
+}
+
+TEST_P(PredictorCase, EveryNamedParameterHasItsGradient) {
+  const Case& c = GetParam();
+  const Predictor predictor(c.structure, c.knots, excitation(), 0.05);
+  const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(c.theta.data(), std::ssize(c.theta));
+  const auto named = predictor.named(theta);
+  ASSERT_EQ(std::ssize(named), theta.size());
+  for (int i = 0; i < theta.size(); ++i) {
+    Eigen::VectorXd up = theta;
+    const double h = 1e-6;
+    up(i) += h;
+    const auto moved = predictor.named(up);
+    for (std::size_t k = 0; k < named.size(); ++k) {
+      EXPECT_NEAR((moved[k].value - named[k].value) / h, named[k].gradient(i),
+                  1e-4 * std::max(1.0, std::abs(named[k].value)))
+          << named[k].name;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Structures, PredictorCase, testing::ValuesIn(cases()),
+                         [](const auto& instance) { return std::string(instance.param.name); });
+
+}  // namespace
+}  // namespace flexor::identify

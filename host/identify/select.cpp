@@ -1,0 +1,86 @@
+#include "host/identify/select.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/io/io.hpp"
+
+namespace flexor::identify {
+
+std::vector<Structure> auto_candidates(bool monotone) {
+  std::vector<Structure> all = {make_structure(Family::linear), make_structure(Family::linear_dynamic, 1),
+                                make_structure(Family::linear_dynamic, 2), make_dead_zone_structure(1)};
+  for (const int knots : {6, 10}) {
+    for (const int order : {1, 2}) {
+      all.push_back(make_structure(Family::hammerstein, order, knots));
+      all.push_back(make_structure(Family::hw, order, knots));
+    }
+  }
+  all.push_back(make_structure(Family::hw, 3, 6));
+  all.push_back(make_structure(Family::hw, 3, 10));
+  all.push_back(make_structure(Family::wiener, 1, 8));
+  all.push_back(make_structure(Family::wiener, 2, 8));
+  all.push_back(make_structure(Family::hw_hysteresis, 1, 8, 1));
+  all.push_back(make_structure(Family::hw_hysteresis, 2, 8, 2));
+  for (Structure& s : all) s.monotone = monotone && (s.input_knots > 0 || s.output_knots > 0);
+  return all;
+}
+
+double cross_validate(const Summary& full, const Data& data) {
+  std::vector<std::size_t> used;
+  for (std::size_t k = 0; k < data.use.size(); ++k) {
+    if (data.use[k]) used.push_back(k);
+  }
+  const auto guard = static_cast<std::size_t>(std::lround(kGuard_s / data.period_s));
+  Options options;
+  options.start = full.theta;
+  options.input_knots = full.knots.input;
+  options.output_knots = full.knots.output;
+  double sum = 0;
+  for (int block = 0; block < kBlocks; ++block) {
+    const std::size_t first = used[used.size() * static_cast<std::size_t>(block) / kBlocks];
+    const std::size_t last = used[used.size() * static_cast<std::size_t>(block + 1) / kBlocks - 1];
+    Data rest = data;
+    for (std::size_t k = first - std::min(first, guard); k <= std::min(last + guard, data.use.size() - 1); ++k) {
+      rest.use[k] = 0;
+    }
+    const Summary fold = fit(full.structure, rest, options);
+    for (std::size_t k = first; k <= last; ++k) {
+      if (!data.use[k]) continue;
+      const auto at = static_cast<Eigen::Index>(k);
+      const double error = data.angle_deg(at) - fold.predicted_deg(at);
+      sum += error * error;
+    }
+  }
+  return std::sqrt(sum / static_cast<double>(used.size()));
+}
+
+Selection select(const std::vector<Structure>& candidates, const Data& data, const Progress& progress) {
+  Selection selection;
+  double best = std::numeric_limits<double>::infinity();
+  for (const Structure& structure : candidates) {
+    if (progress) progress(selection.candidates.size(), candidates.size(), describe(structure));
+    Candidate candidate;
+    candidate.structure = structure;
+    try {
+      candidate.summary = fit(structure, data);
+      candidate.cross_validated_deg = cross_validate(candidate.summary, data);
+      best = std::min(best, candidate.cross_validated_deg);
+    } catch (const io::JobError& error) {
+      candidate.refusal = error.what();
+    }
+    selection.candidates.push_back(std::move(candidate));
+  }
+  if (!std::isfinite(best)) throw io::JobError(selection.candidates.front().refusal);
+  int fewest = std::numeric_limits<int>::max();
+  for (std::size_t i = 0; i < selection.candidates.size(); ++i) {
+    const Candidate& c = selection.candidates[i];
+    if (!c.refusal.empty() || c.cross_validated_deg > (1 + kTolerance) * best) continue;
+    if (c.summary.free_parameters >= fewest) continue;
+    fewest = c.summary.free_parameters;
+    selection.chosen = i;
+  }
+  return selection;
+}
+
+}  // namespace flexor::identify

@@ -1,0 +1,44 @@
+// Chooses a structure with data from the fitted part only.
+//
+// Blocked cross-validation: the used samples are cut into contiguous blocks of equal length; each is left out once,
+// with a guard of one second on either side, the structure fitted to the rest and the block predicted. The figure
+// is the RMSE over all blocks together. The structure with the fewest parameters within 2 % of the best wins.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "host/identify/fit.hpp"
+
+namespace flexor::identify {
+
+inline constexpr int kBlocks = 4;
+inline constexpr double kGuard_s = 1.0;
+inline constexpr double kTolerance = 0.02;
+
+struct Candidate {
+  Structure structure;
+  Summary summary;                  // fit to the whole fitted part
+  double cross_validated_deg = 0;   // RMSE
+  std::string refusal;              // why it could not be fitted; the other fields are then empty
+};
+
+struct Selection {
+  std::vector<Candidate> candidates;
+  std::size_t chosen = 0;
+};
+
+// Called before each candidate: index, how many, its description.
+using Progress = std::function<void(std::size_t, std::size_t, const std::string&)>;
+
+// The structures that auto compares: all families, with several numbers of knots and poles.
+std::vector<Structure> auto_candidates(bool monotone);
+
+// Throws io::JobError when no candidate could be fitted, with the first one's reason.
+Selection select(const std::vector<Structure>& candidates, const Data& data, const Progress& progress);
+
+// RMSE of blocked cross-validation; throws io::JobError when a block's complement cannot be fitted.
+double cross_validate(const Summary& full, const Data& data);
+
+}  // namespace flexor::identify

@@ -1,0 +1,24 @@
+// Covariance of fitted parameters. Internal to this room.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace flexor::identify {
+
+// Rows: the used samples in order of time. `residual` r_k, `jacobian` d(predicted)/d(theta) of the free parameters.
+// delta: of the pseudo-Huber loss; infinite for plain least squares.
+struct Uncertainty {
+  Eigen::MatrixXd covariance;
+  double condition = 0;
+  // Free parameters, by column, that the data cannot tell: a column of zeros, or the largest part of a direction
+  // whose singular value is below 1e-7 of the largest. The covariance is meaningless while there are any.
+  std::vector<int> undetermined;
+};
+
+Uncertainty uncertainty(const Eigen::VectorXd& residual, const Eigen::MatrixXd& jacobian, double delta);
+
+// Number of lags until the residuals' autocorrelation first falls below 2 / sqrt(n), at most n / 20.
+int correlation_length(const Eigen::VectorXd& residual);
+
+}  // namespace flexor::identify

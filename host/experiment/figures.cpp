@@ -48,7 +48,7 @@ class Gnuplot {
     add("set terminal svg size 960,{} dynamic font 'Helvetica,14' name 'flexor_{}' background '#ffffff'", height,
         name);
     add("set output '{}'", (folder_ / name).string());
-    add("set grid lc rgb '#dddddd'; set border 3 lc rgb '#666666'; set tics nomirror; set key top right horizontal");
+    add("set grid lc rgb '#dddddd'; set border 3 lc rgb '#666666'; set tics nomirror; set key above");
   }
 
   // A named block of rows; each call of `row` gives one line, empty lines break the curve.
@@ -123,13 +123,12 @@ void alignment(Gnuplot& g, const Identification& r) {
   g.add("unset multiplot");
 }
 
-// The static map that a very slow motion would follow.
+// The readings against the angles, measured and estimated, and the static map that a finger held still approaches.
 void curve(Gnuplot& g, const Identification& r) {
   const Aligned& a = r.aligned;
-  g.begin("curve", 460);
+  g.begin("curve", 480);
   g.data("points", a.input.size(), [&](std::size_t k) {
-    const bool held = k >= r.holdout_begin;
-    return fmt::format("{:.1f} {:.2f} {:.2f}", a.input[k], held ? NAN : a.angle_deg[k], held ? a.angle_deg[k] : NAN);
+    return fmt::format("{:.1f} {:.2f} {:.2f}", a.input[k], a.angle_deg[k], r.estimated_deg[k]);
   });
   model::Model still = r.model;
   model::Channel& channel = still.channels.front();
@@ -143,12 +142,15 @@ void curve(Gnuplot& g, const Identification& r) {
     const double at = u.low + (u.high - u.low) * static_cast<double>(i) / kPoints;
     return fmt::format("{:.2f} {:.3f}", at, map.step(0, at).angle_deg);
   });
-  g.add("set key top left vertical; set xlabel 'sensor reading ({})'; set ylabel 'angle (deg)'", channel.input_unit);
-  g.add("plot $points using 1:2 with points pt 7 ps 0.18 lc rgb '#999999' title 'measured, fitted part', "
-        "$points using 1:3 with points pt 7 ps 0.18 lc rgb '#F0C0A0' title 'measured, held out', "
-        "$map using 1:2 with lines lw 3 lc rgb '{}' title 'fitted curve'{}",
-        kEstimated,
-        channel.input_curve ? ", $knots using 1:2 with points pt 6 ps 0.9 lw 2 lc rgb '#004C80' title 'knots'" : "");
+  g.add("set xlabel 'sensor reading ({})'; set ylabel 'angle (deg)'", channel.input_unit);
+  const auto knots = [&](const model::Curve& c) {
+    g.data("knots", c.x.size(), [&](std::size_t i) { return fmt::format("{:.3f} {:.3f}", c.x[i], c.y[i]); });
+    return ", $knots using 1:2 with points pt 6 ps 0.9 lw 2 lc rgb '#D55E00' title 'its knots'";
+  };
+  g.add("plot $points using 1:2 with points pt 7 ps 0.2 lc rgb '#999999' title 'camera', "
+        "$points using 1:3 with points pt 7 ps 0.2 lc rgb '{}' title 'compensator', "
+        "$map using 1:2 with lines lw 2.5 lc rgb '{}' title 'a finger held still for long'{}",
+        kEstimated, kHeldOut, channel.input_curve ? knots(*channel.input_curve) : "");
 }
 
 void dynamics(Gnuplot& g, const Identification& r) {
@@ -174,8 +176,8 @@ void dynamics(Gnuplot& g, const Identification& r) {
     const double y = k == 0 ? 0 : step.step(0, 1).angle_deg;
     return fmt::format("{:.3f} {:.5f}", static_cast<double>(k) * m.sample_period_s - m.sample_period_s, 100 * y);
   });
-  g.add("set key bottom right; set xlabel 'time after a step of the straightened sensor (s)'");
-  g.add("set ylabel 'angle reached (%)'; set yrange [0:*]");
+  g.add("set xlabel 'time after a step of the straightened sensor (s)'");
+  g.add("set ylabel 'angle reached (%)'; set yrange [0:*]; set xrange [{}:{}]", -0.02 * duration, duration);
   g.add("plot 100 with lines lc rgb '#999999' dt 2 notitle, "
         "$step using 1:2 with steps lw 2.5 lc rgb '{}' title 'output of the linear part'",
         kEstimated);
@@ -252,9 +254,6 @@ void residuals(Gnuplot& g, const Identification& r) {
 std::vector<Figure> draw(const Identification& r) {
   Gnuplot g;
   alignment(g, r);
-  if (const auto& c = r.model.channels.front().input_curve) {
-    g.data("knots", c->x.size(), [&](std::size_t i) { return fmt::format("{:.3f} {:.3f}", c->x[i], c->y[i]); });
-  }
   curve(g, r);
   dynamics(g, r);
   holdout(g, r);
@@ -270,10 +269,12 @@ std::vector<Figure> draw(const Identification& r) {
        "explains, for every clock offset; the highest peak is the offset, other peaks are other repetitions.",
        {}},
       {"curve", "From sensor reading to angle",
-       "The fitted static curve over its data. The cloud's width is what dynamics, hysteresis and noise leave.",
+       "Every sample of the recording. Where the compensator's cloud lies on the camera's, it follows the finger, "
+       "loops and all. The line is where its angle would settle if the finger stopped.",
        {}},
       {"dynamics", "Dynamics",
-       "How the compensator's output follows a sudden change. Fast means little delay; slow tails undo creep.", {}},
+       "How the compensator's output follows a sudden change of the sensor. A quick rise means little delay; what comes "
+       "later undoes the sensor's creep.", {}},
       {"residuals", "Residual checks",
        "Left: the errors' distribution; both parts should look alike. Right: whether errors come in runs. Outside "
        "the dashed lines something repeatable is left that the structure cannot express.",

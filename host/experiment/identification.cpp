@@ -150,7 +150,7 @@ std::vector<double> straight_line(const Aligned& aligned, const std::vector<std:
 void add_warnings(Identification& r) {
   auto& warnings = r.warnings;
   warnings = r.aligned.warnings;
-  for (const std::string& refusal : r.fit.refusals) warnings.push_back("not identified: " + refusal);
+  for (const std::string& refusal : r.fit.refusals) warnings.push_back("this recording cannot tell the " + refusal + "; a safe value is used");
   if (r.holdout.rmse_deg >= r.baseline.rmse_deg) {
     warnings.push_back(fmt::format("on data it never saw the compensator ({:.2f} deg) is no better than a straight "
                                    "line ({:.2f} deg)",

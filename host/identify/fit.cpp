@@ -26,6 +26,12 @@ constexpr double kRobustScale = 2.5;
 constexpr double kMaxPlayWeight = 4;
 constexpr double kMaxTap = 8;
 constexpr double kSafeMargin = 0.1;
+constexpr double kSaturatedMargin = 0.08;
+constexpr double kSlowestPerRecording = 10;
+// Standard errors beyond which a value says nothing: a pole within a factor of e, a tap or weight within its bound.
+constexpr double kMaxLogRateError = 1;
+constexpr double kMaxTapError = 2;
+constexpr double kMaxWeightError = 1;
 
 std::vector<Index> used_rows(const Data& data) {
   std::vector<Index> rows;
@@ -84,9 +90,8 @@ class Problem {
   VectorXd residual(const VectorXd& theta) const { return predictor_.predict(theta, nullptr)(rows_) - angle_; }
 
   VectorXd residual_and_jacobian(const VectorXd& theta, const std::vector<int>& free, MatrixXd& jacobian) const {
-    MatrixXd all;
-    const VectorXd predicted = predictor_.predict(theta, &all);
-    jacobian = all(rows_, free);
+    const VectorXd predicted = predictor_.predict(theta, &all_);
+    jacobian = all_(rows_, free);
     return predicted(rows_) - angle_;
   }
 
@@ -116,9 +121,9 @@ class Problem {
     increments(layout.input_curve, structure.input_knots);
     increments(layout.output_curve, structure.output_knots);
     if (structure.order > 0) {
-      // From a time constant of half the recording to one that has settled within a sample.
+      // From a time constant that the recording shows ten times over to one that has settled within a sample.
       const double duration_s = static_cast<double>(data.input.size()) * data.period_s;
-      bound(layout.log_rates, structure.order, std::log(2 / duration_s), std::log(6 / data.period_s));
+      bound(layout.log_rates, structure.order, std::log(kSlowestPerRecording / duration_s), std::log(6 / data.period_s));
     }
     if (structure.order > 1) bound(layout.taps, structure.order - 1, -kMaxTap, kMaxTap);
     if (structure.saturation) {
@@ -135,6 +140,7 @@ class Problem {
   VectorXd angle_;
   VectorXd lower_;
   VectorXd upper_;
+  mutable MatrixXd all_;  // kept between calls: fresh pages for it cost more than the arithmetic
 };
 
 // Residuals sqrt(2 rho(r)) with the sign of r: half their sum of squares is the robust cost, exactly.
@@ -155,14 +161,13 @@ class RobustResiduals : public ceres::CostFunction {
       for (double& r : out) r = bend(r).value;
       return out.allFinite();
     }
-    MatrixXd jacobian;
-    out = problem_.residual_and_jacobian(theta, free_, jacobian);
+    out = problem_.residual_and_jacobian(theta, free_, jacobian_);
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     Eigen::Map<RowMajor> j(jacobians[0], num_residuals(), static_cast<Index>(free_.size()));
     for (Index k = 0; k < out.size(); ++k) {
       const Bent bent = bend(out(k));
       out(k) = bent.value;
-      j.row(k) = bent.slope * jacobian.row(k);
+      j.row(k) = bent.slope * jacobian_.row(k);
     }
     return out.allFinite() && j.allFinite();
   }
@@ -184,6 +189,7 @@ class RobustResiduals : public ceres::CostFunction {
   VectorXd theta_;
   std::vector<int> free_;
   double delta_;
+  mutable MatrixXd jacobian_;
 };
 
 struct Solution {
@@ -250,10 +256,12 @@ class Starts {
         theta(layout.weights + j) = 0.3;
       }
       if (structure.saturation) set_saturation(theta);
+      // Saturated samples bend the straight part: every other start leaves them out.
+      const std::vector<Index> rows = starts.size() % 2 == 0 ? problem_.rows() : unsaturated_rows(theta);
       if (structure.dead_zone) {
-        search_dead_zone(theta);
+        search_dead_zone(theta, rows);
       } else {
-        solve_linear_part(theta);
+        solve_linear_part(theta, rows);
       }
       starts.push_back(theta);
     }
@@ -268,9 +276,22 @@ class Starts {
     theta(at + 1) = quantile(angle, 0.995);
   }
 
+  std::vector<Index> unsaturated_rows(const VectorXd& theta) const {
+    const int at = problem_.predictor().layout().saturation;
+    if (at < 0) return problem_.rows();
+    const double margin = kSaturatedMargin * (theta(at + 1) - theta(at));
+    std::vector<Index> rows;
+    for (const Index k : problem_.rows()) {
+      const double y = data_.angle_deg(k);
+      if (y > theta(at) + margin && y < theta(at + 1) - margin) rows.push_back(k);
+    }
+    const bool enough = std::ssize(rows) >= kSamplesPerParameter * problem_.predictor().layout().size;
+    return enough ? rows : problem_.rows();
+  }
+
   // The angle is linear in the curve's values (or gain and offset) until it saturates: least squares over the
   // samples, slightly damped so that knots without samples stay near their neighbours' mean.
-  double solve_linear_part(VectorXd& theta) const {
+  double solve_linear_part(VectorXd& theta, const std::vector<Index>& rows) const {
     const Predictor& predictor = problem_.predictor();
     const Layout& layout = predictor.layout();
     const Structure& structure = predictor.structure();
@@ -279,7 +300,7 @@ class Starts {
     open.monotone = false;
     const int count = std::max({structure.input_knots, structure.output_knots, 2});
     const int at = std::max({layout.input_curve, layout.output_curve, layout.affine});
-    const VectorXd angle = data_.angle_deg(problem_.rows());
+    const VectorXd angle = data_.angle_deg(rows);
     const double mean = angle.mean();
     // Linear in these parameters: the Jacobian at any value of them is the regression matrix. A gain of one keeps
     // the blocks before it visible.
@@ -289,7 +310,7 @@ class Starts {
     if (layout.affine >= 0) probe(at) = 1;
     MatrixXd all;
     (void)linear.predict(probe, &all);
-    const MatrixXd a = all.middleCols(at, count)(problem_.rows(), Eigen::all);
+    const MatrixXd a = all.middleCols(at, count)(rows, Eigen::all);
     const double damping = 1e-3 * a.norm() / std::sqrt(static_cast<double>(count));
     MatrixXd damped(a.rows() + count, count);
     damped << a, damping * MatrixXd::Identity(count, count);
@@ -308,7 +329,7 @@ class Starts {
     return rms;
   }
 
-  void search_dead_zone(VectorXd& theta) const {
+  void search_dead_zone(VectorXd& theta, const std::vector<Index>& rows) const {
     const int at = problem_.predictor().layout().dead_zone;
     const auto input = sorted_at(data_.input, problem_.rows());
     VectorXd best = theta;
@@ -320,7 +341,7 @@ class Starts {
         theta(at) = input.front() + range * low / kGrid;
         theta(at + 1) = range * (high - low) / kGrid;
         if (low == 0 && high == kGrid) continue;  // nothing would be left
-        const double rms = solve_linear_part(theta);
+        const double rms = solve_linear_part(theta, rows);
         if (rms < least) {
           least = rms;
           best = theta;
@@ -387,7 +408,7 @@ std::string reason(const Predictor& predictor, const Data& data, const std::vect
   }
   if (within(l.radii, predictor.structure().plays)) return "this play never moves, or has no weight";
   if (within(l.log_rates, predictor.structure().order)) {
-    return fmt::format("a pole at {:.3g} rad/s is faster or slower than this recording can show",
+    return fmt::format("the data do not tell a pole near {:.3g} rad/s: too fast, too slow or too like another",
                        -std::exp(theta(parameter)));
   }
   if (within(l.input_curve, predictor.structure().input_knots)) {
@@ -464,8 +485,12 @@ class Fitter {
       MatrixXd jacobian;
       const VectorXd residual = problem_.residual_and_jacobian(best_.theta, free_, jacobian);
       uncertainty_ = uncertainty(residual, jacobian, delta_);
-      if (uncertainty_.undetermined.empty()) return;
-      hold(free_[static_cast<std::size_t>(uncertainty_.undetermined.front())]);
+      std::optional<int> worst = loosest();
+      if (!uncertainty_.undetermined.empty()) {
+        worst = free_[static_cast<std::size_t>(uncertainty_.undetermined.front())];
+      }
+      if (!worst) return;
+      hold(*worst);
       if (free_.empty()) {
         throw io::JobError(fmt::format("{}: {}: the data determine no parameter", data_.channel,
                                        describe(predictor_.structure())));
@@ -499,9 +524,33 @@ class Fitter {
     return any;
   }
 
+  // The free parameter whose standard error exceeds its limit most, if any does.
+  std::optional<int> loosest() const {
+    if (!uncertainty_.undetermined.empty()) return std::nullopt;
+    const Layout& l = predictor_.layout();
+    const Structure& structure = predictor_.structure();
+    std::optional<int> worst;
+    double excess = 1;
+    const auto look = [&](int at, int count, double limit) {
+      for (int i = at; i < at + count; ++i) {
+        const auto place = std::ranges::find(free_, i);
+        if (place == free_.end()) continue;
+        const auto column = place - free_.begin();
+        const double ratio = std::sqrt(uncertainty_.covariance(column, column)) / limit;
+        if (ratio <= excess) continue;
+        excess = ratio;
+        worst = i;
+      }
+    };
+    if (structure.order > 0) look(l.log_rates, structure.order, kMaxLogRateError);
+    if (structure.order > 1) look(l.taps, structure.order - 1, kMaxTapError);
+    if (structure.plays > 0) look(l.weights, structure.plays, kMaxWeightError);
+    return worst;
+  }
+
   void hold(int parameter) {
-    refusals_.push_back(fmt::format("{} of {}: {}; kept at a safe value",
-                                    parameter_name(predictor_, best_.theta, parameter), data_.channel,
+    refusals_.push_back(fmt::format("{} of {}: {}", parameter_name(predictor_, best_.theta, parameter),
+                                    data_.channel,
                                     reason(predictor_, data_, problem_.rows(), best_.theta, parameter)));
     std::erase(free_, parameter);
     held_.push_back(parameter);

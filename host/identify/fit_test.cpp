@@ -1,1 +1,201 @@
+#include "host/identify/fit.hpp"
+
 #include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "host/identify/uncertainty.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::identify {
+namespace {
+
+// A smooth motion through a gentle curve; range of the sensor 200..800, of the angle about 10..80.
+Data example(int samples = 1500, double noise_deg = 0.3) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> noise(0, noise_deg);
+  Data data;
+  data.channel = "ring";
+  data.period_s = 0.05;
+  data.input.resize(samples);
+  data.angle_deg.resize(samples);
+  data.use.assign(static_cast<std::size_t>(samples), 1);
+  double x = 0;
+  for (int k = 0; k < samples; ++k) {
+    const double t = k * data.period_s;
+    const double u = 500 + 180 * std::sin(0.9 * t) + 120 * std::sin(2.3 * t + 1);
+    const double w = 10 + 70 * std::pow((u - 200) / 600, 1.4);
+    x = k == 0 ? w : x + (1 - std::exp(-5 * 0.05)) * (w - x);
+    data.input(k) = u;
+    data.angle_deg(k) = x + noise(random);
+  }
+  return data;
+}
+
+std::string reason(const Structure& structure, const Data& data) {
+  try {
+    (void)fit(structure, data);
+  } catch (const io::JobError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Fit, EveryFamilyFitsAndTheRicherOnesFitBetter) {
+  const Data data = example();
+  double linear = 0;
+  for (const Family family : families()) {
+    const Summary s = fit(make_structure(family), data);
+    if (family == Family::linear) linear = s.rmse_deg;
+    EXPECT_LE(s.rmse_deg, linear * 1.0001) << name(family);
+    EXPECT_TRUE(s.predicted_deg.allFinite());
+    EXPECT_GT(s.condition, 1);
+    if (family != Family::linear && family != Family::linear_dynamic) {
+      EXPECT_LT(s.rmse_deg, 0.5) << name(family);
+      EXPECT_GT(s.rmse_deg, 0.25) << name(family) << " cannot beat the noise";
+    }
+  }
+}
+
+TEST(Fit, ALinearSystemIsRecoveredExactly) {
+  Data data = example(1000, 0);
+  for (int k = 0; k < 1000; ++k) data.angle_deg(k) = 0.125 * data.input(k) - 20;
+  const Summary s = fit(make_structure(Family::linear), data);
+  EXPECT_NEAR(s.parameters[0].value, 0.125, 1e-9);
+  EXPECT_NEAR(s.parameters[1].value, -20, 1e-6);
+  EXPECT_LT(s.rmse_deg, 1e-8);
+}
+
+TEST(Fit, IsDeterministic) {
+  const Data data = example();
+  const Structure structure = make_structure(Family::hw_hysteresis);
+  EXPECT_EQ(fit(structure, data).theta, fit(structure, data).theta);
+}
+
+TEST(Fit, UnusedSamplesDoNotCount) {
+  Data data = example();
+  const Summary before = fit(make_structure(Family::hammerstein, 1), data);
+  for (int k = 400; k < 440; ++k) {
+    data.use[static_cast<std::size_t>(k)] = 0;
+    data.angle_deg(k) = 1e4;
+  }
+  const Summary after = fit(make_structure(Family::hammerstein, 1), data);
+  EXPECT_NEAR(after.rmse_deg, before.rmse_deg, 0.02);
+}
+
+TEST(Fit, TheRobustLossShrugsOffATrackersGlitches) {
+  Data clean = example();
+  Data dirty = clean;
+  for (int k = 50; k < 1500; k += 50) dirty.angle_deg(k) += 40;
+  const Structure structure = make_structure(Family::hammerstein, 1);
+  Options plain;
+  plain.robust = false;
+  const auto distance = [&](const Summary& s) {
+    return (s.predicted_deg - fit(structure, clean).predicted_deg).norm() / std::sqrt(1500.0);
+  };
+  EXPECT_LT(distance(fit(structure, dirty)), 0.1);
+  EXPECT_GT(distance(fit(structure, dirty, plain)), 0.5);
+}
+
+TEST(Fit, MonotoneCurvesDoNotTurnBack) {
+  Data data = example(1500, 3);
+  Structure structure = make_structure(Family::hammerstein, 1, 12);
+  structure.monotone = true;
+  for (const double sign : {1.0, -1.0}) {
+    data.angle_deg *= sign;
+    const model::Curve curve = fit(structure, data).channel.input_curve.value();
+    for (std::size_t i = 1; i < curve.y.size(); ++i) EXPECT_GE((curve.y[i] - curve.y[i - 1]) * sign, -1e-9);
+  }
+}
+
+TEST(Fit, PolesAreStableWhateverTheData) {
+  Data data = example();
+  std::mt19937 random(3);
+  for (double& y : data.angle_deg) y = static_cast<double>(random() % 90);
+  for (const int order : {1, 2, 3}) {
+    for (const double pole : fit(make_structure(Family::hw, order), data).channel.lti.poles_rad_s) EXPECT_LT(pole, 0);
+  }
+}
+
+TEST(Fit, ASaturationThatIsNeverReachedIsRefusedByName) {
+  const Summary s = fit(make_structure(Family::hw, 1), example());
+  ASSERT_EQ(s.refusals.size(), 2u);
+  EXPECT_NE(s.refusals[0].find("saturation lower limit of ring: no predicted angle below"), std::string::npos)
+      << s.refusals[0];
+  EXPECT_LT(s.channel.saturation.lower_deg, example().angle_deg.minCoeff());
+  EXPECT_GT(s.channel.saturation.upper_deg, example().angle_deg.maxCoeff());
+  EXPECT_TRUE(s.parameters.back().refused);
+}
+
+TEST(Fit, ADeadZoneEdgeWithoutSamplesIsRefusedByName) {
+  Data data = example();
+  for (int k = 0; k < 1500; ++k) data.angle_deg(k) = 10 + 0.1 * std::max(0.0, data.input(k) - 400);
+  const Summary s = fit(make_dead_zone_structure(1), data);
+  bool found = false;
+  for (const std::string& r : s.refusals) found = found || r.starts_with("dead zone lower edge of ring: no sample below");
+  EXPECT_TRUE(found);
+  EXPECT_NEAR(s.channel.dead_zone->upper, 400, 5);
+}
+
+TEST(Fit, AKnotFarFromEverySampleIsRefusedByName) {
+  const Data data = example();
+  Options options;
+  options.input_knots = {200, 400, 600, 850, 1000};
+  const Summary s = fit(make_structure(Family::hammerstein, 1, 5), data, options);
+  ASSERT_FALSE(s.refusals.empty());
+  EXPECT_NE(s.refusals[0].find("curve at 1000 of ring: no sample near 1000"), std::string::npos) << s.refusals[0];
+}
+
+TEST(Fit, RefusesTooFewSamplesAndSignalsThatDoNotMove) {
+  Data data = example();
+  std::fill(data.use.begin() + 60, data.use.end(), 0);
+  EXPECT_NE(reason(make_structure(Family::hw), data).find("ring: 60 usable samples are too few for the 15 parameters"),
+            std::string::npos);
+  data = example();
+  data.input.setConstant(5);
+  EXPECT_NE(reason(make_structure(Family::hw), data).find("ring: the sensor does not change"), std::string::npos);
+  data = example();
+  data.angle_deg.setConstant(5);
+  EXPECT_NE(reason(make_structure(Family::hw), data).find("ring: the angle does not change"), std::string::npos);
+}
+
+TEST(Uncertainty, IsTheTextbookFormulaForWhiteNoise) {
+  std::mt19937 random(8);
+  std::normal_distribution<double> noise;
+  const int n = 20000;
+  Eigen::MatrixXd jacobian(n, 2);
+  Eigen::VectorXd residual(n);
+  for (int k = 0; k < n; ++k) {
+    jacobian.row(k) << 1, std::sin(0.1 * k);
+    residual(k) = 0.5 * noise(random);
+  }
+  const auto u = uncertainty(residual, jacobian, std::numeric_limits<double>::infinity());
+  EXPECT_NEAR(std::sqrt(u.covariance(0, 0)), 0.5 / std::sqrt(n), 0.05 * 0.5 / std::sqrt(n));
+  EXPECT_NEAR(std::sqrt(u.covariance(1, 1)), 0.5 / std::sqrt(n / 2.0), 0.05 * 0.5 / std::sqrt(n / 2.0));
+}
+
+TEST(Uncertainty, CorrelatedResidualsMakeItLarger) {
+  std::mt19937 random(8);
+  std::normal_distribution<double> noise;
+  const int n = 20000;
+  const double a = 0.9;
+  Eigen::VectorXd residual(n);
+  double e = 0;
+  for (double& r : residual) r = e = a * e + noise(random);
+  const auto u = uncertainty(residual, Eigen::MatrixXd::Ones(n, 1), std::numeric_limits<double>::infinity());
+  const double exact = 1 / (1 - a) / std::sqrt(n);  // of the mean of an AR(1) process
+  EXPECT_NEAR(std::sqrt(u.covariance(0, 0)) / exact, 1, 0.2);
+}
+
+TEST(Uncertainty, NamesWhatCannotBeTold) {
+  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Random(100, 3);
+  jacobian.col(1).setZero();
+  EXPECT_EQ(uncertainty(Eigen::VectorXd::Random(100), jacobian, 1).undetermined, std::vector<int>{1});
+  jacobian.col(1) = 2 * jacobian.col(2);
+  EXPECT_EQ(uncertainty(Eigen::VectorXd::Random(100), jacobian, 1).undetermined.size(), 1u);
+}
+
+}  // namespace
+}  // namespace flexor::identify

@@ -5,6 +5,33 @@
 #   flexor_fuzzer(NAME SOURCES ... USES ...)            libFuzzer program (preset fuzz)
 # Includes are written from the repository root: "host/model/model.hpp".
 
+include(${CMAKE_CURRENT_LIST_DIR}/layers.cmake)
+
+# CMake's own graph between rooms, one "from to" a line, for cmake/check_layers.cmake. The program `flexor` is cli.
+function(flexor_write_graph file)
+  set(text "")
+  foreach(room IN LISTS ROOMS)
+    set(target flexor_${room})
+    if(room STREQUAL "cli")
+      set(target flexor)
+    endif()
+    set(links "")
+    foreach(property LINK_LIBRARIES INTERFACE_LINK_LIBRARIES)
+      get_target_property(list ${target} ${property})
+      if(list)
+        list(APPEND links ${list})
+      endif()
+    endforeach()
+    list(REMOVE_DUPLICATES links)
+    foreach(other IN LISTS ROOMS)
+      if("flexor_${other}" IN_LIST links OR "$<LINK_ONLY:flexor_${other}>" IN_LIST links)
+        string(APPEND text "${room} ${other}\n")
+      endif()
+    endforeach()
+  endforeach()
+  file(WRITE ${file} "${text}")
+endfunction()
+
 add_library(flexor_warnings INTERFACE)
 target_compile_options(flexor_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")

@@ -29,7 +29,8 @@ void write_aligned(const Options& o, const experiment::Aligned& aligned) {
   recording::write_mat(r, o.out, o.mat_version == "5" ? recording::MatVersion::v5 : recording::MatVersion::v7_3);
 }
 
-void run(const Options& o) {
+void run(Options o) {
+  o.files = experiment::with_columns(o.files);
   const experiment::Aligned aligned = experiment::align_files(o.files, o.rate_hz, o.clock_offset_s);
   const recording::Alignment& a = aligned.alignment;
   if (!o.out.empty()) write_aligned(o, aligned);
@@ -66,8 +67,8 @@ void add_align(CLI::App& app) {
   CLI::App* command = app.add_subcommand("align", "Find the clock offset of two logs of one motion from their signals");
   command->add_option("--sensor", o->files.sensor, "CSV log of the glove")->required();
   command->add_option("--reference", o->files.reference, "CSV of the measured angle (camera)")->required();
-  command->add_option("--input", o->files.input, "column of the sensor log")->required();
-  command->add_option("--output", o->files.output, "column of the reference, degrees")->required();
+  command->add_option("--input", o->files.input, "column of the sensor log (default: its only one)");
+  command->add_option("--output", o->files.output, "column of the reference, degrees (default: its only one)");
   command->add_option("--rate", o->rate_hz, "sample rate of the aligned recording, Hz")->capture_default_str();
   command->add_option("--clock-offset", o->clock_offset_s,
                       "use this offset in seconds (reference minus sensor) and check it against the signals");

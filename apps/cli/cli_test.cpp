@@ -1,1 +1,274 @@
+// The program as its users run it: exit codes, one clear line for bad input, nothing half-written.
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "host/io/io.hpp"
+#include "host/model/model.hpp"
+#include "host/recording/csv.hpp"
+
+namespace flexor::cli {
+namespace {
+namespace fs = std::filesystem;
+
+struct Finished {
+  int exit = 0;
+  std::string out;
+  std::string err;
+};
+
+class Cli : public testing::Test {
+ protected:
+  Cli() : folder_(fs::path(testing::TempDir()) /
+                  (std::string("flexor_cli_") + testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    EXPECT_EQ(std::system(("'" FLEXOR_SIMULATE "' '" + folder_.string() + "'").c_str()), 0);
+  }
+  ~Cli() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string glove() const { return path("simulated_glove.csv"); }
+  std::string camera() const { return path("simulated_camera.csv"); }
+
+  static std::string content(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+
+  // Arguments are handed to a shell: quote what needs it.
+  Finished run(const std::string& arguments, const std::string& input = "/dev/null") const {
+    const std::string command = "'" FLEXOR_PROGRAM "' " + arguments + " < '" + input + "' > '" + path("stdout") +
+                                "' 2> '" + path("stderr") + "'";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(path("stdout")), content(path("stderr"))};
+  }
+
+  std::string identify_arguments(const std::string& sensor, const std::string& reference) const {
+    return "identify --sensor '" + sensor + "' --reference '" + reference + "' --structure linear-dynamic --model '" +
+           path("m.json") + "' --report '" + path("report") + "'";
+  }
+
+  // Exit code, one line that says `expected`, and no file that was not there before.
+  void expect_refused(const std::string& arguments, int exit, const std::string& expected) const {
+    const auto count = [&] { return std::distance(fs::recursive_directory_iterator(folder_), {}); };
+    const Finished warm_up = run("--version");  // so that the capture files exist
+    const auto before = count();
+    const Finished r = run(arguments);
+    EXPECT_EQ(r.exit, exit) << arguments << "\n" << r.err;
+    EXPECT_NE(r.err.find(expected), std::string::npos) << arguments << "\n" << r.err;
+    EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
+    EXPECT_EQ(r.out, "");
+    EXPECT_EQ(count(), before) << arguments;
+  }
+
+  // The glove's log (or the camera's) with its text changed, as a new file.
+  std::string edited(const std::string& file, const std::function<void(std::string&)>& edit) const {
+    std::string text = content(file);
+    edit(text);
+    const std::string name = path("edited.csv");
+    io::write_file(name, text);
+    return name;
+  }
+
+  static std::string line(const std::string& text, int number) {
+    std::size_t begin = 0;
+    for (int i = 1; i < number; ++i) begin = text.find('\n', begin) + 1;
+    return text.substr(begin, text.find('\n', begin) - begin);
+  }
+
+  // Replaces the last cell of row `number` (counted as an editor does).
+  static void set_last_cell(std::string& text, int number, const std::string& cell) {
+    const std::string old = line(text, number);
+    const std::string fresh = old.substr(0, old.rfind(',') + 1) + cell;
+    text.replace(text.find(old), old.size(), fresh);
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Cli, HelpIsThereForEveryCommand) {
+  EXPECT_EQ(run("--help").exit, 0);
+  for (const char* command : {"align", "identify", "apply", "score", "show"}) {
+    const Finished r = run(std::string(command) + " --help");
+    EXPECT_EQ(r.exit, 0) << command;
+    EXPECT_NE(r.out.find("Usage"), std::string::npos) << command;
+  }
+}
+
+TEST_F(Cli, WrongUsageIsExitTwo) {
+  EXPECT_EQ(run("").exit, 2);
+  EXPECT_EQ(run("dance").exit, 2);
+  EXPECT_EQ(run("align --sensor x").exit, 2);
+  EXPECT_EQ(run("apply").exit, 2);
+  EXPECT_EQ(run("identify --sensor a --reference b --rate fast").exit, 2);
+}
+
+TEST_F(Cli, AlignPrintsTheOffsetAndWritesTheAlignedRecording) {
+  const Finished r = run("align --sensor '" + glove() + "' --reference '" + camera() + "' --json --out '" + path("a.csv") + "'");
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const auto json = nlohmann::json::parse(r.out);
+  EXPECT_NEAR(json.at("clock_offset_s").get<double>(), 7.4, 0.15);
+  EXPECT_GT(json.at("alignment_confidence").get<double>(), 0.3);
+  EXPECT_EQ(recording::read_csv(path("a.csv"), {}).columns.size(), 3u);
+  for (const char* version : {"5", "7.3"}) {
+    EXPECT_EQ(run("align --sensor '" + glove() + "' --reference '" + camera() + "' --out '" + path("a.mat") +
+                  "' --mat-version " + version)
+                  .exit,
+              0);
+    EXPECT_TRUE(fs::exists(path("a.mat")));
+  }
+}
+
+TEST_F(Cli, TheWholeChainRuns) {
+  const Finished identified = run("identify --sensor '" + glove() + "' --reference '" + camera() +
+                             "' --structure hw --json --model '" + path("m.json") + "' --report '" + path("report") + "'");
+  ASSERT_EQ(identified.exit, 0) << identified.err;
+  const auto json = nlohmann::json::parse(identified.out);
+  EXPECT_TRUE(fs::exists(path("report/report.html")));
+  EXPECT_EQ(run("show '" + path("m.json") + "'").exit, 0);
+  EXPECT_EQ(model::from_json(run("show --json '" + path("m.json") + "'").out, "shown"), model::load(path("m.json")));
+
+  // Applied to the raw log, row by row, the model gives what was scored on the even grid, but for resampling.
+  const Finished applied = run("apply '" + path("m.json") + "' '" + glove() + "'");
+  ASSERT_EQ(applied.exit, 0) << applied.err;
+  io::write_file(path("angles.csv"), applied.out);
+  const double offset_s = json.at("clock_offset_s").get<double>();
+  const Finished scored = run("score '" + camera() + "' '" + path("angles.csv") + "' --estimate-offset " +
+                         std::to_string(offset_s) + " --json");
+  ASSERT_EQ(scored.exit, 0) << scored.err;
+  const double held_out = json.at("holdout").at("rmse_deg").get<double>();
+  EXPECT_NEAR(nlohmann::json::parse(scored.out).at("rmse_deg").get<double>(), held_out, 0.5 * held_out);
+
+  // Standard input gives the same bytes; float and fixed point nearly the same angles.
+  EXPECT_EQ(run("apply '" + path("m.json") + "' -", glove()).out, applied.out);
+  for (const auto& [arithmetic, tolerance] : {std::pair("float", 0.001), std::pair("fixed", 0.08)}) {
+    io::write_file(path("other.csv"), run("apply '" + path("m.json") + "' '" + glove() + "' --arithmetic " + arithmetic).out);
+    const auto exact = recording::read_csv(path("angles.csv"), {{"index_deg"}, {}, {}});
+    const auto other = recording::read_csv(path("other.csv"), {{"index_deg"}, {}, {}});
+    ASSERT_EQ(exact.t_s, other.t_s);
+    for (std::size_t k = 0; k < exact.t_s.size(); ++k) {
+      ASSERT_NEAR(exact.columns[0].value[k], other.columns[0].value[k], tolerance) << arithmetic << " row " << k;
+    }
+  }
+}
+
+TEST_F(Cli, ApplyHoldsThroughPausesAndSaysSo) {
+  const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
+  std::string log = "t_s,thumb_alpha,index_alpha,middle_alpha,ring_alpha,pinky_alpha\n";
+  for (int k = 0; k < 40; ++k) {
+    const double t = 0.1 * k + (k >= 20 ? 3 : 0);
+    log += std::to_string(t) + (k == 30 ? ",2000,2000,2000,2000,2000\n" : ",120,120,120,120,120\n");
+  }
+  io::write_file(path("log.csv"), log);
+  const Finished r = run("apply '" + model + "' '" + path("log.csv") + "'");
+  ASSERT_EQ(r.exit, 0) << r.err;
+  EXPECT_EQ(line(r.out, 1).substr(0, 38), "t_s,thumb_deg,thumb_status,index_deg,i");
+  EXPECT_NE(r.out.find("pause"), std::string::npos);
+  EXPECT_NE(r.out.find("above_range"), std::string::npos);
+  EXPECT_EQ(std::count(r.out.begin(), r.out.end(), '\n'), 71);  // header, and 0 to 6.9 s every 0.1 s
+}
+
+TEST_F(Cli, BadFilesAreNamedWithAMend) {
+  const auto sensor = [&](const std::string& file) { return identify_arguments(file, camera()); };
+  expect_refused(sensor(path("none.csv")), 2, "none.csv: no such file");
+  expect_refused(sensor(folder_.string()), 2, "is a directory; name a file in it");
+  io::write_file(path("empty.csv"), "");
+  expect_refused(sensor(path("empty.csv")), 2, "empty.csv: is empty");
+  io::write_file(path("header.csv"), "Time(ms),simulated_index_adc\n");
+  expect_refused(sensor(path("header.csv")), 2, "header.csv: has a header but no data");
+  expect_refused(sensor(glove()) + " --input SensorA9", 2,
+                 "no column \"SensorA9\"; there are: Time(ms), Phase, simulated_index_adc");
+}
+
+TEST_F(Cli, BadCellsAreNamedByRowAndColumn) {
+  const auto with_cell = [&](const std::string& cell) {
+    return identify_arguments(edited(glove(), [&](std::string& t) { set_last_cell(t, 100, cell); }), camera()) +
+           " --input simulated_index_adc";
+  };
+  io::write_file(path("edited.csv"), "");
+  expect_refused(with_cell("abc"), 2, "edited.csv: row 100: column \"simulated_index_adc\": \"abc\" is not a number");
+  expect_refused(with_cell("nan"), 2, "row 100: column \"simulated_index_adc\": nan is not a measurement");
+  expect_refused(with_cell("inf"), 2, "row 100: column \"simulated_index_adc\": inf is not a measurement");
+}
+
+TEST_F(Cli, TimeThatDoesNotIncreaseIsRefused) {
+  std::string log = "t_s,a\n";
+  for (int k = 0; k < 600; ++k) log += std::to_string(0.1 * (k % 300)) + "," + std::to_string(k % 77) + "\n";
+  io::write_file(path("reset.csv"), log);
+  expect_refused(identify_arguments(path("reset.csv"), camera()), 2, "reset.csv: row 302: time does not increase");
+}
+
+TEST_F(Cli, SignalsThatNeverChangeAreRefused) {
+  std::string log = "t_s,a\n";
+  for (int k = 0; k < 900; ++k) log += std::to_string(0.1 * k) + ",323\n";
+  io::write_file(path("dead.csv"), log);
+  expect_refused(identify_arguments(path("dead.csv"), camera()), 2,
+                 "dead.csv: column \"a\" never changes (always 323); is the sensor plugged in?");
+  expect_refused(identify_arguments(glove(), path("dead.csv")), 2,
+                 "dead.csv: column \"a\" never changes (always 323); does the camera see the marks?");
+}
+
+TEST_F(Cli, RecordingsThatAreTooShortOrDoNotBelongTogetherAreRefused) {
+  std::string brief = "t_s,a\n";
+  for (int k = 0; k < 100; ++k) brief += std::to_string(0.1 * k) + "," + std::to_string(k % 7) + "\n";
+  io::write_file(path("brief.csv"), brief);
+  expect_refused(identify_arguments(glove(), path("brief.csv")), 1, "overlap too short");
+  std::string other = "t_s,a\n";
+  unsigned seed = 1;
+  for (int k = 0; k < 900; ++k) {
+    seed = seed * 1664525u + 1013904223u;
+    other += std::to_string(0.1 * k) + "," + std::to_string(seed >> 24) + "\n";
+  }
+  io::write_file(path("other.csv"), other);
+  expect_refused(identify_arguments(glove(), path("other.csv")), 1, "do not correlate");
+}
+
+TEST_F(Cli, FewerSamplesThanTheParametersNeedIsRefused) {
+  expect_refused("identify --sensor '" + glove() + "' --reference '" + camera() +
+                     "' --structure hw-hysteresis --split 0.02 --knots 16 --model '" + path("m.json") + "'",
+                 1, "usable samples are too few");
+}
+
+TEST_F(Cli, BadModelsAreRefused) {
+  const std::string good = content(FLEXOR_SOURCE_DIR "/models/published_hw.json");
+  std::string newer = good;
+  newer.replace(newer.find("\"schema_version\": 1"), 19, "\"schema_version\": 2");
+  io::write_file(path("newer.json"), newer);
+  io::write_file(path("cut.json"), good.substr(0, 500));
+  for (const std::string command : {"show '{}'", "apply '{}' x.csv"}) {
+    const auto with = [&](const std::string& file) {
+      std::string text = command;
+      return text.replace(text.find("{}"), 2, path(file));
+    };
+    expect_refused(with("newer.json"), 2, "newer.json: has schema version 2, this program reads up to 1; update Flexor");
+    expect_refused(with("cut.json"), 2, "cut.json: not valid JSON at line");
+    expect_refused(with("none.json"), 2, "none.json: no such file");
+  }
+}
+
+TEST_F(Cli, OutputsThatCannotBeWrittenAreRefused) {
+  io::write_file(path("file"), "x");
+  const std::string base = "identify --sensor '" + glove() + "' --reference '" + camera() + "' --structure linear ";
+  expect_refused(base + "--model '" + path("none/m.json") + "'", 2, "none/m.json: cannot be written");
+  expect_refused(base + "--report '" + path("file") + "'", 2, "file: cannot make this folder");
+  expect_refused("align --sensor '" + glove() + "' --reference '" + camera() + "' --out '" + path("none/a.mat") + "'", 2,
+                 "none/a.mat: cannot be written");
+  const Finished full = run("show '" FLEXOR_SOURCE_DIR "/models/published_hw.json' > /dev/full; exit $?; true");
+  EXPECT_EQ(full.exit, 1);
+}
+
+TEST_F(Cli, FilesThatDoNotOverlapAreNotScored) {
+  io::write_file(path("a.csv"), "t_s,a_deg\n0,1\n1,2\n2,3\n");
+  io::write_file(path("b.csv"), "t_s,b_deg\n10,1\n11,2\n12,3\n");
+  expect_refused("score '" + path("a.csv") + "' '" + path("b.csv") + "'", 2, "do not overlap in time");
+}
+
+}  // namespace
+}  // namespace flexor::cli

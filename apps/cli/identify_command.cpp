@@ -62,8 +62,8 @@ void add_identify(CLI::App& app) {
       app.add_subcommand("identify", "From a glove log and measured angles to a compensator proven on unseen data");
   command->add_option("--sensor", r.files.sensor, "CSV log of the glove")->required();
   command->add_option("--reference", r.files.reference, "CSV of the measured angle (camera)")->required();
-  command->add_option("--input", r.files.input, "column of the sensor log")->required();
-  command->add_option("--output", r.files.output, "column of the reference, degrees")->required();
+  command->add_option("--input", r.files.input, "column of the sensor log (default: its only one)");
+  command->add_option("--output", r.files.output, "column of the reference, degrees (default: its only one)");
   command->add_option("--rate", r.rate_hz, "sample rate of the compensator, Hz")->capture_default_str();
   command->add_option("--split", r.split, "share of the recording, from its start, that is fitted")
       ->capture_default_str();

@@ -128,7 +128,8 @@ void curve(Gnuplot& g, const Identification& r) {
   const Aligned& a = r.aligned;
   g.begin("curve", 480);
   g.data("points", a.input.size(), [&](std::size_t k) {
-    return fmt::format("{:.1f} {:.2f} {:.2f}", a.input[k], a.angle_deg[k], r.estimated_deg[k]);
+    return a.gap[k] ? std::string("nan nan nan")
+                    : fmt::format("{:.1f} {:.2f} {:.2f}", a.input[k], a.angle_deg[k], r.estimated_deg[k]);
   });
   model::Model still = r.model;
   model::Channel& channel = still.channels.front();
@@ -183,9 +184,26 @@ void dynamics(Gnuplot& g, const Identification& r) {
         kEstimated);
 }
 
+// Grey bands where a log paused.
+void shade_pauses(Gnuplot& g, const Aligned& a, std::size_t first) {
+  for (std::size_t k = first; k < a.gap.size();) {
+    if (!a.gap[k]) {
+      ++k;
+      continue;
+    }
+    std::size_t end = k;
+    while (end < a.gap.size() && a.gap[end]) ++end;
+    g.add("set object rectangle from first {:.2f}, graph 0 to first {:.2f}, graph 1 fc rgb '#e8e8e8' fs solid noborder "
+          "behind",
+          a.grid.time(k) - a.grid.start_s, a.grid.time(end) - a.grid.start_s);
+    k = end;
+  }
+}
+
 void holdout(Gnuplot& g, const Identification& r) {
   const Aligned& a = r.aligned;
   g.begin("holdout", 620);
+  shade_pauses(g, a, r.holdout_begin);
   g.data("run", a.grid.size - r.holdout_begin, [&](std::size_t i) {
     const std::size_t k = r.holdout_begin + i;
     return fmt::format("{:.3f} {:.2f} {:.2f} {:.2f}", a.grid.time(k) - a.grid.start_s, a.angle_deg[k],
@@ -262,14 +280,14 @@ std::vector<Figure> draw(const Identification& r) {
   std::vector<Figure> figures = {
       {"holdout", "Held-out response and error",
        "Data that the fit never saw. Top: the camera's angle, the compensator's, and a straight line through the "
-       "fitted part. Bottom: what is left of the error.",
+       "fitted part. Bottom: what is left of the error. Grey: a log paused there, and the reading is interpolated.",
        {}},
       {"alignment", "Clock alignment",
        "Top: both recordings on one clock. Bottom: how much of the angle's variation any curve of the sensor "
        "explains, for every clock offset; the highest peak is the offset, other peaks are other repetitions.",
        {}},
       {"curve", "From sensor reading to angle",
-       "Every sample of the recording. Where the compensator's cloud lies on the camera's, it follows the finger, "
+       "Every sample outside pauses. Where the compensator's cloud lies on the camera's, it follows the finger, "
        "loops and all. The line is where its angle would settle if the finger stopped.",
        {}},
       {"dynamics", "Dynamics",

@@ -1,11 +1,13 @@
 #include "host/experiment/identification.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/QR>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 
 #include "host/io/io.hpp"
 #include "host/model/simulation.hpp"
@@ -18,6 +20,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kAdcTop = 1023;
 constexpr double kRangeMargin = 0.25;
+constexpr double kMuchWorse = 1.5;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -156,10 +159,15 @@ void add_warnings(Identification& r) {
                                    "line ({:.2f} deg)",
                                    r.holdout.rmse_deg, r.baseline.rmse_deg));
   }
-  if (r.holdout.rmse_deg > 1.5 * r.fit.rmse_deg) {
+  if (r.holdout_without_gaps.rmse_deg > kMuchWorse * r.fit.rmse_deg) {
     warnings.push_back(fmt::format("the error on unseen data is {:.1f} times the error on the fitted part: the glove "
                                    "changed during the recording, or the motion did",
-                                   r.holdout.rmse_deg / r.fit.rmse_deg));
+                                   r.holdout_without_gaps.rmse_deg / r.fit.rmse_deg));
+  }
+  if (r.holdout.rmse_deg > kMuchWorse * r.holdout_without_gaps.rmse_deg) {
+    warnings.push_back(fmt::format("most of the error falls into pauses of a log, where there is nothing to compensate: "
+                                   "without them it is {:.2f} deg; log without pauses",
+                                   r.holdout_without_gaps.rmse_deg));
   }
   const auto split = r.aligned.input.begin() + static_cast<std::ptrdiff_t>(r.holdout_begin);
   const auto [low, high] = std::minmax_element(r.aligned.input.begin(), split);
@@ -181,6 +189,20 @@ void add_warnings(Identification& r) {
 }
 
 }  // namespace
+
+SourceFiles with_columns(SourceFiles files) {
+  const auto only_column = [](const std::filesystem::path& path, const char* option) {
+    io::require_readable(path);
+    std::ifstream stream(path, std::ios::binary);
+    const recording::CsvReader reader(stream, path.string(), {});
+    if (reader.columns().size() == 1) return reader.columns().front();
+    throw io::InputError(fmt::format("{}: which column? give {}; there are: {}", path.string(), option,
+                                     fmt::join(reader.columns(), ", ")));
+  };
+  if (files.input.empty()) files.input = only_column(files.sensor, "--input");
+  if (files.output.empty()) files.output = only_column(files.reference, "--output");
+  return files;
+}
 
 Aligned align_files(const SourceFiles& files, double rate_hz, std::optional<double> clock_offset_s) {
   if (!(rate_hz > 0) || !std::isfinite(rate_hz)) throw io::InputError("the rate must be positive");
@@ -229,13 +251,15 @@ recording::Recording to_recording(const Aligned& aligned, const SourceFiles& fil
   return r;
 }
 
-Identification identify_files(const Request& request, const identify::Progress& progress) {
+Identification identify_files(const Request& asked, const identify::Progress& progress) {
+  Request request = asked;
   const bool automatic = request.structure == "auto";
   if (!automatic) (void)requested_structure(request);
   if (automatic && (request.order || request.knots || request.plays || request.dead_zone)) {
     throw io::InputError("structure auto chooses order, knots, plays and dead zone itself: name a structure to set them");
   }
   if (!(request.split > 0 && request.split < 1)) throw io::InputError("the split must lie between 0 and 1");
+  request.files = with_columns(request.files);
   const std::string channel = request.channel ? model::finger(*request.channel) : guess_channel(request.files);
 
   Identification r;

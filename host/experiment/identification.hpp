@@ -27,9 +27,12 @@ namespace flexor::experiment {
 struct SourceFiles {
   std::filesystem::path sensor;
   std::filesystem::path reference;
-  std::string input;   // column of the sensor file
-  std::string output;  // column of the reference file, degrees
+  std::string input;   // column of the sensor file; empty: its only column of numbers
+  std::string output;  // column of the reference file, degrees; likewise
 };
+
+// Fills in the columns that were left out. Throws io::InputError, listing the columns, where there are several.
+SourceFiles with_columns(SourceFiles files);
 
 // Both recordings on one grid, in the sensor's clock.
 struct Aligned {
@@ -44,7 +47,7 @@ struct Aligned {
   std::vector<std::string> warnings;
 };
 
-// Throws io::InputError and io::JobError. rate_hz > 0.
+// Both columns named; rate_hz > 0. Throws io::InputError and io::JobError.
 Aligned align_files(const SourceFiles& files, double rate_hz, std::optional<double> clock_offset_s);
 
 // t_s, input, output and gap columns, for wide CSV and MAT.

@@ -1,6 +1,7 @@
 #include "host/io/io.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <fstream>
 
@@ -10,7 +11,7 @@ namespace fs = std::filesystem;
 
 class Io : public testing::Test {
  protected:
-  Io() : folder_(fs::path(testing::TempDir()) / "flexor_io_test") {
+  Io() : folder_(fs::path(testing::TempDir()) / ("flexor_io_test_" + std::to_string(::getpid()))) {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }

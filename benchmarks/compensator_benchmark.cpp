@@ -1,0 +1,139 @@
+// Channel-samples per second of the compensator, beside a dense Eigen state-space step in the same run.
+#include <benchmark/benchmark.h>
+
+#include <Eigen/Dense>
+#include <random>
+#include <vector>
+
+#include "host/model/coefficients.hpp"
+#include "runtime/compensator/compensator.hpp"
+
+namespace {
+
+using namespace flexor;
+constexpr int kChannels = 5;
+constexpr std::size_t kSamples = 4096;
+
+// Readings that wander over the whole range, as `Number` (Q5 where it is an integer).
+template <class Number>
+std::vector<Number> readings() {
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise;
+  std::vector<Number> out(kSamples * kChannels);
+  double value[kChannels] = {80, 80, 80, 80, 80};
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    double& v = value[i % kChannels];
+    v = std::clamp(v + 4 * noise(random), 10.0, 150.0);
+    out[i] = static_cast<Number>(std::is_integral_v<Number> ? v * 32 : v);
+  }
+  return out;
+}
+
+model::Model published(const char* name) {
+  return model::load(std::string(FLEXOR_SOURCE_DIR "/models/") + name);
+}
+
+// The published dead zone, a curve of ten knots, two poles, saturation: what identification gives.
+model::Model identified() {
+  model::Model m = published("published_hw.json");
+  for (model::Channel& c : m.channels) {
+    c.dead_zone.reset();
+    c.input_curve.emplace();
+    for (int i = 0; i < 10; ++i) {
+      c.input_curve->x.push_back(16.0 * i);
+      c.input_curve->y.push_back(20 + 15.0 * i - 0.4 * i * i);
+    }
+    c.lti = {1, 0, {-20, -1}, {0, 0.8}};
+  }
+  return m;
+}
+
+template <class Arithmetic, class Shape>
+void run(benchmark::State& state, const model::Model& m) {
+  using Glove = compensator::Compensator<Arithmetic, Shape, kChannels>;
+  using Input = typename Arithmetic::Input;
+  std::vector<typename Glove::Coefficients> coefficients;
+  for (const model::Channel& c : m.channels) {
+    if constexpr (std::is_integral_v<Input>) {
+      coefficients.push_back(model::fixed_coefficients<Shape>(c, m.sample_period_s));
+    } else {
+      coefficients.push_back(model::floating_coefficients<Input, Shape>(c, m.sample_period_s));
+    }
+  }
+  Glove glove(coefficients.data());
+  const std::vector<Input> in = readings<Input>();
+  std::vector<typename Arithmetic::Output> out(in.size());
+  std::vector<core::Status> status(in.size());
+  for (auto _ : state) {
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      glove.step(&in[k * kChannels], &out[k * kChannels], &status[k * kChannels]);
+    }
+    benchmark::DoNotOptimize(out.data());
+    benchmark::ClobberMemory();
+  }
+  state.counters["channel_samples/s"] =
+      benchmark::Counter(static_cast<double>(state.iterations() * kSamples * kChannels), benchmark::Counter::kIsRate);
+}
+
+using Curved = compensator::Shape<0, 10, 2, 0>;
+
+void hammerstein_wiener_float(benchmark::State& state) {
+  run<compensator::Floating<float, compensator::HammersteinWienerShape>, compensator::HammersteinWienerShape>(
+      state, published("published_hw.json"));
+}
+BENCHMARK(hammerstein_wiener_float)->Name("compensator/hammerstein_wiener/float");
+
+void hammerstein_wiener_fixed(benchmark::State& state) {
+  run<compensator::Fixed<compensator::HammersteinWienerShape>, compensator::HammersteinWienerShape>(
+      state, published("published_hw.json"));
+}
+BENCHMARK(hammerstein_wiener_fixed)->Name("compensator/hammerstein_wiener/fixed");
+
+void curve_two_poles_float(benchmark::State& state) {
+  run<compensator::Floating<float, Curved>, Curved>(state, identified());
+}
+BENCHMARK(curve_two_poles_float)->Name("compensator/curve_two_poles/float");
+
+// x = A x + B phi(u), y = sat(x): the same compensator as a matrix library would write it.
+void eigen_dense(benchmark::State& state) {
+  const model::Model m = published("published_hw.json");
+  using Vector = Eigen::Matrix<float, kChannels, 1>;
+  using Matrix = Eigen::Matrix<float, kChannels, kChannels>;
+  Matrix a = Matrix::Zero();
+  Matrix b = Matrix::Zero();
+  Vector low;
+  Vector high;
+  Vector from;
+  Vector to;
+  for (int i = 0; i < kChannels; ++i) {
+    const model::Channel& c = m.channels[static_cast<std::size_t>(i)];
+    const auto pole = static_cast<float>(std::exp(c.lti.poles_rad_s[0] * m.sample_period_s));
+    a(i, i) = pole;
+    b(i, i) = (1 - pole) * static_cast<float>(c.lti.gain);
+    low(i) = static_cast<float>(c.dead_zone->lower);
+    high(i) = static_cast<float>(c.dead_zone->upper);
+    from(i) = static_cast<float>(c.saturation.lower_deg);
+    to(i) = static_cast<float>(c.saturation.upper_deg);
+  }
+  const std::vector<float> in = readings<float>();
+  std::vector<float> out(in.size());
+  benchmark::DoNotOptimize(a.data());  // dense: the zeros are not known to the compiler
+  benchmark::DoNotOptimize(b.data());
+  Vector x = Vector::Zero();
+  for (auto _ : state) {
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      const Eigen::Map<const Vector> u(&in[k * kChannels]);
+      const Vector v = u - u.cwiseMax(low).cwiseMin(high);
+      x = a * x + b * v;
+      Eigen::Map<Vector> y(&out[k * kChannels]);
+      y = x.cwiseMax(from).cwiseMin(to);
+    }
+    benchmark::DoNotOptimize(out.data());
+    benchmark::ClobberMemory();
+  }
+  state.counters["channel_samples/s"] =
+      benchmark::Counter(static_cast<double>(state.iterations() * kSamples * kChannels), benchmark::Counter::kIsRate);
+}
+BENCHMARK(eigen_dense)->Name("compensator/peer_eigen_dense/float");
+
+}  // namespace

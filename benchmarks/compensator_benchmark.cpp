@@ -71,8 +71,8 @@ void run(benchmark::State& state, const model::Model& m) {
     benchmark::DoNotOptimize(out.data());
     benchmark::ClobberMemory();
   }
-  state.counters["channel_samples/s"] =
-      benchmark::Counter(static_cast<double>(state.iterations() * kSamples * kChannels), benchmark::Counter::kIsRate);
+  state.counters["channel_samples/s"] = benchmark::Counter(
+      static_cast<double>(state.iterations() * kSamples * kChannels), benchmark::Counter::kIsRate);
 }
 
 using Curved = compensator::Shape<0, 10, 2, 0>;
@@ -131,8 +131,8 @@ void eigen_dense(benchmark::State& state) {
     benchmark::DoNotOptimize(out.data());
     benchmark::ClobberMemory();
   }
-  state.counters["channel_samples/s"] =
-      benchmark::Counter(static_cast<double>(state.iterations() * kSamples * kChannels), benchmark::Counter::kIsRate);
+  state.counters["channel_samples/s"] = benchmark::Counter(
+      static_cast<double>(state.iterations() * kSamples * kChannels), benchmark::Counter::kIsRate);
 }
 BENCHMARK(eigen_dense)->Name("compensator/peer_eigen_dense/float");
 

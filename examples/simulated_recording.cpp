@@ -3,8 +3,8 @@
 //
 //   simulated_recording FOLDER      ->  simulated_glove.csv, simulated_camera.csv
 //
-// A finger goes to random angles and rests; the sensor sees it through slip (play), a curve, a slow tail and noise, is
-// logged in bursts with pauses; the camera runs at 30 frames a second on another clock.
+// A finger goes to random angles and rests; the sensor sees it through slip (play), a curve, a slow tail and
+// noise, is logged in bursts with pauses; the camera runs at 30 frames a second on another clock.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -68,8 +68,8 @@ int main(int argc, char** argv) {
     const double adc = 240 + 420 * std::pow(std::max(felt, 0.0) / 90, 1.4);
     if (t >= next_burst_s) {
       for (int i = 0; i < 3; ++i) {
-        add(glove, fmt::format("{:.0f},{},{:.0f}\n", 1000 * t + 17000 + 15 * i, angle[k] > 45 ? "Flex" : "Extend",
-                               adc + 2 * noise(random)));
+        add(glove, fmt::format("{:.0f},{},{:.0f}\n", 1000 * t + 17000 + 15 * i,
+                               angle[k] > 45 ? "Flex" : "Extend", adc + 2 * noise(random)));
       }
       next_burst_s = t + (frame % 400 == 399 ? 0.9 : 0.11);  // the log pauses now and then
     }

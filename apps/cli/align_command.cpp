@@ -26,7 +26,8 @@ void write_aligned(const Options& o, const experiment::Aligned& aligned) {
     io::write_file(o.out, recording::to_csv(r));
     return;
   }
-  recording::write_mat(r, o.out, o.mat_version == "5" ? recording::MatVersion::v5 : recording::MatVersion::v7_3);
+  recording::write_mat(r, o.out,
+                       o.mat_version == "5" ? recording::MatVersion::v5 : recording::MatVersion::v7_3);
 }
 
 void run(Options o) {
@@ -51,11 +52,12 @@ void run(Options o) {
     return;
   }
   for (const std::string& warning : aligned.warnings) log("warning: " + warning);
-  print(fmt::format("clock offset   {:+.3f} s (reference time minus sensor time)\n"
-                    "confidence     {:.2f} (0: ambiguous, 1: no other offset comes near)\n"
-                    "explained      {:.0f} % of the angle by the sensor at this offset\n"
-                    "overlap        {:.1f} s\n",
-                    aligned.clock_offset_s, a.confidence, 100 * a.eta_squared, a.overlap_s));
+  print(
+      fmt::format("clock offset   {:+.3f} s (reference time minus sensor time)\n"
+                  "confidence     {:.2f} (0: ambiguous, 1: no other offset comes near)\n"
+                  "explained      {:.0f} % of the angle by the sensor at this offset\n"
+                  "overlap        {:.1f} s\n",
+                  aligned.clock_offset_s, a.confidence, 100 * a.eta_squared, a.overlap_s));
   if (a.drift_ppm) print(fmt::format("drift          {:+.0f} ppm\n", *a.drift_ppm));
   if (!o.out.empty()) print(fmt::format("written        {}\n", o.out));
 }
@@ -64,12 +66,15 @@ void run(Options o) {
 
 void add_align(CLI::App& app) {
   auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("align", "Find the clock offset of two logs of one motion from their signals");
+  CLI::App* command =
+      app.add_subcommand("align", "Find the clock offset of two logs of one motion from their signals");
   command->add_option("--sensor", o->files.sensor, "CSV log of the glove")->required();
   command->add_option("--reference", o->files.reference, "CSV of the measured angle (camera)")->required();
   command->add_option("--input", o->files.input, "column of the sensor log (default: its only one)");
-  command->add_option("--output", o->files.output, "column of the reference, degrees (default: its only one)");
-  command->add_option("--rate", o->rate_hz, "sample rate of the aligned recording, Hz")->capture_default_str();
+  command->add_option("--output", o->files.output,
+                      "column of the reference, degrees (default: its only one)");
+  command->add_option("--rate", o->rate_hz, "sample rate of the aligned recording, Hz")
+      ->capture_default_str();
   command->add_option("--clock-offset", o->clock_offset_s,
                       "use this offset in seconds (reference minus sensor) and check it against the signals");
   command->add_option("--out", o->out, "write the aligned recording: .csv or .mat");

@@ -22,16 +22,21 @@ struct Options {
 
 const char* status_name(core::Status status) {
   switch (status) {
-    case core::Status::ok: return "ok";
-    case core::Status::below_range: return "below_range";
-    case core::Status::above_range: return "above_range";
-    case core::Status::not_a_number: return "not_a_number";
+    case core::Status::ok:
+      return "ok";
+    case core::Status::below_range:
+      return "below_range";
+    case core::Status::above_range:
+      return "above_range";
+    case core::Status::not_a_number:
+      return "not_a_number";
   }
   return "";
 }
 
-// Feeds uneven rows to the compensator on its own even grid: a grid point between two rows gets the straight line
-// between them. In a pause the angle is held and the state left alone; after a long one the grid starts anew.
+// Feeds uneven rows to the compensator on its own even grid: a grid point between two rows gets the straight
+// line between them. In a pause the angle is held and the state left alone; after a long one the grid starts
+// anew.
 template <class Arithmetic>
 class Stream {
  public:
@@ -59,7 +64,8 @@ class Stream {
 
   void finish() {
     flush();
-    if (skipped_ > 0) log(fmt::format("warning: {} row(s) whose time does not increase were left out", skipped_));
+    if (skipped_ > 0)
+      log(fmt::format("warning: {} row(s) whose time does not increase were left out", skipped_));
   }
 
   void follow(const std::istream* stream) { stream_ = stream; }
@@ -112,12 +118,14 @@ class Stream {
 
 std::vector<std::string> input_columns(const Options& o, const model::Model& model) {
   if (!o.inputs.empty() && o.inputs.size() != model.channels.size()) {
-    throw io::InputError(fmt::format("the model has {} channel(s), {} --input given; name one for each, in order",
-                                     model.channels.size(), o.inputs.size()));
+    throw io::InputError(
+        fmt::format("the model has {} channel(s), {} --input given; name one for each, in order",
+                    model.channels.size(), o.inputs.size()));
   }
   if (!o.inputs.empty()) return o.inputs;
   std::vector<std::string> columns;
-  for (const model::Channel& c : model.channels) columns.push_back(c.input_column.empty() ? c.name : c.input_column);
+  for (const model::Channel& c : model.channels)
+    columns.push_back(c.input_column.empty() ? c.name : c.input_column);
   return columns;
 }
 
@@ -155,10 +163,12 @@ void run(const Options& o) {
 
 void add_apply(CLI::App& app) {
   auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("apply", "Turn sensor readings into angles: wide CSV on standard output");
+  CLI::App* command =
+      app.add_subcommand("apply", "Turn sensor readings into angles: wide CSV on standard output");
   command->add_option("model", o->model, "model document")->required();
   command->add_option("file", o->file, "CSV recording; - reads standard input row by row")->required();
-  command->add_option("--input", o->inputs, "input columns, one for each channel (default: those in the model)");
+  command->add_option("--input", o->inputs,
+                      "input columns, one for each channel (default: those in the model)");
   command->add_option("--arithmetic", o->arithmetic, "double, float or fixed (as in the glove)")
       ->check(CLI::IsMember({"double", "float", "fixed"}))
       ->capture_default_str();

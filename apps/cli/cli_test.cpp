@@ -8,6 +8,7 @@
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "host/io/io.hpp"
 #include "host/model/model.hpp"
@@ -25,8 +26,10 @@ struct Finished {
 
 class Cli : public testing::Test {
  protected:
-  Cli() : folder_(fs::path(testing::TempDir()) /
-                  (std::string("flexor_cli_") + testing::UnitTest::GetInstance()->current_test_info()->name())) {
+  Cli()
+      : folder_(
+            fs::path(testing::TempDir()) /
+            (std::string("flexor_cli_") + testing::UnitTest::GetInstance()->current_test_info()->name())) {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
     EXPECT_EQ(std::system(("'" FLEXOR_SIMULATE "' '" + folder_.string() + "'").c_str()), 0);
@@ -44,15 +47,15 @@ class Cli : public testing::Test {
 
   // Arguments are handed to a shell: quote what needs it.
   Finished run(const std::string& arguments, const std::string& input = "/dev/null") const {
-    const std::string command = "'" FLEXOR_PROGRAM "' " + arguments + " < '" + input + "' > '" + path("stdout") +
-                                "' 2> '" + path("stderr") + "'";
+    const std::string command = "'" FLEXOR_PROGRAM "' " + arguments + " < '" + input + "' > '" +
+                                path("stdout") + "' 2> '" + path("stderr") + "'";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(path("stdout")), content(path("stderr"))};
   }
 
   std::string identify_arguments(const std::string& sensor, const std::string& reference) const {
-    return "identify --sensor '" + sensor + "' --reference '" + reference + "' --structure linear-dynamic --model '" +
-           path("m.json") + "' --report '" + path("report") + "'";
+    return "identify --sensor '" + sensor + "' --reference '" + reference +
+           "' --structure linear-dynamic --model '" + path("m.json") + "' --report '" + path("report") + "'";
   }
 
   // Exit code, one line that says `expected`, and no file that was not there before.
@@ -111,7 +114,8 @@ TEST_F(Cli, WrongUsageIsExitTwo) {
 }
 
 TEST_F(Cli, AlignPrintsTheOffsetAndWritesTheAlignedRecording) {
-  const Finished r = run("align --sensor '" + glove() + "' --reference '" + camera() + "' --json --out '" + path("a.csv") + "'");
+  const Finished r = run("align --sensor '" + glove() + "' --reference '" + camera() + "' --json --out '" +
+                         path("a.csv") + "'");
   ASSERT_EQ(r.exit, 0) << r.err;
   const auto json = nlohmann::json::parse(r.out);
   EXPECT_NEAR(json.at("clock_offset_s").get<double>(), 7.4, 0.15);
@@ -127,34 +131,45 @@ TEST_F(Cli, AlignPrintsTheOffsetAndWritesTheAlignedRecording) {
 }
 
 TEST_F(Cli, TheWholeChainRuns) {
-  const Finished identified = run("identify --sensor '" + glove() + "' --reference '" + camera() +
-                             "' --structure hw --json --model '" + path("m.json") + "' --report '" + path("report") + "'");
+  const Finished identified =
+      run("identify --sensor '" + glove() + "' --reference '" + camera() +
+          "' --structure hw --json --model '" + path("m.json") + "' --report '" + path("report") + "'");
   ASSERT_EQ(identified.exit, 0) << identified.err;
   const auto json = nlohmann::json::parse(identified.out);
   EXPECT_TRUE(fs::exists(path("report/report.html")));
   EXPECT_EQ(run("show '" + path("m.json") + "'").exit, 0);
-  EXPECT_EQ(model::from_json(run("show --json '" + path("m.json") + "'").out, "shown"), model::load(path("m.json")));
+  EXPECT_EQ(model::from_json(run("show --json '" + path("m.json") + "'").out, "shown"),
+            model::load(path("m.json")));
 
   // Applied to the raw log, row by row, the model gives what was scored on the even grid, but for resampling.
   const Finished applied = run("apply '" + path("m.json") + "' '" + glove() + "'");
   ASSERT_EQ(applied.exit, 0) << applied.err;
-  io::write_file(path("angles.csv"), applied.out);
+  std::string without_pauses;
+  std::istringstream rows(applied.out);
+  for (std::string row; std::getline(rows, row);) {
+    if (row.find(",pause") == std::string::npos) without_pauses += row + "\n";
+  }
+  io::write_file(path("angles.csv"), without_pauses);
   const double offset_s = json.at("clock_offset_s").get<double>();
   const Finished scored = run("score '" + camera() + "' '" + path("angles.csv") + "' --estimate-offset " +
-                         std::to_string(offset_s) + " --json");
+                              std::to_string(offset_s) + " --json");
   ASSERT_EQ(scored.exit, 0) << scored.err;
   const double held_out = json.at("holdout").at("rmse_deg").get<double>();
-  EXPECT_NEAR(nlohmann::json::parse(scored.out).at("rmse_deg").get<double>(), held_out, 0.5 * held_out);
+  EXPECT_NEAR(nlohmann::json::parse(scored.out).at("rmse_deg").get<double>(), held_out, 0.3 * held_out);
+
+  io::write_file(path("angles.csv"), applied.out);
 
   // Standard input gives the same bytes; float and fixed point nearly the same angles.
   EXPECT_EQ(run("apply '" + path("m.json") + "' -", glove()).out, applied.out);
   for (const auto& [arithmetic, tolerance] : {std::pair("float", 0.001), std::pair("fixed", 0.08)}) {
-    io::write_file(path("other.csv"), run("apply '" + path("m.json") + "' '" + glove() + "' --arithmetic " + arithmetic).out);
+    io::write_file(path("other.csv"),
+                   run("apply '" + path("m.json") + "' '" + glove() + "' --arithmetic " + arithmetic).out);
     const auto exact = recording::read_csv(path("angles.csv"), {{"index_deg"}, {}, {}});
     const auto other = recording::read_csv(path("other.csv"), {{"index_deg"}, {}, {}});
     ASSERT_EQ(exact.t_s, other.t_s);
     for (std::size_t k = 0; k < exact.t_s.size(); ++k) {
-      ASSERT_NEAR(exact.columns[0].value[k], other.columns[0].value[k], tolerance) << arithmetic << " row " << k;
+      ASSERT_NEAR(exact.columns[0].value[k], other.columns[0].value[k], tolerance)
+          << arithmetic << " row " << k;
     }
   }
 }
@@ -189,11 +204,13 @@ TEST_F(Cli, BadFilesAreNamedWithAMend) {
 
 TEST_F(Cli, BadCellsAreNamedByRowAndColumn) {
   const auto with_cell = [&](const std::string& cell) {
-    return identify_arguments(edited(glove(), [&](std::string& t) { set_last_cell(t, 100, cell); }), camera()) +
+    return identify_arguments(edited(glove(), [&](std::string& t) { set_last_cell(t, 100, cell); }),
+                              camera()) +
            " --input simulated_index_adc";
   };
   io::write_file(path("edited.csv"), "");
-  expect_refused(with_cell("abc"), 2, "edited.csv: row 100: column \"simulated_index_adc\": \"abc\" is not a number");
+  expect_refused(with_cell("abc"), 2,
+                 "edited.csv: row 100: column \"simulated_index_adc\": \"abc\" is not a number");
   expect_refused(with_cell("nan"), 2, "row 100: column \"simulated_index_adc\": nan is not a measurement");
   expect_refused(with_cell("inf"), 2, "row 100: column \"simulated_index_adc\": inf is not a measurement");
 }
@@ -202,7 +219,8 @@ TEST_F(Cli, TimeThatDoesNotIncreaseIsRefused) {
   std::string log = "t_s,a\n";
   for (int k = 0; k < 600; ++k) log += std::to_string(0.1 * (k % 300)) + "," + std::to_string(k % 77) + "\n";
   io::write_file(path("reset.csv"), log);
-  expect_refused(identify_arguments(path("reset.csv"), camera()), 2, "reset.csv: row 302: time does not increase");
+  expect_refused(identify_arguments(path("reset.csv"), camera()), 2,
+                 "reset.csv: row 302: time does not increase");
 }
 
 TEST_F(Cli, SignalsThatNeverChangeAreRefused) {
@@ -247,7 +265,8 @@ TEST_F(Cli, BadModelsAreRefused) {
       std::string text = command;
       return text.replace(text.find("{}"), 2, path(file));
     };
-    expect_refused(with("newer.json"), 2, "newer.json: has schema version 2, this program reads up to 1; update Flexor");
+    expect_refused(with("newer.json"), 2,
+                   "newer.json: has schema version 2, this program reads up to 1; update Flexor");
     expect_refused(with("cut.json"), 2, "cut.json: not valid JSON at line");
     expect_refused(with("none.json"), 2, "none.json: no such file");
   }
@@ -255,12 +274,15 @@ TEST_F(Cli, BadModelsAreRefused) {
 
 TEST_F(Cli, OutputsThatCannotBeWrittenAreRefused) {
   io::write_file(path("file"), "x");
-  const std::string base = "identify --sensor '" + glove() + "' --reference '" + camera() + "' --structure linear ";
+  const std::string base =
+      "identify --sensor '" + glove() + "' --reference '" + camera() + "' --structure linear ";
   expect_refused(base + "--model '" + path("none/m.json") + "'", 2, "none/m.json: cannot be written");
   expect_refused(base + "--report '" + path("file") + "'", 2, "file: cannot make this folder");
-  expect_refused("align --sensor '" + glove() + "' --reference '" + camera() + "' --out '" + path("none/a.mat") + "'", 2,
-                 "none/a.mat: cannot be written");
-  const Finished full = run("show '" FLEXOR_SOURCE_DIR "/models/published_hw.json' > /dev/full; exit $?; true");
+  expect_refused(
+      "align --sensor '" + glove() + "' --reference '" + camera() + "' --out '" + path("none/a.mat") + "'", 2,
+      "none/a.mat: cannot be written");
+  const Finished full =
+      run("show '" FLEXOR_SOURCE_DIR "/models/published_hw.json' > /dev/full; exit $?; true");
   EXPECT_EQ(full.exit, 1);
 }
 

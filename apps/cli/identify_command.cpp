@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <memory>
 
@@ -20,28 +21,34 @@ void show(const experiment::Identification& r) {
   for (const std::string& warning : r.warnings) log("warning: " + warning);
   print(fmt::format("clock offset      {:+.2f} s, confidence {:.2f}\n", r.aligned.clock_offset_s,
                     r.aligned.alignment.confidence));
-  print(fmt::format("\n{:<34}{:>6}{:>12}{:>12}{:>12}\n", "structure", "par.", "fitted", "cross-val.", "held out"));
+  print(fmt::format("\n{:<34}{:>6}{:>12}{:>12}{:>12}\n", "structure", "par.", "fitted", "cross-val.",
+                    "held out"));
   for (const experiment::Row& row : r.rows) {
     const std::string name = (row.chosen ? "* " : "  ") + row.name;
     if (!row.refusal.empty()) {
       print(fmt::format("{:<34}  refused: {}\n", name, row.refusal));
       continue;
     }
-    const std::string cross = row.cross_validated_deg ? fmt::format("{:.2f} deg", *row.cross_validated_deg) : "-";
-    print(fmt::format("{:<34}{:>6}{:>8.2f} deg{:>12}{:>8.2f} deg\n", name, row.parameters, row.fitted_rmse_deg, cross,
-                      row.holdout.rmse_deg));
+    const std::string cross =
+        row.cross_validated_deg ? fmt::format("{:.2f} deg", *row.cross_validated_deg) : "-";
+    print(fmt::format("{:<34}{:>6}{:>8.2f} deg{:>12}{:>8.2f} deg\n", name, row.parameters,
+                      row.fitted_rmse_deg, cross, row.holdout.rmse_deg));
   }
-  print(fmt::format("\nheld out: {:.2f} deg RMSE, fit {:.1f} %, R2 {:.3f}, largest {:.1f} deg, {:.1f} deg s"
-                    "   (straight line: {:.2f} deg)\n",
-                    r.holdout.rmse_deg, r.holdout.fit_percent, r.holdout.r2, r.holdout.max_abs_deg,
-                    r.holdout.iae_deg_s, r.baseline.rmse_deg));
+  print(
+      fmt::format("\nheld out: {:.2f} deg RMSE, fit {:.1f} %, R2 {:.3f}, largest {:.1f} deg, {:.1f} deg s"
+                  "   (straight line: {:.2f} deg)\n",
+                  r.holdout.rmse_deg, r.holdout.fit_percent, r.holdout.r2, r.holdout.max_abs_deg,
+                  r.holdout.iae_deg_s, r.baseline.rmse_deg));
 }
 
 void run(const Options& o) {
+  // One line that rewrites itself for a person, a line for each step in a log.
+  const bool terminal = ::isatty(STDERR_FILENO) != 0;
   const identify::Progress progress = [&](std::size_t i, std::size_t n, const std::string& what) {
-    log(fmt::format("[{:>2}/{}] {}", i + 1, n, what));
+    fmt::print(stderr, "{}[{:>2}/{}] {}{}", terminal ? "\r\033[K" : "", i + 1, n, what, terminal ? "" : "\n");
   };
   const experiment::Identification result = experiment::identify_files(o.request, progress);
+  if (terminal) fmt::print(stderr, "\r\033[K");
   if (!o.report.empty()) experiment::write_report(result, o.report);
   if (!o.model.empty()) model::save(result.model, o.model);
   if (o.json) {
@@ -58,8 +65,8 @@ void run(const Options& o) {
 void add_identify(CLI::App& app) {
   auto o = std::make_shared<Options>();
   experiment::Request& r = o->request;
-  CLI::App* command =
-      app.add_subcommand("identify", "From a glove log and measured angles to a compensator proven on unseen data");
+  CLI::App* command = app.add_subcommand(
+      "identify", "From a glove log and measured angles to a compensator proven on unseen data");
   command->add_option("--sensor", r.files.sensor, "CSV log of the glove")->required();
   command->add_option("--reference", r.files.reference, "CSV of the measured angle (camera)")->required();
   command->add_option("--input", r.files.input, "column of the sensor log (default: its only one)");
@@ -78,8 +85,9 @@ void add_identify(CLI::App& app) {
   command->add_flag("--monotone", r.monotone, "curves may not turn back");
   command->add_option("--clock-offset", r.clock_offset_s,
                       "use this offset in seconds (reference minus sensor) and check it against the signals");
-  command->add_option("--channel", r.channel,
-                      "finger: thumb, index, middle, ring or pinky (default: from the column's name, else index)");
+  command->add_option(
+      "--channel", r.channel,
+      "finger: thumb, index, middle, ring or pinky (default: from the column's name, else index)");
   command->add_option("--model", o->model, "write the model document here");
   command->add_option("--report", o->report, "write report.html, figures and holdout.csv into this folder");
   command->add_flag("--json", o->json, "one JSON object on standard output");

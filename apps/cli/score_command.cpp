@@ -60,10 +60,11 @@ void run(const Options& o) {
     value.push_back(score::interpolate(estimate_t, estimated.value, at));
   }
   if (t.size() < 2) {
-    throw io::InputError(fmt::format("{} and {} do not overlap in time ({:.1f}..{:.1f} s and {:.1f}..{:.1f} s); shift "
-                                     "one with --estimate-offset",
-                                     o.reference, o.estimate, measured.t_s.front(), measured.t_s.back(),
-                                     estimate_t.front(), estimate_t.back()));
+    throw io::InputError(
+        fmt::format("{} and {} do not overlap in time ({:.1f}..{:.1f} s and {:.1f}..{:.1f} s); shift "
+                    "one with --estimate-offset",
+                    o.reference, o.estimate, measured.t_s.front(), measured.t_s.back(), estimate_t.front(),
+                    estimate_t.back()));
   }
   const score::Score s = score::score(t, y, value);
   if (o.json) {
@@ -72,17 +73,18 @@ void run(const Options& o) {
     print(json.dump(2) + "\n");
     return;
   }
-  print(fmt::format("samples           {}\n"
-                    "RMSE              {:.3f} deg\n"
-                    "largest           {:.3f} deg\n"
-                    "95th percentile   {:.3f} deg\n"
-                    "fit (NRMSE)       {:.2f} %\n"
-                    "R2                {:.4f}\n"
-                    "absolute error    {:.3f} deg s\n"
-                    "best lag          {:+.3f} s (positive: the estimate is late)\n"
-                    "without that lag  {:.3f} deg RMSE, {:.3f} deg s\n",
-                    s.samples, s.rmse_deg, s.max_abs_deg, s.p95_abs_deg, s.fit_percent, s.r2, s.iae_deg_s,
-                    s.best_lag_s, s.lag_removed_rmse_deg, s.lag_removed_iae_deg_s));
+  print(
+      fmt::format("samples           {}\n"
+                  "RMSE              {:.3f} deg\n"
+                  "largest           {:.3f} deg\n"
+                  "95th percentile   {:.3f} deg\n"
+                  "fit (NRMSE)       {:.2f} %\n"
+                  "R2                {:.4f}\n"
+                  "absolute error    {:.3f} deg s\n"
+                  "best lag          {:+.3f} s (positive: the estimate is late)\n"
+                  "without that lag  {:.3f} deg RMSE, {:.3f} deg s\n",
+                  s.samples, s.rmse_deg, s.max_abs_deg, s.p95_abs_deg, s.fit_percent, s.r2, s.iae_deg_s,
+                  s.best_lag_s, s.lag_removed_rmse_deg, s.lag_removed_iae_deg_s));
 }
 
 }  // namespace

@@ -17,17 +17,20 @@ struct Options {
 
 std::string curve_text(const model::Curve& c) {
   std::string text;
-  for (std::size_t i = 0; i < c.x.size(); ++i) text += fmt::format("{}{:.4g}->{:.4g}", i ? "  " : "", c.x[i], c.y[i]);
+  for (std::size_t i = 0; i < c.x.size(); ++i)
+    text += fmt::format("{}{:.4g}->{:.4g}", i ? "  " : "", c.x[i], c.y[i]);
   return text;
 }
 
 void show_channel(const model::Channel& c) {
   print(fmt::format("\n{}  from {} ({}), valid {:g} to {:g}, rests at {:.1f} deg\n", c.name,
-                    c.input_column.empty() ? "its own column" : c.input_column, c.input_unit, c.valid_min, c.valid_max,
-                    c.rest_deg));
-  if (c.dead_zone) print(fmt::format("  dead zone    {:g} to {:g}\n", c.dead_zone->lower, c.dead_zone->upper));
+                    c.input_column.empty() ? "its own column" : c.input_column, c.input_unit, c.valid_min,
+                    c.valid_max, c.rest_deg));
+  if (c.dead_zone)
+    print(fmt::format("  dead zone    {:g} to {:g}\n", c.dead_zone->lower, c.dead_zone->upper));
   if (c.hysteresis) {
-    print(fmt::format("  hysteresis   radii {::.3g}, weights {::.3g}\n", c.hysteresis->radii, c.hysteresis->weights));
+    print(fmt::format("  hysteresis   radii {::.3g}, weights {::.3g}\n", c.hysteresis->radii,
+                      c.hysteresis->weights));
   }
   if (c.input_curve) print(fmt::format("  curve        {}\n", curve_text(*c.input_curve)));
   const model::Lti& lti = c.lti;
@@ -49,8 +52,9 @@ void run(const Options& o) {
     print(model::to_json(m));
     return;
   }
-  print(fmt::format("{}: {}\n{:g} ms a sample, {} channel(s), schema {}, written by {}\n", m.name, m.description,
-                    1000 * m.sample_period_s, m.channels.size(), model::kSchemaVersion, m.written_by));
+  print(fmt::format("{}: {}\n{:g} ms a sample, {} channel(s), schema {}, written by {}\n", m.name,
+                    m.description, 1000 * m.sample_period_s, m.channels.size(), model::kSchemaVersion,
+                    m.written_by));
   for (const model::Channel& c : m.channels) show_channel(c);
   if (m.fit.contains("holdout") && m.fit["holdout"].contains("rmse_deg")) {
     print(fmt::format("\nheld-out error {:.2f} deg RMSE when it was fitted ({})\n",

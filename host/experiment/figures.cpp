@@ -27,7 +27,8 @@ class Gnuplot {
  public:
   Gnuplot() {
     std::string pattern = (fs::temp_directory_path() / "flexor-XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr) throw io::JobError("cannot make a folder for temporary figures");
+    if (::mkdtemp(pattern.data()) == nullptr)
+      throw io::JobError("cannot make a folder for temporary figures");
     folder_ = pattern;
   }
   ~Gnuplot() {
@@ -45,8 +46,8 @@ class Gnuplot {
 
   void begin(const std::string& name, int height) {
     add("reset");
-    add("set terminal svg size 960,{} dynamic font 'Helvetica,14' name 'flexor_{}' background '#ffffff'", height,
-        name);
+    add("set terminal svg size 960,{} dynamic font 'Helvetica,14' name 'flexor_{}' background '#ffffff'",
+        height, name);
     add("set output '{}'", (folder_ / name).string());
     add("set grid lc rgb '#dddddd'; set border 3 lc rgb '#666666'; set tics nomirror; set key above");
   }
@@ -66,8 +67,8 @@ class Gnuplot {
     if (std::system(command.c_str()) == 0) return;
     std::string reason = fs::file_size(log) > 0 ? io::read_file(log) : "no output";
     std::ranges::replace(reason, '\n', ' ');
-    throw io::JobError(fmt::format("gnuplot could not draw the figures (is it installed? script/bootstrap): {}",
-                                   reason.substr(0, 200)));
+    throw io::JobError(fmt::format(
+        "gnuplot could not draw the figures (is it installed? script/bootstrap): {}", reason.substr(0, 200)));
   }
 
   std::string svg(const std::string& name) const {
@@ -108,22 +109,26 @@ void alignment(Gnuplot& g, const Identification& r) {
                        from + scale * (a.input[k] - u.low));
   });
   const recording::Alignment& al = a.alignment;
-  g.data("scan", al.scan_offset_s.size(),
-         [&](std::size_t i) { return fmt::format("{:.2f} {:.4f}", al.scan_offset_s[i], al.scan_eta_squared[i]); });
+  g.data("scan", al.scan_offset_s.size(), [&](std::size_t i) {
+    return fmt::format("{:.2f} {:.4f}", al.scan_offset_s[i], al.scan_eta_squared[i]);
+  });
   g.add("set multiplot layout 2,1");
   g.add("set xlabel 'time (s)'; set ylabel 'angle (deg)'");
-  g.add("plot $both using 1:2 with lines lw 1.6 lc rgb '{}' title 'camera', "
-        "$both using 1:3 with lines lw 1.2 lc rgb '{}' title 'sensor, stretched'",
-        kMeasured, kEstimated);
+  g.add(
+      "plot $both using 1:2 with lines lw 1.6 lc rgb '{}' title 'camera', "
+      "$both using 1:3 with lines lw 1.2 lc rgb '{}' title 'sensor, stretched'",
+      kMeasured, kEstimated);
   g.add("set xlabel 'clock offset tried (s)'; set ylabel 'angle explained (%)'; set yrange [0:105]");
   g.add("set arrow from {0},0 to {0},105 nohead lc rgb '{1}' lw 2", a.clock_offset_s, kHeldOut);
-  g.add("plot $scan using 1:(100*$2) with lines lw 1.2 lc rgb '{}' title 'by the sensor at this offset', "
-        "NaN with lines lw 2 lc rgb '{}' title 'offset used'",
-        kEstimated, kHeldOut);
+  g.add(
+      "plot $scan using 1:(100*$2) with lines lw 1.2 lc rgb '{}' title 'by the sensor at this offset', "
+      "NaN with lines lw 2 lc rgb '{}' title 'offset used'",
+      kEstimated, kHeldOut);
   g.add("unset multiplot");
 }
 
-// The readings against the angles, measured and estimated, and the static map that a finger held still approaches.
+// The readings against the angles, measured and estimated, and the static map that a finger held still
+// approaches.
 void curve(Gnuplot& g, const Identification& r) {
   const Aligned& a = r.aligned;
   g.begin("curve", 480);
@@ -148,10 +153,11 @@ void curve(Gnuplot& g, const Identification& r) {
     g.data("knots", c.x.size(), [&](std::size_t i) { return fmt::format("{:.3f} {:.3f}", c.x[i], c.y[i]); });
     return ", $knots using 1:2 with points pt 6 ps 0.9 lw 2 lc rgb '#D55E00' title 'its knots'";
   };
-  g.add("plot $points using 1:2 with points pt 7 ps 0.2 lc rgb '#999999' title 'camera', "
-        "$points using 1:3 with points pt 7 ps 0.2 lc rgb '{}' title 'compensator', "
-        "$map using 1:2 with lines lw 2.5 lc rgb '{}' title 'a finger held still for long'{}",
-        kEstimated, kHeldOut, channel.input_curve ? knots(*channel.input_curve) : "");
+  g.add(
+      "plot $points using 1:2 with points pt 7 ps 0.2 lc rgb '#999999' title 'camera', "
+      "$points using 1:3 with points pt 7 ps 0.2 lc rgb '{}' title 'compensator', "
+      "$map using 1:2 with lines lw 2.5 lc rgb '{}' title 'a finger held still for long'{}",
+      kEstimated, kHeldOut, channel.input_curve ? knots(*channel.input_curve) : "");
 }
 
 void dynamics(Gnuplot& g, const Identification& r) {
@@ -175,13 +181,15 @@ void dynamics(Gnuplot& g, const Identification& r) {
   (void)step.step(0, 0);
   g.data("step", rows + 1, [&](std::size_t k) {
     const double y = k == 0 ? 0 : step.step(0, 1).angle_deg;
-    return fmt::format("{:.3f} {:.5f}", static_cast<double>(k) * m.sample_period_s - m.sample_period_s, 100 * y);
+    return fmt::format("{:.3f} {:.5f}", static_cast<double>(k) * m.sample_period_s - m.sample_period_s,
+                       100 * y);
   });
   g.add("set xlabel 'time after a step of the straightened sensor (s)'");
   g.add("set ylabel 'angle reached (%)'; set yrange [0:*]; set xrange [{}:{}]", -0.02 * duration, duration);
-  g.add("plot 100 with lines lc rgb '#999999' dt 2 notitle, "
-        "$step using 1:2 with steps lw 2.5 lc rgb '{}' title 'output of the linear part'",
-        kEstimated);
+  g.add(
+      "plot 100 with lines lc rgb '#999999' dt 2 notitle, "
+      "$step using 1:2 with steps lw 2.5 lc rgb '{}' title 'output of the linear part'",
+      kEstimated);
 }
 
 // Grey bands where a log paused.
@@ -193,9 +201,11 @@ void shade_pauses(Gnuplot& g, const Aligned& a, std::size_t first) {
     }
     std::size_t end = k;
     while (end < a.gap.size() && a.gap[end]) ++end;
-    g.add("set object rectangle from first {:.2f}, graph 0 to first {:.2f}, graph 1 fc rgb '#e8e8e8' fs solid noborder "
-          "behind",
-          a.grid.time(k) - a.grid.start_s, a.grid.time(end) - a.grid.start_s);
+    g.add(
+        "set object rectangle from first {:.2f}, graph 0 to first {:.2f}, graph 1 fc rgb '#e8e8e8' fs solid "
+        "noborder "
+        "behind",
+        a.grid.time(k) - a.grid.start_s, a.grid.time(end) - a.grid.start_s);
     k = end;
   }
 }
@@ -210,15 +220,17 @@ void holdout(Gnuplot& g, const Identification& r) {
                        r.estimated_deg[k], r.baseline_deg[k]);
   });
   g.add("set multiplot layout 2,1; set xlabel 'time (s)'; set ylabel 'angle (deg)'");
-  g.add("plot $run using 1:2 with lines lw 2.2 lc rgb '{}' title 'camera', "
-        "$run using 1:4 with lines lw 1.1 lc rgb '{}' title 'straight line', "
-        "$run using 1:3 with lines lw 1.4 lc rgb '{}' title 'compensator'",
-        kMeasured, kBaseline, kEstimated);
+  g.add(
+      "plot $run using 1:2 with lines lw 2.2 lc rgb '{}' title 'camera', "
+      "$run using 1:4 with lines lw 1.1 lc rgb '{}' title 'straight line', "
+      "$run using 1:3 with lines lw 1.4 lc rgb '{}' title 'compensator'",
+      kMeasured, kBaseline, kEstimated);
   g.add("set ylabel 'error (deg)'");
-  g.add("plot 0 with lines lc rgb '#666666' notitle, "
-        "$run using 1:($4-$2) with lines lw 1.1 lc rgb '{}' title 'straight line', "
-        "$run using 1:($3-$2) with lines lw 1.4 lc rgb '{}' title 'compensator'",
-        kBaseline, kEstimated);
+  g.add(
+      "plot 0 with lines lc rgb '#666666' notitle, "
+      "$run using 1:($4-$2) with lines lw 1.1 lc rgb '{}' title 'straight line', "
+      "$run using 1:($3-$2) with lines lw 1.4 lc rgb '{}' title 'compensator'",
+      kBaseline, kEstimated);
   g.add("unset multiplot");
 }
 
@@ -237,8 +249,10 @@ void residuals(Gnuplot& g, const Identification& r) {
   const auto histogram = [&](const char* name, const std::vector<double>& errors) {
     g.data(name, 41, [&](std::size_t i) {
       const double centre = (static_cast<double>(i) - 20) * width;
-      const auto count = std::ranges::count_if(errors, [&](double e) { return std::abs(e - centre) <= width / 2; });
-      return fmt::format("{:.3f} {:.3f}", centre, 100.0 * static_cast<double>(count) / static_cast<double>(errors.size()));
+      const auto count =
+          std::ranges::count_if(errors, [&](double e) { return std::abs(e - centre) <= width / 2; });
+      return fmt::format("{:.3f} {:.3f}", centre,
+                         100.0 * static_cast<double>(count) / static_cast<double>(errors.size()));
     });
   };
   histogram("fitted", fitted);
@@ -255,15 +269,17 @@ void residuals(Gnuplot& g, const Identification& r) {
   });
   g.add("set multiplot layout 1,2; set xlabel 'error (deg)'; set ylabel 'share of samples (%)'");
   g.add("set style fill transparent solid 0.35 noborder");
-  g.add("plot $fitted using 1:2 with boxes lc rgb '#999999' title 'fitted part', "
-        "$held using 1:2 with steps lw 2 lc rgb '{}' title 'held out'",
-        kHeldOut);
+  g.add(
+      "plot $fitted using 1:2 with boxes lc rgb '#999999' title 'fitted part', "
+      "$held using 1:2 with steps lw 2 lc rgb '{}' title 'held out'",
+      kHeldOut);
   const double band = 2 / std::sqrt(static_cast<double>(held.size()));
   g.add("set xlabel 'distance in time (s)'; set ylabel 'correlation of errors'; set yrange [-1:1]");
-  g.add("plot {} with lines lc rgb '#999999' dt 2 title 'white noise stays inside', "
-        "{} with lines lc rgb '#999999' dt 2 notitle, "
-        "$acf using 1:2 with lines lw 2 lc rgb '{}' title 'held out'",
-        band, -band, kHeldOut);
+  g.add(
+      "plot {} with lines lc rgb '#999999' dt 2 title 'white noise stays inside', "
+      "{} with lines lc rgb '#999999' dt 2 notitle, "
+      "$acf using 1:2 with lines lw 2 lc rgb '{}' title 'held out'",
+      band, -band, kHeldOut);
   g.add("unset multiplot");
 }
 
@@ -278,23 +294,34 @@ std::vector<Figure> draw(const Identification& r) {
   residuals(g, r);
   g.run();
   std::vector<Figure> figures = {
-      {"holdout", "Held-out response and error",
-       "Data that the fit never saw. Top: the camera's angle, the compensator's, and a straight line through the "
-       "fitted part. Bottom: what is left of the error. Grey: a log paused there, and the reading is interpolated.",
+      {"holdout",
+       "Held-out response and error",
+       "Data that the fit never saw. Top: the camera's angle, the compensator's, and a straight line through "
+       "the "
+       "fitted part. Bottom: what is left of the error. Grey: a log paused there, and the reading is "
+       "interpolated.",
        {}},
-      {"alignment", "Clock alignment",
+      {"alignment",
+       "Clock alignment",
        "Top: both recordings on one clock. Bottom: how much of the angle's variation any curve of the sensor "
        "explains, for every clock offset; the highest peak is the offset, other peaks are other repetitions.",
        {}},
-      {"curve", "From sensor reading to angle",
-       "Every sample outside pauses. Where the compensator's cloud lies on the camera's, it follows the finger, "
+      {"curve",
+       "From sensor reading to angle",
+       "Every sample outside pauses. Where the compensator's cloud lies on the camera's, it follows the "
+       "finger, "
        "loops and all. The line is where its angle would settle if the finger stopped.",
        {}},
-      {"dynamics", "Dynamics",
-       "How the compensator's output follows a sudden change of the sensor. A quick rise means little delay; what comes "
-       "later undoes the sensor's creep.", {}},
-      {"residuals", "Residual checks",
-       "Left: the errors' distribution; both parts should look alike. Right: whether errors come in runs. Outside "
+      {"dynamics",
+       "Dynamics",
+       "How the compensator's output follows a sudden change of the sensor. A quick rise means little delay; "
+       "what comes "
+       "later undoes the sensor's creep.",
+       {}},
+      {"residuals",
+       "Residual checks",
+       "Left: the errors' distribution; both parts should look alike. Right: whether errors come in runs. "
+       "Outside "
        "the dashed lines something repeatable is left that the structure cannot express.",
        {}}};
   for (Figure& figure : figures) figure.svg = g.svg(figure.name);

@@ -9,7 +9,7 @@
 namespace flexor::experiment {
 
 struct Figure {
-  std::string name;   // file name without ".svg"
+  std::string name;  // file name without ".svg"
   std::string title;
   std::string caption;
   std::string svg;

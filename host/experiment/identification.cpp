@@ -44,9 +44,9 @@ identify::Structure requested_structure(const Request& r) {
     if (r.knots) throw io::InputError("a dead zone replaces the input curve: leave out the number of knots");
     return identify::make_dead_zone_structure(r.order.value_or(1));
   }
-  identify::Structure s =
-      identify::make_structure(family, r.order.value_or(identify::kDefaultOrder),
-                               r.knots.value_or(identify::kDefaultKnots), r.plays.value_or(identify::kDefaultPlays));
+  identify::Structure s = identify::make_structure(family, r.order.value_or(identify::kDefaultOrder),
+                                                   r.knots.value_or(identify::kDefaultKnots),
+                                                   r.plays.value_or(identify::kDefaultPlays));
   s.monotone = r.monotone && (s.input_knots > 0 || s.output_knots > 0);
   identify::check(s);
   return s;
@@ -79,8 +79,8 @@ std::vector<double> simulate(const model::Model& model, const std::vector<double
 model::Model make_model(const identify::Summary& fit, const Request& request, const Aligned& aligned) {
   model::Model m;
   m.name = request.files.sensor.stem().string();
-  m.description = fmt::format("{} fitted to {} against {}", identify::describe(fit.structure), request.files.input,
-                              request.files.output);
+  m.description = fmt::format("{} fitted to {} against {}", identify::describe(fit.structure),
+                              request.files.input, request.files.output);
   m.written_by = "flexor " FLEXOR_VERSION;
   m.sample_period_s = 1 / request.rate_hz;
   model::Channel channel = fit.channel;
@@ -92,7 +92,8 @@ model::Model make_model(const identify::Summary& fit, const Request& request, co
 
 class Scorer {
  public:
-  Scorer(const Aligned& aligned, std::size_t begin) : angle_(aligned.angle_deg), gap_(aligned.gap), begin_(begin) {
+  Scorer(const Aligned& aligned, std::size_t begin)
+      : angle_(aligned.angle_deg), gap_(aligned.gap), begin_(begin) {
     for (std::size_t k = begin; k < aligned.grid.size; ++k) t_.push_back(aligned.grid.time(k));
   }
 
@@ -153,38 +154,47 @@ std::vector<double> straight_line(const Aligned& aligned, const std::vector<std:
 void add_warnings(Identification& r) {
   auto& warnings = r.warnings;
   warnings = r.aligned.warnings;
-  for (const std::string& refusal : r.fit.refusals) warnings.push_back("this recording cannot tell the " + refusal + "; a safe value is used");
+  for (const std::string& refusal : r.fit.refusals) {
+    warnings.push_back("not learnt from this recording, a safe value is used: " + refusal);
+  }
   if (r.holdout.rmse_deg >= r.baseline.rmse_deg) {
-    warnings.push_back(fmt::format("on data it never saw the compensator ({:.2f} deg) is no better than a straight "
-                                   "line ({:.2f} deg)",
-                                   r.holdout.rmse_deg, r.baseline.rmse_deg));
+    warnings.push_back(
+        fmt::format("on data it never saw the compensator ({:.2f} deg) is no better than a straight "
+                    "line ({:.2f} deg)",
+                    r.holdout.rmse_deg, r.baseline.rmse_deg));
   }
   if (r.holdout_without_gaps.rmse_deg > kMuchWorse * r.fit.rmse_deg) {
-    warnings.push_back(fmt::format("the error on unseen data is {:.1f} times the error on the fitted part: the glove "
-                                   "changed during the recording, or the motion did",
-                                   r.holdout_without_gaps.rmse_deg / r.fit.rmse_deg));
+    warnings.push_back(
+        fmt::format("the error on unseen data is {:.1f} times the error on the fitted part: the glove "
+                    "changed during the recording, or the motion did",
+                    r.holdout_without_gaps.rmse_deg / r.fit.rmse_deg));
   }
   if (r.holdout.rmse_deg > kMuchWorse * r.holdout_without_gaps.rmse_deg) {
-    warnings.push_back(fmt::format("most of the error falls into pauses of a log, where there is nothing to compensate: "
-                                   "without them it is {:.2f} deg; log without pauses",
-                                   r.holdout_without_gaps.rmse_deg));
+    warnings.push_back(
+        fmt::format("most of the error falls into pauses of a log, where there is nothing to compensate: "
+                    "without them it is {:.2f} deg; log without pauses",
+                    r.holdout_without_gaps.rmse_deg));
   }
   const auto split = r.aligned.input.begin() + static_cast<std::ptrdiff_t>(r.holdout_begin);
   const auto [low, high] = std::minmax_element(r.aligned.input.begin(), split);
-  const auto outside = std::count_if(split, r.aligned.input.end(), [&](double u) { return u < *low || u > *high; });
+  const auto outside =
+      std::count_if(split, r.aligned.input.end(), [&](double u) { return u < *low || u > *high; });
   const double share = static_cast<double>(outside) / static_cast<double>(r.aligned.input.end() - split);
   if (share > 0.01) {
-    warnings.push_back(fmt::format("{:.0f} % of the held-out readings lie outside the range seen in the fitted part "
-                                   "({:.0f} to {:.0f})",
-                                   100 * share, *low, *high));
+    warnings.push_back(
+        fmt::format("{:.0f} % of the held-out readings lie outside the range seen in the fitted part "
+                    "({:.0f} to {:.0f})",
+                    100 * share, *low, *high));
   }
   const auto& raw = r.aligned.sensor.column(r.request.files.input).value;
   const model::Channel& channel = r.model.channels.front();
-  const auto refused = std::ranges::count_if(raw, [&](double u) { return u < channel.valid_min || u > channel.valid_max; });
+  const auto refused =
+      std::ranges::count_if(raw, [&](double u) { return u < channel.valid_min || u > channel.valid_max; });
   if (refused > 0) {
-    warnings.push_back(fmt::format("{} reading(s) lie at a rail of the ADC: was the sensor unplugged or shorted? The "
-                                   "compensator holds its angle there",
-                                   refused));
+    warnings.push_back(
+        fmt::format("{} reading(s) lie at a rail of the ADC: was the sensor unplugged or shorted? The "
+                    "compensator holds its angle there",
+                    refused));
   }
 }
 
@@ -228,13 +238,15 @@ Aligned align_files(const SourceFiles& files, double rate_hz, std::optional<doub
   const double begin = std::max(sensor.t_s.front(), reference_t.front());
   const double end = std::min(sensor.t_s.back(), reference_t.back());
   if (!(end - begin > 1)) {
-    throw io::JobError(fmt::format("with a clock offset of {:+.2f} s the recordings do not overlap; leave the offset "
-                                   "out to find it from the signals",
-                                   a.clock_offset_s));
+    throw io::JobError(
+        fmt::format("with a clock offset of {:+.2f} s the recordings do not overlap; leave the offset "
+                    "out to find it from the signals",
+                    a.clock_offset_s));
   }
   a.grid = {begin, 1 / rate_hz, static_cast<std::size_t>((end - begin) * rate_hz)};
   auto u = recording::resample(sensor, a.grid, recording::default_max_gap_s(sensor.t_s));
-  auto y = recording::resample({reference_t, reference.value}, a.grid, recording::default_max_gap_s(reference.t_s));
+  auto y = recording::resample({reference_t, reference.value}, a.grid,
+                               recording::default_max_gap_s(reference.t_s));
   a.input = std::move(u.value);
   a.angle_deg = std::move(y.value);
   a.gap = std::move(u.gap);
@@ -256,11 +268,13 @@ Identification identify_files(const Request& asked, const identify::Progress& pr
   const bool automatic = request.structure == "auto";
   if (!automatic) (void)requested_structure(request);
   if (automatic && (request.order || request.knots || request.plays || request.dead_zone)) {
-    throw io::InputError("structure auto chooses order, knots, plays and dead zone itself: name a structure to set them");
+    throw io::InputError(
+        "structure auto chooses order, knots, plays and dead zone itself: name a structure to set them");
   }
   if (!(request.split > 0 && request.split < 1)) throw io::InputError("the split must lie between 0 and 1");
   request.files = with_columns(request.files);
-  const std::string channel = request.channel ? model::finger(*request.channel) : guess_channel(request.files);
+  const std::string channel =
+      request.channel ? model::finger(*request.channel) : guess_channel(request.files);
 
   Identification r;
   r.request = request;
@@ -322,9 +336,8 @@ Identification identify_files(const Request& asked, const identify::Progress& pr
     r.rows.push_back(make_row(candidates[i], request, a, scorer));
     r.rows.back().chosen = i == chosen;
   }
-  std::ranges::stable_sort(r.rows, {}, [](const Row& row) {
-    return std::pair(!row.refusal.empty(), row.parameters);
-  });
+  std::ranges::stable_sort(r.rows, {},
+                           [](const Row& row) { return std::pair(!row.refusal.empty(), row.parameters); });
 
   r.model.training = {{"sensor", request.files.sensor.filename().string()},
                       {"sensor_digest", a.sensor.digest},

@@ -1,10 +1,11 @@
 // From two log files to a compensator proven on data it never saw.
 //
-// read both -> clock offset from the signals -> one uniform grid over the overlap -> the first part (in time) is
-// fitted, the rest held out -> the model document is simulated over the whole recording by runtime/compensator and
-// scored on the held-out part, beside a straight line through the fitted part.
+// read both -> clock offset from the signals -> one uniform grid over the overlap -> the first part (in time)
+// is fitted, the rest held out -> the model document is simulated over the whole recording by
+// runtime/compensator and scored on the held-out part, beside a straight line through the fitted part.
 // Samples in pauses of either log are not fitted. They are scored: the compensator must answer there too.
-// The clock offset is a property of the two files and uses all of both; nothing else looks at the held-out part.
+// The clock offset is a property of the two files and uses all of both; nothing else looks at the held-out
+// part.
 #pragma once
 
 #include <filesystem>
@@ -31,7 +32,8 @@ struct SourceFiles {
   std::string output;  // column of the reference file, degrees; likewise
 };
 
-// Fills in the columns that were left out. Throws io::InputError, listing the columns, where there are several.
+// Fills in the columns that were left out. Throws io::InputError, listing the columns, where there are
+// several.
 SourceFiles with_columns(SourceFiles files);
 
 // Both recordings on one grid, in the sensor's clock.

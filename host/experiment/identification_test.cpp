@@ -14,8 +14,8 @@ namespace flexor::experiment {
 namespace {
 namespace fs = std::filesystem;
 
-// The real recordings, raw logs in, against the figures that this project promises for them; both bounds count: a
-// figure that is too good means that held-out data leaked.
+// The real recordings, raw logs in, against the figures that this project promises for them; both bounds
+// count: a figure that is too good means that held-out data leaked.
 struct RealCase {
   const char* folder;
   const char* input;
@@ -39,15 +39,17 @@ class RealFigures : public testing::TestWithParam<RealCase> {
   }
   void TearDown() override { fs::remove_all(scratch()); }
 
-  static fs::path folder() { return fs::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove" / GetParam().folder; }
+  static fs::path folder() {
+    return fs::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove" / GetParam().folder;
+  }
   static fs::path scratch() {
-    return fs::path(testing::TempDir()) /
-           ("flexor_real_" + std::to_string(::getpid()));
+    return fs::path(testing::TempDir()) / ("flexor_real_" + std::to_string(::getpid()));
   }
 
   static Request request(const char* structure) {
     Request r;
-    r.files = {folder() / "sensor_log.csv", folder() / "camera_angles.csv", GetParam().input, GetParam().output};
+    r.files = {folder() / "sensor_log.csv", folder() / "camera_angles.csv", GetParam().input,
+               GetParam().output};
     r.structure = structure;
     r.channel = GetParam().channel;
     return r;

@@ -31,11 +31,20 @@ std::string escape(const std::string& text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
     }
   }
   return out;
@@ -57,12 +66,14 @@ class Page {
 std::string verdict(const Identification& r) {
   const double ratio = r.baseline.rmse_deg / r.holdout.rmse_deg;
   if (ratio < 1.05) {
-    return "On data it never saw, the compensator is no better than a straight line through the sensor's readings. "
+    return "On data it never saw, the compensator is no better than a straight line through the sensor's "
+           "readings. "
            "Look at the warnings before using it.";
   }
-  return fmt::format("On data it never saw, the compensator is typically {:.1f}&deg; from the camera. A straight line "
-                     "through the sensor's readings is {:.1f}&deg; off: {:.1f} times as much.",
-                     r.holdout.rmse_deg, r.baseline.rmse_deg, ratio);
+  return fmt::format(
+      "On data it never saw, the compensator is typically {:.1f}&deg; from the camera. A straight line "
+      "through the sensor's readings is {:.1f}&deg; off: {:.1f} times as much.",
+      r.holdout.rmse_deg, r.baseline.rmse_deg, ratio);
 }
 
 void summary(Page& page, const Identification& r) {
@@ -72,17 +83,21 @@ void summary(Page& page, const Identification& r) {
   page.add("<div class=cards>");
   page.add("<div class=card><b>{:.2f}&deg;</b>typical error of the compensator (RMSE, unseen data)</div>",
            r.holdout.rmse_deg);
-  page.add("<div class='card plain'><b>{:.2f}&deg;</b>the same with a straight line</div>", r.baseline.rmse_deg);
+  page.add("<div class='card plain'><b>{:.2f}&deg;</b>the same with a straight line</div>",
+           r.baseline.rmse_deg);
   page.add("<div class=card><b>{:.0f} %</b>fit (100 % is perfect, 0 % is guessing the mean)</div>",
            r.holdout.fit_percent);
-  page.add("<div class=card><b>{:.1f}&deg;</b>95 % of the errors are smaller; the largest is {:.1f}&deg;</div>",
-           r.holdout.p95_abs_deg, r.holdout.max_abs_deg);
+  page.add(
+      "<div class=card><b>{:.1f}&deg;</b>95 % of the errors are smaller; the largest is {:.1f}&deg;</div>",
+      r.holdout.p95_abs_deg, r.holdout.max_abs_deg);
   page.add("</div>");
   const double seconds = static_cast<double>(r.aligned.grid.size) * r.aligned.grid.period_s;
-  page.add("<p>The two logs share {:.0f} s of motion. The first {:.0f} % of it taught the compensator; every figure "
-           "above is from the rest. One recording of one hand: another motion or another wearer may give another "
-           "figure.</p>",
-           seconds, 100 * r.request.split);
+  page.add(
+      "<p>The two logs share {:.0f} s of motion. The first {:.0f} % of it taught the compensator; every "
+      "figure "
+      "above is from the rest. One recording of one hand: another motion or another wearer may give another "
+      "figure.</p>",
+      seconds, 100 * r.request.split);
 }
 
 void warnings(Page& page, const Identification& r) {
@@ -101,21 +116,26 @@ void figure(Page& page, const Figure& f) {
 
 void alignment_facts(Page& page, const Identification& r) {
   const recording::Alignment& a = r.aligned.alignment;
-  page.add("<p>Camera clock minus sensor clock: <b>{:+.2f} s</b>{}. Confidence {:.2f} (0: another offset explains the "
-           "data as well; 1: none comes near). ",
-           r.aligned.clock_offset_s, r.request.clock_offset_s ? " (given by the user)" : "", a.confidence);
+  page.add(
+      "<p>Camera clock minus sensor clock: <b>{:+.2f} s</b>{}. Confidence {:.2f} (0: another offset explains "
+      "the "
+      "data as well; 1: none comes near). ",
+      r.aligned.clock_offset_s, r.request.clock_offset_s ? " (given by the user)" : "", a.confidence);
   page.add("By quarters of the recording: ");
-  for (const auto& quarter : a.quarter_offset_s) page.add("{} ", quarter ? fmt::format("{:+.2f} s", *quarter) : "-");
+  for (const auto& quarter : a.quarter_offset_s)
+    page.add("{} ", quarter ? fmt::format("{:+.2f} s", *quarter) : "-");
   if (a.drift_ppm) page.add("(drift {:+.0f} ppm)", *a.drift_ppm);
   page.add("</p>");
 }
 
 void structures(Page& page, const Identification& r) {
-  page.add("<h2>All structures side by side</h2><div class=scroll><table><tr><th>structure<th>parameters"
-           "<th>error, fitted part<th>cross-validated<th>error, held out<th>fit, held out</tr>");
+  page.add(
+      "<h2>All structures side by side</h2><div class=scroll><table><tr><th>structure<th>parameters"
+      "<th>error, fitted part<th>cross-validated<th>error, held out<th>fit, held out</tr>");
   for (const Row& row : r.rows) {
     if (!row.refusal.empty()) {
-      page.add("<tr><td>{}<td colspan=5 style='text-align:left'>refused: {}</tr>", row.name, escape(row.refusal));
+      page.add("<tr><td>{}<td colspan=5 style='text-align:left'>refused: {}</tr>", row.name,
+               escape(row.refusal));
       continue;
     }
     page.add("<tr{}><td>{}<td>{}<td>{:.2f}&deg;<td>{}<td>{:.2f}&deg;<td>{:.1f} %</tr>",
@@ -125,28 +145,35 @@ void structures(Page& page, const Identification& r) {
   }
   page.add("</table></div>");
   if (r.request.structure == "auto") {
-    page.add("<p>The marked structure was chosen by cross-validation inside the fitted part: the fewest parameters "
-             "within 2 % of the best. The held-out column played no part in the choice.</p>");
+    page.add(
+        "<p>The marked structure was chosen by cross-validation inside the fitted part: the fewest "
+        "parameters "
+        "within 2 % of the best. The held-out column played no part in the choice.</p>");
   } else {
-    page.add("<p>The marked structure was asked for. The others are fitted at their usual size, for comparison.</p>");
+    page.add(
+        "<p>The marked structure was asked for. The others are fitted at their usual size, for "
+        "comparison.</p>");
   }
 }
 
 void parameters(Page& page, const Identification& r) {
-  page.add("<details><summary>Parameters with standard errors</summary><div class=scroll><table>"
-           "<tr><th>parameter<th>value<th>standard error</tr>");
+  page.add(
+      "<details><summary>Parameters with standard errors</summary><div class=scroll><table>"
+      "<tr><th>parameter<th>value<th>standard error</tr>");
   for (const identify::Parameter& p : r.fit.parameters) {
     page.add("<tr><td>{}<td>{:.5g}<td>{}</tr>", escape(p.name), p.value,
              p.refused ? std::string("not identified") : fmt::format("{:.2g}", p.standard_error));
   }
-  page.add("</table></div><p>Standard errors allow for correlated and outlying residuals. Condition number of the "
-           "scaled Jacobian: {:.3g}; {} samples, {} iterations from {} starts.</p></details>",
-           r.fit.condition, r.fit.used_samples, r.fit.iterations, r.fit.starts);
+  page.add(
+      "</table></div><p>Standard errors allow for correlated and outlying residuals. Condition number of the "
+      "scaled Jacobian: {:.3g}; {} samples, {} iterations from {} starts.</p></details>",
+      r.fit.condition, r.fit.used_samples, r.fit.iterations, r.fit.starts);
 }
 
 void metrics(Page& page, const Identification& r) {
-  page.add("<details><summary>All scores on the held-out part</summary><div class=scroll><table><tr><th>score"
-           "<th>compensator<th>without pauses<th>straight line</tr>");
+  page.add(
+      "<details><summary>All scores on the held-out part</summary><div class=scroll><table><tr><th>score"
+      "<th>compensator<th>without pauses<th>straight line</tr>");
   const auto row = [&](const char* name, double score::Score::*field, const char* unit) {
     page.add("<tr><td>{}<td>{:.3f} {u}<td>{:.3f} {u}<td>{:.3f} {u}</tr>", name, r.holdout.*field,
              r.holdout_without_gaps.*field, r.baseline.*field, fmt::arg("u", unit));
@@ -167,9 +194,10 @@ void metrics(Page& page, const Identification& r) {
 
 std::string report_html(const Identification& r, const std::vector<Figure>& figures) {
   Page page;
-  page.add("<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport "
-           "content='width=device-width, initial-scale=1'><title>Flexor: {}</title><style>{}</style></head><body>",
-           escape(r.request.files.input), kStyle);
+  page.add(
+      "<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport "
+      "content='width=device-width, initial-scale=1'><title>Flexor: {}</title><style>{}</style></head><body>",
+      escape(r.request.files.input), kStyle);
   summary(page, r);
   warnings(page, r);
   for (const Figure& f : figures) {
@@ -179,11 +207,13 @@ std::string report_html(const Identification& r, const std::vector<Figure>& figu
   structures(page, r);
   parameters(page, r);
   metrics(page, r);
-  page.add("<p>Sensor <code>{}</code> ({}), reference <code>{}</code> column <code>{}</code> ({}); {:g} Hz; structure "
-           "{}; flexor {}.</p></body></html>",
-           escape(r.request.files.sensor.filename().string()), r.aligned.sensor.digest,
-           escape(r.request.files.reference.filename().string()), escape(r.request.files.output),
-           r.aligned.reference.digest, r.request.rate_hz, identify::describe(r.fit.structure), FLEXOR_VERSION);
+  page.add(
+      "<p>Sensor <code>{}</code> ({}), reference <code>{}</code> column <code>{}</code> ({}); {:g} Hz; "
+      "structure "
+      "{}; flexor {}.</p></body></html>",
+      escape(r.request.files.sensor.filename().string()), r.aligned.sensor.digest,
+      escape(r.request.files.reference.filename().string()), escape(r.request.files.output),
+      r.aligned.reference.digest, r.request.rate_hz, identify::describe(r.fit.structure), FLEXOR_VERSION);
   return page.text();
 }
 

@@ -37,7 +37,8 @@ TEST_F(Report, IsWholeAndNeedsNothingElse) {
     EXPECT_NE(svg.find("</svg>"), std::string::npos) << name;
     EXPECT_NE(html.find(svg), std::string::npos) << name << " is not in the page";
   }
-  for (const char* part : {"On data it never saw", "All structures side by side", "standard error", "Residual checks"}) {
+  for (const char* part :
+       {"On data it never saw", "All structures side by side", "standard error", "Residual checks"}) {
     EXPECT_NE(html.find(part), std::string::npos) << part;
   }
   EXPECT_EQ(html.find("<script"), std::string::npos);

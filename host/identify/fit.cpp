@@ -28,7 +28,8 @@ constexpr double kMaxTap = 8;
 constexpr double kSafeMargin = 0.1;
 constexpr double kSaturatedMargin = 0.08;
 constexpr double kSlowestPerRecording = 10;
-// Standard errors beyond which a value says nothing: a pole within a factor of e, a tap or weight within its bound.
+// Standard errors beyond which a value says nothing: a pole within a factor of e, a tap or weight within its
+// bound.
 constexpr double kMaxLogRateError = 1;
 constexpr double kMaxTapError = 2;
 constexpr double kMaxWeightError = 1;
@@ -64,7 +65,9 @@ std::vector<double> quantile_knots(const std::vector<double>& sorted, int count)
   return knots;
 }
 
-double root_mean_square(const VectorXd& r) { return std::sqrt(r.squaredNorm() / static_cast<double>(r.size())); }
+double root_mean_square(const VectorXd& r) {
+  return std::sqrt(r.squaredNorm() / static_cast<double>(r.size()));
+}
 
 double robust_deviation(const VectorXd& residual) {
   std::vector<double> absolute(residual.begin(), residual.end());
@@ -87,9 +90,12 @@ class Problem {
   const VectorXd& lower() const { return lower_; }
   const VectorXd& upper() const { return upper_; }
 
-  VectorXd residual(const VectorXd& theta) const { return predictor_.predict(theta, nullptr)(rows_) - angle_; }
+  VectorXd residual(const VectorXd& theta) const {
+    return predictor_.predict(theta, nullptr)(rows_) - angle_;
+  }
 
-  VectorXd residual_and_jacobian(const VectorXd& theta, const std::vector<int>& free, MatrixXd& jacobian) const {
+  VectorXd residual_and_jacobian(const VectorXd& theta, const std::vector<int>& free,
+                                 MatrixXd& jacobian) const {
     const VectorXd predicted = predictor_.predict(theta, &all_);
     jacobian = all_(rows_, free);
     return predicted(rows_) - angle_;
@@ -123,7 +129,8 @@ class Problem {
     if (structure.order > 0) {
       // From a time constant that the recording shows ten times over to one that has settled within a sample.
       const double duration_s = static_cast<double>(data.input.size()) * data.period_s;
-      bound(layout.log_rates, structure.order, std::log(kSlowestPerRecording / duration_s), std::log(6 / data.period_s));
+      bound(layout.log_rates, structure.order, std::log(kSlowestPerRecording / duration_s),
+            std::log(6 / data.period_s));
     }
     if (structure.order > 1) bound(layout.taps, structure.order - 1, -kMaxTap, kMaxTap);
     if (structure.saturation) {
@@ -302,8 +309,8 @@ class Starts {
     const int at = std::max({layout.input_curve, layout.output_curve, layout.affine});
     const VectorXd angle = data_.angle_deg(rows);
     const double mean = angle.mean();
-    // Linear in these parameters: the Jacobian at any value of them is the regression matrix. A gain of one keeps
-    // the blocks before it visible.
+    // Linear in these parameters: the Jacobian at any value of them is the regression matrix. A gain of one
+    // keeps the blocks before it visible.
     const Predictor linear(open, predictor.knots(), predictor.input(), predictor.period_s());
     VectorXd probe = theta.head(linear.layout().size);
     probe.segment(at, count).setZero();
@@ -358,15 +365,17 @@ class Starts {
 void check_data(const Structure& structure, const Data& data, const std::vector<Index>& rows) {
   const int parameters = Layout(structure).size;
   if (std::ssize(rows) < kSamplesPerParameter * parameters) {
-    throw io::JobError(fmt::format("{}: {} usable samples are too few for the {} parameters of {}; record longer",
-                                   data.channel, rows.size(), parameters, describe(structure)));
+    throw io::JobError(
+        fmt::format("{}: {} usable samples are too few for the {} parameters of {}; record longer",
+                    data.channel, rows.size(), parameters, describe(structure)));
   }
   const auto require_change = [&](const VectorXd& signal, const char* what) {
     const VectorXd used = signal(rows);
     if (used.maxCoeff() > used.minCoeff()) return;
-    throw io::JobError(fmt::format("{}: the {} does not change in the fitted part (always {}); record a motion "
-                                   "over the whole range",
-                                   data.channel, what, used(0)));
+    throw io::JobError(
+        fmt::format("{}: the {} does not change in the fitted part (always {}); record a motion "
+                    "over the whole range",
+                    data.channel, what, used(0)));
   };
   require_change(data.input, "sensor");
   require_change(data.angle_deg, "angle");
@@ -377,7 +386,8 @@ Knots place_knots(const Structure& structure, const Data& data, const std::vecto
   const auto input = sorted_at(data.input, rows);
   Knots knots;
   if (structure.input_knots > 0) {
-    knots.input = options.input_knots.empty() ? quantile_knots(input, structure.input_knots) : options.input_knots;
+    knots.input =
+        options.input_knots.empty() ? quantile_knots(input, structure.input_knots) : options.input_knots;
   }
   if (structure.output_knots > 0) {
     knots.output =
@@ -402,20 +412,21 @@ std::string reason(const Predictor& predictor, const Data& data, const std::vect
   if (within(l.saturation, 2)) {
     return fmt::format("no predicted angle above {:.1f} deg", theta(l.saturation + 1));
   }
-  if (within(l.dead_zone, 1)) return fmt::format("no sample below {:.5g}", std::max(theta(l.dead_zone), input.front()));
+  if (within(l.dead_zone, 1))
+    return fmt::format("no sample below {:.5g}", std::max(theta(l.dead_zone), input.front()));
   if (within(l.dead_zone, 2)) {
     return fmt::format("no sample above {:.5g}", theta(l.dead_zone) + theta(l.dead_zone + 1));
   }
   if (within(l.radii, predictor.structure().plays)) return "this play never moves, or has no weight";
   if (within(l.log_rates, predictor.structure().order)) {
-    return fmt::format("the data do not tell a pole near {:.3g} rad/s: too fast, too slow or too like another",
+    return fmt::format("a pole near {:.3g} rad/s is too fast, too slow or too like another to be seen",
                        -std::exp(theta(parameter)));
   }
   if (within(l.input_curve, predictor.structure().input_knots)) {
     return fmt::format("no sample near {:.5g}",
                        predictor.knots().input[static_cast<std::size_t>(parameter - l.input_curve)]);
   }
-  return "the data cannot tell it from the others";
+  return "its effect cannot be told from that of the others";
 }
 
 std::string parameter_name(const Predictor& predictor, const VectorXd& theta, int parameter) {
@@ -434,7 +445,8 @@ class Fitter {
   Fitter(const Structure& structure, const Data& data, const Options& options)
       : data_(data),
         options_(options),
-        predictor_(structure, place_knots(structure, data, used_rows(data), options), data.input, data.period_s),
+        predictor_(structure, place_knots(structure, data, used_rows(data), options), data.input,
+                   data.period_s),
         problem_(predictor_, data),
         free_(static_cast<std::size_t>(predictor_.layout().size)) {
     std::iota(free_.begin(), free_.end(), 0);
@@ -478,8 +490,8 @@ class Fitter {
       best_ = solve(problem_, best_.theta, free_, delta_, kIterations);
       iterations_ += best_.iterations;
       if (!std::isfinite(best_.cost)) {
-        throw io::JobError(fmt::format("{}: {}: the fit did not converge", data_.channel,
-                                       describe(predictor_.structure())));
+        throw io::JobError(
+            fmt::format("{}: {}: the fit did not converge", data_.channel, describe(predictor_.structure())));
       }
       if (hold_at_bounds()) continue;
       MatrixXd jacobian;
@@ -578,7 +590,8 @@ class Fitter {
       const VectorXd gradient = named.gradient(free_);
       const bool refused = std::ranges::any_of(held_, [&](int h) { return named.gradient(h) != 0; });
       const double variance = gradient.dot(uncertainty_.covariance * gradient);
-      s.parameters.push_back({named.name, named.value, refused ? 0 : std::sqrt(std::max(variance, 0.0)), refused});
+      s.parameters.push_back(
+          {named.name, named.value, refused ? 0 : std::sqrt(std::max(variance, 0.0)), refused});
     }
     s.predicted_deg = predictor_.predict(best_.theta, nullptr);
     s.channel = predictor_.channel(best_.theta);

@@ -2,13 +2,14 @@
 //
 // Minimises sum rho(y_k - predicted_k) over the used samples, rho the pseudo-Huber loss
 //   rho(r) = delta^2 (sqrt(1 + (r / delta)^2) - 1),   delta = 2.5 robust standard deviations of a first fit,
-// by Levenberg-Marquardt with bounds (Ceres), analytic Jacobian, from several starts for the poles, plays and dead
-// zone; what is linear in the parameters starts at its least-squares value. Poles are -exp(theta): stable by
-// construction. Predictions simulate freely from the input alone; they never see the measured angle.
+// by Levenberg-Marquardt with bounds (Ceres), analytic Jacobian, from several starts for the poles, plays and
+// dead zone; what is linear in the parameters starts at its least-squares value. Poles are -exp(theta):
+// stable by construction. Predictions simulate freely from the input alone; they never see the measured
+// angle.
 //
-// Standard errors: sandwich A^-1 S A^-1 with A = sum rho'' J J' and S the Bartlett-weighted sum of the scores'
-// autocovariances (Newey, West, Econometrica 55 (1987) 703), so that they hold for residuals that are neither
-// Gaussian nor white. A is factored by SVD after column scaling, and its condition number reported.
+// Standard errors: sandwich A^-1 S A^-1 with A = sum rho'' J J' and S the Bartlett-weighted sum of the
+// scores' autocovariances (Newey, West, Econometrica 55 (1987) 703), so that they hold for residuals that are
+// neither Gaussian nor white. A is factored by SVD after column scaling, and its condition number reported.
 //
 // What the data cannot tell is refused by name: the parameter keeps a safe value, gets no standard error, and
 // `refusals` says why.
@@ -24,7 +25,8 @@
 
 namespace flexor::identify {
 
-// One finger on a uniform grid. Equal lengths; `use` is 1 where a sample's error counts (no gap, fitted part).
+// One finger on a uniform grid. Equal lengths; `use` is 1 where a sample's error counts (no gap, fitted
+// part).
 struct Data {
   std::string channel;  // a finger's name, for messages
   double period_s = 0;
@@ -67,8 +69,8 @@ struct Summary {
   model::Channel channel;         // blocks, saturation and rest angle; the caller names it and its input
 };
 
-// Throws io::JobError, naming the channel: fewer used samples than five times the parameters, constant input or
-// angle, a dead zone where no sample lies, no convergence from any start.
+// Throws io::JobError, naming the channel: fewer used samples than five times the parameters, constant input
+// or angle, a dead zone where no sample lies, no convergence from any start.
 Summary fit(const Structure& structure, const Data& data, const Options& options = {});
 
 // Angle limits that no prediction of an unsaturated structure may leave: the used angles and a tenth of their

@@ -115,7 +115,8 @@ TEST(Fit, PolesAreStableWhateverTheData) {
   std::mt19937 random(3);
   for (double& y : data.angle_deg) y = static_cast<double>(random() % 90);
   for (const int order : {1, 2, 3}) {
-    for (const double pole : fit(make_structure(Family::hw, order), data).channel.lti.poles_rad_s) EXPECT_LT(pole, 0);
+    for (const double pole : fit(make_structure(Family::hw, order), data).channel.lti.poles_rad_s)
+      EXPECT_LT(pole, 0);
   }
 }
 
@@ -134,7 +135,8 @@ TEST(Fit, ADeadZoneEdgeWithoutSamplesIsRefusedByName) {
   for (int k = 0; k < 1500; ++k) data.angle_deg(k) = 10 + 0.1 * std::max(0.0, data.input(k) - 400);
   const Summary s = fit(make_dead_zone_structure(1), data);
   bool found = false;
-  for (const std::string& r : s.refusals) found = found || r.starts_with("dead zone lower edge of ring: no sample below");
+  for (const std::string& r : s.refusals)
+    found = found || r.starts_with("dead zone lower edge of ring: no sample below");
   EXPECT_TRUE(found);
   EXPECT_NEAR(s.channel.dead_zone->upper, 400, 5);
 }
@@ -145,20 +147,24 @@ TEST(Fit, AKnotFarFromEverySampleIsRefusedByName) {
   options.input_knots = {200, 400, 600, 850, 1000};
   const Summary s = fit(make_structure(Family::hammerstein, 1, 5), data, options);
   ASSERT_FALSE(s.refusals.empty());
-  EXPECT_NE(s.refusals[0].find("curve at 1000 of ring: no sample near 1000"), std::string::npos) << s.refusals[0];
+  EXPECT_NE(s.refusals[0].find("curve at 1000 of ring: no sample near 1000"), std::string::npos)
+      << s.refusals[0];
 }
 
 TEST(Fit, RefusesTooFewSamplesAndSignalsThatDoNotMove) {
   Data data = example();
   std::fill(data.use.begin() + 60, data.use.end(), 0);
-  EXPECT_NE(reason(make_structure(Family::hw), data).find("ring: 60 usable samples are too few for the 15 parameters"),
+  EXPECT_NE(reason(make_structure(Family::hw), data)
+                .find("ring: 60 usable samples are too few for the 15 parameters"),
             std::string::npos);
   data = example();
   data.input.setConstant(5);
-  EXPECT_NE(reason(make_structure(Family::hw), data).find("ring: the sensor does not change"), std::string::npos);
+  EXPECT_NE(reason(make_structure(Family::hw), data).find("ring: the sensor does not change"),
+            std::string::npos);
   data = example();
   data.angle_deg.setConstant(5);
-  EXPECT_NE(reason(make_structure(Family::hw), data).find("ring: the angle does not change"), std::string::npos);
+  EXPECT_NE(reason(make_structure(Family::hw), data).find("ring: the angle does not change"),
+            std::string::npos);
 }
 
 TEST(Uncertainty, IsTheTextbookFormulaForWhiteNoise) {

@@ -92,8 +92,8 @@ void hysteresis(const Structure& structure, const Layout& layout, const VectorXd
   }
 }
 
-void curve(const std::vector<double>& x, const VectorXd& y, int at, double monotone_direction, VectorXd& signal,
-           Columns& columns) {
+void curve(const std::vector<double>& x, const VectorXd& y, int at, double monotone_direction,
+           VectorXd& signal, Columns& columns) {
   const auto n = static_cast<int>(x.size());
   const std::vector<int> upstream = columns.active();
   if (columns.wanted()) {

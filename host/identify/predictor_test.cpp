@@ -28,13 +28,20 @@ std::vector<Case> cases() {
   return {
       {"linear", make_structure(Family::linear), {}, {0.1, -5}},
       {"linear_dynamic", make_structure(Family::linear_dynamic, 3), {}, {0.1, -5, 2.5, 0.3, -1, 0.7, 0.4}},
-      {"hammerstein", make_structure(Family::hammerstein, 2, 5), {x, {}, 1}, {10, 22, 31, 55, 90, 2, 0.1, 0.6}},
+      {"hammerstein",
+       make_structure(Family::hammerstein, 2, 5),
+       {x, {}, 1},
+       {10, 22, 31, 55, 90, 2, 0.1, 0.6}},
       {"monotone", monotone, {x, {}, -1}, {90, 12, 9, 24, 35, 1.5}},
       {"wiener", make_structure(Family::wiener, 2, 5), {{}, x, 1}, {2, 0.1, 0.6, 10, 22, 31, 55, 90}},
       {"dead_zone", make_dead_zone_structure(1), {}, {300, 120, 0.12, 40, 1.2, 30, 80}},
-      {"hysteresis", make_structure(Family::hw_hysteresis, 1, 5, 2), {x, {}, 1},
+      {"hysteresis",
+       make_structure(Family::hw_hysteresis, 1, 5, 2),
+       {x, {}, 1},
        {8, 40, 0.4, -0.3, 10, 22, 31, 55, 90, 1.1, 14, 70}},
-      {"everything", everything, {{-200, -50, 0, 150, 400}, {0, 50, 100}, 1},
+      {"everything",
+       everything,
+       {{-200, -50, 0, 150, 400}, {0, 50, 100}, 1},
        {300, 120, 8, 40, 0.4, 0.3, 10, 22, 31, 55, 90, 2, 1, -0.5, 0.3, -0.2, 5, 45, 99, 40, 60}},
   };
 }
@@ -69,7 +76,8 @@ TEST_P(PredictorCase, JacobianMatchesCentralDifferences) {
     Eigen::VectorXd down = theta;
     up(i) += h;
     down(i) -= h;
-    const Eigen::VectorXd numeric = (predictor.predict(up, nullptr) - predictor.predict(down, nullptr)) / (2 * h);
+    const Eigen::VectorXd numeric =
+        (predictor.predict(up, nullptr) - predictor.predict(down, nullptr)) / (2 * h);
     // A sample on a kink may differ; there are only a few.
     const double scale = std::max(numeric.cwiseAbs().maxCoeff(), 1e-9);
     const auto wrong = ((jacobian.col(i) - numeric).array().abs() > 1e-4 * scale).count();

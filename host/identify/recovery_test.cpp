@@ -79,7 +79,8 @@ double curve_at(const Truth& t, double u) {
   const auto& x = t.knots;
   if (u <= x.front()) return t.values.front();
   for (std::size_t i = 1; i < x.size(); ++i) {
-    if (u < x[i]) return t.values[i - 1] + (t.values[i] - t.values[i - 1]) * (u - x[i - 1]) / (x[i] - x[i - 1]);
+    if (u < x[i])
+      return t.values[i - 1] + (t.values[i] - t.values[i - 1]) * (u - x[i - 1]) / (x[i] - x[i - 1]);
   }
   return t.values.back();
 }
@@ -115,7 +116,8 @@ Data simulate(const Truth& t, unsigned seed) {
   double x = 0;
   for (int k = 0; k < kSamples; ++k) {
     double v = data.input(k);
-    if (t.structure.dead_zone) v = v < t.dead_lower ? v - t.dead_lower : (v > t.dead_upper ? v - t.dead_upper : 0);
+    if (t.structure.dead_zone)
+      v = v < t.dead_lower ? v - t.dead_lower : (v > t.dead_upper ? v - t.dead_upper : 0);
     if (k == 0) play = v;
     play = std::min(v + t.radius, std::max(v - t.radius, play));
     v += t.weight * (play - v);
@@ -168,7 +170,8 @@ TEST_P(Recovery, EveryParameterWithinThreeOfItsHonestStandardErrors) {
     // The spread of the estimates, in reported standard errors.
     EXPECT_GT(std::sqrt(squared[i]), 0.7) << names[i];
     EXPECT_LT(std::sqrt(squared[i]), 1.3) << names[i];
-    RecordProperty(names[i], std::to_string(within[i]) + " within three, spread " + std::to_string(std::sqrt(squared[i])));
+    RecordProperty(names[i], std::to_string(within[i]) + " within three, spread " +
+                                 std::to_string(std::sqrt(squared[i])));
     std::printf("%-28s %3d within three, spread %.2f\n", names[i].c_str(), within[i], std::sqrt(squared[i]));
   }
 }

@@ -41,7 +41,8 @@ double cross_validate(const Summary& full, const Data& data) {
     const std::size_t first = used[used.size() * static_cast<std::size_t>(block) / kBlocks];
     const std::size_t last = used[used.size() * static_cast<std::size_t>(block + 1) / kBlocks - 1];
     Data rest = data;
-    for (std::size_t k = first - std::min(first, guard); k <= std::min(last + guard, data.use.size() - 1); ++k) {
+    for (std::size_t k = first - std::min(first, guard); k <= std::min(last + guard, data.use.size() - 1);
+         ++k) {
       rest.use[k] = 0;
     }
     const Summary fold = fit(full.structure, rest, options);

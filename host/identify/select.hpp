@@ -1,8 +1,9 @@
 // Chooses a structure with data from the fitted part only.
 //
-// Blocked cross-validation: the used samples are cut into contiguous blocks of equal length; each is left out once,
-// with a guard of one second on either side, the structure fitted to the rest and the block predicted. The figure
-// is the RMSE over all blocks together. The structure with the fewest parameters within 2 % of the best wins.
+// Blocked cross-validation: the used samples are cut into contiguous blocks of equal length; each is left out
+// once, with a guard of one second on either side, the structure fitted to the rest and the block predicted.
+// The figure is the RMSE over all blocks together. The structure with the fewest parameters within 2 % of the
+// best wins.
 #pragma once
 
 #include <functional>
@@ -19,9 +20,9 @@ inline constexpr double kTolerance = 0.02;
 
 struct Candidate {
   Structure structure;
-  Summary summary;                  // fit to the whole fitted part
-  double cross_validated_deg = 0;   // RMSE
-  std::string refusal;              // why it could not be fitted; the other fields are then empty
+  Summary summary;                 // fit to the whole fitted part
+  double cross_validated_deg = 0;  // RMSE
+  std::string refusal;             // why it could not be fitted; the other fields are then empty
 };
 
 struct Selection {

@@ -28,7 +28,8 @@ Data simulate(bool curved) {
 }
 
 TEST(Select, TakesTheStraightLineWhereTheTruthIsOne) {
-  const std::vector<Structure> candidates = {make_structure(Family::linear), make_structure(Family::hammerstein, 1, 6),
+  const std::vector<Structure> candidates = {make_structure(Family::linear),
+                                             make_structure(Family::hammerstein, 1, 6),
                                              make_structure(Family::hw, 2, 10)};
   const Selection s = select(candidates, simulate(false), {});
   EXPECT_EQ(s.chosen, 0u);
@@ -39,7 +40,8 @@ TEST(Select, TakesTheStraightLineWhereTheTruthIsOne) {
 }
 
 TEST(Select, TakesTheCurveWhereTheTruthIsCurved) {
-  const std::vector<Structure> candidates = {make_structure(Family::linear), make_structure(Family::hammerstein, 1, 6)};
+  const std::vector<Structure> candidates = {make_structure(Family::linear),
+                                             make_structure(Family::hammerstein, 1, 6)};
   int called = 0;
   const Selection s = select(candidates, simulate(true), [&](auto, std::size_t n, const std::string&) {
     ++called;
@@ -65,8 +67,9 @@ TEST(Select, NothingFittedIsAnError) {
 
 TEST(Select, AutoComparesEveryFamily) {
   for (const Family family : families()) {
-    EXPECT_TRUE(std::ranges::any_of(auto_candidates(false), [&](const Structure& s) { return s.family == family; }))
-        << name(family);
+    EXPECT_TRUE(std::ranges::any_of(auto_candidates(false), [&](const Structure& s) {
+      return s.family == family;
+    })) << name(family);
   }
 }
 

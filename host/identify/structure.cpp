@@ -33,19 +33,26 @@ Structure make_dead_zone_structure(int order) {
 }
 
 const std::vector<Family>& families() {
-  static const std::vector<Family> all = {Family::linear, Family::linear_dynamic, Family::hammerstein,
-                                          Family::wiener, Family::hw,             Family::hw_hysteresis};
+  static const std::vector<Family> all = {Family::linear,      Family::linear_dynamic,
+                                          Family::hammerstein, Family::wiener,
+                                          Family::hw,          Family::hw_hysteresis};
   return all;
 }
 
 std::string name(Family family) {
   switch (family) {
-    case Family::linear: return "linear";
-    case Family::linear_dynamic: return "linear-dynamic";
-    case Family::hammerstein: return "hammerstein";
-    case Family::wiener: return "wiener";
-    case Family::hw: return "hw";
-    case Family::hw_hysteresis: return "hw-hysteresis";
+    case Family::linear:
+      return "linear";
+    case Family::linear_dynamic:
+      return "linear-dynamic";
+    case Family::hammerstein:
+      return "hammerstein";
+    case Family::wiener:
+      return "wiener";
+    case Family::hw:
+      return "hw";
+    case Family::hw_hysteresis:
+      return "hw-hysteresis";
   }
   return "";
 }
@@ -56,7 +63,8 @@ Family family(std::string_view wanted) {
     names.push_back(name(f));
     if (names.back() == wanted) return f;
   }
-  throw io::InputError(fmt::format("unknown structure \"{}\"; known: auto, {}", wanted, fmt::join(names, ", ")));
+  throw io::InputError(
+      fmt::format("unknown structure \"{}\"; known: auto, {}", wanted, fmt::join(names, ", ")));
 }
 
 std::string describe(const Structure& s) {

@@ -12,13 +12,13 @@ enum class Family { linear, linear_dynamic, hammerstein, wiener, hw, hw_hysteres
 
 struct Structure {
   Family family = Family::hw;
-  bool dead_zone = false;  // an input dead zone with fitted edges
-  int plays = 0;           // play operators, 0 to 4
-  int input_knots = 0;     // input curve, 0 (gain and offset instead) or 2 to 16
-  int order = 0;           // poles, 0 to 3
-  int output_knots = 0;    // output curve, 0 or 2 to 16
-  bool saturation = false; // fitted saturation limits
-  bool monotone = false;   // curves may not turn back
+  bool dead_zone = false;   // an input dead zone with fitted edges
+  int plays = 0;            // play operators, 0 to 4
+  int input_knots = 0;      // input curve, 0 (gain and offset instead) or 2 to 16
+  int order = 0;            // poles, 0 to 3
+  int output_knots = 0;     // output curve, 0 or 2 to 16
+  bool saturation = false;  // fitted saturation limits
+  bool monotone = false;    // curves may not turn back
 
   bool operator==(const Structure&) const = default;
 };

@@ -6,13 +6,14 @@
 
 namespace flexor::identify {
 
-// Rows: the used samples in order of time. `residual` r_k, `jacobian` d(predicted)/d(theta) of the free parameters.
-// delta: of the pseudo-Huber loss; infinite for plain least squares.
+// Rows: the used samples in order of time. `residual` r_k, `jacobian` d(predicted)/d(theta) of the free
+// parameters. delta: of the pseudo-Huber loss; infinite for plain least squares.
 struct Uncertainty {
   Eigen::MatrixXd covariance;
   double condition = 0;
-  // Free parameters, by column, that the data cannot tell: a column of zeros, or the largest part of a direction
-  // whose singular value is below 1e-7 of the largest. The covariance is meaningless while there are any.
+  // Free parameters, by column, that the data cannot tell: a column of zeros, or the largest part of a
+  // direction whose singular value is below 1e-7 of the largest. The covariance is meaningless while there
+  // are any.
   std::vector<int> undetermined;
 };
 

@@ -66,7 +66,8 @@ void write_file(const fs::path& path, std::string_view content) {
 void make_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) throw InputError(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
+  if (error)
+    throw InputError(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
 }
 
 std::string digest(std::string_view content) {

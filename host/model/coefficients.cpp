@@ -6,7 +6,8 @@
 namespace flexor::model::detail {
 
 PaddedLti pad(const Lti& lti, double period_s, int order) {
-  PaddedLti out{Eigen::VectorXd::Zero(order), Eigen::MatrixXd::Zero(order, order), Eigen::VectorXd::Zero(order)};
+  PaddedLti out{Eigen::VectorXd::Zero(order), Eigen::MatrixXd::Zero(order, order),
+                Eigen::VectorXd::Zero(order)};
   const auto n = static_cast<Eigen::Index>(lti.poles_rad_s.size());
   if (n == 0) {
     out.tap(0) = 1;  // y = w

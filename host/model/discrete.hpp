@@ -23,7 +23,6 @@ ZeroOrderHold zero_order_hold(const Eigen::VectorXd& rates_rad_s, double period_
 // d(hold)/d(log a_i): the Frechet derivative of the matrix exponential, from the block matrix
 // exp([A dA; 0 A] T) = [exp(A T) L; 0 exp(A T)].
 // Source: N. Higham, Functions of Matrices (2008), theorem 3.6.
-ZeroOrderHold zero_order_hold_derivative(const Eigen::VectorXd& rates_rad_s, double period_s,
-                                         Eigen::Index i);
+ZeroOrderHold zero_order_hold_derivative(const Eigen::VectorXd& rates_rad_s, double period_s, Eigen::Index i);
 
 }  // namespace flexor::model

@@ -122,7 +122,8 @@ void read_blocks(const Json& blocks, const std::string& place, Channel& channel)
     }
     next = static_cast<std::size_t>(at - order.begin()) + 1;
     if (type == "dead_zone") channel.dead_zone = DeadZone{block.number("lower"), block.number("upper")};
-    if (type == "hysteresis") channel.hysteresis = Hysteresis{block.numbers("radii"), block.numbers("weights")};
+    if (type == "hysteresis")
+      channel.hysteresis = Hysteresis{block.numbers("radii"), block.numbers("weights")};
     if (type == "curve") (lti_seen ? channel.output_curve : channel.input_curve) = read_curve(block);
     if (type == "lti") {
       channel.lti = read_lti(block);

@@ -101,7 +101,8 @@ TEST(Model, NamesChannelBlockAndRule) {
   EXPECT_NE(unknown.find("channels[0]: blocks[0]: unknown key \"uper\""), std::string::npos) << unknown;
   const auto unstable = edited([](auto& j) { j["channels"][0]["blocks"][3]["poles_rad_s"][0] = 12; });
   EXPECT_NE(unstable.find("poles must be negative"), std::string::npos) << unstable;
-  const auto order = edited([](auto& j) { std::swap(j["channels"][0]["blocks"][0], j["channels"][0]["blocks"][3]); });
+  const auto order =
+      edited([](auto& j) { std::swap(j["channels"][0]["blocks"][0], j["channels"][0]["blocks"][3]); });
   EXPECT_NE(order.find("cannot stand here"), std::string::npos) << order;
   const auto finger_name = edited([](auto& j) { j["channels"][0]["name"] = "toe"; });
   EXPECT_NE(finger_name.find("unknown finger \"toe\""), std::string::npos) << finger_name;

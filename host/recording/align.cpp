@@ -137,7 +137,8 @@ std::optional<std::size_t> rival_of(const Scan& scan, std::size_t best) {
   for (std::size_t i = 0; i < scan.score.size(); ++i) {
     if (i + distance > best && i < best + distance) continue;
     const auto low = scan.score.begin() + static_cast<std::ptrdiff_t>(i - std::min(i, reach));
-    const auto high = scan.score.begin() + static_cast<std::ptrdiff_t>(std::min(i + reach + 1, scan.score.size()));
+    const auto high =
+        scan.score.begin() + static_cast<std::ptrdiff_t>(std::min(i + reach + 1, scan.score.size()));
     if (*std::max_element(low, high) > scan.score[i]) continue;
     if (!rival || scan.score[i] > scan.score[*rival]) rival = i;
   }
@@ -223,9 +224,10 @@ void check_drift(Alignment& result) {
   result.drift_ppm = line(1) * 1e6;
   const double across = line(1) * result.overlap_s;
   if (std::abs(across) > kDriftWarning_s && std::abs(across) > 3 * scatter) {
-    result.warnings.push_back(fmt::format("the clocks drift: {:+.2f} s over the recording ({:+.0f} ppm); record "
-                                          "in shorter pieces or correct the clock",
-                                          across, *result.drift_ppm));
+    result.warnings.push_back(
+        fmt::format("the clocks drift: {:+.2f} s over the recording ({:+.0f} ppm); record "
+                    "in shorter pieces or correct the clock",
+                    across, *result.drift_ppm));
   }
 }
 
@@ -237,10 +239,10 @@ Alignment align(const Series& sensor, const Series& reference) {
   const Binning bins(coarse_sensor);
   const Scan scanned = scan(coarse_sensor, bins, coarse_reference);
   if (scanned.score.empty()) {
-    throw io::JobError(fmt::format("overlap too short: the recordings last {:.1f} s and {:.1f} s, alignment needs "
-                                   "{:.0f} s of common motion; record longer",
-                                   sensor.t_s.back() - sensor.t_s.front(),
-                                   reference.t_s.back() - reference.t_s.front(), kMinOverlap_s));
+    throw io::JobError(fmt::format(
+        "overlap too short: the recordings last {:.1f} s and {:.1f} s, alignment needs "
+        "{:.0f} s of common motion; record longer",
+        sensor.t_s.back() - sensor.t_s.front(), reference.t_s.back() - reference.t_s.front(), kMinOverlap_s));
   }
   const auto best = static_cast<std::size_t>(std::ranges::max_element(scanned.score) - scanned.score.begin());
 
@@ -248,10 +250,11 @@ Alignment align(const Series& sensor, const Series& reference) {
   Alignment result;
   result.eta_squared = scanned.eta_squared[best];
   if (result.eta_squared < kMinEtaSquared) {
-    throw io::JobError(fmt::format("the recordings do not correlate: at the best offset the sensor explains {:.0f} % "
-                                   "of the reference, at least {:.0f} % are needed; are they of the same motion and "
-                                   "finger?",
-                                   100 * result.eta_squared, 100 * kMinEtaSquared));
+    throw io::JobError(
+        fmt::format("the recordings do not correlate: at the best offset the sensor explains {:.0f} % "
+                    "of the reference, at least {:.0f} % are needed; are they of the same motion and "
+                    "finger?",
+                    100 * result.eta_squared, 100 * kMinEtaSquared));
   }
   const auto offset_of = [&](std::size_t i) {
     return start_difference + static_cast<double>(scanned.lag[i]) / kCoarseRate_hz;
@@ -286,9 +289,10 @@ Alignment align(const Series& sensor, const Series& reference) {
   }
   check_drift(result);
   if (result.confidence < kLowConfidence) {
-    result.warnings.push_back(fmt::format("the alignment is ambiguous: offset {:+.1f} s explains almost as much as "
-                                          "{:+.1f} s; record a motion that does not repeat itself",
-                                          result.rival_offset_s.value_or(0), result.clock_offset_s));
+    result.warnings.push_back(
+        fmt::format("the alignment is ambiguous: offset {:+.1f} s explains almost as much as "
+                    "{:+.1f} s; record a motion that does not repeat itself",
+                    result.rival_offset_s.value_or(0), result.clock_offset_s));
   }
   return result;
 }
@@ -296,9 +300,10 @@ Alignment align(const Series& sensor, const Series& reference) {
 std::optional<std::string> disagreement(double user_offset_s, const Alignment& found) {
   const double difference = user_offset_s - found.clock_offset_s;
   if (std::abs(difference) <= kDisagreement_s) return std::nullopt;
-  return fmt::format("the given clock offset {:+.2f} s disagrees with the signals by {:+.2f} s: they say {:+.2f} s "
-                     "(confidence {:.2f})",
-                     user_offset_s, difference, found.clock_offset_s, found.confidence);
+  return fmt::format(
+      "the given clock offset {:+.2f} s disagrees with the signals by {:+.2f} s: they say {:+.2f} s "
+      "(confidence {:.2f})",
+      user_offset_s, difference, found.clock_offset_s, found.confidence);
 }
 
 }  // namespace flexor::recording

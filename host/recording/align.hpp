@@ -1,12 +1,15 @@
 // Clock offset of two recordings of one motion, from their signals alone.
 //
-// Two stages, because the level of a glove sensor lies (hysteresis shifts it in time) and its motion does not:
-//  1. For every offset with enough overlap: the correlation ratio eta^2 of the reference on the sensor, i.e. the
-//     share of the reference's variance that any static function of the sensor explains (bins of equal count).
-//     The offset with the largest n log(1 / (1 - eta^2)) wins. Blind to sign, scale and static nonlinearity.
+// Two stages, because the level of a glove sensor lies (hysteresis shifts it in time) and its motion does
+// not:
+//  1. For every offset with enough overlap: the correlation ratio eta^2 of the reference on the sensor, i.e.
+//  the
+//     share of the reference's variance that any static function of the sensor explains (bins of equal
+//     count). The offset with the largest n log(1 / (1 - eta^2)) wins. Blind to sign, scale and static
+//     nonlinearity.
 //  2. Around it: the largest correlation (either sign) of the two velocities, both smoothed by a Gaussian of
-//     0.5 s; a parabola through the peak gives the fraction of a sample. It is the sensor's own velocity: a curve
-//     fitted at a slightly wrong offset would pull the peak towards that offset.
+//     0.5 s; a parabola through the peak gives the fraction of a sample. It is the sensor's own velocity: a
+//     curve fitted at a slightly wrong offset would pull the peak towards that offset.
 // Source: A. Renyi, On measures of dependence (1959) for eta^2.
 #pragma once
 

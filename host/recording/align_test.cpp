@@ -205,7 +205,8 @@ class RealRecordings : public testing::TestWithParam<RealCase> {
     for (std::size_t k = 0; k < r.t_s.size(); ++k) {
       if (r.t_s[k] < begin || r.t_s[k] > end) continue;
       kept.t_s.push_back(r.t_s[k]);
-      for (std::size_t c = 0; c < r.columns.size(); ++c) kept.columns[c].value.push_back(r.columns[c].value[k]);
+      for (std::size_t c = 0; c < r.columns.size(); ++c)
+        kept.columns[c].value.push_back(r.columns[c].value[k]);
     }
     r = kept;
   }

@@ -128,7 +128,8 @@ TimeName read_time_name(std::string_view name) {
   static constexpr std::array<std::pair<const char*, double>, 4> kUnits = {
       {{"ms", 1e-3}, {"us", 1e-6}, {"sec", 1}, {"s", 1}}};
   for (const auto& [unit, seconds] : kUnits) {
-    for (const std::string& suffix : {fmt::format("({})", unit), fmt::format("[{}]", unit), fmt::format("_{}", unit)}) {
+    for (const std::string& suffix :
+         {fmt::format("({})", unit), fmt::format("[{}]", unit), fmt::format("_{}", unit)}) {
       if (text.ends_with(suffix)) {
         result.unit_s = seconds;
         text.resize(text.size() - suffix.size());
@@ -168,14 +169,16 @@ void repair_time(Recording& recording, const std::vector<std::size_t>& lines) {
   const auto total = static_cast<double>(t.size());
   if (static_cast<double>(dropped) > kMaxBackwardShare * total || kept == 0) {
     const std::size_t line = dropped > 0 ? lines[first_bad] : lines[1];
-    throw InputError(fmt::format("{}: row {}: time does not increase ({} of {} rows); sort the log, or cut it "
-                                 "where the clock was reset",
-                                 recording.source, line, dropped + merged, t.size()));
+    throw InputError(
+        fmt::format("{}: row {}: time does not increase ({} of {} rows); sort the log, or cut it "
+                    "where the clock was reset",
+                    recording.source, line, dropped + merged, t.size()));
   }
   if (dropped > 0) {
-    recording.warnings.push_back(fmt::format("{}: {} row(s) with a time that goes backwards were left out, the "
-                                             "first is row {}",
-                                             recording.source, dropped, lines[first_bad]));
+    recording.warnings.push_back(
+        fmt::format("{}: {} row(s) with a time that goes backwards were left out, the "
+                    "first is row {}",
+                    recording.source, dropped, lines[first_bad]));
   }
   if (merged > 0) {
     recording.warnings.push_back(
@@ -194,9 +197,10 @@ void check_time_unit(const Recording& recording) {
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::nth_element(steps.begin(), middle, steps.end());
   if (*middle <= kMaxMedianStep_s) return;
-  throw InputError(fmt::format("{}: time steps of {:.4g} s; if the time column is in milliseconds say so: name "
-                               "it time_ms or give the time unit",
-                               recording.source, *middle));
+  throw InputError(
+      fmt::format("{}: time steps of {:.4g} s; if the time column is in milliseconds say so: name "
+                  "it time_ms or give the time unit",
+                  recording.source, *middle));
 }
 
 Recording read_all(std::istream& stream, const std::string& source, const CsvOptions& options) {
@@ -212,8 +216,8 @@ Recording read_all(std::istream& stream, const std::string& source, const CsvOpt
     for (std::size_t i = 0; i < row.value.size(); ++i) recording.columns[i].value.push_back(row.value[i]);
   }
   if (recording.t_s.size() < 2) {
-    throw InputError(fmt::format("{}: {} row(s) of data; a recording needs at least two", source,
-                                 recording.t_s.size()));
+    throw InputError(
+        fmt::format("{}: {} row(s) of data; a recording needs at least two", source, recording.t_s.size()));
   }
   repair_time(recording, lines);
   if (!options.time_unit_s) check_time_unit(recording);

@@ -1,5 +1,6 @@
-// Glove and camera logs as people really have them: byte-order mark, non-ASCII names, comma, semicolon or tab,
-// quotes, text columns beside numbers, bursts, pauses, a time column in milliseconds, seconds or ISO 8601.
+// Glove and camera logs as people really have them: byte-order mark, non-ASCII names, comma, semicolon or
+// tab, quotes, text columns beside numbers, bursts, pauses, a time column in milliseconds, seconds or ISO
+// 8601.
 //
 // Errors are io::InputError, one line naming file, row (as an editor counts lines) and column, and the mend.
 #pragma once
@@ -15,9 +16,11 @@
 namespace flexor::recording {
 
 struct CsvOptions {
-  std::vector<std::string> columns;        // the columns to read; empty: every column whose first cell is a number
-  std::optional<std::string> time_column;  // default: a column named t, time, timestamp, with or without a unit
-  std::optional<double> time_unit_s;       // default: from the name's suffix: (ms), _ms, (s), _s, (us); else seconds
+  std::vector<std::string> columns;  // the columns to read; empty: every column whose first cell is a number
+  std::optional<std::string>
+      time_column;  // default: a column named t, time, timestamp, with or without a unit
+  std::optional<double>
+      time_unit_s;  // default: from the name's suffix: (ms), _ms, (s), _s, (us); else seconds
 };
 
 // Row by row, for streams that never end.

@@ -41,8 +41,8 @@ TEST(Csv, ReadsSemicolonsTabsAndQuotes) {
 }
 
 TEST(Csv, ReadsIso8601WithZones) {
-  const auto r = parse(
-      "timestamp,a\n2024-02-29T23:59:59.500Z,1\n2024-03-01T01:00:00+01:00,2\n2024-03-01 00:00:01Z,3\n");
+  const auto r =
+      parse("timestamp,a\n2024-02-29T23:59:59.500Z,1\n2024-03-01T01:00:00+01:00,2\n2024-03-01 00:00:01Z,3\n");
   EXPECT_NEAR(r.t_s[1] - r.t_s[0], 0.5, 1e-6);
   EXPECT_NEAR(r.t_s[2] - r.t_s[0], 1.5, 1e-6);
   EXPECT_NEAR(r.t_s[0], 1709251199.5, 1e-6);

@@ -19,7 +19,8 @@ bool write_vector(mat_t* file, const std::string& name, const std::vector<double
   // matio takes a non-const pointer but only copies from it.
   auto* data = const_cast<double*>(values.data());
   const std::unique_ptr<matvar_t, decltype(&Mat_VarFree)> variable(
-      Mat_VarCreate(name.c_str(), MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dims, data, MAT_F_DONT_COPY_DATA), &Mat_VarFree);
+      Mat_VarCreate(name.c_str(), MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dims, data, MAT_F_DONT_COPY_DATA),
+      &Mat_VarFree);
   return variable && Mat_VarWrite(file, variable.get(), MAT_COMPRESSION_NONE) == 0;
 }
 

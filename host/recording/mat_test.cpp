@@ -18,7 +18,8 @@ TEST(Mat, NamesAreValidInMatlab) {
 class MatFile : public testing::TestWithParam<MatVersion> {};
 
 TEST_P(MatFile, ReadsBackWhatWasWritten) {
-  const auto path = std::filesystem::path(testing::TempDir()) / ("flexor_" + std::to_string(::getpid()) + ".mat");
+  const auto path =
+      std::filesystem::path(testing::TempDir()) / ("flexor_" + std::to_string(::getpid()) + ".mat");
   Recording r;
   r.t_s = {0, 0.05, 0.1};
   r.columns = {{"∠ABC", {1.5, -2, 1e300}}};

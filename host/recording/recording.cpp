@@ -14,7 +14,8 @@ const Column& Recording::column(std::string_view name) const {
   if (it != columns.end()) return *it;
   std::vector<std::string_view> names;
   for (const Column& c : columns) names.push_back(c.name);
-  throw io::InputError(fmt::format("{}: no column \"{}\"; there are: {}", source, name, fmt::join(names, ", ")));
+  throw io::InputError(
+      fmt::format("{}: no column \"{}\"; there are: {}", source, name, fmt::join(names, ", ")));
 }
 
 void require_change(const Recording& recording, std::string_view name, std::string_view hint) {

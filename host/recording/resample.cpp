@@ -21,7 +21,8 @@ Resampled resample(const Series& series, const Grid& grid, double max_gap_s) {
     while (cell_begin < t.size() && t[cell_begin] < now - grid.period_s / 2) ++cell_begin;
     double sum = 0;
     std::size_t count = 0;
-    for (std::size_t i = cell_begin; i < t.size() && t[i] < now + grid.period_s / 2; ++i, ++count) sum += x[i];
+    for (std::size_t i = cell_begin; i < t.size() && t[i] < now + grid.period_s / 2; ++i, ++count)
+      sum += x[i];
 
     const bool inside = next > 0 && next < t.size();
     const std::size_t before = next > 0 ? next - 1 : 0;

@@ -16,8 +16,9 @@ struct Grid {
 };
 
 struct Resampled {
-  std::vector<double> value;      // one for each grid point, always finite
-  std::vector<std::uint8_t> gap;  // 1 where the nearest samples are more than max_gap_s apart, or there are none
+  std::vector<double> value;  // one for each grid point, always finite
+  std::vector<std::uint8_t>
+      gap;  // 1 where the nearest samples are more than max_gap_s apart, or there are none
 };
 
 // Grid point k gets the mean of the samples within half a period of it; where there are none, the straight

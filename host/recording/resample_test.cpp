@@ -16,7 +16,8 @@ TEST(Resample, AStraightLineStaysAStraightLine) {
   const auto r = resample({t, x}, {1, 0.01, 1500}, 1);
   const Grid grid{1, 0.01, 1500};
   for (std::size_t k = 0; k < grid.size; ++k) {
-    EXPECT_NEAR(r.value[k], 3 * grid.time(k) - 5, 3 * 0.005 + 1e-9);  // a cell's mean may lie half a cell away
+    EXPECT_NEAR(r.value[k], 3 * grid.time(k) - 5,
+                3 * 0.005 + 1e-9);  // a cell's mean may lie half a cell away
     EXPECT_EQ(r.gap[k], 0);
   }
 }

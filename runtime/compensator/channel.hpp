@@ -92,7 +92,7 @@ class Channel {
     uint8_t output_curve_shift;  // fixed point only: fraction bits of the output curve beyond Q4
     Output lower;                // saturation, degrees
     Output upper;
-    Output rest;                 // output before the first good sample, degrees
+    Output rest;  // output before the first good sample, degrees
   };
 
   struct State {
@@ -122,10 +122,10 @@ class Channel {
     if (ShapeT::kPlays > 0) v = c.hysteresis.step(state.hysteresis, v);
     if (ShapeT::kInputKnots > 0) v = c.input_curve(v);
     const auto y = ShapeT::kOrder > 0 ? c.lti.step(state.lti, v) : Arithmetic::gained(c.lti, v);
-    const Output raw =
-        ShapeT::kOutputKnots > 0 && c.output_curve.count > 0
-            ? Arithmetic::curve_to_output(c.output_curve(Arithmetic::to_output_curve(y)), c.output_curve_shift)
-            : Arithmetic::to_output(y);
+    const Output raw = ShapeT::kOutputKnots > 0 && c.output_curve.count > 0
+                           ? Arithmetic::curve_to_output(c.output_curve(Arithmetic::to_output_curve(y)),
+                                                         c.output_curve_shift)
+                           : Arithmetic::to_output(y);
     state.output = core::clamp(raw, c.lower, c.upper);
     output = state.output;
     return Status::ok;

@@ -30,9 +30,9 @@ template <class Real, int kOrder>
 struct Lti {
   Real gain;
   Real offset;
-  Real input_weight[kOrder];                        // b_i
-  Real chain_weight[kOrder * (kOrder - 1) / 2 + 1]; // Ad_ij at chain_index(i, j)
-  Real tap[kOrder];                                 // c_0 .. c_{n-1}
+  Real input_weight[kOrder];                         // b_i
+  Real chain_weight[kOrder * (kOrder - 1) / 2 + 1];  // Ad_ij at chain_index(i, j)
+  Real tap[kOrder];                                  // c_0 .. c_{n-1}
 
   struct State {
     Real x[kOrder];

@@ -11,9 +11,9 @@ namespace core {
 
 static_assert((-3 >> 1) == -2, "the fixed-point path needs arithmetic right shifts");
 
-constexpr int kInputFraction = 5;    // ADC counts or degrees, int16: range -1024 .. 1023.97
-constexpr int kOutputFraction = 4;   // degrees, int16: range -2048 .. 2047.94
-constexpr int kStateFraction = 20;   // LTI states, int32: states and their differences below 2048
+constexpr int kInputFraction = 5;   // ADC counts or degrees, int16: range -1024 .. 1023.97
+constexpr int kOutputFraction = 4;  // degrees, int16: range -2048 .. 2047.94
+constexpr int kStateFraction = 20;  // LTI states, int32: states and their differences below 2048
 
 // Limits `value` to [lower, upper]; lower <= upper. A NaN comes back as NaN.
 template <class T>
@@ -43,8 +43,7 @@ inline int32_t round_shift(int32_t value, uint8_t shift) {
 
 // Saturates to int16.
 inline int16_t narrow(int32_t value) {
-  return static_cast<int16_t>(
-      clamp(value, static_cast<int32_t>(INT16_MIN), static_cast<int32_t>(INT16_MAX)));
+  return static_cast<int16_t>(clamp(value, static_cast<int32_t>(INT16_MIN), static_cast<int32_t>(INT16_MAX)));
 }
 
 // a + b and a - b that stay inside int16; plain for floating point.

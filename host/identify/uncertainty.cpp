@@ -8,6 +8,7 @@ namespace flexor::identify {
 namespace {
 
 constexpr double kRankTolerance = 1e-7;
+constexpr Eigen::Index kMaxLags = 400;
 
 }  // namespace
 
@@ -17,7 +18,7 @@ int correlation_length(const Eigen::VectorXd& residual) {
   const double variance = r.squaredNorm();
   if (!(variance > 0)) return 0;
   const double threshold = 2 / std::sqrt(static_cast<double>(n));
-  const auto most = static_cast<int>(n / 20);
+  const auto most = static_cast<int>(std::min<Eigen::Index>(n / 20, kMaxLags));
   for (int lag = 1; lag <= most; ++lag) {
     if (r.head(n - lag).dot(r.tail(n - lag)) / variance < threshold) return lag - 1;
   }

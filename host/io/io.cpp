@@ -49,6 +49,29 @@ void commit(const fs::path& temporary, const fs::path& path) {
   throw InputError(fmt::format("{}: cannot be written: {}", path.string(), error.message()));
 }
 
+void require_writable(const fs::path& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) {
+    throw InputError(fmt::format("{}: cannot be written: is a directory", path.string()));
+  }
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  if (!fs::is_directory(folder, error)) {
+    throw InputError(
+        fmt::format("{}: cannot be written: there is no folder {}", path.string(), folder.string()));
+  }
+  if (::access(folder.c_str(), W_OK) != 0) {
+    throw InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno)));
+  }
+}
+
+void require_folder(const fs::path& folder) {
+  std::error_code error;
+  if (fs::exists(folder, error) && !fs::is_directory(folder, error)) {
+    throw InputError(
+        fmt::format("{}: cannot make this folder: there is a file of that name", folder.string()));
+  }
+}
+
 void write_file(const fs::path& path, std::string_view content) {
   const fs::path temporary = temporary_beside(path);
   std::ofstream file(temporary, std::ios::binary);

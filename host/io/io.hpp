@@ -30,6 +30,13 @@ std::filesystem::path temporary_beside(const std::filesystem::path& path);
 // Renames `temporary` to `path`, or removes it and throws InputError.
 void commit(const std::filesystem::path& temporary, const std::filesystem::path& path);
 
+// Throws InputError when a file could not be written to `path`: its folder is missing, or it is a folder
+// itself. For failing before the work rather than after it.
+void require_writable(const std::filesystem::path& path);
+
+// Likewise for a folder that will be made.
+void require_folder(const std::filesystem::path& folder);
+
 // Replaces `path` by `content` in one step. Throws InputError and leaves nothing behind when it cannot.
 void write_file(const std::filesystem::path& path, std::string_view content);
 

@@ -49,6 +49,16 @@ TEST_F(Io, AFailedWriteLeavesNothingBehind) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1);
 }
 
+TEST_F(Io, OutputsAreCheckedBeforeTheWork) {
+  EXPECT_NO_THROW(require_writable(folder_ / "new"));
+  EXPECT_THROW(require_writable(folder_), InputError);
+  EXPECT_THROW(require_writable(folder_ / "none" / "x"), InputError);
+  EXPECT_NO_THROW(require_folder(folder_));
+  EXPECT_NO_THROW(require_folder(folder_ / "a" / "b"));
+  write_file(folder_ / "file", "x");
+  EXPECT_THROW(require_folder(folder_ / "file"), InputError);
+}
+
 TEST(Digest, IsTheKnownFnv1a) { EXPECT_EQ(digest("a"), "fnv1a64:af63dc4c8601ec8c"); }
 
 }  // namespace

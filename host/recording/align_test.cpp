@@ -154,8 +154,8 @@ class RealRecordings : public testing::TestWithParam<RealCase> {
     if (!std::filesystem::exists(folder())) {
       GTEST_SKIP() << "needs the recordings in ../shared/data/glove, which are not part of the repository";
     }
-    sensor_ = read_csv(folder() / "sensor_log.csv", {{GetParam().sensor}, {}, {}});
-    camera_ = read_csv(folder() / "camera_angles.csv", {{GetParam().angle, "∠ABC"}, {}, {}});
+    sensor_ = read_csv(folder() / "sensor_log.csv", {GetParam().sensor});
+    camera_ = read_csv(folder() / "camera_angles.csv", {GetParam().angle, "∠ABC"});
   }
 
   static std::filesystem::path folder() {

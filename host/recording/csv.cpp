@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <sstream>
 
 #include "host/io/io.hpp"
@@ -198,13 +199,12 @@ void check_time_unit(const Recording& recording) {
   std::nth_element(steps.begin(), middle, steps.end());
   if (*middle <= kMaxMedianStep_s) return;
   throw InputError(
-      fmt::format("{}: time steps of {:.4g} s; if the time column is in milliseconds say so: name "
-                  "it time_ms or give the time unit",
+      fmt::format("{}: time steps of {:.4g} s; if the time column is in milliseconds, name it time_ms",
                   recording.source, *middle));
 }
 
-Recording read_all(std::istream& stream, const std::string& source, const CsvOptions& options) {
-  CsvReader reader(stream, source, options);
+Recording read_all(std::istream& stream, const std::string& source, const std::vector<std::string>& columns) {
+  CsvReader reader(stream, source, columns);
   Recording recording;
   recording.source = source;
   for (const std::string& name : reader.columns()) recording.columns.push_back({name, {}});
@@ -220,13 +220,13 @@ Recording read_all(std::istream& stream, const std::string& source, const CsvOpt
         fmt::format("{}: {} row(s) of data; a recording needs at least two", source, recording.t_s.size()));
   }
   repair_time(recording, lines);
-  if (!options.time_unit_s) check_time_unit(recording);
+  check_time_unit(recording);
   return recording;
 }
 
 }  // namespace
 
-CsvReader::CsvReader(std::istream& stream, std::string source, const CsvOptions& options)
+CsvReader::CsvReader(std::istream& stream, std::string source, const std::vector<std::string>& columns)
     : stream_(stream), source_(std::move(source)) {
   if (!std::getline(stream_, text_)) throw InputError(fmt::format("{}: is empty", source_));
   if (text_.starts_with("\xEF\xBB\xBF")) text_.erase(0, 3);
@@ -238,8 +238,8 @@ CsvReader::CsvReader(std::istream& stream, std::string source, const CsvOptions&
   } else {
     throw InputError(fmt::format("{}: has a header but no data", source_));
   }
-  find_time(options);
-  find_columns(options);
+  find_time();
+  find_columns(columns);
 }
 
 void CsvReader::fail(const std::string& what) const {
@@ -257,23 +257,21 @@ bool CsvReader::read_cells() {
   fail(fmt::format("{} cells, the header has {}", cells_.size(), header_.size()));
 }
 
-void CsvReader::find_time(const CsvOptions& options) {
-  const auto candidate = [&](const std::string& name) {
-    return options.time_column ? name == *options.time_column : read_time_name(name).is_time;
-  };
-  const auto it = std::ranges::find_if(header_, candidate);
+void CsvReader::find_time() {
+  const auto it =
+      std::ranges::find_if(header_, [](const std::string& n) { return read_time_name(n).is_time; });
   if (it == header_.end()) {
-    throw InputError(fmt::format("{}: no time column{}; there are: {}", source_,
-                                 options.time_column ? fmt::format(" \"{}\"", *options.time_column)
-                                                     : " (t_s, time, Time(ms), timestamp ...)",
-                                 fmt::join(header_, ", ")));
+    throw InputError(
+        fmt::format("{}: no time column (t_s, time, Time(ms), timestamp ...): name it t_s or time_ms; "
+                    "there are: {}",
+                    source_, fmt::join(header_, ", ")));
   }
   time_place_ = static_cast<std::size_t>(it - header_.begin());
-  time_unit_s_ = options.time_unit_s.value_or(read_time_name(*it).unit_s.value_or(1));
+  time_unit_s_ = read_time_name(*it).unit_s.value_or(1);
 }
 
-void CsvReader::find_columns(const CsvOptions& options) {
-  if (options.columns.empty()) {
+void CsvReader::find_columns(const std::vector<std::string>& wanted) {
+  if (wanted.empty()) {
     for (std::size_t i = 0; i < header_.size(); ++i) {
       if (i == time_place_ || !to_number(cells_[i])) continue;
       columns_.push_back(header_[i]);
@@ -281,7 +279,7 @@ void CsvReader::find_columns(const CsvOptions& options) {
     }
     return;
   }
-  for (const std::string& name : options.columns) {
+  for (const std::string& name : wanted) {
     const auto it = std::ranges::find(header_, name);
     if (it == header_.end()) {
       throw InputError(
@@ -319,15 +317,16 @@ bool CsvReader::next(Row& row) {
   return true;
 }
 
-Recording parse_csv(const std::string& text, const std::string& source, const CsvOptions& options) {
+Recording parse_csv(const std::string& text, const std::string& source,
+                    const std::vector<std::string>& columns) {
   std::istringstream stream(text);
-  Recording recording = read_all(stream, source, options);
+  Recording recording = read_all(stream, source, columns);
   recording.digest = io::digest(text);
   return recording;
 }
 
-Recording read_csv(const std::filesystem::path& path, const CsvOptions& options) {
-  return parse_csv(io::read_file(path), path.string(), options);
+Recording read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns) {
+  return parse_csv(io::read_file(path), path.string(), columns);
 }
 
 std::string to_csv(const Recording& recording) {

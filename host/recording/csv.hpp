@@ -2,26 +2,21 @@
 // tab, quotes, text columns beside numbers, bursts, pauses, a time column in milliseconds, seconds or ISO
 // 8601.
 //
+// The time column is the first that is called t, time, timestamp or datetime, with or without a unit: (ms),
+// [ms], _ms, and likewise us, s, sec; without one, ISO 8601 or seconds. `columns` are the columns to read;
+// none: every column whose first cell is a number.
+//
 // Errors are io::InputError, one line naming file, row (as an editor counts lines) and column, and the mend.
 #pragma once
 
 #include <filesystem>
 #include <istream>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "host/recording/recording.hpp"
 
 namespace flexor::recording {
-
-struct CsvOptions {
-  std::vector<std::string> columns;  // the columns to read; empty: every column whose first cell is a number
-  std::optional<std::string>
-      time_column;  // default: a column named t, time, timestamp, with or without a unit
-  std::optional<double>
-      time_unit_s;  // default: from the name's suffix: (ms), _ms, (s), _s, (us); else seconds
-};
 
 // Row by row, for streams that never end.
 class CsvReader {
@@ -32,7 +27,7 @@ class CsvReader {
   };
 
   // Reads the header. `source` names the stream in errors; the stream must outlive the reader.
-  CsvReader(std::istream& stream, std::string source, const CsvOptions& options);
+  CsvReader(std::istream& stream, std::string source, const std::vector<std::string>& columns);
 
   const std::vector<std::string>& columns() const { return columns_; }
 
@@ -44,8 +39,8 @@ class CsvReader {
 
  private:
   bool read_cells();
-  void find_time(const CsvOptions& options);
-  void find_columns(const CsvOptions& options);
+  void find_time();
+  void find_columns(const std::vector<std::string>& wanted);
   double number(std::size_t cell, const std::string& column) const;
   double time(std::size_t cell) const;
   [[noreturn]] void fail(const std::string& what) const;
@@ -66,8 +61,9 @@ class CsvReader {
 
 // The whole file. Rows with the same time become one (their mean); up to 1 % of rows that go backwards are
 // left out, with a warning; more of them, or a clock that does not look like seconds, is an error.
-Recording read_csv(const std::filesystem::path& path, const CsvOptions& options);
-Recording parse_csv(const std::string& text, const std::string& source, const CsvOptions& options);
+Recording read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns);
+Recording parse_csv(const std::string& text, const std::string& source,
+                    const std::vector<std::string>& columns);
 
 // Wide CSV: t_s, then every column, shortest text that reads back to the same double.
 std::string to_csv(const Recording& recording);

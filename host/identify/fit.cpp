@@ -224,8 +224,8 @@ Solution solve(const Problem& problem, VectorXd theta, const std::vector<int>& f
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.max_num_iterations = max_iterations;
-  options.function_tolerance = 1e-9;
-  options.parameter_tolerance = 1e-9;
+  options.function_tolerance = 1e-7;
+  options.parameter_tolerance = 1e-8;
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;
   ceres::Solver::Summary summary;

@@ -31,16 +31,8 @@ double root_mean_square(std::span<const double> error) {
 std::vector<double> error_at_lag(std::span<const double> t_s, std::span<const double> measured,
                                  std::span<const double> estimated, double lag_s) {
   std::vector<double> error(t_s.size());
-  std::size_t next = 0;
   for (std::size_t k = 0; k < t_s.size(); ++k) {
-    const double at = t_s[k] + lag_s;
-    while (next < t_s.size() && t_s[next] < at) ++next;
-    double value = estimated[std::min(next, t_s.size() - 1)];
-    if (next > 0 && next < t_s.size()) {
-      const double share = (at - t_s[next - 1]) / (t_s[next] - t_s[next - 1]);
-      value = estimated[next - 1] + share * (estimated[next] - estimated[next - 1]);
-    }
-    error[k] = measured[k] - value;
+    error[k] = measured[k] - interpolate(t_s, estimated, t_s[k] + lag_s);
   }
   return error;
 }

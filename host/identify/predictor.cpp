@@ -130,16 +130,24 @@ class Filter {
     }
   }
 
-  int order() const { return n_; }
-
-  void run(Eigen::Ref<VectorXd> column) const {
-    std::array<double, compensator::kMaxOrder> x;
-    x.fill(column(0));
-    for (Index k = 0; k < column.size(); ++k) {
-      advance(x, column(k));
-      double y = 0;
-      for (int i = 0; i < n_; ++i) y += tap_[i] * x[static_cast<std::size_t>(i)];
-      column(k) = y;
+  // Several columns at a time: one column alone waits for its own recursion at every sample.
+  void run(const std::vector<double*>& columns, Index rows) const {
+    static constexpr std::size_t kLanes = 4;
+    for (std::size_t c = 0; c < columns.size(); c += kLanes) {
+      // Lanes beyond the last column share a scratch column of zeros, which stay zeros.
+      std::array<double*, kLanes> lane;
+      VectorXd scratch;
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        if (c + l < columns.size()) {
+          lane[l] = columns[c + l];
+        } else {
+          if (scratch.size() == 0) scratch = VectorXd::Zero(rows);
+          lane[l] = scratch.data();
+        }
+      }
+      if (n_ == 1) run_lanes<1>(lane, rows);
+      if (n_ == 2) run_lanes<2>(lane, rows);
+      if (n_ == 3) run_lanes<3>(lane, rows);
     }
   }
 
@@ -152,6 +160,28 @@ class Filter {
   }
 
  private:
+  template <int kOrder, std::size_t kLanes>
+  void run_lanes(const std::array<double*, kLanes>& lane, Index rows) const {
+    double x[kOrder][kLanes];
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      for (int i = 0; i < kOrder; ++i) x[i][l] = lane[l][0];
+    }
+    for (Index k = 0; k < rows; ++k) {
+      for (int i = kOrder - 1; i >= 0; --i) {
+        for (std::size_t l = 0; l < kLanes; ++l) {
+          double next = b_[i] * lane[l][k];
+          for (int j = 0; j <= i; ++j) next += a_[i][j] * x[j][l];
+          x[i][l] = next;
+        }
+      }
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        double y = 0;
+        for (int i = 0; i < kOrder; ++i) y += tap_[i] * x[i][l];
+        lane[l][k] = y;
+      }
+    }
+  }
+
   int n_;
   double a_[compensator::kMaxOrder][compensator::kMaxOrder] = {};
   double b_[compensator::kMaxOrder] = {};
@@ -171,10 +201,12 @@ void lti(const Structure& structure, const Layout& layout, const VectorXd& theta
   const model::ZeroOrderHold hold = model::zero_order_hold(rates, period_s);
   const Filter filter(hold, taps);
   if (!columns.wanted()) {
-    filter.run(signal);
+    filter.run({signal.data()}, signal.size());
     return;
   }
-  for (const int c : columns.active()) filter.run(columns.col(c));
+  std::vector<double*> upstream;
+  for (const int c : columns.active()) upstream.push_back(columns.col(c).data());
+  filter.run(upstream, signal.size());
 
   // The states, and for each rate the sensitivity s[k+1] = A s[k] + dA x[k] + db w[k].
   std::vector<model::ZeroOrderHold> derivative;

@@ -26,7 +26,8 @@ PaddedLti pad(const Lti& lti, double period_s, int order) {
   return out;
 }
 
-void check_capacity(const Channel& channel, int plays, int input_knots, int order, int output_knots) {
+void check_capacity(const Channel& channel, int plays, int input_knots, int order, int output_knots,
+                    bool taps) {
   const auto need = [&](std::size_t size, int capacity, const char* what) {
     if (size > static_cast<std::size_t>(capacity)) {
       throw io::InputError(
@@ -36,6 +37,11 @@ void check_capacity(const Channel& channel, int plays, int input_knots, int orde
   need(channel.hysteresis ? channel.hysteresis->radii.size() : 0, plays, "plays");
   need(channel.input_curve ? channel.input_curve->x.size() : 0, input_knots, "knots");
   need(channel.lti.poles_rad_s.size(), order, "poles");
+  const auto zero = [](double tap) { return tap == 0; };
+  const bool plain =
+      order >= 1 && !channel.lti.poles_rad_s.empty() && std::ranges::all_of(channel.lti.taps, zero);
+  if (!taps && !plain)
+    throw io::InputError(fmt::format("channel {}: needs taps, the shape has none", channel.name));
   need(channel.output_curve ? channel.output_curve->x.size() : 0, output_knots, "knots after the lti");
 }
 

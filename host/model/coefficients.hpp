@@ -26,7 +26,8 @@ struct PaddedLti {
 PaddedLti pad(const Lti& lti, double period_s, int order);
 
 // Throws io::InputError when `channel` needs more than the shape has.
-void check_capacity(const Channel& channel, int plays, int input_knots, int order, int output_knots);
+void check_capacity(const Channel& channel, int plays, int input_knots, int order, int output_knots,
+                    bool taps);
 
 // Range of the signal after each block for inputs in [valid_min, valid_max]; what fixed point must hold.
 struct Interval {
@@ -96,7 +97,8 @@ int fill_fixed(const Channel& channel, const Curve& curve, int min_fraction, Run
 // Throws io::InputError when the shape is too small for the channel.
 template <class Real, class ShapeT>
 auto floating_coefficients(const Channel& channel, double period_s) {
-  detail::check_capacity(channel, ShapeT::kPlays, ShapeT::kInputKnots, ShapeT::kOrder, ShapeT::kOutputKnots);
+  detail::check_capacity(channel, ShapeT::kPlays, ShapeT::kInputKnots, ShapeT::kOrder, ShapeT::kOutputKnots,
+                         ShapeT::kTaps);
   typename compensator::Channel<compensator::Floating<Real, ShapeT>, ShapeT>::Coefficients c{};
   const auto real = [](double v) { return static_cast<Real>(v); };
   c.valid_min = real(channel.valid_min);
@@ -134,11 +136,14 @@ auto floating_coefficients(const Channel& channel, double period_s) {
 template <class ShapeT>
 auto fixed_coefficients(const Channel& channel, double period_s) {
   using detail::quantise;
-  detail::check_capacity(channel, ShapeT::kPlays, ShapeT::kInputKnots, ShapeT::kOrder, ShapeT::kOutputKnots);
+  detail::check_capacity(channel, ShapeT::kPlays, ShapeT::kInputKnots, ShapeT::kOrder, ShapeT::kOutputKnots,
+                         ShapeT::kTaps);
   typename compensator::Channel<compensator::Fixed<ShapeT>, ShapeT>::Coefficients c{};
   const int q_in = core::kInputFraction;
   c.valid_min = quantise(channel, "valid_min", channel.valid_min, q_in);
-  c.valid_max = quantise(channel, "valid_max", channel.valid_max, q_in);
+  // INT16_MAX itself marks a channel that has not started.
+  c.valid_max =
+      std::min<std::int16_t>(quantise(channel, "valid_max", channel.valid_max, q_in), INT16_MAX - 1);
   if (channel.dead_zone) {
     c.dead_zone.lower = quantise(channel, "dead zone", channel.dead_zone->lower, q_in);
     c.dead_zone.upper = quantise(channel, "dead zone", channel.dead_zone->upper, q_in);

@@ -73,7 +73,7 @@ TEST(Coefficients, FloatAndFixedFollowDoubleForAnyModel) {
 }
 
 TEST(Coefficients, AnExactShapeGivesTheBitsOfTheGeneralOne) {
-  using Small = compensator::Shape<0, 6, 2, 0>;
+  using Small = compensator::Shape<0, 6, 2, 0, false>;
   using SmallChannel = compensator::Channel<compensator::Fixed<Small>, Small>;
   EXPECT_TRUE(rc::check([] {
     Model m = random_model();
@@ -113,6 +113,10 @@ TEST(Coefficients, AShapeThatIsTooSmallIsRefusedByName) {
   c.name = "thumb";
   c.saturation = {0, 90};
   c.lti.poles_rad_s = {-1, -2};
+  EXPECT_THROW((floating_coefficients<float, compensator::HammersteinWienerShape>(c, 0.1)), io::InputError);
+  c.lti.poles_rad_s = {-1};
+  EXPECT_NO_THROW((floating_coefficients<float, compensator::HammersteinWienerShape>(c, 0.1)));
+  c.lti.taps = {0.5};
   EXPECT_THROW((floating_coefficients<float, compensator::HammersteinWienerShape>(c, 0.1)), io::InputError);
 }
 

@@ -14,17 +14,19 @@
 namespace flexor {
 namespace compensator {
 
-template <int kPlaysCapacity, int kInputKnotsCapacity, int kLtiOrder, int kOutputKnotsCapacity>
+template <int kPlaysCapacity, int kInputKnotsCapacity, int kLtiOrder, int kOutputKnotsCapacity,
+          bool kLtiTaps = true>
 struct Shape {
   static_assert(kLtiOrder >= 0 && kLtiOrder <= kMaxOrder, "LTI order is 0 to 3");
   static constexpr int kPlays = kPlaysCapacity;
   static constexpr int kInputKnots = kInputKnotsCapacity;
   static constexpr int kOrder = kLtiOrder;
   static constexpr int kOutputKnots = kOutputKnotsCapacity;
+  static constexpr bool kTaps = kLtiTaps;
 };
 
 // The published compensators: dead zone, first order, saturation.
-using HammersteinWienerShape = Shape<0, 0, 1, 0>;
+using HammersteinWienerShape = Shape<0, 0, 1, 0, false>;
 
 namespace detail {
 
@@ -40,10 +42,11 @@ struct Floating {
   using Output = Real;
   using HysteresisBlock = Hysteresis<Real, detail::at_least_one(ShapeT::kPlays)>;
   using InputCurve = Curve<Real, detail::at_least_one(ShapeT::kInputKnots)>;
-  using LtiBlock = Lti<Real, detail::at_least_one(ShapeT::kOrder)>;
+  using LtiBlock = Lti<Real, detail::at_least_one(ShapeT::kOrder), ShapeT::kTaps>;
   using OutputCurve = Curve<Real, detail::at_least_one(ShapeT::kOutputKnots)>;
 
   static bool is_nan(Real u) { return u != u; }
+  static Real unreachable() { return static_cast<Real>(__builtin_huge_val()); }
   static Real gained(const LtiBlock& lti, Real v) { return lti.gain * v + lti.offset; }
   static Real to_output_curve(Real y) { return y; }
   static Real to_output(Real y) { return y; }
@@ -57,10 +60,11 @@ struct Fixed {
   using Output = int16_t;
   using HysteresisBlock = FixedHysteresis<detail::at_least_one(ShapeT::kPlays)>;
   using InputCurve = FixedCurve<detail::at_least_one(ShapeT::kInputKnots)>;
-  using LtiBlock = FixedLti<detail::at_least_one(ShapeT::kOrder)>;
+  using LtiBlock = FixedLti<detail::at_least_one(ShapeT::kOrder), ShapeT::kTaps>;
   using OutputCurve = FixedCurve<detail::at_least_one(ShapeT::kOutputKnots)>;
 
   static bool is_nan(int16_t) { return false; }
+  static int16_t unreachable() { return INT16_MAX; }  // the host keeps valid_max below it
   static int32_t gained(const LtiBlock& lti, int16_t v) { return lti.scaled(v); }
   static int16_t to_output_curve(int32_t y) {
     return core::narrow(core::round_shift(y, core::kStateFraction - core::kInputFraction));
@@ -96,29 +100,28 @@ class Channel {
   };
 
   struct State {
-    bool started;
+    Input low;  // valid_min once started; before, a value that no input reaches: one comparison serves both
     typename Arithmetic::HysteresisBlock::State hysteresis;
     typename Arithmetic::LtiBlock::State lti;
     Output output;
   };
 
   static void reset(const Coefficients& c, State& state) {
-    state.started = false;
+    state.low = Arithmetic::unreachable();
     state.output = core::clamp(c.rest, c.lower, c.upper);
   }
 
   // One sample in, one angle out: `output` is always within the saturation, whatever the input.
   static Status step(const Coefficients& c, State& state, Input u, Output& output) {
-    if (!(u >= c.valid_min && u <= c.valid_max)) {
-      output = state.output;
-      if (Arithmetic::is_nan(u)) return Status::not_a_number;
-      return u < c.valid_min ? Status::below_range : Status::above_range;
+    if (!(u >= state.low && u <= c.valid_max)) {
+      const Status status = refusal(c, u);
+      if (status != Status::ok) {
+        output = state.output;
+        return status;
+      }
+      start(c, state, c.dead_zone(u));
     }
     Input v = c.dead_zone(u);
-    if (!state.started) {
-      start(c, state, v);
-      state.started = true;
-    }
     if (ShapeT::kPlays > 0) v = c.hysteresis.step(state.hysteresis, v);
     if (ShapeT::kInputKnots > 0) v = c.input_curve(v);
     const auto y = ShapeT::kOrder > 0 ? c.lti.step(state.lti, v) : Arithmetic::gained(c.lti, v);
@@ -132,7 +135,14 @@ class Channel {
   }
 
  private:
+  static Status refusal(const Coefficients& c, Input u) {
+    if (Arithmetic::is_nan(u)) return Status::not_a_number;
+    if (u < c.valid_min) return Status::below_range;
+    return u > c.valid_max ? Status::above_range : Status::ok;
+  }
+
   static void start(const Coefficients& c, State& state, Input v) {
+    state.low = c.valid_min;
     if (ShapeT::kPlays > 0) c.hysteresis.start(state.hysteresis, v);
     if (ShapeT::kOrder > 0) c.lti.start(state.lti, ShapeT::kInputKnots > 0 ? c.input_curve(v) : v);
   }

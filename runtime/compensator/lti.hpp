@@ -26,7 +26,8 @@ constexpr int kMaxOrder = 3;
 // Place of Ad_ij (j < i) in the packed strictly lower triangle.
 constexpr int chain_index(int i, int j) { return i * (i - 1) / 2 + j; }
 
-template <class Real, int kOrder>
+// kTaps false: all c are zero, a plain chain of lags.
+template <class Real, int kOrder, bool kTaps>
 struct Lti {
   Real gain;
   Real offset;
@@ -53,6 +54,7 @@ struct Lti {
       state.x[i] += delta;
     }
     const Real last = state.x[kOrder - 1];
+    if (!kTaps) return last;
     Real y = last + tap[0] * (w - last);
     for (int i = 1; i < kOrder; ++i) y += tap[i] * (state.x[i - 1] - last);
     return y;
@@ -69,7 +71,7 @@ struct FixedWeight {
 
 // Input int16 in any fraction; states and output int32 in Q20, every value and difference below 2048.
 // w = gain * v / 2^gain_shift + offset (gain_shift < 0 shifts left); taps are tap / 2^tap_fraction.
-template <int kOrder>
+template <int kOrder, bool kTaps>
 struct FixedLti {
   int16_t gain;
   int8_t gain_shift;
@@ -104,6 +106,7 @@ struct FixedLti {
       state.x[i] += delta;
     }
     const int32_t last = state.x[kOrder - 1];
+    if (!kTaps) return last;
     int32_t y = last + tapped(tap[0], w - last);
     for (int i = 1; i < kOrder; ++i) y += tapped(tap[i], state.x[i - 1] - last);
     return y;
@@ -111,7 +114,7 @@ struct FixedLti {
 
  private:
   int32_t tapped(int16_t c, int32_t difference) const {
-    if (c == 0) return 0;
+    if (c == 0) return 0;  // most are: saves the product on the microcontroller
     return core::multiply_q16(difference, c) * (static_cast<int32_t>(1) << (16 - tap_fraction));
   }
 };

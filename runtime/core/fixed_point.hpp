@@ -18,7 +18,8 @@ constexpr int kStateFraction = 20;  // LTI states, int32: states and their diffe
 // Limits `value` to [lower, upper]; lower <= upper. A NaN comes back as NaN.
 template <class T>
 constexpr T clamp(T value, T lower, T upper) {
-  return value < lower ? lower : (upper < value ? upper : value);
+  const T raised = value < lower ? lower : value;  // two steps: one maximum, one minimum, no branch
+  return upper < raised ? upper : raised;
 }
 
 // floor(a * m / 2^16) without a 64-bit product: two 16x16 -> 32 multiplications.

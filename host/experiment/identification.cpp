@@ -151,11 +151,31 @@ std::vector<double> straight_line(const Aligned& aligned, const std::vector<std:
   return out;
 }
 
+// What a refusal means to somebody who only wants to use the compensator; the refusal itself follows in
+// brackets.
+std::string in_plain_words(const std::string& refusal) {
+  const auto starts = [&](const char* what) { return refusal.starts_with(what); };
+  const char* meaning = "part of the curve could not be learnt from this recording";
+  if (starts("saturation")) {
+    meaning =
+        "the finger never reached an end stop there, so that this limit of the output is a safe one, not a "
+        "measured one";
+  } else if (starts("pole") || starts("tap")) {
+    meaning =
+        "one detail of how the sensor lags could not be learnt from this recording and keeps a usual value";
+  } else if (starts("radius") || starts("weight")) {
+    meaning =
+        "one detail of the sensor's hysteresis could not be learnt from this recording and keeps a usual "
+        "value";
+  }
+  return fmt::format("{} ({})", meaning, refusal);
+}
+
 void add_warnings(Identification& r) {
   auto& warnings = r.warnings;
   warnings = r.aligned.warnings;
   for (const std::string& refusal : r.fit.refusals) {
-    warnings.push_back("not learnt from this recording, a safe value is used: " + refusal);
+    warnings.push_back(in_plain_words(refusal));
   }
   if (r.fit.status == identify::Status::iteration_limit) {
     warnings.emplace_back(
@@ -239,10 +259,13 @@ Aligned align_files(const SourceFiles& files, double rate_hz, std::optional<doub
     if (auto warning = recording::disagreement(*clock_offset_s, a.alignment)) a.warnings.push_back(*warning);
   }
 
-  std::vector<double> reference_t(reference.t_s.begin(), reference.t_s.end());
-  for (double& t : reference_t) t -= a.clock_offset_s;
-  const double begin = std::max(sensor.t_s.front(), reference_t.front());
-  const double end = std::min(sensor.t_s.back(), reference_t.back());
+  // On the sensor's clock, counted from its start.
+  const std::vector<double> sensor_t = recording::since_start(sensor.t_s);
+  std::vector<double> reference_t = recording::since_start(reference.t_s);
+  const double ahead_s = a.clock_offset_s - (reference.t_s.front() - sensor.t_s.front());
+  for (double& t : reference_t) t -= std::round(ahead_s * 1e6) / 1e6;
+  const double begin = std::max(0.0, reference_t.front());
+  const double end = std::min(sensor_t.back(), reference_t.back());
   if (!(end - begin > 1)) {
     throw io::JobError(
         fmt::format("with a clock offset of {:+.2f} s the recordings do not overlap; leave the offset "
@@ -250,9 +273,10 @@ Aligned align_files(const SourceFiles& files, double rate_hz, std::optional<doub
                     a.clock_offset_s));
   }
   a.grid = {begin, 1 / rate_hz, static_cast<std::size_t>((end - begin) * rate_hz)};
-  auto u = recording::resample(sensor, a.grid, recording::default_max_gap_s(sensor.t_s));
-  auto y = recording::resample({reference_t, reference.value}, a.grid,
-                               recording::default_max_gap_s(reference.t_s));
+  auto u = recording::resample({sensor_t, sensor.value}, a.grid, recording::default_max_gap_s(sensor_t));
+  auto y =
+      recording::resample({reference_t, reference.value}, a.grid, recording::default_max_gap_s(reference_t));
+  a.grid.start_s += sensor.t_s.front();
   a.input = std::move(u.value);
   a.angle_deg = std::move(y.value);
   a.gap = std::move(u.gap);

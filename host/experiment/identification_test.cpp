@@ -109,10 +109,10 @@ TEST_P(RealFigures, ShiftedClocksAndFlippedAnglesGiveTheSameResult) {
   for (const double shift : {-300.0, 300.0}) {
     Request moved = plain;
     moved.files.sensor = changed(plain.files.sensor, plain.files.input, shift, 0, 0, 1);
-    EXPECT_NEAR(identify_files(moved, {}).holdout.rmse_deg, before.holdout.rmse_deg, 0.02);
+    EXPECT_NEAR(identify_files(moved, {}).holdout.rmse_deg, before.holdout.rmse_deg, 1e-6);
     moved = plain;
     moved.files.reference = changed(plain.files.reference, plain.files.output, shift, 0, 0, 1);
-    EXPECT_NEAR(identify_files(moved, {}).holdout.rmse_deg, before.holdout.rmse_deg, 0.02);
+    EXPECT_NEAR(identify_files(moved, {}).holdout.rmse_deg, before.holdout.rmse_deg, 1e-6);
   }
   Request flipped = plain;
   flipped.files.reference = changed(plain.files.reference, plain.files.output, 0, 0, 0, -1);

@@ -46,6 +46,11 @@ TEST_F(Report, IsWholeAndNeedsNothingElse) {
   EXPECT_EQ(html.find("href=\"http"), std::string::npos);
 }
 
+TEST_F(Report, RefusalsAreWarnedOfInPlainWords) {
+  ASSERT_FALSE(result_.fit.refusals.empty());
+  EXPECT_NE(report_html(result_, {}).find("the finger never reached an end stop there"), std::string::npos);
+}
+
 TEST_F(Report, HoldoutCsvIsTheScoredPart) {
   write_report(result_, folder_ / "report");
   const auto r = recording::read_csv(folder_ / "report" / "holdout.csv", {});

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ostream>
 #include <random>
 
 #include "host/model/simulation.hpp"
@@ -15,6 +16,8 @@ struct Case {
   Structure structure;
   Knots knots;
   std::vector<double> theta;
+
+  friend std::ostream& operator<<(std::ostream& out, const Case& c) { return out << c.name; }
 };
 
 std::vector<Case> cases() {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
+#include <ostream>
 #include <random>
 
 #include "host/identify/fit.hpp"
@@ -28,6 +28,8 @@ struct Truth {
   double pole_rad_s = 0;
   double lower_deg = 0;
   double upper_deg = 0;
+
+  friend std::ostream& operator<<(std::ostream& out, const Truth& t) { return out << t.name; }
 };
 
 Truth dead_zone_truth() {

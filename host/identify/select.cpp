@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
 
 #include "host/io/io.hpp"
 
@@ -73,12 +76,14 @@ Selection select(const std::vector<Structure>& candidates, const Data& data, con
     selection.candidates.push_back(std::move(candidate));
   }
   if (!std::isfinite(best)) throw io::JobError(selection.candidates.front().refusal);
-  int fewest = std::numeric_limits<int>::max();
+  // Fewest parameters first; of as many, the better cross-validated.
+  std::optional<std::pair<int, double>> least;
   for (std::size_t i = 0; i < selection.candidates.size(); ++i) {
     const Candidate& c = selection.candidates[i];
     if (!c.refusal.empty() || c.cross_validated_deg > (1 + kTolerance) * best) continue;
-    if (c.summary.free_parameters >= fewest) continue;
-    fewest = c.summary.free_parameters;
+    const std::pair rank(c.summary.free_parameters, c.cross_validated_deg);
+    if (least && rank >= *least) continue;
+    least = rank;
     selection.chosen = i;
   }
   return selection;

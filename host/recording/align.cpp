@@ -35,9 +35,9 @@ struct Sampled {
 };
 
 Sampled sample(const Series& series, double rate_hz) {
-  const double duration = series.t_s.back() - series.t_s.front();
-  const Grid grid{series.t_s.front(), 1 / rate_hz, static_cast<std::size_t>(duration * rate_hz) + 1};
-  Resampled resampled = resample(series, grid, default_max_gap_s(series.t_s));
+  const std::vector<double> t_s = since_start(series.t_s);
+  const Grid grid{0, 1 / rate_hz, static_cast<std::size_t>(t_s.back() * rate_hz) + 1};
+  Resampled resampled = resample({t_s, series.value}, grid, default_max_gap_s(t_s));
   for (auto& gap : resampled.gap) gap = !gap;
   return {grid, std::move(resampled.value), std::move(resampled.gap)};
 }

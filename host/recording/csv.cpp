@@ -143,6 +143,14 @@ TimeName read_time_name(std::string_view name) {
   return result;
 }
 
+// A column's name as one cell.
+std::string quoted(const std::string& name) {
+  if (name.find_first_of(",;\t\"") == std::string::npos) return name;
+  std::string out = "\"";
+  for (const char c : name) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + '"';
+}
+
 // Sorts out repeated and backward times in place; every vector in `recording` keeps the same length.
 void repair_time(Recording& recording, const std::vector<std::size_t>& lines) {
   std::vector<double>& t = recording.t_s;
@@ -332,7 +340,7 @@ Recording read_csv(const std::filesystem::path& path, const std::vector<std::str
 std::string to_csv(const Recording& recording) {
   fmt::memory_buffer out;
   fmt::format_to(std::back_inserter(out), "t_s");
-  for (const Column& c : recording.columns) fmt::format_to(std::back_inserter(out), ",{}", c.name);
+  for (const Column& c : recording.columns) fmt::format_to(std::back_inserter(out), ",{}", quoted(c.name));
   out.push_back('\n');
   for (std::size_t i = 0; i < recording.t_s.size(); ++i) {
     fmt::format_to(std::back_inserter(out), "{}", recording.t_s[i]);

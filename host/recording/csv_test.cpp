@@ -107,10 +107,11 @@ TEST(Csv, WideCsvRoundTripsEveryDouble) {
   EXPECT_TRUE(rc::check([](const std::vector<double>& values) {
     RC_PRE(values.size() >= 2u);
     Recording r;
-    r.columns = {{"∠ a_deg", values}};
+    r.columns = {{"∠ a, \"b\" (deg)", values}};
     for (std::size_t k = 0; k < values.size(); ++k) r.t_s.push_back(static_cast<double>(k) * 0.1);
     const auto back = parse_csv(to_csv(r), "log.csv", {});
     RC_ASSERT(back.t_s == r.t_s);
+    RC_ASSERT(back.columns[0].name == r.columns[0].name);
     RC_ASSERT(back.columns[0].value == values);
   }));
 }

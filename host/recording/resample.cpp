@@ -42,6 +42,12 @@ Resampled resample(const Series& series, const Grid& grid, double max_gap_s) {
   return out;
 }
 
+std::vector<double> since_start(std::span<const double> t_s) {
+  std::vector<double> out;
+  for (const double t : t_s) out.push_back(std::round((t - t_s.front()) * 1e6) / 1e6);
+  return out;
+}
+
 double default_max_gap_s(std::span<const double> t_s) {
   if (t_s.size() < 3) return 0.3;
   std::vector<double> steps;

@@ -25,6 +25,10 @@ struct Resampled {
 // line between its neighbours; outside the recording, the nearest sample. Series has at least one sample.
 Resampled resample(const Series& series, const Grid& grid, double max_gap_s);
 
+// Seconds since the first sample, rounded to microseconds: what is computed from them does not depend on
+// where the clock started, not even where a time falls exactly between two grid points.
+std::vector<double> since_start(std::span<const double> t_s);
+
 // What counts as a pause of this log: five median steps, at least 0.3 s.
 double default_max_gap_s(std::span<const double> t_s);
 

@@ -67,6 +67,16 @@ TEST(Resample, NeverLeavesTheRangeOfTheSamples) {
   }));
 }
 
+TEST(SinceStart, DoesNotDependOnWhereTheClockStarted) {
+  std::vector<double> t;
+  std::vector<double> shifted;
+  for (int ms = 17823; ms < 20000; ms += 37) {
+    t.push_back(ms * 1e-3);
+    shifted.push_back((ms - 300000) * 1e-3);
+  }
+  EXPECT_EQ(since_start(t), since_start(shifted));
+}
+
 TEST(DefaultMaxGap, FollowsTheLogsOwnPace) {
   std::vector<double> t;
   for (int i = 0; i < 10; ++i) t.push_back(i * 0.5);

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "host/io/io.hpp"
+#include "host/io/json.hpp"
 #include "runtime/compensator/lti.hpp"
 
 namespace flexor::model {
@@ -15,90 +16,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using io::InputError;
+using Reader = io::JsonReader;
 
 constexpr const char* kSchema = "flexor-model";
 constexpr double kMaxHysteresisWeight = 8;
-
-// Reads one JSON object's members and says which are missing, wrong or unknown, with their place.
-class Reader {
- public:
-  Reader(const Json& object, std::string place) : object_(object), place_(std::move(place)) {
-    if (!object.is_object()) fail("must be an object");
-  }
-
-  [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(fmt::format("{}: {}", place_, what));
-  }
-
-  double number(const char* key) {
-    const Json& value = member(key);
-    if (!value.is_number()) fail(fmt::format("\"{}\" must be a number", key));
-    return value.get<double>();
-  }
-
-  double number_or(const char* key, double fallback) { return has(key) ? number(key) : fallback; }
-
-  std::string text(const char* key) {
-    const Json& value = member(key);
-    if (!value.is_string()) fail(fmt::format("\"{}\" must be a text in quotes", key));
-    return value.get<std::string>();
-  }
-
-  std::string text_or_empty(const char* key) { return has(key) ? text(key) : std::string(); }
-
-  std::vector<double> numbers(const char* key) {
-    const Json& value = member(key);
-    const bool all_numbers =
-        value.is_array() && std::ranges::all_of(value, [](const Json& v) { return v.is_number(); });
-    if (!all_numbers) fail(fmt::format("\"{}\" must be a list of numbers", key));
-    return value.get<std::vector<double>>();
-  }
-
-  std::vector<double> numbers_or_empty(const char* key) {
-    return has(key) ? numbers(key) : std::vector<double>();
-  }
-
-  Json object_or_empty(const char* key) {
-    if (!has(key)) return Json::object();
-    const Json& value = member(key);
-    if (!value.is_object()) fail(fmt::format("\"{}\" must be an object", key));
-    return value;
-  }
-
-  const Json& list(const char* key) {
-    const Json& value = member(key);
-    if (!value.is_array() || value.empty()) fail(fmt::format("\"{}\" must be a list, not empty", key));
-    return value;
-  }
-
-  const Json& member(const char* key) {
-    known_.insert(key);
-    const auto it = object_.find(key);
-    if (it == object_.end()) fail(fmt::format("\"{}\" is missing; add it", key));
-    return *it;
-  }
-
-  bool has(const char* key) {
-    known_.insert(key);
-    return object_.contains(key);
-  }
-
-  // A misspelt key must not pass silently.
-  void done() const {
-    for (const auto& item : object_.items()) {
-      if (!known_.contains(item.key())) {
-        fail(fmt::format("unknown key \"{}\"; known here: {}", item.key(), fmt::join(known_, ", ")));
-      }
-    }
-  }
-
-  const std::string& place() const { return place_; }
-
- private:
-  const Json& object_;
-  std::string place_;
-  std::set<std::string> known_;
-};
 
 Curve read_curve(Reader& block) { return {block.numbers("x"), block.numbers("y")}; }
 
@@ -295,18 +216,7 @@ std::string to_json(const Model& model) {
 }
 
 Model from_json(const std::string& text, const std::string& source) {
-  Json json;
-  try {
-    json = Json::parse(text);
-  } catch (const Json::out_of_range& error) {
-    const std::string what = error.what();
-    throw InputError(fmt::format("{}: {}", source, what.substr(what.find("] ") + 2)));
-  } catch (const Json::parse_error& error) {
-    const std::string what = error.what();
-    const auto at = what.find("at line");
-    throw InputError(fmt::format("{}: not valid JSON {}; is the file cut off?", source,
-                                 at == std::string::npos ? what : what.substr(at, what.find(';') - at)));
-  }
+  const Json json = io::parse_json(text, source);
   Reader reader(json, source);
   if (!reader.has("schema") || reader.text("schema") != kSchema) {
     reader.fail(fmt::format("not a model: \"schema\" must be \"{}\"", kSchema));

@@ -1,0 +1,101 @@
+// JSON documents: parsing and reading with errors that name the place and the mend.
+#pragma once
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "host/io/io.hpp"
+
+namespace flexor::io {
+
+// `source` names the text in errors. Throws InputError.
+nlohmann::ordered_json parse_json(const std::string& text, const std::string& source);
+
+// Reads one JSON object's members and says which are missing, wrong or unknown, with their place.
+class JsonReader {
+ public:
+  JsonReader(const nlohmann::ordered_json& object, std::string place) : object_(object), place_(std::move(place)) {
+    if (!object.is_object()) fail("must be an object");
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(fmt::format("{}: {}", place_, what));
+  }
+
+  double number(const char* key) {
+    const nlohmann::ordered_json& value = member(key);
+    if (!value.is_number()) fail(fmt::format("\"{}\" must be a number", key));
+    return value.get<double>();
+  }
+
+  double number_or(const char* key, double fallback) { return has(key) ? number(key) : fallback; }
+
+  std::string text(const char* key) {
+    const nlohmann::ordered_json& value = member(key);
+    if (!value.is_string()) fail(fmt::format("\"{}\" must be a text in quotes", key));
+    return value.get<std::string>();
+  }
+
+  std::string text_or_empty(const char* key) { return has(key) ? text(key) : std::string(); }
+
+  std::vector<double> numbers(const char* key) {
+    const nlohmann::ordered_json& value = member(key);
+    const bool all_numbers =
+        value.is_array() && std::ranges::all_of(value, [](const nlohmann::ordered_json& v) { return v.is_number(); });
+    if (!all_numbers) fail(fmt::format("\"{}\" must be a list of numbers", key));
+    return value.get<std::vector<double>>();
+  }
+
+  std::vector<double> numbers_or_empty(const char* key) {
+    return has(key) ? numbers(key) : std::vector<double>();
+  }
+
+  nlohmann::ordered_json object_or_empty(const char* key) {
+    if (!has(key)) return nlohmann::ordered_json::object();
+    const nlohmann::ordered_json& value = member(key);
+    if (!value.is_object()) fail(fmt::format("\"{}\" must be an object", key));
+    return value;
+  }
+
+  const nlohmann::ordered_json& list(const char* key) {
+    const nlohmann::ordered_json& value = member(key);
+    if (!value.is_array() || value.empty()) fail(fmt::format("\"{}\" must be a list, not empty", key));
+    return value;
+  }
+
+  const nlohmann::ordered_json& member(const char* key) {
+    known_.insert(key);
+    const auto it = object_.find(key);
+    if (it == object_.end()) fail(fmt::format("\"{}\" is missing; add it", key));
+    return *it;
+  }
+
+  bool has(const char* key) {
+    known_.insert(key);
+    return object_.contains(key);
+  }
+
+  // A misspelt key must not pass silently.
+  void done() const {
+    for (const auto& item : object_.items()) {
+      if (!known_.contains(item.key())) {
+        fail(fmt::format("unknown key \"{}\"; known here: {}", item.key(), fmt::join(known_, ", ")));
+      }
+    }
+  }
+
+  const std::string& place() const { return place_; }
+
+ private:
+  const nlohmann::ordered_json& object_;
+  std::string place_;
+  std::set<std::string> known_;
+};
+
+}  // namespace flexor::io

@@ -1,0 +1,40 @@
+// The glove's electrical side, equations 1 to 3 of Sensors 2019, 19(18), 3896.
+//
+//   R1 = flat + k theta                                   kohm; theta is the strip's bend in degrees
+//   V  = V_in R1 / (R1 + R2)                              divider
+//   n  = round(1023 V / V_ref), V_in = V_ref              10-bit ADC
+//   alpha = ((R2 n / (1023 - n)) - flat) / k              the reading in degrees: the static calibration
+// alpha is what all compensators get, and what Raw sends as it is. The rails give values that a compensator's valid
+// range refuses.
+#pragma once
+
+#include <array>
+
+#include "host/twin/parameters.hpp"
+
+namespace flexor::twin {
+
+inline constexpr int kAdcTop = 1023;
+inline constexpr double kAlphaTop_deg = 1023.9;  // the largest that the fixed-point input holds
+
+class Divider {
+ public:
+  explicit Divider(const Parameters& parameters);
+
+  // A strip cannot have less than no resistance.
+  int counts(double bend_deg) const {
+    const double kohm = flat_kohm_ + kohm_per_deg_ * bend_deg;
+    if (kohm <= 0) return 0;
+    return static_cast<int>(kAdcTop * kohm / (kohm + fixed_kohm_) + 0.5);
+  }
+
+  double alpha_deg(int counts) const { return alpha_deg_[static_cast<std::size_t>(counts)]; }
+
+ private:
+  double flat_kohm_;
+  double kohm_per_deg_;
+  double fixed_kohm_;
+  std::array<double, kAdcTop + 1> alpha_deg_{};
+};
+
+}  // namespace flexor::twin

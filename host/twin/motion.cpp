@@ -1,0 +1,168 @@
+#include "host/twin/motion.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+#include "host/model/model.hpp"
+
+namespace flexor::twin {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// The published hand's range, between which a trial's offsets are interpolated.
+constexpr PerFinger kLower = {90, 28, 28, 28, 28};
+constexpr PerFinger kUpper = {170, 113, 113, 113, 113};
+
+std::size_t finger_index(const std::string& name) {
+  const auto& names = model::finger_names();
+  return static_cast<std::size_t>(std::ranges::find(names, model::finger(name)) - names.begin());
+}
+
+// Integral of a ramp that rises from 0 to R during [0, R].
+double ramp_integral(double x, double r) {
+  if (x <= 0) return 0;
+  return x < r ? x * x / 2 : r * r / 2 + r * (x - r);
+}
+
+class GestureReader {
+ public:
+  GestureReader(const Json& json, std::string source) : reader_(json, source), source_(std::move(source)) {}
+
+  io::JsonReader& reader() { return reader_; }
+
+  // A number, or the name of a pose.
+  double angle(const Json& value, std::size_t finger) {
+    if (value.is_number()) return value.get<double>();
+    const Json& poses = reader_.member("poses");
+    if (!value.is_string() || !poses.contains(value.get<std::string>())) {
+      reader_.fail(fmt::format("{} is neither an angle in degrees nor a pose in \"poses\"", value.dump()));
+    }
+    const Json& pose = poses.at(value.get<std::string>());
+    const std::string& name = model::finger_names()[finger];
+    if (!pose.is_object() || !pose.contains(name) || !pose.at(name).is_number()) {
+      reader_.fail(fmt::format("pose {} has no angle for {}", value.dump(), name));
+    }
+    return pose.at(name).get<double>();
+  }
+
+ private:
+  io::JsonReader reader_;
+  std::string source_;
+};
+
+}  // namespace
+
+Motion Motion::from_json(const std::string& text, const std::string& source) {
+  const Json json = io::parse_json(text, source);
+  GestureReader gesture(json, source);
+  io::JsonReader& reader = gesture.reader();
+  if (!reader.has("schema") || reader.text("schema") != "flexor-gesture") {
+    reader.fail("not a gesture: \"schema\" must be \"flexor-gesture\"");
+  }
+  if (reader.number("schema_version") != 1) reader.fail("has a schema version other than 1; update Flexor");
+  Motion m;
+  m.name_ = reader.text("name");
+  m.description_ = reader.text_or_empty("description");
+  m.number_ = static_cast<int>(reader.number_or("number", 0));
+  m.duration_s_ = reader.number("duration_s");
+  m.corner_s_ = reader.number("corner_s");
+  const double usual_speed = reader.number("speed_deg_s");
+  if (!(m.duration_s_ > 0 && m.duration_s_ <= 3600)) reader.fail("duration_s must lie between 0 and 3600");
+  if (!(m.corner_s_ >= 0.001)) reader.fail("corner_s must be at least 0.001");
+  if (!(usual_speed > 0)) reader.fail("speed_deg_s must be positive");
+  const Json& start = reader.member("start");
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    const std::string& name = model::finger_names()[i];
+    if (start.is_object() && !start.contains(name)) reader.fail(fmt::format("\"start\" has no {}", name));
+    m.start_deg_[i] = gesture.angle(start.is_object() ? start.at(name) : start, i);
+  }
+  if (reader.has("choices")) (void)reader.member("choices");
+  (void)reader.has("poses");
+  std::array<double, kFingers> busy_until{};
+  std::array<double, kFingers> at = m.start_deg_;
+  for (const Json& entry : reader.member("moves")) {
+    io::JsonReader move(entry, fmt::format("{}: moves", source));
+    const double start_s = move.number("start_s");
+    const double speed = move.number_or("speed_deg_s", usual_speed);
+    if (!(speed > 0)) move.fail("speed_deg_s must be positive");
+    const Json& to = move.member("to");
+    for (const Json& finger : move.list("fingers")) {
+      if (!finger.is_string()) move.fail("\"fingers\" must be names");
+      const std::size_t i = finger_index(finger.get<std::string>());
+      const double target = gesture.angle(to, i);
+      if (target == at[i]) continue;
+      if (start_s < busy_until[i]) {
+        move.fail(fmt::format("{} starts at {} s while its move before lasts until {:.2f} s: start later or move faster",
+                              model::finger_names()[i], start_s, busy_until[i]));
+      }
+      const Move one{start_s, std::abs(target - at[i]) / speed, at[i], target};
+      busy_until[i] = start_s + one.ramp_s + m.corner_s_;
+      at[i] = target;
+      m.moves_[i].push_back(one);
+    }
+    move.done();
+  }
+  reader.done();
+  for (const auto& moves : m.moves_) {
+    if (!moves.empty() && (m.anchor_s_ == 0 || moves.front().start_s < m.anchor_s_)) m.anchor_s_ = moves.front().start_s;
+  }
+  return m;
+}
+
+Motion Motion::from_samples(std::string name, std::vector<double> t_s,
+                            std::array<std::vector<double>, kFingers> angle_deg) {
+  Motion m;
+  m.name_ = std::move(name);
+  m.duration_s_ = t_s.back();
+  m.t_s_ = std::move(t_s);
+  m.sample_deg_ = std::move(angle_deg);
+  return m;
+}
+
+double Motion::planned(int finger, double t_s, const Variation& v) const {
+  const auto i = static_cast<std::size_t>(finger);
+  const double t = anchor_s_ + (t_s - v.delay_s - anchor_s_) * v.speed;
+  if (!t_s_.empty()) {
+    const auto after = std::ranges::upper_bound(t_s_, t);
+    if (after == t_s_.begin()) return sample_deg_[i].front();
+    if (after == t_s_.end()) return sample_deg_[i].back();
+    const auto k = static_cast<std::size_t>(after - t_s_.begin());
+    const double share = (t - t_s_[k - 1]) / (t_s_[k] - t_s_[k - 1]);
+    return sample_deg_[i][k - 1] + share * (sample_deg_[i][k] - sample_deg_[i][k - 1]);
+  }
+  double angle = start_deg_[i];
+  for (const Move& move : moves_[i]) {
+    if (t <= move.start_s) break;
+    const double r = move.ramp_s;
+    const double x = t - move.start_s;
+    const double done = std::min((ramp_integral(x, r) - ramp_integral(x - corner_s_, r)) / (r * corner_s_), 1.0);
+    angle = move.from_deg + done * (move.to_deg - move.from_deg);
+  }
+  return angle;
+}
+
+double Motion::angle(int finger, double t_s, const Variation& v) const {
+  const auto i = static_cast<std::size_t>(finger);
+  const double angle = planned(finger, t_s, v);
+  const double share = (angle - kLower[i]) / (kUpper[i] - kLower[i]);
+  return angle + v.lower_offset_deg[i] + share * (v.upper_offset_deg[i] - v.lower_offset_deg[i]);
+}
+
+double Motion::travel_deg() const {
+  double sum = 0;
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    for (const Move& move : moves_[i]) sum += std::abs(move.to_deg - move.from_deg);
+    for (std::size_t k = 1; k < sample_deg_[i].size(); ++k) {
+      sum += std::abs(sample_deg_[i][k] - sample_deg_[i][k - 1]);
+    }
+  }
+  return sum;
+}
+
+}  // namespace flexor::twin

@@ -1,0 +1,67 @@
+// What a person's hand does: one angle for each finger at each time.
+//
+// A gesture is data: poses, and moves that start at a time and take some fingers to a pose at a finger speed. A move is a
+// ramp of duration R = |to - from| / speed, its corners rounded by a moving average of width w = corner_s, so that it
+// ends after R + w. A recorded motion is a recording's columns, straight lines between samples.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/twin/parameters.hpp"
+
+namespace flexor::twin {
+
+// How one trial differs from the plan; zeros and speed 1: not at all.
+struct Variation {
+  double delay_s = 0;
+  double speed = 1;
+  PerFinger lower_offset_deg{};  // at the finger's lower limit; between the limits in proportion
+  PerFinger upper_offset_deg{};
+};
+
+class Motion {
+ public:
+  // Throws io::InputError naming file and place.
+  static Motion from_json(const std::string& text, const std::string& source);
+
+  // Samples at t_s (strictly increasing, from 0), angle_deg[finger][sample]. The first and last angle hold outside.
+  static Motion from_samples(std::string name, std::vector<double> t_s,
+                             std::array<std::vector<double>, kFingers> angle_deg);
+
+  // Degrees; t_s may be negative.
+  double angle(int finger, double t_s, const Variation& variation) const;
+
+  const std::string& name() const { return name_; }
+  const std::string& description() const { return description_; }
+  int number() const { return number_; }  // of the published gestures; 0: none of them
+  double duration_s() const { return duration_s_; }
+  int transitions(int finger) const { return static_cast<int>(moves_[static_cast<std::size_t>(finger)].size()); }
+  // Degrees that all fingers travel together: times a lag, the error that the lag alone costs.
+  double travel_deg() const;
+
+ private:
+  struct Move {
+    double start_s = 0;
+    double ramp_s = 0;
+    double from_deg = 0;
+    double to_deg = 0;
+  };
+
+  double planned(int finger, double t_s, const Variation& variation) const;
+
+  std::string name_;
+  std::string description_;
+  int number_ = 0;
+  double duration_s_ = 0;
+  double corner_s_ = 0;
+  double anchor_s_ = 0;  // first move's start: a quicker person starts then, too
+  PerFinger start_deg_{};
+  std::array<std::vector<Move>, kFingers> moves_;
+  std::vector<double> t_s_;
+  std::array<std::vector<double>, kFingers> sample_deg_;
+};
+
+}  // namespace flexor::twin

@@ -1,0 +1,406 @@
+#include "host/twin/simulation.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "host/io/io.hpp"
+#include "host/model/simulation.hpp"
+#include "host/twin/glove.hpp"
+#include "host/twin/plant.hpp"
+#include "host/twin/radio.hpp"
+#include "host/twin/random.hpp"
+
+namespace flexor::twin {
+namespace {
+
+constexpr std::int64_t kWarmUp_ms = 500;
+constexpr int kBlock_ms = 10;  // reference, disturbance and drift are straight lines in between
+constexpr double kBlock_s = kBlock_ms * kStep_s;
+
+// What random draws are for; part of every seed.
+enum class Purpose : std::uint64_t { person = 1, sensor, radio, disturbance, potentiometer, camera, phase };
+
+using Compensators = model::Simulation<model::FixedArithmetic>;
+
+// Channel of the compensator for each finger of the hand.
+std::array<std::size_t, kFingers> channels(const model::Model& compensator) {
+  std::array<std::size_t, kFingers> out{};
+  std::vector<std::string> missing;
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    const std::string& finger = model::finger_names()[i];
+    const auto it = std::ranges::find(compensator.channels, finger, &model::Channel::name);
+    if (it == compensator.channels.end()) missing.push_back(finger);
+    out[i] = static_cast<std::size_t>(it - compensator.channels.begin());
+  }
+  if (!missing.empty()) {
+    std::vector<std::string> has;
+    for (const model::Channel& c : compensator.channels) has.push_back(c.name);
+    throw io::InputError(fmt::format("compensator {}: the hand has a motor for {}, the model only channel(s) {}",
+                                     compensator.name, fmt::join(missing, ", "), fmt::join(has, ", ")));
+  }
+  return out;
+}
+
+// One strip on one finger of one trial: everything that happens to the bend before the ADC sees it.
+class Strip {
+ public:
+  Strip() = default;
+  Strip(const Parameters& p, int finger, double period_s, std::uint64_t seed) : p_(&p), random_(seed) {
+    const auto i = static_cast<std::size_t>(finger);
+    lower_deg_ = p.hand_lower_deg[i];
+    range_deg_ = p.hand_upper_deg[i] - lower_deg_;
+    const double spread = random_.normal();
+    const double gain_spread = random_.normal();
+    offset_deg_ = p.bend_lower_deg[i] + p.donning_spread_deg * spread;
+    gain_ = (p.bend_upper_deg[i] - p.bend_lower_deg[i]) / range_deg_ * (1 + p.donning_gain_spread * gain_spread);
+    drift_deg_s_ = p.drift_deg_per_min / 60 * random_.normal();
+    noise_keep_ = p.noise_s > 0 ? std::exp(-period_s / p.noise_s) : 0;
+    noise_ = p.noise_deg * random_.normal();
+    const double decay = std::exp(-period_s * p.flutter_damping_per_s);
+    const double turn = 2 * std::numbers::pi * p.flutter_hz * period_s;
+    flutter_cos_ = decay * std::cos(turn);
+    flutter_sin_ = decay * std::sin(turn);
+    flutter_new_ = p.flutter_deg * std::sqrt(1 - decay * decay);
+    flutter_[0] = p.flutter_deg * random_.normal();
+    flutter_[1] = p.flutter_deg * random_.normal();
+    burst_begin_ = 1 - std::exp(-period_s * p.burst_rate_per_s);
+    burst_end_ = 1 - std::exp(-period_s / p.burst_s);
+    for (const Fault& fault : p.faults) {
+      if (fault.finger == finger) faults_.push_back(&fault);
+    }
+  }
+
+  // ADC counts at time t_s for the cloth's bend; one call a sample.
+  int sample(const Divider& divider, double t_s, double bend_deg) {
+    noise_ = noise_keep_ * noise_ + p_->noise_deg * std::sqrt(1 - noise_keep_ * noise_keep_) * random_.normal();
+    const double re = flutter_cos_ * flutter_[0] - flutter_sin_ * flutter_[1] + flutter_new_ * random_.normal();
+    const double im = flutter_sin_ * flutter_[0] + flutter_cos_ * flutter_[1] + flutter_new_ * random_.normal();
+    flutter_[0] = re;
+    flutter_[1] = im;
+    const double chance = random_.uniform();
+    const double jump = random_.normal();
+    in_burst_ = in_burst_ ? chance >= burst_end_ : chance < burst_begin_;
+    const double share = (bend_deg - lower_deg_) / range_deg_;
+    double theta = offset_deg_ + gain_ * (bend_deg - lower_deg_) +
+                   p_->knuckle_deg * std::sin(2 * std::numbers::pi * share) + drift_deg_s_ * t_s + noise_ + re;
+    if (in_burst_) theta += p_->burst_deg * jump;
+    int counts = divider.counts(theta);
+    for (const Fault* fault : faults_) {
+      if (t_s < fault->start_s || t_s >= fault->start_s + fault->duration_s) continue;
+      if (fault->kind == FaultKind::open) counts = kAdcTop;
+      if (fault->kind == FaultKind::short_circuit) counts = 0;
+      if (fault->kind == FaultKind::stuck) counts = last_;
+      if (fault->kind == FaultKind::loose && chance < 0.5) counts = kAdcTop;
+    }
+    last_ = counts;
+    return counts;
+  }
+
+ private:
+  const Parameters* p_ = nullptr;
+  Random random_;
+  double lower_deg_ = 0;
+  double range_deg_ = 1;
+  double offset_deg_ = 0;
+  double gain_ = 1;
+  double drift_deg_s_ = 0;
+  double noise_keep_ = 0;
+  double noise_ = 0;
+  double flutter_cos_ = 0;
+  double flutter_sin_ = 0;
+  double flutter_new_ = 0;
+  std::array<double, 2> flutter_{};
+  double burst_begin_ = 0;
+  double burst_end_ = 0;
+  bool in_burst_ = false;
+  int last_ = kAdcTop / 2;
+  std::vector<const Fault*> faults_;
+};
+
+// d_in: a slow random walk that is pulled back to zero and never leaves its bound.
+class Disturbance {
+ public:
+  Disturbance() = default;
+  Disturbance(const Parameters& p, std::uint64_t seed)
+      : random_(seed),
+        keep_(std::exp(-kBlock_s / p.disturbance_s)),
+        new_(p.disturbance_mNm / 2 * std::sqrt(1 - keep_ * keep_)),
+        bound_(p.disturbance_mNm),
+        value_(std::clamp(p.disturbance_mNm / 2 * random_.normal(), -bound_, bound_)) {}
+
+  double next() {
+    value_ = std::clamp(keep_ * value_ + new_ * random_.normal(), -bound_, bound_);
+    return value_;
+  }
+
+ private:
+  Random random_;
+  double keep_ = 0;
+  double new_ = 0;
+  double bound_ = 0;
+  double value_ = 0;
+};
+
+// kTrials trials side by side; lane = finger * kTrials + trial.
+template <int kTrials>
+class Batch {
+ public:
+  Batch(const Setup& setup, std::uint64_t first, int count)
+      : setup_(setup),
+        p_(setup.parameters),
+        constants_(p_),
+        divider_(p_),
+        channel_(channels(setup.compensator)),
+        period_s_(setup.compensator.sample_period_s),
+        frame_every_s_(p_.frame_rate_hz > 0 ? 1 / p_.frame_rate_hz : 0),
+        count_(count),
+        end_ms_(std::lround(setup.motion.duration_s() * 1000)),
+        frames_(static_cast<std::size_t>(setup.motion.duration_s() * p_.camera_rate_hz) + 1) {
+    const Compensators prototype(setup.compensator);
+    for (int t = 0; t < kTrials; ++t) begin_trial(t, first + static_cast<std::uint64_t>(t), prototype);
+    for (int lane = 0; lane < kLanes; ++lane) begin_lane(lane);
+    hand_next_ms_ = frame_ms(0, p_.hand_camera_latency_s);
+    glove_next_ms_ = frame_ms(0, p_.glove_camera_latency_s);
+  }
+
+  std::vector<Trial> run() {
+    // Cameras look at what was there a latency ago: their last frame is taken before the end.
+    for (std::int64_t now = -kWarmUp_ms; now <= end_ms_; ++now) {
+      if ((now + kWarmUp_ms) % kBlock_ms == 0) begin_block(now);
+      for (int t = 0; t < kTrials; ++t) {
+        if (now >= next_sample_ms_[at(t)]) sample(t, now);
+        if (now >= radio_[at(t)].next_arrival_ms()) deliver(t, now);
+      }
+      advance(constants_, x_);
+      look(now);
+    }
+    finish();
+    trials_.resize(static_cast<std::size_t>(count_));
+    return std::move(trials_);
+  }
+
+ private:
+  static constexpr int kLanes = kFingers * kTrials;
+  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+  std::int64_t frame_ms(std::size_t frame, double latency_s) const {
+    return std::lround((static_cast<double>(frame) / p_.camera_rate_hz - latency_s) * 1000);
+  }
+
+  void begin_trial(int t, std::uint64_t number, const Compensators& prototype) {
+    const std::uint64_t seed = seed_of(setup_.seed, number);
+    Random person(seed_of(seed, Purpose::person));
+    Variation& v = variation_[at(t)];
+    v.delay_s = p_.start_spread_s * person.normal();
+    v.speed = std::max(0.5, 1 + p_.speed_spread * person.normal());
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      v.lower_offset_deg[i] = p_.pose_spread_deg * person.normal();
+      v.upper_offset_deg[i] = p_.pose_spread_deg * person.normal();
+    }
+    compensator_.push_back(prototype);
+    radio_[at(t)] = Radio(p_, seed_of(seed, Purpose::radio));
+    Random phase(seed_of(seed, Purpose::phase));
+    first_sample_s_[at(t)] = -static_cast<double>(kWarmUp_ms) / 1000 + period_s_ * phase.uniform();
+    next_sample_ms_[at(t)] = std::lround(first_sample_s_[at(t)] * 1000);
+    next_frame_s_[at(t)] = -1e9;
+    camera_noise_[at(t)] = Random(seed_of(seed, Purpose::camera));
+    for (int i = 0; i < kFingers; ++i) {
+      const int lane = i * kTrials + t;
+      strip_[at(lane)] = Strip(p_, i, period_s_, seed_of(seed, Purpose::sensor, i));
+      disturbance_[at(lane)] = Disturbance(p_, seed_of(seed, Purpose::disturbance, i));
+      x_.noise[lane] = static_cast<std::uint32_t>(seed_of(seed, Purpose::potentiometer, i)) | 1U;
+    }
+    Trial& trial = trials_.emplace_back();
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      trial.glove_deg[i].reserve(frames_);
+      trial.hand_deg[i].reserve(frames_);
+    }
+  }
+
+  // At rest in the first pose, the hand already there.
+  void begin_lane(int lane) {
+    const int finger = lane / kTrials;
+    const auto i = at(finger);
+    const double start = setup_.motion.angle(finger, -1, variation_[at(lane % kTrials)]);
+    const auto rho = static_cast<float>(start);
+    x_.reference[lane] = x_.slipped[lane] = x_.visco[lane] = x_.creep[lane] = rho;
+    x_.lower[lane] = static_cast<float>(p_.hand_lower_deg[i]);
+    x_.upper[lane] = static_cast<float>(p_.hand_upper_deg[i]);
+    x_.motor[lane] = x_.joint[lane] = std::clamp(rho, x_.lower[lane], x_.upper[lane]);
+    x_.command[lane] = static_cast<std::int32_t>(std::lround(16 * x_.joint[lane]));
+    x_.setpoint[lane] = x_.command[lane] << 16;
+    x_.min[lane] = x_.max[lane] = x_.joint[lane];
+    total_error_[at(lane)] = 0;
+    reference_[at(lane)] = start;
+  }
+
+  void begin_block(std::int64_t now) {
+    const double next_s = static_cast<double>(now + kBlock_ms) / 1000;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const double rho = setup_.motion.angle(lane / kTrials, next_s, variation_[at(lane % kTrials)]);
+      x_.reference[lane] = static_cast<float>(reference_[at(lane)]);
+      x_.reference_slope[lane] = static_cast<float>((rho - reference_[at(lane)]) / kBlock_ms);
+      reference_[at(lane)] = rho;
+      x_.disturbance[lane] = static_cast<float>(disturbance_[at(lane)].next());
+      if (now > 0) total_error_[at(lane)] += static_cast<double>(x_.error_deg_ms[lane]);
+      x_.error_deg_ms[lane] = 0;
+    }
+  }
+
+  void sample(int t, std::int64_t now) {
+    const double now_s = static_cast<double>(now) / 1000;
+    const std::int64_t k = ++samples_[at(t)];
+    next_sample_ms_[at(t)] = std::lround((first_sample_s_[at(t)] + static_cast<double>(k) * period_s_) * 1000);
+    FrameAngles angles;
+    Trial& trial = trials_[at(t)];
+    if (setup_.record_samples) trial.sample_s.push_back(now_s);
+    for (int i = 0; i < kFingers; ++i) {
+      const int lane = i * kTrials + t;
+      const int counts =
+          strip_[at(lane)].sample(divider_, now_s, static_cast<double>(bend(constants_, x_, lane)));
+      const double alpha = divider_.alpha_deg(counts);
+      const double beta = compensator_[at(t)].step(channel_[at(i)], alpha).angle_deg;
+      angles[at(i)] = static_cast<std::int16_t>(std::lround(16 * beta));
+      if (!setup_.record_samples) continue;
+      trial.alpha_deg[at(i)].push_back(alpha);
+      trial.beta_deg[at(i)].push_back(beta);
+      trial.true_deg[at(i)].push_back(static_cast<double>(x_.reference[lane]));
+    }
+    // A frame rate below the sample rate sends every so many samples, the newest of them.
+    if (now_s + period_s_ / 2 < next_frame_s_[at(t)]) return;
+    next_frame_s_[at(t)] = std::max(next_frame_s_[at(t)] + frame_every_s_, now_s);
+    if (next_frame_s_[at(t)] <= now_s) next_frame_s_[at(t)] = now_s + frame_every_s_;
+    radio_[at(t)].send(now, angles);
+  }
+
+  void deliver(int t, std::int64_t now) {
+    const FrameAngles* angles = radio_[at(t)].receive(now);
+    if (angles == nullptr) return;
+    for (int i = 0; i < kFingers; ++i) x_.command[i * kTrials + t] = (*angles)[at(i)];
+    if (!settled_[at(t)]) settle(t);
+  }
+
+  // The hand had been in the first pose for rest_s: where the command lies behind an end stop, its loop has wound up.
+  void settle(int t) {
+    settled_[at(t)] = true;
+    const hand::LoopSettings& c = constants_.loop;
+    for (int lane = t; lane < kLanes; lane += kTrials) {
+      const float command_deg = static_cast<float>(std::clamp<std::int32_t>(x_.command[lane], c.lower, c.upper)) / 16;
+      const float behind_deg = command_deg - std::clamp(command_deg, x_.lower[lane], x_.upper[lane]);
+      const double integral = static_cast<double>(c.integral) * static_cast<double>(behind_deg) * p_.rest_s / kStep_s;
+      const double limit = c.integral_limit;
+      x_.integral[lane] = static_cast<std::int32_t>(std::clamp(integral, -limit, limit));
+    }
+  }
+
+  void look(std::int64_t now) {
+    if (now >= glove_next_ms_ && glove_frame_ < frames_) {
+      shoot(&Trial::glove_deg, x_.reference);
+      glove_next_ms_ = frame_ms(++glove_frame_, p_.glove_camera_latency_s);
+    }
+    if (now >= hand_next_ms_ && hand_frame_ < frames_) {
+      shoot(&Trial::hand_deg, x_.joint);
+      hand_next_ms_ = frame_ms(++hand_frame_, p_.hand_camera_latency_s);
+    }
+  }
+
+  void shoot(std::array<std::vector<float>, kFingers> Trial::* view, const float* angle) {
+    for (int t = 0; t < kTrials; ++t) {
+      for (int i = 0; i < kFingers; ++i) {
+        const double noise = p_.camera_noise_deg * camera_noise_[at(t)].normal();
+        (trials_[at(t)].*view)[at(i)].push_back(angle[i * kTrials + t] + static_cast<float>(noise));
+      }
+    }
+  }
+
+  void finish() {
+    for (int t = 0; t < kTrials; ++t) {
+      Trial& trial = trials_[at(t)];
+      trial.frames_sent = radio_[at(t)].sent();
+      trial.frames_lost = radio_[at(t)].lost();
+      for (int i = 0; i < kFingers; ++i) {
+        const int lane = i * kTrials + t;
+        trial.error_deg_s[at(i)] = (total_error_[at(lane)] + static_cast<double>(x_.error_deg_ms[lane])) / 1000;
+        trial.hand_min_deg[at(i)] = static_cast<double>(x_.min[lane]);
+        trial.hand_max_deg[at(i)] = static_cast<double>(x_.max[lane]);
+      }
+    }
+  }
+
+  const Setup& setup_;
+  const Parameters& p_;
+  PlantConstants constants_;
+  Divider divider_;
+  std::array<std::size_t, kFingers> channel_;
+  double period_s_;
+  double frame_every_s_;
+  int count_;
+  std::int64_t end_ms_;
+  std::size_t frames_;
+
+  PlantState<kLanes> x_{};
+  std::array<double, kLanes> reference_{};
+  std::array<double, kLanes> total_error_{};
+  std::array<Strip, kLanes> strip_;
+  std::array<Disturbance, kLanes> disturbance_;
+  std::array<Variation, kTrials> variation_;
+  std::array<Radio, kTrials> radio_;
+  std::array<Random, kTrials> camera_noise_;
+  std::array<double, kTrials> first_sample_s_{};
+  std::array<std::int64_t, kTrials> next_sample_ms_{};
+  std::array<std::int64_t, kTrials> samples_{};
+  std::array<double, kTrials> next_frame_s_{};
+  std::array<bool, kTrials> settled_{};
+  std::vector<Compensators> compensator_;
+  std::vector<Trial> trials_;
+  std::size_t glove_frame_ = 0;
+  std::size_t hand_frame_ = 0;
+  std::int64_t glove_next_ms_ = 0;
+  std::int64_t hand_next_ms_ = 0;
+};
+
+}  // namespace
+
+void check(const Setup& setup) {
+  check(setup.parameters);
+  (void)channels(setup.compensator);
+  const double rate_hz = 1 / setup.compensator.sample_period_s;
+  if (!(rate_hz >= 0.1 && rate_hz <= kMaxRate_hz * (1 + 1e-9))) {
+    throw io::InputError(fmt::format("a rate of {:g} Hz is impossible: the twin's plant runs at {:g} Hz, and the slowest "
+                                     "glove at 0.1 Hz",
+                                     rate_hz, kMaxRate_hz));
+  }
+  const Parameters& p = setup.parameters;
+  const double frames_hz = p.frame_rate_hz > 0 ? std::min(p.frame_rate_hz, rate_hz) : rate_hz;
+  const double airtime_s = p.frame_bytes * 10 / p.baud;
+  if (frames_hz * airtime_s > 1) {
+    throw io::InputError(fmt::format(
+        "{:g} frames of {:g} bytes a second do not fit {:g} baud: set radio.frame_rate_hz to at most {:.0f}, or "
+        "raise radio.baud",
+        frames_hz, p.frame_bytes, p.baud, std::floor(1 / airtime_s)));
+  }
+}
+
+std::vector<Trial> simulate(const Setup& setup, std::uint64_t first, int count) {
+  return std::make_unique<Batch<kTrialsAtOnce>>(setup, first, count)->run();
+}
+
+std::vector<Trial> simulate_scalar(const Setup& setup, std::uint64_t first, int count) {
+  std::vector<Trial> out;
+  for (int t = 0; t < count; ++t) {
+    out.push_back(std::make_unique<Batch<1>>(setup, first + static_cast<std::uint64_t>(t), 1)->run().front());
+  }
+  return out;
+}
+
+Posture posture(int finger, double mcp_deg) {
+  if (finger == 0) return {mcp_deg, mcp_deg / 2, 0};
+  return {mcp_deg, mcp_deg * 3 / 4, mcp_deg * 2 / 3};
+}
+
+}  // namespace flexor::twin

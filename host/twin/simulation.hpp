@@ -1,0 +1,63 @@
+// Whole trials: person, glove, compensator, radio, hand and cameras in a closed chain.
+//
+// Every trial starts half a second early, at rest in its first pose, so that the hand is settled at t = 0; only what the
+// cameras see from 0 on counts. Random draws depend on (seed, trial) and on what is drawn, not on the compensator: two
+// compensators meet the same trials.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "host/model/model.hpp"
+#include "host/twin/motion.hpp"
+#include "host/twin/parameters.hpp"
+
+namespace flexor::twin {
+
+inline constexpr int kTrialsAtOnce = 16;  // lanes of the vector code are these times the fingers
+inline constexpr double kMaxRate_hz = 1000;
+
+struct Setup {
+  Parameters parameters;
+  Motion motion;
+  model::Model compensator;  // five channels by name, sampled at its own period
+  std::uint64_t seed = 1;
+  bool record_samples = false;
+};
+
+struct Trial {
+  // Frame k is taken at k / camera rate; one vector for each finger. What a camera says, noise and all.
+  std::array<std::vector<float>, kFingers> glove_deg;
+  std::array<std::vector<float>, kFingers> hand_deg;
+  PerFinger error_deg_s{};  // integral |rho_r - rho| at 1 kHz, without cameras
+  PerFinger hand_min_deg{};
+  PerFinger hand_max_deg{};
+  int frames_sent = 0;
+  int frames_lost = 0;  // lost, corrupt, in an outage, or overtaken
+  // With record_samples: what the glove read and said, sample k at sample_s[k].
+  std::vector<double> sample_s;
+  std::array<std::vector<double>, kFingers> alpha_deg;
+  std::array<std::vector<double>, kFingers> beta_deg;
+  std::array<std::vector<double>, kFingers> true_deg;
+};
+
+// Throws io::InputError: a compensator without a channel for each finger, a rate above the plant's, a frame rate that
+// the radio cannot carry.
+void check(const Setup& setup);
+
+// Trials first .. first + count - 1, count at most kTrialsAtOnce. Reads `setup` only: call it from any thread.
+std::vector<Trial> simulate(const Setup& setup, std::uint64_t first, int count);
+
+// The same, trial by trial and finger by finger: equal to the bit, and the yardstick for speed.
+std::vector<Trial> simulate_scalar(const Setup& setup, std::uint64_t first, int count);
+
+// Joints of a finger in degrees when its MCP is at mcp_deg; eqs. 4 and 5 of the article.
+struct Posture {
+  double mcp_deg;
+  double pip_deg;  // the thumb's interphalangeal joint
+  double dip_deg;  // the thumb has none: 0
+};
+Posture posture(int finger, double mcp_deg);
+
+}  // namespace flexor::twin

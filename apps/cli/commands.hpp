@@ -7,6 +7,10 @@
 namespace flexor::cli {
 
 void add_align(CLI::App& app);
+void add_calibrate_glove(CLI::App& app);
+void add_calibrate_twin(CLI::App& app);
+void add_experiment(CLI::App& app);
+void add_twin(CLI::App& app);
 void add_identify(CLI::App& app);
 void add_apply(CLI::App& app);
 void add_score(CLI::App& app);

@@ -89,6 +89,9 @@ void add_identify(CLI::App& app) {
   command->add_option("--clock-offset", r.clock_offset_s,
                       "use this offset in seconds (reference minus sensor) and check it against the signals");
   command->add_option(
+      "--lead", r.lead_s,
+      "estimate the angle this many seconds ahead, to make up for lag behind the compensator");
+  command->add_option(
       "--channel", r.channel,
       "finger: thumb, index, middle, ring or pinky (default: from the column's name, else index)");
   command->add_option("--model", o->model, "write the model document here");

@@ -27,6 +27,10 @@ int main(int argc, char** argv) {
   CLI::App app("Flexor: turn a flex-sensor glove into a measuring instrument", "flexor");
   app.set_version_flag("--version", std::string("flexor ") + FLEXOR_VERSION);
   app.require_subcommand(1);
+  cli::add_experiment(app);
+  cli::add_calibrate_glove(app);
+  cli::add_calibrate_twin(app);
+  cli::add_twin(app);
   cli::add_align(app);
   cli::add_identify(app);
   cli::add_apply(app);

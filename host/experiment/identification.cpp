@@ -240,8 +240,10 @@ SourceFiles with_columns(SourceFiles files) {
   return files;
 }
 
-Aligned align_files(const SourceFiles& files, double rate_hz, std::optional<double> clock_offset_s) {
+Aligned align_files(const SourceFiles& files, double rate_hz, std::optional<double> clock_offset_s,
+                    double lead_s) {
   if (!(rate_hz > 0) || !std::isfinite(rate_hz)) throw io::InputError("the rate must be positive");
+  if (!(lead_s >= 0 && lead_s <= 1)) throw io::InputError("the lead must lie between 0 and 1 s");
   Aligned a;
   a.sensor = recording::read_csv(files.sensor, {files.input});
   a.reference = recording::read_csv(files.reference, {files.output});
@@ -263,7 +265,7 @@ Aligned align_files(const SourceFiles& files, double rate_hz, std::optional<doub
   const std::vector<double> sensor_t = recording::since_start(sensor.t_s);
   std::vector<double> reference_t = recording::since_start(reference.t_s);
   const double ahead_s = a.clock_offset_s - (reference.t_s.front() - sensor.t_s.front());
-  for (double& t : reference_t) t -= std::round(ahead_s * 1e6) / 1e6;
+  for (double& t : reference_t) t -= std::round((ahead_s + lead_s) * 1e6) / 1e6;
   const double begin = std::max(0.0, reference_t.front());
   const double end = std::min(sensor_t.back(), reference_t.back());
   if (!(end - begin > 1)) {
@@ -308,7 +310,7 @@ Identification identify_files(const Request& asked, const identify::Progress& pr
 
   Identification r;
   r.request = request;
-  r.aligned = align_files(request.files, request.rate_hz, request.clock_offset_s);
+  r.aligned = align_files(request.files, request.rate_hz, request.clock_offset_s, request.lead_s);
   const Aligned& a = r.aligned;
   r.holdout_begin = static_cast<std::size_t>(request.split * static_cast<double>(a.grid.size));
 
@@ -376,6 +378,7 @@ Identification identify_files(const Request& asked, const identify::Progress& pr
                       {"output_column", request.files.output},
                       {"clock_offset_s", a.clock_offset_s},
                       {"split", request.split},
+                      {"lead_s", request.lead_s},
                       {"fitted_samples", r.fit.used_samples}};
   Json parameters = Json::array();
   for (const identify::Parameter& p : r.fit.parameters) {

@@ -49,8 +49,10 @@ struct Aligned {
   std::vector<std::string> warnings;
 };
 
-// Both columns named; rate_hz > 0. Throws io::InputError and io::JobError.
-Aligned align_files(const SourceFiles& files, double rate_hz, std::optional<double> clock_offset_s);
+// Both columns named; rate_hz > 0. The angle is the one lead_s ahead: a compensator that is fitted to it
+// predicts. Throws io::InputError and io::JobError.
+Aligned align_files(const SourceFiles& files, double rate_hz, std::optional<double> clock_offset_s,
+                    double lead_s = 0);
 
 // t_s, input, output and gap columns, for wide CSV and MAT.
 recording::Recording to_recording(const Aligned& aligned, const SourceFiles& files);
@@ -66,6 +68,7 @@ struct Request {
   bool dead_zone = false;
   bool monotone = false;
   std::optional<double> clock_offset_s;
+  double lead_s = 0;  // estimate the angle this far ahead, to make up for lag behind the compensator
   std::optional<std::string> channel;  // default: the finger in a column's name, else index
 };
 

@@ -80,9 +80,9 @@ double robust_deviation(const VectorXd& residual) {
 // The problem in terms of the free parameters; the others keep their value.
 class Problem {
  public:
-  Problem(const Predictor& predictor, const Data& data)
+  Problem(const Predictor& predictor, const Data& data, double slowest_s)
       : predictor_(predictor), rows_(used_rows(data)), angle_(data.angle_deg(rows_)) {
-    set_bounds(data);
+    set_bounds(data, slowest_s);
   }
 
   const Predictor& predictor() const { return predictor_; }
@@ -102,7 +102,7 @@ class Problem {
   }
 
  private:
-  void set_bounds(const Data& data) {
+  void set_bounds(const Data& data, double slowest_s) {
     const Layout& layout = predictor_.layout();
     const Structure& structure = predictor_.structure();
     lower_ = VectorXd::Constant(layout.size, -kInfinity);
@@ -129,8 +129,8 @@ class Problem {
     if (structure.order > 0) {
       // From a time constant that the recording shows ten times over to one that has settled within a sample.
       const double duration_s = static_cast<double>(data.input.size()) * data.period_s;
-      bound(layout.log_rates, structure.order, std::log(kSlowestPerRecording / duration_s),
-            std::log(6 / data.period_s));
+      const double limit_s = slowest_s > 0 ? slowest_s : duration_s / kSlowestPerRecording;
+      bound(layout.log_rates, structure.order, std::log(1 / limit_s), std::log(6 / data.period_s));
     }
     if (structure.order > 1) bound(layout.taps, structure.order - 1, -kMaxTap, kMaxTap);
     if (structure.saturation) {
@@ -449,7 +449,7 @@ class Fitter {
         options_(options),
         predictor_(structure, place_knots(structure, data, used_rows(data), options), data.input,
                    data.period_s),
-        problem_(predictor_, data),
+        problem_(predictor_, data, options.slowest_s),
         free_(static_cast<std::size_t>(predictor_.layout().size)) {
     std::iota(free_.begin(), free_.end(), 0);
   }
@@ -480,6 +480,7 @@ class Fitter {
     if (options_.robust) {
       const VectorXd r = problem_.residual(best_.theta);
       delta_ = std::max(kRobustScale * robust_deviation(r), 1e-3 * root_mean_square(r));
+      if (options_.delta_deg > 0) delta_ = options_.delta_deg;
       if (!(delta_ > 0)) delta_ = kInfinity;
     }
   }

@@ -87,7 +87,7 @@ void check(const Structure& s) {
   require(knots_good(s.input_knots) && knots_good(s.output_knots), "knots must be 2 to 16");
   require(s.plays >= 0 && s.plays <= model::kMaxPlays, "plays must be 0 to 4");
   require(s.family != Family::hw_hysteresis || s.plays > 0, "needs at least one play");
-  require(s.family == Family::linear || s.order > 0, "needs an order of at least 1");
+  require(s.family == Family::linear || s.input_knots > 0 || s.order > 0, "needs an order of at least 1");
 }
 
 }  // namespace flexor::identify

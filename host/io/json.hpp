@@ -20,7 +20,8 @@ nlohmann::ordered_json parse_json(const std::string& text, const std::string& so
 // Reads one JSON object's members and says which are missing, wrong or unknown, with their place.
 class JsonReader {
  public:
-  JsonReader(const nlohmann::ordered_json& object, std::string place) : object_(object), place_(std::move(place)) {
+  JsonReader(const nlohmann::ordered_json& object, std::string place)
+      : object_(object), place_(std::move(place)) {
     if (!object.is_object()) fail("must be an object");
   }
 
@@ -47,7 +48,8 @@ class JsonReader {
   std::vector<double> numbers(const char* key) {
     const nlohmann::ordered_json& value = member(key);
     const bool all_numbers =
-        value.is_array() && std::ranges::all_of(value, [](const nlohmann::ordered_json& v) { return v.is_number(); });
+        value.is_array() &&
+        std::ranges::all_of(value, [](const nlohmann::ordered_json& v) { return v.is_number(); });
     if (!all_numbers) fail(fmt::format("\"{}\" must be a list of numbers", key));
     return value.get<std::vector<double>>();
   }

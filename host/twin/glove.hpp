@@ -4,8 +4,8 @@
 //   V  = V_in R1 / (R1 + R2)                              divider
 //   n  = round(1023 V / V_ref), V_in = V_ref              10-bit ADC
 //   alpha = ((R2 n / (1023 - n)) - flat) / k              the reading in degrees: the static calibration
-// alpha is what all compensators get, and what Raw sends as it is. The rails give values that a compensator's valid
-// range refuses.
+// alpha is what all compensators get, and what Raw sends as it is. The rails give values that a compensator's
+// valid range refuses.
 #pragma once
 
 #include <array>

@@ -98,8 +98,9 @@ Motion Motion::from_json(const std::string& text, const std::string& source) {
       const double target = gesture.angle(to, i);
       if (target == at[i]) continue;
       if (start_s < busy_until[i]) {
-        move.fail(fmt::format("{} starts at {} s while its move before lasts until {:.2f} s: start later or move faster",
-                              model::finger_names()[i], start_s, busy_until[i]));
+        move.fail(fmt::format(
+            "{} starts at {} s while its move before lasts until {:.2f} s: start later or move faster",
+            model::finger_names()[i], start_s, busy_until[i]));
       }
       const Move one{start_s, std::abs(target - at[i]) / speed, at[i], target};
       busy_until[i] = start_s + one.ramp_s + m.corner_s_;
@@ -110,7 +111,8 @@ Motion Motion::from_json(const std::string& text, const std::string& source) {
   }
   reader.done();
   for (const auto& moves : m.moves_) {
-    if (!moves.empty() && (m.anchor_s_ == 0 || moves.front().start_s < m.anchor_s_)) m.anchor_s_ = moves.front().start_s;
+    if (!moves.empty() && (m.anchor_s_ == 0 || moves.front().start_s < m.anchor_s_))
+      m.anchor_s_ = moves.front().start_s;
   }
   return m;
 }
@@ -141,7 +143,8 @@ double Motion::planned(int finger, double t_s, const Variation& v) const {
     if (t <= move.start_s) break;
     const double r = move.ramp_s;
     const double x = t - move.start_s;
-    const double done = std::min((ramp_integral(x, r) - ramp_integral(x - corner_s_, r)) / (r * corner_s_), 1.0);
+    const double done =
+        std::min((ramp_integral(x, r) - ramp_integral(x - corner_s_, r)) / (r * corner_s_), 1.0);
     angle = move.from_deg + done * (move.to_deg - move.from_deg);
   }
   return angle;

@@ -1,8 +1,9 @@
 // What a person's hand does: one angle for each finger at each time.
 //
-// A gesture is data: poses, and moves that start at a time and take some fingers to a pose at a finger speed. A move is a
-// ramp of duration R = |to - from| / speed, its corners rounded by a moving average of width w = corner_s, so that it
-// ends after R + w. A recorded motion is a recording's columns, straight lines between samples.
+// A gesture is data: poses, and moves that start at a time and take some fingers to a pose at a finger speed.
+// A move is a ramp of duration R = |to - from| / speed, its corners rounded by a moving average of width w =
+// corner_s, so that it ends after R + w. A recorded motion is a recording's columns, straight lines between
+// samples.
 #pragma once
 
 #include <array>
@@ -27,7 +28,8 @@ class Motion {
   // Throws io::InputError naming file and place.
   static Motion from_json(const std::string& text, const std::string& source);
 
-  // Samples at t_s (strictly increasing, from 0), angle_deg[finger][sample]. The first and last angle hold outside.
+  // Samples at t_s (strictly increasing, from 0), angle_deg[finger][sample]. The first and last angle hold
+  // outside.
   static Motion from_samples(std::string name, std::vector<double> t_s,
                              std::array<std::vector<double>, kFingers> angle_deg);
 
@@ -38,7 +40,9 @@ class Motion {
   const std::string& description() const { return description_; }
   int number() const { return number_; }  // of the published gestures; 0: none of them
   double duration_s() const { return duration_s_; }
-  int transitions(int finger) const { return static_cast<int>(moves_[static_cast<std::size_t>(finger)].size()); }
+  int transitions(int finger) const {
+    return static_cast<int>(moves_[static_cast<std::size_t>(finger)].size());
+  }
   // Degrees that all fingers travel together: times a lag, the error that the lag alone costs.
   double travel_deg() const;
 

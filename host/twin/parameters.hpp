@@ -1,8 +1,8 @@
 // Everything about the simulated laboratory that is a number, with its unit, its default and its source.
 //
 // A configuration file is JSON: {"schema": "flexor-twin", "schema_version": 1, "parameters": {NAME: {"value",
-// "unit", "source"}, ...}, "faults": [...]}. Values are numbers, or for some one number for each finger. A name that is
-// left out keeps its default; an unknown one is an error. table() is the list, and the only one.
+// "unit", "source"}, ...}, "faults": [...]}. Values are numbers, or for some one number for each finger. A
+// name that is left out keeps its default; an unknown one is an error. table() is the list, and the only one.
 #pragma once
 
 #include <array>

@@ -5,8 +5,8 @@
 
 #include "host/twin/plant_step.hpp"
 
-// The widest vectors that the processor has, chosen at start-up. Contraction into fused operations is off for this room:
-// the bits are the same with each.
+// The widest vectors that the processor has, chosen at start-up. Contraction into fused operations is off for
+// this room: the bits are the same with each.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
 #define FLEXOR_VECTOR_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
@@ -46,7 +46,8 @@ PlantConstants::PlantConstants(const Parameters& p) {
   q4_per_count = narrow(16 * p.potentiometer_range_deg / 1023);
   noise_counts = narrow(p.potentiometer_noise_deg * 1023 / p.potentiometer_range_deg / kByteSumDeviation);
   loop = {};
-  loop.max_step = static_cast<std::int32_t>(std::lround(std::min(p.loop_speed_deg_s * h, 1000.0) * (1 << 20)));
+  loop.max_step =
+      static_cast<std::int32_t>(std::lround(std::min(p.loop_speed_deg_s * h, 1000.0) * (1 << 20)));
   loop.proportional = static_cast<std::int16_t>(std::lround(p.loop_proportional_per_deg * hand::kFullDuty));
   loop.integral =
       static_cast<std::int16_t>(std::lround(p.loop_integral_per_deg_s * h * hand::kFullDuty * 256));

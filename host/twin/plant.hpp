@@ -1,6 +1,6 @@
-// The part of the twin that moves every millisecond: cloth and strip on the glove's side, loop, motor, gear and joint on
-// the hand's. One lane is one finger of one trial; lanes know nothing of each other, so that a trial gives the same bits
-// whatever runs beside it and however wide the processor's vectors are.
+// The part of the twin that moves every millisecond: cloth and strip on the glove's side, loop, motor, gear
+// and joint on the hand's. One lane is one finger of one trial; lanes know nothing of each other, so that a
+// trial gives the same bits whatever runs beside it and however wide the processor's vectors are.
 //
 // Glove, rho the finger's angle, h = 1 ms:
 //   s   = clamp(s, rho - slip, rho + slip)                       cloth slips: a play
@@ -8,9 +8,10 @@
 //   bend = s + visco (v - s) + creep (z - s)
 // Hand, behind the gear, omega in rad/s, u the duty of runtime/hand:
 //   i   = clamp((V u - K_e omega) / R, -I_max, I_max)
-//   omega* = (omega + h (K_t i + d) / J) / (1 + h b / J)          viscous friction, implicit: never adds energy
-//   omega  = sign(omega*) max(|omega*| - h T_c / J, 0)             Coulomb friction, as an impulse: never adds energy
-//   joint = clamp(joint, motor - backlash, motor + backlash), inside Psi; an end stop takes the motor's speed away
+//   omega* = (omega + h (K_t i + d) / J) / (1 + h b / J)          viscous friction, implicit: never adds
+//   energy omega  = sign(omega*) max(|omega*| - h T_c / J, 0)             Coulomb friction, as an impulse:
+//   never adds energy joint = clamp(joint, motor - backlash, motor + backlash), inside Psi; an end stop takes
+//   the motor's speed away
 // K_t includes the gear's efficiency, K_e does not; J is rotor N^2 + finger.
 #pragma once
 
@@ -32,17 +33,17 @@ struct PlantConstants {
   float creep_rate;
   float visco_share;
   float creep_share;
-  float amp_per_duty;      // V / (R full duty)
-  float amp_per_deg_s;     // K_e / R
+  float amp_per_duty;   // V / (R full duty)
+  float amp_per_deg_s;  // K_e / R
   float current_limit_A;
-  float deg_s_per_amp;     // K_t h / J
-  float deg_s_per_mNm;     // h / J
-  float viscous;           // 1 / (1 + h b / J)
-  float coulomb_deg_s;     // h T_c / J
+  float deg_s_per_amp;  // K_t h / J
+  float deg_s_per_mNm;  // h / J
+  float viscous;        // 1 / (1 + h b / J)
+  float coulomb_deg_s;  // h T_c / J
   float backlash_deg;
-  float counts_per_deg;    // potentiometer
+  float counts_per_deg;  // potentiometer
   float q4_per_count;
-  float noise_counts;      // for one unit of the raw noise sum
+  float noise_counts;  // for one unit of the raw noise sum
   hand::LoopSettings loop;
 };
 
@@ -60,8 +61,8 @@ struct alignas(64) PlantState {
   float max[kLanes];
   float lower[kLanes];  // Psi, degrees
   float upper[kLanes];
-  float disturbance[kLanes];   // mNm
-  float error_deg_ms[kLanes];  // integral of |rho - joint| since it was last taken
+  float disturbance[kLanes];     // mNm
+  float error_deg_ms[kLanes];    // integral of |rho - joint| since it was last taken
   std::int32_t command[kLanes];  // Q4 degrees
   std::int32_t setpoint[kLanes];
   std::int32_t integral[kLanes];
@@ -76,8 +77,8 @@ float bend(const PlantConstants& c, const PlantState<kLanes>& x, int lane) {
 
 // One millisecond of every lane.
 void advance(const PlantConstants& constants, PlantState<80>& state);
-// The same equations for one trial, one finger after another, without vector instructions: the yardstick for speed, and
-// a check of the other, which must agree to the bit.
+// The same equations for one trial, one finger after another, without vector instructions: the yardstick for
+// speed, and a check of the other, which must agree to the bit.
 void advance(const PlantConstants& constants, PlantState<5>& state);
 
 }  // namespace flexor::twin

@@ -28,7 +28,8 @@ template <int kLanes>
     noise ^= noise << 5;
     x.noise[i] = noise;
     const auto sum = static_cast<std::int32_t>((noise & 255U) + (noise >> 8 & 255U) + (noise >> 16 & 255U) +
-                                               (noise >> 24)) - 510;
+                                               (noise >> 24)) -
+                     510;
     const float reading = x.motor[i] * c.counts_per_deg + c.noise_counts * static_cast<float>(sum) + 0.5F;
     const auto counts = static_cast<std::int32_t>(limit(reading, 0.0F, 1023.0F));
     const auto measured = static_cast<std::int16_t>(static_cast<float>(counts) * c.q4_per_count + 0.5F);
@@ -47,8 +48,8 @@ template <int kLanes>
     const float motor = limit(wanted, x.lower[i] - c.backlash_deg, x.upper[i] + c.backlash_deg);
     x.speed[i] = wanted == motor ? speed : 0.0F;
     x.motor[i] = motor;
-    const float joint = limit(limit(x.joint[i], motor - c.backlash_deg, motor + c.backlash_deg), x.lower[i],
-                              x.upper[i]);
+    const float joint =
+        limit(limit(x.joint[i], motor - c.backlash_deg, motor + c.backlash_deg), x.lower[i], x.upper[i]);
     x.joint[i] = joint;
     x.min[i] = joint < x.min[i] ? joint : x.min[i];
     x.max[i] = x.max[i] < joint ? joint : x.max[i];

@@ -25,7 +25,8 @@ void Radio::send(std::int64_t now_ms, const FrameAngles& angles) {
     ++lost_;
     return;
   }
-  free->arrival_ms = static_cast<std::int64_t>(std::ceil((busy_until_s_ + p.module_latency_s + delay_s) * 1000));
+  free->arrival_ms =
+      static_cast<std::int64_t>(std::ceil((busy_until_s_ + p.module_latency_s + delay_s) * 1000));
   free->sequence = sequence;
   free->angles = angles;
   next_ms_ = std::min(next_ms_, free->arrival_ms);
@@ -48,8 +49,6 @@ const FrameAngles* Radio::receive(std::int64_t now_ms) {
   return newest_ > before ? &latest_ : nullptr;
 }
 
-void Radio::find_next() {
-  next_ms_ = std::ranges::min_element(in_air_, {}, &Frame::arrival_ms)->arrival_ms;
-}
+void Radio::find_next() { next_ms_ = std::ranges::min_element(in_air_, {}, &Frame::arrival_ms)->arrival_ms; }
 
 }  // namespace flexor::twin

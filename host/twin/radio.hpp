@@ -1,5 +1,5 @@
-// One glove's radio link: frames queue for the air, take 10 bits a byte at the baud rate, and arrive late, broken, or not
-// at all. The receiver drops what the CRC rejects and what newer frames have overtaken.
+// One glove's radio link: frames queue for the air, take 10 bits a byte at the baud rate, and arrive late,
+// broken, or not at all. The receiver drops what the CRC rejects and what newer frames have overtaken.
 #pragma once
 
 #include <array>
@@ -19,7 +19,8 @@ class Radio {
   Radio() = default;
   Radio(const Parameters& parameters, std::uint64_t seed) : parameters_(&parameters), random_(seed) {}
 
-  // At time now_ms, from the trial's start. A transmitter that is still busy with the frame before drops this one.
+  // At time now_ms, from the trial's start. A transmitter that is still busy with the frame before drops this
+  // one.
   void send(std::int64_t now_ms, const FrameAngles& angles);
 
   std::int64_t next_arrival_ms() const { return next_ms_; }

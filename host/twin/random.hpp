@@ -1,5 +1,5 @@
-// Random numbers that depend on names, not on the order in which things happen: a trial draws the same whatever runs
-// beside it, on any number of threads, with any compensator.
+// Random numbers that depend on names, not on the order in which things happen: a trial draws the same
+// whatever runs beside it, on any number of threads, with any compensator.
 #pragma once
 
 #include <cstdint>
@@ -34,8 +34,8 @@ class Random {
   // [0, 1).
   double uniform() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
 
-  // Mean 0, standard deviation 1, |z| < 4.9: the sum of eight uniforms. No mathematical function is called, so that
-  // every machine draws the same.
+  // Mean 0, standard deviation 1, |z| < 4.9: the sum of eight uniforms. No mathematical function is called,
+  // so that every machine draws the same.
   double normal() {
     std::int64_t sum = 0;
     for (int i = 0; i < 2; ++i) {

@@ -40,8 +40,9 @@ std::array<std::size_t, kFingers> channels(const model::Model& compensator) {
   if (!missing.empty()) {
     std::vector<std::string> has;
     for (const model::Channel& c : compensator.channels) has.push_back(c.name);
-    throw io::InputError(fmt::format("compensator {}: the hand has a motor for {}, the model only channel(s) {}",
-                                     compensator.name, fmt::join(missing, ", "), fmt::join(has, ", ")));
+    throw io::InputError(
+        fmt::format("compensator {}: the hand has a motor for {}, the model only channel(s) {}",
+                    compensator.name, fmt::join(missing, ", "), fmt::join(has, ", ")));
   }
   return out;
 }
@@ -57,7 +58,8 @@ class Strip {
     const double spread = random_.normal();
     const double gain_spread = random_.normal();
     offset_deg_ = p.bend_lower_deg[i] + p.donning_spread_deg * spread;
-    gain_ = (p.bend_upper_deg[i] - p.bend_lower_deg[i]) / range_deg_ * (1 + p.donning_gain_spread * gain_spread);
+    gain_ =
+        (p.bend_upper_deg[i] - p.bend_lower_deg[i]) / range_deg_ * (1 + p.donning_gain_spread * gain_spread);
     drift_deg_s_ = p.drift_deg_per_min / 60 * random_.normal();
     noise_keep_ = p.noise_s > 0 ? std::exp(-period_s / p.noise_s) : 0;
     noise_ = p.noise_deg * random_.normal();
@@ -77,9 +79,12 @@ class Strip {
 
   // ADC counts at time t_s for the cloth's bend; one call a sample.
   int sample(const Divider& divider, double t_s, double bend_deg) {
-    noise_ = noise_keep_ * noise_ + p_->noise_deg * std::sqrt(1 - noise_keep_ * noise_keep_) * random_.normal();
-    const double re = flutter_cos_ * flutter_[0] - flutter_sin_ * flutter_[1] + flutter_new_ * random_.normal();
-    const double im = flutter_sin_ * flutter_[0] + flutter_cos_ * flutter_[1] + flutter_new_ * random_.normal();
+    noise_ =
+        noise_keep_ * noise_ + p_->noise_deg * std::sqrt(1 - noise_keep_ * noise_keep_) * random_.normal();
+    const double re =
+        flutter_cos_ * flutter_[0] - flutter_sin_ * flutter_[1] + flutter_new_ * random_.normal();
+    const double im =
+        flutter_sin_ * flutter_[0] + flutter_cos_ * flutter_[1] + flutter_new_ * random_.normal();
     flutter_[0] = re;
     flutter_[1] = im;
     const double chance = random_.uniform();
@@ -87,7 +92,8 @@ class Strip {
     in_burst_ = in_burst_ ? chance >= burst_end_ : chance < burst_begin_;
     const double share = (bend_deg - lower_deg_) / range_deg_;
     double theta = offset_deg_ + gain_ * (bend_deg - lower_deg_) +
-                   p_->knuckle_deg * std::sin(2 * std::numbers::pi * share) + drift_deg_s_ * t_s + noise_ + re;
+                   p_->knuckle_deg * std::sin(2 * std::numbers::pi * share) + drift_deg_s_ * t_s + noise_ +
+                   re;
     if (in_burst_) theta += p_->burst_deg * jump;
     int counts = divider.counts(theta);
     for (const Fault* fault : faults_) {
@@ -255,7 +261,8 @@ class Batch {
   void sample(int t, std::int64_t now) {
     const double now_s = static_cast<double>(now) / 1000;
     const std::int64_t k = ++samples_[at(t)];
-    next_sample_ms_[at(t)] = std::lround((first_sample_s_[at(t)] + static_cast<double>(k) * period_s_) * 1000);
+    next_sample_ms_[at(t)] =
+        std::lround((first_sample_s_[at(t)] + static_cast<double>(k) * period_s_) * 1000);
     FrameAngles angles;
     Trial& trial = trials_[at(t)];
     if (setup_.record_samples) trial.sample_s.push_back(now_s);
@@ -285,14 +292,17 @@ class Batch {
     if (!settled_[at(t)]) settle(t);
   }
 
-  // The hand had been in the first pose for rest_s: where the command lies behind an end stop, its loop has wound up.
+  // The hand had been in the first pose for rest_s: where the command lies behind an end stop, its loop has
+  // wound up.
   void settle(int t) {
     settled_[at(t)] = true;
     const hand::LoopSettings& c = constants_.loop;
     for (int lane = t; lane < kLanes; lane += kTrials) {
-      const float command_deg = static_cast<float>(std::clamp<std::int32_t>(x_.command[lane], c.lower, c.upper)) / 16;
+      const float command_deg =
+          static_cast<float>(std::clamp<std::int32_t>(x_.command[lane], c.lower, c.upper)) / 16;
       const float behind_deg = command_deg - std::clamp(command_deg, x_.lower[lane], x_.upper[lane]);
-      const double integral = static_cast<double>(c.integral) * static_cast<double>(behind_deg) * p_.rest_s / kStep_s;
+      const double integral =
+          static_cast<double>(c.integral) * static_cast<double>(behind_deg) * p_.rest_s / kStep_s;
       const double limit = c.integral_limit;
       x_.integral[lane] = static_cast<std::int32_t>(std::clamp(integral, -limit, limit));
     }
@@ -309,7 +319,7 @@ class Batch {
     }
   }
 
-  void shoot(std::array<std::vector<float>, kFingers> Trial::* view, const float* angle) {
+  void shoot(std::array<std::vector<float>, kFingers> Trial::*view, const float* angle) {
     for (int t = 0; t < kTrials; ++t) {
       for (int i = 0; i < kFingers; ++i) {
         const double noise = p_.camera_noise_deg * camera_noise_[at(t)].normal();
@@ -325,7 +335,8 @@ class Batch {
       trial.frames_lost = radio_[at(t)].lost();
       for (int i = 0; i < kFingers; ++i) {
         const int lane = i * kTrials + t;
-        trial.error_deg_s[at(i)] = (total_error_[at(lane)] + static_cast<double>(x_.error_deg_ms[lane])) / 1000;
+        trial.error_deg_s[at(i)] =
+            (total_error_[at(lane)] + static_cast<double>(x_.error_deg_ms[lane])) / 1000;
         trial.hand_min_deg[at(i)] = static_cast<double>(x_.min[lane]);
         trial.hand_max_deg[at(i)] = static_cast<double>(x_.max[lane]);
       }
@@ -371,18 +382,20 @@ void check(const Setup& setup) {
   (void)channels(setup.compensator);
   const double rate_hz = 1 / setup.compensator.sample_period_s;
   if (!(rate_hz >= 0.1 && rate_hz <= kMaxRate_hz * (1 + 1e-9))) {
-    throw io::InputError(fmt::format("a rate of {:g} Hz is impossible: the twin's plant runs at {:g} Hz, and the slowest "
-                                     "glove at 0.1 Hz",
-                                     rate_hz, kMaxRate_hz));
+    throw io::InputError(
+        fmt::format("a rate of {:g} Hz is impossible: the twin's plant runs at {:g} Hz, and the slowest "
+                    "glove at 0.1 Hz",
+                    rate_hz, kMaxRate_hz));
   }
   const Parameters& p = setup.parameters;
   const double frames_hz = p.frame_rate_hz > 0 ? std::min(p.frame_rate_hz, rate_hz) : rate_hz;
   const double airtime_s = p.frame_bytes * 10 / p.baud;
   if (frames_hz * airtime_s > 1) {
-    throw io::InputError(fmt::format(
-        "{:g} frames of {:g} bytes a second do not fit {:g} baud: set radio.frame_rate_hz to at most {:.0f}, or "
-        "raise radio.baud",
-        frames_hz, p.frame_bytes, p.baud, std::floor(1 / airtime_s)));
+    throw io::InputError(
+        fmt::format("{:g} frames of {:g} bytes a second do not fit {:g} baud: set radio.frame_rate_hz to at "
+                    "most {:.0f}, or "
+                    "raise radio.baud",
+                    frames_hz, p.frame_bytes, p.baud, std::floor(1 / airtime_s)));
   }
 }
 

@@ -1,8 +1,8 @@
 // Whole trials: person, glove, compensator, radio, hand and cameras in a closed chain.
 //
-// Every trial starts half a second early, at rest in its first pose, so that the hand is settled at t = 0; only what the
-// cameras see from 0 on counts. Random draws depend on (seed, trial) and on what is drawn, not on the compensator: two
-// compensators meet the same trials.
+// Every trial starts half a second early, at rest in its first pose, so that the hand is settled at t = 0;
+// only what the cameras see from 0 on counts. Random draws depend on (seed, trial) and on what is drawn, not
+// on the compensator: two compensators meet the same trials.
 #pragma once
 
 #include <array>
@@ -42,11 +42,12 @@ struct Trial {
   std::array<std::vector<double>, kFingers> true_deg;
 };
 
-// Throws io::InputError: a compensator without a channel for each finger, a rate above the plant's, a frame rate that
-// the radio cannot carry.
+// Throws io::InputError: a compensator without a channel for each finger, a rate above the plant's, a frame
+// rate that the radio cannot carry.
 void check(const Setup& setup);
 
-// Trials first .. first + count - 1, count at most kTrialsAtOnce. Reads `setup` only: call it from any thread.
+// Trials first .. first + count - 1, count at most kTrialsAtOnce. Reads `setup` only: call it from any
+// thread.
 std::vector<Trial> simulate(const Setup& setup, std::uint64_t first, int count);
 
 // The same, trial by trial and finger by finger: equal to the bit, and the yardstick for speed.

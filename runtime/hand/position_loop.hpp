@@ -3,11 +3,12 @@
 //   s_k = s_{k-1} + clamp(clamp(command, lower, upper) - s_{k-1}, -max_step, max_step)     set-point
 //   e_k = s_k - measured_k
 //   u_k = clamp(K_p e_k + I_k, -duty_limit, duty_limit)
-//   I_k = clamp(I_{k-1} + K_i e_k, -integral_limit, integral_limit)                        anti-windup by clamping
+//   I_k = clamp(I_{k-1} + K_i e_k, -integral_limit, integral_limit)                        anti-windup by
+//   clamping
 //
-// With [lower, upper] the Psi of Sensors 2019, 19(18), 3896, eq. 6, no command drives a finger into its end stop, and an
-// integral_limit below the full duty bounds what a finger that is held can wind up. The article names a PI controller
-// and gives neither gains nor limits.
+// With [lower, upper] the Psi of Sensors 2019, 19(18), 3896, eq. 6, no command drives a finger into its end
+// stop, and an integral_limit below the full duty bounds what a finger that is held can wind up. The article
+// names a PI controller and gives neither gains nor limits.
 #pragma once
 
 #include "runtime/core/fixed_point.hpp"
@@ -15,17 +16,17 @@
 namespace flexor {
 namespace hand {
 
-constexpr int16_t kFullDuty = 32767;     // the supply's whole voltage
-constexpr int kErrorFraction = 8;        // e in Q8 degrees
-constexpr int kIntegralFraction = 8;     // I in 2^-8 duty
+constexpr int16_t kFullDuty = 32767;  // the supply's whole voltage
+constexpr int kErrorFraction = 8;     // e in Q8 degrees
+constexpr int kIntegralFraction = 8;  // I in 2^-8 duty
 constexpr int32_t kMaxIntegral = 1 << 30;
 
 struct LoopSettings {
   int16_t lower;  // of the command, Q4 degrees
   int16_t upper;
-  int32_t max_step;   // set-point's largest change in a tick, Q20 degrees, >= 0
-  int16_t proportional;  // K_p: duty per degree
-  int16_t integral;      // K_i: 2^-8 duty per degree and tick
+  int32_t max_step;        // set-point's largest change in a tick, Q20 degrees, >= 0
+  int16_t proportional;    // K_p: duty per degree
+  int16_t integral;        // K_i: 2^-8 duty per degree and tick
   int32_t integral_limit;  // 2^-8 duty, 0 .. kMaxIntegral
   int16_t duty_limit;      // 0 .. kFullDuty
 };
@@ -50,8 +51,7 @@ inline int16_t step(const LoopSettings& c, LoopState& state, int16_t command, in
   const int32_t error = (state.setpoint >> (core::kStateFraction - kErrorFraction)) -
                         static_cast<int32_t>(measured) * (1 << (kErrorFraction - core::kOutputFraction));
   const int32_t limit = c.duty_limit;
-  const int32_t wanted =
-      ((c.proportional * error) >> kErrorFraction) + (state.integral >> kIntegralFraction);
+  const int32_t wanted = ((c.proportional * error) >> kErrorFraction) + (state.integral >> kIntegralFraction);
   state.integral = core::clamp(state.integral + ((c.integral * error) >> kErrorFraction), -c.integral_limit,
                                c.integral_limit);
   return static_cast<int16_t>(core::clamp(wanted, -limit, limit));

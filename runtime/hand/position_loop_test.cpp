@@ -8,8 +8,8 @@
 namespace flexor::hand {
 namespace {
 
-constexpr LoopSettings kSettings = {28 * 16, 113 * 16, 300 * (1 << 20) / 1000, 2000, 1700, kFullDuty << 7,
-                                    kFullDuty};
+constexpr LoopSettings kSettings = {28 * 16,        113 * 16, 300 * (1 << 20) / 1000, 2000, 1700,
+                                    kFullDuty << 7, kFullDuty};
 
 // A motor without inertia: its speed is its duty. Enough to see what the loop does with a command.
 double settle(const LoopSettings& c, double from_deg, int16_t command, int ticks, double load_deg_s = 0,
@@ -33,24 +33,24 @@ TEST(PositionLoop, ReachesItsCommandUnderASteadyLoad) {
 }
 
 RC_GTEST_PROP(PositionLoop, NeverAsksForMoreThanItsLimits, ()) {
-    LoopSettings c = kSettings;
-    c.integral_limit = *rc::gen::inRange<int32_t>(0, kMaxIntegral);
-    c.duty_limit = *rc::gen::inRange<int16_t>(0, kFullDuty);
-    c.proportional = *rc::gen::inRange<int16_t>(0, 32767);
-    c.integral = *rc::gen::inRange<int16_t>(0, 32767);
-    LoopState state{};
-    start(c, state, 40 * 16);
-    for (int k = 0; k < 50; ++k) {
-      const auto command = *rc::gen::arbitrary<int16_t>();
-      const auto measured = *rc::gen::inRange<int16_t>(-255 * 16, 255 * 16);
-      const int32_t before = state.setpoint;
-      const int16_t duty = step(c, state, command, measured);
-      RC_ASSERT(std::abs(duty) <= c.duty_limit);
-      RC_ASSERT(std::abs(state.integral) <= c.integral_limit);
-      RC_ASSERT(state.setpoint >= c.lower << 16);
-      RC_ASSERT(state.setpoint <= c.upper << 16);
-      RC_ASSERT(std::abs(state.setpoint - before) <= c.max_step);
-    }
+  LoopSettings c = kSettings;
+  c.integral_limit = *rc::gen::inRange<int32_t>(0, kMaxIntegral);
+  c.duty_limit = *rc::gen::inRange<int16_t>(0, kFullDuty);
+  c.proportional = *rc::gen::inRange<int16_t>(0, 32767);
+  c.integral = *rc::gen::inRange<int16_t>(0, 32767);
+  LoopState state{};
+  start(c, state, 40 * 16);
+  for (int k = 0; k < 50; ++k) {
+    const auto command = *rc::gen::arbitrary<int16_t>();
+    const auto measured = *rc::gen::inRange<int16_t>(-255 * 16, 255 * 16);
+    const int32_t before = state.setpoint;
+    const int16_t duty = step(c, state, command, measured);
+    RC_ASSERT(std::abs(duty) <= c.duty_limit);
+    RC_ASSERT(std::abs(state.integral) <= c.integral_limit);
+    RC_ASSERT(state.setpoint >= c.lower << 16);
+    RC_ASSERT(state.setpoint <= c.upper << 16);
+    RC_ASSERT(std::abs(state.setpoint - before) <= c.max_step);
+  }
 }
 
 TEST(PositionLoop, MovesNoFasterThanItsBoundWhereTheLoopIsTight) {

@@ -1,0 +1,573 @@
+#include "host/experiment/trials.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <numbers>
+#include <sstream>
+#include <thread>
+
+#include "host/experiment/builtin.hpp"
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+#include "host/recording/csv.hpp"
+#include "host/score/trial.hpp"
+#include "host/twin/random.hpp"
+
+namespace flexor::experiment {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using io::InputError;
+
+constexpr int kBatch = twin::kTrialsAtOnce;
+
+struct Published {
+  const char* compensator;
+  double error_deg_s[6];
+};
+// Tables 1 and 2, averages of three trials.
+constexpr Published kPublished[] = {{"raw", {681.04, 956.0, 1346.2, 860.0, 1086.5, 515.4}},
+                                    {"published-w", {186.25, 221.91, 208.93, 206.90, 347.0, 368.7}},
+                                    {"published-hw", {64.21, 47.66, 101.90, 39.02, 77.69, 78.2}}};
+
+// alpha as it is: in degrees already. Nothing is refused, nothing limited but by the angles there are.
+model::Model raw_model() {
+  model::Model m;
+  m.name = "raw";
+  m.description = "The sensor's reading in degrees, sent as it is";
+  for (const std::string& finger : model::finger_names()) {
+    model::Channel c;
+    c.name = finger;
+    c.input_column = finger + "_alpha";
+    c.input_unit = "deg";
+    c.valid_min = -100;
+    c.valid_max = 1023.9;
+    c.saturation = {0, 180};
+    c.rest_deg = finger == "thumb" ? 90 : 28;
+    m.channels.push_back(c);
+  }
+  return m;
+}
+
+// A finger's flexion, zero when straight, on the hand's scale: its lower limit is straight, a degree is a degree.
+twin::Motion recorded(const std::string& name, std::vector<double> t_s,
+                      std::array<std::vector<double>, kFingers> flexion_deg) {
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    const double lower = i == 0 ? 90 : 28;
+    const double upper = i == 0 ? 170 : 113;
+    for (double& angle : flexion_deg[i]) angle = std::clamp(lower + angle, lower, upper);
+  }
+  const double start_s = t_s.front();
+  for (double& t : t_s) t -= start_s;
+  return twin::Motion::from_samples(name, std::move(t_s), std::move(flexion_deg));
+}
+
+// Wide CSV with thumb_deg index_deg middle_deg ring_deg pinky_deg, on the hand's own scale.
+twin::Motion csv_motion(const std::filesystem::path& path) {
+  std::vector<std::string> columns;
+  for (const std::string& finger : model::finger_names()) columns.push_back(finger + "_deg");
+  recording::Recording r = recording::read_csv(path, columns);
+  if (r.t_s.size() < 2) throw InputError(fmt::format("{}: a motion needs at least two rows", path.string()));
+  std::array<std::vector<double>, kFingers> angle_deg;
+  for (std::size_t i = 0; i < kFingers; ++i) angle_deg[i] = r.column(columns[i]).value;
+  const double start_s = r.t_s.front();
+  for (double& t : r.t_s) t -= start_s;
+  return twin::Motion::from_samples(path.stem().string(), std::move(r.t_s), std::move(angle_deg));
+}
+
+// GraspDB: year month day hour minute second flag, then 23 joints in radians, flexion negative; MCP of thumb, index,
+// middle, ring and little finger are joints 2, 5, 9, 13 and 17.
+twin::Motion grasp_motion(const std::filesystem::path& path) {
+  constexpr std::size_t kJoint[kFingers] = {2, 5, 9, 13, 17};
+  constexpr std::size_t kFields = 7 + 23;
+  std::istringstream text(io::read_file(path));
+  std::vector<double> t_s;
+  std::array<std::vector<double>, kFingers> flexion_deg;
+  std::string line;
+  for (int row = 1; std::getline(text, line); ++row) {
+    std::istringstream fields(line);
+    std::vector<double> v;
+    for (double x = 0; fields >> x;) v.push_back(x);
+    if (v.empty()) continue;
+    if (v.size() != kFields || !std::ranges::all_of(v, [](double x) { return std::isfinite(x); })) {
+      throw InputError(fmt::format("{}: row {}: {} numbers where a date, a flag and 23 joint angles make {}",
+                                   path.string(), row, v.size(), kFields));
+    }
+    const double t = ((v[2] * 24 + v[3]) * 60 + v[4]) * 60 + v[5];
+    if (!t_s.empty() && t <= t_s.back()) continue;  // some rows repeat the one before
+    t_s.push_back(t);
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      flexion_deg[i].push_back(-v[6 + kJoint[i]] * 180 / std::numbers::pi);
+    }
+  }
+  if (t_s.size() < 2) throw InputError(fmt::format("{}: a motion needs at least two rows", path.string()));
+  // The glove's zero is its own: the straightest that each finger gets counts as straight.
+  for (auto& finger : flexion_deg) {
+    const double straight = *std::ranges::min_element(finger);
+    for (double& angle : finger) angle -= straight;
+  }
+  return recorded(path.stem().string(), std::move(t_s), std::move(flexion_deg));
+}
+
+twin::Motion motion_file(const std::string& name) {
+  const std::filesystem::path path(name);
+  if (path.extension() == ".json") return twin::Motion::from_json(io::read_file(path), name);
+  if (path.extension() == ".csv") return csv_motion(path);
+  if (path.extension() == ".txt") return grasp_motion(path);
+  throw InputError(fmt::format("unknown gesture \"{}\"; known: 1 to 6, as 1-6 or 2,4; or a file: .json gesture, .csv or "
+                               ".txt recorded motion",
+                               name));
+}
+
+// Two-sided 95 % quantile of Student's t.
+double student_t(int degrees) {
+  constexpr double kTable[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
+  if (degrees <= 10) return kTable[degrees - 1];
+  const double z = 1.959964;
+  const double n = degrees;
+  return z + (z * z * z + z) / (4 * n) + (5 * std::pow(z, 5) + 16 * z * z * z + 3 * z) / (96 * n * n);
+}
+
+struct Row {
+  double total_deg_s = 0;
+  double lag_removed_deg_s = 0;
+  double lag_s = 0;
+  std::array<double, kFingers> finger_deg_s{};
+  double excess_deg = 0;
+  int sent = 0;
+  int lost = 0;
+};
+
+// trials.csv, in the order of jobs.
+class Log {
+ public:
+  static std::string header() {
+    std::string out = "motion,compensator,trial,total_error_deg_s,lag_removed_deg_s,lag_s";
+    for (const std::string& finger : model::finger_names()) out += fmt::format(",{}_error_deg_s", finger);
+    return out + ",outside_limits_deg,frames_sent,frames_lost\n";
+  }
+
+  static std::string text(const std::string& motion, const std::string& compensator, int trial, const Row& r) {
+    std::string out = fmt::format("{},{},{},{},{},{}", motion, compensator, trial, r.total_deg_s,
+                                  r.lag_removed_deg_s, r.lag_s);
+    for (const double e : r.finger_deg_s) out += fmt::format(",{}", e);
+    return out + fmt::format(",{},{},{}\n", r.excess_deg, r.sent, r.lost);
+  }
+
+  // One complete line back to numbers; false if it is not one of ours.
+  static bool parse(const std::string& line, const std::string& motion, const std::string& compensator, int trial,
+                    Row& r) {
+    const std::string start = fmt::format("{},{},{},", motion, compensator, trial);
+    if (!line.starts_with(start)) return false;
+    const char* at = line.data() + start.size();
+    const char* const end = line.data() + line.size();
+    const auto next = [&](auto& value) {
+      const auto [stop, error] = std::from_chars(at, end, value);
+      at = stop + (stop < end ? 1 : 0);
+      return error == std::errc();
+    };
+    bool good = next(r.total_deg_s) && next(r.lag_removed_deg_s) && next(r.lag_s);
+    for (double& e : r.finger_deg_s) good = good && next(e);
+    return good && next(r.excess_deg) && next(r.sent) && next(r.lost) && at == end;
+  }
+};
+
+// A batch of trials of one motion: every compensator meets the same trials.
+struct Job {
+  std::size_t motion;
+  int first;
+  int count;
+};
+using JobRows = std::vector<std::vector<Row>>;  // [compensator][trial]
+
+class Runner {
+ public:
+  Runner(const Plan& plan, const TrialProgress& progress) : plan_(plan), progress_(progress) {
+    for (int first = 0; first < plan.trials; first += kBatch) {
+      for (std::size_t m = 0; m < plan.motions.size(); ++m) {
+        jobs_.push_back({m, first, std::min(kBatch, plan.trials - first)});
+      }
+    }
+    for (const twin::Motion& motion : plan.motions) {
+      result_.motions.push_back(motion.name());
+      for (const Compensator& c : plan.compensators) {
+        Cell cell;
+        cell.motion = motion.name();
+        cell.gesture = motion.number();
+        cell.compensator = c.name;
+        cell.difference_deg_s.resize(plan.compensators.size());
+        cell.published_deg_s = published_error_deg_s(motion.number(), c.name);
+        result_.cells.push_back(std::move(cell));
+      }
+    }
+    for (const Compensator& c : plan.compensators) result_.compensators.push_back(c.name);
+  }
+
+  Result run() {
+    check_plan();
+    if (!plan_.folder.empty()) open_folder();
+    const auto start = std::chrono::steady_clock::now();
+    result_.threads = plan_.threads > 0 ? plan_.threads : static_cast<int>(std::thread::hardware_concurrency());
+    result_.threads = std::clamp(result_.threads, 1, 256);
+    next_ = committed_;
+    {
+      std::vector<std::jthread> workers;
+      for (int i = 0; i < result_.threads; ++i) workers.emplace_back([this] { work(); });
+    }
+    if (failure_) std::rethrow_exception(failure_);
+    result_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    result_.log_rms = log_rms();
+    return std::move(result_);
+  }
+
+ private:
+  void check_plan() const {
+    if (plan_.trials < 1) throw InputError("the number of trials must be at least 1");
+    if (plan_.threads < 0) throw InputError("the number of threads must not be negative");
+    if (plan_.motions.empty() || plan_.compensators.empty()) {
+      throw InputError("an experiment needs at least one gesture and one compensator");
+    }
+    for (const Compensator& c : plan_.compensators) {
+      twin::check({plan_.parameters, plan_.motions.front(), c.model, plan_.seed, false});
+      if (c.name.find_first_of(",\n\"") != std::string::npos) {
+        throw InputError(fmt::format("compensator {}: a name with a comma or a quote cannot stand in a CSV; rename it", c.name));
+      }
+    }
+  }
+
+  // What must be the same for a run to go on.
+  std::string identity() const {
+    Json compensators = Json::array();
+    for (const Compensator& c : plan_.compensators) {
+      compensators.push_back({{"name", c.name}, {"digest", io::digest(model::to_json(c.model))}});
+    }
+    std::string motions;
+    for (const twin::Motion& m : plan_.motions) {
+      motions += m.name() + fmt::format(" {}", m.duration_s());
+      for (int k = 0; k * 0.05 <= m.duration_s(); ++k) {
+        for (int i = 0; i < kFingers; ++i) motions += fmt::format(" {:.3f}", m.angle(i, k * 0.05, {}));
+      }
+    }
+    const Json json = {{"version", FLEXOR_VERSION},
+                       {"seed", plan_.seed},
+                       {"trials", plan_.trials},
+                       {"motions", result_.motions},
+                       {"motions_digest", io::digest(motions)},
+                       {"compensators", std::move(compensators)},
+                       {"twin", Json::parse(twin::to_json(plan_.parameters))}};
+    return json.dump(2) + "\n";
+  }
+
+  void open_folder() {
+    io::make_folder(plan_.folder);
+    const auto run_path = plan_.folder / "run.json";
+    const auto csv_path = plan_.folder / "trials.csv";
+    const std::string mine = identity();
+    if (std::filesystem::exists(run_path)) {
+      if (io::read_file(run_path) != mine) {
+        throw InputError(fmt::format("{} holds the results of other settings (see run.json there): choose another folder "
+                                     "or remove it",
+                                     plan_.folder.string()));
+      }
+      if (std::filesystem::exists(csv_path)) resume(csv_path);
+    } else {
+      io::write_file(run_path, mine);
+    }
+    csv_.open(csv_path, std::ios::binary | std::ios::app);
+    if (committed_ == 0) csv_ << Log::header();
+    csv_.flush();
+    if (!csv_) throw InputError(fmt::format("{}: cannot be written", csv_path.string()));
+  }
+
+  // Takes over every whole job of the file and cuts off what follows.
+  void resume(const std::filesystem::path& csv_path) {
+    std::istringstream text(io::read_file(csv_path));
+    std::string line;
+    std::uintmax_t good_bytes = 0;
+    if (!std::getline(text, line) || line + "\n" != Log::header()) {
+      std::filesystem::resize_file(csv_path, 0);
+      return;
+    }
+    good_bytes = line.size() + 1;
+    for (const Job& job : jobs_) {
+      JobRows rows(plan_.compensators.size(), std::vector<Row>(static_cast<std::size_t>(job.count)));
+      std::uintmax_t bytes = 0;
+      for (std::size_t c = 0; c < rows.size(); ++c) {
+        for (int t = 0; t < job.count; ++t) {
+          if (!std::getline(text, line) || text.eof() ||
+              !Log::parse(line, result_.motions[job.motion], result_.compensators[c], job.first + t,
+                          rows[c][static_cast<std::size_t>(t)])) {
+            std::filesystem::resize_file(csv_path, good_bytes);
+            return;
+          }
+          bytes += line.size() + 1;
+        }
+      }
+      good_bytes += bytes;
+      take(job, rows);
+      ++committed_;
+      result_.resumed_rows += job.count * static_cast<int>(rows.size());
+    }
+    std::filesystem::resize_file(csv_path, good_bytes);
+  }
+
+  void work() {
+    try {
+      for (;;) {
+        std::size_t mine = 0;
+        {
+          // Not too far ahead of the slowest: what waits for its turn takes memory.
+          std::unique_lock lock(mutex_);
+          moved_.wait(lock, [&] { return failure_ || next_ < committed_ + kAhead * plan_threads(); });
+          if (failure_ || next_ >= jobs_.size()) return;
+          mine = next_++;
+        }
+        JobRows rows = simulate(jobs_[mine]);
+        const std::lock_guard lock(mutex_);
+        waiting_.emplace(mine, std::move(rows));
+        commit();
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex_);
+      if (!failure_) failure_ = std::current_exception();
+      moved_.notify_all();
+    }
+  }
+
+  std::size_t plan_threads() const { return static_cast<std::size_t>(result_.threads); }
+
+  void commit() {
+    while (!waiting_.empty() && waiting_.begin()->first == committed_) {
+      const Job& job = jobs_[committed_];
+      const JobRows rows = std::move(waiting_.begin()->second);
+      waiting_.erase(waiting_.begin());
+      take(job, rows);
+      if (csv_.is_open()) write(job, rows);
+      result_.simulated_s +=
+          plan_.motions[job.motion].duration_s() * job.count * static_cast<double>(plan_.compensators.size());
+      ++committed_;
+      if (progress_) progress_(committed_, jobs_.size());
+    }
+    moved_.notify_all();
+  }
+
+  JobRows simulate(const Job& job) const {
+    JobRows rows;
+    for (const Compensator& c : plan_.compensators) {
+      const twin::Motion& motion = plan_.motions[job.motion];
+      const twin::Setup setup{plan_.parameters, motion, c.model, seed_of_motion(motion.name()), false};
+      std::vector<Row>& out = rows.emplace_back();
+      for (const twin::Trial& trial : twin::simulate(setup, static_cast<std::uint64_t>(job.first), job.count)) {
+        out.push_back(row(trial));
+      }
+    }
+    return rows;
+  }
+
+  // Each motion has trials of its own, whichever others are in the plan.
+  std::uint64_t seed_of_motion(const std::string& name) const {
+    std::uint64_t seed = plan_.seed;
+    for (const char c : name) seed = twin::seed_of(seed, static_cast<unsigned char>(c));
+    return seed;
+  }
+
+  Row row(const twin::Trial& trial) const {
+    const score::TrialScore s = score::score_trial(trial.glove_deg, trial.hand_deg, 1 / plan_.parameters.camera_rate_hz);
+    Row r;
+    r.total_deg_s = s.total_error_deg_s;
+    r.lag_removed_deg_s = s.lag_removed_deg_s;
+    r.lag_s = s.lag_s;
+    r.sent = trial.frames_sent;
+    r.lost = trial.frames_lost;
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      r.finger_deg_s[i] = s.finger_error_deg_s[i];
+      r.excess_deg = std::max({r.excess_deg, plan_.parameters.hand_lower_deg[i] - trial.hand_min_deg[i],
+                               trial.hand_max_deg[i] - plan_.parameters.hand_upper_deg[i]});
+    }
+    return r;
+  }
+
+  void take(const Job& job, const JobRows& rows) {
+    for (std::size_t c = 0; c < rows.size(); ++c) {
+      Cell& cell = result_.cells[job.motion * rows.size() + c];
+      for (std::size_t t = 0; t < rows[c].size(); ++t) {
+        const Row& r = rows[c][t];
+        cell.total_deg_s.add(r.total_deg_s);
+        cell.lag_removed_deg_s.add(r.lag_removed_deg_s);
+        cell.lag_s.add(r.lag_s);
+        for (std::size_t i = 0; i < kFingers; ++i) cell.finger_deg_s[i].add(r.finger_deg_s[i]);
+        for (std::size_t j = 0; j < rows.size(); ++j) {
+          cell.difference_deg_s[j].add(r.total_deg_s - rows[j][t].total_deg_s);
+        }
+        cell.worst_excess_deg = std::max(cell.worst_excess_deg, r.excess_deg);
+        cell.frames_sent += r.sent;
+        cell.frames_lost += r.lost;
+      }
+    }
+  }
+
+  void write(const Job& job, const JobRows& rows) {
+    std::string text;
+    for (std::size_t c = 0; c < rows.size(); ++c) {
+      for (std::size_t t = 0; t < rows[c].size(); ++t) {
+        text += Log::text(result_.motions[job.motion], result_.compensators[c], job.first + static_cast<int>(t),
+                          rows[c][t]);
+      }
+    }
+    csv_ << text;
+    csv_.flush();
+    if (!csv_) throw io::JobError(fmt::format("{}: cannot be written; is the disk full?", (plan_.folder / "trials.csv").string()));
+  }
+
+  LogRms log_rms() const {
+    const auto over = [&](int from, int to) -> std::optional<double> {
+      double sum = 0;
+      int n = 0;
+      for (const Cell& cell : result_.cells) {
+        if (!cell.published_deg_s || cell.gesture < from || cell.gesture > to) continue;
+        const double l = std::log(cell.total_deg_s.mean() / *cell.published_deg_s);
+        sum += l * l;
+        ++n;
+      }
+      if (n == 0) return std::nullopt;
+      return std::sqrt(sum / n);
+    };
+    return {over(1, 4), over(5, 6), over(1, 6)};
+  }
+
+  static constexpr std::size_t kAhead = 8;
+
+  const Plan& plan_;
+  const TrialProgress& progress_;
+  Result result_;
+  std::vector<Job> jobs_;
+  std::ofstream csv_;
+
+  std::mutex mutex_;
+  std::condition_variable moved_;
+  std::size_t next_ = 0;
+  std::size_t committed_ = 0;
+  std::map<std::size_t, JobRows> waiting_;
+  std::exception_ptr failure_;
+};
+
+}  // namespace
+
+Compensator compensator(const std::string& name, double rate_hz) {
+  if (!(rate_hz > 0) || !std::isfinite(rate_hz)) throw InputError("the rate must be positive");
+  Compensator out{name, {}};
+  if (name == "raw") {
+    out.model = raw_model();
+  } else if (name == "published-w") {
+    out.model = model::from_json(builtin("published_wiener.json"), name);
+  } else if (name == "published-hw") {
+    out.model = model::from_json(builtin("published_hw.json"), name);
+  } else if (std::filesystem::exists(name)) {
+    out.model = model::load(name);
+    out.name = std::filesystem::path(name).stem().string();
+  } else {
+    throw InputError(
+        fmt::format("unknown compensator \"{}\"; known: raw, published-w, published-hw, or a model file", name));
+  }
+  // Poles are continuous-time: the same compensator at another rate is discretised anew.
+  out.model.sample_period_s = 1 / rate_hz;
+  return out;
+}
+
+std::vector<twin::Motion> motions(const std::string& list) {
+  std::vector<twin::Motion> out;
+  std::istringstream items(list);
+  std::string item;
+  while (std::getline(items, item, ',')) {
+    const bool numbers = !item.empty() && item.find_first_not_of("0123456789-") == std::string::npos;
+    if (!numbers) {
+      out.push_back(motion_file(item));
+      continue;
+    }
+    const auto dash = item.find('-');
+    const int from = std::atoi(item.c_str());
+    const int to = dash == std::string::npos ? from : std::atoi(item.c_str() + dash + 1);
+    if (from < 1 || to > 6 || from > to) {
+      throw InputError(fmt::format("unknown gesture \"{}\"; known: 1 to 6, as 1-6 or 2,4; or a file", item));
+    }
+    for (int g = from; g <= to; ++g) {
+      const std::string name = fmt::format("gestures/{}.json", g);
+      out.push_back(twin::Motion::from_json(builtin(name), name));
+    }
+  }
+  return out;
+}
+
+twin::Motion calibration_motion() {
+  return twin::Motion::from_json(builtin("gestures/calibration.json"), "gestures/calibration.json");
+}
+
+twin::Parameters shipped_parameters() { return twin::from_json(builtin("twin.json"), "twin.json"); }
+
+void Statistic::add(double value) {
+  ++count_;
+  const double step = value - mean_;
+  mean_ += step / count_;
+  squares_ += step * (value - mean_);
+}
+
+double Statistic::ci95() const {
+  if (count_ < 2) return 0;
+  return student_t(count_ - 1) * std::sqrt(squares_ / (count_ - 1.0) / count_);
+}
+
+Result run(const Plan& plan, const TrialProgress& progress) { return Runner(plan, progress).run(); }
+
+std::optional<double> published_error_deg_s(int gesture, const std::string& compensator) {
+  const auto it = std::ranges::find(kPublished, compensator, &Published::compensator);
+  if (it == std::end(kPublished) || gesture < 1 || gesture > 6) return std::nullopt;
+  return it->error_deg_s[gesture - 1];
+}
+
+Json to_json(const Result& r, const Plan& plan) {
+  const auto statistic = [](const Statistic& s) { return Json{{"mean", s.mean()}, {"ci95", s.ci95()}}; };
+  const auto optional = [](const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); };
+  Json cells = Json::array();
+  for (const Cell& c : r.cells) {
+    Json fingers = Json::object();
+    for (std::size_t i = 0; i < kFingers; ++i) fingers[model::finger_names()[i]] = c.finger_deg_s[i].mean();
+    Json differences = Json::object();
+    for (std::size_t j = 0; j < r.compensators.size(); ++j) {
+      if (r.compensators[j] != c.compensator) differences[r.compensators[j]] = statistic(c.difference_deg_s[j]);
+    }
+    cells.push_back({{"gesture", c.gesture > 0 ? Json(c.gesture) : Json(c.motion)},
+                     {"compensator", c.compensator},
+                     {"trials", c.total_deg_s.count()},
+                     {"total_error_deg_s", statistic(c.total_deg_s)},
+                     {"lag_removed_deg_s", statistic(c.lag_removed_deg_s)},
+                     {"lag_s", statistic(c.lag_s)},
+                     {"published_deg_s", optional(c.published_deg_s)},
+                     {"finger_error_deg_s", std::move(fingers)},
+                     {"difference_deg_s", std::move(differences)},
+                     {"outside_limits_deg", c.worst_excess_deg},
+                     {"frames_sent", c.frames_sent},
+                     {"frames_lost", c.frames_lost}});
+  }
+  return {{"cells", std::move(cells)},
+          {"log_rms",
+           {{"gestures_1_to_4", optional(r.log_rms.gestures_1_to_4)},
+            {"gestures_5_and_6", optional(r.log_rms.gestures_5_and_6)},
+            {"all", optional(r.log_rms.all)}}},
+          {"real_time_factor", r.real_time_factor()},
+          {"threads", r.threads},
+          {"resumed_rows", r.resumed_rows},
+          {"rate_hz", 1 / plan.compensators.front().model.sample_period_s},
+          {"seed", plan.seed},
+          {"version", FLEXOR_VERSION}};
+}
+
+}  // namespace flexor::experiment

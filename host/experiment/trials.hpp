@@ -1,0 +1,110 @@
+// The published experiment in the twin: gestures x compensators x trials.
+//
+// Trials run in batches on any number of threads and are committed in order, so that figures and files are the same bits
+// whatever the threads. What is kept is sums, not trials: memory does not grow with their number. With a folder, every
+// trial is a row of trials.csv as soon as its turn comes; a run that was cut off goes on where the file ends.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/model/model.hpp"
+#include "host/twin/simulation.hpp"
+
+namespace flexor::experiment {
+
+using twin::kFingers;
+
+struct Compensator {
+  std::string name;
+  model::Model model;
+};
+
+// "raw", "published-w", "published-hw", or a model file; sampled at rate_hz. Throws io::InputError, listing the known.
+Compensator compensator(const std::string& name, double rate_hz);
+
+// "1-6", "1,3", files of gestures (.json) and of recorded motion (.csv, and .txt of GraspDB), separated by commas.
+std::vector<twin::Motion> motions(const std::string& list);
+twin::Motion calibration_motion();
+
+// The twin's configuration as shipped: fitted to the published averages of gestures 1 to 4.
+twin::Parameters shipped_parameters();
+
+struct Plan {
+  twin::Parameters parameters;
+  std::vector<twin::Motion> motions;
+  std::vector<Compensator> compensators;
+  std::uint64_t seed = 1;
+  int trials = 3;
+  int threads = 0;               // 0: as many as the machine has
+  std::filesystem::path folder;  // empty: nothing is written
+};
+
+// Mean and 95 % interval (Student's t) of a stream of numbers.
+class Statistic {
+ public:
+  void add(double value);
+  int count() const { return count_; }
+  double mean() const { return mean_; }
+  double ci95() const;  // half the interval's width; 0 with fewer than two
+
+ private:
+  int count_ = 0;
+  double mean_ = 0;
+  double squares_ = 0;
+};
+
+struct Cell {
+  std::string motion;
+  int gesture = 0;  // 0: none of the published
+  std::string compensator;
+  Statistic total_deg_s;        // causal
+  Statistic lag_removed_deg_s;  // after the best constant lag of each trial
+  Statistic lag_s;
+  std::array<Statistic, kFingers> finger_deg_s;
+  // Of paired trials: same person, glove, radio and hand.
+  std::vector<Statistic> difference_deg_s;  // this minus compensator j, for each j of the plan
+  std::optional<double> published_deg_s;
+  double worst_excess_deg = 0;  // how far a joint was outside Psi; 0 if never
+  std::int64_t frames_sent = 0;
+  std::int64_t frames_lost = 0;
+};
+
+struct LogRms {
+  std::optional<double> gestures_1_to_4;  // root mean square of ln(ours / published)
+  std::optional<double> gestures_5_and_6;
+  std::optional<double> all;
+};
+
+struct Result {
+  std::vector<std::string> motions;
+  std::vector<std::string> compensators;
+  std::vector<Cell> cells;  // motion by motion, compensators inside
+  LogRms log_rms;
+  double simulated_s = 0;  // of gestures, in this call
+  double wall_s = 0;
+  int threads = 1;
+  int resumed_rows = 0;
+  double real_time_factor() const { return wall_s > 0 ? simulated_s / wall_s : 0; }
+  const Cell& cell(std::size_t motion, std::size_t compensator) const {
+    return cells[motion * compensators.size() + compensator];
+  }
+};
+
+using TrialProgress = std::function<void(std::size_t done, std::size_t of)>;  // in batches
+
+// Throws io::InputError: a model with other channels, an impossible configuration, a folder that holds another run.
+Result run(const Plan& plan, const TrialProgress& progress);
+
+// Total error of an earlier study's cell: gesture 1 to 6; "raw", "published-w", "published-hw".
+std::optional<double> published_error_deg_s(int gesture, const std::string& compensator);
+
+nlohmann::ordered_json to_json(const Result& result, const Plan& plan);
+
+}  // namespace flexor::experiment

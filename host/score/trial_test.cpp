@@ -1,0 +1,50 @@
+#include "host/score/trial.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/io/io.hpp"
+
+namespace flexor::score {
+namespace {
+
+constexpr double kPeriod_s = 1.0 / 30;
+
+// 30 to 110 degrees between 2 s and 3 s, `lag_s` late, over 6 s.
+std::vector<float> ramp(double lag_s) {
+  std::vector<float> out;
+  for (int k = 0; k <= 180; ++k) {
+    const double share = std::clamp(k * kPeriod_s - lag_s - 2.0, 0.0, 1.0);
+    out.push_back(static_cast<float>(30 + 80 * share));
+  }
+  return out;
+}
+
+TEST(Trial, APureLagCostsTravelTimesLagAndNothingOnceItIsRemoved) {
+  const std::vector<std::vector<float>> reference = {ramp(0), ramp(0)};
+  const std::vector<std::vector<float>> hand = {ramp(0.1), ramp(0.1)};
+  const TrialScore s = score_trial(reference, hand, kPeriod_s);
+  EXPECT_NEAR(s.total_error_deg_s, 2 * 80 * 0.1, 0.01);
+  EXPECT_NEAR(s.finger_error_deg_s[1], 80 * 0.1, 0.005);
+  EXPECT_NEAR(s.lag_s, 0.1, 0.0026);
+  EXPECT_LT(s.lag_removed_deg_s, 0.6);
+}
+
+TEST(Trial, AConstantErrorIsNoLag) {
+  std::vector<std::vector<float>> hand = {ramp(0)};
+  for (float& angle : hand[0]) angle += 2;
+  const TrialScore s = score_trial(std::vector{ramp(0)}, hand, kPeriod_s);
+  EXPECT_NEAR(s.total_error_deg_s, 12, 1e-3);
+  EXPECT_NEAR(s.lag_removed_deg_s, 12, 0.3);
+}
+
+TEST(Trial, RefusesSeriesThatDoNotBelongTogether) {
+  const std::vector<std::vector<float>> one = {ramp(0)};
+  const std::vector<std::vector<float>> shorter = {{1, 2, 3}};
+  EXPECT_THROW((void)score_trial(one, shorter, kPeriod_s), io::JobError);
+  EXPECT_THROW((void)score_trial({}, {}, kPeriod_s), io::JobError);
+}
+
+}  // namespace
+}  // namespace flexor::score

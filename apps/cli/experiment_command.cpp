@@ -6,7 +6,7 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/experiment/calibration.hpp"
-#include "host/experiment/trials.hpp"
+#include "host/experiment/trial_report.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::cli {
@@ -32,10 +32,10 @@ twin::Parameters parameters(const std::string& file, const std::vector<std::stri
 }
 
 void table(const experiment::Result& r, const experiment::Plan& plan) {
-  print(fmt::format("total error E_T in deg s, mean and 95 % interval of {} trial(s), {:g} Hz, seed {}\n\n", plan.trials,
-                    1 / plan.compensators.front().model.sample_period_s, plan.seed));
-  print(fmt::format("{:<22}{:<16}{:>16}{:>11}{:>9}{:>9}{:>15}{:>8}\n", "gesture", "compensator", "causal", "published",
-                    "to raw", "to W", "lag removed", "lag"));
+  print(fmt::format("total error E_T in deg s, mean and 95 % interval of {} trial(s), {:g} Hz, seed {}\n\n",
+                    plan.trials, 1 / plan.compensators.front().model.sample_period_s, plan.seed));
+  print(fmt::format("{:<22}{:<16}{:>16}{:>11}{:>9}{:>9}{:>15}{:>8}\n", "gesture", "compensator", "causal",
+                    "published", "to raw", "to W", "lag removed", "lag"));
   const auto index = [&](const char* name) {
     return static_cast<std::size_t>(std::ranges::find(r.compensators, name) - r.compensators.begin());
   };
@@ -50,24 +50,52 @@ void table(const experiment::Result& r, const experiment::Plan& plan) {
       const experiment::Cell& cell = r.cell(m, c);
       const std::string gesture =
           c > 0 ? "" : (cell.gesture > 0 ? fmt::format("{} {}", cell.gesture, cell.motion) : cell.motion);
-      print(fmt::format("{:<22}{:<16}{:>16}{:>11}{:>9}{:>9}{:>15}{:>8}\n", gesture.substr(0, 21), cell.compensator,
-                        fmt::format("{:.1f} +- {:.1f}", cell.total_deg_s.mean(), cell.total_deg_s.ci95()),
-                        cell.published_deg_s ? fmt::format("{:.1f}", *cell.published_deg_s) : "-", ratio(m, raw, cell),
-                        ratio(m, wiener, cell),
-                        fmt::format("{:.1f} +- {:.1f}", cell.lag_removed_deg_s.mean(), cell.lag_removed_deg_s.ci95()),
-                        fmt::format("{:.0f} ms", 1000 * cell.lag_s.mean())));
+      print(fmt::format(
+          "{:<22}{:<16}{:>16}{:>11}{:>9}{:>9}{:>15}{:>8}\n", gesture.substr(0, 21), cell.compensator,
+          fmt::format("{:.1f} +- {:.1f}", cell.total_deg_s.mean(), cell.total_deg_s.ci95()),
+          cell.published_deg_s ? fmt::format("{:.1f}", *cell.published_deg_s) : "-", ratio(m, raw, cell),
+          ratio(m, wiener, cell),
+          fmt::format("{:.1f} +- {:.1f}", cell.lag_removed_deg_s.mean(), cell.lag_removed_deg_s.ci95()),
+          fmt::format("{:.0f} ms", 1000 * cell.lag_s.mean())));
     }
   }
   print("\n");
   if (r.log_rms.gestures_1_to_4) {
-    print(fmt::format("distance from the published table, rms of ln(ours/published): {:.3f} on gestures 1-4 (fitted)",
-                      *r.log_rms.gestures_1_to_4));
-    if (r.log_rms.gestures_5_and_6) print(fmt::format(", {:.3f} on 5 and 6 (predicted)", *r.log_rms.gestures_5_and_6));
+    print(fmt::format(
+        "distance from the published table, rms of ln(ours/published): {:.3f} on gestures 1-4 (fitted)",
+        *r.log_rms.gestures_1_to_4));
+    if (r.log_rms.gestures_5_and_6)
+      print(fmt::format(", {:.3f} on 5 and 6 (predicted)", *r.log_rms.gestures_5_and_6));
     print("\n");
   }
   if (r.wall_s > 0 && r.simulated_s > 0) {
     print(fmt::format("{:.0f} times real time on {} thread(s)\n", r.real_time_factor(), r.threads));
   }
+}
+
+// Mean over the motions, and how much worse than as calibrated.
+void show_scenarios(const std::vector<experiment::ScenarioResult>& scenarios) {
+  if (scenarios.empty()) return;
+  const auto mean = [](const experiment::Result& r, std::size_t c) {
+    double sum = 0;
+    for (std::size_t m = 0; m < r.motions.size(); ++m) sum += r.cell(m, c).total_deg_s.mean();
+    return sum / static_cast<double>(r.motions.size());
+  };
+  const experiment::Result& base = scenarios.front().result;
+  print(fmt::format("\n{:<26}", "scenario, mean deg s"));
+  for (const std::string& c : base.compensators) print(fmt::format("{:>18}", c));
+  print(fmt::format("{:>18}\n", "outside limits"));
+  for (const experiment::ScenarioResult& s : scenarios) {
+    print(fmt::format("{:<26}", s.scenario.name));
+    double excess = 0;
+    for (const experiment::Cell& cell : s.result.cells) excess = std::max(excess, cell.worst_excess_deg);
+    for (std::size_t c = 0; c < base.compensators.size(); ++c) {
+      print(fmt::format(
+          "{:>18}", fmt::format("{:.1f} (x{:.2f})", mean(s.result, c), mean(s.result, c) / mean(base, c))));
+    }
+    print(fmt::format("{:>18}\n", fmt::format("{:.2f} deg", excess)));
+  }
+  print("\n");
 }
 
 void run(Options& o) {
@@ -87,11 +115,32 @@ void run(Options& o) {
     });
   };
   const experiment::Result result = run_plan(plan, "experiment");
+  std::vector<experiment::ScenarioResult> scenarios;
+  if (o.scenarios) {
+    for (const experiment::Scenario& scenario : experiment::scenarios()) {
+      experiment::Plan changed = plan;
+      for (const std::string& assignment : scenario.set) twin::assign(changed.parameters, assignment);
+      if (!o.folder.empty())
+        changed.folder = plan.folder / "scenarios" / std::to_string(scenarios.size() + 1);
+      scenarios.push_back({scenario, run_plan(changed, scenario.name)});
+    }
+  }
+  if (!o.folder.empty()) {
+    log("drawing figures ...");
+    experiment::write_trial_report(plan, result, scenarios, plan.folder);
+  }
   if (o.json) {
-    print(experiment::to_json(result, plan).dump(2) + "\n");
+    nlohmann::ordered_json json = experiment::to_json(result, plan);
+    for (const experiment::ScenarioResult& s : scenarios) {
+      json["scenarios"].push_back(
+          {{"name", s.scenario.name}, {"cells", experiment::to_json(s.result, plan).at("cells")}});
+    }
+    print(json.dump(2) + "\n");
     return;
   }
   table(result, plan);
+  show_scenarios(scenarios);
+  if (!o.folder.empty()) print(fmt::format("report    {}/report.html\n", o.folder));
 }
 
 struct TwinOptions {
@@ -107,9 +156,10 @@ void run_twin(const TwinOptions& o) {
   experiment::TwinFit fit;
   {
     ProgressLine line;
-    fit = experiment::calibrate_twin(twin::Parameters(), o.evaluations, o.trials, o.seed, [&](int n, int of, double best) {
-      line.show(fmt::format("evaluation {} of {}: rms of ln(ours/published) {:.3f}", n, of, best));
-    });
+    fit = experiment::calibrate_twin(
+        twin::Parameters(), o.evaluations, o.trials, o.seed, [&](int n, int of, double best) {
+          line.show(fmt::format("evaluation {} of {}: rms of ln(ours/published) {:.3f}", n, of, best));
+        });
   }
   io::write_file(o.out, twin::to_json(fit.parameters));
   if (o.json) {
@@ -122,8 +172,9 @@ void run_twin(const TwinOptions& o) {
     print(json.dump(2) + "\n");
     return;
   }
-  print(fmt::format("rms of ln(ours/published) on gestures 1-4: {:.3f}, {} evaluations of {} trials\nwritten to {}\n",
-                    fit.log_rms, fit.evaluations, o.trials, o.out));
+  print(fmt::format(
+      "rms of ln(ours/published) on gestures 1-4: {:.3f}, {} evaluations of {} trials\nwritten to {}\n",
+      fit.log_rms, fit.evaluations, o.trials, o.out));
 }
 
 struct GloveOptions {
@@ -146,7 +197,10 @@ void run_glove(GloveOptions& o) {
   if (o.json) {
     nlohmann::ordered_json steps = nlohmann::ordered_json::array();
     for (const experiment::Step& step : result.steps) {
-      steps.push_back({{"name", step.name}, {"what", step.what}, {"file", o.folder + "/" + step.name + ".json"}, {"fit", step.model.fit}});
+      steps.push_back({{"name", step.name},
+                       {"what", step.what},
+                       {"file", o.folder + "/" + step.name + ".json"},
+                       {"fit", step.model.fit}});
     }
     const nlohmann::ordered_json json = {{"steps", std::move(steps)},
                                          {"lag_s", result.lag_s},
@@ -163,8 +217,9 @@ void run_glove(GloveOptions& o) {
     }
     print(fmt::format(" deg RMSE  {}\n", step.what));
   }
-  print(fmt::format("lag from finger to hand {:.0f} ms; {} detail(s) that the motion does not tell keep a safe value\n",
-                    1000 * result.lag_s, result.warnings.size()));
+  print(fmt::format(
+      "lag from finger to hand {:.0f} ms; {} detail(s) that the motion does not tell keep a safe value\n",
+      1000 * result.lag_s, result.warnings.size()));
   print(fmt::format("compensator {}/{}.json\n", o.folder, result.steps.back().name));
 }
 
@@ -172,17 +227,26 @@ void run_glove(GloveOptions& o) {
 
 void add_experiment(CLI::App& app) {
   auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("experiment", "The published experiment in the twin: gestures x compensators x trials");
-  command->add_option("--gestures", o->gestures, "1-6, 2,4, or files: .json gesture, .csv or .txt recorded motion")
+  CLI::App* command = app.add_subcommand(
+      "experiment", "The published experiment in the twin: gestures x compensators x trials");
+  command
+      ->add_option("--gestures", o->gestures,
+                   "1-6, 2,4, or files: .json gesture, .csv or .txt recorded motion")
       ->capture_default_str();
-  command->add_option("--trials", o->plan.trials, "trials of each gesture with each compensator")->capture_default_str();
-  command->add_option("--compensators", o->compensators, "raw, published-w, published-hw, or model files, with commas")
+  command->add_option("--trials", o->plan.trials, "trials of each gesture with each compensator")
+      ->capture_default_str();
+  command
+      ->add_option("--compensators", o->compensators,
+                   "raw, published-w, published-hw, or model files, with commas")
       ->capture_default_str();
   command->add_option("--seed", o->plan.seed, "everything random follows from it")->capture_default_str();
-  command->add_option("--out", o->folder, "write trials.csv, results.json, figures and report.html here; goes on where a run was cut off");
+  command->add_option(
+      "--out", o->folder,
+      "write trials.csv, results.json, figures and report.html here; goes on where a run was cut off");
   command->add_option("--rate", o->rate_hz, "sample rate of the glove, Hz")->capture_default_str();
   command->add_option("--threads", o->plan.threads, "0: as many as the machine has")->capture_default_str();
-  command->add_option("--twin", o->twin, "configuration of the twin (default: the shipped one; flexor twin prints it)");
+  command->add_option("--twin", o->twin,
+                      "configuration of the twin (default: the shipped one; flexor twin prints it)");
   command->add_option("--set", o->set, "change one parameter of the twin: radio.loss=0.05; may be repeated");
   command->add_flag("--scenarios", o->scenarios, "also with drift, put on anew, lost and late frames");
   command->add_flag("--json", o->json, "one JSON object on standard output");
@@ -191,8 +255,8 @@ void add_experiment(CLI::App& app) {
 
 void add_calibrate_twin(CLI::App& app) {
   auto o = std::make_shared<TwinOptions>();
-  CLI::App* command =
-      app.add_subcommand("calibrate-twin", "Fit the twin's free parameters to the published averages of gestures 1 to 4");
+  CLI::App* command = app.add_subcommand(
+      "calibrate-twin", "Fit the twin's free parameters to the published averages of gestures 1 to 4");
   command->add_option("--out", o->out, "write the configuration here")->required();
   command->add_option("--evaluations", o->evaluations, "of the whole table")->capture_default_str();
   command->add_option("--trials", o->trials, "of each cell in an evaluation")->capture_default_str();
@@ -204,10 +268,13 @@ void add_calibrate_twin(CLI::App& app) {
 void add_calibrate_glove(CLI::App& app) {
   auto o = std::make_shared<GloveOptions>();
   CLI::App* command = app.add_subcommand(
-      "calibrate-glove", "Play a calibration motion on the twin, record it, identify a compensator for all five fingers");
+      "calibrate-glove",
+      "Play a calibration motion on the twin, record it, identify a compensator for all five fingers");
   command->add_option("--out", o->folder, "write the recordings and the models into this folder")->required();
   command->add_option("--rate", o->request.rate_hz, "sample rate of the glove, Hz")->capture_default_str();
-  command->add_option("--rounds", o->request.rounds, "of the motion, 30 s each, the glove put on anew for each")->capture_default_str();
+  command
+      ->add_option("--rounds", o->request.rounds, "of the motion, 30 s each, the glove put on anew for each")
+      ->capture_default_str();
   command->add_option("--seed", o->request.seed, "other than the experiment's")->capture_default_str();
   command->add_option("--twin", o->twin, "configuration of the twin (default: the shipped one)");
   command->add_option("--set", o->set, "change one parameter of the twin; may be repeated");
@@ -216,7 +283,8 @@ void add_calibrate_glove(CLI::App& app) {
 }
 
 void add_twin(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("twin", "Print the twin's configuration, every parameter with unit and source");
+  CLI::App* command =
+      app.add_subcommand("twin", "Print the twin's configuration, every parameter with unit and source");
   command->callback([] { print(twin::to_json(experiment::shipped_parameters())); });
 }
 

@@ -20,7 +20,7 @@ namespace {
 constexpr double kCellDeviation = 0.35;     // of ln(ours / published)
 constexpr double kPlacementDeviation = 16;  // degrees
 constexpr double kKnotShares[] = {0, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1};
-constexpr double kRate_hz = 10;             // the article's
+constexpr double kRate_hz = 10;  // the article's
 
 // The input at which a published compensator settles at angle_deg.
 double inverse(const model::Channel& c, double angle_deg) {
@@ -28,7 +28,8 @@ double inverse(const model::Channel& c, double angle_deg) {
 }
 
 std::vector<Compensator> published() {
-  return {compensator("raw", kRate_hz), compensator("published-w", kRate_hz), compensator("published-hw", kRate_hz)};
+  return {compensator("raw", kRate_hz), compensator("published-w", kRate_hz),
+          compensator("published-hw", kRate_hz)};
 }
 
 double log_rms_of(const twin::Parameters& parameters, int trials, std::uint64_t seed) {
@@ -38,8 +39,14 @@ double log_rms_of(const twin::Parameters& parameters, int trials, std::uint64_t 
 
 class TwinProblem {
  public:
-  TwinProblem(const twin::Parameters& start, int evaluations, int trials, std::uint64_t seed, const FitProgress& progress)
-      : start_(start), evaluations_(evaluations), trials_(trials), seed_(seed), progress_(progress), free_(free_parameters()) {}
+  TwinProblem(const twin::Parameters& start, int evaluations, int trials, std::uint64_t seed,
+              const FitProgress& progress)
+      : start_(start),
+        evaluations_(evaluations),
+        trials_(trials),
+        seed_(seed),
+        progress_(progress),
+        free_(free_parameters()) {}
 
   TwinFit solve() {
     std::vector<double> x;
@@ -50,11 +57,9 @@ class TwinProblem {
     optimizer.set_maxeval(evaluations_);
     optimizer.set_xtol_abs(1e-4);
     optimizer.set_initial_step(0.2);
-    optimizer.set_min_objective(
-        [](const std::vector<double>& at, std::vector<double>&, void* self) {
-          return static_cast<TwinProblem*>(self)->cost(at);
-        },
-        this);
+    optimizer.set_min_objective([](const std::vector<double>& at, std::vector<double>&,
+                                   void* self) { return static_cast<TwinProblem*>(self)->cost(at); },
+                                this);
     double cost = 0;
     optimizer.optimize(x, cost);
     TwinFit fit;
@@ -107,7 +112,8 @@ class GloveRecorder {
 
   // Between rounds the glove comes off and goes on again, and both logs pause.
   void record() const {
-    const twin::Setup setup{request_.parameters, motion_, compensator("raw", request_.rate_hz).model, request_.seed, true};
+    const twin::Setup setup{request_.parameters, motion_, compensator("raw", request_.rate_hz).model,
+                            request_.seed, true};
     twin::check(setup);
     recording::Recording glove;
     recording::Recording camera;
@@ -120,7 +126,8 @@ class GloveRecorder {
       const double start_s = round * (motion_.duration_s() + kPause_s);
       for (const double t : trial.sample_s) glove.t_s.push_back(kGloveClock_s + start_s + t);
       for (std::size_t k = 0; k < trial.glove_deg[0].size(); ++k) {
-        camera.t_s.push_back(kCameraClock_s + start_s + static_cast<double>(k) / request_.parameters.camera_rate_hz);
+        camera.t_s.push_back(kCameraClock_s + start_s +
+                             static_cast<double>(k) / request_.parameters.camera_rate_hz);
       }
       for (std::size_t i = 0; i < kFingers; ++i) {
         const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
@@ -135,7 +142,8 @@ class GloveRecorder {
 
   // The lag from finger to hand, seen by both cameras, with this compensator.
   double lag_s(const model::Model& compensator) const {
-    const twin::Setup setup{request_.parameters, motion_, compensator, twin::seed_of(request_.seed, 1), false};
+    const twin::Setup setup{request_.parameters, motion_, compensator, twin::seed_of(request_.seed, 1),
+                            false};
     const twin::Trial trial = twin::simulate(setup, 0, 1).front();
     return score::score_trial(trial.glove_deg, trial.hand_deg, 1 / request_.parameters.camera_rate_hz).lag_s;
   }
@@ -155,7 +163,8 @@ struct StepStructure {
   identify::Structure structure;
 };
 
-// Without a fitted saturation, which would let the ends of the curve run away behind it: the hand's limits are known.
+// Without a fitted saturation, which would let the ends of the curve run away behind it: the hand's limits
+// are known.
 identify::Structure unsaturated(int order, int plays) {
   identify::Structure s;
   s.family = plays > 0 ? identify::Family::hw_hysteresis : identify::Family::hammerstein;
@@ -179,8 +188,8 @@ class GloveIdentifier {
   model::Model fit(const StepStructure& step, double lead_s) {
     model::Model m;
     m.name = step.name;
-    m.description = fmt::format("{}; {} Hz, {} rounds of the calibration motion, seed {}", step.what, request_.rate_hz,
-                                request_.rounds, request_.seed);
+    m.description = fmt::format("{}; {} Hz, {} rounds of the calibration motion, seed {}", step.what,
+                                request_.rate_hz, request_.rounds, request_.seed);
     m.written_by = "flexor " FLEXOR_VERSION;
     m.sample_period_s = 1 / request_.rate_hz;
     m.training = {{"sensor", "glove.csv"}, {"reference", "camera.csv"}, {"lead_s", lead_s}};
@@ -193,7 +202,8 @@ class GloveIdentifier {
  private:
   model::Channel channel(const StepStructure& step, double lead_s, std::size_t finger, model::Model& m) {
     const std::string& name = model::finger_names()[finger];
-    const SourceFiles files{request_.folder / "glove.csv", request_.folder / "camera.csv", name + "_alpha", name + "_deg"};
+    const SourceFiles files{request_.folder / "glove.csv", request_.folder / "camera.csv", name + "_alpha",
+                            name + "_deg"};
     const Aligned a = align_files(files, request_.rate_hz, std::nullopt, lead_s);
     identify::Data data;
     data.channel = name;
@@ -206,7 +216,8 @@ class GloveIdentifier {
     options.delta_deg = kLoss_deg;
     options.input_knots = knots(a.input);
     const identify::Summary fit = identify::fit(step.structure, data, options);
-    for (const std::string& refusal : fit.refusals) warnings.push_back(fmt::format("{}: {}", step.name, refusal));
+    for (const std::string& refusal : fit.refusals)
+      warnings.push_back(fmt::format("{}: {}", step.name, refusal));
     model::Channel c = complete(fit.channel, finger, files.input, a.angle_deg);
     // A play and a steep curve can cancel each other: fits on paper, and in no microcontroller.
     try {
@@ -228,8 +239,8 @@ class GloveIdentifier {
     return sorted[static_cast<std::size_t>(std::lround(share * static_cast<double>(sorted.size() - 1)))];
   }
 
-  // Close together where the finger rests, at either end, so that the curve can be flat there and steep beside it. A
-  // burst of contact noise now and then must not own an end.
+  // Close together where the finger rests, at either end, so that the curve can be flat there and steep
+  // beside it. A burst of contact noise now and then must not own an end.
   static std::vector<double> knots(std::vector<double> input) {
     std::ranges::sort(input);
     const double low = quantile(input, kTail);
@@ -254,7 +265,7 @@ class GloveIdentifier {
   }
 
   static constexpr double kTail = 0.01;
-  static constexpr double kLoss_deg = 0.3;     // mean absolute error, as the experiment scores it
+  static constexpr double kLoss_deg = 0.3;   // mean absolute error, as the experiment scores it
   static constexpr double kSlowest_s = 0.5;  // slower is drift, or another donning
   // A shorted strip reads -45 degrees, an open one beyond 1023.
   static constexpr double kValidMin_deg = -44;
@@ -273,9 +284,11 @@ std::vector<FreeParameter> free_parameters() {
   for (const bool upper : {false, true}) {
     for (std::size_t i = 0; i < kFingers; ++i) {
       const double angle_deg = upper ? p.hand_upper_deg[i] : p.hand_lower_deg[i];
-      const double implied = (inverse(w.model.channels[i], angle_deg) + inverse(hw.model.channels[i], angle_deg)) / 2;
-      out.push_back({fmt::format("placement.bend_{}_deg.{}", upper ? "upper" : "lower", model::finger_names()[i]),
-                     implied, implied - 45, implied + 45, implied});
+      const double implied =
+          (inverse(w.model.channels[i], angle_deg) + inverse(hw.model.channels[i], angle_deg)) / 2;
+      out.push_back(
+          {fmt::format("placement.bend_{}_deg.{}", upper ? "upper" : "lower", model::finger_names()[i]),
+           implied, implied - 45, implied + 45, implied});
     }
   }
   out.push_back({"loop.integral_limit", 60, 0.2, 120, std::nullopt});
@@ -309,7 +322,8 @@ GloveCalibration calibrate_glove(const GloveRequest& request, const StepProgress
   out.lag_s = recorder.lag_s(out.steps.back().model);
   StepStructure lead = step_structures().back();
   lead.name = "lead";
-  const std::string what = fmt::format("and a prediction {:.0f} ms ahead, the lag from finger to hand", 1000 * out.lag_s);
+  const std::string what =
+      fmt::format("and a prediction {:.0f} ms ahead, the lag from finger to hand", 1000 * out.lag_s);
   lead.what = what.c_str();
   add(lead, std::max(0.0, out.lag_s));
   out.warnings = identifier.warnings;

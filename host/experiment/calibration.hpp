@@ -3,13 +3,14 @@
 // calibrate_twin minimises
 //   sum over gestures 1-4 and the three published compensators of (ln(ours / published) / 0.35)^2
 //   + sum over the placements of ((bend - bend implied) / 16 deg)^2
-// by Sbplx (NLopt) with common random numbers. The implied bend of a finger at its lower and upper limit is the mean of
-// those at which either published compensator answers rightly; 16 degrees is how far these two are apart. Gestures 5 and
-// 6 take no part.
+// by Sbplx (NLopt) with common random numbers. The implied bend of a finger at its lower and upper limit is
+// the mean of those at which either published compensator answers rightly; 16 degrees is how far these two
+// are apart. Gestures 5 and 6 take no part.
 //
-// calibrate_glove does what a user does with a real glove: wears it, plays the calibration motion, logs the readings and
-// a camera with a clock of its own, and identifies a compensator for each finger from the two files. A second recording
-// with the hand connected gives the lag from finger to hand, which the last steps predict ahead.
+// calibrate_glove does what a user does with a real glove: wears it, plays the calibration motion, logs the
+// readings and a camera with a clock of its own, and identifies a compensator for each finger from the two
+// files. A second recording with the hand connected gives the lag from finger to hand, which the last steps
+// predict ahead.
 #pragma once
 
 #include <functional>
@@ -43,7 +44,7 @@ TwinFit calibrate_twin(const twin::Parameters& start, int evaluations, int trial
 struct GloveRequest {
   twin::Parameters parameters;
   double rate_hz = 10;
-  int rounds = 16;  // of 30 s; the glove comes off and goes on in between
+  int rounds = 16;            // of 30 s; the glove comes off and goes on in between
   std::uint64_t seed = 1001;  // other than the experiment's: another person, another donning
   std::filesystem::path folder;
 };
@@ -63,7 +64,8 @@ struct GloveCalibration {
 
 using StepProgress = std::function<void(const std::string& what)>;
 
-// Writes glove.csv, camera.csv and one model for each step into the folder. Throws io::InputError and io::JobError.
+// Writes glove.csv, camera.csv and one model for each step into the folder. Throws io::InputError and
+// io::JobError.
 GloveCalibration calibrate_glove(const GloveRequest& request, const StepProgress& progress);
 
 }  // namespace flexor::experiment

@@ -4,82 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <functional>
 
-#include "host/io/io.hpp"
+#include "host/experiment/gnuplot.hpp"
 #include "host/model/simulation.hpp"
 
 namespace flexor::experiment {
 namespace {
-namespace fs = std::filesystem;
 
 // Colours that stay apart for colour-blind readers (Okabe, Ito 2008).
 constexpr const char* kMeasured = "#222222";
 constexpr const char* kEstimated = "#0072B2";
 constexpr const char* kBaseline = "#E69F00";
 constexpr const char* kHeldOut = "#D55E00";
-
-// One gnuplot process draws all figures; each writes into a folder of its own that is removed at the end.
-class Gnuplot {
- public:
-  Gnuplot() {
-    std::string pattern = (fs::temp_directory_path() / "flexor-XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr)
-      throw io::JobError("cannot make a folder for temporary figures");
-    folder_ = pattern;
-  }
-  ~Gnuplot() {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
-  Gnuplot(const Gnuplot&) = delete;
-  Gnuplot& operator=(const Gnuplot&) = delete;
-
-  template <class... Args>
-  void add(fmt::format_string<Args...> format, Args&&... args) {
-    fmt::format_to(std::back_inserter(script_), format, std::forward<Args>(args)...);
-    script_.push_back('\n');
-  }
-
-  void begin(const std::string& name, int height) {
-    add("reset");
-    add("set terminal svg size 960,{} dynamic font 'Helvetica,14' name 'flexor_{}' background '#ffffff'",
-        height, name);
-    add("set output '{}'", (folder_ / name).string());
-    add("set grid lc rgb '#dddddd'; set border 3 lc rgb '#666666'; set tics nomirror; set key above");
-  }
-
-  // A named block of rows; each call of `row` gives one line, empty lines break the curve.
-  void data(const std::string& name, std::size_t rows, const std::function<std::string(std::size_t)>& row) {
-    add("${} << EOD", name);
-    for (std::size_t i = 0; i < rows; ++i) add("{}", row(i));
-    add("EOD");
-  }
-
-  void run() const {
-    const fs::path script = folder_ / "script";
-    const fs::path log = folder_ / "log";
-    io::write_file(script, {script_.data(), script_.size()});
-    const std::string command = fmt::format("gnuplot '{}' > '{}' 2>&1", script.string(), log.string());
-    if (std::system(command.c_str()) == 0) return;
-    std::string reason = fs::file_size(log) > 0 ? io::read_file(log) : "no output";
-    std::ranges::replace(reason, '\n', ' ');
-    throw io::JobError(fmt::format(
-        "gnuplot could not draw the figures (is it installed? script/bootstrap): {}", reason.substr(0, 200)));
-  }
-
-  std::string svg(const std::string& name) const {
-    const std::string text = io::read_file(folder_ / name);
-    return text.substr(text.find("<svg"));
-  }
-
- private:
-  fs::path folder_;
-  fmt::memory_buffer script_;
-};
 
 struct Span {
   double low;

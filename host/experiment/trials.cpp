@@ -58,7 +58,8 @@ model::Model raw_model() {
   return m;
 }
 
-// A finger's flexion, zero when straight, on the hand's scale: its lower limit is straight, a degree is a degree.
+// A finger's flexion, zero when straight, on the hand's scale: its lower limit is straight, a degree is a
+// degree.
 twin::Motion recorded(const std::string& name, std::vector<double> t_s,
                       std::array<std::vector<double>, kFingers> flexion_deg) {
   for (std::size_t i = 0; i < kFingers; ++i) {
@@ -84,8 +85,8 @@ twin::Motion csv_motion(const std::filesystem::path& path) {
   return twin::Motion::from_samples(path.stem().string(), std::move(r.t_s), std::move(angle_deg));
 }
 
-// GraspDB: year month day hour minute second flag, then 23 joints in radians, flexion negative; MCP of thumb, index,
-// middle, ring and little finger are joints 2, 5, 9, 13 and 17.
+// GraspDB: year month day hour minute second flag, then 23 joints in radians, flexion negative; MCP of thumb,
+// index, middle, ring and little finger are joints 2, 5, 9, 13 and 17.
 twin::Motion grasp_motion(const std::filesystem::path& path) {
   constexpr std::size_t kJoint[kFingers] = {2, 5, 9, 13, 17};
   constexpr std::size_t kFields = 7 + 23;
@@ -123,9 +124,10 @@ twin::Motion motion_file(const std::string& name) {
   if (path.extension() == ".json") return twin::Motion::from_json(io::read_file(path), name);
   if (path.extension() == ".csv") return csv_motion(path);
   if (path.extension() == ".txt") return grasp_motion(path);
-  throw InputError(fmt::format("unknown gesture \"{}\"; known: 1 to 6, as 1-6 or 2,4; or a file: .json gesture, .csv or "
-                               ".txt recorded motion",
-                               name));
+  throw InputError(
+      fmt::format("unknown gesture \"{}\"; known: 1 to 6, as 1-6 or 2,4; or a file: .json gesture, .csv or "
+                  ".txt recorded motion",
+                  name));
 }
 
 // Two-sided 95 % quantile of Student's t.
@@ -156,7 +158,8 @@ class Log {
     return out + ",outside_limits_deg,frames_sent,frames_lost\n";
   }
 
-  static std::string text(const std::string& motion, const std::string& compensator, int trial, const Row& r) {
+  static std::string text(const std::string& motion, const std::string& compensator, int trial,
+                          const Row& r) {
     std::string out = fmt::format("{},{},{},{},{},{}", motion, compensator, trial, r.total_deg_s,
                                   r.lag_removed_deg_s, r.lag_s);
     for (const double e : r.finger_deg_s) out += fmt::format(",{}", e);
@@ -164,8 +167,8 @@ class Log {
   }
 
   // One complete line back to numbers; false if it is not one of ours.
-  static bool parse(const std::string& line, const std::string& motion, const std::string& compensator, int trial,
-                    Row& r) {
+  static bool parse(const std::string& line, const std::string& motion, const std::string& compensator,
+                    int trial, Row& r) {
     const std::string start = fmt::format("{},{},{},", motion, compensator, trial);
     if (!line.starts_with(start)) return false;
     const char* at = line.data() + start.size();
@@ -188,6 +191,12 @@ struct Job {
   int count;
 };
 using JobRows = std::vector<std::vector<Row>>;  // [compensator][trial]
+
+// Each motion has trials of its own, whichever others are in the plan.
+std::uint64_t seed_of_motion(std::uint64_t seed, const std::string& name) {
+  for (const char c : name) seed = twin::seed_of(seed, static_cast<unsigned char>(c));
+  return seed;
+}
 
 class Runner {
  public:
@@ -216,7 +225,8 @@ class Runner {
     check_plan();
     if (!plan_.folder.empty()) open_folder();
     const auto start = std::chrono::steady_clock::now();
-    result_.threads = plan_.threads > 0 ? plan_.threads : static_cast<int>(std::thread::hardware_concurrency());
+    result_.threads =
+        plan_.threads > 0 ? plan_.threads : static_cast<int>(std::thread::hardware_concurrency());
     result_.threads = std::clamp(result_.threads, 1, 256);
     next_ = committed_;
     {
@@ -239,7 +249,8 @@ class Runner {
     for (const Compensator& c : plan_.compensators) {
       twin::check({plan_.parameters, plan_.motions.front(), c.model, plan_.seed, false});
       if (c.name.find_first_of(",\n\"") != std::string::npos) {
-        throw InputError(fmt::format("compensator {}: a name with a comma or a quote cannot stand in a CSV; rename it", c.name));
+        throw InputError(fmt::format(
+            "compensator {}: a name with a comma or a quote cannot stand in a CSV; rename it", c.name));
       }
     }
   }
@@ -274,9 +285,10 @@ class Runner {
     const std::string mine = identity();
     if (std::filesystem::exists(run_path)) {
       if (io::read_file(run_path) != mine) {
-        throw InputError(fmt::format("{} holds the results of other settings (see run.json there): choose another folder "
-                                     "or remove it",
-                                     plan_.folder.string()));
+        throw InputError(
+            fmt::format("{} holds the results of other settings (see run.json there): choose another folder "
+                        "or remove it",
+                        plan_.folder.string()));
       }
       if (std::filesystem::exists(csv_path)) resume(csv_path);
     } else {
@@ -364,24 +376,20 @@ class Runner {
     JobRows rows;
     for (const Compensator& c : plan_.compensators) {
       const twin::Motion& motion = plan_.motions[job.motion];
-      const twin::Setup setup{plan_.parameters, motion, c.model, seed_of_motion(motion.name()), false};
+      const twin::Setup setup{plan_.parameters, motion, c.model, seed_of_motion(plan_.seed, motion.name()),
+                              false};
       std::vector<Row>& out = rows.emplace_back();
-      for (const twin::Trial& trial : twin::simulate(setup, static_cast<std::uint64_t>(job.first), job.count)) {
+      for (const twin::Trial& trial :
+           twin::simulate(setup, static_cast<std::uint64_t>(job.first), job.count)) {
         out.push_back(row(trial));
       }
     }
     return rows;
   }
 
-  // Each motion has trials of its own, whichever others are in the plan.
-  std::uint64_t seed_of_motion(const std::string& name) const {
-    std::uint64_t seed = plan_.seed;
-    for (const char c : name) seed = twin::seed_of(seed, static_cast<unsigned char>(c));
-    return seed;
-  }
-
   Row row(const twin::Trial& trial) const {
-    const score::TrialScore s = score::score_trial(trial.glove_deg, trial.hand_deg, 1 / plan_.parameters.camera_rate_hz);
+    const score::TrialScore s =
+        score::score_trial(trial.glove_deg, trial.hand_deg, 1 / plan_.parameters.camera_rate_hz);
     Row r;
     r.total_deg_s = s.total_error_deg_s;
     r.lag_removed_deg_s = s.lag_removed_deg_s;
@@ -419,13 +427,15 @@ class Runner {
     std::string text;
     for (std::size_t c = 0; c < rows.size(); ++c) {
       for (std::size_t t = 0; t < rows[c].size(); ++t) {
-        text += Log::text(result_.motions[job.motion], result_.compensators[c], job.first + static_cast<int>(t),
-                          rows[c][t]);
+        text += Log::text(result_.motions[job.motion], result_.compensators[c],
+                          job.first + static_cast<int>(t), rows[c][t]);
       }
     }
     csv_ << text;
     csv_.flush();
-    if (!csv_) throw io::JobError(fmt::format("{}: cannot be written; is the disk full?", (plan_.folder / "trials.csv").string()));
+    if (!csv_)
+      throw io::JobError(
+          fmt::format("{}: cannot be written; is the disk full?", (plan_.folder / "trials.csv").string()));
   }
 
   LogRms log_rms() const {
@@ -475,8 +485,8 @@ Compensator compensator(const std::string& name, double rate_hz) {
     out.model = model::load(name);
     out.name = std::filesystem::path(name).stem().string();
   } else {
-    throw InputError(
-        fmt::format("unknown compensator \"{}\"; known: raw, published-w, published-hw, or a model file", name));
+    throw InputError(fmt::format(
+        "unknown compensator \"{}\"; known: raw, published-w, published-hw, or a model file", name));
   }
   // Poles are continuous-time: the same compensator at another rate is discretised anew.
   out.model.sample_period_s = 1 / rate_hz;
@@ -527,6 +537,12 @@ double Statistic::ci95() const {
 
 Result run(const Plan& plan, const TrialProgress& progress) { return Runner(plan, progress).run(); }
 
+twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
+  const twin::Setup setup{plan.parameters, motion, compensator.model,
+                          seed_of_motion(plan.seed, motion.name()), false};
+  return twin::simulate(setup, 0, 1).front();
+}
+
 std::optional<double> published_error_deg_s(int gesture, const std::string& compensator) {
   const auto it = std::ranges::find(kPublished, compensator, &Published::compensator);
   if (it == std::end(kPublished) || gesture < 1 || gesture > 6) return std::nullopt;
@@ -542,7 +558,8 @@ Json to_json(const Result& r, const Plan& plan) {
     for (std::size_t i = 0; i < kFingers; ++i) fingers[model::finger_names()[i]] = c.finger_deg_s[i].mean();
     Json differences = Json::object();
     for (std::size_t j = 0; j < r.compensators.size(); ++j) {
-      if (r.compensators[j] != c.compensator) differences[r.compensators[j]] = statistic(c.difference_deg_s[j]);
+      if (r.compensators[j] != c.compensator)
+        differences[r.compensators[j]] = statistic(c.difference_deg_s[j]);
     }
     cells.push_back({{"gesture", c.gesture > 0 ? Json(c.gesture) : Json(c.motion)},
                      {"compensator", c.compensator},

@@ -1,8 +1,9 @@
 // The published experiment in the twin: gestures x compensators x trials.
 //
-// Trials run in batches on any number of threads and are committed in order, so that figures and files are the same bits
-// whatever the threads. What is kept is sums, not trials: memory does not grow with their number. With a folder, every
-// trial is a row of trials.csv as soon as its turn comes; a run that was cut off goes on where the file ends.
+// Trials run in batches on any number of threads and are committed in order, so that figures and files are
+// the same bits whatever the threads. What is kept is sums, not trials: memory does not grow with their
+// number. With a folder, every trial is a row of trials.csv as soon as its turn comes; a run that was cut off
+// goes on where the file ends.
 #pragma once
 
 #include <array>
@@ -26,10 +27,12 @@ struct Compensator {
   model::Model model;
 };
 
-// "raw", "published-w", "published-hw", or a model file; sampled at rate_hz. Throws io::InputError, listing the known.
+// "raw", "published-w", "published-hw", or a model file; sampled at rate_hz. Throws io::InputError, listing
+// the known.
 Compensator compensator(const std::string& name, double rate_hz);
 
-// "1-6", "1,3", files of gestures (.json) and of recorded motion (.csv, and .txt of GraspDB), separated by commas.
+// "1-6", "1,3", files of gestures (.json) and of recorded motion (.csv, and .txt of GraspDB), separated by
+// commas.
 std::vector<twin::Motion> motions(const std::string& list);
 twin::Motion calibration_motion();
 
@@ -99,10 +102,14 @@ struct Result {
 
 using TrialProgress = std::function<void(std::size_t done, std::size_t of)>;  // in batches
 
-// Throws io::InputError: a model with other channels, an impossible configuration, a folder that holds another run.
+// Throws io::InputError: a model with other channels, an impossible configuration, a folder that holds
+// another run.
 Result run(const Plan& plan, const TrialProgress& progress);
 
-// Total error of an earlier study's cell: gesture 1 to 6; "raw", "published-w", "published-hw".
+// Trial 0 of a motion, exactly as run() meets it.
+twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);
+
+// The article's average of three trials: gesture 1 to 6; "raw", "published-w", "published-hw".
 std::optional<double> published_error_deg_s(int gesture, const std::string& compensator);
 
 nlohmann::ordered_json to_json(const Result& result, const Plan& plan);

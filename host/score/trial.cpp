@@ -22,8 +22,8 @@ double error_of_finger(const std::vector<float>& reference, const std::vector<fl
   for (std::ptrdiff_t k = 0; k < n; ++k) {
     const float before = hand[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(k + whole, 0, n - 1))];
     const float after = hand[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(k + whole + 1, 0, n - 1))];
-    const double e =
-        std::abs(static_cast<double>(reference[static_cast<std::size_t>(k)] - (before + part * (after - before))));
+    const double e = std::abs(
+        static_cast<double>(reference[static_cast<std::size_t>(k)] - (before + part * (after - before))));
     sum += k == 0 || k == n - 1 ? e / 2 : e;
   }
   return sum * period_s;
@@ -31,8 +31,8 @@ double error_of_finger(const std::vector<float>& reference, const std::vector<fl
 
 }  // namespace
 
-TrialScore score_trial(std::span<const std::vector<float>> reference, std::span<const std::vector<float>> hand,
-                       double period_s) {
+TrialScore score_trial(std::span<const std::vector<float>> reference,
+                       std::span<const std::vector<float>> hand, double period_s) {
   const auto alike = [&](const std::vector<float>& series) { return series.size() == reference[0].size(); };
   if (reference.empty() || reference.size() != hand.size() || reference[0].size() < 2 ||
       !std::ranges::all_of(reference, alike) || !std::ranges::all_of(hand, alike)) {

@@ -1,9 +1,10 @@
 // The article's score of one trial, from what two cameras saw.
 //
 //   e_i = reference_i - hand_i,   E_i = integral |e_i| dt,   E_T = sum of E_i            degree-seconds
-// by trapezoids over frames that are period_s apart, and E_T once more after the hand is moved earlier by the one lag, the
-// same for all fingers, that makes it smallest. The first figure is causal: every lag counts. The second says how much of
-// it was lag; the article's figures lie between the two. Source: Sensors 2019, 19(18), 3896, eqs. 9 and 10.
+// by trapezoids over frames that are period_s apart, and E_T once more after the hand is moved earlier by the
+// one lag, the same for all fingers, that makes it smallest. The first figure is causal: every lag counts.
+// The second says how much of it was lag; the article's figures lie between the two. Source: Sensors 2019,
+// 19(18), 3896, eqs. 9 and 10.
 #pragma once
 
 #include <span>
@@ -21,8 +22,8 @@ struct TrialScore {
   double lag_removed_deg_s = 0;
 };
 
-// One series for each finger, all of the same length; beyond its ends a series keeps its last value. Throws io::JobError
-// when there are fewer than two frames or the lengths differ.
+// One series for each finger, all of the same length; beyond its ends a series keeps its last value. Throws
+// io::JobError when there are fewer than two frames or the lengths differ.
 TrialScore score_trial(std::span<const std::vector<float>> reference_deg,
                        std::span<const std::vector<float>> hand_deg, double period_s);
 

@@ -32,11 +32,13 @@ TEST(Trial, APureLagCostsTravelTimesLagAndNothingOnceItIsRemoved) {
 }
 
 TEST(Trial, AConstantErrorIsNoLag) {
-  std::vector<std::vector<float>> hand = {ramp(0)};
+  const std::vector<std::vector<float>> reference = {ramp(0)};
+  std::vector<std::vector<float>> hand = reference;
   for (float& angle : hand[0]) angle += 2;
-  const TrialScore s = score_trial(std::vector{ramp(0)}, hand, kPeriod_s);
+  const TrialScore s = score_trial(reference, hand, kPeriod_s);
   EXPECT_NEAR(s.total_error_deg_s, 12, 1e-3);
-  EXPECT_NEAR(s.lag_removed_deg_s, 12, 0.3);
+  EXPECT_GT(s.lag_removed_deg_s,
+            9.9);  // a lag can make up for two degrees of the one second that moves, no more
 }
 
 TEST(Trial, RefusesSeriesThatDoNotBelongTogether) {

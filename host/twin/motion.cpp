@@ -39,7 +39,7 @@ class GestureReader {
   // A number, or the name of a pose.
   double angle(const Json& value, std::size_t finger) {
     if (value.is_number()) return value.get<double>();
-    const Json& poses = reader_.member("poses");
+    const Json poses = reader_.object_or_empty("poses");
     if (!value.is_string() || !poses.contains(value.get<std::string>())) {
       reader_.fail(fmt::format("{} is neither an angle in degrees nor a pose in \"poses\"", value.dump()));
     }

@@ -14,7 +14,8 @@
 
 namespace flexor::twin {
 
-inline constexpr int kFingers = 5;  // thumb index middle ring pinky: motors of the published hand
+inline constexpr double kStep_s = 0.001;  // the plant's
+inline constexpr int kFingers = 5;        // thumb index middle ring pinky: motors of the published hand
 using PerFinger = std::array<double, kFingers>;
 
 enum class FaultKind { open, short_circuit, stuck, loose };

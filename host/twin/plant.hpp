@@ -22,8 +22,6 @@
 
 namespace flexor::twin {
 
-inline constexpr double kStep_s = 0.001;
-
 // The same for every lane.
 struct PlantConstants {
   explicit PlantConstants(const Parameters& parameters);

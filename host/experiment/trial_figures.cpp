@@ -1,0 +1,212 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "host/experiment/gnuplot.hpp"
+#include "host/experiment/trial_report.hpp"
+
+namespace flexor::experiment {
+namespace {
+
+// Colours that stay apart for colour-blind readers (Okabe, Ito 2008).
+constexpr const char* kReference = "#222222";
+constexpr const char* kColours[] = {"#E69F00", "#56B4E9", "#D55E00", "#009E73", "#0072B2", "#CC79A7"};
+
+const char* colour(std::size_t compensator) { return kColours[compensator % std::size(kColours)]; }
+
+// gnuplot reads _ and other signs as commands.
+std::string plain(std::string text) {
+  for (char& c : text) {
+    if (c == '\'' || c == '_' || c == '@' || c == '^' || c == '{' || c == '}') c = ' ';
+  }
+  return text;
+}
+
+std::string title(const twin::Motion& motion) {
+  return motion.number() > 0 ? fmt::format("Gesture {}, {}", motion.number(), motion.name()) : motion.name();
+}
+
+class Drawing {
+ public:
+  Drawing(const Plan& plan, const Result& result, bool pdf) : plan_(plan), result_(result), pdf_(pdf) {}
+
+  void errors() {
+    const std::size_t n = result_.compensators.size();
+    g_.begin("errors", 480, 960, pdf_);
+    for (std::size_t c = 0; c < n; ++c) {
+      g_.data(fmt::format("errors{}", c), result_.motions.size(), [&](std::size_t m) {
+        const Cell& cell = result_.cell(m, c);
+        const double at = static_cast<double>(m) + (static_cast<double>(c) + 0.5) * 0.8 / static_cast<double>(n) - 0.4;
+        return fmt::format("{} {} {} {}", at, cell.total_deg_s.mean(), cell.total_deg_s.ci95(),
+                           cell.published_deg_s ? fmt::format("{}", *cell.published_deg_s) : "NaN");
+      });
+    }
+    std::string tics;
+    for (std::size_t m = 0; m < result_.motions.size(); ++m) {
+      tics += fmt::format("{}'{}' {}", m == 0 ? "" : ", ", plain(plan_.motions[m].name()).substr(0, 18), m);
+    }
+    g_.add("set logscale y; set ylabel 'total error E_T (deg s)' noenhanced; set xtics ({}); set xrange [-0.6:{}]", tics,
+           static_cast<double>(result_.motions.size()) - 0.4);
+    g_.add("set boxwidth {}; set style fill solid 0.85 noborder; set yrange [5:*]", 0.8 / static_cast<double>(n) * 0.92);
+    std::string plot = "plot ";
+    bool any_published = false;
+    for (std::size_t c = 0; c < n; ++c) {
+      plot += fmt::format("$errors{0} using 1:2 with boxes lc rgb '{1}' title '{2}' noenhanced, "
+                          "$errors{0} using 1:($2-$3):(0):(2*$3) with vectors nohead lc rgb '#444444' lw 1.2 notitle, ",
+                          c, colour(c), plain(result_.compensators[c]));
+      any_published = any_published || result_.cell(0, c).published_deg_s.has_value();
+    }
+    for (std::size_t c = 0; c < n; ++c) {
+      plot += fmt::format("$errors{} using 1:4 with points pt 7 ps 0.9 lc rgb '#000000' {}{}", c,
+                          c == 0 && any_published ? "title 'published'" : "notitle", c + 1 == n ? "" : ", ");
+    }
+    g_.add("{}", plot);
+    done("errors", "Total error", "Mean over all trials, with its 95 % interval; dots: the published averages. The scale is logarithmic.");
+  }
+
+  void motion(std::size_t m) {
+    const twin::Motion& motion = plan_.motions[m];
+    std::vector<twin::Trial> trials;
+    for (const Compensator& c : plan_.compensators) {
+      trials.push_back(first_trial(plan_, motion, c));
+    }
+    for (std::size_t c = 0; c < trials.size(); ++c) {
+      const twin::Trial& t = trials[c];
+      g_.data(fmt::format("run{}_{}", m, c), t.hand_deg[0].size(), [&](std::size_t k) {
+        std::string row = fmt::format("{:.3f}", static_cast<double>(k) / plan_.parameters.camera_rate_hz);
+        for (std::size_t i = 0; i < kFingers; ++i) row += fmt::format(" {:.1f} {:.1f}", t.glove_deg[i][k], t.hand_deg[i][k]);
+        return row;
+      });
+    }
+    series(m, motion, false);
+    series(m, motion, true);
+    postures(m, motion, trials);
+  }
+
+  std::vector<TrialFigure> finish() {
+    g_.run();
+    for (TrialFigure& f : figures_) (pdf_ ? f.pdf : f.svg) = pdf_ ? g_.bytes(f.name) : g_.svg(f.name);
+    return std::move(figures_);
+  }
+
+ private:
+  void done(const std::string& name, const std::string& figure_title, const std::string& caption) {
+    figures_.push_back({name, figure_title, caption, {}, {}});
+  }
+
+  // Five fingers below one another: angles over the reference, or what is left between them. Data is repeated for every
+  // figure since `reset` keeps it.
+  void series(std::size_t m, const twin::Motion& motion, bool error) {
+    const std::string name = fmt::format("{}_{}", error ? "error" : "response", m + 1);
+    g_.begin(name, 900, 560, pdf_);
+    g_.add("set multiplot layout 5,1 margins 0.12,0.98,0.08,0.93 spacing 0,0.025");
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      g_.add("set ylabel '{} (deg)' offset 1,0; set xrange [0:{}]; set ytics {}", model::finger_names()[i],
+             motion.duration_s(), error ? "autofreq" : "30");
+      g_.add("{}", i + 1 < kFingers ? "set format x ''; unset xlabel" : "set format x '%g'; set xlabel 'time (s)'");
+      g_.add("{}", i == 0 ? "set key at graph 1,1.32 right top horizontal samplen 1.5" : "unset key");
+      std::string plot = "plot ";
+      const std::size_t reference = 2 + 2 * i;
+      if (error) {
+        plot += "0 with lines lc rgb '#999999' notitle";
+      } else {
+        plot += fmt::format("$run{}_0 using 1:{} with lines lw 3 lc rgb '{}' title 'finger'", m, reference, kReference);
+      }
+      for (std::size_t c = 0; c < plan_.compensators.size(); ++c) {
+        const std::string value = error ? fmt::format("(${}-${})", reference, reference + 1) : fmt::format("{}", reference + 1);
+        plot += fmt::format(", $run{}_{} using 1:{} with lines lw 1.6 lc rgb '{}' title '{}' noenhanced", m, c, value, colour(c),
+                            plain(plan_.compensators[c].name));
+      }
+      g_.add("{}", plot);
+    }
+    g_.add("unset multiplot");
+    done(name, title(motion) + (error ? ": error" : ": response"),
+         error ? "Finger minus hand, the same trial." : "One trial, as the cameras saw it: the finger, and the hand with each compensator.");
+  }
+
+  // A hand seen a little from the side: palm below, a finger is three links in its own plane, bending towards the viewer.
+  void postures(std::size_t m, const twin::Motion& motion, const std::vector<twin::Trial>& trials) {
+    const std::string name = fmt::format("posture_{}", m + 1);
+    const std::size_t panels = trials.size() + 1;
+    const std::size_t columns = std::min<std::size_t>(panels, 5);
+    const std::size_t rows = (panels + columns - 1) / columns;
+    g_.begin(name, static_cast<int>(300 * rows), 960, pdf_);
+    for (std::size_t panel = 0; panel < panels; ++panel) {
+      const twin::Trial& trial = trials[panel == 0 ? 0 : panel - 1];
+      PerFinger angle{};
+      for (std::size_t i = 0; i < kFingers; ++i) {
+        angle[i] = static_cast<double>((panel == 0 ? trial.glove_deg : trial.hand_deg)[i].back());
+      }
+      const std::vector<std::string> lines = hand_lines(angle);
+      g_.data(fmt::format("hand{}_{}", m, panel), lines.size(), [&](std::size_t k) { return lines[k]; });
+    }
+    g_.add("unset border; unset tics; unset grid; unset key; set size ratio -1; set xrange [-2.1:1.7]; set yrange [-2.2:2.9]");
+    g_.add("set multiplot layout {},{}", rows, columns);
+    for (std::size_t panel = 0; panel < panels; ++panel) {
+      g_.add("set title '{}' noenhanced", panel == 0 ? "finger (reference)" : plain(plan_.compensators[panel - 1].name));
+      g_.add("plot $hand{0}_{1} index 0 using 1:2 with filledcurves closed fc rgb '#eeeeee' notitle, "
+             "'' index 1 using 1:2 with lines lw 9 lc rgb '{2}' notitle, "
+             "'' index 1 using 1:2 with points pt 7 ps 0.7 lc rgb '#ffffff' notitle",
+             m, panel, panel == 0 ? kReference : colour(panel - 1));
+    }
+    g_.add("unset multiplot");
+    done(name, title(motion) + ": final posture", "The joints follow the MCP angle: PIP 3/4, DIP 2/3 of it, the thumb's IP one half.");
+  }
+
+  using PerFinger = twin::PerFinger;
+
+  std::vector<std::string> hand_lines(const PerFinger& angle_deg) const {
+    constexpr double kBase[kFingers][2] = {{-1.25, -0.9}, {-0.9, 0.75}, {-0.3, 0.95}, {0.3, 0.85}, {0.85, 0.55}};
+    constexpr double kLinks[kFingers][3] = {{0.75, 0.6, 0}, {0.95, 0.6, 0.45}, {1.05, 0.7, 0.45}, {0.95, 0.65, 0.45}, {0.7, 0.45, 0.4}};
+    constexpr double kAway_deg[kFingers] = {55, 8, 2, -4, -11};  // from straight up, to the left
+    std::vector<std::string> lines = {"-1.1 -2.1", "-1.25 -0.9", "-0.9 0.75", "-0.3 0.95", "0.3 0.85", "0.85 0.55", "0.95 -0.6", "0.7 -2.1", "", ""};
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      // A finger at its lower limit is straight.
+      const twin::Posture joints = twin::posture(static_cast<int>(i), angle_deg[i] - plan_.parameters.hand_lower_deg[i]);
+      const double bends[3] = {joints.mcp_deg, joints.pip_deg, joints.dip_deg};
+      const double away = kAway_deg[i] * std::numbers::pi / 180;
+      double x = kBase[i][0];
+      double y = kBase[i][1];
+      double flexion = 0;
+      lines.push_back(fmt::format("{:.3f} {:.3f}", x, y));
+      for (int link = 0; link < 3; ++link) {
+        flexion += bends[link] * std::numbers::pi / 180;
+        const double along = kLinks[i][link] * std::cos(flexion);
+        const double towards = kLinks[i][link] * std::sin(flexion);
+        x += -along * std::sin(away) + 0.45 * towards;
+        y += along * std::cos(away) - 0.3 * towards;
+        lines.push_back(fmt::format("{:.3f} {:.3f}", x, y));
+      }
+      lines.emplace_back();
+    }
+    return lines;
+  }
+
+  const Plan& plan_;
+  const Result& result_;
+  bool pdf_;
+  Gnuplot g_;
+  std::vector<TrialFigure> figures_;
+};
+
+}  // namespace
+
+std::vector<TrialFigure> draw(const Plan& plan, const Result& result) {
+  std::vector<TrialFigure> figures;
+  for (const bool pdf : {false, true}) {
+    Drawing drawing(plan, result, pdf);
+    drawing.errors();
+    for (std::size_t m = 0; m < plan.motions.size(); ++m) drawing.motion(m);
+    std::vector<TrialFigure> drawn = drawing.finish();
+    if (!pdf) {
+      figures = std::move(drawn);
+      continue;
+    }
+    for (std::size_t i = 0; i < figures.size(); ++i) figures[i].pdf = std::move(drawn[i].pdf);
+  }
+  return figures;
+}
+
+}  // namespace flexor::experiment

@@ -1,0 +1,41 @@
+// The experiment's tables, figures and pictures of hands; as files, and as one page that reads well on a phone.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host/experiment/trials.hpp"
+
+namespace flexor::experiment {
+
+// The experiment once more with a part of the twin changed.
+struct Scenario {
+  std::string name;
+  std::vector<std::string> set;  // "radio.loss=0.05"
+};
+
+// models/scenarios.json.
+std::vector<Scenario> scenarios();
+
+struct ScenarioResult {
+  Scenario scenario;
+  Result result;
+};
+
+struct TrialFigure {
+  std::string name;  // file name without its ending
+  std::string title;
+  std::string caption;
+  std::string svg;
+  std::string pdf;
+};
+
+// errors: the table as bars; response_N and error_N: trial 0 of motion N with all compensators; posture_N: the hand at
+// its end. Throws io::JobError when gnuplot is missing or fails.
+std::vector<TrialFigure> draw(const Plan& plan, const Result& result);
+
+// results.json, report.html, and every figure as SVG and PDF.
+void write_trial_report(const Plan& plan, const Result& result, const std::vector<ScenarioResult>& scenarios,
+                        const std::filesystem::path& folder);
+
+}  // namespace flexor::experiment

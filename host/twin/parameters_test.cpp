@@ -1,0 +1,70 @@
+#include "host/twin/parameters.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+
+#include "host/io/io.hpp"
+
+namespace flexor::twin {
+namespace {
+
+std::string message(const std::string& parameters) {
+  try {
+    (void)from_json(R"({"schema":"flexor-twin","schema_version":1,"parameters":)" + parameters + "}", "t.json");
+  } catch (const io::InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Parameters, EveryEntryHasAnotherNameAUnitASourceAndALegalDefault) {
+  std::set<std::string> names;
+  for (const Entry& e : table()) {
+    EXPECT_TRUE(names.insert(e.name).second) << e.name;
+    EXPECT_STRNE(e.unit, "") << e.name;
+    EXPECT_STRNE(e.source, "") << e.name;
+    EXPECT_LT(e.min, e.max) << e.name;
+  }
+  EXPECT_NO_THROW(check(Parameters()));
+}
+
+TEST(Parameters, ComeBackFromJsonToTheBit) {
+  Parameters p;
+  p.loss = 0.1234567890123;
+  p.bend_lower_deg[3] = 17.3;
+  p.faults.push_back({2, FaultKind::stuck, 1.5, 2});
+  const std::string text = to_json(p);
+  EXPECT_EQ(to_json(from_json(text, "t.json")), text);
+}
+
+TEST(Parameters, TheShippedConfigurationIsTheDefault) {
+  EXPECT_EQ(io::read_file(std::string(FLEXOR_SOURCE_DIR) + "/models/twin.json"), to_json(Parameters()));
+}
+
+TEST(Parameters, RefusesTheImpossibleByName) {
+  EXPECT_NE(message(R"({"motor.coulomb_mNm":{"value":-1}})").find("motor.coulomb_mNm: -1 mNm is impossible"),
+            std::string::npos);
+  EXPECT_NE(message(R"({"radio.baud":{"value":0}})").find("radio.baud: 0"), std::string::npos);
+  EXPECT_NE(message(R"({"radio.frame_rate_hz":{"value":500}})").find("do not fit 9600 baud"), std::string::npos);
+  EXPECT_NE(message(R"({"radio.los":{"value":0}})").find("radio.loss"), std::string::npos);
+  EXPECT_NE(message(R"({"radio.loss":{"value":"much"}})").find("must be a number"), std::string::npos);
+  EXPECT_NE(message(R"({"radio.jitter_s":{"value":5,"unit":"ms"}})").find("the unit is s, not ms"), std::string::npos);
+  EXPECT_NE(message(R"({"motor.resistance_ohm":{"value":0.01}})").find("faster than the plant's step"), std::string::npos);
+  EXPECT_EQ(message("{}"), "accepted");
+}
+
+TEST(Parameters, AssignmentsReachOneFingerOrAll) {
+  Parameters p;
+  assign(p, "placement.bend_lower_deg.pointer=41");
+  EXPECT_EQ(p.bend_lower_deg[1], 41);
+  assign(p, "placement.bend_lower_deg=12");
+  EXPECT_EQ(p.bend_lower_deg[4], 12);
+  EXPECT_THROW(assign(p, "radio.loss"), io::InputError);
+  EXPECT_THROW(assign(p, "radio.loss=half"), io::InputError);
+  EXPECT_THROW(assign(p, "radio.loss.index=0.1"), io::InputError);
+}
+
+}  // namespace
+}  // namespace flexor::twin

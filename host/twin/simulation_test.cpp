@@ -1,0 +1,186 @@
+#include "host/twin/simulation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+#include "host/io/io.hpp"
+
+namespace flexor::twin {
+namespace {
+
+Motion gesture(int number) {
+  const std::string path = std::string(FLEXOR_SOURCE_DIR) + "/models/gestures/" + std::to_string(number) + ".json";
+  return Motion::from_json(io::read_file(path), path);
+}
+
+model::Model published_hw() { return model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json"); }
+
+// alpha in, alpha out.
+model::Model identity(double period_s) {
+  model::Model m;
+  m.name = "identity";
+  m.sample_period_s = period_s;
+  for (const std::string& finger : model::finger_names()) {
+    model::Channel c;
+    c.name = finger;
+    c.valid_min = -100;
+    c.valid_max = 1000;
+    c.saturation = {0, 180};
+    m.channels.push_back(c);
+  }
+  return m;
+}
+
+// Everything that is noise, spread or imperfection switched off; the strip bends as the finger does.
+Parameters perfect() {
+  Parameters p;
+  for (const char* name :
+       {"person.start_spread_s", "person.pose_spread_deg", "person.speed_spread", "placement.spread_deg",
+        "placement.gain_spread", "cloth.knuckle_deg", "cloth.slip_deg", "cloth.visco_share", "cloth.creep_share",
+        "sensor.drift_deg_per_min", "sensor.noise_deg", "sensor.flutter_deg", "sensor.burst_rate_per_s", "radio.jitter_s",
+        "radio.module_latency_s", "motor.coulomb_mNm", "motor.viscous_mNms_rad", "motor.backlash_deg",
+        "motor.disturbance_mNm", "potentiometer.noise_deg", "camera.noise_deg"}) {
+    assign(p, std::string(name) + "=0");
+  }
+  p.bend_lower_deg = p.hand_lower_deg;
+  p.bend_upper_deg = p.hand_upper_deg;
+  p.baud = 1e7;
+  return p;
+}
+
+double total(const Trial& t) { return std::accumulate(t.error_deg_s.begin(), t.error_deg_s.end(), 0.0); }
+
+TEST(Simulation, ATrialDependsOnItsNumberAndNothingElse) {
+  const twin::Setup setup{Parameters(), gesture(1), published_hw(), 5, false};
+  const auto together = simulate(setup, 0, 16);
+  const auto alone = simulate(setup, 6, 3);
+  const auto scalar = simulate_scalar(setup, 6, 3);
+  for (std::size_t t = 0; t < 3; ++t) {
+    EXPECT_EQ(alone[t].hand_deg, together[6 + t].hand_deg);
+    EXPECT_EQ(scalar[t].hand_deg, together[6 + t].hand_deg);
+    EXPECT_EQ(scalar[t].error_deg_s, together[6 + t].error_deg_s);
+  }
+  EXPECT_NE(together[0].hand_deg, together[1].hand_deg);
+}
+
+TEST(Simulation, TheSeedDecides) {
+  twin::Setup setup{Parameters(), gesture(1), published_hw(), 5, false};
+  const auto five = simulate(setup, 0, 1);
+  setup.seed = 6;
+  EXPECT_NE(simulate(setup, 0, 1)[0].hand_deg, five[0].hand_deg);
+}
+
+// Gesture 1 is closed for about 7.2 of its 10 s and open for about 0.6; what the hand is off meanwhile.
+double resting_error(const Trial& t, double frames_hz) {
+  const auto mean = [&](std::size_t finger, double from_s, double to_s) {
+    double sum = 0;
+    int n = 0;
+    for (auto k = static_cast<std::size_t>(from_s * frames_hz); k < static_cast<std::size_t>(to_s * frames_hz); ++k, ++n) {
+      sum += std::abs(static_cast<double>(t.glove_deg[finger][k] - t.hand_deg[finger][k]));
+    }
+    return sum / n;
+  };
+  double out = 0;
+  for (std::size_t i = 0; i < kFingers; ++i) out += 7.2 * mean(i, 0.5, 3.4) + 0.6 * mean(i, 5.2, 5.5);
+  return out;
+}
+
+// Trap 6: with everything perfect, a transition of D degrees costs D times the lag. The lag is known beforehand: half a
+// sample of hold, the frame's way, the loop's lag to a ramp and one step of the plant. What the 10-bit converters leave
+// while the hand rests is measured there and taken off.
+TEST(Simulation, WithoutImperfectionsTheErrorIsThePureLag) {
+  Parameters p = perfect();
+  p.loop_proportional_per_deg = 0.2;
+  p.loop_integral_per_deg_s = 0;
+  p.resistance_ohm = 0.6;  // quick beside the loop, whose lag to a ramp is K_e / (K_p V)
+  p.current_limit_A = 100;
+  p.loop_speed_deg_s = 100000;
+  const double no_load_deg_s = p.motor_V / (p.torque_constant_mNm_A / 1000 * p.gear_ratio) * 180 / 3.14159265;
+  const double loop_s = 1 / (p.loop_proportional_per_deg * no_load_deg_s);
+  const double frame_s = p.frame_bytes * 10 / p.baud + 0.001;  // taken up at the plant's next millisecond
+  const auto run = [&](double period_s, double delay_s) {
+    p.module_latency_s = delay_s;
+    double sum = 0;
+    constexpr int kTrials = 16;
+    for (const Trial& t : simulate({p, gesture(1), identity(period_s), 1, false}, 0, kTrials)) {
+      sum += (total(t) - resting_error(t, p.camera_rate_hz)) / kTrials;
+    }
+    return sum;
+  };
+  const double travel = gesture(1).travel_deg();
+  const double lag_s = 0.01 + 0.35 + frame_s + loop_s + kStep_s;
+  EXPECT_NEAR(run(0.02, 0.35), travel * lag_s, 0.01 * travel * lag_s);
+  EXPECT_NEAR(run(0.02, 0.05) - run(0.02, 0), travel * 0.05, 0.01 * travel * 0.05);
+  EXPECT_NEAR(run(0.1, 0) - run(0.02, 0), travel * 0.04, 0.05 * travel * 0.04);  // hold: 50 ms instead of 10
+}
+
+TEST(Simulation, TheHandStaysInsideItsLimitsWithEveryFaultAndCompensator) {
+  Parameters p;
+  p.faults = {{0, FaultKind::open, 1, 3}, {1, FaultKind::short_circuit, 1, 3}, {2, FaultKind::stuck, 1, 3}, {3, FaultKind::loose, 1, 6}};
+  p.loss = 0.3;
+  p.outage_start_s = 5;
+  p.outage_s = 2;
+  for (const model::Model& m : {published_hw(), identity(0.1)}) {
+    for (const Trial& t : simulate({p, gesture(5), m, 3, false}, 0, 8)) {
+      for (std::size_t i = 0; i < kFingers; ++i) {
+        EXPECT_GE(t.hand_min_deg[i], p.hand_lower_deg[i]);
+        EXPECT_LE(t.hand_max_deg[i], p.hand_upper_deg[i]);
+      }
+    }
+  }
+}
+
+TEST(Simulation, FaultsShowInTheReadings) {
+  Parameters p = perfect();
+  p.faults = {{0, FaultKind::open, 2, 1}, {1, FaultKind::short_circuit, 2, 1}, {2, FaultKind::stuck, 2, 6}};
+  const Trial t = simulate({p, gesture(1), identity(0.1), 3, true}, 0, 1).front();
+  for (std::size_t k = 0; k < t.sample_s.size(); ++k) {
+    const bool faulty = t.sample_s[k] >= 2 && t.sample_s[k] < 3;
+    EXPECT_EQ(t.alpha_deg[0][k] > 1000, faulty);
+    EXPECT_EQ(t.alpha_deg[1][k] < -40, faulty);
+    const bool stuck = t.sample_s[k] >= 2 && t.sample_s[k] < 8;
+    EXPECT_TRUE(!stuck || std::abs(t.alpha_deg[2][k] - 112) < 0.6);
+  }
+}
+
+// The article's Raw: readings beyond the end stop, sent as they are. Without anti-windup the hand is stuck for seconds.
+TEST(Simulation, AHandPressedIntoItsStopWindsUpUnlessItsIntegralIsLimited) {
+  Parameters p = perfect();
+  p.bend_upper_deg = {190, 133, 133, 133, 133};
+  p.loop_integral_limit = 100;
+  const double wound_up = total(simulate({p, gesture(1), identity(0.1), 1, false}, 0, 1).front());
+  p.loop_integral_limit = 0.5;
+  const double limited = total(simulate({p, gesture(1), identity(0.1), 1, false}, 0, 1).front());
+  EXPECT_GT(wound_up, 600);
+  EXPECT_LT(limited, 350);
+}
+
+TEST(Simulation, RefusesWhatDoesNotFit) {
+  const auto message = [](const twin::Setup& setup) -> std::string {
+    try {
+      check(setup);
+    } catch (const io::InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  model::Model one = published_hw();
+  one.channels.resize(1);
+  EXPECT_NE(message({Parameters(), gesture(1), one, 1, false}).find("only channel(s) thumb"), std::string::npos);
+  EXPECT_NE(message({Parameters(), gesture(1), identity(1e-4), 1, false}).find("runs at 1000 Hz"), std::string::npos);
+  EXPECT_NE(message({Parameters(), gesture(1), identity(0.01), 1, false}).find("do not fit 9600 baud"), std::string::npos);
+  EXPECT_EQ(message({Parameters(), gesture(1), identity(0.1), 1, false}), "accepted");
+}
+
+TEST(Simulation, JointsFollowTheArticlesCoupling) {
+  EXPECT_DOUBLE_EQ(posture(1, 60).pip_deg, 45);
+  EXPECT_DOUBLE_EQ(posture(1, 60).dip_deg, 40);
+  EXPECT_DOUBLE_EQ(posture(0, 60).pip_deg, 30);
+}
+
+}  // namespace
+}  // namespace flexor::twin

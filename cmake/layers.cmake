@@ -26,10 +26,11 @@ set(FOLDER_experiment host/experiment)
 set(FOLDER_cli apps/cli)
 
 # Libraries that one room keeps to itself, by the start of their includes.
-set(KEPT_INCLUDES ceres matio CLI)
+set(KEPT_INCLUDES ceres matio CLI nlopt)
 set(KEEPER_ceres identify)
 set(KEEPER_matio recording)
 set(KEEPER_CLI cli)
+set(KEEPER_nlopt experiment)
 
 # Everything that `room` may use, itself included, into `out`.
 function(flexor_reachable room out)

@@ -326,6 +326,7 @@ GloveCalibration calibrate_glove(const GloveRequest& request, const StepProgress
       fmt::format("and a prediction {:.0f} ms ahead, the lag from finger to hand", 1000 * out.lag_s);
   lead.what = what.c_str();
   add(lead, std::max(0.0, out.lag_s));
+  model::save(out.steps.back().model, request.folder / "identified.json");
   out.warnings = identifier.warnings;
   return out;
 }

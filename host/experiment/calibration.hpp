@@ -64,7 +64,7 @@ struct GloveCalibration {
 
 using StepProgress = std::function<void(const std::string& what)>;
 
-// Writes glove.csv, camera.csv and one model for each step into the folder. Throws io::InputError and
+// Writes glove.csv, camera.csv, a model for each step, and the last once more as identified.json. Throws io::InputError and
 // io::JobError.
 GloveCalibration calibrate_glove(const GloveRequest& request, const StepProgress& progress);
 

@@ -1,6 +1,7 @@
-// The twin against real time: sixteen trials side by side, and the same trials one finger after another without vector
-// instructions. Both run all effects on gesture 1 with the published Hammerstein-Wiener compensator at 10 Hz; both give
-// the same bits (a test). `times_real_time` is simulated seconds of five-finger closed loop for each second.
+// The twin against real time: sixteen trials side by side, and the same trials one finger after another
+// without vector instructions. Both run all effects on gesture 1 with the published Hammerstein-Wiener
+// compensator at 10 Hz; both give the same bits (a test). `times_real_time` is simulated seconds of
+// five-finger closed loop for each second.
 #include <benchmark/benchmark.h>
 
 #include "host/experiment/trials.hpp"
@@ -10,12 +11,13 @@ namespace {
 using namespace flexor;
 
 twin::Setup setup() {
-  return {experiment::shipped_parameters(), experiment::motions("1").front(), experiment::compensator("published-hw", 10).model,
-          1, false};
+  return {experiment::shipped_parameters(), experiment::motions("1").front(),
+          experiment::compensator("published-hw", 10).model, 1, false};
 }
 
 void report(benchmark::State& state, double trials_each) {
-  const double simulated_s = setup().motion.duration_s() * trials_each * static_cast<double>(state.iterations());
+  const double simulated_s =
+      setup().motion.duration_s() * trials_each * static_cast<double>(state.iterations());
   state.counters["times_real_time"] = benchmark::Counter(simulated_s, benchmark::Counter::kIsRate);
 }
 
@@ -37,8 +39,13 @@ BENCHMARK(twin_scalar)->Unit(benchmark::kMillisecond);
 
 // The whole experiment, scores included, on one thread and on two.
 void twin_experiment(benchmark::State& state) {
-  experiment::Plan plan{experiment::shipped_parameters(), experiment::motions("1"), {experiment::compensator("published-hw", 10)},
-                        1, 512, static_cast<int>(state.range(0)), {}};
+  experiment::Plan plan{experiment::shipped_parameters(),
+                        experiment::motions("1"),
+                        {experiment::compensator("published-hw", 10)},
+                        1,
+                        512,
+                        static_cast<int>(state.range(0)),
+                        {}};
   for (auto _ : state) benchmark::DoNotOptimize(experiment::run(plan, {}));
   report(state, 512);
 }

@@ -300,5 +300,74 @@ TEST_F(Cli, FilesThatDoNotOverlapAreNotScored) {
   expect_refused("score '" + path("a.csv") + "' '" + path("b.csv") + "'", 2, "do not overlap in time");
 }
 
+TEST_F(Cli, ExperimentPrintsTheTableAndOneJsonObject) {
+  const Finished text = run("experiment --gestures 2,4 --trials 2");
+  EXPECT_EQ(text.exit, 0) << text.err;
+  EXPECT_NE(text.out.find("2 number two"), std::string::npos);
+  EXPECT_NE(text.out.find("956.0"), std::string::npos);  // the published figure beside ours
+  const Finished r = run("experiment --gestures 2,4 --trials 2 --json");
+  EXPECT_EQ(r.exit, 0) << r.err;
+  const auto json = nlohmann::json::parse(r.out);
+  ASSERT_EQ(json.at("cells").size(), 6U);
+  const auto& cell = json.at("cells").at(0);
+  EXPECT_EQ(cell.at("gesture"), 2);
+  EXPECT_EQ(cell.at("compensator"), "raw");
+  EXPECT_EQ(cell.at("trials"), 2);
+  EXPECT_EQ(cell.at("published_deg_s"), 956.0);
+  EXPECT_GT(cell.at("total_error_deg_s").at("mean"), cell.at("lag_removed_deg_s").at("mean"));
+  for (const char* key : {"log_rms", "real_time_factor", "seed", "version"})
+    EXPECT_TRUE(json.contains(key)) << key;
+}
+
+TEST_F(Cli, ExperimentGoesOnWhereItWasCutOffAndKeepsOtherRuns) {
+  const std::string arguments =
+      "experiment --gestures 3 --trials 20 --compensators raw --out '" + path("run") + "'";
+  EXPECT_EQ(run(arguments).exit, 0);
+  const std::string whole = content(path("run/trials.csv"));
+  fs::resize_file(path("run/trials.csv"), whole.size() - 30);
+  EXPECT_EQ(run(arguments).exit, 0);
+  EXPECT_EQ(content(path("run/trials.csv")), whole);
+  const Finished other = run(arguments + " --seed 2");
+  EXPECT_EQ(other.exit, 2);
+  EXPECT_NE(other.err.find("choose another folder"), std::string::npos);
+  EXPECT_EQ(content(path("run/trials.csv")), whole);
+}
+
+TEST_F(Cli, ExperimentRefusesTheImpossible) {
+  expect_refused("experiment --gestures 7", 2, "known: 1 to 6");
+  expect_refused("experiment --compensators kalman", 2, "published-hw");
+  expect_refused("experiment --trials 0", 2, "at least 1");
+  expect_refused("experiment --rate 2000", 2, "runs at 1000 Hz");
+  expect_refused("experiment --rate 100", 2, "do not fit 9600 baud");
+  expect_refused("experiment --set radio.baud=0", 2, "radio.baud");
+  expect_refused("experiment --set motor.coulomb_mNm=-1", 2, "impossible");
+  expect_refused("experiment --set motor.friction=1", 2, "motor.coulomb_mNm");
+  expect_refused("experiment --twin '" + path("none.json") + "'", 2, "none.json");
+  expect_refused("experiment --out '" + path("simulated_glove.csv/x") + "'", 2, "simulated_glove.csv");
+  expect_refused("calibrate-glove --rounds 0 --out '" + path("g") + "'", 2, "1 to 100 rounds");
+  expect_refused("calibrate-twin --out '" + path("none/t.json") + "'", 2, "none");
+  io::write_file(path("one.json"),
+                 R"({"schema":"flexor-model","schema_version":1,"sample_period_s":0.1,"channels":[)"
+                 R"({"name":"index","input":{"valid_min":0,"valid_max":1},"rest_deg":30,"blocks":[)"
+                 R"({"type":"saturation","lower_deg":30,"upper_deg":90}]}]})");
+  expect_refused("experiment --compensators '" + path("one.json") + "'", 2,
+                 "motor for thumb, middle, ring, pinky");
+}
+
+TEST_F(Cli, TheTwinsConfigurationIsAFileThatCanBeEdited) {
+  const Finished printed = run("twin");
+  EXPECT_EQ(printed.exit, 0);
+  io::write_file(path("twin.json"), printed.out);
+  const std::string same = "experiment --gestures 1 --trials 1 --compensators raw --json";
+  const auto mean = [](const Finished& r) {
+    return nlohmann::json::parse(r.out).at("cells").at(0).at("total_error_deg_s").at("mean").get<double>();
+  };
+  EXPECT_EQ(mean(run(same)), mean(run(same + " --twin '" + path("twin.json") + "'")));
+  auto edited = nlohmann::json::parse(printed.out);
+  edited["parameters"]["loop.integral_limit"]["value"] = 0.5;
+  io::write_file(path("twin.json"), edited.dump());
+  EXPECT_LT(mean(run(same + " --twin '" + path("twin.json") + "'")), mean(run(same)));
+}
+
 }  // namespace
 }  // namespace flexor::cli

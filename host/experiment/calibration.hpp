@@ -64,8 +64,8 @@ struct GloveCalibration {
 
 using StepProgress = std::function<void(const std::string& what)>;
 
-// Writes glove.csv, camera.csv, a model for each step, and the last once more as identified.json. Throws io::InputError and
-// io::JobError.
+// Writes glove.csv, camera.csv, a model for each step, and the last once more as identified.json. Throws
+// io::InputError and io::JobError.
 GloveCalibration calibrate_glove(const GloveRequest& request, const StepProgress& progress);
 
 }  // namespace flexor::experiment

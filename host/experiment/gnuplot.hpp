@@ -39,11 +39,11 @@ class Gnuplot {
   void begin(const std::string& name, int height, int width = 960, bool pdf = false) {
     add("reset");
     if (pdf) {
-      add("set terminal pdfcairo size {:.2f}in,{:.2f}in font 'Helvetica,9' background '#ffffff'", width / 110.0,
-          height / 110.0);
+      add("set terminal pdfcairo size {:.2f}in,{:.2f}in font 'Helvetica,9' background '#ffffff'",
+          width / 110.0, height / 110.0);
     } else {
-      add("set terminal svg size {},{} dynamic font 'Helvetica,14' name 'flexor_{}' background '#ffffff'", width,
-          height, name);
+      add("set terminal svg size {},{} dynamic font 'Helvetica,14' name 'flexor_{}' background '#ffffff'",
+          width, height, name);
     }
     add("set output '{}'", (folder_ / name).string());
     add("set grid lc rgb '#dddddd'; set border 3 lc rgb '#666666'; set tics nomirror; set key above");

@@ -38,7 +38,8 @@ class Drawing {
     for (std::size_t c = 0; c < n; ++c) {
       g_.data(fmt::format("errors{}", c), result_.motions.size(), [&](std::size_t m) {
         const Cell& cell = result_.cell(m, c);
-        const double at = static_cast<double>(m) + (static_cast<double>(c) + 0.5) * 0.8 / static_cast<double>(n) - 0.4;
+        const double at =
+            static_cast<double>(m) + (static_cast<double>(c) + 0.5) * 0.8 / static_cast<double>(n) - 0.4;
         return fmt::format("{} {} {} {}", at, cell.total_deg_s.mean(), cell.total_deg_s.ci95(),
                            cell.published_deg_s ? fmt::format("{}", *cell.published_deg_s) : "NaN");
       });
@@ -47,15 +48,19 @@ class Drawing {
     for (std::size_t m = 0; m < result_.motions.size(); ++m) {
       tics += fmt::format("{}'{}' {}", m == 0 ? "" : ", ", plain(plan_.motions[m].name()).substr(0, 18), m);
     }
-    g_.add("set logscale y; set ylabel 'total error E_T (deg s)' noenhanced; set xtics ({}); set xrange [-0.6:{}]", tics,
-           static_cast<double>(result_.motions.size()) - 0.4);
-    g_.add("set boxwidth {}; set style fill solid 0.85 noborder; set yrange [5:*]", 0.8 / static_cast<double>(n) * 0.92);
+    g_.add(
+        "set logscale y; set ylabel 'total error E_T (deg s)' noenhanced; set xtics ({}); set xrange "
+        "[-0.6:{}]",
+        tics, static_cast<double>(result_.motions.size()) - 0.4);
+    g_.add("set boxwidth {}; set style fill solid 0.85 noborder; set yrange [5:*]",
+           0.8 / static_cast<double>(n) * 0.92);
     std::string plot = "plot ";
     bool any_published = false;
     for (std::size_t c = 0; c < n; ++c) {
-      plot += fmt::format("$errors{0} using 1:2 with boxes lc rgb '{1}' title '{2}' noenhanced, "
-                          "$errors{0} using 1:($2-$3):(0):(2*$3) with vectors nohead lc rgb '#444444' lw 1.2 notitle, ",
-                          c, colour(c), plain(result_.compensators[c]));
+      plot += fmt::format(
+          "$errors{0} using 1:2 with boxes lc rgb '{1}' title '{2}' noenhanced, "
+          "$errors{0} using 1:($2-$3):(0):(2*$3) with vectors nohead lc rgb '#444444' lw 1.2 notitle, ",
+          c, colour(c), plain(result_.compensators[c]));
       any_published = any_published || result_.cell(0, c).published_deg_s.has_value();
     }
     for (std::size_t c = 0; c < n; ++c) {
@@ -63,7 +68,9 @@ class Drawing {
                           c == 0 && any_published ? "title 'published'" : "notitle", c + 1 == n ? "" : ", ");
     }
     g_.add("{}", plot);
-    done("errors", "Total error", "Mean over all trials, with its 95 % interval; dots: the published averages. The scale is logarithmic.");
+    done("errors", "Total error",
+         "Mean over all trials, with its 95 % interval; dots: the published averages. The scale is "
+         "logarithmic.");
   }
 
   void motion(std::size_t m) {
@@ -76,7 +83,8 @@ class Drawing {
       const twin::Trial& t = trials[c];
       g_.data(fmt::format("run{}_{}", m, c), t.hand_deg[0].size(), [&](std::size_t k) {
         std::string row = fmt::format("{:.3f}", static_cast<double>(k) / plan_.parameters.camera_rate_hz);
-        for (std::size_t i = 0; i < kFingers; ++i) row += fmt::format(" {:.1f} {:.1f}", t.glove_deg[i][k], t.hand_deg[i][k]);
+        for (std::size_t i = 0; i < kFingers; ++i)
+          row += fmt::format(" {:.1f} {:.1f}", t.glove_deg[i][k], t.hand_deg[i][k]);
         return row;
       });
     }
@@ -96,8 +104,8 @@ class Drawing {
     figures_.push_back({name, figure_title, caption, {}, {}});
   }
 
-  // Five fingers below one another: angles over the reference, or what is left between them. Data is repeated for every
-  // figure since `reset` keeps it.
+  // Five fingers below one another: angles over the reference, or what is left between them. Data is repeated
+  // for every figure since `reset` keeps it.
   void series(std::size_t m, const twin::Motion& motion, bool error) {
     const std::string name = fmt::format("{}_{}", error ? "error" : "response", m + 1);
     g_.begin(name, 900, 560, pdf_);
@@ -105,28 +113,33 @@ class Drawing {
     for (std::size_t i = 0; i < kFingers; ++i) {
       g_.add("set ylabel '{} (deg)' offset 1,0; set xrange [0:{}]; set ytics {}", model::finger_names()[i],
              motion.duration_s(), error ? "autofreq" : "30");
-      g_.add("{}", i + 1 < kFingers ? "set format x ''; unset xlabel" : "set format x '%g'; set xlabel 'time (s)'");
+      g_.add("{}",
+             i + 1 < kFingers ? "set format x ''; unset xlabel" : "set format x '%g'; set xlabel 'time (s)'");
       g_.add("{}", i == 0 ? "set key at graph 1,1.32 right top horizontal samplen 1.5" : "unset key");
       std::string plot = "plot ";
       const std::size_t reference = 2 + 2 * i;
       if (error) {
         plot += "0 with lines lc rgb '#999999' notitle";
       } else {
-        plot += fmt::format("$run{}_0 using 1:{} with lines lw 3 lc rgb '{}' title 'finger'", m, reference, kReference);
+        plot += fmt::format("$run{}_0 using 1:{} with lines lw 3 lc rgb '{}' title 'finger'", m, reference,
+                            kReference);
       }
       for (std::size_t c = 0; c < plan_.compensators.size(); ++c) {
-        const std::string value = error ? fmt::format("(${}-${})", reference, reference + 1) : fmt::format("{}", reference + 1);
-        plot += fmt::format(", $run{}_{} using 1:{} with lines lw 1.6 lc rgb '{}' title '{}' noenhanced", m, c, value, colour(c),
-                            plain(plan_.compensators[c].name));
+        const std::string value =
+            error ? fmt::format("(${}-${})", reference, reference + 1) : fmt::format("{}", reference + 1);
+        plot += fmt::format(", $run{}_{} using 1:{} with lines lw 1.6 lc rgb '{}' title '{}' noenhanced", m,
+                            c, value, colour(c), plain(plan_.compensators[c].name));
       }
       g_.add("{}", plot);
     }
     g_.add("unset multiplot");
     done(name, title(motion) + (error ? ": error" : ": response"),
-         error ? "Finger minus hand, the same trial." : "One trial, as the cameras saw it: the finger, and the hand with each compensator.");
+         error ? "Finger minus hand, the same trial."
+               : "One trial, as the cameras saw it: the finger, and the hand with each compensator.");
   }
 
-  // A hand seen a little from the side: palm below, a finger is three links in its own plane, bending towards the viewer.
+  // A hand seen a little from the side: palm below, a finger is three links in its own plane, bending towards
+  // the viewer.
   void postures(std::size_t m, const twin::Motion& motion, const std::vector<twin::Trial>& trials) {
     const std::string name = fmt::format("posture_{}", m + 1);
     const std::size_t panels = trials.size() + 1;
@@ -142,29 +155,38 @@ class Drawing {
       const std::vector<std::string> lines = hand_lines(angle);
       g_.data(fmt::format("hand{}_{}", m, panel), lines.size(), [&](std::size_t k) { return lines[k]; });
     }
-    g_.add("unset border; unset tics; unset grid; unset key; set size ratio -1; set xrange [-2.1:1.7]; set yrange [-2.2:2.9]");
+    g_.add(
+        "unset border; unset tics; unset grid; unset key; set size ratio -1; set xrange [-2.1:1.7]; set "
+        "yrange [-2.2:2.9]");
     g_.add("set multiplot layout {},{}", rows, columns);
     for (std::size_t panel = 0; panel < panels; ++panel) {
-      g_.add("set title '{}' noenhanced", panel == 0 ? "finger (reference)" : plain(plan_.compensators[panel - 1].name));
-      g_.add("plot $hand{0}_{1} index 0 using 1:2 with filledcurves closed fc rgb '#eeeeee' notitle, "
-             "'' index 1 using 1:2 with lines lw 9 lc rgb '{2}' notitle, "
-             "'' index 1 using 1:2 with points pt 7 ps 0.7 lc rgb '#ffffff' notitle",
-             m, panel, panel == 0 ? kReference : colour(panel - 1));
+      g_.add("set title '{}' noenhanced",
+             panel == 0 ? "finger (reference)" : plain(plan_.compensators[panel - 1].name));
+      g_.add(
+          "plot $hand{0}_{1} index 0 using 1:2 with filledcurves closed fc rgb '#eeeeee' notitle, "
+          "'' index 1 using 1:2 with lines lw 9 lc rgb '{2}' notitle, "
+          "'' index 1 using 1:2 with points pt 7 ps 0.7 lc rgb '#ffffff' notitle",
+          m, panel, panel == 0 ? kReference : colour(panel - 1));
     }
     g_.add("unset multiplot");
-    done(name, title(motion) + ": final posture", "The joints follow the MCP angle: PIP 3/4, DIP 2/3 of it, the thumb's IP one half.");
+    done(name, title(motion) + ": final posture",
+         "The joints follow the MCP angle: PIP 3/4, DIP 2/3 of it, the thumb's IP one half.");
   }
 
   using PerFinger = twin::PerFinger;
 
   std::vector<std::string> hand_lines(const PerFinger& angle_deg) const {
-    constexpr double kBase[kFingers][2] = {{-1.25, -0.9}, {-0.9, 0.75}, {-0.3, 0.95}, {0.3, 0.85}, {0.85, 0.55}};
-    constexpr double kLinks[kFingers][3] = {{0.75, 0.6, 0}, {0.95, 0.6, 0.45}, {1.05, 0.7, 0.45}, {0.95, 0.65, 0.45}, {0.7, 0.45, 0.4}};
+    constexpr double kBase[kFingers][2] = {
+        {-1.25, -0.9}, {-0.9, 0.75}, {-0.3, 0.95}, {0.3, 0.85}, {0.85, 0.55}};
+    constexpr double kLinks[kFingers][3] = {
+        {0.75, 0.6, 0}, {0.95, 0.6, 0.45}, {1.05, 0.7, 0.45}, {0.95, 0.65, 0.45}, {0.7, 0.45, 0.4}};
     constexpr double kAway_deg[kFingers] = {55, 8, 2, -4, -11};  // from straight up, to the left
-    std::vector<std::string> lines = {"-1.1 -2.1", "-1.25 -0.9", "-0.9 0.75", "-0.3 0.95", "0.3 0.85", "0.85 0.55", "0.95 -0.6", "0.7 -2.1", "", ""};
+    std::vector<std::string> lines = {"-1.1 -2.1", "-1.25 -0.9", "-0.9 0.75", "-0.3 0.95", "0.3 0.85",
+                                      "0.85 0.55", "0.95 -0.6",  "0.7 -2.1",  "",          ""};
     for (std::size_t i = 0; i < kFingers; ++i) {
       // A finger at its lower limit is straight.
-      const twin::Posture joints = twin::posture(static_cast<int>(i), angle_deg[i] - plan_.parameters.hand_lower_deg[i]);
+      const twin::Posture joints =
+          twin::posture(static_cast<int>(i), angle_deg[i] - plan_.parameters.hand_lower_deg[i]);
       const double bends[3] = {joints.mcp_deg, joints.pip_deg, joints.dip_deg};
       const double away = kAway_deg[i] * std::numbers::pi / 180;
       double x = kBase[i][0];

@@ -19,10 +19,13 @@ std::string motion_title(const Cell& cell) {
   return cell.gesture > 0 ? fmt::format("{} {}", cell.gesture, cell.motion) : cell.motion;
 }
 
-std::string figure_of(double value) { return value < 99.95 ? fmt::format("{:.1f}", value) : fmt::format("{:.0f}", value); }
+std::string figure_of(double value) {
+  return value < 99.95 ? fmt::format("{:.1f}", value) : fmt::format("{:.0f}", value);
+}
 
 std::string with_interval(const Statistic& s) {
-  return s.count() > 1 ? fmt::format("{}&nbsp;&plusmn;&nbsp;{}", figure_of(s.mean()), figure_of(s.ci95())) : figure_of(s.mean());
+  return s.count() > 1 ? fmt::format("{}&nbsp;&plusmn;&nbsp;{}", figure_of(s.mean()), figure_of(s.ci95()))
+                       : figure_of(s.mean());
 }
 
 std::optional<std::size_t> index_of(const Result& r, const char* name) {
@@ -39,17 +42,23 @@ void verdict(Page& page, const Result& r) {
     for (std::size_t m = 0; m < r.motions.size(); ++m) {
       sum += std::log(r.cell(m, *raw).total_deg_s.mean() / r.cell(m, last).total_deg_s.mean());
     }
-    page.add("<p>With <b>{}</b> the hand is {:.1f} times closer to the finger than with the raw sensor (geometric mean over "
-             "{} motion(s); the error of every lag counts).</p>",
-             escape(r.compensators[last]), std::exp(sum / static_cast<double>(r.motions.size())), r.motions.size());
+    page.add(
+        "<p>With <b>{}</b> the hand is {:.1f} times closer to the finger than with the raw sensor (geometric "
+        "mean over "
+        "{} motion(s); the error of every lag counts).</p>",
+        escape(r.compensators[last]), std::exp(sum / static_cast<double>(r.motions.size())),
+        r.motions.size());
   }
   if (r.log_rms.gestures_1_to_4) {
-    page.add("<div class=cards><div class=card><b>{:.2f}</b>distance from the published table on gestures 1 to 4, to whose "
-             "averages the twin is fitted (root mean square of ln(ours/published); 0.35 is a factor of 1.4)</div>",
-             *r.log_rms.gestures_1_to_4);
+    page.add(
+        "<div class=cards><div class=card><b>{:.2f}</b>distance from the published table on gestures 1 to 4, "
+        "to whose "
+        "averages the twin is fitted (root mean square of ln(ours/published); 0.35 is a factor of 1.4)</div>",
+        *r.log_rms.gestures_1_to_4);
     if (r.log_rms.gestures_5_and_6) {
-      page.add("<div class='card plain'><b>{:.2f}</b>the same on gestures 5 and 6, which the fit never saw</div>",
-               *r.log_rms.gestures_5_and_6);
+      page.add(
+          "<div class='card plain'><b>{:.2f}</b>the same on gestures 5 and 6, which the fit never saw</div>",
+          *r.log_rms.gestures_5_and_6);
     }
     page.add("</div>");
   }
@@ -58,36 +67,49 @@ void verdict(Page& page, const Result& r) {
 void error_table(Page& page, const Result& r) {
   const auto raw = index_of(r, "raw");
   const auto wiener = index_of(r, "published-w");
-  page.add("<h2>Total error E<sub>T</sub>, degree-seconds</h2><div class=scroll><table><tr><th>motion<th>compensator"
-           "<th>causal<th>published<th>ratio to published<th>ratio to raw<th>ratio to W<th>lag removed<th>lag</tr>");
+  page.add(
+      "<h2>Total error E<sub>T</sub>, degree-seconds</h2><div "
+      "class=scroll><table><tr><th>motion<th>compensator"
+      "<th>causal<th>published<th>ratio to published<th>ratio to raw<th>ratio to W<th>lag "
+      "removed<th>lag</tr>");
   for (std::size_t m = 0; m < r.motions.size(); ++m) {
     for (std::size_t c = 0; c < r.compensators.size(); ++c) {
       const Cell& cell = r.cell(m, c);
       const auto ratio = [&](const std::optional<std::size_t>& to) {
-        return to ? fmt::format("{:.3f}", cell.total_deg_s.mean() / r.cell(m, *to).total_deg_s.mean()) : std::string("-");
+        return to ? fmt::format("{:.3f}", cell.total_deg_s.mean() / r.cell(m, *to).total_deg_s.mean())
+                  : std::string("-");
       };
-      page.add("<tr><td>{}<td style='text-align:left'>{}<td><b>{}</b><td>{}<td>{}<td>{}<td>{}<td>{}<td>{:.0f} ms</tr>",
-               c == 0 ? escape(motion_title(cell)) : "", escape(cell.compensator), with_interval(cell.total_deg_s),
-               cell.published_deg_s ? figure_of(*cell.published_deg_s) : "-",
-               cell.published_deg_s ? fmt::format("{:.2f}", cell.total_deg_s.mean() / *cell.published_deg_s) : "-", ratio(raw),
-               ratio(wiener), with_interval(cell.lag_removed_deg_s), 1000 * cell.lag_s.mean());
+      page.add(
+          "<tr><td>{}<td style='text-align:left'>{}<td><b>{}</b><td>{}<td>{}<td>{}<td>{}<td>{}<td>{:.0f} "
+          "ms</tr>",
+          c == 0 ? escape(motion_title(cell)) : "", escape(cell.compensator), with_interval(cell.total_deg_s),
+          cell.published_deg_s ? figure_of(*cell.published_deg_s) : "-",
+          cell.published_deg_s ? fmt::format("{:.2f}", cell.total_deg_s.mean() / *cell.published_deg_s) : "-",
+          ratio(raw), ratio(wiener), with_interval(cell.lag_removed_deg_s), 1000 * cell.lag_s.mean());
     }
   }
-  page.add("</table></div><p>Mean and 95 % interval over {} trial(s). Causal: every lag counts, the hand's and the radio's too. "
-           "Lag removed: after the one lag of each trial that makes it smallest; never to be compared with a causal figure.</p>",
-           r.cells.front().total_deg_s.count());
+  page.add(
+      "</table></div><p>Mean and 95 % interval over {} trial(s). Causal: every lag counts, the hand's and "
+      "the radio's too. "
+      "Lag removed: after the one lag of each trial that makes it smallest; never to be compared with a "
+      "causal figure.</p>",
+      r.cells.front().total_deg_s.count());
 }
 
 void finger_table(Page& page, const Result& r) {
-  page.add("<details><summary>Error of each finger, E<sub>i</sub>, degree-seconds</summary><div class=scroll><table><tr><th>motion"
-           "<th>compensator");
+  page.add(
+      "<details><summary>Error of each finger, E<sub>i</sub>, degree-seconds</summary><div "
+      "class=scroll><table><tr><th>motion"
+      "<th>compensator");
   for (const std::string& finger : model::finger_names()) page.add("<th>{}", finger);
   page.add("<th>outside the limits<th>frames lost</tr>");
   for (const Cell& cell : r.cells) {
-    page.add("<tr><td>{}<td style='text-align:left'>{}", escape(motion_title(cell)), escape(cell.compensator));
+    page.add("<tr><td>{}<td style='text-align:left'>{}", escape(motion_title(cell)),
+             escape(cell.compensator));
     for (const Statistic& finger : cell.finger_deg_s) page.add("<td>{}", with_interval(finger));
     page.add("<td>{:.2f}&deg;<td>{:.1f} %</tr>", cell.worst_excess_deg,
-             100.0 * static_cast<double>(cell.frames_lost) / static_cast<double>(std::max<std::int64_t>(cell.frames_sent, 1)));
+             100.0 * static_cast<double>(cell.frames_lost) /
+                 static_cast<double>(std::max<std::int64_t>(cell.frames_sent, 1)));
   }
   page.add("</table></div></details>");
 }
@@ -110,20 +132,23 @@ void scenario_table(Page& page, const std::vector<ScenarioResult>& scenarios) {
     double excess = 0;
     for (const Cell& cell : s.result.cells) excess = std::max(excess, cell.worst_excess_deg);
     for (std::size_t c = 0; c < base.compensators.size(); ++c) {
-      page.add("<td>{} <small>(&times;{:.2f})</small>", figure_of(overall(s.result, c)), overall(s.result, c) / overall(base, c));
+      page.add("<td>{} <small>(&times;{:.2f})</small>", figure_of(overall(s.result, c)),
+               overall(s.result, c) / overall(base, c));
     }
     page.add("<td>{:.2f}&deg;</tr>", excess);
   }
-  page.add("</table></div><p>Causal error in degree-seconds, mean over the motions, and its ratio to the same compensator's as "
-           "calibrated.</p>");
+  page.add(
+      "</table></div><p>Causal error in degree-seconds, mean over the motions, and its ratio to the same "
+      "compensator's as "
+      "calibrated.</p>");
 }
 
 void figures_of(Page& page, const std::vector<TrialFigure>& figures) {
   for (const TrialFigure& f : figures) {
     const bool pair = f.name.starts_with("response") || f.name.starts_with("error_");
     if (f.name.starts_with("response")) page.add("<div class=pair>");
-    page.add("<figure{}><h2>{}</h2>{}<figcaption>{}</figcaption></figure>", pair ? " class=half" : "", escape(f.title), f.svg,
-             f.caption);
+    page.add("<figure{}><h2>{}</h2>{}<figcaption>{}</figcaption></figure>", pair ? " class=half" : "",
+             escape(f.title), f.svg, f.caption);
     if (f.name.starts_with("error_")) page.add("</div>");
   }
 }
@@ -136,18 +161,23 @@ figure h2 { font-size: 1.05rem; margin: .5rem 0; }
 std::string html(const Plan& plan, const Result& r, const std::vector<ScenarioResult>& scenarios,
                  const std::vector<TrialFigure>& figures) {
   Page page;
-  page.add("<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport "
-           "content='width=device-width, initial-scale=1'><title>Flexor: experiment</title><style>{}{}</style></head><body>",
-           kStyle, kMoreStyle);
+  page.add(
+      "<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport "
+      "content='width=device-width, initial-scale=1'><title>Flexor: "
+      "experiment</title><style>{}{}</style></head><body>",
+      kStyle, kMoreStyle);
   page.add("<h1>Glove to bionic hand, in the twin</h1>");
   verdict(page, r);
   error_table(page, r);
   scenario_table(page, scenarios);
   finger_table(page, r);
   figures_of(page, figures);
-  page.add("<p>A simulation: person, glove, radio, hand and cameras follow the configuration in results.json. {:g} Hz, seed {}, "
-           "flexor {}. Every figure is beside this page as SVG and PDF; every trial is a row of trials.csv.</p></body></html>",
-           1 / plan.compensators.front().model.sample_period_s, plan.seed, FLEXOR_VERSION);
+  page.add(
+      "<p>A simulation: person, glove, radio, hand and cameras follow the configuration in results.json. "
+      "{:g} Hz, seed {}, "
+      "flexor {}. Every figure is beside this page as SVG and PDF; every trial is a row of "
+      "trials.csv.</p></body></html>",
+      1 / plan.compensators.front().model.sample_period_s, plan.seed, FLEXOR_VERSION);
   return page.text();
 }
 
@@ -168,7 +198,8 @@ void write_trial_report(const Plan& plan, const Result& result, const std::vecto
   Json json = to_json(result, plan);
   Json worse = Json::array();
   for (const ScenarioResult& s : scenarios) {
-    worse.push_back({{"name", s.scenario.name}, {"set", s.scenario.set}, {"cells", to_json(s.result, plan).at("cells")}});
+    worse.push_back(
+        {{"name", s.scenario.name}, {"set", s.scenario.set}, {"cells", to_json(s.result, plan).at("cells")}});
   }
   json["scenarios"] = std::move(worse);
   json["twin"] = Json::parse(twin::to_json(plan.parameters));

@@ -1,4 +1,5 @@
-// The experiment's tables, figures and pictures of hands; as files, and as one page that reads well on a phone.
+// The experiment's tables, figures and pictures of hands; as files, and as one page that reads well on a
+// phone.
 #pragma once
 
 #include <string>
@@ -30,8 +31,8 @@ struct TrialFigure {
   std::string pdf;
 };
 
-// errors: the table as bars; response_N and error_N: trial 0 of motion N with all compensators; posture_N: the hand at
-// its end. Throws io::JobError when gnuplot is missing or fails.
+// errors: the table as bars; response_N and error_N: trial 0 of motion N with all compensators; posture_N:
+// the hand at its end. Throws io::JobError when gnuplot is missing or fails.
 std::vector<TrialFigure> draw(const Plan& plan, const Result& result);
 
 // results.json, report.html, and every figure as SVG and PDF.

@@ -23,7 +23,13 @@ fs::path fresh_folder(const std::string& name) {
 }
 
 Plan plan(const std::string& gestures, int trials, const std::string& folder = "") {
-  return {shipped_parameters(), motions(gestures), {compensator("raw", 10), compensator("published-hw", 10)}, 3, trials, 2, folder};
+  return {shipped_parameters(),
+          motions(gestures),
+          {compensator("raw", 10), compensator("published-hw", 10)},
+          3,
+          trials,
+          2,
+          folder};
 }
 
 std::string message(const std::function<void()>& what) {
@@ -65,7 +71,8 @@ TEST(Trials, ARunThatWasCutOffGoesOnToTheSameEnd) {
   const Plan p = plan("2,3", 40, folder.string());
   const Result whole = run(p, {});
   const std::string text = io::read_file(folder / "trials.csv");
-  for (const std::size_t keep : {std::size_t{0}, std::size_t{10}, text.size() / 3, text.size() - 5, text.size()}) {
+  for (const std::size_t keep :
+       {std::size_t{0}, std::size_t{10}, text.size() / 3, text.size() - 5, text.size()}) {
     std::ofstream(folder / "trials.csv", std::ios::trunc | std::ios::binary) << text.substr(0, keep);
     if (keep == 0) fs::remove(folder / "trials.csv");
     const Result again = run(p, {});
@@ -105,20 +112,23 @@ TEST(Trials, UnknownNamesListTheKnown) {
 TEST(Trials, ReadsWideCsvAsMotionAndNamesWhatIsMissing) {
   const fs::path folder = fresh_folder("motion");
   io::make_folder(folder);
-  io::write_file(folder / "good.csv",
-                 "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n5,90,30,30,30,30\n6,95,60,50,40,30\n");
+  io::write_file(
+      folder / "good.csv",
+      "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n5,90,30,30,30,30\n6,95,60,50,40,30\n");
   const twin::Motion m = motions((folder / "good.csv").string()).front();
   EXPECT_DOUBLE_EQ(m.duration_s(), 1);
   EXPECT_DOUBLE_EQ(m.angle(1, 0.5, {}), 45);
   io::write_file(folder / "bad.csv", "t_s,thumb_deg\n5,90\n6,95\n");
-  EXPECT_NE(message([&] { (void)motions((folder / "bad.csv").string()); }).find("index_deg"), std::string::npos);
+  EXPECT_NE(message([&] { (void)motions((folder / "bad.csv").string()); }).find("index_deg"),
+            std::string::npos);
   io::write_file(folder / "bad.txt", "2014 09 12 13 43 42.258 1 -0.7\n");
   EXPECT_NE(message([&] { (void)motions((folder / "bad.txt").string()); }).find("row 1"), std::string::npos);
   fs::remove_all(folder);
 }
 
 TEST(Trials, RealMotionStaysInsideTheHand) {
-  const std::string path = std::string(FLEXOR_SOURCE_DIR) + "/../shared/data/trajectories/04_ex01-rad-045-grasp-su03.txt";
+  const std::string path =
+      std::string(FLEXOR_SOURCE_DIR) + "/../shared/data/trajectories/04_ex01-rad-045-grasp-su03.txt";
   if (!fs::exists(path)) GTEST_SKIP() << "no recordings in ../shared/data";
   const twin::Motion m = motions(path).front();
   EXPECT_NEAR(m.duration_s(), 4.5, 0.5);
@@ -135,7 +145,8 @@ TEST(TrialReport, WritesOnePageAndEveryFigureTwice) {
   const Result r = run(p, {});
   write_trial_report(p, r, {{{"as calibrated", {}}, r}}, folder);
   const std::string html = io::read_file(folder / "report.html");
-  for (const char* part : {"width=device-width", "number two", "published-hw", "final posture", "as calibrated"}) {
+  for (const char* part :
+       {"width=device-width", "number two", "published-hw", "final posture", "as calibrated"}) {
     EXPECT_NE(html.find(part), std::string::npos) << part;
   }
   for (const char* name : {"errors", "response_1", "error_1", "posture_1"}) {

@@ -44,7 +44,8 @@ TEST(Motion, FingersKeepTheStatedSpeedBetweenRoundedCorners) {
   double jerkiest = 0;
   for (double t = 3; t < 7; t += 0.001) {
     fastest = std::max(fastest, std::abs(grab.angle(1, t + h, {}) - grab.angle(1, t, {})) / h);
-    const double bend = grab.angle(1, t + 0.002, {}) - 2 * grab.angle(1, t + 0.001, {}) + grab.angle(1, t, {});
+    const double bend =
+        grab.angle(1, t + 0.002, {}) - 2 * grab.angle(1, t + 0.001, {}) + grab.angle(1, t, {});
     jerkiest = std::max(jerkiest, std::abs(bend) / 1e-6);
   }
   EXPECT_NEAR(fastest, 83, 0.1);
@@ -78,12 +79,15 @@ TEST(Motion, AQuickPersonStartsWithTheOthersAndEndsSooner) {
 TEST(Motion, RefusesWhatMakesNoSense) {
   const std::string start = kStart;
   EXPECT_NE(message("{}").find("not a gesture"), std::string::npos);
-  EXPECT_NE(message(start + R"({"start_s":1,"fingers":["toe"],"to":90}]})").find("unknown finger"), std::string::npos);
+  EXPECT_NE(message(start + R"({"start_s":1,"fingers":["toe"],"to":90}]})").find("unknown finger"),
+            std::string::npos);
   EXPECT_NE(message(start + R"({"start_s":1,"fingers":["index"],"to":"fist"}]})").find("neither an angle"),
             std::string::npos);
-  EXPECT_NE(message(start + R"({"start_s":1,"fingers":["index"],"to":90},{"start_s":1.2,"fingers":["index"],"to":40}]})")
-                .find("start later"),
-            std::string::npos);
+  EXPECT_NE(
+      message(start +
+              R"({"start_s":1,"fingers":["index"],"to":90},{"start_s":1.2,"fingers":["index"],"to":40}]})")
+          .find("start later"),
+      std::string::npos);
   EXPECT_NE(message(start + R"({"start_s":1,"fingers":["index"],"to":90,"sped":3}]})").find("unknown key"),
             std::string::npos);
 }

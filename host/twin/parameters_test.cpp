@@ -12,7 +12,8 @@ namespace {
 
 std::string message(const std::string& parameters) {
   try {
-    (void)from_json(R"({"schema":"flexor-twin","schema_version":1,"parameters":)" + parameters + "}", "t.json");
+    (void)from_json(R"({"schema":"flexor-twin","schema_version":1,"parameters":)" + parameters + "}",
+                    "t.json");
   } catch (const io::InputError& error) {
     return error.what();
   }
@@ -47,11 +48,14 @@ TEST(Parameters, RefusesTheImpossibleByName) {
   EXPECT_NE(message(R"({"motor.coulomb_mNm":{"value":-1}})").find("motor.coulomb_mNm: -1 mNm is impossible"),
             std::string::npos);
   EXPECT_NE(message(R"({"radio.baud":{"value":0}})").find("radio.baud: 0"), std::string::npos);
-  EXPECT_NE(message(R"({"radio.frame_rate_hz":{"value":500}})").find("do not fit 9600 baud"), std::string::npos);
+  EXPECT_NE(message(R"({"radio.frame_rate_hz":{"value":500}})").find("do not fit 9600 baud"),
+            std::string::npos);
   EXPECT_NE(message(R"({"radio.los":{"value":0}})").find("radio.loss"), std::string::npos);
   EXPECT_NE(message(R"({"radio.loss":{"value":"much"}})").find("must be a number"), std::string::npos);
-  EXPECT_NE(message(R"({"radio.jitter_s":{"value":5,"unit":"ms"}})").find("the unit is s, not ms"), std::string::npos);
-  EXPECT_NE(message(R"({"motor.resistance_ohm":{"value":0.01}})").find("faster than the plant's step"), std::string::npos);
+  EXPECT_NE(message(R"({"radio.jitter_s":{"value":5,"unit":"ms"}})").find("the unit is s, not ms"),
+            std::string::npos);
+  EXPECT_NE(message(R"({"motor.resistance_ohm":{"value":0.01}})").find("faster than the plant's step"),
+            std::string::npos);
   EXPECT_EQ(message("{}"), "accepted");
 }
 

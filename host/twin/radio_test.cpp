@@ -17,7 +17,8 @@ TEST(Radio, AFrameTakesItsAirtime) {
   const Parameters p = clean();
   Radio radio(p, 1);
   radio.send(100, {160, 0, 0, 0, 0});
-  EXPECT_EQ(radio.next_arrival_ms(), 115);  // 12 bytes of 10 bits at 9600 baud are 12.5 ms, and the module's 2 ms
+  EXPECT_EQ(radio.next_arrival_ms(),
+            115);  // 12 bytes of 10 bits at 9600 baud are 12.5 ms, and the module's 2 ms
   EXPECT_EQ(radio.receive(114), nullptr);
   const FrameAngles* angles = radio.receive(115);
   ASSERT_NE(angles, nullptr);

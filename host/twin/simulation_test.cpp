@@ -13,11 +13,14 @@ namespace flexor::twin {
 namespace {
 
 Motion gesture(int number) {
-  const std::string path = std::string(FLEXOR_SOURCE_DIR) + "/models/gestures/" + std::to_string(number) + ".json";
+  const std::string path =
+      std::string(FLEXOR_SOURCE_DIR) + "/models/gestures/" + std::to_string(number) + ".json";
   return Motion::from_json(io::read_file(path), path);
 }
 
-model::Model published_hw() { return model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json"); }
+model::Model published_hw() {
+  return model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
+}
 
 // alpha in, alpha out.
 model::Model identity(double period_s) {
@@ -38,12 +41,13 @@ model::Model identity(double period_s) {
 // Everything that is noise, spread or imperfection switched off; the strip bends as the finger does.
 Parameters perfect() {
   Parameters p;
-  for (const char* name :
-       {"person.start_spread_s", "person.pose_spread_deg", "person.speed_spread", "placement.spread_deg",
-        "placement.gain_spread", "cloth.knuckle_deg", "cloth.slip_deg", "cloth.visco_share", "cloth.creep_share",
-        "sensor.drift_deg_per_min", "sensor.noise_deg", "sensor.flutter_deg", "sensor.burst_rate_per_s", "radio.jitter_s",
-        "radio.module_latency_s", "motor.coulomb_mNm", "motor.viscous_mNms_rad", "motor.backlash_deg",
-        "motor.disturbance_mNm", "potentiometer.noise_deg", "camera.noise_deg"}) {
+  for (const char* name : {"person.start_spread_s",    "person.pose_spread_deg",  "person.speed_spread",
+                           "placement.spread_deg",     "placement.gain_spread",   "cloth.knuckle_deg",
+                           "cloth.slip_deg",           "cloth.visco_share",       "cloth.creep_share",
+                           "sensor.drift_deg_per_min", "sensor.noise_deg",        "sensor.flutter_deg",
+                           "sensor.burst_rate_per_s",  "radio.jitter_s",          "radio.module_latency_s",
+                           "motor.coulomb_mNm",        "motor.viscous_mNms_rad",  "motor.backlash_deg",
+                           "motor.disturbance_mNm",    "potentiometer.noise_deg", "camera.noise_deg"}) {
     assign(p, std::string(name) + "=0");
   }
   p.bend_lower_deg = p.hand_lower_deg;
@@ -79,7 +83,8 @@ double resting_error(const Trial& t, double frames_hz) {
   const auto mean = [&](std::size_t finger, double from_s, double to_s) {
     double sum = 0;
     int n = 0;
-    for (auto k = static_cast<std::size_t>(from_s * frames_hz); k < static_cast<std::size_t>(to_s * frames_hz); ++k, ++n) {
+    for (auto k = static_cast<std::size_t>(from_s * frames_hz);
+         k < static_cast<std::size_t>(to_s * frames_hz); ++k, ++n) {
       sum += std::abs(static_cast<double>(t.glove_deg[finger][k] - t.hand_deg[finger][k]));
     }
     return sum / n;
@@ -89,9 +94,9 @@ double resting_error(const Trial& t, double frames_hz) {
   return out;
 }
 
-// Trap 6: with everything perfect, a transition of D degrees costs D times the lag. The lag is known beforehand: half a
-// sample of hold, the frame's way, the loop's lag to a ramp and one step of the plant. What the 10-bit converters leave
-// while the hand rests is measured there and taken off.
+// Trap 6: with everything perfect, a transition of D degrees costs D times the lag. The lag is known
+// beforehand: half a sample of hold, the frame's way, the loop's lag to a ramp and one step of the plant.
+// What the 10-bit converters leave while the hand rests is measured there and taken off.
 TEST(Simulation, WithoutImperfectionsTheErrorIsThePureLag) {
   Parameters p = perfect();
   p.loop_proportional_per_deg = 0.2;
@@ -120,7 +125,10 @@ TEST(Simulation, WithoutImperfectionsTheErrorIsThePureLag) {
 
 TEST(Simulation, TheHandStaysInsideItsLimitsWithEveryFaultAndCompensator) {
   Parameters p;
-  p.faults = {{0, FaultKind::open, 1, 3}, {1, FaultKind::short_circuit, 1, 3}, {2, FaultKind::stuck, 1, 3}, {3, FaultKind::loose, 1, 6}};
+  p.faults = {{0, FaultKind::open, 1, 3},
+              {1, FaultKind::short_circuit, 1, 3},
+              {2, FaultKind::stuck, 1, 3},
+              {3, FaultKind::loose, 1, 6}};
   p.loss = 0.3;
   p.outage_start_s = 5;
   p.outage_s = 2;
@@ -147,7 +155,8 @@ TEST(Simulation, FaultsShowInTheReadings) {
   }
 }
 
-// The article's Raw: readings beyond the end stop, sent as they are. Without anti-windup the hand is stuck for seconds.
+// The article's Raw: readings beyond the end stop, sent as they are. Without anti-windup the hand is stuck
+// for seconds.
 TEST(Simulation, AHandPressedIntoItsStopWindsUpUnlessItsIntegralIsLimited) {
   Parameters p = perfect();
   p.bend_upper_deg = {190, 133, 133, 133, 133};
@@ -170,9 +179,12 @@ TEST(Simulation, RefusesWhatDoesNotFit) {
   };
   model::Model one = published_hw();
   one.channels.resize(1);
-  EXPECT_NE(message({Parameters(), gesture(1), one, 1, false}).find("only channel(s) thumb"), std::string::npos);
-  EXPECT_NE(message({Parameters(), gesture(1), identity(1e-4), 1, false}).find("runs at 1000 Hz"), std::string::npos);
-  EXPECT_NE(message({Parameters(), gesture(1), identity(0.01), 1, false}).find("do not fit 9600 baud"), std::string::npos);
+  EXPECT_NE(message({Parameters(), gesture(1), one, 1, false}).find("only channel(s) thumb"),
+            std::string::npos);
+  EXPECT_NE(message({Parameters(), gesture(1), identity(1e-4), 1, false}).find("runs at 1000 Hz"),
+            std::string::npos);
+  EXPECT_NE(message({Parameters(), gesture(1), identity(0.01), 1, false}).find("do not fit 9600 baud"),
+            std::string::npos);
   EXPECT_EQ(message({Parameters(), gesture(1), identity(0.1), 1, false}), "accepted");
 }
 

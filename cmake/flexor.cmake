@@ -2,6 +2,7 @@
 #   flexor_runtime(NAME HEADERS ... USES ...)           header-only, C++14
 #   flexor_library(NAME HEADERS ... SOURCES ... USES)   host library, C++20
 #   flexor_test(NAME SOURCES ... USES ...)              GoogleTest program, one ctest entry per test
+#   flexor_avr_test(NAME SOURCE file VARIANTS ...)      builds for the ATmega328P
 #   flexor_fuzzer(NAME SOURCES ... USES ...)            libFuzzer program (preset fuzz)
 # Includes are written from the repository root: "host/model/model.hpp".
 
@@ -93,6 +94,20 @@ function(flexor_test name)
   target_link_libraries(${name} PRIVATE ${ARG_USES} flexor_warnings GTest::gtest_main rapidcheck)
   target_compile_definitions(${name} PRIVATE FLEXOR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()
+
+# The same headers on the microcontroller's compiler: built, and its symbols searched for heap and soft-float.
+function(flexor_avr_test name)
+  if(FLEXOR_FUZZ)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "SOURCE" "VARIANTS" ${ARGN})
+  find_program(AVR_CXX avr-g++)
+  find_program(AVR_NM avr-nm)
+  add_test(NAME ${name}
+    COMMAND ${CMAKE_COMMAND} -DCXX=${AVR_CXX} -DNM=${AVR_NM} -DROOT=${PROJECT_SOURCE_DIR}
+            -DSOURCE=${CMAKE_CURRENT_SOURCE_DIR}/${ARG_SOURCE} "-DVARIANTS=${ARG_VARIANTS}"
+            -DOUT=${CMAKE_CURRENT_BINARY_DIR}/avr -P ${PROJECT_SOURCE_DIR}/cmake/avr_build_test.cmake)
 endfunction()
 
 function(flexor_fuzzer name)

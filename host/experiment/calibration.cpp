@@ -213,6 +213,7 @@ class GloveIdentifier {
     for (const std::uint8_t gap : a.gap) data.use.push_back(gap == 0);
     identify::Options options;
     options.slowest_s = kSlowest_s;
+    options.widest_play = kWidestPlay_deg;
     options.delta_deg = kLoss_deg;
     options.input_knots = knots(a.input);
     const identify::Summary fit = identify::fit(step.structure, data, options);
@@ -265,8 +266,9 @@ class GloveIdentifier {
   }
 
   static constexpr double kTail = 0.01;
-  static constexpr double kLoss_deg = 0.3;   // mean absolute error, as the experiment scores it
-  static constexpr double kSlowest_s = 0.5;  // slower is drift, or another donning
+  static constexpr double kWidestPlay_deg = 10;  // cloth does not slip further
+  static constexpr double kLoss_deg = 0.3;       // mean absolute error, as the experiment scores it
+  static constexpr double kSlowest_s = 0.5;      // slower is drift, or another donning
   // A shorted strip reads -45 degrees, an open one beyond 1023.
   static constexpr double kValidMin_deg = -44;
   static constexpr double kValidMax_deg = 400;

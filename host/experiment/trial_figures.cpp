@@ -88,8 +88,8 @@ class Drawing {
         return row;
       });
     }
-    series(m, motion, false);
-    series(m, motion, true);
+    series(m, motion, trials, false);
+    series(m, motion, trials, true);
     postures(m, motion, trials);
   }
 
@@ -104,18 +104,29 @@ class Drawing {
     figures_.push_back({name, figure_title, caption, {}, {}});
   }
 
-  // Five fingers below one another: angles over the reference, or what is left between them. Data is repeated
-  // for every figure since `reset` keeps it.
-  void series(std::size_t m, const twin::Motion& motion, bool error) {
+  // At most half a dozen numbers on the axis of a finger's errors.
+  static int tic_step(const std::vector<twin::Trial>& trials, std::size_t finger) {
+    float largest = 0;
+    for (const twin::Trial& t : trials) {
+      for (std::size_t k = 0; k < t.hand_deg[finger].size(); ++k) {
+        largest = std::max(largest, std::abs(t.glove_deg[finger][k] - t.hand_deg[finger][k]));
+      }
+    }
+    return largest > 50 ? 40 : largest > 25 ? 20 : largest > 10 ? 10 : 5;
+  }
+
+  // Five fingers below one another: angles over the reference, or what is left between them.
+  void series(std::size_t m, const twin::Motion& motion, const std::vector<twin::Trial>& trials, bool error) {
     const std::string name = fmt::format("{}_{}", error ? "error" : "response", m + 1);
     g_.begin(name, 900, 560, pdf_);
-    g_.add("set multiplot layout 5,1 margins 0.12,0.98,0.08,0.93 spacing 0,0.025");
+    g_.add("set multiplot layout 5,1 margins 0.12,0.98,0.08,0.925 spacing 0,0.025");
     for (std::size_t i = 0; i < kFingers; ++i) {
       g_.add("set ylabel '{} (deg)' offset 1,0; set xrange [0:{}]; set ytics {}", model::finger_names()[i],
-             motion.duration_s(), error ? "autofreq" : "30");
+             motion.duration_s(), error ? tic_step(trials, i) : 30);
       g_.add("{}",
              i + 1 < kFingers ? "set format x ''; unset xlabel" : "set format x '%g'; set xlabel 'time (s)'");
-      g_.add("{}", i == 0 ? "set key at graph 1,1.32 right top horizontal samplen 1.5" : "unset key");
+      g_.add("{}", i == 0 ? "set key at screen 0.98,0.995 right top horizontal maxrows 2 samplen 1.5"
+                          : "unset key");
       std::string plot = "plot ";
       const std::size_t reference = 2 + 2 * i;
       if (error) {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/experiment/builtin.hpp"
 #include "host/experiment/html.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
@@ -182,15 +181,6 @@ std::string html(const Plan& plan, const Result& r, const std::vector<ScenarioRe
 }
 
 }  // namespace
-
-std::vector<Scenario> scenarios() {
-  std::vector<Scenario> out;
-  const Json json = io::parse_json(builtin("scenarios.json"), "scenarios.json");
-  for (const Json& s : json.at("scenarios")) {
-    out.push_back({s.at("name").get<std::string>(), s.at("set").get<std::vector<std::string>>()});
-  }
-  return out;
-}
 
 void write_trial_report(const Plan& plan, const Result& result, const std::vector<ScenarioResult>& scenarios,
                         const std::filesystem::path& folder) {

@@ -9,15 +9,6 @@
 
 namespace flexor::experiment {
 
-// The experiment once more with a part of the twin changed.
-struct Scenario {
-  std::string name;
-  std::vector<std::string> set;  // "radio.loss=0.05"
-};
-
-// models/scenarios.json.
-std::vector<Scenario> scenarios();
-
 struct ScenarioResult {
   Scenario scenario;
   Result result;

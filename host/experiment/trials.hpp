@@ -15,29 +15,11 @@
 #include <string>
 #include <vector>
 
+#include "host/experiment/catalogue.hpp"
 #include "host/model/model.hpp"
 #include "host/twin/simulation.hpp"
 
 namespace flexor::experiment {
-
-using twin::kFingers;
-
-struct Compensator {
-  std::string name;
-  model::Model model;
-};
-
-// "raw", "published-w", "published-hw", or a model file; sampled at rate_hz. Throws io::InputError, listing
-// the known.
-Compensator compensator(const std::string& name, double rate_hz);
-
-// "1-6", "1,3", files of gestures (.json) and of recorded motion (.csv, and .txt of GraspDB), separated by
-// commas.
-std::vector<twin::Motion> motions(const std::string& list);
-twin::Motion calibration_motion();
-
-// The twin's configuration as shipped: fitted to the published averages of gestures 1 to 4.
-twin::Parameters shipped_parameters();
 
 struct Plan {
   twin::Parameters parameters;
@@ -108,9 +90,6 @@ Result run(const Plan& plan, const TrialProgress& progress);
 
 // Trial 0 of a motion, exactly as run() meets it.
 twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);
-
-// The article's average of three trials: gesture 1 to 6; "raw", "published-w", "published-hw".
-std::optional<double> published_error_deg_s(int gesture, const std::string& compensator);
 
 nlohmann::ordered_json to_json(const Result& result, const Plan& plan);
 

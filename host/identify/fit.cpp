@@ -80,9 +80,9 @@ double robust_deviation(const VectorXd& residual) {
 // The problem in terms of the free parameters; the others keep their value.
 class Problem {
  public:
-  Problem(const Predictor& predictor, const Data& data, double slowest_s)
+  Problem(const Predictor& predictor, const Data& data, const Options& options)
       : predictor_(predictor), rows_(used_rows(data)), angle_(data.angle_deg(rows_)) {
-    set_bounds(data, slowest_s);
+    set_bounds(data, options);
   }
 
   const Predictor& predictor() const { return predictor_; }
@@ -102,7 +102,7 @@ class Problem {
   }
 
  private:
-  void set_bounds(const Data& data, double slowest_s) {
+  void set_bounds(const Data& data, const Options& options) {
     const Layout& layout = predictor_.layout();
     const Structure& structure = predictor_.structure();
     lower_ = VectorXd::Constant(layout.size, -kInfinity);
@@ -118,7 +118,7 @@ class Problem {
       bound(layout.dead_zone + 1, 1, 0, range);
     }
     if (structure.plays > 0) {
-      bound(layout.radii, structure.plays, 0, range / 2);
+      bound(layout.radii, structure.plays, 0, options.widest_play > 0 ? options.widest_play : range / 2);
       bound(layout.weights, structure.plays, -kMaxPlayWeight, kMaxPlayWeight);
     }
     const auto increments = [&](int at, int knots) {
@@ -129,7 +129,7 @@ class Problem {
     if (structure.order > 0) {
       // From a time constant that the recording shows ten times over to one that has settled within a sample.
       const double duration_s = static_cast<double>(data.input.size()) * data.period_s;
-      const double limit_s = slowest_s > 0 ? slowest_s : duration_s / kSlowestPerRecording;
+      const double limit_s = options.slowest_s > 0 ? options.slowest_s : duration_s / kSlowestPerRecording;
       bound(layout.log_rates, structure.order, std::log(1 / limit_s), std::log(6 / data.period_s));
     }
     if (structure.order > 1) bound(layout.taps, structure.order - 1, -kMaxTap, kMaxTap);
@@ -449,7 +449,7 @@ class Fitter {
         options_(options),
         predictor_(structure, place_knots(structure, data, used_rows(data), options), data.input,
                    data.period_s),
-        problem_(predictor_, data, options.slowest_s),
+        problem_(predictor_, data, options),
         free_(static_cast<std::size_t>(predictor_.layout().size)) {
     std::iota(free_.begin(), free_.end(), 0);
   }

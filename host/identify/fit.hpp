@@ -41,6 +41,8 @@ struct Options {
   // No pole slower than this; 0: a tenth of the recording. A slow pole also follows what only looks like
   // dynamics, such as a glove that was put on anew.
   double slowest_s = 0;
+  // No play of a larger radius, in the input's unit; 0: half the input's range.
+  double widest_play = 0;
   // Width of the loss; 0: as above. Far below the residuals the fit minimises the mean absolute error, as the
   // integral of absolute error scores it.
   double delta_deg = 0;

@@ -14,12 +14,13 @@ void Radio::send(std::int64_t now_ms, const FrameAngles& angles) {
   const bool lost = random_.uniform() < p.loss;
   const bool corrupt = random_.uniform() < p.corruption;
   const bool outage = now_s >= p.outage_start_s && now_s < p.outage_start_s + p.outage_s;
-  if (now_s < busy_until_s_) {
+  const double airtime_s = p.frame_bytes * 10 / p.baud;
+  const double start_s = std::max(now_s, busy_until_s_);
+  if (start_s - now_s > airtime_s) {
     ++lost_;
     return;
   }
-  const double airtime_s = p.frame_bytes * 10 / p.baud;
-  busy_until_s_ = now_s + airtime_s;
+  busy_until_s_ = start_s + airtime_s;
   const auto free = std::ranges::find(in_air_, kNever, &Frame::arrival_ms);
   if (lost || corrupt || outage || free == in_air_.end()) {
     ++lost_;

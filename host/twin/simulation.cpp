@@ -279,9 +279,9 @@ class Batch {
       trial.true_deg[at(i)].push_back(static_cast<double>(x_.reference[lane]));
     }
     // A frame rate below the sample rate sends every so many samples, the newest of them.
-    if (now_s + period_s_ / 2 < next_frame_s_[at(t)]) return;
-    next_frame_s_[at(t)] = std::max(next_frame_s_[at(t)] + frame_every_s_, now_s);
-    if (next_frame_s_[at(t)] <= now_s) next_frame_s_[at(t)] = now_s + frame_every_s_;
+    double& due_s = next_frame_s_[at(t)];
+    if (now_s + period_s_ / 2 < due_s) return;
+    due_s = due_s + 2 * frame_every_s_ < now_s ? now_s + frame_every_s_ : due_s + frame_every_s_;
     radio_[at(t)].send(now, angles);
   }
 

@@ -19,7 +19,7 @@ namespace hand {
 constexpr int16_t kFullDuty = 32767;  // the supply's whole voltage
 constexpr int kErrorFraction = 8;     // e in Q8 degrees
 constexpr int kIntegralFraction = 8;  // I in 2^-8 duty
-constexpr int32_t kMaxIntegral = 1 << 30;
+constexpr int32_t kMaxIntegral = static_cast<int32_t>(1) << 30;
 
 struct LoopSettings {
   int16_t lower;  // of the command, Q4 degrees

@@ -1,4 +1,5 @@
-# Builds the compensator for the ATmega328P and fails if it needs a heap, or soft-float in the fixed-point path.
+# Builds SOURCE for the ATmega328P, once with each of VARIANTS defined, and fails if it needs a heap, or soft-float in
+# the variant FIXED_POINT.
 if(NOT CXX OR NOT NM)
   message(FATAL_ERROR "avr-g++ is missing: run script/bootstrap (packages gcc-avr, avr-libc, binutils-avr)")
 endif()
@@ -8,7 +9,7 @@ function(build name)
   execute_process(
     COMMAND ${CXX} -mmcu=atmega328p -Os -std=c++14 -Wall -Wextra -Werror -fno-exceptions -fno-rtti
             -ffunction-sections -Wl,--gc-sections -I${ROOT} -D${name}
-            ${ROOT}/runtime/compensator/avr_build_test.cpp -o ${OUT}/${name}.elf
+            ${SOURCE} -o ${OUT}/${name}.elf
     RESULT_VARIABLE failed ERROR_VARIABLE log)
   if(failed)
     message(FATAL_ERROR "${name} does not compile with avr-g++:\n${log}")
@@ -22,5 +23,6 @@ function(build name)
   endif()
 endfunction()
 
-build(FIXED_POINT)
-build(FLOATING_POINT)
+foreach(variant IN LISTS VARIANTS)
+  build(${variant})
+endforeach()

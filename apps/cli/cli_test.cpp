@@ -355,7 +355,8 @@ TEST_F(Cli, ExperimentRefusesTheImpossible) {
 }
 
 TEST_F(Cli, TheTwinsConfigurationIsAFileThatCanBeEdited) {
-  const Finished printed = run("twin");
+  EXPECT_NE(run("twin").out.find("loop.integral_limit"), std::string::npos);
+  const Finished printed = run("twin --json");
   EXPECT_EQ(printed.exit, 0);
   io::write_file(path("twin.json"), printed.out);
   const std::string same = "experiment --gestures 1 --trials 1 --compensators raw --json";

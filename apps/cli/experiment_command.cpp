@@ -145,7 +145,7 @@ void run(Options& o) {
 
 struct TwinOptions {
   std::string out;
-  int evaluations = 1000;
+  int evaluations = 1500;
   int trials = 16;
   std::uint64_t seed = 7;
   bool json = false;
@@ -246,7 +246,7 @@ void add_experiment(CLI::App& app) {
   command->add_option("--rate", o->rate_hz, "sample rate of the glove, Hz")->capture_default_str();
   command->add_option("--threads", o->plan.threads, "0: as many as the machine has")->capture_default_str();
   command->add_option("--twin", o->twin,
-                      "configuration of the twin (default: the shipped one; flexor twin prints it)");
+                      "configuration of the twin (default: the shipped one; flexor twin --json prints it)");
   command->add_option("--set", o->set, "change one parameter of the twin: radio.loss=0.05; may be repeated");
   command->add_flag("--scenarios", o->scenarios, "also with drift, put on anew, lost and late frames");
   command->add_flag("--json", o->json, "one JSON object on standard output");
@@ -283,9 +283,21 @@ void add_calibrate_glove(CLI::App& app) {
 }
 
 void add_twin(CLI::App& app) {
+  auto json = std::make_shared<bool>(false);
   CLI::App* command =
-      app.add_subcommand("twin", "Print the twin's configuration, every parameter with unit and source");
-  command->callback([] { print(twin::to_json(experiment::shipped_parameters())); });
+      app.add_subcommand("twin", "The twin's parameters: value, unit and where each comes from");
+  command->add_flag("--json", *json, "as a configuration file, to edit and give to --twin");
+  command->callback([json] {
+    const twin::Parameters p = experiment::shipped_parameters();
+    if (*json) {
+      print(twin::to_json(p));
+      return;
+    }
+    for (const twin::Entry& entry : twin::table()) {
+      print(fmt::format("{:<31}{:<34}{:<10}{}\n", entry.name, twin::value_text(p, entry), entry.unit,
+                        entry.source));
+    }
+  });
 }
 
 }  // namespace flexor::cli

@@ -59,6 +59,37 @@ TEST(Fit, EveryFamilyFitsAndTheRicherOnesFitBetter) {
   }
 }
 
+TEST(Fit, BoundsOfPoleAndPlayAreKept) {
+  Data data = example();
+  // Half of the recording with another offset, as if the glove had been put on anew: a slow pole would follow
+  // it.
+  for (Eigen::Index k = 0; k < 750; ++k) data.angle_deg(k) += 4;
+  Options options;
+  options.slowest_s = 0.5;
+  options.widest_play = 20;
+  const Summary s = fit(make_structure(Family::hw_hysteresis, 2, 8, 1), data, options);
+  ASSERT_TRUE(s.channel.hysteresis);
+  EXPECT_LE(s.channel.hysteresis->radii.front(), 20);
+  for (const double pole : s.channel.lti.poles_rad_s) EXPECT_LE(pole, -2 + 1e-9);
+}
+
+TEST(Fit, ANarrowLossMinimisesTheMeanAbsoluteError) {
+  Data data = example(1500, 0);
+  // A third of the samples are far off to one side: the mean follows them, the median does not.
+  for (Eigen::Index k = 0; k < 1500; k += 3) data.angle_deg(k) += 5;
+  Options options;
+  options.delta_deg = 0.1;
+  const Structure structure = make_structure(Family::hammerstein, 1, 8);
+  const Summary narrow = fit(structure, data, options);
+  options.delta_deg = 100;
+  const Summary wide = fit(structure, data, options);
+  const auto mean_absolute = [&](const Summary& s) {
+    return (s.predicted_deg - data.angle_deg).cwiseAbs().mean();
+  };
+  EXPECT_LT(mean_absolute(narrow), 0.85 * mean_absolute(wide));
+  EXPECT_LT(wide.rmse_deg, narrow.rmse_deg);
+}
+
 TEST(Fit, ALinearSystemIsRecoveredExactly) {
   Data data = example(1000, 0);
   for (int k = 0; k < 1000; ++k) data.angle_deg(k) = 0.125 * data.input(k) - 20;

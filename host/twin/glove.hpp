@@ -9,6 +9,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 #include "host/twin/parameters.hpp"
 
@@ -25,7 +26,7 @@ class Divider {
   int counts(double bend_deg) const {
     const double kohm = flat_kohm_ + kohm_per_deg_ * bend_deg;
     if (kohm <= 0) return 0;
-    return static_cast<int>(kAdcTop * kohm / (kohm + fixed_kohm_) + 0.5);
+    return static_cast<int>(std::lround(kAdcTop * kohm / (kohm + fixed_kohm_)));
   }
 
   double alpha_deg(int counts) const { return alpha_deg_[static_cast<std::size_t>(counts)]; }

@@ -185,6 +185,13 @@ Parameters::Parameters() {
 
 std::span<const Entry> table() { return kTable; }
 
+std::string value_text(const Parameters& p, const Entry& entry) {
+  std::string out = fmt::format("{}", field(p, entry, 0));
+  for (int i = 1; i < (is_per_finger(entry) ? kFingers : 1); ++i)
+    out += fmt::format(" {}", field(p, entry, i));
+  return out;
+}
+
 void check(const Parameters& p) {
   for (const Entry& e : kTable) {
     for (int i = 0; i < (is_per_finger(e) ? kFingers : 1); ++i) {

@@ -1,8 +1,11 @@
 // Everything about the simulated laboratory that is a number, with its unit, its default and its source.
 //
-// A configuration file is JSON: {"schema": "flexor-twin", "schema_version": 1, "parameters": {NAME: {"value",
-// "unit", "source"}, ...}, "faults": [...]}. Values are numbers, or for some one number for each finger. A
-// name that is left out keeps its default; an unknown one is an error. table() is the list, and the only one.
+// A configuration file is JSON, as `flexor twin --json` prints it:
+//   {"schema": "flexor-twin", "schema_version": 1,
+//    "parameters": {NAME: {"value", "unit", "source"}, ...},
+//    "faults": [{"finger", "kind": "open" | "short" | "stuck" | "loose", "start_s", "duration_s"}, ...]}
+// Values are numbers, for some also one number for each finger. A name that is left out keeps its default; an
+// unknown one is an error. table() is the list, and the only one.
 #pragma once
 
 #include <array>
@@ -122,6 +125,9 @@ struct Entry {
 };
 
 std::span<const Entry> table();
+
+// "0.2", or one number for each finger: "1 2 3 4 5".
+std::string value_text(const Parameters& parameters, const Entry& entry);
 
 // Throws io::InputError naming the parameter and its range, or the rule that two of them break.
 void check(const Parameters& parameters);

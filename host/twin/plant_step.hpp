@@ -32,6 +32,8 @@ template <int kLanes>
                      510;
     const float reading = x.motor[i] * c.counts_per_deg + c.noise_counts * static_cast<float>(sum) + 0.5F;
     const auto counts = static_cast<std::int32_t>(limit(reading, 0.0F, 1023.0F));
+    // Not lround, which no compiler turns into vectors; the sum is never negative.
+    // NOLINTNEXTLINE(bugprone-incorrect-roundings)
     const auto measured = static_cast<std::int16_t>(static_cast<float>(counts) * c.q4_per_count + 0.5F);
 
     hand::LoopState state{x.setpoint[i], x.integral[i]};

@@ -10,6 +10,7 @@ volatile int16_t duty[5];
 int main() {
   for (int i = 0; i < 5; ++i) flexor::hand::start(settings, states[i], potentiometer[i]);
   for (;;) {
-    for (int i = 0; i < 5; ++i) duty[i] = flexor::hand::step(settings, states[i], command[i], potentiometer[i]);
+    for (int i = 0; i < 5; ++i)
+      duty[i] = flexor::hand::step(settings, states[i], command[i], potentiometer[i]);
   }
 }

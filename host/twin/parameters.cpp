@@ -23,25 +23,27 @@ constexpr const char* kSchema = "flexor-twin";
 constexpr int kSchemaVersion = 1;
 constexpr double kInfinity = 1e9;
 
-constexpr const char* kPaper = "Sensors 2019, 19(18), 3896, ";
+constexpr const char* kEquation1 = "Sensors 2019, 19(18), 3896, eq. 1";
+constexpr const char* kSection2 = "Sensors 2019, 19(18), 3896, section 2";
+constexpr const char* kSection31 = "Sensors 2019, 19(18), 3896, section 3.1";
 
 // clang-format off
 const Entry kTable[] = {
     {"person.start_spread_s", &P::start_spread_s, 0.05, 0, 1, "s", "choice: nobody starts twice at the same instant"},
     {"person.rest_s", &P::rest_s, 60.0, 0, 3600, "s", "choice: how long hand and glove keep the first pose before a recording starts"},
-    {"person.pose_spread_deg", &P::pose_spread_deg, 0.1, 0, 20, "deg", "choice: the published best trial, 3.28 deg s over five fingers and 10 s, leaves poses and cameras 0.07 deg together"},
+    {"person.pose_spread_deg", &P::pose_spread_deg, 0.1, 0, 20, "deg", "choice: of the order that the published best trial leaves, 3.28 deg s over five fingers and 10 s"},
     {"person.speed_spread", &P::speed_spread, 0.05, 0, 0.5, "1", "choice: 'approximately 83 deg/s', one standard deviation"},
 
     {"placement.bend_lower_deg", &P::bend_lower_deg, PerFinger{81.05, 19.47, 23.48, 20.81, 32.43}, -50, 250, "deg", "fitted: flexor calibrate-twin"},
     {"placement.bend_upper_deg", &P::bend_upper_deg, PerFinger{170.2, 124.1, 101.7, 112.6, 119.2}, -50, 250, "deg", "fitted: flexor calibrate-twin"},
     {"placement.spread_deg", &P::donning_spread_deg, 2.0, 0, 60, "deg", "choice: offset between donnings, one standard deviation"},
-    {"placement.gain_spread", &P::donning_gain_spread, 0.03, 0, 0.5, "1", "choice: a centimetre of a 56 mm sensor off the joint would be 0.1"},
+    {"placement.gain_spread", &P::donning_gain_spread, 0.03, 0, 0.5, "1", "choice: one standard deviation between donnings"},
     {"cloth.knuckle_deg", &P::knuckle_deg, 2.0, 0, 20, "deg", "choice: the bend of a strip over a round knuckle, largest deviation from a line"},
     {"cloth.slip_deg", &P::slip_deg, 0.2006, 0, 30, "deg", "fitted: flexor calibrate-twin"},
     {"cloth.visco_share", &P::visco_share, 0.03, 0, 1, "1", "choice: share of the bend that the cloth delays"},
-    {"cloth.visco_s", &P::visco_s, 0.15, 0.001, 10, "s", "choice"},
+    {"cloth.visco_s", &P::visco_s, 0.15, 0.001, 10, "s", "choice: cotton recovers within a few tenths of a second"},
     {"cloth.creep_share", &P::creep_share, 0.07786, 0, 1, "1", "fitted: flexor calibrate-twin; share of the bend that comes late"},
-    {"cloth.creep_s", &P::creep_s, 8.0, 0.1, 1000, "s", "choice"},
+    {"cloth.creep_s", &P::creep_s, 8.0, 0.1, 1000, "s", "choice: slow beside a movement, quick beside a recording"},
     {"sensor.drift_deg_per_min", &P::drift_deg_per_min, 1.0, 0, 100, "deg/min", "choice: one standard deviation over trials"},
     {"sensor.noise_deg", &P::noise_deg, 0.5, 0, 60, "deg", "choice: a few counts of the ADC"},
     {"sensor.noise_s", &P::noise_s, 0.02, 0, 10, "s", "choice: correlation time of the coloured noise"},
@@ -51,10 +53,10 @@ const Entry kTable[] = {
     {"sensor.burst_rate_per_s", &P::burst_rate_per_s, 0.02, 0, 100, "1/s", "choice: bad contacts, for each finger"},
     {"sensor.burst_deg", &P::burst_deg, 20.0, 0, 180, "deg", "choice: one standard deviation inside a burst"},
     {"sensor.burst_s", &P::burst_s, 0.2, 0.001, 10, "s", "choice: mean duration of a burst"},
-    {"divider.flat_kohm", &P::flat_kohm, 25.0, 0.001, 1e6, "kohm", kPaper},
-    {"divider.kohm_per_deg", &P::kohm_per_deg, 100.0 / 180, 1e-6, 1e6, "kohm/deg", kPaper},
-    {"divider.fixed_kohm", &P::divider_kohm, 35.0, 0.001, 1e6, "kohm", kPaper},
-    {"divider.reference_V", &P::reference_V, 5.0, 0.1, 50, "V", kPaper},
+    {"divider.flat_kohm", &P::flat_kohm, 25.0, 0.001, 1e6, "kohm", kEquation1},
+    {"divider.kohm_per_deg", &P::kohm_per_deg, 100.0 / 180, 1e-6, 1e6, "kohm/deg", kEquation1},
+    {"divider.fixed_kohm", &P::divider_kohm, 35.0, 0.001, 1e6, "kohm", kSection2},
+    {"divider.reference_V", &P::reference_V, 5.0, 0.1, 50, "V", kSection2},
 
     {"radio.baud", &P::baud, 9600.0, 1, 1e7, "1/s", "HC-12 data sheet, default"},
     {"radio.frame_bytes", &P::frame_bytes, 12.0, 5, 255, "byte", "choice: five 9-bit angles, sequence, CRC-16 and framing"},
@@ -66,8 +68,8 @@ const Entry kTable[] = {
     {"radio.outage_start_s", &P::outage_start_s, 0.0, 0, kInfinity, "s", "choice: none"},
     {"radio.outage_s", &P::outage_s, 0.0, 0, kInfinity, "s", "choice: none"},
 
-    {"hand.lower_deg", &P::hand_lower_deg, PerFinger{90, 28, 28, 28, 28}, 0, 180, "deg", kPaper},
-    {"hand.upper_deg", &P::hand_upper_deg, PerFinger{170, 113, 113, 113, 113}, 0, 180, "deg", kPaper},
+    {"hand.lower_deg", &P::hand_lower_deg, PerFinger{90, 28, 28, 28, 28}, 0, 180, "deg", kSection31},
+    {"hand.upper_deg", &P::hand_upper_deg, PerFinger{170, 113, 113, 113, 113}, 0, 180, "deg", kSection31},
     {"motor.supply_V", &P::motor_V, 6.0, 0.1, 100, "V", "data sheets of 10 x 12 mm gear motors, 6 V, 150:1"},
     {"motor.resistance_ohm", &P::resistance_ohm, 3.8, 0.01, 1e4, "ohm", "the same: stall current 1.6 A"},
     {"motor.torque_constant_mNm_A", &P::torque_constant_mNm_A, 1.8, 1e-3, 1e4, "mNm/A", "the same: no-load speed 200 rpm behind the gear"},
@@ -77,7 +79,7 @@ const Entry kTable[] = {
     {"motor.finger_inertia_gcm2", &P::finger_inertia_gcm2, 400.0, 0, 1e6, "g cm^2", "choice: 30 g at 3.6 cm"},
     {"motor.current_limit_A", &P::current_limit_A, 1.2, 0.01, 100, "A", "choice: a two-channel driver of that size"},
     {"motor.coulomb_mNm", &P::coulomb_mNm, 12.0, 0, 1e4, "mNm", "choice: 5 % of the stall torque, behind the gear"},
-    {"motor.viscous_mNms_rad", &P::viscous_mNms_rad, 1.0, 0, 1e4, "mNm s/rad", "choice"},
+    {"motor.viscous_mNms_rad", &P::viscous_mNms_rad, 1.0, 0, 1e4, "mNm s/rad", "choice: a tenth of what the motor's own induction brakes"},
     {"motor.backlash_deg", &P::backlash_deg, 0.2, 0, 20, "deg", "choice: half of a spur gear's play, between motor and joint"},
     {"motor.disturbance_mNm", &P::disturbance_mNm, 10.0, 0, 1e4, "mNm", "choice: bound of d_in; the article gives no size"},
     {"motor.disturbance_s", &P::disturbance_s, 1.0, 0.01, 100, "s", "choice: 'slow'"},
@@ -89,7 +91,7 @@ const Entry kTable[] = {
     {"loop.lower_deg", &P::loop_lower_deg, 0.0, 0, 180, "deg", "choice: the article limits the joint (eq. 6), not the command"},
     {"loop.upper_deg", &P::loop_upper_deg, 180.0, 0, 180, "deg", "choice: the article limits the joint (eq. 6), not the command"},
     {"loop.speed_deg_s", &P::loop_speed_deg_s, 800.0, 1, 100000, "deg/s", "choice: ten times the speed of the gestures"},
-    {"loop.duty", &P::loop_duty, 1.0, 0.01, 1, "1", "choice"},
+    {"loop.duty", &P::loop_duty, 1.0, 0.01, 1, "1", "choice: the whole supply"},
 
     {"camera.rate_hz", &P::camera_rate_hz, 30.0, 1, 1000, "Hz", "choice: an ordinary USB camera"},
     {"camera.glove_latency_s", &P::glove_camera_latency_s, 0.04, 0, 1, "s", "choice: both cameras alike, so that it cancels"},

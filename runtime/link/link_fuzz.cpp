@@ -1,25 +1,25 @@
 // Any bytes: no crash, no acceptance without the key, and a good frame is taken right after any delimiter.
-#include <cstddef>
+#include <stddef.h>
 #include <cstdlib>
 
 #include "runtime/link/receiver.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace flexor::link;
   static const Key key = {{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16}};
   Receiver sealed(&key);
   Receiver plain(nullptr);
-  for (std::size_t i = 0; i < size; ++i) {
+  for (size_t i = 0; i < size; ++i) {
     if (sealed.push(data[i]) == Received::frame) std::abort();
     (void)plain.push(data[i]);
   }
   Frame frame = {};
   frame.counter = 7;
-  std::uint8_t wire[kWireSealed];
-  const std::uint8_t bytes = encode(frame, &key, wire);
+  uint8_t wire[kWireSealed];
+  const uint8_t bytes = encode(frame, &key, wire);
   (void)sealed.push(kDelimiter);
   Received last = Received::nothing;
-  for (std::uint8_t i = 0; i < bytes; ++i) last = sealed.push(wire[i]);
+  for (uint8_t i = 0; i < bytes; ++i) last = sealed.push(wire[i]);
   if (last != Received::frame) std::abort();
   return 0;
 }

@@ -70,7 +70,21 @@ twin::Motion csv_motion(const std::filesystem::path& path) {
   recording::Recording r = recording::read_csv(path, columns);
   if (r.t_s.size() < 2) throw InputError(fmt::format("{}: a motion needs at least two rows", path.string()));
   std::array<std::vector<double>, kFingers> angle_deg;
-  for (std::size_t i = 0; i < kFingers; ++i) angle_deg[i] = r.column(columns[i]).value;
+  double largest_deg = 0;
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    angle_deg[i] = r.column(columns[i]).value;
+    const auto [low, high] = std::ranges::minmax(angle_deg[i]);
+    if (low < 0 || high > 180) {
+      throw InputError(
+          fmt::format("{}: column {}: {:g} to {:g} is no joint's range; write degrees between 0 and 180",
+                      path.string(), columns[i], low, high));
+    }
+    largest_deg = std::max(largest_deg, high);
+  }
+  if (largest_deg < 4) {
+    throw InputError(
+        fmt::format("{}: no angle above {:g}: are these radians? Write degrees", path.string(), largest_deg));
+  }
   const double start_s = r.t_s.front();
   for (double& t : r.t_s) t -= start_s;
   return twin::Motion::from_samples(path.stem().string(), std::move(r.t_s), std::move(angle_deg));

@@ -121,6 +121,14 @@ TEST(Trials, ReadsWideCsvAsMotionAndNamesWhatIsMissing) {
   io::write_file(folder / "bad.csv", "t_s,thumb_deg\n5,90\n6,95\n");
   EXPECT_NE(message([&] { (void)motions((folder / "bad.csv").string()); }).find("index_deg"),
             std::string::npos);
+  const std::string header = "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n";
+  io::write_file(folder / "far.csv", header + "0,90,3000,30,30,30\n1,90,30,30,30,30\n");
+  EXPECT_NE(
+      message([&] { (void)motions((folder / "far.csv").string()); }).find("column index_deg: 30 to 3000"),
+      std::string::npos);
+  io::write_file(folder / "rad.csv", header + "0,1.6,0.5,0.5,0.5,0.5\n1,1.6,1,1,1,1\n");
+  EXPECT_NE(message([&] { (void)motions((folder / "rad.csv").string()); }).find("radians"),
+            std::string::npos);
   io::write_file(folder / "bad.txt", "2014 09 12 13 43 42.258 1 -0.7\n");
   EXPECT_NE(message([&] { (void)motions((folder / "bad.txt").string()); }).find("row 1"), std::string::npos);
   fs::remove_all(folder);

@@ -1,7 +1,7 @@
 // One finger's PI position loop, 1 kHz, in integers.
 //
 //   s_k = s_{k-1} + clamp(clamp(command, lower, upper) - s_{k-1}, -max_step, max_step)     set-point
-//   e_k = s_k - measured_k
+//   e_k = clamp(s_k - measured_k, -256, 256)
 //   u_k = clamp(K_p e_k + I_k, -duty_limit, duty_limit)
 //   I_k = clamp(I_{k-1} + K_i e_k, -integral_limit, integral_limit)                        anti-windup by
 //   clamping
@@ -19,6 +19,7 @@ namespace hand {
 constexpr int16_t kFullDuty = 32767;  // the supply's whole voltage
 constexpr int kErrorFraction = 8;     // e in Q8 degrees
 constexpr int kIntegralFraction = 8;  // I in 2^-8 duty
+constexpr int32_t kMaxError = 65535;  // 256 degrees: the product with the largest gain just fits 32 bits
 constexpr int32_t kMaxIntegral = static_cast<int32_t>(1) << 30;
 
 struct LoopSettings {
@@ -43,13 +44,15 @@ inline void start(const LoopSettings& c, LoopState& state, int16_t measured) {
   state.integral = 0;
 }
 
-// One tick. command and measured in Q4 degrees, |measured| < 256 degrees; returns the duty, signed.
+// One tick. command and measured in Q4 degrees, any value; returns the duty, signed.
 inline int16_t step(const LoopSettings& c, LoopState& state, int16_t command, int16_t measured) {
   const int32_t goal = static_cast<int32_t>(core::clamp(command, c.lower, c.upper))
                        << (core::kStateFraction - core::kOutputFraction);
   state.setpoint += core::clamp(goal - state.setpoint, -c.max_step, c.max_step);
-  const int32_t error = (state.setpoint >> (core::kStateFraction - kErrorFraction)) -
-                        static_cast<int32_t>(measured) * (1 << (kErrorFraction - core::kOutputFraction));
+  const int32_t error =
+      core::clamp((state.setpoint >> (core::kStateFraction - kErrorFraction)) -
+                      static_cast<int32_t>(measured) * (1 << (kErrorFraction - core::kOutputFraction)),
+                  -kMaxError, kMaxError);
   const int32_t limit = c.duty_limit;
   const int32_t wanted = ((c.proportional * error) >> kErrorFraction) + (state.integral >> kIntegralFraction);
   state.integral = core::clamp(state.integral + ((c.integral * error) >> kErrorFraction), -c.integral_limit,

@@ -1,5 +1,6 @@
-// Consistent overhead byte stuffing (Cheshire, Baker, IEEE/ACM Trans. Networking 7 (1999) 159): no zero inside a frame, one
-// byte more than the payload, and a zero after it. Whatever came before, the next zero starts a new frame.
+// Consistent overhead byte stuffing (Cheshire, Baker, IEEE/ACM Trans. Networking 7 (1999) 159): no zero
+// inside a frame, one byte more than the payload, and a zero after it. Whatever came before, the next zero
+// starts a new frame.
 #pragma once
 
 #include <stdint.h>
@@ -30,8 +31,8 @@ inline uint8_t cobs_encode(const uint8_t* payload, uint8_t size, uint8_t* out) {
   return at;
 }
 
-// Decodes in place what stood between two delimiters; returns the payload's size, or 0 for what is no such code: empty,
-// with a zero inside, or a run beyond the end.
+// Decodes in place what stood between two delimiters; returns the payload's size, or 0 for what is no such
+// code: empty, with a zero inside, or a run beyond the end.
 inline uint8_t cobs_decode(uint8_t* bytes, uint8_t size) {
   uint8_t in = 0;
   uint8_t out = 0;

@@ -23,8 +23,8 @@ constexpr uint8_t kWireSealed = kSealedBytes + 2;             // 24
 enum class SensorStatus : uint8_t { ok = 0, open = 1, short_circuit = 2, stuck = 3 };
 
 struct Frame {
-  uint32_t counter;  // epoch << 16 | sequence; only the sequence is on the wire
-  uint16_t time_ms;  // sender's clock, wraps every 65.5 s
+  uint32_t counter;         // epoch << 16 | sequence; only the sequence is on the wire
+  uint16_t time_ms;         // sender's clock, wraps every 65.5 s
   int16_t angle[kFingers];  // Q4 degrees, 0 .. kMaxAngle
   SensorStatus status[kFingers];
 };
@@ -72,7 +72,8 @@ inline uint8_t encode(const Frame& frame, const Key* key, uint8_t* wire) {
     int16_t angle = frame.angle[i] < 0 ? static_cast<int16_t>(0) : frame.angle[i];
     if (angle > kMaxAngle) angle = kMaxAngle;
     detail::put_bits(payload + 4, static_cast<uint8_t>(12 * i), 12, static_cast<uint16_t>(angle));
-    detail::put_bits(payload + 4, static_cast<uint8_t>(60 + 2 * i), 2, static_cast<uint16_t>(frame.status[i]));
+    detail::put_bits(payload + 4, static_cast<uint8_t>(60 + 2 * i), 2,
+                     static_cast<uint16_t>(frame.status[i]));
   }
   detail::put_bits(payload + 4, 70, 2, kVersion);
   uint8_t size = kBodyBytes;

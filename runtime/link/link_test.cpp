@@ -94,7 +94,8 @@ TEST(Link, SpeaksTheGoldenVectors) {
 }
 
 RC_GTEST_PROP(Link, CobsGivesBackEveryPayload, (const std::vector<uint8_t>& any)) {
-  std::vector<uint8_t> payload(any.begin(), any.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(any.size(), 253)));
+  std::vector<uint8_t> payload(
+      any.begin(), any.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(any.size(), 253)));
   std::vector<uint8_t> wire(payload.size() + 2);
   const uint8_t size = cobs_encode(payload.data(), static_cast<uint8_t>(payload.size()), wire.data());
   RC_ASSERT(size == payload.size() + 2);
@@ -126,8 +127,10 @@ TEST(Link, FollowsWrapsAndRestartsOfTheGlove) {
   EXPECT_EQ(feed(receiver, wire_of(frame_number((7U << 16) | 65535), &kKey)), Received::frame);
   EXPECT_EQ(feed(receiver, wire_of(frame_number(8U << 16), &kKey)), Received::frame);
   EXPECT_EQ(receiver.statistics().lost, 0U);
-  EXPECT_EQ(feed(receiver, wire_of(frame_number(12U << 16), &kKey)), Received::frame);   // restarted four times
-  EXPECT_EQ(feed(receiver, wire_of(frame_number(17U << 16), &kKey)), Received::not_trusted);  // five are too many
+  EXPECT_EQ(feed(receiver, wire_of(frame_number(12U << 16), &kKey)),
+            Received::frame);  // restarted four times
+  EXPECT_EQ(feed(receiver, wire_of(frame_number(17U << 16), &kKey)),
+            Received::not_trusted);  // five are too many
   EXPECT_EQ(feed(receiver, wire_of(frame_number(11U << 16), &kKey)), Received::not_trusted);
 }
 
@@ -146,7 +149,8 @@ TEST(LinkRecovery, NoCorruptedFrameIsAcceptedAndTheNextGoodOneIs) {
       const auto bit = random() % (8 * (bad.size() - 1));
       bad[bit / 8] = static_cast<uint8_t>(bad[bit / 8] ^ (1U << (bit % 8)));
     }
-    if ((draws >> 8) % 4 == 0) bad.erase(bad.begin() + static_cast<std::ptrdiff_t>((draws >> 16) % (bad.size() - 1)));
+    if ((draws >> 8) % 4 == 0)
+      bad.erase(bad.begin() + static_cast<std::ptrdiff_t>((draws >> 16) % (bad.size() - 1)));
     if (bad == good) continue;
     accepted += feed(receiver, bad) == Received::frame;
     if (k % 1000 != 0) continue;

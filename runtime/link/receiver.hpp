@@ -1,8 +1,8 @@
 // The hand's end of the link: bytes in, frames that can be trusted out, everything else counted.
 //
-// A sealed frame is accepted when its tag fits a counter above every one accepted before: the sequence on the wire is the
-// counter's low half, its high half is the last one's or, after a wrap or a restart of the glove, one of the next
-// kEpochsAhead. Replayed, reordered and forged frames fail.
+// A sealed frame is accepted when its tag fits a counter above every one accepted before: the sequence on the
+// wire is the counter's low half, its high half is the last one's or, after a wrap or a restart of the glove,
+// one of the next kEpochsAhead. Replayed, reordered and forged frames fail.
 #pragma once
 
 #include "runtime/link/frame.hpp"
@@ -31,8 +31,8 @@ struct LinkStatistics {
 
 class Receiver {
  public:
-  // `key` null: frames are not authenticated, and only the sequence guards against replay. `last_counter` is what an
-  // earlier run kept; 0: none.
+  // `key` null: frames are not authenticated, and only the sequence guards against replay. `last_counter` is
+  // what an earlier run kept; 0: none.
   explicit Receiver(const Key* key, uint32_t last_counter = 0) : key_(key), last_(last_counter) {}
 
   Received push(uint8_t byte) {
@@ -94,7 +94,8 @@ class Receiver {
     const uint64_t tag = detail::tag_of(*key_, counter, buffer_);
     uint8_t difference = 0;
     for (uint8_t i = 0; i < kTagBytes; ++i) {
-      difference = static_cast<uint8_t>(difference | (buffer_[kBodyBytes + i] ^ static_cast<uint8_t>(tag >> (8 * i))));
+      difference =
+          static_cast<uint8_t>(difference | (buffer_[kBodyBytes + i] ^ static_cast<uint8_t>(tag >> (8 * i))));
     }
     return difference == 0;
   }

@@ -1,5 +1,5 @@
-// SipHash-2-4 (Aumasson, Bernstein, INDOCRYPT 2012): a keyed 64-bit tag for short messages. Test vectors of the reference
-// implementation hold (a test).
+// SipHash-2-4 (Aumasson, Bernstein, INDOCRYPT 2012): a keyed 64-bit tag for short messages. Test vectors of
+// the reference implementation hold (a test).
 #pragma once
 
 #include <stdint.h>
@@ -57,7 +57,8 @@ inline uint64_t siphash24(const Key& key, const uint8_t* message, uint8_t size) 
   detail::SipState s = {k0 ^ 0x736f6d6570736575ULL, k1 ^ 0x646f72616e646f6dULL, k0 ^ 0x6c7967656e657261ULL,
                         k1 ^ 0x7465646279746573ULL};
   uint8_t at = 0;
-  for (; static_cast<uint8_t>(size - at) >= 8; at = static_cast<uint8_t>(at + 8)) s.absorb(detail::load(message + at, 8));
+  for (; static_cast<uint8_t>(size - at) >= 8; at = static_cast<uint8_t>(at + 8))
+    s.absorb(detail::load(message + at, 8));
   s.absorb(detail::load(message + at, static_cast<uint8_t>(size - at)) | (static_cast<uint64_t>(size) << 56));
   s.v2 ^= 0xff;
   for (uint8_t i = 0; i < 4; ++i) s.round();

@@ -1,8 +1,9 @@
 // ADC counts to alpha, the reading in degree-like units that every compensator gets.
 //
 //   alpha = y_i + (y_{i+1} - y_i) (n - 16 i) / 16,   i = n div 16,   n in 0 .. 1023
-// Knots every 16 counts, so that no search is needed and the divider's curve is followed within less than a count. The host computes them: from equations 1 to 3 of Sensors
-// 2019, 19(18), 3896, from two measured points, or from a curve.
+// Knots every 16 counts, so that no search is needed and the divider's curve is followed within less than a
+// count. The host computes them: from equations 1 to 3 of Sensors 2019, 19(18), 3896, from two measured
+// points, or from a curve.
 #pragma once
 
 #include "runtime/core/fixed_point.hpp"

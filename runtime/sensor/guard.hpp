@@ -1,5 +1,6 @@
-// What goes out while a sensor is dead: the last angle for a while, then the rest angle, approached at a bounded speed. When
-// the sensor lives again the output comes back at the same speed, without a jump. One call a sample.
+// What goes out while a sensor is dead: the last angle for a while, then the rest angle, approached at a
+// bounded speed. When the sensor lives again the output comes back at the same speed, without a jump. One
+// call a sample.
 #pragma once
 
 #include "runtime/core/fixed_point.hpp"
@@ -8,8 +9,8 @@ namespace flexor {
 namespace sensor {
 
 struct GuardSettings {
-  int16_t rest;          // Q4 degrees
-  int16_t max_step;      // Q4 degrees in a sample, > 0
+  int16_t rest;      // Q4 degrees
+  int16_t max_step;  // Q4 degrees in a sample, > 0
   uint16_t hold_samples;
 };
 

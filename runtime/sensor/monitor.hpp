@@ -1,8 +1,8 @@
 // Is the sensor alive? One call a sample.
 //
-// open:  `rail_samples` readings in a row at or above `high`     the strip or a wire is off: infinite resistance
-// short: `rail_samples` readings in a row at or below `low`
-// stuck: the very same reading for `stuck_samples`. A living strip does not do that: on the recordings of a real glove no
+// open:  `rail_samples` readings in a row at or above `high`     the strip or a wire is off: infinite
+// resistance short: `rail_samples` readings in a row at or below `low` stuck: the very same reading for
+// `stuck_samples`. A living strip does not do that: on the recordings of a real glove no
 //        reading stayed the same for half a second outside pauses of the log.
 // A sensor is alive again with the first good reading, which for `stuck` is another one.
 #pragma once
@@ -15,7 +15,7 @@ namespace sensor {
 enum class Health : uint8_t { ok = 0, open = 1, short_circuit = 2, stuck = 3 };
 
 struct MonitorSettings {
-  uint16_t low;           // counts
+  uint16_t low;  // counts
   uint16_t high;
   uint8_t rail_samples;   // at least 1; a tenth of a second forgives a scratch
   uint8_t stuck_samples;  // at least 2; half a second

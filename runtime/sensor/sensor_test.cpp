@@ -28,7 +28,8 @@ TEST(Calibration, FollowsTheArticlesDividerWithinACountOverTheHandsRange) {
   Calibration c{};
   const auto bend = [](double n) { return (35 * n / (1023 - n) - 25) / (100.0 / 180); };
   for (int i = 0; i < kKnots; ++i) {
-    c.alpha[i] = static_cast<int16_t>(std::lround(32 * std::clamp(bend(std::min(16.0 * i, 1022.0)), -1000.0, 1000.0)));
+    c.alpha[i] =
+        static_cast<int16_t>(std::lround(32 * std::clamp(bend(std::min(16.0 * i, 1022.0)), -1000.0, 1000.0)));
   }
   for (uint16_t n = 448; n <= 800; ++n) EXPECT_NEAR(c(n) / 32.0, bend(n), 0.36) << n;
 }
@@ -46,7 +47,8 @@ TEST(Monitor, FindsEveryFaultWithinHalfASecondAndForgetsIt) {
   for (const auto& [reading, expected] :
        {std::pair{1023, Health::open}, std::pair{0, Health::short_circuit}, std::pair{512, Health::stuck}}) {
     Monitor monitor;
-    for (int k = 0; k < 20; ++k) EXPECT_EQ(monitor.step(kTenHertz, static_cast<uint16_t>(500 + k % 2)), Health::ok);
+    for (int k = 0; k < 20; ++k)
+      EXPECT_EQ(monitor.step(kTenHertz, static_cast<uint16_t>(500 + k % 2)), Health::ok);
     Health health = Health::ok;
     for (int k = 0; k < 5; ++k) health = monitor.step(kTenHertz, static_cast<uint16_t>(reading));
     EXPECT_EQ(health, expected);

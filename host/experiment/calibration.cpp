@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <nlopt.hpp>
-#include <thread>
 
 #include "host/experiment/identification.hpp"
 #include "host/io/io.hpp"

@@ -14,6 +14,7 @@
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
+#include "host/recording/resample.hpp"
 
 namespace flexor::experiment {
 namespace {
@@ -51,16 +52,14 @@ model::Model raw_model() {
 
 // A finger's flexion, zero when straight, on the hand's scale: its lower limit is straight, a degree is a
 // degree.
-twin::Motion recorded(const std::string& name, std::vector<double> t_s,
+twin::Motion recorded(const std::string& name, const std::vector<double>& t_s,
                       std::array<std::vector<double>, kFingers> flexion_deg) {
   for (std::size_t i = 0; i < kFingers; ++i) {
     const double lower = i == 0 ? 90 : 28;
     const double upper = i == 0 ? 170 : 113;
     for (double& angle : flexion_deg[i]) angle = std::clamp(lower + angle, lower, upper);
   }
-  const double start_s = t_s.front();
-  for (double& t : t_s) t -= start_s;
-  return twin::Motion::from_samples(name, std::move(t_s), std::move(flexion_deg));
+  return twin::Motion::from_samples(name, recording::since_start(t_s), std::move(flexion_deg));
 }
 
 // Wide CSV with thumb_deg index_deg middle_deg ring_deg pinky_deg, on the hand's own scale.
@@ -85,9 +84,8 @@ twin::Motion csv_motion(const std::filesystem::path& path) {
     throw InputError(
         fmt::format("{}: no angle above {:g}: are these radians? Write degrees", path.string(), largest_deg));
   }
-  const double start_s = r.t_s.front();
-  for (double& t : r.t_s) t -= start_s;
-  return twin::Motion::from_samples(path.stem().string(), std::move(r.t_s), std::move(angle_deg));
+  return twin::Motion::from_samples(path.stem().string(), recording::since_start(r.t_s),
+                                    std::move(angle_deg));
 }
 
 // GraspDB: year month day hour minute second flag, then 23 joints in radians, flexion negative; MCP of thumb,
@@ -121,7 +119,7 @@ twin::Motion grasp_motion(const std::filesystem::path& path) {
     const double straight = *std::ranges::min_element(finger);
     for (double& angle : finger) angle -= straight;
   }
-  return recorded(path.stem().string(), std::move(t_s), std::move(flexion_deg));
+  return recorded(path.stem().string(), t_s, std::move(flexion_deg));
 }
 
 twin::Motion motion_file(const std::string& name) {

@@ -19,11 +19,6 @@ using Json = nlohmann::ordered_json;
 constexpr PerFinger kLower = {90, 28, 28, 28, 28};
 constexpr PerFinger kUpper = {170, 113, 113, 113, 113};
 
-std::size_t finger_index(const std::string& name) {
-  const auto& names = model::finger_names();
-  return static_cast<std::size_t>(std::ranges::find(names, model::finger(name)) - names.begin());
-}
-
 // Integral of a ramp that rises from 0 to R during [0, R].
 double ramp_integral(double x, double r) {
   if (x <= 0) return 0;
@@ -32,7 +27,7 @@ double ramp_integral(double x, double r) {
 
 class GestureReader {
  public:
-  GestureReader(const Json& json, std::string source) : reader_(json, source), source_(std::move(source)) {}
+  GestureReader(const Json& json, const std::string& source) : reader_(json, source) {}
 
   io::JsonReader& reader() { return reader_; }
 
@@ -53,7 +48,6 @@ class GestureReader {
 
  private:
   io::JsonReader reader_;
-  std::string source_;
 };
 
 }  // namespace
@@ -94,7 +88,7 @@ Motion Motion::from_json(const std::string& text, const std::string& source) {
     const Json& to = move.member("to");
     for (const Json& finger : move.list("fingers")) {
       if (!finger.is_string()) move.fail("\"fingers\" must be names");
-      const std::size_t i = finger_index(finger.get<std::string>());
+      const auto i = static_cast<std::size_t>(finger_index(finger.get<std::string>()));
       const double target = gesture.angle(to, i);
       if (target == at[i]) continue;
       if (start_s < busy_until[i]) {

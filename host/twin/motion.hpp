@@ -40,9 +40,6 @@ class Motion {
   const std::string& description() const { return description_; }
   int number() const { return number_; }  // of the published gestures; 0: none of them
   double duration_s() const { return duration_s_; }
-  int transitions(int finger) const {
-    return static_cast<int>(moves_[static_cast<std::size_t>(finger)].size());
-  }
   // Degrees that all fingers travel together: times a lag, the error that the lag alone costs.
   double travel_deg() const;
 

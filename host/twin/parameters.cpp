@@ -111,11 +111,6 @@ double field(const Parameters& p, const Entry& entry, int finger) {
 
 bool is_per_finger(const Entry& entry) { return std::holds_alternative<PerFinger P::*>(entry.member); }
 
-int finger_index(const std::string& name) {
-  const auto& names = model::finger_names();
-  return static_cast<int>(std::ranges::find(names, model::finger(name)) - names.begin());
-}
-
 const char* const kFaultNames[] = {"open", "short", "stuck", "loose"};
 
 FaultKind fault_kind(const std::string& name) {
@@ -174,6 +169,11 @@ void require(bool good, const std::string& rule) {
 }
 
 }  // namespace
+
+int finger_index(const std::string& name) {
+  const auto& names = model::finger_names();
+  return static_cast<int>(std::ranges::find(names, model::finger(name)) - names.begin());
+}
 
 Parameters::Parameters() {
   for (const Entry& e : kTable) {

@@ -21,6 +21,9 @@ inline constexpr double kStep_s = 0.001;  // the plant's
 inline constexpr int kFingers = 5;        // thumb index middle ring pinky: motors of the published hand
 using PerFinger = std::array<double, kFingers>;
 
+// 0 for thumb to 4 for pinky; aliases as in host/model. Throws io::InputError, listing the names.
+int finger_index(const std::string& name);
+
 enum class FaultKind { open, short_circuit, stuck, loose };
 
 // A sensor that fails between start_s and start_s + duration_s of every trial.

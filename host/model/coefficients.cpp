@@ -5,10 +5,16 @@
 
 namespace flexor::model::detail {
 
+Eigen::Index order_at(const Lti& lti, double period_s) {
+  const auto n = static_cast<Eigen::Index>(lti.poles_rad_s.size());
+  constexpr double kForgotten = 1e-9;
+  return n > 1 && std::exp(lti.poles_rad_s.back() * period_s) < kForgotten ? n - 1 : n;
+}
+
 PaddedLti pad(const Lti& lti, double period_s, int order) {
   PaddedLti out{Eigen::VectorXd::Zero(order), Eigen::MatrixXd::Zero(order, order),
                 Eigen::VectorXd::Zero(order)};
-  const auto n = static_cast<Eigen::Index>(lti.poles_rad_s.size());
+  const Eigen::Index n = order_at(lti, period_s);
   if (n == 0) {
     out.tap(0) = 1;  // y = w
     return out;
@@ -26,7 +32,7 @@ PaddedLti pad(const Lti& lti, double period_s, int order) {
   return out;
 }
 
-void check_capacity(const Channel& channel, int plays, int input_knots, int order, int output_knots,
+void check_capacity(const Channel& channel, double period_s, int plays, int input_knots, int order, int output_knots,
                     bool taps) {
   const auto need = [&](std::size_t size, int capacity, const char* what) {
     if (size > static_cast<std::size_t>(capacity)) {
@@ -36,7 +42,7 @@ void check_capacity(const Channel& channel, int plays, int input_knots, int orde
   };
   need(channel.hysteresis ? channel.hysteresis->radii.size() : 0, plays, "plays");
   need(channel.input_curve ? channel.input_curve->x.size() : 0, input_knots, "knots");
-  need(channel.lti.poles_rad_s.size(), order, "poles");
+  need(static_cast<std::size_t>(order_at(channel.lti, period_s)), order, "poles");
   const auto zero = [](double tap) { return tap == 0; };
   const bool plain =
       order >= 1 && !channel.lti.poles_rad_s.empty() && std::ranges::all_of(channel.lti.taps, zero);
@@ -96,6 +102,45 @@ int best_fraction(const Channel& channel, const char* what, double magnitude, in
     if (std::round(std::ldexp(std::abs(magnitude), fraction)) <= 32767) return fraction;
   }
   does_not_fit(channel, fmt::format("{} ({:.6g})", what, magnitude));
+}
+
+std::optional<Direct> direct_form(const Channel& channel, double period_s) {
+  const Lti& lti = channel.lti;
+  const Eigen::Index n = order_at(lti, period_s);
+  const bool plain = !channel.hysteresis && !channel.input_curve && !channel.output_curve && lti.offset == 0 &&
+                     std::ranges::all_of(lti.taps, [](double tap) { return tap == 0; });
+  if (n == 0 || !plain || lti.gain <= 0 || after_dead_zone(channel).min < 0) return std::nullopt;
+  // prod (1 - p_i / z), then b from the first n values of the impulse response of the hold.
+  Direct out{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n)};
+  Eigen::VectorXd denominator = Eigen::VectorXd::Unit(n + 1, 0);
+  double gain_of_rounding = 1;
+  Eigen::VectorXd rates(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    rates(i) = -lti.poles_rad_s[static_cast<std::size_t>(i)];
+    const double p = std::exp(-rates(i) * period_s);
+    for (Eigen::Index j = n; j > 0; --j) denominator(j) -= p * denominator(j - 1);
+    gain_of_rounding /= 1 - p;
+  }
+  constexpr double kLargestGain = 1.85;  // of half a step of Q4: 0.058 degree
+  if (gain_of_rounding > kLargestGain) return std::nullopt;
+  const ZeroOrderHold hold = zero_order_hold(rates, period_s);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(n);
+  Eigen::VectorXd response(n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double w = k == 0 ? lti.gain : 0;
+    const Eigen::VectorXd old = x;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      x(i) += hold.input(i) * (w - old(i));
+      for (Eigen::Index j = 0; j < i; ++j) x(i) += hold.transition(i, j) * (old(j) - old(i));
+    }
+    response(k) = x(n - 1);
+  }
+  for (Eigen::Index k = 0; k < n; ++k) {
+    for (Eigen::Index j = 0; j <= k; ++j) out.b(k) += denominator(j) * response(k - j);
+    out.a(k) = std::abs(denominator(k + 1));
+  }
+  const bool fits = out.b.minCoeff() >= 0 && out.b.maxCoeff() < 1.99996 && out.a.maxCoeff() < 0.99999;
+  return fits ? std::optional(out) : std::nullopt;
 }
 
 compensator::FixedWeight fixed_weight(double value) {

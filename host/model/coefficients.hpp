@@ -25,8 +25,19 @@ struct PaddedLti {
 
 PaddedLti pad(const Lti& lti, double period_s, int order);
 
+// Poles that are left at this period: the last one is dropped where a sample forgets it altogether, since its state then equals
+// the one before.
+Eigen::Index order_at(const Lti& lti, double period_s);
+
+// b (gain included) and |a| of compensator::DirectForm, where that form is exact enough and the channel has what it asks for.
+struct Direct {
+  Eigen::VectorXd b;
+  Eigen::VectorXd a;
+};
+std::optional<Direct> direct_form(const Channel& channel, double period_s);
+
 // Throws io::InputError when `channel` needs more than the shape has.
-void check_capacity(const Channel& channel, int plays, int input_knots, int order, int output_knots,
+void check_capacity(const Channel& channel, double period_s, int plays, int input_knots, int order, int output_knots,
                     bool taps);
 
 // Range of the signal after each block for inputs in [valid_min, valid_max]; what fixed point must hold.
@@ -97,7 +108,7 @@ int fill_fixed(const Channel& channel, const Curve& curve, int min_fraction, Run
 // Throws io::InputError when the shape is too small for the channel.
 template <class Real, class ShapeT>
 auto floating_coefficients(const Channel& channel, double period_s) {
-  detail::check_capacity(channel, ShapeT::kPlays, ShapeT::kInputKnots, ShapeT::kOrder, ShapeT::kOutputKnots,
+  detail::check_capacity(channel, period_s, ShapeT::kPlays, ShapeT::kInputKnots, ShapeT::kOrder, ShapeT::kOutputKnots,
                          ShapeT::kTaps);
   typename compensator::Channel<compensator::Floating<Real, ShapeT>, ShapeT>::Coefficients c{};
   const auto real = [](double v) { return static_cast<Real>(v); };
@@ -136,14 +147,12 @@ auto floating_coefficients(const Channel& channel, double period_s) {
 template <class ShapeT>
 auto fixed_coefficients(const Channel& channel, double period_s) {
   using detail::quantise;
-  detail::check_capacity(channel, ShapeT::kPlays, ShapeT::kInputKnots, ShapeT::kOrder, ShapeT::kOutputKnots,
+  detail::check_capacity(channel, period_s, ShapeT::kPlays, ShapeT::kInputKnots, ShapeT::kOrder, ShapeT::kOutputKnots,
                          ShapeT::kTaps);
   typename compensator::Channel<compensator::Fixed<ShapeT>, ShapeT>::Coefficients c{};
   const int q_in = core::kInputFraction;
   c.valid_min = quantise(channel, "valid_min", channel.valid_min, q_in);
-  // INT16_MAX itself marks a channel that has not started.
-  c.valid_max =
-      std::min<std::int16_t>(quantise(channel, "valid_max", channel.valid_max, q_in), INT16_MAX - 1);
+  c.valid_max = quantise(channel, "valid_max", channel.valid_max, q_in);
   if (channel.dead_zone) {
     c.dead_zone.lower = quantise(channel, "dead zone", channel.dead_zone->lower, q_in);
     c.dead_zone.upper = quantise(channel, "dead zone", channel.dead_zone->upper, q_in);
@@ -189,6 +198,18 @@ auto fixed_coefficients(const Channel& channel, double period_s) {
       c.lti.tap[i] = quantise(channel, "tap of the lti block", padded.tap(i), c.lti.tap_fraction);
       for (int j = 0; j < i; ++j) {
         c.lti.chain_weight[compensator::chain_index(i, j)] = detail::fixed_weight(padded.chain_weight(i, j));
+      }
+    }
+    if (const auto direct = detail::direct_form(channel, period_s)) {
+      c.lti.is_direct = true;
+      double rest = channel.lti.gain;  // what b_0 must bring for the DC gain to be right after rounding
+      for (Eigen::Index i = direct->b.size() - 1; i >= 0; --i) {
+        const double a = std::round(std::ldexp(direct->a(i), 16));
+        rest += (i % 2 == 0 ? -1 : 1) * channel.lti.gain * std::ldexp(a, -16);
+        const double b = std::round(std::ldexp(i > 0 ? direct->b(i) : rest, 15));
+        rest -= std::ldexp(b, -15);
+        c.lti.direct.a[i] = static_cast<std::uint16_t>(a);
+        c.lti.direct.b[i] = static_cast<std::uint16_t>(b);
       }
     }
   }

@@ -82,10 +82,11 @@ TEST(Coefficients, AnExactShapeGivesTheBitsOfTheGeneralOne) {
     Simulation<FixedArithmetic> general(m);
     const auto c = fixed_coefficients<Small>(m.channels[0], m.sample_period_s);
     SmallChannel::State state;
+    std::uint8_t started = 0;
     SmallChannel::reset(c, state);
     for (const double u : random_input(200, 3)) {
       std::int16_t y = 0;
-      SmallChannel::step(c, state, static_cast<std::int16_t>(std::lround(u * 32)), y);
+      SmallChannel::step(c, state, started, 1, static_cast<std::int16_t>(std::lround(u * 32)), y);
       RC_ASSERT(y / 16.0 == general.step(0, u).angle_deg);
     }
   }));

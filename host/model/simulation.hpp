@@ -21,6 +21,7 @@ class Simulation {
     for (const Channel& channel : model.channels) {
       coefficients_.push_back(make(channel, model.sample_period_s));
       states_.emplace_back();
+      started_.emplace_back();
       ChannelT::reset(coefficients_.back(), states_.back());
     }
   }
@@ -36,7 +37,7 @@ class Simulation {
   // saturated, so that NaN is refused as below the range.
   Sample step(std::size_t i, double u) {
     typename Arithmetic::Output output{};
-    const core::Status status = ChannelT::step(coefficients_[i], states_[i], to_input(u), output);
+    const core::Status status = ChannelT::step(coefficients_[i], states_[i], started_[i], 1, to_input(u), output);
     return {from_output(output), status};
   }
 
@@ -72,6 +73,7 @@ class Simulation {
 
   std::vector<typename ChannelT::Coefficients> coefficients_;
   std::vector<typename ChannelT::State> states_;
+  std::vector<std::uint8_t> started_;
 };
 
 }  // namespace flexor::model

@@ -46,8 +46,9 @@ struct Floating {
   using OutputCurve = Curve<Real, detail::at_least_one(ShapeT::kOutputKnots)>;
 
   static bool is_nan(Real u) { return u != u; }
-  static Real unreachable() { return static_cast<Real>(__builtin_huge_val()); }
   static Real gained(const LtiBlock& lti, Real v) { return lti.gain * v + lti.offset; }
+  static constexpr bool is_direct(const LtiBlock&) { return false; }
+  static Real step_direct(const LtiBlock&, typename LtiBlock::State&, Real v) { return v; }
   static Real to_output_curve(Real y) { return y; }
   static Real to_output(Real y) { return y; }
   static Real curve_to_output(Real y, uint8_t) { return y; }
@@ -64,13 +65,17 @@ struct Fixed {
   using OutputCurve = FixedCurve<detail::at_least_one(ShapeT::kOutputKnots)>;
 
   static bool is_nan(int16_t) { return false; }
-  static int16_t unreachable() { return INT16_MAX; }  // the host keeps valid_max below it
   static int32_t gained(const LtiBlock& lti, int16_t v) { return lti.scaled(v); }
-  static int16_t to_output_curve(int32_t y) {
-    return core::narrow(core::round_shift(y, core::kStateFraction - core::kInputFraction));
+  static bool is_direct(const LtiBlock& lti) { return lti.is_direct; }
+  FLEXOR_INLINE static int16_t step_direct(const LtiBlock& lti, typename LtiBlock::State& state, int16_t v) {
+    return static_cast<int16_t>(lti.direct.step(state.direct, static_cast<uint16_t>(v)));
   }
-  static int16_t to_output(int32_t y) {
-    return core::narrow(core::round_shift(y, core::kStateFraction - core::kOutputFraction));
+  // The host refuses models whose signals do not fit here.
+  FLEXOR_INLINE static int16_t to_output_curve(int32_t y) {
+    return static_cast<int16_t>(core::round_shift(y, core::kStateFraction - core::kInputFraction));
+  }
+  FLEXOR_INLINE static int16_t to_output(int32_t y) {
+    return static_cast<int16_t>(core::round_shift(y, core::kStateFraction - core::kOutputFraction));
   }
   // `shift` fraction bits more than Q4.
   static int16_t curve_to_output(int16_t y, uint8_t shift) {
@@ -100,49 +105,52 @@ class Channel {
   };
 
   struct State {
-    Input low;  // valid_min once started; before, a value that no input reaches: one comparison serves both
     typename Arithmetic::HysteresisBlock::State hysteresis;
     typename Arithmetic::LtiBlock::State lti;
     Output output;
   };
 
-  static void reset(const Coefficients& c, State& state) {
-    state.low = Arithmetic::unreachable();
+  FLEXOR_INLINE static void reset(const Coefficients& c, State& state) {
     state.output = core::clamp(c.rest, c.lower, c.upper);
   }
 
   // One sample in, one angle out: `output` is always within the saturation, whatever the input.
-  static Status step(const Coefficients& c, State& state, Input u, Output& output) {
-    if (!(u >= state.low && u <= c.valid_max)) {
-      const Status status = refusal(c, u);
-      if (status != Status::ok) {
-        output = state.output;
-        return status;
-      }
+  // The first good sample sets `bit` of `started`, which is 0 at reset. The caller keeps it, so that a microcontroller can hold
+  // the bits of all channels in one register.
+  FLEXOR_INLINE static Status step(const Coefficients& c, State& state, uint8_t& started, uint8_t bit, Input u,
+                                   Output& output) {
+    if (__builtin_expect(!(u >= c.valid_min && u <= c.valid_max), false)) {
+      output = state.output;
+      return refusal(c, u);
+    }
+    if (__builtin_expect((started & bit) == 0, false)) {
       start(c, state, c.dead_zone(u));
+      started = static_cast<uint8_t>(started | bit);
     }
     Input v = c.dead_zone(u);
     if (ShapeT::kPlays > 0) v = c.hysteresis.step(state.hysteresis, v);
     if (ShapeT::kInputKnots > 0) v = c.input_curve(v);
-    const auto y = ShapeT::kOrder > 0 ? c.lti.step(state.lti, v) : Arithmetic::gained(c.lti, v);
-    const Output raw = ShapeT::kOutputKnots > 0 && c.output_curve.count > 0
-                           ? Arithmetic::curve_to_output(c.output_curve(Arithmetic::to_output_curve(y)),
-                                                         c.output_curve_shift)
-                           : Arithmetic::to_output(y);
-    state.output = core::clamp(raw, c.lower, c.upper);
+    state.output = core::clamp(linear(c, state, v), c.lower, c.upper);
     output = state.output;
     return Status::ok;
   }
 
  private:
-  static Status refusal(const Coefficients& c, Input u) {
-    if (Arithmetic::is_nan(u)) return Status::not_a_number;
-    if (u < c.valid_min) return Status::below_range;
-    return u > c.valid_max ? Status::above_range : Status::ok;
+  // LTI block and the curve after it.
+  FLEXOR_INLINE static Output linear(const Coefficients& c, State& state, Input v) {
+    if (ShapeT::kOrder > 0 && Arithmetic::is_direct(c.lti)) return Arithmetic::step_direct(c.lti, state.lti, v);
+    const auto y = ShapeT::kOrder > 0 ? c.lti.step(state.lti, v) : Arithmetic::gained(c.lti, v);
+    if (ShapeT::kOutputKnots == 0 || c.output_curve.count == 0) return Arithmetic::to_output(y);
+    return Arithmetic::curve_to_output(c.output_curve(Arithmetic::to_output_curve(y)), c.output_curve_shift);
   }
 
-  static void start(const Coefficients& c, State& state, Input v) {
-    state.low = c.valid_min;
+  FLEXOR_INLINE static Status refusal(const Coefficients& c, Input u) {
+    if (Arithmetic::is_nan(u)) return Status::not_a_number;
+    if (u < c.valid_min) return Status::below_range;
+    return Status::above_range;
+  }
+
+  FLEXOR_INLINE static void start(const Coefficients& c, State& state, Input v) {
     if (ShapeT::kPlays > 0) c.hysteresis.start(state.hysteresis, v);
     if (ShapeT::kOrder > 0) c.lti.start(state.lti, ShapeT::kInputKnots > 0 ? c.input_curve(v) : v);
   }

@@ -30,11 +30,12 @@ DoubleChannel::Coefficients identity() {
 
 std::vector<double> run(const DoubleChannel::Coefficients& c, const std::vector<double>& inputs) {
   DoubleChannel::State state;
+  std::uint8_t started = 0;
   DoubleChannel::reset(c, state);
   std::vector<double> outputs;
   for (const double u : inputs) {
     double y = 0;
-    EXPECT_EQ(DoubleChannel::step(c, state, u, y), Status::ok);
+    EXPECT_EQ(DoubleChannel::step(c, state, started, 1, u, y), Status::ok);
     outputs.push_back(y);
   }
   return outputs;
@@ -101,11 +102,12 @@ TEST(Lti, StepResponseIsTheExactHoldWithoutAHiddenSample) {
   c.lower = -1e9;
   c.upper = 1e9;
   FirstChannel::State state;
+  std::uint8_t started = 0;
   FirstChannel::reset(c, state);
   double y = 0;
-  FirstChannel::step(c, state, 0, y);
+  FirstChannel::step(c, state, started, 1, 0, y);
   for (int k = 1; k < 10; ++k) {
-    FirstChannel::step(c, state, 1, y);
+    FirstChannel::step(c, state, started, 1, 1, y);
     // The sample that sees the step already shows one period of response: update before output.
     EXPECT_NEAR(y, 69.0 / 54.0 * (1 - std::pow(pole, k)), 1e-12) << k;
   }
@@ -126,6 +128,7 @@ TEST(Lti, StatesNeverLeaveTheRangeOfTheInputsInAnyArithmetic) {
     c.upper = 32767;
     c.lti.tap_fraction = 14;
     FixedChannel::State state;
+    std::uint8_t started = 0;
     FixedChannel::reset(c, state);
     int16_t low = 32767;
     int16_t high = 0;
@@ -134,7 +137,7 @@ TEST(Lti, StatesNeverLeaveTheRangeOfTheInputsInAnyArithmetic) {
       low = std::min(low, u);
       high = std::max(high, u);
       int16_t y = 0;
-      FixedChannel::step(c, state, u, y);
+      FixedChannel::step(c, state, started, 1, u, y);
       RC_ASSERT(y >= low / 2 - 1 && y <= high / 2 + 1);  // Q4 out of Q5
     }
   }));
@@ -156,16 +159,17 @@ TEST(Channel, RefusedInputsHoldTheLastGoodAngleAndLeaveTheStateAlone) {
   auto c = identity();
   c.rest = 7;
   DoubleChannel::State state;
+  std::uint8_t started = 0;
   DoubleChannel::reset(c, state);
   double y = 0;
-  EXPECT_EQ(DoubleChannel::step(c, state, std::numeric_limits<double>::quiet_NaN(), y), Status::not_a_number);
+  EXPECT_EQ(DoubleChannel::step(c, state, started, 1, std::numeric_limits<double>::quiet_NaN(), y), Status::not_a_number);
   EXPECT_EQ(y, 7);  // rest before the first good sample
-  EXPECT_EQ(DoubleChannel::step(c, state, 40, y), Status::ok);
-  EXPECT_EQ(DoubleChannel::step(c, state, 1001, y), Status::above_range);
+  EXPECT_EQ(DoubleChannel::step(c, state, started, 1, 40, y), Status::ok);
+  EXPECT_EQ(DoubleChannel::step(c, state, started, 1, 1001, y), Status::above_range);
   EXPECT_EQ(y, 40);
-  EXPECT_EQ(DoubleChannel::step(c, state, -std::numeric_limits<double>::infinity(), y), Status::below_range);
+  EXPECT_EQ(DoubleChannel::step(c, state, started, 1, -std::numeric_limits<double>::infinity(), y), Status::below_range);
   EXPECT_EQ(y, 40);
-  EXPECT_EQ(DoubleChannel::step(c, state, 41, y), Status::ok);
+  EXPECT_EQ(DoubleChannel::step(c, state, started, 1, 41, y), Status::ok);
   EXPECT_EQ(y, 41);
 }
 
@@ -176,10 +180,11 @@ TEST(Channel, OutputNeverLeavesTheSaturationWhateverTheInput) {
   c.upper = 112;
   EXPECT_TRUE(rc::check([&](const std::vector<double>& inputs) {
     DoubleChannel::State state;
+    std::uint8_t started = 0;
     DoubleChannel::reset(c, state);
     for (const double u : inputs) {
       double y = 0;
-      DoubleChannel::step(c, state, u, y);
+      DoubleChannel::step(c, state, started, 1, u, y);
       RC_ASSERT(y >= 29 && y <= 112);
     }
   }));

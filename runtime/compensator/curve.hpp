@@ -15,7 +15,7 @@ namespace compensator {
 template <class Number>
 inline uint8_t find_segment(const Number* x, uint8_t count, Number u) {
   uint8_t i = 0;
-  while (i + 2 < count && u >= x[i + 1]) ++i;
+  while (i + 2 < count && u >= core::table(x[i + 1])) ++i;
   return i;
 }
 
@@ -44,13 +44,13 @@ struct FixedCurve {
   int16_t y[kCapacity];
   int16_t slope[kCapacity];
 
-  int16_t operator()(int16_t u) const {
+  FLEXOR_INLINE int16_t operator()(int16_t u) const {
     if (count == 0) return u;
     const int16_t inside = core::clamp(u, x[0], x[count - 1]);
     const uint8_t i = find_segment(x, count, inside);
     // A segment may be wider than half the int16 range: the distance is taken in 32 bits.
-    const int32_t product = (static_cast<int32_t>(inside) - x[i]) * slope[i];
-    return core::narrow(y[i] + (product >> slope_shift) + ((product >> (slope_shift - 1)) & 1));
+    const int32_t product = (static_cast<int32_t>(inside) - core::table(x[i])) * core::table(slope[i]);
+    return core::narrow(core::table(y[i]) + (product >> slope_shift) + ((product >> (slope_shift - 1)) & 1));
   }
 };
 

@@ -23,14 +23,14 @@ struct Plays {
     Number p[kCapacity];
   };
 
-  void start(State& state, Number u) const {
+  FLEXOR_INLINE void start(State& state, Number u) const {
     for (uint8_t j = 0; j < count; ++j) state.p[j] = u;
   }
 
   // Moves play j and returns p_j - u. p_j never leaves the range that u has had, so that saturating
   // u - r and u + r loses nothing.
-  Number step(State& state, uint8_t j, Number u) const {
-    state.p[j] = core::clamp(state.p[j], core::subtract(u, radius[j]), core::add(u, radius[j]));
+  FLEXOR_INLINE Number step(State& state, uint8_t j, Number u) const {
+    state.p[j] = core::clamp(state.p[j], core::subtract(u, core::table(radius[j])), core::add(u, core::table(radius[j])));
     return core::subtract(state.p[j], u);
   }
 };
@@ -61,12 +61,12 @@ struct FixedHysteresis {
 
   using State = typename Plays<int16_t, kCapacity>::State;
 
-  void start(State& state, int16_t u) const { plays.start(state, u); }
+  FLEXOR_INLINE void start(State& state, int16_t u) const { plays.start(state, u); }
 
-  int16_t step(State& state, int16_t u) const {
+  FLEXOR_INLINE int16_t step(State& state, int16_t u) const {
     int32_t sum = 0;
     for (uint8_t j = 0; j < plays.count; ++j) {
-      sum += static_cast<int32_t>(weight[j]) * plays.step(state, j, u);
+      sum += static_cast<int32_t>(core::table(weight[j])) * plays.step(state, j, u);
     }
     return core::narrow(u + core::round_shift(sum, kHysteresisWeightFraction));
   }

@@ -66,11 +66,61 @@ struct FixedWeight {
   uint16_t mantissa;
   uint8_t shift;
 
-  int32_t times(int32_t difference) const { return core::multiply_q16(difference, mantissa) >> shift; }
+  FLEXOR_INLINE int32_t times(int32_t difference) const { return core::multiply_q16(difference, mantissa) >> shift; }
+};
+
+// A plain chain (all c zero, no offset) whose poles are quick against the sample period, in direct form:
+//   y[k] = b_0 v[k] + a_1 y[k-1] + t_1[k-1]                        y rounded to Q4
+//   t_1[k] = b_1 v[k] - a_2 y[k-1] + t_2[k-1],   t_2[k] = b_2 v[k] + a_3 y[k-1]
+//   prod_i (1 - p_i / z) = 1 - a_1 / z + a_2 / z^2 - a_3 / z^3,  p_i = exp(-a_i T)
+// Half the products of the difference form, and short ones. y's rounding, half of 2^-4 degree, grows by 1 / prod (1 - p_i); where
+// that would take it beyond the format's 0.06 degree, the host leaves the difference form in place.
+// v is Q5 and never negative, nor is y; b is Q15, a is Q16, t is Q20.
+template <int kOrder>
+struct DirectForm {
+  static_assert(kOrder >= 1 && kOrder <= kMaxOrder, "written out for order 1 to 3");
+  uint16_t b[kOrder];
+  uint16_t a[kOrder];
+
+  struct State {
+    uint16_t y;
+    int32_t t[kOrder > 1 ? kOrder - 1 : 1];
+  };
+
+  FLEXOR_INLINE void start(State& state, uint16_t v, uint16_t y) const {
+    state.y = y;
+    if (kOrder > 2) state.t[kSecond] = second(v, y);
+    if (kOrder > 1) state.t[0] = first(state, v, y);
+  }
+
+  FLEXOR_INLINE uint16_t step(State& state, uint16_t v) const {
+    const uint16_t old = state.y;
+    int32_t y = core::multiply_add(core::multiply(v, b[0]), old, a[0]);
+    if (kOrder > 1) y += state.t[0];
+    if (kOrder > 1) state.t[0] = first(state, v, old);
+    if (kOrder > 2) state.t[kSecond] = second(v, old);
+    return state.y = static_cast<uint16_t>(static_cast<uint32_t>(y + 0x8000) >> 16);
+  }
+
+ private:
+  // Places that a lower order does not have, and never reads.
+  static constexpr int kSecond = kOrder > 2 ? 1 : 0;
+  static constexpr int kB1 = kOrder > 1 ? 1 : 0;
+  static constexpr int kB2 = kOrder > 2 ? 2 : 0;
+
+  FLEXOR_INLINE int32_t first(const State& state, uint16_t v, uint16_t y) const {
+    const int32_t t =
+        kOrder > 2 ? core::multiply_add(state.t[kSecond], v, b[kB1]) : core::multiply(v, b[kB1]);
+    return core::multiply_subtract(t, y, a[kB1]);
+  }
+  FLEXOR_INLINE int32_t second(uint16_t v, uint16_t y) const {
+    return core::multiply_add(core::multiply(v, b[kB2]), y, a[kB2]);
+  }
 };
 
 // Input int16 in any fraction; states and output int32 in Q20, every value and difference below 2048.
 // w = gain * v / 2^gain_shift + offset (gain_shift < 0 shifts left); taps are tap / 2^tap_fraction.
+// Written out instead of in loops: on the microcontroller every coefficient is then a constant of its instruction.
 template <int kOrder, bool kTaps>
 struct FixedLti {
   int16_t gain;
@@ -80,40 +130,59 @@ struct FixedLti {
   FixedWeight chain_weight[kOrder * (kOrder - 1) / 2 + 1];
   int16_t tap[kOrder];
   uint8_t tap_fraction;
+  bool is_direct;  // `direct` below takes the place of the rest
+  DirectForm<kOrder> direct;
 
-  struct State {
+  union State {
     int32_t x[kOrder];
+    typename DirectForm<kOrder>::State direct;
   };
 
-  int32_t scaled(int16_t v) const {
+  FLEXOR_INLINE int32_t scaled(int16_t v) const {
     const int32_t product = static_cast<int32_t>(v) * gain;
     return (gain_shift < 0 ? product * (static_cast<int32_t>(1) << -gain_shift) : product >> gain_shift) +
            offset;
   }
 
-  void start(State& state, int16_t v) const {
+  FLEXOR_INLINE void start(State& state, int16_t v) const {
     const int32_t w = scaled(v);
+    if (is_direct) {
+      direct.start(state.direct, static_cast<uint16_t>(v), static_cast<uint16_t>(core::round_shift(w, 16)));
+      return;
+    }
     for (int i = 0; i < kOrder; ++i) state.x[i] = w;
   }
 
-  int32_t step(State& state, int16_t v) const {
+  FLEXOR_INLINE int32_t step(State& state, int16_t v) const {
     const int32_t w = scaled(v);
-    for (int i = kOrder - 1; i >= 0; --i) {
-      int32_t delta = input_weight[i].times(w - state.x[i]);
-      for (int j = 0; j < i; ++j) {
-        delta += chain_weight[chain_index(i, j)].times(state.x[j] - state.x[i]);
-      }
-      state.x[i] += delta;
+    // From the last state to the first: a state needs the old values of those before it.
+    if (kOrder > 2) {
+      const int32_t x = state.x[kX2];
+      state.x[kX2] = x + input_weight[kX2].times(w - x) + chain_weight[kA20].times(state.x[0] - x) +
+                     chain_weight[kA21].times(state.x[kX1] - x);
     }
+    if (kOrder > 1) {
+      const int32_t x = state.x[kX1];
+      state.x[kX1] = x + input_weight[kX1].times(w - x) + chain_weight[kA10].times(state.x[0] - x);
+    }
+    state.x[0] += input_weight[0].times(w - state.x[0]);
     const int32_t last = state.x[kOrder - 1];
     if (!kTaps) return last;
     int32_t y = last + tapped(tap[0], w - last);
-    for (int i = 1; i < kOrder; ++i) y += tapped(tap[i], state.x[i - 1] - last);
+    if (kOrder > 1) y += tapped(tap[kX1], state.x[0] - last);
+    if (kOrder > 2) y += tapped(tap[kX2], state.x[kX1] - last);
     return y;
   }
 
  private:
-  int32_t tapped(int16_t c, int32_t difference) const {
+  // Places that a lower order does not have, and never reads.
+  static constexpr int kX1 = kOrder > 1 ? 1 : 0;
+  static constexpr int kX2 = kOrder > 2 ? 2 : 0;
+  static constexpr int kA10 = kOrder > 1 ? chain_index(1, 0) : 0;
+  static constexpr int kA20 = kOrder > 2 ? chain_index(2, 0) : 0;
+  static constexpr int kA21 = kOrder > 2 ? chain_index(2, 1) : 0;
+
+  FLEXOR_INLINE int32_t tapped(int16_t c, int32_t difference) const {
     if (c == 0) return 0;  // most are: saves the product on the microcontroller
     return core::multiply_q16(difference, c) * (static_cast<int32_t>(1) << (16 - tap_fraction));
   }

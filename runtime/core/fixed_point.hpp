@@ -33,7 +33,7 @@ FLEXOR_INLINE Number table(const Number& x) {
 
 // Limits `value` to [lower, upper]; lower <= upper. A NaN comes back as NaN.
 template <class T>
-FLEXOR_INLINE constexpr T clamp(T value, T lower, T upper) {
+FLEXOR_INLINE T clamp(T value, T lower, T upper) {
   const T raised = value < lower ? lower : value;  // two steps: one maximum, one minimum, no branch
   return upper < raised ? upper : raised;
 }

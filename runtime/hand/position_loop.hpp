@@ -2,7 +2,7 @@
 //
 //   s_k = s_{k-1} + clamp(clamp(command, lower, upper) - s_{k-1}, -max_step, max_step)     set-point
 //   e_k = clamp(s_k - measured_k, -256, 256)
-//   u_k = clamp(K_p e_k + I_k, -duty_limit, duty_limit)
+//   u_k = clamp(K_p e_k + I_k + K_v (s_k - s_{k-1}), -duty_limit, duty_limit)            feed-forward of the set-point's speed
 //   I_k = clamp(I_{k-1} + K_i e_k, -integral_limit, integral_limit)                        anti-windup by
 //   clamping
 //
@@ -20,7 +20,14 @@ constexpr int16_t kFullDuty = 32767;  // the supply's whole voltage
 constexpr int kErrorFraction = 8;     // e in Q8 degrees
 constexpr int kIntegralFraction = 8;  // I in 2^-8 duty
 constexpr int32_t kMaxError = 65535;  // 256 degrees: the product with the largest gain just fits 32 bits
+constexpr int kSpeedShift = core::kStateFraction - kErrorFraction;
 constexpr int32_t kMaxIntegral = static_cast<int32_t>(1) << 30;
+
+// Limits `value` to [-bound, bound].
+inline int32_t limit(int32_t value, int32_t bound) {
+  const int32_t raised = value < -bound ? -bound : value;
+  return bound < raised ? bound : raised;
+}
 
 struct LoopSettings {
   int16_t lower;  // of the command, Q4 degrees
@@ -30,6 +37,7 @@ struct LoopSettings {
   int16_t integral;        // K_i: 2^-8 duty per degree and tick
   int32_t integral_limit;  // 2^-8 duty, 0 .. kMaxIntegral
   int16_t duty_limit;      // 0 .. kFullDuty
+  int16_t feed_forward;    // K_v: duty per degree in a tick, >= 0
 };
 
 struct LoopState {
@@ -44,20 +52,24 @@ inline void start(const LoopSettings& c, LoopState& state, int16_t measured) {
   state.integral = 0;
 }
 
-// One tick. command and measured in Q4 degrees, any value; returns the duty, signed.
-inline int16_t step(const LoopSettings& c, LoopState& state, int16_t command, int16_t measured) {
+// One tick. command and measured in Q4 degrees, any value; max_step takes the place of the settings'. Returns the duty, signed.
+inline int16_t step(const LoopSettings& c, LoopState& state, int16_t command, int16_t measured, int32_t max_step) {
   const int32_t goal = static_cast<int32_t>(core::clamp(command, c.lower, c.upper))
                        << (core::kStateFraction - core::kOutputFraction);
-  state.setpoint += core::clamp(goal - state.setpoint, -c.max_step, c.max_step);
+  const int32_t moved = limit(goal - state.setpoint, max_step);
+  state.setpoint += moved;
   const int32_t error =
-      core::clamp((state.setpoint >> (core::kStateFraction - kErrorFraction)) -
-                      static_cast<int32_t>(measured) * (1 << (kErrorFraction - core::kOutputFraction)),
-                  -kMaxError, kMaxError);
-  const int32_t limit = c.duty_limit;
-  const int32_t wanted = ((c.proportional * error) >> kErrorFraction) + (state.integral >> kIntegralFraction);
-  state.integral = core::clamp(state.integral + ((c.integral * error) >> kErrorFraction), -c.integral_limit,
-                               c.integral_limit);
-  return static_cast<int16_t>(core::clamp(wanted, -limit, limit));
+      limit((state.setpoint >> (core::kStateFraction - kErrorFraction)) -
+                static_cast<int32_t>(measured) * (1 << (kErrorFraction - core::kOutputFraction)),
+            kMaxError);
+  const int32_t wanted = ((c.proportional * error) >> kErrorFraction) + (state.integral >> kIntegralFraction) +
+                         ((c.feed_forward * limit(moved >> kSpeedShift, kMaxError)) >> kErrorFraction);
+  state.integral = limit(state.integral + ((c.integral * error) >> kErrorFraction), c.integral_limit);
+  return static_cast<int16_t>(limit(wanted, c.duty_limit));
+}
+
+inline int16_t step(const LoopSettings& c, LoopState& state, int16_t command, int16_t measured) {
+  return step(c, state, command, measured, c.max_step);
 }
 
 }  // namespace hand

@@ -12,6 +12,6 @@ int main() {
   for (;;) {
     const uint8_t size = flexor::link::encode(out, &key, wire);
     for (uint8_t i = 0; i < size; ++i) uart = wire[i];
-    if (receiver.push(uart) == flexor::link::Received::frame) angle = receiver.frame().angle[0];
+    if (receiver.receive(uart) == flexor::link::Received::frame) angle = receiver.frame().angle[0];
   }
 }

@@ -31,30 +31,47 @@ struct Frame {
 
 namespace detail {
 
-// Bits `at` .. `at + count - 1` of a little-endian field, count <= 12.
-inline void put_bits(uint8_t* field, uint8_t at, uint8_t count, uint16_t value) {
-  for (uint8_t i = 0; i < count; ++i, ++at) {
-    const uint8_t mask = static_cast<uint8_t>(1 << (at & 7));
-    if ((value >> i) & 1) {
-      field[at >> 3] = static_cast<uint8_t>(field[at >> 3] | mask);
-    } else {
-      field[at >> 3] = static_cast<uint8_t>(field[at >> 3] & ~mask);
-    }
+// The field of 72 bits: five angles of 12, five states of 2, the version.
+inline void pack(const Frame& frame, uint8_t* field) {
+  uint16_t angle[kFingers];
+  uint8_t status[kFingers];
+  for (uint8_t i = 0; i < kFingers; ++i) {
+    const int16_t raised = frame.angle[i] < 0 ? static_cast<int16_t>(0) : frame.angle[i];
+    angle[i] = static_cast<uint16_t>(raised > kMaxAngle ? kMaxAngle : raised);
+    status[i] = static_cast<uint8_t>(frame.status[i]);
   }
+  for (uint8_t i = 0; i < kFingers - 1; i = static_cast<uint8_t>(i + 2)) {
+    *field++ = static_cast<uint8_t>(angle[i]);
+    *field++ = static_cast<uint8_t>((angle[i] >> 8) | (angle[i + 1] << 4));
+    *field++ = static_cast<uint8_t>(angle[i + 1] >> 4);
+  }
+  *field++ = static_cast<uint8_t>(angle[4]);
+  *field++ = static_cast<uint8_t>((angle[4] >> 8) | (status[0] << 4) | (status[1] << 6));
+  *field = static_cast<uint8_t>(status[2] | (status[3] << 2) | (status[4] << 4) | (kVersion << 6));
 }
 
-inline uint16_t get_bits(const uint8_t* field, uint8_t at, uint8_t count) {
-  uint16_t value = 0;
-  for (uint8_t i = 0; i < count; ++i, ++at) {
-    value = static_cast<uint16_t>(value | (((field[at >> 3] >> (at & 7)) & 1) << i));
+inline uint8_t version_of(const uint8_t* field) { return field[8] >> 6; }
+
+inline void unpack(const uint8_t* field, Frame& frame) {
+  const auto state = [&](uint8_t finger, uint8_t byte, uint8_t shift) {
+    frame.status[finger] = static_cast<SensorStatus>((field[byte] >> shift) & 3);
+  };
+  state(0, 7, 4);
+  state(1, 7, 6);
+  state(2, 8, 0);
+  state(3, 8, 2);
+  state(4, 8, 4);
+  for (uint8_t i = 0; i < kFingers; ++i) {
+    const uint8_t* byte = field + i + i / 2;  // 1.5 bytes each
+    const uint16_t both = static_cast<uint16_t>(byte[0] | (byte[1] << 8));
+    frame.angle[i] = static_cast<int16_t>(i % 2 == 0 ? both & 0xfff : both >> 4);
   }
-  return value;
 }
 
 // counter, then everything of the body but the sequence: 15 bytes, two blocks of SipHash.
 inline uint64_t tag_of(const Key& key, uint32_t counter, const uint8_t* body) {
   uint8_t message[4 + kBodyBytes - 2];
-  for (uint8_t i = 0; i < 4; ++i) message[i] = static_cast<uint8_t>(counter >> (8 * i));
+  __builtin_memcpy(message, &counter, sizeof(counter));  // least significant first
   for (uint8_t i = 2; i < kBodyBytes; ++i) message[i + 2] = body[i];
   return siphash24(key, message, sizeof(message));
 }
@@ -68,18 +85,12 @@ inline uint8_t encode(const Frame& frame, const Key* key, uint8_t* wire) {
   payload[1] = static_cast<uint8_t>(frame.counter >> 8);
   payload[2] = static_cast<uint8_t>(frame.time_ms);
   payload[3] = static_cast<uint8_t>(frame.time_ms >> 8);
-  for (uint8_t i = 0; i < kFingers; ++i) {
-    int16_t angle = frame.angle[i] < 0 ? static_cast<int16_t>(0) : frame.angle[i];
-    if (angle > kMaxAngle) angle = kMaxAngle;
-    detail::put_bits(payload + 4, static_cast<uint8_t>(12 * i), 12, static_cast<uint16_t>(angle));
-    detail::put_bits(payload + 4, static_cast<uint8_t>(60 + 2 * i), 2,
-                     static_cast<uint16_t>(frame.status[i]));
-  }
-  detail::put_bits(payload + 4, 70, 2, kVersion);
+  detail::pack(frame, payload + 4);
   uint8_t size = kBodyBytes;
   if (key != nullptr) {
     const uint64_t tag = detail::tag_of(*key, frame.counter, payload);
-    for (uint8_t i = 0; i < kTagBytes; ++i) payload[size++] = static_cast<uint8_t>(tag >> (8 * i));
+    __builtin_memcpy(payload + size, &tag, kTagBytes);
+    size = kBodyBytes + kTagBytes;
   }
   const uint16_t crc = crc16(payload, size);
   payload[size++] = static_cast<uint8_t>(crc >> 8);

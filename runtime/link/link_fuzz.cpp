@@ -10,16 +10,16 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   Receiver sealed(&key);
   Receiver plain(nullptr);
   for (size_t i = 0; i < size; ++i) {
-    if (sealed.push(data[i]) == Received::frame) std::abort();
-    (void)plain.push(data[i]);
+    if (sealed.receive(data[i]) == Received::frame) std::abort();
+    (void)plain.receive(data[i]);
   }
   Frame frame = {};
   frame.counter = 7;
   uint8_t wire[kWireSealed];
   const uint8_t bytes = encode(frame, &key, wire);
-  (void)sealed.push(kDelimiter);
+  (void)sealed.receive(kDelimiter);
   Received last = Received::nothing;
-  for (uint8_t i = 0; i < bytes; ++i) last = sealed.push(wire[i]);
+  for (uint8_t i = 0; i < bytes; ++i) last = sealed.receive(wire[i]);
   if (last != Received::frame) std::abort();
   return 0;
 }

@@ -14,6 +14,7 @@ constexpr uint8_t kEpochsAhead = 4;  // restarts of the glove that the hand may 
 
 enum class Received : uint8_t {
   nothing,      // no frame has ended yet
+  pending,      // a frame has ended well so far: call verify() until it says something else
   frame,        // `frame()` is new and trusted
   malformed,    // not COBS, or of no known length
   corrupt,      // the CRC does not fit
@@ -31,10 +32,14 @@ struct LinkStatistics {
 
 class Receiver {
  public:
-  // `key` null: frames are not authenticated, and only the sequence guards against replay. `last_counter` is
-  // what an earlier run kept; 0: none.
-  explicit Receiver(const Key* key, uint32_t last_counter = 0) : key_(key), last_(last_counter) {}
+  // `key` null: frames are not authenticated, and only the sequence guards against replay.
+  explicit Receiver(const Key* key) : key_(key) {}
 
+  // Nothing up to `last_counter`, which an earlier run kept, is believed again.
+  void resume(uint32_t last_counter) { last_ = last_counter; }
+
+  // One byte, never a tag computed: a microcontroller with a loop to serve takes its time over verify(). Not to be called
+  // while a frame is pending.
   Received push(uint8_t byte) {
     if (byte != kDelimiter) {
       if (size_ < sizeof(buffer_)) {
@@ -49,10 +54,26 @@ class Receiver {
     size_ = 0;
     too_long_ = false;
     if (size == 0) return Received::nothing;
-    const Received result = too_long ? Received::malformed : take(size);
-    if (result == Received::malformed) ++statistics_.malformed;
-    if (result == Received::corrupt) ++statistics_.corrupt;
-    if (result == Received::not_trusted) ++statistics_.not_trusted;
+    return counted(too_long ? Received::malformed : examine(size));
+  }
+
+  // Tries one epoch: at most one tag.
+  Received verify() {
+    const uint16_t sequence = static_cast<uint16_t>(buffer_[0] | (buffer_[1] << 8));
+    while (tried_ <= kEpochsAhead) {
+      const uint16_t epoch = static_cast<uint16_t>((last_ >> 16) + tried_++);
+      const uint32_t counter = (static_cast<uint32_t>(epoch) << 16) | sequence;
+      if (counter <= last_) continue;
+      if (key_ == nullptr || fits(counter)) return accept(counter);
+      if (tried_ <= kEpochsAhead) return Received::pending;
+    }
+    return counted(Received::not_trusted);
+  }
+
+  // push() and verify() in one.
+  Received receive(uint8_t byte) {
+    Received result = push(byte);
+    while (result == Received::pending) result = verify();
     return result;
   }
 
@@ -60,60 +81,52 @@ class Receiver {
   const LinkStatistics& statistics() const { return statistics_; }
 
  private:
-  Received take(uint8_t size) {
+  Received counted(Received result) {
+    if (result == Received::malformed) ++statistics_.malformed;
+    if (result == Received::corrupt) ++statistics_.corrupt;
+    if (result == Received::not_trusted) ++statistics_.not_trusted;
+    return result;
+  }
+
+  Received examine(uint8_t size) {
     const uint8_t payload = cobs_decode(buffer_, size);
     if (payload != kPlainBytes && payload != kSealedBytes) return Received::malformed;
     const uint8_t checked = static_cast<uint8_t>(payload - 2);
     const uint16_t crc = static_cast<uint16_t>((buffer_[checked] << 8) | buffer_[checked + 1]);
     if (crc16(buffer_, checked) != crc) return Received::corrupt;
-    if (detail::get_bits(buffer_ + 4, 70, 2) != kVersion) return Received::unknown;
+    if (detail::version_of(buffer_ + 4) != kVersion) return Received::unknown;
     if ((key_ != nullptr) != (payload == kSealedBytes)) return Received::not_trusted;
-    uint32_t counter = 0;
-    if (!find_counter(counter)) return Received::not_trusted;
-    if (started_) statistics_.lost += counter - last_ - 1 < 0x8000 ? counter - last_ - 1 : 0;
-    started_ = true;
-    last_ = counter;
-    ++statistics_.received;
-    unpack(counter);
-    return Received::frame;
+    tried_ = 0;
+    return Received::pending;
   }
 
-  bool find_counter(uint32_t& counter) const {
-    const uint16_t sequence = static_cast<uint16_t>(buffer_[0] | (buffer_[1] << 8));
-    uint16_t epoch = static_cast<uint16_t>(last_ >> 16);
-    for (uint8_t i = 0; i <= kEpochsAhead; ++i, ++epoch) {
-      counter = (static_cast<uint32_t>(epoch) << 16) | sequence;
-      if (counter <= last_) continue;
-      if (key_ == nullptr || fits(counter)) return true;
-    }
-    return false;
+  Received accept(uint32_t counter) {
+    const uint32_t gap = counter - last_ - 1;
+    if (statistics_.received > 0 && gap < 0x8000) statistics_.lost += gap;
+    last_ = counter;
+    ++statistics_.received;
+    frame_.counter = counter;
+    frame_.time_ms = static_cast<uint16_t>(buffer_[2] | (buffer_[3] << 8));
+    detail::unpack(buffer_ + 4, frame_);
+    return Received::frame;
   }
 
   // Compares all bytes whatever the first ones say.
   bool fits(uint32_t counter) const {
     const uint64_t tag = detail::tag_of(*key_, counter, buffer_);
+    uint8_t expected[sizeof(tag)];
+    __builtin_memcpy(expected, &tag, sizeof(tag));
     uint8_t difference = 0;
     for (uint8_t i = 0; i < kTagBytes; ++i) {
-      difference =
-          static_cast<uint8_t>(difference | (buffer_[kBodyBytes + i] ^ static_cast<uint8_t>(tag >> (8 * i))));
+      difference = static_cast<uint8_t>(difference | (buffer_[kBodyBytes + i] ^ expected[i]));
     }
     return difference == 0;
   }
 
-  void unpack(uint32_t counter) {
-    frame_.counter = counter;
-    frame_.time_ms = static_cast<uint16_t>(buffer_[2] | (buffer_[3] << 8));
-    for (uint8_t i = 0; i < kFingers; ++i) {
-      frame_.angle[i] = static_cast<int16_t>(detail::get_bits(buffer_ + 4, static_cast<uint8_t>(12 * i), 12));
-      frame_.status[i] =
-          static_cast<SensorStatus>(detail::get_bits(buffer_ + 4, static_cast<uint8_t>(60 + 2 * i), 2));
-    }
-  }
-
   const Key* key_;
-  uint32_t last_;
-  bool started_ = false;
+  uint32_t last_ = 0;
   bool too_long_ = false;
+  uint8_t tried_ = 0;  // epochs
   uint8_t size_ = 0;
   uint8_t buffer_[kWireSealed - 1];
   Frame frame_ = {};

@@ -34,7 +34,7 @@ struct SipState {
     v2 = rotate(v2, 32);
   }
 
-  void absorb(uint64_t m) {
+  __attribute__((noinline)) void absorb(uint64_t m) {
     v3 ^= m;
     round();
     round();
@@ -42,10 +42,12 @@ struct SipState {
   }
 };
 
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "bytes are copied, least significant first, as they lie");
+
 // Up to eight bytes, least significant first.
 inline uint64_t load(const uint8_t* bytes, uint8_t count) {
   uint64_t x = 0;
-  for (uint8_t i = count; i > 0; --i) x = (x << 8) | bytes[i - 1];
+  __builtin_memcpy(&x, bytes, count);
   return x;
 }
 

@@ -11,7 +11,8 @@ volatile uint16_t adc[5];
 volatile int16_t angle[5];
 
 int main() {
-  flexor::sensor::Guard guard(guard_settings);
+  flexor::sensor::Guard guard;
+  guard.reset(guard_settings);
   for (;;) {
     for (int i = 0; i < 5; ++i) {
       const uint16_t counts = adc[i];

@@ -21,8 +21,9 @@ struct Calibration {
   int16_t operator()(uint16_t counts) const {
     const uint16_t n = counts > kAdcTop ? kAdcTop : counts;
     const uint8_t i = static_cast<uint8_t>(n >> 4);
-    const int32_t rise = static_cast<int32_t>(alpha[i + 1]) - alpha[i];
-    return static_cast<int16_t>(alpha[i] + ((rise * static_cast<int32_t>(n & 15) + 8) >> 4));
+    const int16_t left = core::table(alpha[i]);
+    const int32_t rise = static_cast<int32_t>(core::table(alpha[i + 1])) - left;
+    return static_cast<int16_t>(left + ((rise * static_cast<int32_t>(n & 15) + 8) >> 4));
   }
 };
 

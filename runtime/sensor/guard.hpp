@@ -16,7 +16,10 @@ struct GuardSettings {
 
 class Guard {
  public:
-  explicit Guard(const GuardSettings& c) : output_(c.rest) {}
+  void reset(const GuardSettings& c) {
+    *this = Guard();
+    output_ = c.rest;
+  }
 
   // `angle` is the compensator's, Q4 degrees; looked at only while `alive`.
   int16_t step(const GuardSettings& c, bool alive, int16_t angle) {
@@ -41,7 +44,7 @@ class Guard {
     return output_ = static_cast<int16_t>(output_ + core::clamp(way, -reach, reach));
   }
 
-  int16_t output_;
+  int16_t output_ = 0;
   uint16_t dead_ = 0;
   bool returning_ = true;  // at power-on the first angle is approached, too
 };

@@ -66,7 +66,8 @@ TEST(Monitor, ForgivesAScratch) {
 }
 
 TEST(Guard, HoldsThenRestsThenComesBackWithoutAJump) {
-  Guard guard(kGuard);
+  Guard guard;
+  guard.reset(kGuard);
   int16_t last = kGuard.rest;
   for (int k = 0; k < 20; ++k) last = guard.step(kGuard, true, 100 * 16);
   EXPECT_EQ(last, 100 * 16);
@@ -78,7 +79,8 @@ TEST(Guard, HoldsThenRestsThenComesBackWithoutAJump) {
 }
 
 RC_GTEST_PROP(Guard, NeverJumpsOutOfADeadSensorWhateverTheAngles, ()) {
-  Guard guard(kGuard);
+  Guard guard;
+  guard.reset(kGuard);
   int16_t before = kGuard.rest;
   bool was_alive = false;
   for (int k = 0; k < 200; ++k) {

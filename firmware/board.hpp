@@ -1,0 +1,86 @@
+// What both boards share of the ATmega328P: markers, the UART with its rings, EEPROM, sleep.
+#pragma once
+
+#include <avr/eeprom.h>
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <avr/sleep.h>
+#include <avr/wdt.h>
+#include <stdint.h>
+
+#include "firmware/markers.hpp"
+
+namespace flexor {
+namespace firmware {
+
+inline void mark(Marker marker) { GPIOR0 = static_cast<uint8_t>(marker); }
+
+// One producer, one consumer, one of them an interrupt. kSize is a power of two; one place stays empty.
+template <uint8_t kSize>
+class Ring {
+  static_assert((kSize & (kSize - 1)) == 0, "a power of two");
+
+ public:
+  bool empty() const { return head_ == tail_; }
+
+  bool push(uint8_t byte) {
+    const uint8_t next = static_cast<uint8_t>((head_ + 1) & (kSize - 1));
+    if (next == tail_) return false;
+    bytes_[head_] = byte;
+    head_ = next;
+    return true;
+  }
+
+  bool pop(uint8_t& byte) {
+    if (empty()) return false;
+    byte = bytes_[tail_];
+    tail_ = static_cast<uint8_t>((tail_ + 1) & (kSize - 1));
+    return true;
+  }
+
+ private:
+  volatile uint8_t head_ = 0;
+  volatile uint8_t tail_ = 0;
+  uint8_t bytes_[kSize];
+};
+
+// 8N1 at double speed: baud = F_CPU / (8 (divisor + 1)).
+inline void start_uart(uint16_t divisor, uint8_t enables) {
+  UCSR0A = _BV(U2X0);
+  UBRR0H = static_cast<uint8_t>(divisor >> 8);
+  UBRR0L = static_cast<uint8_t>(divisor);
+  UCSR0C = _BV(UCSZ01) | _BV(UCSZ00);
+  UCSR0B = enables;
+}
+
+struct Eeprom {
+  uint8_t read(uint16_t address) { return eeprom_read_byte(reinterpret_cast<const uint8_t*>(address)); }
+  bool ready() { return eeprom_is_ready(); }
+  void write(uint16_t address, uint8_t byte) { eeprom_write_byte(reinterpret_cast<uint8_t*>(address), byte); }
+};
+
+// A watchdog that bit runs on with its shortest time: it is stopped first of all, then started with ours.
+inline void start_watchdog(uint8_t timeout) {
+  MCUSR = 0;
+  wdt_disable();
+  wdt_enable(timeout);
+}
+
+// Sleeps until an interrupt, unless `busy` says that there is something to do. It is asked with interrupts off, so that none comes in
+// between.
+template <class Busy>
+inline void sleep_unless(Busy busy) {
+  set_sleep_mode(SLEEP_MODE_IDLE);
+  cli();
+  if (busy()) {
+    sei();
+    return;
+  }
+  sleep_enable();
+  sei();
+  sleep_cpu();
+  sleep_disable();
+}
+
+}  // namespace firmware
+}  // namespace flexor

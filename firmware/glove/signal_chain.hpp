@@ -1,0 +1,54 @@
+// From five ADC readings to what a frame says: calibration, monitor, compensator, guard. The same code on the glove and on a PC.
+#pragma once
+
+#include "runtime/link/frame.hpp"
+#include "runtime/sensor/calibration.hpp"
+#include "runtime/sensor/guard.hpp"
+#include "runtime/sensor/monitor.hpp"
+
+namespace flexor {
+namespace firmware {
+
+constexpr uint8_t kFingers = link::kFingers;
+
+struct ChannelSettings {
+  const sensor::Calibration* calibration;  // in flash on the microcontroller
+  sensor::MonitorSettings monitor;
+  sensor::GuardSettings guard;
+};
+
+// Compensator: uint8_t step(const int16_t* alpha, int16_t* angle), a bit for each finger whose input it took.
+template <class Compensator>
+class SignalChain {
+ public:
+  // `settings`: kFingers of them, which outlive this object.
+  SignalChain(const ChannelSettings* settings, Compensator& compensator)
+      : settings_(settings), compensator_(compensator) {
+    for (uint8_t i = 0; i < kFingers; ++i) guard_[i].reset(settings[i].guard);
+  }
+
+  // counts -> frame.angle and frame.status.
+  void step(const uint16_t* counts, link::Frame& frame) {
+    int16_t alpha[kFingers];
+    for (uint8_t i = 0; i < kFingers; ++i) {
+      alpha[i] = (*settings_[i].calibration)(counts[i]);
+      frame.status[i] = static_cast<link::SensorStatus>(monitor_[i].step(settings_[i].monitor, counts[i]));
+    }
+    int16_t angle[kFingers];
+    uint8_t good = compensator_.step(alpha, angle);
+    for (uint8_t i = 0; i < kFingers; ++i) {
+      const bool alive = frame.status[i] == link::SensorStatus::ok && (good & 1);
+      good = static_cast<uint8_t>(good >> 1);
+      frame.angle[i] = guard_[i].step(settings_[i].guard, alive, angle[i]);
+    }
+  }
+
+ private:
+  const ChannelSettings* settings_;
+  Compensator& compensator_;
+  sensor::Monitor monitor_[kFingers];
+  sensor::Guard guard_[kFingers];
+};
+
+}  // namespace firmware
+}  // namespace flexor

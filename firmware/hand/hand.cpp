@@ -1,0 +1,183 @@
+// The hand's board: timer 0 is the millisecond and the fifth PWM, the ADC reads five potentiometers, the UART listens to the radio.
+// Pins: ADC PC0..PC4 thumb to pinky; PWM OC1A PB1, OC1B PB2, OC2A PB3, OC2B PD3, OC0B PD5; direction PB0, PB4, PD2, PD4, PD7, high
+// to flex. Interrupts move samples and bytes; everything else happens in main, which sleeps. A tick comes first: between two of them
+// main computes at most one tag.
+#include "firmware/board.hpp"
+#include "hand_config.hpp"
+#include "runtime/hand/finger.hpp"
+#include "runtime/link/counter_store.hpp"
+#include "runtime/link/latency.hpp"
+#include "runtime/link/receiver.hpp"
+
+using namespace flexor;
+using namespace flexor::firmware;
+
+// What a debugger or a simulator may want to know.
+struct {
+  hand::Link link;
+  hand::Fault fault[link::kFingers];
+  int16_t setpoint[link::kFingers];  // Q4 degrees
+  uint16_t late_ms;
+  uint16_t worst_late_ms;
+  uint16_t overruns;  // bytes that found no room
+  link::LinkStatistics statistics;
+} hand_status;
+
+namespace {
+
+volatile uint16_t counts[link::kFingers];
+volatile bool ticked = false;
+Ring<32> received;
+
+hand::Finger finger[link::kFingers];
+hand::LinkWatch watch;
+link::Receiver receiver(config::kKey);
+link::Latency latency;
+Eeprom eeprom;
+link::CounterStore<Eeprom> store;
+uint16_t now_ms = 0;
+bool pending = false;
+uint16_t epoch = 0;  // of the last frame
+
+void start_motors() {
+  DDRB = _BV(PB0) | _BV(PB1) | _BV(PB2) | _BV(PB3) | _BV(PB4);
+  DDRD = _BV(PD2) | _BV(PD3) | _BV(PD4) | _BV(PD5) | _BV(PD7);
+  // Fast PWM of eight bits, 7.8 kHz. Outputs stay disconnected, and low, at duty 0: fast PWM has no width of nothing.
+  TCCR1A = _BV(WGM10);
+  TCCR1B = _BV(WGM12) | _BV(CS11);
+  TCCR2A = _BV(WGM21) | _BV(WGM20);
+  TCCR2B = _BV(CS21);
+  TCCR0A = _BV(WGM01) | _BV(WGM00);
+  OCR0A = 249;
+  TCCR0B = _BV(WGM02) | _BV(CS01) | _BV(CS00);
+  TIMSK0 = _BV(OCIE0A);
+  DIDR0 = 0x1f;
+  ADMUX = _BV(REFS0);
+  ADCSRA = _BV(ADEN) | _BV(ADIE) | 7;  // 125 kHz: five conversions take 0.52 ms
+}
+
+// Connects or disconnects one output: sets its compare mode's bits in `control` to clear-on-match or to nothing.
+void connect(volatile uint8_t& control, uint8_t bit, bool on) {
+  control = static_cast<uint8_t>(on ? control | bit : control & ~bit);
+}
+
+void direction(volatile uint8_t& port, uint8_t bit, bool flex) {
+  port = static_cast<uint8_t>(flex ? port | bit : port & ~bit);
+}
+
+void drive(uint8_t motor, int16_t duty) {
+  const bool flex = duty >= 0;
+  const uint16_t size = static_cast<uint16_t>(flex ? duty : -duty);
+  const uint8_t width = static_cast<uint8_t>(size >> 7);
+  const bool on = width > 0;
+  switch (motor) {
+    case 0:
+      direction(PORTB, _BV(PB0), flex);
+      OCR1A = width;
+      connect(TCCR1A, _BV(COM1A1), on);
+      return;
+    case 1:
+      direction(PORTB, _BV(PB4), flex);
+      OCR1B = width;
+      connect(TCCR1A, _BV(COM1B1), on);
+      return;
+    case 2:
+      direction(PORTD, _BV(PD2), flex);
+      OCR2A = width;
+      connect(TCCR2A, _BV(COM2A1), on);
+      return;
+    case 3:
+      direction(PORTD, _BV(PD4), flex);
+      OCR2B = width;
+      connect(TCCR2A, _BV(COM2B1), on);
+      return;
+    default:
+      direction(PORTD, _BV(PD7), flex);
+      OCR0B = static_cast<uint8_t>((static_cast<uint16_t>(width) * 250) >> 8);  // counts to 249
+      connect(TCCR0A, _BV(COM0B1), on);
+  }
+}
+
+void tick() {
+  mark(Marker::tick_begin);
+  uint16_t angle[link::kFingers];
+  cli();
+  for (uint8_t i = 0; i < link::kFingers; ++i) angle[i] = counts[i];
+  sei();
+  ++now_ms;
+  hand_status.link = watch.tick();
+  for (uint8_t i = 0; i < link::kFingers; ++i) {
+    const int16_t duty = finger[i].tick(config::kSettings[config::kSettingsOf[i]], hand_status.link, receiver.frame().angle[i], angle[i]);
+    drive(i, duty);
+    hand_status.fault[i] = finger[i].fault();
+    hand_status.setpoint[i] = finger[i].setpoint();
+  }
+  mark(Marker::tick_end);
+}
+
+void take_frame() {
+  mark(Marker::frame_accepted);
+  const uint32_t counter = receiver.frame().counter;
+  const bool new_epoch = static_cast<uint16_t>(counter >> 16) != epoch;
+  if (new_epoch) latency.restart();
+  epoch = static_cast<uint16_t>(counter >> 16);
+  hand_status.late_ms = latency.add(now_ms, receiver.frame().time_ms);
+  hand_status.worst_late_ms = latency.worst_ms();
+  watch.frame();
+  // After a restart of the hand, nothing from before the last record is believed again.
+  if (new_epoch || (counter & 63) == 0) store.save(counter);
+}
+
+void listen() {
+  link::Received result = link::Received::nothing;
+  if (pending) {
+    result = receiver.verify();
+  } else {
+    uint8_t byte;
+    while (result == link::Received::nothing && received.pop(byte)) result = receiver.push(byte);
+  }
+  pending = result == link::Received::pending;
+  if (result == link::Received::nothing) return;
+  if (result == link::Received::frame) take_frame();
+  hand_status.statistics = receiver.statistics();
+}
+
+}  // namespace
+
+ISR(TIMER0_COMPA_vect) {
+  ADMUX = _BV(REFS0);
+  ADCSRA |= _BV(ADSC);
+}
+
+ISR(ADC_vect) {
+  const uint8_t channel = ADMUX & 7;
+  counts[channel] = ADC;
+  if (channel + 1 == link::kFingers) {
+    ticked = true;
+    return;
+  }
+  ADMUX = static_cast<uint8_t>(_BV(REFS0) | (channel + 1));
+  ADCSRA |= _BV(ADSC);
+}
+
+ISR(USART_RX_vect) {
+  if (!received.push(UDR0)) ++hand_status.overruns;
+}
+
+int main() {
+  start_watchdog(WDTO_120MS);
+  receiver.resume(store.load(eeprom));
+  start_uart(config::kUartDivisor, _BV(RXEN0) | _BV(RXCIE0));
+  start_motors();
+  sei();
+  for (;;) {
+    sleep_unless([] { return ticked || pending || !received.empty(); });
+    if (ticked) {
+      ticked = false;
+      wdt_reset();
+      tick();
+      store.work(eeprom);
+    }
+    listen();
+  }
+}

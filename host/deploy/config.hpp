@@ -1,0 +1,86 @@
+// A model and a hand as C++ that the firmware includes: integers only, all computed here in double.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "host/model/model.hpp"
+#include "runtime/hand/finger.hpp"
+#include "runtime/link/frame.hpp"
+#include "runtime/sensor/calibration.hpp"
+#include "runtime/sensor/guard.hpp"
+#include "runtime/sensor/monitor.hpp"
+
+namespace flexor::deploy {
+
+inline constexpr int kFingers = link::kFingers;
+inline constexpr double kClock_hz = 16e6;
+inline constexpr double kUsbBaud = 115200;
+
+using Key = std::optional<link::Key>;  // none: plain frames
+
+enum class Output { radio, opengloves };
+
+// ADC counts -> the model's input, monotonic over 0 .. 1023; where it has no value, any that the model refuses.
+using Sensor = std::function<double(double counts)>;
+
+struct Glove {
+  model::Model model;  // its sample period is the glove's
+  Sensor sensor;
+  Output output = Output::radio;
+  double baud = 9600;  // of the radio; USB always has kUsbBaud
+  double frame_rate_hz = 0;  // 0: as many as the radio carries, at most one for each sample
+  Key key;
+  bool assembly = false;
+};
+
+// Degrees, degrees a second, and duties as shares of the supply.
+struct Hand {
+  std::array<double, kFingers> lower_deg{};  // of the command
+  std::array<double, kFingers> upper_deg{};
+  std::array<double, kFingers> rest_deg{};
+  double potentiometer_range_deg = 250;
+  double proportional_per_deg = 0.05;
+  double integral_per_deg_s = 0.28;
+  double integral_limit = 0.25;
+  double feed_forward_s_per_deg = 0;
+  double speed_deg_s = 400;
+  double careful_deg_s = 150;
+  double duty = 1;
+  double stall_s = 0.5;  // infinity: never
+  double baud = 9600;
+  Key key;
+};
+
+// Everything below throws io::InputError, one line with the figure and the mend.
+
+// Of 10, 20, 50 and 100 Hz.
+int sample_rate_hz(const model::Model& model);
+
+// How many samples make a frame, such that the radio carries the frames.
+int samples_per_frame(const Glove& glove);
+
+// UBRR0 at double speed, where the error is at most 2.5 %.
+int uart_divisor(double baud);
+
+// What the signal chain on the board gets, for each finger.
+struct GloveTables {
+  std::array<sensor::Calibration, kFingers> calibration{};
+  std::array<sensor::MonitorSettings, kFingers> monitor{};
+  std::array<sensor::GuardSettings, kFingers> guard{};
+};
+GloveTables glove_tables(const Glove& glove);
+
+hand::FingerSettings finger_settings(const Hand& hand, int finger);
+
+// Texts of glove_config.hpp and hand_config.hpp.
+std::string glove_config(const Glove& glove);
+std::string hand_config(const Hand& hand);
+
+// The model's channel of each finger; none where the glove has no strip.
+std::array<const model::Channel*, kFingers> channels_of(const model::Model& model);
+
+}  // namespace flexor::deploy

@@ -1,0 +1,191 @@
+#include "host/deploy/deploy.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include "host/deploy/process.hpp"
+#include "host/deploy/sources.hpp"
+#include "host/io/io.hpp"
+#include "host/model/simulation.hpp"
+
+namespace flexor::deploy {
+namespace {
+
+namespace fs = std::filesystem;
+using io::InputError;
+using io::JobError;
+
+constexpr const char* kCompiler = "avr-g++";
+constexpr const char* kHint = "install gcc-avr, avr-libc and binutils-avr";
+
+// The firmware's sources in a folder of their own, removed at the end.
+class SourceFolder {
+ public:
+  SourceFolder() {
+    std::string pattern = (fs::temp_directory_path() / "flexor-XXXXXX").string();
+    if (mkdtemp(pattern.data()) == nullptr) throw JobError(fmt::format("{}: cannot be made", pattern));
+    path_ = pattern;
+    for (const Source& source : sources()) {
+      fs::create_directories((path_ / source.path).parent_path());
+      io::write_file(path_ / source.path, source.text);
+    }
+  }
+  ~SourceFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  SourceFolder(const SourceFolder&) = delete;
+  SourceFolder& operator=(const SourceFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+std::string checked(const std::vector<std::string>& argv) {
+  const ProcessResult result = run_process(argv);
+  if (result.status != 0) throw JobError(fmt::format("{} failed:\n{}", argv.front(), result.err));
+  return result.out;
+}
+
+Image build(const std::string& name, const std::string& config, const fs::path& folder) {
+  require_toolchain();
+  io::make_folder(folder);
+  const SourceFolder source;
+  io::write_file(source.path() / (name + "_config.hpp"), config);
+  Image image{folder / (name + ".elf"), folder / (name + ".hex")};
+  checked({kCompiler, "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-std=c++14", "-Wall", "-Wextra", "-Werror", "-fno-exceptions",
+           "-fno-rtti", "-fno-threadsafe-statics", "-ffunction-sections", "-fdata-sections", "-fshort-enums", "-mrelax", "-mcall-prologues", "-flto", "-fwhole-program",
+           "-Wl,--gc-sections", "-I" + source.path().string(), (source.path() / "firmware" / name / (name + ".cpp")).string(), "-o",
+           image.elf.string()});
+  checked({"avr-objcopy", "-O", "ihex", "-R", ".eeprom", image.elf.string(), image.hex.string()});
+  std::istringstream sizes(checked({"avr-size", image.elf.string()}));
+  std::string header;
+  std::getline(sizes, header);
+  int text = 0;
+  int data = 0;
+  int bss = 0;
+  if (!(sizes >> text >> data >> bss)) throw JobError("avr-size: unreadable answer");
+  image.flash_bytes = text + data;
+  image.ram_bytes = data + bss;
+  constexpr int kStackReserve = 512;
+  if (image.flash_bytes > kFlash || image.ram_bytes > kRam - kStackReserve) {
+    fs::remove(image.elf);
+    fs::remove(image.hex);
+    throw InputError(fmt::format("the {} image needs {} bytes of flash and {} of RAM; an {} has {} and, beside {} for the stack, {}: use fewer knots",
+                                 name, image.flash_bytes, image.ram_bytes, kTarget, kFlash, kStackReserve, kRam - kStackReserve));
+  }
+  io::write_file(folder / (name + "_config.hpp"), config);
+  return image;
+}
+
+void write_library(const fs::path& folder, const std::string& name, const std::string& room, const std::string& config,
+                   const std::string& what) {
+  io::make_folder(folder / "src");
+  io::make_folder(folder / "examples" / name);
+  for (const Source& source : sources()) {
+    const bool other = source.path.starts_with("firmware/") && source.path.find('/', 9) != std::string::npos &&
+                       !source.path.starts_with("firmware/" + room + "/");
+    if (other) continue;
+    io::make_folder((folder / "src" / source.path).parent_path());
+    io::write_file(folder / "src" / source.path, source.text);
+  }
+  io::write_file(folder / "src" / (room + "_config.hpp"), config);
+  io::write_file(folder / "src" / (name + ".h"), "// Including this header compiles the firmware into the sketch: it brings its own main().\n#pragma once\n");
+  io::write_file(folder / "library.properties",
+                 fmt::format("name={}\nversion={}\nauthor=Flexor\nmaintainer=Flexor\nsentence={}\nparagraph=Written by flexor deploy.\n"
+                             "category=Device Control\nurl=\narchitectures=avr\nincludes={}.h\n",
+                             name, FLEXOR_VERSION, what, name));
+  io::write_file(folder / "examples" / name / (name + ".ino"),
+                 fmt::format("// {}\n// Board: Arduino Uno or Nano (ATmega328P, 16 MHz). The library has its own main(); there is nothing to add here.\n"
+                             "#include <{}.h>\n",
+                             what, name));
+}
+
+}  // namespace
+
+void require_toolchain() {
+  for (const char* program : {kCompiler, "avr-objcopy", "avr-size"}) {
+    if (find_program(program).empty()) throw InputError(fmt::format("{} is missing: {}", program, kHint));
+  }
+}
+
+Image build_glove(const Glove& glove, const fs::path& folder) { return build("glove", glove_config(glove), folder); }
+
+Image build_hand(const Hand& hand, const fs::path& folder) { return build("hand", hand_config(hand), folder); }
+
+void write_arduino(const Glove& glove, const Hand& hand, const fs::path& folder) {
+  write_library(folder / "FlexorGlove", "FlexorGlove", "glove", glove_config(glove), "A flex-sensor glove with its compensator");
+  if (glove.output == Output::radio) {
+    write_library(folder / "FlexorHand", "FlexorHand", "hand", hand_config(hand), "A five-motor hand that follows a glove over a radio");
+  }
+}
+
+Error fixed_point_error(const model::Model& model, const std::array<std::vector<double>, kFingers>& recording) {
+  const auto channels = channels_of(model);
+  Error out;
+  std::string worst_finger;
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    if (channels[i] == nullptr) continue;
+    const model::Channel& channel = *channels[i];
+    const auto at = static_cast<std::size_t>(&channel - model.channels.data());
+    // Inputs as the board has them, in Q5.
+    const auto q5 = [](double u) { return std::ldexp(std::round(std::ldexp(u, 5)), -5); };
+    const auto worst = [&](const std::vector<double>& inputs) {
+      model::Simulation<model::DoubleArithmetic> exact(model);
+      model::Simulation<model::FixedArithmetic> fixed(model);
+      double error = 0;
+      for (const double u : inputs) {
+        error = std::max(error, std::abs(fixed.step(at, q5(u)).angle_deg - exact.step(at, q5(u)).angle_deg));
+      }
+      return error;
+    };
+    std::vector<double> range;
+    const double span = channel.valid_max - channel.valid_min;
+    constexpr int kRamp = 4096;
+    for (int k = 0; k <= 2 * kRamp; ++k) range.push_back(channel.valid_min + span * (k <= kRamp ? k : 2 * kRamp - k) / kRamp);
+    std::mt19937 random(1);
+    for (int k = 0; k < 20000; ++k) {
+      const double share = static_cast<double>(random()) / 4294967296.0;
+      range.push_back(channel.valid_min + span * share * (k / 100 % 2 == 0 ? 1.0 : 0.2));
+    }
+    const double error = worst(range);
+    if (error > out.range_deg) worst_finger = channel.name;
+    out.range_deg = std::max(out.range_deg, error);
+    if (!recording[i].empty()) out.recording_deg = std::max(out.recording_deg.value_or(0), worst(recording[i]));
+  }
+  if (out.worst_deg() > kWorstError_deg) {
+    throw InputError(fmt::format("model {}: fixed point is up to {:.3f} degree from double ({}), more than the {:g} allowed: steep curves and large gains "
+                                 "cost it precision",
+                                 model.name, out.worst_deg(), worst_finger, kWorstError_deg));
+  }
+  return out;
+}
+
+link::Key new_key() {
+  std::ifstream random("/dev/urandom", std::ios::binary);
+  link::Key key{};
+  random.read(reinterpret_cast<char*>(key.bytes), sizeof(key.bytes));
+  if (!random) throw JobError("/dev/urandom: no random key to be had");
+  return key;
+}
+
+std::string to_hex(const link::Key& key) {
+  std::string out;
+  for (const std::uint8_t byte : key.bytes) out += fmt::format("{:02x}", byte);
+  return out;
+}
+
+link::Key key_from_hex(const std::string& hex) {
+  link::Key key{};
+  const bool good = hex.size() == 32 && hex.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
+  if (!good) throw InputError(fmt::format("key \"{}\": 32 hexadecimal digits are needed", hex));
+  for (std::size_t i = 0; i < 16; ++i) key.bytes[i] = static_cast<std::uint8_t>(std::stoi(hex.substr(2 * i, 2), nullptr, 16));
+  return key;
+}
+
+}  // namespace flexor::deploy

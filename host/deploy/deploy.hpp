@@ -1,0 +1,54 @@
+// Model -> firmware: configuration, both images, folders for the Arduino IDE, and what was measured of them.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "host/deploy/config.hpp"
+
+namespace flexor::deploy {
+
+inline constexpr const char* kTarget = "atmega328p";
+inline constexpr double kWorstError_deg = 0.06;
+inline constexpr int kFlashBudget = 6144;  // bytes of an image
+inline constexpr int kRamBudget = 400;     // bytes, static
+inline constexpr int kFlash = 32768;       // of the microcontroller
+inline constexpr int kRam = 2048;
+
+struct Image {
+  std::filesystem::path elf;
+  std::filesystem::path hex;
+  int flash_bytes = 0;  // code and initialised data
+  int ram_bytes = 0;    // static
+};
+
+// avr-g++ is there and works, or io::InputError that says what to install.
+void require_toolchain();
+
+// Writes the configuration and the images NAME.elf and NAME.hex into `folder`. Throws io::InputError when an image does not fit the
+// microcontroller, io::JobError when the compiler fails.
+Image build_glove(const Glove& glove, const std::filesystem::path& folder);
+Image build_hand(const Hand& hand, const std::filesystem::path& folder);
+
+// Library folders that the Arduino IDE takes as they are, with an example sketch each.
+void write_arduino(const Glove& glove, const Hand& hand, const std::filesystem::path& folder);
+
+// Largest |fixed point - double| of any finger, degrees, both given the same inputs.
+struct Error {
+  double range_deg = 0;                    // ramps, steps and noise over all valid inputs
+  std::optional<double> recording_deg;  // over what was given
+  double worst_deg() const { return std::max(range_deg, recording_deg.value_or(0)); }
+};
+
+// recording[finger]: inputs of the model sample by sample; empty: none. Throws io::InputError when the error exceeds kWorstError_deg.
+Error fixed_point_error(const model::Model& model, const std::array<std::vector<double>, kFingers>& recording);
+
+// A random key from the system.
+link::Key new_key();
+std::string to_hex(const link::Key& key);
+// 32 hexadecimal digits. Throws io::InputError.
+link::Key key_from_hex(const std::string& hex);
+
+}  // namespace flexor::deploy

@@ -1,0 +1,22 @@
+// Other programs: the cross-compiler, and the co-simulation, which is one of its own because of its licence.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace flexor::deploy {
+
+struct ProcessResult {
+  int status = 0;  // exit status; 128 + signal
+  std::string out;
+  std::string err;
+};
+
+// Runs argv[0], searched in PATH, to its end. Throws io::InputError when there is no such program.
+ProcessResult run_process(const std::vector<std::string>& argv);
+
+// Empty if PATH has no such program.
+std::filesystem::path find_program(const std::string& name);
+
+}  // namespace flexor::deploy

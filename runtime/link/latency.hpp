@@ -1,0 +1,48 @@
+// How late frames come, from the sender's clock and the receiver's, which run apart by an unknown offset.
+//
+//   d_k = now_k - sent_k (mod 2^16 ms),   late_k = d_k - min_{j <= k} d_j
+// The quickest frame is taken for punctual, so that `late` is what queues, retries and jitter add to the way's fixed time. Every
+// kForget frames the minimum gives way by a millisecond: two crystals drift apart by some 50 ms an hour.
+#pragma once
+
+#include <stdint.h>
+
+namespace flexor {
+namespace link {
+
+class Latency {
+ public:
+  // Milliseconds that this frame was later than the quickest.
+  uint16_t add(uint16_t now_ms, uint16_t sent_ms) {
+    const uint16_t way = static_cast<uint16_t>(now_ms - sent_ms);
+    if (!started_ || static_cast<int16_t>(way - quickest_) < 0) {
+      quickest_ = way;
+      started_ = true;
+    }
+    late_ms_ = static_cast<uint16_t>(way - quickest_);
+    if (late_ms_ > worst_ms_) worst_ms_ = late_ms_;
+    if (++frames_ >= kForget) {
+      frames_ = 0;
+      ++quickest_;
+    }
+    return late_ms_;
+  }
+
+  // The sender has started anew: its clock, too.
+  void restart() { started_ = false; }
+
+  uint16_t late_ms() const { return late_ms_; }
+  uint16_t worst_ms() const { return worst_ms_; }
+
+ private:
+  static constexpr uint16_t kForget = 1024;
+
+  bool started_ = false;
+  uint16_t quickest_ = 0;
+  uint16_t late_ms_ = 0;
+  uint16_t worst_ms_ = 0;
+  uint16_t frames_ = 0;
+};
+
+}  // namespace link
+}  // namespace flexor

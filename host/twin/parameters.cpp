@@ -92,6 +92,7 @@ const Entry kTable[] = {
     {"loop.upper_deg", &P::loop_upper_deg, 180.0, 0, 180, "deg", "choice: the article limits the joint (eq. 6), not the command"},
     {"loop.speed_deg_s", &P::loop_speed_deg_s, 800.0, 1, 100000, "deg/s", "choice: ten times the speed of the gestures"},
     {"loop.duty", &P::loop_duty, 1.0, 0.01, 1, "1", "choice: the whole supply"},
+    {"loop.feed_forward_s_per_deg", &P::loop_feed_forward_s_per_deg, 0.0, 0, 0.00099, "s/deg", "choice: none; the article names a PI controller"},
 
     {"camera.rate_hz", &P::camera_rate_hz, 30.0, 1, 1000, "Hz", "choice: an ordinary USB camera"},
     {"camera.glove_latency_s", &P::glove_camera_latency_s, 0.04, 0, 1, "s", "choice: both cameras alike, so that it cancels"},

@@ -104,6 +104,7 @@ struct Parameters {
   double loop_lower_deg = 0;
   double loop_upper_deg = 0;
   double loop_duty = 0;
+  double loop_feed_forward_s_per_deg = 0;
 
   // cameras
   double camera_rate_hz = 0;

@@ -6,24 +6,20 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 
 #include "host/io/io.hpp"
 #include "host/model/simulation.hpp"
 #include "host/twin/glove.hpp"
+#include "host/twin/laboratory.hpp"
 #include "host/twin/plant.hpp"
 #include "host/twin/radio.hpp"
 #include "host/twin/random.hpp"
+#include "host/twin/world.hpp"
 
 namespace flexor::twin {
 namespace {
 
 constexpr std::int64_t kWarmUp_ms = 500;
-constexpr int kBlock_ms = 10;  // reference, disturbance and drift are straight lines in between
-constexpr double kBlock_s = kBlock_ms * kStep_s;
-
-// What random draws are for; part of every seed.
-enum class Purpose : std::uint64_t { person = 1, sensor, radio, disturbance, potentiometer, camera, phase };
 
 using Compensators = model::Simulation<model::FixedArithmetic>;
 
@@ -46,111 +42,6 @@ std::array<std::size_t, kFingers> channels(const model::Model& compensator) {
   }
   return out;
 }
-
-// One strip on one finger of one trial: everything that happens to the bend before the ADC sees it.
-class Strip {
- public:
-  Strip() = default;
-  Strip(const Parameters& p, int finger, double period_s, std::uint64_t seed) : p_(&p), random_(seed) {
-    const auto i = static_cast<std::size_t>(finger);
-    lower_deg_ = p.hand_lower_deg[i];
-    range_deg_ = p.hand_upper_deg[i] - lower_deg_;
-    const double spread = random_.normal();
-    const double gain_spread = random_.normal();
-    offset_deg_ = p.bend_lower_deg[i] + p.donning_spread_deg * spread;
-    gain_ =
-        (p.bend_upper_deg[i] - p.bend_lower_deg[i]) / range_deg_ * (1 + p.donning_gain_spread * gain_spread);
-    drift_deg_s_ = p.drift_deg_per_min / 60 * random_.normal();
-    noise_keep_ = p.noise_s > 0 ? std::exp(-period_s / p.noise_s) : 0;
-    noise_ = p.noise_deg * random_.normal();
-    const double decay = std::exp(-period_s * p.flutter_damping_per_s);
-    const double turn = 2 * std::numbers::pi * p.flutter_hz * period_s;
-    flutter_cos_ = decay * std::cos(turn);
-    flutter_sin_ = decay * std::sin(turn);
-    flutter_new_ = p.flutter_deg * std::sqrt(1 - decay * decay);
-    flutter_[0] = p.flutter_deg * random_.normal();
-    flutter_[1] = p.flutter_deg * random_.normal();
-    burst_begin_ = 1 - std::exp(-period_s * p.burst_rate_per_s);
-    burst_end_ = 1 - std::exp(-period_s / p.burst_s);
-    for (const Fault& fault : p.faults) {
-      if (fault.finger == finger) faults_.push_back(&fault);
-    }
-  }
-
-  // ADC counts at time t_s for the cloth's bend; one call a sample.
-  int sample(const Divider& divider, double t_s, double bend_deg) {
-    noise_ =
-        noise_keep_ * noise_ + p_->noise_deg * std::sqrt(1 - noise_keep_ * noise_keep_) * random_.normal();
-    const double re =
-        flutter_cos_ * flutter_[0] - flutter_sin_ * flutter_[1] + flutter_new_ * random_.normal();
-    const double im =
-        flutter_sin_ * flutter_[0] + flutter_cos_ * flutter_[1] + flutter_new_ * random_.normal();
-    flutter_[0] = re;
-    flutter_[1] = im;
-    const double chance = random_.uniform();
-    const double jump = random_.normal();
-    in_burst_ = in_burst_ ? chance >= burst_end_ : chance < burst_begin_;
-    const double share = (bend_deg - lower_deg_) / range_deg_;
-    double theta = offset_deg_ + gain_ * (bend_deg - lower_deg_) +
-                   p_->knuckle_deg * std::sin(2 * std::numbers::pi * share) + drift_deg_s_ * t_s + noise_ +
-                   re;
-    if (in_burst_) theta += p_->burst_deg * jump;
-    int counts = divider.counts(theta);
-    for (const Fault* fault : faults_) {
-      if (t_s < fault->start_s || t_s >= fault->start_s + fault->duration_s) continue;
-      if (fault->kind == FaultKind::open) counts = kAdcTop;
-      if (fault->kind == FaultKind::short_circuit) counts = 0;
-      if (fault->kind == FaultKind::stuck) counts = last_;
-      if (fault->kind == FaultKind::loose && chance < 0.5) counts = kAdcTop;
-    }
-    last_ = counts;
-    return counts;
-  }
-
- private:
-  const Parameters* p_ = nullptr;
-  Random random_;
-  double lower_deg_ = 0;
-  double range_deg_ = 1;
-  double offset_deg_ = 0;
-  double gain_ = 1;
-  double drift_deg_s_ = 0;
-  double noise_keep_ = 0;
-  double noise_ = 0;
-  double flutter_cos_ = 0;
-  double flutter_sin_ = 0;
-  double flutter_new_ = 0;
-  std::array<double, 2> flutter_{};
-  double burst_begin_ = 0;
-  double burst_end_ = 0;
-  bool in_burst_ = false;
-  int last_ = kAdcTop / 2;
-  std::vector<const Fault*> faults_;
-};
-
-// d_in: a slow random walk that is pulled back to zero and never leaves its bound.
-class Disturbance {
- public:
-  Disturbance() = default;
-  Disturbance(const Parameters& p, std::uint64_t seed)
-      : random_(seed),
-        keep_(std::exp(-kBlock_s / p.disturbance_s)),
-        new_(p.disturbance_mNm / 2 * std::sqrt(1 - keep_ * keep_)),
-        bound_(p.disturbance_mNm),
-        value_(std::clamp(p.disturbance_mNm / 2 * random_.normal(), -bound_, bound_)) {}
-
-  double next() {
-    value_ = std::clamp(keep_ * value_ + new_ * random_.normal(), -bound_, bound_);
-    return value_;
-  }
-
- private:
-  Random random_;
-  double keep_ = 0;
-  double new_ = 0;
-  double bound_ = 0;
-  double value_ = 0;
-};
 
 // kTrials trials side by side; lane = finger * kTrials + trial.
 template <int kTrials>
@@ -200,14 +91,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
 
   void begin_trial(int t, std::uint64_t number, const Compensators& prototype) {
     const std::uint64_t seed = seed_of(setup_.seed, number);
-    Random person(seed_of(seed, Purpose::person));
-    Variation& v = variation_[at(t)];
-    v.delay_s = p_.start_spread_s * person.normal();
-    v.speed = std::max(0.5, 1 + p_.speed_spread * person.normal());
-    for (std::size_t i = 0; i < kFingers; ++i) {
-      v.lower_offset_deg[i] = p_.pose_spread_deg * person.normal();
-      v.upper_offset_deg[i] = p_.pose_spread_deg * person.normal();
-    }
+    variation_[at(t)] = draw_variation(p_, seed);
     compensator_.push_back(prototype);
     radio_[at(t)] = Radio(p_, seed_of(seed, Purpose::radio));
     Random phase(seed_of(seed, Purpose::phase));
@@ -298,13 +182,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     settled_[at(t)] = true;
     const hand::LoopSettings& c = constants_.loop;
     for (int lane = t; lane < kLanes; lane += kTrials) {
-      const float command_deg =
-          static_cast<float>(std::clamp<std::int32_t>(x_.command[lane], c.lower, c.upper)) / 16;
-      const float behind_deg = command_deg - std::clamp(command_deg, x_.lower[lane], x_.upper[lane]);
-      const double integral =
-          static_cast<double>(c.integral) * static_cast<double>(behind_deg) * p_.rest_s / kStep_s;
-      const double limit = c.integral_limit;
-      x_.integral[lane] = static_cast<std::int32_t>(std::clamp(integral, -limit, limit));
+      x_.integral[lane] = settled_integral(c, p_.rest_s, x_.command[lane], x_.lower[lane], x_.upper[lane]);
     }
   }
 

@@ -1,0 +1,70 @@
+// What surrounds the electronics in one trial: how the person varies, the strips in their cloth, what pushes the motors.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "host/twin/glove.hpp"
+#include "host/twin/motion.hpp"
+#include "host/twin/parameters.hpp"
+#include "host/twin/random.hpp"
+
+namespace flexor::twin {
+
+inline constexpr int kBlock_ms = 10;  // reference, disturbance and drift are straight lines in between
+inline constexpr double kBlock_s = kBlock_ms * kStep_s;
+
+// What random draws are for; part of every seed.
+enum class Purpose : std::uint64_t { person = 1, sensor, radio, disturbance, potentiometer, camera, phase };
+
+Variation draw_variation(const Parameters& parameters, std::uint64_t trial_seed);
+
+// One strip on one finger of one trial: everything that happens to the bend before the ADC sees it.
+class Strip {
+ public:
+  Strip() = default;
+  Strip(const Parameters& parameters, int finger, double period_s, std::uint64_t seed);
+
+  // ADC counts at time t_s for the cloth's bend; one call a sample.
+  int sample(const Divider& divider, double t_s, double bend_deg);
+
+ private:
+  const Parameters* p_ = nullptr;
+  Random random_;
+  double lower_deg_ = 0;
+  double range_deg_ = 1;
+  double offset_deg_ = 0;
+  double gain_ = 1;
+  double drift_deg_s_ = 0;
+  double noise_keep_ = 0;
+  double noise_ = 0;
+  double flutter_cos_ = 0;
+  double flutter_sin_ = 0;
+  double flutter_new_ = 0;
+  std::array<double, 2> flutter_{};
+  double burst_begin_ = 0;
+  double burst_end_ = 0;
+  bool in_burst_ = false;
+  int last_ = kAdcTop / 2;
+  std::vector<const Fault*> faults_;
+};
+
+// d_in: a slow random walk that is pulled back to zero and never leaves its bound.
+class Disturbance {
+ public:
+  Disturbance() = default;
+  Disturbance(const Parameters& parameters, std::uint64_t seed);
+
+  // mNm over the next block.
+  double next();
+
+ private:
+  Random random_;
+  double keep_ = 0;
+  double new_ = 0;
+  double bound_ = 0;
+  double value_ = 0;
+};
+
+}  // namespace flexor::twin

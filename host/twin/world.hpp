@@ -1,0 +1,77 @@
+// One trial with the electronics left out: fingers, cloth, strips and potentiometers that somebody reads, motors that somebody
+// drives, cameras that look on. The co-simulation puts the boards in between.
+//
+// The same equations and draws as simulate(): a trial has the same person, glove and hand whichever way it is run.
+#pragma once
+
+#include "host/twin/laboratory.hpp"
+#include "host/twin/plant.hpp"
+#include "host/twin/simulation.hpp"
+
+namespace flexor::twin {
+
+class World {
+ public:
+  // Rest in the first pose before t = 0: time for boards to start.
+  static constexpr std::int64_t kStart_ms = -2000;
+
+  // `setup` outlives the world.
+  World(const Setup& setup, std::uint64_t trial);
+
+  std::int64_t now_ms() const { return now_ms_; }
+  std::int64_t end_ms() const { return end_ms_; }
+
+  // An instant at which simulate() samples this trial's glove; the others are whole periods away.
+  double sample_phase_s() const { return phase_s_; }
+
+  // ADC counts of the strip; one call a sample and finger.
+  int glove_counts(int finger, double t_s);
+
+  // ADC counts of the potentiometer over the next step.
+  int potentiometer_counts(int finger) const { return potentiometer_[static_cast<std::size_t>(finger)]; }
+
+  // One millisecond with these duties, each as hand::step gives it.
+  void step(const std::array<std::int16_t, kFingers>& duty);
+
+  double finger_deg(int finger) const { return static_cast<double>(x_.reference[finger]); }
+  double joint_deg(int finger) const { return static_cast<double>(x_.joint[finger]); }
+  double speed_deg_s(int finger) const { return static_cast<double>(x_.speed[finger]); }  // of the motor, behind the gear
+
+  // The loop's integral after person.rest_s of this command in the first pose, as LoopState has it.
+  std::int32_t settled_integral(int finger, std::int16_t command_q4) const;
+
+  // What the cameras saw; the world is over.
+  Trial finish();
+
+ private:
+  void begin_block();
+  void look();
+  void shoot(std::array<std::vector<float>, kFingers> Trial::*view, const float* angle);
+  std::int64_t frame_ms(std::size_t frame, double latency_s) const;
+
+  const Setup& setup_;
+  const Parameters& p_;
+  PlantConstants constants_;
+  Divider divider_;
+  Variation variation_;
+  PlantState<kFingers> x_{};
+  std::array<Strip, kFingers> strip_;
+  std::array<Disturbance, kFingers> disturbance_;
+  std::array<double, kFingers> reference_{};
+  std::array<double, kFingers> total_error_{};
+  std::array<int, kFingers> potentiometer_{};
+  Random camera_noise_;
+  Trial trial_;
+  double phase_s_ = 0;
+  std::int64_t now_ms_ = kStart_ms;
+  std::int64_t end_ms_ = 0;
+  std::size_t frames_ = 0;
+  std::size_t glove_frame_ = 0;
+  std::size_t hand_frame_ = 0;
+};
+
+// The same for the vector code.
+std::int32_t settled_integral(const hand::LoopSettings& loop, double rest_s, std::int32_t command_q4, float lower_deg,
+                              float upper_deg);
+
+}  // namespace flexor::twin

@@ -14,6 +14,7 @@ using namespace flexor::firmware;
 
 // What a debugger or a simulator may want to know.
 struct {
+  uint8_t finger_bytes;
   hand::Link link;
   hand::Fault fault[link::kFingers];
   int16_t setpoint[link::kFingers];  // Q4 degrees
@@ -21,7 +22,8 @@ struct {
   uint16_t worst_late_ms;
   uint16_t overruns;  // bytes that found no room
   link::LinkStatistics statistics;
-} hand_status;
+} hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, 0, 0, {}};
+hand::Finger hand_finger[link::kFingers];
 
 namespace {
 
@@ -29,7 +31,6 @@ volatile uint16_t counts[link::kFingers];
 volatile bool ticked = false;
 Ring<32> received;
 
-hand::Finger finger[link::kFingers];
 hand::LinkWatch watch;
 link::Receiver receiver(config::kKey);
 link::Latency latency;
@@ -107,10 +108,10 @@ void tick() {
   ++now_ms;
   hand_status.link = watch.tick();
   for (uint8_t i = 0; i < link::kFingers; ++i) {
-    const int16_t duty = finger[i].tick(config::kSettings[config::kSettingsOf[i]], hand_status.link, receiver.frame().angle[i], angle[i]);
+    const int16_t duty = hand_finger[i].tick(config::kSettings[config::kSettingsOf[i]], hand_status.link, receiver.frame().angle[i], angle[i]);
     drive(i, duty);
-    hand_status.fault[i] = finger[i].fault();
-    hand_status.setpoint[i] = finger[i].setpoint();
+    hand_status.fault[i] = hand_finger[i].fault();
+    hand_status.setpoint[i] = hand_finger[i].setpoint();
   }
   mark(Marker::tick_end);
 }

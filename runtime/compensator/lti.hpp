@@ -87,10 +87,13 @@ struct DirectForm {
     int32_t t[kOrder > 1 ? kOrder - 1 : 1];
   };
 
+  // Steady state; small rather than quick, since it happens once.
   FLEXOR_INLINE void start(State& state, uint16_t v, uint16_t y) const {
+    const auto product = [](uint16_t m, uint16_t x) { return static_cast<int32_t>(static_cast<uint32_t>(m) * x); };
     state.y = y;
-    if (kOrder > 2) state.t[kSecond] = second(v, y);
-    if (kOrder > 1) state.t[0] = first(state, v, y);
+    int32_t t = 0;
+    if (kOrder > 2) state.t[kSecond] = t = product(b[kB2], v) + product(a[kB2], y);
+    if (kOrder > 1) state.t[0] = t + product(b[kB1], v) - product(a[kB1], y);
   }
 
   FLEXOR_INLINE uint16_t step(State& state, uint16_t v) const {

@@ -34,34 +34,36 @@ struct SipState {
     v2 = rotate(v2, 32);
   }
 
-  __attribute__((noinline)) void absorb(uint64_t m) {
-    v3 ^= m;
+  // Eight bytes, least significant first.
+  void absorb(const uint8_t* m) {
+    mix(v3, m);
     round();
     round();
-    v0 ^= m;
+    mix(v0, m);
+  }
+
+  // A loop over bytes, out of line: a third of the flash that 64-bit expressions take on a microcontroller.
+  __attribute__((noinline)) static void mix(uint64_t& v, const uint8_t* m) {
+    uint8_t* bytes = reinterpret_cast<uint8_t*>(&v);
+    for (uint8_t i = 0; i < 8; ++i) bytes[i] = static_cast<uint8_t>(bytes[i] ^ m[i]);
   }
 };
 
-static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "bytes are copied, least significant first, as they lie");
-
-// Up to eight bytes, least significant first.
-inline uint64_t load(const uint8_t* bytes, uint8_t count) {
-  uint64_t x = 0;
-  __builtin_memcpy(&x, bytes, count);
-  return x;
-}
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "words are taken from bytes as they lie");
 
 }  // namespace detail
 
 inline uint64_t siphash24(const Key& key, const uint8_t* message, uint8_t size) {
-  const uint64_t k0 = detail::load(key.bytes, 8);
-  const uint64_t k1 = detail::load(key.bytes + 8, 8);
-  detail::SipState s = {k0 ^ 0x736f6d6570736575ULL, k1 ^ 0x646f72616e646f6dULL, k0 ^ 0x6c7967656e657261ULL,
-                        k1 ^ 0x7465646279746573ULL};
-  uint8_t at = 0;
-  for (; static_cast<uint8_t>(size - at) >= 8; at = static_cast<uint8_t>(at + 8))
-    s.absorb(detail::load(message + at, 8));
-  s.absorb(detail::load(message + at, static_cast<uint8_t>(size - at)) | (static_cast<uint64_t>(size) << 56));
+  detail::SipState s = {0x736f6d6570736575ULL, 0x646f72616e646f6dULL, 0x6c7967656e657261ULL, 0x7465646279746573ULL};
+  s.mix(s.v0, key.bytes);
+  s.mix(s.v1, key.bytes + 8);
+  s.mix(s.v2, key.bytes);
+  s.mix(s.v3, key.bytes + 8);
+  uint8_t left = size;
+  for (; left >= 8; left = static_cast<uint8_t>(left - 8), message += 8) s.absorb(message);
+  uint8_t last[8] = {0, 0, 0, 0, 0, 0, 0, size};
+  for (uint8_t i = 0; i < left; ++i) last[i] = message[i];
+  s.absorb(last);
   s.v2 ^= 0xff;
   for (uint8_t i = 0; i < 4; ++i) s.round();
   return s.v0 ^ s.v1 ^ s.v2 ^ s.v3;

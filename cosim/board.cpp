@@ -1,0 +1,238 @@
+#include "cosim/board.hpp"
+
+#include <fmt/format.h>
+#include <simavr/avr_adc.h>
+#include <simavr/avr_extint.h>
+#include <simavr/avr_timer.h>
+#include <simavr/avr_uart.h>
+#include <simavr/sim_avr.h>
+#include <simavr/sim_elf.h>
+
+#include <algorithm>
+#include <cstring>
+#include <mutex>
+
+#include "host/io/io.hpp"
+
+namespace flexor::cosim {
+namespace {
+
+constexpr const char* kMcu = "atmega328p";
+constexpr int kSupply_mV = 5000;
+constexpr int kAdcTop = 1023;
+constexpr avr_io_addr_t kGpior0 = 0x3e;
+constexpr std::uint16_t kRamEnd = 0x8ff;
+constexpr std::uint8_t kPaint = 0xa5;
+constexpr int kMotors = 5;
+
+// Where a motor's PWM is: timer, comparator, its bit in TCCRnA, direction pin; full scale of the counter.
+struct Motor {
+  char timer;
+  int comparator;
+  std::uint16_t control;
+  std::uint8_t connected;
+  std::uint16_t port;
+  std::uint8_t direction;
+  int steps;
+};
+constexpr std::uint16_t kPortB = 0x25;
+constexpr std::uint16_t kPortD = 0x2b;
+constexpr std::uint16_t kTccr0a = 0x44;
+constexpr std::uint16_t kTccr1a = 0x80;
+constexpr std::uint16_t kTccr2a = 0xb0;
+constexpr Motor kMotor[kMotors] = {
+    {'1', 0, kTccr1a, 0x80, kPortB, 1U << 0, 256}, {'1', 1, kTccr1a, 0x20, kPortB, 1U << 4, 256},
+    {'2', 0, kTccr2a, 0x80, kPortD, 1U << 2, 256}, {'2', 1, kTccr2a, 0x20, kPortD, 1U << 4, 256},
+    {'0', 1, kTccr0a, 0x20, kPortD, 1U << 7, 250}};
+
+void quiet(avr_t*, const int level, const char* format, va_list arguments) {
+  if (level <= LOG_ERROR) std::vfprintf(stderr, format, arguments);
+}
+
+avr_t* avr(void* p) { return static_cast<avr_t*>(p); }
+
+avr_uart_t* find_uart(avr_t* a) {
+  for (avr_io_t* io = a->io_port; io != nullptr; io = io->next) {
+    if (std::strcmp(io->kind, "uart") == 0) return reinterpret_cast<avr_uart_t*>(io);
+  }
+  throw io::JobError("simavr: no UART");
+}
+
+}  // namespace
+
+struct Firmware::Image {
+  elf_firmware_t elf{};
+};
+
+Firmware::Firmware(const std::filesystem::path& elf) : image_(std::make_unique<Image>()) {
+  static std::once_flag once;
+  std::call_once(once, [] { avr_global_logger_set(quiet); });
+  io::require_readable(elf);
+  if (elf_read_firmware(elf.c_str(), &image_->elf) != 0) throw io::InputError(fmt::format("{}: no ELF image", elf.string()));
+  image_->elf.frequency = 16000000;
+}
+
+Firmware::~Firmware() = default;
+
+std::uint16_t Firmware::address(const std::string& symbol) const {
+  const elf_firmware_t& elf = image_->elf;
+  for (std::uint32_t i = 0; i < elf.symbolcount; ++i) {
+    if (elf.symbol[i]->symbol == symbol) return static_cast<std::uint16_t>(elf.symbol[i]->addr & 0xffff);
+  }
+  throw io::JobError(fmt::format("the image has no symbol {}", symbol));
+}
+
+// Free functions for simavr, with the board as parameter.
+struct Board::Hooks {
+  static void marker(avr_t* a, avr_io_addr_t address, std::uint8_t value, void* board) {
+    a->data[address] = value;
+    const auto& call = static_cast<Board*>(board)->on_marker;
+    if (call) call(a->cycle, value);
+  }
+  static void byte(avr_irq_t*, std::uint32_t value, void* board) {
+    Board& b = *static_cast<Board*>(board);
+    if (b.on_byte) b.on_byte(avr(b.avr_)->cycle, static_cast<std::uint8_t>(value));
+  }
+  static void conversion(avr_irq_t*, std::uint32_t value, void* board) {
+    Board& b = *static_cast<Board*>(board);
+    if (!b.on_sample) return;
+    avr_adc_mux_t mux;
+    std::memcpy(&mux, &value, sizeof(value));
+    const int channel = static_cast<int>(mux.src);
+    b.set_counts(channel, b.on_sample(avr(b.avr_)->cycle, channel));
+  }
+  template <int kMotorIndex>
+  static void width(avr_irq_t*, std::uint32_t value, void* board) {
+    static_cast<Board*>(board)->width_[kMotorIndex] = static_cast<int>(value);
+  }
+  static avr_cycle_count_t deliver(avr_t*, avr_cycle_count_t, void* board) {
+    Board& b = *static_cast<Board*>(board);
+    const std::uint8_t value = b.incoming_.front().value;
+    b.incoming_.pop_front();
+    avr_raise_irq(avr_io_getirq(avr(b.avr_), AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT), value);
+    b.schedule_byte();
+    return 0;
+  }
+  static avr_cycle_count_t stop(avr_t*, avr_cycle_count_t, void*) { return 0; }  // ends a sleep at a quantum's end
+  static void sleep(avr_t*, avr_cycle_count_t) {}                                // simulated time only
+};
+
+Board::Board(const Firmware& firmware) : firmware_(firmware) {
+  avr_t* a = avr_make_mcu_by_name(kMcu);
+  if (a == nullptr) throw io::JobError("simavr knows no atmega328p");
+  avr_ = a;
+  avr_init(a);
+  a->sleep = Hooks::sleep;
+  a->run_cycle_limit = 16;
+  elf_firmware_t image = firmware.image().elf;
+  avr_load_firmware(a, &image);
+  a->vcc = a->avcc = a->aref = kSupply_mV;
+  uart_ = find_uart(a);
+  std::uint32_t flags = 0;
+  avr_ioctl(a, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
+  avr_extint_set_strict_lvl_trig(a, 0, 0);
+  avr_extint_set_strict_lvl_trig(a, 1, 0);
+  avr_register_io_write(a, kGpior0, Hooks::marker, this);
+  avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), Hooks::byte, this);
+  avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), Hooks::conversion, this);
+  const auto pwm = [&](int motor, avr_irq_notify_t notify) {
+    const Motor& m = kMotor[motor];
+    avr_irq_register_notify(avr_io_getirq(a, static_cast<std::uint32_t>(AVR_IOCTL_TIMER_GETIRQ(m.timer)), TIMER_IRQ_OUT_PWM0 + m.comparator),
+                            notify, this);
+  };
+  pwm(0, Hooks::width<0>);
+  pwm(1, Hooks::width<1>);
+  pwm(2, Hooks::width<2>);
+  pwm(3, Hooks::width<3>);
+  pwm(4, Hooks::width<4>);
+  power_on();
+}
+
+Board::~Board() {
+  avr_terminate(avr(avr_));
+  free(avr_);
+}
+
+Cycles Board::now() const { return avr(avr_)->cycle; }
+
+void Board::power_on() {
+  avr_t* a = avr(avr_);
+  const Cycles cycle = a->cycle;
+  avr_reset(a);
+  a->cycle = cycle;
+  width_ = {};
+  std::fill(a->data + 0x100, a->data + kRamEnd + 1, kPaint);
+  schedule_byte();
+}
+
+void Board::power_off(Cycles until) {
+  off_ = true;
+  on_at_ = until;
+  width_ = {};
+}
+
+void Board::run_until(Cycles end) {
+  avr_t* a = avr(avr_);
+  if (off_) {
+    a->cycle = std::max(a->cycle, std::min(end, on_at_));
+    while (!incoming_.empty() && incoming_.front().end <= a->cycle) incoming_.pop_front();
+    if (end < on_at_) return;
+    off_ = false;
+    power_on();
+  }
+  if (a->cycle >= end) return;
+  avr_cycle_timer_register(a, end - a->cycle, Hooks::stop, this);
+  // simavr gives a byte eleven bit-times, 8N1 has ten.
+  auto* uart = static_cast<avr_uart_t*>(uart_);
+  if (uart->cycles_per_byte != byte_cycles_) uart->cycles_per_byte = byte_cycles_ = uart->cycles_per_byte * 10 / 11;
+  while (a->cycle < end) {
+    const bool awake = a->state == cpu_Running;
+    const Cycles before = a->cycle;
+    const int state = avr_run(a);
+    if (awake && a->state == cpu_Running) awake_ += a->cycle - before;
+    if (state == cpu_Done || state == cpu_Crashed) throw io::JobError("the firmware has stopped");
+  }
+}
+
+void Board::set_counts(int channel, int counts) {
+  // The converter gives floor(1023 mV / supply).
+  const int mV = (std::clamp(counts, 0, kAdcTop) * kSupply_mV + kAdcTop - 1) / kAdcTop;
+  avr_raise_irq(avr_io_getirq(avr(avr_), AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + channel), static_cast<std::uint32_t>(mV));
+}
+
+void Board::receive(Cycles end, std::uint8_t byte) {
+  incoming_.push_back({end, byte});
+  if (incoming_.size() == 1 && !off_) schedule_byte();
+}
+
+// simavr raises "receive complete" a byte-time after its input: hand the byte over that much earlier.
+void Board::schedule_byte() {
+  if (incoming_.empty()) return;
+  avr_t* a = avr(avr_);
+  const Cycles due = incoming_.front().end - std::min<Cycles>(byte_cycles_, incoming_.front().end);
+  avr_cycle_timer_register(a, due > a->cycle ? due - a->cycle : 1, Hooks::deliver, this);
+}
+
+double Board::duty(int motor) const {
+  if (off_) return 0;
+  const Motor& m = kMotor[motor];
+  const std::uint8_t* data = avr(avr_)->data;
+  if ((data[m.control] & m.connected) == 0) return 0;
+  const double share = (width_[static_cast<std::size_t>(motor)] + 1.0) / m.steps;
+  return (data[m.port] & m.direction) != 0 ? share : -share;
+}
+
+std::uint8_t Board::read(std::uint16_t address) const { return avr(avr_)->data[address]; }
+
+void Board::write(std::uint16_t address, std::uint8_t byte) { avr(avr_)->data[address] = byte; }
+
+int Board::stack_bytes() const {
+  const std::uint8_t* data = avr(avr_)->data;
+  int at = firmware_.address("__bss_end");
+  while (at <= kRamEnd && data[at] == kPaint) ++at;
+  return kRamEnd + 1 - at;
+}
+
+bool Board::crashed() const { return avr(avr_)->state == cpu_Crashed; }
+
+}  // namespace flexor::cosim

@@ -1,0 +1,100 @@
+// One simulated ATmega328P at 16 MHz: an ELF image run instruction by instruction, its pins and registers open to the world.
+//
+// Times are cycles since the world began; a board that is switched on later, or off for a while, keeps counting.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace flexor::cosim {
+
+using Cycles = std::uint64_t;
+inline constexpr Cycles kCyclesPerMs = 16000;
+
+// An ELF file, read once for any number of boards. Throws io::InputError.
+class Firmware {
+ public:
+  explicit Firmware(const std::filesystem::path& elf);
+  ~Firmware();
+  Firmware(const Firmware&) = delete;
+  Firmware& operator=(const Firmware&) = delete;
+
+  // Address in data space. Throws io::JobError when the image has no such symbol.
+  std::uint16_t address(const std::string& symbol) const;
+
+  struct Image;
+  const Image& image() const { return *image_; }
+
+ private:
+  std::unique_ptr<Image> image_;
+};
+
+class Board {
+ public:
+  explicit Board(const Firmware& firmware);
+  ~Board();
+  Board(const Board&) = delete;
+  Board& operator=(const Board&) = delete;
+
+  // Called while run_until() runs.
+  std::function<void(Cycles, std::uint8_t byte)> on_byte;       // the UART began to send it
+  std::function<void(Cycles, std::uint8_t marker)> on_marker;   // GPIOR0 was written
+  std::function<int(Cycles, int channel)> on_sample;            // an ADC conversion starts: its counts
+
+  void run_until(Cycles end);
+  Cycles now() const;
+
+  // What the next conversions of this channel give, without on_sample.
+  void set_counts(int channel, int counts);
+  // The byte is complete on the RX pin at `end`; calls come in order.
+  void receive(Cycles end, std::uint8_t byte);
+
+  // Supply off until `until`: registers and RAM are lost, EEPROM is not. Also for a late start.
+  void power_off(Cycles until);
+
+  // -1 .. 1: share of full voltage on motor 0 .. 4 of the hand, by PWM and direction pin.
+  double duty(int motor) const;
+  int pwm_width(int motor) const { return width_[static_cast<std::size_t>(motor)]; }
+
+  std::uint8_t read(std::uint16_t address) const;
+  void write(std::uint16_t address, std::uint8_t byte);
+  template <class T>
+  T peek(std::uint16_t address) const {
+    T out{};
+    for (std::size_t i = 0; i < sizeof(T); ++i)
+      reinterpret_cast<std::uint8_t*>(&out)[i] = read(static_cast<std::uint16_t>(address + i));
+    return out;
+  }
+
+  // Most bytes of stack that were in use since power-on.
+  int stack_bytes() const;
+  bool crashed() const;
+  Cycles awake_cycles() const { return awake_; }
+
+ private:
+  struct Hooks;
+  void power_on();
+  void schedule_byte();
+
+  const Firmware& firmware_;
+  void* avr_ = nullptr;  // avr_t: simavr stays inside board.cpp
+  void* uart_ = nullptr;
+  std::uint64_t byte_cycles_ = 0;
+  bool off_ = false;
+  Cycles on_at_ = 0;
+  Cycles awake_ = 0;
+  struct Byte {
+    Cycles end;
+    std::uint8_t value;
+  };
+  std::deque<Byte> incoming_;
+  std::array<int, 5> width_{};
+};
+
+}  // namespace flexor::cosim

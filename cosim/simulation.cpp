@@ -1,0 +1,97 @@
+#include "cosim/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firmware/markers.hpp"
+
+namespace flexor::cosim {
+namespace {
+
+constexpr std::int64_t kSettled_ms = -300;  // by then the hand is where its first commands sent it
+constexpr double kBoot_ms = 22;             // the glove's, until its sample timer starts: six bytes of EEPROM
+constexpr int kStrips = twin::kFingers;
+
+bool is(std::uint8_t marker, firmware::Marker which) { return marker == static_cast<std::uint8_t>(which); }
+
+}  // namespace
+
+Simulation::Simulation(const Images& images, const twin::Setup& setup, std::uint64_t trial, ByteFaults faults)
+    : images_(images),
+      setup_(setup),
+      world_(setup, trial),
+      glove_(images.glove),
+      hand_(images.hand),
+      radio_(setup.parameters, twin::seed_of(twin::seed_of(setup.seed, trial), twin::Purpose::radio), faults, cycle_of(0)) {
+  const double period_ms = 1000 * setup.compensator.sample_period_s;
+  const double phase_ms = 1000 * world_.sample_phase_s() - kBoot_ms;
+  const double start_ms = phase_ms - period_ms * std::floor(phase_ms / period_ms);
+  glove_.power_off(static_cast<Cycles>(start_ms * kCyclesPerMs) + 1);
+  glove_.on_sample = [this](Cycles cycle, int channel) {
+    if (channel >= kStrips) return 0;
+    const auto now_ms = static_cast<std::int64_t>(time_ms(cycle));
+    const int counts = world_.glove_counts(channel, time_ms(cycle) / 1000);
+    return on_strip ? on_strip(now_ms, channel, counts) : counts;
+  };
+  glove_.on_byte = [this](Cycles cycle, std::uint8_t byte) {
+    if (on_air) on_air(cycle, byte);
+    std::uint8_t arriving = byte;
+    const auto end = radio_.pass(cycle, arriving);
+    if (end && radio_on) hand_.receive(std::max(*end, injected_until_), arriving);
+  };
+  glove_.on_marker = [this](Cycles cycle, std::uint8_t marker) {
+    sent_ += is(marker, firmware::Marker::frame_sealed);
+    if (on_glove_marker) on_glove_marker(cycle, marker);
+  };
+  hand_.on_marker = [this](Cycles cycle, std::uint8_t marker) {
+    accepted_ += is(marker, firmware::Marker::frame_accepted);
+    if (on_hand_marker) on_hand_marker(cycle, marker);
+  };
+}
+
+twin::Trial Simulation::run() {
+  while (world_.now_ms() <= world_.end_ms()) {
+    const std::int64_t now = world_.now_ms();
+    if (on_ms) on_ms(now);
+    if (now == kSettled_ms) wind_up();
+    for (int i = 0; i < twin::kFingers; ++i) hand_.set_counts(i, world_.potentiometer_counts(i));
+    // The glove first: what it sends within this millisecond may arrive within it.
+    const Cycles end = cycle_of(static_cast<double>(now + 1));
+    glove_.run_until(end);
+    hand_.run_until(end);
+    std::array<std::int16_t, twin::kFingers> duty{};
+    for (int i = 0; i < twin::kFingers; ++i) {
+      duty[static_cast<std::size_t>(i)] = static_cast<std::int16_t>(std::lround(hand_.duty(i) * hand::kFullDuty));
+    }
+    world_.step(duty);
+  }
+  twin::Trial trial = world_.finish();
+  trial.frames_sent = sent_;
+  trial.frames_lost = std::max(0, sent_ - accepted_);
+  return trial;
+}
+
+HandStatus Simulation::hand_status() const { return hand_.peek<HandStatus>(images_.hand.address("hand_status")); }
+
+void Simulation::inject(const std::vector<std::uint8_t>& bytes) {
+  const auto byte_cycles = static_cast<Cycles>(10 / setup_.parameters.baud * 1000 * kCyclesPerMs);
+  injected_until_ = std::max(injected_until_, hand_.now());
+  for (const std::uint8_t byte : bytes) hand_.receive(injected_until_ += byte_cycles, byte);
+}
+
+// The minute of rest before a recording is not run but computed, as in simulate(): a loop whose command lies behind an end stop has
+// wound up by then.
+void Simulation::wind_up() {
+  const HandStatus status = hand_status();
+  const std::uint16_t fingers = images_.hand.address("hand_finger");
+  for (int i = 0; i < twin::kFingers; ++i) {
+    const std::int32_t integral = world_.settled_integral(i, status.setpoint[i]);
+    constexpr int kIntegralAt = 4;  // of hand::LoopState, the first member of hand::Finger
+    for (int byte = 0; byte < 4; ++byte) {
+      hand_.write(static_cast<std::uint16_t>(fingers + i * status.finger_bytes + kIntegralAt + byte),
+                  static_cast<std::uint8_t>(static_cast<std::uint32_t>(integral) >> (8 * byte)));
+    }
+  }
+}
+
+}  // namespace flexor::cosim

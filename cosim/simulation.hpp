@@ -1,0 +1,77 @@
+// Both boards, the radio between them and the twin's world around them: a whole trial, deterministic, in one thread.
+#pragma once
+
+#include <functional>
+#include <iosfwd>
+
+#include "cosim/board.hpp"
+#include "cosim/byte_radio.hpp"
+#include "host/deploy/config.hpp"
+#include "host/twin/world.hpp"
+
+namespace flexor::cosim {
+
+struct Images {
+  Firmware glove;
+  Firmware hand;
+};
+
+// hand_status of firmware/hand, as it lies in RAM.
+struct __attribute__((packed)) HandStatus {
+  std::uint8_t finger_bytes;
+  std::uint8_t link;  // hand::Link
+  std::uint8_t fault[5];  // hand::Fault
+  std::int16_t setpoint[5];
+  std::uint16_t late_ms;
+  std::uint16_t worst_late_ms;
+  std::uint16_t overruns;
+  std::uint32_t received;
+  std::uint32_t lost;
+  std::uint32_t malformed;
+  std::uint32_t corrupt;
+  std::uint32_t not_trusted;
+};
+
+class Simulation {
+ public:
+  // All of them outlive the simulation.
+  Simulation(const Images& images, const twin::Setup& setup, std::uint64_t trial, ByteFaults faults = {});
+
+  // Called before each millisecond, with the world's time: faults, attacks, traces, checks.
+  std::function<void(std::int64_t now_ms)> on_ms;
+  std::function<void(Cycles, std::uint8_t marker)> on_glove_marker;
+  std::function<void(Cycles, std::uint8_t marker)> on_hand_marker;
+  std::function<void(Cycles, std::uint8_t byte)> on_air;  // what the glove sends, before the radio's faults
+  // Overrides a strip's reading: counts of finger at a time.
+  std::function<int(std::int64_t now_ms, int finger, int counts)> on_strip;
+
+  // Runs to the end and returns what the cameras saw.
+  twin::Trial run();
+
+  Board& glove() { return glove_; }
+  Board& hand() { return hand_; }
+  const twin::World& world() const { return world_; }
+  HandStatus hand_status() const;
+  // Puts bytes on the hand's RX pin, one byte-time apart, from now on.
+  void inject(const std::vector<std::uint8_t>& bytes);
+  bool radio_on = true;  // false: nothing of the glove arrives
+
+  static Cycles cycle_of(double t_ms) { return static_cast<Cycles>((t_ms - twin::World::kStart_ms) * kCyclesPerMs); }
+  static double time_ms(Cycles cycle) { return static_cast<double>(cycle) / kCyclesPerMs + twin::World::kStart_ms; }
+
+ private:
+  void wind_up();
+
+  const Images& images_;
+  const twin::Setup& setup_;
+  twin::World world_;
+  Board glove_;
+  Board hand_;
+  ByteRadio radio_;
+  std::array<int, twin::kFingers> strip_{};
+  Cycles injected_until_ = 0;
+  int sent_ = 0;
+  int accepted_ = 0;
+};
+
+}  // namespace flexor::cosim

@@ -1,0 +1,64 @@
+// The glove's signal chain on a PC: the yardstick for what the board sends, to the bit.
+#pragma once
+
+#include "firmware/glove/signal_chain.hpp"
+#include "host/deploy/config.hpp"
+#include "host/model/simulation.hpp"
+
+namespace flexor::deploy {
+
+class HostCompensator {
+ public:
+  explicit HostCompensator(const model::Model& model) : simulation_(model) {
+    const auto channels = channels_of(model);
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      channel_[i] = channels[i] != nullptr ? channels[i] - model.channels.data() : -1;
+    }
+  }
+
+  std::uint8_t step(const std::int16_t* alpha, std::int16_t* angle) {
+    std::uint8_t good = 0;
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      angle[i] = 0;
+      if (channel_[i] < 0) continue;
+      const auto sample = simulation_.step(static_cast<std::size_t>(channel_[i]), alpha[i] / 32.0);
+      angle[i] = static_cast<std::int16_t>(std::lround(16 * sample.angle_deg));
+      if (sample.status == core::Status::ok) good = static_cast<std::uint8_t>(good | 1U << i);
+    }
+    return good;
+  }
+
+ private:
+  model::Simulation<model::FixedArithmetic> simulation_;
+  std::array<std::ptrdiff_t, kFingers> channel_{};
+};
+
+// Not to be moved: the chain points into the tables and at the compensator.
+class HostChain {
+ public:
+  explicit HostChain(const Glove& glove) : tables_(glove_tables(glove)), compensator_(glove.model), chain_(settings(), compensator_) {}
+  HostChain(const HostChain&) = delete;
+  HostChain& operator=(const HostChain&) = delete;
+
+  // One sample: counts of five strips to what a frame says.
+  link::Frame step(const std::array<int, kFingers>& counts) {
+    std::array<std::uint16_t, kFingers> n{};
+    for (std::size_t i = 0; i < kFingers; ++i) n[i] = static_cast<std::uint16_t>(counts[i]);
+    chain_.step(n.data(), frame_);
+    return frame_;
+  }
+
+ private:
+  const firmware::ChannelSettings* settings() {
+    for (std::size_t i = 0; i < kFingers; ++i) settings_[i] = {&tables_.calibration[i], tables_.monitor[i], tables_.guard[i]};
+    return settings_.data();
+  }
+
+  GloveTables tables_;
+  std::array<firmware::ChannelSettings, kFingers> settings_{};
+  HostCompensator compensator_;
+  firmware::SignalChain<HostCompensator> chain_;
+  link::Frame frame_{};
+};
+
+}  // namespace flexor::deploy

@@ -19,14 +19,11 @@ endif()
 
 include(${CMAKE_CURRENT_LIST_DIR}/layers.cmake)
 
-# CMake's own graph between rooms, one "from to" a line, for cmake/check_layers.cmake. The program `flexor` is cli.
+# CMake's own graph between rooms, one "from to" a line, for cmake/check_layers.cmake.
 function(flexor_write_graph file)
   set(text "")
   foreach(room IN LISTS ROOMS)
     set(target flexor_${room})
-    if(room STREQUAL "cli")
-      set(target flexor)
-    endif()
     set(links "")
     foreach(property LINK_LIBRARIES INTERFACE_LINK_LIBRARIES)
       get_target_property(list ${target} ${property})

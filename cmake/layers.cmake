@@ -15,7 +15,8 @@ set(ALLOWED_identify model recording score)
 set(ALLOWED_twin hand model)
 set(ALLOWED_experiment deploy identify recording score twin)
 set(ALLOWED_cli experiment)
-set(ROOMS core compensator hand link sensor firmware io model deploy recording score identify twin experiment cli)
+set(ALLOWED_cosim cli)
+set(ROOMS core compensator hand link sensor firmware io model deploy recording score identify twin experiment cli cosim)
 
 set(FOLDER_core runtime/core)
 set(FOLDER_compensator runtime/compensator)
@@ -32,13 +33,15 @@ set(FOLDER_identify host/identify)
 set(FOLDER_twin host/twin)
 set(FOLDER_experiment host/experiment)
 set(FOLDER_cli apps/cli)
+set(FOLDER_cosim cosim)
 
 # Libraries that one room keeps to itself, by the start of their includes.
-set(KEPT_INCLUDES ceres matio CLI nlopt)
+set(KEPT_INCLUDES ceres matio CLI nlopt simavr)
 set(KEEPER_ceres identify)
 set(KEEPER_matio recording)
 set(KEEPER_CLI cli)
 set(KEEPER_nlopt experiment)
+set(KEEPER_simavr cosim)
 
 # Everything that `room` may use, itself included, into `out`.
 function(flexor_reachable room out)

@@ -23,6 +23,7 @@ constexpr int kAdcTop = 1023;
 constexpr avr_io_addr_t kGpior0 = 0x3e;
 constexpr std::uint16_t kRamEnd = 0x8ff;
 constexpr std::uint8_t kPaint = 0xa5;
+constexpr Cycles kRunCycles = 16;  // at most between two looks for interrupts: a microsecond
 constexpr int kMotors = 5;
 
 // Where a motor's PWM is: timer, comparator, its bit in TCCRnA, direction pin; full scale of the counter.
@@ -123,15 +124,12 @@ Board::Board(const Firmware& firmware) : firmware_(firmware) {
   avr_ = a;
   avr_init(a);
   a->sleep = Hooks::sleep;
-  a->run_cycle_limit = 16;
   elf_firmware_t image = firmware.image().elf;
   avr_load_firmware(a, &image);
   a->vcc = a->avcc = a->aref = kSupply_mV;
   uart_ = find_uart(a);
   std::uint32_t flags = 0;
   avr_ioctl(a, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
-  avr_extint_set_strict_lvl_trig(a, 0, 0);
-  avr_extint_set_strict_lvl_trig(a, 1, 0);
   avr_register_io_write(a, kGpior0, Hooks::marker, this);
   avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), Hooks::byte, this);
   avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), Hooks::conversion, this);
@@ -160,6 +158,9 @@ void Board::power_on() {
   const Cycles cycle = a->cycle;
   avr_reset(a);
   a->cycle = cycle;
+  a->run_cycle_limit = kRunCycles;
+  // Otherwise a low PD2 or PD3, motor pins here, is polled in every cycle; a reset forgets it.
+  for (std::uint8_t interrupt = 0; interrupt < 2; ++interrupt) avr_extint_set_strict_lvl_trig(a, interrupt, 0);
   width_ = {};
   std::fill(a->data + 0x100, a->data + kRamEnd + 1, kPaint);
   schedule_byte();

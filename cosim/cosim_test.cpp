@@ -13,7 +13,7 @@ TEST(Cosim, First) {
     for (bool assembly : {false, true}) {
       deploy::Glove g;
       g.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/" + name + ".json");
-      g.sensor = [](double n) { return n >= 1023 ? 1e9 : (35 * n / (1023 - n) - 25) * 1.8; };
+      g.sensor.fill(deploy::divider(35, 25, 100.0 / 180));
       g.key = deploy::key_from_hex("000102030405060708090a0b0c0d0e0f");
       g.assembly = assembly;
       const auto image = deploy::build_glove(g, "/tmp/dep");

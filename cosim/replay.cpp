@@ -29,14 +29,8 @@ link::Frame limited(link::Frame frame) {
 
 }  // namespace
 
-void CycleStatistic::add(std::uint64_t cycles) {
-  ++count;
-  sum += cycles;
-  worst = std::max(worst, cycles);
-}
-
-ReplayResult replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts) {
-  ReplayResult result;
+experiment::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts) {
+  experiment::GloveFigures result;
   deploy::HostChain host(glove);
   link::Receiver receiver(glove.key ? &*glove.key : nullptr);
   std::deque<link::Frame> expected;
@@ -124,8 +118,8 @@ Counts exercise(std::size_t samples, std::uint32_t seed) {
   return out;
 }
 
-HandFigures measure_hand(const Firmware& firmware, const deploy::Glove& glove, double seconds) {
-  HandFigures result;
+experiment::HandFigures measure_hand(const Firmware& firmware, const deploy::Glove& glove, double seconds) {
+  experiment::HandFigures result;
   Board board(firmware);
   Cycles begin = 0;
   board.on_marker = [&](Cycles now, std::uint8_t value) {

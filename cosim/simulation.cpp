@@ -37,7 +37,9 @@ Simulation::Simulation(const Images& images, const twin::Setup& setup, std::uint
     if (on_air) on_air(cycle, byte);
     std::uint8_t arriving = byte;
     const auto end = radio_.pass(cycle, arriving);
-    if (end && radio_on) hand_.receive(std::max(*end, injected_until_), arriving);
+    if (!end || !radio_on) return;
+    if (on_arrival) on_arrival(*end, arriving);
+    hand_.receive(std::max(*end, injected_until_), arriving);
   };
   glove_.on_marker = [this](Cycles cycle, std::uint8_t marker) {
     sent_ += is(marker, firmware::Marker::frame_sealed);
@@ -77,6 +79,10 @@ void Simulation::inject(const std::vector<std::uint8_t>& bytes) {
   const auto byte_cycles = static_cast<Cycles>(10 / setup_.parameters.baud * 1000 * kCyclesPerMs);
   injected_until_ = std::max(injected_until_, hand_.now());
   for (const std::uint8_t byte : bytes) hand_.receive(injected_until_ += byte_cycles, byte);
+}
+
+link::LinkStatistics Simulation::link_statistics() const {
+  return hand_.peek<link::LinkStatistics>(images_.hand.address("hand_receiver"));
 }
 
 // The minute of rest before a recording is not run but computed, as in simulate(): a loop whose command lies behind an end stop has

@@ -8,6 +8,7 @@
 #include "cosim/byte_radio.hpp"
 #include "host/deploy/config.hpp"
 #include "host/twin/world.hpp"
+#include "runtime/link/receiver.hpp"
 
 namespace flexor::cosim {
 
@@ -25,11 +26,6 @@ struct __attribute__((packed)) HandStatus {
   std::uint16_t late_ms;
   std::uint16_t worst_late_ms;
   std::uint16_t overruns;
-  std::uint32_t received;
-  std::uint32_t lost;
-  std::uint32_t malformed;
-  std::uint32_t corrupt;
-  std::uint32_t not_trusted;
 };
 
 class Simulation {
@@ -42,6 +38,7 @@ class Simulation {
   std::function<void(Cycles, std::uint8_t marker)> on_glove_marker;
   std::function<void(Cycles, std::uint8_t marker)> on_hand_marker;
   std::function<void(Cycles, std::uint8_t byte)> on_air;  // what the glove sends, before the radio's faults
+  std::function<void(Cycles end, std::uint8_t byte)> on_arrival;  // and what arrives of it
   // Overrides a strip's reading: counts of finger at a time.
   std::function<int(std::int64_t now_ms, int finger, int counts)> on_strip;
 
@@ -52,6 +49,7 @@ class Simulation {
   Board& hand() { return hand_; }
   const twin::World& world() const { return world_; }
   HandStatus hand_status() const;
+  link::LinkStatistics link_statistics() const;
   // Puts bytes on the hand's RX pin, one byte-time apart, from now on.
   void inject(const std::vector<std::uint8_t>& bytes);
   bool radio_on = true;  // false: nothing of the glove arrives

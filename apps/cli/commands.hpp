@@ -4,17 +4,34 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "host/experiment/boards.hpp"
+
 namespace flexor::cli {
+
+struct Program {
+  int argc;
+  char** argv;
+  experiment::Boards* boards;  // null: not in this program
+
+  // The boards; without any, this process becomes flexor-cosim with the same command line. Throws io::InputError when there is no
+  // such program beside this one.
+  experiment::Boards& require_boards() const;
+};
 
 void add_align(CLI::App& app);
 void add_calibrate_glove(CLI::App& app);
 void add_calibrate_twin(CLI::App& app);
-void add_experiment(CLI::App& app);
+void add_deploy(CLI::App& app, const Program& program);
+void add_experiment(CLI::App& app, const Program& program);
+void add_latency(CLI::App& app, const Program& program);
 void add_twin(CLI::App& app);
 void add_identify(CLI::App& app);
 void add_apply(CLI::App& app);
 void add_score(CLI::App& app);
 void add_show(CLI::App& app);
+
+// The twin as shipped or from a file, with parameters set. Throws io::InputError.
+twin::Parameters twin_parameters(const std::string& file, const std::vector<std::string>& set);
 
 // Prints to standard output; throws io::JobError when it is closed or full.
 void print(const std::string& text);

@@ -20,16 +20,11 @@ struct Options {
   double rate_hz = 10;
   experiment::Plan plan;
   std::string folder;
+  std::string engine = "twin";
+  std::string vcd;
   bool scenarios = false;
   bool json = false;
 };
-
-twin::Parameters parameters(const std::string& file, const std::vector<std::string>& set) {
-  twin::Parameters p = file.empty() ? experiment::shipped_parameters() : twin::load(file);
-  for (const std::string& assignment : set) twin::assign(p, assignment);
-  twin::check(p);
-  return p;
-}
 
 void table(const experiment::Result& r, const experiment::Plan& plan) {
   print(fmt::format("total error E_T in deg s, mean and 95 % interval of {} trial(s), {:g} Hz, seed {}\n\n",
@@ -98,9 +93,12 @@ void show_scenarios(const std::vector<experiment::ScenarioResult>& scenarios) {
   print("\n");
 }
 
-void run(Options& o) {
+void run(Options& o, const Program& program) {
   experiment::Plan& plan = o.plan;
-  plan.parameters = parameters(o.twin, o.set);
+  if (o.engine == "avr") plan.engine = &program.require_boards();
+  if (!o.vcd.empty() && o.engine != "avr") throw io::InputError("--vcd records the boards: add --engine avr");
+  if (!o.vcd.empty()) io::require_writable(o.vcd);
+  plan.parameters = twin_parameters(o.twin, o.set);
   plan.motions = experiment::motions(o.gestures);
   std::istringstream names(o.compensators);
   for (std::string name; std::getline(names, name, ',');) {
@@ -115,6 +113,10 @@ void run(Options& o) {
     });
   };
   const experiment::Result result = run_plan(plan, "experiment");
+  if (!o.vcd.empty()) {
+    log("tracing one trial ...");
+    program.boards->trace(experiment::first_setup(plan, plan.motions.front(), plan.compensators.front()), o.vcd);
+  }
   std::vector<experiment::ScenarioResult> scenarios;
   if (o.scenarios) {
     for (const experiment::Scenario& scenario : experiment::scenarios()) {
@@ -186,7 +188,7 @@ struct GloveOptions {
 };
 
 void run_glove(GloveOptions& o) {
-  o.request.parameters = parameters(o.twin, o.set);
+  o.request.parameters = twin_parameters(o.twin, o.set);
   o.request.folder = o.folder;
   io::require_folder(o.folder);
   experiment::GloveCalibration result;
@@ -225,7 +227,14 @@ void run_glove(GloveOptions& o) {
 
 }  // namespace
 
-void add_experiment(CLI::App& app) {
+twin::Parameters twin_parameters(const std::string& file, const std::vector<std::string>& set) {
+  twin::Parameters p = file.empty() ? experiment::shipped_parameters() : twin::load(file);
+  for (const std::string& assignment : set) twin::assign(p, assignment);
+  twin::check(p);
+  return p;
+}
+
+void add_experiment(CLI::App& app, const Program& program) {
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "experiment", "The published experiment in the twin: gestures x compensators x trials");
@@ -248,9 +257,15 @@ void add_experiment(CLI::App& app) {
   command->add_option("--twin", o->twin,
                       "configuration of the twin (default: the shipped one; flexor twin --json prints it)");
   command->add_option("--set", o->set, "change one parameter of the twin: radio.loss=0.05; may be repeated");
+  command
+      ->add_option("--engine", o->engine,
+                   "twin, or avr: the firmware of both boards, instruction by instruction, with the twin around it")
+      ->check(CLI::IsMember({"twin", "avr"}))
+      ->capture_default_str();
+  command->add_option("--vcd", o->vcd, "with --engine avr: write all signals of the first trial here, for a waveform viewer");
   command->add_flag("--scenarios", o->scenarios, "also with drift, put on anew, lost and late frames");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
+  command->callback([o, program] { run(*o, program); });
 }
 
 void add_calibrate_twin(CLI::App& app) {

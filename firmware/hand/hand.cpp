@@ -21,9 +21,9 @@ struct {
   uint16_t late_ms;
   uint16_t worst_late_ms;
   uint16_t overruns;  // bytes that found no room
-  link::LinkStatistics statistics;
-} hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, 0, 0, {}};
+} hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, 0, 0};
 hand::Finger hand_finger[link::kFingers];
+link::Receiver hand_receiver(config::kKey);  // begins with its statistics
 
 namespace {
 
@@ -32,7 +32,6 @@ volatile bool ticked = false;
 Ring<32> received;
 
 hand::LinkWatch watch;
-link::Receiver receiver(config::kKey);
 link::Latency latency;
 Eeprom eeprom;
 link::CounterStore<Eeprom> store;
@@ -43,11 +42,11 @@ uint16_t epoch = 0;  // of the last frame
 void start_motors() {
   DDRB = _BV(PB0) | _BV(PB1) | _BV(PB2) | _BV(PB3) | _BV(PB4);
   DDRD = _BV(PD2) | _BV(PD3) | _BV(PD4) | _BV(PD5) | _BV(PD7);
-  // Fast PWM of eight bits, 7.8 kHz. Outputs stay disconnected, and low, at duty 0: fast PWM has no width of nothing.
+  // Fast PWM of eight bits at 977 Hz, like the fifth. Outputs stay disconnected, and low, at duty 0: it has no width of nothing.
   TCCR1A = _BV(WGM10);
-  TCCR1B = _BV(WGM12) | _BV(CS11);
+  TCCR1B = _BV(WGM12) | _BV(CS11) | _BV(CS10);
   TCCR2A = _BV(WGM21) | _BV(WGM20);
-  TCCR2B = _BV(CS21);
+  TCCR2B = _BV(CS22);
   TCCR0A = _BV(WGM01) | _BV(WGM00);
   OCR0A = 249;
   TCCR0B = _BV(WGM02) | _BV(CS01) | _BV(CS00);
@@ -99,7 +98,8 @@ void drive(uint8_t motor, int16_t duty) {
   }
 }
 
-void tick() {
+// Out of line: inside main its values would not stay in registers.
+__attribute__((noinline)) void tick() {
   mark(Marker::tick_begin);
   uint16_t angle[link::kFingers];
   cli();
@@ -108,7 +108,7 @@ void tick() {
   ++now_ms;
   hand_status.link = watch.tick();
   for (uint8_t i = 0; i < link::kFingers; ++i) {
-    const int16_t duty = hand_finger[i].tick(config::kSettings[config::kSettingsOf[i]], hand_status.link, receiver.frame().angle[i], angle[i]);
+    const int16_t duty = hand_finger[i].tick(config::kSettings[config::kSettingsOf[i]], hand_status.link, hand_receiver.frame().angle[i], angle[i]);
     drive(i, duty);
     hand_status.fault[i] = hand_finger[i].fault();
     hand_status.setpoint[i] = hand_finger[i].setpoint();
@@ -118,11 +118,11 @@ void tick() {
 
 void take_frame() {
   mark(Marker::frame_accepted);
-  const uint32_t counter = receiver.frame().counter;
+  const uint32_t counter = hand_receiver.frame().counter;
   const bool new_epoch = static_cast<uint16_t>(counter >> 16) != epoch;
   if (new_epoch) latency.restart();
   epoch = static_cast<uint16_t>(counter >> 16);
-  hand_status.late_ms = latency.add(now_ms, receiver.frame().time_ms);
+  hand_status.late_ms = latency.add(now_ms, hand_receiver.frame().time_ms);
   hand_status.worst_late_ms = latency.worst_ms();
   watch.frame();
   // After a restart of the hand, nothing from before the last record is believed again.
@@ -132,15 +132,13 @@ void take_frame() {
 void listen() {
   link::Received result = link::Received::nothing;
   if (pending) {
-    result = receiver.verify();
+    result = hand_receiver.verify();
   } else {
     uint8_t byte;
-    while (result == link::Received::nothing && received.pop(byte)) result = receiver.push(byte);
+    while (result == link::Received::nothing && received.pop(byte)) result = hand_receiver.push(byte);
   }
   pending = result == link::Received::pending;
-  if (result == link::Received::nothing) return;
   if (result == link::Received::frame) take_frame();
-  hand_status.statistics = receiver.statistics();
 }
 
 }  // namespace
@@ -167,7 +165,7 @@ ISR(USART_RX_vect) {
 
 int main() {
   start_watchdog(WDTO_120MS);
-  receiver.resume(store.load(eeprom));
+  hand_receiver.resume(store.load(eeprom));
   start_uart(config::kUartDivisor, _BV(RXEN0) | _BV(RXCIE0));
   start_motors();
   sei();

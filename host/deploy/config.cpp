@@ -107,6 +107,26 @@ std::array<const model::Channel*, kFingers> channels_of(const model::Model& mode
   return out;
 }
 
+Sensor divider(double fixed_kohm, double flat_kohm, double kohm_per_deg) {
+  return [=](double counts) {
+    constexpr double kTop = sensor::kAdcTop;
+    if (counts >= kTop) return 1e9;
+    return (fixed_kohm * counts / (kTop - counts) - flat_kohm) / kohm_per_deg;
+  };
+}
+
+Sensor counts_as_they_are() {
+  return [](double counts) { return counts; };
+}
+
+Sensor through_points(std::vector<double> counts, std::vector<double> value) {
+  return [counts = std::move(counts), value = std::move(value)](double n) {
+    std::size_t i = 1;
+    while (i + 1 < counts.size() && n > counts[i]) ++i;
+    return value[i - 1] + (value[i] - value[i - 1]) * (n - counts[i - 1]) / (counts[i] - counts[i - 1]);
+  };
+}
+
 int sample_rate_hz(const model::Model& model) {
   const double rate = 1 / model.sample_period_s;
   for (const int known : {10, 20, 50, 100}) {
@@ -168,7 +188,7 @@ GloveTables glove_tables(const Glove& glove) {
     }
     guard.rest = q4(std::clamp(channel->rest_deg, channel->saturation.lower_deg, channel->saturation.upper_deg));
     for (std::size_t k = 0; k < sensor::kKnots; ++k) {
-      const double u = glove.sensor(16.0 * static_cast<double>(k));
+      const double u = glove.sensor[i](16.0 * static_cast<double>(k));
       out.calibration[i].alpha[k] = static_cast<std::int16_t>(std::lround(32 * std::clamp(u, -1023.0, 1023.0)));
     }
     // Readings that the model refuses are the rails.

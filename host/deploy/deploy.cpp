@@ -52,16 +52,18 @@ std::string checked(const std::vector<std::string>& argv) {
   return result.out;
 }
 
-Image build(const std::string& name, const std::string& config, const fs::path& folder) {
+Image build(const std::string& name, const std::string& config, const fs::path& folder, const std::vector<std::string>& options) {
   require_toolchain();
   io::make_folder(folder);
   const SourceFolder source;
   io::write_file(source.path() / (name + "_config.hpp"), config);
   Image image{folder / (name + ".elf"), folder / (name + ".hex")};
-  checked({kCompiler, "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-std=c++14", "-Wall", "-Wextra", "-Werror", "-fno-exceptions",
-           "-fno-rtti", "-fno-threadsafe-statics", "-ffunction-sections", "-fdata-sections", "-fshort-enums", "-mrelax", "-mcall-prologues", "-flto", "-fwhole-program",
+  std::vector<std::string> compile = {kCompiler, "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-std=c++14", "-Wall", "-Wextra", "-Werror", "-fno-exceptions",
+           "-fno-rtti", "-fno-threadsafe-statics", "-ffunction-sections", "-fdata-sections", "-fshort-enums", "-mrelax", "-flto", "-fwhole-program",
            "-Wl,--gc-sections", "-I" + source.path().string(), (source.path() / "firmware" / name / (name + ".cpp")).string(), "-o",
-           image.elf.string()});
+           image.elf.string()};
+  compile.insert(compile.end(), options.begin(), options.end());
+  checked(compile);
   checked({"avr-objcopy", "-O", "ihex", "-R", ".eeprom", image.elf.string(), image.hex.string()});
   std::istringstream sizes(checked({"avr-size", image.elf.string()}));
   std::string header;
@@ -114,9 +116,9 @@ void require_toolchain() {
   }
 }
 
-Image build_glove(const Glove& glove, const fs::path& folder) { return build("glove", glove_config(glove), folder); }
+Image build_glove(const Glove& glove, const fs::path& folder) { return build("glove", glove_config(glove), folder, {}); }
 
-Image build_hand(const Hand& hand, const fs::path& folder) { return build("hand", hand_config(hand), folder); }
+Image build_hand(const Hand& hand, const fs::path& folder) { return build("hand", hand_config(hand), folder, {"-mcall-prologues"}); }
 
 void write_arduino(const Glove& glove, const Hand& hand, const fs::path& folder) {
   write_library(folder / "FlexorGlove", "FlexorGlove", "glove", glove_config(glove), "A flex-sensor glove with its compensator");

@@ -9,7 +9,7 @@ namespace {
 TEST(Deploy, Builds) {
   Glove g;
   g.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
-  g.sensor = [](double n) { return n >= 1023 ? 1e9 : (35 * n / (1023 - n) - 25) * 1.8; };
+  g.sensor.fill(divider(35, 25, 100.0 / 180));
   g.key = key_from_hex("000102030405060708090a0b0c0d0e0f");
   Hand h;
   h.lower_deg = {90, 28, 28, 28, 28};

@@ -32,7 +32,7 @@ std::vector<Compensator> published() {
 }
 
 double log_rms_of(const twin::Parameters& parameters, int trials, std::uint64_t seed) {
-  const Plan plan{parameters, motions("1-4"), published(), seed, trials, 0, {}};
+  const Plan plan{parameters, motions("1-4"), published(), seed, trials, 0, {}, nullptr};
   return *run(plan, {}).log_rms.gestures_1_to_4;
 }
 

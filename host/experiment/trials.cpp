@@ -81,6 +81,10 @@ class Log {
   }
 };
 
+std::vector<twin::Trial> play(const Plan& plan, const twin::Setup& setup, std::uint64_t first, int count) {
+  return plan.engine != nullptr ? plan.engine->simulate(setup, first, count) : twin::simulate(setup, first, count);
+}
+
 // A batch of trials of one motion: every compensator meets the same trials.
 struct Job {
   std::size_t motion;
@@ -144,7 +148,9 @@ class Runner {
       throw InputError("an experiment needs at least one gesture and one compensator");
     }
     for (const Compensator& c : plan_.compensators) {
-      twin::check({plan_.parameters, plan_.motions.front(), c.model, plan_.seed, false});
+      const twin::Setup setup{plan_.parameters, plan_.motions.front(), c.model, plan_.seed, false};
+      twin::check(setup);
+      if (plan_.engine != nullptr) plan_.engine->prepare(setup);
       if (c.name.find_first_of(",\n\"") != std::string::npos) {
         throw InputError(fmt::format(
             "compensator {}: a name with a comma or a quote cannot stand in a CSV; rename it", c.name));
@@ -166,6 +172,7 @@ class Runner {
       }
     }
     const Json json = {{"version", FLEXOR_VERSION},
+                       {"engine", plan_.engine != nullptr ? plan_.engine->name() : "twin"},
                        {"seed", plan_.seed},
                        {"trials", plan_.trials},
                        {"motions", result_.motions},
@@ -277,7 +284,7 @@ class Runner {
                               false};
       std::vector<Row>& out = rows.emplace_back();
       for (const twin::Trial& trial :
-           twin::simulate(setup, static_cast<std::uint64_t>(job.first), job.count)) {
+           play(plan_, setup, static_cast<std::uint64_t>(job.first), job.count)) {
         out.push_back(row(trial));
       }
     }
@@ -383,10 +390,14 @@ double Statistic::ci95() const {
 
 Result run(const Plan& plan, const TrialProgress& progress) { return Runner(plan, progress).run(); }
 
+twin::Setup first_setup(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
+  return {plan.parameters, motion, compensator.model, seed_of_motion(plan.seed, motion.name()), false};
+}
+
 twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
-  const twin::Setup setup{plan.parameters, motion, compensator.model,
-                          seed_of_motion(plan.seed, motion.name()), false};
-  return twin::simulate(setup, 0, 1).front();
+  const twin::Setup setup = first_setup(plan, motion, compensator);
+  if (plan.engine != nullptr) plan.engine->prepare(setup);
+  return play(plan, setup, 0, 1).front();
 }
 
 Json to_json(const Result& r, const Plan& plan) {

@@ -21,6 +21,17 @@
 
 namespace flexor::experiment {
 
+// What plays the trials: the twin itself, or something that takes its place.
+class Engine {
+ public:
+  virtual ~Engine() = default;
+  virtual std::string name() const = 0;
+  // Before the first trial of each compensator. Throws io::InputError for what it cannot play.
+  virtual void prepare(const twin::Setup& setup) = 0;
+  // As twin::simulate; from any thread.
+  virtual std::vector<twin::Trial> simulate(const twin::Setup& setup, std::uint64_t first, int count) const = 0;
+};
+
 struct Plan {
   twin::Parameters parameters;
   std::vector<twin::Motion> motions;
@@ -29,6 +40,7 @@ struct Plan {
   int trials = 3;
   int threads = 0;               // 0: as many as the machine has
   std::filesystem::path folder;  // empty: nothing is written
+  Engine* engine = nullptr;      // none: the twin. Outlives the run
 };
 
 // Mean and 95 % interval (Student's t) of a stream of numbers.
@@ -88,7 +100,8 @@ using TrialProgress = std::function<void(std::size_t done, std::size_t of)>;  //
 // another run.
 Result run(const Plan& plan, const TrialProgress& progress);
 
-// Trial 0 of a motion, exactly as run() meets it.
+// Trial 0 of a motion, exactly as run() meets it: what to play, and played.
+twin::Setup first_setup(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);
 twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);
 
 nlohmann::ordered_json to_json(const Result& result, const Plan& plan);

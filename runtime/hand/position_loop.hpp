@@ -1,7 +1,7 @@
 // One finger's PI position loop, 1 kHz, in integers.
 //
 //   s_k = s_{k-1} + clamp(clamp(command, lower, upper) - s_{k-1}, -max_step, max_step)     set-point
-//   e_k = clamp(s_k - measured_k, -256, 256)
+//   e_k = clamp(s_k - measured_k, -128, 128)
 //   u_k = clamp(K_p e_k + I_k + K_v (s_k - s_{k-1}), -duty_limit, duty_limit)            feed-forward of the set-point's speed
 //   I_k = clamp(I_{k-1} + K_i e_k, -integral_limit, integral_limit)                        anti-windup by
 //   clamping
@@ -19,14 +19,18 @@ namespace hand {
 constexpr int16_t kFullDuty = 32767;  // the supply's whole voltage
 constexpr int kErrorFraction = 8;     // e in Q8 degrees
 constexpr int kIntegralFraction = 8;  // I in 2^-8 duty
-constexpr int32_t kMaxError = 65535;  // 256 degrees: the product with the largest gain just fits 32 bits
-constexpr int kSpeedShift = core::kStateFraction - kErrorFraction;
+constexpr int16_t kMaxError = 2047;   // Q4, 128 degrees: e just fits 16 bits, and its products 32
 constexpr int32_t kMaxIntegral = static_cast<int32_t>(1) << 30;
 
 // Limits `value` to [-bound, bound].
 inline int32_t limit(int32_t value, int32_t bound) {
   const int32_t raised = value < -bound ? -bound : value;
   return bound < raised ? bound : raised;
+}
+
+// Q20 to Q8, rounded down, from the upper half and the lower one: a microcontroller shifts 32 bits one by one. |high| <= kMaxError.
+inline int16_t to_q8(int16_t high, uint16_t low) {
+  return static_cast<int16_t>(static_cast<uint16_t>(static_cast<uint16_t>(high) << 4) | (low >> 12));
 }
 
 struct LoopSettings {
@@ -58,13 +62,12 @@ inline int16_t step(const LoopSettings& c, LoopState& state, int16_t command, in
                        << (core::kStateFraction - core::kOutputFraction);
   const int32_t moved = limit(goal - state.setpoint, max_step);
   state.setpoint += moved;
-  const int32_t error =
-      limit((state.setpoint >> (core::kStateFraction - kErrorFraction)) -
-                static_cast<int32_t>(measured) * (1 << (kErrorFraction - core::kOutputFraction)),
-            kMaxError);
-  const int32_t wanted = ((c.proportional * error) >> kErrorFraction) + (state.integral >> kIntegralFraction) +
-                         ((c.feed_forward * limit(moved >> kSpeedShift, kMaxError)) >> kErrorFraction);
-  state.integral = limit(state.integral + ((c.integral * error) >> kErrorFraction), c.integral_limit);
+  const int16_t apart = core::subtract(static_cast<int16_t>(state.setpoint >> 16), measured);
+  const int16_t error = to_q8(core::clamp<int16_t>(apart, -kMaxError - 1, kMaxError), static_cast<uint16_t>(state.setpoint));
+  const int16_t speed = to_q8(core::clamp<int16_t>(static_cast<int16_t>(moved >> 16), -kMaxError - 1, kMaxError), static_cast<uint16_t>(moved));
+  const int32_t wanted = ((static_cast<int32_t>(c.proportional) * error) >> kErrorFraction) + (state.integral >> kIntegralFraction) +
+                         ((static_cast<int32_t>(c.feed_forward) * speed) >> kErrorFraction);
+  state.integral = limit(state.integral + ((static_cast<int32_t>(c.integral) * error) >> kErrorFraction), c.integral_limit);
   return static_cast<int16_t>(limit(wanted, c.duty_limit));
 }
 

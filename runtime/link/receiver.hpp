@@ -123,6 +123,7 @@ class Receiver {
     return difference == 0;
   }
 
+  LinkStatistics statistics_ = {};  // first, where a debugger finds it
   const Key* key_;
   uint32_t last_ = 0;
   bool too_long_ = false;
@@ -130,7 +131,6 @@ class Receiver {
   uint8_t size_ = 0;
   uint8_t buffer_[kWireSealed - 1];
   Frame frame_ = {};
-  LinkStatistics statistics_ = {};
 };
 
 }  // namespace link

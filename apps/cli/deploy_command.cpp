@@ -1,0 +1,167 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "apps/cli/commands.hpp"
+#include "apps/cli/progress.hpp"
+#include "host/deploy/calibration.hpp"
+#include "host/deploy/deploy.hpp"
+#include "host/experiment/boards_report.hpp"
+#include "host/io/io.hpp"
+#include "host/recording/csv.hpp"
+
+namespace flexor::cli {
+namespace {
+
+struct Options {
+  std::string model;
+  std::string target = deploy::kTarget;
+  double rate_hz = 0;
+  std::string out;
+  std::string output = "radio";
+  double baud = 9600;
+  double frame_rate_hz = 0;
+  std::string key;
+  bool plain = false;
+  std::string calibration;
+  std::string recording;
+  std::string twin;
+  std::vector<std::string> set;
+  bool assembly = false;
+  bool json = false;
+};
+
+// The model's inputs, finger by finger, from a recording's columns.
+std::array<std::vector<double>, experiment::kFingers> inputs_of(const model::Model& model, const std::string& path) {
+  const auto channels = deploy::channels_of(model);
+  const auto column = [&](std::size_t i) {
+    return channels[i]->input_column.empty() ? channels[i]->name : channels[i]->input_column;
+  };
+  std::vector<std::string> columns;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    if (channels[i] != nullptr) columns.push_back(column(i));
+  }
+  const recording::Recording r = recording::read_csv(path, columns);
+  std::array<std::vector<double>, experiment::kFingers> out;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (channels[i] != nullptr) out[i] = r.column(column(i)).value;
+  }
+  return out;
+}
+
+// Measures both images; the first figures that a user would ask for.
+void measure(experiment::Deployment& d, const experiment::Boards& boards, const experiment::Counts& counts, bool radio, const deploy::Image& measured) {
+  ProgressLine line;
+  line.show("running the glove's image ...");
+  d.glove_figures = boards.run_glove(measured.elf, d.glove, counts);
+  if (!radio) return;
+  line.show("running the hand's image ...");
+  constexpr double kHandSeconds = 5;
+  d.hand_figures = boards.run_hand(d.hand_image.elf, d.glove, kHandSeconds);
+}
+
+void run(const Options& o, const Program& program) {
+  experiment::Boards& boards = program.require_boards();
+  if (o.target != deploy::kTarget) {
+    throw io::InputError(fmt::format("unknown target \"{}\"; known: {}", o.target, deploy::kTarget));
+  }
+  deploy::require_toolchain();
+  io::require_folder(o.out);
+  model::Model model = model::load(o.model);
+  if (o.rate_hz > 0) model.sample_period_s = 1 / o.rate_hz;
+  const twin::Parameters p = twin_parameters(o.twin, o.set);
+
+  experiment::Deployment d;
+  d.glove = experiment::glove_for(p, model);
+  d.glove.output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
+  d.glove.baud = o.baud;
+  d.glove.frame_rate_hz = o.frame_rate_hz;
+  d.glove.assembly = o.assembly;
+  if (!o.calibration.empty()) d.glove.sensor = deploy::load_calibration(o.calibration, d.glove.sensor);
+  d.glove.key = o.plain ? deploy::Key() : o.key.empty() ? deploy::new_key() : deploy::key_from_hex(o.key);
+  deploy::Hand hand = experiment::safe_hand(p, model);
+  hand.key = d.glove.key;
+  hand.baud = o.baud;
+  const bool radio = d.glove.output == deploy::Output::radio;
+
+  // Refusals first, before anything is written.
+  (void)deploy::samples_per_frame(d.glove);
+  (void)deploy::uart_divisor(radio ? o.baud : deploy::kUsbBaud);
+  experiment::Counts counts = experiment::gesture_counts(p, model);
+  const deploy::GloveTables tables = deploy::glove_tables(d.glove);
+  std::array<std::vector<double>, experiment::kFingers> inputs;
+  if (o.recording.empty()) {
+    d.recording = "the six gestures";
+    for (const auto& sample : counts) {
+      for (std::size_t i = 0; i < sample.size(); ++i)
+        inputs[i].push_back(tables.calibration[i](static_cast<std::uint16_t>(sample[i])) / 32.0);
+    }
+  } else {
+    d.recording = o.recording;
+    inputs = inputs_of(model, o.recording);
+  }
+  d.error = deploy::fixed_point_error(model, inputs);
+
+  d.glove_image = deploy::build_glove(d.glove, o.out);
+  if (radio) d.hand_image = deploy::build_hand(hand, o.out);
+  deploy::write_arduino(d.glove, hand, std::filesystem::path(o.out) / "arduino");
+  // The text output has no angles to compare: its compensator is measured in an image that speaks to the radio.
+  deploy::Image measured = d.glove_image;
+  experiment::Deployment bench = d;
+  if (!radio) {
+    bench.glove.output = deploy::Output::radio;
+    measured = deploy::build_glove(bench.glove, std::filesystem::path(o.out) / "bench");
+  }
+  measure(bench, boards, counts, radio, measured);
+  d.glove_figures = bench.glove_figures;
+  d.hand_figures = bench.hand_figures;
+  if (!radio) std::filesystem::remove_all(std::filesystem::path(o.out) / "bench");
+  if (d.glove_figures.mismatches > 0) {
+    throw io::JobError(fmt::format("the glove's image differs from the host in {} of {} frames: this is a defect of Flexor, please report it",
+                                   d.glove_figures.mismatches, d.glove_figures.frames));
+  }
+  if (d.glove.key) io::write_file(std::filesystem::path(o.out) / "pair.key", deploy::to_hex(*d.glove.key) + "\n");
+  experiment::write_deployment_report(d, o.out);
+  nlohmann::ordered_json json = experiment::to_json(d);
+  json["folder"] = o.out;
+  json["model"] = o.model;
+  json["version"] = FLEXOR_VERSION;
+  io::write_file(std::filesystem::path(o.out) / "report.json", json.dump(2) + "\n");
+  if (o.json) {
+    print(json.dump(2) + "\n");
+    return;
+  }
+  print(experiment::deployment_table(d));
+  print(fmt::format("\nimages    {0}/glove.hex{1}\nArduino   {0}/arduino\nreport    {0}/report.html\n", o.out,
+                    radio ? fmt::format(", {}/hand.hex", o.out) : ""));
+  if (d.glove.key && radio) print(fmt::format("key       {}/pair.key: keep it, --key takes it for one board alone\n", o.out));
+}
+
+}  // namespace
+
+void add_deploy(CLI::App& app, const Program& program) {
+  auto o = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("deploy", "A model file as firmware for glove and hand, with what it costs measured");
+  command->add_option("MODEL", o->model, "model file")->required();
+  command->add_option("--target", o->target, "microcontroller")->capture_default_str();
+  command->add_option("--rate", o->rate_hz, "sample rate: 10, 20, 50 or 100 Hz (default: the model's)");
+  command->add_option("--out", o->out, "write images, Arduino folders, configuration and report into this folder")->required();
+  command->add_option("--output", o->output, "of the glove: radio, or opengloves, text for VR drivers over USB")
+      ->check(CLI::IsMember({"radio", "opengloves"}))
+      ->capture_default_str();
+  command->add_option("--baud", o->baud, "of the radio")->capture_default_str();
+  command->add_option("--frame-rate", o->frame_rate_hz, "frames a second (default: as many as the radio carries, at most one a sample)");
+  command->add_option("--key", o->key, "the pair's key, 32 hexadecimal digits (default: a new one, in OUT/pair.key)");
+  command->add_flag("--plain", o->plain, "frames without authentication: anybody in range can move the hand");
+  command->add_option("--calibration", o->calibration,
+                      "JSON: for each finger \"counts\" and \"value\", two or more points (default: the divider of the article)");
+  command->add_option("--recording", o->recording, "CSV with the model's input columns: also measure the error over it");
+  command->add_option("--twin", o->twin, "configuration with divider, motors and limits of your glove and hand (flexor twin --json)");
+  command->add_option("--set", o->set, "change one of them: hand.upper_deg.thumb=150; may be repeated");
+  command->add_flag("--assembly", o->assembly, "products in assembly: the same bits in fewer cycles");
+  command->add_flag("--json", o->json, "one JSON object on standard output");
+  command->callback([o, program] { run(*o, program); });
+}
+
+}  // namespace flexor::cli

@@ -1,0 +1,65 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "apps/cli/commands.hpp"
+#include "host/experiment/boards_report.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::cli {
+namespace {
+
+struct Options {
+  std::string model = "published-hw";
+  double rate_hz = 10;
+  int edges = 100;
+  std::uint64_t seed = 1;
+  std::string twin;
+  std::vector<std::string> set;
+  std::string folder;
+  bool json = false;
+};
+
+void run(const Options& o, const Program& program) {
+  experiment::Boards& boards = program.require_boards();
+  if (o.edges < 1) throw io::InputError("--edges must be at least 1");
+  const twin::Parameters p = twin_parameters(o.twin, o.set);
+  const experiment::Compensator compensator = experiment::compensator(o.model, o.rate_hz);
+  const deploy::Glove glove = experiment::glove_for(p, compensator.model);
+  const double frames_hz = o.rate_hz / deploy::samples_per_frame(glove);
+  if (!o.folder.empty()) io::require_folder(o.folder);
+  log(fmt::format("{} edges on simulated boards ...", o.edges));
+  const experiment::LatencyBudget budget = experiment::budget_of(boards.latency(p, compensator.model, o.edges, o.seed));
+  const std::string title = fmt::format("{:g} samples and {:g} frames a second, {:g} baud", o.rate_hz, frames_hz, p.baud);
+  if (!o.folder.empty()) experiment::write_latency_figure(budget, title, o.folder);
+  if (o.json) {
+    nlohmann::ordered_json json = experiment::to_json(budget);
+    json["rate_hz"] = o.rate_hz;
+    json["frame_rate_hz"] = frames_hz;
+    json["seed"] = o.seed;
+    json["version"] = FLEXOR_VERSION;
+    print(json.dump(2) + "\n");
+    return;
+  }
+  print(fmt::format("from a sensor's edge to the motor, ms: {}, {} edges\n\n{}", title, budget.edges, experiment::latency_table(budget)));
+  if (!o.folder.empty()) print(fmt::format("\nfigure {}/latency.svg\n", o.folder));
+}
+
+}  // namespace
+
+void add_latency(CLI::App& app, const Program& program) {
+  auto o = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("latency", "Time from a sensor's edge to the motor, stage by stage, on simulated boards");
+  command->add_option("--compensator", o->model, "raw, published-w, published-hw, or a model file")->capture_default_str();
+  command->add_option("--rate", o->rate_hz, "sample rate of the glove: 10, 20, 50 or 100 Hz")->capture_default_str();
+  command->add_option("--edges", o->edges, "how many, at random times")->capture_default_str();
+  command->add_option("--seed", o->seed, "everything random follows from it")->capture_default_str();
+  command->add_option("--twin", o->twin, "configuration of the twin (default: the shipped one)");
+  command->add_option("--set", o->set, "change one parameter of the twin: radio.frame_rate_hz=20; may be repeated");
+  command->add_option("--out", o->folder, "write latency.svg and latency.csv into this folder");
+  command->add_flag("--json", o->json, "one JSON object on standard output");
+  command->callback([o, program] { run(*o, program); });
+}
+
+}  // namespace flexor::cli

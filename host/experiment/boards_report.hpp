@@ -1,0 +1,51 @@
+// What was measured of deployed firmware, for people: tables, figures, report.
+#pragma once
+
+#include "host/deploy/deploy.hpp"
+#include "host/experiment/boards.hpp"
+
+namespace flexor::experiment {
+
+struct LatencyBudget {
+  struct Stage {
+    double mean_ms = 0;
+    double min_ms = 0;
+    double max_ms = 0;
+  };
+  int edges = 0;
+  std::array<Stage, kLatencyStages.size()> stage{};
+  Stage total;
+};
+LatencyBudget budget_of(const std::vector<Latency>& edges);
+std::string latency_table(const LatencyBudget& budget);
+nlohmann::ordered_json to_json(const LatencyBudget& budget);
+// latency.svg and latency.csv.
+void write_latency_figure(const LatencyBudget& budget, const std::string& title, const std::filesystem::path& folder);
+
+// All that `flexor deploy` says.
+struct Deployment {
+  deploy::Glove glove;
+  deploy::Image glove_image;
+  deploy::Image hand_image;  // empty with output opengloves
+  GloveFigures glove_figures;
+  HandFigures hand_figures;
+  deploy::Error error;
+  std::string recording;  // what the error was measured over, beside the whole range
+};
+
+// The sample period's parts, ms.
+struct TimeBudget {
+  double period_ms = 0;
+  double adc_ms = 0;
+  double compute_ms = 0;  // worst, frame sealed
+  double uart_ms = 0;     // of a frame
+  double frame_period_ms = 0;
+};
+TimeBudget time_budget(const Deployment& deployment);
+
+std::string deployment_table(const Deployment& deployment);
+nlohmann::ordered_json to_json(const Deployment& deployment);
+// report.html and time_budget.svg.
+void write_deployment_report(const Deployment& deployment, const std::filesystem::path& folder);
+
+}  // namespace flexor::experiment

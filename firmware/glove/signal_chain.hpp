@@ -17,7 +17,8 @@ struct ChannelSettings {
   sensor::GuardSettings guard;
 };
 
-// Compensator: uint8_t step(const int16_t* alpha, int16_t* angle), a bit for each finger whose input it took.
+// Compensator: int16_t alpha[kFingers] in, int16_t angle[kFingers] out, which it keeps, and uint8_t step(), a bit for each finger whose
+// input it took.
 template <class Compensator>
 class SignalChain {
  public:
@@ -29,17 +30,15 @@ class SignalChain {
 
   // counts -> frame.angle and frame.status.
   void step(const uint16_t* counts, link::Frame& frame) {
-    int16_t alpha[kFingers];
     for (uint8_t i = 0; i < kFingers; ++i) {
-      alpha[i] = (*settings_[i].calibration)(counts[i]);
+      compensator_.alpha[i] = (*settings_[i].calibration)(counts[i]);
       frame.status[i] = static_cast<link::SensorStatus>(monitor_[i].step(settings_[i].monitor, counts[i]));
     }
-    int16_t angle[kFingers];
-    uint8_t good = compensator_.step(alpha, angle);
+    uint8_t good = compensator_.step();
     for (uint8_t i = 0; i < kFingers; ++i) {
       const bool alive = frame.status[i] == link::SensorStatus::ok && (good & 1);
       good = static_cast<uint8_t>(good >> 1);
-      frame.angle[i] = guard_[i].step(settings_[i].guard, alive, angle[i]);
+      frame.angle[i] = guard_[i].step(settings_[i].guard, alive, compensator_.angle[i]);
     }
   }
 

@@ -290,17 +290,17 @@ std::string glove_config(const Glove& glove) {
     if (channels[static_cast<std::size_t>(i)] == nullptr) continue;
     out += channel_text(*channels[static_cast<std::size_t>(i)], period_s, i);
     states += fmt::format("  config::Channel{}::State state{}_;\n", i, i);
-    resets += fmt::format("    config::Channel{}::reset(config::kCoefficients{}, state{}_);\n", i, i, i);
+    resets += fmt::format("    angle[{0}] = config::Channel{0}::rest(config::kCoefficients{0});\n", i);
     steps += fmt::format(
         "    if (config::Channel{0}::step(config::kCoefficients{0}, state{0}_, started, {1}, alpha[{0}], angle[{0}]) == "
         "core::Status::ok) good |= {1};\n",
         i, 1 << i);
   }
-  out += "}  // namespace config\n\nclass GloveCompensator {\n public:\n  GloveCompensator() {\n" + resets +
-         "  }\n\n  uint8_t step(const int16_t* alpha, int16_t* angle) {\n"
-         "    firmware::mark(firmware::Marker::step_begin);\n    const uint8_t good = run(alpha, angle);\n"
+  out += "}  // namespace config\n\nclass GloveCompensator {\n public:\n  int16_t alpha[firmware::kFingers] = {};\n  int16_t angle[firmware::kFingers] = {};\n\n  GloveCompensator() {\n" + resets +
+         "  }\n\n  uint8_t step() {\n"
+         "    firmware::mark(firmware::Marker::step_begin);\n    const uint8_t good = run();\n"
          "    firmware::mark(firmware::Marker::step_end);\n    return good;\n  }\n\n private:\n"
-         "  __attribute__((noinline)) uint8_t run(const int16_t* alpha, int16_t* angle) {\n"
+         "  __attribute__((noinline)) uint8_t run() {\n"
          "    uint8_t good = 0;\n    uint8_t started = started_;\n" +
          steps + "    started_ = started;\n    return good;\n  }\n\n" + states + "  uint8_t started_ = 0;\n};\n\n}  // namespace flexor\n";
   return out;

@@ -116,7 +116,7 @@ void require_toolchain() {
   }
 }
 
-Image build_glove(const Glove& glove, const fs::path& folder) { return build("glove", glove_config(glove), folder, {}); }
+Image build_glove(const Glove& glove, const fs::path& folder) { return build("glove", glove_config(glove), folder, {"-fno-move-loop-invariants"}); }
 
 Image build_hand(const Hand& hand, const fs::path& folder) { return build("hand", hand_config(hand), folder, {"-mcall-prologues"}); }
 

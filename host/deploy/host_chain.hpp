@@ -16,7 +16,10 @@ class HostCompensator {
     }
   }
 
-  std::uint8_t step(const std::int16_t* alpha, std::int16_t* angle) {
+  std::array<std::int16_t, kFingers> alpha{};
+  std::array<std::int16_t, kFingers> angle{};
+
+  std::uint8_t step() {
     std::uint8_t good = 0;
     for (std::size_t i = 0; i < kFingers; ++i) {
       angle[i] = 0;

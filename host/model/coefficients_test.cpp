@@ -83,9 +83,8 @@ TEST(Coefficients, AnExactShapeGivesTheBitsOfTheGeneralOne) {
     const auto c = fixed_coefficients<Small>(m.channels[0], m.sample_period_s);
     SmallChannel::State state;
     std::uint8_t started = 0;
-    SmallChannel::reset(c, state);
+    std::int16_t y = SmallChannel::rest(c);
     for (const double u : random_input(200, 3)) {
-      std::int16_t y = 0;
       SmallChannel::step(c, state, started, 1, static_cast<std::int16_t>(std::lround(u * 32)), y);
       RC_ASSERT(y / 16.0 == general.step(0, u).angle_deg);
     }

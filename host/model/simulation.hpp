@@ -22,7 +22,7 @@ class Simulation {
       coefficients_.push_back(make(channel, model.sample_period_s));
       states_.emplace_back();
       started_.emplace_back();
-      ChannelT::reset(coefficients_.back(), states_.back());
+      last_.push_back(ChannelT::rest(coefficients_.back()));
     }
   }
 
@@ -36,9 +36,8 @@ class Simulation {
   // One sample of channel i, in the model's input unit. In fixed point the input is rounded to Q5 and
   // saturated, so that NaN is refused as below the range.
   Sample step(std::size_t i, double u) {
-    typename Arithmetic::Output output{};
-    const core::Status status = ChannelT::step(coefficients_[i], states_[i], started_[i], 1, to_input(u), output);
-    return {from_output(output), status};
+    const core::Status status = ChannelT::step(coefficients_[i], states_[i], started_[i], 1, to_input(u), last_[i]);
+    return {from_output(last_[i]), status};
   }
 
  private:
@@ -74,6 +73,7 @@ class Simulation {
   std::vector<typename ChannelT::Coefficients> coefficients_;
   std::vector<typename ChannelT::State> states_;
   std::vector<std::uint8_t> started_;
+  std::vector<typename Arithmetic::Output> last_;
 };
 
 }  // namespace flexor::model

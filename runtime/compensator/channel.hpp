@@ -107,20 +107,17 @@ class Channel {
   struct State {
     typename Arithmetic::HysteresisBlock::State hysteresis;
     typename Arithmetic::LtiBlock::State lti;
-    Output output;
   };
 
-  FLEXOR_INLINE static void reset(const Coefficients& c, State& state) {
-    state.output = core::clamp(c.rest, c.lower, c.upper);
-  }
+  // The output before the first good sample.
+  FLEXOR_INLINE static Output rest(const Coefficients& c) { return core::clamp(c.rest, c.lower, c.upper); }
 
-  // One sample in, one angle out: `output` is always within the saturation, whatever the input.
-  // The first good sample sets `bit` of `started`, which is 0 at reset. The caller keeps it, so that a microcontroller can hold
-  // the bits of all channels in one register.
+  // One sample in, one angle out: always within the saturation, whatever the input. `output` comes in as the last one, at first
+  // rest(), and is left alone when the input is refused. The first good sample sets `bit` of `started`, at first 0. The caller keeps
+  // both, so that a microcontroller writes each angle once and holds the bits of all channels in one register.
   FLEXOR_INLINE static Status step(const Coefficients& c, State& state, uint8_t& started, uint8_t bit, Input u,
                                    Output& output) {
     if (__builtin_expect(!(u >= c.valid_min && u <= c.valid_max), false)) {
-      output = state.output;
       return refusal(c, u);
     }
     if (__builtin_expect((started & bit) == 0, false)) {
@@ -130,8 +127,7 @@ class Channel {
     Input v = c.dead_zone(u);
     if (ShapeT::kPlays > 0) v = c.hysteresis.step(state.hysteresis, v);
     if (ShapeT::kInputKnots > 0) v = c.input_curve(v);
-    state.output = core::clamp(linear(c, state, v), c.lower, c.upper);
-    output = state.output;
+    output = core::clamp(linear(c, state, v), c.lower, c.upper);
     return Status::ok;
   }
 

@@ -22,7 +22,7 @@ class Compensator {
   // Forgets the past: the next good sample of each channel starts it without a transient.
   void reset() {
     for (int i = 0; i < kChannels; ++i) {
-      ChannelT::reset(coefficients_[i], states_[i]);
+      last_[i] = ChannelT::rest(coefficients_[i]);
       started_[i] = 0;
     }
   }
@@ -30,13 +30,15 @@ class Compensator {
   // input, output and status: kChannels elements each.
   void step(const Input* input, Output* output, Status* status) {
     for (int i = 0; i < kChannels; ++i) {
-      status[i] = ChannelT::step(coefficients_[i], states_[i], started_[i], 1, input[i], output[i]);
+      status[i] = ChannelT::step(coefficients_[i], states_[i], started_[i], 1, input[i], last_[i]);
+      output[i] = last_[i];
     }
   }
 
  private:
   const Coefficients* coefficients_;
   typename ChannelT::State states_[kChannels];
+  Output last_[kChannels];
   uint8_t started_[kChannels];
 };
 

@@ -31,10 +31,9 @@ DoubleChannel::Coefficients identity() {
 std::vector<double> run(const DoubleChannel::Coefficients& c, const std::vector<double>& inputs) {
   DoubleChannel::State state;
   std::uint8_t started = 0;
-  DoubleChannel::reset(c, state);
+  double y = DoubleChannel::rest(c);
   std::vector<double> outputs;
   for (const double u : inputs) {
-    double y = 0;
     EXPECT_EQ(DoubleChannel::step(c, state, started, 1, u, y), Status::ok);
     outputs.push_back(y);
   }
@@ -103,8 +102,7 @@ TEST(Lti, StepResponseIsTheExactHoldWithoutAHiddenSample) {
   c.upper = 1e9;
   FirstChannel::State state;
   std::uint8_t started = 0;
-  FirstChannel::reset(c, state);
-  double y = 0;
+  double y = FirstChannel::rest(c);
   FirstChannel::step(c, state, started, 1, 0, y);
   for (int k = 1; k < 10; ++k) {
     FirstChannel::step(c, state, started, 1, 1, y);
@@ -129,14 +127,13 @@ TEST(Lti, StatesNeverLeaveTheRangeOfTheInputsInAnyArithmetic) {
     c.lti.tap_fraction = 14;
     FixedChannel::State state;
     std::uint8_t started = 0;
-    FixedChannel::reset(c, state);
+    int16_t y = FixedChannel::rest(c);
     int16_t low = 32767;
     int16_t high = 0;
     for (const auto raw : inputs) {
       const auto u = static_cast<int16_t>(std::min(raw & 0x7fff, 32766));
       low = std::min(low, u);
       high = std::max(high, u);
-      int16_t y = 0;
       FixedChannel::step(c, state, started, 1, u, y);
       RC_ASSERT(y >= low / 2 - 1 && y <= high / 2 + 1);  // Q4 out of Q5
     }
@@ -160,8 +157,7 @@ TEST(Channel, RefusedInputsHoldTheLastGoodAngleAndLeaveTheStateAlone) {
   c.rest = 7;
   DoubleChannel::State state;
   std::uint8_t started = 0;
-  DoubleChannel::reset(c, state);
-  double y = 0;
+  double y = DoubleChannel::rest(c);
   EXPECT_EQ(DoubleChannel::step(c, state, started, 1, std::numeric_limits<double>::quiet_NaN(), y), Status::not_a_number);
   EXPECT_EQ(y, 7);  // rest before the first good sample
   EXPECT_EQ(DoubleChannel::step(c, state, started, 1, 40, y), Status::ok);
@@ -181,9 +177,8 @@ TEST(Channel, OutputNeverLeavesTheSaturationWhateverTheInput) {
   EXPECT_TRUE(rc::check([&](const std::vector<double>& inputs) {
     DoubleChannel::State state;
     std::uint8_t started = 0;
-    DoubleChannel::reset(c, state);
+    double y = DoubleChannel::rest(c);
     for (const double u : inputs) {
-      double y = 0;
       DoubleChannel::step(c, state, started, 1, u, y);
       RC_ASSERT(y >= 29 && y <= 112);
     }

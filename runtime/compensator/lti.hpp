@@ -102,7 +102,7 @@ struct DirectForm {
     if (kOrder > 1) y += state.t[0];
     if (kOrder > 1) state.t[0] = first(state, v, old);
     if (kOrder > 2) state.t[kSecond] = second(v, old);
-    return state.y = static_cast<uint16_t>(static_cast<uint32_t>(y + 0x8000) >> 16);
+    return state.y = core::upper_half(y + 0x8000);
   }
 
  private:

@@ -50,35 +50,36 @@ FLEXOR_INLINE int32_t multiply_q16(int32_t a, uint16_t m) {
 // a * m, accumulator + a * m, accumulator - a * m, for products and sums that fit. FLEXOR_AVR_ASSEMBLY: the same bits in a third
 // fewer cycles than the compiler's.
 #if defined(__AVR__) && defined(FLEXOR_AVR_ASSEMBLY)
-#define FLEXOR_CROSS_PRODUCTS(add, carry)                                                                   \
-  "mul %A[a], %B[m]\n\t" add " %B[s], r0\n\t" carry " %C[s], r1\n\t" carry " %D[s], %[zero]\n\t"         \
-  "mul %B[a], %A[m]\n\t" add " %B[s], r0\n\t" carry " %C[s], r1\n\t" carry " %D[s], %[zero]\n\t"         \
-  "clr r1"
-#define FLEXOR_ACCUMULATE(add, carry)                                                                       \
-  asm("mul %A[a], %A[m]\n\t" add " %A[s], r0\n\t" carry " %B[s], r1\n\t" carry " %C[s], %[zero]\n\t"      \
-      carry " %D[s], %[zero]\n\tmul %B[a], %B[m]\n\t" add " %C[s], r0\n\t" carry " %D[s], r1\n\t"          \
-      FLEXOR_CROSS_PRODUCTS(add, carry)                                                                     \
-      : [s] "+r"(accumulator)                                                                               \
-      : [a] "r"(a), [m] "r"(m), [zero] "r"(static_cast<uint8_t>(0))                                         \
-      : "r0")
+#define FLEXOR_CROSS_PRODUCTS(add, carry)                                                                \
+  "mul %A[a], %B[m]\n\t" add " %B[s], r0\n\t" carry " %C[s], r1\n\t" carry " %D[s], %[zero]\n\t"       \
+  "mul %B[a], %A[m]\n\t" add " %B[s], r0\n\t" carry " %C[s], r1\n\t" carry " %D[s], %[zero]\n\t"
+#define FLEXOR_PRODUCT                                                                                         \
+  "mul %A[a], %A[m]\n\tmovw %A[s], r0\n\tmul %B[a], %B[m]\n\tmovw %C[s], r0\n\t" FLEXOR_CROSS_PRODUCTS("add", "adc")
+#define FLEXOR_ACCUMULATE(add, carry)                                                                    \
+  "mul %A[a], %A[m]\n\t" add " %A[s], r0\n\t" carry " %B[s], r1\n\t" carry " %C[s], %[zero]\n\t"       \
+  carry " %D[s], %[zero]\n\tmul %B[a], %B[m]\n\t" add " %C[s], r0\n\t" carry " %D[s], r1\n\t"          \
+  FLEXOR_CROSS_PRODUCTS(add, carry)
 FLEXOR_INLINE int32_t multiply(uint16_t a, uint16_t m) {
   int32_t product;
-  asm("mul %A[a], %A[m]\n\tmovw %A[s], r0\n\tmul %B[a], %B[m]\n\tmovw %C[s], r0\n\t"
-      FLEXOR_CROSS_PRODUCTS("add", "adc")
-      : [s] "=&r"(product)
-      : [a] "r"(a), [m] "r"(m), [zero] "r"(static_cast<uint8_t>(0))
-      : "r0");
+  asm(FLEXOR_PRODUCT "clr r1" : [s] "=&r"(product) : [a] "r"(a), [m] "r"(m), [zero] "r"(static_cast<uint8_t>(0)) : "r0");
   return product;
 }
 FLEXOR_INLINE int32_t multiply_add(int32_t accumulator, uint16_t a, uint16_t m) {
-  FLEXOR_ACCUMULATE("add", "adc");
+  asm(FLEXOR_ACCUMULATE("add", "adc") "clr r1"
+      : [s] "+r"(accumulator)
+      : [a] "r"(a), [m] "r"(m), [zero] "r"(static_cast<uint8_t>(0))
+      : "r0");
   return accumulator;
 }
 FLEXOR_INLINE int32_t multiply_subtract(int32_t accumulator, uint16_t a, uint16_t m) {
-  FLEXOR_ACCUMULATE("sub", "sbc");
+  asm(FLEXOR_ACCUMULATE("sub", "sbc") "clr r1"
+      : [s] "+r"(accumulator)
+      : [a] "r"(a), [m] "r"(m), [zero] "r"(static_cast<uint8_t>(0))
+      : "r0");
   return accumulator;
 }
 #undef FLEXOR_ACCUMULATE
+#undef FLEXOR_PRODUCT
 #undef FLEXOR_CROSS_PRODUCTS
 #else
 FLEXOR_INLINE int32_t multiply(uint16_t a, uint16_t m) {
@@ -92,7 +93,15 @@ FLEXOR_INLINE int32_t multiply_subtract(int32_t accumulator, uint16_t a, uint16_
 }
 #endif
 
-// The same with a signed factor: floor(a * m / 2^16) for m >= 0, its mirror image for m < 0.
+// value / 2^16 rounded down, modulo 2^16. A shift would clear two registers that nobody asks for.
+FLEXOR_INLINE uint16_t upper_half(int32_t value) {
+  static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "halves are taken as they lie");
+  uint16_t half[2];
+  __builtin_memcpy(half, &value, sizeof(half));
+  return half[1];
+}
+
+// multiply_q16 with a signed factor: floor(a * m / 2^16) for m >= 0, its mirror image for m < 0.
 FLEXOR_INLINE int32_t multiply_q16(int32_t a, int16_t m) {
   return m >= 0 ? multiply_q16(a, static_cast<uint16_t>(m))
                 : -multiply_q16(a, static_cast<uint16_t>(-static_cast<int32_t>(m)));

@@ -44,12 +44,11 @@ class Ring {
   uint8_t bytes_[kSize];
 };
 
-// 8N1 at double speed: baud = F_CPU / (8 (divisor + 1)).
+// 8N1, as after a reset, at double speed: baud = F_CPU / (8 (divisor + 1)).
 inline void start_uart(uint16_t divisor, uint8_t enables) {
   UCSR0A = _BV(U2X0);
   UBRR0H = static_cast<uint8_t>(divisor >> 8);
   UBRR0L = static_cast<uint8_t>(divisor);
-  UCSR0C = _BV(UCSZ01) | _BV(UCSZ00);
   UCSR0B = enables;
 }
 

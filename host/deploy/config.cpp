@@ -62,8 +62,8 @@ std::string channel_text(const model::Channel& channel, double period_s, int fin
       "using Channel{} = compensator::Channel<compensator::Fixed<Shape{}>, Shape{}>;\n",
       channel.name, finger, plays, knots_in, kOrder, knots_out, taps, finger, finger, finger);
   out += fmt::format("constexpr Channel{}::Coefficients kCoefficients{} PROGMEM = {{\n", finger, finger);
-  out += fmt::format("    {}, {},  // valid inputs, Q5\n    {{{}, {}}},  // dead zone\n", c.valid_min, c.valid_max, c.dead_zone.lower,
-                     c.dead_zone.upper);
+  out += fmt::format("    {}, {},  // valid inputs, Q5\n    {{{}, {}}}, {},  // dead zone, refinement\n", c.valid_min, c.valid_max, c.dead_zone.lower,
+                     c.dead_zone.upper, c.refinement);
   out += fmt::format("    {{{{{}, {}}}, {}}},  // hysteresis\n", plays,
                      numbers(c.hysteresis.plays.radius, at_least_one(plays)),
                      numbers(c.hysteresis.weight, at_least_one(plays)));

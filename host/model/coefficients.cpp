@@ -143,6 +143,22 @@ std::optional<Direct> direct_form(const Channel& channel, double period_s) {
   return fits ? std::optional(out) : std::nullopt;
 }
 
+int refinement(const Channel& channel) {
+  if (!channel.input_curve) return 0;
+  double margin = 1;
+  double widest = 0;
+  for (std::size_t j = 0; channel.hysteresis && j < channel.hysteresis->radii.size(); ++j) {
+    widest = std::max(widest, channel.hysteresis->radii[j]);
+    margin += std::abs(channel.hysteresis->weights[j]) * channel.hysteresis->radii[j];
+  }
+  const std::vector<double>& x = channel.input_curve->x;
+  const double reach = std::max(std::abs(x.front()), std::abs(x.back())) + 2 * widest + margin;
+  constexpr int kMost = 4;
+  int bits = 0;
+  while (bits < kMost && std::ldexp(reach, core::kInputFraction + bits + 1) <= 32767) ++bits;
+  return bits;
+}
+
 compensator::FixedWeight fixed_weight(double value) {
   constexpr int kMaxShift = 15;
   int shift = 0;

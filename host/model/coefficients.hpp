@@ -63,6 +63,10 @@ int best_fraction(const Channel& channel, const char* what, double magnitude, in
 
 compensator::FixedWeight fixed_weight(double value);
 
+// Fraction bits beyond Q5 that hysteresis and curve may have: as many as hold the curve's knots, and beyond them what a play still
+// remembers, so that saturating there changes no output. 0 without a curve.
+int refinement(const Channel& channel);
+
 template <class RuntimeCurve>
 void fill_floating(const Curve& curve, RuntimeCurve& out) {
   using Real = std::remove_reference_t<decltype(out.x[0])>;
@@ -76,9 +80,9 @@ void fill_floating(const Curve& curve, RuntimeCurve& out) {
   }
 }
 
-// Returns the fraction bits of the curve's output.
+// x_fraction: of the knots and the input. Returns the fraction bits of the curve's output.
 template <class RuntimeCurve>
-int fill_fixed(const Channel& channel, const Curve& curve, int min_fraction, RuntimeCurve& out) {
+int fill_fixed(const Channel& channel, const Curve& curve, int x_fraction, int min_fraction, RuntimeCurve& out) {
   double value = 0;
   double slope = 0;
   for (std::size_t i = 0; i < curve.x.size(); ++i) {
@@ -88,17 +92,17 @@ int fill_fixed(const Channel& channel, const Curve& curve, int min_fraction, Run
   }
   int fraction = best_fraction(channel, "curve", value, min_fraction, 13);
   // A steep curve gives up fraction bits until its slope fits.
-  const auto slope_at = [&](int f) { return std::ldexp(slope, f - core::kInputFraction); };
+  const auto slope_at = [&](int f) { return std::ldexp(slope, f - x_fraction); };
   while (fraction > min_fraction && slope_at(fraction) * 2 > 32767) --fraction;
   const int shift = best_fraction(channel, "slope of the curve", slope_at(fraction), 1, 14);
   out.count = static_cast<std::uint8_t>(curve.x.size());
   out.slope_shift = static_cast<std::uint8_t>(shift);
   for (std::size_t i = 0; i < curve.x.size(); ++i) {
     const bool last = i + 1 == curve.x.size();
-    out.x[i] = quantise(channel, "knot of the curve", curve.x[i], core::kInputFraction);
+    out.x[i] = quantise(channel, "knot of the curve", curve.x[i], x_fraction);
     out.y[i] = quantise(channel, "value of the curve", curve.y[i], fraction);
     const double s = last ? 0 : (curve.y[i + 1] - curve.y[i]) / (curve.x[i + 1] - curve.x[i]);
-    out.slope[i] = quantise(channel, "slope of the curve", s, fraction - core::kInputFraction + shift);
+    out.slope[i] = quantise(channel, "slope of the curve", s, fraction - x_fraction + shift);
   }
   return fraction;
 }
@@ -158,11 +162,13 @@ auto fixed_coefficients(const Channel& channel, double period_s) {
     c.dead_zone.upper = quantise(channel, "dead zone", channel.dead_zone->upper, q_in);
     (void)quantise(channel, "signal after the dead zone", detail::after_dead_zone(channel).magnitude(), q_in);
   }
+  c.refinement = static_cast<std::uint8_t>(detail::refinement(channel));
+  const int q = q_in + c.refinement;
   if (channel.hysteresis) {
     const auto& h = *channel.hysteresis;
     c.hysteresis.plays.count = static_cast<std::uint8_t>(h.radii.size());
     for (std::size_t j = 0; j < h.radii.size(); ++j) {
-      c.hysteresis.plays.radius[j] = quantise(channel, "radius of a play", h.radii[j], q_in);
+      c.hysteresis.plays.radius[j] = quantise(channel, "radius of a play", h.radii[j], q);
       c.hysteresis.weight[j] =
           quantise(channel, "weight of a play", h.weights[j], compensator::kHysteresisWeightFraction);
     }
@@ -173,7 +179,7 @@ auto fixed_coefficients(const Channel& channel, double period_s) {
     }
   }
   int fraction = q_in;
-  if (channel.input_curve) fraction = detail::fill_fixed(channel, *channel.input_curve, 0, c.input_curve);
+  if (channel.input_curve) fraction = detail::fill_fixed(channel, *channel.input_curve, q, 0, c.input_curve);
 
   // Q20 in int32 holds |value| < 2048, for every state and for every difference of two.
   constexpr double kStateLimit = 2047;
@@ -215,7 +221,7 @@ auto fixed_coefficients(const Channel& channel, double period_s) {
   }
   if (channel.output_curve) {
     (void)quantise(channel, "input of the output curve", detail::lti_bound(channel), q_in);
-    const int out = detail::fill_fixed(channel, *channel.output_curve, core::kOutputFraction, c.output_curve);
+    const int out = detail::fill_fixed(channel, *channel.output_curve, q_in, core::kOutputFraction, c.output_curve);
     c.output_curve_shift = static_cast<std::uint8_t>(out - core::kOutputFraction);
   }
   c.lower = quantise(channel, "saturation", channel.saturation.lower_deg, core::kOutputFraction);

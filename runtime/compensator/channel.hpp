@@ -47,6 +47,7 @@ struct Floating {
 
   static bool is_nan(Real u) { return u != u; }
   static Real gained(const LtiBlock& lti, Real v) { return lti.gain * v + lti.offset; }
+  static Real refine(Real v, uint8_t) { return v; }
   static constexpr bool is_direct(const LtiBlock&) { return false; }
   static Real step_direct(const LtiBlock&, typename LtiBlock::State&, Real v) { return v; }
   static Real to_output_curve(Real y) { return y; }
@@ -66,6 +67,12 @@ struct Fixed {
 
   static bool is_nan(int16_t) { return false; }
   static int32_t gained(const LtiBlock& lti, int16_t v) { return lti.scaled(v); }
+  // `bits` more fraction bits for the hysteresis and the curve; what no longer fits saturates, beyond the curve's ends.
+  FLEXOR_INLINE static int16_t refine(int16_t v, uint8_t bits) {
+    if (bits == 0) return v;
+    const int16_t limit = static_cast<int16_t>(INT16_MAX >> bits);
+    return static_cast<int16_t>(core::clamp<int16_t>(v, static_cast<int16_t>(-limit), limit) * (1 << bits));
+  }
   static bool is_direct(const LtiBlock& lti) { return lti.is_direct; }
   FLEXOR_INLINE static int16_t step_direct(const LtiBlock& lti, typename LtiBlock::State& state, int16_t v) {
     return static_cast<int16_t>(lti.direct.step(state.direct, static_cast<uint16_t>(v)));
@@ -94,6 +101,7 @@ class Channel {
     Input valid_min;  // an input outside [valid_min, valid_max] is refused with a status
     Input valid_max;
     DeadZone<Input> dead_zone;
+    uint8_t refinement;  // fixed point only: fraction bits beyond Q5 after the dead zone, with a curve only
     typename Arithmetic::HysteresisBlock hysteresis;
     typename Arithmetic::InputCurve input_curve;
     typename Arithmetic::LtiBlock lti;
@@ -120,11 +128,12 @@ class Channel {
     if (__builtin_expect(!(u >= c.valid_min && u <= c.valid_max), false)) {
       return refusal(c, u);
     }
+    Input v = c.dead_zone(u);
+    if (ShapeT::kInputKnots > 0) v = Arithmetic::refine(v, c.refinement);
     if (__builtin_expect((started & bit) == 0, false)) {
-      start(c, state, c.dead_zone(u));
+      start(c, state, v);
       started = static_cast<uint8_t>(started | bit);
     }
-    Input v = c.dead_zone(u);
     if (ShapeT::kPlays > 0) v = c.hysteresis.step(state.hysteresis, v);
     if (ShapeT::kInputKnots > 0) v = c.input_curve(v);
     output = core::clamp(linear(c, state, v), c.lower, c.upper);

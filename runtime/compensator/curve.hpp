@@ -34,7 +34,7 @@ struct Curve {
   }
 };
 
-// Input Q5; knots' values and output in a fraction that the host chooses so that all of them fit int16.
+// Input and knots in one fraction, Q5 or finer; their values and output in a fraction that the host chooses so that all of them fit int16.
 // y[i] + round(slope[i] * (u - x[i]) / 2^slope_shift); slope_shift is in 1..15.
 template <int kCapacity>
 struct FixedCurve {

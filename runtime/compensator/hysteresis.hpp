@@ -51,7 +51,7 @@ struct Hysteresis {
   }
 };
 
-// Input and output Q5, weights Q12 (|w| < 8).
+// Input, output and radii in the same fraction, Q5 or finer; weights Q12 (|w| < 8).
 constexpr int kHysteresisWeightFraction = 12;
 
 template <int kCapacity>

@@ -25,8 +25,9 @@ std::optional<Cycles> ByteRadio::pass(Cycles begin, std::uint8_t& byte) {
   last_begin_ = begin;
   const double t_s = (static_cast<double>(begin) - static_cast<double>(epoch_)) / kCyclesPerSecond;
   const bool outage = t_s >= p_.outage_start_s && t_s < p_.outage_start_s + p_.outage_s;
-  const bool byte_lost = faults_.loss > 0 && random_.uniform() < faults_.loss;
-  if (faults_.bit_flip > 0) {
+  const bool faulty = t_s >= faults_.start_s && t_s < faults_.end_s;
+  const bool byte_lost = faulty && faults_.loss > 0 && random_.uniform() < faults_.loss;
+  if (faulty && faults_.bit_flip > 0) {
     for (int bit = 0; bit < 8; ++bit) {
       if (random_.uniform() < faults_.bit_flip) byte = static_cast<std::uint8_t>(byte ^ (1U << bit));
     }

@@ -14,6 +14,8 @@ namespace flexor::cosim {
 struct ByteFaults {
   double loss = 0;      // share of bytes
   double bit_flip = 0;  // share of bits
+  double start_s = 0;
+  double end_s = 1e9;
 };
 
 class ByteRadio {

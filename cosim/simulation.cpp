@@ -56,7 +56,10 @@ twin::Trial Simulation::run() {
     const std::int64_t now = world_.now_ms();
     if (on_ms) on_ms(now);
     if (now == kSettled_ms) wind_up();
-    for (int i = 0; i < twin::kFingers; ++i) hand_.set_counts(i, world_.potentiometer_counts(i));
+    for (int i = 0; i < twin::kFingers; ++i) {
+      const int counts = world_.potentiometer_counts(i);
+      hand_.set_counts(i, on_potentiometer ? on_potentiometer(now, i, counts) : counts);
+    }
     // The glove first: what it sends within this millisecond may arrive within it.
     const Cycles end = cycle_of(static_cast<double>(now + 1));
     glove_.run_until(end);

@@ -42,6 +42,9 @@ class Simulation {
   // Overrides a strip's reading: counts of finger at a time.
   std::function<int(std::int64_t now_ms, int finger, int counts)> on_strip;
 
+  // Likewise a potentiometer's.
+  std::function<int(std::int64_t now_ms, int finger, int counts)> on_potentiometer;
+
   // Runs to the end and returns what the cameras saw.
   twin::Trial run();
 

@@ -1,0 +1,204 @@
+// What the glove's image sends equals the host's runtime on the same counts, to the bit, and what it costs.
+#include "cosim/replay.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "host/deploy/deploy.hpp"
+#include "host/experiment/calibration.hpp"
+#include "host/experiment/identification.hpp"
+#include "host/recording/csv.hpp"
+#include "runtime/link/opengloves.hpp"
+
+namespace flexor::cosim {
+namespace {
+
+namespace fs = std::filesystem;
+using experiment::GloveFigures;
+
+class Replay : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / ("flexor_replay_" + std::to_string(::getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  struct Built {
+    deploy::Glove glove;
+    deploy::Image image;
+    std::unique_ptr<Firmware> firmware;
+  };
+  Built build(const model::Model& model, bool assembly = false, deploy::Output output = deploy::Output::radio) {
+    Built b{experiment::glove_for(parameters_, model), {}, nullptr};
+    b.glove.assembly = assembly;
+    b.glove.output = output;
+    b.image = deploy::build_glove(b.glove, folder_);
+    b.firmware = std::make_unique<Firmware>(b.image.elf);
+    return b;
+  }
+  void expect_exact(const model::Model& model, const Counts& counts, bool assembly = false) {
+    const Built b = build(model, assembly);
+    const GloveFigures f = replay(*b.firmware, b.glove, counts);
+    const auto every = static_cast<std::size_t>(deploy::samples_per_frame(b.glove));
+    EXPECT_GE(f.frames + 1, counts.size() / every) << model.name;
+    EXPECT_EQ(f.mismatches, 0U) << model.name << (assembly ? " with assembly" : "");
+  }
+  static model::Model named(const char* name, double rate_hz = 10) { return experiment::compensator(name, rate_hz).model; }
+
+  twin::Parameters parameters_ = experiment::shipped_parameters();
+  fs::path folder_;
+};
+
+// Curve, hysteresis, two poles and a lead for each of five fingers, identified on the twin's glove.
+model::Model identified(const fs::path& folder, double rate_hz) {
+  experiment::GloveRequest request;
+  request.parameters = experiment::shipped_parameters();
+  request.rate_hz = rate_hz;
+  request.rounds = 2;
+  request.folder = folder;
+  return experiment::calibrate_glove(request, [](const std::string&) {}).steps.back().model;
+}
+
+TEST_F(Replay, TheSixGesturesAreSentToTheBit) {
+  for (const char* name : {"raw", "published-w", "published-hw"}) {
+    const model::Model model = named(name);
+    expect_exact(model, experiment::gesture_counts(parameters_, model));
+  }
+}
+
+TEST_F(Replay, ReadingsAllOverTheRangeAreSentToTheBit) {
+  for (const char* name : {"raw", "published-w", "published-hw"}) expect_exact(named(name), exercise(3000, 1));
+}
+
+TEST_F(Replay, AssemblyGivesTheSameBits) {
+  for (const char* name : {"published-w", "published-hw"}) expect_exact(named(name), exercise(3000, 2), true);
+}
+
+TEST_F(Replay, EveryRateIsSentToTheBit) {
+  for (const double rate_hz : {20.0, 50.0, 100.0}) {
+    expect_exact(named("published-hw", rate_hz), exercise(2000, 3));
+    expect_exact(named("published-w", rate_hz), exercise(2000, 4));
+  }
+}
+
+TEST_F(Replay, AnIdentifiedModelWithCurveHysteresisAndLeadIsSentToTheBit) {
+  for (const double rate_hz : {10.0, 50.0}) {
+    const model::Model model = identified(folder_, rate_hz);
+    ASSERT_TRUE(model.channels[0].hysteresis && model.channels[0].input_curve && !model.channels[0].lti.taps.empty());
+    expect_exact(model, experiment::gesture_counts(parameters_, model));
+    expect_exact(model, exercise(1500, 5));
+  }
+}
+
+// One finger's model: the other four strips are missing.
+TEST_F(Replay, AModelOfOneFingerLeavesTheOthersAtRestAndSaysSo) {
+  model::Model model = named("published-hw");
+  model.channels = {model.channels[1]};
+  const Built b = build(model);
+  const GloveFigures f = replay(*b.firmware, b.glove, exercise(300, 6));
+  EXPECT_EQ(f.mismatches, 0U);
+}
+
+class RealReplay : public Replay {
+ protected:
+  void SetUp() override {
+    Replay::SetUp();
+    if (!fs::exists(data())) GTEST_SKIP() << "needs the recordings in ../shared/data/glove, which are not part of the repository";
+  }
+  static fs::path data() { return fs::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove"; }
+
+  // A raw log's readings as they came, row by row, on every strip.
+  static Counts counts_of(const fs::path& log, const std::string& column) {
+    const recording::Recording r = recording::read_csv(log, {column});
+    Counts out;
+    for (const double value : r.column(column).value) {
+      std::array<int, experiment::kFingers> sample{};
+      sample.fill(static_cast<int>(std::lround(std::clamp(value, 0.0, 1023.0))));
+      out.push_back(sample);
+    }
+    return out;
+  }
+};
+
+TEST_F(RealReplay, RealRecordingsAreSentToTheBit) {
+  for (const auto& [folder, column, reference] : {std::tuple{"index_ind2", "SensorA1", "∠ABC_smooth"},
+                                                   std::tuple{"middle_mid1", "SensorA2", "∠BCD_smooth"}}) {
+    const fs::path log = data() / folder / "sensor_log.csv";
+    const Counts counts = counts_of(log, column);
+    ASSERT_GT(counts.size(), 1000U);
+    for (const char* name : {"published-w", "published-hw"}) expect_exact(named(name), counts);
+    // And the compensator that these very recordings give: curve, poles and hysteresis in ADC counts.
+    experiment::Request request;
+    request.files = {log, data() / folder / "camera_angles.csv", column, reference};
+    request.structure = "hw";
+    request.plays = 1;
+    const model::Model model = experiment::identify_files(request, {}).model;
+    expect_exact(model, counts);
+  }
+}
+
+// The targets of the design, on the simulated ATmega328P: exact and repeatable.
+TEST_F(Replay, CyclesAndSizesAreWithinTheirTargets) {
+  // Readings that every channel takes, so that none is quick because it refuses.
+  Counts counts = exercise(1500, 7);
+  for (auto& sample : counts) {
+    for (int& n : sample) n = 440 + n % 400;
+  }
+  struct Case {
+    const char* name;
+    bool assembly;
+    double mean;
+    std::uint64_t worst;
+  };
+  for (const Case& c : {Case{"published-hw", false, 640, 780}, Case{"published-hw", true, 480, 780}, Case{"published-w", false, 1400, 1500},
+                        Case{"published-w", true, 900, 1500}}) {
+    const Built b = build(named(c.name), c.assembly);
+    const GloveFigures f = replay(*b.firmware, b.glove, counts);
+    EXPECT_LE(f.step.mean(), c.mean) << c.name;
+    EXPECT_LE(f.step.worst, c.worst) << c.name;
+    EXPECT_GT(f.step.mean(), 300) << "five channels cannot be this quick";
+    EXPECT_LE(b.image.flash_bytes, deploy::kFlashBudget) << c.name;
+    EXPECT_LE(b.image.ram_bytes, deploy::kRamBudget) << c.name;
+    EXPECT_LT(f.stack_bytes, 400);
+    EXPECT_LT(f.awake_share, 0.03) << "the glove should sleep";
+  }
+  const model::Model model = named("published-hw");
+  const deploy::Image hand = deploy::build_hand(experiment::safe_hand(parameters_, model), folder_);
+  EXPECT_LE(hand.flash_bytes, deploy::kFlashBudget);
+  EXPECT_LE(hand.ram_bytes, deploy::kRamBudget);
+  const experiment::HandFigures figures = measure_hand(Firmware(hand.elf), experiment::glove_for(parameters_, model), 2);
+  EXPECT_LT(figures.tick.worst, 8000U) << "half of a millisecond is left for a tag";
+  EXPECT_GT(figures.tick.count, 1900U);
+}
+
+TEST_F(Replay, TheTextOutputIsWhatTheDriverReads) {
+  const model::Model model = named("published-hw", 50);
+  const Built b = build(model, false, deploy::Output::opengloves);
+  const Counts counts = experiment::gesture_counts(parameters_, model);
+  const std::vector<std::string> lines = replay_opengloves(*b.firmware, counts);
+  EXPECT_GE(lines.size() + 1, counts.size());
+  std::array<int, 5> least;
+  std::array<int, 5> most{};
+  least.fill(1023);
+  for (const std::string& line : lines) {
+    link::GloveLine parsed{};
+    ASSERT_EQ(link::parse_gloves(line.data(), static_cast<std::uint16_t>(line.size()), parsed), link::GloveParse::ok) << line;
+    EXPECT_TRUE(line.ends_with("F512G512\n")) << line;
+    for (std::size_t i = 0; i < 5; ++i) {
+      ASSERT_TRUE(parsed.has[i]);
+      ASSERT_LE(parsed.flexion[i], 1023);
+      least[i] = std::min(least[i], static_cast<int>(parsed.flexion[i]));
+      most[i] = std::max(most[i], static_cast<int>(parsed.flexion[i]));
+    }
+  }
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_LT(least[i], 30) << i;   // straight
+    EXPECT_GT(most[i], 990) << i;   // bent
+  }
+}
+
+}  // namespace
+}  // namespace flexor::cosim

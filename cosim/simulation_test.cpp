@@ -1,0 +1,372 @@
+// Both boards in the twin's world: it agrees with the twin, and survives what radios, sensors, supplies and attackers do.
+#include "cosim/simulation.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <deque>
+#include <filesystem>
+
+#include "cosim/engine.hpp"
+#include "cosim/vcd.hpp"
+#include "host/deploy/deploy.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::cosim {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kBound_deg_s = 400;  // of the set-point, in the safe hand
+
+const twin::Parameters& parameters() {
+  static const twin::Parameters p = experiment::shipped_parameters();
+  return p;
+}
+
+twin::Setup setup_of(const char* compensator = "published-hw", double rate_hz = 20) {
+  return {parameters(), experiment::motions("1").front(), experiment::compensator(compensator, rate_hz).model, 1, false};
+}
+
+// The images that a user would flash.
+const Images& images() {
+  static const std::unique_ptr<Images> built = [] {
+    const twin::Setup setup = setup_of();
+    return build_images(experiment::glove_for(parameters(), setup.compensator), experiment::safe_hand(parameters(), setup.compensator));
+  }();
+  return *built;
+}
+
+using Path = std::vector<std::array<double, 5>>;  // joints, each millisecond
+
+// One gesture, watched: limits and speeds in every millisecond.
+class Watched {
+ public:
+  explicit Watched(ByteFaults faults = {}) : setup_(steady()), simulation(images(), setup_, 0, faults) {}
+
+  std::function<void(std::int64_t)> disturb;
+
+  Path run() {
+    Path path;
+    constexpr std::size_t kWindow_ms = 10;
+    std::array<std::deque<int>, 5> before;  // set-points, 0 while the hand is off
+    simulation.on_ms = [&](std::int64_t now) {
+      if (disturb) disturb(now);
+      const HandStatus status = simulation.hand_status();
+      const bool on = status.finger_bytes != 0 && status.finger_bytes != 0xa5;  // RAM is set up, not painted or cleared
+      std::array<double, 5> joints{};
+      for (int i = 0; i < 5; ++i) {
+        const auto f = static_cast<std::size_t>(i);
+        joints[f] = simulation.world().joint_deg(i);
+        EXPECT_GE(joints[f], parameters().hand_lower_deg[f] - 1e-3) << now;
+        EXPECT_LE(joints[f], parameters().hand_upper_deg[f] + 1e-3) << now;
+        fastest_deg_s = std::max(fastest_deg_s, std::abs(simulation.world().speed_deg_s(i)));
+        const int setpoint = status.setpoint[i];
+        if (on && setpoint != 0) {
+          EXPECT_GE(setpoint, std::lround(16 * parameters().hand_lower_deg[f])) << now;
+          EXPECT_LE(setpoint, std::lround(16 * parameters().hand_upper_deg[f])) << now;
+          // A tick that waits for a tag may fall into the next millisecond: one more of them in ten.
+          const int way = before[f].size() == kWindow_ms && before[f].front() != 0 ? std::abs(setpoint - before[f].front()) : 0;
+          EXPECT_LE(way, 16 * kBound_deg_s / 1000 * (kWindow_ms + 1) + 1) << now;
+        }
+        before[f].push_back(on ? setpoint : 0);
+        if (before[f].size() > kWindow_ms) before[f].pop_front();
+      }
+      if (now >= 0) path.push_back(joints);
+    };
+    (void)simulation.run();
+    // The motor overshoots its set-point's speed a little.
+    EXPECT_LT(fastest_deg_s, 1.5 * kBound_deg_s);
+    return path;
+  }
+
+  double fastest_deg_s = 0;
+
+ private:
+  // Without bursts of contact noise, which would come at other instants after a restart of the glove.
+  static twin::Setup steady() {
+    twin::Setup setup = setup_of();
+    setup.parameters.burst_rate_per_s = 0;
+    return setup;
+  }
+  twin::Setup setup_;
+
+ public:
+  Simulation simulation;
+};
+
+const Path& undisturbed() {
+  static const Path path = Watched().run();
+  return path;
+}
+
+// Largest distance from the undisturbed run between two times.
+double apart_deg(const Path& path, double from_s, double to_s) {
+  double out = 0;
+  const Path& other = undisturbed();
+  for (auto k = static_cast<std::size_t>(1000 * from_s); k < std::min<std::size_t>({path.size(), other.size(), static_cast<std::size_t>(1000 * to_s)}); ++k) {
+    for (std::size_t i = 0; i < 5; ++i) out = std::max(out, std::abs(path[k][i] - other[k][i]));
+  }
+  return out;
+}
+
+constexpr double kSame_deg = 6;  // noise of the strips, and samples at other instants of a movement
+
+// A glove that started anew samples at other instants: up to a period at the gesture's speed on top.
+constexpr double kOtherPhase_deg = kSame_deg + 83 * 0.05;
+
+// Good again at good_s: within a second the hand is where it would be anyway.
+void expect_recovery(const Path& path, double good_s, double same_deg = kSame_deg) {
+  EXPECT_LT(apart_deg(path, good_s + 1, 10), same_deg);
+}
+
+TEST(Fault, NoneFollowsTheFinger) {
+  Watched w;
+  const Path path = w.run();
+  EXPECT_LT(apart_deg(path, 0, 10), 1e-9) << "the same trial twice";
+  EXPECT_EQ(w.simulation.link_statistics().corrupt + w.simulation.link_statistics().malformed, 0U);
+  EXPECT_GT(w.simulation.link_statistics().received, 200U);
+  EXPECT_EQ(w.simulation.hand_status().overruns, 0);
+}
+
+class ByteLoss : public testing::TestWithParam<double> {};
+
+TEST_P(ByteLoss, TheHandStaysSafeAndComesBack) {
+  Watched w({GetParam(), 0, 2, 6.5});
+  expect_recovery(w.run(), 6.5);
+  EXPECT_GT(w.simulation.link_statistics().lost, 0U);
+}
+INSTANTIATE_TEST_SUITE_P(Fault, ByteLoss, testing::Values(0.01, 0.05, 0.1, 0.2, 0.3));
+
+class BitFlips : public testing::TestWithParam<double> {};
+
+TEST_P(BitFlips, TheHandStaysSafeAndComesBack) {
+  Watched w({0, GetParam(), 2, 6.5});
+  expect_recovery(w.run(), 6.5);
+  const auto s = w.simulation.link_statistics();
+  EXPECT_GT(s.corrupt + s.malformed, 0U);
+}
+INSTANTIATE_TEST_SUITE_P(Fault, BitFlips, testing::Values(0.001, 0.01, 0.1));
+
+TEST(Fault, AnOutageOfTwoSecondsEndsAtRestAndWithoutAJump) {
+  Watched w;
+  w.disturb = [&](std::int64_t now) { w.simulation.radio_on = now < 1000 || now >= 3000; };
+  bool rested = false;
+  auto disturb = w.disturb;
+  w.disturb = [&](std::int64_t now) {
+    disturb(now);
+    if (now == 2900) rested = w.simulation.hand_status().link == 2;
+  };
+  const Path path = w.run();
+  EXPECT_TRUE(rested) << "a lost link is a state of its own, not a fault";
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(path[2900][i], i == 0 ? 90 : 29, 3) << i;
+  EXPECT_LT(apart_deg(path, 0, 1.2), kSame_deg) << "it holds for a quarter of a second";
+  expect_recovery(path, 3);
+}
+
+TEST(Fault, AnUnpluggedOrShortedOrStuckStripIsToldAndItsFingerGoesToRest) {
+  for (const auto& [counts, expected] : {std::pair{1023, 1}, std::pair{0, 2}, std::pair{700, 3}}) {
+    Watched w;
+    w.simulation.on_strip = [&, value = counts](std::int64_t now, int finger, int reading) {
+      return finger == 1 && now >= 500 && now < 3000 ? value : reading;
+    };
+    // What the glove says of its sensors.
+    const deploy::Key key = experiment::bench_key();
+    link::Receiver receiver(&*key);
+    int told_ms = -1;
+    w.simulation.on_air = [&, status = expected](Cycles cycle, std::uint8_t byte) {
+      if (receiver.receive(byte) != link::Received::frame) return;
+      const auto now = static_cast<int>(Simulation::time_ms(cycle));
+      if (told_ms < 0 && now > 500 && static_cast<int>(receiver.frame().status[1]) == status) told_ms = now;
+    };
+    const Path path = w.run();
+    EXPECT_GE(told_ms, 500);
+    EXPECT_LE(told_ms, 1000 + 75) << "half a second, a sample period and the frame's way";
+    EXPECT_NEAR(path[2900][1], 29, 3);
+    EXPECT_LT(std::abs(path[2900][2] - undisturbed()[2900][2]), kSame_deg) << "the other fingers go on";
+    expect_recovery(path, 3);
+  }
+}
+
+class BrownOut : public testing::TestWithParam<double> {};
+
+TEST_P(BrownOut, OfTheGloveInTheMiddleOfAGesture) {
+  Watched w;
+  const auto at_ms = static_cast<std::int64_t>(1000 * GetParam());
+  w.disturb = [&](std::int64_t now) {
+    if (now == at_ms) w.simulation.glove().power_off(w.simulation.glove().now() + 50 * kCyclesPerMs);
+  };
+  expect_recovery(w.run(), GetParam() + 0.05, kOtherPhase_deg);
+}
+
+TEST_P(BrownOut, OfTheHandInTheMiddleOfAGesture) {
+  Watched w;
+  const auto at_ms = static_cast<std::int64_t>(1000 * GetParam());
+  w.disturb = [&](std::int64_t now) {
+    if (now == at_ms) w.simulation.hand().power_off(w.simulation.hand().now() + 50 * kCyclesPerMs);
+  };
+  expect_recovery(w.run(), GetParam() + 0.05);
+}
+INSTANTIATE_TEST_SUITE_P(Fault, BrownOut, testing::Values(1.0, 3.9, 4.2, 5.9));
+
+std::vector<std::uint8_t> sealed(const link::Frame& frame, const link::Key& key) {
+  std::vector<std::uint8_t> wire(link::kWireSealed);
+  wire.resize(link::encode(frame, &key, wire.data()));
+  return wire;
+}
+
+TEST(Fault, ASenderWithAWrongKeyMovesNothing) {
+  Watched w;
+  link::Key wrong = *experiment::bench_key();
+  wrong.bytes[3] ^= 1;
+  link::Frame frame{};
+  frame.counter = 5U << 16;
+  std::uint32_t accepted = 0;
+  w.disturb = [&](std::int64_t now) {
+    w.simulation.radio_on = now < 500 || now >= 2500;
+    if (now == 700) accepted = w.simulation.link_statistics().received;
+    if (now < 700 || now >= 2500 || now % 50 != 0) return;
+    for (auto& angle : frame.angle) angle = 113 * 16;
+    ++frame.counter;
+    w.simulation.inject(sealed(frame, wrong));
+    if (now == 2450) {
+      EXPECT_EQ(w.simulation.link_statistics().received, accepted);
+      EXPECT_GT(w.simulation.link_statistics().not_trusted, 30U);
+    }
+  };
+  const Path path = w.run();
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(path[2450][i], i == 0 ? 90 : 29, 3) << "at rest, whatever the forger says";
+  expect_recovery(path, 2.5);
+}
+
+// An old minute is a few seconds here: all that was said so far, again; and again after the hand has lost its memory.
+TEST(Fault, AReplayIsRefusedAlsoAfterARestartOfTheHand) {
+  for (const bool restart : {false, true}) {
+    Watched w;
+    std::vector<std::uint8_t> heard;
+    w.simulation.on_air = [&](Cycles cycle, std::uint8_t byte) {
+      if (Simulation::time_ms(cycle) < 2000) heard.push_back(byte);
+    };
+    std::uint32_t before = 0;
+    std::size_t at = 0;
+    w.disturb = [&](std::int64_t now) {
+      w.simulation.radio_on = now < 6000 || now >= 8000;
+      if (now == 6000 && restart) w.simulation.hand().power_off(w.simulation.hand().now() + 20 * kCyclesPerMs);
+      if (now == 6100) before = w.simulation.link_statistics().received;
+      if (now < 6100 || now >= 7900) return;
+      if (now % 25 == 0 && at + 24 <= heard.size()) {
+        w.simulation.inject({heard.begin() + static_cast<std::ptrdiff_t>(at), heard.begin() + static_cast<std::ptrdiff_t>(at) + 24});
+        at += 24;
+      }
+      if (now == 7890) {
+        EXPECT_EQ(w.simulation.link_statistics().received, before);
+        EXPECT_GT(w.simulation.link_statistics().not_trusted, 30U);
+      }
+    };
+    expect_recovery(w.run(), 8);
+  }
+}
+
+TEST(Fault, AnUnpluggedPotentiometerStopsItsMotor) {
+  Watched w;
+  bool blind = false;
+  w.simulation.on_potentiometer = [&](std::int64_t now, int finger, int counts) { return finger == 2 && now >= 3000 && now < 5000 ? 1023 : counts; };
+  w.disturb = [&](std::int64_t now) {
+    if (now == 4000) blind = w.simulation.hand_status().fault[2] == 2 && w.simulation.hand().duty(2) == 0;
+  };
+  expect_recovery(w.run(), 5);
+  EXPECT_TRUE(blind);
+}
+
+// The total error of six gestures, each compensator, within 5 % of the twin's, same trials.
+TEST(Twin, AgreesWithTheCoSimulation) {
+  Engine engine;
+  experiment::Plan plan;
+  plan.parameters = parameters();
+  plan.parameters.frame_bytes = link::kWireSealed;
+  plan.motions = experiment::motions("1-6");
+  for (const char* name : {"raw", "published-w", "published-hw"}) plan.compensators.push_back(experiment::compensator(name, 10));
+  plan.trials = 2;
+  plan.seed = 5;
+  plan.threads = 2;
+  const experiment::Result twin = experiment::run(plan, {});
+  plan.engine = &engine;
+  const experiment::Result boards = experiment::run(plan, {});
+  for (std::size_t c = 0; c < plan.compensators.size(); ++c) {
+    double of_twin = 0;
+    double of_boards = 0;
+    for (std::size_t m = 0; m < plan.motions.size(); ++m) {
+      of_twin += twin.cell(m, c).total_deg_s.mean();
+      of_boards += boards.cell(m, c).total_deg_s.mean();
+    }
+    EXPECT_NEAR(of_boards / of_twin, 1, 0.05) << plan.compensators[c].name;
+    EXPECT_NE(of_boards, of_twin) << "has the engine run at all?";
+  }
+}
+
+TEST(Simulation, IsTheSameOnOneThreadAndOnTwo) {
+  Engine engine;
+  experiment::Plan plan;
+  plan.parameters = parameters();
+  plan.motions = experiment::motions("4");
+  plan.compensators = {experiment::compensator("published-hw", 10)};
+  plan.trials = 18;  // two batches
+  plan.engine = &engine;
+  plan.motions.front() = experiment::motions("4").front();
+  plan.threads = 1;
+  const auto one = experiment::run(plan, {});
+  plan.threads = 2;
+  const auto two = experiment::run(plan, {});
+  EXPECT_EQ(one.cell(0, 0).total_deg_s.mean(), two.cell(0, 0).total_deg_s.mean());
+  EXPECT_EQ(one.cell(0, 0).total_deg_s.ci95(), two.cell(0, 0).total_deg_s.ci95());
+}
+
+TEST(Latency, EveryStageIsWhatTheClocksSay) {
+  Engine engine;
+  const auto mean = [](const std::vector<experiment::Latency>& edges, std::size_t stage) {
+    double sum = 0;
+    for (const auto& edge : edges) sum += edge[stage] / static_cast<double>(edges.size());
+    return sum;
+  };
+  const auto slow = engine.latency(parameters(), experiment::compensator("published-hw", 10).model, 40, 1);
+  ASSERT_EQ(slow.size(), 40U);
+  EXPECT_NEAR(mean(slow, 0), 50, 15);   // half a period
+  EXPECT_NEAR(mean(slow, 1), 0.55, 0.1);  // five conversions, 1..5 of them after the edge's finger, and the compensator
+  EXPECT_LT(mean(slow, 2), 1);            // each sample makes a frame
+  EXPECT_NEAR(mean(slow, 3), 25 + 2 + 1, 1);  // 24 bytes at 9600 baud, two milliseconds in the modules, one of jitter
+  EXPECT_NEAR(mean(slow, 4), 0.85, 0.4);      // one tag
+  EXPECT_LT(mean(slow, 5), 1.2);
+  twin::Parameters p = parameters();
+  p.frame_rate_hz = 20;
+  const auto quick = engine.latency(p, experiment::compensator("published-hw", 100).model, 40, 1);
+  ASSERT_EQ(quick.size(), 40U);
+  EXPECT_NEAR(mean(quick, 0), 5, 1.5);
+  EXPECT_NEAR(mean(quick, 2), 20, 6);  // 0 to 40 ms until the next of every fifth sample
+}
+
+TEST(Trace, IsAValueChangeDumpWithTimeGoingForward) {
+  Engine engine;
+  const fs::path path = fs::path(testing::TempDir()) / ("flexor_trace_" + std::to_string(::getpid()) + ".vcd");
+  twin::Setup setup = setup_of("published-hw", 10);
+  std::array<std::vector<double>, 5> still;
+  for (auto& finger : still) finger.assign(2, 100);
+  setup.motion = twin::Motion::from_samples("still", {0, 0.5}, still);
+  engine.trace(setup, path);
+  const std::string text = io::read_file(path);
+  fs::remove(path);
+  EXPECT_TRUE(text.starts_with("$timescale 1 ns $end"));
+  EXPECT_NE(text.find("$var real 64"), std::string::npos);
+  long long last = -1;
+  int changes = 0;
+  for (std::size_t at = text.find("\n#"); at != std::string::npos; at = text.find("\n#", at + 1)) {
+    const long long now = std::stoll(text.substr(at + 2, 20));
+    ASSERT_GT(now, last);
+    last = now;
+    ++changes;
+  }
+  EXPECT_GT(changes, 1000);
+}
+
+}  // namespace
+}  // namespace flexor::cosim

@@ -48,8 +48,11 @@ class SourceFolder {
 
 std::string checked(const std::vector<std::string>& argv) {
   const ProcessResult result = run_process(argv);
-  if (result.status != 0) throw JobError(fmt::format("{} failed:\n{}", argv.front(), result.err));
-  return result.out;
+  if (result.status == 0) return result.out;
+  // The first error says it; what follows from it fills pages.
+  const std::size_t error = result.err.find("error: ");
+  const std::size_t from = error == std::string::npos ? 0 : error;
+  throw JobError(fmt::format("{} failed: {}", argv.front(), result.err.substr(from, result.err.find('\n', from) - from)));
 }
 
 Image build(const std::string& name, const std::string& config, const fs::path& folder, const std::vector<std::string>& options) {
@@ -116,7 +119,11 @@ void require_toolchain() {
   }
 }
 
-Image build_glove(const Glove& glove, const fs::path& folder) { return build("glove", glove_config(glove), folder, {"-fno-move-loop-invariants"}); }
+Image build_glove(const Glove& glove, const fs::path& folder) { return build_glove(glove_config(glove), folder); }
+
+Image build_glove(const std::string& config, const fs::path& folder) {
+  return build("glove", config, folder, {"-fno-move-loop-invariants"});
+}
 
 Image build_hand(const Hand& hand, const fs::path& folder) { return build("hand", hand_config(hand), folder, {"-mcall-prologues"}); }
 
@@ -162,7 +169,7 @@ Error fixed_point_error(const model::Model& model, const std::array<std::vector<
   }
   if (out.worst_deg() > kWorstError_deg) {
     throw InputError(fmt::format("model {}: fixed point is up to {:.3f} degree from double ({}), more than the {:g} allowed: steep curves and large gains "
-                                 "cost it precision",
+                                 "cost precision",
                                  model.name, out.worst_deg(), worst_finger, kWorstError_deg));
   }
   return out;

@@ -30,6 +30,8 @@ void require_toolchain();
 // Writes the configuration and the images NAME.elf and NAME.hex into `folder`. Throws io::InputError when an image does not fit the
 // microcontroller, io::JobError when the compiler fails.
 Image build_glove(const Glove& glove, const std::filesystem::path& folder);
+// Likewise from a text that takes the place of glove_config(): for comparisons.
+Image build_glove(const std::string& config, const std::filesystem::path& folder);
 Image build_hand(const Hand& hand, const std::filesystem::path& folder);
 
 // Library folders that the Arduino IDE takes as they are, with an example sketch each.

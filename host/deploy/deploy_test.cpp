@@ -3,22 +3,170 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <filesystem>
+
+#include "host/deploy/calibration.hpp"
+#include "host/deploy/process.hpp"
+#include "host/io/io.hpp"
+
 namespace flexor::deploy {
 namespace {
 
-TEST(Deploy, Builds) {
+namespace fs = std::filesystem;
+
+Glove glove(double rate_hz = 10) {
   Glove g;
   g.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
+  g.model.sample_period_s = 1 / rate_hz;
   g.sensor.fill(divider(35, 25, 100.0 / 180));
   g.key = key_from_hex("000102030405060708090a0b0c0d0e0f");
+  return g;
+}
+
+Hand hand() {
   Hand h;
   h.lower_deg = {90, 28, 28, 28, 28};
   h.upper_deg = {170, 113, 113, 113, 113};
   h.rest_deg = {90, 29, 29, 29, 29};
-  h.key = g.key;
-  auto a = build_glove(g, "/tmp/dep");
-  auto b = build_hand(h, "/tmp/dep");
-  printf("%d %d  %d %d\n", a.flash_bytes, a.ram_bytes, b.flash_bytes, b.ram_bytes);
+  h.key = glove().key;
+  return h;
+}
+
+class Deploy : public testing::Test {
+ protected:
+  Deploy() : folder_(fs::path(testing::TempDir()) / ("flexor_deploy_" + std::to_string(::getpid()))) { fs::create_directories(folder_); }
+  ~Deploy() override { fs::remove_all(folder_); }
+  fs::path folder_;
+};
+
+void expect_refused(const std::function<void()>& call, const std::string& says) {
+  try {
+    call();
+    ADD_FAILURE() << "not refused: " << says;
+  } catch (const io::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+  }
+}
+
+TEST_F(Deploy, ImagesAreTheSameBytesEachTime) {
+  const Image once = build_glove(glove(), folder_ / "once");
+  const Image again = build_glove(glove(), folder_ / "again");
+  EXPECT_EQ(io::read_file(once.hex), io::read_file(again.hex));
+  EXPECT_GT(once.flash_bytes, 3000);
+  EXPECT_EQ(io::read_file(once.hex).substr(0, 1), ":");
+}
+
+TEST_F(Deploy, HasBuildsForFourRatesAndNoOthers) {
+  for (const int rate : {10, 20, 50, 100}) EXPECT_EQ(sample_rate_hz(glove(rate).model), rate);
+  expect_refused([] { (void)sample_rate_hz(glove(200).model); }, "200 Hz");
+}
+
+TEST_F(Deploy, SendsAsManyFramesAsTheRadioCarries) {
+  EXPECT_EQ(samples_per_frame(glove(10)), 1);
+  EXPECT_EQ(samples_per_frame(glove(20)), 1);
+  EXPECT_EQ(samples_per_frame(glove(50)), 2);   // 25 of at most 40
+  EXPECT_EQ(samples_per_frame(glove(100)), 4);  // 25
+  Glove g = glove(100);
+  g.frame_rate_hz = 20;
+  EXPECT_EQ(samples_per_frame(g), 5);
+  g.frame_rate_hz = 50;
+  expect_refused([&] { (void)samples_per_frame(g); }, "do not fit a radio of 9600 baud, which carries 40.0");
+  g.key.reset();  // 17 bytes: 56 frames a second
+  EXPECT_EQ(samples_per_frame(g), 2);
+  g.frame_rate_hz = 30;
+  expect_refused([&] { (void)samples_per_frame(g); }, "must divide");
+  g = glove(10);
+  g.baud = 200;
+  expect_refused([&] { (void)samples_per_frame(g); }, "raise --baud");
+}
+
+TEST_F(Deploy, MakesTheUsualBaudRates) {
+  EXPECT_EQ(uart_divisor(9600), 207);
+  EXPECT_EQ(uart_divisor(115200), 16);
+  EXPECT_EQ(uart_divisor(38400), 51);
+  expect_refused([] { (void)uart_divisor(1e6 * 1.3); }, "cannot be made");
+  expect_refused([] { (void)uart_divisor(0); }, "cannot be made");
+}
+
+TEST_F(Deploy, CalibratesThroughTwoPointsOrMore) {
+  const Sensor line = through_points({400, 600}, {30, 110});
+  EXPECT_DOUBLE_EQ(line(400), 30);
+  EXPECT_DOUBLE_EQ(line(500), 70);
+  EXPECT_DOUBLE_EQ(line(700), 150);
+  EXPECT_DOUBLE_EQ(line(300), -10);
+  const Sensor curve = through_points({0, 100, 200}, {0, 10, 40});
+  EXPECT_DOUBLE_EQ(curve(150), 25);
+  EXPECT_DOUBLE_EQ(curve(300), 70);
+}
+
+TEST_F(Deploy, ReadsACalibrationAndRefusesABadOneByName) {
+  const auto load = [&](const std::string& fingers) {
+    io::write_file(folder_ / "c.json", R"({"schema": "flexor-calibration", "schema_version": 1, "fingers": )" + fingers + "}");
+    return load_calibration(folder_ / "c.json", glove().sensor);
+  };
+  EXPECT_DOUBLE_EQ(load(R"({"pointer": {"counts": [400, 600], "value": [30, 110]}})")[1](500), 70);
+  expect_refused([&] { load(R"({"toe": {"counts": [1, 2], "value": [1, 2]}})"); }, "toe");
+  expect_refused([&] { load(R"({"ring": {"counts": [1], "value": [1]}})"); }, "ring: needs at least two points");
+  expect_refused([&] { load(R"({"ring": {"counts": [5, 5], "value": [1, 2]}})"); }, "must increase");
+  expect_refused([&] { load(R"({"ring": {"counts": [5, 9, 12], "value": [1, 5, 2]}})"); }, "rise or fall");
+}
+
+TEST_F(Deploy, TheSensorsRailsAreWhatTheModelRefuses) {
+  const GloveTables tables = glove_tables(glove());
+  for (int i = 0; i < kFingers; ++i) {
+    const auto f = static_cast<std::size_t>(i);
+    const auto reads = [&](int n) { return tables.calibration[f](static_cast<std::uint16_t>(n)) / 32.0; };
+    EXPECT_LT(reads(tables.monitor[f].low), 0);
+    EXPECT_GE(reads(tables.monitor[f].low + 1), 0);
+    EXPECT_GE(tables.monitor[f].high, 900);
+    EXPECT_EQ(tables.monitor[f].stuck_samples, 5) << "half a second at 10 Hz";
+  }
+}
+
+TEST_F(Deploy, RefusesAModelThatIntegersCannotFollow) {
+  EXPECT_LT(fixed_point_error(glove().model, {}).worst_deg(), kWorstError_deg);
+  model::Model steep = glove().model;
+  for (model::Channel& c : steep.channels) {
+    c.dead_zone.reset();
+    c.input_curve = model::Curve{{890.01, 895.02}, {0, 100}};  // twenty degrees a count, and no bits to spare
+    c.saturation = {0, 100};
+  }
+  expect_refused([&] { (void)fixed_point_error(steep, {}); }, "more than the 0.06 allowed");
+}
+
+TEST_F(Deploy, TakesKeysOf32HexadecimalDigitsOnly) {
+  EXPECT_EQ(to_hex(key_from_hex("000102030405060708090A0b0c0d0e0f")), "000102030405060708090a0b0c0d0e0f");
+  for (const char* bad : {"", "00", "000102030405060708090a0b0c0d0e0g", "000102030405060708090a0b0c0d0e0f00"}) {
+    expect_refused([&] { (void)key_from_hex(bad); }, "32 hexadecimal digits");
+  }
+  EXPECT_NE(to_hex(new_key()), to_hex(new_key()));
+}
+
+TEST_F(Deploy, SaysWhatToInstallWithoutAToolchain) {
+  const char* path = std::getenv("PATH");
+  const std::string before = path != nullptr ? path : "";
+  setenv("PATH", folder_.c_str(), 1);
+  expect_refused([] { require_toolchain(); }, "avr-g++ is missing: install gcc-avr");
+  setenv("PATH", before.c_str(), 1);
+}
+
+// The folders as the Arduino IDE would build them: its dialect, every source of the library, the include that the sketch writes.
+TEST_F(Deploy, ArduinoFoldersCompileInTheArduinosDialect) {
+  write_arduino(glove(), hand(), folder_);
+  for (const auto& [library, room] : {std::pair{"FlexorGlove", "glove"}, std::pair{"FlexorHand", "hand"}}) {
+    const fs::path src = folder_ / library / "src";
+    ASSERT_TRUE(fs::exists(folder_ / library / "examples" / library / (std::string(library) + ".ino")));
+    ASSERT_TRUE(fs::exists(folder_ / library / "library.properties"));
+    std::vector<std::string> command = {"avr-g++",         "-mmcu=atmega328p", "-DF_CPU=16000000L",         "-Os",    "-std=gnu++11", "-fno-exceptions", "-ffunction-sections",
+                                        "-fdata-sections", "-flto",            "-fno-threadsafe-statics", "-fpermissive", "-I" + src.string()};
+    for (const auto& entry : fs::recursive_directory_iterator(src)) {
+      if (entry.path().extension() == ".cpp") command.push_back(entry.path().string());
+    }
+    command.insert(command.end(), {"-o", (folder_ / "sketch.elf").string()});
+    const ProcessResult result = run_process(command);
+    EXPECT_EQ(result.status, 0) << room << result.err.substr(0, 2000);
+  }
 }
 
 }  // namespace

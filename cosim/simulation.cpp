@@ -88,6 +88,10 @@ link::LinkStatistics Simulation::link_statistics() const {
   return hand_.peek<link::LinkStatistics>(images_.hand.address("hand_receiver"));
 }
 
+std::uint16_t Simulation::worst_late_ms() const {
+  return hand_.peek<std::uint16_t>(static_cast<std::uint16_t>(images_.hand.address("hand_latency") + 2));
+}
+
 // The minute of rest before a recording is not run but computed, as in simulate(): a loop whose command lies behind an end stop has
 // wound up by then.
 void Simulation::wind_up() {

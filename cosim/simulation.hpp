@@ -23,8 +23,6 @@ struct __attribute__((packed)) HandStatus {
   std::uint8_t link;  // hand::Link
   std::uint8_t fault[5];  // hand::Fault
   std::int16_t setpoint[5];
-  std::uint16_t late_ms;
-  std::uint16_t worst_late_ms;
   std::uint16_t overruns;
 };
 
@@ -53,6 +51,7 @@ class Simulation {
   const twin::World& world() const { return world_; }
   HandStatus hand_status() const;
   link::LinkStatistics link_statistics() const;
+  std::uint16_t worst_late_ms() const;  // as the hand sees it
   // Puts bytes on the hand's RX pin, one byte-time apart, from now on.
   void inject(const std::vector<std::uint8_t>& bytes);
   bool radio_on = true;  // false: nothing of the glove arrives

@@ -128,6 +128,8 @@ TEST(Fault, NoneFollowsTheFinger) {
   EXPECT_EQ(w.simulation.link_statistics().corrupt + w.simulation.link_statistics().malformed, 0U);
   EXPECT_GT(w.simulation.link_statistics().received, 200U);
   EXPECT_EQ(w.simulation.hand_status().overruns, 0);
+  EXPECT_GE(w.simulation.worst_late_ms(), 1) << "jitter of up to 2 ms";
+  EXPECT_LE(w.simulation.worst_late_ms(), 4);
 }
 
 class ByteLoss : public testing::TestWithParam<double> {};

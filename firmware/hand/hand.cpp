@@ -18,12 +18,11 @@ struct {
   hand::Link link;
   hand::Fault fault[link::kFingers];
   int16_t setpoint[link::kFingers];  // Q4 degrees
-  uint16_t late_ms;
-  uint16_t worst_late_ms;
   uint16_t overruns;  // bytes that found no room
-} hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, 0, 0};
+} hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0};
 hand::Finger hand_finger[link::kFingers];
 link::Receiver hand_receiver(config::kKey);  // begins with its statistics
+link::Latency hand_latency;                  // begins with how late the last frame was, and the latest, ms
 
 namespace {
 
@@ -32,7 +31,6 @@ volatile bool ticked = false;
 Ring<32> received;
 
 hand::LinkWatch watch;
-link::Latency latency;
 Eeprom eeprom;
 link::CounterStore<Eeprom> store;
 uint16_t now_ms = 0;
@@ -108,7 +106,8 @@ __attribute__((noinline)) void tick() {
   ++now_ms;
   hand_status.link = watch.tick();
   for (uint8_t i = 0; i < link::kFingers; ++i) {
-    const int16_t duty = hand_finger[i].tick(config::kSettings[config::kSettingsOf[i]], hand_status.link, hand_receiver.frame().angle[i], angle[i]);
+    const int16_t duty = hand_finger[i].tick(config::kSettings[config::kSettingsOf[i]], hand_status.link, hand_receiver.frame().angle[i],
+                                             config::kRest[i], angle[i]);
     drive(i, duty);
     hand_status.fault[i] = hand_finger[i].fault();
     hand_status.setpoint[i] = hand_finger[i].setpoint();
@@ -120,10 +119,9 @@ void take_frame() {
   mark(Marker::frame_accepted);
   const uint32_t counter = hand_receiver.frame().counter;
   const bool new_epoch = static_cast<uint16_t>(counter >> 16) != epoch;
-  if (new_epoch) latency.restart();
+  if (new_epoch) hand_latency.restart();
   epoch = static_cast<uint16_t>(counter >> 16);
-  hand_status.late_ms = latency.add(now_ms, hand_receiver.frame().time_ms);
-  hand_status.worst_late_ms = latency.worst_ms();
+  hand_latency.add(now_ms, hand_receiver.frame().time_ms);
   watch.frame();
   // After a restart of the hand, nothing from before the last record is believed again.
   if (new_epoch || (counter & 63) == 0) store.save(counter);

@@ -227,7 +227,6 @@ hand::FingerSettings finger_settings(const Hand& hand, int finger) {
   c.potentiometer.scale = static_cast<std::uint32_t>(std::lround(16 * hand.potentiometer_range_deg / 1023 * 65536));
   c.potentiometer.low = kPotentiometerMargin;
   c.potentiometer.high = sensor::kAdcTop - kPotentiometerMargin;
-  c.rest = q4(std::clamp(hand.rest_deg[i], hand.lower_deg[i], hand.upper_deg[i]));
   c.careful_step = step(hand.careful_deg_s);
   c.stall_duty = int16(0.5 * hand.duty * hand::kFullDuty);
   c.stall_ticks = static_cast<std::uint16_t>(std::min(hand.stall_s / kTick_s, 65535.0));
@@ -314,18 +313,22 @@ std::string hand_config(const Hand& hand) {
   // Fingers with the same settings share them.
   std::vector<std::string> settings;
   std::array<std::ptrdiff_t, kFingers> of{};
+  std::array<std::int16_t, kFingers> rest{};
   for (int i = 0; i < kFingers; ++i) {
     const hand::FingerSettings c = finger_settings(hand, i);
     const std::string text = fmt::format(
-        "    {{{{{}, {}, {}L, {}, {}, {}L, {}, {}}}, {{{}, {}, {}, {}}}, {}, {}L, {}, {}, {}}},\n", c.loop.lower, c.loop.upper, c.loop.max_step,
+        "    {{{{{}, {}, {}L, {}, {}, {}L, {}, {}}}, {{{}, {}, {}, {}}}, {}L, {}, {}, {}}},\n", c.loop.lower, c.loop.upper, c.loop.max_step,
         c.loop.proportional, c.loop.integral, c.loop.integral_limit, c.loop.duty_limit, c.loop.feed_forward, c.potentiometer.scale,
-        c.potentiometer.offset, c.potentiometer.low, c.potentiometer.high, c.rest, c.careful_step, c.stall_duty, c.stall_ticks, c.stall_travel);
+        c.potentiometer.offset, c.potentiometer.low, c.potentiometer.high, c.careful_step, c.stall_duty, c.stall_ticks, c.stall_travel);
+    const auto f = static_cast<std::size_t>(i);
+    rest[f] = q4(std::clamp(hand.rest_deg[f], hand.lower_deg[f], hand.upper_deg[f]));
     const auto known = std::ranges::find(settings, text);
-    of[static_cast<std::size_t>(i)] = known - settings.begin();
+    of[f] = known - settings.begin();
     if (known == settings.end()) settings.push_back(text);
   }
-  out += fmt::format("\nconst hand::FingerSettings kSettings[] = {{\n{}}};\nconst uint8_t kSettingsOf[] = {};  // thumb to pinky\n",
-                     fmt::join(settings, ""), numbers(of.data(), kFingers));
+  out += fmt::format("\nconst hand::FingerSettings kSettings[] = {{\n{}}};\nconst uint8_t kSettingsOf[] = {};  // thumb to pinky\n"
+                     "const int16_t kRest[] = {};\n",
+                     fmt::join(settings, ""), numbers(of.data(), kFingers), numbers(rest.data(), kFingers));
   return out + "\n}  // namespace config\n}  // namespace flexor\n";
 }
 

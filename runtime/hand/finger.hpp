@@ -50,7 +50,6 @@ struct Potentiometer {
 struct FingerSettings {
   LoopSettings loop;
   Potentiometer potentiometer;
-  int16_t rest;           // Q4 degrees
   int32_t careful_step;   // Q20 degrees in a tick
   int16_t stall_duty;     // effort from which standing still counts
   uint16_t stall_ticks;   // UINT16_MAX: never
@@ -61,8 +60,8 @@ enum class Fault : uint8_t { none = 0, stalled = 1, blind = 2 };
 
 class Finger {
  public:
-  // `counts`: the potentiometer's; `command`: Q4 degrees, any value. Returns the duty.
-  int16_t tick(const FingerSettings& c, Link link, int16_t command, uint16_t counts) {
+  // `command` and `rest` in Q4 degrees, any value; `counts` are the potentiometer's. Returns the duty.
+  int16_t tick(const FingerSettings& c, Link link, int16_t command, int16_t rest, uint16_t counts) {
     if (!c.potentiometer.plausible(counts)) {
       fault_ = Fault::blind;
       return 0;
@@ -70,7 +69,7 @@ class Finger {
     const int16_t measured = c.potentiometer(counts);
     if (!awake_ || fault_ == Fault::blind) wake(c, measured);
     if (link != Link::following) careful_ = true;
-    int16_t goal = link == Link::following ? command : c.rest;
+    int16_t goal = link == Link::following ? command : rest;
     if (link == Link::waiting) goal = held_;
     const int16_t duty = step(c.loop, loop_, goal, measured, careful_ ? c.careful_step : c.loop.max_step);
     if (reached(c, goal)) careful_ = link != Link::following;

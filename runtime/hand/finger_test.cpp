@@ -15,13 +15,14 @@ FingerSettings settings() {
   FingerSettings c{};
   c.loop = {28 * 16, 113 * 16, per_tick(400), 2000, 1700, kFullDuty << 6, kFullDuty, 0};
   c.potentiometer = {256250, 0, 5, 1018};  // 250 degrees over 1023 counts
-  c.rest = 29 * 16;
   c.careful_step = per_tick(150);
   c.stall_duty = kFullDuty / 2;
   c.stall_ticks = 200;
   c.stall_travel = 16;
   return c;
 }
+
+constexpr int16_t kRest = 29 * 16;
 
 // A motor whose speed is its duty, and a wall that it may meet.
 struct Bench {
@@ -36,7 +37,7 @@ struct Bench {
   uint16_t counts() const { return static_cast<uint16_t>(std::lround(angle_deg * 1023 / 250)); }
   void tick(int16_t command, bool frame) {
     if (frame) link.frame();
-    duty = finger.tick(c, link.tick(), command, counts());
+    duty = finger.tick(c, link.tick(), command, kRest, counts());
     const double speed = 600.0 * duty / kFullDuty;
     fastest_deg_s = std::max(fastest_deg_s, std::abs(speed));
     angle_deg = std::min(angle_deg + speed / 1000, wall_deg);
@@ -91,7 +92,7 @@ TEST(Finger, AnUnpluggedPotentiometerStopsTheMotor) {
   Bench bench;
   bench.run(500, 100 * 16, true);
   for (const uint16_t counts : {uint16_t{0}, uint16_t{1023}}) {
-    EXPECT_EQ(bench.finger.tick(bench.c, Link::following, 50 * 16, counts), 0);
+    EXPECT_EQ(bench.finger.tick(bench.c, Link::following, 50 * 16, kRest, counts), 0);
     EXPECT_EQ(bench.finger.fault(), Fault::blind);
   }
   bench.fastest_deg_s = 0;

@@ -37,11 +37,11 @@ class Latency {
  private:
   static constexpr uint16_t kForget = 1024;
 
-  bool started_ = false;
-  uint16_t quickest_ = 0;
   uint16_t late_ms_ = 0;
   uint16_t worst_ms_ = 0;
+  uint16_t quickest_ = 0;
   uint16_t frames_ = 0;
+  bool started_ = false;
 };
 
 }  // namespace link

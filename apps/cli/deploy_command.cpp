@@ -20,7 +20,7 @@ struct Options {
   double rate_hz = 0;
   std::string out;
   std::string output = "radio";
-  double baud = 9600;
+  double baud = 0;  // 0: the configuration's
   double frame_rate_hz = 0;
   std::string key;
   bool plain = false;
@@ -75,19 +75,19 @@ void run(const Options& o, const Program& program) {
   experiment::Deployment d;
   d.glove = experiment::glove_for(p, model);
   d.glove.output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
-  d.glove.baud = o.baud;
-  d.glove.frame_rate_hz = o.frame_rate_hz;
+  if (o.baud != 0) d.glove.baud = o.baud;
+  if (o.frame_rate_hz != 0) d.glove.frame_rate_hz = o.frame_rate_hz;
   d.glove.assembly = o.assembly;
   if (!o.calibration.empty()) d.glove.sensor = deploy::load_calibration(o.calibration, d.glove.sensor);
   d.glove.key = o.plain ? deploy::Key() : o.key.empty() ? deploy::new_key() : deploy::key_from_hex(o.key);
   deploy::Hand hand = experiment::safe_hand(p, model);
   hand.key = d.glove.key;
-  hand.baud = o.baud;
+  hand.baud = d.glove.baud;
   const bool radio = d.glove.output == deploy::Output::radio;
 
   // Refusals first, before anything is written.
   (void)deploy::samples_per_frame(d.glove);
-  (void)deploy::uart_divisor(radio ? o.baud : deploy::kUsbBaud);
+  (void)deploy::uart_divisor(radio ? d.glove.baud : deploy::kUsbBaud);
   experiment::Counts counts = experiment::gesture_counts(p, model);
   const deploy::GloveTables tables = deploy::glove_tables(d.glove);
   std::array<std::vector<double>, experiment::kFingers> inputs;
@@ -150,7 +150,7 @@ void add_deploy(CLI::App& app, const Program& program) {
   command->add_option("--output", o->output, "of the glove: radio, or opengloves, text for VR drivers over USB")
       ->check(CLI::IsMember({"radio", "opengloves"}))
       ->capture_default_str();
-  command->add_option("--baud", o->baud, "of the radio")->capture_default_str();
+  command->add_option("--baud", o->baud, "of the radio (default: radio.baud of the configuration, 9600 as shipped)");
   command->add_option("--frame-rate", o->frame_rate_hz, "frames a second (default: as many as the radio carries, at most one a sample)");
   command->add_option("--key", o->key, "the pair's key, 32 hexadecimal digits (default: a new one, in OUT/pair.key)");
   command->add_flag("--plain", o->plain, "frames without authentication: anybody in range can move the hand");

@@ -14,6 +14,13 @@
 
 #include "host/io/io.hpp"
 
+#ifdef __SANITIZE_ADDRESS__
+// simavr keeps its interrupt lines, some kilobytes a board, for ever.
+extern "C" const char* __lsan_default_suppressions() {
+  return "leak:libsimavr";
+}  // NOLINT(bugprone-reserved-identifier)
+#endif
+
 namespace flexor::cosim {
 namespace {
 
@@ -41,10 +48,11 @@ constexpr std::uint16_t kPortD = 0x2b;
 constexpr std::uint16_t kTccr0a = 0x44;
 constexpr std::uint16_t kTccr1a = 0x80;
 constexpr std::uint16_t kTccr2a = 0xb0;
-constexpr Motor kMotor[kMotors] = {
-    {'1', 0, kTccr1a, 0x80, kPortB, 1U << 0, 256}, {'1', 1, kTccr1a, 0x20, kPortB, 1U << 4, 256},
-    {'2', 0, kTccr2a, 0x80, kPortD, 1U << 2, 256}, {'2', 1, kTccr2a, 0x20, kPortD, 1U << 4, 256},
-    {'0', 1, kTccr0a, 0x20, kPortD, 1U << 7, 250}};
+constexpr Motor kMotor[kMotors] = {{'1', 0, kTccr1a, 0x80, kPortB, 1U << 0, 256},
+                                   {'1', 1, kTccr1a, 0x20, kPortB, 1U << 4, 256},
+                                   {'2', 0, kTccr2a, 0x80, kPortD, 1U << 2, 256},
+                                   {'2', 1, kTccr2a, 0x20, kPortD, 1U << 4, 256},
+                                   {'0', 1, kTccr0a, 0x20, kPortD, 1U << 7, 250}};
 
 void quiet(avr_t*, const int level, const char* format, va_list arguments) {
   if (level <= LOG_ERROR) std::vfprintf(stderr, format, arguments);
@@ -69,11 +77,18 @@ Firmware::Firmware(const std::filesystem::path& elf) : image_(std::make_unique<I
   static std::once_flag once;
   std::call_once(once, [] { avr_global_logger_set(quiet); });
   io::require_readable(elf);
-  if (elf_read_firmware(elf.c_str(), &image_->elf) != 0) throw io::InputError(fmt::format("{}: no ELF image", elf.string()));
+  if (elf_read_firmware(elf.c_str(), &image_->elf) != 0)
+    throw io::InputError(fmt::format("{}: no ELF image", elf.string()));
   image_->elf.frequency = 16000000;
 }
 
-Firmware::~Firmware() = default;
+Firmware::~Firmware() {
+  elf_firmware_t& elf = image_->elf;
+  for (std::uint32_t i = 0; i < elf.symbolcount; ++i) free(elf.symbol[i]);
+  free(elf.symbol);
+  free(elf.flash);
+  free(elf.eeprom);
+}
 
 std::uint16_t Firmware::address(const std::string& symbol) const {
   const elf_firmware_t& elf = image_->elf;
@@ -114,8 +129,10 @@ struct Board::Hooks {
     b.schedule_byte();
     return 0;
   }
-  static avr_cycle_count_t stop(avr_t*, avr_cycle_count_t, void*) { return 0; }  // ends a sleep at a quantum's end
-  static void sleep(avr_t*, avr_cycle_count_t) {}                                // simulated time only
+  static avr_cycle_count_t stop(avr_t*, avr_cycle_count_t, void*) {
+    return 0;
+  }                                                // ends a sleep at a quantum's end
+  static void sleep(avr_t*, avr_cycle_count_t) {}  // simulated time only
 };
 
 Board::Board(const Firmware& firmware) : firmware_(firmware) {
@@ -132,10 +149,12 @@ Board::Board(const Firmware& firmware) : firmware_(firmware) {
   avr_ioctl(a, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
   avr_register_io_write(a, kGpior0, Hooks::marker, this);
   avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), Hooks::byte, this);
-  avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), Hooks::conversion, this);
+  avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), Hooks::conversion,
+                          this);
   const auto pwm = [&](int motor, avr_irq_notify_t notify) {
     const Motor& m = kMotor[motor];
-    avr_irq_register_notify(avr_io_getirq(a, static_cast<std::uint32_t>(AVR_IOCTL_TIMER_GETIRQ(m.timer)), TIMER_IRQ_OUT_PWM0 + m.comparator),
+    avr_irq_register_notify(avr_io_getirq(a, static_cast<std::uint32_t>(AVR_IOCTL_TIMER_GETIRQ(m.timer)),
+                                          TIMER_IRQ_OUT_PWM0 + m.comparator),
                             notify, this);
   };
   pwm(0, Hooks::width<0>);
@@ -160,7 +179,8 @@ void Board::power_on() {
   a->cycle = cycle;
   a->run_cycle_limit = kRunCycles;
   // Otherwise a low PD2 or PD3, motor pins here, is polled in every cycle; a reset forgets it.
-  for (std::uint8_t interrupt = 0; interrupt < 2; ++interrupt) avr_extint_set_strict_lvl_trig(a, interrupt, 0);
+  for (std::uint8_t interrupt = 0; interrupt < 2; ++interrupt)
+    avr_extint_set_strict_lvl_trig(a, interrupt, 0);
   width_ = {};
   std::fill(a->data + 0x100, a->data + kRamEnd + 1, kPaint);
   schedule_byte();
@@ -185,7 +205,8 @@ void Board::run_until(Cycles end) {
   avr_cycle_timer_register(a, end - a->cycle, Hooks::stop, this);
   // simavr gives a byte eleven bit-times, 8N1 has ten.
   auto* uart = static_cast<avr_uart_t*>(uart_);
-  if (uart->cycles_per_byte != byte_cycles_) uart->cycles_per_byte = byte_cycles_ = uart->cycles_per_byte * 10 / 11;
+  if (uart->cycles_per_byte != byte_cycles_)
+    uart->cycles_per_byte = byte_cycles_ = uart->cycles_per_byte * 10 / 11;
   while (a->cycle < end) {
     const bool awake = a->state == cpu_Running;
     const Cycles before = a->cycle;
@@ -198,7 +219,8 @@ void Board::run_until(Cycles end) {
 void Board::set_counts(int channel, int counts) {
   // The converter gives floor(1023 mV / supply).
   const int mV = (std::clamp(counts, 0, kAdcTop) * kSupply_mV + kAdcTop - 1) / kAdcTop;
-  avr_raise_irq(avr_io_getirq(avr(avr_), AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + channel), static_cast<std::uint32_t>(mV));
+  avr_raise_irq(avr_io_getirq(avr(avr_), AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + channel),
+                static_cast<std::uint32_t>(mV));
 }
 
 void Board::receive(Cycles end, std::uint8_t byte) {

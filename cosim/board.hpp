@@ -1,6 +1,8 @@
-// One simulated ATmega328P at 16 MHz: an ELF image run instruction by instruction, its pins and registers open to the world.
+// One simulated ATmega328P at 16 MHz: an ELF image run instruction by instruction, its pins and registers
+// open to the world.
 //
-// Times are cycles since the world began; a board that is switched on later, or off for a while, keeps counting.
+// Times are cycles since the world began; a board that is switched on later, or off for a while, keeps
+// counting.
 #pragma once
 
 #include <array>
@@ -43,9 +45,9 @@ class Board {
   Board& operator=(const Board&) = delete;
 
   // Called while run_until() runs.
-  std::function<void(Cycles, std::uint8_t byte)> on_byte;       // the UART began to send it
-  std::function<void(Cycles, std::uint8_t marker)> on_marker;   // GPIOR0 was written
-  std::function<int(Cycles, int channel)> on_sample;            // an ADC conversion starts: its counts
+  std::function<void(Cycles, std::uint8_t byte)> on_byte;      // the UART began to send it
+  std::function<void(Cycles, std::uint8_t marker)> on_marker;  // GPIOR0 was written
+  std::function<int(Cycles, int channel)> on_sample;           // an ADC conversion starts: its counts
 
   void run_until(Cycles end);
   Cycles now() const;

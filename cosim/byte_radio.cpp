@@ -12,7 +12,11 @@ Cycles cycles(double seconds) { return static_cast<Cycles>(seconds * kCyclesPerS
 }  // namespace
 
 ByteRadio::ByteRadio(const twin::Parameters& parameters, std::uint64_t seed, ByteFaults faults, Cycles epoch)
-    : p_(parameters), random_(seed), faults_(faults), epoch_(epoch), byte_cycles_(cycles(10 / parameters.baud)) {}
+    : p_(parameters),
+      random_(seed),
+      faults_(faults),
+      epoch_(epoch),
+      byte_cycles_(cycles(10 / parameters.baud)) {}
 
 std::optional<Cycles> ByteRadio::pass(Cycles begin, std::uint8_t& byte) {
   constexpr Cycles kGap = 3;  // byte-times of silence end a frame

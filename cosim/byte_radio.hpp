@@ -1,4 +1,5 @@
-// The radio of the twin, byte by byte: the same losses, delays and outages, and faults of single bytes and bits besides.
+// The radio of the twin, byte by byte: the same losses, delays and outages, and faults of single bytes and
+// bits besides.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +24,8 @@ class ByteRadio {
   // `parameters` outlives the radio. `epoch` is t = 0 in cycles.
   ByteRadio(const twin::Parameters& parameters, std::uint64_t seed, ByteFaults faults, Cycles epoch);
 
-  // A byte that the sender's UART began at `begin`: when its last bit arrives, if it does; `byte` as it arrives.
+  // A byte that the sender's UART began at `begin`: when its last bit arrives, if it does; `byte` as it
+  // arrives.
   std::optional<Cycles> pass(Cycles begin, std::uint8_t& byte);
 
  private:

@@ -1,10 +1,11 @@
-// Cycles of one five-channel step on the simulated ATmega328P: ours beside what a code generator, a matrix library or a plain loop
-// over fingers makes of the same models in float. All in the same firmware, with the same compiler options, on the same readings.
+// Cycles of one five-channel step on the simulated ATmega328P: ours beside what a code generator, a matrix
+// library or a plain loop over fingers makes of the same models in float. All in the same firmware, with the
+// same compiler options, on the same readings.
 #include <fmt/format.h>
 
+#include <unistd.h>
 #include <Eigen/Dense>
 #include <filesystem>
-#include <unistd.h>
 
 #include "cosim/replay.hpp"
 #include "host/deploy/deploy.hpp"
@@ -75,8 +76,10 @@ std::string limits(const model::Model& m) {
     least += fmt::format("{}, ", c.saturation.lower_deg);
     most += fmt::format("{}, ", c.saturation.upper_deg);
   }
-  return fmt::format("const float kLower[] = {{{}}};\nconst float kUpper[] = {{{}}};\nconst float kLeast[] = {{{}}};\nconst float kMost[] = {{{}}};\n", lower,
-                     upper, least, most);
+  return fmt::format(
+      "const float kLower[] = {{{}}};\nconst float kUpper[] = {{{}}};\nconst float kLeast[] = {{{}}};\nconst "
+      "float kMost[] = {{{}}};\n",
+      lower, upper, least, most);
 }
 
 // One system for all fingers, its matrices full: what a generator writes that does not look inside.
@@ -94,8 +97,12 @@ std::string dense(const model::Model& m) {
     at += s.b.size();
     c(i, at - 1) = 1;
   }
-  return fmt::format("const float kA[{0}][{0}] = {1};\nconst float kB[{0}][5] = {2};\nconst float kC[5][{0}] = {3};\n", n, matrix(a), matrix(b), matrix(c)) +
-         limits(m) + kFrame + fmt::format(R"(
+  return fmt::format(
+             "const float kA[{0}][{0}] = {1};\nconst float kB[{0}][5] = {2};\nconst float kC[5][{0}] = "
+             "{3};\n",
+             n, matrix(a), matrix(b), matrix(c)) +
+         limits(m) + kFrame +
+         fmt::format(R"(
   float x_[{0}] = {{}};
   __attribute__((noinline)) uint8_t run() {{
     float u[5];
@@ -117,7 +124,8 @@ std::string dense(const model::Model& m) {
   }}
 }};
 }}  // namespace flexor
-)", n);
+)",
+                     n);
 }
 
 // One loop over fingers, one over each finger's states.
@@ -132,7 +140,8 @@ std::string per_finger(const model::Model& m) {
     for (Eigen::Index i = 0; i < n; ++i) b += fmt::format("{:.9e}f,", s.b(i));
     rows += fmt::format("{{{}, {}, {{{}}}}},\n", n, matrix(a), b);
   }
-  return "struct Filter { uint8_t n; float a[3][3]; float b[3]; };\nconst Filter kFilter[] = {" + rows + "};\n" + limits(m) + kFrame + R"(
+  return "struct Filter { uint8_t n; float a[3][3]; float b[3]; };\nconst Filter kFilter[] = {" + rows +
+         "};\n" + limits(m) + kFrame + R"(
   float x_[5][3] = {};
   __attribute__((noinline)) uint8_t run() {
     for (uint8_t i = 0; i < 5; ++i) {
@@ -162,20 +171,24 @@ std::string replaced(const deploy::Glove& glove, const std::string& compensator)
 }
 
 void compare() {
-  // Readings between 440 and 839 counts: every channel takes them, and the fingers move through all of their range.
+  // Readings between 440 and 839 counts: every channel takes them, and the fingers move through all of their
+  // range.
   experiment::Counts counts = cosim::exercise(1500, 7);
   for (auto& sample : counts) {
     for (int& n : sample) n = 440 + n % 400;
   }
   const fs::path folder = fs::temp_directory_path() / fmt::format("flexor_cycles_{}", ::getpid());
-  fmt::print("cycles of one five-channel step, ATmega328P, -Os, 10 Hz, {} steps\n\n{:<52}{:>8}{:>8}{:>10}{:>8}\n", counts.size(), "", "mean", "worst", "flash",
-             "RAM");
+  fmt::print(
+      "cycles of one five-channel step, ATmega328P, -Os, 10 Hz, {} steps\n\n{:<52}{:>8}{:>8}{:>10}{:>8}\n",
+      counts.size(), "", "mean", "worst", "flash", "RAM");
   for (const char* name : {"published-hw", "published-w"}) {
-    deploy::Glove glove = experiment::glove_for(experiment::shipped_parameters(), experiment::compensator(name, 10).model);
+    deploy::Glove glove =
+        experiment::glove_for(experiment::shipped_parameters(), experiment::compensator(name, 10).model);
     const auto measure = [&](const char* what, const std::string& config) {
       const deploy::Image image = deploy::build_glove(config, folder);
       const experiment::GloveFigures f = cosim::replay(cosim::Firmware(image.elf), glove, counts);
-      fmt::print("{:<52}{:>8.0f}{:>8}{:>10}{:>8}\n", fmt::format("{}: {}", name, what), f.step.mean(), f.step.worst, image.flash_bytes, image.ram_bytes);
+      fmt::print("{:<52}{:>8.0f}{:>8}{:>10}{:>8}\n", fmt::format("{}: {}", name, what), f.step.mean(),
+                 f.step.worst, image.flash_bytes, image.ram_bytes);
     };
     measure("float, dense state space", replaced(glove, dense(glove.model)));
     measure("float, loops over fingers and states", replaced(glove, per_finger(glove.model)));

@@ -70,25 +70,30 @@ std::vector<twin::Trial> Engine::simulate(const twin::Setup& setup, std::uint64_
   return out;
 }
 
-experiment::GloveFigures Engine::run_glove(const fs::path& elf, const deploy::Glove& glove, const experiment::Counts& counts) const {
+experiment::GloveFigures Engine::run_glove(const fs::path& elf, const deploy::Glove& glove,
+                                           const experiment::Counts& counts) const {
   const Firmware firmware(elf);
   return replay(firmware, glove, counts);
 }
 
-experiment::HandFigures Engine::run_hand(const fs::path& elf, const deploy::Glove& glove, double seconds) const {
+experiment::HandFigures Engine::run_hand(const fs::path& elf, const deploy::Glove& glove,
+                                         double seconds) const {
   const Firmware firmware(elf);
   return measure_hand(firmware, glove, seconds);
 }
 
-std::vector<experiment::Latency> Engine::latency(const twin::Parameters& parameters, const model::Model& model, int edges,
+std::vector<experiment::Latency> Engine::latency(const twin::Parameters& parameters,
+                                                 const model::Model& model, int edges,
                                                  std::uint64_t seed) const {
   // A hand at rest and quiet strips, but for one, whose reading jumps to and fro.
   twin::Parameters p = parameters;
-  for (double* effect : {&p.noise_deg, &p.flutter_deg, &p.burst_rate_per_s, &p.drift_deg_per_min}) *effect = 0;
+  for (double* effect : {&p.noise_deg, &p.flutter_deg, &p.burst_rate_per_s, &p.drift_deg_per_min})
+    *effect = 0;
   constexpr double kApart_ms = 900;
   const double length_s = (edges + 1) * kApart_ms / 1000;
   std::array<std::vector<double>, twin::kFingers> still;
-  for (std::size_t i = 0; i < twin::kFingers; ++i) still[i].assign(2, (p.hand_lower_deg[i] + p.hand_upper_deg[i]) / 2);
+  for (std::size_t i = 0; i < twin::kFingers; ++i)
+    still[i].assign(2, (p.hand_lower_deg[i] + p.hand_upper_deg[i]) / 2);
   const twin::Setup setup{p, twin::Motion::from_samples("still", {0, length_s}, still), model, seed, false};
   const auto images = build_images(experiment::glove_for(p, model), experiment::safe_hand(p, model));
   Simulation simulation(*images, setup, 0);
@@ -115,7 +120,8 @@ std::vector<experiment::Latency> Engine::latency(const twin::Parameters& paramet
     if (finger != kFinger) return counts;
     const Cycles now = simulation.glove().now();
     int newest = -1;
-    while (newest + 1 < edges && Simulation::cycle_of(edge_ms[static_cast<std::size_t>(newest + 1)]) <= now) ++newest;
+    while (newest + 1 < edges && Simulation::cycle_of(edge_ms[static_cast<std::size_t>(newest + 1)]) <= now)
+      ++newest;
     if (newest != sampled_edge) {
       sampled_edge = newest;
       conversion = now;
@@ -124,7 +130,8 @@ std::vector<experiment::Latency> Engine::latency(const twin::Parameters& paramet
   };
   simulation.on_glove_marker = [&](Cycles now, std::uint8_t value) {
     if (static_cast<Marker>(value) == Marker::step_end) computed = now;
-    if (static_cast<Marker>(value) == Marker::step_end && sampled_edge >= 0 && !seen.contains(sampled_edge)) seen[sampled_edge] = {conversion, computed, 0};
+    if (static_cast<Marker>(value) == Marker::step_end && sampled_edge >= 0 && !seen.contains(sampled_edge))
+      seen[sampled_edge] = {conversion, computed, 0};
     if (static_cast<Marker>(value) != Marker::frame_sealed) return;
     const bool first = sampled_edge != told_edge;
     told_edge = sampled_edge;
@@ -142,10 +149,12 @@ std::vector<experiment::Latency> Engine::latency(const twin::Parameters& paramet
     }
     if (static_cast<Marker>(value) != Marker::tick_end || accepted_edge < 0) return;
     const auto& [at_conversion, at_computed, at_sealed] = seen.at(accepted_edge);
-    const auto ms = [](Cycles from, Cycles to) { return static_cast<double>(static_cast<std::int64_t>(to - from)) / kCyclesPerMs; };
+    const auto ms = [](Cycles from, Cycles to) {
+      return static_cast<double>(static_cast<std::int64_t>(to - from)) / kCyclesPerMs;
+    };
     const Cycles edge = Simulation::cycle_of(edge_ms[static_cast<std::size_t>(accepted_edge)]);
-    out.push_back({ms(edge, at_conversion), ms(at_conversion, at_computed), ms(at_computed, at_sealed), ms(at_sealed, arrived),
-                   ms(arrived, accepted), ms(accepted, now)});
+    out.push_back({ms(edge, at_conversion), ms(at_conversion, at_computed), ms(at_computed, at_sealed),
+                   ms(at_sealed, arrived), ms(arrived, accepted), ms(accepted, now)});
     accepted_edge = -1;
   };
   (void)simulation.run();
@@ -169,15 +178,23 @@ void Engine::trace(const twin::Setup& setup, const fs::path& path) {
   };
   std::vector<Finger> fingers;
   for (const std::string& name : model::finger_names()) {
-    fingers.push_back({vcd.integer(name + "_counts", 10), vcd.real(name + "_finger_deg"), vcd.real(name + "_setpoint_deg"),
-                       vcd.real(name + "_duty"), vcd.real(name + "_joint_deg")});
+    fingers.push_back({vcd.integer(name + "_counts", 10), vcd.real(name + "_finger_deg"),
+                       vcd.real(name + "_setpoint_deg"), vcd.real(name + "_duty"),
+                       vcd.real(name + "_joint_deg")});
   }
   const auto nanoseconds = [](Cycles cycle) { return cycle * 125 / 2; };
-  simulation.on_glove_marker = [&](Cycles now, std::uint8_t value) { vcd.change(nanoseconds(now), glove_marker, value); };
-  simulation.on_hand_marker = [&](Cycles now, std::uint8_t value) { vcd.change(nanoseconds(now), hand_marker, value); };
-  simulation.on_air = [&](Cycles now, std::uint8_t value) { vcd.change(nanoseconds(now), glove_byte, value); };
+  simulation.on_glove_marker = [&](Cycles now, std::uint8_t value) {
+    vcd.change(nanoseconds(now), glove_marker, value);
+  };
+  simulation.on_hand_marker = [&](Cycles now, std::uint8_t value) {
+    vcd.change(nanoseconds(now), hand_marker, value);
+  };
+  simulation.on_air = [&](Cycles now, std::uint8_t value) {
+    vcd.change(nanoseconds(now), glove_byte, value);
+  };
   simulation.on_strip = [&](std::int64_t, int finger, int counts) {
-    vcd.change(nanoseconds(simulation.glove().now()), fingers[static_cast<std::size_t>(finger)].strip, counts);
+    vcd.change(nanoseconds(simulation.glove().now()), fingers[static_cast<std::size_t>(finger)].strip,
+               counts);
     return counts;
   };
   simulation.on_ms = [&](std::int64_t now_ms) {

@@ -19,9 +19,10 @@ class Engine : public experiment::Boards {
 
   experiment::GloveFigures run_glove(const std::filesystem::path& elf, const deploy::Glove& glove,
                                      const experiment::Counts& counts) const override;
-  experiment::HandFigures run_hand(const std::filesystem::path& elf, const deploy::Glove& glove, double seconds) const override;
-  std::vector<experiment::Latency> latency(const twin::Parameters& parameters, const model::Model& model, int edges,
-                                           std::uint64_t seed) const override;
+  experiment::HandFigures run_hand(const std::filesystem::path& elf, const deploy::Glove& glove,
+                                   double seconds) const override;
+  std::vector<experiment::Latency> latency(const twin::Parameters& parameters, const model::Model& model,
+                                           int edges, std::uint64_t seed) const override;
   void trace(const twin::Setup& setup, const std::filesystem::path& vcd) override;
 
  private:

@@ -84,9 +84,13 @@ std::vector<std::string> replay_opengloves(const Firmware& firmware, const Count
   std::size_t sample = 0;
   Board board(firmware);
   board.on_sample = [&](Cycles, int channel) {
-    return channel < deploy::kFingers ? counts[std::min(sample, counts.size() - 1)][static_cast<std::size_t>(channel)] : 0;
+    return channel < deploy::kFingers
+               ? counts[std::min(sample, counts.size() - 1)][static_cast<std::size_t>(channel)]
+               : 0;
   };
-  board.on_marker = [&](Cycles, std::uint8_t value) { sample += static_cast<Marker>(value) == Marker::sampled; };
+  board.on_marker = [&](Cycles, std::uint8_t value) {
+    sample += static_cast<Marker>(value) == Marker::sampled;
+  };
   board.on_byte = [&](Cycles, std::uint8_t byte) {
     lines.back() += static_cast<char>(byte);
     if (byte == '\n') lines.emplace_back();
@@ -105,12 +109,12 @@ Counts exercise(std::size_t samples, std::uint32_t seed) {
     for (std::size_t i = 0; i < deploy::kFingers; ++i) {
       const auto phase = (k / 50 + i) % 6;
       double& x = level[i];
-      if (phase == 0) x = static_cast<double>((k * (i + 3)) % 1024);             // ramp
-      if (phase == 1) x += 40 * random.normal();                                // walk
-      if (phase == 2 && k % 10 == 0) x = 1023 * random.uniform();               // steps, and stuck in between
-      if (phase == 3) x = 1023 * random.uniform();                              // noise
+      if (phase == 0) x = static_cast<double>((k * (i + 3)) % 1024);  // ramp
+      if (phase == 1) x += 40 * random.normal();                      // walk
+      if (phase == 2 && k % 10 == 0) x = 1023 * random.uniform();     // steps, and stuck in between
+      if (phase == 3) x = 1023 * random.uniform();                    // noise
       if (phase == 4) x = 550 + 150 * std::sin(0.1 * static_cast<double>(k)) + random.normal();  // a finger
-      if (phase == 5 && k % 50 == 20) x = k % 100 < 50 ? 0 : 1023;              // shorted, unplugged
+      if (phase == 5 && k % 50 == 20) x = k % 100 < 50 ? 0 : 1023;  // shorted, unplugged
       x = std::clamp(x, 0.0, 1023.0);
       out[k][i] = static_cast<int>(x);
     }

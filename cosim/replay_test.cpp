@@ -31,7 +31,8 @@ class Replay : public testing::Test {
     deploy::Image image;
     std::unique_ptr<Firmware> firmware;
   };
-  Built build(const model::Model& model, bool assembly = false, deploy::Output output = deploy::Output::radio) {
+  Built build(const model::Model& model, bool assembly = false,
+              deploy::Output output = deploy::Output::radio) {
     Built b{experiment::glove_for(parameters_, model), {}, nullptr};
     b.glove.assembly = assembly;
     b.glove.output = output;
@@ -46,7 +47,9 @@ class Replay : public testing::Test {
     EXPECT_GE(f.frames + 1, counts.size() / every) << model.name;
     EXPECT_EQ(f.mismatches, 0U) << model.name << (assembly ? " with assembly" : "");
   }
-  static model::Model named(const char* name, double rate_hz = 10) { return experiment::compensator(name, rate_hz).model; }
+  static model::Model named(const char* name, double rate_hz = 10) {
+    return experiment::compensator(name, rate_hz).model;
+  }
 
   twin::Parameters parameters_ = experiment::shipped_parameters();
   fs::path folder_;
@@ -70,7 +73,8 @@ TEST_F(Replay, TheSixGesturesAreSentToTheBit) {
 }
 
 TEST_F(Replay, ReadingsAllOverTheRangeAreSentToTheBit) {
-  for (const char* name : {"raw", "published-w", "published-hw"}) expect_exact(named(name), exercise(3000, 1));
+  for (const char* name : {"raw", "published-w", "published-hw"})
+    expect_exact(named(name), exercise(3000, 1));
 }
 
 TEST_F(Replay, AssemblyGivesTheSameBits) {
@@ -87,7 +91,8 @@ TEST_F(Replay, EveryRateIsSentToTheBit) {
 TEST_F(Replay, AnIdentifiedModelWithCurveHysteresisAndLeadIsSentToTheBit) {
   for (const double rate_hz : {10.0, 50.0}) {
     const model::Model model = identified(folder_, rate_hz);
-    ASSERT_TRUE(model.channels[0].hysteresis && model.channels[0].input_curve && !model.channels[0].lti.taps.empty());
+    ASSERT_TRUE(model.channels[0].hysteresis && model.channels[0].input_curve &&
+                !model.channels[0].lti.taps.empty());
     expect_exact(model, experiment::gesture_counts(parameters_, model));
     expect_exact(model, exercise(1500, 5));
   }
@@ -106,7 +111,8 @@ class RealReplay : public Replay {
  protected:
   void SetUp() override {
     Replay::SetUp();
-    if (!fs::exists(data())) GTEST_SKIP() << "needs the recordings in ../shared/data/glove, which are not part of the repository";
+    if (!fs::exists(data()))
+      GTEST_SKIP() << "needs the recordings in ../shared/data/glove, which are not part of the repository";
   }
   static fs::path data() { return fs::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove"; }
 
@@ -125,7 +131,7 @@ class RealReplay : public Replay {
 
 TEST_F(RealReplay, RealRecordingsAreSentToTheBit) {
   for (const auto& [folder, column, reference] : {std::tuple{"index_ind2", "SensorA1", "∠ABC_smooth"},
-                                                   std::tuple{"middle_mid1", "SensorA2", "∠BCD_smooth"}}) {
+                                                  std::tuple{"middle_mid1", "SensorA2", "∠BCD_smooth"}}) {
     const fs::path log = data() / folder / "sensor_log.csv";
     const Counts counts = counts_of(log, column);
     ASSERT_GT(counts.size(), 1000U);
@@ -153,8 +159,8 @@ TEST_F(Replay, CyclesAndSizesAreWithinTheirTargets) {
     double mean;
     std::uint64_t worst;
   };
-  for (const Case& c : {Case{"published-hw", false, 640, 780}, Case{"published-hw", true, 480, 780}, Case{"published-w", false, 1400, 1500},
-                        Case{"published-w", true, 900, 1500}}) {
+  for (const Case& c : {Case{"published-hw", false, 640, 780}, Case{"published-hw", true, 480, 780},
+                        Case{"published-w", false, 1400, 1500}, Case{"published-w", true, 900, 1500}}) {
     const Built b = build(named(c.name), c.assembly);
     const GloveFigures f = replay(*b.firmware, b.glove, counts);
     EXPECT_LE(f.step.mean(), c.mean) << c.name;
@@ -169,7 +175,8 @@ TEST_F(Replay, CyclesAndSizesAreWithinTheirTargets) {
   const deploy::Image hand = deploy::build_hand(experiment::safe_hand(parameters_, model), folder_);
   EXPECT_LE(hand.flash_bytes, deploy::kFlashBudget);
   EXPECT_LE(hand.ram_bytes, deploy::kRamBudget);
-  const experiment::HandFigures figures = measure_hand(Firmware(hand.elf), experiment::glove_for(parameters_, model), 2);
+  const experiment::HandFigures figures =
+      measure_hand(Firmware(hand.elf), experiment::glove_for(parameters_, model), 2);
   EXPECT_LT(figures.tick.worst, 8000U) << "half of a millisecond is left for a tag";
   EXPECT_GT(figures.tick.count, 1900U);
 }
@@ -185,7 +192,9 @@ TEST_F(Replay, TheTextOutputIsWhatTheDriverReads) {
   least.fill(1023);
   for (const std::string& line : lines) {
     link::GloveLine parsed{};
-    ASSERT_EQ(link::parse_gloves(line.data(), static_cast<std::uint16_t>(line.size()), parsed), link::GloveParse::ok) << line;
+    ASSERT_EQ(link::parse_gloves(line.data(), static_cast<std::uint16_t>(line.size()), parsed),
+              link::GloveParse::ok)
+        << line;
     EXPECT_TRUE(line.ends_with("F512G512\n")) << line;
     for (std::size_t i = 0; i < 5; ++i) {
       ASSERT_TRUE(parsed.has[i]);
@@ -195,8 +204,8 @@ TEST_F(Replay, TheTextOutputIsWhatTheDriverReads) {
     }
   }
   for (std::size_t i = 0; i < 5; ++i) {
-    EXPECT_LT(least[i], 30) << i;   // straight
-    EXPECT_GT(most[i], 990) << i;   // bent
+    EXPECT_LT(least[i], 30) << i;  // straight
+    EXPECT_GT(most[i], 990) << i;  // bent
   }
 }
 

@@ -22,7 +22,8 @@ Simulation::Simulation(const Images& images, const twin::Setup& setup, std::uint
       world_(setup, trial),
       glove_(images.glove),
       hand_(images.hand),
-      radio_(setup.parameters, twin::seed_of(twin::seed_of(setup.seed, trial), twin::Purpose::radio), faults, cycle_of(0)) {
+      radio_(setup.parameters, twin::seed_of(twin::seed_of(setup.seed, trial), twin::Purpose::radio), faults,
+             cycle_of(0)) {
   const double period_ms = 1000 * setup.compensator.sample_period_s;
   const double phase_ms = 1000 * world_.sample_phase_s() - kBoot_ms;
   const double start_ms = phase_ms - period_ms * std::floor(phase_ms / period_ms);
@@ -66,7 +67,8 @@ twin::Trial Simulation::run() {
     hand_.run_until(end);
     std::array<std::int16_t, twin::kFingers> duty{};
     for (int i = 0; i < twin::kFingers; ++i) {
-      duty[static_cast<std::size_t>(i)] = static_cast<std::int16_t>(std::lround(hand_.duty(i) * hand::kFullDuty));
+      duty[static_cast<std::size_t>(i)] =
+          static_cast<std::int16_t>(std::lround(hand_.duty(i) * hand::kFullDuty));
     }
     world_.step(duty);
   }
@@ -76,7 +78,9 @@ twin::Trial Simulation::run() {
   return trial;
 }
 
-HandStatus Simulation::hand_status() const { return hand_.peek<HandStatus>(images_.hand.address("hand_status")); }
+HandStatus Simulation::hand_status() const {
+  return hand_.peek<HandStatus>(images_.hand.address("hand_status"));
+}
 
 void Simulation::inject(const std::vector<std::uint8_t>& bytes) {
   const auto byte_cycles = static_cast<Cycles>(10 / setup_.parameters.baud * 1000 * kCyclesPerMs);
@@ -92,8 +96,8 @@ std::uint16_t Simulation::worst_late_ms() const {
   return hand_.peek<std::uint16_t>(static_cast<std::uint16_t>(images_.hand.address("hand_latency") + 2));
 }
 
-// The minute of rest before a recording is not run but computed, as in simulate(): a loop whose command lies behind an end stop has
-// wound up by then.
+// The minute of rest before a recording is not run but computed, as in simulate(): a loop whose command lies
+// behind an end stop has wound up by then.
 void Simulation::wind_up() {
   const HandStatus status = hand_status();
   const std::uint16_t fingers = images_.hand.address("hand_finger");

@@ -1,4 +1,5 @@
-// Both boards, the radio between them and the twin's world around them: a whole trial, deterministic, in one thread.
+// Both boards, the radio between them and the twin's world around them: a whole trial, deterministic, in one
+// thread.
 #pragma once
 
 #include <functional>
@@ -20,7 +21,7 @@ struct Images {
 // hand_status of firmware/hand, as it lies in RAM.
 struct __attribute__((packed)) HandStatus {
   std::uint8_t finger_bytes;
-  std::uint8_t link;  // hand::Link
+  std::uint8_t link;      // hand::Link
   std::uint8_t fault[5];  // hand::Fault
   std::int16_t setpoint[5];
   std::uint16_t overruns;
@@ -56,8 +57,12 @@ class Simulation {
   void inject(const std::vector<std::uint8_t>& bytes);
   bool radio_on = true;  // false: nothing of the glove arrives
 
-  static Cycles cycle_of(double t_ms) { return static_cast<Cycles>((t_ms - twin::World::kStart_ms) * kCyclesPerMs); }
-  static double time_ms(Cycles cycle) { return static_cast<double>(cycle) / kCyclesPerMs + twin::World::kStart_ms; }
+  static Cycles cycle_of(double t_ms) {
+    return static_cast<Cycles>((t_ms - twin::World::kStart_ms) * kCyclesPerMs);
+  }
+  static double time_ms(Cycles cycle) {
+    return static_cast<double>(cycle) / kCyclesPerMs + twin::World::kStart_ms;
+  }
 
  private:
   void wind_up();

@@ -1,4 +1,5 @@
-// Both boards in the twin's world: it agrees with the twin, and survives what radios, sensors, supplies and attackers do.
+// Both boards in the twin's world: it agrees with the twin, and survives what radios, sensors, supplies and
+// attackers do.
 #include "cosim/simulation.hpp"
 
 #include <gtest/gtest.h>
@@ -26,14 +27,16 @@ const twin::Parameters& parameters() {
 }
 
 twin::Setup setup_of(const char* compensator = "published-hw", double rate_hz = 20) {
-  return {parameters(), experiment::motions("1").front(), experiment::compensator(compensator, rate_hz).model, 1, false};
+  return {parameters(), experiment::motions("1").front(), experiment::compensator(compensator, rate_hz).model,
+          1, false};
 }
 
 // The images that a user would flash.
 const Images& images() {
   static const std::unique_ptr<Images> built = [] {
     const twin::Setup setup = setup_of();
-    return build_images(experiment::glove_for(parameters(), setup.compensator), experiment::safe_hand(parameters(), setup.compensator));
+    return build_images(experiment::glove_for(parameters(), setup.compensator),
+                        experiment::safe_hand(parameters(), setup.compensator));
   }();
   return *built;
 }
@@ -54,7 +57,8 @@ class Watched {
     simulation.on_ms = [&](std::int64_t now) {
       if (disturb) disturb(now);
       const HandStatus status = simulation.hand_status();
-      const bool on = status.finger_bytes != 0 && status.finger_bytes != 0xa5;  // RAM is set up, not painted or cleared
+      const bool on =
+          status.finger_bytes != 0 && status.finger_bytes != 0xa5;  // RAM is set up, not painted or cleared
       std::array<double, 5> joints{};
       for (int i = 0; i < 5; ++i) {
         const auto f = static_cast<std::size_t>(i);
@@ -67,7 +71,9 @@ class Watched {
           EXPECT_GE(setpoint, std::lround(16 * parameters().hand_lower_deg[f])) << now;
           EXPECT_LE(setpoint, std::lround(16 * parameters().hand_upper_deg[f])) << now;
           // A tick that waits for a tag may fall into the next millisecond: one more of them in ten.
-          const int way = before[f].size() == kWindow_ms && before[f].front() != 0 ? std::abs(setpoint - before[f].front()) : 0;
+          const int way = before[f].size() == kWindow_ms && before[f].front() != 0
+                              ? std::abs(setpoint - before[f].front())
+                              : 0;
           EXPECT_LE(way, 16 * kBound_deg_s / 1000 * (kWindow_ms + 1) + 1) << now;
         }
         before[f].push_back(on ? setpoint : 0);
@@ -105,7 +111,8 @@ const Path& undisturbed() {
 double apart_deg(const Path& path, double from_s, double to_s) {
   double out = 0;
   const Path& other = undisturbed();
-  for (auto k = static_cast<std::size_t>(1000 * from_s); k < std::min<std::size_t>({path.size(), other.size(), static_cast<std::size_t>(1000 * to_s)}); ++k) {
+  for (auto k = static_cast<std::size_t>(1000 * from_s);
+       k < std::min<std::size_t>({path.size(), other.size(), static_cast<std::size_t>(1000 * to_s)}); ++k) {
     for (std::size_t i = 0; i < 5; ++i) out = std::max(out, std::abs(path[k][i] - other[k][i]));
   }
   return out;
@@ -238,11 +245,13 @@ TEST(Fault, ASenderWithAWrongKeyMovesNothing) {
     }
   };
   const Path path = w.run();
-  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(path[2450][i], i == 0 ? 90 : 29, 3) << "at rest, whatever the forger says";
+  for (std::size_t i = 0; i < 5; ++i)
+    EXPECT_NEAR(path[2450][i], i == 0 ? 90 : 29, 3) << "at rest, whatever the forger says";
   expect_recovery(path, 2.5);
 }
 
-// An old minute is a few seconds here: all that was said so far, again; and again after the hand has lost its memory.
+// An old minute is a few seconds here: all that was said so far, again; and again after the hand has lost its
+// memory.
 TEST(Fault, AReplayIsRefusedAlsoAfterARestartOfTheHand) {
   for (const bool restart : {false, true}) {
     Watched w;
@@ -254,11 +263,13 @@ TEST(Fault, AReplayIsRefusedAlsoAfterARestartOfTheHand) {
     std::size_t at = 0;
     w.disturb = [&](std::int64_t now) {
       w.simulation.radio_on = now < 6000 || now >= 8000;
-      if (now == 6000 && restart) w.simulation.hand().power_off(w.simulation.hand().now() + 20 * kCyclesPerMs);
+      if (now == 6000 && restart)
+        w.simulation.hand().power_off(w.simulation.hand().now() + 20 * kCyclesPerMs);
       if (now == 6100) before = w.simulation.link_statistics().received;
       if (now < 6100 || now >= 7900) return;
       if (now % 25 == 0 && at + 24 <= heard.size()) {
-        w.simulation.inject({heard.begin() + static_cast<std::ptrdiff_t>(at), heard.begin() + static_cast<std::ptrdiff_t>(at) + 24});
+        w.simulation.inject({heard.begin() + static_cast<std::ptrdiff_t>(at),
+                             heard.begin() + static_cast<std::ptrdiff_t>(at) + 24});
         at += 24;
       }
       if (now == 7890) {
@@ -273,7 +284,9 @@ TEST(Fault, AReplayIsRefusedAlsoAfterARestartOfTheHand) {
 TEST(Fault, AnUnpluggedPotentiometerStopsItsMotor) {
   Watched w;
   bool blind = false;
-  w.simulation.on_potentiometer = [&](std::int64_t now, int finger, int counts) { return finger == 2 && now >= 3000 && now < 5000 ? 1023 : counts; };
+  w.simulation.on_potentiometer = [&](std::int64_t now, int finger, int counts) {
+    return finger == 2 && now >= 3000 && now < 5000 ? 1023 : counts;
+  };
   w.disturb = [&](std::int64_t now) {
     if (now == 4000) blind = w.simulation.hand_status().fault[2] == 2 && w.simulation.hand().duty(2) == 0;
   };
@@ -288,7 +301,8 @@ TEST(Twin, AgreesWithTheCoSimulation) {
   plan.parameters = parameters();
   plan.parameters.frame_bytes = link::kWireSealed;
   plan.motions = experiment::motions("1-6");
-  for (const char* name : {"raw", "published-w", "published-hw"}) plan.compensators.push_back(experiment::compensator(name, 10));
+  for (const char* name : {"raw", "published-w", "published-hw"})
+    plan.compensators.push_back(experiment::compensator(name, 10));
   plan.trials = 2;
   plan.seed = 5;
   plan.threads = 2;
@@ -333,11 +347,13 @@ TEST(Latency, EveryStageIsWhatTheClocksSay) {
   };
   const auto slow = engine.latency(parameters(), experiment::compensator("published-hw", 10).model, 40, 1);
   ASSERT_EQ(slow.size(), 40U);
-  EXPECT_NEAR(mean(slow, 0), 50, 15);   // half a period
-  EXPECT_NEAR(mean(slow, 1), 0.55, 0.1);  // five conversions, 1..5 of them after the edge's finger, and the compensator
-  EXPECT_LT(mean(slow, 2), 1);            // each sample makes a frame
-  EXPECT_NEAR(mean(slow, 3), 25 + 2 + 1, 1);  // 24 bytes at 9600 baud, two milliseconds in the modules, one of jitter
-  EXPECT_NEAR(mean(slow, 4), 0.85, 0.4);      // one tag
+  EXPECT_NEAR(mean(slow, 0), 50, 15);  // half a period
+  EXPECT_NEAR(mean(slow, 1), 0.55,
+              0.1);             // five conversions, 1..5 of them after the edge's finger, and the compensator
+  EXPECT_LT(mean(slow, 2), 1);  // each sample makes a frame
+  EXPECT_NEAR(mean(slow, 3), 25 + 2 + 1,
+              1);  // 24 bytes at 9600 baud, two milliseconds in the modules, one of jitter
+  EXPECT_NEAR(mean(slow, 4), 0.85, 0.4);  // one tag
   EXPECT_LT(mean(slow, 5), 1.2);
   twin::Parameters p = parameters();
   p.frame_rate_hz = 20;
@@ -349,7 +365,8 @@ TEST(Latency, EveryStageIsWhatTheClocksSay) {
 
 TEST(Trace, IsAValueChangeDumpWithTimeGoingForward) {
   Engine engine;
-  const fs::path path = fs::path(testing::TempDir()) / ("flexor_trace_" + std::to_string(::getpid()) + ".vcd");
+  const fs::path path =
+      fs::path(testing::TempDir()) / ("flexor_trace_" + std::to_string(::getpid()) + ".vcd");
   twin::Setup setup = setup_of("published-hw", 10);
   std::array<std::vector<double>, 5> still;
   for (auto& finger : still) finger.assign(2, 100);

@@ -23,9 +23,13 @@ Vcd::Signal Vcd::integer(const std::string& name, int bits) {
 
 Vcd::Signal Vcd::real(const std::string& name) { return integer(name, 0); }
 
-void Vcd::change(std::uint64_t ns, Signal signal, std::int64_t value) { keep(ns, signal, fmt::format("b{:b} {}", value, code(signal))); }
+void Vcd::change(std::uint64_t ns, Signal signal, std::int64_t value) {
+  keep(ns, signal, fmt::format("b{:b} {}", value, code(signal)));
+}
 
-void Vcd::change(std::uint64_t ns, Signal signal, double value) { keep(ns, signal, fmt::format("r{:.4f} {}", value, code(signal))); }
+void Vcd::change(std::uint64_t ns, Signal signal, double value) {
+  keep(ns, signal, fmt::format("r{:.4f} {}", value, code(signal)));
+}
 
 void Vcd::keep(std::uint64_t ns, Signal signal, const std::string& value) {
   if (signals_[signal].last == value) return;
@@ -37,7 +41,8 @@ std::string Vcd::text() const {
   std::string out = "$timescale 1 ns $end\n$scope module flexor $end\n";
   for (std::size_t i = 0; i < signals_.size(); ++i) {
     const Declaration& s = signals_[i];
-    out += fmt::format("$var {} {} {} {} $end\n", s.bits > 0 ? "wire" : "real", s.bits > 0 ? s.bits : 64, code(i), s.name);
+    out += fmt::format("$var {} {} {} {} $end\n", s.bits > 0 ? "wire" : "real", s.bits > 0 ? s.bits : 64,
+                       code(i), s.name);
   }
   out += "$upscope $end\n$enddefinitions $end\n";
   std::uint64_t now = UINT64_MAX;

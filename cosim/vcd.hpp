@@ -1,4 +1,5 @@
-// A value change dump (IEEE 1364) of two boards and a world, for GTKWave and its like. Changes may come in any order of boards.
+// A value change dump (IEEE 1364) of two boards and a world, for GTKWave and its like. Changes may come in
+// any order of boards.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +18,12 @@ class Vcd {
 
   // Only what differs from the value before is kept.
   void change(std::uint64_t ns, Signal signal, std::int64_t value);
-  void change(std::uint64_t ns, Signal signal, std::uint8_t value) { change(ns, signal, static_cast<std::int64_t>(value)); }
-  void change(std::uint64_t ns, Signal signal, int value) { change(ns, signal, static_cast<std::int64_t>(value)); }
+  void change(std::uint64_t ns, Signal signal, std::uint8_t value) {
+    change(ns, signal, static_cast<std::int64_t>(value));
+  }
+  void change(std::uint64_t ns, Signal signal, int value) {
+    change(ns, signal, static_cast<std::int64_t>(value));
+  }
   void change(std::uint64_t ns, Signal signal, double value);
 
   std::string text() const;

@@ -65,8 +65,8 @@ inline void start_watchdog(uint8_t timeout) {
   wdt_enable(timeout);
 }
 
-// Sleeps until an interrupt, unless `busy` says that there is something to do. It is asked with interrupts off, so that none comes in
-// between.
+// Sleeps until an interrupt, unless `busy` says that there is something to do. It is asked with interrupts
+// off, so that none comes in between.
 template <class Busy>
 inline void sleep_unless(Busy busy) {
   set_sleep_mode(SLEEP_MODE_IDLE);

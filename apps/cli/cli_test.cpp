@@ -97,7 +97,8 @@ class Cli : public testing::Test {
 
 TEST_F(Cli, HelpIsThereForEveryCommand) {
   EXPECT_EQ(run("--help").exit, 0);
-  for (const char* command : {"align", "identify", "apply", "score", "show", "experiment", "twin", "calibrate-twin", "calibrate-glove", "deploy", "latency"}) {
+  for (const char* command : {"align", "identify", "apply", "score", "show", "experiment", "twin",
+                              "calibrate-twin", "calibrate-glove", "deploy", "latency"}) {
     const Finished r = run(std::string(command) + " --help");
     EXPECT_EQ(r.exit, 0) << command;
     EXPECT_NE(r.out.find("Usage"), std::string::npos) << command;
@@ -372,7 +373,8 @@ TEST_F(Cli, TheTwinsConfigurationIsAFileThatCanBeEdited) {
 
 TEST_F(Cli, DeployWritesImagesReportAndOneJsonObject) {
   const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
-  const Finished r = run("deploy '" + model + "' --target atmega328p --rate 10 --json --out '" + path("d") + "'");
+  const Finished r =
+      run("deploy '" + model + "' --target atmega328p --rate 10 --json --out '" + path("d") + "'");
   ASSERT_EQ(r.exit, 0) << r.err;
   const auto json = nlohmann::json::parse(r.out);
   const auto& target = json.at("targets").at(0);
@@ -385,8 +387,10 @@ TEST_F(Cli, DeployWritesImagesReportAndOneJsonObject) {
   EXPECT_GT(target.at("worst_error_deg"), 0.01);
   EXPECT_LE(target.at("worst_error_deg"), 0.06);
   EXPECT_EQ(json.at("bit_exact").at("mismatches"), 0);
-  for (const char* file : {"glove.elf", "glove.hex", "hand.elf", "hand.hex", "glove_config.hpp", "hand_config.hpp", "pair.key", "report.html",
-                           "report.json", "arduino/FlexorGlove/examples/FlexorGlove/FlexorGlove.ino", "arduino/FlexorHand/library.properties"}) {
+  for (const char* file :
+       {"glove.elf", "glove.hex", "hand.elf", "hand.hex", "glove_config.hpp", "hand_config.hpp", "pair.key",
+        "report.html", "report.json", "arduino/FlexorGlove/examples/FlexorGlove/FlexorGlove.ino",
+        "arduino/FlexorHand/library.properties"}) {
     EXPECT_TRUE(fs::exists(path("d") + "/" + file)) << file;
   }
   EXPECT_NE(content(path("d") + "/glove_config.hpp").find("kRate_hz = 10"), std::string::npos);
@@ -404,9 +408,11 @@ TEST_F(Cli, DeployForVrSpeaksText) {
 TEST_F(Cli, DeployRefusesTheImpossible) {
   const std::string model = "'" FLEXOR_SOURCE_DIR "/models/published_hw.json'";
   const std::string out = " --out '" + path("d") + "'";
-  expect_refused("deploy " + model + out + " --target esp32", 2, "unknown target \"esp32\"; known: atmega328p");
+  expect_refused("deploy " + model + out + " --target esp32", 2,
+                 "unknown target \"esp32\"; known: atmega328p");
   expect_refused("deploy " + model + out + " --rate 200", 2, "10, 20, 50 and 100 Hz");
-  expect_refused("deploy " + model + out + " --rate 100 --frame-rate 50", 2, "do not fit a radio of 9600 baud");
+  expect_refused("deploy " + model + out + " --rate 100 --frame-rate 50", 2,
+                 "do not fit a radio of 9600 baud");
   expect_refused("deploy " + model + out + " --baud 100", 2, "raise --baud");
   expect_refused("deploy " + model + out + " --baud 7777777", 2, "cannot be made");
   expect_refused("deploy " + model + out + " --key 1234", 2, "32 hexadecimal digits");
@@ -419,7 +425,9 @@ TEST_F(Cli, DeployRefusesTheImpossible) {
 }
 
 TEST_F(Cli, TheExperimentRunsOnBoardsAndTracesThem) {
-  const Finished r = run("experiment --engine avr --gestures 4 --trials 1 --compensators published-hw --json --vcd '" + path("t.vcd") + "'");
+  const Finished r =
+      run("experiment --engine avr --gestures 4 --trials 1 --compensators published-hw --json --vcd '" +
+          path("t.vcd") + "'");
   ASSERT_EQ(r.exit, 0) << r.err;
   const auto json = nlohmann::json::parse(r.out);
   const double error = json.at("cells").at(0).at("total_error_deg_s").at("mean");

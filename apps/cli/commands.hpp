@@ -13,8 +13,8 @@ struct Program {
   char** argv;
   experiment::Boards* boards;  // null: not in this program
 
-  // The boards; without any, this process becomes flexor-cosim with the same command line. Throws io::InputError when there is no
-  // such program beside this one.
+  // The boards; without any, this process becomes flexor-cosim with the same command line. Throws
+  // io::InputError when there is no such program beside this one.
   experiment::Boards& require_boards() const;
 };
 

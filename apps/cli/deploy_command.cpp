@@ -33,7 +33,8 @@ struct Options {
 };
 
 // The model's inputs, finger by finger, from a recording's columns.
-std::array<std::vector<double>, experiment::kFingers> inputs_of(const model::Model& model, const std::string& path) {
+std::array<std::vector<double>, experiment::kFingers> inputs_of(const model::Model& model,
+                                                                const std::string& path) {
   const auto channels = deploy::channels_of(model);
   const auto column = [&](std::size_t i) {
     return channels[i]->input_column.empty() ? channels[i]->name : channels[i]->input_column;
@@ -51,7 +52,8 @@ std::array<std::vector<double>, experiment::kFingers> inputs_of(const model::Mod
 }
 
 // Measures both images; the first figures that a user would ask for.
-void measure(experiment::Deployment& d, const experiment::Boards& boards, const experiment::Counts& counts, bool radio, const deploy::Image& measured) {
+void measure(experiment::Deployment& d, const experiment::Boards& boards, const experiment::Counts& counts,
+             bool radio, const deploy::Image& measured) {
   ProgressLine line;
   line.show("running the glove's image ...");
   d.glove_figures = boards.run_glove(measured.elf, d.glove, counts);
@@ -106,7 +108,8 @@ void run(const Options& o, const Program& program) {
   d.glove_image = deploy::build_glove(d.glove, o.out);
   if (radio) d.hand_image = deploy::build_hand(hand, o.out);
   deploy::write_arduino(d.glove, hand, std::filesystem::path(o.out) / "arduino");
-  // The text output has no angles to compare: its compensator is measured in an image that speaks to the radio.
+  // The text output has no angles to compare: its compensator is measured in an image that speaks to the
+  // radio.
   deploy::Image measured = d.glove_image;
   experiment::Deployment bench = d;
   if (!radio) {
@@ -118,10 +121,13 @@ void run(const Options& o, const Program& program) {
   d.hand_figures = bench.hand_figures;
   if (!radio) std::filesystem::remove_all(std::filesystem::path(o.out) / "bench");
   if (d.glove_figures.mismatches > 0) {
-    throw io::JobError(fmt::format("the glove's image differs from the host in {} of {} frames: this is a defect of Flexor, please report it",
-                                   d.glove_figures.mismatches, d.glove_figures.frames));
+    throw io::JobError(
+        fmt::format("the glove's image differs from the host in {} of {} frames: this is a defect of Flexor, "
+                    "please report it",
+                    d.glove_figures.mismatches, d.glove_figures.frames));
   }
-  if (d.glove.key) io::write_file(std::filesystem::path(o.out) / "pair.key", deploy::to_hex(*d.glove.key) + "\n");
+  if (d.glove.key)
+    io::write_file(std::filesystem::path(o.out) / "pair.key", deploy::to_hex(*d.glove.key) + "\n");
   experiment::write_deployment_report(d, o.out);
   nlohmann::ordered_json json = experiment::to_json(d);
   json["folder"] = o.out;
@@ -135,29 +141,42 @@ void run(const Options& o, const Program& program) {
   print(experiment::deployment_table(d));
   print(fmt::format("\nimages    {0}/glove.hex{1}\nArduino   {0}/arduino\nreport    {0}/report.html\n", o.out,
                     radio ? fmt::format(", {}/hand.hex", o.out) : ""));
-  if (d.glove.key && radio) print(fmt::format("key       {}/pair.key: keep it, --key takes it for one board alone\n", o.out));
+  if (d.glove.key && radio)
+    print(fmt::format("key       {}/pair.key: keep it, --key takes it for one board alone\n", o.out));
 }
 
 }  // namespace
 
 void add_deploy(CLI::App& app, const Program& program) {
   auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("deploy", "A model file as firmware for glove and hand, with what it costs measured");
+  CLI::App* command = app.add_subcommand(
+      "deploy", "A model file as firmware for glove and hand, with what it costs measured");
   command->add_option("MODEL", o->model, "model file")->required();
   command->add_option("--target", o->target, "microcontroller")->capture_default_str();
   command->add_option("--rate", o->rate_hz, "sample rate: 10, 20, 50 or 100 Hz (default: the model's)");
-  command->add_option("--out", o->out, "write images, Arduino folders, configuration and report into this folder")->required();
-  command->add_option("--output", o->output, "of the glove: radio, or opengloves, text for VR drivers over USB")
+  command
+      ->add_option("--out", o->out,
+                   "write images, Arduino folders, configuration and report into this folder")
+      ->required();
+  command
+      ->add_option("--output", o->output, "of the glove: radio, or opengloves, text for VR drivers over USB")
       ->check(CLI::IsMember({"radio", "opengloves"}))
       ->capture_default_str();
-  command->add_option("--baud", o->baud, "of the radio (default: radio.baud of the configuration, 9600 as shipped)");
-  command->add_option("--frame-rate", o->frame_rate_hz, "frames a second (default: as many as the radio carries, at most one a sample)");
-  command->add_option("--key", o->key, "the pair's key, 32 hexadecimal digits (default: a new one, in OUT/pair.key)");
+  command->add_option("--baud", o->baud,
+                      "of the radio (default: radio.baud of the configuration, 9600 as shipped)");
+  command->add_option("--frame-rate", o->frame_rate_hz,
+                      "frames a second (default: as many as the radio carries, at most one a sample)");
+  command->add_option("--key", o->key,
+                      "the pair's key, 32 hexadecimal digits (default: a new one, in OUT/pair.key)");
   command->add_flag("--plain", o->plain, "frames without authentication: anybody in range can move the hand");
   command->add_option("--calibration", o->calibration,
-                      "JSON: for each finger \"counts\" and \"value\", two or more points (default: the divider of the article)");
-  command->add_option("--recording", o->recording, "CSV with the model's input columns: also measure the error over it");
-  command->add_option("--twin", o->twin, "configuration with divider, motors and limits of your glove and hand (flexor twin --json)");
+                      "JSON: for each finger \"counts\" and \"value\", two or more points (default: the "
+                      "divider of the article)");
+  command->add_option("--recording", o->recording,
+                      "CSV with the model's input columns: also measure the error over it");
+  command->add_option(
+      "--twin", o->twin,
+      "configuration with divider, motors and limits of your glove and hand (flexor twin --json)");
   command->add_option("--set", o->set, "change one of them: hand.upper_deg.thumb=150; may be repeated");
   command->add_flag("--assembly", o->assembly, "products in assembly: the same bits in fewer cycles");
   command->add_flag("--json", o->json, "one JSON object on standard output");

@@ -115,7 +115,8 @@ void run(Options& o, const Program& program) {
   const experiment::Result result = run_plan(plan, "experiment");
   if (!o.vcd.empty()) {
     log("tracing one trial ...");
-    program.boards->trace(experiment::first_setup(plan, plan.motions.front(), plan.compensators.front()), o.vcd);
+    program.boards->trace(experiment::first_setup(plan, plan.motions.front(), plan.compensators.front()),
+                          o.vcd);
   }
   std::vector<experiment::ScenarioResult> scenarios;
   if (o.scenarios) {
@@ -258,11 +259,13 @@ void add_experiment(CLI::App& app, const Program& program) {
                       "configuration of the twin (default: the shipped one; flexor twin --json prints it)");
   command->add_option("--set", o->set, "change one parameter of the twin: radio.loss=0.05; may be repeated");
   command
-      ->add_option("--engine", o->engine,
-                   "twin, or avr: the firmware of both boards, instruction by instruction, with the twin around it")
+      ->add_option(
+          "--engine", o->engine,
+          "twin, or avr: the firmware of both boards, instruction by instruction, with the twin around it")
       ->check(CLI::IsMember({"twin", "avr"}))
       ->capture_default_str();
-  command->add_option("--vcd", o->vcd, "with --engine avr: write all signals of the first trial here, for a waveform viewer");
+  command->add_option("--vcd", o->vcd,
+                      "with --engine avr: write all signals of the first trial here, for a waveform viewer");
   command->add_flag("--scenarios", o->scenarios, "also with drift, put on anew, lost and late frames");
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o, program] { run(*o, program); });

@@ -29,8 +29,10 @@ void run(const Options& o, const Program& program) {
   const double frames_hz = o.rate_hz / deploy::samples_per_frame(glove);
   if (!o.folder.empty()) io::require_folder(o.folder);
   log(fmt::format("{} edges on simulated boards ...", o.edges));
-  const experiment::LatencyBudget budget = experiment::budget_of(boards.latency(p, compensator.model, o.edges, o.seed));
-  const std::string title = fmt::format("{:g} samples and {:g} frames a second, {:g} baud", o.rate_hz, frames_hz, p.baud);
+  const experiment::LatencyBudget budget =
+      experiment::budget_of(boards.latency(p, compensator.model, o.edges, o.seed));
+  const std::string title =
+      fmt::format("{:g} samples and {:g} frames a second, {:g} baud", o.rate_hz, frames_hz, p.baud);
   if (!o.folder.empty()) experiment::write_latency_figure(budget, title, o.folder);
   if (o.json) {
     nlohmann::ordered_json json = experiment::to_json(budget);
@@ -41,7 +43,8 @@ void run(const Options& o, const Program& program) {
     print(json.dump(2) + "\n");
     return;
   }
-  print(fmt::format("from a sensor's edge to the motor, ms: {}, {} edges\n\n{}", title, budget.edges, experiment::latency_table(budget)));
+  print(fmt::format("from a sensor's edge to the motor, ms: {}, {} edges\n\n{}", title, budget.edges,
+                    experiment::latency_table(budget)));
   if (!o.folder.empty()) print(fmt::format("\nfigure {}/latency.svg\n", o.folder));
 }
 
@@ -49,14 +52,17 @@ void run(const Options& o, const Program& program) {
 
 void add_latency(CLI::App& app, const Program& program) {
   auto o = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("latency", "Time from a sensor's edge to the motor, stage by stage, on simulated boards");
-  command->add_option("--compensator", o->model, "raw, published-w, published-hw, or a model file")->capture_default_str();
-  command->add_option("--rate", o->rate_hz, "sample rate of the glove: 10, 20, 50 or 100 Hz")->capture_default_str();
+  CLI::App* command = app.add_subcommand(
+      "latency", "Time from a sensor's edge to the motor, stage by stage, on simulated boards");
+  command->add_option("--compensator", o->model, "raw, published-w, published-hw, or a model file")
+      ->capture_default_str();
+  command->add_option("--rate", o->rate_hz, "sample rate of the glove: 10, 20, 50 or 100 Hz")
+      ->capture_default_str();
   command->add_option("--edges", o->edges, "how many, at random times")->capture_default_str();
   command->add_option("--seed", o->seed, "everything random follows from it")->capture_default_str();
   command->add_option("--twin", o->twin, "configuration of the twin (default: the shipped one)");
-  command->add_option("--set", o->set, "change one parameter of the twin: radio.frame_rate_hz=20; may be repeated");
+  command->add_option("--set", o->set,
+                      "change one parameter of the twin: radio.frame_rate_hz=20; may be repeated");
   command->add_option("--out", o->folder, "write latency.svg and latency.csv into this folder");
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o, program] { run(*o, program); });

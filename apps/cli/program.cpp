@@ -25,7 +25,8 @@ experiment::Boards& Program::require_boards() const {
   std::vector<char*> arguments(argv, argv + argc);
   arguments.push_back(nullptr);
   execv(beside.c_str(), arguments.data());
-  throw io::InputError(fmt::format("{} is missing: it runs the firmware on simulated boards; script/build makes it", beside.string()));
+  throw io::InputError(fmt::format(
+      "{} is missing: it runs the firmware on simulated boards; script/build makes it", beside.string()));
 }
 
 void log(const std::string& line) { fmt::print(stderr, "{}\n", line); }

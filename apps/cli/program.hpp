@@ -5,7 +5,8 @@
 
 namespace flexor::cli {
 
-// Parses and runs; the exit status. `boards` null: commands that need them are handed to flexor-cosim, a process of its own.
+// Parses and runs; the exit status. `boards` null: commands that need them are handed to flexor-cosim, a
+// process of its own.
 int run(int argc, char** argv, experiment::Boards* boards);
 
 }  // namespace flexor::cli

@@ -1,5 +1,6 @@
-// The glove's board: timer 1 sets the sample rate, the ADC reads five strips, the UART speaks to the radio or to a PC.
-// Pins: ADC PC0..PC4 thumb to pinky, UART PD1. Interrupts move samples and bytes; everything else happens in main, which sleeps.
+// The glove's board: timer 1 sets the sample rate, the ADC reads five strips, the UART speaks to the radio or
+// to a PC. Pins: ADC PC0..PC4 thumb to pinky, UART PD1. Interrupts move samples and bytes; everything else
+// happens in main, which sleeps.
 #include "firmware/board.hpp"
 #include "glove_config.hpp"
 #include "runtime/link/counter_store.hpp"
@@ -42,7 +43,9 @@ class Output {
     uint16_t flexion[kFingers];
     for (uint8_t i = 0; i < kFingers; ++i) {
       const int16_t above = static_cast<int16_t>(frame.angle[i] - config::kStraight[i]);
-      flexion[i] = above <= 0 ? 0 : static_cast<uint16_t>((static_cast<uint16_t>(above) * config::kFlexionScale[i]) >> 16);
+      flexion[i] =
+          above <= 0 ? 0
+                     : static_cast<uint16_t>((static_cast<uint16_t>(above) * config::kFlexionScale[i]) >> 16);
     }
     char text[link::kMaxGloveText];
     const uint8_t size = link::encode_gloves(flexion, text);

@@ -1,4 +1,5 @@
-// From five ADC readings to what a frame says: calibration, monitor, compensator, guard. The same code on the glove and on a PC.
+// From five ADC readings to what a frame says: calibration, monitor, compensator, guard. The same code on the
+// glove and on a PC.
 #pragma once
 
 #include "runtime/link/frame.hpp"
@@ -17,8 +18,8 @@ struct ChannelSettings {
   sensor::GuardSettings guard;
 };
 
-// Compensator: int16_t alpha[kFingers] in, int16_t angle[kFingers] out, which it keeps, and uint8_t step(), a bit for each finger whose
-// input it took.
+// Compensator: int16_t alpha[kFingers] in, int16_t angle[kFingers] out, which it keeps, and uint8_t step(), a
+// bit for each finger whose input it took.
 template <class Compensator>
 class SignalChain {
  public:

@@ -1,7 +1,7 @@
-// The hand's board: timer 0 is the millisecond and the fifth PWM, the ADC reads five potentiometers, the UART listens to the radio.
-// Pins: ADC PC0..PC4 thumb to pinky; PWM OC1A PB1, OC1B PB2, OC2A PB3, OC2B PD3, OC0B PD5; direction PB0, PB4, PD2, PD4, PD7, high
-// to flex. Interrupts move samples and bytes; everything else happens in main, which sleeps. A tick comes first: between two of them
-// main computes at most one tag.
+// The hand's board: timer 0 is the millisecond and the fifth PWM, the ADC reads five potentiometers, the UART
+// listens to the radio. Pins: ADC PC0..PC4 thumb to pinky; PWM OC1A PB1, OC1B PB2, OC2A PB3, OC2B PD3, OC0B
+// PD5; direction PB0, PB4, PD2, PD4, PD7, high to flex. Interrupts move samples and bytes; everything else
+// happens in main, which sleeps. A tick comes first: between two of them main computes at most one tag.
 #include "firmware/board.hpp"
 #include "hand_config.hpp"
 #include "runtime/hand/finger.hpp"
@@ -18,7 +18,7 @@ struct {
   hand::Link link;
   hand::Fault fault[link::kFingers];
   int16_t setpoint[link::kFingers];  // Q4 degrees
-  uint16_t overruns;  // bytes that found no room
+  uint16_t overruns;                 // bytes that found no room
 } hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0};
 hand::Finger hand_finger[link::kFingers];
 link::Receiver hand_receiver(config::kKey);  // begins with its statistics
@@ -40,7 +40,8 @@ uint16_t epoch = 0;  // of the last frame
 void start_motors() {
   DDRB = _BV(PB0) | _BV(PB1) | _BV(PB2) | _BV(PB3) | _BV(PB4);
   DDRD = _BV(PD2) | _BV(PD3) | _BV(PD4) | _BV(PD5) | _BV(PD7);
-  // Fast PWM of eight bits at 977 Hz, like the fifth. Outputs stay disconnected, and low, at duty 0: it has no width of nothing.
+  // Fast PWM of eight bits at 977 Hz, like the fifth. Outputs stay disconnected, and low, at duty 0: it has
+  // no width of nothing.
   TCCR1A = _BV(WGM10);
   TCCR1B = _BV(WGM12) | _BV(CS11) | _BV(CS10);
   TCCR2A = _BV(WGM21) | _BV(WGM20);
@@ -54,7 +55,8 @@ void start_motors() {
   ADCSRA = _BV(ADEN) | _BV(ADIE) | 7;  // 125 kHz: five conversions take 0.52 ms
 }
 
-// Connects or disconnects one output: sets its compare mode's bits in `control` to clear-on-match or to nothing.
+// Connects or disconnects one output: sets its compare mode's bits in `control` to clear-on-match or to
+// nothing.
 void connect(volatile uint8_t& control, uint8_t bit, bool on) {
   control = static_cast<uint8_t>(on ? control | bit : control & ~bit);
 }
@@ -106,8 +108,8 @@ __attribute__((noinline)) void tick() {
   ++now_ms;
   hand_status.link = watch.tick();
   for (uint8_t i = 0; i < link::kFingers; ++i) {
-    const int16_t duty = hand_finger[i].tick(config::kSettings[config::kSettingsOf[i]], hand_status.link, hand_receiver.frame().angle[i],
-                                             config::kRest[i], angle[i]);
+    const int16_t duty = hand_finger[i].tick(config::kSettings[config::kSettingsOf[i]], hand_status.link,
+                                             hand_receiver.frame().angle[i], config::kRest[i], angle[i]);
     drive(i, duty);
     hand_status.fault[i] = hand_finger[i].fault();
     hand_status.setpoint[i] = hand_finger[i].setpoint();

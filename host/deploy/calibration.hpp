@@ -2,7 +2,8 @@
 //
 // {"schema": "flexor-calibration", "schema_version": 1,
 //  "fingers": {"thumb": {"counts": [430, 700], "value": [20, 140]}, ...}}
-// value is in the model's input unit. Two points are a line, more a curve; both go on straight beyond their ends.
+// value is in the model's input unit. Two points are a line, more a curve; both go on straight beyond their
+// ends.
 #pragma once
 
 #include <filesystem>
@@ -12,6 +13,7 @@
 namespace flexor::deploy {
 
 // Sensors of the fingers that the file names; others keep `otherwise`. Throws io::InputError.
-std::array<Sensor, kFingers> load_calibration(const std::filesystem::path& path, std::array<Sensor, kFingers> otherwise);
+std::array<Sensor, kFingers> load_calibration(const std::filesystem::path& path,
+                                              std::array<Sensor, kFingers> otherwise);
 
 }  // namespace flexor::deploy

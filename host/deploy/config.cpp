@@ -34,12 +34,14 @@ std::string numbers(const auto* first, std::size_t count) {
 template <int kCapacity>
 std::string text_of(const compensator::FixedCurve<kCapacity>& c, int count) {
   const auto n = static_cast<std::size_t>(std::max(count, 1));
-  return fmt::format("{{{}, {}, {}, {}, {}}}", c.count, c.slope_shift, numbers(c.x, n), numbers(c.y, n), numbers(c.slope, n));
+  return fmt::format("{{{}, {}, {}, {}, {}}}", c.count, c.slope_shift, numbers(c.x, n), numbers(c.y, n),
+                     numbers(c.slope, n));
 }
 
 std::string weights(const compensator::FixedWeight* first, int count) {
   std::string out;
-  for (int i = 0; i < count; ++i) out += fmt::format("{}{{{}, {}}}", i > 0 ? ", " : "", first[i].mantissa, first[i].shift);
+  for (int i = 0; i < count; ++i)
+    out += fmt::format("{}{{{}, {}}}", i > 0 ? ", " : "", first[i].mantissa, first[i].shift);
   return "{" + out + "}";
 }
 
@@ -62,17 +64,19 @@ std::string channel_text(const model::Channel& channel, double period_s, int fin
       "using Channel{} = compensator::Channel<compensator::Fixed<Shape{}>, Shape{}>;\n",
       channel.name, finger, plays, knots_in, kOrder, knots_out, taps, finger, finger, finger);
   out += fmt::format("constexpr Channel{}::Coefficients kCoefficients{} PROGMEM = {{\n", finger, finger);
-  out += fmt::format("    {}, {},  // valid inputs, Q5\n    {{{}, {}}}, {},  // dead zone, refinement\n", c.valid_min, c.valid_max, c.dead_zone.lower,
-                     c.dead_zone.upper, c.refinement);
+  out += fmt::format("    {}, {},  // valid inputs, Q5\n    {{{}, {}}}, {},  // dead zone, refinement\n",
+                     c.valid_min, c.valid_max, c.dead_zone.lower, c.dead_zone.upper, c.refinement);
   out += fmt::format("    {{{{{}, {}}}, {}}},  // hysteresis\n", plays,
                      numbers(c.hysteresis.plays.radius, at_least_one(plays)),
                      numbers(c.hysteresis.weight, at_least_one(plays)));
   out += fmt::format("    {},  // curve\n", text_of(c.input_curve, knots_in));
-  out += fmt::format("    {{{}, {}, {}L, {}, {}, {}, {}, {}, {{{}, {}}}}},  // LTI\n", c.lti.gain, c.lti.gain_shift, c.lti.offset,
-                     weights(c.lti.input_weight, kOrder), weights(c.lti.chain_weight, kOrder * (kOrder - 1) / 2 + 1),
-                     numbers(c.lti.tap, kOrder), c.lti.tap_fraction, c.lti.is_direct,
-                     numbers(c.lti.direct.b, kOrder), numbers(c.lti.direct.a, kOrder));
-  out += fmt::format("    {}, {},  // output curve\n", text_of(c.output_curve, knots_out), c.output_curve_shift);
+  out += fmt::format("    {{{}, {}, {}L, {}, {}, {}, {}, {}, {{{}, {}}}}},  // LTI\n", c.lti.gain,
+                     c.lti.gain_shift, c.lti.offset, weights(c.lti.input_weight, kOrder),
+                     weights(c.lti.chain_weight, kOrder * (kOrder - 1) / 2 + 1), numbers(c.lti.tap, kOrder),
+                     c.lti.tap_fraction, c.lti.is_direct, numbers(c.lti.direct.b, kOrder),
+                     numbers(c.lti.direct.a, kOrder));
+  out +=
+      fmt::format("    {}, {},  // output curve\n", text_of(c.output_curve, knots_out), c.output_curve_shift);
   return out + fmt::format("    {}, {}, {}}};  // saturation and rest, Q4\n\n", c.lower, c.upper, c.rest);
 }
 
@@ -90,7 +94,8 @@ std::string channel_text(const model::Channel& channel, double period_s, int fin
 
 std::string key_text(const Key& key) {
   if (!key) return "constexpr const link::Key* kKey = nullptr;  // plain frames\n";
-  return fmt::format("const link::Key kPair = {{{}}};\nconstexpr const link::Key* kKey = &kPair;\n", numbers(key->bytes, 16));
+  return fmt::format("const link::Key kPair = {{{}}};\nconstexpr const link::Key* kKey = &kPair;\n",
+                     numbers(key->bytes, 16));
 }
 
 constexpr const char* kHead = "// Written by flexor deploy {}; not to be edited.\n#pragma once\n\n";
@@ -132,7 +137,8 @@ int sample_rate_hz(const model::Model& model) {
   for (const int known : {10, 20, 50, 100}) {
     if (std::abs(rate - known) < 1e-6 * known) return known;
   }
-  throw InputError(fmt::format("a sample rate of {:g} Hz: the firmware has builds for 10, 20, 50 and 100 Hz", rate));
+  throw InputError(
+      fmt::format("a sample rate of {:g} Hz: the firmware has builds for 10, 20, 50 and 100 Hz", rate));
 }
 
 int samples_per_frame(const Glove& glove) {
@@ -144,16 +150,22 @@ int samples_per_frame(const Glove& glove) {
     for (int n = 1; n <= rate; ++n) {
       if (rate % n == 0 && rate / n <= carried_hz) return n;
     }
-    throw InputError(fmt::format("a radio of {:g} baud carries {:.2f} frames of {} bytes a second, the glove sends at least one: raise --baud",
-                                 glove.baud, carried_hz, bytes));
+    throw InputError(
+        fmt::format("a radio of {:g} baud carries {:.2f} frames of {} bytes a second, the glove sends at "
+                    "least one: raise --baud",
+                    glove.baud, carried_hz, bytes));
   }
   if (glove.frame_rate_hz > carried_hz) {
-    throw InputError(fmt::format("{:g} frames of {} bytes a second do not fit a radio of {:g} baud, which carries {:.1f}: lower --frame-rate or raise --baud",
-                                 glove.frame_rate_hz, bytes, glove.baud, carried_hz));
+    throw InputError(
+        fmt::format("{:g} frames of {} bytes a second do not fit a radio of {:g} baud, which carries {:.1f}: "
+                    "lower --frame-rate or raise --baud",
+                    glove.frame_rate_hz, bytes, glove.baud, carried_hz));
   }
   const double every = rate / glove.frame_rate_hz;
   if (every < 1 || std::abs(every - std::round(every)) > 1e-9 || every > 255) {
-    throw InputError(fmt::format("{:g} frames a second from {} samples: --frame-rate must divide the sample rate", glove.frame_rate_hz, rate));
+    throw InputError(
+        fmt::format("{:g} frames a second from {} samples: --frame-rate must divide the sample rate",
+                    glove.frame_rate_hz, rate));
   }
   return static_cast<int>(std::lround(every));
 }
@@ -164,8 +176,10 @@ int uart_divisor(double baud) {
   const double divisor = std::clamp(std::round(exact), 0.0, 4095.0);
   const double error = std::abs(kClock_hz / (8 * (divisor + 1)) / baud - 1);
   if (!(baud > 0) || !(error <= kWorst)) {
-    throw InputError(fmt::format("{:g} baud cannot be made from a clock of 16 MHz (nearest is {:.1f} % off); usual rates from 1200 to 115200 can",
-                                 baud, 100 * error));
+    throw InputError(
+        fmt::format("{:g} baud cannot be made from a clock of 16 MHz (nearest is {:.1f} % off); usual rates "
+                    "from 1200 to 115200 can",
+                    baud, 100 * error));
   }
   return static_cast<int>(divisor);
 }
@@ -186,10 +200,12 @@ GloveTables glove_tables(const Glove& glove) {
       monitor.high = 0;  // no strip: open, always
       continue;
     }
-    guard.rest = q4(std::clamp(channel->rest_deg, channel->saturation.lower_deg, channel->saturation.upper_deg));
+    guard.rest =
+        q4(std::clamp(channel->rest_deg, channel->saturation.lower_deg, channel->saturation.upper_deg));
     for (std::size_t k = 0; k < sensor::kKnots; ++k) {
       const double u = glove.sensor[i](16.0 * static_cast<double>(k));
-      out.calibration[i].alpha[k] = static_cast<std::int16_t>(std::lround(32 * std::clamp(u, -1023.0, 1023.0)));
+      out.calibration[i].alpha[k] =
+          static_cast<std::int16_t>(std::lround(32 * std::clamp(u, -1023.0, 1023.0)));
     }
     // Readings that the model refuses are the rails.
     const auto accepted = [&](int n) {
@@ -201,8 +217,9 @@ GloveTables glove_tables(const Glove& glove) {
     int high = sensor::kAdcTop;
     while (high > 0 && !accepted(high)) --high;
     if (low >= high) {
-      throw InputError(fmt::format("channel {}: no ADC reading lies within its valid inputs {:g} to {:g} {}", channel->name,
-                                   channel->valid_min, channel->valid_max, channel->input_unit));
+      throw InputError(fmt::format("channel {}: no ADC reading lies within its valid inputs {:g} to {:g} {}",
+                                   channel->name, channel->valid_min, channel->valid_max,
+                                   channel->input_unit));
     }
     monitor.low = static_cast<std::uint16_t>(std::max(low - 1, 0));
     monitor.high = static_cast<std::uint16_t>(std::min(high + 1, static_cast<int>(sensor::kAdcTop)));
@@ -213,8 +230,12 @@ GloveTables glove_tables(const Glove& glove) {
 hand::FingerSettings finger_settings(const Hand& hand, int finger) {
   const auto i = static_cast<std::size_t>(finger);
   constexpr double kTick_s = 0.001;
-  const auto int16 = [](double v) { return static_cast<std::int16_t>(std::lround(std::clamp(v, 0.0, 32767.0))); };
-  const auto step = [](double deg_s) { return static_cast<std::int32_t>(std::lround(std::min(deg_s * kTick_s, 1000.0) * (1 << 20))); };
+  const auto int16 = [](double v) {
+    return static_cast<std::int16_t>(std::lround(std::clamp(v, 0.0, 32767.0)));
+  };
+  const auto step = [](double deg_s) {
+    return static_cast<std::int32_t>(std::lround(std::min(deg_s * kTick_s, 1000.0) * (1 << 20)));
+  };
   hand::FingerSettings c{};
   c.loop.lower = q4(hand.lower_deg[i]);
   c.loop.upper = q4(hand.upper_deg[i]);
@@ -224,7 +245,8 @@ hand::FingerSettings finger_settings(const Hand& hand, int finger) {
   c.loop.integral_limit = static_cast<std::int32_t>(std::lround(hand.integral_limit * hand::kFullDuty * 256));
   c.loop.duty_limit = int16(hand.duty * hand::kFullDuty);
   c.loop.feed_forward = int16(hand.feed_forward_s_per_deg / kTick_s * hand::kFullDuty);
-  c.potentiometer.scale = static_cast<std::uint32_t>(std::lround(16 * hand.potentiometer_range_deg / 1023 * 65536));
+  c.potentiometer.scale =
+      static_cast<std::uint32_t>(std::lround(16 * hand.potentiometer_range_deg / 1023 * 65536));
   c.potentiometer.low = kPotentiometerMargin;
   c.potentiometer.high = sensor::kAdcTop - kPotentiometerMargin;
   c.careful_step = step(hand.careful_deg_s);
@@ -243,10 +265,14 @@ std::string glove_config(const Glove& glove) {
   out += fmt::format("// {}: {}\n", glove.model.name, io::digest(model::to_json(glove.model)));
   if (glove.assembly) out += "#define FLEXOR_AVR_ASSEMBLY\n";
   if (!radio) out += "#define FLEXOR_OUTPUT_OPENGLOVES\n";
-  out += "#include <avr/pgmspace.h>\n\n#include \"firmware/board.hpp\"\n#include \"firmware/glove/signal_chain.hpp\"\n"
-         "#include \"runtime/compensator/channel.hpp\"\n\nnamespace flexor {\nnamespace config {\n\n";
-  out += fmt::format("constexpr uint16_t kRate_hz = {};\nconstexpr uint8_t kSamplesPerFrame = {};\nconstexpr uint16_t kUartDivisor = {};\n",
-                     sample_rate_hz(glove.model), samples_per_frame(glove), uart_divisor(radio ? glove.baud : kUsbBaud));
+  out +=
+      "#include <avr/pgmspace.h>\n\n#include \"firmware/board.hpp\"\n#include "
+      "\"firmware/glove/signal_chain.hpp\"\n"
+      "#include \"runtime/compensator/channel.hpp\"\n\nnamespace flexor {\nnamespace config {\n\n";
+  out += fmt::format(
+      "constexpr uint16_t kRate_hz = {};\nconstexpr uint8_t kSamplesPerFrame = {};\nconstexpr uint16_t "
+      "kUartDivisor = {};\n",
+      sample_rate_hz(glove.model), samples_per_frame(glove), uart_divisor(radio ? glove.baud : kUsbBaud));
   if (radio) {
     out += key_text(glove.key);
   } else {
@@ -260,14 +286,16 @@ std::string glove_config(const Glove& glove) {
       const double range = std::max(1.0, 16 * s.upper_deg - straight[i]);
       scale[i] = static_cast<std::uint32_t>(std::lround(link::kGloveTop * 65536 / range));
     }
-    out += fmt::format("constexpr int16_t kStraight[] = {};\nconstexpr uint32_t kFlexionScale[] = {};\n", numbers(straight.data(), kFingers),
-                       numbers(scale.data(), kFingers));
+    out += fmt::format("constexpr int16_t kStraight[] = {};\nconstexpr uint32_t kFlexionScale[] = {};\n",
+                       numbers(straight.data(), kFingers), numbers(scale.data(), kFingers));
   }
   out += "\n";
   // Fingers with the same divider share a table.
   std::array<std::size_t, kFingers> table{};
   for (std::size_t i = 0; i < kFingers; ++i) {
-    const auto same = [&](std::size_t j) { return std::ranges::equal(tables.calibration[i].alpha, tables.calibration[j].alpha); };
+    const auto same = [&](std::size_t j) {
+      return std::ranges::equal(tables.calibration[i].alpha, tables.calibration[j].alpha);
+    };
     while (!same(table[i])) ++table[i];
     if (table[i] == i) {
       out += fmt::format("constexpr sensor::Calibration kCalibration{} PROGMEM = {{{}}};\n", i,
@@ -278,8 +306,8 @@ std::string glove_config(const Glove& glove) {
   for (std::size_t i = 0; i < kFingers; ++i) {
     const sensor::MonitorSettings& m = tables.monitor[i];
     const sensor::GuardSettings& g = tables.guard[i];
-    out += fmt::format("    {{&kCalibration{}, {{{}, {}, {}, {}}}, {{{}, {}, {}}}}},\n", table[i], m.low, m.high, m.rail_samples,
-                       m.stuck_samples, g.rest, g.max_step, g.hold_samples);
+    out += fmt::format("    {{&kCalibration{}, {{{}, {}, {}, {}}}, {{{}, {}, {}}}}},\n", table[i], m.low,
+                       m.high, m.rail_samples, m.stuck_samples, g.rest, g.max_step, g.hold_samples);
   }
   out += "};\n\n";
   std::string states;
@@ -291,23 +319,30 @@ std::string glove_config(const Glove& glove) {
     states += fmt::format("  config::Channel{}::State state{}_;\n", i, i);
     resets += fmt::format("    angle[{0}] = config::Channel{0}::rest(config::kCoefficients{0});\n", i);
     steps += fmt::format(
-        "    if (config::Channel{0}::step(config::kCoefficients{0}, state{0}_, started, {1}, alpha[{0}], angle[{0}]) == "
+        "    if (config::Channel{0}::step(config::kCoefficients{0}, state{0}_, started, {1}, alpha[{0}], "
+        "angle[{0}]) == "
         "core::Status::ok) good |= {1};\n",
         i, 1 << i);
   }
-  out += "}  // namespace config\n\nclass GloveCompensator {\n public:\n  int16_t alpha[firmware::kFingers] = {};\n  int16_t angle[firmware::kFingers] = {};\n\n  GloveCompensator() {\n" + resets +
-         "  }\n\n  uint8_t step() {\n"
-         "    firmware::mark(firmware::Marker::step_begin);\n    const uint8_t good = run();\n"
-         "    firmware::mark(firmware::Marker::step_end);\n    return good;\n  }\n\n private:\n"
-         "  __attribute__((noinline)) uint8_t run() {\n"
-         "    uint8_t good = 0;\n    uint8_t started = started_;\n" +
-         steps + "    started_ = started;\n    return good;\n  }\n\n" + states + "  uint8_t started_ = 0;\n};\n\n}  // namespace flexor\n";
+  out +=
+      "}  // namespace config\n\nclass GloveCompensator {\n public:\n  int16_t alpha[firmware::kFingers] = "
+      "{};\n  int16_t angle[firmware::kFingers] = {};\n\n  GloveCompensator() {\n" +
+      resets +
+      "  }\n\n  uint8_t step() {\n"
+      "    firmware::mark(firmware::Marker::step_begin);\n    const uint8_t good = run();\n"
+      "    firmware::mark(firmware::Marker::step_end);\n    return good;\n  }\n\n private:\n"
+      "  __attribute__((noinline)) uint8_t run() {\n"
+      "    uint8_t good = 0;\n    uint8_t started = started_;\n" +
+      steps + "    started_ = started;\n    return good;\n  }\n\n" + states +
+      "  uint8_t started_ = 0;\n};\n\n}  // namespace flexor\n";
   return out;
 }
 
 std::string hand_config(const Hand& hand) {
   std::string out = fmt::format(kHead, FLEXOR_VERSION);
-  out += "#include \"runtime/hand/finger.hpp\"\n#include \"runtime/link/siphash.hpp\"\n\nnamespace flexor {\nnamespace config {\n\n";
+  out +=
+      "#include \"runtime/hand/finger.hpp\"\n#include \"runtime/link/siphash.hpp\"\n\nnamespace flexor "
+      "{\nnamespace config {\n\n";
   out += fmt::format("constexpr uint16_t kUartDivisor = {};\n", uart_divisor(hand.baud));
   out += key_text(hand.key);
   // Fingers with the same settings share them.
@@ -316,19 +351,23 @@ std::string hand_config(const Hand& hand) {
   std::array<std::int16_t, kFingers> rest{};
   for (int i = 0; i < kFingers; ++i) {
     const hand::FingerSettings c = finger_settings(hand, i);
-    const std::string text = fmt::format(
-        "    {{{{{}, {}, {}L, {}, {}, {}L, {}, {}}}, {{{}, {}, {}, {}}}, {}L, {}, {}, {}}},\n", c.loop.lower, c.loop.upper, c.loop.max_step,
-        c.loop.proportional, c.loop.integral, c.loop.integral_limit, c.loop.duty_limit, c.loop.feed_forward, c.potentiometer.scale,
-        c.potentiometer.offset, c.potentiometer.low, c.potentiometer.high, c.careful_step, c.stall_duty, c.stall_ticks, c.stall_travel);
+    const std::string text =
+        fmt::format("    {{{{{}, {}, {}L, {}, {}, {}L, {}, {}}}, {{{}, {}, {}, {}}}, {}L, {}, {}, {}}},\n",
+                    c.loop.lower, c.loop.upper, c.loop.max_step, c.loop.proportional, c.loop.integral,
+                    c.loop.integral_limit, c.loop.duty_limit, c.loop.feed_forward, c.potentiometer.scale,
+                    c.potentiometer.offset, c.potentiometer.low, c.potentiometer.high, c.careful_step,
+                    c.stall_duty, c.stall_ticks, c.stall_travel);
     const auto f = static_cast<std::size_t>(i);
     rest[f] = q4(std::clamp(hand.rest_deg[f], hand.lower_deg[f], hand.upper_deg[f]));
     const auto known = std::ranges::find(settings, text);
     of[f] = known - settings.begin();
     if (known == settings.end()) settings.push_back(text);
   }
-  out += fmt::format("\nconst hand::FingerSettings kSettings[] = {{\n{}}};\nconst uint8_t kSettingsOf[] = {};  // thumb to pinky\n"
-                     "const int16_t kRest[] = {};\n",
-                     fmt::join(settings, ""), numbers(of.data(), kFingers), numbers(rest.data(), kFingers));
+  out += fmt::format(
+      "\nconst hand::FingerSettings kSettings[] = {{\n{}}};\nconst uint8_t kSettingsOf[] = {};  // thumb to "
+      "pinky\n"
+      "const int16_t kRest[] = {};\n",
+      fmt::join(settings, ""), numbers(of.data(), kFingers), numbers(rest.data(), kFingers));
   return out + "\n}  // namespace config\n}  // namespace flexor\n";
 }
 

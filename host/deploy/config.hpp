@@ -25,20 +25,23 @@ using Key = std::optional<link::Key>;  // none: plain frames
 
 enum class Output { radio, opengloves };
 
-// ADC counts -> the model's input, monotonic over 0 .. 1023; where it has no value, any that the model refuses.
+// ADC counts -> the model's input, monotonic over 0 .. 1023; where it has no value, any that the model
+// refuses.
 using Sensor = std::function<double(double counts)>;
 
-// R1 = flat + k theta in a divider with R2 = fixed, both 10 bits full scale: eqs. 1 to 3 of Sensors 2019, 19(18), 3896.
+// R1 = flat + k theta in a divider with R2 = fixed, both 10 bits full scale: eqs. 1 to 3 of Sensors 2019,
+// 19(18), 3896.
 Sensor divider(double fixed_kohm, double flat_kohm, double kohm_per_deg);
 Sensor counts_as_they_are();
-// Through measured points, straight in between and beyond; two are a two-point calibration. Counts strictly increasing.
+// Through measured points, straight in between and beyond; two are a two-point calibration. Counts strictly
+// increasing.
 Sensor through_points(std::vector<double> counts, std::vector<double> value);
 
 struct Glove {
   model::Model model;  // its sample period is the glove's
   std::array<Sensor, kFingers> sensor;
   Output output = Output::radio;
-  double baud = 9600;  // of the radio; USB always has kUsbBaud
+  double baud = 9600;        // of the radio; USB always has kUsbBaud
   double frame_rate_hz = 0;  // 0: as many as the radio carries, at most one for each sample
   Key key;
   bool assembly = false;

@@ -52,19 +52,39 @@ std::string checked(const std::vector<std::string>& argv) {
   // The first error says it; what follows from it fills pages.
   const std::size_t error = result.err.find("error: ");
   const std::size_t from = error == std::string::npos ? 0 : error;
-  throw JobError(fmt::format("{} failed: {}", argv.front(), result.err.substr(from, result.err.find('\n', from) - from)));
+  throw JobError(fmt::format("{} failed: {}", argv.front(),
+                             result.err.substr(from, result.err.find('\n', from) - from)));
 }
 
-Image build(const std::string& name, const std::string& config, const fs::path& folder, const std::vector<std::string>& options) {
+Image build(const std::string& name, const std::string& config, const fs::path& folder,
+            const std::vector<std::string>& options) {
   require_toolchain();
   io::make_folder(folder);
   const SourceFolder source;
   io::write_file(source.path() / (name + "_config.hpp"), config);
   Image image{folder / (name + ".elf"), folder / (name + ".hex")};
-  std::vector<std::string> compile = {kCompiler, "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-std=c++14", "-Wall", "-Wextra", "-Werror", "-fno-exceptions",
-           "-fno-rtti", "-fno-threadsafe-statics", "-ffunction-sections", "-fdata-sections", "-fshort-enums", "-mrelax", "-flto", "-fwhole-program",
-           "-Wl,--gc-sections", "-I" + source.path().string(), (source.path() / "firmware" / name / (name + ".cpp")).string(), "-o",
-           image.elf.string()};
+  std::vector<std::string> compile = {kCompiler,
+                                      "-mmcu=atmega328p",
+                                      "-DF_CPU=16000000UL",
+                                      "-Os",
+                                      "-std=c++14",
+                                      "-Wall",
+                                      "-Wextra",
+                                      "-Werror",
+                                      "-fno-exceptions",
+                                      "-fno-rtti",
+                                      "-fno-threadsafe-statics",
+                                      "-ffunction-sections",
+                                      "-fdata-sections",
+                                      "-fshort-enums",
+                                      "-mrelax",
+                                      "-flto",
+                                      "-fwhole-program",
+                                      "-Wl,--gc-sections",
+                                      "-I" + source.path().string(),
+                                      (source.path() / "firmware" / name / (name + ".cpp")).string(),
+                                      "-o",
+                                      image.elf.string()};
   compile.insert(compile.end(), options.begin(), options.end());
   checked(compile);
   checked({"avr-objcopy", "-O", "ihex", "-R", ".eeprom", image.elf.string(), image.hex.string()});
@@ -81,32 +101,39 @@ Image build(const std::string& name, const std::string& config, const fs::path& 
   if (image.flash_bytes > kFlash || image.ram_bytes > kRam - kStackReserve) {
     fs::remove(image.elf);
     fs::remove(image.hex);
-    throw InputError(fmt::format("the {} image needs {} bytes of flash and {} of RAM; an {} has {} and, beside {} for the stack, {}: use fewer knots",
-                                 name, image.flash_bytes, image.ram_bytes, kTarget, kFlash, kStackReserve, kRam - kStackReserve));
+    throw InputError(fmt::format(
+        "the {} image needs {} bytes of flash and {} of RAM; an {} has {} and, beside {} for the stack, {}: "
+        "use fewer knots",
+        name, image.flash_bytes, image.ram_bytes, kTarget, kFlash, kStackReserve, kRam - kStackReserve));
   }
   io::write_file(folder / (name + "_config.hpp"), config);
   return image;
 }
 
-void write_library(const fs::path& folder, const std::string& name, const std::string& room, const std::string& config,
-                   const std::string& what) {
+void write_library(const fs::path& folder, const std::string& name, const std::string& room,
+                   const std::string& config, const std::string& what) {
   io::make_folder(folder / "src");
   io::make_folder(folder / "examples" / name);
   for (const Source& source : sources()) {
-    const bool other = source.path.starts_with("firmware/") && source.path.find('/', 9) != std::string::npos &&
+    const bool other = source.path.starts_with("firmware/") &&
+                       source.path.find('/', 9) != std::string::npos &&
                        !source.path.starts_with("firmware/" + room + "/");
     if (other) continue;
     io::make_folder((folder / "src" / source.path).parent_path());
     io::write_file(folder / "src" / source.path, source.text);
   }
   io::write_file(folder / "src" / (room + "_config.hpp"), config);
-  io::write_file(folder / "src" / (name + ".h"), "// Including this header compiles the firmware into the sketch: it brings its own main().\n#pragma once\n");
+  io::write_file(folder / "src" / (name + ".h"),
+                 "// Including this header compiles the firmware into the sketch: it brings its own "
+                 "main().\n#pragma once\n");
   io::write_file(folder / "library.properties",
-                 fmt::format("name={}\nversion={}\nauthor=Flexor\nmaintainer=Flexor\nsentence={}\nparagraph=Written by flexor deploy.\n"
+                 fmt::format("name={}\nversion={}\nauthor=Flexor\nmaintainer=Flexor\nsentence={}\nparagraph="
+                             "Written by flexor deploy.\n"
                              "category=Device Control\nurl=\narchitectures=avr\nincludes={}.h\n",
                              name, FLEXOR_VERSION, what, name));
   io::write_file(folder / "examples" / name / (name + ".ino"),
-                 fmt::format("// {}\n// Board: Arduino Uno or Nano (ATmega328P, 16 MHz). The library has its own main(); there is nothing to add here.\n"
+                 fmt::format("// {}\n// Board: Arduino Uno or Nano (ATmega328P, 16 MHz). The library has its "
+                             "own main(); there is nothing to add here.\n"
                              "#include <{}.h>\n",
                              what, name));
 }
@@ -119,22 +146,29 @@ void require_toolchain() {
   }
 }
 
-Image build_glove(const Glove& glove, const fs::path& folder) { return build_glove(glove_config(glove), folder); }
+Image build_glove(const Glove& glove, const fs::path& folder) {
+  return build_glove(glove_config(glove), folder);
+}
 
 Image build_glove(const std::string& config, const fs::path& folder) {
   return build("glove", config, folder, {"-fno-move-loop-invariants"});
 }
 
-Image build_hand(const Hand& hand, const fs::path& folder) { return build("hand", hand_config(hand), folder, {"-mcall-prologues"}); }
+Image build_hand(const Hand& hand, const fs::path& folder) {
+  return build("hand", hand_config(hand), folder, {"-mcall-prologues"});
+}
 
 void write_arduino(const Glove& glove, const Hand& hand, const fs::path& folder) {
-  write_library(folder / "FlexorGlove", "FlexorGlove", "glove", glove_config(glove), "A flex-sensor glove with its compensator");
+  write_library(folder / "FlexorGlove", "FlexorGlove", "glove", glove_config(glove),
+                "A flex-sensor glove with its compensator");
   if (glove.output == Output::radio) {
-    write_library(folder / "FlexorHand", "FlexorHand", "hand", hand_config(hand), "A five-motor hand that follows a glove over a radio");
+    write_library(folder / "FlexorHand", "FlexorHand", "hand", hand_config(hand),
+                  "A five-motor hand that follows a glove over a radio");
   }
 }
 
-Error fixed_point_error(const model::Model& model, const std::array<std::vector<double>, kFingers>& recording) {
+Error fixed_point_error(const model::Model& model,
+                        const std::array<std::vector<double>, kFingers>& recording) {
   const auto channels = channels_of(model);
   Error out;
   std::string worst_finger;
@@ -156,7 +190,8 @@ Error fixed_point_error(const model::Model& model, const std::array<std::vector<
     std::vector<double> range;
     const double span = channel.valid_max - channel.valid_min;
     constexpr int kRamp = 4096;
-    for (int k = 0; k <= 2 * kRamp; ++k) range.push_back(channel.valid_min + span * (k <= kRamp ? k : 2 * kRamp - k) / kRamp);
+    for (int k = 0; k <= 2 * kRamp; ++k)
+      range.push_back(channel.valid_min + span * (k <= kRamp ? k : 2 * kRamp - k) / kRamp);
     std::mt19937 random(1);
     for (int k = 0; k < 20000; ++k) {
       const double share = static_cast<double>(random()) / 4294967296.0;
@@ -165,12 +200,15 @@ Error fixed_point_error(const model::Model& model, const std::array<std::vector<
     const double error = worst(range);
     if (error > out.range_deg) worst_finger = channel.name;
     out.range_deg = std::max(out.range_deg, error);
-    if (!recording[i].empty()) out.recording_deg = std::max(out.recording_deg.value_or(0), worst(recording[i]));
+    if (!recording[i].empty())
+      out.recording_deg = std::max(out.recording_deg.value_or(0), worst(recording[i]));
   }
   if (out.worst_deg() > kWorstError_deg) {
-    throw InputError(fmt::format("model {}: fixed point is up to {:.3f} degree from double ({}), more than the {:g} allowed: steep curves and large gains "
-                                 "cost precision",
-                                 model.name, out.worst_deg(), worst_finger, kWorstError_deg));
+    throw InputError(
+        fmt::format("model {}: fixed point is up to {:.3f} degree from double ({}), more than the {:g} "
+                    "allowed: steep curves and large gains "
+                    "cost precision",
+                    model.name, out.worst_deg(), worst_finger, kWorstError_deg));
   }
   return out;
 }
@@ -193,7 +231,8 @@ link::Key key_from_hex(const std::string& hex) {
   link::Key key{};
   const bool good = hex.size() == 32 && hex.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
   if (!good) throw InputError(fmt::format("key \"{}\": 32 hexadecimal digits are needed", hex));
-  for (std::size_t i = 0; i < 16; ++i) key.bytes[i] = static_cast<std::uint8_t>(std::stoi(hex.substr(2 * i, 2), nullptr, 16));
+  for (std::size_t i = 0; i < 16; ++i)
+    key.bytes[i] = static_cast<std::uint8_t>(std::stoi(hex.substr(2 * i, 2), nullptr, 16));
   return key;
 }
 

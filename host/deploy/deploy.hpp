@@ -27,8 +27,8 @@ struct Image {
 // avr-g++ is there and works, or io::InputError that says what to install.
 void require_toolchain();
 
-// Writes the configuration and the images NAME.elf and NAME.hex into `folder`. Throws io::InputError when an image does not fit the
-// microcontroller, io::JobError when the compiler fails.
+// Writes the configuration and the images NAME.elf and NAME.hex into `folder`. Throws io::InputError when an
+// image does not fit the microcontroller, io::JobError when the compiler fails.
 Image build_glove(const Glove& glove, const std::filesystem::path& folder);
 // Likewise from a text that takes the place of glove_config(): for comparisons.
 Image build_glove(const std::string& config, const std::filesystem::path& folder);
@@ -39,13 +39,15 @@ void write_arduino(const Glove& glove, const Hand& hand, const std::filesystem::
 
 // Largest |fixed point - double| of any finger, degrees, both given the same inputs.
 struct Error {
-  double range_deg = 0;                    // ramps, steps and noise over all valid inputs
+  double range_deg = 0;                 // ramps, steps and noise over all valid inputs
   std::optional<double> recording_deg;  // over what was given
   double worst_deg() const { return std::max(range_deg, recording_deg.value_or(0)); }
 };
 
-// recording[finger]: inputs of the model sample by sample; empty: none. Throws io::InputError when the error exceeds kWorstError_deg.
-Error fixed_point_error(const model::Model& model, const std::array<std::vector<double>, kFingers>& recording);
+// recording[finger]: inputs of the model sample by sample; empty: none. Throws io::InputError when the error
+// exceeds kWorstError_deg.
+Error fixed_point_error(const model::Model& model,
+                        const std::array<std::vector<double>, kFingers>& recording);
 
 // A random key from the system.
 link::Key new_key();

@@ -34,7 +34,9 @@ Hand hand() {
 
 class Deploy : public testing::Test {
  protected:
-  Deploy() : folder_(fs::path(testing::TempDir()) / ("flexor_deploy_" + std::to_string(::getpid()))) { fs::create_directories(folder_); }
+  Deploy() : folder_(fs::path(testing::TempDir()) / ("flexor_deploy_" + std::to_string(::getpid()))) {
+    fs::create_directories(folder_);
+  }
   ~Deploy() override { fs::remove_all(folder_); }
   fs::path folder_;
 };
@@ -102,12 +104,14 @@ TEST_F(Deploy, CalibratesThroughTwoPointsOrMore) {
 
 TEST_F(Deploy, ReadsACalibrationAndRefusesABadOneByName) {
   const auto load = [&](const std::string& fingers) {
-    io::write_file(folder_ / "c.json", R"({"schema": "flexor-calibration", "schema_version": 1, "fingers": )" + fingers + "}");
+    io::write_file(folder_ / "c.json",
+                   R"({"schema": "flexor-calibration", "schema_version": 1, "fingers": )" + fingers + "}");
     return load_calibration(folder_ / "c.json", glove().sensor);
   };
   EXPECT_DOUBLE_EQ(load(R"({"pointer": {"counts": [400, 600], "value": [30, 110]}})")[1](500), 70);
   expect_refused([&] { load(R"({"toe": {"counts": [1, 2], "value": [1, 2]}})"); }, "toe");
-  expect_refused([&] { load(R"({"ring": {"counts": [1], "value": [1]}})"); }, "ring: needs at least two points");
+  expect_refused([&] { load(R"({"ring": {"counts": [1], "value": [1]}})"); },
+                 "ring: needs at least two points");
   expect_refused([&] { load(R"({"ring": {"counts": [5, 5], "value": [1, 2]}})"); }, "must increase");
   expect_refused([&] { load(R"({"ring": {"counts": [5, 9, 12], "value": [1, 5, 2]}})"); }, "rise or fall");
 }
@@ -137,7 +141,8 @@ TEST_F(Deploy, RefusesAModelThatIntegersCannotFollow) {
 
 TEST_F(Deploy, TakesKeysOf32HexadecimalDigitsOnly) {
   EXPECT_EQ(to_hex(key_from_hex("000102030405060708090A0b0c0d0e0f")), "000102030405060708090a0b0c0d0e0f");
-  for (const char* bad : {"", "00", "000102030405060708090a0b0c0d0e0g", "000102030405060708090a0b0c0d0e0f00"}) {
+  for (const char* bad :
+       {"", "00", "000102030405060708090a0b0c0d0e0g", "000102030405060708090a0b0c0d0e0f00"}) {
     expect_refused([&] { (void)key_from_hex(bad); }, "32 hexadecimal digits");
   }
   EXPECT_NE(to_hex(new_key()), to_hex(new_key()));
@@ -151,15 +156,18 @@ TEST_F(Deploy, SaysWhatToInstallWithoutAToolchain) {
   setenv("PATH", before.c_str(), 1);
 }
 
-// The folders as the Arduino IDE would build them: its dialect, every source of the library, the include that the sketch writes.
+// The folders as the Arduino IDE would build them: its dialect, every source of the library, the include that
+// the sketch writes.
 TEST_F(Deploy, ArduinoFoldersCompileInTheArduinosDialect) {
   write_arduino(glove(), hand(), folder_);
   for (const auto& [library, room] : {std::pair{"FlexorGlove", "glove"}, std::pair{"FlexorHand", "hand"}}) {
     const fs::path src = folder_ / library / "src";
     ASSERT_TRUE(fs::exists(folder_ / library / "examples" / library / (std::string(library) + ".ino")));
     ASSERT_TRUE(fs::exists(folder_ / library / "library.properties"));
-    std::vector<std::string> command = {"avr-g++",         "-mmcu=atmega328p", "-DF_CPU=16000000L",         "-Os",    "-std=gnu++11", "-fno-exceptions", "-ffunction-sections",
-                                        "-fdata-sections", "-flto",            "-fno-threadsafe-statics", "-fpermissive", "-I" + src.string()};
+    std::vector<std::string> command = {
+        "avr-g++",      "-mmcu=atmega328p",        "-DF_CPU=16000000L",   "-Os",
+        "-std=gnu++11", "-fno-exceptions",         "-ffunction-sections", "-fdata-sections",
+        "-flto",        "-fno-threadsafe-statics", "-fpermissive",        "-I" + src.string()};
     for (const auto& entry : fs::recursive_directory_iterator(src)) {
       if (entry.path().extension() == ".cpp") command.push_back(entry.path().string());
     }

@@ -39,7 +39,8 @@ class HostCompensator {
 // Not to be moved: the chain points into the tables and at the compensator.
 class HostChain {
  public:
-  explicit HostChain(const Glove& glove) : tables_(glove_tables(glove)), compensator_(glove.model), chain_(settings(), compensator_) {}
+  explicit HostChain(const Glove& glove)
+      : tables_(glove_tables(glove)), compensator_(glove.model), chain_(settings(), compensator_) {}
   HostChain(const HostChain&) = delete;
   HostChain& operator=(const HostChain&) = delete;
 
@@ -53,7 +54,8 @@ class HostChain {
 
  private:
   const firmware::ChannelSettings* settings() {
-    for (std::size_t i = 0; i < kFingers; ++i) settings_[i] = {&tables_.calibration[i], tables_.monitor[i], tables_.guard[i]};
+    for (std::size_t i = 0; i < kFingers; ++i)
+      settings_[i] = {&tables_.calibration[i], tables_.monitor[i], tables_.guard[i]};
     return settings_.data();
   }
 

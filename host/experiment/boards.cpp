@@ -18,7 +18,8 @@ std::array<double, kFingers> rests(const twin::Parameters& p, const model::Model
   std::array<double, kFingers> out = p.hand_lower_deg;
   const auto channels = deploy::channels_of(model);
   for (std::size_t i = 0; i < kFingers; ++i) {
-    if (channels[i] != nullptr) out[i] = std::clamp(channels[i]->rest_deg, p.hand_lower_deg[i], p.hand_upper_deg[i]);
+    if (channels[i] != nullptr)
+      out[i] = std::clamp(channels[i]->rest_deg, p.hand_lower_deg[i], p.hand_upper_deg[i]);
   }
   return out;
 }
@@ -33,7 +34,8 @@ deploy::Glove glove_for(const twin::Parameters& p, const model::Model& model) {
   const auto channels = deploy::channels_of(model);
   for (std::size_t i = 0; i < kFingers; ++i) {
     const bool degrees = channels[i] == nullptr || channels[i]->input_unit == "deg";
-    glove.sensor[i] = degrees ? deploy::divider(p.divider_kohm, p.flat_kohm, p.kohm_per_deg) : deploy::counts_as_they_are();
+    glove.sensor[i] =
+        degrees ? deploy::divider(p.divider_kohm, p.flat_kohm, p.kohm_per_deg) : deploy::counts_as_they_are();
   }
   glove.baud = p.baud;
   glove.frame_rate_hz = p.frame_rate_hz;
@@ -65,7 +67,8 @@ deploy::Hand safe_hand(const twin::Parameters& p, const model::Model& model) {
   hand.upper_deg = p.hand_upper_deg;
   hand.integral_limit = std::min(p.loop_integral_limit, kSafeIntegralLimit);
   hand.speed_deg_s = std::min(p.loop_speed_deg_s, kSafeSpeed_deg_s);
-  hand.feed_forward_s_per_deg = p.torque_constant_mNm_A / 1000 * p.gear_ratio / p.motor_V * std::numbers::pi / 180;
+  hand.feed_forward_s_per_deg =
+      p.torque_constant_mNm_A / 1000 * p.gear_ratio / p.motor_V * std::numbers::pi / 180;
   hand.stall_s = 0.5;
   return hand;
 }

@@ -1,5 +1,5 @@
-// The experiment's boards: what is deployed on them, and what can be asked of them. Who runs their firmware is another program's
-// affair (cosim/, with a licence of its own), so that this is only the interface.
+// The experiment's boards: what is deployed on them, and what can be asked of them. Who runs their firmware
+// is another program's affair (cosim/, with a licence of its own), so that this is only the interface.
 #pragma once
 
 #include <array>
@@ -16,15 +16,15 @@ namespace flexor::experiment {
 // The pair's key in every simulated run.
 deploy::Key bench_key();
 
-// What the twin's glove and radio ask of the glove's firmware. A model in degrees reads the divider of the twin, any other the ADC's
-// counts as they are.
+// What the twin's glove and radio ask of the glove's firmware. A model in degrees reads the divider of the
+// twin, any other the ADC's counts as they are.
 deploy::Glove glove_for(const twin::Parameters& parameters, const model::Model& model);
 
 // The twin's hand as it is: loop, limits and end stops of the published system.
 deploy::Hand twin_hand(const twin::Parameters& parameters, const model::Model& model);
 
-// The same motors and joints with a loop that one may let loose: commands inside Psi, bounded effort and speed, stall detection,
-// feed-forward of the motor's own back-EMF.
+// The same motors and joints with a loop that one may let loose: commands inside Psi, bounded effort and
+// speed, stall detection, feed-forward of the motor's own back-EMF.
 deploy::Hand safe_hand(const twin::Parameters& parameters, const model::Model& model);
 
 using Counts = std::vector<std::array<int, kFingers>>;  // ADC readings, sample by sample
@@ -49,8 +49,8 @@ struct GloveFigures {
   std::size_t frames = 0;
   std::size_t angles = 0;      // compared with the host's runtime
   std::size_t mismatches = 0;  // frames in which anything differs, by one bit even, or that never came
-  CycleStatistic step;         // compensator, five channels; without the first, which starts it; markers subtracted
-  CycleStatistic sample;       // all of a sample's work until a frame is sealed
+  CycleStatistic step;  // compensator, five channels; without the first, which starts it; markers subtracted
+  CycleStatistic sample;  // all of a sample's work until a frame is sealed
   int stack_bytes = 0;
   double awake_share = 0;
 };
@@ -62,18 +62,22 @@ struct HandFigures {
 };
 
 // From a sensor's edge to the motor, stage by stage.
-inline constexpr std::array<const char*, 6> kLatencyStages = {"wait for the ADC", "sample and compute", "wait for a frame",
-                                                              "UART and radio",   "verify",             "next motor command"};
+inline constexpr std::array<const char*, 6> kLatencyStages = {"wait for the ADC", "sample and compute",
+                                                              "wait for a frame", "UART and radio",
+                                                              "verify",           "next motor command"};
 using Latency = std::array<double, kLatencyStages.size()>;  // ms
 
 class Boards : public Engine {
  public:
   // The glove's image on these readings, against the host.
-  virtual GloveFigures run_glove(const std::filesystem::path& elf, const deploy::Glove& glove, const Counts& counts) const = 0;
+  virtual GloveFigures run_glove(const std::filesystem::path& elf, const deploy::Glove& glove,
+                                 const Counts& counts) const = 0;
   // The hand's image with frames coming in as fast as the radio carries them.
-  virtual HandFigures run_hand(const std::filesystem::path& elf, const deploy::Glove& glove, double seconds) const = 0;
+  virtual HandFigures run_hand(const std::filesystem::path& elf, const deploy::Glove& glove,
+                               double seconds) const = 0;
   // Sensor edges at random times, both boards and the radio in between.
-  virtual std::vector<Latency> latency(const twin::Parameters& parameters, const model::Model& model, int edges, std::uint64_t seed) const = 0;
+  virtual std::vector<Latency> latency(const twin::Parameters& parameters, const model::Model& model,
+                                       int edges, std::uint64_t seed) const = 0;
   // Trial 0 with all signals as a value change dump.
   virtual void trace(const twin::Setup& setup, const std::filesystem::path& vcd) = 0;
 };

@@ -12,15 +12,19 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::array<const char*, 6> kColours = {"#999999", "#56B4E9", "#F0E442", "#0072B2", "#D55E00", "#009E73"};
+constexpr std::array<const char*, 6> kColours = {"#999999", "#56B4E9", "#F0E442",
+                                                 "#0072B2", "#D55E00", "#009E73"};
 constexpr double kCyclesPerMs = deploy::kClock_hz / 1000;
 
 bool has_hand(const Deployment& d) { return d.glove.output == deploy::Output::radio; }
 
-std::string cycles(const CycleStatistic& c) { return fmt::format("{:.0f} mean, {} worst", c.mean(), c.worst); }
+std::string cycles(const CycleStatistic& c) {
+  return fmt::format("{:.0f} mean, {} worst", c.mean(), c.worst);
+}
 
 std::string of_budget(int bytes, int budget, int chip) {
-  return fmt::format("{} of {}{}", bytes, chip, bytes > budget ? fmt::format(", over the budget of {}", budget) : "");
+  return fmt::format("{} of {}{}", bytes, chip,
+                     bytes > budget ? fmt::format(", over the budget of {}", budget) : "");
 }
 
 // Name and value of each line of the table.
@@ -31,9 +35,11 @@ std::vector<std::pair<std::string, std::string>> lines(const Deployment& d) {
   add("compensator, cycles per step of five", cycles(d.glove_figures.step));
   add("all of a sample, frame sealed, cycles", cycles(d.glove_figures.sample));
   add("worst error against double, whole range", fmt::format("{:.4f} deg", d.error.range_deg));
-  if (d.error.recording_deg) add("the same over " + d.recording, fmt::format("{:.4f} deg", *d.error.recording_deg));
+  if (d.error.recording_deg)
+    add("the same over " + d.recording, fmt::format("{:.4f} deg", *d.error.recording_deg));
   add("compared with the host to the bit",
-      fmt::format("{} angles over {} samples, {} mismatches", d.glove_figures.angles, d.glove_figures.samples, d.glove_figures.mismatches));
+      fmt::format("{} angles over {} samples, {} mismatches", d.glove_figures.angles, d.glove_figures.samples,
+                  d.glove_figures.mismatches));
   add("glove: flash, bytes", of_budget(d.glove_image.flash_bytes, deploy::kFlashBudget, deploy::kFlash));
   add("glove: static RAM, bytes", of_budget(d.glove_image.ram_bytes, deploy::kRamBudget, deploy::kRam));
   add("glove: stack at most, bytes", fmt::format("{}", d.glove_figures.stack_bytes));
@@ -43,9 +49,11 @@ std::vector<std::pair<std::string, std::string>> lines(const Deployment& d) {
     add("hand: flash, bytes", of_budget(d.hand_image.flash_bytes, deploy::kFlashBudget, deploy::kFlash));
     add("hand: static RAM, bytes", of_budget(d.hand_image.ram_bytes, deploy::kRamBudget, deploy::kRam));
     add("hand: stack at most, bytes", fmt::format("{}", d.hand_figures.stack_bytes));
-    add("hand: awake, link at its fullest", fmt::format("{:.0f} % of the time", 100 * d.hand_figures.awake_share));
+    add("hand: awake, link at its fullest",
+        fmt::format("{:.0f} % of the time", 100 * d.hand_figures.awake_share));
   }
-  add("sample period", fmt::format("{:.1f} ms: ADC {:.2f}, compute at most {:.2f}", t.period_ms, t.adc_ms, t.compute_ms));
+  add("sample period",
+      fmt::format("{:.1f} ms: ADC {:.2f}, compute at most {:.2f}", t.period_ms, t.adc_ms, t.compute_ms));
   add("frame period", fmt::format("{:.1f} ms, of which {:.1f} on the wire", t.frame_period_ms, t.uart_ms));
   return out;
 }
@@ -54,12 +62,15 @@ std::string budget_svg(const Deployment& d) {
   const TimeBudget t = time_budget(d);
   Gnuplot g;
   g.begin("budget", 220);
-  g.add("unset key; set yrange [-0.6:1.6]; set ytics ('frame' 0, 'sample' 1); set xrange [0:{}]; set xlabel 'time (ms)'",
-        std::max(t.period_ms, t.frame_period_ms) * 1.02);
+  g.add(
+      "unset key; set yrange [-0.6:1.6]; set ytics ('frame' 0, 'sample' 1); set xrange [0:{}]; set xlabel "
+      "'time (ms)'",
+      std::max(t.period_ms, t.frame_period_ms) * 1.02);
   g.add("set style fill solid noborder; unset grid; set grid x lc rgb '#dddddd'");
   int objects = 0;
   const auto bar = [&](double from, double to, int row, const char* colour) {
-    g.add("set object {} rectangle from {:.4f},{} to {:.4f},{} fc rgb '{}'", ++objects, from, row - 0.3, to, row + 0.3, colour);
+    g.add("set object {} rectangle from {:.4f},{} to {:.4f},{} fc rgb '{}'", ++objects, from, row - 0.3, to,
+          row + 0.3, colour);
   };
   bar(0, t.period_ms, 1, "#eeeeee");
   bar(0, t.adc_ms, 1, kColours[1]);
@@ -87,7 +98,8 @@ LatencyBudget budget_of(const std::vector<Latency>& edges) {
   };
   LatencyBudget out;
   out.edges = static_cast<int>(edges.size());
-  for (std::size_t i = 0; i < out.stage.size(); ++i) out.stage[i] = over([i](const Latency& edge) { return edge[i]; });
+  for (std::size_t i = 0; i < out.stage.size(); ++i)
+    out.stage[i] = over([i](const Latency& edge) { return edge[i]; });
   out.total = over([](const Latency& edge) {
     double sum = 0;
     for (const double ms : edge) sum += ms;
@@ -107,7 +119,9 @@ std::string latency_table(const LatencyBudget& b) {
 }
 
 Json to_json(const LatencyBudget& b) {
-  const auto stage = [](const LatencyBudget::Stage& s) { return Json{{"mean_ms", s.mean_ms}, {"min_ms", s.min_ms}, {"max_ms", s.max_ms}}; };
+  const auto stage = [](const LatencyBudget::Stage& s) {
+    return Json{{"mean_ms", s.mean_ms}, {"min_ms", s.min_ms}, {"max_ms", s.max_ms}};
+  };
   Json stages = Json::array();
   for (std::size_t i = 0; i < b.stage.size(); ++i) {
     Json row = stage(b.stage[i]);
@@ -117,22 +131,29 @@ Json to_json(const LatencyBudget& b) {
   return {{"edges", b.edges}, {"stages", std::move(stages)}, {"total", stage(b.total)}};
 }
 
-void write_latency_figure(const LatencyBudget& b, const std::string& title, const std::filesystem::path& folder) {
+void write_latency_figure(const LatencyBudget& b, const std::string& title,
+                          const std::filesystem::path& folder) {
   io::make_folder(folder);
   std::string csv = "stage,mean_ms,min_ms,max_ms\n";
   Gnuplot g;
   g.begin("latency", 260);
-  g.add("set title '{}, mean of {} edges' noenhanced; set yrange [-0.7:0.7]; unset ytics; set xrange [0:{}]; set xlabel 'time since the "
-        "edge (ms)'",
-        title, b.edges, b.total.mean_ms * 1.05);
-  g.add("set style fill solid noborder; unset grid; set grid x lc rgb '#dddddd'; set key above maxrows 2; set border 1");
+  g.add(
+      "set title '{}, mean of {} edges' noenhanced; set yrange [-0.7:0.7]; unset ytics; set xrange [0:{}]; "
+      "set xlabel 'time since the "
+      "edge (ms)'",
+      title, b.edges, b.total.mean_ms * 1.05);
+  g.add(
+      "set style fill solid noborder; unset grid; set grid x lc rgb '#dddddd'; set key above maxrows 2; set "
+      "border 1");
   double from = 0;
   std::string plot;
   for (std::size_t i = 0; i < b.stage.size(); ++i) {
     const LatencyBudget::Stage& s = b.stage[i];
     csv += fmt::format("{},{:.4f},{:.4f},{:.4f}\n", kLatencyStages[i], s.mean_ms, s.min_ms, s.max_ms);
-    g.add("set object {} rectangle from {:.4f},-0.4 to {:.4f},0.4 fc rgb '{}'", i + 1, from, from + s.mean_ms, kColours[i]);
-    plot += fmt::format("{}NaN with boxes fc rgb '{}' title '{}: {:.1f} ms'", i > 0 ? ", " : "plot ", kColours[i], kLatencyStages[i], s.mean_ms);
+    g.add("set object {} rectangle from {:.4f},-0.4 to {:.4f},0.4 fc rgb '{}'", i + 1, from, from + s.mean_ms,
+          kColours[i]);
+    plot += fmt::format("{}NaN with boxes fc rgb '{}' title '{}: {:.1f} ms'", i > 0 ? ", " : "plot ",
+                        kColours[i], kLatencyStages[i], s.mean_ms);
     from += s.mean_ms;
   }
   csv += fmt::format("total,{:.4f},{:.4f},{:.4f}\n", b.total.mean_ms, b.total.min_ms, b.total.max_ms);
@@ -144,7 +165,9 @@ void write_latency_figure(const LatencyBudget& b, const std::string& title, cons
 
 TimeBudget time_budget(const Deployment& d) {
   constexpr double kConversion_ms = 13 * 128 / kCyclesPerMs;  // of the ADC at 125 kHz
-  const int bytes = d.glove.output == deploy::Output::opengloves ? 34 : d.glove.key ? link::kWireSealed : link::kWirePlain;
+  const int bytes = d.glove.output == deploy::Output::opengloves ? 34
+                    : d.glove.key                                ? link::kWireSealed
+                                                                 : link::kWirePlain;
   const double baud = d.glove.output == deploy::Output::opengloves ? deploy::kUsbBaud : d.glove.baud;
   TimeBudget t;
   t.period_ms = 1000 * d.glove.model.sample_period_s;
@@ -171,9 +194,13 @@ Json to_json(const Deployment& d) {
                                          {"step_cycles", statistic(d.glove_figures.step)},
                                          {"worst_error_deg", d.error.worst_deg()}}})},
                {"sample_cycles", statistic(d.glove_figures.sample)},
-               {"error_deg", {{"range", d.error.range_deg}, {"recording", d.error.recording_deg ? Json(*d.error.recording_deg) : Json(nullptr)}}},
+               {"error_deg",
+                {{"range", d.error.range_deg},
+                 {"recording", d.error.recording_deg ? Json(*d.error.recording_deg) : Json(nullptr)}}},
                {"bit_exact",
-                {{"samples", d.glove_figures.samples}, {"angles", d.glove_figures.angles}, {"mismatches", d.glove_figures.mismatches}}},
+                {{"samples", d.glove_figures.samples},
+                 {"angles", d.glove_figures.angles},
+                 {"mismatches", d.glove_figures.mismatches}}},
                {"time_budget_ms",
                 {{"sample_period", t.period_ms},
                  {"adc", t.adc_ms},
@@ -192,24 +219,37 @@ Json to_json(const Deployment& d) {
 
 void write_deployment_report(const Deployment& d, const std::filesystem::path& folder) {
   Page page;
-  page.add("<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width'><title>Flexor: firmware of "
-           "{}</title><style>{}</style>",
-           escape(d.glove.model.name), kStyle);
-  page.add("<h1>Firmware of {}</h1><p>For two boards with an ATmega328P at 16 MHz. Every figure was measured on the very images in this "
-           "folder, run instruction by instruction.</p>",
-           escape(d.glove.model.name));
-  page.add("<div class=cards><div class=card><b>{:.0f}</b>cycles for five channels, {:.2f} % of a sample period</div>"
-           "<div class=card><b>{:.3f}&deg;</b>worst error of the integers against double</div>"
-           "<div class=card><b>{}</b>differences from the host in {} angles</div></div>",
-           d.glove_figures.step.mean(), d.glove_figures.step.mean() / kCyclesPerMs / time_budget(d).period_ms * 100, d.error.worst_deg(),
-           d.glove_figures.mismatches, d.glove_figures.angles);
+  page.add(
+      "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport "
+      "content='width=device-width'><title>Flexor: firmware of "
+      "{}</title><style>{}</style>",
+      escape(d.glove.model.name), kStyle);
+  page.add(
+      "<h1>Firmware of {}</h1><p>For two boards with an ATmega328P at 16 MHz. Every figure was measured on "
+      "the very images in this "
+      "folder, run instruction by instruction.</p>",
+      escape(d.glove.model.name));
+  page.add(
+      "<div class=cards><div class=card><b>{:.0f}</b>cycles for five channels, {:.2f} % of a sample "
+      "period</div>"
+      "<div class=card><b>{:.3f}&deg;</b>worst error of the integers against double</div>"
+      "<div class=card><b>{}</b>differences from the host in {} angles</div></div>",
+      d.glove_figures.step.mean(),
+      d.glove_figures.step.mean() / kCyclesPerMs / time_budget(d).period_ms * 100, d.error.worst_deg(),
+      d.glove_figures.mismatches, d.glove_figures.angles);
   page.add("<div class=scroll><table>");
-  for (const auto& [name, value] : lines(d)) page.add("<tr><td>{}</td><td>{}</td></tr>", escape(name), escape(value));
-  page.add("</table></div><h2>Time budget</h2><figure>{}<figcaption>Light blue: the ADC reads five strips; orange: the board computes and seals a "
-           "frame; blue: the frame is on the wire; grey: it sleeps.</figcaption></figure>",
-           budget_svg(d));
-  page.add("<h2>Flash them</h2><p><code>avrdude -p m328p -c arduino -P /dev/ttyUSB0 -b 115200 -U flash:w:glove.hex</code>, likewise "
-           "<code>hand.hex</code>; or copy the folders in <code>arduino/</code> to the Arduino IDE's libraries and open their examples.</p></html>");
+  for (const auto& [name, value] : lines(d))
+    page.add("<tr><td>{}</td><td>{}</td></tr>", escape(name), escape(value));
+  page.add(
+      "</table></div><h2>Time budget</h2><figure>{}<figcaption>Light blue: the ADC reads five strips; "
+      "orange: the board computes and seals a "
+      "frame; blue: the frame is on the wire; grey: it sleeps.</figcaption></figure>",
+      budget_svg(d));
+  page.add(
+      "<h2>Flash them</h2><p><code>avrdude -p m328p -c arduino -P /dev/ttyUSB0 -b 115200 -U "
+      "flash:w:glove.hex</code>, likewise "
+      "<code>hand.hex</code>; or copy the folders in <code>arduino/</code> to the Arduino IDE's libraries "
+      "and open their examples.</p></html>");
   io::write_file(folder / "report.html", page.text());
 }
 

@@ -20,7 +20,8 @@ LatencyBudget budget_of(const std::vector<Latency>& edges);
 std::string latency_table(const LatencyBudget& budget);
 nlohmann::ordered_json to_json(const LatencyBudget& budget);
 // latency.svg and latency.csv.
-void write_latency_figure(const LatencyBudget& budget, const std::string& title, const std::filesystem::path& folder);
+void write_latency_figure(const LatencyBudget& budget, const std::string& title,
+                          const std::filesystem::path& folder);
 
 // All that `flexor deploy` says.
 struct Deployment {

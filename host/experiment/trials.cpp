@@ -82,7 +82,8 @@ class Log {
 };
 
 std::vector<twin::Trial> play(const Plan& plan, const twin::Setup& setup, std::uint64_t first, int count) {
-  return plan.engine != nullptr ? plan.engine->simulate(setup, first, count) : twin::simulate(setup, first, count);
+  return plan.engine != nullptr ? plan.engine->simulate(setup, first, count)
+                                : twin::simulate(setup, first, count);
 }
 
 // A batch of trials of one motion: every compensator meets the same trials.
@@ -283,8 +284,7 @@ class Runner {
       const twin::Setup setup{plan_.parameters, motion, c.model, seed_of_motion(plan_.seed, motion.name()),
                               false};
       std::vector<Row>& out = rows.emplace_back();
-      for (const twin::Trial& trial :
-           play(plan_, setup, static_cast<std::uint64_t>(job.first), job.count)) {
+      for (const twin::Trial& trial : play(plan_, setup, static_cast<std::uint64_t>(job.first), job.count)) {
         out.push_back(row(trial));
       }
     }

@@ -29,7 +29,8 @@ class Engine {
   // Before the first trial of each compensator. Throws io::InputError for what it cannot play.
   virtual void prepare(const twin::Setup& setup) = 0;
   // As twin::simulate; from any thread.
-  virtual std::vector<twin::Trial> simulate(const twin::Setup& setup, std::uint64_t first, int count) const = 0;
+  virtual std::vector<twin::Trial> simulate(const twin::Setup& setup, std::uint64_t first,
+                                            int count) const = 0;
 };
 
 struct Plan {

@@ -32,8 +32,8 @@ PaddedLti pad(const Lti& lti, double period_s, int order) {
   return out;
 }
 
-void check_capacity(const Channel& channel, double period_s, int plays, int input_knots, int order, int output_knots,
-                    bool taps) {
+void check_capacity(const Channel& channel, double period_s, int plays, int input_knots, int order,
+                    int output_knots, bool taps) {
   const auto need = [&](std::size_t size, int capacity, const char* what) {
     if (size > static_cast<std::size_t>(capacity)) {
       throw io::InputError(
@@ -107,8 +107,8 @@ int best_fraction(const Channel& channel, const char* what, double magnitude, in
 std::optional<Direct> direct_form(const Channel& channel, double period_s) {
   const Lti& lti = channel.lti;
   const Eigen::Index n = order_at(lti, period_s);
-  const bool plain = !channel.hysteresis && !channel.input_curve && !channel.output_curve && lti.offset == 0 &&
-                     std::ranges::all_of(lti.taps, [](double tap) { return tap == 0; });
+  const bool plain = !channel.hysteresis && !channel.input_curve && !channel.output_curve &&
+                     lti.offset == 0 && std::ranges::all_of(lti.taps, [](double tap) { return tap == 0; });
   if (n == 0 || !plain || lti.gain <= 0 || after_dead_zone(channel).min < 0) return std::nullopt;
   // prod (1 - p_i / z), then b from the first n values of the impulse response of the hold.
   Direct out{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n)};

@@ -25,11 +25,12 @@ struct PaddedLti {
 
 PaddedLti pad(const Lti& lti, double period_s, int order);
 
-// Poles that are left at this period: the last one is dropped where a sample forgets it altogether, since its state then equals
-// the one before.
+// Poles that are left at this period: the last one is dropped where a sample forgets it altogether, since its
+// state then equals the one before.
 Eigen::Index order_at(const Lti& lti, double period_s);
 
-// b (gain included) and |a| of compensator::DirectForm, where that form is exact enough and the channel has what it asks for.
+// b (gain included) and |a| of compensator::DirectForm, where that form is exact enough and the channel has
+// what it asks for.
 struct Direct {
   Eigen::VectorXd b;
   Eigen::VectorXd a;
@@ -37,8 +38,8 @@ struct Direct {
 std::optional<Direct> direct_form(const Channel& channel, double period_s);
 
 // Throws io::InputError when `channel` needs more than the shape has.
-void check_capacity(const Channel& channel, double period_s, int plays, int input_knots, int order, int output_knots,
-                    bool taps);
+void check_capacity(const Channel& channel, double period_s, int plays, int input_knots, int order,
+                    int output_knots, bool taps);
 
 // Range of the signal after each block for inputs in [valid_min, valid_max]; what fixed point must hold.
 struct Interval {
@@ -63,8 +64,8 @@ int best_fraction(const Channel& channel, const char* what, double magnitude, in
 
 compensator::FixedWeight fixed_weight(double value);
 
-// Fraction bits beyond Q5 that hysteresis and curve may have: as many as hold the curve's knots, and beyond them what a play still
-// remembers, so that saturating there changes no output. 0 without a curve.
+// Fraction bits beyond Q5 that hysteresis and curve may have: as many as hold the curve's knots, and beyond
+// them what a play still remembers, so that saturating there changes no output. 0 without a curve.
 int refinement(const Channel& channel);
 
 template <class RuntimeCurve>
@@ -82,7 +83,8 @@ void fill_floating(const Curve& curve, RuntimeCurve& out) {
 
 // x_fraction: of the knots and the input. Returns the fraction bits of the curve's output.
 template <class RuntimeCurve>
-int fill_fixed(const Channel& channel, const Curve& curve, int x_fraction, int min_fraction, RuntimeCurve& out) {
+int fill_fixed(const Channel& channel, const Curve& curve, int x_fraction, int min_fraction,
+               RuntimeCurve& out) {
   double value = 0;
   double slope = 0;
   for (std::size_t i = 0; i < curve.x.size(); ++i) {
@@ -112,8 +114,8 @@ int fill_fixed(const Channel& channel, const Curve& curve, int x_fraction, int m
 // Throws io::InputError when the shape is too small for the channel.
 template <class Real, class ShapeT>
 auto floating_coefficients(const Channel& channel, double period_s) {
-  detail::check_capacity(channel, period_s, ShapeT::kPlays, ShapeT::kInputKnots, ShapeT::kOrder, ShapeT::kOutputKnots,
-                         ShapeT::kTaps);
+  detail::check_capacity(channel, period_s, ShapeT::kPlays, ShapeT::kInputKnots, ShapeT::kOrder,
+                         ShapeT::kOutputKnots, ShapeT::kTaps);
   typename compensator::Channel<compensator::Floating<Real, ShapeT>, ShapeT>::Coefficients c{};
   const auto real = [](double v) { return static_cast<Real>(v); };
   c.valid_min = real(channel.valid_min);
@@ -151,8 +153,8 @@ auto floating_coefficients(const Channel& channel, double period_s) {
 template <class ShapeT>
 auto fixed_coefficients(const Channel& channel, double period_s) {
   using detail::quantise;
-  detail::check_capacity(channel, period_s, ShapeT::kPlays, ShapeT::kInputKnots, ShapeT::kOrder, ShapeT::kOutputKnots,
-                         ShapeT::kTaps);
+  detail::check_capacity(channel, period_s, ShapeT::kPlays, ShapeT::kInputKnots, ShapeT::kOrder,
+                         ShapeT::kOutputKnots, ShapeT::kTaps);
   typename compensator::Channel<compensator::Fixed<ShapeT>, ShapeT>::Coefficients c{};
   const int q_in = core::kInputFraction;
   c.valid_min = quantise(channel, "valid_min", channel.valid_min, q_in);
@@ -221,7 +223,8 @@ auto fixed_coefficients(const Channel& channel, double period_s) {
   }
   if (channel.output_curve) {
     (void)quantise(channel, "input of the output curve", detail::lti_bound(channel), q_in);
-    const int out = detail::fill_fixed(channel, *channel.output_curve, q_in, core::kOutputFraction, c.output_curve);
+    const int out =
+        detail::fill_fixed(channel, *channel.output_curve, q_in, core::kOutputFraction, c.output_curve);
     c.output_curve_shift = static_cast<std::uint8_t>(out - core::kOutputFraction);
   }
   c.lower = quantise(channel, "saturation", channel.saturation.lower_deg, core::kOutputFraction);

@@ -36,7 +36,8 @@ class Simulation {
   // One sample of channel i, in the model's input unit. In fixed point the input is rounded to Q5 and
   // saturated, so that NaN is refused as below the range.
   Sample step(std::size_t i, double u) {
-    const core::Status status = ChannelT::step(coefficients_[i], states_[i], started_[i], 1, to_input(u), last_[i]);
+    const core::Status status =
+        ChannelT::step(coefficients_[i], states_[i], started_[i], 1, to_input(u), last_[i]);
     return {from_output(last_[i]), status};
   }
 

@@ -1,4 +1,5 @@
-// What surrounds the electronics in one trial: how the person varies, the strips in their cloth, what pushes the motors.
+// What surrounds the electronics in one trial: how the person varies, the strips in their cloth, what pushes
+// the motors.
 #pragma once
 
 #include <array>

@@ -54,7 +54,8 @@ PlantConstants::PlantConstants(const Parameters& p) {
   loop.lower = static_cast<std::int16_t>(std::lround(16 * p.loop_lower_deg));
   loop.upper = static_cast<std::int16_t>(std::lround(16 * p.loop_upper_deg));
   loop.integral_limit = static_cast<std::int32_t>(std::lround(p.loop_integral_limit * hand::kFullDuty * 256));
-  loop.feed_forward = static_cast<std::int16_t>(std::lround(p.loop_feed_forward_s_per_deg / h * hand::kFullDuty));
+  loop.feed_forward =
+      static_cast<std::int16_t>(std::lround(p.loop_feed_forward_s_per_deg / h * hand::kFullDuty));
   loop.duty_limit = static_cast<std::int16_t>(std::lround(p.loop_duty * hand::kFullDuty));
 }
 

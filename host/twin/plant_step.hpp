@@ -24,22 +24,25 @@ template <int kLanes>
 
 // The potentiometer's reading: 10 bits, noise from the sum of four bytes.
 template <int kLanes>
-[[gnu::always_inline]] inline std::int32_t read_potentiometer(const PlantConstants& c, PlantState<kLanes>& x, int i) {
+[[gnu::always_inline]] inline std::int32_t read_potentiometer(const PlantConstants& c, PlantState<kLanes>& x,
+                                                              int i) {
   std::uint32_t noise = x.noise[i];
   noise ^= noise << 13;
   noise ^= noise >> 17;
   noise ^= noise << 5;
   x.noise[i] = noise;
   const auto sum =
-      static_cast<std::int32_t>((noise & 255U) + (noise >> 8 & 255U) + (noise >> 16 & 255U) + (noise >> 24)) - 510;
+      static_cast<std::int32_t>((noise & 255U) + (noise >> 8 & 255U) + (noise >> 16 & 255U) + (noise >> 24)) -
+      510;
   const float reading = x.motor[i] * c.counts_per_deg + c.noise_counts * static_cast<float>(sum) + 0.5F;
   return static_cast<std::int32_t>(limit(reading, 0.0F, 1023.0F));
 }
 
 template <int kLanes>
-[[gnu::always_inline]] inline void move_hand(const PlantConstants& c, PlantState<kLanes>& x, int i, std::int16_t duty) {
-  const float amp = limit(c.amp_per_duty * static_cast<float>(duty) - c.amp_per_deg_s * x.speed[i], -c.current_limit_A,
-                          c.current_limit_A);
+[[gnu::always_inline]] inline void move_hand(const PlantConstants& c, PlantState<kLanes>& x, int i,
+                                             std::int16_t duty) {
+  const float amp = limit(c.amp_per_duty * static_cast<float>(duty) - c.amp_per_deg_s * x.speed[i],
+                          -c.current_limit_A, c.current_limit_A);
   const float pushed = (x.speed[i] + c.deg_s_per_amp * amp + c.deg_s_per_mNm * x.disturbance[i]) * c.viscous;
   const float speed = pushed - limit(pushed, -c.coulomb_deg_s, c.coulomb_deg_s);
   const float wanted = x.motor[i] + speed * 0.001F;
@@ -61,7 +64,8 @@ template <int kLanes>
     move_glove(c, x, i);
     // Not lround, which no compiler turns into vectors; the sum is never negative.
     // NOLINTNEXTLINE(bugprone-incorrect-roundings)
-    const auto measured = static_cast<std::int16_t>(static_cast<float>(read_potentiometer(c, x, i)) * c.q4_per_count + 0.5F);
+    const auto measured =
+        static_cast<std::int16_t>(static_cast<float>(read_potentiometer(c, x, i)) * c.q4_per_count + 0.5F);
     hand::LoopState state{x.setpoint[i], x.integral[i]};
     const std::int16_t duty = hand::step(c.loop, state, static_cast<std::int16_t>(x.command[i]), measured);
     x.setpoint[i] = state.setpoint;

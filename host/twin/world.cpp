@@ -12,10 +12,12 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-std::int32_t settled_integral(const hand::LoopSettings& c, double rest_s, std::int32_t command_q4, float lower_deg, float upper_deg) {
+std::int32_t settled_integral(const hand::LoopSettings& c, double rest_s, std::int32_t command_q4,
+                              float lower_deg, float upper_deg) {
   const float command_deg = static_cast<float>(std::clamp<std::int32_t>(command_q4, c.lower, c.upper)) / 16;
   const float behind_deg = command_deg - std::clamp(command_deg, lower_deg, upper_deg);
-  const double integral = static_cast<double>(c.integral) * static_cast<double>(behind_deg) * rest_s / kStep_s;
+  const double integral =
+      static_cast<double>(c.integral) * static_cast<double>(behind_deg) * rest_s / kStep_s;
   const double limit = c.integral_limit;
   return static_cast<std::int32_t>(std::clamp(integral, -limit, limit));
 }

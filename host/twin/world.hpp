@@ -1,7 +1,8 @@
-// One trial with the electronics left out: fingers, cloth, strips and potentiometers that somebody reads, motors that somebody
-// drives, cameras that look on. The co-simulation puts the boards in between.
+// One trial with the electronics left out: fingers, cloth, strips and potentiometers that somebody reads,
+// motors that somebody drives, cameras that look on. The co-simulation puts the boards in between.
 //
-// The same equations and draws as simulate(): a trial has the same person, glove and hand whichever way it is run.
+// The same equations and draws as simulate(): a trial has the same person, glove and hand whichever way it is
+// run.
 #pragma once
 
 #include "host/twin/laboratory.hpp"
@@ -35,7 +36,9 @@ class World {
 
   double finger_deg(int finger) const { return static_cast<double>(x_.reference[finger]); }
   double joint_deg(int finger) const { return static_cast<double>(x_.joint[finger]); }
-  double speed_deg_s(int finger) const { return static_cast<double>(x_.speed[finger]); }  // of the motor, behind the gear
+  double speed_deg_s(int finger) const {
+    return static_cast<double>(x_.speed[finger]);
+  }  // of the motor, behind the gear
 
   // The loop's integral after person.rest_s of this command in the first pose, as LoopState has it.
   std::int32_t settled_integral(int finger, std::int16_t command_q4) const;
@@ -71,7 +74,7 @@ class World {
 };
 
 // The same for the vector code.
-std::int32_t settled_integral(const hand::LoopSettings& loop, double rest_s, std::int32_t command_q4, float lower_deg,
-                              float upper_deg);
+std::int32_t settled_integral(const hand::LoopSettings& loop, double rest_s, std::int32_t command_q4,
+                              float lower_deg, float upper_deg);
 
 }  // namespace flexor::twin

@@ -67,7 +67,8 @@ struct Fixed {
 
   static bool is_nan(int16_t) { return false; }
   static int32_t gained(const LtiBlock& lti, int16_t v) { return lti.scaled(v); }
-  // `bits` more fraction bits for the hysteresis and the curve; what no longer fits saturates, beyond the curve's ends.
+  // `bits` more fraction bits for the hysteresis and the curve; what no longer fits saturates, beyond the
+  // curve's ends.
   FLEXOR_INLINE static int16_t refine(int16_t v, uint8_t bits) {
     if (bits == 0) return v;
     const int16_t limit = static_cast<int16_t>(INT16_MAX >> bits);
@@ -120,11 +121,12 @@ class Channel {
   // The output before the first good sample.
   FLEXOR_INLINE static Output rest(const Coefficients& c) { return core::clamp(c.rest, c.lower, c.upper); }
 
-  // One sample in, one angle out: always within the saturation, whatever the input. `output` comes in as the last one, at first
-  // rest(), and is left alone when the input is refused. The first good sample sets `bit` of `started`, at first 0. The caller keeps
-  // both, so that a microcontroller writes each angle once and holds the bits of all channels in one register.
-  FLEXOR_INLINE static Status step(const Coefficients& c, State& state, uint8_t& started, uint8_t bit, Input u,
-                                   Output& output) {
+  // One sample in, one angle out: always within the saturation, whatever the input. `output` comes in as the
+  // last one, at first rest(), and is left alone when the input is refused. The first good sample sets `bit`
+  // of `started`, at first 0. The caller keeps both, so that a microcontroller writes each angle once and
+  // holds the bits of all channels in one register.
+  FLEXOR_INLINE static Status step(const Coefficients& c, State& state, uint8_t& started, uint8_t bit,
+                                   Input u, Output& output) {
     if (__builtin_expect(!(u >= c.valid_min && u <= c.valid_max), false)) {
       return refusal(c, u);
     }
@@ -143,7 +145,8 @@ class Channel {
  private:
   // LTI block and the curve after it.
   FLEXOR_INLINE static Output linear(const Coefficients& c, State& state, Input v) {
-    if (ShapeT::kOrder > 0 && Arithmetic::is_direct(c.lti)) return Arithmetic::step_direct(c.lti, state.lti, v);
+    if (ShapeT::kOrder > 0 && Arithmetic::is_direct(c.lti))
+      return Arithmetic::step_direct(c.lti, state.lti, v);
     const auto y = ShapeT::kOrder > 0 ? c.lti.step(state.lti, v) : Arithmetic::gained(c.lti, v);
     if (ShapeT::kOutputKnots == 0 || c.output_curve.count == 0) return Arithmetic::to_output(y);
     return Arithmetic::curve_to_output(c.output_curve(Arithmetic::to_output_curve(y)), c.output_curve_shift);

@@ -158,12 +158,14 @@ TEST(Channel, RefusedInputsHoldTheLastGoodAngleAndLeaveTheStateAlone) {
   DoubleChannel::State state;
   std::uint8_t started = 0;
   double y = DoubleChannel::rest(c);
-  EXPECT_EQ(DoubleChannel::step(c, state, started, 1, std::numeric_limits<double>::quiet_NaN(), y), Status::not_a_number);
+  EXPECT_EQ(DoubleChannel::step(c, state, started, 1, std::numeric_limits<double>::quiet_NaN(), y),
+            Status::not_a_number);
   EXPECT_EQ(y, 7);  // rest before the first good sample
   EXPECT_EQ(DoubleChannel::step(c, state, started, 1, 40, y), Status::ok);
   EXPECT_EQ(DoubleChannel::step(c, state, started, 1, 1001, y), Status::above_range);
   EXPECT_EQ(y, 40);
-  EXPECT_EQ(DoubleChannel::step(c, state, started, 1, -std::numeric_limits<double>::infinity(), y), Status::below_range);
+  EXPECT_EQ(DoubleChannel::step(c, state, started, 1, -std::numeric_limits<double>::infinity(), y),
+            Status::below_range);
   EXPECT_EQ(y, 40);
   EXPECT_EQ(DoubleChannel::step(c, state, started, 1, 41, y), Status::ok);
   EXPECT_EQ(y, 41);

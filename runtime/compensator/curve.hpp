@@ -34,8 +34,9 @@ struct Curve {
   }
 };
 
-// Input and knots in one fraction, Q5 or finer; their values and output in a fraction that the host chooses so that all of them fit int16.
-// y[i] + round(slope[i] * (u - x[i]) / 2^slope_shift); slope_shift is in 1..15.
+// Input and knots in one fraction, Q5 or finer; their values and output in a fraction that the host chooses
+// so that all of them fit int16. y[i] + round(slope[i] * (u - x[i]) / 2^slope_shift); slope_shift is
+// in 1..15.
 template <int kCapacity>
 struct FixedCurve {
   uint8_t count;

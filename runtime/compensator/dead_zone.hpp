@@ -17,7 +17,9 @@ struct DeadZone {
   Number lower;
   Number upper;
 
-  FLEXOR_INLINE Number operator()(Number u) const { return static_cast<Number>(u - core::clamp(u, lower, upper)); }
+  FLEXOR_INLINE Number operator()(Number u) const {
+    return static_cast<Number>(u - core::clamp(u, lower, upper));
+  }
 };
 
 }  // namespace compensator

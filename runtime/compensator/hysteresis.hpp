@@ -30,7 +30,8 @@ struct Plays {
   // Moves play j and returns p_j - u. p_j never leaves the range that u has had, so that saturating
   // u - r and u + r loses nothing.
   FLEXOR_INLINE Number step(State& state, uint8_t j, Number u) const {
-    state.p[j] = core::clamp(state.p[j], core::subtract(u, core::table(radius[j])), core::add(u, core::table(radius[j])));
+    state.p[j] = core::clamp(state.p[j], core::subtract(u, core::table(radius[j])),
+                             core::add(u, core::table(radius[j])));
     return core::subtract(state.p[j], u);
   }
 };

@@ -66,16 +66,18 @@ struct FixedWeight {
   uint16_t mantissa;
   uint8_t shift;
 
-  FLEXOR_INLINE int32_t times(int32_t difference) const { return core::multiply_q16(difference, mantissa) >> shift; }
+  FLEXOR_INLINE int32_t times(int32_t difference) const {
+    return core::multiply_q16(difference, mantissa) >> shift;
+  }
 };
 
 // A plain chain (all c zero, no offset) whose poles are quick against the sample period, in direct form:
 //   y[k] = b_0 v[k] + a_1 y[k-1] + t_1[k-1]                        y rounded to Q4
 //   t_1[k] = b_1 v[k] - a_2 y[k-1] + t_2[k-1],   t_2[k] = b_2 v[k] + a_3 y[k-1]
 //   prod_i (1 - p_i / z) = 1 - a_1 / z + a_2 / z^2 - a_3 / z^3,  p_i = exp(-a_i T)
-// Half the products of the difference form, and short ones. y's rounding, half of 2^-4 degree, grows by 1 / prod (1 - p_i); where
-// that would take it beyond the format's 0.06 degree, the host leaves the difference form in place.
-// v is Q5 and never negative, nor is y; b is Q15, a is Q16, t is Q20.
+// Half the products of the difference form, and short ones. y's rounding, half of 2^-4 degree, grows by 1 /
+// prod (1 - p_i); where that would take it beyond the format's 0.06 degree, the host leaves the difference
+// form in place. v is Q5 and never negative, nor is y; b is Q15, a is Q16, t is Q20.
 template <int kOrder>
 struct DirectForm {
   static_assert(kOrder >= 1 && kOrder <= kMaxOrder, "written out for order 1 to 3");
@@ -89,7 +91,9 @@ struct DirectForm {
 
   // Steady state; small rather than quick, since it happens once.
   FLEXOR_INLINE void start(State& state, uint16_t v, uint16_t y) const {
-    const auto product = [](uint16_t m, uint16_t x) { return static_cast<int32_t>(static_cast<uint32_t>(m) * x); };
+    const auto product = [](uint16_t m, uint16_t x) {
+      return static_cast<int32_t>(static_cast<uint32_t>(m) * x);
+    };
     state.y = y;
     int32_t t = 0;
     if (kOrder > 2) state.t[kSecond] = t = product(b[kB2], v) + product(a[kB2], y);
@@ -123,7 +127,8 @@ struct DirectForm {
 
 // Input int16 in any fraction; states and output int32 in Q20, every value and difference below 2048.
 // w = gain * v / 2^gain_shift + offset (gain_shift < 0 shifts left); taps are tap / 2^tap_fraction.
-// Written out instead of in loops: on the microcontroller every coefficient is then a constant of its instruction.
+// Written out instead of in loops: on the microcontroller every coefficient is then a constant of its
+// instruction.
 template <int kOrder, bool kTaps>
 struct FixedLti {
   int16_t gain;

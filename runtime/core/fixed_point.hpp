@@ -21,8 +21,9 @@ constexpr int kInputFraction = 5;   // ADC counts or degrees, int16: range -1024
 constexpr int kOutputFraction = 4;  // degrees, int16: range -2048 .. 2047.94
 constexpr int kStateFraction = 20;  // LTI states, int32: states and their differences below 2048
 
-// A number of a table that is searched or looped over. On the microcontroller such tables, and the coefficients that they are part
-// of, lie in flash (PROGMEM); all other coefficients are constants of their instructions.
+// A number of a table that is searched or looped over. On the microcontroller such tables, and the
+// coefficients that they are part of, lie in flash (PROGMEM); all other coefficients are constants of their
+// instructions.
 #ifdef __AVR__
 FLEXOR_INLINE int16_t table(const int16_t& x) { return static_cast<int16_t>(pgm_read_word(&x)); }
 #endif
@@ -47,21 +48,26 @@ FLEXOR_INLINE int32_t multiply_q16(int32_t a, uint16_t m) {
   return static_cast<int32_t>(high) * static_cast<int32_t>(m) + low_product;
 }
 
-// a * m, accumulator + a * m, accumulator - a * m, for products and sums that fit. FLEXOR_AVR_ASSEMBLY: the same bits in a third
-// fewer cycles than the compiler's.
+// a * m, accumulator + a * m, accumulator - a * m, for products and sums that fit. FLEXOR_AVR_ASSEMBLY: the
+// same bits in a third fewer cycles than the compiler's.
 #if defined(__AVR__) && defined(FLEXOR_AVR_ASSEMBLY)
-#define FLEXOR_CROSS_PRODUCTS(add, carry)                                                                \
-  "mul %A[a], %B[m]\n\t" add " %B[s], r0\n\t" carry " %C[s], r1\n\t" carry " %D[s], %[zero]\n\t"       \
+#define FLEXOR_CROSS_PRODUCTS(add, carry)                                  \
+  "mul %A[a], %B[m]\n\t" add " %B[s], r0\n\t" carry " %C[s], r1\n\t" carry \
+  " %D[s], %[zero]\n\t"                                                    \
   "mul %B[a], %A[m]\n\t" add " %B[s], r0\n\t" carry " %C[s], r1\n\t" carry " %D[s], %[zero]\n\t"
-#define FLEXOR_PRODUCT                                                                                         \
-  "mul %A[a], %A[m]\n\tmovw %A[s], r0\n\tmul %B[a], %B[m]\n\tmovw %C[s], r0\n\t" FLEXOR_CROSS_PRODUCTS("add", "adc")
-#define FLEXOR_ACCUMULATE(add, carry)                                                                    \
-  "mul %A[a], %A[m]\n\t" add " %A[s], r0\n\t" carry " %B[s], r1\n\t" carry " %C[s], %[zero]\n\t"       \
-  carry " %D[s], %[zero]\n\tmul %B[a], %B[m]\n\t" add " %C[s], r0\n\t" carry " %D[s], r1\n\t"          \
-  FLEXOR_CROSS_PRODUCTS(add, carry)
+#define FLEXOR_PRODUCT                                                                                  \
+  "mul %A[a], %A[m]\n\tmovw %A[s], r0\n\tmul %B[a], %B[m]\n\tmovw %C[s], r0\n\t" FLEXOR_CROSS_PRODUCTS( \
+      "add", "adc")
+#define FLEXOR_ACCUMULATE(add, carry)                                                                  \
+  "mul %A[a], %A[m]\n\t" add " %A[s], r0\n\t" carry " %B[s], r1\n\t" carry " %C[s], %[zero]\n\t" carry \
+  " %D[s], %[zero]\n\tmul %B[a], %B[m]\n\t" add " %C[s], r0\n\t" carry                                 \
+  " %D[s], r1\n\t" FLEXOR_CROSS_PRODUCTS(add, carry)
 FLEXOR_INLINE int32_t multiply(uint16_t a, uint16_t m) {
   int32_t product;
-  asm(FLEXOR_PRODUCT "clr r1" : [s] "=&r"(product) : [a] "r"(a), [m] "r"(m), [zero] "r"(static_cast<uint8_t>(0)) : "r0");
+  asm(FLEXOR_PRODUCT "clr r1"
+      : [s] "=&r"(product)
+      : [a] "r"(a), [m] "r"(m), [zero] "r"(static_cast<uint8_t>(0))
+      : "r0");
   return product;
 }
 FLEXOR_INLINE int32_t multiply_add(int32_t accumulator, uint16_t a, uint16_t m) {

@@ -1,11 +1,13 @@
-// One finger of the hand around its position loop: when it may move, how fast, and what it does when something is wrong.
+// One finger of the hand around its position loop: when it may move, how fast, and what it does when
+// something is wrong.
 //
 // link       goal                       the set-point's speed
 // waiting    where it is                none: no frame has come since the start
 // following  the last command           full, once it has been reached at the careful speed
 // resting    the rest angle             careful: no frame for kHold_ms. A state of its own, not a fault.
-// Faults, each with the motor off: `blind`, the potentiometer's reading is on a rail; `stalled`, full effort and no movement for
-// stall_ticks. A stalled finger is free again when the set-point comes back to it; a blind one when it sees.
+// Faults, each with the motor off: `blind`, the potentiometer's reading is on a rail; `stalled`, full effort
+// and no movement for stall_ticks. A stalled finger is free again when the set-point comes back to it; a
+// blind one when it sees.
 #pragma once
 
 #include "runtime/hand/position_loop.hpp"
@@ -50,10 +52,10 @@ struct Potentiometer {
 struct FingerSettings {
   LoopSettings loop;
   Potentiometer potentiometer;
-  int32_t careful_step;   // Q20 degrees in a tick
-  int16_t stall_duty;     // effort from which standing still counts
-  uint16_t stall_ticks;   // UINT16_MAX: never
-  int16_t stall_travel;   // Q4 degrees that are movement
+  int32_t careful_step;  // Q20 degrees in a tick
+  int16_t stall_duty;    // effort from which standing still counts
+  uint16_t stall_ticks;  // UINT16_MAX: never
+  int16_t stall_travel;  // Q4 degrees that are movement
 };
 
 enum class Fault : uint8_t { none = 0, stalled = 1, blind = 2 };
@@ -77,7 +79,9 @@ class Finger {
   }
 
   Fault fault() const { return fault_; }
-  int16_t setpoint() const { return static_cast<int16_t>(loop_.setpoint >> (core::kStateFraction - core::kOutputFraction)); }
+  int16_t setpoint() const {
+    return static_cast<int16_t>(loop_.setpoint >> (core::kStateFraction - core::kOutputFraction));
+  }
 
  private:
   // Soft start: from where it is, carefully.

@@ -126,14 +126,16 @@ TEST(PositionLoop, FeedForwardTakesAwayTheLagOfARamp) {
     start(c, state, 40 * 16);
     for (int k = 0; k < 500; ++k) {
       const double command = 40 + 0.1 * k;  // 100 degrees a second
-      const int16_t duty = step(c, state, static_cast<int16_t>(std::lround(16 * command)), static_cast<int16_t>(std::lround(16 * angle)));
+      const int16_t duty = step(c, state, static_cast<int16_t>(std::lround(16 * command)),
+                                static_cast<int16_t>(std::lround(16 * angle)));
       angle += 0.6 * duty / kFullDuty;
       last = command - angle;
     }
     return last;
   };
   EXPECT_GT(lag_deg(0), 2);
-  EXPECT_NEAR(lag_deg(static_cast<int16_t>(32767)), lag_deg(0) * (1 - 0.6), 0.5);  // 0.6 of the 54612 it would need
+  EXPECT_NEAR(lag_deg(static_cast<int16_t>(32767)), lag_deg(0) * (1 - 0.6),
+              0.5);  // 0.6 of the 54612 it would need
 }
 
 }  // namespace

@@ -8,8 +8,8 @@
 namespace flexor::hand {
 namespace {
 
-constexpr LoopSettings kSettings = {28 * 16,        113 * 16, 300 * (1 << 20) / 1000, 2000, 1700,
-                                    kFullDuty << 7, kFullDuty, 0};
+constexpr LoopSettings kSettings = {28 * 16,   113 * 16, 300 * (1 << 20) / 1000, 2000, 1700, kFullDuty << 7,
+                                    kFullDuty, 0};
 
 // A motor without inertia: its speed is its duty. Enough to see what the loop does with a command.
 double settle(const LoopSettings& c, double from_deg, int16_t command, int ticks, double load_deg_s = 0,

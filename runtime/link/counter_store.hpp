@@ -1,8 +1,8 @@
 // A counter that only grows, kept in EEPROM: survives resets at any instant and spreads the wear.
 //
-// A record is four bytes of value, least significant first, and two of CRC over them and a salt, so that erased and half-written
-// records are none. Records are written round and round; the greatest valid one counts. kSlots records of 100 000 writes each:
-// 12.8 million in all.
+// A record is four bytes of value, least significant first, and two of CRC over them and a salt, so that
+// erased and half-written records are none. Records are written round and round; the greatest valid one
+// counts. kSlots records of 100 000 writes each: 12.8 million in all.
 #pragma once
 
 #include "runtime/link/crc16.hpp"
@@ -13,7 +13,8 @@ namespace link {
 constexpr uint8_t kSlots = 128;
 constexpr uint8_t kRecordBytes = 6;  // 768 of the ATmega328P's 1024 bytes
 
-// Eeprom: uint8_t read(uint16_t address); bool ready(); void write(uint16_t address, uint8_t byte), called when ready only.
+// Eeprom: uint8_t read(uint16_t address); bool ready(); void write(uint16_t address, uint8_t byte), called
+// when ready only.
 template <class Eeprom>
 class CounterStore {
  public:
@@ -41,7 +42,8 @@ class CounterStore {
     return true;
   }
 
-  // Writes at most one byte (3.4 ms on the ATmega328P, in the background); true once nothing is left to write.
+  // Writes at most one byte (3.4 ms on the ATmega328P, in the background); true once nothing is left to
+  // write.
   bool work(Eeprom& eeprom) {
     if (!eeprom.ready()) return false;
     if (at_ == kRecordBytes) return true;
@@ -55,7 +57,8 @@ class CounterStore {
     uint32_t value;
     uint16_t crc;
   };
-  static_assert(sizeof(Record) == kRecordBytes && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "bytes lie as they are written");
+  static_assert(sizeof(Record) == kRecordBytes && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
+                "bytes lie as they are written");
 
   static uint16_t crc_of(const Record& record) {
     uint16_t crc = 0x464c;  // the salt: a record of zeros is none

@@ -8,7 +8,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace flexor::link;
   if (size > 1000) return 0;
   GloveLine line;
-  if (parse_gloves(reinterpret_cast<const char*>(data), static_cast<uint16_t>(size), line) != GloveParse::ok) return 0;
+  if (parse_gloves(reinterpret_cast<const char*>(data), static_cast<uint16_t>(size), line) != GloveParse::ok)
+    return 0;
   char text[kMaxGloveText];
   const uint8_t bytes = encode_gloves(line.flexion, text);
   GloveLine again;

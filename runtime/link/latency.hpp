@@ -1,8 +1,9 @@
 // How late frames come, from the sender's clock and the receiver's, which run apart by an unknown offset.
 //
 //   d_k = now_k - sent_k (mod 2^16 ms),   late_k = d_k - min_{j <= k} d_j
-// The quickest frame is taken for punctual, so that `late` is what queues, retries and jitter add to the way's fixed time. Every
-// kForget frames the minimum gives way by a millisecond: two crystals drift apart by some 50 ms an hour.
+// The quickest frame is taken for punctual, so that `late` is what queues, retries and jitter add to the
+// way's fixed time. Every kForget frames the minimum gives way by a millisecond: two crystals drift apart by
+// some 50 ms an hour.
 #pragma once
 
 #include <stdint.h>

@@ -1,8 +1,9 @@
 // The text that VR drivers of the OpenGloves family read over USB at 115200 baud ("alpha encoding").
 //
 //   frame  = *(key [digits]) LF,   key = "A".."P" | "Z" | "(" 1*(A-Z) ")",   digits = 1*DIGIT
-// Fingers A (thumb) to E (pinky), 0 .. 1023, rising with flexion; the joystick F, G always at mid-scale, since the driver takes a
-// frame of fingers alone for an empty one. Source: the driver's own parser, opengloves-driver at a462ff6.
+// Fingers A (thumb) to E (pinky), 0 .. 1023, rising with flexion; the joystick F, G always at mid-scale,
+// since the driver takes a frame of fingers alone for an empty one. Source: the driver's own parser,
+// opengloves-driver at a462ff6.
 #pragma once
 
 #include <stdint.h>
@@ -15,8 +16,8 @@ constexpr uint16_t kGloveTop = 1023;
 constexpr uint16_t kGloveMiddle = 512;
 constexpr uint8_t kMaxGloveText = 5 * 5 + 2 * 4 + 1;
 
-// `text` has room for kMaxGloveText; returns the bytes written, no terminating zero. Values above the top are taken for it: the
-// driver does not.
+// `text` has room for kMaxGloveText; returns the bytes written, no terminating zero. Values above the top are
+// taken for it: the driver does not.
 inline uint8_t encode_gloves(const uint16_t* flexion, char* text) {
   uint8_t at = 0;
   for (uint8_t key = 0; key < kGloveFingers + 2; ++key) {

@@ -38,8 +38,8 @@ class Receiver {
   // Nothing up to `last_counter`, which an earlier run kept, is believed again.
   void resume(uint32_t last_counter) { last_ = last_counter; }
 
-  // One byte, never a tag computed: a microcontroller with a loop to serve takes its time over verify(). Not to be called
-  // while a frame is pending.
+  // One byte, never a tag computed: a microcontroller with a loop to serve takes its time over verify(). Not
+  // to be called while a frame is pending.
   Received push(uint8_t byte) {
     if (byte != kDelimiter) {
       if (size_ < sizeof(buffer_)) {

@@ -54,7 +54,8 @@ static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "words are taken from b
 }  // namespace detail
 
 inline uint64_t siphash24(const Key& key, const uint8_t* message, uint8_t size) {
-  detail::SipState s = {0x736f6d6570736575ULL, 0x646f72616e646f6dULL, 0x6c7967656e657261ULL, 0x7465646279746573ULL};
+  detail::SipState s = {0x736f6d6570736575ULL, 0x646f72616e646f6dULL, 0x6c7967656e657261ULL,
+                        0x7465646279746573ULL};
   s.mix(s.v0, key.bytes);
   s.mix(s.v1, key.bytes + 8);
   s.mix(s.v2, key.bytes);

@@ -4,11 +4,17 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 
 #include "host/deploy/deploy.hpp"
+#include "host/deploy/process.hpp"
 #include "host/experiment/calibration.hpp"
 #include "host/experiment/identification.hpp"
+#include "host/io/io.hpp"
 #include "host/recording/csv.hpp"
 #include "runtime/link/opengloves.hpp"
 
@@ -207,6 +213,56 @@ TEST_F(Replay, TheTextOutputIsWhatTheDriverReads) {
     EXPECT_LT(least[i], 30) << i;  // straight
     EXPECT_GT(most[i], 990) << i;  // bent
   }
+}
+
+// runtime/link/golden.txt once more, this time encoded by the microcontroller.
+TEST_F(Replay, TheMicrocontrollerSpeaksTheGoldenVectors) {
+  std::ifstream file(std::string(FLEXOR_SOURCE_DIR) + "/runtime/link/golden.txt");
+  std::string line;
+  std::getline(file, line);
+  std::string program =
+      "#include <avr/io.h>\n#include \"runtime/link/frame.hpp\"\nusing namespace flexor::link;\n"
+      "static void send(const Frame& frame, const Key* key) {\n  uint8_t wire[kWireSealed];\n"
+      "  const uint8_t size = encode(frame, key, wire);\n"
+      "  for (uint8_t i = 0; i < size; ++i) GPIOR0 = wire[i];\n}\nint main() {\n";
+  std::string expected;
+  while (std::getline(file, line)) {
+    std::istringstream fields(line);
+    std::string key_hex;
+    std::string counter;
+    std::string time;
+    fields >> key_hex >> counter >> time;
+    std::array<std::string, 10> numbers;  // five angles, five states
+    for (std::string& number : numbers) fields >> number;
+    std::string wire_hex;
+    fields >> wire_hex;
+    expected += wire_hex;
+    program += "  { Frame f; f.counter = " + counter + "UL; f.time_ms = " + time + "U;\n";
+    for (std::size_t i = 0; i < 5; ++i) {
+      program += fmt::format("    f.angle[{0}] = {1}; f.status[{0}] = static_cast<SensorStatus>({2});\n", i,
+                             numbers[i], numbers[i + 5]);
+    }
+    if (key_hex == "-") {
+      program += "    send(f, nullptr); }\n";
+      continue;
+    }
+    program += "    const Key key = {{";
+    for (std::size_t i = 0; i < 16; ++i) program += "0x" + key_hex.substr(2 * i, 2) + ",";
+    program += "}}; send(f, &key); }\n";
+  }
+  program += "  for (;;) {}\n}\n";
+  io::write_file(folder_ / "golden.cpp", program);
+  const std::string elf = (folder_ / "golden.elf").string();
+  const auto built =
+      deploy::run_process({"avr-g++", "-mmcu=atmega328p", "-Os", "-std=c++14", "-I" FLEXOR_SOURCE_DIR,
+                           (folder_ / "golden.cpp").string(), "-o", elf});
+  ASSERT_EQ(built.status, 0) << built.err;
+  const Firmware firmware(elf);
+  Board board(firmware);
+  std::string sent;
+  board.on_marker = [&](Cycles, std::uint8_t byte) { sent += fmt::format("{:02x}", byte); };
+  board.run_until(100 * kCyclesPerMs);
+  EXPECT_EQ(sent, expected);
 }
 
 }  // namespace

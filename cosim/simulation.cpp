@@ -47,7 +47,6 @@ Simulation::Simulation(const Images& images, const twin::Setup& setup, std::uint
     if (on_glove_marker) on_glove_marker(cycle, marker);
   };
   hand_.on_marker = [this](Cycles cycle, std::uint8_t marker) {
-    accepted_ += is(marker, firmware::Marker::frame_accepted);
     if (on_hand_marker) on_hand_marker(cycle, marker);
   };
 }
@@ -74,7 +73,7 @@ twin::Trial Simulation::run() {
   }
   twin::Trial trial = world_.finish();
   trial.frames_sent = sent_;
-  trial.frames_lost = std::max(0, sent_ - accepted_);
+  trial.frames_lost = static_cast<int>(link_statistics().lost);
   return trial;
 }
 

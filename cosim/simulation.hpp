@@ -76,7 +76,6 @@ class Simulation {
   std::array<int, twin::kFingers> strip_{};
   Cycles injected_until_ = 0;
   int sent_ = 0;
-  int accepted_ = 0;
 };
 
 }  // namespace flexor::cosim

@@ -431,6 +431,7 @@ Json to_json(const Result& r, const Plan& plan) {
             {"gestures_5_and_6", optional(r.log_rms.gestures_5_and_6)},
             {"all", optional(r.log_rms.all)}}},
           {"real_time_factor", r.simulated_s > 0 ? Json(r.real_time_factor()) : Json(nullptr)},
+          {"engine", plan.engine != nullptr ? plan.engine->name() : "twin"},
           {"threads", r.threads},
           {"resumed_rows", r.resumed_rows},
           {"rate_hz", 1 / plan.compensators.front().model.sample_period_s},

@@ -7,7 +7,7 @@
 #include "firmware/markers.hpp"
 #include "host/deploy/host_chain.hpp"
 #include "host/twin/random.hpp"
-#include "runtime/link/receiver.hpp"
+#include "runtime/link/opengloves.hpp"
 
 namespace flexor::cosim {
 namespace {
@@ -17,36 +17,67 @@ using firmware::Marker;
 // "ldi, out" of the closing marker: the opening one ends where the measurement begins.
 constexpr std::uint64_t kMarkerCycles = 2;
 
-bool same(const link::Frame& a, const link::Frame& b) {
-  return std::ranges::equal(a.angle, b.angle) && std::ranges::equal(a.status, b.status);
-}
+// The host's side: what the image must send, to the byte.
+class Expected {
+ public:
+  explicit Expected(const deploy::Glove& glove) : glove_(glove), tables_(deploy::glove_tables(glove)), chain_(glove) {}
 
-// What goes on the wire: angles limited to the field's range.
-link::Frame limited(link::Frame frame) {
-  for (std::int16_t& angle : frame.angle) angle = std::clamp<std::int16_t>(angle, 0, link::kMaxAngle);
-  return frame;
-}
+  void sample(const std::array<int, deploy::kFingers>& counts) {
+    frame_ = chain_.step(counts);
+    ++samples_;
+  }
+
+  std::string message() {
+    if (glove_.output == deploy::Output::opengloves) return line();
+    // The first start of a board whose EEPROM is empty.
+    frame_.counter = (1U << 16) + messages_++;
+    frame_.time_ms = static_cast<std::uint16_t>(std::lround(1000 * glove_.model.sample_period_s) * samples_);
+    std::array<std::uint8_t, link::kWireSealed> wire{};
+    const std::uint8_t size = link::encode(frame_, glove_.key ? &*glove_.key : nullptr, wire.data());
+    return {wire.begin(), wire.begin() + size};
+  }
+
+ private:
+  std::string line() const {
+    std::array<std::uint16_t, deploy::kFingers> flexion{};
+    for (std::size_t i = 0; i < flexion.size(); ++i) {
+      flexion[i] = link::flexion_of(frame_.angle[i], tables_.straight[i], tables_.flexion_scale[i]);
+    }
+    std::array<char, link::kMaxGloveText> text{};
+    return {text.data(), link::encode_gloves(flexion.data(), text.data())};
+  }
+
+  const deploy::Glove& glove_;
+  deploy::GloveTables tables_;
+  deploy::HostChain chain_;
+  link::Frame frame_{};
+  long samples_ = 0;
+  std::uint32_t messages_ = 0;
+};
 
 }  // namespace
 
-experiment::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts) {
+experiment::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts,
+                                std::vector<std::string>* messages) {
   experiment::GloveFigures result;
-  deploy::HostChain host(glove);
-  link::Receiver receiver(glove.key ? &*glove.key : nullptr);
-  std::deque<link::Frame> expected;
-  link::Frame latest{};
+  Expected host(glove);
+  std::deque<std::string> expected;
+  std::string sent;
+  const char end = glove.output == deploy::Output::opengloves ? '\n' : '\0';
   Cycles step_begin = 0;
   Cycles sampled = 0;
   Board board(firmware);
+  const auto now_read = [&]() -> const std::array<int, deploy::kFingers>& {
+    return counts[std::min(result.samples, counts.size() - 1)];
+  };
   board.on_sample = [&](Cycles, int channel) {
-    const auto k = std::min(result.samples, counts.size() - 1);
-    return channel < deploy::kFingers ? counts[k][static_cast<std::size_t>(channel)] : 0;
+    return channel < deploy::kFingers ? now_read()[static_cast<std::size_t>(channel)] : 0;
   };
   board.on_marker = [&](Cycles now, std::uint8_t value) {
     switch (static_cast<Marker>(value)) {
       case Marker::sampled:
         sampled = now;
-        latest = host.step(counts[std::min(result.samples, counts.size() - 1)]);
+        host.sample(now_read());
         ++result.samples;
         return;
       case Marker::step_begin:
@@ -56,7 +87,7 @@ experiment::GloveFigures replay(const Firmware& firmware, const deploy::Glove& g
         if (result.samples > 1) result.step.add(now - step_begin - kMarkerCycles);
         return;
       case Marker::frame_sealed:
-        expected.push_back(limited(latest));
+        expected.push_back(host.message());
         result.sample.add(now - sampled);
         return;
       default:
@@ -64,41 +95,23 @@ experiment::GloveFigures replay(const Firmware& firmware, const deploy::Glove& g
     }
   };
   board.on_byte = [&](Cycles, std::uint8_t byte) {
-    if (receiver.receive(byte) != link::Received::frame) return;
+    sent += static_cast<char>(byte);
+    if (sent.back() != end) return;
     ++result.frames;
     result.angles += deploy::kFingers;
-    if (expected.empty() || !same(receiver.frame(), expected.front())) ++result.mismatches;
+    if (expected.empty() || sent != expected.front()) ++result.mismatches;
     if (!expected.empty()) expected.pop_front();
+    if (messages != nullptr) messages->push_back(sent);
+    sent.clear();
   };
   while (result.samples < counts.size()) board.run_until(board.now() + kCyclesPerMs);
   board.run_until(board.now() + 100 * kCyclesPerMs);
-  // A frame that did not arrive at all is wrong, too; one may still be on its way.
-  if (expected.size() > 1) result.mismatches += expected.size() - 1;
+  // What did not arrive at all is wrong, too; the last samples' messages may still be on their way.
+  constexpr std::size_t kOnTheWay = 2;
+  if (expected.size() > kOnTheWay) result.mismatches += expected.size() - kOnTheWay;
   result.stack_bytes = board.stack_bytes();
   result.awake_share = static_cast<double>(board.awake_cycles()) / static_cast<double>(board.now());
   return result;
-}
-
-std::vector<std::string> replay_opengloves(const Firmware& firmware, const Counts& counts) {
-  std::vector<std::string> lines(1);
-  std::size_t sample = 0;
-  Board board(firmware);
-  board.on_sample = [&](Cycles, int channel) {
-    return channel < deploy::kFingers
-               ? counts[std::min(sample, counts.size() - 1)][static_cast<std::size_t>(channel)]
-               : 0;
-  };
-  board.on_marker = [&](Cycles, std::uint8_t value) {
-    sample += static_cast<Marker>(value) == Marker::sampled;
-  };
-  board.on_byte = [&](Cycles, std::uint8_t byte) {
-    lines.back() += static_cast<char>(byte);
-    if (byte == '\n') lines.emplace_back();
-  };
-  while (sample < counts.size()) board.run_until(board.now() + kCyclesPerMs);
-  board.run_until(board.now() + 9 * kCyclesPerMs);
-  lines.pop_back();
-  return lines;
 }
 
 Counts exercise(std::size_t samples, std::uint32_t seed) {

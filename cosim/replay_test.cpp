@@ -191,7 +191,8 @@ TEST_F(Replay, TheTextOutputIsWhatTheDriverReads) {
   const model::Model model = named("published-hw", 50);
   const Built b = build(model, false, deploy::Output::opengloves);
   const Counts counts = experiment::gesture_counts(parameters_, model);
-  const std::vector<std::string> lines = replay_opengloves(*b.firmware, counts);
+  std::vector<std::string> lines;
+  EXPECT_EQ(replay(*b.firmware, b.glove, counts, &lines).mismatches, 0U);
   EXPECT_GE(lines.size() + 1, counts.size());
   std::array<int, 5> least;
   std::array<int, 5> most{};

@@ -11,7 +11,7 @@ enum class Marker : uint8_t {
   step_begin = 1,  // glove: compensator
   step_end = 2,
   sampled = 3,       // glove: all sensors read
-  frame_sealed = 4,  // glove: a frame goes to the UART
+  frame_sealed = 4,  // glove: a frame or a line goes to the UART
   tick_begin = 5,    // hand: position loops
   tick_end = 6,
   frame_accepted = 7,  // hand: a frame is trusted

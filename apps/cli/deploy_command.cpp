@@ -32,7 +32,7 @@ struct Options {
   bool json = false;
 };
 
-// The model's inputs, finger by finger, from a recording's columns.
+// The model's inputs from a recording's columns.
 std::array<std::vector<double>, experiment::kFingers> inputs_of(const model::Model& model,
                                                                 const std::string& path) {
   const auto channels = deploy::channels_of(model);
@@ -51,29 +51,10 @@ std::array<std::vector<double>, experiment::kFingers> inputs_of(const model::Mod
   return out;
 }
 
-// Measures both images; the first figures that a user would ask for.
-void measure(experiment::Deployment& d, const experiment::Boards& boards, const experiment::Counts& counts,
-             bool radio, const deploy::Image& measured) {
-  ProgressLine line;
-  line.show("running the glove's image ...");
-  d.glove_figures = boards.run_glove(measured.elf, d.glove, counts);
-  if (!radio) return;
-  line.show("running the hand's image ...");
-  constexpr double kHandSeconds = 5;
-  d.hand_figures = boards.run_hand(d.hand_image.elf, d.glove, kHandSeconds);
-}
-
-void run(const Options& o, const Program& program) {
-  experiment::Boards& boards = program.require_boards();
-  if (o.target != deploy::kTarget) {
-    throw io::InputError(fmt::format("unknown target \"{}\"; known: {}", o.target, deploy::kTarget));
-  }
-  deploy::require_toolchain();
-  io::require_folder(o.out);
+// What the options ask for. Refuses, before anything is written, what the boards or the radio cannot do.
+experiment::Deployment plan(const Options& o, const twin::Parameters& p) {
   model::Model model = model::load(o.model);
   if (o.rate_hz > 0) model.sample_period_s = 1 / o.rate_hz;
-  const twin::Parameters p = twin_parameters(o.twin, o.set);
-
   experiment::Deployment d;
   d.glove = experiment::glove_for(p, model);
   d.glove.output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
@@ -82,58 +63,65 @@ void run(const Options& o, const Program& program) {
   d.glove.assembly = o.assembly;
   if (!o.calibration.empty()) d.glove.sensor = deploy::load_calibration(o.calibration, d.glove.sensor);
   d.glove.key = o.plain ? deploy::Key() : o.key.empty() ? deploy::new_key() : deploy::key_from_hex(o.key);
-  deploy::Hand hand = experiment::safe_hand(p, model);
+  (void)deploy::samples_per_frame(d.glove);
+  (void)deploy::uart_divisor(d.glove.output == deploy::Output::radio ? d.glove.baud : deploy::kUsbBaud);
+  return d;
+}
+
+// The model's inputs on the board for these readings.
+std::array<std::vector<double>, experiment::kFingers> inputs_of(const deploy::Glove& glove, const experiment::Counts& counts) {
+  const deploy::GloveTables tables = deploy::glove_tables(glove);
+  std::array<std::vector<double>, experiment::kFingers> out;
+  for (const auto& sample : counts) {
+    for (std::size_t i = 0; i < sample.size(); ++i) {
+      out[i].push_back(tables.calibration[i](static_cast<std::uint16_t>(sample[i])) / 32.0);
+    }
+  }
+  return out;
+}
+
+void measure(experiment::Deployment& d, const experiment::Boards& boards, const experiment::Counts& counts) {
+  ProgressLine line;
+  line.show("running the glove's image ...");
+  d.glove_figures = boards.run_glove(d.glove_image.elf, d.glove, counts);
+  if (d.glove_figures.mismatches > 0) {
+    throw io::JobError(fmt::format("the glove's image differs from the host in {} of {} messages: this is a defect of Flexor, please report it",
+                                   d.glove_figures.mismatches, d.glove_figures.frames));
+  }
+  if (d.glove.output != deploy::Output::radio) return;
+  line.show("running the hand's image ...");
+  constexpr double kHandSeconds = 5;
+  d.hand_figures = boards.run_hand(d.hand_image.elf, d.glove, kHandSeconds);
+}
+
+void run(const Options& o, const Program& program) {
+  experiment::Boards& boards = program.require_boards();
+  if (o.target != deploy::kTarget) throw io::InputError(fmt::format("unknown target \"{}\"; known: {}", o.target, deploy::kTarget));
+  deploy::require_toolchain();
+  io::require_folder(o.out);
+  const twin::Parameters p = twin_parameters(o.twin, o.set);
+  experiment::Deployment d = plan(o, p);
+  const experiment::Counts counts = experiment::gesture_counts(p, d.glove.model);
+  d.recording = o.recording.empty() ? "the six gestures" : o.recording;
+  d.error = deploy::fixed_point_error(d.glove.model, o.recording.empty() ? inputs_of(d.glove, counts) : inputs_of(d.glove.model, o.recording));
+
+  const std::filesystem::path out = o.out;
+  const bool radio = d.glove.output == deploy::Output::radio;
+  deploy::Hand hand = experiment::safe_hand(p, d.glove.model);
   hand.key = d.glove.key;
   hand.baud = d.glove.baud;
-  const bool radio = d.glove.output == deploy::Output::radio;
-
-  // Refusals first, before anything is written.
-  (void)deploy::samples_per_frame(d.glove);
-  (void)deploy::uart_divisor(radio ? d.glove.baud : deploy::kUsbBaud);
-  experiment::Counts counts = experiment::gesture_counts(p, model);
-  const deploy::GloveTables tables = deploy::glove_tables(d.glove);
-  std::array<std::vector<double>, experiment::kFingers> inputs;
-  if (o.recording.empty()) {
-    d.recording = "the six gestures";
-    for (const auto& sample : counts) {
-      for (std::size_t i = 0; i < sample.size(); ++i)
-        inputs[i].push_back(tables.calibration[i](static_cast<std::uint16_t>(sample[i])) / 32.0);
-    }
-  } else {
-    d.recording = o.recording;
-    inputs = inputs_of(model, o.recording);
-  }
-  d.error = deploy::fixed_point_error(model, inputs);
-
-  d.glove_image = deploy::build_glove(d.glove, o.out);
-  if (radio) d.hand_image = deploy::build_hand(hand, o.out);
-  deploy::write_arduino(d.glove, hand, std::filesystem::path(o.out) / "arduino");
-  // The text output has no angles to compare: its compensator is measured in an image that speaks to the
-  // radio.
-  deploy::Image measured = d.glove_image;
-  experiment::Deployment bench = d;
-  if (!radio) {
-    bench.glove.output = deploy::Output::radio;
-    measured = deploy::build_glove(bench.glove, std::filesystem::path(o.out) / "bench");
-  }
-  measure(bench, boards, counts, radio, measured);
-  d.glove_figures = bench.glove_figures;
-  d.hand_figures = bench.hand_figures;
-  if (!radio) std::filesystem::remove_all(std::filesystem::path(o.out) / "bench");
-  if (d.glove_figures.mismatches > 0) {
-    throw io::JobError(
-        fmt::format("the glove's image differs from the host in {} of {} frames: this is a defect of Flexor, "
-                    "please report it",
-                    d.glove_figures.mismatches, d.glove_figures.frames));
-  }
-  if (d.glove.key)
-    io::write_file(std::filesystem::path(o.out) / "pair.key", deploy::to_hex(*d.glove.key) + "\n");
-  experiment::write_deployment_report(d, o.out);
+  d.glove_image = deploy::build_glove(d.glove, out);
+  if (radio) d.hand_image = deploy::build_hand(hand, out);
+  deploy::write_arduino(d.glove, hand, out / "arduino");
+  measure(d, boards, counts);
+  const bool keyed = radio && d.glove.key;
+  if (keyed) io::write_file(out / "pair.key", deploy::to_hex(*d.glove.key) + "\n");
+  experiment::write_deployment_report(d, out);
   nlohmann::ordered_json json = experiment::to_json(d);
   json["folder"] = o.out;
   json["model"] = o.model;
   json["version"] = FLEXOR_VERSION;
-  io::write_file(std::filesystem::path(o.out) / "report.json", json.dump(2) + "\n");
+  io::write_file(out / "report.json", json.dump(2) + "\n");
   if (o.json) {
     print(json.dump(2) + "\n");
     return;
@@ -141,8 +129,7 @@ void run(const Options& o, const Program& program) {
   print(experiment::deployment_table(d));
   print(fmt::format("\nimages    {0}/glove.hex{1}\nArduino   {0}/arduino\nreport    {0}/report.html\n", o.out,
                     radio ? fmt::format(", {}/hand.hex", o.out) : ""));
-  if (d.glove.key && radio)
-    print(fmt::format("key       {}/pair.key: keep it, --key takes it for one board alone\n", o.out));
+  if (keyed) print(fmt::format("key       {}/pair.key: keep it, --key takes it for one board alone\n", o.out));
 }
 
 }  // namespace

@@ -42,13 +42,11 @@ class Output {
   void send_frame() {
     uint16_t flexion[kFingers];
     for (uint8_t i = 0; i < kFingers; ++i) {
-      const int16_t above = static_cast<int16_t>(frame.angle[i] - config::kStraight[i]);
-      flexion[i] =
-          above <= 0 ? 0
-                     : static_cast<uint16_t>((static_cast<uint16_t>(above) * config::kFlexionScale[i]) >> 16);
+      flexion[i] = link::flexion_of(frame.angle[i], config::kStraight[i], config::kFlexionScale[i]);
     }
     char text[link::kMaxGloveText];
     const uint8_t size = link::encode_gloves(flexion, text);
+    mark(Marker::frame_sealed);
     send(reinterpret_cast<const uint8_t*>(text), size);
   }
 };

@@ -202,6 +202,10 @@ GloveTables glove_tables(const Glove& glove) {
     }
     guard.rest =
         q4(std::clamp(channel->rest_deg, channel->saturation.lower_deg, channel->saturation.upper_deg));
+    const model::Saturation& saturation = channel->saturation;
+    out.straight[i] = q4(std::max(saturation.lower_deg, 0.0));
+    const double range = std::max(1.0, 16 * saturation.upper_deg - out.straight[i]);
+    out.flexion_scale[i] = static_cast<std::uint32_t>(std::ceil(link::kGloveTop * 65536 / range));
     for (std::size_t k = 0; k < sensor::kKnots; ++k) {
       const double u = glove.sensor[i](16.0 * static_cast<double>(k));
       out.calibration[i].alpha[k] =
@@ -276,18 +280,8 @@ std::string glove_config(const Glove& glove) {
   if (radio) {
     out += key_text(glove.key);
   } else {
-    // Flexion 0 .. 1023 between the saturations.
-    std::array<int, kFingers> straight{};
-    std::array<std::uint32_t, kFingers> scale{};
-    for (std::size_t i = 0; i < kFingers; ++i) {
-      if (channels[i] == nullptr) continue;
-      const model::Saturation& s = channels[i]->saturation;
-      straight[i] = q4(std::max(s.lower_deg, 0.0));
-      const double range = std::max(1.0, 16 * s.upper_deg - straight[i]);
-      scale[i] = static_cast<std::uint32_t>(std::lround(link::kGloveTop * 65536 / range));
-    }
     out += fmt::format("constexpr int16_t kStraight[] = {};\nconstexpr uint32_t kFlexionScale[] = {};\n",
-                       numbers(straight.data(), kFingers), numbers(scale.data(), kFingers));
+                       numbers(tables.straight.data(), kFingers), numbers(tables.flexion_scale.data(), kFingers));
   }
   out += "\n";
   // Fingers with the same divider share a table.

@@ -81,6 +81,9 @@ struct GloveTables {
   std::array<sensor::Calibration, kFingers> calibration{};
   std::array<sensor::MonitorSettings, kFingers> monitor{};
   std::array<sensor::GuardSettings, kFingers> guard{};
+  // Of link::flexion_of: from the lower to the upper saturation.
+  std::array<std::int16_t, kFingers> straight{};
+  std::array<std::uint32_t, kFingers> flexion_scale{};
 };
 GloveTables glove_tables(const Glove& glove);
 

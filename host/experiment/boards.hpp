@@ -48,7 +48,7 @@ struct GloveFigures {
   std::size_t samples = 0;
   std::size_t frames = 0;
   std::size_t angles = 0;      // compared with the host's runtime
-  std::size_t mismatches = 0;  // frames in which anything differs, by one bit even, or that never came
+  std::size_t mismatches = 0;  // messages of which one bit differs, or that never came
   CycleStatistic step;  // compensator, five channels; without the first, which starts it; markers subtracted
   CycleStatistic sample;  // all of a sample's work until a frame is sealed
   int stack_bytes = 0;

@@ -16,6 +16,13 @@ constexpr uint16_t kGloveTop = 1023;
 constexpr uint16_t kGloveMiddle = 512;
 constexpr uint8_t kMaxGloveText = 5 * 5 + 2 * 4 + 1;
 
+// 0 .. kGloveTop between two angles: (angle - straight) scale / 2^16, angles in Q4 degrees.
+inline uint16_t flexion_of(int16_t angle, int16_t straight, uint32_t scale) {
+  if (angle <= straight) return 0;
+  const uint32_t flexion = (static_cast<uint16_t>(angle - straight) * scale) >> 16;
+  return flexion > kGloveTop ? kGloveTop : static_cast<uint16_t>(flexion);
+}
+
 // `text` has room for kMaxGloveText; returns the bytes written, no terminating zero. Values above the top are
 // taken for it: the driver does not.
 inline uint8_t encode_gloves(const uint16_t* flexion, char* text) {

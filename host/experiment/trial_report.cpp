@@ -165,7 +165,8 @@ std::string html(const Plan& plan, const Result& r, const std::vector<ScenarioRe
       "content='width=device-width, initial-scale=1'><title>Flexor: "
       "experiment</title><style>{}{}</style></head><body>",
       kStyle, kMoreStyle);
-  page.add("<h1>Glove to bionic hand, in the twin</h1>");
+  const bool boards = plan.engine != nullptr;
+  page.add("<h1>Glove to bionic hand, {}</h1>", boards ? "on simulated boards in the twin" : "in the twin");
   verdict(page, r);
   error_table(page, r);
   scenario_table(page, scenarios);

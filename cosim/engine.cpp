@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <deque>
 
@@ -119,9 +120,9 @@ std::vector<experiment::Latency> Engine::latency(const twin::Parameters& paramet
   simulation.on_strip = [&](std::int64_t, int finger, int counts) {
     if (finger != kFinger) return counts;
     const Cycles now = simulation.glove().now();
-    int newest = -1;
-    while (newest + 1 < edges && Simulation::cycle_of(edge_ms[static_cast<std::size_t>(newest + 1)]) <= now)
-      ++newest;
+    const auto later =
+        std::ranges::find_if(edge_ms, [&](double edge) { return Simulation::cycle_of(edge) > now; });
+    const int newest = static_cast<int>(later - edge_ms.begin()) - 1;
     if (newest != sampled_edge) {
       sampled_edge = newest;
       conversion = now;

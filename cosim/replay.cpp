@@ -20,7 +20,8 @@ constexpr std::uint64_t kMarkerCycles = 2;
 // The host's side: what the image must send, to the byte.
 class Expected {
  public:
-  explicit Expected(const deploy::Glove& glove) : glove_(glove), tables_(deploy::glove_tables(glove)), chain_(glove) {}
+  explicit Expected(const deploy::Glove& glove)
+      : glove_(glove), tables_(deploy::glove_tables(glove)), chain_(glove) {}
 
   void sample(const std::array<int, deploy::kFingers>& counts) {
     frame_ = chain_.step(counts);

@@ -11,8 +11,8 @@ namespace flexor::cosim {
 
 using experiment::Counts;
 
-// Replays `counts` as ADC readings at the model's rate; every byte that the board sends is compared with what the host would send.
-// `messages`, if not null, gets all frames or lines.
+// Replays `counts` as ADC readings at the model's rate; every byte that the board sends is compared with what
+// the host would send. `messages`, if not null, gets all frames or lines.
 experiment::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts,
                                 std::vector<std::string>* messages = nullptr);
 

@@ -69,7 +69,8 @@ experiment::Deployment plan(const Options& o, const twin::Parameters& p) {
 }
 
 // The model's inputs on the board for these readings.
-std::array<std::vector<double>, experiment::kFingers> inputs_of(const deploy::Glove& glove, const experiment::Counts& counts) {
+std::array<std::vector<double>, experiment::kFingers> inputs_of(const deploy::Glove& glove,
+                                                                const experiment::Counts& counts) {
   const deploy::GloveTables tables = deploy::glove_tables(glove);
   std::array<std::vector<double>, experiment::kFingers> out;
   for (const auto& sample : counts) {
@@ -85,8 +86,10 @@ void measure(experiment::Deployment& d, const experiment::Boards& boards, const 
   line.show("running the glove's image ...");
   d.glove_figures = boards.run_glove(d.glove_image.elf, d.glove, counts);
   if (d.glove_figures.mismatches > 0) {
-    throw io::JobError(fmt::format("the glove's image differs from the host in {} of {} messages: this is a defect of Flexor, please report it",
-                                   d.glove_figures.mismatches, d.glove_figures.frames));
+    throw io::JobError(
+        fmt::format("the glove's image differs from the host in {} of {} messages: this is a defect of "
+                    "Flexor, please report it",
+                    d.glove_figures.mismatches, d.glove_figures.frames));
   }
   if (d.glove.output != deploy::Output::radio) return;
   line.show("running the hand's image ...");
@@ -96,14 +99,17 @@ void measure(experiment::Deployment& d, const experiment::Boards& boards, const 
 
 void run(const Options& o, const Program& program) {
   experiment::Boards& boards = program.require_boards();
-  if (o.target != deploy::kTarget) throw io::InputError(fmt::format("unknown target \"{}\"; known: {}", o.target, deploy::kTarget));
+  if (o.target != deploy::kTarget)
+    throw io::InputError(fmt::format("unknown target \"{}\"; known: {}", o.target, deploy::kTarget));
   deploy::require_toolchain();
   io::require_folder(o.out);
   const twin::Parameters p = twin_parameters(o.twin, o.set);
   experiment::Deployment d = plan(o, p);
   const experiment::Counts counts = experiment::gesture_counts(p, d.glove.model);
   d.recording = o.recording.empty() ? "the six gestures" : o.recording;
-  d.error = deploy::fixed_point_error(d.glove.model, o.recording.empty() ? inputs_of(d.glove, counts) : inputs_of(d.glove.model, o.recording));
+  d.error =
+      deploy::fixed_point_error(d.glove.model, o.recording.empty() ? inputs_of(d.glove, counts)
+                                                                   : inputs_of(d.glove.model, o.recording));
 
   const std::filesystem::path out = o.out;
   const bool radio = d.glove.output == deploy::Output::radio;
@@ -129,7 +135,8 @@ void run(const Options& o, const Program& program) {
   print(experiment::deployment_table(d));
   print(fmt::format("\nimages    {0}/glove.hex{1}\nArduino   {0}/arduino\nreport    {0}/report.html\n", o.out,
                     radio ? fmt::format(", {}/hand.hex", o.out) : ""));
-  if (keyed) print(fmt::format("key       {}/pair.key: keep it, --key takes it for one board alone\n", o.out));
+  if (keyed)
+    print(fmt::format("key       {}/pair.key: keep it, --key takes it for one board alone\n", o.out));
 }
 
 }  // namespace

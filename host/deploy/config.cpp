@@ -148,7 +148,7 @@ int samples_per_frame(const Glove& glove) {
   const double carried_hz = glove.baud / 10 / bytes;
   if (glove.frame_rate_hz == 0) {
     for (int n = 1; n <= rate; ++n) {
-      if (rate % n == 0 && rate / n <= carried_hz) return n;
+      if (rate % n == 0 && rate <= n * carried_hz) return n;
     }
     throw InputError(
         fmt::format("a radio of {:g} baud carries {:.2f} frames of {} bytes a second, the glove sends at "
@@ -281,7 +281,8 @@ std::string glove_config(const Glove& glove) {
     out += key_text(glove.key);
   } else {
     out += fmt::format("constexpr int16_t kStraight[] = {};\nconstexpr uint32_t kFlexionScale[] = {};\n",
-                       numbers(tables.straight.data(), kFingers), numbers(tables.flexion_scale.data(), kFingers));
+                       numbers(tables.straight.data(), kFingers),
+                       numbers(tables.flexion_scale.data(), kFingers));
   }
   out += "\n";
   // Fingers with the same divider share a table.

@@ -5,16 +5,15 @@
 
 #include <unistd.h>
 #include <Eigen/Dense>
-#include <filesystem>
 
 #include "cosim/replay.hpp"
 #include "host/deploy/deploy.hpp"
+#include "host/io/io.hpp"
 #include "host/model/coefficients.hpp"
 
 namespace {
 
 using namespace flexor;
-namespace fs = std::filesystem;
 
 // x[k+1] = A x + B u, y = C x[k+1] of one finger, exact hold, gain in B.
 struct StateSpace {
@@ -177,7 +176,7 @@ void compare() {
   for (auto& sample : counts) {
     for (int& n : sample) n = 440 + n % 400;
   }
-  const fs::path folder = fs::temp_directory_path() / fmt::format("flexor_cycles_{}", ::getpid());
+  const io::TemporaryFolder folder;
   fmt::print(
       "cycles of one five-channel step, ATmega328P, -Os, 10 Hz, {} steps\n\n{:<52}{:>8}{:>8}{:>10}{:>8}\n",
       counts.size(), "", "mean", "worst", "flash", "RAM");
@@ -185,7 +184,7 @@ void compare() {
     deploy::Glove glove =
         experiment::glove_for(experiment::shipped_parameters(), experiment::compensator(name, 10).model);
     const auto measure = [&](const char* what, const std::string& config) {
-      const deploy::Image image = deploy::build_glove(config, folder);
+      const deploy::Image image = deploy::build_glove(config, folder.path());
       const experiment::GloveFigures f = cosim::replay(cosim::Firmware(image.elf), glove, counts);
       fmt::print("{:<52}{:>8.0f}{:>8}{:>10}{:>8}\n", fmt::format("{}: {}", name, what), f.step.mean(),
                  f.step.worst, image.flash_bytes, image.ram_bytes);
@@ -197,7 +196,6 @@ void compare() {
     measure("Flexor, products in assembly", deploy::glove_config(glove));
   }
   fmt::print("\nflash and RAM are of the whole glove image, radio and all\n");
-  fs::remove_all(folder);
 }
 
 }  // namespace

@@ -18,25 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 using firmware::Marker;
 
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string pattern = (fs::temp_directory_path() / "flexor-images-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) throw io::JobError(fmt::format("{}: cannot be made", pattern));
-    path_ = pattern;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
 // What decides about the images.
 std::string identity(const twin::Setup& setup) {
   return deploy::glove_config(experiment::glove_for(setup.parameters, setup.compensator)) +
@@ -46,7 +27,7 @@ std::string identity(const twin::Setup& setup) {
 }  // namespace
 
 std::unique_ptr<Images> build_images(const deploy::Glove& glove, const deploy::Hand& hand) {
-  const TemporaryFolder folder;
+  const io::TemporaryFolder folder;
   const auto g = deploy::build_glove(glove, folder.path());
   const auto h = deploy::build_hand(hand, folder.path());
   return std::unique_ptr<Images>(new Images{Firmware(g.elf), Firmware(h.elf)});

@@ -52,6 +52,30 @@ inline void start_uart(uint16_t divisor, uint8_t enables) {
   UCSR0B = enables;
 }
 
+// The ADC at 125 kHz on PC0 .. PC4: a conversion takes 0.1 ms.
+inline void start_adc() {
+  DIDR0 = 0x1f;
+  ADMUX = _BV(REFS0);
+  ADCSRA = _BV(ADEN) | _BV(ADIE) | 7;
+}
+
+// One conversion of each channel after the other: begun by a timer's interrupt, continued by the ADC's until
+// it is true.
+inline void begin_scan() {
+  ADMUX = _BV(REFS0);
+  ADCSRA |= _BV(ADSC);
+}
+
+template <uint8_t kChannels>
+inline bool continue_scan(volatile uint16_t (&counts)[kChannels]) {
+  const uint8_t channel = ADMUX & 7;
+  counts[channel] = ADC;
+  if (channel + 1 == kChannels) return true;
+  ADMUX = static_cast<uint8_t>(_BV(REFS0) | (channel + 1));
+  ADCSRA |= _BV(ADSC);
+  return false;
+}
+
 struct Eeprom {
   uint8_t read(uint16_t address) { return eeprom_read_byte(reinterpret_cast<const uint8_t*>(address)); }
   bool ready() { return eeprom_is_ready(); }

@@ -21,9 +21,7 @@ void send(const uint8_t* bytes, uint8_t size) {
 }
 
 void start_sampling() {
-  DIDR0 = 0x1f;
-  ADMUX = _BV(REFS0);
-  ADCSRA = _BV(ADEN) | _BV(ADIE) | 7;  // 125 kHz
+  start_adc();
   TCCR1B = _BV(WGM12) | _BV(CS11) | _BV(CS10);
   OCR1A = static_cast<uint16_t>(F_CPU / 64 / config::kRate_hz - 1);
   TIMSK1 = _BV(OCIE1A);
@@ -84,20 +82,10 @@ Output output;
 
 }  // namespace
 
-ISR(TIMER1_COMPA_vect) {
-  ADMUX = _BV(REFS0);
-  ADCSRA |= _BV(ADSC);
-}
+ISR(TIMER1_COMPA_vect) { begin_scan(); }
 
 ISR(ADC_vect) {
-  const uint8_t channel = ADMUX & 7;
-  counts[channel] = ADC;
-  if (channel + 1 == kFingers) {
-    sampled = true;
-    return;
-  }
-  ADMUX = static_cast<uint8_t>(_BV(REFS0) | (channel + 1));
-  ADCSRA |= _BV(ADSC);
+  if (continue_scan(counts)) sampled = true;
 }
 
 ISR(USART_UDRE_vect) {

@@ -50,21 +50,14 @@ void start_motors() {
   OCR0A = 249;
   TCCR0B = _BV(WGM02) | _BV(CS01) | _BV(CS00);
   TIMSK0 = _BV(OCIE0A);
-  DIDR0 = 0x1f;
-  ADMUX = _BV(REFS0);
-  ADCSRA = _BV(ADEN) | _BV(ADIE) | 7;  // 125 kHz: five conversions take 0.52 ms
+  start_adc();
 }
 
-// Connects or disconnects one output: sets its compare mode's bits in `control` to clear-on-match or to
-// nothing.
-void connect(volatile uint8_t& control, uint8_t bit, bool on) {
-  control = static_cast<uint8_t>(on ? control | bit : control & ~bit);
+void put(volatile uint8_t& port, uint8_t bits, bool on) {
+  port = static_cast<uint8_t>(on ? port | bits : port & ~bits);
 }
 
-void direction(volatile uint8_t& port, uint8_t bit, bool flex) {
-  port = static_cast<uint8_t>(flex ? port | bit : port & ~bit);
-}
-
+// The compare mode's bit in TCCRnA connects the output to its timer: clear on match.
 void drive(uint8_t motor, int16_t duty) {
   const bool flex = duty >= 0;
   const uint16_t size = static_cast<uint16_t>(flex ? duty : -duty);
@@ -72,44 +65,44 @@ void drive(uint8_t motor, int16_t duty) {
   const bool on = width > 0;
   switch (motor) {
     case 0:
-      direction(PORTB, _BV(PB0), flex);
+      put(PORTB, _BV(PB0), flex);
       OCR1A = width;
-      connect(TCCR1A, _BV(COM1A1), on);
+      put(TCCR1A, _BV(COM1A1), on);
       return;
     case 1:
-      direction(PORTB, _BV(PB4), flex);
+      put(PORTB, _BV(PB4), flex);
       OCR1B = width;
-      connect(TCCR1A, _BV(COM1B1), on);
+      put(TCCR1A, _BV(COM1B1), on);
       return;
     case 2:
-      direction(PORTD, _BV(PD2), flex);
+      put(PORTD, _BV(PD2), flex);
       OCR2A = width;
-      connect(TCCR2A, _BV(COM2A1), on);
+      put(TCCR2A, _BV(COM2A1), on);
       return;
     case 3:
-      direction(PORTD, _BV(PD4), flex);
+      put(PORTD, _BV(PD4), flex);
       OCR2B = width;
-      connect(TCCR2A, _BV(COM2B1), on);
+      put(TCCR2A, _BV(COM2B1), on);
       return;
     default:
-      direction(PORTD, _BV(PD7), flex);
+      put(PORTD, _BV(PD7), flex);
       OCR0B = static_cast<uint8_t>((static_cast<uint16_t>(width) * 250) >> 8);  // counts to 249
-      connect(TCCR0A, _BV(COM0B1), on);
+      put(TCCR0A, _BV(COM0B1), on);
   }
 }
 
 // Out of line: inside main its values would not stay in registers.
 __attribute__((noinline)) void tick() {
   mark(Marker::tick_begin);
-  uint16_t angle[link::kFingers];
+  uint16_t reading[link::kFingers];
   cli();
-  for (uint8_t i = 0; i < link::kFingers; ++i) angle[i] = counts[i];
+  for (uint8_t i = 0; i < link::kFingers; ++i) reading[i] = counts[i];
   sei();
   ++now_ms;
   hand_status.link = watch.tick();
   for (uint8_t i = 0; i < link::kFingers; ++i) {
     const int16_t duty = hand_finger[i].tick(config::kSettings[config::kSettingsOf[i]], hand_status.link,
-                                             hand_receiver.frame().angle[i], config::kRest[i], angle[i]);
+                                             hand_receiver.frame().angle[i], config::kRest[i], reading[i]);
     drive(i, duty);
     hand_status.fault[i] = hand_finger[i].fault();
     hand_status.setpoint[i] = hand_finger[i].setpoint();
@@ -143,20 +136,10 @@ void listen() {
 
 }  // namespace
 
-ISR(TIMER0_COMPA_vect) {
-  ADMUX = _BV(REFS0);
-  ADCSRA |= _BV(ADSC);
-}
+ISR(TIMER0_COMPA_vect) { begin_scan(); }
 
 ISR(ADC_vect) {
-  const uint8_t channel = ADMUX & 7;
-  counts[channel] = ADC;
-  if (channel + 1 == link::kFingers) {
-    ticked = true;
-    return;
-  }
-  ADMUX = static_cast<uint8_t>(_BV(REFS0) | (channel + 1));
-  ADCSRA |= _BV(ADSC);
+  if (continue_scan(counts)) ticked = true;
 }
 
 ISR(USART_RX_vect) {

@@ -22,29 +22,12 @@ using io::JobError;
 constexpr const char* kCompiler = "avr-g++";
 constexpr const char* kHint = "install gcc-avr, avr-libc and binutils-avr";
 
-// The firmware's sources in a folder of their own, removed at the end.
-class SourceFolder {
- public:
-  SourceFolder() {
-    std::string pattern = (fs::temp_directory_path() / "flexor-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) throw JobError(fmt::format("{}: cannot be made", pattern));
-    path_ = pattern;
-    for (const Source& source : sources()) {
-      fs::create_directories((path_ / source.path).parent_path());
-      io::write_file(path_ / source.path, source.text);
-    }
+void write_sources(const fs::path& folder) {
+  for (const Source& source : sources()) {
+    io::make_folder((folder / source.path).parent_path());
+    io::write_file(folder / source.path, source.text);
   }
-  ~SourceFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  SourceFolder(const SourceFolder&) = delete;
-  SourceFolder& operator=(const SourceFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
+}
 
 std::string checked(const std::vector<std::string>& argv) {
   const ProcessResult result = run_process(argv);
@@ -60,7 +43,8 @@ Image build(const std::string& name, const std::string& config, const fs::path& 
             const std::vector<std::string>& options) {
   require_toolchain();
   io::make_folder(folder);
-  const SourceFolder source;
+  const io::TemporaryFolder source;
+  write_sources(source.path());
   io::write_file(source.path() / (name + "_config.hpp"), config);
   Image image{folder / (name + ".elf"), folder / (name + ".hex")};
   std::vector<std::string> compile = {kCompiler,

@@ -16,19 +16,6 @@ namespace flexor::experiment {
 // One gnuplot process draws all figures; each writes into a folder of its own that is removed at the end.
 class Gnuplot {
  public:
-  Gnuplot() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "flexor-XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr)
-      throw io::JobError("cannot make a folder for temporary figures");
-    folder_ = pattern;
-  }
-  ~Gnuplot() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  Gnuplot(const Gnuplot&) = delete;
-  Gnuplot& operator=(const Gnuplot&) = delete;
-
   template <class... Args>
   void add(fmt::format_string<Args...> format, Args&&... args) {
     fmt::format_to(std::back_inserter(script_), format, std::forward<Args>(args)...);
@@ -45,7 +32,7 @@ class Gnuplot {
       add("set terminal svg size {},{} dynamic font 'Helvetica,14' name 'flexor_{}' background '#ffffff'",
           width, height, name);
     }
-    add("set output '{}'", (folder_ / name).string());
+    add("set output '{}'", (folder_.path() / name).string());
     add("set grid lc rgb '#dddddd'; set border 3 lc rgb '#666666'; set tics nomirror; set key above");
   }
 
@@ -57,8 +44,8 @@ class Gnuplot {
   }
 
   void run() const {
-    const std::filesystem::path script = folder_ / "script";
-    const std::filesystem::path log = folder_ / "log";
+    const std::filesystem::path script = folder_.path() / "script";
+    const std::filesystem::path log = folder_.path() / "log";
     io::write_file(script, {script_.data(), script_.size()});
     const std::string command = fmt::format("gnuplot '{}' > '{}' 2>&1", script.string(), log.string());
     if (std::system(command.c_str()) == 0) return;
@@ -68,7 +55,7 @@ class Gnuplot {
         "gnuplot could not draw the figures (is it installed? script/bootstrap): {}", reason.substr(0, 200)));
   }
 
-  std::string bytes(const std::string& name) const { return io::read_file(folder_ / name); }
+  std::string bytes(const std::string& name) const { return io::read_file(folder_.path() / name); }
 
   std::string svg(const std::string& name) const {
     const std::string text = bytes(name);
@@ -76,7 +63,7 @@ class Gnuplot {
   }
 
  private:
-  std::filesystem::path folder_;
+  io::TemporaryFolder folder_;
   fmt::memory_buffer script_;
 };
 

@@ -93,6 +93,17 @@ void make_folder(const fs::path& folder) {
     throw InputError(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
 }
 
+TemporaryFolder::TemporaryFolder() {
+  std::string pattern = (fs::temp_directory_path() / "flexor-XXXXXX").string();
+  if (mkdtemp(pattern.data()) == nullptr) throw JobError(pattern + ": cannot be made");
+  path_ = pattern;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
 std::string digest(std::string_view content) {
   std::uint64_t hash = 0xcbf29ce484222325;
   for (const char c : content) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;

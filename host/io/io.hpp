@@ -43,6 +43,19 @@ void write_file(const std::filesystem::path& path, std::string_view content);
 // Makes `folder` and its parents. Throws InputError.
 void make_folder(const std::filesystem::path& folder);
 
+// A new folder for the time being, removed with all that is in it. Throws JobError.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
 // FNV-1a, 64 bits, as "fnv1a64:<16 hex digits>": names the data that a model was trained on.
 std::string digest(std::string_view content);
 

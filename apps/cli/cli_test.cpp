@@ -396,6 +396,15 @@ TEST_F(Cli, DeployWritesImagesReportAndOneJsonObject) {
   EXPECT_NE(content(path("d") + "/glove_config.hpp").find("kRate_hz = 10"), std::string::npos);
 }
 
+TEST_F(Cli, DeployTakesAModelOfOneFinger) {
+  nlohmann::json model = nlohmann::json::parse(content(FLEXOR_SOURCE_DIR "/models/published_hw.json"));
+  model["channels"] = {model["channels"][1]};
+  std::ofstream(path("one.json")) << model;
+  const Finished r = run("deploy '" + path("one.json") + "' --json --out '" + path("d") + "'");
+  ASSERT_EQ(r.exit, 0) << r.err;
+  EXPECT_EQ(nlohmann::json::parse(r.out).at("bit_exact").at("mismatches"), 0);
+}
+
 TEST_F(Cli, DeployForVrSpeaksText) {
   const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
   const Finished r = run("deploy '" + model + "' --rate 100 --output opengloves --out '" + path("d") + "'");

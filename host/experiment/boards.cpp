@@ -74,10 +74,11 @@ deploy::Hand safe_hand(const twin::Parameters& p, const model::Model& model) {
 }
 
 Counts gesture_counts(const twin::Parameters& p, const model::Model& model) {
+  const model::Model raw = compensator("raw", 1 / model.sample_period_s).model;
   const twin::Divider divider(p);
   Counts out;
   for (const twin::Motion& motion : motions("1-6")) {
-    const twin::Setup setup{p, motion, model, 1, true};
+    const twin::Setup setup{p, motion, raw, 1, true};
     const twin::Trial trial = twin::simulate(setup, 0, 1).front();
     for (std::size_t k = 0; k < trial.sample_s.size(); ++k) {
       std::array<int, kFingers>& counts = out.emplace_back();

@@ -29,7 +29,8 @@ deploy::Hand safe_hand(const twin::Parameters& parameters, const model::Model& m
 
 using Counts = std::vector<std::array<int, kFingers>>;  // ADC readings, sample by sample
 
-// The readings of trial 0 of the six gestures, one after the other.
+// The readings of trial 0 of the six gestures, one after the other, at the model's rate; of all fingers,
+// whichever it has.
 Counts gesture_counts(const twin::Parameters& parameters, const model::Model& model);
 
 struct CycleStatistic {

@@ -106,7 +106,8 @@ void run(const Options& o, const Program& program) {
   const twin::Parameters p = twin_parameters(o.twin, o.set);
   experiment::Deployment d = plan(o, p);
   const experiment::Counts counts = experiment::gesture_counts(p, d.glove.model);
-  d.recording = o.recording.empty() ? "the six gestures" : o.recording;
+  d.recording =
+      o.recording.empty() ? "the six gestures" : std::filesystem::path(o.recording).filename().string();
   d.error =
       deploy::fixed_point_error(d.glove.model, o.recording.empty() ? inputs_of(d.glove, counts)
                                                                    : inputs_of(d.glove.model, o.recording));

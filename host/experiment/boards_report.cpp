@@ -180,7 +180,7 @@ TimeBudget time_budget(const Deployment& d) {
 
 std::string deployment_table(const Deployment& d) {
   std::string out;
-  for (const auto& [name, value] : lines(d)) out += fmt::format("{:<42}{}\n", name, value);
+  for (const auto& [name, value] : lines(d)) out += fmt::format("{:<40}  {}\n", name, value);
   return out;
 }
 

@@ -18,7 +18,7 @@
 // simavr keeps its interrupt lines, some kilobytes a board, for ever.
 extern "C" const char* __lsan_default_suppressions() {
   return "leak:libsimavr";
-}  // NOLINT(bugprone-reserved-identifier)
+}  // NOLINT(bugprone-reserved-identifier): LeakSanitizer asks for it by this name
 #endif
 
 namespace flexor::cosim {
@@ -255,7 +255,5 @@ int Board::stack_bytes() const {
   while (at <= kRamEnd && data[at] == kPaint) ++at;
   return kRamEnd + 1 - at;
 }
-
-bool Board::crashed() const { return avr(avr_)->state == cpu_Crashed; }
 
 }  // namespace flexor::cosim

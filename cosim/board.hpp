@@ -62,7 +62,6 @@ class Board {
 
   // -1 .. 1: share of full voltage on motor 0 .. 4 of the hand, by PWM and direction pin.
   double duty(int motor) const;
-  int pwm_width(int motor) const { return width_[static_cast<std::size_t>(motor)]; }
 
   std::uint8_t read(std::uint16_t address) const;
   void write(std::uint16_t address, std::uint8_t byte);
@@ -76,7 +75,6 @@ class Board {
 
   // Most bytes of stack that were in use since power-on.
   int stack_bytes() const;
-  bool crashed() const;
   Cycles awake_cycles() const { return awake_; }
 
  private:

@@ -6,6 +6,10 @@
 
 namespace flexor::twin {
 
+std::int64_t frame_ms(std::size_t frame, double rate_hz, double latency_s) {
+  return std::lround((static_cast<double>(frame) / rate_hz - latency_s) * 1000);
+}
+
 Variation draw_variation(const Parameters& p, std::uint64_t trial_seed) {
   Random person(seed_of(trial_seed, Purpose::person));
   Variation v;

@@ -13,11 +13,15 @@
 
 namespace flexor::twin {
 
+inline constexpr std::int64_t kWarmUp_ms = 500;  // simulate() begins so long before t = 0
 inline constexpr int kBlock_ms = 10;  // reference, disturbance and drift are straight lines in between
 inline constexpr double kBlock_s = kBlock_ms * kStep_s;
 
 // What random draws are for; part of every seed.
 enum class Purpose : std::uint64_t { person = 1, sensor, radio, disturbance, potentiometer, camera, phase };
+
+// When a camera takes its frame, ms; it sees what was there a latency ago.
+std::int64_t frame_ms(std::size_t frame, double rate_hz, double latency_s);
 
 Variation draw_variation(const Parameters& parameters, std::uint64_t trial_seed);
 

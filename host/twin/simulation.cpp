@@ -19,8 +19,6 @@
 namespace flexor::twin {
 namespace {
 
-constexpr std::int64_t kWarmUp_ms = 500;
-
 using Compensators = model::Simulation<model::FixedArithmetic>;
 
 // Channel of the compensator for each finger of the hand.
@@ -61,8 +59,8 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     const Compensators prototype(setup.compensator);
     for (int t = 0; t < kTrials; ++t) begin_trial(t, first + static_cast<std::uint64_t>(t), prototype);
     for (int lane = 0; lane < kLanes; ++lane) begin_lane(lane);
-    hand_next_ms_ = frame_ms(0, p_.hand_camera_latency_s);
-    glove_next_ms_ = frame_ms(0, p_.glove_camera_latency_s);
+    hand_next_ms_ = frame_ms(0, p_.camera_rate_hz, p_.hand_camera_latency_s);
+    glove_next_ms_ = frame_ms(0, p_.camera_rate_hz, p_.glove_camera_latency_s);
   }
 
   std::vector<Trial> run() {
@@ -84,10 +82,6 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
  private:
   static constexpr int kLanes = kFingers * kTrials;
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-  std::int64_t frame_ms(std::size_t frame, double latency_s) const {
-    return std::lround((static_cast<double>(frame) / p_.camera_rate_hz - latency_s) * 1000);
-  }
 
   void begin_trial(int t, std::uint64_t number, const Compensators& prototype) {
     const std::uint64_t seed = seed_of(setup_.seed, number);
@@ -189,11 +183,11 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   void look(std::int64_t now) {
     if (now >= glove_next_ms_ && glove_frame_ < frames_) {
       shoot(&Trial::glove_deg, x_.reference);
-      glove_next_ms_ = frame_ms(++glove_frame_, p_.glove_camera_latency_s);
+      glove_next_ms_ = frame_ms(++glove_frame_, p_.camera_rate_hz, p_.glove_camera_latency_s);
     }
     if (now >= hand_next_ms_ && hand_frame_ < frames_) {
       shoot(&Trial::hand_deg, x_.joint);
-      hand_next_ms_ = frame_ms(++hand_frame_, p_.hand_camera_latency_s);
+      hand_next_ms_ = frame_ms(++hand_frame_, p_.camera_rate_hz, p_.hand_camera_latency_s);
     }
   }
 

@@ -71,22 +71,20 @@ void World::begin_block() {
     x_.reference_slope[i] = static_cast<float>((rho - reference_[at(i)]) / kBlock_ms);
     reference_[at(i)] = rho;
     // simulate() starts later: its draws begin there.
-    if (now_ms_ >= -500) x_.disturbance[i] = static_cast<float>(disturbance_[at(i)].next());
+    if (now_ms_ >= -kWarmUp_ms) x_.disturbance[i] = static_cast<float>(disturbance_[at(i)].next());
     if (now_ms_ > 0) total_error_[at(i)] += static_cast<double>(x_.error_deg_ms[i]);
     x_.error_deg_ms[i] = 0;
   }
 }
 
-std::int64_t World::frame_ms(std::size_t frame, double latency_s) const {
-  return std::lround((static_cast<double>(frame) / p_.camera_rate_hz - latency_s) * 1000);
-}
-
 void World::look() {
-  if (glove_frame_ < frames_ && now_ms_ >= frame_ms(glove_frame_, p_.glove_camera_latency_s)) {
+  if (glove_frame_ < frames_ &&
+      now_ms_ >= frame_ms(glove_frame_, p_.camera_rate_hz, p_.glove_camera_latency_s)) {
     shoot(&Trial::glove_deg, x_.reference);
     ++glove_frame_;
   }
-  if (hand_frame_ < frames_ && now_ms_ >= frame_ms(hand_frame_, p_.hand_camera_latency_s)) {
+  if (hand_frame_ < frames_ &&
+      now_ms_ >= frame_ms(hand_frame_, p_.camera_rate_hz, p_.hand_camera_latency_s)) {
     shoot(&Trial::hand_deg, x_.joint);
     ++hand_frame_;
   }

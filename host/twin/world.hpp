@@ -50,7 +50,6 @@ class World {
   void begin_block();
   void look();
   void shoot(std::array<std::vector<float>, kFingers> Trial::*view, const float* angle);
-  std::int64_t frame_ms(std::size_t frame, double latency_s) const;
 
   const Setup& setup_;
   const Parameters& p_;

@@ -1,0 +1,307 @@
+#include "host/camera/colour.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+
+#include "host/camera/opencv.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::camera {
+namespace {
+
+constexpr double kMinContrast = 12;     // grey levels; below it noise makes marks
+constexpr double kMinChroma = 14;       // of CIE Lab
+constexpr double kMinBlobShare = 3e-5;  // of the picture
+constexpr double kMaxBlobShare = 8e-3;
+constexpr double kMinFill = 0.4;  // of the bounding box
+constexpr double kMaxAspect = 3.5;
+constexpr int kHues = 36;
+constexpr double kHueWidth_deg = 25;
+
+cv::Mat lab(const Picture& picture) {
+  cv::Mat out;
+  cv::cvtColor(mat(picture), out, cv::COLOR_BGR2Lab);
+  return out;
+}
+
+void require_inside(const Picture& picture, double x, double y) {
+  if (x >= 0 && y >= 0 && x < picture.width && y < picture.height) return;
+  throw io::InputError(fmt::format("({:g}, {:g}) lies outside the picture of {} x {} pixels", x, y,
+                                   picture.width, picture.height));
+}
+
+struct Statistics {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  double count = 0;
+};
+
+Statistics statistics(const cv::Mat& bgr, const cv::Mat& mask) {
+  Statistics s;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  for (int y = 0; y < bgr.rows; ++y) {
+    const auto* pixel = bgr.ptr<cv::Vec3b>(y);
+    const auto* use = mask.ptr<std::uint8_t>(y);
+    for (int x = 0; x < bgr.cols; ++x) {
+      if (!use[x]) continue;
+      const Eigen::Vector3d v(pixel[x][0], pixel[x][1], pixel[x][2]);
+      sum += v;
+      squares += v * v.transpose();
+      ++s.count;
+    }
+  }
+  if (s.count < 1) return s;
+  s.mean = sum / s.count;
+  s.covariance = squares / s.count - s.mean * s.mean.transpose();
+  return s;
+}
+
+cv::Mat scores(const cv::Mat& bgr, const ColourModel& model) {
+  cv::Mat out;
+  const cv::Matx13f weight(static_cast<float>(model.weight[0]), static_cast<float>(model.weight[1]),
+                           static_cast<float>(model.weight[2]));
+  cv::transform(bgr, out, weight);
+  cv::Mat single;
+  out.convertTo(single, CV_32F);
+  return single;
+}
+
+double quantile(const cv::Mat& score, const cv::Mat& mask, double share) {
+  std::vector<float> values;
+  for (int y = 0; y < score.rows; ++y) {
+    for (int x = 0; x < score.cols; ++x) {
+      if (mask.at<std::uint8_t>(y, x)) values.push_back(score.at<float>(y, x));
+    }
+  }
+  if (values.empty()) return 0;
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, at);
+  return static_cast<double>(*at);
+}
+
+// Fisher's discriminant of the pixels of `marks` against all others that are not near them.
+ColourModel learn(const cv::Mat& bgr, const cv::Mat& marks) {
+  cv::Mat near;
+  cv::dilate(marks, near, cv::getStructuringElement(cv::MORPH_ELLIPSE, {9, 9}));
+  cv::Mat others;
+  cv::bitwise_not(near, others);
+  const Statistics m = statistics(bgr, marks);
+  const Statistics b = statistics(bgr, others);
+  if (m.count < 4 || b.count < 16) {
+    throw io::InputError("the mark fills the picture: there is nothing beside it to tell it from");
+  }
+  // The regularisation is sensor noise of two grey levels: a weight that needs less of it would trust noise.
+  const Eigen::Matrix3d within = m.covariance + b.covariance + 4 * Eigen::Matrix3d::Identity();
+  // Basis of the plane of weights that sum to zero.
+  Eigen::Matrix<double, 3, 2> plane;
+  plane << 1, 1, -1, 1, 0, -2;
+  const Eigen::Matrix2d seen = plane.transpose() * within * plane;
+  Eigen::Vector3d w = plane * seen.ldlt().solve(plane.transpose() * (m.mean - b.mean));
+  if (!(w.norm() > 0)) throw io::InputError("the mark has the colour of what is around it");
+  w.normalize();
+  ColourModel out;
+  out.weight = {w(0), w(1), w(2)};
+  const cv::Mat score = scores(bgr, out);
+  out.background = quantile(score, others, 0.995);
+  out.level = quantile(score, marks, 0.5) - quantile(score, others, 0.5);
+  if (out.level < kMinContrast) {
+    throw io::InputError(fmt::format(
+        "the mark stands out by only {:.0f} grey levels; use a brighter colour or more light", out.level));
+  }
+  return out;
+}
+
+struct Blobs {
+  cv::Mat labels;
+  std::vector<int> label;  // of compact blobs of a mark's size, largest first
+  std::vector<double> area;
+  double other_px = 0;  // in things that are no blobs
+};
+
+Blobs find_blobs(const cv::Mat& mask) {
+  Blobs out;
+  cv::Mat stats;
+  cv::Mat centres;
+  const int n = cv::connectedComponentsWithStats(mask, out.labels, stats, centres, 8, CV_32S);
+  const double pixels = static_cast<double>(mask.rows) * mask.cols;
+  for (int i = 1; i < n; ++i) {
+    const double area = stats.at<int>(i, cv::CC_STAT_AREA);
+    const double width = stats.at<int>(i, cv::CC_STAT_WIDTH);
+    const double height = stats.at<int>(i, cv::CC_STAT_HEIGHT);
+    if (area < std::max(6.0, kMinBlobShare * pixels)) continue;
+    const bool compact = area <= kMaxBlobShare * pixels && area >= kMinFill * width * height &&
+                         std::max(width, height) <= kMaxAspect * std::min(width, height);
+    if (compact) {
+      out.label.push_back(i);
+      out.area.push_back(area);
+    } else {
+      out.other_px += area;
+    }
+  }
+  std::vector<std::size_t> order(out.label.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return out.area[a] > out.area[b]; });
+  const Blobs unsorted = out;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    out.label[i] = unsorted.label[order[i]];
+    out.area[i] = unsorted.area[order[i]];
+  }
+  return out;
+}
+
+// The cores of the `count` largest blobs.
+cv::Mat cores(const Blobs& blobs, std::size_t count) {
+  cv::Mat out = cv::Mat::zeros(blobs.labels.size(), CV_8U);
+  for (std::size_t i = 0; i < std::min(count, blobs.label.size()); ++i) out |= blobs.labels == blobs.label[i];
+  cv::Mat eroded;
+  cv::erode(out, eroded, cv::getStructuringElement(cv::MORPH_RECT, {3, 3}));
+  return cv::countNonZero(eroded) > 20 ? eroded : out;
+}
+
+double typical_area(const Blobs& blobs, std::size_t count) {
+  const std::size_t n = std::min(count, blobs.area.size());
+  return n == 0 ? 0 : blobs.area[n / 2];
+}
+
+// Learns from a rough mask, finds the marks with what was learnt, and learns again from those.
+ColourModel learn_twice(const cv::Mat& bgr, const Blobs& rough, std::size_t marks) {
+  ColourModel model = learn(bgr, cores(rough, marks));
+  const cv::Mat score = scores(bgr, model);
+  const cv::Mat all(score.size(), CV_8U, cv::Scalar(255));
+  const double threshold = std::max(quantile(score, all, 0.5) + model.level / 2, model.background);
+  const Blobs found = find_blobs(score > threshold);
+  if (found.label.size() >= std::max<std::size_t>(1, marks / 2)) model = learn(bgr, cores(found, marks));
+  model.area_px = typical_area(found.label.empty() ? rough : found, marks);
+  return model;
+}
+
+// Pixels of chroma whose hue lies within kHueWidth_deg of `hue_deg`.
+cv::Mat hue_mask(const cv::Mat& hue, const cv::Mat& chroma, double hue_deg) {
+  cv::Mat out;
+  cv::inRange(hue, hue_deg - kHueWidth_deg, hue_deg + kHueWidth_deg, out);
+  for (const double turn : {-360.0, 360.0}) {
+    cv::Mat other;
+    cv::inRange(hue, hue_deg + turn - kHueWidth_deg, hue_deg + turn + kHueWidth_deg, other);
+    out |= other;
+  }
+  out &= chroma > kMinChroma;
+  return out;
+}
+
+void polar(const cv::Mat& lab_picture, cv::Mat& hue, cv::Mat& chroma) {
+  std::array<cv::Mat, 3> planes;
+  cv::split(lab_picture, planes.data());
+  cv::Mat a;
+  cv::Mat b;
+  planes[1].convertTo(a, CV_32F, 1, -128);
+  planes[2].convertTo(b, CV_32F, 1, -128);
+  cv::cartToPolar(a, b, chroma, hue, true);
+}
+
+double mean_chroma(const Blobs& blobs, const cv::Mat& chroma, std::size_t count) {
+  double sum = 0;
+  const std::size_t n = std::min(count, blobs.label.size());
+  for (std::size_t i = 0; i < n; ++i) sum += cv::mean(chroma, blobs.labels == blobs.label[i])[0];
+  return n == 0 ? 0 : sum / static_cast<double>(n);
+}
+
+}  // namespace
+
+ColourModel colour_at(const Picture& picture, Point at) {
+  require_inside(picture, at.x, at.y);
+  const cv::Mat picture_lab = lab(picture);
+  cv::Mat smooth;
+  cv::medianBlur(picture_lab, smooth, 3);
+  cv::Mat mask = cv::Mat::zeros(picture.height + 2, picture.width + 2, CV_8U);
+  constexpr double kAlikeL = 60;
+  constexpr double kAlike = 12;
+  cv::Rect box;
+  const int area = cv::floodFill(smooth, mask, {static_cast<int>(at.x), static_cast<int>(at.y)}, {}, &box,
+                                 {kAlikeL, kAlike, kAlike}, {kAlikeL, kAlike, kAlike},
+                                 8 | cv::FLOODFILL_MASK_ONLY | cv::FLOODFILL_FIXED_RANGE | (255 << 8));
+  if (area > kMaxBlobShare * 4 * picture.width * picture.height) {
+    throw io::InputError(
+        fmt::format("what is at ({:g}, {:g}) is no mark: {} pixels around it look the same; "
+                    "click into a coloured dot",
+                    at.x, at.y, area));
+  }
+  ColourModel out = learn(mat(picture), mask(cv::Rect(1, 1, picture.width, picture.height)));
+  out.area_px = area;
+  return out;
+}
+
+ColourModel colour_in(const Picture& picture, const Window& window) {
+  require_inside(picture, window.x, window.y);
+  require_inside(picture, window.x + window.width - 1, window.y + window.height - 1);
+  if (window.empty()) throw io::InputError("the rectangle is empty: give left,top,width,height in pixels");
+  cv::Mat mask = cv::Mat::zeros(picture.height, picture.width, CV_8U);
+  mask(cv::Rect(window.x, window.y, window.width, window.height)) = 255;
+  ColourModel first = learn(mat(picture), mask);
+  // Marks elsewhere in the picture have been learnt as background; once more without them.
+  const cv::Mat score = scores(mat(picture), first);
+  const cv::Mat all(score.size(), CV_8U, cv::Scalar(255));
+  const Blobs found = find_blobs(score > quantile(score, all, 0.5) + first.level / 2);
+  if (found.label.empty()) return first;
+  ColourModel out = learn(mat(picture), cores(found, found.label.size()));
+  out.area_px = typical_area(found, found.label.size());
+  return out;
+}
+
+ColourModel colour_like(const Picture& picture, const std::array<double, 3>& rgb) {
+  cv::Mat hue;
+  cv::Mat chroma;
+  polar(lab(picture), hue, chroma);
+  Picture one(1, 1);
+  one.bgr = {static_cast<std::uint8_t>(rgb[2]), static_cast<std::uint8_t>(rgb[1]),
+             static_cast<std::uint8_t>(rgb[0])};
+  cv::Mat told_hue;
+  cv::Mat told_chroma;
+  polar(lab(one), told_hue, told_chroma);
+  const Blobs blobs = find_blobs(hue_mask(hue, chroma, static_cast<double>(told_hue.at<float>(0, 0))));
+  if (blobs.label.empty()) throw io::InputError("no mark of the given colour is in the picture");
+  return learn_twice(mat(picture), blobs, blobs.label.size());
+}
+
+ColourModel colour_automatic(const Picture& picture, const Window& region, std::size_t marks) {
+  const cv::Rect part(region.x, region.y, region.width, region.height);
+  const cv::Mat bgr = mat(picture)(part);
+  cv::Mat picture_lab;
+  cv::cvtColor(bgr, picture_lab, cv::COLOR_BGR2Lab);
+  cv::medianBlur(picture_lab, picture_lab, 3);
+  cv::Mat hue;
+  cv::Mat chroma;
+  polar(picture_lab, hue, chroma);
+  double best_score = 0;
+  std::size_t most = 0;
+  Blobs best;
+  for (int i = 0; i < kHues; ++i) {
+    Blobs blobs = find_blobs(hue_mask(hue, chroma, 360.0 * i / kHues));
+    most = std::max(most, blobs.label.size());
+    if (blobs.label.size() < marks) continue;
+    const double excess = static_cast<double>(blobs.label.size() - marks) / static_cast<double>(marks);
+    const double spread = blobs.area.front() / blobs.area[marks - 1];
+    const double area = typical_area(blobs, marks) * static_cast<double>(marks);
+    const double score = mean_chroma(blobs, chroma, marks) / (1 + excess) / (1 + std::log(spread)) /
+                         (1 + blobs.other_px / (10 * area));
+    if (score <= best_score) continue;
+    best_score = score;
+    best = std::move(blobs);
+  }
+  if (best.label.empty()) {
+    throw io::JobError(fmt::format(
+        "no colour has {} dots of a mark's size in this picture (the best has {}): more light, one "
+        "bright colour that nothing else has, or tell the colour with --colour X,Y",
+        marks, most));
+  }
+  return learn_twice(bgr, best, marks);
+}
+
+}  // namespace flexor::camera

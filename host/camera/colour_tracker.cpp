@@ -1,0 +1,268 @@
+#include "host/camera/colour_tracker.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/io/io.hpp"
+
+namespace flexor::camera {
+namespace {
+
+constexpr std::size_t kEager = 25;       // pictures in which everything is tried in each
+constexpr std::size_t kPatient = 10;     // later in every so many
+constexpr std::size_t kLookForLost = 3;  // likewise for single marks
+constexpr double kStartReach_px = 40;    // how far a mark may be from where the joint file has it
+constexpr double kLeast_px = 5;          // a window reaches at least this far beyond the mark,
+constexpr double kMost_px = 70;          // and at most that far
+constexpr double kSigmas = 4;
+constexpr double kArea = 0.1;       // how fast area and level are learnt, share a picture
+constexpr double kMaxGrowth = 2.2;  // of the area in one picture, unless marks touch
+constexpr double kBone = 0.05;
+constexpr double kOddBone = 0.3;  // a bone that much longer or shorter than usual makes its angles doubtful
+constexpr double kBoneOfLost = 0.25;  // tolerance for a mark that comes back
+constexpr double kSame_px = 3;
+
+double distance(Point a, Point b) { return std::hypot(a.x - b.x, a.y - b.y); }
+
+}  // namespace
+
+bool Seen::labelled() const {
+  return std::ranges::all_of(marks, [](const SeenMark& m) { return m.measured; });
+}
+
+ColourTracker::ColourTracker(const Skeleton& skeleton, std::optional<Lens> lens)
+    : skeleton_(skeleton),
+      lens_(lens),
+      colour_(skeleton.colour),
+      marks_(skeleton.marks.size()),
+      bone_px_(skeleton.links.size()) {}
+
+Seen ColourTracker::step(const Picture& picture, double t_s) {
+  for (Followed& m : marks_) m.seen.reset();
+  if (following_) {
+    follow(picture, t_s);
+    if (frame_ % kLookForLost == 0) find_lost(picture, t_s);
+    const auto lost = std::ranges::count_if(marks_, &Followed::lost);
+    if (2 * lost > std::ssize(marks_)) following_ = false;
+  }
+  if (!following_ && (frame_ < kEager || frame_ % kPatient == 0)) search(picture, t_s);
+  ++frame_;
+  learn_bones();
+  return report(t_s);
+}
+
+void ColourTracker::learn_colour(const Picture& picture) {
+  colour_is_learnt_ = true;
+  colour_ = skeleton_.rgb ? colour_like(picture, *skeleton_.rgb)
+                          : colour_automatic(picture, region_of(skeleton_, picture), skeleton_.marks.size());
+}
+
+// The candidates nearest to where the joint file has the marks, if each is near enough and no two are one.
+std::optional<std::vector<std::size_t>> ColourTracker::by_start(const std::vector<Mark>& candidates) const {
+  std::vector<std::size_t> out;
+  if (candidates.empty()) return std::nullopt;
+  for (const std::optional<Point>& start : skeleton_.start) {
+    if (!start) return std::nullopt;
+    const auto nearest =
+        std::ranges::min_element(candidates, {}, [&](const Mark& m) { return distance(m.centre, *start); });
+    const auto at = static_cast<std::size_t>(nearest - candidates.begin());
+    if (distance(nearest->centre, *start) > kStartReach_px || std::ranges::find(out, at) != out.end()) {
+      return std::nullopt;
+    }
+    out.push_back(at);
+  }
+  return out;
+}
+
+void ColourTracker::search(const Picture& picture, double t_s) {
+  try {
+    if (!colour_) learn_colour(picture);
+  } catch (const io::InputError& e) {
+    trouble_ = e.what();
+    return;
+  } catch (const io::JobError& e) {
+    trouble_ = e.what();
+    return;
+  }
+  const std::vector<Mark> candidates =
+      find_marks(picture, *colour_, region_of(skeleton_, picture), least_area_px(*colour_));
+  std::optional<std::vector<std::size_t>> chosen = by_start(candidates);
+  if (!chosen) {
+    const bool known = searches_ > 0 && std::ranges::all_of(bone_px_, [](double b) { return b > 0; });
+    std::vector<double> lengths;
+    for (const Link& l : skeleton_.links) lengths.push_back(l.length);
+    const auto found =
+        assign(skeleton_, known ? bone_px_ : lengths, known ? kKnownLength : kAnyLength, candidates);
+    if (!found || found->cost > kMaxCost) {
+      trouble_ = fmt::format("{} dot(s) of the marks' colour, which do not look like the {} marks of \"{}\"",
+                             candidates.size(), skeleton_.marks.size(), skeleton_.name);
+      // Perhaps the wrong colour was learnt, from a picture without the hand.
+      if (colour_is_learnt_ && searches_ == 0) colour_.reset();
+      return;
+    }
+    if (found->margin < kMinMargin) {
+      trouble_ = fmt::format("the marks of \"{}\" can be named in two ways that look alike", skeleton_.name);
+      return;
+    }
+    chosen = found->candidate;
+  }
+  for (std::size_t m = 0; m < marks_.size(); ++m) {
+    const Mark& seen = candidates[(*chosen)[m]];
+    marks_[m].area_px = seen.area_px;
+    marks_[m].level = seen.level;
+    marks_[m].predictor.begin(t_s, seen.centre);
+    take(m, seen, t_s);
+  }
+  trouble_.clear();
+  following_ = true;
+  ++searches_;
+}
+
+void ColourTracker::take(std::size_t mark, const Mark& seen, double t_s) {
+  Followed& m = marks_[mark];
+  if (m.lost()) {
+    m.predictor.begin(t_s, seen.centre);
+  } else {
+    m.predictor.update(t_s, seen.centre);
+  }
+  m.hidden = 0;
+  m.seen = seen;
+  if (seen.touching) return;
+  m.area_px += kArea * (seen.area_px - m.area_px);
+  m.level += kArea * (seen.level - m.level);
+}
+
+void ColourTracker::follow(const Picture& picture, double t_s) {
+  expected_.clear();
+  expected_mark_.clear();
+  for (std::size_t k = 0; k < marks_.size(); ++k) {
+    const Followed& m = marks_[k];
+    if (m.lost()) continue;
+    const double reach = std::min(kMost_px, kLeast_px + kSigmas * m.predictor.sigma_px(t_s));
+    expected_.push_back({m.predictor.at(t_s), reach, m.area_px, m.level});
+    expected_mark_.push_back(k);
+  }
+  meter_.measure(picture, *colour_, expected_, measured_);
+  accept(measured_, expected_mark_, t_s);
+  for (Followed& m : marks_) {
+    if (m.seen) continue;
+    if (!m.lost()) m.predictor.skip(t_s);
+    ++m.hidden;
+  }
+}
+
+void ColourTracker::accept(const std::vector<std::optional<Mark>>& measured,
+                           const std::vector<std::size_t>& mark, double t_s) {
+  const auto surprise = [&](std::size_t i) { return distance(measured[i]->centre, expected_[i].at); };
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    if (!measured[i]) continue;
+    const Expected& e = expected_[i];
+    const bool plausible = surprise(i) <= e.reach_px + kLeast_px &&
+                           (measured[i]->touching || measured[i]->area_px < kMaxGrowth * e.area_px);
+    // Two marks cannot be the same dot: it belongs to the one that it was nearer to.
+    bool taken = false;
+    for (std::size_t j = 0; j < measured.size() && !taken; ++j) {
+      taken = j != i && measured[j] && distance(measured[i]->centre, measured[j]->centre) < kSame_px &&
+              (surprise(j) < surprise(i) || (surprise(j) == surprise(i) && j < i));
+    }
+    if (plausible && !taken) take(mark[i], *measured[i], t_s);
+  }
+}
+
+// A lost mark may be the one candidate at the distances that its bones to followed marks allow.
+std::optional<std::size_t> ColourTracker::only_candidate(std::size_t mark,
+                                                         const std::vector<Mark>& candidates) const {
+  std::vector<std::size_t> fitting;
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    int bones = 0;
+    bool fits = true;
+    for (std::size_t l = 0; l < skeleton_.links.size(); ++l) {
+      const Link& link = skeleton_.links[l];
+      if (link.from != mark && link.to != mark) continue;
+      const Followed& other = marks_[link.from == mark ? link.to : link.from];
+      if (!other.seen || bone_px_[l] <= 0) continue;
+      ++bones;
+      const double ratio = distance(candidates[c].centre, other.seen->centre) / bone_px_[l];
+      fits = fits && std::abs(ratio - 1) < kBoneOfLost;
+    }
+    if (bones > 0 && fits && candidates[c].area_px > marks_[mark].area_px / kMaxGrowth &&
+        candidates[c].area_px < marks_[mark].area_px * kMaxGrowth) {
+      fitting.push_back(c);
+    }
+  }
+  if (fitting.size() != 1) return std::nullopt;
+  return fitting.front();
+}
+
+void ColourTracker::find_lost(const Picture& picture, double t_s) {
+  if (std::ranges::none_of(marks_, &Followed::lost)) return;
+  std::vector<Mark> candidates =
+      find_marks(picture, *colour_, region_of(skeleton_, picture), least_area_px(*colour_));
+  std::erase_if(candidates, [&](const Mark& c) {
+    return std::ranges::any_of(
+        marks_, [&](const Followed& m) { return m.seen && distance(m.seen->centre, c.centre) < kSame_px; });
+  });
+  for (std::size_t k = 0; k < marks_.size(); ++k) {
+    if (!marks_[k].lost()) continue;
+    if (const auto c = only_candidate(k, candidates)) {
+      take(k, candidates[*c], t_s);
+      candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(*c));
+    }
+  }
+}
+
+void ColourTracker::learn_bones() {
+  for (std::size_t l = 0; l < skeleton_.links.size(); ++l) {
+    const Followed& a = marks_[skeleton_.links[l].from];
+    const Followed& b = marks_[skeleton_.links[l].to];
+    if (!a.seen || !b.seen || a.seen->touching || b.seen->touching) continue;
+    const double now = distance(a.seen->centre, b.seen->centre);
+    bone_px_[l] = bone_px_[l] > 0 ? bone_px_[l] + kBone * (now - bone_px_[l]) : now;
+  }
+}
+
+Seen ColourTracker::report(double t_s) {
+  Seen out;
+  std::vector<Point> points;
+  std::vector<Covariance> covariances;
+  for (const Followed& m : marks_) {
+    SeenMark s;
+    s.measured = m.seen.has_value();
+    s.lost = m.lost();
+    s.at = m.seen ? m.seen->centre : m.predictor.at(t_s);
+    s.area_px = m.area_px;
+    out.marks.push_back(s);
+    points.push_back(lens_ ? lens_->undistort(s.at) : s.at);
+    covariances.push_back(m.seen ? m.seen->covariance : Covariance{});
+  }
+  std::vector<bool> odd(marks_.size());
+  for (std::size_t l = 0; l < skeleton_.links.size(); ++l) {
+    const Link& link = skeleton_.links[l];
+    if (bone_px_[l] <= 0 || !out.marks[link.from].measured || !out.marks[link.to].measured) continue;
+    const double ratio = distance(out.marks[link.from].at, out.marks[link.to].at) / bone_px_[l];
+    if (std::abs(ratio - 1) > kOddBone) odd[link.from] = odd[link.to] = true;
+  }
+  const PositiveTurn& positive = skeleton_.positive;
+  const bool sign_known =
+      !positive.by_marks || (out.marks[positive.from].measured && out.marks[positive.to].measured &&
+                             out.marks[positive.toward].measured);
+  if (sign_known) sign_ = turn_sign(positive, points);
+  for (const AngleRule& rule : skeleton_.angles) {
+    Measurement m;
+    const bool measured =
+        std::ranges::all_of(rule.marks, [&](std::size_t k) { return out.marks[k].measured; });
+    if (measured) m.angle = measure_angle(rule, sign_, points, covariances);
+    if (m.angle) {
+      m.doubtful = m.angle->deg < rule.min_deg || m.angle->deg > rule.max_deg ||
+                   std::ranges::any_of(rule.marks, [&](std::size_t k) {
+                     return odd[k] || marks_[k].seen->touching || marks_[k].seen->at_edge;
+                   });
+    }
+    out.measurements.push_back(std::move(m));
+  }
+  return out;
+}
+
+}  // namespace flexor::camera

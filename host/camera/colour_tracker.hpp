@@ -1,0 +1,90 @@
+// One skeleton of colour marks through a video: found once in the whole picture, then followed in small
+// windows.
+//
+// searching -> the colour is learnt if it is not known, all marks of it are found, the skeleton says which is
+// which. A guess (labels.hpp: margin) is not taken; the next picture may be clearer.
+// following -> each mark is measured around where it is predicted. One that is not there, has lost more than
+// half of its area, or is too far from the prediction is hidden. After kMaxHidden pictures it is lost and
+// looked for in the whole picture, at the distances that its bones allow; when more than half are lost, all
+// are searched for anew, now with the bone lengths of this video.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/camera/filter.hpp"
+#include "host/camera/follow.hpp"
+#include "host/camera/joints.hpp"
+#include "host/camera/labels.hpp"
+#include "host/camera/lens.hpp"
+#include "host/camera/marks.hpp"
+
+namespace flexor::camera {
+
+struct SeenMark {
+  Point at;  // measured, or predicted while hidden
+  double area_px = 0;
+  bool measured = false;
+  bool lost = true;
+};
+
+// One picture's worth.
+struct Seen {
+  std::vector<SeenMark> marks;            // in the order of the skeleton
+  std::vector<Measurement> measurements;  // in the order of its angles
+  bool labelled() const;                  // every mark measured
+};
+
+class ColourTracker {
+ public:
+  ColourTracker(const Skeleton& skeleton, std::optional<Lens> lens);
+
+  Seen step(const Picture& picture, double t_s);
+
+  const std::optional<ColourModel>& colour() const { return colour_; }
+  // Why nothing is followed; empty when something is.
+  const std::string& trouble() const { return trouble_; }
+  // Times that all marks were labelled from scratch, the first included.
+  int searches() const { return searches_; }
+
+ private:
+  struct Followed {
+    MarkPredictor predictor;
+    double area_px = 0;
+    double level = 0;
+    std::size_t hidden = kMaxHidden + 1;
+    std::optional<Mark> seen;
+    bool lost() const { return hidden > kMaxHidden; }
+  };
+
+  void search(const Picture& picture, double t_s);
+  void learn_colour(const Picture& picture);
+  std::optional<std::vector<std::size_t>> by_start(const std::vector<Mark>& candidates) const;
+  void take(std::size_t mark, const Mark& seen, double t_s);
+  void follow(const Picture& picture, double t_s);
+  void accept(const std::vector<std::optional<Mark>>& measured, const std::vector<std::size_t>& mark,
+              double t_s);
+  void find_lost(const Picture& picture, double t_s);
+  std::optional<std::size_t> only_candidate(std::size_t mark, const std::vector<Mark>& candidates) const;
+  void learn_bones();
+  Seen report(double t_s);
+
+  Skeleton skeleton_;
+  std::optional<Lens> lens_;
+  std::optional<ColourModel> colour_;
+  bool colour_is_learnt_ = false;
+  bool following_ = false;
+  std::vector<Followed> marks_;
+  std::vector<double> bone_px_;  // 0: not known yet
+  std::vector<Expected> expected_;
+  std::vector<std::size_t> expected_mark_;
+  std::vector<std::optional<Mark>> measured_;
+  MarkMeter meter_;
+  std::string trouble_;
+  std::size_t frame_ = 0;
+  int searches_ = 0;
+  double sign_ = 1;
+};
+
+}  // namespace flexor::camera

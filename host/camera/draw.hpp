@@ -1,0 +1,37 @@
+// Pictures for people: what was seen and measured, drawn over the video.
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <vector>
+
+#include "host/camera/setup.hpp"
+#include "host/camera/tracker.hpp"
+#include "host/camera/video.hpp"
+
+namespace flexor::camera {
+
+// Candidates with numbers and proposed names.
+Picture draw_setup(const Picture& picture, const Setup& setup);
+
+// Marks, bones and the angles of this frame.
+Picture draw_seen(const Picture& picture, const Joints& joints, const std::vector<Seen>& seen);
+
+// A video with what draw_seen draws, and below it a strip chart of the last ten seconds, as the filter gives
+// it.
+class Preview {
+ public:
+  Preview(const std::filesystem::path& path, int width, int height, double rate_hz, const Joints& joints);
+
+  void add(const Picture& picture, const std::vector<Seen>& seen, const std::vector<FilteredRow>& rows);
+  void finish() { writer_.finish(); }
+
+ private:
+  Joints joints_;
+  int width_;
+  int height_;
+  VideoWriter writer_;
+  std::deque<FilteredRow> past_;
+};
+
+}  // namespace flexor::camera

@@ -1,0 +1,184 @@
+#include "host/camera/filter.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace flexor::camera {
+namespace {
+
+constexpr double kLeastDensity = 20;  // deg^2/s^3
+constexpr double kForget = 0.8;       // of an earlier, larger density, a frame
+constexpr double kUnknownRate = 1e6;  // variance of the rate at the first measurement, (deg/s)^2
+constexpr double kUnknown_deg = 180;
+constexpr std::size_t kDifferences = 6;  // that one estimate of the density is made of
+constexpr double kNewNoise = 0.03;    // weight of the newest frame among those that the noise is learnt from
+constexpr double kClearlyMore = 1.5;  // variance that the marks did not announce
+
+}  // namespace
+
+AngleFilter::Gauss AngleFilter::predict(const Gauss& x, double h, double q) {
+  return {x.deg + h * x.rate, x.rate, x.p00 + 2 * h * x.p01 + h * h * x.p11 + q * h * h * h / 3,
+          x.p01 + h * x.p11 + q * h * h / 2, x.p11 + q * h};
+}
+
+std::optional<FilteredRow> AngleFilter::push(double t_s, std::vector<Measurement> measured) {
+  window_.push_back({t_s, std::move(measured)});
+  learn_noise();
+  if (window_.size() <= kLag) return std::nullopt;
+  return pop();
+}
+
+// From the newest four frames, if they are as far apart as each other.
+void AngleFilter::learn_noise() {
+  const std::size_t n = window_.size();
+  if (n < 4) return;
+  const double h = window_[n - 1].t_s - window_[n - 2].t_s;
+  for (std::size_t i = n - 3; i < n; ++i) {
+    if (std::abs(window_[i].t_s - window_[i - 1].t_s - h) > 0.2 * h) return;
+  }
+  for (std::size_t k = 0; k < state_.size(); ++k) {
+    std::array<double, 4> z{};
+    double variance = 0;
+    bool all = true;
+    for (std::size_t i = 0; i < 4 && all; ++i) {
+      const Measurement& m = window_[n - 4 + i].measured[k];
+      all = m.angle && !m.doubtful;
+      if (!all) break;
+      z[i] = m.angle->deg;
+      variance += m.angle->variance_deg2 / 4;
+    }
+    if (!all) continue;
+    const double older = z[0] - 2 * z[1] + z[2];
+    const double newer = z[1] - 2 * z[2] + z[3];
+    State& s = state_[k];
+    const double share = std::max(kNewNoise, 1 / (s.weight + 1));
+    s.weight += 1;
+    s.c0 += share * (newer * newer - s.c0);
+    s.c1 += share * (older * newer - s.c1);
+    s.variance += share * (variance - s.variance);
+  }
+}
+
+// By which the announced variances are multiplied.
+double AngleFilter::noise_factor(const State& s) {
+  constexpr double kEnough = 20;
+  if (s.weight < kEnough || !(s.variance > 0)) return 1;
+  const double motion = std::max(0.0, (4 * s.c0 + 6 * s.c1) * 3 / 11);
+  const double seen = (s.c0 - motion * 2 / 3) / 6;
+  return seen > kClearlyMore * s.variance ? seen / s.variance : 1;
+}
+
+std::vector<FilteredRow> AngleFilter::flush() {
+  std::vector<FilteredRow> out;
+  while (!window_.empty()) out.push_back(pop());
+  return out;
+}
+
+FilteredRow AngleFilter::pop() {
+  FilteredRow out;
+  out.t_s = window_.front().t_s;
+  for (std::size_t k = 0; k < state_.size(); ++k) out.angles.push_back(pop(state_[k], k));
+  window_.pop_front();
+  return out;
+}
+
+// The change of rate between neighbours is q (h1 + h2) / 3 of motion and the rest noise.
+double AngleFilter::density(std::size_t k, double factor) const {
+  std::vector<double> excess;
+  double largest = 0;
+  const auto at = [&](std::size_t i) -> const std::optional<Angle>& { return window_[i].measured[k].angle; };
+  for (std::size_t i = 2; i < window_.size(); ++i) {
+    if (!at(i - 2) || !at(i - 1) || !at(i)) continue;
+    const double h1 = window_[i - 1].t_s - window_[i - 2].t_s;
+    const double h2 = window_[i].t_s - window_[i - 1].t_s;
+    const double change = (at(i)->deg - at(i - 1)->deg) / h2 - (at(i - 1)->deg - at(i - 2)->deg) / h1;
+    const double between = 1 / h1 + 1 / h2;
+    const double noise =
+        factor * (at(i - 2)->variance_deg2 / (h1 * h1) + at(i - 1)->variance_deg2 * between * between +
+                  at(i)->variance_deg2 / (h2 * h2));
+    excess.push_back(3 * (change * change - noise) / (h1 + h2));
+    if (excess.size() < kDifferences) continue;
+    double sum = 0;
+    for (std::size_t j = excess.size() - kDifferences; j < excess.size(); ++j) sum += excess[j];
+    largest = std::max(largest, sum / static_cast<double>(kDifferences));
+  }
+  return largest;
+}
+
+FilteredAngle AngleFilter::pop(State& state, std::size_t k) {
+  const double factor = noise_factor(state);
+  state.density = std::max({kLeastDensity, kForget * state.density, density(k, factor)});
+  const double q = state.density;
+  const std::size_t n = window_.size();
+  predicted_.assign(n, {});
+  filtered_.assign(n, {});
+  std::optional<Gauss> x = state.past;
+  double t = state.past_s;
+  std::size_t first = n;  // frame from which on the filter knows anything
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto& z = window_[i].measured[k].angle;
+    if (!x) {
+      if (!z) continue;
+      x = Gauss{z->deg, 0, factor * z->variance_deg2, 0, kUnknownRate};
+      predicted_[i] = *x;
+    } else {
+      x = predicted_[i] = predict(*x, window_[i].t_s - t, q);
+      if (z) {
+        const double s = x->p00 + factor * z->variance_deg2;
+        const double g0 = x->p00 / s;
+        const double g1 = x->p01 / s;
+        const double innovation = z->deg - x->deg;
+        x = Gauss{x->deg + g0 * innovation, x->rate + g1 * innovation, x->p00 * (1 - g0), x->p01 * (1 - g0),
+                  x->p11 - g1 * x->p01};
+      }
+    }
+    filtered_[i] = *x;
+    t = window_[i].t_s;
+    first = std::min(first, i);
+  }
+
+  const Measurement& now = window_.front().measured[k];
+  state.missing = now.angle ? 0 : state.missing + 1;
+  std::size_t run = state.missing;
+  for (std::size_t i = 1; !now.angle && i < n && !window_[i].measured[k].angle; ++i) ++run;
+  FilteredAngle out;
+  if (first == 0) {
+    state.past = filtered_[0];
+    state.past_s = window_.front().t_s;
+  }
+  if (first > 0 || run > kMaxHidden) {
+    // What was before a long absence says nothing about what comes after it.
+    if (run > kMaxHidden) state.past.reset();
+    return {state.last_deg, kUnknown_deg, Quality::lost};
+  }
+  Gauss s = filtered_[n - 1];
+  for (std::size_t i = n - 1; i-- > 0;) {
+    const Gauss& f = filtered_[i];
+    const Gauss& p = predicted_[i + 1];
+    const double h = window_[i + 1].t_s - window_[i].t_s;
+    // C = P F' (P-)^-1, 2 x 2.
+    const double a = f.p00 + h * f.p01;
+    const double b = f.p01 + h * f.p11;
+    const double det = p.p00 * p.p11 - p.p01 * p.p01;
+    const double c00 = (a * p.p11 - f.p01 * p.p01) / det;
+    const double c01 = (f.p01 * p.p00 - a * p.p01) / det;
+    const double c10 = (b * p.p11 - f.p11 * p.p01) / det;
+    const double c11 = (f.p11 * p.p00 - b * p.p01) / det;
+    const double d0 = s.deg - p.deg;
+    const double d1 = s.rate - p.rate;
+    const double e00 = s.p00 - p.p00;
+    const double e01 = s.p01 - p.p01;
+    const double e11 = s.p11 - p.p11;
+    s = {f.deg + c00 * d0 + c01 * d1, f.rate + c10 * d0 + c11 * d1,
+         f.p00 + c00 * c00 * e00 + 2 * c00 * c01 * e01 + c01 * c01 * e11,
+         f.p01 + c00 * c10 * e00 + (c00 * c11 + c01 * c10) * e01 + c01 * c11 * e11,
+         f.p11 + c10 * c10 * e00 + 2 * c10 * c11 * e01 + c11 * c11 * e11};
+  }
+  state.last_deg = out.deg = s.deg;
+  out.se_deg = std::min(kUnknown_deg, std::sqrt(std::max(s.p00, 0.0)));
+  out.quality = !now.angle ? Quality::hidden : now.doubtful ? Quality::doubtful : Quality::good;
+  return out;
+}
+
+}  // namespace flexor::camera

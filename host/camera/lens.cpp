@@ -1,0 +1,186 @@
+#include "host/camera/lens.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "host/camera/opencv.hpp"
+#include "host/camera/video.hpp"
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+
+namespace flexor::camera {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kLeastPictures = 5;
+constexpr double kLargestRms_px = 2;
+constexpr double kUsualK1 = -0.1;
+
+cv::Mat camera_matrix(const Lens& lens) {
+  return (cv::Mat_<double>(3, 3) << lens.focal_px.x, 0, lens.centre_px.x, 0, lens.focal_px.y,
+          lens.centre_px.y, 0, 0, 1);
+}
+
+}  // namespace
+
+Point Lens::undistort(Point p) const {
+  if (distortion == std::array<double, 5>{}) return p;
+  std::vector<cv::Point2d> point = {{p.x, p.y}};
+  const cv::Mat k = camera_matrix(*this);
+  cv::undistortPoints(point, point, k, distortion, cv::noArray(), k);
+  return {point.front().x, point.front().y};
+}
+
+void Lens::require_size(int w, int h, const std::string& source) const {
+  if (w == width && h == height) return;
+  throw io::InputError(fmt::format(
+      "{}: the lens was calibrated at {} x {} pixels, this is {} x {}: calibrate with pictures of the "
+      "same size",
+      source, width, height, w, h));
+}
+
+Lens ordinary_lens(int width, int height) {
+  constexpr double kFocalShare = 1.1;
+  Lens out;
+  out.width = width;
+  out.height = height;
+  out.focal_px = {kFocalShare * width, kFocalShare * width};
+  out.centre_px = {(width - 1) / 2.0, (height - 1) / 2.0};
+  return out;
+}
+
+Lens load_lens(const std::filesystem::path& path) {
+  const Json json = io::parse_json(io::read_file(path), path.string());
+  io::JsonReader reader(json, path.string());
+  if (!reader.has("schema") || reader.text("schema") != "flexor-lens") {
+    reader.fail("not a lens file: \"schema\" must be \"flexor-lens\"; flexor camera calibrate writes one");
+  }
+  if (reader.number("schema_version") != 1)
+    reader.fail("schema_version must be 1: newer files need a newer flexor");
+  Lens out;
+  out.width = static_cast<int>(reader.number("width"));
+  out.height = static_cast<int>(reader.number("height"));
+  const auto pair = [&](const char* key) {
+    const std::vector<double> v = reader.numbers(key);
+    if (v.size() != 2) reader.fail(fmt::format("\"{}\" must be two numbers", key));
+    return Point{v[0], v[1]};
+  };
+  out.focal_px = pair("focal_px");
+  out.centre_px = pair("centre_px");
+  if (!(out.focal_px.x > 0 && out.focal_px.y > 0)) reader.fail("\"focal_px\" must be positive");
+  const std::vector<double> distortion = reader.numbers("distortion");
+  if (distortion.size() != out.distortion.size()) reader.fail("\"distortion\" must be k1, k2, p1, p2, k3");
+  std::ranges::copy(distortion, out.distortion.begin());
+  out.reprojection_rms_px = reader.number("reprojection_rms_px");
+  out.pictures = static_cast<int>(reader.number("pictures"));
+  reader.done();
+  return out;
+}
+
+std::string to_json(const Lens& lens) {
+  const Json json = {{"schema", "flexor-lens"},
+                     {"schema_version", 1},
+                     {"width", lens.width},
+                     {"height", lens.height},
+                     {"focal_px", {lens.focal_px.x, lens.focal_px.y}},
+                     {"centre_px", {lens.centre_px.x, lens.centre_px.y}},
+                     {"distortion", lens.distortion},
+                     {"reprojection_rms_px", lens.reprojection_rms_px},
+                     {"pictures", lens.pictures}};
+  return json.dump(2) + "\n";
+}
+
+Calibration calibrate(const std::vector<std::filesystem::path>& pictures, const Board& board) {
+  const cv::Size size(board.columns, board.rows);
+  if (board.columns < 3 || board.rows < 3) {
+    throw io::InputError("a checkerboard needs at least 3 x 3 inner corners: count where four squares meet");
+  }
+  std::vector<cv::Point3f> square;
+  for (int y = 0; y < board.rows; ++y) {
+    for (int x = 0; x < board.columns; ++x)
+      square.emplace_back(static_cast<float>(x), static_cast<float>(y), 0.F);
+  }
+  Calibration out;
+  std::vector<std::vector<cv::Point2f>> seen;
+  cv::Size picture_size;
+  for (const std::filesystem::path& path : pictures) {
+    const Picture picture = read_picture(path);
+    const cv::Size s(picture.width, picture.height);
+    if (picture_size.area() > 0 && s != picture_size) {
+      throw io::InputError(
+          fmt::format("{}: is {} x {} pixels, the pictures before it {} x {}: all must come from one "
+                      "camera at one setting",
+                      path.string(), s.width, s.height, picture_size.width, picture_size.height));
+    }
+    picture_size = s;
+    cv::Mat grey;
+    cv::cvtColor(mat(picture), grey, cv::COLOR_BGR2GRAY);
+    std::vector<cv::Point2f> corners;
+    if (!cv::findChessboardCorners(grey, size, corners)) {
+      out.refused.push_back(fmt::format("{}: no board of {} x {} inner corners in sight", path.string(),
+                                        board.columns, board.rows));
+      continue;
+    }
+    constexpr int kHalfWindow = 7;
+    cv::cornerSubPix(grey, corners, {kHalfWindow, kHalfWindow}, {-1, -1},
+                     {cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 40, 0.001});
+    seen.push_back(std::move(corners));
+    out.used.push_back(path.string());
+  }
+  if (seen.size() < kLeastPictures) {
+    throw io::InputError(fmt::format("{} of {} picture(s) show the whole board; at least {} are needed{}",
+                                     seen.size(), pictures.size(), kLeastPictures,
+                                     out.refused.empty() ? "" : " (" + out.refused.front() + ")"));
+  }
+  cv::Mat k;
+  cv::Mat distortion;
+  std::vector<cv::Mat> turns;
+  std::vector<cv::Mat> shifts;
+  const std::vector<std::vector<cv::Point3f>> boards(seen.size(), square);
+  out.lens.reprojection_rms_px =
+      cv::calibrateCamera(boards, seen, picture_size, k, distortion, turns, shifts);
+  const bool sane = std::isfinite(out.lens.reprojection_rms_px) &&
+                    out.lens.reprojection_rms_px < kLargestRms_px && cv::checkRange(k) &&
+                    cv::checkRange(distortion);
+  if (!sane) {
+    throw io::JobError(
+        fmt::format("the board's corners do not fit any lens (rms {:.1f} px): is the board flat, and do "
+                    "the pictures show it tilted in different directions?",
+                    out.lens.reprojection_rms_px));
+  }
+  out.lens.width = picture_size.width;
+  out.lens.height = picture_size.height;
+  out.lens.focal_px = {k.at<double>(0, 0), k.at<double>(1, 1)};
+  out.lens.centre_px = {k.at<double>(0, 2), k.at<double>(1, 2)};
+  for (int i = 0; i < static_cast<int>(out.lens.distortion.size()); ++i) {
+    out.lens.distortion[static_cast<std::size_t>(i)] = distortion.at<double>(i);
+  }
+  out.lens.pictures = static_cast<int>(seen.size());
+  return out;
+}
+
+double edge_error_deg(int width, int height, double bone_px) {
+  const Lens lens = ordinary_lens(width, height);
+  // Along the picture's diagonal nothing bends; across it most.
+  const auto bent = [&](double along, double across) {
+    const double half = std::hypot(width, height) / 2;
+    const double x = (half - along) / lens.focal_px.x;
+    const double y = across / lens.focal_px.x;
+    const double stretch = 1 + kUsualK1 * (x * x + y * y);
+    return Point{x * stretch, y * stretch};
+  };
+  const Point a = bent(0, -bone_px);
+  const Point b = bent(0, 0);
+  const Point c = bent(0, bone_px);
+  const double turn = std::atan2(c.y - b.y, c.x - b.x) - std::atan2(b.y - a.y, b.x - a.x);
+  return std::abs(turn) * 180 / std::numbers::pi;
+}
+
+}  // namespace flexor::camera

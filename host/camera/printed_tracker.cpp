@@ -1,0 +1,270 @@
+#include "host/camera/printed_tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/aruco.hpp>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "host/camera/opencv.hpp"
+
+namespace flexor::camera {
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kLeastSigma_px = 0.02;
+constexpr double kOddNormal = 0.9;  // cosine: links whose marks face different ways are doubtful
+
+cv::Ptr<cv::aruco::Dictionary> dictionary() {
+  return cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11);
+}
+
+struct Pose {
+  cv::Matx33d turn;
+  double error_px = 0;
+  cv::Vec3d normal() const { return {turn(0, 2), turn(1, 2), turn(2, 2)}; }
+};
+
+struct Found {
+  std::vector<cv::Point2f> corners;
+  std::vector<Pose> poses;  // one or two
+  std::size_t chosen = 0;
+  double side_px = 0;
+  double corner_variance_px2 = 0;
+};
+
+double brightness(const cv::Mat& grey, double x, double y) {
+  const int left = std::clamp(static_cast<int>(std::floor(x)), 0, grey.cols - 2);
+  const int top = std::clamp(static_cast<int>(std::floor(y)), 0, grey.rows - 2);
+  const double u = std::clamp(x - left, 0.0, 1.0);
+  const double v = std::clamp(y - top, 0.0, 1.0);
+  const auto* upper = grey.ptr<std::uint8_t>(top);
+  const auto* lower = grey.ptr<std::uint8_t>(top + 1);
+  return (1 - v) * ((1 - u) * upper[left] + u * upper[left + 1]) +
+         v * ((1 - u) * lower[left] + u * lower[left + 1]);
+}
+
+// A straight edge: normal . p = offset.
+struct Edge {
+  cv::Vec2d normal;
+  double offset = 0;
+  double variance_px2 = 0;  // of its ends across the edge
+};
+
+// The edge from a to b, black on the right-hand side of the way: at places along its middle 80 % the centre
+// of gravity of the slope of brightness across it, which blur and pixels do not move, and a line through
+// them.
+std::optional<Edge> find_edge(const cv::Mat& grey, const cv::Vec2d& a, const cv::Vec2d& b, bool rough) {
+  const cv::Vec2d along = b - a;
+  const double length = cv::norm(along);
+  const cv::Vec2d step = along / length;
+  const cv::Vec2d out(step[1], -step[0]);
+  const double reach_px = rough ? 3 : 2;
+  constexpr double kStep_px = 0.5;
+  constexpr double kLeastContrast = 20;  // grey levels, summed over the steps
+  cv::Vec2d sum(0, 0);
+  cv::Matx22d squares = cv::Matx22d::zeros();
+  std::vector<cv::Vec2d> points;
+  for (double s = 0.1 * length; s <= 0.9 * length; s += 1) {
+    const cv::Vec2d middle = a + s * step;
+    double weight = 0;
+    double place = 0;
+    for (double d = -reach_px; d <= reach_px; d += kStep_px) {
+      const cv::Vec2d p = middle + d * out;
+      const double slope = brightness(grey, p[0] + out[0] / 2, p[1] + out[1] / 2) -
+                           brightness(grey, p[0] - out[0] / 2, p[1] - out[1] / 2);
+      // At first the strongest slope, wherever it is; from there all of it.
+      const double w = rough ? std::max(0.0, slope) * slope : slope;
+      weight += w;
+      place += w * d;
+    }
+    if (weight > kLeastContrast) points.push_back(middle + place / weight * out);
+  }
+  constexpr std::size_t kLeastPoints = 6;
+  if (points.size() < kLeastPoints) return std::nullopt;
+  const auto n = static_cast<double>(points.size());
+  for (const cv::Vec2d& p : points) sum += p;
+  const cv::Vec2d mean = sum / n;
+  for (const cv::Vec2d& p : points) squares += (p - mean) * (p - mean).t();
+  const double angle = std::atan2(2 * squares(0, 1), squares(0, 0) - squares(1, 1)) / 2;
+  Edge edge;
+  edge.normal = {-std::sin(angle), std::cos(angle)};
+  edge.offset = edge.normal.dot(mean);
+  double rest = 0;
+  for (const cv::Vec2d& p : points) rest += std::pow(edge.normal.dot(p) - edge.offset, 2);
+  // A fitted line is uncertain by 2 sigma / sqrt(n) at its ends.
+  edge.variance_px2 = 4 * rest / (n - 2) / n;
+  return edge;
+}
+
+// Corners as crossings of the four edges; their mean variance. nullopt: some edge is not to be seen.
+std::optional<double> refine(const cv::Mat& grey, std::vector<cv::Point2f>& corners, bool rough) {
+  std::array<Edge, 4> edge;
+  double variance = 0;
+  const auto corner = [&](std::size_t i) { return cv::Vec2d(corners[i % 4].x, corners[i % 4].y); };
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto found = find_edge(grey, corner(i), corner(i + 1), rough);
+    if (!found) return std::nullopt;
+    edge[i] = *found;
+    variance += found->variance_px2 / 4;
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Edge& before = edge[(i + 3) % 4];
+    const Edge& after = edge[i];
+    const double det = before.normal[0] * after.normal[1] - before.normal[1] * after.normal[0];
+    if (std::abs(det) < 0.3) return std::nullopt;
+    const double x = (before.offset * after.normal[1] - after.offset * before.normal[1]) / det;
+    const double y = (after.offset * before.normal[0] - before.offset * after.normal[0]) / det;
+    corners[i] = {static_cast<float>(x), static_cast<float>(y)};
+  }
+  return variance;
+}
+
+// Of a square's turn about its normal.
+double turn_variance_deg2(const Found& f) {
+  const double variance = std::max(kLeastSigma_px * kLeastSigma_px, f.corner_variance_px2);
+  return kDegrees * kDegrees * variance / (2 * f.side_px * f.side_px);
+}
+
+// The choice of poses whose normals agree best with one of them.
+void choose(std::vector<std::optional<Found>>& found) {
+  double best = -1e9;
+  std::vector<std::size_t> choice(found.size());
+  for (const auto& reference : found) {
+    if (!reference) continue;
+    for (const Pose& r : reference->poses) {
+      double agreement = -r.error_px;
+      std::vector<std::size_t> taken(found.size());
+      for (std::size_t m = 0; m < found.size(); ++m) {
+        if (!found[m]) continue;
+        double closest = -1e9;
+        for (std::size_t p = 0; p < found[m]->poses.size(); ++p) {
+          const Pose& pose = found[m]->poses[p];
+          const double value = pose.normal().dot(r.normal()) - 0.2 * pose.error_px;
+          if (value <= closest) continue;
+          closest = value;
+          taken[m] = p;
+        }
+        agreement += closest;
+      }
+      if (agreement <= best) continue;
+      best = agreement;
+      choice = taken;
+    }
+  }
+  for (std::size_t m = 0; m < found.size(); ++m) {
+    if (found[m]) found[m]->chosen = choice[m];
+  }
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> print_cells(int id) {
+  cv::Mat square;
+  cv::aruco::drawMarker(dictionary(), id, kPrintCells - 2, square, 1);
+  std::vector<std::uint8_t> out(kPrintCells * kPrintCells, 1);
+  for (int y = 0; y < square.rows; ++y) {
+    for (int x = 0; x < square.cols; ++x) {
+      out[static_cast<std::size_t>((y + 1) * kPrintCells + x + 1)] =
+          square.at<std::uint8_t>(y, x) > 127 ? 1 : 0;
+    }
+  }
+  return out;
+}
+
+struct PrintedTracker::Detector {
+  cv::Ptr<cv::aruco::Dictionary> codes = dictionary();
+  cv::Ptr<cv::aruco::DetectorParameters> parameters = cv::aruco::DetectorParameters::create();
+  cv::Mat grey;
+  cv::Mat matrix;
+};
+
+PrintedTracker::PrintedTracker(const Skeleton& skeleton, const Lens& lens)
+    : skeleton_(skeleton), lens_(lens), detector_(std::make_unique<Detector>()) {
+  detector_->matrix = (cv::Mat_<double>(3, 3) << lens.focal_px.x, 0, lens.centre_px.x, 0, lens.focal_px.y,
+                       lens.centre_px.y, 0, 0, 1);
+}
+
+PrintedTracker::~PrintedTracker() = default;
+PrintedTracker::PrintedTracker(PrintedTracker&&) noexcept = default;
+
+Seen PrintedTracker::step(const Picture& picture) {
+  cv::cvtColor(mat(picture), detector_->grey, cv::COLOR_BGR2GRAY);
+  std::vector<std::vector<cv::Point2f>> corners;
+  std::vector<int> ids;
+  cv::aruco::detectMarkers(detector_->grey, detector_->codes, corners, ids, detector_->parameters);
+  const auto half = static_cast<float>(skeleton_.size_mm / 2);
+  const std::vector<cv::Point3f> square = {
+      {-half, half, 0}, {half, half, 0}, {half, -half, 0}, {-half, -half, 0}};
+  std::vector<std::optional<Found>> found(skeleton_.marks.size());
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const auto it = std::ranges::find(skeleton_.ids, ids[i]);
+    if (it == skeleton_.ids.end()) continue;
+    Found f;
+    f.corners = corners[i];
+    if (!refine(detector_->grey, f.corners, true)) continue;
+    const auto variance = refine(detector_->grey, f.corners, false);
+    if (!variance) continue;
+    f.corner_variance_px2 = *variance;
+    f.side_px = std::sqrt(cv::contourArea(f.corners));
+    std::vector<cv::Vec3d> turns;
+    std::vector<cv::Vec3d> shifts;
+    std::vector<double> errors;
+    cv::solvePnPGeneric(square, f.corners, detector_->matrix, lens_.distortion, turns, shifts, false,
+                        cv::SOLVEPNP_IPPE_SQUARE, cv::noArray(), cv::noArray(), errors);
+    for (std::size_t p = 0; p < turns.size(); ++p) {
+      Pose pose;
+      cv::Rodrigues(turns[p], pose.turn);
+      pose.error_px = errors[p];
+      f.poses.push_back(pose);
+    }
+    if (f.poses.empty()) continue;
+    auto& place = found[static_cast<std::size_t>(it - skeleton_.ids.begin())];
+    // The same number twice: neither can be trusted.
+    if (place) {
+      place.reset();
+      continue;
+    }
+    place = std::move(f);
+  }
+  choose(found);
+  Seen out;
+  for (const auto& f : found) {
+    SeenMark mark;
+    if (f) {
+      for (const cv::Point2f& c : f->corners) {
+        mark.at.x += static_cast<double>(c.x) / 4;
+        mark.at.y += static_cast<double>(c.y) / 4;
+      }
+      mark.area_px = f->side_px * f->side_px;
+      mark.measured = true;
+      mark.lost = false;
+    }
+    out.marks.push_back(mark);
+  }
+  for (const AngleRule& rule : skeleton_.angles) {
+    Measurement m;
+    const auto& a = found[rule.marks[0]];
+    const auto& b = found[rule.marks[1]];
+    if (a && b) {
+      const Pose& pa = a->poses[a->chosen];
+      const Pose& pb = b->poses[b->chosen];
+      const cv::Matx33d r = pa.turn.t() * pb.turn;
+      const double turn = std::atan2(r(1, 0) - r(0, 1), r(0, 0) + r(1, 1)) * kDegrees;
+      Angle angle;
+      // The square's y axis points up, the picture's down: clockwise on the screen is a negative turn.
+      angle.deg = (rule.negative ? turn : -turn) + rule.offset_deg;
+      angle.variance_deg2 = turn_variance_deg2(*a) + turn_variance_deg2(*b);
+      m.angle = angle;
+      m.doubtful =
+          angle.deg < rule.min_deg || angle.deg > rule.max_deg || pa.normal().dot(pb.normal()) < kOddNormal;
+    }
+    out.measurements.push_back(std::move(m));
+  }
+  const bool any = std::ranges::any_of(out.marks, &SeenMark::measured);
+  trouble_ = any ? "" : "none of the printed marks is in sight";
+  return out;
+}
+
+}  // namespace flexor::camera

@@ -1,0 +1,41 @@
+// Printed marks (AprilTag 36h11) on the links of a hand: angles in 3-D, whichever way the hand is turned.
+//
+// Each mark gives the rotation R of its link in the camera's frame (four corners, a square of known side,
+// Collins and Bartoli's closed form). The joint between links a and b turns about the marks' common normal:
+//   angle = atan2(M21 - M12, M11 + M22),   M = R_a' R_b
+// A square seen from far away fits two rotations that mirror each other; of all marks together those are
+// taken whose normals agree best. Corners are where straight lines through the square's edges cross, and what
+// the edges leave over from straight is the corner noise sigma; standard error of a mark's turn about its
+// normal: sigma / (sqrt(2) side). Source: E. Olson, ICRA 2011; T. Collins, A. Bartoli, Int. J. Computer
+// Vision 109 (2014) 252-286.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "host/camera/colour_tracker.hpp"
+
+namespace flexor::camera {
+
+// Cells of mark `id` with its white rim, 1 white and 0 black, 10 x 10; the black square is 8 x 8 of them.
+inline constexpr int kPrintCells = 10;
+std::vector<std::uint8_t> print_cells(int id);
+
+class PrintedTracker {
+ public:
+  PrintedTracker(const Skeleton& skeleton, const Lens& lens);
+  ~PrintedTracker();
+  PrintedTracker(PrintedTracker&&) noexcept;
+
+  Seen step(const Picture& picture);
+  const std::string& trouble() const { return trouble_; }
+
+ private:
+  struct Detector;
+  Skeleton skeleton_;
+  Lens lens_;
+  std::unique_ptr<Detector> detector_;
+  std::string trouble_;
+};
+
+}  // namespace flexor::camera

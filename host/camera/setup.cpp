@@ -1,0 +1,74 @@
+#include "host/camera/setup.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "host/io/io.hpp"
+
+namespace flexor::camera {
+namespace {
+
+ColourModel choose_colour(const Skeleton& skeleton, const Picture& picture, const ColourChoice& choice) {
+  if (choice.at) return colour_at(picture, *choice.at);
+  if (choice.in) return colour_in(picture, *choice.in);
+  if (skeleton.colour) return *skeleton.colour;
+  if (skeleton.rgb) return colour_like(picture, *skeleton.rgb);
+  return colour_automatic(picture, region_of(skeleton, picture), skeleton.marks.size());
+}
+
+}  // namespace
+
+Setup set_up(const Skeleton& skeleton, const Picture& picture, const ColourChoice& colour,
+             const std::map<int, std::string>& told) {
+  if (skeleton.kind != MarkKind::colour) {
+    throw io::InputError("printed marks carry their numbers with them and need no set-up");
+  }
+  Setup out;
+  out.colour = choose_colour(skeleton, picture, colour);
+  out.candidates = find_marks(picture, out.colour, region_of(skeleton, picture), least_area_px(out.colour));
+  std::ranges::sort(out.candidates, {}, [](const Mark& m) { return m.centre.x + m.centre.y; });
+  out.name.resize(out.candidates.size());
+  if (!told.empty()) {
+    for (const auto& [number, name] : told) {
+      (void)skeleton.mark(name);
+      if (number < 1 || number > static_cast<int>(out.candidates.size())) {
+        throw io::InputError(fmt::format("there is no candidate {}: they are numbered 1 to {} in the picture",
+                                         number, out.candidates.size()));
+      }
+      out.name[static_cast<std::size_t>(number - 1)] = name;
+    }
+    return out;
+  }
+  std::vector<double> lengths;
+  for (const Link& l : skeleton.links) lengths.push_back(l.length);
+  const auto found = assign(skeleton, lengths, kAnyLength, out.candidates);
+  if (!found || found->cost > kMaxCost) {
+    out.trouble = fmt::format("{} candidate(s) do not look like the {} marks of \"{}\"",
+                              out.candidates.size(), skeleton.marks.size(), skeleton.name);
+    return out;
+  }
+  if (found->margin < kMinMargin) out.trouble = "another assignment looks almost as likely: check this one";
+  for (std::size_t m = 0; m < skeleton.marks.size(); ++m) out.name[found->candidate[m]] = skeleton.marks[m];
+  return out;
+}
+
+Skeleton with_start(const Skeleton& skeleton, const Setup& setup) {
+  Skeleton out = skeleton;
+  out.colour = setup.colour;
+  out.rgb.reset();
+  for (std::size_t m = 0; m < out.marks.size(); ++m) {
+    const auto it = std::ranges::find(setup.name, out.marks[m]);
+    if (it == setup.name.end()) {
+      throw io::InputError(
+          fmt::format("which candidate is \"{}\"? give --assign NUMBER={}", out.marks[m], out.marks[m]));
+    }
+    if (std::ranges::count(setup.name, out.marks[m]) > 1) {
+      throw io::InputError(fmt::format("two candidates are called \"{}\"", out.marks[m]));
+    }
+    out.start[m] = setup.candidates[static_cast<std::size_t>(it - setup.name.begin())].centre;
+  }
+  return out;
+}
+
+}  // namespace flexor::camera

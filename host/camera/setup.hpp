@@ -1,0 +1,37 @@
+// Setting up a video without a desktop: what looks like a mark, numbered, and which is probably which.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/camera/joints.hpp"
+#include "host/camera/labels.hpp"
+#include "host/camera/marks.hpp"
+
+namespace flexor::camera {
+
+// At most one of the two: a click on a mark, or a rectangle within one.
+struct ColourChoice {
+  std::optional<Point> at;
+  std::optional<Window> in;
+};
+
+struct Setup {
+  ColourModel colour;
+  std::vector<Mark> candidates;   // numbered from 1 in this order: from the top left to the bottom right
+  std::vector<std::string> name;  // proposed or told, "" for none
+  std::string trouble;            // why nothing is proposed
+};
+
+// Of a skeleton of colour marks. `told`: candidate number -> mark; then nothing is proposed. Throws
+// io::InputError for a number or a name that does not exist, io::JobError when no colour is found.
+Setup set_up(const Skeleton& skeleton, const Picture& picture, const ColourChoice& colour,
+             const std::map<int, std::string>& told);
+
+// The skeleton with this colour and these start positions. Throws io::InputError when a mark has no
+// candidate.
+Skeleton with_start(const Skeleton& skeleton, const Setup& setup);
+
+}  // namespace flexor::camera

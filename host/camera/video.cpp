@@ -1,0 +1,248 @@
+#include "host/camera/video.hpp"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "host/camera/opencv.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::camera {
+namespace {
+
+constexpr double kMaxPixels = 1e8;
+
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// Errors are ours to tell, in one line.
+void be_silent() {
+  static const bool done = [] {
+    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+    setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // AV_LOG_QUIET
+    return true;
+  }();
+  (void)done;
+}
+
+void copy(const cv::Mat& from, Picture& to) {
+  if (to.width != from.cols || to.height != from.rows) to = Picture(from.cols, from.rows);
+  from.copyTo(mat(to));
+}
+
+}  // namespace
+
+struct VideoReader::Capture {
+  cv::VideoCapture capture;
+  cv::Mat frame;
+};
+
+VideoReader::VideoReader(const std::filesystem::path& path)
+    : capture_(std::make_unique<Capture>()), source_(path.string()) {
+  be_silent();
+  live_ = std::filesystem::is_character_file(path);
+  if (!live_) {
+    io::require_readable(path);
+    if (std::filesystem::is_regular_file(path) && std::filesystem::file_size(path) == 0) {
+      throw io::InputError(fmt::format("{}: is empty", source_));
+    }
+  }
+  bool open = false;
+  try {
+    open = capture_->capture.open(source_, live_ ? cv::CAP_V4L2 : cv::CAP_FFMPEG);
+  } catch (const cv::Exception&) {
+  }
+  if (!open) {
+    throw io::InputError(
+        live_ ? fmt::format("{}: this camera cannot be opened: is it plugged in, free, and yours to read?",
+                            source_)
+              : fmt::format(
+                    "{}: no video that can be read: is it one, is it whole, and is its codec installed? MP4 "
+                    "with H.264 always works",
+                    source_));
+  }
+  const double pixels =
+      capture_->capture.get(cv::CAP_PROP_FRAME_WIDTH) * capture_->capture.get(cv::CAP_PROP_FRAME_HEIGHT);
+  if (pixels > kMaxPixels) {
+    throw io::InputError(
+        fmt::format("{}: pictures of {:.0f} million pixels are too large", source_, pixels / 1e6));
+  }
+}
+
+VideoReader::~VideoReader() = default;
+
+double VideoReader::nominal_rate_hz() const {
+  const double rate = capture_->capture.get(cv::CAP_PROP_FPS);
+  return std::isfinite(rate) && rate > 0 && rate < 1e5 ? rate : 0;
+}
+
+std::size_t VideoReader::declared_frames() const {
+  const double n = live_ ? 0 : capture_->capture.get(cv::CAP_PROP_FRAME_COUNT);
+  return std::isfinite(n) && n > 0 && n < 1e9 ? static_cast<std::size_t>(n) : 0;
+}
+
+double VideoReader::time_s() {
+  if (live_) {
+    if (read_ == 1) start_s_ = now_s();
+    return now_s() - start_s_;
+  }
+  const double t = capture_->capture.get(cv::CAP_PROP_POS_MSEC) / 1000;
+  // Streams without a container say 0 for ever.
+  if (read_ == 2 && t == last_s_) no_clock_ = true;
+  const double rate = nominal_rate_hz() > 0 ? nominal_rate_hz() : 25;
+  return no_clock_ ? static_cast<double>(read_ - 1) / rate : t;
+}
+
+bool VideoReader::next(Picture& picture, double& t_s) {
+  while (!ended_) {
+    bool got = false;
+    try {
+      got = capture_->capture.read(capture_->frame) && !capture_->frame.empty();
+    } catch (const cv::Exception&) {
+    }
+    if (!got) {
+      ended_ = true;
+      break;
+    }
+    const cv::Mat& frame = capture_->frame;
+    if (frame.type() != CV_8UC3) throw io::JobError(fmt::format("{}: its pictures have no colours", source_));
+    if (frames_ == 0) {
+      width_ = frame.cols;
+      height_ = frame.rows;
+    } else if (frame.cols != width_ || frame.rows != height_) {
+      throw io::JobError(fmt::format("{}: frame {} is {} x {} pixels, those before it {} x {}", source_,
+                                     read_ + 1, frame.cols, frame.rows, width_, height_));
+    }
+    ++read_;
+    const double t = time_s();
+    if (!std::isfinite(t) || (frames_ > 0 && t <= last_s_)) {
+      ++out_of_order_;
+      continue;
+    }
+    last_s_ = t_s = t;
+    ++frames_;
+    copy(frame, picture);
+    return true;
+  }
+  if (frames_ == 0) throw io::InputError(fmt::format("{}: holds no picture that can be decoded", source_));
+  return false;
+}
+
+std::vector<std::string> VideoReader::warnings() const {
+  std::vector<std::string> out;
+  if (no_clock_) out.push_back(fmt::format("{}: has no clock of its own; the nominal rate is used", source_));
+  if (out_of_order_ > 0) {
+    out.push_back(
+        fmt::format("{}: {} frame(s) whose time does not increase are left out", source_, out_of_order_));
+  }
+  if (ended_ && read_ + 1 < declared_frames()) {
+    out.push_back(fmt::format("{}: ends early, after {} of {} frames: the file is cut off or damaged",
+                              source_, read_, declared_frames()));
+  }
+  return out;
+}
+
+int DropFinder::add(double t_s) {
+  constexpr std::size_t kSteps = 31;
+  const double step = t_s - last_s_;
+  const bool first = last_s_ < 0;
+  last_s_ = t_s;
+  if (first) return 0;
+  int missing = 0;
+  if (steps_.size() >= 3) {
+    std::vector<double> sorted = steps_;
+    const auto half = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::ranges::nth_element(sorted, half);
+    if (step > 1.5 * *half) missing = static_cast<int>(std::lround(step / *half)) - 1;
+  }
+  if (steps_.size() < kSteps) {
+    steps_.push_back(step);
+  } else {
+    steps_[next_++ % kSteps] = step;
+  }
+  dropped_ += missing;
+  return missing;
+}
+
+struct VideoWriter::Writer {
+  cv::VideoWriter writer;
+};
+
+VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int height, double rate_hz)
+    : writer_(std::make_unique<Writer>()), path_(path) {
+  be_silent();
+  io::require_writable(path);
+  const std::string extension = path.extension().string();
+  if (extension != ".mp4" && extension != ".avi" && extension != ".mkv") {
+    throw io::InputError(fmt::format("{}: a video's name must end in .mp4, .avi or .mkv", path.string()));
+  }
+  temporary_ = io::temporary_beside(path);
+  temporary_ += extension;
+  const int codec = extension == ".mp4" ? cv::VideoWriter::fourcc('a', 'v', 'c', '1')
+                                        : cv::VideoWriter::fourcc('F', 'F', 'V', '1');
+  bool open = false;
+  try {
+    open = writer_->writer.open(temporary_.string(), cv::CAP_FFMPEG, codec, rate_hz, {width, height});
+  } catch (const cv::Exception&) {
+  }
+  if (!open) {
+    std::error_code ignored;
+    std::filesystem::remove(temporary_, ignored);
+    throw io::InputError(
+        fmt::format("{}: cannot be written as a video of {} x {} pixels: H.264 needs even numbers, and "
+                    "the codec must be installed",
+                    path.string(), width, height));
+  }
+}
+
+VideoWriter::~VideoWriter() {
+  if (temporary_.empty()) return;
+  writer_->writer.release();
+  std::error_code ignored;
+  std::filesystem::remove(temporary_, ignored);
+}
+
+void VideoWriter::add(const Picture& picture) { writer_->writer.write(mat(picture)); }
+
+void VideoWriter::finish() {
+  writer_->writer.release();
+  io::commit(temporary_, path_);
+  temporary_.clear();
+}
+
+Picture read_picture(const std::filesystem::path& path) {
+  be_silent();
+  const std::string bytes = io::read_file(path);
+  cv::Mat picture;
+  try {
+    picture = cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
+                           cv::IMREAD_COLOR);
+  } catch (const cv::Exception&) {
+  }
+  if (picture.empty()) throw io::InputError(fmt::format("{}: no picture that can be read", path.string()));
+  Picture out;
+  copy(picture, out);
+  return out;
+}
+
+void write_picture(const std::filesystem::path& path, const Picture& picture) {
+  be_silent();
+  std::vector<std::uint8_t> bytes;
+  bool good = false;
+  try {
+    good = cv::imencode(path.extension().string(), mat(picture), bytes);
+  } catch (const cv::Exception&) {
+  }
+  if (!good)
+    throw io::InputError(fmt::format("{}: a picture's name must end in .png or .jpg", path.string()));
+  io::write_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+}  // namespace flexor::camera

@@ -1,0 +1,94 @@
+// Pictures with the time at which they were taken, from a file or a camera, and back into files.
+//
+// A frame's time is what the container says, not its number times a nominal rate: rates vary and frames are
+// dropped. Of a live camera it is the machine's clock when the picture arrived, from the first one on.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host/camera/picture.hpp"
+
+namespace flexor::camera {
+
+class VideoReader {
+ public:
+  // A file, or a camera device: /dev/video0. Throws io::InputError: missing, not a video, no picture in it,
+  // a codec that this machine does not have.
+  explicit VideoReader(const std::filesystem::path& path);
+  ~VideoReader();
+  VideoReader(const VideoReader&) = delete;
+  VideoReader& operator=(const VideoReader&) = delete;
+
+  // False at the end. Times increase strictly: a frame whose time does not is left out and counted. Throws
+  // io::JobError when the picture's size changes.
+  bool next(Picture& picture, double& t_s);
+
+  const std::string& source() const { return source_; }
+  double nominal_rate_hz() const;  // 0: not known
+  std::size_t frames() const { return frames_; }
+  std::size_t declared_frames() const;  // as the container says; 0: it does not
+  std::size_t out_of_order() const { return out_of_order_; }
+  bool live() const { return live_; }
+  // Of all frames so far: cut off, no clock in the container, frames out of order.
+  std::vector<std::string> warnings() const;
+
+ private:
+  struct Capture;
+  double time_s();
+
+  std::unique_ptr<Capture> capture_;
+  std::string source_;
+  bool live_ = false;
+  bool no_clock_ = false;
+  bool ended_ = false;
+  double start_s_ = 0;
+  double last_s_ = -1;
+  std::size_t frames_ = 0;
+  std::size_t read_ = 0;
+  std::size_t out_of_order_ = 0;
+  int width_ = 0;
+  int height_ = 0;
+};
+
+// Where frames are missing: steps of more than one and a half times the median of the last 31.
+class DropFinder {
+ public:
+  // Frames that are missing before this one.
+  int add(double t_s);
+  int dropped() const { return dropped_; }
+
+ private:
+  std::vector<double> steps_;
+  std::size_t next_ = 0;
+  double last_s_ = -1;
+  int dropped_ = 0;
+};
+
+class VideoWriter {
+ public:
+  // .mp4 as H.264, which browsers play, .avi or .mkv without loss (FFV1). Written beside its name and renamed
+  // by finish(); left out: nothing is left behind. Throws io::InputError.
+  VideoWriter(const std::filesystem::path& path, int width, int height, double rate_hz);
+  ~VideoWriter();
+  VideoWriter(const VideoWriter&) = delete;
+  VideoWriter& operator=(const VideoWriter&) = delete;
+
+  void add(const Picture& picture);
+  void finish();
+
+ private:
+  struct Writer;
+  std::unique_ptr<Writer> writer_;
+  std::filesystem::path path_;
+  std::filesystem::path temporary_;
+};
+
+// Any format that OpenCV reads, 16 bits brought to 8. Throws io::InputError.
+Picture read_picture(const std::filesystem::path& path);
+// In one step; the format by the name. Throws io::InputError.
+void write_picture(const std::filesystem::path& path, const Picture& picture);
+
+}  // namespace flexor::camera

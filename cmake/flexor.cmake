@@ -17,6 +17,9 @@ if(FLEXOR_FUZZ)
   add_link_options(-fsanitize=address,undefined)
 endif()
 
+# A program loads the libraries that it calls, not those that something beside it calls: OpenCV brings two hundred.
+add_link_options(-Wl,--as-needed)
+
 include(${CMAKE_CURRENT_LIST_DIR}/layers.cmake)
 
 # CMake's own graph between rooms, one "from to" a line, for cmake/check_layers.cmake.

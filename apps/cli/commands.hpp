@@ -5,27 +5,33 @@
 #include <string>
 
 #include "host/experiment/boards.hpp"
+#include "host/experiment/cameras.hpp"
 
 namespace flexor::cli {
 
 struct Program {
   int argc;
   char** argv;
-  experiment::Boards* boards;  // null: not in this program
+  experiment::Boards* boards;          // null: not in this program
+  const experiment::Cameras* cameras;  // likewise
 
   // The boards; without any, this process becomes flexor-cosim with the same command line. Throws
   // io::InputError when there is no such program beside this one.
   experiment::Boards& require_boards() const;
+  // The cameras; without any, flexor-camera.
+  const experiment::Cameras& require_cameras() const;
 };
 
 void add_align(CLI::App& app);
+void add_camera(CLI::App& app, const Program& program);
 void add_calibrate_glove(CLI::App& app);
 void add_calibrate_twin(CLI::App& app);
 void add_deploy(CLI::App& app, const Program& program);
 void add_experiment(CLI::App& app, const Program& program);
 void add_latency(CLI::App& app, const Program& program);
+void add_track(CLI::App& app, const Program& program);
 void add_twin(CLI::App& app);
-void add_identify(CLI::App& app);
+void add_identify(CLI::App& app, const Program& program);
 void add_apply(CLI::App& app);
 void add_score(CLI::App& app);
 void add_show(CLI::App& app);

@@ -21,6 +21,7 @@ struct Options {
   experiment::Plan plan;
   std::string folder;
   std::string engine = "twin";
+  std::string camera = "angles";
   std::string vcd;
   bool scenarios = false;
   bool json = false;
@@ -96,6 +97,11 @@ void show_scenarios(const std::vector<experiment::ScenarioResult>& scenarios) {
 void run(Options& o, const Program& program) {
   experiment::Plan& plan = o.plan;
   if (o.engine == "avr") plan.engine = &program.require_boards();
+  std::unique_ptr<experiment::Engine> filmed;
+  if (o.camera == "rendered") {
+    filmed = program.require_cameras().rendered(plan.engine);
+    plan.engine = filmed.get();
+  }
   if (!o.vcd.empty() && o.engine != "avr") throw io::InputError("--vcd records the boards: add --engine avr");
   if (!o.vcd.empty()) io::require_writable(o.vcd);
   plan.parameters = twin_parameters(o.twin, o.set);
@@ -263,6 +269,13 @@ void add_experiment(CLI::App& app, const Program& program) {
           "--engine", o->engine,
           "twin, or avr: the firmware of both boards, instruction by instruction, with the twin around it")
       ->check(CLI::IsMember({"twin", "avr"}))
+      ->capture_default_str();
+  command
+      ->add_option("--camera", o->camera,
+                   "angles: both cameras say the angle and a little noise; rendered: they take pictures of "
+                   "both hands, "
+                   "which are tracked")
+      ->check(CLI::IsMember({"angles", "rendered"}))
       ->capture_default_str();
   command->add_option("--vcd", o->vcd,
                       "with --engine avr: write all signals of the first trial here, for a waveform viewer");

@@ -1,9 +1,12 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "apps/cli/commands.hpp"
+#include "apps/cli/progress.hpp"
 #include "host/experiment/identification.hpp"
 #include "host/experiment/report.hpp"
 #include "host/io/io.hpp"
@@ -15,8 +18,28 @@ struct Options {
   experiment::Request request;
   std::string model;
   std::string report;
+  std::string joints;
+  std::string lens;
   bool json = false;
 };
+
+// The video's angles as a file: in the report's folder, or in `folder` for the time being.
+std::filesystem::path angles_of_video(const Options& o, const Program& program,
+                                      const std::filesystem::path& folder) {
+  experiment::TrackRequest request;
+  request.video = o.request.files.reference;
+  request.joints = o.joints;
+  request.lens = o.lens;
+  request.out = folder / (request.video.stem().string() + "_angles.csv");
+  ProgressLine line;
+  const experiment::Tracked tracked =
+      program.require_cameras().track(request, [&](std::size_t frames, std::size_t of) {
+        line.show(fmt::format("tracking: frame {} of {}", frames, of));
+        return true;
+      });
+  for (const std::string& warning : tracked.warnings) log("warning: " + warning);
+  return request.out;
+}
 
 void show(const experiment::Identification& r) {
   for (const std::string& warning : r.warnings) log("warning: " + warning);
@@ -42,9 +65,22 @@ void show(const experiment::Identification& r) {
                   r.holdout.iae_deg_s, r.baseline.rmse_deg));
 }
 
-void run(const Options& o) {
+void run(Options& o, const Program& program) {
   if (!o.model.empty()) io::require_writable(o.model);
   if (!o.report.empty()) io::require_folder(o.report);
+  std::optional<io::TemporaryFolder> temporary;
+  if (!o.joints.empty()) {
+    (void)program.require_cameras();
+    if (o.report.empty()) {
+      temporary.emplace();
+    } else {
+      io::make_folder(o.report);
+    }
+    o.request.files.reference =
+        angles_of_video(o, program, temporary ? temporary->path() : std::filesystem::path(o.report));
+  } else if (!o.lens.empty()) {
+    throw io::InputError("--lens goes with a video: add --joints");
+  }
   // One line that rewrites itself for a person, a line for each step in a log.
   const bool terminal = ::isatty(STDERR_FILENO) != 0;
   const identify::Progress progress = [&](std::size_t i, std::size_t n, const std::string& what) {
@@ -65,13 +101,19 @@ void run(const Options& o) {
 
 }  // namespace
 
-void add_identify(CLI::App& app) {
+void add_identify(CLI::App& app, const Program& program) {
   auto o = std::make_shared<Options>();
   experiment::Request& r = o->request;
   CLI::App* command = app.add_subcommand(
       "identify", "From a glove log and measured angles to a compensator proven on unseen data");
   command->add_option("--sensor", r.files.sensor, "CSV log of the glove")->required();
-  command->add_option("--reference", r.files.reference, "CSV of the measured angle (camera)")->required();
+  command
+      ->add_option("--reference", r.files.reference,
+                   "CSV of the measured angle, or with --joints the video itself")
+      ->required();
+  command->add_option("--joints", o->joints,
+                      "joint file (models/joints): the reference is a video, which is tracked first");
+  command->add_option("--lens", o->lens, "lens file of flexor camera calibrate, for the video");
   command->add_option("--input", r.files.input, "column of the sensor log (default: its only one)");
   command->add_option("--output", r.files.output, "column of the reference, degrees (default: its only one)");
   command->add_option("--rate", r.rate_hz, "sample rate of the compensator, Hz")->capture_default_str();
@@ -97,7 +139,7 @@ void add_identify(CLI::App& app) {
   command->add_option("--model", o->model, "write the model document here");
   command->add_option("--report", o->report, "write report.html, figures and holdout.csv into this folder");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
+  command->callback([o, program] { run(*o, program); });
 }
 
 }  // namespace flexor::cli

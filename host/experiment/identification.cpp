@@ -224,6 +224,41 @@ void add_warnings(Identification& r) {
   }
 }
 
+// The measured angle without what a tracker says it lost: NAME_deg has NAME_quality beside it.
+recording::Recording read_reference(const SourceFiles& files) {
+  constexpr std::string_view kUnit = "_deg";
+  constexpr double kLost = 3;
+  std::string quality;
+  if (files.output.ends_with(kUnit))
+    quality = files.output.substr(0, files.output.size() - kUnit.size()) + "_quality";
+  io::require_readable(files.reference);
+  std::ifstream stream(files.reference, std::ios::binary);
+  const std::vector<std::string> columns =
+      recording::CsvReader(stream, files.reference.string(), {}).columns();
+  if (quality.empty() || std::ranges::find(columns, quality) == columns.end()) {
+    return recording::read_csv(files.reference, {files.output});
+  }
+  recording::Recording all = recording::read_csv(files.reference, {files.output, quality});
+  recording::Recording out = all;
+  out.t_s.clear();
+  out.columns = {{files.output, {}}};
+  const std::vector<double>& q = all.column(quality).value;
+  for (std::size_t k = 0; k < q.size(); ++k) {
+    if (q[k] >= kLost) continue;
+    out.t_s.push_back(all.t_s[k]);
+    out.columns[0].value.push_back(all.columns[0].value[k]);
+  }
+  const std::size_t lost = q.size() - out.t_s.size();
+  if (out.t_s.empty()) {
+    throw io::JobError(fmt::format("{}: {} is lost in every row", files.reference.string(), files.output));
+  }
+  if (lost > 0) {
+    out.warnings.push_back(fmt::format("{}: {} of {} rows of {} are lost and left out",
+                                       files.reference.string(), lost, q.size(), files.output));
+  }
+  return out;
+}
+
 }  // namespace
 
 SourceFiles with_columns(SourceFiles files) {
@@ -246,7 +281,7 @@ Aligned align_files(const SourceFiles& files, double rate_hz, std::optional<doub
   if (!(lead_s >= 0 && lead_s <= 1)) throw io::InputError("the lead must lie between 0 and 1 s");
   Aligned a;
   a.sensor = recording::read_csv(files.sensor, {files.input});
-  a.reference = recording::read_csv(files.reference, {files.output});
+  a.reference = read_reference(files);
   recording::require_change(a.sensor, files.input, "is the sensor plugged in?");
   recording::require_change(a.reference, files.output, "does the camera see the marks?");
   const recording::Series sensor = a.sensor.series(files.input);

@@ -50,8 +50,12 @@ class Chain {
   const Stance& stance_;
 };
 
-// The hand points left: index finger above the thumb, both flex towards each other.
-double index_heading(const Stance& s) { return s.mirror ? 215.0 - 250.0 + s.turn_deg : 215.0 + s.turn_deg; }
+// The hand points to the upper left: index finger above the thumb, both flex towards each other.
+constexpr double kHeading_deg = 215;
+
+double index_heading(const Stance& s) {
+  return (s.mirror ? 180.0 - kHeading_deg : kHeading_deg) + s.turn_deg;
+}
 
 }  // namespace
 
@@ -101,7 +105,8 @@ Drawn draw_printed(const PinchPose& pose, const Stance& stance, const std::array
 }
 
 Drawn draw_spread(const PerFinger& mcp_deg, Bgr paint) {
-  constexpr double kColumn_mm = 70;
+  constexpr double kColumn_mm = 90;
+  constexpr double kLeft_mm = 25;  // of the column's middle: bent fingers reach to the right
   constexpr double kBase_mm = 50;
   constexpr double kPalm_mm = 30;
   constexpr double kStraightThumb_deg = 90;
@@ -113,7 +118,7 @@ Drawn draw_spread(const PerFinger& mcp_deg, Bgr paint) {
     const bool is_thumb = i == 0;
     const double mcp = mcp_deg[static_cast<std::size_t>(i)] - (is_thumb ? kStraightThumb_deg : 0);
     const Posture joints = posture(i, mcp);
-    Chain chain(out, {(i - 2) * kColumn_mm - 12, kBase_mm}, -90, stance);
+    Chain chain(out, {(i - 2) * kColumn_mm - kLeft_mm, kBase_mm}, -90, stance);
     chain.mark(finger + "_palm");
     chain.link(kPalm_mm, kRadius[0]);
     chain.mark(finger + "_mcp");

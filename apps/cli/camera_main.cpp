@@ -1,0 +1,6 @@
+// flexor-camera: the program `flexor` with cameras in it.
+#include "apps/cli/program.hpp"
+
+int main(int argc, char** argv) {
+  return flexor::cli::run(argc, argv, nullptr, flexor::experiment::make_cameras().get());
+}

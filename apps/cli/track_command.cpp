@@ -215,8 +215,7 @@ void run_calibrate(const CalibrateOptions& o, const Program& program) {
 
 struct FilmOptions {
   experiment::FilmRequest request;
-  std::string motion = "calibration";
-  int repeats = 2;
+  std::string gestures = "1-6";
   std::string twin;
   std::vector<std::string> set;
 };
@@ -225,13 +224,8 @@ void run_film(FilmOptions& o, const Program& program) {
   const experiment::Cameras& cameras = program.require_cameras();
   o.request.parameters = twin_parameters(o.twin, o.set);
   io::require_folder(o.request.folder);
-  if (o.repeats < 1) throw io::InputError("--repeats must be at least 1");
-  const std::vector<twin::Motion> motions = o.motion == "calibration"
-                                                ? std::vector{experiment::calibration_motion()}
-                                                : experiment::motions(o.motion);
-  for (int i = 0; i < o.repeats; ++i) {
-    o.request.motions.insert(o.request.motions.end(), motions.begin(), motions.end());
-  }
+  o.request.motions = experiment::motions(o.gestures);
+  o.request.motions.insert(o.request.motions.begin(), experiment::calibration_motion());
   {
     ProgressLine line;
     cameras.film(o.request, [&](std::size_t frame, std::size_t of) {
@@ -294,9 +288,8 @@ void add_camera(CLI::App& app, const Program& program) {
       "film", "The twin wears its glove before a camera: a log, a video, and the exact angles");
   film->add_option("--out", f->request.folder, "folder for glove.csv, video.mp4, truth.csv, joints.json")
       ->required();
-  film->add_option("--motion", f->motion, "calibration, or as flexor experiment --gestures")
+  film->add_option("--gestures", f->gestures, "what follows the calibration motion, as for flexor experiment")
       ->capture_default_str();
-  film->add_option("--repeats", f->repeats, "of the motion")->capture_default_str();
   film->add_option("--rate", f->request.rate_hz, "of the glove's log, Hz")->capture_default_str();
   film->add_option("--seed", f->request.seed, "everything random follows from it")->capture_default_str();
   film->add_option("--twin", f->twin, "configuration of the twin (default: the shipped one)");

@@ -10,18 +10,18 @@
 namespace flexor::camera {
 namespace {
 
-constexpr std::size_t kEager = 25;       // pictures in which everything is tried in each
-constexpr std::size_t kPatient = 10;     // later in every so many
-constexpr std::size_t kLookForLost = 3;  // likewise for single marks
-constexpr double kStartReach_px = 40;    // how far a mark may be from where the joint file has it
-constexpr double kLeast_px = 5;          // a window reaches at least this far beyond the mark,
-constexpr double kMost_px = 70;          // and at most that far
+constexpr std::size_t kEager = 25;     // pictures in which everything is tried in each
+constexpr std::size_t kPatient = 10;   // later in every so many
+constexpr double kStartReach_px = 40;  // how far a mark may be from where the joint file has it
+constexpr double kLeast_px = 5;        // a window reaches at least this far beyond the mark,
+constexpr double kMost_px = 70;        // and at most that far
 constexpr double kSigmas = 4;
 constexpr double kArea = 0.1;       // how fast area and level are learnt, share a picture
 constexpr double kMaxGrowth = 2.2;  // of the area in one picture, unless marks touch
 constexpr double kBone = 0.05;
 constexpr double kOddBone = 0.3;  // a bone that much longer or shorter than usual makes its angles doubtful
 constexpr double kBoneOfLost = 0.25;  // tolerance for a mark that comes back
+constexpr double kBoneOfJump = 0.15;  // likewise for marks that are named anew while others are followed
 constexpr double kSame_px = 3;
 
 double distance(Point a, Point b) { return std::hypot(a.x - b.x, a.y - b.y); }
@@ -43,7 +43,7 @@ Seen ColourTracker::step(const Picture& picture, double t_s) {
   for (Followed& m : marks_) m.seen.reset();
   if (following_) {
     follow(picture, t_s);
-    if (frame_ % kLookForLost == 0) find_lost(picture, t_s);
+    find_missing(picture, t_s);
     const auto lost = std::ranges::count_if(marks_, &Followed::lost);
     if (2 * lost > std::ssize(marks_)) following_ = false;
   }
@@ -93,8 +93,8 @@ void ColourTracker::search(const Picture& picture, double t_s) {
     const bool known = searches_ > 0 && std::ranges::all_of(bone_px_, [](double b) { return b > 0; });
     std::vector<double> lengths;
     for (const Link& l : skeleton_.links) lengths.push_back(l.length);
-    const auto found =
-        assign(skeleton_, known ? bone_px_ : lengths, known ? kKnownLength : kAnyLength, candidates);
+    const auto found = assign(skeleton_, known ? bone_px_ : lengths,
+                              known ? kKnownLength : skeleton_.length_tolerance, candidates);
     if (!found || found->cost > kMaxCost) {
       trouble_ = fmt::format("{} dot(s) of the marks' colour, which do not look like the {} marks of \"{}\"",
                              candidates.size(), skeleton_.marks.size(), skeleton_.name);
@@ -196,19 +196,45 @@ std::optional<std::size_t> ColourTracker::only_candidate(std::size_t mark,
   return fitting.front();
 }
 
-void ColourTracker::find_lost(const Picture& picture, double t_s) {
-  if (std::ranges::none_of(marks_, &Followed::lost)) return;
-  std::vector<Mark> candidates =
+void ColourTracker::find_missing(const Picture& picture, double t_s) {
+  if (std::ranges::all_of(marks_, [](const Followed& m) { return m.seen.has_value(); })) return;
+  const std::vector<Mark> candidates =
       find_marks(picture, *colour_, region_of(skeleton_, picture), least_area_px(*colour_));
-  std::erase_if(candidates, [&](const Mark& c) {
+  name_anew(candidates, t_s);
+  find_lost(candidates, t_s);
+}
+
+// All marks at once, if every bone has the length that it had; marks that were seen stay where they are.
+void ColourTracker::name_anew(const std::vector<Mark>& candidates, double t_s) {
+  if (std::ranges::any_of(bone_px_, [](double b) { return b <= 0; })) return;
+  const auto found = assign(skeleton_, bone_px_, kKnownLength, candidates);
+  if (!found || found->margin < kMinMargin) return;
+  const auto place = [&](std::size_t m) { return candidates[found->candidate[m]].centre; };
+  for (std::size_t l = 0; l < skeleton_.links.size(); ++l) {
+    const Link& link = skeleton_.links[l];
+    if (std::abs(distance(place(link.from), place(link.to)) / bone_px_[l] - 1) > kBoneOfJump) return;
+  }
+  for (std::size_t m = 0; m < marks_.size(); ++m) {
+    if (marks_[m].seen && distance(marks_[m].seen->centre, place(m)) > kSame_px) return;
+  }
+  for (std::size_t m = 0; m < marks_.size(); ++m) {
+    if (marks_[m].seen) continue;
+    marks_[m].predictor.begin(t_s, place(m));
+    take(m, candidates[found->candidate[m]], t_s);
+  }
+}
+
+void ColourTracker::find_lost(const std::vector<Mark>& candidates, double t_s) {
+  std::vector<Mark> free = candidates;
+  std::erase_if(free, [&](const Mark& c) {
     return std::ranges::any_of(
         marks_, [&](const Followed& m) { return m.seen && distance(m.seen->centre, c.centre) < kSame_px; });
   });
   for (std::size_t k = 0; k < marks_.size(); ++k) {
     if (!marks_[k].lost()) continue;
-    if (const auto c = only_candidate(k, candidates)) {
-      take(k, candidates[*c], t_s);
-      candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(*c));
+    if (const auto c = only_candidate(k, free)) {
+      take(k, free[*c], t_s);
+      free.erase(free.begin() + static_cast<std::ptrdiff_t>(*c));
     }
   }
 }

@@ -65,7 +65,9 @@ class ColourTracker {
   void follow(const Picture& picture, double t_s);
   void accept(const std::vector<std::optional<Mark>>& measured, const std::vector<std::size_t>& mark,
               double t_s);
-  void find_lost(const Picture& picture, double t_s);
+  void name_anew(const std::vector<Mark>& candidates, double t_s);
+  void find_lost(const std::vector<Mark>& candidates, double t_s);
+  void find_missing(const Picture& picture, double t_s);
   std::optional<std::size_t> only_candidate(std::size_t mark, const std::vector<Mark>& candidates) const;
   void learn_bones();
   Seen report(double t_s);

@@ -59,9 +59,8 @@ void draw_skeleton(cv::Mat& on, const Skeleton& s, const Seen& seen, double size
     const Measurement& m = seen.measurements[k];
     const std::string value =
         m.angle ? fmt::format("{:.1f}{}", m.angle->deg, m.doubtful ? "?" : "") : "hidden";
-    // Next to the mark on the right; opening angles share their corner with nothing else.
-    write(on, fmt::format("{} {}", rule.name, value),
-          pixel({corner.at.x + 22 * size / 0.55, corner.at.y + 5}), size,
+    const double r = std::sqrt(corner.area_px / 3.14) + 6;
+    write(on, value, pixel({corner.at.x + r, corner.at.y - r / 2}), size,
           m.angle && !m.doubtful ? kWhite : kOrange);
   }
 }
@@ -82,7 +81,7 @@ void draw_chart(cv::Mat chart, const std::deque<FilteredRow>& past, const std::v
   low = std::floor(low / 20) * 20;
   high = std::max(low + 20, std::ceil(high / 20) * 20);
   constexpr int kLeft = 50;
-  constexpr int kRight = 150;
+  constexpr int kRight = 180;
   const double end_s = past.back().t_s;
   const auto place = [&](double t_s, double deg) {
     const double x = chart.cols - kRight - (end_s - t_s) / kPast_s * (chart.cols - kLeft - kRight);
@@ -105,7 +104,10 @@ void draw_chart(cv::Mat chart, const std::deque<FilteredRow>& past, const std::v
     }
     const int y = 18 + static_cast<int>(k) * 16;
     if (y < chart.rows) {
-      cv::putText(chart, names[k], {chart.cols - kRight + 12, y}, cv::FONT_HERSHEY_SIMPLEX, 0.42, colour, 1,
+      const FilteredAngle& now = past.back().angles[k];
+      const std::string text =
+          now.quality == Quality::lost ? names[k] + " lost" : fmt::format("{} {:.1f}", names[k], now.deg);
+      cv::putText(chart, text, {chart.cols - kRight + 12, y}, cv::FONT_HERSHEY_SIMPLEX, 0.42, colour, 1,
                   cv::LINE_AA);
     }
   }
@@ -125,8 +127,11 @@ Picture draw_setup(const Picture& picture, const Setup& setup) {
     const bool named = !setup.name[i].empty();
     cv::circle(on, pixel(m.centre), r, kBlack, 4, cv::LINE_AA);
     cv::circle(on, pixel(m.centre), r, named ? kWhite : kOrange, 2, cv::LINE_AA);
-    write(on, fmt::format("{} {}", i + 1, setup.name[i]), pixel({m.centre.x + r + 3, m.centre.y - r / 2.0}),
-          size, named ? kWhite : kOrange);
+    write(on, std::to_string(i + 1), pixel({m.centre.x + r + 3, m.centre.y + 5}), size,
+          named ? kWhite : kOrange);
+    const auto line = static_cast<double>(i + 1);
+    write(on, fmt::format("{}  {}", i + 1, named ? setup.name[i] : "-"), pixel({10, line * 40 * size}), size,
+          named ? kWhite : kOrange);
   }
   return out;
 }

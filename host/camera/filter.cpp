@@ -8,11 +8,12 @@ namespace flexor::camera {
 namespace {
 
 constexpr double kLeastDensity = 20;  // deg^2/s^3
-constexpr double kForget = 0.8;       // of an earlier, larger density, a frame
+constexpr double kForget = 0.7;       // of an earlier, larger density, a frame
 constexpr double kUnknownRate = 1e6;  // variance of the rate at the first measurement, (deg/s)^2
 constexpr double kUnknown_deg = 180;
-constexpr std::size_t kDifferences = 6;  // that one estimate of the density is made of
+constexpr std::size_t kDifferences = 8;  // that one estimate of the density is made of
 constexpr double kNewNoise = 0.03;    // weight of the newest frame among those that the noise is learnt from
+constexpr double kFarthest = 5;       // standard deviations
 constexpr double kClearlyMore = 1.5;  // variance that the marks did not announce
 
 }  // namespace
@@ -49,9 +50,11 @@ void AngleFilter::learn_noise() {
       variance += m.angle->variance_deg2 / 4;
     }
     if (!all) continue;
-    const double older = z[0] - 2 * z[1] + z[2];
-    const double newer = z[1] - 2 * z[2] + z[3];
     State& s = state_[k];
+    // A jump is no noise: it counts as far as noise could go.
+    const double limit = kFarthest * std::sqrt(6 * noise_factor(s) * variance);
+    const double older = std::clamp(z[0] - 2 * z[1] + z[2], -limit, limit);
+    const double newer = std::clamp(z[1] - 2 * z[2] + z[3], -limit, limit);
     const double share = std::max(kNewNoise, 1 / (s.weight + 1));
     s.weight += 1;
     s.c0 += share * (newer * newer - s.c0);
@@ -83,24 +86,39 @@ FilteredRow AngleFilter::pop() {
   return out;
 }
 
-// The change of rate between neighbours is q (h1 + h2) / 3 of motion and the rest noise.
+// The change of rate between three frames in which it was measured is q (h1 + h2) / 3 of motion, the rest
+// noise.
 double AngleFilter::density(std::size_t k, double factor) const {
-  std::vector<double> excess;
+  struct Seen {
+    double t_s;
+    Angle angle;
+  };
+  std::array<Seen, kDifferences + 2> last{};  // the newest, oldest first
+  std::array<double, kDifferences> excess{};
+  std::size_t seen = 0;
   double largest = 0;
-  const auto at = [&](std::size_t i) -> const std::optional<Angle>& { return window_[i].measured[k].angle; };
-  for (std::size_t i = 2; i < window_.size(); ++i) {
-    if (!at(i - 2) || !at(i - 1) || !at(i)) continue;
-    const double h1 = window_[i - 1].t_s - window_[i - 2].t_s;
-    const double h2 = window_[i].t_s - window_[i - 1].t_s;
-    const double change = (at(i)->deg - at(i - 1)->deg) / h2 - (at(i - 1)->deg - at(i - 2)->deg) / h1;
+  for (const Frame& frame : window_) {
+    const std::optional<Angle>& z = frame.measured[k].angle;
+    if (!z) continue;
+    std::shift_left(last.begin(), last.end(), 1);
+    last.back() = {frame.t_s, *z};
+    if (++seen < 3) continue;
+    const Seen& a = last[kDifferences - 1];
+    const Seen& b = last[kDifferences];
+    const Seen& c = last[kDifferences + 1];
+    const double h1 = b.t_s - a.t_s;
+    const double h2 = c.t_s - b.t_s;
+    const double change = (c.angle.deg - b.angle.deg) / h2 - (b.angle.deg - a.angle.deg) / h1;
     const double between = 1 / h1 + 1 / h2;
     const double noise =
-        factor * (at(i - 2)->variance_deg2 / (h1 * h1) + at(i - 1)->variance_deg2 * between * between +
-                  at(i)->variance_deg2 / (h2 * h2));
-    excess.push_back(3 * (change * change - noise) / (h1 + h2));
-    if (excess.size() < kDifferences) continue;
+        factor * (a.angle.variance_deg2 / (h1 * h1) + b.angle.variance_deg2 * between * between +
+                  c.angle.variance_deg2 / (h2 * h2));
+    std::shift_left(excess.begin(), excess.end(), 1);
+    excess.back() = 3 * (change * change - noise) / (h1 + h2);
+    const std::size_t count = std::min(seen - 2, kDifferences);
     double sum = 0;
-    for (std::size_t j = excess.size() - kDifferences; j < excess.size(); ++j) sum += excess[j];
+    for (std::size_t j = kDifferences - count; j < kDifferences; ++j) sum += excess[j];
+    // Fewer than all of them count as if the others had been zero.
     largest = std::max(largest, sum / static_cast<double>(kDifferences));
   }
   return largest;

@@ -16,6 +16,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+struct Way {
+  const char* name;
+  Point direction;
+};
+constexpr std::array<Way, 4> kWays = {
+    {{"up", {0, -1}}, {"down", {0, 1}}, {"left", {-1, 0}}, {"right", {1, 0}}}};
+
 class SkeletonReader {
  public:
   SkeletonReader(const Json& json, std::string place) : reader_(json, place), place_(std::move(place)) {}
@@ -23,8 +30,13 @@ class SkeletonReader {
   Skeleton read() {
     skeleton_.name = reader_.text("name");
     read_marks(reader_.member("marks"));
-    if (skeleton_.kind == MarkKind::colour) read_links(reader_.list("links"));
-    if (skeleton_.kind == MarkKind::colour) read_positive(reader_.member("positive_turn"));
+    if (skeleton_.kind == MarkKind::colour) {
+      read_links(reader_.list("links"));
+      skeleton_.length_tolerance = reader_.number_or("length_tolerance", skeleton_.length_tolerance);
+      if (!(skeleton_.length_tolerance > 0)) reader_.fail("\"length_tolerance\" must be positive");
+      if (reader_.has("first_link")) read_first_link(reader_.text("first_link"));
+      read_positive(reader_.member("positive_turn"));
+    }
     const Json& angles = reader_.list("angles");
     for (std::size_t i = 0; i < angles.size(); ++i) {
       read_angle(angles[i], fmt::format("{}: angle {}", place_, i + 1));
@@ -163,6 +175,12 @@ class SkeletonReader {
     }
   }
 
+  void read_first_link(const std::string& way) {
+    const auto it = std::ranges::find(kWays, way, &Way::name);
+    if (it == kWays.end()) reader_.fail("\"first_link\" must be \"up\", \"down\", \"left\" or \"right\"");
+    skeleton_.first_link = it->direction;
+  }
+
   void read_positive(const Json& json) {
     io::JsonReader reader(json, place_ + ": positive_turn");
     PositiveTurn& p = skeleton_.positive;
@@ -250,6 +268,13 @@ Json marks_json(const Skeleton& s) {
 Json skeleton_json(const Skeleton& s) {
   Json out = {{"name", s.name}, {"marks", marks_json(s)}};
   for (const Link& l : s.links) out["links"].push_back({s.marks[l.from], s.marks[l.to], l.length});
+  if (s.kind == MarkKind::colour) out["length_tolerance"] = s.length_tolerance;
+  if (s.first_link) {
+    for (const Way& way : kWays) {
+      if (way.direction.x == s.first_link->x && way.direction.y == s.first_link->y)
+        out["first_link"] = way.name;
+    }
+  }
   if (s.kind == MarkKind::colour) {
     const PositiveTurn& p = s.positive;
     out["positive_turn"] =

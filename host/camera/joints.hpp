@@ -7,7 +7,9 @@
 //                "region": [left, top, right, bottom] as shares of the picture, "start": {NAME: [x, y], ...}}
 //            or {"kind": "printed", "dictionary": "apriltag_36h11", "size_mm": 12, "ids": {NAME: 0, ...}},
 //      "links": [[FROM, TO, length], ...],                lengths relative to each other; colour only
-//      "positive_turn": {"from", "to", "toward"} or {"view": "clockwise" | "counterclockwise"},
+//      "length_tolerance": 0.35,                          of a length's logarithm; smaller if this hand was
+//      measured "first_link": "up" | "down" | "left" | "right",    where it points in the picture, if that is
+//      known "positive_turn": {"from", "to", "toward"} or {"view": "clockwise" | "counterclockwise"},
 //      "angles": [{"name", "marks": [a, b, c] or [a, b, c, d], "measure": "turn" | "opening",
 //                  "turn": "positive" | "negative", "offset_deg", "range_deg": [min, max]}, ...]}]}
 //
@@ -68,8 +70,10 @@ struct Skeleton {
   // colour
   std::optional<ColourModel> colour;         // learnt before
   std::optional<std::array<double, 3>> rgb;  // as told
-  std::vector<Link> links;                   // each joins a new mark to one that is named before
-  std::vector<std::optional<Point>> start;   // where marks are in the first picture, if it was told
+  double length_tolerance = 0.35;
+  std::optional<Point> first_link;          // unit vector along which it points, roughly
+  std::vector<Link> links;                  // each joins a new mark to one that is named before
+  std::vector<std::optional<Point>> start;  // where marks are in the first picture, if it was told
   std::array<double, 4> region = {0, 0, 1, 1};
   // printed
   std::vector<int> ids;

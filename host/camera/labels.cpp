@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "host/camera/angles.hpp"
 
@@ -11,6 +12,7 @@ namespace {
 constexpr std::size_t kBeam = 4000;
 constexpr double kMaxLogRatio = 0.9;  // a link is at most two and a half times too long or too short
 constexpr double kAngleTolerance_deg = 10;
+constexpr double kHeading_deg = 45;  // "up" is that much to either side
 constexpr double kAreaTolerance = 0.8;
 constexpr double kLevelTolerance = 0.4;
 
@@ -100,11 +102,19 @@ class Search {
       q.ratio_sum += ratio;
       q.ratio_squares += ratio * ratio;
       q.other_cost += look_cost_[c] + angle_cost(p, q);
+      if (link == 0) q.other_cost += heading_cost({(to.x - from.x) / length, (to.y - from.y) / length});
       const auto n = static_cast<double>(link + 1);
       q.cost =
           q.other_cost + (q.ratio_squares - q.ratio_sum * q.ratio_sum / n) / (2 * tolerance_ * tolerance_);
       out.push_back(std::move(q));
     }
+  }
+
+  double heading_cost(Point direction) const {
+    if (!skeleton_.first_link) return 0;
+    const double cosine = direction.x * skeleton_.first_link->x + direction.y * skeleton_.first_link->y;
+    const double off_deg = std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
+    return half_square(std::max(0.0, off_deg - kHeading_deg) / kAngleTolerance_deg);
   }
 
   static bool known(const Partial& p, const std::vector<std::size_t>& marks) {

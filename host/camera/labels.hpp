@@ -24,8 +24,7 @@ struct Assignment {
   double margin = 0;
 };
 
-inline constexpr double kAnyLength = 0.35;   // tolerance when lengths come from anatomy
-inline constexpr double kKnownLength = 0.1;  // when they were measured in this video
+inline constexpr double kKnownLength = 0.1;  // tolerance when lengths were measured in this video
 inline constexpr double kMinMargin = 1.5;    // below it an assignment is a guess
 inline constexpr double kMaxCost = 25;       // above it this is no hand of that kind
 

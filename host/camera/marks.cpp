@@ -301,9 +301,11 @@ Mark MarkMeter::centre(double level) const {
     spread[2] += y * y;
   }
   const double edge_width_px = edge_px / (2 * kPi * radius(out.area_px));
-  const double sampling = kSampling * std::pow(kSharpEdge_px / std::max(edge_width_px, kSharpEdge_px), 3.5);
-  // The clamp swallows some of the noise: of its variance v over an edge, 0.75 v^1.5.
+  // The clamp swallows some of the noise, 0.75 v^1.5 of its variance v over an edge; and noise softens the
+  // corners of the clamp, which are what sampling errs by.
   const double noise = std::min(0.5, 2 * patch_.noise / level);
+  const double sampling =
+      kSampling * (1 - 1.5 * noise) * std::pow(kSharpEdge_px / std::max(edge_width_px, kSharpEdge_px), 3.5);
   const double variance = (squared(noise) * (1 - 0.75 * noise) + sampling) / squared(out.area_px);
   // An irregular mark has no one centre: its faint outline has another than its core.
   const Point outline = centre_at(half - level / 8, level);

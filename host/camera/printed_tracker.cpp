@@ -13,7 +13,7 @@ namespace flexor::camera {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr double kLeastSigma_px = 0.02;
+constexpr double kLeastSigma_px = 0.01;
 constexpr double kOddNormal = 0.9;  // cosine: links whose marks face different ways are doubtful
 
 cv::Ptr<cv::aruco::Dictionary> dictionary() {

@@ -42,7 +42,7 @@ Setup set_up(const Skeleton& skeleton, const Picture& picture, const ColourChoic
   }
   std::vector<double> lengths;
   for (const Link& l : skeleton.links) lengths.push_back(l.length);
-  const auto found = assign(skeleton, lengths, kAnyLength, out.candidates);
+  const auto found = assign(skeleton, lengths, skeleton.length_tolerance, out.candidates);
   if (!found || found->cost > kMaxCost) {
     out.trouble = fmt::format("{} candidate(s) do not look like the {} marks of \"{}\"",
                               out.candidates.size(), skeleton.marks.size(), skeleton.name);

@@ -121,11 +121,17 @@ bool VideoReader::next(Picture& picture, double& t_s) {
                                      read_ + 1, frame.cols, frame.rows, width_, height_));
     }
     ++read_;
-    const double t = time_s();
+    double t = time_s();
+    // OpenCV forgets the time of frames that a decoder had kept back until the end of the file.
+    if (!live_ && t == 0 && frames_ > 1) {
+      t = last_s_ + step_s_;
+      ++without_time_;
+    }
     if (!std::isfinite(t) || (frames_ > 0 && t <= last_s_)) {
       ++out_of_order_;
       continue;
     }
+    step_s_ = t - last_s_;
     last_s_ = t_s = t;
     ++frames_;
     copy(frame, picture);
@@ -138,6 +144,11 @@ bool VideoReader::next(Picture& picture, double& t_s) {
 std::vector<std::string> VideoReader::warnings() const {
   std::vector<std::string> out;
   if (no_clock_) out.push_back(fmt::format("{}: has no clock of its own; the nominal rate is used", source_));
+  if (without_time_ > 0) {
+    out.push_back(fmt::format(
+        "{}: the last {} frame(s) come without a time; each is taken one step after the one before", source_,
+        without_time_));
+  }
   if (out_of_order_ > 0) {
     out.push_back(
         fmt::format("{}: {} frame(s) whose time does not increase are left out", source_, out_of_order_));

@@ -46,9 +46,11 @@ class VideoReader {
   bool ended_ = false;
   double start_s_ = 0;
   double last_s_ = -1;
+  double step_s_ = 0;
   std::size_t frames_ = 0;
   std::size_t read_ = 0;
   std::size_t out_of_order_ = 0;
+  std::size_t without_time_ = 0;
   int width_ = 0;
   int height_ = 0;
 };

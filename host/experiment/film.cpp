@@ -18,7 +18,7 @@ twin::View film_view() {
   view.width = HandFilm::kWidth;
   view.height = HandFilm::kHeight;
   view.focal_px = 1000;
-  view.distance_mm = 465;  // the fifths of the picture are the columns of draw_spread
+  view.distance_mm = 541;  // the fifths of the picture are the columns of draw_spread
   view.centre_px = {(HandFilm::kWidth - 1) / 2.0, (HandFilm::kHeight - 1) / 2.0};
   return view;
 }
@@ -103,7 +103,10 @@ const camera::Picture& HandFilm::shoot(const twin::PerFinger& mcp_deg, std::uint
 }
 
 camera::Joints paper_hand() {
-  return camera::joints_from_json(builtin("joints/paper_hand.json"), "joints/paper_hand.json");
+  camera::Joints out = camera::joints_from_json(builtin("joints/paper_hand.json"), "joints/paper_hand.json");
+  constexpr double kMeasured = 0.1;  // the twin draws exactly these lengths
+  for (camera::Skeleton& s : out.skeletons) s.length_tolerance = kMeasured;
+  return out;
 }
 
 std::unique_ptr<Engine> filmed(Engine* inner) { return std::make_unique<FilmedEngine>(inner); }

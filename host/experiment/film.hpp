@@ -27,7 +27,7 @@ class HandFilm {
   camera::Picture picture_;
 };
 
-// models/joints/paper_hand.json.
+// models/joints/paper_hand.json, with lengths that are known.
 camera::Joints paper_hand();
 
 // An engine whose cameras see pictures: plays on `inner` (null: the twin) and tracks both hands frame by

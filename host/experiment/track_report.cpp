@@ -1,6 +1,7 @@
 #include "host/experiment/track_report.hpp"
 
 #include <array>
+#include <cmath>
 
 #include "host/camera/video.hpp"
 #include "host/experiment/gnuplot.hpp"
@@ -42,6 +43,10 @@ std::string draw(const Tracked& r, const std::filesystem::path& csv) {
     const std::size_t column = 2 + 3 * k;
     g.add("set ylabel '{}' noenhanced; set label 1 'deg' at graph 0.005,0.92 tc rgb '#888888'",
           r.summary.angles[k].name);
+    // Three or four labels on the axis, whatever the range.
+    const double range = std::max(1.0, r.summary.angles[k].max_deg - r.summary.angles[k].min_deg);
+    const double decade = std::pow(10, std::floor(std::log10(range)));
+    g.add("set ytics {}", decade * (range / decade > 5 ? 2.5 : range / decade > 2 ? 1.0 : 0.5));
     // What is lost has no place; what is not good is grey.
     g.add(
         "plot '{0}' every {1} using 1:(${4}<3?${2}-2*${3}:1/0):(${4}<3?${2}+2*${3}:1/0) with filledcurves lc "

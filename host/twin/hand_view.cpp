@@ -105,8 +105,8 @@ Drawn draw_printed(const PinchPose& pose, const Stance& stance, const std::array
 }
 
 Drawn draw_spread(const PerFinger& mcp_deg, Bgr paint) {
-  constexpr double kColumn_mm = 90;
-  constexpr double kLeft_mm = 25;  // of the column's middle: bent fingers reach to the right
+  constexpr double kColumn_mm = 104;
+  constexpr double kLeft_mm = 38;  // of the column's middle: bent fingers reach to the right
   constexpr double kBase_mm = 50;
   constexpr double kPalm_mm = 30;
   constexpr double kStraightThumb_deg = 90;

@@ -271,6 +271,7 @@ ColourModel colour_like(const Picture& picture, const std::array<double, 3>& rgb
 }
 
 ColourModel colour_automatic(const Picture& picture, const Window& region, std::size_t marks) {
+  if (region.empty()) throw io::JobError("the picture is too small for the skeleton's region");
   const cv::Rect part(region.x, region.y, region.width, region.height);
   const cv::Mat bgr = mat(picture)(part);
   cv::Mat picture_lab;

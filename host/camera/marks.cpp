@@ -63,6 +63,25 @@ double median_score(const Picture& picture, const ColourModel& colour, const Win
   return *half;
 }
 
+// 255 where a pixel of `region` scores more than `threshold`. In integers, which is enough to find by: what
+// is found is measured anew.
+cv::Mat above(const Picture& picture, const ColourModel& colour, const Window& region, double threshold) {
+  constexpr double kUnit = 64;
+  std::array<int, 3> weight{};
+  for (std::size_t k = 0; k < 3; ++k) weight[k] = static_cast<int>(std::lround(kUnit * colour.weight[k]));
+  const int limit = static_cast<int>(std::lround(kUnit * threshold));
+  cv::Mat out(region.height, region.width, CV_8U);
+  for (int y = 0; y < region.height; ++y) {
+    const std::uint8_t* from = picture.at(region.x, region.y + y);
+    auto* to = out.ptr<std::uint8_t>(y);
+    for (int x = 0; x < region.width; ++x) {
+      const int score = weight[0] * from[3 * x] + weight[1] * from[3 * x + 1] + weight[2] * from[3 * x + 2];
+      to[x] = score > limit ? 255 : 0;
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 double least_area_px(const ColourModel& colour) { return std::max(6.0, 0.1 * colour.area_px); }
@@ -71,19 +90,13 @@ std::vector<Mark> find_marks(const Picture& picture, const ColourModel& colour, 
                              double min_area_px) {
   std::vector<Mark> out;
   if (region.empty()) return out;
-  const cv::Mat bgr = mat(picture)(cv::Rect(region.x, region.y, region.width, region.height));
-  cv::Mat score;
-  cv::transform(bgr, score,
-                cv::Matx13f(static_cast<float>(colour.weight[0]), static_cast<float>(colour.weight[1]),
-                            static_cast<float>(colour.weight[2])));
-  // Eight bits are enough to find; what is found is measured anew.
   const double middle = median_score(picture, colour, region);
   const double threshold =
       std::clamp(colour.background, middle + 0.4 * colour.level, middle + 0.7 * colour.level);
+  const cv::Mat mask = above(picture, colour, region, threshold);
   cv::Mat labels;
   cv::Mat stats;
   cv::Mat centres;
-  const cv::Mat mask = score > threshold;
   const int n = cv::connectedComponentsWithStats(mask, labels, stats, centres, 8, CV_32S);
   std::vector<Expected> expected;
   for (int i = 1; i < n; ++i) {

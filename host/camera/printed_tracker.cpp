@@ -13,7 +13,7 @@ namespace flexor::camera {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr double kLeastSigma_px = 0.01;
+constexpr double kLeastSigma_px = 0.025;
 constexpr double kOddNormal = 0.9;  // cosine: links whose marks face different ways are doubtful
 
 cv::Ptr<cv::aruco::Dictionary> dictionary() {
@@ -93,8 +93,9 @@ std::optional<Edge> find_edge(const cv::Mat& grey, const cv::Vec2d& a, const cv:
   edge.offset = edge.normal.dot(mean);
   double rest = 0;
   for (const cv::Vec2d& p : points) rest += std::pow(edge.normal.dot(p) - edge.offset, 2);
-  // A fitted line is uncertain by 2 sigma / sqrt(n) at its ends.
-  edge.variance_px2 = 4 * rest / (n - 2) / n;
+  // A fitted line is uncertain by 2 sigma / sqrt(n) at its ends; every pixel has a say in two of the places.
+  constexpr double kShared = 2;
+  edge.variance_px2 = kShared * 4 * rest / (n - 2) / n;
   return edge;
 }
 

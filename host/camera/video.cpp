@@ -207,8 +207,7 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int heigh
     std::error_code ignored;
     std::filesystem::remove(temporary_, ignored);
     throw io::InputError(
-        fmt::format("{}: cannot be written as a video of {} x {} pixels: H.264 needs even numbers, and "
-                    "the codec must be installed",
+        fmt::format("{}: cannot be written as a video of {} x {} pixels: is the codec installed?",
                     path.string(), width, height));
   }
 }

@@ -1,0 +1,66 @@
+#include "host/camera/lens.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "host/camera/test_pictures.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::camera {
+namespace {
+
+Lens barrel() {
+  Lens lens = ordinary_lens(1280, 720);
+  lens.distortion = {-0.2, 0.05, 0.001, -0.0005, 0};
+  return lens;
+}
+
+TEST(Lens, UndistortTakesBackWhatTheModelDoes) {
+  const Lens lens = barrel();
+  for (const Point ideal : {Point{640, 360}, Point{100, 80}, Point{1200, 700}, Point{900, 100}}) {
+    const double x = (ideal.x - lens.centre_px.x) / lens.focal_px.x;
+    const double y = (ideal.y - lens.centre_px.y) / lens.focal_px.y;
+    const double r2 = x * x + y * y;
+    const auto& [k1, k2, p1, p2, k3] = lens.distortion;
+    const double radial = 1 + k1 * r2 + k2 * r2 * r2 + k3 * r2 * r2 * r2;
+    const Point seen = {
+        lens.focal_px.x * (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + lens.centre_px.x,
+        lens.focal_px.y * (y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + lens.centre_px.y};
+    const Point back = lens.undistort(seen);
+    EXPECT_NEAR(back.x, ideal.x, 0.02);
+    EXPECT_NEAR(back.y, ideal.y, 0.02);
+  }
+}
+
+TEST(Lens, FilesRoundTripAndMistakesAreNamed) {
+  const auto path = scratch("lens.json");
+  io::write_file(path, to_json(barrel()));
+  EXPECT_EQ(to_json(load_lens(path)), to_json(barrel()));
+  std::string text = to_json(barrel());
+  text.replace(text.find("flexor-lens"), 11, "flexor-hens");
+  io::write_file(path, text);
+  EXPECT_THROW(load_lens(path), io::InputError);
+  std::filesystem::remove(path);
+  EXPECT_THROW(barrel().require_size(640, 480, "x.mp4"), io::InputError);
+  EXPECT_NO_THROW(barrel().require_size(1280, 720, "x.mp4"));
+}
+
+TEST(Lens, TheErrorAtTheEdgeGrowsWithTheBone) {
+  EXPECT_GT(edge_error_deg(1280, 720, 100), 0.1);
+  EXPECT_LT(edge_error_deg(1280, 720, 100), 2);
+  EXPECT_NEAR(edge_error_deg(1280, 720, 200) / edge_error_deg(1280, 720, 100), 2, 0.2);
+}
+
+TEST(Lens, CalibrationRefusesTooFewOrUnreadablePictures) {
+  EXPECT_THROW(calibrate({}, {}), io::InputError);
+  const auto path = scratch("wall.png");
+  std::ofstream(path) << "no picture";
+  EXPECT_THROW(calibrate({path}, {}), io::InputError);
+  EXPECT_THROW(calibrate({path}, {1, 1}), io::InputError);
+  std::filesystem::remove(path);
+}
+
+}  // namespace
+}  // namespace flexor::camera

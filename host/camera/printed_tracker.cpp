@@ -13,7 +13,7 @@ namespace flexor::camera {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr double kLeastSigma_px = 0.025;
+constexpr double kLeastSigma_px = 0.025;  // no edge is known better, however straight it looks
 constexpr double kOddNormal = 0.9;  // cosine: links whose marks face different ways are doubtful
 
 cv::Ptr<cv::aruco::Dictionary> dictionary() {

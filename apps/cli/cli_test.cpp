@@ -97,8 +97,9 @@ class Cli : public testing::Test {
 
 TEST_F(Cli, HelpIsThereForEveryCommand) {
   EXPECT_EQ(run("--help").exit, 0);
-  for (const char* command : {"align", "identify", "apply", "score", "show", "experiment", "twin",
-                              "calibrate-twin", "calibrate-glove", "deploy", "latency"}) {
+  for (const char* command :
+       {"align", "identify", "apply", "score", "show", "experiment", "twin", "calibrate-twin",
+        "calibrate-glove", "deploy", "latency", "track", "camera calibrate", "camera film"}) {
     const Finished r = run(std::string(command) + " --help");
     EXPECT_EQ(r.exit, 0) << command;
     EXPECT_NE(r.out.find("Usage"), std::string::npos) << command;
@@ -443,6 +444,102 @@ TEST_F(Cli, TheExperimentRunsOnBoardsAndTracesThem) {
   EXPECT_GT(error, 10);
   EXPECT_LT(error, 100);
   EXPECT_GT(fs::file_size(path("t.vcd")), 100000U);
+}
+
+const std::string kGreenMarkers = FLEXOR_SOURCE_DIR "/models/joints/green_markers.json";
+const std::string kVideo = FLEXOR_SOURCE_DIR "/../shared/data/video/green_markers.mp4";
+
+TEST_F(Cli, TrackWritesAnglesPreviewAndReportOfTheRealVideo) {
+  if (!fs::exists(kVideo)) GTEST_SKIP() << "needs ../shared/data/video, which is not part of the repository";
+  const Finished r =
+      run("track '" + kVideo + "' --joints '" + kGreenMarkers + "' --out '" + path("a.csv") +
+          "' --preview '" + path("p.mp4") + "' --report '" + path("rep") + "' --seconds 2 --json");
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const auto json = nlohmann::json::parse(r.out);
+  EXPECT_EQ(json.at("frames"), 49);
+  EXPECT_EQ(json.at("frames_labelled"), 49);
+  const recording::Recording angles = recording::read_csv(path("a.csv"), {});
+  std::vector<std::string> names;
+  for (const recording::Column& c : angles.columns) names.push_back(c.name);
+  EXPECT_EQ(names.size(), 18U);
+  EXPECT_EQ(
+      (std::vector<std::string>(names.begin(), names.begin() + 4)),
+      (std::vector<std::string>{"index_dip_deg", "index_dip_se_deg", "index_dip_quality", "index_pip_deg"}));
+  EXPECT_EQ(angles.t_s.size(), 49U);
+  EXPECT_GT(fs::file_size(path("p.mp4")), 10000U);
+  const std::string report = content(path("rep/report.html"));
+  EXPECT_NE(report.find("<svg"), std::string::npos);
+  EXPECT_NE(report.find("data:image/jpeg;base64,"), std::string::npos);
+  EXPECT_NE(r.err.find("no lens calibration"), std::string::npos);
+}
+
+TEST_F(Cli, SetupProposesTakesAnAssignmentAndSavesAJointFile) {
+  if (!fs::exists(kVideo)) GTEST_SKIP() << "needs ../shared/data/video, which is not part of the repository";
+  const std::string setup =
+      "track --setup '" + kVideo + "' --joints '" + kGreenMarkers + "' --out '" + path("s.png") + "' --json";
+  const Finished proposed = run(setup + " --save '" + path("j.json") + "'");
+  ASSERT_EQ(proposed.exit, 0) << proposed.err;
+  std::string assign;
+  for (const auto& c : nlohmann::json::parse(proposed.out).at("candidates")) {
+    if (c.at("mark") != "")
+      assign += " --assign " + c.at("number").dump() + "=" + c.at("mark").get<std::string>();
+  }
+  EXPECT_GT(fs::file_size(path("s.png")), 10000U);
+  EXPECT_EQ(run(setup + " --colour 718,335" + assign + " --save '" + path("k.json") + "'").exit, 0);
+  const Finished r = run("track '" + kVideo + "' --joints '" + path("k.json") + "' --out '" + path("a.csv") +
+                         "' --seconds 0.5 --json");
+  ASSERT_EQ(r.exit, 0) << r.err;
+  EXPECT_EQ(nlohmann::json::parse(r.out).at("frames_labelled"), 13);
+  expect_refused(setup + " --assign 99=wrist", 2, "there is no candidate 99");
+  expect_refused(setup + " --assign 1=elbow", 2, "no mark is called \"elbow\"");
+  expect_refused(setup + " --colour 9999,5", 2, "outside the picture");
+  expect_refused(setup + " --at 100", 2, "ends at");
+}
+
+TEST_F(Cli, CameraCommandsRefuseBadInputInOneLineAndLeaveNothingBehind) {
+  const std::string joints = " --joints '" + kGreenMarkers + "'";
+  const std::string out = " --out '" + path("a.csv") + "'";
+  // One grey pixel.
+  constexpr unsigned char kPixel[] = {
+      0x89, 'P',  'N',  'G',  13,  10,  26,  10,   0,    0,    0,    13,  'I',  'H',  'D',  'R',  0,
+      0,    0,    1,    0,    0,   0,   1,   8,    0,    0,    0,    0,   0x3a, 0x7e, 0x9b, 0x55, 0,
+      0,    0,    10,   'I',  'D', 'A', 'T', 0x78, 0x9c, 0x63, 0x68, 0,   0,    0,    0x82, 0,    0x81,
+      0x77, 0xcd, 0x72, 0xb6, 0,   0,   0,   0,    'I',  'E',  'N',  'D', 0xae, 0x42, 0x60, 0x82};
+  io::write_file(path("pixel.png"), {reinterpret_cast<const char*>(kPixel), sizeof kPixel});
+  io::write_file(path("text.mp4"), "no video");
+  io::write_file(path("empty.mp4"), "");
+  expect_refused("track '" + path("none.mp4") + "'" + joints + out, 2, "none.mp4");
+  expect_refused("track '" + path("text.mp4") + "'" + joints + out, 2, "no video that can be read");
+  expect_refused("track '" + path("empty.mp4") + "'" + joints + out, 2, "is empty");
+  expect_refused("track '" + path("pixel.png") + "'" + joints + out, 1, "no angle in any of 1 frame(s)");
+  expect_refused("track '" + path("pixel.png") + "' --joints '" + glove() + "'" + out, 2,
+                 "simulated_glove.csv");
+  expect_refused("track '" + path("pixel.png") + "'" + joints + " --out '" + path("no/where.csv") + "'", 2,
+                 "no/where.csv");
+  expect_refused("track '" + path("pixel.png") + "'" + joints + out + " --lens '" + kGreenMarkers + "'", 2,
+                 "not a lens file");
+  expect_refused("track '" + path("pixel.png") + "'" + joints + out + " --preview '" + path("p.txt") + "'", 2,
+                 ".mp4");
+  expect_refused("track /dev/null" + joints + out, 2, "camera cannot be opened");
+  expect_refused("track '" + path("pixel.png") + "'" + joints + out + " --colour 1,1", 2, "--setup");
+  expect_refused("track --setup '" + path("pixel.png") + "'" + joints + out + " --colour one", 2, "X,Y");
+  expect_refused("track --setup '" + path("pixel.png") + "'" + joints + out + " --assign x", 2,
+                 "NUMBER=MARK");
+  expect_refused("identify --sensor '" + glove() + "' --reference '" + path("text.mp4") + "'" + joints, 2,
+                 "no video that can be read");
+  expect_refused("identify --sensor '" + glove() + "' --reference '" + camera() + "' --lens x.json", 2,
+                 "--joints");
+  expect_refused("camera calibrate '" + path("pixel.png") + "' --board nine --out '" + path("l.json") + "'",
+                 2, "COLUMNSxROWS");
+}
+
+TEST_F(Cli, TheExperimentThroughPictures) {
+  const Finished r =
+      run("experiment --camera rendered --gestures 4 --trials 1 --compensators published-hw --json");
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const double error = nlohmann::json::parse(r.out).at("cells").at(0).at("total_error_deg_s").at("mean");
+  EXPECT_GT(error, 10);
+  EXPECT_LT(error, 100);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kLeastSigma_px = 0.025;  // no edge is known better, however straight it looks
-constexpr double kOddNormal = 0.9;  // cosine: links whose marks face different ways are doubtful
+constexpr double kOddNormal = 0.9;        // cosine: links whose marks face different ways are doubtful
 
 cv::Ptr<cv::aruco::Dictionary> dictionary() {
   return cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11);

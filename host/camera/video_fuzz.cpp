@@ -1,5 +1,6 @@
-// Truncated and bit-flipped videos: either frames whose times increase and whose pictures are whole, or an error in
-// one line. The input says what to do to one of two good files: which, where to cut, and which bytes to flip.
+// Truncated and bit-flipped videos: either frames whose times increase and whose pictures are whole, or an
+// error in one line. The input says what to do to one of two good files: which, where to cut, and which bytes
+// to flip.
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -22,7 +23,8 @@ std::string film(const char* extension) {
   camera::VideoWriter writer(path, 64, 48, 30);
   for (int k = 0; k < 12; ++k) {
     camera::Picture p(64, 48);
-    for (std::size_t i = 0; i < p.bgr.size(); ++i) p.bgr[i] = static_cast<std::uint8_t>(i * 7 + static_cast<std::size_t>(k) * 31);
+    for (std::size_t i = 0; i < p.bgr.size(); ++i)
+      p.bgr[i] = static_cast<std::uint8_t>(i * 7 + static_cast<std::size_t>(k) * 31);
     writer.add(p);
   }
   writer.finish();
@@ -35,13 +37,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const std::string whole[2] = {film(".mp4"), film(".avi")};
   if (size < 4) return 0;
   std::string bytes = whole[data[0] & 1U];
-  const auto number = [&](std::size_t at) { return static_cast<std::size_t>(data[at] << 16U | data[at + 1] << 8U | data[at + 2]); };
+  const auto number = [&](std::size_t at) {
+    return static_cast<std::size_t>(data[at] << 16U | data[at + 1] << 8U | data[at + 2]);
+  };
   if ((data[0] & 2U) != 0) bytes.resize(number(1) % bytes.size());
   for (std::size_t at = 4; at + 4 <= size && !bytes.empty(); at += 4) {
     bytes[number(at) % bytes.size()] ^= static_cast<char>(data[at + 3]);
   }
   const int file = memfd_create("film", 0);
-  if (file < 0 || ::write(file, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) std::abort();
+  if (file < 0 || ::write(file, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size()))
+    std::abort();
   try {
     camera::VideoReader reader("/proc/self/fd/" + std::to_string(file));
     camera::Picture picture;
@@ -49,7 +54,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     double last_s = -1e300;
     while (reader.frames() < 50 && reader.next(picture, t_s)) {
       if (!std::isfinite(t_s) || t_s <= last_s) std::abort();
-      if (picture.bgr.size() != 3U * static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height)) {
+      if (picture.bgr.size() !=
+          3U * static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height)) {
         std::abort();
       }
       last_s = t_s;

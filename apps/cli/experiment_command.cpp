@@ -101,6 +101,7 @@ void run(Options& o, const Program& program) {
   if (o.camera == "rendered") {
     filmed = program.require_cameras().rendered(plan.engine);
     plan.engine = filmed.get();
+    log("both hands are filmed and tracked, frame by frame: some seconds a trial");
   }
   if (!o.vcd.empty() && o.engine != "avr") throw io::InputError("--vcd records the boards: add --engine avr");
   if (!o.vcd.empty()) io::require_writable(o.vcd);

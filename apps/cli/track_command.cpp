@@ -218,6 +218,7 @@ struct FilmOptions {
   std::string gestures = "1-6";
   std::string twin;
   std::vector<std::string> set;
+  bool json = false;
 };
 
 void run_film(FilmOptions& o, const Program& program) {
@@ -226,9 +227,11 @@ void run_film(FilmOptions& o, const Program& program) {
   io::require_folder(o.request.folder);
   o.request.motions = experiment::motions(o.gestures);
   o.request.motions.insert(o.request.motions.begin(), experiment::calibration_motion());
+  std::size_t frames = 0;
   {
     ProgressLine line;
     cameras.film(o.request, [&](std::size_t frame, std::size_t of) {
+      frames = frame;
       line.show(fmt::format("filming: frame {} of {}", frame, of));
       return true;
     });
@@ -294,6 +297,7 @@ void add_camera(CLI::App& app, const Program& program) {
   film->add_option("--seed", f->request.seed, "everything random follows from it")->capture_default_str();
   film->add_option("--twin", f->twin, "configuration of the twin (default: the shipped one)");
   film->add_option("--set", f->set, "change one parameter of the twin; may be repeated");
+  film->add_flag("--json", f->json, "one JSON object on standard output");
   film->callback([f, program] { run_film(*f, program); });
 }
 

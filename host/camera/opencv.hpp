@@ -7,7 +7,7 @@
 
 namespace flexor::camera {
 
-// No copy: the picture outlives the matrix, which must not be written to.
+// No copy: the picture outlives the matrix. Write only to what belongs to a picture that is not constant.
 inline cv::Mat mat(const Picture& picture) {
   return {picture.height, picture.width, CV_8UC3, const_cast<std::uint8_t*>(picture.bgr.data())};
 }

@@ -38,6 +38,8 @@ class FilmedEngine : public Engine {
     return (inner_ != nullptr ? inner_->name() : std::string("twin")) + ", rendered cameras";
   }
 
+  int batch() const override { return 1; }
+
   void prepare(const twin::Setup& setup) override {
     if (inner_ != nullptr) inner_->prepare(setup);
   }

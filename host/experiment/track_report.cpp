@@ -29,9 +29,16 @@ std::string base64(std::string_view bytes) {
   return out;
 }
 
+// As gnuplot writes text in quotes.
+std::string quoted(std::string text) {
+  for (std::size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 2) text.insert(at, 1, '\'');
+  return "'" + text + "'";
+}
+
 // Every so many rows, so that an hour is drawn as quickly as a minute.
 std::string draw(const Tracked& r, const std::filesystem::path& csv) {
   Gnuplot g;
+  const std::string file = quoted(csv.string());
   const std::size_t n = r.summary.angles.size();
   g.begin("angles", 120 + 130 * static_cast<int>(n) + 90);
   const std::size_t every = 1 + r.summary.frames / kMostPoints;
@@ -49,19 +56,19 @@ std::string draw(const Tracked& r, const std::filesystem::path& csv) {
     g.add("set ytics {}", decade * (range / decade > 5 ? 2.5 : range / decade > 2 ? 1.0 : 0.5));
     // What is lost has no place; what is not good is grey.
     g.add(
-        "plot '{0}' every {1} using 1:(${4}<3?${2}-2*${3}:1/0):(${4}<3?${2}+2*${3}:1/0) with filledcurves lc "
+        "plot {0} every {1} using 1:(${4}<3?${2}-2*${3}:1/0):(${4}<3?${2}+2*${3}:1/0) with filledcurves lc "
         "rgb "
         "'#cccccc' fs transparent solid 0.5, '' every {1} using 1:(${4}<3?${2}:1/0) with lines lw 1 lc rgb "
         "'#999999', "
         "'' every {1} using 1:(${4}==0?${2}:1/0) with lines lw 2 lc rgb '{5}'",
-        csv.string(), every, column, column + 1, column + 2, kColours[k % kColours.size()]);
+        file, every, column, column + 1, column + 2, kColours[k % kColours.size()]);
   }
   g.add("set format x '%g'; set xlabel 'time, s'; set yrange [-0.3:3.3]; unset label 1");
   g.add("set ytics ('good' 0, 'doubtful' 1, 'hidden' 2, 'lost' 3); set ylabel 'worst'");
   std::string worst = "0";
   for (std::size_t k = 0; k < n; ++k) worst = fmt::format("max({},${})", worst, 4 + 3 * k);
   g.add("max(a,b) = a > b ? a : b");
-  g.add("plot '{}' every {} using 1:({}) with steps lw 2 lc rgb '#D55E00'", csv.string(), every, worst);
+  g.add("plot {} every {} using 1:({}) with steps lw 2 lc rgb '#D55E00'", file, every, worst);
   g.add("unset multiplot");
   g.run();
   return g.svg("angles");

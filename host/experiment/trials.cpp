@@ -25,8 +25,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using io::InputError;
 
-constexpr int kBatch = twin::kTrialsAtOnce;
-
 // Two-sided 95 % quantile of Student's t.
 double student_t(int degrees) {
   constexpr double kTable[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
@@ -103,9 +101,10 @@ std::uint64_t seed_of_motion(std::uint64_t seed, const std::string& name) {
 class Runner {
  public:
   Runner(const Plan& plan, const TrialProgress& progress) : plan_(plan), progress_(progress) {
-    for (int first = 0; first < plan.trials; first += kBatch) {
+    const int batch = plan.engine != nullptr ? plan.engine->batch() : twin::kTrialsAtOnce;
+    for (int first = 0; first < plan.trials; first += batch) {
       for (std::size_t m = 0; m < plan.motions.size(); ++m) {
-        jobs_.push_back({m, first, std::min(kBatch, plan.trials - first)});
+        jobs_.push_back({m, first, std::min(batch, plan.trials - first)});
       }
     }
     for (const twin::Motion& motion : plan.motions) {

@@ -31,6 +31,8 @@ class Engine {
   // As twin::simulate; from any thread.
   virtual std::vector<twin::Trial> simulate(const twin::Setup& setup, std::uint64_t first,
                                             int count) const = 0;
+  // How many trials to ask for at a time: few where each takes long, so that progress shows.
+  virtual int batch() const { return twin::kTrialsAtOnce; }
 };
 
 struct Plan {

@@ -38,13 +38,24 @@ Renderer::Renderer(const View& view, const Look& look, std::uint64_t seed)
       const std::size_t i = at(y) * at(view.width) + at(x);
       const Place p = unproject(x, y);
       plane_[i] = {static_cast<float>(p.x), static_cast<float>(p.y)};
-      for (std::size_t k = 0; k < 3; ++k) empty_[3 * i + k] = look.background[k];
     }
   }
+  set_light(look.light);
   if (look.noise > 0) {
     Random random(seed_of(seed, 1));
     noise_.resize(kNoiseTable);
     for (float& n : noise_) n = static_cast<float>(look.noise * random.normal());
+  }
+}
+
+void Renderer::set_light(double light) {
+  look_.light = light;
+  std::size_t i = 0;
+  for (int y = 0; y < view_.height; ++y) {
+    for (int x = 0; x < view_.width; ++x) {
+      const double here = light * (1 - look_.gradient * x / view_.width);
+      for (const std::uint8_t c : look_.background) empty_[i++] = static_cast<float>(here * c);
+    }
   }
 }
 
@@ -107,6 +118,8 @@ Renderer::Box Renderer::box(const std::vector<Place>& outline) const {
 // inside(x, y, colour) of a point of the plane: whether the thing is there, and its colour.
 template <class Inside>
 void Renderer::paint(const Box& b, Inside&& inside) {
+  touched_ = {std::min(touched_.left, b.left), std::min(touched_.top, b.top),
+              std::max(touched_.right, b.right), std::max(touched_.bottom, b.bottom)};
   const auto light_at = [&](int x) { return look_.light * (1 - look_.gradient * x / view_.width); };
   for (int y = b.top; y < b.bottom; ++y) {
     for (int x = b.left; x < b.right; ++x) {
@@ -189,9 +202,14 @@ void Renderer::paint_pattern(const Pattern& p) {
   });
 }
 
-// Separable, with the edge pixels repeated.
-void Renderer::blur() {
+// Separable, with the picture's edge pixels repeated. Only around what was painted: the background is as good
+// as flat to the filter.
+void Renderer::blur(const Box& painted) {
   const int reach = static_cast<int>(std::ceil(3 * look_.blur_px));
+  const Box b = {std::max(0, painted.left - reach), std::max(0, painted.top - reach),
+                 std::min(view_.width, painted.right + reach),
+                 std::min(view_.height, painted.bottom + reach)};
+  if (b.left >= b.right || b.top >= b.bottom) return;
   std::vector<float> tap;
   float sum = 0;
   for (int k = -reach; k <= reach; ++k) {
@@ -200,43 +218,38 @@ void Renderer::blur() {
   }
   for (float& t : tap) t /= sum;
   const std::size_t row = 3 * at(view_.width);
-  scratch_.assign(canvas_.size(), 0);
-  for (int y = 0; y < view_.height; ++y) {
-    float* to = &scratch_[at(y) * row];
+  const std::size_t width = 3 * at(b.right - b.left);
+  scratch_.assign(width * at(b.bottom - b.top), 0);
+  for (int y = b.top; y < b.bottom; ++y) {
+    float* to = &scratch_[at(y - b.top) * width];
     for (int k = -reach; k <= reach; ++k) {
-      const float* from = &canvas_[at(std::clamp(y + k, 0, view_.height - 1)) * row];
+      const float* from = &canvas_[at(std::clamp(y + k, 0, view_.height - 1)) * row + 3 * at(b.left)];
       const float t = tap[at(k + reach)];
-      for (std::size_t x = 0; x < row; ++x) to[x] += t * from[x];
+      for (std::size_t x = 0; x < width; ++x) to[x] += t * from[x];
     }
   }
-  std::vector<float> wide(row + 6 * at(reach));
-  for (int y = 0; y < view_.height; ++y) {
-    const float* from = &scratch_[at(y) * row];
-    for (int x = -reach; x < view_.width + reach; ++x) {
-      std::copy_n(from + 3 * at(std::clamp(x, 0, view_.width - 1)), 3, &wide[3 * at(x + reach)]);
+  std::vector<float> wide(width + 6 * at(reach));
+  for (int y = b.top; y < b.bottom; ++y) {
+    const float* from = &scratch_[at(y - b.top) * width];
+    for (int x = -reach; x < b.right - b.left + reach; ++x) {
+      std::copy_n(from + 3 * at(std::clamp(x, 0, b.right - b.left - 1)), 3, &wide[3 * at(x + reach)]);
     }
-    float* to = &canvas_[at(y) * row];
-    std::fill_n(to, row, 0.F);
+    float* to = &canvas_[at(y) * row + 3 * at(b.left)];
+    std::fill_n(to, width, 0.F);
     for (std::size_t k = 0; k < tap.size(); ++k) {
-      for (std::size_t x = 0; x < row; ++x) to[x] += tap[k] * wide[x + 3 * k];
+      for (std::size_t x = 0; x < width; ++x) to[x] += tap[k] * wide[x + 3 * k];
     }
   }
 }
 
 void Renderer::draw(const Scene& scene, std::uint64_t frame, std::vector<std::uint8_t>& bgr) {
-  canvas_.resize(empty_.size());
-  for (int y = 0; y < view_.height; ++y) {
-    for (int x = 0; x < view_.width; ++x) {
-      const std::size_t i = 3 * (at(y) * at(view_.width) + at(x));
-      const auto light = static_cast<float>(look_.light * (1 - look_.gradient * x / view_.width));
-      for (std::size_t k = 0; k < 3; ++k) canvas_[i + k] = light * empty_[i + k];
-    }
-  }
+  canvas_ = empty_;
+  touched_ = {view_.width, view_.height, 0, 0};
   for (const Rod& rod : scene.rods) paint_rod(rod);
   for (const Pattern& pattern : scene.patterns) paint_pattern(pattern);
   for (const Disc& disc : scene.discs) paint_rod({disc.centre, disc.centre, disc.radius_mm, disc.colour});
   for (const Rod& rod : scene.in_front) paint_rod(rod);
-  if (look_.blur_px > 0) blur();
+  if (look_.blur_px > 0) blur(touched_);
   bgr.resize(canvas_.size());
   if (!noise_.empty()) {
     // A row takes its noise from a random place of one long table.

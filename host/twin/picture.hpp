@@ -86,7 +86,7 @@ class Renderer {
   // Where a point of the plane is in the picture.
   Place project(Place on_plane) const;
   const View& view() const { return view_; }
-  void set_light(double light) { look_.light = light; }
+  void set_light(double light);
 
  private:
   struct Box {
@@ -95,17 +95,18 @@ class Renderer {
   Place unproject(double u, double v) const;
   Box box(const std::vector<Place>& outline) const;
   template <class Inside>
-  void paint(const Box& box, Inside&& inside);
+  void paint(const Box& painted, Inside&& inside);
   void paint_rod(const Rod& rod);
   void paint_pattern(const Pattern& pattern);
-  void blur();
+  void blur(const Box& box);
 
   View view_;
   Look look_;
   std::uint64_t seed_;
   std::array<std::array<double, 3>, 3> turn_{};
   std::vector<std::array<float, 2>> plane_;  // where the centre of each pixel is on the plane
-  std::vector<float> empty_;
+  std::vector<float> empty_;                 // the background, lit
+  Box touched_{};                            // what has been painted on since the background
   std::vector<float> canvas_;
   std::vector<float> scratch_;
   std::vector<float> noise_;

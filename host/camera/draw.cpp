@@ -12,6 +12,7 @@ namespace flexor::camera {
 namespace {
 
 constexpr int kChart_px = 180;
+constexpr int kLegend_px = 16;  // a line
 constexpr double kPast_s = 10;
 const cv::Scalar kWhite(255, 255, 255);
 const cv::Scalar kBlack(0, 0, 0);
@@ -102,7 +103,7 @@ void draw_chart(cv::Mat chart, const std::deque<FilteredRow>& past, const std::v
       cv::line(chart, place(past[i - 1].t_s, a.deg), place(past[i].t_s, b.deg),
                sure ? colour : cv::Scalar(140, 140, 140), sure ? 2 : 1, cv::LINE_AA);
     }
-    const int y = 18 + static_cast<int>(k) * 16;
+    const int y = 18 + static_cast<int>(k) * kLegend_px;
     if (y < chart.rows) {
       const FilteredAngle& now = past.back().angles[k];
       const std::string text =
@@ -148,24 +149,33 @@ Picture draw_seen(const Picture& picture, const Joints& joints, const std::vecto
 Preview::Preview(const std::filesystem::path& path, int width, int height, double rate_hz,
                  const Joints& joints)
     : joints_(joints),
+      names_(angle_names(joints)),
       width_(even(width)),
-      height_(even(height) + kChart_px),
-      writer_(path, width_, height_, rate_hz) {}
+      height_(even(height)),
+      chart_px_(even(std::max(kChart_px, kLegend_px * static_cast<int>(names_.size()) + 20))),
+      writer_(path, width_, height_ + chart_px_, rate_hz) {}
 
 void Preview::add(const Picture& picture, const std::vector<Seen>& seen,
                   const std::vector<FilteredRow>& rows) {
-  past_.insert(past_.end(), rows.begin(), rows.end());
-  while (!past_.empty() && past_.back().t_s - past_.front().t_s > kPast_s) past_.pop_front();
-  const Picture drawn = draw_seen(picture, joints_, seen);
-  Picture page(width_, height_);
+  waiting_.push_back(draw_seen(picture, joints_, seen));
+  for (const FilteredRow& row : rows) write(row);
+}
+
+void Preview::finish(const std::vector<FilteredRow>& rows) {
+  for (const FilteredRow& row : rows) write(row);
+  writer_.finish();
+}
+
+void Preview::write(const FilteredRow& row) {
+  past_.push_back(row);
+  while (past_.back().t_s - past_.front().t_s > kPast_s) past_.pop_front();
+  const Picture& drawn = waiting_.front();
+  Picture page(width_, height_ + chart_px_);
   cv::Mat on = mat(page);
-  mat(drawn).copyTo(on(cv::Rect(0, 0, picture.width, picture.height)));
-  std::vector<std::string> names;
-  for (const Skeleton& s : joints_.skeletons) {
-    for (const AngleRule& rule : s.angles) names.push_back(rule.name);
-  }
-  draw_chart(on(cv::Rect(0, height_ - kChart_px, width_, kChart_px)), past_, names);
+  mat(drawn).copyTo(on(cv::Rect(0, 0, drawn.width, drawn.height)));
+  draw_chart(on(cv::Rect(0, height_, width_, chart_px_)), past_, names_);
   writer_.add(page);
+  waiting_.pop_front();
 }
 
 }  // namespace flexor::camera

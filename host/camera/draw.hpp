@@ -17,20 +17,26 @@ Picture draw_setup(const Picture& picture, const Setup& setup);
 // Marks, bones and the angles of this frame.
 Picture draw_seen(const Picture& picture, const Joints& joints, const std::vector<Seen>& seen);
 
-// A video with what draw_seen draws, and below it a strip chart of the last ten seconds, as the filter gives
-// it.
+// A video with what draw_seen draws, and below it a strip chart of the last ten seconds. Pictures wait until
+// the filter has given their row, so that both show the same instant.
 class Preview {
  public:
   Preview(const std::filesystem::path& path, int width, int height, double rate_hz, const Joints& joints);
 
   void add(const Picture& picture, const std::vector<Seen>& seen, const std::vector<FilteredRow>& rows);
-  void finish() { writer_.finish(); }
+  // `rows` of the pictures that still wait.
+  void finish(const std::vector<FilteredRow>& rows);
 
  private:
+  void write(const FilteredRow& row);
+
   Joints joints_;
+  std::vector<std::string> names_;
   int width_;
   int height_;
+  int chart_px_;
   VideoWriter writer_;
+  std::deque<Picture> waiting_;
   std::deque<FilteredRow> past_;
 };
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 namespace flexor::camera {
-namespace {
 
 std::vector<std::string> angle_names(const Joints& joints) {
   std::vector<std::string> out;
@@ -12,8 +11,6 @@ std::vector<std::string> angle_names(const Joints& joints) {
   }
   return out;
 }
-
-}  // namespace
 
 Tracker::Tracker(const Joints& joints, const std::optional<Lens>& lens, int width, int height)
     : joints_(joints),

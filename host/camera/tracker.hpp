@@ -41,6 +41,9 @@ struct Summary {
   std::vector<std::string> trouble;  // of skeletons that were never found
 };
 
+// Of all skeletons, in the order of the columns.
+std::vector<std::string> angle_names(const Joints& joints);
+
 class Tracker {
  public:
   static constexpr std::size_t kMaxUnsure = 200;

@@ -174,14 +174,15 @@ class RealCameras : public Cameras {
         if (progress && !progress(video.frames(), video.declared_frames())) break;
         if (request_.seconds > 0 && t_s >= request_.seconds) break;
       }
-      file->add(tracker->flush());
+      const std::vector<camera::FilteredRow> last = tracker->flush();
+      file->add(last);
       out.summary = tracker->summary();
       require_something(out.summary);
       out.warnings = video.warnings();
       add_warnings(out, bone_px > 0 ? bone_px : out.width / 12.0);
       // The report reads the file, which then is whole.
       file->finish();
-      if (preview) preview->finish();
+      if (preview) preview->finish(last);
       if (!request_.report.empty())
         write_track_report(out, request_, request_.out, labelled, request_.report);
       return out;

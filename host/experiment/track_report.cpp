@@ -43,7 +43,7 @@ std::string draw(const Tracked& r, const std::filesystem::path& csv) {
   g.begin("angles", 120 + 130 * static_cast<int>(n) + 90);
   const std::size_t every = 1 + r.summary.frames / kMostPoints;
   g.add("set datafile separator ','");
-  g.add("set multiplot layout {},1 margins 0.08,0.97,0.06,0.97 spacing 0,0.025", n + 1);
+  g.add("set multiplot layout {},1 margins 0.11,0.97,0.06,0.97 spacing 0,0.025", n + 1);
   g.add("set xrange [{}:{}]; set key off; set format x ''", r.summary.from_s,
         std::max(r.summary.to_s, r.summary.from_s + 0.1));
   for (std::size_t k = 0; k < n; ++k) {

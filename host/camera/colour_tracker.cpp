@@ -286,7 +286,7 @@ Seen ColourTracker::report(double t_s) {
                      return odd[k] || marks_[k].seen->touching || marks_[k].seen->at_edge;
                    });
     }
-    out.measurements.push_back(std::move(m));
+    out.measurements.push_back(m);
   }
   return out;
 }

@@ -233,7 +233,8 @@ void MarkMeter::part(const std::vector<Expected>& expected, std::size_t k) {
     for (int i = 0; i < w.width * w.height; ++i) {
       if (patch_.label[at_index(i)] != kMark) continue;
       const double x = w.x + i % w.width;
-      const double y = w.y + i / w.width;
+      const int row = i / w.width;
+      const double y = w.y + row;
       const auto nearest = std::ranges::min_element(
           centre, {}, [&](const Point& c) { return squared(x - c.x) + squared(y - c.y); });
       const auto at = static_cast<std::size_t>(nearest - centre.begin());
@@ -285,7 +286,8 @@ Point MarkMeter::centre_at(double middle, double level) const {
     const double v = std::clamp((s - middle) / (level / 2) + 0.5, 0.0, 1.0);
     weight += v;
     sum.x += v * (w.x + i % w.width);
-    sum.y += v * (w.y + i / w.width);
+    const int row = i / w.width;
+    sum.y += v * (w.y + row);
   }
   return {sum.x / weight, sum.y / weight};
 }
@@ -307,7 +309,8 @@ Mark MarkMeter::centre(double level) const {
     out.area_px += std::clamp(v, 0.0, 1.0);
     if (v <= 0 || v >= 1) continue;
     const double x = w.x + i % w.width - out.centre.x;
-    const double y = w.y + i / w.width - out.centre.y;
+    const int row = i / w.width;
+    const double y = w.y + row - out.centre.y;
     ++edge_px;
     spread[0] += x * x;
     spread[1] += x * y;

@@ -60,17 +60,19 @@ std::optional<Edge> find_edge(const cv::Mat& grey, const cv::Vec2d& a, const cv:
   const double length = cv::norm(along);
   const cv::Vec2d step = along / length;
   const cv::Vec2d out(step[1], -step[0]);
-  const double reach_px = rough ? 3 : 2;
   constexpr double kStep_px = 0.5;
+  const int steps = rough ? 6 : 4;       // to either side: 3 or 2 pixels
   constexpr double kLeastContrast = 20;  // grey levels, summed over the steps
   cv::Vec2d sum(0, 0);
   cv::Matx22d squares = cv::Matx22d::zeros();
   std::vector<cv::Vec2d> points;
-  for (double s = 0.1 * length; s <= 0.9 * length; s += 1) {
-    const cv::Vec2d middle = a + s * step;
+  const int places = static_cast<int>(0.8 * length) + 1;
+  for (int i = 0; i < places; ++i) {
+    const cv::Vec2d middle = a + (0.1 * length + i) * step;
     double weight = 0;
     double place = 0;
-    for (double d = -reach_px; d <= reach_px; d += kStep_px) {
+    for (int k = -steps; k <= steps; ++k) {
+      const double d = k * kStep_px;
       const cv::Vec2d p = middle + d * out;
       const double slope = brightness(grey, p[0] + out[0] / 2, p[1] + out[1] / 2) -
                            brightness(grey, p[0] - out[0] / 2, p[1] - out[1] / 2);
@@ -167,8 +169,8 @@ std::vector<std::uint8_t> print_cells(int id) {
   std::vector<std::uint8_t> out(kPrintCells * kPrintCells, 1);
   for (int y = 0; y < square.rows; ++y) {
     for (int x = 0; x < square.cols; ++x) {
-      out[static_cast<std::size_t>((y + 1) * kPrintCells + x + 1)] =
-          square.at<std::uint8_t>(y, x) > 127 ? 1 : 0;
+      const int cell = (y + 1) * kPrintCells + x + 1;
+      out[static_cast<std::size_t>(cell)] = square.at<std::uint8_t>(y, x) > 127 ? 1 : 0;
     }
   }
   return out;
@@ -261,7 +263,7 @@ Seen PrintedTracker::step(const Picture& picture) {
       m.doubtful =
           angle.deg < rule.min_deg || angle.deg > rule.max_deg || pa.normal().dot(pb.normal()) < kOddNormal;
     }
-    out.measurements.push_back(std::move(m));
+    out.measurements.push_back(m);
   }
   const bool any = std::ranges::any_of(out.marks, &SeenMark::measured);
   trouble_ = any ? "" : "none of the printed marks is in sight";

@@ -32,6 +32,11 @@ bool Seen::labelled() const {
   return std::ranges::all_of(marks, [](const SeenMark& m) { return m.measured; });
 }
 
+ColourModel learn_colour(const Skeleton& skeleton, const Picture& picture) {
+  if (skeleton.rgb) return colour_like(picture, *skeleton.rgb);
+  return colour_automatic(picture, region_of(skeleton, picture), skeleton.marks.size());
+}
+
 ColourTracker::ColourTracker(const Skeleton& skeleton, std::optional<Lens> lens)
     : skeleton_(skeleton),
       lens_(lens),
@@ -53,12 +58,6 @@ Seen ColourTracker::step(const Picture& picture, double t_s) {
   return report(t_s);
 }
 
-void ColourTracker::learn_colour(const Picture& picture) {
-  colour_is_learnt_ = true;
-  colour_ = skeleton_.rgb ? colour_like(picture, *skeleton_.rgb)
-                          : colour_automatic(picture, region_of(skeleton_, picture), skeleton_.marks.size());
-}
-
 // The candidates nearest to where the joint file has the marks, if each is near enough and no two are one.
 std::optional<std::vector<std::size_t>> ColourTracker::by_start(const std::vector<Mark>& candidates) const {
   std::vector<std::size_t> out;
@@ -78,7 +77,10 @@ std::optional<std::vector<std::size_t>> ColourTracker::by_start(const std::vecto
 
 void ColourTracker::search(const Picture& picture, double t_s) {
   try {
-    if (!colour_) learn_colour(picture);
+    if (!colour_) {
+      colour_is_learnt_ = true;
+      colour_ = learn_colour(skeleton_, picture);
+    }
   } catch (const io::InputError& e) {
     trouble_ = e.what();
     return;
@@ -91,9 +93,7 @@ void ColourTracker::search(const Picture& picture, double t_s) {
   std::optional<std::vector<std::size_t>> chosen = by_start(candidates);
   if (!chosen) {
     const bool known = searches_ > 0 && std::ranges::all_of(bone_px_, [](double b) { return b > 0; });
-    std::vector<double> lengths;
-    for (const Link& l : skeleton_.links) lengths.push_back(l.length);
-    const auto found = assign(skeleton_, known ? bone_px_ : lengths,
+    const auto found = assign(skeleton_, known ? bone_px_ : skeleton_.lengths(),
                               known ? kKnownLength : skeleton_.length_tolerance, candidates);
     if (!found || found->cost > kMaxCost) {
       trouble_ = fmt::format("{} dot(s) of the marks' colour, which do not look like the {} marks of \"{}\"",

@@ -36,17 +36,18 @@ struct Seen {
   bool labelled() const;                  // every mark measured
 };
 
+// The colour that the joint file tells, or the one that has the skeleton's number of dots. Throws as
+// colour_like and colour_automatic do.
+ColourModel learn_colour(const Skeleton& skeleton, const Picture& picture);
+
 class ColourTracker {
  public:
   ColourTracker(const Skeleton& skeleton, std::optional<Lens> lens);
 
   Seen step(const Picture& picture, double t_s);
 
-  const std::optional<ColourModel>& colour() const { return colour_; }
   // Why nothing is followed; empty when something is.
   const std::string& trouble() const { return trouble_; }
-  // Times that all marks were labelled from scratch, the first included.
-  int searches() const { return searches_; }
 
  private:
   struct Followed {
@@ -59,7 +60,6 @@ class ColourTracker {
   };
 
   void search(const Picture& picture, double t_s);
-  void learn_colour(const Picture& picture);
   std::optional<std::vector<std::size_t>> by_start(const std::vector<Mark>& candidates) const;
   void take(std::size_t mark, const Mark& seen, double t_s);
   void follow(const Picture& picture, double t_s);

@@ -295,6 +295,12 @@ Json skeleton_json(const Skeleton& s) {
 
 }  // namespace
 
+std::vector<double> Skeleton::lengths() const {
+  std::vector<double> out;
+  for (const Link& l : links) out.push_back(l.length);
+  return out;
+}
+
 std::size_t Skeleton::mark(const std::string& mark_name) const {
   const auto it = std::ranges::find(marks, mark_name);
   if (it == marks.end()) {

@@ -79,6 +79,8 @@ struct Skeleton {
   std::vector<int> ids;
   double size_mm = 0;
 
+  // Of the links, as the file has them.
+  std::vector<double> lengths() const;
   // Throws io::InputError, listing the marks there are.
   std::size_t mark(const std::string& mark_name) const;
 };

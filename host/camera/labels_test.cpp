@@ -26,12 +26,6 @@ Mark mark(Point at, double area = 500) {
   return out;
 }
 
-std::vector<double> lengths(const Skeleton& s) {
-  std::vector<double> out;
-  for (const Link& l : s.links) out.push_back(l.length);
-  return out;
-}
-
 RC_GTEST_PROP(Labels, AreRightHoweverTheHandLiesInThePicture, ()) {
   const Skeleton skeleton = green_markers();
   const double turn = *rc::gen::inRange(0, 360) * std::numbers::pi / 180;
@@ -49,7 +43,7 @@ RC_GTEST_PROP(Labels, AreRightHoweverTheHandLiesInThePicture, ()) {
     candidates[order[i]] =
         mark({std::cos(turn) * p.x - std::sin(turn) * p.y, std::sin(turn) * p.x + std::cos(turn) * p.y});
   }
-  const auto found = assign(skeleton, lengths(skeleton), skeleton.length_tolerance, candidates);
+  const auto found = assign(skeleton, skeleton.lengths(), skeleton.length_tolerance, candidates);
   RC_ASSERT(found.has_value());
   RC_ASSERT(found->cost < kMaxCost);
   RC_ASSERT(found->margin > kMinMargin);
@@ -62,7 +56,7 @@ TEST(Labels, FortyFalseMarksAreAWrongHandOnlyWithAWarning) {
   for (const Point& p : kHand) candidates.push_back(mark(p));
   for (int i = 0; i < 40; ++i)
     candidates.push_back(mark({40.0 + 31 * (i * 7 % 40), 20.0 + 17 * (i * 11 % 40)}));
-  const auto found = assign(skeleton, lengths(skeleton), skeleton.length_tolerance, candidates);
+  const auto found = assign(skeleton, skeleton.lengths(), skeleton.length_tolerance, candidates);
   ASSERT_TRUE(found);
   bool right = true;
   for (std::size_t i = 0; i < 8; ++i) right = right && found->candidate[i] == i;
@@ -90,8 +84,8 @@ TEST(Labels, AChainThatLooksTheSameFromBothEndsIsAmbiguous) {
 
 TEST(Labels, TooFewMarksAreNoHand) {
   const Skeleton skeleton = green_markers();
-  EXPECT_FALSE(assign(skeleton, lengths(skeleton), 0.35, {mark({1, 2}), mark({30, 40})}));
-  EXPECT_FALSE(assign(skeleton, lengths(skeleton), 0.35, {}));
+  EXPECT_FALSE(assign(skeleton, skeleton.lengths(), 0.35, {mark({1, 2}), mark({30, 40})}));
+  EXPECT_FALSE(assign(skeleton, skeleton.lengths(), 0.35, {}));
 }
 
 }  // namespace

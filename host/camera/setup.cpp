@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "host/camera/colour_tracker.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::camera {
@@ -12,9 +13,7 @@ namespace {
 ColourModel choose_colour(const Skeleton& skeleton, const Picture& picture, const ColourChoice& choice) {
   if (choice.at) return colour_at(picture, *choice.at);
   if (choice.in) return colour_in(picture, *choice.in);
-  if (skeleton.colour) return *skeleton.colour;
-  if (skeleton.rgb) return colour_like(picture, *skeleton.rgb);
-  return colour_automatic(picture, region_of(skeleton, picture), skeleton.marks.size());
+  return skeleton.colour ? *skeleton.colour : learn_colour(skeleton, picture);
 }
 
 }  // namespace
@@ -40,9 +39,7 @@ Setup set_up(const Skeleton& skeleton, const Picture& picture, const ColourChoic
     }
     return out;
   }
-  std::vector<double> lengths;
-  for (const Link& l : skeleton.links) lengths.push_back(l.length);
-  const auto found = assign(skeleton, lengths, skeleton.length_tolerance, out.candidates);
+  const auto found = assign(skeleton, skeleton.lengths(), skeleton.length_tolerance, out.candidates);
   if (!found || found->cost > kMaxCost) {
     out.trouble = fmt::format("{} candidate(s) do not look like the {} marks of \"{}\"",
                               out.candidates.size(), skeleton.marks.size(), skeleton.name);

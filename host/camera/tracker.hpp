@@ -56,7 +56,6 @@ class Tracker {
 
   const std::vector<std::string>& angles() const { return names_; }
   const std::vector<Seen>& seen() const { return seen_; }  // of the newest picture, skeleton by skeleton
-  const Joints& joints() const { return joints_; }
   Summary summary() const;
 
  private:

@@ -26,12 +26,9 @@ class VideoReader {
   // io::JobError when the picture's size changes.
   bool next(Picture& picture, double& t_s);
 
-  const std::string& source() const { return source_; }
   double nominal_rate_hz() const;  // 0: not known
   std::size_t frames() const { return frames_; }
   std::size_t declared_frames() const;  // as the container says; 0: it does not
-  std::size_t out_of_order() const { return out_of_order_; }
-  bool live() const { return live_; }
   // Of all frames so far: cut off, no clock in the container, frames out of order.
   std::vector<std::string> warnings() const;
 

@@ -85,7 +85,6 @@ class Renderer {
 
   // Where a point of the plane is in the picture.
   Place project(Place on_plane) const;
-  const View& view() const { return view_; }
   void set_light(double light);
 
  private:

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
 
 #include "apps/cli/commands.hpp"
@@ -20,30 +21,42 @@ struct Options {
   bool json = false;
 };
 
-void write_aligned(const Options& o, const experiment::Aligned& aligned) {
-  const recording::Recording r = experiment::to_recording(aligned, o.files);
-  if (!o.out.ends_with(".mat")) {
-    io::write_file(o.out, recording::to_csv(r));
+bool is_mat(const Options& o) { return o.out.ends_with(".mat"); }
+
+void write_aligned(const Options& o, const recording::Recording& aligned) {
+  if (!is_mat(o)) {
+    io::write_file(o.out, recording::to_csv(aligned));
     return;
   }
-  recording::write_mat(r, o.out,
+  recording::write_mat(aligned, o.out,
                        o.mat_version == "5" ? recording::MatVersion::v5 : recording::MatVersion::v7_3);
 }
 
-void run(Options o) {
-  if (!o.out.empty()) io::require_writable(o.out);
-  o.files = experiment::with_columns(o.files);
-  const experiment::Aligned aligned = experiment::align_files(o.files, o.rate_hz, o.clock_offset_s);
-  const recording::Alignment& a = aligned.alignment;
-  if (!o.out.empty()) write_aligned(o, aligned);
+void check_output(const Options& o) {
+  if (o.out.empty()) return;
+  const std::string ending = std::filesystem::path(o.out).extension().string();
+  const bool device = std::filesystem::exists(o.out) && !std::filesystem::is_regular_file(o.out);
+  if (ending != ".csv" && ending != ".mat" && !device) {
+    throw io::InputError(fmt::format("{}: aligned recordings are written as .csv or .mat", o.out));
+  }
+  io::require_writable(o.out);
+}
+
+void run(const Options& o) {
+  check_output(o);
+  const recording::Pair pair = experiment::load_pair(o.files);
+  const recording::Aligned aligned = recording::align_pair(pair, o.rate_hz, o.clock_offset_s, 0);
+  const recording::Alignment a = aligned.alignment.value_or(recording::Alignment());
+  if (!o.out.empty()) write_aligned(o, recording::to_recording(aligned, pair));
+  const double overlap_s = aligned.t_s.back() - aligned.t_s[aligned.overlap_begin];
   if (o.json) {
     nlohmann::ordered_json quarters = nlohmann::ordered_json::array();
     for (const auto& q : a.quarter_offset_s) quarters.push_back(q ? nlohmann::ordered_json(*q) : nullptr);
     const nlohmann::ordered_json json = {
         {"clock_offset_s", aligned.clock_offset_s},
-        {"alignment_confidence", a.confidence},
-        {"angle_explained", a.eta_squared},
-        {"overlap_s", a.overlap_s},
+        {"alignment_confidence", aligned.alignment ? nlohmann::ordered_json(a.confidence) : nullptr},
+        {"angle_explained", aligned.alignment ? nlohmann::ordered_json(a.eta_squared) : nullptr},
+        {"overlap_s", overlap_s},
         {"rival_offset_s", a.rival_offset_s ? nlohmann::ordered_json(*a.rival_offset_s) : nullptr},
         {"quarter_offset_s", quarters},
         {"drift_ppm", a.drift_ppm ? nlohmann::ordered_json(*a.drift_ppm) : nullptr},
@@ -53,12 +66,16 @@ void run(Options o) {
     return;
   }
   for (const std::string& warning : aligned.warnings) log("warning: " + warning);
-  print(
-      fmt::format("clock offset   {:+.3f} s (reference time minus sensor time)\n"
-                  "confidence     {:.2f} (0: ambiguous, 1: no other offset comes near)\n"
-                  "explained      {:.0f} % of the angle by the sensor at this offset\n"
-                  "overlap        {:.1f} s\n",
-                  aligned.clock_offset_s, a.confidence, 100 * a.eta_squared, a.overlap_s));
+  print(fmt::format("clock offset   {:+.3f} s (reference time minus sensor time)\n", aligned.clock_offset_s));
+  if (aligned.alignment) {
+    print(
+        fmt::format("confidence     {:.2f} (0: ambiguous, 1: no other offset comes near)\n"
+                    "explained      {:.0f} % of the angle by the sensor at this offset\n",
+                    a.confidence, 100 * a.eta_squared));
+  } else {
+    print("confidence     none: the offset is as given, the signals alone do not tell\n");
+  }
+  print(fmt::format("overlap        {:.1f} s\n", overlap_s));
   if (a.drift_ppm) print(fmt::format("drift          {:+.0f} ppm\n", *a.drift_ppm));
   if (!o.out.empty()) print(fmt::format("written        {}\n", o.out));
 }
@@ -78,6 +95,9 @@ void add_align(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--clock-offset", o->clock_offset_s,
                       "use this offset in seconds (reference minus sensor) and check it against the signals");
+  command->add_option("--output-unit", o->files.output_unit,
+                      "deg or rad: of the angle, where its column's name states none (default: deg)");
+  command->add_option("--time-unit", o->files.time_unit, kTimeUnitHelp);
   command->add_option("--out", o->out, "write the aligned recording: .csv or .mat");
   command->add_option("--mat-version", o->mat_version, "5 or 7.3")
       ->check(CLI::IsMember({"5", "7.3"}))

@@ -1,15 +1,14 @@
 #include <fmt/format.h>
 
 #include <fstream>
-#include <functional>
 #include <iostream>
 #include <memory>
-#include <optional>
 
 #include "apps/cli/commands.hpp"
+#include "host/identify/estimator.hpp"
 #include "host/io/io.hpp"
-#include "host/model/simulation.hpp"
 #include "host/recording/csv.hpp"
+#include "host/recording/unit.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -19,83 +18,8 @@ struct Options {
   std::string file;
   std::vector<std::string> inputs;
   std::string arithmetic = "double";
+  std::string time_unit;
   bool json = false;
-};
-
-// The runtime's status, and 4 for a pause of the log.
-constexpr int kPause = 4;
-
-struct Row {
-  double t_s;
-  std::vector<double> angle_deg;
-  std::vector<int> status;
-};
-
-// Feeds uneven rows to the compensator on its own even grid: a grid point between two rows gets the straight
-// line between them. In a pause the angle is held and the state left alone; after a long one the grid starts
-// anew.
-template <class Arithmetic>
-class Stream {
- public:
-  Stream(const model::Model& model, std::function<void(const Row&)> sink)
-      : simulation_(model),
-        sink_(std::move(sink)),
-        period_s_(model.sample_period_s),
-        max_gap_s_(std::max(0.3, 5 * period_s_)) {
-    for (const model::Channel& c : model.channels) row_.angle_deg.push_back(c.rest_deg);
-    row_.status.resize(model.channels.size());
-  }
-
-  void push(const recording::CsvReader::Row& now) {
-    if (!before_ || now.t_s - before_->t_s > kRestart_s) {
-      start_s_ = now.t_s;
-      next_ = 0;
-    } else if (now.t_s <= before_->t_s) {
-      ++skipped_;
-      return;
-    }
-    while (grid_time() <= now.t_s) emit(now);
-    before_ = now;
-  }
-
-  std::size_t skipped() const { return skipped_; }
-
- private:
-  static constexpr double kRestart_s = 10;
-
-  double grid_time() const { return start_s_ + static_cast<double>(next_) * period_s_; }
-
-  void emit(const recording::CsvReader::Row& now) {
-    row_.t_s = grid_time();
-    ++next_;
-    const bool on_row = !before_ || row_.t_s >= now.t_s;
-    const bool pause = !on_row && now.t_s - before_->t_s > max_gap_s_;
-    for (std::size_t i = 0; i < row_.angle_deg.size(); ++i) {
-      if (pause) {
-        row_.status[i] = kPause;
-        continue;
-      }
-      double u = now.value[i];
-      if (!on_row) {
-        const double share = (row_.t_s - before_->t_s) / (now.t_s - before_->t_s);
-        u = before_->value[i] + share * (u - before_->value[i]);
-      }
-      const auto sample = simulation_.step(i, u);
-      row_.angle_deg[i] = sample.angle_deg;
-      row_.status[i] = static_cast<int>(sample.status);
-    }
-    sink_(row_);
-  }
-
-  model::Simulation<Arithmetic> simulation_;
-  std::function<void(const Row&)> sink_;
-  double period_s_;
-  double max_gap_s_;
-  std::optional<recording::CsvReader::Row> before_;
-  double start_s_ = 0;
-  std::size_t next_ = 0;
-  std::size_t skipped_ = 0;
-  Row row_;
 };
 
 // Wide CSV as it comes: each row at once from standard input, in large pieces from a file.
@@ -109,7 +33,7 @@ class CsvSink {
     out_.push_back('\n');
   }
 
-  void operator()(const Row& row) {
+  void operator()(const identify::Estimate& row) {
     fmt::format_to(std::back_inserter(out_), "{:.6f}", row.t_s);
     for (std::size_t i = 0; i < row.angle_deg.size(); ++i) {
       fmt::format_to(std::back_inserter(out_), ",{:.4f},{}", row.angle_deg[i], row.status[i]);
@@ -142,58 +66,73 @@ std::vector<std::string> input_columns(const Options& o, const model::Model& mod
   return columns;
 }
 
-// Returns how many rows were left out because their time does not increase.
-std::size_t follow(const Options& o, const model::Model& model, recording::CsvReader& reader,
-                   const std::function<void(const Row&)>& sink) {
-  const auto with = [&]<class Arithmetic>(Stream<Arithmetic> stream) {
-    recording::CsvReader::Row row;
-    while (reader.next(row)) stream.push(row);
-    return stream.skipped();
-  };
-  if (o.arithmetic == "fixed") return with(Stream<model::FixedArithmetic>(model, sink));
-  if (o.arithmetic == "float") return with(Stream<model::FloatArithmetic>(model, sink));
-  return with(Stream<model::DoubleArithmetic>(model, sink));
+// A reading in another unit than the model's would give angles that look right.
+void check_units(const model::Model& model, const recording::CsvReader& reader) {
+  for (std::size_t i = 0; i < model.channels.size(); ++i) {
+    const std::string& unit = reader.units()[i];
+    const std::string& wanted = model.channels[i].input_unit;
+    if (unit.empty() || !recording::known_unit(wanted) || unit == wanted) continue;
+    throw io::InputError(fmt::format("{}: column \"{}\" is in {}, the model's {} finger takes {}", reader.name(),
+                                     reader.columns()[i], unit, model.channels[i].name, wanted));
+  }
 }
 
-std::size_t print_json(const Options& o, const model::Model& model, recording::CsvReader& reader) {
-  std::vector<double> t_s;
-  std::vector<std::vector<double>> angle_deg(model.channels.size());
-  std::vector<std::vector<int>> status(model.channels.size());
-  const std::size_t skipped = follow(o, model, reader, [&](const Row& row) {
-    t_s.push_back(row.t_s);
+// Every row of the log through the model.
+template <class Sink>
+void follow(const Options& o, const model::Model& model, recording::CsvReader& reader, Sink&& sink) {
+  recording::Stream stream(reader, recording::Resets::follow);
+  const auto with = [&](auto estimator) {
+    recording::Row row;
+    while (stream.next(row)) estimator.push(row.t_s, row.value, sink);
+  };
+  if (o.arithmetic == "fixed") {
+    with(identify::Estimator<model::FixedArithmetic>(model));
+  } else if (o.arithmetic == "float") {
+    with(identify::Estimator<model::FloatArithmetic>(model));
+  } else {
+    with(identify::Estimator<model::DoubleArithmetic>(model));
+  }
+  for (const std::string& note : stream.notes()) log("note: " + note);
+}
+
+// One JSON object, written as the estimates come: their number may be large.
+void print_json(const Options& o, const model::Model& model, recording::CsvReader& reader) {
+  std::string t_s;
+  std::vector<std::string> angle_deg(model.channels.size());
+  std::vector<std::string> status(model.channels.size());
+  const auto append = [](std::string& list, const auto& value) {
+    fmt::format_to(std::back_inserter(list), "{}{}", list.empty() ? "" : ",", value);
+  };
+  follow(o, model, reader, [&](const identify::Estimate& e) {
+    append(t_s, e.t_s);
     for (std::size_t i = 0; i < angle_deg.size(); ++i) {
-      angle_deg[i].push_back(row.angle_deg[i]);
-      status[i].push_back(row.status[i]);
+      append(angle_deg[i], e.angle_deg[i]);
+      append(status[i], e.status[i]);
     }
   });
-  nlohmann::ordered_json json = {{"t_s", t_s}};
+  print(fmt::format("{{\"t_s\":[{}],\"channels\":{{", t_s));
   for (std::size_t i = 0; i < angle_deg.size(); ++i) {
-    json["channels"][model.channels[i].name] = {{"angle_deg", angle_deg[i]}, {"status", status[i]}};
+    print(fmt::format("{}\"{}\":{{\"angle_deg\":[{}],\"status\":[{}]}}", i > 0 ? "," : "", model.channels[i].name,
+                      angle_deg[i], status[i]));
   }
-  json["version"] = FLEXOR_VERSION;
-  print(json.dump() + "\n");
-  return skipped;
+  print(fmt::format("}},\"version\":\"{}\"}}\n", FLEXOR_VERSION));
 }
 
 void run(const Options& o) {
   const model::Model model = model::load(o.model);
-  const std::vector<std::string> columns = input_columns(o, model);
+  const bool live = o.file == "-";
   std::ifstream file;
-  if (o.file != "-") {
+  if (!live) {
     io::require_readable(o.file);
     file.open(o.file, std::ios::binary);
   }
-  std::istream& in = o.file == "-" ? std::cin : file;
-  recording::CsvReader reader(in, o.file == "-" ? "standard input" : o.file, columns);
-  std::size_t skipped = 0;
-  if (o.json) {
-    skipped = print_json(o, model, reader);
-  } else {
-    CsvSink sink(model, o.file == "-");
-    skipped = follow(o, model, reader, std::ref(sink));
-    sink.flush();
-  }
-  if (skipped > 0) log(fmt::format("warning: {} row(s) whose time does not increase were left out", skipped));
+  recording::CsvReader reader(live ? std::cin : file, live ? "standard input" : o.file,
+                              {input_columns(o, model), o.time_unit});
+  check_units(model, reader);
+  if (o.json) return print_json(o, model, reader);
+  CsvSink sink(model, live);
+  follow(o, model, reader, std::ref(sink));
+  sink.flush();
 }
 
 }  // namespace
@@ -205,7 +144,7 @@ void add_apply(CLI::App& app) {
   command->footer(
       "For each channel a column <finger>_deg and <finger>_status: 0 ok, 1 below and 2 above the valid "
       "range,\n"
-      "3 not a number, 4 pause of the log. With anything but 0 the last good angle is held.");
+      "3 not a number, 4 pause of the log. With anything but 0 the last good reading is held.");
   command->add_option("model", o->model, "model document")->required();
   command->add_option("file", o->file, "CSV recording; - reads standard input row by row")->required();
   command->add_option("--input", o->inputs,
@@ -213,6 +152,7 @@ void add_apply(CLI::App& app) {
   command->add_option("--arithmetic", o->arithmetic, "double, float or fixed (as in the glove)")
       ->check(CLI::IsMember({"double", "float", "fixed"}))
       ->capture_default_str();
+  command->add_option("--time-unit", o->time_unit, kTimeUnitHelp);
   command->add_flag("--json", o->json, "one JSON object instead, when the recording has ended");
   command->callback([o] { run(*o); });
 }

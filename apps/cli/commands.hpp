@@ -39,6 +39,8 @@ void add_show(CLI::App& app);
 // The twin as shipped or from a file, with parameters set. Throws io::InputError.
 twin::Parameters twin_parameters(const std::string& file, const std::vector<std::string>& set);
 
+inline constexpr const char* kTimeUnitHelp = "s, ms, us or ns: of a time column that states no unit (default: s)";
+
 // Prints to standard output; throws io::JobError when it is closed or full.
 void print(const std::string& text);
 

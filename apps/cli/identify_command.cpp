@@ -43,11 +43,12 @@ std::filesystem::path angles_of_video(const Options& o, const Program& program,
 
 void show(const experiment::Identification& r) {
   for (const std::string& warning : r.warnings) log("warning: " + warning);
-  print(fmt::format("clock offset      {:+.2f} s, confidence {:.2f}\n", r.aligned.clock_offset_s,
-                    r.aligned.alignment.confidence));
+  print(fmt::format("clock offset      {:+.2f} s, {}\n", r.aligned.clock_offset_s,
+                    r.aligned.alignment ? fmt::format("confidence {:.2f}", r.aligned.alignment->confidence)
+                                        : "as given: the signals alone do not tell"));
   print(fmt::format("\n{:<34}{:>6}{:>12}{:>12}{:>12}\n", "structure", "par.", "fitted", "cross-val.",
                     "held out"));
-  for (const experiment::Row& row : r.rows) {
+  for (const identify::TableRow& row : r.rows) {
     const std::string name = (row.chosen ? "* " : "  ") + row.name;
     if (!row.refusal.empty()) {
       print(fmt::format("{:<34}  refused: {}\n", name, row.refusal));
@@ -88,8 +89,9 @@ void run(Options& o, const Program& program) {
   };
   const experiment::Identification result = experiment::identify_files(o.request, progress);
   if (terminal) fmt::print(stderr, "\r\033[K");
-  if (!o.report.empty()) experiment::write_report(result, o.report);
+  // The model first: a report that cannot be drawn must not cost the fit.
   if (!o.model.empty()) model::save(result.model, o.model);
+  if (!o.report.empty()) experiment::write_report(result, o.report);
   if (o.json) {
     print(experiment::to_json(result).dump(2) + "\n");
     return;
@@ -136,6 +138,11 @@ void add_identify(CLI::App& app, const Program& program) {
   command->add_option(
       "--channel", r.channel,
       "finger: thumb, index, middle, ring or pinky (default: from the column's name, else index)");
+  command->add_option("--input-unit", r.input_unit,
+                      "count, V, mV, ohm, kohm, deg or rad: of the sensor, where its column's name states none");
+  command->add_option("--output-unit", r.files.output_unit,
+                      "deg or rad: of the angle, where its column's name states none (default: deg)");
+  command->add_option("--time-unit", r.files.time_unit, kTimeUnitHelp);
   command->add_option("--model", o->model, "write the model document here");
   command->add_option("--report", o->report, "write report.html, figures and holdout.csv into this folder");
   command->add_flag("--json", o->json, "one JSON object on standard output");

@@ -1,12 +1,13 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "apps/cli/commands.hpp"
-#include "host/experiment/identification.hpp"
 #include "host/io/io.hpp"
 #include "host/recording/csv.hpp"
+#include "host/recording/pair.hpp"
+#include "host/score/score.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -17,6 +18,7 @@ struct Options {
   std::string reference_column;
   std::string estimate_column;
   double estimate_offset_s = 0;
+  std::string time_unit;
   bool json = false;
 };
 
@@ -34,39 +36,38 @@ std::string pick(const recording::Recording& r, const std::string& wanted, const
   throw io::InputError(fmt::format("{}: which column? give {}; there are: {}", r.source, option, names));
 }
 
+struct Angles {
+  recording::Recording recording;
+  std::string column;
+  recording::Series series() const { return recording.series(column); }
+};
+
+Angles read(const std::string& path, const std::string& column, const char* option, const std::string& time_unit) {
+  Angles a{recording::read_csv(path, column.empty() ? std::vector<std::string>() : std::vector{column}, time_unit), ""};
+  a.column = pick(a.recording, column, option);
+  recording::to_degrees(a.recording, a.column, "");
+  for (const std::string& warning : a.recording.warnings) log("note: " + warning);
+  return a;
+}
+
 void run(const Options& o) {
-  const auto read = [](const std::string& path, const std::string& column) {
-    return recording::read_csv(path, column.empty() ? std::vector<std::string>() : std::vector{column});
-  };
-  const auto reference = read(o.reference, o.reference_column);
-  const auto estimate = read(o.estimate, o.estimate_column);
-  const auto measured = reference.series(pick(reference, o.reference_column, "--reference-column"));
-  const auto estimated = estimate.series(pick(estimate, o.estimate_column, "--estimate-column"));
-  for (const auto* r : {&reference, &estimate}) {
-    for (const std::string& warning : r->warnings) log("warning: " + warning);
-  }
-  std::vector<double> estimate_t(estimated.t_s.begin(), estimated.t_s.end());
-  for (double& t : estimate_t) t += o.estimate_offset_s;
-  std::vector<double> t;
-  std::vector<double> y;
-  std::vector<double> value;
-  for (std::size_t k = 0; k < measured.t_s.size(); ++k) {
-    const double at = measured.t_s[k];
-    if (at < estimate_t.front() || at > estimate_t.back()) continue;
-    t.push_back(at);
-    y.push_back(measured.value[k]);
-    value.push_back(score::interpolate(estimate_t, estimated.value, at));
-  }
-  if (t.size() < 2) {
+  const Angles measured = read(o.reference, o.reference_column, "--reference-column", o.time_unit);
+  Angles estimated = read(o.estimate, o.estimate_column, "--estimate-column", o.time_unit);
+  for (double& t : estimated.recording.t_s) t += o.estimate_offset_s;
+  const recording::Series y = measured.series();
+  const recording::Series e = estimated.series();
+  score::Score s;
+  try {
+    s = score::compare(y.t_s, y.value, e.t_s, e.value);
+  } catch (const io::InputError& error) {
     throw io::InputError(
-        fmt::format("{} and {} do not overlap in time ({:.1f}..{:.1f} s and {:.1f}..{:.1f} s); shift "
-                    "one with --estimate-offset",
-                    o.reference, o.estimate, measured.t_s.front(), measured.t_s.back(), estimate_t.front(),
-                    estimate_t.back()));
+        fmt::format("{} and {}: {}; shift one with --estimate-offset", o.reference, o.estimate, error.what()));
   }
-  const score::Score s = score::score(t, y, value);
+  if (s.lag_at_edge) {
+    log("warning: the best lag lies at the edge of the search: are the two on the same clock? --estimate-offset shifts one");
+  }
   if (o.json) {
-    nlohmann::ordered_json json = experiment::to_json(s);
+    nlohmann::ordered_json json = score::to_json(s);
     json["version"] = FLEXOR_VERSION;
     print(json.dump(2) + "\n");
     return;
@@ -96,6 +97,7 @@ void add_score(CLI::App& app) {
   command->add_option("--estimate-column", o->estimate_column, "its column (default: the only angle)");
   command->add_option("--estimate-offset", o->estimate_offset_s, "seconds to add to the estimate's clock")
       ->capture_default_str();
+  command->add_option("--time-unit", o->time_unit, kTimeUnitHelp);
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o] { run(*o); });
 }

@@ -201,12 +201,12 @@ class GloveIdentifier {
  private:
   model::Channel channel(const StepStructure& step, double lead_s, std::size_t finger, model::Model& m) {
     const std::string& name = model::finger_names()[finger];
-    const SourceFiles files{request_.folder / "glove.csv", request_.folder / "camera.csv", name + "_alpha",
-                            name + "_deg"};
-    const Aligned a = align_files(files, request_.rate_hz, std::nullopt, lead_s);
+    const recording::Pair pair =
+        load_pair({request_.folder / "glove.csv", request_.folder / "camera.csv", name + "_alpha", name + "_deg"});
+    const recording::Aligned a = recording::align_pair(pair, request_.rate_hz, std::nullopt, lead_s);
     identify::Data data;
     data.channel = name;
-    data.period_s = a.grid.period_s;
+    data.period_s = a.period_s;
     data.input = Eigen::Map<const Eigen::VectorXd>(a.input.data(), static_cast<Eigen::Index>(a.input.size()));
     data.angle_deg = Eigen::Map<const Eigen::VectorXd>(a.angle_deg.data(), data.input.size());
     for (const std::uint8_t gap : a.gap) data.use.push_back(gap == 0);
@@ -218,7 +218,7 @@ class GloveIdentifier {
     const identify::Summary fit = identify::fit(step.structure, data, options);
     for (const std::string& refusal : fit.refusals)
       warnings.push_back(fmt::format("{}: {}", step.name, refusal));
-    model::Channel c = complete(fit.channel, finger, files.input, a.angle_deg);
+    model::Channel c = complete(fit.channel, finger, pair.input, a.angle_deg);
     // A play and a steep curve can cancel each other: fits on paper, and in no microcontroller.
     try {
       (void)model::fixed_coefficients<model::AnyShape>(c, data.period_s);

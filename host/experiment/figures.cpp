@@ -17,6 +17,9 @@ constexpr const char* kEstimated = "#0072B2";
 constexpr const char* kBaseline = "#E69F00";
 constexpr const char* kHeldOut = "#D55E00";
 
+// Since both logs run.
+double seconds(const recording::Aligned& a, std::size_t k) { return a.t_s[k] - a.t_s[a.overlap_begin]; }
+
 struct Span {
   double low;
   double high;
@@ -28,23 +31,24 @@ Span span_of(const std::vector<double>& v) {
 }
 
 void alignment(Gnuplot& g, const Identification& r) {
-  const Aligned& a = r.aligned;
+  const recording::Aligned& a = r.aligned;
   g.begin("alignment", 560);
   const Span u = span_of(a.input);
   const Span y = span_of(a.angle_deg);
   double covariance = 0;
-  for (std::size_t k = 0; k < a.input.size(); ++k) {
+  for (std::size_t k = a.overlap_begin; k < a.size(); ++k) {
     covariance += (a.input[k] - (u.low + u.high) / 2) * (a.angle_deg[k] - (y.low + y.high) / 2);
   }
   // The sensor is stretched onto the angle's range, turned over if it falls where the angle rises.
   const double sign = covariance < 0 ? -1 : 1;
   const double from = sign > 0 ? y.low : y.high;
   const double scale = sign * (y.high - y.low) / (u.high - u.low);
-  g.data("both", a.grid.size, [&](std::size_t k) {
-    return fmt::format("{:.3f} {:.2f} {:.2f}", a.grid.time(k) - a.grid.start_s, a.angle_deg[k],
+  g.data("both", a.size() - a.overlap_begin, [&](std::size_t i) {
+    const std::size_t k = a.overlap_begin + i;
+    return fmt::format("{:.3f} {:.2f} {:.2f}", seconds(a, k), a.angle_deg[k],
                        from + scale * (a.input[k] - u.low));
   });
-  const recording::Alignment& al = a.alignment;
+  const recording::Alignment al = a.alignment.value_or(recording::Alignment());
   g.data("scan", al.scan_offset_s.size(), [&](std::size_t i) {
     return fmt::format("{:.2f} {:.4f}", al.scan_offset_s[i], al.scan_eta_squared[i]);
   });
@@ -66,7 +70,7 @@ void alignment(Gnuplot& g, const Identification& r) {
 // The readings against the angles, measured and estimated, and the static map that a finger held still
 // approaches.
 void curve(Gnuplot& g, const Identification& r) {
-  const Aligned& a = r.aligned;
+  const recording::Aligned& a = r.aligned;
   g.begin("curve", 480);
   g.data("points", a.input.size(), [&](std::size_t k) {
     return a.gap[k] ? std::string("nan nan nan")
@@ -129,7 +133,7 @@ void dynamics(Gnuplot& g, const Identification& r) {
 }
 
 // Grey bands where a log paused.
-void shade_pauses(Gnuplot& g, const Aligned& a, std::size_t first) {
+void shade_pauses(Gnuplot& g, const recording::Aligned& a, std::size_t first) {
   for (std::size_t k = first; k < a.gap.size();) {
     if (!a.gap[k]) {
       ++k;
@@ -141,18 +145,18 @@ void shade_pauses(Gnuplot& g, const Aligned& a, std::size_t first) {
         "set object rectangle from first {:.2f}, graph 0 to first {:.2f}, graph 1 fc rgb '#e8e8e8' fs solid "
         "noborder "
         "behind",
-        a.grid.time(k) - a.grid.start_s, a.grid.time(end) - a.grid.start_s);
+        seconds(a, k), seconds(a, std::min(end, a.size() - 1)));
     k = end;
   }
 }
 
 void holdout(Gnuplot& g, const Identification& r) {
-  const Aligned& a = r.aligned;
+  const recording::Aligned& a = r.aligned;
   g.begin("holdout", 620);
   shade_pauses(g, a, r.holdout_begin);
-  g.data("run", a.grid.size - r.holdout_begin, [&](std::size_t i) {
+  g.data("run", a.size() - r.holdout_begin, [&](std::size_t i) {
     const std::size_t k = r.holdout_begin + i;
-    return fmt::format("{:.3f} {:.2f} {:.2f} {:.2f}", a.grid.time(k) - a.grid.start_s, a.angle_deg[k],
+    return fmt::format("{:.3f} {:.2f} {:.2f} {:.2f}", seconds(a, k), a.angle_deg[k],
                        r.estimated_deg[k], r.baseline_deg[k]);
   });
   g.add("set multiplot layout 2,1; set xlabel 'time (s)'; set ylabel 'angle (deg)'");
@@ -171,11 +175,11 @@ void holdout(Gnuplot& g, const Identification& r) {
 }
 
 void residuals(Gnuplot& g, const Identification& r) {
-  const Aligned& a = r.aligned;
+  const recording::Aligned& a = r.aligned;
   g.begin("residuals", 360);
   std::vector<double> fitted;
   std::vector<double> held;
-  for (std::size_t k = 0; k < a.grid.size; ++k) {
+  for (std::size_t k = 0; k < a.size(); ++k) {
     if (a.gap[k]) continue;
     (k < r.holdout_begin ? fitted : held).push_back(r.estimated_deg[k] - a.angle_deg[k]);
   }
@@ -195,13 +199,13 @@ void residuals(Gnuplot& g, const Identification& r) {
   histogram("held", held);
   double mean = 0;
   for (const double e : held) mean += e / static_cast<double>(held.size());
-  const auto lags = std::min<std::size_t>(static_cast<std::size_t>(5 / a.grid.period_s), held.size() / 4);
+  const auto lags = std::min<std::size_t>(static_cast<std::size_t>(5 / a.period_s), held.size() / 4);
   double variance = 1e-300;
   for (const double e : held) variance += (e - mean) * (e - mean);
   g.data("acf", lags + 1, [&](std::size_t lag) {
     double sum = 0;
     for (std::size_t k = lag; k < held.size(); ++k) sum += (held[k] - mean) * (held[k - lag] - mean);
-    return fmt::format("{:.3f} {:.4f}", static_cast<double>(lag) * a.grid.period_s, sum / variance);
+    return fmt::format("{:.3f} {:.4f}", static_cast<double>(lag) * a.period_s, sum / variance);
   });
   g.add("set multiplot layout 1,2; set xlabel 'error (deg)'; set ylabel 'share of samples (%)'");
   g.add("set style fill transparent solid 0.35 noborder");

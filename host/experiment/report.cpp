@@ -24,7 +24,7 @@ std::string verdict(const Identification& r) {
 
 void summary(Page& page, const Identification& r) {
   page.add("<h1>{} finger: from <code>{}</code> to an angle</h1>", escape(r.model.channels.front().name),
-           escape(r.request.files.input));
+           escape(r.pair.input));
   page.add("<p>{}</p>", verdict(r));
   page.add("<div class=cards>");
   page.add("<div class=card><b>{:.2f}&deg;</b>typical error of the compensator (RMSE, unseen data)</div>",
@@ -37,7 +37,7 @@ void summary(Page& page, const Identification& r) {
       "<div class=card><b>{:.1f}&deg;</b>95 % of the errors are smaller; the largest is {:.1f}&deg;</div>",
       r.holdout.p95_abs_deg, r.holdout.max_abs_deg);
   page.add("</div>");
-  const double seconds = static_cast<double>(r.aligned.grid.size) * r.aligned.grid.period_s;
+  const double seconds = r.aligned.t_s.back() - r.aligned.t_s[r.aligned.overlap_begin];
   page.add(
       "<p>The two logs share {:.0f} s of motion. The first {:.0f} % of it taught the compensator; every "
       "figure "
@@ -61,7 +61,12 @@ void figure(Page& page, const Figure& f) {
 }
 
 void alignment_facts(Page& page, const Identification& r) {
-  const recording::Alignment& a = r.aligned.alignment;
+  if (!r.aligned.alignment) {
+    page.add("<p>Camera clock minus sensor clock: <b>{:+.2f} s</b>, given by the user; the signals alone do not tell.</p>",
+             r.aligned.clock_offset_s);
+    return;
+  }
+  const recording::Alignment& a = *r.aligned.alignment;
   page.add(
       "<p>Camera clock minus sensor clock: <b>{:+.2f} s</b>{}. Confidence {:.2f} (0: another offset explains "
       "the "
@@ -78,7 +83,7 @@ void structures(Page& page, const Identification& r) {
   page.add(
       "<h2>All structures side by side</h2><div class=scroll><table><tr><th>structure<th>parameters"
       "<th>error, fitted part<th>cross-validated<th>error, held out<th>fit, held out</tr>");
-  for (const Row& row : r.rows) {
+  for (const identify::TableRow& row : r.rows) {
     if (!row.refusal.empty()) {
       page.add("<tr><td>{}<td colspan=5 style='text-align:left'>refused: {}</tr>", row.name,
                escape(row.refusal));
@@ -143,7 +148,7 @@ std::string report_html(const Identification& r, const std::vector<Figure>& figu
   page.add(
       "<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport "
       "content='width=device-width, initial-scale=1'><title>Flexor: {}</title><style>{}</style></head><body>",
-      escape(r.request.files.input), kStyle);
+      escape(r.pair.input), kStyle);
   summary(page, r);
   warnings(page, r);
   for (const Figure& f : figures) {
@@ -157,17 +162,17 @@ std::string report_html(const Identification& r, const std::vector<Figure>& figu
       "<p>Sensor <code>{}</code> ({}), reference <code>{}</code> column <code>{}</code> ({}); {:g} Hz; "
       "structure "
       "{}; flexor {}.</p></body></html>",
-      escape(r.request.files.sensor.filename().string()), r.aligned.sensor.digest,
-      escape(r.request.files.reference.filename().string()), escape(r.request.files.output),
-      r.aligned.reference.digest, r.request.rate_hz, identify::describe(r.fit.structure), FLEXOR_VERSION);
+      escape(std::filesystem::path(r.pair.sensor.source).filename().string()), r.pair.sensor.digest,
+      escape(std::filesystem::path(r.pair.reference.source).filename().string()), escape(r.pair.output),
+      r.pair.reference.digest, r.request.rate_hz, identify::describe(r.fit.structure), FLEXOR_VERSION);
   return page.text();
 }
 
 recording::Recording holdout(const Identification& r) {
   recording::Recording out;
   out.columns = {{"measured_deg", {}}, {"estimated_deg", {}}, {"straight_line_deg", {}}, {"gap", {}}};
-  for (std::size_t k = r.holdout_begin; k < r.aligned.grid.size; ++k) {
-    out.t_s.push_back(r.aligned.grid.time(k));
+  for (std::size_t k = r.holdout_begin; k < r.aligned.size(); ++k) {
+    out.t_s.push_back(r.aligned.t_s[k]);
     out.columns[0].value.push_back(r.aligned.angle_deg[k]);
     out.columns[1].value.push_back(r.estimated_deg[k]);
     out.columns[2].value.push_back(r.baseline_deg[k]);

@@ -179,6 +179,9 @@ void check(const Model& model) {
   if (!(model.sample_period_s > 0) || !std::isfinite(model.sample_period_s)) {
     throw InputError("sample_period_s must be positive");
   }
+  if (!(model.max_gap_s >= 0) || !std::isfinite(model.max_gap_s)) {
+    throw InputError("max_gap_s must be a number of seconds, not negative");
+  }
   if (model.channels.empty()) throw InputError("a model needs at least one channel");
   std::set<std::string> names;
   for (const Channel& c : model.channels) {
@@ -203,15 +206,16 @@ void check(const Model& model) {
 std::string to_json(const Model& model) {
   Json channels = Json::array();
   for (const Channel& channel : model.channels) channels.push_back(channel_json(channel));
-  const Json json = {{"schema", kSchema},
-                     {"schema_version", kSchemaVersion},
-                     {"written_by", model.written_by},
-                     {"name", model.name},
-                     {"description", model.description},
-                     {"sample_period_s", model.sample_period_s},
-                     {"channels", std::move(channels)},
-                     {"training", model.training},
-                     {"fit", model.fit}};
+  Json json = {{"schema", kSchema},
+               {"schema_version", kSchemaVersion},
+               {"written_by", model.written_by},
+               {"name", model.name},
+               {"description", model.description},
+               {"sample_period_s", model.sample_period_s}};
+  if (model.max_gap_s > 0) json["max_gap_s"] = model.max_gap_s;
+  json["channels"] = std::move(channels);
+  json["training"] = model.training;
+  json["fit"] = model.fit;
   return json.dump(2) + "\n";
 }
 
@@ -232,6 +236,7 @@ Model from_json(const std::string& text, const std::string& source) {
   model.name = reader.text_or_empty("name");
   model.description = reader.text_or_empty("description");
   model.sample_period_s = reader.number("sample_period_s");
+  model.max_gap_s = reader.number_or("max_gap_s", 0);
   const Json& channels = reader.list("channels");
   for (std::size_t i = 0; i < channels.size(); ++i) {
     model.channels.push_back(read_channel(channels[i], fmt::format("{}: channels[{}]", source, i)));

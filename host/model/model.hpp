@@ -1,7 +1,7 @@
 // The model document: what a compensator is, for people and programs. Units are in the names.
 //
 // JSON: {"schema": "flexor-model", "schema_version": 1, "written_by", "name", "description",
-//        "sample_period_s", "channels": [{"name", "input": {"column", "unit", "valid_min", "valid_max"},
+//        "sample_period_s", "max_gap_s" (may be left out), "channels": [{"name", "input": {"column", "unit", "valid_min", "valid_max"},
 //        "rest_deg", "blocks": [...]}], "training": {...}, "fit": {...}}
 // blocks, in this order, all but the last optional:
 //   {"type": "dead_zone", "lower", "upper"}
@@ -81,6 +81,7 @@ struct Model {
   std::string description;
   std::string written_by;
   double sample_period_s = 0;
+  double max_gap_s = 0;  // a reading older than this is a pause of the log; 0: not stated
   std::vector<Channel> channels;
   nlohmann::ordered_json training = nlohmann::ordered_json::object();  // files, digests, split
   nlohmann::ordered_json fit = nlohmann::ordered_json::object();       // figures and standard errors

@@ -26,20 +26,53 @@ constexpr double kMinVelocityCorrelation = 0.3;
 constexpr double kDriftWarning_s = 0.3;
 constexpr double kDisagreement_s = 0.5;
 constexpr int kBins = 12;
+constexpr double kMostAnyway = 1e6;  // samples of a log, and
+constexpr double kMostPerReading = 60;
 
-// A signal on a grid of its own clock, with a weight of zero in gaps.
+// A signal evenly sampled on its own clock, with a weight of zero in gaps.
 struct Sampled {
-  Grid grid;
+  double period_s = 0;
   std::vector<double> value;
   std::vector<std::uint8_t> good;
 };
 
+// The mean of the readings within half a period; where there are none, the straight line between their
+// neighbours. It looks ahead, and must: what holds readings back would look like an offset of the clocks.
 Sampled sample(const Series& series, double rate_hz) {
-  const std::vector<double> t_s = since_start(series.t_s);
-  const Grid grid{0, 1 / rate_hz, static_cast<std::size_t>(t_s.back() * rate_hz) + 1};
-  Resampled resampled = resample({t_s, series.value}, grid, default_max_gap_s(t_s));
-  for (auto& gap : resampled.gap) gap = !gap;
-  return {grid, std::move(resampled.value), std::move(resampled.gap)};
+  const std::vector<double> t = since_start(series.t_s);
+  const auto x = series.value;
+  const double max_gap_s = default_max_gap_s(t);
+  Sampled out{1 / rate_hz, {}, {}};
+  std::size_t next = 0;        // first reading at or after the instant
+  std::size_t cell_begin = 0;  // first reading of the cell around it
+  for (std::size_t k = 0; static_cast<double>(k) * out.period_s <= t.back(); ++k) {
+    const double now = static_cast<double>(k) * out.period_s;
+    while (next < t.size() && t[next] < now) ++next;
+    while (cell_begin < t.size() && t[cell_begin] < now - out.period_s / 2) ++cell_begin;
+    double sum = 0;
+    std::size_t count = 0;
+    for (std::size_t i = cell_begin; i < t.size() && t[i] < now + out.period_s / 2; ++i, ++count) sum += x[i];
+    const std::size_t before = next > 0 ? next - 1 : 0;
+    const std::size_t after = std::min(next, t.size() - 1);
+    const double width = t[after] - t[before];
+    const double share = width > 0 ? (now - t[before]) / width : 0;
+    out.value.push_back(count > 0 ? sum / static_cast<double>(count) : x[before] + share * (x[after] - x[before]));
+    out.good.push_back(width <= max_gap_s);
+  }
+  return out;
+}
+
+// Before memory is asked for: two clocks in one log, or a pause of days.
+void check_span(const Series& series) {
+  const auto t = series.t_s;
+  const double readings = static_cast<double>(t.size());
+  if ((t.back() - t.front()) * kFineRate_hz <= kMostAnyway + kMostPerReading * readings) return;
+  std::size_t widest = 1;
+  for (std::size_t i = 1; i < t.size(); ++i) {
+    if (t[i] - t[i - 1] > t[widest] - t[widest - 1]) widest = i;
+  }
+  throw io::JobError(fmt::format("a log pauses from {:.1f} s to {:.1f} s, far longer than it runs: cut it there",
+                                 t[widest - 1], t[widest]));
 }
 
 // Bins of equal count over the sensor's values.
@@ -147,14 +180,14 @@ std::optional<std::size_t> rival_of(const Scan& scan, std::size_t best) {
 
 // Smoothed velocity; not good within three standard deviations of a gap or an end.
 Sampled velocity(const Sampled& signal) {
-  const double sigma = kSmoothing_s / signal.grid.period_s;
+  const double sigma = kSmoothing_s / signal.period_s;
   const auto reach = static_cast<std::ptrdiff_t>(std::ceil(3 * sigma));
   std::vector<double> kernel;  // derivative of a Gaussian
   for (std::ptrdiff_t k = -reach; k <= reach; ++k) {
     const double z = static_cast<double>(k) / sigma;
     kernel.push_back(-z * std::exp(-z * z / 2));
   }
-  Sampled out{signal.grid, std::vector<double>(signal.value.size(), 0.0),
+  Sampled out{signal.period_s, std::vector<double>(signal.value.size(), 0.0),
               std::vector<std::uint8_t>(signal.value.size(), 0)};
   for (std::ptrdiff_t i = reach; i + reach < std::ssize(signal.value); ++i) {
     double sum = 0;
@@ -234,6 +267,8 @@ void check_drift(Alignment& result) {
 }  // namespace
 
 Alignment align(const Series& sensor, const Series& reference) {
+  check_span(sensor);
+  check_span(reference);
   const Sampled coarse_sensor = sample(sensor, kCoarseRate_hz);
   const Sampled coarse_reference = sample(reference, kCoarseRate_hz);
   const Binning bins(coarse_sensor);

@@ -6,39 +6,25 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <charconv>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <optional>
+#include <fstream>
 #include <sstream>
 
 #include "host/io/io.hpp"
+#include "host/recording/unit.hpp"
 
 namespace flexor::recording {
 namespace {
 
 using io::InputError;
 
-constexpr double kMaxBackwardShare = 0.01;
-constexpr double kMaxMedianStep_s = 5;
+constexpr double kLargest = 1e30;  // of a reading: beyond, sums and squares would overflow
+constexpr std::size_t kTornRows = 5;
+constexpr double kTornShare = 0.1;
+constexpr double kCounter = 4294967296.0;  // ticks of a 32-bit counter
+constexpr double kDay_s = 86400;
 
-std::string_view trimmed(std::string_view text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-  return text;
-}
-
-char find_delimiter(const std::string& header) {
-  char best = ',';
-  for (const char c : {';', '\t'}) {
-    if (std::ranges::count(header, c) > std::ranges::count(header, best)) best = c;
-  }
-  return best;
-}
-
-// RFC 4180 within one line. Reuses the strings of `cells`.
+// RFC 4180 within one line; blanks separate as many at a time as there are. Reuses the strings of `cells`.
 void split(const std::string& line, char delimiter, std::vector<std::string>& cells) {
   std::size_t n = 0;
   const auto next_cell = [&]() -> std::string& {
@@ -50,17 +36,19 @@ void split(const std::string& line, char delimiter, std::vector<std::string>& ce
   bool quoted = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
     const char c = line[i];
+    const bool separates = delimiter == ' ' ? c == ' ' || c == '\t' : c == delimiter;
     if (quoted && c == '"' && i + 1 < line.size() && line[i + 1] == '"') {
       cell->push_back('"');
       ++i;
     } else if (c == '"' && (quoted || trimmed(*cell).empty())) {
       quoted = !quoted;
-    } else if (c == delimiter && !quoted) {
-      cell = &next_cell();
+    } else if (separates && !quoted) {
+      if (delimiter != ' ' || !cell->empty()) cell = &next_cell();
     } else {
       cell->push_back(c);
     }
   }
+  if (delimiter == ' ' && n > 1 && cell->empty()) --n;
   cells.resize(n);
   for (std::string& text : cells) {
     const std::string_view inner = trimmed(text);
@@ -68,273 +56,440 @@ void split(const std::string& line, char delimiter, std::vector<std::string>& ce
   }
 }
 
-std::optional<double> to_number(std::string_view text) {
-  if (text.starts_with('+')) text.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
+// "12:03:11.123 -> 356,323" cut at the arrow, where a time stands before it.
+bool cut_at_arrow(const std::string& text, std::string& time, std::string& rest) {
+  const std::size_t arrow = text.find("->");
+  if (arrow == std::string::npos) return false;
+  const std::string before(trimmed(std::string_view(text).substr(0, arrow)));
+  if (!to_time(before)) return false;
+  time = before;
+  rest = std::string(trimmed(std::string_view(text).substr(arrow + 2)));
+  return true;
 }
 
-// Seconds since 1970 of YYYY-MM-DD[T ]hh:mm:ss[.fff][Z|+hh:mm|-hh:mm].
-std::optional<double> to_iso_time(const std::string& text) {
-  int year = 0;
-  unsigned month = 0;
-  unsigned day = 0;
-  int hour = 0;
-  int minute = 0;
-  double second = 0;
-  char separator = 0;
-  int used = 0;
-  if (std::sscanf(text.c_str(), "%4d-%2u-%2u%c%2d:%2d:%lf%n", &year, &month, &day, &separator, &hour, &minute,
-                  &second, &used) != 7 ||
-      (separator != 'T' && separator != ' ')) {
-    return std::nullopt;
-  }
-  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month),
-                                         std::chrono::day(day)};
-  if (!date.ok() || hour < 0 || hour > 24 || minute < 0 || minute > 59 || !(second >= 0 && second < 61)) {
-    return std::nullopt;
-  }
-  double zone_s = 0;
-  const std::string zone = text.substr(static_cast<std::size_t>(used));
-  if (!zone.empty() && zone != "Z") {
-    int zone_hour = 0;
-    int zone_minute = 0;
-    char sign = 0;
-    if (std::sscanf(zone.c_str(), "%c%2d:%2d", &sign, &zone_hour, &zone_minute) != 3) return std::nullopt;
-    if (sign != '+' && sign != '-') return std::nullopt;
-    zone_s = (sign == '+' ? 1 : -1) * (zone_hour * 3600.0 + zone_minute * 60.0);
-  }
-  const auto days = std::chrono::sys_days(date).time_since_epoch().count();
-  return static_cast<double>(days) * 86400 + hour * 3600 + minute * 60 + second - zone_s;
-}
-
-std::string lower(std::string_view text) {
-  std::string out(text);
-  std::ranges::transform(out, out.begin(), [](unsigned char c) { return std::tolower(c); });
-  return out;
-}
-
-// The unit in a time column's name, if it says one, and whether the name is one of a time column at all.
-struct TimeName {
-  bool is_time = false;
-  std::optional<double> unit_s;
-};
-
-TimeName read_time_name(std::string_view name) {
-  std::string text = lower(name);
-  std::erase_if(text, [](char c) { return c == ' '; });
-  TimeName result;
-  static constexpr std::array<std::pair<const char*, double>, 4> kUnits = {
-      {{"ms", 1e-3}, {"us", 1e-6}, {"sec", 1}, {"s", 1}}};
-  for (const auto& [unit, seconds] : kUnits) {
-    for (const std::string& suffix :
-         {fmt::format("({})", unit), fmt::format("[{}]", unit), fmt::format("_{}", unit)}) {
-      if (text.ends_with(suffix)) {
-        result.unit_s = seconds;
-        text.resize(text.size() - suffix.size());
-        break;
-      }
+// Text for VR drivers: letters, or letters in brackets, each with or without a number behind it. The numbers of
+// A to E, in the order of the fingers; false where the text is something else.
+bool read_keyed(std::string_view text, std::array<std::string, 5>& value) {
+  for (std::string& v : value) v.clear();
+  std::size_t i = 0;
+  while (i < text.size()) {
+    std::string key;
+    if (text[i] == '(') {
+      const std::size_t close = text.find(')', i);
+      if (close == std::string_view::npos) return false;
+      key = text.substr(i + 1, close - i - 1);
+      i = close + 1;
+    } else {
+      key = text[i++];
     }
-    if (result.unit_s) break;
+    if (key.empty() || !std::ranges::all_of(key, [](unsigned char c) { return std::isupper(c) != 0; })) return false;
+    std::size_t end = i;
+    while (end < text.size() && std::isdigit(static_cast<unsigned char>(text[end])) != 0) ++end;
+    if (key.size() == 1 && key[0] <= 'E') value[static_cast<std::size_t>(key[0] - 'A')] = text.substr(i, end - i);
+    i = end;
   }
-  result.is_time = text == "t" || text == "time" || text == "timestamp" || text == "datetime";
-  return result;
+  return !value[0].empty() && !value[1].empty();
+}
+
+bool is_time_name(const std::string& column, std::optional<double>& unit_s) {
+  const NameAndUnit cut = cut_name(column);
+  unit_s = seconds_in(cut.unit);
+  static constexpr std::array kNames = {"t",      "time",      "timestamp", "datetime", "date",
+                                        "clock",  "elapsed",   "zeit",      "timems",   "elapsedtime"};
+  if (std::ranges::any_of(kNames, [&](const char* n) { return cut.name == n; })) {
+    if (cut.name == "timems") unit_s = 1e-3;
+    return cut.unit.empty() || unit_s.has_value();
+  }
+  // A column called by its unit: millis, micros, ms, "seconds".
+  static constexpr std::array kUnits = {"millis", "millis()", "micros", "micros()", "ms", "us", "seconds", "sec",
+                                        "timemillis", "timemicros"};
+  if (!cut.unit.empty() || std::ranges::none_of(kUnits, [&](const char* n) { return cut.name == n; })) return false;
+  unit_s = seconds_in(cut.name.starts_with("time") ? cut.name.substr(4) : cut.name);
+  return true;
 }
 
 // A column's name as one cell.
 std::string quoted(const std::string& name) {
-  if (name.find_first_of(",;\t\"") == std::string::npos) return name;
+  if (name.find_first_of(",;\t\"#") == std::string::npos) return name;
   std::string out = "\"";
   for (const char c : name) out += c == '"' ? std::string("\"\"") : std::string(1, c);
   return out + '"';
 }
 
-// Sorts out repeated and backward times in place; every vector in `recording` keeps the same length.
-void repair_time(Recording& recording, const std::vector<std::size_t>& lines) {
-  std::vector<double>& t = recording.t_s;
-  std::size_t kept = 0;
-  std::size_t merged = 0;
-  std::size_t dropped = 0;
-  std::size_t first_bad = 0;
-  std::size_t in_mean = 1;
-  for (std::size_t i = 1; i < t.size(); ++i) {
-    if (t[i] > t[kept]) {
-      ++kept;
-      t[kept] = t[i];
-      for (Column& c : recording.columns) c.value[kept] = c.value[i];
-      in_mean = 1;
-    } else if (t[i] == t[kept]) {
-      ++merged;
-      ++in_mean;
-      for (Column& c : recording.columns) {
-        c.value[kept] += (c.value[i] - c.value[kept]) / static_cast<double>(in_mean);
-      }
-    } else {
-      if (dropped++ == 0) first_bad = i;
-    }
+const char* spelt(char delimiter) {
+  switch (delimiter) {
+    case ';':
+      return "semicolons";
+    case '\t':
+      return "tabs";
+    case ' ':
+      return "blanks";
+    default:
+      return "commas";
   }
-  const auto total = static_cast<double>(t.size());
-  if (static_cast<double>(dropped) > kMaxBackwardShare * total || kept == 0) {
-    const std::size_t line = dropped > 0 ? lines[first_bad] : lines[1];
-    throw InputError(
-        fmt::format("{}: row {}: time does not increase ({} of {} rows); sort the log, or cut it "
-                    "where the clock was reset",
-                    recording.source, line, dropped + merged, t.size()));
-  }
-  if (dropped > 0) {
-    recording.warnings.push_back(
-        fmt::format("{}: {} row(s) with a time that goes backwards were left out, the "
-                    "first is row {}",
-                    recording.source, dropped, lines[first_bad]));
-  }
-  if (merged > 0) {
-    recording.warnings.push_back(
-        fmt::format("{}: {} row(s) repeat the time of the row before; each group became its mean",
-                    recording.source, merged));
-  }
-  t.resize(kept + 1);
-  for (Column& c : recording.columns) c.value.resize(kept + 1);
-}
-
-void check_time_unit(const Recording& recording) {
-  const auto& t = recording.t_s;
-  if (t.size() < 3) return;
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  if (*middle <= kMaxMedianStep_s) return;
-  throw InputError(
-      fmt::format("{}: time steps of {:.4g} s; if the time column is in milliseconds, name it time_ms",
-                  recording.source, *middle));
-}
-
-Recording read_all(std::istream& stream, const std::string& source, const std::vector<std::string>& columns) {
-  CsvReader reader(stream, source, columns);
-  Recording recording;
-  recording.source = source;
-  for (const std::string& name : reader.columns()) recording.columns.push_back({name, {}});
-  std::vector<std::size_t> lines;
-  CsvReader::Row row;
-  while (reader.next(row)) {
-    recording.t_s.push_back(row.t_s);
-    lines.push_back(reader.line());
-    for (std::size_t i = 0; i < row.value.size(); ++i) recording.columns[i].value.push_back(row.value[i]);
-  }
-  if (recording.t_s.size() < 2) {
-    throw InputError(
-        fmt::format("{}: {} row(s) of data; a recording needs at least two", source, recording.t_s.size()));
-  }
-  repair_time(recording, lines);
-  check_time_unit(recording);
-  return recording;
 }
 
 }  // namespace
 
-CsvReader::CsvReader(std::istream& stream, std::string source, const std::vector<std::string>& columns)
-    : stream_(stream), source_(std::move(source)) {
-  if (!std::getline(stream_, text_)) throw InputError(fmt::format("{}: is empty", source_));
-  if (text_.starts_with("\xEF\xBB\xBF")) text_.erase(0, 3);
-  line_ = 1;
-  delimiter_ = find_delimiter(text_);
-  split(text_, delimiter_, header_);
-  if (read_cells()) {
-    have_first_row_ = true;
-  } else {
-    throw InputError(fmt::format("{}: has a header but no data", source_));
+CsvReader::CsvReader(std::istream& stream, std::string source, const CsvOptions& options)
+    : lines_(stream), source_(std::move(source)) {
+  if (!options.time_unit.empty() && !seconds_in(options.time_unit)) {
+    throw InputError(fmt::format("unknown unit of time \"{}\"; known: s, ms, us, ns", options.time_unit));
   }
-  find_time();
-  find_columns(columns);
+  read_layout();
+  read_units();
+  find_time(options);
+  find_columns(options.columns);
 }
 
 void CsvReader::fail(const std::string& what) const {
-  throw InputError(fmt::format("{}: row {}: {}", source_, line_, what));
+  throw InputError(fmt::format("{}: row {}: {}", source_, line_.number, what));
 }
 
-bool CsvReader::read_cells() {
-  do {
-    if (!std::getline(stream_, text_)) return false;
-    ++line_;
-  } while (trimmed(text_).empty());
-  split(text_, delimiter_, cells_);
-  if (cells_.size() == header_.size()) return true;
-  if (cells_.size() < header_.size() && stream_.eof()) return false;  // cut off while being written
-  fail(fmt::format("{} cells, the header has {}", cells_.size(), header_.size()));
+// The next line that holds something, its time cut off where the log has arrows.
+bool CsvReader::next_line(Line& line) {
+  if (!ahead_.empty()) {
+    line = std::move(ahead_.back());
+    ahead_.pop_back();
+    return true;
+  }
+  while (lines_.next(line.text)) {
+    const std::string_view inner = trimmed(line.text);
+    if (inner.empty()) continue;
+    if (inner.front() == '#') {
+      const std::size_t text = inner.find_first_not_of("# ");
+      if (text != std::string_view::npos) comment_ = inner.substr(text);
+      continue;
+    }
+    line.number = lines_.number();
+    line.time.clear();
+    (void)cut_at_arrow(line.text, line.time, line.text);
+    return true;
+  }
+  return false;
 }
 
-void CsvReader::find_time() {
-  const auto it =
-      std::ranges::find_if(header_, [](const std::string& n) { return read_time_name(n).is_time; });
-  if (it == header_.end()) {
+// line_ into cells_.
+void CsvReader::split_line() {
+  if (layout_ == Layout::table) return split(line_.text, delimiter_, cells_);
+  std::array<std::string, 5> value;
+  if (!read_keyed(trimmed(line_.text), value)) value.fill("");
+  cells_.assign(value.begin(), value.end());
+}
+
+// line_ will be read once more.
+void CsvReader::put_back() { ahead_.push_back(line_); }
+
+// The delimiter under which the first two lines have the same number of cells; else the one with most cells.
+void CsvReader::find_delimiter(const Line& first, const std::optional<Line>& second) {
+  if (delimiter_given_) return;
+  std::vector<std::string> a;
+  std::vector<std::string> b;
+  std::size_t most = 1;
+  for (const char c : {';', '\t', ',', ' '}) {
+    split(first.text, c, a);
+    if (second) split(second->text, c, b);
+    if (a.size() > 1 && second && a.size() == b.size()) {
+      delimiter_ = c;
+      return;
+    }
+    if (c != ' ' && a.size() > most) {
+      most = a.size();
+      delimiter_ = c;
+    }
+  }
+}
+
+void CsvReader::read_layout() {
+  if (!next_line(line_)) throw InputError(fmt::format("{}: is empty", source_));
+  if (lower(line_.text).starts_with("sep=") && line_.text.size() == 5) {
+    delimiter_ = line_.text[4];
+    delimiter_given_ = true;
+    if (!next_line(line_)) throw InputError(fmt::format("{}: is empty", source_));
+  }
+  const std::string comment = comment_;
+  arrow_ = !line_.time.empty();
+  std::array<std::string, 5> value;
+  if (read_keyed(trimmed(line_.text), value)) layout_ = Layout::keyed;
+  if (layout_ == Layout::keyed && !arrow_) {
+    throw InputError(
+        fmt::format("{}: has no times; record with time stamps, as 12:03:11.123 -> A356B323...", source_));
+  }
+  std::optional<Line> second;
+  if (Line line; next_line(line)) second = std::move(line);
+  if (layout_ == Layout::table) find_delimiter(line_, second);
+  if (second) ahead_.push_back(std::move(*second));
+  comment_ = comment;
+  read_header();
+}
+
+void CsvReader::read_header() {
+  if (layout_ == Layout::keyed) {
+    header_ = {"thumb", "index", "middle", "ring", "pinky"};
+    notes_.push_back(fmt::format("{}: text for VR drivers: A to E are thumb to pinky", source_));
+    has_header_ = false;
+    return put_back();
+  }
+  split_line();
+  if (!arrow_ && delimiter_ == ' ' && cells_.size() > 1 && to_time(cells_[0] + " " + cells_[1])) {
+    fail("date and clock are separated like columns; quote them, or separate the columns with commas");
+  }
+  while (cells_.size() > 1 && cells_.back().empty()) cells_.pop_back();
+  header_ = cells_;
+  has_header_ = !std::ranges::all_of(cells_, [&](const std::string& c) { return c.empty() || parse(c) || to_time(c); });
+  if (!has_header_) {
+    put_back();
+    has_header_ = comment_is_header(comment_);
+  }
+  for (std::size_t i = 0; i < header_.size(); ++i) {
+    if (!has_header_ || header_[i].empty()) header_[i] = fmt::format("column{}", i + 1);
+  }
+  if (has_header_) return;
+  notes_.push_back(fmt::format("{}: has no header: the columns are called {} to {} in their order{}", source_,
+                               header_.front(), header_.back(), arrow_ ? "" : ", the first is the time"));
+}
+
+// As NumPy writes it: # t_s,index,middle
+bool CsvReader::comment_is_header(const std::string& comment) {
+  std::vector<std::string> names;
+  split(comment, delimiter_, names);
+  if (comment.empty() || names.size() != header_.size() || to_time(names.front())) return false;
+  header_ = names;
+  return true;
+}
+
+// A row below the header that holds units instead of numbers.
+void CsvReader::read_units() {
+  for (const std::string& name : header_) header_units_.push_back(unit_of(name));
+  if (!next_line(line_)) throw InputError(fmt::format("{}: has a header but no data", source_));
+  split_line();
+  const auto is_unit = [](const std::string& cell) { return known_unit(cell) || seconds_in(cell); };
+  const auto fits = [&](const std::string& cell) { return is_unit(cell) || cell.empty() || cell == "-"; };
+  const bool units = layout_ == Layout::table && has_header_ && cells_.size() <= header_.size() &&
+                     std::ranges::any_of(cells_, is_unit) && std::ranges::all_of(cells_, fits);
+  if (!units) return put_back();
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    if (is_unit(cells_[i])) header_units_[i] = known_unit(cells_[i]).value_or(cells_[i]);
+  }
+  notes_.push_back(fmt::format("{}: row {} is taken as a row of units", source_, line_.number));
+}
+
+// The first column that is called a time and holds one in the first row.
+void CsvReader::find_time(const CsvOptions& options) {
+  if (!next_line(line_)) throw InputError(fmt::format("{}: has a header but no data", source_));
+  split_line();
+  put_back();
+  std::optional<double> unit_s;
+  const auto holds_time = [&](std::size_t i) {
+    return i < cells_.size() && (to_time(cells_[i]).has_value() || parse(cells_[i]).has_value());
+  };
+  for (std::size_t i = 0; i < header_.size() && !arrow_; ++i) {
+    std::optional<double> stated_s;
+    if (has_header_ ? !is_time_name(header_[i], stated_s) : i > 0) continue;
+    if (time_place_ && (!holds_time(i) || holds_time(*time_place_))) continue;
+    time_place_ = i;
+    unit_s = stated_s ? stated_s : seconds_in(header_units_[i]);
+  }
+  if (!time_place_ && !arrow_) {
     throw InputError(
         fmt::format("{}: no time column (t_s, time, Time(ms), timestamp ...): name it t_s or time_ms; "
                     "there are: {}",
                     source_, fmt::join(header_, ", ")));
   }
-  time_place_ = static_cast<std::size_t>(it - header_.begin());
-  time_unit_s_ = read_time_name(*it).unit_s.value_or(1);
+  const auto asked = seconds_in(options.time_unit);
+  if (asked && unit_s && *asked != *unit_s) {
+    throw InputError(fmt::format("{}: column \"{}\" states another unit than --time-unit {}", source_,
+                                 header_[*time_place_], options.time_unit));
+  }
+  time_unit_s_ = unit_s.value_or(asked.value_or(1));
 }
 
+std::size_t CsvReader::place_of(const std::string& name) const {
+  const auto it = std::ranges::find(header_, name);
+  if (it == header_.end()) {
+    throw InputError(
+        fmt::format("{}: no column \"{}\"; there are: {}", source_, name, fmt::join(header_, ", ")));
+  }
+  if (std::find(it + 1, header_.end(), name) != header_.end()) {
+    throw InputError(fmt::format("{}: column \"{}\" occurs twice: rename one of them", source_, name));
+  }
+  return static_cast<std::size_t>(it - header_.begin());
+}
+
+// Without any wanted: those that hold a number in the first row, which find_time() has looked at.
 void CsvReader::find_columns(const std::vector<std::string>& wanted) {
-  if (wanted.empty()) {
-    for (std::size_t i = 0; i < header_.size(); ++i) {
-      if (i == time_place_ || !to_number(cells_[i])) continue;
-      columns_.push_back(header_[i]);
-      places_.push_back(i);
-    }
-    return;
-  }
-  for (const std::string& name : wanted) {
-    const auto it = std::ranges::find(header_, name);
-    if (it == header_.end()) {
-      throw InputError(
-          fmt::format("{}: no column \"{}\"; there are: {}", source_, name, fmt::join(header_, ", ")));
-    }
-    columns_.push_back(name);
-    places_.push_back(static_cast<std::size_t>(it - header_.begin()));
+  const auto take = [&](std::size_t place) {
+    columns_.push_back(header_[place]);
+    units_.push_back(header_units_[place]);
+    places_.push_back(place);
+  };
+  for (const std::string& name : wanted) take(place_of(name));
+  for (std::size_t i = 0; wanted.empty() && i < std::min(header_.size(), cells_.size()); ++i) {
+    if (time_place_ != i && parse(cells_[i])) take(place_of(header_[i]));
   }
 }
 
-double CsvReader::number(std::size_t cell, const std::string& column) const {
-  const std::string& text = cells_[cell];
-  const auto value = to_number(text);
-  if (!value) {
-    fail(fmt::format("column \"{}\": {}; mend or remove the row", column,
-                     text.empty() ? "is empty" : fmt::format("\"{}\" is not a number", text.substr(0, 40))));
-  }
-  if (!std::isfinite(*value)) {
+// With a decimal comma only where commas do not separate.
+std::optional<CsvReader::Parsed> CsvReader::parse(std::string_view text) const {
+  if (const auto value = to_number(text)) return Parsed{*value, text.find('.') != text.npos ? '.' : char()};
+  if (delimiter_ == ',' || text.find(',') == text.npos) return std::nullopt;
+  std::string with_point(text);
+  std::ranges::replace(with_point, ',', '.');
+  const auto value = to_number(with_point);
+  if (!value) return std::nullopt;
+  return Parsed{*value, ','};
+}
+
+double CsvReader::checked(const Parsed& parsed, const std::string& column, const std::string& text) {
+  if (!std::isfinite(parsed.value) || std::abs(parsed.value) > kLargest) {
     fail(fmt::format("column \"{}\": {} is not a measurement; mend or remove the row", column, text));
   }
-  return *value;
+  if (parsed.decimal != 0 && decimal_ != 0 && parsed.decimal != decimal_) {
+    fail(fmt::format("column \"{}\": \"{}\": some numbers have a decimal point and some a decimal comma; use one",
+                     column, text));
+  }
+  if (parsed.decimal != 0) decimal_ = parsed.decimal;
+  return parsed.value;
 }
 
-double CsvReader::time(std::size_t cell) const {
-  if (const auto iso = to_iso_time(cells_[cell])) return *iso;
-  return number(cell, header_[cell]) * time_unit_s_;
+double CsvReader::number(std::size_t cell, const std::string& column) {
+  const std::string& text = cells_[cell];
+  const auto parsed = parse(text);
+  if (!parsed) {
+    fail(fmt::format("column \"{}\": \"{}\" is not a number; mend or remove the row", column, text.substr(0, 40)));
+  }
+  return checked(*parsed, column, text);
+}
+
+double CsvReader::time(const std::string& text) {
+  const std::string& column = time_place_ ? header_[*time_place_] : line_.time;
+  const auto parsed = parse(text);
+  const auto found = parsed ? std::optional(Time{TimeFormat::number, checked(*parsed, column, text)}) : to_time(text);
+  if (!found) {
+    fail(fmt::format("column \"{}\": \"{}\" is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove "
+                     "the row",
+                     column, text.substr(0, 40)));
+  }
+  if (!time_format_) {
+    time_format_ = found->format;
+    if (found->format == TimeFormat::clock) wrap_s_ = kDay_s;
+    if (found->format == TimeFormat::number && time_unit_s_ < 1) wrap_s_ = kCounter * time_unit_s_;
+  }
+  if (found->format != *time_format_) {
+    fail(fmt::format("column \"{}\": \"{}\" is written otherwise than the times before", column, text));
+  }
+  if (found->format == TimeFormat::slashed && is_ambiguous_date(text)) {
+    fail(fmt::format("column \"{}\": \"{}\" can be read as two dates; write it as 2026-05-01", column, text));
+  }
+  const double seconds = found->format == TimeFormat::number ? found->value * time_unit_s_ : found->value;
+  if (std::abs(seconds) > kLargest) fail(fmt::format("column \"{}\": {} is no time", column, text));
+  return seconds;
+}
+
+// Rows that a restarting board leaves behind. Tells nothing of rows that are wrong otherwise.
+bool CsvReader::is_torn() {
+  if (layout_ == Layout::keyed) return cells_[0].empty() || line_.time.empty();
+  if (arrow_ && line_.time.empty()) return true;  // a line without a time of its own
+  while (cells_.size() > header_.size() && cells_.back().empty()) cells_.pop_back();
+  const auto not_a_number = [&](std::size_t place) { return place >= cells_.size() || !parse(cells_[place]); };
+  const bool odd = cells_.size() != header_.size() || std::ranges::any_of(places_, not_a_number);
+  if (odd && has_header_ && line_.text.find(header_.front() + delimiter_) != std::string::npos) {
+    return true;  // the header again, whole or with half a row before it
+  }
+  if (cells_.size() > header_.size()) {
+    fail(fmt::format("{} cells, the header has {}{}", cells_.size(), header_.size(),
+                     delimiter_ == ',' ? "; decimal commas need another separator, such as a semicolon" : ""));
+  }
+  if (cells_.size() < header_.size()) return true;
+  const auto empty = [&](std::size_t place) { return cells_[place].empty(); };
+  return std::ranges::any_of(places_, empty) || (time_place_ && empty(*time_place_));
+}
+
+void CsvReader::leave_out() {
+  if (torn_++ == 0) first_torn_ = line_.number;
+  const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_);
+  if (static_cast<double>(torn_) > forgiven) {
+    throw InputError(fmt::format("{}: row {}: {} of {} rows are torn: too short, or with an empty cell; mend or remove them",
+                                 source_, first_torn_, torn_, rows_ + torn_));
+  }
 }
 
 bool CsvReader::next(Row& row) {
-  if (!have_first_row_ && !read_cells()) return false;
-  have_first_row_ = false;
-  row.t_s = time(time_place_);
+  for (;;) {
+    if (!next_line(line_)) return false;
+    split_line();
+    if (!is_torn()) break;
+    if (lines_.cut_off() && ahead_.empty()) return false;
+    leave_out();
+  }
+  ++rows_;
+  row.line = line_.number;
+  row.t_s = time(arrow_ ? line_.time : cells_[*time_place_]);
   row.value.resize(places_.size());
   for (std::size_t i = 0; i < places_.size(); ++i) row.value[i] = number(places_[i], columns_[i]);
   return true;
 }
 
-Recording parse_csv(const std::string& text, const std::string& source,
-                    const std::vector<std::string>& columns) {
-  std::istringstream stream(text);
-  Recording recording = read_all(stream, source, columns);
-  recording.digest = io::digest(text);
+std::vector<std::string> CsvReader::notes() const {
+  std::vector<std::string> out = notes_;
+  const auto say = [&](const std::string& what) { out.push_back(fmt::format("{}: {}", source_, what)); };
+  if (lines_.is_utf16()) say("is read as UTF-16");
+  if (lines_.saw_latin1()) say("is not UTF-8 and is read as Latin-1");
+  if (delimiter_ != ',' && layout_ == Layout::table) say(fmt::format("{} separate the columns", spelt(delimiter_)));
+  if (decimal_ == ',') say("commas in numbers are decimal commas");
+  if (torn_ > 0) {
+    say(fmt::format("{} row(s) are too short or have an empty cell and were left out, the first is row {}", torn_,
+                    first_torn_));
+  }
+  return out;
+}
+
+Recording read(CsvReader& reader) {
+  Recording recording;
+  recording.source = reader.name();
+  for (std::size_t i = 0; i < reader.columns().size(); ++i) {
+    recording.columns.push_back({reader.columns()[i], {}, reader.units()[i]});
+  }
+  Stream stream(reader, Resets::refuse);
+  Row row;
+  while (stream.next(row)) {
+    recording.t_s.push_back(row.t_s);
+    for (std::size_t i = 0; i < row.value.size(); ++i) recording.columns[i].value.push_back(row.value[i]);
+  }
+  if (recording.t_s.size() < 2) {
+    throw InputError(
+        fmt::format("{}: {} row(s) of data; a recording needs at least two", recording.source, recording.t_s.size()));
+  }
+  if (recording.t_s.front() == recording.t_s.back()) {
+    throw InputError(fmt::format("{}: row 3: time does not increase: it is {:g} s in every row", recording.source,
+                                 recording.t_s.front()));
+  }
+  recording.warnings = stream.notes();
+  recording.digest = reader.digest();
   return recording;
 }
 
-Recording read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns) {
-  return parse_csv(io::read_file(path), path.string(), columns);
+Recording parse_csv(const std::string& text, const std::string& source,
+                    const std::vector<std::string>& columns) {
+  std::istringstream stream(text);
+  CsvReader reader(stream, source, {columns, ""});
+  return read(reader);
+}
+
+Recording read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns,
+                   const std::string& time_unit) {
+  io::require_readable(path);
+  std::ifstream file(path, std::ios::binary);
+  CsvReader reader(file, path.string(), {columns, time_unit});
+  Recording recording = read(reader);
+  if (file.bad()) throw InputError(fmt::format("{}: reading failed", path.string()));
+  return recording;
+}
+
+std::vector<std::string> columns_of(const std::filesystem::path& path, const std::string& time_unit) {
+  io::require_readable(path);
+  std::ifstream file(path, std::ios::binary);
+  return CsvReader(file, path.string(), {{}, time_unit}).columns();
 }
 
 std::string to_csv(const Recording& recording) {

@@ -1,69 +1,121 @@
-// Glove and camera logs as people really have them: byte-order mark, non-ASCII names, comma, semicolon or
-// tab, quotes, text columns beside numbers, bursts, pauses, a time column in milliseconds, seconds or ISO
-// 8601.
+// Glove and camera logs as people really have them, row by row.
 //
-// The time column is the first that is called t, time, timestamp or datetime, with or without a unit: (ms),
-// [ms], _ms, and likewise us, s, sec; without one, ISO 8601 or seconds. `columns` are the columns to read;
-// none: every column whose first cell is a number.
+// Text      UTF-8, UTF-16, Latin-1; a byte-order mark; lines that start with #; a line sep=;
+// Cells     separated by comma, semicolon, tab or blanks; quotes; decimal commas where the separator is none;
+//           one separator too many at the end of each row
+// Names     a header, with a row of units below it or not; none: column1, column2, ... in their order, the
+//           first is the time; a header in the last comment before the numbers
+// Time      a column called t, time, timestamp, datetime, millis, micros, ... with or without a unit: (ms),
+//           [ms], _ms ...; without one seconds; or ISO 8601, 12:03:11.123, 1.5.2026 12:03:11, 13/5/2026 12:03:11
+// Monitors  12:03:11.123 -> 356,323,446 as the Arduino IDE writes it, and behind the arrow also text for VR
+//           drivers (A356B323C446D350E360...: thumb, index, middle, ring, pinky)
+// Torn rows (too short, an empty cell, the header again, as after a reset of the board) are left out and
+//           counted; at most one in ten.
+// Each assumption is one line of notes(). What could be read in two ways is refused.
 //
 // Errors are io::InputError, one line naming file, row (as an editor counts lines) and column, and the mend.
 #pragma once
 
 #include <filesystem>
 #include <istream>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "host/recording/lines.hpp"
 #include "host/recording/recording.hpp"
+#include "host/recording/stream.hpp"
+#include "host/recording/time.hpp"
 
 namespace flexor::recording {
 
-// Row by row, for streams that never end.
-class CsvReader {
- public:
-  struct Row {
-    double t_s = 0;
-    std::vector<double> value;  // in the order of columns()
-  };
-
-  // Reads the header. `source` names the stream in errors; the stream must outlive the reader.
-  CsvReader(std::istream& stream, std::string source, const std::vector<std::string>& columns);
-
-  const std::vector<std::string>& columns() const { return columns_; }
-
-  // False at the end. Time is as written: order is the caller's concern. A last line that was cut off while
-  // it was being written (short, without a newline) counts as the end.
-  bool next(Row& row);
-
-  std::size_t line() const { return line_; }  // of the row that next() gave, counted from 1
-
- private:
-  bool read_cells();
-  void find_time();
-  void find_columns(const std::vector<std::string>& wanted);
-  double number(std::size_t cell, const std::string& column) const;
-  double time(std::size_t cell) const;
-  [[noreturn]] void fail(const std::string& what) const;
-
-  std::istream& stream_;
-  std::string source_;
-  std::string text_;
-  std::vector<std::string> cells_;
-  std::vector<std::string> header_;
-  std::vector<std::string> columns_;
-  std::vector<std::size_t> places_;
-  std::size_t time_place_ = 0;
-  double time_unit_s_ = 1;
-  std::size_t line_ = 0;
-  char delimiter_ = ',';
-  bool have_first_row_ = false;
+struct CsvOptions {
+  std::vector<std::string> columns;  // to read; none: every column whose first cell is a number
+  std::string time_unit;             // s, ms, us, ns: of a time column that states none
 };
 
-// The whole file. Rows with the same time become one (their mean); up to 1 % of rows that go backwards are
-// left out, with a warning; more of them, or a clock that does not look like seconds, is an error.
-Recording read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns);
+class CsvReader : public Source {
+ public:
+  // Reads as far as the first row. `source` names the stream in errors; the stream must outlive the reader.
+  CsvReader(std::istream& stream, std::string source, const CsvOptions& options);
+
+  const std::string& name() const override { return source_; }
+  const std::vector<std::string>& columns() const override { return columns_; }
+  // Of each column; from its name, or from the row of units.
+  const std::vector<std::string>& units() const { return units_; }
+  // A last line that was cut off while it was being written (short, without an end) counts as the end.
+  bool next(Row& row) override;
+  double wrap_s() const override { return wrap_s_; }
+  std::vector<std::string> notes() const override;
+  std::string digest() const { return lines_.digest(); }
+
+ private:
+  enum class Layout { table, keyed };  // cells in columns, or letters before numbers
+  struct Line {
+    std::string time;  // before an arrow; empty: in a cell
+    std::string text;
+    std::size_t number = 0;
+  };
+
+  bool next_line(Line& line);
+  void split_line();
+  void put_back();
+  void read_layout();
+  void find_delimiter(const Line& first, const std::optional<Line>& second);
+  void read_header();
+  bool comment_is_header(const std::string& comment);
+  void read_units();
+  void find_time(const CsvOptions& options);
+  void find_columns(const std::vector<std::string>& wanted);
+  std::size_t place_of(const std::string& name) const;
+  bool is_torn();
+  void leave_out();
+  struct Parsed {
+    double value;
+    char decimal;  // '.', ',' or none
+  };
+  std::optional<Parsed> parse(std::string_view text) const;
+  double checked(const Parsed& parsed, const std::string& column, const std::string& text);
+  double number(std::size_t cell, const std::string& column);
+  double time(const std::string& text);
+  [[noreturn]] void fail(const std::string& what) const;
+
+  LineReader lines_;
+  std::string source_;
+  Layout layout_ = Layout::table;
+  char delimiter_ = ',';
+  bool delimiter_given_ = false;
+  bool arrow_ = false;
+  bool has_header_ = true;
+  std::string comment_;  // the last one before the numbers
+  std::vector<Line> ahead_;  // read to see the layout, not yet given; last first
+  Line line_;
+  std::vector<std::string> header_;
+  std::vector<std::string> header_units_;
+  std::vector<std::string> cells_;
+  std::vector<std::string> columns_;
+  std::vector<std::string> units_;
+  std::vector<std::size_t> places_;
+  std::optional<std::size_t> time_place_;
+  double time_unit_s_ = 1;
+  std::optional<TimeFormat> time_format_;
+  double wrap_s_ = 0;
+  char decimal_ = 0;  // what separates the fractions, once one was seen
+  std::size_t rows_ = 0;
+  std::size_t torn_ = 0;
+  std::size_t first_torn_ = 0;
+  std::vector<std::string> notes_;
+};
+
+// A whole recording through Stream; a reset of the clock is refused.
+Recording read(CsvReader& reader);
+Recording read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns,
+                   const std::string& time_unit = {});
 Recording parse_csv(const std::string& text, const std::string& source,
                     const std::vector<std::string>& columns);
+
+// The columns that a file has to offer, or throws as above.
+std::vector<std::string> columns_of(const std::filesystem::path& path, const std::string& time_unit);
 
 // Wide CSV: t_s, then every column, shortest text that reads back to the same double.
 std::string to_csv(const Recording& recording);

@@ -8,7 +8,7 @@
 
 namespace flexor::recording {
 
-// One signal on its own clock; both spans have the same length, t_s strictly increasing.
+// One signal on its own clock; both spans have the same length, t_s never decreasing.
 struct Series {
   std::span<const double> t_s;
   std::span<const double> value;
@@ -17,11 +17,12 @@ struct Series {
 struct Column {
   std::string name;
   std::vector<double> value;
+  std::string unit = {};  // as unit.hpp spells it; empty: not stated
 };
 
 struct Recording {
   std::string source;       // file name, for messages
-  std::vector<double> t_s;  // strictly increasing
+  std::vector<double> t_s;  // never decreasing; rows of a burst may share a time
   std::vector<Column> columns;
   std::vector<std::string> warnings;  // what was repaired on the way in
   std::string digest;                 // of the file's bytes

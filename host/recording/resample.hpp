@@ -1,35 +1,98 @@
-// Uneven samples onto a uniform grid.
+// Uneven readings onto the even grid of a compensator, with nothing but past readings.
+//
+// The grid starts at the first reading: T_k = t_0 + k T. At T_k stands the mean of the readings since
+// T_{k-1}; where there are none, what stood there before. A reading up to kTolerance_s after T_k belongs to
+// it: logs are written in whole milliseconds. After a pause of more than kJump_s the grid starts anew at the
+// next reading, and nothing stands in between.
+//
+// One reading brings at most (kJump_s / T) grid points; what is kept does not grow with the log.
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "host/recording/recording.hpp"
+#include "host/recording/stream.hpp"
 
 namespace flexor::recording {
 
-struct Grid {
-  double start_s = 0;
-  double period_s = 0;
-  std::size_t size = 0;
-
-  double time(std::size_t k) const { return start_s + static_cast<double>(k) * period_s; }
+// What a compensator gets at one grid point.
+struct Sample {
+  double t_s = 0;
+  std::span<const double> value;
+  bool pause = false;  // the newest reading is older than max_gap_s
 };
 
-struct Resampled {
-  std::vector<double> value;  // one for each grid point, always finite
-  std::vector<std::uint8_t>
-      gap;  // 1 where the nearest samples are more than max_gap_s apart, or there are none
+class Resampler {
+ public:
+  static constexpr double kTolerance_s = 0.0006;  // at most an eighth of the period
+
+  // period_s > 0, max_gap_s > 0.
+  Resampler(std::size_t columns, double period_s, double max_gap_s);
+
+  // One reading of each column, t_s never decreasing. Calls sink(const Sample&) for each grid point that it
+  // completes: those that it passes, and the one that it hits.
+  template <class Sink>
+  void push(double t_s, std::span<const double> value, Sink&& sink) {
+    if (begin(t_s, sink)) {
+      while (due() + tolerance_s_ < t_s) emit(sink);
+    }
+    take(t_s, value);
+    if (t_s >= due() - tolerance_s_) emit(sink);
+  }
+
+ private:
+  double due() const { return start_s_ + static_cast<double>(k_) * period_s_; }
+
+  // False where the grid starts with this reading.
+  template <class Sink>
+  bool begin(double t_s, Sink& sink) {
+    if (started_ && t_s - newest_s_ <= kJump_s) return true;
+    if (started_ && count_ > 0) emit(sink);
+    started_ = true;
+    start_s_ = t_s;
+    k_ = 0;
+    return false;
+  }
+
+  void take(double t_s, std::span<const double> value);
+
+  template <class Sink>
+  void emit(Sink& sink) {
+    close_cell();
+    const double t_s = due();
+    ++k_;
+    sink(Sample{t_s, held_, t_s - newest_s_ > max_gap_s_});
+  }
+
+  void close_cell();
+
+  double period_s_;
+  double max_gap_s_;
+  double tolerance_s_;
+  bool started_ = false;
+  double start_s_ = 0;
+  std::uint64_t k_ = 0;
+  double newest_s_ = 0;
+  std::size_t count_ = 0;      // readings since the last grid point
+  std::vector<double> sum_;    // of them
+  std::vector<double> held_;   // at the last grid point
 };
 
-// Grid point k gets the mean of the samples within half a period of it; where there are none, the straight
-// line between its neighbours; outside the recording, the nearest sample. Series has at least one sample.
-Resampled resample(const Series& series, const Grid& grid, double max_gap_s);
-
-// Seconds since the first sample, rounded to microseconds: what is computed from them does not depend on
-// where the clock started, not even where a time falls exactly between two grid points.
-std::vector<double> since_start(std::span<const double> t_s);
+// All samples of one column of a recording.
+struct Samples {
+  std::vector<double> t_s;
+  std::vector<double> value;
+  std::vector<std::uint8_t> pause;
+};
+Samples resample(const Series& series, double period_s, double max_gap_s);
 
 // What counts as a pause of this log: five median steps, at least 0.3 s.
 double default_max_gap_s(std::span<const double> t_s);
+
+// Times in seconds since the first, rounded to microseconds, so that results do not depend on where a clock
+// started.
+std::vector<double> since_start(std::span<const double> t_s);
 
 }  // namespace flexor::recording

@@ -3,67 +3,108 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <cmath>
+
 namespace flexor::recording {
 namespace {
 
-TEST(Resample, AStraightLineStaysAStraightLine) {
+TEST(Resample, ALogAtTheGridsOwnPaceGoesThroughReadingByReading) {
+  // Whole milliseconds at 30 Hz: 33, 67, 100; no reading may come a sample late.
   std::vector<double> t;
   std::vector<double> x;
-  for (int i = 0; i < 200; ++i) {
-    t.push_back(i * 0.11 + (i % 3) * 0.015);
-    x.push_back(3 * t.back() - 5);
+  for (int k = 0; k < 600; ++k) {
+    t.push_back(17 + std::round(1000.0 * k / 30) / 1000);
+    x.push_back(k);
   }
-  const auto r = resample({t, x}, {1, 0.01, 1500}, 1);
-  const Grid grid{1, 0.01, 1500};
-  for (std::size_t k = 0; k < grid.size; ++k) {
-    EXPECT_NEAR(r.value[k], 3 * grid.time(k) - 5,
-                3 * 0.005 + 1e-9);  // a cell's mean may lie half a cell away
-    EXPECT_EQ(r.gap[k], 0);
+  const Samples s = resample({t, x}, 1.0 / 30, 0.3);
+  EXPECT_EQ(s.value, x);
+}
+
+TEST(Resample, EachReadingOfALiveLogIsAnsweredAtOnce) {
+  Resampler resampler(1, 0.1, 0.3);
+  for (int k = 0; k < 60; ++k) {
+    const double value = k;
+    std::size_t answers = 0;
+    resampler.push(0.1 * k, {&value, 1}, [&](const Sample& s) {
+      ++answers;
+      EXPECT_EQ(s.value[0], k);
+      EXPECT_NEAR(s.t_s, 0.1 * k, 1e-9);
+    });
+    EXPECT_EQ(answers, 1u) << k;
   }
 }
 
-TEST(Resample, ABurstBecomesItsMean) {
-  const std::vector<double> t = {0, 0.99, 1.0, 1.01, 2};
-  const std::vector<double> x = {0, 3, 6, 9, 0};
-  EXPECT_DOUBLE_EQ(resample({t, x}, {1, 0.1, 1}, 5).value[0], 6);
+TEST(Resample, AFasterLogIsAveragedAndASlowerOneHeld) {
+  std::vector<double> t;
+  std::vector<double> x;
+  for (int k = 0; k <= 100; ++k) {
+    t.push_back(0.01 * k);
+    x.push_back(k);
+  }
+  const Samples fast = resample({t, x}, 0.05, 0.3);
+  ASSERT_EQ(fast.value.size(), 21u);
+  EXPECT_DOUBLE_EQ(fast.value[0], 0);
+  EXPECT_DOUBLE_EQ(fast.value[1], 3);   // 1 2 3 4 5
+  EXPECT_DOUBLE_EQ(fast.value[20], 98);  // 96 .. 100
+  const std::vector<double> slow_t = {0, 0.5, 1};
+  const std::vector<double> slow_x = {1, 2, 3};
+  const Samples slow = resample({slow_t, slow_x}, 0.05, 2.5);
+  ASSERT_EQ(slow.value.size(), 21u);
+  for (std::size_t k = 0; k < 21; ++k) EXPECT_EQ(slow.value[k], k < 10 ? 1 : k < 20 ? 2 : 3) << k;
+  for (const auto pause : slow.pause) EXPECT_EQ(pause, 0);
 }
 
-TEST(Resample, APauseIsMarkedAndBridged) {
-  const std::vector<double> t = {0, 0.1, 0.2, 2.2, 2.3, 2.4};
-  const std::vector<double> x = {1, 1, 1, 3, 3, 3};
-  const auto r = resample({t, x}, {0, 0.1, 25}, 0.5);
-  EXPECT_EQ(r.gap[1], 0);
-  EXPECT_EQ(r.gap[10], 1);
-  EXPECT_NEAR(r.value[12], 2, 1e-9);
-  EXPECT_EQ(r.gap[23], 0);
-}
-
-TEST(Resample, OutsideTheRecordingIsAGap) {
-  const std::vector<double> t = {1, 2};
-  const std::vector<double> x = {5, 6};
-  const auto r = resample({t, x}, {-1, 0.5, 10}, 5);
-  EXPECT_EQ(r.gap.front(), 1);
-  EXPECT_EQ(r.value.front(), 5);
-  EXPECT_EQ(r.gap.back(), 1);
-  EXPECT_EQ(r.value.back(), 6);
-}
-
-TEST(Resample, NeverLeavesTheRangeOfTheSamples) {
-  EXPECT_TRUE(rc::check([](const std::vector<std::pair<uint8_t, int8_t>>& samples) {
-    RC_PRE(!samples.empty());
+TEST(Resample, WhatComesLaterChangesNothing) {
+  EXPECT_TRUE(rc::check([](const std::vector<std::pair<uint8_t, int8_t>>& steps) {
+    RC_PRE(steps.size() > 3u);
     std::vector<double> t;
     std::vector<double> x;
     double now = 0;
-    for (const auto& [step, value] : samples) {
-      now += 0.01 + step / 100.0;
+    for (const auto& [step, value] : steps) {
+      now += step / 500.0;
+      t.push_back(now);
+      x.push_back(value);
+    }
+    const Samples before = resample({t, x}, 0.05, 0.3);
+    const std::size_t cut = t.size() / 2;
+    for (std::size_t i = cut; i < x.size(); ++i) x[i] = 1000 - x[i];
+    const Samples after = resample({t, x}, 0.05, 0.3);
+    RC_ASSERT(before.t_s == after.t_s);
+    for (std::size_t k = 0; k < before.t_s.size() && before.t_s[k] + Resampler::kTolerance_s < t[cut]; ++k) {
+      RC_ASSERT(before.value[k] == after.value[k]);
+    }
+  }));
+}
+
+TEST(Resample, APauseIsHeldAndMarkedAndALongOneStartsAnew) {
+  const std::vector<double> t = {0, 0.1, 0.2, 2.2, 2.3, 60, 60.1};
+  const std::vector<double> x = {1, 1, 2, 3, 3, 9, 9};
+  const Samples s = resample({t, x}, 0.1, 0.5);
+  ASSERT_EQ(s.t_s.size(), 24u + 2u);
+  EXPECT_EQ(s.pause[6], 0);   // 0.6 s: 0.4 s after the newest reading
+  EXPECT_EQ(s.pause[8], 1);
+  EXPECT_EQ(s.value[21], 2);  // held until the next reading
+  EXPECT_EQ(s.value[22], 3);
+  EXPECT_EQ(s.pause[22], 0);
+  EXPECT_DOUBLE_EQ(s.t_s[24], 60);
+  EXPECT_EQ(s.value[24], 9);
+}
+
+TEST(Resample, NeverLeavesTheRangeOfTheReadingsAndNeverGrowsBeyondThem) {
+  EXPECT_TRUE(rc::check([](const std::vector<std::pair<uint16_t, int8_t>>& readings) {
+    RC_PRE(!readings.empty());
+    std::vector<double> t;
+    std::vector<double> x;
+    double now = 1e9;
+    for (const auto& [step, value] : readings) {
+      now += step / 10.0;  // up to 6553 s
       t.push_back(now);
       x.push_back(value);
     }
     const auto [low, high] = std::minmax_element(x.begin(), x.end());
-    for (const double v : resample({t, x}, {-1, 0.07, 500}, 0.5).value) {
-      RC_ASSERT(v >= *low - 1e-9);
-      RC_ASSERT(v <= *high + 1e-9);
-    }
+    const Samples s = resample({t, x}, 0.07, 0.5);
+    RC_ASSERT(s.value.size() <= x.size() * 144);  // ten seconds' worth for each reading
+    for (const double v : s.value) RC_ASSERT(v >= *low - 1e-9 && v <= *high + 1e-9);
   }));
 }
 

@@ -1,8 +1,11 @@
 #include "host/score/score.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "host/io/io.hpp"
@@ -93,10 +96,42 @@ Score score(std::span<const double> t_s, std::span<const double> measured_deg,
   s.r2 = 1 - s.rmse_deg * s.rmse_deg / variance;
   s.iae_deg_s = integral_of_absolute(t_s, error);
   s.best_lag_s = best_lag(t_s, measured_deg, estimated_deg);
+  s.lag_at_edge = std::abs(s.best_lag_s) > kMaxLag_s - 1e-9;
   const auto aligned = error_at_lag(t_s, measured_deg, estimated_deg, s.best_lag_s);
   s.lag_removed_rmse_deg = root_mean_square(aligned);
   s.lag_removed_iae_deg_s = integral_of_absolute(t_s, aligned);
   return s;
+}
+
+Score compare(std::span<const double> measured_t_s, std::span<const double> measured_deg,
+              std::span<const double> estimated_t_s, std::span<const double> estimated_deg) {
+  const auto first = std::ranges::lower_bound(estimated_t_s, measured_t_s.front()) - estimated_t_s.begin();
+  const auto last = std::ranges::upper_bound(estimated_t_s, measured_t_s.back()) - estimated_t_s.begin();
+  if (last - first < 2) {
+    throw io::InputError(fmt::format("the two do not overlap in time: measured {:.1f} to {:.1f} s, estimated {:.1f} to {:.1f} s",
+                                     measured_t_s.front(), measured_t_s.back(), estimated_t_s.front(),
+                                     estimated_t_s.back()));
+  }
+  const auto count = static_cast<std::size_t>(last - first);
+  const auto t_s = estimated_t_s.subspan(static_cast<std::size_t>(first), count);
+  std::vector<double> measured;
+  measured.reserve(count);
+  for (const double t : t_s) measured.push_back(interpolate(measured_t_s, measured_deg, t));
+  return score(t_s, measured, estimated_deg.subspan(static_cast<std::size_t>(first), count));
+}
+
+nlohmann::ordered_json to_json(const Score& s) {
+  return {{"rmse_deg", s.rmse_deg},
+          {"fit_percent", s.fit_percent},
+          {"r2", s.r2},
+          {"max_abs_deg", s.max_abs_deg},
+          {"p95_abs_deg", s.p95_abs_deg},
+          {"iae_deg_s", s.iae_deg_s},
+          {"best_lag_s", s.best_lag_s},
+          {"lag_at_edge", s.lag_at_edge},
+          {"lag_removed_rmse_deg", s.lag_removed_rmse_deg},
+          {"lag_removed_iae_deg_s", s.lag_removed_iae_deg_s},
+          {"samples", s.samples}};
 }
 
 }  // namespace flexor::score

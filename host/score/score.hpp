@@ -1,14 +1,16 @@
 // How far an estimated angle is from the measured one.
 //
 // With e_k = y_k - estimate_k over n samples at t_k:
-//   rmse        = sqrt(mean e^2)                          degrees
-//   max, p95    = largest and 95th percentile of |e|      degrees
-//   fit percent = 100 (1 - |e|_2 / |y - mean y|_2)        NRMSE fit; 100 is perfect, negative is worse than
-//   the mean r2          = 1 - sum e^2 / sum (y - mean y)^2 iae         = integral |e| dt, trapezoids
-//   degree-seconds; E_i of Sensors 2019, 19(18), 3896
+//   rmse        = sqrt(mean e^2)                                  degrees
+//   max, p95    = largest and 95th percentile of |e|              degrees
+//   fit percent = 100 (1 - |e|_2 / |y - mean y|_2)                NRMSE fit; 100 is perfect, negative is worse
+//                                                                 than the mean
+//   r2          = 1 - sum e^2 / sum (y - mean y)^2
+//   iae         = integral |e| dt, trapezoids                     degree-seconds; E_i of Sensors 2019, 19(18), 3896
 // and the same rmse and iae after the one constant lag is removed that makes the rmse smallest.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 
 namespace flexor::score {
@@ -22,14 +24,22 @@ struct Score {
   double r2 = 0;
   double iae_deg_s = 0;
   double best_lag_s = 0;  // positive: the estimate comes late; searched in +-1 s
+  bool lag_at_edge = false;  // no best lag inside the search: two clocks, or two motions
   double lag_removed_rmse_deg = 0;
   double lag_removed_iae_deg_s = 0;
 };
 
-// The three spans have the same length, at least 2; t_s strictly increasing; all finite.
+// The three spans have the same length, at least 2; t_s never decreasing; all finite.
 // Throws io::JobError when the measured angle is constant: fit and R2 are undefined there.
 Score score(std::span<const double> t_s, std::span<const double> measured_deg,
             std::span<const double> estimated_deg);
+
+// The estimate at its own instants, where the measured angle lies around them: the straight line between its
+// neighbours. Each pair of spans as above. Throws io::InputError when they do not overlap in time.
+Score compare(std::span<const double> measured_t_s, std::span<const double> measured_deg,
+              std::span<const double> estimated_t_s, std::span<const double> estimated_deg);
+
+nlohmann::ordered_json to_json(const Score& score);
 
 // Straight line between the samples of (t_s, value) at `at_s`; the nearest sample outside.
 double interpolate(std::span<const double> t_s, std::span<const double> value, double at_s);

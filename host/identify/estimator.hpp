@@ -1,0 +1,61 @@
+// A compensator over a stream of readings: what apply runs on a log as it comes, and what identify scores.
+//
+// Readings -> recording::Resampler on the grid of the model's period -> runtime/compensator. Past readings
+// only; what is kept does not grow with the log. In a pause the last reading is held, and the angle with it;
+// after ten seconds without a reading the grid starts anew at the next one.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "host/model/model.hpp"
+#include "host/model/simulation.hpp"
+#include "host/recording/resample.hpp"
+
+namespace flexor::identify {
+
+// An angle's status: that of the runtime, and this for a pause of the log.
+inline constexpr int kPause = 4;
+
+struct Estimate {
+  double t_s = 0;
+  std::vector<double> angle_deg;  // of each channel
+  std::vector<int> status;        // core::Status, or kPause where that is ok
+};
+
+template <class Arithmetic>
+class Estimator {
+ public:
+  // Throws io::InputError when the model does not fit the arithmetic.
+  explicit Estimator(const model::Model& model)
+      : simulation_(model),
+        resampler_(model.channels.size(), model.sample_period_s, max_gap_s(model)),
+        out_{0, std::vector<double>(model.channels.size()), std::vector<int>(model.channels.size())} {}
+
+  // One reading of each channel, t_s never decreasing. Calls sink(const Estimate&) for each grid point that it
+  // completes.
+  template <class Sink>
+  void push(double t_s, std::span<const double> reading, Sink&& sink) {
+    resampler_.push(t_s, reading, [&](const recording::Sample& sample) {
+      out_.t_s = sample.t_s;
+      for (std::size_t i = 0; i < out_.angle_deg.size(); ++i) {
+        const auto step = simulation_.step(i, sample.value[i]);
+        out_.angle_deg[i] = step.angle_deg;
+        out_.status[i] = step.status == core::Status::ok && sample.pause ? kPause : static_cast<int>(step.status);
+      }
+      sink(out_);
+    });
+  }
+
+  // A reading older than this is a pause: what the log that the model was fitted to said of itself.
+  static double max_gap_s(const model::Model& model) {
+    return model.max_gap_s > 0 ? model.max_gap_s : std::max(0.3, 5 * model.sample_period_s);
+  }
+
+ private:
+  model::Simulation<Arithmetic> simulation_;
+  recording::Resampler resampler_;
+  Estimate out_;
+};
+
+}  // namespace flexor::identify

@@ -1,0 +1,381 @@
+#include "host/identify/identification.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "host/io/io.hpp"
+#include "host/model/simulation.hpp"
+#include "host/recording/unit.hpp"
+
+namespace flexor::identify {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kAdcTop = 1023;
+constexpr double kRangeMargin = 0.25;
+constexpr double kMuchWorse = 1.5;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// A finger named in either column; none if there is none.
+std::optional<std::string> finger_in(const recording::Pair& pair) {
+  for (std::string column : {pair.input, pair.output}) {
+    std::ranges::transform(column, column.begin(), [](unsigned char c) { return std::tolower(c); });
+    for (const char* name : {"thumb", "index", "pointer", "middle", "ring", "pinky", "little"}) {
+      if (column.find(name) != std::string::npos) return model::finger(name);
+    }
+  }
+  return std::nullopt;
+}
+
+Structure requested_structure(const Request& r) {
+  const Family wanted = family(r.structure);
+  if (r.dead_zone) {
+    if (wanted != Family::hw) throw io::InputError("a dead zone goes with structure hw only");
+    if (r.knots) throw io::InputError("a dead zone replaces the input curve: leave out the number of knots");
+    return make_dead_zone_structure(r.order.value_or(1));
+  }
+  Structure s = make_structure(wanted, r.order.value_or(kDefaultOrder),
+                                                   r.knots.value_or(kDefaultKnots),
+                                                   r.plays.value_or(kDefaultPlays));
+  s.monotone = r.monotone && (s.input_knots > 0 || s.output_knots > 0);
+  check(s);
+  return s;
+}
+
+// What the sensor's column states, or the user where it states nothing.
+std::string input_unit(const recording::Pair& pair, const Request& request) {
+  const std::string stated = pair.sensor.column(pair.input).unit;
+  if (request.input_unit.empty()) return stated;
+  const auto asked = recording::known_unit(request.input_unit);
+  if (!asked) {
+    throw io::InputError(fmt::format("unknown unit \"{}\"; known: count, V, mV, ohm, kohm, deg, rad", request.input_unit));
+  }
+  if (!stated.empty() && stated != *asked) {
+    throw io::InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by --input-unit: which?",
+                                     pair.sensor.source, pair.input, stated, *asked));
+  }
+  return *asked;
+}
+
+// The range of readings that the compensator accepts: an ADC without its rails, or what was seen in the fitted
+// part and a quarter of its range on either side.
+void set_input_range(const recording::Aligned& aligned, std::size_t fitted, model::Channel& channel) {
+  const auto [low, high] = std::minmax_element(aligned.input.begin(), aligned.input.begin() + static_cast<std::ptrdiff_t>(fitted));
+  if (channel.input_unit == "count" && *low >= 0) {
+    double top = kAdcTop;
+    while (top < *high) top = 2 * top + 1;  // 10 bits, or as many as it takes
+    channel.valid_min = 1;
+    channel.valid_max = top - 1;
+    return;
+  }
+  const double margin = kRangeMargin * (*high - *low);
+  channel.valid_min = *low - margin;
+  channel.valid_max = *high + margin;
+}
+
+std::vector<double> simulate(const model::Model& model, const std::vector<double>& input) {
+  model::Simulation<model::DoubleArithmetic> simulation(model);
+  std::vector<double> out;
+  out.reserve(input.size());
+  for (const double u : input) out.push_back(simulation.step(0, u).angle_deg);
+  return out;
+}
+
+model::Model make_model(const Summary& fit, const Identification& r) {
+  model::Model m;
+  m.name = std::filesystem::path(r.pair.sensor.source).stem().string();
+  m.description = fmt::format("{} fitted to {} against {}", describe(fit.structure), r.pair.input, r.pair.output);
+  m.written_by = "flexor " FLEXOR_VERSION;
+  m.sample_period_s = r.aligned.period_s;
+  m.max_gap_s = r.aligned.max_gap_s;
+  model::Channel channel = fit.channel;
+  channel.input_column = r.pair.input;
+  channel.input_unit = input_unit(r.pair, r.request);
+  set_input_range(r.aligned, r.holdout_begin, channel);
+  m.channels = {std::move(channel)};
+  return m;
+}
+
+class Scorer {
+ public:
+  Scorer(const recording::Aligned& aligned, std::size_t begin)
+      : angle_(aligned.angle_deg),
+        gap_(aligned.gap),
+        begin_(begin),
+        t_(aligned.t_s.begin() + static_cast<std::ptrdiff_t>(begin), aligned.t_s.end()) {}
+
+  score::Score all(const std::vector<double>& estimate) const {
+    const std::span measured(angle_.begin() + static_cast<std::ptrdiff_t>(begin_), angle_.end());
+    const std::span estimated(estimate.begin() + static_cast<std::ptrdiff_t>(begin_), estimate.end());
+    return score::score(t_, measured, estimated);
+  }
+
+  score::Score without_gaps(const std::vector<double>& estimate) const {
+    std::vector<double> t;
+    std::vector<double> measured;
+    std::vector<double> estimated;
+    for (std::size_t k = begin_; k < angle_.size(); ++k) {
+      if (gap_[k]) continue;
+      t.push_back(t_[k - begin_]);
+      measured.push_back(angle_[k]);
+      estimated.push_back(estimate[k]);
+    }
+    return score::score(t, measured, estimated);
+  }
+
+ private:
+  const std::vector<double>& angle_;
+  const std::vector<std::uint8_t>& gap_;
+  std::size_t begin_;
+  std::vector<double> t_;
+};
+
+TableRow make_row(const Candidate& candidate, const Identification& r, const Scorer& scorer) {
+  TableRow row;
+  row.name = describe(candidate.structure);
+  row.refusal = candidate.refusal;
+  if (!row.refusal.empty()) return row;
+  row.parameters = candidate.summary.free_parameters;
+  row.fitted_rmse_deg = candidate.summary.rmse_deg;
+  if (candidate.cross_validated_deg > 0) row.cross_validated_deg = candidate.cross_validated_deg;
+  row.holdout = scorer.all(simulate(make_model(candidate.summary, r), r.aligned.input));
+  return row;
+}
+
+std::vector<double> straight_line(const recording::Aligned& aligned, const std::vector<std::uint8_t>& use) {
+  Eigen::Index n = 0;
+  Eigen::MatrixXd a(std::ranges::count(use, 1), 2);
+  Eigen::VectorXd b(a.rows());
+  for (std::size_t k = 0; k < use.size(); ++k) {
+    if (!use[k]) continue;
+    a.row(n) << 1, aligned.input[k];
+    b(n++) = aligned.angle_deg[k];
+  }
+  const Eigen::Vector2d line = a.colPivHouseholderQr().solve(b);
+  std::vector<double> out;
+  for (const double u : aligned.input) out.push_back(line(0) + line(1) * u);
+  return out;
+}
+
+// What a refusal means to somebody who only wants to use the compensator; the refusal itself follows in
+// brackets.
+std::string in_plain_words(const std::string& refusal) {
+  const auto starts = [&](const char* what) { return refusal.starts_with(what); };
+  const char* meaning = "part of the curve could not be learnt from this recording";
+  if (starts("saturation")) {
+    meaning =
+        "the finger never reached an end stop there, so that this limit of the output is a safe one, not a "
+        "measured one";
+  } else if (starts("pole") || starts("tap")) {
+    meaning =
+        "one detail of how the sensor lags could not be learnt from this recording and keeps a usual value";
+  } else if (starts("radius") || starts("weight")) {
+    meaning =
+        "one detail of the sensor's hysteresis could not be learnt from this recording and keeps a usual "
+        "value";
+  }
+  return fmt::format("{} ({})", meaning, refusal);
+}
+
+void add_warnings(Identification& r) {
+  auto& warnings = r.warnings;
+  warnings = r.aligned.warnings;
+  for (const std::string& refusal : r.fit.refusals) {
+    warnings.push_back(in_plain_words(refusal));
+  }
+  if (r.fit.status == Status::iteration_limit) {
+    warnings.emplace_back(
+        "the fit was still improving when it was stopped: try a simpler structure or a longer recording");
+  }
+  if (r.holdout.rmse_deg >= r.baseline.rmse_deg) {
+    warnings.push_back(
+        fmt::format("on data it never saw the compensator ({:.2f} deg) is no better than a straight "
+                    "line ({:.2f} deg)",
+                    r.holdout.rmse_deg, r.baseline.rmse_deg));
+  }
+  if (r.holdout_without_gaps.rmse_deg > kMuchWorse * r.fit.rmse_deg) {
+    warnings.push_back(
+        fmt::format("the error on unseen data is {:.1f} times the error on the fitted part: the glove "
+                    "changed during the recording, or the motion did",
+                    r.holdout_without_gaps.rmse_deg / r.fit.rmse_deg));
+  }
+  if (r.holdout.rmse_deg > kMuchWorse * r.holdout_without_gaps.rmse_deg) {
+    warnings.push_back(
+        fmt::format("most of the error falls into pauses of a log, where there is nothing to compensate: "
+                    "without them it is {:.2f} deg; log without pauses",
+                    r.holdout_without_gaps.rmse_deg));
+  }
+  const auto split = r.aligned.input.begin() + static_cast<std::ptrdiff_t>(r.holdout_begin);
+  const auto range = std::minmax_element(r.aligned.input.begin(), split);
+  const double low = *range.first;
+  const double high = *range.second;
+  const auto outside =
+      std::count_if(split, r.aligned.input.end(), [&](double u) { return u < low || u > high; });
+  const double share = static_cast<double>(outside) / static_cast<double>(r.aligned.input.end() - split);
+  if (share > 0.01) {
+    warnings.push_back(
+        fmt::format("{:.0f} % of the held-out readings lie outside the range seen in the fitted part "
+                    "({:.0f} to {:.0f})",
+                    100 * share, low, high));
+  }
+  const auto& raw = r.pair.sensor.column(r.pair.input).value;
+  const model::Channel& channel = r.model.channels.front();
+  const auto refused =
+      std::ranges::count_if(raw, [&](double u) { return u < channel.valid_min || u > channel.valid_max; });
+  if (refused > 0) {
+    warnings.push_back(
+        fmt::format("{} reading(s) lie outside the valid range of {:g} to {:g} {}: was the sensor unplugged or "
+                    "shorted? The compensator holds its angle there",
+                    refused, channel.valid_min, channel.valid_max, channel.input_unit));
+  }
+  if (channel.input_unit.empty()) {
+    warnings.push_back(fmt::format(
+        "column \"{}\" states no unit: the model runs on logs like this one; for the boards say --input-unit count",
+        r.pair.input));
+  }
+  if (!r.request.channel && !finger_in(r.pair)) {
+    warnings.emplace_back("no column names a finger: the channel is called index; --channel says otherwise");
+  }
+}
+
+// The fitted part alone: what is held out is not even in memory here.
+Data fitted_data(const Identification& r, const std::string& channel) {
+  const recording::Aligned& a = r.aligned;
+  const auto fitted = static_cast<Eigen::Index>(r.holdout_begin);
+  Data data;
+  data.channel = channel;
+  data.period_s = a.period_s;
+  data.input = Eigen::Map<const Eigen::VectorXd>(a.input.data(), fitted);
+  data.angle_deg = Eigen::Map<const Eigen::VectorXd>(a.angle_deg.data(), fitted);
+  data.use.resize(r.holdout_begin);
+  for (std::size_t k = 0; k < data.use.size(); ++k) data.use[k] = !a.gap[k];
+  return data;
+}
+
+struct Fitted {
+  std::vector<Candidate> candidates;
+  std::size_t chosen = 0;
+};
+
+Fitted fit_structures(const Request& request, const Data& data, const Progress& progress) {
+  if (request.structure == "auto") {
+    Selection selection = select(auto_candidates(request.monotone), data, progress);
+    return {std::move(selection.candidates), selection.chosen};
+  }
+  Candidate asked{requested_structure(request), {}, 0, {}};
+  asked.summary = fit(asked.structure, data);
+  return {{std::move(asked)}, 0};
+}
+
+// The other families at their usual size, so that the table compares.
+void fit_others(const Data& data, Family chosen, std::vector<Candidate>& candidates) {
+  for (const Family family : families()) {
+    if (family == chosen) continue;
+    Candidate other{make_structure(family), {}, 0, {}};
+    try {
+      Options quick;
+      quick.max_starts = 2;
+      other.summary = fit(other.structure, data, quick);
+    } catch (const io::JobError& error) {
+      other.refusal = error.what();
+    }
+    candidates.push_back(std::move(other));
+  }
+}
+
+// Where the model comes from and how good it is, into the model.
+void document(Identification& r) {
+  const auto file = [](const recording::Recording& recording) {
+    return std::filesystem::path(recording.source).filename().string();
+  };
+  r.model.training = {{"sensor", file(r.pair.sensor)},
+                      {"sensor_digest", r.pair.sensor.digest},
+                      {"reference", file(r.pair.reference)},
+                      {"reference_digest", r.pair.reference.digest},
+                      {"output_column", r.pair.output},
+                      {"clock_offset_s", r.aligned.clock_offset_s},
+                      {"split", r.request.split},
+                      {"lead_s", r.request.lead_s},
+                      {"fitted_samples", r.fit.used_samples}};
+  Json parameters = Json::array();
+  for (const Parameter& p : r.fit.parameters) {
+    Json entry = {{"name", p.name}, {"value", p.value}};
+    if (p.refused) {
+      entry["refused"] = true;
+    } else {
+      entry["standard_error"] = p.standard_error;
+    }
+    parameters.push_back(std::move(entry));
+  }
+  r.model.fit = {{"structure", describe(r.fit.structure)},
+                 {"fitted_rmse_deg", r.fit.rmse_deg},
+                 {"condition", r.fit.condition},
+                 {"holdout", score::to_json(r.holdout)},
+                 {"parameters", std::move(parameters)}};
+}
+
+}  // namespace
+
+void check(const Request& request) {
+  if (request.structure != "auto") {
+    (void)requested_structure(request);
+  } else if (request.order || request.knots || request.plays || request.dead_zone) {
+    throw io::InputError(
+        "structure auto chooses order, knots, plays and dead zone itself: name a structure to set them");
+  }
+  if (!(request.split > 0 && request.split < 1)) throw io::InputError("the split must lie between 0 and 1");
+  if (request.channel) (void)model::finger(*request.channel);
+}
+
+Identification identify(recording::Pair pair, const Request& request, const Progress& progress) {
+  check(request);
+  const std::string channel =
+      request.channel ? model::finger(*request.channel) : finger_in(pair).value_or("index");
+  Identification r;
+  r.request = request;
+  r.pair = std::move(pair);
+  (void)input_unit(r.pair, request);
+  r.aligned = recording::align_pair(r.pair, request.rate_hz, request.clock_offset_s, request.lead_s);
+  const recording::Aligned& a = r.aligned;
+  r.holdout_begin =
+      a.overlap_begin +
+      static_cast<std::size_t>(request.split * static_cast<double>(a.size() - a.overlap_begin));
+
+  const Data data = fitted_data(r, channel);
+  const auto start = std::chrono::steady_clock::now();
+  Fitted fitted = fit_structures(request, data, progress);
+  r.fit = fitted.candidates[fitted.chosen].summary;
+  r.fit_seconds = seconds_since(start);
+  if (request.structure != "auto") fit_others(data, r.fit.structure.family, fitted.candidates);
+
+  std::vector<std::uint8_t> use = data.use;
+  use.resize(a.size(), 0);
+  const Scorer scorer(a, r.holdout_begin);
+  r.baseline_deg = straight_line(a, use);
+  r.baseline = scorer.all(r.baseline_deg);
+  r.model = make_model(r.fit, r);
+  r.estimated_deg = simulate(r.model, a.input);
+  r.holdout = scorer.all(r.estimated_deg);
+  r.holdout_without_gaps = scorer.without_gaps(r.estimated_deg);
+  for (std::size_t i = 0; i < fitted.candidates.size(); ++i) {
+    r.rows.push_back(make_row(fitted.candidates[i], r, scorer));
+    r.rows.back().chosen = i == fitted.chosen;
+  }
+  std::ranges::stable_sort(r.rows, {},
+                           [](const TableRow& row) { return std::pair(!row.refusal.empty(), row.parameters); });
+  document(r);
+  add_warnings(r);
+  return r;
+}
+
+}  // namespace flexor::identify

@@ -1,0 +1,139 @@
+#include "host/recording/pair.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "host/io/io.hpp"
+#include "host/recording/resample.hpp"
+#include "host/recording/stream.hpp"
+#include "host/recording/unit.hpp"
+
+namespace flexor::recording {
+namespace {
+
+using io::InputError;
+using io::JobError;
+
+// Grid points for each reading that a log may ask for; slower logs say nothing at this rate.
+constexpr double kMostPerReading = 60;
+constexpr double kMostAnyway = 10000;
+
+// The reference at the sensor's instants; a gap where its neighbours are far apart or missing.
+void sample_reference(const Series& reference, double shift_s, Aligned& a) {
+  const double max_gap_s = default_max_gap_s(reference.t_s);
+  const auto t = reference.t_s;
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    const double now = a.t_s[k] + shift_s;
+    while (next < t.size() && t[next] < now) ++next;
+    if (next == 0 || next == t.size()) {
+      a.angle_deg.push_back(reference.value[next == 0 ? 0 : t.size() - 1]);
+      a.gap.push_back(1);
+      continue;
+    }
+    const double share = (now - t[next - 1]) / (t[next] - t[next - 1]);
+    a.angle_deg.push_back(reference.value[next - 1] + share * (reference.value[next] - reference.value[next - 1]));
+    a.gap.push_back(t[next] - t[next - 1] > max_gap_s);
+  }
+}
+
+// Before memory is asked for it.
+void check_size(const Recording& sensor, double rate_hz) {
+  double seconds = 0;
+  for (std::size_t i = 1; i < sensor.t_s.size(); ++i) {
+    const double step = sensor.t_s[i] - sensor.t_s[i - 1];
+    if (step <= kJump_s) seconds += step;
+  }
+  const auto rows = static_cast<double>(sensor.t_s.size());
+  if (seconds * rate_hz <= kMostAnyway + kMostPerReading * rows) return;
+  throw InputError(fmt::format("{}: {} readings in {:.0f} s are far too few for {:g} samples a second; lower --rate",
+                               sensor.source, sensor.t_s.size(), seconds, rate_hz));
+}
+
+}  // namespace
+
+void to_degrees(Recording& recording, const std::string& name, const std::string& stated) {
+  const auto it = std::ranges::find(recording.columns, name, &Column::name);
+  (void)recording.column(name);
+  const auto wanted = known_unit(stated);
+  if (!stated.empty() && (!wanted || (*wanted != "deg" && *wanted != "rad"))) {
+    throw InputError(fmt::format("unit \"{}\" of the angle: deg or rad", stated));
+  }
+  if (wanted && !it->unit.empty() && *wanted != it->unit) {
+    throw InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by the option: which?",
+                                 recording.source, name, it->unit, *wanted));
+  }
+  const std::string unit = !it->unit.empty() ? it->unit : wanted.value_or("deg");
+  if (unit != "deg" && unit != "rad") {
+    throw InputError(fmt::format("{}: column \"{}\" is in {}: an angle in deg or rad is needed", recording.source,
+                                 name, unit));
+  }
+  it->unit = "deg";
+  if (unit == "deg") return;
+  for (double& v : it->value) v *= 180 / std::numbers::pi;
+  recording.warnings.push_back(
+      fmt::format("{}: column \"{}\" is in radians and was converted to degrees", recording.source, name));
+}
+
+Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s) {
+  if (!(rate_hz > 0) || !std::isfinite(rate_hz)) throw InputError("the rate must be positive");
+  if (!(lead_s >= 0 && lead_s <= 1)) throw InputError("the lead must lie between 0 and 1 s");
+  if (clock_offset_s && !std::isfinite(*clock_offset_s)) throw InputError("the clock offset must be a number");
+  require_change(pair.sensor, pair.input, "is the sensor plugged in?");
+  require_change(pair.reference, pair.output, "does the camera see the marks?");
+  const Series sensor = pair.sensor.series(pair.input);
+  const Series reference = pair.reference.series(pair.output);
+  Aligned a;
+  a.warnings = pair.sensor.warnings;
+  a.warnings.insert(a.warnings.end(), pair.reference.warnings.begin(), pair.reference.warnings.end());
+  try {
+    a.alignment = align(sensor, reference);
+  } catch (const JobError&) {
+    if (!clock_offset_s) throw;  // with an offset that was given, nothing has to be found
+  }
+  if (a.alignment) {
+    a.warnings.insert(a.warnings.end(), a.alignment->warnings.begin(), a.alignment->warnings.end());
+    if (clock_offset_s) {
+      if (auto warning = disagreement(*clock_offset_s, *a.alignment)) a.warnings.push_back(*warning);
+    }
+  }
+  a.clock_offset_s = clock_offset_s ? *clock_offset_s : a.alignment->clock_offset_s;
+  a.period_s = 1 / rate_hz;
+  a.max_gap_s = default_max_gap_s(sensor.t_s);
+  check_size(pair.sensor, rate_hz);
+  Samples samples = resample(sensor, a.period_s, a.max_gap_s);
+  a.t_s = std::move(samples.t_s);
+  a.input = std::move(samples.value);
+  const double shift_s = a.clock_offset_s + lead_s;
+  const auto first = std::ranges::lower_bound(a.t_s, reference.t_s.front() - shift_s);
+  const auto last = std::ranges::upper_bound(a.t_s, reference.t_s.back() - shift_s);
+  if (last - first < 2 || !(*(last - 1) - *first > 1)) {
+    throw JobError(
+        fmt::format("with a clock offset of {:+.2f} s the recordings do not overlap; leave the offset "
+                    "out to find it from the signals",
+                    a.clock_offset_s));
+  }
+  a.overlap_begin = static_cast<std::size_t>(first - a.t_s.begin());
+  const auto size = static_cast<std::size_t>(last - a.t_s.begin());
+  a.t_s.resize(size);
+  a.input.resize(size);
+  sample_reference(reference, shift_s, a);
+  for (std::size_t k = 0; k < size; ++k) a.gap[k] |= samples.pause[k];
+  return a;
+}
+
+Recording to_recording(const Aligned& a, const Pair& pair) {
+  const auto part = [&](const auto& v) {
+    return std::vector<double>(v.begin() + static_cast<std::ptrdiff_t>(a.overlap_begin), v.end());
+  };
+  Recording r;
+  r.t_s = part(a.t_s);
+  const std::string angle = cut_name(pair.output).unit.empty() ? pair.output + "_deg" : pair.output;
+  r.columns = {{pair.input, part(a.input)}, {angle, part(a.angle_deg)}, {"gap", part(a.gap)}};
+  return r;
+}
+
+}  // namespace flexor::recording

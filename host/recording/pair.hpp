@@ -1,0 +1,52 @@
+// A glove's log and the angle that a camera saw, on one clock and on the grid of a compensator.
+//
+// The sensor is sampled as `apply` samples it: from the log's first row, with nothing but past readings. The
+// measured angle is no input of the compensator: it is the straight line between its neighbours at each of
+// these instants.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/recording/align.hpp"
+#include "host/recording/recording.hpp"
+
+namespace flexor::recording {
+
+struct Pair {
+  Recording sensor;
+  std::string input;  // column
+  Recording reference;
+  std::string output;  // column, degrees
+};
+
+// Degrees, whatever the column says; `stated` is the user's word where the column has none. Says what it
+// converted. Throws io::InputError for a unit that is no angle's, or a word against the column's.
+void to_degrees(Recording& recording, const std::string& column, const std::string& stated);
+
+struct Aligned {
+  std::optional<Alignment> alignment;  // none: the offset was given and the signals do not tell
+  double clock_offset_s = 0;           // used: the user's, or the signals'. Reference time minus sensor time
+  double period_s = 0;
+  double max_gap_s = 0;  // of the sensor: an older reading is a pause
+  // On the sensor's clock, from its first row to the end of what both saw.
+  std::vector<double> t_s;
+  std::vector<double> input;
+  std::vector<double> angle_deg;
+  std::vector<std::uint8_t> gap;  // a pause of either log; 1 before overlap_begin
+  std::size_t overlap_begin = 0;  // first sample that the reference saw
+  std::vector<std::string> warnings;
+
+  std::size_t size() const { return t_s.size(); }
+};
+
+// lead_s: the angle is the one so far ahead; a compensator that is fitted to it predicts. 0 to 1. Throws
+// io::InputError and io::JobError.
+Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s);
+
+// What both saw: t_s, input, output and gap columns, for wide CSV and MAT.
+Recording to_recording(const Aligned& aligned, const Pair& pair);
+
+}  // namespace flexor::recording

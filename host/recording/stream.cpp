@@ -1,0 +1,151 @@
+#include "host/recording/stream.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/io/io.hpp"
+
+namespace flexor::recording {
+namespace {
+
+using io::InputError;
+
+constexpr std::size_t kOddRows = 3;       // so many odd rows are forgiven, and
+constexpr double kOddShare = 0.01;        // one in a hundred
+constexpr double kLongestStep_s = 5;
+constexpr double kWrapShare = 0.98;       // of its range: a counter that goes back by so much has wrapped
+
+std::string row_name(std::size_t line) { return line > 0 ? fmt::format("row {}", line) : "a row"; }
+
+}  // namespace
+
+void Stream::Count::add(const Row& row) {
+  if (rows++ > 0) return;
+  first_line = row.line;
+  first_s = row.t_s;
+}
+
+bool Stream::next(Row& row) {
+  while (ready_.empty()) {
+    if (!read()) return false;
+  }
+  row = std::move(ready_.front());
+  ready_.pop_front();
+  return true;
+}
+
+bool Stream::read() {
+  Row row;
+  if (!source_.next(row)) {
+    // Nothing follows that would confirm it.
+    if (pending_) leave_out(*pending_, pending_->t_s > last_s_ ? ahead_ : back_);
+    pending_.reset();
+    if (steps_ >= 2 && steps_ < first_steps_s_.size()) check_unit();
+    return false;
+  }
+  note_step(row.t_s);
+  const double wrap_s = source_.wrap_s();
+  if (started_ && wrap_s > 0 && last_s_ - (row.t_s + shift_s_) > kWrapShare * wrap_s && !pending_) {
+    wraps_.add(row);
+    shift_s_ += wrap_s;
+  }
+  row.t_s += shift_s_;
+  if (pending_) {
+    Row odd = std::move(*pending_);
+    pending_.reset();
+    const bool ahead = odd.t_s > last_s_;
+    const bool confirmed = ahead ? row.t_s >= odd.t_s : row.t_s < last_s_ && row.t_s >= odd.t_s;
+    if (!confirmed) {
+      leave_out(odd, ahead ? ahead_ : back_);
+    } else if (ahead) {
+      accept(std::move(odd));
+    } else {
+      const double before = shift_s_;
+      start_again(std::move(odd));
+      row.t_s += shift_s_ - before;
+    }
+  }
+  judge(std::move(row));
+  return true;
+}
+
+void Stream::note_step(double t_s) {
+  const double step = t_s - written_s_;
+  written_s_ = t_s;
+  if (rows_++ == 0 || !(step > 0) || steps_ == first_steps_s_.size()) return;
+  first_steps_s_[steps_++] = step;
+  if (steps_ == first_steps_s_.size()) check_unit();
+}
+
+void Stream::judge(Row row) {
+  const double step = row.t_s - last_s_;
+  if (started_ && (step < 0 || step > kJump_s)) {
+    pending_ = std::move(row);
+  } else {
+    accept(std::move(row));
+  }
+}
+
+void Stream::accept(Row row) {
+  const double step = row.t_s - last_s_;
+  if (started_ && step == 0) repeated_.add(row);
+  if (started_ && step > 0) {
+    if (step <= kJump_s) last_step_s_ = step;
+  }
+  started_ = true;
+  last_s_ = row.t_s;
+  ready_.push_back(std::move(row));
+}
+
+void Stream::start_again(Row row) {
+  resets_seen_.add(row);
+  const bool too_often = static_cast<double>(resets_seen_.rows) >
+                         static_cast<double>(kOddRows) + kOddShare * static_cast<double>(rows_);
+  if (resets_ == Resets::refuse || too_often) {
+    throw InputError(fmt::format(
+        "{}: {}: time does not increase ({:g} s, then {:g} s, and it goes on from there): {}", source_.name(),
+        row_name(row.line), last_s_, row.t_s,
+        too_often ? "sort the log by time" : "the clock was reset; cut the log there and use one part"));
+  }
+  shift_s_ += last_s_ + last_step_s_ - row.t_s;
+  row.t_s = last_s_ + last_step_s_;
+  accept(std::move(row));
+}
+
+void Stream::leave_out(const Row& row, Count& count) {
+  count.add(row);
+  const double forgiven = static_cast<double>(kOddRows) + kOddShare * static_cast<double>(rows_);
+  if (static_cast<double>(ahead_.rows + back_.rows) <= forgiven) return;
+  throw InputError(fmt::format("{}: {}: time does not increase ({} rows that do not follow the one before); sort the log by time",
+                               source_.name(), row_name(count.first_line), ahead_.rows + back_.rows));
+}
+
+// Seconds that are milliseconds in truth make steps of which no glove log is made.
+void Stream::check_unit() const {
+  std::vector<double> steps(first_steps_s_.begin(), first_steps_s_.begin() + static_cast<std::ptrdiff_t>(steps_));
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  if (*middle <= kLongestStep_s) return;
+  throw InputError(fmt::format(
+      "{}: time steps of {:.4g} s; if the time column is in milliseconds, name it time_ms or add --time-unit ms",
+      source_.name(), *middle));
+}
+
+std::vector<std::string> Stream::notes() const {
+  std::vector<std::string> out = source_.notes();
+  const auto say = [&](const Count& count, const std::string& what) {
+    if (count.rows == 0) return;
+    const std::string first = count.first_line > 0 ? fmt::format(", the first is row {}", count.first_line) : "";
+    out.push_back(fmt::format("{}: {} row(s) {}{}", source_.name(), count.rows, what, first));
+  };
+  say(repeated_, "repeat the time of the row before and are taken as a burst");
+  say(ahead_, fmt::format("with a time far ahead of all around ({:.10g} s) were left out", ahead_.first_s));
+  say(back_, "with a time that goes backwards were left out");
+  say(resets_seen_, "where the clock starts again: what follows is placed one step after what came before");
+  say(wraps_, "where the clock's counter passes its end and starts from 0: it is taken to go on");
+  return out;
+}
+
+}  // namespace flexor::recording

@@ -1,0 +1,92 @@
+// Rows of a log, one after the other, with a clock that never runs backwards: what identify, apply and score
+// read, from a file, from standard input or from memory.
+//
+// Clock repair looks one row ahead, and only where something is odd:
+//  - the same time again: the row stays, a burst.
+//  - a row far ahead (more than kJump_s) that the next row does not confirm: left out.
+//  - a row that goes back, after which the clock goes on as before: left out.
+//  - a clock that starts again (the board was reset): refused, or followed: what comes after it is placed one
+//    step after what came before, because nobody knows how long the board was off.
+//  - a 32-bit counter of microseconds or milliseconds that wraps, or midnight: goes on.
+// Each is told with its row. What is kept does not grow with the log.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace flexor::recording {
+
+struct Row {
+  double t_s = 0;
+  std::vector<double> value;  // in the order of the source's columns
+  std::size_t line = 0;       // as an editor counts; 0: not from a file
+};
+
+// Where rows come from.
+class Source {
+ public:
+  virtual ~Source() = default;
+  virtual const std::string& name() const = 0;  // for messages
+  virtual const std::vector<std::string>& columns() const = 0;
+  virtual bool next(Row& row) = 0;
+  // After how many seconds the clock starts from 0 again; 0: never.
+  virtual double wrap_s() const { return 0; }
+  // What was assumed or left out, a line each.
+  virtual std::vector<std::string> notes() const { return {}; }
+};
+
+enum class Resets { refuse, follow };
+
+inline constexpr double kJump_s = 10;
+
+class Stream {
+ public:
+  // The source must outlive the stream.
+  Stream(Source& source, Resets resets) : source_(source), resets_(resets) {}
+
+  // False at the end. Throws io::InputError, naming source and row: a reset that is to be refused, a clock
+  // that goes back again and again, steps so long that the unit of the time must be another.
+  bool next(Row& row);
+
+  // The source's notes and what was repaired so far.
+  std::vector<std::string> notes() const;
+
+ private:
+  struct Count {
+    std::size_t rows = 0;
+    std::size_t first_line = 0;
+    double first_s = 0;
+    void add(const Row& row);
+  };
+
+  bool read();  // one row of the source into ready_ or pending_; false at the end
+  void note_step(double t_s);
+  void judge(Row row);
+  void accept(Row row);
+  void start_again(Row row);
+  void leave_out(const Row& row, Count& count);
+  void check_unit() const;
+
+  Source& source_;
+  Resets resets_;
+  std::deque<Row> ready_;
+  std::optional<Row> pending_;
+  bool started_ = false;
+  double written_s_ = 0;  // of the newest row, as it stands in the log
+  double last_s_ = 0;     // of the newest row that was accepted
+  double last_step_s_ = 0.05;
+  double shift_s_ = 0;
+  std::size_t rows_ = 0;
+  Count repeated_;
+  Count ahead_;
+  Count back_;
+  Count resets_seen_;
+  Count wraps_;
+  std::array<double, 9> first_steps_s_{};
+  std::size_t steps_ = 0;
+};
+
+}  // namespace flexor::recording

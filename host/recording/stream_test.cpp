@@ -1,0 +1,153 @@
+#include "host/recording/stream.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <sstream>
+
+#include "host/io/io.hpp"
+#include "host/recording/csv.hpp"
+
+namespace flexor::recording {
+namespace {
+
+// Rows of one column from memory; line numbers count from 1.
+class Rows : public Source {
+ public:
+  explicit Rows(std::vector<double> t_s, double wrap_s = 0) : t_s_(std::move(t_s)), wrap_s_(wrap_s) {}
+  const std::string& name() const override { return name_; }
+  const std::vector<std::string>& columns() const override { return columns_; }
+  double wrap_s() const override { return wrap_s_; }
+  bool next(Row& row) override {
+    if (at_ == t_s_.size()) return false;
+    row = {t_s_[at_], {static_cast<double>(at_)}, at_ + 1};
+    ++at_;
+    return true;
+  }
+
+ private:
+  std::string name_ = "log";
+  std::vector<std::string> columns_ = {"a"};
+  std::vector<double> t_s_;
+  double wrap_s_;
+  std::size_t at_ = 0;
+};
+
+struct Read {
+  std::vector<double> t_s;
+  std::vector<double> value;
+  std::vector<std::string> notes;
+  std::string error;
+};
+
+Read all(std::vector<double> t_s, Resets resets = Resets::follow, double wrap_s = 0) {
+  Rows rows(std::move(t_s), wrap_s);
+  Stream stream(rows, resets);
+  Read out;
+  Row row;
+  try {
+    while (stream.next(row)) {
+      out.t_s.push_back(row.t_s);
+      out.value.push_back(row.value[0]);
+    }
+  } catch (const io::InputError& error) {
+    out.error = error.what();
+  }
+  out.notes = stream.notes();
+  return out;
+}
+
+std::vector<double> steady(int rows, double step_s) {
+  std::vector<double> t;
+  for (int k = 0; k < rows; ++k) t.push_back(k * step_s);
+  return t;
+}
+
+TEST(Stream, PassesAGoodLogUntouchedAndWithoutAWord) {
+  const auto t = steady(500, 0.01);
+  const Read r = all(t);
+  EXPECT_EQ(r.t_s, t);
+  EXPECT_TRUE(r.notes.empty());
+}
+
+TEST(Stream, OneRowFarAheadIsLeftOutByNameAndSilencesNothing) {
+  auto t = steady(100, 0.05);
+  t[40] = 200000000;
+  const Read r = all(t);
+  EXPECT_EQ(r.t_s.size(), 99u);
+  EXPECT_DOUBLE_EQ(r.t_s.back(), t.back());
+  ASSERT_EQ(r.notes.size(), 1u);
+  EXPECT_NE(r.notes[0].find("far ahead"), std::string::npos);
+  EXPECT_NE(r.notes[0].find("200000000"), std::string::npos);
+  EXPECT_NE(r.notes[0].find("row 41"), std::string::npos);
+}
+
+TEST(Stream, APauseThatTheNextRowConfirmsIsAPause) {
+  auto t = steady(100, 0.05);
+  for (std::size_t k = 50; k < 100; ++k) t[k] += 600;
+  const Read r = all(t);
+  EXPECT_EQ(r.t_s, t);
+  EXPECT_TRUE(r.notes.empty());
+}
+
+TEST(Stream, ARowThatGoesBackIsLeftOutAndTheRestStays) {
+  auto t = steady(200, 0.05);
+  t[100] = 1;
+  const Read r = all(t);
+  EXPECT_EQ(r.t_s.size(), 199u);
+  EXPECT_NE(r.notes.at(0).find("goes backwards"), std::string::npos);
+  EXPECT_NE(r.notes.at(0).find("row 101"), std::string::npos);
+}
+
+TEST(Stream, AResetIsFollowedOneStepLaterOrRefusedByRow) {
+  auto t = steady(100, 0.05);
+  for (std::size_t k = 60; k < 100; ++k) t[k] -= 3;
+  const Read followed = all(t);
+  ASSERT_EQ(followed.t_s.size(), 100u);
+  for (std::size_t k = 0; k < 100; ++k) EXPECT_NEAR(followed.t_s[k], 0.05 * static_cast<double>(k), 1e-9);
+  EXPECT_NE(followed.notes.at(0).find("row 61"), std::string::npos) << followed.notes[0];
+  const Read refused = all(t, Resets::refuse);
+  EXPECT_NE(refused.error.find("log: row 61: time does not increase"), std::string::npos) << refused.error;
+  EXPECT_NE(refused.error.find("reset"), std::string::npos);
+}
+
+TEST(Stream, ACounterThatWrapsGoesOn) {
+  const double range_s = 4294.967296;
+  std::vector<double> t;
+  std::vector<double> truth;
+  for (int k = 0; k < 200; ++k) {
+    truth.push_back(range_s - 5 + 0.05 * k);
+    t.push_back(truth.back() < range_s ? truth.back() : truth.back() - range_s);
+  }
+  const Read r = all(t, Resets::refuse, range_s);
+  ASSERT_EQ(r.error, "");
+  ASSERT_EQ(r.t_s.size(), truth.size());
+  for (std::size_t k = 0; k < truth.size(); ++k) EXPECT_NEAR(r.t_s[k], truth[k], 1e-9);
+}
+
+TEST(Stream, RowsInNoOrderAreRefused) {
+  std::vector<double> falling;
+  for (int k = 0; k < 100; ++k) falling.push_back(10 - 0.05 * k);
+  EXPECT_NE(all(falling).error.find("time does not increase"), std::string::npos);
+}
+
+TEST(Stream, MillisecondsTakenForSecondsAreRefusedEarly) {
+  const Read r = all(steady(1000, 50));
+  EXPECT_NE(r.error.find("milliseconds"), std::string::npos) << r.error;
+  EXPECT_LT(r.t_s.size(), 20u);
+  EXPECT_NE(all(steady(4, 50)).error.find("milliseconds"), std::string::npos);
+}
+
+TEST(Stream, TimeNeverRunsBackwardsWhateverComes) {
+  rc::check([] {
+    const auto ms = *rc::gen::container<std::vector<int>>(rc::gen::inRange(-2000, 60000));
+    std::vector<double> t;
+    for (const int v : ms) t.push_back(v * 1e-3);
+    const Read r = all(t);
+    for (std::size_t k = 1; k < r.t_s.size(); ++k) RC_ASSERT(r.t_s[k] >= r.t_s[k - 1]);
+    for (std::size_t k = 1; k < r.value.size(); ++k) RC_ASSERT(r.value[k] > r.value[k - 1]);  // none twice
+  });
+}
+
+}  // namespace
+}  // namespace flexor::recording

@@ -1,0 +1,32 @@
+// Times as people write them.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace flexor::recording {
+
+enum class TimeFormat {
+  number,  // in a unit that the column states
+  iso,     // 2026-05-01T12:03:11.123, a blank for the T, Z or +hh:mm behind it
+  dotted,  // 1.5.2026 12:03:11.123: day first, nobody writes it otherwise
+  clock,   // 12:03:11.123: since midnight
+  slashed  // 13/5/2026 12:03:11 where one of the two numbers is above 12, so that the order is plain
+};
+
+struct Time {
+  TimeFormat format;
+  double value;  // seconds since 1970 or since midnight; a number as it is
+};
+
+// None where the text is no time. Numbers that are not finite are none.
+std::optional<Time> to_time(std::string_view text);
+
+// 05/06/2026 is the fifth of June or the sixth of May: true for a date that could be read both ways.
+bool is_ambiguous_date(std::string_view text);
+
+// A plain decimal number, all of the text.
+std::optional<double> to_number(std::string_view text);
+
+}  // namespace flexor::recording

@@ -1,0 +1,32 @@
+// Units, as they stand in a column's name: index_V, Angle(deg), "flex [count]", SensorA1_adc.
+//
+// Nothing is guessed from values. A column without a unit has the unit "".
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace flexor::recording {
+
+// The unit that the column's name states, in one spelling: count V mV ohm kohm deg rad. Empty: none.
+std::string unit_of(std::string_view column);
+
+// One spelling of what a person or a units row calls a unit ("Volts", "degrees", "adc"); none where it is no
+// unit that Flexor knows.
+std::optional<std::string> known_unit(std::string_view text);
+
+// Seconds in a unit of time (s ms us ns, min; "millis", "sec" ...); none where it is no unit of time.
+std::optional<double> seconds_in(std::string_view unit);
+
+// A column's name cut into what it is called and the unit that it states: "Time (ms)" -> time, ms.
+struct NameAndUnit {
+  std::string name;  // lower case, without blanks
+  std::string unit;  // as written; empty where there is none
+};
+NameAndUnit cut_name(std::string_view column);
+
+std::string lower(std::string_view text);
+std::string_view trimmed(std::string_view text);
+
+}  // namespace flexor::recording

@@ -80,9 +80,9 @@ TEST_P(RealFigures, AutoReachesThePromisedHeldOutErrors) {
   EXPECT_LT(r.baseline.rmse_deg, c.line_high);
   EXPECT_GT(r.holdout.rmse_deg, c.auto_low);
   EXPECT_LT(r.holdout.rmse_deg, c.auto_high);
-  EXPECT_EQ(r.holdout_begin, r.aligned.grid.size / 2);
-  EXPECT_EQ(std::ranges::count_if(r.rows, &Row::chosen), 1);
-  for (const Row& row : r.rows) EXPECT_TRUE(row.refusal.empty() && row.cross_validated_deg) << row.name;
+  EXPECT_EQ(r.holdout_begin, (r.aligned.overlap_begin + r.aligned.size()) / 2);
+  EXPECT_EQ(std::ranges::count_if(r.rows, &identify::TableRow::chosen), 1);
+  for (const identify::TableRow& row : r.rows) EXPECT_TRUE(row.refusal.empty() && row.cross_validated_deg) << row.name;
 }
 
 TEST_P(RealFigures, WhatIsHeldOutCannotMoveTheModel) {
@@ -92,7 +92,7 @@ TEST_P(RealFigures, WhatIsHeldOutCannotMoveTheModel) {
   Request spoilt = whole;
   spoilt.clock_offset_s = before.aligned.clock_offset_s;
   auto camera = recording::read_csv(whole.files.reference, {whole.files.output});
-  const double split_s = before.aligned.grid.time(before.holdout_begin) + before.aligned.clock_offset_s + 1;
+  const double split_s = before.aligned.t_s[before.holdout_begin] + before.aligned.clock_offset_s + 1;
   for (std::size_t k = 0; k < camera.t_s.size(); ++k) {
     if (camera.t_s[k] > split_s) camera.columns[0].value[k] = 40 - 0.3 * camera.columns[0].value[k];
   }

@@ -60,7 +60,7 @@ TEST_F(Report, HoldoutCsvIsTheScoredPart) {
 }
 
 TEST_F(Report, NamesWithMarkupAreShownNotObeyed) {
-  result_.request.files.input = "<b>&\"";
+  result_.pair.input = "<b>&\"";
   const std::string html = report_html(result_, {});
   EXPECT_EQ(html.find("<b>&\""), std::string::npos);
   EXPECT_NE(html.find("&lt;b&gt;&amp;&quot;"), std::string::npos);

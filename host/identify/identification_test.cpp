@@ -1,0 +1,184 @@
+#include "host/identify/identification.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <ostream>
+#include <random>
+
+#include "host/identify/estimator.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::identify {
+namespace {
+
+struct Log {
+  double rate_hz;
+  double noise;    // counts
+  bool pauses;
+  bool bursts;     // three readings in ten milliseconds
+  friend std::ostream& operator<<(std::ostream& out, const Log& l) {
+    return out << l.rate_hz << " Hz" << (l.pauses ? ", pauses" : "") << (l.bursts ? ", bursts" : "");
+  }
+};
+
+// A finger that moves smoothly between random angles, seen by a lagging, curved sensor and by a camera with a
+// clock that runs 3.7 s ahead.
+recording::Pair simulated(const Log& log, double seconds = 120) {
+  std::mt19937 random(7);
+  const auto uniform = [&] { return static_cast<double>(random()) / 4294967296.0; };
+  recording::Pair pair{{"glove.csv", {}, {{"index_adc", {}, "count"}}, {}, ""}, "index_adc",
+                       {"camera.csv", {}, {{"index_deg", {}, "deg"}}, {}, ""}, "index_deg"};
+  constexpr double kStep_s = 0.002;
+  std::normal_distribution<double> noise;
+  double from = 20;
+  double to = 60;
+  double begin_s = 0;
+  double move_s = 1;
+  double felt = from;
+  double next_reading_s = 0;
+  double next_frame_s = 0;
+  for (double t = 0; t < seconds; t += kStep_s) {
+    if (t > begin_s + move_s) {
+      from = to;
+      to = 5 + 80 * uniform();
+      begin_s = t + 0.4 * uniform();
+      move_s = 0.5 + 1.5 * uniform();
+    }
+    const double s = std::clamp((t - begin_s) / move_s, 0.0, 1.0);
+    const double angle = from + (to - from) * s * s * (3 - 2 * s);
+    felt += (angle - felt) * kStep_s / 0.08;
+    if (t >= next_reading_s) {
+      for (int i = 0; i < (log.bursts ? 3 : 1); ++i) {
+        pair.sensor.t_s.push_back(100 + std::round((t + 0.005 * i) * 1000) / 1000);
+        pair.sensor.columns[0].value.push_back(
+            std::round(200 + 500 * std::pow(std::max(felt, 0.0) / 90, 1.3) + log.noise * noise(random)));
+      }
+      const bool pause = log.pauses && uniform() < 0.1 / log.rate_hz;  // every ten seconds
+      next_reading_s = t + 1 / log.rate_hz + (pause ? 0.5 + 3 * uniform() : 0) - 1e-9;
+      if (log.pauses && t > 50 && t < 50.6) next_reading_s = t + 14;  // longer than the grid goes on
+    }
+    if (t >= next_frame_s) {
+      pair.reference.t_s.push_back(103.7 + t);
+      pair.reference.columns[0].value.push_back(angle + 0.2 * noise(random));
+      next_frame_s += 1 / 30.0;
+    }
+  }
+  return pair;
+}
+
+Request with_structure(const char* structure) {
+  Request r;
+  r.structure = structure;
+  return r;
+}
+
+class AppliedIsScored : public testing::TestWithParam<Log> {};
+
+TEST_P(AppliedIsScored, ReadingByReadingTheAnglesAreThoseThatWereScored) {
+  const recording::Pair pair = simulated(GetParam());
+  for (const char* structure : {"hw", "hw-hysteresis"}) {
+    const Identification r = identify(pair, with_structure(structure), {});
+    Estimator<model::DoubleArithmetic> estimator(model::from_json(model::to_json(r.model), "m"));
+    std::size_t k = 0;
+    std::size_t pauses = 0;
+    for (std::size_t i = 0; i < pair.sensor.t_s.size(); ++i) {
+      const double reading = pair.sensor.columns[0].value[i];
+      estimator.push(pair.sensor.t_s[i], {&reading, 1}, [&](const Estimate& e) {
+        if (k < r.aligned.size()) {
+          ASSERT_EQ(e.t_s, r.aligned.t_s[k]);
+          ASSERT_EQ(e.angle_deg[0], r.estimated_deg[k]) << structure << " sample " << k;
+          pauses += e.status[0] == kPause;
+        }
+        ++k;
+      });
+    }
+    EXPECT_GE(k, r.aligned.size());
+    EXPECT_EQ(pauses > 0, GetParam().pauses);
+    EXPECT_LT(r.holdout_without_gaps.rmse_deg, r.baseline.rmse_deg);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Logs, AppliedIsScored,
+                         testing::Values(Log{2, 0, false, false}, Log{2, 0, true, false}, Log{20, 2, false, false},
+                                         Log{20, 2, true, false}, Log{100, 20, false, false},
+                                         Log{100, 20, true, false}, Log{9, 2, true, true}));
+
+TEST(Identification, TheHeldOutPartMovesNeitherModelNorRangeOfReadings) {
+  const recording::Pair pair = simulated({20, 2, false, false});
+  Request request = with_structure("hw");
+  request.clock_offset_s = 3.7;
+  const Identification before = identify(pair, request, {});
+  recording::Pair spoilt = pair;
+  for (std::size_t i = 0; i < spoilt.sensor.t_s.size(); ++i) {
+    if (spoilt.sensor.t_s[i] > before.aligned.t_s[before.holdout_begin]) spoilt.sensor.columns[0].value[i] += 4000;
+  }
+  const Identification after = identify(spoilt, request, {});
+  EXPECT_EQ(before.model.channels, after.model.channels);
+  EXPECT_GT(after.holdout.rmse_deg, 2 * before.holdout.rmse_deg);
+}
+
+TEST(Identification, VoltsAreNeverTakenForCounts) {
+  recording::Pair pair = simulated({20, 2, false, false});
+  for (double& v : pair.sensor.columns[0].value) v *= 5.0 / 1023;
+  pair.sensor.columns[0].unit = "V";
+  const Identification volts = identify(pair, with_structure("hw"), {});
+  EXPECT_EQ(volts.model.channels[0].input_unit, "V");
+  const Identification counts = identify(simulated({20, 2, false, false}), with_structure("hw"), {});
+  EXPECT_EQ(counts.model.channels[0].input_unit, "count");
+  EXPECT_EQ(counts.model.channels[0].valid_max, 1022);
+  EXPECT_NEAR(volts.holdout.rmse_deg, counts.holdout.rmse_deg, 0.02);
+  pair.sensor.columns[0].unit = "";
+  EXPECT_EQ(identify(pair, with_structure("linear"), {}).model.channels[0].input_unit, "");
+  Request said = with_structure("linear");
+  said.input_unit = "volts";
+  EXPECT_EQ(identify(pair, said, {}).model.channels[0].input_unit, "V");
+  pair.sensor.columns[0].unit = "count";
+  EXPECT_THROW((void)identify(pair, said, {}), io::InputError);
+  said.input_unit = "furlong";
+  EXPECT_THROW((void)identify(pair, said, {}), io::InputError);
+}
+
+TEST(Identification, AGivenOffsetNeedsNoAlignment) {
+  // Six seconds at 250 Hz: too short to find an offset in, long enough for a line.
+  recording::Pair pair = simulated({250, 2, false, false}, 6);
+  Request request = with_structure("linear-dynamic");
+  request.clock_offset_s = 3.7;
+  request.rate_hz = 50;
+  const Identification r = identify(pair, request, {});
+  EXPECT_DOUBLE_EQ(r.aligned.clock_offset_s, 3.7);
+  EXPECT_GT(r.holdout.samples, 100u);
+}
+
+TEST(Identification, AChannelThatNobodyNamedIsSaid) {
+  recording::Pair pair = simulated({20, 2, false, false});
+  pair.sensor.columns[0].name = pair.input = "SensorA2";
+  pair.reference.columns[0].name = pair.output = "angle";
+  const auto said = [](const Identification& r) {
+    return std::ranges::any_of(r.warnings,
+                               [](const std::string& w) { return w.find("--channel") != std::string::npos; });
+  };
+  EXPECT_TRUE(said(identify(pair, with_structure("linear"), {})));
+  Request named = with_structure("linear");
+  named.channel = "middle";
+  const Identification r = identify(pair, named, {});
+  EXPECT_FALSE(said(r));
+  EXPECT_EQ(r.model.channels[0].name, "middle");
+}
+
+TEST(Pair, RadiansAreConvertedOnceAndOtherUnitsRefused) {
+  recording::Recording r{"c.csv", {0, 1}, {{"angle_rad", {0, 3.14159265358979}, "rad"}}, {}, ""};
+  recording::to_degrees(r, "angle_rad", "");
+  EXPECT_NEAR(r.columns[0].value[1], 180, 1e-9);
+  EXPECT_EQ(r.warnings.size(), 1u);
+  recording::to_degrees(r, "angle_rad", "");
+  EXPECT_NEAR(r.columns[0].value[1], 180, 1e-9);
+  recording::Recording volts{"c.csv", {0, 1}, {{"angle_V", {0, 1}, "V"}}, {}, ""};
+  EXPECT_THROW(recording::to_degrees(volts, "angle_V", ""), io::InputError);
+  recording::Recording bare{"c.csv", {0, 1}, {{"angle", {0, 1}, ""}}, {}, ""};
+  recording::to_degrees(bare, "angle", "rad");
+  EXPECT_NEAR(bare.columns[0].value[1], 57.29577951308232, 1e-9);
+}
+
+}  // namespace
+}  // namespace flexor::identify

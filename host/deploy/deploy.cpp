@@ -2,15 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
 #include <fstream>
-#include <random>
 #include <sstream>
 
 #include "host/deploy/process.hpp"
 #include "host/deploy/sources.hpp"
 #include "host/io/io.hpp"
-#include "host/model/simulation.hpp"
+#include "host/model/fixed_error.hpp"
 
 namespace flexor::deploy {
 namespace {
@@ -158,40 +157,19 @@ Error fixed_point_error(const model::Model& model,
   std::string worst_finger;
   for (std::size_t i = 0; i < kFingers; ++i) {
     if (channels[i] == nullptr) continue;
-    const model::Channel& channel = *channels[i];
-    const auto at = static_cast<std::size_t>(&channel - model.channels.data());
-    // Inputs as the board has them, in Q5.
-    const auto q5 = [](double u) { return std::ldexp(std::round(std::ldexp(u, 5)), -5); };
-    const auto worst = [&](const std::vector<double>& inputs) {
-      model::Simulation<model::DoubleArithmetic> exact(model);
-      model::Simulation<model::FixedArithmetic> fixed(model);
-      double error = 0;
-      for (const double u : inputs) {
-        error = std::max(error, std::abs(fixed.step(at, q5(u)).angle_deg - exact.step(at, q5(u)).angle_deg));
-      }
-      return error;
-    };
-    std::vector<double> range;
-    const double span = channel.valid_max - channel.valid_min;
-    constexpr int kRamp = 4096;
-    for (int k = 0; k <= 2 * kRamp; ++k)
-      range.push_back(channel.valid_min + span * (k <= kRamp ? k : 2 * kRamp - k) / kRamp);
-    std::mt19937 random(1);
-    for (int k = 0; k < 20000; ++k) {
-      const double share = static_cast<double>(random()) / 4294967296.0;
-      range.push_back(channel.valid_min + span * share * (k / 100 % 2 == 0 ? 1.0 : 0.2));
+    const double before = out.worst_deg();
+    out.range_deg =
+        std::max(out.range_deg, model::worst_fixed_error_deg(*channels[i], model.sample_period_s));
+    if (!recording[i].empty()) {
+      out.recording_deg = std::max(out.recording_deg.value_or(0),
+                                   model::fixed_error_deg(*channels[i], model.sample_period_s, recording[i]));
     }
-    const double error = worst(range);
-    if (error > out.range_deg) worst_finger = channel.name;
-    out.range_deg = std::max(out.range_deg, error);
-    if (!recording[i].empty())
-      out.recording_deg = std::max(out.recording_deg.value_or(0), worst(recording[i]));
+    if (out.worst_deg() > before) worst_finger = channels[i]->name;
   }
   if (out.worst_deg() > kWorstError_deg) {
     throw InputError(
-        fmt::format("model {}: fixed point is up to {:.3f} degree from double ({}), more than the {:g} "
-                    "allowed: steep curves and large gains "
-                    "cost precision",
+        fmt::format("model {:?}: fixed point is up to {:.4f} degree from double ({}), more than the {:g} "
+                    "allowed: steep curves and large gains cost precision",
                     model.name, out.worst_deg(), worst_finger, kWorstError_deg));
   }
   return out;

@@ -136,7 +136,7 @@ TEST_F(Deploy, RefusesAModelThatIntegersCannotFollow) {
     c.input_curve = model::Curve{{890.01, 895.02}, {0, 100}};  // twenty degrees a count, and no bits to spare
     c.saturation = {0, 100};
   }
-  expect_refused([&] { (void)fixed_point_error(steep, {}); }, "more than the 0.06 allowed");
+  expect_refused([&] { (void)fixed_point_error(steep, {}); }, "more than the 0.0625 allowed");
 }
 
 TEST_F(Deploy, TakesKeysOf32HexadecimalDigitsOnly) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <sstream>
 
 #include "host/deploy/process.hpp"
@@ -38,9 +37,10 @@ std::string checked(const std::vector<std::string>& argv) {
                              result.err.substr(from, result.err.find('\n', from) - from)));
 }
 
-Image build(const std::string& name, const std::string& config, const fs::path& folder,
+Image build(const std::string& name, const std::string& config, const fs::path& out,
             const std::vector<std::string>& options) {
   require_toolchain();
+  const fs::path folder = fs::absolute(out);  // no tool takes it for an option or a list of them
   io::make_folder(folder);
   const io::TemporaryFolder source;
   write_sources(source.path());
@@ -173,29 +173,6 @@ Error fixed_point_error(const model::Model& model,
                     model.name, out.worst_deg(), worst_finger, kWorstError_deg));
   }
   return out;
-}
-
-link::Key new_key() {
-  std::ifstream random("/dev/urandom", std::ios::binary);
-  link::Key key{};
-  random.read(reinterpret_cast<char*>(key.bytes), sizeof(key.bytes));
-  if (!random) throw JobError("/dev/urandom: no random key to be had");
-  return key;
-}
-
-std::string to_hex(const link::Key& key) {
-  std::string out;
-  for (const std::uint8_t byte : key.bytes) out += fmt::format("{:02x}", byte);
-  return out;
-}
-
-link::Key key_from_hex(const std::string& hex) {
-  link::Key key{};
-  const bool good = hex.size() == 32 && hex.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
-  if (!good) throw InputError(fmt::format("key \"{}\": 32 hexadecimal digits are needed", hex));
-  for (std::size_t i = 0; i < 16; ++i)
-    key.bytes[i] = static_cast<std::uint8_t>(std::stoi(hex.substr(2 * i, 2), nullptr, 16));
-  return key;
 }
 
 }  // namespace flexor::deploy

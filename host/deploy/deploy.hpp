@@ -50,10 +50,4 @@ struct Error {
 Error fixed_point_error(const model::Model& model,
                         const std::array<std::vector<double>, kFingers>& recording);
 
-// A random key from the system.
-link::Key new_key();
-std::string to_hex(const link::Key& key);
-// 32 hexadecimal digits. Throws io::InputError.
-link::Key key_from_hex(const std::string& hex);
-
 }  // namespace flexor::deploy

@@ -9,7 +9,9 @@
 namespace flexor::model {
 namespace {
 
-double in_steps(double u) { return std::ldexp(std::round(std::ldexp(u, core::kInputFraction)), -core::kInputFraction); }
+double in_steps(double u) {
+  return std::ldexp(std::round(std::ldexp(u, core::kInputFraction)), -core::kInputFraction);
+}
 
 // One channel in both arithmetics, always given the same input.
 class Pair {
@@ -39,8 +41,10 @@ class Search {
       : fresh_(channel, period_s),
         search_(search),
         // Inside the limits as both arithmetics have them.
-        low_(std::ldexp(std::ceil(std::ldexp(channel.valid_min, core::kInputFraction)), -core::kInputFraction)),
-        high_(std::ldexp(std::floor(std::ldexp(channel.valid_max, core::kInputFraction)), -core::kInputFraction)),
+        low_(std::ldexp(std::ceil(std::ldexp(channel.valid_min, core::kInputFraction)),
+                        -core::kInputFraction)),
+        high_(std::ldexp(std::floor(std::ldexp(channel.valid_max, core::kInputFraction)),
+                         -core::kInputFraction)),
         random_(search.seed) {}
 
   double worst() {

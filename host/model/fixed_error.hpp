@@ -15,8 +15,8 @@ struct ErrorSearch {
 };
 
 // Largest |fixed point - double| in degrees of one channel that was found, both given the same inputs: ramps,
-// steps and noise over all valid inputs, and then attacks, each of which chooses the next input as the one that
-// takes both furthest apart. Throws io::InputError when the channel does not fit fixed point.
+// steps and noise over all valid inputs, and then attacks, each of which chooses the next input as the one
+// that takes both furthest apart. Throws io::InputError when the channel does not fit fixed point.
 double worst_fixed_error_deg(const Channel& channel, double period_s, const ErrorSearch& search = {});
 
 // The same over given inputs, rounded to the steps of Q5.

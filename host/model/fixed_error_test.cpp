@@ -1,5 +1,5 @@
-// What fixed point promises: within kFixedError_deg of double on the steps of Q5, and half a step of input times
-// the chain's gain on top for an input, and for a dead zone's edge, between them.
+// What fixed point promises: within kFixedError_deg of double on the steps of Q5, and half a step of input
+// times the chain's gain on top for an input, and for a dead zone's edge, between them.
 #include "host/model/fixed_error.hpp"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,8 @@ Channel random_plain_chain() {
   }
   c.lti.gain = uniform(0.05, 1.9);
   const int order = *rc::gen::inRange(1, 4);
-  for (int i = 0; i < order; ++i) c.lti.poles_rad_s.push_back(-uniform(*rc::gen::arbitrary<bool>() ? 0.5 : 12, 70));
+  for (int i = 0; i < order; ++i)
+    c.lti.poles_rad_s.push_back(-uniform(*rc::gen::arbitrary<bool>() ? 0.5 : 12, 70));
   std::ranges::sort(c.lti.poles_rad_s, std::greater<>());
   const double upper = uniform(20, 1900);
   c.saturation = Saturation{-10, std::min(upper, 200 + upper / 4)};
@@ -76,8 +77,8 @@ TEST(FixedPoint, ThePublishedModelsHoldItToo) {
   }
 }
 
-// Just beside what the form allows: the angle comes down to zero as fast as it can, where rounding might take it
-// below, and a number without a sign would become 4096 degrees.
+// Just beside what the form allows: the angle comes down to zero as fast as it can, where rounding might take
+// it below, and a number without a sign would become 4096 degrees.
 TEST(FixedPoint, ADirectFormNeverFallsBelowZero) {
   EXPECT_TRUE(rc::check([] {
     Channel c = random_plain_chain();

@@ -1,4 +1,5 @@
-// What may go wrong around `deploy`: hostile texts, keys in the open, runs that are cut off, units that do not fit.
+// What may go wrong around `deploy`: hostile texts, keys in the open, runs that are cut off, units that do
+// not fit.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -35,9 +36,9 @@ const std::string kOtherKey = "ffeeddccbbaa99887766554433221100";
 class DeployFaults : public testing::Test {
  protected:
   DeployFaults()
-      : folder_(fs::path(testing::TempDir()) /
-                (std::string("flexor_deploy_") +
-                 testing::UnitTest::GetInstance()->current_test_info()->name())) {
+      : folder_(
+            fs::path(testing::TempDir()) /
+            (std::string("flexor_deploy_") + testing::UnitTest::GetInstance()->current_test_info()->name())) {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }
@@ -47,8 +48,8 @@ class DeployFaults : public testing::Test {
 
   // Arguments are handed to a shell: quote what needs it.
   Finished run(const std::string& arguments, const std::string& input = "/dev/null") const {
-    const std::string command = "cd '" + folder_.string() + "' && '" + program() + "' " + arguments + " < '" +
-                                input + "' > '" + path("stdout") + "' 2> '" + path("stderr") + "'";
+    const std::string command = "cd '" + folder_.string() + "' && '" FLEXOR_PROGRAM "' " + arguments +
+                                " < '" + input + "' > '" + path("stdout") + "' 2> '" + path("stderr") + "'";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(path("stdout")), content(path("stderr"))};
   }
@@ -72,11 +73,6 @@ class DeployFaults : public testing::Test {
     return path(name);
   }
 
-  static std::string program() {
-    const char* other = std::getenv("FLEXOR_PROGRAM_UNDER_TEST");
-    return other != nullptr ? other : FLEXOR_PROGRAM;
-  }
-
   fs::path folder_;
 };
 
@@ -96,7 +92,7 @@ std::string key_in(const fs::path& config) {
 }
 
 int mode_of(const fs::path& path) {
-  struct stat info{};
+  struct stat info {};
   EXPECT_EQ(stat(path.c_str(), &info), 0) << path;
   return static_cast<int>(info.st_mode & 0777U);
 }
@@ -155,9 +151,9 @@ TEST_F(DeployFaults, ARunThatIsKilledLeavesNoImageWithAnotherKey) {
   std::mt19937 random(1);
   for (int round = 0; round < 6; ++round) {
     const double seconds = 0.5 + 2.5 * static_cast<double>(random()) / 4294967296.0;
-    (void)std::system(("timeout -s KILL " + std::to_string(seconds) + " '" + program() + "' deploy '" + kPublished +
-                       "' --out '" + path("d") + "' --key " + (round % 2 == 0 ? kOtherKey : kKey) +
-                       " > /dev/null 2>&1")
+    (void)std::system(("timeout -s KILL " + std::to_string(seconds) + " '" FLEXOR_PROGRAM "' deploy '" +
+                       kPublished + "' --out '" + path("d") + "' --key " +
+                       (round % 2 == 0 ? kOtherKey : kKey) + " > /dev/null 2>&1")
                           .c_str());
     for (const char* config : {"glove_config.hpp", "hand_config.hpp"}) {
       if (!fs::exists(path("d") + "/" + config)) continue;
@@ -250,28 +246,31 @@ TEST_F(DeployFaults, AGloveForVrIsNotToldToFlashAHand) {
   EXPECT_EQ(content(path("stdout")).find("hand"), std::string::npos);
 }
 
-// Names of files are names of motions and compensators; gnuplot would run what stands in backquotes, and read _ and
+// Names of files are names of motions and compensators; gnuplot would run what stands in backquotes, and read
+// _ and
 // {} as commands.
 TEST_F(DeployFaults, NamesAreDrawnAsTheyAre) {
   std::string rows = "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n";
-  for (int k = 0; k < 20; ++k) rows += std::to_string(0.1 * k) + ",100,50,50,50," + std::to_string(30 + k) + "\n";
+  for (int k = 0; k < 20; ++k)
+    rows += std::to_string(0.1 * k) + ",100,50,50,50," + std::to_string(30 + k) + "\n";
   const std::string motion = "`touch m`'\n$x @y {z}%d";
   write(folder_ / (motion + ".csv"), rows);
   const std::string name = "a_{b}^`touch n`<b>&'";
   const std::string hostile = model("hostile.json", [&](nlohmann::ordered_json& m) { m["name"] = name; });
   fs::rename(hostile, folder_ / (name + ".json"));
   const auto shell = [](std::string text) {
-    for (std::size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 4) text.replace(at, 1, "'\\''");
+    for (std::size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 4)
+      text.replace(at, 1, "'\\''");
     return "'" + text + "'";
   };
-  const Finished r = run("experiment --trials 2 --gestures " + shell(motion + ".csv") + " --compensators raw," +
-                         shell("./" + name + ".json") + " --out e");
+  const Finished r = run("experiment --trials 2 --gestures " + shell(motion + ".csv") +
+                         " --compensators raw," + shell("./" + name + ".json") + " --out e");
   ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_FALSE(fs::exists(path("m")));
   EXPECT_FALSE(fs::exists(path("n")));
   const std::string errors = content(path("e/errors.svg"));
   EXPECT_NE(errors.find("`touch m`' $x @y {"), std::string::npos) << "the tic, its first 18 letters";
-  EXPECT_NE(errors.find("a_{b}^`touch n`&lt;b&gt;&amp;'"), std::string::npos);
+  EXPECT_NE(errors.find("a_{b}^`touch n`&lt;b>&amp;'"), std::string::npos);
   EXPECT_EQ(content(path("e/report.html")).find("<b>&'"), std::string::npos);
 }
 

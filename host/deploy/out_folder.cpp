@@ -51,8 +51,8 @@ void move(const fs::path& from, const fs::path& to) {
 void require_replaceable(const fs::path& path, bool is_folder) {
   std::error_code error;
   if (!is_there(path) || fs::is_directory(path, error) == is_folder) return;
-  throw InputError(fmt::format("{}: cannot be written: a {} has this name", path.string(),
-                               is_folder ? "file" : "folder"));
+  throw InputError(
+      fmt::format("{}: cannot be written: a {} has this name", path.string(), is_folder ? "file" : "folder"));
 }
 
 }  // namespace

@@ -44,8 +44,7 @@ std::string to_hex(const link::Key& key) {
 }
 
 bool is_key(const std::string& text) {
-  return text.size() == kDigits &&
-         text.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
+  return text.size() == kDigits && text.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
 }
 
 link::Key key_from_hex(const std::string& hex) {
@@ -72,7 +71,8 @@ link::Key load_key(const std::filesystem::path& path) {
 void write_key(const std::filesystem::path& path, const link::Key& key) {
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   const std::string text = to_hex(key) + "\n";
-  const bool written = file >= 0 && write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
+  const bool written = file >= 0 &&
+                       write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
                        fsync(file) == 0;
   const std::string reason = std::strerror(errno);
   const bool closed = file >= 0 && close(file) == 0;

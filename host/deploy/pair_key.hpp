@@ -20,8 +20,8 @@ bool is_key(const std::string& text);
 // Throws io::InputError unless is_key(hex), without repeating what might be most of a secret.
 link::Key key_from_hex(const std::string& hex);
 
-// A file of 32 hexadecimal digits, as deploy writes it; "-" is standard input. Throws io::InputError when it is
-// missing, unreadable, or anything else.
+// A file of 32 hexadecimal digits, as deploy writes it; "-" is standard input. Throws io::InputError when it
+// is missing, unreadable, or anything else.
 link::Key load_key(const std::filesystem::path& path);
 
 // A new file, readable and writable by its owner alone. Throws io::InputError.

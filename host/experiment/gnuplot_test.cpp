@@ -29,24 +29,34 @@ class GnuplotTest : public testing::Test {
 
 TEST_F(GnuplotTest, ShowsAnyTextAsItIs) {
   const std::string gone = (folder_ / "gone").string();
-  const std::string text = "a_b^{c} @{d} {/Symbol e} `touch " + gone + "` $x %g \\ ' \" <script> &\nsystem 'touch " +
-                           gone + "'";
-  const std::string shown = "a_b^{c} @{d} {/Symbol e} `touch " + gone + "` $x %g \\ ' \" &lt;script&gt; &amp; system";
-  for (const std::string& commands :
-       {"set xlabel " + gnuplot_text(text) + " noenhanced; plot 1", "set title " + gnuplot_text(text) + " noenhanced; plot 1",
-        "set ylabel " + gnuplot_text(text) + " noenhanced; plot 1",
-        "set xtics (" + gnuplot_tic(text) + " 0) noenhanced; plot 1", "plot 1 title " + gnuplot_text(text) + " noenhanced"}) {
+  const std::string text =
+      "a_b^{c} @{d} {/Symbol e} `touch " + gone + "` $x %g \\ ' \" <script> &\nsystem 'touch " + gone + "'";
+  const std::string shown =
+      "a_b^{c} @{d} {/Symbol e} `touch " + gone + "` $x %g \\ ' \" &lt;script> &amp; system";
+  for (const std::string& commands : {"set xlabel " + gnuplot_text(text) + " noenhanced; plot 1",
+                                      "set title " + gnuplot_text(text) + " noenhanced; plot 1",
+                                      "set ylabel " + gnuplot_text(text) + " noenhanced; plot 1",
+                                      "plot 1 title " + gnuplot_text(text) + " noenhanced"}) {
     const std::string svg = drawn(commands);
     std::string plain = svg;
-    for (std::size_t at = 0; (at = plain.find("&quot;", at)) != std::string::npos; ++at) plain.replace(at, 6, "\"");
+    for (std::size_t at = 0; (at = plain.find("&quot;", at)) != std::string::npos; ++at)
+      plain.replace(at, 6, "\"");
     EXPECT_NE(plain.find(shown), std::string::npos) << commands << svg.substr(0, 3000);
     EXPECT_EQ(svg.find("<script"), std::string::npos);
   }
   EXPECT_FALSE(fs::exists(gone));
 }
 
+// gnuplot cuts the labels of tics after some fifty letters.
+TEST_F(GnuplotTest, ShowsTheLabelOfATicAsItIs) {
+  const std::string text = "a_b^{c} `touch gone` %g %% \\ ' <b>\n&";
+  const std::string svg = drawn("set xtics (" + gnuplot_tic(text) + " 0) noenhanced; plot 1");
+  EXPECT_NE(svg.find("a_b^{c} `touch gone` %g %% \\ ' &lt;b> &amp;"), std::string::npos) << svg;
+  EXPECT_FALSE(fs::exists("gone"));
+}
+
 TEST_F(GnuplotTest, BytesThatAreNotUtf8BecomeQuestionMarks) {
-  EXPECT_EQ(gnuplot_text("caf\xe9 \xc3\xa9 \xe2\x82"), "'caf? \xc3\xa9 ??'");
+  EXPECT_EQ(gnuplot_text("caf\xe9 \xc3\xa9 \xe2\x82"), "'caf? \xc3\xa9 ?\?'");
   EXPECT_EQ(gnuplot_text("it's\ttwo\nlines"), "'it''s two lines'");
 }
 

@@ -166,7 +166,7 @@ TEST_F(DeployFaults, NobodyElseCanReadAKey) {
   write(path("k"), kKey + "\n");
   ASSERT_EQ(run("deploy '" + kPublished + "' --key k --out d").exit, 0) << content(path("stderr"));
   for (const char* file :
-       {"pair.key", "glove_config.hpp", "hand_config.hpp", "glove.hex", "hand.hex",
+       {"pair.key", "glove_config.hpp", "hand_config.hpp", "glove.elf", "glove.hex", "hand.hex",
         "arduino/FlexorGlove/src/glove_config.hpp", "arduino/FlexorHand/src/hand_config.hpp"}) {
     EXPECT_EQ(mode_of(path("d") + "/" + file), 0600) << file;
   }

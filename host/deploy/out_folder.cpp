@@ -100,7 +100,11 @@ void OutFolder::publish() {
   }
   if (is_there(staging_ / kKeyFile)) move(staging_ / kKeyFile, folder_ / kKeyFile);
   for (const Part& part : kParts) {
-    if (is_there(staging_ / part.name)) move(staging_ / part.name, folder_ / part.name);
+    if (!is_there(staging_ / part.name)) continue;
+    // Linkers make images executable, which they are not here.
+    if (!part.is_folder)
+      fs::permissions(staging_ / part.name, fs::perms::owner_read | fs::perms::owner_write);
+    move(staging_ / part.name, folder_ / part.name);
   }
 }
 

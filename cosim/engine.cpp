@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <map>
 
 #include "cosim/replay.hpp"
 #include "cosim/vcd.hpp"
 #include "firmware/markers.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/io/io.hpp"
+#include "runtime/link/receiver.hpp"
 
 namespace flexor::cosim {
 namespace {
@@ -23,6 +25,51 @@ std::string identity(const twin::Setup& setup) {
   return deploy::glove_config(experiment::glove_for(setup.parameters, setup.compensator)) +
          deploy::hand_config(experiment::twin_hand(setup.parameters, setup.compensator));
 }
+
+// Which edge a frame tells of that the hand accepts: frames are known by their counters, since some never
+// come.
+class FrameWatch {
+ public:
+  explicit FrameWatch(const deploy::Key& key) : key_(*key), sent_(&key_), heard_(&key_) {}
+
+  // The glove has sealed a frame, the first that tells of `edge`; -1: no news.
+  void sealed(int edge) { sealed_.push_back(edge); }
+
+  // A byte leaves the glove.
+  void sent(std::uint8_t byte) {
+    if (sent_.receive(byte) != link::Received::frame || sealed_.empty()) return;
+    edge_[sent_.frame().counter] = sealed_.front();
+    sealed_.pop_front();
+  }
+
+  // A byte reaches the hand at `end`.
+  void arrived(Cycles end, std::uint8_t byte) {
+    if (heard_.receive(byte) != link::Received::frame) return;
+    waiting_.push_back({end, edge_.at(heard_.frame().counter)});
+  }
+
+  struct Frame {
+    Cycles arrived = 0;
+    int edge = -1;
+  };
+  // The one that has arrived last.
+  Frame newest(Cycles now) {
+    Frame out;
+    while (!waiting_.empty() && waiting_.front().arrived <= now) {
+      out = waiting_.front();
+      waiting_.pop_front();
+    }
+    return out;
+  }
+
+ private:
+  link::Key key_;
+  link::Receiver sent_;   // of everything
+  link::Receiver heard_;  // of what the hand hears
+  std::deque<int> sealed_;
+  std::map<std::uint32_t, int> edge_;
+  std::deque<Frame> waiting_;
+};
 
 }  // namespace
 
@@ -83,11 +130,7 @@ std::vector<experiment::Latency> Engine::latency(const twin::Parameters& paramet
   std::vector<double> edge_ms;
   for (int k = 0; k < edges; ++k) edge_ms.push_back(kApart_ms * (k + 0.5 * random.uniform() + 0.25));
 
-  struct Frame {
-    Cycles sealed;
-    int edge;  // the newest one that it carries
-  };
-  std::deque<Frame> on_the_way;
+  FrameWatch frames(experiment::bench_key());
   std::vector<experiment::Latency> out;
   constexpr int kFinger = 1;
   int sampled_edge = -1;
@@ -117,17 +160,17 @@ std::vector<experiment::Latency> Engine::latency(const twin::Parameters& paramet
     if (static_cast<Marker>(value) != Marker::frame_sealed) return;
     const bool first = sampled_edge != told_edge;
     told_edge = sampled_edge;
-    on_the_way.push_back({now, first ? sampled_edge : -1});
+    frames.sealed(first ? sampled_edge : -1);
     if (first && sampled_edge >= 0) seen[sampled_edge][2] = now;
   };
-  simulation.on_arrival = [&](Cycles end, std::uint8_t byte) {
-    if (byte == 0) arrived = end;
-  };
+  simulation.on_air = [&](Cycles, std::uint8_t byte) { frames.sent(byte); };
+  simulation.on_arrival = [&](Cycles end, std::uint8_t byte) { frames.arrived(end, byte); };
   simulation.on_hand_marker = [&](Cycles now, std::uint8_t value) {
-    if (static_cast<Marker>(value) == Marker::frame_accepted && !on_the_way.empty()) {
+    if (static_cast<Marker>(value) == Marker::frame_accepted) {
       accepted = now;
-      accepted_edge = on_the_way.front().edge;
-      on_the_way.pop_front();
+      const auto frame = frames.newest(now);
+      accepted_edge = frame.edge;
+      arrived = frame.arrived;
     }
     if (static_cast<Marker>(value) != Marker::tick_end || accepted_edge < 0) return;
     const auto& [at_conversion, at_computed, at_sealed] = seen.at(accepted_edge);

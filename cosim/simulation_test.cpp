@@ -8,10 +8,12 @@
 #include <cmath>
 #include <deque>
 #include <filesystem>
+#include <numeric>
 
 #include "cosim/engine.hpp"
 #include "cosim/vcd.hpp"
 #include "host/deploy/deploy.hpp"
+#include "host/experiment/boards_report.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::cosim {
@@ -361,6 +363,26 @@ TEST(Latency, EveryStageIsWhatTheClocksSay) {
   ASSERT_EQ(quick.size(), 40U);
   EXPECT_NEAR(mean(quick, 0), 5, 1.5);
   EXPECT_NEAR(mean(quick, 2), 20, 6);  // 0 to 40 ms until the next of every fifth sample
+}
+
+// Ten frames a second of which every tenth is lost: an edge whose frame is lost is counted as such, and no
+// other edge is taken for late.
+TEST(Latency, LostFramesAreLostAndNotLate) {
+  Engine engine;
+  twin::Parameters p = parameters();
+  p.loss = 0.1;
+  constexpr int kEdges = 80;
+  const auto edges = engine.latency(p, experiment::compensator("published-hw", 10).model, kEdges, 1);
+  for (const auto& edge : edges) {
+    const double total_ms = std::accumulate(edge.begin(), edge.end(), 0.0);
+    EXPECT_GT(total_ms, 25);
+    EXPECT_LT(total_ms, 150) << "a period, the UART and the rest";
+    EXPECT_LT(edge[3], 35) << "24 bytes at 9600 baud and the modules";
+  }
+  const experiment::LatencyBudget budget = experiment::budget_of(edges, kEdges);
+  EXPECT_EQ(budget.edges + budget.lost, kEdges);
+  EXPECT_GE(budget.lost, 2);
+  EXPECT_LE(budget.lost, 20);
 }
 
 TEST(Trace, IsAValueChangeDumpWithTimeGoingForward) {

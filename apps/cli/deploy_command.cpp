@@ -7,6 +7,8 @@
 #include "apps/cli/progress.hpp"
 #include "host/deploy/calibration.hpp"
 #include "host/deploy/deploy.hpp"
+#include "host/deploy/out_folder.hpp"
+#include "host/deploy/pair_key.hpp"
 #include "host/experiment/boards_report.hpp"
 #include "host/io/io.hpp"
 #include "host/recording/csv.hpp"
@@ -23,6 +25,7 @@ struct Options {
   double baud = 0;  // 0: the configuration's
   double frame_rate_hz = 0;
   std::string key;
+  bool new_key = false;
   bool plain = false;
   std::string calibration;
   std::string recording;
@@ -51,18 +54,57 @@ std::array<std::vector<double>, experiment::kFingers> inputs_of(const model::Mod
   return out;
 }
 
+struct PairKey {
+  deploy::Key key;     // none: plain frames, or no radio
+  const char* origin;  // "new", "reused" or "given"; null: no key
+  bool is_stored;      // in OUT already
+};
+
+deploy::Key stored_key(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto type = std::filesystem::symlink_status(path, error).type();
+  if (type == std::filesystem::file_type::not_found) return {};
+  if (type != std::filesystem::file_type::regular)
+    throw io::InputError(fmt::format("{}: is not a plain file: move it away", path.string()));
+  return deploy::load_key(path);
+}
+
+link::Key given_key(const std::string& text) {
+  std::error_code error;
+  const bool hex = deploy::is_key(text) && !std::filesystem::exists(text, error);
+  if (!hex && text != "-" && !std::filesystem::exists(text, error))
+    throw io::InputError("--key: no file of this name, and not 32 hexadecimal digits either");
+  if (!hex) return deploy::load_key(text);
+  log("warning: a key on the command line shows in the process list and the shell's history: --key takes a "
+      "file");
+  return deploy::key_from_hex(text);
+}
+
+// A glove and a hand keep their key from one deployment to the next, unless told otherwise. A file that is
+// not a key might have been one: it is refused, never replaced.
+PairKey choose_key(const Options& o) {
+  if (o.plain || o.output != "radio") return {{}, nullptr, false};
+  const deploy::Key stored = stored_key(std::filesystem::path(o.out) / deploy::kKeyFile);
+  if (!o.key.empty()) {
+    const link::Key key = given_key(o.key);
+    return {key, "given", stored && deploy::to_hex(*stored) == deploy::to_hex(key)};
+  }
+  if (stored && !o.new_key) return {stored, "reused", true};
+  return {deploy::new_key(), "new", false};
+}
+
 // What the options ask for. Refuses, before anything is written, what the boards or the radio cannot do.
-experiment::Deployment plan(const Options& o, const twin::Parameters& p) {
+experiment::Deployment plan(const Options& o, const twin::Parameters& p, const deploy::Key& key) {
   model::Model model = model::load(o.model);
   if (o.rate_hz > 0) model.sample_period_s = 1 / o.rate_hz;
   experiment::Deployment d;
-  d.glove = experiment::glove_for(p, model);
+  d.glove = experiment::glove_for(
+      p, model, o.calibration.empty() ? deploy::Calibration() : deploy::load_calibration(o.calibration));
+  d.glove.key = key;
   d.glove.output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
   if (o.baud != 0) d.glove.baud = o.baud;
   if (o.frame_rate_hz != 0) d.glove.frame_rate_hz = o.frame_rate_hz;
   d.glove.assembly = o.assembly;
-  if (!o.calibration.empty()) d.glove.sensor = deploy::load_calibration(o.calibration, d.glove.sensor);
-  d.glove.key = o.plain ? deploy::Key() : o.key.empty() ? deploy::new_key() : deploy::key_from_hex(o.key);
   (void)deploy::samples_per_frame(d.glove);
   (void)deploy::uart_divisor(d.glove.output == deploy::Output::radio ? d.glove.baud : deploy::kUsbBaud);
   return d;
@@ -97,47 +139,64 @@ void measure(experiment::Deployment& d, const experiment::Boards& boards, const 
   d.hand_figures = boards.run_hand(d.hand_image.elf, d.glove, kHandSeconds);
 }
 
-void run(const Options& o, const Program& program) {
-  experiment::Boards& boards = program.require_boards();
+void require_known(const Options& o) {
   if (o.target != deploy::kTarget)
     throw io::InputError(fmt::format("unknown target \"{}\"; known: {}", o.target, deploy::kTarget));
   deploy::require_toolchain();
   io::require_folder(o.out);
+}
+
+// Images, folders, what was measured of them, and the report, all in `folder`.
+nlohmann::ordered_json build(const Options& o, const experiment::Boards& boards, const twin::Parameters& p,
+                             const experiment::Counts& counts, experiment::Deployment& d,
+                             const std::filesystem::path& folder) {
+  deploy::Hand hand = experiment::safe_hand(p, d.glove.model);
+  hand.key = d.glove.key;
+  hand.baud = d.glove.baud;
+  d.glove_image = deploy::build_glove(d.glove, folder);
+  if (d.glove.output == deploy::Output::radio) d.hand_image = deploy::build_hand(hand, folder);
+  deploy::write_arduino(d.glove, hand, folder / "arduino");
+  measure(d, boards, counts);
+  experiment::write_deployment_report(d, folder);
+  nlohmann::ordered_json json = experiment::to_json(d);
+  json["folder"] = o.out;
+  json["model"] = o.model;
+  json["version"] = FLEXOR_VERSION;
+  return json;
+}
+
+void say(const Options& o, const experiment::Deployment& d, const PairKey& pair) {
+  const bool radio = d.glove.output == deploy::Output::radio;
+  print(experiment::deployment_table(d));
+  print(fmt::format("\nimages    {0}/glove.hex{1}\nArduino   {0}/arduino\nreport    {0}/report.html\n", o.out,
+                    radio ? fmt::format(", {}/hand.hex", o.out) : ""));
+  if (pair.origin == nullptr) return;
+  const std::string is = pair.origin == std::string("reused")
+                             ? "the one that was there, used again; --new-key makes another"
+                             : "keep it, --key takes it for one board alone";
+  print(fmt::format("key       {}/{}: {}\n", o.out, deploy::kKeyFile, is));
+}
+
+void run(const Options& o, const Program& program) {
+  experiment::Boards& boards = program.require_boards();
+  require_known(o);
   const twin::Parameters p = twin_parameters(o.twin, o.set);
-  experiment::Deployment d = plan(o, p);
+  const PairKey pair = choose_key(o);
+  experiment::Deployment d = plan(o, p, pair.key);
   const experiment::Counts counts = experiment::gesture_counts(p, d.glove.model);
   d.recording =
       o.recording.empty() ? "the six gestures" : std::filesystem::path(o.recording).filename().string();
   d.error =
       deploy::fixed_point_error(d.glove.model, o.recording.empty() ? inputs_of(d.glove, counts)
                                                                    : inputs_of(d.glove.model, o.recording));
-
-  const std::filesystem::path out = o.out;
-  const bool radio = d.glove.output == deploy::Output::radio;
-  deploy::Hand hand = experiment::safe_hand(p, d.glove.model);
-  hand.key = d.glove.key;
-  hand.baud = d.glove.baud;
-  d.glove_image = deploy::build_glove(d.glove, out);
-  if (radio) d.hand_image = deploy::build_hand(hand, out);
-  deploy::write_arduino(d.glove, hand, out / "arduino");
-  measure(d, boards, counts);
-  const bool keyed = radio && d.glove.key;
-  if (keyed) io::write_file(out / "pair.key", deploy::to_hex(*d.glove.key) + "\n");
-  experiment::write_deployment_report(d, out);
-  nlohmann::ordered_json json = experiment::to_json(d);
-  json["folder"] = o.out;
-  json["model"] = o.model;
-  json["version"] = FLEXOR_VERSION;
-  io::write_file(out / "report.json", json.dump(2) + "\n");
-  if (o.json) {
-    print(json.dump(2) + "\n");
-    return;
-  }
-  print(experiment::deployment_table(d));
-  print(fmt::format("\nimages    {0}/glove.hex{1}\nArduino   {0}/arduino\nreport    {0}/report.html\n", o.out,
-                    radio ? fmt::format(", {}/hand.hex", o.out) : ""));
-  if (keyed)
-    print(fmt::format("key       {}/pair.key: keep it, --key takes it for one board alone\n", o.out));
+  deploy::OutFolder out(o.out);
+  nlohmann::ordered_json json = build(o, boards, p, counts, d, out.staging());
+  json["key"] = pair.origin != nullptr ? nlohmann::ordered_json(pair.origin) : nullptr;
+  io::write_file(out.staging() / "report.json", json.dump(2) + "\n");
+  if (pair.key && !pair.is_stored) deploy::write_key(out.staging() / deploy::kKeyFile, *pair.key);
+  out.publish();
+  if (!o.json) return say(o, d, pair);
+  print(json.dump(2) + "\n");
 }
 
 }  // namespace
@@ -161,12 +220,15 @@ void add_deploy(CLI::App& app, const Program& program) {
                       "of the radio (default: radio.baud of the configuration, 9600 as shipped)");
   command->add_option("--frame-rate", o->frame_rate_hz,
                       "frames a second (default: as many as the radio carries, at most one a sample)");
-  command->add_option("--key", o->key,
-                      "the pair's key, 32 hexadecimal digits (default: a new one, in OUT/pair.key)");
+  auto* key = command->add_option("--key", o->key,
+                                  "file with the pair's key, 32 hexadecimal digits; - is standard input "
+                                  "(default: OUT/pair.key, where there is none a new one)");
+  command->add_flag("--new-key", o->new_key, "a new key, also where OUT/pair.key is there")->excludes(key);
   command->add_flag("--plain", o->plain, "frames without authentication: anybody in range can move the hand");
-  command->add_option("--calibration", o->calibration,
-                      "JSON: for each finger \"counts\" and \"value\", two or more points (default: the "
-                      "divider of the article)");
+  command->add_option(
+      "--calibration", o->calibration,
+      "JSON: for each finger \"counts\" and \"value\", two or more points, and their \"unit\" "
+      "(default: the article's divider for a model of its alpha, counts for one of counts)");
   command->add_option("--recording", o->recording,
                       "CSV with the model's input columns: also measure the error over it");
   command->add_option(

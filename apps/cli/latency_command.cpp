@@ -30,7 +30,7 @@ void run(const Options& o, const Program& program) {
   if (!o.folder.empty()) io::require_folder(o.folder);
   log(fmt::format("{} edges on simulated boards ...", o.edges));
   const experiment::LatencyBudget budget =
-      experiment::budget_of(boards.latency(p, compensator.model, o.edges, o.seed));
+      experiment::budget_of(boards.latency(p, compensator.model, o.edges, o.seed), o.edges);
   const std::string title =
       fmt::format("{:g} samples and {:g} frames a second, {:g} baud", o.rate_hz, frames_hz, p.baud);
   if (!o.folder.empty()) experiment::write_latency_figure(budget, title, o.folder);
@@ -43,7 +43,8 @@ void run(const Options& o, const Program& program) {
     print(json.dump(2) + "\n");
     return;
   }
-  print(fmt::format("from a sensor's edge to the motor, ms: {}, {} edges\n\n{}", title, budget.edges,
+  print(fmt::format("from a sensor's edge to the motor, ms: {}, {} edges{}\n\n{}", title, budget.edges,
+                    budget.lost > 0 ? fmt::format(", {} more lost on the way", budget.lost) : "",
                     experiment::latency_table(budget)));
   if (!o.folder.empty()) print(fmt::format("\nfigure {}/latency.svg\n", o.folder));
 }

@@ -12,37 +12,85 @@ bool increasing(const std::vector<double>& x) {
   return std::ranges::adjacent_find(x, std::greater_equal<>()) == x.end();
 }
 
+Sensor read_sensor(io::JsonReader& reader) {
+  const std::vector<double> counts = reader.numbers("counts");
+  const std::vector<double> value = reader.numbers("value");
+  reader.done();
+  if (counts.size() < 2 || counts.size() != value.size())
+    reader.fail("needs at least two points, as many \"counts\" as \"value\"");
+  if (!increasing(counts) || counts.front() < 0 || counts.back() > sensor::kAdcTop)
+    reader.fail(fmt::format("\"counts\" must increase, from 0 to at most {}", sensor::kAdcTop));
+  const std::vector<double> falling(value.rbegin(), value.rend());
+  if (!increasing(value) && !increasing(falling)) reader.fail("\"value\" must rise or fall throughout");
+  return through_points(counts, value);
+}
+
+Sensor sensor_of(const model::Channel& channel, const Sensor& alpha, const Calibration& calibration,
+                 const std::optional<Sensor>& own) {
+  const std::string& unit = channel.input_unit;
+  const bool counts = unit == "count";
+  const bool known = counts || reads_alpha(channel);
+  if (unit.empty()) {
+    throw io::InputError(
+        fmt::format("channel {}: the model does not say the unit of its input: add \"unit\": \"count\" to it "
+                    "if it is the "
+                    "ADC's counts",
+                    channel.name));
+  }
+  if (!own) {
+    if (known) return counts ? counts_as_they_are() : alpha;
+    throw io::InputError(
+        fmt::format("channel {}: its input {:?} is in {:?}, the board reads counts: --calibration FILE with "
+                    "\"unit\": {:?} "
+                    "says which count is how much",
+                    channel.name, channel.input_column, unit, unit));
+  }
+  if (calibration.unit.empty() && !known) {
+    throw io::InputError(
+        fmt::format("{}: add \"unit\": {:?} if that is what its values are in: it is the unit of the model's "
+                    "input for {}",
+                    calibration.source, unit, channel.name));
+  }
+  if (!calibration.unit.empty() && calibration.unit != unit) {
+    throw io::InputError(fmt::format("{}: its values are in {:?}, the model's input for {} is in {:?}",
+                                     calibration.source, calibration.unit, channel.name, unit));
+  }
+  return *own;
+}
+
 }  // namespace
 
-std::array<Sensor, kFingers> load_calibration(const std::filesystem::path& path,
-                                              std::array<Sensor, kFingers> sensors) {
-  const std::string source = path.string();
-  const auto json = io::parse_json(io::read_file(path), source);
-  io::JsonReader document(json, source);
+Calibration load_calibration(const std::filesystem::path& path) {
+  Calibration out;
+  out.source = path.string();
+  const auto json = io::parse_json(io::read_file(path), out.source);
+  io::JsonReader document(json, out.source);
   if (document.text("schema") != "flexor-calibration")
     document.fail("\"schema\" must be \"flexor-calibration\"");
   if (document.number("schema_version") != kSchemaVersion)
     document.fail(fmt::format("schema_version must be {}", kSchemaVersion));
+  out.unit = document.text_or_empty("unit");
   const auto fingers = document.object_or_empty("fingers");
   document.done();
   const auto& names = model::finger_names();
   for (const auto& item : fingers.items()) {
     const auto i =
         static_cast<std::size_t>(std::ranges::find(names, model::finger(item.key())) - names.begin());
-    io::JsonReader reader(item.value(), fmt::format("{}: {}", source, item.key()));
-    const std::vector<double> counts = reader.numbers("counts");
-    const std::vector<double> value = reader.numbers("value");
-    reader.done();
-    if (counts.size() < 2 || counts.size() != value.size())
-      reader.fail("needs at least two points, as many \"counts\" as \"value\"");
-    if (!increasing(counts) || counts.front() < 0 || counts.back() > sensor::kAdcTop) {
-      reader.fail(fmt::format("\"counts\" must increase, from 0 to at most {}", sensor::kAdcTop));
-    }
-    const std::vector<double> falling(value.rbegin(), value.rend());
-    if (!increasing(value) && !increasing(falling)) reader.fail("\"value\" must rise or fall throughout");
-    sensors[i] = through_points(counts, value);
+    io::JsonReader reader(item.value(), fmt::format("{}: {}", out.source, item.key()));
+    out.sensor[i] = read_sensor(reader);
   }
-  return sensors;
+  return out;
+}
+
+std::array<Sensor, kFingers> sensors_of(const model::Model& model, const Sensor& alpha,
+                                        const Calibration& calibration) {
+  std::array<Sensor, kFingers> out;
+  out.fill(alpha);
+  const auto channels = channels_of(model);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (channels[i] != nullptr) out[i] = sensor_of(*channels[i], alpha, calibration, calibration.sensor[i]);
+  }
+  return out;
 }
 
 }  // namespace flexor::deploy

@@ -1,19 +1,32 @@
 // A glove's own calibration as a document.
 //
-// {"schema": "flexor-calibration", "schema_version": 1,
+// {"schema": "flexor-calibration", "schema_version": 1, "unit": "deg",
 //  "fingers": {"thumb": {"counts": [430, 700], "value": [20, 140]}, ...}}
-// value is in the model's input unit. Two points are a line, more a curve; both go on straight beyond their
-// ends.
+// value is in the model's input unit, which "unit" says. It may be left out where the model reads counts or
+// the divider's alpha, and would do without a calibration. Two points are a line, more a curve; both go on
+// straight beyond their ends.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "host/deploy/config.hpp"
 
 namespace flexor::deploy {
 
-// Sensors of the fingers that the file names; others keep `otherwise`. Throws io::InputError.
-std::array<Sensor, kFingers> load_calibration(const std::filesystem::path& path,
-                                              std::array<Sensor, kFingers> otherwise);
+struct Calibration {
+  std::string source;  // names it in errors
+  std::string unit;    // of its values; empty: not said
+  std::array<std::optional<Sensor>, kFingers> sensor;
+};
+
+// Throws io::InputError.
+Calibration load_calibration(const std::filesystem::path& path);
+
+// How each finger's counts become the model's input: through the calibration where it names the finger, else
+// as they are for a model of counts, and through `alpha` for a model of the divider's alpha. Throws
+// io::InputError for a model in any other unit, and where calibration and model are in different ones.
+std::array<Sensor, kFingers> sensors_of(const model::Model& model, const Sensor& alpha,
+                                        const Calibration& calibration);
 
 }  // namespace flexor::deploy

@@ -120,6 +120,10 @@ Sensor divider(double fixed_kohm, double flat_kohm, double kohm_per_deg) {
   };
 }
 
+bool reads_alpha(const model::Channel& channel) {
+  return channel.input_unit == "deg" && channel.input_column.ends_with("_alpha");
+}
+
 Sensor counts_as_they_are() {
   return [](double counts) { return counts; };
 }
@@ -266,7 +270,8 @@ std::string glove_config(const Glove& glove) {
   const GloveTables tables = glove_tables(glove);
   const bool radio = glove.output == Output::radio;
   std::string out = fmt::format(kHead, FLEXOR_VERSION);
-  out += fmt::format("// {}: {}\n", glove.model.name, io::digest(model::to_json(glove.model)));
+  // No text of the model's: what ends a comment, or goes on after it, would be compiled.
+  out += fmt::format("// model {}\n", io::digest(model::to_json(glove.model)));
   if (glove.assembly) out += "#define FLEXOR_AVR_ASSEMBLY\n";
   if (!radio) out += "#define FLEXOR_OUTPUT_OPENGLOVES\n";
   out +=

@@ -32,6 +32,8 @@ using Sensor = std::function<double(double counts)>;
 // R1 = flat + k theta in a divider with R2 = fixed, both 10 bits full scale: eqs. 1 to 3 of Sensors 2019,
 // 19(18), 3896.
 Sensor divider(double fixed_kohm, double flat_kohm, double kohm_per_deg);
+// The model's input is that divider's alpha: unit "deg", of a column that ends in _alpha.
+bool reads_alpha(const model::Channel& channel);
 Sensor counts_as_they_are();
 // Through measured points, straight in between and beyond; two are a two-point calibration. Counts strictly
 // increasing.

@@ -2,15 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <fstream>
-#include <random>
+#include <algorithm>
 #include <sstream>
 
 #include "host/deploy/process.hpp"
 #include "host/deploy/sources.hpp"
 #include "host/io/io.hpp"
-#include "host/model/simulation.hpp"
+#include "host/model/fixed_error.hpp"
 
 namespace flexor::deploy {
 namespace {
@@ -39,9 +37,10 @@ std::string checked(const std::vector<std::string>& argv) {
                              result.err.substr(from, result.err.find('\n', from) - from)));
 }
 
-Image build(const std::string& name, const std::string& config, const fs::path& folder,
+Image build(const std::string& name, const std::string& config, const fs::path& out,
             const std::vector<std::string>& options) {
   require_toolchain();
+  const fs::path folder = fs::absolute(out);  // no tool takes it for an option or a list of them
   io::make_folder(folder);
   const io::TemporaryFolder source;
   write_sources(source.path());
@@ -158,66 +157,22 @@ Error fixed_point_error(const model::Model& model,
   std::string worst_finger;
   for (std::size_t i = 0; i < kFingers; ++i) {
     if (channels[i] == nullptr) continue;
-    const model::Channel& channel = *channels[i];
-    const auto at = static_cast<std::size_t>(&channel - model.channels.data());
-    // Inputs as the board has them, in Q5.
-    const auto q5 = [](double u) { return std::ldexp(std::round(std::ldexp(u, 5)), -5); };
-    const auto worst = [&](const std::vector<double>& inputs) {
-      model::Simulation<model::DoubleArithmetic> exact(model);
-      model::Simulation<model::FixedArithmetic> fixed(model);
-      double error = 0;
-      for (const double u : inputs) {
-        error = std::max(error, std::abs(fixed.step(at, q5(u)).angle_deg - exact.step(at, q5(u)).angle_deg));
-      }
-      return error;
-    };
-    std::vector<double> range;
-    const double span = channel.valid_max - channel.valid_min;
-    constexpr int kRamp = 4096;
-    for (int k = 0; k <= 2 * kRamp; ++k)
-      range.push_back(channel.valid_min + span * (k <= kRamp ? k : 2 * kRamp - k) / kRamp);
-    std::mt19937 random(1);
-    for (int k = 0; k < 20000; ++k) {
-      const double share = static_cast<double>(random()) / 4294967296.0;
-      range.push_back(channel.valid_min + span * share * (k / 100 % 2 == 0 ? 1.0 : 0.2));
+    const double before = out.worst_deg();
+    out.range_deg =
+        std::max(out.range_deg, model::worst_fixed_error_deg(*channels[i], model.sample_period_s));
+    if (!recording[i].empty()) {
+      out.recording_deg = std::max(out.recording_deg.value_or(0),
+                                   model::fixed_error_deg(*channels[i], model.sample_period_s, recording[i]));
     }
-    const double error = worst(range);
-    if (error > out.range_deg) worst_finger = channel.name;
-    out.range_deg = std::max(out.range_deg, error);
-    if (!recording[i].empty())
-      out.recording_deg = std::max(out.recording_deg.value_or(0), worst(recording[i]));
+    if (out.worst_deg() > before) worst_finger = channels[i]->name;
   }
   if (out.worst_deg() > kWorstError_deg) {
     throw InputError(
-        fmt::format("model {}: fixed point is up to {:.3f} degree from double ({}), more than the {:g} "
-                    "allowed: steep curves and large gains "
-                    "cost precision",
+        fmt::format("model {:?}: fixed point is up to {:.4f} degree from double ({}), more than the {:g} "
+                    "allowed: steep curves and large gains cost precision",
                     model.name, out.worst_deg(), worst_finger, kWorstError_deg));
   }
   return out;
-}
-
-link::Key new_key() {
-  std::ifstream random("/dev/urandom", std::ios::binary);
-  link::Key key{};
-  random.read(reinterpret_cast<char*>(key.bytes), sizeof(key.bytes));
-  if (!random) throw JobError("/dev/urandom: no random key to be had");
-  return key;
-}
-
-std::string to_hex(const link::Key& key) {
-  std::string out;
-  for (const std::uint8_t byte : key.bytes) out += fmt::format("{:02x}", byte);
-  return out;
-}
-
-link::Key key_from_hex(const std::string& hex) {
-  link::Key key{};
-  const bool good = hex.size() == 32 && hex.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
-  if (!good) throw InputError(fmt::format("key \"{}\": 32 hexadecimal digits are needed", hex));
-  for (std::size_t i = 0; i < 16; ++i)
-    key.bytes[i] = static_cast<std::uint8_t>(std::stoi(hex.substr(2 * i, 2), nullptr, 16));
-  return key;
 }
 
 }  // namespace flexor::deploy

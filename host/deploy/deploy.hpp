@@ -7,11 +7,12 @@
 #include <vector>
 
 #include "host/deploy/config.hpp"
+#include "host/model/coefficients.hpp"
 
 namespace flexor::deploy {
 
 inline constexpr const char* kTarget = "atmega328p";
-inline constexpr double kWorstError_deg = 0.06;
+inline constexpr double kWorstError_deg = model::kFixedError_deg;
 inline constexpr int kFlashBudget = 6144;  // bytes of an image
 inline constexpr int kRamBudget = 400;     // bytes, static
 inline constexpr int kFlash = 32768;       // of the microcontroller
@@ -39,7 +40,7 @@ void write_arduino(const Glove& glove, const Hand& hand, const std::filesystem::
 
 // Largest |fixed point - double| of any finger, degrees, both given the same inputs.
 struct Error {
-  double range_deg = 0;                 // ramps, steps and noise over all valid inputs
+  double range_deg = 0;                 // the worst that a search over all valid inputs finds
   std::optional<double> recording_deg;  // over what was given
   double worst_deg() const { return std::max(range_deg, recording_deg.value_or(0)); }
 };
@@ -48,11 +49,5 @@ struct Error {
 // exceeds kWorstError_deg.
 Error fixed_point_error(const model::Model& model,
                         const std::array<std::vector<double>, kFingers>& recording);
-
-// A random key from the system.
-link::Key new_key();
-std::string to_hex(const link::Key& key);
-// 32 hexadecimal digits. Throws io::InputError.
-link::Key key_from_hex(const std::string& hex);
 
 }  // namespace flexor::deploy

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "host/deploy/calibration.hpp"
+#include "host/deploy/pair_key.hpp"
 #include "host/deploy/process.hpp"
 #include "host/io/io.hpp"
 
@@ -106,9 +107,9 @@ TEST_F(Deploy, ReadsACalibrationAndRefusesABadOneByName) {
   const auto load = [&](const std::string& fingers) {
     io::write_file(folder_ / "c.json",
                    R"({"schema": "flexor-calibration", "schema_version": 1, "fingers": )" + fingers + "}");
-    return load_calibration(folder_ / "c.json", glove().sensor);
+    return load_calibration(folder_ / "c.json").sensor;
   };
-  EXPECT_DOUBLE_EQ(load(R"({"pointer": {"counts": [400, 600], "value": [30, 110]}})")[1](500), 70);
+  EXPECT_DOUBLE_EQ(load(R"({"pointer": {"counts": [400, 600], "value": [30, 110]}})")[1].value()(500), 70);
   expect_refused([&] { load(R"({"toe": {"counts": [1, 2], "value": [1, 2]}})"); }, "toe");
   expect_refused([&] { load(R"({"ring": {"counts": [1], "value": [1]}})"); },
                  "ring: needs at least two points");
@@ -136,7 +137,7 @@ TEST_F(Deploy, RefusesAModelThatIntegersCannotFollow) {
     c.input_curve = model::Curve{{890.01, 895.02}, {0, 100}};  // twenty degrees a count, and no bits to spare
     c.saturation = {0, 100};
   }
-  expect_refused([&] { (void)fixed_point_error(steep, {}); }, "more than the 0.06 allowed");
+  expect_refused([&] { (void)fixed_point_error(steep, {}); }, "more than the 0.0625 allowed");
 }
 
 TEST_F(Deploy, TakesKeysOf32HexadecimalDigitsOnly) {

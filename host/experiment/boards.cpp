@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "host/deploy/deploy.hpp"
+#include "host/deploy/pair_key.hpp"
 #include "host/twin/glove.hpp"
 
 namespace flexor::experiment {
@@ -28,15 +29,12 @@ std::array<double, kFingers> rests(const twin::Parameters& p, const model::Model
 
 deploy::Key bench_key() { return deploy::key_from_hex("000102030405060708090a0b0c0d0e0f"); }
 
-deploy::Glove glove_for(const twin::Parameters& p, const model::Model& model) {
+deploy::Glove glove_for(const twin::Parameters& p, const model::Model& model,
+                        const deploy::Calibration& calibration) {
   deploy::Glove glove;
   glove.model = model;
-  const auto channels = deploy::channels_of(model);
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    const bool degrees = channels[i] == nullptr || channels[i]->input_unit == "deg";
-    glove.sensor[i] =
-        degrees ? deploy::divider(p.divider_kohm, p.flat_kohm, p.kohm_per_deg) : deploy::counts_as_they_are();
-  }
+  glove.sensor =
+      deploy::sensors_of(model, deploy::divider(p.divider_kohm, p.flat_kohm, p.kohm_per_deg), calibration);
   glove.baud = p.baud;
   glove.frame_rate_hz = p.frame_rate_hz;
   glove.key = bench_key();

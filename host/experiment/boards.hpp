@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "host/deploy/config.hpp"
+#include "host/deploy/calibration.hpp"
 #include "host/experiment/trials.hpp"
 
 namespace flexor::experiment {
@@ -16,9 +16,11 @@ namespace flexor::experiment {
 // The pair's key in every simulated run.
 deploy::Key bench_key();
 
-// What the twin's glove and radio ask of the glove's firmware. A model in degrees reads the divider of the
-// twin, any other the ADC's counts as they are.
-deploy::Glove glove_for(const twin::Parameters& parameters, const model::Model& model);
+// What the twin's glove and radio ask of the glove's firmware. A model of the divider's alpha reads the
+// divider of the twin, one of counts the ADC's counts as they are, any other needs a calibration. Throws
+// io::InputError.
+deploy::Glove glove_for(const twin::Parameters& parameters, const model::Model& model,
+                        const deploy::Calibration& calibration = {});
 
 // The twin's hand as it is: loop, limits and end stops of the published system.
 deploy::Hand twin_hand(const twin::Parameters& parameters, const model::Model& model);
@@ -76,7 +78,8 @@ class Boards : public Engine {
   // The hand's image with frames coming in as fast as the radio carries them.
   virtual HandFigures run_hand(const std::filesystem::path& elf, const deploy::Glove& glove,
                                double seconds) const = 0;
-  // Sensor edges at random times, both boards and the radio in between.
+  // Sensor edges at random times, both boards and the radio in between. An edge whose first frame the radio
+  // loses is left out.
   virtual std::vector<Latency> latency(const twin::Parameters& parameters, const model::Model& model,
                                        int edges, std::uint64_t seed) const = 0;
   // Trial 0 with all signals as a value change dump.

@@ -84,7 +84,7 @@ std::string budget_svg(const Deployment& d) {
 
 }  // namespace
 
-LatencyBudget budget_of(const std::vector<Latency>& edges) {
+LatencyBudget budget_of(const std::vector<Latency>& edges, int asked) {
   if (edges.empty()) throw io::JobError("no edge came through to the motor");
   const auto over = [&](const auto& value) {
     LatencyBudget::Stage s{0, 1e9, 0};
@@ -98,6 +98,7 @@ LatencyBudget budget_of(const std::vector<Latency>& edges) {
   };
   LatencyBudget out;
   out.edges = static_cast<int>(edges.size());
+  out.lost = asked - out.edges;
   for (std::size_t i = 0; i < out.stage.size(); ++i)
     out.stage[i] = over([i](const Latency& edge) { return edge[i]; });
   out.total = over([](const Latency& edge) {
@@ -128,7 +129,7 @@ Json to_json(const LatencyBudget& b) {
     row["name"] = kLatencyStages[i];
     stages.push_back(std::move(row));
   }
-  return {{"edges", b.edges}, {"stages", std::move(stages)}, {"total", stage(b.total)}};
+  return {{"edges", b.edges}, {"lost", b.lost}, {"stages", std::move(stages)}, {"total", stage(b.total)}};
 }
 
 void write_latency_figure(const LatencyBudget& b, const std::string& title,
@@ -138,10 +139,10 @@ void write_latency_figure(const LatencyBudget& b, const std::string& title,
   Gnuplot g;
   g.begin("latency", 260);
   g.add(
-      "set title '{}, mean of {} edges' noenhanced; set yrange [-0.7:0.7]; unset ytics; set xrange [0:{}]; "
+      "set title {} noenhanced; set yrange [-0.7:0.7]; unset ytics; set xrange [0:{}]; "
       "set xlabel 'time since the "
       "edge (ms)'",
-      title, b.edges, b.total.mean_ms * 1.05);
+      gnuplot_text(fmt::format("{}, mean of {} edges", title, b.edges)), b.total.mean_ms * 1.05);
   g.add(
       "set style fill solid noborder; unset grid; set grid x lc rgb '#dddddd'; set key above maxrows 2; set "
       "border 1");
@@ -225,10 +226,10 @@ void write_deployment_report(const Deployment& d, const std::filesystem::path& f
       "{}</title><style>{}</style>",
       escape(d.glove.model.name), kStyle);
   page.add(
-      "<h1>Firmware of {}</h1><p>For two boards with an ATmega328P at 16 MHz. Every figure was measured on "
+      "<h1>Firmware of {}</h1><p>For {} with an ATmega328P at 16 MHz. Every figure was measured on "
       "the very images in this "
       "folder, run instruction by instruction.</p>",
-      escape(d.glove.model.name));
+      escape(d.glove.model.name), has_hand(d) ? "two boards" : "one board");
   page.add(
       "<div class=cards><div class=card><b>{:.0f}</b>cycles for five channels, {:.2f} % of a sample "
       "period</div>"
@@ -246,10 +247,10 @@ void write_deployment_report(const Deployment& d, const std::filesystem::path& f
       "frame; blue: the frame is on the wire; grey: it sleeps.</figcaption></figure>",
       budget_svg(d));
   page.add(
-      "<h2>Flash them</h2><p><code>avrdude -p m328p -c arduino -P /dev/ttyUSB0 -b 115200 -U "
-      "flash:w:glove.hex</code>, likewise "
-      "<code>hand.hex</code>; or copy the folders in <code>arduino/</code> to the Arduino IDE's libraries "
-      "and open their examples.</p></html>");
+      "<h2>Flash {}</h2><p><code>avrdude -p m328p -c arduino -P /dev/ttyUSB0 -b 115200 -U "
+      "flash:w:glove.hex</code>{}; or copy what is in <code>arduino/</code> to the Arduino IDE's libraries "
+      "and open the example.</p></html>",
+      has_hand(d) ? "them" : "it", has_hand(d) ? ", likewise <code>hand.hex</code>" : "");
   io::write_file(folder / "report.html", page.text());
 }
 

@@ -12,11 +12,13 @@ struct LatencyBudget {
     double min_ms = 0;
     double max_ms = 0;
   };
-  int edges = 0;
+  int edges = 0;  // that came through
+  int lost = 0;   // of which the frame that told them first was lost on the way
   std::array<Stage, kLatencyStages.size()> stage{};
   Stage total;
 };
-LatencyBudget budget_of(const std::vector<Latency>& edges);
+// Of those that came through out of `asked`.
+LatencyBudget budget_of(const std::vector<Latency>& edges, int asked);
 std::string latency_table(const LatencyBudget& budget);
 nlohmann::ordered_json to_json(const LatencyBudget& budget);
 // latency.svg and latency.csv.

@@ -2,16 +2,51 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 
+#include "host/deploy/process.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::experiment {
+
+// Any text as a text of gnuplot's: in single quotes it reads nothing into it but its end, which a doubled
+// quote is not. A line break would end the command, and bytes that are not UTF-8 would make the figure no
+// XML; both are shown as a space and a question mark. Goes with `noenhanced`, so that _ and ^ are shown.
+inline std::string gnuplot_text(std::string_view text) {
+  std::string out = "'";
+  for (std::size_t i = 0; i < text.size();) {
+    const auto lead = static_cast<unsigned char>(text[i]);
+    const std::size_t bytes = lead < 0x80 ? 1 : lead >= 0xf0 ? 4 : lead >= 0xe0 ? 3 : 2;
+    const auto continues = [](char c) { return (static_cast<unsigned char>(c) & 0xc0U) == 0x80; };
+    const std::string_view tail = text.substr(i + 1, bytes - 1);
+    if ((lead >= 0x80 && lead < 0xc2) || lead > 0xf4 || tail.size() + 1 < bytes ||
+        !std::ranges::all_of(tail, continues)) {
+      out += '?';
+      ++i;
+      continue;
+    }
+    if (lead == '\'') out += '\'';
+    if (lead < 0x20 || lead == 0x7f) {
+      out += ' ';
+    } else {
+      out += text.substr(i, bytes);
+    }
+    i += bytes;
+  }
+  return out + "'";
+}
+
+// The same for the label of a tic, which gnuplot takes for a format.
+inline std::string gnuplot_tic(std::string_view text) {
+  std::string out;
+  for (const char c : text) out += c == '%' ? std::string("%%") : std::string(1, c);
+  return gnuplot_text(out);
+}
 
 // One gnuplot process draws all figures; each writes into a folder of its own that is removed at the end.
 class Gnuplot {
@@ -32,7 +67,7 @@ class Gnuplot {
       add("set terminal svg size {},{} dynamic font 'Helvetica,14' name 'flexor_{}' background '#ffffff'",
           width, height, name);
     }
-    add("set output '{}'", (folder_.path() / name).string());
+    add("set output {}", gnuplot_text(std::filesystem::absolute(folder_.path() / name).string()));
     add("set grid lc rgb '#dddddd'; set border 3 lc rgb '#666666'; set tics nomirror; set key above");
   }
 
@@ -43,16 +78,23 @@ class Gnuplot {
     add("EOD");
   }
 
+  // A file as gnuplot is to name it, whatever its own name: a name that begins with < would be a command.
+  std::string data_file(const std::filesystem::path& path) const {
+    const std::filesystem::path link = folder_.path() / "data";
+    std::filesystem::create_symlink(std::filesystem::absolute(path), link);
+    return gnuplot_text(std::filesystem::absolute(link).string());
+  }
+
   void run() const {
     const std::filesystem::path script = folder_.path() / "script";
-    const std::filesystem::path log = folder_.path() / "log";
     io::write_file(script, {script_.data(), script_.size()});
-    const std::string command = fmt::format("gnuplot '{}' > '{}' 2>&1", script.string(), log.string());
-    if (std::system(command.c_str()) == 0) return;
-    std::string reason = std::filesystem::file_size(log) > 0 ? io::read_file(log) : "no output";
+    if (deploy::find_program("gnuplot").empty())
+      throw io::JobError("gnuplot is missing, no figure can be drawn: script/bootstrap installs it");
+    const deploy::ProcessResult result = deploy::run_process({"gnuplot", script.string()});
+    if (result.status == 0) return;
+    std::string reason = result.err.empty() ? "no output" : result.err;
     std::ranges::replace(reason, '\n', ' ');
-    throw io::JobError(fmt::format(
-        "gnuplot could not draw the figures (is it installed? script/bootstrap): {}", reason.substr(0, 200)));
+    throw io::JobError(fmt::format("gnuplot could not draw the figures: {}", reason.substr(0, 200)));
   }
 
   std::string bytes(const std::string& name) const { return io::read_file(folder_.path() / name); }

@@ -29,16 +29,10 @@ std::string base64(std::string_view bytes) {
   return out;
 }
 
-// As gnuplot writes text in quotes.
-std::string quoted(std::string text) {
-  for (std::size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 2) text.insert(at, 1, '\'');
-  return "'" + text + "'";
-}
-
 // Every so many rows, so that an hour is drawn as quickly as a minute.
 std::string draw(const Tracked& r, const std::filesystem::path& csv) {
   Gnuplot g;
-  const std::string file = quoted(csv.string());
+  const std::string file = g.data_file(csv);
   const std::size_t n = r.summary.angles.size();
   g.begin("angles", 120 + 130 * static_cast<int>(n) + 90);
   const std::size_t every = 1 + r.summary.frames / kMostPoints;
@@ -48,8 +42,8 @@ std::string draw(const Tracked& r, const std::filesystem::path& csv) {
         std::max(r.summary.to_s, r.summary.from_s + 0.1));
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t column = 2 + 3 * k;
-    g.add("set ylabel '{}' noenhanced; set label 1 'deg' at graph 0.005,0.92 tc rgb '#888888'",
-          r.summary.angles[k].name);
+    g.add("set ylabel {} noenhanced; set label 1 'deg' at graph 0.005,0.92 tc rgb '#888888'",
+          gnuplot_text(r.summary.angles[k].name));
     // Three or four labels on the axis, whatever the range.
     const double range = std::max(1.0, r.summary.angles[k].max_deg - r.summary.angles[k].min_deg);
     const double decade = std::pow(10, std::floor(std::log10(range)));

@@ -16,12 +16,11 @@ constexpr const char* kColours[] = {"#E69F00", "#56B4E9", "#D55E00", "#009E73", 
 
 const char* colour(std::size_t compensator) { return kColours[compensator % std::size(kColours)]; }
 
-// gnuplot reads _ and other signs as commands.
-std::string plain(std::string text) {
-  for (char& c : text) {
-    if (c == '\'' || c == '_' || c == '@' || c == '^' || c == '{' || c == '}') c = ' ';
-  }
-  return text;
+// The first letters, none of them cut in two.
+std::string shortened(const std::string& text) {
+  std::size_t end = std::min<std::size_t>(text.size(), 18);
+  while (end > 0 && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xc0U) == 0x80) --end;
+  return text.substr(0, end);
 }
 
 std::string title(const twin::Motion& motion) {
@@ -46,10 +45,11 @@ class Drawing {
     }
     std::string tics;
     for (std::size_t m = 0; m < result_.motions.size(); ++m) {
-      tics += fmt::format("{}'{}' {}", m == 0 ? "" : ", ", plain(plan_.motions[m].name()).substr(0, 18), m);
+      tics += fmt::format("{}{} {}", m == 0 ? "" : ", ", gnuplot_tic(shortened(plan_.motions[m].name())), m);
     }
     g_.add(
-        "set logscale y; set ylabel 'total error E_T (deg s)' noenhanced; set xtics ({}); set xrange "
+        "set logscale y; set ylabel 'total error E_T (deg s)' noenhanced; set xtics ({}) noenhanced; set "
+        "xrange "
         "[-0.6:{}]",
         tics, static_cast<double>(result_.motions.size()) - 0.4);
     g_.add("set boxwidth {}; set style fill solid 0.85 noborder; set yrange [5:*]",
@@ -58,9 +58,9 @@ class Drawing {
     bool any_published = false;
     for (std::size_t c = 0; c < n; ++c) {
       plot += fmt::format(
-          "$errors{0} using 1:2 with boxes lc rgb '{1}' title '{2}' noenhanced, "
+          "$errors{0} using 1:2 with boxes lc rgb '{1}' title {2} noenhanced, "
           "$errors{0} using 1:($2-$3):(0):(2*$3) with vectors nohead lc rgb '#444444' lw 1.2 notitle, ",
-          c, colour(c), plain(result_.compensators[c]));
+          c, colour(c), gnuplot_text(result_.compensators[c]));
       any_published = any_published || result_.cell(0, c).published_deg_s.has_value();
     }
     for (std::size_t c = 0; c < n; ++c) {
@@ -138,8 +138,8 @@ class Drawing {
       for (std::size_t c = 0; c < plan_.compensators.size(); ++c) {
         const std::string value =
             error ? fmt::format("(${}-${})", reference, reference + 1) : fmt::format("{}", reference + 1);
-        plot += fmt::format(", $run{}_{} using 1:{} with lines lw 1.6 lc rgb '{}' title '{}' noenhanced", m,
-                            c, value, colour(c), plain(plan_.compensators[c].name));
+        plot += fmt::format(", $run{}_{} using 1:{} with lines lw 1.6 lc rgb '{}' title {} noenhanced", m, c,
+                            value, colour(c), gnuplot_text(plan_.compensators[c].name));
       }
       g_.add("{}", plot);
     }
@@ -171,8 +171,8 @@ class Drawing {
         "yrange [-2.2:2.9]");
     g_.add("set multiplot layout {},{}", rows, columns);
     for (std::size_t panel = 0; panel < panels; ++panel) {
-      g_.add("set title '{}' noenhanced",
-             panel == 0 ? "finger (reference)" : plain(plan_.compensators[panel - 1].name));
+      g_.add("set title {} noenhanced",
+             gnuplot_text(panel == 0 ? "finger (reference)" : plan_.compensators[panel - 1].name));
       g_.add(
           "plot $hand{0}_{1} index 0 using 1:2 with filledcurves closed fc rgb '#eeeeee' notitle, "
           "'' index 1 using 1:2 with lines lw 9 lc rgb '{2}' notitle, "

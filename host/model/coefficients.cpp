@@ -104,43 +104,181 @@ int best_fraction(const Channel& channel, const char* what, double magnitude, in
   does_not_fit(channel, fmt::format("{} ({:.6g})", what, magnitude));
 }
 
-std::optional<Direct> direct_form(const Channel& channel, double period_s) {
+namespace {
+
+// What is left of anything after so many samples cannot be told: direct forms forget within a few.
+constexpr Eigen::Index kMemory = 64;
+
+bool is_plain_chain(const Channel& channel) {
   const Lti& lti = channel.lti;
-  const Eigen::Index n = order_at(lti, period_s);
-  const bool plain = !channel.hysteresis && !channel.input_curve && !channel.output_curve &&
-                     lti.offset == 0 && std::ranges::all_of(lti.taps, [](double tap) { return tap == 0; });
-  if (n == 0 || !plain || lti.gain <= 0 || after_dead_zone(channel).min < 0) return std::nullopt;
-  // prod (1 - p_i / z), then b from the first n values of the impulse response of the hold.
-  Direct out{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n)};
-  Eigen::VectorXd denominator = Eigen::VectorXd::Unit(n + 1, 0);
-  double gain_of_rounding = 1;
-  Eigen::VectorXd rates(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    rates(i) = -lti.poles_rad_s[static_cast<std::size_t>(i)];
-    const double p = std::exp(-rates(i) * period_s);
-    for (Eigen::Index j = n; j > 0; --j) denominator(j) -= p * denominator(j - 1);
-    gain_of_rounding /= 1 - p;
-  }
-  constexpr double kLargestGain = 1.85;  // of half a step of Q4: 0.058 degree
-  if (gain_of_rounding > kLargestGain) return std::nullopt;
-  const ZeroOrderHold hold = zero_order_hold(rates, period_s);
+  return !channel.hysteresis && !channel.input_curve && !channel.output_curve && lti.offset == 0 &&
+         !lti.poles_rad_s.empty() && std::ranges::all_of(lti.taps, [](double tap) { return tap == 0; });
+}
+
+// First values of the response of the hold to a single sample of 1.
+Eigen::VectorXd impulse_response(const ZeroOrderHold& hold, double gain, Eigen::Index count) {
+  const Eigen::Index n = hold.input.size();
   Eigen::VectorXd x = Eigen::VectorXd::Zero(n);
-  Eigen::VectorXd response(n);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const double w = k == 0 ? lti.gain : 0;
-    const Eigen::VectorXd old = x;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      x(i) += hold.input(i) * (w - old(i));
-      for (Eigen::Index j = 0; j < i; ++j) x(i) += hold.transition(i, j) * (old(j) - old(i));
-    }
+  Eigen::VectorXd response(count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    x = hold.transition * x;
+    if (k == 0) x += gain * hold.input;
     response(k) = x(n - 1);
   }
-  for (Eigen::Index k = 0; k < n; ++k) {
-    for (Eigen::Index j = 0; j <= k; ++j) out.b(k) += denominator(j) * response(k - j);
-    out.a(k) = std::abs(denominator(k + 1));
+  return response;
+}
+
+// y[k] = b[k] + a_1 y[k-1] - a_2 y[k-2] + a_3 y[k-3]: to b as input.
+Eigen::VectorXd recursion(const Eigen::VectorXd& b, const Eigen::VectorXd& a, Eigen::Index count) {
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    if (k < b.size()) y(k) = b(k);
+    for (Eigen::Index i = 0; i < std::min(a.size(), k); ++i)
+      y(k) += (i % 2 == 0 ? a(i) : -a(i)) * y(k - 1 - i);
   }
-  const bool fits = out.b.minCoeff() >= 0 && out.b.maxCoeff() < 1.99996 && out.a.maxCoeff() < 0.99999;
-  return fits ? std::optional(out) : std::nullopt;
+  return y;
+}
+
+// The most that sum d_k v_k can be with 0 <= v_k <= top and sum h_k v_k <= upper; h is not negative. Inputs
+// are spent where they bring most.
+double largest_sum(const Eigen::VectorXd& d, const Eigen::VectorXd& h, double top, double upper) {
+  std::vector<Eigen::Index> order;
+  for (Eigen::Index k = 0; k < d.size(); ++k) {
+    if (d(k) > 0) order.push_back(k);
+  }
+  std::ranges::sort(order, [&](Eigen::Index i, Eigen::Index j) { return d(i) * h(j) > d(j) * h(i); });
+  double sum = 0;
+  for (const Eigen::Index k : order) {
+    const double share = h(k) * top <= upper ? 1 : upper / (h(k) * top);
+    sum += share * d(k) * top;
+    upper -= share * h(k) * top;
+    if (share < 1) break;
+  }
+  return sum;
+}
+
+// A direct form in double, and its neighbours in integers.
+class DirectSearch {
+ public:
+  DirectSearch(const Channel& channel, const Eigen::VectorXd& rates, double period_s)
+      : gain_(channel.lti.gain),
+        top_(after_dead_zone(channel).max),
+        upper_(std::max(channel.saturation.upper_deg, 0.0) + kOutputStep),
+        edge_deg_(channel.dead_zone ? gain_ * std::max(off_step(channel.dead_zone->lower),
+                                                       off_step(channel.dead_zone->upper))
+                                    : 0),
+        start_deg_(top_ * off_gain(channel)),
+        order_(rates.size()),
+        hold_(zero_order_hold(rates, period_s)),
+        response_(impulse_response(hold_, gain_, kMemory)) {
+    Eigen::VectorXd denominator = Eigen::VectorXd::Unit(order_ + 1, 0);
+    for (Eigen::Index i = 0; i < order_; ++i) {
+      const double p = std::exp(-rates(i) * period_s);
+      for (Eigen::Index j = order_; j > 0; --j) denominator(j) -= p * denominator(j - 1);
+    }
+    a_ = denominator.tail(order_).cwiseAbs();
+    b_ = Eigen::VectorXd::Zero(order_);
+    for (Eigen::Index k = 0; k < order_; ++k) {
+      for (Eigen::Index j = 0; j <= k; ++j) b_(k) += denominator(j) * response_(k - j);
+    }
+  }
+
+  // Rounding to the nearest is not always the best: a neighbour's DC gain may be nearer.
+  std::optional<Direct> best() const {
+    std::optional<Direct> out;
+    constexpr int kReach = 2;
+    constexpr int kSide = 2 * kReach + 1;
+    int neighbours = 1;
+    for (Eigen::Index i = 0; i < order_; ++i) neighbours *= kSide;
+    for (int neighbour = 0; neighbour < neighbours; ++neighbour) {
+      std::array<int, compensator::kMaxOrder> away{};
+      for (int i = 0, rest = neighbour; i < static_cast<int>(order_); ++i, rest /= kSide) {
+        away[static_cast<std::size_t>(i)] = rest % kSide - kReach;
+      }
+      const auto one = integers(away);
+      if (one && one->error_deg <= kFixedError_deg && (!out || one->error_deg < out->error_deg)) out = one;
+    }
+    return out;
+  }
+
+ private:
+  static constexpr double kOutputStep = 1.0 / (1 << core::kOutputFraction);
+
+  // What rounding to the input's steps takes from an edge.
+  static double off_step(double edge) {
+    const double steps = std::ldexp(edge, core::kInputFraction);
+    return std::ldexp(std::abs(steps - std::round(steps)), -core::kInputFraction);
+  }
+
+  // What rounding takes from the gain that the first sample sees.
+  static double off_gain(const Channel& channel) {
+    constexpr int kUp = core::kStateFraction - core::kInputFraction;
+    const double gain = channel.lti.gain;
+    const int fraction =
+        kUp + best_fraction(channel, "gain of the lti block", std::ldexp(gain, kUp), -16, 15);
+    return std::abs(gain - std::ldexp(std::round(std::ldexp(gain, fraction)), -fraction));
+  }
+
+  // a is Q16, b Q15. b_0 brings what the DC gain lacks after all other roundings.
+  std::optional<Direct> integers(const std::array<int, compensator::kMaxOrder>& away) const {
+    Direct out{};
+    Eigen::VectorXd a(order_);
+    Eigen::VectorXd b(order_);
+    double rest = gain_;
+    for (Eigen::Index i = order_ - 1; i >= 0; --i) {
+      const auto at = static_cast<std::size_t>(i);
+      const double a_q16 = std::round(std::ldexp(a_(i), 16)) + away[at];
+      rest += (i % 2 == 0 ? -gain_ : gain_) * std::ldexp(a_q16, -16);
+      const double b_q15 = std::round(std::ldexp(i > 0 ? b_(i) : rest, 15));
+      rest -= std::ldexp(b_q15, -15);
+      if (!(a_q16 >= 0 && a_q16 <= UINT16_MAX && b_q15 >= 0 && b_q15 <= UINT16_MAX)) return std::nullopt;
+      out.a[at] = static_cast<std::uint16_t>(a_q16);
+      out.b[at] = static_cast<std::uint16_t>(b_q15);
+      a(i) = std::ldexp(a_q16, -16);
+      b(i) = std::ldexp(b_q15, -15);
+    }
+    out.error_deg = bound(a, b);
+    return out;
+  }
+
+  // Every product is exact; only y is rounded, by half a step at most, and comes back through the poles. The
+  // first y is off by its gain too, which is the same as so much rounding ever before. To it comes what the
+  // rounded coefficients make of the worst sequence of inputs that keeps the angle below its upper limit.
+  double bound(const Eigen::VectorXd& a, const Eigen::VectorXd& b) const {
+    constexpr double kRounding = kOutputStep / 2;
+    const double echoes = recursion(Eigen::VectorXd::Ones(1), a, kMemory).cwiseAbs().sum();
+    const double start = std::max(0.0, (kRounding + start_deg_) / echoes - kRounding) * (echoes - 1);
+    const Eigen::VectorXd deviation = recursion(b, a, kMemory) - response_;
+    return kRounding * echoes + start + edge_deg_ +
+           std::max(largest_sum(deviation, response_, top_, upper_),
+                    largest_sum(-deviation, response_, top_, upper_));
+  }
+
+  double gain_;
+  double top_;
+  double upper_;
+  double edge_deg_;   // by the dead zone's edges
+  double start_deg_;  // of the first y
+  Eigen::Index order_;
+  ZeroOrderHold hold_;
+  Eigen::VectorXd response_;
+  Eigen::VectorXd a_;
+  Eigen::VectorXd b_;
+};
+
+}  // namespace
+
+std::optional<Direct> direct_form(const Channel& channel, double period_s) {
+  const Lti& lti = channel.lti;
+  if (!is_plain_chain(channel) || lti.gain <= 0 || after_dead_zone(channel).min < 0) return std::nullopt;
+  Eigen::VectorXd rates(order_at(lti, period_s));
+  double echoes = 1;
+  for (Eigen::Index i = 0; i < rates.size(); ++i) {
+    rates(i) = -lti.poles_rad_s[static_cast<std::size_t>(i)];
+    echoes /= 1 - std::exp(-rates(i) * period_s);
+  }
+  if (std::ldexp(echoes, -core::kOutputFraction - 1) > kFixedError_deg) return std::nullopt;  // most chains
+  return DirectSearch(channel, rates, period_s).best();
 }
 
 int refinement(const Channel& channel) {

@@ -3,6 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <optional>
+
 #include "host/io/io.hpp"
 #include "host/model/discrete.hpp"
 #include "host/model/model.hpp"
@@ -12,6 +16,11 @@ namespace flexor::model {
 
 // Large enough for every document.
 using AnyShape = compensator::Shape<kMaxPlays, kMaxKnots, compensator::kMaxOrder, kMaxKnots>;
+
+// The most that fixed point may be from double on the same input in Q5: one step of the output, 1/16 degree.
+// An input between two steps of Q5 is rounded first, by 1/64 of its unit at most, and takes the chain's slope
+// times that on top; so does a dead zone's edge between two steps, where the chain has no direct form.
+inline constexpr double kFixedError_deg = 0.0625;
 
 namespace detail {
 
@@ -29,11 +38,14 @@ PaddedLti pad(const Lti& lti, double period_s, int order);
 // state then equals the one before.
 Eigen::Index order_at(const Lti& lti, double period_s);
 
-// b (gain included) and |a| of compensator::DirectForm, where that form is exact enough and the channel has
-// what it asks for.
+// Coefficients of compensator::DirectForm and the most that it can be from double, degrees: for every
+// sequence of inputs in Q5 that the channel accepts. None where that exceeds kFixedError_deg, or where the
+// channel has what the form cannot do. The same bound keeps the form's angle, which has no sign, from falling
+// below zero.
 struct Direct {
-  Eigen::VectorXd b;
-  Eigen::VectorXd a;
+  std::array<std::uint16_t, compensator::kMaxOrder> b{};
+  std::array<std::uint16_t, compensator::kMaxOrder> a{};
+  double error_deg = 0;
 };
 std::optional<Direct> direct_form(const Channel& channel, double period_s);
 
@@ -210,15 +222,8 @@ auto fixed_coefficients(const Channel& channel, double period_s) {
     }
     if (const auto direct = detail::direct_form(channel, period_s)) {
       c.lti.is_direct = true;
-      double rest = channel.lti.gain;  // what b_0 must bring for the DC gain to be right after rounding
-      for (Eigen::Index i = direct->b.size() - 1; i >= 0; --i) {
-        const double a = std::round(std::ldexp(direct->a(i), 16));
-        rest += (i % 2 == 0 ? -1 : 1) * channel.lti.gain * std::ldexp(a, -16);
-        const double b = std::round(std::ldexp(i > 0 ? direct->b(i) : rest, 15));
-        rest -= std::ldexp(b, -15);
-        c.lti.direct.a[i] = static_cast<std::uint16_t>(a);
-        c.lti.direct.b[i] = static_cast<std::uint16_t>(b);
-      }
+      std::copy_n(direct->b.begin(), ShapeT::kOrder, c.lti.direct.b);
+      std::copy_n(direct->a.begin(), ShapeT::kOrder, c.lti.direct.a);
     }
   }
   if (channel.output_curve) {

@@ -76,8 +76,9 @@ struct FixedWeight {
 //   t_1[k] = b_1 v[k] - a_2 y[k-1] + t_2[k-1],   t_2[k] = b_2 v[k] + a_3 y[k-1]
 //   prod_i (1 - p_i / z) = 1 - a_1 / z + a_2 / z^2 - a_3 / z^3,  p_i = exp(-a_i T)
 // Half the products of the difference form, and short ones. y's rounding, half of 2^-4 degree, grows by 1 /
-// prod (1 - p_i); where that would take it beyond the format's 0.06 degree, the host leaves the difference
-// form in place. v is Q5 and never negative, nor is y; b is Q15, a is Q16, t is Q20.
+// prod (1 - p_i). The host bounds that and what rounding the coefficients costs; where the sum could pass one
+// step of y, 1/16 degree, or take y below zero, it leaves the difference form in place. v is Q5 and never
+// negative, nor is y; b is Q15, a is Q16, t is Q20.
 template <int kOrder>
 struct DirectForm {
   static_assert(kOrder >= 1 && kOrder <= kMaxOrder, "written out for order 1 to 3");

@@ -1,0 +1,278 @@
+// What may go wrong around `deploy`: hostile texts, keys in the open, runs that are cut off, units that do
+// not fit.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <random>
+
+namespace flexor::cli {
+namespace {
+namespace fs = std::filesystem;
+
+struct Finished {
+  int exit = 0;
+  std::string out;
+  std::string err;
+};
+
+std::string content(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void write(const fs::path& file, const std::string& text) { std::ofstream(file, std::ios::binary) << text; }
+
+const std::string kPublished = FLEXOR_SOURCE_DIR "/models/published_hw.json";
+const std::string kKey = "00112233445566778899aabbccddeeff";
+const std::string kOtherKey = "ffeeddccbbaa99887766554433221100";
+
+class DeployFaults : public testing::Test {
+ protected:
+  DeployFaults()
+      : folder_(
+            fs::path(testing::TempDir()) /
+            (std::string("flexor_deploy_") + testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~DeployFaults() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  // Arguments are handed to a shell: quote what needs it.
+  Finished run(const std::string& arguments, const std::string& input = "/dev/null") const {
+    const std::string command = "cd '" + folder_.string() + "' && '" FLEXOR_PROGRAM "' " + arguments +
+                                " < '" + input + "' > '" + path("stdout") + "' 2> '" + path("stderr") + "'";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(path("stdout")), content(path("stderr"))};
+  }
+
+  Finished deploy(const std::string& model, const std::string& options) const {
+    return run("deploy '" + model + "' " + options);
+  }
+
+  void expect_refused(const std::string& model, const std::string& options, const std::string& says) const {
+    const Finished r = deploy(model, options);
+    EXPECT_EQ(r.exit, 2) << options << "\n" << r.err;
+    EXPECT_NE(r.err.find(says), std::string::npos) << options << "\n" << r.err;
+    EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
+  }
+
+  // The published model with its text changed.
+  std::string model(const std::string& name, const std::function<void(nlohmann::ordered_json&)>& edit) const {
+    auto json = nlohmann::ordered_json::parse(content(kPublished));
+    edit(json);
+    write(path(name), json.dump());
+    return path(name);
+  }
+
+  fs::path folder_;
+};
+
+// As glove_config.hpp says it.
+std::string key_in(const fs::path& config) {
+  const std::string text = content(config);
+  const std::size_t from = text.find("kPair = {{");
+  std::string hex;
+  for (std::size_t at = from + 10; from != std::string::npos && at < text.find("}};", from); ++at) {
+    std::size_t digits = 0;
+    char two[3];
+    std::snprintf(two, sizeof(two), "%02x", std::stoi(text.substr(at), &digits));
+    hex += two;
+    at += digits + 1;
+  }
+  return hex;
+}
+
+int mode_of(const fs::path& path) {
+  struct stat info {};
+  EXPECT_EQ(stat(path.c_str(), &info), 0) << path;
+  return static_cast<int>(info.st_mode & 0777U);
+}
+
+// The first line that names the model by its digest is all that may differ.
+std::string without_digest(const std::string& text) {
+  const std::size_t from = text.find("fnv1a64:");
+  return text.substr(0, from) + text.substr(text.find('\n', from));
+}
+
+TEST_F(DeployFaults, AModelsNameIsNeverCompiledNorMarkup) {
+  write(path("k"), kKey + "\n");
+  const std::string hostile = model("hostile.json", [](nlohmann::ordered_json& m) {
+    m["name"] = "x */ \\\n#error compiled\n?\?/\n<script>alert(1)</script> '\"`$(touch gone)`";
+    m["description"] = "*/\n#error compiled";
+    for (auto& c : m["channels"]) c["input"]["column"] = "<script>\n#error_alpha";
+  });
+  const std::string harmless = model("harmless.json", [](nlohmann::ordered_json& m) { m["name"] = "x"; });
+  ASSERT_EQ(deploy(harmless, "--key k --out one").exit, 0) << content(path("stderr"));
+  ASSERT_EQ(deploy(hostile, "--key k --out two").exit, 0) << content(path("stderr"));
+  EXPECT_EQ(without_digest(content(path("one/glove_config.hpp"))),
+            without_digest(content(path("two/glove_config.hpp"))));
+  EXPECT_EQ(content(path("one/glove.hex")), content(path("two/glove.hex")));
+  const std::string report = content(path("two/report.html"));
+  EXPECT_EQ(report.find("<script"), std::string::npos);
+  EXPECT_NE(report.find("&lt;script&gt;alert(1)&lt;/script&gt; &#39;&quot;`"), std::string::npos);
+  EXPECT_FALSE(fs::exists(path("gone")));
+}
+
+TEST_F(DeployFaults, AKeyIsKeptFromOneDeploymentToTheNext) {
+  const Finished first = deploy(kPublished, "--out d --json");
+  ASSERT_EQ(first.exit, 0) << first.err;
+  EXPECT_EQ(nlohmann::json::parse(first.out).at("key"), "new");
+  const std::string key = content(path("d/pair.key"));
+  EXPECT_EQ(key_in(path("d/glove_config.hpp")) + "\n", key);
+  write(path("d/mine.txt"), "mine");
+
+  const Finished second = deploy(kPublished, "--out d --rate 20");
+  ASSERT_EQ(second.exit, 0) << second.err;
+  EXPECT_NE(second.out.find("used again; --new-key makes another"), std::string::npos) << second.out;
+  EXPECT_EQ(content(path("d/pair.key")), key);
+  EXPECT_EQ(key_in(path("d/hand_config.hpp")) + "\n", key);
+  EXPECT_EQ(content(path("d/mine.txt")), "mine");
+
+  const Finished third = deploy(kPublished, "--out d --new-key --json");
+  ASSERT_EQ(third.exit, 0) << third.err;
+  EXPECT_NE(content(path("d/pair.key")), key);
+  EXPECT_EQ(key_in(path("d/glove_config.hpp")) + "\n", content(path("d/pair.key")));
+  for (const auto& entry : fs::directory_iterator(path("d")))
+    EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry.path();
+}
+
+// The old deployment, none, or the new one; never images with another key than the one beside them.
+TEST_F(DeployFaults, ARunThatIsKilledLeavesNoImageWithAnotherKey) {
+  ASSERT_EQ(deploy(kPublished, "--key " + kKey + " --out d").exit, 0) << content(path("stderr"));
+  std::mt19937 random(1);
+  for (int round = 0; round < 6; ++round) {
+    const double seconds = 0.5 + 2.5 * static_cast<double>(random()) / 4294967296.0;
+    (void)std::system(("timeout -s KILL " + std::to_string(seconds) + " '" FLEXOR_PROGRAM "' deploy '" +
+                       kPublished + "' --out '" + path("d") + "' --key " +
+                       (round % 2 == 0 ? kOtherKey : kKey) + " > /dev/null 2>&1")
+                          .c_str());
+    for (const char* config : {"glove_config.hpp", "hand_config.hpp"}) {
+      if (!fs::exists(path("d") + "/" + config)) continue;
+      EXPECT_EQ(key_in(path("d") + "/" + config) + "\n", content(path("d/pair.key"))) << seconds << " s";
+    }
+  }
+}
+
+TEST_F(DeployFaults, NobodyElseCanReadAKey) {
+  write(path("k"), kKey + "\n");
+  ASSERT_EQ(run("deploy '" + kPublished + "' --key k --out d").exit, 0) << content(path("stderr"));
+  for (const char* file :
+       {"pair.key", "glove_config.hpp", "hand_config.hpp", "glove.elf", "glove.hex", "hand.hex",
+        "arduino/FlexorGlove/src/glove_config.hpp", "arduino/FlexorHand/src/hand_config.hpp"}) {
+    EXPECT_EQ(mode_of(path("d") + "/" + file), 0600) << file;
+  }
+  for (const char* folder : {"", "arduino", "arduino/FlexorGlove", "arduino/FlexorHand/src"})
+    EXPECT_EQ(mode_of(path("d") + "/" + folder), 0700) << folder;
+}
+
+TEST_F(DeployFaults, AKeyComesFromAFileAndWithAWarningFromTheCommandLine) {
+  write(path("k"), kKey + "\n");
+  ASSERT_EQ(deploy(kPublished, "--key k --out d").exit, 0) << content(path("stderr"));
+  EXPECT_EQ(content(path("stderr")).find("process list"), std::string::npos);
+  EXPECT_EQ(content(path("d/pair.key")), kKey + "\n");
+  EXPECT_EQ(key_in(path("d/hand_config.hpp")), kKey);
+
+  ASSERT_EQ(deploy(kPublished, "--key " + kOtherKey + " --out d").exit, 0) << content(path("stderr"));
+  EXPECT_NE(content(path("stderr")).find("process list"), std::string::npos);
+  EXPECT_EQ(content(path("d/pair.key")), kOtherKey + "\n");
+
+  expect_refused(kPublished, "--key none --out e", "no file of this name, and not 32 hexadecimal digits");
+  write(path("bad"), kKey + kKey);
+  expect_refused(kPublished, "--key bad --out e", "bad: is not a key: 32 hexadecimal digits are needed");
+  expect_refused(kPublished, "--key /dev/zero --out e", "/dev/zero: is not a key");
+  expect_refused(kPublished, "--key k --new-key --out e", "--new-key");
+  EXPECT_FALSE(fs::exists(path("e")));
+}
+
+TEST_F(DeployFaults, WhatMightHaveBeenAKeyIsNeverReplaced) {
+  write(path("k"), kKey + "\n");
+  for (const std::string was : {"", "half a ke", "00112233445566778899aabbccddeef"}) {
+    fs::create_directories(path("d"));
+    write(path("d/pair.key"), was);
+    for (const char* option : {"", "--new-key", "--key k"})
+      expect_refused(kPublished, std::string(option) + " --out d", "pair.key: is not a key");
+    EXPECT_EQ(content(path("d/pair.key")), was);
+  }
+  fs::remove(path("d/pair.key"));
+  fs::create_symlink(path("k"), path("d/pair.key"));
+  expect_refused(kPublished, "--out d", "pair.key: is not a plain file");
+}
+
+TEST_F(DeployFaults, AModelInAnotherUnitNeedsACalibrationThatSaysIt) {
+  const auto in = [&](const char* unit, const char* column) {
+    return model("m.json", [&](nlohmann::ordered_json& m) {
+      for (auto& c : m["channels"]) {
+        c["input"]["unit"] = unit;
+        c["input"]["column"] = column;
+      }
+    });
+  };
+  const auto calibration = [&](const std::string& unit) {
+    std::string fingers;
+    for (const char* finger : {"thumb", "index", "middle", "ring", "pinky"}) {
+      fingers += (fingers.empty() ? "\"" : ", \"") + std::string(finger) +
+                 R"(": {"counts": [400, 700], "value": [20, 140]})";
+    }
+    write(path("c.json"), R"({"schema": "flexor-calibration", "schema_version": 1, )" + unit +
+                              R"("fingers": {)" + fingers + "}}");
+    return "--plain --out d --calibration '" + path("c.json") + "'";
+  };
+  expect_refused(in("deg", "bend_deg"), "--out d", "the board reads counts: --calibration FILE");
+  expect_refused(in("V", "bend_V"), "--out d", R"("unit": "V")");
+  expect_refused(in("raw", "x"), "--out d", R"(in "raw")");
+  expect_refused(in("", "x"), "--out d", "does not say the unit");
+  const std::string volts = in("V", "bend_V");
+  expect_refused(volts, calibration(""), R"(add "unit": "V")");
+  expect_refused(volts, calibration(R"("unit": "deg", )"), R"(its values are in "deg")");
+  EXPECT_EQ(deploy(volts, calibration(R"("unit": "V", )")).exit, 0) << content(path("stderr"));
+  EXPECT_EQ(deploy(kPublished, calibration("")).exit, 0) << "alpha: the unit may be left out";
+}
+
+TEST_F(DeployFaults, AGloveForVrIsNotToldToFlashAHand) {
+  ASSERT_EQ(deploy(kPublished, "--output opengloves --out d").exit, 0) << content(path("stderr"));
+  const std::string report = content(path("d/report.html"));
+  EXPECT_NE(report.find("glove.hex"), std::string::npos);
+  EXPECT_EQ(report.find("hand.hex"), std::string::npos);
+  EXPECT_EQ(report.find("two boards"), std::string::npos);
+  EXPECT_EQ(content(path("stdout")).find("hand"), std::string::npos);
+}
+
+// Names of files are names of motions and compensators; gnuplot would run what stands in backquotes, and read
+// _ and
+// {} as commands.
+TEST_F(DeployFaults, NamesAreDrawnAsTheyAre) {
+  std::string rows = "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n";
+  for (int k = 0; k < 20; ++k)
+    rows += std::to_string(0.1 * k) + ",100,50,50,50," + std::to_string(30 + k) + "\n";
+  const std::string motion = "`touch m`'\n$x @y {z}%d";
+  write(folder_ / (motion + ".csv"), rows);
+  const std::string name = "a_{b}^`touch n`<b>&'";
+  const std::string hostile = model("hostile.json", [&](nlohmann::ordered_json& m) { m["name"] = name; });
+  fs::rename(hostile, folder_ / (name + ".json"));
+  const auto shell = [](std::string text) {
+    for (std::size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 4)
+      text.replace(at, 1, "'\\''");
+    return "'" + text + "'";
+  };
+  const Finished r = run("experiment --trials 2 --gestures " + shell(motion + ".csv") +
+                         " --compensators raw," + shell("./" + name + ".json") + " --out e");
+  ASSERT_EQ(r.exit, 0) << r.err;
+  EXPECT_FALSE(fs::exists(path("m")));
+  EXPECT_FALSE(fs::exists(path("n")));
+  const std::string errors = content(path("e/errors.svg"));
+  EXPECT_NE(errors.find("`touch m`' $x @y {"), std::string::npos) << "the tic, its first 18 letters";
+  EXPECT_NE(errors.find("a_{b}^`touch n`&lt;b>&amp;'"), std::string::npos);
+  EXPECT_EQ(content(path("e/report.html")).find("<b>&'"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace flexor::cli

@@ -1,0 +1,111 @@
+#include "host/deploy/out_folder.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "host/io/io.hpp"
+
+namespace flexor::deploy {
+namespace {
+
+namespace fs = std::filesystem;
+using io::InputError;
+
+constexpr const char* kStaging = ".deploy-";
+
+// All that a deployment consists of beside the key.
+struct Part {
+  const char* name;
+  bool is_folder;
+};
+constexpr std::array<Part, 10> kParts = {{{"glove_config.hpp", false},
+                                          {"hand_config.hpp", false},
+                                          {"glove.elf", false},
+                                          {"hand.elf", false},
+                                          {"glove.hex", false},
+                                          {"hand.hex", false},
+                                          {"arduino/FlexorGlove", true},
+                                          {"arduino/FlexorHand", true},
+                                          {"report.html", false},
+                                          {"report.json", false}}};
+
+bool is_there(const fs::path& path) {
+  std::error_code error;
+  return fs::symlink_status(path, error).type() != fs::file_type::not_found;
+}
+
+void move(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::create_directories(to.parent_path(), error);
+  if (!error) fs::rename(from, to, error);
+  if (error) throw InputError(fmt::format("{}: cannot be written: {}", to.string(), error.message()));
+}
+
+void require_replaceable(const fs::path& path, bool is_folder) {
+  std::error_code error;
+  if (!is_there(path) || fs::is_directory(path, error) == is_folder) return;
+  throw InputError(
+      fmt::format("{}: cannot be written: a {} has this name", path.string(), is_folder ? "file" : "folder"));
+}
+
+}  // namespace
+
+OutFolder::OutFolder(const fs::path& folder) : folder_(fs::absolute(folder)), umask_before_(umask(0077)) {
+  try {
+    made_ = !is_there(folder_);
+    io::make_folder(folder_);
+    lock();
+    for (const Part& part : kParts) require_replaceable(folder_ / part.name, part.is_folder);
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
+      if (entry.path().filename().string().starts_with(kStaging)) fs::remove_all(entry.path(), ignored);
+    }
+    std::string pattern = (folder_ / (std::string(kStaging) + "XXXXXX")).string();
+    if (mkdtemp(pattern.data()) == nullptr)
+      throw InputError(fmt::format("{}: cannot be written: {}", folder_.string(), std::strerror(errno)));
+    staging_ = pattern;
+  } catch (...) {
+    if (lock_ >= 0) close(lock_);
+    umask(umask_before_);
+    throw;
+  }
+}
+
+OutFolder::~OutFolder() {
+  std::error_code ignored;
+  fs::remove_all(staging_, ignored);
+  if (made_) fs::remove(folder_, ignored);  // where it is empty
+  close(lock_);
+  umask(umask_before_);
+}
+
+// The kernel lets go of it when the process ends, however it ends.
+void OutFolder::lock() {
+  lock_ = open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (lock_ >= 0 && flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    throw io::JobError(fmt::format("{}: another deploy is writing there: wait for it", folder_.string()));
+}
+
+void OutFolder::publish() {
+  const fs::path old = staging_ / "old";
+  for (const Part& part : kParts) {
+    if (is_there(folder_ / part.name)) move(folder_ / part.name, old / part.name);
+  }
+  if (is_there(staging_ / kKeyFile)) move(staging_ / kKeyFile, folder_ / kKeyFile);
+  for (const Part& part : kParts) {
+    if (!is_there(staging_ / part.name)) continue;
+    // Linkers make images executable, which they are not here.
+    if (!part.is_folder)
+      fs::permissions(staging_ / part.name, fs::perms::owner_read | fs::perms::owner_write);
+    move(staging_ / part.name, folder_ / part.name);
+  }
+}
+
+}  // namespace flexor::deploy

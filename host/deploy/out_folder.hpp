@@ -1,0 +1,42 @@
+// A deployment's folder. Everything is made in a folder of its own inside, which only its owner can read, and
+// takes the old deployment's place at the end: whenever a run is cut off, images that are there have the key
+// that is there. First the old images go, then the key changes, then the new ones come.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+
+namespace flexor::deploy {
+
+inline constexpr const char* kKeyFile = "pair.key";
+
+class OutFolder {
+ public:
+  // Makes `folder` where there is none, and removes what a run that was cut off has left in it. Throws
+  // io::InputError when it cannot be made or something else has the name of an image, io::JobError while
+  // another run writes there. Until the end, new files of this process are readable by their owner alone.
+  explicit OutFolder(const std::filesystem::path& folder);
+  // Without publish(): as if nothing had been.
+  ~OutFolder();
+  OutFolder(const OutFolder&) = delete;
+  OutFolder& operator=(const OutFolder&) = delete;
+
+  // To be filled: images, their configurations, arduino/, reports, and kKeyFile when the key changes.
+  const std::filesystem::path& staging() const { return staging_; }
+
+  // Puts what is in staging() in place of the old deployment; other files in the folder stay. Throws
+  // io::InputError.
+  void publish();
+
+ private:
+  void lock();
+
+  std::filesystem::path folder_;
+  std::filesystem::path staging_;
+  bool made_ = false;
+  int lock_ = -1;
+  mode_t umask_before_;
+};
+
+}  // namespace flexor::deploy

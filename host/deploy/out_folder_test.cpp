@@ -1,0 +1,105 @@
+#include "host/deploy/out_folder.hpp"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <random>
+
+#include "host/deploy/pair_key.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::deploy {
+namespace {
+
+namespace fs = std::filesystem;
+
+class OutFolderTest : public testing::Test {
+ protected:
+  OutFolderTest() : folder_(fs::path(testing::TempDir()) / ("flexor_out_" + std::to_string(::getpid()))) {
+    fs::remove_all(folder_);
+  }
+  ~OutFolderTest() override { fs::remove_all(folder_); }
+
+  // What deploy does, without the compiler: every image is its key.
+  static void deploy_once(const fs::path& folder) {
+    OutFolder out(folder);
+    const link::Key key = new_key();
+    for (const char* image : {"glove.elf", "glove.hex", "hand.elf", "hand.hex", "glove_config.hpp"})
+      io::write_file(out.staging() / image, to_hex(key));
+    io::make_folder(out.staging() / "arduino/FlexorGlove/src");
+    io::write_file(out.staging() / "arduino/FlexorGlove/src/glove_config.hpp", to_hex(key));
+    write_key(out.staging() / kKeyFile, key);
+    out.publish();
+  }
+
+  // All images that are there have the key that is there. Returns how many there are.
+  int expect_matching() const {
+    int images = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
+      const fs::path relative = fs::relative(entry.path(), folder_);
+      if (!entry.is_regular_file() || relative.string().starts_with(".") || relative == kKeyFile) continue;
+      ++images;
+      EXPECT_EQ(io::read_file(entry.path()), to_hex(load_key(folder_ / kKeyFile))) << relative;
+    }
+    return images;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(OutFolderTest, ImagesHaveTheKeyBesideThemWheneverARunIsKilled) {
+  deploy_once(folder_);
+  ASSERT_EQ(expect_matching(), 6);
+  std::mt19937 random(1);
+  int cut = 0;
+  for (int round = 0; round < 60; ++round) {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      for (;;) deploy_once(folder_);
+    }
+    usleep(2000 + static_cast<useconds_t>(random() % 20000));
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    cut += expect_matching() < 6 ? 1 : 0;
+  }
+  EXPECT_GT(cut, 0) << "no run was cut off between the old images and the new";
+  deploy_once(folder_);
+  EXPECT_EQ(expect_matching(), 6);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 7) << "what was cut off is cleared away";
+}
+
+TEST_F(OutFolderTest, WithoutPublishingNothingHasHappened) {
+  { OutFolder out(folder_); }
+  EXPECT_FALSE(fs::exists(folder_));
+  deploy_once(folder_);
+  const std::string before = io::read_file(folder_ / "glove.elf");
+  {
+    OutFolder out(folder_);
+    io::write_file(out.staging() / "glove.elf", "new");
+  }
+  EXPECT_EQ(io::read_file(folder_ / "glove.elf"), before);
+  EXPECT_EQ(expect_matching(), 6);
+}
+
+TEST_F(OutFolderTest, TwoRunsInOneFolderAreRefused) {
+  OutFolder one(folder_);
+  EXPECT_THROW(OutFolder{folder_}, io::JobError);
+}
+
+TEST_F(OutFolderTest, LeavesOtherFilesAloneAndRefusesAFolderInAnImagesPlace) {
+  deploy_once(folder_);
+  io::write_file(folder_ / "notes.txt", "mine");
+  io::write_file(folder_ / "arduino/mine.ino", "mine");
+  deploy_once(folder_);
+  EXPECT_EQ(io::read_file(folder_ / "notes.txt"), "mine");
+  EXPECT_EQ(io::read_file(folder_ / "arduino/mine.ino"), "mine");
+  fs::remove(folder_ / "hand.hex");
+  fs::create_directory(folder_ / "hand.hex");
+  EXPECT_THROW(OutFolder{folder_}, io::InputError);
+}
+
+}  // namespace
+}  // namespace flexor::deploy

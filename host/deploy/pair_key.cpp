@@ -1,0 +1,83 @@
+#include "host/deploy/pair_key.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+
+#include "host/io/io.hpp"
+
+namespace flexor::deploy {
+namespace {
+
+constexpr std::size_t kDigits = 32;
+constexpr const char* kNeeds = "32 hexadecimal digits are needed";
+
+// The text without what editors and shells leave at its end; empty when there is more than a key can have.
+std::string first_line(std::istream& stream) {
+  std::array<char, 2 * kDigits> buffer;
+  stream.read(buffer.data(), buffer.size());
+  std::string text(buffer.data(), static_cast<std::size_t>(stream.gcount()));
+  text.erase(text.find_last_not_of(" \t\r\n") + 1);
+  return text;
+}
+
+}  // namespace
+
+link::Key new_key() {
+  std::ifstream random("/dev/urandom", std::ios::binary);
+  link::Key key{};
+  random.read(reinterpret_cast<char*>(key.bytes), sizeof(key.bytes));
+  if (!random) throw io::JobError("/dev/urandom: no random key to be had");
+  return key;
+}
+
+std::string to_hex(const link::Key& key) {
+  std::string out;
+  for (const std::uint8_t byte : key.bytes) out += fmt::format("{:02x}", byte);
+  return out;
+}
+
+bool is_key(const std::string& text) {
+  return text.size() == kDigits && text.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
+}
+
+link::Key key_from_hex(const std::string& hex) {
+  if (!is_key(hex)) throw io::InputError(fmt::format("not a key: {}", kNeeds));
+  link::Key key{};
+  for (std::size_t i = 0; i < sizeof(key.bytes); ++i)
+    key.bytes[i] = static_cast<std::uint8_t>(std::stoi(hex.substr(2 * i, 2), nullptr, 16));
+  return key;
+}
+
+link::Key load_key(const std::filesystem::path& path) {
+  std::string text;
+  if (path == "-") {
+    text = first_line(std::cin);
+  } else {
+    io::require_readable(path);
+    std::ifstream file(path, std::ios::binary);
+    text = first_line(file);
+  }
+  if (!is_key(text)) throw io::InputError(fmt::format("{}: is not a key: {}", path.string(), kNeeds));
+  return key_from_hex(text);
+}
+
+void write_key(const std::filesystem::path& path, const link::Key& key) {
+  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  const std::string text = to_hex(key) + "\n";
+  const bool written = file >= 0 &&
+                       write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
+                       fsync(file) == 0;
+  const std::string reason = std::strerror(errno);
+  const bool closed = file >= 0 && close(file) == 0;
+  if (written && closed) return;
+  throw io::InputError(fmt::format("{}: cannot be written: {}", path.string(), reason));
+}
+
+}  // namespace flexor::deploy

@@ -1,0 +1,30 @@
+// The key that a glove and a hand share: made, read, and written where only its owner can read it.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "runtime/link/siphash.hpp"
+
+namespace flexor::deploy {
+
+// A random key from the system. Throws io::JobError.
+link::Key new_key();
+
+// 32 hexadecimal digits.
+std::string to_hex(const link::Key& key);
+
+// True for 32 hexadecimal digits.
+bool is_key(const std::string& text);
+
+// Throws io::InputError unless is_key(hex), without repeating what might be most of a secret.
+link::Key key_from_hex(const std::string& hex);
+
+// A file of 32 hexadecimal digits, as deploy writes it; "-" is standard input. Throws io::InputError when it
+// is missing, unreadable, or anything else.
+link::Key load_key(const std::filesystem::path& path);
+
+// A new file, readable and writable by its owner alone. Throws io::InputError.
+void write_key(const std::filesystem::path& path, const link::Key& key);
+
+}  // namespace flexor::deploy

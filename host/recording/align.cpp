@@ -374,10 +374,15 @@ std::string low_confidence(const Belief& belief, const Alignment& found) {
 
 double duration_s(const Series& series) { return series.t_s.back() - series.t_s.front(); }
 
-}  // namespace
+// Stage 1: which repetition.
+struct Repetition {
+  double lag_s = 0;
+  double rival_eta_squared = 0;
+  double searched_s = 0;
+};
 
-Alignment align(const Series& sensor, const Series& reference) {
-  const Scales scales(std::min(duration_s(sensor), duration_s(reference)));
+Repetition find_repetition(const Series& sensor, const Series& reference, const Scales& scales,
+                           double start_difference, Alignment& result) {
   const Sampled coarse_sensor = sample(sensor, scales.coarse_rate_hz);
   const Sampled coarse_reference = sample(reference, scales.coarse_rate_hz);
   const Binning bins(coarse_sensor, scales.bins);
@@ -389,9 +394,6 @@ Alignment align(const Series& sensor, const Series& reference) {
                     duration_s(sensor), duration_s(reference), scales.min_overlap_s));
   }
   const auto best = static_cast<std::size_t>(std::ranges::max_element(scanned.score) - scanned.score.begin());
-
-  const double start_difference = reference.t_s.front() - sensor.t_s.front();
-  Alignment result;
   result.eta_squared = scanned.eta_squared[best];
   if (result.eta_squared < kMinEtaSquared) {
     throw io::JobError(
@@ -400,39 +402,53 @@ Alignment align(const Series& sensor, const Series& reference) {
                     "finger?",
                     100 * result.eta_squared, 100 * kMinEtaSquared));
   }
-  const auto offset_of = [&](std::size_t i) {
-    return start_difference + static_cast<double>(scanned.lag[i]) / scales.coarse_rate_hz;
+  const auto lag_s = [&](std::size_t i) {
+    return static_cast<double>(scanned.lag[i]) / scales.coarse_rate_hz;
   };
+  Repetition found{lag_s(best), 0, static_cast<double>(scanned.lag.size()) / scales.coarse_rate_hz};
   const auto rival =
       rival_of(scanned, best, static_cast<std::size_t>(scales.rival_distance_s * scales.coarse_rate_hz));
-  const double rival_eta = rival ? scanned.eta_squared[*rival] : 0;
-  if (rival) result.rival_offset_s = offset_of(*rival);
-  for (std::size_t i = 0; i < scanned.lag.size(); ++i) result.scan_offset_s.push_back(offset_of(i));
+  if (rival) {
+    found.rival_eta_squared = scanned.eta_squared[*rival];
+    result.rival_offset_s = start_difference + lag_s(*rival);
+  }
+  for (std::size_t i = 0; i < scanned.lag.size(); ++i) {
+    result.scan_offset_s.push_back(start_difference + lag_s(i));
+  }
   result.scan_eta_squared = scanned.eta_squared;
+  return found;
+}
+
+}  // namespace
+
+Alignment align(const Series& sensor, const Series& reference) {
+  const Scales scales(std::min(duration_s(sensor), duration_s(reference)));
+  const double start_difference = reference.t_s.front() - sensor.t_s.front();
+  Alignment result;
+  const Repetition coarse = find_repetition(sensor, reference, scales, start_difference, result);
 
   const Sampled a = velocity(sample(sensor, kFineRate_hz), scales.smoothing_s);
   const Sampled b = velocity(sample(reference, kFineRate_hz), scales.smoothing_s);
-  const double coarse_lag = static_cast<double>(scanned.lag[best]) * kFineRate_hz / scales.coarse_rate_hz;
+  const double coarse_lag = coarse.lag_s * kFineRate_hz;
   const auto refined = refine(a, b, coarse_lag, scales.reach_s, 0, std::ssize(a.value));
   if (!refined) {
     result.warnings.emplace_back(
         "the velocities of the two recordings do not line up clearly: the offset is good to 0.2 s at best");
   }
   const double lag = refined ? refined->lag : coarse_lag;
+  result.velocity_correlation = refined ? refined->correlation : 0;
   result.clock_offset_s = start_difference + lag / kFineRate_hz;
-
   const auto whole_lag = static_cast<std::ptrdiff_t>(std::lround(lag));
   const Overlap overlap(a, b, whole_lag);
   result.overlap_s = static_cast<double>(overlap.end - overlap.begin) / kFineRate_hz;
 
-  result.velocity_correlation = refined ? refined->correlation : 0;
   const double r = result.velocity_correlation;
+  const double unexplained = (1 - result.eta_squared) / std::max(1 - coarse.rival_eta_squared, 1e-9);
   const double movements = independent_movements(a, b, overlap, whole_lag);
-  const double searched = static_cast<double>(scanned.lag.size()) / scales.coarse_rate_hz / result.overlap_s;
   const Belief belief{
-      std::clamp(1 - (1 - result.eta_squared) / std::max(1 - rival_eta, 1e-9), 0.0, 1.0),
+      std::clamp(1 - unexplained, 0.0, 1.0),
       std::clamp((r * r - kUnrelatedVelocity) / (kRelatedVelocity - kUnrelatedVelocity), 0.0, 1.0),
-      1 - chance(r, movements, searched * movements)};
+      1 - chance(r, movements, movements * coarse.searched_s / result.overlap_s)};
   result.confidence = belief.confidence();
   find_quarters(a, b, overlap, lag, scales.reach_s, start_difference, result);
   if (result.confidence < kLowConfidence) result.warnings.push_back(low_confidence(belief, result));

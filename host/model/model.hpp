@@ -10,7 +10,20 @@
 //   {"type": "lti", "gain", "offset", "poles_rad_s": [...], "taps": [...]}
 //   {"type": "curve", ...}                               the output curve, only after an lti
 //   {"type": "saturation", "lower_deg", "upper_deg"}
-// The equations are those of runtime/compensator, block by block.
+// The equations are those of runtime/compensator, block by block. Each block may come once, the curve once on
+// either side of the lti; a repeated or misplaced block is refused by its place.
+//
+// Numbers that no glove, hand or sensor has are refused, so that every accepted model gives finite angles in
+// double and float (kMax..., kMin... below):
+//   every angle (saturation, rest, what a curve says once gain and offset have carried it to degrees)
+//                        at most 1000 degrees either way
+//   readings (valid range, dead zone, radii, knots)        at most 1e9 either way, in any unit
+//   the valid range, the range of a curve's knots          at least a millionth of the largest reading in it
+//   neighbouring knots   at least a millionth of the largest |x| apart; that and the angles bound the slopes
+//   gain, offset         without a curve: |gain u| + |offset| at most 1e5 degrees over the valid range;
+//                        before an output curve, where the unit is the curve's own, at most 1e9
+//   poles                |pole| times the sample period from 1e-9 to 1e3; taps at most 1000 either way
+//   sample period        10 us to 100 s
 #pragma once
 
 #include <filesystem>
@@ -25,6 +38,17 @@ namespace flexor::model {
 inline constexpr int kSchemaVersion = 1;
 inline constexpr int kMaxPlays = 4;
 inline constexpr int kMaxKnots = 16;
+inline constexpr double kMaxAngle_deg = 1000;
+inline constexpr double kMaxLinear_deg = 1e5;  // before the saturation, without a curve
+inline constexpr double kMaxReading = 1e9;     // in the input's unit
+inline constexpr double kMinReadingRange = 1e-20;
+inline constexpr double kMinRelativeRange = 1e-6;  // of the largest reading in it
+inline constexpr double kMinKnotSpacing = 1e-6;    // of the largest |x|
+inline constexpr double kMinPoleTimesPeriod = 1e-9;
+inline constexpr double kMaxPoleTimesPeriod = 1e3;
+inline constexpr double kMaxTap = 1000;
+inline constexpr double kMinPeriod_s = 1e-5;
+inline constexpr double kMaxPeriod_s = 100;
 
 struct DeadZone {
   double lower = 0;  // in the input's unit, lower <= upper

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -13,21 +14,47 @@
 namespace flexor::recording {
 namespace {
 
-constexpr double kCoarseRate_hz = 5;
 constexpr double kFineRate_hz = 20;
-constexpr double kMinOverlap_s = 20;
+constexpr double kMinOverlap_s = 2;
 constexpr double kMinOverlapShare = 0.4;
 constexpr double kMinEtaSquared = 0.4;
 constexpr double kLowConfidence = 0.15;
-constexpr double kRivalDistance_s = 2;
-constexpr double kSmoothing_s = 0.5;
-constexpr double kFineReach_s = 1.5;
 constexpr double kMinVelocityCorrelation = 0.3;
+// Squares of the velocities' correlation between which the confidence grows from nothing to all of it: of
+// 900 pairs of unrelated recordings one in ten exceeds 0.6, of 700 pairs of one motion one in fifty falls
+// below 0.9.
+constexpr double kUnrelatedVelocity = 0.6 * 0.6;
+constexpr double kRelatedVelocity = 0.85 * 0.85;
+constexpr double kMinDriftOverlap_s = 20;
 constexpr double kDriftWarning_s = 0.3;
+constexpr double kQuarterError_s = 0.1;
+constexpr double kSteady_s = 0.2;  // quarters that differ so much from one clock halve the confidence
+constexpr double kMinMismatchOverlap_s = 60;  // quarters of less tell the offset too badly to refuse by it
+// RC oscillators stay within 10000 ppm, ceramic resonators within 5000, crystals within 100; a fifth more for
+// the error of the measurement.
+constexpr double kMaxDrift_ppm = 12000;
 constexpr double kDisagreement_s = 0.5;
-constexpr int kBins = 12;
 constexpr double kMostAnyway = 1e6;  // samples of a log, and
 constexpr double kMostPerReading = 60;
+constexpr int kMaxBins = 12;
+
+// What short recordings need otherwise: all constant from half a minute on.
+struct Scales {
+  double coarse_rate_hz;
+  double smoothing_s;
+  double reach_s;           // of the fine search
+  double rival_distance_s;  // an offset nearer than this is the same answer
+  double min_overlap_s;
+  int bins;
+
+  explicit Scales(double shorter_s)
+      : coarse_rate_hz(shorter_s < 20 ? 20 : 5),
+        smoothing_s(std::clamp(shorter_s / 40, 0.15, 0.5)),
+        reach_s(3 * smoothing_s),
+        rival_distance_s(std::clamp(shorter_s / 5, 1.0, 2.0)),
+        min_overlap_s(std::max(kMinOverlap_s, kMinOverlapShare * shorter_s)),
+        bins(std::clamp(static_cast<int>(std::sqrt(5 * shorter_s)), 4, kMaxBins)) {}
+};
 
 // A signal evenly sampled on its own clock, with a weight of zero in gaps.
 struct Sampled {
@@ -78,20 +105,23 @@ void check_span(const Series& series) {
 // Bins of equal count over the sensor's values.
 class Binning {
  public:
-  explicit Binning(const Sampled& sensor) : bin_(sensor.value.size()) {
+  Binning(const Sampled& sensor, int bins) : bin_(sensor.value.size()), count_(bins) {
     std::vector<std::size_t> order(sensor.value.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::ranges::stable_sort(order, {}, [&](std::size_t i) { return sensor.value[i]; });
     for (std::size_t rank = 0; rank < order.size(); ++rank) {
       // Equal values share a bin: a sensor at rest must not be torn apart by the order of its samples.
       const bool tie = rank > 0 && sensor.value[order[rank]] == sensor.value[order[rank - 1]];
-      bin_[order[rank]] = tie ? bin_[order[rank - 1]] : static_cast<int>(rank * kBins / order.size());
+      bin_[order[rank]] = tie ? bin_[order[rank - 1]]
+                              : static_cast<int>(rank * static_cast<std::size_t>(bins) / order.size());
     }
   }
   int operator[](std::size_t i) const { return bin_[i]; }
+  int count() const { return count_; }
 
  private:
   std::vector<int> bin_;
+  int count_;
 };
 
 // Sensor sample i lies on reference sample i + lag.
@@ -110,8 +140,8 @@ struct EtaSquared {
 
 EtaSquared eta_squared(const Sampled& sensor, const Binning& bins, const Sampled& reference,
                        const Overlap& overlap, std::ptrdiff_t lag) {
-  std::array<double, kBins> count{};
-  std::array<double, kBins> bin_sum{};
+  std::array<double, kMaxBins> count{};
+  std::array<double, kMaxBins> bin_sum{};
   double n = 0;
   double sum = 0;
   double sum_squares = 0;
@@ -129,7 +159,7 @@ EtaSquared eta_squared(const Sampled& sensor, const Binning& bins, const Sampled
   }
   if (n < 2) return {};
   double between = 0;
-  for (std::size_t b = 0; b < kBins; ++b) {
+  for (std::size_t b = 0; b < kMaxBins; ++b) {
     if (count[b] > 0) between += bin_sum[b] * bin_sum[b] / count[b];
   }
   const double mean_term = sum * sum / n;
@@ -144,11 +174,10 @@ struct Scan {
   std::vector<double> score;
 };
 
-Scan scan(const Sampled& sensor, const Binning& bins, const Sampled& reference) {
+Scan scan(const Sampled& sensor, const Binning& bins, const Sampled& reference, const Scales& scales) {
   const auto n = std::ssize(sensor.value);
   const auto m = std::ssize(reference.value);
-  const auto needed = static_cast<std::ptrdiff_t>(
-      std::max(kMinOverlap_s * kCoarseRate_hz, kMinOverlapShare * static_cast<double>(std::min(n, m))));
+  const auto needed = static_cast<std::ptrdiff_t>(scales.min_overlap_s * scales.coarse_rate_hz);
   Scan result;
   for (std::ptrdiff_t lag = needed - n; lag <= m - needed; ++lag) {
     const Overlap overlap(sensor, reference, lag);
@@ -162,9 +191,8 @@ Scan scan(const Sampled& sensor, const Binning& bins, const Sampled& reference) 
   return result;
 }
 
-// The best local maximum of the score at least kRivalDistance_s from the best.
-std::optional<std::size_t> rival_of(const Scan& scan, std::size_t best) {
-  const auto distance = static_cast<std::size_t>(kRivalDistance_s * kCoarseRate_hz);
+// The best local maximum of the score at least `distance` from the best.
+std::optional<std::size_t> rival_of(const Scan& scan, std::size_t best, std::size_t distance) {
   const std::size_t reach = distance / 2;
   std::optional<std::size_t> rival;
   for (std::size_t i = 0; i < scan.score.size(); ++i) {
@@ -179,8 +207,8 @@ std::optional<std::size_t> rival_of(const Scan& scan, std::size_t best) {
 }
 
 // Smoothed velocity; not good within three standard deviations of a gap or an end.
-Sampled velocity(const Sampled& signal) {
-  const double sigma = kSmoothing_s / signal.period_s;
+Sampled velocity(const Sampled& signal, double smoothing_s) {
+  const double sigma = smoothing_s / signal.period_s;
   const auto reach = static_cast<std::ptrdiff_t>(std::ceil(3 * sigma));
   std::vector<double> kernel;  // derivative of a Gaussian
   for (std::ptrdiff_t k = -reach; k <= reach; ++k) {
@@ -221,12 +249,17 @@ double correlation(const Sampled& a, const Sampled& b, std::ptrdiff_t lag, std::
   return aa > 0 && bb > 0 ? std::abs(ab) / std::sqrt(aa * bb) : 0;
 }
 
-// Lag in samples (with fraction) of the velocities' largest correlation near `around`, over sensor samples
-// [begin, end); none when it lies at the edge of the search or the correlation is weak.
-std::optional<double> refine(const Sampled& a, const Sampled& b, double around, std::ptrdiff_t begin,
-                             std::ptrdiff_t end) {
+struct Peak {
+  double lag;          // in samples, with fraction
+  double correlation;  // of the velocities there
+};
+
+// The velocities' largest correlation near `around`, over sensor samples [begin, end); none when it lies at
+// the edge of the search or is weak.
+std::optional<Peak> refine(const Sampled& a, const Sampled& b, double around, double reach_s,
+                           std::ptrdiff_t begin, std::ptrdiff_t end) {
   const auto centre = static_cast<std::ptrdiff_t>(std::lround(around));
-  const auto reach = static_cast<std::ptrdiff_t>(kFineReach_s * kFineRate_hz);
+  const auto reach = static_cast<std::ptrdiff_t>(reach_s * kFineRate_hz);
   std::vector<double> r;
   for (std::ptrdiff_t d = -reach; d <= reach; ++d) r.push_back(correlation(a, b, centre + d, begin, end));
   const auto peak = std::ranges::max_element(r) - r.begin();
@@ -235,10 +268,57 @@ std::optional<double> refine(const Sampled& a, const Sampled& b, double around, 
   if (r[p] < kMinVelocityCorrelation) return std::nullopt;
   const double curvature = r[p - 1] - 2 * r[p] + r[p + 1];
   const double fraction = curvature < 0 ? (r[p - 1] - r[p + 1]) / (2 * curvature) : 0;
-  return static_cast<double>(centre - reach + peak) + fraction;
+  return Peak{static_cast<double>(centre - reach + peak) + fraction, r[p]};
 }
 
-// Straight line through the quarters' offsets: drift, and a warning when it is both large and clear.
+// Autocorrelation of the good samples of [begin, end) at `lag`; 1 at lag 0.
+double autocorrelation(const Sampled& a, std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t lag) {
+  double product = 0;
+  double square = 0;
+  for (std::ptrdiff_t i = begin; i + lag < end; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const auto l = static_cast<std::size_t>(i + lag);
+    if (!a.good[k] || !a.good[l]) continue;
+    product += a.value[k] * a.value[l];
+    square += (a.value[k] * a.value[k] + a.value[l] * a.value[l]) / 2;
+  }
+  return square > 0 ? product / square : 0;
+}
+
+// How many independent movements the overlap of two velocities holds: the samples that carry its energy,
+// (sum v^2)^2 / sum v^4, each worth 1 / (1 + 2 sum_k rho_a(k) rho_b(k)) (Bartlett, J. R. Stat. Soc. Suppl. 8
+// (1946) 27). One jump of the finger is one, bending back and forth two; rest adds nothing.
+double independent_movements(const Sampled& a, const Sampled& b, const Overlap& overlap, std::ptrdiff_t lag) {
+  constexpr std::ptrdiff_t kLongest = 200;  // 10 s
+  const auto length = overlap.end - overlap.begin;
+  double sum = 0;
+  for (std::ptrdiff_t k = 1; k <= std::min(length / 2, kLongest); ++k) {
+    sum += autocorrelation(a, overlap.begin, overlap.end, k) *
+           autocorrelation(b, overlap.begin + lag, overlap.end + lag, k);
+  }
+  double square = 0;
+  double fourth = 0;
+  for (std::ptrdiff_t i = overlap.begin; i < overlap.end; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const auto r = static_cast<std::size_t>(i + lag);
+    if (!a.good[k] || !b.good[r]) continue;
+    const double energy = std::abs(a.value[k] * b.value[r]);
+    square += energy;
+    fourth += energy * energy;
+  }
+  return fourth > 0 ? square * square / fourth / std::max(1 + 2 * sum, 1.0) : 0;
+}
+
+// Chance that unrelated velocities correlate so well at one of `offsets` independent offsets: about
+// (1 - r^2)^(m - 1) for m movements, since any single one can be laid over any other, and each further one
+// brings two degrees of freedom: when, and how far.
+double chance(double r, double movements, double offsets) {
+  return std::min(1.0, std::max(1.0, offsets) * std::pow(1 - r * r, std::max(0.0, movements - 1)));
+}
+
+// Straight line through the quarters' offsets: drift, and a warning when it is both large and clear; quarters
+// that no straight line meets take away from the confidence. Throws
+// io::JobError when it is clear and larger than any clock's.
 void check_drift(Alignment& result) {
   std::vector<double> x;
   std::vector<double> y;
@@ -253,36 +333,100 @@ void check_drift(Alignment& result) {
   a.col(1) = Eigen::Map<const Eigen::VectorXd>(x.data(), a.rows());
   const Eigen::Map<const Eigen::VectorXd> b(y.data(), a.rows());
   const Eigen::Vector2d line = a.colPivHouseholderQr().solve(b);
-  const double scatter = (b - a * line).cwiseAbs().maxCoeff();
-  result.drift_ppm = line(1) * 1e6;
+  const Eigen::VectorXd residual = b - a * line;
+  const double scatter = residual.cwiseAbs().maxCoeff();
+  const double unsteady = residual.cwiseAbs().mean() / kSteady_s;
+  result.confidence /= 1 + unsteady * unsteady;
+  const double ppm = line(1) * 1e6;
   const double across = line(1) * result.overlap_s;
-  if (std::abs(across) > kDriftWarning_s && std::abs(across) > 3 * scatter) {
+  const bool clear = std::abs(across) > 3 * scatter;
+  const double error_ppm = 2e6 * std::max(scatter, kQuarterError_s) / result.overlap_s;
+  const bool enough = x.size() == 4 && result.overlap_s >= kMinMismatchOverlap_s;
+  if (enough && clear && std::abs(ppm) - error_ppm > kMaxDrift_ppm) {
+    throw io::JobError(fmt::format(
+        "the recordings do not belong together: one clock would have to run {:.1f} % {} than the "
+        "other ({:+.0f} ppm), real ones stay within 1 %; are they of the same take and is each time "
+        "column in the right unit?",
+        std::abs(ppm) / 1e4, ppm > 0 ? "faster" : "slower", ppm));
+  }
+  if (std::abs(ppm) > kMaxDrift_ppm) return;  // no clock, and too unclear to say what else
+  result.drift_ppm = ppm;
+  if (clear && std::abs(across) > kDriftWarning_s) {
     result.warnings.push_back(
         fmt::format("the clocks drift: {:+.2f} s over the recording ({:+.0f} ppm); record "
                     "in shorter pieces or correct the clock",
-                    across, *result.drift_ppm));
+                    across, ppm));
   }
 }
 
-}  // namespace
+// The offset in each quarter of the overlap, and the drift that they show; a short overlap has no quarters.
+void find_quarters(const Sampled& a, const Sampled& b, const Overlap& overlap, double lag, double reach_s,
+                   double start_difference, Alignment& result) {
+  if (result.overlap_s < kMinDriftOverlap_s) return;
+  const auto length = overlap.end - overlap.begin;
+  for (std::ptrdiff_t q = 0; q < 4; ++q) {
+    const auto quarter =
+        refine(a, b, lag, reach_s, overlap.begin + length * q / 4, overlap.begin + length * (q + 1) / 4);
+    if (quarter) {
+      result.quarter_offset_s[static_cast<std::size_t>(q)] = start_difference + quarter->lag / kFineRate_hz;
+    }
+  }
+  check_drift(result);
+}
 
-Alignment align(const Series& sensor, const Series& reference) {
-  check_span(sensor);
-  check_span(reference);
-  const Sampled coarse_sensor = sample(sensor, kCoarseRate_hz);
-  const Sampled coarse_reference = sample(reference, kCoarseRate_hz);
-  const Binning bins(coarse_sensor);
-  const Scan scanned = scan(coarse_sensor, bins, coarse_reference);
+// The three things that must hold for an offset to be believed, each 0 to 1.
+struct Belief {
+  double unique;   // no other offset explains as much
+  double related;  // the velocities agree too
+  double no_chance;
+  double confidence() const { return unique * related * no_chance; }
+};
+
+// Says which of them is weakest.
+std::string low_confidence(const Belief& belief, const Alignment& found) {
+  if (belief.unique <= std::min(belief.related, belief.no_chance)) {
+    return fmt::format(
+        "the alignment is ambiguous: offset {:+.1f} s explains almost as much as {:+.1f} s; record a motion "
+        "that "
+        "does not repeat itself",
+        found.rival_offset_s.value_or(0), found.clock_offset_s);
+  }
+  if (belief.related <= belief.no_chance) {
+    return fmt::format(
+        "the two recordings hardly move together (their velocities correlate by {:.2f}): are they of the "
+        "same "
+        "take and finger?",
+        found.velocity_correlation);
+  }
+  return fmt::format(
+      "the alignment is ambiguous: {:.1f} s hold too little motion to tell the offset from chance; bend the "
+      "finger "
+      "several times, unevenly",
+      found.overlap_s);
+}
+
+double duration_s(const Series& series) { return series.t_s.back() - series.t_s.front(); }
+
+// Stage 1: which repetition.
+struct Repetition {
+  double lag_s = 0;
+  double rival_eta_squared = 0;
+  double searched_s = 0;
+};
+
+Repetition find_repetition(const Series& sensor, const Series& reference, const Scales& scales,
+                           double start_difference, Alignment& result) {
+  const Sampled coarse_sensor = sample(sensor, scales.coarse_rate_hz);
+  const Sampled coarse_reference = sample(reference, scales.coarse_rate_hz);
+  const Binning bins(coarse_sensor, scales.bins);
+  const Scan scanned = scan(coarse_sensor, bins, coarse_reference, scales);
   if (scanned.score.empty()) {
-    throw io::JobError(fmt::format(
-        "overlap too short: the recordings last {:.1f} s and {:.1f} s, alignment needs "
-        "{:.0f} s of common motion; record longer",
-        sensor.t_s.back() - sensor.t_s.front(), reference.t_s.back() - reference.t_s.front(), kMinOverlap_s));
+    throw io::JobError(
+        fmt::format("overlap too short: the recordings last {:.1f} s and {:.1f} s, alignment needs "
+                    "{:.1f} s of common motion; record longer",
+                    duration_s(sensor), duration_s(reference), scales.min_overlap_s));
   }
   const auto best = static_cast<std::size_t>(std::ranges::max_element(scanned.score) - scanned.score.begin());
-
-  const double start_difference = reference.t_s.front() - sensor.t_s.front();
-  Alignment result;
   result.eta_squared = scanned.eta_squared[best];
   if (result.eta_squared < kMinEtaSquared) {
     throw io::JobError(
@@ -291,44 +435,58 @@ Alignment align(const Series& sensor, const Series& reference) {
                     "finger?",
                     100 * result.eta_squared, 100 * kMinEtaSquared));
   }
-  const auto offset_of = [&](std::size_t i) {
-    return start_difference + static_cast<double>(scanned.lag[i]) / kCoarseRate_hz;
+  const auto lag_s = [&](std::size_t i) {
+    return static_cast<double>(scanned.lag[i]) / scales.coarse_rate_hz;
   };
-  const auto rival = rival_of(scanned, best);
-  const double rival_eta = rival ? scanned.eta_squared[*rival] : 0;
-  if (rival) result.rival_offset_s = offset_of(*rival);
-  result.confidence = std::clamp(1 - (1 - result.eta_squared) / std::max(1 - rival_eta, 1e-9), 0.0, 1.0);
-  for (std::size_t i = 0; i < scanned.lag.size(); ++i) result.scan_offset_s.push_back(offset_of(i));
+  Repetition found{lag_s(best), 0, static_cast<double>(scanned.lag.size()) / scales.coarse_rate_hz};
+  const auto rival =
+      rival_of(scanned, best, static_cast<std::size_t>(scales.rival_distance_s * scales.coarse_rate_hz));
+  if (rival) {
+    found.rival_eta_squared = scanned.eta_squared[*rival];
+    result.rival_offset_s = start_difference + lag_s(*rival);
+  }
+  for (std::size_t i = 0; i < scanned.lag.size(); ++i) {
+    result.scan_offset_s.push_back(start_difference + lag_s(i));
+  }
   result.scan_eta_squared = scanned.eta_squared;
+  return found;
+}
 
-  const Sampled a = velocity(sample(sensor, kFineRate_hz));
-  const Sampled b = velocity(sample(reference, kFineRate_hz));
-  const double coarse_lag = static_cast<double>(scanned.lag[best]) * kFineRate_hz / kCoarseRate_hz;
-  const auto refined = refine(a, b, coarse_lag, 0, std::ssize(a.value));
+}  // namespace
+
+Alignment align(const Series& sensor, const Series& reference) {
+  check_span(sensor);
+  check_span(reference);
+  const Scales scales(std::min(duration_s(sensor), duration_s(reference)));
+  const double start_difference = reference.t_s.front() - sensor.t_s.front();
+  Alignment result;
+  const Repetition coarse = find_repetition(sensor, reference, scales, start_difference, result);
+
+  const Sampled a = velocity(sample(sensor, kFineRate_hz), scales.smoothing_s);
+  const Sampled b = velocity(sample(reference, kFineRate_hz), scales.smoothing_s);
+  const double coarse_lag = coarse.lag_s * kFineRate_hz;
+  const auto refined = refine(a, b, coarse_lag, scales.reach_s, 0, std::ssize(a.value));
   if (!refined) {
     result.warnings.emplace_back(
         "the velocities of the two recordings do not line up clearly: the offset is good to 0.2 s at best");
   }
-  const double lag = refined.value_or(coarse_lag);
+  const double lag = refined ? refined->lag : coarse_lag;
+  result.velocity_correlation = refined ? refined->correlation : 0;
   result.clock_offset_s = start_difference + lag / kFineRate_hz;
+  const auto whole_lag = static_cast<std::ptrdiff_t>(std::lround(lag));
+  const Overlap overlap(a, b, whole_lag);
+  result.overlap_s = static_cast<double>(overlap.end - overlap.begin) / kFineRate_hz;
 
-  const Overlap overlap(a, b, static_cast<std::ptrdiff_t>(std::lround(lag)));
-  const auto length = overlap.end - overlap.begin;
-  result.overlap_s = static_cast<double>(length) / kFineRate_hz;
-  for (std::ptrdiff_t q = 0; q < 4; ++q) {
-    const auto quarter =
-        refine(a, b, lag, overlap.begin + length * q / 4, overlap.begin + length * (q + 1) / 4);
-    if (quarter) {
-      result.quarter_offset_s[static_cast<std::size_t>(q)] = start_difference + *quarter / kFineRate_hz;
-    }
-  }
-  check_drift(result);
-  if (result.confidence < kLowConfidence) {
-    result.warnings.push_back(
-        fmt::format("the alignment is ambiguous: offset {:+.1f} s explains almost as much as "
-                    "{:+.1f} s; record a motion that does not repeat itself",
-                    result.rival_offset_s.value_or(0), result.clock_offset_s));
-  }
+  const double r = result.velocity_correlation;
+  const double unexplained = (1 - result.eta_squared) / std::max(1 - coarse.rival_eta_squared, 1e-9);
+  const double movements = independent_movements(a, b, overlap, whole_lag);
+  const Belief belief{
+      std::clamp(1 - unexplained, 0.0, 1.0),
+      std::clamp((r * r - kUnrelatedVelocity) / (kRelatedVelocity - kUnrelatedVelocity), 0.0, 1.0),
+      1 - chance(r, movements, movements * coarse.searched_s / result.overlap_s)};
+  result.confidence = belief.confidence();
+  find_quarters(a, b, overlap, lag, scales.reach_s, start_difference, result);
+  if (result.confidence < kLowConfidence) result.warnings.push_back(low_confidence(belief, result));
   return result;
 }
 

@@ -3,13 +3,22 @@
 // Two stages, because the level of a glove sensor lies (hysteresis shifts it in time) and its motion does
 // not:
 //  1. For every offset with enough overlap: the correlation ratio eta^2 of the reference on the sensor, i.e.
-//  the
-//     share of the reference's variance that any static function of the sensor explains (bins of equal
+//     the share of the reference's variance that any static function of the sensor explains (bins of equal
 //     count). The offset with the largest n log(1 / (1 - eta^2)) wins. Blind to sign, scale and static
 //     nonlinearity.
 //  2. Around it: the largest correlation (either sign) of the two velocities, both smoothed by a Gaussian of
 //     0.5 s; a parabola through the peak gives the fraction of a sample. It is the sensor's own velocity: a
 //     curve fitted at a slightly wrong offset would pull the peak towards that offset.
+// Recordings of less than half a minute get a narrower Gaussian, fewer bins and a finer search.
+//
+// How far the answer may be believed is a product of four numbers from 0 to 1, none of which a wrong pair of
+// recordings can bring about by itself:
+//   unique     1 - (1 - eta^2) / (1 - eta^2 of the best other offset)
+//   related    the velocities agree: from 0 where they correlate by 0.6 to 1 at 0.85
+//   no chance  1 - offsets (1 - r^2)^(m - 1), for m independent movements in the overlap: seconds that hold
+//   one
+//              single movement never tell, however well it matches
+//   steady     1 / (1 + (d / 0.2 s)^2), d the quarters' mean distance from one clock, offset and drift
 // Source: A. Renyi, On measures of dependence (1959) for eta^2.
 #pragma once
 
@@ -23,23 +32,26 @@ namespace flexor::recording {
 struct Alignment {
   // Reference time minus sensor time of the same instant.
   double clock_offset_s = 0;
-  // 1 - (1 - eta^2) / (1 - eta^2 of the best other offset): the share of what the second best offset leaves
-  // unexplained that this one explains. 0: ambiguous, 1: certain.
+  // As above; 0: ambiguous or unrelated, 1: certain. Below 0.15 a warning says why.
   double confidence = 0;
   double eta_squared = 0;
+  double velocity_correlation = 0;  // of the smoothed velocities at the offset, 0 where they do not line up
   double overlap_s = 0;
   std::optional<double> rival_offset_s;  // the best other offset, at least 2 s away
-  // The offset found in each quarter of the overlap, where that quarter moves enough to tell.
+  // The offset found in each quarter of an overlap of 20 s or more, where that quarter moves enough to tell.
   std::array<std::optional<double>, 4> quarter_offset_s;
-  std::optional<double> drift_ppm;  // of the reference's clock against the sensor's, when three quarters tell
+  // Of the reference's clock against the sensor's, when three quarters tell and a clock can be meant.
+  std::optional<double> drift_ppm;
   // Stage 1, for a picture: eta^2 over the offset.
   std::vector<double> scan_offset_s;
   std::vector<double> scan_eta_squared;
   std::vector<std::string> warnings;
 };
 
-// Throws io::JobError: overlap too short (20 s, or 40 % of the shorter recording), or no offset at which the
-// recordings correlate (eta^2 below 0.4). Deterministic; shifting either clock shifts the result and no more.
+// Throws io::JobError: overlap too short (2 s, or 40 % of the shorter recording), no offset at which the
+// recordings correlate (eta^2 below 0.4), or quarters that clearly ask for a clock more than 1.2 % fast or
+// slow: these are two takes, not one with drift. Deterministic; shifting either clock shifts the result and
+// no more.
 Alignment align(const Series& sensor, const Series& reference);
 
 // The warning that a user's own offset deserves, if it is more than 0.5 s from the signals'.

@@ -46,6 +46,7 @@ struct Floating {
   using OutputCurve = Curve<Real, detail::at_least_one(ShapeT::kOutputKnots)>;
 
   static bool is_nan(Real u) { return u != u; }
+  static bool is_finite(Real y) { return y - y == Real{0}; }
   static Real gained(const LtiBlock& lti, Real v) { return lti.gain * v + lti.offset; }
   static Real refine(Real v, uint8_t) { return v; }
   static constexpr bool is_direct(const LtiBlock&) { return false; }
@@ -66,6 +67,7 @@ struct Fixed {
   using OutputCurve = FixedCurve<detail::at_least_one(ShapeT::kOutputKnots)>;
 
   static bool is_nan(int16_t) { return false; }
+  static constexpr bool is_finite(int16_t) { return true; }
   static int32_t gained(const LtiBlock& lti, int16_t v) { return lti.scaled(v); }
   // `bits` more fraction bits for the hysteresis and the curve; what no longer fits saturates, beyond the
   // curve's ends.
@@ -124,7 +126,8 @@ class Channel {
   // One sample in, one angle out: always within the saturation, whatever the input. `output` comes in as the
   // last one, at first rest(), and is left alone when the input is refused. The first good sample sets `bit`
   // of `started`, at first 0. The caller keeps both, so that a microcontroller writes each angle once and
-  // holds the bits of all channels in one register.
+  // holds the bits of all channels in one register. Floating point that overflows is refused too, as not a
+  // number, and clears the bit: the state may hold an infinity, which the next good sample must not inherit.
   FLEXOR_INLINE static Status step(const Coefficients& c, State& state, uint8_t& started, uint8_t bit,
                                    Input u, Output& output) {
     if (__builtin_expect(!(u >= c.valid_min && u <= c.valid_max), false)) {
@@ -138,7 +141,12 @@ class Channel {
     }
     if (ShapeT::kPlays > 0) v = c.hysteresis.step(state.hysteresis, v);
     if (ShapeT::kInputKnots > 0) v = c.input_curve(v);
-    output = core::clamp(linear(c, state, v), c.lower, c.upper);
+    const Output y = linear(c, state, v);
+    if (__builtin_expect(!Arithmetic::is_finite(y), false)) {
+      started = static_cast<uint8_t>(started & ~bit);
+      return Status::not_a_number;
+    }
+    output = core::clamp(y, c.lower, c.upper);
     return Status::ok;
   }
 

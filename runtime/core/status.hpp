@@ -10,9 +10,10 @@ namespace core {
 // good output (the rest angle before the first good sample).
 enum class Status : uint8_t {
   ok = 0,
-  below_range = 1,   // input under `valid_min`: a shorted or unplugged sensor at the lower ADC rail
-  above_range = 2,   // input over `valid_max`: the upper ADC rail
-  not_a_number = 3,  // floating point only
+  below_range = 1,  // input under `valid_min`: a shorted or unplugged sensor at the lower ADC rail
+  above_range = 2,  // input over `valid_max`: the upper ADC rail
+  not_a_number =
+      3,  // floating point only: the input, or what overflowed on its way; then the state starts anew
 };
 
 }  // namespace core

@@ -15,6 +15,19 @@ namespace flexor::cli {
 namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
+struct sigaction before_stop {};
+
+// A camera has no end of its own: Ctrl-C is how a recording is finished. A second one interrupts, as
+// everywhere.
+void stop_camera_at_ctrl_c() {
+  struct sigaction action {};
+  action.sa_handler = [](int) {
+    interrupted = 1;
+    sigaction(SIGINT, &before_stop, nullptr);
+  };
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGINT, &action, &before_stop);
+}
 
 struct Options {
   experiment::TrackRequest request;
@@ -139,7 +152,7 @@ void run(const Options& o, const Program& program) {
     run_setup(o, cameras);
     return;
   }
-  std::signal(SIGINT, [](int) { interrupted = 1; });
+  if (std::filesystem::is_character_file(o.request.video)) stop_camera_at_ctrl_c();
   experiment::Tracked result;
   {
     ProgressLine line;

@@ -2,13 +2,13 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <string>
 
+#include "host/deploy/process.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::experiment {
@@ -45,11 +45,11 @@ class Gnuplot {
 
   void run() const {
     const std::filesystem::path script = folder_.path() / "script";
-    const std::filesystem::path log = folder_.path() / "log";
     io::write_file(script, {script_.data(), script_.size()});
-    const std::string command = fmt::format("gnuplot '{}' > '{}' 2>&1", script.string(), log.string());
-    if (std::system(command.c_str()) == 0) return;
-    std::string reason = std::filesystem::file_size(log) > 0 ? io::read_file(log) : "no output";
+    deploy::ProcessResult result{.status = 1, .out = "no such program", .err = ""};
+    if (!deploy::find_program("gnuplot").empty()) result = deploy::run_process({"gnuplot", script.string()});
+    if (result.status == 0) return;
+    std::string reason = result.err + result.out;
     std::ranges::replace(reason, '\n', ' ');
     throw io::JobError(fmt::format(
         "gnuplot could not draw the figures (is it installed? script/bootstrap): {}", reason.substr(0, 200)));

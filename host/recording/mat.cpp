@@ -2,10 +2,15 @@
 
 #include <fmt/format.h>
 #include <matio.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
+#include <array>
+#include <cerrno>
+#include <cstring>
 #include <memory>
 
-#include "host/io/io.hpp"
+#include "host/io/output.hpp"
 
 namespace flexor::recording {
 namespace {
@@ -13,6 +18,33 @@ namespace {
 constexpr std::size_t kMatlabNameLength = 63;
 
 bool is_ascii_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
+// A file in memory. matio reports a full disk as success, and HDF5 tells it in a hundred lines; so they do
+// not see the disk.
+class Memory {
+ public:
+  explicit Memory(const std::filesystem::path& path) : descriptor_(memfd_create("flexor", MFD_CLOEXEC)) {
+    if (descriptor_ < 0) throw io::JobError(fmt::format("{}: {}", path.string(), std::strerror(errno)));
+  }
+  ~Memory() { close(descriptor_); }
+  Memory(const Memory&) = delete;
+  Memory& operator=(const Memory&) = delete;
+
+  std::string name() const { return fmt::format("/proc/self/fd/{}", descriptor_); }
+
+  void copy_to(const std::filesystem::path& path) const {
+    io::Output output(path);
+    std::array<char, 1 << 16> piece;
+    off_t at = 0;
+    for (ssize_t n = 0; (n = pread(descriptor_, piece.data(), piece.size(), at)) > 0; at += n) {
+      output.write({piece.data(), static_cast<std::size_t>(n)});
+    }
+    output.commit();
+  }
+
+ private:
+  int descriptor_;
+};
 
 bool write_vector(mat_t* file, const std::string& name, const std::vector<double>& values) {
   std::size_t dims[2] = {values.size(), 1};
@@ -40,18 +72,15 @@ std::string mat_name(std::string_view column) {
 }
 
 void write_mat(const Recording& recording, const std::filesystem::path& path, MatVersion version) {
-  const auto temporary = io::temporary_beside(path);
-  mat_t* file =
-      Mat_CreateVer(temporary.c_str(), nullptr, version == MatVersion::v5 ? MAT_FT_MAT5 : MAT_FT_MAT73);
+  io::require_writable(path);
+  const Memory memory(path);
+  const auto format = version == MatVersion::v5 ? MAT_FT_MAT5 : MAT_FT_MAT73;
+  mat_t* file = Mat_CreateVer(memory.name().c_str(), nullptr, format);
   bool good = file != nullptr && write_vector(file, "t_s", recording.t_s);
   for (const Column& c : recording.columns) good = good && write_vector(file, mat_name(c.name), c.value);
   if (file != nullptr) good = Mat_Close(file) == 0 && good;
-  if (!good) {
-    std::error_code ignored;
-    std::filesystem::remove(temporary, ignored);
-    throw io::InputError(fmt::format("{}: cannot be written as a MAT file", path.string()));
-  }
-  io::commit(temporary, path);
+  if (!good) throw io::JobError(fmt::format("{}: cannot be written as a MAT file", path.string()));
+  memory.copy_to(path);
 }
 
 }  // namespace flexor::recording

@@ -8,7 +8,7 @@
 #include "host/deploy/calibration.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/experiment/boards_report.hpp"
-#include "host/io/io.hpp"
+#include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
@@ -128,9 +128,9 @@ void run(const Options& o, const Program& program) {
   json["folder"] = o.out;
   json["model"] = o.model;
   json["version"] = FLEXOR_VERSION;
-  io::write_file(out / "report.json", json.dump(2) + "\n");
+  io::write_file(out / "report.json", io::dump(json));
   if (o.json) {
-    print(json.dump(2) + "\n");
+    print(io::dump(json));
     return;
   }
   print(experiment::deployment_table(d));

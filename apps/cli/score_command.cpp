@@ -5,7 +5,7 @@
 
 #include "apps/cli/commands.hpp"
 #include "host/experiment/identification.hpp"
-#include "host/io/io.hpp"
+#include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
@@ -68,7 +68,7 @@ void run(const Options& o) {
   if (o.json) {
     nlohmann::ordered_json json = experiment::to_json(s);
     json["version"] = FLEXOR_VERSION;
-    print(json.dump(2) + "\n");
+    print(io::dump(json));
     return;
   }
   print(

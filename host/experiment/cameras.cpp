@@ -54,6 +54,12 @@ class AngleFile {
   io::Output output_;
 };
 
+// The report reads the angles back.
+void require_file(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path) || std::filesystem::is_regular_file(path)) return;
+  throw io::InputError(fmt::format("{}: a report needs its angles in a file; name one", path.string()));
+}
+
 // Short bones turn most when a lens bends them.
 double typical_bone_px(const camera::Joints& joints, const std::vector<camera::Seen>& seen, int width) {
   double sum = 0;
@@ -119,7 +125,10 @@ class RealCameras : public Cameras {
       if (!request.lens.empty()) lens_ = camera::load_lens(request.lens);
       io::require_writable(request.out);
       if (!request.preview.empty()) io::require_writable(request.preview);
-      if (!request.report.empty()) io::require_folder(request.report);
+      if (!request.report.empty()) {
+        io::require_folder(request.report);
+        require_file(request.out);
+      }
     }
 
     Tracked run(const TrackProgress& progress) {

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "host/io/io.hpp"
+#include "host/io/json.hpp"
 #include "host/model/simulation.hpp"
 #include "host/recording/csv.hpp"
 
@@ -78,7 +78,7 @@ std::vector<double> simulate(const model::Model& model, const std::vector<double
 
 model::Model make_model(const identify::Summary& fit, const Request& request, const Aligned& aligned) {
   model::Model m;
-  m.name = request.files.sensor.stem().string();
+  m.name = io::to_utf8(request.files.sensor.stem().string());
   m.description = fmt::format("{} fitted to {} against {}", identify::describe(fit.structure),
                               request.files.input, request.files.output);
   m.written_by = "flexor " FLEXOR_VERSION;
@@ -406,9 +406,9 @@ Identification identify_files(const Request& asked, const identify::Progress& pr
   std::ranges::stable_sort(r.rows, {},
                            [](const Row& row) { return std::pair(!row.refusal.empty(), row.parameters); });
 
-  r.model.training = {{"sensor", request.files.sensor.filename().string()},
+  r.model.training = {{"sensor", io::to_utf8(request.files.sensor.filename().string())},
                       {"sensor_digest", a.sensor.digest},
-                      {"reference", request.files.reference.filename().string()},
+                      {"reference", io::to_utf8(request.files.reference.filename().string())},
                       {"reference_digest", a.reference.digest},
                       {"output_column", request.files.output},
                       {"clock_offset_s", a.clock_offset_s},

@@ -37,7 +37,8 @@ class Output {
   std::string buffer_;
 };
 
-// For libraries that write to a name and do not report the last byte: read back what they made before commit().
+// For libraries that write to a name and do not report the last byte: read back what they made before
+// commit().
 class StagedOutput {
  public:
   explicit StagedOutput(const std::filesystem::path& path, Access access = Access::usual);

@@ -212,7 +212,7 @@ std::string to_json(const Model& model) {
                      {"channels", std::move(channels)},
                      {"training", model.training},
                      {"fit", model.fit}};
-  return json.dump(2) + "\n";
+  return io::dump(json);
 }
 
 Model from_json(const std::string& text, const std::string& source) {

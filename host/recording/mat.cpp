@@ -1,15 +1,19 @@
 #include "host/recording/mat.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <matio.h>
-#include <sys/mman.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
+#include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
+#include <functional>
 #include <memory>
 
+#include "host/io/interrupt.hpp"
 #include "host/io/output.hpp"
 
 namespace flexor::recording {
@@ -19,33 +23,6 @@ constexpr std::size_t kMatlabNameLength = 63;
 
 bool is_ascii_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-// A file in memory. matio reports a full disk as success, and HDF5 tells it in a hundred lines; so they do
-// not see the disk.
-class Memory {
- public:
-  explicit Memory(const std::filesystem::path& path) : descriptor_(memfd_create("flexor", MFD_CLOEXEC)) {
-    if (descriptor_ < 0) throw io::JobError(fmt::format("{}: {}", path.string(), std::strerror(errno)));
-  }
-  ~Memory() { close(descriptor_); }
-  Memory(const Memory&) = delete;
-  Memory& operator=(const Memory&) = delete;
-
-  std::string name() const { return fmt::format("/proc/self/fd/{}", descriptor_); }
-
-  void copy_to(const std::filesystem::path& path) const {
-    io::Output output(path);
-    std::array<char, 1 << 16> piece;
-    off_t at = 0;
-    for (ssize_t n = 0; (n = pread(descriptor_, piece.data(), piece.size(), at)) > 0; at += n) {
-      output.write({piece.data(), static_cast<std::size_t>(n)});
-    }
-    output.commit();
-  }
-
- private:
-  int descriptor_;
-};
-
 bool write_vector(mat_t* file, const std::string& name, const std::vector<double>& values) {
   std::size_t dims[2] = {values.size(), 1};
   // matio takes a non-const pointer but only copies from it.
@@ -54,6 +31,76 @@ bool write_vector(mat_t* file, const std::string& name, const std::vector<double
       Mat_VarCreate(name.c_str(), MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dims, data, MAT_F_DONT_COPY_DATA),
       &Mat_VarFree);
   return variable && Mat_VarWrite(file, variable.get(), MAT_COMPRESSION_NONE) == 0;
+}
+
+bool holds_vector(mat_t* file, const std::string& name, const std::vector<double>& values) {
+  const std::unique_ptr<matvar_t, decltype(&Mat_VarFree)> variable(Mat_VarRead(file, name.c_str()),
+                                                                   &Mat_VarFree);
+  return variable && variable->class_type == MAT_C_DOUBLE && variable->data != nullptr &&
+         variable->nbytes == values.size() * sizeof(double) &&
+         std::memcmp(variable->data, values.data(), variable->nbytes) == 0;
+}
+
+// Columns that MATLAB would call the same get numbers: a second variable of one name hides the first.
+std::vector<std::string> names_of(const Recording& recording) {
+  std::vector<std::string> names = {"t_s"};
+  for (const Column& c : recording.columns) {
+    const std::string name = mat_name(c.name);
+    std::string free = name;
+    for (int i = 2; std::ranges::find(names, free) != names.end(); ++i) {
+      const std::string number = fmt::format("_{}", i);
+      free = name.substr(0, kMatlabNameLength - number.size()) + number;
+    }
+    names.push_back(free);
+  }
+  return names;
+}
+
+// `act` for time and every column.
+template <class Act>
+bool each(const Recording& recording, const Act& act) {
+  const std::vector<std::string> names = names_of(recording);
+  bool good = act(names[0], recording.t_s);
+  for (std::size_t i = 0; good && i < recording.columns.size(); ++i) {
+    good = act(names[i + 1], recording.columns[i].value);
+  }
+  return good;
+}
+
+bool write(const Recording& recording, const std::filesystem::path& path, mat_ft version) {
+  mat_t* file = Mat_CreateVer(path.c_str(), nullptr, version);
+  if (file == nullptr) return false;
+  const bool good =
+      each(recording, [&](const auto& name, const auto& v) { return write_vector(file, name, v); });
+  return Mat_Close(file) == 0 && good;
+}
+
+bool holds(const Recording& recording, const std::filesystem::path& path) {
+  mat_t* file = Mat_Open(path.c_str(), MAT_ACC_RDONLY);
+  if (file == nullptr) return false;
+  const bool good =
+      each(recording, [&](const auto& name, const auto& v) { return holds_vector(file, name, v); });
+  return Mat_Close(file) == 0 && good;
+}
+
+// True when `work` says so. On a full disk matio reports success, and HDF5 writes a hundred lines, on
+// leaving, too.
+bool in_a_silent_process(const std::function<bool()>& work) {
+  const io::Child child([&](const sigset_t& mask) {
+    const pid_t pid = fork();
+    if (pid > 0) return pid;
+    if (pid < 0) throw io::JobError(fmt::format("fork: {}", std::strerror(errno)));
+    setpgid(0, 0);
+    for (const int s : {SIGINT, SIGTERM, SIGHUP}) std::signal(s, SIG_DFL);
+    pthread_sigmask(SIG_SETMASK, &mask, nullptr);
+    const int silence = open("/dev/null", O_WRONLY);
+    dup2(silence, STDERR_FILENO);
+    _exit(work() ? 0 : 1);
+  });
+  int status = 0;
+  while (waitpid(child.pid(), &status, 0) < 0 && errno == EINTR) {
+  }
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
 }  // namespace
@@ -72,15 +119,13 @@ std::string mat_name(std::string_view column) {
 }
 
 void write_mat(const Recording& recording, const std::filesystem::path& path, MatVersion version) {
-  io::require_writable(path);
-  const Memory memory(path);
-  const auto format = version == MatVersion::v5 ? MAT_FT_MAT5 : MAT_FT_MAT73;
-  mat_t* file = Mat_CreateVer(memory.name().c_str(), nullptr, format);
-  bool good = file != nullptr && write_vector(file, "t_s", recording.t_s);
-  for (const Column& c : recording.columns) good = good && write_vector(file, mat_name(c.name), c.value);
-  if (file != nullptr) good = Mat_Close(file) == 0 && good;
-  if (!good) throw io::JobError(fmt::format("{}: cannot be written as a MAT file", path.string()));
-  memory.copy_to(path);
+  io::StagedOutput output(path);
+  const bool good = in_a_silent_process([&] {
+    return write(recording, output.name(), version == MatVersion::v5 ? MAT_FT_MAT5 : MAT_FT_MAT73) &&
+           holds(recording, output.name());
+  });
+  if (!good) output.fail("cannot be written as a MAT file");
+  output.commit();
 }
 
 }  // namespace flexor::recording

@@ -110,7 +110,9 @@ TEST_F(Documents, FilesWhoseNamesAreLatin1) {
   fs::rename(folder_ / "joints.json", folder_ / (name + "_joints.json"));
   fs::copy_file(FLEXOR_SOURCE_DIR "/models/published_hw.json", folder_ / (name + "_hw.json"));
   fs::copy_file(FLEXOR_SOURCE_DIR "/models/gestures/1.json", folder_ / (name + "_gesture.json"));
-  write(name + "_log.csv", "t_s,thumb,index,middle,ring,pinky\n0,50,60,70,80,90\n0.1,51,61,71,81,91\n");
+  write(name + "_log.csv",
+        "t_s,thumb_alpha,index_alpha,middle_alpha,ring_alpha,pinky_alpha\n0,50,60,70,80,90\n0.1,51,61,71,81,"
+        "91\n");
   write(name + "_a.csv", "t_s,a_deg\n0,1\n1,2\n2,3\n");
   const std::string files = "--sensor " + name + ".csv --reference " + name + "_camera.csv";
   for (const std::string& command : {

@@ -8,6 +8,7 @@
 #include "host/camera/video.hpp"
 #include "host/experiment/film.hpp"
 #include "host/io/io.hpp"
+#include "host/twin/hand_view.hpp"
 
 namespace {
 
@@ -23,6 +24,7 @@ void film(const fs::path& folder) {
   for (int k = 0; k < kFrames; ++k) {
     flexor::twin::PerFinger mcp_deg{};
     mcp_deg.fill(10 + k);
+    mcp_deg[0] = 100 + k;
     video.add(hand.shoot(mcp_deg, static_cast<std::uint64_t>(k), flexor::twin::kGreen));
   }
   video.finish();

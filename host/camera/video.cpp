@@ -10,6 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "host/camera/container.hpp"
 #include "host/camera/opencv.hpp"
 #include "host/io/output.hpp"
 
@@ -198,7 +199,8 @@ std::size_t packets(const std::filesystem::path& path) {
 }  // namespace
 
 struct VideoWriter::Writer {
-  explicit Writer(const std::filesystem::path& path) : output(path) {}
+  explicit Writer(const std::filesystem::path& p) : path(p), output(p) {}
+  std::filesystem::path path;
   io::StagedOutput output;
   cv::VideoWriter writer;
   std::size_t frames = 0;
@@ -220,8 +222,10 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int heigh
   } catch (const cv::Exception&) {
   }
   if (!open) {
-    writer_->output.fail(fmt::format(
-        "cannot be written as a video of {} x {} pixels: is the codec installed?", width, height));
+    writer_->output.require_room();
+    throw io::InputError(
+        fmt::format("{}: cannot be written as a video of {} x {} pixels: is the codec installed?",
+                    path.string(), width, height));
   }
 }
 
@@ -234,9 +238,11 @@ void VideoWriter::add(const Picture& picture) {
 
 void VideoWriter::finish() {
   writer_->writer.release();
-  // FFmpeg stops at the first byte that the disk refuses, and OpenCV does not say so.
-  if (const std::size_t n = packets(writer_->output.name()); n != writer_->frames) {
-    writer_->output.fail(fmt::format("cannot be written: holds {} of {} frames", n, writer_->frames));
+  const std::size_t n = packets(writer_->output.name());
+  if (n != writer_->frames || !is_whole(writer_->output.name())) {
+    writer_->output.require_room();
+    throw io::JobError(fmt::format("{}: cannot be written: holds {} of {} frames", writer_->path.string(), n,
+                                   writer_->frames));
   }
   writer_->output.commit();
 }

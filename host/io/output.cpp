@@ -266,13 +266,11 @@ StagedOutput::~StagedOutput() = default;
 
 const fs::path& StagedOutput::name() const { return staged_->temporary->path(); }
 
-void StagedOutput::fail(const std::string& otherwise) const {
-  const Descriptor staged(::open(name().c_str(), O_WRONLY | O_APPEND | O_CLOEXEC));
-  if (staged.number() >= 0) {
-    write_all(staged_->target, staged.number(), std::string(kBuffer, '\0'));
-    bring_to_disk(staged_->target, staged.number());
-  }
-  throw JobError(fmt::format("{}: {}", staged_->target.named.string(), otherwise));
+void StagedOutput::require_room() const {
+  const Descriptor staged(::open(name().c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0600));
+  if (staged.number() < 0) cannot_write(staged_->target.named, errno);
+  write_all(staged_->target, staged.number(), std::string(kBuffer, '\0'));
+  bring_to_disk(staged_->target, staged.number());
 }
 
 void StagedOutput::commit() {

@@ -48,8 +48,8 @@ class StagedOutput {
 
   const std::filesystem::path& name()
       const;  // an empty file, which the library overwrites; ends as `path` does
-  // The library has failed: throws what the disk says when more is written, else `otherwise` as JobError.
-  [[noreturn]] void fail(const std::string& otherwise) const;
+  // For when the library has failed: throws when the disk is what refuses more bytes.
+  void require_room() const;
   void commit();
 
  private:

@@ -124,7 +124,10 @@ void write_mat(const Recording& recording, const std::filesystem::path& path, Ma
     return write(recording, output.name(), version == MatVersion::v5 ? MAT_FT_MAT5 : MAT_FT_MAT73) &&
            holds(recording, output.name());
   });
-  if (!good) output.fail("cannot be written as a MAT file");
+  if (!good) {
+    output.require_room();
+    throw io::JobError(fmt::format("{}: cannot be written as a MAT file", path.string()));
+  }
   output.commit();
 }
 

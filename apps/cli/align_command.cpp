@@ -5,7 +5,7 @@
 
 #include "apps/cli/commands.hpp"
 #include "host/experiment/identification.hpp"
-#include "host/io/io.hpp"
+#include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/mat.hpp"
 
@@ -62,7 +62,7 @@ void run(const Options& o) {
         {"drift_ppm", a.drift_ppm ? nlohmann::ordered_json(*a.drift_ppm) : nullptr},
         {"version", FLEXOR_VERSION},
         {"warnings", aligned.warnings}};
-    print(json.dump(2) + "\n");
+    print(io::dump(json));
     return;
   }
   for (const std::string& warning : aligned.warnings) log("warning: " + warning);

@@ -10,7 +10,7 @@
 #include "host/deploy/out_folder.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/experiment/boards_report.hpp"
-#include "host/io/io.hpp"
+#include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
@@ -192,11 +192,11 @@ void run(const Options& o, const Program& program) {
   deploy::OutFolder out(o.out);
   nlohmann::ordered_json json = build(o, boards, p, counts, d, out.staging());
   json["key"] = pair.origin != nullptr ? nlohmann::ordered_json(pair.origin) : nullptr;
-  io::write_file(out.staging() / "report.json", json.dump(2) + "\n");
+  io::write_file(out.staging() / "report.json", io::dump(json));
   if (pair.key && !pair.is_stored) deploy::write_key(out.staging() / deploy::kKeyFile, *pair.key);
   out.publish();
   if (!o.json) return say(o, d, pair);
-  print(json.dump(2) + "\n");
+  print(io::dump(json));
 }
 
 }  // namespace

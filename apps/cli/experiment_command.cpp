@@ -7,7 +7,7 @@
 #include "apps/cli/progress.hpp"
 #include "host/experiment/calibration.hpp"
 #include "host/experiment/trial_report.hpp"
-#include "host/io/io.hpp"
+#include "host/io/json.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -145,7 +145,7 @@ void run(Options& o, const Program& program) {
       json["scenarios"].push_back(
           {{"name", s.scenario.name}, {"cells", experiment::to_json(s.result, plan).at("cells")}});
     }
-    print(json.dump(2) + "\n");
+    print(io::dump(json));
     return;
   }
   table(result, plan);
@@ -179,7 +179,7 @@ void run_twin(const TwinOptions& o) {
                                          {"file", o.out},
                                          {"seed", o.seed},
                                          {"version", FLEXOR_VERSION}};
-    print(json.dump(2) + "\n");
+    print(io::dump(json));
     return;
   }
   print(fmt::format(
@@ -217,7 +217,7 @@ void run_glove(GloveOptions& o) {
                                          {"warnings", result.warnings},
                                          {"seed", o.request.seed},
                                          {"version", FLEXOR_VERSION}};
-    print(json.dump(2) + "\n");
+    print(io::dump(json));
     return;
   }
   for (const experiment::Step& step : result.steps) {

@@ -9,7 +9,7 @@
 #include "apps/cli/progress.hpp"
 #include "host/experiment/identification.hpp"
 #include "host/experiment/report.hpp"
-#include "host/io/io.hpp"
+#include "host/io/json.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -93,7 +93,7 @@ void run(Options& o, const Program& program) {
   if (!o.model.empty()) model::save(result.model, o.model);
   if (!o.report.empty()) experiment::write_report(result, o.report);
   if (o.json) {
-    print(experiment::to_json(result).dump(2) + "\n");
+    print(io::dump(experiment::to_json(result)));
     return;
   }
   show(result);

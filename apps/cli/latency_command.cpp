@@ -4,7 +4,7 @@
 
 #include "apps/cli/commands.hpp"
 #include "host/experiment/boards_report.hpp"
-#include "host/io/io.hpp"
+#include "host/io/json.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -40,7 +40,7 @@ void run(const Options& o, const Program& program) {
     json["frame_rate_hz"] = frames_hz;
     json["seed"] = o.seed;
     json["version"] = FLEXOR_VERSION;
-    print(json.dump(2) + "\n");
+    print(io::dump(json));
     return;
   }
   print(fmt::format("from a sensor's edge to the motor, ms: {}, {} edges{}\n\n{}", title, budget.edges,

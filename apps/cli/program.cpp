@@ -1,21 +1,34 @@
 #include <fmt/format.h>
 
+#include <fcntl.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <filesystem>
+#include <sstream>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/program.hpp"
+#include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::cli {
 
+namespace {
+
+[[noreturn]] void standard_output_failed() {
+  throw io::JobError(fmt::format("standard output: cannot be written: {}", std::strerror(errno)));
+}
+
+}  // namespace
+
 void print(const std::string& text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
-    throw io::JobError("standard output: cannot be written");
+    standard_output_failed();
   }
 }
 
@@ -28,6 +41,27 @@ namespace {
   arguments.push_back(nullptr);
   execv(beside.c_str(), arguments.data());
   throw io::InputError(fmt::format("{} is missing: it {}; script/build makes it", beside.string(), what));
+}
+
+// A stream that was closed must not become the number of a file that is opened later, into which messages
+// would go.
+void occupy_standard_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(stream, F_GETFD) < 0) (void)open("/dev/null", O_RDONLY);
+  }
+}
+
+// Runs the command. Help, too, is an output that may fail, and some file systems tell a failure only on
+// closing.
+void parse(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& help) {
+    std::ostringstream text;
+    (void)app.exit(help, text, text);
+    print(text.str());
+  }
+  if (close(dup(STDOUT_FILENO)) != 0) standard_output_failed();
 }
 
 }  // namespace
@@ -48,6 +82,9 @@ int run(int argc, char** argv, experiment::Boards* boards, const experiment::Cam
   constexpr int kFailed = 1;
   constexpr int kBadInput = 2;
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+  occupy_standard_streams();
+  io::end_cleanly_on_signals();
   CLI::App app("Flexor: turn a flex-sensor glove into a measuring instrument", "flexor");
   app.set_version_flag("--version", std::string("flexor ") + FLEXOR_VERSION);
   app.require_subcommand(1);
@@ -66,10 +103,8 @@ int run(int argc, char** argv, experiment::Boards* boards, const experiment::Cam
   add_score(app);
   add_show(app);
   try {
-    app.parse(argc, argv);
+    parse(app, argc, argv);
     return 0;
-  } catch (const CLI::Success& help) {
-    return app.exit(help);
   } catch (const CLI::ParseError& error) {
     log(fmt::format("flexor: {} (try --help)", error.what()));
     return kBadInput;

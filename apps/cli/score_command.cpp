@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/commands.hpp"
-#include "host/io/io.hpp"
+#include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/pair.hpp"
 #include "host/score/score.hpp"
@@ -69,7 +69,7 @@ void run(const Options& o) {
   if (o.json) {
     nlohmann::ordered_json json = score::to_json(s);
     json["version"] = FLEXOR_VERSION;
-    print(json.dump(2) + "\n");
+    print(io::dump(json));
     return;
   }
   print(

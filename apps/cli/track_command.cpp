@@ -9,12 +9,25 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/experiment/catalogue.hpp"
-#include "host/io/io.hpp"
+#include "host/io/json.hpp"
 
 namespace flexor::cli {
 namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
+struct sigaction before_stop {};
+
+// A camera has no end of its own: Ctrl-C is how a recording is finished. A second one interrupts, as
+// everywhere.
+void stop_camera_at_ctrl_c() {
+  struct sigaction action {};
+  action.sa_handler = [](int) {
+    interrupted = 1;
+    sigaction(SIGINT, &before_stop, nullptr);
+  };
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGINT, &action, &before_stop);
+}
 
 struct Options {
   experiment::TrackRequest request;
@@ -106,13 +119,11 @@ void run_setup(const Options& o, const experiment::Cameras& cameras) {
                             {"y_px", m.centre.y},
                             {"area_px", m.area_px}});
     }
-    print(nlohmann::ordered_json({{"candidates", candidates},
-                                  {"trouble", setup.trouble},
-                                  {"picture", request.picture.string()},
-                                  {"joints", o.save},
-                                  {"version", FLEXOR_VERSION}})
-              .dump(2) +
-          "\n");
+    print(io::dump({{"candidates", candidates},
+                    {"trouble", setup.trouble},
+                    {"picture", request.picture.string()},
+                    {"joints", o.save},
+                    {"version", FLEXOR_VERSION}}));
     return;
   }
   if (!setup.trouble.empty()) log("warning: " + setup.trouble);
@@ -139,7 +150,7 @@ void run(const Options& o, const Program& program) {
     run_setup(o, cameras);
     return;
   }
-  std::signal(SIGINT, [](int) { interrupted = 1; });
+  if (std::filesystem::is_character_file(o.request.video)) stop_camera_at_ctrl_c();
   experiment::Tracked result;
   {
     ProgressLine line;
@@ -152,7 +163,7 @@ void run(const Options& o, const Program& program) {
   if (interrupted != 0) result.warnings.emplace_back("interrupted: what was tracked until then is kept");
   for (const std::string& warning : result.warnings) log("warning: " + warning);
   if (o.json) {
-    print(experiment::to_json(result, o.request).dump(2) + "\n");
+    print(io::dump(experiment::to_json(result, o.request)));
     return;
   }
   const camera::Summary& s = result.summary;
@@ -201,7 +212,7 @@ void run_calibrate(const CalibrateOptions& o, const Program& program) {
     json["refused"] = result.refused;
     json["file"] = o.out;
     json["version"] = FLEXOR_VERSION;
-    print(json.dump(2) + "\n");
+    print(io::dump(json));
     return;
   }
   const camera::Lens& l = result.lens;

@@ -353,7 +353,7 @@ std::string to_json(const Joints& joints) {
   Json out = {{"schema", "flexor-joints"}, {"schema_version", 1}, {"name", joints.name}};
   if (!joints.description.empty()) out["description"] = joints.description;
   for (const Skeleton& s : joints.skeletons) out["skeletons"].push_back(skeleton_json(s));
-  return out.dump(2) + "\n";
+  return io::dump(out);
 }
 
 }  // namespace flexor::camera

@@ -75,7 +75,7 @@ std::string to_json(const Lens& lens) {
                      {"distortion", lens.distortion},
                      {"reprojection_rms_px", lens.reprojection_rms_px},
                      {"pictures", lens.pictures}};
-  return json.dump(2) + "\n";
+  return io::dump(json);
 }
 
 double edge_error_deg(int width, int height, double bone_px) {

@@ -10,8 +10,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "host/camera/container.hpp"
 #include "host/camera/opencv.hpp"
-#include "host/io/io.hpp"
+#include "host/io/output.hpp"
 
 namespace flexor::camera {
 namespace {
@@ -182,49 +183,68 @@ int DropFinder::add(double t_s) {
   return missing;
 }
 
+namespace {
+
+// Packets of a video file, without decoding them.
+std::size_t packets(const std::filesystem::path& path) {
+  std::size_t count = 0;
+  try {
+    cv::VideoCapture capture(path.string(), cv::CAP_FFMPEG, {cv::CAP_PROP_FORMAT, -1});
+    while (capture.grab()) ++count;
+  } catch (const cv::Exception&) {
+  }
+  return count;
+}
+
+}  // namespace
+
 struct VideoWriter::Writer {
+  explicit Writer(const std::filesystem::path& p) : path(p), output(p) {}
+  std::filesystem::path path;
+  io::StagedOutput output;
   cv::VideoWriter writer;
+  std::size_t frames = 0;
 };
 
-VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int height, double rate_hz)
-    : writer_(std::make_unique<Writer>()), path_(path) {
+VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int height, double rate_hz) {
   be_silent();
-  io::require_writable(path);
   const std::string extension = path.extension().string();
   if (extension != ".mp4" && extension != ".avi" && extension != ".mkv") {
     throw io::InputError(fmt::format("{}: a video's name must end in .mp4, .avi or .mkv", path.string()));
   }
-  temporary_ = io::temporary_beside(path);
-  temporary_ += extension;
+  writer_ = std::make_unique<Writer>(path);
   const int codec = extension == ".mp4" ? cv::VideoWriter::fourcc('a', 'v', 'c', '1')
                                         : cv::VideoWriter::fourcc('F', 'F', 'V', '1');
   bool open = false;
   try {
-    open = writer_->writer.open(temporary_.string(), cv::CAP_FFMPEG, codec, rate_hz, {width, height});
+    open = writer_->writer.open(writer_->output.name().string(), cv::CAP_FFMPEG, codec, rate_hz,
+                                {width, height});
   } catch (const cv::Exception&) {
   }
   if (!open) {
-    std::error_code ignored;
-    std::filesystem::remove(temporary_, ignored);
+    writer_->output.require_room();
     throw io::InputError(
         fmt::format("{}: cannot be written as a video of {} x {} pixels: is the codec installed?",
                     path.string(), width, height));
   }
 }
 
-VideoWriter::~VideoWriter() {
-  if (temporary_.empty()) return;
-  writer_->writer.release();
-  std::error_code ignored;
-  std::filesystem::remove(temporary_, ignored);
-}
+VideoWriter::~VideoWriter() = default;
 
-void VideoWriter::add(const Picture& picture) { writer_->writer.write(mat(picture)); }
+void VideoWriter::add(const Picture& picture) {
+  writer_->writer.write(mat(picture));
+  ++writer_->frames;
+}
 
 void VideoWriter::finish() {
   writer_->writer.release();
-  io::commit(temporary_, path_);
-  temporary_.clear();
+  const std::size_t n = packets(writer_->output.name());
+  if (n != writer_->frames || !is_whole(writer_->output.name())) {
+    writer_->output.require_room();
+    throw io::JobError(fmt::format("{}: cannot be written: holds {} of {} frames", writer_->path.string(), n,
+                                   writer_->frames));
+  }
+  writer_->output.commit();
 }
 
 Picture read_picture(const std::filesystem::path& path) {

@@ -68,8 +68,8 @@ class DropFinder {
 
 class VideoWriter {
  public:
-  // .mp4 as H.264, which browsers play, .avi or .mkv without loss (FFV1). Written beside its name and renamed
-  // by finish(); left out: nothing is left behind. Throws io::InputError.
+  // .mp4 as H.264, which browsers play, .avi or .mkv without loss (FFV1). By the rules and with the errors of
+  // host/io/output.hpp; finish() counts the frames in the file. Left out, nothing is left behind.
   VideoWriter(const std::filesystem::path& path, int width, int height, double rate_hz);
   ~VideoWriter();
   VideoWriter(const VideoWriter&) = delete;
@@ -81,8 +81,6 @@ class VideoWriter {
  private:
   struct Writer;
   std::unique_ptr<Writer> writer_;
-  std::filesystem::path path_;
-  std::filesystem::path temporary_;
 };
 
 // Any format that OpenCV reads, 16 bits brought to 8. Throws io::InputError.

@@ -46,6 +46,9 @@ Image build(const std::string& name, const std::string& config, const fs::path& 
   write_sources(source.path());
   io::write_file(source.path() / (name + "_config.hpp"), config);
   Image image{folder / (name + ".elf"), folder / (name + ".hex")};
+  // The tools write where there is room: what a full disk does to them, they tell as an error of their own.
+  const fs::path elf = source.path() / image.elf.filename();
+  const fs::path hex = source.path() / image.hex.filename();
   std::vector<std::string> compile = {kCompiler,
                                       "-mmcu=atmega328p",
                                       "-DF_CPU=16000000UL",
@@ -67,11 +70,11 @@ Image build(const std::string& name, const std::string& config, const fs::path& 
                                       "-I" + source.path().string(),
                                       (source.path() / "firmware" / name / (name + ".cpp")).string(),
                                       "-o",
-                                      image.elf.string()};
+                                      elf.string()};
   compile.insert(compile.end(), options.begin(), options.end());
   checked(compile);
-  checked({"avr-objcopy", "-O", "ihex", "-R", ".eeprom", image.elf.string(), image.hex.string()});
-  std::istringstream sizes(checked({"avr-size", image.elf.string()}));
+  checked({"avr-objcopy", "-O", "ihex", "-R", ".eeprom", elf.string(), hex.string()});
+  std::istringstream sizes(checked({"avr-size", elf.string()}));
   std::string header;
   std::getline(sizes, header);
   int text = 0;
@@ -82,13 +85,13 @@ Image build(const std::string& name, const std::string& config, const fs::path& 
   image.ram_bytes = data + bss;
   constexpr int kStackReserve = 512;
   if (image.flash_bytes > kFlash || image.ram_bytes > kRam - kStackReserve) {
-    fs::remove(image.elf);
-    fs::remove(image.hex);
     throw InputError(fmt::format(
         "the {} image needs {} bytes of flash and {} of RAM; an {} has {} and, beside {} for the stack, {}: "
         "use fewer knots",
         name, image.flash_bytes, image.ram_bytes, kTarget, kFlash, kStackReserve, kRam - kStackReserve));
   }
+  io::write_file(image.elf, io::read_file(elf));
+  io::write_file(image.hex, io::read_file(hex));
   io::write_file(folder / (name + "_config.hpp"), config);
   return image;
 }

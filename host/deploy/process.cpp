@@ -9,10 +9,12 @@
 
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <sstream>
 
+#include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 
 extern char** environ;
@@ -36,6 +38,27 @@ struct Pipe {
     ends[i] = -1;
   }
 };
+
+// In a group of its own, so that an interruption reaches what the program itself has started, a compiler's
+// passes.
+pid_t start(const std::filesystem::path& program, const posix_spawn_file_actions_t& actions,
+            const sigset_t& mask, const std::vector<char*>& arguments) {
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes,
+                           POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+  posix_spawnattr_setsigmask(&attributes, &mask);
+  sigset_t ignored_here;
+  sigemptyset(&ignored_here);
+  sigaddset(&ignored_here, SIGPIPE);
+  sigaddset(&ignored_here, SIGXFSZ);
+  posix_spawnattr_setsigdefault(&attributes, &ignored_here);
+  pid_t child = 0;
+  const int failed = posix_spawn(&child, program.c_str(), &actions, &attributes, arguments.data(), environ);
+  posix_spawnattr_destroy(&attributes);
+  if (failed != 0) throw io::JobError(fmt::format("{}: {}", program.string(), std::strerror(failed)));
+  return child;
+}
 
 }  // namespace
 
@@ -62,10 +85,8 @@ ProcessResult run_process(const std::vector<std::string>& argv) {
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, out.ends[1], 1);
   posix_spawn_file_actions_adddup2(&actions, err.ends[1], 2);
-  pid_t child = 0;
-  const int failed = posix_spawn(&child, program.c_str(), &actions, nullptr, arguments.data(), environ);
+  const io::Child child([&](const sigset_t& mask) { return start(program, actions, mask, arguments); });
   posix_spawn_file_actions_destroy(&actions);
-  if (failed != 0) throw io::JobError(fmt::format("{}: {}", program.string(), std::strerror(failed)));
   out.close_end(1);
   err.close_end(1);
   ProcessResult result;
@@ -82,7 +103,7 @@ ProcessResult run_process(const std::vector<std::string>& argv) {
     }
   }
   int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  while (waitpid(child.pid(), &status, 0) < 0 && errno == EINTR) {
   }
   result.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   return result;

@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <fstream>
 
 #include "host/camera/draw.hpp"
 #include "host/camera/video.hpp"
 #include "host/experiment/film.hpp"
 #include "host/experiment/track_report.hpp"
 #include "host/io/io.hpp"
+#include "host/io/output.hpp"
 #include "host/recording/csv.hpp"
 #include "host/twin/hand_view.hpp"
 
@@ -30,42 +30,35 @@ double seconds_since(Clock::time_point start) {
 // angles.csv, row by row, beside its name until it is whole.
 class AngleFile {
  public:
-  AngleFile(const std::filesystem::path& path, const std::vector<std::string>& angles)
-      : path_(path), temporary_(io::temporary_beside(path)), stream_(temporary_, std::ios::binary) {
-    stream_ << "t_s";
-    for (const std::string& name : angles) stream_ << fmt::format(",{0}_deg,{0}_se_deg,{0}_quality", name);
-    stream_ << '\n';
+  AngleFile(const std::filesystem::path& path, const std::vector<std::string>& angles) : output_(path) {
+    output_.write("t_s");
+    for (const std::string& name : angles) {
+      output_.write(fmt::format(",{0}_deg,{0}_se_deg,{0}_quality", name));
+    }
+    output_.write("\n");
   }
-  ~AngleFile() {
-    std::error_code ignored;
-    if (!done_) std::filesystem::remove(temporary_, ignored);
-  }
-  AngleFile(const AngleFile&) = delete;
-  AngleFile& operator=(const AngleFile&) = delete;
 
   void add(const std::vector<camera::FilteredRow>& rows) {
     for (const camera::FilteredRow& row : rows) {
-      stream_ << fmt::format("{:.6f}", row.t_s);
+      std::string line = fmt::format("{:.6f}", row.t_s);
       for (const camera::FilteredAngle& a : row.angles) {
-        stream_ << fmt::format(",{:.4f},{:.4f},{}", a.deg, a.se_deg, static_cast<int>(a.quality));
+        line += fmt::format(",{:.4f},{:.4f},{}", a.deg, a.se_deg, static_cast<int>(a.quality));
       }
-      stream_ << '\n';
+      output_.write(line + '\n');
     }
   }
 
-  void finish() {
-    stream_.close();
-    if (!stream_) throw io::JobError(fmt::format("{}: cannot be written: is the disk full?", path_.string()));
-    io::commit(temporary_, path_);
-    done_ = true;
-  }
+  void finish() { output_.commit(); }
 
  private:
-  std::filesystem::path path_;
-  std::filesystem::path temporary_;
-  std::ofstream stream_;
-  bool done_ = false;
+  io::Output output_;
 };
+
+// The report reads the angles back.
+void require_file(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path) || std::filesystem::is_regular_file(path)) return;
+  throw io::InputError(fmt::format("{}: a report needs its angles in a file; name one", path.string()));
+}
 
 // Short bones turn most when a lens bends them.
 double typical_bone_px(const camera::Joints& joints, const std::vector<camera::Seen>& seen, int width) {
@@ -132,7 +125,10 @@ class RealCameras : public Cameras {
       if (!request.lens.empty()) lens_ = camera::load_lens(request.lens);
       io::require_writable(request.out);
       if (!request.preview.empty()) io::require_writable(request.preview);
-      if (!request.report.empty()) io::require_folder(request.report);
+      if (!request.report.empty()) {
+        io::require_folder(request.report);
+        require_file(request.out);
+      }
     }
 
     Tracked run(const TrackProgress& progress) {

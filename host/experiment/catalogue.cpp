@@ -84,7 +84,7 @@ twin::Motion csv_motion(const std::filesystem::path& path) {
     throw InputError(
         fmt::format("{}: no angle above {:g}: are these radians? Write degrees", path.string(), largest_deg));
   }
-  return twin::Motion::from_samples(path.stem().string(), recording::since_start(r.t_s),
+  return twin::Motion::from_samples(io::to_utf8(path.stem().string()), recording::since_start(r.t_s),
                                     std::move(angle_deg));
 }
 
@@ -119,7 +119,7 @@ twin::Motion grasp_motion(const std::filesystem::path& path) {
     const double straight = *std::ranges::min_element(finger);
     for (double& angle : finger) angle -= straight;
   }
-  return recorded(path.stem().string(), t_s, std::move(flexion_deg));
+  return recorded(io::to_utf8(path.stem().string()), t_s, std::move(flexion_deg));
 }
 
 twin::Motion motion_file(const std::string& name) {
@@ -146,7 +146,7 @@ Compensator compensator(const std::string& name, double rate_hz) {
     out.model = model::from_json(builtin("published_hw.json"), name);
   } else if (std::filesystem::exists(name)) {
     out.model = model::load(name);
-    out.name = std::filesystem::path(name).stem().string();
+    out.name = io::to_utf8(std::filesystem::path(name).stem().string());
   } else {
     throw InputError(fmt::format(
         "unknown compensator \"{}\"; known: raw, published-w, published-hw, or a model file", name));

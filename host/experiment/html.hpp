@@ -6,6 +6,8 @@
 #include <iterator>
 #include <string>
 
+#include "host/io/json.hpp"
+
 namespace flexor::experiment {
 
 inline constexpr const char* kStyle = R"(
@@ -29,7 +31,7 @@ details { margin: 1rem 0; } summary { cursor: pointer; font-weight: 600; }
 
 inline std::string escape(const std::string& text) {
   std::string out;
-  for (const char c : text) {
+  for (const char c : io::to_utf8(text)) {
     switch (c) {
       case '&':
         out += "&amp;";

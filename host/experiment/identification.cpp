@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "host/io/io.hpp"
+#include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::experiment {

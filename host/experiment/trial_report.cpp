@@ -199,7 +199,7 @@ void write_trial_report(const Plan& plan, const Result& result, const std::vecto
     io::write_file(folder / (f.name + ".svg"), f.svg);
     io::write_file(folder / (f.name + ".pdf"), f.pdf);
   }
-  io::write_file(folder / "results.json", json.dump(2) + "\n");
+  io::write_file(folder / "results.json", io::dump(json));
   io::write_file(folder / "report.html", html(plan, result, scenarios, figures));
 }
 

@@ -179,7 +179,7 @@ class Runner {
                        {"motions_digest", io::digest(motions)},
                        {"compensators", std::move(compensators)},
                        {"twin", Json::parse(twin::to_json(plan_.parameters))}};
-    return json.dump(2) + "\n";
+    return io::dump(json);
   }
 
   void open_folder() {

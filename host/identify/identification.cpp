@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "host/io/io.hpp"
+#include "host/io/json.hpp"
 #include "host/model/simulation.hpp"
 #include "host/recording/unit.hpp"
 
@@ -93,7 +93,7 @@ std::vector<double> simulate(const model::Model& model, const std::vector<double
 
 model::Model make_model(const Summary& fit, const Identification& r) {
   model::Model m;
-  m.name = std::filesystem::path(r.pair.sensor.source).stem().string();
+  m.name = io::to_utf8(std::filesystem::path(r.pair.sensor.source).stem().string());
   m.description = fmt::format("{} fitted to {} against {}", describe(fit.structure), r.pair.input, r.pair.output);
   m.written_by = "flexor " FLEXOR_VERSION;
   m.sample_period_s = r.aligned.period_s;
@@ -296,7 +296,7 @@ void fit_others(const Data& data, Family chosen, std::vector<Candidate>& candida
 // Where the model comes from and how good it is, into the model.
 void document(Identification& r) {
   const auto file = [](const recording::Recording& recording) {
-    return std::filesystem::path(recording.source).filename().string();
+    return io::to_utf8(std::filesystem::path(recording.source).filename().string());
   };
   r.model.training = {{"sensor", file(r.pair.sensor)},
                       {"sensor_digest", r.pair.sensor.digest},

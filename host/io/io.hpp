@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "host/io/interrupt.hpp"
+
 namespace flexor::io {
 
 // The user's input or command line is wrong; one line that says what, where, and how to mend it. Exit 2.
@@ -24,36 +26,35 @@ void require_readable(const std::filesystem::path& path);
 // The whole file; "-" is standard input. Throws InputError as above, or empty.
 std::string read_file(const std::filesystem::path& path);
 
-// A name beside `path` to write to before renaming.
-std::filesystem::path temporary_beside(const std::filesystem::path& path);
-
-// Renames `temporary` to `path`, or removes it and throws InputError.
-void commit(const std::filesystem::path& temporary, const std::filesystem::path& path);
-
-// Throws InputError when a file could not be written to `path`: its folder is missing, or it is a folder
-// itself. For failing before the work rather than after it.
+// Throws InputError when a file could not be written to `path`, by the rules of host/io/output.hpp: its
+// folder is missing, it is a folder itself, or it may not be written. For failing before the work rather than
+// after it.
 void require_writable(const std::filesystem::path& path);
 
 // Likewise for a folder that will be made.
 void require_folder(const std::filesystem::path& folder);
 
-// Replaces `path` by `content` in one step. Throws InputError and leaves nothing behind when it cannot.
-void write_file(const std::filesystem::path& path, std::string_view content);
+// Who may read what is written.
+enum class Access {
+  usual,  // as an existing file has it, a new one as the umask says
+  owner,  // nobody but the owner: keys
+};
+
+// Replaces `path` by `content` in one step, by the rules and with the errors of Output in host/io/output.hpp.
+void write_file(const std::filesystem::path& path, std::string_view content, Access access = Access::usual);
 
 // Makes `folder` and its parents. Throws InputError.
 void make_folder(const std::filesystem::path& folder);
 
-// A new folder for the time being, removed with all that is in it. Throws JobError.
+// A new folder for the time being, removed with all that is in it, also when the process is interrupted.
+// Throws JobError.
 class TemporaryFolder {
  public:
   TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
+  const std::filesystem::path& path() const { return temporary_.path(); }
 
  private:
-  std::filesystem::path path_;
+  Temporary temporary_;
 };
 
 // FNV-1a, 64 bits, as "fnv1a64:<16 hex digits>": names the data that a model was trained on.

@@ -1,19 +1,169 @@
 #include "host/io/json.hpp"
 
+#include <cstdint>
+
 namespace flexor::io {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kDeepest = 64;
+constexpr std::size_t kLongestExcerpt = 60;
+
+// Bytes of the character at `at`; 0: no UTF-8. RFC 3629, section 4.
+std::size_t utf8_length(std::string_view text, std::size_t at) {
+  const auto byte = [&](std::size_t i) -> std::uint8_t {
+    return at + i < text.size() ? static_cast<std::uint8_t>(text[at + i]) : 0;
+  };
+  const auto within = [&](std::size_t i, std::uint8_t low, std::uint8_t high) {
+    return byte(i) >= low && byte(i) <= high;
+  };
+  const auto tail = [&](std::size_t i) { return within(i, 0x80, 0xBF); };
+  const std::uint8_t first = byte(0);
+  if (first < 0x80) return 1;
+  if (first < 0xC2 || first > 0xF4) return 0;
+  if (first < 0xE0) return tail(1) ? 2 : 0;
+  if (first < 0xF0) {
+    // No overlong forms, no surrogates.
+    const bool second = within(1, first == 0xE0 ? 0xA0 : 0x80, first == 0xED ? 0x9F : 0xBF);
+    return second && tail(2) ? 3 : 0;
+  }
+  const bool second = within(1, first == 0xF0 ? 0x90 : 0x80, first == 0xF4 ? 0x8F : 0xBF);
+  return second && tail(2) && tail(3) ? 4 : 0;
+}
+
+// What the parser does not say, or says by running out of stack: how deep, which word is no JSON, which byte
+// no UTF-8.
+class Scan {
+ public:
+  Scan(std::string_view text, const std::string& source) : text_(text), source_(source) {}
+
+  void run() {
+    while (at_ < text_.size()) {
+      const char c = text_[at_];
+      if (c == '"') {
+        skip_text();
+      } else if (is_letter(c)) {
+        require_json_word();
+      } else if (c == '-' || is_digit(c)) {
+        skip_number();
+      } else {
+        bracket(c);
+        step();
+      }
+    }
+  }
+
+ private:
+  static bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+  static bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+  [[noreturn]] void fail(const std::string& what) const { throw InputError(source_ + ": " + what); }
+
+  void step() {
+    const std::size_t length = utf8_length(text_, at_);
+    if (length == 0) {
+      fail(fmt::format("is no UTF-8 text: byte {}, in line {}; save it as UTF-8", at_, line_));
+    }
+    if (text_[at_] == '\n') ++line_;
+    at_ += length;
+  }
+
+  void bracket(char c) {
+    if (c == '[' || c == '{') ++depth_;
+    if ((c == ']' || c == '}') && depth_ > 0) --depth_;
+    if (depth_ > kDeepest) fail(fmt::format("nested deeper than {} levels at line {}", kDeepest, line_));
+  }
+
+  void skip_text() {
+    step();
+    while (at_ < text_.size() && text_[at_] != '"') {
+      if (text_[at_] == '\\') ++at_;
+      if (at_ < text_.size()) step();
+    }
+    if (at_ < text_.size()) step();
+  }
+
+  void skip_number() {
+    while (at_ < text_.size() &&
+           (is_digit(text_[at_]) || std::string_view("+-.eE").find(text_[at_]) != std::string_view::npos))
+      ++at_;
+  }
+
+  void require_json_word() {
+    const std::size_t begin = at_;
+    while (at_ < text_.size() && is_letter(text_[at_])) ++at_;
+    const std::string_view word = text_.substr(begin, at_ - begin);
+    if (word == "true" || word == "false" || word == "null") return;
+    // A word that the end cut short is told as such by the parser.
+    if (at_ == text_.size()) return;
+    fail(fmt::format("not valid JSON at line {}: {} is no value; a number, or a text in quotes?", line_,
+                     word.substr(0, kLongestExcerpt)));
+  }
+
+  std::string_view text_;
+  const std::string& source_;
+  std::size_t at_ = 0;
+  std::size_t line_ = 1;
+  std::size_t depth_ = 0;
+};
+
+// The parser would keep the last of two.
+class UniqueKeys {
+ public:
+  explicit UniqueKeys(const std::string& source) : source_(source) {}
+
+  bool operator()(Json::parse_event_t event, const Json& parsed) {
+    if (event == Json::parse_event_t::object_start) open_.emplace_back();
+    if (event == Json::parse_event_t::object_end) open_.pop_back();
+    if (event == Json::parse_event_t::key && !open_.back().insert(parsed.get<std::string>()).second) {
+      throw InputError(fmt::format("{}: key {} comes twice in one object; remove one", source_,
+                                   dump_line(parsed).substr(0, kLongestExcerpt)));
+    }
+    return true;
+  }
+
+ private:
+  const std::string& source_;
+  std::vector<std::set<std::string>> open_;
+};
+
+}  // namespace
 
 nlohmann::ordered_json parse_json(const std::string& text, const std::string& source) {
+  Scan(text, source).run();
+  UniqueKeys unique(source);
   try {
-    return nlohmann::ordered_json::parse(text);
-  } catch (const nlohmann::ordered_json::out_of_range& error) {
+    return Json::parse(text,
+                       [&](int, Json::parse_event_t event, Json& parsed) { return unique(event, parsed); });
+  } catch (const Json::out_of_range& error) {
     const std::string what = error.what();
-    throw InputError(fmt::format("{}: {}", source, what.substr(what.find("] ") + 2)));
-  } catch (const nlohmann::ordered_json::parse_error& error) {
+    const std::string reason = what.substr(what.find("] ") + 2);
+    throw InputError(fmt::format("{}: {}", source, reason.substr(0, 2 * kLongestExcerpt)));
+  } catch (const Json::parse_error& error) {
     const std::string what = error.what();
     const auto at = what.find("at line");
     throw InputError(fmt::format("{}: not valid JSON {}; is the file cut off?", source,
                                  at == std::string::npos ? what : what.substr(at, what.find(';') - at)));
   }
+}
+
+std::string dump(const nlohmann::ordered_json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string dump_line(const nlohmann::ordered_json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string to_utf8(std::string_view bytes) {
+  std::string out;
+  for (std::size_t at = 0; at < bytes.size();) {
+    const std::size_t length = utf8_length(bytes, at);
+    out += length > 0 ? bytes.substr(at, length) : std::string_view("\xEF\xBF\xBD");
+    at += std::max<std::size_t>(length, 1);
+  }
+  return out;
 }
 
 }  // namespace flexor::io

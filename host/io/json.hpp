@@ -14,8 +14,18 @@
 
 namespace flexor::io {
 
-// `source` names the text in errors. Throws InputError.
+// `source` names the text in errors. Throws InputError, one line with the place: no JSON, nested deeper than
+// 64 levels, a key twice in one object, a number out of range, NaN or Infinity, text that is not UTF-8.
 nlohmann::ordered_json parse_json(const std::string& text, const std::string& source);
+
+// As a document: indented, UTF-8 whatever the texts in it hold, with a newline at its end.
+std::string dump(const nlohmann::ordered_json& json);
+// On one line.
+std::string dump_line(const nlohmann::ordered_json& json);
+
+// The same text with every byte that is not UTF-8 replaced by U+FFFD: file names are bytes, documents are
+// text.
+std::string to_utf8(std::string_view bytes);
 
 // Reads one JSON object's members and says which are missing, wrong or unknown, with their place.
 class JsonReader {

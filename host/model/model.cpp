@@ -328,7 +328,7 @@ std::string to_json(const Model& model) {
   json["channels"] = std::move(channels);
   json["training"] = model.training;
   json["fit"] = model.fit;
-  return json.dump(2) + "\n";
+  return io::dump(json);
 }
 
 Model from_json(const std::string& text, const std::string& source) {

@@ -1,11 +1,20 @@
 #include "host/recording/mat.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <matio.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <functional>
 #include <memory>
 
-#include "host/io/io.hpp"
+#include "host/io/interrupt.hpp"
+#include "host/io/output.hpp"
 
 namespace flexor::recording {
 namespace {
@@ -24,6 +33,76 @@ bool write_vector(mat_t* file, const std::string& name, const std::vector<double
   return variable && Mat_VarWrite(file, variable.get(), MAT_COMPRESSION_NONE) == 0;
 }
 
+bool holds_vector(mat_t* file, const std::string& name, const std::vector<double>& values) {
+  const std::unique_ptr<matvar_t, decltype(&Mat_VarFree)> variable(Mat_VarRead(file, name.c_str()),
+                                                                   &Mat_VarFree);
+  return variable && variable->class_type == MAT_C_DOUBLE && variable->data != nullptr &&
+         variable->nbytes == values.size() * sizeof(double) &&
+         std::memcmp(variable->data, values.data(), variable->nbytes) == 0;
+}
+
+// Columns that MATLAB would call the same get numbers: a second variable of one name hides the first.
+std::vector<std::string> names_of(const Recording& recording) {
+  std::vector<std::string> names = {"t_s"};
+  for (const Column& c : recording.columns) {
+    const std::string name = mat_name(c.name);
+    std::string free = name;
+    for (int i = 2; std::ranges::find(names, free) != names.end(); ++i) {
+      const std::string number = fmt::format("_{}", i);
+      free = name.substr(0, kMatlabNameLength - number.size()) + number;
+    }
+    names.push_back(free);
+  }
+  return names;
+}
+
+// `act` for time and every column.
+template <class Act>
+bool each(const Recording& recording, const Act& act) {
+  const std::vector<std::string> names = names_of(recording);
+  bool good = act(names[0], recording.t_s);
+  for (std::size_t i = 0; good && i < recording.columns.size(); ++i) {
+    good = act(names[i + 1], recording.columns[i].value);
+  }
+  return good;
+}
+
+bool write(const Recording& recording, const std::filesystem::path& path, mat_ft version) {
+  mat_t* file = Mat_CreateVer(path.c_str(), nullptr, version);
+  if (file == nullptr) return false;
+  const bool good =
+      each(recording, [&](const auto& name, const auto& v) { return write_vector(file, name, v); });
+  return Mat_Close(file) == 0 && good;
+}
+
+bool holds(const Recording& recording, const std::filesystem::path& path) {
+  mat_t* file = Mat_Open(path.c_str(), MAT_ACC_RDONLY);
+  if (file == nullptr) return false;
+  const bool good =
+      each(recording, [&](const auto& name, const auto& v) { return holds_vector(file, name, v); });
+  return Mat_Close(file) == 0 && good;
+}
+
+// True when `work` says so. On a full disk matio reports success, and HDF5 writes a hundred lines, on
+// leaving, too.
+bool in_a_silent_process(const std::function<bool()>& work) {
+  const io::Child child([&](const sigset_t& mask) {
+    const pid_t pid = fork();
+    if (pid > 0) return pid;
+    if (pid < 0) throw io::JobError(fmt::format("fork: {}", std::strerror(errno)));
+    setpgid(0, 0);
+    for (const int s : {SIGINT, SIGTERM, SIGHUP}) std::signal(s, SIG_DFL);
+    pthread_sigmask(SIG_SETMASK, &mask, nullptr);
+    const int silence = open("/dev/null", O_WRONLY);
+    dup2(silence, STDERR_FILENO);
+    _exit(work() ? 0 : 1);
+  });
+  int status = 0;
+  while (waitpid(child.pid(), &status, 0) < 0 && errno == EINTR) {
+  }
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
 }  // namespace
 
 std::string mat_name(std::string_view column) {
@@ -40,18 +119,16 @@ std::string mat_name(std::string_view column) {
 }
 
 void write_mat(const Recording& recording, const std::filesystem::path& path, MatVersion version) {
-  const auto temporary = io::temporary_beside(path);
-  mat_t* file =
-      Mat_CreateVer(temporary.c_str(), nullptr, version == MatVersion::v5 ? MAT_FT_MAT5 : MAT_FT_MAT73);
-  bool good = file != nullptr && write_vector(file, "t_s", recording.t_s);
-  for (const Column& c : recording.columns) good = good && write_vector(file, mat_name(c.name), c.value);
-  if (file != nullptr) good = Mat_Close(file) == 0 && good;
+  io::StagedOutput output(path);
+  const bool good = in_a_silent_process([&] {
+    return write(recording, output.name(), version == MatVersion::v5 ? MAT_FT_MAT5 : MAT_FT_MAT73) &&
+           holds(recording, output.name());
+  });
   if (!good) {
-    std::error_code ignored;
-    std::filesystem::remove(temporary, ignored);
-    throw io::InputError(fmt::format("{}: cannot be written as a MAT file", path.string()));
+    output.require_room();
+    throw io::JobError(fmt::format("{}: cannot be written as a MAT file", path.string()));
   }
-  io::commit(temporary, path);
+  output.commit();
 }
 
 }  // namespace flexor::recording

@@ -10,7 +10,8 @@ namespace flexor::recording {
 enum class MatVersion { v5, v7_3 };
 
 // Writes t_s and every column as an n x 1 double under a valid MATLAB name (other characters become '_').
-// Throws io::InputError and leaves nothing behind when the file cannot be written.
+// Columns that would get the same name are numbered. By the rules and with the errors of host/io/output.hpp:
+// what was written is read back.
 void write_mat(const Recording& recording, const std::filesystem::path& path, MatVersion version);
 
 // The MATLAB name of a column: "∠ABC_smooth" -> "x_ABC_smooth".

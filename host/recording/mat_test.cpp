@@ -15,6 +15,27 @@ TEST(Mat, NamesAreValidInMatlab) {
   EXPECT_EQ(mat_name("3rd angle(deg)"), "x3rd_angle_deg_");
 }
 
+// MATLAB loads one of two variables of one name and says nothing.
+TEST(Mat, ColumnsThatMatlabWouldCallTheSameAreBothKept) {
+  const auto path =
+      std::filesystem::path(testing::TempDir()) / ("flexor_same_" + std::to_string(::getpid()) + ".mat");
+  Recording r;
+  r.t_s = {0, 1};
+  r.columns = {{"a(deg)", {1, 2}}, {"a deg ", {3, 4}}, {"t_s", {5, 6}}};
+  write_mat(r, path, MatVersion::v5);
+  mat_t* file = Mat_Open(path.c_str(), MAT_ACC_RDONLY);
+  ASSERT_NE(file, nullptr);
+  for (const auto& [name, first] :
+       {std::pair{"t_s", 0.0}, {"a_deg_", 1.0}, {"a_deg__2", 3.0}, {"t_s_2", 5.0}}) {
+    matvar_t* variable = Mat_VarRead(file, name);
+    ASSERT_NE(variable, nullptr) << name;
+    EXPECT_EQ(*static_cast<const double*>(variable->data), first) << name;
+    Mat_VarFree(variable);
+  }
+  Mat_Close(file);
+  std::filesystem::remove(path);
+}
+
 class MatFile : public testing::TestWithParam<MatVersion> {};
 
 TEST_P(MatFile, ReadsBackWhatWasWritten) {

@@ -295,7 +295,7 @@ std::string to_json(const Parameters& p) {
                      {"schema_version", kSchemaVersion},
                      {"parameters", std::move(parameters)},
                      {"faults", std::move(faults)}};
-  return json.dump(2) + "\n";
+  return io::dump(json);
 }
 
 void assign(Parameters& p, const std::string& assignment) {

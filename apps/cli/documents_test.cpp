@@ -1,0 +1,150 @@
+// Foreign documents and foreign file names, through the program: hostile JSON at every option that reads
+// JSON, and files whose names are Latin-1.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "host/io/json.hpp"
+
+namespace flexor::cli {
+namespace {
+namespace fs = std::filesystem;
+
+const std::string kModel = "'" FLEXOR_SOURCE_DIR "/models/published_hw.json'";
+const std::string kJoints = "'" FLEXOR_SOURCE_DIR "/models/joints/paper_hand.json'";
+
+class Documents : public testing::Test {
+ protected:
+  Documents()
+      : folder_(fs::path(testing::TempDir()) /
+                (std::string("flexor_documents_") +
+                 testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~Documents() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return "'" + (folder_ / name).string() + "'"; }
+
+  static std::string content(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+
+  int run(const std::string& arguments) {
+    const std::string command = "cd " + path("") + " && '" FLEXOR_PROGRAM "' " + arguments +
+                                " < /dev/null > " + path("stdout") + " 2> " + path("stderr");
+    const int status = std::system(command.c_str());
+    out_ = content(folder_ / "stdout");
+    err_ = content(folder_ / "stderr");
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  }
+
+  void make(const char* program) const {
+    ASSERT_EQ(std::system(("'" + std::string(program) + "' " + path("")).c_str()), 0);
+  }
+
+  fs::path folder_;
+  std::string out_;
+  std::string err_;
+};
+
+TEST_F(Documents, HostileJsonIsRefusedInOneLineWhereverJsonIsRead) {
+  make(FLEXOR_TEST_INPUTS);
+  write("log.csv", "t_s,thumb\n0,1\n1,2\n");
+  const std::vector<std::string> options = {
+      "show x.json",
+      "apply x.json log.csv",
+      "deploy x.json --out out",
+      "deploy " + kModel + " --calibration x.json --out out",
+      "deploy " + kModel + " --twin x.json --out out",
+      "latency --edges 1 --compensator x.json",
+      "latency --edges 1 --twin x.json",
+      "experiment --trials 1 --compensators x.json",
+      "experiment --trials 1 --gestures x.json",
+      "experiment --trials 1 --twin x.json",
+      "calibrate-glove --twin x.json --out out",
+      "camera film --twin x.json --out out",
+      "camera film --gestures x.json --out out",
+      "track video.mp4 --joints x.json --out a.csv",
+      "track video.mp4 --joints joints.json --lens x.json --out a.csv",
+      "track --setup video.mp4 --joints x.json --out a.png",
+      "identify --sensor log.csv --reference video.mp4 --joints x.json --model m.json",
+      "identify --sensor log.csv --reference video.mp4 --joints joints.json --lens x.json --model m.json",
+  };
+  const std::vector<std::pair<std::string, std::string>> documents = {
+      {std::string(80000, '['), "x.json: nested deeper than 64 levels at line 1"},
+      {"{\n\"a\": 1,\n\"a\": 2}", "x.json: key \"a\" comes twice in one object"},
+      {"{\"a\": NaN}", "x.json: not valid JSON at line 1: NaN is no value"},
+      {"{\"a\": 1e999}", "x.json: number overflow parsing '1e999'"},
+      {"{\"gl\xf6ve\": 1}", "x.json: is no UTF-8 text: byte 4, in line 1"},
+  };
+  for (const auto& [text, expected] : documents) {
+    write("x.json", text);
+    for (const std::string& option : options) {
+      EXPECT_EQ(run(option), 2) << option << "\n" << err_.substr(0, 500);
+      EXPECT_NE(err_.find(expected), std::string::npos) << option << "\n" << err_.substr(0, 500);
+      EXPECT_EQ(std::count(err_.begin(), err_.end(), '\n'), 1) << option;
+      EXPECT_EQ(out_, "") << option;
+    }
+  }
+}
+
+// No JSON and no page may hold bytes that are not UTF-8, whatever files are called.
+TEST_F(Documents, FilesWhoseNamesAreLatin1) {
+  make(FLEXOR_TEST_INPUTS);
+  make(FLEXOR_SIMULATE);
+  const std::string name = "gl\xf6ve";
+  fs::rename(folder_ / "simulated_glove.csv", folder_ / (name + ".csv"));
+  fs::rename(folder_ / "simulated_camera.csv", folder_ / (name + "_camera.csv"));
+  fs::rename(folder_ / "video.mp4", folder_ / (name + ".mp4"));
+  fs::rename(folder_ / "joints.json", folder_ / (name + "_joints.json"));
+  fs::copy_file(FLEXOR_SOURCE_DIR "/models/published_hw.json", folder_ / (name + "_hw.json"));
+  fs::copy_file(FLEXOR_SOURCE_DIR "/models/gestures/1.json", folder_ / (name + "_gesture.json"));
+  write(name + "_log.csv",
+        "t_s,thumb_alpha,index_alpha,middle_alpha,ring_alpha,pinky_alpha\n0,50,60,70,80,90\n0.1,51,61,71,81,"
+        "91\n");
+  write(name + "_a.csv", "t_s,a_deg\n0,1\n1,2\n2,3\n");
+  const std::string files = "--sensor " + name + ".csv --reference " + name + "_camera.csv";
+  for (const std::string& command : {
+           "align " + files + " --out out_" + name + ".csv --json",
+           "align " + files + " --out out_" + name + ".mat --json",
+           "identify " + files + " --structure linear --model m_" + name + ".json --report r_" + name +
+               " --json",
+           "show " + name + "_hw.json --json",
+           "apply " + name + "_hw.json " + name + "_log.csv --json",
+           "score " + name + "_a.csv " + name + "_a.csv --json",
+           "experiment --trials 1 --gestures " + name + "_gesture.json --compensators raw," + name +
+               "_hw.json --out e_" + name + " --json",
+           "track " + name + ".mp4 --joints " + name + "_joints.json --out a_" + name + ".csv --preview p_" +
+               name + ".mp4 --report t_" + name + " --json",
+           "track --setup " + name + ".mp4 --joints " + name + "_joints.json --out s_" + name + ".png --json",
+           "deploy " + name + "_hw.json --recording " + name + "_log.csv --out d_" + name + " --json",
+           "latency --edges 2 --compensator " + name + "_hw.json --out l_" + name + " --json",
+           "camera calibrate board?.png --out lens_" + name + ".json --json",
+       }) {
+    EXPECT_EQ(run(command), 0) << command << "\n" << err_;
+    EXPECT_NO_THROW((void)io::parse_json(out_, "standard output")) << command << "\n" << out_.substr(0, 500);
+  }
+  int documents = 0;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder_)) {
+    const std::string kind = entry.path().extension().string();
+    if (kind != ".json" && kind != ".html" && kind != ".svg") continue;
+    const std::string text = content(entry.path());
+    EXPECT_EQ(io::to_utf8(text), text) << entry.path();
+    ++documents;
+  }
+  EXPECT_GE(documents, 10);
+}
+
+}  // namespace
+}  // namespace flexor::cli

@@ -1,0 +1,67 @@
+#!/usr/bin/env bash
+# Commands that are interrupted at random instants die of that signal, say so in one line, and leave neither a temporary
+# file nor a temporary folder, whatever they were doing: tracking, fitting, drawing, compiling.
+# Usage: interrupt_test.sh PROGRAMS SOURCE INPUTS...   (folder with flexor, source tree, programs that make inputs)
+set -uo pipefail
+programs=$1 source=$2
+shift 2
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+in=$work/in
+mkdir "$in"
+for make in "$@"; do "$make" "$in" || exit 1; done
+flexor=$programs/flexor
+RANDOM=${FLEXOR_SEED:-2019}
+failures=0 interrupted=0
+
+fail() {
+  echo "FAILED: $1"
+  sed 's/^/    /' "$work/err"
+  failures=$((failures + 1))
+}
+
+# once SIGNAL DELAY_MS COMMAND...: in a folder of its own, with a TMPDIR of its own.
+once() {
+  local signal=$1 delay_ms=$2 pid status expected
+  shift 2
+  rm -rf "$work/out" "$work/tmp"
+  mkdir "$work/out" "$work/tmp"
+  # A shell's background jobs ignore SIGINT; env undoes that.
+  TMPDIR=$work/tmp env --default-signal=INT "$@" >"$work/stdout" 2>"$work/err" </dev/null &
+  pid=$!
+  sleep "$(printf '%d.%03d' $((delay_ms / 1000)) $((delay_ms % 1000)))"
+  kill -s "$signal" "$pid" 2>/dev/null
+  wait "$pid" 2>/dev/null
+  status=$?
+  expected=$((128 + $(kill -l "$signal")))
+  if [ "$status" != "$expected" ]; then
+    # Over before the signal, or before the program had begun to listen.
+    [ "$status" = 0 ] || fail "exit $status after $signal at $delay_ms ms: $*"
+  else
+    interrupted=$((interrupted + 1))
+    [ "$(grep -c '^flexor: interrupted$' "$work/err")" = 1 ] || [ ! -s "$work/err" ] || fail "not one line: $*"
+  fi
+  local left
+  left=$(find "$work/out" "$work/tmp" -name '*.part-*' -o -path "$work/tmp/*")
+  [ -z "$left" ] || fail "left after $signal at $delay_ms ms: $left"
+  pgrep -f "$work" >/dev/null && fail "still running after $signal at $delay_ms ms: $(pgrep -af "$work")"
+}
+
+# often TIMES LONGEST_MS COMMAND...
+often() {
+  local times=$1 longest_ms=$2 i
+  shift 2
+  for ((i = 0; i < times; ++i)); do
+    once "$([ $((i % 2)) = 0 ] && echo INT || echo TERM)" $((RANDOM % longest_ms)) "$@"
+  done
+}
+
+o=$work/out
+often 12 1500 "$flexor" track "$in/video.mp4" --joints "$in/joints.json" --out "$o/a.csv" --preview "$o/p.mp4" --report "$o/r"
+often 12 2000 "$flexor" identify --sensor "$in/simulated_glove.csv" --reference "$in/simulated_camera.csv" \
+  --structure linear --model "$o/m.json" --report "$o/r"
+often 12 4000 "$flexor" deploy "$source/models/published_hw.json" --out "$o/d"
+often 6 1000 "$flexor" experiment --gestures 1 --trials 2 --out "$o/e"
+[ "$interrupted" -ge 10 ] || fail "only $interrupted runs were interrupted: the delays are too long"
+[ "$failures" = 0 ] && echo "$interrupted runs interrupted, nothing left"
+exit $((failures > 0))

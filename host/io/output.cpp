@@ -1,0 +1,296 @@
+#include "host/io/output.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include "host/io/interrupt.hpp"
+
+namespace flexor::io {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kBuffer = 1 << 16;
+
+[[noreturn]] void cannot_write(const fs::path& path, int error) {
+  const std::string line = fmt::format("{}: cannot be written: {}", path.string(), std::strerror(error));
+  constexpr std::array kNotThePath{ENOSPC, EDQUOT, EFBIG, EIO, EPIPE, ENOMEM, EMFILE, ENFILE};
+  if (std::ranges::find(kNotThePath, error) != kNotThePath.end()) throw JobError(line);
+  throw InputError(line);
+}
+
+[[noreturn]] void refuse(const fs::path& path, std::string_view reason) {
+  throw InputError(fmt::format("{}: cannot be written: {}", path.string(), reason));
+}
+
+class Descriptor {
+ public:
+  explicit Descriptor(int number = -1) : number_(number) {}
+  ~Descriptor() { (void)close(); }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(number_, other.number_);
+    return *this;
+  }
+
+  int number() const { return number_; }
+  int close() { return number_ >= 0 && ::close(std::exchange(number_, -1)) != 0 ? errno : 0; }
+
+ private:
+  int number_;
+};
+
+// What a path leads to.
+struct Target {
+  fs::path named;                       // as the user wrote it, for errors
+  fs::path file;                        // behind all links
+  bool through = false;                 // no file: written into
+  std::optional<int> own_descriptor;    // /dev/stdout and the like
+  std::optional<struct stat> existing;  // a file
+};
+
+// The number when `path` is one of this process's own open files, /proc/self/fd/1.
+std::optional<int> own_descriptor(const fs::path& path) {
+  std::error_code error;
+  const fs::path folder = fs::canonical(path.parent_path(), error);
+  if (error || folder != fs::path("/proc") / std::to_string(getpid()) / "fd") return {};
+  const std::string name = path.filename().string();
+  if (name.empty() || name.size() > 7 ||
+      !std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; })) {
+    return {};
+  }
+  return std::stoi(name);
+}
+
+// Follows links one by one, since /dev/stdout leads to a file that must not be replaced behind the shell's
+// back.
+void follow_links(Target& target) {
+  constexpr int kMostLinks = 40;
+  for (int i = 0; i < kMostLinks; ++i) {
+    target.own_descriptor = own_descriptor(target.file);
+    if (target.own_descriptor) return;
+    std::error_code error;
+    const fs::path next = fs::read_symlink(target.file, error);
+    if (error) return;
+    target.file = target.file.parent_path() / next;
+  }
+  cannot_write(target.named, ELOOP);
+}
+
+void require_folder_of(const Target& target) {
+  const fs::path folder = target.file.has_parent_path() ? target.file.parent_path() : ".";
+  std::error_code error;
+  if (!target.file.has_filename() || !fs::is_directory(folder, error)) {
+    refuse(target.named, fmt::format("there is no folder {}", folder.string()));
+  }
+  if (access(folder.c_str(), W_OK | X_OK) != 0) cannot_write(target.named, errno);
+}
+
+Target target_of(const fs::path& path) {
+  Target target{.named = path, .file = path, .own_descriptor = {}, .existing = {}};
+  follow_links(target);
+  if (target.own_descriptor) {
+    const int flags = fcntl(*target.own_descriptor, F_GETFL);
+    if (flags < 0 || (flags & O_ACCMODE) == O_RDONLY) cannot_write(path, EBADF);
+    target.through = true;
+    return target;
+  }
+  struct stat status {};
+  if (stat(target.file.c_str(), &status) != 0) {
+    if (errno != ENOENT && errno != ENOTDIR) cannot_write(path, errno);
+    require_folder_of(target);
+    return target;
+  }
+  if (S_ISDIR(status.st_mode)) refuse(path, "is a directory");
+  if (S_ISBLK(status.st_mode)) refuse(path, "is a disk");
+  if (S_ISSOCK(status.st_mode)) refuse(path, "is a socket");
+  if (access(target.file.c_str(), W_OK) != 0) cannot_write(path, errno);
+  target.through = !S_ISREG(status.st_mode);
+  if (target.through) return target;
+  require_folder_of(target);
+  target.existing = status;
+  return target;
+}
+
+// A new file beside the target. `extension` is repeated at its end, for libraries that go by it.
+fs::path make_beside(const Target& target, Access who, std::string_view extension, Descriptor& descriptor) {
+  constexpr std::size_t kLongest = 200;  // file systems end at 255
+  constexpr int kAttempts = 1000;        // killed processes leave theirs
+  const std::string stem = target.file.filename().string().substr(0, kLongest);
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    const std::string more = attempt > 0 ? fmt::format("-{}", attempt) : "";
+    const fs::path name =
+        target.file.parent_path() / fmt::format("{}.part-{}{}{}", stem, getpid(), more, extension);
+    const mode_t mode = who == Access::owner ? 0600 : 0666;
+    descriptor = Descriptor(::open(name.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_NOFOLLOW | O_CLOEXEC, mode));
+    if (descriptor.number() >= 0) return name;
+    if (errno != EEXIST) break;
+  }
+  cannot_write(target.named, errno);
+}
+
+void take_over_permissions(const Target& target, Access who, int descriptor) {
+  if (!target.existing) return;
+  // Only root can, and root should: `sudo` must not take a user's file away.
+  if (fchown(descriptor, target.existing->st_uid, target.existing->st_gid) != 0) errno = 0;
+  if (who == Access::usual && fchmod(descriptor, target.existing->st_mode & 0777) != 0) {
+    cannot_write(target.named, errno);
+  }
+}
+
+void write_all(const Target& target, int descriptor, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(descriptor, bytes.data(), bytes.size());
+    if (n >= 0) {
+      bytes.remove_prefix(static_cast<std::size_t>(n));
+      continue;
+    }
+    if (errno == EAGAIN) {
+      pollfd ready{descriptor, POLLOUT, 0};
+      (void)poll(&ready, 1, -1);
+    } else if (errno != EINTR) {
+      cannot_write(target.named, errno);
+    }
+  }
+}
+
+// Devices and pipes have no disk to be brought to.
+void bring_to_disk(const Target& target, int descriptor) {
+  if (fsync(descriptor) != 0 && errno != EINVAL && errno != ENOTSUP && errno != EROFS) {
+    cannot_write(target.named, errno);
+  }
+}
+
+void replace(const Target& target, Temporary& temporary) {
+  if (const int error = temporary.rename_to(target.file); error != 0) cannot_write(target.named, error);
+  // The new name outlives a power cut; a file system that cannot say so is no reason to fail.
+  const fs::path folder = target.file.has_parent_path() ? target.file.parent_path() : ".";
+  const Descriptor open(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (open.number() >= 0) (void)fsync(open.number());
+}
+
+Descriptor open_through(const Target& target) {
+  Descriptor out(target.own_descriptor ? fcntl(*target.own_descriptor, F_DUPFD_CLOEXEC, 3)
+                                       : ::open(target.file.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC));
+  if (out.number() < 0) cannot_write(target.named, errno);
+  return out;
+}
+
+void close_checked(const Target& target, Descriptor& descriptor) {
+  if (const int error = descriptor.close(); error != 0) cannot_write(target.named, error);
+}
+
+}  // namespace
+
+void require_writable(const fs::path& path) { (void)target_of(path); }
+
+struct Output::Open {
+  Target target;
+  Descriptor descriptor;
+  std::optional<Temporary> temporary;
+};
+
+Output::Output(const fs::path& path, Access access) : open_(std::make_unique<Open>()) {
+  Open& o = *open_;
+  o.target = target_of(path);
+  if (o.target.through) {
+    o.descriptor = open_through(o.target);
+    return;
+  }
+  o.temporary.emplace([&] { return make_beside(o.target, access, "", o.descriptor); });
+  take_over_permissions(o.target, access, o.descriptor.number());
+}
+
+Output::~Output() = default;
+
+void Output::flush() {
+  write_all(open_->target, open_->descriptor.number(), buffer_);
+  buffer_.clear();
+}
+
+void Output::write(std::string_view bytes) {
+  if (buffer_.size() + bytes.size() > kBuffer) flush();
+  if (bytes.size() > kBuffer || open_->target.through) {
+    write_all(open_->target, open_->descriptor.number(), bytes);
+  } else {
+    buffer_.append(bytes);
+  }
+}
+
+void Output::commit() {
+  Open& o = *open_;
+  flush();
+  bring_to_disk(o.target, o.descriptor.number());
+  close_checked(o.target, o.descriptor);
+  if (o.temporary) replace(o.target, *o.temporary);
+}
+
+void write_file(const fs::path& path, std::string_view content, Access access) {
+  Output output(path, access);
+  output.write(content);
+  output.commit();
+}
+
+struct StagedOutput::Staged {
+  Target target;
+  std::optional<TemporaryFolder> folder;  // for what is no file
+  std::optional<Temporary> temporary;
+};
+
+StagedOutput::StagedOutput(const fs::path& path, Access access) : staged_(std::make_unique<Staged>()) {
+  Staged& s = *staged_;
+  s.target = target_of(path);
+  Target beside = s.target;
+  if (s.target.through) {
+    s.folder.emplace();
+    beside = {
+        .named = path, .file = s.folder->path() / path.filename(), .own_descriptor = {}, .existing = {}};
+  }
+  Descriptor descriptor;
+  s.temporary.emplace([&] { return make_beside(beside, access, path.extension().string(), descriptor); });
+  take_over_permissions(beside, access, descriptor.number());
+}
+
+StagedOutput::~StagedOutput() = default;
+
+const fs::path& StagedOutput::name() const { return staged_->temporary->path(); }
+
+void StagedOutput::require_room() const {
+  const Descriptor staged(::open(name().c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0600));
+  if (staged.number() < 0) cannot_write(staged_->target.named, errno);
+  write_all(staged_->target, staged.number(), std::string(kBuffer, '\0'));
+  bring_to_disk(staged_->target, staged.number());
+}
+
+void StagedOutput::commit() {
+  Staged& s = *staged_;
+  Descriptor staged(::open(name().c_str(), O_RDONLY | O_CLOEXEC));
+  if (staged.number() < 0) cannot_write(s.target.named, errno);
+  bring_to_disk(s.target, staged.number());
+  if (!s.target.through) {
+    close_checked(s.target, staged);
+    replace(s.target, *s.temporary);
+    return;
+  }
+  Descriptor out = open_through(s.target);
+  std::string buffer(kBuffer, '\0');
+  for (ssize_t n = 0; (n = read(staged.number(), buffer.data(), buffer.size())) != 0;) {
+    if (n < 0) cannot_write(s.target.named, errno);
+    write_all(s.target, out.number(), std::string_view(buffer).substr(0, static_cast<std::size_t>(n)));
+  }
+  bring_to_disk(s.target, out.number());
+  close_checked(s.target, out);
+}
+
+}  // namespace flexor::io

@@ -1,0 +1,60 @@
+// The one way to write an output.
+//
+// A file is written beside its name, brought to the disk, and renamed: nobody ever finds half of one, and
+// what was there before stays until then. A link is followed, and the file it points to is replaced. A file
+// keeps its permissions. What is no file, as /dev/null, /dev/stdout or a FIFO, is never replaced: the bytes
+// go into it as they come. Folders, disks and sockets are refused.
+//
+// Errors are one line, "PATH: cannot be written: REASON": InputError when the path is at fault, JobError when
+// the disk is full or fails, or a reader has gone.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "host/io/io.hpp"
+
+namespace flexor::io {
+
+// Bytes as they come: tables, documents.
+class Output {
+ public:
+  explicit Output(const std::filesystem::path& path, Access access = Access::usual);
+  ~Output();  // without commit() a file is as it was before
+  Output(const Output&) = delete;
+  Output& operator=(const Output&) = delete;
+
+  void write(std::string_view bytes);
+  void commit();  // only after this is anything there
+
+ private:
+  void flush();
+
+  struct Open;
+  std::unique_ptr<Open> open_;
+  std::string buffer_;
+};
+
+// For libraries that write to a name and do not report the last byte: read back what they made before
+// commit().
+class StagedOutput {
+ public:
+  explicit StagedOutput(const std::filesystem::path& path, Access access = Access::usual);
+  ~StagedOutput();
+  StagedOutput(const StagedOutput&) = delete;
+  StagedOutput& operator=(const StagedOutput&) = delete;
+
+  const std::filesystem::path& name()
+      const;  // an empty file, which the library overwrites; ends as `path` does
+  // For when the library has failed: throws when the disk is what refuses more bytes.
+  void require_room() const;
+  void commit();
+
+ private:
+  struct Staged;
+  std::unique_ptr<Staged> staged_;
+};
+
+}  // namespace flexor::io

@@ -1,0 +1,218 @@
+#include "host/io/output.hpp"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <functional>
+#include <thread>
+
+namespace flexor::io {
+namespace {
+namespace fs = std::filesystem;
+
+class Outputs : public testing::Test {
+ protected:
+  Outputs() : folder_(fs::path(testing::TempDir()) / ("flexor_output_test_" + std::to_string(::getpid()))) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~Outputs() override { fs::remove_all(folder_); }
+
+  fs::path old_file(const std::string& name = "file") const {
+    write_file(folder_ / name, "old");
+    return folder_ / name;
+  }
+
+  static mode_t mode_of(const fs::path& path) {
+    struct stat status {};
+    EXPECT_EQ(stat(path.c_str(), &status), 0);
+    return status.st_mode & 07777;
+  }
+
+  std::ptrdiff_t entries() const { return std::distance(fs::directory_iterator(folder_), {}); }
+
+  template <class Error>
+  static std::string message_of(const std::function<void()>& act) {
+    try {
+      act();
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "no such error";
+  }
+
+  // Both ways to write, since both keep the same promises.
+  static void write_both_ways(const fs::path& path, const std::string& content) {
+    write_file(path, content);
+    StagedOutput staged(path);
+    std::ofstream(staged.name()) << content;
+    staged.commit();
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Outputs, NothingIsThereBeforeCommitAndTheOldContentStaysWithoutIt) {
+  const fs::path file = old_file();
+  {
+    Output output(file);
+    output.write(std::string(1 << 20, 'x'));
+    EXPECT_EQ(read_file(file), "old");
+  }
+  {
+    const StagedOutput staged(file);
+    std::ofstream(staged.name()) << "new";
+  }
+  EXPECT_EQ(read_file(file), "old");
+  EXPECT_EQ(entries(), 1);
+}
+
+TEST_F(Outputs, ALinkIsFollowedAndItsTargetReplaced) {
+  const fs::path file = old_file();
+  fs::create_directories(folder_ / "links");
+  fs::create_symlink("../file", folder_ / "links/relative");
+  fs::create_symlink(folder_ / "links/relative", folder_ / "links/twice");
+  fs::create_symlink(folder_ / "fresh", folder_ / "links/dangling");
+  write_both_ways(folder_ / "links/twice", "new");
+  write_both_ways(folder_ / "links/dangling", "made");
+  EXPECT_TRUE(fs::is_symlink(folder_ / "links/twice"));
+  EXPECT_TRUE(fs::is_symlink(folder_ / "links/dangling"));
+  EXPECT_EQ(read_file(file), "new");
+  EXPECT_EQ(read_file(folder_ / "fresh"), "made");
+}
+
+TEST_F(Outputs, ALoopOfLinksIsRefused) {
+  fs::create_symlink("b", folder_ / "a");
+  fs::create_symlink("a", folder_ / "b");
+  EXPECT_THROW(require_writable(folder_ / "a"), InputError);
+  EXPECT_THROW(write_file(folder_ / "a", "x"), InputError);
+}
+
+TEST_F(Outputs, AFileKeepsItsPermissionsAndANewOneFollowsTheUmask) {
+  const fs::path file = old_file();
+  ::chmod(file.c_str(), 0664);
+  const mode_t before = ::umask(027);
+  write_both_ways(file, "new");
+  write_both_ways(folder_ / "new", "new");
+  ::umask(before);
+  EXPECT_EQ(mode_of(file), 0664u);
+  EXPECT_EQ(mode_of(folder_ / "new"), 0640u);
+}
+
+TEST_F(Outputs, ASecretIsTheOwnersAloneFromItsFirstByte) {
+  const fs::path file = old_file();
+  ::chmod(file.c_str(), 0644);
+  write_file(file, "key", Access::owner);
+  EXPECT_EQ(mode_of(file), 0600u);
+  const StagedOutput staged(folder_ / "key", Access::owner);
+  EXPECT_EQ(mode_of(staged.name()), 0600u);
+}
+
+TEST_F(Outputs, ADeviceIsWrittenIntoAndNeverReplaced) {
+  write_both_ways("/dev/null", "x");
+  struct stat status {};
+  ASSERT_EQ(stat("/dev/null", &status), 0);
+  EXPECT_TRUE(S_ISCHR(status.st_mode));
+  fs::create_symlink("/dev/full", folder_ / "link");
+  for (const fs::path& full : {fs::path("/dev/full"), folder_ / "link"}) {
+    const std::string expected = full.string() + ": cannot be written: No space left on device";
+    EXPECT_EQ(message_of<JobError>([&] { write_file(full, "x"); }), expected);
+    EXPECT_EQ(message_of<JobError>([&] {
+                StagedOutput staged(full);
+                std::ofstream(staged.name()) << "x";
+                staged.commit();
+              }),
+              expected);
+  }
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+}
+
+TEST_F(Outputs, AFifoCarriesTheBytesAndStays) {
+  const fs::path fifo = folder_ / "fifo";
+  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+  for (const bool staged : {false, true}) {
+    std::string received;
+    std::jthread reader([&] { received = read_file(fifo); });
+    if (staged) {
+      StagedOutput output(fifo);
+      std::ofstream(output.name()) << "bytes";
+      output.commit();
+    } else {
+      write_file(fifo, "bytes");
+    }
+    reader.join();
+    EXPECT_EQ(received, "bytes");
+    EXPECT_TRUE(fs::is_fifo(fifo));
+  }
+}
+
+// `flexor ... --out /dev/stdout > file`: the shell's file must not be replaced by another of that name, and
+// what was written to it before stays.
+TEST_F(Outputs, StandardOutputIsWrittenWhereItStands) {
+  const fs::path file = folder_ / "redirected";
+  const int descriptor = ::open(file.c_str(), O_CREAT | O_WRONLY, 0600);
+  ASSERT_EQ(::write(descriptor, "first ", 6), 6);
+  const fs::path name = "/dev/fd/" + std::to_string(descriptor);
+  require_writable(name);
+  write_both_ways(name, "then ");
+  ASSERT_EQ(::write(descriptor, "last", 4), 4);
+  ::close(descriptor);
+  EXPECT_EQ(read_file(file), "first then then last");
+  EXPECT_THROW(require_writable(name), InputError);  // closed by now
+}
+
+TEST_F(Outputs, FoldersAndMissingFoldersAreRefusedBeforeAndDuringTheWork) {
+  for (const fs::path& path :
+       {folder_, folder_ / "none/x", folder_ / "none/", folder_ / "file/x", fs::path("")}) {
+    (void)old_file();
+    EXPECT_THROW(require_writable(path), InputError) << path;
+    EXPECT_THROW(write_file(path, "x"), InputError) << path;
+    EXPECT_THROW(StagedOutput{path}, InputError) << path;
+  }
+}
+
+TEST_F(Outputs, AReadOnlyFileIsRefused) {
+  if (::geteuid() == 0) GTEST_SKIP() << "root may write everything";
+  const fs::path file = old_file();
+  ::chmod(file.c_str(), 0444);
+  EXPECT_THROW(require_writable(file), InputError);
+  EXPECT_THROW(write_file(file, "x"), InputError);
+}
+
+TEST_F(Outputs, ANameOfTheGreatestLengthIsWritten) {
+  const fs::path file = folder_ / (std::string(251, 'n') + ".csv");
+  write_both_ways(file, "x");
+  EXPECT_EQ(read_file(file), "x");
+}
+
+TEST_F(Outputs, WhatAKilledProcessLeftIsNotInTheWay) {
+  const fs::path file = old_file();
+  std::ofstream(folder_ / ("file.part-" + std::to_string(::getpid()))) << "left";
+  write_file(file, "new");
+  EXPECT_EQ(read_file(file), "new");
+}
+
+// A limit on the size of files stands for a disk that is full in the middle of a write.
+TEST_F(Outputs, AWriteThatStopsHalfwayLeavesTheOldFileAndNothingElse) {
+  const fs::path file = old_file();
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{1000, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  const std::string message = message_of<JobError>([&] { write_file(file, std::string(100000, 'x')); });
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(message, file.string() + ": cannot be written: File too large");
+  EXPECT_EQ(read_file(file), "old");
+  EXPECT_EQ(entries(), 1);
+}
+
+}  // namespace
+}  // namespace flexor::io

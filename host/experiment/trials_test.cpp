@@ -45,10 +45,10 @@ TEST(Statistic, MeanAndStudentIntervalOfKnownNumbers) {
   Statistic s;
   for (const double v : {1036.21, 545.7, 461.21}) s.add(v);  // the article's Table 1, gesture 1
   EXPECT_NEAR(s.mean(), 681.04, 0.005);
-  EXPECT_NEAR(s.ci95(), 4.303 * 310.365 / std::sqrt(3.0), 1);
+  EXPECT_NEAR(*s.ci95(), 4.303 * 310.365 / std::sqrt(3.0), 1);
   Statistic many;
   for (int k = 0; k < 1000; ++k) many.add(k % 2);
-  EXPECT_NEAR(many.ci95(), 1.9623 * 0.50025 / std::sqrt(1000.0), 1e-5);
+  EXPECT_NEAR(*many.ci95(), 1.9623 * 0.50025 / std::sqrt(1000.0), 1e-5);
 }
 
 TEST(Trials, ThreadsDoNotChangeABit) {
@@ -90,6 +90,7 @@ TEST(Trials, ARunThatWasCutOffGoesOnToTheSameEnd) {
 TEST(Trials, CompensatorsMeetTheSamePeople) {
   Plan p = plan("4", 32);
   p.compensators = {compensator("published-hw", 10), compensator("published-hw", 10)};
+  p.compensators[1].name = "the same";
   const Result r = run(p, {});
   EXPECT_EQ(r.cells[0].difference_deg_s[1].mean(), 0);
   EXPECT_EQ(r.cells[0].difference_deg_s[1].ci95(), 0);
@@ -172,15 +173,15 @@ TEST(TwinFigures, TheTableComesOutAsPublished) {
   Plan p = plan("1-6", 64);
   p.compensators = {compensator("raw", 10), compensator("published-w", 10), compensator("published-hw", 10)};
   const Result r = run(p, {});
-  EXPECT_GT(*r.log_rms.gestures_1_to_4, 0.15);
-  EXPECT_LT(*r.log_rms.gestures_1_to_4, 0.35);
-  EXPECT_GT(*r.log_rms.gestures_5_and_6, 0.3);
-  EXPECT_LT(*r.log_rms.gestures_5_and_6, 0.53);  // 0.49 to 0.50 with 200 trials
+  EXPECT_GT(r.distance.fitted->log_rms, 0.15);
+  EXPECT_LT(r.distance.fitted->log_rms, 0.35);
+  EXPECT_GT(r.distance.predicted->log_rms, 0.3);
+  EXPECT_LT(r.distance.predicted->log_rms, 0.53);  // 0.49 to 0.50 with 200 trials
   for (std::size_t m = 0; m < 6; ++m) {
     const Statistic& wiener_less_raw = r.cell(m, 1).difference_deg_s[0];
     const Statistic& hw_less_wiener = r.cell(m, 2).difference_deg_s[1];
-    EXPECT_LT(wiener_less_raw.mean() + wiener_less_raw.ci95(), 0);
-    EXPECT_LT(hw_less_wiener.mean() + hw_less_wiener.ci95(), 0);
+    EXPECT_LT(wiener_less_raw.mean() + *wiener_less_raw.ci95(), 0);
+    EXPECT_LT(hw_less_wiener.mean() + *hw_less_wiener.ci95(), 0);
   }
 }
 
@@ -207,18 +208,23 @@ TEST(TwinFigures, AnIdentifiedCompensatorBeatsThePublishedOne) {
   for (std::size_t m = 0; m < 6; ++m) {
     EXPECT_LT(r.cell(m, 1).difference_deg_s[0].mean(), 0) << m;
     log_ratio += std::log(r.cell(m, 1).total_deg_s.mean() / r.cell(m, 0).total_deg_s.mean()) / 6;
-    EXPECT_EQ(r.cell(m, 1).worst_excess_deg, 0);
+    EXPECT_LT(r.cell(m, 1).total_pressed_s(), 0.5) << m;  // Raw presses for seconds, see below
   }
   EXPECT_LT(std::exp(log_ratio), 0.7);
   EXPECT_GT(std::exp(log_ratio), 0.3);
   fs::remove_all(folder);
 }
 
-TEST(Trials, EveryScenarioCanBeRun) {
+// Raw sends what lies outside the hand: its joints ram into their stops and its motors press there for
+// seconds, in every scenario. The published compensator's saturation keeps inside.
+TEST(Trials, RawPressesIntoTheStopsInEveryScenario) {
   for (const Scenario& s : scenarios()) {
-    Plan p = plan("1", 1);
+    Plan p = plan("1", 4);
     for (const std::string& assignment : s.set) twin::assign(p.parameters, assignment);
-    EXPECT_EQ(run(p, {}).cells[0].worst_excess_deg, 0) << s.name;
+    const Result r = run(p, {});
+    EXPECT_GT(r.cell(0, 0).fastest_impact_deg_s(), 20) << s.name;
+    EXPECT_GT(r.cell(0, 0).total_pressed_s(), 1) << s.name;
+    EXPECT_LT(r.cell(0, 1).total_pressed_s(), 0.5 * r.cell(0, 0).total_pressed_s()) << s.name;
   }
 }
 

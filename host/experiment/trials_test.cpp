@@ -1,14 +1,17 @@
 #include "host/experiment/trials.hpp"
 
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <string>
 
 #include "host/experiment/calibration.hpp"
+#include "host/experiment/colours.hpp"
 #include "host/experiment/trial_report.hpp"
 #include "host/io/io.hpp"
 
@@ -168,6 +171,56 @@ TEST(TrialReport, WritesOnePageAndEveryFigureTwice) {
   fs::remove_all(folder);
 }
 
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t n = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
+Statistic statistic(std::initializer_list<double> values) {
+  Statistic s;
+  for (const double value : values) s.add(value);
+  return s;
+}
+
+// gnuplot's SVG of the bars: a compensator's whiskers are one path in their own grey.
+std::string whiskers(const std::string& svg) {
+  std::string out;
+  for (auto at = svg.find("stroke='rgb( 68,  68,  68)'"); at != std::string::npos;
+       at = svg.find("stroke='rgb( 68,  68,  68)'", at + 1)) {
+    out += svg.substr(at, svg.find("/>", at) - at);
+  }
+  return out;
+}
+
+// An interval that reaches below zero has no logarithm there: it is drawn down to the foot of the axis.
+TEST(TrialFigures, EveryBarKeepsItsIntervalAndOneTrialHasNone) {
+  const Plan p = plan("4", 2);
+  Result r = run(p, {});
+  r.cells[0].total_deg_s = statistic({10, 900});  // 455 +- 5654
+  r.cells[1].total_deg_s = statistic({400, 420});
+  const auto errors = [&] { return draw(p, r).front().svg; };
+  EXPECT_EQ(count(whiskers(errors()), "M"), 2U) << whiskers(errors());
+  r.cells[0].total_deg_s = statistic({455});
+  EXPECT_EQ(count(whiskers(errors()), "M"), 1U) << whiskers(errors());
+}
+
+// A compensator has its colour whoever stands beside it, and no two of a run have the same.
+TEST(TrialFigures, AColourBelongsToItsCompensatorNotToItsPlace) {
+  EXPECT_EQ(colours_of({"raw", "published-w", "published-hw"}),
+            (std::vector<std::string>{"#E69F00", "#56B4E9", "#D55E00"}));
+  EXPECT_EQ(colours_of({"published-hw"}).front(), "#D55E00");
+  EXPECT_EQ(colours_of({"mine", "raw"}).front(), colours_of({"published-hw", "mine"}).back());
+  const std::vector<std::string> many =
+      colours_of({"raw", "a", "b", "c", "published-w", "d", "e", "f", "published-hw"});
+  EXPECT_EQ(std::set<std::string>(many.begin(), many.end()).size(), many.size());
+  Plan p = plan("4", 2);
+  p.compensators = {compensator("published-hw", 10)};
+  for (const TrialFigure& figure : draw(p, run(p, {}))) {
+    EXPECT_NE(figure.svg.find("rgb(213,  94,   0)"), std::string::npos) << figure.name;
+  }
+}
+
 // The published table: near it, in its order, and not suspiciously so.
 TEST(TwinFigures, TheTableComesOutAsPublished) {
   Plan p = plan("1-6", 64);
@@ -183,6 +236,45 @@ TEST(TwinFigures, TheTableComesOutAsPublished) {
     EXPECT_LT(wiener_less_raw.mean() + *wiener_less_raw.ci95(), 0);
     EXPECT_LT(hw_less_wiener.mean() + *hw_less_wiener.ci95(), 0);
   }
+}
+
+// The whole process on one processor for the time being.
+class OneProcessor {
+ public:
+  OneProcessor() {
+    sched_getaffinity(0, sizeof before_, &before_);
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    for (int cpu = 0; cpu < CPU_SETSIZE && CPU_COUNT(&one) == 0; ++cpu) {
+      if (CPU_ISSET(cpu, &before_)) CPU_SET(cpu, &one);
+    }
+    sched_setaffinity(0, sizeof one, &one);
+  }
+  ~OneProcessor() { sched_setaffinity(0, sizeof before_, &before_); }
+
+ private:
+  cpu_set_t before_{};
+};
+
+TEST(TwinFigures, TheSearchGivesTheSameBytesAgainAndOnOneProcessor) {
+  const auto search = [] {
+    return twin::to_json(calibrate_twin(twin::Parameters(), 30, 16, 7, {}).parameters);
+  };
+  const std::string first = search();
+  EXPECT_EQ(search(), first);
+  const OneProcessor one;
+  EXPECT_EQ(search(), first);
+}
+
+// A short search is already about as near to the published table as the shipped configuration.
+TEST(TwinFigures, TheSearchEndsWhereTheShippedConfigurationIs) {
+  Plan p = plan("1-4", 16);
+  p.compensators = compensators("raw,published-w,published-hw", 10);
+  p.seed = 7;
+  const double shipped = run(p, {}).distance.fitted->log_rms;
+  EXPECT_GT(shipped, 0.24);
+  EXPECT_LT(shipped, 0.27);
+  EXPECT_NEAR(calibrate_twin(twin::Parameters(), 220, 16, 7, {}).log_rms, shipped, 0.02);
 }
 
 TEST(TwinFigures, TheSearchImprovesOnItsStart) {
@@ -208,7 +300,7 @@ TEST(TwinFigures, AnIdentifiedCompensatorBeatsThePublishedOne) {
   for (std::size_t m = 0; m < 6; ++m) {
     EXPECT_LT(r.cell(m, 1).difference_deg_s[0].mean(), 0) << m;
     log_ratio += std::log(r.cell(m, 1).total_deg_s.mean() / r.cell(m, 0).total_deg_s.mean()) / 6;
-    EXPECT_LT(r.cell(m, 1).total_pressed_s(), 0.5) << m;  // Raw presses for seconds, see below
+    EXPECT_LT(r.cell(m, 1).total_pressed_s(), 2) << m;  // Raw presses for half a minute
   }
   EXPECT_LT(std::exp(log_ratio), 0.7);
   EXPECT_GT(std::exp(log_ratio), 0.3);

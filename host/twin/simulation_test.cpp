@@ -1,5 +1,6 @@
 #include "host/twin/simulation.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -147,6 +148,33 @@ TEST(Simulation, ReadingsOutsideTheHandPressIntoItsStopsAndLimitsPreventIt) {
   const Trial gentle = simulate({p, gesture(1), identity(0.1), 3, false}, 0, 1).front();
   EXPECT_EQ(worst(gentle.impact_deg_s), 0);
   EXPECT_EQ(sum(gentle.pressed_s), 0);
+}
+
+// Each parameter at either end of its range, the others as shipped: refused in one line or finite figures.
+TEST(Simulation, EveryParameterAtTheEndsOfItsRangeGivesFiniteFiguresOrARefusal) {
+  const Motion motion = gesture(4);
+  int played = 0;
+  for (const Entry& e : table()) {
+    for (const double value : {e.min, e.max}) {
+      Parameters p;
+      assign(p, fmt::format("{}={}", e.name, value));
+      const twin::Setup setup{p, motion, published_hw(), 1, false};
+      try {
+        check(setup);
+      } catch (const io::InputError&) {
+        continue;
+      }
+      ++played;
+      const Trial t = simulate_scalar(setup, 0, 1).front();
+      for (std::size_t i = 0; i < kFingers; ++i) {
+        EXPECT_TRUE(std::isfinite(t.error_deg_s[i])) << e.name << " " << value;
+        EXPECT_TRUE(std::isfinite(t.impact_deg_s[i])) << e.name << " " << value;
+        EXPECT_TRUE(std::ranges::all_of(t.hand_deg[i], [](float a) { return std::isfinite(a); }))
+            << e.name << " " << value;
+      }
+    }
+  }
+  EXPECT_GT(played, 80);
 }
 
 TEST(Simulation, FaultsShowInTheReadings) {

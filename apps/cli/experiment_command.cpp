@@ -193,7 +193,9 @@ void run(Options& o, const Program& program) {
   if (!o.vcd.empty() && o.engine != "avr") throw io::InputError("--vcd records the boards: add --engine avr");
   if (!o.vcd.empty()) io::require_writable(o.vcd);
   plan.parameters = twin_parameters(o.twin, o.set);
-  plan.motions = experiment::motions(o.gestures);
+  std::vector<std::string> notes;
+  plan.motions = experiment::motions(o.gestures, notes);
+  for (const std::string& note : notes) log("warning: " + note);
   plan.compensators = experiment::compensators(o.compensators, o.rate_hz);
   plan.folder = o.folder;
   StopOnSignal stop;

@@ -94,18 +94,19 @@ std::vector<double> motion_time(const std::vector<double>& t_s, const std::strin
 // The row of a log that has this time, as an editor counts.
 std::string row_at(const std::filesystem::path& path, const std::vector<std::string>& columns, double t_s) {
   std::ifstream stream(path, std::ios::binary);
-  recording::CsvReader reader(stream, path.string(), columns);
-  for (recording::CsvReader::Row row; reader.next(row);) {
-    if (row.t_s == t_s) return fmt::format("row {}", reader.line());
+  recording::CsvReader reader(stream, path.string(), {.columns = columns, .time_unit = {}});
+  for (recording::Row row; reader.next(row);) {
+    if (row.t_s == t_s) return fmt::format("row {}", row.line);
   }
   return fmt::format("time {:g}", t_s);
 }
 
 // Wide CSV with thumb_deg index_deg middle_deg ring_deg pinky_deg, on the hand's own scale.
-twin::Motion csv_motion(const std::filesystem::path& path) {
+twin::Motion csv_motion(const std::filesystem::path& path, std::vector<std::string>& notes) {
   std::vector<std::string> columns;
   for (const std::string& finger : model::finger_names()) columns.push_back(finger + "_deg");
   recording::Recording r = recording::read_csv(path, columns);
+  notes.insert(notes.end(), r.warnings.begin(), r.warnings.end());
   std::vector<double> t_s =
       motion_time(r.t_s, path.string(), [&](std::size_t i) { return row_at(path, columns, r.t_s[i]); });
   std::array<std::vector<double>, kFingers> angle_deg;
@@ -189,10 +190,10 @@ class GraspReader {
   std::array<std::vector<double>, kFingers> flexion_deg_;
 };
 
-twin::Motion motion_file(const std::string& name) {
+twin::Motion motion_file(const std::string& name, std::vector<std::string>& notes) {
   const std::filesystem::path path(name);
   if (path.extension() == ".json") return twin::Motion::from_json(io::read_file(path), name);
-  if (path.extension() == ".csv") return csv_motion(path);
+  if (path.extension() == ".csv") return csv_motion(path, notes);
   if (path.extension() == ".txt") return GraspReader(path).read();
   throw InputError(
       fmt::format("unknown gesture \"{}\"; known: 1 to 6, as 1-6 or 2,4; or a file: .json gesture, .csv or "
@@ -274,6 +275,11 @@ void require_name(const std::string& name, const std::string& what) {
 }
 
 std::vector<twin::Motion> motions(const std::string& list) {
+  std::vector<std::string> notes;
+  return motions(list, notes);
+}
+
+std::vector<twin::Motion> motions(const std::string& list, std::vector<std::string>& notes) {
   std::vector<twin::Motion> out;
   std::map<std::string, std::string> given;  // name -> what was written
   const auto add = [&](const std::string& item, twin::Motion motion) {
@@ -292,7 +298,7 @@ std::vector<twin::Motion> motions(const std::string& list) {
   while (std::getline(items, item, ',')) {
     const bool numbers = !item.empty() && item.find_first_not_of("0123456789-") == std::string::npos;
     if (!numbers) {
-      add(item, motion_file(item));
+      add(item, motion_file(item, notes));
       continue;
     }
     const auto [from, to] = gesture_range(item);

@@ -32,6 +32,8 @@ void require_name(const std::string& name, const std::string& what);
 
 // "1-6", "1,3", files of gestures (.json) and of recorded motion (.csv, and .txt of GraspDB), separated by
 // commas. Throws io::InputError: unknown, malformed, a name that cannot stand in a table, the same twice.
+// `notes` gets what was repaired in recorded ones, a line each.
+std::vector<twin::Motion> motions(const std::string& list, std::vector<std::string>& notes);
 std::vector<twin::Motion> motions(const std::string& list);
 twin::Motion calibration_motion();
 

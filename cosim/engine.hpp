@@ -13,6 +13,7 @@ namespace flexor::cosim {
 class Engine : public experiment::Boards {
  public:
   std::string name() const override { return "avr"; }
+  int batch() const override { return 1; }
   // Builds both images, once for each compensator and hand.
   void prepare(const twin::Setup& setup) override;
   std::vector<twin::Trial> simulate(const twin::Setup& setup, std::uint64_t first, int count) const override;

@@ -41,6 +41,9 @@ twin::Parameters twin_parameters(const std::string& file, const std::vector<std:
 
 inline constexpr const char* kTimeUnitHelp = "s, ms, us or ns: of a time column that states no unit (default: s)";
 
+// A check for --seed: CLI11 alone takes -1 for 2^64 - 1. Empty, or what is wrong.
+std::string seed_fault(const std::string& text);
+
 // Prints to standard output; throws io::JobError when it is closed or full.
 void print(const std::string& text);
 

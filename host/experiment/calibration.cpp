@@ -33,7 +33,7 @@ std::vector<Compensator> published() {
 
 double log_rms_of(const twin::Parameters& parameters, int trials, std::uint64_t seed) {
   const Plan plan{parameters, motions("1-4"), published(), seed, trials, 0, {}, nullptr};
-  return *run(plan, {}).log_rms.gestures_1_to_4;
+  return run(plan, {}).distance.fitted->log_rms;
 }
 
 class TwinProblem {
@@ -81,7 +81,11 @@ class TwinProblem {
   }
 
   double cost(const std::vector<double>& x) {
-    const double rms = log_rms_of(parameters(x), trials_, seed_);
+    if (progress_) progress_(count_ + 1, evaluations_, best_);
+    ++count_;
+    const twin::Parameters p = parameters(x);
+    if (!is_possible(p)) return kImpossible;
+    const double rms = log_rms_of(p, trials_, seed_);
     best_ = std::min(best_, rms);
     double sum = 12 * rms * rms / (kCellDeviation * kCellDeviation);
     for (std::size_t i = 0; i < x.size(); ++i) {
@@ -90,9 +94,18 @@ class TwinProblem {
       const double d = (value - *free_[i].implied) / kPlacementDeviation;
       sum += d * d;
     }
-    if (progress_) progress_(++count_, evaluations_, best_);
     return sum;
   }
+
+  // The search's box holds corners where a strip bends less with the finger at its upper limit.
+  static bool is_possible(const twin::Parameters& p) {
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      if (p.bend_lower_deg[i] >= p.bend_upper_deg[i]) return false;
+    }
+    return true;
+  }
+
+  static constexpr double kImpossible = 1e6;
 
   const twin::Parameters& start_;
   int evaluations_;

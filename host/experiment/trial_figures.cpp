@@ -4,17 +4,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/experiment/colours.hpp"
 #include "host/experiment/gnuplot.hpp"
 #include "host/experiment/trial_report.hpp"
 
 namespace flexor::experiment {
 namespace {
 
-// Colours that stay apart for colour-blind readers (Okabe, Ito 2008).
 constexpr const char* kReference = "#222222";
-constexpr const char* kColours[] = {"#E69F00", "#56B4E9", "#D55E00", "#009E73", "#0072B2", "#CC79A7"};
-
-const char* colour(std::size_t compensator) { return kColours[compensator % std::size(kColours)]; }
 
 // The first letters, none of them cut in two.
 std::string shortened(const std::string& text) {
@@ -29,17 +26,19 @@ std::string title(const twin::Motion& motion) {
 
 class Drawing {
  public:
-  Drawing(const Plan& plan, const Result& result, bool pdf) : plan_(plan), result_(result), pdf_(pdf) {}
+  Drawing(const Plan& plan, const Result& result, bool pdf)
+      : plan_(plan), result_(result), pdf_(pdf), colour_(colours_of(result.compensators)) {}
 
   void errors() {
     const std::size_t n = result_.compensators.size();
+    const double floor = axis_floor();
     g_.begin("errors", 480, 960, pdf_);
     for (std::size_t c = 0; c < n; ++c) {
       g_.data(fmt::format("errors{}", c), result_.motions.size(), [&](std::size_t m) {
         const Cell& cell = result_.cell(m, c);
         const double at =
             static_cast<double>(m) + (static_cast<double>(c) + 0.5) * 0.8 / static_cast<double>(n) - 0.4;
-        return fmt::format("{} {} {} {}", at, cell.total_deg_s.mean(), cell.total_deg_s.ci95(),
+        return fmt::format("{} {} {} {}", at, cell.total_deg_s.mean(), whisker(cell.total_deg_s, floor),
                            cell.published_deg_s ? fmt::format("{}", *cell.published_deg_s) : "NaN");
       });
     }
@@ -52,19 +51,19 @@ class Drawing {
         "xrange "
         "[-0.6:{}]",
         tics, static_cast<double>(result_.motions.size()) - 0.4);
-    g_.add("set boxwidth {}; set style fill solid 0.85 noborder; set yrange [5:*]",
-           0.8 / static_cast<double>(n) * 0.92);
+    g_.add("set boxwidth {}; set style fill solid 0.85 noborder; set yrange [{}:*]",
+           0.8 / static_cast<double>(n) * 0.92, floor);
     std::string plot = "plot ";
     bool any_published = false;
     for (std::size_t c = 0; c < n; ++c) {
       plot += fmt::format(
           "$errors{0} using 1:2 with boxes lc rgb '{1}' title {2} noenhanced, "
-          "$errors{0} using 1:($2-$3):(0):(2*$3) with vectors nohead lc rgb '#444444' lw 1.2 notitle, ",
-          c, colour(c), gnuplot_text(result_.compensators[c]));
+          "$errors{0} using 1:3:(0):4 with vectors nohead lc rgb '#444444' lw 1.2 notitle, ",
+          c, colour_[c], gnuplot_text(result_.compensators[c]));
       any_published = any_published || result_.cell(0, c).published_deg_s.has_value();
     }
     for (std::size_t c = 0; c < n; ++c) {
-      plot += fmt::format("$errors{} using 1:4 with points pt 7 ps 0.9 lc rgb '#000000' {}{}", c,
+      plot += fmt::format("$errors{} using 1:5 with points pt 7 ps 0.9 lc rgb '#000000' {}{}", c,
                           c == 0 && any_published ? "title 'published'" : "notitle", c + 1 == n ? "" : ", ");
     }
     g_.add("{}", plot);
@@ -73,12 +72,9 @@ class Drawing {
          "logarithmic.");
   }
 
-  void motion(std::size_t m) {
+  // Trial 0 of motion m, compensator by compensator.
+  void motion(std::size_t m, const std::vector<twin::Trial>& trials) {
     const twin::Motion& motion = plan_.motions[m];
-    std::vector<twin::Trial> trials;
-    for (const Compensator& c : plan_.compensators) {
-      trials.push_back(first_trial(plan_, motion, c));
-    }
     for (std::size_t c = 0; c < trials.size(); ++c) {
       const twin::Trial& t = trials[c];
       g_.data(fmt::format("run{}_{}", m, c), t.hand_deg[0].size(), [&](std::size_t k) {
@@ -94,6 +90,7 @@ class Drawing {
   }
 
   std::vector<TrialFigure> finish() {
+    if (plan_.stop != nullptr && plan_.stop->load()) throw Stopped("stopped");
     g_.run();
     for (TrialFigure& f : figures_) (pdf_ ? f.pdf : f.svg) = pdf_ ? g_.bytes(f.name) : g_.svg(f.name);
     return std::move(figures_);
@@ -102,6 +99,24 @@ class Drawing {
  private:
   void done(const std::string& name, const std::string& figure_title, const std::string& caption) {
     figures_.push_back({name, figure_title, caption, {}, {}});
+  }
+
+  // The foot of the logarithmic axis: 5 deg s, less where a bar would not be seen above that.
+  double axis_floor() const {
+    double floor = 5;
+    for (const Cell& cell : result_.cells) {
+      const double mean = cell.total_deg_s.mean();
+      if (mean > 0) floor = std::min(floor, mean / 2);
+    }
+    return floor;
+  }
+
+  // Foot and height of an interval; what lies below the axis's foot is cut off, since it has no logarithm.
+  static std::string whisker(const Statistic& s, double floor) {
+    const std::optional<double> half = s.ci95();
+    if (!half) return "NaN NaN";
+    const double foot = std::max(s.mean() - *half, floor);
+    return fmt::format("{} {}", foot, s.mean() + *half - foot);
   }
 
   // At most half a dozen numbers on the axis of a finger's errors.
@@ -138,8 +153,8 @@ class Drawing {
       for (std::size_t c = 0; c < plan_.compensators.size(); ++c) {
         const std::string value =
             error ? fmt::format("(${}-${})", reference, reference + 1) : fmt::format("{}", reference + 1);
-        plot += fmt::format(", $run{}_{} using 1:{} with lines lw 1.6 lc rgb '{}' title {} noenhanced", m, c,
-                            value, colour(c), gnuplot_text(plan_.compensators[c].name));
+        plot += fmt::format(", $run{}_{} using 1:{} with lines lw 1.6 lc rgb '{}' title {} noenhanced", m,
+                            c, value, colour_[c], gnuplot_text(plan_.compensators[c].name));
       }
       g_.add("{}", plot);
     }
@@ -177,7 +192,7 @@ class Drawing {
           "plot $hand{0}_{1} index 0 using 1:2 with filledcurves closed fc rgb '#eeeeee' notitle, "
           "'' index 1 using 1:2 with lines lw 9 lc rgb '{2}' notitle, "
           "'' index 1 using 1:2 with points pt 7 ps 0.7 lc rgb '#ffffff' notitle",
-          m, panel, panel == 0 ? kReference : colour(panel - 1));
+          m, panel, panel == 0 ? kReference : colour_[panel - 1].c_str());
     }
     g_.add("unset multiplot");
     done(name, title(motion) + ": final posture",
@@ -220,6 +235,7 @@ class Drawing {
   const Plan& plan_;
   const Result& result_;
   bool pdf_;
+  std::vector<std::string> colour_;
   Gnuplot g_;
   std::vector<TrialFigure> figures_;
 };
@@ -227,11 +243,16 @@ class Drawing {
 }  // namespace
 
 std::vector<TrialFigure> draw(const Plan& plan, const Result& result) {
+  std::vector<std::vector<twin::Trial>> trials;
+  for (const twin::Motion& motion : plan.motions) {
+    std::vector<twin::Trial>& one = trials.emplace_back();
+    for (const Compensator& c : plan.compensators) one.push_back(first_trial(plan, motion, c));
+  }
   std::vector<TrialFigure> figures;
   for (const bool pdf : {false, true}) {
     Drawing drawing(plan, result, pdf);
     drawing.errors();
-    for (std::size_t m = 0; m < plan.motions.size(); ++m) drawing.motion(m);
+    for (std::size_t m = 0; m < plan.motions.size(); ++m) drawing.motion(m, trials[m]);
     std::vector<TrialFigure> drawn = drawing.finish();
     if (!pdf) {
       figures = std::move(drawn);

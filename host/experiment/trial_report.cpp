@@ -23,7 +23,7 @@ std::string figure_of(double value) {
 }
 
 std::string with_interval(const Statistic& s) {
-  return s.count() > 1 ? fmt::format("{}&nbsp;&plusmn;&nbsp;{}", figure_of(s.mean()), figure_of(s.ci95()))
+  return s.count() > 1 ? fmt::format("{}&nbsp;&plusmn;&nbsp;{}", figure_of(s.mean()), figure_of(*s.ci95()))
                        : figure_of(s.mean());
 }
 
@@ -48,19 +48,21 @@ void verdict(Page& page, const Result& r) {
         escape(r.compensators[last]), std::exp(sum / static_cast<double>(r.motions.size())),
         r.motions.size());
   }
-  if (r.log_rms.gestures_1_to_4) {
+  if (r.distance.all) page.add("<div class=cards>");
+  if (r.distance.fitted) {
     page.add(
-        "<div class=cards><div class=card><b>{:.2f}</b>distance from the published table on gestures 1 to 4, "
-        "to whose "
-        "averages the twin is fitted (root mean square of ln(ours/published); 0.35 is a factor of 1.4)</div>",
-        *r.log_rms.gestures_1_to_4);
-    if (r.log_rms.gestures_5_and_6) {
-      page.add(
-          "<div class='card plain'><b>{:.2f}</b>the same on gestures 5 and 6, which the fit never saw</div>",
-          *r.log_rms.gestures_5_and_6);
-    }
-    page.add("</div>");
+        "<div class=card><b>{:.2f}</b>distance from the published table on {}, whose averages are among "
+        "those "
+        "that the twin is fitted to (root mean square of ln(ours/published); 0.35 is a factor of 1.4)</div>",
+        r.distance.fitted->log_rms, escape(describe(*r.distance.fitted)));
   }
+  if (r.distance.predicted) {
+    page.add(
+        "<div class='card plain'><b>{:.2f}</b>distance from the published table on {}, which the fit never "
+        "saw</div>",
+        r.distance.predicted->log_rms, escape(describe(*r.distance.predicted)));
+  }
+  if (r.distance.all) page.add("</div>");
 }
 
 void error_table(Page& page, const Result& r) {
@@ -95,22 +97,29 @@ void error_table(Page& page, const Result& r) {
       r.cells.front().total_deg_s.count());
 }
 
+constexpr const char* kStops =
+    "Fastest hit: the greatest speed with which any joint arrived at one of its end stops in any trial. "
+    "Pressed: how long motors then pressed against a stop with a tenth of their supply or more, mean of a "
+    "trial, "
+    "five fingers together.";
+
 void finger_table(Page& page, const Result& r) {
   page.add(
       "<details><summary>Error of each finger, E<sub>i</sub>, degree-seconds</summary><div "
       "class=scroll><table><tr><th>motion"
       "<th>compensator");
   for (const std::string& finger : model::finger_names()) page.add("<th>{}", finger);
-  page.add("<th>outside the limits<th>frames lost</tr>");
+  page.add("<th>fastest hit<th>pressed<th>frames lost</tr>");
   for (const Cell& cell : r.cells) {
     page.add("<tr><td>{}<td style='text-align:left'>{}", escape(motion_title(cell)),
              escape(cell.compensator));
     for (const Statistic& finger : cell.finger_deg_s) page.add("<td>{}", with_interval(finger));
-    page.add("<td>{:.2f}&deg;<td>{:.1f} %</tr>", cell.worst_excess_deg,
+    page.add("<td>{:.0f}&deg;/s<td>{:.2f} s<td>{:.1f} %</tr>", cell.fastest_impact_deg_s(),
+             cell.total_pressed_s(),
              100.0 * static_cast<double>(cell.frames_lost) /
                  static_cast<double>(std::max<std::int64_t>(cell.frames_sent, 1)));
   }
-  page.add("</table></div></details>");
+  page.add("</table></div><p>{}</p></details>", kStops);
 }
 
 // Mean over motions of the total error.
@@ -125,21 +134,21 @@ void scenario_table(Page& page, const std::vector<ScenarioResult>& scenarios) {
   const Result& base = scenarios.front().result;
   page.add("<h2>When things go wrong</h2><div class=scroll><table><tr><th>scenario");
   for (const std::string& c : base.compensators) page.add("<th>{}", escape(c));
-  page.add("<th>furthest outside the limits</tr>");
+  page.add("<th>fastest hit of a stop<th>pressed</tr>");
   for (const ScenarioResult& s : scenarios) {
     page.add("<tr><td>{}", escape(s.scenario.name));
-    double excess = 0;
-    for (const Cell& cell : s.result.cells) excess = std::max(excess, cell.worst_excess_deg);
     for (std::size_t c = 0; c < base.compensators.size(); ++c) {
       page.add("<td>{} <small>(&times;{:.2f})</small>", figure_of(overall(s.result, c)),
                overall(s.result, c) / overall(base, c));
     }
-    page.add("<td>{:.2f}&deg;</tr>", excess);
+    const Stops stops = stops_of(s.result);
+    page.add("<td>{:.0f}&deg;/s<td>{:.2f} s</tr>", stops.impact_deg_s, stops.pressed_s);
   }
   page.add(
       "</table></div><p>Causal error in degree-seconds, mean over the motions, and its ratio to the same "
       "compensator's as "
-      "calibrated.</p>");
+      "calibrated. {} The worst compensator's.</p>",
+      kStops);
 }
 
 void figures_of(Page& page, const std::vector<TrialFigure>& figures) {
@@ -183,9 +192,22 @@ std::string html(const Plan& plan, const Result& r, const std::vector<ScenarioRe
 
 }  // namespace
 
+Stops stops_of(const Result& r) {
+  Stops out;
+  for (std::size_t c = 0; c < r.compensators.size(); ++c) {
+    double pressed_s = 0;
+    for (std::size_t m = 0; m < r.motions.size(); ++m) {
+      const Cell& cell = r.cell(m, c);
+      out.impact_deg_s = std::max(out.impact_deg_s, cell.fastest_impact_deg_s());
+      pressed_s += cell.total_pressed_s() / static_cast<double>(r.motions.size());
+    }
+    out.pressed_s = std::max(out.pressed_s, pressed_s);
+  }
+  return out;
+}
+
 void write_trial_report(const Plan& plan, const Result& result, const std::vector<ScenarioResult>& scenarios,
                         const std::filesystem::path& folder) {
-  const std::vector<TrialFigure> figures = draw(plan, result);
   Json json = to_json(result, plan);
   Json worse = Json::array();
   for (const ScenarioResult& s : scenarios) {
@@ -195,11 +217,12 @@ void write_trial_report(const Plan& plan, const Result& result, const std::vecto
   json["scenarios"] = std::move(worse);
   json["twin"] = Json::parse(twin::to_json(plan.parameters));
   io::make_folder(folder);
+  io::write_file(folder / "results.json", json.dump(2) + "\n");
+  const std::vector<TrialFigure> figures = draw(plan, result);
   for (const TrialFigure& f : figures) {
     io::write_file(folder / (f.name + ".svg"), f.svg);
     io::write_file(folder / (f.name + ".pdf"), f.pdf);
   }
-  io::write_file(folder / "results.json", io::dump(json));
   io::write_file(folder / "report.html", html(plan, result, scenarios, figures));
 }
 

@@ -14,6 +14,13 @@ struct ScenarioResult {
   Result result;
 };
 
+// The worst compensator's: fastest hit of any trial, mean of a trial's pressing over the motions.
+struct Stops {
+  double impact_deg_s = 0;
+  double pressed_s = 0;
+};
+Stops stops_of(const Result& result);
+
 struct TrialFigure {
   std::string name;  // file name without its ending
   std::string title;
@@ -23,7 +30,7 @@ struct TrialFigure {
 };
 
 // errors: the table as bars; response_N and error_N: trial 0 of motion N with all compensators; posture_N:
-// the hand at its end. Throws io::JobError when gnuplot is missing or fails.
+// the hand at its end. Throws io::JobError when gnuplot is missing or fails, and Stopped.
 std::vector<TrialFigure> draw(const Plan& plan, const Result& result);
 
 // results.json, report.html, and every figure as SVG and PDF.

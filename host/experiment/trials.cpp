@@ -8,10 +8,9 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
-#include <fstream>
 #include <map>
 #include <mutex>
-#include <sstream>
+#include <set>
 #include <thread>
 
 #include "host/io/io.hpp"
@@ -39,26 +38,31 @@ struct Row {
   double lag_removed_deg_s = 0;
   double lag_s = 0;
   std::array<double, kFingers> finger_deg_s{};
-  double excess_deg = 0;
+  std::array<double, kFingers> impact_deg_s{};
+  std::array<double, kFingers> pressed_s{};
   int sent = 0;
   int lost = 0;
 };
 
-// trials.csv, in the order of jobs.
-class Log {
+// A row of trials.csv.
+class Line {
  public:
   static std::string header() {
     std::string out = "motion,compensator,trial,total_error_deg_s,lag_removed_deg_s,lag_s";
-    for (const std::string& finger : model::finger_names()) out += fmt::format(",{}_error_deg_s", finger);
-    return out + ",outside_limits_deg,frames_sent,frames_lost\n";
+    for (const char* what : {"error_deg_s", "impact_deg_s", "pressed_s"}) {
+      for (const std::string& finger : model::finger_names()) out += fmt::format(",{}_{}", finger, what);
+    }
+    return out + ",frames_sent,frames_lost\n";
   }
 
   static std::string text(const std::string& motion, const std::string& compensator, int trial,
                           const Row& r) {
     std::string out = fmt::format("{},{},{},{},{},{}", motion, compensator, trial, r.total_deg_s,
                                   r.lag_removed_deg_s, r.lag_s);
-    for (const double e : r.finger_deg_s) out += fmt::format(",{}", e);
-    return out + fmt::format(",{},{},{}\n", r.excess_deg, r.sent, r.lost);
+    for (const auto* values : {&r.finger_deg_s, &r.impact_deg_s, &r.pressed_s}) {
+      out += fmt::format(",{}", fmt::join(*values, ","));
+    }
+    return out + fmt::format(",{},{}\n", r.sent, r.lost);
   }
 
   // One complete line back to numbers; false if it is not one of ours.
@@ -70,12 +74,15 @@ class Log {
     const char* const end = line.data() + line.size();
     const auto next = [&](auto& value) {
       const auto [stop, error] = std::from_chars(at, end, value);
+      const bool good = error == std::errc() && (stop == end || *stop == ',');
       at = stop + (stop < end ? 1 : 0);
-      return error == std::errc();
+      return good;
     };
     bool good = next(r.total_deg_s) && next(r.lag_removed_deg_s) && next(r.lag_s);
-    for (double& e : r.finger_deg_s) good = good && next(e);
-    return good && next(r.excess_deg) && next(r.sent) && next(r.lost) && at == end;
+    for (auto* values : {&r.finger_deg_s, &r.impact_deg_s, &r.pressed_s}) {
+      for (double& value : *values) good = good && next(value);
+    }
+    return good && next(r.sent) && next(r.lost) && at == end;
   }
 };
 
@@ -101,12 +108,9 @@ std::uint64_t seed_of_motion(std::uint64_t seed, const std::string& name) {
 class Runner {
  public:
   Runner(const Plan& plan, const TrialProgress& progress) : plan_(plan), progress_(progress) {
-    const int batch = plan.engine != nullptr ? plan.engine->batch() : twin::kTrialsAtOnce;
-    for (int first = 0; first < plan.trials; first += batch) {
-      for (std::size_t m = 0; m < plan.motions.size(); ++m) {
-        jobs_.push_back({m, first, std::min(batch, plan.trials - first)});
-      }
-    }
+    if (plan.engine != nullptr) batch_ = plan.engine->batch();
+    const std::int64_t batches = (std::int64_t{plan.trials} + batch_ - 1) / batch_;
+    jobs_ = static_cast<std::size_t>(batches) * plan.motions.size();
     for (const twin::Motion& motion : plan.motions) {
       result_.motions.push_back(motion.name());
       for (const Compensator& c : plan.compensators) {
@@ -123,39 +127,63 @@ class Runner {
   }
 
   Result run() {
-    check_plan();
-    if (!plan_.folder.empty()) open_folder();
+    std::optional<FolderLock> lock;
+    if (!plan_.folder.empty() && plan_.lock == nullptr) lock.emplace(plan_.folder);
+    try {
+      play_all();
+    } catch (const std::exception&) {
+      // Ctrl-C reaches compilers and the like too: what fails then is no news.
+      if (is_stopped()) throw Stopped(stopped());
+      throw;
+    }
+    result_.distance = {distance(1, 4), distance(5, 6), distance(1, 6)};
+    return std::move(result_);
+  }
+
+ private:
+  void play_all() {
+    if (plan_.engine != nullptr) {
+      for (const Compensator& c : plan_.compensators) {
+        plan_.engine->prepare(first_setup(plan_, plan_.motions.front(), c));
+        go_on();
+      }
+    }
+    if (!plan_.folder.empty()) open_journal();
     const auto start = std::chrono::steady_clock::now();
-    result_.threads =
-        plan_.threads > 0 ? plan_.threads : static_cast<int>(std::thread::hardware_concurrency());
-    result_.threads = std::clamp(result_.threads, 1, 256);
+    result_.threads = plan_.threads > 0
+                          ? plan_.threads
+                          : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxThreads);
     next_ = committed_;
     {
       std::vector<std::jthread> workers;
       for (int i = 0; i < result_.threads; ++i) workers.emplace_back([this] { work(); });
     }
     if (failure_) std::rethrow_exception(failure_);
+    if (journal_) close_journal();
     result_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    result_.log_rms = log_rms();
-    return std::move(result_);
   }
 
- private:
-  void check_plan() const {
-    if (plan_.trials < 1) throw InputError("the number of trials must be at least 1");
-    if (plan_.threads < 0) throw InputError("the number of threads must not be negative");
-    if (plan_.motions.empty() || plan_.compensators.empty()) {
-      throw InputError("an experiment needs at least one gesture and one compensator");
-    }
-    for (const Compensator& c : plan_.compensators) {
-      const twin::Setup setup{plan_.parameters, plan_.motions.front(), c.model, plan_.seed, false};
-      twin::check(setup);
-      if (plan_.engine != nullptr) plan_.engine->prepare(setup);
-      if (c.name.find_first_of(",\n\"") != std::string::npos) {
-        throw InputError(fmt::format(
-            "compensator {}: a name with a comma or a quote cannot stand in a CSV; rename it", c.name));
-      }
-    }
+  bool is_stopped() const { return plan_.stop != nullptr && plan_.stop->load(); }
+
+  void go_on() const {
+    if (is_stopped()) throw Stopped("");
+  }
+
+  // How much of everything is done and safe.
+  std::string kept() const {
+    const auto of = static_cast<std::int64_t>(result_.cells.size()) * plan_.trials;
+    if (plan_.folder.empty())
+      return fmt::format("{} of {} trials done, none kept without a folder", done_rows_, of);
+    return fmt::format("{} of {} trials are kept in {}, and the same command goes on from there", done_rows_,
+                       of, plan_.folder.string());
+  }
+
+  std::string stopped() const { return "stopped: " + kept(); }
+
+  Job job(std::size_t number) const {
+    const std::size_t motions = plan_.motions.size();
+    const int first = static_cast<int>(number / motions) * batch_;
+    return {number % motions, first, std::min(batch_, plan_.trials - first)};
   }
 
   // What must be the same for a run to go on.
@@ -182,58 +210,45 @@ class Runner {
     return io::dump(json);
   }
 
-  void open_folder() {
-    io::make_folder(plan_.folder);
-    const auto run_path = plan_.folder / "run.json";
-    const auto csv_path = plan_.folder / "trials.csv";
-    const std::string mine = identity();
-    if (std::filesystem::exists(run_path)) {
-      if (io::read_file(run_path) != mine) {
-        throw InputError(
-            fmt::format("{} holds the results of other settings (see run.json there): choose another folder "
-                        "or remove it",
-                        plan_.folder.string()));
-      }
-      if (std::filesystem::exists(csv_path)) resume(csv_path);
-    } else {
-      io::write_file(run_path, mine);
+  // Takes over every whole job of the file.
+  void open_journal() {
+    journal_.emplace(plan_.folder, identity(), Line::header());
+    for (JobRows rows; committed_ < jobs_ && read(job(committed_), rows); ++committed_) {
+      journal_->keep();
+      take(job(committed_), rows);
+      go_on();
     }
-    csv_.open(csv_path, std::ios::binary | std::ios::app);
-    if (committed_ == 0) csv_ << Log::header();
-    csv_.flush();
-    if (!csv_) throw InputError(fmt::format("{}: cannot be written", csv_path.string()));
+    result_.resumed_rows = done_rows_;
+    write([&] { journal_->start(); });
   }
 
-  // Takes over every whole job of the file and cuts off what follows.
-  void resume(const std::filesystem::path& csv_path) {
-    std::istringstream text(io::read_file(csv_path));
+  bool read(const Job& job, JobRows& rows) {
+    rows.assign(plan_.compensators.size(), std::vector<Row>(static_cast<std::size_t>(job.count)));
     std::string line;
-    std::uintmax_t good_bytes = 0;
-    if (!std::getline(text, line) || line + "\n" != Log::header()) {
-      std::filesystem::resize_file(csv_path, 0);
-      return;
-    }
-    good_bytes = line.size() + 1;
-    for (const Job& job : jobs_) {
-      JobRows rows(plan_.compensators.size(), std::vector<Row>(static_cast<std::size_t>(job.count)));
-      std::uintmax_t bytes = 0;
-      for (std::size_t c = 0; c < rows.size(); ++c) {
-        for (int t = 0; t < job.count; ++t) {
-          if (!std::getline(text, line) || text.eof() ||
-              !Log::parse(line, result_.motions[job.motion], result_.compensators[c], job.first + t,
-                          rows[c][static_cast<std::size_t>(t)])) {
-            std::filesystem::resize_file(csv_path, good_bytes);
-            return;
-          }
-          bytes += line.size() + 1;
+    for (std::size_t c = 0; c < rows.size(); ++c) {
+      for (int t = 0; t < job.count; ++t) {
+        if (!journal_->next(line)) return false;
+        if (!Line::parse(line, result_.motions[job.motion], result_.compensators[c], job.first + t,
+                         rows[c][static_cast<std::size_t>(t)])) {
+          return false;
         }
       }
-      good_bytes += bytes;
-      take(job, rows);
-      ++committed_;
-      result_.resumed_rows += job.count * static_cast<int>(rows.size());
     }
-    std::filesystem::resize_file(csv_path, good_bytes);
+    return true;
+  }
+
+  void close_journal() {
+    write([&] { journal_->finish(); });
+  }
+
+  // Whatever writes the journal; a failure says what is safe.
+  template <class Write>
+  void write(const Write& what) const {
+    try {
+      what();
+    } catch (const io::JobError& error) {
+      throw io::JobError(fmt::format("{}; {}", error.what(), kept()));
+    }
   }
 
   void work() {
@@ -244,10 +259,10 @@ class Runner {
           // Not too far ahead of the slowest: what waits for its turn takes memory.
           std::unique_lock lock(mutex_);
           moved_.wait(lock, [&] { return failure_ || next_ < committed_ + kAhead * plan_threads(); });
-          if (failure_ || next_ >= jobs_.size()) return;
+          if (failure_ || next_ >= jobs_) return;
           mine = next_++;
         }
-        JobRows rows = simulate(jobs_[mine]);
+        JobRows rows = simulate(job(mine));
         const std::lock_guard lock(mutex_);
         waiting_.emplace(mine, std::move(rows));
         commit();
@@ -263,15 +278,15 @@ class Runner {
 
   void commit() {
     while (!waiting_.empty() && waiting_.begin()->first == committed_) {
-      const Job& job = jobs_[committed_];
+      const Job now = job(committed_);
       const JobRows rows = std::move(waiting_.begin()->second);
       waiting_.erase(waiting_.begin());
-      take(job, rows);
-      if (csv_.is_open()) write(job, rows);
+      if (journal_) write([&] { journal_->append(text(now, rows)); });
+      take(now, rows);
       result_.simulated_s +=
-          plan_.motions[job.motion].duration_s() * job.count * static_cast<double>(plan_.compensators.size());
+          plan_.motions[now.motion].duration_s() * now.count * static_cast<double>(plan_.compensators.size());
       ++committed_;
-      if (progress_) progress_(committed_, jobs_.size());
+      if (progress_) progress_(committed_, jobs_);
     }
     moved_.notify_all();
   }
@@ -279,9 +294,8 @@ class Runner {
   JobRows simulate(const Job& job) const {
     JobRows rows;
     for (const Compensator& c : plan_.compensators) {
-      const twin::Motion& motion = plan_.motions[job.motion];
-      const twin::Setup setup{plan_.parameters, motion, c.model, seed_of_motion(plan_.seed, motion.name()),
-                              false};
+      go_on();
+      const twin::Setup setup = first_setup(plan_, plan_.motions[job.motion], c);
       std::vector<Row>& out = rows.emplace_back();
       for (const twin::Trial& trial : play(plan_, setup, static_cast<std::uint64_t>(job.first), job.count)) {
         out.push_back(row(trial));
@@ -299,15 +313,14 @@ class Runner {
     r.lag_s = s.lag_s;
     r.sent = trial.frames_sent;
     r.lost = trial.frames_lost;
-    for (std::size_t i = 0; i < kFingers; ++i) {
-      r.finger_deg_s[i] = s.finger_error_deg_s[i];
-      r.excess_deg = std::max({r.excess_deg, plan_.parameters.hand_lower_deg[i] - trial.hand_min_deg[i],
-                               trial.hand_max_deg[i] - plan_.parameters.hand_upper_deg[i]});
-    }
+    r.impact_deg_s = trial.impact_deg_s;
+    r.pressed_s = trial.pressed_s;
+    for (std::size_t i = 0; i < kFingers; ++i) r.finger_deg_s[i] = s.finger_error_deg_s[i];
     return r;
   }
 
   void take(const Job& job, const JobRows& rows) {
+    done_rows_ += static_cast<std::int64_t>(rows.size()) * job.count;
     for (std::size_t c = 0; c < rows.size(); ++c) {
       Cell& cell = result_.cells[job.motion * rows.size() + c];
       for (std::size_t t = 0; t < rows[c].size(); ++t) {
@@ -315,46 +328,50 @@ class Runner {
         cell.total_deg_s.add(r.total_deg_s);
         cell.lag_removed_deg_s.add(r.lag_removed_deg_s);
         cell.lag_s.add(r.lag_s);
-        for (std::size_t i = 0; i < kFingers; ++i) cell.finger_deg_s[i].add(r.finger_deg_s[i]);
+        for (std::size_t i = 0; i < kFingers; ++i) {
+          cell.finger_deg_s[i].add(r.finger_deg_s[i]);
+          cell.impact_deg_s[i] = std::max(cell.impact_deg_s[i], r.impact_deg_s[i]);
+          cell.pressed_s[i].add(r.pressed_s[i]);
+        }
         for (std::size_t j = 0; j < rows.size(); ++j) {
           cell.difference_deg_s[j].add(r.total_deg_s - rows[j][t].total_deg_s);
         }
-        cell.worst_excess_deg = std::max(cell.worst_excess_deg, r.excess_deg);
         cell.frames_sent += r.sent;
         cell.frames_lost += r.lost;
       }
     }
   }
 
-  void write(const Job& job, const JobRows& rows) {
-    std::string text;
+  std::string text(const Job& job, const JobRows& rows) const {
+    std::string out;
     for (std::size_t c = 0; c < rows.size(); ++c) {
       for (std::size_t t = 0; t < rows[c].size(); ++t) {
-        text += Log::text(result_.motions[job.motion], result_.compensators[c],
+        out += Line::text(result_.motions[job.motion], result_.compensators[c],
                           job.first + static_cast<int>(t), rows[c][t]);
       }
     }
-    csv_ << text;
-    csv_.flush();
-    if (!csv_)
-      throw io::JobError(
-          fmt::format("{}: cannot be written; is the disk full?", (plan_.folder / "trials.csv").string()));
+    return out;
   }
 
-  LogRms log_rms() const {
-    const auto over = [&](int from, int to) -> std::optional<double> {
-      double sum = 0;
-      int n = 0;
-      for (const Cell& cell : result_.cells) {
-        if (!cell.published_deg_s || cell.gesture < from || cell.gesture > to) continue;
-        const double l = std::log(cell.total_deg_s.mean() / *cell.published_deg_s);
-        sum += l * l;
-        ++n;
-      }
-      if (n == 0) return std::nullopt;
-      return std::sqrt(sum / n);
-    };
-    return {over(1, 4), over(5, 6), over(1, 6)};
+  std::optional<Distance> distance(int from, int to) const {
+    std::set<int> gestures;
+    Distance out;
+    double sum = 0;
+    int n = 0;
+    for (const Cell& cell : result_.cells) {
+      if (!cell.published_deg_s || cell.gesture < from || cell.gesture > to) continue;
+      const double l = std::log(cell.total_deg_s.mean() / *cell.published_deg_s);
+      sum += l * l;
+      ++n;
+      gestures.insert(cell.gesture);
+      if (std::ranges::find(out.compensators, cell.compensator) == out.compensators.end())
+        out.compensators.push_back(cell.compensator);
+    }
+    if (n == 0) return std::nullopt;
+    out.log_rms = std::sqrt(sum / n);
+    out.gestures.assign(gestures.begin(), gestures.end());
+    out.is_all = static_cast<int>(out.gestures.size()) == to - from + 1;
+    return out;
   }
 
   static constexpr std::size_t kAhead = 8;
@@ -362,8 +379,10 @@ class Runner {
   const Plan& plan_;
   const TrialProgress& progress_;
   Result result_;
-  std::vector<Job> jobs_;
-  std::ofstream csv_;
+  int batch_ = twin::kTrialsAtOnce;
+  std::size_t jobs_ = 0;
+  std::int64_t done_rows_ = 0;
+  std::optional<Journal> journal_;
 
   std::mutex mutex_;
   std::condition_variable moved_;
@@ -382,30 +401,92 @@ void Statistic::add(double value) {
   squares_ += step * (value - mean_);
 }
 
-double Statistic::ci95() const {
-  if (count_ < 2) return 0;
+std::optional<double> Statistic::ci95() const {
+  if (count_ < 2) return std::nullopt;
   return student_t(count_ - 1) * std::sqrt(squares_ / (count_ - 1.0) / count_);
 }
 
-Result run(const Plan& plan, const TrialProgress& progress) { return Runner(plan, progress).run(); }
+double Cell::fastest_impact_deg_s() const { return *std::ranges::max_element(impact_deg_s); }
+
+double Cell::total_pressed_s() const {
+  double sum = 0;
+  for (const Statistic& finger : pressed_s) sum += finger.mean();
+  return sum;
+}
+
+std::string describe(const Distance& d) {
+  const bool in_a_row = d.gestures.back() - d.gestures.front() + 1 == static_cast<int>(d.gestures.size());
+  std::string out = d.gestures.size() == 1 ? fmt::format("gesture {}", d.gestures.front())
+                    : in_a_row ? fmt::format("gestures {}-{}", d.gestures.front(), d.gestures.back())
+                               : fmt::format("gestures {}", fmt::join(d.gestures, ", "));
+  if (d.compensators.size() < kPublishedCompensators)
+    out += fmt::format(" with {}", fmt::join(d.compensators, ", "));
+  return out;
+}
+
+void check(const Plan& plan) {
+  if (plan.trials < 1) throw InputError("the number of trials must be at least 1");
+  if (plan.threads < 0 || plan.threads > kMaxThreads) {
+    throw InputError(fmt::format("{} threads are impossible; 0, as many as the machine has, to {}",
+                                 plan.threads, kMaxThreads));
+  }
+  if (plan.motions.empty() || plan.compensators.empty()) {
+    throw InputError("an experiment needs at least one gesture and one compensator");
+  }
+  std::set<std::string> names;
+  for (const twin::Motion& motion : plan.motions) {
+    require_name(motion.name(), "motion");
+    if (!names.insert(motion.name()).second)
+      throw InputError(fmt::format("motion {}: there are two of that name; rename one", motion.name()));
+  }
+  names.clear();
+  for (const Compensator& c : plan.compensators) {
+    require_name(c.name, "compensator");
+    if (!names.insert(c.name).second)
+      throw InputError(fmt::format("compensator {}: there are two of that name; rename one", c.name));
+    for (const twin::Motion& motion : plan.motions) twin::check(first_setup(plan, motion, c));
+  }
+}
+
+Result run(const Plan& plan, const TrialProgress& progress) {
+  check(plan);
+  return Runner(plan, progress).run();
+}
 
 twin::Setup first_setup(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
   return {plan.parameters, motion, compensator.model, seed_of_motion(plan.seed, motion.name()), false};
 }
 
 twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
+  if (plan.stop != nullptr && plan.stop->load()) throw Stopped("stopped");
   const twin::Setup setup = first_setup(plan, motion, compensator);
   if (plan.engine != nullptr) plan.engine->prepare(setup);
   return play(plan, setup, 0, 1).front();
 }
 
 Json to_json(const Result& r, const Plan& plan) {
-  const auto statistic = [](const Statistic& s) { return Json{{"mean", s.mean()}, {"ci95", s.ci95()}}; };
   const auto optional = [](const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); };
+  const auto statistic = [&](const Statistic& s) {
+    return Json{{"mean", s.mean()}, {"ci95", optional(s.ci95())}};
+  };
+  const auto whole = [](const std::optional<Distance>& d) {
+    return d && d->is_all ? Json(d->log_rms) : Json(nullptr);
+  };
+  const auto part = [](const std::optional<Distance>& d) {
+    return d ? Json{{"gestures", d->gestures}, {"compensators", d->compensators}, {"log_rms", d->log_rms}}
+             : Json(nullptr);
+  };
   Json cells = Json::array();
   for (const Cell& c : r.cells) {
     Json fingers = Json::object();
-    for (std::size_t i = 0; i < kFingers; ++i) fingers[model::finger_names()[i]] = c.finger_deg_s[i].mean();
+    Json impact = Json::object();
+    Json pressed = Json::object();
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      const std::string& finger = model::finger_names()[i];
+      fingers[finger] = c.finger_deg_s[i].mean();
+      impact[finger] = c.impact_deg_s[i];
+      pressed[finger] = c.pressed_s[i].mean();
+    }
     Json differences = Json::object();
     for (std::size_t j = 0; j < r.compensators.size(); ++j) {
       if (r.compensators[j] != c.compensator)
@@ -420,19 +501,19 @@ Json to_json(const Result& r, const Plan& plan) {
                      {"published_deg_s", optional(c.published_deg_s)},
                      {"finger_error_deg_s", std::move(fingers)},
                      {"difference_deg_s", std::move(differences)},
-                     {"outside_limits_deg", c.worst_excess_deg},
+                     {"impact_deg_s", std::move(impact)},
+                     {"pressed_s", std::move(pressed)},
                      {"frames_sent", c.frames_sent},
                      {"frames_lost", c.frames_lost}});
   }
   return {{"cells", std::move(cells)},
           {"log_rms",
-           {{"gestures_1_to_4", optional(r.log_rms.gestures_1_to_4)},
-            {"gestures_5_and_6", optional(r.log_rms.gestures_5_and_6)},
-            {"all", optional(r.log_rms.all)}}},
-          {"real_time_factor", r.simulated_s > 0 ? Json(r.real_time_factor()) : Json(nullptr)},
+           {{"gestures_1_to_4", whole(r.distance.fitted)},
+            {"gestures_5_and_6", whole(r.distance.predicted)},
+            {"all", whole(r.distance.all)},
+            {"fitted", part(r.distance.fitted)},
+            {"predicted", part(r.distance.predicted)}}},
           {"engine", plan.engine != nullptr ? plan.engine->name() : "twin"},
-          {"threads", r.threads},
-          {"resumed_rows", r.resumed_rows},
           {"rate_hz", 1 / plan.compensators.front().model.sample_period_s},
           {"seed", plan.seed},
           {"version", FLEXOR_VERSION}};

@@ -2,20 +2,23 @@
 //
 // Trials run in batches on any number of threads and are committed in order, so that figures and files are
 // the same bits whatever the threads. What is kept is sums, not trials: memory does not grow with their
-// number. With a folder, every trial is a row of trials.csv as soon as its turn comes; a run that was cut off
-// goes on where the file ends.
+// number. With a folder, every trial is a row of trials.csv as soon as its turn comes (journal.hpp); a run
+// that was cut off goes on where the file ends.
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "host/experiment/catalogue.hpp"
+#include "host/experiment/journal.hpp"
 #include "host/model/model.hpp"
 #include "host/twin/simulation.hpp"
 
@@ -44,6 +47,16 @@ struct Plan {
   int threads = 0;               // 0: as many as the machine has
   std::filesystem::path folder;  // empty: nothing is written
   Engine* engine = nullptr;      // none: the twin. Outlives the run
+  // Becomes true when the run shall end: Stopped is thrown, with everything done so far in the folder.
+  const std::atomic<bool>* stop = nullptr;
+  const FolderLock* lock = nullptr;  // of the folder, where the caller has it already
+};
+
+inline constexpr int kMaxThreads = 256;
+
+// Somebody asked the run to end. One line that says what is kept.
+struct Stopped : std::runtime_error {
+  using std::runtime_error::runtime_error;
 };
 
 // Mean and 95 % interval (Student's t) of a stream of numbers.
@@ -52,7 +65,7 @@ class Statistic {
   void add(double value);
   int count() const { return count_; }
   double mean() const { return mean_; }
-  double ci95() const;  // half the interval's width; 0 with fewer than two
+  std::optional<double> ci95() const;  // half the interval's width; none with fewer than two numbers
 
  private:
   int count_ = 0;
@@ -71,26 +84,40 @@ struct Cell {
   // Of paired trials: same person, glove, radio and hand.
   std::vector<Statistic> difference_deg_s;  // this minus compensator j, for each j of the plan
   std::optional<double> published_deg_s;
-  double worst_excess_deg = 0;  // how far a joint was outside Psi; 0 if never
+  // What the hand's end stops suffer (host/twin/plant.hpp), finger by finger.
+  std::array<double, kFingers> impact_deg_s{};  // the fastest of all trials
+  std::array<Statistic, kFingers> pressed_s;
   std::int64_t frames_sent = 0;
   std::int64_t frames_lost = 0;
+
+  double fastest_impact_deg_s() const;
+  double total_pressed_s() const;  // mean of a trial, five fingers together
 };
 
-struct LogRms {
-  std::optional<double> gestures_1_to_4;  // root mean square of ln(ours / published)
-  std::optional<double> gestures_5_and_6;
-  std::optional<double> all;
+// From the published table, over what of it is in the run.
+struct Distance {
+  std::vector<int> gestures;
+  std::vector<std::string> compensators;
+  double log_rms = 0;   // root mean square of ln(ours / published)
+  bool is_all = false;  // none of the gestures is missing
+};
+std::string describe(const Distance& distance);  // "gestures 1-4", "gesture 2 with raw"
+
+struct Distances {
+  std::optional<Distance> fitted;     // gestures 1 to 4
+  std::optional<Distance> predicted;  // 5 and 6
+  std::optional<Distance> all;
 };
 
 struct Result {
   std::vector<std::string> motions;
   std::vector<std::string> compensators;
   std::vector<Cell> cells;  // motion by motion, compensators inside
-  LogRms log_rms;
+  Distances distance;
   double simulated_s = 0;  // of gestures, in this call
   double wall_s = 0;
   int threads = 1;
-  int resumed_rows = 0;
+  std::int64_t resumed_rows = 0;
   double real_time_factor() const { return wall_s > 0 ? simulated_s / wall_s : 0; }
   const Cell& cell(std::size_t motion, std::size_t compensator) const {
     return cells[motion * compensators.size() + compensator];
@@ -99,14 +126,19 @@ struct Result {
 
 using TrialProgress = std::function<void(std::size_t done, std::size_t of)>;  // in batches
 
-// Throws io::InputError: a model with other channels, an impossible configuration, a folder that holds
-// another run.
+// Throws io::InputError: a model with other channels, an impossible configuration, names that a table cannot
+// hold apart.
+void check(const Plan& plan);
+
+// Throws as check(); io::InputError: a folder that holds another run, or in which somebody else works;
+// io::JobError: trials.csv cannot be written; Stopped.
 Result run(const Plan& plan, const TrialProgress& progress);
 
 // Trial 0 of a motion, exactly as run() meets it: what to play, and played.
 twin::Setup first_setup(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);
 twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);
 
+// Everything but how long it took and on how many threads: the same run gives the same bytes.
 nlohmann::ordered_json to_json(const Result& result, const Plan& plan);
 
 }  // namespace flexor::experiment

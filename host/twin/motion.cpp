@@ -33,7 +33,7 @@ class GestureReader {
 
   // A number, or the name of a pose.
   double angle(const Json& value, std::size_t finger) {
-    if (value.is_number()) return value.get<double>();
+    if (value.is_number()) return in_range(value.get<double>(), "angle", finger);
     const Json poses = reader_.object_or_empty("poses");
     if (!value.is_string() || !poses.contains(value.get<std::string>())) {
       reader_.fail(fmt::format("{} is neither an angle in degrees nor a pose in \"poses\"", value.dump()));
@@ -43,12 +43,26 @@ class GestureReader {
     if (!pose.is_object() || !pose.contains(name) || !pose.at(name).is_number()) {
       reader_.fail(fmt::format("pose {} has no angle for {}", value.dump(), name));
     }
-    return pose.at(name).get<double>();
+    return in_range(pose.at(name).get<double>(), value.dump().c_str(), finger);
   }
 
  private:
+  double in_range(double angle_deg, const char* what, std::size_t finger) const {
+    if (!(angle_deg >= 0 && angle_deg <= 180)) {
+      reader_.fail(fmt::format("{} of {} is {:g} degrees; it must lie between 0 and 180", what,
+                               model::finger_names()[finger], angle_deg));
+    }
+    return angle_deg;
+  }
+
   io::JsonReader reader_;
 };
+
+void require_speed(const io::JsonReader& reader, double speed_deg_s) {
+  if (!(speed_deg_s >= 0.1 && speed_deg_s <= 10000)) {
+    reader.fail(fmt::format("speed_deg_s is {:g}; it must lie between 0.1 and 10000", speed_deg_s));
+  }
+}
 
 }  // namespace
 
@@ -63,13 +77,21 @@ Motion Motion::from_json(const std::string& text, const std::string& source) {
   Motion m;
   m.name_ = reader.text("name");
   m.description_ = reader.text_or_empty("description");
-  m.number_ = static_cast<int>(reader.number_or("number", 0));
+  const double number = reader.number_or("number", 0);
+  if (!(number >= 0 && number <= 6 && number == std::floor(number))) {
+    reader.fail("\"number\" must be 1 to 6, for the published gestures, or 0");
+  }
+  m.number_ = static_cast<int>(number);
   m.duration_s_ = reader.number("duration_s");
   m.corner_s_ = reader.number("corner_s");
   const double usual_speed = reader.number("speed_deg_s");
-  if (!(m.duration_s_ > 0 && m.duration_s_ <= 3600)) reader.fail("duration_s must lie between 0 and 3600");
-  if (!(m.corner_s_ >= 0.001)) reader.fail("corner_s must be at least 0.001");
-  if (!(usual_speed > 0)) reader.fail("speed_deg_s must be positive");
+  if (!(m.duration_s_ >= 0.01 && m.duration_s_ <= kMaxDuration_s)) {
+    reader.fail(fmt::format("duration_s must lie between 0.01 and {:g}", kMaxDuration_s));
+  }
+  if (!(m.corner_s_ >= 0.001 && m.corner_s_ <= kMaxDuration_s)) {
+    reader.fail(fmt::format("corner_s must lie between 0.001 and {:g}", kMaxDuration_s));
+  }
+  require_speed(reader, usual_speed);
   const Json& start = reader.member("start");
   for (std::size_t i = 0; i < kFingers; ++i) {
     const std::string& name = model::finger_names()[i];
@@ -80,11 +102,18 @@ Motion Motion::from_json(const std::string& text, const std::string& source) {
   (void)reader.has("poses");
   std::array<double, kFingers> busy_until{};
   std::array<double, kFingers> at = m.start_deg_;
-  for (const Json& entry : reader.member("moves")) {
+  double first_move_s = kMaxDuration_s;
+  const Json& moves = reader.member("moves");
+  if (!moves.is_array()) reader.fail("\"moves\" must be a list");
+  for (const Json& entry : moves) {
     io::JsonReader move(entry, fmt::format("{}: moves", source));
     const double start_s = move.number("start_s");
     const double speed = move.number_or("speed_deg_s", usual_speed);
-    if (!(speed > 0)) move.fail("speed_deg_s must be positive");
+    require_speed(move, speed);
+    if (!(start_s >= 0 && start_s <= m.duration_s_)) {
+      move.fail(
+          fmt::format("start_s is {:g}; it must lie between 0 and duration_s, {:g}", start_s, m.duration_s_));
+    }
     const Json& to = move.member("to");
     for (const Json& finger : move.list("fingers")) {
       if (!finger.is_string()) move.fail("\"fingers\" must be names");
@@ -100,14 +129,12 @@ Motion Motion::from_json(const std::string& text, const std::string& source) {
       busy_until[i] = start_s + one.ramp_s + m.corner_s_;
       at[i] = target;
       m.moves_[i].push_back(one);
+      first_move_s = std::min(first_move_s, start_s);
     }
     move.done();
   }
   reader.done();
-  for (const auto& moves : m.moves_) {
-    if (!moves.empty() && (m.anchor_s_ == 0 || moves.front().start_s < m.anchor_s_))
-      m.anchor_s_ = moves.front().start_s;
-  }
+  if (first_move_s < kMaxDuration_s) m.anchor_s_ = first_move_s;
   return m;
 }
 

@@ -15,6 +15,8 @@
 
 namespace flexor::twin {
 
+inline constexpr double kMaxDuration_s = 3600;
+
 // How one trial differs from the plan; zeros and speed 1: not at all.
 struct Variation {
   double delay_s = 0;
@@ -25,7 +27,8 @@ struct Variation {
 
 class Motion {
  public:
-  // Throws io::InputError naming file and place.
+  // Angles lie between 0 and 180 degrees, speeds between 0.1 and 10000 deg/s, moves inside a duration of at
+  // most kMaxDuration_s. Throws io::InputError naming file and place.
   static Motion from_json(const std::string& text, const std::string& source);
 
   // Samples at t_s (strictly increasing, from 0), angle_deg[finger][sample]. The first and last angle hold
@@ -58,7 +61,7 @@ class Motion {
   int number_ = 0;
   double duration_s_ = 0;
   double corner_s_ = 0;
-  double anchor_s_ = 0;  // first move's start: a quicker person starts then, too
+  double anchor_s_ = 0;  // first move's start, 0 with none: a quicker person starts then, too
   PerFinger start_deg_{};
   std::array<std::vector<Move>, kFingers> moves_;
   std::vector<double> t_s_;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "host/io/io.hpp"
@@ -74,6 +75,63 @@ TEST(Motion, AQuickPersonStartsWithTheOthersAndEndsSooner) {
   Variation late;
   late.delay_s = 0.2;
   EXPECT_DOUBLE_EQ(grab.angle(1, 4.2, late), grab.angle(1, 4, {}));
+}
+
+// A person of another speed starts the first move when the plan says so: at 0 s as well as later.
+TEST(Motion, AMoveAtZeroSecondsStartsAtZeroForAQuickPersonToo) {
+  const std::string start = kStart;
+  const Motion m = Motion::from_json(
+      start + R"({"start_s":0,"fingers":["index"],"to":90},{"start_s":2,"fingers":["middle"],"to":90}]})",
+      "g.json");
+  Variation quick;
+  quick.speed = 1.25;
+  EXPECT_DOUBLE_EQ(m.angle(1, 0, quick), 40);
+  EXPECT_GT(m.angle(1, 0.1, quick), 40);
+  EXPECT_DOUBLE_EQ(m.angle(2, 1.6, quick), 40);
+  EXPECT_GT(m.angle(2, 1.7, quick), 40);
+}
+
+TEST(Motion, RefusesAbsurdNumbersInOneLineThatNamesThem) {
+  const auto with = [](const std::string& key, const std::string& value) {
+    nlohmann::json json =
+        nlohmann::json::parse(std::string(kStart) + R"({"start_s":1,"fingers":["index"],"to":90}]})");
+    json[key] = nlohmann::json::parse(value);
+    return message(json.dump());
+  };
+  const auto moved = [&](const std::string& move) { return with("moves", "[" + move + "]"); };
+  struct Case {
+    std::string says;
+    std::string expected;
+  };
+  const Case cases[] = {
+      {with("duration_s", "1e308"), "duration_s"},
+      {with("duration_s", "-1"), "duration_s"},
+      {with("duration_s", "0"), "duration_s"},
+      {with("corner_s", "1e308"), "corner_s"},
+      {with("corner_s", "1e-300"), "corner_s"},
+      {with("speed_deg_s", "1e308"), "speed_deg_s"},
+      {with("speed_deg_s", "1e-300"), "speed_deg_s"},
+      {with("number", "1e308"), "number"},
+      {with("number", "2.5"), "number"},
+      {with("number", "-3"), "number"},
+      {with("start", "1e308"), "1e+308 degrees"},
+      {with("start", "-200"), "-200 degrees"},
+      {with("start", "null"), "neither an angle"},
+      {with("moves", "{}"), "must be a list"},
+      {with("moves", "7"), "must be a list"},
+      {with("name", "7"), "must be a text"},
+      {moved(R"({"start_s":1e308,"fingers":["index"],"to":90})"), "start_s is 1e+308"},
+      {moved(R"({"start_s":-1,"fingers":["index"],"to":90})"), "start_s is -1"},
+      {moved(R"({"start_s":1,"fingers":["index"],"to":1e308})"), "1e+308 degrees"},
+      {moved(R"({"start_s":1,"fingers":["index"],"to":90,"speed_deg_s":1e-300})"), "speed_deg_s"},
+      {moved(R"({"start_s":1,"fingers":"index","to":90})"), "must be a list"},
+      {moved("[]"), "must be an object"},
+  };
+  for (const Case& c : cases) {
+    EXPECT_NE(c.says.find(c.expected), std::string::npos) << c.expected << ": " << c.says;
+    EXPECT_TRUE(c.says.starts_with("g.json: ")) << c.says;
+    EXPECT_EQ(c.says.find('\n'), std::string::npos);
+  }
 }
 
 TEST(Motion, RefusesWhatMakesNoSense) {

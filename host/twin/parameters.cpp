@@ -204,11 +204,17 @@ void check(const Parameters& p) {
                           e.min, e.max));
     }
   }
-  for (int i = 0; i < kFingers; ++i) {
-    const auto n = static_cast<std::size_t>(i);
-    require(p.hand_lower_deg[n] < p.hand_upper_deg[n],
-            fmt::format("hand.lower_deg of {} must be below hand.upper_deg", model::finger_names()[n]));
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    require(p.hand_lower_deg[i] < p.hand_upper_deg[i],
+            fmt::format("hand.lower_deg of {}, {:g}, must be below hand.upper_deg, {:g}",
+                        model::finger_names()[i], p.hand_lower_deg[i], p.hand_upper_deg[i]));
+    require(p.bend_lower_deg[i] < p.bend_upper_deg[i],
+            fmt::format("placement.bend_lower_deg of {}, {:g}, must be below placement.bend_upper_deg, {:g}",
+                        model::finger_names()[i], p.bend_lower_deg[i], p.bend_upper_deg[i]));
   }
+  require(p.loop_lower_deg < p.loop_upper_deg,
+          fmt::format("loop.lower_deg, {:g}, must be below loop.upper_deg, {:g}", p.loop_lower_deg,
+                      p.loop_upper_deg));
   // The motor's speed must settle over several steps, else the step itself is unstable.
   const double inertia_mNms2 =
       (p.rotor_inertia_gcm2 * p.gear_ratio * p.gear_ratio + p.finger_inertia_gcm2) * 1e-4;
@@ -259,7 +265,9 @@ Parameters from_json(const std::string& text, const std::string& source) {
       one.done();
     }
     if (reader.has("faults")) {
-      for (const Json& fault : reader.member("faults")) p.faults.push_back(read_fault(fault, "faults"));
+      const Json& faults = reader.member("faults");
+      if (!faults.is_array()) reader.fail("\"faults\" must be a list");
+      for (const Json& fault : faults) p.faults.push_back(read_fault(fault, "faults"));
     }
     reader.done();
     check(p);

@@ -59,6 +59,43 @@ TEST(Parameters, RefusesTheImpossibleByName) {
   EXPECT_EQ(message("{}"), "accepted");
 }
 
+TEST(Parameters, ALowerLimitAboveItsUpperOneIsRefused) {
+  EXPECT_NE(message(R"({"hand.lower_deg":{"value":{"index":120}}})").find("hand.lower_deg of index, 120"),
+            std::string::npos);
+  EXPECT_NE(message(R"({"placement.bend_lower_deg":{"value":{"ring":170}}})")
+                .find("placement.bend_lower_deg of ring, 170"),
+            std::string::npos);
+  EXPECT_NE(message(R"({"loop.lower_deg":{"value":150},"loop.upper_deg":{"value":20}})")
+                .find("loop.lower_deg, 150, must be below loop.upper_deg, 20"),
+            std::string::npos);
+}
+
+TEST(Parameters, RefusesAbsurdDocumentsInOneLine) {
+  const auto whole = [](const std::string& rest) {
+    try {
+      (void)from_json(R"({"schema":"flexor-twin","schema_version":1,)" + rest + "}", "t.json");
+    } catch (const io::InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  for (const char* rest :
+       {R"("parameters":[])", R"("parameters":{"radio.loss":0.1})",
+        R"("parameters":{"radio.loss":{"value":1e308}})", R"("parameters":{"radio.loss":{"value":-1e308}})",
+        R"("parameters":{"radio.loss":{"value":1e999}})", R"("parameters":{"radio.loss":{"value":[1]}})",
+        R"("parameters":{"radio.loss":{"value":{"index":1}}})",
+        R"("parameters":{"hand.lower_deg":{"value":{"toe":1}}})",
+        R"("parameters":{"hand.lower_deg":{"value":null}})", R"("parameters":{"":{"value":1}})",
+        R"("faults":{"a":{}})", R"("faults":7)", R"("faults":[7])",
+        R"("faults":[{"finger":"index","kind":"open","start_s":-1,"duration_s":1}])",
+        R"("faults":[{"finger":"index","kind":"gone","start_s":1,"duration_s":1}])",
+        R"("faults":[{"finger":"index","kind":"open","start_s":1,"duration_s":1e999}])"}) {
+    const std::string says = whole(rest);
+    EXPECT_TRUE(says.starts_with("t.json: ")) << rest << ": " << says;
+    EXPECT_EQ(says.find('\n'), std::string::npos) << says;
+  }
+}
+
 TEST(Parameters, AssignmentsReachOneFingerOrAll) {
   Parameters p;
   assign(p, "placement.bend_lower_deg.pointer=41");

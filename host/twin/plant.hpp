@@ -12,6 +12,9 @@
 //   energy omega  = sign(omega*) max(|omega*| - h T_c / J, 0)             Coulomb friction, as an impulse:
 //   never adds energy joint = clamp(joint, motor - backlash, motor + backlash), inside Psi; an end stop takes
 //   the motor's speed away
+// A joint cannot leave Psi, so what its stops suffer is measured instead:
+//   impact   the greatest |omega| that a stop took from a motor that had not been there a step before
+//   pressed  the time that a motor was at a stop with a duty of at least kPressingDuty towards it
 // K_t includes the gear's efficiency, K_e does not; J is rotor N^2 + finger.
 #pragma once
 
@@ -21,6 +24,9 @@
 #include "runtime/hand/position_loop.hpp"
 
 namespace flexor::twin {
+
+// A tenth of the supply: twice what the shipped motor's friction holds back.
+inline constexpr std::int16_t kPressingDuty = hand::kFullDuty / 10;
 
 // The same for every lane.
 struct PlantConstants {
@@ -55,12 +61,12 @@ struct alignas(64) PlantState {
   float motor[kLanes];  // behind the gear, degrees
   float speed[kLanes];  // degrees per second
   float joint[kLanes];  // degrees
-  float min[kLanes];    // extremes of the joint, degrees
-  float max[kLanes];
   float lower[kLanes];  // Psi, degrees
   float upper[kLanes];
-  float disturbance[kLanes];     // mNm
-  float error_deg_ms[kLanes];    // integral of |rho - joint| since it was last taken
+  float disturbance[kLanes];   // mNm
+  float error_deg_ms[kLanes];  // integral of |rho - joint| since it was last taken
+  float impact_deg_s[kLanes];  // fastest so far
+  std::int32_t pressed_ms[kLanes];
   std::int32_t command[kLanes];  // Q4 degrees
   std::int32_t setpoint[kLanes];
   std::int32_t integral[kLanes];
@@ -71,6 +77,13 @@ template <int kLanes>
 float bend(const PlantConstants& c, const PlantState<kLanes>& x, int lane) {
   return x.slipped[lane] + c.visco_share * (x.visco[lane] - x.slipped[lane]) +
          c.creep_share * (x.creep[lane] - x.slipped[lane]);
+}
+
+// What happened at the end stops before a recording starts does not count.
+template <int kLanes>
+void forget_stops(PlantState<kLanes>& x, int lane) {
+  x.impact_deg_s[lane] = 0;
+  x.pressed_ms[lane] = 0;
 }
 
 // One millisecond of every lane.

@@ -46,14 +46,20 @@ template <int kLanes>
   const float pushed = (x.speed[i] + c.deg_s_per_amp * amp + c.deg_s_per_mNm * x.disturbance[i]) * c.viscous;
   const float speed = pushed - limit(pushed, -c.coulomb_deg_s, c.coulomb_deg_s);
   const float wanted = x.motor[i] + speed * 0.001F;
-  const float motor = limit(wanted, x.lower[i] - c.backlash_deg, x.upper[i] + c.backlash_deg);
+  const float lowest = x.lower[i] - c.backlash_deg;
+  const float highest = x.upper[i] + c.backlash_deg;
+  const float motor = limit(wanted, lowest, highest);
+  const float fast = speed < 0 ? -speed : speed;
+  const float impact = wanted == motor || motor == x.motor[i] ? 0.0F : fast;
+  x.impact_deg_s[i] = x.impact_deg_s[i] < impact ? impact : x.impact_deg_s[i];
   x.speed[i] = wanted == motor ? speed : 0.0F;
   x.motor[i] = motor;
+  const std::int32_t up = duty >= kPressingDuty && motor >= highest ? 1 : 0;
+  const std::int32_t down = duty <= -kPressingDuty && motor <= lowest ? 1 : 0;
+  x.pressed_ms[i] += up + down;
   const float joint =
       limit(limit(x.joint[i], motor - c.backlash_deg, motor + c.backlash_deg), x.lower[i], x.upper[i]);
   x.joint[i] = joint;
-  x.min[i] = joint < x.min[i] ? joint : x.min[i];
-  x.max[i] = x.max[i] < joint ? joint : x.max[i];
   const float error = x.reference[i] - joint;
   x.error_deg_ms[i] += error < 0 ? -error : error;
 }

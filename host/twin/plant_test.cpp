@@ -13,7 +13,7 @@ std::unique_ptr<PlantState<5>> at_rest(float angle) {
   auto x = std::make_unique<PlantState<5>>();
   for (int i = 0; i < 5; ++i) {
     x->reference[i] = x->slipped[i] = x->visco[i] = x->creep[i] = angle;
-    x->motor[i] = x->joint[i] = x->min[i] = x->max[i] = angle;
+    x->motor[i] = x->joint[i] = angle;
     x->lower[i] = 28;
     x->upper[i] = 113;
     x->command[i] = static_cast<std::int32_t>(std::lround(16 * angle));
@@ -55,13 +55,44 @@ RC_GTEST_PROP(Plant, NoCommandMovesAJointOutOfItsLimits, ()) {
       x->command[i] = *rc::gen::arbitrary<std::int16_t>();
       x->disturbance[i] = static_cast<float>(*rc::gen::inRange(-500, 501));
     }
-    for (int ms = 0; ms < 20; ++ms) advance(c, *x);
-    for (int i = 0; i < 5; ++i) {
-      RC_ASSERT(x->min[i] >= 28.0F);
-      RC_ASSERT(x->max[i] <= 113.0F);
-      RC_ASSERT(std::isfinite(x->speed[i]));
+    for (int ms = 0; ms < 20; ++ms) {
+      advance(c, *x);
+      for (int i = 0; i < 5; ++i) {
+        RC_ASSERT(x->joint[i] >= 28.0F);
+        RC_ASSERT(x->joint[i] <= 113.0F);
+        RC_ASSERT(std::isfinite(x->speed[i]));
+      }
     }
   }
+}
+
+// A motor that runs freely into its stop arrives with its no-load speed, once, and then presses.
+TEST(Plant, AStopIsHitWithTheMotorsSpeedAndPressedUntilTheDutyIsGone) {
+  Parameters p;
+  p.coulomb_mNm = 0;
+  p.viscous_mNms_rad = 0;
+  p.loop_proportional_per_deg = 0.9;
+  p.loop_integral_per_deg_s = 0;
+  p.loop_speed_deg_s = 100000;
+  const PlantConstants c(p);
+  const auto x = at_rest(30);
+  for (float& upper : x->upper) upper = 150;
+  for (std::int32_t& command : x->command) command = 180 * 16;
+  int arrived_ms = 0;
+  while (x->motor[0] < 150.2F && arrived_ms < 1000) {
+    EXPECT_EQ(x->impact_deg_s[0], 0);
+    advance(c, *x);
+    ++arrived_ms;
+  }
+  const double no_load_deg_s = 6 / (0.0018 * 150) * 57.2958;
+  EXPECT_NEAR(x->impact_deg_s[0], no_load_deg_s, 5);
+  const std::int32_t at_first = x->pressed_ms[0];
+  for (int ms = 0; ms < 100; ++ms) advance(c, *x);
+  EXPECT_EQ(x->pressed_ms[0], at_first + 100);
+  EXPECT_NEAR(x->impact_deg_s[0], no_load_deg_s, 5);  // pressing on is no second arrival
+  for (std::int32_t& command : x->command) command = 100 * 16;
+  for (int ms = 0; ms < 1000; ++ms) advance(c, *x);
+  EXPECT_LE(x->pressed_ms[0], at_first + 102);
 }
 
 TEST(Plant, AFreeMotorReachesItsNoLoadSpeed) {

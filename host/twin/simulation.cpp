@@ -100,6 +100,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
       x_.noise[lane] = static_cast<std::uint32_t>(seed_of(seed, Purpose::potentiometer, i)) | 1U;
     }
     Trial& trial = trials_.emplace_back();
+    if (t >= count_) return;
     for (std::size_t i = 0; i < kFingers; ++i) {
       trial.glove_deg[i].reserve(frames_);
       trial.hand_deg[i].reserve(frames_);
@@ -118,7 +119,6 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     x_.motor[lane] = x_.joint[lane] = std::clamp(rho, x_.lower[lane], x_.upper[lane]);
     x_.command[lane] = static_cast<std::int32_t>(std::lround(16 * x_.joint[lane]));
     x_.setpoint[lane] = x_.command[lane] << 16;
-    x_.min[lane] = x_.max[lane] = x_.joint[lane];
     total_error_[at(lane)] = 0;
     reference_[at(lane)] = start;
   }
@@ -133,6 +133,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
       x_.disturbance[lane] = static_cast<float>(disturbance_[at(lane)].next());
       if (now > 0) total_error_[at(lane)] += static_cast<double>(x_.error_deg_ms[lane]);
       x_.error_deg_ms[lane] = 0;
+      if (now == 0) forget_stops(x_, lane);
     }
   }
 
@@ -192,7 +193,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   }
 
   void shoot(std::array<std::vector<float>, kFingers> Trial::*view, const float* angle) {
-    for (int t = 0; t < kTrials; ++t) {
+    for (int t = 0; t < count_; ++t) {
       for (int i = 0; i < kFingers; ++i) {
         const double noise = p_.camera_noise_deg * camera_noise_[at(t)].normal();
         (trials_[at(t)].*view)[at(i)].push_back(angle[i * kTrials + t] + static_cast<float>(noise));
@@ -209,8 +210,8 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
         const int lane = i * kTrials + t;
         trial.error_deg_s[at(i)] =
             (total_error_[at(lane)] + static_cast<double>(x_.error_deg_ms[lane])) / 1000;
-        trial.hand_min_deg[at(i)] = static_cast<double>(x_.min[lane]);
-        trial.hand_max_deg[at(i)] = static_cast<double>(x_.max[lane]);
+        trial.impact_deg_s[at(i)] = static_cast<double>(x_.impact_deg_s[lane]);
+        trial.pressed_s[at(i)] = x_.pressed_ms[lane] * kStep_s;
       }
     }
   }
@@ -260,6 +261,14 @@ void check(const Setup& setup) {
                     rate_hz, kMaxRate_hz));
   }
   const Parameters& p = setup.parameters;
+  const double pictures = setup.motion.duration_s() * p.camera_rate_hz;
+  if (pictures > kMaxPictures) {
+    throw io::InputError(
+        fmt::format("motion {}: {:g} s at {:g} pictures a second are more than {}: set camera.rate_hz to at "
+                    "most {:.0f}, or play a shorter one",
+                    setup.motion.name(), setup.motion.duration_s(), p.camera_rate_hz, kMaxPictures,
+                    std::floor(kMaxPictures / setup.motion.duration_s())));
+  }
   const double frames_hz = p.frame_rate_hz > 0 ? std::min(p.frame_rate_hz, rate_hz) : rate_hz;
   const double airtime_s = p.frame_bytes * 10 / p.baud;
   if (frames_hz * airtime_s > 1) {

@@ -17,6 +17,7 @@ namespace flexor::twin {
 
 inline constexpr int kTrialsAtOnce = 16;  // lanes of the vector code are these times the fingers
 inline constexpr double kMaxRate_hz = 1000;
+inline constexpr int kMaxPictures = 120000;  // of each camera in a trial: an hour at 33 a second
 
 struct Setup {
   Parameters parameters;
@@ -30,9 +31,9 @@ struct Trial {
   // Frame k is taken at k / camera rate; one vector for each finger. What a camera says, noise and all.
   std::array<std::vector<float>, kFingers> glove_deg;
   std::array<std::vector<float>, kFingers> hand_deg;
-  PerFinger error_deg_s{};  // integral |rho_r - rho| at 1 kHz, without cameras
-  PerFinger hand_min_deg{};
-  PerFinger hand_max_deg{};
+  PerFinger error_deg_s{};   // integral |rho_r - rho| at 1 kHz, without cameras
+  PerFinger impact_deg_s{};  // fastest arrival of the joint at either of its end stops; 0: none
+  PerFinger pressed_s{};     // how long its motor pressed against a stop; see plant.hpp
   int frames_sent = 0;
   int frames_lost = 0;  // lost, corrupt, in an outage, or overtaken
   // With record_samples: what the glove read and said, sample k at sample_s[k].

@@ -1,5 +1,6 @@
 #include "host/twin/simulation.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -67,6 +68,8 @@ TEST(Simulation, ATrialDependsOnItsNumberAndNothingElse) {
     EXPECT_EQ(alone[t].hand_deg, together[6 + t].hand_deg);
     EXPECT_EQ(scalar[t].hand_deg, together[6 + t].hand_deg);
     EXPECT_EQ(scalar[t].error_deg_s, together[6 + t].error_deg_s);
+    EXPECT_EQ(scalar[t].impact_deg_s, together[6 + t].impact_deg_s);
+    EXPECT_EQ(scalar[t].pressed_s, together[6 + t].pressed_s);
   }
   EXPECT_NE(together[0].hand_deg, together[1].hand_deg);
 }
@@ -123,23 +126,55 @@ TEST(Simulation, WithoutImperfectionsTheErrorIsThePureLag) {
   EXPECT_NEAR(run(0.1, 0) - run(0.02, 0), travel * 0.04, 0.05 * travel * 0.04);  // hold: 50 ms instead of 10
 }
 
-TEST(Simulation, TheHandStaysInsideItsLimitsWithEveryFaultAndCompensator) {
+double worst(const PerFinger& of) { return *std::ranges::max_element(of); }
+double sum(const PerFinger& of) { return std::accumulate(of.begin(), of.end(), 0.0); }
+
+// Readings beyond the hand's range, sent as they are, ram the joints into their stops and keep the motors
+// pressing; the same readings with the loop's commands limited inside the range do neither. Vectors and the
+// plain loop measure the same bits.
+TEST(Simulation, ReadingsOutsideTheHandPressIntoItsStopsAndLimitsPreventIt) {
   Parameters p;
-  p.faults = {{0, FaultKind::open, 1, 3},
-              {1, FaultKind::short_circuit, 1, 3},
-              {2, FaultKind::stuck, 1, 3},
-              {3, FaultKind::loose, 1, 6}};
-  p.loss = 0.3;
-  p.outage_start_s = 5;
-  p.outage_s = 2;
-  for (const model::Model& m : {published_hw(), identity(0.1)}) {
-    for (const Trial& t : simulate({p, gesture(5), m, 3, false}, 0, 8)) {
+  const twin::Setup rammed{p, gesture(1), identity(0.1), 3, false};
+  const Trial ram = simulate(rammed, 0, 1).front();
+  EXPECT_GT(worst(ram.impact_deg_s), 50);
+  EXPECT_GT(sum(ram.pressed_s), 5);
+  const Trial scalar = simulate_scalar(rammed, 0, 1).front();
+  EXPECT_EQ(scalar.impact_deg_s, ram.impact_deg_s);
+  EXPECT_EQ(scalar.pressed_s, ram.pressed_s);
+
+  p.loop_lower_deg = 95;  // inside every finger's range, so that no command reaches a stop
+  p.loop_upper_deg = 108;
+  p.loop_integral_limit = 0.25;
+  const Trial gentle = simulate({p, gesture(1), identity(0.1), 3, false}, 0, 1).front();
+  EXPECT_EQ(worst(gentle.impact_deg_s), 0);
+  EXPECT_EQ(sum(gentle.pressed_s), 0);
+}
+
+// Each parameter at either end of its range, the others as shipped: refused in one line or finite figures.
+TEST(Simulation, EveryParameterAtTheEndsOfItsRangeGivesFiniteFiguresOrARefusal) {
+  const Motion motion = gesture(4);
+  int played = 0;
+  for (const Entry& e : table()) {
+    for (const double value : {e.min, e.max}) {
+      Parameters p;
+      assign(p, fmt::format("{}={}", e.name, value));
+      const twin::Setup setup{p, motion, published_hw(), 1, false};
+      try {
+        check(setup);
+      } catch (const io::InputError&) {
+        continue;
+      }
+      ++played;
+      const Trial t = simulate_scalar(setup, 0, 1).front();
       for (std::size_t i = 0; i < kFingers; ++i) {
-        EXPECT_GE(t.hand_min_deg[i], p.hand_lower_deg[i]);
-        EXPECT_LE(t.hand_max_deg[i], p.hand_upper_deg[i]);
+        EXPECT_TRUE(std::isfinite(t.error_deg_s[i])) << e.name << " " << value;
+        EXPECT_TRUE(std::isfinite(t.impact_deg_s[i])) << e.name << " " << value;
+        EXPECT_TRUE(std::ranges::all_of(t.hand_deg[i], [](float a) { return std::isfinite(a); }))
+            << e.name << " " << value;
       }
     }
   }
+  EXPECT_GT(played, 80);
 }
 
 TEST(Simulation, FaultsShowInTheReadings) {

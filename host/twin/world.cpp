@@ -42,7 +42,7 @@ World::World(const Setup& setup, std::uint64_t number)
     x_.reference[i] = x_.slipped[i] = x_.visco[i] = x_.creep[i] = rho;
     x_.lower[i] = static_cast<float>(p_.hand_lower_deg[at(i)]);
     x_.upper[i] = static_cast<float>(p_.hand_upper_deg[at(i)]);
-    x_.motor[i] = x_.joint[i] = x_.min[i] = x_.max[i] = std::clamp(rho, x_.lower[i], x_.upper[i]);
+    x_.motor[i] = x_.joint[i] = std::clamp(rho, x_.lower[i], x_.upper[i]);
     reference_[at(i)] = static_cast<double>(rho);
     potentiometer_[at(i)] = detail::read_potentiometer(constants_, x_, i);
   }
@@ -74,6 +74,7 @@ void World::begin_block() {
     if (now_ms_ >= -kWarmUp_ms) x_.disturbance[i] = static_cast<float>(disturbance_[at(i)].next());
     if (now_ms_ > 0) total_error_[at(i)] += static_cast<double>(x_.error_deg_ms[i]);
     x_.error_deg_ms[i] = 0;
+    if (now_ms_ == 0) forget_stops(x_, i);
   }
 }
 
@@ -104,8 +105,8 @@ std::int32_t World::settled_integral(int finger, std::int16_t command_q4) const 
 Trial World::finish() {
   for (int i = 0; i < kFingers; ++i) {
     trial_.error_deg_s[at(i)] = (total_error_[at(i)] + static_cast<double>(x_.error_deg_ms[i])) / 1000;
-    trial_.hand_min_deg[at(i)] = static_cast<double>(x_.min[i]);
-    trial_.hand_max_deg[at(i)] = static_cast<double>(x_.max[i]);
+    trial_.impact_deg_s[at(i)] = static_cast<double>(x_.impact_deg_s[i]);
+    trial_.pressed_s[at(i)] = x_.pressed_ms[i] * kStep_s;
   }
   return std::move(trial_);
 }

@@ -1,0 +1,615 @@
+// `flexor experiment` when things go wrong around it: killed at any instant, stopped, twice in one folder, no
+// room on the disk, and input that nobody could have meant. Real processes of the real program.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "host/io/io.hpp"
+
+namespace flexor::cli {
+namespace {
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+using Arguments = std::vector<std::string>;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// How many times a run is killed: FLEXOR_KILLS, or fewer in the usual run of the tests.
+int kills(int usual) {
+  const char* wanted = std::getenv("FLEXOR_KILLS");
+  return wanted != nullptr ? std::atoi(wanted) : usual;
+}
+
+struct Finished {
+  int exit = -1;
+  int signal = 0;
+  std::string out;
+  std::string err;
+};
+
+class ExperimentFaults : public testing::Test {
+ protected:
+  ExperimentFaults()
+      : folder_(
+            fs::path(testing::TempDir()) /
+            (std::string("flexor_faults_") + testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_ / "tmp");
+    fs::create_directories(folder_ / "streams");
+  }
+  ~ExperimentFaults() override {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+  }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  static std::string content(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+
+  // `prepare` runs in the new process.
+  pid_t start(const Arguments& arguments, const std::function<void()>& prepare = {}) const {
+    const std::string out = path("streams/out");
+    const std::string err = path("streams/err");
+    const std::string temporary = path("tmp");
+    std::vector<std::string> words = {FLEXOR_PROGRAM};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    const pid_t child = ::fork();
+    if (child != 0) return child;
+    ::setenv("TMPDIR", temporary.c_str(), 1);  // what a killed process leaves behind
+    const int in = ::open("/dev/null", O_RDONLY);
+    const int to = ::open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    const int log = ::open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    ::dup2(in, 0);
+    ::dup2(to, 1);
+    ::dup2(log, 2);
+    if (prepare) prepare();
+    ::execv(argv[0], argv.data());
+    ::_exit(127);
+  }
+
+  Finished wait(pid_t child) const {
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    Finished r;
+    if (WIFEXITED(status)) r.exit = WEXITSTATUS(status);
+    if (WIFSIGNALED(status)) r.signal = WTERMSIG(status);
+    r.out = content(path("streams/out"));
+    r.err = content(path("streams/err"));
+    return r;
+  }
+
+  Finished run(const Arguments& arguments, const std::function<void()>& prepare = {}) const {
+    return wait(start(arguments, prepare));
+  }
+
+  // Waits until `what` holds; false after a minute.
+  static bool until(const std::function<bool()>& what) {
+    const auto begin = Clock::now();
+    while (!what()) {
+      if (seconds_since(begin) > 60) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    return true;
+  }
+
+  static std::string last_line(const std::string& text) {
+    const auto end = text.find_last_not_of('\n');
+    if (end == std::string::npos) return "";
+    const auto before = text.rfind('\n', end);
+    return text.substr(before == std::string::npos ? 0 : before + 1,
+                       end - (before == std::string::npos ? 0 : before + 1) + 1);
+  }
+
+  static std::ptrdiff_t lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
+
+  // What a run must leave, whatever happened on the way: every trials.csv, and results.json.
+  static std::string kept(const fs::path& run) {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::recursive_directory_iterator(run)) {
+      const std::string name = entry.path().filename().string();
+      if (name == "trials.csv" || name == "results.json") files.push_back(entry.path());
+    }
+    std::ranges::sort(files);
+    std::string out;
+    for (const fs::path& file : files)
+      out += file.lexically_relative(run).string() + "\n" + content(file) + "\n";
+    return out;
+  }
+
+  static Arguments into(Arguments arguments, const std::string& folder) {
+    arguments.insert(arguments.end(), {"--out", folder});
+    return arguments;
+  }
+
+  // Kills `arguments` `count` times at random instants; goes on with the same command each time.
+  void expect_the_same_after_kills(const Arguments& arguments, int count) {
+    const auto begin = Clock::now();
+    const Finished undisturbed = run(into(arguments, path("whole")));
+    ASSERT_EQ(undisturbed.exit, 0) << undisturbed.err;
+    const double whole_s = seconds_since(begin);
+    const std::string whole = kept(path("whole"));
+    ASSERT_NE(whole.find("results.json"), std::string::npos);
+    std::mt19937 random(static_cast<unsigned>(count));
+    std::uniform_real_distribution<double> share(0, 1);
+    int killed = 0;
+    int finished = 0;
+    while (killed < count) {
+      // Half of the lives are short: many of them make one run.
+      const double life_s = share(random) * whole_s * (killed % 2 == 0 ? 1 : 3.0 / count);
+      const pid_t child = start(into(arguments, path("killed")));
+      std::this_thread::sleep_for(std::chrono::duration<double>(life_s));
+      ::kill(child, SIGKILL);
+      const Finished r = wait(child);
+      killed += r.signal == SIGKILL;
+      if (r.signal == SIGKILL) continue;
+      ASSERT_EQ(r.exit, 0) << r.err;
+      EXPECT_EQ(kept(path("killed")), whole);
+      ++finished;
+      fs::remove_all(path("killed"));
+    }
+    const Finished last = run(into(arguments, path("killed")));
+    ASSERT_EQ(last.exit, 0) << last.err;
+    EXPECT_EQ(kept(path("killed")), whole);
+    std::printf("%d kills over %d runs, %.1f s each undisturbed\n", killed, finished + 1, whole_s);
+  }
+
+  // Exit 2, one line, nothing new in the folder.
+  void expect_refused(const Arguments& arguments, const std::string& expected) const {
+    const auto count = [&] { return std::distance(fs::recursive_directory_iterator(folder_), {}); };
+    (void)run({"--version"});
+    const auto before = count();
+    const Finished r = run(arguments);
+    std::string all;
+    for (const std::string& word : arguments) all += word + " ";
+    EXPECT_EQ(r.exit, 2) << all << "\n" << r.err << r.out;
+    EXPECT_NE(r.err.find(expected), std::string::npos) << all << "\n" << r.err;
+    EXPECT_EQ(lines(r.err), 1) << all << "\n" << r.err;
+    EXPECT_EQ(count(), before) << all;
+  }
+
+  fs::path folder_;
+};
+
+const Arguments kSmall = {"experiment", "--gestures", "4", "--compensators", "raw", "--trials", "48"};
+
+Arguments small(const Arguments& more) {
+  Arguments out = {"experiment", "--gestures", "4", "--compensators", "raw", "--trials", "1"};
+  out.insert(out.end(), more.begin(), more.end());
+  return out;
+}
+
+TEST_F(ExperimentFaults, KilledAtRandomItGoesOnToTheSameBytes) {
+  expect_the_same_after_kills({"experiment", "--gestures", "2,4", "--compensators", "raw,published-hw",
+                               "--trials", "200", "--scenarios"},
+                              kills(12));
+}
+
+TEST_F(ExperimentFaults, KilledAtRandomOnBoardsItGoesOnToTheSameBytes) {
+  expect_the_same_after_kills(
+      {"experiment", "--engine", "avr", "--gestures", "4", "--compensators", "published-hw", "--trials", "6"},
+      kills(4));
+}
+
+// What a kill, a power cut or a full disk can leave of a folder: each is taken up to the undisturbed end.
+TEST_F(ExperimentFaults, EveryTornStateOfTheFolderIsTakenUp) {
+  ASSERT_EQ(run(into(kSmall, path("run"))).exit, 0);
+  const std::string whole = kept(path("run"));
+  const std::string csv = content(path("run/trials.csv"));
+  const std::string header = csv.substr(0, csv.find('\n') + 1);
+  const std::string settings = content(path("run/run.json"));
+  const auto goes_on = [&](const std::string& state) {
+    const Finished r = run(into(kSmall, path("run")));
+    EXPECT_EQ(r.exit, 0) << state << ": " << r.err;
+    EXPECT_EQ(kept(path("run")), whole) << state;
+    EXPECT_FALSE(fs::exists(path("run/lock"))) << state;
+  };
+  const auto with_trials = [&](const std::string& state, const std::string& text) {
+    std::ofstream(path("run/trials.csv"), std::ios::binary) << text;
+    goes_on(state);
+  };
+  with_trials("no byte", "");
+  with_trials("half a header", header.substr(0, 20));
+  with_trials("a header without its newline", header.substr(0, header.size() - 1));
+  with_trials("the header alone", header);
+  with_trials("half a row", csv.substr(0, header.size() + 30));
+  with_trials("a batch and a bit", csv.substr(0, csv.size() / 2));
+  with_trials("all but the last newline", csv.substr(0, csv.size() - 1));
+  with_trials("a batch and zeros", csv.substr(0, csv.size() / 2) + std::string(500, '\0'));
+  with_trials("rows beyond the last", csv + csv.substr(header.size()));
+  with_trials("two headers, as an older version left them", header + csv);
+  fs::remove(path("run/trials.csv"));
+  goes_on("no trials.csv");
+  std::ofstream(path("run/lock")) << "process 1 on nowhere\n";
+  goes_on("a dead run's lock");
+  fs::remove(path("run/trials.csv"));
+  std::ofstream(path("run/run.json"), std::ios::trunc);
+  goes_on("an empty run.json and no trials");
+  std::ofstream(path("run/run.json"), std::ios::binary) << settings;
+  goes_on("nothing wrong");
+}
+
+TEST_F(ExperimentFaults, TrialsOfSomebodyElseAreNotTouched) {
+  ASSERT_EQ(run(into(kSmall, path("run"))).exit, 0);
+  const std::string csv = content(path("run/trials.csv"));
+  fs::remove(path("run/run.json"));
+  expect_refused(into(kSmall, path("run")), "no run.json");
+  EXPECT_EQ(content(path("run/trials.csv")), csv);
+  fs::create_directories(path("other"));
+  std::ofstream(path("other/trials.csv")) << "patient,dose\n1,2\n";
+  expect_refused(into(kSmall, path("other")), "its columns are not those");
+  EXPECT_EQ(content(path("other/trials.csv")), "patient,dose\n1,2\n");
+  fs::create_directories(path("odd/trials.csv"));
+  expect_refused(into(kSmall, path("odd")), "no ordinary file");
+  fs::create_directories(path("locked/lock"));
+  expect_refused(into(kSmall, path("locked")), "lock: cannot be written");
+}
+
+TEST_F(ExperimentFaults, ASecondRunInTheFolderFailsAtOnceAndSaysWhoIsThere) {
+  const Arguments many = {"experiment", "--gestures", "4", "--compensators", "raw", "--trials", "100000000"};
+  const pid_t first = start(into(many, path("run")));
+  ASSERT_TRUE(until([&] { return content(path("run/lock")).ends_with("\n"); }));
+  ASSERT_TRUE(until([&] { return fs::exists(path("run/trials.csv")); }));
+  fs::create_directories(path("second"));
+  const fs::path out = path("streams");
+  const auto begin = Clock::now();
+  fs::rename(path("streams/err"), path("streams/err_of_first"));  // the first goes on writing to it
+  fs::rename(path("streams/out"), path("streams/out_of_first"));
+  const Finished second = run(into(many, path("run")));
+  EXPECT_LT(seconds_since(begin), 10);
+  EXPECT_EQ(second.exit, 2) << second.err;
+  EXPECT_EQ(lines(second.err), 1) << second.err;
+  EXPECT_NE(second.err.find("process " + std::to_string(first) + " on "), std::string::npos) << second.err;
+  const Finished other = run(into(kSmall, path("run")));  // other settings: also no business there now
+  EXPECT_EQ(other.exit, 2);
+  EXPECT_NE(other.err.find("another run works in this folder"), std::string::npos) << other.err;
+  ::kill(first, SIGKILL);
+  (void)wait(first);
+  const pid_t third = start(into(many, path("run")));  // a dead run's lock is nobody's
+  ASSERT_TRUE(
+      until([&] { return content(path("run/lock")).find(std::to_string(third)) != std::string::npos; }));
+  ::kill(third, SIGTERM);
+  EXPECT_EQ(wait(third).signal, SIGTERM);
+}
+
+// Ctrl-C and SIGTERM: gone soon, by that signal, with one line that says what is kept; the same command ends
+// as if nothing had been.
+TEST_F(ExperimentFaults, StoppedItSaysWhatIsKeptAndGoesOnFromThere) {
+  const Arguments arguments = {"experiment",   "--gestures", "2,4", "--compensators",
+                               "published-hw", "--trials",   "2000"};
+  ASSERT_EQ(run(into(arguments, path("whole"))).exit, 0);
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const pid_t child = start(into(arguments, path("run")));
+    ASSERT_TRUE(until([&] {
+      std::error_code error;
+      return fs::file_size(path("run/trials.csv"), error) > 20000 && !error;
+    }));
+    ::kill(child, signal);
+    const auto begin = Clock::now();
+    const Finished r = wait(child);
+    EXPECT_LT(seconds_since(begin), 5);
+    EXPECT_EQ(r.signal, signal) << r.err;
+    const std::string csv = content(path("run/trials.csv"));
+    EXPECT_EQ(last_line(r.err), "flexor: stopped: " + std::to_string(lines(csv) - 1) +
+                                    " of 4000 trials are kept in " + path("run") +
+                                    ", and the same command goes on from there");
+    EXPECT_EQ(r.out, "");
+    EXPECT_FALSE(fs::exists(path("run/lock")));
+    EXPECT_EQ(std::distance(fs::directory_iterator(path("tmp")), {}), 0) << "temporary files are left";
+    const Finished again = run(into(arguments, path("run")));
+    EXPECT_EQ(again.exit, 0) << again.err;
+    EXPECT_EQ(kept(path("run")), kept(path("whole")));
+    fs::remove_all(path("run"));
+  }
+  const pid_t child = start(arguments);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  ::kill(child, SIGINT);
+  const Finished r = wait(child);
+  EXPECT_TRUE(r.signal == SIGINT) << r.exit;
+}
+
+TEST_F(ExperimentFaults, StoppedOnBoardsItGoesOnFromThere) {
+  const Arguments arguments = {"experiment",     "--engine",     "avr",      "--gestures", "4",
+                               "--compensators", "published-hw", "--trials", "40"};
+  const pid_t child = start(into(arguments, path("run")));
+  ASSERT_TRUE(until([&] { return lines(content(path("run/trials.csv"))) > 1; }));
+  ::kill(child, SIGINT);
+  const auto begin = Clock::now();
+  const Finished r = wait(child);
+  EXPECT_LT(seconds_since(begin), 10);
+  EXPECT_EQ(r.signal, SIGINT);
+  EXPECT_NE(last_line(r.err).find("of 40 trials are kept in"), std::string::npos) << r.err;
+  EXPECT_EQ(std::distance(fs::directory_iterator(path("tmp")), {}), 0) << "temporary files are left";
+}
+
+const Arguments kMany = {"experiment", "--gestures", "4", "--compensators", "raw", "--trials", "600"};
+
+// No file may grow beyond 64 KB: writes fail half way, as on a full disk.
+TEST_F(ExperimentFaults, WithoutRoomItStopsAndLosesNothing) {
+  ASSERT_EQ(run(into(kMany, path("whole"))).exit, 0);
+  ASSERT_GT(fs::file_size(path("whole/trials.csv")), 100000U);
+  const Finished full = run(into(kMany, path("run")), [] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{65536, 65536};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  });
+  EXPECT_EQ(full.exit, 1);
+  EXPECT_EQ(lines(full.err), 1) << full.err;
+  const std::string csv = content(path("run/trials.csv"));
+  EXPECT_NE(full.err.find("trials.csv: cannot be written"), std::string::npos) << full.err;
+  EXPECT_NE(full.err.find(std::to_string(lines(csv) - 1) + " of 600 trials are kept"), std::string::npos)
+      << full.err;
+  EXPECT_EQ((lines(csv) - 1) % 16, 0);
+  EXPECT_GT(csv.size(), 30000U);
+  EXPECT_TRUE(csv.ends_with('\n'));
+  EXPECT_TRUE(content(path("whole/trials.csv")).starts_with(csv));
+  EXPECT_EQ(run(into(kMany, path("run"))).exit, 0);
+  EXPECT_EQ(kept(path("run")), kept(path("whole")));
+}
+
+TEST_F(ExperimentFaults, OnAFullDiskItStopsAndLosesNothing) {
+  ASSERT_EQ(run(into(kMany, path("whole"))).exit, 0);
+  fs::create_directories(path("disk"));
+  if (::mount("none", path("disk").c_str(), "tmpfs", 0, "size=64k") != 0) {
+    GTEST_SKIP() << "mounting a small disk needs root";
+  }
+  const Finished full = run(into(kMany, path("disk/run")));
+  EXPECT_EQ(full.exit, 1);
+  EXPECT_EQ(lines(full.err), 1) << full.err;
+  EXPECT_NE(full.err.find("trials.csv: cannot be written: No space left on device"), std::string::npos)
+      << full.err;
+  const std::string csv = content(path("disk/run/trials.csv"));
+  EXPECT_TRUE(csv.ends_with('\n'));
+  EXPECT_EQ(::mount("none", path("disk").c_str(), "tmpfs", MS_REMOUNT, "size=16m"), 0);
+  EXPECT_EQ(run(into(kMany, path("disk/run"))).exit, 0);
+  EXPECT_EQ(kept(path("disk/run")), kept(path("whole")));
+  ::umount(path("disk").c_str());
+}
+
+TEST_F(ExperimentFaults, TheLargestNumberOfTrialsTakesNoMoreMemoryThanAFew) {
+  const pid_t child =
+      start({"experiment", "--gestures", "1-6", "--trials", "2147483647", "--out", path("run")});
+  ASSERT_TRUE(until([&] { return lines(content(path("run/trials.csv"))) > 200; }));
+  std::ifstream status("/proc/" + std::to_string(child) + "/status");
+  long peak_kB = 0;
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmHWM:")) peak_kB = std::atol(line.c_str() + 6);
+  }
+  ::kill(child, SIGTERM);
+  const Finished r = wait(child);
+  EXPECT_GT(peak_kB, 1000);
+  EXPECT_LT(peak_kB, 100000);
+  EXPECT_NE(r.err.find("of 38654705646 trials are kept"), std::string::npos) << r.err;
+}
+
+TEST_F(ExperimentFaults, NumbersThatNobodyCanMeanAreRefused) {
+  for (const char* gestures :
+       {"1-6-2", "1,1", "1-3,2", "0", "7", "3-2", "-", "1-", "-1", "1,,2", "99999999999"}) {
+    expect_refused({"experiment", "--trials", "1", "--gestures=" + std::string(gestures)}, "gesture");
+  }
+  for (const char* rate : {"0", "-10", "nan", "inf", "1e308", "1e-308", "0.01", "1000.1"}) {
+    expect_refused(small({"--rate", rate, "--out", path("x")}), "rate");
+  }
+  for (const char* seed :
+       {"-1", "1.5", "18446744073709551616", "99999999999999999999999", "nan", "1e3", " 7"}) {
+    expect_refused(small({"--seed", seed}), "--seed");
+    expect_refused({"calibrate-twin", "--out", path("x"), "--seed", seed}, "--seed");
+    expect_refused({"calibrate-glove", "--out", path("x"), "--seed", seed}, "--seed");
+  }
+  for (const char* threads : {"-1", "257", "1000000", "2147483647"}) {
+    expect_refused(small({"--threads", threads, "--out", path("x")}), "threads");
+  }
+  for (const char* trials : {"0", "-1", "-2147483648"}) {
+    expect_refused({"experiment", "--gestures", "4", "--trials", trials, "--out", path("x")}, "at least 1");
+  }
+  expect_refused({"experiment", "--trials", "2147483648"}, "--trials");
+  expect_refused({"experiment", "--trials", "1.5"}, "--trials");
+  expect_refused({"calibrate-twin", "--out", path("x"), "--evaluations", "0"}, "at least 1");
+  expect_refused({"calibrate-twin", "--out", path("x"), "--evaluations", "-5"}, "at least 1");
+  expect_refused({"calibrate-twin", "--out", path("x"), "--trials", "0"}, "at least 1");
+  for (const char* rate : {"0", "nan", "inf", "-3", "1e9", "1e-9"}) {
+    expect_refused({"calibrate-glove", "--out", path("x"), "--rate", rate}, "rate");
+  }
+  for (const char* rounds : {"0", "-1", "101", "2147483647"}) {
+    expect_refused({"calibrate-glove", "--out", path("x"), "--rounds", rounds}, "1 to 100 rounds");
+  }
+}
+
+TEST_F(ExperimentFaults, SwappedLimitsAndAbsurdParametersAreRefused) {
+  const auto refused = [&](const std::string& assignment, const std::string& expected) {
+    expect_refused(small({"--set", assignment}), expected);
+    expect_refused({"calibrate-glove", "--out", path("x"), "--set", assignment}, expected);
+  };
+  refused("hand.lower_deg.index=120", "hand.lower_deg of index, 120, must be below");
+  refused("loop.upper_deg=0", "loop.lower_deg, 0, must be below loop.upper_deg");
+  refused("placement.bend_lower_deg=200", "placement.bend_lower_deg of thumb, 200, must be below");
+  for (const char* value : {"nan", "inf", "-inf", "1e308", "-1e308", "1e-308"}) {
+    refused("radio.baud=" + std::string(value), "radio.baud");
+  }
+  refused("radio.loss=1e999", "not a number");
+  refused("=1", "unknown twin parameter");
+  refused("radio.loss", "name=value");
+}
+
+TEST_F(ExperimentFaults, TwoModelsOfOneStemAreToldApart) {
+  for (const char* folder : {"a", "b"}) {
+    fs::create_directories(path(folder));
+    fs::copy_file(FLEXOR_SOURCE_DIR "/models/published_hw.json", path(std::string(folder) + "/model.json"));
+  }
+  const std::string a = path("a/model.json");
+  const std::string b = path("b/model.json");
+  const Finished r =
+      run({"experiment", "--gestures", "4", "--trials", "1", "--json", "--compensators", a + "," + b});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const auto cells = nlohmann::json::parse(r.out).at("cells");
+  EXPECT_EQ(cells.at(0).at("compensator"), a);
+  EXPECT_EQ(cells.at(1).at("compensator"), b);
+  EXPECT_EQ(cells.at(0).at("difference_deg_s").at(b).at("mean"), 0);
+  expect_refused({"experiment", "--trials", "1", "--compensators", a + "," + a}, "given twice");
+  expect_refused({"experiment", "--trials", "1", "--compensators", "raw,raw"}, "given twice");
+  // A file is not the article's compensator because of its name.
+  fs::copy_file(a, path("raw.json"));
+  const Finished raw =
+      run({"experiment", "--gestures", "4", "--trials", "1", "--json", "--compensators", path("raw.json")});
+  ASSERT_EQ(raw.exit, 0) << raw.err;
+  EXPECT_TRUE(nlohmann::json::parse(raw.out).at("cells").at(0).at("published_deg_s").is_null());
+}
+
+class Motions : public ExperimentFaults {
+ protected:
+  std::string gesture(const std::string& file, const std::string& name) const {
+    nlohmann::json json = nlohmann::json::parse(content(FLEXOR_SOURCE_DIR "/models/gestures/4.json"));
+    json["name"] = name;
+    json.erase("number");
+    std::ofstream(path(file)) << json.dump();
+    return path(file);
+  }
+
+  std::string file(const std::string& name, const std::string& text) const {
+    std::ofstream(path(name), std::ios::binary) << text;
+    return path(name);
+  }
+
+  void refused(const std::string& motion, const std::string& expected) const {
+    expect_refused({"experiment", "--trials", "1", "--compensators", "raw", "--gestures", motion}, expected);
+  }
+};
+
+TEST_F(Motions, NamesThatATableCannotHoldAreRefusedWithTheirFile) {
+  for (const char* name : {"wave, left", "wave\nleft", "say \"hi\"", "", "a\tb"}) {
+    refused(gesture("odd.json", name), "odd.json: its name");
+  }
+  const std::string one = gesture("one.json", "wave");
+  const std::string two = gesture("two.json", "wave");
+  refused(one + "," + two, "one.json and " + two + " have the same name");
+  refused(one + "," + one, "given twice");
+  refused(gesture("four.json", "okay sign") + ",4", "have the same name");
+}
+
+constexpr const char* kHeader = "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n";
+
+// One stray time stamp must neither fill the memory nor go unnamed.
+TEST_F(Motions, AStrayTimeStampIsNamedByItsRow) {
+  std::string text = kHeader;
+  for (int k = 0; k < 300; ++k) text += std::to_string(k * 0.02) + ",100,40,50,60,70\n";
+  refused(file("late.csv", text + "200000000,100,40,50,60,70\n"), "late.csv: row 302");
+  refused(file("pause.csv", text + "70,100,40,50,60,70\n"), "pause.csv: row 302");
+  std::string hours = kHeader;
+  for (int k = 0; k < 300; ++k) hours += std::to_string(k * 50) + ",100,40,50,60,70\n";
+  refused(file("hours.csv", hours), "hours.csv");
+  refused(file("instant.csv", std::string(kHeader) + "0,100,40,50,60,70\n1e-9,100,40,50,60,70\n"), "lasts");
+  for (const char* cell : {"nan", "inf", "1e308", "1e999", "x", ""}) {
+    refused(file("cell.csv", text + "7," + cell + ",40,50,60,70\n8,100,40,50,60,70\n"), "cell.csv");
+    refused(file("time.csv", text + cell + ",100,40,50,60,70\n8,100,40,50,60,70\n"), "time.csv");
+  }
+}
+
+TEST_F(Motions, ARecordedTrajectoryWithAnAbsurdRowIsRefusedWithTheRow) {
+  const auto row = [](const std::string& clock, const std::string& joint) {
+    std::string out = "2014 09 " + clock + " 1";
+    for (int j = 0; j < 23; ++j) out += " " + (j == 4 ? joint : std::string("-0.1"));
+    return out + "\n";
+  };
+  std::string good;
+  for (int k = 0; k < 100; ++k) good += row("12 13 43 " + std::to_string(2 + 0.03 * k), "-0.3");
+  const auto with = [&](const std::string& bad) { return file("t.txt", good + bad); };
+  ASSERT_EQ(run({"experiment", "--trials", "1", "--compensators", "raw", "--gestures", with("\n")}).exit, 0);
+  refused(with(row("12 13 44 50", "-0.3")), "t.txt: row 101: its time is");
+  refused(with(row("1e308 13 43 50", "-0.3")), "t.txt: row 101");
+  refused(with(row("200000000 13 43 50", "-0.3")), "t.txt: row 101");
+  refused(with(row("12 13 43 1", "-0.3")), "t.txt: row 101: the time goes backwards");
+  refused(with(row("12 13 43 6", "nan")), "t.txt: row 101");
+  refused(with(row("12 13 43 6", "1e308")), "t.txt: row 101: 1e+308 is no joint angle");
+  refused(with(row("12 13 43 6", "-57")), "t.txt: row 101: -57 is no joint angle");
+  refused(with("2014 09 12\n"), "t.txt: row 101");
+  refused(with(row("12 13 43 6", "-0.3").insert(60, " 7 7")), "t.txt: row 101");
+  std::string tail = row("12 13 43 6", "-0.3");
+  tail.insert(tail.size() - 1, " abc");
+  refused(with(tail), "t.txt: row 101");
+  refused(file("t.txt", good.substr(0, good.find('\n') + 1)), "at least two rows");
+}
+
+TEST_F(Motions, AMotionAndACameraThatWouldFillTheMemoryAreRefused) {
+  nlohmann::json json = nlohmann::json::parse(content(FLEXOR_SOURCE_DIR "/models/gestures/4.json"));
+  json["duration_s"] = 3600;
+  json["name"] = "long";
+  const std::string motion = file("long.json", json.dump());
+  expect_refused({"experiment", "--trials", "1", "--gestures", motion, "--set", "camera.rate_hz=1000"},
+                 "camera.rate_hz to at most 33");
+}
+
+// The text names the gestures that were played, not those that could have been.
+TEST_F(ExperimentFaults, TheDistanceNamesTheGesturesThatAreInIt) {
+  const auto distance = [&](const char* gestures, const char* compensators) {
+    const std::string out =
+        run({"experiment", "--trials", "2", "--gestures", gestures, "--compensators", compensators}).out;
+    const auto at = out.find("published): ");
+    return at == std::string::npos ? out : out.substr(at, out.find('\n', at) - at);
+  };
+  const char* all = "raw,published-w,published-hw";
+  EXPECT_NE(distance("1", all).find(" on gesture 1 (fitted)"), std::string::npos);
+  EXPECT_NE(distance("2,4,6", all).find(" on gestures 2, 4 (fitted), "), std::string::npos);
+  EXPECT_NE(distance("2,4,6", all).find(" on gesture 6 (predicted)"), std::string::npos);
+  EXPECT_NE(distance("5", "raw").find(" on gesture 5 with raw (predicted)"), std::string::npos);
+  EXPECT_NE(distance("1-6", all).find(" on gestures 1-4 (fitted), "), std::string::npos);
+  const auto json =
+      nlohmann::json::parse(run({"experiment", "--trials", "2", "--gestures", "1", "--json"}).out);
+  EXPECT_TRUE(json.at("log_rms").at("gestures_1_to_4").is_null());
+  EXPECT_EQ(json.at("log_rms").at("fitted").at("gestures"), nlohmann::json({1}));
+}
+
+TEST_F(ExperimentFaults, OneTrialHasNoInterval) {
+  const std::string text = run(small({})).out;
+  EXPECT_NE(text.find(" +- - "), std::string::npos) << text;
+  EXPECT_EQ(text.find("+- 0.0"), std::string::npos) << text;
+  const auto cell = nlohmann::json::parse(run(small({"--json"})).out).at("cells").at(0);
+  for (const char* key : {"total_error_deg_s", "lag_removed_deg_s", "lag_s"})
+    EXPECT_TRUE(cell.at(key).at("ci95").is_null()) << key;
+}
+
+// Raw presses the hand into its stops: the program says so in its table, its JSON and its file.
+TEST_F(ExperimentFaults, HowTheStopsAreHitStandsInEveryOutput) {
+  const Arguments arguments = {"experiment", "--gestures", "1", "--trials", "4", "--out", path("run")};
+  const Finished text = run(arguments);
+  ASSERT_EQ(text.exit, 0) << text.err;
+  EXPECT_NE(text.out.find("stop hit"), std::string::npos);
+  EXPECT_NE(text.out.find("pressed"), std::string::npos);
+  const auto json = nlohmann::json::parse(content(path("run/results.json")));
+  const auto sum = [&](std::size_t cell, const char* key) {
+    double out = 0;
+    for (const auto& finger : json.at("cells").at(cell).at(key)) out += finger.get<double>();
+    return out;
+  };
+  EXPECT_GT(sum(0, "pressed_s"), 5);
+  EXPECT_LT(sum(2, "pressed_s"), 2);
+  EXPECT_GT(sum(0, "impact_deg_s"), 100);
+  EXPECT_NE(content(path("run/trials.csv")).find(",thumb_impact_deg_s,"), std::string::npos);
+  EXPECT_NE(content(path("run/trials.csv")).find(",pinky_pressed_s,"), std::string::npos);
+  EXPECT_NE(content(path("run/report.html")).find("fastest hit"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace flexor::cli

@@ -1,0 +1,54 @@
+// Ctrl-C and SIGTERM as a flag that a long job looks at, so that it can end in order and say what it kept.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <csignal>
+#include <cstdlib>
+
+namespace flexor::cli {
+
+// One at a time. A second signal of the same kind ends the process at once.
+class StopOnSignal {
+ public:
+  StopOnSignal() {
+    stop_ = false;
+    for (std::size_t i = 0; i < kSignals.size(); ++i) {
+      sigaction(kSignals[i], nullptr, &before_[i]);
+      if (before_[i].sa_handler == SIG_IGN) continue;  // as nohup wants it
+      struct sigaction now {};
+      now.sa_handler = [](int signal) {
+        last_ = signal;
+        stop_ = true;
+      };
+      now.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+      sigaction(kSignals[i], &now, nullptr);
+    }
+  }
+  ~StopOnSignal() { restore(); }
+  StopOnSignal(const StopOnSignal&) = delete;
+  StopOnSignal& operator=(const StopOnSignal&) = delete;
+
+  const std::atomic<bool>* flag() const { return &stop_; }
+
+  // Ends the process as the signal would have, through whatever handled it before.
+  [[noreturn]] void end() {
+    restore();
+    std::raise(last_);
+    std::_Exit(128 + last_);
+  }
+
+ private:
+  static constexpr std::array<int, 2> kSignals = {SIGINT, SIGTERM};
+  static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
+
+  void restore() const {
+    for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
+  }
+
+  inline static std::atomic<bool> stop_ = false;
+  inline static std::atomic<int> last_ = SIGTERM;
+  std::array<struct sigaction, 2> before_{};
+};
+
+}  // namespace flexor::cli

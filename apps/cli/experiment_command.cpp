@@ -140,7 +140,7 @@ void show(const Options& o, const experiment::Result& result,
     json["scenarios"].push_back(
         {{"name", s.scenario.name}, {"cells", experiment::to_json(s.result, o.plan).at("cells")}});
   }
-  print(json.dump(2) + "\n");
+  print(io::dump(json));
 }
 
 void draw(const experiment::Plan& plan, const experiment::Result& result,

@@ -217,7 +217,7 @@ void write_trial_report(const Plan& plan, const Result& result, const std::vecto
   json["scenarios"] = std::move(worse);
   json["twin"] = Json::parse(twin::to_json(plan.parameters));
   io::make_folder(folder);
-  io::write_file(folder / "results.json", json.dump(2) + "\n");
+  io::write_file(folder / "results.json", io::dump(json));
   const std::vector<TrialFigure> figures = draw(plan, result);
   for (const TrialFigure& f : figures) {
     io::write_file(folder / (f.name + ".svg"), f.svg);

@@ -1,0 +1,168 @@
+// Memory follows the size of the input, never the numbers in it: at most 200 MB and three times the input.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace flexor::cli {
+namespace {
+namespace fs = std::filesystem;
+
+struct Finished {
+  int exit = 0;
+  double peak_mb = 0;
+};
+
+class Memory : public testing::Test {
+ protected:
+  Memory()
+      : folder_(fs::path(testing::TempDir()) /
+                ("flexor_memory_" + std::to_string(::getpid()) + "_" +
+                 testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    fs::create_directories(folder_);
+  }
+  ~Memory() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  // The program with its output thrown away, and what it had in memory at most.
+  Finished run(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), FLEXOR_PROGRAM);
+    std::vector<char*> argv;
+    for (std::string& a : arguments) argv.push_back(a.data());
+    argv.push_back(nullptr);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      const int out = ::open(path("out").c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
+      const int err = ::open(path("err").c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
+      ::dup2(out, 1);
+      ::dup2(err, 2);
+      ::execv(argv[0], argv.data());
+      ::_exit(127);
+    }
+    int status = 0;
+    rusage used{};
+    ::wait4(child, &status, 0, &used);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
+            static_cast<double>(used.ru_maxrss) / 1024};
+  }
+
+  static double megabytes(const std::vector<std::string>& files) {
+    double sum = 0;
+    for (const std::string& f : files) sum += static_cast<double>(fs::file_size(f)) / 1e6;
+    return sum;
+  }
+
+  // Bounded memory, and an end that a program may have: done, failed, or refused; never killed.
+  void expect_bounded(const std::vector<std::string>& arguments, const std::vector<std::string>& inputs) const {
+    const Finished r = run(arguments);
+    EXPECT_LE(r.peak_mb, 200 + 3 * megabytes(inputs)) << arguments.front();
+    EXPECT_LE(r.exit, 2) << arguments.front();
+  }
+
+  // A finger between 10 and 80 degrees, never twice the same.
+  static double angle_at(double t) { return 45 + 20 * std::sin(1.3 * t) + 15 * std::sin(0.41 * t + 0.3 * std::sin(0.07 * t)); }
+
+  // time_of(k) in seconds for each row.
+  template <class TimeOf>
+  std::string log(const std::string& name, const std::string& column, int rows, double scale, TimeOf time_of) const {
+    std::ofstream out(path(name));
+    out << "t_s," << column << "\n";
+    out.precision(12);
+    for (int k = 0; k < rows; ++k) {
+      const double t = time_of(k);
+      out << t << "," << std::round(scale * angle_at(std::fmod(t, 1e6)) * 100) / 100 << "\n";
+    }
+    return path(name);
+  }
+
+  void expect_all_bounded(const std::string& glove, const std::string& camera) const {
+    const std::vector<std::string> both = {glove, camera};
+    const std::vector<std::string> pair = {"--sensor", glove, "--reference", camera};
+    const auto with = [&](std::vector<std::string> command, const std::vector<std::string>& more) {
+      command.insert(command.end(), pair.begin(), pair.end());
+      command.insert(command.end(), more.begin(), more.end());
+      return command;
+    };
+    expect_bounded(with({"align"}, {"--out", path("aligned.csv")}), both);
+    expect_bounded(with({"identify"}, {"--structure", "linear-dynamic", "--model", path("m.json")}), both);
+    expect_bounded({"score", camera, camera}, both);
+    const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
+    std::vector<std::string> apply = {"apply", model, glove};
+    for (int i = 0; i < 5; ++i) apply.insert(apply.end(), {"--input", "index_alpha"});
+    expect_bounded(apply, both);
+    apply.emplace_back("--json");
+    expect_bounded(apply, both);
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Memory, AnHourAtAHundredHertz) {
+  const std::string glove = log("glove.csv", "index_alpha", 360000, 2, [](int k) { return 0.01 * k; });
+  const std::string camera = log("camera.csv", "index_deg", 108000, 1, [](int k) { return 7 + k / 30.0; });
+  ASSERT_GT(megabytes({glove, camera}), 6);
+  expect_all_bounded(glove, camera);
+}
+
+TEST_F(Memory, TimesThatAreAbsurd) {
+  const std::string camera = log("camera.csv", "index_deg", 3000, 1, [](int k) { return k / 30.0; });
+  const auto stray = [](int k) { return k == 500 ? 2e8 : 0.05 * k; };
+  const auto two_strays = [](int k) { return k == 500 || k == 900 ? 2e8 : 0.05 * k; };
+  const auto jump = [](int k) { return k < 1000 ? 0.05 * k : 2e8 + 0.05 * k; };
+  const auto sparse = [](int k) { return 9.9 * k; };
+  const auto half_sparse = [](int k) { return 5.0 * (k - k % 2) + 0.01 * (k % 2); };
+  expect_all_bounded(log("stray.csv", "index_alpha", 2000, 2, stray), camera);
+  expect_all_bounded(log("two.csv", "index_alpha", 2000, 2, two_strays), camera);
+  expect_all_bounded(log("jump.csv", "index_alpha", 2000, 2, jump), camera);
+  expect_all_bounded(log("sparse.csv", "index_alpha", 20000, 2, sparse), camera);
+  expect_all_bounded(log("half.csv", "index_alpha", 200000, 2, half_sparse), camera);
+  const std::string glove = log("glove.csv", "index_alpha", 2000, 2, [](int k) { return 0.05 * k; });
+  expect_all_bounded(glove, log("camera2.csv", "index_deg", 3000, 1, jump));
+}
+
+TEST_F(Memory, OneStrayTimeIsNamedAndChangesNothingElse) {
+  const auto steady = [](int k) { return 0.05 * k; };
+  const auto stray = [](int k) { return k == 500 ? 2e8 : 0.05 * k; };
+  const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
+  const auto apply = [&](const std::string& file) {
+    std::vector<std::string> arguments = {"apply", model, file};
+    for (int i = 0; i < 5; ++i) arguments.insert(arguments.end(), {"--input", "index_alpha"});
+    EXPECT_EQ(run(arguments).exit, 0);
+    std::ifstream out(path("out"));
+    return std::string{std::istreambuf_iterator<char>(out), {}};
+  };
+  const std::string whole = apply(log("steady.csv", "index_alpha", 2000, 2, steady));
+  const std::string mended = apply(log("stray.csv", "index_alpha", 2000, 2, stray));
+  std::ifstream err(path("err"));
+  const std::string said{std::istreambuf_iterator<char>(err), {}};
+  EXPECT_NE(said.find("row 502"), std::string::npos) << said;
+  EXPECT_EQ(std::count(whole.begin(), whole.end(), '\n'), std::count(mended.begin(), mended.end(), '\n'));
+  EXPECT_EQ(whole.substr(whole.size() - 200), mended.substr(mended.size() - 200));
+}
+
+TEST_F(Memory, DocumentsAndLinesWithoutEnd) {
+  std::ofstream(path("deep.json")) << std::string(80000, '[');
+  expect_bounded({"show", path("deep.json")}, {path("deep.json")});
+  std::ofstream(path("line.csv")) << "t_s,a\n0," << std::string(20000000, '1');
+  expect_bounded({"score", path("line.csv"), path("line.csv")}, {path("line.csv")});
+}
+
+TEST_F(Memory, TrialsAreNotKept) {
+  const Finished few = run({"experiment", "--gestures", "2", "--compensators", "raw", "--trials", "200"});
+  const Finished many = run({"experiment", "--gestures", "2", "--compensators", "raw", "--trials", "4000"});
+  EXPECT_EQ(few.exit, 0);
+  EXPECT_EQ(many.exit, 0);
+  EXPECT_LE(many.peak_mb, few.peak_mb + 5);
+  EXPECT_LE(many.peak_mb, 200);
+}
+
+}  // namespace
+}  // namespace flexor::cli

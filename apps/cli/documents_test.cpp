@@ -82,7 +82,7 @@ TEST_F(Documents, HostileJsonIsRefusedInOneLineWhereverJsonIsRead) {
       "identify --sensor log.csv --reference video.mp4 --joints joints.json --lens x.json --model m.json",
   };
   const std::vector<std::pair<std::string, std::string>> documents = {
-      {std::string(80000, '['), "x.json: nested deeper than 64 levels at line 1"},
+      {std::string(80000, '[') + std::string(80000, ']'), "x.json: nested deeper than 64 levels at line 1"},
       {"{\n\"a\": 1,\n\"a\": 2}", "x.json: key \"a\" comes twice in one object"},
       {"{\"a\": NaN}", "x.json: not valid JSON at line 1: NaN is no value"},
       {"{\"a\": 1e999}", "x.json: number overflow parsing '1e999'"},
@@ -97,6 +97,17 @@ TEST_F(Documents, HostileJsonIsRefusedInOneLineWhereverJsonIsRead) {
       EXPECT_EQ(out_, "") << option;
     }
   }
+}
+
+// Deep in a member that is copied as it stands, which is where the stack ended.
+TEST_F(Documents, AModelWithADeepMemberIsRefused) {
+  std::string text = content(FLEXOR_SOURCE_DIR "/models/published_hw.json");
+  const std::size_t at = text.find('{', text.find("\"fit\":")) + 1;
+  const bool empty = text.find_first_not_of(" \n", at) == text.find('}', at);
+  text.insert(at, "\"x\": " + std::string(80000, '[') + std::string(80000, ']') + (empty ? "" : ","));
+  write("x.json", text);
+  EXPECT_EQ(run("show x.json"), 2);
+  EXPECT_NE(err_.find("x.json: nested deeper than 64 levels at line "), std::string::npos) << err_;
 }
 
 // No JSON and no page may hold bytes that are not UTF-8, whatever files are called.

@@ -10,6 +10,7 @@
 #include "apps/cli/stop.hpp"
 #include "host/experiment/calibration.hpp"
 #include "host/experiment/trial_report.hpp"
+#include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 
 namespace flexor::cli {
@@ -203,7 +204,7 @@ void run(Options& o, const Program& program) {
   try {
     play(o, program);
   } catch (const experiment::Stopped& stopped) {
-    log(fmt::format("flexor: {}", stopped.what()));
+    io::set_interruption_note(stopped.what());
     stop.end();
   }
 }

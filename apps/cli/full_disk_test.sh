@@ -121,7 +121,7 @@ file lens.json "$flexor" camera calibrate "$in"/board?.png --out "$disk/lens.jso
 folder 1 "$flexor" camera film --gestures 1 --set camera.rate_hz=1 --out "$disk/new"
 
 experiment=("$flexor" experiment --gestures 1 --trials 1 --threads 1 --compensators raw)
-folder 3 "${experiment[@]}" --out "$disk/new"
+folder 4 "${experiment[@]}" --out "$disk/new"
 file t.vcd "${experiment[@]}" --engine avr --vcd "$disk/t.vcd"
 folder 1 "$flexor" calibrate-glove --rounds 2 --out "$disk/new"
 file twin.json "$flexor" calibrate-twin --evaluations 1 --trials 1 --out "$disk/twin.json"

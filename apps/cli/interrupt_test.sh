@@ -39,10 +39,10 @@ once() {
     [ "$status" = 0 ] || fail "exit $status after $signal at $delay_ms ms: $*"
   else
     interrupted=$((interrupted + 1))
-    [ "$(grep -c '^flexor: interrupted$' "$work/err")" = 1 ] || [ ! -s "$work/err" ] || fail "not one line: $*"
+    [ "$(grep -cE '^flexor: (interrupted|stopped: .*)$' "$work/err")" = 1 ] || [ ! -s "$work/err" ] || fail "not one line: $*"
   fi
   local left
-  left=$(find "$work/out" "$work/tmp" -name '*.part-*' -o -path "$work/tmp/*")
+  left=$(find "$work/out" "$work/tmp" -name '*.part-*' -o -name '.deploy-*' -o -path "$work/tmp/*")
   [ -z "$left" ] || fail "left after $signal at $delay_ms ms: $left"
   pgrep -f "$work" >/dev/null && fail "still running after $signal at $delay_ms ms: $(pgrep -af "$work")"
 }

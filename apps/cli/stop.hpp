@@ -8,7 +8,7 @@
 
 namespace flexor::cli {
 
-// One at a time. A second signal of the same kind ends the process at once.
+// One at a time. A second signal of the same kind does what it did before, which is to end the process.
 class StopOnSignal {
  public:
   StopOnSignal() {
@@ -20,8 +20,9 @@ class StopOnSignal {
       now.sa_handler = [](int signal) {
         last_ = signal;
         stop_ = true;
+        sigaction(signal, &before_[signal == kSignals[0] ? 0 : 1], nullptr);
       };
-      now.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+      now.sa_flags = SA_RESTART;
       sigaction(kSignals[i], &now, nullptr);
     }
   }
@@ -42,13 +43,13 @@ class StopOnSignal {
   static constexpr std::array<int, 2> kSignals = {SIGINT, SIGTERM};
   static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
-  void restore() const {
+  static void restore() {
     for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
   }
 
   inline static std::atomic<bool> stop_ = false;
   inline static std::atomic<int> last_ = SIGTERM;
-  std::array<struct sigaction, 2> before_{};
+  inline static std::array<struct sigaction, 2> before_{};
 };
 
 }  // namespace flexor::cli

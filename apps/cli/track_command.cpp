@@ -3,31 +3,17 @@
 
 #include <algorithm>
 #include <charconv>
-#include <csignal>
 #include <memory>
+#include <optional>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
+#include "apps/cli/stop.hpp"
 #include "host/experiment/catalogue.hpp"
 #include "host/io/json.hpp"
 
 namespace flexor::cli {
 namespace {
-
-volatile std::sig_atomic_t interrupted = 0;
-struct sigaction before_stop {};
-
-// A camera has no end of its own: Ctrl-C is how a recording is finished. A second one interrupts, as
-// everywhere.
-void stop_camera_at_ctrl_c() {
-  struct sigaction action {};
-  action.sa_handler = [](int) {
-    interrupted = 1;
-    sigaction(SIGINT, &before_stop, nullptr);
-  };
-  action.sa_flags = SA_RESTART;
-  sigaction(SIGINT, &action, &before_stop);
-}
 
 struct Options {
   experiment::TrackRequest request;
@@ -150,17 +136,19 @@ void run(const Options& o, const Program& program) {
     run_setup(o, cameras);
     return;
   }
-  if (std::filesystem::is_character_file(o.request.video)) stop_camera_at_ctrl_c();
+  // A camera has no end of its own: Ctrl-C is how its recording is finished.
+  std::optional<StopOnSignal> stop;
+  if (std::filesystem::is_character_file(o.request.video)) stop.emplace();
   experiment::Tracked result;
   {
     ProgressLine line;
     result = cameras.track(o.request, [&](std::size_t frames, std::size_t of) {
       line.show(of > 0 ? fmt::format("tracking: frame {} of {}", frames, of)
                        : fmt::format("tracking: frame {}", frames));
-      return interrupted == 0;
+      return !stop || !*stop->flag();
     });
   }
-  if (interrupted != 0) result.warnings.emplace_back("interrupted: what was tracked until then is kept");
+  if (stop && *stop->flag()) result.warnings.emplace_back("interrupted: what was tracked until then is kept");
   for (const std::string& warning : result.warnings) log("warning: " + warning);
   if (o.json) {
     print(io::dump(experiment::to_json(result, o.request)));

@@ -27,8 +27,8 @@ void write_sources(const fs::path& folder) {
   }
 }
 
-std::string checked(const std::vector<std::string>& argv) {
-  const ProcessResult result = run_process(argv);
+std::string checked(const std::vector<std::string>& argv, const fs::path& temporaries) {
+  const ProcessResult result = run_process(argv, temporaries);
   if (result.status == 0) return result.out;
   // The first error says it; what follows from it fills pages.
   const std::size_t error = result.err.find("error: ");
@@ -72,9 +72,9 @@ Image build(const std::string& name, const std::string& config, const fs::path& 
                                       "-o",
                                       elf.string()};
   compile.insert(compile.end(), options.begin(), options.end());
-  checked(compile);
-  checked({"avr-objcopy", "-O", "ihex", "-R", ".eeprom", elf.string(), hex.string()});
-  std::istringstream sizes(checked({"avr-size", elf.string()}));
+  checked(compile, source.path());
+  checked({"avr-objcopy", "-O", "ihex", "-R", ".eeprom", elf.string(), hex.string()}, source.path());
+  std::istringstream sizes(checked({"avr-size", elf.string()}, source.path()));
   std::string header;
   std::getline(sizes, header);
   int text = 0;

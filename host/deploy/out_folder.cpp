@@ -67,10 +67,7 @@ OutFolder::OutFolder(const fs::path& folder) : folder_(fs::absolute(folder)), um
     for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
       if (entry.path().filename().string().starts_with(kStaging)) fs::remove_all(entry.path(), ignored);
     }
-    std::string pattern = (folder_ / (std::string(kStaging) + "XXXXXX")).string();
-    if (mkdtemp(pattern.data()) == nullptr)
-      throw InputError(fmt::format("{}: cannot be written: {}", folder_.string(), std::strerror(errno)));
-    staging_ = pattern;
+    staging_.emplace([this] { return make_staging(); });
   } catch (...) {
     if (lock_ >= 0) close(lock_);
     umask(umask_before_);
@@ -79,8 +76,8 @@ OutFolder::OutFolder(const fs::path& folder) : folder_(fs::absolute(folder)), um
 }
 
 OutFolder::~OutFolder() {
+  staging_.reset();
   std::error_code ignored;
-  fs::remove_all(staging_, ignored);
   if (made_) fs::remove(folder_, ignored);  // where it is empty
   close(lock_);
   umask(umask_before_);
@@ -93,18 +90,29 @@ void OutFolder::lock() {
     throw io::JobError(fmt::format("{}: another deploy is writing there: wait for it", folder_.string()));
 }
 
+fs::path OutFolder::make_staging() const {
+  std::string pattern = (folder_ / (std::string(kStaging) + "XXXXXX")).string();
+  if (mkdtemp(pattern.data()) == nullptr)
+    throw InputError(fmt::format("{}: cannot be written: {}", folder_.string(), std::strerror(errno)));
+  return pattern;
+}
+
 void OutFolder::publish() {
-  const fs::path old = staging_ / "old";
+  io::uninterrupted([this] { replace(); });
+}
+
+void OutFolder::replace() const {
+  const fs::path old = staging() / "old";
   for (const Part& part : kParts) {
     if (is_there(folder_ / part.name)) move(folder_ / part.name, old / part.name);
   }
-  if (is_there(staging_ / kKeyFile)) move(staging_ / kKeyFile, folder_ / kKeyFile);
+  if (is_there(staging() / kKeyFile)) move(staging() / kKeyFile, folder_ / kKeyFile);
   for (const Part& part : kParts) {
-    if (!is_there(staging_ / part.name)) continue;
+    if (!is_there(staging() / part.name)) continue;
     // Linkers make images executable, which they are not here.
     if (!part.is_folder)
-      fs::permissions(staging_ / part.name, fs::perms::owner_read | fs::perms::owner_write);
-    move(staging_ / part.name, folder_ / part.name);
+      fs::permissions(staging() / part.name, fs::perms::owner_read | fs::perms::owner_write);
+    move(staging() / part.name, folder_ / part.name);
   }
 }
 

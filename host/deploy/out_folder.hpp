@@ -6,6 +6,9 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <optional>
+
+#include "host/io/interrupt.hpp"
 
 namespace flexor::deploy {
 
@@ -23,7 +26,7 @@ class OutFolder {
   OutFolder& operator=(const OutFolder&) = delete;
 
   // To be filled: images, their configurations, arduino/, reports, and kKeyFile when the key changes.
-  const std::filesystem::path& staging() const { return staging_; }
+  const std::filesystem::path& staging() const { return staging_->path(); }
 
   // Puts what is in staging() in place of the old deployment; other files in the folder stay. Throws
   // io::InputError.
@@ -31,9 +34,11 @@ class OutFolder {
 
  private:
   void lock();
+  std::filesystem::path make_staging() const;
+  void replace() const;
 
   std::filesystem::path folder_;
-  std::filesystem::path staging_;
+  std::optional<io::Temporary> staging_;
   bool made_ = false;
   int lock_ = -1;
   mode_t umask_before_;

@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <sstream>
+#include <string_view>
 
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
@@ -39,10 +40,28 @@ struct Pipe {
   }
 };
 
+// This process's environment, with another TMPDIR if there is one.
+std::vector<std::string> environment(const std::filesystem::path& temporaries) {
+  std::vector<std::string> out;
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    if (temporaries.empty() || !std::string_view(*entry).starts_with("TMPDIR=")) out.emplace_back(*entry);
+  }
+  if (!temporaries.empty()) out.push_back("TMPDIR=" + temporaries.string());
+  return out;
+}
+
+std::vector<char*> pointers(const std::vector<std::string>& texts) {
+  std::vector<char*> out;
+  for (const std::string& text : texts) out.push_back(const_cast<char*>(text.c_str()));
+  out.push_back(nullptr);
+  return out;
+}
+
 // In a group of its own, so that an interruption reaches what the program itself has started, a compiler's
 // passes.
 pid_t start(const std::filesystem::path& program, const posix_spawn_file_actions_t& actions,
-            const sigset_t& mask, const std::vector<char*>& arguments) {
+            const sigset_t& mask, const std::vector<std::string>& arguments,
+            const std::vector<std::string>& variables) {
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes,
@@ -54,7 +73,8 @@ pid_t start(const std::filesystem::path& program, const posix_spawn_file_actions
   sigaddset(&ignored_here, SIGXFSZ);
   posix_spawnattr_setsigdefault(&attributes, &ignored_here);
   pid_t child = 0;
-  const int failed = posix_spawn(&child, program.c_str(), &actions, &attributes, arguments.data(), environ);
+  const int failed = posix_spawn(&child, program.c_str(), &actions, &attributes, pointers(arguments).data(),
+                                 pointers(variables).data());
   posix_spawnattr_destroy(&attributes);
   if (failed != 0) throw io::JobError(fmt::format("{}: {}", program.string(), std::strerror(failed)));
   return child;
@@ -73,19 +93,17 @@ std::filesystem::path find_program(const std::string& name) {
   return {};
 }
 
-ProcessResult run_process(const std::vector<std::string>& argv) {
+ProcessResult run_process(const std::vector<std::string>& argv, const std::filesystem::path& temporaries) {
   const auto program = find_program(argv.front());
   if (program.empty()) throw io::InputError(fmt::format("{}: no such program", argv.front()));
-  std::vector<char*> arguments;
-  for (const std::string& a : argv) arguments.push_back(const_cast<char*>(a.c_str()));
-  arguments.push_back(nullptr);
+  const std::vector<std::string> variables = environment(temporaries);
   Pipe out;
   Pipe err;
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, out.ends[1], 1);
   posix_spawn_file_actions_adddup2(&actions, err.ends[1], 2);
-  const io::Child child([&](const sigset_t& mask) { return start(program, actions, mask, arguments); });
+  const io::Child child([&](const sigset_t& mask) { return start(program, actions, mask, argv, variables); });
   posix_spawn_file_actions_destroy(&actions);
   out.close_end(1);
   err.close_end(1);

@@ -14,7 +14,10 @@ struct ProcessResult {
 };
 
 // Runs argv[0], searched in PATH, to its end. Throws io::InputError when there is no such program.
-ProcessResult run_process(const std::vector<std::string>& argv);
+// `temporaries`: where it keeps its own, if not where this process does; what it leaves there when it is
+// killed goes with the folder.
+ProcessResult run_process(const std::vector<std::string>& argv,
+                          const std::filesystem::path& temporaries = {});
 
 // Empty if PATH has no such program.
 std::filesystem::path find_program(const std::string& name);

@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "host/deploy/process.hpp"
-#include "host/io/io.hpp"
+#include "host/io/json.hpp"
 
 namespace flexor::experiment {
 
@@ -90,7 +90,7 @@ class Gnuplot {
     io::write_file(script, {script_.data(), script_.size()});
     if (deploy::find_program("gnuplot").empty())
       throw io::JobError("gnuplot is missing, no figure can be drawn: script/bootstrap installs it");
-    const deploy::ProcessResult result = deploy::run_process({"gnuplot", script.string()});
+    const deploy::ProcessResult result = deploy::run_process({"gnuplot", script.string()}, folder_.path());
     if (result.status == 0) return;
     std::string reason = result.err.empty() ? "no output" : result.err;
     std::ranges::replace(reason, '\n', ' ');
@@ -101,7 +101,7 @@ class Gnuplot {
 
   std::string svg(const std::string& name) const {
     const std::string text = bytes(name);
-    return text.substr(text.find("<svg"));
+    return io::to_utf8(text.substr(text.find("<svg")));  // it names the files that were plotted
   }
 
  private:

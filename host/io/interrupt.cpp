@@ -36,7 +36,7 @@ Live& live() {
 
 std::atomic<bool> ending = false;
 std::atomic<int> sections = 0;
-std::array<char, 401> note{};
+std::array<char, 1001> note{};
 bool terminal = false;
 
 [[noreturn]] void wait_for_the_end() {
@@ -129,9 +129,8 @@ void on_signal(int signal) {
     for (const pid_t child : live().children) end_child(child);
     for (const std::string& path : live().paths) remove_tree(AT_FDCWD, path.c_str(), 0);
   }
-  say(terminal ? "\r\033[Kflexor: interrupted" : "flexor: interrupted");
-  if (note[0] != '\0') say("; ");
-  say(note.data());
+  say(terminal ? "\r\033[Kflexor: " : "flexor: ");
+  say(note[0] != '\0' ? note.data() : "interrupted");
   say("\n");
   ::signal(signal, SIG_DFL);
   raise(signal);  // comes as soon as this handler returns
@@ -179,6 +178,11 @@ int Temporary::rename_to(const std::filesystem::path& path) {
   live().paths.erase(entry_);
   live_ = false;
   return 0;
+}
+
+void uninterrupted(const std::function<void()>& work) {
+  const Section section;
+  work();
 }
 
 Child::Child(const std::function<pid_t(const sigset_t& mask)>& start) {

@@ -17,8 +17,8 @@ namespace flexor::io {
 // ignored (nohup) stays ignored.
 void end_cleanly_on_signals();
 
-// Is added to that line, cut to 400 bytes: what remains of the work and how to go on with it. Empty: nothing
-// is added.
+// Is said in place of "interrupted", cut to 1000 bytes: what remains of the work and how to go on with it.
+// Empty: takes that back.
 void set_interruption_note(std::string_view note);
 
 // A file or a folder that is removed, with all that is in it, when its owner goes or when the process is
@@ -40,6 +40,9 @@ class Temporary {
   std::list<std::string>::iterator entry_;
   bool live_ = false;
 };
+
+// Does `work`, which makes no Temporary and no Child and is short, before any signal is heeded.
+void uninterrupted(const std::function<void()>& work);
 
 // A program that this process runs, in a process group of its own. An interruption ends that group.
 class Child {

@@ -145,6 +145,7 @@ TEST_F(RealReplay, RealRecordingsAreSentToTheBit) {
     // And the compensator that these very recordings give: curve, poles and hysteresis in ADC counts.
     experiment::Request request;
     request.files = {log, data() / folder / "camera_angles.csv", column, reference};
+    request.input_unit = "count";
     request.structure = "hw";
     request.plays = 1;
     const model::Model model = experiment::identify_files(request, {}).model;

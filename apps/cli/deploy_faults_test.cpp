@@ -253,7 +253,7 @@ TEST_F(DeployFaults, NamesAreDrawnAsTheyAre) {
   std::string rows = "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n";
   for (int k = 0; k < 20; ++k)
     rows += std::to_string(0.1 * k) + ",100,50,50,50," + std::to_string(30 + k) + "\n";
-  const std::string motion = "`touch m`'\n$x @y {z}%d";
+  const std::string motion = "`touch m`' $x @y {z}%d";
   write(folder_ / (motion + ".csv"), rows);
   const std::string name = "a_{b}^`touch n`<b>&'";
   const std::string hostile = model("hostile.json", [&](nlohmann::ordered_json& m) { m["name"] = name; });

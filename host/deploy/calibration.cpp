@@ -32,7 +32,8 @@ Sensor sensor_of(const model::Channel& channel, const Sensor& alpha, const Calib
   const bool known = counts || reads_alpha(channel);
   if (unit.empty()) {
     throw io::InputError(
-        fmt::format("channel {}: the model does not say the unit of its input: add \"unit\": \"count\" to it "
+        fmt::format("channel {}: the model does not say the unit of its input: identify it with "
+                    "--input-unit, or add \"unit\": \"count\" to it "
                     "if it is the "
                     "ADC's counts",
                     channel.name));

@@ -5,6 +5,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
+#include <functional>
 #include <random>
 
 #include "host/deploy/pair_key.hpp"
@@ -23,7 +25,8 @@ class OutFolderTest : public testing::Test {
   ~OutFolderTest() override { fs::remove_all(folder_); }
 
   // What deploy does, without the compiler: every image is its key.
-  static void deploy_once(const fs::path& folder) {
+  static void deploy_once(
+      const fs::path& folder, const std::function<void()>& before_publishing = [] {}) {
     OutFolder out(folder);
     const link::Key key = new_key();
     for (const char* image : {"glove.elf", "glove.hex", "hand.elf", "hand.hex", "glove_config.hpp"})
@@ -31,6 +34,7 @@ class OutFolderTest : public testing::Test {
     io::make_folder(out.staging() / "arduino/FlexorGlove/src");
     io::write_file(out.staging() / "arduino/FlexorGlove/src/glove_config.hpp", to_hex(key));
     write_key(out.staging() / kKeyFile, key);
+    before_publishing();
     out.publish();
   }
 
@@ -55,14 +59,20 @@ TEST_F(OutFolderTest, ImagesHaveTheKeyBesideThemWheneverARunIsKilled) {
   std::mt19937 random(1);
   int cut = 0;
   for (int round = 0; round < 60; ++round) {
+    std::array<int, 2> ready{};
+    ASSERT_EQ(pipe(ready.data()), 0);
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
-      for (;;) deploy_once(folder_);
+      for (;;) deploy_once(folder_, [&] { (void)!write(ready[1], "!", 1); });
     }
-    usleep(2000 + static_cast<useconds_t>(random() % 20000));
+    char signal = 0;
+    ASSERT_EQ(read(ready[0], &signal, 1), 1);
+    // Some before, most within, some after the fraction of a millisecond that it takes.
+    usleep(static_cast<useconds_t>(random() % 600));
     kill(child, SIGKILL);
     waitpid(child, nullptr, 0);
+    for (const int end : ready) close(end);
     cut += expect_matching() < 6 ? 1 : 0;
   }
   EXPECT_GT(cut, 0) << "no run was cut off between the old images and the new";

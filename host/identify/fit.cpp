@@ -259,7 +259,7 @@ class Starts {
         theta(layout.log_rates + i) = std::log(rates[static_cast<std::size_t>(i)]);
       }
       for (int i = 0; i + 1 < structure.order; ++i) theta(layout.taps + i) = 1.0 / structure.order;
-      const double range = data_.input.maxCoeff() - data_.input.minCoeff();
+      const double range = input_range();
       for (int j = 0; j < structure.plays; ++j) {
         theta(layout.radii + j) = range * 0.02 * std::pow(3, j) * (starts.size() % 2 == 0 ? 1 : 2);
         theta(layout.weights + j) = 0.3;
@@ -278,6 +278,12 @@ class Starts {
   }
 
  private:
+  // Of the used samples: the others may be held back.
+  double input_range() const {
+    const VectorXd used = data_.input(problem_.rows());
+    return used.maxCoeff() - used.minCoeff();
+  }
+
   void set_saturation(VectorXd& theta) const {
     const auto angle = sorted_at(data_.angle_deg, problem_.rows());
     const int at = problem_.predictor().layout().saturation;
@@ -464,10 +470,7 @@ class Fitter {
   // Every start by plain least squares first; the best sets the scale of the robust loss and goes on.
   void search() {
     constexpr int kFirstIterations = 30;
-    const bool given = options_.start.size() == predictor_.layout().size;
-    const auto starts =
-        given ? std::vector<VectorXd>{options_.start} : Starts(problem_, data_).make(options_.max_starts);
-    for (const VectorXd& start : starts) {
+    for (const VectorXd& start : Starts(problem_, data_).make(options_.max_starts)) {
       Solution s = solve(problem_, start, free_, kInfinity, kFirstIterations);
       iterations_ += s.iterations;
       ++starts_;

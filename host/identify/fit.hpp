@@ -49,8 +49,6 @@ struct Options {
   // Knots instead of quantiles of the input; sizes must match the structure.
   std::vector<double> input_knots;
   std::vector<double> output_knots;
-  // Start from here alone (theta of an earlier fit of the same structure); empty: several starts.
-  Eigen::VectorXd start;
 };
 
 struct Parameter {

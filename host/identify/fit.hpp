@@ -12,7 +12,9 @@
 // neither Gaussian nor white. A is factored by SVD after column scaling, and its condition number reported.
 //
 // What the data cannot tell is refused by name: the parameter keeps a safe value, gets no standard error, and
-// `refusals` says why.
+// `refusals` says why. A curve's values stay within the measured angles and one span of them on either side;
+// a knot that hardly any sample tells lies on the line between its neighbours, beyond the last one at its
+// value.
 #pragma once
 
 #include <Eigen/Core>

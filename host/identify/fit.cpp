@@ -33,6 +33,8 @@ constexpr double kSlowestPerRecording = 10;
 constexpr double kMaxLogRateError = 1;
 constexpr double kMaxTapError = 2;
 constexpr double kMaxWeightError = 1;
+// Likewise of a curve's value, as a share of the span of the measured angles.
+constexpr double kMaxCurveError = 1;
 
 std::vector<Index> used_rows(const Data& data) {
   std::vector<Index> rows;
@@ -89,6 +91,9 @@ class Problem {
   const std::vector<Index>& rows() const { return rows_; }
   const VectorXd& lower() const { return lower_; }
   const VectorXd& upper() const { return upper_; }
+  double span_deg() const { return span_deg_; }
+  // What a curve may say: the measured angles and their span on either side.
+  const model::Saturation& plausible() const { return plausible_; }
 
   VectorXd residual(const VectorXd& theta) const {
     return predictor_.predict(theta, nullptr)(rows_) - angle_;
@@ -121,11 +126,16 @@ class Problem {
       bound(layout.radii, structure.plays, 0, options.widest_play > 0 ? options.widest_play : range / 2);
       bound(layout.weights, structure.plays, -kMaxPlayWeight, kMaxPlayWeight);
     }
-    const auto increments = [&](int at, int knots) {
-      if (structure.monotone && knots > 0) bound(at + 1, knots - 1, 0, kInfinity);
+    const auto angle = sorted_at(data.angle_deg, rows_);
+    span_deg_ = angle.back() - angle.front();
+    plausible_ = {angle.front() - span_deg_, angle.back() + span_deg_};
+    const auto curve_values = [&](int at, int knots) {
+      if (knots == 0) return;
+      bound(at, knots, plausible_.lower_deg, plausible_.upper_deg);
+      if (structure.monotone) bound(at + 1, knots - 1, 0, plausible_.upper_deg - plausible_.lower_deg);
     };
-    increments(layout.input_curve, structure.input_knots);
-    increments(layout.output_curve, structure.output_knots);
+    curve_values(layout.input_curve, structure.input_knots);
+    curve_values(layout.output_curve, structure.output_knots);
     if (structure.order > 0) {
       // From a time constant that the recording shows ten times over to one that has settled within a sample.
       const double duration_s = static_cast<double>(data.input.size()) * data.period_s;
@@ -134,11 +144,9 @@ class Problem {
     }
     if (structure.order > 1) bound(layout.taps, structure.order - 1, -kMaxTap, kMaxTap);
     if (structure.saturation) {
-      const auto angle = sorted_at(data.angle_deg, rows_);
-      const double span = angle.back() - angle.front();
       const double middle = (angle.front() + angle.back()) / 2;
-      bound(layout.saturation, 1, angle.front() - span, middle);
-      bound(layout.saturation + 1, 1, middle, angle.back() + span);
+      bound(layout.saturation, 1, plausible_.lower_deg, middle);
+      bound(layout.saturation + 1, 1, middle, plausible_.upper_deg);
     }
   }
 
@@ -147,6 +155,8 @@ class Problem {
   VectorXd angle_;
   VectorXd lower_;
   VectorXd upper_;
+  double span_deg_ = 0;
+  model::Saturation plausible_;
   mutable MatrixXd all_;  // kept between calls: fresh pages for it cost more than the arithmetic
 };
 
@@ -259,7 +269,7 @@ class Starts {
         theta(layout.log_rates + i) = std::log(rates[static_cast<std::size_t>(i)]);
       }
       for (int i = 0; i + 1 < structure.order; ++i) theta(layout.taps + i) = 1.0 / structure.order;
-      const double range = data_.input.maxCoeff() - data_.input.minCoeff();
+      const double range = input_range();
       for (int j = 0; j < structure.plays; ++j) {
         theta(layout.radii + j) = range * 0.02 * std::pow(3, j) * (starts.size() % 2 == 0 ? 1 : 2);
         theta(layout.weights + j) = 0.3;
@@ -278,6 +288,12 @@ class Starts {
   }
 
  private:
+  // Of the used samples: the others may be held back.
+  double input_range() const {
+    const VectorXd used = data_.input(problem_.rows());
+    return used.maxCoeff() - used.minCoeff();
+  }
+
   void set_saturation(VectorXd& theta) const {
     const auto angle = sorted_at(data_.angle_deg, problem_.rows());
     const int at = problem_.predictor().layout().saturation;
@@ -428,6 +444,10 @@ std::string reason(const Predictor& predictor, const Data& data, const std::vect
     return fmt::format("no sample near {:.5g}",
                        predictor.knots().input[static_cast<std::size_t>(parameter - l.input_curve)]);
   }
+  if (within(l.output_curve, predictor.structure().output_knots)) {
+    return fmt::format("no sample near {:.5g}",
+                       predictor.knots().output[static_cast<std::size_t>(parameter - l.output_curve)]);
+  }
   return "its effect cannot be told from that of the others";
 }
 
@@ -464,10 +484,7 @@ class Fitter {
   // Every start by plain least squares first; the best sets the scale of the robust loss and goes on.
   void search() {
     constexpr int kFirstIterations = 30;
-    const bool given = options_.start.size() == predictor_.layout().size;
-    const auto starts =
-        given ? std::vector<VectorXd>{options_.start} : Starts(problem_, data_).make(options_.max_starts);
-    for (const VectorXd& start : starts) {
+    for (const VectorXd& start : Starts(problem_, data_).make(options_.max_starts)) {
       Solution s = solve(problem_, start, free_, kInfinity, kFirstIterations);
       iterations_ += s.iterations;
       ++starts_;
@@ -504,8 +521,11 @@ class Fitter {
       if (!uncertainty_.undetermined.empty()) {
         worst = free_[static_cast<std::size_t>(uncertainty_.undetermined.front())];
       }
-      if (!worst) return;
-      hold(*worst);
+      if (!worst) {
+        settle_curves();
+        return;
+      }
+      hold(*worst, Because::not_told);
       if (free_.empty()) {
         throw io::JobError(fmt::format("{}: {}: the data determine no parameter", data_.channel,
                                        describe(predictor_.structure())));
@@ -522,8 +542,8 @@ class Fitter {
     open(at + 1) = kInfinity;
     const VectorXd unlimited = predictor_.predict(open, nullptr)(problem_.rows());
     const auto enough = static_cast<Index>(std::max(20.0, 0.01 * static_cast<double>(unlimited.size())));
-    if ((unlimited.array() < best_.theta(at)).count() < enough) hold(at);
-    if ((unlimited.array() > best_.theta(at + 1)).count() < enough) hold(at + 1);
+    if ((unlimited.array() < best_.theta(at)).count() < enough) hold(at, Because::not_told);
+    if ((unlimited.array() > best_.theta(at + 1)).count() < enough) hold(at + 1, Because::not_told);
   }
 
   // A parameter that leans on its bound is not an estimate.
@@ -533,7 +553,7 @@ class Fitter {
       const double value = best_.theta(i);
       const double slack = 1e-6 * std::max(1.0, std::abs(value));
       if (value - problem_.lower()(i) > slack && problem_.upper()(i) - value > slack) continue;
-      hold(i);
+      hold(i, Because::at_bound);
       any = true;
     }
     return any;
@@ -560,20 +580,80 @@ class Fitter {
     if (structure.order > 0) look(l.log_rates, structure.order, kMaxLogRateError);
     if (structure.order > 1) look(l.taps, structure.order - 1, kMaxTapError);
     if (structure.plays > 0) look(l.weights, structure.plays, kMaxWeightError);
+    look(l.input_curve, structure.input_knots, kMaxCurveError * problem_.span_deg());
+    look(l.output_curve, structure.output_knots, kMaxCurveError * problem_.span_deg());
     return worst;
   }
 
-  void hold(int parameter) {
-    refusals_.push_back(fmt::format("{} of {}: {}", parameter_name(predictor_, best_.theta, parameter),
-                                    data_.channel,
-                                    reason(predictor_, data_, problem_.rows(), best_.theta, parameter)));
+  enum class Because { not_told, at_bound };
+
+  void hold(int parameter, Because because) {
+    const std::string name = parameter_name(predictor_, best_.theta, parameter);
+    const bool told = because == Because::at_bound && tells(parameter);
+    std::string why = reason(predictor_, data_, problem_.rows(), best_.theta, parameter);
+    if (told && is_curve(parameter)) {
+      why = fmt::format("it leaves the measured angles by more than their span of {:.4g} deg",
+                        problem_.span_deg());
+    }
+    refusals_.push_back(fmt::format("{} of {}: {}", name, data_.channel, why));
     std::erase(free_, parameter);
     held_.push_back(parameter);
+    if (is_curve(parameter) && !told) {
+      untold_.push_back(parameter);
+      settle_curves();
+    }
     const int at = predictor_.layout().saturation;
     if (at < 0) return;
     const model::Saturation safe = safe_limits(data_);
     if (parameter == at) best_.theta(at) = safe.lower_deg;
     if (parameter == at + 1) best_.theta(at + 1) = safe.upper_deg;
+  }
+
+  bool is_curve(int parameter) const {
+    const Layout& l = predictor_.layout();
+    const Structure& s = predictor_.structure();
+    const auto within = [&](int at, int count) { return parameter >= at && parameter < at + count; };
+    return within(l.input_curve, s.input_knots) || within(l.output_curve, s.output_knots);
+  }
+
+  // Whether the samples tell a curve's value to within the span of the angles, all else known.
+  bool tells(int parameter) const {
+    MatrixXd column;
+    const VectorXd residual = problem_.residual_and_jacobian(best_.theta, {parameter}, column);
+    return column.norm() * kMaxCurveError * problem_.span_deg() > root_mean_square(residual);
+  }
+
+  // Values that no sample tells from their neighbours, and none beyond what is plausible: increments of a
+  // monotone curve have bounds each, but their sum has none.
+  void settle_curves() {
+    const Layout& l = predictor_.layout();
+    const Structure& s = predictor_.structure();
+    if (s.input_knots > 0) settle_curve(predictor_.knots().input, l.input_curve);
+    if (s.output_knots > 0) settle_curve(predictor_.knots().output, l.output_curve);
+  }
+
+  void settle_curve(const std::vector<double>& x, int at) {
+    const auto n = static_cast<int>(x.size());
+    const bool monotone = predictor_.structure().monotone;
+    const double direction = monotone ? predictor_.knots().direction : 1;
+    VectorXd y = predictor_.curve_values(best_.theta, at, n);
+    const auto untold = [&](int i) { return std::ranges::find(untold_, at + i) != untold_.end(); };
+    for (int i = 0; i < n; ++i) {
+      if (!untold(i)) continue;
+      int before = i;
+      int after = i;
+      while (before >= 0 && untold(before)) --before;
+      while (after < n && untold(after)) ++after;
+      if (before < 0 && after == n) break;  // nothing to lean on
+      if (before < 0) before = after;
+      if (after == n) after = before;
+      const auto place = [&](int k) { return x[static_cast<std::size_t>(k)]; };
+      const double share = before == after ? 0 : (place(i) - place(before)) / (place(after) - place(before));
+      y(i) = y(before) + share * (y(after) - y(before));
+    }
+    y = y.cwiseMax(problem_.plausible().lower_deg).cwiseMin(problem_.plausible().upper_deg);
+    best_.theta.segment(at, n) = y;
+    for (int i = 1; monotone && i < n; ++i) best_.theta(at + i) = direction * (y(i) - y(i - 1));
   }
 
   Summary summary() const {
@@ -611,6 +691,7 @@ class Fitter {
   Problem problem_;
   std::vector<int> free_;
   std::vector<int> held_;
+  std::vector<int> untold_;  // of the held: values of curves that no sample tells
   std::vector<std::string> refusals_;
   Solution best_;
   Uncertainty uncertainty_;

@@ -12,7 +12,9 @@
 // neither Gaussian nor white. A is factored by SVD after column scaling, and its condition number reported.
 //
 // What the data cannot tell is refused by name: the parameter keeps a safe value, gets no standard error, and
-// `refusals` says why.
+// `refusals` says why. A curve's values stay within the measured angles and one span of them on either side;
+// a knot that hardly any sample tells lies on the line between its neighbours, beyond the last one at its
+// value.
 #pragma once
 
 #include <Eigen/Core>
@@ -49,8 +51,6 @@ struct Options {
   // Knots instead of quantiles of the input; sizes must match the structure.
   std::vector<double> input_knots;
   std::vector<double> output_knots;
-  // Start from here alone (theta of an earlier fit of the same structure); empty: several starts.
-  Eigen::VectorXd start;
 };
 
 struct Parameter {

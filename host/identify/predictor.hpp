@@ -69,12 +69,13 @@ class Predictor {
 
   std::vector<NamedParameter> named(const Eigen::VectorXd& theta) const;
 
+  // Values at the knots of the curve whose parameters start at `at`.
+  Eigen::VectorXd curve_values(const Eigen::VectorXd& theta, int at, int knots) const;
+
   // The blocks that theta describes; the caller adds names, ranges and, where none is fitted, the saturation.
   model::Channel channel(const Eigen::VectorXd& theta) const;
 
  private:
-  Eigen::VectorXd curve_values(const Eigen::VectorXd& theta, int at, int knots) const;
-
   Structure structure_;
   Layout layout_;
   Knots knots_;

@@ -29,34 +29,37 @@ std::vector<Structure> auto_candidates(bool monotone) {
   return all;
 }
 
-double cross_validate(const Summary& full, const Data& data) {
+std::vector<Fold> folds(const Structure& structure, const Data& data) {
   std::vector<std::size_t> used;
   for (std::size_t k = 0; k < data.use.size(); ++k) {
     if (data.use[k]) used.push_back(k);
   }
   const auto guard = static_cast<std::size_t>(std::lround(kGuard_s / data.period_s));
-  Options options;
-  options.start = full.theta;
-  options.input_knots = full.knots.input;
-  options.output_knots = full.knots.output;
-  double sum = 0;
-  for (int block = 0; block < kBlocks; ++block) {
-    const std::size_t first = used[used.size() * static_cast<std::size_t>(block) / kBlocks];
-    const std::size_t last = used[used.size() * static_cast<std::size_t>(block + 1) / kBlocks - 1];
+  std::vector<Fold> all;
+  for (std::size_t block = 0; block < kBlocks; ++block) {
+    Fold fold{used[used.size() * block / kBlocks], used[used.size() * (block + 1) / kBlocks - 1], {}};
     Data rest = data;
-    for (std::size_t k = first - std::min(first, guard); k <= std::min(last + guard, data.use.size() - 1);
-         ++k) {
-      rest.use[k] = 0;
-    }
-    const Summary fold = fit(full.structure, rest, options);
-    for (std::size_t k = first; k <= last; ++k) {
+    const std::size_t end = std::min(fold.last + guard + 1, rest.use.size());
+    for (std::size_t k = fold.first - std::min(fold.first, guard); k < end; ++k) rest.use[k] = 0;
+    fold.summary = fit(structure, rest);
+    all.push_back(std::move(fold));
+  }
+  return all;
+}
+
+double cross_validate(const Structure& structure, const Data& data) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const Fold& fold : folds(structure, data)) {
+    for (std::size_t k = fold.first; k <= fold.last; ++k) {
       if (!data.use[k]) continue;
       const auto at = static_cast<Eigen::Index>(k);
-      const double error = data.angle_deg(at) - fold.predicted_deg(at);
+      const double error = data.angle_deg(at) - fold.summary.predicted_deg(at);
       sum += error * error;
+      ++count;
     }
   }
-  return std::sqrt(sum / static_cast<double>(used.size()));
+  return std::sqrt(sum / static_cast<double>(count));
 }
 
 Selection select(const std::vector<Structure>& candidates, const Data& data, const Progress& progress) {
@@ -68,7 +71,7 @@ Selection select(const std::vector<Structure>& candidates, const Data& data, con
     candidate.structure = structure;
     try {
       candidate.summary = fit(structure, data);
-      candidate.cross_validated_deg = cross_validate(candidate.summary, data);
+      candidate.cross_validated_deg = cross_validate(structure, data);
       best = std::min(best, candidate.cross_validated_deg);
     } catch (const io::JobError& error) {
       candidate.refusal = error.what();

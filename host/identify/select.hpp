@@ -1,9 +1,9 @@
 // Chooses a structure with data from the fitted part only.
 //
 // Blocked cross-validation: the used samples are cut into contiguous blocks of equal length; each is left out
-// once, with a guard of one second on either side, the structure fitted to the rest and the block predicted.
-// The figure is the RMSE over all blocks together. The structure with the fewest parameters within 2 % of the
-// best wins.
+// once, with a guard of one second on either side, the structure fitted to the rest, knots and starting
+// points included, and the block predicted. The figure is the RMSE over all blocks together. The structure
+// with the fewest parameters within 2 % of the best wins.
 #pragma once
 
 #include <functional>
@@ -39,7 +39,18 @@ std::vector<Structure> auto_candidates(bool monotone);
 // Throws io::JobError when no candidate could be fitted, with the first one's reason.
 Selection select(const std::vector<Structure>& candidates, const Data& data, const Progress& progress);
 
-// RMSE of blocked cross-validation; throws io::JobError when a block's complement cannot be fitted.
-double cross_validate(const Summary& full, const Data& data);
+// One block left out: the fit to the rest, and which samples it never saw.
+struct Fold {
+  std::size_t first = 0;  // of the block's samples, both ends included
+  std::size_t last = 0;
+  Summary summary;
+};
+
+// Each fold takes knots, starting points and parameters from its own training part alone. Throws io::JobError
+// when a block's complement cannot be fitted.
+std::vector<Fold> folds(const Structure& structure, const Data& data);
+
+// RMSE over the blocks that the folds left out.
+double cross_validate(const Structure& structure, const Data& data);
 
 }  // namespace flexor::identify

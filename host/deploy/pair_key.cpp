@@ -1,12 +1,8 @@
 #include "host/deploy/pair_key.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <array>
-#include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <iostream>
 
@@ -69,15 +65,7 @@ link::Key load_key(const std::filesystem::path& path) {
 }
 
 void write_key(const std::filesystem::path& path, const link::Key& key) {
-  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-  const std::string text = to_hex(key) + "\n";
-  const bool written = file >= 0 &&
-                       write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
-                       fsync(file) == 0;
-  const std::string reason = std::strerror(errno);
-  const bool closed = file >= 0 && close(file) == 0;
-  if (written && closed) return;
-  throw io::InputError(fmt::format("{}: cannot be written: {}", path.string(), reason));
+  io::write_file(path, to_hex(key) + "\n", io::Access::owner);
 }
 
 }  // namespace flexor::deploy

@@ -24,7 +24,8 @@ link::Key key_from_hex(const std::string& hex);
 // is missing, unreadable, or anything else.
 link::Key load_key(const std::filesystem::path& path);
 
-// A new file, readable and writable by its owner alone. Throws io::InputError.
+// A file that is readable and writable by its owner alone, by the rules and with the errors of
+// host/io/output.hpp.
 void write_key(const std::filesystem::path& path, const link::Key& key);
 
 }  // namespace flexor::deploy

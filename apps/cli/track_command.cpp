@@ -235,6 +235,14 @@ void run_film(FilmOptions& o, const Program& program) {
       return true;
     });
   }
+  if (o.json) {
+    const nlohmann::ordered_json json = {{"folder", o.request.folder.string()},
+                                         {"frames", frames},
+                                         {"seed", o.request.seed},
+                                         {"version", FLEXOR_VERSION}};
+    print(json.dump(2) + "\n");
+    return;
+  }
   print(
       fmt::format("glove.csv, video.mp4, truth.csv and joints.json are in {}\n", o.request.folder.string()));
 }

@@ -13,12 +13,9 @@ std::vector<std::string> angle_names(const Joints& joints) {
 }
 
 Tracker::Tracker(const Joints& joints, const std::optional<Lens>& lens, int width, int height)
-    : joints_(joints),
-      found_(joints.skeletons.size()),
-      names_(angle_names(joints)),
-      seen_(joints.skeletons.size()),
-      filter_(names_.size()) {
+    : joints_(joints), names_(angle_names(joints)), seen_(joints.skeletons.size()), filter_(names_.size()) {
   for (const Skeleton& s : joints.skeletons) {
+    found_.emplace_back(s.marks.size());
     if (s.kind == MarkKind::colour) {
       trackers_.emplace_back(std::in_place_type<ColourTracker>, s, lens);
     } else {
@@ -39,7 +36,9 @@ std::vector<FilteredRow> Tracker::push(const Picture& picture, double t_s) {
       seen_[i] = std::get<PrintedTracker>(trackers_[i]).step(picture);
     }
     labelled = labelled && seen_[i].labelled();
-    found_[i] = found_[i] || std::ranges::any_of(seen_[i].marks, &SeenMark::measured);
+    for (std::size_t m = 0; m < seen_[i].marks.size(); ++m) {
+      if (seen_[i].marks[m].measured) found_[i][m] = true;
+    }
     measurements.insert(measurements.end(), seen_[i].measurements.begin(), seen_[i].measurements.end());
   }
   if (summary_.frames == 0) summary_.from_s = t_s;
@@ -92,10 +91,15 @@ Summary Tracker::summary() const {
   Summary out = summary_;
   out.dropped = drops_.dropped();
   for (std::size_t i = 0; i < trackers_.size(); ++i) {
-    if (found_[i]) continue;
+    const Skeleton& skeleton = joints_.skeletons[i];
+    out.marks += skeleton.marks.size();
+    for (std::size_t m = 0; m < skeleton.marks.size(); ++m) {
+      if (!found_[i][m]) out.never_found.push_back(skeleton.name + ": " + skeleton.marks[m]);
+    }
+    if (std::ranges::find(found_[i], true) != found_[i].end()) continue;
     const std::string& why =
         std::visit([](const auto& t) -> const std::string& { return t.trouble(); }, trackers_[i]);
-    out.trouble.push_back(joints_.skeletons[i].name + ": " + why);
+    out.trouble.push_back(skeleton.name + ": " + why);
   }
   return out;
 }

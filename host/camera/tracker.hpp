@@ -38,7 +38,9 @@ struct Summary {
   std::vector<AngleSummary> angles;
   std::vector<Unsure> unsure;  // the first kMaxUnsure
   std::size_t unsure_stretches = 0;
-  std::vector<std::string> trouble;  // of skeletons that were never found
+  std::vector<std::string> trouble;      // of skeletons that were never found
+  std::size_t marks = 0;                 // of all skeletons together
+  std::vector<std::string> never_found;  // those of them that no frame showed: "thumb: thumb_tip"
 };
 
 // Of all skeletons, in the order of the columns.
@@ -63,7 +65,7 @@ class Tracker {
 
   Joints joints_;
   std::vector<std::variant<ColourTracker, PrintedTracker>> trackers_;
-  std::vector<bool> found_;
+  std::vector<std::vector<bool>> found_;  // by skeleton and mark: measured in some picture
   std::vector<std::string> names_;
   std::vector<Seen> seen_;
   AngleFilter filter_;

@@ -173,7 +173,7 @@ class RealCameras : public Cameras {
       const std::vector<camera::FilteredRow> last = tracker->flush();
       file->add(last);
       out.summary = tracker->summary();
-      require_something(out.summary);
+      require_fit(out.summary);
       out.warnings = video.warnings();
       add_warnings(out, bone_px > 0 ? bone_px : out.width / 12.0);
       // The report reads the file, which then is whole.
@@ -185,14 +185,25 @@ class RealCameras : public Cameras {
     }
 
    private:
-    void require_something(const camera::Summary& s) const {
+    // Angles of a few dots that happened to look like a finger are no measurement of a hand.
+    void require_fit(const camera::Summary& s) const {
       const bool any = std::ranges::any_of(s.angles, [](const camera::AngleSummary& a) {
         return a.frames[0] + a.frames[1] + a.frames[2] > 0;
       });
-      if (any) return;
-      throw io::JobError(fmt::format(
-          "{}: no angle in any of {} frame(s){}{}; flexor track --setup shows what is seen",
-          request_.video.string(), s.frames, s.trouble.empty() ? "" : ": ", fmt::join(s.trouble, "; ")));
+      const bool fits = s.labelled > 0 || 2 * s.never_found.size() <= s.marks;
+      if (any && fits) return;
+      constexpr std::size_t kNamed = 12;
+      const auto named = std::min(kNamed, s.never_found.size());
+      const auto end = s.never_found.begin() + static_cast<std::ptrdiff_t>(named);
+      std::string missing = fmt::format("{}", fmt::join(s.never_found.begin(), end, ", "));
+      if (named < s.never_found.size()) missing += ", ...";
+      throw io::JobError(
+          fmt::format("{}: {} in any of {} frame(s); {} does not fit it: {} of its {} marks were never found "
+                      "({}){}{}; flexor "
+                      "track --setup shows what is seen, --assign names it",
+                      request_.video.string(), any ? "not all marks" : "no angle", s.frames,
+                      request_.joints.string(), s.never_found.size(), s.marks, missing,
+                      s.trouble.empty() ? "" : "; ", s.trouble.empty() ? "" : s.trouble.front()));
     }
 
     void add_warnings(Tracked& out, double bone_px) const {

@@ -1,0 +1,140 @@
+// Every command with --json: standard output is one JSON object, nothing before it, nothing after it.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "host/io/io.hpp"
+
+namespace flexor::cli {
+namespace {
+namespace fs = std::filesystem;
+
+class Json : public testing::Test {
+ protected:
+  Json()
+      : folder_(
+            fs::path(testing::TempDir()) /
+            (std::string("flexor_json_") + testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~Json() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return "'" + (folder_ / name).string() + "'"; }
+  fs::path file(const std::string& name) const { return folder_ / name; }
+
+  void simulate() const { ASSERT_EQ(std::system(("'" FLEXOR_SIMULATE "' " + path("")).c_str()), 0); }
+
+  // What the command printed, parsed; null when that is anything but one object.
+  nlohmann::json run(const std::string& arguments) const {
+    const std::string command = "'" FLEXOR_PROGRAM "' " + arguments + " --json < /dev/null > " +
+                                path("stdout") + " 2> " + path("stderr");
+    const int status = std::system(command.c_str());
+    EXPECT_EQ(WIFEXITED(status) ? WEXITSTATUS(status) : -1, 0) << arguments << "\n" << text("stderr");
+    const std::string out = text("stdout");
+    const auto json = nlohmann::json::parse(out, nullptr, false);
+    EXPECT_TRUE(json.is_object()) << arguments << " printed\n" << out.substr(0, 500);
+    EXPECT_TRUE(out.ends_with("}\n")) << arguments;
+    EXPECT_EQ(text("stderr").find('{'), std::string::npos) << arguments << ": the object is no log";
+    return json;
+  }
+
+  std::string text(const std::string& name) const {
+    std::ifstream stream(file(name), std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+
+  static inline const std::string kModel = "'" FLEXOR_SOURCE_DIR "/models/published_hw.json'";
+
+ private:
+  fs::path folder_;
+};
+
+TEST_F(Json, OfTheCommandsForRecordingsAndModels) {
+  simulate();
+  const std::string recordings =
+      " --sensor " + path("simulated_glove.csv") + " --reference " + path("simulated_camera.csv");
+  EXPECT_TRUE(run("align" + recordings).contains("clock_offset_s"));
+  EXPECT_TRUE(run("identify" + recordings + " --structure linear-dynamic --model " + path("m.json"))
+                  .contains("holdout"));
+  EXPECT_TRUE(run("apply " + path("m.json") + " " + path("simulated_glove.csv")).contains("channels"));
+  EXPECT_TRUE(run("show " + path("m.json")).contains("schema"));
+  EXPECT_TRUE(
+      run("score " + path("simulated_camera.csv") + " " + path("simulated_camera.csv")).contains("rmse_deg"));
+}
+
+TEST_F(Json, OfTheCommandsForTheTwin) {
+  EXPECT_TRUE(run("twin").contains("schema"));
+  EXPECT_TRUE(run("experiment --gestures 2 --trials 1 --compensators raw").contains("cells"));
+  EXPECT_TRUE(
+      run("experiment --gestures 2 --trials 1 --compensators raw --out " + path("run")).contains("cells"));
+  EXPECT_TRUE(run("experiment --gestures 2 --trials 1 --compensators raw --scenarios").contains("scenarios"));
+  EXPECT_TRUE(run("calibrate-glove --rounds 2 --out " + path("g")).contains("steps"));
+  EXPECT_TRUE(run("calibrate-twin --evaluations 2 --trials 1 --out " + path("t.json")).contains("cost"));
+}
+
+TEST_F(Json, OfTheCommandsForTheBoards) {
+  EXPECT_TRUE(run("deploy " + kModel + " --out " + path("d")).contains("targets"));
+  EXPECT_TRUE(run("deploy " + kModel + " --output opengloves --out " + path("vr")).contains("targets"));
+  EXPECT_TRUE(run("latency --edges 2").contains("stages"));
+  EXPECT_TRUE(run("experiment --engine avr --gestures 4 --trials 1 --compensators raw").contains("cells"));
+}
+
+// A board of 10 x 7 squares before a lens without distortion, turned about its own axes: a grey picture.
+void write_board(const fs::path& file, double about_x, double about_y) {
+  constexpr int kWidth = 640;
+  constexpr int kHeight = 480;
+  constexpr double kFocal_px = 600;
+  const double cx = std::cos(about_x);
+  const double sx = std::sin(about_x);
+  const double cy = std::cos(about_y);
+  const double sy = std::sin(about_y);
+  // Columns of the rotation: the board's two directions and its normal.
+  const std::array<double, 3> u = {cy, sx * sy, -cx * sy};
+  const std::array<double, 3> v = {0, cx, sx};
+  const std::array<double, 3> n = {sy, -sx * cy, cx * cy};
+  constexpr double kDistance = 16;
+  std::string out = "P5 640 480 255\n";
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const std::array<double, 3> ray = {(x - 320) / kFocal_px, (y - 240) / kFocal_px, 1};
+      const double along = kDistance * n[2] / (ray[0] * n[0] + ray[1] * n[1] + ray[2] * n[2]);
+      const std::array<double, 3> at = {ray[0] * along, ray[1] * along, along - kDistance};
+      const double a = at[0] * u[0] + at[1] * u[1] + at[2] * u[2] + 5;
+      const double b = at[0] * v[0] + at[1] * v[1] + at[2] * v[2] + 3.5;
+      const bool inside = a > 0 && a < 10 && b > 0 && b < 7;
+      const bool black = inside && (static_cast<int>(a) + static_cast<int>(b)) % 2 == 0;
+      out.push_back(static_cast<char>(black ? 20 : 230));
+    }
+  }
+  io::write_file(file, out);
+}
+
+TEST_F(Json, OfTheCommandsForTheCamera) {
+  std::string boards;
+  for (int i = 0; i < 6; ++i) {
+    const std::string name = "board" + std::to_string(i) + ".pgm";
+    write_board(file(name), 0.5 * std::cos(i), 0.5 * std::sin(i));
+    boards += " " + path(name);
+  }
+  EXPECT_TRUE(run("camera calibrate" + boards + " --out " + path("lens.json")).contains("used"));
+
+  const auto filmed = run("camera film --gestures 4 --set camera.rate_hz=5 --out " + path("film"));
+  ASSERT_TRUE(filmed.is_object());
+  EXPECT_GT(filmed.at("frames").get<int>(), 100);
+  EXPECT_EQ(filmed.at("seed"), 1);
+  EXPECT_TRUE(filmed.contains("version") && filmed.contains("folder"));
+
+  const std::string video = " " + path("film/video.mp4") + " --joints " + path("film/joints.json");
+  EXPECT_TRUE(run("track --setup" + video + " --out " + path("s.png")).contains("candidates"));
+  EXPECT_TRUE(run("track" + video + " --seconds 1 --out " + path("a.csv")).contains("frames_labelled"));
+}
+
+}  // namespace
+}  // namespace flexor::cli

@@ -72,8 +72,9 @@ void check_units(const model::Model& model, const recording::CsvReader& reader) 
     const std::string& unit = reader.units()[i];
     const std::string& wanted = model.channels[i].input_unit;
     if (unit.empty() || !recording::known_unit(wanted) || unit == wanted) continue;
-    throw io::InputError(fmt::format("{}: column \"{}\" is in {}, the model's {} finger takes {}", reader.name(),
-                                     reader.columns()[i], unit, model.channels[i].name, wanted));
+    throw io::InputError(fmt::format("{}: column \"{}\" is in {}, the model's {} finger takes {}",
+                                     reader.name(), reader.columns()[i], unit, model.channels[i].name,
+                                     wanted));
   }
 }
 
@@ -112,8 +113,8 @@ void print_json(const Options& o, const model::Model& model, recording::CsvReade
   });
   print(fmt::format("{{\"t_s\":[{}],\"channels\":{{", t_s));
   for (std::size_t i = 0; i < angle_deg.size(); ++i) {
-    print(fmt::format("{}\"{}\":{{\"angle_deg\":[{}],\"status\":[{}]}}", i > 0 ? "," : "", model.channels[i].name,
-                      angle_deg[i], status[i]));
+    print(fmt::format("{}\"{}\":{{\"angle_deg\":[{}],\"status\":[{}]}}", i > 0 ? "," : "",
+                      model.channels[i].name, angle_deg[i], status[i]));
   }
   print(fmt::format("}},\"version\":\"{}\"}}\n", FLEXOR_VERSION));
 }

@@ -39,7 +39,8 @@ void add_show(CLI::App& app);
 // The twin as shipped or from a file, with parameters set. Throws io::InputError.
 twin::Parameters twin_parameters(const std::string& file, const std::vector<std::string>& set);
 
-inline constexpr const char* kTimeUnitHelp = "s, ms, us or ns: of a time column that states no unit (default: s)";
+inline constexpr const char* kTimeUnitHelp =
+    "s, ms, us or ns: of a time column that states no unit (default: s)";
 
 // A check for --seed: CLI11 alone takes -1 for 2^64 - 1. Empty, or what is wrong.
 std::string seed_fault(const std::string& text);

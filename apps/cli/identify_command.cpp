@@ -138,8 +138,9 @@ void add_identify(CLI::App& app, const Program& program) {
   command->add_option(
       "--channel", r.channel,
       "finger: thumb, index, middle, ring or pinky (default: from the column's name, else index)");
-  command->add_option("--input-unit", r.input_unit,
-                      "count, V, mV, ohm, kohm, deg or rad: of the sensor, where its column's name states none");
+  command->add_option(
+      "--input-unit", r.input_unit,
+      "count, V, mV, ohm, kohm, deg or rad: of the sensor, where its column's name states none");
   command->add_option("--output-unit", r.files.output_unit,
                       "deg or rad: of the angle, where its column's name states none (default: deg)");
   command->add_option("--time-unit", r.files.time_unit, kTimeUnitHelp);

@@ -61,18 +61,22 @@ class Memory : public testing::Test {
   }
 
   // Bounded memory, and an end that a program may have: done, failed, or refused; never killed.
-  void expect_bounded(const std::vector<std::string>& arguments, const std::vector<std::string>& inputs) const {
+  void expect_bounded(const std::vector<std::string>& arguments,
+                      const std::vector<std::string>& inputs) const {
     const Finished r = run(arguments);
     EXPECT_LE(r.peak_mb, 200 + 3 * megabytes(inputs)) << arguments.front();
     EXPECT_LE(r.exit, 2) << arguments.front();
   }
 
   // A finger between 10 and 80 degrees, never twice the same.
-  static double angle_at(double t) { return 45 + 20 * std::sin(1.3 * t) + 15 * std::sin(0.41 * t + 0.3 * std::sin(0.07 * t)); }
+  static double angle_at(double t) {
+    return 45 + 20 * std::sin(1.3 * t) + 15 * std::sin(0.41 * t + 0.3 * std::sin(0.07 * t));
+  }
 
   // time_of(k) in seconds for each row.
   template <class TimeOf>
-  std::string log(const std::string& name, const std::string& column, int rows, double scale, TimeOf time_of) const {
+  std::string log(const std::string& name, const std::string& column, int rows, double scale,
+                  TimeOf time_of) const {
     std::ofstream out(path(name));
     out << "t_s," << column << "\n";
     out.precision(12);

@@ -42,8 +42,11 @@ struct Angles {
   recording::Series series() const { return recording.series(column); }
 };
 
-Angles read(const std::string& path, const std::string& column, const char* option, const std::string& time_unit) {
-  Angles a{recording::read_csv(path, column.empty() ? std::vector<std::string>() : std::vector{column}, time_unit), ""};
+Angles read(const std::string& path, const std::string& column, const char* option,
+            const std::string& time_unit) {
+  Angles a{
+      recording::read_csv(path, column.empty() ? std::vector<std::string>() : std::vector{column}, time_unit),
+      ""};
   a.column = pick(a.recording, column, option);
   recording::to_degrees(a.recording, a.column, "");
   for (const std::string& warning : a.recording.warnings) log("note: " + warning);
@@ -60,11 +63,12 @@ void run(const Options& o) {
   try {
     s = score::compare(y.t_s, y.value, e.t_s, e.value);
   } catch (const io::InputError& error) {
-    throw io::InputError(
-        fmt::format("{} and {}: {}; shift one with --estimate-offset", o.reference, o.estimate, error.what()));
+    throw io::InputError(fmt::format("{} and {}: {}; shift one with --estimate-offset", o.reference,
+                                     o.estimate, error.what()));
   }
   if (s.lag_at_edge) {
-    log("warning: the best lag lies at the edge of the search: are the two on the same clock? --estimate-offset shifts one");
+    log("warning: the best lag lies at the edge of the search: are the two on the same clock? "
+        "--estimate-offset shifts one");
   }
   if (o.json) {
     nlohmann::ordered_json json = score::to_json(s);

@@ -214,8 +214,8 @@ class GloveIdentifier {
  private:
   model::Channel channel(const StepStructure& step, double lead_s, std::size_t finger, model::Model& m) {
     const std::string& name = model::finger_names()[finger];
-    const recording::Pair pair =
-        load_pair({request_.folder / "glove.csv", request_.folder / "camera.csv", name + "_alpha", name + "_deg"});
+    const recording::Pair pair = load_pair(
+        {request_.folder / "glove.csv", request_.folder / "camera.csv", name + "_alpha", name + "_deg"});
     const recording::Aligned a = recording::align_pair(pair, request_.rate_hz, std::nullopt, lead_s);
     identify::Data data;
     data.channel = name;

@@ -157,8 +157,8 @@ void holdout(Gnuplot& g, const Identification& r) {
   shade_pauses(g, a, r.holdout_begin);
   g.data("run", a.size() - r.holdout_begin, [&](std::size_t i) {
     const std::size_t k = r.holdout_begin + i;
-    return fmt::format("{:.3f} {:.2f} {:.2f} {:.2f}", seconds(a, k), a.angle_deg[k],
-                       r.estimated_deg[k], r.baseline_deg[k]);
+    return fmt::format("{:.3f} {:.2f} {:.2f} {:.2f}", seconds(a, k), a.angle_deg[k], r.estimated_deg[k],
+                       r.baseline_deg[k]);
   });
   g.add("set multiplot layout 2,1; set xlabel 'time (s)'; set ylabel 'angle (deg)'");
   g.add(

@@ -39,8 +39,8 @@ recording::Recording read_reference(const SourceFiles& files) {
   r.t_s.resize(kept);
   r.columns[0].value.resize(kept);
   if (kept < q.size()) {
-    r.warnings.push_back(fmt::format("{}: {} of {} rows of {} are lost and left out", files.reference.string(),
-                                     q.size() - kept, q.size(), files.output));
+    r.warnings.push_back(fmt::format("{}: {} of {} rows of {} are lost and left out",
+                                     files.reference.string(), q.size() - kept, q.size(), files.output));
   }
   return r;
 }
@@ -51,8 +51,8 @@ recording::Pair load_pair(SourceFiles files) {
   const auto only_column = [&](const std::filesystem::path& path, const char* option) {
     const std::vector<std::string> columns = recording::columns_of(path, files.time_unit);
     if (columns.size() == 1) return columns.front();
-    throw io::InputError(
-        fmt::format("{}: which column? give {}; there are: {}", path.string(), option, fmt::join(columns, ", ")));
+    throw io::InputError(fmt::format("{}: which column? give {}; there are: {}", path.string(), option,
+                                     fmt::join(columns, ", ")));
   };
   if (files.input.empty()) files.input = only_column(files.sensor, "--input");
   if (files.output.empty()) files.output = only_column(files.reference, "--output");
@@ -81,20 +81,21 @@ Json to_json(const identify::Identification& r) {
     }
     rows.push_back(std::move(entry));
   }
-  return {{"clock_offset_s", r.aligned.clock_offset_s},
-          {"alignment_confidence", r.aligned.alignment ? Json(r.aligned.alignment->confidence) : Json(nullptr)},
-          {"channel", r.model.channels.front().name},
-          {"structure", identify::name(r.fit.structure.family)},
-          {"structure_detail", identify::describe(r.fit.structure)},
-          {"holdout", score::to_json(r.holdout)},
-          {"holdout_without_gaps", score::to_json(r.holdout_without_gaps)},
-          {"baseline_linear", score::to_json(r.baseline)},
-          {"fitted_rmse_deg", r.fit.rmse_deg},
-          {"structures", std::move(rows)},
-          {"parameters", r.model.fit.at("parameters")},
-          {"fit_seconds", r.fit_seconds},
-          {"version", FLEXOR_VERSION},
-          {"warnings", r.warnings}};
+  return {
+      {"clock_offset_s", r.aligned.clock_offset_s},
+      {"alignment_confidence", r.aligned.alignment ? Json(r.aligned.alignment->confidence) : Json(nullptr)},
+      {"channel", r.model.channels.front().name},
+      {"structure", identify::name(r.fit.structure.family)},
+      {"structure_detail", identify::describe(r.fit.structure)},
+      {"holdout", score::to_json(r.holdout)},
+      {"holdout_without_gaps", score::to_json(r.holdout_without_gaps)},
+      {"baseline_linear", score::to_json(r.baseline)},
+      {"fitted_rmse_deg", r.fit.rmse_deg},
+      {"structures", std::move(rows)},
+      {"parameters", r.model.fit.at("parameters")},
+      {"fit_seconds", r.fit_seconds},
+      {"version", FLEXOR_VERSION},
+      {"warnings", r.warnings}};
 }
 
 }  // namespace flexor::experiment

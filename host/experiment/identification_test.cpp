@@ -82,7 +82,8 @@ TEST_P(RealFigures, AutoReachesThePromisedHeldOutErrors) {
   EXPECT_LT(r.holdout.rmse_deg, c.auto_high);
   EXPECT_EQ(r.holdout_begin, (r.aligned.overlap_begin + r.aligned.size()) / 2);
   EXPECT_EQ(std::ranges::count_if(r.rows, &identify::TableRow::chosen), 1);
-  for (const identify::TableRow& row : r.rows) EXPECT_TRUE(row.refusal.empty() && row.cross_validated_deg) << row.name;
+  for (const identify::TableRow& row : r.rows)
+    EXPECT_TRUE(row.refusal.empty() && row.cross_validated_deg) << row.name;
 }
 
 TEST_P(RealFigures, WhatIsHeldOutCannotMoveTheModel) {

@@ -62,8 +62,10 @@ void figure(Page& page, const Figure& f) {
 
 void alignment_facts(Page& page, const Identification& r) {
   if (!r.aligned.alignment) {
-    page.add("<p>Camera clock minus sensor clock: <b>{:+.2f} s</b>, given by the user; the signals alone do not tell.</p>",
-             r.aligned.clock_offset_s);
+    page.add(
+        "<p>Camera clock minus sensor clock: <b>{:+.2f} s</b>, given by the user; the signals alone do not "
+        "tell.</p>",
+        r.aligned.clock_offset_s);
     return;
   }
   const recording::Alignment& a = *r.aligned.alignment;

@@ -153,8 +153,8 @@ class Drawing {
       for (std::size_t c = 0; c < plan_.compensators.size(); ++c) {
         const std::string value =
             error ? fmt::format("(${}-${})", reference, reference + 1) : fmt::format("{}", reference + 1);
-        plot += fmt::format(", $run{}_{} using 1:{} with lines lw 1.6 lc rgb '{}' title {} noenhanced", m,
-                            c, value, colour_[c], gnuplot_text(plan_.compensators[c].name));
+        plot += fmt::format(", $run{}_{} using 1:{} with lines lw 1.6 lc rgb '{}' title {} noenhanced", m, c,
+                            value, colour_[c], gnuplot_text(plan_.compensators[c].name));
       }
       g_.add("{}", plot);
     }

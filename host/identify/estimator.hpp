@@ -32,8 +32,8 @@ class Estimator {
         resampler_(model.channels.size(), model.sample_period_s, max_gap_s(model)),
         out_{0, std::vector<double>(model.channels.size()), std::vector<int>(model.channels.size())} {}
 
-  // One reading of each channel, t_s never decreasing. Calls sink(const Estimate&) for each grid point that it
-  // completes.
+  // One reading of each channel, t_s never decreasing. Calls sink(const Estimate&) for each grid point that
+  // it completes.
   template <class Sink>
   void push(double t_s, std::span<const double> reading, Sink&& sink) {
     resampler_.push(t_s, reading, [&](const recording::Sample& sample) {
@@ -41,7 +41,8 @@ class Estimator {
       for (std::size_t i = 0; i < out_.angle_deg.size(); ++i) {
         const auto step = simulation_.step(i, sample.value[i]);
         out_.angle_deg[i] = step.angle_deg;
-        out_.status[i] = step.status == core::Status::ok && sample.pause ? kPause : static_cast<int>(step.status);
+        out_.status[i] =
+            step.status == core::Status::ok && sample.pause ? kPause : static_cast<int>(step.status);
       }
       sink(out_);
     });

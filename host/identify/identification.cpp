@@ -44,9 +44,8 @@ Structure requested_structure(const Request& r) {
     if (r.knots) throw io::InputError("a dead zone replaces the input curve: leave out the number of knots");
     return make_dead_zone_structure(r.order.value_or(1));
   }
-  Structure s = make_structure(wanted, r.order.value_or(kDefaultOrder),
-                                                   r.knots.value_or(kDefaultKnots),
-                                                   r.plays.value_or(kDefaultPlays));
+  Structure s = make_structure(wanted, r.order.value_or(kDefaultOrder), r.knots.value_or(kDefaultKnots),
+                               r.plays.value_or(kDefaultPlays));
   s.monotone = r.monotone && (s.input_knots > 0 || s.output_knots > 0);
   check(s);
   return s;
@@ -58,7 +57,8 @@ std::string input_unit(const recording::Pair& pair, const Request& request) {
   if (request.input_unit.empty()) return stated;
   const auto asked = recording::known_unit(request.input_unit);
   if (!asked) {
-    throw io::InputError(fmt::format("unknown unit \"{}\"; known: count, V, mV, ohm, kohm, deg, rad", request.input_unit));
+    throw io::InputError(
+        fmt::format("unknown unit \"{}\"; known: count, V, mV, ohm, kohm, deg, rad", request.input_unit));
   }
   if (!stated.empty() && stated != *asked) {
     throw io::InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by --input-unit: which?",
@@ -67,10 +67,11 @@ std::string input_unit(const recording::Pair& pair, const Request& request) {
   return *asked;
 }
 
-// The range of readings that the compensator accepts: an ADC without its rails, or what was seen in the fitted
-// part and a quarter of its range on either side.
+// The range of readings that the compensator accepts: an ADC without its rails, or what was seen in the
+// fitted part and a quarter of its range on either side.
 void set_input_range(const recording::Aligned& aligned, std::size_t fitted, model::Channel& channel) {
-  const auto [low, high] = std::minmax_element(aligned.input.begin(), aligned.input.begin() + static_cast<std::ptrdiff_t>(fitted));
+  const auto [low, high] =
+      std::minmax_element(aligned.input.begin(), aligned.input.begin() + static_cast<std::ptrdiff_t>(fitted));
   if (channel.input_unit == "count" && *low >= 0) {
     double top = kAdcTop;
     while (top < *high) top = 2 * top + 1;  // 10 bits, or as many as it takes
@@ -94,7 +95,8 @@ std::vector<double> simulate(const model::Model& model, const std::vector<double
 model::Model make_model(const Summary& fit, const Identification& r) {
   model::Model m;
   m.name = io::to_utf8(std::filesystem::path(r.pair.sensor.source).stem().string());
-  m.description = fmt::format("{} fitted to {} against {}", describe(fit.structure), r.pair.input, r.pair.output);
+  m.description =
+      fmt::format("{} fitted to {} against {}", describe(fit.structure), r.pair.input, r.pair.output);
   m.written_by = "flexor " FLEXOR_VERSION;
   m.sample_period_s = r.aligned.period_s;
   m.max_gap_s = r.aligned.max_gap_s;
@@ -233,15 +235,16 @@ void add_warnings(Identification& r) {
   const auto refused =
       std::ranges::count_if(raw, [&](double u) { return u < channel.valid_min || u > channel.valid_max; });
   if (refused > 0) {
-    warnings.push_back(
-        fmt::format("{} reading(s) lie outside the valid range of {:g} to {:g} {}: was the sensor unplugged or "
-                    "shorted? The compensator holds its angle there",
-                    refused, channel.valid_min, channel.valid_max, channel.input_unit));
+    warnings.push_back(fmt::format(
+        "{} reading(s) lie outside the valid range of {:g} to {:g} {}: was the sensor unplugged or "
+        "shorted? The compensator holds its angle there",
+        refused, channel.valid_min, channel.valid_max, channel.input_unit));
   }
   if (channel.input_unit.empty()) {
-    warnings.push_back(fmt::format(
-        "column \"{}\" states no unit: the model runs on logs like this one; for the boards say --input-unit count",
-        r.pair.input));
+    warnings.push_back(
+        fmt::format("column \"{}\" states no unit: the model runs on logs like this one; for the boards say "
+                    "--input-unit count",
+                    r.pair.input));
   }
   if (!r.request.channel && !finger_in(r.pair)) {
     warnings.emplace_back("no column names a finger: the channel is called index; --channel says otherwise");
@@ -347,9 +350,8 @@ Identification identify(recording::Pair pair, const Request& request, const Prog
   (void)input_unit(r.pair, request);
   r.aligned = recording::align_pair(r.pair, request.rate_hz, request.clock_offset_s, request.lead_s);
   const recording::Aligned& a = r.aligned;
-  r.holdout_begin =
-      a.overlap_begin +
-      static_cast<std::size_t>(request.split * static_cast<double>(a.size() - a.overlap_begin));
+  r.holdout_begin = a.overlap_begin +
+                    static_cast<std::size_t>(request.split * static_cast<double>(a.size() - a.overlap_begin));
 
   const Data data = fitted_data(r, channel);
   const auto start = std::chrono::steady_clock::now();
@@ -371,8 +373,8 @@ Identification identify(recording::Pair pair, const Request& request, const Prog
     r.rows.push_back(make_row(fitted.candidates[i], r, scorer));
     r.rows.back().chosen = i == fitted.chosen;
   }
-  std::ranges::stable_sort(r.rows, {},
-                           [](const TableRow& row) { return std::pair(!row.refusal.empty(), row.parameters); });
+  std::ranges::stable_sort(
+      r.rows, {}, [](const TableRow& row) { return std::pair(!row.refusal.empty(), row.parameters); });
   document(r);
   add_warnings(r);
   return r;

@@ -14,9 +14,9 @@ namespace {
 
 struct Log {
   double rate_hz;
-  double noise;    // counts
+  double noise;  // counts
   bool pauses;
-  bool bursts;     // three readings in ten milliseconds
+  bool bursts;  // three readings in ten milliseconds
   friend std::ostream& operator<<(std::ostream& out, const Log& l) {
     return out << l.rate_hz << " Hz" << (l.pauses ? ", pauses" : "") << (l.bursts ? ", bursts" : "");
   }
@@ -27,8 +27,10 @@ struct Log {
 recording::Pair simulated(const Log& log, double seconds = 120) {
   std::mt19937 random(7);
   const auto uniform = [&] { return static_cast<double>(random()) / 4294967296.0; };
-  recording::Pair pair{{"glove.csv", {}, {{"index_adc", {}, "count"}}, {}, ""}, "index_adc",
-                       {"camera.csv", {}, {{"index_deg", {}, "deg"}}, {}, ""}, "index_deg"};
+  recording::Pair pair{{"glove.csv", {}, {{"index_adc", {}, "count"}}, {}, ""},
+                       "index_adc",
+                       {"camera.csv", {}, {{"index_deg", {}, "deg"}}, {}, ""},
+                       "index_deg"};
   constexpr double kStep_s = 0.002;
   std::normal_distribution<double> noise;
   double from = 20;
@@ -100,9 +102,10 @@ TEST_P(AppliedIsScored, ReadingByReadingTheAnglesAreThoseThatWereScored) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Logs, AppliedIsScored,
-                         testing::Values(Log{2, 0, false, false}, Log{2, 0, true, false}, Log{20, 2, false, false},
-                                         Log{20, 2, true, false}, Log{100, 20, false, false},
-                                         Log{100, 20, true, false}, Log{9, 2, true, true}));
+                         testing::Values(Log{2, 0, false, false}, Log{2, 0, true, false},
+                                         Log{20, 2, false, false}, Log{20, 2, true, false},
+                                         Log{100, 20, false, false}, Log{100, 20, true, false},
+                                         Log{9, 2, true, true}));
 
 TEST(Identification, TheHeldOutPartMovesNeitherModelNorRangeOfReadings) {
   const recording::Pair pair = simulated({20, 2, false, false});
@@ -111,7 +114,8 @@ TEST(Identification, TheHeldOutPartMovesNeitherModelNorRangeOfReadings) {
   const Identification before = identify(pair, request, {});
   recording::Pair spoilt = pair;
   for (std::size_t i = 0; i < spoilt.sensor.t_s.size(); ++i) {
-    if (spoilt.sensor.t_s[i] > before.aligned.t_s[before.holdout_begin]) spoilt.sensor.columns[0].value[i] += 4000;
+    if (spoilt.sensor.t_s[i] > before.aligned.t_s[before.holdout_begin])
+      spoilt.sensor.columns[0].value[i] += 4000;
   }
   const Identification after = identify(spoilt, request, {});
   EXPECT_EQ(before.model.channels, after.model.channels);

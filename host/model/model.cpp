@@ -318,12 +318,9 @@ void check(const Model& model) {
 std::string to_json(const Model& model) {
   Json channels = Json::array();
   for (const Channel& channel : model.channels) channels.push_back(channel_json(channel));
-  Json json = {{"schema", kSchema},
-               {"schema_version", kSchemaVersion},
-               {"written_by", model.written_by},
-               {"name", model.name},
-               {"description", model.description},
-               {"sample_period_s", model.sample_period_s}};
+  Json json = {
+      {"schema", kSchema},  {"schema_version", kSchemaVersion}, {"written_by", model.written_by},
+      {"name", model.name}, {"description", model.description}, {"sample_period_s", model.sample_period_s}};
   if (model.max_gap_s > 0) json["max_gap_s"] = model.max_gap_s;
   json["channels"] = std::move(channels);
   json["training"] = model.training;

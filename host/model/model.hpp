@@ -1,8 +1,8 @@
 // The model document: what a compensator is, for people and programs. Units are in the names.
 //
 // JSON: {"schema": "flexor-model", "schema_version": 1, "written_by", "name", "description",
-//        "sample_period_s", "max_gap_s" (may be left out), "channels": [{"name", "input": {"column", "unit", "valid_min", "valid_max"},
-//        "rest_deg", "blocks": [...]}], "training": {...}, "fit": {...}}
+//        "sample_period_s", "max_gap_s" (may be left out), "channels": [{"name", "input": {"column", "unit",
+//        "valid_min", "valid_max"}, "rest_deg", "blocks": [...]}], "training": {...}, "fit": {...}}
 // blocks, in this order, all but the last optional:
 //   {"type": "dead_zone", "lower", "upper"}
 //   {"type": "hysteresis", "radii": [...], "weights": [...]}

@@ -83,7 +83,8 @@ Sampled sample(const Series& series, double rate_hz) {
     const std::size_t after = std::min(next, t.size() - 1);
     const double width = t[after] - t[before];
     const double share = width > 0 ? (now - t[before]) / width : 0;
-    out.value.push_back(count > 0 ? sum / static_cast<double>(count) : x[before] + share * (x[after] - x[before]));
+    out.value.push_back(count > 0 ? sum / static_cast<double>(count)
+                                  : x[before] + share * (x[after] - x[before]));
     out.good.push_back(width <= max_gap_s);
   }
   return out;
@@ -98,8 +99,9 @@ void check_span(const Series& series) {
   for (std::size_t i = 1; i < t.size(); ++i) {
     if (t[i] - t[i - 1] > t[widest] - t[widest - 1]) widest = i;
   }
-  throw io::JobError(fmt::format("a log pauses from {:.1f} s to {:.1f} s, far longer than it runs: cut it there",
-                                 t[widest - 1], t[widest]));
+  throw io::JobError(
+      fmt::format("a log pauses from {:.1f} s to {:.1f} s, far longer than it runs: cut it there",
+                  t[widest - 1], t[widest]));
 }
 
 // Bins of equal count over the sensor's values.

@@ -67,8 +67,8 @@ bool cut_at_arrow(const std::string& text, std::string& time, std::string& rest)
   return true;
 }
 
-// Text for VR drivers: letters, or letters in brackets, each with or without a number behind it. The numbers of
-// A to E, in the order of the fingers; false where the text is something else.
+// Text for VR drivers: letters, or letters in brackets, each with or without a number behind it. The numbers
+// of A to E, in the order of the fingers; false where the text is something else.
 bool read_keyed(std::string_view text, std::array<std::string, 5>& value) {
   for (std::string& v : value) v.clear();
   std::size_t i = 0;
@@ -82,10 +82,12 @@ bool read_keyed(std::string_view text, std::array<std::string, 5>& value) {
     } else {
       key = text[i++];
     }
-    if (key.empty() || !std::ranges::all_of(key, [](unsigned char c) { return std::isupper(c) != 0; })) return false;
+    if (key.empty() || !std::ranges::all_of(key, [](unsigned char c) { return std::isupper(c) != 0; }))
+      return false;
     std::size_t end = i;
     while (end < text.size() && std::isdigit(static_cast<unsigned char>(text[end])) != 0) ++end;
-    if (key.size() == 1 && key[0] <= 'E') value[static_cast<std::size_t>(key[0] - 'A')] = text.substr(i, end - i);
+    if (key.size() == 1 && key[0] <= 'E')
+      value[static_cast<std::size_t>(key[0] - 'A')] = text.substr(i, end - i);
     i = end;
   }
   return !value[0].empty() && !value[1].empty();
@@ -94,16 +96,17 @@ bool read_keyed(std::string_view text, std::array<std::string, 5>& value) {
 bool is_time_name(const std::string& column, std::optional<double>& unit_s) {
   const NameAndUnit cut = cut_name(column);
   unit_s = seconds_in(cut.unit);
-  static constexpr std::array kNames = {"t",      "time",      "timestamp", "datetime", "date",
-                                        "clock",  "elapsed",   "zeit",      "timems",   "elapsedtime"};
+  static constexpr std::array kNames = {"t",     "time",    "timestamp", "datetime", "date",
+                                        "clock", "elapsed", "zeit",      "timems",   "elapsedtime"};
   if (std::ranges::any_of(kNames, [&](const char* n) { return cut.name == n; })) {
     if (cut.name == "timems") unit_s = 1e-3;
     return cut.unit.empty() || unit_s.has_value();
   }
   // A column called by its unit: millis, micros, ms, "seconds".
-  static constexpr std::array kUnits = {"millis", "millis()", "micros", "micros()", "ms", "us", "seconds", "sec",
-                                        "timemillis", "timemicros"};
-  if (!cut.unit.empty() || std::ranges::none_of(kUnits, [&](const char* n) { return cut.name == n; })) return false;
+  static constexpr std::array kUnits = {"millis", "millis()", "micros", "micros()",   "ms",
+                                        "us",     "seconds",  "sec",    "timemillis", "timemicros"};
+  if (!cut.unit.empty() || std::ranges::none_of(kUnits, [&](const char* n) { return cut.name == n; }))
+    return false;
   unit_s = seconds_in(cut.name.starts_with("time") ? cut.name.substr(4) : cut.name);
   return true;
 }
@@ -236,7 +239,8 @@ void CsvReader::read_header() {
   }
   while (cells_.size() > 1 && cells_.back().empty()) cells_.pop_back();
   header_ = cells_;
-  has_header_ = !std::ranges::all_of(cells_, [&](const std::string& c) { return c.empty() || parse(c) || to_time(c); });
+  has_header_ =
+      !std::ranges::all_of(cells_, [&](const std::string& c) { return c.empty() || parse(c) || to_time(c); });
   if (!has_header_) {
     put_back();
     has_header_ = comment_is_header(comment_);
@@ -345,8 +349,9 @@ double CsvReader::checked(const Parsed& parsed, const std::string& column, const
     fail(fmt::format("column \"{}\": {} is not a measurement; mend or remove the row", column, text));
   }
   if (parsed.decimal != 0 && decimal_ != 0 && parsed.decimal != decimal_) {
-    fail(fmt::format("column \"{}\": \"{}\": some numbers have a decimal point and some a decimal comma; use one",
-                     column, text));
+    fail(fmt::format(
+        "column \"{}\": \"{}\": some numbers have a decimal point and some a decimal comma; use one", column,
+        text));
   }
   if (parsed.decimal != 0) decimal_ = parsed.decimal;
   return parsed.value;
@@ -356,7 +361,8 @@ double CsvReader::number(std::size_t cell, const std::string& column) {
   const std::string& text = cells_[cell];
   const auto parsed = parse(text);
   if (!parsed) {
-    fail(fmt::format("column \"{}\": \"{}\" is not a number; mend or remove the row", column, text.substr(0, 40)));
+    fail(fmt::format("column \"{}\": \"{}\" is not a number; mend or remove the row", column,
+                     text.substr(0, 40)));
   }
   return checked(*parsed, column, text);
 }
@@ -364,11 +370,13 @@ double CsvReader::number(std::size_t cell, const std::string& column) {
 double CsvReader::time(const std::string& text) {
   const std::string& column = time_place_ ? header_[*time_place_] : line_.time;
   const auto parsed = parse(text);
-  const auto found = parsed ? std::optional(Time{TimeFormat::number, checked(*parsed, column, text)}) : to_time(text);
+  const auto found =
+      parsed ? std::optional(Time{TimeFormat::number, checked(*parsed, column, text)}) : to_time(text);
   if (!found) {
-    fail(fmt::format("column \"{}\": \"{}\" is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove "
-                     "the row",
-                     column, text.substr(0, 40)));
+    fail(fmt::format(
+        "column \"{}\": \"{}\" is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove "
+        "the row",
+        column, text.substr(0, 40)));
   }
   if (!time_format_) {
     time_format_ = found->format;
@@ -391,14 +399,17 @@ bool CsvReader::is_torn() {
   if (layout_ == Layout::keyed) return cells_[0].empty() || line_.time.empty();
   if (arrow_ && line_.time.empty()) return true;  // a line without a time of its own
   while (cells_.size() > header_.size() && cells_.back().empty()) cells_.pop_back();
-  const auto not_a_number = [&](std::size_t place) { return place >= cells_.size() || !parse(cells_[place]); };
+  const auto not_a_number = [&](std::size_t place) {
+    return place >= cells_.size() || !parse(cells_[place]);
+  };
   const bool odd = cells_.size() != header_.size() || std::ranges::any_of(places_, not_a_number);
   if (odd && has_header_ && line_.text.find(header_.front() + delimiter_) != std::string::npos) {
     return true;  // the header again, whole or with half a row before it
   }
   if (cells_.size() > header_.size()) {
-    fail(fmt::format("{} cells, the header has {}{}", cells_.size(), header_.size(),
-                     delimiter_ == ',' ? "; decimal commas need another separator, such as a semicolon" : ""));
+    fail(
+        fmt::format("{} cells, the header has {}{}", cells_.size(), header_.size(),
+                    delimiter_ == ',' ? "; decimal commas need another separator, such as a semicolon" : ""));
   }
   if (cells_.size() < header_.size()) return true;
   const auto empty = [&](std::size_t place) { return cells_[place].empty(); };
@@ -409,8 +420,9 @@ void CsvReader::leave_out() {
   if (torn_++ == 0) first_torn_ = line_.number;
   const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_);
   if (static_cast<double>(torn_) > forgiven) {
-    throw InputError(fmt::format("{}: row {}: {} of {} rows are torn: too short, or with an empty cell; mend or remove them",
-                                 source_, first_torn_, torn_, rows_ + torn_));
+    throw InputError(fmt::format(
+        "{}: row {}: {} of {} rows are torn: too short, or with an empty cell; mend or remove them", source_,
+        first_torn_, torn_, rows_ + torn_));
   }
 }
 
@@ -435,11 +447,12 @@ std::vector<std::string> CsvReader::notes() const {
   const auto say = [&](const std::string& what) { out.push_back(fmt::format("{}: {}", source_, what)); };
   if (lines_.is_utf16()) say("is read as UTF-16");
   if (lines_.saw_latin1()) say("is not UTF-8 and is read as Latin-1");
-  if (delimiter_ != ',' && layout_ == Layout::table) say(fmt::format("{} separate the columns", spelt(delimiter_)));
+  if (delimiter_ != ',' && layout_ == Layout::table)
+    say(fmt::format("{} separate the columns", spelt(delimiter_)));
   if (decimal_ == ',') say("commas in numbers are decimal commas");
   if (torn_ > 0) {
-    say(fmt::format("{} row(s) are too short or have an empty cell and were left out, the first is row {}", torn_,
-                    first_torn_));
+    say(fmt::format("{} row(s) are too short or have an empty cell and were left out, the first is row {}",
+                    torn_, first_torn_));
   }
   return out;
 }
@@ -457,12 +470,12 @@ Recording read(CsvReader& reader) {
     for (std::size_t i = 0; i < row.value.size(); ++i) recording.columns[i].value.push_back(row.value[i]);
   }
   if (recording.t_s.size() < 2) {
-    throw InputError(
-        fmt::format("{}: {} row(s) of data; a recording needs at least two", recording.source, recording.t_s.size()));
+    throw InputError(fmt::format("{}: {} row(s) of data; a recording needs at least two", recording.source,
+                                 recording.t_s.size()));
   }
   if (recording.t_s.front() == recording.t_s.back()) {
-    throw InputError(fmt::format("{}: row 3: time does not increase: it is {:g} s in every row", recording.source,
-                                 recording.t_s.front()));
+    throw InputError(fmt::format("{}: row 3: time does not increase: it is {:g} s in every row",
+                                 recording.source, recording.t_s.front()));
   }
   recording.warnings = stream.notes();
   recording.digest = reader.digest();

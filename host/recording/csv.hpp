@@ -6,7 +6,8 @@
 // Names     a header, with a row of units below it or not; none: column1, column2, ... in their order, the
 //           first is the time; a header in the last comment before the numbers
 // Time      a column called t, time, timestamp, datetime, millis, micros, ... with or without a unit: (ms),
-//           [ms], _ms ...; without one seconds; or ISO 8601, 12:03:11.123, 1.5.2026 12:03:11, 13/5/2026 12:03:11
+//           [ms], _ms ...; without one seconds; or ISO 8601, 12:03:11.123, 1.5.2026 12:03:11, 13/5/2026
+//           12:03:11
 // Monitors  12:03:11.123 -> 356,323,446 as the Arduino IDE writes it, and behind the arrow also text for VR
 //           drivers (A356B323C446D350E360...: thumb, index, middle, ring, pinky)
 // Torn rows (too short, an empty cell, the header again, as after a reset of the board) are left out and
@@ -87,7 +88,7 @@ class CsvReader : public Source {
   bool delimiter_given_ = false;
   bool arrow_ = false;
   bool has_header_ = true;
-  std::string comment_;  // the last one before the numbers
+  std::string comment_;      // the last one before the numbers
   std::vector<Line> ahead_;  // read to see the layout, not yet given; last first
   Line line_;
   std::vector<std::string> header_;

@@ -1,4 +1,5 @@
-// Any bytes as a log: rows that hold what Stream and Resampler promise, or an InputError of one line of UTF-8.
+// Any bytes as a log: rows that hold what Stream and Resampler promise, or an InputError of one line of
+// UTF-8.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -40,7 +41,8 @@ void follow(const std::string& text) {
       ++samples;
       for (const double v : s.value) require(std::isfinite(v));
     });
-    require(samples <= 202 * rows);  // ten seconds' worth for each row: memory follows the rows, not the times
+    require(samples <=
+            202 * rows);  // ten seconds' worth for each row: memory follows the rows, not the times
   }
   for (const std::string& note : stream.notes()) require_line(note);
 }

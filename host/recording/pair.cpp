@@ -35,7 +35,8 @@ void sample_reference(const Series& reference, double shift_s, Aligned& a) {
       continue;
     }
     const double share = (now - t[next - 1]) / (t[next] - t[next - 1]);
-    a.angle_deg.push_back(reference.value[next - 1] + share * (reference.value[next] - reference.value[next - 1]));
+    a.angle_deg.push_back(reference.value[next - 1] +
+                          share * (reference.value[next] - reference.value[next - 1]));
     a.gap.push_back(t[next] - t[next - 1] > max_gap_s);
   }
 }
@@ -49,8 +50,9 @@ void check_size(const Recording& sensor, double rate_hz) {
   }
   const auto rows = static_cast<double>(sensor.t_s.size());
   if (seconds * rate_hz <= kMostAnyway + kMostPerReading * rows) return;
-  throw InputError(fmt::format("{}: {} readings in {:.0f} s are far too few for {:g} samples a second; lower --rate",
-                               sensor.source, sensor.t_s.size(), seconds, rate_hz));
+  throw InputError(
+      fmt::format("{}: {} readings in {:.0f} s are far too few for {:g} samples a second; lower --rate",
+                  sensor.source, sensor.t_s.size(), seconds, rate_hz));
 }
 
 }  // namespace
@@ -68,8 +70,8 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
   }
   const std::string unit = !it->unit.empty() ? it->unit : wanted.value_or("deg");
   if (unit != "deg" && unit != "rad") {
-    throw InputError(fmt::format("{}: column \"{}\" is in {}: an angle in deg or rad is needed", recording.source,
-                                 name, unit));
+    throw InputError(fmt::format("{}: column \"{}\" is in {}: an angle in deg or rad is needed",
+                                 recording.source, name, unit));
   }
   it->unit = "deg";
   if (unit == "deg") return;
@@ -81,7 +83,8 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
 Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s) {
   if (!(rate_hz > 0) || !std::isfinite(rate_hz)) throw InputError("the rate must be positive");
   if (!(lead_s >= 0 && lead_s <= 1)) throw InputError("the lead must lie between 0 and 1 s");
-  if (clock_offset_s && !std::isfinite(*clock_offset_s)) throw InputError("the clock offset must be a number");
+  if (clock_offset_s && !std::isfinite(*clock_offset_s))
+    throw InputError("the clock offset must be a number");
   require_change(pair.sensor, pair.input, "is the sensor plugged in?");
   require_change(pair.reference, pair.output, "does the camera see the marks?");
   const Series sensor = pair.sensor.series(pair.input);

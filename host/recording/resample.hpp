@@ -75,9 +75,9 @@ class Resampler {
   double start_s_ = 0;
   std::uint64_t k_ = 0;
   double newest_s_ = 0;
-  std::size_t count_ = 0;      // readings since the last grid point
-  std::vector<double> sum_;    // of them
-  std::vector<double> held_;   // at the last grid point
+  std::size_t count_ = 0;     // readings since the last grid point
+  std::vector<double> sum_;   // of them
+  std::vector<double> held_;  // at the last grid point
 };
 
 // All samples of one column of a recording.

@@ -44,7 +44,7 @@ TEST(Resample, AFasterLogIsAveragedAndASlowerOneHeld) {
   const Samples fast = resample({t, x}, 0.05, 0.3);
   ASSERT_EQ(fast.value.size(), 21u);
   EXPECT_DOUBLE_EQ(fast.value[0], 0);
-  EXPECT_DOUBLE_EQ(fast.value[1], 3);   // 1 2 3 4 5
+  EXPECT_DOUBLE_EQ(fast.value[1], 3);    // 1 2 3 4 5
   EXPECT_DOUBLE_EQ(fast.value[20], 98);  // 96 .. 100
   const std::vector<double> slow_t = {0, 0.5, 1};
   const std::vector<double> slow_x = {1, 2, 3};
@@ -81,7 +81,7 @@ TEST(Resample, APauseIsHeldAndMarkedAndALongOneStartsAnew) {
   const std::vector<double> x = {1, 1, 2, 3, 3, 9, 9};
   const Samples s = resample({t, x}, 0.1, 0.5);
   ASSERT_EQ(s.t_s.size(), 24u + 2u);
-  EXPECT_EQ(s.pause[6], 0);   // 0.6 s: 0.4 s after the newest reading
+  EXPECT_EQ(s.pause[6], 0);  // 0.6 s: 0.4 s after the newest reading
   EXPECT_EQ(s.pause[8], 1);
   EXPECT_EQ(s.value[21], 2);  // held until the next reading
   EXPECT_EQ(s.value[22], 3);

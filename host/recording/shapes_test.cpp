@@ -1,5 +1,5 @@
-// Logs as people have them, in the shapes that loggers, spreadsheets and terminals give them. Each is read, and
-// what was assumed is said in one line; or it is refused in one line.
+// Logs as people have them, in the shapes that loggers, spreadsheets and terminals give them. Each is read,
+// and what was assumed is said in one line; or it is refused in one line.
 #include <gtest/gtest.h>
 
 #include <ostream>
@@ -14,8 +14,8 @@ namespace {
 struct Shape {
   const char* name;
   std::string text;
-  std::string column;                // to read
-  std::vector<double> since_first_s; // expected, and
+  std::string column;                 // to read
+  std::vector<double> since_first_s;  // expected, and
   std::vector<double> value;
   std::string said;     // in one of the notes; empty: nothing has to be said
   std::string refusal;  // instead: in the error
@@ -39,8 +39,10 @@ const std::vector<Shape>& shapes() {
   static const std::vector<double> kX = {10, 11, 12};
   static const std::vector<Shape> all = {
       {"Plain", kPlain, "flex", kT, kX, "", ""},
-      {"ByteOrderMarkAndCrLf", "\xEF\xBB\xBFt_s,flex\r\n0,10\r\n0.05,11\r\n0.1,12\r\n", "flex", kT, kX, "", ""},
-      {"SemicolonsAndDecimalCommas", "t_s;flex\n0;10\n0,05;11\n0,1;12\n", "flex", kT, kX, "decimal commas", ""},
+      {"ByteOrderMarkAndCrLf", "\xEF\xBB\xBFt_s,flex\r\n0,10\r\n0.05,11\r\n0.1,12\r\n", "flex", kT, kX, "",
+       ""},
+      {"SemicolonsAndDecimalCommas", "t_s;flex\n0;10\n0,05;11\n0,1;12\n", "flex", kT, kX, "decimal commas",
+       ""},
       {"Tabs", "t_s\tflex\n0\t10\n0.05\t11\n0.1\t12\n", "flex", kT, kX, "tabs", ""},
       {"Blanks", "  t_s   flex\n  0.00   10\n  0.05   11\n  0.10   12\n", "flex", kT, kX, "blanks", ""},
       {"SepLine", "sep=;\nt_s;flex\n0;10\n0,05;11\n0,1;12\n", "flex", kT, kX, "decimal commas", ""},
@@ -48,49 +50,90 @@ const std::vector<Shape>& shapes() {
       {"Utf16BigEndian", utf16(kPlain, false, true), "flex", kT, kX, "UTF-16", ""},
       {"Utf16WithoutMark", utf16(kPlain, true, false), "flex", kT, kX, "UTF-16", ""},
       {"Latin1Header", "t_s,Beugung \xB0\n0,10\n0.05,11\n0.1,12\n", "Beugung °", kT, kX, "Latin-1", ""},
-      {"Comments", "# glove 7, left hand\n# 2026\nt_s,flex\n0,10\n# touched\n0.05,11\n0.1,12\n", "flex", kT, kX, "", ""},
+      {"Comments", "# glove 7, left hand\n# 2026\nt_s,flex\n0,10\n# touched\n0.05,11\n0.1,12\n", "flex", kT,
+       kX, "", ""},
       {"HeaderInAComment", "# t_s,flex\n0,10\n0.05,11\n0.1,12\n", "flex", kT, kX, "", ""},
-      {"UnitsRow", "time;flex\nms;V\n0;1,5\n50;1,6\n100;1,7\n", "flex", kT, {1.5, 1.6, 1.7}, "row of units", ""},
+      {"UnitsRow",
+       "time;flex\nms;V\n0;1,5\n50;1,6\n100;1,7\n",
+       "flex",
+       kT,
+       {1.5, 1.6, 1.7},
+       "row of units",
+       ""},
       {"NoHeader", "0,10,7\n0.05,11,7\n0.1,12,7\n", "column2", kT, kX, "column1 to column3", ""},
       {"NoHeaderMilliseconds", "0,10\n50,11\n100,12\n", "column2", kT, kX, "no header", "", "ms"},
       {"NoHeaderAndNoUnit", "0,10\n50,11\n100,12\n", "column2", {}, {}, "", "--time-unit ms"},
       {"EmptyCell", "t_s,flex\n0,10\n0.02,\n0.05,11\n0.1,12\n", "flex", kT, kX, "1 row(s)", ""},
-      {"HalfLineAfterAReset", "t_s,flex,b\n0,10,1\n0.0\n0.05,11,1\n0.06,1t_s,flex,b\n0.1,12,1\n", "flex", kT, kX,
-       "2 row(s)", ""},
+      {"HalfLineAfterAReset", "t_s,flex,b\n0,10,1\n0.0\n0.05,11,1\n0.06,1t_s,flex,b\n0.1,12,1\n", "flex", kT,
+       kX, "2 row(s)", ""},
       {"HeaderAgain", "t_s,flex\n0,10\nt_s,flex\n0.05,11\n0.1,12\n", "flex", kT, kX, "1 row(s)", ""},
       {"SeparatorAtTheEnd", "t_s,flex,\n0,10,\n0.05,11,\n0.1,12,\n", "flex", kT, kX, "", ""},
-      {"ClockTime", "Time,flex\n23:59:59.950,10\n00:00:00.000,11\n00:00:00.050,12\n", "flex", kT, kX, "counter", ""},
-      {"SerialMonitor", "12:03:11.123 -> 10,323,446\n12:03:11.173 -> 11,323,446\n12:03:11.223 -> 12,323,446\n",
-       "column1", kT, kX, "no header", ""},
+      {"ClockTime", "Time,flex\n23:59:59.950,10\n00:00:00.000,11\n00:00:00.050,12\n", "flex", kT, kX,
+       "counter", ""},
+      {"SerialMonitor",
+       "12:03:11.123 -> 10,323,446\n12:03:11.173 -> 11,323,446\n12:03:11.223 -> 12,323,446\n", "column1", kT,
+       kX, "no header", ""},
       {"SerialMonitorWithHeader",
-       "12:03:11.100 -> A0,A1\n12:03:11.123 -> 10,323\n12:03:11.173 -> 11,323\n12:03:11.223 -> 12,323\n", "A0", kT, kX,
-       "", ""},
+       "12:03:11.100 -> A0,A1\n12:03:11.123 -> 10,323\n12:03:11.173 -> 11,323\n12:03:11.223 -> 12,323\n",
+       "A0", kT, kX, "", ""},
       {"LucidGlovesOnAMonitor",
        "12:03:11.123 -> A10B323C446D350E360F511G511\n12:03:11.173 -> A11B323C446D350E360F511G511\n"
        "12:03:11.223 -> A12B323C446D350E360F511G511\n",
        "thumb", kT, kX, "VR drivers", ""},
-      {"LucidGlovesWithoutTime", "A10B323C446D350E360F511G511\nA11B323C446D350E360F511G511\n", "thumb", {}, {}, "",
+      {"LucidGlovesWithoutTime",
+       "A10B323C446D350E360F511G511\nA11B323C446D350E360F511G511\n",
+       "thumb",
+       {},
+       {},
+       "",
        "has no times"},
       {"Millis", "millis,flex\n1000,10\n1050,11\n1100,12\n", "flex", kT, kX, "", ""},
       {"Microseconds", "t_us,flex\n0,10\n50000,11\n100000,12\n", "flex", kT, kX, "", ""},
-      {"DayFirstDots", "Datum;time;flex\nx;21.11.2026 12:00:00,000;10\nx;21.11.2026 12:00:00,050;11\n"
-                       "x;21.11.2026 12:00:00,100;12\n",
+      {"DayFirstDots",
+       "Datum;time;flex\nx;21.11.2026 12:00:00,000;10\nx;21.11.2026 12:00:00,050;11\n"
+       "x;21.11.2026 12:00:00,100;12\n",
        "flex", kT, kX, "", ""},
-      {"DayFirstSlashes", "time,flex\n21/11/2026 12:00:00.000,10\n21/11/2026 12:00:00.050,11\n"
-                          "21/11/2026 12:00:00.100,12\n",
+      {"DayFirstSlashes",
+       "time,flex\n21/11/2026 12:00:00.000,10\n21/11/2026 12:00:00.050,11\n"
+       "21/11/2026 12:00:00.100,12\n",
        "flex", kT, kX, "", ""},
-      {"AmbiguousDate", "time,flex\n05/06/2026 12:00:00.000,10\n05/06/2026 12:00:00.050,11\n", "flex", {}, {}, "",
+      {"AmbiguousDate",
+       "time,flex\n05/06/2026 12:00:00.000,10\n05/06/2026 12:00:00.050,11\n",
+       "flex",
+       {},
+       {},
+       "",
        "row 2: column \"time\": \"05/06/2026 12:00:00.000\" can be read as two dates"},
-      {"Iso8601", "timestamp,flex\n2026-11-21T12:00:00.000Z,10\n2026-11-21T12:00:00.050Z,11\n"
-                  "2026-11-21T12:00:00.100Z,12\n",
+      {"Iso8601",
+       "timestamp,flex\n2026-11-21T12:00:00.000Z,10\n2026-11-21T12:00:00.050Z,11\n"
+       "2026-11-21T12:00:00.100Z,12\n",
        "flex", kT, kX, "", ""},
-      {"DateAndTimeApart", "Date,Time,flex\n2026-11-21,12:00:00.000,10\n2026-11-21,12:00:00.050,11\n"
-                           "2026-11-21,12:00:00.100,12\n",
+      {"DateAndTimeApart",
+       "Date,Time,flex\n2026-11-21,12:00:00.000,10\n2026-11-21,12:00:00.050,11\n"
+       "2026-11-21,12:00:00.100,12\n",
        "flex", kT, kX, "", ""},
-      {"PointsAndCommasMixed", "t_s;flex\n0;1.5\n0,05;11\n0,1;12\n", "flex", {}, {}, "", "decimal point and some"},
-      {"DecimalCommasBetweenCommas", "t_s,flex\n0,0,10,5\n0,05,11,5\n", "flex", {}, {}, "", "need another separator"},
+      {"PointsAndCommasMixed",
+       "t_s;flex\n0;1.5\n0,05;11\n0,1;12\n",
+       "flex",
+       {},
+       {},
+       "",
+       "decimal point and some"},
+      {"DecimalCommasBetweenCommas",
+       "t_s,flex\n0,0,10,5\n0,05,11,5\n",
+       "flex",
+       {},
+       {},
+       "",
+       "need another separator"},
       {"ColumnTwice", "t_s,flex,flex\n0,10,1\n0.05,11,1\n0.1,12,1\n", "flex", {}, {}, "", "occurs twice"},
-      {"HugeNumber", "t_s,flex\n0,10\n0.05,1e308\n0.1,12\n", "flex", {}, {}, "", "row 3: column \"flex\": 1e308"},
+      {"HugeNumber",
+       "t_s,flex\n0,10\n0.05,1e308\n0.1,12\n",
+       "flex",
+       {},
+       {},
+       "",
+       "row 3: column \"flex\": 1e308"},
       {"Prose", "this is no table\nat all\n", "flex", {}, {}, "", "no time column"},
       {"MostRowsTorn", "t_s,flex\n0,10\n1\n2\n3\n4\n5\n6\n7\n8\n9\n", "flex", {}, {}, "", "are torn"}};
   return all;
@@ -126,7 +169,8 @@ TEST_P(Shapes, IsReadOrRefusedInOneLine) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Log, Shapes, testing::ValuesIn(shapes()), [](const auto& i) { return i.param.name; });
+INSTANTIATE_TEST_SUITE_P(Log, Shapes, testing::ValuesIn(shapes()),
+                         [](const auto& i) { return i.param.name; });
 
 // The same bytes one at a time, as a slow terminal sends them, and all at once.
 TEST(Shapes, AUnitComesFromTheNameAndFromTheRowOfUnits) {

@@ -12,10 +12,10 @@ namespace {
 
 using io::InputError;
 
-constexpr std::size_t kOddRows = 3;       // so many odd rows are forgiven, and
-constexpr double kOddShare = 0.01;        // one in a hundred
+constexpr std::size_t kOddRows = 3;  // so many odd rows are forgiven, and
+constexpr double kOddShare = 0.01;   // one in a hundred
 constexpr double kLongestStep_s = 5;
-constexpr double kWrapShare = 0.98;       // of its range: a counter that goes back by so much has wrapped
+constexpr double kWrapShare = 0.98;  // of its range: a counter that goes back by so much has wrapped
 
 std::string row_name(std::size_t line) { return line > 0 ? fmt::format("row {}", line) : "a row"; }
 
@@ -118,26 +118,30 @@ void Stream::leave_out(const Row& row, Count& count) {
   count.add(row);
   const double forgiven = static_cast<double>(kOddRows) + kOddShare * static_cast<double>(rows_);
   if (static_cast<double>(ahead_.rows + back_.rows) <= forgiven) return;
-  throw InputError(fmt::format("{}: {}: time does not increase ({} rows that do not follow the one before); sort the log by time",
-                               source_.name(), row_name(count.first_line), ahead_.rows + back_.rows));
+  throw InputError(fmt::format(
+      "{}: {}: time does not increase ({} rows that do not follow the one before); sort the log by time",
+      source_.name(), row_name(count.first_line), ahead_.rows + back_.rows));
 }
 
 // Seconds that are milliseconds in truth make steps of which no glove log is made.
 void Stream::check_unit() const {
-  std::vector<double> steps(first_steps_s_.begin(), first_steps_s_.begin() + static_cast<std::ptrdiff_t>(steps_));
+  std::vector<double> steps(first_steps_s_.begin(),
+                            first_steps_s_.begin() + static_cast<std::ptrdiff_t>(steps_));
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::nth_element(steps.begin(), middle, steps.end());
   if (*middle <= kLongestStep_s) return;
-  throw InputError(fmt::format(
-      "{}: time steps of {:.4g} s; if the time column is in milliseconds, name it time_ms or add --time-unit ms",
-      source_.name(), *middle));
+  throw InputError(
+      fmt::format("{}: time steps of {:.4g} s; if the time column is in milliseconds, name it time_ms or add "
+                  "--time-unit ms",
+                  source_.name(), *middle));
 }
 
 std::vector<std::string> Stream::notes() const {
   std::vector<std::string> out = source_.notes();
   const auto say = [&](const Count& count, const std::string& what) {
     if (count.rows == 0) return;
-    const std::string first = count.first_line > 0 ? fmt::format(", the first is row {}", count.first_line) : "";
+    const std::string first =
+        count.first_line > 0 ? fmt::format(", the first is row {}", count.first_line) : "";
     out.push_back(fmt::format("{}: {} row(s) {}{}", source_.name(), count.rows, what, first));
   };
   say(repeated_, "repeat the time of the row before and are taken as a burst");

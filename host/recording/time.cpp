@@ -17,7 +17,8 @@ class Scanner {
   bool digits(int& value, std::size_t least, std::size_t most) {
     std::size_t n = 0;
     int v = 0;
-    while (n < rest_.size() && n < most && rest_[n] >= '0' && rest_[n] <= '9') v = v * 10 + (rest_[n++] - '0');
+    while (n < rest_.size() && n < most && rest_[n] >= '0' && rest_[n] <= '9')
+      v = v * 10 + (rest_[n++] - '0');
     if (n < least || (n < rest_.size() && rest_[n] >= '0' && rest_[n] <= '9')) return false;
     value = v;
     rest_.remove_prefix(n);
@@ -38,7 +39,8 @@ class Scanner {
     if (!one('.') && !one(',')) return true;
     double unit = 0.1;
     std::size_t n = 0;
-    for (; n < rest_.size() && rest_[n] >= '0' && rest_[n] <= '9'; ++n, unit /= 10) value += unit * (rest_[n] - '0');
+    for (; n < rest_.size() && rest_[n] >= '0' && rest_[n] <= '9'; ++n, unit /= 10)
+      value += unit * (rest_[n] - '0');
     rest_.remove_prefix(n);
     return n > 0;
   }
@@ -47,7 +49,8 @@ class Scanner {
     int hour = 0;
     int minute = 0;
     double second = 0;
-    if (!digits(hour, 1, 2) || !one(':') || !digits(minute, 2, 2) || !one(':') || !seconds(second)) return false;
+    if (!digits(hour, 1, 2) || !one(':') || !digits(minute, 2, 2) || !one(':') || !seconds(second))
+      return false;
     if (hour > 24 || minute > 59 || second >= 61) return false;
     value_s = hour * 3600 + minute * 60 + second;
     return true;
@@ -74,7 +77,8 @@ class Scanner {
 };
 
 std::optional<double> since_1970(int year, int month, int day) {
-  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
+  const std::chrono::year_month_day date{std::chrono::year(year),
+                                         std::chrono::month(static_cast<unsigned>(month)),
                                          std::chrono::day(static_cast<unsigned>(day))};
   if (!date.ok()) return std::nullopt;
   return static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count()) * 86400;

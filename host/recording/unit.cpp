@@ -16,12 +16,9 @@ struct Spelling {
 
 const std::vector<Spelling>& spellings() {
   static const std::vector<Spelling> all = {
-      {"count", {"count", "counts", "adc", "lsb"}},
-      {"V", {"v", "volt", "volts"}},
-      {"mV", {"mv", "millivolt", "millivolts"}},
-      {"ohm", {"ohm", "ohms", "Ω"}},
-      {"kohm", {"kohm", "kohms", "kω", "kΩ"}},
-      {"deg", {"deg", "degs", "degree", "degrees", "°"}},
+      {"count", {"count", "counts", "adc", "lsb"}}, {"V", {"v", "volt", "volts"}},
+      {"mV", {"mv", "millivolt", "millivolts"}},    {"ohm", {"ohm", "ohms", "Ω"}},
+      {"kohm", {"kohm", "kohms", "kω", "kΩ"}},      {"deg", {"deg", "degs", "degree", "degrees", "°"}},
       {"rad", {"rad", "rads", "radian", "radians"}}};
   return all;
 }
@@ -77,12 +74,28 @@ std::string unit_of(std::string_view column) {
 }
 
 std::optional<double> seconds_in(std::string_view unit) {
-  static constexpr std::array<std::pair<const char*, double>, 22> kUnits = {
-      {{"s", 1},       {"sec", 1},      {"secs", 1},        {"second", 1},       {"seconds", 1},  {"ms", 1e-3},
-       {"msec", 1e-3}, {"msecs", 1e-3}, {"millis", 1e-3},   {"millis()", 1e-3},  {"millisecond", 1e-3},
-       {"milliseconds", 1e-3},          {"us", 1e-6},       {"usec", 1e-6},      {"µs", 1e-6},
-       {"micros", 1e-6},                {"micros()", 1e-6}, {"microseconds", 1e-6},
-       {"ns", 1e-9},   {"nsec", 1e-9},  {"nanoseconds", 1e-9}, {"min", 60}}};
+  static constexpr std::array<std::pair<const char*, double>, 22> kUnits = {{{"s", 1},
+                                                                             {"sec", 1},
+                                                                             {"secs", 1},
+                                                                             {"second", 1},
+                                                                             {"seconds", 1},
+                                                                             {"ms", 1e-3},
+                                                                             {"msec", 1e-3},
+                                                                             {"msecs", 1e-3},
+                                                                             {"millis", 1e-3},
+                                                                             {"millis()", 1e-3},
+                                                                             {"millisecond", 1e-3},
+                                                                             {"milliseconds", 1e-3},
+                                                                             {"us", 1e-6},
+                                                                             {"usec", 1e-6},
+                                                                             {"µs", 1e-6},
+                                                                             {"micros", 1e-6},
+                                                                             {"micros()", 1e-6},
+                                                                             {"microseconds", 1e-6},
+                                                                             {"ns", 1e-9},
+                                                                             {"nsec", 1e-9},
+                                                                             {"nanoseconds", 1e-9},
+                                                                             {"min", 60}}};
   std::string wanted = lower(trimmed(unit));
   if (wanted.size() > 2 && (wanted.front() == '(' || wanted.front() == '[')) {
     wanted = wanted.substr(1, wanted.size() - 2);

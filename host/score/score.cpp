@@ -108,9 +108,9 @@ Score compare(std::span<const double> measured_t_s, std::span<const double> meas
   const auto first = std::ranges::lower_bound(estimated_t_s, measured_t_s.front()) - estimated_t_s.begin();
   const auto last = std::ranges::upper_bound(estimated_t_s, measured_t_s.back()) - estimated_t_s.begin();
   if (last - first < 2) {
-    throw io::InputError(fmt::format("the two do not overlap in time: measured {:.1f} to {:.1f} s, estimated {:.1f} to {:.1f} s",
-                                     measured_t_s.front(), measured_t_s.back(), estimated_t_s.front(),
-                                     estimated_t_s.back()));
+    throw io::InputError(fmt::format(
+        "the two do not overlap in time: measured {:.1f} to {:.1f} s, estimated {:.1f} to {:.1f} s",
+        measured_t_s.front(), measured_t_s.back(), estimated_t_s.front(), estimated_t_s.back()));
   }
   const auto count = static_cast<std::size_t>(last - first);
   const auto t_s = estimated_t_s.subspan(static_cast<std::size_t>(first), count);

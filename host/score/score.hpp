@@ -3,10 +3,12 @@
 // With e_k = y_k - estimate_k over n samples at t_k:
 //   rmse        = sqrt(mean e^2)                                  degrees
 //   max, p95    = largest and 95th percentile of |e|              degrees
-//   fit percent = 100 (1 - |e|_2 / |y - mean y|_2)                NRMSE fit; 100 is perfect, negative is worse
+//   fit percent = 100 (1 - |e|_2 / |y - mean y|_2)                NRMSE fit; 100 is perfect, negative is
+//   worse
 //                                                                 than the mean
 //   r2          = 1 - sum e^2 / sum (y - mean y)^2
-//   iae         = integral |e| dt, trapezoids                     degree-seconds; E_i of Sensors 2019, 19(18), 3896
+//   iae         = integral |e| dt, trapezoids                     degree-seconds; E_i of Sensors 2019,
+//   19(18), 3896
 // and the same rmse and iae after the one constant lag is removed that makes the rmse smallest.
 #pragma once
 
@@ -23,7 +25,7 @@ struct Score {
   double fit_percent = 0;
   double r2 = 0;
   double iae_deg_s = 0;
-  double best_lag_s = 0;  // positive: the estimate comes late; searched in +-1 s
+  double best_lag_s = 0;     // positive: the estimate comes late; searched in +-1 s
   bool lag_at_edge = false;  // no best lag inside the search: two clocks, or two motions
   double lag_removed_rmse_deg = 0;
   double lag_removed_iae_deg_s = 0;

@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -96,25 +99,56 @@ void follow(const Options& o, const model::Model& model, recording::CsvReader& r
   for (const std::string& note : stream.notes()) log("note: " + note);
 }
 
-// One JSON object, written as the estimates come: their number may be large.
+// A list of numbers that may be long, kept in a file without a name until its turn comes.
+class Spool {
+ public:
+  Spool() : file_(std::tmpfile(), &std::fclose) {
+    if (!file_) throw_reason();
+  }
+
+  void add(const std::string& number) {
+    const std::string text = (empty_ ? "" : ",") + number;
+    empty_ = false;
+    if (std::fwrite(text.data(), 1, text.size(), file_.get()) != text.size()) throw_reason();
+  }
+
+  void print_all() {
+    if (std::fflush(file_.get()) != 0) throw_reason();
+    std::rewind(file_.get());
+    std::string piece(1 << 16, '\0');
+    while (const std::size_t n = std::fread(piece.data(), 1, piece.size(), file_.get())) print(piece.substr(0, n));
+  }
+
+ private:
+  [[noreturn]] static void throw_reason() {
+    throw io::JobError(fmt::format("a temporary file: cannot be written: {}", std::strerror(errno)));
+  }
+
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
+  bool empty_ = true;
+};
+
+// One JSON object. Its lists come one after the other, the estimates all at once.
 void print_json(const Options& o, const model::Model& model, recording::CsvReader& reader) {
-  std::string t_s;
-  std::vector<std::string> angle_deg(model.channels.size());
-  std::vector<std::string> status(model.channels.size());
-  const auto append = [](std::string& list, const auto& value) {
-    fmt::format_to(std::back_inserter(list), "{}{}", list.empty() ? "" : ",", value);
-  };
+  Spool t_s;
+  std::vector<Spool> angle_deg(model.channels.size());
+  std::vector<Spool> status(model.channels.size());
   follow(o, model, reader, [&](const identify::Estimate& e) {
-    append(t_s, e.t_s);
+    t_s.add(fmt::format("{}", e.t_s));
     for (std::size_t i = 0; i < angle_deg.size(); ++i) {
-      append(angle_deg[i], e.angle_deg[i]);
-      append(status[i], e.status[i]);
+      angle_deg[i].add(fmt::format("{}", e.angle_deg[i]));
+      status[i].add(fmt::format("{}", e.status[i]));
     }
   });
-  print(fmt::format("{{\"t_s\":[{}],\"channels\":{{", t_s));
+  print("{\"t_s\":[");
+  t_s.print_all();
+  print("],\"channels\":{");
   for (std::size_t i = 0; i < angle_deg.size(); ++i) {
-    print(fmt::format("{}\"{}\":{{\"angle_deg\":[{}],\"status\":[{}]}}", i > 0 ? "," : "",
-                      model.channels[i].name, angle_deg[i], status[i]));
+    print(fmt::format("{}\"{}\":{{\"angle_deg\":[", i > 0 ? "," : "", model.channels[i].name));
+    angle_deg[i].print_all();
+    print("],\"status\":[");
+    status[i].print_all();
+    print("]}");
   }
   print(fmt::format("}},\"version\":\"{}\"}}\n", FLEXOR_VERSION));
 }

@@ -236,7 +236,9 @@ TEST_F(Cli, RecordingsThatAreTooShortOrDoNotBelongTogetherAreRefused) {
   std::string brief = "t_s,a\n";
   for (int k = 0; k < 100; ++k) brief += std::to_string(0.1 * k) + "," + std::to_string(k % 7) + "\n";
   io::write_file(path("brief.csv"), brief);
-  expect_refused(identify_arguments(glove(), path("brief.csv")), 1, "overlap too short");
+  expect_refused(identify_arguments(glove(), path("brief.csv")), 1, "do not correlate");
+  io::write_file(path("blink.csv"), "t_s,a\n0,1\n0.5,3\n1,2\n");
+  expect_refused(identify_arguments(glove(), path("blink.csv")), 1, "overlap too short");
   std::string other = "t_s,a\n";
   unsigned seed = 1;
   for (int k = 0; k < 900; ++k) {

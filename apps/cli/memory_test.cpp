@@ -127,7 +127,7 @@ TEST_F(Memory, TimesThatAreAbsurd) {
   expect_all_bounded(log("two.csv", "index_alpha", 2000, 2, two_strays), camera);
   expect_all_bounded(log("jump.csv", "index_alpha", 2000, 2, jump), camera);
   expect_all_bounded(log("sparse.csv", "index_alpha", 20000, 2, sparse), camera);
-  expect_all_bounded(log("half.csv", "index_alpha", 200000, 2, half_sparse), camera);
+  expect_all_bounded(log("half.csv", "index_alpha", 100000, 2, half_sparse), camera);
   const std::string glove = log("glove.csv", "index_alpha", 2000, 2, [](int k) { return 0.05 * k; });
   expect_all_bounded(glove, log("camera2.csv", "index_deg", 3000, 1, jump));
 }

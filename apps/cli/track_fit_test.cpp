@@ -50,7 +50,7 @@ class TrackFit : public testing::Test {
   }
 
   void expect_misfit(const std::string& video, const std::string& joints, const std::string& missing,
-                     const std::string& options = " --seconds 1") const {
+                     const std::string& options = " --seconds 3") const {
     EXPECT_EQ(run("track " + video + " --joints " + joints + " --out " + path("a.csv") + " --preview " +
                   path("p.mp4") + options),
               1);
@@ -66,7 +66,7 @@ class TrackFit : public testing::Test {
   }
 
   void film() const {
-    ASSERT_EQ(run("camera film --gestures 4 --set camera.rate_hz=5 --out " + path("film")), 0);
+    ASSERT_EQ(run("camera film --gestures 4 --set camera.rate_hz=2 --out " + path("film")), 0);
   }
 
   // The film's joint file with the marks of some skeletons said to be blue.
@@ -93,7 +93,7 @@ TEST_F(TrackFit, MarksOfAnotherColourAreNamedAndNothingIsWritten) {
 
   // One finger out of five: the others are measured, and its quality says lost.
   EXPECT_EQ(run("track " + video + " --joints " + blue("one.json", {"pinky"}) + " --out " + path("a.csv") +
-                " --seconds 1"),
+                " --seconds 3"),
             0);
   EXPECT_TRUE(
       std::ranges::any_of(lines(), [](const std::string& l) { return l.starts_with("warning: pinky:"); }));

@@ -116,7 +116,8 @@ class Spool {
     if (std::fflush(file_.get()) != 0) throw_reason();
     std::rewind(file_.get());
     std::string piece(1 << 16, '\0');
-    while (const std::size_t n = std::fread(piece.data(), 1, piece.size(), file_.get())) print(piece.substr(0, n));
+    while (const std::size_t n = std::fread(piece.data(), 1, piece.size(), file_.get()))
+      print(piece.substr(0, n));
   }
 
  private:

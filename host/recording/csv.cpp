@@ -119,6 +119,13 @@ std::string quoted(const std::string& name) {
   return out + '"';
 }
 
+// The start of a cell for a message, no letter cut in two.
+std::string shown(const std::string& text) {
+  std::size_t end = std::min<std::size_t>(text.size(), 40);
+  while (end > 0 && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80) --end;
+  return text.substr(0, end);
+}
+
 const char* spelt(char delimiter) {
   switch (delimiter) {
     case ';':
@@ -361,8 +368,7 @@ double CsvReader::number(std::size_t cell, const std::string& column) {
   const std::string& text = cells_[cell];
   const auto parsed = parse(text);
   if (!parsed) {
-    fail(fmt::format("column \"{}\": \"{}\" is not a number; mend or remove the row", column,
-                     text.substr(0, 40)));
+    fail(fmt::format("column \"{}\": \"{}\" is not a number; mend or remove the row", column, shown(text)));
   }
   return checked(*parsed, column, text);
 }
@@ -376,7 +382,7 @@ double CsvReader::time(const std::string& text) {
     fail(fmt::format(
         "column \"{}\": \"{}\" is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove "
         "the row",
-        column, text.substr(0, 40)));
+        column, shown(text)));
   }
   if (!time_format_) {
     time_format_ = found->format;

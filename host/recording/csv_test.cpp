@@ -82,6 +82,12 @@ TEST(Csv, NamesRowAndColumnOfABadCell) {
   EXPECT_NE(reason("t_s,a\n0,1\n1,2,3\n").find("row 3: 3 cells, the header has 2"), std::string::npos);
 }
 
+TEST(Csv, ALongCellIsShownWithoutCuttingALetterInTwo) {
+  std::string cell = "x";
+  for (int i = 0; i < 40; ++i) cell += "\u00e9";
+  EXPECT_TRUE(is_utf8(reason("t_s,a\n0,1\n1," + cell + "\n")));
+}
+
 TEST(Csv, MissingColumnsAreAnsweredWithThoseThereAre) {
   const auto why = reason("t_s,SensorA1,SensorA2\n0,1,2\n1,2,3\n", {"SensorA9"});
   EXPECT_NE(why.find("no column \"SensorA9\"; there are: t_s, SensorA1, SensorA2"), std::string::npos) << why;

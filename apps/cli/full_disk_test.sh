@@ -66,6 +66,24 @@ file() {
     [ "$(listing)" = "$before" ] || fail "not as before, $free of $whole pages free: $* $(listing)"
     no_temporaries || fail "temporaries left, $free of $whole pages free: $*"
   done
+  small_disk "$whole" "$@"
+}
+
+# small_disk PAGES COMMAND...: a disk of 64 KB, empty but for the folder's own page. What fits is written; else as above.
+small_disk() {
+  local whole=$1 status
+  shift
+  rm -rf "${disk:?}"/*
+  mount -o remount,size=64K "$disk"
+  "$@" >"$work/out" 2>"$work/err" </dev/null
+  status=$?
+  if [ $((whole - ${SPARSE:-0})) -le 16 ]; then
+    [ "$status" = 0 ] || fail "exit $status on a disk of 64 KB, where $whole pages are needed: $*"
+  else
+    [ "$status" = 1 ] && says_full || fail "exit $status and not one line on a disk of 64 KB: $*"
+    [ -z "$(find "$disk" -type f)" ] || fail "half written on a disk of 64 KB: $(listing) $*"
+  fi
+  mount -o remount,size=$((kPages * kPage)) "$disk"
 }
 
 # folder PAGES COMMAND...: files go into $disk/new; with 0 to PAGES - 1 free pages they do not fit.

@@ -5,8 +5,11 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <complex>
 #include <numeric>
+#include <unsupported/Eigen/FFT>
 
 #include "host/io/io.hpp"
 #include "host/recording/resample.hpp"
@@ -135,60 +138,104 @@ struct Overlap {
         end(std::min(std::ssize(sensor.value), std::ssize(reference.value) - lag)) {}
 };
 
-struct EtaSquared {
-  double value = 0;
-  double samples = 0;
-};
-
-EtaSquared eta_squared(const Sampled& sensor, const Binning& bins, const Sampled& reference,
-                       const Overlap& overlap, std::ptrdiff_t lag) {
-  std::array<double, kMaxBins> count{};
-  std::array<double, kMaxBins> bin_sum{};
-  double n = 0;
-  double sum = 0;
-  double sum_squares = 0;
-  for (std::ptrdiff_t i = overlap.begin; i < overlap.end; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const auto r = static_cast<std::size_t>(i + lag);
-    if (!sensor.good[k] || !reference.good[r]) continue;
-    const auto b = static_cast<std::size_t>(bins[k]);
-    const double y = reference.value[r];
-    count[b] += 1;
-    bin_sum[b] += y;
-    n += 1;
-    sum += y;
-    sum_squares += y * y;
-  }
-  if (n < 2) return {};
-  double between = 0;
-  for (std::size_t b = 0; b < kMaxBins; ++b) {
-    if (count[b] > 0) between += bin_sum[b] * bin_sum[b] / count[b];
-  }
-  const double mean_term = sum * sum / n;
-  const double total = sum_squares - mean_term;
-  if (total <= 1e-12 * sum_squares) return {0, n};
-  return {std::clamp((between - mean_term) / total, 0.0, 1.0), n};
-}
-
 struct Scan {
   std::vector<std::ptrdiff_t> lag;
   std::vector<double> eta_squared;
   std::vector<double> score;
 };
 
+// c[lag] = sum_i a[i] b[i + lag] for all lags at once, by discrete Fourier transforms of zero-padded signals:
+// O(n log n), where the sums one by one would be O(n^2). Negative lags are counted from the
+// end.
+class CrossCorrelator {
+ public:
+  using Spectrum = std::vector<std::complex<double>>;
+
+  explicit CrossCorrelator(std::size_t samples) : size_(std::bit_ceil(samples)) {
+    fft_.SetFlag(Eigen::FFT<double>::HalfSpectrum);
+  }
+  Spectrum spectrum(std::vector<double> signal) {
+    signal.resize(size_);
+    Spectrum out;
+    fft_.fwd(out, signal);
+    return out;
+  }
+  std::vector<double> correlate(const Spectrum& a, const Spectrum& b) {
+    Spectrum product(a.size());
+    std::ranges::transform(a, b, product.begin(), [](auto x, auto y) { return std::conj(x) * y; });
+    std::vector<double> out;
+    fft_.inv(out, product, static_cast<Eigen::Index>(size_));
+    return out;
+  }
+  std::size_t index(std::ptrdiff_t lag) const { return static_cast<std::size_t>(lag) & (size_ - 1); }
+  std::size_t size() const { return size_; }
+
+ private:
+  std::size_t size_;
+  Eigen::FFT<double> fft_;
+};
+
+// For every lag: the good samples that overlap, the sums of the reference and of its square over them, and
+// the squared sums of the bins over their counts.
+struct Sums {
+  std::vector<double> n;
+  std::vector<double> sum;
+  std::vector<double> sum_squares;
+  std::vector<double> between;
+};
+
+Sums sums_over_lags(CrossCorrelator& correlator, const Sampled& sensor, const Binning& bins,
+                    const std::vector<double>& y, const std::vector<std::uint8_t>& good) {
+  const std::size_t size = correlator.size();
+  Sums out{std::vector<double>(size), std::vector<double>(size), {}, std::vector<double>(size)};
+  std::vector<double> square(y.size());
+  std::ranges::transform(y, square.begin(), [](double v) { return v * v; });
+  const auto y_spectrum = correlator.spectrum(y);
+  const auto good_spectrum = correlator.spectrum({good.begin(), good.end()});
+  for (int bin = 0; bin < bins.count(); ++bin) {
+    std::vector<double> member(sensor.value.size());
+    for (std::size_t i = 0; i < member.size(); ++i) member[i] = sensor.good[i] && bins[i] == bin ? 1 : 0;
+    const auto spectrum = correlator.spectrum(std::move(member));
+    const auto count = correlator.correlate(spectrum, good_spectrum);
+    const auto sum = correlator.correlate(spectrum, y_spectrum);
+    for (std::size_t i = 0; i < size; ++i) {
+      const double whole = std::round(count[i]);
+      if (whole < 1) continue;
+      out.n[i] += whole;
+      out.sum[i] += sum[i];
+      out.between[i] += sum[i] * sum[i] / whole;
+    }
+  }
+  out.sum_squares = correlator.correlate(correlator.spectrum({sensor.good.begin(), sensor.good.end()}),
+                                         correlator.spectrum(std::move(square)));
+  return out;
+}
+
 Scan scan(const Sampled& sensor, const Binning& bins, const Sampled& reference, const Scales& scales) {
   const auto n = std::ssize(sensor.value);
   const auto m = std::ssize(reference.value);
   const auto needed = static_cast<std::ptrdiff_t>(scales.min_overlap_s * scales.coarse_rate_hz);
+  const double mean = std::accumulate(reference.value.begin(), reference.value.end(), 0.0) /
+                      static_cast<double>(std::max<std::ptrdiff_t>(m, 1));
+  std::vector<double> y(reference.value.size());  // about its mean, zero in gaps
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] = reference.good[i] ? reference.value[i] - mean : 0;
+  const double energy = std::inner_product(y.begin(), y.end(), y.begin(), 0.0);
+  CrossCorrelator correlator(static_cast<std::size_t>(n + m));
+  const Sums sums = sums_over_lags(correlator, sensor, bins, y, reference.good);
   Scan result;
   for (std::ptrdiff_t lag = needed - n; lag <= m - needed; ++lag) {
     const Overlap overlap(sensor, reference, lag);
     if (overlap.end - overlap.begin < needed) continue;
-    const EtaSquared eta = eta_squared(sensor, bins, reference, overlap, lag);
-    if (eta.samples < 0.5 * static_cast<double>(needed)) continue;  // mostly pauses
+    const std::size_t i = correlator.index(lag);
+    if (sums.n[i] < std::max(2.0, 0.5 * static_cast<double>(needed))) continue;  // mostly pauses
+    const double mean_term = sums.sum[i] * sums.sum[i] / sums.n[i];
+    const double total = sums.sum_squares[i] - mean_term;
+    // A reference at rest has nothing to explain; below the threshold only rounding is left.
+    const bool at_rest = total <= 1e-10 * energy;
+    const double eta_squared = at_rest ? 0 : std::clamp((sums.between[i] - mean_term) / total, 0.0, 1.0);
     result.lag.push_back(lag);
-    result.eta_squared.push_back(eta.value);
-    result.score.push_back(-eta.samples * std::log(std::max(1 - eta.value, 1e-9)));
+    result.eta_squared.push_back(eta_squared);
+    result.score.push_back(-sums.n[i] * std::log(std::max(1 - eta_squared, 1e-9)));
   }
   return result;
 }

@@ -151,7 +151,7 @@ void draw(const experiment::Plan& plan, const experiment::Result& result,
     experiment::write_trial_report(plan, result, scenarios, plan.folder);
   } catch (const std::exception&) {
     if (!plan.stop->load()) throw;  // gnuplot, for one, hears Ctrl-C too
-    throw experiment::Stopped(fmt::format(
+    throw io::Cancelled(fmt::format(
         "stopped: all trials are kept in {}, and the same command draws the report", plan.folder.string()));
   }
 }
@@ -165,9 +165,7 @@ void play(Options& o, const Program& program) {
   std::vector<experiment::ScenarioResult> scenarios;
   {
     ProgressLine line;
-    const auto progress = [&](std::size_t done, std::size_t of) {
-      line.show(fmt::format("experiment: {} of {} batches", done, of));
-    };
+    const auto progress = [&](std::size_t done, std::size_t of) { line.step("experiment: batch", done, of); };
     result = experiment::run(plan, progress);
     if (o.scenarios) scenarios = run_scenarios(plan, progress);
   }
@@ -203,7 +201,7 @@ void run(Options& o, const Program& program) {
   plan.stop = stop.flag();
   try {
     play(o, program);
-  } catch (const experiment::Stopped& stopped) {
+  } catch (const io::Cancelled& stopped) {
     io::set_interruption_note(stopped.what());
     stop.end();
   }
@@ -227,7 +225,8 @@ void run_twin(const TwinOptions& o) {
     ProgressLine line;
     fit = experiment::calibrate_twin(
         twin::Parameters(), o.evaluations, o.trials, o.seed, [&](int n, int of, double best) {
-          line.show(fmt::format("evaluation {} of {}: rms of ln(ours/published) {:.3f}", n, of, best));
+          line.step(fmt::format("rms of ln(ours/published) {:.3f}: evaluation", best),
+                    static_cast<std::size_t>(n), static_cast<std::size_t>(of));
         });
   }
   io::write_file(o.out, twin::to_json(fit.parameters));

@@ -418,6 +418,8 @@ TEST_F(ExperimentFaults, NumbersThatNobodyCanMeanAreRefused) {
     expect_refused(small({"--seed", seed}), "--seed");
     expect_refused({"calibrate-twin", "--out", path("x"), "--seed", seed}, "--seed");
     expect_refused({"calibrate-glove", "--out", path("x"), "--seed", seed}, "--seed");
+    expect_refused({"latency", "--seed", seed}, "--seed");
+    expect_refused({"camera", "film", "--out", path("x"), "--seed", seed}, "--seed");
   }
   for (const char* threads : {"-1", "257", "1000000", "2147483647"}) {
     expect_refused(small({"--threads", threads, "--out", path("x")}), "threads");

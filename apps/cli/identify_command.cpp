@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <memory>
@@ -34,7 +33,7 @@ std::filesystem::path angles_of_video(const Options& o, const Program& program,
   ProgressLine line;
   const experiment::Tracked tracked =
       program.require_cameras().track(request, [&](std::size_t frames, std::size_t of) {
-        line.show(fmt::format("tracking: frame {} of {}", frames, of));
+        line.step("tracking: frame", frames, of);
         return true;
       });
   for (const std::string& warning : tracked.warnings) log("warning: " + warning);
@@ -82,13 +81,13 @@ void run(Options& o, const Program& program) {
   } else if (!o.lens.empty()) {
     throw io::InputError("--lens goes with a video: add --joints");
   }
-  // One line that rewrites itself for a person, a line for each step in a log.
-  const bool terminal = ::isatty(STDERR_FILENO) != 0;
-  const identify::Progress progress = [&](std::size_t i, std::size_t n, const std::string& what) {
-    fmt::print(stderr, "{}[{:>2}/{}] {}{}", terminal ? "\r\033[K" : "", i + 1, n, what, terminal ? "" : "\n");
-  };
-  const experiment::Identification result = experiment::identify_files(o.request, progress);
-  if (terminal) fmt::print(stderr, "\r\033[K");
+  std::optional<ProgressLine> line(std::in_place);
+  const experiment::Identification result =
+      experiment::identify_files(o.request, [&](std::size_t done, std::size_t of, const std::string& what) {
+        line->step(what + ": fit", done, of);
+        return true;
+      });
+  line.reset();
   // The model first: a report that cannot be drawn must not cost the fit.
   if (!o.model.empty()) model::save(result.model, o.model);
   if (!o.report.empty()) experiment::write_report(result, o.report);

@@ -60,7 +60,9 @@ void add_latency(CLI::App& app, const Program& program) {
   command->add_option("--rate", o->rate_hz, "sample rate of the glove: 10, 20, 50 or 100 Hz")
       ->capture_default_str();
   command->add_option("--edges", o->edges, "how many, at random times")->capture_default_str();
-  command->add_option("--seed", o->seed, "everything random follows from it")->capture_default_str();
+  command->add_option("--seed", o->seed, "everything random follows from it")
+      ->check(seed_fault)
+      ->capture_default_str();
   command->add_option("--twin", o->twin, "configuration of the twin (default: the shipped one)");
   command->add_option("--set", o->set,
                       "change one parameter of the twin: radio.frame_rate_hz=20; may be repeated");

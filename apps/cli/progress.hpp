@@ -26,10 +26,27 @@ class ProgressLine {
     fmt::print(stderr, "{}{}{}", terminal_ ? "\r\033[K" : "", text, terminal_ ? "" : "\n");
   }
 
+  // Step `done` of `of` (0: not known) begins; from two seconds on with the time left, as fast as it went so
+  // far. A further run of steps starts its own clock.
+  void step(const std::string& what, std::size_t done, std::size_t of) {
+    const auto now = std::chrono::steady_clock::now();
+    if (done < last_done_) begin_ = now;
+    last_done_ = done;
+    const double elapsed_s = std::chrono::duration<double>(now - begin_).count();
+    std::string text = of > 0 ? fmt::format("{} {} of {}", what, done, of) : fmt::format("{} {}", what, done);
+    if (elapsed_s > 2 && done > 0 && done < of) {
+      text += fmt::format(", about {:.0f} s left",
+                          elapsed_s * static_cast<double>(of - done) / static_cast<double>(done));
+    }
+    show(text);
+  }
+
  private:
   bool terminal_;
   bool shown_ = false;
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  std::size_t last_done_ = 0;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point last_ = begin_;
 };
 
 }  // namespace flexor::cli

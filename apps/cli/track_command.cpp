@@ -143,8 +143,7 @@ void run(const Options& o, const Program& program) {
   {
     ProgressLine line;
     result = cameras.track(o.request, [&](std::size_t frames, std::size_t of) {
-      line.show(of > 0 ? fmt::format("tracking: frame {} of {}", frames, of)
-                       : fmt::format("tracking: frame {}", frames));
+      line.step("tracking: frame", frames, of);
       return !stop || !*stop->flag();
     });
   }
@@ -231,7 +230,7 @@ void run_film(FilmOptions& o, const Program& program) {
     ProgressLine line;
     cameras.film(o.request, [&](std::size_t frame, std::size_t of) {
       frames = frame;
-      line.show(fmt::format("filming: frame {} of {}", frame, of));
+      line.step("filming: frame", frame, of);
       return true;
     });
   }
@@ -301,7 +300,9 @@ void add_camera(CLI::App& app, const Program& program) {
   film->add_option("--gestures", f->gestures, "what follows the calibration motion, as for flexor experiment")
       ->capture_default_str();
   film->add_option("--rate", f->request.rate_hz, "of the glove's log, Hz")->capture_default_str();
-  film->add_option("--seed", f->request.seed, "everything random follows from it")->capture_default_str();
+  film->add_option("--seed", f->request.seed, "everything random follows from it")
+      ->check(seed_fault)
+      ->capture_default_str();
   film->add_option("--twin", f->twin, "configuration of the twin (default: the shipped one)");
   film->add_option("--set", f->set, "change one parameter of the twin; may be repeated");
   film->add_flag("--json", f->json, "one JSON object on standard output");

@@ -238,9 +238,9 @@ std::vector<Figure> draw(const Identification& r) {
       {"holdout",
        "Held-out response and error",
        "Data that the fit never saw. Top: the camera's angle, the compensator's, and a straight line through "
-       "the "
-       "fitted part. Bottom: what is left of the error. Grey: a log paused there, and the reading is "
-       "interpolated.",
+       "the fitted part. Bottom: what is left of the error. Grey: a log paused there, and the last reading "
+       "is "
+       "held.",
        {}},
       {"alignment",
        "Clock alignment",

@@ -90,7 +90,7 @@ class Drawing {
   }
 
   std::vector<TrialFigure> finish() {
-    if (plan_.stop != nullptr && plan_.stop->load()) throw Stopped("stopped");
+    if (plan_.stop != nullptr && plan_.stop->load()) throw io::Cancelled("stopped");
     g_.run();
     for (TrialFigure& f : figures_) (pdf_ ? f.pdf : f.svg) = pdf_ ? g_.bytes(f.name) : g_.svg(f.name);
     return std::move(figures_);

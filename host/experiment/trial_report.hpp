@@ -30,7 +30,7 @@ struct TrialFigure {
 };
 
 // errors: the table as bars; response_N and error_N: trial 0 of motion N with all compensators; posture_N:
-// the hand at its end. Throws io::JobError when gnuplot is missing or fails, and Stopped.
+// the hand at its end. Throws io::JobError when gnuplot is missing or fails, and io::Cancelled.
 std::vector<TrialFigure> draw(const Plan& plan, const Result& result);
 
 // results.json, report.html, and every figure as SVG and PDF.

@@ -133,7 +133,7 @@ class Runner {
       play_all();
     } catch (const std::exception&) {
       // Ctrl-C reaches compilers and the like too: what fails then is no news.
-      if (is_stopped()) throw Stopped(stopped());
+      if (is_stopped()) throw io::Cancelled(stopped());
       throw;
     }
     result_.distance = {distance(1, 4), distance(5, 6), distance(1, 6)};
@@ -166,7 +166,7 @@ class Runner {
   bool is_stopped() const { return plan_.stop != nullptr && plan_.stop->load(); }
 
   void go_on() const {
-    if (is_stopped()) throw Stopped("");
+    if (is_stopped()) throw io::Cancelled("");
   }
 
   // How much of everything is done and safe.
@@ -458,7 +458,7 @@ twin::Setup first_setup(const Plan& plan, const twin::Motion& motion, const Comp
 }
 
 twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
-  if (plan.stop != nullptr && plan.stop->load()) throw Stopped("stopped");
+  if (plan.stop != nullptr && plan.stop->load()) throw io::Cancelled("stopped");
   const twin::Setup setup = first_setup(plan, motion, compensator);
   if (plan.engine != nullptr) plan.engine->prepare(setup);
   return play(plan, setup, 0, 1).front();

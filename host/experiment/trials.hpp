@@ -47,17 +47,12 @@ struct Plan {
   int threads = 0;               // 0: as many as the machine has
   std::filesystem::path folder;  // empty: nothing is written
   Engine* engine = nullptr;      // none: the twin. Outlives the run
-  // Becomes true when the run shall end: Stopped is thrown, with everything done so far in the folder.
+  // Becomes true when the run shall end: io::Cancelled is thrown, with everything done so far in the folder.
   const std::atomic<bool>* stop = nullptr;
   const FolderLock* lock = nullptr;  // of the folder, where the caller has it already
 };
 
 inline constexpr int kMaxThreads = 256;
-
-// Somebody asked the run to end. One line that says what is kept.
-struct Stopped : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 // Mean and 95 % interval (Student's t) of a stream of numbers.
 class Statistic {
@@ -131,7 +126,7 @@ using TrialProgress = std::function<void(std::size_t done, std::size_t of)>;  //
 void check(const Plan& plan);
 
 // Throws as check(); io::InputError: a folder that holds another run, or in which somebody else works;
-// io::JobError: trials.csv cannot be written; Stopped.
+// io::JobError: trials.csv cannot be written; io::Cancelled.
 Result run(const Plan& plan, const TrialProgress& progress);
 
 // Trial 0 of a motion, exactly as run() meets it: what to play, and played.

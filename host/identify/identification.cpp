@@ -268,23 +268,29 @@ Data fitted_data(const Identification& r, const std::string& channel) {
 struct Fitted {
   std::vector<Candidate> candidates;
   std::size_t chosen = 0;
+  double seconds = 0;  // without the families that only stand beside it in the table
 };
 
-Fitted fit_structures(const Request& request, const Data& data, const Progress& progress) {
-  if (request.structure == "auto") {
-    Selection selection = select(auto_candidates(request.monotone), data, progress);
-    return {std::move(selection.candidates), selection.chosen};
+// Counts the fits of a run with one structure, which the other families follow.
+class FitSteps {
+ public:
+  explicit FitSteps(const Progress& progress) : progress_(progress) {}
+  void next(const Structure& structure) {
+    if (progress_ && !progress_(done_++, families().size(), describe(structure)))
+      throw io::Cancelled("cancelled");
   }
-  Candidate asked{requested_structure(request), {}, 0, {}};
-  asked.summary = fit(asked.structure, data);
-  return {{std::move(asked)}, 0};
-}
+
+ private:
+  const Progress& progress_;
+  std::size_t done_ = 0;
+};
 
 // The other families at their usual size, so that the table compares.
-void fit_others(const Data& data, Family chosen, std::vector<Candidate>& candidates) {
+void fit_others(const Data& data, Family chosen, FitSteps& steps, std::vector<Candidate>& candidates) {
   for (const Family family : families()) {
     if (family == chosen) continue;
     Candidate other{make_structure(family), {}, 0, {}};
+    steps.next(other.structure);
     try {
       Options quick;
       quick.max_starts = 2;
@@ -294,6 +300,21 @@ void fit_others(const Data& data, Family chosen, std::vector<Candidate>& candida
     }
     candidates.push_back(std::move(other));
   }
+}
+
+Fitted fit_structures(const Request& request, const Data& data, const Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  if (request.structure == "auto") {
+    Selection selection = select(auto_candidates(request.monotone), data, progress);
+    return {std::move(selection.candidates), selection.chosen, seconds_since(start)};
+  }
+  Candidate asked{requested_structure(request), {}, 0, {}};
+  FitSteps steps(progress);
+  steps.next(asked.structure);
+  asked.summary = fit(asked.structure, data);
+  Fitted out{{std::move(asked)}, 0, seconds_since(start)};
+  fit_others(data, out.candidates.front().structure.family, steps, out.candidates);
+  return out;
 }
 
 // Where the model comes from and how good it is, into the model.
@@ -354,11 +375,9 @@ Identification identify(recording::Pair pair, const Request& request, const Prog
                     static_cast<std::size_t>(request.split * static_cast<double>(a.size() - a.overlap_begin));
 
   const Data data = fitted_data(r, channel);
-  const auto start = std::chrono::steady_clock::now();
   Fitted fitted = fit_structures(request, data, progress);
   r.fit = fitted.candidates[fitted.chosen].summary;
-  r.fit_seconds = seconds_since(start);
-  if (request.structure != "auto") fit_others(data, r.fit.structure.family, fitted.candidates);
+  r.fit_seconds = fitted.seconds;
 
   std::vector<std::uint8_t> use = data.use;
   use.resize(a.size(), 0);

@@ -154,6 +154,17 @@ TEST(Identification, AGivenOffsetNeedsNoAlignment) {
   EXPECT_GT(r.holdout.samples, 100u);
 }
 
+TEST(Identification, EndsAtTheNextFitWhenItIsCancelled) {
+  for (const char* structure : {"auto", "hw"}) {
+    Request request;
+    request.structure = structure;
+    std::size_t calls = 0;
+    const auto until_third = [&](std::size_t, std::size_t, const std::string&) { return ++calls < 3; };
+    EXPECT_THROW((void)identify(simulated({20, 0, false, false}), request, until_third), io::Cancelled);
+    EXPECT_EQ(calls, 3u) << structure;
+  }
+}
+
 TEST(Identification, AChannelThatNobodyNamedIsSaid) {
   recording::Pair pair = simulated({20, 2, false, false});
   pair.sensor.columns[0].name = pair.input = "SensorA2";

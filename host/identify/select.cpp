@@ -29,7 +29,8 @@ std::vector<Structure> auto_candidates(bool monotone) {
   return all;
 }
 
-std::vector<Fold> folds(const Structure& structure, const Data& data) {
+std::vector<Fold> folds(const Structure& structure, const Data& data,
+                        const std::function<void()>& before_each) {
   std::vector<std::size_t> used;
   for (std::size_t k = 0; k < data.use.size(); ++k) {
     if (data.use[k]) used.push_back(k);
@@ -41,16 +42,18 @@ std::vector<Fold> folds(const Structure& structure, const Data& data) {
     Data rest = data;
     const std::size_t end = std::min(fold.last + guard + 1, rest.use.size());
     for (std::size_t k = fold.first - std::min(fold.first, guard); k < end; ++k) rest.use[k] = 0;
+    if (before_each) before_each();
     fold.summary = fit(structure, rest);
     all.push_back(std::move(fold));
   }
   return all;
 }
 
-double cross_validate(const Structure& structure, const Data& data) {
+double cross_validate(const Structure& structure, const Data& data,
+                      const std::function<void()>& before_each) {
   double sum = 0;
   std::size_t count = 0;
-  for (const Fold& fold : folds(structure, data)) {
+  for (const Fold& fold : folds(structure, data, before_each)) {
     for (std::size_t k = fold.first; k <= fold.last; ++k) {
       if (!data.use[k]) continue;
       const auto at = static_cast<Eigen::Index>(k);
@@ -66,12 +69,19 @@ Selection select(const std::vector<Structure>& candidates, const Data& data, con
   Selection selection;
   double best = std::numeric_limits<double>::infinity();
   for (const Structure& structure : candidates) {
-    if (progress) progress(selection.candidates.size(), candidates.size(), describe(structure));
+    const std::size_t fits = kBlocks + 1;
+    std::size_t done = fits * selection.candidates.size();
+    const auto step = [&] {
+      if (progress && !progress(done, fits * candidates.size(), describe(structure)))
+        throw io::Cancelled("cancelled");
+      ++done;
+    };
     Candidate candidate;
     candidate.structure = structure;
     try {
+      step();
       candidate.summary = fit(structure, data);
-      candidate.cross_validated_deg = cross_validate(structure, data);
+      candidate.cross_validated_deg = cross_validate(structure, data, step);
       best = std::min(best, candidate.cross_validated_deg);
     } catch (const io::JobError& error) {
       candidate.refusal = error.what();

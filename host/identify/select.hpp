@@ -30,13 +30,14 @@ struct Selection {
   std::size_t chosen = 0;
 };
 
-// Called before each candidate: index, how many, its description.
-using Progress = std::function<void(std::size_t, std::size_t, const std::string&)>;
+// Called before each fit: how many are done, of how many, the structure's description. False: io::Cancelled
+// is thrown.
+using Progress = std::function<bool(std::size_t done, std::size_t of, const std::string& what)>;
 
 // The structures that auto compares: all families, with several numbers of knots and poles.
 std::vector<Structure> auto_candidates(bool monotone);
 
-// Throws io::JobError when no candidate could be fitted, with the first one's reason.
+// Throws io::JobError when no candidate could be fitted, with the first one's reason; io::Cancelled.
 Selection select(const std::vector<Structure>& candidates, const Data& data, const Progress& progress);
 
 // One block left out: the fit to the rest, and which samples it never saw.
@@ -47,10 +48,12 @@ struct Fold {
 };
 
 // Each fold takes knots, starting points and parameters from its own training part alone. Throws io::JobError
-// when a block's complement cannot be fitted.
-std::vector<Fold> folds(const Structure& structure, const Data& data);
+// when a block's complement cannot be fitted. `before_each` fit may throw.
+std::vector<Fold> folds(const Structure& structure, const Data& data,
+                        const std::function<void()>& before_each = {});
 
 // RMSE over the blocks that the folds left out.
-double cross_validate(const Structure& structure, const Data& data);
+double cross_validate(const Structure& structure, const Data& data,
+                      const std::function<void()>& before_each = {});
 
 }  // namespace flexor::identify

@@ -42,13 +42,15 @@ TEST(Select, TakesTheStraightLineWhereTheTruthIsOne) {
 TEST(Select, TakesTheCurveWhereTheTruthIsCurved) {
   const std::vector<Structure> candidates = {make_structure(Family::linear),
                                              make_structure(Family::hammerstein, 1, 6)};
-  int called = 0;
-  const Selection s = select(candidates, simulate(true), [&](auto, std::size_t n, const std::string&) {
-    ++called;
-    EXPECT_EQ(n, 2u);
-  });
+  std::size_t called = 0;
+  const Selection s =
+      select(candidates, simulate(true), [&](std::size_t done, std::size_t of, const std::string&) {
+        EXPECT_EQ(done, called++);
+        EXPECT_EQ(of, 10u);  // each of the two: all of the data, and without each of four blocks
+        return true;
+      });
   EXPECT_EQ(s.chosen, 1u);
-  EXPECT_EQ(called, 2);
+  EXPECT_EQ(called, 10u);
 }
 
 TEST(Select, ACandidateThatCannotBeFittedIsShownWithItsReason) {

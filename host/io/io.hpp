@@ -20,6 +20,11 @@ struct JobError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// The caller's progress function asked to stop, or a signal did.
+struct Cancelled : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 // Throws InputError: missing, a directory, unreadable.
 void require_readable(const std::filesystem::path& path);
 

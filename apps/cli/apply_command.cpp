@@ -74,7 +74,13 @@ void check_units(const model::Model& model, const recording::CsvReader& reader) 
   for (std::size_t i = 0; i < model.channels.size(); ++i) {
     const std::string& unit = reader.units()[i];
     const std::string& wanted = model.channels[i].input_unit;
-    if (unit.empty() || !recording::known_unit(wanted) || unit == wanted) continue;
+    if (unit == wanted) continue;
+    if (unit.empty() || !recording::known_unit(wanted)) {
+      log(fmt::format("note: {}: column \"{}\" {}, the model's {} finger {}: taken as the same",
+                      reader.name(), reader.columns()[i], unit.empty() ? "states no unit" : "is in " + unit,
+                      model.channels[i].name, wanted.empty() ? "states none" : "takes " + wanted));
+      continue;
+    }
     throw io::InputError(fmt::format("{}: column \"{}\" is in {}, the model's {} finger takes {}",
                                      reader.name(), reader.columns()[i], unit, model.channels[i].name,
                                      wanted));
@@ -87,7 +93,9 @@ void follow(const Options& o, const model::Model& model, recording::CsvReader& r
   recording::Stream stream(reader, recording::Resets::follow);
   const auto with = [&](auto estimator) {
     recording::Row row;
-    while (stream.next(row)) estimator.push(row.t_s, row.value, sink);
+    bool any = false;
+    for (; stream.next(row); any = true) estimator.push(row.t_s, row.value, sink);
+    if (!any) throw io::InputError(fmt::format("{}: no row with a reading of every channel", reader.name()));
   };
   if (o.arithmetic == "fixed") {
     with(identify::Estimator<model::FixedArithmetic>(model));

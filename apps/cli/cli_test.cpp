@@ -114,6 +114,42 @@ TEST_F(Cli, WrongUsageIsExitTwo) {
   EXPECT_EQ(run("identify --sensor a --reference b --rate fast").exit, 2);
 }
 
+TEST_F(Cli, NoOutputTakesThePlaceOfAnInput) {
+  const std::string both = "--sensor '" + glove() + "' --reference '" + camera() + "' ";
+  const std::string before = content(glove());
+  for (const std::string& arguments :
+       {"identify --structure linear --model '" + glove() + "' " + both,
+        "align --out '" + glove() + "' " + both, "align --out '" + camera() + "' " + both}) {
+    expect_refused(arguments, 2, "is an input of this command");
+  }
+  EXPECT_EQ(content(glove()), before);
+  fs::create_directories(path("own"));
+  io::write_file(fs::path(path("own")) / "glove.csv", before);
+  expect_refused("calibrate-glove --rounds 1 --out '" + path("own") + "'", 2, "choose another folder");
+  EXPECT_EQ(content(fs::path(path("own")) / "glove.csv"), before);
+}
+
+TEST_F(Cli, EmptyAndAbsurdValuesAreRefusedBeforeTheWork) {
+  const std::string both = "--sensor '" + glove() + "' --reference '" + camera() + "' ";
+  expect_refused("identify --structure linear --model '' " + both, 2, "--model");
+  expect_refused("identify --structure linear --report '' " + both, 2, "--report");
+  expect_refused("score '" + camera() + "' '" + camera() + "' --estimate-offset nan", 2, "--estimate-offset");
+  io::write_file(path("torn.csv"), "time_ms,index_count\n12,");
+  expect_refused("identify --sensor '" + path("torn.csv") + "' --reference '" + camera() + "'", 2,
+                 "torn.csv");
+}
+
+TEST_F(Cli, AStandardErrorThatCannotBeWrittenCostsNothingButItsLines) {
+  const std::string command = "'" FLEXOR_PROGRAM "' identify --sensor '" + glove() + "' --reference '" +
+                              camera() + "' --structure linear --model '" + path("m.json") + "' > '" +
+                              path("stdout") + "'";
+  for (const char* closed : {" 2> /dev/full", " 2>&-"}) {
+    EXPECT_EQ(std::system((command + closed).c_str()), 0) << closed;
+    EXPECT_TRUE(fs::exists(path("m.json")));
+    fs::remove(path("m.json"));
+  }
+}
+
 TEST_F(Cli, AlignPrintsTheOffsetAndWritesTheAlignedRecording) {
   const Finished r = run("align --sensor '" + glove() + "' --reference '" + camera() + "' --json --out '" +
                          path("a.csv") + "'");

@@ -23,7 +23,7 @@ struct Options {
   std::string out;
   std::string output = "radio";
   double baud = 0;  // 0: the configuration's
-  double frame_rate_hz = 0;
+  std::optional<double> frame_rate_hz;
   std::string key;
   bool new_key = false;
   bool plain = false;
@@ -103,7 +103,11 @@ experiment::Deployment plan(const Options& o, const twin::Parameters& p, const d
   d.glove.key = key;
   d.glove.output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
   if (o.baud != 0) d.glove.baud = o.baud;
-  if (o.frame_rate_hz != 0) d.glove.frame_rate_hz = o.frame_rate_hz;
+  if (o.frame_rate_hz) {
+    if (!(*o.frame_rate_hz > 0) || !std::isfinite(*o.frame_rate_hz))
+      throw io::InputError("--frame-rate must be a positive number of frames a second");
+    d.glove.frame_rate_hz = *o.frame_rate_hz;
+  }
   d.glove.assembly = o.assembly;
   (void)deploy::samples_per_frame(d.glove);
   (void)deploy::uart_divisor(d.glove.output == deploy::Output::radio ? d.glove.baud : deploy::kUsbBaud);
@@ -223,8 +227,11 @@ void add_deploy(CLI::App& app, const Program& program) {
   auto* key = command->add_option("--key", o->key,
                                   "file with the pair's key, 32 hexadecimal digits; - is standard input "
                                   "(default: OUT/pair.key, where there is none a new one)");
-  command->add_flag("--new-key", o->new_key, "a new key, also where OUT/pair.key is there")->excludes(key);
-  command->add_flag("--plain", o->plain, "frames without authentication: anybody in range can move the hand");
+  auto* new_key = command->add_flag("--new-key", o->new_key, "a new key, also where OUT/pair.key is there")
+                      ->excludes(key);
+  command->add_flag("--plain", o->plain, "frames without authentication: anybody in range can move the hand")
+      ->excludes(key)
+      ->excludes(new_key);
   command->add_option(
       "--calibration", o->calibration,
       "JSON: for each finger \"counts\" and \"value\", two or more points, and their \"unit\" "

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <set>
 #include <sstream>
 
 #include "apps/cli/commands.hpp"
@@ -47,7 +48,7 @@ namespace {
 // would go.
 void occupy_standard_streams() {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    if (fcntl(stream, F_GETFD) < 0) (void)open("/dev/null", O_RDONLY);
+    if (fcntl(stream, F_GETFD) < 0) (void)open("/dev/null", O_RDWR);
   }
 }
 
@@ -76,7 +77,34 @@ const experiment::Cameras& Program::require_cameras() const {
   return *cameras;
 }
 
-void log(const std::string& line) { fmt::print(stderr, "{}\n", line); }
+// Losing a line of a log is no reason to lose the work.
+void log(const std::string& line) { (void)std::fputs((line + "\n").c_str(), stderr); }
+
+namespace {
+
+// What every option of every command has in common.
+void guard_options(CLI::App& app) {
+  const auto not_empty = [](const std::string& value) {
+    return value.empty() ? std::string("is empty: give a value, or leave the option out") : std::string();
+  };
+  const std::set<std::string> outputs = {"--out", "--model", "--report", "--preview", "--save", "--vcd"};
+  for (CLI::App* command : app.get_subcommands({})) {
+    guard_options(*command);
+    for (CLI::Option* option : command->get_options()) {
+      if (option->get_items_expected_max() == 0) continue;  // a flag
+      option->check(not_empty);
+      // A pair's key may lie in the folder that is written: it is kept there.
+      if (outputs.contains(option->get_name()) || option->get_name() == "--key") continue;
+      option->each([](const std::string& values) {
+        std::istringstream list(values);
+        for (std::string value; std::getline(list, value, ',');) io::note_input(value);
+        io::note_input(values);
+      });
+    }
+  }
+}
+
+}  // namespace
 
 int run(int argc, char** argv, experiment::Boards* boards, const experiment::Cameras* cameras) {
   constexpr int kFailed = 1;
@@ -102,6 +130,7 @@ int run(int argc, char** argv, experiment::Boards* boards, const experiment::Cam
   add_apply(app);
   add_score(app);
   add_show(app);
+  guard_options(app);
   try {
     parse(app, argc, argv);
     return 0;

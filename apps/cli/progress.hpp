@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdio>
 #include <string>
 
 namespace flexor::cli {
@@ -13,7 +14,7 @@ class ProgressLine {
  public:
   ProgressLine() : terminal_(::isatty(STDERR_FILENO) != 0) {}
   ~ProgressLine() {
-    if (terminal_ && shown_) fmt::print(stderr, "\r\033[K");
+    if (terminal_ && shown_) write("\r\033[K");
   }
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
@@ -23,7 +24,7 @@ class ProgressLine {
     if (now - last_ < (terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(2000))) return;
     last_ = now;
     shown_ = true;
-    fmt::print(stderr, "{}{}{}", terminal_ ? "\r\033[K" : "", text, terminal_ ? "" : "\n");
+    write(terminal_ ? "\r\033[K" + text : text + "\n");
   }
 
   // Step `done` of `of` (0: not known) begins; from two seconds on with the time left, as fast as it went so
@@ -42,6 +43,8 @@ class ProgressLine {
   }
 
  private:
+  static void write(const std::string& text) { (void)std::fputs(text.c_str(), stderr); }
+
   bool terminal_;
   bool shown_ = false;
   std::size_t last_done_ = 0;

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -7,6 +8,7 @@
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/pair.hpp"
+#include "host/recording/resample.hpp"
 #include "host/score/score.hpp"
 
 namespace flexor::cli {
@@ -39,32 +41,41 @@ std::string pick(const recording::Recording& r, const std::string& wanted, const
 struct Angles {
   recording::Recording recording;
   std::string column;
-  recording::Series series() const { return recording.series(column); }
+  score::Angles angles() const {
+    const recording::Series s = recording.series(column);
+    return {s.t_s, s.value, recording::default_max_gap_s(s.t_s)};
+  }
 };
 
 Angles read(const std::string& path, const std::string& column, const char* option,
             const std::string& time_unit) {
-  Angles a{
-      recording::read_csv(path, column.empty() ? std::vector<std::string>() : std::vector{column}, time_unit),
-      ""};
+  Angles a{column.empty() ? recording::read_csv(path, {}, time_unit)
+                          : recording::read_angle(path, column, time_unit),
+           ""};
   a.column = pick(a.recording, column, option);
+  recording::leave_out_lost(a.recording, a.column);
   recording::to_degrees(a.recording, a.column, "");
   for (const std::string& warning : a.recording.warnings) log("note: " + warning);
   return a;
 }
 
 void run(const Options& o) {
+  if (!std::isfinite(o.estimate_offset_s))
+    throw io::InputError("--estimate-offset must be a number of seconds");
   const Angles measured = read(o.reference, o.reference_column, "--reference-column", o.time_unit);
   Angles estimated = read(o.estimate, o.estimate_column, "--estimate-column", o.time_unit);
   for (double& t : estimated.recording.t_s) t += o.estimate_offset_s;
-  const recording::Series y = measured.series();
-  const recording::Series e = estimated.series();
   score::Score s;
   try {
-    s = score::compare(y.t_s, y.value, e.t_s, e.value);
+    s = score::compare(measured.angles(), estimated.angles());
   } catch (const io::InputError& error) {
     throw io::InputError(fmt::format("{} and {}: {}; shift one with --estimate-offset", o.reference,
                                      o.estimate, error.what()));
+  }
+  if (s.left_out > 0) {
+    log(fmt::format(
+        "note: {} of {} samples of the estimate lie in gaps of the measured angle and are left out",
+        s.left_out, s.left_out + s.samples));
   }
   if (s.lag_at_edge) {
     log("warning: the best lag lies at the edge of the search: are the two on the same clock? "

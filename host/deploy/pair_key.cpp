@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <iostream>
@@ -48,6 +49,8 @@ link::Key key_from_hex(const std::string& hex) {
   link::Key key{};
   for (std::size_t i = 0; i < sizeof(key.bytes); ++i)
     key.bytes[i] = static_cast<std::uint8_t>(std::stoi(hex.substr(2 * i, 2), nullptr, 16));
+  if (std::ranges::all_of(key.bytes, [](std::uint8_t b) { return b == 0; }))
+    throw io::InputError("not a key: all its digits are 0; --new-key makes a random one");
   return key;
 }
 

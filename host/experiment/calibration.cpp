@@ -322,6 +322,15 @@ GloveCalibration calibrate_glove(const GloveRequest& request, const StepProgress
     if (progress) progress(what);
   };
   if (request.rounds < 1 || request.rounds > 100) throw io::InputError("a calibration takes 1 to 100 rounds");
+  // These are the names that anybody gives to logs of their own.
+  for (const char* name : {"glove.csv", "camera.csv"}) {
+    if (std::filesystem::exists(request.folder / name) &&
+        !std::filesystem::exists(request.folder / "lead.json")) {
+      throw io::InputError(
+          fmt::format("{}: is there already and may be a log of yours: choose another folder",
+                      (request.folder / name).string()));
+    }
+  }
   GloveCalibration out;
   const GloveRecorder recorder(request);
   say("recording the calibration motion");

@@ -97,7 +97,11 @@ class Gnuplot {
     throw io::JobError(fmt::format("gnuplot could not draw the figures: {}", reason.substr(0, 200)));
   }
 
-  std::string bytes(const std::string& name) const { return io::read_file(folder_.path() / name); }
+  std::string bytes(const std::string& name) const {
+    if (!std::filesystem::exists(folder_.path() / name))
+      throw io::JobError("gnuplot could not draw the figures, and says nothing: does it run?");
+    return io::read_file(folder_.path() / name);
+  }
 
   std::string svg(const std::string& name) const {
     const std::string text = bytes(name);

@@ -128,8 +128,10 @@ void metrics(Page& page, const Identification& r) {
       "<details><summary>All scores on the held-out part</summary><div class=scroll><table><tr><th>score"
       "<th>compensator<th>without pauses<th>straight line</tr>");
   const auto row = [&](const char* name, double score::Score::*field, const char* unit) {
-    page.add("<tr><td>{}<td>{:.3f} {u}<td>{:.3f} {u}<td>{:.3f} {u}</tr>", name, r.holdout.*field,
-             r.holdout_without_gaps.*field, r.baseline.*field, fmt::arg("u", unit));
+    const std::string without =
+        r.holdout_without_gaps ? fmt::format("{:.3f}", *r.holdout_without_gaps.*field) : "-";
+    page.add("<tr><td>{}<td>{:.3f} {u}<td>{} {u}<td>{:.3f} {u}</tr>", name, r.holdout.*field, without,
+             r.baseline.*field, fmt::arg("u", unit));
   };
   row("RMSE", &score::Score::rmse_deg, "&deg;");
   row("95th percentile of the error", &score::Score::p95_abs_deg, "&deg;");

@@ -29,7 +29,7 @@ class Estimator {
   // Throws io::InputError when the model does not fit the arithmetic.
   explicit Estimator(const model::Model& model)
       : simulation_(model),
-        resampler_(model.channels.size(), model.sample_period_s, max_gap_s(model)),
+        resampler_(ranges(model), model.sample_period_s, max_gap_s(model)),
         out_{0, std::vector<double>(model.channels.size()), std::vector<int>(model.channels.size())} {}
 
   // One reading of each channel, t_s never decreasing. Calls sink(const Estimate&) for each grid point that
@@ -54,6 +54,12 @@ class Estimator {
   }
 
  private:
+  static std::vector<recording::Range> ranges(const model::Model& model) {
+    std::vector<recording::Range> out;
+    for (const model::Channel& c : model.channels) out.push_back({c.valid_min, c.valid_max});
+    return out;
+  }
+
   model::Simulation<Arithmetic> simulation_;
   recording::Resampler resampler_;
   Estimate out_;

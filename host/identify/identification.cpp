@@ -18,8 +18,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kAdcTop = 1023;
-constexpr double kRangeMargin = 0.25;
 constexpr double kMuchWorse = 1.5;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -44,6 +42,14 @@ Structure requested_structure(const Request& r) {
     if (r.knots) throw io::InputError("a dead zone replaces the input curve: leave out the number of knots");
     return make_dead_zone_structure(r.order.value_or(1));
   }
+  const auto refuse = [&](bool given, const char* what) {
+    if (given)
+      throw io::InputError(fmt::format("structure {} has no {}: leave that option out", r.structure, what));
+  };
+  const bool still = wanted == Family::linear;
+  refuse(r.order && still, "poles (--order)");
+  refuse(r.knots && (still || wanted == Family::linear_dynamic), "curve (--knots)");
+  refuse(r.plays && wanted != Family::hw_hysteresis, "play operators (--plays)");
   Structure s = make_structure(wanted, r.order.value_or(kDefaultOrder), r.knots.value_or(kDefaultKnots),
                                r.plays.value_or(kDefaultPlays));
   s.monotone = r.monotone && (s.input_knots > 0 || s.output_knots > 0);
@@ -67,23 +73,6 @@ std::string input_unit(const recording::Pair& pair, const Request& request) {
   return *asked;
 }
 
-// The range of readings that the compensator accepts: an ADC without its rails, or what was seen in the
-// fitted part and a quarter of its range on either side.
-void set_input_range(const recording::Aligned& aligned, std::size_t fitted, model::Channel& channel) {
-  const auto [low, high] =
-      std::minmax_element(aligned.input.begin(), aligned.input.begin() + static_cast<std::ptrdiff_t>(fitted));
-  if (channel.input_unit == "count" && *low >= 0) {
-    double top = kAdcTop;
-    while (top < *high) top = 2 * top + 1;  // 10 bits, or as many as it takes
-    channel.valid_min = 1;
-    channel.valid_max = top - 1;
-    return;
-  }
-  const double margin = kRangeMargin * (*high - *low);
-  channel.valid_min = *low - margin;
-  channel.valid_max = *high + margin;
-}
-
 std::vector<double> simulate(const model::Model& model, const std::vector<double>& input) {
   model::Simulation<model::DoubleArithmetic> simulation(model);
   std::vector<double> out;
@@ -102,8 +91,9 @@ model::Model make_model(const Summary& fit, const Identification& r) {
   m.max_gap_s = r.aligned.max_gap_s;
   model::Channel channel = fit.channel;
   channel.input_column = r.pair.input;
-  channel.input_unit = input_unit(r.pair, r.request);
-  set_input_range(r.aligned, r.holdout_begin, channel);
+  channel.input_unit = r.pair.sensor.column(r.pair.input).unit;
+  channel.valid_min = r.aligned.valid.min;
+  channel.valid_max = r.aligned.valid.max;
   m.channels = {std::move(channel)};
   return m;
 }
@@ -114,15 +104,17 @@ class Scorer {
       : angle_(aligned.angle_deg),
         gap_(aligned.gap),
         begin_(begin),
-        t_(aligned.t_s.begin() + static_cast<std::ptrdiff_t>(begin), aligned.t_s.end()) {}
+        t_(aligned.t_s.begin() + static_cast<std::ptrdiff_t>(begin), aligned.t_s.end()),
+        max_step_s_(std::max(aligned.max_gap_s, 1.5 * aligned.period_s)) {}
 
   score::Score all(const std::vector<double>& estimate) const {
     const std::span measured(angle_.begin() + static_cast<std::ptrdiff_t>(begin_), angle_.end());
     const std::span estimated(estimate.begin() + static_cast<std::ptrdiff_t>(begin_), estimate.end());
-    return score::score(t_, measured, estimated);
+    return score::score(t_, measured, estimated, max_step_s_);
   }
 
-  score::Score without_gaps(const std::vector<double>& estimate) const {
+  // None where less than two samples are left, or the finger stands still in all of them.
+  std::optional<score::Score> without_gaps(const std::vector<double>& estimate) const {
     std::vector<double> t;
     std::vector<double> measured;
     std::vector<double> estimated;
@@ -132,7 +124,8 @@ class Scorer {
       measured.push_back(angle_[k]);
       estimated.push_back(estimate[k]);
     }
-    return score::score(t, measured, estimated);
+    if (t.size() < 2 || std::ranges::min(measured) == std::ranges::max(measured)) return std::nullopt;
+    return score::score(t, measured, estimated, max_step_s_);
   }
 
  private:
@@ -140,6 +133,7 @@ class Scorer {
   const std::vector<std::uint8_t>& gap_;
   std::size_t begin_;
   std::vector<double> t_;
+  double max_step_s_;
 };
 
 TableRow make_row(const Candidate& candidate, const Identification& r, const Scorer& scorer) {
@@ -180,11 +174,11 @@ std::string in_plain_words(const std::string& refusal) {
         "measured one";
   } else if (starts("pole") || starts("tap")) {
     meaning =
-        "one detail of how the sensor lags could not be learnt from this recording and keeps a usual value";
+        "one detail of how the sensor lags could not be learnt from this recording: other values fit as well";
   } else if (starts("radius") || starts("weight")) {
     meaning =
-        "one detail of the sensor's hysteresis could not be learnt from this recording and keeps a usual "
-        "value";
+        "one detail of the sensor's hysteresis could not be learnt from this recording: other values fit as "
+        "well";
   }
   return fmt::format("{} ({})", meaning, refusal);
 }
@@ -205,17 +199,19 @@ void add_warnings(Identification& r) {
                     "line ({:.2f} deg)",
                     r.holdout.rmse_deg, r.baseline.rmse_deg));
   }
-  if (r.holdout_without_gaps.rmse_deg > kMuchWorse * r.fit.rmse_deg) {
+  if (!r.holdout_without_gaps) {
+    warnings.emplace_back("all of the held-out part lies in pauses of a log: its figures say little");
+  } else if (r.holdout_without_gaps->rmse_deg > kMuchWorse * r.fit.rmse_deg) {
     warnings.push_back(
         fmt::format("the error on unseen data is {:.1f} times the error on the fitted part: the glove "
                     "changed during the recording, or the motion did",
-                    r.holdout_without_gaps.rmse_deg / r.fit.rmse_deg));
+                    r.holdout_without_gaps->rmse_deg / r.fit.rmse_deg));
   }
-  if (r.holdout.rmse_deg > kMuchWorse * r.holdout_without_gaps.rmse_deg) {
+  if (r.holdout_without_gaps && r.holdout.rmse_deg > kMuchWorse * r.holdout_without_gaps->rmse_deg) {
     warnings.push_back(
         fmt::format("most of the error falls into pauses of a log, where there is nothing to compensate: "
                     "without them it is {:.2f} deg; log without pauses",
-                    r.holdout_without_gaps.rmse_deg));
+                    r.holdout_without_gaps->rmse_deg));
   }
   const auto split = r.aligned.input.begin() + static_cast<std::ptrdiff_t>(r.holdout_begin);
   const auto range = std::minmax_element(r.aligned.input.begin(), split);
@@ -237,7 +233,7 @@ void add_warnings(Identification& r) {
   if (refused > 0) {
     warnings.push_back(fmt::format(
         "{} reading(s) lie outside the valid range of {:g} to {:g} {}: was the sensor unplugged or "
-        "shorted? The compensator holds its angle there",
+        "shorted? They are left out, and where nothing else was read the compensator holds its angle",
         refused, channel.valid_min, channel.valid_max, channel.input_unit));
   }
   if (channel.input_unit.empty()) {
@@ -368,11 +364,12 @@ Identification identify(recording::Pair pair, const Request& request, const Prog
   Identification r;
   r.request = request;
   r.pair = std::move(pair);
-  (void)input_unit(r.pair, request);
-  r.aligned = recording::align_pair(r.pair, request.rate_hz, request.clock_offset_s, request.lead_s);
+  std::ranges::find(r.pair.sensor.columns, r.pair.input, &recording::Column::name)->unit =
+      input_unit(r.pair, request);
+  r.aligned =
+      recording::align_pair(r.pair, request.rate_hz, request.clock_offset_s, request.lead_s, request.split);
   const recording::Aligned& a = r.aligned;
-  r.holdout_begin = a.overlap_begin +
-                    static_cast<std::size_t>(request.split * static_cast<double>(a.size() - a.overlap_begin));
+  r.holdout_begin = a.holdout_begin;
 
   const Data data = fitted_data(r, channel);
   Fitted fitted = fit_structures(request, data, progress);

@@ -56,7 +56,7 @@ struct Identification {
   std::vector<double> estimated_deg;  // at every sample
   std::vector<double> baseline_deg;   // straight line through the fitted part
   score::Score holdout;
-  score::Score holdout_without_gaps;
+  std::optional<score::Score> holdout_without_gaps;  // none: all of it lies in pauses
   score::Score baseline;
   double fit_seconds = 0;
   std::vector<std::string> warnings;

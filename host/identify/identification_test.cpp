@@ -97,7 +97,7 @@ TEST_P(AppliedIsScored, ReadingByReadingTheAnglesAreThoseThatWereScored) {
     }
     EXPECT_GE(k, r.aligned.size());
     EXPECT_EQ(pauses > 0, GetParam().pauses);
-    EXPECT_LT(r.holdout_without_gaps.rmse_deg, r.baseline.rmse_deg);
+    EXPECT_LT(r.holdout_without_gaps->rmse_deg, r.baseline.rmse_deg);
   }
 }
 
@@ -179,6 +179,47 @@ TEST(Identification, AChannelThatNobodyNamedIsSaid) {
   const Identification r = identify(pair, named, {});
   EXPECT_FALSE(said(r));
   EXPECT_EQ(r.model.channels[0].name, "middle");
+}
+
+TEST(Identification, ReadingsOnARailCostNothingButThemselves) {
+  const recording::Pair clean = simulated({100, 0, false, false});
+  recording::Pair flickering = clean;
+  for (std::size_t i = 3; i < flickering.sensor.t_s.size(); i += 5) {
+    flickering.sensor.columns[0].value[i] = i % 2 == 0 ? 0 : 1023;
+  }
+  const Identification a = identify(clean, with_structure("hw"), {});
+  const Identification b = identify(flickering, with_structure("hw"), {});
+  EXPECT_LT(b.holdout.rmse_deg, 1.3 * a.holdout.rmse_deg);
+}
+
+TEST(Identification, AHeldOutPartOfNothingButPausesKeepsTheFit) {
+  recording::Pair pair = simulated({20, 0, false, false});
+  recording::Recording sparse = pair.reference;
+  sparse.t_s.clear();
+  sparse.columns[0].value.clear();
+  for (std::size_t i = 0; i < pair.reference.t_s.size(); ++i) {
+    if (2 * i > pair.reference.t_s.size() && i % 60 != 0) continue;
+    sparse.t_s.push_back(pair.reference.t_s[i]);
+    sparse.columns[0].value.push_back(pair.reference.columns[0].value[i]);
+  }
+  pair.reference = sparse;
+  Request request = with_structure("linear");
+  request.split = 0.6;
+  const Identification r = identify(pair, request, {});
+  EXPECT_FALSE(r.holdout_without_gaps.has_value());
+  EXPECT_FALSE(r.warnings.empty());
+}
+
+TEST(Identification, OptionsThatTheStructureDoesNotHaveAreRefused) {
+  Request linear = with_structure("linear");
+  linear.order = 0;
+  EXPECT_THROW(check(linear), io::InputError);
+  Request dynamic = with_structure("linear-dynamic");
+  dynamic.knots = 8;
+  EXPECT_THROW(check(dynamic), io::InputError);
+  Request hw = with_structure("hw");
+  hw.plays = 2;
+  EXPECT_THROW(check(hw), io::InputError);
 }
 
 TEST(Pair, RadiansAreConvertedOnceAndOtherUnitsRefused) {

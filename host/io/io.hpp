@@ -25,6 +25,9 @@ struct Cancelled : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// No output of this process replaces this file from now on. Paths that are no file are ignored.
+void note_input(const std::filesystem::path& path);
+
 // Throws InputError: missing, a directory, unreadable.
 void require_readable(const std::filesystem::path& path);
 

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "host/io/interrupt.hpp"
 
@@ -50,6 +51,18 @@ class Descriptor {
  private:
   int number_;
 };
+
+std::vector<fs::path>& inputs() {
+  static std::vector<fs::path> all;
+  return all;
+}
+
+bool is_input(const struct stat& file) {
+  return std::ranges::any_of(inputs(), [&](const fs::path& path) {
+    struct stat status {};
+    return stat(path.c_str(), &status) == 0 && status.st_dev == file.st_dev && status.st_ino == file.st_ino;
+  });
+}
 
 // What a path leads to.
 struct Target {
@@ -118,6 +131,7 @@ Target target_of(const fs::path& path) {
   if (access(target.file.c_str(), W_OK) != 0) cannot_write(path, errno);
   target.through = !S_ISREG(status.st_mode);
   if (target.through) return target;
+  if (is_input(status)) refuse(path, "it is an input of this command; choose another name");
   require_folder_of(target);
   target.existing = status;
   return target;
@@ -192,6 +206,11 @@ void close_checked(const Target& target, Descriptor& descriptor) {
 }
 
 }  // namespace
+
+void note_input(const fs::path& path) {
+  std::error_code error;
+  if (fs::is_regular_file(path, error)) inputs().push_back(path);
+}
 
 void require_writable(const fs::path& path) { (void)target_of(path); }
 

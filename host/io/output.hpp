@@ -5,6 +5,8 @@
 // keeps its permissions. What is no file, as /dev/null, /dev/stdout or a FIFO, is never replaced: the bytes
 // go into it as they come. Folders, disks and sockets are refused.
 //
+// A file that note_input() was told of is refused: an output must not take its own input's place.
+//
 // Errors are one line, "PATH: cannot be written: REASON": InputError when the path is at fault, JobError when
 // the disk is full or fails, or a reader has gone.
 #pragma once

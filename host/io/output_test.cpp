@@ -185,6 +185,20 @@ TEST_F(Outputs, AReadOnlyFileIsRefused) {
   EXPECT_THROW(write_file(file, "x"), InputError);
 }
 
+TEST_F(Outputs, AnInputIsNeverReplacedUnderAnyOfItsNames) {
+  write_file(folder_ / ("log"), "readings");
+  fs::create_symlink(folder_ / ("log"), folder_ / ("link"));
+  fs::create_hard_link(folder_ / ("log"), folder_ / ("other"));
+  note_input(folder_ / ("log"));
+  note_input(folder_ / ("missing"));
+  for (const char* name : {"log", "link", "other"}) {
+    EXPECT_THROW(require_writable(folder_ / name), InputError) << name;
+    EXPECT_THROW(write_file(folder_ / name, "model"), InputError) << name;
+    EXPECT_EQ(read_file(folder_ / name), "readings");
+  }
+  EXPECT_NO_THROW(write_file(folder_ / ("missing"), "new"));
+}
+
 TEST_F(Outputs, ANameOfTheGreatestLengthIsWritten) {
   const fs::path file = folder_ / (std::string(251, 'n') + ".csv");
   write_both_ways(file, "x");

@@ -398,7 +398,17 @@ void check_drift(Alignment& result) {
         "column in the right unit?",
         std::abs(ppm) / 1e4, ppm > 0 ? "faster" : "slower", ppm));
   }
-  if (std::abs(ppm) > kMaxDrift_ppm) return;  // no clock, and too unclear to say what else
+  if (std::abs(ppm) > kMaxDrift_ppm) {  // no clock, and too short or too unclear to refuse it
+    const double excess = (std::abs(ppm) - kMaxDrift_ppm) * 1e-6 * result.overlap_s / 4 / kSteady_s;
+    result.confidence /= 1 + excess * excess;
+    if (clear) {
+      result.warnings.push_back(fmt::format(
+          "the offset wanders by {:+.2f} s over {:.0f} s, more than any clock: are the recordings "
+          "of the same take?",
+          across, result.overlap_s));
+    }
+    return;
+  }
   result.drift_ppm = ppm;
   if (clear && std::abs(across) > kDriftWarning_s) {
     result.warnings.push_back(

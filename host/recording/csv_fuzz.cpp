@@ -28,7 +28,7 @@ void follow(const std::string& text) {
   std::istringstream bytes(text);
   recording::CsvReader reader(bytes, "fuzz", {});
   recording::Stream stream(reader, recording::Resets::follow);
-  recording::Resampler resampler(reader.columns().size(), 0.05, 0.3);
+  recording::Resampler resampler(std::vector(reader.columns().size(), recording::Range{}), 0.05, 0.3);
   recording::Row row;
   double last_s = -HUGE_VAL;
   std::size_t rows = 0;

@@ -82,6 +82,17 @@ TEST(Csv, NamesRowAndColumnOfABadCell) {
   EXPECT_NE(reason("t_s,a\n0,1\n1,2,3\n").find("row 3: 3 cells, the header has 2"), std::string::npos);
 }
 
+TEST(Csv, ALineWithoutEndIsRefusedAndNotTakenIntoMemory) {
+  for (const char byte : {',', 'x', '\0'}) {
+    try {
+      (void)parse_csv("t_s,a\n0,1\n" + std::string(2'000'000, byte), "log", {});
+      ADD_FAILURE() << byte;
+    } catch (const io::InputError& error) {
+      EXPECT_LT(std::string(error.what()).size(), 300u);
+    }
+  }
+}
+
 TEST(Csv, ALongCellIsShownWithoutCuttingALetterInTwo) {
   std::string cell = "x";
   for (int i = 0; i < 40; ++i) cell += "\u00e9";

@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include "host/io/io.hpp"
+
 namespace flexor::recording {
 namespace {
 
 constexpr std::uint64_t kFnvOffset = 0xcbf29ce484222325;
 constexpr std::uint64_t kFnvPrime = 0x100000001b3;
+constexpr std::size_t kLongest = 1'000'000;  // bytes of a line
 
 void append_utf8(std::string& out, std::uint32_t code) {
   const auto put = [&](std::uint32_t bits) { out.push_back(static_cast<char>(bits)); };
@@ -63,7 +66,7 @@ std::string latin1_to_utf8(std::string_view text) {
 }
 
 int LineReader::byte() {
-  const int c = stream_.get();
+  const int c = stream_.rdbuf()->sbumpc();
   if (c != std::char_traits<char>::eof()) hash_ = (hash_ ^ static_cast<unsigned char>(c)) * kFnvPrime;
   return c;
 }
@@ -97,6 +100,7 @@ bool LineReader::next_utf16(std::string& line) {
       return !line.empty();
     }
     if (code == '\n') return true;
+    if (line.size() > kLongest) too_long();
     const auto c = static_cast<std::uint32_t>(code);
     if (c >= 0xD800 && c < 0xDC00) {
       high = c;
@@ -109,16 +113,31 @@ bool LineReader::next_utf16(std::string& line) {
   }
 }
 
+void LineReader::too_long() const {
+  throw io::InputError(
+      fmt::format("line {} does not end within a million bytes: is this a log of text?", number_ + 1));
+}
+
+// As std::getline, which would take a file without line ends whole into memory.
+bool LineReader::next_bytes(std::string& line) {
+  line.clear();
+  for (;;) {
+    const int c = byte();
+    cut_off_ = c == std::char_traits<char>::eof();
+    if (cut_off_) return !line.empty();
+    if (c == '\n') return true;
+    if (line.size() > kLongest) too_long();
+    line.push_back(static_cast<char>(c));
+  }
+}
+
 bool LineReader::next(std::string& line) {
   if (encoding_ == Encoding::unknown) find_encoding();
   cut_off_ = false;
   if (is_utf16()) {
     if (!next_utf16(line)) return false;
   } else {
-    if (!std::getline(stream_, line)) return false;
-    cut_off_ = stream_.eof();
-    for (const char c : line) hash_ = (hash_ ^ static_cast<unsigned char>(c)) * kFnvPrime;
-    if (!cut_off_) hash_ = (hash_ ^ static_cast<unsigned char>('\n')) * kFnvPrime;
+    if (!next_bytes(line)) return false;
     // UTF-16 without a mark: every other byte is empty.
     if (number_ == 0 && line.size() > 3 && line[1] == '\0' && line[3] == '\0') {
       encoding_ = Encoding::utf16_le;

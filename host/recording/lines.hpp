@@ -28,6 +28,8 @@ class LineReader {
 
   void find_encoding();
   bool next_utf16(std::string& line);
+  bool next_bytes(std::string& line);
+  [[noreturn]] void too_long() const;
   int byte();
 
   std::istream& stream_;

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "host/io/io.hpp"
+#include "host/recording/csv.hpp"
 #include "host/recording/resample.hpp"
 #include "host/recording/stream.hpp"
 #include "host/recording/unit.hpp"
@@ -21,9 +22,30 @@ using io::JobError;
 constexpr double kMostPerReading = 60;
 constexpr double kMostAnyway = 10000;
 
+constexpr double kAdcTop = 1023;
+constexpr double kRangeMargin = 0.25;
+
+// The rows of a log before `end_s`.
+Series until(const Series& series, double end_s) {
+  const auto rows =
+      static_cast<std::size_t>(std::ranges::lower_bound(series.t_s, end_s) - series.t_s.begin());
+  return {series.t_s.first(rows), series.value.first(rows)};
+}
+
+// An ADC without its rails, or what was read and a quarter of its range on either side.
+Range valid_range(const Series& fitted, const std::string& unit) {
+  const auto [low, high] = std::ranges::minmax(fitted.value);
+  if (unit == "count" && low >= 0) {
+    double top = kAdcTop;
+    while (top < high) top = 2 * top + 1;  // 10 bits, or as many as it takes
+    return {1, top - 1};
+  }
+  const double margin = kRangeMargin * (high - low);
+  return {low - margin, high + margin};
+}
+
 // The reference at the sensor's instants; a gap where its neighbours are far apart or missing.
-void sample_reference(const Series& reference, double shift_s, Aligned& a) {
-  const double max_gap_s = default_max_gap_s(reference.t_s);
+void sample_reference(const Series& reference, double shift_s, double max_gap_s, Aligned& a) {
   const auto t = reference.t_s;
   std::size_t next = 0;
   for (std::size_t k = 0; k < a.size(); ++k) {
@@ -57,6 +79,50 @@ void check_size(const Recording& sensor, double rate_hz) {
 
 }  // namespace
 
+namespace {
+
+std::string quality_column(const std::string& column) {
+  constexpr std::string_view kUnit = "_deg";
+  return column.ends_with(kUnit) ? column.substr(0, column.size() - kUnit.size()) + "_quality" : "";
+}
+
+}  // namespace
+
+void leave_out_lost(Recording& r, const std::string& name) {
+  constexpr double kLost = 3;
+  const auto quality = std::ranges::find(r.columns, quality_column(name), &Column::name);
+  if (quality == r.columns.end()) return;
+  const std::vector<double> q = std::move(quality->value);
+  r.columns.erase(quality);
+  const auto drop = [&](std::vector<double>& v) {
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < q.size(); ++k) {
+      if (q[k] < kLost) v[kept++] = v[k];
+    }
+    v.resize(kept);
+  };
+  drop(r.t_s);
+  for (Column& column : r.columns) drop(column.value);
+  if (r.t_s.size() < 2) throw JobError(fmt::format("{}: {} is lost in every row", r.source, name));
+  if (r.t_s.size() < q.size()) {
+    r.warnings.push_back(fmt::format("{}: {} of {} rows of {} are lost and left out", r.source,
+                                     q.size() - r.t_s.size(), q.size(), name));
+  }
+}
+
+Recording read_angle(const std::filesystem::path& path, const std::string& column,
+                     const std::string& time_unit) {
+  std::vector<std::string> wanted = {column};
+  const std::string quality = quality_column(column);
+  if (!quality.empty() && std::filesystem::is_regular_file(path)) {
+    const std::vector<std::string> columns = columns_of(path, time_unit);
+    if (std::ranges::find(columns, quality) != columns.end()) wanted.push_back(quality);
+  }
+  Recording r = read_csv(path, wanted, time_unit);
+  leave_out_lost(r, column);
+  return r;
+}
+
 void to_degrees(Recording& recording, const std::string& name, const std::string& stated) {
   const auto it = std::ranges::find(recording.columns, name, &Column::name);
   (void)recording.column(name);
@@ -67,6 +133,11 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
   if (wanted && !it->unit.empty() && *wanted != it->unit) {
     throw InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by the option: which?",
                                  recording.source, name, it->unit, *wanted));
+  }
+  if (const std::string other = unknown_angle_unit(name); it->unit.empty() && !other.empty()) {
+    throw InputError(
+        fmt::format("{}: column \"{}\" is in \"{}\" by its name: an angle in deg or rad is needed",
+                    recording.source, name, other));
   }
   const std::string unit = !it->unit.empty() ? it->unit : wanted.value_or("deg");
   if (unit != "deg" && unit != "rad") {
@@ -80,7 +151,8 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
       fmt::format("{}: column \"{}\" is in radians and was converted to degrees", recording.source, name));
 }
 
-Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s) {
+Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s,
+                   double split) {
   if (!(rate_hz > 0) || !std::isfinite(rate_hz)) throw InputError("the rate must be positive");
   if (!(lead_s >= 0 && lead_s <= 1)) throw InputError("the lead must lie between 0 and 1 s");
   if (clock_offset_s && !std::isfinite(*clock_offset_s))
@@ -105,11 +177,8 @@ Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock
   }
   a.clock_offset_s = clock_offset_s ? *clock_offset_s : a.alignment->clock_offset_s;
   a.period_s = 1 / rate_hz;
-  a.max_gap_s = default_max_gap_s(sensor.t_s);
   check_size(pair.sensor, rate_hz);
-  Samples samples = resample(sensor, a.period_s, a.max_gap_s);
-  a.t_s = std::move(samples.t_s);
-  a.input = std::move(samples.value);
+  a.t_s = resample(sensor, a.period_s, kJump_s).t_s;
   const double shift_s = a.clock_offset_s + lead_s;
   const auto first = std::ranges::lower_bound(a.t_s, reference.t_s.front() - shift_s);
   const auto last = std::ranges::upper_bound(a.t_s, reference.t_s.back() - shift_s);
@@ -122,8 +191,19 @@ Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock
   a.overlap_begin = static_cast<std::size_t>(first - a.t_s.begin());
   const auto size = static_cast<std::size_t>(last - a.t_s.begin());
   a.t_s.resize(size);
-  a.input.resize(size);
-  sample_reference(reference, shift_s, a);
+  const double fitted = split * static_cast<double>(size - a.overlap_begin);
+  a.holdout_begin = a.overlap_begin + static_cast<std::size_t>(fitted);
+  const double end_s = a.holdout_begin < size ? a.t_s[a.holdout_begin] - Resampler::kTolerance_s
+                                              : std::numeric_limits<double>::infinity();
+  const Series seen = until(sensor, end_s);
+  if (seen.t_s.empty()) throw InputError("the split leaves nothing to fit");
+  a.max_gap_s = default_max_gap_s(seen.t_s);
+  const auto column = std::ranges::find(pair.sensor.columns, pair.input, &Column::name);
+  a.valid = valid_range(seen, column->unit);
+  Samples samples = resample(sensor, a.period_s, a.max_gap_s, a.valid);
+  samples.value.resize(size);
+  a.input = std::move(samples.value);
+  sample_reference(reference, shift_s, default_max_gap_s(until(reference, end_s + shift_s).t_s), a);
   for (std::size_t k = 0; k < size; ++k) a.gap[k] |= samples.pause[k];
   return a;
 }
@@ -134,7 +214,15 @@ Recording to_recording(const Aligned& a, const Pair& pair) {
   };
   Recording r;
   r.t_s = part(a.t_s);
-  const std::string angle = cut_name(pair.output).unit.empty() ? pair.output + "_deg" : pair.output;
+  // A column in radians was converted, so its name must not say so any longer.
+  const std::string unit = cut_name(pair.output).unit;
+  const bool degrees = known_unit(unit) == "deg";
+  std::string angle = pair.output;
+  if (!unit.empty() && !degrees) {
+    angle.resize(angle.rfind(unit));
+    angle.resize(angle.find_last_not_of("_ ([") + 1);
+  }
+  if (!degrees) angle += "_deg";
   r.columns = {{pair.input, part(a.input)}, {angle, part(a.angle_deg)}, {"gap", part(a.gap)}};
   return r;
 }

@@ -6,12 +6,14 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "host/recording/align.hpp"
 #include "host/recording/recording.hpp"
+#include "host/recording/resample.hpp"
 
 namespace flexor::recording {
 
@@ -22,6 +24,15 @@ struct Pair {
   std::string output;  // column, degrees
 };
 
+// Takes out the rows whose angle a tracker lost: NAME_deg has NAME_quality beside it, 3 where it is lost, and
+// that column goes too. Says how many rows. Throws io::JobError when fewer than two are left.
+void leave_out_lost(Recording& recording, const std::string& column);
+
+// One column of a file of measured angles, without what its tracker lost. Throws io::InputError and
+// io::JobError.
+Recording read_angle(const std::filesystem::path& path, const std::string& column,
+                     const std::string& time_unit);
+
 // Degrees, whatever the column says; `stated` is the user's word where the column has none. Says what it
 // converted. Throws io::InputError for a unit that is no angle's, or a word against the column's.
 void to_degrees(Recording& recording, const std::string& column, const std::string& stated);
@@ -31,20 +42,25 @@ struct Aligned {
   double clock_offset_s = 0;           // used: the user's, or the signals'. Reference time minus sensor time
   double period_s = 0;
   double max_gap_s = 0;  // of the sensor: an older reading is a pause
+  Range valid;           // readings of the sensor that mean something
   // On the sensor's clock, from its first row to the end of what both saw.
   std::vector<double> t_s;
   std::vector<double> input;
   std::vector<double> angle_deg;
   std::vector<std::uint8_t> gap;  // a pause of either log; 1 before overlap_begin
   std::size_t overlap_begin = 0;  // first sample that the reference saw
+  std::size_t holdout_begin = 0;  // first sample of the part that is held out
   std::vector<std::string> warnings;
 
   std::size_t size() const { return t_s.size(); }
 };
 
-// lead_s: the angle is the one so far ahead; a compensator that is fitted to it predicts. 0 to 1. Throws
-// io::InputError and io::JobError.
-Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s);
+// lead_s: the angle is the one so far ahead; a compensator that is fitted to it predicts. 0 to 1.
+// split: the share of the overlap, from its start, that a fit sees. What counts as a pause and as a reading
+// is learnt from the rows of that part alone: counts between an ADC's rails, or in any other unit what was
+// read and a quarter of that range on either side. Throws io::InputError and io::JobError.
+Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s,
+                   double split = 1);
 
 // What both saw: t_s, input, output and gap columns, for wide CSV and MAT.
 Recording to_recording(const Aligned& aligned, const Pair& pair);

@@ -3,37 +3,48 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 
 namespace flexor::recording {
 
-Resampler::Resampler(std::size_t columns, double period_s, double max_gap_s)
+Resampler::Resampler(const std::vector<Range>& ranges, double period_s, double max_gap_s)
     : period_s_(period_s),
       max_gap_s_(max_gap_s),
       tolerance_s_(std::min(kTolerance_s, period_s / 8)),
-      sum_(columns),
-      held_(columns) {
+      held_(ranges.size()) {
   assert(period_s > 0 && max_gap_s > 0);
+  for (const Range& range : ranges) columns_.push_back({range});
 }
 
 void Resampler::take(double t_s, std::span<const double> value) {
-  assert(value.size() == sum_.size());
-  for (std::size_t i = 0; i < value.size(); ++i) sum_[i] += value[i];
-  ++count_;
+  assert(value.size() == columns_.size());
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    Column& c = columns_[i];
+    if (value[i] >= c.range.min && value[i] <= c.range.max) {
+      c.sum += value[i];
+      ++c.count;
+    } else {
+      c.refused = value[i];
+    }
+  }
+  read_ = true;
   newest_s_ = t_s;
 }
 
 void Resampler::close_cell() {
-  if (count_ == 0) return;
-  for (std::size_t i = 0; i < sum_.size(); ++i) {
-    held_[i] = sum_[i] / static_cast<double>(count_);
-    sum_[i] = 0;
+  if (!read_) return;
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    Column& c = columns_[i];
+    held_[i] = c.count > 0 ? c.sum / static_cast<double>(c.count) : c.refused;
+    c.sum = 0;
+    c.count = 0;
   }
-  count_ = 0;
+  read_ = false;
 }
 
-Samples resample(const Series& series, double period_s, double max_gap_s) {
+Samples resample(const Series& series, double period_s, double max_gap_s, const Range& range) {
   Samples out;
-  Resampler resampler(1, period_s, max_gap_s);
+  Resampler resampler({range}, period_s, max_gap_s);
   for (std::size_t i = 0; i < series.t_s.size(); ++i) {
     resampler.push(series.t_s[i], series.value.subspan(i, 1), [&](const Sample& s) {
       out.t_s.push_back(s.t_s);
@@ -52,13 +63,20 @@ std::vector<double> since_start(std::span<const double> t_s) {
 }
 
 double default_max_gap_s(std::span<const double> t_s) {
-  if (t_s.size() < 3) return 0.3;
+  constexpr double kLeast_s = 0.3;
   std::vector<double> steps;
   steps.reserve(t_s.size());
-  for (std::size_t i = 1; i < t_s.size(); ++i) steps.push_back(t_s[i] - t_s[i - 1]);
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return std::max(0.3, 5 * *middle);
+  for (std::size_t i = 1; i < t_s.size(); ++i) {
+    const double step = t_s[i] - t_s[i - 1];
+    if (step > 0 && step <= kJump_s) steps.push_back(step);
+  }
+  std::ranges::sort(steps);
+  double left = std::accumulate(steps.begin(), steps.end(), 0.0) / 2;
+  for (const double step : steps) {
+    left -= step;
+    if (left <= 0) return std::max(kLeast_s, 5 * step);
+  }
+  return kLeast_s;
 }
 
 }  // namespace flexor::recording

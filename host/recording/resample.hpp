@@ -5,10 +5,14 @@
 // it: logs are written in whole milliseconds. After a pause of more than kJump_s the grid starts anew at the
 // next reading, and nothing stands in between.
 //
+// A reading outside its column's range (a sensor on a rail) is never averaged with others: it stands at T_k
+// only where nothing else was read since T_{k-1}, for the compensator to refuse.
+//
 // One reading brings at most (kJump_s / T) grid points; what is kept does not grow with the log.
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -24,12 +28,18 @@ struct Sample {
   bool pause = false;  // the newest reading is older than max_gap_s
 };
 
+// Readings that mean something, both ends included.
+struct Range {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+};
+
 class Resampler {
  public:
   static constexpr double kTolerance_s = 0.0006;  // at most an eighth of the period
 
-  // period_s > 0, max_gap_s > 0.
-  Resampler(std::size_t columns, double period_s, double max_gap_s);
+  // One range for each column; period_s > 0, max_gap_s > 0.
+  Resampler(const std::vector<Range>& ranges, double period_s, double max_gap_s);
 
   // One reading of each column, t_s never decreasing. Calls sink(const Sample&) for each grid point that it
   // completes: those that it passes, and the one that it hits.
@@ -49,7 +59,7 @@ class Resampler {
   template <class Sink>
   bool begin(double t_s, Sink& sink) {
     if (started_ && t_s - newest_s_ <= kJump_s) return true;
-    if (started_ && count_ > 0) emit(sink);
+    if (started_ && read_) emit(sink);
     started_ = true;
     start_s_ = t_s;
     k_ = 0;
@@ -75,8 +85,14 @@ class Resampler {
   double start_s_ = 0;
   std::uint64_t k_ = 0;
   double newest_s_ = 0;
-  std::size_t count_ = 0;     // readings since the last grid point
-  std::vector<double> sum_;   // of them
+  bool read_ = false;  // since the last grid point
+  struct Column {
+    Range range;
+    std::size_t count = 0;  // readings in range since the last grid point
+    double sum = 0;         // of them
+    double refused = 0;     // the newest other one
+  };
+  std::vector<Column> columns_;
   std::vector<double> held_;  // at the last grid point
 };
 
@@ -86,9 +102,11 @@ struct Samples {
   std::vector<double> value;
   std::vector<std::uint8_t> pause;
 };
-Samples resample(const Series& series, double period_s, double max_gap_s);
+Samples resample(const Series& series, double period_s, double max_gap_s, const Range& range = {});
 
-// What counts as a pause of this log: five median steps, at least 0.3 s.
+// What counts as a pause of this log: five of its steps, at least 0.3 s. Its step is the one in which half of
+// the log's time has passed, longer steps counted last: rows that come in bursts count little, since little
+// time passes in them. Steps over kJump_s are left out.
 double default_max_gap_s(std::span<const double> t_s);
 
 // Times in seconds since the first, rounded to microseconds, so that results do not depend on where a clock

@@ -21,7 +21,7 @@ TEST(Resample, ALogAtTheGridsOwnPaceGoesThroughReadingByReading) {
 }
 
 TEST(Resample, EachReadingOfALiveLogIsAnsweredAtOnce) {
-  Resampler resampler(1, 0.1, 0.3);
+  Resampler resampler({Range{}}, 0.1, 0.3);
   for (int k = 0; k < 60; ++k) {
     const double value = k;
     std::size_t answers = 0;
@@ -124,6 +124,33 @@ TEST(DefaultMaxGap, FollowsTheLogsOwnPace) {
   EXPECT_DOUBLE_EQ(default_max_gap_s(t), 2.5);
   for (double& v : t) v /= 50;
   EXPECT_DOUBLE_EQ(default_max_gap_s(t), 0.3);
+}
+
+TEST(DefaultMaxGap, ABurstIsNoPace) {
+  std::vector<double> t;
+  for (int i = 0; i < 40; ++i) {
+    for (int repeat = 0; repeat < 3; ++repeat) t.push_back(0.5 * i + 0.01 * repeat);
+  }
+  EXPECT_NEAR(default_max_gap_s(t), 5 * 0.48, 1e-9);
+  t.clear();
+  for (int i = 0; i < 40; ++i) t.insert(t.end(), {0.5 * i, 0.5 * i});
+  EXPECT_NEAR(default_max_gap_s(t), 2.5, 1e-9);
+}
+
+TEST(DefaultMaxGap, NorIsAPause) {
+  std::vector<double> t;
+  for (int i = 0; i < 400; ++i) t.push_back(0.1 * i + 3 * (i / 40) + (i >= 200 ? 1e5 : 0));
+  EXPECT_NEAR(default_max_gap_s(t), 0.5, 1e-9);
+}
+
+TEST(Resample, AReadingOutOfItsRangeStandsOnlyWhereThereIsNoOther) {
+  const std::vector<double> t = {0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.2};
+  const std::vector<double> x = {5, 1023, 6, 0, 8, 1023, 1023};
+  const Samples s = resample({t, x}, 0.1, 0.5, {1, 1022});
+  ASSERT_EQ(s.value.size(), 3u);
+  EXPECT_EQ(s.value[0], 5);
+  EXPECT_EQ(s.value[1], 7);
+  EXPECT_EQ(s.value[2], 1023);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ using io::InputError;
 constexpr std::size_t kOddRows = 3;  // so many odd rows are forgiven, and
 constexpr double kOddShare = 0.01;   // one in a hundred
 constexpr double kLongestStep_s = 5;
+constexpr double kShortestStep_s = 1e-4;
 constexpr double kWrapShare = 0.98;  // of its range: a counter that goes back by so much has wrapped
 
 std::string row_name(std::size_t line) { return line > 0 ? fmt::format("row {}", line) : "a row"; }
@@ -46,29 +47,39 @@ bool Stream::read() {
     return false;
   }
   note_step(row.t_s);
-  const double wrap_s = source_.wrap_s();
-  if (started_ && wrap_s > 0 && last_s_ - (row.t_s + shift_s_) > kWrapShare * wrap_s && !pending_) {
-    wraps_.add(row);
-    shift_s_ += wrap_s;
-  }
   row.t_s += shift_s_;
   if (pending_) {
     Row odd = std::move(*pending_);
     pending_.reset();
     const bool ahead = odd.t_s > last_s_;
     const bool confirmed = ahead ? row.t_s >= odd.t_s : row.t_s < last_s_ && row.t_s >= odd.t_s;
+    const double before = shift_s_;
     if (!confirmed) {
       leave_out(odd, ahead ? ahead_ : back_);
     } else if (ahead) {
       accept(std::move(odd));
+    } else if (wraps(odd)) {
+      go_on_after_wrap(std::move(odd));
     } else {
-      const double before = shift_s_;
       start_again(std::move(odd));
-      row.t_s += shift_s_ - before;
     }
+    row.t_s += shift_s_ - before;
   }
   judge(std::move(row));
   return true;
+}
+
+// A counter cannot have stood above its own range.
+bool Stream::wraps(const Row& row) const {
+  const double range_s = source_.wrap_s();
+  return range_s > 0 && last_s_ - shift_s_ <= range_s && last_s_ - row.t_s > kWrapShare * range_s;
+}
+
+void Stream::go_on_after_wrap(Row row) {
+  wraps_.add(row);
+  shift_s_ += source_.wrap_s();
+  row.t_s += source_.wrap_s();
+  accept(std::move(row));
 }
 
 void Stream::note_step(double t_s) {
@@ -123,12 +134,17 @@ void Stream::leave_out(const Row& row, Count& count) {
       source_.name(), row_name(count.first_line), ahead_.rows + back_.rows));
 }
 
-// Seconds that are milliseconds in truth make steps of which no glove log is made.
+// A time column in another unit than it says makes steps of which no glove log is made.
 void Stream::check_unit() const {
   std::vector<double> steps(first_steps_s_.begin(),
                             first_steps_s_.begin() + static_cast<std::ptrdiff_t>(steps_));
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::nth_element(steps.begin(), middle, steps.end());
+  if (*middle < kShortestStep_s) {
+    throw InputError(fmt::format(
+        "{}: time steps of {:.4g} s, which no glove log has: is the time column in the unit that it states?",
+        source_.name(), *middle));
+  }
   if (*middle <= kLongestStep_s) return;
   throw InputError(
       fmt::format("{}: time steps of {:.4g} s; if the time column is in milliseconds, name it time_ms or add "

@@ -7,7 +7,8 @@
 //  - a row that goes back, after which the clock goes on as before: left out.
 //  - a clock that starts again (the board was reset): refused, or followed: what comes after it is placed one
 //    step after what came before, because nobody knows how long the board was off.
-//  - a 32-bit counter of microseconds or milliseconds that wraps, or midnight: goes on.
+//  - a 32-bit counter of microseconds or milliseconds that wraps, or midnight: goes on, where the next row
+//    confirms it.
 // Each is told with its row. What is kept does not grow with the log.
 #pragma once
 
@@ -66,6 +67,8 @@ class Stream {
   void note_step(double t_s);
   void judge(Row row);
   void accept(Row row);
+  bool wraps(const Row& row) const;
+  void go_on_after_wrap(Row row);
   void start_again(Row row);
   void leave_out(const Row& row, Count& count);
   void check_unit() const;

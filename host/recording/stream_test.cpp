@@ -125,6 +125,26 @@ TEST(Stream, ACounterThatWrapsGoesOn) {
   for (std::size_t k = 0; k < truth.size(); ++k) EXPECT_NEAR(r.t_s[k], truth[k], 1e-9);
 }
 
+TEST(Stream, OneStrayZeroIsNoWrapOfTheCounter) {
+  for (const double start_s : {1700000000.0, 4290000.0, 85000.0}) {
+    for (const double wrap_s : {4294967.296, 86400.0}) {
+      std::vector<double> t = steady(200, 0.05);
+      for (double& v : t) v += start_s;
+      t[100] = 0;
+      const Read r = all(t, Resets::follow, wrap_s);
+      EXPECT_EQ(r.error, "");
+      ASSERT_EQ(r.t_s.size(), 199u);
+      EXPECT_NEAR(r.t_s.back(), start_s + 199 * 0.05, 1e-6) << start_s << " " << wrap_s;
+      EXPECT_EQ(r.notes.size(), 1u);
+    }
+  }
+}
+
+TEST(Stream, SecondsTakenForMicrosecondsAreRefused) {
+  const Read r = all(steady(200, 2e-5));
+  EXPECT_NE(r.error.find("unit"), std::string::npos) << r.error;
+}
+
 TEST(Stream, RowsInNoOrderAreRefused) {
   std::vector<double> falling;
   for (int k = 0; k < 100; ++k) falling.push_back(10 - 0.05 * k);

@@ -14,12 +14,15 @@ struct Spelling {
   std::vector<const char*> written;  // lower case
 };
 
+// alpha: what the article's divider makes of counts, in degrees.
 const std::vector<Spelling>& spellings() {
-  static const std::vector<Spelling> all = {
-      {"count", {"count", "counts", "adc", "lsb"}}, {"V", {"v", "volt", "volts"}},
-      {"mV", {"mv", "millivolt", "millivolts"}},    {"ohm", {"ohm", "ohms", "Ω"}},
-      {"kohm", {"kohm", "kohms", "kω", "kΩ"}},      {"deg", {"deg", "degs", "degree", "degrees", "°"}},
-      {"rad", {"rad", "rads", "radian", "radians"}}};
+  static const std::vector<Spelling> all = {{"count", {"count", "counts", "adc", "lsb"}},
+                                            {"V", {"v", "volt", "volts"}},
+                                            {"mV", {"mv", "millivolt", "millivolts"}},
+                                            {"ohm", {"ohm", "ohms", "Ω"}},
+                                            {"kohm", {"kohm", "kohms", "kω", "kΩ"}},
+                                            {"deg", {"deg", "degs", "degree", "degrees", "°", "alpha"}},
+                                            {"rad", {"rad", "rads", "radian", "radians"}}};
   return all;
 }
 
@@ -71,6 +74,17 @@ std::optional<std::string> known_unit(std::string_view text) {
 
 std::string unit_of(std::string_view column) {
   return known_unit(cut_name(column).unit).value_or(std::string());
+}
+
+std::string unknown_angle_unit(std::string_view column) {
+  const std::string unit = cut_name(column).unit;
+  if (!unit.empty()) return known_unit(unit) ? "" : unit;
+  const std::string text = lower(trimmed(column));
+  const std::string last = text.substr(text.find_last_of("_ ") + 1);
+  for (const char* other : {"grad", "gon", "mrad", "turn", "turns", "percent", "%"}) {
+    if (last == other && last.size() < text.size()) return last;
+  }
+  return "";
 }
 
 std::optional<double> seconds_in(std::string_view unit) {

@@ -16,6 +16,10 @@ std::string unit_of(std::string_view column);
 // unit that Flexor knows.
 std::optional<std::string> known_unit(std::string_view text);
 
+// What the column's name states as the unit of an angle though it is none that Flexor knows: anything in
+// brackets, or grad gon mrad turn percent at the end. Empty: nothing of that kind.
+std::string unknown_angle_unit(std::string_view column);
+
 // Seconds in a unit of time (s ms us ns, min; "millis", "sec" ...); none where it is no unit of time.
 std::optional<double> seconds_in(std::string_view unit);
 

@@ -15,11 +15,13 @@ namespace {
 
 constexpr double kMaxLag_s = 1.0;
 constexpr int kLagSteps = 80;  // over [-kMaxLag_s, kMaxLag_s], then a parabola
+constexpr double kMinOverlap_s = 1.0;
 
-double integral_of_absolute(std::span<const double> t_s, std::span<const double> error) {
+double integral_of_absolute(std::span<const double> t_s, std::span<const double> error, double max_step_s) {
   double sum = 0;
   for (std::size_t k = 1; k < t_s.size(); ++k) {
-    sum += (std::abs(error[k]) + std::abs(error[k - 1])) / 2 * (t_s[k] - t_s[k - 1]);
+    const double step = t_s[k] - t_s[k - 1];
+    if (step <= max_step_s) sum += (std::abs(error[k]) + std::abs(error[k - 1])) / 2 * step;
   }
   return sum;
 }
@@ -30,34 +32,62 @@ double root_mean_square(std::span<const double> error) {
   return std::sqrt(sum / static_cast<double>(error.size()));
 }
 
-// Errors against the estimate taken lag_s later.
-std::vector<double> error_at_lag(std::span<const double> t_s, std::span<const double> measured,
-                                 std::span<const double> estimated, double lag_s) {
-  std::vector<double> error(t_s.size());
+struct Errors {
+  std::vector<double> t_s;
+  std::vector<double> deg;
+};
+
+// Of the estimate at t against the measured angle at t - lag_s, where there is one.
+Errors error_at_lag(std::span<const double> t_s, std::span<const double> measured,
+                    std::span<const double> estimated, double lag_s) {
+  Errors out;
   for (std::size_t k = 0; k < t_s.size(); ++k) {
-    error[k] = measured[k] - interpolate(t_s, estimated, t_s[k] + lag_s);
+    const double at_s = t_s[k] - lag_s;
+    if (at_s < t_s.front() || at_s > t_s.back()) continue;
+    out.t_s.push_back(t_s[k]);
+    out.deg.push_back((lag_s == 0 ? measured[k] : interpolate(t_s, measured, at_s)) - estimated[k]);
   }
-  return error;
+  return out;
 }
 
-double best_lag(std::span<const double> t_s, std::span<const double> measured,
-                std::span<const double> estimated) {
+struct Lag {
+  double s = 0;
+  bool at_edge = false;
+};
+
+Lag best_lag(std::span<const double> t_s, std::span<const double> measured,
+             std::span<const double> estimated) {
   const double step = 2 * kMaxLag_s / kLagSteps;
+  const auto cost = [&](double lag_s) {
+    const Errors e = error_at_lag(t_s, measured, estimated, lag_s);
+    // At least half of the samples: an end of the recording alone may fit by chance.
+    return 2 * e.deg.size() < t_s.size() ? std::numeric_limits<double>::infinity() : root_mean_square(e.deg);
+  };
   std::vector<double> costs;
-  for (int i = 0; i <= kLagSteps; ++i) {
-    costs.push_back(root_mean_square(error_at_lag(t_s, measured, estimated, i * step - kMaxLag_s)));
-  }
+  for (int i = 0; i <= kLagSteps; ++i) costs.push_back(cost((i - kLagSteps / 2) * step));
   const auto best = std::ranges::min_element(costs) - costs.begin();
-  const double on_grid = static_cast<double>(best) * step - kMaxLag_s;
-  if (best == 0 || best == kLagSteps) return on_grid;
+  const double on_grid = static_cast<double>(best - kLagSteps / 2) * step;
+  const bool at_edge = best <= 1 || best + 1 >= kLagSteps;
+  if (best == 0 || best == kLagSteps) return {on_grid, at_edge};
   const auto b = static_cast<std::size_t>(best);
   const double left = costs[b - 1] * costs[b - 1];
   const double right = costs[b + 1] * costs[b + 1];
   const double curvature = left - 2 * costs[b] * costs[b] + right;
-  if (!(curvature > 0)) return on_grid;
+  if (!(curvature > 0) || !std::isfinite(curvature)) return {on_grid, at_edge};
   const double refined = on_grid + step * (left - right) / (2 * curvature);
-  const bool better = root_mean_square(error_at_lag(t_s, measured, estimated, refined)) < costs[b];
-  return better ? refined : on_grid;
+  return {cost(refined) < costs[b] ? refined : on_grid, at_edge};
+}
+
+// Rows of one time as their mean.
+void merge_equal_times(const Angles& in, std::vector<double>& t_s, std::vector<double>& angle_deg) {
+  for (std::size_t k = 0; k < in.t_s.size();) {
+    std::size_t next = k;
+    double sum = 0;
+    for (; next < in.t_s.size() && in.t_s[next] == in.t_s[k]; ++next) sum += in.angle_deg[next];
+    t_s.push_back(in.t_s[k]);
+    angle_deg.push_back(sum / static_cast<double>(next - k));
+    k = next;
+  }
 }
 
 }  // namespace
@@ -72,7 +102,7 @@ double interpolate(std::span<const double> t_s, std::span<const double> value, d
 }
 
 Score score(std::span<const double> t_s, std::span<const double> measured_deg,
-            std::span<const double> estimated_deg) {
+            std::span<const double> estimated_deg, double max_step_s) {
   assert(t_s.size() >= 2 && t_s.size() == measured_deg.size() && t_s.size() == estimated_deg.size());
   const auto n = static_cast<double>(t_s.size());
   double mean = 0;
@@ -81,7 +111,7 @@ Score score(std::span<const double> t_s, std::span<const double> measured_deg,
   for (const double y : measured_deg) variance += (y - mean) * (y - mean) / n;
   if (!(variance > 0)) throw io::JobError("the measured angle never changes: there is nothing to score");
 
-  const std::vector<double> error = error_at_lag(t_s, measured_deg, estimated_deg, 0);
+  const std::vector<double> error = error_at_lag(t_s, measured_deg, estimated_deg, 0).deg;
   std::vector<double> absolute(error.size());
   std::ranges::transform(error, absolute.begin(), [](double e) { return std::abs(e); });
   const auto p95 = absolute.begin() + static_cast<std::ptrdiff_t>(0.95 * (n - 1));
@@ -94,30 +124,45 @@ Score score(std::span<const double> t_s, std::span<const double> measured_deg,
   s.p95_abs_deg = *p95;
   s.fit_percent = 100 * (1 - s.rmse_deg / std::sqrt(variance));
   s.r2 = 1 - s.rmse_deg * s.rmse_deg / variance;
-  s.iae_deg_s = integral_of_absolute(t_s, error);
-  s.best_lag_s = best_lag(t_s, measured_deg, estimated_deg);
-  s.lag_at_edge = std::abs(s.best_lag_s) > kMaxLag_s - 1e-9;
-  const auto aligned = error_at_lag(t_s, measured_deg, estimated_deg, s.best_lag_s);
-  s.lag_removed_rmse_deg = root_mean_square(aligned);
-  s.lag_removed_iae_deg_s = integral_of_absolute(t_s, aligned);
+  s.iae_deg_s = integral_of_absolute(t_s, error, max_step_s);
+  const Lag lag = best_lag(t_s, measured_deg, estimated_deg);
+  s.best_lag_s = lag.s;
+  s.lag_at_edge = lag.at_edge;
+  const Errors aligned = error_at_lag(t_s, measured_deg, estimated_deg, lag.s);
+  s.lag_removed_rmse_deg = root_mean_square(aligned.deg);
+  s.lag_removed_iae_deg_s = integral_of_absolute(aligned.t_s, aligned.deg, max_step_s);
   return s;
 }
 
-Score compare(std::span<const double> measured_t_s, std::span<const double> measured_deg,
-              std::span<const double> estimated_t_s, std::span<const double> estimated_deg) {
-  const auto first = std::ranges::lower_bound(estimated_t_s, measured_t_s.front()) - estimated_t_s.begin();
-  const auto last = std::ranges::upper_bound(estimated_t_s, measured_t_s.back()) - estimated_t_s.begin();
-  if (last - first < 2) {
-    throw io::InputError(fmt::format(
-        "the two do not overlap in time: measured {:.1f} to {:.1f} s, estimated {:.1f} to {:.1f} s",
-        measured_t_s.front(), measured_t_s.back(), estimated_t_s.front(), estimated_t_s.back()));
+Score compare(const Angles& measured, const Angles& estimated) {
+  std::vector<double> reference_t_s;
+  std::vector<double> reference_deg;
+  merge_equal_times(measured, reference_t_s, reference_deg);
+  std::vector<double> t_s;
+  std::vector<double> measured_deg;
+  std::vector<double> estimated_deg;
+  std::size_t left_out = 0;
+  for (std::size_t k = 0; k < estimated.t_s.size(); ++k) {
+    const double now = estimated.t_s[k];
+    if (now < reference_t_s.front() || now > reference_t_s.back()) continue;
+    const auto next = std::ranges::lower_bound(reference_t_s, now);
+    if (*next > now && *next - *(next - 1) > measured.max_gap_s) {
+      ++left_out;
+      continue;
+    }
+    t_s.push_back(now);
+    measured_deg.push_back(interpolate(reference_t_s, reference_deg, now));
+    estimated_deg.push_back(estimated.angle_deg[k]);
   }
-  const auto count = static_cast<std::size_t>(last - first);
-  const auto t_s = estimated_t_s.subspan(static_cast<std::size_t>(first), count);
-  std::vector<double> measured;
-  measured.reserve(count);
-  for (const double t : t_s) measured.push_back(interpolate(measured_t_s, measured_deg, t));
-  return score(t_s, measured, estimated_deg.subspan(static_cast<std::size_t>(first), count));
+  if (t_s.size() < 2 || t_s.back() - t_s.front() < kMinOverlap_s) {
+    throw io::InputError(fmt::format(
+        "the two overlap by less than {:g} s: measured {:.1f} to {:.1f} s, estimated {:.1f} to {:.1f} s",
+        kMinOverlap_s, reference_t_s.front(), reference_t_s.back(), estimated.t_s.front(),
+        estimated.t_s.back()));
+  }
+  Score s = score(t_s, measured_deg, estimated_deg, std::max(measured.max_gap_s, estimated.max_gap_s));
+  s.left_out = left_out;
+  return s;
 }
 
 nlohmann::ordered_json to_json(const Score& s) {
@@ -131,7 +176,8 @@ nlohmann::ordered_json to_json(const Score& s) {
           {"lag_at_edge", s.lag_at_edge},
           {"lag_removed_rmse_deg", s.lag_removed_rmse_deg},
           {"lag_removed_iae_deg_s", s.lag_removed_iae_deg_s},
-          {"samples", s.samples}};
+          {"samples", s.samples},
+          {"left_out", s.left_out}};
 }
 
 }  // namespace flexor::score

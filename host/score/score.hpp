@@ -9,9 +9,12 @@
 //   r2          = 1 - sum e^2 / sum (y - mean y)^2
 //   iae         = integral |e| dt, trapezoids                     degree-seconds; E_i of Sensors 2019,
 //   19(18), 3896
-// and the same rmse and iae after the one constant lag is removed that makes the rmse smallest.
+// and the same rmse and iae after the one constant lag L is removed that makes the rmse smallest: the
+// estimate at t beside the measured angle at t - L. It is the measured angle that is interpolated there:
+// interpolation smooths, and would take an estimate's noise for a lag of half a sample.
 #pragma once
 
+#include <limits>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 
@@ -19,6 +22,7 @@ namespace flexor::score {
 
 struct Score {
   std::size_t samples = 0;
+  std::size_t left_out = 0;  // samples of the estimate inside gaps of the measured angle
   double rmse_deg = 0;
   double max_abs_deg = 0;
   double p95_abs_deg = 0;
@@ -31,15 +35,24 @@ struct Score {
   double lag_removed_iae_deg_s = 0;
 };
 
-// The three spans have the same length, at least 2; t_s never decreasing; all finite.
+// The three spans have the same length, at least 2; t_s never decreasing; all finite. Nothing is integrated
+// over steps longer than max_step_s.
 // Throws io::JobError when the measured angle is constant: fit and R2 are undefined there.
 Score score(std::span<const double> t_s, std::span<const double> measured_deg,
-            std::span<const double> estimated_deg);
+            std::span<const double> estimated_deg,
+            double max_step_s = std::numeric_limits<double>::infinity());
 
-// The estimate at its own instants, where the measured angle lies around them: the straight line between its
-// neighbours. Each pair of spans as above. Throws io::InputError when they do not overlap in time.
-Score compare(std::span<const double> measured_t_s, std::span<const double> measured_deg,
-              std::span<const double> estimated_t_s, std::span<const double> estimated_deg);
+// Angles as they stand in a log. Neighbours further apart than max_gap_s have nothing known between them.
+struct Angles {
+  std::span<const double> t_s;
+  std::span<const double> angle_deg;
+  double max_gap_s = std::numeric_limits<double>::infinity();
+};
+
+// The estimate at its own instants, beside the straight line between the measured neighbours; measured rows
+// of one time count as their mean. Samples in gaps of the measured angle are left out. Throws io::InputError
+// when the two overlap by less than a second, and as score().
+Score compare(const Angles& measured, const Angles& estimated);
 
 nlohmann::ordered_json to_json(const Score& score);
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 #include <vector>
 
 #include "host/io/io.hpp"
@@ -83,6 +84,80 @@ TEST(Score, MetricsAgreeWithEachOther) {
     RC_ASSERT(s.lag_removed_rmse_deg <= s.rmse_deg + 1e-9);
     RC_ASSERT(std::abs(s.r2 - (1 - std::pow(1 - s.fit_percent / 100, 2))) < 1e-9);
   }));
+}
+
+TEST(Score, NoiseOfTheEstimateIsNotTakenForALag) {
+  const auto t = grid(2000, 0.05);
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> noise(0, 2);
+    std::vector<double> y;
+    std::vector<double> estimate;
+    for (const double at : t) {
+      y.push_back(50 + 40 * std::sin(at));
+      estimate.push_back(y.back() + noise(random));
+    }
+    const Score s = score(t, y, estimate);
+    EXPECT_NEAR(s.best_lag_s, 0, 0.01);
+    EXPECT_NEAR(s.lag_removed_rmse_deg, s.rmse_deg, 0.02 * s.rmse_deg);
+  }
+}
+
+TEST(Score, ALagOutsideTheSearchIsAtItsEdge) {
+  const auto t = grid(4000, 0.05);
+  for (const double lag : {0.9, 1.01, 1.2, -1.05}) {
+    std::vector<double> y;
+    std::vector<double> estimate;
+    for (const double at : t) {
+      y.push_back(50 + 40 * std::sin(2 * at));
+      estimate.push_back(50 + 40 * std::sin(2 * (at - lag)));
+    }
+    EXPECT_EQ(score(t, y, estimate).lag_at_edge, std::abs(lag) > 1) << lag;
+  }
+}
+
+TEST(Compare, WhatLiesInAGapOfTheMeasuredAngleIsLeftOutAndCounted) {
+  const auto motion = [](double at) { return 50 + 40 * std::sin(at); };
+  std::vector<double> measured_t;
+  std::vector<double> measured;
+  for (const double at : grid(1200, 0.05)) {
+    if (at > 10.01 && at < 49.99) continue;
+    measured_t.push_back(at);
+    measured.push_back(motion(at));
+  }
+  const auto t = grid(1200, 0.05);
+  std::vector<double> estimate;
+  for (const double at : t) estimate.push_back(motion(at) + 1);
+  const Score s = compare({measured_t, measured, 0.3}, {t, estimate, 0.3});
+  EXPECT_NEAR(s.rmse_deg, 1, 1e-9);
+  EXPECT_EQ(s.samples + s.left_out, 1200u);
+  EXPECT_EQ(s.left_out, 799u);
+  EXPECT_NEAR(s.iae_deg_s, 10 + 9.95, 0.01);  // nothing is known of the forty seconds between
+}
+
+TEST(Compare, EveryRowOfABurstCounts) {
+  const auto t = grid(400, 0.05);
+  std::vector<double> twice_t;
+  std::vector<double> twice;
+  std::vector<double> y;
+  for (const double at : t) {
+    y.push_back(50 + 40 * std::sin(at));
+    twice_t.insert(twice_t.end(), {at, at});
+    twice.insert(twice.end(), {y.back(), y.back() + 10});
+  }
+  EXPECT_NEAR(compare({t, y}, {twice_t, twice}).rmse_deg, std::sqrt(50.0), 1e-9);
+  EXPECT_NEAR(compare({twice_t, twice}, {t, y}).rmse_deg, 5, 1e-9);
+}
+
+TEST(Compare, LessThanASecondIsNoComparison) {
+  const auto t = grid(100, 0.05);
+  std::vector<double> y;
+  for (const double at : t) y.push_back(at);
+  std::vector<double> later = t;
+  for (double& at : later) at += 4.2;
+  EXPECT_THROW((void)compare({t, y}, {later, y}), io::InputError);
+  for (double& at : later) at -= 2;
+  EXPECT_NO_THROW((void)compare({t, y}, {later, y}));
 }
 
 TEST(Score, AConstantReferenceIsRefused) {

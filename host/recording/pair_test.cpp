@@ -1,0 +1,114 @@
+#include "host/recording/pair.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/io/io.hpp"
+#include "host/recording/csv.hpp"
+
+namespace flexor::recording {
+namespace {
+
+// Two minutes of uneven motion: counts, and an angle on a clock 3 s ahead.
+Pair simulated(double glove_step_s = 0.05) {
+  Pair pair{{"glove.csv", {}, {{"flex_adc", {}, "count"}}, {}, ""},
+            "flex_adc",
+            {"camera.csv", {}, {{"index_deg", {}, "deg"}}, {}, ""},
+            "index_deg"};
+  const auto angle = [](double t) { return 45 + 25 * std::sin(t) + 15 * std::sin(0.37 * t * t / 20); };
+  for (double t = 0; t < 120; t += glove_step_s) {
+    pair.sensor.t_s.push_back(t);
+    pair.sensor.columns[0].value.push_back(std::round(300 + 4 * angle(t)));
+  }
+  for (double t = 0; t < 120; t += 0.04) {
+    pair.reference.t_s.push_back(t + 3);
+    pair.reference.columns[0].value.push_back(angle(t));
+  }
+  return pair;
+}
+
+TEST(Pair, AColumnInRadiansIsConvertedOnceAndCalledDegreesFromThenOn) {
+  for (const char* name : {"angle_rad", "Angle(rad)", "angle [radians]", "angle_radians"}) {
+    Pair pair = simulated();
+    pair.output = name;
+    pair.reference.columns[0].name = name;
+    pair.reference.columns[0].unit = "rad";
+    for (double& v : pair.reference.columns[0].value) v *= 3.14159265358979323846 / 180;
+    to_degrees(pair.reference, pair.output, "");
+    const Recording written = to_recording(align_pair(pair, 20, 3.0, 0), pair);
+    const std::string column = written.columns[1].name;
+    EXPECT_TRUE(column == "angle_deg" || column == "Angle_deg") << column;
+    Recording read = parse_csv(to_csv(written), "aligned.csv", {});
+    to_degrees(read, column, "");
+    EXPECT_EQ(read.columns[1].value, written.columns[1].value);
+    EXPECT_GT(*std::ranges::max_element(read.columns[1].value), 70);
+  }
+}
+
+TEST(Pair, AnAngleInAUnitThatNobodyKnowsIsRefusedByName) {
+  for (const char* name : {"angle_grad", "angle (grad)", "angle_mrad", "angle [gon]", "angle (%)", "angle_percent",
+                           "angle turn"}) {
+    Recording r{"c.csv", {0, 1}, {{name, {0, 1}, ""}}, {}, ""};
+    try {
+      to_degrees(r, name, "");
+      ADD_FAILURE() << name;
+    } catch (const io::InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("deg or rad"), std::string::npos);
+    }
+  }
+  for (const char* name : {"angle", "index_deg", "angle (deg)", "SensorA1", "turn_deg", "grad"}) {
+    Recording r{"c.csv", {0, 1}, {{name, {0, 1}, ""}}, {}, ""};
+    EXPECT_NO_THROW(to_degrees(r, name, "")) << name;
+  }
+}
+
+TEST(Pair, WhatIsHeldOutDecidesNeitherWhatAPauseIsNorWhatAReadingIs) {
+  const Pair slow = simulated(0.5);
+  Pair pair = slow;
+  const Pair fast = simulated(0.05);
+  for (std::vector<double>* v : {&pair.sensor.t_s, &pair.sensor.columns[0].value}) v->resize(160);  // 80 s
+  for (std::size_t i = 1600; fast.sensor.t_s[i] < slow.sensor.t_s.back() + 0.01; ++i) {
+    pair.sensor.t_s.push_back(fast.sensor.t_s[i]);
+    pair.sensor.columns[0].value.push_back(3000);  // an ADC of twelve bits, all of a sudden
+  }
+  const Aligned before = align_pair(slow, 20, 3.0, 0, 0.5);
+  const Aligned after = align_pair(pair, 20, 3.0, 0, 0.5);
+  EXPECT_EQ(after.max_gap_s, 2.5);
+  EXPECT_EQ(after.max_gap_s, before.max_gap_s);
+  EXPECT_EQ(after.valid.max, 1022);
+  ASSERT_EQ(after.holdout_begin, before.holdout_begin);
+  for (std::size_t k = 0; k < before.holdout_begin; ++k) {
+    ASSERT_EQ(after.gap[k], before.gap[k]) << k;
+    ASSERT_EQ(after.input[k], before.input[k]) << k;
+  }
+}
+
+TEST(Pair, ReadingsOnARailAreAveragedWithNoOther) {
+  Pair clean = simulated(0.01);
+  Pair flickering = clean;
+  for (std::size_t i = 0; i < clean.sensor.t_s.size(); ++i) {
+    if (i % 3 != 0) clean.sensor.columns[0].value[i] = flickering.sensor.columns[0].value[i] = i % 2 == 0 ? 400.0 : 700.0;
+    if (i % 7 == 3) flickering.sensor.columns[0].value[i] = i % 2 == 0 ? 0 : 1023;
+  }
+  const Aligned a = align_pair(flickering, 20, 3.0, 0);
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    ASSERT_GE(a.input[k], 1) << k;
+    ASSERT_LE(a.input[k], 1022) << k;
+  }
+}
+
+TEST(Pair, RowsThatATrackerLostAreLeftOut) {
+  Recording r{"c.csv", {0, 1, 2, 3}, {{"a_deg", {1, 2, 3, 4}, "deg"}, {"a_quality", {0, 3, 1, 3}, ""}}, {}, ""};
+  leave_out_lost(r, "a_deg");
+  EXPECT_EQ(r.t_s, (std::vector<double>{0, 2}));
+  ASSERT_EQ(r.columns.size(), 1u);
+  EXPECT_EQ(r.columns[0].value, (std::vector<double>{1, 3}));
+  EXPECT_EQ(r.warnings.size(), 1u);
+  Recording lost{"c.csv", {0, 1}, {{"a_deg", {1, 2}, "deg"}, {"a_quality", {3, 3}, ""}}, {}, ""};
+  EXPECT_THROW(leave_out_lost(lost, "a_deg"), io::JobError);
+}
+
+}  // namespace
+}  // namespace flexor::recording

@@ -146,7 +146,7 @@ TEST_F(RealReplay, RealRecordingsAreSentToTheBit) {
     experiment::Request request;
     request.files = {log, data() / folder / "camera_angles.csv", column, reference};
     request.input_unit = "count";
-    request.structure = "hw";
+    request.structure = "hw-hysteresis";
     request.plays = 1;
     const model::Model model = experiment::identify_files(request, {}).model;
     expect_exact(model, counts);

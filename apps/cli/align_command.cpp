@@ -35,7 +35,9 @@ void write_aligned(const Options& o, const recording::Recording& aligned) {
 void check_output(const Options& o) {
   if (o.out.empty()) return;
   const std::string ending = std::filesystem::path(o.out).extension().string();
-  const bool device = std::filesystem::exists(o.out) && !std::filesystem::is_regular_file(o.out);
+  std::error_code error;
+  const bool device =
+      std::filesystem::exists(o.out, error) && !std::filesystem::is_regular_file(o.out, error);
   if (ending != ".csv" && ending != ".mat" && !device) {
     throw io::InputError(fmt::format("{}: aligned recordings are written as .csv or .mat", o.out));
   }

@@ -69,24 +69,6 @@ std::vector<std::string> input_columns(const Options& o, const model::Model& mod
   return columns;
 }
 
-// A reading in another unit than the model's would give angles that look right.
-void check_units(const model::Model& model, const recording::CsvReader& reader) {
-  for (std::size_t i = 0; i < model.channels.size(); ++i) {
-    const std::string& unit = reader.units()[i];
-    const std::string& wanted = model.channels[i].input_unit;
-    if (unit == wanted) continue;
-    if (unit.empty() || !recording::known_unit(wanted)) {
-      log(fmt::format("note: {}: column \"{}\" {}, the model's {} finger {}: taken as the same",
-                      reader.name(), reader.columns()[i], unit.empty() ? "states no unit" : "is in " + unit,
-                      model.channels[i].name, wanted.empty() ? "states none" : "takes " + wanted));
-      continue;
-    }
-    throw io::InputError(fmt::format("{}: column \"{}\" is in {}, the model's {} finger takes {}",
-                                     reader.name(), reader.columns()[i], unit, model.channels[i].name,
-                                     wanted));
-  }
-}
-
 // Every row of the log through the model.
 template <class Sink>
 void follow(const Options& o, const model::Model& model, recording::CsvReader& reader, Sink&& sink) {
@@ -172,7 +154,8 @@ void run(const Options& o) {
   }
   recording::CsvReader reader(live ? std::cin : file, live ? "standard input" : o.file,
                               {input_columns(o, model), o.time_unit});
-  check_units(model, reader);
+  for (std::size_t i = 0; i < model.channels.size(); ++i)
+    check_unit(model.channels[i], reader.name(), reader.columns()[i], reader.units()[i]);
   if (o.json) return print_json(o, model, reader);
   CsvSink sink(model, live);
   follow(o, model, reader, std::ref(sink));

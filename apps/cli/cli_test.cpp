@@ -1,6 +1,7 @@
 // The program as its users run it: exit codes, one clear line for bad input, nothing half-written.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -26,9 +27,9 @@ struct Finished {
 class Cli : public testing::Test {
  protected:
   Cli()
-      : folder_(
-            fs::path(testing::TempDir()) /
-            (std::string("flexor_cli_") + testing::UnitTest::GetInstance()->current_test_info()->name())) {
+      : folder_(fs::path(testing::TempDir()) /
+                (std::string("flexor_cli_") + testing::UnitTest::GetInstance()->current_test_info()->name() +
+                 std::to_string(::getpid()))) {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
     EXPECT_EQ(std::system(("'" FLEXOR_SIMULATE "' '" + folder_.string() + "'").c_str()), 0);
@@ -127,6 +128,22 @@ TEST_F(Cli, NoOutputTakesThePlaceOfAnInput) {
   io::write_file(fs::path(path("own")) / "glove.csv", before);
   expect_refused("calibrate-glove --rounds 1 --out '" + path("own") + "'", 2, "choose another folder");
   EXPECT_EQ(content(fs::path(path("own")) / "glove.csv"), before);
+}
+
+TEST_F(Cli, AReadingInAnotherUnitThanTheModelsIsRefusedEverywhere) {
+  ASSERT_EQ(run("identify --sensor '" + glove() + "' --reference '" + camera() +
+                "' --structure linear --input-unit count --model '" + path("m.json") + "'")
+                .exit,
+            0);
+  const model::Model m = model::load(path("m.json"));
+  model::Model renamed = m;
+  renamed.channels[0].input_column = "flex_V";
+  model::save(renamed, path("v.json"));
+  io::write_file(path("volts.csv"), "t_s,flex_V\n0,1\n0.05,1.5\n0.1,2\n");
+  expect_refused("apply '" + path("v.json") + "' '" + path("volts.csv") + "'", 2, "is in V");
+  expect_refused(
+      "deploy '" + path("v.json") + "' --out '" + path("d") + "' --recording '" + path("volts.csv") + "'", 2,
+      "is in V");
 }
 
 TEST_F(Cli, EmptyAndAbsurdValuesAreRefusedBeforeTheWork) {
@@ -326,7 +343,7 @@ TEST_F(Cli, OutputsThatCannotBeWrittenAreRefused) {
 TEST_F(Cli, FilesThatDoNotOverlapAreNotScored) {
   io::write_file(path("a.csv"), "t_s,a_deg\n0,1\n1,2\n2,3\n");
   io::write_file(path("b.csv"), "t_s,b_deg\n10,1\n11,2\n12,3\n");
-  expect_refused("score '" + path("a.csv") + "' '" + path("b.csv") + "'", 2, "do not overlap in time");
+  expect_refused("score '" + path("a.csv") + "' '" + path("b.csv") + "'", 2, "overlap by less than 1 s");
 }
 
 TEST_F(Cli, ExperimentPrintsTheTableAndOneJsonObject) {

@@ -45,6 +45,11 @@ inline constexpr const char* kTimeUnitHelp =
 // A check for --seed: CLI11 alone takes -1 for 2^64 - 1. Empty, or what is wrong.
 std::string seed_fault(const std::string& text);
 
+// A reading in another unit than the model's would give angles that look right: throws io::InputError. Where
+// either states none, a note says so. `unit` is that of the column for the model's channel.
+void check_unit(const model::Channel& channel, const std::string& file, const std::string& column,
+                const std::string& unit);
+
 // Prints to standard output; throws io::JobError when it is closed or full.
 void print(const std::string& text);
 

@@ -49,7 +49,10 @@ std::array<std::vector<double>, experiment::kFingers> inputs_of(const model::Mod
   const recording::Recording r = recording::read_csv(path, columns);
   std::array<std::vector<double>, experiment::kFingers> out;
   for (std::size_t i = 0; i < out.size(); ++i) {
-    if (channels[i] != nullptr) out[i] = r.column(column(i)).value;
+    if (channels[i] == nullptr) continue;
+    const recording::Column& c = r.column(column(i));
+    check_unit(*channels[i], path, c.name, c.unit);
+    out[i] = c.value;
   }
   return out;
 }

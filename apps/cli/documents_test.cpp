@@ -2,6 +2,7 @@
 // JSON, and files whose names are Latin-1.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -23,7 +24,8 @@ class Documents : public testing::Test {
   Documents()
       : folder_(fs::path(testing::TempDir()) /
                 (std::string("flexor_documents_") +
-                 testing::UnitTest::GetInstance()->current_test_info()->name())) {
+                 testing::UnitTest::GetInstance()->current_test_info()->name() +
+                 std::to_string(::getpid()))) {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }

@@ -285,9 +285,8 @@ void run_glove(GloveOptions& o) {
     }
     print(fmt::format(" deg RMSE  {}\n", step.what));
   }
-  print(fmt::format(
-      "lag from finger to hand {:.0f} ms; {} detail(s) that the motion does not tell keep a safe value\n",
-      1000 * result.lag_s, result.warnings.size()));
+  print(fmt::format("lag from finger to hand {:.0f} ms; {} detail(s) that the motion does not tell\n",
+                    1000 * result.lag_s, result.warnings.size()));
   print(fmt::format("compensator {}/identified.json\n", o.folder));
 }
 

@@ -1,6 +1,7 @@
 // Every command with --json: standard output is one JSON object, nothing before it, nothing after it.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <array>
 #include <cmath>
@@ -18,9 +19,9 @@ namespace fs = std::filesystem;
 class Json : public testing::Test {
  protected:
   Json()
-      : folder_(
-            fs::path(testing::TempDir()) /
-            (std::string("flexor_json_") + testing::UnitTest::GetInstance()->current_test_info()->name())) {
+      : folder_(fs::path(testing::TempDir()) /
+                (std::string("flexor_json_") + testing::UnitTest::GetInstance()->current_test_info()->name() +
+                 std::to_string(::getpid()))) {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }

@@ -16,6 +16,7 @@
 #include "apps/cli/program.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
+#include "host/recording/unit.hpp"
 
 namespace flexor::cli {
 
@@ -75,6 +76,19 @@ experiment::Boards& Program::require_boards() const {
 const experiment::Cameras& Program::require_cameras() const {
   if (cameras == nullptr) become(*this, "flexor-camera", "sees videos");
   return *cameras;
+}
+
+void check_unit(const model::Channel& channel, const std::string& file, const std::string& column,
+                const std::string& unit) {
+  const std::string& wanted = channel.input_unit;
+  if (unit == wanted) return;
+  if (!unit.empty() && recording::known_unit(wanted)) {
+    throw io::InputError(fmt::format("{}: column \"{}\" is in {}, the model's {} finger takes {}", file,
+                                     column, unit, channel.name, wanted));
+  }
+  log(fmt::format("note: {}: column \"{}\" {}, the model's {} finger {}: taken as the same", file, column,
+                  unit.empty() ? "states no unit" : "is in " + unit, channel.name,
+                  wanted.empty() ? "states none" : "takes " + wanted));
 }
 
 // Losing a line of a log is no reason to lose the work.

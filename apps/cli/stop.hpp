@@ -1,4 +1,4 @@
-// Ctrl-C and SIGTERM as a flag that a long job looks at, so that it can end in order and say what it kept.
+// Ctrl-C, SIGTERM and SIGHUP as a flag that a long job looks at, so that it can end in order and say what it kept.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ class StopOnSignal {
       now.sa_handler = [](int signal) {
         last_ = signal;
         stop_ = true;
-        sigaction(signal, &before_[signal == kSignals[0] ? 0 : 1], nullptr);
+        sigaction(signal, &before_[signal == SIGINT ? 0 : signal == SIGTERM ? 1 : 2], nullptr);
       };
       now.sa_flags = SA_RESTART;
       sigaction(kSignals[i], &now, nullptr);
@@ -40,7 +40,7 @@ class StopOnSignal {
   }
 
  private:
-  static constexpr std::array<int, 2> kSignals = {SIGINT, SIGTERM};
+  static constexpr std::array<int, 3> kSignals = {SIGINT, SIGTERM, SIGHUP};
   static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
   static void restore() {
@@ -49,7 +49,7 @@ class StopOnSignal {
 
   inline static std::atomic<bool> stop_ = false;
   inline static std::atomic<int> last_ = SIGTERM;
-  inline static std::array<struct sigaction, 2> before_{};
+  inline static std::array<struct sigaction, 3> before_{};
 };
 
 }  // namespace flexor::cli

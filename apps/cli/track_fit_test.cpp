@@ -1,6 +1,7 @@
 // A joint file that does not fit the video gives no angles instead of zeros.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -18,9 +19,10 @@ namespace fs = std::filesystem;
 class TrackFit : public testing::Test {
  protected:
   TrackFit()
-      : folder_(
-            fs::path(testing::TempDir()) /
-            (std::string("flexor_track_") + testing::UnitTest::GetInstance()->current_test_info()->name())) {
+      : folder_(fs::path(testing::TempDir()) /
+                (std::string("flexor_track_") +
+                 testing::UnitTest::GetInstance()->current_test_info()->name() +
+                 std::to_string(::getpid()))) {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }

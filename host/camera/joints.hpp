@@ -7,9 +7,9 @@
 //                "region": [left, top, right, bottom] as shares of the picture, "start": {NAME: [x, y], ...}}
 //            or {"kind": "printed", "dictionary": "apriltag_36h11", "size_mm": 12, "ids": {NAME: 0, ...}},
 //      "links": [[FROM, TO, length], ...],                lengths relative to each other; colour only
-//      "length_tolerance": 0.35,                          of a length's logarithm; smaller if this hand was
-//      measured "first_link": "up" | "down" | "left" | "right",    where it points in the picture, if that is
-//      known "positive_turn": {"from", "to", "toward"} or {"view": "clockwise" | "counterclockwise"},
+//      "length_tolerance": 0.35,      of a length's logarithm; smaller if this hand was measured
+//      "first_link": "up" | "down" | "left" | "right",    where it points in the picture, if that is known
+//      "positive_turn": {"from", "to", "toward"} or {"view": "clockwise" | "counterclockwise"},
 //      "angles": [{"name", "marks": [a, b, c] or [a, b, c, d], "measure": "turn" | "opening",
 //                  "turn": "positive" | "negative", "offset_deg", "range_deg": [min, max]}, ...]}]}
 //

@@ -15,7 +15,8 @@ using Json = nlohmann::ordered_json;
 
 // Twice is a file read: for its columns, then for its rows.
 void require_file(const std::filesystem::path& path, const char* option) {
-  if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path)) {
+  io::require_readable(path);
+  if (!std::filesystem::is_regular_file(path)) {
     throw io::InputError(fmt::format("{}: a pipe or device can be read once only: name the column with {}",
                                      path.string(), option));
   }

@@ -65,7 +65,8 @@ std::uintmax_t size_of(const fs::path& path) {
 
 FolderLock::FolderLock(fs::path folder) : folder_(std::move(folder)) {
   io::require_folder(folder_);
-  made_ = !fs::exists(folder_);
+  std::error_code error;
+  made_ = !fs::exists(folder_, error);
   io::make_folder(folder_);
   const fs::path path = folder_ / "lock";
   for (;;) {
@@ -74,11 +75,11 @@ FolderLock::FolderLock(fs::path folder) : folder_(std::move(folder)) {
       throw io::InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno)));
     }
     if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
-      const int error = errno;
+      const int reason = errno;
       const std::string who = holder(file_);
       ::close(file_);
-      if (error != EWOULDBLOCK) {
-        throw io::InputError(fmt::format("{}: cannot be locked: {}", path.string(), std::strerror(error)));
+      if (reason != EWOULDBLOCK) {
+        throw io::InputError(fmt::format("{}: cannot be locked: {}", path.string(), std::strerror(reason)));
       }
       throw io::InputError(
           fmt::format("{}: another run works in this folder ({}): wait for it or choose another folder",
@@ -100,7 +101,8 @@ FolderLock::~FolderLock() {
 
 Journal::Journal(const fs::path& folder, const std::string& settings, const std::string& header)
     : folder_(folder), path_(folder / "trials.csv"), header_(header) {
-  if (fs::exists(path_) && !fs::is_regular_file(path_)) {
+  std::error_code error;
+  if (fs::exists(path_, error) && !fs::is_regular_file(path_, error)) {
     throw io::InputError(fmt::format("{}: is no ordinary file; choose another folder", path_.string()));
   }
   old_.open(path_, std::ios::binary);

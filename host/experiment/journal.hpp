@@ -1,7 +1,7 @@
 // What an experiment keeps in its folder, so that it survives being killed at any instant:
 //   run.json    the settings; a run goes on only with the same
-//   trials.csv  a header and the rows of whole batches, in order; what follows the last whole batch is cut
-//   off lock        held with flock(2) while somebody works there; says who. Gone when they are done
+//   trials.csv  a header and the rows of whole batches, in order; what follows the last whole one is cut off
+//   lock        held with flock(2) while somebody works there; says who. Gone when they are done
 #pragma once
 
 #include <cstdint>

@@ -11,8 +11,9 @@
 // scores' autocovariances (Newey, West, Econometrica 55 (1987) 703), so that they hold for residuals that are
 // neither Gaussian nor white. A is factored by SVD after column scaling, and its condition number reported.
 //
-// What the data cannot tell is refused by name: the parameter keeps a safe value, gets no standard error, and
-// `refusals` says why. A curve's values stay within the measured angles and one span of them on either side;
+// What the data cannot tell is refused by name: the parameter gets no standard error, and `refusals` says why.
+// A limit takes a safe value; a pole, tap, radius or weight stays where the fit left it, one of many that fit
+// as well. A curve's values stay within the measured angles and one span of them on either side;
 // a knot that hardly any sample tells lies on the line between its neighbours, beyond the last one at its
 // value.
 #pragma once

@@ -210,6 +210,25 @@ TEST(Identification, AHeldOutPartOfNothingButPausesKeepsTheFit) {
   EXPECT_FALSE(r.warnings.empty());
 }
 
+// What was read in volts bounds what a reading may be; the held-out part must not widen it.
+TEST(Identification, TheRangeOfReadingsInVoltsIsThatOfTheFittedPart) {
+  recording::Pair pair = simulated({20, 0, false, false});
+  pair.sensor.columns[0].unit = "V";
+  for (double& v : pair.sensor.columns[0].value) v *= 5.0 / 1024;
+  Request request = with_structure("linear");
+  request.clock_offset_s = 3.7;
+  const model::Channel before = identify(pair, request, {}).model.channels[0];
+  std::vector<double>& volts = pair.sensor.columns[0].value;
+  const auto half = volts.begin() + std::ssize(volts) / 2;
+  const auto [low, high] = std::minmax_element(volts.begin(), half);
+  EXPECT_NEAR(before.valid_min, *low - (*high - *low) / 4, 0.05);
+  EXPECT_NEAR(before.valid_max, *high + (*high - *low) / 4, 0.05);
+  for (std::size_t i = volts.size() * 3 / 4; i < volts.size(); ++i) volts[i] *= 10;
+  const model::Channel after = identify(pair, request, {}).model.channels[0];
+  EXPECT_EQ(after.valid_min, before.valid_min);
+  EXPECT_EQ(after.valid_max, before.valid_max);
+}
+
 TEST(Identification, OptionsThatTheStructureDoesNotHaveAreRefused) {
   Request linear = with_structure("linear");
   linear.order = 0;

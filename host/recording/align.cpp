@@ -366,8 +366,8 @@ double chance(double r, double movements, double offsets) {
 }
 
 // Straight line through the quarters' offsets: drift, and a warning when it is both large and clear; quarters
-// that no straight line meets take away from the confidence. Throws
-// io::JobError when it is clear and larger than any clock's.
+// that no straight line meets take away from the confidence. Throws io::JobError when it is clear and larger
+// than any clock's.
 void check_drift(Alignment& result) {
   std::vector<double> x;
   std::vector<double> y;
@@ -446,21 +446,18 @@ std::string low_confidence(const Belief& belief, const Alignment& found) {
   if (belief.unique <= std::min(belief.related, belief.no_chance)) {
     return fmt::format(
         "the alignment is ambiguous: offset {:+.1f} s explains almost as much as {:+.1f} s; record a motion "
-        "that "
-        "does not repeat itself",
+        "that does not repeat itself",
         found.rival_offset_s.value_or(0), found.clock_offset_s);
   }
   if (belief.related <= belief.no_chance) {
     return fmt::format(
         "the two recordings hardly move together (their velocities correlate by {:.2f}): are they of the "
-        "same "
-        "take and finger?",
+        "same take and finger?",
         found.velocity_correlation);
   }
   return fmt::format(
       "the alignment is ambiguous: {:.1f} s hold too little motion to tell the offset from chance; bend the "
-      "finger "
-      "several times, unevenly",
+      "finger several times, unevenly",
       found.overlap_s);
 }
 

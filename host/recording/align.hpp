@@ -9,6 +9,8 @@
 //  2. Around it: the largest correlation (either sign) of the two velocities, both smoothed by a Gaussian of
 //     0.5 s; a parabola through the peak gives the fraction of a sample. It is the sensor's own velocity: a
 //     curve fitted at a slightly wrong offset would pull the peak towards that offset.
+// What delays all of the sensor's motion alike, as a first-order lag does, cannot be told from the clocks and is
+// part of the offset.
 // Recordings of less than half a minute get a narrower Gaussian, fewer bins and a finer search.
 //
 // How far the answer may be believed is a product of four numbers from 0 to 1, none of which a wrong pair of
@@ -16,8 +18,7 @@
 //   unique     1 - (1 - eta^2) / (1 - eta^2 of the best other offset)
 //   related    the velocities agree: from 0 where they correlate by 0.6 to 1 at 0.85
 //   no chance  1 - offsets (1 - r^2)^(m - 1), for m independent movements in the overlap: seconds that hold
-//   one
-//              single movement never tell, however well it matches
+//              one single movement never tell, however well it matches
 //   steady     1 / (1 + (d / 0.2 s)^2), d the quarters' mean distance from one clock, offset and drift
 // Source: A. Renyi, On measures of dependence (1959) for eta^2.
 #pragma once

@@ -166,8 +166,10 @@ Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock
   a.warnings.insert(a.warnings.end(), pair.reference.warnings.begin(), pair.reference.warnings.end());
   try {
     a.alignment = align(sensor, reference);
-  } catch (const JobError&) {
+  } catch (const JobError& error) {
     if (!clock_offset_s) throw;  // with an offset that was given, nothing has to be found
+    a.warnings.push_back(
+        fmt::format("the signals do not confirm the clock offset that was given: {}", error.what()));
   }
   if (a.alignment) {
     a.warnings.insert(a.warnings.end(), a.alignment->warnings.begin(), a.alignment->warnings.end());

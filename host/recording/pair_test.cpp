@@ -48,8 +48,8 @@ TEST(Pair, AColumnInRadiansIsConvertedOnceAndCalledDegreesFromThenOn) {
 }
 
 TEST(Pair, AnAngleInAUnitThatNobodyKnowsIsRefusedByName) {
-  for (const char* name : {"angle_grad", "angle (grad)", "angle_mrad", "angle [gon]", "angle (%)", "angle_percent",
-                           "angle turn"}) {
+  for (const char* name : {"angle_grad", "angle (grad)", "angle_mrad", "angle [gon]", "angle (%)",
+                           "angle_percent", "angle turn"}) {
     Recording r{"c.csv", {0, 1}, {{name, {0, 1}, ""}}, {}, ""};
     try {
       to_degrees(r, name, "");
@@ -89,7 +89,8 @@ TEST(Pair, ReadingsOnARailAreAveragedWithNoOther) {
   Pair clean = simulated(0.01);
   Pair flickering = clean;
   for (std::size_t i = 0; i < clean.sensor.t_s.size(); ++i) {
-    if (i % 3 != 0) clean.sensor.columns[0].value[i] = flickering.sensor.columns[0].value[i] = i % 2 == 0 ? 400.0 : 700.0;
+    if (i % 3 != 0)
+      clean.sensor.columns[0].value[i] = flickering.sensor.columns[0].value[i] = i % 2 == 0 ? 400.0 : 700.0;
     if (i % 7 == 3) flickering.sensor.columns[0].value[i] = i % 2 == 0 ? 0 : 1023;
   }
   const Aligned a = align_pair(flickering, 20, 3.0, 0);
@@ -100,7 +101,8 @@ TEST(Pair, ReadingsOnARailAreAveragedWithNoOther) {
 }
 
 TEST(Pair, RowsThatATrackerLostAreLeftOut) {
-  Recording r{"c.csv", {0, 1, 2, 3}, {{"a_deg", {1, 2, 3, 4}, "deg"}, {"a_quality", {0, 3, 1, 3}, ""}}, {}, ""};
+  Recording r{
+      "c.csv", {0, 1, 2, 3}, {{"a_deg", {1, 2, 3, 4}, "deg"}, {"a_quality", {0, 3, 1, 3}, ""}}, {}, ""};
   leave_out_lost(r, "a_deg");
   EXPECT_EQ(r.t_s, (std::vector<double>{0, 2}));
   ASSERT_EQ(r.columns.size(), 1u);

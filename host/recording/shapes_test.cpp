@@ -172,7 +172,6 @@ TEST_P(Shapes, IsReadOrRefusedInOneLine) {
 INSTANTIATE_TEST_SUITE_P(Log, Shapes, testing::ValuesIn(shapes()),
                          [](const auto& i) { return i.param.name; });
 
-// The same bytes one at a time, as a slow terminal sends them, and all at once.
 TEST(Shapes, AUnitComesFromTheNameAndFromTheRowOfUnits) {
   std::istringstream stream("time_ms,index_V,middle_adc,ring (deg),pinky\n0,1,2,3,4\n50,1,2,3,4\n");
   const CsvReader named(stream, "log.csv", {});

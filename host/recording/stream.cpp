@@ -148,7 +148,7 @@ void Stream::check_unit() const {
   if (*middle <= kLongestStep_s) return;
   throw InputError(
       fmt::format("{}: time steps of {:.4g} s; if the time column is in milliseconds, name it time_ms or add "
-                  "--time-unit ms",
+                  "--time-unit ms where the command has it",
                   source_.name(), *middle));
 }
 

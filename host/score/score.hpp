@@ -3,12 +3,11 @@
 // With e_k = y_k - estimate_k over n samples at t_k:
 //   rmse        = sqrt(mean e^2)                                  degrees
 //   max, p95    = largest and 95th percentile of |e|              degrees
-//   fit percent = 100 (1 - |e|_2 / |y - mean y|_2)                NRMSE fit; 100 is perfect, negative is
-//   worse
+//   fit percent = 100 (1 - |e|_2 / |y - mean y|_2)                NRMSE fit; 100 is perfect, below 0 worse
 //                                                                 than the mean
 //   r2          = 1 - sum e^2 / sum (y - mean y)^2
 //   iae         = integral |e| dt, trapezoids                     degree-seconds; E_i of Sensors 2019,
-//   19(18), 3896
+//                                                                 19(18), 3896
 // and the same rmse and iae after the one constant lag L is removed that makes the rmse smallest: the
 // estimate at t beside the measured angle at t - L. It is the measured angle that is interpolated there:
 // interpolation smooths, and would take an estimate's noise for a lag of half a sample.

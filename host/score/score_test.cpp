@@ -149,6 +149,23 @@ TEST(Compare, EveryRowOfABurstCounts) {
   EXPECT_NEAR(compare({twice_t, twice}, {t, y}).rmse_deg, 5, 1e-9);
 }
 
+TEST(Score, ThePercentileAndTheIntegralWithoutTheLagAreWhatTheyAreCalled) {
+  const auto t = grid(1001, 0.01);
+  std::vector<double> y;
+  std::vector<double> estimate;
+  for (std::size_t k = 0; k < t.size(); ++k) {
+    y.push_back(50 + 40 * std::sin(t[k]));
+    estimate.push_back(y[k] +
+                       static_cast<double>((k * 617) % 1001) / 100);  // errors from 0 to 10, all of them
+  }
+  EXPECT_NEAR(score(t, y, estimate).p95_abs_deg, 9.5, 0.02);
+  std::vector<double> late;
+  for (const double at : t) late.push_back(50 + 40 * std::sin(at - 0.2) + 3);
+  const Score s = score(t, y, late);
+  EXPECT_NEAR(s.lag_removed_iae_deg_s, 3 * 9.8, 0.5);
+  EXPECT_GT(s.iae_deg_s, s.lag_removed_iae_deg_s + 1);
+}
+
 TEST(Compare, LessThanASecondIsNoComparison) {
   const auto t = grid(100, 0.05);
   std::vector<double> y;

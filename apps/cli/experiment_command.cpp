@@ -48,7 +48,7 @@ void distances(const experiment::Distances& d) {
 }
 
 void table(const experiment::Result& r, const experiment::Plan& plan) {
-  constexpr const char* kRow = "{:<22}{:<16}{:>16}{:>11}{:>9}{:>9}{:>15}{:>8}{:>11}{:>10}\n";
+  constexpr const char* kRow = "{:<22}{:<16}{:>18}{:>11}{:>9}{:>9}{:>18}{:>8}{:>12}{:>10}\n";
   print(fmt::format("total error E_T in deg s, mean and 95 % interval of {} trial(s), {:g} Hz, seed {}\n\n",
                     plan.trials, 1 / plan.compensators.front().model.sample_period_s, plan.seed));
   print(fmt::format(fmt::runtime(kRow), "gesture", "compensator", "causal", "published", "to raw", "to W",

@@ -89,7 +89,8 @@ void curve(Gnuplot& g, const Identification& r) {
     return fmt::format("{:.2f} {:.3f}", at, map.step(0, at).angle_deg);
   });
   g.add("set xlabel {} noenhanced; set ylabel 'angle (deg)'",
-        gnuplot_text(fmt::format("sensor reading ({})", channel.input_unit)));
+        gnuplot_text(channel.input_unit.empty() ? "sensor reading"
+                                                : fmt::format("sensor reading ({})", channel.input_unit)));
   const auto knots = [&](const model::Curve& c) {
     g.data("knots", c.x.size(), [&](std::size_t i) { return fmt::format("{:.3f} {:.3f}", c.x[i], c.y[i]); });
     return ", $knots using 1:2 with points pt 6 ps 0.9 lw 2 lc rgb '#D55E00' title 'its knots'";

@@ -4,9 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
+#include "host/recording/unit.hpp"
 
 namespace flexor::experiment {
 namespace {
@@ -16,6 +18,10 @@ using Json = nlohmann::ordered_json;
 // Twice is a file read: for its columns, then for its rows.
 void require_file(const std::filesystem::path& path, const char* option) {
   io::require_readable(path);
+  static constexpr std::array kVideos = {".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v"};
+  if (std::ranges::find(kVideos, recording::lower(path.extension().string())) != kVideos.end())
+    throw io::InputError(
+        fmt::format("{}: a video needs --joints FILE, which says what is marked", path.string()));
   if (!std::filesystem::is_regular_file(path)) {
     throw io::InputError(fmt::format("{}: a pipe or device can be read once only: name the column with {}",
                                      path.string(), option));

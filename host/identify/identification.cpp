@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "host/io/json.hpp"
@@ -19,6 +20,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kMuchWorse = 1.5;
+constexpr double kLittle = 0.2;
+constexpr double kCreep_deg = 1;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -183,6 +186,38 @@ std::string in_plain_words(const std::string& refusal) {
   return fmt::format("{} ({})", meaning, refusal);
 }
 
+double span_deg(const recording::Aligned& a, std::size_t begin, std::size_t end) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (std::size_t k = begin; k < end; ++k) {
+    if (a.gap[k]) continue;
+    low = std::min(low, a.angle_deg[k]);
+    high = std::max(high, a.angle_deg[k]);
+  }
+  return std::max(0.0, high - low);
+}
+
+// How far the angle still goes after a second at a reading that is held for a minute, from end to end of the
+// range and half of it.
+double creep_deg(const model::Model& model) {
+  const model::Channel& c = model.channels.front();
+  const double third = (c.valid_max - c.valid_min) / 3;  // inside the margins of the range
+  const auto samples = [&](double seconds) {
+    return static_cast<int>(std::ceil(seconds / model.sample_period_s));
+  };
+  model::Simulation<model::DoubleArithmetic> simulation(model);
+  double worst = 0;
+  for (const double share : {1.0, 2.0, 1.0, 1.5, 2.0}) {
+    double settled = 0;
+    for (int k = 0; k < samples(60); ++k) {
+      const double angle = simulation.step(0, c.valid_min + share * third).angle_deg;
+      if (k == samples(1)) settled = angle;
+      if (k > samples(1)) worst = std::max(worst, std::abs(angle - settled));
+    }
+  }
+  return worst;
+}
+
 void add_warnings(Identification& r) {
   auto& warnings = r.warnings;
   warnings = r.aligned.warnings;
@@ -212,6 +247,20 @@ void add_warnings(Identification& r) {
         fmt::format("most of the error falls into pauses of a log, where there is nothing to compensate: "
                     "without them it is {:.2f} deg; log without pauses",
                     r.holdout_without_gaps->rmse_deg));
+  }
+  const double moved = span_deg(r.aligned, r.holdout_begin, r.aligned.size());
+  const double taught = span_deg(r.aligned, r.aligned.overlap_begin, r.holdout_begin);
+  if (moved < kLittle * taught) {
+    warnings.push_back(fmt::format(
+        "the finger moves by {:.1f} deg in the held-out part and by {:.0f} in the fitted one: nothing "
+        "is proven; move through the whole range all the time, or choose another --split",
+        moved, taught));
+  }
+  if (const double creep = creep_deg(r.model); creep > kCreep_deg) {
+    warnings.push_back(fmt::format(
+        "held still, the angle creeps by up to {:.1f} deg within a minute: the recording holds too few "
+        "rests to tell slow recovery from repeated motion; a structure of fewer poles creeps less",
+        creep));
   }
   const auto split = r.aligned.input.begin() + static_cast<std::ptrdiff_t>(r.holdout_begin);
   const auto range = std::minmax_element(r.aligned.input.begin(), split);

@@ -31,6 +31,7 @@ constexpr double kRelatedVelocity = 0.85 * 0.85;
 constexpr double kMinDriftOverlap_s = 20;
 constexpr double kDriftWarning_s = 0.3;
 constexpr double kQuarterError_s = 0.1;
+constexpr double kMinQuarterEnergy = 0.02;  // of the overlap's
 constexpr double kSteady_s = 0.2;  // quarters that differ so much from one clock halve the confidence
 constexpr double kMinMismatchOverlap_s = 60;  // quarters of less tell the offset too badly to refuse by it
 // RC oscillators stay within 10000 ppm, ceramic resonators within 5000, crystals within 100; a fifth more for
@@ -133,9 +134,11 @@ class Binning {
 struct Overlap {
   std::ptrdiff_t begin;
   std::ptrdiff_t end;
-  Overlap(const Sampled& sensor, const Sampled& reference, std::ptrdiff_t lag)
-      : begin(std::max<std::ptrdiff_t>(0, -lag)),
-        end(std::min(std::ssize(sensor.value), std::ssize(reference.value) - lag)) {}
+  std::ptrdiff_t lag;
+  Overlap(const Sampled& sensor, const Sampled& reference, std::ptrdiff_t shift)
+      : begin(std::max<std::ptrdiff_t>(0, -shift)),
+        end(std::min(std::ssize(sensor.value), std::ssize(reference.value) - shift)),
+        lag(shift) {}
 };
 
 struct Scan {
@@ -418,14 +421,28 @@ void check_drift(Alignment& result) {
   }
 }
 
+// Of the reference's velocity beside the sensor's samples [begin, end).
+double energy(const Sampled& reference, std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t lag) {
+  double sum = 0;
+  for (std::ptrdiff_t i = begin; i < end; ++i) {
+    const auto r = static_cast<std::size_t>(i + lag);
+    if (reference.good[r]) sum += reference.value[r] * reference.value[r];
+  }
+  return sum;
+}
+
 // The offset in each quarter of the overlap, and the drift that they show; a short overlap has no quarters.
 void find_quarters(const Sampled& a, const Sampled& b, const Overlap& overlap, double lag, double reach_s,
                    double start_difference, Alignment& result) {
   if (result.overlap_s < kMinDriftOverlap_s) return;
   const auto length = overlap.end - overlap.begin;
+  const double whole = energy(b, overlap.begin, overlap.end, overlap.lag);
   for (std::ptrdiff_t q = 0; q < 4; ++q) {
-    const auto quarter =
-        refine(a, b, lag, reach_s, overlap.begin + length * q / 4, overlap.begin + length * (q + 1) / 4);
+    const auto begin = overlap.begin + length * q / 4;
+    const auto end = overlap.begin + length * (q + 1) / 4;
+    // Of a quarter at rest only noise would vote.
+    if (energy(b, begin, end, overlap.lag) < kMinQuarterEnergy * whole) continue;
+    const auto quarter = refine(a, b, lag, reach_s, begin, end);
     if (quarter) {
       result.quarter_offset_s[static_cast<std::size_t>(q)] = start_difference + quarter->lag / kFineRate_hz;
     }

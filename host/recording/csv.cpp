@@ -210,6 +210,34 @@ void CsvReader::find_delimiter(const Line& first, const std::optional<Line>& sec
   }
 }
 
+// A log that a terminal began to write in the middle of a line, or below a greeting of the board: one cell of
+// digits, or of several words, above lines that agree on more cells. A single word may be a column's name.
+void CsvReader::leave_out_fragment() {
+  const std::string_view text = trimmed(line_.text);
+  const bool digits = text.find_first_not_of("0123456789.-") == text.npos;
+  if (!digits && text.find(' ') == text.npos) return;
+  Line second;
+  Line third;
+  if (!next_line(second)) return;
+  const bool more = next_line(third);
+  if (more) {
+    for (const char c : delimiter_given_ ? std::vector{delimiter_} : std::vector{';', '\t', ','}) {
+      std::vector<std::string> a;
+      std::vector<std::string> b;
+      split(second.text, c, a);
+      split(third.text, c, b);
+      if (text.find(c) != text.npos || a.size() < 2 || a.size() != b.size()) continue;
+      notes_.push_back(fmt::format("{}: row {} (\"{}\") does not fit what follows and is left out", source_,
+                                   line_.number, shown(line_.text)));
+      line_ = std::move(second);
+      ahead_.push_back(std::move(third));
+      return;
+    }
+    ahead_.push_back(std::move(third));
+  }
+  ahead_.push_back(std::move(second));
+}
+
 void CsvReader::read_layout() {
   if (!next_line(line_)) throw InputError(fmt::format("{}: is empty", source_));
   if (lower(line_.text).starts_with("sep=") && line_.text.size() == 5) {
@@ -217,6 +245,7 @@ void CsvReader::read_layout() {
     delimiter_given_ = true;
     if (!next_line(line_)) throw InputError(fmt::format("{}: is empty", source_));
   }
+  leave_out_fragment();
   const std::string comment = comment_;
   arrow_ = !line_.time.empty();
   std::array<std::string, 5> value;
@@ -309,8 +338,8 @@ void CsvReader::find_time(const CsvOptions& options) {
   }
   const auto asked = seconds_in(options.time_unit);
   if (asked && unit_s && *asked != *unit_s) {
-    throw InputError(fmt::format("{}: column \"{}\" states another unit than --time-unit {}", source_,
-                                 header_[*time_place_], options.time_unit));
+    notes_.push_back(fmt::format("{}: column \"{}\" states its unit itself: --time-unit is not for it",
+                                 source_, header_[*time_place_]));
   }
   time_unit_s_ = unit_s.value_or(asked.value_or(1));
 }
@@ -338,6 +367,14 @@ void CsvReader::find_columns(const std::vector<std::string>& wanted) {
   for (std::size_t i = 0; wanted.empty() && i < std::min(header_.size(), cells_.size()); ++i) {
     if (time_place_ != i && parse(cells_[i])) take(place_of(header_[i]));
   }
+  if (!columns_.empty()) return;
+  for (std::size_t i = 0; i < std::min(header_.size(), cells_.size()); ++i) {
+    if (time_place_ != i) {
+      fail(fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none", header_[i],
+                       shown(cells_[i])));
+    }
+  }
+  fail("no column beside the time");
 }
 
 // With a decimal comma only where commas do not separate.

@@ -2,12 +2,12 @@
 //
 // Text      UTF-8, UTF-16, Latin-1; a byte-order mark; lines that start with #; a line sep=;
 // Cells     separated by comma, semicolon, tab or blanks; quotes; decimal commas where the separator is none;
-//           one separator too many at the end of each row
+//           one separator too many at the end of each row; a first line that is half a line, or a greeting
 // Names     a header, with a row of units below it or not; none: column1, column2, ... in their order, the
 //           first is the time; a header in the last comment before the numbers
 // Time      a column called t, time, timestamp, datetime, millis, micros, ... with or without a unit: (ms),
-//           [ms], _ms ...; without one seconds; or ISO 8601, 12:03:11.123, 1.5.2026 12:03:11, 13/5/2026
-//           12:03:11
+//           [ms], _ms ...; without one seconds; or ISO 8601, 12:03:11.123, 1.5.2026 12:03:11,
+//           13/5/2026 12:03:11
 // Monitors  12:03:11.123 -> 356,323,446 as the Arduino IDE writes it, and behind the arrow also text for VR
 //           drivers (A356B323C446D350E360...: thumb, index, middle, ring, pinky)
 // Torn rows (too short, an empty cell, the header again, as after a reset of the board) are left out and
@@ -61,6 +61,7 @@ class CsvReader : public Source {
   bool next_line(Line& line);
   void split_line();
   void put_back();
+  void leave_out_fragment();
   void read_layout();
   void find_delimiter(const Line& first, const std::optional<Line>& second);
   void read_header();

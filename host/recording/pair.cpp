@@ -139,6 +139,14 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
         fmt::format("{}: column \"{}\" is in \"{}\" by its name: an angle in deg or rad is needed",
                     recording.source, name, other));
   }
+  if (it->unit.empty() && !wanted) {
+    const auto [low, high] = std::ranges::minmax(it->value);
+    recording.warnings.push_back(
+        fmt::format("{}: column \"{}\" states no unit and is taken as degrees{}", recording.source, name,
+                    high - low < 3.5   ? "; it spans so little: are these radians? --output-unit rad"
+                    : high - low > 360 ? "; it spans more than a turn: is this the measured angle?"
+                                       : ""));
+  }
   const std::string unit = !it->unit.empty() ? it->unit : wanted.value_or("deg");
   if (unit != "deg" && unit != "rad") {
     throw InputError(fmt::format("{}: column \"{}\" is in {}: an angle in deg or rad is needed",
@@ -150,6 +158,23 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
   recording.warnings.push_back(
       fmt::format("{}: column \"{}\" is in radians and was converted to degrees", recording.source, name));
 }
+
+namespace {
+
+// Where the offset was given, the signals need not tell it; why they do not is a warning.
+std::optional<Alignment> find_alignment(const Series& sensor, const Series& reference, bool given,
+                                        std::vector<std::string>& warnings) {
+  try {
+    return align(sensor, reference);
+  } catch (const JobError& error) {
+    if (!given) throw;
+    warnings.push_back(
+        fmt::format("the signals do not confirm the clock offset that was given: {}", error.what()));
+    return std::nullopt;
+  }
+}
+
+}  // namespace
 
 Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s,
                    double split) {
@@ -164,12 +189,13 @@ Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock
   Aligned a;
   a.warnings = pair.sensor.warnings;
   a.warnings.insert(a.warnings.end(), pair.reference.warnings.begin(), pair.reference.warnings.end());
-  try {
-    a.alignment = align(sensor, reference);
-  } catch (const JobError& error) {
-    if (!clock_offset_s) throw;  // with an offset that was given, nothing has to be found
-    a.warnings.push_back(
-        fmt::format("the signals do not confirm the clock offset that was given: {}", error.what()));
+  const bool one_file = !pair.sensor.digest.empty() && pair.sensor.digest == pair.reference.digest;
+  if (one_file && !clock_offset_s) {
+    clock_offset_s = 0;
+    a.warnings.emplace_back(
+        "readings and angles come from one file: one clock, and no offset is searched for");
+  } else {
+    a.alignment = find_alignment(sensor, reference, clock_offset_s.has_value(), a.warnings);
   }
   if (a.alignment) {
     a.warnings.insert(a.warnings.end(), a.alignment->warnings.begin(), a.alignment->warnings.end());

@@ -4,7 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -23,6 +25,12 @@ struct Way {
 constexpr std::array<Way, 4> kWays = {
     {{"up", {0, -1}}, {"down", {0, 1}}, {"left", {-1, 0}}, {"right", {1, 0}}}};
 
+// What a camera's pictures and a hand can have.
+constexpr double kFarthest_px = 1e6;
+constexpr double kLongestLink = 1e6;
+constexpr double kLeastLevel = 1e-6;
+constexpr double kMostLevel = 1000;
+
 class SkeletonReader {
  public:
   SkeletonReader(const Json& json, std::string place) : reader_(json, place), place_(std::move(place)) {}
@@ -32,8 +40,8 @@ class SkeletonReader {
     read_marks(reader_.member("marks"));
     if (skeleton_.kind == MarkKind::colour) {
       read_links(reader_.list("links"));
-      skeleton_.length_tolerance = reader_.number_or("length_tolerance", skeleton_.length_tolerance);
-      if (!(skeleton_.length_tolerance > 0)) reader_.fail("\"length_tolerance\" must be positive");
+      if (reader_.has("length_tolerance"))
+        skeleton_.length_tolerance = reader_.number_within("length_tolerance", 0.001, 1000);
       if (reader_.has("first_link")) read_first_link(reader_.text("first_link"));
       read_positive(reader_.member("positive_turn"));
     }
@@ -81,19 +89,18 @@ class SkeletonReader {
   void read_ids(io::JsonReader& reader) {
     if (reader.text("dictionary") != "apriltag_36h11")
       reader.fail("\"dictionary\" must be \"apriltag_36h11\"");
-    skeleton_.size_mm = reader.number("size_mm");
-    if (!(skeleton_.size_mm > 0)) reader.fail("\"size_mm\" must be positive: the side of the black square");
+    skeleton_.size_mm = reader.number_within("size_mm", 0.1, 10000);
     const Json ids = reader.member("ids");
     if (!ids.is_object() || ids.size() < 2)
       reader.fail("\"ids\" must name at least two marks: {\"palm\": 0, ...}");
     for (const auto& item : ids.items()) {
       constexpr int kCodes = 587;
-      if (!item.value().is_number_integer() || item.value().get<int>() < 0 ||
-          item.value().get<int>() >= kCodes) {
+      const double number = item.value().is_number_integer() ? item.value().get<double>() : -1;
+      if (!(number >= 0 && number < kCodes)) {
         reader.fail(
             fmt::format("the id of \"{}\" must be a whole number from 0 to {}", item.key(), kCodes - 1));
       }
-      const int id = item.value().get<int>();
+      const int id = static_cast<int>(number);
       if (std::ranges::find(skeleton_.ids, id) != skeleton_.ids.end()) {
         reader.fail(fmt::format("id {} is given to two marks", id));
       }
@@ -107,13 +114,12 @@ class SkeletonReader {
     if (colour.is_object()) {
       io::JsonReader c(colour, place_ + ": colour");
       ColourModel model;
-      const std::vector<double> weight = c.numbers("weight_bgr");
+      const std::vector<double> weight = c.numbers_within("weight_bgr", -1, 1);
       if (weight.size() != 3) c.fail("\"weight_bgr\" must be three numbers");
       std::ranges::copy(weight, model.weight.begin());
-      model.level = c.number("level");
-      model.background = c.number("background");
-      model.area_px = c.number("area_px");
-      if (!(model.level > 0)) c.fail("\"level\" must be positive");
+      model.level = c.number_within("level", kLeastLevel, kMostLevel);
+      model.background = c.number_within("background", -kMostLevel, kMostLevel);
+      model.area_px = c.number_within("area_px", 0, kFarthest_px);
       c.done();
       skeleton_.colour = model;
     } else if (colour != "automatic") {
@@ -130,7 +136,10 @@ class SkeletonReader {
     const Json start = reader.object_or_empty("start");
     for (const auto& item : start.items()) {
       const Json& p = item.value();
-      if (!p.is_array() || p.size() != 2 || !p[0].is_number() || !p[1].is_number()) {
+      const auto far = [](const Json& v) {
+        return !v.is_number() || !(std::abs(v.get<double>()) <= kFarthest_px);
+      };
+      if (!p.is_array() || p.size() != 2 || far(p[0]) || far(p[1])) {
         reader.fail(fmt::format("the start of \"{}\" must be [x, y] in pixels", item.key()));
       }
       skeleton_.start[mark(Json(item.key()), reader)] = Point{p[0].get<double>(), p[1].get<double>()};
@@ -154,8 +163,11 @@ class SkeletonReader {
     for (std::size_t i = 0; i < links.size(); ++i) {
       io::JsonReader reader(Json::object(), fmt::format("{}: link {}", place_, i + 1));
       const Json& l = links[i];
-      if (!l.is_array() || l.size() != 3 || !l[2].is_number() || !(l[2].get<double>() > 0)) {
-        reader.fail("must be [\"from\", \"to\", length]");
+      const bool good = l.is_array() && l.size() == 3 && l[2].is_number() &&
+                        l[2].get<double>() >= 1 / kLongestLink && l[2].get<double>() <= kLongestLink;
+      if (!good) {
+        reader.fail(fmt::format("must be [\"from\", \"to\", length], the length between {:g} and {:g}",
+                                1 / kLongestLink, kLongestLink));
       }
       const Link link = {mark(l[0], reader), mark(l[1], reader), l[2].get<double>()};
       if (known.empty()) known.insert(link.from);
@@ -222,8 +234,9 @@ class SkeletonReader {
     if (turn != "positive" && turn != "negative")
       reader.fail("\"turn\" must be \"positive\" or \"negative\"");
     rule.negative = turn == "negative";
-    rule.offset_deg = reader.number_or("offset_deg", 0);
-    const std::vector<double> range = reader.numbers_or_empty("range_deg");
+    if (reader.has("offset_deg")) rule.offset_deg = reader.number_within("offset_deg", -360, 360);
+    const std::vector<double> range =
+        reader.has("range_deg") ? reader.numbers_within("range_deg", -1000, 1000) : std::vector<double>();
     if (!range.empty()) {
       if (range.size() != 2 || !(range[0] < range[1]))
         reader.fail("\"range_deg\" must be [smallest, largest]");

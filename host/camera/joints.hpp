@@ -20,6 +20,10 @@
 // -> a and b -> c, 0 to 180. offset_deg is added: another reference line, or a printed mark that was stuck on
 // askew.
 //
+// Lengths lie between 1e-6 and 1e6, tolerances between 0.001 and 1000, offsets within 360 and ranges within
+// 1000 degrees, places in pictures within 1e6 pixels, levels within 1000, weights within 1, printed marks
+// between 0.1 and 10000 mm.
+//
 // Two hands, glove and bionic, in one picture: two skeletons with colours or regions of their own.
 #pragma once
 

@@ -16,6 +16,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kUsualK1 = -0.1;
+constexpr int kLargestSide_px = 65535;
+constexpr double kFarthest_px = 1e6;
+constexpr double kLargestDistortion = 1000;
+constexpr int kMostPictures = 1000000;
 
 }  // namespace
 
@@ -37,32 +41,36 @@ Lens ordinary_lens(int width, int height) {
   return out;
 }
 
-Lens load_lens(const std::filesystem::path& path) {
-  const Json json = io::parse_json(io::read_file(path), path.string());
-  io::JsonReader reader(json, path.string());
+Lens lens_from_json(const std::string& text, const std::string& source) {
+  const Json json = io::parse_json(text, source);
+  io::JsonReader reader(json, source);
   if (!reader.has("schema") || reader.text("schema") != "flexor-lens") {
     reader.fail("not a lens file: \"schema\" must be \"flexor-lens\"; flexor camera calibrate writes one");
   }
   if (reader.number("schema_version") != 1)
     reader.fail("schema_version must be 1: newer files need a newer flexor");
   Lens out;
-  out.width = static_cast<int>(reader.number("width"));
-  out.height = static_cast<int>(reader.number("height"));
-  const auto pair = [&](const char* key) {
-    const std::vector<double> v = reader.numbers(key);
+  out.width = reader.whole_within("width", 1, kLargestSide_px);
+  out.height = reader.whole_within("height", 1, kLargestSide_px);
+  const auto pair = [&](const char* key, double low_px) {
+    const std::vector<double> v = reader.numbers_within(key, low_px, kFarthest_px);
     if (v.size() != 2) reader.fail(fmt::format("\"{}\" must be two numbers", key));
     return Point{v[0], v[1]};
   };
-  out.focal_px = pair("focal_px");
-  out.centre_px = pair("centre_px");
-  if (!(out.focal_px.x > 0 && out.focal_px.y > 0)) reader.fail("\"focal_px\" must be positive");
-  const std::vector<double> distortion = reader.numbers("distortion");
+  out.focal_px = pair("focal_px", 1);
+  out.centre_px = pair("centre_px", -kFarthest_px);
+  const std::vector<double> distortion =
+      reader.numbers_within("distortion", -kLargestDistortion, kLargestDistortion);
   if (distortion.size() != out.distortion.size()) reader.fail("\"distortion\" must be k1, k2, p1, p2, k3");
   std::ranges::copy(distortion, out.distortion.begin());
-  out.reprojection_rms_px = reader.number("reprojection_rms_px");
-  out.pictures = static_cast<int>(reader.number("pictures"));
+  out.reprojection_rms_px = reader.number_within("reprojection_rms_px", 0, kFarthest_px);
+  out.pictures = reader.whole_within("pictures", 0, kMostPictures);
   reader.done();
   return out;
+}
+
+Lens load_lens(const std::filesystem::path& path) {
+  return lens_from_json(io::read_file(path), path.string());
 }
 
 std::string to_json(const Lens& lens) {

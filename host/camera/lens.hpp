@@ -5,7 +5,8 @@
 //   {"schema": "flexor-lens", "schema_version": 1, "width", "height", "focal_px": [x, y], "centre_px": [x,
 //   y],
 //    "distortion": [k1, k2, p1, p2, k3], "reprojection_rms_px", "pictures"}
-// Source: Z. Zhang, IEEE Transactions on Pattern Analysis 22 (2000) 1330-1334; D. C. Brown, 1966.
+// with sides up to 65535 pixels, focal lengths from 1 and centres to 1e6 pixels, coefficients to 1000 either
+// way. Source: Z. Zhang, IEEE Transactions on Pattern Analysis 22 (2000) 1330-1334; D. C. Brown, 1966.
 #pragma once
 
 #include <array>
@@ -36,7 +37,9 @@ struct Lens {
 // An undistorted lens of a usual field of view: focal length 1.1 times the width, which is 49 degrees.
 Lens ordinary_lens(int width, int height);
 
+// Throws io::InputError naming file and field.
 Lens load_lens(const std::filesystem::path& path);
+Lens lens_from_json(const std::string& text, const std::string& source);
 std::string to_json(const Lens& lens);
 
 struct Board {

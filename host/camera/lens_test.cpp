@@ -7,6 +7,7 @@
 
 #include "host/camera/test_pictures.hpp"
 #include "host/io/io.hpp"
+#include "host/io/json.hpp"
 
 namespace flexor::camera {
 namespace {
@@ -45,6 +46,33 @@ TEST(Lens, FilesRoundTripAndMistakesAreNamed) {
   std::filesystem::remove(path);
   EXPECT_THROW(barrel().require_size(640, 480, "x.mp4"), io::InputError);
   EXPECT_NO_THROW(barrel().require_size(1280, 720, "x.mp4"));
+}
+
+TEST(Lens, NumbersThatNoCameraHasAreNamed) {
+  const auto refusal = [](const char* field, const std::string& value) -> std::string {
+    auto json = io::parse_json(to_json(barrel()), "");
+    json[field] = io::parse_json(value, "");
+    try {
+      (void)lens_from_json(io::dump(json), "lens.json");
+    } catch (const io::InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(refusal("width", "1e300"),
+            "lens.json: \"width\" is 1e+300; it must be a whole number from 1 to 65535");
+  EXPECT_EQ(refusal("height", "0"), "lens.json: \"height\" is 0; it must be a whole number from 1 to 65535");
+  EXPECT_EQ(refusal("pictures", "-1e300"),
+            "lens.json: \"pictures\" is -1e+300; it must be a whole number from 0 to 1000000");
+  EXPECT_EQ(refusal("focal_px", "[1e300, 1]"),
+            "lens.json: \"focal_px\" is 1e+300; it must lie between 1 and 1e+06");
+  EXPECT_EQ(refusal("centre_px", "[0, -1e300]"),
+            "lens.json: \"centre_px\" is -1e+300; it must lie between -1e+06 and 1e+06");
+  EXPECT_EQ(refusal("distortion", "[0, 0, 1e200, 0, 0]"),
+            "lens.json: \"distortion\" is 1e+200; it must lie between -1000 and 1000");
+  EXPECT_EQ(refusal("reprojection_rms_px", "-1"),
+            "lens.json: \"reprojection_rms_px\" is -1; it must lie between 0 and 1e+06");
+  EXPECT_EQ(refusal("width", "1280"), "accepted");
 }
 
 TEST(Lens, TheErrorAtTheEdgeGrowsWithTheBone) {

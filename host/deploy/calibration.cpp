@@ -8,21 +8,34 @@ namespace {
 
 constexpr int kSchemaVersion = 1;
 
-bool increasing(const std::vector<double>& x) {
-  return std::ranges::adjacent_find(x, std::greater_equal<>()) == x.end();
+constexpr double kLeastStep = 0.001;  // counts: closer points say nothing of the curve between others
+
+bool increasing(const std::vector<double>& x, double least_step = 0) {
+  return std::ranges::adjacent_find(x, [&](double a, double b) { return !(b > a && b - a >= least_step); }) ==
+         x.end();
 }
 
 Sensor read_sensor(io::JsonReader& reader) {
   const std::vector<double> counts = reader.numbers("counts");
-  const std::vector<double> value = reader.numbers("value");
+  const std::vector<double> value = reader.numbers_within("value", -model::kMaxReading, model::kMaxReading);
   reader.done();
   if (counts.size() < 2 || counts.size() != value.size())
     reader.fail("needs at least two points, as many \"counts\" as \"value\"");
-  if (!increasing(counts) || counts.front() < 0 || counts.back() > sensor::kAdcTop)
-    reader.fail(fmt::format("\"counts\" must increase, from 0 to at most {}", sensor::kAdcTop));
+  if (!increasing(counts, kLeastStep) || counts.front() < 0 || counts.back() > sensor::kAdcTop) {
+    reader.fail(fmt::format("\"counts\" must increase by at least {}, from 0 to at most {}", kLeastStep,
+                            sensor::kAdcTop));
+  }
   const std::vector<double> falling(value.rbegin(), value.rend());
   if (!increasing(value) && !increasing(falling)) reader.fail("\"value\" must rise or fall throughout");
   return through_points(counts, value);
+}
+
+std::string finger_of(const std::string& name, const std::string& source) {
+  try {
+    return model::finger(name);
+  } catch (const io::InputError& error) {
+    throw io::InputError(fmt::format("{}: {}", source, error.what()));
+  }
 }
 
 Sensor sensor_of(const model::Channel& channel, const Sensor& alpha, const Calibration& calibration,
@@ -61,10 +74,10 @@ Sensor sensor_of(const model::Channel& channel, const Sensor& alpha, const Calib
 
 }  // namespace
 
-Calibration load_calibration(const std::filesystem::path& path) {
+Calibration calibration_from_json(const std::string& text, const std::string& source) {
   Calibration out;
-  out.source = path.string();
-  const auto json = io::parse_json(io::read_file(path), out.source);
+  out.source = source;
+  const auto json = io::parse_json(text, source);
   io::JsonReader document(json, out.source);
   if (document.text("schema") != "flexor-calibration")
     document.fail("\"schema\" must be \"flexor-calibration\"");
@@ -76,11 +89,18 @@ Calibration load_calibration(const std::filesystem::path& path) {
   const auto& names = model::finger_names();
   for (const auto& item : fingers.items()) {
     const auto i =
-        static_cast<std::size_t>(std::ranges::find(names, model::finger(item.key())) - names.begin());
+        static_cast<std::size_t>(std::ranges::find(names, finger_of(item.key(), source)) - names.begin());
+    if (out.sensor[i]) {
+      throw io::InputError(fmt::format("{}: {} comes twice, by two names; remove one", source, names[i]));
+    }
     io::JsonReader reader(item.value(), fmt::format("{}: {}", out.source, item.key()));
     out.sensor[i] = read_sensor(reader);
   }
   return out;
+}
+
+Calibration load_calibration(const std::filesystem::path& path) {
+  return calibration_from_json(io::read_file(path), path.string());
 }
 
 std::array<Sensor, kFingers> sensors_of(const model::Model& model, const Sensor& alpha,

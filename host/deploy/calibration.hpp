@@ -4,7 +4,8 @@
 //  "fingers": {"thumb": {"counts": [430, 700], "value": [20, 140]}, ...}}
 // value is in the model's input unit, which "unit" says. It may be left out where the model reads counts or
 // the divider's alpha, and would do without a calibration. Two points are a line, more a curve; both go on
-// straight beyond their ends.
+// straight beyond their ends. Counts lie 0.001 apart at least, between 0 and 1023; values within 1e9 either
+// way.
 #pragma once
 
 #include <filesystem>
@@ -20,8 +21,9 @@ struct Calibration {
   std::array<std::optional<Sensor>, kFingers> sensor;
 };
 
-// Throws io::InputError.
+// Throws io::InputError naming file and place.
 Calibration load_calibration(const std::filesystem::path& path);
+Calibration calibration_from_json(const std::string& text, const std::string& source);
 
 // How each finger's counts become the model's input: through the calibration where it names the finger, else
 // as they are for a model of counts, and through `alpha` for a model of the divider's alpha. Throws

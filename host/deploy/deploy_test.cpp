@@ -117,6 +117,25 @@ TEST_F(Deploy, ReadsACalibrationAndRefusesABadOneByName) {
   expect_refused([&] { load(R"({"ring": {"counts": [5, 9, 12], "value": [1, 5, 2]}})"); }, "rise or fall");
 }
 
+TEST_F(Deploy, ACalibrationNamesItsFileAndRefusesPointsThatMakeNoCurve) {
+  const auto load = [&](const std::string& fingers) {
+    (void)calibration_from_json(
+        R"({"schema": "flexor-calibration", "schema_version": 1, "fingers": )" + fingers + "}", "c.json");
+  };
+  expect_refused([&] { load(R"({"toe": {"counts": [1, 2], "value": [1, 2]}})"); },
+                 "c.json: unknown finger \"toe\"");
+  expect_refused([&] { load(R"({"ring": {"counts": [0, 5e-324], "value": [0, 1]}})"); },
+                 "c.json: ring: \"counts\" must increase by at least 0.001");
+  expect_refused([&] { load(R"({"ring": {"counts": [1, 2], "value": [-1e308, 1e308]}})"); },
+                 "c.json: ring: \"value\" is -1e+308; it must lie between -1e+09 and 1e+09");
+  expect_refused(
+      [&] {
+        load(R"({"ring": {"counts": [1, 2], "value": [1, 2]}, "pinky": {"counts": [1, 2], "value":
+                              [1, 2]}, "little": {"counts": [1, 2], "value": [3, 4]}})");
+      },
+      "c.json: pinky comes twice");
+}
+
 TEST_F(Deploy, TheSensorsRailsAreWhatTheModelRefuses) {
   const GloveTables tables = glove_tables(glove());
   for (int i = 0; i < kFingers; ++i) {

@@ -1,10 +1,8 @@
 #include "host/experiment/trials.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
@@ -13,6 +11,7 @@
 #include <set>
 #include <thread>
 
+#include "host/experiment/trial_row.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/score/trial.hpp"
@@ -33,59 +32,6 @@ double student_t(int degrees) {
   return z + (z * z * z + z) / (4 * n) + (5 * std::pow(z, 5) + 16 * z * z * z + 3 * z) / (96 * n * n);
 }
 
-struct Row {
-  double total_deg_s = 0;
-  double lag_removed_deg_s = 0;
-  double lag_s = 0;
-  std::array<double, kFingers> finger_deg_s{};
-  std::array<double, kFingers> impact_deg_s{};
-  std::array<double, kFingers> pressed_s{};
-  int sent = 0;
-  int lost = 0;
-};
-
-// A row of trials.csv.
-class Line {
- public:
-  static std::string header() {
-    std::string out = "motion,compensator,trial,total_error_deg_s,lag_removed_deg_s,lag_s";
-    for (const char* what : {"error_deg_s", "impact_deg_s", "pressed_s"}) {
-      for (const std::string& finger : model::finger_names()) out += fmt::format(",{}_{}", finger, what);
-    }
-    return out + ",frames_sent,frames_lost\n";
-  }
-
-  static std::string text(const std::string& motion, const std::string& compensator, int trial,
-                          const Row& r) {
-    std::string out = fmt::format("{},{},{},{},{},{}", motion, compensator, trial, r.total_deg_s,
-                                  r.lag_removed_deg_s, r.lag_s);
-    for (const auto* values : {&r.finger_deg_s, &r.impact_deg_s, &r.pressed_s}) {
-      out += fmt::format(",{}", fmt::join(*values, ","));
-    }
-    return out + fmt::format(",{},{}\n", r.sent, r.lost);
-  }
-
-  // One complete line back to numbers; false if it is not one of ours.
-  static bool parse(const std::string& line, const std::string& motion, const std::string& compensator,
-                    int trial, Row& r) {
-    const std::string start = fmt::format("{},{},{},", motion, compensator, trial);
-    if (!line.starts_with(start)) return false;
-    const char* at = line.data() + start.size();
-    const char* const end = line.data() + line.size();
-    const auto next = [&](auto& value) {
-      const auto [stop, error] = std::from_chars(at, end, value);
-      const bool good = error == std::errc() && (stop == end || *stop == ',');
-      at = stop + (stop < end ? 1 : 0);
-      return good;
-    };
-    bool good = next(r.total_deg_s) && next(r.lag_removed_deg_s) && next(r.lag_s);
-    for (auto* values : {&r.finger_deg_s, &r.impact_deg_s, &r.pressed_s}) {
-      for (double& value : *values) good = good && next(value);
-    }
-    return good && next(r.sent) && next(r.lost) && at == end;
-  }
-};
-
 std::vector<twin::Trial> play(const Plan& plan, const twin::Setup& setup, std::uint64_t first, int count) {
   return plan.engine != nullptr ? plan.engine->simulate(setup, first, count)
                                 : twin::simulate(setup, first, count);
@@ -97,7 +43,7 @@ struct Job {
   int first;
   int count;
 };
-using JobRows = std::vector<std::vector<Row>>;  // [compensator][trial]
+using JobRows = std::vector<std::vector<TrialRow>>;  // [compensator][trial]
 
 // Each motion has trials of its own, whichever others are in the plan.
 std::uint64_t seed_of_motion(std::uint64_t seed, const std::string& name) {
@@ -212,7 +158,7 @@ class Runner {
 
   // Takes over every whole job of the file.
   void open_journal() {
-    journal_.emplace(plan_.folder, identity(), Line::header());
+    journal_.emplace(plan_.folder, identity(), header_of_rows());
     for (JobRows rows; committed_ < jobs_ && read(job(committed_), rows); ++committed_) {
       journal_->keep();
       take(job(committed_), rows);
@@ -223,13 +169,13 @@ class Runner {
   }
 
   bool read(const Job& job, JobRows& rows) {
-    rows.assign(plan_.compensators.size(), std::vector<Row>(static_cast<std::size_t>(job.count)));
+    rows.assign(plan_.compensators.size(), std::vector<TrialRow>(static_cast<std::size_t>(job.count)));
     std::string line;
     for (std::size_t c = 0; c < rows.size(); ++c) {
       for (int t = 0; t < job.count; ++t) {
         if (!journal_->next(line)) return false;
-        if (!Line::parse(line, result_.motions[job.motion], result_.compensators[c], job.first + t,
-                         rows[c][static_cast<std::size_t>(t)])) {
+        if (!parse_row(line, result_.motions[job.motion], result_.compensators[c], job.first + t,
+                       rows[c][static_cast<std::size_t>(t)])) {
           return false;
         }
       }
@@ -296,7 +242,7 @@ class Runner {
     for (const Compensator& c : plan_.compensators) {
       go_on();
       const twin::Setup setup = first_setup(plan_, plan_.motions[job.motion], c);
-      std::vector<Row>& out = rows.emplace_back();
+      std::vector<TrialRow>& out = rows.emplace_back();
       for (const twin::Trial& trial : play(plan_, setup, static_cast<std::uint64_t>(job.first), job.count)) {
         out.push_back(row(trial));
       }
@@ -304,10 +250,10 @@ class Runner {
     return rows;
   }
 
-  Row row(const twin::Trial& trial) const {
+  TrialRow row(const twin::Trial& trial) const {
     const score::TrialScore s =
         score::score_trial(trial.glove_deg, trial.hand_deg, 1 / plan_.parameters.camera_rate_hz);
-    Row r;
+    TrialRow r;
     r.total_deg_s = s.total_error_deg_s;
     r.lag_removed_deg_s = s.lag_removed_deg_s;
     r.lag_s = s.lag_s;
@@ -324,7 +270,7 @@ class Runner {
     for (std::size_t c = 0; c < rows.size(); ++c) {
       Cell& cell = result_.cells[job.motion * rows.size() + c];
       for (std::size_t t = 0; t < rows[c].size(); ++t) {
-        const Row& r = rows[c][t];
+        const TrialRow& r = rows[c][t];
         cell.total_deg_s.add(r.total_deg_s);
         cell.lag_removed_deg_s.add(r.lag_removed_deg_s);
         cell.lag_s.add(r.lag_s);
@@ -346,8 +292,8 @@ class Runner {
     std::string out;
     for (std::size_t c = 0; c < rows.size(); ++c) {
       for (std::size_t t = 0; t < rows[c].size(); ++t) {
-        out += Line::text(result_.motions[job.motion], result_.compensators[c],
-                          job.first + static_cast<int>(t), rows[c][t]);
+        out += text_of_row(result_.motions[job.motion], result_.compensators[c],
+                           job.first + static_cast<int>(t), rows[c][t]);
       }
     }
     return out;

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
@@ -13,6 +14,23 @@
 
 namespace flexor::io {
 namespace fs = std::filesystem;
+
+std::string one_line(std::string_view text) {
+  constexpr unsigned char kDelete = 127;
+  std::string out(text);
+  std::ranges::replace_if(
+      out, [](unsigned char c) { return c < ' ' || c == kDelete; }, '?');
+  return out;
+}
+
+std::string start_of(std::string_view text, std::size_t longest) {
+  const auto continues = [&](std::size_t at) {
+    return (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80;
+  };
+  std::size_t end = std::min(text.size(), longest);
+  while (end > 0 && end < text.size() && continues(end)) --end;
+  return std::string(text.substr(0, end));
+}
 
 void require_readable(const fs::path& path) {
   std::error_code error;

@@ -1,6 +1,7 @@
 // Whole files in and out, and the two kinds of failure that a user can see.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -10,9 +11,16 @@
 
 namespace flexor::io {
 
+// The same text with every control character replaced by a question mark: names in documents may hold line
+// ends, and what a terminal obeys.
+std::string one_line(std::string_view text);
+
+// The first bytes of a text, `longest` at most, no letter cut in two.
+std::string start_of(std::string_view text, std::size_t longest);
+
 // The user's input or command line is wrong; one line that says what, where, and how to mend it. Exit 2.
 struct InputError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  explicit InputError(std::string_view what) : std::runtime_error(one_line(what)) {}
 };
 
 // The input is well-formed but the job cannot be done with it. Exit 1.

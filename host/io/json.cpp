@@ -98,7 +98,7 @@ class Scan {
     // A word that the end cut short is told as such by the parser.
     if (at_ == text_.size()) return;
     fail(fmt::format("not valid JSON at line {}: {} is no value; a number, or a text in quotes?", line_,
-                     word.substr(0, kLongestExcerpt)));
+                     start_of(word, kLongestExcerpt)));
   }
 
   std::string_view text_;
@@ -118,7 +118,7 @@ class UniqueKeys {
     if (event == Json::parse_event_t::object_end) open_.pop_back();
     if (event == Json::parse_event_t::key && !open_.back().insert(parsed.get<std::string>()).second) {
       throw InputError(fmt::format("{}: key {} comes twice in one object; remove one", source_,
-                                   dump_line(parsed).substr(0, kLongestExcerpt)));
+                                   start_of(dump_line(parsed), kLongestExcerpt)));
     }
     return true;
   }
@@ -139,7 +139,7 @@ nlohmann::ordered_json parse_json(const std::string& text, const std::string& so
   } catch (const Json::out_of_range& error) {
     const std::string what = error.what();
     const std::string reason = what.substr(what.find("] ") + 2);
-    throw InputError(fmt::format("{}: {}", source, reason.substr(0, 2 * kLongestExcerpt)));
+    throw InputError(fmt::format("{}: {}", source, start_of(reason, 2 * kLongestExcerpt)));
   } catch (const Json::parse_error& error) {
     const std::string what = error.what();
     const auto at = what.find("at line");

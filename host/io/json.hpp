@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -45,6 +46,18 @@ class JsonReader {
     return value.get<double>();
   }
 
+  double number_within(const char* key, double low, double high) {
+    return within(key, number(key), low, high);
+  }
+
+  int whole_within(const char* key, int low, int high) {
+    const double value = number(key);
+    if (!(value >= low && value <= high && value == std::floor(value))) {
+      fail(fmt::format("\"{}\" is {:g}; it must be a whole number from {} to {}", key, value, low, high));
+    }
+    return static_cast<int>(value);
+  }
+
   double number_or(const char* key, double fallback) { return has(key) ? number(key) : fallback; }
 
   std::string text(const char* key) {
@@ -62,6 +75,12 @@ class JsonReader {
         std::ranges::all_of(value, [](const nlohmann::ordered_json& v) { return v.is_number(); });
     if (!all_numbers) fail(fmt::format("\"{}\" must be a list of numbers", key));
     return value.get<std::vector<double>>();
+  }
+
+  std::vector<double> numbers_within(const char* key, double low, double high) {
+    std::vector<double> values = numbers(key);
+    for (const double value : values) within(key, value, low, high);
+    return values;
   }
 
   std::vector<double> numbers_or_empty(const char* key) {
@@ -105,6 +124,13 @@ class JsonReader {
   const std::string& place() const { return place_; }
 
  private:
+  double within(const char* key, double value, double low, double high) const {
+    if (!(value >= low && value <= high)) {
+      fail(fmt::format("\"{}\" is {:g}; it must lie between {:g} and {:g}", key, value, low, high));
+    }
+    return value;
+  }
+
   const nlohmann::ordered_json& object_;
   std::string place_;
   std::set<std::string> known_;

@@ -42,6 +42,24 @@ TEST(Json, AKeyThatComesTwiceIsNamed) {
   EXPECT_EQ(refusal(R"({"a": {"c": 1}, "b": [{"c": 1}, {"c": 1}]})"), "accepted");
 }
 
+TEST(Json, ALongKeyIsShownWithoutCuttingALetterInTwo) {
+  std::string key;
+  for (int i = 0; i < 60; ++i) key += "\u00e9";
+  const std::string why = refusal("{\"" + key + "\": 1, \"" + key + "\": 2}");
+  EXPECT_NE(why.find("comes twice"), std::string::npos) << why;
+  EXPECT_EQ(to_utf8(why), why);
+}
+
+TEST(Json, AMessageStaysOneLineWhateverNamesADocumentHolds) {
+  const auto json = parse_json(R"({"a\nb\u001b[2J\u0000c": 1})", "x.json");
+  try {
+    JsonReader(json, "x.json").done();
+    FAIL() << "not refused";
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "x.json: unknown key \"a?b?[2J?c\"; known here: ");
+  }
+}
+
 TEST(Json, NumbersThatAreNoneAreNamed) {
   EXPECT_EQ(refusal("{\"a\": 1e999}"), "x.json: number overflow parsing '1e999'");
   EXPECT_LT(refusal("[1" + std::string(100000, '0') + "]").size(), 200u);

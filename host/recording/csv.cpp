@@ -18,7 +18,8 @@ namespace {
 
 using io::InputError;
 
-constexpr double kLargest = 1e30;  // of a reading: beyond, sums and squares would overflow
+constexpr double kLargest = 1e30;            // of a reading: beyond, sums and squares would overflow
+constexpr std::size_t kLongestExcerpt = 40;  // of a cell in a message
 constexpr std::size_t kTornRows = 5;
 constexpr double kTornShare = 0.1;
 constexpr double kCounter = 4294967296.0;  // ticks of a 32-bit counter
@@ -117,13 +118,6 @@ std::string quoted(const std::string& name) {
   std::string out = "\"";
   for (const char c : name) out += c == '"' ? std::string("\"\"") : std::string(1, c);
   return out + '"';
-}
-
-// The start of a cell for a message, no letter cut in two.
-std::string shown(const std::string& text) {
-  std::size_t end = std::min<std::size_t>(text.size(), 40);
-  while (end > 0 && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80) --end;
-  return text.substr(0, end);
 }
 
 const char* spelt(char delimiter) {
@@ -405,7 +399,8 @@ double CsvReader::number(std::size_t cell, const std::string& column) {
   const std::string& text = cells_[cell];
   const auto parsed = parse(text);
   if (!parsed) {
-    fail(fmt::format("column \"{}\": \"{}\" is not a number; mend or remove the row", column, shown(text)));
+    fail(fmt::format("column \"{}\": \"{}\" is not a number; mend or remove the row", column,
+                     io::start_of(text, kLongestExcerpt)));
   }
   return checked(*parsed, column, text);
 }
@@ -419,7 +414,7 @@ double CsvReader::time(const std::string& text) {
     fail(fmt::format(
         "column \"{}\": \"{}\" is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove "
         "the row",
-        column, shown(text)));
+        column, io::start_of(text, kLongestExcerpt)));
   }
   if (!time_format_) {
     time_format_ = found->format;

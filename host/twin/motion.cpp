@@ -19,6 +19,8 @@ using Json = nlohmann::ordered_json;
 constexpr PerFinger kLower = {90, 28, 28, 28, 28};
 constexpr PerFinger kUpper = {170, 113, 113, 113, 113};
 
+constexpr double kLeastTurn_deg = 1e-6;  // what is less takes no time
+
 // Integral of a ramp that rises from 0 to R during [0, R].
 double ramp_integral(double x, double r) {
   if (x <= 0) return 0;
@@ -61,6 +63,14 @@ class GestureReader {
 void require_speed(const io::JsonReader& reader, double speed_deg_s) {
   if (!(speed_deg_s >= 0.1 && speed_deg_s <= 10000)) {
     reader.fail(fmt::format("speed_deg_s is {:g}; it must lie between 0.1 and 10000", speed_deg_s));
+  }
+}
+
+std::size_t finger_of(const std::string& name, const io::JsonReader& reader) {
+  try {
+    return static_cast<std::size_t>(finger_index(name));
+  } catch (const io::InputError& error) {
+    reader.fail(error.what());
   }
 }
 
@@ -117,9 +127,9 @@ Motion Motion::from_json(const std::string& text, const std::string& source) {
     const Json& to = move.member("to");
     for (const Json& finger : move.list("fingers")) {
       if (!finger.is_string()) move.fail("\"fingers\" must be names");
-      const auto i = static_cast<std::size_t>(finger_index(finger.get<std::string>()));
+      const std::size_t i = finger_of(finger.get<std::string>(), move);
       const double target = gesture.angle(to, i);
-      if (target == at[i]) continue;
+      if (std::abs(target - at[i]) < kLeastTurn_deg) continue;
       if (start_s < busy_until[i]) {
         move.fail(fmt::format(
             "{} starts at {} s while its move before lasts until {:.2f} s: start later or move faster",

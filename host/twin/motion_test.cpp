@@ -53,6 +53,18 @@ TEST(Motion, FingersKeepTheStatedSpeedBetweenRoundedCorners) {
   EXPECT_NEAR(jerkiest, 830, 10);  // 83 deg/s reached within 0.1 s
 }
 
+TEST(Motion, ATurnTooSmallToTakeTimeIsNone) {
+  std::string text = kStart;
+  text.replace(text.find("\"start\":40"), 10, "\"start\":0");
+  const Motion m = Motion::from_json(text + R"({"start_s":1,"fingers":["ring"],"to":5e-324}]})", "g.json");
+  for (const double t : {0.5, 1.05, 3.0}) EXPECT_EQ(m.angle(3, t, {}), 0) << t;
+}
+
+TEST(Motion, AnUnknownFingerIsNamedWithItsFile) {
+  const std::string why = message(std::string(kStart) + R"({"start_s":1,"fingers":["toe"],"to":90}]})");
+  EXPECT_TRUE(why.starts_with("g.json: moves: unknown finger \"toe\"")) << why;
+}
+
 TEST(Motion, EveryGestureStaysInsideTheHandsLimits) {
   for (const char* name : {"1", "2", "3", "4", "5", "6", "calibration"}) {
     const Motion m = gesture(name);

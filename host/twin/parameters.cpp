@@ -148,9 +148,16 @@ void read_value(const Json& value, const Entry& entry, Parameters& p) {
     return;
   }
   if (!is_per_finger(entry) || !value.is_object()) fail();
+  std::array<bool, kFingers> given{};
   for (const auto& item : value.items()) {
     if (!item.value().is_number()) fail();
-    field(p, entry, finger_index(item.key())) = item.value().get<double>();
+    const int finger = finger_index(item.key());
+    const auto i = static_cast<std::size_t>(finger);
+    if (given[i]) {
+      throw InputError(fmt::format("\"value\" gives {} twice; remove one", model::finger_names()[i]));
+    }
+    given[i] = true;
+    field(p, entry, finger) = item.value().get<double>();
   }
 }
 
@@ -159,8 +166,8 @@ Fault read_fault(const Json& json, const std::string& place) {
   Fault fault;
   fault.finger = finger_index(reader.text("finger"));
   fault.kind = fault_kind(reader.text("kind"));
-  fault.start_s = reader.number("start_s");
-  fault.duration_s = reader.number("duration_s");
+  fault.start_s = reader.number_within("start_s", 0, kInfinity);
+  fault.duration_s = reader.number_within("duration_s", 0, kInfinity);
   reader.done();
   return fault;
 }
@@ -273,7 +280,7 @@ Parameters from_json(const std::string& text, const std::string& source) {
     check(p);
   } catch (const InputError& error) {
     const std::string what = error.what();
-    throw InputError(what.starts_with(source) ? what : fmt::format("{}: {}", source, what));
+    throw InputError(what.starts_with(source + ": ") ? what : fmt::format("{}: {}", source, what));
   }
   return p;
 }

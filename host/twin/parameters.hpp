@@ -5,7 +5,7 @@
 //    "parameters": {NAME: {"value", "unit", "source"}, ...},
 //    "faults": [{"finger", "kind": "open" | "short" | "stuck" | "loose", "start_s", "duration_s"}, ...]}
 // Values are numbers, for some also one number for each finger. A name that is left out keeps its default; an
-// unknown one is an error. table() is the list, and the only one.
+// unknown one is an error. Faults start and last at most 1e9 s. table() is the list, and the only one.
 #pragma once
 
 #include <array>

@@ -31,6 +31,28 @@ TEST(Parameters, EveryEntryHasAnotherNameAUnitASourceAndALegalDefault) {
   EXPECT_NO_THROW(check(Parameters()));
 }
 
+TEST(Parameters, AFaultLastsNoLongerThanThereIsTime) {
+  const std::string why =
+      message(R"({},"faults":[{"finger":"ring","kind":"open","start_s":1e308,"duration_s":1.7e308}])");
+  EXPECT_TRUE(why.starts_with("t.json: faults: \"start_s\" is 1e+308; it must lie between 0 and 1e+09"))
+      << why;
+}
+
+TEST(Parameters, AFileThatIsCalledLikeAParameterIsNamedAllTheSame) {
+  try {
+    (void)from_json(R"({"schema":"flexor-twin","schema_version":1,"parameters":{"radio.loss":{"value":2}}})",
+                    "radio");
+    FAIL() << "not refused";
+  } catch (const io::InputError& error) {
+    EXPECT_TRUE(std::string(error.what()).starts_with("radio: radio.loss: 2")) << error.what();
+  }
+}
+
+TEST(Parameters, AFingerWithTwoNamesHasOneValue) {
+  EXPECT_EQ(message(R"({"placement.bend_lower_deg":{"value":{"pinky":30,"little":31}}})"),
+            "t.json: placement.bend_lower_deg: \"value\" gives pinky twice; remove one");
+}
+
 TEST(Parameters, ComeBackFromJsonToTheBit) {
   Parameters p;
   p.loss = 0.1234567890123;

@@ -222,7 +222,7 @@ void CsvReader::leave_out_fragment() {
       split(third.text, c, b);
       if (text.find(c) != text.npos || a.size() < 2 || a.size() != b.size()) continue;
       notes_.push_back(fmt::format("{}: row {} (\"{}\") does not fit what follows and is left out", source_,
-                                   line_.number, shown(line_.text)));
+                                   line_.number, io::start_of(line_.text, kLongestExcerpt)));
       line_ = std::move(second);
       ahead_.push_back(std::move(third));
       return;
@@ -365,7 +365,7 @@ void CsvReader::find_columns(const std::vector<std::string>& wanted) {
   for (std::size_t i = 0; i < std::min(header_.size(), cells_.size()); ++i) {
     if (time_place_ != i) {
       fail(fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none", header_[i],
-                       shown(cells_[i])));
+                       io::start_of(cells_[i], kLongestExcerpt)));
     }
   }
   fail("no column beside the time");

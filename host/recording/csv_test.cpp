@@ -82,6 +82,12 @@ TEST(Csv, NamesRowAndColumnOfABadCell) {
   EXPECT_NE(reason("t_s,a\n0,1\n1,2,3\n").find("row 3: 3 cells, the header has 2"), std::string::npos);
 }
 
+TEST(Csv, WithoutAColumnOfNumbersTheFirstCellThatIsNoneIsShown) {
+  const std::string what = reason("t_s,flex\n0,12.3°\n0.05,12.4°\n");
+  EXPECT_NE(what.find("row 2"), std::string::npos) << what;
+  EXPECT_NE(what.find("\"flex\" holds \"12.3°\""), std::string::npos) << what;
+}
+
 TEST(Csv, ALineWithoutEndIsRefusedAndNotTakenIntoMemory) {
   for (const char byte : {',', 'x', '\0'}) {
     try {

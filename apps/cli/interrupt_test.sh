@@ -12,7 +12,7 @@ mkdir "$in"
 for make in "$@"; do "$make" "$in" || exit 1; done
 flexor=$programs/flexor
 RANDOM=${FLEXOR_SEED:-2019}
-failures=0 interrupted=0
+failures=0 interrupted=0 silent=0
 
 fail() {
   echo "FAILED: $1"
@@ -39,7 +39,11 @@ once() {
     [ "$status" = 0 ] || fail "exit $status after $signal at $delay_ms ms: $*"
   else
     interrupted=$((interrupted + 1))
-    [ "$(grep -cE '^flexor: (interrupted|stopped: .*)$' "$work/err")" = 1 ] || fail "not one line: $*"
+    if [ -s "$work/err" ]; then
+      [ "$(grep -cE '^flexor: (interrupted|stopped: .*)$' "$work/err")" = 1 ] || fail "not one line: $*"
+    else
+      silent=$((silent + 1)) # before the program had begun to listen
+    fi
   fi
   local left
   left=$(find "$work/out" "$work/tmp" -name '*.part-*' -o -name '.deploy-*' -o -path "$work/tmp/*")
@@ -67,5 +71,6 @@ often 12 "$flexor" identify --sensor "$in/simulated_glove.csv" --reference "$in/
   --structure linear --model "$o/m.json" --report "$o/r"
 often 12 "$flexor" deploy "$source/models/published_hw.json" --out "$o/d"
 often 6 "$flexor" experiment --gestures 1 --trials 2 --out "$o/e"
+[ $((2 * silent)) -lt "$interrupted" ] || fail "$silent of $interrupted runs died without a word"
 [ "$failures" = 0 ] && echo "$interrupted runs interrupted, nothing left"
 exit $((failures > 0))

@@ -46,6 +46,21 @@ set(KEEPER_nlopt experiment)
 set(KEEPER_simavr cosim)
 set(KEEPER_opencv2 camera)
 
+# The room that a path, relative to the root, lies in, however deep; empty: in none.
+function(flexor_room_of path out)
+  set(found "")
+  set(longest 0)
+  foreach(room IN LISTS ROOMS)
+    string(FIND "${path}/" "${FOLDER_${room}}/" at)
+    string(LENGTH "${FOLDER_${room}}" length)
+    if(at EQUAL 0 AND length GREATER longest)
+      set(found ${room})
+      set(longest ${length})
+    endif()
+  endforeach()
+  set(${out} "${found}" PARENT_SCOPE)
+endfunction()
+
 # Everything that `room` may use, itself included, into `out`.
 function(flexor_reachable room out)
   set(seen ${room})

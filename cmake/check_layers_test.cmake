@@ -1,0 +1,39 @@
+# The layer check notices a forbidden include in each room, however deep it lies, a library in a room that does not keep
+# it, a file in no room, and a forbidden link; and lets allowed ones pass. Arguments: WORK, a folder for the tries.
+cmake_minimum_required(VERSION 3.25)
+include(${CMAKE_CURRENT_LIST_DIR}/layers.cmake)
+
+# One source with one line, and one link, in a tree of their own.
+function(expect result path line edge)
+  file(REMOVE_RECURSE ${WORK})
+  file(WRITE ${WORK}/root/${path} "#pragma once\n${line}\n")
+  file(WRITE ${WORK}/graph "${edge}\n")
+  execute_process(
+    COMMAND ${CMAKE_COMMAND} -DGRAPH=${WORK}/graph -DROOT=${WORK}/root -P ${CMAKE_CURRENT_LIST_DIR}/check_layers.cmake
+    RESULT_VARIABLE status OUTPUT_QUIET ERROR_QUIET)
+  set(got fail)
+  if(status EQUAL 0)
+    set(got pass)
+  endif()
+  if(NOT got STREQUAL result)
+    message(SEND_ERROR "${got} instead of ${result}: ${path}: ${line}; ${edge}")
+  endif()
+endfunction()
+
+set(good "cli experiment flexor_cli")
+foreach(room IN LISTS ROOMS)
+  flexor_reachable(${room} allowed)
+  foreach(other IN LISTS ROOMS)
+    if(NOT other IN_LIST allowed)
+      expect(fail ${FOLDER_${room}}/deep/er/x.hpp "#include \"${FOLDER_${other}}/x.hpp\"" "${good}")
+      expect(fail ${FOLDER_${room}}/x.hpp "" "${room} ${other} some_test")
+      break()
+    endif()
+  endforeach()
+  if(ALLOWED_${room})
+    list(GET ALLOWED_${room} 0 other)
+    expect(pass ${FOLDER_${room}}/deep/er/x.cpp "#include \"${FOLDER_${other}}/x.hpp\"" "${room} ${other} some_test")
+  endif()
+endforeach()
+expect(fail host/twin/deep/x.cpp "#include <opencv2/core.hpp>" "${good}")
+expect(fail host/nowhere/x.cpp "" "${good}")

@@ -49,7 +49,7 @@ class Interrupt : public testing::Test {
   }
 
   void wait_for(const fs::path& path) const {
-    for (int i = 0; i < 5000 && !fs::exists(path); ++i)
+    for (int i = 0; i < 60000 && !fs::exists(path); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     ASSERT_TRUE(fs::exists(path)) << path;
   }

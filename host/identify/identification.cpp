@@ -10,6 +10,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "host/identify/estimator.hpp"
 #include "host/io/json.hpp"
 #include "host/model/simulation.hpp"
 #include "host/recording/unit.hpp"
@@ -76,11 +77,16 @@ std::string input_unit(const recording::Pair& pair, const Request& request) {
   return *asked;
 }
 
-std::vector<double> simulate(const model::Model& model, const std::vector<double>& input) {
-  model::Simulation<model::DoubleArithmetic> simulation(model);
+// The log through the model, as apply runs it, at the samples that are scored.
+std::vector<double> estimate(const model::Model& model, const Identification& r) {
+  Estimator<model::DoubleArithmetic> estimator(model);
+  const recording::Series log = r.pair.sensor.series(r.pair.input);
   std::vector<double> out;
-  out.reserve(input.size());
-  for (const double u : input) out.push_back(simulation.step(0, u).angle_deg);
+  for (std::size_t i = 0; i < log.t_s.size() && out.size() < r.aligned.size(); ++i) {
+    estimator.push(log.t_s[i], log.value.subspan(i, 1),
+                   [&](const Estimate& e) { out.push_back(e.angle_deg[0]); });
+  }
+  out.resize(r.aligned.size());
   return out;
 }
 
@@ -147,7 +153,7 @@ TableRow make_row(const Candidate& candidate, const Identification& r, const Sco
   row.parameters = candidate.summary.free_parameters;
   row.fitted_rmse_deg = candidate.summary.rmse_deg;
   if (candidate.cross_validated_deg > 0) row.cross_validated_deg = candidate.cross_validated_deg;
-  row.holdout = scorer.all(simulate(make_model(candidate.summary, r), r.aligned.input));
+  row.holdout = scorer.all(estimate(make_model(candidate.summary, r), r));
   return row;
 }
 
@@ -431,7 +437,7 @@ Identification identify(recording::Pair pair, const Request& request, const Prog
   r.baseline_deg = straight_line(a, use);
   r.baseline = scorer.all(r.baseline_deg);
   r.model = make_model(r.fit, r);
-  r.estimated_deg = simulate(r.model, a.input);
+  r.estimated_deg = estimate(r.model, r);
   r.holdout = scorer.all(r.estimated_deg);
   r.holdout_without_gaps = scorer.without_gaps(r.estimated_deg);
   for (std::size_t i = 0; i < fitted.candidates.size(); ++i) {

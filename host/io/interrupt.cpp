@@ -20,6 +20,7 @@ namespace flexor::io {
 namespace {
 
 constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP};
+constexpr int kHalt = SIGUSR2;  // to this process's own threads
 
 // Changed only inside a Section; read by the handler when there is none. Never destroyed: a signal may come
 // at any time.
@@ -36,6 +37,7 @@ Live& live() {
 
 std::atomic<bool> ending = false;
 std::atomic<int> sections = 0;
+std::atomic<int> halted = 0;
 std::array<char, 1001> note{};
 bool terminal = false;
 
@@ -80,6 +82,27 @@ void pause_ms(int ms) {
   nanosleep(&span, nullptr);
 }
 
+// The other threads stop where they are: what they write to is about to go, and must not look like a fault.
+void halt_other_threads() {
+  constexpr int kPatience_ms = 200;
+  const int folder = open("/proc/self/task", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return;
+  const auto self = static_cast<pid_t>(syscall(SYS_gettid));
+  int asked = 0;
+  alignas(dirent64) std::array<char, 2048> buffer;
+  for (long n = 0; (n = syscall(SYS_getdents64, folder, buffer.data(), buffer.size())) > 0;) {
+    for (long at = 0; at < n;) {
+      const auto* entry = reinterpret_cast<const dirent64*>(buffer.data() + at);
+      at += entry->d_reclen;
+      pid_t thread = 0;
+      for (const char* c = entry->d_name; *c >= '0' && *c <= '9'; ++c) thread = 10 * thread + (*c - '0');
+      if (thread > 0 && thread != self && syscall(SYS_tgkill, getpid(), thread, kHalt) == 0) ++asked;
+    }
+  }
+  close(folder);
+  for (int ms = 0; ms < kPatience_ms && halted < asked; ++ms) pause_ms(1);
+}
+
 void remove_tree(int parent, const char* name, int depth) {
   constexpr int kDeepest = 32;
   constexpr int kAttempts = 20;  // something may still write into it
@@ -121,11 +144,17 @@ void say(const char* text) {
   }
 }
 
+void on_halt(int) {
+  ++halted;
+  wait_for_the_end();
+}
+
 void on_signal(int signal) {
   if (ending.exchange(true)) wait_for_the_end();
   constexpr int kPatience_ms = 1000;
   for (int ms = 0; ms < kPatience_ms && sections > 0; ++ms) pause_ms(1);
   if (sections == 0) {
+    halt_other_threads();
     for (const pid_t child : live().children) end_child(child);
     for (const std::string& path : live().paths) remove_tree(AT_FDCWD, path.c_str(), 0);
   }
@@ -145,6 +174,9 @@ void end_cleanly_on_signals() {
   action.sa_handler = on_signal;
   action.sa_flags = SA_RESTART;
   for (const int s : kSignals) sigaddset(&action.sa_mask, s);
+  struct sigaction halt {};
+  halt.sa_handler = on_halt;
+  sigaction(kHalt, &halt, nullptr);
   for (const int s : kSignals) {
     struct sigaction before {};
     if (sigaction(s, nullptr, &before) == 0 && before.sa_handler != SIG_IGN) sigaction(s, &action, nullptr);

@@ -6,10 +6,10 @@ include(${CMAKE_CURRENT_LIST_DIR}/layers.cmake)
 # One source with one line, and one link, in a tree of their own.
 function(expect result path line edge)
   file(REMOVE_RECURSE ${WORK})
-  file(WRITE ${WORK}/root/${path} "#pragma once\n${line}\n")
+  file(WRITE ${WORK}/tree/${path} "#pragma once\n${line}\n")
   file(WRITE ${WORK}/graph "${edge}\n")
   execute_process(
-    COMMAND ${CMAKE_COMMAND} -DGRAPH=${WORK}/graph -DROOT=${WORK}/root -P ${CMAKE_CURRENT_LIST_DIR}/check_layers.cmake
+    COMMAND ${CMAKE_COMMAND} -DGRAPH=${WORK}/graph -DROOT=${WORK}/tree -P ${CMAKE_CURRENT_LIST_DIR}/check_layers.cmake
     RESULT_VARIABLE status OUTPUT_QUIET ERROR_QUIET)
   set(got fail)
   if(status EQUAL 0)

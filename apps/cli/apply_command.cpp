@@ -11,7 +11,6 @@
 #include "host/identify/estimator.hpp"
 #include "host/io/io.hpp"
 #include "host/recording/csv.hpp"
-#include "host/recording/unit.hpp"
 
 namespace flexor::cli {
 namespace {

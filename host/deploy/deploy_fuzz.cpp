@@ -63,11 +63,6 @@ void read_key(const std::string& text) {
 
 }  // namespace
 
-extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
-                                               unsigned seed) {
-  return io::fuzz::mutate(data, size, max_size, seed, io::fuzz::change_anything);
-}
-
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
   io::fuzz::read_or_refuse([&] { read_calibration(text); });

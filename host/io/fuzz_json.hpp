@@ -125,20 +125,21 @@ inline void change_anything(Json& json, std::mt19937& random) {
   }
 }
 
-// Half of the inputs are changed as bytes; the other half, where they are JSON, as documents by `change`:
-// most bytes of a text are quickly refused, most numbers of a document reach the arithmetic.
-template <class Change>
-std::size_t mutate(std::uint8_t* data, std::size_t size, std::size_t max_size, unsigned seed,
-                   const Change& change) {
+}  // namespace flexor::io::fuzz
+
+// Half of the inputs are changed as bytes; the other half, where they are JSON, as documents: most bytes of a
+// text are quickly refused, most numbers of a document reach the arithmetic. Whatever includes this header is
+// mutated so; libFuzzer calls it by its name.
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
+                                               unsigned seed) {
+  using flexor::io::fuzz::Json;
   std::mt19937 random(seed);
   if (random() % 2 == 0) return LLVMFuzzerMutate(data, size, max_size);
   Json json = Json::parse(data, data + size, nullptr, false);
   if (json.is_discarded()) return LLVMFuzzerMutate(data, size, max_size);
-  change(json, random);
+  flexor::io::fuzz::change_anything(json, random);
   const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   if (text.size() > max_size) return LLVMFuzzerMutate(data, size, max_size);
   std::ranges::copy(text, data);
   return text.size();
 }
-
-}  // namespace flexor::io::fuzz

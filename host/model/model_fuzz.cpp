@@ -40,11 +40,6 @@ void run(const flexor::model::Model& model) {
 
 }  // namespace
 
-extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
-                                               unsigned seed) {
-  return flexor::io::fuzz::mutate(data, size, max_size, seed, flexor::io::fuzz::change_numbers);
-}
-
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace flexor;
   try {

@@ -77,13 +77,22 @@ void check_size(const Recording& sensor, double rate_hz) {
                   sensor.source, sensor.t_s.size(), seconds, rate_hz));
 }
 
-}  // namespace
-
-namespace {
-
 std::string quality_column(const std::string& column) {
   constexpr std::string_view kUnit = "_deg";
   return column.ends_with(kUnit) ? column.substr(0, column.size() - kUnit.size()) + "_quality" : "";
+}
+
+// Where the offset was given, the signals need not tell it; why they do not is a warning.
+std::optional<Alignment> find_alignment(const Series& sensor, const Series& reference, bool given,
+                                        std::vector<std::string>& warnings) {
+  try {
+    return align(sensor, reference);
+  } catch (const JobError& error) {
+    if (!given) throw;
+    warnings.push_back(
+        fmt::format("the signals do not confirm the clock offset that was given: {}", error.what()));
+    return std::nullopt;
+  }
 }
 
 }  // namespace
@@ -158,23 +167,6 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
   recording.warnings.push_back(
       fmt::format("{}: column \"{}\" is in radians and was converted to degrees", recording.source, name));
 }
-
-namespace {
-
-// Where the offset was given, the signals need not tell it; why they do not is a warning.
-std::optional<Alignment> find_alignment(const Series& sensor, const Series& reference, bool given,
-                                        std::vector<std::string>& warnings) {
-  try {
-    return align(sensor, reference);
-  } catch (const JobError& error) {
-    if (!given) throw;
-    warnings.push_back(
-        fmt::format("the signals do not confirm the clock offset that was given: {}", error.what()));
-    return std::nullopt;
-  }
-}
-
-}  // namespace
 
 Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s,
                    double split) {

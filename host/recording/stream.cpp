@@ -69,10 +69,11 @@ bool Stream::read() {
   return true;
 }
 
-// A counter cannot have stood above its own range.
+// A counter stands neither below 0 nor above its own range.
 bool Stream::wraps(const Row& row) const {
   const double range_s = source_.wrap_s();
-  return range_s > 0 && last_s_ - shift_s_ <= range_s && last_s_ - row.t_s > kWrapShare * range_s;
+  const bool counts = row.t_s >= shift_s_ && last_s_ - shift_s_ <= range_s;
+  return range_s > 0 && counts && last_s_ - row.t_s > kWrapShare * range_s;
 }
 
 void Stream::go_on_after_wrap(Row row) {

@@ -4,7 +4,7 @@
 // five-finger closed loop for each second.
 #include <benchmark/benchmark.h>
 
-#include "host/experiment/trials.hpp"
+#include "host/study/trials.hpp"
 
 namespace {
 
@@ -12,7 +12,7 @@ using namespace flexor;
 
 // The shipped laboratory with what it has switched off: loss, corruption, jitter, an outage and faults.
 twin::Parameters everything() {
-  twin::Parameters p = experiment::shipped_parameters();
+  twin::Parameters p = study::shipped_parameters();
   for (const char* assignment :
        {"radio.loss=0.05", "radio.corruption=0.01", "radio.jitter_s=0.05", "radio.outage_start_s=7",
         "radio.outage_s=0.5", "sensor.drift_deg_per_min=5"}) {
@@ -23,8 +23,7 @@ twin::Parameters everything() {
 }
 
 twin::Setup setup() {
-  return {everything(), experiment::motions("1").front(), experiment::compensator("published-hw", 10).model,
-          1, false};
+  return {everything(), study::motions("1").front(), study::compensator("published-hw", 10).model, 1, false};
 }
 
 void report(benchmark::State& state, double trials_each) {
@@ -51,14 +50,14 @@ BENCHMARK(twin_scalar)->Unit(benchmark::kMillisecond);
 
 // The whole experiment, scores included, on one thread and on two.
 void twin_experiment(benchmark::State& state) {
-  experiment::Plan plan{everything(),
-                        experiment::motions("1"),
-                        {experiment::compensator("published-hw", 10)},
-                        1,
-                        512,
-                        static_cast<int>(state.range(0)),
-                        {}};
-  for (auto _ : state) benchmark::DoNotOptimize(experiment::run(plan, {}));
+  study::Plan plan{everything(),
+                   study::motions("1"),
+                   {study::compensator("published-hw", 10)},
+                   1,
+                   512,
+                   static_cast<int>(state.range(0)),
+                   {}};
+  for (auto _ : state) benchmark::DoNotOptimize(study::run(plan, {}));
   report(state, 512);
 }
 BENCHMARK(twin_experiment)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();

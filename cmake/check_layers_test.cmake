@@ -20,7 +20,7 @@ function(expect result path line edge)
   endif()
 endfunction()
 
-set(good "cli experiment flexor_cli")
+set(good "cli study flexor_cli")
 foreach(room IN LISTS ROOMS)
   flexor_reachable(${room} allowed)
   foreach(other IN LISTS ROOMS)

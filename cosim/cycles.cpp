@@ -172,7 +172,7 @@ std::string replaced(const deploy::Glove& glove, const std::string& compensator)
 void compare() {
   // Readings between 440 and 839 counts: every channel takes them, and the fingers move through all of their
   // range.
-  experiment::Counts counts = cosim::exercise(1500, 7);
+  study::Counts counts = cosim::exercise(1500, 7);
   for (auto& sample : counts) {
     for (int& n : sample) n = 440 + n % 400;
   }
@@ -181,11 +181,10 @@ void compare() {
       "cycles of one five-channel step, ATmega328P, -Os, 10 Hz, {} steps\n\n{:<52}{:>8}{:>8}{:>10}{:>8}\n",
       counts.size(), "", "mean", "worst", "flash", "RAM");
   for (const char* name : {"published-hw", "published-w"}) {
-    deploy::Glove glove =
-        experiment::glove_for(experiment::shipped_parameters(), experiment::compensator(name, 10).model);
+    deploy::Glove glove = study::glove_for(study::shipped_parameters(), study::compensator(name, 10).model);
     const auto measure = [&](const char* what, const std::string& config) {
       const deploy::Image image = deploy::build_glove(config, folder.path());
-      const experiment::GloveFigures f = cosim::replay(cosim::Firmware(image.elf), glove, counts);
+      const study::GloveFigures f = cosim::replay(cosim::Firmware(image.elf), glove, counts);
       fmt::print("{:<52}{:>8.0f}{:>8}{:>10}{:>8}\n", fmt::format("{}: {}", name, what), f.step.mean(),
                  f.step.worst, image.flash_bytes, image.ram_bytes);
     };

@@ -22,8 +22,8 @@ using firmware::Marker;
 
 // What decides about the images.
 std::string identity(const twin::Setup& setup) {
-  return deploy::glove_config(experiment::glove_for(setup.parameters, setup.compensator)) +
-         deploy::hand_config(experiment::twin_hand(setup.parameters, setup.compensator));
+  return deploy::glove_config(study::glove_for(setup.parameters, setup.compensator)) +
+         deploy::hand_config(study::twin_hand(setup.parameters, setup.compensator));
 }
 
 // Which edge a frame tells of that the hand accepts: frames are known by their counters, since some never
@@ -83,8 +83,8 @@ std::unique_ptr<Images> build_images(const deploy::Glove& glove, const deploy::H
 void Engine::prepare(const twin::Setup& setup) {
   std::unique_ptr<Images>& images = images_[identity(setup)];
   if (images != nullptr) return;
-  images = build_images(experiment::glove_for(setup.parameters, setup.compensator),
-                        experiment::twin_hand(setup.parameters, setup.compensator));
+  images = build_images(study::glove_for(setup.parameters, setup.compensator),
+                        study::twin_hand(setup.parameters, setup.compensator));
 }
 
 const Images& Engine::images_of(const twin::Setup& setup) const { return *images_.at(identity(setup)); }
@@ -99,21 +99,19 @@ std::vector<twin::Trial> Engine::simulate(const twin::Setup& setup, std::uint64_
   return out;
 }
 
-experiment::GloveFigures Engine::run_glove(const fs::path& elf, const deploy::Glove& glove,
-                                           const experiment::Counts& counts) const {
+study::GloveFigures Engine::run_glove(const fs::path& elf, const deploy::Glove& glove,
+                                      const study::Counts& counts) const {
   const Firmware firmware(elf);
   return replay(firmware, glove, counts);
 }
 
-experiment::HandFigures Engine::run_hand(const fs::path& elf, const deploy::Glove& glove,
-                                         double seconds) const {
+study::HandFigures Engine::run_hand(const fs::path& elf, const deploy::Glove& glove, double seconds) const {
   const Firmware firmware(elf);
   return measure_hand(firmware, glove, seconds);
 }
 
-std::vector<experiment::Latency> Engine::latency(const twin::Parameters& parameters,
-                                                 const model::Model& model, int edges,
-                                                 std::uint64_t seed) const {
+std::vector<study::Latency> Engine::latency(const twin::Parameters& parameters, const model::Model& model,
+                                            int edges, std::uint64_t seed) const {
   // A hand at rest and quiet strips, but for one, whose reading jumps to and fro.
   twin::Parameters p = parameters;
   for (double* effect : {&p.noise_deg, &p.flutter_deg, &p.burst_rate_per_s, &p.drift_deg_per_min})
@@ -124,14 +122,14 @@ std::vector<experiment::Latency> Engine::latency(const twin::Parameters& paramet
   for (std::size_t i = 0; i < twin::kFingers; ++i)
     still[i].assign(2, (p.hand_lower_deg[i] + p.hand_upper_deg[i]) / 2);
   const twin::Setup setup{p, twin::Motion::from_samples("still", {0, length_s}, still), model, seed, false};
-  const auto images = build_images(experiment::glove_for(p, model), experiment::safe_hand(p, model));
+  const auto images = build_images(study::glove_for(p, model), study::safe_hand(p, model));
   Simulation simulation(*images, setup, 0);
   twin::Random random(seed);
   std::vector<double> edge_ms;
   for (int k = 0; k < edges; ++k) edge_ms.push_back(kApart_ms * (k + 0.5 * random.uniform() + 0.25));
 
-  FrameWatch frames(experiment::bench_key());
-  std::vector<experiment::Latency> out;
+  FrameWatch frames(study::bench_key());
+  std::vector<study::Latency> out;
   constexpr int kFinger = 1;
   int sampled_edge = -1;
   int told_edge = -1;  // by a frame

@@ -6,11 +6,11 @@
 #include <mutex>
 
 #include "cosim/simulation.hpp"
-#include "host/experiment/boards.hpp"
+#include "host/study/boards.hpp"
 
 namespace flexor::cosim {
 
-class Engine : public experiment::Boards {
+class Engine : public study::Boards {
  public:
   std::string name() const override { return "avr"; }
   int batch() const override { return 1; }
@@ -18,12 +18,12 @@ class Engine : public experiment::Boards {
   void prepare(const twin::Setup& setup) override;
   std::vector<twin::Trial> simulate(const twin::Setup& setup, std::uint64_t first, int count) const override;
 
-  experiment::GloveFigures run_glove(const std::filesystem::path& elf, const deploy::Glove& glove,
-                                     const experiment::Counts& counts) const override;
-  experiment::HandFigures run_hand(const std::filesystem::path& elf, const deploy::Glove& glove,
-                                   double seconds) const override;
-  std::vector<experiment::Latency> latency(const twin::Parameters& parameters, const model::Model& model,
-                                           int edges, std::uint64_t seed) const override;
+  study::GloveFigures run_glove(const std::filesystem::path& elf, const deploy::Glove& glove,
+                                const study::Counts& counts) const override;
+  study::HandFigures run_hand(const std::filesystem::path& elf, const deploy::Glove& glove,
+                              double seconds) const override;
+  std::vector<study::Latency> latency(const twin::Parameters& parameters, const model::Model& model,
+                                      int edges, std::uint64_t seed) const override;
   void trace(const twin::Setup& setup, const std::filesystem::path& vcd) override;
 
  private:

@@ -5,5 +5,5 @@
 
 int main(int argc, char** argv) {
   flexor::cosim::Engine engine;
-  return flexor::cli::run(argc, argv, &engine, flexor::experiment::make_cameras().get());
+  return flexor::cli::run(argc, argv, &engine, flexor::filming::make_cameras().get());
 }

@@ -58,9 +58,9 @@ class Expected {
 
 }  // namespace
 
-experiment::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts,
-                                std::vector<std::string>* messages) {
-  experiment::GloveFigures result;
+study::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts,
+                           std::vector<std::string>* messages) {
+  study::GloveFigures result;
   Expected host(glove);
   std::deque<std::string> expected;
   std::string sent;
@@ -136,8 +136,8 @@ Counts exercise(std::size_t samples, std::uint32_t seed) {
   return out;
 }
 
-experiment::HandFigures measure_hand(const Firmware& firmware, const deploy::Glove& glove, double seconds) {
-  experiment::HandFigures result;
+study::HandFigures measure_hand(const Firmware& firmware, const deploy::Glove& glove, double seconds) {
+  study::HandFigures result;
   Board board(firmware);
   Cycles begin = 0;
   board.on_marker = [&](Cycles now, std::uint8_t value) {

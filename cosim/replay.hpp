@@ -5,21 +5,21 @@
 #include <vector>
 
 #include "cosim/board.hpp"
-#include "host/experiment/boards.hpp"
+#include "host/study/boards.hpp"
 
 namespace flexor::cosim {
 
-using experiment::Counts;
+using study::Counts;
 
 // Replays `counts` as ADC readings at the model's rate; every byte that the board sends is compared with what
 // the host would send. `messages`, if not null, gets all frames or lines.
-experiment::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts,
-                                std::vector<std::string>* messages = nullptr);
+study::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts,
+                           std::vector<std::string>* messages = nullptr);
 
 // Readings all over the range: ramps, steps, noise, dead sensors.
 Counts exercise(std::size_t samples, std::uint32_t seed);
 
 // The hand's image with frames of `glove`'s key coming in as fast as its radio carries them.
-experiment::HandFigures measure_hand(const Firmware& firmware, const deploy::Glove& glove, double seconds);
+study::HandFigures measure_hand(const Firmware& firmware, const deploy::Glove& glove, double seconds);
 
 }  // namespace flexor::cosim

@@ -11,18 +11,18 @@
 #include <sstream>
 
 #include "host/deploy/deploy.hpp"
-#include "host/deploy/process.hpp"
-#include "host/experiment/calibration.hpp"
-#include "host/experiment/identification.hpp"
+#include "host/identify/identify_files.hpp"
 #include "host/io/io.hpp"
+#include "host/io/process.hpp"
 #include "host/recording/csv.hpp"
+#include "host/study/calibration.hpp"
 #include "runtime/link/opengloves.hpp"
 
 namespace flexor::cosim {
 namespace {
 
 namespace fs = std::filesystem;
-using experiment::GloveFigures;
+using study::GloveFigures;
 
 class Replay : public testing::Test {
  protected:
@@ -39,7 +39,7 @@ class Replay : public testing::Test {
   };
   Built build(const model::Model& model, bool assembly = false,
               deploy::Output output = deploy::Output::radio) {
-    Built b{experiment::glove_for(parameters_, model), {}, nullptr};
+    Built b{study::glove_for(parameters_, model), {}, nullptr};
     b.glove.assembly = assembly;
     b.glove.output = output;
     b.image = deploy::build_glove(b.glove, folder_);
@@ -54,27 +54,27 @@ class Replay : public testing::Test {
     EXPECT_EQ(f.mismatches, 0U) << model.name << (assembly ? " with assembly" : "");
   }
   static model::Model named(const char* name, double rate_hz = 10) {
-    return experiment::compensator(name, rate_hz).model;
+    return study::compensator(name, rate_hz).model;
   }
 
-  twin::Parameters parameters_ = experiment::shipped_parameters();
+  twin::Parameters parameters_ = study::shipped_parameters();
   fs::path folder_;
 };
 
 // Curve, hysteresis, two poles and a lead for each of five fingers, identified on the twin's glove.
 model::Model identified(const fs::path& folder, double rate_hz) {
-  experiment::GloveRequest request;
-  request.parameters = experiment::shipped_parameters();
+  study::GloveRequest request;
+  request.parameters = study::shipped_parameters();
   request.rate_hz = rate_hz;
   request.rounds = 2;
   request.folder = folder;
-  return experiment::calibrate_glove(request, [](const std::string&) {}).steps.back().model;
+  return study::calibrate_glove(request, [](const std::string&) {}).steps.back().model;
 }
 
 TEST_F(Replay, TheSixGesturesAreSentToTheBit) {
   for (const char* name : {"raw", "published-w", "published-hw"}) {
     const model::Model model = named(name);
-    expect_exact(model, experiment::gesture_counts(parameters_, model));
+    expect_exact(model, study::gesture_counts(parameters_, model));
   }
 }
 
@@ -99,7 +99,7 @@ TEST_F(Replay, AnIdentifiedModelWithCurveHysteresisAndLeadIsSentToTheBit) {
     const model::Model model = identified(folder_, rate_hz);
     ASSERT_TRUE(model.channels[0].hysteresis && model.channels[0].input_curve &&
                 !model.channels[0].lti.taps.empty());
-    expect_exact(model, experiment::gesture_counts(parameters_, model));
+    expect_exact(model, study::gesture_counts(parameters_, model));
     expect_exact(model, exercise(1500, 5));
   }
 }
@@ -127,7 +127,7 @@ class RealReplay : public Replay {
     const recording::Recording r = recording::read_csv(log, {column});
     Counts out;
     for (const double value : r.column(column).value) {
-      std::array<int, experiment::kFingers> sample{};
+      std::array<int, study::kFingers> sample{};
       sample.fill(static_cast<int>(std::lround(std::clamp(value, 0.0, 1023.0))));
       out.push_back(sample);
     }
@@ -143,12 +143,12 @@ TEST_F(RealReplay, RealRecordingsAreSentToTheBit) {
     ASSERT_GT(counts.size(), 1000U);
     for (const char* name : {"published-w", "published-hw"}) expect_exact(named(name), counts);
     // And the compensator that these very recordings give: curve, poles and hysteresis in ADC counts.
-    experiment::Request request;
+    identify::FileRequest request;
     request.files = {log, data() / folder / "camera_angles.csv", column, reference};
     request.input_unit = "count";
     request.structure = "hw-hysteresis";
     request.plays = 1;
-    const model::Model model = experiment::identify_files(request, {}).model;
+    const model::Model model = identify::identify_files(request, {}).model;
     expect_exact(model, counts);
   }
 }
@@ -179,11 +179,11 @@ TEST_F(Replay, CyclesAndSizesAreWithinTheirTargets) {
     EXPECT_LT(f.awake_share, 0.03) << "the glove should sleep";
   }
   const model::Model model = named("published-hw");
-  const deploy::Image hand = deploy::build_hand(experiment::safe_hand(parameters_, model), folder_);
+  const deploy::Image hand = deploy::build_hand(study::safe_hand(parameters_, model), folder_);
   EXPECT_LE(hand.flash_bytes, deploy::kFlashBudget);
   EXPECT_LE(hand.ram_bytes, deploy::kRamBudget);
-  const experiment::HandFigures figures =
-      measure_hand(Firmware(hand.elf), experiment::glove_for(parameters_, model), 2);
+  const study::HandFigures figures =
+      measure_hand(Firmware(hand.elf), study::glove_for(parameters_, model), 2);
   EXPECT_LT(figures.tick.worst, 8000U) << "half of a millisecond is left for a tag";
   EXPECT_GT(figures.tick.count, 1900U);
 }
@@ -191,7 +191,7 @@ TEST_F(Replay, CyclesAndSizesAreWithinTheirTargets) {
 TEST_F(Replay, TheTextOutputIsWhatTheDriverReads) {
   const model::Model model = named("published-hw", 50);
   const Built b = build(model, false, deploy::Output::opengloves);
-  const Counts counts = experiment::gesture_counts(parameters_, model);
+  const Counts counts = study::gesture_counts(parameters_, model);
   std::vector<std::string> lines;
   EXPECT_EQ(replay(*b.firmware, b.glove, counts, &lines).mismatches, 0U);
   EXPECT_GE(lines.size() + 1, counts.size());
@@ -255,9 +255,8 @@ TEST_F(Replay, TheMicrocontrollerSpeaksTheGoldenVectors) {
   program += "  for (;;) {}\n}\n";
   io::write_file(folder_ / "golden.cpp", program);
   const std::string elf = (folder_ / "golden.elf").string();
-  const auto built =
-      deploy::run_process({"avr-g++", "-mmcu=atmega328p", "-Os", "-std=c++14", "-I" FLEXOR_SOURCE_DIR,
-                           (folder_ / "golden.cpp").string(), "-o", elf});
+  const auto built = io::run_process({"avr-g++", "-mmcu=atmega328p", "-Os", "-std=c++14",
+                                      "-I" FLEXOR_SOURCE_DIR, (folder_ / "golden.cpp").string(), "-o", elf});
   ASSERT_EQ(built.status, 0) << built.err;
   const Firmware firmware(elf);
   Board board(firmware);

@@ -13,8 +13,8 @@
 #include "cosim/engine.hpp"
 #include "cosim/vcd.hpp"
 #include "host/deploy/deploy.hpp"
-#include "host/experiment/boards_report.hpp"
 #include "host/io/io.hpp"
+#include "host/report/boards_report.hpp"
 
 namespace flexor::cosim {
 namespace {
@@ -24,21 +24,21 @@ namespace fs = std::filesystem;
 constexpr double kBound_deg_s = 400;  // of the set-point, in the safe hand
 
 const twin::Parameters& parameters() {
-  static const twin::Parameters p = experiment::shipped_parameters();
+  static const twin::Parameters p = study::shipped_parameters();
   return p;
 }
 
 twin::Setup setup_of(const char* compensator = "published-hw", double rate_hz = 20) {
-  return {parameters(), experiment::motions("1").front(), experiment::compensator(compensator, rate_hz).model,
-          1, false};
+  return {parameters(), study::motions("1").front(), study::compensator(compensator, rate_hz).model, 1,
+          false};
 }
 
 // The images that a user would flash.
 const Images& images() {
   static const std::unique_ptr<Images> built = [] {
     const twin::Setup setup = setup_of();
-    return build_images(experiment::glove_for(parameters(), setup.compensator),
-                        experiment::safe_hand(parameters(), setup.compensator));
+    return build_images(study::glove_for(parameters(), setup.compensator),
+                        study::safe_hand(parameters(), setup.compensator));
   }();
   return *built;
 }
@@ -182,7 +182,7 @@ TEST(Fault, AnUnpluggedOrShortedOrStuckStripIsToldAndItsFingerGoesToRest) {
       return finger == 1 && now >= 500 && now < 3000 ? value : reading;
     };
     // What the glove says of its sensors.
-    const deploy::Key key = experiment::bench_key();
+    const deploy::Key key = study::bench_key();
     link::Receiver receiver(&*key);
     int told_ms = -1;
     w.simulation.on_air = [&, status = expected](Cycles cycle, std::uint8_t byte) {
@@ -228,7 +228,7 @@ std::vector<std::uint8_t> sealed(const link::Frame& frame, const link::Key& key)
 
 TEST(Fault, ASenderWithAWrongKeyMovesNothing) {
   Watched w;
-  link::Key wrong = *experiment::bench_key();
+  link::Key wrong = *study::bench_key();
   wrong.bytes[3] ^= 1;
   link::Frame frame{};
   frame.counter = 5U << 16;
@@ -298,18 +298,18 @@ TEST(Fault, AnUnpluggedPotentiometerStopsItsMotor) {
 // The total error of six gestures, each compensator, within 5 % of the twin's, same trials.
 TEST(Twin, AgreesWithTheCoSimulation) {
   Engine engine;
-  experiment::Plan plan;
+  study::Plan plan;
   plan.parameters = parameters();
   plan.parameters.frame_bytes = link::kWireSealed;
-  plan.motions = experiment::motions("1-6");
+  plan.motions = study::motions("1-6");
   for (const char* name : {"raw", "published-w", "published-hw"})
-    plan.compensators.push_back(experiment::compensator(name, 10));
+    plan.compensators.push_back(study::compensator(name, 10));
   plan.trials = 2;
   plan.seed = 5;
   plan.threads = 2;
-  const experiment::Result twin = experiment::run(plan, {});
+  const study::Result twin = study::run(plan, {});
   plan.engine = &engine;
-  const experiment::Result boards = experiment::run(plan, {});
+  const study::Result boards = study::run(plan, {});
   for (std::size_t c = 0; c < plan.compensators.size(); ++c) {
     double of_twin = 0;
     double of_boards = 0;
@@ -324,29 +324,29 @@ TEST(Twin, AgreesWithTheCoSimulation) {
 
 TEST(Simulation, IsTheSameOnOneThreadAndOnTwo) {
   Engine engine;
-  experiment::Plan plan;
+  study::Plan plan;
   plan.parameters = parameters();
-  plan.motions = experiment::motions("4");
-  plan.compensators = {experiment::compensator("published-hw", 10)};
+  plan.motions = study::motions("4");
+  plan.compensators = {study::compensator("published-hw", 10)};
   plan.trials = 18;  // two batches
   plan.engine = &engine;
-  plan.motions.front() = experiment::motions("4").front();
+  plan.motions.front() = study::motions("4").front();
   plan.threads = 1;
-  const auto one = experiment::run(plan, {});
+  const auto one = study::run(plan, {});
   plan.threads = 2;
-  const auto two = experiment::run(plan, {});
+  const auto two = study::run(plan, {});
   EXPECT_EQ(one.cell(0, 0).total_deg_s.mean(), two.cell(0, 0).total_deg_s.mean());
   EXPECT_EQ(one.cell(0, 0).total_deg_s.ci95(), two.cell(0, 0).total_deg_s.ci95());
 }
 
 TEST(Latency, EveryStageIsWhatTheClocksSay) {
   Engine engine;
-  const auto mean = [](const std::vector<experiment::Latency>& edges, std::size_t stage) {
+  const auto mean = [](const std::vector<study::Latency>& edges, std::size_t stage) {
     double sum = 0;
     for (const auto& edge : edges) sum += edge[stage] / static_cast<double>(edges.size());
     return sum;
   };
-  const auto slow = engine.latency(parameters(), experiment::compensator("published-hw", 10).model, 40, 1);
+  const auto slow = engine.latency(parameters(), study::compensator("published-hw", 10).model, 40, 1);
   ASSERT_EQ(slow.size(), 40U);
   EXPECT_NEAR(mean(slow, 0), 50, 15);  // half a period
   EXPECT_NEAR(mean(slow, 1), 0.55,
@@ -358,7 +358,7 @@ TEST(Latency, EveryStageIsWhatTheClocksSay) {
   EXPECT_LT(mean(slow, 5), 1.2);
   twin::Parameters p = parameters();
   p.frame_rate_hz = 20;
-  const auto quick = engine.latency(p, experiment::compensator("published-hw", 100).model, 40, 1);
+  const auto quick = engine.latency(p, study::compensator("published-hw", 100).model, 40, 1);
   ASSERT_EQ(quick.size(), 40U);
   EXPECT_NEAR(mean(quick, 0), 5, 1.5);
   EXPECT_NEAR(mean(quick, 2), 20, 6);  // 0 to 40 ms until the next of every fifth sample
@@ -371,14 +371,14 @@ TEST(Latency, LostFramesAreLostAndNotLate) {
   twin::Parameters p = parameters();
   p.loss = 0.1;
   constexpr int kEdges = 80;
-  const auto edges = engine.latency(p, experiment::compensator("published-hw", 10).model, kEdges, 1);
+  const auto edges = engine.latency(p, study::compensator("published-hw", 10).model, kEdges, 1);
   for (const auto& edge : edges) {
     const double total_ms = std::accumulate(edge.begin(), edge.end(), 0.0);
     EXPECT_GT(total_ms, 25);
     EXPECT_LT(total_ms, 150) << "a period, the UART and the rest";
     EXPECT_LT(edge[3], 35) << "24 bytes at 9600 baud and the modules";
   }
-  const experiment::LatencyBudget budget = experiment::budget_of(edges, kEdges);
+  const report::LatencyBudget budget = report::budget_of(edges, kEdges);
   EXPECT_EQ(budget.edges + budget.lost, kEdges);
   EXPECT_GE(budget.lost, 2);
   EXPECT_LE(budget.lost, 20);

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "apps/cli/commands.hpp"
-#include "host/experiment/identification.hpp"
+#include "host/identify/identify_files.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/mat.hpp"
@@ -13,7 +13,7 @@ namespace flexor::cli {
 namespace {
 
 struct Options {
-  experiment::SourceFiles files;
+  identify::SourceFiles files;
   double rate_hz = 20;
   std::optional<double> clock_offset_s;
   std::string out;
@@ -46,7 +46,7 @@ void check_output(const Options& o) {
 
 void run(const Options& o) {
   check_output(o);
-  const recording::Pair pair = experiment::load_pair(o.files);
+  const recording::Pair pair = identify::load_pair(o.files);
   const recording::Aligned aligned = recording::align_pair(pair, o.rate_hz, o.clock_offset_s, 0);
   const recording::Alignment a = aligned.alignment.value_or(recording::Alignment());
   if (!o.out.empty()) write_aligned(o, recording::to_recording(aligned, pair));

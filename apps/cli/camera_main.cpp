@@ -2,5 +2,5 @@
 #include "apps/cli/program.hpp"
 
 int main(int argc, char** argv) {
-  return flexor::cli::run(argc, argv, nullptr, flexor::experiment::make_cameras().get());
+  return flexor::cli::run(argc, argv, nullptr, flexor::filming::make_cameras().get());
 }

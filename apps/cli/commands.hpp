@@ -4,22 +4,22 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "host/experiment/boards.hpp"
-#include "host/experiment/cameras.hpp"
+#include "apps/camera/cameras.hpp"
+#include "host/study/boards.hpp"
 
 namespace flexor::cli {
 
 struct Program {
   int argc;
   char** argv;
-  experiment::Boards* boards;          // null: not in this program
-  const experiment::Cameras* cameras;  // likewise
+  study::Boards* boards;            // null: not in this program
+  const filming::Cameras* cameras;  // likewise
 
   // The boards; without any, this process becomes flexor-cosim with the same command line. Throws
   // io::InputError when there is no such program beside this one.
-  experiment::Boards& require_boards() const;
+  study::Boards& require_boards() const;
   // The cameras; without any, flexor-camera.
-  const experiment::Cameras& require_cameras() const;
+  const filming::Cameras& require_cameras() const;
 };
 
 void add_align(CLI::App& app);

@@ -9,9 +9,9 @@
 #include "host/deploy/deploy.hpp"
 #include "host/deploy/out_folder.hpp"
 #include "host/deploy/pair_key.hpp"
-#include "host/experiment/boards_report.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
+#include "host/report/boards_report.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -36,8 +36,8 @@ struct Options {
 };
 
 // The model's inputs from a recording's columns.
-std::array<std::vector<double>, experiment::kFingers> inputs_of(const model::Model& model,
-                                                                const std::string& path) {
+std::array<std::vector<double>, study::kFingers> inputs_of(const model::Model& model,
+                                                           const std::string& path) {
   const auto channels = deploy::channels_of(model);
   const auto column = [&](std::size_t i) {
     return channels[i]->input_column.empty() ? channels[i]->name : channels[i]->input_column;
@@ -47,7 +47,7 @@ std::array<std::vector<double>, experiment::kFingers> inputs_of(const model::Mod
     if (channels[i] != nullptr) columns.push_back(column(i));
   }
   const recording::Recording r = recording::read_csv(path, columns);
-  std::array<std::vector<double>, experiment::kFingers> out;
+  std::array<std::vector<double>, study::kFingers> out;
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (channels[i] == nullptr) continue;
     const recording::Column& c = r.column(column(i));
@@ -97,11 +97,11 @@ PairKey choose_key(const Options& o) {
 }
 
 // What the options ask for. Refuses, before anything is written, what the boards or the radio cannot do.
-experiment::Deployment plan(const Options& o, const twin::Parameters& p, const deploy::Key& key) {
+report::Deployment plan(const Options& o, const twin::Parameters& p, const deploy::Key& key) {
   model::Model model = model::load(o.model);
   if (o.rate_hz > 0) model.sample_period_s = 1 / o.rate_hz;
-  experiment::Deployment d;
-  d.glove = experiment::glove_for(
+  report::Deployment d;
+  d.glove = study::glove_for(
       p, model, o.calibration.empty() ? deploy::Calibration() : deploy::load_calibration(o.calibration));
   d.glove.key = key;
   d.glove.output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
@@ -118,10 +118,10 @@ experiment::Deployment plan(const Options& o, const twin::Parameters& p, const d
 }
 
 // The model's inputs on the board for these readings.
-std::array<std::vector<double>, experiment::kFingers> inputs_of(const deploy::Glove& glove,
-                                                                const experiment::Counts& counts) {
+std::array<std::vector<double>, study::kFingers> inputs_of(const deploy::Glove& glove,
+                                                           const study::Counts& counts) {
   const deploy::GloveTables tables = deploy::glove_tables(glove);
-  std::array<std::vector<double>, experiment::kFingers> out;
+  std::array<std::vector<double>, study::kFingers> out;
   for (const auto& sample : counts) {
     for (std::size_t i = 0; i < sample.size(); ++i) {
       out[i].push_back(tables.calibration[i](static_cast<std::uint16_t>(sample[i])) / 32.0);
@@ -130,7 +130,7 @@ std::array<std::vector<double>, experiment::kFingers> inputs_of(const deploy::Gl
   return out;
 }
 
-void measure(experiment::Deployment& d, const experiment::Boards& boards, const experiment::Counts& counts) {
+void measure(report::Deployment& d, const study::Boards& boards, const study::Counts& counts) {
   ProgressLine line;
   line.show("running the glove's image ...");
   d.glove_figures = boards.run_glove(d.glove_image.elf, d.glove, counts);
@@ -154,27 +154,27 @@ void require_known(const Options& o) {
 }
 
 // Images, folders, what was measured of them, and the report, all in `folder`.
-nlohmann::ordered_json build(const Options& o, const experiment::Boards& boards, const twin::Parameters& p,
-                             const experiment::Counts& counts, experiment::Deployment& d,
+nlohmann::ordered_json build(const Options& o, const study::Boards& boards, const twin::Parameters& p,
+                             const study::Counts& counts, report::Deployment& d,
                              const std::filesystem::path& folder) {
-  deploy::Hand hand = experiment::safe_hand(p, d.glove.model);
+  deploy::Hand hand = study::safe_hand(p, d.glove.model);
   hand.key = d.glove.key;
   hand.baud = d.glove.baud;
   d.glove_image = deploy::build_glove(d.glove, folder);
   if (d.glove.output == deploy::Output::radio) d.hand_image = deploy::build_hand(hand, folder);
   deploy::write_arduino(d.glove, hand, folder / "arduino");
   measure(d, boards, counts);
-  experiment::write_deployment_report(d, folder);
-  nlohmann::ordered_json json = experiment::to_json(d);
+  report::write_deployment_report(d, folder);
+  nlohmann::ordered_json json = to_json(d);
   json["folder"] = o.out;
   json["model"] = o.model;
   json["version"] = FLEXOR_VERSION;
   return json;
 }
 
-void say(const Options& o, const experiment::Deployment& d, const PairKey& pair) {
+void say(const Options& o, const report::Deployment& d, const PairKey& pair) {
   const bool radio = d.glove.output == deploy::Output::radio;
-  print(experiment::deployment_table(d));
+  print(report::deployment_table(d));
   print(fmt::format("\nimages    {0}/glove.hex{1}\nArduino   {0}/arduino\nreport    {0}/report.html\n", o.out,
                     radio ? fmt::format(", {}/hand.hex", o.out) : ""));
   if (pair.origin == nullptr) return;
@@ -185,12 +185,12 @@ void say(const Options& o, const experiment::Deployment& d, const PairKey& pair)
 }
 
 void run(const Options& o, const Program& program) {
-  experiment::Boards& boards = program.require_boards();
+  study::Boards& boards = program.require_boards();
   require_known(o);
   const twin::Parameters p = twin_parameters(o.twin, o.set);
   const PairKey pair = choose_key(o);
-  experiment::Deployment d = plan(o, p, pair.key);
-  const experiment::Counts counts = experiment::gesture_counts(p, d.glove.model);
+  report::Deployment d = plan(o, p, pair.key);
+  const study::Counts counts = study::gesture_counts(p, d.glove.model);
   d.recording =
       o.recording.empty() ? "the six gestures" : std::filesystem::path(o.recording).filename().string();
   d.error =

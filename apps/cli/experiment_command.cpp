@@ -8,10 +8,10 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "apps/cli/stop.hpp"
-#include "host/experiment/calibration.hpp"
-#include "host/experiment/trial_report.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
+#include "host/report/trial_report.hpp"
+#include "host/study/calibration.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -22,7 +22,7 @@ struct Options {
   std::string twin;
   std::vector<std::string> set;
   double rate_hz = 10;
-  experiment::Plan plan;
+  study::Plan plan;
   std::string folder;
   std::string engine = "twin";
   std::string camera = "angles";
@@ -32,12 +32,12 @@ struct Options {
 };
 
 // "12.3 +- 0.4"; a single trial has no interval.
-std::string with_interval(const experiment::Statistic& s) {
+std::string with_interval(const study::Statistic& s) {
   const std::optional<double> half = s.ci95();
   return fmt::format("{:.1f} +- {}", s.mean(), half ? fmt::format("{:.1f}", *half) : "-");
 }
 
-void distances(const experiment::Distances& d) {
+void distances(const study::Distances& d) {
   if (!d.all) return;
   std::string line = "distance from the published table, rms of ln(ours/published): ";
   if (d.fitted) line += fmt::format("{:.3f} on {} (fitted)", d.fitted->log_rms, describe(*d.fitted));
@@ -47,7 +47,7 @@ void distances(const experiment::Distances& d) {
   print(line + "\n");
 }
 
-void table(const experiment::Result& r, const experiment::Plan& plan) {
+void table(const study::Result& r, const study::Plan& plan) {
   constexpr const char* kRow = "{:<22}{:<16}{:>18}{:>11}{:>9}{:>9}{:>18}{:>8}{:>12}{:>10}\n";
   print(fmt::format("total error E_T in deg s, mean and 95 % interval of {} trial(s), {:g} Hz, seed {}\n\n",
                     plan.trials, 1 / plan.compensators.front().model.sample_period_s, plan.seed));
@@ -58,13 +58,13 @@ void table(const experiment::Result& r, const experiment::Plan& plan) {
   };
   const std::size_t raw = index("raw");
   const std::size_t wiener = index("published-w");
-  const auto ratio = [&](std::size_t m, std::size_t to, const experiment::Cell& cell) {
+  const auto ratio = [&](std::size_t m, std::size_t to, const study::Cell& cell) {
     if (to >= r.compensators.size()) return std::string("-");
     return fmt::format("{:.3f}", cell.total_deg_s.mean() / r.cell(m, to).total_deg_s.mean());
   };
   for (std::size_t m = 0; m < r.motions.size(); ++m) {
     for (std::size_t c = 0; c < r.compensators.size(); ++c) {
-      const experiment::Cell& cell = r.cell(m, c);
+      const study::Cell& cell = r.cell(m, c);
       const std::string gesture =
           c > 0 ? "" : (cell.gesture > 0 ? fmt::format("{} {}", cell.gesture, cell.motion) : cell.motion);
       print(fmt::format(fmt::runtime(kRow), gesture.substr(0, 21), cell.compensator,
@@ -84,52 +84,52 @@ void table(const experiment::Result& r, const experiment::Plan& plan) {
 }
 
 // Mean over the motions, and how much worse than as calibrated.
-void show_scenarios(const std::vector<experiment::ScenarioResult>& scenarios) {
+void show_scenarios(const std::vector<report::ScenarioResult>& scenarios) {
   if (scenarios.empty()) return;
-  const auto mean = [](const experiment::Result& r, std::size_t c) {
+  const auto mean = [](const study::Result& r, std::size_t c) {
     double sum = 0;
     for (std::size_t m = 0; m < r.motions.size(); ++m) sum += r.cell(m, c).total_deg_s.mean();
     return sum / static_cast<double>(r.motions.size());
   };
-  const experiment::Result& base = scenarios.front().result;
+  const study::Result& base = scenarios.front().result;
   print(fmt::format("\n{:<26}", "scenario, mean deg s"));
   for (const std::string& c : base.compensators) print(fmt::format("{:>18}", c));
   print(fmt::format("{:>18}{:>12}\n", "stop hit", "pressed"));
-  for (const experiment::ScenarioResult& s : scenarios) {
+  for (const report::ScenarioResult& s : scenarios) {
     print(fmt::format("{:<26}", s.scenario.name));
     for (std::size_t c = 0; c < base.compensators.size(); ++c) {
       print(fmt::format(
           "{:>18}", fmt::format("{:.1f} (x{:.2f})", mean(s.result, c), mean(s.result, c) / mean(base, c))));
     }
-    const experiment::Stops stops = experiment::stops_of(s.result);
+    const report::Stops stops = report::stops_of(s.result);
     print(fmt::format("{:>18}{:>12}\n", fmt::format("{:.0f} deg/s", stops.impact_deg_s),
                       fmt::format("{:.2f} s", stops.pressed_s)));
   }
   print("\n");
 }
 
-std::vector<experiment::ScenarioResult> run_scenarios(const experiment::Plan& plan,
-                                                      const experiment::TrialProgress& progress) {
-  std::vector<experiment::ScenarioResult> out;
-  for (const experiment::Scenario& scenario : experiment::scenarios()) {
-    experiment::Plan changed = plan;
+std::vector<report::ScenarioResult> run_scenarios(const study::Plan& plan,
+                                                  const study::TrialProgress& progress) {
+  std::vector<report::ScenarioResult> out;
+  for (const study::Scenario& scenario : study::scenarios()) {
+    study::Plan changed = plan;
     for (const std::string& assignment : scenario.set) twin::assign(changed.parameters, assignment);
     if (!plan.folder.empty()) changed.folder = plan.folder / "scenarios" / std::to_string(out.size() + 1);
     changed.lock = nullptr;
-    out.push_back({scenario, experiment::run(changed, progress)});
+    out.push_back({scenario, study::run(changed, progress)});
   }
   return out;
 }
 
-void show(const Options& o, const experiment::Result& result,
-          const std::vector<experiment::ScenarioResult>& scenarios) {
+void show(const Options& o, const study::Result& result,
+          const std::vector<report::ScenarioResult>& scenarios) {
   if (!o.json) {
     table(result, o.plan);
     show_scenarios(scenarios);
     if (!o.folder.empty()) print(fmt::format("report    {}/report.html\n", o.folder));
     return;
   }
-  nlohmann::ordered_json json = experiment::to_json(result, o.plan);
+  nlohmann::ordered_json json = study::to_json(result, o.plan);
   if (result.simulated_s > 0) {
     json["real_time_factor"] = result.real_time_factor();
   } else {
@@ -137,18 +137,18 @@ void show(const Options& o, const experiment::Result& result,
   }
   json["threads"] = result.threads;
   json["resumed_rows"] = result.resumed_rows;
-  for (const experiment::ScenarioResult& s : scenarios) {
+  for (const report::ScenarioResult& s : scenarios) {
     json["scenarios"].push_back(
-        {{"name", s.scenario.name}, {"cells", experiment::to_json(s.result, o.plan).at("cells")}});
+        {{"name", s.scenario.name}, {"cells", study::to_json(s.result, o.plan).at("cells")}});
   }
   print(io::dump(json));
 }
 
-void draw(const experiment::Plan& plan, const experiment::Result& result,
-          const std::vector<experiment::ScenarioResult>& scenarios) {
+void draw(const study::Plan& plan, const study::Result& result,
+          const std::vector<report::ScenarioResult>& scenarios) {
   log("drawing figures ...");
   try {
-    experiment::write_trial_report(plan, result, scenarios, plan.folder);
+    report::write_trial_report(plan, result, scenarios, plan.folder);
   } catch (const std::exception&) {
     if (!plan.stop->load()) throw;  // gnuplot, for one, hears Ctrl-C too
     throw io::Cancelled(fmt::format(
@@ -157,22 +157,21 @@ void draw(const experiment::Plan& plan, const experiment::Result& result,
 }
 
 void play(Options& o, const Program& program) {
-  const experiment::Plan& plan = o.plan;
-  experiment::check(plan);
-  std::optional<experiment::FolderLock> lock;  // until the report is written
+  const study::Plan& plan = o.plan;
+  study::check(plan);
+  std::optional<study::FolderLock> lock;  // until the report is written
   if (!o.folder.empty()) o.plan.lock = &lock.emplace(plan.folder);
-  experiment::Result result;
-  std::vector<experiment::ScenarioResult> scenarios;
+  study::Result result;
+  std::vector<report::ScenarioResult> scenarios;
   {
     ProgressLine line;
     const auto progress = [&](std::size_t done, std::size_t of) { line.step("experiment: batch", done, of); };
-    result = experiment::run(plan, progress);
+    result = study::run(plan, progress);
     if (o.scenarios) scenarios = run_scenarios(plan, progress);
   }
   if (!o.vcd.empty()) {
     log("tracing one trial ...");
-    program.boards->trace(experiment::first_setup(plan, plan.motions.front(), plan.compensators.front()),
-                          o.vcd);
+    program.boards->trace(study::first_setup(plan, plan.motions.front(), plan.compensators.front()), o.vcd);
   }
   if (!o.folder.empty()) {
     draw(plan, result, scenarios);
@@ -181,9 +180,9 @@ void play(Options& o, const Program& program) {
 }
 
 void run(Options& o, const Program& program) {
-  experiment::Plan& plan = o.plan;
+  study::Plan& plan = o.plan;
   if (o.engine == "avr") plan.engine = &program.require_boards();
-  std::unique_ptr<experiment::Engine> filmed;
+  std::unique_ptr<study::Engine> filmed;
   if (o.camera == "rendered") {
     filmed = program.require_cameras().rendered(plan.engine);
     plan.engine = filmed.get();
@@ -193,9 +192,9 @@ void run(Options& o, const Program& program) {
   if (!o.vcd.empty()) io::require_writable(o.vcd);
   plan.parameters = twin_parameters(o.twin, o.set);
   std::vector<std::string> notes;
-  plan.motions = experiment::motions(o.gestures, notes);
+  plan.motions = study::motions(o.gestures, notes);
   for (const std::string& note : notes) log("warning: " + note);
-  plan.compensators = experiment::compensators(o.compensators, o.rate_hz);
+  plan.compensators = study::compensators(o.compensators, o.rate_hz);
   plan.folder = o.folder;
   StopOnSignal stop;
   plan.stop = stop.flag();
@@ -220,14 +219,14 @@ void run_twin(const TwinOptions& o) {
     throw io::InputError("--evaluations and --trials must be at least 1");
   }
   io::require_writable(o.out);
-  experiment::TwinFit fit;
+  study::TwinFit fit;
   {
     ProgressLine line;
-    fit = experiment::calibrate_twin(
-        twin::Parameters(), o.evaluations, o.trials, o.seed, [&](int n, int of, double best) {
-          line.step(fmt::format("rms of ln(ours/published) {:.3f}: evaluation", best),
-                    static_cast<std::size_t>(n), static_cast<std::size_t>(of));
-        });
+    fit = study::calibrate_twin(twin::Parameters(), o.evaluations, o.trials, o.seed,
+                                [&](int n, int of, double best) {
+                                  line.step(fmt::format("rms of ln(ours/published) {:.3f}: evaluation", best),
+                                            static_cast<std::size_t>(n), static_cast<std::size_t>(of));
+                                });
   }
   io::write_file(o.out, twin::to_json(fit.parameters));
   if (o.json) {
@@ -246,7 +245,7 @@ void run_twin(const TwinOptions& o) {
 }
 
 struct GloveOptions {
-  experiment::GloveRequest request;
+  study::GloveRequest request;
   std::string twin;
   std::vector<std::string> set;
   std::string folder;
@@ -257,14 +256,14 @@ void run_glove(GloveOptions& o) {
   o.request.parameters = twin_parameters(o.twin, o.set);
   o.request.folder = o.folder;
   io::require_folder(o.folder);
-  experiment::GloveCalibration result;
+  study::GloveCalibration result;
   {
     ProgressLine line;
-    result = experiment::calibrate_glove(o.request, [&](const std::string& what) { line.show(what); });
+    result = study::calibrate_glove(o.request, [&](const std::string& what) { line.show(what); });
   }
   if (o.json) {
     nlohmann::ordered_json steps = nlohmann::ordered_json::array();
-    for (const experiment::Step& step : result.steps) {
+    for (const study::Step& step : result.steps) {
       steps.push_back({{"name", step.name},
                        {"what", step.what},
                        {"file", o.folder + "/" + step.name + ".json"},
@@ -278,7 +277,7 @@ void run_glove(GloveOptions& o) {
     print(io::dump(json));
     return;
   }
-  for (const experiment::Step& step : result.steps) {
+  for (const study::Step& step : result.steps) {
     print(fmt::format("{:<14}", step.name));
     for (const auto& finger : step.model.fit.items()) {
       print(fmt::format("  {} {:.2f}", finger.key(), finger.value().at("fitted_rmse_deg").get<double>()));
@@ -301,7 +300,7 @@ std::string seed_fault(const std::string& text) {
 }
 
 twin::Parameters twin_parameters(const std::string& file, const std::vector<std::string>& set) {
-  twin::Parameters p = file.empty() ? experiment::shipped_parameters() : twin::load(file);
+  twin::Parameters p = file.empty() ? study::shipped_parameters() : twin::load(file);
   for (const std::string& assignment : set) twin::assign(p, assignment);
   twin::check(p);
   return p;
@@ -396,7 +395,7 @@ void add_twin(CLI::App& app) {
       app.add_subcommand("twin", "The twin's parameters: value, unit and where each comes from");
   command->add_flag("--json", *json, "as a configuration file, to edit and give to --twin");
   command->callback([json] {
-    const twin::Parameters p = experiment::shipped_parameters();
+    const twin::Parameters p = study::shipped_parameters();
     if (*json) {
       print(twin::to_json(p));
       return;

@@ -6,15 +6,15 @@
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
-#include "host/experiment/identification.hpp"
-#include "host/experiment/report.hpp"
+#include "host/identify/identify_files.hpp"
 #include "host/io/json.hpp"
+#include "host/report/report.hpp"
 
 namespace flexor::cli {
 namespace {
 
 struct Options {
-  experiment::Request request;
+  identify::FileRequest request;
   std::string model;
   std::string report;
   std::string joints;
@@ -25,13 +25,13 @@ struct Options {
 // The video's angles as a file: in the report's folder, or in `folder` for the time being.
 std::filesystem::path angles_of_video(const Options& o, const Program& program,
                                       const std::filesystem::path& folder) {
-  experiment::TrackRequest request;
+  filming::TrackRequest request;
   request.video = o.request.files.reference;
   request.joints = o.joints;
   request.lens = o.lens;
   request.out = folder / (request.video.stem().string() + "_angles.csv");
   ProgressLine line;
-  const experiment::Tracked tracked =
+  const filming::Tracked tracked =
       program.require_cameras().track(request, [&](std::size_t frames, std::size_t of) {
         line.step("tracking: frame", frames, of);
         return true;
@@ -40,7 +40,7 @@ std::filesystem::path angles_of_video(const Options& o, const Program& program,
   return request.out;
 }
 
-void show(const experiment::Identification& r) {
+void show(const identify::Identification& r) {
   for (const std::string& warning : r.warnings) log("warning: " + warning);
   print(fmt::format("clock offset      {:+.2f} s, {}\n", r.aligned.clock_offset_s,
                     r.aligned.alignment ? fmt::format("confidence {:.2f}", r.aligned.alignment->confidence)
@@ -82,17 +82,17 @@ void run(Options& o, const Program& program) {
     throw io::InputError("--lens goes with a video: add --joints");
   }
   std::optional<ProgressLine> line(std::in_place);
-  const experiment::Identification result =
-      experiment::identify_files(o.request, [&](std::size_t done, std::size_t of, const std::string& what) {
+  const identify::Identification result =
+      identify::identify_files(o.request, [&](std::size_t done, std::size_t of, const std::string& what) {
         line->step(what + ": fit", done, of);
         return true;
       });
   line.reset();
   // The model first: a report that cannot be drawn must not cost the fit.
   if (!o.model.empty()) model::save(result.model, o.model);
-  if (!o.report.empty()) experiment::write_report(result, o.report);
+  if (!o.report.empty()) report::write_report(result, o.report);
   if (o.json) {
-    print(io::dump(experiment::to_json(result)));
+    print(io::dump(to_json(result)));
     return;
   }
   show(result);
@@ -104,7 +104,7 @@ void run(Options& o, const Program& program) {
 
 void add_identify(CLI::App& app, const Program& program) {
   auto o = std::make_shared<Options>();
-  experiment::Request& r = o->request;
+  identify::FileRequest& r = o->request;
   CLI::App* command = app.add_subcommand(
       "identify", "From a glove log and measured angles to a compensator proven on unseen data");
   command->add_option("--sensor", r.files.sensor, "CSV log of the glove")->required();

@@ -3,8 +3,8 @@
 #include <memory>
 
 #include "apps/cli/commands.hpp"
-#include "host/experiment/boards_report.hpp"
 #include "host/io/json.hpp"
+#include "host/report/boards_report.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -21,21 +21,21 @@ struct Options {
 };
 
 void run(const Options& o, const Program& program) {
-  experiment::Boards& boards = program.require_boards();
+  study::Boards& boards = program.require_boards();
   if (o.edges < 1) throw io::InputError("--edges must be at least 1");
   const twin::Parameters p = twin_parameters(o.twin, o.set);
-  const experiment::Compensator compensator = experiment::compensator(o.model, o.rate_hz);
-  const deploy::Glove glove = experiment::glove_for(p, compensator.model);
+  const study::Compensator compensator = study::compensator(o.model, o.rate_hz);
+  const deploy::Glove glove = study::glove_for(p, compensator.model);
   const double frames_hz = o.rate_hz / deploy::samples_per_frame(glove);
   if (!o.folder.empty()) io::require_folder(o.folder);
   log(fmt::format("{} edges on simulated boards ...", o.edges));
-  const experiment::LatencyBudget budget =
-      experiment::budget_of(boards.latency(p, compensator.model, o.edges, o.seed), o.edges);
+  const report::LatencyBudget budget =
+      report::budget_of(boards.latency(p, compensator.model, o.edges, o.seed), o.edges);
   const std::string title =
       fmt::format("{:g} samples and {:g} frames a second, {:g} baud", o.rate_hz, frames_hz, p.baud);
-  if (!o.folder.empty()) experiment::write_latency_figure(budget, title, o.folder);
+  if (!o.folder.empty()) report::write_latency_figure(budget, title, o.folder);
   if (o.json) {
-    nlohmann::ordered_json json = experiment::to_json(budget);
+    nlohmann::ordered_json json = to_json(budget);
     json["rate_hz"] = o.rate_hz;
     json["frame_rate_hz"] = frames_hz;
     json["seed"] = o.seed;
@@ -45,7 +45,7 @@ void run(const Options& o, const Program& program) {
   }
   print(fmt::format("from a sensor's edge to the motor, ms: {}, {} edges{}\n\n{}", title, budget.edges,
                     budget.lost > 0 ? fmt::format(", {} more lost on the way", budget.lost) : "",
-                    experiment::latency_table(budget)));
+                    report::latency_table(budget)));
   if (!o.folder.empty()) print(fmt::format("\nfigure {}/latency.svg\n", o.folder));
 }
 

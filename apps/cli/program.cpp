@@ -68,12 +68,12 @@ void parse(CLI::App& app, int argc, char** argv) {
 
 }  // namespace
 
-experiment::Boards& Program::require_boards() const {
+study::Boards& Program::require_boards() const {
   if (boards == nullptr) become(*this, "flexor-cosim", "runs the firmware on simulated boards");
   return *boards;
 }
 
-const experiment::Cameras& Program::require_cameras() const {
+const filming::Cameras& Program::require_cameras() const {
   if (cameras == nullptr) become(*this, "flexor-camera", "sees videos");
   return *cameras;
 }
@@ -120,7 +120,7 @@ void guard_options(CLI::App& app) {
 
 }  // namespace
 
-int run(int argc, char** argv, experiment::Boards* boards, const experiment::Cameras* cameras) {
+int run(int argc, char** argv, study::Boards* boards, const filming::Cameras* cameras) {
   constexpr int kFailed = 1;
   constexpr int kBadInput = 2;
   std::signal(SIGPIPE, SIG_IGN);

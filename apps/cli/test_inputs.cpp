@@ -5,8 +5,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "apps/camera/film.hpp"
 #include "host/camera/video.hpp"
-#include "host/experiment/film.hpp"
 #include "host/io/io.hpp"
 #include "host/twin/hand_view.hpp"
 
@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 constexpr int kFrames = 20;
 
 void film(const fs::path& folder) {
-  using flexor::experiment::HandFilm;
+  using flexor::filming::HandFilm;
   HandFilm hand(1);
   flexor::camera::VideoWriter video(folder / "video.mp4", HandFilm::kWidth, HandFilm::kHeight, 30);
   for (int k = 0; k < kFrames; ++k) {
@@ -28,7 +28,7 @@ void film(const fs::path& folder) {
     video.add(hand.shoot(mcp_deg, static_cast<std::uint64_t>(k), flexor::twin::kGreen));
   }
   video.finish();
-  flexor::io::write_file(folder / "joints.json", flexor::camera::to_json(flexor::experiment::paper_hand()));
+  flexor::io::write_file(folder / "joints.json", flexor::camera::to_json(flexor::filming::paper_hand()));
 }
 
 // A board of 10 x 7 squares, turned about both axes, seen by a pinhole of 600 pixels; each pixel is the mean

@@ -9,14 +9,14 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "apps/cli/stop.hpp"
-#include "host/experiment/catalogue.hpp"
 #include "host/io/json.hpp"
+#include "host/study/catalogue.hpp"
 
 namespace flexor::cli {
 namespace {
 
 struct Options {
-  experiment::TrackRequest request;
+  filming::TrackRequest request;
   bool setup = false;
   double at_s = 0;
   std::string skeleton;
@@ -73,8 +73,8 @@ std::size_t skeleton_index(const std::string& joints, const std::string& wanted)
       fmt::format("{}: no skeleton is called \"{}\"; there are: {}", joints, wanted, fmt::join(names, ", ")));
 }
 
-void run_setup(const Options& o, const experiment::Cameras& cameras) {
-  experiment::SetupRequest request;
+void run_setup(const Options& o, const filming::Cameras& cameras) {
+  filming::SetupRequest request;
   request.video = o.request.video;
   request.joints = o.request.joints;
   request.at_s = o.at_s;
@@ -131,7 +131,7 @@ void run_setup(const Options& o, const experiment::Cameras& cameras) {
 }
 
 void run(const Options& o, const Program& program) {
-  const experiment::Cameras& cameras = program.require_cameras();
+  const filming::Cameras& cameras = program.require_cameras();
   if (o.setup) {
     run_setup(o, cameras);
     return;
@@ -139,7 +139,7 @@ void run(const Options& o, const Program& program) {
   // A camera has no end of its own: Ctrl-C is how its recording is finished.
   std::optional<StopOnSignal> stop;
   if (std::filesystem::is_character_file(o.request.video)) stop.emplace();
-  experiment::Tracked result;
+  filming::Tracked result;
   {
     ProgressLine line;
     result = cameras.track(o.request, [&](std::size_t frames, std::size_t of) {
@@ -150,7 +150,7 @@ void run(const Options& o, const Program& program) {
   if (stop && *stop->flag()) result.warnings.emplace_back("interrupted: what was tracked until then is kept");
   for (const std::string& warning : result.warnings) log("warning: " + warning);
   if (o.json) {
-    print(io::dump(experiment::to_json(result, o.request)));
+    print(io::dump(to_json(result, o.request)));
     return;
   }
   const camera::Summary& s = result.summary;
@@ -177,7 +177,7 @@ struct CalibrateOptions {
 };
 
 void run_calibrate(const CalibrateOptions& o, const Program& program) {
-  const experiment::Cameras& cameras = program.require_cameras();
+  const filming::Cameras& cameras = program.require_cameras();
   camera::Board board;
   const auto x = o.board.find('x');
   const char* const end = o.board.data() + o.board.size();
@@ -212,7 +212,7 @@ void run_calibrate(const CalibrateOptions& o, const Program& program) {
 }
 
 struct FilmOptions {
-  experiment::FilmRequest request;
+  filming::FilmRequest request;
   std::string gestures = "1-6";
   std::string twin;
   std::vector<std::string> set;
@@ -220,11 +220,11 @@ struct FilmOptions {
 };
 
 void run_film(FilmOptions& o, const Program& program) {
-  const experiment::Cameras& cameras = program.require_cameras();
+  const filming::Cameras& cameras = program.require_cameras();
   o.request.parameters = twin_parameters(o.twin, o.set);
   io::require_folder(o.request.folder);
-  o.request.motions = experiment::motions(o.gestures);
-  o.request.motions.insert(o.request.motions.begin(), experiment::calibration_motion());
+  o.request.motions = study::motions(o.gestures);
+  o.request.motions.insert(o.request.motions.begin(), study::calibration_motion());
   std::size_t frames = 0;
   {
     ProgressLine line;

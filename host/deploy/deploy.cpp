@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <sstream>
 
-#include "host/deploy/process.hpp"
 #include "host/deploy/sources.hpp"
 #include "host/io/io.hpp"
+#include "host/io/process.hpp"
 #include "host/model/fixed_error.hpp"
 
 namespace flexor::deploy {
@@ -28,7 +28,7 @@ void write_sources(const fs::path& folder) {
 }
 
 std::string checked(const std::vector<std::string>& argv, const fs::path& temporaries) {
-  const ProcessResult result = run_process(argv, temporaries);
+  const io::ProcessResult result = io::run_process(argv, temporaries);
   if (result.status == 0) return result.out;
   // The first error says it; what follows from it fills pages.
   const std::size_t error = result.err.find("error: ");
@@ -128,7 +128,7 @@ void write_library(const fs::path& folder, const std::string& name, const std::s
 
 void require_toolchain() {
   for (const char* program : {kCompiler, "avr-objcopy", "avr-size"}) {
-    if (find_program(program).empty()) throw InputError(fmt::format("{} is missing: {}", program, kHint));
+    if (io::find_program(program).empty()) throw InputError(fmt::format("{} is missing: {}", program, kHint));
   }
 }
 

@@ -7,8 +7,8 @@
 
 #include "host/deploy/calibration.hpp"
 #include "host/deploy/pair_key.hpp"
-#include "host/deploy/process.hpp"
 #include "host/io/io.hpp"
+#include "host/io/process.hpp"
 
 namespace flexor::deploy {
 namespace {
@@ -192,7 +192,7 @@ TEST_F(Deploy, ArduinoFoldersCompileInTheArduinosDialect) {
       if (entry.path().extension() == ".cpp") command.push_back(entry.path().string());
     }
     command.insert(command.end(), {"-o", (folder_ / "sketch.elf").string()});
-    const ProcessResult result = run_process(command);
+    const io::ProcessResult result = io::run_process(command);
     EXPECT_EQ(result.status, 0) << room << result.err.substr(0, 2000);
   }
 }

@@ -1,0 +1,56 @@
+// What was measured of deployed firmware, for people: tables, figures, report.
+#pragma once
+
+#include "host/deploy/deploy.hpp"
+#include "host/study/boards.hpp"
+
+namespace flexor::report {
+
+using namespace study;
+
+struct LatencyBudget {
+  struct Stage {
+    double mean_ms = 0;
+    double min_ms = 0;
+    double max_ms = 0;
+  };
+  int edges = 0;  // that came through
+  int lost = 0;   // of which the frame that told them first was lost on the way
+  std::array<Stage, kLatencyStages.size()> stage{};
+  Stage total;
+};
+// Of those that came through out of `asked`.
+LatencyBudget budget_of(const std::vector<Latency>& edges, int asked);
+std::string latency_table(const LatencyBudget& budget);
+nlohmann::ordered_json to_json(const LatencyBudget& budget);
+// latency.svg and latency.csv.
+void write_latency_figure(const LatencyBudget& budget, const std::string& title,
+                          const std::filesystem::path& folder);
+
+// All that `flexor deploy` says.
+struct Deployment {
+  deploy::Glove glove;
+  deploy::Image glove_image;
+  deploy::Image hand_image;  // empty with output opengloves
+  GloveFigures glove_figures;
+  HandFigures hand_figures;
+  deploy::Error error;
+  std::string recording;  // what the error was measured over, beside the whole range
+};
+
+// The sample period's parts, ms.
+struct TimeBudget {
+  double period_ms = 0;
+  double adc_ms = 0;
+  double compute_ms = 0;  // worst, frame sealed
+  double uart_ms = 0;     // of a frame
+  double frame_period_ms = 0;
+};
+TimeBudget time_budget(const Deployment& deployment);
+
+std::string deployment_table(const Deployment& deployment);
+nlohmann::ordered_json to_json(const Deployment& deployment);
+// report.html and time_budget.svg.
+void write_deployment_report(const Deployment& deployment, const std::filesystem::path& folder);
+
+}  // namespace flexor::report

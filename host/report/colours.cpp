@@ -1,0 +1,48 @@
+#include "host/report/colours.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+
+namespace flexor::report {
+namespace {
+
+struct Fixed {
+  const char* name;
+  const char* colour;
+};
+// Colours that stay apart for colour-blind readers (Okabe, Ito 2008; the last four after Tol 2021).
+constexpr Fixed kPublishedColours[] = {
+    {"raw", "#E69F00"}, {"published-w", "#56B4E9"}, {"published-hw", "#D55E00"}};
+constexpr const char* kOthers[] = {"#009E73", "#0072B2", "#CC79A7", "#882255",
+                                   "#332288", "#999933", "#777777"};
+
+std::size_t pick(const std::string& name) {
+  std::uint32_t hash = 2166136261U;  // FNV-1a
+  for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
+  return hash % std::size(kOthers);
+}
+
+}  // namespace
+
+std::vector<std::string> colours_of(const std::vector<std::string>& compensators) {
+  std::vector<std::string> out;
+  for (const std::string& name : compensators) {
+    const auto fixed = std::ranges::find(kPublishedColours, name, &Fixed::name);
+    if (fixed != std::end(kPublishedColours)) {
+      out.emplace_back(fixed->colour);
+      continue;
+    }
+    std::size_t at = pick(name);
+    for (std::size_t tried = 0; tried < std::size(kOthers); ++tried) {
+      const std::size_t next = (pick(name) + tried) % std::size(kOthers);
+      if (std::ranges::find(out, kOthers[next]) != out.end()) continue;
+      at = next;
+      break;
+    }
+    out.emplace_back(kOthers[at]);
+  }
+  return out;
+}
+
+}  // namespace flexor::report

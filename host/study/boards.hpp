@@ -1,0 +1,89 @@
+// The experiment's boards: what is deployed on them, and what can be asked of them. Who runs their firmware
+// is another program's affair (cosim/, with a licence of its own), so that this is only the interface.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/deploy/calibration.hpp"
+#include "host/study/trials.hpp"
+
+namespace flexor::study {
+
+// The pair's key in every simulated run.
+deploy::Key bench_key();
+
+// What the twin's glove and radio ask of the glove's firmware. A model of the divider's alpha reads the
+// divider of the twin, one of counts the ADC's counts as they are, any other needs a calibration. Throws
+// io::InputError.
+deploy::Glove glove_for(const twin::Parameters& parameters, const model::Model& model,
+                        const deploy::Calibration& calibration = {});
+
+// The twin's hand as it is: loop, limits and end stops of the published system.
+deploy::Hand twin_hand(const twin::Parameters& parameters, const model::Model& model);
+
+// The same motors and joints with a loop that one may let loose: commands inside Psi, bounded effort and
+// speed, stall detection, feed-forward of the motor's own back-EMF.
+deploy::Hand safe_hand(const twin::Parameters& parameters, const model::Model& model);
+
+using Counts = std::vector<std::array<int, kFingers>>;  // ADC readings, sample by sample
+
+// The readings of trial 0 of the six gestures, one after the other, at the model's rate; of all fingers,
+// whichever it has.
+Counts gesture_counts(const twin::Parameters& parameters, const model::Model& model);
+
+struct CycleStatistic {
+  std::uint64_t count = 0;
+  std::uint64_t sum = 0;
+  std::uint64_t worst = 0;
+  void add(std::uint64_t cycles) {
+    ++count;
+    sum += cycles;
+    worst = cycles > worst ? cycles : worst;
+  }
+  double mean() const { return count > 0 ? static_cast<double>(sum) / static_cast<double>(count) : 0; }
+};
+
+struct GloveFigures {
+  std::size_t samples = 0;
+  std::size_t frames = 0;
+  std::size_t angles = 0;      // compared with the host's runtime
+  std::size_t mismatches = 0;  // messages of which one bit differs, or that never came
+  CycleStatistic step;  // compensator, five channels; without the first, which starts it; markers subtracted
+  CycleStatistic sample;  // all of a sample's work until a frame is sealed
+  int stack_bytes = 0;
+  double awake_share = 0;
+};
+
+struct HandFigures {
+  CycleStatistic tick;  // five position loops, motors included
+  int stack_bytes = 0;
+  double awake_share = 0;
+};
+
+// From a sensor's edge to the motor, stage by stage.
+inline constexpr std::array<const char*, 6> kLatencyStages = {"wait for the ADC", "sample and compute",
+                                                              "wait for a frame", "UART and radio",
+                                                              "verify",           "next motor command"};
+using Latency = std::array<double, kLatencyStages.size()>;  // ms
+
+class Boards : public Engine {
+ public:
+  // The glove's image on these readings, against the host.
+  virtual GloveFigures run_glove(const std::filesystem::path& elf, const deploy::Glove& glove,
+                                 const Counts& counts) const = 0;
+  // The hand's image with frames coming in as fast as the radio carries them.
+  virtual HandFigures run_hand(const std::filesystem::path& elf, const deploy::Glove& glove,
+                               double seconds) const = 0;
+  // Sensor edges at random times, both boards and the radio in between. An edge whose first frame the radio
+  // loses is left out.
+  virtual std::vector<Latency> latency(const twin::Parameters& parameters, const model::Model& model,
+                                       int edges, std::uint64_t seed) const = 0;
+  // Trial 0 with all signals as a value change dump.
+  virtual void trace(const twin::Setup& setup, const std::filesystem::path& vcd) = 0;
+};
+
+}  // namespace flexor::study

@@ -1,0 +1,57 @@
+// What the names on a command line mean: compensators, motions, scenarios, and the article's figures.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/model/model.hpp"
+#include "host/twin/motion.hpp"
+#include "host/twin/parameters.hpp"
+
+namespace flexor::study {
+
+using twin::kFingers;
+
+struct Compensator {
+  std::string name;
+  model::Model model;
+};
+
+// "raw", "published-w", "published-hw", or a model file; sampled at rate_hz. Throws io::InputError, listing
+// the known.
+Compensator compensator(const std::string& name, double rate_hz);
+
+// Several of them with commas. A model file is called by its stem, or by its whole path where that is the
+// name of another compensator in the list or of a published one. Throws io::InputError for the same one
+// twice.
+std::vector<Compensator> compensators(const std::string& list, double rate_hz);
+
+// Throws io::InputError unless `name` can stand in a table: not empty, no comma, quote or control character.
+void require_name(const std::string& name, const std::string& what);
+
+// "1-6", "1,3", files of gestures (.json) and of recorded motion (.csv, and .txt of GraspDB), separated by
+// commas. Throws io::InputError: unknown, malformed, a name that cannot stand in a table, the same twice.
+// `notes` gets what was repaired in recorded ones, a line each.
+std::vector<twin::Motion> motions(const std::string& list, std::vector<std::string>& notes);
+std::vector<twin::Motion> motions(const std::string& list);
+twin::Motion calibration_motion();
+
+// The twin's configuration as shipped: fitted to the published averages of gestures 1 to 4.
+twin::Parameters shipped_parameters();
+
+// The experiment once more with a part of the twin changed.
+struct Scenario {
+  std::string name;
+  std::vector<std::string> set;  // "radio.loss=0.05"
+};
+
+// models/scenarios.json.
+std::vector<Scenario> scenarios();
+
+inline constexpr std::size_t kPublishedCompensators = 3;
+
+// The article's average of three trials: gesture 1 to 6; "raw", "published-w", "published-hw".
+std::optional<double> published_error_deg_s(int gesture, const std::string& compensator);
+
+}  // namespace flexor::study

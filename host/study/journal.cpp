@@ -1,0 +1,177 @@
+#include "host/study/journal.hpp"
+
+#include <fcntl.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+
+#include "host/io/io.hpp"
+
+namespace flexor::study {
+namespace {
+namespace fs = std::filesystem;
+
+std::string me() {
+  std::array<char, 256> host{};
+  if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '?';
+  return fmt::format("process {} on {} since {:%F %T}\n", ::getpid(), host.data(),
+                     fmt::localtime(std::time(nullptr)));
+}
+
+// The first line of a lock; anything may have been put there.
+std::string holder(int file) {
+  std::array<char, 200> text{};
+  const ssize_t bytes = ::pread(file, text.data(), text.size(), 0);
+  std::string out(text.data(), static_cast<std::size_t>(std::max<ssize_t>(bytes, 0)));
+  out = out.substr(0, out.find('\n'));
+  std::ranges::replace_if(
+      out, [](char c) { return static_cast<unsigned char>(c) < ' '; }, '?');
+  return out.empty() ? "another process" : out;
+}
+
+// Whoever is done with a lock removes it: what was opened just before must not count.
+bool is_still_there(int file, const fs::path& path) {
+  struct stat mine {};
+  struct stat there {};
+  return ::fstat(file, &mine) == 0 && ::stat(path.c_str(), &there) == 0 && mine.st_ino == there.st_ino &&
+         mine.st_dev == there.st_dev;
+}
+
+bool write_all(int file, const std::string& text) {
+  for (std::size_t done = 0; done < text.size();) {
+    const ssize_t bytes = ::write(file, text.data() + done, text.size() - done);
+    if (bytes < 0 && errno == EINTR) continue;
+    if (bytes <= 0) return false;
+    done += static_cast<std::size_t>(bytes);
+  }
+  return true;
+}
+
+std::uintmax_t size_of(const fs::path& path) {
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(path, error);
+  return error ? 0 : size;
+}
+
+}  // namespace
+
+FolderLock::FolderLock(fs::path folder) : folder_(std::move(folder)) {
+  io::require_folder(folder_);
+  std::error_code error;
+  made_ = !fs::exists(folder_, error);
+  io::make_folder(folder_);
+  const fs::path path = folder_ / "lock";
+  for (;;) {
+    file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
+    if (file_ < 0) {
+      throw io::InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno)));
+    }
+    if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
+      const int reason = errno;
+      const std::string who = holder(file_);
+      ::close(file_);
+      if (reason != EWOULDBLOCK) {
+        throw io::InputError(fmt::format("{}: cannot be locked: {}", path.string(), std::strerror(reason)));
+      }
+      throw io::InputError(
+          fmt::format("{}: another run works in this folder ({}): wait for it or choose another folder",
+                      folder_.string(), who));
+    }
+    if (is_still_there(file_, path)) break;
+    ::close(file_);
+  }
+  // Who, for others' information: the lock holds without it, on a full disk too.
+  if (::ftruncate(file_, 0) == 0) (void)write_all(file_, me());
+}
+
+FolderLock::~FolderLock() {
+  std::error_code ignored;
+  fs::remove(folder_ / "lock", ignored);
+  if (made_) ::rmdir(folder_.c_str());  // if it is empty
+  ::close(file_);
+}
+
+Journal::Journal(const fs::path& folder, const std::string& settings, const std::string& header)
+    : folder_(folder), path_(folder / "trials.csv"), header_(header) {
+  std::error_code error;
+  if (fs::exists(path_, error) && !fs::is_regular_file(path_, error)) {
+    throw io::InputError(fmt::format("{}: is no ordinary file; choose another folder", path_.string()));
+  }
+  old_.open(path_, std::ios::binary);
+  std::string line;
+  const bool whole = old_.is_open() && std::getline(old_, line) && !old_.eof();
+  if (whole && line + "\n" != header) {
+    throw io::InputError(
+        fmt::format("{}: its columns are not those of this version of Flexor: choose another "
+                    "folder or remove it",
+                    path_.string()));
+  }
+  require_same_run(settings, header);
+  if (whole) kept_bytes_ = read_bytes_ = header.size();
+}
+
+Journal::~Journal() {
+  if (file_ >= 0) ::close(file_);
+}
+
+void Journal::require_same_run(const std::string& settings, const std::string& header) {
+  const fs::path path = folder_ / "run.json";
+  if (size_of(path) > 0) {
+    if (io::read_file(path) == settings) return;
+    throw io::InputError(
+        fmt::format("{} holds the results of other settings (see run.json there): choose another folder "
+                    "or remove it",
+                    folder_.string()));
+  }
+  // run.json is written first: rows without it are somebody else's.
+  if (size_of(path_) > header.size()) {
+    throw io::InputError(fmt::format(
+        "{}: no run.json beside it says what these trials are: choose another folder or remove it",
+        path_.string()));
+  }
+  io::write_file(path, settings);
+}
+
+bool Journal::next(std::string& row) {
+  if (kept_bytes_ == 0 || !std::getline(old_, row) || old_.eof()) return false;
+  read_bytes_ += row.size() + 1;
+  return true;
+}
+
+void Journal::start() {
+  old_.close();
+  file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  if (file_ < 0) fail(errno);
+  if (::ftruncate(file_, static_cast<off_t>(kept_bytes_)) != 0) fail(errno);
+  if (::lseek(file_, 0, SEEK_END) < 0) fail(errno);
+  if (kept_bytes_ == 0) append(header_);
+}
+
+void Journal::append(const std::string& rows) {
+  if (!write_all(file_, rows)) fail(errno);
+  kept_bytes_ += rows.size();
+}
+
+void Journal::finish() {
+  if (::fsync(file_) != 0 && errno != EINVAL) fail(errno);  // EINVAL: this file system has nothing to do
+  const int closed = ::close(file_);
+  file_ = -1;
+  if (closed != 0) fail(errno);
+}
+
+void Journal::fail(int error) {
+  // Half of a batch would only be cut off by the next run; and what is not there needs no room.
+  if (file_ >= 0 && ::ftruncate(file_, static_cast<off_t>(kept_bytes_)) != 0)
+    error = error != 0 ? error : errno;
+  throw io::JobError(fmt::format("{}: cannot be written: {}", path_.string(), std::strerror(error)));
+}
+
+}  // namespace flexor::study

@@ -1,0 +1,67 @@
+// What an experiment keeps in its folder, so that it survives being killed at any instant:
+//   run.json    the settings; a run goes on only with the same
+//   trials.csv  a header and the rows of whole batches, in order; what follows the last whole one is cut off
+//   lock        held with flock(2) while somebody works there; says who. Gone when they are done
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace flexor::study {
+
+// While this lives nobody else holds the folder, in this process or another one. Makes the folder; takes it
+// away again if nothing was put into it.
+class FolderLock {
+ public:
+  // Throws io::InputError: the folder cannot be made or written, or somebody, who is named, works in it.
+  explicit FolderLock(std::filesystem::path folder);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  std::filesystem::path folder_;
+  bool made_ = false;
+  int file_ = -1;
+};
+
+// First next() and keep() until the rows end, then start(), append() and finish(). The folder is locked.
+class Journal {
+ public:
+  // `settings` and `header` are whole lines. Throws io::InputError: another run's folder.
+  Journal(const std::filesystem::path& folder, const std::string& settings, const std::string& header);
+  ~Journal();
+  Journal(const Journal&) = delete;
+  Journal& operator=(const Journal&) = delete;
+
+  // The next row without its newline; false at the end, and for a last row that lacks its newline.
+  bool next(std::string& row);
+
+  // All rows that next() gave stay.
+  void keep() { kept_bytes_ = read_bytes_; }
+
+  // Cuts off what was not kept. Throws io::JobError.
+  void start();
+
+  // All of `rows`, or an io::JobError and nothing of them.
+  void append(const std::string& rows);
+
+  // The file is whole and on the disk; throws io::JobError otherwise.
+  void finish();
+
+ private:
+  void require_same_run(const std::string& settings, const std::string& header);
+  [[noreturn]] void fail(int error);
+
+  std::filesystem::path folder_;
+  std::filesystem::path path_;
+  std::string header_;
+  std::ifstream old_;
+  std::uintmax_t read_bytes_ = 0;
+  std::uintmax_t kept_bytes_ = 0;
+  int file_ = -1;
+};
+
+}  // namespace flexor::study

@@ -1,0 +1,164 @@
+#include "host/study/recorded_motion.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <sstream>
+
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+#include "host/model/model.hpp"
+#include "host/recording/csv.hpp"
+#include "host/recording/resample.hpp"
+
+namespace flexor::study {
+namespace {
+
+using io::InputError;
+using twin::kFingers;
+
+// A finger's flexion, zero when straight, on the hand's scale: its lower limit is straight, a degree is a
+// degree.
+twin::Motion recorded(const std::string& name, std::vector<double> t_s,
+                      std::array<std::vector<double>, kFingers> flexion_deg) {
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    const double lower = i == 0 ? 90 : 28;
+    const double upper = i == 0 ? 170 : 113;
+    for (double& angle : flexion_deg[i]) angle = std::clamp(lower + angle, lower, upper);
+  }
+  return twin::Motion::from_samples(name, std::move(t_s), std::move(flexion_deg));
+}
+
+// What is kept in memory grows with the rows, not with the time between them.
+constexpr double kLongestPause_s = 60;
+
+// From 0. `row(i)` says where sample i is.
+std::vector<double> motion_time(const std::vector<double>& t_s, const std::string& file,
+                                const std::function<std::string(std::size_t)>& row) {
+  if (t_s.size() < 2) throw InputError(fmt::format("{}: a motion needs at least two rows", file));
+  for (std::size_t i = 1; i < t_s.size(); ++i) {
+    const double pause_s = t_s[i] - t_s[i - 1];
+    if (pause_s > kLongestPause_s) {
+      throw InputError(
+          fmt::format("{}: {}: its time is {:g} s after the row before, and a motion pauses {:g} s "
+                      "at most; mend or remove the row",
+                      file, row(i), pause_s, kLongestPause_s));
+    }
+  }
+  const double lasts_s = t_s.back() - t_s.front();
+  if (!(lasts_s >= 0.01 && lasts_s <= twin::kMaxDuration_s)) {
+    throw InputError(
+        fmt::format("{}: lasts {:g} s; a motion lasts 0.01 to {:g} s", file, lasts_s, twin::kMaxDuration_s));
+  }
+  return recording::since_start(t_s);
+}
+
+// The row of a log that has this time, as an editor counts.
+std::string row_at(const std::string& text, const std::vector<std::string>& columns, double t_s) {
+  std::istringstream stream(text);
+  recording::CsvReader reader(stream, "", {.columns = columns, .time_unit = {}});
+  for (recording::Row row; reader.next(row);) {
+    if (row.t_s == t_s) return fmt::format("row {}", row.line);
+  }
+  return fmt::format("time {:g}", t_s);
+}
+
+class GraspReader {
+ public:
+  explicit GraspReader(const std::filesystem::path& source) : source_(source) {}
+
+  twin::Motion read(const std::string& text) {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+      ++row_;
+      if (line.find_first_not_of(" \t\r") != std::string::npos) add(line);
+    }
+    std::vector<double> t_s =
+        motion_time(t_s_, source_.string(), [&](std::size_t i) { return fmt::format("row {}", rows_[i]); });
+    // The glove's zero is its own: the straightest that each finger gets counts as straight.
+    for (auto& finger : flexion_deg_) {
+      const double straight = *std::ranges::min_element(finger);
+      for (double& angle : finger) angle -= straight;
+    }
+    return recorded(io::to_utf8(source_.stem().string()), std::move(t_s), std::move(flexion_deg_));
+  }
+
+ private:
+  static constexpr std::size_t kJoint[kFingers] = {2, 5, 9, 13, 17};
+  static constexpr std::size_t kClock = 7;
+  static constexpr std::size_t kFields = kClock + 23;
+  static constexpr double kMaxJoint_rad = 2 * std::numbers::pi;
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(fmt::format("{}: row {}: {}; mend or remove the row", source_.string(), row_, what));
+  }
+
+  void add(const std::string& line) {
+    std::istringstream fields(line);
+    std::vector<double> v;
+    for (double x = 0; fields >> x;) v.push_back(x);
+    if (v.size() != kFields || !fields.eof()) {
+      fail(fmt::format("{} number(s) where a date, a flag and 23 joint angles make {}", v.size(), kFields));
+    }
+    const bool clock =
+        v[2] >= 1 && v[2] <= 31 && v[3] >= 0 && v[3] < 24 && v[4] >= 0 && v[4] < 60 && v[5] >= 0 && v[5] < 61;
+    if (!clock) fail(fmt::format("day {:g}, {:g}:{:g}:{:g} is no time", v[2], v[3], v[4], v[5]));
+    for (std::size_t j = kClock; j < kFields; ++j) {
+      if (!(std::abs(v[j]) <= kMaxJoint_rad)) fail(fmt::format("{:g} is no joint angle in radians", v[j]));
+    }
+    const double t = ((v[2] * 24 + v[3]) * 60 + v[4]) * 60 + v[5];
+    if (!t_s_.empty() && t == t_s_.back()) return;  // some rows repeat the one before
+    if (!t_s_.empty() && t < t_s_.back()) fail("the time goes backwards");
+    t_s_.push_back(t);
+    rows_.push_back(row_);
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      flexion_deg_[i].push_back(-v[kClock - 1 + kJoint[i]] * 180 / std::numbers::pi);
+    }
+  }
+
+  const std::filesystem::path& source_;
+  int row_ = 0;
+  std::vector<double> t_s_;
+  std::vector<int> rows_;  // of each sample
+  std::array<std::vector<double>, kFingers> flexion_deg_;
+};
+
+}  // namespace
+
+twin::Motion csv_motion(const std::string& text, const std::filesystem::path& source,
+                        std::vector<std::string>& notes) {
+  std::vector<std::string> columns;
+  for (const std::string& finger : model::finger_names()) columns.push_back(finger + "_deg");
+  recording::Recording r = recording::parse_csv(text, source.string(), columns);
+  notes.insert(notes.end(), r.warnings.begin(), r.warnings.end());
+  std::vector<double> t_s =
+      motion_time(r.t_s, source.string(), [&](std::size_t i) { return row_at(text, columns, r.t_s[i]); });
+  std::array<std::vector<double>, kFingers> angle_deg;
+  double largest_deg = 0;
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    angle_deg[i] = r.column(columns[i]).value;
+    const auto [low, high] = std::ranges::minmax(angle_deg[i]);
+    if (low < 0 || high > 180) {
+      throw InputError(
+          fmt::format("{}: column {}: {:g} to {:g} is no joint's range; write degrees between 0 and 180",
+                      source.string(), columns[i], low, high));
+    }
+    largest_deg = std::max(largest_deg, high);
+  }
+  if (largest_deg < 4) {
+    throw InputError(fmt::format("{}: no angle above {:g}: are these radians? Write degrees", source.string(),
+                                 largest_deg));
+  }
+  return twin::Motion::from_samples(io::to_utf8(source.stem().string()), std::move(t_s),
+                                    std::move(angle_deg));
+}
+
+twin::Motion grasp_motion(const std::string& text, const std::filesystem::path& source) {
+  return GraspReader(source).read(text);
+}
+
+}  // namespace flexor::study

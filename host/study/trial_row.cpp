@@ -1,0 +1,50 @@
+#include "host/study/trial_row.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <charconv>
+#include <cmath>
+
+#include "host/model/model.hpp"
+
+namespace flexor::study {
+
+std::string header_of_rows() {
+  std::string out = "motion,compensator,trial,total_error_deg_s,lag_removed_deg_s,lag_s";
+  for (const char* what : {"error_deg_s", "impact_deg_s", "pressed_s"}) {
+    for (const std::string& finger : model::finger_names()) out += fmt::format(",{}_{}", finger, what);
+  }
+  return out + ",frames_sent,frames_lost\n";
+}
+
+std::string text_of_row(const std::string& motion, const std::string& compensator, int trial,
+                        const TrialRow& row) {
+  std::string out = fmt::format("{},{},{},{},{},{}", motion, compensator, trial, row.total_deg_s,
+                                row.lag_removed_deg_s, row.lag_s);
+  for (const auto* values : {&row.finger_deg_s, &row.impact_deg_s, &row.pressed_s}) {
+    out += fmt::format(",{}", fmt::join(*values, ","));
+  }
+  return out + fmt::format(",{},{}\n", row.sent, row.lost);
+}
+
+bool parse_row(const std::string& line, const std::string& motion, const std::string& compensator, int trial,
+               TrialRow& row) {
+  const std::string start = fmt::format("{},{},{},", motion, compensator, trial);
+  if (!line.starts_with(start)) return false;
+  const char* at = line.data() + start.size();
+  const char* const end = line.data() + line.size();
+  const auto number = [&](auto& value) {
+    const auto [stop, error] = std::from_chars(at, end, value);
+    at = stop;
+    return error == std::errc() && std::isfinite(static_cast<double>(value));
+  };
+  const auto next = [&](auto& value) { return number(value) && at < end && *at++ == ','; };
+  bool good = next(row.total_deg_s) && next(row.lag_removed_deg_s) && next(row.lag_s);
+  for (auto* values : {&row.finger_deg_s, &row.impact_deg_s, &row.pressed_s}) {
+    for (double& value : *values) good = good && next(value);
+  }
+  return good && next(row.sent) && number(row.lost) && at == end && row.sent >= 0 && row.lost >= 0;
+}
+
+}  // namespace flexor::study

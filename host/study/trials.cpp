@@ -1,0 +1,468 @@
+#include "host/study/trials.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+#include "host/score/trial.hpp"
+#include "host/study/trial_row.hpp"
+#include "host/twin/random.hpp"
+
+namespace flexor::study {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using io::InputError;
+
+// Two-sided 95 % quantile of Student's t.
+double student_t(int degrees) {
+  constexpr double kTable[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
+  if (degrees <= 10) return kTable[degrees - 1];
+  const double z = 1.959964;
+  const double n = degrees;
+  return z + (z * z * z + z) / (4 * n) + (5 * std::pow(z, 5) + 16 * z * z * z + 3 * z) / (96 * n * n);
+}
+
+std::vector<twin::Trial> play(const Plan& plan, const twin::Setup& setup, std::uint64_t first, int count) {
+  return plan.engine != nullptr ? plan.engine->simulate(setup, first, count)
+                                : twin::simulate(setup, first, count);
+}
+
+// A batch of trials of one motion: every compensator meets the same trials.
+struct Job {
+  std::size_t motion;
+  int first;
+  int count;
+};
+using JobRows = std::vector<std::vector<TrialRow>>;  // [compensator][trial]
+
+// Each motion has trials of its own, whichever others are in the plan.
+std::uint64_t seed_of_motion(std::uint64_t seed, const std::string& name) {
+  for (const char c : name) seed = twin::seed_of(seed, static_cast<unsigned char>(c));
+  return seed;
+}
+
+class Runner {
+ public:
+  Runner(const Plan& plan, const TrialProgress& progress) : plan_(plan), progress_(progress) {
+    if (plan.engine != nullptr) batch_ = plan.engine->batch();
+    const std::int64_t batches = (std::int64_t{plan.trials} + batch_ - 1) / batch_;
+    jobs_ = static_cast<std::size_t>(batches) * plan.motions.size();
+    for (const twin::Motion& motion : plan.motions) {
+      result_.motions.push_back(motion.name());
+      for (const Compensator& c : plan.compensators) {
+        Cell cell;
+        cell.motion = motion.name();
+        cell.gesture = motion.number();
+        cell.compensator = c.name;
+        cell.difference_deg_s.resize(plan.compensators.size());
+        cell.published_deg_s = published_error_deg_s(motion.number(), c.name);
+        result_.cells.push_back(std::move(cell));
+      }
+    }
+    for (const Compensator& c : plan.compensators) result_.compensators.push_back(c.name);
+  }
+
+  Result run() {
+    std::optional<FolderLock> lock;
+    if (!plan_.folder.empty() && plan_.lock == nullptr) lock.emplace(plan_.folder);
+    try {
+      play_all();
+    } catch (const std::exception&) {
+      // Ctrl-C reaches compilers and the like too: what fails then is no news.
+      if (is_stopped()) throw io::Cancelled(stopped());
+      throw;
+    }
+    result_.distance = {distance(1, 4), distance(5, 6), distance(1, 6)};
+    return std::move(result_);
+  }
+
+ private:
+  void play_all() {
+    if (plan_.engine != nullptr) {
+      for (const Compensator& c : plan_.compensators) {
+        plan_.engine->prepare(first_setup(plan_, plan_.motions.front(), c));
+        go_on();
+      }
+    }
+    if (!plan_.folder.empty()) open_journal();
+    const auto start = std::chrono::steady_clock::now();
+    result_.threads = plan_.threads > 0
+                          ? plan_.threads
+                          : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxThreads);
+    next_ = committed_;
+    {
+      std::vector<std::jthread> workers;
+      for (int i = 0; i < result_.threads; ++i) workers.emplace_back([this] { work(); });
+    }
+    if (failure_) std::rethrow_exception(failure_);
+    if (journal_) close_journal();
+    result_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  bool is_stopped() const { return plan_.stop != nullptr && plan_.stop->load(); }
+
+  void go_on() const {
+    if (is_stopped()) throw io::Cancelled("");
+  }
+
+  // How much of everything is done and safe.
+  std::string kept() const {
+    const auto of = static_cast<std::int64_t>(result_.cells.size()) * plan_.trials;
+    if (plan_.folder.empty())
+      return fmt::format("{} of {} trials done, none kept without a folder", done_rows_, of);
+    return fmt::format("{} of {} trials are kept in {}, and the same command goes on from there", done_rows_,
+                       of, plan_.folder.string());
+  }
+
+  std::string stopped() const { return "stopped: " + kept(); }
+
+  Job job(std::size_t number) const {
+    const std::size_t motions = plan_.motions.size();
+    const int first = static_cast<int>(number / motions) * batch_;
+    return {number % motions, first, std::min(batch_, plan_.trials - first)};
+  }
+
+  // What must be the same for a run to go on.
+  std::string identity() const {
+    Json compensators = Json::array();
+    for (const Compensator& c : plan_.compensators) {
+      compensators.push_back({{"name", c.name}, {"digest", io::digest(model::to_json(c.model))}});
+    }
+    std::string motions;
+    for (const twin::Motion& m : plan_.motions) {
+      motions += m.name() + fmt::format(" {}", m.duration_s());
+      for (int k = 0; k * 0.05 <= m.duration_s(); ++k) {
+        for (int i = 0; i < kFingers; ++i) motions += fmt::format(" {:.3f}", m.angle(i, k * 0.05, {}));
+      }
+    }
+    const Json json = {{"version", FLEXOR_VERSION},
+                       {"engine", plan_.engine != nullptr ? plan_.engine->name() : "twin"},
+                       {"seed", plan_.seed},
+                       {"trials", plan_.trials},
+                       {"motions", result_.motions},
+                       {"motions_digest", io::digest(motions)},
+                       {"compensators", std::move(compensators)},
+                       {"twin", Json::parse(twin::to_json(plan_.parameters))}};
+    return io::dump(json);
+  }
+
+  // Takes over every whole job of the file.
+  void open_journal() {
+    journal_.emplace(plan_.folder, identity(), header_of_rows());
+    for (JobRows rows; committed_ < jobs_ && read(job(committed_), rows); ++committed_) {
+      journal_->keep();
+      take(job(committed_), rows);
+      go_on();
+    }
+    result_.resumed_rows = done_rows_;
+    write([&] { journal_->start(); });
+  }
+
+  bool read(const Job& job, JobRows& rows) {
+    rows.assign(plan_.compensators.size(), std::vector<TrialRow>(static_cast<std::size_t>(job.count)));
+    std::string line;
+    for (std::size_t c = 0; c < rows.size(); ++c) {
+      for (int t = 0; t < job.count; ++t) {
+        if (!journal_->next(line)) return false;
+        if (!parse_row(line, result_.motions[job.motion], result_.compensators[c], job.first + t,
+                       rows[c][static_cast<std::size_t>(t)])) {
+          return false;
+        }
+      }
+    }
+    return true;
+  }
+
+  void close_journal() {
+    write([&] { journal_->finish(); });
+  }
+
+  // Whatever writes the journal; a failure says what is safe.
+  template <class Write>
+  void write(const Write& what) const {
+    try {
+      what();
+    } catch (const io::JobError& error) {
+      throw io::JobError(fmt::format("{}; {}", error.what(), kept()));
+    }
+  }
+
+  void work() {
+    try {
+      for (;;) {
+        std::size_t mine = 0;
+        {
+          // Not too far ahead of the slowest: what waits for its turn takes memory.
+          std::unique_lock lock(mutex_);
+          moved_.wait(lock, [&] { return failure_ || next_ < committed_ + kAhead * plan_threads(); });
+          if (failure_ || next_ >= jobs_) return;
+          mine = next_++;
+        }
+        JobRows rows = simulate(job(mine));
+        const std::lock_guard lock(mutex_);
+        waiting_.emplace(mine, std::move(rows));
+        commit();
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex_);
+      if (!failure_) failure_ = std::current_exception();
+      moved_.notify_all();
+    }
+  }
+
+  std::size_t plan_threads() const { return static_cast<std::size_t>(result_.threads); }
+
+  void commit() {
+    while (!waiting_.empty() && waiting_.begin()->first == committed_) {
+      const Job now = job(committed_);
+      const JobRows rows = std::move(waiting_.begin()->second);
+      waiting_.erase(waiting_.begin());
+      if (journal_) write([&] { journal_->append(text(now, rows)); });
+      take(now, rows);
+      result_.simulated_s +=
+          plan_.motions[now.motion].duration_s() * now.count * static_cast<double>(plan_.compensators.size());
+      ++committed_;
+      if (progress_) progress_(committed_, jobs_);
+    }
+    moved_.notify_all();
+  }
+
+  JobRows simulate(const Job& job) const {
+    JobRows rows;
+    for (const Compensator& c : plan_.compensators) {
+      go_on();
+      const twin::Setup setup = first_setup(plan_, plan_.motions[job.motion], c);
+      std::vector<TrialRow>& out = rows.emplace_back();
+      for (const twin::Trial& trial : play(plan_, setup, static_cast<std::uint64_t>(job.first), job.count)) {
+        out.push_back(row(trial));
+      }
+    }
+    return rows;
+  }
+
+  TrialRow row(const twin::Trial& trial) const {
+    const score::TrialScore s =
+        score::score_trial(trial.glove_deg, trial.hand_deg, 1 / plan_.parameters.camera_rate_hz);
+    TrialRow r;
+    r.total_deg_s = s.total_error_deg_s;
+    r.lag_removed_deg_s = s.lag_removed_deg_s;
+    r.lag_s = s.lag_s;
+    r.sent = trial.frames_sent;
+    r.lost = trial.frames_lost;
+    r.impact_deg_s = trial.impact_deg_s;
+    r.pressed_s = trial.pressed_s;
+    for (std::size_t i = 0; i < kFingers; ++i) r.finger_deg_s[i] = s.finger_error_deg_s[i];
+    return r;
+  }
+
+  void take(const Job& job, const JobRows& rows) {
+    done_rows_ += static_cast<std::int64_t>(rows.size()) * job.count;
+    for (std::size_t c = 0; c < rows.size(); ++c) {
+      Cell& cell = result_.cells[job.motion * rows.size() + c];
+      for (std::size_t t = 0; t < rows[c].size(); ++t) {
+        const TrialRow& r = rows[c][t];
+        cell.total_deg_s.add(r.total_deg_s);
+        cell.lag_removed_deg_s.add(r.lag_removed_deg_s);
+        cell.lag_s.add(r.lag_s);
+        for (std::size_t i = 0; i < kFingers; ++i) {
+          cell.finger_deg_s[i].add(r.finger_deg_s[i]);
+          cell.impact_deg_s[i] = std::max(cell.impact_deg_s[i], r.impact_deg_s[i]);
+          cell.pressed_s[i].add(r.pressed_s[i]);
+        }
+        for (std::size_t j = 0; j < rows.size(); ++j) {
+          cell.difference_deg_s[j].add(r.total_deg_s - rows[j][t].total_deg_s);
+        }
+        cell.frames_sent += r.sent;
+        cell.frames_lost += r.lost;
+      }
+    }
+  }
+
+  std::string text(const Job& job, const JobRows& rows) const {
+    std::string out;
+    for (std::size_t c = 0; c < rows.size(); ++c) {
+      for (std::size_t t = 0; t < rows[c].size(); ++t) {
+        out += text_of_row(result_.motions[job.motion], result_.compensators[c],
+                           job.first + static_cast<int>(t), rows[c][t]);
+      }
+    }
+    return out;
+  }
+
+  std::optional<Distance> distance(int from, int to) const {
+    std::set<int> gestures;
+    Distance out;
+    double sum = 0;
+    int n = 0;
+    for (const Cell& cell : result_.cells) {
+      if (!cell.published_deg_s || cell.gesture < from || cell.gesture > to) continue;
+      const double l = std::log(cell.total_deg_s.mean() / *cell.published_deg_s);
+      sum += l * l;
+      ++n;
+      gestures.insert(cell.gesture);
+      if (std::ranges::find(out.compensators, cell.compensator) == out.compensators.end())
+        out.compensators.push_back(cell.compensator);
+    }
+    if (n == 0) return std::nullopt;
+    out.log_rms = std::sqrt(sum / n);
+    out.gestures.assign(gestures.begin(), gestures.end());
+    out.is_all = static_cast<int>(out.gestures.size()) == to - from + 1;
+    return out;
+  }
+
+  static constexpr std::size_t kAhead = 8;
+
+  const Plan& plan_;
+  const TrialProgress& progress_;
+  Result result_;
+  int batch_ = twin::kTrialsAtOnce;
+  std::size_t jobs_ = 0;
+  std::int64_t done_rows_ = 0;
+  std::optional<Journal> journal_;
+
+  std::mutex mutex_;
+  std::condition_variable moved_;
+  std::size_t next_ = 0;
+  std::size_t committed_ = 0;
+  std::map<std::size_t, JobRows> waiting_;
+  std::exception_ptr failure_;
+};
+
+}  // namespace
+
+void Statistic::add(double value) {
+  ++count_;
+  const double step = value - mean_;
+  mean_ += step / count_;
+  squares_ += step * (value - mean_);
+}
+
+std::optional<double> Statistic::ci95() const {
+  if (count_ < 2) return std::nullopt;
+  return student_t(count_ - 1) * std::sqrt(squares_ / (count_ - 1.0) / count_);
+}
+
+double Cell::fastest_impact_deg_s() const { return *std::ranges::max_element(impact_deg_s); }
+
+double Cell::total_pressed_s() const {
+  double sum = 0;
+  for (const Statistic& finger : pressed_s) sum += finger.mean();
+  return sum;
+}
+
+std::string describe(const Distance& d) {
+  const bool in_a_row = d.gestures.back() - d.gestures.front() + 1 == static_cast<int>(d.gestures.size());
+  std::string out = d.gestures.size() == 1 ? fmt::format("gesture {}", d.gestures.front())
+                    : in_a_row ? fmt::format("gestures {}-{}", d.gestures.front(), d.gestures.back())
+                               : fmt::format("gestures {}", fmt::join(d.gestures, ", "));
+  if (d.compensators.size() < kPublishedCompensators)
+    out += fmt::format(" with {}", fmt::join(d.compensators, ", "));
+  return out;
+}
+
+void check(const Plan& plan) {
+  if (plan.trials < 1) throw InputError("the number of trials must be at least 1");
+  if (plan.threads < 0 || plan.threads > kMaxThreads) {
+    throw InputError(fmt::format("{} threads are impossible; 0, as many as the machine has, to {}",
+                                 plan.threads, kMaxThreads));
+  }
+  if (plan.motions.empty() || plan.compensators.empty()) {
+    throw InputError("an experiment needs at least one gesture and one compensator");
+  }
+  std::set<std::string> names;
+  for (const twin::Motion& motion : plan.motions) {
+    require_name(motion.name(), "motion");
+    if (!names.insert(motion.name()).second)
+      throw InputError(fmt::format("motion {}: there are two of that name; rename one", motion.name()));
+  }
+  names.clear();
+  for (const Compensator& c : plan.compensators) {
+    require_name(c.name, "compensator");
+    if (!names.insert(c.name).second)
+      throw InputError(fmt::format("compensator {}: there are two of that name; rename one", c.name));
+    for (const twin::Motion& motion : plan.motions) twin::check(first_setup(plan, motion, c));
+  }
+}
+
+Result run(const Plan& plan, const TrialProgress& progress) {
+  check(plan);
+  return Runner(plan, progress).run();
+}
+
+twin::Setup first_setup(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
+  return {plan.parameters, motion, compensator.model, seed_of_motion(plan.seed, motion.name()), false};
+}
+
+twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
+  if (plan.stop != nullptr && plan.stop->load()) throw io::Cancelled("stopped");
+  const twin::Setup setup = first_setup(plan, motion, compensator);
+  if (plan.engine != nullptr) plan.engine->prepare(setup);
+  return play(plan, setup, 0, 1).front();
+}
+
+Json to_json(const Result& r, const Plan& plan) {
+  const auto optional = [](const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); };
+  const auto statistic = [&](const Statistic& s) {
+    return Json{{"mean", s.mean()}, {"ci95", optional(s.ci95())}};
+  };
+  const auto whole = [](const std::optional<Distance>& d) {
+    return d && d->is_all ? Json(d->log_rms) : Json(nullptr);
+  };
+  const auto part = [](const std::optional<Distance>& d) {
+    return d ? Json{{"gestures", d->gestures}, {"compensators", d->compensators}, {"log_rms", d->log_rms}}
+             : Json(nullptr);
+  };
+  Json cells = Json::array();
+  for (const Cell& c : r.cells) {
+    Json fingers = Json::object();
+    Json impact = Json::object();
+    Json pressed = Json::object();
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      const std::string& finger = model::finger_names()[i];
+      fingers[finger] = c.finger_deg_s[i].mean();
+      impact[finger] = c.impact_deg_s[i];
+      pressed[finger] = c.pressed_s[i].mean();
+    }
+    Json differences = Json::object();
+    for (std::size_t j = 0; j < r.compensators.size(); ++j) {
+      if (r.compensators[j] != c.compensator)
+        differences[r.compensators[j]] = statistic(c.difference_deg_s[j]);
+    }
+    cells.push_back({{"gesture", c.gesture > 0 ? Json(c.gesture) : Json(c.motion)},
+                     {"compensator", c.compensator},
+                     {"trials", c.total_deg_s.count()},
+                     {"total_error_deg_s", statistic(c.total_deg_s)},
+                     {"lag_removed_deg_s", statistic(c.lag_removed_deg_s)},
+                     {"lag_s", statistic(c.lag_s)},
+                     {"published_deg_s", optional(c.published_deg_s)},
+                     {"finger_error_deg_s", std::move(fingers)},
+                     {"difference_deg_s", std::move(differences)},
+                     {"impact_deg_s", std::move(impact)},
+                     {"pressed_s", std::move(pressed)},
+                     {"frames_sent", c.frames_sent},
+                     {"frames_lost", c.frames_lost}});
+  }
+  return {{"cells", std::move(cells)},
+          {"log_rms",
+           {{"gestures_1_to_4", whole(r.distance.fitted)},
+            {"gestures_5_and_6", whole(r.distance.predicted)},
+            {"all", whole(r.distance.all)},
+            {"fitted", part(r.distance.fitted)},
+            {"predicted", part(r.distance.predicted)}}},
+          {"engine", plan.engine != nullptr ? plan.engine->name() : "twin"},
+          {"rate_hz", 1 / plan.compensators.front().model.sample_period_s},
+          {"seed", plan.seed},
+          {"version", FLEXOR_VERSION}};
+}
+
+}  // namespace flexor::study

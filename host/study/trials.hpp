@@ -1,0 +1,139 @@
+// The published experiment in the twin: gestures x compensators x trials.
+//
+// Trials run in batches on any number of threads and are committed in order, so that figures and files are
+// the same bits whatever the threads. What is kept is sums, not trials: memory does not grow with their
+// number. With a folder, every trial is a row of trials.csv as soon as its turn comes (journal.hpp); a run
+// that was cut off goes on where the file ends.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "host/model/model.hpp"
+#include "host/study/catalogue.hpp"
+#include "host/study/journal.hpp"
+#include "host/twin/simulation.hpp"
+
+namespace flexor::study {
+
+// What plays the trials: the twin itself, or something that takes its place.
+class Engine {
+ public:
+  virtual ~Engine() = default;
+  virtual std::string name() const = 0;
+  // Before the first trial of each compensator. Throws io::InputError for what it cannot play.
+  virtual void prepare(const twin::Setup& setup) = 0;
+  // As twin::simulate; from any thread.
+  virtual std::vector<twin::Trial> simulate(const twin::Setup& setup, std::uint64_t first,
+                                            int count) const = 0;
+  // How many trials to ask for at a time: few where each takes long, so that progress shows.
+  virtual int batch() const { return twin::kTrialsAtOnce; }
+};
+
+struct Plan {
+  twin::Parameters parameters;
+  std::vector<twin::Motion> motions;
+  std::vector<Compensator> compensators;
+  std::uint64_t seed = 1;
+  int trials = 3;
+  int threads = 0;               // 0: as many as the machine has
+  std::filesystem::path folder;  // empty: nothing is written
+  Engine* engine = nullptr;      // none: the twin. Outlives the run
+  // Becomes true when the run shall end: io::Cancelled is thrown, with everything done so far in the folder.
+  const std::atomic<bool>* stop = nullptr;
+  const FolderLock* lock = nullptr;  // of the folder, where the caller has it already
+};
+
+inline constexpr int kMaxThreads = 256;
+
+// Mean and 95 % interval (Student's t) of a stream of numbers.
+class Statistic {
+ public:
+  void add(double value);
+  int count() const { return count_; }
+  double mean() const { return mean_; }
+  std::optional<double> ci95() const;  // half the interval's width; none with fewer than two numbers
+
+ private:
+  int count_ = 0;
+  double mean_ = 0;
+  double squares_ = 0;
+};
+
+struct Cell {
+  std::string motion;
+  int gesture = 0;  // 0: none of the published
+  std::string compensator;
+  Statistic total_deg_s;        // causal
+  Statistic lag_removed_deg_s;  // after the best constant lag of each trial
+  Statistic lag_s;
+  std::array<Statistic, kFingers> finger_deg_s;
+  // Of paired trials: same person, glove, radio and hand.
+  std::vector<Statistic> difference_deg_s;  // this minus compensator j, for each j of the plan
+  std::optional<double> published_deg_s;
+  // What the hand's end stops suffer (host/twin/plant.hpp), finger by finger.
+  std::array<double, kFingers> impact_deg_s{};  // the fastest of all trials
+  std::array<Statistic, kFingers> pressed_s;
+  std::int64_t frames_sent = 0;
+  std::int64_t frames_lost = 0;
+
+  double fastest_impact_deg_s() const;
+  double total_pressed_s() const;  // mean of a trial, five fingers together
+};
+
+// From the published table, over what of it is in the run.
+struct Distance {
+  std::vector<int> gestures;
+  std::vector<std::string> compensators;
+  double log_rms = 0;   // root mean square of ln(ours / published)
+  bool is_all = false;  // none of the gestures is missing
+};
+std::string describe(const Distance& distance);  // "gestures 1-4", "gesture 2 with raw"
+
+struct Distances {
+  std::optional<Distance> fitted;     // gestures 1 to 4
+  std::optional<Distance> predicted;  // 5 and 6
+  std::optional<Distance> all;
+};
+
+struct Result {
+  std::vector<std::string> motions;
+  std::vector<std::string> compensators;
+  std::vector<Cell> cells;  // motion by motion, compensators inside
+  Distances distance;
+  double simulated_s = 0;  // of gestures, in this call
+  double wall_s = 0;
+  int threads = 1;
+  std::int64_t resumed_rows = 0;
+  double real_time_factor() const { return wall_s > 0 ? simulated_s / wall_s : 0; }
+  const Cell& cell(std::size_t motion, std::size_t compensator) const {
+    return cells[motion * compensators.size() + compensator];
+  }
+};
+
+using TrialProgress = std::function<void(std::size_t done, std::size_t of)>;  // in batches
+
+// Throws io::InputError: a model with other channels, an impossible configuration, names that a table cannot
+// hold apart.
+void check(const Plan& plan);
+
+// Throws as check(); io::InputError: a folder that holds another run, or in which somebody else works;
+// io::JobError: trials.csv cannot be written; io::Cancelled.
+Result run(const Plan& plan, const TrialProgress& progress);
+
+// Trial 0 of a motion, exactly as run() meets it: what to play, and played.
+twin::Setup first_setup(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);
+twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);
+
+// Everything but how long it took and on how many threads: the same run gives the same bytes.
+nlohmann::ordered_json to_json(const Result& result, const Plan& plan);
+
+}  // namespace flexor::study

@@ -3,7 +3,7 @@
 //
 // Clock repair looks one row ahead, and only where something is odd:
 //  - the same time again: the row stays, a burst.
-//  - a row far ahead (more than kJump_s) that the next row does not confirm: left out.
+//  - a row far ahead (more than kJump_s) that the next row does not confirm by following it closely: left out.
 //  - a row that goes back, after which the clock goes on as before: left out.
 //  - a clock that starts again (the board was reset): refused, or followed: what comes after it is placed one
 //    step after what came before, because nobody knows how long the board was off.

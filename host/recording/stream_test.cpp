@@ -140,6 +140,18 @@ TEST(Stream, OneStrayZeroIsNoWrapOfTheCounter) {
   }
 }
 
+// Found by the fuzzer: of two strays, each farther ahead, the second passed for a confirmation of the first, which a
+// second reading of what was written then left out.
+TEST(Stream, OneStrayDoesNotConfirmAnother) {
+  std::vector<double> t = steady(100, 0.05);
+  t[50] = 94;
+  t[51] = 8589;
+  const Read r = all(t);
+  EXPECT_EQ(r.t_s.size(), 98u);
+  EXPECT_EQ(r.t_s.back(), t.back());
+  EXPECT_EQ(all(r.t_s).t_s, r.t_s);
+}
+
 // Found by the fuzzer: a time below 0 passed for the counter's new start, and what followed ran backwards.
 TEST(Stream, ACounterDoesNotStartBelowZero) {
   const Read r = all({4294.9, -4294.95, 0.0327, 0.0827}, Resets::follow, 4294.967296);

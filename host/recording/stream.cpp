@@ -131,6 +131,7 @@ void Stream::leave_out(const Row& row, Count& count) {
   count.add(row);
   const double forgiven = static_cast<double>(kOddRows) + kOddShare * static_cast<double>(rows_);
   if (static_cast<double>(ahead_.rows + back_.rows) <= forgiven) return;
+  if (steps_ >= 2) check_unit();
   throw InputError(fmt::format(
       "{}: {}: time does not increase ({} rows that do not follow the one before); sort the log by time",
       source_.name(), row_name(count.first_line), ahead_.rows + back_.rows));

@@ -15,9 +15,9 @@ set(ALLOWED_identify model recording score)
 set(ALLOWED_twin hand model)
 set(ALLOWED_camera recording)
 set(ALLOWED_study deploy identify recording score twin)
-set(ALLOWED_report study)
-set(ALLOWED_filming camera report)
-set(ALLOWED_cli filming)
+set(ALLOWED_report io)
+set(ALLOWED_filming camera study)
+set(ALLOWED_cli filming report)
 set(ALLOWED_cosim cli)
 set(ROOMS core compensator hand link sensor firmware io model deploy recording score identify twin camera study report filming cli cosim)
 
@@ -42,12 +42,13 @@ set(FOLDER_cli apps/cli)
 set(FOLDER_cosim cosim)
 
 # Libraries that one room keeps to itself, by the start of their includes.
-set(KEPT_INCLUDES ceres matio CLI nlopt simavr opencv2)
+set(KEPT_INCLUDES ceres matio CLI nlopt simavr opencv2 kainjow)
 set(KEEPER_ceres identify)
 set(KEEPER_matio recording)
 set(KEEPER_CLI cli)
 set(KEEPER_nlopt study)
 set(KEEPER_simavr cosim)
+set(KEEPER_kainjow report)
 set(KEEPER_opencv2 camera)
 
 # The room that a path, relative to the root, lies in, however deep; empty: in none.

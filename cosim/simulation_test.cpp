@@ -14,7 +14,7 @@
 #include "cosim/vcd.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/io/io.hpp"
-#include "host/report/boards_report.hpp"
+#include "host/study/deployment.hpp"
 
 namespace flexor::cosim {
 namespace {
@@ -378,7 +378,7 @@ TEST(Latency, LostFramesAreLostAndNotLate) {
     EXPECT_LT(total_ms, 150) << "a period, the UART and the rest";
     EXPECT_LT(edge[3], 35) << "24 bytes at 9600 baud and the modules";
   }
-  const report::LatencyBudget budget = report::budget_of(edges, kEdges);
+  const study::LatencyBudget budget = study::budget_of(edges, kEdges);
   EXPECT_EQ(budget.edges + budget.lost, kEdges);
   EXPECT_GE(budget.lost, 2);
   EXPECT_LE(budget.lost, 20);

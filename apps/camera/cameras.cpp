@@ -176,11 +176,9 @@ class RealCameras : public Cameras {
       require_fit(out.summary);
       out.warnings = video.warnings();
       add_warnings(out, bone_px > 0 ? bone_px : out.width / 12.0);
-      // The report reads the file, which then is whole.
       file->finish();
       if (preview) preview->finish(last);
-      if (!request_.report.empty())
-        write_track_report(out, request_, request_.out, labelled, request_.report);
+      if (!request_.report.empty()) save_results(out, request_, request_.out, labelled, request_.report);
       return out;
     }
 

@@ -1,5 +1,4 @@
-// What was tracked, as a page to look at: angles over time with what is unsure in grey, quality, a labelled
-// frame.
+// What tracking found, as files that its report is drawn from: results.json, angles.csv and frame.jpg, a labelled frame.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +7,8 @@
 
 namespace flexor::filming {
 
-// report.html (self-contained), angles.svg and frame.jpg. `csv` is the file that was written, and is read as
-// it is drawn. Throws io::JobError when gnuplot fails.
-void write_track_report(const Tracked& result, const TrackRequest& request, const std::filesystem::path& csv,
-                        const camera::Picture& labelled, const std::filesystem::path& folder);
+// `csv` is the file of angles that was written. Throws io::InputError when one cannot be written.
+void save_results(const Tracked& result, const TrackRequest& request, const std::filesystem::path& csv,
+                  const camera::Picture& labelled, const std::filesystem::path& folder);
 
 }  // namespace flexor::filming

@@ -33,6 +33,7 @@ void add_track(CLI::App& app, const Program& program);
 void add_twin(CLI::App& app);
 void add_identify(CLI::App& app, const Program& program);
 void add_apply(CLI::App& app);
+void add_report(CLI::App& app);
 void add_score(CLI::App& app);
 void add_show(CLI::App& app);
 

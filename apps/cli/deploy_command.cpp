@@ -11,7 +11,8 @@
 #include "host/deploy/pair_key.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
-#include "host/report/boards_report.hpp"
+#include "host/report/render.hpp"
+#include "host/study/deployment.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -97,10 +98,10 @@ PairKey choose_key(const Options& o) {
 }
 
 // What the options ask for. Refuses, before anything is written, what the boards or the radio cannot do.
-report::Deployment plan(const Options& o, const twin::Parameters& p, const deploy::Key& key) {
+study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy::Key& key) {
   model::Model model = model::load(o.model);
   if (o.rate_hz > 0) model.sample_period_s = 1 / o.rate_hz;
-  report::Deployment d;
+  study::Deployment d;
   d.glove = study::glove_for(
       p, model, o.calibration.empty() ? deploy::Calibration() : deploy::load_calibration(o.calibration));
   d.glove.key = key;
@@ -130,7 +131,7 @@ std::array<std::vector<double>, study::kFingers> inputs_of(const deploy::Glove& 
   return out;
 }
 
-void measure(report::Deployment& d, const study::Boards& boards, const study::Counts& counts) {
+void measure(study::Deployment& d, const study::Boards& boards, const study::Counts& counts) {
   ProgressLine line;
   line.show("running the glove's image ...");
   d.glove_figures = boards.run_glove(d.glove_image.elf, d.glove, counts);
@@ -155,7 +156,7 @@ void require_known(const Options& o) {
 
 // Images, folders, what was measured of them, and the report, all in `folder`.
 nlohmann::ordered_json build(const Options& o, const study::Boards& boards, const twin::Parameters& p,
-                             const study::Counts& counts, report::Deployment& d,
+                             const study::Counts& counts, study::Deployment& d,
                              const std::filesystem::path& folder) {
   deploy::Hand hand = study::safe_hand(p, d.glove.model);
   hand.key = d.glove.key;
@@ -164,7 +165,8 @@ nlohmann::ordered_json build(const Options& o, const study::Boards& boards, cons
   if (d.glove.output == deploy::Output::radio) d.hand_image = deploy::build_hand(hand, folder);
   deploy::write_arduino(d.glove, hand, folder / "arduino");
   measure(d, boards, counts);
-  report::write_deployment_report(d, folder);
+  study::save_results(d, folder);
+  report::render(folder);
   nlohmann::ordered_json json = to_json(d);
   json["folder"] = o.out;
   json["model"] = o.model;
@@ -172,9 +174,9 @@ nlohmann::ordered_json build(const Options& o, const study::Boards& boards, cons
   return json;
 }
 
-void say(const Options& o, const report::Deployment& d, const PairKey& pair) {
+void say(const Options& o, const study::Deployment& d, const PairKey& pair) {
   const bool radio = d.glove.output == deploy::Output::radio;
-  print(report::deployment_table(d));
+  print(study::deployment_table(d));
   print(fmt::format("\nimages    {0}/glove.hex{1}\nArduino   {0}/arduino\nreport    {0}/report.html\n", o.out,
                     radio ? fmt::format(", {}/hand.hex", o.out) : ""));
   if (pair.origin == nullptr) return;
@@ -189,7 +191,7 @@ void run(const Options& o, const Program& program) {
   require_known(o);
   const twin::Parameters p = twin_parameters(o.twin, o.set);
   const PairKey pair = choose_key(o);
-  report::Deployment d = plan(o, p, pair.key);
+  study::Deployment d = plan(o, p, pair.key);
   const study::Counts counts = study::gesture_counts(p, d.glove.model);
   d.recording =
       o.recording.empty() ? "the six gestures" : std::filesystem::path(o.recording).filename().string();

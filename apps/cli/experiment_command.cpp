@@ -10,8 +10,9 @@
 #include "apps/cli/stop.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
-#include "host/report/trial_report.hpp"
+#include "host/report/render.hpp"
 #include "host/study/calibration.hpp"
+#include "host/study/results.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -84,7 +85,7 @@ void table(const study::Result& r, const study::Plan& plan) {
 }
 
 // Mean over the motions, and how much worse than as calibrated.
-void show_scenarios(const std::vector<report::ScenarioResult>& scenarios) {
+void show_scenarios(const std::vector<study::ScenarioResult>& scenarios) {
   if (scenarios.empty()) return;
   const auto mean = [](const study::Result& r, std::size_t c) {
     double sum = 0;
@@ -95,22 +96,22 @@ void show_scenarios(const std::vector<report::ScenarioResult>& scenarios) {
   print(fmt::format("\n{:<26}", "scenario, mean deg s"));
   for (const std::string& c : base.compensators) print(fmt::format("{:>18}", c));
   print(fmt::format("{:>18}{:>12}\n", "stop hit", "pressed"));
-  for (const report::ScenarioResult& s : scenarios) {
+  for (const study::ScenarioResult& s : scenarios) {
     print(fmt::format("{:<26}", s.scenario.name));
     for (std::size_t c = 0; c < base.compensators.size(); ++c) {
       print(fmt::format(
           "{:>18}", fmt::format("{:.1f} (x{:.2f})", mean(s.result, c), mean(s.result, c) / mean(base, c))));
     }
-    const report::Stops stops = report::stops_of(s.result);
+    const study::Stops stops = study::stops_of(s.result);
     print(fmt::format("{:>18}{:>12}\n", fmt::format("{:.0f} deg/s", stops.impact_deg_s),
                       fmt::format("{:.2f} s", stops.pressed_s)));
   }
   print("\n");
 }
 
-std::vector<report::ScenarioResult> run_scenarios(const study::Plan& plan,
-                                                  const study::TrialProgress& progress) {
-  std::vector<report::ScenarioResult> out;
+std::vector<study::ScenarioResult> run_scenarios(const study::Plan& plan,
+                                                 const study::TrialProgress& progress) {
+  std::vector<study::ScenarioResult> out;
   for (const study::Scenario& scenario : study::scenarios()) {
     study::Plan changed = plan;
     for (const std::string& assignment : scenario.set) twin::assign(changed.parameters, assignment);
@@ -122,7 +123,7 @@ std::vector<report::ScenarioResult> run_scenarios(const study::Plan& plan,
 }
 
 void show(const Options& o, const study::Result& result,
-          const std::vector<report::ScenarioResult>& scenarios) {
+          const std::vector<study::ScenarioResult>& scenarios) {
   if (!o.json) {
     table(result, o.plan);
     show_scenarios(scenarios);
@@ -137,7 +138,7 @@ void show(const Options& o, const study::Result& result,
   }
   json["threads"] = result.threads;
   json["resumed_rows"] = result.resumed_rows;
-  for (const report::ScenarioResult& s : scenarios) {
+  for (const study::ScenarioResult& s : scenarios) {
     json["scenarios"].push_back(
         {{"name", s.scenario.name}, {"cells", study::to_json(s.result, o.plan).at("cells")}});
   }
@@ -145,10 +146,11 @@ void show(const Options& o, const study::Result& result,
 }
 
 void draw(const study::Plan& plan, const study::Result& result,
-          const std::vector<report::ScenarioResult>& scenarios) {
+          const std::vector<study::ScenarioResult>& scenarios) {
   log("drawing figures ...");
   try {
-    report::write_trial_report(plan, result, scenarios, plan.folder);
+    study::save_results(plan, result, scenarios, plan.folder);
+    report::render(plan.folder);
   } catch (const std::exception&) {
     if (!plan.stop->load()) throw;  // gnuplot, for one, hears Ctrl-C too
     throw io::Cancelled(fmt::format(
@@ -162,7 +164,7 @@ void play(Options& o, const Program& program) {
   std::optional<study::FolderLock> lock;  // until the report is written
   if (!o.folder.empty()) o.plan.lock = &lock.emplace(plan.folder);
   study::Result result;
-  std::vector<report::ScenarioResult> scenarios;
+  std::vector<study::ScenarioResult> scenarios;
   {
     ProgressLine line;
     const auto progress = [&](std::size_t done, std::size_t of) { line.step("experiment: batch", done, of); };

@@ -7,8 +7,9 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/identify/identify_files.hpp"
+#include "host/identify/results.hpp"
 #include "host/io/json.hpp"
-#include "host/report/report.hpp"
+#include "host/report/render.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -90,7 +91,10 @@ void run(Options& o, const Program& program) {
   line.reset();
   // The model first: a report that cannot be drawn must not cost the fit.
   if (!o.model.empty()) model::save(result.model, o.model);
-  if (!o.report.empty()) report::write_report(result, o.report);
+  if (!o.report.empty()) {
+    identify::save_results(result, o.report);
+    report::render(o.report);
+  }
   if (o.json) {
     print(io::dump(to_json(result)));
     return;

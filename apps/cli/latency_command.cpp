@@ -4,7 +4,8 @@
 
 #include "apps/cli/commands.hpp"
 #include "host/io/json.hpp"
-#include "host/report/boards_report.hpp"
+#include "host/report/render.hpp"
+#include "host/study/deployment.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -29,11 +30,14 @@ void run(const Options& o, const Program& program) {
   const double frames_hz = o.rate_hz / deploy::samples_per_frame(glove);
   if (!o.folder.empty()) io::require_folder(o.folder);
   log(fmt::format("{} edges on simulated boards ...", o.edges));
-  const report::LatencyBudget budget =
-      report::budget_of(boards.latency(p, compensator.model, o.edges, o.seed), o.edges);
+  const study::LatencyBudget budget =
+      study::budget_of(boards.latency(p, compensator.model, o.edges, o.seed), o.edges);
   const std::string title =
       fmt::format("{:g} samples and {:g} frames a second, {:g} baud", o.rate_hz, frames_hz, p.baud);
-  if (!o.folder.empty()) report::write_latency_figure(budget, title, o.folder);
+  if (!o.folder.empty()) {
+    study::save_results(budget, title, o.folder);
+    report::render(o.folder);
+  }
   if (o.json) {
     nlohmann::ordered_json json = to_json(budget);
     json["rate_hz"] = o.rate_hz;
@@ -45,8 +49,8 @@ void run(const Options& o, const Program& program) {
   }
   print(fmt::format("from a sensor's edge to the motor, ms: {}, {} edges{}\n\n{}", title, budget.edges,
                     budget.lost > 0 ? fmt::format(", {} more lost on the way", budget.lost) : "",
-                    report::latency_table(budget)));
-  if (!o.folder.empty()) print(fmt::format("\nfigure {}/latency.svg\n", o.folder));
+                    study::latency_table(budget)));
+  if (!o.folder.empty()) print(fmt::format("\nreport {}/report.html\n", o.folder));
 }
 
 }  // namespace
@@ -66,7 +70,7 @@ void add_latency(CLI::App& app, const Program& program) {
   command->add_option("--twin", o->twin, "configuration of the twin (default: the shipped one)");
   command->add_option("--set", o->set,
                       "change one parameter of the twin: radio.frame_rate_hz=20; may be repeated");
-  command->add_option("--out", o->folder, "write latency.svg and latency.csv into this folder");
+  command->add_option("--out", o->folder, "write report.html, latency.svg and latency.csv into this folder");
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o, program] { run(*o, program); });
 }

@@ -143,6 +143,7 @@ int run(int argc, char** argv, study::Boards* boards, const filming::Cameras* ca
   add_camera(app, program);
   add_apply(app);
   add_score(app);
+  add_report(app);
   add_show(app);
   guard_options(app);
   try {

@@ -10,6 +10,7 @@
 #include "apps/cli/progress.hpp"
 #include "apps/cli/stop.hpp"
 #include "host/io/json.hpp"
+#include "host/report/render.hpp"
 #include "host/study/catalogue.hpp"
 
 namespace flexor::cli {
@@ -147,6 +148,7 @@ void run(const Options& o, const Program& program) {
       return !stop || !*stop->flag();
     });
   }
+  if (!o.request.report.empty()) report::render(o.request.report);
   if (stop && *stop->flag()) result.warnings.emplace_back("interrupted: what was tracked until then is kept");
   for (const std::string& warning : result.warnings) log("warning: " + warning);
   if (o.json) {

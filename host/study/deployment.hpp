@@ -1,13 +1,10 @@
-// What was measured of deployed firmware, for people: tables, figures, report.
+// What was measured of deployed firmware: the figures, as tables and as the files that their report is drawn from.
 #pragma once
 
 #include "host/deploy/deploy.hpp"
 #include "host/study/boards.hpp"
 
-namespace flexor::report {
-
-using namespace study;
-
+namespace flexor::study {
 struct LatencyBudget {
   struct Stage {
     double mean_ms = 0;
@@ -23,9 +20,8 @@ struct LatencyBudget {
 LatencyBudget budget_of(const std::vector<Latency>& edges, int asked);
 std::string latency_table(const LatencyBudget& budget);
 nlohmann::ordered_json to_json(const LatencyBudget& budget);
-// latency.svg and latency.csv.
-void write_latency_figure(const LatencyBudget& budget, const std::string& title,
-                          const std::filesystem::path& folder);
+// results.json and latency.csv. Throws io::InputError.
+void save_results(const LatencyBudget& budget, const std::string& title, const std::filesystem::path& folder);
 
 // All that `flexor deploy` says.
 struct Deployment {
@@ -50,7 +46,7 @@ TimeBudget time_budget(const Deployment& deployment);
 
 std::string deployment_table(const Deployment& deployment);
 nlohmann::ordered_json to_json(const Deployment& deployment);
-// report.html and time_budget.svg.
-void write_deployment_report(const Deployment& deployment, const std::filesystem::path& folder);
+// results.json. Throws io::InputError.
+void save_results(const Deployment& deployment, const std::filesystem::path& folder);
 
-}  // namespace flexor::report
+}  // namespace flexor::study

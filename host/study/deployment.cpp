@@ -1,19 +1,18 @@
-#include "host/report/boards_report.hpp"
+#include "host/study/deployment.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "host/io/io.hpp"
-#include "host/report/gnuplot.hpp"
-#include "host/report/html.hpp"
+#include "host/io/json.hpp"
 
-namespace flexor::report {
+namespace flexor::study {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::array<const char*, 6> kColours = {"#999999", "#56B4E9", "#F0E442",
-                                                 "#0072B2", "#D55E00", "#009E73"};
 constexpr double kCyclesPerMs = deploy::kClock_hz / 1000;
 
 bool has_hand(const Deployment& d) { return d.glove.output == deploy::Output::radio; }
@@ -56,30 +55,6 @@ std::vector<std::pair<std::string, std::string>> lines(const Deployment& d) {
       fmt::format("{:.1f} ms: ADC {:.2f}, compute at most {:.2f}", t.period_ms, t.adc_ms, t.compute_ms));
   add("frame period", fmt::format("{:.1f} ms, of which {:.1f} on the wire", t.frame_period_ms, t.uart_ms));
   return out;
-}
-
-std::string budget_svg(const Deployment& d) {
-  const TimeBudget t = time_budget(d);
-  Gnuplot g;
-  g.begin("budget", 220);
-  g.add(
-      "unset key; set yrange [-0.6:1.6]; set ytics ('frame' 0, 'sample' 1); set xrange [0:{}]; set xlabel "
-      "'time (ms)'",
-      std::max(t.period_ms, t.frame_period_ms) * 1.02);
-  g.add("set style fill solid noborder; unset grid; set grid x lc rgb '#dddddd'");
-  int objects = 0;
-  const auto bar = [&](double from, double to, int row, const char* colour) {
-    g.add("set object {} rectangle from {:.4f},{} to {:.4f},{} fc rgb '{}'", ++objects, from, row - 0.3, to,
-          row + 0.3, colour);
-  };
-  bar(0, t.period_ms, 1, "#eeeeee");
-  bar(0, t.adc_ms, 1, kColours[1]);
-  bar(t.adc_ms, t.adc_ms + t.compute_ms, 1, kColours[4]);
-  bar(0, t.frame_period_ms, 0, "#eeeeee");
-  bar(0, t.uart_ms, 0, kColours[3]);
-  g.add("plot NaN notitle");
-  g.run();
-  return g.svg("budget");
 }
 
 }  // namespace
@@ -132,36 +107,18 @@ Json to_json(const LatencyBudget& b) {
   return {{"edges", b.edges}, {"lost", b.lost}, {"stages", std::move(stages)}, {"total", stage(b.total)}};
 }
 
-void write_latency_figure(const LatencyBudget& b, const std::string& title,
-                          const std::filesystem::path& folder) {
+void save_results(const LatencyBudget& b, const std::string& title, const std::filesystem::path& folder) {
   io::make_folder(folder);
   std::string csv = "stage,mean_ms,min_ms,max_ms\n";
-  Gnuplot g;
-  g.begin("latency", 260);
-  g.add(
-      "set title {} noenhanced; set yrange [-0.7:0.7]; unset ytics; set xrange [0:{}]; "
-      "set xlabel 'time since the "
-      "edge (ms)'",
-      gnuplot_text(fmt::format("{}, mean of {} edges", title, b.edges)), b.total.mean_ms * 1.05);
-  g.add(
-      "set style fill solid noborder; unset grid; set grid x lc rgb '#dddddd'; set key above maxrows 2; set "
-      "border 1");
-  double from = 0;
-  std::string plot;
-  for (std::size_t i = 0; i < b.stage.size(); ++i) {
-    const LatencyBudget::Stage& s = b.stage[i];
-    csv += fmt::format("{},{:.4f},{:.4f},{:.4f}\n", kLatencyStages[i], s.mean_ms, s.min_ms, s.max_ms);
-    g.add("set object {} rectangle from {:.4f},-0.4 to {:.4f},0.4 fc rgb '{}'", i + 1, from, from + s.mean_ms,
-          kColours[i]);
-    plot += fmt::format("{}NaN with boxes fc rgb '{}' title '{}: {:.1f} ms'", i > 0 ? ", " : "plot ",
-                        kColours[i], kLatencyStages[i], s.mean_ms);
-    from += s.mean_ms;
-  }
-  csv += fmt::format("total,{:.4f},{:.4f},{:.4f}\n", b.total.mean_ms, b.total.min_ms, b.total.max_ms);
-  g.add("{}", plot);
-  g.run();
-  io::write_file(folder / "latency.svg", g.svg("latency"));
+  const auto line = [&](const char* name, const LatencyBudget::Stage& s) {
+    csv += fmt::format("{},{:.4f},{:.4f},{:.4f}\n", name, s.mean_ms, s.min_ms, s.max_ms);
+  };
+  for (std::size_t i = 0; i < b.stage.size(); ++i) line(kLatencyStages[i], b.stage[i]);
+  line("total", b.total);
   io::write_file(folder / "latency.csv", csv);
+  Json json = {{"kind", "latency"}, {"title", title}, {"version", FLEXOR_VERSION}};
+  json.update(to_json(b));
+  io::write_file(folder / "results.json", io::dump(json));
 }
 
 TimeBudget time_budget(const Deployment& d) {
@@ -218,40 +175,16 @@ Json to_json(const Deployment& d) {
   return json;
 }
 
-void write_deployment_report(const Deployment& d, const std::filesystem::path& folder) {
-  Page page;
-  page.add(
-      "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport "
-      "content='width=device-width'><title>Flexor: firmware of "
-      "{}</title><style>{}</style>",
-      escape(d.glove.model.name), kStyle);
-  page.add(
-      "<h1>Firmware of {}</h1><p>For {} with an ATmega328P at 16 MHz. Every figure was measured on "
-      "the very images in this "
-      "folder, run instruction by instruction.</p>",
-      escape(d.glove.model.name), has_hand(d) ? "two boards" : "one board");
-  page.add(
-      "<div class=cards><div class=card><b>{:.0f}</b>cycles for five channels, {:.2f} % of a sample "
-      "period</div>"
-      "<div class=card><b>{:.3f}&deg;</b>worst error of the integers against double</div>"
-      "<div class=card><b>{}</b>differences from the host in {} angles</div></div>",
-      d.glove_figures.step.mean(),
-      d.glove_figures.step.mean() / kCyclesPerMs / time_budget(d).period_ms * 100, d.error.worst_deg(),
-      d.glove_figures.mismatches, d.glove_figures.angles);
-  page.add("<div class=scroll><table>");
-  for (const auto& [name, value] : lines(d))
-    page.add("<tr><td>{}</td><td>{}</td></tr>", escape(name), escape(value));
-  page.add(
-      "</table></div><h2>Time budget</h2><figure>{}<figcaption>Light blue: the ADC reads five strips; "
-      "orange: the board computes and seals a "
-      "frame; blue: the frame is on the wire; grey: it sleeps.</figcaption></figure>",
-      budget_svg(d));
-  page.add(
-      "<h2>Flash {}</h2><p><code>avrdude -p m328p -c arduino -P /dev/ttyUSB0 -b 115200 -U "
-      "flash:w:glove.hex</code>{}; or copy what is in <code>arduino/</code> to the Arduino IDE's libraries "
-      "and open the example.</p></html>",
-      has_hand(d) ? "them" : "it", has_hand(d) ? ", likewise <code>hand.hex</code>" : "");
-  io::write_file(folder / "report.html", page.text());
+void save_results(const Deployment& d, const std::filesystem::path& folder) {
+  Json table = Json::array();
+  for (const auto& [name, value] : lines(d)) table.push_back({{"name", name}, {"value", value}});
+  Json json = {{"kind", "deployment"},
+               {"model_name", d.glove.model.name},
+               {"boards", has_hand(d) ? 2 : 1},
+               {"table", std::move(table)},
+               {"version", FLEXOR_VERSION}};
+  json.update(to_json(d));
+  io::write_file(folder / "results.json", io::dump(json));
 }
 
-}  // namespace flexor::report
+}  // namespace flexor::study

@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# Every kind of report in a real browser, as phone and desktop, light and dark: nothing serious for a screen reader, no page
+# wider than its screen, no letters too small; and a page that is all of this is noticed.
+# Arguments: the build's folder, the repository, simulated_recording, test_inputs.
+set -euo pipefail
+build=$1 root=$2 simulate=$3 inputs=$4
+[ -d "$root/web/node_modules" ] || { echo "skipped: script/bootstrap tests installs the browser's part"; exit 77; }
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+flexor=$build/flexor
+"$simulate" "$work/logs" >/dev/null
+mkdir "$work/inputs"
+"$inputs" "$work/inputs" >/dev/null
+"$flexor" identify --sensor "$work/logs/simulated_glove.csv" --reference "$work/logs/simulated_camera.csv" --structure hw \
+  --report "$work/identification" >/dev/null 2>&1
+"$flexor" experiment --trials 2 --gestures 2,4 --scenarios --out "$work/experiment" >/dev/null 2>&1
+"$flexor" latency --edges 3 --out "$work/latency" >/dev/null 2>&1
+"$flexor" deploy "$root/models/published_hw.json" --rate 10 --out "$work/deployment" >/dev/null 2>&1
+"$flexor" track "$work/inputs/video.mp4" --joints "$work/inputs/joints.json" --out "$work/angles.csv" \
+  --report "$work/tracking" >/dev/null 2>&1
+cd "$root/web"
+node check_reports.mjs "$work"/{identification,experiment,latency,deployment,tracking}/report.html
+
+mkdir "$work/bad"
+cat >"$work/bad/report.html" <<'PAGE'
+<!doctype html><html><head><title>bad</title></head><body><p style="color: #ccc; background: #ddd">grey on grey</p>
+<img src="x.png"><pre>a line that is much too long for any phone, and does not break, since it stands in a block that keeps lines as
+they are, whatever the width of the screen may be, and it goes on and on and on and on and on and on and on and on and on</pre>
+<svg width="200" height="20"><text x="0" y="10" font-size="3">tiny</text></svg></body></html>
+PAGE
+if node check_reports.mjs "$work/bad/report.html" >"$work/found"; then
+  echo "a bad page passed"
+  exit 1
+fi
+for what in color-contrast image-alt html-has-lang "px wide on" "letters of"; do
+  grep -q "$what" "$work/found" || { cat "$work/found"; echo "not noticed: $what"; exit 1; }
+done

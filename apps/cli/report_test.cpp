@@ -1,0 +1,227 @@
+// Reports, from the job to the page: drawn from what was saved alone, and the same bytes whenever they are drawn.
+#include "host/report/render.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <map>
+#include <set>
+
+#include "host/identify/identify_files.hpp"
+#include "host/identify/results.hpp"
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+#include "host/recording/csv.hpp"
+#include "host/report/colours.hpp"
+#include "host/study/deployment.hpp"
+#include "host/study/results.hpp"
+
+namespace flexor {
+namespace {
+namespace fs = std::filesystem;
+
+class ReportTest : public testing::Test {
+ protected:
+  ReportTest() : folder_(fs::path(testing::TempDir()) / ("flexor_report_test_" + std::to_string(::getpid()))) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~ReportTest() override { fs::remove_all(folder_); }
+
+  std::string read(const std::string& name) const { return io::read_file(folder_ / name); }
+
+  std::map<std::string, std::string> files() const {
+    std::map<std::string, std::string> out;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
+      if (entry.is_regular_file()) out[entry.path().lexically_relative(folder_)] = io::read_file(entry.path());
+    }
+    return out;
+  }
+
+  // Draws, takes away all that was drawn, and draws again.
+  void expect_the_same_once_more() const {
+    const auto saved = files();
+    report::render(folder_);
+    const auto first = files();
+    EXPECT_GT(first.size(), saved.size());
+    for (const auto& [name, bytes] : first) {
+      if (!saved.contains(name)) fs::remove(folder_ / name);
+    }
+    report::render(folder_);
+    EXPECT_EQ(files(), first);
+    const std::string page = first.at("report.html");
+    for (const char* part : {"<script", "href=\"http", "{{", "}}"}) EXPECT_EQ(page.find(part), std::string::npos) << part;
+    EXPECT_NE(page.find("width=device-width"), std::string::npos);
+  }
+
+  fs::path folder_;
+};
+
+class IdentificationReport : public ReportTest {
+ protected:
+  IdentificationReport() {
+    const fs::path logs = folder_.string() + "_logs";
+    EXPECT_EQ(std::system(("'" FLEXOR_SIMULATE "' '" + logs.string() + "'").c_str()), 0);
+    identify::FileRequest r;
+    r.files = {logs / "simulated_glove.csv", logs / "simulated_camera.csv", "", ""};
+    r.structure = "hw";
+    result_ = identify::identify_files(r, {});
+    fs::remove_all(logs);
+  }
+  identify::Identification result_;
+};
+
+TEST_F(IdentificationReport, IsDrawnFromWhatWasSaved) {
+  ASSERT_FALSE(result_.fit.refusals.empty());
+  identify::save_results(result_, folder_);
+  expect_the_same_once_more();
+  const std::string html = read("report.html");
+  for (const char* name :
+       {"alignment", "clock_offset", "curve", "dynamics", "holdout", "errors", "error_correlation"}) {
+    EXPECT_TRUE(read(std::string(name) + ".svg").starts_with("<svg")) << name;
+    EXPECT_NE(html.find(std::string(name) + "_title"), std::string::npos) << name << " is not in the page";
+  }
+  for (const char* part : {"On data it never saw", "All structures side by side", "standard error", "Residual check",
+                           "the finger never reached an end stop there"}) {
+    EXPECT_NE(html.find(part), std::string::npos) << part;
+  }
+}
+
+TEST_F(IdentificationReport, HoldoutCsvIsTheScoredPart) {
+  identify::save_results(result_, folder_);
+  const auto r = recording::read_csv(folder_ / "holdout.csv", {});
+  EXPECT_EQ(r.t_s.size(), result_.holdout.samples);
+  const auto s = score::score(r.t_s, r.column("measured_deg").value, r.column("estimated_deg").value);
+  EXPECT_NEAR(s.rmse_deg, result_.holdout.rmse_deg, 1e-9);
+}
+
+TEST_F(IdentificationReport, ClocksThatWereGivenNeedNoAlignment) {
+  result_.aligned.alignment.reset();
+  identify::save_results(result_, folder_);
+  report::render(folder_);
+  EXPECT_NE(read("report.html").find("given by the user; the signals alone do not tell"), std::string::npos);
+}
+
+TEST_F(IdentificationReport, NamesWithMarkupAreShownNotObeyed) {
+  result_.pair.input = "<b>&\"";
+  identify::save_results(result_, folder_);
+  report::render(folder_);
+  const std::string html = read("report.html");
+  EXPECT_EQ(html.find("<b>&\""), std::string::npos);
+  EXPECT_NE(html.find("&lt;b&gt;&amp;&quot;"), std::string::npos);
+}
+
+TEST_F(IdentificationReport, AnUnwritableFolderIsAnInputError) {
+  io::write_file(folder_ / "file", "x");
+  EXPECT_THROW(identify::save_results(result_, folder_ / "file"), io::InputError);
+}
+
+class ExperimentReport : public ReportTest {
+ protected:
+  static study::Plan plan(const std::string& gestures) {
+    return {study::shipped_parameters(),
+            study::motions(gestures),
+            {study::compensator("raw", 10), study::compensator("published-hw", 10)},
+            3,
+            2,
+            2,
+            {}};
+  }
+
+  // gnuplot's SVG of the bars: a compensator's whiskers are one path in their own grey.
+  std::size_t whiskers() const {
+    report::render(folder_);
+    const std::string svg = read("errors.svg");
+    std::size_t n = 0;
+    for (auto at = svg.find("stroke='rgb( 68,  68,  68)'"); at != std::string::npos;
+         at = svg.find("stroke='rgb( 68,  68,  68)'", at + 1)) {
+      const std::string path = svg.substr(at, svg.find("/>", at) - at);
+      n += static_cast<std::size_t>(std::ranges::count(path, 'M'));
+    }
+    return n;
+  }
+};
+
+study::Statistic statistic(std::initializer_list<double> values) {
+  study::Statistic s;
+  for (const double value : values) s.add(value);
+  return s;
+}
+
+TEST_F(ExperimentReport, IsDrawnFromWhatWasSaved) {
+  const study::Plan p = plan("2,4");
+  const study::Result r = study::run(p, {});
+  study::save_results(p, r, {{{"as calibrated", {}}, r}}, folder_);
+  expect_the_same_once_more();
+  const std::string html = read("report.html");
+  for (const char* part : {"number two", "published-hw", "final posture", "as calibrated", "×1.00"}) {
+    EXPECT_NE(html.find(part), std::string::npos) << part;
+  }
+  for (const char* name : {"errors", "response_1", "error_2", "posture_2"}) {
+    EXPECT_TRUE(read(std::string(name) + ".svg").starts_with("<svg")) << name;
+    EXPECT_TRUE(read(std::string(name) + ".pdf").starts_with("%PDF")) << name;
+  }
+  const auto json = nlohmann::json::parse(read("results.json"));
+  EXPECT_EQ(json.at("cells").size(), 4U);
+  EXPECT_TRUE(json.at("twin").contains("parameters"));
+  const auto trace = recording::read_csv(folder_ / "traces" / "motion2_compensator1.csv", {});
+  EXPECT_EQ(trace.columns.size(), 10U);
+  EXPECT_NEAR(trace.t_s.back(), p.motions[1].duration_s(), 0.05);
+}
+
+// An interval that reaches below zero has no logarithm there: it is drawn down to the foot of the axis.
+TEST_F(ExperimentReport, EveryBarKeepsItsIntervalAndOneTrialHasNone) {
+  const study::Plan p = plan("4");
+  study::Result r = study::run(p, {});
+  r.cells[0].total_deg_s = statistic({10, 900});  // 455 +- 5654
+  r.cells[1].total_deg_s = statistic({400, 420});
+  study::save_results(p, r, {}, folder_);
+  EXPECT_EQ(whiskers(), 2U);
+  r.cells[0].total_deg_s = statistic({455});
+  study::save_results(p, r, {}, folder_);
+  EXPECT_EQ(whiskers(), 1U);
+}
+
+// A compensator has its colour whoever stands beside it, and no two of a run have the same.
+TEST_F(ExperimentReport, AColourBelongsToItsCompensatorNotToItsPlace) {
+  using report::colours_of;
+  EXPECT_EQ(colours_of({"raw", "published-w", "published-hw"}),
+            (std::vector<std::string>{"#E69F00", "#56B4E9", "#D55E00"}));
+  EXPECT_EQ(colours_of({"published-hw"}).front(), "#D55E00");
+  EXPECT_EQ(colours_of({"mine", "raw"}).front(), colours_of({"published-hw", "mine"}).back());
+  const std::vector<std::string> many =
+      colours_of({"raw", "a", "b", "c", "published-w", "d", "e", "f", "published-hw"});
+  EXPECT_EQ(std::set<std::string>(many.begin(), many.end()).size(), many.size());
+  study::Plan p = plan("4");
+  p.compensators = {study::compensator("published-hw", 10)};
+  study::save_results(p, study::run(p, {}), {}, folder_);
+  report::render(folder_);
+  for (const char* name : {"errors", "response_1", "error_1", "posture_1"})
+    EXPECT_NE(read(std::string(name) + ".svg").find("rgb(213,  94,   0)"), std::string::npos) << name;
+}
+
+TEST_F(ReportTest, OfLatencyIsDrawnFromWhatWasSaved) {
+  const std::vector<study::Latency> edges = {{10, 1, 20, 30, 1, 5}, {20, 1, 40, 30, 1, 9}};
+  study::save_results(study::budget_of(edges, 3), "10 samples a second", folder_);
+  expect_the_same_once_more();
+  EXPECT_NE(read("report.html").find("1 more were lost"), std::string::npos);
+  EXPECT_NE(read("latency.csv").find("total,84.0000,67.0000,101.0000"), std::string::npos);
+}
+
+TEST_F(ReportTest, OfADeploymentIsDrawnFromWhatWasSaved) {
+  study::Deployment d;
+  d.glove.model = study::compensator("published-hw", 10).model;
+  d.glove.model.name = "</title>it's 5 % <i>";
+  d.glove_figures.step.add(600);
+  d.recording = "the six gestures";
+  study::save_results(d, folder_);
+  expect_the_same_once_more();
+  const std::string html = read("report.html");
+  EXPECT_EQ(html.find("<i>"), std::string::npos);
+  EXPECT_NE(html.find("&lt;/title&gt;it&apos;s 5 % &lt;i&gt;"), std::string::npos) << html.substr(0, 400);
+}
+
+}  // namespace
+}  // namespace flexor

@@ -1,0 +1,210 @@
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "host/io/io.hpp"
+#include "host/report/experiment_figures.hpp"
+#include "host/report/jobs.hpp"
+#include "host/report/page.hpp"
+
+namespace flexor::report {
+namespace {
+
+constexpr const char* kStops =
+    "Fastest hit: the greatest speed with which any joint arrived at one of its end stops in any trial. Pressed: how "
+    "long motors then pressed against a stop with a tenth of their supply or more, mean of a trial, five fingers "
+    "together.";
+
+std::string figure_of(double value) {
+  return value < 99.95 ? fmt::format("{:.1f}", value) : fmt::format("{:.0f}", value);
+}
+
+std::string with_interval(const Json& statistic) {
+  const double mean = number_or_nan(statistic.at("mean"));
+  const double half = number_or_nan(statistic.at("ci95"));
+  if (std::isnan(mean)) return "-";
+  return std::isnan(half) ? figure_of(mean) : fmt::format("{} ± {}", figure_of(mean), figure_of(half));
+}
+
+double mean_error(const Json& cell) { return cell.at("total_error_deg_s").at("mean").get<double>(); }
+
+std::string ratio(double value, double to) { return fmt::format("{:.3f}", value / to); }
+
+void distance_cards(Page& page, const Json& log_rms) {
+  std::vector<Card> cards;
+  const auto add = [&](const char* part, const char* what, bool plain) {
+    const Json& d = log_rms.at(part);
+    if (d.is_null()) return;
+    cards.push_back({fmt::format("{:.2f}", d.at("log_rms").get<double>()),
+                     fmt::format("distance from the published table on gestures {}, {} (root mean square of "
+                                 "ln(ours/published); 0.35 is a factor of 1.4)",
+                                 fmt::join(d.at("gestures").get<std::vector<int>>(), ", "), what),
+                     plain});
+  };
+  add("fitted", "whose averages are among those that the twin is fitted to", false);
+  add("predicted", "which the fit did not use", true);
+  if (!cards.empty()) page.cards(cards);
+}
+
+void verdict(Page& page, const Experiment& e) {
+  const auto raw = e.index_of("raw");
+  const std::size_t last = e.compensators.size() - 1;
+  if (raw && last != *raw) {
+    double sum = 0;
+    for (std::size_t m = 0; m < e.motions.size(); ++m)
+      sum += std::log(mean_error(e.cell(m, *raw)) / mean_error(e.cell(m, last)));
+    page.paragraph(fmt::format(
+        "With {} the hand is {:.1f} times closer to the finger than with the raw sensor (geometric mean over {} "
+        "motion(s); the error of every lag counts).",
+        e.compensators[last], std::exp(sum / static_cast<double>(e.motions.size())), e.motions.size()));
+  }
+  distance_cards(page, e.results.at("log_rms"));
+}
+
+void error_table(Page& page, const Experiment& e) {
+  const auto raw = e.index_of("raw");
+  const auto wiener = e.index_of("published-w");
+  TableBlock t{"Total error in degree-seconds, motion by motion",
+               {"motion, compensator", "causal", "published", "ratio to published", "ratio to raw", "ratio to W",
+                "lag removed", "lag"},
+               {},
+               {}};
+  for (std::size_t m = 0; m < e.motions.size(); ++m) {
+    for (std::size_t c = 0; c < e.compensators.size(); ++c) {
+      const Json& cell = e.cell(m, c);
+      const double error = mean_error(cell);
+      const double published = number_or_nan(cell.at("published_deg_s"));
+      const double lag_s = number_or_nan(cell.at("lag_s").at("mean"));
+      t.rows.push_back({e.title(m) + ", " + e.compensators[c], with_interval(cell.at("total_error_deg_s")),
+                        std::isnan(published) ? "-" : figure_of(published),
+                        std::isnan(published) ? "-" : fmt::format("{:.2f}", error / published),
+                        raw ? ratio(error, mean_error(e.cell(m, *raw))) : "-",
+                        wiener ? ratio(error, mean_error(e.cell(m, *wiener))) : "-",
+                        with_interval(cell.at("lag_removed_deg_s")),
+                        std::isnan(lag_s) ? "-" : fmt::format("{:.0f} ms", 1000 * lag_s)});
+    }
+  }
+  page.heading("Total error, degree-seconds");
+  page.table(t);
+  page.paragraph(
+      fmt::format("Mean and 95 % interval over {} trial(s). Causal: every lag counts, the hand's and the radio's too. Lag "
+                  "removed: after the one lag of each trial that makes it smallest; never to be compared with a causal "
+                  "figure.",
+                  e.cell(0, 0).at("trials").get<int>()));
+}
+
+// Five fingers together: the fastest, or the sum.
+double fastest(const Json& by_finger) {
+  double out = 0;
+  for (const auto& finger : by_finger.items()) out = std::max(out, finger.value().get<double>());
+  return out;
+}
+
+double sum(const Json& by_finger) {
+  double out = 0;
+  for (const auto& finger : by_finger.items()) out += finger.value().get<double>();
+  return out;
+}
+
+void finger_table(Page& page, const Experiment& e) {
+  TableBlock t{"Error of each finger in degree-seconds", {"motion, compensator"}, {}, {}};
+  for (const auto& finger : e.cell(0, 0).at("finger_error_deg_s").items()) t.columns.push_back(finger.key());
+  t.columns.insert(t.columns.end(), {"fastest hit", "pressed", "frames lost"});
+  for (std::size_t m = 0; m < e.motions.size(); ++m) {
+    for (std::size_t c = 0; c < e.compensators.size(); ++c) {
+      const Json& cell = e.cell(m, c);
+      std::vector<std::string> row = {e.title(m) + ", " + e.compensators[c]};
+      for (const auto& finger : cell.at("finger_error_deg_s").items())
+        row.push_back(figure_of(finger.value().get<double>()));
+      row.push_back(fmt::format("{:.0f}°/s", fastest(cell.at("impact_deg_s"))));
+      row.push_back(fmt::format("{:.2f} s", sum(cell.at("pressed_s"))));
+      row.push_back(fmt::format("{:.1f} %", 100 * cell.at("frames_lost").get<double>() /
+                                                std::max(cell.at("frames_sent").get<double>(), 1.0)));
+      t.rows.push_back(std::move(row));
+    }
+  }
+  page.begin_details("Each finger, and what the end stops suffer");
+  page.table(t);
+  page.paragraph(kStops);
+  page.end_details();
+}
+
+// Mean over motions of the total error.
+double overall(const Json& cells, std::size_t compensator, std::size_t compensators) {
+  double total = 0;
+  for (std::size_t i = compensator; i < cells.size(); i += compensators) total += mean_error(cells[i]);
+  return total / (static_cast<double>(cells.size()) / static_cast<double>(compensators));
+}
+
+void scenario_table(Page& page, const Experiment& e) {
+  const Json& scenarios = e.results.at("scenarios");
+  if (scenarios.empty()) return;
+  TableBlock t{"Causal error in degree-seconds, mean over the motions", {"scenario"}, {}, {}};
+  t.columns.insert(t.columns.end(), e.compensators.begin(), e.compensators.end());
+  t.columns.insert(t.columns.end(), {"fastest hit of a stop", "pressed"});
+  const Json& base = scenarios.front().at("cells");
+  for (const Json& s : scenarios) {
+    std::vector<std::string> row = {s.at("name").get<std::string>()};
+    for (std::size_t c = 0; c < e.compensators.size(); ++c) {
+      const double error = overall(s.at("cells"), c, e.compensators.size());
+      row.push_back(fmt::format("{} (×{:.2f})", figure_of(error),
+                                error / overall(base, c, e.compensators.size())));
+    }
+    row.push_back(fmt::format("{:.0f}°/s", s.at("impact_deg_s").get<double>()));
+    row.push_back(fmt::format("{:.2f} s", s.at("pressed_s").get<double>()));
+    t.rows.push_back(std::move(row));
+  }
+  page.heading("When things go wrong");
+  page.table(t);
+  page.paragraph(fmt::format("In brackets: relative to the same compensator in the first row. {} The worst compensator's.",
+                             kStops));
+}
+
+}  // namespace
+
+Experiment::Experiment(const Saved& saved)
+    : results(saved.results()),
+      compensators(results.at("compensators").get<std::vector<std::string>>()),
+      motions(results.at("motions")) {
+  if (motions.empty() || compensators.empty() ||
+      results.at("cells").size() != motions.size() * compensators.size()) {
+    throw io::InputError(fmt::format("{}: results.json has not a cell for each motion and compensator",
+                                     saved.folder().string()));
+  }
+}
+
+std::optional<std::size_t> Experiment::index_of(const std::string& compensator) const {
+  const auto it = std::ranges::find(compensators, compensator);
+  if (it == compensators.end()) return std::nullopt;
+  return static_cast<std::size_t>(it - compensators.begin());
+}
+
+std::string Experiment::title(std::size_t motion) const {
+  const Json& m = motions.at(motion);
+  const auto name = m.at("name").get<std::string>();
+  return m.at("gesture").is_null() ? name : fmt::format("{} {}", m.at("gesture").get<int>(), name);
+}
+
+void render_experiment(const Saved& saved) {
+  const Experiment e(saved);
+  Page page(e.results.at("engine") == "twin" ? "Glove to bionic hand, in the twin"
+                                             : "Glove to bionic hand, played by " + saved.text("engine"));
+  verdict(page, e);
+  error_table(page, e);
+  scenario_table(page, e);
+  finger_table(page, e);
+  for (const DrawnFigure& f : draw_experiment(saved, e)) {
+    io::write_file(saved.folder() / (f.figure.name + ".svg"), f.svg);
+    io::write_file(saved.folder() / (f.figure.name + ".pdf"), f.pdf);
+    page.figure(f.figure, f.svg);
+  }
+  page.paragraph(fmt::format(
+      "A simulation: person, glove, radio, hand and cameras follow the configuration in results.json. {:g} Hz, seed {}, "
+      "flexor {}. Every figure is beside this page as SVG and PDF; every trial is a row of trials.csv.",
+      e.results.at("rate_hz").get<double>(), e.results.at("seed").get<std::uint64_t>(), saved.text("version")));
+  io::write_file(saved.folder() / "report.html", page.html());
+}
+
+}  // namespace flexor::report

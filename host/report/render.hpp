@@ -1,0 +1,17 @@
+// The report of a job from what the job saved, and from nothing else: it never simulates, fits or measures.
+//
+// A job writes results.json and its tables into a folder and then calls render(); `flexor report FOLDER` calls the
+// same, and writes the same bytes.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+
+namespace flexor::report {
+
+// Writes report.html, which needs nothing else, and each figure as SVG, some as PDF. Every file appears whole or not
+// at all. Throws io::InputError for a folder without results or with other ones than this version writes,
+// io::JobError when gnuplot is missing or fails.
+void render(const std::filesystem::path& folder);
+
+}  // namespace flexor::report

@@ -1,0 +1,86 @@
+#include "host/report/saved.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+
+namespace flexor::report {
+namespace {
+
+// The cells of a line; none of what jobs write is quoted.
+std::vector<std::string_view> cells(std::string_view line) {
+  std::vector<std::string_view> out;
+  for (;;) {
+    const auto comma = line.find(',');
+    out.push_back(line.substr(0, comma));
+    if (comma == std::string_view::npos) return out;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+bool read_number(std::string_view cell, double& value) {
+  value = std::numeric_limits<double>::quiet_NaN();
+  if (cell.empty()) return true;
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  return error == std::errc() && end == cell.data() + cell.size();
+}
+
+}  // namespace
+
+Saved::Saved(std::filesystem::path folder) : folder_(std::move(folder)) {
+  const auto path = folder_ / "results.json";
+  if (!std::filesystem::exists(path)) {
+    throw io::InputError(fmt::format(
+        "{}: no results.json: give a folder that identify --report, experiment --out, track --report, deploy or "
+        "latency --out has written",
+        folder_.string()));
+  }
+  results_ = io::parse_json(io::read_file(path), path.string());
+  if (!results_.is_object() || !results_.contains("kind") || !results_.at("kind").is_string()) {
+    throw io::InputError(
+        fmt::format("{}: says of no kind of job that its results are: it was written by another version of flexor; "
+                    "run the job again",
+                    path.string()));
+  }
+}
+
+Columns Saved::columns(const std::string& file) const {
+  const auto path = folder_ / file;
+  const std::string text = io::read_file(path);
+  std::vector<std::string_view> lines;
+  std::vector<std::string> names;
+  std::vector<std::vector<double>> values;
+  std::size_t row = 0;
+  for (std::string_view rest = text; !rest.empty();) {
+    const auto end = rest.find('\n');
+    const auto line = cells(rest.substr(0, end));
+    rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 1);
+    if (row++ == 0) {
+      names.assign(line.begin(), line.end());
+      values.resize(names.size());
+      continue;
+    }
+    bool good = line.size() == names.size();
+    for (std::size_t i = 0; good && i < line.size(); ++i) {
+      double value = 0;
+      good = read_number(line[i], value);
+      values[i].push_back(value);
+    }
+    if (!good) throw io::InputError(fmt::format("{}: row {}: not {} numbers", path.string(), row, names.size()));
+  }
+  Columns out;
+  for (std::size_t i = 0; i < names.size(); ++i) out[names[i]] = std::move(values[i]);
+  return out;
+}
+
+double number_or_nan(const Json& json) {
+  return json.is_number() ? json.get<double>() : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace flexor::report

@@ -1,0 +1,37 @@
+// What a job saved for its report: results.json, and tables of numbers as CSV beside it.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace flexor::report {
+
+using Json = nlohmann::ordered_json;
+
+// Columns by name, all of the same length. Cells that are empty are NaN.
+using Columns = std::map<std::string, std::vector<double>>;
+
+class Saved {
+ public:
+  // Throws io::InputError: no results.json, or none that a report can be made of.
+  explicit Saved(std::filesystem::path folder);
+
+  const std::filesystem::path& folder() const { return folder_; }
+  const Json& results() const { return results_; }
+  std::string text(const char* key) const { return results_.at(key).get<std::string>(); }
+
+  // Of a CSV with a header. Throws io::InputError naming file and row.
+  Columns columns(const std::string& file) const;
+
+ private:
+  std::filesystem::path folder_;
+  Json results_;
+};
+
+// A number that may be null.
+double number_or_nan(const Json& json);
+
+}  // namespace flexor::report

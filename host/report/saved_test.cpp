@@ -1,0 +1,64 @@
+#include "host/report/saved.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+
+#include "host/io/io.hpp"
+#include "host/report/render.hpp"
+
+namespace flexor::report {
+namespace {
+namespace fs = std::filesystem;
+
+class SavedTest : public testing::Test {
+ protected:
+  SavedTest() : folder_(fs::path(testing::TempDir()) / ("flexor_saved_" + std::to_string(::getpid()))) {
+    fs::create_directories(folder_);
+  }
+  ~SavedTest() override { fs::remove_all(folder_); }
+
+  void write(const std::string& name, const std::string& text) const { io::write_file(folder_ / name, text); }
+
+  std::string refusal() const {
+    try {
+      render(folder_);
+    } catch (const io::InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(SavedTest, ReadsColumnsOfNumbers) {
+  write("results.json", R"({"kind": "experiment"})");
+  write("a.csv", "t_s,x\n0,1.5\n0.1,\n0.2,-3e2\n");
+  const Columns c = Saved(folder_).columns("a.csv");
+  EXPECT_EQ(c.at("t_s"), (std::vector<double>{0, 0.1, 0.2}));
+  EXPECT_EQ(c.at("x")[2], -300);
+  EXPECT_TRUE(std::isnan(c.at("x")[1]));
+  write("a.csv", "t_s,x\n0,1.5\n0.1,two\n");
+  EXPECT_THROW((void)Saved(folder_).columns("a.csv"), io::InputError);
+}
+
+TEST_F(SavedTest, WhatIsNoJobsFolderIsRefusedInOneLine) {
+  EXPECT_NE(refusal().find("no results.json"), std::string::npos);
+  write("results.json", "[1]");
+  EXPECT_NE(refusal().find("another version"), std::string::npos);
+  write("results.json", R"({"kind": "poetry"})");
+  EXPECT_NE(refusal().find("unknown job \"poetry\""), std::string::npos);
+  for (const char* kind : {"identification", "experiment", "tracking", "deployment", "latency"}) {
+    write("results.json", std::string(R"({"kind": ")") + kind + R"(", "angles": 3, "cells": []})");
+    write("samples.csv", "t_s\n0\n");
+    const std::string said = refusal();
+    EXPECT_NE(said.find("run the job again"), std::string::npos) << kind << ": " << said;
+    EXPECT_EQ(said.find('\n'), std::string::npos);
+    EXPECT_FALSE(fs::exists(folder_ / "report.html"));
+  }
+}
+
+}  // namespace
+}  // namespace flexor::report

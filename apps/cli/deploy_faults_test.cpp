@@ -120,7 +120,7 @@ TEST_F(DeployFaults, AModelsNameIsNeverCompiledNorMarkup) {
   EXPECT_EQ(content(path("one/glove.hex")), content(path("two/glove.hex")));
   const std::string report = content(path("two/report.html"));
   EXPECT_EQ(report.find("<script"), std::string::npos);
-  EXPECT_NE(report.find("&lt;script&gt;alert(1)&lt;/script&gt; &#39;&quot;`"), std::string::npos);
+  EXPECT_NE(report.find("&lt;script&gt;alert(1)&lt;/script&gt; &apos;&quot;`"), std::string::npos);
   EXPECT_FALSE(fs::exists(path("gone")));
 }
 

@@ -15,7 +15,7 @@ constexpr std::size_t kFingers = 5;
 
 // The first letters, none of them cut in two.
 std::string shortened(const std::string& text) {
-  std::size_t end = std::min<std::size_t>(text.size(), 14);
+  std::size_t end = std::min<std::size_t>(text.size(), 18);
   while (end > 0 && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xc0U) == 0x80) --end;
   return text.substr(0, end);
 }

@@ -17,18 +17,20 @@ struct Options {
 void run(const Options& o) {
   report::render(o.folder);
   const std::string page = o.folder + "/report.html";
-  print(o.json ? io::dump({{"report", page}, {"version", FLEXOR_VERSION}}) : fmt::format("report   {}\n", page));
+  print(o.json ? io::dump({{"report", page}, {"version", FLEXOR_VERSION}})
+               : fmt::format("report   {}\n", page));
 }
 
 }  // namespace
 
 void add_report(CLI::App& app) {
   auto o = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("report", "Draw a job's report once more, from the results that it saved in its folder");
+  CLI::App* command = app.add_subcommand(
+      "report", "Draw a job's report once more, from the results that it saved in its folder");
   command
       ->add_option("FOLDER", o->folder,
-                   "that identify --report, experiment --out, track --report, deploy --out or latency --out has written")
+                   "that identify --report, experiment --out, track --report, deploy --out or latency --out "
+                   "has written")
       ->required();
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o] { run(*o); });

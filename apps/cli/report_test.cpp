@@ -24,7 +24,8 @@ namespace fs = std::filesystem;
 
 class ReportTest : public testing::Test {
  protected:
-  ReportTest() : folder_(fs::path(testing::TempDir()) / ("flexor_report_test_" + std::to_string(::getpid()))) {
+  ReportTest()
+      : folder_(fs::path(testing::TempDir()) / ("flexor_report_test_" + std::to_string(::getpid()))) {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }
@@ -35,7 +36,8 @@ class ReportTest : public testing::Test {
   std::map<std::string, std::string> files() const {
     std::map<std::string, std::string> out;
     for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
-      if (entry.is_regular_file()) out[entry.path().lexically_relative(folder_)] = io::read_file(entry.path());
+      if (entry.is_regular_file())
+        out[entry.path().lexically_relative(folder_)] = io::read_file(entry.path());
     }
     return out;
   }
@@ -52,7 +54,8 @@ class ReportTest : public testing::Test {
     report::render(folder_);
     EXPECT_EQ(files(), first);
     const std::string page = first.at("report.html");
-    for (const char* part : {"<script", "href=\"http", "{{", "}}"}) EXPECT_EQ(page.find(part), std::string::npos) << part;
+    for (const char* part : {"<script", "href=\"http", "{{", "}}"})
+      EXPECT_EQ(page.find(part), std::string::npos) << part;
     EXPECT_NE(page.find("width=device-width"), std::string::npos);
   }
 
@@ -83,8 +86,8 @@ TEST_F(IdentificationReport, IsDrawnFromWhatWasSaved) {
     EXPECT_TRUE(read(std::string(name) + ".svg").starts_with("<svg")) << name;
     EXPECT_NE(html.find(std::string(name) + "_title"), std::string::npos) << name << " is not in the page";
   }
-  for (const char* part : {"On data it never saw", "All structures side by side", "standard error", "Residual check",
-                           "the finger never reached an end stop there"}) {
+  for (const char* part : {"On data it never saw", "All structures side by side", "standard error",
+                           "Residual check", "the finger never reached an end stop there"}) {
     EXPECT_NE(html.find(part), std::string::npos) << part;
   }
 }

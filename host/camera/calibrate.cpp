@@ -30,19 +30,14 @@ Point Lens::undistort(Point p) const {
   return {point.front().x, point.front().y};
 }
 
-Calibration calibrate(const std::vector<std::filesystem::path>& pictures, const Board& board) {
+namespace {
+
+// The board's inner corners in each picture that shows them all; out.used and out.refused say which.
+std::vector<std::vector<cv::Point2f>> find_corners(const std::vector<std::filesystem::path>& pictures,
+                                                   const Board& board, cv::Size& picture_size,
+                                                   Calibration& out) {
   const cv::Size size(board.columns, board.rows);
-  if (board.columns < 3 || board.rows < 3) {
-    throw io::InputError("a checkerboard needs at least 3 x 3 inner corners: count where four squares meet");
-  }
-  std::vector<cv::Point3f> square;
-  for (int y = 0; y < board.rows; ++y) {
-    for (int x = 0; x < board.columns; ++x)
-      square.emplace_back(static_cast<float>(x), static_cast<float>(y), 0.F);
-  }
-  Calibration out;
   std::vector<std::vector<cv::Point2f>> seen;
-  cv::Size picture_size;
   for (const std::filesystem::path& path : pictures) {
     const Picture picture = read_picture(path);
     const cv::Size s(picture.width, picture.height);
@@ -72,6 +67,23 @@ Calibration calibrate(const std::vector<std::filesystem::path>& pictures, const 
                                      seen.size(), pictures.size(), kLeastPictures,
                                      out.refused.empty() ? "" : " (" + out.refused.front() + ")"));
   }
+  return seen;
+}
+
+}  // namespace
+
+Calibration calibrate(const std::vector<std::filesystem::path>& pictures, const Board& board) {
+  if (board.columns < 3 || board.rows < 3) {
+    throw io::InputError("a checkerboard needs at least 3 x 3 inner corners: count where four squares meet");
+  }
+  std::vector<cv::Point3f> square;
+  for (int y = 0; y < board.rows; ++y) {
+    for (int x = 0; x < board.columns; ++x)
+      square.emplace_back(static_cast<float>(x), static_cast<float>(y), 0.F);
+  }
+  Calibration out;
+  cv::Size picture_size;
+  const std::vector<std::vector<cv::Point2f>> seen = find_corners(pictures, board, picture_size, out);
   cv::Mat k;
   cv::Mat distortion;
   std::vector<cv::Mat> turns;

@@ -124,9 +124,8 @@ double AngleFilter::density(std::size_t k, double factor) const {
   return largest;
 }
 
-FilteredAngle AngleFilter::pop(State& state, std::size_t k) {
-  const double factor = noise_factor(state);
-  state.density = std::max({kLeastDensity, kForget * state.density, density(k, factor)});
+// Kalman's filter over the window; from which frame on it knows anything.
+std::size_t AngleFilter::filter_forward(const State& state, std::size_t k, double factor) {
   const double q = state.density;
   const std::size_t n = window_.size();
   predicted_.assign(n, {});
@@ -155,21 +154,12 @@ FilteredAngle AngleFilter::pop(State& state, std::size_t k) {
     t = window_[i].t_s;
     first = std::min(first, i);
   }
+  return first;
+}
 
-  const Measurement& now = window_.front().measured[k];
-  state.missing = now.angle ? 0 : state.missing + 1;
-  std::size_t run = state.missing;
-  for (std::size_t i = 1; !now.angle && i < n && !window_[i].measured[k].angle; ++i) ++run;
-  FilteredAngle out;
-  if (first == 0) {
-    state.past = filtered_[0];
-    state.past_s = window_.front().t_s;
-  }
-  if (first > 0 || run > kMaxHidden) {
-    // What was before a long absence says nothing about what comes after it.
-    if (run > kMaxHidden) state.past.reset();
-    return {state.last_deg, kUnknown_deg, Quality::lost};
-  }
+// Rauch, Tung and Striebel's smoother, from the window's newest frame to its oldest.
+AngleFilter::Gauss AngleFilter::smooth_backward() const {
+  const std::size_t n = window_.size();
   Gauss s = filtered_[n - 1];
   for (std::size_t i = n - 1; i-- > 0;) {
     const Gauss& f = filtered_[i];
@@ -193,6 +183,29 @@ FilteredAngle AngleFilter::pop(State& state, std::size_t k) {
          f.p01 + c00 * c10 * e00 + (c00 * c11 + c01 * c10) * e01 + c01 * c11 * e11,
          f.p11 + c10 * c10 * e00 + 2 * c10 * c11 * e01 + c11 * c11 * e11};
   }
+  return s;
+}
+
+FilteredAngle AngleFilter::pop(State& state, std::size_t k) {
+  const double factor = noise_factor(state);
+  state.density = std::max({kLeastDensity, kForget * state.density, density(k, factor)});
+  const std::size_t n = window_.size();
+  const std::size_t first = filter_forward(state, k, factor);
+  const Measurement& now = window_.front().measured[k];
+  state.missing = now.angle ? 0 : state.missing + 1;
+  std::size_t run = state.missing;
+  for (std::size_t i = 1; !now.angle && i < n && !window_[i].measured[k].angle; ++i) ++run;
+  FilteredAngle out;
+  if (first == 0) {
+    state.past = filtered_[0];
+    state.past_s = window_.front().t_s;
+  }
+  if (first > 0 || run > kMaxHidden) {
+    // What was before a long absence says nothing about what comes after it.
+    if (run > kMaxHidden) state.past.reset();
+    return {state.last_deg, kUnknown_deg, Quality::lost};
+  }
+  const Gauss s = smooth_backward();
   state.last_deg = out.deg = s.deg;
   out.se_deg = std::min(kUnknown_deg, std::sqrt(std::max(s.p00, 0.0)));
   out.quality = !now.angle ? Quality::hidden : now.doubtful ? Quality::doubtful : Quality::good;

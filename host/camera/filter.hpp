@@ -83,6 +83,8 @@ class AngleFilter {
   void learn_noise();
   FilteredRow pop();
   FilteredAngle pop(State& state, std::size_t k);
+  std::size_t filter_forward(const State& state, std::size_t k, double factor);
+  Gauss smooth_backward() const;
   static double noise_factor(const State& state);
   double density(std::size_t k, double factor) const;
   static Gauss predict(const Gauss& from, double dt_s, double density);

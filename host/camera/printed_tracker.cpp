@@ -176,45 +176,39 @@ std::vector<std::uint8_t> print_cells(int id) {
   return out;
 }
 
-struct PrintedTracker::Detector {
+struct PrintedMarkDetector {
   cv::Ptr<cv::aruco::Dictionary> codes = dictionary();
   cv::Ptr<cv::aruco::DetectorParameters> parameters = cv::aruco::DetectorParameters::create();
   cv::Mat grey;
   cv::Mat matrix;
 };
 
-PrintedTracker::PrintedTracker(const Skeleton& skeleton, const Lens& lens)
-    : skeleton_(skeleton), lens_(lens), detector_(std::make_unique<Detector>()) {
-  detector_->matrix = (cv::Mat_<double>(3, 3) << lens.focal_px.x, 0, lens.centre_px.x, 0, lens.focal_px.y,
-                       lens.centre_px.y, 0, 0, 1);
-}
+namespace {
 
-PrintedTracker::~PrintedTracker() = default;
-PrintedTracker::PrintedTracker(PrintedTracker&&) noexcept = default;
-
-Seen PrintedTracker::step(const Picture& picture) {
-  cv::cvtColor(mat(picture), detector_->grey, cv::COLOR_BGR2GRAY);
+std::vector<std::optional<Found>> detect(PrintedMarkDetector& detector, const Skeleton& skeleton,
+                                         const Lens& lens, const Picture& picture) {
+  cv::cvtColor(mat(picture), detector.grey, cv::COLOR_BGR2GRAY);
   std::vector<std::vector<cv::Point2f>> corners;
   std::vector<int> ids;
-  cv::aruco::detectMarkers(detector_->grey, detector_->codes, corners, ids, detector_->parameters);
-  const auto half = static_cast<float>(skeleton_.size_mm / 2);
+  cv::aruco::detectMarkers(detector.grey, detector.codes, corners, ids, detector.parameters);
+  const auto half = static_cast<float>(skeleton.size_mm / 2);
   const std::vector<cv::Point3f> square = {
       {-half, half, 0}, {half, half, 0}, {half, -half, 0}, {-half, -half, 0}};
-  std::vector<std::optional<Found>> found(skeleton_.marks.size());
+  std::vector<std::optional<Found>> found(skeleton.marks.size());
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const auto it = std::ranges::find(skeleton_.ids, ids[i]);
-    if (it == skeleton_.ids.end()) continue;
+    const auto it = std::ranges::find(skeleton.ids, ids[i]);
+    if (it == skeleton.ids.end()) continue;
     Found f;
     f.corners = corners[i];
-    if (!refine(detector_->grey, f.corners, true)) continue;
-    const auto variance = refine(detector_->grey, f.corners, false);
+    if (!refine(detector.grey, f.corners, true)) continue;
+    const auto variance = refine(detector.grey, f.corners, false);
     if (!variance) continue;
     f.corner_variance_px2 = *variance;
     f.side_px = std::sqrt(cv::contourArea(f.corners));
     std::vector<cv::Vec3d> turns;
     std::vector<cv::Vec3d> shifts;
     std::vector<double> errors;
-    cv::solvePnPGeneric(square, f.corners, detector_->matrix, lens_.distortion, turns, shifts, false,
+    cv::solvePnPGeneric(square, f.corners, detector.matrix, lens.distortion, turns, shifts, false,
                         cv::SOLVEPNP_IPPE_SQUARE, cv::noArray(), cv::noArray(), errors);
     for (std::size_t p = 0; p < turns.size(); ++p) {
       Pose pose;
@@ -223,7 +217,7 @@ Seen PrintedTracker::step(const Picture& picture) {
       f.poses.push_back(pose);
     }
     if (f.poses.empty()) continue;
-    auto& place = found[static_cast<std::size_t>(it - skeleton_.ids.begin())];
+    auto& place = found[static_cast<std::size_t>(it - skeleton.ids.begin())];
     // The same number twice: neither can be trusted.
     if (place) {
       place.reset();
@@ -231,22 +225,12 @@ Seen PrintedTracker::step(const Picture& picture) {
     }
     place = std::move(f);
   }
-  choose(found);
-  Seen out;
-  for (const auto& f : found) {
-    SeenMark mark;
-    if (f) {
-      for (const cv::Point2f& c : f->corners) {
-        mark.at.x += static_cast<double>(c.x) / 4;
-        mark.at.y += static_cast<double>(c.y) / 4;
-      }
-      mark.area_px = f->side_px * f->side_px;
-      mark.measured = true;
-      mark.lost = false;
-    }
-    out.marks.push_back(mark);
-  }
-  for (const AngleRule& rule : skeleton_.angles) {
+  return found;
+}
+
+std::vector<Measurement> measure(const Skeleton& skeleton, const std::vector<std::optional<Found>>& found) {
+  std::vector<Measurement> out;
+  for (const AngleRule& rule : skeleton.angles) {
     Measurement m;
     const auto& a = found[rule.marks[0]];
     const auto& b = found[rule.marks[1]];
@@ -263,8 +247,40 @@ Seen PrintedTracker::step(const Picture& picture) {
       m.doubtful =
           angle.deg < rule.min_deg || angle.deg > rule.max_deg || pa.normal().dot(pb.normal()) < kOddNormal;
     }
-    out.measurements.push_back(m);
+    out.push_back(m);
   }
+  return out;
+}
+
+}  // namespace
+
+PrintedTracker::PrintedTracker(const Skeleton& skeleton, const Lens& lens)
+    : skeleton_(skeleton), lens_(lens), detector_(std::make_unique<PrintedMarkDetector>()) {
+  detector_->matrix = (cv::Mat_<double>(3, 3) << lens.focal_px.x, 0, lens.centre_px.x, 0, lens.focal_px.y,
+                       lens.centre_px.y, 0, 0, 1);
+}
+
+PrintedTracker::~PrintedTracker() = default;
+PrintedTracker::PrintedTracker(PrintedTracker&&) noexcept = default;
+
+Seen PrintedTracker::step(const Picture& picture) {
+  std::vector<std::optional<Found>> found = detect(*detector_, skeleton_, lens_, picture);
+  choose(found);
+  Seen out;
+  for (const auto& f : found) {
+    SeenMark mark;
+    if (f) {
+      for (const cv::Point2f& c : f->corners) {
+        mark.at.x += static_cast<double>(c.x) / 4;
+        mark.at.y += static_cast<double>(c.y) / 4;
+      }
+      mark.area_px = f->side_px * f->side_px;
+      mark.measured = true;
+      mark.lost = false;
+    }
+    out.marks.push_back(mark);
+  }
+  out.measurements = measure(skeleton_, found);
   const bool any = std::ranges::any_of(out.marks, &SeenMark::measured);
   trouble_ = any ? "" : "none of the printed marks is in sight";
   return out;

@@ -21,6 +21,8 @@ namespace flexor::camera {
 inline constexpr int kPrintCells = 10;
 std::vector<std::uint8_t> print_cells(int id);
 
+struct PrintedMarkDetector;
+
 class PrintedTracker {
  public:
   PrintedTracker(const Skeleton& skeleton, const Lens& lens);
@@ -31,10 +33,9 @@ class PrintedTracker {
   const std::string& trouble() const { return trouble_; }
 
  private:
-  struct Detector;
   Skeleton skeleton_;
   Lens lens_;
-  std::unique_ptr<Detector> detector_;
+  std::unique_ptr<PrintedMarkDetector> detector_;
   std::string trouble_;
 };
 

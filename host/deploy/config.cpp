@@ -264,10 +264,9 @@ hand::FingerSettings finger_settings(const Hand& hand, int finger) {
   return c;
 }
 
-std::string glove_config(const Glove& glove) {
-  const double period_s = glove.model.sample_period_s;
-  const auto channels = channels_of(glove.model);
-  const GloveTables tables = glove_tables(glove);
+namespace {
+
+std::string glove_head(const Glove& glove, const GloveTables& tables) {
   const bool radio = glove.output == Output::radio;
   std::string out = fmt::format(kHead, FLEXOR_VERSION);
   // No text of the model's: what ends a comment, or goes on after it, would be compiled.
@@ -289,7 +288,11 @@ std::string glove_config(const Glove& glove) {
                        numbers(tables.straight.data(), kFingers),
                        numbers(tables.flexion_scale.data(), kFingers));
   }
-  out += "\n";
+  return out + "\n";
+}
+
+std::string sensor_tables(const GloveTables& tables) {
+  std::string out;
   // Fingers with the same divider share a table.
   std::array<std::size_t, kFingers> table{};
   for (std::size_t i = 0; i < kFingers; ++i) {
@@ -309,7 +312,16 @@ std::string glove_config(const Glove& glove) {
     out += fmt::format("    {{&kCalibration{}, {{{}, {}, {}, {}}}, {{{}, {}, {}}}}},\n", table[i], m.low,
                        m.high, m.rail_samples, m.stuck_samples, g.rest, g.max_step, g.hold_samples);
   }
-  out += "};\n\n";
+  return out + "};\n\n";
+}
+
+}  // namespace
+
+std::string glove_config(const Glove& glove) {
+  const double period_s = glove.model.sample_period_s;
+  const auto channels = channels_of(glove.model);
+  const GloveTables tables = glove_tables(glove);
+  std::string out = glove_head(glove, tables) + sensor_tables(tables);
   std::string states;
   std::string resets;
   std::string steps;

@@ -224,9 +224,10 @@ double creep_deg(const model::Model& model) {
   return worst;
 }
 
-void add_warnings(Identification& r) {
-  auto& warnings = r.warnings;
-  warnings = r.aligned.warnings;
+using Warnings = std::vector<std::string>;
+
+// How the fit went, and how the held-out part compares with it.
+void warn_of_fit(const Identification& r, Warnings& warnings) {
   for (const std::string& refusal : r.fit.refusals) {
     warnings.push_back(in_plain_words(refusal));
   }
@@ -254,6 +255,10 @@ void add_warnings(Identification& r) {
                     "without them it is {:.2f} deg; log without pauses",
                     r.holdout_without_gaps->rmse_deg));
   }
+}
+
+// What the fitted part did not teach.
+void warn_of_motion(const Identification& r, Warnings& warnings) {
   const double moved = span_deg(r.aligned, r.holdout_begin, r.aligned.size());
   const double taught = span_deg(r.aligned, r.aligned.overlap_begin, r.holdout_begin);
   if (moved < kLittle * taught) {
@@ -281,6 +286,10 @@ void add_warnings(Identification& r) {
                     "({:.0f} to {:.0f})",
                     100 * share, low, high));
   }
+}
+
+// What the log does not say, or says wrongly.
+void warn_of_log(const Identification& r, Warnings& warnings) {
   const auto& raw = r.pair.sensor.column(r.pair.input).value;
   const model::Channel& channel = r.model.channels.front();
   const auto refused =
@@ -300,6 +309,13 @@ void add_warnings(Identification& r) {
   if (!r.request.channel && !finger_in(r.pair)) {
     warnings.emplace_back("no column names a finger: the channel is called index; --channel says otherwise");
   }
+}
+
+void add_warnings(Identification& r) {
+  r.warnings = r.aligned.warnings;
+  warn_of_fit(r, r.warnings);
+  warn_of_motion(r, r.warnings);
+  warn_of_log(r, r.warnings);
 }
 
 // The fitted part alone: what is held out is not even in memory here.

@@ -129,8 +129,12 @@ Json results(const Identification& r) {
 recording::Recording samples(const Identification& r) {
   const recording::Aligned& a = r.aligned;
   recording::Recording out;
-  out.columns = {{"reading", a.input},           {"measured_deg", a.angle_deg}, {"estimated_deg", r.estimated_deg},
-                 {"straight_line_deg", r.baseline_deg}, {"gap", {}},            {"held_out", {}}};
+  out.columns = {{"reading", a.input},
+                 {"measured_deg", a.angle_deg},
+                 {"estimated_deg", r.estimated_deg},
+                 {"straight_line_deg", r.baseline_deg},
+                 {"gap", {}},
+                 {"held_out", {}}};
   for (std::size_t k = 0; k < a.size(); ++k) {
     out.t_s.push_back(a.t_s[k] - a.t_s[a.overlap_begin]);  // since both logs run
     out.columns[4].value.push_back(a.gap[k]);

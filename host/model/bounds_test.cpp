@@ -114,9 +114,9 @@ std::string check_refusal(const Model& m) {
   return "";
 }
 
-TEST(ModelBounds, NumbersThatNoGloveHasAreRefusedByName) {
-  const double huge = 1e300;
-  const std::vector<Absurd> all = {
+std::vector<Absurd> absurd_numbers() {
+  static constexpr double huge = 1e300;
+  return {
       {[&](Model& m) { m.sample_period_s = 1e-9; }, "sample_period_s"},
       {[&](Model& m) { m.sample_period_s = 1e9; }, "sample_period_s"},
       {[&](Model& m) { m.channels[0].valid_max = huge; }, "input"},
@@ -178,6 +178,10 @@ TEST(ModelBounds, NumbersThatNoGloveHasAreRefusedByName) {
        },
        "saturation"},
   };
+}
+
+TEST(ModelBounds, NumbersThatNoGloveHasAreRefusedByName) {
+  const std::vector<Absurd> all = absurd_numbers();
   ASSERT_EQ(check_refusal(good()), "");
   for (std::size_t i = 0; i < all.size(); ++i) {
     Model m = good();

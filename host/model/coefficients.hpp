@@ -121,6 +121,42 @@ int fill_fixed(const Channel& channel, const Curve& curve, int x_fraction, int m
   return fraction;
 }
 
+// The linear block's gain, offset and poles; `fraction` is that of its input.
+template <class ShapeT, class Lti>
+void fill_fixed_lti(const Channel& channel, double period_s, int fraction, Lti& c) {
+  // Q20 in int32 holds |value| < 2048, for every state and for every difference of two.
+  constexpr double kStateLimit = 2047;
+  const Interval w = after_gain(channel);
+  if (w.max - w.min >= kStateLimit || std::abs(channel.lti.offset) + w.magnitude() >= kStateLimit ||
+      lti_bound(channel) >= kStateLimit) {
+    does_not_fit(channel, "signal of the lti block");
+  }
+  // gain = m / 2^shift relative to the change of fraction from the input's to Q20.
+  const int up = core::kStateFraction - fraction;
+  const int shift =
+      best_fraction(channel, "gain of the lti block", std::ldexp(channel.lti.gain, up), -16, 15);
+  c.gain = quantise(channel, "gain of the lti block", channel.lti.gain, up + shift);
+  c.gain_shift = static_cast<std::int8_t>(shift);
+  c.offset = static_cast<std::int32_t>(std::lround(std::ldexp(channel.lti.offset, core::kStateFraction)));
+  if constexpr (ShapeT::kOrder > 0) {
+    const auto padded = pad(channel.lti, period_s, ShapeT::kOrder);
+    c.tap_fraction = static_cast<std::uint8_t>(
+        best_fraction(channel, "tap of the lti block", padded.tap.cwiseAbs().maxCoeff(), 1, 15));
+    for (int i = 0; i < ShapeT::kOrder; ++i) {
+      c.input_weight[i] = fixed_weight(padded.input_weight(i));
+      c.tap[i] = quantise(channel, "tap of the lti block", padded.tap(i), c.tap_fraction);
+      for (int j = 0; j < i; ++j) {
+        c.chain_weight[compensator::chain_index(i, j)] = fixed_weight(padded.chain_weight(i, j));
+      }
+    }
+    if (const auto direct = direct_form(channel, period_s)) {
+      c.is_direct = true;
+      std::copy_n(direct->b.begin(), ShapeT::kOrder, c.direct.b);
+      std::copy_n(direct->a.begin(), ShapeT::kOrder, c.direct.a);
+    }
+  }
+}
+
 }  // namespace detail
 
 // Throws io::InputError when the shape is too small for the channel.
@@ -194,38 +230,7 @@ auto fixed_coefficients(const Channel& channel, double period_s) {
   }
   int fraction = q_in;
   if (channel.input_curve) fraction = detail::fill_fixed(channel, *channel.input_curve, q, 0, c.input_curve);
-
-  // Q20 in int32 holds |value| < 2048, for every state and for every difference of two.
-  constexpr double kStateLimit = 2047;
-  const detail::Interval w = detail::after_gain(channel);
-  if (w.max - w.min >= kStateLimit || std::abs(channel.lti.offset) + w.magnitude() >= kStateLimit ||
-      detail::lti_bound(channel) >= kStateLimit) {
-    detail::does_not_fit(channel, "signal of the lti block");
-  }
-  // gain = m / 2^shift relative to the change of fraction from the input's to Q20.
-  const int up = core::kStateFraction - fraction;
-  const int shift =
-      detail::best_fraction(channel, "gain of the lti block", std::ldexp(channel.lti.gain, up), -16, 15);
-  c.lti.gain = quantise(channel, "gain of the lti block", channel.lti.gain, up + shift);
-  c.lti.gain_shift = static_cast<std::int8_t>(shift);
-  c.lti.offset = static_cast<std::int32_t>(std::lround(std::ldexp(channel.lti.offset, core::kStateFraction)));
-  if constexpr (ShapeT::kOrder > 0) {
-    const auto padded = detail::pad(channel.lti, period_s, ShapeT::kOrder);
-    c.lti.tap_fraction = static_cast<std::uint8_t>(
-        detail::best_fraction(channel, "tap of the lti block", padded.tap.cwiseAbs().maxCoeff(), 1, 15));
-    for (int i = 0; i < ShapeT::kOrder; ++i) {
-      c.lti.input_weight[i] = detail::fixed_weight(padded.input_weight(i));
-      c.lti.tap[i] = quantise(channel, "tap of the lti block", padded.tap(i), c.lti.tap_fraction);
-      for (int j = 0; j < i; ++j) {
-        c.lti.chain_weight[compensator::chain_index(i, j)] = detail::fixed_weight(padded.chain_weight(i, j));
-      }
-    }
-    if (const auto direct = detail::direct_form(channel, period_s)) {
-      c.lti.is_direct = true;
-      std::copy_n(direct->b.begin(), ShapeT::kOrder, c.lti.direct.b);
-      std::copy_n(direct->a.begin(), ShapeT::kOrder, c.lti.direct.a);
-    }
-  }
+  detail::fill_fixed_lti<ShapeT>(channel, period_s, fraction, c.lti);
   if (channel.output_curve) {
     (void)quantise(channel, "input of the output curve", detail::lti_bound(channel), q_in);
     const int out =

@@ -8,20 +8,22 @@
 namespace flexor::report {
 namespace {
 
-constexpr std::array<const char*, 6> kColours = {"#999999", "#56B4E9", "#F0E442", "#0072B2", "#D55E00", "#009E73"};
+constexpr std::array<const char*, 6> kColours = {"#999999", "#56B4E9", "#F0E442",
+                                                 "#0072B2", "#D55E00", "#009E73"};
 
 // The parts of a sample period and of a frame period, to scale.
 void time_budget(Gnuplot& g, const Json& t) {
   const auto ms = [&](const char* part) { return t.at(part).get<double>(); };
   g.begin("time_budget", 200);
   g.add(
-      "unset key; set yrange [-0.6:1.6]; set ytics ('frame' 0, 'sample' 1); set xrange [0:{}]; set xlabel 'time (ms)'",
+      "unset key; set yrange [-0.6:1.6]; set ytics ('frame' 0, 'sample' 1); set xrange [0:{}]; set xlabel "
+      "'time (ms)'",
       std::max(ms("sample_period"), ms("frame_period")) * 1.02);
   g.add("set style fill solid noborder; unset grid; set grid x lc rgb '#dddddd'");
   int objects = 0;
   const auto bar = [&](double from, double to, int row, const char* colour) {
-    g.add("set object {} rectangle from {:.4f},{} to {:.4f},{} fc rgb '{}'", ++objects, from, row - 0.3, to, row + 0.3,
-          colour);
+    g.add("set object {} rectangle from {:.4f},{} to {:.4f},{} fc rgb '{}'", ++objects, from, row - 0.3, to,
+          row + 0.3, colour);
   };
   bar(0, ms("sample_period"), 1, "#eeeeee");
   bar(0, ms("adc"), 1, kColours[1]);
@@ -36,7 +38,8 @@ void latency_bar(Gnuplot& g, const Json& r) {
   g.add("unset ytics; set yrange [-0.7:0.7]; set xrange [0:{}]; set xlabel 'time since the edge (ms)'",
         r.at("total").at("mean_ms").get<double>() * 1.05);
   g.add(
-      "set style fill solid noborder; unset grid; set grid x lc rgb '#dddddd'; set key above maxrows 3; set border 1");
+      "set style fill solid noborder; unset grid; set grid x lc rgb '#dddddd'; set key above maxrows 3; set "
+      "border 1");
   double from = 0;
   std::string plot;
   for (std::size_t i = 0; i < r.at("stages").size(); ++i) {
@@ -44,7 +47,8 @@ void latency_bar(Gnuplot& g, const Json& r) {
     const double mean = s.at("mean_ms").get<double>();
     g.add("set object {} rectangle from {:.4f},-0.4 to {:.4f},0.4 fc rgb '{}'", i + 1, from, from + mean,
           kColours.at(i));
-    plot += fmt::format("{}NaN with boxes fc rgb '{}' title {} noenhanced", i > 0 ? ", " : "plot ", kColours.at(i),
+    plot += fmt::format("{}NaN with boxes fc rgb '{}' title {} noenhanced", i > 0 ? ", " : "plot ",
+                        kColours.at(i),
                         gnuplot_text(fmt::format("{}: {:.1f} ms", s.at("name").get<std::string>(), mean)));
     from += mean;
   }
@@ -60,27 +64,30 @@ void render_deployment(const Saved& saved) {
   g.run();
   const bool two = r.at("boards").get<int>() == 2;
   Page page("Firmware of " + saved.text("model_name"));
-  page.paragraph(
-      fmt::format("For {} with an ATmega328P at 16 MHz. Every figure was measured on the very images in this folder, run "
-                  "instruction by instruction.",
-                  two ? "two boards" : "one board"));
+  page.paragraph(fmt::format(
+      "For {} with an ATmega328P at 16 MHz. Every figure was measured on the very images in this folder, run "
+      "instruction by instruction.",
+      two ? "two boards" : "one board"));
   const Json& target = r.at("targets").at(0);
   constexpr double kCyclesPerMs = 16000;
   const double cycles = target.at("step_cycles").at("mean").get<double>();
-  page.cards({{fmt::format("{:.0f}", cycles),
-               fmt::format("cycles for five channels, {:.2f} % of a sample period",
-                           cycles / kCyclesPerMs / r.at("time_budget_ms").at("sample_period").get<double>() * 100)},
-              {fmt::format("{:.3f}°", target.at("worst_error_deg").get<double>()),
-               "worst error of the integers against double"},
-              {fmt::format("{}", r.at("bit_exact").at("mismatches").get<std::size_t>()),
-               fmt::format("differences from the host in {} angles", r.at("bit_exact").at("angles").get<std::size_t>())}});
+  page.cards(
+      {{fmt::format("{:.0f}", cycles),
+        fmt::format("cycles for five channels, {:.2f} % of a sample period",
+                    cycles / kCyclesPerMs / r.at("time_budget_ms").at("sample_period").get<double>() * 100)},
+       {fmt::format("{:.3f}°", target.at("worst_error_deg").get<double>()),
+        "worst error of the integers against double"},
+       {fmt::format("{}", r.at("bit_exact").at("mismatches").get<std::size_t>()),
+        fmt::format("differences from the host in {} angles",
+                    r.at("bit_exact").at("angles").get<std::size_t>())}});
   TableBlock table{"What was measured", {"measure", "value"}, {}, {}};
   for (const Json& row : r.at("table"))
     table.rows.push_back({row.at("name").get<std::string>(), row.at("value").get<std::string>()});
   page.table(table);
-  const Figure figure{"time_budget", "Time budget",
-                      "Light blue: the ADC reads five strips; orange: the board computes and seals a frame; blue: the "
-                      "frame is on the wire; grey: it sleeps."};
+  const Figure figure{
+      "time_budget", "Time budget",
+      "Light blue: the ADC reads five strips; orange: the board computes and seals a frame; blue: the "
+      "frame is on the wire; grey: it sleeps."};
   const std::string svg = g.svg(figure.name);
   io::write_file(saved.folder() / "time_budget.svg", svg);
   page.figure(figure, svg);
@@ -102,7 +109,8 @@ void render_latency(const Saved& saved) {
                              r.at("lost").get<int>() > 0
                                  ? fmt::format(", {} more were lost on the way", r.at("lost").get<int>())
                                  : ""));
-  const Figure figure{"latency", "Stage by stage", "How long each stage takes on average, one after the other."};
+  const Figure figure{"latency", "Stage by stage",
+                      "How long each stage takes on average, one after the other."};
   const std::string svg = g.svg(figure.name);
   io::write_file(saved.folder() / "latency.svg", svg);
   page.figure(figure, svg);

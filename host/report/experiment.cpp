@@ -13,8 +13,10 @@ namespace flexor::report {
 namespace {
 
 constexpr const char* kStops =
-    "Fastest hit: the greatest speed with which any joint arrived at one of its end stops in any trial. Pressed: how "
-    "long motors then pressed against a stop with a tenth of their supply or more, mean of a trial, five fingers "
+    "Fastest hit: the greatest speed with which any joint arrived at one of its end stops in any trial. "
+    "Pressed: how "
+    "long motors then pressed against a stop with a tenth of their supply or more, mean of a trial, five "
+    "fingers "
     "together.";
 
 std::string figure_of(double value) {
@@ -56,7 +58,8 @@ void verdict(Page& page, const Experiment& e) {
     for (std::size_t m = 0; m < e.motions.size(); ++m)
       sum += std::log(mean_error(e.cell(m, *raw)) / mean_error(e.cell(m, last)));
     page.paragraph(fmt::format(
-        "With {} the hand is {:.1f} times closer to the finger than with the raw sensor (geometric mean over {} "
+        "With {} the hand is {:.1f} times closer to the finger than with the raw sensor (geometric mean over "
+        "{} "
         "motion(s); the error of every lag counts).",
         e.compensators[last], std::exp(sum / static_cast<double>(e.motions.size())), e.motions.size()));
   }
@@ -67,8 +70,8 @@ void error_table(Page& page, const Experiment& e) {
   const auto raw = e.index_of("raw");
   const auto wiener = e.index_of("published-w");
   TableBlock t{"Total error in degree-seconds, motion by motion",
-               {"motion, compensator", "causal", "published", "ratio to published", "ratio to raw", "ratio to W",
-                "lag removed", "lag"},
+               {"motion, compensator", "causal", "published", "ratio to published", "ratio to raw",
+                "ratio to W", "lag removed", "lag"},
                {},
                {}};
   for (std::size_t m = 0; m < e.motions.size(); ++m) {
@@ -88,11 +91,12 @@ void error_table(Page& page, const Experiment& e) {
   }
   page.heading("Total error, degree-seconds");
   page.table(t);
-  page.paragraph(
-      fmt::format("Mean and 95 % interval over {} trial(s). Causal: every lag counts, the hand's and the radio's too. Lag "
-                  "removed: after the one lag of each trial that makes it smallest; never to be compared with a causal "
-                  "figure.",
-                  e.cell(0, 0).at("trials").get<int>()));
+  page.paragraph(fmt::format(
+      "Mean and 95 % interval over {} trial(s). Causal: every lag counts, the hand's and the radio's too. "
+      "Lag "
+      "removed: after the one lag of each trial that makes it smallest; never to be compared with a causal "
+      "figure.",
+      e.cell(0, 0).at("trials").get<int>()));
 }
 
 // Five fingers together: the fastest, or the sum.
@@ -149,8 +153,8 @@ void scenario_table(Page& page, const Experiment& e) {
     std::vector<std::string> row = {s.at("name").get<std::string>()};
     for (std::size_t c = 0; c < e.compensators.size(); ++c) {
       const double error = overall(s.at("cells"), c, e.compensators.size());
-      row.push_back(fmt::format("{} (×{:.2f})", figure_of(error),
-                                error / overall(base, c, e.compensators.size())));
+      row.push_back(
+          fmt::format("{} (×{:.2f})", figure_of(error), error / overall(base, c, e.compensators.size())));
     }
     row.push_back(fmt::format("{:.0f}°/s", s.at("impact_deg_s").get<double>()));
     row.push_back(fmt::format("{:.2f} s", s.at("pressed_s").get<double>()));
@@ -158,8 +162,8 @@ void scenario_table(Page& page, const Experiment& e) {
   }
   page.heading("When things go wrong");
   page.table(t);
-  page.paragraph(fmt::format("In brackets: relative to the same compensator in the first row. {} The worst compensator's.",
-                             kStops));
+  page.paragraph(fmt::format(
+      "In brackets: relative to the same compensator in the first row. {} The worst compensator's.", kStops));
 }
 
 }  // namespace
@@ -201,9 +205,11 @@ void render_experiment(const Saved& saved) {
     page.figure(f.figure, f.svg);
   }
   page.paragraph(fmt::format(
-      "A simulation: person, glove, radio, hand and cameras follow the configuration in results.json. {:g} Hz, seed {}, "
+      "A simulation: person, glove, radio, hand and cameras follow the configuration in results.json. {:g} "
+      "Hz, seed {}, "
       "flexor {}. Every figure is beside this page as SVG and PDF; every trial is a row of trials.csv.",
-      e.results.at("rate_hz").get<double>(), e.results.at("seed").get<std::uint64_t>(), saved.text("version")));
+      e.results.at("rate_hz").get<double>(), e.results.at("seed").get<std::uint64_t>(),
+      saved.text("version")));
   io::write_file(saved.folder() / "report.html", page.html());
 }
 

@@ -53,14 +53,17 @@ class Drawing {
       tics += fmt::format("{}{} {}", m == 0 ? "" : ", ",
                           gnuplot_tic(shortened(experiment_.motions[m].at("name").get<std::string>())), m);
     }
-    g_.add("set logscale y; set ylabel 'total error E_T (deg s)' noenhanced; set xtics ({}) noenhanced rotate by -35",
-           tics);
+    g_.add(
+        "set logscale y; set ylabel 'total error E_T (deg s)' noenhanced; set xtics ({}) noenhanced rotate "
+        "by -35",
+        tics);
     g_.add("set xrange [-0.6:{}]; set key maxrows 3", static_cast<double>(experiment_.motions.size()) - 0.4);
     g_.add("set boxwidth {}; set style fill solid 0.85 noborder; set yrange [{}:*]",
            0.8 / static_cast<double>(n) * 0.92, floor);
     g_.add("{}", bars());
     done("errors", "Total error",
-         "Mean over all trials, with its 95 % interval; dots: the published averages. The scale is logarithmic.");
+         "Mean over all trials, with its 95 % interval; dots: the published averages. The scale is "
+         "logarithmic.");
   }
 
   // Trial 0 of motion m, compensator by compensator.
@@ -175,7 +178,8 @@ class Drawing {
              experiment_.motions.at(m).at("duration_s").get<double>(), error ? tic_step(traces, i) : 30);
       g_.add("{}", i + 1 < fingers_.size() ? "set format x ''; unset xlabel"
                                            : "set format x '%g'; set xlabel 'time (s)'");
-      g_.add("{}", i == 0 ? "set key at screen 0.98,0.995 right top horizontal maxrows 3 samplen 1.5" : "unset key");
+      g_.add("{}", i == 0 ? "set key at screen 0.98,0.995 right top horizontal maxrows 3 samplen 1.5"
+                          : "unset key");
       g_.add("{}", curves(m, i, error));
     }
     g_.add("unset multiplot");
@@ -186,14 +190,15 @@ class Drawing {
 
   std::string curves(std::size_t m, std::size_t finger, bool error) const {
     const std::size_t reference = 2 + 2 * finger;
-    std::string plot = error ? std::string("plot 0 with lines lc rgb '#999999' notitle")
-                             : fmt::format("plot $run{}_0 using 1:{} with lines lw 3 lc rgb '{}' title 'finger'", m,
-                                           reference, kReference);
+    std::string plot =
+        error ? std::string("plot 0 with lines lc rgb '#999999' notitle")
+              : fmt::format("plot $run{}_0 using 1:{} with lines lw 3 lc rgb '{}' title 'finger'", m,
+                            reference, kReference);
     for (std::size_t c = 0; c < experiment_.compensators.size(); ++c) {
       const std::string value =
           error ? fmt::format("(${}-${})", reference, reference + 1) : fmt::format("{}", reference + 1);
-      plot += fmt::format(", $run{}_{} using 1:{} with lines lw 1.6 lc rgb '{}' title {} noenhanced", m, c, value,
-                          colour_[c], gnuplot_text(experiment_.compensators[c]));
+      plot += fmt::format(", $run{}_{} using 1:{} with lines lw 1.6 lc rgb '{}' title {} noenhanced", m, c,
+                          value, colour_[c], gnuplot_text(experiment_.compensators[c]));
     }
     return plot;
   }

@@ -85,8 +85,7 @@ std::string Gnuplot::bytes(const std::string& name) const {
   // The same data are the same bytes: a PDF carries no date of its own.
   constexpr std::string_view kDate = "/CreationDate (D:";
   const auto at = out.find(kDate);
-  if (paper_ == Paper::pdf && at != std::string::npos)
-    out.replace(at + kDate.size(), 14, "20000101000000");
+  if (paper_ == Paper::pdf && at != std::string::npos) out.replace(at + kDate.size(), 14, "20000101000000");
   return out;
 }
 
@@ -107,12 +106,13 @@ std::string with_page_colours(const std::string& svg) {
     out.append(from, (*it)[0].first);
     from = (*it)[0].second;
     if ((*it)[1].matched) {
-      const std::string hex = fmt::format("{:02x}{:02x}{:02x}", std::stoi((*it)[1]), std::stoi((*it)[2]),
-                                          std::stoi((*it)[3]));
+      const std::string hex =
+          fmt::format("{:02x}{:02x}{:02x}", std::stoi((*it)[1]), std::stoi((*it)[2]), std::stoi((*it)[3]));
       out += fmt::format("var(--c{0}, #{0})", hex);
     } else {
       std::string hex = (*it)[4].matched ? (*it)[4].str() : "222222";
-      std::ranges::transform(hex, hex.begin(), [](char c) { return c >= 'A' && c <= 'F' ? char(c + 32) : c; });
+      std::ranges::transform(hex, hex.begin(),
+                             [](char c) { return c >= 'A' && c <= 'F' ? char(c + 32) : c; });
       out += fmt::format("=\"var(--c{0}, #{0})\"", hex);
     }
   }

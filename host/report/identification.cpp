@@ -35,8 +35,9 @@ struct Samples {
 
 Samples samples_of(const Saved& saved) {
   Columns c = saved.columns("samples.csv");
-  Samples s{c.at("t_s"),           c.at("reading"),           c.at("measured_deg"), c.at("estimated_deg"),
-            c.at("straight_line_deg"), c.at("gap"), c.at("held_out")};
+  Samples s{c.at("t_s"),           c.at("reading"),           c.at("measured_deg"),
+            c.at("estimated_deg"), c.at("straight_line_deg"), c.at("gap"),
+            c.at("held_out")};
   if (s.size() < 3 || s.first_held_out() == s.size())
     throw io::InputError(fmt::format("{}: samples.csv holds no held-out part", saved.folder().string()));
   return s;
@@ -90,11 +91,12 @@ void offset_scan(Gnuplot& g, const Saved& saved) {
   const double used_s = saved.results().at("clock_offset_s").get<double>();
   g.add("set arrow from {0},0 to {0},105 nohead lc rgb '{1}' lw 2", used_s, kHeldOut);
   if (offset_s.empty()) g.add("set xrange [{}:{}]", used_s - 1, used_s + 1);
-  g.add("plot {}NaN with lines lw 2 lc rgb '{}' title 'offset used'",
-        offset_s.empty() ? ""
-                         : fmt::format("$scan using 1:2 with lines lw 1.2 lc rgb '{}' title 'by the sensor', ",
-                                       kEstimated),
-        kHeldOut);
+  g.add(
+      "plot {}NaN with lines lw 2 lc rgb '{}' title 'offset used'",
+      offset_s.empty()
+          ? ""
+          : fmt::format("$scan using 1:2 with lines lw 1.2 lc rgb '{}' title 'by the sensor', ", kEstimated),
+      kHeldOut);
 }
 
 // The readings against the angles, measured and estimated, and the static map that a finger held still approaches.
@@ -132,9 +134,11 @@ void dynamics(Gnuplot& g, const Saved& saved) {
   const auto t_s = step.at("t_s").get<std::vector<double>>();
   const auto share = step.at("share").get<std::vector<double>>();
   g.begin("dynamics", 330);
-  g.data("step", t_s.size(), [&](std::size_t k) { return fmt::format("{:.3f} {:.3f}", t_s[k], 100 * share[k]); });
+  g.data("step", t_s.size(),
+         [&](std::size_t k) { return fmt::format("{:.3f} {:.3f}", t_s[k], 100 * share[k]); });
   g.add("set xlabel 'time after a step of the straightened sensor (s)'");
-  g.add("set ylabel 'angle reached (%)'; set yrange [0:*]; set xrange [{}:{}]", -0.02 * t_s.back(), t_s.back());
+  g.add("set ylabel 'angle reached (%)'; set yrange [0:*]; set xrange [{}:{}]", -0.02 * t_s.back(),
+        t_s.back());
   g.add(
       "plot 100 with lines lc rgb '#999999' dt 2 notitle, "
       "$step using 1:2 with steps lw 2.5 lc rgb '{}' title 'output of the linear part'",
@@ -200,9 +204,11 @@ void error_histogram(Gnuplot& g, const std::vector<double>& fitted, const std::v
   const auto histogram = [&](const char* name, const std::vector<double>& of) {
     g.data(name, 41, [&](std::size_t i) {
       const double centre = (static_cast<double>(i) - 20) * width;
-      const auto count = std::ranges::count_if(of, [&](double e) { return std::abs(e - centre) <= width / 2; });
-      return fmt::format("{:.3f} {:.3f}", centre,
-                         100.0 * static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(of.size(), 1)));
+      const auto count =
+          std::ranges::count_if(of, [&](double e) { return std::abs(e - centre) <= width / 2; });
+      return fmt::format(
+          "{:.3f} {:.3f}", centre,
+          100.0 * static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(of.size(), 1)));
     });
   };
   histogram("fitted", fitted);
@@ -237,37 +243,43 @@ void error_correlation(Gnuplot& g, const std::vector<double>& held, double perio
 }
 
 std::vector<Figure> figures() {
-  return {
-      {"holdout", "Held-out response and error",
-       "Data that the fit never saw. Top: the camera's angle, the compensator's, and a straight line through the "
-       "fitted part. Bottom: what is left of the error. Grey: a log paused there, and the last reading is held."},
-      {"curve", "From sensor reading to angle",
-       "Samples outside pauses. Where the compensator's cloud lies on the camera's, it follows the finger, loops and "
-       "all. The line is where its angle would settle if the finger stopped."},
-      {"alignment", "Both recordings on one clock",
-       "The sensor's readings, stretched onto the angle's range, over the camera's angle."},
-      {"clock_offset", "Clock offsets tried",
-       "How much of the angle's variation any curve of the sensor explains, for every clock offset; the highest peak "
-       "is the offset, other peaks are other repetitions."},
-      {"dynamics", "Dynamics",
-       "How the compensator's output follows a sudden change of the sensor. A quick rise means little delay; what "
-       "comes later undoes the sensor's creep."},
-      {"errors", "Residual check: size",
-       "How the errors are distributed. Both parts should look alike."},
-      {"error_correlation", "Residual check: runs",
-       "Whether errors come in runs. Outside the dashed lines something repeatable is left that the structure cannot "
-       "express."}};
+  return {{"holdout", "Held-out response and error",
+           "Data that the fit never saw. Top: the camera's angle, the compensator's, and a straight line "
+           "through the "
+           "fitted part. Bottom: what is left of the error. Grey: a log paused there, and the last reading "
+           "is held."},
+          {"curve", "From sensor reading to angle",
+           "Samples outside pauses. Where the compensator's cloud lies on the camera's, it follows the "
+           "finger, loops and "
+           "all. The line is where its angle would settle if the finger stopped."},
+          {"alignment", "Both recordings on one clock",
+           "The sensor's readings, stretched onto the angle's range, over the camera's angle."},
+          {"clock_offset", "Clock offsets tried",
+           "How much of the angle's variation any curve of the sensor explains, for every clock offset; the "
+           "highest peak "
+           "is the offset, other peaks are other repetitions."},
+          {"dynamics", "Dynamics",
+           "How the compensator's output follows a sudden change of the sensor. A quick rise means little "
+           "delay; what "
+           "comes later undoes the sensor's creep."},
+          {"errors", "Residual check: size", "How the errors are distributed. Both parts should look alike."},
+          {"error_correlation", "Residual check: runs",
+           "Whether errors come in runs. Outside the dashed lines something repeatable is left that the "
+           "structure cannot "
+           "express."}};
 }
 
 std::string verdict(const Json& r) {
   const double rmse = r.at("holdout").at("rmse_deg").get<double>();
   const double line = r.at("baseline_linear").at("rmse_deg").get<double>();
   if (line / rmse < 1.05) {
-    return "On data it never saw, the compensator is no better than a straight line through the sensor's readings. "
+    return "On data it never saw, the compensator is no better than a straight line through the sensor's "
+           "readings. "
            "Look at the warnings before using it.";
   }
   return fmt::format(
-      "On data it never saw, the compensator is typically {:.1f}° from the camera. A straight line through the "
+      "On data it never saw, the compensator is typically {:.1f}° from the camera. A straight line through "
+      "the "
       "sensor's readings is {:.1f}° off: {:.1f} times as much.",
       rmse, line, line / rmse);
 }
@@ -284,11 +296,11 @@ void summary(Page& page, const Json& r) {
               {fmt::format("{:.1f}°", held.at("p95_abs_deg").get<double>()),
                fmt::format("95 % of the errors are smaller; the largest is {:.1f}°",
                            held.at("max_abs_deg").get<double>())}});
-  page.paragraph(
-      fmt::format("The two logs share {:.0f} s of motion. The first {:.0f} % of it taught the compensator; every figure "
-                  "above is from the rest. One recording of one hand: another motion or another wearer may give "
-                  "another figure.",
-                  r.at("shared_s").get<double>(), 100 * r.at("split").get<double>()));
+  page.paragraph(fmt::format(
+      "The two logs share {:.0f} s of motion. The first {:.0f} % of it taught the compensator; every figure "
+      "above is from the rest. One recording of one hand: another motion or another wearer may give "
+      "another figure.",
+      r.at("shared_s").get<double>(), 100 * r.at("split").get<double>()));
   const auto warnings = r.at("warnings").get<std::vector<std::string>>();
   if (warnings.empty()) {
     page.good("No warnings.");
@@ -301,29 +313,35 @@ std::string alignment_facts(const Json& r) {
   const double offset_s = r.at("clock_offset_s").get<double>();
   const Json& a = r.at("alignment");
   if (a.is_null()) {
-    return fmt::format("Camera clock minus sensor clock: {:+.2f} s, given by the user; the signals alone do not tell.",
-                       offset_s);
+    return fmt::format(
+        "Camera clock minus sensor clock: {:+.2f} s, given by the user; the signals alone do not tell.",
+        offset_s);
   }
   std::string out = fmt::format(
-      "Camera clock minus sensor clock: {:+.2f} s{}. Confidence {:.2f} (0: another offset explains the data as well; "
+      "Camera clock minus sensor clock: {:+.2f} s{}. Confidence {:.2f} (0: another offset explains the data "
+      "as well; "
       "1: none comes near). By quarters of the recording:",
-      offset_s, a.at("offset_given").get<bool>() ? " (given by the user)" : "", a.at("confidence").get<double>());
+      offset_s, a.at("offset_given").get<bool>() ? " (given by the user)" : "",
+      a.at("confidence").get<double>());
   for (const Json& quarter : a.at("quarter_offset_s"))
     out += quarter.is_null() ? " -" : fmt::format(" {:+.2f} s", quarter.get<double>());
-  if (!a.at("drift_ppm").is_null()) out += fmt::format("; drift {:+.0f} ppm", a.at("drift_ppm").get<double>());
+  if (!a.at("drift_ppm").is_null())
+    out += fmt::format("; drift {:+.0f} ppm", a.at("drift_ppm").get<double>());
   return out + ".";
 }
 
 void structures(Page& page, const Json& r) {
   TableBlock t{"All structures side by side",
-               {"structure", "parameters", "error, fitted part", "cross-validated", "error, held out", "fit, held out"},
+               {"structure", "parameters", "error, fitted part", "cross-validated", "error, held out",
+                "fit, held out"},
                {},
                {}};
   for (const Json& row : r.at("structures")) {
     const auto name = row.at("structure").get<std::string>();
     if (row.at("chosen").get<bool>()) t.marked.push_back(t.rows.size());
     if (row.contains("refusal")) {
-      t.rows.push_back({name + ", refused: " + row.at("refusal").get<std::string>(), "-", "-", "-", "-", "-"});
+      t.rows.push_back(
+          {name + ", refused: " + row.at("refusal").get<std::string>(), "-", "-", "-", "-", "-"});
       continue;
     }
     const double cross = number_or_nan(row.value("cross_validated_rmse_deg", Json(nullptr)));
@@ -335,10 +353,11 @@ void structures(Page& page, const Json& r) {
   }
   page.heading("All structures side by side");
   page.table(t);
-  page.paragraph(r.at("structure_asked_for") == "auto"
-                     ? "The marked structure was chosen by cross-validation inside the fitted part: the fewest "
-                       "parameters within 2 % of the best. The held-out column played no part in the choice."
-                     : "The marked structure was asked for. The others are fitted at their usual size, for comparison.");
+  page.paragraph(
+      r.at("structure_asked_for") == "auto"
+          ? "The marked structure was chosen by cross-validation inside the fitted part: the fewest "
+            "parameters within 2 % of the best. The held-out column played no part in the choice."
+          : "The marked structure was asked for. The others are fitted at their usual size, for comparison.");
 }
 
 void parameters(Page& page, const Json& fit) {
@@ -350,11 +369,12 @@ void parameters(Page& page, const Json& fit) {
                       std::isnan(error) ? "not identified" : fmt::format("{:.2g}", error)});
   }
   page.table(t);
-  page.paragraph(fmt::format(
-      "Standard errors allow for correlated and outlying residuals. Condition number of the scaled Jacobian: {:.3g}; {} "
-      "samples, {} iterations from {} starts.",
-      number_or_nan(fit.at("condition")), fit.at("samples").get<std::size_t>(), fit.at("iterations").get<int>(),
-      fit.at("starts").get<int>()));
+  page.paragraph(
+      fmt::format("Standard errors allow for correlated and outlying residuals. Condition number of the "
+                  "scaled Jacobian: {:.3g}; {} "
+                  "samples, {} iterations from {} starts.",
+                  number_or_nan(fit.at("condition")), fit.at("samples").get<std::size_t>(),
+                  fit.at("iterations").get<int>(), fit.at("starts").get<int>()));
   page.end_details();
 }
 
@@ -374,7 +394,8 @@ void scores(Page& page, const Json& r) {
                            {"RMSE with that lag removed", "lag_removed_rmse_deg", "°"},
                            {"integral with that lag removed", "lag_removed_iae_deg_s", "°s"}};
   page.begin_details("All scores on the held-out part");
-  TableBlock t{"Scores on the held-out part", {"score", "compensator", "without pauses", "straight line"}, {}, {}};
+  TableBlock t{
+      "Scores on the held-out part", {"score", "compensator", "without pauses", "straight line"}, {}, {}};
   for (const Row& row : kRows) {
     const auto cell = [&](const char* part) {
       const Json& scores = r.at(part);
@@ -416,12 +437,12 @@ void render_identification(const Saved& saved) {
   scores(page, r);
   const auto origin = [&](const char* which) {
     const Json& log = r.at(which);
-    return fmt::format("{} column {} ({})", log.at("file").get<std::string>(), log.at("column").get<std::string>(),
-                       log.at("digest").get<std::string>());
+    return fmt::format("{} column {} ({})", log.at("file").get<std::string>(),
+                       log.at("column").get<std::string>(), log.at("digest").get<std::string>());
   };
   page.paragraph(fmt::format("Sensor {}, reference {}; {:g} Hz; structure {}; flexor {}.", origin("sensor"),
-                             origin("reference"), r.at("rate_hz").get<double>(), saved.text("structure_detail"),
-                             saved.text("version")));
+                             origin("reference"), r.at("rate_hz").get<double>(),
+                             saved.text("structure_detail"), saved.text("version")));
   io::write_file(saved.folder() / "report.html", page.html());
 }
 

@@ -37,8 +37,9 @@ TEST(Page, KeepsTheOrderOfItsBlocksAndRepeatsNone) {
   page.good("four");
   const std::string html = page.html();
   std::size_t at = 0;
-  for (const char* part : {"<h1>T</h1>", "<p>one</p>", "<summary>more</summary>", "<p>two</p>", "class=\"marked\"",
-                           "<th scope=\"row\">row</th><td>3</td>", "</details>", "<p class=\"good\">four</p>"}) {
+  for (const char* part :
+       {"<h1>T</h1>", "<p>one</p>", "<summary>more</summary>", "<p>two</p>", "class=\"marked\"",
+        "<th scope=\"row\">row</th><td>3</td>", "</details>", "<p class=\"good\">four</p>"}) {
     const auto next = html.find(part, at);
     ASSERT_NE(next, std::string::npos) << part << html;
     EXPECT_EQ(count(html, part), 1U) << part;
@@ -71,9 +72,12 @@ TEST(Page, FiguresHaveNamesOfTheirOwnAndThePagesColours) {
   EXPECT_EQ(count(html, "class=\"figures\""), 1U);
   EXPECT_NE(html.find("role=\"img\" aria-labelledby=\"first_title\" aria-describedby=\"first_desc\""),
             std::string::npos);
-  EXPECT_NE(html.find("<title id=\"first_title\">One &amp; only</title><desc id=\"first_desc\">what it &lt;shows&gt;"),
-            std::string::npos);
-  for (const char* id : {"id='gp", "#gpP", "id='textbox", "id=\"gnuplot_canvas\""}) EXPECT_EQ(count(html, id), 0U) << id;
+  EXPECT_NE(
+      html.find(
+          "<title id=\"first_title\">One &amp; only</title><desc id=\"first_desc\">what it &lt;shows&gt;"),
+      std::string::npos);
+  for (const char* id : {"id='gp", "#gpP", "id='textbox", "id=\"gnuplot_canvas\""})
+    EXPECT_EQ(count(html, id), 0U) << id;
   EXPECT_NE(html.find("var(--c0072b2, #0072b2)"), std::string::npos);
   EXPECT_EQ(html.find("#0072B2"), std::string::npos);
   EXPECT_EQ(html.find("rgb( "), std::string::npos);

@@ -28,10 +28,12 @@ void render(const std::filesystem::path& folder) {
     try {
       kind.render(saved);
     } catch (const Json::exception& error) {
-      throw io::InputError(fmt::format("{}: results of another version of flexor, or changed by hand ({}); run the job again",
-                                       (folder / "results.json").string(), error.what()));
+      throw io::InputError(
+          fmt::format("{}: results of another version of flexor, or changed by hand ({}); run the job again",
+                      (folder / "results.json").string(), error.what()));
     } catch (const std::out_of_range&) {
-      throw io::InputError(fmt::format("{}: a table beside results.json lacks a column; run the job again", folder.string()));
+      throw io::InputError(
+          fmt::format("{}: a table beside results.json lacks a column; run the job again", folder.string()));
     }
     return;
   }

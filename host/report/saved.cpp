@@ -36,17 +36,18 @@ bool read_number(std::string_view cell, double& value) {
 Saved::Saved(std::filesystem::path folder) : folder_(std::move(folder)) {
   const auto path = folder_ / "results.json";
   if (!std::filesystem::exists(path)) {
-    throw io::InputError(fmt::format(
-        "{}: no results.json: give a folder that identify --report, experiment --out, track --report, deploy or "
-        "latency --out has written",
-        folder_.string()));
+    throw io::InputError(
+        fmt::format("{}: no results.json: give a folder that identify --report, experiment --out, track "
+                    "--report, deploy or "
+                    "latency --out has written",
+                    folder_.string()));
   }
   results_ = io::parse_json(io::read_file(path), path.string());
   if (!results_.is_object() || !results_.contains("kind") || !results_.at("kind").is_string()) {
-    throw io::InputError(
-        fmt::format("{}: says of no kind of job that its results are: it was written by another version of flexor; "
-                    "run the job again",
-                    path.string()));
+    throw io::InputError(fmt::format(
+        "{}: says of no kind of job that its results are: it was written by another version of flexor; "
+        "run the job again",
+        path.string()));
   }
 }
 
@@ -72,7 +73,8 @@ Columns Saved::columns(const std::string& file) const {
       good = read_number(line[i], value);
       values[i].push_back(value);
     }
-    if (!good) throw io::InputError(fmt::format("{}: row {}: not {} numbers", path.string(), row, names.size()));
+    if (!good)
+      throw io::InputError(fmt::format("{}: row {}: not {} numbers", path.string(), row, names.size()));
   }
   Columns out;
   for (std::size_t i = 0; i < names.size(); ++i) out[names[i]] = std::move(values[i]);

@@ -31,17 +31,20 @@ void angles(Gnuplot& g, const Saved& saved) {
   g.add("set datafile separator ','");
   g.add("set multiplot layout {},1 margins 0.17,0.97,{:.3f},0.98 spacing 0,0.025", n + 1,
         50.0 / (210 + 120 * static_cast<double>(n)));
-  g.add("set xrange [{}:{}]; set key off; set format x ''", from_s, std::max(r.at("to_s").get<double>(), from_s + 0.1));
+  g.add("set xrange [{}:{}]; set key off; set format x ''", from_s,
+        std::max(r.at("to_s").get<double>(), from_s + 0.1));
   std::size_t k = 0;
   for (const auto& angle : r.at("angles").items()) {
     const std::size_t column = 2 + 3 * k;
-    g.add("set ylabel {} noenhanced; set label 1 'deg' at graph 0.005,0.92 tc rgb '#888888'", gnuplot_text(angle.key()));
+    g.add("set ylabel {} noenhanced; set label 1 'deg' at graph 0.005,0.92 tc rgb '#888888'",
+          gnuplot_text(angle.key()));
     g.add("set ytics {}", tic_step(std::max(1.0, angle.value().at("max_deg").get<double>() -
                                                      angle.value().at("min_deg").get<double>())));
     // What is lost has no place; what is not good is grey.
     g.add(
         "plot {0} every {1} using 1:(${4}<3?${2}-2*${3}:1/0):(${4}<3?${2}+2*${3}:1/0) with filledcurves lc "
-        "rgb '#cccccc' fs transparent solid 0.5, '' every {1} using 1:(${4}<3?${2}:1/0) with lines lw 1 lc rgb "
+        "rgb '#cccccc' fs transparent solid 0.5, '' every {1} using 1:(${4}<3?${2}:1/0) with lines lw 1 lc "
+        "rgb "
         "'#999999', '' every {1} using 1:(${4}==0?${2}:1/0) with lines lw 2 lc rgb '{5}'",
         file, every, column, column + 1, column + 2, kColours[k % kColours.size()]);
     ++k;
@@ -60,12 +63,13 @@ void summary(Page& page, const Json& r) {
   double error_deg = 0;
   for (const auto& angle : r.at("angles").items())
     error_deg = std::max(error_deg, number_or_nan(angle.value().at("standard_error_deg")));
-  page.cards(
-      {{fmt::format("{:.1f} %", frames > 0 ? 100 * r.at("frames_labelled").get<double>() / frames : 0),
-        fmt::format("of {:.0f} frames show every mark", frames)},
-       {fmt::format("{:.2f}°", error_deg), "standard error of the least certain angle, on average"},
-       {fmt::format("{}", r.at("unsure_stretches").get<std::size_t>()), "stretch(es) in which some angle is unsure", true},
-       {fmt::format("{}", r.at("frames_dropped").get<std::size_t>()), "frame(s) missing by the video's own clock", true}});
+  page.cards({{fmt::format("{:.1f} %", frames > 0 ? 100 * r.at("frames_labelled").get<double>() / frames : 0),
+               fmt::format("of {:.0f} frames show every mark", frames)},
+              {fmt::format("{:.2f}°", error_deg), "standard error of the least certain angle, on average"},
+              {fmt::format("{}", r.at("unsure_stretches").get<std::size_t>()),
+               "stretch(es) in which some angle is unsure", true},
+              {fmt::format("{}", r.at("frames_dropped").get<std::size_t>()),
+               "frame(s) missing by the video's own clock", true}});
   const auto warnings = r.at("warnings").get<std::vector<std::string>>();
   if (!warnings.empty()) page.warnings(warnings);
 }
@@ -85,11 +89,12 @@ void angle_table(Page& page, const Json& r) {
   }
   page.heading("Each angle");
   page.table(t);
-  page.paragraph(
-      fmt::format("Good: every mark measured. Doubtful: measured, but marks touch, a bone has an odd length or the joint is "
-                  "outside its range. Hidden: a mark was not to be seen for at most {} frames; the angle comes from the "
-                  "motion before and after. Lost: not known, the last value is repeated.",
-                  r.at("most_hidden_frames").get<int>()));
+  page.paragraph(fmt::format(
+      "Good: every mark measured. Doubtful: measured, but marks touch, a bone has an odd length or the joint "
+      "is "
+      "outside its range. Hidden: a mark was not to be seen for at most {} frames; the angle comes from the "
+      "motion before and after. Lost: not known, the last value is repeated.",
+      r.at("most_hidden_frames").get<int>()));
 }
 
 void unsure_table(Page& page, const Json& r) {
@@ -102,7 +107,8 @@ void unsure_table(Page& page, const Json& r) {
   for (const Json& u : r.at("unsure")) {
     t.rows.push_back({fmt::format("{:.3f} s", u.at("from_s").get<double>()),
                       fmt::format("{:.3f} s", u.at("to_s").get<double>()),
-                      fmt::format("{}", u.at("frames").get<std::size_t>()), kQuality.at(u.at("quality").get<std::size_t>())});
+                      fmt::format("{}", u.at("frames").get<std::size_t>()),
+                      kQuality.at(u.at("quality").get<std::size_t>())});
   }
   page.table(t);
   const auto all = r.at("unsure_stretches").get<std::size_t>();
@@ -118,26 +124,30 @@ void render_tracking(const Saved& saved) {
   g.run();
   Page page("Angles from " + std::filesystem::path(saved.text("video")).filename().string());
   summary(page, r);
-  const Figure figure{"angles", "Over time",
-                      "Coloured: good. Grey: unsure. The band is two standard errors wide on either side. Below: the worst "
-                      "quality of any angle."};
+  const Figure figure{
+      "angles", "Over time",
+      "Coloured: good. Grey: unsure. The band is two standard errors wide on either side. Below: the worst "
+      "quality of any angle."};
   const std::string svg = g.svg(figure.name);
   io::write_file(saved.folder() / "angles.svg", svg);
   page.figure(figure, svg);
   const auto frame = saved.folder() / "frame.jpg";
   if (std::filesystem::exists(frame)) {
-    page.picture({"frame", "One frame", "Marks, bones and angles as they were found, drawn over the picture."},
-                 io::read_file(frame));
+    page.picture(
+        {"frame", "One frame", "Marks, bones and angles as they were found, drawn over the picture."},
+        io::read_file(frame));
   }
   angle_table(page, r);
   unsure_table(page, r);
   const auto lens = saved.text("lens");
   page.paragraph(fmt::format(
-      "{} x {} pixels, {} frames from {:.3f} to {:.3f} s. Tracked at {:.0f} frames a second, decoding and drawing left out. "
+      "{} x {} pixels, {} frames from {:.3f} to {:.3f} s. Tracked at {:.0f} frames a second, decoding and "
+      "drawing left out. "
       "Joint file {}, {}. flexor {}.",
-      r.at("width").get<int>(), r.at("height").get<int>(), r.at("frames").get<std::size_t>(), r.at("from_s").get<double>(),
-      r.at("to_s").get<double>(), r.at("frames").get<double>() / std::max(1e-9, r.at("tracking_s").get<double>()),
-      saved.text("joints"), lens.empty() ? "no lens calibration" : "lens " + lens, saved.text("version")));
+      r.at("width").get<int>(), r.at("height").get<int>(), r.at("frames").get<std::size_t>(),
+      r.at("from_s").get<double>(), r.at("to_s").get<double>(),
+      r.at("frames").get<double>() / std::max(1e-9, r.at("tracking_s").get<double>()), saved.text("joints"),
+      lens.empty() ? "no lens calibration" : "lens " + lens, saved.text("version")));
   io::write_file(saved.folder() / "report.html", page.html());
 }
 

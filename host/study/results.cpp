@@ -32,7 +32,8 @@ std::string to_csv(const twin::Trial& trial, double camera_rate_hz) {
   for (const std::string& finger : model::finger_names()) add(",{0}_finger_deg,{0}_hand_deg", finger);
   for (std::size_t k = 0; k < trial.hand_deg[0].size(); ++k) {
     add("\n{:.4f}", static_cast<double>(k) / camera_rate_hz);
-    for (std::size_t i = 0; i < kFingers; ++i) add(",{:.2f},{:.2f}", trial.glove_deg[i][k], trial.hand_deg[i][k]);
+    for (std::size_t i = 0; i < kFingers; ++i)
+      add(",{:.2f},{:.2f}", trial.glove_deg[i][k], trial.hand_deg[i][k]);
   }
   add("\n");
   return fmt::to_string(out);

@@ -76,6 +76,73 @@ std::size_t finger_of(const std::string& name, const io::JsonReader& reader) {
 
 }  // namespace
 
+struct Motion::Reader {
+  GestureReader& gesture;
+  Motion& motion;
+  double usual_speed_deg_s = 0;
+
+  void settings() {
+    io::JsonReader& reader = gesture.reader();
+    motion.name_ = reader.text("name");
+    motion.description_ = reader.text_or_empty("description");
+    const double number = reader.number_or("number", 0);
+    if (!(number >= 0 && number <= 6 && number == std::floor(number)))
+      reader.fail("\"number\" must be 1 to 6, for the published gestures, or 0");
+    motion.number_ = static_cast<int>(number);
+    motion.duration_s_ = reader.number("duration_s");
+    motion.corner_s_ = reader.number("corner_s");
+    usual_speed_deg_s = reader.number("speed_deg_s");
+    if (!(motion.duration_s_ >= 0.01 && motion.duration_s_ <= kMaxDuration_s))
+      reader.fail(fmt::format("duration_s must lie between 0.01 and {:g}", kMaxDuration_s));
+    if (!(motion.corner_s_ >= 0.001 && motion.corner_s_ <= kMaxDuration_s))
+      reader.fail(fmt::format("corner_s must lie between 0.001 and {:g}", kMaxDuration_s));
+    require_speed(reader, usual_speed_deg_s);
+    const Json& start = reader.member("start");
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      const std::string& name = model::finger_names()[i];
+      if (start.is_object() && !start.contains(name)) reader.fail(fmt::format("\"start\" has no {}", name));
+      motion.start_deg_[i] = gesture.angle(start.is_object() ? start.at(name) : start, i);
+    }
+  }
+
+  void moves(const std::string& source) {
+    std::array<double, kFingers> busy_until{};
+    std::array<double, kFingers> at = motion.start_deg_;
+    double first_move_s = kMaxDuration_s;
+    const Json& list = gesture.reader().member("moves");
+    if (!list.is_array()) gesture.reader().fail("\"moves\" must be a list");
+    for (const Json& entry : list) {
+      io::JsonReader move(entry, fmt::format("{}: moves", source));
+      const double start_s = move.number("start_s");
+      const double speed = move.number_or("speed_deg_s", usual_speed_deg_s);
+      require_speed(move, speed);
+      if (!(start_s >= 0 && start_s <= motion.duration_s_)) {
+        move.fail(fmt::format("start_s is {:g}; it must lie between 0 and duration_s, {:g}", start_s,
+                              motion.duration_s_));
+      }
+      const Json& to = move.member("to");
+      for (const Json& finger : move.list("fingers")) {
+        if (!finger.is_string()) move.fail("\"fingers\" must be names");
+        const std::size_t i = finger_of(finger.get<std::string>(), move);
+        const double target = gesture.angle(to, i);
+        if (std::abs(target - at[i]) < kLeastTurn_deg) continue;
+        if (start_s < busy_until[i]) {
+          move.fail(fmt::format(
+              "{} starts at {} s while its move before lasts until {:.2f} s: start later or move faster",
+              model::finger_names()[i], start_s, busy_until[i]));
+        }
+        const Move one{start_s, std::abs(target - at[i]) / speed, at[i], target};
+        busy_until[i] = start_s + one.ramp_s + motion.corner_s_;
+        at[i] = target;
+        motion.moves_[i].push_back(one);
+        first_move_s = std::min(first_move_s, start_s);
+      }
+      move.done();
+    }
+    if (first_move_s < kMaxDuration_s) motion.anchor_s_ = first_move_s;
+  }
+};
+
 Motion Motion::from_json(const std::string& text, const std::string& source) {
   const Json json = io::parse_json(text, source);
   GestureReader gesture(json, source);
@@ -85,66 +152,12 @@ Motion Motion::from_json(const std::string& text, const std::string& source) {
   }
   if (reader.number("schema_version") != 1) reader.fail("has a schema version other than 1; update Flexor");
   Motion m;
-  m.name_ = reader.text("name");
-  m.description_ = reader.text_or_empty("description");
-  const double number = reader.number_or("number", 0);
-  if (!(number >= 0 && number <= 6 && number == std::floor(number))) {
-    reader.fail("\"number\" must be 1 to 6, for the published gestures, or 0");
-  }
-  m.number_ = static_cast<int>(number);
-  m.duration_s_ = reader.number("duration_s");
-  m.corner_s_ = reader.number("corner_s");
-  const double usual_speed = reader.number("speed_deg_s");
-  if (!(m.duration_s_ >= 0.01 && m.duration_s_ <= kMaxDuration_s)) {
-    reader.fail(fmt::format("duration_s must lie between 0.01 and {:g}", kMaxDuration_s));
-  }
-  if (!(m.corner_s_ >= 0.001 && m.corner_s_ <= kMaxDuration_s)) {
-    reader.fail(fmt::format("corner_s must lie between 0.001 and {:g}", kMaxDuration_s));
-  }
-  require_speed(reader, usual_speed);
-  const Json& start = reader.member("start");
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    const std::string& name = model::finger_names()[i];
-    if (start.is_object() && !start.contains(name)) reader.fail(fmt::format("\"start\" has no {}", name));
-    m.start_deg_[i] = gesture.angle(start.is_object() ? start.at(name) : start, i);
-  }
+  Reader read{gesture, m};
+  read.settings();
   if (reader.has("choices")) (void)reader.member("choices");
   (void)reader.has("poses");
-  std::array<double, kFingers> busy_until{};
-  std::array<double, kFingers> at = m.start_deg_;
-  double first_move_s = kMaxDuration_s;
-  const Json& moves = reader.member("moves");
-  if (!moves.is_array()) reader.fail("\"moves\" must be a list");
-  for (const Json& entry : moves) {
-    io::JsonReader move(entry, fmt::format("{}: moves", source));
-    const double start_s = move.number("start_s");
-    const double speed = move.number_or("speed_deg_s", usual_speed);
-    require_speed(move, speed);
-    if (!(start_s >= 0 && start_s <= m.duration_s_)) {
-      move.fail(
-          fmt::format("start_s is {:g}; it must lie between 0 and duration_s, {:g}", start_s, m.duration_s_));
-    }
-    const Json& to = move.member("to");
-    for (const Json& finger : move.list("fingers")) {
-      if (!finger.is_string()) move.fail("\"fingers\" must be names");
-      const std::size_t i = finger_of(finger.get<std::string>(), move);
-      const double target = gesture.angle(to, i);
-      if (std::abs(target - at[i]) < kLeastTurn_deg) continue;
-      if (start_s < busy_until[i]) {
-        move.fail(fmt::format(
-            "{} starts at {} s while its move before lasts until {:.2f} s: start later or move faster",
-            model::finger_names()[i], start_s, busy_until[i]));
-      }
-      const Move one{start_s, std::abs(target - at[i]) / speed, at[i], target};
-      busy_until[i] = start_s + one.ramp_s + m.corner_s_;
-      at[i] = target;
-      m.moves_[i].push_back(one);
-      first_move_s = std::min(first_move_s, start_s);
-    }
-    move.done();
-  }
+  read.moves(source);
   reader.done();
-  if (first_move_s < kMaxDuration_s) m.anchor_s_ = first_move_s;
   return m;
 }
 

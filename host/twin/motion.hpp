@@ -54,6 +54,7 @@ class Motion {
     double to_deg = 0;
   };
 
+  struct Reader;
   double planned(int finger, double t_s, const Variation& variation) const;
 
   std::string name_;

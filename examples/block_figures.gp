@@ -1,6 +1,7 @@
 # Draws docs/figures from the data of block_figures; script/figures calls it with `data` and `out` set.
-set terminal svg size 640,360 dynamic font 'Helvetica,13' background '#ffffff'
+set terminal svg size 640,380 dynamic font 'Helvetica,13' background '#ffffff'
 set grid lc rgb '#dddddd'
+set key above
 set border 3 lc rgb '#666666'
 set tics nomirror
 blue = '#0072b2'; orange = '#d55e00'; green = '#009e73'; grey = '#888888'
@@ -8,7 +9,6 @@ file(name) = data.'/'.name.'.txt'
 figure(name) = out.'/'.name.'.svg'
 
 set output figure('dead_zone')
-set key top left
 set xlabel 'reading u (degrees)'; set ylabel 'phi(u) (degrees)'
 set arrow 1 from -10, graph 0 to -10, graph 1 nohead dt 2 lc rgb grey
 set arrow 2 from 20, graph 0 to 20, graph 1 nohead dt 2 lc rgb grey
@@ -21,14 +21,12 @@ set output figure('curve')
 set xlabel 'reading u'; set ylabel 'f(u) (degrees)'
 plot file('curve') index 0 using 1:2 with lines lw 2.5 lc rgb blue title 'f', \
      file('curve') index 1 using 1:2 with points pt 7 ps 0.9 lc rgb orange title 'knots (x_k, y_k)' noenhanced
-set key top left
 
 set output figure('hysteresis')
 set xlabel 'reading u (degrees)'; set ylabel 'z (degrees)'
 plot file('hysteresis') using 2:3 with lines lw 1.8 lc rgb blue title 'two plays, radii 4 and 12, weights 0.5', x with lines dt 3 lc rgb grey title 'u'
 
 set output figure('lags')
-set key bottom right
 set xlabel 't (s)'; set ylabel 'y (degrees)'
 set yrange [0:175]
 plot file('lags') index 0 using 1:2 with lines lw 2 lc rgb grey title 'continuous, pole -19 rad/s', \
@@ -51,7 +49,6 @@ plot file('lead') index 0 using 1:2 with lines lw 5 lc rgb '#cccccc' title 'fing
      file('lead') index 2 using 1:3 with lines lw 2 lc rgb blue title 'c_0 = 2: early by 1/19 s' noenhanced
 
 set output figure('alignment')
-set key top right
 set xlabel 'clock offset tried (s)'; set ylabel 'eta squared'
 set yrange [0:1.05]; set xrange [-8:12]
 plot file('alignment') index 0 using 1:2 with lines lw 1.8 lc rgb blue title 'share of the angle that the reading explains', \
@@ -59,16 +56,14 @@ plot file('alignment') index 0 using 1:2 with lines lw 1.8 lc rgb blue title 'sh
 set yrange [*:*]; set xrange [*:*]
 
 set output figure('resampler')
-set key bottom left
 set xlabel 't (s)'; set ylabel 'reading'
 plot file('resampler') index 0 using 1:2 with points pt 6 ps 0.7 lc rgb grey title 'rows of the log, in bursts', \
      file('resampler') index 1 using 1:2 with points pt 7 ps 0.8 lc rgb blue title 'grid of 10 Hz', \
      file('resampler') index 2 using 1:2 with points pt 2 ps 0.9 lc rgb orange title 'held through a pause'
 
 set output figure('trial')
-set key top right
 set xlabel 't (s)'; set ylabel 'thumb (degrees)'
-set yrange [85:190]
+set xrange [0:10]; set yrange [85:175]
 plot file('trial') index 0 using 1:2 with lines lw 5 lc rgb '#cccccc' title 'finger, rho_r' noenhanced, \
      file('trial') index 1 using 1:2 with steps dt 3 lc rgb grey title 'reading, alpha', \
      file('trial') index 0 using 1:3 with lines lw 2 lc rgb orange title 'hand behind Wiener, rho', \

@@ -11,7 +11,9 @@
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/report/trial_report.hpp"
+#include "host/study/boards.hpp"
 #include "host/study/calibration.hpp"
+#include "host/study/rendered_cameras.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -156,7 +158,7 @@ void draw(const study::Plan& plan, const study::Result& result,
   }
 }
 
-void play(Options& o, const Program& program) {
+void play(Options& o, study::Boards* boards) {
   const study::Plan& plan = o.plan;
   study::check(plan);
   std::optional<study::FolderLock> lock;  // until the report is written
@@ -171,7 +173,7 @@ void play(Options& o, const Program& program) {
   }
   if (!o.vcd.empty()) {
     log("tracing one trial ...");
-    program.boards->trace(study::first_setup(plan, plan.motions.front(), plan.compensators.front()), o.vcd);
+    boards->trace(study::first_setup(plan, plan.motions.front(), plan.compensators.front()), o.vcd);
   }
   if (!o.folder.empty()) {
     draw(plan, result, scenarios);
@@ -179,13 +181,13 @@ void play(Options& o, const Program& program) {
   show(o, result, scenarios);
 }
 
-void run(Options& o, const Program& program) {
+void run(Options& o) {
   study::Plan& plan = o.plan;
-  if (o.engine == "avr") plan.engine = &program.require_boards();
-  std::unique_ptr<study::Engine> filmed;
+  std::optional<study::Boards> boards;
+  if (o.engine == "avr") plan.engine = &boards.emplace(io::program_beside(kBoardsWorker));
+  std::optional<study::RenderedCameras> cameras;
   if (o.camera == "rendered") {
-    filmed = program.require_cameras().rendered(plan.engine);
-    plan.engine = filmed.get();
+    plan.engine = &cameras.emplace(io::program_beside(kCameraWorker), plan.engine);
     log("both hands are filmed and tracked, frame by frame: some seconds a trial");
   }
   if (!o.vcd.empty() && o.engine != "avr") throw io::InputError("--vcd records the boards: add --engine avr");
@@ -199,7 +201,7 @@ void run(Options& o, const Program& program) {
   StopOnSignal stop;
   plan.stop = stop.flag();
   try {
-    play(o, program);
+    play(o, boards ? &*boards : nullptr);
   } catch (const io::Cancelled& stopped) {
     io::set_interruption_note(stopped.what());
     stop.end();
@@ -306,7 +308,7 @@ twin::Parameters twin_parameters(const std::string& file, const std::vector<std:
   return p;
 }
 
-void add_experiment(CLI::App& app, const Program& program) {
+void add_experiment(CLI::App& app) {
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "experiment", "The published experiment in the twin: gestures x compensators x trials");
@@ -349,7 +351,7 @@ void add_experiment(CLI::App& app, const Program& program) {
                       "with --engine avr: write all signals of the first trial here, for a waveform viewer");
   command->add_flag("--scenarios", o->scenarios, "also with drift, put on anew, lost and late frames");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o, program] { run(*o, program); });
+  command->callback([o] { run(*o); });
 }
 
 void add_calibrate_twin(CLI::App& app) {

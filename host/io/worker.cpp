@@ -134,10 +134,10 @@ void Worker::died(const std::string& job) {
   const int status = process_->wait_at_most(kPatience_ms);
   process_.reset();
   constexpr int kSignalled = 128;
-  throw JobError(status > kSignalled
-                     ? fmt::format("{} was ended by signal {} in the middle of {}", name_,
-                                   status - kSignalled, job)
-                     : fmt::format("{} ended with status {} in the middle of {}", name_, status, job));
+  throw JobError(
+      status > kSignalled
+          ? fmt::format("{} was ended by signal {} in the middle of {}", name_, status - kSignalled, job)
+          : fmt::format("{} ended with status {} in the middle of {}", name_, status, job));
 }
 
 void Worker::says_nonsense(const std::string& job, const std::string& what) {

@@ -39,8 +39,8 @@ TEST(Worker, ArgumentsAndResultsKeepTheirBits) {
     const double x = std::bit_cast<double>(random());
     if (std::isfinite(x)) numbers.push_back(x);
   }
-  for (const double x : {0.0, -0.0, 5.0, std::numeric_limits<double>::denorm_min(),
-                         std::numeric_limits<double>::max()}) {
+  for (const double x :
+       {0.0, -0.0, 5.0, std::numeric_limits<double>::denorm_min(), std::numeric_limits<double>::max()}) {
     numbers.push_back(x);
   }
   numbers.push_back(UINT64_MAX);

@@ -85,6 +85,7 @@ Motion Motion::from_json(const std::string& text, const std::string& source) {
   }
   if (reader.number("schema_version") != 1) reader.fail("has a schema version other than 1; update Flexor");
   Motion m;
+  m.document_ = text;
   m.name_ = reader.text("name");
   m.description_ = reader.text_or_empty("description");
   const double number = reader.number_or("number", 0);

@@ -14,6 +14,7 @@
 #include "cosim/vcd.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/io/io.hpp"
+#include "host/study/boards.hpp"
 
 namespace flexor::cosim {
 namespace {

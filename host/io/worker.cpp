@@ -229,9 +229,12 @@ class Server {
 
   int run() {
     for (std::optional<std::string> line; (line = next());) {
-      say(answer(*line));
-      const std::lock_guard lock(mutex_);
-      busy_ = false;
+      const Json reply = answer(*line);
+      {
+        const std::lock_guard lock(mutex_);
+        busy_ = false;
+      }
+      say(reply);
     }
     return 0;
   }

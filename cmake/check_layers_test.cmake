@@ -36,4 +36,8 @@ foreach(room IN LISTS ROOMS)
   endif()
 endforeach()
 expect(fail host/twin/deep/x.cpp "#include <opencv2/core.hpp>" "${good}")
+# Who is asked through a pipe is not included.
+expect(fail apps/cli/x.cpp "#include \"host/camera/lens.hpp\"" "${good}")
+expect(fail apps/cli/x.cpp "" "cli filming flexor_cli")
+expect(fail cosim/x.cpp "" "cosim cli flexor_cosim")
 expect(fail host/nowhere/x.cpp "" "${good}")

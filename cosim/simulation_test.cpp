@@ -10,11 +10,11 @@
 #include <filesystem>
 #include <numeric>
 
-#include "cosim/engine.hpp"
+#include "cosim/trace.hpp"
 #include "cosim/vcd.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/io/io.hpp"
-#include "host/study/deployment.hpp"
+#include "host/study/boards.hpp"
 
 namespace flexor::cosim {
 namespace {
@@ -37,8 +37,10 @@ twin::Setup setup_of(const char* compensator = "published-hw", double rate_hz = 
 const Images& images() {
   static const std::unique_ptr<Images> built = [] {
     const twin::Setup setup = setup_of();
-    return build_images(study::glove_for(parameters(), setup.compensator),
-                        study::safe_hand(parameters(), setup.compensator));
+    const io::TemporaryFolder folder;
+    const auto glove = deploy::build_glove(study::glove_for(parameters(), setup.compensator), folder.path());
+    const auto hand = deploy::build_hand(study::safe_hand(parameters(), setup.compensator), folder.path());
+    return std::unique_ptr<Images>(new Images{Firmware(glove.elf), Firmware(hand.elf)});
   }();
   return *built;
 }
@@ -184,15 +186,15 @@ TEST(Fault, AnUnpluggedOrShortedOrStuckStripIsToldAndItsFingerGoesToRest) {
     // What the glove says of its sensors.
     const deploy::Key key = study::bench_key();
     link::Receiver receiver(&*key);
-    int told_ms = -1;
+    int heard_ms = -1;
     w.simulation.on_air = [&, status = expected](Cycles cycle, std::uint8_t byte) {
       if (receiver.receive(byte) != link::Received::frame) return;
       const auto now = static_cast<int>(Simulation::time_ms(cycle));
-      if (told_ms < 0 && now > 500 && static_cast<int>(receiver.frame().status[1]) == status) told_ms = now;
+      if (heard_ms < 0 && now > 500 && static_cast<int>(receiver.frame().status[1]) == status) heard_ms = now;
     };
     const Path path = w.run();
-    EXPECT_GE(told_ms, 500);
-    EXPECT_LE(told_ms, 1000 + 75) << "half a second, a sample period and the frame's way";
+    EXPECT_GE(heard_ms, 500);
+    EXPECT_LE(heard_ms, 1000 + 75) << "half a second, a sample period and the frame's way";
     EXPECT_NEAR(path[2900][1], 29, 3);
     EXPECT_LT(std::abs(path[2900][2] - undisturbed()[2900][2]), kSame_deg) << "the other fingers go on";
     expect_recovery(path, 3);
@@ -297,7 +299,7 @@ TEST(Fault, AnUnpluggedPotentiometerStopsItsMotor) {
 
 // The total error of six gestures, each compensator, within 5 % of the twin's, same trials.
 TEST(Twin, AgreesWithTheCoSimulation) {
-  Engine engine;
+  study::Boards boards(FLEXOR_COSIM);
   study::Plan plan;
   plan.parameters = parameters();
   plan.parameters.frame_bytes = link::kWireSealed;
@@ -308,14 +310,14 @@ TEST(Twin, AgreesWithTheCoSimulation) {
   plan.seed = 5;
   plan.threads = 2;
   const study::Result twin = study::run(plan, {});
-  plan.engine = &engine;
-  const study::Result boards = study::run(plan, {});
+  plan.engine = &boards;
+  const study::Result on_boards = study::run(plan, {});
   for (std::size_t c = 0; c < plan.compensators.size(); ++c) {
     double of_twin = 0;
     double of_boards = 0;
     for (std::size_t m = 0; m < plan.motions.size(); ++m) {
       of_twin += twin.cell(m, c).total_deg_s.mean();
-      of_boards += boards.cell(m, c).total_deg_s.mean();
+      of_boards += on_boards.cell(m, c).total_deg_s.mean();
     }
     EXPECT_NEAR(of_boards / of_twin, 1, 0.05) << plan.compensators[c].name;
     EXPECT_NE(of_boards, of_twin) << "has the engine run at all?";
@@ -323,13 +325,13 @@ TEST(Twin, AgreesWithTheCoSimulation) {
 }
 
 TEST(Simulation, IsTheSameOnOneThreadAndOnTwo) {
-  Engine engine;
+  study::Boards boards(FLEXOR_COSIM);
   study::Plan plan;
   plan.parameters = parameters();
   plan.motions = study::motions("4");
   plan.compensators = {study::compensator("published-hw", 10)};
   plan.trials = 18;  // two batches
-  plan.engine = &engine;
+  plan.engine = &boards;
   plan.motions.front() = study::motions("4").front();
   plan.threads = 1;
   const auto one = study::run(plan, {});
@@ -340,13 +342,13 @@ TEST(Simulation, IsTheSameOnOneThreadAndOnTwo) {
 }
 
 TEST(Latency, EveryStageIsWhatTheClocksSay) {
-  Engine engine;
+  study::Boards boards(FLEXOR_COSIM);
   const auto mean = [](const std::vector<study::Latency>& edges, std::size_t stage) {
     double sum = 0;
     for (const auto& edge : edges) sum += edge[stage] / static_cast<double>(edges.size());
     return sum;
   };
-  const auto slow = engine.latency(parameters(), study::compensator("published-hw", 10).model, 40, 1);
+  const auto slow = boards.latency(parameters(), study::compensator("published-hw", 10).model, 40, 1);
   ASSERT_EQ(slow.size(), 40U);
   EXPECT_NEAR(mean(slow, 0), 50, 15);  // half a period
   EXPECT_NEAR(mean(slow, 1), 0.55,
@@ -358,7 +360,7 @@ TEST(Latency, EveryStageIsWhatTheClocksSay) {
   EXPECT_LT(mean(slow, 5), 1.2);
   twin::Parameters p = parameters();
   p.frame_rate_hz = 20;
-  const auto quick = engine.latency(p, study::compensator("published-hw", 100).model, 40, 1);
+  const auto quick = boards.latency(p, study::compensator("published-hw", 100).model, 40, 1);
   ASSERT_EQ(quick.size(), 40U);
   EXPECT_NEAR(mean(quick, 0), 5, 1.5);
   EXPECT_NEAR(mean(quick, 2), 20, 6);  // 0 to 40 ms until the next of every fifth sample
@@ -367,32 +369,30 @@ TEST(Latency, EveryStageIsWhatTheClocksSay) {
 // Ten frames a second of which every tenth is lost: an edge whose frame is lost is counted as such, and no
 // other edge is taken for late.
 TEST(Latency, LostFramesAreLostAndNotLate) {
-  Engine engine;
+  study::Boards boards(FLEXOR_COSIM);
   twin::Parameters p = parameters();
   p.loss = 0.1;
   constexpr int kEdges = 80;
-  const auto edges = engine.latency(p, study::compensator("published-hw", 10).model, kEdges, 1);
+  const auto edges = boards.latency(p, study::compensator("published-hw", 10).model, kEdges, 1);
   for (const auto& edge : edges) {
     const double total_ms = std::accumulate(edge.begin(), edge.end(), 0.0);
     EXPECT_GT(total_ms, 25);
     EXPECT_LT(total_ms, 150) << "a period, the UART and the rest";
     EXPECT_LT(edge[3], 35) << "24 bytes at 9600 baud and the modules";
   }
-  const study::LatencyBudget budget = study::budget_of(edges, kEdges);
-  EXPECT_EQ(budget.edges + budget.lost, kEdges);
-  EXPECT_GE(budget.lost, 2);
-  EXPECT_LE(budget.lost, 20);
+  EXPECT_LE(edges.size(), kEdges - 2U);
+  EXPECT_GE(edges.size(), kEdges - 20U);
 }
 
 TEST(Trace, IsAValueChangeDumpWithTimeGoingForward) {
-  Engine engine;
+  study::Boards boards(FLEXOR_COSIM);
   const fs::path path =
       fs::path(testing::TempDir()) / ("flexor_trace_" + std::to_string(::getpid()) + ".vcd");
   twin::Setup setup = setup_of("published-hw", 10);
   std::array<std::vector<double>, 5> still;
   for (auto& finger : still) finger.assign(2, 100);
   setup.motion = twin::Motion::from_samples("still", {0, 0.5}, still);
-  engine.trace(setup, path);
+  boards.trace(setup, path);
   const std::string text = io::read_file(path);
   fs::remove(path);
   EXPECT_TRUE(text.starts_with("$timescale 1 ns $end"));

@@ -1,13 +1,9 @@
-// Cameras as the experiment uses them: videos of hands to angles, and the twin's hand filmed instead of told.
-//
-// An interface, because what stands behind it loads two hundred shared libraries: only the programs
-// flexor-camera and flexor-cosim have it, and `flexor` starts as fast as before (docs/adr/0007).
+// What cameras are for: videos of hands to angles, a video's set-up, a lens, and the twin's hand on film.
 #pragma once
 
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -16,11 +12,9 @@
 #include "host/camera/lens.hpp"
 #include "host/camera/setup.hpp"
 #include "host/camera/tracker.hpp"
-#include "host/study/trials.hpp"
+#include "host/twin/simulation.hpp"
 
 namespace flexor::filming {
-
-using namespace study;
 
 struct TrackRequest {
   std::filesystem::path video;  // or a camera device
@@ -47,43 +41,40 @@ using TrackProgress = std::function<bool(std::size_t frames, std::size_t of)>;
 struct SetupRequest {
   std::filesystem::path video;
   std::filesystem::path joints;
-  double at_s = 0;  // which picture: the first from there on
-  std::size_t skeleton = 0;
+  double at_s = 0;       // which picture: the first from there on
+  std::string skeleton;  // its name; empty: the first
   camera::ColourChoice colour;
-  std::map<int, std::string> told;
-  std::filesystem::path picture;  // PNG with numbers
-  std::filesystem::path save;     // joint file with colour and start positions; empty: none
+  std::map<int, std::string> assigned;  // candidate -> mark; empty: they are proposed
+  std::filesystem::path picture;        // PNG with numbers
+  std::filesystem::path save;           // joint file with colour and start positions; empty: none
+};
+
+struct CalibrationRequest {
+  std::vector<std::filesystem::path> pictures;
+  camera::Board board;
+  std::filesystem::path out;  // the lens file
 };
 
 struct FilmRequest {
-  twin::Parameters parameters;
-  std::vector<twin::Motion> motions;  // one after the other
-  double rate_hz = 50;                // of the glove's log
+  std::vector<twin::Setup> setups;  // one motion after the other; samples are recorded
+  camera::Joints joints;            // of what is drawn
   std::uint64_t seed = 1;
   std::filesystem::path folder;
 };
 
-class Cameras {
- public:
-  virtual ~Cameras() = default;
-
-  // Writes t_s, and for each angle NAME_deg, NAME_se_deg, NAME_quality (camera::Quality as a number); the
-  // report and the preview likewise appear whole or not at all. Throws io::InputError, and io::JobError when
-  // no frame shows the marks.
-  virtual Tracked track(const TrackRequest& request, const TrackProgress& progress) const = 0;
-  virtual camera::Setup set_up(const SetupRequest& request) const = 0;
-  virtual camera::Calibration calibrate(const std::vector<std::filesystem::path>& pictures,
-                                        const camera::Board& board) const = 0;
-  // The twin wears the glove and is filmed: glove.csv (readings), video.mp4, truth.csv (exact angles at the
-  // video's frames) and joints.json. The glove's clock is seconds away from the video's.
-  virtual void film(const FilmRequest& request, const TrackProgress& progress) const = 0;
-  // Plays trials on `inner` (null: the twin), and films both hands: what its cameras say is what was tracked.
-  virtual std::unique_ptr<Engine> rendered(Engine* inner) const = 0;
-};
-
-// The real ones. Links OpenCV.
-std::unique_ptr<Cameras> make_cameras();
+// Writes t_s, and for each angle NAME_deg, NAME_se_deg, NAME_quality (camera::Quality as a number); the report
+// and the preview likewise appear whole or not at all. Throws io::InputError, and io::JobError when no frame
+// shows the marks.
+Tracked track(const TrackRequest& request, const TrackProgress& progress);
+camera::Setup set_up(const SetupRequest& request);
+camera::Calibration calibrate(const CalibrationRequest& request);
+// The twin wears the glove and is filmed: glove.csv (readings), video.mp4, truth.csv (exact angles at the
+// video's frames) and joints.json. The glove's clock is seconds away from the video's. How many frames. Throws
+// io::Cancelled.
+std::size_t film(const FilmRequest& request, const TrackProgress& progress);
 
 nlohmann::ordered_json to_json(const Tracked& result, const TrackRequest& request);
+nlohmann::ordered_json to_json(const camera::Setup& setup, const SetupRequest& request);
+nlohmann::ordered_json to_json(const camera::Calibration& result, const CalibrationRequest& request);
 
 }  // namespace flexor::filming

@@ -6,9 +6,8 @@
 
 #include "host/camera/tracker.hpp"
 #include "host/io/io.hpp"
-#include "host/study/builtin.hpp"
+#include "host/model/model.hpp"
 #include "host/twin/hand_view.hpp"
-#include "host/twin/random.hpp"
 
 namespace flexor::filming {
 namespace {
@@ -30,69 +29,36 @@ twin::Look film_look() {
   return look;
 }
 
-class FilmedEngine : public Engine {
- public:
-  explicit FilmedEngine(Engine* inner) : inner_(inner), joints_(paper_hand()) {}
-
-  std::string name() const override {
-    return (inner_ != nullptr ? inner_->name() : std::string("twin")) + ", rendered cameras";
+void track_drawn(const camera::Joints& joints, HandFilm& film, FingerAngles& angles, double rate_hz,
+                 twin::Bgr paint) {
+  camera::Tracker tracker(joints, std::nullopt, HandFilm::kWidth, HandFilm::kHeight);
+  std::array<std::size_t, twin::kFingers> column{};
+  for (std::size_t i = 0; i < twin::kFingers; ++i) {
+    const auto it = std::ranges::find(tracker.angles(), model::finger_names()[i] + "_mcp");
+    column[i] = static_cast<std::size_t>(it - tracker.angles().begin());
   }
-
-  int batch() const override { return 1; }
-
-  void prepare(const twin::Setup& setup) override {
-    if (inner_ != nullptr) inner_->prepare(setup);
-  }
-
-  std::vector<twin::Trial> simulate(const twin::Setup& setup, std::uint64_t first, int count) const override {
-    twin::Setup exact = setup;
-    exact.parameters.camera_noise_deg = 0;
-    std::vector<twin::Trial> trials =
-        inner_ != nullptr ? inner_->simulate(exact, first, count) : twin::simulate(exact, first, count);
-    for (std::size_t t = 0; t < trials.size(); ++t) {
-      const std::uint64_t seed = twin::seed_of(setup.seed, first + t, twin::seed_of(1, 'f'));
-      HandFilm film(seed);
-      track(film, trials[t].glove_deg, setup.parameters.camera_rate_hz, twin::kGreen);
-      track(film, trials[t].hand_deg, setup.parameters.camera_rate_hz, twin::kBlue);
-    }
-    return trials;
-  }
-
- private:
-  void track(HandFilm& film, std::array<std::vector<float>, kFingers>& angles, double rate_hz,
-             twin::Bgr paint) const {
-    camera::Tracker tracker(joints_, std::nullopt, HandFilm::kWidth, HandFilm::kHeight);
-    std::array<std::size_t, kFingers> column{};
-    for (std::size_t i = 0; i < kFingers; ++i) {
-      const auto it = std::ranges::find(tracker.angles(), model::finger_names()[i] + "_mcp");
-      column[i] = static_cast<std::size_t>(it - tracker.angles().begin());
-    }
-    std::size_t out = 0;
-    const auto take = [&](const std::vector<camera::FilteredRow>& rows) {
-      for (const camera::FilteredRow& row : rows) {
-        for (std::size_t i = 0; i < kFingers; ++i) {
-          const camera::FilteredAngle& a = row.angles[column[i]];
-          if (a.quality == camera::Quality::lost) {
-            throw io::JobError(fmt::format("the rendered camera lost the {} finger at {:.2f} s",
-                                           model::finger_names()[i], row.t_s));
-          }
-          angles[i][out] = static_cast<float>(a.deg);
+  std::size_t out = 0;
+  const auto take = [&](const std::vector<camera::FilteredRow>& rows) {
+    for (const camera::FilteredRow& row : rows) {
+      for (std::size_t i = 0; i < twin::kFingers; ++i) {
+        const camera::FilteredAngle& a = row.angles[column[i]];
+        if (a.quality == camera::Quality::lost) {
+          throw io::JobError(fmt::format("the rendered camera lost the {} finger at {:.2f} s",
+                                         model::finger_names()[i], row.t_s));
         }
-        ++out;
+        angles[i][out] = static_cast<float>(a.deg);
       }
-    };
-    const std::size_t frames = angles[0].size();
-    for (std::size_t k = 0; k < frames; ++k) {
-      twin::PerFinger pose{};
-      for (std::size_t i = 0; i < kFingers; ++i) pose[i] = static_cast<double>(angles[i][k]);
-      take(tracker.push(film.shoot(pose, k, paint), static_cast<double>(k) / rate_hz));
+      ++out;
     }
-    take(tracker.flush());
+  };
+  const std::size_t frames = angles[0].size();
+  for (std::size_t k = 0; k < frames; ++k) {
+    twin::PerFinger pose{};
+    for (std::size_t i = 0; i < twin::kFingers; ++i) pose[i] = static_cast<double>(angles[i][k]);
+    take(tracker.push(film.shoot(pose, k, paint), static_cast<double>(k) / rate_hz));
   }
-
-  Engine* inner_;
-  camera::Joints joints_;
-};
+  take(tracker.flush());
+}
 
 }  // namespace
 
@@ -104,13 +70,17 @@ const camera::Picture& HandFilm::shoot(const twin::PerFinger& mcp_deg, std::uint
   return picture_;
 }
 
-camera::Joints paper_hand() {
-  camera::Joints out = camera::joints_from_json(builtin("joints/paper_hand.json"), "joints/paper_hand.json");
+camera::Joints drawn_hand(camera::Joints joints) {
   constexpr double kMeasured = 0.1;  // the twin draws exactly these lengths
-  for (camera::Skeleton& s : out.skeletons) s.length_tolerance = kMeasured;
-  return out;
+  for (camera::Skeleton& s : joints.skeletons) s.length_tolerance = kMeasured;
+  return joints;
 }
 
-std::unique_ptr<Engine> filmed(Engine* inner) { return std::make_unique<FilmedEngine>(inner); }
+Sight see(const camera::Joints& joints, Sight exact, double rate_hz, std::uint64_t seed) {
+  HandFilm film(seed);
+  track_drawn(joints, film, exact.glove_deg, rate_hz, twin::kGreen);
+  track_drawn(joints, film, exact.hand_deg, rate_hz, twin::kBlue);
+  return exact;
+}
 
 }  // namespace flexor::filming

@@ -6,12 +6,10 @@
 
 #include "host/camera/joints.hpp"
 #include "host/camera/picture.hpp"
-#include "host/study/trials.hpp"
+#include "host/twin/parameters.hpp"
 #include "host/twin/picture.hpp"
 
 namespace flexor::filming {
-
-using namespace study;
 
 // Five fingers side by side before an ordinary camera: a little noise, light that falls off to one side.
 class HandFilm {
@@ -29,11 +27,17 @@ class HandFilm {
   camera::Picture picture_;
 };
 
-// models/joints/paper_hand.json, with lengths that are known.
-camera::Joints paper_hand();
+// A joint file of the drawn hand (models/joints/paper_hand.json), with lengths that are known.
+camera::Joints drawn_hand(camera::Joints joints);
 
-// An engine whose cameras see pictures: plays on `inner` (null: the twin) and tracks both hands frame by
-// frame. Throws io::JobError when a tracker loses a finger, which it never should in these pictures.
-std::unique_ptr<Engine> filmed(Engine* inner);
+using FingerAngles = std::array<std::vector<float>, twin::kFingers>;  // of each frame, degrees
+
+// Exact angles in, tracked ones out: both hands drawn and tracked, frame by frame. Throws io::JobError when a
+// tracker loses a finger, which it never should in these pictures.
+struct Sight {
+  FingerAngles glove_deg;
+  FingerAngles hand_deg;
+};
+Sight see(const camera::Joints& joints, Sight exact, double rate_hz, std::uint64_t seed);
 
 }  // namespace flexor::filming

@@ -13,13 +13,10 @@
 #include <map>
 #include <numbers>
 
-#include "apps/camera/cameras.hpp"
 #include "host/camera/printed_tracker.hpp"
 #include "host/camera/tracker.hpp"
 #include "host/camera/video.hpp"
-#include "host/identify/identify_files.hpp"
 #include "host/io/io.hpp"
-#include "host/recording/csv.hpp"
 #include "host/twin/hand_view.hpp"
 
 namespace flexor::filming {
@@ -336,14 +333,9 @@ TEST(Rendered, GloveAndHandInOnePictureByTheirColours) {
   }
 }
 
-// The camera is calibrated as a user does it, from pictures of a board; then its distortion is gone.
-TEST(Rendered, ALensIsCalibratedFromPicturesOfABoardAndTakesItsBendingOut) {
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("flexor_board_" + std::to_string(::getpid()));
-  io::make_folder(folder);
-  twin::View bent = view();
-  bent.k1 = -0.25;
-  bent.k2 = 0.06;
+// Pictures of a board, as a user takes them to calibrate a camera.
+std::vector<std::filesystem::path> board_pictures(const twin::View& bent,
+                                                  const std::filesystem::path& folder) {
   twin::Pattern board;
   board.columns = 10;
   board.rows = 7;
@@ -375,6 +367,18 @@ TEST(Rendered, ALensIsCalibratedFromPicturesOfABoardAndTakesItsBendingOut) {
     pictures.push_back(folder / fmt::format("{}.png", pictures.size()));
     camera::write_picture(pictures.back(), picture);
   }
+  return pictures;
+}
+
+// The camera is calibrated from pictures of a board; then its distortion is gone.
+TEST(Rendered, ALensIsCalibratedFromPicturesOfABoardAndTakesItsBendingOut) {
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("flexor_board_" + std::to_string(::getpid()));
+  io::make_folder(folder);
+  twin::View bent = view();
+  bent.k1 = -0.25;
+  bent.k2 = 0.06;
+  const std::vector<std::filesystem::path> pictures = board_pictures(bent, folder);
   const camera::Calibration result = camera::calibrate(pictures, {});
   EXPECT_GE(result.used.size(), 7U);
   EXPECT_NEAR(result.lens.focal_px.x, 1400, 10);
@@ -435,55 +439,6 @@ TEST(Rendered, MemoryDoesNotGrowWithTheVideo) {
   }
   EXPECT_GT(tracker.summary().labelled, kFrames * 9UL / 10);
   EXPECT_LT(resident_kb() - early_kb, 1000);
-}
-
-// Log and video of one motion on two clocks, straight to a compensator; beside it the one from exact angles.
-TEST(Rendered, ACompensatorFromAVideoIsAsGoodAsOneFromExactAngles) {
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("flexor_film_" + std::to_string(::getpid()));
-  const auto cameras = make_cameras();
-  FilmRequest request;
-  request.parameters = shipped_parameters();
-  request.motions = {calibration_motion()};
-  for (twin::Motion& m : motions("5")) request.motions.push_back(m);
-  request.folder = folder;
-  cameras->film(request, {});
-  TrackRequest track;
-  track.video = folder / "video.mp4";
-  track.joints = folder / "joints.json";
-  track.out = folder / "angles.csv";
-  const Tracked tracked = cameras->track(track, {});
-  EXPECT_EQ(tracked.summary.labelled, tracked.summary.frames);
-  std::array<double, 2> fit{};
-  std::array<double, 2> offset{};
-  for (std::size_t i = 0; i < 2; ++i) {
-    identify::FileRequest r;
-    r.files = {folder / "glove.csv", folder / (i == 0 ? "truth.csv" : "angles.csv"), "index_alpha",
-               "index_mcp_deg"};
-    r.structure = "hammerstein";
-    const identify::Identification result = identify::identify_files(r, {});
-    fit[i] = result.holdout.fit_percent;
-    offset[i] = result.aligned.clock_offset_s;
-  }
-  EXPECT_NEAR(fit[1], fit[0], 1);
-  EXPECT_GT(fit[1], 90);
-  EXPECT_LT(fit[1], 99.9);
-  EXPECT_NEAR(offset[1], offset[0], 0.02);
-  std::filesystem::remove_all(folder);
-}
-
-TEST(Rendered, TheExperimentThroughPicturesScoresAsTheExperimentWithAngles) {
-  Plan plan;
-  plan.parameters = shipped_parameters();
-  plan.motions = motions("4");
-  plan.compensators = {compensator("published-hw", 10)};
-  plan.trials = 1;
-  const double angles = run(plan, {}).cell(0, 0).total_deg_s.mean();
-  const auto engine = filmed(nullptr);
-  plan.engine = engine.get();
-  const double pictures = run(plan, {}).cell(0, 0).total_deg_s.mean();
-  EXPECT_NEAR(pictures, angles, 0.05 * angles);
-  EXPECT_NE(pictures, angles);
 }
 
 }  // namespace

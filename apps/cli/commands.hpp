@@ -2,36 +2,26 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 
-#include "apps/camera/cameras.hpp"
+#include "host/io/worker.hpp"
 #include "host/study/boards.hpp"
 
 namespace flexor::cli {
 
-struct Program {
-  int argc;
-  char** argv;
-  study::Boards* boards;            // null: not in this program
-  const filming::Cameras* cameras;  // likewise
-
-  // The boards; without any, this process becomes flexor-cosim with the same command line. Throws
-  // io::InputError when there is no such program beside this one.
-  study::Boards& require_boards() const;
-  // The cameras; without any, flexor-camera.
-  const filming::Cameras& require_cameras() const;
-};
-
 void add_align(CLI::App& app);
-void add_camera(CLI::App& app, const Program& program);
+void add_camera(CLI::App& app);
 void add_calibrate_glove(CLI::App& app);
 void add_calibrate_twin(CLI::App& app);
-void add_deploy(CLI::App& app, const Program& program);
-void add_experiment(CLI::App& app, const Program& program);
-void add_latency(CLI::App& app, const Program& program);
-void add_track(CLI::App& app, const Program& program);
+void add_deploy(CLI::App& app);
+void add_experiment(CLI::App& app);
+void add_latency(CLI::App& app);
+void add_track(CLI::App& app);
 void add_twin(CLI::App& app);
-void add_identify(CLI::App& app, const Program& program);
+void add_identify(CLI::App& app);
 void add_apply(CLI::App& app);
 void add_report(CLI::App& app);
 void add_score(CLI::App& app);
@@ -50,6 +40,25 @@ std::string seed_fault(const std::string& text);
 // either states none, a note says so. `unit` is that of the column for the model's channel.
 void check_unit(const model::Channel& channel, const std::string& file, const std::string& column,
                 const std::string& unit);
+
+// The workers beside this program.
+inline constexpr const char* kCameraWorker = "flexor-camera";
+inline constexpr const char* kBoardsWorker = "flexor-cosim";
+
+// A video to angles, as `flexor track` does it. Empty paths: none.
+struct TrackOptions {
+  std::filesystem::path video;
+  std::filesystem::path joints;
+  std::filesystem::path lens;
+  std::filesystem::path out;
+  std::filesystem::path preview;
+  std::filesystem::path report;
+  double seconds = 0;  // stop after these; 0: at the end
+};
+// With progress on standard error; what `flexor track --json` prints. As soon as `goes_on` is false it ends and
+// keeps what there is. Throws as the job does.
+nlohmann::ordered_json track_video(io::Worker& camera, const TrackOptions& options,
+                                   const std::function<bool()>& goes_on);
 
 // Prints to standard output; throws io::JobError when it is closed or full.
 void print(const std::string& text);

@@ -186,8 +186,8 @@ void say(const Options& o, const study::Deployment& d, const PairKey& pair) {
   print(fmt::format("key       {}/{}: {}\n", o.out, deploy::kKeyFile, is));
 }
 
-void run(const Options& o, const Program& program) {
-  study::Boards& boards = program.require_boards();
+void run(const Options& o) {
+  study::Boards boards(io::program_beside(kBoardsWorker));
   require_known(o);
   const twin::Parameters p = twin_parameters(o.twin, o.set);
   const PairKey pair = choose_key(o);
@@ -210,7 +210,7 @@ void run(const Options& o, const Program& program) {
 
 }  // namespace
 
-void add_deploy(CLI::App& app, const Program& program) {
+void add_deploy(CLI::App& app) {
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "deploy", "A model file as firmware for glove and hand, with what it costs measured");
@@ -249,7 +249,7 @@ void add_deploy(CLI::App& app, const Program& program) {
   command->add_option("--set", o->set, "change one of them: hand.upper_deg.thumb=150; may be repeated");
   command->add_flag("--assembly", o->assembly, "products in assembly: the same bits in fewer cycles");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o, program] { run(*o, program); });
+  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

@@ -11,7 +11,9 @@
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/report/render.hpp"
+#include "host/study/boards.hpp"
 #include "host/study/calibration.hpp"
+#include "host/study/rendered_cameras.hpp"
 #include "host/study/results.hpp"
 
 namespace flexor::cli {
@@ -150,7 +152,7 @@ void draw(const study::Plan& plan, const study::Result& result,
   log("drawing figures ...");
   try {
     study::save_results(plan, result, scenarios, plan.folder);
-    report::render(plan.folder);
+    report::render(plan.folder, plan.stop);
   } catch (const std::exception&) {
     if (!plan.stop->load()) throw;  // gnuplot, for one, hears Ctrl-C too
     throw io::Cancelled(fmt::format(
@@ -158,7 +160,7 @@ void draw(const study::Plan& plan, const study::Result& result,
   }
 }
 
-void play(Options& o, const Program& program) {
+void play(Options& o, study::Boards* boards) {
   const study::Plan& plan = o.plan;
   study::check(plan);
   std::optional<study::FolderLock> lock;  // until the report is written
@@ -173,7 +175,7 @@ void play(Options& o, const Program& program) {
   }
   if (!o.vcd.empty()) {
     log("tracing one trial ...");
-    program.boards->trace(study::first_setup(plan, plan.motions.front(), plan.compensators.front()), o.vcd);
+    boards->trace(study::first_setup(plan, plan.motions.front(), plan.compensators.front()), o.vcd);
   }
   if (!o.folder.empty()) {
     draw(plan, result, scenarios);
@@ -181,13 +183,13 @@ void play(Options& o, const Program& program) {
   show(o, result, scenarios);
 }
 
-void run(Options& o, const Program& program) {
+void run(Options& o) {
   study::Plan& plan = o.plan;
-  if (o.engine == "avr") plan.engine = &program.require_boards();
-  std::unique_ptr<study::Engine> filmed;
+  std::optional<study::Boards> boards;
+  if (o.engine == "avr") plan.engine = &boards.emplace(io::program_beside(kBoardsWorker));
+  std::optional<study::RenderedCameras> cameras;
   if (o.camera == "rendered") {
-    filmed = program.require_cameras().rendered(plan.engine);
-    plan.engine = filmed.get();
+    plan.engine = &cameras.emplace(io::program_beside(kCameraWorker), plan.engine);
     log("both hands are filmed and tracked, frame by frame: some seconds a trial");
   }
   if (!o.vcd.empty() && o.engine != "avr") throw io::InputError("--vcd records the boards: add --engine avr");
@@ -201,7 +203,7 @@ void run(Options& o, const Program& program) {
   StopOnSignal stop;
   plan.stop = stop.flag();
   try {
-    play(o, program);
+    play(o, boards ? &*boards : nullptr);
   } catch (const io::Cancelled& stopped) {
     io::set_interruption_note(stopped.what());
     stop.end();
@@ -308,7 +310,7 @@ twin::Parameters twin_parameters(const std::string& file, const std::vector<std:
   return p;
 }
 
-void add_experiment(CLI::App& app, const Program& program) {
+void add_experiment(CLI::App& app) {
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "experiment", "The published experiment in the twin: gestures x compensators x trials");
@@ -351,7 +353,7 @@ void add_experiment(CLI::App& app, const Program& program) {
                       "with --engine avr: write all signals of the first trial here, for a waveform viewer");
   command->add_flag("--scenarios", o->scenarios, "also with drift, put on anew, lost and late frames");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o, program] { run(*o, program); });
+  command->callback([o] { run(*o); });
 }
 
 void add_calibrate_twin(CLI::App& app) {

@@ -24,21 +24,17 @@ struct Options {
 };
 
 // The video's angles as a file: in the report's folder, or in `folder` for the time being.
-std::filesystem::path angles_of_video(const Options& o, const Program& program,
+std::filesystem::path angles_of_video(const Options& o, io::Worker& camera,
                                       const std::filesystem::path& folder) {
-  filming::TrackRequest request;
-  request.video = o.request.files.reference;
-  request.joints = o.joints;
-  request.lens = o.lens;
-  request.out = folder / (request.video.stem().string() + "_angles.csv");
-  ProgressLine line;
-  const filming::Tracked tracked =
-      program.require_cameras().track(request, [&](std::size_t frames, std::size_t of) {
-        line.step("tracking: frame", frames, of);
-        return true;
-      });
-  for (const std::string& warning : tracked.warnings) log("warning: " + warning);
-  return request.out;
+  const std::filesystem::path video = o.request.files.reference;
+  TrackOptions track;
+  track.video = video;
+  track.joints = o.joints;
+  track.lens = o.lens;
+  track.out = folder / (video.stem().string() + "_angles.csv");
+  const nlohmann::ordered_json tracked = track_video(camera, track, [] { return true; });
+  for (const auto& warning : tracked.at("warnings")) log("warning: " + warning.get<std::string>());
+  return track.out;
 }
 
 void show(const identify::Identification& r) {
@@ -66,19 +62,19 @@ void show(const identify::Identification& r) {
                   r.holdout.iae_deg_s, r.baseline.rmse_deg));
 }
 
-void run(Options& o, const Program& program) {
+void run(Options& o) {
   if (!o.model.empty()) io::require_writable(o.model);
   if (!o.report.empty()) io::require_folder(o.report);
   std::optional<io::TemporaryFolder> temporary;
   if (!o.joints.empty()) {
-    (void)program.require_cameras();
+    io::Worker camera(io::program_beside(kCameraWorker));
     if (o.report.empty()) {
       temporary.emplace();
     } else {
       io::make_folder(o.report);
     }
     o.request.files.reference =
-        angles_of_video(o, program, temporary ? temporary->path() : std::filesystem::path(o.report));
+        angles_of_video(o, camera, temporary ? temporary->path() : std::filesystem::path(o.report));
   } else if (!o.lens.empty()) {
     throw io::InputError("--lens goes with a video: add --joints");
   }
@@ -106,7 +102,7 @@ void run(Options& o, const Program& program) {
 
 }  // namespace
 
-void add_identify(CLI::App& app, const Program& program) {
+void add_identify(CLI::App& app) {
   auto o = std::make_shared<Options>();
   identify::FileRequest& r = o->request;
   CLI::App* command = app.add_subcommand(
@@ -150,7 +146,7 @@ void add_identify(CLI::App& app, const Program& program) {
   command->add_option("--model", o->model, "write the model document here");
   command->add_option("--report", o->report, "write report.html, figures and holdout.csv into this folder");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o, program] { run(*o, program); });
+  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

@@ -48,6 +48,9 @@ once() {
   local left
   left=$(find "$work/out" "$work/tmp" -name '*.part-*' -o -name '.deploy-*' -o -path "$work/tmp/*")
   [ -z "$left" ] || fail "left after $signal at $delay_ms ms: $left"
+  # A worker's command line names nothing: what it may write to does.
+  left=$(grep -lsa "TMPDIR=$work/tmp" /proc/[0-9]*/environ)
+  [ -z "$left" ] || fail "still running after $signal at $delay_ms ms: $left"
   pgrep -f "$work" >/dev/null && fail "still running after $signal at $delay_ms ms: $(pgrep -af "$work")"
 }
 

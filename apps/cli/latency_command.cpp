@@ -21,8 +21,8 @@ struct Options {
   bool json = false;
 };
 
-void run(const Options& o, const Program& program) {
-  study::Boards& boards = program.require_boards();
+void run(const Options& o) {
+  study::Boards boards(io::program_beside(kBoardsWorker));
   if (o.edges < 1) throw io::InputError("--edges must be at least 1");
   const twin::Parameters p = twin_parameters(o.twin, o.set);
   const study::Compensator compensator = study::compensator(o.model, o.rate_hz);
@@ -55,7 +55,7 @@ void run(const Options& o, const Program& program) {
 
 }  // namespace
 
-void add_latency(CLI::App& app, const Program& program) {
+void add_latency(CLI::App& app) {
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "latency", "Time from a sensor's edge to the motor, stage by stage, on simulated boards");
@@ -72,7 +72,7 @@ void add_latency(CLI::App& app, const Program& program) {
                       "change one parameter of the twin: radio.frame_rate_hz=20; may be repeated");
   command->add_option("--out", o->folder, "write report.html, latency.svg and latency.csv into this folder");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o, program] { run(*o, program); });
+  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

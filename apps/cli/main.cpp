@@ -1,3 +1,3 @@
 #include "apps/cli/program.hpp"
 
-int main(int argc, char** argv) { return flexor::cli::run(argc, argv, nullptr, nullptr); }
+int main(int argc, char** argv) { return flexor::cli::run(argc, argv); }

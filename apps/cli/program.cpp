@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <filesystem>
 #include <set>
 #include <sstream>
 
@@ -36,15 +35,6 @@ void print(const std::string& text) {
 
 namespace {
 
-// Becomes the program of that name beside this one, with the same command line.
-[[noreturn]] void become(const Program& program, const char* name, const char* what) {
-  const auto beside = std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
-  std::vector<char*> arguments(program.argv, program.argv + program.argc);
-  arguments.push_back(nullptr);
-  execv(beside.c_str(), arguments.data());
-  throw io::InputError(fmt::format("{} is missing: it {}; script/build makes it", beside.string(), what));
-}
-
 // A stream that was closed must not become the number of a file that is opened later, into which messages
 // would go.
 void occupy_standard_streams() {
@@ -67,16 +57,6 @@ void parse(CLI::App& app, int argc, char** argv) {
 }
 
 }  // namespace
-
-study::Boards& Program::require_boards() const {
-  if (boards == nullptr) become(*this, "flexor-cosim", "runs the firmware on simulated boards");
-  return *boards;
-}
-
-const filming::Cameras& Program::require_cameras() const {
-  if (cameras == nullptr) become(*this, "flexor-camera", "sees videos");
-  return *cameras;
-}
 
 void check_unit(const model::Channel& channel, const std::string& file, const std::string& column,
                 const std::string& unit) {
@@ -120,7 +100,7 @@ void guard_options(CLI::App& app) {
 
 }  // namespace
 
-int run(int argc, char** argv, study::Boards* boards, const filming::Cameras* cameras) {
+int run(int argc, char** argv) {
   constexpr int kFailed = 1;
   constexpr int kBadInput = 2;
   std::signal(SIGPIPE, SIG_IGN);
@@ -130,17 +110,16 @@ int run(int argc, char** argv, study::Boards* boards, const filming::Cameras* ca
   CLI::App app("Flexor: turn a flex-sensor glove into a measuring instrument", "flexor");
   app.set_version_flag("--version", std::string("flexor ") + FLEXOR_VERSION);
   app.require_subcommand(1);
-  const Program program{argc, argv, boards, cameras};
-  add_experiment(app, program);
+  add_experiment(app);
   add_calibrate_glove(app);
   add_calibrate_twin(app);
   add_twin(app);
-  add_deploy(app, program);
-  add_latency(app, program);
+  add_deploy(app);
+  add_latency(app);
   add_align(app);
-  add_identify(app, program);
-  add_track(app, program);
-  add_camera(app, program);
+  add_identify(app);
+  add_track(app);
+  add_camera(app);
   add_apply(app);
   add_score(app);
   add_report(app);

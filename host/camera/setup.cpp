@@ -19,7 +19,7 @@ ColourModel choose_colour(const Skeleton& skeleton, const Picture& picture, cons
 }  // namespace
 
 Setup set_up(const Skeleton& skeleton, const Picture& picture, const ColourChoice& colour,
-             const std::map<int, std::string>& told) {
+             const std::map<int, std::string>& assigned) {
   if (skeleton.kind != MarkKind::colour) {
     throw io::InputError("printed marks carry their numbers with them and need no set-up");
   }
@@ -28,8 +28,8 @@ Setup set_up(const Skeleton& skeleton, const Picture& picture, const ColourChoic
   out.candidates = find_marks(picture, out.colour, region_of(skeleton, picture), least_area_px(out.colour));
   std::ranges::sort(out.candidates, {}, [](const Mark& m) { return m.centre.x + m.centre.y; });
   out.name.resize(out.candidates.size());
-  if (!told.empty()) {
-    for (const auto& [number, name] : told) {
+  if (!assigned.empty()) {
+    for (const auto& [number, name] : assigned) {
       (void)skeleton.mark(name);
       if (number < 1 || number > static_cast<int>(out.candidates.size())) {
         throw io::InputError(fmt::format("there is no candidate {}: they are numbered 1 to {} in the picture",

@@ -21,14 +21,14 @@ struct ColourChoice {
 struct Setup {
   ColourModel colour;
   std::vector<Mark> candidates;   // numbered from 1 in this order: from the top left to the bottom right
-  std::vector<std::string> name;  // proposed or told, "" for none
+  std::vector<std::string> name;  // proposed or assigned, "" for none
   std::string trouble;            // why nothing is proposed
 };
 
-// Of a skeleton of colour marks. `told`: candidate number -> mark; then nothing is proposed. Throws
+// Of a skeleton of colour marks. `assigned`: candidate number -> mark; then nothing is proposed. Throws
 // io::InputError for a number or a name that does not exist, io::JobError when no colour is found.
 Setup set_up(const Skeleton& skeleton, const Picture& picture, const ColourChoice& colour,
-             const std::map<int, std::string>& told);
+             const std::map<int, std::string>& assigned);
 
 // The skeleton with this colour and these start positions. Throws io::InputError when a mark has no
 // candidate.

@@ -191,21 +191,21 @@ TEST_F(RealVideo, TheProposedSetupIsRightAndCanBeToldOtherwise) {
                                               {"index_pip", {478, 205}}, {"index_dip", {430, 233}},
                                               {"index_tip", {367, 255}}, {"thumb_mcp", {606, 372}},
                                               {"thumb_ip", {497, 392}},  {"thumb_tip", {425, 397}}};
-  std::map<int, std::string> told;
+  std::map<int, std::string> assigned;
   for (std::size_t i = 0; i < setup.candidates.size(); ++i) {
     const std::string& name = setup.name[i];
     if (name.empty()) continue;
     const Point p = setup.candidates[i].centre;
     EXPECT_LT(std::hypot(p.x - truth.at(name).x, p.y - truth.at(name).y), 8) << name;
-    told[static_cast<int>(i + 1)] = name;
+    assigned[static_cast<int>(i + 1)] = name;
   }
-  ASSERT_EQ(told.size(), 8U);
-  const Skeleton kept = with_start(skeleton, set_up(skeleton, picture, {Point{718, 335}, {}}, told));
+  ASSERT_EQ(assigned.size(), 8U);
+  const Skeleton kept = with_start(skeleton, set_up(skeleton, picture, {Point{718, 335}, {}}, assigned));
   EXPECT_LT(std::hypot(kept.start[0]->x - 718, kept.start[0]->y - 335), 8);
-  told.erase(told.begin());
-  EXPECT_THROW(with_start(skeleton, set_up(skeleton, picture, {}, told)), io::InputError);
-  told[99] = "wrist";
-  EXPECT_THROW(set_up(skeleton, picture, {}, told), io::InputError);
+  assigned.erase(assigned.begin());
+  EXPECT_THROW(with_start(skeleton, set_up(skeleton, picture, {}, assigned)), io::InputError);
+  assigned[99] = "wrist";
+  EXPECT_THROW(set_up(skeleton, picture, {}, assigned), io::InputError);
 }
 
 // Whatever the pictures are: no angle without a flag.

@@ -112,28 +112,41 @@ std::array<const model::Channel*, kFingers> channels_of(const model::Model& mode
   return out;
 }
 
+namespace {
+
+double value_at(const CountsAsTheyAre&, double counts) { return counts; }
+
+double value_at(const Divider& d, double counts) {
+  constexpr double kTop = sensor::kAdcTop;
+  if (counts >= kTop) return 1e9;
+  return (d.fixed_kohm * counts / (kTop - counts) - d.flat_kohm) / d.kohm_per_deg;
+}
+
+double value_at(const Points& p, double n) {
+  std::size_t i = 1;
+  while (i + 1 < p.counts.size() && n > p.counts[i]) ++i;
+  return p.value[i - 1] +
+         (p.value[i] - p.value[i - 1]) * (n - p.counts[i - 1]) / (p.counts[i] - p.counts[i - 1]);
+}
+
+}  // namespace
+
+double Sensor::operator()(double counts) const {
+  return std::visit([&](const auto& sensor) { return value_at(sensor, counts); }, kind);
+}
+
 Sensor divider(double fixed_kohm, double flat_kohm, double kohm_per_deg) {
-  return [=](double counts) {
-    constexpr double kTop = sensor::kAdcTop;
-    if (counts >= kTop) return 1e9;
-    return (fixed_kohm * counts / (kTop - counts) - flat_kohm) / kohm_per_deg;
-  };
+  return {Divider{fixed_kohm, flat_kohm, kohm_per_deg}};
 }
 
 bool reads_alpha(const model::Channel& channel) {
   return channel.input_unit == "deg" && channel.input_column.ends_with("_alpha");
 }
 
-Sensor counts_as_they_are() {
-  return [](double counts) { return counts; };
-}
+Sensor counts_as_they_are() { return {CountsAsTheyAre{}}; }
 
 Sensor through_points(std::vector<double> counts, std::vector<double> value) {
-  return [counts = std::move(counts), value = std::move(value)](double n) {
-    std::size_t i = 1;
-    while (i + 1 < counts.size() && n > counts[i]) ++i;
-    return value[i - 1] + (value[i] - value[i - 1]) * (n - counts[i - 1]) / (counts[i] - counts[i - 1]);
-  };
+  return {Points{std::move(counts), std::move(value)}};
 }
 
 int sample_rate_hz(const model::Model& model) {

@@ -3,9 +3,9 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "host/model/model.hpp"
@@ -25,9 +25,23 @@ using Key = std::optional<link::Key>;  // none: plain frames
 
 enum class Output { radio, opengloves };
 
+struct CountsAsTheyAre {};
+struct Divider {
+  double fixed_kohm = 0;
+  double flat_kohm = 0;
+  double kohm_per_deg = 0;
+};
+struct Points {
+  std::vector<double> counts;
+  std::vector<double> value;
+};
+
 // ADC counts -> the model's input, monotonic over 0 .. 1023; where it has no value, any that the model
 // refuses.
-using Sensor = std::function<double(double counts)>;
+struct Sensor {
+  std::variant<CountsAsTheyAre, Divider, Points> kind;
+  double operator()(double counts) const;
+};
 
 // R1 = flat + k theta in a divider with R2 = fixed, both 10 bits full scale: eqs. 1 to 3 of Sensors 2019,
 // 19(18), 3896.

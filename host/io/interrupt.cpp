@@ -40,6 +40,7 @@ std::atomic<int> sections = 0;
 std::atomic<int> halted = 0;
 std::array<char, 1001> note{};
 bool terminal = false;
+LastWord last_word = LastWord::interrupted;
 
 [[noreturn]] void wait_for_the_end() {
   for (;;) pause();
@@ -158,17 +159,20 @@ void on_signal(int signal) {
     for (const pid_t child : live().children) end_child(child);
     for (const std::string& path : live().paths) remove_tree(AT_FDCWD, path.c_str(), 0);
   }
-  say(terminal ? "\r\033[Kflexor: " : "flexor: ");
-  say(note[0] != '\0' ? note.data() : "interrupted");
-  say("\n");
+  if (last_word == LastWord::interrupted) {
+    say(terminal ? "\r\033[Kflexor: " : "flexor: ");
+    say(note[0] != '\0' ? note.data() : "interrupted");
+    say("\n");
+  }
   ::signal(signal, SIG_DFL);
   raise(signal);  // comes as soon as this handler returns
 }
 
 }  // namespace
 
-void end_cleanly_on_signals() {
+void end_cleanly_on_signals(LastWord word) {
   (void)live();
+  last_word = word;
   terminal = isatty(STDERR_FILENO) != 0;
   struct sigaction action {};
   action.sa_handler = on_signal;

@@ -12,10 +12,14 @@
 
 namespace flexor::io {
 
-// From now on SIGINT, SIGTERM and SIGHUP stop what the process runs, remove its temporaries, say
-// "interrupted" in one line on standard error and end the process by that same signal. A signal that was
-// ignored (nohup) stays ignored.
-void end_cleanly_on_signals();
+enum class LastWord {
+  interrupted,  // one line on standard error
+  none,         // whoever started this process says it
+};
+
+// From now on SIGINT, SIGTERM and SIGHUP stop what the process runs, remove its temporaries, say "interrupted"
+// and end the process by that same signal. A signal that was ignored (nohup) stays ignored.
+void end_cleanly_on_signals(LastWord word = LastWord::interrupted);
 
 // Is said in place of "interrupted", cut to 1000 bytes: what remains of the work and how to go on with it.
 // Empty: takes that back.

@@ -12,6 +12,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <sstream>
 #include <string_view>
 
@@ -22,23 +23,6 @@ extern char** environ;
 
 namespace flexor::io {
 namespace {
-
-struct Pipe {
-  std::array<int, 2> ends{-1, -1};
-  Pipe() {
-    if (pipe2(ends.data(), O_CLOEXEC) != 0) throw JobError(fmt::format("pipe: {}", std::strerror(errno)));
-  }
-  ~Pipe() {
-    close_end(0);
-    close_end(1);
-  }
-  Pipe(const Pipe&) = delete;
-  Pipe& operator=(const Pipe&) = delete;
-  void close_end(std::size_t i) {
-    if (ends[i] >= 0) close(ends[i]);
-    ends[i] = -1;
-  }
-};
 
 // This process's environment, with another TMPDIR if there is one.
 std::vector<std::string> environment(const std::filesystem::path& temporaries) {
@@ -57,11 +41,10 @@ std::vector<char*> pointers(const std::vector<std::string>& texts) {
   return out;
 }
 
-// In a group of its own, so that an interruption reaches what the program itself has started, a compiler's
-// passes.
-pid_t start(const std::filesystem::path& program, const posix_spawn_file_actions_t& actions,
-            const sigset_t& mask, const std::vector<std::string>& arguments,
-            const std::vector<std::string>& variables) {
+// 0, or errno.
+int start(pid_t& child, const std::filesystem::path& program, const posix_spawn_file_actions_t& actions,
+          const sigset_t& mask, const std::vector<std::string>& arguments,
+          const std::vector<std::string>& variables) {
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes,
@@ -72,15 +55,69 @@ pid_t start(const std::filesystem::path& program, const posix_spawn_file_actions
   sigaddset(&ignored_here, SIGPIPE);
   sigaddset(&ignored_here, SIGXFSZ);
   posix_spawnattr_setsigdefault(&attributes, &ignored_here);
-  pid_t child = 0;
   const int failed = posix_spawn(&child, program.c_str(), &actions, &attributes, pointers(arguments).data(),
                                  pointers(variables).data());
   posix_spawnattr_destroy(&attributes);
-  if (failed != 0) throw JobError(fmt::format("{}: {}", program.string(), std::strerror(failed)));
-  return child;
+  return failed;
 }
 
+int exit_status(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status); }
+
 }  // namespace
+
+Pipe::Pipe() {
+  // Above the descriptors that programs know by number, so that handing one on never closes another.
+  constexpr int kLeast = 16;
+  std::array<int, 2> made{};
+  if (pipe2(made.data(), O_CLOEXEC) != 0) throw JobError(fmt::format("pipe: {}", std::strerror(errno)));
+  for (std::size_t i = 0; i < 2; ++i) {
+    ends_[i] = fcntl(made[i], F_DUPFD_CLOEXEC, kLeast);
+    close(made[i]);
+  }
+  if (ends_[0] < 0 || ends_[1] < 0) throw JobError(fmt::format("pipe: {}", std::strerror(errno)));
+}
+
+Pipe::~Pipe() {
+  close_end(0);
+  close_end(1);
+}
+
+void Pipe::close_end(std::size_t i) {
+  if (ends_[i] >= 0) close(ends_[i]);
+  ends_[i] = -1;
+}
+
+Process::Process(const std::filesystem::path& program, const std::vector<std::string>& argv,
+                 const std::vector<HandedOn>& descriptors, const std::filesystem::path& temporaries)
+    : child_([&](const sigset_t& mask) {
+        posix_spawn_file_actions_t actions;
+        posix_spawn_file_actions_init(&actions);
+        for (const HandedOn& d : descriptors) posix_spawn_file_actions_adddup2(&actions, d.ours, d.theirs);
+        pid_t child = 0;
+        const int failed = start(child, program, actions, mask, argv, environment(temporaries));
+        posix_spawn_file_actions_destroy(&actions);
+        if (failed != 0) throw JobError(fmt::format("{}: {}", program.string(), std::strerror(failed)));
+        return child;
+      }) {}
+
+int Process::wait() {
+  int status = 0;
+  while (waitpid(child_.pid(), &status, 0) < 0 && errno == EINTR) {
+  }
+  return exit_status(status);
+}
+
+int Process::wait_at_most(int ms) {
+  const timespec millisecond{0, 1'000'000};
+  for (int status = 0; ms > 0; --ms) {
+    if (waitpid(child_.pid(), &status, WNOHANG) != 0) return exit_status(status);
+    nanosleep(&millisecond, nullptr);
+  }
+  kill();
+  return wait();
+}
+
+void Process::kill() { (void)::kill(-child_.pid(), SIGKILL); }
 
 std::filesystem::path find_program(const std::string& name) {
   if (name.find('/') != std::string::npos) return access(name.c_str(), X_OK) == 0 ? name : "";
@@ -96,19 +133,13 @@ std::filesystem::path find_program(const std::string& name) {
 ProcessResult run_process(const std::vector<std::string>& argv, const std::filesystem::path& temporaries) {
   const auto program = find_program(argv.front());
   if (program.empty()) throw InputError(fmt::format("{}: no such program", argv.front()));
-  const std::vector<std::string> variables = environment(temporaries);
   Pipe out;
   Pipe err;
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, out.ends[1], 1);
-  posix_spawn_file_actions_adddup2(&actions, err.ends[1], 2);
-  const Child child([&](const sigset_t& mask) { return start(program, actions, mask, argv, variables); });
-  posix_spawn_file_actions_destroy(&actions);
+  Process process(program, argv, {{out.end(1), STDOUT_FILENO}, {err.end(1), STDERR_FILENO}}, temporaries);
   out.close_end(1);
   err.close_end(1);
   ProcessResult result;
-  std::array<pollfd, 2> waiting{{{out.ends[0], POLLIN, 0}, {err.ends[0], POLLIN, 0}}};
+  std::array<pollfd, 2> waiting{{{out.end(0), POLLIN, 0}, {err.end(0), POLLIN, 0}}};
   const std::array<std::string*, 2> text{&result.out, &result.err};
   while (waiting[0].fd >= 0 || waiting[1].fd >= 0) {
     if (poll(waiting.data(), waiting.size(), -1) < 0 && errno != EINTR) break;
@@ -120,10 +151,7 @@ ProcessResult run_process(const std::vector<std::string>& argv, const std::files
       if (n == 0 || (n < 0 && errno != EINTR)) waiting[i].fd = -1;
     }
   }
-  int status = 0;
-  while (waitpid(child.pid(), &status, 0) < 0 && errno == EINTR) {
-  }
-  result.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  result.status = process.wait();
   return result;
 }
 

@@ -1,11 +1,53 @@
-// Other programs: the cross-compiler, and the co-simulation, which is one of its own because of its licence.
+// Other programs: the cross-compiler, gnuplot, and the workers. The only place that starts one.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "host/io/interrupt.hpp"
+
 namespace flexor::io {
+
+// [0] is read from, [1] written to. Neither end is handed on to other programs by accident.
+class Pipe {
+ public:
+  Pipe();  // throws JobError
+  ~Pipe();
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
+  int end(std::size_t i) const { return ends_[i]; }
+  void close_end(std::size_t i);
+
+ private:
+  std::array<int, 2> ends_{-1, -1};
+};
+
+// This process's descriptor `ours` is the program's `theirs`.
+struct HandedOn {
+  int ours;
+  int theirs;
+};
+
+// A program that runs, in a process group of its own, so that an interruption reaches what the program itself
+// has started, a compiler's passes. Has to be waited for.
+class Process {
+ public:
+  // `temporaries`: where it keeps its own, if not where this process does; what it leaves there when it is
+  // killed goes with the folder. Throws JobError when it cannot be started.
+  Process(const std::filesystem::path& program, const std::vector<std::string>& argv,
+          const std::vector<HandedOn>& descriptors, const std::filesystem::path& temporaries = {});
+
+  // To its end: exit status; 128 + signal.
+  int wait();
+  // The same, but after so long the whole group is killed.
+  int wait_at_most(int ms);
+  void kill();
+
+ private:
+  Child child_;
+};
 
 struct ProcessResult {
   int status = 0;  // exit status; 128 + signal
@@ -13,9 +55,8 @@ struct ProcessResult {
   std::string err;
 };
 
-// Runs argv[0], searched in PATH, to its end. Throws InputError when there is no such program.
-// `temporaries`: where it keeps its own, if not where this process does; what it leaves there when it is
-// killed goes with the folder.
+// Runs argv[0], searched in PATH, to its end. Throws InputError when there is no such program. `temporaries`
+// as above.
 ProcessResult run_process(const std::vector<std::string>& argv,
                           const std::filesystem::path& temporaries = {});
 

@@ -280,7 +280,9 @@ std::vector<DrawnFigure> draw_experiment(const Saved& saved, const Experiment& e
     Drawing drawing(saved, experiment, paper);
     drawing.errors();
     for (std::size_t m = 0; m < experiment.motions.size(); ++m) drawing.motion(m);
+    saved.go_on();
     std::vector<DrawnFigure> drawn = drawing.finish();
+    saved.go_on();
     if (figures.empty()) {
       figures = std::move(drawn);
       continue;

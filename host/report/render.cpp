@@ -20,8 +20,8 @@ constexpr Kind kKinds[] = {{"identification", render_identification},
 
 }  // namespace
 
-void render(const std::filesystem::path& folder) {
-  const Saved saved(folder);
+void render(const std::filesystem::path& folder, const std::atomic<bool>* stop) {
+  const Saved saved(folder, stop);
   const std::string wanted = saved.text("kind");
   for (const Kind& kind : kKinds) {
     if (wanted != kind.name) continue;

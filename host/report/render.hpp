@@ -4,14 +4,15 @@
 // same, and writes the same bytes.
 #pragma once
 
+#include <atomic>
 #include <filesystem>
-#include <functional>
 
 namespace flexor::report {
 
 // Writes report.html, which needs nothing else, and each figure as SVG, some as PDF. Every file appears whole or not
 // at all. Throws io::InputError for a folder without results or with other ones than this version writes,
 // io::JobError when gnuplot is missing or fails.
-void render(const std::filesystem::path& folder);
+// Where `stop` is given and becomes true, io::Cancelled is thrown between two figures.
+void render(const std::filesystem::path& folder, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace flexor::report

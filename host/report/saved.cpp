@@ -33,7 +33,8 @@ bool read_number(std::string_view cell, double& value) {
 
 }  // namespace
 
-Saved::Saved(std::filesystem::path folder) : folder_(std::move(folder)) {
+Saved::Saved(std::filesystem::path folder, const std::atomic<bool>* stop)
+    : folder_(std::move(folder)), stop_(stop) {
   const auto path = folder_ / "results.json";
   if (!std::filesystem::exists(path)) {
     throw io::InputError(
@@ -49,6 +50,10 @@ Saved::Saved(std::filesystem::path folder) : folder_(std::move(folder)) {
         "run the job again",
         path.string()));
   }
+}
+
+void Saved::go_on() const {
+  if (stop_ != nullptr && stop_->load()) throw io::Cancelled("stopped");
 }
 
 Columns Saved::columns(const std::string& file) const {

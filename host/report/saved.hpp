@@ -1,6 +1,7 @@
 // What a job saved for its report: results.json, and tables of numbers as CSV beside it.
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -17,11 +18,14 @@ using Columns = std::map<std::string, std::vector<double>>;
 class Saved {
  public:
   // Throws io::InputError: no results.json, or none that a report can be made of.
-  explicit Saved(std::filesystem::path folder);
+  explicit Saved(std::filesystem::path folder, const std::atomic<bool>* stop = nullptr);
 
   const std::filesystem::path& folder() const { return folder_; }
   const Json& results() const { return results_; }
   std::string text(const char* key) const { return results_.at(key).get<std::string>(); }
+
+  // Throws io::Cancelled when the report shall not be drawn any more.
+  void go_on() const;
 
   // Of a CSV with a header. Throws io::InputError naming file and row.
   Columns columns(const std::string& file) const;
@@ -29,6 +33,7 @@ class Saved {
  private:
   std::filesystem::path folder_;
   Json results_;
+  const std::atomic<bool>* stop_;
 };
 
 // A number that may be null.

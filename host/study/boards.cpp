@@ -6,10 +6,14 @@
 
 #include "host/deploy/deploy.hpp"
 #include "host/deploy/pair_key.hpp"
+#include "host/study/exact_json.hpp"
+#include "host/twin/exact_json.hpp"
 #include "host/twin/glove.hpp"
 
 namespace flexor::study {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 constexpr double kSafeIntegralLimit = 0.25;  // of full duty: four times the friction
 constexpr double kSafeSpeed_deg_s = 400;
@@ -23,6 +27,10 @@ std::array<double, kFingers> rests(const twin::Parameters& p, const model::Model
       out[i] = std::clamp(channels[i]->rest_deg, p.hand_lower_deg[i], p.hand_upper_deg[i]);
   }
   return out;
+}
+
+std::string identity_of(const deploy::Glove& glove, const deploy::Hand& hand) {
+  return deploy::glove_config(glove) + deploy::hand_config(hand);
 }
 
 }  // namespace
@@ -97,6 +105,71 @@ Counts gesture_counts(const twin::Parameters& p, const model::Model& model) {
     }
   }
   return out;
+}
+
+Boards::Boards(std::filesystem::path program) : workers_(std::move(program)) {}
+
+Boards::Images Boards::build(const deploy::Glove& glove, const deploy::Hand& hand) const {
+  const std::filesystem::path folder = folder_.path() / std::to_string(built_++);
+  io::make_folder(folder);
+  return {deploy::build_glove(glove, folder).elf, deploy::build_hand(hand, folder).elf};
+}
+
+void Boards::prepare(const twin::Setup& setup) {
+  const deploy::Glove glove = glove_for(setup.parameters, setup.compensator);
+  const deploy::Hand hand = twin_hand(setup.parameters, setup.compensator);
+  const std::string identity = identity_of(glove, hand);
+  if (!images_.contains(identity)) images_[identity] = build(glove, hand);
+}
+
+Json Boards::images_of(const twin::Setup& setup) const {
+  const Images& images = images_.at(identity_of(glove_for(setup.parameters, setup.compensator),
+                                                twin_hand(setup.parameters, setup.compensator)));
+  return {{"glove", io::bytes_to_json(images.glove.string())},
+          {"hand", io::bytes_to_json(images.hand.string())}};
+}
+
+std::vector<twin::Trial> Boards::simulate(const twin::Setup& setup, std::uint64_t first, int count) const {
+  const Json trials = workers_.run(
+      "simulate",
+      {{"images", images_of(setup)}, {"setup", twin::exact_json(setup)}, {"first", first}, {"count", count}});
+  std::vector<twin::Trial> out;
+  for (const Json& trial : trials) out.push_back(twin::trial_of(trial));
+  return out;
+}
+
+GloveFigures Boards::run_glove(const std::filesystem::path& elf, const deploy::Glove& glove,
+                               const Counts& counts) const {
+  return glove_figures_of(workers_.run(
+      "run_glove",
+      {{"elf", io::bytes_to_json(elf.string())}, {"glove", exact_json(glove)}, {"counts", counts}}));
+}
+
+HandFigures Boards::run_hand(const std::filesystem::path& elf, const deploy::Glove& glove,
+                             double seconds) const {
+  return hand_figures_of(workers_.run(
+      "run_hand",
+      {{"elf", io::bytes_to_json(elf.string())}, {"glove", exact_json(glove)}, {"seconds", seconds}}));
+}
+
+std::vector<Latency> Boards::latency(const twin::Parameters& parameters, const model::Model& model, int edges,
+                                     std::uint64_t seed) const {
+  const Images images = build(glove_for(parameters, model), safe_hand(parameters, model));
+  const Json stages = workers_.run("latency", {{"images",
+                                                {{"glove", io::bytes_to_json(images.glove.string())},
+                                                 {"hand", io::bytes_to_json(images.hand.string())}}},
+                                               {"parameters", twin::exact_json(parameters)},
+                                               {"model", Json::parse(model::to_json(model))},
+                                               {"edges", edges},
+                                               {"seed", seed}});
+  return stages.get<std::vector<Latency>>();
+}
+
+void Boards::trace(const twin::Setup& setup, const std::filesystem::path& vcd) {
+  prepare(setup);
+  (void)workers_.run("trace", {{"images", images_of(setup)},
+                               {"setup", twin::exact_json(setup)},
+                               {"vcd", io::bytes_to_json(vcd.string())}});
 }
 
 }  // namespace flexor::study

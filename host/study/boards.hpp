@@ -1,14 +1,19 @@
-// The experiment's boards: what is deployed on them, and what can be asked of them. Who runs their firmware
-// is another program's affair (cosim/, with a licence of its own), so that this is only the interface.
+// The experiment's boards: what is deployed on them, and what can be asked of them. Their firmware runs in
+// another program (cosim/, with a licence of its own), which is asked through pipes.
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "host/deploy/calibration.hpp"
+#include "host/io/io.hpp"
+#include "host/io/worker.hpp"
 #include "host/study/trials.hpp"
 
 namespace flexor::study {
@@ -70,20 +75,42 @@ inline constexpr std::array<const char*, 6> kLatencyStages = {"wait for the ADC"
                                                               "verify",           "next motor command"};
 using Latency = std::array<double, kLatencyStages.size()>;  // ms
 
+// Boards whose firmware runs in workers, flexor-cosim, one for each thread that asks; images are built here,
+// once for each compensator and hand.
 class Boards : public Engine {
  public:
+  // Throws io::InputError when there is no such program.
+  explicit Boards(std::filesystem::path program);
+
+  std::string name() const override { return "avr"; }
+  int batch() const override { return 1; }
+  void prepare(const twin::Setup& setup) override;
+  std::vector<twin::Trial> simulate(const twin::Setup& setup, std::uint64_t first, int count) const override;
+
   // The glove's image on these readings, against the host.
-  virtual GloveFigures run_glove(const std::filesystem::path& elf, const deploy::Glove& glove,
-                                 const Counts& counts) const = 0;
+  GloveFigures run_glove(const std::filesystem::path& elf, const deploy::Glove& glove,
+                         const Counts& counts) const;
   // The hand's image with frames coming in as fast as the radio carries them.
-  virtual HandFigures run_hand(const std::filesystem::path& elf, const deploy::Glove& glove,
-                               double seconds) const = 0;
+  HandFigures run_hand(const std::filesystem::path& elf, const deploy::Glove& glove, double seconds) const;
   // Sensor edges at random times, both boards and the radio in between. An edge whose first frame the radio
   // loses is left out.
-  virtual std::vector<Latency> latency(const twin::Parameters& parameters, const model::Model& model,
-                                       int edges, std::uint64_t seed) const = 0;
+  std::vector<Latency> latency(const twin::Parameters& parameters, const model::Model& model, int edges,
+                               std::uint64_t seed) const;
   // Trial 0 with all signals as a value change dump.
-  virtual void trace(const twin::Setup& setup, const std::filesystem::path& vcd) = 0;
+  void trace(const twin::Setup& setup, const std::filesystem::path& vcd);
+
+ private:
+  struct Images {
+    std::filesystem::path glove;
+    std::filesystem::path hand;
+  };
+  Images build(const deploy::Glove& glove, const deploy::Hand& hand) const;
+  nlohmann::ordered_json images_of(const twin::Setup& setup) const;
+
+  mutable io::WorkerPool workers_;
+  io::TemporaryFolder folder_;
+  mutable std::atomic<int> built_ = 0;
+  std::map<std::string, Images> images_;  // by what decides about them
 };
 
 }  // namespace flexor::study

@@ -152,6 +152,7 @@ Motion Motion::from_json(const std::string& text, const std::string& source) {
   }
   if (reader.number("schema_version") != 1) reader.fail("has a schema version other than 1; update Flexor");
   Motion m;
+  m.document_ = text;
   Reader read{gesture, m};
   read.settings();
   if (reader.has("choices")) (void)reader.member("choices");

@@ -43,6 +43,9 @@ class Motion {
   const std::string& description() const { return description_; }
   int number() const { return number_; }  // of the published gestures; 0: none of them
   double duration_s() const { return duration_s_; }
+  const std::string& document() const { return document_; }  // it was read from; of samples there is none
+  const std::vector<double>& t_s() const { return t_s_; }    // of samples
+  const std::array<std::vector<double>, kFingers>& sample_deg() const { return sample_deg_; }
   // Degrees that all fingers travel together: times a lag, the error that the lag alone costs.
   double travel_deg() const;
 
@@ -57,6 +60,7 @@ class Motion {
   struct Reader;
   double planned(int finger, double t_s, const Variation& variation) const;
 
+  std::string document_;
   std::string name_;
   std::string description_;
   int number_ = 0;

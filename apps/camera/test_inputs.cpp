@@ -28,7 +28,9 @@ void film(const fs::path& folder) {
     video.add(hand.shoot(mcp_deg, static_cast<std::uint64_t>(k), flexor::twin::kGreen));
   }
   video.finish();
-  flexor::io::write_file(folder / "joints.json", flexor::camera::to_json(flexor::filming::paper_hand()));
+  flexor::io::write_file(folder / "joints.json",
+                         flexor::camera::to_json(flexor::filming::drawn_hand(flexor::camera::load_joints(
+                             FLEXOR_SOURCE_DIR "/models/joints/paper_hand.json"))));
 }
 
 // A board of 10 x 7 squares, turned about both axes, seen by a pinhole of 600 pixels; each pixel is the mean

@@ -1,4 +1,4 @@
-#include "apps/camera/track_report.hpp"
+#include "apps/camera/results.hpp"
 
 #include "host/camera/video.hpp"
 #include "host/io/io.hpp"

@@ -1,0 +1,130 @@
+// flexor-camera: everything that needs OpenCV, as a worker (host/io/worker.hpp).
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "apps/camera/cameras.hpp"
+#include "apps/camera/film.hpp"
+#include "host/io/json.hpp"
+#include "host/io/worker.hpp"
+#include "host/twin/exact_json.hpp"
+
+namespace {
+
+using namespace flexor;
+using Json = nlohmann::ordered_json;
+
+// A file name; empty: none.
+std::filesystem::path path_of(io::JsonReader& arguments, const char* key) {
+  return io::bytes_from_json(arguments.member(key));
+}
+
+camera::Joints joints_of(io::JsonReader& arguments) {
+  return filming::drawn_hand(camera::joints_from_json(arguments.member("joints").dump(), "joints"));
+}
+
+Json track(const Json& json, const io::JobProgress& progress) {
+  io::JsonReader arguments(json, "track");
+  filming::TrackRequest request;
+  request.video = path_of(arguments, "video");
+  request.joints = path_of(arguments, "joints");
+  request.lens = path_of(arguments, "lens");
+  request.out = path_of(arguments, "out");
+  request.preview = path_of(arguments, "preview");
+  request.report = path_of(arguments, "report");
+  request.seconds = arguments.number("seconds");
+  arguments.done();
+  return filming::to_json(filming::track(request, progress), request);
+}
+
+camera::ColourChoice colour_of(io::JsonReader& arguments) {
+  camera::ColourChoice out;
+  if (arguments.has("colour_at_px")) {
+    const std::vector<double> v = arguments.numbers("colour_at_px");
+    if (v.size() != 2) arguments.fail("\"colour_at_px\" must be x and y");
+    out.at = camera::Point{v[0], v[1]};
+  }
+  if (arguments.has("colour_in_px")) {
+    const std::vector<double> v = arguments.numbers("colour_in_px");
+    if (v.size() != 4) arguments.fail("\"colour_in_px\" must be left, top, width and height");
+    out.in = camera::Window{static_cast<int>(v[0]), static_cast<int>(v[1]), static_cast<int>(v[2]),
+                            static_cast<int>(v[3])};
+  }
+  return out;
+}
+
+Json set_up(const Json& json, const io::JobProgress&) {
+  io::JsonReader arguments(json, "set_up");
+  filming::SetupRequest request;
+  request.video = path_of(arguments, "video");
+  request.joints = path_of(arguments, "joints");
+  request.at_s = arguments.number("at_s");
+  request.skeleton = io::bytes_from_json(arguments.member("skeleton"));
+  request.colour = colour_of(arguments);
+  for (const Json& pair : arguments.member("assigned")) {
+    request.assigned.emplace(pair.at("number").get<int>(), io::bytes_from_json(pair.at("mark")));
+  }
+  request.picture = path_of(arguments, "picture");
+  request.save = path_of(arguments, "save");
+  arguments.done();
+  return filming::to_json(filming::set_up(request), request);
+}
+
+// "9x6".
+camera::Board board_of(const std::string& text) {
+  camera::Board board;
+  const auto x = text.find('x');
+  const char* const end = text.data() + text.size();
+  const bool good = x != std::string::npos &&
+                    std::from_chars(text.data(), text.data() + x, board.columns).ptr == text.data() + x &&
+                    std::from_chars(text.data() + x + 1, end, board.rows).ptr == end;
+  if (!good)
+    throw io::InputError(fmt::format("--board {}: must be COLUMNSxROWS of inner corners, as in 9x6", text));
+  return board;
+}
+
+Json calibrate(const Json& json, const io::JobProgress& progress) {
+  io::JsonReader arguments(json, "calibrate");
+  filming::CalibrationRequest request;
+  request.board = board_of(io::bytes_from_json(arguments.member("board")));
+  for (const Json& picture : arguments.member("pictures"))
+    request.pictures.emplace_back(io::bytes_from_json(picture));
+  request.out = path_of(arguments, "out");
+  arguments.done();
+  progress(0, request.pictures.size());
+  return filming::to_json(filming::calibrate(request), request);
+}
+
+Json film(const Json& json, const io::JobProgress& progress) {
+  io::JsonReader arguments(json, "film");
+  filming::FilmRequest request;
+  for (const Json& setup : arguments.list("setups")) request.setups.push_back(twin::setup_of(setup));
+  request.joints = joints_of(arguments);
+  request.seed = arguments.member("seed").get<std::uint64_t>();
+  request.folder = path_of(arguments, "folder");
+  arguments.done();
+  return {{"folder", request.folder.string()},
+          {"frames", filming::film(request, progress)},
+          {"seed", request.seed},
+          {"version", FLEXOR_VERSION}};
+}
+
+// Exact angles in, tracked angles out.
+Json see(const Json& json, const io::JobProgress&) {
+  io::JsonReader arguments(json, "see");
+  filming::Sight exact{twin::angles_of(arguments.member("glove_deg")),
+                       twin::angles_of(arguments.member("hand_deg"))};
+  const filming::Sight seen =
+      filming::see(joints_of(arguments), std::move(exact), arguments.number("rate_hz"),
+                   arguments.member("seed").get<std::uint64_t>());
+  arguments.done();
+  return {{"glove_deg", twin::exact_json(seen.glove_deg)}, {"hand_deg", twin::exact_json(seen.hand_deg)}};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return io::serve(
+      argc, argv, "flexor-camera: tracks hands in videos",
+      {{"track", track}, {"set_up", set_up}, {"calibrate", calibrate}, {"film", film}, {"see", see}});
+}

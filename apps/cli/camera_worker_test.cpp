@@ -1,0 +1,157 @@
+// What comes out of the camera's worker: as good as exact angles, whole or not at all, and gone with its caller.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "host/identify/identify_files.hpp"
+#include "host/io/io.hpp"
+#include "host/io/worker.hpp"
+#include "host/study/builtin.hpp"
+#include "host/study/catalogue.hpp"
+#include "host/study/rendered_cameras.hpp"
+#include "host/twin/exact_json.hpp"
+
+namespace flexor::cli {
+namespace {
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+class Rendered : public testing::Test {
+ protected:
+  Rendered()
+      : folder_(fs::path(testing::TempDir()) /
+                (std::string("flexor_camera_") +
+                 testing::UnitTest::GetInstance()->current_test_info()->name() +
+                 std::to_string(::getpid()))) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_ / "tmp");
+  }
+  ~Rendered() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  // The calibration motion, and these gestures if any.
+  void film(const std::string& gestures, double rate_hz) const {
+    std::vector<twin::Motion> motions = {study::calibration_motion()};
+    if (!gestures.empty()) {
+      for (twin::Motion& m : study::motions(gestures)) motions.push_back(m);
+    }
+    twin::Parameters parameters = study::shipped_parameters();
+    parameters.camera_rate_hz = rate_hz;
+    Json setups = Json::array();
+    for (const twin::Motion& motion : motions) {
+      setups.push_back(
+          twin::exact_json(twin::Setup{parameters, motion, study::compensator("raw", 50).model, 1, true}));
+    }
+    io::Worker camera(FLEXOR_CAMERA);
+    camera.run("film", {{"setups", setups},
+                        {"joints", Json::parse(study::builtin("joints/paper_hand.json"))},
+                        {"seed", 1},
+                        {"folder", folder_.string()}});
+  }
+
+  Json track_arguments() const {
+    return {{"video", path("video.mp4")}, {"joints", path("joints.json")},  {"lens", ""},  {"report", ""},
+            {"out", path("angles.csv")},  {"preview", path("preview.mp4")}, {"seconds", 0}};
+  }
+
+  // `flexor track` of that video, which has begun to write.
+  pid_t start_track() const {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      ::setenv("TMPDIR", path("tmp").c_str(), 1);
+      if (std::freopen(path("stderr").c_str(), "w", stderr) == nullptr) ::_exit(98);
+      ::execl(FLEXOR_PROGRAM, FLEXOR_PROGRAM, "track", path("video.mp4").c_str(), "--joints",
+              path("joints.json").c_str(), "--out", path("angles.csv").c_str(), "--preview",
+              path("preview.mp4").c_str(), nullptr);
+      ::_exit(99);
+    }
+    for (int i = 0; i < 60000 && parts() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_GT(parts(), 0);
+    return child;
+  }
+
+  int parts() const {
+    int out = 0;
+    for (const auto& entry : fs::directory_iterator(folder_))
+      out += entry.path().filename().string().find(".part-") != std::string::npos;
+    return out;
+  }
+
+  fs::path folder_;
+};
+
+// Log and video of one motion on two clocks, straight to a compensator; beside it the one from exact angles.
+TEST_F(Rendered, ACompensatorFromAVideoIsAsGoodAsOneFromExactAngles) {
+  film("5", study::shipped_parameters().camera_rate_hz);
+  io::Worker camera(FLEXOR_CAMERA);
+  const Json tracked = camera.run("track", track_arguments());
+  EXPECT_EQ(tracked.at("frames_labelled"), tracked.at("frames"));
+  std::array<double, 2> fit{};
+  std::array<double, 2> offset{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    identify::FileRequest r;
+    r.files = {path("glove.csv"), path(i == 0 ? "truth.csv" : "angles.csv"), "index_alpha", "index_mcp_deg"};
+    r.structure = "hammerstein";
+    const identify::Identification result = identify::identify_files(r, {});
+    fit[i] = result.holdout.fit_percent;
+    offset[i] = result.aligned.clock_offset_s;
+  }
+  EXPECT_NEAR(fit[1], fit[0], 1);
+  EXPECT_GT(fit[1], 90);
+  EXPECT_LT(fit[1], 99.9);
+  EXPECT_NEAR(offset[1], offset[0], 0.02);
+}
+
+TEST_F(Rendered, TheExperimentThroughPicturesScoresAsTheExperimentWithAngles) {
+  study::Plan plan;
+  plan.parameters = study::shipped_parameters();
+  plan.motions = study::motions("4");
+  plan.compensators = {study::compensator("published-hw", 10)};
+  plan.trials = 1;
+  const double angles = study::run(plan, {}).cell(0, 0).total_deg_s.mean();
+  study::RenderedCameras cameras(FLEXOR_CAMERA, nullptr);
+  plan.engine = &cameras;
+  const double pictures = study::run(plan, {}).cell(0, 0).total_deg_s.mean();
+  EXPECT_NEAR(pictures, angles, 0.05 * angles);
+  EXPECT_NE(pictures, angles);
+}
+
+// What Ctrl-C does to the track of a camera, which has no end of its own.
+TEST_F(Rendered, ATrackThatIsStoppedKeepsWhatItHas) {
+  film("", 5);
+  io::Worker camera(FLEXOR_CAMERA);
+  const Json whole = camera.run("track", track_arguments());
+  const std::string all = io::read_file(path("angles.csv"));
+  const Json stopped =
+      camera.run("track", track_arguments(), [](std::size_t done, std::size_t) { return done < 5; });
+  EXPECT_LT(stopped.at("frames"), whole.at("frames"));
+  EXPECT_GE(stopped.at("frames"), 5);
+  EXPECT_LT(io::read_file(path("angles.csv")).size(), all.size());
+  EXPECT_TRUE(fs::exists(path("preview.mp4")));
+  EXPECT_EQ(parts(), 0);
+}
+
+TEST_F(Rendered, CtrlCAndEvenAKillLeaveNothingHalfWrittenAndNoWorker) {
+  film("", 10);
+  for (const int signal : {SIGINT, SIGKILL}) {
+    const pid_t flexor = start_track();
+    ::kill(flexor, signal);
+    int status = 0;
+    ::waitpid(flexor, &status, 0);
+    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == signal);
+    for (int i = 0; i < 10000 && parts() > 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_EQ(parts(), 0) << "after signal " << signal;
+    EXPECT_FALSE(fs::exists(path("angles.csv")) || fs::exists(path("preview.mp4")));
+    EXPECT_TRUE(fs::is_empty(folder_ / "tmp"));
+  }
+}
+
+}  // namespace
+}  // namespace flexor::cli

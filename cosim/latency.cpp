@@ -1,0 +1,172 @@
+#include "cosim/latency.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <map>
+
+#include "cosim/simulation.hpp"
+#include "firmware/markers.hpp"
+#include "host/twin/random.hpp"
+#include "runtime/link/receiver.hpp"
+
+namespace flexor::cosim {
+namespace {
+
+using firmware::Marker;
+
+constexpr double kApart_ms = 900;  // of two edges, on average
+constexpr int kFinger = 1;         // whose strip jumps
+
+// Which edge a frame tells of that the hand accepts: frames are known by their counters, since some never
+// come.
+class FrameWatch {
+ public:
+  explicit FrameWatch(const deploy::Key& key) : key_(*key), sent_(&key_), heard_(&key_) {}
+
+  // The glove has sealed a frame, the first that tells of `edge`; -1: no news.
+  void sealed(int edge) { sealed_.push_back(edge); }
+
+  // A byte leaves the glove.
+  void sent(std::uint8_t byte) {
+    if (sent_.receive(byte) != link::Received::frame || sealed_.empty()) return;
+    edge_[sent_.frame().counter] = sealed_.front();
+    sealed_.pop_front();
+  }
+
+  // A byte reaches the hand at `end`.
+  void arrived(Cycles end, std::uint8_t byte) {
+    if (heard_.receive(byte) != link::Received::frame) return;
+    waiting_.push_back({end, edge_.at(heard_.frame().counter)});
+  }
+
+  struct Frame {
+    Cycles arrived = 0;
+    int edge = -1;
+  };
+  // The one that has arrived last.
+  Frame newest(Cycles now) {
+    Frame out;
+    while (!waiting_.empty() && waiting_.front().arrived <= now) {
+      out = waiting_.front();
+      waiting_.pop_front();
+    }
+    return out;
+  }
+
+ private:
+  link::Key key_;
+  link::Receiver sent_;   // of everything
+  link::Receiver heard_;  // of what the hand hears
+  std::deque<int> sealed_;
+  std::map<std::uint32_t, int> edge_;
+  std::deque<Frame> waiting_;
+};
+
+// A hand at rest and quiet strips.
+twin::Setup still(const twin::Parameters& parameters, const model::Model& model, int edges,
+                  std::uint64_t seed) {
+  twin::Parameters p = parameters;
+  for (double* effect : {&p.noise_deg, &p.flutter_deg, &p.burst_rate_per_s, &p.drift_deg_per_min})
+    *effect = 0;
+  const double length_s = (edges + 1) * kApart_ms / 1000;
+  std::array<std::vector<double>, twin::kFingers> rest;
+  for (std::size_t i = 0; i < twin::kFingers; ++i)
+    rest[i].assign(2, (p.hand_lower_deg[i] + p.hand_upper_deg[i]) / 2);
+  return {p, twin::Motion::from_samples("still", {0, length_s}, rest), model, seed, false};
+}
+
+std::vector<double> random_edges_ms(int edges, std::uint64_t seed) {
+  twin::Random random(seed);
+  std::vector<double> out;
+  for (int k = 0; k < edges; ++k) out.push_back(kApart_ms * (k + 0.5 * random.uniform() + 0.25));
+  return out;
+}
+
+double ms(Cycles from, Cycles to) {
+  return static_cast<double>(static_cast<std::int64_t>(to - from)) / kCyclesPerMs;
+}
+
+// Follows each edge through both boards.
+class EdgeWatch {
+ public:
+  EdgeWatch(Simulation& simulation, std::vector<double> edge_ms)
+      : simulation_(simulation), edge_ms_(std::move(edge_ms)), frames_(study::bench_key()) {
+    simulation.on_strip = [this](std::int64_t, int finger, int counts) { return strip(finger, counts); };
+    simulation.on_glove_marker = [this](Cycles now, std::uint8_t value) {
+      glove_marker(now, static_cast<Marker>(value));
+    };
+    simulation.on_air = [this](Cycles, std::uint8_t byte) { frames_.sent(byte); };
+    simulation.on_arrival = [this](Cycles end, std::uint8_t byte) { frames_.arrived(end, byte); };
+    simulation.on_hand_marker = [this](Cycles now, std::uint8_t value) {
+      hand_marker(now, static_cast<Marker>(value));
+    };
+  }
+
+  const std::vector<study::Latency>& latencies() const { return out_; }
+
+ private:
+  int strip(int finger, int counts) {
+    if (finger != kFinger) return counts;
+    const Cycles now = simulation_.glove().now();
+    const auto later =
+        std::ranges::find_if(edge_ms_, [&](double edge) { return Simulation::cycle_of(edge) > now; });
+    const int newest = static_cast<int>(later - edge_ms_.begin()) - 1;
+    if (newest != sampled_edge_) {
+      sampled_edge_ = newest;
+      conversion_ = now;
+    }
+    return counts + (newest % 2 == 0 ? 60 : 0) + static_cast<int>(now / kCyclesPerMs % 2);
+  }
+
+  void glove_marker(Cycles now, Marker marker) {
+    if (marker == Marker::step_end) computed_ = now;
+    if (marker == Marker::step_end && sampled_edge_ >= 0 && !seen_.contains(sampled_edge_))
+      seen_[sampled_edge_] = {conversion_, computed_, 0};
+    if (marker != Marker::frame_sealed) return;
+    const bool first = sampled_edge_ != framed_edge_;
+    framed_edge_ = sampled_edge_;
+    frames_.sealed(first ? sampled_edge_ : -1);
+    if (first && sampled_edge_ >= 0) seen_[sampled_edge_][2] = now;
+  }
+
+  void hand_marker(Cycles now, Marker marker) {
+    if (marker == Marker::frame_accepted) {
+      accepted_ = now;
+      const auto frame = frames_.newest(now);
+      accepted_edge_ = frame.edge;
+      arrived_ = frame.arrived;
+    }
+    if (marker != Marker::tick_end || accepted_edge_ < 0) return;
+    const auto& [conversion, computed, sealed] = seen_.at(accepted_edge_);
+    const Cycles edge = Simulation::cycle_of(edge_ms_[static_cast<std::size_t>(accepted_edge_)]);
+    out_.push_back({ms(edge, conversion), ms(conversion, computed), ms(computed, sealed),
+                    ms(sealed, arrived_), ms(arrived_, accepted_), ms(accepted_, now)});
+    accepted_edge_ = -1;
+  }
+
+  Simulation& simulation_;
+  std::vector<double> edge_ms_;
+  FrameWatch frames_;
+  std::vector<study::Latency> out_;
+  int sampled_edge_ = -1;
+  int framed_edge_ = -1;
+  int accepted_edge_ = -1;
+  Cycles conversion_ = 0;
+  Cycles computed_ = 0;
+  Cycles arrived_ = 0;
+  Cycles accepted_ = 0;
+  std::map<int, std::array<Cycles, 3>> seen_;  // edge -> conversion, computed, sealed
+};
+
+}  // namespace
+
+std::vector<study::Latency> latency(const Images& images, const twin::Parameters& parameters,
+                                    const model::Model& model, int edges, std::uint64_t seed) {
+  const twin::Setup setup = still(parameters, model, edges, seed);
+  Simulation simulation(images, setup, 0);
+  const EdgeWatch watch(simulation, random_edges_ms(edges, seed));
+  (void)simulation.run();
+  return watch.latencies();
+}
+
+}  // namespace flexor::cosim

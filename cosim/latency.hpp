@@ -1,0 +1,15 @@
+// From a sensor's edge to the motor, stage by stage.
+#pragma once
+
+#include <vector>
+
+#include "cosim/simulation.hpp"
+#include "host/study/boards.hpp"
+
+namespace flexor::cosim {
+
+// As study::Boards::latency, of these images.
+std::vector<study::Latency> latency(const Images& images, const twin::Parameters& parameters,
+                                    const model::Model& model, int edges, std::uint64_t seed);
+
+}  // namespace flexor::cosim

@@ -1,0 +1,364 @@
+#include "host/io/worker.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <deque>
+#include <new>
+#include <thread>
+
+#include "host/io/interrupt.hpp"
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+
+namespace flexor::io {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kUserInput = 14;
+constexpr int kUserOutput = 15;
+
+// Writes all of it; false: nobody reads any more, which raises no signal here.
+bool write_all(int descriptor, std::string_view text) {
+  sigset_t broken_pipe;
+  sigset_t before;
+  sigemptyset(&broken_pipe);
+  sigaddset(&broken_pipe, SIGPIPE);
+  pthread_sigmask(SIG_BLOCK, &broken_pipe, &before);
+  while (!text.empty()) {
+    const ssize_t n = write(descriptor, text.data(), text.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    text.remove_prefix(static_cast<std::size_t>(n));
+  }
+  if (!text.empty()) {
+    const timespec now{};
+    (void)sigtimedwait(&broken_pipe, nullptr, &now);
+  }
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  return text.empty();
+}
+
+// One line without its end; nothing: the end of the input. `buffer` keeps what came after it.
+std::optional<std::string> read_line(int descriptor, std::string& buffer) {
+  std::size_t searched = 0;
+  for (;;) {
+    const std::size_t end = buffer.find('\n', searched);
+    if (end != std::string::npos) {
+      std::string line = buffer.substr(0, end);
+      buffer.erase(0, end + 1);
+      return line;
+    }
+    searched = buffer.size();
+    std::array<char, 1 << 16> chunk;
+    const ssize_t n = read(descriptor, chunk.data(), chunk.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return std::nullopt;
+    buffer.append(chunk.data(), static_cast<std::size_t>(n));
+  }
+}
+
+std::string line_of(const Json& json) { return dump_line(json) + "\n"; }
+
+const Json& cancellation() {
+  static const Json json = {{"cancel", true}};
+  return json;
+}
+
+bool is_cancellation(const std::string& line) {
+  constexpr std::size_t kLongest = 64;
+  return line.size() < kLongest && Json::parse(line, nullptr, false) == cancellation();
+}
+
+[[noreturn]] void throw_error(const Json& error) {
+  const std::string kind = error.at("kind").get<std::string>();
+  const std::string message = bytes_from_json(error.at("message"));
+  if (kind == "input") throw InputError(message);
+  if (kind == "cancelled") throw Cancelled(message);
+  throw JobError(one_line(message));
+}
+
+}  // namespace
+
+std::filesystem::path program_beside(const std::string& name) {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
+}
+
+Json bytes_to_json(std::string_view bytes) {
+  if (to_utf8(bytes) == bytes) return std::string(bytes);
+  Json out = Json::array();
+  for (const char c : bytes) out.push_back(static_cast<unsigned char>(c));
+  return out;
+}
+
+std::string bytes_from_json(const Json& json) {
+  if (!json.is_array()) return json.get<std::string>();
+  std::string out;
+  for (const Json& byte : json) out += static_cast<char>(byte.get<unsigned char>());
+  return out;
+}
+
+Worker::Worker(const std::filesystem::path& program) : name_(program.filename().string()) {
+  if (access(program.c_str(), X_OK) != 0) {
+    throw InputError(fmt::format("{} is missing: a part of Flexor that belongs there; script/build makes it",
+                                 program.string()));
+  }
+  process_.emplace(program, std::vector<std::string>{program.string(), kUserStreams},
+                   std::vector<HandedOn>{{STDIN_FILENO, kUserInput},
+                                         {STDOUT_FILENO, kUserOutput},
+                                         {requests_.end(0), STDIN_FILENO},
+                                         {replies_.end(1), STDOUT_FILENO}});
+  requests_.close_end(0);
+  replies_.close_end(1);
+}
+
+Worker::~Worker() {
+  constexpr int kPatience_ms = 2000;
+  requests_.close_end(1);
+  replies_.close_end(0);
+  if (process_) (void)process_->wait_at_most(kPatience_ms);
+}
+
+void Worker::died(const std::string& job) {
+  constexpr int kPatience_ms = 2000;
+  const int status = process_->wait_at_most(kPatience_ms);
+  process_.reset();
+  constexpr int kSignalled = 128;
+  throw JobError(
+      status > kSignalled
+          ? fmt::format("{} was ended by signal {} in the middle of {}", name_, status - kSignalled, job)
+          : fmt::format("{} ended with status {} in the middle of {}", name_, status, job));
+}
+
+void Worker::says_nonsense(const std::string& job, const std::string& what) {
+  process_->kill();
+  (void)process_->wait();
+  process_.reset();
+  throw JobError(fmt::format("{} does not answer {} as it should: {}", name_, job, what));
+}
+
+void Worker::send(const std::string& line, const std::string& job) {
+  if (!write_all(requests_.end(1), line)) died(job);
+}
+
+Json Worker::receive(const std::string& job) {
+  const std::optional<std::string> line = read_line(replies_.end(0), received_);
+  if (!line) died(job);
+  try {
+    Json reply = parse_json(*line, "its line");
+    if (!reply.is_object() || reply.size() != 1) says_nonsense(job, "an object with one member is due");
+    return reply;
+  } catch (const InputError& error) {
+    says_nonsense(job, error.what());
+  }
+}
+
+Json Worker::run(const std::string& job, const Json& arguments, const JobProgress& progress) {
+  if (!is_usable()) throw JobError(fmt::format("{} runs no more: it cannot do {}", name_, job));
+  busy_ = true;
+  send(line_of({{"job", job}, {"arguments", arguments}}), job);
+  bool cancelled = false;
+  for (;;) {
+    Json reply = receive(job);
+    try {
+      if (reply.contains("progress")) {
+        const Json& p = reply.at("progress");
+        const auto done = p.at("done").get<std::size_t>();
+        const auto of = p.at("of").get<std::size_t>();
+        if (cancelled || !progress || progress(done, of)) continue;
+        cancelled = true;
+        send(line_of(cancellation()), job);
+        continue;
+      }
+      busy_ = false;
+      if (reply.contains("error")) throw_error(reply.at("error"));
+      return std::move(reply.at("result"));
+    } catch (const Json::exception& error) {
+      says_nonsense(job, error.what());
+    }
+  }
+}
+
+WorkerPool::WorkerPool(std::filesystem::path program) : program_(std::move(program)) {
+  idle_.push_back(std::make_unique<Worker>(program_));  // is there, and begins to load
+}
+
+std::unique_ptr<Worker> WorkerPool::take() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!idle_.empty()) {
+      std::unique_ptr<Worker> worker = std::move(idle_.back());
+      idle_.pop_back();
+      return worker;
+    }
+  }
+  return std::make_unique<Worker>(program_);
+}
+
+Json WorkerPool::run(const std::string& job, const Json& arguments) {
+  // Goes back whatever the job throws, unless the worker itself has gone.
+  struct Lease {
+    WorkerPool& pool;
+    std::unique_ptr<Worker> worker;
+    ~Lease() {
+      const std::lock_guard lock(pool.mutex_);
+      if (worker->is_usable()) pool.idle_.push_back(std::move(worker));
+    }
+  };
+  const Lease lease{*this, take()};
+  return lease.worker->run(job, arguments);
+}
+
+namespace {
+
+// The worker's side: a thread reads lines while jobs run, so that a job hears of a cancellation and an end.
+class Server {
+ public:
+  Server(int requests, int replies, const std::map<std::string, Job>& jobs)
+      : requests_(requests), replies_(replies), jobs_(jobs), reader_([this] { read(); }) {}
+
+  int run() {
+    for (std::optional<std::string> line; (line = next());) {
+      const Json reply = answer(*line);
+      {
+        const std::lock_guard lock(mutex_);
+        busy_ = false;
+      }
+      say(reply);
+    }
+    return 0;
+  }
+
+ private:
+  void read() {
+    std::string buffer;
+    while (const std::optional<std::string> line = read_line(requests_, buffer)) {
+      const std::lock_guard lock(mutex_);
+      if (is_cancellation(*line)) {
+        cancelled_ = true;
+        continue;
+      }
+      cancelled_ = false;
+      waiting_.push_back(*line);
+      arrived_.notify_all();
+    }
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+    if (busy_) end_now();
+    arrived_.notify_all();
+  }
+
+  std::optional<std::string> next() {
+    std::unique_lock lock(mutex_);
+    arrived_.wait(lock, [this] { return ended_ || !waiting_.empty(); });
+    if (waiting_.empty() || ended_) return std::nullopt;
+    std::string line = std::move(waiting_.front());
+    waiting_.pop_front();
+    busy_ = true;
+    return line;
+  }
+
+  // Whoever asked has gone: as if interrupted, so that nothing half-written stays.
+  static void end_now() { (void)kill(getpid(), SIGTERM); }
+
+  void say(const Json& reply) const {
+    if (!write_all(replies_, line_of(reply))) end_now();
+  }
+
+  static Json error(const char* kind, std::string_view message) {
+    return {{"error", {{"kind", kind}, {"message", bytes_to_json(message)}}}};
+  }
+
+  Json answer(const std::string& line) {
+    try {
+      const Json request = parse_json(line, "request");
+      JsonReader reader(request, "request");
+      const std::string name = reader.text("job");
+      const Json& arguments = reader.member("arguments");
+      reader.done();
+      const auto job = jobs_.find(name);
+      if (job == jobs_.end()) throw InputError(fmt::format("request: no job is called \"{}\"", name));
+      return {{"result", job->second(arguments, [this](std::size_t done, std::size_t of) {
+                 return progress(done, of);
+               })}};
+    } catch (const InputError& e) {
+      return error("input", e.what());
+    } catch (const Cancelled& e) {
+      return error("cancelled", e.what());
+    } catch (const JobError& e) {
+      return error("job", e.what());
+    } catch (const Json::exception& e) {
+      return error("input", fmt::format("request: {}", e.what()));
+    } catch (const std::bad_alloc&) {
+      return error("job", "out of memory");
+    } catch (const std::exception& e) {
+      return error("job", fmt::format("{}: this is a defect of Flexor, please report it", e.what()));
+    }
+  }
+
+  bool progress(std::size_t done, std::size_t of) {
+    constexpr std::chrono::milliseconds kApart(50);
+    const auto now = std::chrono::steady_clock::now();
+    if (now - said_ >= kApart) {
+      said_ = now;
+      say({{"progress", {{"done", done}, {"of", of}}}});
+    }
+    return !cancelled_;
+  }
+
+  int requests_;
+  int replies_;
+  const std::map<std::string, Job>& jobs_;
+  std::mutex mutex_;
+  std::condition_variable arrived_;
+  std::deque<std::string> waiting_;
+  bool busy_ = false;
+  bool ended_ = false;
+  std::atomic<bool> cancelled_ = false;
+  std::chrono::steady_clock::time_point said_;
+  std::jthread reader_;
+};
+
+// The pipe's end out of the way of what jobs and their programs read and print, and the user's stream, or
+// `otherwise`, in its place.
+int set_aside(int standard, bool has_user_streams, int users, int otherwise) {
+  constexpr int kLeast = 16;
+  const int pipe = fcntl(standard, F_DUPFD_CLOEXEC, kLeast);
+  (void)dup2(has_user_streams ? users : otherwise, standard);
+  if (has_user_streams) close(users);
+  return pipe;
+}
+
+}  // namespace
+
+int serve(int argc, char** argv, const std::string& what, const std::map<std::string, Job>& jobs) {
+  constexpr int kWrongUse = 2;
+  const bool has_user_streams = argc == 2 && std::strcmp(argv[1], kUserStreams) == 0;
+  const bool asks = argc == 2 && std::strcmp(argv[1], "--help") == 0;
+  if (asks || (argc == 1 && isatty(STDIN_FILENO) != 0)) {
+    fmt::print("{}; flexor starts it and speaks to it through pipes\n", what);
+    return 0;
+  }
+  if (argc != 1 && !has_user_streams) {
+    fmt::print(stderr, "{}; flexor starts it and speaks to it through pipes\n", what);
+    return kWrongUse;
+  }
+  for (const int ignored : {SIGXFSZ, SIGPIPE, SIGTTIN, SIGTTOU}) std::signal(ignored, SIG_IGN);
+  end_cleanly_on_signals(LastWord::none);
+  const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
+  const int requests = set_aside(STDIN_FILENO, has_user_streams, kUserInput, nothing);
+  const int replies = set_aside(STDOUT_FILENO, has_user_streams, kUserOutput, STDERR_FILENO);
+  return Server(requests, replies, jobs).run();
+}
+
+}  // namespace flexor::io

@@ -1,0 +1,96 @@
+// Jobs in programs of their own: one JSON object a line, requests on a worker's standard input, replies on its
+// standard output.
+//
+//   to the worker    {"job": NAME, "arguments": {...}}
+//                    {"cancel": true}                     ends the job that runs, as a progress function would
+//   from the worker  {"progress": {"done": 3, "of": 40}}  as often as it likes; of 0: not known
+//                    {"result": ...}                      or, as the last line of a job,
+//                    {"error": {"kind": "input" | "job" | "cancelled", "message": ...}}
+//
+// One job at a time, any number one after the other; the end of its input ends a worker, also in the middle of
+// a job. What goes wrong in a worker is thrown here as what it was there: InputError, JobError, Cancelled.
+// Numbers keep their bits. A file name that is no UTF-8 is the list of its bytes.
+//
+// A worker has the standard error of whoever started it, and with kUserStreams the standard input and output
+// too, as its descriptors 14 and 15: jobs then read `-` and write /dev/stdout as if they ran here.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "host/io/process.hpp"
+
+namespace flexor::io {
+
+inline constexpr const char* kUserStreams = "--user-streams";
+
+// So much of how much is done (0: not known); false: stop.
+using JobProgress = std::function<bool(std::size_t done, std::size_t of)>;
+
+// A worker that runs. Not for several threads at once.
+class Worker {
+ public:
+  // Throws InputError when there is no such program.
+  explicit Worker(const std::filesystem::path& program);
+  ~Worker();  // ends it, together with its temporaries
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+
+  // Throws what the job throws; JobError, one line naming program and job, when the worker dies or says
+  // nonsense. What `progress` throws passes through, and this worker takes no more jobs.
+  nlohmann::ordered_json run(const std::string& job, const nlohmann::ordered_json& arguments,
+                             const JobProgress& progress = {});
+  bool is_usable() const { return process_.has_value() && !busy_; }
+
+ private:
+  void send(const std::string& line, const std::string& job);
+  nlohmann::ordered_json receive(const std::string& job);
+  [[noreturn]] void died(const std::string& job);
+  [[noreturn]] void says_nonsense(const std::string& job, const std::string& what);
+
+  std::string name_;
+  Pipe requests_;
+  Pipe replies_;
+  std::optional<Process> process_;  // none: it died
+  bool busy_ = false;
+  std::string received_;
+};
+
+// Workers of one program for any number of threads: as many as jobs run at the same time.
+class WorkerPool {
+ public:
+  // Throws InputError when there is no such program.
+  explicit WorkerPool(std::filesystem::path program);
+  nlohmann::ordered_json run(const std::string& job, const nlohmann::ordered_json& arguments);
+
+ private:
+  std::unique_ptr<Worker> take();
+
+  std::filesystem::path program_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Worker>> idle_;
+};
+
+// The program of that name in the folder of this one.
+std::filesystem::path program_beside(const std::string& name);
+
+// For file names, which are bytes.
+nlohmann::ordered_json bytes_to_json(std::string_view bytes);
+std::string bytes_from_json(const nlohmann::ordered_json& json);
+
+using Job = std::function<nlohmann::ordered_json(const nlohmann::ordered_json& arguments,
+                                                 const JobProgress& progress)>;
+
+// main() of a worker: runs jobs until its input ends; the exit status. With a terminal or --help it says `what`
+// it is in one line.
+int serve(int argc, char** argv, const std::string& what, const std::map<std::string, Job>& jobs);
+
+}  // namespace flexor::io

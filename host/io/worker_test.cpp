@@ -1,0 +1,243 @@
+#include "host/io/worker.hpp"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <thread>
+
+#include "host/io/io.hpp"
+
+namespace flexor::io {
+namespace {
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kProgram = FLEXOR_TEST_WORKER;
+
+std::string job_error(Worker& worker, const std::string& job, const Json& arguments) {
+  try {
+    worker.run(job, arguments);
+  } catch (const JobError& error) {
+    return error.what();
+  }
+  return "no JobError";
+}
+
+TEST(Worker, ArgumentsAndResultsKeepTheirBits) {
+  Worker worker(kProgram);
+  std::mt19937_64 random(1);
+  Json numbers = Json::array();
+  for (int i = 0; i < 20000; ++i) {
+    const double x = std::bit_cast<double>(random());
+    if (std::isfinite(x)) numbers.push_back(x);
+  }
+  for (const double x :
+       {0.0, -0.0, 5.0, std::numeric_limits<double>::denorm_min(), std::numeric_limits<double>::max()}) {
+    numbers.push_back(x);
+  }
+  numbers.push_back(UINT64_MAX);
+  const Json back = worker.run("echo", {{"numbers", numbers}, {"text", "Größe\n\"x\""}});
+  ASSERT_EQ(back.at("numbers").size(), numbers.size());
+  for (std::size_t i = 0; i + 1 < numbers.size(); ++i) {
+    ASSERT_EQ(std::bit_cast<std::uint64_t>(back.at("numbers")[i].get<double>()),
+              std::bit_cast<std::uint64_t>(numbers[i].get<double>()));
+  }
+  EXPECT_EQ(back.at("numbers").back().get<std::uint64_t>(), UINT64_MAX);
+  EXPECT_EQ(back.at("text"), "Größe\n\"x\"");
+  const std::string name = "caf\xe9\n\xff.mp4";
+  EXPECT_EQ(bytes_from_json(worker.run("echo", {{"x", bytes_to_json(name)}}).at("x")), name);
+  EXPECT_EQ(bytes_to_json("Größe"), "Größe");
+}
+
+TEST(Worker, ErrorsAreTheSameHereAsThere) {
+  Worker worker(kProgram);
+  const auto fail = [&](const char* kind, const std::string& message) {
+    worker.run("fail", {{"kind", kind}, {"message", bytes_to_json(message)}});
+  };
+  const auto what = [&]<class Error>(const Error*, const char* kind, const std::string& message) {
+    try {
+      fail(kind, message);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("nothing thrown");
+  };
+  EXPECT_EQ(what(static_cast<InputError*>(nullptr), "input", "\xff.csv: no such file"),
+            "\xff.csv: no such file");
+  EXPECT_EQ(what(static_cast<JobError*>(nullptr), "job", "the disk is full"), "the disk is full");
+  EXPECT_EQ(what(static_cast<Cancelled*>(nullptr), "cancelled", "stopped"), "stopped");
+  EXPECT_EQ(what(static_cast<JobError*>(nullptr), "memory", ""), "out of memory");
+  EXPECT_EQ(what(static_cast<JobError*>(nullptr), "other", "odd"),
+            "odd: this is a defect of Flexor, please report it");
+  EXPECT_THROW(worker.run("no such job", Json::object()), InputError);
+  EXPECT_THROW(worker.run("fail", Json::object()), InputError) << "an argument is missing";
+  EXPECT_EQ(worker.run("echo", 1), 1) << "it goes on after all that";
+}
+
+TEST(Worker, ProgressComesAndCancellingKeepsWhatThereIs) {
+  Worker worker(kProgram);
+  std::size_t last = 0;
+  int calls = 0;
+  const Json stopped =
+      worker.run("count", {{"of", 1000000}, {"pause_ms", 1}}, [&](std::size_t done, std::size_t of) {
+        EXPECT_EQ(of, 1000000U);
+        EXPECT_TRUE(calls == 0 || done > last);
+        last = done;
+        return ++calls < 3;
+      });
+  EXPECT_EQ(stopped.at("stopped"), true);
+  EXPECT_GE(stopped.at("counted").get<std::size_t>(), last);
+  EXPECT_EQ(calls, 3) << "it is asked once";
+  EXPECT_EQ(worker.run("count", {{"of", 10}}).at("stopped"), false) << "the next job knows nothing of it";
+}
+
+TEST(Worker, OneThatDiesIsAJobErrorOfOneLine) {
+  Worker killed(kProgram);
+  EXPECT_EQ(job_error(killed, "die", {{"signal", SIGKILL}}),
+            "test_worker was ended by signal 9 in the middle of die");
+  EXPECT_FALSE(killed.is_usable());
+  EXPECT_EQ(job_error(killed, "echo", 1), "test_worker runs no more: it cannot do echo");
+  Worker left(kProgram);
+  EXPECT_EQ(job_error(left, "die", {{"signal", 0}, {"status", 3}}),
+            "test_worker ended with status 3 in the middle of die");
+}
+
+TEST(Worker, NonsenseIsAJobErrorOfOneLine) {
+  const std::string deep(100, '[');
+  for (const std::string& text :
+       {std::string("not JSON"), std::string("{}"), std::string("[1, 2]"), std::string(R"({"result": 1)"),
+        std::string(R"({"progress": 3})"), std::string(R"({"error": {"kind": 1}})"),
+        std::string(R"({"surprise": 1})"), deep}) {
+    Worker worker(kProgram);
+    const std::string said = job_error(worker, "babble", {{"text", text}});
+    EXPECT_TRUE(said.starts_with("test_worker does not answer babble as it should: ")) << said;
+    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+    EXPECT_FALSE(worker.is_usable());
+  }
+}
+
+TEST(Worker, AMissingProgramIsNamed) {
+  try {
+    Worker worker("/nowhere/flexor-camera");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_TRUE(std::string(error.what()).starts_with("/nowhere/flexor-camera is missing")) << error.what();
+  }
+}
+
+class WorkerFolder : public testing::Test {
+ protected:
+  WorkerFolder() : folder_(fs::path(testing::TempDir()) / ("flexor_worker_" + std::to_string(::getpid()))) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~WorkerFolder() override { fs::remove_all(folder_); }
+
+  Json half() const { return {{"out", (folder_ / "out").string()}, {"ready", (folder_ / "ready").string()}}; }
+
+  fs::path temporary() const {
+    for (int i = 0; i < 60000 && !fs::exists(folder_ / "ready"); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return read_file(folder_ / "ready");
+  }
+
+  void expect_nothing_half_written(const fs::path& temporary) const {
+    for (int i = 0; i < 5000 && fs::exists(temporary); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_FALSE(fs::exists(temporary));
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "only the file that was finished";
+  }
+
+  // A process that has a worker in the middle of a job.
+  pid_t start() const {
+    const pid_t child = ::fork();
+    if (child != 0) return child;
+    if (std::freopen("/dev/null", "w", stderr) == nullptr) ::_exit(98);
+    end_cleanly_on_signals();
+    Worker worker(kProgram);
+    worker.run("half", half());
+    ::_exit(99);
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(WorkerFolder, WhatIsHalfWrittenGoesWithWhoeverAsked) {
+  for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
+    const pid_t asker = start();
+    const fs::path half_done = temporary();
+    ASSERT_TRUE(fs::exists(half_done));
+    ::kill(asker, signal);
+    int status = 0;
+    ::waitpid(asker, &status, 0);
+    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == signal);
+    expect_nothing_half_written(half_done);
+    fs::remove(folder_ / "ready");
+  }
+}
+
+TEST_F(WorkerFolder, AnAskerThatThrowsLeavesNothingEither) {
+  struct Enough {};
+  {
+    Worker worker(kProgram);
+    EXPECT_THROW(worker.run("count", {{"of", 1000000}, {"pause_ms", 1}},
+                            [](std::size_t, std::size_t) -> bool { throw Enough(); }),
+                 Enough);
+    EXPECT_FALSE(worker.is_usable());
+  }
+}
+
+TEST_F(WorkerFolder, TheUsersStreamsAreTheJobs) {
+  std::ofstream(folder_ / "in") << "three\nlines\nhere\n";
+  const pid_t child = ::fork();
+  if (child == 0) {
+    if (std::freopen((folder_ / "in").c_str(), "r", stdin) == nullptr) ::_exit(98);
+    if (std::freopen((folder_ / "out").c_str(), "w", stdout) == nullptr) ::_exit(98);
+    Worker worker(kProgram);
+    ::_exit(worker.run("copy", Json::object()) == 17 ? 0 : 1);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(read_file(folder_ / "out"), "three\nlines\nhere\n");
+}
+
+TEST(WorkerPool, ManyThreadsGetTheirOwnAnswers) {
+  WorkerPool pool(kProgram);
+  std::vector<std::jthread> threads;
+  std::atomic<int> wrong = 0;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&, t] {
+      for (int i = 0; i < 50; ++i) {
+        try {
+          if (i % 10 == 9) pool.run("die", {{"signal", SIGKILL}});
+          if (pool.run("echo", 1000 * t + i) != 1000 * t + i) ++wrong;
+        } catch (const JobError&) {
+          if (i % 10 != 9) ++wrong;
+        }
+      }
+    });
+  }
+  threads.clear();
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST(WorkerByHand, SaysInOneLineWhatItIs) {
+  const ProcessResult help = run_process({kProgram, "--help"});
+  EXPECT_EQ(help.status, 0);
+  EXPECT_EQ(help.out, "test_worker: a worker for tests; flexor starts it and speaks to it through pipes\n");
+  const ProcessResult wrong = run_process({kProgram, "track", "video.mp4"});
+  EXPECT_EQ(wrong.status, 2);
+  EXPECT_EQ(wrong.err, help.out);
+}
+
+}  // namespace
+}  // namespace flexor::io

@@ -1,0 +1,93 @@
+#include "host/study/exact_json.hpp"
+
+#include "host/deploy/pair_key.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::study {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct SensorToJson {
+  Json operator()(const deploy::CountsAsTheyAre&) const { return Json::object(); }
+  Json operator()(const deploy::Divider& d) const {
+    return {{"fixed_kohm", d.fixed_kohm}, {"flat_kohm", d.flat_kohm}, {"kohm_per_deg", d.kohm_per_deg}};
+  }
+  Json operator()(const deploy::Points& p) const { return {{"counts", p.counts}, {"value", p.value}}; }
+};
+
+deploy::Sensor sensor_of(const Json& json) {
+  if (json.empty()) return deploy::counts_as_they_are();
+  if (json.contains("fixed_kohm")) {
+    return deploy::divider(json.at("fixed_kohm").get<double>(), json.at("flat_kohm").get<double>(),
+                           json.at("kohm_per_deg").get<double>());
+  }
+  auto counts = json.at("counts").get<std::vector<double>>();
+  auto value = json.at("value").get<std::vector<double>>();
+  if (counts.size() < 2 || counts.size() != value.size())
+    throw io::InputError("pipe: a sensor without its points");
+  return deploy::through_points(std::move(counts), std::move(value));
+}
+
+Json exact_json(const CycleStatistic& c) { return {{"count", c.count}, {"sum", c.sum}, {"worst", c.worst}}; }
+
+CycleStatistic cycles_of(const Json& json) {
+  return {json.at("count").get<std::uint64_t>(), json.at("sum").get<std::uint64_t>(),
+          json.at("worst").get<std::uint64_t>()};
+}
+
+}  // namespace
+
+Json exact_json(const deploy::Glove& g) {
+  Json sensors = Json::array();
+  for (const deploy::Sensor& sensor : g.sensor) sensors.push_back(std::visit(SensorToJson(), sensor.kind));
+  return {{"model", Json::parse(model::to_json(g.model))},
+          {"sensors", std::move(sensors)},
+          {"is_radio", g.output == deploy::Output::radio},
+          {"baud", g.baud},
+          {"frame_rate_hz", g.frame_rate_hz},
+          {"key", g.key ? Json(deploy::to_hex(*g.key)) : Json(nullptr)},
+          {"assembly", g.assembly}};
+}
+
+deploy::Glove glove_of(const Json& json) {
+  deploy::Glove g;
+  g.model = model::from_json(json.at("model").dump(), "pipe");
+  for (std::size_t i = 0; i < kFingers; ++i) g.sensor[i] = sensor_of(json.at("sensors").at(i));
+  g.output = json.at("is_radio").get<bool>() ? deploy::Output::radio : deploy::Output::opengloves;
+  g.baud = json.at("baud").get<double>();
+  g.frame_rate_hz = json.at("frame_rate_hz").get<double>();
+  if (!json.at("key").is_null()) g.key = deploy::key_from_hex(json.at("key").get<std::string>());
+  g.assembly = json.at("assembly").get<bool>();
+  return g;
+}
+
+Json exact_json(const GloveFigures& f) {
+  return {{"samples", f.samples},         {"frames", f.frames},          {"angles", f.angles},
+          {"mismatches", f.mismatches},   {"step", exact_json(f.step)},  {"sample", exact_json(f.sample)},
+          {"stack_bytes", f.stack_bytes}, {"awake_share", f.awake_share}};
+}
+
+GloveFigures glove_figures_of(const Json& json) {
+  GloveFigures f;
+  f.samples = json.at("samples").get<std::size_t>();
+  f.frames = json.at("frames").get<std::size_t>();
+  f.angles = json.at("angles").get<std::size_t>();
+  f.mismatches = json.at("mismatches").get<std::size_t>();
+  f.step = cycles_of(json.at("step"));
+  f.sample = cycles_of(json.at("sample"));
+  f.stack_bytes = json.at("stack_bytes").get<int>();
+  f.awake_share = json.at("awake_share").get<double>();
+  return f;
+}
+
+Json exact_json(const HandFigures& f) {
+  return {{"tick", exact_json(f.tick)}, {"stack_bytes", f.stack_bytes}, {"awake_share", f.awake_share}};
+}
+
+HandFigures hand_figures_of(const Json& json) {
+  return {cycles_of(json.at("tick")), json.at("stack_bytes").get<int>(),
+          json.at("awake_share").get<double>()};
+}
+
+}  // namespace flexor::study

@@ -1,0 +1,41 @@
+#include "host/study/rendered_cameras.hpp"
+
+#include "host/study/builtin.hpp"
+#include "host/twin/exact_json.hpp"
+#include "host/twin/random.hpp"
+
+namespace flexor::study {
+
+using Json = nlohmann::ordered_json;
+
+RenderedCameras::RenderedCameras(std::filesystem::path program, Engine* inner)
+    : workers_(std::move(program)), inner_(inner) {}
+
+std::string RenderedCameras::name() const {
+  return (inner_ != nullptr ? inner_->name() : std::string("twin")) + ", rendered cameras";
+}
+
+void RenderedCameras::prepare(const twin::Setup& setup) {
+  if (inner_ != nullptr) inner_->prepare(setup);
+}
+
+std::vector<twin::Trial> RenderedCameras::simulate(const twin::Setup& setup, std::uint64_t first,
+                                                   int count) const {
+  twin::Setup exact = setup;
+  exact.parameters.camera_noise_deg = 0;
+  std::vector<twin::Trial> trials =
+      inner_ != nullptr ? inner_->simulate(exact, first, count) : twin::simulate(exact, first, count);
+  for (std::size_t t = 0; t < trials.size(); ++t) {
+    const Json seen =
+        workers_.run("see", {{"joints", Json::parse(builtin("joints/paper_hand.json"))},
+                             {"seed", twin::seed_of(setup.seed, first + t, twin::seed_of(1, 'f'))},
+                             {"rate_hz", setup.parameters.camera_rate_hz},
+                             {"glove_deg", twin::exact_json(trials[t].glove_deg)},
+                             {"hand_deg", twin::exact_json(trials[t].hand_deg)}});
+    trials[t].glove_deg = twin::angles_of(seen.at("glove_deg"));
+    trials[t].hand_deg = twin::angles_of(seen.at("hand_deg"));
+  }
+  return trials;
+}
+
+}  // namespace flexor::study

@@ -11,7 +11,6 @@
 #include <string>
 
 #include "host/io/io.hpp"
-#include "host/study/calibration.hpp"
 
 namespace flexor::study {
 namespace {

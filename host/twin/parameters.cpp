@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
@@ -29,6 +30,9 @@ constexpr const char* kSection31 = "Sensors 2019, 19(18), 3896, section 3.1";
 
 // clang-format off
 const Entry kTable[] = {
+    {"person.size", &P::person_size, 1.0, 0.5, 2, "1", "choice: hand's length beside that of placement's; a strip covers more of a smaller one, so that bends go with 1/size"},
+    {"person.speed", &P::person_speed, 1.0, 0.5, 3, "1", "choice: mean speed beside the gesture's own"},
+    {"person.pose_share", &P::pose_share, 1.0, 0.1, 1, "1", "choice: how far from the finger's lower limit, the straight finger, a pose goes beside the gesture's own"},
     {"person.start_spread_s", &P::start_spread_s, 0.05, 0, 1, "s", "choice: nobody starts twice at the same instant"},
     {"person.rest_s", &P::rest_s, 60.0, 0, 3600, "s", "choice: how long hand and glove keep the first pose before a recording starts"},
     {"person.pose_spread_deg", &P::pose_spread_deg, 0.1, 0, 20, "deg", "choice: of the order that the published best trial leaves, 3.28 deg s over five fingers and 10 s"},
@@ -136,6 +140,15 @@ const Entry* find(const std::string& name) {
     for (const Entry& e : kTable) near.emplace_back(e.name);
   }
   throw InputError(fmt::format("unknown twin parameter \"{}\"; known: {}", name, fmt::join(near, ", ")));
+}
+
+// "radio.loss", or one finger's: "placement.bend_lower_deg.index".
+std::pair<const Entry*, std::optional<int>> place(const std::string& name) {
+  if (const Entry* entry = find(name)) return {entry, std::nullopt};
+  const auto dot = name.rfind('.');
+  const Entry* entry = dot == std::string::npos ? nullptr : find(name.substr(0, dot));
+  if (entry == nullptr || !is_per_finger(*entry)) unknown(name);
+  return {entry, finger_index(name.substr(dot + 1))};
 }
 
 void read_value(const Json& value, const Entry& entry, Parameters& p) {
@@ -322,14 +335,17 @@ void assign(Parameters& p, const std::string& assignment) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   require(error == std::errc() && end == text.data() + text.size(),
           fmt::format("{}: \"{}\" is not a number", name, text));
-  if (const Entry* entry = find(name)) {
-    for (int i = 0; i < kFingers; ++i) field(p, *entry, i) = value;
+  const auto [entry, finger] = place(name);
+  if (finger) {
+    field(p, *entry, *finger) = value;
     return;
   }
-  const auto dot = name.rfind('.');
-  const Entry* entry = dot == std::string::npos ? nullptr : find(name.substr(0, dot));
-  if (entry == nullptr || !is_per_finger(*entry)) unknown(name);
-  field(p, *entry, finger_index(name.substr(dot + 1))) = value;
+  for (int i = 0; i < kFingers; ++i) field(p, *entry, i) = value;
+}
+
+double value(const Parameters& p, const std::string& name) {
+  const auto [entry, finger] = place(name);
+  return field(p, *entry, finger.value_or(0));
 }
 
 }  // namespace flexor::twin

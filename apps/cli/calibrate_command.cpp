@@ -23,7 +23,7 @@ using Json = nlohmann::ordered_json;
 struct TwinOptions {
   std::string out;
   std::optional<int> evaluations;
-  int trials = 16;
+  std::optional<int> trials;
   std::uint64_t seed = 7;
   std::optional<int> ensemble;
   int threads = 0;
@@ -86,6 +86,7 @@ void show(const std::vector<study::Sensitivity>& all) {
 }
 
 void fit_twin(const TwinOptions& o) {
+  const int trials = o.trials.value_or(twin::kTrialsAtOnce);
   study::TwinFit fit;
   std::vector<study::Sensitivity> sensitivity;
   {
@@ -94,10 +95,10 @@ void fit_twin(const TwinOptions& o) {
       line.step(fmt::format("rms of ln(ours/published) {:.3f}: evaluation", best), static_cast<std::size_t>(n),
                 static_cast<std::size_t>(of));
     };
-    fit = study::calibrate_twin(twin::Parameters(), o.evaluations.value_or(2000), o.trials, o.seed, progress);
+    fit = study::calibrate_twin(twin::Parameters(), o.evaluations.value_or(2000), trials, o.seed, progress);
     io::write_file(o.out, twin::to_json(fit.parameters));
     if (o.sensitivity) {
-      sensitivity = study::sensitivity(fit.parameters, o.trials, o.seed, [&](int n, int of, double) {
+      sensitivity = study::sensitivity(fit.parameters, trials, o.seed, [&](int n, int of, double) {
         line.step("sensitivity: parameter", static_cast<std::size_t>(n), static_cast<std::size_t>(of));
       });
     }
@@ -117,7 +118,7 @@ void fit_twin(const TwinOptions& o) {
   print(fmt::format(
       "rms of ln(ours/published) on gestures 1-4: {:.3f} (one constant for each compensator: {:.3f}), {} "
       "evaluations of {} trials\nwritten to {}\n",
-      fit.log_rms, study::null_model().fitted_log_rms, fit.evaluations, o.trials, o.out));
+      fit.log_rms, study::null_model().fitted_log_rms, fit.evaluations, trials, o.out));
   if (o.sensitivity) show(sensitivity);
 }
 
@@ -127,7 +128,7 @@ void draw_twins(const TwinOptions& o) {
   request.base = study::shipped_parameters();
   request.laboratories = *o.ensemble;
   request.evaluations = o.evaluations.value_or(request.evaluations);
-  request.trials = o.trials;
+  request.trials = o.trials.value_or(request.trials);
   request.seed = o.seed;
   request.threads = o.threads;
   StopOnSignal stop;
@@ -171,7 +172,7 @@ void draw_twins(const TwinOptions& o) {
 }
 
 void run_twin(const TwinOptions& o) {
-  if (o.evaluations.value_or(1) < 1 || o.trials < 1 || o.ensemble.value_or(1) < 1) {
+  if (o.evaluations.value_or(1) < 1 || o.trials.value_or(1) < 1 || o.ensemble.value_or(1) < 1) {
     throw io::InputError("--evaluations, --trials and --ensemble must be at least 1");
   }
   if (o.threads < 0 || o.threads > study::kMaxThreads) {
@@ -251,7 +252,8 @@ void add_calibrate_twin(CLI::App& app) {
       ->required();
   command->add_option("--evaluations", o->evaluations,
                       "of the whole table (default: 2000; with --ensemble 16000, all chains together)");
-  command->add_option("--trials", o->trials, "of each cell in an evaluation")->capture_default_str();
+  command->add_option("--trials", o->trials,
+                      "of each cell in an evaluation (default: 16; with --ensemble 8)");
   command->add_option("--seed", o->seed, "other than the experiment's")
       ->check(seed_fault)
       ->capture_default_str();

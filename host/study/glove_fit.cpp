@@ -34,48 +34,52 @@ double pseudo_huber(double error_deg) {
   return kLoss_deg * kLoss_deg * (std::sqrt(1 + r * r) - 1);
 }
 
+// The best of what Nelder and Mead's search finds from each start.
+template <class Loss>
+std::vector<double> minimise(const Loss& loss, const std::vector<std::vector<double>>& starts,
+                             const std::vector<double>& step) {
+  const std::function<double(const std::vector<double>&)> cost = loss;
+  double best = HUGE_VAL;
+  std::vector<double> out;
+  for (std::vector<double> x : starts) {
+    nlopt::opt optimizer(nlopt::LN_NELDERMEAD, static_cast<unsigned>(x.size()));
+    optimizer.set_xtol_abs(1e-4);
+    optimizer.set_maxeval(250 * static_cast<int>(x.size()));
+    optimizer.set_initial_step(step);
+    optimizer.set_min_objective(
+        [](const std::vector<double>& at, std::vector<double>&, void* what) {
+          return (*static_cast<const std::function<double(const std::vector<double>&)>*>(what))(at);
+        },
+        const_cast<void*>(static_cast<const void*>(&cost)));
+    double value = HUGE_VAL;
+    optimizer.optimize(x, value);
+    if (value >= best) continue;
+    best = value;
+    out = x;
+  }
+  return out;
+}
+
+std::pair<double, double> range_of(std::span<const double> x) {
+  std::vector<double> sorted(x.begin(), x.end());
+  std::ranges::sort(sorted);
+  return {quantile(sorted, kTail), quantile(sorted, 1 - kTail)};
+}
+
 // A line by its values at two inputs, so that both count alike in a search.
-class LineSearch {
- public:
-  LineSearch(double low, double high) : low_(low), high_(high) {}
+struct LineEnds {
+  double low = 0;  // inputs
+  double high = 0;
 
   Line line(const std::vector<double>& y) const {
-    const double gain = (y[1] - y[0]) / (high_ - low_);
-    return {gain, y[0] - gain * low_};
+    const double gain = (y[1] - y[0]) / (high - low);
+    return {gain, y[0] - gain * low};
   }
-
-  // The best of what the starts lead to.
-  template <class Loss>
-  Line minimise(const Loss& loss, const std::vector<Line>& starts) const {
-    double best = HUGE_VAL;
-    Line out;
-    for (const Line& start : starts) {
-      std::vector<double> y = {start.gain * low_ + start.offset_deg, start.gain * high_ + start.offset_deg};
-      nlopt::opt optimizer(nlopt::LN_NELDERMEAD, 2);
-      optimizer.set_xtol_abs(1e-4);
-      optimizer.set_maxeval(400);
-      optimizer.set_initial_step(5);
-      const std::function<double(const std::vector<double>&)> cost = [&](const std::vector<double>& at) {
-        return loss(line(at));
-      };
-      optimizer.set_min_objective(
-          [](const std::vector<double>& at, std::vector<double>&, void* what) {
-            return (*static_cast<const std::function<double(const std::vector<double>&)>*>(what))(at);
-          },
-          const_cast<void*>(static_cast<const void*>(&cost)));
-      double value = HUGE_VAL;
-      optimizer.optimize(y, value);
-      if (value >= best) continue;
-      best = value;
-      out = line(y);
-    }
-    return out;
+  std::vector<double> ends(const Line& line) const {
+    return {line.gain * low + line.offset_deg, line.gain * high + line.offset_deg};
   }
-
- private:
-  double low_;
-  double high_;
 };
+constexpr double kEndStep_deg = 5;
 
 // Least squares, over the samples whose angle is `inside` the limits.
 std::optional<Line> least_squares(std::span<const double> x, std::span<const double> y,
@@ -106,12 +110,6 @@ std::vector<Line> starting_lines(std::span<const double> x, std::span<const doub
     if (const auto line = least_squares(x, y, limits, inside_deg)) out.push_back(*line);
   }
   return out;
-}
-
-std::pair<double, double> range_of(std::span<const double> x) {
-  std::vector<double> sorted(x.begin(), x.end());
-  std::ranges::sort(sorted);
-  return {quantile(sorted, kTail), quantile(sorted, 1 - kTail)};
 }
 
 struct StepStructure {
@@ -158,33 +156,27 @@ class GloveFitter {
   }
 
   FittedModel line() {
-    FittedModel out{"line", "gain and offset inside the hand's known limits", {}};
+    FittedModel out{"line", "gain and offset inside the range that the recording shows", {}};
     out.model = document(out.name, out.what, 0);
     for (std::size_t i = 0; i < kFingers; ++i) {
-      const Samples s = samples(i, 0);
-      const Line fitted = fit_line(s.input, s.angle_deg, limits(i));
-      model::Channel c;
+      const Samples& s = samples(i, 0);
+      model::Channel c = complete({}, i, s.aligned.angle_deg);
+      const Line fitted = fit_line(s.input, s.angle_deg, c.saturation);
       c.lti.gain = fitted.gain;
       c.lti.offset = fitted.offset_deg;
-      within_limits(c, i);
       out.model.channels.push_back(std::move(c));
     }
     return describe(std::move(out), 0);
   }
 
   FittedModel line_with_lead(double lead_s) {
-    FittedModel out{"line-lead",
-                    fmt::format("gain, offset and two poles, predicting {:.0f} ms ahead, inside the hand's "
-                                "known limits",
-                                1000 * lead_s),
-                    {}};
+    FittedModel out{
+        "line-lead",
+        fmt::format("the same with a pole and a zero, predicting {:.0f} ms ahead", 1000 * lead_s),
+        {}};
     out.model = document(out.name, out.what, lead_s);
     for (std::size_t i = 0; i < kFingers; ++i) {
-      const Samples s = samples(i, lead_s);
-      model::Channel c =
-          fit_structure(identify::make_structure(identify::Family::linear_dynamic, 2), s, out.name).channel;
-      within_limits(c, i);
-      out.model.channels.push_back(std::move(c));
+      out.model.channels.push_back(leading_line(i, samples(i, lead_s), lead_s));
     }
     return describe(std::move(out), lead_s);
   }
@@ -245,7 +237,7 @@ class GloveFitter {
     options.slowest_s = kSlowest_s;
     options.widest_play = kWidestPlay_deg;
     options.delta_deg = kLoss_deg;
-    if (structure.input_knots > 0) options.input_knots = knots(s.aligned.input);
+    options.input_knots = knots(s.aligned.input);
     identify::Summary fit = identify::fit(structure, s.data, options);
     for (const std::string& refusal : fit.refusals) warnings.push_back(fmt::format("{}: {}", step, refusal));
     return fit;
@@ -297,44 +289,68 @@ class GloveFitter {
     c.valid_max = kValidMax_deg;
   }
 
-  model::Saturation limits(std::size_t finger) const {
-    return {request_.parameters.hand_lower_deg[finger], request_.parameters.hand_upper_deg[finger]};
+  // What a channel loses on its samples; more than anything where it makes no model.
+  static double loss_of(const model::Channel& c, const Samples& s) {
+    model::Model one;
+    one.sample_period_s = s.data.period_s;
+    one.channels = {c};
+    model::Simulation<model::DoubleArithmetic> simulation(one);
+    double sum = 0;
+    for (std::size_t k = 0; k < s.aligned.input.size(); ++k) {
+      const double angle_deg = simulation.step(0, s.aligned.input[k]).angle_deg;
+      if (s.data.use[k] != 0) sum += pseudo_huber(angle_deg - s.aligned.angle_deg[k]);
+    }
+    return sum;
   }
 
-  void within_limits(model::Channel& c, std::size_t finger) const {
-    read_by(c, finger);
-    c.saturation = limits(finger);
-    c.rest_deg = c.saturation.lower_deg;
+  // H = (1 + (lead + 1 / a) s) / (1 + s / a) behind a line: c_0 = 1 + lead a.
+  static model::Channel leading_line(std::size_t finger, const Samples& s, double lead_s) {
+    constexpr double kFirstPole_rad_s = 15;
+    constexpr double kSlowest_rad_s = 1 / kSlowest_s;
+    constexpr double kFastest_rad_s = 100;
+    const model::Channel from = complete({}, finger, s.aligned.angle_deg);
+    const auto [low, high] = range_of(s.input);
+    const LineEnds line{low, high};
+    const auto channel = [&](const std::vector<double>& x) {
+      model::Channel c = from;
+      const auto [gain, offset_deg] = line.line(x);
+      const double pole = std::clamp(std::exp(x[2]), kSlowest_rad_s, kFastest_rad_s);
+      c.lti = {gain, offset_deg, {-pole}, {1 + x[3]}};
+      return c;
+    };
+    std::vector<std::vector<double>> starts;
+    for (const Line& start : starting_lines(s.input, s.angle_deg, from.saturation)) {
+      std::vector<double> x = line.ends(start);
+      x.insert(x.end(), {std::log(kFirstPole_rad_s), lead_s * kFirstPole_rad_s});
+      starts.push_back(std::move(x));
+    }
+    const auto loss = [&](const std::vector<double>& x) { return loss_of(channel(x), s); };
+    return channel(minimise(loss, starts, {kEndStep_deg, kEndStep_deg, 0.5, 0.5}));
   }
 
   // Above its dead zone the published model is a line with a pole behind it.
   static model::Channel refitted(const model::Model& published, std::size_t finger, const Samples& s) {
-    model::Model one = published;
-    one.channels = {published.channels[finger]};
-    read_by(one.channels[0], finger);
-    const model::Channel from = one.channels[0];
-    const auto set = [&](const Line& line) {
-      model::Channel& c = one.channels[0];
-      const double edge = -line.offset_deg / line.gain;
-      c.lti.gain = line.gain;
-      c.dead_zone = {std::min(from.dead_zone->lower, edge), edge};
-    };
-    const auto loss = [&](const Line& line) {
-      if (!(line.gain > 1e-3)) return HUGE_VAL;
-      set(line);
-      model::Simulation<model::DoubleArithmetic> simulation(one);
-      double sum = 0;
-      for (std::size_t k = 0; k < s.aligned.input.size(); ++k) {
-        const double angle_deg = simulation.step(0, s.aligned.input[k]).angle_deg;
-        if (s.data.use[k] != 0) sum += pseudo_huber(angle_deg - s.aligned.angle_deg[k]);
-      }
-      return sum;
-    };
+    model::Channel from = published.channels[finger];
+    read_by(from, finger);
     const auto [low, high] = range_of(s.input);
-    std::vector<Line> starts = starting_lines(s.input, s.angle_deg, from.saturation);
-    starts.push_back({from.lti.gain, -from.lti.gain * from.dead_zone->upper});
-    set(LineSearch(low, high).minimise(loss, starts));
-    return one.channels[0];
+    const LineEnds line{low, high};
+    const auto channel = [&](const std::vector<double>& x) {
+      model::Channel c = from;
+      const auto [gain, offset_deg] = line.line(x);
+      const double edge = -offset_deg / gain;
+      c.lti.gain = gain;
+      c.dead_zone = {std::min(from.dead_zone->lower, edge), edge};
+      return c;
+    };
+    const auto loss = [&](const std::vector<double>& x) {
+      return line.line(x).gain > 1e-3 ? loss_of(channel(x), s) : HUGE_VAL;
+    };
+    std::vector<std::vector<double>> starts = {
+        line.ends({from.lti.gain, -from.lti.gain * from.dead_zone->upper})};
+    for (const Line& start : starting_lines(s.input, s.angle_deg, from.saturation)) {
+      starts.push_back(line.ends(start));
+    }
+    return channel(minimise(loss, starts, {kEndStep_deg, kEndStep_deg}));
   }
 
   // The figures that every fitted model carries.
@@ -364,7 +380,10 @@ class GloveFitter {
 
 Line fit_line(std::span<const double> alpha, std::span<const double> angle_deg,
               const model::Saturation& limits) {
-  const auto loss = [&](const Line& line) {
+  const auto [low, high] = range_of(alpha);
+  const LineEnds ends{low, high};
+  const auto loss = [&](const std::vector<double>& x) {
+    const Line line = ends.line(x);
     double sum = 0;
     for (std::size_t k = 0; k < alpha.size(); ++k) {
       const double y = line.gain * alpha[k] + line.offset_deg;
@@ -372,8 +391,9 @@ Line fit_line(std::span<const double> alpha, std::span<const double> angle_deg,
     }
     return sum;
   };
-  const auto [low, high] = range_of(alpha);
-  return LineSearch(low, high).minimise(loss, starting_lines(alpha, angle_deg, limits));
+  std::vector<std::vector<double>> starts;
+  for (const Line& start : starting_lines(alpha, angle_deg, limits)) starts.push_back(ends.ends(start));
+  return ends.line(minimise(loss, starts, {kEndStep_deg, kEndStep_deg}));
 }
 
 GloveFit fit_glove(const GloveRequest& request, const GloveRecording& recording, bool all_steps,

@@ -3,8 +3,9 @@
 // In steps, each adding to the one before: a curve; two poles; a play operator; and a lead, the lag from finger
 // to hand, by which the last predicts. The last is called `identified`. Beside them, from the very same
 // recording and with the same loss, what a referee asks for first:
-//   line                   clamp(gain alpha + offset) inside the hand's known limits
-//   line-lead              the same with two fitted poles and zeros, predicting by the same lead
+//   line                   clamp(gain alpha + offset), inside the range of angles that the recording shows,
+//                          which is what `identified` is kept in too
+//   line-lead              the same with a fitted pole and zero behind it, predicting by the same lead
 //   published-hw-refitted  the published Hammerstein-Wiener model, of which only the gain and the dead zone's
 //                          upper edge of each finger are fitted
 // The loss of all is pseudo-Huber, 0.3 degree wide: the mean absolute error, as the experiment scores it.

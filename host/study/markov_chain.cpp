@@ -1,7 +1,9 @@
 #include "host/study/markov_chain.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "host/io/io.hpp"
@@ -37,7 +39,7 @@ class Walk {
       chains_.push_back({starts[c], 0, twin::Random(twin::seed_of(plan.seed, c))});
     }
     in_parallel([&](Chain& chain) {
-      chain.log_density = density_(chain.at);
+      chain.log_density = density_(chain.at, -std::numeric_limits<double>::infinity());
       return 0.0;
     });
     for (const Chain& chain : chains_) {
@@ -88,23 +90,21 @@ class Walk {
     return sum / static_cast<double>(chains_.size());
   }
 
-  // One step of every chain; the mean probability of acceptance.
+  // One step of every chain; the share of them that moved.
   double move() {
     const Eigen::MatrixXd step = std::exp(log_scale_) * factor_;
     return in_parallel([&](Chain& chain) {
       Eigen::VectorXd z(step.cols());
       for (double& v : z) v = chain.random.normal();
       const Eigen::VectorXd d = step * z;
-      const double chance = chain.random.uniform();
+      const double floor = chain.log_density + std::log(1 - chain.random.uniform());
       Point to = chain.at;
       for (std::size_t i = 0; i < to.size(); ++i) to[i] += d(static_cast<Eigen::Index>(i));
-      const double log_density = density_(to);
-      const double probability = std::min(1.0, std::exp(log_density - chain.log_density));
-      if (chance < probability) {
-        chain.at = std::move(to);
-        chain.log_density = log_density;
-      }
-      return probability;
+      const double log_density = density_(to, floor);
+      if (log_density < floor) return 0.0;
+      chain.at = std::move(to);
+      chain.log_density = log_density;
+      return 1.0;
     });
   }
 

@@ -34,7 +34,9 @@ struct Chains {
   std::vector<double> effective;         // sample size, of each dimension
 };
 
-using LogDensity = std::function<double(std::span<const double>)>;  // from any thread
+// From any thread. What is surely below `floor` may come out as minus infinity: it is rejected anyway, and a
+// density that is a product needs only its first factors for that.
+using LogDensity = std::function<double(std::span<const double>, double floor)>;
 using ChainProgress = std::function<void(int step, int of)>;
 
 // One chain for each start, where the density must not be zero; `scale` is about each dimension's deviation.

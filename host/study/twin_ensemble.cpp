@@ -101,11 +101,11 @@ Ensemble draw_ensemble(const EnsembleRequest& r, const ChainProgress& progress) 
                                      r.evaluations, draws, r.laboratories));
   }
   const TwinTable table(1, static_cast<int>(r.table.size()), r.trials, r.seed);
-  const auto log_density = [&](std::span<const double> x) {
+  const auto log_density = [&](std::span<const double> x, double floor) {
     const Point values = values_at(x);
     const double prior = log_prior(values);
     if (!std::isfinite(prior)) return -std::numeric_limits<double>::infinity();
-    return prior + log_likelihood(table.errors(with_values(r.base, values)), r.table);
+    return prior + table.log_likelihood(with_values(r.base, values), r.table, floor - prior);
   };
   const Chains chains = run_chains(draws_of_prior(r.chains, r.seed), scales(), log_density, plan, progress);
   Ensemble out{r.base, {}, r.seed, r.chains, plan.warm_up, plan.kept, r.trials, chains.acceptance, {}};

@@ -23,9 +23,9 @@ namespace flexor::study {
 struct EnsembleRequest {
   twin::Parameters base;       // all that is not free
   int laboratories = 200;
-  int evaluations = 16000;     // of the table, all chains together; a third of them warm up
+  int evaluations = 16000;  // of the table, all chains together; a third of them warm up
   int chains = 8;
-  int trials = 16;             // of each cell in an evaluation
+  int trials = 8;  // of each cell in an evaluation
   std::uint64_t seed = 7;
   int threads = 0;
   const std::atomic<bool>* stop = nullptr;  // becomes true: io::Cancelled

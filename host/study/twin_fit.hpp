@@ -1,9 +1,11 @@
 // The twin's free parameters fitted to the published table.
 //
-// calibrate_twin maximises
-//   log_prior + log_likelihood(gestures 1 to 4)          (twin_prior.hpp, twin_table.hpp)
-// by Sbplx (NLopt) with common random numbers: the mode of what twin_ensemble.hpp draws from. Gestures 5 and 6
-// take no part.
+// calibrate_twin minimises
+//   sum over gestures 1-4 and the three published compensators of (ln(ours / published) / 0.35)^2
+//   - 2 log_prior                                                                    (twin_prior.hpp)
+// by Sbplx (NLopt) with common random numbers. All cells weigh alike, as in the distance that is reported;
+// what twin_ensemble.hpp draws weighs them by the spread of the published trials. Gestures 5 and 6 take no
+// part.
 #pragma once
 
 #include <functional>
@@ -15,7 +17,7 @@ namespace flexor::study {
 
 struct TwinFit {
   twin::Parameters parameters;
-  double cost = 0;     // -2 (log_prior + log_likelihood)
+  double cost = 0;
   double log_rms = 0;  // of ln(ours / published), gestures 1 to 4, with the trials of the fit
   int evaluations = 0;
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "host/score/trial.hpp"
@@ -11,6 +12,12 @@ namespace flexor::study {
 namespace {
 
 constexpr double kRate_hz = 10;  // the article's
+
+double cell(double ours_deg_s, double published_deg_s, std::size_t compensator) {
+  static const auto deviation = published_standard_errors();
+  const double z = std::log(ours_deg_s / published_deg_s) / deviation[compensator];
+  return -z * z / 2;
+}
 
 }  // namespace
 
@@ -55,13 +62,9 @@ double log_rms(const TableErrors& ours, const TableErrors& published) {
 }
 
 double log_likelihood(const TableErrors& ours, const TableErrors& published) {
-  static const auto deviation = published_standard_errors();
   double sum = 0;
   for (std::size_t g = 0; g < ours.size(); ++g) {
-    for (std::size_t c = 0; c < kPublishedCompensators; ++c) {
-      const double z = std::log(ours[g][c] / published[g][c]) / deviation[c];
-      sum -= z * z / 2;
-    }
+    for (std::size_t c = 0; c < kPublishedCompensators; ++c) sum += cell(ours[g][c], published[g][c], c);
   }
   return sum;
 }
@@ -75,28 +78,46 @@ TwinTable::TwinTable(int first, int last, int trials, std::uint64_t seed) {
   plan_.trials = trials;
 }
 
+double TwinTable::error(const Plan& plan, std::size_t gesture, std::size_t compensator) const {
+  const twin::Setup setup = first_setup(plan, plan.motions[gesture], plan.compensators[compensator]);
+  double sum = 0;
+  for (int first = 0; first < plan.trials; first += twin::kTrialsAtOnce) {
+    const int count = std::min(plan.trials - first, twin::kTrialsAtOnce);
+    for (const twin::Trial& trial : twin::simulate(setup, static_cast<std::uint64_t>(first), count)) {
+      for (const double e :
+           score::finger_errors(trial.glove_deg, trial.hand_deg, 1 / plan.parameters.camera_rate_hz))
+        sum += e;
+    }
+  }
+  return sum / plan.trials;
+}
+
+double TwinTable::log_likelihood(const twin::Parameters& parameters, const TableErrors& published,
+                                 double floor) const {
+  Plan plan = plan_;
+  plan.parameters = parameters;
+  double sum = 0;
+  for (std::size_t c = 0; c < kPublishedCompensators; ++c) {  // Raw first: its averages are the surest
+    for (std::size_t g = 0; g < published.size(); ++g) {
+      sum += cell(error(plan, g, c), published[g][c], c);
+      if (sum < floor) return -std::numeric_limits<double>::infinity();
+    }
+  }
+  return sum;
+}
+
 TableErrors TwinTable::errors(const twin::Parameters& parameters, int threads) const {
   Plan plan = plan_;
   plan.parameters = parameters;
   TableErrors out(plan.motions.size());
-  const auto play = [&](std::size_t cell) {
-    const twin::Setup setup = first_setup(plan, plan.motions[cell / kPublishedCompensators],
-                                          plan.compensators[cell % kPublishedCompensators]);
-    double sum = 0;
-    for (int first = 0; first < plan.trials; first += twin::kTrialsAtOnce) {
-      const int count = std::min(plan.trials - first, twin::kTrialsAtOnce);
-      for (const twin::Trial& trial : twin::simulate(setup, static_cast<std::uint64_t>(first), count)) {
-        for (const double e :
-             score::finger_errors(trial.glove_deg, trial.hand_deg, 1 / parameters.camera_rate_hz))
-          sum += e;
-      }
-    }
-    return sum / plan.trials;
-  };
-  run_in_order<double>(0, out.size() * kPublishedCompensators, threads_of(threads), play,
-                       [&](std::size_t cell, double mean_deg_s) {
-                         out[cell / kPublishedCompensators][cell % kPublishedCompensators] = mean_deg_s;
-                       });
+  run_in_order<double>(
+      0, out.size() * kPublishedCompensators, threads_of(threads),
+      [&](std::size_t cell) {
+        return error(plan, cell / kPublishedCompensators, cell % kPublishedCompensators);
+      },
+      [&](std::size_t cell, double mean_deg_s) {
+        out[cell / kPublishedCompensators][cell % kPublishedCompensators] = mean_deg_s;
+      });
   return out;
 }
 

@@ -31,10 +31,15 @@ class TwinTable {
   // trials: a multiple of 16 makes best use of the vectors.
   TwinTable(int first, int last, int trials, std::uint64_t seed);
 
+  // log_likelihood(errors(parameters), published), cell by cell: minus infinity as soon as it is below floor.
+  double log_likelihood(const twin::Parameters& parameters, const TableErrors& published, double floor) const;
+
   // threads 0: as many as the machine has.
   TableErrors errors(const twin::Parameters& parameters, int threads = 1) const;
 
  private:
+  double error(const Plan& plan, std::size_t gesture, std::size_t compensator) const;
+
   Plan plan_;
 };
 

@@ -68,18 +68,19 @@ double change(const study::Sensitivity::At& at, const study::Sensitivity::At& fi
 void show(const std::vector<study::Sensitivity>& all) {
   constexpr const char* kRow = "{:<32}{:>10}{:>12}{:>12}{:>8}{:>8}{:>8}\n";
   print(
-      "\none parameter at the 5 and the 95 % quantile of what is plausible, all others at the fit: distance from "
+      "\none parameter at the 5 and the 95 % quantile of what is plausible, all others at the fit: distance "
+      "from "
       "the published table, and E_T beside that at the fit (geometric mean of six gestures)\n");
   print(fmt::format(fmt::runtime(kRow), "parameter", "value", "gest. 1-4", "gest. 5-6", "Raw", "W", "HW"));
   const study::Sensitivity::At& fit = all.front().low;
   for (const study::Sensitivity& s : all) {
     for (const study::Sensitivity::At* at : {&s.low, &s.high}) {
       const bool is_fit = s.name.empty();
-      print(fmt::format(fmt::runtime(kRow), is_fit ? "the fit" : s.name,
-                        is_fit ? "" : fmt::format("{:.4g}", at->value),
-                        fmt::format("{:.3f}", at->log_rms_fitted), fmt::format("{:.3f}", at->log_rms_other),
-                        fmt::format("{:.2f}", change(*at, fit, 0)), fmt::format("{:.2f}", change(*at, fit, 1)),
-                        fmt::format("{:.2f}", change(*at, fit, 2))));
+      print(fmt::format(
+          fmt::runtime(kRow), is_fit ? "the fit" : s.name, is_fit ? "" : fmt::format("{:.4g}", at->value),
+          fmt::format("{:.3f}", at->log_rms_fitted), fmt::format("{:.3f}", at->log_rms_other),
+          fmt::format("{:.2f}", change(*at, fit, 0)), fmt::format("{:.2f}", change(*at, fit, 1)),
+          fmt::format("{:.2f}", change(*at, fit, 2))));
       if (is_fit) break;
     }
   }
@@ -92,8 +93,8 @@ void fit_twin(const TwinOptions& o) {
   {
     ProgressLine line;
     const auto progress = [&](int n, int of, double best) {
-      line.step(fmt::format("rms of ln(ours/published) {:.3f}: evaluation", best), static_cast<std::size_t>(n),
-                static_cast<std::size_t>(of));
+      line.step(fmt::format("rms of ln(ours/published) {:.3f}: evaluation", best),
+                static_cast<std::size_t>(n), static_cast<std::size_t>(of));
     };
     fit = study::calibrate_twin(twin::Parameters(), o.evaluations.value_or(2000), trials, o.seed, progress);
     io::write_file(o.out, twin::to_json(fit.parameters));
@@ -176,8 +177,8 @@ void run_twin(const TwinOptions& o) {
     throw io::InputError("--evaluations, --trials and --ensemble must be at least 1");
   }
   if (o.threads < 0 || o.threads > study::kMaxThreads) {
-    throw io::InputError(fmt::format("--threads must be 0, as many as the machine has, to {}",
-                                     study::kMaxThreads));
+    throw io::InputError(
+        fmt::format("--threads must be 0, as many as the machine has, to {}", study::kMaxThreads));
   }
   io::require_writable(o.out);
   o.ensemble ? draw_twins(o) : fit_twin(o);
@@ -233,10 +234,10 @@ void run_glove(GloveOptions& o) {
   show(result.steps);
   print("from the same recording, to compare with:\n");
   show(result.baselines);
-  print(fmt::format(
-      "lag from finger to hand {}; {} detail(s) that the motion does not tell\n",
-      result.lag_s ? fmt::format("{:.0f} ms", 1000 * *result.lag_s) : "outside the search: nothing is predicted",
-      result.warnings.size()));
+  print(fmt::format("lag from finger to hand {}; {} detail(s) that the motion does not tell\n",
+                    result.lag_s ? fmt::format("{:.0f} ms", 1000 * *result.lag_s)
+                                 : "outside the search: nothing is predicted",
+                    result.warnings.size()));
   print(fmt::format("compensator {}/identified.json\n", o.folder));
 }
 
@@ -244,10 +245,10 @@ void run_glove(GloveOptions& o) {
 
 void add_calibrate_twin(CLI::App& app) {
   auto o = std::make_shared<TwinOptions>();
-  CLI::App* command = app.add_subcommand(
-      "calibrate-twin",
-      "Fit the twin's free parameters to the published averages of gestures 1 to 4, or draw the laboratories that "
-      "these leave plausible. Gives the same bytes each time");
+  CLI::App* command = app.add_subcommand("calibrate-twin",
+                                         "Fit the twin's free parameters to the published averages of "
+                                         "gestures 1 to 4, or draw the laboratories that "
+                                         "these leave plausible. Gives the same bytes each time");
   command->add_option("--out", o->out, "write the configuration, or with --ensemble the laboratories, here")
       ->required();
   command->add_option("--evaluations", o->evaluations,
@@ -257,8 +258,9 @@ void add_calibrate_twin(CLI::App& app) {
   command->add_option("--seed", o->seed, "other than the experiment's")
       ->check(seed_fault)
       ->capture_default_str();
-  command->add_option("--ensemble", o->ensemble,
-                      "draw so many twins by Markov chains, prior times likelihood of the published averages");
+  command->add_option(
+      "--ensemble", o->ensemble,
+      "draw so many twins by Markov chains, prior times likelihood of the published averages");
   command->add_option("--threads", o->threads, "with --ensemble; 0: as many as the machine has")
       ->capture_default_str();
   command->add_flag("--sensitivity", o->sensitivity,
@@ -269,10 +271,10 @@ void add_calibrate_twin(CLI::App& app) {
 
 void add_calibrate_glove(CLI::App& app) {
   auto o = std::make_shared<GloveOptions>();
-  CLI::App* command = app.add_subcommand(
-      "calibrate-glove",
-      "Play a calibration motion on the twin, record it, identify a compensator for all five fingers, and fit the "
-      "simple ones that it has to be compared with");
+  CLI::App* command = app.add_subcommand("calibrate-glove",
+                                         "Play a calibration motion on the twin, record it, identify a "
+                                         "compensator for all five fingers, and fit the "
+                                         "simple ones that it has to be compared with");
   command->add_option("--out", o->folder, "write the recordings and the models into this folder")->required();
   command->add_option("--rate", o->request.rate_hz, "sample rate of the glove, Hz")->capture_default_str();
   command

@@ -34,8 +34,9 @@ std::string errors(const study::EnsembleResult& r) {
 
 // How many laboratories have a smaller mean error with the one than with the other.
 std::string headlines(const study::EnsembleResult& r) {
-  std::string out = "\nratio of errors, geometric mean over the gestures; in brackets the 90 % interval, then the share "
-                    "of laboratories where it is below 1\n";
+  std::string out =
+      "\nratio of errors, geometric mean over the gestures; in brackets the 90 % interval, then the share "
+      "of laboratories where it is below 1\n";
   out += fmt::format("{:<24}", "");
   const std::vector<std::string> to = {"published-hw", "line", "line-lead", "published-hw-refitted"};
   for (const std::string& name : to) out += fmt::format("{:>32}", "to " + name);
@@ -50,9 +51,9 @@ std::string headlines(const study::EnsembleResult& r) {
       }
       const std::vector<double> ratios = r.mean_ratios(c, other);
       const auto below = std::ranges::count_if(ratios, [](double v) { return v < 1; });
-      out += fmt::format("{:>32}", fmt::format("{}, {:.0f} %", interval(ratios, 2),
-                                               100.0 * static_cast<double>(below) /
-                                                   static_cast<double>(ratios.size())));
+      out += fmt::format(
+          "{:>32}", fmt::format("{}, {:.0f} %", interval(ratios, 2),
+                                100.0 * static_cast<double>(below) / static_cast<double>(ratios.size())));
     }
     out += "\n";
   }
@@ -70,9 +71,9 @@ std::string shapes(const study::EnsembleResult& r) {
       values.push_back(check.value_deg);
       agree += check.agrees() ? 1 : 0;
     }
-    out += fmt::format("gesture {}, {}: {} deg; {} {:g} in {} of {} laboratories\n", check.gesture, check.what,
-                       interval(values, 1), check.is_least ? "at least" : "at most", check.threshold_deg,
-                       agree, r.rows.size());
+    out += fmt::format("gesture {}, {}: {} deg; {} {:g} in {} of {} laboratories\n", check.gesture,
+                       check.what, interval(values, 1), check.is_least ? "at least" : "at most",
+                       check.threshold_deg, agree, r.rows.size());
   }
   return out;
 }
@@ -102,7 +103,8 @@ std::string ensemble_text(const study::Ensemble& e) {
 
 std::string ensemble_text(const study::EnsembleResult& r, const study::EnsemblePlan& plan) {
   std::string out = fmt::format(
-      "total error E_T in deg s: median and 90 % interval over {} laboratories, mean of {} trial(s) in each, {:g} "
+      "total error E_T in deg s: median and 90 % interval over {} laboratories, mean of {} trial(s) in each, "
+      "{:g} "
       "Hz, seed {}; glove recorded once in each\n\n",
       r.rows.size(), plan.plan.trials, plan.rate_hz, plan.plan.seed);
   out += errors(r) + headlines(r);

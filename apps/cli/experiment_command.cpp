@@ -6,12 +6,12 @@
 #include <optional>
 
 #include "apps/cli/commands.hpp"
+#include "apps/cli/ensemble_text.hpp"
 #include "apps/cli/progress.hpp"
 #include "apps/cli/stop.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/report/trial_report.hpp"
-#include "apps/cli/ensemble_text.hpp"
 #include "host/study/null_model.hpp"
 #include "host/study/shape_check.hpp"
 
@@ -42,18 +42,21 @@ std::string with_interval(const study::Statistic& s) {
   return fmt::format("{:.1f} +- {}", s.mean(), half ? fmt::format("{:.1f}", *half) : "-");
 }
 
-// Beside a constant for each compensator, which knows nothing of gestures.
 void distances(const study::Distances& d) {
   if (!d.all) return;
   std::string line = "distance from the published table, rms of ln(ours/published): ";
-  const auto one = [](const study::Distance& at, const char* what) {
-    return fmt::format("{:.3f} on {} ({}; one constant for each compensator: {:.3f})", at.log_rms,
-                       describe(at), what, at.null_log_rms);
+  std::string null = "one constant for each compensator, which knows nothing of gestures, has ";
+  const auto add = [&](const study::Distance& at, const char* what) {
+    line += fmt::format("{:.3f} on {} ({})", at.log_rms, describe(at), what);
+    null += fmt::format("{:.3f}", at.null_log_rms);
   };
-  if (d.fitted) line += one(*d.fitted, "fitted");
-  if (d.fitted && d.predicted) line += ", ";
-  if (d.predicted) line += one(*d.predicted, "not fitted");
-  print(line + "\n");
+  if (d.fitted) add(*d.fitted, "fitted");
+  if (d.fitted && d.predicted) {
+    line += ", ";
+    null += " and ";
+  }
+  if (d.predicted) add(*d.predicted, "not fitted");
+  print(line + "\n" + null + "\n");
 }
 
 void shapes(const std::vector<study::ShapeCheck>& checks) {
@@ -89,12 +92,13 @@ void table(const study::Result& r, const study::Plan& plan) {
                         cell.published_deg_s ? fmt::format("{:.1f}", *cell.published_deg_s) : "-",
                         ratio(m, raw, cell), ratio(m, wiener, cell), with_interval(cell.lag_removed_deg_s),
                         cell.lag_s.count() > 0 ? fmt::format("{:.0f} ms", 1000 * cell.lag_s.mean()) : "-",
-                        cell.lag_s.count(),
-                        fmt::format("{:.0f} deg/s", cell.fastest_impact_deg_s()),
+                        cell.lag_s.count(), fmt::format("{:.0f} deg/s", cell.fastest_impact_deg_s()),
                         fmt::format("{:.2f} s", cell.total_pressed_s())));
     }
   }
-  print("\nlag removed: over so many trials (of) whose best constant lag lies inside the search; - where none\n");
+  print(
+      "\nlag removed: over so many trials (of) whose best constant lag lies inside the search; - where "
+      "none\n");
   distances(r.distance);
   shapes(study::shape_checks(r, plan));
   if (r.wall_s > 0 && r.simulated_s > 0) {
@@ -219,9 +223,8 @@ void play_ensemble(const Options& o) {
   study::EnsembleResult result;
   {
     ProgressLine line;
-    result = study::run_ensemble(plan, [&](std::size_t done, std::size_t of) {
-      line.step("experiment: laboratory", done, of);
-    });
+    result = study::run_ensemble(
+        plan, [&](std::size_t done, std::size_t of) { line.step("experiment: laboratory", done, of); });
   }
   nlohmann::ordered_json json = study::to_json(result, plan);
   if (!o.folder.empty()) {
@@ -329,12 +332,14 @@ void add_experiment(CLI::App& app, const Program& program) {
       ->capture_default_str();
   command->add_option("--vcd", o->vcd,
                       "with --engine avr: write all signals of the first trial here, for a waveform viewer");
-  command->add_flag("--scenarios", o->scenarios,
-                    "also with half-open poses, the glove worn anew, another person, drift, lost and late frames");
-  command->add_option("--ensemble", o->ensemble,
-                      "in every laboratory of this file (flexor calibrate-twin --ensemble N): one recording of "
-                      "the glove, compensators fitted to it, then the gestures; medians and 90 % intervals "
-                      "over laboratories");
+  command->add_flag(
+      "--scenarios", o->scenarios,
+      "also with half-open poses, the glove worn anew, another person, drift, lost and late frames");
+  command->add_option(
+      "--ensemble", o->ensemble,
+      "in every laboratory of this file (flexor calibrate-twin --ensemble N): one recording of "
+      "the glove, compensators fitted to it, then the gestures; medians and 90 % intervals "
+      "over laboratories");
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o, program] { run(*o, program); });
 }

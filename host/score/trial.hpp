@@ -25,9 +25,9 @@ struct LagRemoved {
 };
 
 struct TrialScore {
-  std::vector<double> finger_error_deg_s;   // E_i
-  double total_error_deg_s = 0;             // E_T
-  std::optional<LagRemoved> lag_removed;    // none: the best lag is at an edge of the search
+  std::vector<double> finger_error_deg_s;  // E_i
+  double total_error_deg_s = 0;            // E_T
+  std::optional<LagRemoved> lag_removed;   // none: the best lag is at an edge of the search
 };
 
 // One series for each finger, all of the same length; beyond its ends a series keeps its last value. Throws

@@ -17,7 +17,8 @@ namespace flexor::study {
 
 struct EnsemblePlan {
   Ensemble ensemble;
-  Plan plan;  // but for its parameters: motions, compensators beside the fitted, seed, trials, threads, folder
+  Plan
+      plan;  // but for its parameters: motions, compensators beside the fitted, seed, trials, threads, folder
   double rate_hz = 10;
   std::uint64_t glove_seed = 1001;  // of the recordings; with the laboratory's number
 };

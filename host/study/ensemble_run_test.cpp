@@ -29,7 +29,8 @@ EnsemblePlan plan(int laboratories, const fs::path& folder = {}) {
     for (std::size_t i = 0; i < 2 * kFingers; ++i) values[i] += 3 * k;
     out.ensemble.values.push_back(std::move(values));
   }
-  for (const FreeParameter& p : free_parameters()) out.ensemble.posterior.push_back({p.name, 1, 0, 2, 1, 100});
+  for (const FreeParameter& p : free_parameters())
+    out.ensemble.posterior.push_back({p.name, 1, 0, 2, 1, 100});
   out.plan.motions = motions("2,4");
   out.plan.compensators = compensators("raw,published-w,published-hw", 10);
   out.plan.trials = 4;
@@ -82,7 +83,8 @@ TEST(EnsembleRun, StoppedItSaysWhatIsKeptAndGoesOn) {
     (void)run_ensemble(p, [&](std::size_t done, std::size_t) { stop = done >= 2; });
     ADD_FAILURE() << "it went on";
   } catch (const io::Cancelled& error) {
-    EXPECT_NE(std::string(error.what()).find("of 4 laboratories are kept"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("of 4 laboratories are kept"), std::string::npos)
+        << error.what();
   }
   stop = false;
   const EnsembleResult rest = run_ensemble(p, {});
@@ -97,8 +99,8 @@ TEST(EnsembleRun, HeadlinesAreQuantilesOfItsRows) {
   ASSERT_EQ(r.compensators.size(), 7U);
   const std::size_t hw = r.index("published-hw");
   const std::size_t mine = r.index("identified");
-  const double by_hand = std::sqrt(r.errors(0, mine)[1] / r.errors(0, hw)[1] * r.errors(1, mine)[1] /
-                                   r.errors(1, hw)[1]);
+  const double by_hand =
+      std::sqrt(r.errors(0, mine)[1] / r.errors(0, hw)[1] * r.errors(1, mine)[1] / r.errors(1, hw)[1]);
   EXPECT_NEAR(r.mean_ratios(mine, hw)[1], by_hand, 1e-12);
   EXPECT_TRUE(r.log_rms(1, 4).empty()) << "gestures 1 and 3 are not in the run";
   EXPECT_EQ(r.shapes.size(), 2U);

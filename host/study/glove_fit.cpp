@@ -170,10 +170,9 @@ class GloveFitter {
   }
 
   FittedModel line_with_lead(double lead_s) {
-    FittedModel out{
-        "line-lead",
-        fmt::format("the same with a pole and a zero, predicting {:.0f} ms ahead", 1000 * lead_s),
-        {}};
+    FittedModel out{"line-lead",
+                    fmt::format("the same with a pole and a zero, predicting {:.0f} ms ahead", 1000 * lead_s),
+                    {}};
     out.model = document(out.name, out.what, lead_s);
     for (std::size_t i = 0; i < kFingers; ++i) {
       out.model.channels.push_back(leading_line(i, samples(i, lead_s), lead_s));
@@ -182,9 +181,10 @@ class GloveFitter {
   }
 
   FittedModel published_refitted() {
-    FittedModel out{"published-hw-refitted",
-                    "the published Hammerstein-Wiener model with gain and dead-zone edge fitted to the wearer",
-                    {}};
+    FittedModel out{
+        "published-hw-refitted",
+        "the published Hammerstein-Wiener model with gain and dead-zone edge fitted to the wearer",
+        {}};
     out.model = document(out.name, out.what, 0);
     const model::Model published = compensator("published-hw", request_.rate_hz).model;
     for (std::size_t i = 0; i < kFingers; ++i) {
@@ -199,9 +199,9 @@ class GloveFitter {
   model::Model document(const std::string& name, const std::string& what, double lead_s) const {
     model::Model m;
     m.name = name;
-    m.description = fmt::format("{}; {} Hz, {} round{} of the calibration motion, seed {}", what,
-                                request_.rate_hz, request_.rounds, request_.rounds > 1 ? "s" : "",
-                                request_.seed);
+    m.description =
+        fmt::format("{}; {} Hz, {} round{} of the calibration motion, seed {}", what, request_.rate_hz,
+                    request_.rounds, request_.rounds > 1 ? "s" : "", request_.seed);
     m.written_by = "flexor " FLEXOR_VERSION;
     m.sample_period_s = 1 / request_.rate_hz;
     m.training = {{"sensor", "glove.csv"}, {"reference", "camera.csv"}, {"lead_s", lead_s}};
@@ -429,9 +429,8 @@ GloveFit calibrate_glove(const GloveRequest& request, const std::filesystem::pat
   // These are the names that anybody gives to logs of their own.
   for (const char* name : {"glove.csv", "camera.csv"}) {
     if (std::filesystem::exists(folder / name) && !std::filesystem::exists(folder / "lead.json")) {
-      throw io::InputError(
-          fmt::format("{}: is there already and may be a log of yours: choose another folder",
-                      (folder / name).string()));
+      throw io::InputError(fmt::format(
+          "{}: is there already and may be a log of yours: choose another folder", (folder / name).string()));
     }
   }
   if (progress) progress("recording the calibration motion");

@@ -134,9 +134,9 @@ void Journal::require_same_run(const std::string& settings, const std::string& h
   }
   // run.json is written first: rows without it are somebody else's.
   if (size_of(path_) > header.size()) {
-    throw io::InputError(fmt::format(
-        "{}: no run.json beside it says what these rows are: choose another folder or remove it",
-        path_.string()));
+    throw io::InputError(
+        fmt::format("{}: no run.json beside it says what these rows are: choose another folder or remove it",
+                    path_.string()));
   }
   io::write_file(path, settings);
 }

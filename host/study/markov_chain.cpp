@@ -194,7 +194,8 @@ double effective_size(const std::vector<std::vector<double>>& chains) {
     double sum = 0;
     for (const auto& chain : split) {
       double squares = 0;
-      for (std::size_t k = lag; k < n; ++k) squares += (chain[k] - chain[k - lag]) * (chain[k] - chain[k - lag]);
+      for (std::size_t k = lag; k < n; ++k)
+        squares += (chain[k] - chain[k - lag]) * (chain[k] - chain[k - lag]);
       sum += squares / static_cast<double>(n - lag) / static_cast<double>(split.size());
     }
     return 1 - sum / (2 * v.pooled);

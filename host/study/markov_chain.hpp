@@ -23,7 +23,7 @@ struct ChainPlan {
   int warm_up = 1000;  // steps of each chain that are not kept
   int kept = 2000;
   std::uint64_t seed = 1;
-  int threads = 0;  // 0: as many as the machine has; the draws are the same
+  int threads = 0;                          // 0: as many as the machine has; the draws are the same
   const std::atomic<bool>* stop = nullptr;  // becomes true: io::Cancelled
 };
 

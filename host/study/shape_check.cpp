@@ -26,8 +26,12 @@ std::vector<ShapeCheck> shape_checks(const Result& result, const Plan& plan) {
     out.push_back({2, "large fluctuations: swing of index and middle, which the person keeps still, with raw",
                    place("raw", stillest), raw->swing_deg[stillest].mean(), kLargeSwing_deg, true});
   }
-  ShapeCheck still{4, "no significant deviations: mean |e| of middle, ring and pinky with all compensators",
-                   "", -1, kSignificant_deg, false};
+  ShapeCheck still{4,
+                   "no significant deviations: mean |e| of middle, ring and pinky with all compensators",
+                   "",
+                   -1,
+                   kSignificant_deg,
+                   false};
   for (const std::string& c : published_compensators()) {
     const Cell* cell = find(result, 4, c);
     if (cell == nullptr) return out;

@@ -21,8 +21,8 @@ inline constexpr double kSignificant_deg = 5;
 
 struct ShapeCheck {
   int gesture = 0;
-  std::string what;       // "swing of index and middle with raw"
-  std::string where;      // what sets the value: "raw, ring"
+  std::string what;   // "swing of index and middle with raw"
+  std::string where;  // what sets the value: "raw, ring"
   double value_deg = 0;
   double threshold_deg = 0;
   bool is_least = false;  // the threshold is the least that agrees with the article; else the most

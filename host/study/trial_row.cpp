@@ -22,9 +22,8 @@ std::string header_of_rows() {
 std::string text_of_row(const std::string& motion, const std::string& compensator, int trial,
                         const TrialRow& row) {
   std::string out = fmt::format("{},{},{},{}", motion, compensator, trial, row.total_deg_s);
-  out += row.lag_removed
-             ? fmt::format(",{},{}", row.lag_removed->total_error_deg_s, row.lag_removed->lag_s)
-             : ",,";
+  out += row.lag_removed ? fmt::format(",{},{}", row.lag_removed->total_error_deg_s, row.lag_removed->lag_s)
+                         : ",,";
   for (const auto* values : {&row.finger_deg_s, &row.swing_deg, &row.impact_deg_s, &row.pressed_s}) {
     out += fmt::format(",{}", fmt::join(*values, ","));
   }

@@ -5,7 +5,8 @@
 namespace flexor::study {
 namespace {
 
-constexpr const char* kRow = "1,raw,0,64.2,61.5,0.12,1.5,2,3,4,5,80,7,6,5,4,0,0,10.25,0,0,0,0.5,0,0,0.001,100,3";
+constexpr const char* kRow =
+    "1,raw,0,64.2,61.5,0.12,1.5,2,3,4,5,80,7,6,5,4,0,0,10.25,0,0,0,0.5,0,0,0.001,100,3";
 
 bool is_row(const std::string& line) {
   TrialRow row;

@@ -71,7 +71,7 @@ struct Cell {
   std::string motion;
   int gesture = 0;  // 0: none of the published
   std::string compensator;
-  Statistic total_deg_s;        // causal
+  Statistic total_deg_s;  // causal
   // After the best constant lag of each trial that has one (host/score/trial.hpp): count() says how many.
   Statistic lag_removed_deg_s;
   Statistic lag_s;
@@ -94,9 +94,9 @@ struct Cell {
 struct Distance {
   std::vector<int> gestures;
   std::vector<std::string> compensators;
-  double log_rms = 0;   // root mean square of ln(ours / published)
+  double log_rms = 0;       // root mean square of ln(ours / published)
   double null_log_rms = 0;  // the same of null_model(), over the same cells
-  bool is_all = false;  // none of the gestures is missing
+  bool is_all = false;      // none of the gestures is missing
 };
 std::string describe(const Distance& distance);  // "gestures 1-4", "gesture 2 with raw"
 

@@ -186,9 +186,8 @@ Ensemble ensemble_from_json(const std::string& text, const std::string& source) 
   const Json& laboratories = reader.member("laboratories");
   if (!laboratories.is_array() || laboratories.empty()) reader.fail("\"laboratories\" must be a list");
   for (const Json& row : laboratories) {
-    const bool numbers =
-        row.is_array() && row.size() == parameters.size() &&
-        std::ranges::all_of(row, [](const Json& value) { return value.is_number(); });
+    const bool numbers = row.is_array() && row.size() == parameters.size() &&
+                         std::ranges::all_of(row, [](const Json& value) { return value.is_number(); });
     if (!numbers) reader.fail("a laboratory must be one number for each parameter");
     out.values.push_back(row.get<Point>());
     twin::check(with_values(out.base, out.values.back()));

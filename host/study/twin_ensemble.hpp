@@ -21,14 +21,14 @@
 namespace flexor::study {
 
 struct EnsembleRequest {
-  twin::Parameters base;       // all that is not free
+  twin::Parameters base;  // all that is not free
   int laboratories = 200;
   int evaluations = 16000;  // of the table, all chains together; a third of them warm up
   int chains = 8;
   int trials = 8;  // of each cell in an evaluation
   std::uint64_t seed = 7;
   int threads = 0;
-  const std::atomic<bool>* stop = nullptr;  // becomes true: io::Cancelled
+  const std::atomic<bool>* stop = nullptr;    // becomes true: io::Cancelled
   TableErrors table = published_table(1, 4);  // what the laboratories must be like
 };
 

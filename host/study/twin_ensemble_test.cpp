@@ -59,7 +59,8 @@ TEST(Prior, ValuesGoIntoATwinAndComeBack) {
 }
 
 TEST(TwinEnsemble, ThreadsDoNotChangeAByteAndAnotherSeedDoes) {
-  EnsembleRequest r = request(10, 8 * 32);
+  EnsembleRequest r = request(10, 2 * 32);
+  r.chains = 2;
   r.threads = 1;
   const std::string one = to_json(draw_ensemble(r, {}));
   r.threads = 3;
@@ -69,7 +70,9 @@ TEST(TwinEnsemble, ThreadsDoNotChangeAByteAndAnotherSeedDoes) {
 }
 
 TEST(TwinEnsemble, ComesBackFromItsFile) {
-  const std::string text = to_json(draw_ensemble(request(10, 8 * 32), {}));
+  EnsembleRequest few = request(10, 2 * 32);
+  few.chains = 2;
+  const std::string text = to_json(draw_ensemble(few, {}));
   EXPECT_EQ(nlohmann::json::parse(to_json(ensemble_from_json(text, "e.json"))), nlohmann::json::parse(text));
   EXPECT_NE(message([] { (void)ensemble_from_json("{}", "e.json"); }).find("not an ensemble"),
             std::string::npos);
@@ -89,7 +92,8 @@ TEST(TwinFiguresEnsemble, TheIntervalsCoverTheTruthAtTheirRate) {
   double ours = 0;
   double without = 0;
   for (std::uint64_t k = 0; k < 5; ++k) {
-    EnsembleRequest r = request(100, 8 * 150);
+    EnsembleRequest r = request(100, 4 * 240);
+    r.chains = 4;
     twin::Random random(100 + k);
     Point truth;
     do {
@@ -118,7 +122,8 @@ TEST(TwinFiguresEnsemble, TheIntervalsCoverTheTruthAtTheirRate) {
     }
   }
   EXPECT_EQ(asked, 80);
-  EXPECT_GE(covered, 62);  // 72 on average, 2.7 standard deviations of the binomial to either side, chains are short
+  EXPECT_GE(covered,
+            62);  // 72 on average, 2.7 standard deviations of the binomial to either side, chains are short
   EXPECT_LE(covered, 79);
   EXPECT_LT(ours, without);  // the table has been heard
 }

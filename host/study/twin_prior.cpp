@@ -44,7 +44,8 @@ std::vector<FreeParameter> make_free_parameters() {
   out.push_back({"loop.integral_per_deg_s", 0.1, std::log(2.5), true, 0.002, 0.5,
                  "an integral time of half a second beside the proportional gain, in two of three loops from "
                  "0.2 to 1.25 s"});
-  out.push_back({"cloth.slip_deg", 1, std::log(2), true, 0.2, 6, "cloth on skin gives by half to two degrees"});
+  out.push_back(
+      {"cloth.slip_deg", 1, std::log(2), true, 0.2, 6, "cloth on skin gives by half to two degrees"});
   out.push_back({"cloth.creep_share", 0.03, std::log(2), true, 0.005, 0.15,
                  "fabric and film creep by some percent of a bend"});
   out.push_back({"person.rest_s", 15, std::log(3), true, 0.5, 120,

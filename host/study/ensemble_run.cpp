@@ -87,7 +87,7 @@ class Laboratories {
     Plan plan = plan_of(number);
     if (plan.stop != nullptr && plan.stop->load()) throw io::Cancelled("");
     const GloveRequest request{plan.parameters, plan_.rate_hz, 1, twin::seed_of(plan_.glove_seed, number)};
-    const GloveFit glove = fit_glove(request, record_glove(request), false, {});
+    const GloveFit glove = fit_in(request, number);
     for (const FittedModel& m : glove.baselines) plan.compensators.push_back({m.name, m.model});
     plan.compensators.push_back({"identified", glove.identified()});
     const Result result = study::run(plan, {});
@@ -96,6 +96,14 @@ class Laboratories {
     row.lag_s = glove.lag_s;
     for (const ShapeCheck& check : shape_checks(result, plan)) row.shape_deg.push_back(check.value_deg);
     return row;
+  }
+
+  static GloveFit fit_in(const GloveRequest& request, std::size_t number) {
+    try {
+      return fit_glove(request, record_glove(request), false, {});
+    } catch (const std::runtime_error& error) {
+      throw io::JobError(fmt::format("laboratory {}: {}", number, error.what()));
+    }
   }
 
   void take(const LaboratoryRow& row) {

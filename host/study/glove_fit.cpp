@@ -164,7 +164,7 @@ class GloveFitter {
       const Line fitted = fit_line(s.input, s.angle_deg, c.saturation);
       c.lti.gain = fitted.gain;
       c.lti.offset = fitted.offset_deg;
-      out.model.channels.push_back(std::move(c));
+      out.model.channels.push_back(within_format(std::move(c), s));
     }
     return describe(std::move(out), 0);
   }
@@ -303,6 +303,21 @@ class GloveFitter {
     return sum;
   }
 
+  // A steep line leaves fixed point's range on readings that this glove never gives: then those are invalid.
+  static model::Channel within_format(model::Channel c, const Samples& s) {
+    const auto [low, high] = range_of(s.input);
+    for (double spans = 4; spans > 0.2; spans /= 2) {
+      try {
+        (void)model::fixed_coefficients<model::AnyShape>(c, s.data.period_s);
+        return c;
+      } catch (const io::InputError&) {
+        c.valid_min = std::max(kValidMin_deg, low - spans * (high - low));
+        c.valid_max = std::min(kValidMax_deg, high + spans * (high - low));
+      }
+    }
+    return c;
+  }
+
   // H = (1 + (lead + 1 / a) s) / (1 + s / a) behind a line: c_0 = 1 + lead a.
   static model::Channel leading_line(std::size_t finger, const Samples& s, double lead_s) {
     constexpr double kFirstPole_rad_s = 15;
@@ -325,7 +340,7 @@ class GloveFitter {
       starts.push_back(std::move(x));
     }
     const auto loss = [&](const std::vector<double>& x) { return loss_of(channel(x), s); };
-    return channel(minimise(loss, starts, {kEndStep_deg, kEndStep_deg, 0.5, 0.5}));
+    return within_format(channel(minimise(loss, starts, {kEndStep_deg, kEndStep_deg, 0.5, 0.5})), s);
   }
 
   // Above its dead zone the published model is a line with a pole behind it.
@@ -350,7 +365,7 @@ class GloveFitter {
     for (const Line& start : starting_lines(s.input, s.angle_deg, from.saturation)) {
       starts.push_back(line.ends(start));
     }
-    return channel(minimise(loss, starts, {kEndStep_deg, kEndStep_deg}));
+    return within_format(channel(minimise(loss, starts, {kEndStep_deg, kEndStep_deg})), s);
   }
 
   // The figures that every fitted model carries.

@@ -14,7 +14,9 @@ namespace flexor::study {
 namespace {
 
 constexpr double kTargetAcceptance = 0.25;
-constexpr int kFirstLearning = 25;  // steps; then each time half as many again
+constexpr double kLeap = 1.1;  // wider than what was learnt: tails that no leap reaches would be left out
+constexpr double kAssumedPoints = 10;  // for each dimension
+constexpr int kFirstLearning = 25;     // steps; then each time half as many again
 
 double mean_of(const std::vector<double>& x) {
   return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
@@ -34,6 +36,7 @@ class Walk {
       : density_(log_density),
         plan_(plan),
         factor_(Eigen::Map<const Eigen::VectorXd>(scale.data(), dimensions(scale)).asDiagonal()),
+        first_covariance_(factor_ * factor_.transpose()),
         log_scale_(std::log(2.38 / std::sqrt(static_cast<double>(scale.size())))) {
     for (std::size_t c = 0; c < starts.size(); ++c) {
       chains_.push_back({starts[c], 0, twin::Random(twin::seed_of(plan.seed, c))});
@@ -51,16 +54,18 @@ class Walk {
   Chains run(const ChainProgress& progress) {
     const int of = plan_.warm_up + plan_.kept;
     int learn_at = kFirstLearning;
+    twin::Random kind(twin::seed_of(plan_.seed, chains_.size()));
     for (int step = 0; step < of; ++step) {
       if (plan_.stop != nullptr && plan_.stop->load()) throw io::Cancelled("stopped");
       if (progress) progress(step + 1, of);
-      const double accepted = move();
+      const bool is_leap = mean_.size() > 0 && kind.uniform() < 0.5;
+      const double accepted = move(is_leap);
       for (Chain& chain : chains_) (step < plan_.warm_up ? chain.warm : chain.kept).push_back(chain.at);
       if (step >= plan_.warm_up) {
         accepted_ += accepted;
         continue;
       }
-      log_scale_ += (accepted - kTargetAcceptance) / std::sqrt(1.0 + step / 10.0);
+      if (!is_leap) log_scale_ += (accepted - kTargetAcceptance) / std::sqrt(1.0 + step / 10.0);
       if (step + 1 == learn_at) {
         learn();
         learn_at = std::max(learn_at + 1, learn_at * 3 / 2);
@@ -91,24 +96,31 @@ class Walk {
   }
 
   // One step of every chain; the share of them that moved.
-  double move() {
-    const Eigen::MatrixXd step = std::exp(log_scale_) * factor_;
+  double move(bool is_leap) {
     return in_parallel([&](Chain& chain) {
-      Eigen::VectorXd z(step.cols());
+      Eigen::VectorXd z(factor_.cols());
       for (double& v : z) v = chain.random.normal();
-      const Eigen::VectorXd d = step * z;
-      const double floor = chain.log_density + std::log(1 - chain.random.uniform());
-      Point to = chain.at;
-      for (std::size_t i = 0; i < to.size(); ++i) to[i] += d(static_cast<Eigen::Index>(i));
-      const double log_density = density_(to, floor);
+      const Eigen::VectorXd at = Eigen::Map<const Eigen::VectorXd>(chain.at.data(), z.size());
+      const Eigen::VectorXd to = is_leap ? Eigen::VectorXd(mean_ + kLeap * factor_ * z)
+                                         : Eigen::VectorXd(at + std::exp(log_scale_) * factor_ * z);
+      const double proposals = is_leap ? leap_log_density(to) - leap_log_density(at) : 0;
+      const double floor = chain.log_density + proposals + std::log(1 - chain.random.uniform());
+      const Point point(to.begin(), to.end());
+      const double log_density = density_(point, floor);
       if (log_density < floor) return 0.0;
-      chain.at = std::move(to);
+      chain.at = point;
       chain.log_density = log_density;
       return 1.0;
     });
   }
 
-  // From the last half of what all chains have seen; a little of the old factor stays, lest a direction die.
+  double leap_log_density(const Eigen::VectorXd& x) const {
+    const Eigen::VectorXd z = factor_.triangularView<Eigen::Lower>().solve(x - mean_) / kLeap;
+    return -z.squaredNorm() / 2;
+  }
+
+  // From the last half of what all chains have seen, and so many points as `scale` says: few correlated points
+  // would leave directions in which nothing moves any more.
   void learn() {
     std::vector<const Point*> seen;
     for (const Chain& chain : chains_) {
@@ -118,12 +130,14 @@ class Walk {
     Eigen::VectorXd mean = Eigen::VectorXd::Zero(n);
     for (const Point* p : seen) mean += Eigen::Map<const Eigen::VectorXd>(p->data(), n);
     mean /= static_cast<double>(seen.size());
-    Eigen::MatrixXd covariance = 0.02 * factor_ * factor_.transpose();
+    const double assumed = kAssumedPoints * static_cast<double>(n);
+    Eigen::MatrixXd sum = assumed * first_covariance_;
     for (const Point* p : seen) {
       const Eigen::VectorXd d = Eigen::Map<const Eigen::VectorXd>(p->data(), n) - mean;
-      covariance += d * d.transpose() / static_cast<double>(seen.size());
+      sum += d * d.transpose();
     }
-    factor_ = covariance.llt().matrixL();
+    factor_ = (sum / (static_cast<double>(seen.size()) + assumed)).llt().matrixL();
+    mean_ = mean;
   }
 
   Chains result() {
@@ -145,6 +159,8 @@ class Walk {
   const LogDensity& density_;
   const ChainPlan& plan_;
   Eigen::MatrixXd factor_;
+  Eigen::MatrixXd first_covariance_;
+  Eigen::VectorXd mean_;  // empty until something is learnt
   double log_scale_;
   std::vector<Chain> chains_;
   double accepted_ = 0;

@@ -1,9 +1,11 @@
-// Draws from a density that is known up to a constant: several random-walk Metropolis chains side by side.
-//
-//   proposal   x' = x + s L z,  z standard normal,  L L' = covariance of the last half of all chains' warm-up
-//   accepted   with probability min(1, p(x') / p(x))
-// s and L are learnt while the chains warm up (Haario, Saksman, Tamminen, Bernoulli 7 (2001) 223; s aims at an
-// acceptance of 0.25) and stay as they are from then on: what is kept comes from Markov chains proper.
+// Draws from a density that is known up to a constant: several Metropolis chains side by side. Every other step,
+// by chance, is of one of two kinds:
+//   walk    x' = x + s L z,         accepted with probability min(1, p(x') / p(x))
+//   leap    x' = m + 1.1 L z,       accepted with probability min(1, p(x') q(x) / (p(x) q(x'))), q its density
+// z standard normal, m and L L' mean and covariance of the last half of all chains' warm-up. A leap forgets where
+// it came from, a walk gets where the normal shape does not fit. s, m and L are learnt while the chains warm up
+// (Haario, Saksman, Tamminen, Bernoulli 7 (2001) 223; s aims at an acceptance of 0.25) and stay as they are from
+// then on: what is kept comes from Markov chains proper.
 //   R-hat      of split chains, and effective sample size by Geyer's initial monotone sequence, both as in
 //              Gelman et al., Bayesian Data Analysis, 3rd ed., sections 11.4 and 11.5. R-hat near 1: the chains
 //              cannot be told apart.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -49,7 +50,7 @@ TEST(MarkovChain, DrawsFromAKnownDensity) {
   EXPECT_NEAR(deviation(c, 1), 10, 0.8);
   for (const double r : c.r_hat) EXPECT_LT(r, 1.02);
   EXPECT_GT(c.acceptance, 0.15);
-  EXPECT_LT(c.acceptance, 0.4);
+  EXPECT_LT(c.acceptance, 0.75);  // a walk's quarter and a leap's most
   EXPECT_GT(c.effective[0], 500);
   EXPECT_LT(c.effective[0], 10000);  // 20000 steps of a walk are no independent draws
 }
@@ -75,6 +76,50 @@ TEST(MarkovChain, ThreadsAndAnEarlyEndChangeNothing) {
   EXPECT_EQ(one.kept, run_chains(kStarts, {1, 10}, correlated, {100, 100, 5, 3}, {}).kept);
   EXPECT_EQ(one.kept, run_chains(kStarts, {1, 10}, cut, {100, 100, 5, 2}, {}).kept);
   EXPECT_NE(one.kept, run_chains(kStarts, {1, 10}, correlated, {100, 100, 6, 1}, {}).kept);
+}
+
+// Six unknowns, three noisy sums of them, truths drawn from the prior: the 90 % intervals hold the truth nine times
+// of ten, neither less nor more.
+TEST(MarkovChain, IntervalsCoverTheTruthAtTheirRate) {
+  constexpr std::size_t kUnknowns = 6;
+  constexpr double kNoise = 0.3;
+  int covered = 0;
+  for (std::uint64_t k = 0; k < 40; ++k) {
+    twin::Random random(k + 1);
+    const auto normals = [&](std::size_t n) {
+      Point out(n);
+      for (double& v : out) v = random.normal();
+      return out;
+    };
+    const Point truth = normals(kUnknowns);
+    const auto sums = [](std::span<const double> x) {
+      return Point{x[0] + x[1] - x[2], x[2] + 0.5 * x[3], x[4] * 2};
+    };
+    Point measured = sums(truth);
+    for (double& v : measured) v += kNoise * random.normal();
+    const LogDensity density = [&](std::span<const double> x, double) {
+      double sum = 0;
+      for (const double v : x) sum -= v * v / 2;
+      const Point y = sums(x);
+      for (std::size_t i = 0; i < y.size(); ++i) sum -= std::pow((y[i] - measured[i]) / kNoise, 2) / 2;
+      return sum;
+    };
+    const std::vector<Point> starts = {normals(kUnknowns), normals(kUnknowns), normals(kUnknowns)};
+    const Chains c = run_chains(starts, Point(kUnknowns, 0.8), density, {400, 1200, k, 1}, {});
+    for (std::size_t i = 0; i < kUnknowns; ++i) {
+      std::vector<double> values;
+      for (const auto& chain : c.kept) {
+        for (const Point& x : chain) values.push_back(x[i]);
+      }
+      std::ranges::sort(values);
+      const auto at = [&](double share) {
+        return values[static_cast<std::size_t>(share * static_cast<double>(values.size()))];
+      };
+      covered += truth[i] > at(0.05) && truth[i] < at(0.95) ? 1 : 0;
+    }
+  }
+  EXPECT_GE(covered, 202);  // 216 of 240, and three standard deviations of the binomial to either side
+  EXPECT_LE(covered, 230);
 }
 
 TEST(MarkovChain, FiguresOfKnownSeries) {

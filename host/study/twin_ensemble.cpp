@@ -49,7 +49,7 @@ std::vector<Point> draws_of_prior(int count, std::uint64_t seed) {
 Point scales() {
   Point out;
   for (const FreeParameter& p : free_parameters()) {
-    out.push_back(p.deviation.value_or((p.coordinate(p.max) - p.coordinate(p.min)) / 3.5) / 2);
+    out.push_back(0.8 * p.deviation.value_or((p.coordinate(p.max) - p.coordinate(p.min)) / 3.5));
   }
   return out;
 }

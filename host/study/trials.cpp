@@ -281,6 +281,42 @@ class Runner {
   std::size_t committed_ = 0;
 };
 
+Json statistic_json(const Statistic& s) {
+  const std::optional<double> half = s.ci95();
+  return {{"mean", s.mean()}, {"ci95", half ? Json(*half) : Json(nullptr)}};
+}
+
+template <class Value>
+Json by_finger(const Value& value) {
+  Json out = Json::object();
+  for (std::size_t i = 0; i < kFingers; ++i) out[model::finger_names()[i]] = value(i);
+  return out;
+}
+
+Json cell_json(const Cell& c, const std::vector<std::string>& compensators) {
+  const auto if_any = [](const Statistic& s) { return s.count() > 0 ? statistic_json(s) : Json(nullptr); };
+  Json differences = Json::object();
+  for (std::size_t j = 0; j < compensators.size(); ++j) {
+    if (compensators[j] != c.compensator)
+      differences[compensators[j]] = statistic_json(c.difference_deg_s[j]);
+  }
+  return {{"gesture", c.gesture > 0 ? Json(c.gesture) : Json(c.motion)},
+          {"compensator", c.compensator},
+          {"trials", c.total_deg_s.count()},
+          {"total_error_deg_s", statistic_json(c.total_deg_s)},
+          {"lag_removed_deg_s", if_any(c.lag_removed_deg_s)},
+          {"lag_s", if_any(c.lag_s)},
+          {"trials_with_a_lag", c.lag_s.count()},
+          {"published_deg_s", c.published_deg_s ? Json(*c.published_deg_s) : Json(nullptr)},
+          {"finger_error_deg_s", by_finger([&](std::size_t i) { return c.finger_deg_s[i].mean(); })},
+          {"swing_deg", by_finger([&](std::size_t i) { return c.swing_deg[i].mean(); })},
+          {"difference_deg_s", std::move(differences)},
+          {"impact_deg_s", by_finger([&](std::size_t i) { return c.impact_deg_s[i]; })},
+          {"pressed_s", by_finger([&](std::size_t i) { return c.pressed_s[i].mean(); })},
+          {"frames_sent", c.frames_sent},
+          {"frames_lost", c.frames_lost}};
+}
+
 }  // namespace
 
 void Statistic::add(double value) {
@@ -380,11 +416,6 @@ twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Comp
 }
 
 Json to_json(const Result& r, const Plan& plan) {
-  const auto optional = [](const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); };
-  const auto statistic = [&](const Statistic& s) {
-    return Json{{"mean", s.mean()}, {"ci95", optional(s.ci95())}};
-  };
-  const auto if_any = [&](const Statistic& s) { return s.count() > 0 ? statistic(s) : Json(nullptr); };
   const auto whole = [](const std::optional<Distance>& d) {
     return d && d->is_all ? Json(d->log_rms) : Json(nullptr);
   };
@@ -396,39 +427,7 @@ Json to_json(const Result& r, const Plan& plan) {
              : Json(nullptr);
   };
   Json cells = Json::array();
-  for (const Cell& c : r.cells) {
-    Json fingers = Json::object();
-    Json swing = Json::object();
-    Json impact = Json::object();
-    Json pressed = Json::object();
-    for (std::size_t i = 0; i < kFingers; ++i) {
-      const std::string& finger = model::finger_names()[i];
-      fingers[finger] = c.finger_deg_s[i].mean();
-      swing[finger] = c.swing_deg[i].mean();
-      impact[finger] = c.impact_deg_s[i];
-      pressed[finger] = c.pressed_s[i].mean();
-    }
-    Json differences = Json::object();
-    for (std::size_t j = 0; j < r.compensators.size(); ++j) {
-      if (r.compensators[j] != c.compensator)
-        differences[r.compensators[j]] = statistic(c.difference_deg_s[j]);
-    }
-    cells.push_back({{"gesture", c.gesture > 0 ? Json(c.gesture) : Json(c.motion)},
-                     {"compensator", c.compensator},
-                     {"trials", c.total_deg_s.count()},
-                     {"total_error_deg_s", statistic(c.total_deg_s)},
-                     {"lag_removed_deg_s", if_any(c.lag_removed_deg_s)},
-                     {"lag_s", if_any(c.lag_s)},
-                     {"trials_with_a_lag", c.lag_s.count()},
-                     {"published_deg_s", optional(c.published_deg_s)},
-                     {"finger_error_deg_s", std::move(fingers)},
-                     {"swing_deg", std::move(swing)},
-                     {"difference_deg_s", std::move(differences)},
-                     {"impact_deg_s", std::move(impact)},
-                     {"pressed_s", std::move(pressed)},
-                     {"frames_sent", c.frames_sent},
-                     {"frames_lost", c.frames_lost}});
-  }
+  for (const Cell& c : r.cells) cells.push_back(cell_json(c, r.compensators));
   return {{"cells", std::move(cells)},
           {"log_rms",
            {{"gestures_1_to_4", whole(r.distance.fitted)},

@@ -15,7 +15,7 @@
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
 #include "host/recording/csv.hpp"
-#include "host/study/calibration.hpp"
+#include "host/study/glove_fit.hpp"
 #include "runtime/link/opengloves.hpp"
 
 namespace flexor::cosim {
@@ -62,13 +62,12 @@ class Replay : public testing::Test {
 };
 
 // Curve, hysteresis, two poles and a lead for each of five fingers, identified on the twin's glove.
-model::Model identified(const fs::path& folder, double rate_hz) {
+model::Model identified(double rate_hz) {
   study::GloveRequest request;
   request.parameters = study::shipped_parameters();
   request.rate_hz = rate_hz;
   request.rounds = 2;
-  request.folder = folder;
-  return study::calibrate_glove(request, [](const std::string&) {}).steps.back().model;
+  return study::fit_glove(request, study::record_glove(request), false, {}).identified();
 }
 
 TEST_F(Replay, TheSixGesturesAreSentToTheBit) {
@@ -96,7 +95,7 @@ TEST_F(Replay, EveryRateIsSentToTheBit) {
 
 TEST_F(Replay, AnIdentifiedModelWithCurveHysteresisAndLeadIsSentToTheBit) {
   for (const double rate_hz : {10.0, 50.0}) {
-    const model::Model model = identified(folder_, rate_hz);
+    const model::Model model = identified(rate_hz);
     ASSERT_TRUE(model.channels[0].hysteresis && model.channels[0].input_curve &&
                 !model.channels[0].lti.taps.empty());
     expect_exact(model, study::gesture_counts(parameters_, model));

@@ -360,7 +360,13 @@ TEST_F(Cli, ExperimentPrintsTheTableAndOneJsonObject) {
   EXPECT_EQ(cell.at("compensator"), "raw");
   EXPECT_EQ(cell.at("trials"), 2);
   EXPECT_EQ(cell.at("published_deg_s"), 956.0);
-  EXPECT_GT(cell.at("total_error_deg_s").at("mean"), cell.at("lag_removed_deg_s").at("mean"));
+  const auto& hw = json.at("cells").at(2);
+  EXPECT_EQ(hw.at("trials_with_a_lag"), 2);
+  EXPECT_GT(hw.at("total_error_deg_s").at("mean"), hw.at("lag_removed_deg_s").at("mean"));
+  EXPECT_NEAR(json.at("null_model").at("log_rms_gestures_5_and_6").get<double>(), 0.437, 0.0005);
+  EXPECT_EQ(json.at("shapes").size(), 2U);
+  EXPECT_NE(text.out.find("one constant for each compensator"), std::string::npos);
+  EXPECT_NE(text.out.find("large fluctuations"), std::string::npos);
   for (const char* key : {"log_rms", "real_time_factor", "seed", "version"})
     EXPECT_TRUE(json.contains(key)) << key;
 }

@@ -74,6 +74,7 @@ TEST_F(Documents, HostileJsonIsRefusedInOneLineWhereverJsonIsRead) {
       "experiment --trials 1 --compensators x.json",
       "experiment --trials 1 --gestures x.json",
       "experiment --trials 1 --twin x.json",
+      "experiment --trials 1 --ensemble x.json",
       "calibrate-glove --twin x.json --out out",
       "camera film --twin x.json --out out",
       "camera film --gestures x.json --out out",

@@ -6,15 +6,17 @@
 #include <optional>
 
 #include "apps/cli/commands.hpp"
+#include "apps/cli/ensemble_text.hpp"
 #include "apps/cli/progress.hpp"
 #include "apps/cli/stop.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/report/render.hpp"
 #include "host/study/boards.hpp"
-#include "host/study/calibration.hpp"
+#include "host/study/null_model.hpp"
 #include "host/study/rendered_cameras.hpp"
 #include "host/study/results.hpp"
+#include "host/study/shape_check.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -25,17 +27,20 @@ struct Options {
   std::string twin;
   std::vector<std::string> set;
   double rate_hz = 10;
+  std::optional<int> trials;
   study::Plan plan;
   std::string folder;
   std::string engine = "twin";
   std::string camera = "angles";
   std::string vcd;
+  std::string ensemble;
   bool scenarios = false;
   bool json = false;
 };
 
 // "12.3 +- 0.4"; a single trial has no interval.
 std::string with_interval(const study::Statistic& s) {
+  if (s.count() == 0) return "-";
   const std::optional<double> half = s.ci95();
   return fmt::format("{:.1f} +- {}", s.mean(), half ? fmt::format("{:.1f}", *half) : "-");
 }
@@ -43,19 +48,34 @@ std::string with_interval(const study::Statistic& s) {
 void distances(const study::Distances& d) {
   if (!d.all) return;
   std::string line = "distance from the published table, rms of ln(ours/published): ";
-  if (d.fitted) line += fmt::format("{:.3f} on {} (fitted)", d.fitted->log_rms, describe(*d.fitted));
-  if (d.fitted && d.predicted) line += ", ";
-  if (d.predicted)
-    line += fmt::format("{:.3f} on {} (predicted)", d.predicted->log_rms, describe(*d.predicted));
-  print(line + "\n");
+  std::string null = "one constant for each compensator, which knows nothing of gestures, has ";
+  const auto add = [&](const study::Distance& at, const char* what) {
+    line += fmt::format("{:.3f} on {} ({})", at.log_rms, describe(at), what);
+    null += fmt::format("{:.3f}", at.null_log_rms);
+  };
+  if (d.fitted) add(*d.fitted, "fitted");
+  if (d.fitted && d.predicted) {
+    line += ", ";
+    null += " and ";
+  }
+  if (d.predicted) add(*d.predicted, "not fitted");
+  print(line + "\n" + null + "\n");
+}
+
+void shapes(const std::vector<study::ShapeCheck>& checks) {
+  for (const study::ShapeCheck& c : checks) {
+    print(fmt::format("gesture {}, {}: {:.1f} deg ({}); the article's words ask for {} {:g}: {}\n", c.gesture,
+                      c.what, c.value_deg, c.where, c.is_least ? "at least" : "at most", c.threshold_deg,
+                      c.agrees() ? "agrees" : "does not agree"));
+  }
 }
 
 void table(const study::Result& r, const study::Plan& plan) {
-  constexpr const char* kRow = "{:<22}{:<16}{:>18}{:>11}{:>9}{:>9}{:>18}{:>8}{:>12}{:>10}\n";
+  constexpr const char* kRow = "{:<22}{:<22}{:>18}{:>11}{:>9}{:>9}{:>18}{:>8}{:>7}{:>12}{:>10}\n";
   print(fmt::format("total error E_T in deg s, mean and 95 % interval of {} trial(s), {:g} Hz, seed {}\n\n",
                     plan.trials, 1 / plan.compensators.front().model.sample_period_s, plan.seed));
   print(fmt::format(fmt::runtime(kRow), "gesture", "compensator", "causal", "published", "to raw", "to W",
-                    "lag removed", "lag", "stop hit", "pressed"));
+                    "lag removed", "lag", "of", "stop hit", "pressed"));
   const auto index = [&](const char* name) {
     return static_cast<std::size_t>(std::ranges::find(r.compensators, name) - r.compensators.begin());
   };
@@ -74,13 +94,16 @@ void table(const study::Result& r, const study::Plan& plan) {
                         with_interval(cell.total_deg_s),
                         cell.published_deg_s ? fmt::format("{:.1f}", *cell.published_deg_s) : "-",
                         ratio(m, raw, cell), ratio(m, wiener, cell), with_interval(cell.lag_removed_deg_s),
-                        fmt::format("{:.0f} ms", 1000 * cell.lag_s.mean()),
-                        fmt::format("{:.0f} deg/s", cell.fastest_impact_deg_s()),
+                        cell.lag_s.count() > 0 ? fmt::format("{:.0f} ms", 1000 * cell.lag_s.mean()) : "-",
+                        cell.lag_s.count(), fmt::format("{:.0f} deg/s", cell.fastest_impact_deg_s()),
                         fmt::format("{:.2f} s", cell.total_pressed_s())));
     }
   }
-  print("\n");
+  print(
+      "\nlag removed: over so many trials (of) whose best constant lag lies inside the search; - where "
+      "none\n");
   distances(r.distance);
+  shapes(study::shape_checks(r, plan));
   if (r.wall_s > 0 && r.simulated_s > 0) {
     print(fmt::format("{:.0f} times real time on {} thread(s)\n", r.real_time_factor(), r.threads));
   }
@@ -95,14 +118,14 @@ void show_scenarios(const std::vector<study::ScenarioResult>& scenarios) {
     return sum / static_cast<double>(r.motions.size());
   };
   const study::Result& base = scenarios.front().result;
-  print(fmt::format("\n{:<26}", "scenario, mean deg s"));
-  for (const std::string& c : base.compensators) print(fmt::format("{:>18}", c));
+  print(fmt::format("\n{:<34}", "scenario, mean deg s"));
+  for (const std::string& c : base.compensators) print(fmt::format("{:>23}", c));
   print(fmt::format("{:>18}{:>12}\n", "stop hit", "pressed"));
   for (const study::ScenarioResult& s : scenarios) {
-    print(fmt::format("{:<26}", s.scenario.name));
+    print(fmt::format("{:<34}", s.scenario.name));
     for (std::size_t c = 0; c < base.compensators.size(); ++c) {
       print(fmt::format(
-          "{:>18}", fmt::format("{:.1f} (x{:.2f})", mean(s.result, c), mean(s.result, c) / mean(base, c))));
+          "{:>23}", fmt::format("{:.1f} (x{:.2f})", mean(s.result, c), mean(s.result, c) / mean(base, c))));
     }
     const study::Stops stops = study::stops_of(s.result);
     print(fmt::format("{:>18}{:>12}\n", fmt::format("{:.0f} deg/s", stops.impact_deg_s),
@@ -183,8 +206,48 @@ void play(Options& o, study::Boards* boards) {
   show(o, result, scenarios);
 }
 
+// What belongs to one laboratory only is refused, not ignored.
+void require_ensemble_options(const Options& o) {
+  const auto refuse = [](bool given, const char* option) {
+    if (given) throw io::InputError(fmt::format("{} is for one laboratory: leave out --ensemble", option));
+  };
+  refuse(!o.twin.empty(), "--twin");
+  refuse(!o.set.empty(), "--set");
+  refuse(o.engine != "twin", "--engine");
+  refuse(o.camera != "angles", "--camera");
+  refuse(!o.vcd.empty(), "--vcd");
+  refuse(o.scenarios, "--scenarios");
+}
+
+void play_ensemble(const Options& o) {
+  study::EnsemblePlan plan{study::ensemble_from_json(io::read_file(o.ensemble), o.ensemble), o.plan,
+                           o.rate_hz};
+  std::optional<study::FolderLock> lock;
+  if (!o.folder.empty()) plan.plan.lock = &lock.emplace(o.folder);
+  study::EnsembleResult result;
+  {
+    ProgressLine line;
+    result = study::run_ensemble(
+        plan, [&](std::size_t done, std::size_t of) { line.step("experiment: laboratory", done, of); });
+  }
+  nlohmann::ordered_json json = study::to_json(result, plan);
+  if (!o.folder.empty()) {
+    io::write_file(std::filesystem::path(o.folder) / "results.json", io::dump(json));
+  }
+  if (o.json) {
+    json["wall_s"] = result.wall_s;
+    json["threads"] = result.threads;
+    json["resumed_laboratories"] = result.resumed;
+    print(io::dump(json));
+    return;
+  }
+  print(ensemble_text(result, plan));
+  if (!o.folder.empty()) print(fmt::format("results   {}/results.json\n", o.folder));
+}
+
 void run(Options& o) {
   study::Plan& plan = o.plan;
+  if (!o.ensemble.empty()) require_ensemble_options(o);
   std::optional<study::Boards> boards;
   if (o.engine == "avr") plan.engine = &boards.emplace(io::program_beside(kBoardsWorker));
   std::optional<study::RenderedCameras> cameras;
@@ -194,6 +257,7 @@ void run(Options& o) {
   }
   if (!o.vcd.empty() && o.engine != "avr") throw io::InputError("--vcd records the boards: add --engine avr");
   if (!o.vcd.empty()) io::require_writable(o.vcd);
+  plan.trials = o.trials.value_or(o.ensemble.empty() ? plan.trials : twin::kTrialsAtOnce);
   plan.parameters = twin_parameters(o.twin, o.set);
   std::vector<std::string> notes;
   plan.motions = study::motions(o.gestures, notes);
@@ -203,94 +267,15 @@ void run(Options& o) {
   StopOnSignal stop;
   plan.stop = stop.flag();
   try {
-    play(o, boards ? &*boards : nullptr);
+    if (o.ensemble.empty()) {
+      play(o, boards ? &*boards : nullptr);
+    } else {
+      play_ensemble(o);
+    }
   } catch (const io::Cancelled& stopped) {
     io::set_interruption_note(stopped.what());
     stop.end();
   }
-}
-
-struct TwinOptions {
-  std::string out;
-  int evaluations = 1500;
-  int trials = 16;
-  std::uint64_t seed = 7;
-  bool json = false;
-};
-
-void run_twin(const TwinOptions& o) {
-  if (o.evaluations < 1 || o.trials < 1) {
-    throw io::InputError("--evaluations and --trials must be at least 1");
-  }
-  io::require_writable(o.out);
-  study::TwinFit fit;
-  {
-    ProgressLine line;
-    fit = study::calibrate_twin(twin::Parameters(), o.evaluations, o.trials, o.seed,
-                                [&](int n, int of, double best) {
-                                  line.step(fmt::format("rms of ln(ours/published) {:.3f}: evaluation", best),
-                                            static_cast<std::size_t>(n), static_cast<std::size_t>(of));
-                                });
-  }
-  io::write_file(o.out, twin::to_json(fit.parameters));
-  if (o.json) {
-    const nlohmann::ordered_json json = {{"log_rms_gestures_1_to_4", fit.log_rms},
-                                         {"cost", fit.cost},
-                                         {"evaluations", fit.evaluations},
-                                         {"file", o.out},
-                                         {"seed", o.seed},
-                                         {"version", FLEXOR_VERSION}};
-    print(io::dump(json));
-    return;
-  }
-  print(fmt::format(
-      "rms of ln(ours/published) on gestures 1-4: {:.3f}, {} evaluations of {} trials\nwritten to {}\n",
-      fit.log_rms, fit.evaluations, o.trials, o.out));
-}
-
-struct GloveOptions {
-  study::GloveRequest request;
-  std::string twin;
-  std::vector<std::string> set;
-  std::string folder;
-  bool json = false;
-};
-
-void run_glove(GloveOptions& o) {
-  o.request.parameters = twin_parameters(o.twin, o.set);
-  o.request.folder = o.folder;
-  io::require_folder(o.folder);
-  study::GloveCalibration result;
-  {
-    ProgressLine line;
-    result = study::calibrate_glove(o.request, [&](const std::string& what) { line.show(what); });
-  }
-  if (o.json) {
-    nlohmann::ordered_json steps = nlohmann::ordered_json::array();
-    for (const study::Step& step : result.steps) {
-      steps.push_back({{"name", step.name},
-                       {"what", step.what},
-                       {"file", o.folder + "/" + step.name + ".json"},
-                       {"fit", step.model.fit}});
-    }
-    const nlohmann::ordered_json json = {{"steps", std::move(steps)},
-                                         {"lag_s", result.lag_s},
-                                         {"warnings", result.warnings},
-                                         {"seed", o.request.seed},
-                                         {"version", FLEXOR_VERSION}};
-    print(io::dump(json));
-    return;
-  }
-  for (const study::Step& step : result.steps) {
-    print(fmt::format("{:<14}", step.name));
-    for (const auto& finger : step.model.fit.items()) {
-      print(fmt::format("  {} {:.2f}", finger.key(), finger.value().at("fitted_rmse_deg").get<double>()));
-    }
-    print(fmt::format(" deg RMSE  {}\n", step.what));
-  }
-  print(fmt::format("lag from finger to hand {:.0f} ms; {} detail(s) that the motion does not tell\n",
-                    1000 * result.lag_s, result.warnings.size()));
-  print(fmt::format("compensator {}/identified.json\n", o.folder));
 }
 
 }  // namespace
@@ -318,8 +303,8 @@ void add_experiment(CLI::App& app) {
       ->add_option("--gestures", o->gestures,
                    "1-6, 2,4, or files: .json gesture, .csv or .txt recorded motion")
       ->capture_default_str();
-  command->add_option("--trials", o->plan.trials, "trials of each gesture with each compensator")
-      ->capture_default_str();
+  command->add_option("--trials", o->trials,
+                      "trials of each gesture with each compensator (default: 3; with --ensemble 16)");
   command
       ->add_option("--compensators", o->compensators,
                    "raw, published-w, published-hw, or model files, with commas")
@@ -351,46 +336,16 @@ void add_experiment(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--vcd", o->vcd,
                       "with --engine avr: write all signals of the first trial here, for a waveform viewer");
-  command->add_flag("--scenarios", o->scenarios, "also with drift, put on anew, lost and late frames");
+  command->add_flag(
+      "--scenarios", o->scenarios,
+      "also with half-open poses, the glove worn anew, another person, drift, lost and late frames");
+  command->add_option(
+      "--ensemble", o->ensemble,
+      "in every laboratory of this file (flexor calibrate-twin --ensemble N): one recording of "
+      "the glove, compensators fitted to it, then the gestures; medians and 90 % intervals "
+      "over laboratories");
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o] { run(*o); });
-}
-
-void add_calibrate_twin(CLI::App& app) {
-  auto o = std::make_shared<TwinOptions>();
-  CLI::App* command = app.add_subcommand("calibrate-twin",
-                                         "Fit the twin's free parameters to the published averages of "
-                                         "gestures 1 to 4. Gives the same bytes each "
-                                         "time, and ends within 1.6 degrees and 5 % of the shipped "
-                                         "configuration, which an earlier twin was fitted "
-                                         "with");
-  command->add_option("--out", o->out, "write the configuration here")->required();
-  command->add_option("--evaluations", o->evaluations, "of the whole table")->capture_default_str();
-  command->add_option("--trials", o->trials, "of each cell in an evaluation")->capture_default_str();
-  command->add_option("--seed", o->seed, "other than the experiment's")
-      ->check(seed_fault)
-      ->capture_default_str();
-  command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run_twin(*o); });
-}
-
-void add_calibrate_glove(CLI::App& app) {
-  auto o = std::make_shared<GloveOptions>();
-  CLI::App* command = app.add_subcommand(
-      "calibrate-glove",
-      "Play a calibration motion on the twin, record it, identify a compensator for all five fingers");
-  command->add_option("--out", o->folder, "write the recordings and the models into this folder")->required();
-  command->add_option("--rate", o->request.rate_hz, "sample rate of the glove, Hz")->capture_default_str();
-  command
-      ->add_option("--rounds", o->request.rounds, "of the motion, 30 s each, the glove put on anew for each")
-      ->capture_default_str();
-  command->add_option("--seed", o->request.seed, "other than the experiment's")
-      ->check(seed_fault)
-      ->capture_default_str();
-  command->add_option("--twin", o->twin, "configuration of the twin (default: the shipped one)");
-  command->add_option("--set", o->set, "change one parameter of the twin; may be repeated");
-  command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run_glove(*o); });
 }
 
 void add_twin(CLI::App& app) {

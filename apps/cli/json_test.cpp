@@ -76,8 +76,26 @@ TEST_F(Json, OfTheCommandsForTheTwin) {
   EXPECT_TRUE(
       run("experiment --gestures 2 --trials 1 --compensators raw --out " + path("run")).contains("cells"));
   EXPECT_TRUE(run("experiment --gestures 2 --trials 1 --compensators raw --scenarios").contains("scenarios"));
-  EXPECT_TRUE(run("calibrate-glove --rounds 2 --out " + path("g")).contains("steps"));
+  const auto glove = run("calibrate-glove --out " + path("g"));
+  EXPECT_EQ(glove.at("rounds"), 1);
+  EXPECT_EQ(glove.at("steps").size(), 4U);
+  ASSERT_EQ(glove.at("baselines").size(), 3U);
+  for (const auto& model : glove.at("baselines")) {
+    const auto shown = run("show " + model.at("file").get<std::string>());
+    EXPECT_EQ(shown.at("channels").size(), 5U) << model;
+  }
   EXPECT_TRUE(run("calibrate-twin --evaluations 2 --trials 1 --out " + path("t.json")).contains("cost"));
+  EXPECT_EQ(run("calibrate-twin --evaluations 2 --trials 1 --sensitivity --out " + path("t.json"))
+                .at("sensitivity")
+                .at("parameters")
+                .size(),
+            16U);
+  EXPECT_EQ(run("calibrate-twin --ensemble 3 --evaluations 240 --trials 1 --out " + path("e.json"))
+                .at("laboratories"),
+            3);
+  const auto all = run("experiment --gestures 2 --trials 1 --ensemble " + path("e.json"));
+  EXPECT_EQ(all.at("cells").size(), 7U);
+  EXPECT_TRUE(all.at("cells").at(0).at("total_error_deg_s").contains("median"));
 }
 
 TEST_F(Json, OfTheCommandsForTheBoards) {

@@ -12,7 +12,7 @@
 // neither Gaussian nor white. A is factored by SVD after column scaling, and its condition number reported.
 //
 // What the data cannot tell is refused by name: the parameter gets no standard error, and `refusals` says why.
-// A limit takes a safe value; a pole, tap, radius or weight stays where the fit left it, one of many that fit
+// A limit takes that of safe_limits(); a pole, tap, radius or weight stays where the fit left it, one of many that fit
 // as well. A curve's values stay within the measured angles and one span of them on either side;
 // a knot that hardly any sample tells lies on the line between its neighbours, beyond the last one at its
 // value.

@@ -9,8 +9,12 @@
 namespace flexor::score {
 namespace {
 
-constexpr double kCoarse_s = 0.04;
 constexpr double kFine_s = 0.005;
+constexpr int kCoarse = 8;  // fine steps
+constexpr int kFirst = -40;
+constexpr int kLast = 120;
+static_assert(kFirst * kFine_s == kMinTrialLag_s && kLast * kFine_s == kMaxTrialLag_s);
+static_assert((kLast - kFirst) % kCoarse == 0 && -kFirst % kCoarse == 0);
 
 double error_of_finger(const std::vector<float>& reference, const std::vector<float>& hand, double period_s,
                        double lag_s) {
@@ -29,15 +33,31 @@ double error_of_finger(const std::vector<float>& reference, const std::vector<fl
   return sum * period_s;
 }
 
-}  // namespace
-
-TrialScore score_trial(std::span<const std::vector<float>> reference,
-                       std::span<const std::vector<float>> hand, double period_s) {
+void require_alike(std::span<const std::vector<float>> reference, std::span<const std::vector<float>> hand) {
   const auto alike = [&](const std::vector<float>& series) { return series.size() == reference[0].size(); };
   if (reference.empty() || reference.size() != hand.size() || reference[0].size() < 2 ||
       !std::ranges::all_of(reference, alike) || !std::ranges::all_of(hand, alike)) {
     throw io::JobError("a trial's score needs at least two frames, as many of the hand as of the glove");
   }
+}
+
+}  // namespace
+
+std::vector<double> finger_errors(std::span<const std::vector<float>> reference,
+                                  std::span<const std::vector<float>> hand, double period_s) {
+  require_alike(reference, hand);
+  std::vector<double> out;
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    out.push_back(error_of_finger(reference[i], hand[i], period_s, 0));
+  }
+  return out;
+}
+
+TrialScore score_trial(std::span<const std::vector<float>> reference,
+                       std::span<const std::vector<float>> hand, double period_s) {
+  TrialScore s;
+  s.finger_error_deg_s = finger_errors(reference, hand, period_s);
+  for (const double error : s.finger_error_deg_s) s.total_error_deg_s += error;
   const auto total = [&](double lag_s) {
     double sum = 0;
     for (std::size_t i = 0; i < reference.size(); ++i) {
@@ -45,26 +65,19 @@ TrialScore score_trial(std::span<const std::vector<float>> reference,
     }
     return sum;
   };
-  TrialScore s;
-  for (std::size_t i = 0; i < reference.size(); ++i) {
-    s.finger_error_deg_s.push_back(error_of_finger(reference[i], hand[i], period_s, 0));
-    s.total_error_deg_s += s.finger_error_deg_s.back();
-  }
-  s.lag_removed_deg_s = s.total_error_deg_s;
-  const auto search = [&](double from_s, double to_s, double step_s) {
-    const auto steps = static_cast<int>(std::lround((to_s - from_s) / step_s));
-    for (int k = 0; k <= steps; ++k) {
-      const double lag_s = from_s + k * step_s;
+  LagRemoved best{0, s.total_error_deg_s};
+  const auto search = [&](int from, int to, int step) {  // in steps of kFine_s
+    for (int k = from; k <= to; k += step) {
+      const double lag_s = k * kFine_s;
       const double error = total(lag_s);
-      if (error < s.lag_removed_deg_s) {
-        s.lag_removed_deg_s = error;
-        s.lag_s = lag_s;
-      }
+      if (error < best.total_error_deg_s) best = {lag_s, error};
     }
   };
-  search(kMinTrialLag_s, kMaxTrialLag_s, kCoarse_s);
-  const double coarse_s = s.lag_s;
-  search(coarse_s - kCoarse_s + kFine_s, coarse_s + kCoarse_s - kFine_s, kFine_s);
+  search(kFirst, kLast, kCoarse);
+  const auto coarse = static_cast<int>(std::lround(best.lag_s / kFine_s));
+  search(std::max(coarse - kCoarse + 1, kFirst), std::min(coarse + kCoarse - 1, kLast), 1);
+  const auto found = static_cast<int>(std::lround(best.lag_s / kFine_s));
+  if (found > kFirst && found < kLast) s.lag_removed = best;
   return s;
 }
 

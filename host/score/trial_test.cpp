@@ -27,8 +27,10 @@ TEST(Trial, APureLagCostsTravelTimesLagAndNothingOnceItIsRemoved) {
   const TrialScore s = score_trial(reference, hand, kPeriod_s);
   EXPECT_NEAR(s.total_error_deg_s, 2 * 80 * 0.1, 0.01);
   EXPECT_NEAR(s.finger_error_deg_s[1], 80 * 0.1, 0.005);
-  EXPECT_NEAR(s.lag_s, 0.1, 0.0026);
-  EXPECT_LT(s.lag_removed_deg_s, 0.6);
+  ASSERT_TRUE(s.lag_removed);
+  EXPECT_NEAR(s.lag_removed->lag_s, 0.1, 0.0026);
+  EXPECT_LT(s.lag_removed->total_error_deg_s, 0.6);
+  EXPECT_EQ(finger_errors(reference, hand, kPeriod_s), s.finger_error_deg_s);
 }
 
 TEST(Trial, AConstantErrorIsNoLag) {
@@ -37,8 +39,26 @@ TEST(Trial, AConstantErrorIsNoLag) {
   for (float& angle : hand[0]) angle += 2;
   const TrialScore s = score_trial(reference, hand, kPeriod_s);
   EXPECT_NEAR(s.total_error_deg_s, 12, 1e-3);
-  EXPECT_GT(s.lag_removed_deg_s,
-            9.9);  // a lag can make up for two degrees of the one second that moves, no more
+  // A lag can make up for two degrees of the one second that moves, no more.
+  ASSERT_TRUE(s.lag_removed);
+  EXPECT_GT(s.lag_removed->total_error_deg_s, 9.9);
+}
+
+// What would get better still beyond the search has no best lag, on either side; just inside it has one.
+TEST(Trial, ALagAtTheEdgeOfTheSearchIsNone) {
+  const std::vector<std::vector<float>> reference = {ramp(0)};
+  for (const double lag_s : {-0.4, -0.2, 0.6, 0.9}) {
+    const std::vector<std::vector<float>> hand = {ramp(lag_s)};
+    const TrialScore s = score_trial(reference, hand, kPeriod_s);
+    EXPECT_FALSE(s.lag_removed) << lag_s;
+    EXPECT_NEAR(s.total_error_deg_s, 80 * std::abs(lag_s), 0.1);
+  }
+  for (const double lag_s : {-0.19, 0.59}) {
+    const std::vector<std::vector<float>> hand = {ramp(lag_s)};
+    const TrialScore s = score_trial(reference, hand, kPeriod_s);
+    ASSERT_TRUE(s.lag_removed) << lag_s;
+    EXPECT_NEAR(s.lag_removed->lag_s, lag_s, 0.0026);
+  }
 }
 
 TEST(Trial, RefusesSeriesThatDoNotBelongTogether) {

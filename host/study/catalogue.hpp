@@ -1,6 +1,7 @@
 // What the names on a command line mean: compensators, motions, scenarios, and the article's figures.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,8 +51,13 @@ struct Scenario {
 std::vector<Scenario> scenarios();
 
 inline constexpr std::size_t kPublishedCompensators = 3;
+inline constexpr std::size_t kPublishedTrials = 3;
+const std::vector<std::string>& published_compensators();
 
 // The article's average of three trials: gesture 1 to 6; "raw", "published-w", "published-hw".
 std::optional<double> published_error_deg_s(int gesture, const std::string& compensator);
+
+// The three trials themselves; throws io::InputError for what is not in the article.
+std::array<double, kPublishedTrials> published_trials_deg_s(int gesture, const std::string& compensator);
 
 }  // namespace flexor::study

@@ -99,8 +99,9 @@ FolderLock::~FolderLock() {
   ::close(file_);
 }
 
-Journal::Journal(const fs::path& folder, const std::string& settings, const std::string& header)
-    : folder_(folder), path_(folder / "trials.csv"), header_(header) {
+Journal::Journal(const fs::path& folder, const std::string& settings, const std::string& header,
+                 const char* file)
+    : folder_(folder), path_(folder / file), header_(header) {
   std::error_code error;
   if (fs::exists(path_, error) && !fs::is_regular_file(path_, error)) {
     throw io::InputError(fmt::format("{}: is no ordinary file; choose another folder", path_.string()));
@@ -133,9 +134,9 @@ void Journal::require_same_run(const std::string& settings, const std::string& h
   }
   // run.json is written first: rows without it are somebody else's.
   if (size_of(path_) > header.size()) {
-    throw io::InputError(fmt::format(
-        "{}: no run.json beside it says what these trials are: choose another folder or remove it",
-        path_.string()));
+    throw io::InputError(
+        fmt::format("{}: no run.json beside it says what these rows are: choose another folder or remove it",
+                    path_.string()));
   }
   io::write_file(path, settings);
 }

@@ -1,6 +1,7 @@
 // What an experiment keeps in its folder, so that it survives being killed at any instant:
 //   run.json    the settings; a run goes on only with the same
-//   trials.csv  a header and the rows of whole batches, in order; what follows the last whole one is cut off
+//   trials.csv  a header and the rows of whole batches, in order; what follows the last whole one is cut off;
+//               or laboratories.csv, a row for each
 //   lock        held with flock(2) while somebody works there; says who. Gone when they are done
 #pragma once
 
@@ -31,7 +32,8 @@ class FolderLock {
 class Journal {
  public:
   // `settings` and `header` are whole lines. Throws io::InputError: another run's folder.
-  Journal(const std::filesystem::path& folder, const std::string& settings, const std::string& header);
+  Journal(const std::filesystem::path& folder, const std::string& settings, const std::string& header,
+          const char* file = "trials.csv");
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;

@@ -30,9 +30,11 @@ void read_row(const std::string& text) {
   const std::string line = text.substr(0, text.find('\n'));
   study::TrialRow row;
   if (!study::parse_row(line, "1", "raw", 0, row)) return;
-  for (const double value : {row.total_deg_s, row.lag_removed_deg_s, row.lag_s})
-    require(std::isfinite(value));
-  for (const auto* values : {&row.finger_deg_s, &row.impact_deg_s, &row.pressed_s}) {
+  require(std::isfinite(row.total_deg_s));
+  if (row.lag_removed) {
+    require(std::isfinite(row.lag_removed->total_error_deg_s) && std::isfinite(row.lag_removed->lag_s));
+  }
+  for (const auto* values : {&row.finger_deg_s, &row.swing_deg, &row.impact_deg_s, &row.pressed_s}) {
     for (const double value : *values) require(std::isfinite(value));
   }
   require(row.sent >= 0 && row.lost >= 0);

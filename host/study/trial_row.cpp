@@ -5,6 +5,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <string_view>
 
 #include "host/model/model.hpp"
 
@@ -12,7 +13,7 @@ namespace flexor::study {
 
 std::string header_of_rows() {
   std::string out = "motion,compensator,trial,total_error_deg_s,lag_removed_deg_s,lag_s";
-  for (const char* what : {"error_deg_s", "impact_deg_s", "pressed_s"}) {
+  for (const char* what : {"error_deg_s", "swing_deg", "impact_deg_s", "pressed_s"}) {
     for (const std::string& finger : model::finger_names()) out += fmt::format(",{}_{}", finger, what);
   }
   return out + ",frames_sent,frames_lost\n";
@@ -20,9 +21,10 @@ std::string header_of_rows() {
 
 std::string text_of_row(const std::string& motion, const std::string& compensator, int trial,
                         const TrialRow& row) {
-  std::string out = fmt::format("{},{},{},{},{},{}", motion, compensator, trial, row.total_deg_s,
-                                row.lag_removed_deg_s, row.lag_s);
-  for (const auto* values : {&row.finger_deg_s, &row.impact_deg_s, &row.pressed_s}) {
+  std::string out = fmt::format("{},{},{},{}", motion, compensator, trial, row.total_deg_s);
+  out += row.lag_removed ? fmt::format(",{},{}", row.lag_removed->total_error_deg_s, row.lag_removed->lag_s)
+                         : ",,";
+  for (const auto* values : {&row.finger_deg_s, &row.swing_deg, &row.impact_deg_s, &row.pressed_s}) {
     out += fmt::format(",{}", fmt::join(*values, ","));
   }
   return out + fmt::format(",{},{}\n", row.sent, row.lost);
@@ -40,8 +42,15 @@ bool parse_row(const std::string& line, const std::string& motion, const std::st
     return error == std::errc() && std::isfinite(static_cast<double>(value));
   };
   const auto next = [&](auto& value) { return number(value) && at < end && *at++ == ','; };
-  bool good = next(row.total_deg_s) && next(row.lag_removed_deg_s) && next(row.lag_s);
-  for (auto* values : {&row.finger_deg_s, &row.impact_deg_s, &row.pressed_s}) {
+  bool good = next(row.total_deg_s);
+  row.lag_removed.reset();
+  if (good && std::string_view(at, end).starts_with(",,")) {
+    at += 2;
+  } else {
+    row.lag_removed.emplace();
+    good = good && next(row.lag_removed->total_error_deg_s) && next(row.lag_removed->lag_s);
+  }
+  for (auto* values : {&row.finger_deg_s, &row.swing_deg, &row.impact_deg_s, &row.pressed_s}) {
     for (double& value : *values) good = good && next(value);
   }
   return good && next(row.sent) && number(row.lost) && at == end && row.sent >= 0 && row.lost >= 0;

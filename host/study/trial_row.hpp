@@ -2,17 +2,19 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 
+#include "host/score/trial.hpp"
 #include "host/twin/parameters.hpp"
 
 namespace flexor::study {
 
 struct TrialRow {
   double total_deg_s = 0;
-  double lag_removed_deg_s = 0;
-  double lag_s = 0;
+  std::optional<score::LagRemoved> lag_removed;  // none: two empty fields
   twin::PerFinger finger_deg_s{};
+  twin::PerFinger swing_deg{};  // from the hand's smallest angle to its largest
   twin::PerFinger impact_deg_s{};
   twin::PerFinger pressed_s{};
   int sent = 0;
@@ -20,6 +22,9 @@ struct TrialRow {
 
   bool operator==(const TrialRow&) const = default;
 };
+
+// Goes up when a row's numbers change their meaning; part of a run's settings.
+inline constexpr int kRowsVersion = 2;
 
 // The columns' names, a whole line.
 std::string header_of_rows();

@@ -5,15 +5,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
-#include <map>
-#include <mutex>
 #include <set>
-#include <thread>
 
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/score/trial.hpp"
+#include "host/study/null_model.hpp"
+#include "host/study/run_in_order.hpp"
+#include "host/study/shape_check.hpp"
 #include "host/study/trial_row.hpp"
 #include "host/twin/random.hpp"
 
@@ -96,15 +95,10 @@ class Runner {
     }
     if (!plan_.folder.empty()) open_journal();
     const auto start = std::chrono::steady_clock::now();
-    result_.threads = plan_.threads > 0
-                          ? plan_.threads
-                          : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxThreads);
-    next_ = committed_;
-    {
-      std::vector<std::jthread> workers;
-      for (int i = 0; i < result_.threads; ++i) workers.emplace_back([this] { work(); });
-    }
-    if (failure_) std::rethrow_exception(failure_);
+    result_.threads = threads_of(plan_.threads);
+    run_in_order<JobRows>(
+        committed_, jobs_, result_.threads, [this](std::size_t number) { return simulate(job(number)); },
+        [this](std::size_t number, const JobRows& rows) { commit(number, rows); });
     if (journal_) close_journal();
     result_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
@@ -132,33 +126,9 @@ class Runner {
     return {number % motions, first, std::min(batch_, plan_.trials - first)};
   }
 
-  // What must be the same for a run to go on.
-  std::string identity() const {
-    Json compensators = Json::array();
-    for (const Compensator& c : plan_.compensators) {
-      compensators.push_back({{"name", c.name}, {"digest", io::digest(model::to_json(c.model))}});
-    }
-    std::string motions;
-    for (const twin::Motion& m : plan_.motions) {
-      motions += m.name() + fmt::format(" {}", m.duration_s());
-      for (int k = 0; k * 0.05 <= m.duration_s(); ++k) {
-        for (int i = 0; i < kFingers; ++i) motions += fmt::format(" {:.3f}", m.angle(i, k * 0.05, {}));
-      }
-    }
-    const Json json = {{"version", FLEXOR_VERSION},
-                       {"engine", plan_.engine != nullptr ? plan_.engine->name() : "twin"},
-                       {"seed", plan_.seed},
-                       {"trials", plan_.trials},
-                       {"motions", result_.motions},
-                       {"motions_digest", io::digest(motions)},
-                       {"compensators", std::move(compensators)},
-                       {"twin", Json::parse(twin::to_json(plan_.parameters))}};
-    return io::dump(json);
-  }
-
   // Takes over every whole job of the file.
   void open_journal() {
-    journal_.emplace(plan_.folder, identity(), header_of_rows());
+    journal_.emplace(plan_.folder, settings_of(plan_), header_of_rows());
     for (JobRows rows; committed_ < jobs_ && read(job(committed_), rows); ++committed_) {
       journal_->keep();
       take(job(committed_), rows);
@@ -197,44 +167,14 @@ class Runner {
     }
   }
 
-  void work() {
-    try {
-      for (;;) {
-        std::size_t mine = 0;
-        {
-          // Not too far ahead of the slowest: what waits for its turn takes memory.
-          std::unique_lock lock(mutex_);
-          moved_.wait(lock, [&] { return failure_ || next_ < committed_ + kAhead * plan_threads(); });
-          if (failure_ || next_ >= jobs_) return;
-          mine = next_++;
-        }
-        JobRows rows = simulate(job(mine));
-        const std::lock_guard lock(mutex_);
-        waiting_.emplace(mine, std::move(rows));
-        commit();
-      }
-    } catch (...) {
-      const std::lock_guard lock(mutex_);
-      if (!failure_) failure_ = std::current_exception();
-      moved_.notify_all();
-    }
-  }
-
-  std::size_t plan_threads() const { return static_cast<std::size_t>(result_.threads); }
-
-  void commit() {
-    while (!waiting_.empty() && waiting_.begin()->first == committed_) {
-      const Job now = job(committed_);
-      const JobRows rows = std::move(waiting_.begin()->second);
-      waiting_.erase(waiting_.begin());
-      if (journal_) write([&] { journal_->append(text(now, rows)); });
-      take(now, rows);
-      result_.simulated_s +=
-          plan_.motions[now.motion].duration_s() * now.count * static_cast<double>(plan_.compensators.size());
-      ++committed_;
-      if (progress_) progress_(committed_, jobs_);
-    }
-    moved_.notify_all();
+  void commit(std::size_t number, const JobRows& rows) {
+    const Job now = job(number);
+    if (journal_) write([&] { journal_->append(text(now, rows)); });
+    take(now, rows);
+    result_.simulated_s +=
+        plan_.motions[now.motion].duration_s() * now.count * static_cast<double>(plan_.compensators.size());
+    ++committed_;
+    if (progress_) progress_(committed_, jobs_);
   }
 
   JobRows simulate(const Job& job) const {
@@ -255,13 +195,16 @@ class Runner {
         score::score_trial(trial.glove_deg, trial.hand_deg, 1 / plan_.parameters.camera_rate_hz);
     TrialRow r;
     r.total_deg_s = s.total_error_deg_s;
-    r.lag_removed_deg_s = s.lag_removed_deg_s;
-    r.lag_s = s.lag_s;
+    r.lag_removed = s.lag_removed;
     r.sent = trial.frames_sent;
     r.lost = trial.frames_lost;
     r.impact_deg_s = trial.impact_deg_s;
     r.pressed_s = trial.pressed_s;
-    for (std::size_t i = 0; i < kFingers; ++i) r.finger_deg_s[i] = s.finger_error_deg_s[i];
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      r.finger_deg_s[i] = s.finger_error_deg_s[i];
+      const auto [least, most] = std::ranges::minmax(trial.hand_deg[i]);
+      r.swing_deg[i] = static_cast<double>(most - least);
+    }
     return r;
   }
 
@@ -272,10 +215,13 @@ class Runner {
       for (std::size_t t = 0; t < rows[c].size(); ++t) {
         const TrialRow& r = rows[c][t];
         cell.total_deg_s.add(r.total_deg_s);
-        cell.lag_removed_deg_s.add(r.lag_removed_deg_s);
-        cell.lag_s.add(r.lag_s);
+        if (r.lag_removed) {
+          cell.lag_removed_deg_s.add(r.lag_removed->total_error_deg_s);
+          cell.lag_s.add(r.lag_removed->lag_s);
+        }
         for (std::size_t i = 0; i < kFingers; ++i) {
           cell.finger_deg_s[i].add(r.finger_deg_s[i]);
+          cell.swing_deg[i].add(r.swing_deg[i]);
           cell.impact_deg_s[i] = std::max(cell.impact_deg_s[i], r.impact_deg_s[i]);
           cell.pressed_s[i].add(r.pressed_s[i]);
         }
@@ -302,12 +248,16 @@ class Runner {
   std::optional<Distance> distance(int from, int to) const {
     std::set<int> gestures;
     Distance out;
+    const NullModel null = null_model();
     double sum = 0;
+    double null_sum = 0;
     int n = 0;
     for (const Cell& cell : result_.cells) {
       if (!cell.published_deg_s || cell.gesture < from || cell.gesture > to) continue;
       const double l = std::log(cell.total_deg_s.mean() / *cell.published_deg_s);
       sum += l * l;
+      const double l0 = std::log(null.error_deg_s.at(cell.compensator) / *cell.published_deg_s);
+      null_sum += l0 * l0;
       ++n;
       gestures.insert(cell.gesture);
       if (std::ranges::find(out.compensators, cell.compensator) == out.compensators.end())
@@ -315,12 +265,11 @@ class Runner {
     }
     if (n == 0) return std::nullopt;
     out.log_rms = std::sqrt(sum / n);
+    out.null_log_rms = std::sqrt(null_sum / n);
     out.gestures.assign(gestures.begin(), gestures.end());
     out.is_all = static_cast<int>(out.gestures.size()) == to - from + 1;
     return out;
   }
-
-  static constexpr std::size_t kAhead = 8;
 
   const Plan& plan_;
   const TrialProgress& progress_;
@@ -329,14 +278,44 @@ class Runner {
   std::size_t jobs_ = 0;
   std::int64_t done_rows_ = 0;
   std::optional<Journal> journal_;
-
-  std::mutex mutex_;
-  std::condition_variable moved_;
-  std::size_t next_ = 0;
   std::size_t committed_ = 0;
-  std::map<std::size_t, JobRows> waiting_;
-  std::exception_ptr failure_;
 };
+
+Json statistic_json(const Statistic& s) {
+  const std::optional<double> half = s.ci95();
+  return {{"mean", s.mean()}, {"ci95", half ? Json(*half) : Json(nullptr)}};
+}
+
+template <class Value>
+Json by_finger(const Value& value) {
+  Json out = Json::object();
+  for (std::size_t i = 0; i < kFingers; ++i) out[model::finger_names()[i]] = value(i);
+  return out;
+}
+
+Json cell_json(const Cell& c, const std::vector<std::string>& compensators) {
+  const auto if_any = [](const Statistic& s) { return s.count() > 0 ? statistic_json(s) : Json(nullptr); };
+  Json differences = Json::object();
+  for (std::size_t j = 0; j < compensators.size(); ++j) {
+    if (compensators[j] != c.compensator)
+      differences[compensators[j]] = statistic_json(c.difference_deg_s[j]);
+  }
+  return {{"gesture", c.gesture > 0 ? Json(c.gesture) : Json(c.motion)},
+          {"compensator", c.compensator},
+          {"trials", c.total_deg_s.count()},
+          {"total_error_deg_s", statistic_json(c.total_deg_s)},
+          {"lag_removed_deg_s", if_any(c.lag_removed_deg_s)},
+          {"lag_s", if_any(c.lag_s)},
+          {"trials_with_a_lag", c.lag_s.count()},
+          {"published_deg_s", c.published_deg_s ? Json(*c.published_deg_s) : Json(nullptr)},
+          {"finger_error_deg_s", by_finger([&](std::size_t i) { return c.finger_deg_s[i].mean(); })},
+          {"swing_deg", by_finger([&](std::size_t i) { return c.swing_deg[i].mean(); })},
+          {"difference_deg_s", std::move(differences)},
+          {"impact_deg_s", by_finger([&](std::size_t i) { return c.impact_deg_s[i]; })},
+          {"pressed_s", by_finger([&](std::size_t i) { return c.pressed_s[i].mean(); })},
+          {"frames_sent", c.frames_sent},
+          {"frames_lost", c.frames_lost}};
+}
 
 }  // namespace
 
@@ -399,6 +378,32 @@ Result run(const Plan& plan, const TrialProgress& progress) {
   return Runner(plan, progress).run();
 }
 
+std::string settings_of(const Plan& plan) {
+  Json compensators = Json::array();
+  for (const Compensator& c : plan.compensators) {
+    compensators.push_back({{"name", c.name}, {"digest", io::digest(model::to_json(c.model))}});
+  }
+  std::string motions;
+  Json names = Json::array();
+  for (const twin::Motion& m : plan.motions) {
+    names.push_back(m.name());
+    motions += m.name() + fmt::format(" {}", m.duration_s());
+    for (int k = 0; k * 0.05 <= m.duration_s(); ++k) {
+      for (int i = 0; i < kFingers; ++i) motions += fmt::format(" {:.3f}", m.angle(i, k * 0.05, {}));
+    }
+  }
+  const Json json = {{"version", FLEXOR_VERSION},
+                     {"rows_version", kRowsVersion},
+                     {"engine", plan.engine != nullptr ? plan.engine->name() : "twin"},
+                     {"seed", plan.seed},
+                     {"trials", plan.trials},
+                     {"motions", std::move(names)},
+                     {"motions_digest", io::digest(motions)},
+                     {"compensators", std::move(compensators)},
+                     {"twin", Json::parse(twin::to_json(plan.parameters))}};
+  return io::dump(json);
+}
+
 twin::Setup first_setup(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
   return {plan.parameters, motion, compensator.model, seed_of_motion(plan.seed, motion.name()), false};
 }
@@ -411,47 +416,18 @@ twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Comp
 }
 
 Json to_json(const Result& r, const Plan& plan) {
-  const auto optional = [](const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); };
-  const auto statistic = [&](const Statistic& s) {
-    return Json{{"mean", s.mean()}, {"ci95", optional(s.ci95())}};
-  };
   const auto whole = [](const std::optional<Distance>& d) {
     return d && d->is_all ? Json(d->log_rms) : Json(nullptr);
   };
   const auto part = [](const std::optional<Distance>& d) {
-    return d ? Json{{"gestures", d->gestures}, {"compensators", d->compensators}, {"log_rms", d->log_rms}}
+    return d ? Json{{"gestures", d->gestures},
+                    {"compensators", d->compensators},
+                    {"log_rms", d->log_rms},
+                    {"null_model_log_rms", d->null_log_rms}}
              : Json(nullptr);
   };
   Json cells = Json::array();
-  for (const Cell& c : r.cells) {
-    Json fingers = Json::object();
-    Json impact = Json::object();
-    Json pressed = Json::object();
-    for (std::size_t i = 0; i < kFingers; ++i) {
-      const std::string& finger = model::finger_names()[i];
-      fingers[finger] = c.finger_deg_s[i].mean();
-      impact[finger] = c.impact_deg_s[i];
-      pressed[finger] = c.pressed_s[i].mean();
-    }
-    Json differences = Json::object();
-    for (std::size_t j = 0; j < r.compensators.size(); ++j) {
-      if (r.compensators[j] != c.compensator)
-        differences[r.compensators[j]] = statistic(c.difference_deg_s[j]);
-    }
-    cells.push_back({{"gesture", c.gesture > 0 ? Json(c.gesture) : Json(c.motion)},
-                     {"compensator", c.compensator},
-                     {"trials", c.total_deg_s.count()},
-                     {"total_error_deg_s", statistic(c.total_deg_s)},
-                     {"lag_removed_deg_s", statistic(c.lag_removed_deg_s)},
-                     {"lag_s", statistic(c.lag_s)},
-                     {"published_deg_s", optional(c.published_deg_s)},
-                     {"finger_error_deg_s", std::move(fingers)},
-                     {"difference_deg_s", std::move(differences)},
-                     {"impact_deg_s", std::move(impact)},
-                     {"pressed_s", std::move(pressed)},
-                     {"frames_sent", c.frames_sent},
-                     {"frames_lost", c.frames_lost}});
-  }
+  for (const Cell& c : r.cells) cells.push_back(cell_json(c, r.compensators));
   return {{"cells", std::move(cells)},
           {"log_rms",
            {{"gestures_1_to_4", whole(r.distance.fitted)},
@@ -459,6 +435,8 @@ Json to_json(const Result& r, const Plan& plan) {
             {"all", whole(r.distance.all)},
             {"fitted", part(r.distance.fitted)},
             {"predicted", part(r.distance.predicted)}}},
+          {"null_model", to_json(null_model())},
+          {"shapes", to_json(shape_checks(r, plan))},
           {"engine", plan.engine != nullptr ? plan.engine->name() : "twin"},
           {"rate_hz", 1 / plan.compensators.front().model.sample_period_s},
           {"seed", plan.seed},

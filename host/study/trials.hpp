@@ -20,6 +20,7 @@
 #include "host/model/model.hpp"
 #include "host/study/catalogue.hpp"
 #include "host/study/journal.hpp"
+#include "host/study/run_in_order.hpp"
 #include "host/twin/simulation.hpp"
 
 namespace flexor::study {
@@ -52,8 +53,6 @@ struct Plan {
   const FolderLock* lock = nullptr;  // of the folder, where the caller has it already
 };
 
-inline constexpr int kMaxThreads = 256;
-
 // Mean and 95 % interval (Student's t) of a stream of numbers.
 class Statistic {
  public:
@@ -72,10 +71,12 @@ struct Cell {
   std::string motion;
   int gesture = 0;  // 0: none of the published
   std::string compensator;
-  Statistic total_deg_s;        // causal
-  Statistic lag_removed_deg_s;  // after the best constant lag of each trial
+  Statistic total_deg_s;  // causal
+  // After the best constant lag of each trial that has one (host/score/trial.hpp): count() says how many.
+  Statistic lag_removed_deg_s;
   Statistic lag_s;
   std::array<Statistic, kFingers> finger_deg_s;
+  std::array<Statistic, kFingers> swing_deg;  // from the hand's smallest angle to its largest
   // Of paired trials: same person, glove, radio and hand.
   std::vector<Statistic> difference_deg_s;  // this minus compensator j, for each j of the plan
   std::optional<double> published_deg_s;
@@ -93,14 +94,16 @@ struct Cell {
 struct Distance {
   std::vector<int> gestures;
   std::vector<std::string> compensators;
-  double log_rms = 0;   // root mean square of ln(ours / published)
-  bool is_all = false;  // none of the gestures is missing
+  double log_rms = 0;       // root mean square of ln(ours / published)
+  double null_log_rms = 0;  // the same of null_model(), over the same cells
+  bool is_all = false;      // none of the gestures is missing
 };
 std::string describe(const Distance& distance);  // "gestures 1-4", "gesture 2 with raw"
 
 struct Distances {
-  std::optional<Distance> fitted;     // gestures 1 to 4
-  std::optional<Distance> predicted;  // 5 and 6
+  std::optional<Distance> fitted;  // gestures 1 to 4
+  // 5 and 6: not fitted. Not unseen either: their motions were written down with these figures in view.
+  std::optional<Distance> predicted;
   std::optional<Distance> all;
 };
 
@@ -124,6 +127,9 @@ using TrialProgress = std::function<void(std::size_t done, std::size_t of)>;  //
 // Throws io::InputError: a model with other channels, an impossible configuration, names that a table cannot
 // hold apart.
 void check(const Plan& plan);
+
+// What must be the same for a run to go on in its folder, as JSON.
+std::string settings_of(const Plan& plan);
 
 // Throws as check(); io::InputError: a folder that holds another run, or in which somebody else works;
 // io::JobError: trials.csv cannot be written; io::Cancelled.

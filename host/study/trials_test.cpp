@@ -1,7 +1,6 @@
 #include "host/study/trials.hpp"
 
 #include <gtest/gtest.h>
-#include <sched.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -11,7 +10,8 @@
 #include <string>
 
 #include "host/io/io.hpp"
-#include "host/study/calibration.hpp"
+#include "host/study/glove_fit.hpp"
+#include "host/study/shape_check.hpp"
 
 namespace flexor::study {
 namespace {
@@ -97,6 +97,57 @@ TEST(Trials, CompensatorsMeetTheSamePeople) {
   EXPECT_EQ(r.cells[0].difference_deg_s[1].ci95(), 0);
 }
 
+// Scenarios change what they name: a smaller share of the range travels less, a smaller hand bends strips more.
+TEST(Trials, AnotherPersonIsAnother) {
+  const auto played = [](const std::string& assignment) {
+    Plan p = plan("1", 1);
+    if (!assignment.empty()) twin::assign(p.parameters, assignment);
+    p.compensators.resize(1);
+    twin::Setup setup = first_setup(p, p.motions[0], p.compensators[0]);
+    setup.record_samples = true;
+    return twin::simulate(setup, 0, 1).front();
+  };
+  const auto swing = [](const std::vector<float>& angle) {
+    const auto [least, most] = std::ranges::minmax(angle);
+    return static_cast<double>(most - least);
+  };
+  const twin::Trial same = played("");
+  EXPECT_NEAR(swing(played("person.pose_share=0.6").glove_deg[1]), 0.6 * swing(same.glove_deg[1]), 1);
+  EXPECT_NEAR(played("person.size=0.9").alpha_deg[0].front() / same.alpha_deg[0].front(), 1 / 0.9, 0.02);
+  const twin::Trial quick = played("person.speed=1.5");
+  EXPECT_NEAR(swing(quick.glove_deg[1]), swing(same.glove_deg[1]), 1);
+  const auto time_open = [](const twin::Trial& t) {
+    return std::ranges::count_if(t.glove_deg[1], [](float angle) { return angle < 60; });
+  };
+  EXPECT_NEAR(static_cast<double>(time_open(quick)) / static_cast<double>(time_open(same)), 1 / 1.5, 0.1);
+}
+
+TEST(Trials, ATrialWithoutABestLagIsCountedNowhere) {
+  Plan p = plan("2", 8);  // Raw presses into its stops for seconds: no lag explains that
+  const Result r = run(p, {});
+  const auto json = to_json(r, p).at("cells");
+  EXPECT_EQ(json[0].at("trials_with_a_lag"), r.cells[0].lag_s.count());
+  EXPECT_LT(r.cells[0].lag_s.count(), 8);
+  EXPECT_EQ(json[0].at("lag_s").is_null(), r.cells[0].lag_s.count() == 0);
+  EXPECT_EQ(r.cells[1].lag_s.count(), 8);
+  EXPECT_LT(r.cells[1].lag_removed_deg_s.mean(), r.cells[1].total_deg_s.mean());
+}
+
+TEST(Trials, TheArticlesWordsAreChecked) {
+  Plan p = plan("2,4", 8);
+  p.compensators = compensators("raw,published-w,published-hw", 10);
+  const auto checks = shape_checks(run(p, {}), p);
+  ASSERT_EQ(checks.size(), 2U);
+  EXPECT_TRUE(checks[0].is_least);
+  EXPECT_FALSE(checks[1].is_least);
+  EXPECT_GT(checks[1].value_deg, 0);
+  EXPECT_LT(checks[1].value_deg, 85);
+  const ShapeCheck large{2, "", "", kLargeSwing_deg, kLargeSwing_deg, true};
+  EXPECT_TRUE(large.agrees());
+  const ShapeCheck significant{4, "", "", kSignificant_deg + 0.1, kSignificant_deg, false};
+  EXPECT_FALSE(significant.agrees());
+}
+
 TEST(Trials, ARateAboveTheRadioSaysWhatFits) {
   Plan p = plan("1", 1);
   p.compensators = {compensator("raw", 100)};
@@ -157,7 +208,7 @@ TEST(TwinFigures, TheTableComesOutAsPublished) {
   EXPECT_GT(r.distance.fitted->log_rms, 0.15);
   EXPECT_LT(r.distance.fitted->log_rms, 0.35);
   EXPECT_GT(r.distance.predicted->log_rms, 0.3);
-  EXPECT_LT(r.distance.predicted->log_rms, 0.53);  // 0.49 to 0.50 with 200 trials
+  EXPECT_LT(r.distance.predicted->log_rms, 0.57);  // 0.52 with 64 trials
   for (std::size_t m = 0; m < 6; ++m) {
     const Statistic& wiener_less_raw = r.cell(m, 1).difference_deg_s[0];
     const Statistic& hw_less_wiener = r.cell(m, 2).difference_deg_s[1];
@@ -166,72 +217,38 @@ TEST(TwinFigures, TheTableComesOutAsPublished) {
   }
 }
 
-// The whole process on one processor for the time being.
-class OneProcessor {
- public:
-  OneProcessor() {
-    sched_getaffinity(0, sizeof before_, &before_);
-    cpu_set_t one;
-    CPU_ZERO(&one);
-    for (int cpu = 0; cpu < CPU_SETSIZE && CPU_COUNT(&one) == 0; ++cpu) {
-      if (CPU_ISSET(cpu, &before_)) CPU_SET(cpu, &one);
-    }
-    sched_setaffinity(0, sizeof one, &one);
-  }
-  ~OneProcessor() { sched_setaffinity(0, sizeof before_, &before_); }
-
- private:
-  cpu_set_t before_{};
-};
-
-TEST(TwinFigures, TheSearchGivesTheSameBytesAgainAndOnOneProcessor) {
-  const auto search = [] {
-    return twin::to_json(calibrate_twin(twin::Parameters(), 30, 16, 7, {}).parameters);
-  };
-  const std::string first = search();
-  EXPECT_EQ(search(), first);
-  const OneProcessor one;
-  EXPECT_EQ(search(), first);
-}
-
-// A short search is already about as near to the published table as the shipped configuration.
-TEST(TwinFigures, TheSearchEndsWhereTheShippedConfigurationIs) {
-  Plan p = plan("1-4", 16);
-  p.compensators = compensators("raw,published-w,published-hw", 10);
-  p.seed = 7;
-  const double shipped = run(p, {}).distance.fitted->log_rms;
-  EXPECT_GT(shipped, 0.24);
-  EXPECT_LT(shipped, 0.27);
-  EXPECT_NEAR(calibrate_twin(twin::Parameters(), 220, 16, 7, {}).log_rms, shipped, 0.02);
-}
-
-TEST(TwinFigures, TheSearchImprovesOnItsStart) {
-  const TwinFit start = calibrate_twin(twin::Parameters(), 1, 16, 7, {});
-  const TwinFit fit = calibrate_twin(twin::Parameters(), 150, 16, 7, {});
-  EXPECT_LT(fit.cost, 0.8 * start.cost);
-  EXPECT_LE(free_parameters().size(), 15U);
-}
-
-TEST(TwinFigures, AnIdentifiedCompensatorBeatsThePublishedOne) {
+// Ordinary use, one donning: what is identified errs less than the published compensator in the mean of the
+// gestures, and so does a line with the same lead, if less so.
+TEST(TwinFigures, IdentifiedAndItsBaselinesBesideThePublishedCompensator) {
   const fs::path folder = fresh_folder("glove");
   GloveRequest request;
   request.parameters = shipped_parameters();
-  request.folder = folder;
-  const GloveCalibration glove = calibrate_glove(request, {});
+  const GloveFit glove = calibrate_glove(request, folder, {});
   ASSERT_EQ(glove.steps.size(), 4U);
-  EXPECT_GT(glove.lag_s, 0.05);
-  EXPECT_LT(glove.lag_s, 0.13);
+  ASSERT_TRUE(glove.lag_s);
+  EXPECT_GT(*glove.lag_s, 0.05);
+  EXPECT_LT(*glove.lag_s, 0.13);
   Plan p = plan("1-6", 48);
-  p.compensators = {compensator("published-hw", 10), compensator((folder / "lead.json").string(), 10)};
-  const Result r = run(p, {});
-  double log_ratio = 0;
-  for (std::size_t m = 0; m < 6; ++m) {
-    EXPECT_LT(r.cell(m, 1).difference_deg_s[0].mean(), 0) << m;
-    log_ratio += std::log(r.cell(m, 1).total_deg_s.mean() / r.cell(m, 0).total_deg_s.mean()) / 6;
-    EXPECT_LT(r.cell(m, 1).total_pressed_s(), 2) << m;  // Raw presses for half a minute
+  p.compensators = {compensator("published-hw", 10)};
+  for (const char* name : {"identified", "line", "line-lead", "published-hw-refitted"}) {
+    p.compensators.push_back(compensator((folder / (std::string(name) + ".json")).string(), 10));
   }
-  EXPECT_LT(std::exp(log_ratio), 0.7);
-  EXPECT_GT(std::exp(log_ratio), 0.3);
+  const Result r = run(p, {});
+  const auto ratio = [&](std::size_t c) {
+    double log_ratio = 0;
+    for (std::size_t m = 0; m < 6; ++m) {
+      log_ratio += std::log(r.cell(m, c).total_deg_s.mean() / r.cell(m, 0).total_deg_s.mean()) / 6;
+    }
+    return std::exp(log_ratio);
+  };
+  EXPECT_GT(ratio(1), 0.4);
+  EXPECT_LT(ratio(1), 0.8);
+  EXPECT_LT(ratio(1), ratio(2)) << "the curve, play and lead are worth something beside a line";
+  EXPECT_LT(ratio(3), ratio(2)) << "so is the line's lead";
+  for (const std::size_t c : {2, 3, 4}) {
+    EXPECT_GT(ratio(c), 0.4) << c;
+    EXPECT_LT(ratio(c), 1.1) << c;
+  }
   fs::remove_all(folder);
 }
 

@@ -14,7 +14,8 @@ Variation draw_variation(const Parameters& p, std::uint64_t trial_seed) {
   Random person(seed_of(trial_seed, Purpose::person));
   Variation v;
   v.delay_s = p.start_spread_s * person.normal();
-  v.speed = std::max(0.5, 1 + p.speed_spread * person.normal());
+  v.speed = std::max(0.5, p.person_speed * (1 + p.speed_spread * person.normal()));
+  v.pose_share = p.pose_share;
   for (std::size_t i = 0; i < kFingers; ++i) {
     v.lower_offset_deg[i] = p.pose_spread_deg * person.normal();
     v.upper_offset_deg[i] = p.pose_spread_deg * person.normal();
@@ -28,9 +29,9 @@ Strip::Strip(const Parameters& p, int finger, double period_s, std::uint64_t see
   range_deg_ = p.hand_upper_deg[i] - lower_deg_;
   const double spread = random_.normal();
   const double gain_spread = random_.normal();
-  offset_deg_ = p.bend_lower_deg[i] + p.donning_spread_deg * spread;
-  gain_ =
-      (p.bend_upper_deg[i] - p.bend_lower_deg[i]) / range_deg_ * (1 + p.donning_gain_spread * gain_spread);
+  offset_deg_ = p.bend_lower_deg[i] / p.person_size + p.donning_spread_deg * spread;
+  gain_ = (p.bend_upper_deg[i] - p.bend_lower_deg[i]) / p.person_size / range_deg_ *
+          (1 + p.donning_gain_spread * gain_spread);
   drift_deg_s_ = p.drift_deg_per_min / 60 * random_.normal();
   noise_keep_ = p.noise_s > 0 ? std::exp(-period_s / p.noise_s) : 0;
   noise_ = p.noise_deg * random_.normal();

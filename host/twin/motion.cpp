@@ -197,7 +197,8 @@ double Motion::planned(int finger, double t_s, const Variation& v) const {
 
 double Motion::angle(int finger, double t_s, const Variation& v) const {
   const auto i = static_cast<std::size_t>(finger);
-  const double angle = planned(finger, t_s, v);
+  const double in_full = planned(finger, t_s, v);
+  const double angle = in_full - (1 - v.pose_share) * (in_full - kLower[i]);
   const double share = (angle - kLower[i]) / (kUpper[i] - kLower[i]);
   return angle + v.lower_offset_deg[i] + share * (v.upper_offset_deg[i] - v.lower_offset_deg[i]);
 }

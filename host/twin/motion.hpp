@@ -21,6 +21,7 @@ inline constexpr double kMaxDuration_s = 3600;
 struct Variation {
   double delay_s = 0;
   double speed = 1;
+  double pose_share = 1;         // of the way from the finger's lower limit
   PerFinger lower_offset_deg{};  // at the finger's lower limit; between the limits in proportion
   PerFinger upper_offset_deg{};
 };

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
@@ -29,20 +30,23 @@ constexpr const char* kSection31 = "Sensors 2019, 19(18), 3896, section 3.1";
 
 // clang-format off
 const Entry kTable[] = {
+    {"person.size", &P::person_size, 1.0, 0.5, 2, "1", "choice: hand's length beside that of placement's; a strip covers more of a smaller one, so that bends go with 1/size"},
+    {"person.speed", &P::person_speed, 1.0, 0.5, 3, "1", "choice: mean speed beside the gesture's own"},
+    {"person.pose_share", &P::pose_share, 1.0, 0.1, 1, "1", "choice: how far from the finger's lower limit, the straight finger, a pose goes beside the gesture's own"},
     {"person.start_spread_s", &P::start_spread_s, 0.05, 0, 1, "s", "choice: nobody starts twice at the same instant"},
-    {"person.rest_s", &P::rest_s, 60.0, 0, 3600, "s", "choice: how long hand and glove keep the first pose before a recording starts"},
-    {"person.pose_spread_deg", &P::pose_spread_deg, 0.1, 0, 20, "deg", "choice: of the order that the published best trial leaves, 3.28 deg s over five fingers and 10 s"},
+    {"person.rest_s", &P::rest_s, 53.38, 0, 3600, "s", "fitted: flexor calibrate-twin; how long hand and glove keep the first pose before a recording starts"},
+    {"person.pose_spread_deg", &P::pose_spread_deg, 0.3804, 0, 20, "deg", "fitted: flexor calibrate-twin; one standard deviation at either limit"},
     {"person.speed_spread", &P::speed_spread, 0.05, 0, 0.5, "1", "choice: 'approximately 83 deg/s', one standard deviation"},
 
-    {"placement.bend_lower_deg", &P::bend_lower_deg, PerFinger{81.05, 19.47, 23.48, 20.81, 32.43}, -50, 250, "deg", "fitted: flexor calibrate-twin"},
-    {"placement.bend_upper_deg", &P::bend_upper_deg, PerFinger{170.2, 124.1, 101.7, 112.6, 119.2}, -50, 250, "deg", "fitted: flexor calibrate-twin"},
+    {"placement.bend_lower_deg", &P::bend_lower_deg, PerFinger{83.04, 18.63, 24.1, 20.5, 35.13}, -50, 250, "deg", "fitted: flexor calibrate-twin"},
+    {"placement.bend_upper_deg", &P::bend_upper_deg, PerFinger{171.4, 126.3, 100.9, 110.9, 117.6}, -50, 250, "deg", "fitted: flexor calibrate-twin"},
     {"placement.spread_deg", &P::donning_spread_deg, 2.0, 0, 60, "deg", "choice: offset between donnings, one standard deviation"},
     {"placement.gain_spread", &P::donning_gain_spread, 0.03, 0, 0.5, "1", "choice: one standard deviation between donnings"},
     {"cloth.knuckle_deg", &P::knuckle_deg, 2.0, 0, 20, "deg", "choice: the bend of a strip over a round knuckle, largest deviation from a line"},
-    {"cloth.slip_deg", &P::slip_deg, 0.2006, 0, 30, "deg", "fitted: flexor calibrate-twin"},
+    {"cloth.slip_deg", &P::slip_deg, 0.8367, 0, 30, "deg", "fitted: flexor calibrate-twin"},
     {"cloth.visco_share", &P::visco_share, 0.03, 0, 1, "1", "choice: share of the bend that the cloth delays"},
     {"cloth.visco_s", &P::visco_s, 0.15, 0.001, 10, "s", "choice: cotton recovers within a few tenths of a second"},
-    {"cloth.creep_share", &P::creep_share, 0.07786, 0, 1, "1", "fitted: flexor calibrate-twin; share of the bend that comes late"},
+    {"cloth.creep_share", &P::creep_share, 0.03078, 0, 1, "1", "fitted: flexor calibrate-twin; share of the bend that comes late"},
     {"cloth.creep_s", &P::creep_s, 8.0, 0.1, 1000, "s", "choice: slow beside a movement, quick beside a recording"},
     {"sensor.drift_deg_per_min", &P::drift_deg_per_min, 1.0, 0, 100, "deg/min", "choice: one standard deviation over trials"},
     {"sensor.noise_deg", &P::noise_deg, 0.5, 0, 60, "deg", "choice: a few counts of the ADC"},
@@ -86,8 +90,8 @@ const Entry kTable[] = {
     {"potentiometer.range_deg", &P::potentiometer_range_deg, 250.0, 180, 255, "deg", "choice: 10-bit reading over this range"},
     {"potentiometer.noise_deg", &P::potentiometer_noise_deg, 0.15, 0, 20, "deg", "choice: half a count"},
     {"loop.proportional_per_deg", &P::loop_proportional_per_deg, 0.05, 0, 0.99, "1/deg", "choice: full duty at 20 degrees, as quick as the motor allows; the published errors leave the hand about 20 ms"},
-    {"loop.integral_per_deg_s", &P::loop_integral_per_deg_s, 0.2812, 0, 3.9, "1/(deg s)", "fitted: flexor calibrate-twin"},
-    {"loop.integral_limit", &P::loop_integral_limit, 120.0, 0, 120, "1", "fitted: flexor calibrate-twin; in full duties. The article names no anti-windup"},
+    {"loop.integral_per_deg_s", &P::loop_integral_per_deg_s, 0.126, 0, 3.9, "1/(deg s)", "fitted: flexor calibrate-twin"},
+    {"loop.integral_limit", &P::loop_integral_limit, 114.2, 0, 120, "1", "fitted: flexor calibrate-twin; in full duties. The article names no anti-windup"},
     {"loop.lower_deg", &P::loop_lower_deg, 0.0, 0, 180, "deg", "choice: the article limits the joint (eq. 6), not the command"},
     {"loop.upper_deg", &P::loop_upper_deg, 180.0, 0, 180, "deg", "choice: the article limits the joint (eq. 6), not the command"},
     {"loop.speed_deg_s", &P::loop_speed_deg_s, 800.0, 1, 100000, "deg/s", "choice: ten times the speed of the gestures"},
@@ -136,6 +140,15 @@ const Entry* find(const std::string& name) {
     for (const Entry& e : kTable) near.emplace_back(e.name);
   }
   throw InputError(fmt::format("unknown twin parameter \"{}\"; known: {}", name, fmt::join(near, ", ")));
+}
+
+// "radio.loss", or one finger's: "placement.bend_lower_deg.index".
+std::pair<const Entry*, std::optional<int>> place(const std::string& name) {
+  if (const Entry* entry = find(name)) return {entry, std::nullopt};
+  const auto dot = name.rfind('.');
+  const Entry* entry = dot == std::string::npos ? nullptr : find(name.substr(0, dot));
+  if (entry == nullptr || !is_per_finger(*entry)) unknown(name);
+  return {entry, finger_index(name.substr(dot + 1))};
 }
 
 void read_value(const Json& value, const Entry& entry, Parameters& p) {
@@ -322,14 +335,17 @@ void assign(Parameters& p, const std::string& assignment) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   require(error == std::errc() && end == text.data() + text.size(),
           fmt::format("{}: \"{}\" is not a number", name, text));
-  if (const Entry* entry = find(name)) {
-    for (int i = 0; i < kFingers; ++i) field(p, *entry, i) = value;
+  const auto [entry, finger] = place(name);
+  if (finger) {
+    field(p, *entry, *finger) = value;
     return;
   }
-  const auto dot = name.rfind('.');
-  const Entry* entry = dot == std::string::npos ? nullptr : find(name.substr(0, dot));
-  if (entry == nullptr || !is_per_finger(*entry)) unknown(name);
-  field(p, *entry, finger_index(name.substr(dot + 1))) = value;
+  for (int i = 0; i < kFingers; ++i) field(p, *entry, i) = value;
+}
+
+double value(const Parameters& p, const std::string& name) {
+  const auto [entry, finger] = place(name);
+  return field(p, *entry, finger.value_or(0));
 }
 
 }  // namespace flexor::twin

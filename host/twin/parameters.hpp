@@ -35,7 +35,11 @@ struct Fault {
 };
 
 struct Parameters {
-  // person: how one trial differs from the next
+  // person, beside the one whom the gestures describe and the glove was fitted to
+  double person_size = 0;
+  double person_speed = 0;
+  double pose_share = 0;
+  // how one trial differs from the next
   double start_spread_s = 0;
   double rest_s = 0;
   double pose_spread_deg = 0;
@@ -142,5 +146,8 @@ std::string to_json(const Parameters& parameters);
 
 // "radio.loss=0.05", "placement.bend_lower_deg.index=40". Throws io::InputError, listing near names.
 void assign(Parameters& parameters, const std::string& assignment);
+
+// What assign() sets by that name; of a name for every finger, the thumb's.
+double value(const Parameters& parameters, const std::string& name);
 
 }  // namespace flexor::twin

@@ -60,5 +60,6 @@ PlantConstants::PlantConstants(const Parameters& p) {
 }
 
 FLEXOR_VECTOR_CLONES void advance(const PlantConstants& c, PlantState<80>& x) { detail::advance(c, x); }
+FLEXOR_VECTOR_CLONES void advance(const PlantConstants& c, PlantState<40>& x) { detail::advance(c, x); }
 
 }  // namespace flexor::twin

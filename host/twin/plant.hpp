@@ -88,6 +88,7 @@ void forget_stops(PlantState<kLanes>& x, int lane) {
 
 // One millisecond of every lane.
 void advance(const PlantConstants& constants, PlantState<80>& state);
+void advance(const PlantConstants& constants, PlantState<40>& state);
 // The same equations for one trial, one finger after another, without vector instructions: the yardstick for
 // speed, and a check of the other, which must agree to the bit.
 void advance(const PlantConstants& constants, PlantState<5>& state);

@@ -1,0 +1,123 @@
+#include "host/study/twin_fit.hpp"
+
+#include <cmath>
+#include <nlopt.hpp>
+
+namespace flexor::study {
+namespace {
+
+constexpr int kLastFitted = 4;
+constexpr double kCellDeviation = 0.35;  // of ln(ours / published)
+
+class TwinProblem {
+ public:
+  TwinProblem(const twin::Parameters& start, int evaluations, int trials, std::uint64_t seed,
+              const FitProgress& progress)
+      : start_(start),
+        evaluations_(evaluations),
+        progress_(progress),
+        table_(1, kLastFitted, trials, seed),
+        published_(published_table(1, kLastFitted)) {}
+
+  TwinFit solve() {
+    std::vector<double> x;
+    for (const FreeParameter& p : free_parameters()) x.push_back(share(p, p.median));
+    nlopt::opt optimizer(nlopt::LN_SBPLX, static_cast<unsigned>(x.size()));
+    optimizer.set_lower_bounds(0);
+    optimizer.set_upper_bounds(1);
+    optimizer.set_maxeval(evaluations_);
+    optimizer.set_xtol_abs(1e-4);
+    optimizer.set_initial_step(0.2);
+    optimizer.set_min_objective([](const std::vector<double>& at, std::vector<double>&,
+                                   void* self) { return static_cast<TwinProblem*>(self)->cost(at); },
+                                this);
+    TwinFit fit;
+    optimizer.optimize(x, fit.cost);
+    fit.parameters = with_values(start_, values(x));
+    fit.evaluations = count_;
+    fit.log_rms = log_rms(table_.errors(fit.parameters, kAllThreads), published_);
+    return fit;
+  }
+
+ private:
+  // Between the bounds, 0 to 1.
+  static double share(const FreeParameter& p, double value) {
+    const double low = p.coordinate(p.min);
+    return (p.coordinate(value) - low) / (p.coordinate(p.max) - low);
+  }
+
+  static std::vector<double> values(const std::vector<double>& x) {
+    std::vector<double> out;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const FreeParameter& p = free_parameters()[i];
+      const double low = p.coordinate(p.min);
+      out.push_back(p.value(low + (p.coordinate(p.max) - low) * x[i]));
+    }
+    return out;
+  }
+
+  double cost(const std::vector<double>& x) {
+    if (progress_) progress_(count_ + 1, evaluations_, best_);
+    ++count_;
+    const std::vector<double> v = values(x);
+    const double prior = log_prior(v);
+    if (!std::isfinite(prior)) return kImpossible;
+    const TableErrors ours = table_.errors(with_values(start_, v), kAllThreads);
+    best_ = std::min(best_, log_rms(ours, published_));
+    const double z = log_rms(ours, published_) / kCellDeviation;
+    return 3.0 * kLastFitted * z * z - 2 * prior;
+  }
+
+  static constexpr double kImpossible = 1e6;
+  static constexpr int kAllThreads = 0;
+
+  const twin::Parameters& start_;
+  int evaluations_;
+  const FitProgress& progress_;
+  TwinTable table_;
+  TableErrors published_;
+  int count_ = 0;
+  double best_ = 1e9;
+};
+
+}  // namespace
+
+TwinFit calibrate_twin(const twin::Parameters& start, int evaluations, int trials, std::uint64_t seed,
+                       const FitProgress& progress) {
+  return TwinProblem(start, evaluations, trials, seed, progress).solve();
+}
+
+std::vector<Sensitivity> sensitivity(const twin::Parameters& parameters, int trials, std::uint64_t seed,
+                                     const FitProgress& progress) {
+  constexpr double kTail = 0.05;
+  const TwinTable table(1, 6, trials, seed);
+  const TableErrors published = published_table(1, 6);
+  const auto split = published.begin() + kLastFitted;
+  const auto evaluate = [&](const twin::Parameters& p, double value) {
+    Sensitivity::At at;
+    at.value = value;
+    at.errors_deg_s = table.errors(p, 0);
+    const auto ours = at.errors_deg_s.begin() + kLastFitted;
+    at.log_rms_fitted = log_rms({at.errors_deg_s.begin(), ours}, {published.begin(), split});
+    at.log_rms_other = log_rms({ours, at.errors_deg_s.end()}, {split, published.end()});
+    return at;
+  };
+  std::vector<Sensitivity> out;
+  const Sensitivity::At here = evaluate(parameters, 0);
+  out.push_back({"", here, here});
+  const std::vector<double> values = values_of(parameters);
+  const auto of = static_cast<int>(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (progress) progress(static_cast<int>(i) + 1, of, here.log_rms_fitted);
+    const FreeParameter& free = free_parameters()[i];
+    const auto at = [&](double value) {
+      std::vector<double> changed = values;
+      changed[i] = value;
+      return evaluate(with_values(parameters, changed), value);
+    };
+    out.push_back({free.name, at(free.quantile(kTail)), at(free.quantile(1 - kTail))});
+  }
+  return out;
+}
+
+}  // namespace flexor::study

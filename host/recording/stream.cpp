@@ -53,7 +53,8 @@ bool Stream::read() {
     pending_.reset();
     const bool ahead = odd.t_s > last_s_;
     const bool follows = row.t_s >= odd.t_s;
-    const bool confirmed = follows && (ahead ? row.t_s - odd.t_s <= kJump_s : row.t_s < last_s_);
+    const bool closely = ahead || wraps(odd);
+    const bool confirmed = follows && (closely ? row.t_s - odd.t_s <= kJump_s : row.t_s < last_s_);
     const double before = shift_s_;
     if (!confirmed) {
       leave_out(odd, ahead ? ahead_ : back_);

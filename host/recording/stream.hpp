@@ -8,7 +8,7 @@
 //  - a clock that starts again (the board was reset): refused, or followed: what comes after it is placed one
 //    step after what came before, because nobody knows how long the board was off.
 //  - a 32-bit counter of microseconds or milliseconds that wraps, or midnight: goes on, where the next row
-//    confirms it.
+//    confirms it by following it closely.
 // Each is told with its row. What is kept does not grow with the log.
 #pragma once
 

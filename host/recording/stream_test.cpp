@@ -152,6 +152,13 @@ TEST(Stream, OneStrayDoesNotConfirmAnother) {
   EXPECT_EQ(all(r.t_s).t_s, r.t_s);
 }
 
+// Found by the fuzzer: a row that went back was taken for the counter's new start on the word of one far away.
+TEST(Stream, AWrapIsConfirmedByARowThatFollowsItClosely) {
+  const Read r = all({4294.90, 4294.95, 34.9, 4294.90, 0.05, 0.1}, Resets::follow, 4294.967296);
+  for (std::size_t k = 1; k < r.t_s.size(); ++k) EXPECT_LT(r.t_s[k] - r.t_s[k - 1], kJump_s);
+  EXPECT_NEAR(r.t_s.back(), 4294.967296 + 0.1, 1e-6);
+}
+
 // Found by the fuzzer: a time below 0 passed for the counter's new start, and what followed ran backwards.
 TEST(Stream, ACounterDoesNotStartBelowZero) {
   const Read r = all({4294.9, -4294.95, 0.0327, 0.0827}, Resets::follow, 4294.967296);

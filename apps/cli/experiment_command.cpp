@@ -233,6 +233,8 @@ void play_ensemble(const Options& o) {
   nlohmann::ordered_json json = study::to_json(result, plan);
   if (!o.folder.empty()) {
     io::write_file(std::filesystem::path(o.folder) / "results.json", io::dump(json));
+    log("drawing figures ...");
+    report::render(o.folder, o.plan.stop);
   }
   if (o.json) {
     json["wall_s"] = result.wall_s;
@@ -242,7 +244,7 @@ void play_ensemble(const Options& o) {
     return;
   }
   print(ensemble_text(result, plan));
-  if (!o.folder.empty()) print(fmt::format("results   {}/results.json\n", o.folder));
+  if (!o.folder.empty()) print(fmt::format("report    {}/report.html\n", o.folder));
 }
 
 void run(Options& o) {

@@ -24,6 +24,7 @@ std::string figure_of(double value) {
 }
 
 std::string with_interval(const Json& statistic) {
+  if (statistic.is_null()) return "-";
   const double mean = number_or_nan(statistic.at("mean"));
   const double half = number_or_nan(statistic.at("ci95"));
   if (std::isnan(mean)) return "-";
@@ -39,11 +40,13 @@ void distance_cards(Page& page, const Json& log_rms) {
   const auto add = [&](const char* part, const char* what, bool plain) {
     const Json& d = log_rms.at(part);
     if (d.is_null()) return;
-    cards.push_back({fmt::format("{:.2f}", d.at("log_rms").get<double>()),
-                     fmt::format("distance from the published table on gestures {}, {} (root mean square of "
-                                 "ln(ours/published); 0.35 is a factor of 1.4)",
-                                 fmt::join(d.at("gestures").get<std::vector<int>>(), ", "), what),
-                     plain});
+    cards.push_back(
+        {fmt::format("{:.2f}", d.at("log_rms").get<double>()),
+         fmt::format("distance from the published table on gestures {}, {} (root mean square of "
+                     "ln(ours/published); 0.35 is a factor of 1.4; one constant per compensator: {:.2f})",
+                     fmt::join(d.at("gestures").get<std::vector<int>>(), ", "), what,
+                     d.at("null_model_log_rms").get<double>()),
+         plain});
   };
   add("fitted", "whose averages are among those that the twin is fitted to", false);
   add("predicted", "which the fit did not use", true);
@@ -79,7 +82,7 @@ void error_table(Page& page, const Experiment& e) {
       const Json& cell = e.cell(m, c);
       const double error = mean_error(cell);
       const double published = number_or_nan(cell.at("published_deg_s"));
-      const double lag_s = number_or_nan(cell.at("lag_s").at("mean"));
+      const double lag_s = cell.at("lag_s").is_null() ? NAN : number_or_nan(cell.at("lag_s").at("mean"));
       t.rows.push_back({e.title(m) + ", " + e.compensators[c], with_interval(cell.at("total_error_deg_s")),
                         std::isnan(published) ? "-" : figure_of(published),
                         std::isnan(published) ? "-" : fmt::format("{:.2f}", error / published),
@@ -110,6 +113,23 @@ double sum(const Json& by_finger) {
   double out = 0;
   for (const auto& finger : by_finger.items()) out += finger.value().get<double>();
   return out;
+}
+
+// What the article says of curves and prints no number for.
+void shape_table(Page& page, const Json& shapes) {
+  if (shapes.empty()) return;
+  TableBlock t{
+      "What the article says of the curves", {"gesture, what", "threshold", "here", "agrees"}, {}, {}};
+  for (const Json& s : shapes) {
+    const bool least = s.contains("at_least_deg");
+    t.rows.push_back({fmt::format("{}, {}", s.at("gesture").get<int>(), s.at("what").get<std::string>()),
+                      fmt::format("{} {:g}°", least ? "at least" : "at most",
+                                  s.at(least ? "at_least_deg" : "at_most_deg").get<double>()),
+                      fmt::format("{:.1f}°", s.at("value_deg").get<double>()),
+                      s.at("agrees").get<bool>() ? "yes" : "no"});
+  }
+  page.heading("Shapes");
+  page.table(t);
 }
 
 void finger_table(Page& page, const Experiment& e) {
@@ -198,6 +218,7 @@ void render_experiment(const Saved& saved) {
   verdict(page, e);
   error_table(page, e);
   scenario_table(page, e);
+  shape_table(page, e.results.at("shapes"));
   finger_table(page, e);
   for (const DrawnFigure& f : draw_experiment(saved, e)) {
     io::write_file(saved.folder() / (f.figure.name + ".svg"), f.svg);

@@ -7,6 +7,7 @@ namespace flexor::report {
 
 void render_identification(const Saved& saved);
 void render_experiment(const Saved& saved);
+void render_ensemble(const Saved& saved);
 void render_tracking(const Saved& saved);
 void render_deployment(const Saved& saved);
 void render_latency(const Saved& saved);

@@ -14,6 +14,7 @@ struct Kind {
 };
 constexpr Kind kKinds[] = {{"identification", render_identification},
                            {"experiment", render_experiment},
+                           {"ensemble", render_ensemble},
                            {"tracking", render_tracking},
                            {"deployment", render_deployment},
                            {"latency", render_latency}};

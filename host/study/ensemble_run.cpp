@@ -328,7 +328,8 @@ Json to_json(const EnsembleResult& r, const EnsemblePlan& plan) {
                       {check.is_least ? "at_least_deg" : "at_most_deg", check.threshold_deg},
                       {"share_of_laboratories_that_agree", agree}});
   }
-  return {{"laboratories", r.rows.size()},
+  return {{"kind", "ensemble"},
+          {"laboratories", r.rows.size()},
           {"interval", "median, 5 and 95 % quantile over the laboratories"},
           {"cells", cells_json(r)},
           {"headlines", headlines_json(r)},

@@ -17,7 +17,7 @@ constexpr double kPast_s = 10;
 const cv::Scalar kWhite(255, 255, 255);
 const cv::Scalar kBlack(0, 0, 0);
 const cv::Scalar kOrange(0, 94, 213);
-const cv::Scalar kBone(230, 180, 86);
+const cv::Scalar kBoneColour(230, 180, 86);
 // Colours that colour-blind people can tell (Okabe and Ito), blue first; blue, green, red.
 const std::array<cv::Scalar, 7> kPalette = {
     cv::Scalar(178, 114, 0), cv::Scalar(0, 159, 230),  cv::Scalar(115, 158, 0), cv::Scalar(167, 121, 204),
@@ -45,7 +45,7 @@ void draw_skeleton(cv::Mat& on, const Skeleton& s, const Seen& seen, double size
     const SeenMark& b = seen.marks[l.to];
     if (a.lost || b.lost) continue;
     cv::line(on, pixel(a.at), pixel(b.at), kBlack, 4, cv::LINE_AA);
-    cv::line(on, pixel(a.at), pixel(b.at), kBone, 2, cv::LINE_AA);
+    cv::line(on, pixel(a.at), pixel(b.at), kBoneColour, 2, cv::LINE_AA);
   }
   for (const SeenMark& m : seen.marks) {
     if (m.lost) continue;

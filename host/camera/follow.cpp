@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kMeasured_px2 = 0.25;    // a mark's centre wanders by half a pixel as it turns
 constexpr double kFirstSpeed_px_s = 300;  // standard deviation
-constexpr double kLeastDensity = 1e4;     // px^2/s^3
+constexpr double kLeastDensity_px2_s3 = 1e4;     // px^2/s^3
 constexpr double kMostDensity = 1e8;
 constexpr double kLearn = 0.15;
 constexpr double kFade_s = 0.3;
@@ -22,7 +22,7 @@ void MarkPredictor::begin(double t_s, Point at) {
   p00_ = kMeasured_px2;
   p01_ = 0;
   p11_ = kFirstSpeed_px_s * kFirstSpeed_px_s;
-  density_ = 10 * kLeastDensity;
+  density_ = 10 * kLeastDensity_px2_s3;
 }
 
 Point MarkPredictor::at(double t_s) const {
@@ -51,7 +51,7 @@ void MarkPredictor::update(double t_s, Point z) {
   const double dy = z.y - position_.y;
   const double surprise = (dx * dx + dy * dy) / (2 * s) - 1;
   density_ =
-      std::clamp(density_ * std::exp(kLearn * std::clamp(surprise, -1.0, 4.0)), kLeastDensity, kMostDensity);
+      std::clamp(density_ * std::exp(kLearn * std::clamp(surprise, -1.0, 4.0)), kLeastDensity_px2_s3, kMostDensity);
   const double g0 = p00_ / s;
   const double g1 = p01_ / s;
   position_ = {position_.x + g0 * dx, position_.y + g0 * dy};

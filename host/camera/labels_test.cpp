@@ -10,7 +10,7 @@
 namespace flexor::camera {
 namespace {
 
-Skeleton green_markers() {
+Skeleton green_skeleton() {
   return load_joints(FLEXOR_SOURCE_DIR "/models/joints/green_markers.json").skeletons[0];
 }
 
@@ -27,7 +27,7 @@ Mark mark(Point at, double area = 500) {
 }
 
 RC_GTEST_PROP(Labels, AreRightHoweverTheHandLiesInThePicture, ()) {
-  const Skeleton skeleton = green_markers();
+  const Skeleton skeleton = green_skeleton();
   const double turn = *rc::gen::inRange(0, 360) * std::numbers::pi / 180;
   const double scale = *rc::gen::inRange(3, 20) / 10.0;
   const double mirror = *rc::gen::element(-1.0, 1.0);
@@ -51,7 +51,7 @@ RC_GTEST_PROP(Labels, AreRightHoweverTheHandLiesInThePicture, ()) {
 }
 
 TEST(Labels, FortyFalseMarksAreAWrongHandOnlyWithAWarning) {
-  const Skeleton skeleton = green_markers();
+  const Skeleton skeleton = green_skeleton();
   std::vector<Mark> candidates;
   for (const Point& p : kHand) candidates.push_back(mark(p));
   for (int i = 0; i < 40; ++i)
@@ -83,7 +83,7 @@ TEST(Labels, AChainThatLooksTheSameFromBothEndsIsAmbiguous) {
 }
 
 TEST(Labels, TooFewMarksAreNoHand) {
-  const Skeleton skeleton = green_markers();
+  const Skeleton skeleton = green_skeleton();
   EXPECT_FALSE(assign(skeleton, skeleton.lengths(), 0.35, {mark({1, 2}), mark({30, 40})}));
   EXPECT_FALSE(assign(skeleton, skeleton.lengths(), 0.35, {}));
 }

@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kUsualK1 = -0.1;
 constexpr int kLargestSide_px = 65535;
-constexpr double kFarthest_px = 1e6;
+constexpr double kLargest_px = 1e6;
 constexpr double kLargestDistortion = 1000;
 constexpr int kMostPictures = 1000000;
 
@@ -53,17 +53,17 @@ Lens lens_from_json(const std::string& text, const std::string& source) {
   out.width = reader.whole_within("width", 1, kLargestSide_px);
   out.height = reader.whole_within("height", 1, kLargestSide_px);
   const auto pair = [&](const char* key, double low_px) {
-    const std::vector<double> v = reader.numbers_within(key, low_px, kFarthest_px);
+    const std::vector<double> v = reader.numbers_within(key, low_px, kLargest_px);
     if (v.size() != 2) reader.fail(fmt::format("\"{}\" must be two numbers", key));
     return Point{v[0], v[1]};
   };
   out.focal_px = pair("focal_px", 1);
-  out.centre_px = pair("centre_px", -kFarthest_px);
+  out.centre_px = pair("centre_px", -kLargest_px);
   const std::vector<double> distortion =
       reader.numbers_within("distortion", -kLargestDistortion, kLargestDistortion);
   if (distortion.size() != out.distortion.size()) reader.fail("\"distortion\" must be k1, k2, p1, p2, k3");
   std::ranges::copy(distortion, out.distortion.begin());
-  out.reprojection_rms_px = reader.number_within("reprojection_rms_px", 0, kFarthest_px);
+  out.reprojection_rms_px = reader.number_within("reprojection_rms_px", 0, kLargest_px);
   out.pictures = reader.whole_within("pictures", 0, kMostPictures);
   reader.done();
   return out;

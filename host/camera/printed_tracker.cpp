@@ -12,7 +12,7 @@
 namespace flexor::camera {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 constexpr double kLeastSigma_px = 0.025;  // no edge is known better, however straight it looks
 constexpr double kOddNormal = 0.9;        // cosine: links whose marks face different ways are doubtful
 
@@ -127,7 +127,7 @@ std::optional<double> refine(const cv::Mat& grey, std::vector<cv::Point2f>& corn
 // Of a square's turn about its normal.
 double turn_variance_deg2(const Found& f) {
   const double variance = std::max(kLeastSigma_px * kLeastSigma_px, f.corner_variance_px2);
-  return kDegrees * kDegrees * variance / (2 * f.side_px * f.side_px);
+  return kDegreesPerRadian * kDegreesPerRadian * variance / (2 * f.side_px * f.side_px);
 }
 
 // The choice of poses whose normals agree best with one of them.
@@ -238,7 +238,7 @@ std::vector<Measurement> measure(const Skeleton& skeleton, const std::vector<std
       const Pose& pa = a->poses[a->chosen];
       const Pose& pb = b->poses[b->chosen];
       const cv::Matx33d r = pa.turn.t() * pb.turn;
-      const double turn = std::atan2(r(1, 0) - r(0, 1), r(0, 0) + r(1, 1)) * kDegrees;
+      const double turn = std::atan2(r(1, 0) - r(0, 1), r(0, 0) + r(1, 1)) * kDegreesPerRadian;
       Angle angle;
       // The square's y axis points up, the picture's down: clockwise on the screen is a negative turn.
       angle.deg = (rule.negative ? turn : -turn) + rule.offset_deg;

@@ -11,7 +11,7 @@ namespace flexor::identify {
 namespace {
 
 // Slow and quick bends, noisy; the third quarter bends further than all others.
-Data example() {
+Data recorded() {
   std::mt19937 random(5);
   std::normal_distribution<double> noise;
   Data data;
@@ -40,7 +40,7 @@ std::vector<Structure> structures() {
 }
 
 TEST(HeldBack, KnotsOfAFoldLieWhereItsOwnTrainingPartIs) {
-  const Data data = example();
+  const Data data = recorded();
   for (const Structure& structure : structures()) {
     const std::vector<Fold> all = folds(structure, data);
     ASSERT_EQ(all.size(), static_cast<std::size_t>(kBlocks));
@@ -62,7 +62,7 @@ TEST(HeldBack, KnotsOfAFoldLieWhereItsOwnTrainingPartIs) {
 }
 
 TEST(HeldBack, OtherAnglesInABlockDoNotMoveTheFoldThatLeavesItOut) {
-  const Data data = example();
+  const Data data = recorded();
   for (const Structure& structure : structures()) {
     const std::vector<Fold> before = folds(structure, data);
     {
@@ -83,7 +83,7 @@ TEST(HeldBack, OtherAnglesInABlockDoNotMoveTheFoldThatLeavesItOut) {
 // The state of hysteresis and lags runs through the block; after the guard nothing of it may be left in the
 // knots, and next to nothing in the parameters.
 TEST(HeldBack, OtherReadingsInABlockDoNotMoveTheFoldThatLeavesItOut) {
-  const Data data = example();
+  const Data data = recorded();
   for (const Structure& structure : structures()) {
     const std::vector<Fold> before = folds(structure, data);
     Data spoilt = data;

@@ -16,9 +16,9 @@ namespace {
 constexpr double kBelieved = 0.15;  // below, a warning says why not
 
 // A finger that bends to random angles, quickly or slowly, and rests there for a while.
-class Motion {
+class SlowMotion {
  public:
-  Motion(unsigned seed, double duration_s, double slowest_move_s = 1.2) {
+  SlowMotion(unsigned seed, double duration_s, double slowest_move_s = 1.2) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform;
     while (at_.back() < duration_s) {
@@ -47,7 +47,7 @@ struct Signal {
 };
 
 // A glove's sensor: bent, falling, noisy, in whole counts.
-Signal glove(const Motion& motion, double begin_s, double end_s, double rate_hz, unsigned seed) {
+Signal glove(const SlowMotion& motion, double begin_s, double end_s, double rate_hz, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise;
   Signal s;
@@ -58,7 +58,7 @@ Signal glove(const Motion& motion, double begin_s, double end_s, double rate_hz,
   return s;
 }
 
-Signal camera(const Motion& motion, double begin_s, double end_s, double offset_s, unsigned seed,
+Signal camera(const SlowMotion& motion, double begin_s, double end_s, double offset_s, unsigned seed,
               double drift = 0) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise;
@@ -74,7 +74,7 @@ TEST(AlignShort, FiveToNineSecondsAt250HzFindTheirOffset) {
   int believed = 0;
   for (const double duration_s : {5.0, 7.0, 9.0}) {
     for (unsigned seed = 0; seed < 10; ++seed) {
-      const Motion motion(seed, 20);
+      const SlowMotion motion(seed, 20);
       const Signal sensor = glove(motion, 3, 3 + duration_s, 250, seed);
       const Signal reference = camera(motion, 2.2, 4 + duration_s, 12.34, seed + 100);
       const Alignment a = align(sensor.series(), reference.series());
@@ -109,7 +109,7 @@ TEST(AlignShort, OneSingleMovementIsNotBelieved) {
 }
 
 TEST(AlignShort, LessThanTwoSecondsAreRefused) {
-  const Motion motion(1, 20);
+  const SlowMotion motion(1, 20);
   const Signal sensor = glove(motion, 3, 4.5, 250, 1);
   const Signal reference = camera(motion, 0, 20, 0, 2);
   try {
@@ -134,8 +134,8 @@ TEST(AlignUnrelated, MotionsOfDifferentTakesAreNotBelieved) {
   int tried = 0;
   for (const double duration_s : {7.0, 12.0, 30.0, 100.0, 200.0}) {
     for (unsigned seed = 0; seed < 30; ++seed) {
-      const Motion one(seed, 2 * duration_s, 3);
-      const Motion other(seed + 1000, 2 * duration_s, 3);
+      const SlowMotion one(seed, 2 * duration_s, 3);
+      const SlowMotion other(seed + 1000, 2 * duration_s, 3);
       const auto c = confidence(glove(one, 0, duration_s, 100, seed).series(),
                                 camera(other, 0, duration_s + 3, 5, seed + 100).series());
       believed += c.value_or(0) >= kBelieved;
@@ -146,7 +146,7 @@ TEST(AlignUnrelated, MotionsOfDifferentTakesAreNotBelieved) {
 }
 
 TEST(AlignUnrelated, AClockThatNoCrystalHasIsAMismatchAndNoDrift) {
-  const Motion motion(3, 130, 12);  // slow enough for the wrong clock to look like the same motion
+  const SlowMotion motion(3, 130, 12);  // slow enough for the wrong clock to look like the same motion
   const Signal sensor = glove(motion, 5, 115, 20, 1);
   for (const double drift : {-0.018, 0.018}) {
     const Signal reference = camera(motion, 0, 122, 0, 2, drift);

@@ -14,7 +14,7 @@ namespace flexor::recording {
 namespace {
 
 // A finger that moves to random angles and rests there, seen by a sensor through a curve.
-struct Pair {
+struct TwoLogs {
   std::vector<double> sensor_t, sensor, reference_t, reference;
   Alignment align() const { return recording::align({sensor_t, sensor}, {reference_t, reference}); }
 };
@@ -41,9 +41,9 @@ struct Motion {
   }
 };
 
-Pair make(double offset_s, double drift = 0) {
+TwoLogs make(double offset_s, double drift = 0) {
   const Motion motion(3, 120);
-  Pair p;
+  TwoLogs p;
   std::mt19937 random(5);
   std::normal_distribution<double> noise;
   for (double t = 5; t < 110; t += 0.11) {
@@ -69,7 +69,7 @@ TEST(Align, FindsTheOffsetThroughSignScaleCurveAndGap) {
 }
 
 TEST(Align, FlippingTheAngleChangesNothing) {
-  Pair p = make(4);
+  TwoLogs p = make(4);
   const double before = p.align().clock_offset_s;
   for (double& y : p.reference) y = -y;
   EXPECT_NEAR(p.align().clock_offset_s, before, 1e-9);
@@ -84,7 +84,7 @@ TEST(Align, ReportsClocksThatDrift) {
 }
 
 TEST(Align, AMotionThatRepeatsItselfExactlyIsCalledAmbiguous) {
-  Pair p;
+  TwoLogs p;
   std::mt19937 random(2);
   std::normal_distribution<double> noise;
   for (double t = 0; t < 100; t += 0.05) {
@@ -100,7 +100,7 @@ TEST(Align, AMotionThatRepeatsItselfExactlyIsCalledAmbiguous) {
 }
 
 TEST(Align, RefusesUnrelatedAndShortRecordings) {
-  Pair p = make(0);
+  TwoLogs p = make(0);
   std::mt19937 random(1);
   for (double& y : p.reference) y = static_cast<double>(random() % 100);
   try {
@@ -109,7 +109,7 @@ TEST(Align, RefusesUnrelatedAndShortRecordings) {
   } catch (const io::JobError& error) {
     EXPECT_NE(std::string(error.what()).find("do not correlate"), std::string::npos) << error.what();
   }
-  Pair brief = make(0);
+  TwoLogs brief = make(0);
   brief.reference_t.resize(45);
   brief.reference.resize(45);
   try {
@@ -129,7 +129,7 @@ TEST(Align, AUsersOffsetIsCheckedAgainstTheSignals) {
 }
 
 TEST(Align, ASensorThatTurnsBackOverPartOfTheRangeStillAligns) {
-  Pair p = make(2.5);
+  TwoLogs p = make(2.5);
   const Motion motion(3, 120);
   for (std::size_t k = 0; k < p.sensor.size(); ++k) {
     p.sensor[k] = 500 - 0.2 * std::pow(motion(p.sensor_t[k]) - 35, 2);

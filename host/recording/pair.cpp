@@ -19,8 +19,8 @@ using io::InputError;
 using io::JobError;
 
 // Grid points for each reading that a log may ask for; slower logs say nothing at this rate.
-constexpr double kMostPerReading = 60;
-constexpr double kMostAnyway = 10000;
+constexpr double kMostPerRow = 60;
+constexpr double kMostSamples = 10000;
 
 constexpr double kAdcTop = 1023;
 constexpr double kRangeMargin = 0.25;
@@ -71,7 +71,7 @@ void check_size(const Recording& sensor, double rate_hz) {
     if (step <= kJump_s) seconds += step;
   }
   const auto rows = static_cast<double>(sensor.t_s.size());
-  if (seconds * rate_hz <= kMostAnyway + kMostPerReading * rows) return;
+  if (seconds * rate_hz <= kMostSamples + kMostPerRow * rows) return;
   throw InputError(
       fmt::format("{}: {} readings in {:.0f} s are far too few for {:g} samples a second; lower --rate",
                   sensor.source, sensor.t_s.size(), seconds, rate_hz));

@@ -85,7 +85,7 @@ void cell_table(Page& page, const Json& r) {
   page.table(t);
 }
 
-void shape_table(Page& page, const Json& shapes) {
+void laboratory_shapes(Page& page, const Json& shapes) {
   TableBlock t{"What the article says of the curves", {"gesture, what", "here", "laboratories that agree"}, {}, {}};
   for (const Json& s : shapes) {
     t.rows.push_back(
@@ -122,7 +122,7 @@ void render_ensemble(const Saved& saved) {
   page.figure(figure, svg);
   cell_table(page, r);
   page.heading("Shapes");
-  shape_table(page, r.at("shapes"));
+  laboratory_shapes(page, r.at("shapes"));
   const Json& chains = r.at("ensemble");
   page.paragraph(fmt::format("{} Markov chains, largest R-hat {:.3f}, smallest effective sample {:.0f}, seed {}; flexor {}.",
                              chains.at("chains").get<int>(), chains.at("worst_r_hat").get<double>(),

@@ -9,9 +9,9 @@
 namespace flexor::report {
 namespace {
 
-constexpr std::size_t kMostPoints = 4000;
+constexpr std::size_t kMostRows = 4000;
 constexpr std::array<const char*, 4> kQuality = {"good", "doubtful", "hidden", "lost"};
-constexpr std::array<const char*, 7> kColours = {"#0072B2", "#E69F00", "#009E73", "#CC79A7",
+constexpr std::array<const char*, 7> kAngleColours = {"#0072B2", "#E69F00", "#009E73", "#CC79A7",
                                                  "#D55E00", "#56B4E9", "#999933"};
 
 // Three or four labels on the axis, whatever the range.
@@ -26,7 +26,7 @@ void angles(Gnuplot& g, const Saved& saved) {
   const std::string file = g.data_file(saved.folder() / "angles.csv");
   const std::size_t n = r.at("angles").size();
   g.begin("angles", 120 + 120 * static_cast<int>(n) + 90);
-  const std::size_t every = 1 + r.at("frames").get<std::size_t>() / kMostPoints;
+  const std::size_t every = 1 + r.at("frames").get<std::size_t>() / kMostRows;
   const double from_s = r.at("from_s").get<double>();
   g.add("set datafile separator ','");
   g.add("set multiplot layout {},1 margins 0.17,0.97,{:.3f},0.98 spacing 0,0.025", n + 1,
@@ -46,7 +46,7 @@ void angles(Gnuplot& g, const Saved& saved) {
         "rgb '#cccccc' fs transparent solid 0.5, '' every {1} using 1:(${4}<3?${2}:1/0) with lines lw 1 lc "
         "rgb "
         "'#999999', '' every {1} using 1:(${4}==0?${2}:1/0) with lines lw 2 lc rgb '{5}'",
-        file, every, column, column + 1, column + 2, kColours[k % kColours.size()]);
+        file, every, column, column + 1, column + 2, kAngleColours[k % kAngleColours.size()]);
     ++k;
   }
   g.add("set format x '%g'; set xlabel 'time (s)'; set yrange [-0.3:3.3]; unset label 1");
@@ -58,7 +58,7 @@ void angles(Gnuplot& g, const Saved& saved) {
   g.add("unset multiplot");
 }
 
-void summary(Page& page, const Json& r) {
+void frame_summary(Page& page, const Json& r) {
   const auto frames = r.at("frames").get<double>();
   double error_deg = 0;
   for (const auto& angle : r.at("angles").items())
@@ -123,7 +123,7 @@ void render_tracking(const Saved& saved) {
   angles(g, saved);
   g.run();
   Page page("Angles from " + std::filesystem::path(saved.text("video")).filename().string());
-  summary(page, r);
+  frame_summary(page, r);
   const Figure figure{
       "angles", "Over time",
       "Coloured: good. Grey: unsure. The band is two standard errors wide on either side. Below: the worst "

@@ -51,6 +51,7 @@ struct Scenario {
 std::vector<Scenario> scenarios();
 
 inline constexpr std::size_t kPublishedCompensators = 3;
+inline constexpr double kPublishedRate_hz = 10;
 inline constexpr std::size_t kPublishedTrials = 3;
 const std::vector<std::string>& published_compensators();
 

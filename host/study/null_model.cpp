@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kFitted = 4;  // gestures 1 to 4
 
-double log_rms(const NullModel& model, int from, int to) {
+double constant_log_rms(const NullModel& model, int from, int to) {
   double sum = 0;
   int n = 0;
   for (const auto& [compensator, constant] : model.error_deg_s) {
@@ -31,8 +31,8 @@ NullModel null_model() {
     for (int g = 1; g <= kFitted; ++g) sum += std::log(*published_error_deg_s(g, c));
     out.error_deg_s[c] = std::exp(sum / kFitted);
   }
-  out.fitted_log_rms = log_rms(out, 1, kFitted);
-  out.other_log_rms = log_rms(out, kFitted + 1, 6);
+  out.fitted_log_rms = constant_log_rms(out, 1, kFitted);
+  out.other_log_rms = constant_log_rms(out, kFitted + 1, 6);
   return out;
 }
 

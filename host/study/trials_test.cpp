@@ -17,7 +17,7 @@ namespace flexor::study {
 namespace {
 namespace fs = std::filesystem;
 
-fs::path fresh_folder(const std::string& name) {
+fs::path trials_folder(const std::string& name) {
   const fs::path path = fs::temp_directory_path() / ("flexor_trials_" + name + std::to_string(::getpid()));
   fs::remove_all(path);
   return path;
@@ -33,7 +33,7 @@ Plan plan(const std::string& gestures, int trials, const std::string& folder = "
           folder};
 }
 
-std::string message(const std::function<void()>& what) {
+std::string refusal(const std::function<void()>& what) {
   try {
     what();
   } catch (const io::InputError& error) {
@@ -53,8 +53,8 @@ TEST(Statistic, MeanAndStudentIntervalOfKnownNumbers) {
 }
 
 TEST(Trials, ThreadsDoNotChangeABit) {
-  const fs::path one = fresh_folder("one");
-  const fs::path four = fresh_folder("four");
+  const fs::path one = trials_folder("one");
+  const fs::path four = trials_folder("four");
   Plan p = plan("1,4", 40, one.string());
   p.threads = 1;
   const Result a = run(p, {});
@@ -68,7 +68,7 @@ TEST(Trials, ThreadsDoNotChangeABit) {
 }
 
 TEST(Trials, ARunThatWasCutOffGoesOnToTheSameEnd) {
-  const fs::path folder = fresh_folder("cut");
+  const fs::path folder = trials_folder("cut");
   const Plan p = plan("2,3", 40, folder.string());
   const Result whole = run(p, {});
   const std::string text = io::read_file(folder / "trials.csv");
@@ -83,7 +83,7 @@ TEST(Trials, ARunThatWasCutOffGoesOnToTheSameEnd) {
   }
   Plan other = p;
   other.seed = 4;
-  EXPECT_NE(message([&] { (void)run(other, {}); }).find("results of other settings"), std::string::npos);
+  EXPECT_NE(refusal([&] { (void)run(other, {}); }).find("results of other settings"), std::string::npos);
   EXPECT_EQ(io::read_file(folder / "trials.csv"), text);
   fs::remove_all(folder);
 }
@@ -151,19 +151,19 @@ TEST(Trials, TheArticlesWordsAreChecked) {
 TEST(Trials, ARateAboveTheRadioSaysWhatFits) {
   Plan p = plan("1", 1);
   p.compensators = {compensator("raw", 100)};
-  EXPECT_NE(message([&] { (void)run(p, {}); }).find("at most 80"), std::string::npos);
+  EXPECT_NE(refusal([&] { (void)run(p, {}); }).find("at most 80"), std::string::npos);
 }
 
 TEST(Trials, UnknownNamesListTheKnown) {
-  EXPECT_NE(message([] { (void)motions("1-7"); }).find("1 to 6"), std::string::npos);
-  EXPECT_NE(message([] { (void)motions("wave"); }).find("known"), std::string::npos);
-  EXPECT_NE(message([] { (void)compensator("kalman", 10); }).find("published-hw"), std::string::npos);
-  EXPECT_NE(message([] { (void)compensator("raw", 0); }).find("positive"), std::string::npos);
+  EXPECT_NE(refusal([] { (void)motions("1-7"); }).find("1 to 6"), std::string::npos);
+  EXPECT_NE(refusal([] { (void)motions("wave"); }).find("known"), std::string::npos);
+  EXPECT_NE(refusal([] { (void)compensator("kalman", 10); }).find("published-hw"), std::string::npos);
+  EXPECT_NE(refusal([] { (void)compensator("raw", 0); }).find("positive"), std::string::npos);
   EXPECT_EQ(motions("1-6").size(), 6U);
 }
 
 TEST(Trials, ReadsWideCsvAsMotionAndNamesWhatIsMissing) {
-  const fs::path folder = fresh_folder("motion");
+  const fs::path folder = trials_folder("motion");
   io::make_folder(folder);
   io::write_file(
       folder / "good.csv",
@@ -172,18 +172,18 @@ TEST(Trials, ReadsWideCsvAsMotionAndNamesWhatIsMissing) {
   EXPECT_DOUBLE_EQ(m.duration_s(), 1);
   EXPECT_DOUBLE_EQ(m.angle(1, 0.5, {}), 45);
   io::write_file(folder / "bad.csv", "t_s,thumb_deg\n5,90\n6,95\n");
-  EXPECT_NE(message([&] { (void)motions((folder / "bad.csv").string()); }).find("index_deg"),
+  EXPECT_NE(refusal([&] { (void)motions((folder / "bad.csv").string()); }).find("index_deg"),
             std::string::npos);
   const std::string header = "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n";
   io::write_file(folder / "far.csv", header + "0,90,3000,30,30,30\n1,90,30,30,30,30\n");
   EXPECT_NE(
-      message([&] { (void)motions((folder / "far.csv").string()); }).find("column index_deg: 30 to 3000"),
+      refusal([&] { (void)motions((folder / "far.csv").string()); }).find("column index_deg: 30 to 3000"),
       std::string::npos);
   io::write_file(folder / "rad.csv", header + "0,1.6,0.5,0.5,0.5,0.5\n1,1.6,1,1,1,1\n");
-  EXPECT_NE(message([&] { (void)motions((folder / "rad.csv").string()); }).find("radians"),
+  EXPECT_NE(refusal([&] { (void)motions((folder / "rad.csv").string()); }).find("radians"),
             std::string::npos);
   io::write_file(folder / "bad.txt", "2014 09 12 13 43 42.258 1 -0.7\n");
-  EXPECT_NE(message([&] { (void)motions((folder / "bad.txt").string()); }).find("row 1"), std::string::npos);
+  EXPECT_NE(refusal([&] { (void)motions((folder / "bad.txt").string()); }).find("row 1"), std::string::npos);
   fs::remove_all(folder);
 }
 
@@ -220,7 +220,7 @@ TEST(TwinFigures, TheTableComesOutAsPublished) {
 // Ordinary use, one donning: what is identified errs less than the published compensator in the mean of the
 // gestures, and so does a line with the same lead, if less so.
 TEST(TwinFigures, IdentifiedAndItsBaselinesBesideThePublishedCompensator) {
-  const fs::path folder = fresh_folder("glove");
+  const fs::path folder = trials_folder("glove");
   GloveRequest request;
   request.parameters = shipped_parameters();
   const GloveFit glove = calibrate_glove(request, folder, {});

@@ -15,7 +15,6 @@ namespace {
 
 constexpr double kPlacementDeviation_deg = 16;
 constexpr double kPlacementReach_deg = 45;
-constexpr double kRate_hz = 10;  // the article's
 
 // The input at which a published compensator settles at angle_deg.
 double inverse(const model::Channel& c, double angle_deg) {
@@ -23,8 +22,8 @@ double inverse(const model::Channel& c, double angle_deg) {
 }
 
 std::vector<FreeParameter> make_free_parameters() {
-  const Compensator w = compensator("published-w", kRate_hz);
-  const Compensator hw = compensator("published-hw", kRate_hz);
+  const Compensator w = compensator("published-w", kPublishedRate_hz);
+  const Compensator hw = compensator("published-hw", kPublishedRate_hz);
   const twin::Parameters p;
   std::vector<FreeParameter> out;
   for (const bool upper : {false, true}) {

@@ -11,7 +11,6 @@
 namespace flexor::study {
 namespace {
 
-constexpr double kRate_hz = 10;  // the article's
 
 double cell(double ours_deg_s, double published_deg_s, std::size_t compensator) {
   static const auto deviation = published_standard_errors();
@@ -72,7 +71,7 @@ double log_likelihood(const TableErrors& ours, const TableErrors& published) {
 TwinTable::TwinTable(int first, int last, int trials, std::uint64_t seed) {
   plan_.motions = motions(fmt::format("{}-{}", first, last));
   for (const std::string& name : published_compensators()) {
-    plan_.compensators.push_back(compensator(name, kRate_hz));
+    plan_.compensators.push_back(compensator(name, kPublishedRate_hz));
   }
   plan_.seed = seed;
   plan_.trials = trials;

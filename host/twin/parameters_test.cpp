@@ -10,7 +10,7 @@
 namespace flexor::twin {
 namespace {
 
-std::string message(const std::string& parameters) {
+std::string refusal(const std::string& parameters) {
   try {
     (void)from_json(R"({"schema":"flexor-twin","schema_version":1,"parameters":)" + parameters + "}",
                     "t.json");
@@ -33,7 +33,7 @@ TEST(Parameters, EveryEntryHasAnotherNameAUnitASourceAndALegalDefault) {
 
 TEST(Parameters, AFaultLastsNoLongerThanThereIsTime) {
   const std::string why =
-      message(R"({},"faults":[{"finger":"ring","kind":"open","start_s":1e308,"duration_s":1.7e308}])");
+      refusal(R"({},"faults":[{"finger":"ring","kind":"open","start_s":1e308,"duration_s":1.7e308}])");
   EXPECT_TRUE(why.starts_with("t.json: faults: \"start_s\" is 1e+308; it must lie between 0 and 1e+09"))
       << why;
 }
@@ -49,7 +49,7 @@ TEST(Parameters, AFileThatIsCalledLikeAParameterIsNamedAllTheSame) {
 }
 
 TEST(Parameters, AFingerWithTwoNamesHasOneValue) {
-  EXPECT_EQ(message(R"({"placement.bend_lower_deg":{"value":{"pinky":30,"little":31}}})"),
+  EXPECT_EQ(refusal(R"({"placement.bend_lower_deg":{"value":{"pinky":30,"little":31}}})"),
             "t.json: placement.bend_lower_deg: \"value\" gives pinky twice; remove one");
 }
 
@@ -67,27 +67,27 @@ TEST(Parameters, TheShippedConfigurationIsTheDefault) {
 }
 
 TEST(Parameters, RefusesTheImpossibleByName) {
-  EXPECT_NE(message(R"({"motor.coulomb_mNm":{"value":-1}})").find("motor.coulomb_mNm: -1 mNm is impossible"),
+  EXPECT_NE(refusal(R"({"motor.coulomb_mNm":{"value":-1}})").find("motor.coulomb_mNm: -1 mNm is impossible"),
             std::string::npos);
-  EXPECT_NE(message(R"({"radio.baud":{"value":0}})").find("radio.baud: 0"), std::string::npos);
-  EXPECT_NE(message(R"({"radio.frame_rate_hz":{"value":500}})").find("do not fit 9600 baud"),
+  EXPECT_NE(refusal(R"({"radio.baud":{"value":0}})").find("radio.baud: 0"), std::string::npos);
+  EXPECT_NE(refusal(R"({"radio.frame_rate_hz":{"value":500}})").find("do not fit 9600 baud"),
             std::string::npos);
-  EXPECT_NE(message(R"({"radio.los":{"value":0}})").find("radio.loss"), std::string::npos);
-  EXPECT_NE(message(R"({"radio.loss":{"value":"much"}})").find("must be a number"), std::string::npos);
-  EXPECT_NE(message(R"({"radio.jitter_s":{"value":5,"unit":"ms"}})").find("the unit is s, not ms"),
+  EXPECT_NE(refusal(R"({"radio.los":{"value":0}})").find("radio.loss"), std::string::npos);
+  EXPECT_NE(refusal(R"({"radio.loss":{"value":"much"}})").find("must be a number"), std::string::npos);
+  EXPECT_NE(refusal(R"({"radio.jitter_s":{"value":5,"unit":"ms"}})").find("the unit is s, not ms"),
             std::string::npos);
-  EXPECT_NE(message(R"({"motor.resistance_ohm":{"value":0.01}})").find("faster than the plant's step"),
+  EXPECT_NE(refusal(R"({"motor.resistance_ohm":{"value":0.01}})").find("faster than the plant's step"),
             std::string::npos);
-  EXPECT_EQ(message("{}"), "accepted");
+  EXPECT_EQ(refusal("{}"), "accepted");
 }
 
 TEST(Parameters, ALowerLimitAboveItsUpperOneIsRefused) {
-  EXPECT_NE(message(R"({"hand.lower_deg":{"value":{"index":120}}})").find("hand.lower_deg of index, 120"),
+  EXPECT_NE(refusal(R"({"hand.lower_deg":{"value":{"index":120}}})").find("hand.lower_deg of index, 120"),
             std::string::npos);
-  EXPECT_NE(message(R"({"placement.bend_lower_deg":{"value":{"ring":170}}})")
+  EXPECT_NE(refusal(R"({"placement.bend_lower_deg":{"value":{"ring":170}}})")
                 .find("placement.bend_lower_deg of ring, 170"),
             std::string::npos);
-  EXPECT_NE(message(R"({"loop.lower_deg":{"value":150},"loop.upper_deg":{"value":20}})")
+  EXPECT_NE(refusal(R"({"loop.lower_deg":{"value":150},"loop.upper_deg":{"value":20}})")
                 .find("loop.lower_deg, 150, must be below loop.upper_deg, 20"),
             std::string::npos);
 }

@@ -14,7 +14,7 @@ constexpr int kLattice = 7;
 constexpr std::size_t kNoiseTable = 1U << 18U;
 constexpr double kRadians = std::numbers::pi / 180;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
@@ -30,12 +30,12 @@ Renderer::Renderer(const View& view, const Look& look, std::uint64_t seed)
        {std::cos(b) * std::sin(c), std::cos(b) * std::cos(c), -std::sin(b)},
        {-std::sin(a) * std::cos(c) + std::cos(a) * std::sin(b) * std::sin(c),
         std::sin(a) * std::sin(c) + std::cos(a) * std::sin(b) * std::cos(c), std::cos(a) * std::cos(b)}}};
-  const auto pixels = at(view.width) * at(view.height);
+  const auto pixels = index(view.width) * index(view.height);
   plane_.resize(pixels);
   empty_.resize(3 * pixels);
   for (int y = 0; y < view.height; ++y) {
     for (int x = 0; x < view.width; ++x) {
-      const std::size_t i = at(y) * at(view.width) + at(x);
+      const std::size_t i = index(y) * index(view.width) + index(x);
       const Place p = unproject(x, y);
       plane_[i] = {static_cast<float>(p.x), static_cast<float>(p.y)};
     }
@@ -123,10 +123,10 @@ void Renderer::paint(const Box& b, Inside&& inside) {
   const auto light_at = [&](int x) { return look_.light * (1 - look_.gradient * x / view_.width); };
   for (int y = b.top; y < b.bottom; ++y) {
     for (int x = b.left; x < b.right; ++x) {
-      const std::size_t i = at(y) * at(view_.width) + at(x);
+      const std::size_t i = index(y) * index(view_.width) + index(x);
       // The plane is flat over one pixel.
       const std::size_t right = x + 1 < view_.width ? i + 1 : i - 1;
-      const std::size_t below = y + 1 < view_.height ? i + at(view_.width) : i - at(view_.width);
+      const std::size_t below = y + 1 < view_.height ? i + index(view_.width) : i - index(view_.width);
       const double sx = x + 1 < view_.width ? 1 : -1;
       const double sy = y + 1 < view_.height ? 1 : -1;
       const double px = plane_[i][0];
@@ -197,7 +197,7 @@ void Renderer::paint_pattern(const Pattern& p) {
     if (column < 0 || row < 0 || column >= p.columns || row >= p.rows) return false;
     constexpr Bgr kWhite = {235, 235, 235};
     constexpr Bgr kBlack = {25, 25, 25};
-    colour = p.cells[at(row) * at(p.columns) + at(column)] ? kWhite : kBlack;
+    colour = p.cells[index(row) * index(p.columns) + index(column)] ? kWhite : kBlack;
     return true;
   });
 }
@@ -217,24 +217,24 @@ void Renderer::blur(const Box& painted) {
     sum += tap.back();
   }
   for (float& t : tap) t /= sum;
-  const std::size_t row = 3 * at(view_.width);
-  const std::size_t width = 3 * at(b.right - b.left);
-  scratch_.assign(width * at(b.bottom - b.top), 0);
+  const std::size_t row = 3 * index(view_.width);
+  const std::size_t width = 3 * index(b.right - b.left);
+  scratch_.assign(width * index(b.bottom - b.top), 0);
   for (int y = b.top; y < b.bottom; ++y) {
-    float* to = &scratch_[at(y - b.top) * width];
+    float* to = &scratch_[index(y - b.top) * width];
     for (int k = -reach; k <= reach; ++k) {
-      const float* from = &canvas_[at(std::clamp(y + k, 0, view_.height - 1)) * row + 3 * at(b.left)];
-      const float t = tap[at(k + reach)];
+      const float* from = &canvas_[index(std::clamp(y + k, 0, view_.height - 1)) * row + 3 * index(b.left)];
+      const float t = tap[index(k + reach)];
       for (std::size_t x = 0; x < width; ++x) to[x] += t * from[x];
     }
   }
-  std::vector<float> wide(width + 6 * at(reach));
+  std::vector<float> wide(width + 6 * index(reach));
   for (int y = b.top; y < b.bottom; ++y) {
-    const float* from = &scratch_[at(y - b.top) * width];
+    const float* from = &scratch_[index(y - b.top) * width];
     for (int x = -reach; x < b.right - b.left + reach; ++x) {
-      std::copy_n(from + 3 * at(std::clamp(x, 0, b.right - b.left - 1)), 3, &wide[3 * at(x + reach)]);
+      std::copy_n(from + 3 * index(std::clamp(x, 0, b.right - b.left - 1)), 3, &wide[3 * index(x + reach)]);
     }
-    float* to = &canvas_[at(y) * row + 3 * at(b.left)];
+    float* to = &canvas_[index(y) * row + 3 * index(b.left)];
     std::fill_n(to, width, 0.F);
     for (std::size_t k = 0; k < tap.size(); ++k) {
       for (std::size_t x = 0; x < width; ++x) to[x] += tap[k] * wide[x + 3 * k];
@@ -254,10 +254,10 @@ void Renderer::draw(const Scene& scene, std::uint64_t frame, std::vector<std::ui
   if (!noise_.empty()) {
     // A row takes its noise from a random place of one long table.
     Random random(seed_of(seed_, 2, frame));
-    const std::size_t row = 3 * at(view_.width);
+    const std::size_t row = 3 * index(view_.width);
     for (int y = 0; y < view_.height; ++y) {
       const std::size_t start = random.bits() % (kNoiseTable - row);
-      float* to = &canvas_[at(y) * row];
+      float* to = &canvas_[index(y) * row];
       for (std::size_t x = 0; x < row; ++x) to[x] += noise_[start + x];
     }
   }

@@ -89,11 +89,11 @@ FilteredRow AngleFilter::pop() {
 // The change of rate between three frames in which it was measured is q (h1 + h2) / 3 of motion, the rest
 // noise.
 double AngleFilter::density(std::size_t k, double factor) const {
-  struct Seen {
+  struct Reading {
     double t_s;
     Angle angle;
   };
-  std::array<Seen, kDifferences + 2> last{};  // the newest, oldest first
+  std::array<Reading, kDifferences + 2> last{};  // the newest, oldest first
   std::array<double, kDifferences> excess{};
   std::size_t seen = 0;
   double largest = 0;
@@ -103,9 +103,9 @@ double AngleFilter::density(std::size_t k, double factor) const {
     std::shift_left(last.begin(), last.end(), 1);
     last.back() = {frame.t_s, *z};
     if (++seen < 3) continue;
-    const Seen& a = last[kDifferences - 1];
-    const Seen& b = last[kDifferences];
-    const Seen& c = last[kDifferences + 1];
+    const Reading& a = last[kDifferences - 1];
+    const Reading& b = last[kDifferences];
+    const Reading& c = last[kDifferences + 1];
     const double h1 = b.t_s - a.t_s;
     const double h2 = c.t_s - b.t_s;
     const double change = (c.angle.deg - b.angle.deg) / h2 - (b.angle.deg - a.angle.deg) / h1;

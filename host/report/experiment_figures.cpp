@@ -38,7 +38,7 @@ class Drawing {
   void errors() {
     const std::size_t n = experiment_.compensators.size();
     const double floor = axis_floor();
-    g_.begin("errors", 400);
+    g_.begin("errors", 360 + 22 * static_cast<int>((n + 2) / 2));
     for (std::size_t c = 0; c < n; ++c) {
       g_.data(fmt::format("errors{}", c), experiment_.motions.size(), [&](std::size_t m) {
         const Json& cell = experiment_.cell(m, c);
@@ -57,7 +57,7 @@ class Drawing {
         "set logscale y; set ylabel 'total error E_T (deg s)' noenhanced; set xtics ({}) noenhanced rotate "
         "by -35",
         tics);
-    g_.add("set xrange [-0.6:{}]; set key maxrows 3", static_cast<double>(experiment_.motions.size()) - 0.4);
+    g_.add("set xrange [-0.6:{}]; set key maxcols 2", static_cast<double>(experiment_.motions.size()) - 0.4);
     g_.add("set boxwidth {}; set style fill solid 0.85 noborder; set yrange [{}:*]",
            0.8 / static_cast<double>(n) * 0.92, floor);
     g_.add("{}", bars());

@@ -6,9 +6,9 @@
 namespace flexor::camera {
 namespace {
 
-constexpr double kMeasured_px2 = 0.25;    // a mark's centre wanders by half a pixel as it turns
-constexpr double kFirstSpeed_px_s = 300;  // standard deviation
-constexpr double kLeastDensity_px2_s3 = 1e4;     // px^2/s^3
+constexpr double kMeasured_px2 = 0.25;        // a mark's centre wanders by half a pixel as it turns
+constexpr double kFirstSpeed_px_s = 300;      // standard deviation
+constexpr double kLeastDensity_px2_s3 = 1e4;  // px^2/s^3
 constexpr double kMostDensity = 1e8;
 constexpr double kLearn = 0.15;
 constexpr double kFade_s = 0.3;
@@ -50,8 +50,8 @@ void MarkPredictor::update(double t_s, Point z) {
   const double dx = z.x - position_.x;
   const double dy = z.y - position_.y;
   const double surprise = (dx * dx + dy * dy) / (2 * s) - 1;
-  density_ =
-      std::clamp(density_ * std::exp(kLearn * std::clamp(surprise, -1.0, 4.0)), kLeastDensity_px2_s3, kMostDensity);
+  density_ = std::clamp(density_ * std::exp(kLearn * std::clamp(surprise, -1.0, 4.0)), kLeastDensity_px2_s3,
+                        kMostDensity);
   const double g0 = p00_ / s;
   const double g1 = p01_ / s;
   position_ = {position_.x + g0 * dx, position_.y + g0 * dy};

@@ -39,15 +39,17 @@ void ratio_figure(Gnuplot& g, const Json& r) {
     if (ratio == nullptr) continue;
     tics += fmt::format("{}{} {}", row == 0 ? "" : ", ", gnuplot_tic(names[c]), row);
     g.data(fmt::format("bar{}", c), 1, [&](std::size_t) {
-      return fmt::format("{} {} {} {}", ratio->at("median").get<double>(), row, ratio->at("low").get<double>(),
-                         ratio->at("high").get<double>());
+      return fmt::format("{} {} {} {}", ratio->at("median").get<double>(), row,
+                         ratio->at("low").get<double>(), ratio->at("high").get<double>());
     });
-    plot += fmt::format(", $bar{0} using 1:2:3:4 with xerrorbars pt 7 ps 1 lw 3 lc rgb '{1}' notitle", c, colour[c]);
+    plot += fmt::format(", $bar{0} using 1:2:3:4 with xerrorbars pt 7 ps 1 lw 3 lc rgb '{1}' notitle", c,
+                        colour[c]);
     ++row;
   }
   if (row == 0) return g.add("plot NaN notitle");
   g.add("set logscale x; set xlabel 'error relative to published HW'; set ytics ({}) noenhanced", tics);
-  g.add("set xtics (0.25, 0.5, 1, 2, 4, 8, 16); set yrange [{}:-0.6]; set lmargin 22", static_cast<double>(row) - 0.4);
+  g.add("set xtics (0.25, 0.5, 1, 2, 4, 8, 16); set yrange [{}:-0.6]; set lmargin 22",
+        static_cast<double>(row) - 0.4);
   g.add("set arrow from 1, graph 0 to 1, graph 1 nohead lc rgb '#999999' dt 2");
   g.add("{}", plot);
 }
@@ -62,7 +64,8 @@ void headline_table(Page& page, const Json& r) {
     if (ratio == nullptr) continue;
     t.rows.push_back(
         {h.at("compensator").get<std::string>(), with_quantiles(*ratio, 2),
-         fmt::format("{:.0f} %", 100 * h.at("share_of_laboratories_below").at("published-hw").get<double>())});
+         fmt::format("{:.0f} %",
+                     100 * h.at("share_of_laboratories_below").at("published-hw").get<double>())});
   }
   page.table(t);
 }
@@ -86,12 +89,12 @@ void cell_table(Page& page, const Json& r) {
 }
 
 void laboratory_shapes(Page& page, const Json& shapes) {
-  TableBlock t{"What the article says of the curves", {"gesture, what", "here", "laboratories that agree"}, {}, {}};
+  TableBlock t{
+      "What the article says of the curves", {"gesture, what", "here", "laboratories that agree"}, {}, {}};
   for (const Json& s : shapes) {
-    t.rows.push_back(
-        {fmt::format("{}, {}", s.at("gesture").get<int>(), s.at("what").get<std::string>()),
-         with_quantiles(s.at("value_deg"), 1) + "°",
-         fmt::format("{:.0f} %", 100 * s.at("share_of_laboratories_that_agree").get<double>())});
+    t.rows.push_back({fmt::format("{}, {}", s.at("gesture").get<int>(), s.at("what").get<std::string>()),
+                      with_quantiles(s.at("value_deg"), 1) + "°",
+                      fmt::format("{:.0f} %", 100 * s.at("share_of_laboratories_that_agree").get<double>())});
   }
   if (!t.rows.empty()) page.table(t);
 }
@@ -107,15 +110,18 @@ void render_ensemble(const Saved& saved) {
   Page page("Glove to bionic hand, in the laboratories that the article leaves plausible");
   page.paragraph(fmt::format(
       "{} laboratories, drawn by how well they agree with the published averages of gestures 1 to 4. In "
-      "each, the glove is worn and recorded once, compensators are fitted to that recording, and the gestures are played.",
+      "each, the glove is worn and recorded once, compensators are fitted to that recording, and the "
+      "gestures are played.",
       r.at("laboratories").get<std::size_t>()));
   const Json& distance = r.at("log_rms");
-  page.cards({{with_quantiles(distance.at("gestures_1_to_4"), 2), "distance from the published table on gestures 1 to 4"},
-              {with_quantiles(distance.at("gestures_5_and_6"), 2), "the same on gestures 5 and 6, which the draw did not use",
-               true}});
+  page.cards({{with_quantiles(distance.at("gestures_1_to_4"), 2),
+               "distance from the published table on gestures 1 to 4"},
+              {with_quantiles(distance.at("gestures_5_and_6"), 2),
+               "the same on gestures 5 and 6, which the draw did not use", true}});
   headline_table(page, r);
   const Figure figure{"ratios", "Compensators in all laboratories",
-                      "Dots: the median. Bars: from 5 to 95 % of the laboratories. Left of the dashed line is better than the "
+                      "Dots: the median. Bars: from 5 to 95 % of the laboratories. Left of the dashed line "
+                      "is better than the "
                       "published Hammerstein-Wiener compensator."};
   const std::string svg = g.svg(figure.name);
   io::write_file(saved.folder() / "ratios.svg", svg);
@@ -124,10 +130,11 @@ void render_ensemble(const Saved& saved) {
   page.heading("Shapes");
   laboratory_shapes(page, r.at("shapes"));
   const Json& chains = r.at("ensemble");
-  page.paragraph(fmt::format("{} Markov chains, largest R-hat {:.3f}, smallest effective sample {:.0f}, seed {}; flexor {}.",
-                             chains.at("chains").get<int>(), chains.at("worst_r_hat").get<double>(),
-                             chains.at("least_effective").get<double>(), chains.at("seed").get<std::uint64_t>(),
-                             saved.text("version")));
+  page.paragraph(fmt::format(
+      "{} Markov chains, largest R-hat {:.3f}, smallest effective sample {:.0f}, seed {}; flexor {}.",
+      chains.at("chains").get<int>(), chains.at("worst_r_hat").get<double>(),
+      chains.at("least_effective").get<double>(), chains.at("seed").get<std::uint64_t>(),
+      saved.text("version")));
   io::write_file(saved.folder() / "report.html", page.html());
 }
 

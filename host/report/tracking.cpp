@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kMostRows = 4000;
 constexpr std::array<const char*, 4> kQuality = {"good", "doubtful", "hidden", "lost"};
 constexpr std::array<const char*, 7> kAngleColours = {"#0072B2", "#E69F00", "#009E73", "#CC79A7",
-                                                 "#D55E00", "#56B4E9", "#999933"};
+                                                      "#D55E00", "#56B4E9", "#999933"};
 
 // Three or four labels on the axis, whatever the range.
 double tic_step(double range) {

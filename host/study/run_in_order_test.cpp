@@ -62,7 +62,8 @@ TEST(RunInOrder, WhatTakingThrowsEndsTheRun) {
 }
 
 TEST(RunInOrder, NothingToDoIsDone) {
-  run_in_order<int>(3, 3, 4, [](std::size_t) { return 1; }, [](std::size_t, int) { FAIL(); });
+  run_in_order<int>(
+      3, 3, 4, [](std::size_t) { return 1; }, [](std::size_t, int) { FAIL(); });
 }
 
 }  // namespace

@@ -11,7 +11,6 @@
 namespace flexor::study {
 namespace {
 
-
 double cell(double ours_deg_s, double published_deg_s, std::size_t compensator) {
   static const auto deviation = published_standard_errors();
   const double z = std::log(ours_deg_s / published_deg_s) / deviation[compensator];

@@ -150,10 +150,11 @@ class WorkerFolder : public testing::Test {
   }
 
   void expect_nothing_half_written(const fs::path& temporary) const {
-    for (int i = 0; i < 5000 && fs::exists(temporary); ++i)
+    const auto files = [&] { return std::distance(fs::directory_iterator(folder_), {}); };
+    for (int i = 0; i < 5000 && (fs::exists(temporary) || files() > 1); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     EXPECT_FALSE(fs::exists(temporary));
-    EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "only the file that was finished";
+    EXPECT_EQ(files(), 1) << "only the file that was finished";
   }
 
   // A process that has a worker in the middle of a job.

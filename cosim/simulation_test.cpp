@@ -306,7 +306,7 @@ TEST(Twin, AgreesWithTheCoSimulation) {
   plan.motions = study::motions("1-6");
   for (const char* name : {"raw", "published-w", "published-hw"})
     plan.compensators.push_back(study::compensator(name, 10));
-  plan.trials = 2;
+  plan.trials = 6;  // Raw winds up: two trials of it differ by more than what is asked here
   plan.seed = 5;
   plan.threads = 2;
   const study::Result twin = study::run(plan, {});

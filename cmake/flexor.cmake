@@ -65,6 +65,17 @@ function(flexor_write_graph file)
   file(WRITE ${file} "${text}")
 endfunction()
 
+# Files that the program carries with it, as C++: FILES below FOLDER fill @ROWS@ of NAME.cpp.in, one {"name", text} each.
+function(flexor_embed name folder)
+  set(ROWS "")
+  foreach(file IN LISTS ARGN)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${folder}/${file})
+    file(READ ${folder}/${file} text)
+    string(APPEND ROWS "      {\"${file}\", R\"embedded(${text})embedded\"},\n")
+  endforeach()
+  configure_file(${name}.cpp.in ${name}.cpp @ONLY)
+endfunction()
+
 add_library(flexor_warnings INTERFACE)
 target_compile_options(flexor_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")

@@ -22,18 +22,18 @@ twin::Parameters everything() {
   return p;
 }
 
-twin::Setup setup() {
+twin::TrialInput input() {
   return {everything(), study::motions("1").front(), study::compensator("published-hw", 10).model, 1, false};
 }
 
 void report(benchmark::State& state, double trials_each) {
   const double simulated_s =
-      setup().motion.duration_s() * trials_each * static_cast<double>(state.iterations());
+      input().motion.duration_s() * trials_each * static_cast<double>(state.iterations());
   state.counters["times_real_time"] = benchmark::Counter(simulated_s, benchmark::Counter::kIsRate);
 }
 
 void twin_vectors(benchmark::State& state) {
-  const twin::Setup s = setup();
+  const twin::TrialInput s = input();
   std::uint64_t first = 0;
   for (auto _ : state) benchmark::DoNotOptimize(twin::simulate(s, first += 16, 16));
   report(state, 16);
@@ -41,7 +41,7 @@ void twin_vectors(benchmark::State& state) {
 BENCHMARK(twin_vectors)->Unit(benchmark::kMillisecond);
 
 void twin_scalar(benchmark::State& state) {
-  const twin::Setup s = setup();
+  const twin::TrialInput s = input();
   std::uint64_t first = 0;
   for (auto _ : state) benchmark::DoNotOptimize(twin::simulate_scalar(s, first += 16, 16));
   report(state, 16);

@@ -3,8 +3,14 @@
 #   flexor_library(NAME HEADERS ... SOURCES ... USES)   host library, C++20
 #   flexor_test(NAME SOURCES ... USES ...)              GoogleTest program, one ctest entry per test
 #   flexor_avr_test(NAME SOURCE file VARIANTS ...)      builds for the ATmega328P
-#   flexor_fuzzer(NAME SOURCES ... USES ...)            libFuzzer program (preset fuzz)
+#   flexor_fuzzer(NAME SOURCES ... USES ...)            libFuzzer program (preset asan)
 # Includes are written from the repository root: "host/model/model.hpp".
+
+# What was compiled before, in whatever clone, is not compiled again.
+find_program(CCACHE ccache)
+if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CCACHE})
+endif()
 
 # The address sanitizer stops at null pointers too; leaving these checks to it makes the build five times faster.
 if(FLEXOR_SANITIZE STREQUAL "thread")
@@ -14,14 +20,10 @@ elseif(FLEXOR_SANITIZE)
   # A room is compiled as one file, in a third of the time; the release build compiles every file alone.
   set(CMAKE_UNITY_BUILD ON)
   set(CMAKE_UNITY_BUILD_BATCH_SIZE 0)
-  add_compile_options(-Wno-subobject-linkage)
-  add_compile_options(-fsanitize=address,undefined -fno-sanitize=null,vptr,object-size,alignment
+  add_compile_options(-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize=null,vptr,object-size,alignment
                       -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=address,undefined)
-endif()
-if(FLEXOR_FUZZ)
-  add_compile_options(-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all -O1)
-  add_link_options(-fsanitize=address,undefined)
+  add_custom_target(fuzzers)
 endif()
 
 # A program loads the libraries that it calls, not those that something beside it calls: OpenCV brings two hundred.
@@ -104,7 +106,7 @@ endfunction()
 # A header that leans on its includer must fail. One that its own .cpp or _test.cpp includes first is proven by that;
 # every other gets a translation unit of its own.
 function(flexor_headers_compile_alone library)
-  if(FLEXOR_SANITIZE OR FLEXOR_FUZZ)
+  if(FLEXOR_SANITIZE)
     return()
   endif()
   file(RELATIVE_PATH room ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
@@ -134,9 +136,6 @@ function(flexor_headers_compile_alone library)
 endfunction()
 
 function(flexor_test name)
-  if(FLEXOR_FUZZ)
-    return()
-  endif()
   cmake_parse_arguments(ARG "" "" "SOURCES;USES" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_USES} flexor_warnings GTest::gtest_main rapidcheck)
@@ -146,9 +145,6 @@ endfunction()
 
 # The same headers on the microcontroller's compiler: built, and its symbols searched for heap and soft-float.
 function(flexor_avr_test name)
-  if(FLEXOR_FUZZ)
-    return()
-  endif()
   cmake_parse_arguments(ARG "" "SOURCE" "VARIANTS" ${ARGN})
   find_program(AVR_CXX avr-g++)
   find_program(AVR_NM avr-nm)
@@ -159,11 +155,12 @@ function(flexor_avr_test name)
 endfunction()
 
 function(flexor_fuzzer name)
-  if(NOT FLEXOR_FUZZ)
+  if(NOT TARGET fuzzers)
     return()
   endif()
   cmake_parse_arguments(ARG "" "" "SOURCES;USES" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_USES} flexor_warnings)
   target_link_options(${name} PRIVATE -fsanitize=fuzzer)
+  add_dependencies(fuzzers ${name})
 endfunction()

@@ -4,7 +4,7 @@
 #include <deque>
 #include <map>
 
-#include "cosim/simulation.hpp"
+#include "cosim/co_simulation.hpp"
 #include "firmware/markers.hpp"
 #include "host/twin/random.hpp"
 #include "runtime/link/receiver.hpp"
@@ -63,8 +63,8 @@ class FrameWatch {
 };
 
 // A hand at rest and quiet strips.
-twin::Setup still(const twin::Parameters& parameters, const model::Model& model, int edges,
-                  std::uint64_t seed) {
+twin::TrialInput still(const twin::Parameters& parameters, const model::Model& model, int edges,
+                       std::uint64_t seed) {
   twin::Parameters p = parameters;
   for (double* effect : {&p.noise_deg, &p.flutter_deg, &p.burst_rate_per_s, &p.drift_deg_per_min})
     *effect = 0;
@@ -89,7 +89,7 @@ double ms(Cycles from, Cycles to) {
 // Follows each edge through both boards.
 class EdgeWatch {
  public:
-  EdgeWatch(Simulation& simulation, std::vector<double> edge_ms)
+  EdgeWatch(CoSimulation& simulation, std::vector<double> edge_ms)
       : simulation_(simulation), edge_ms_(std::move(edge_ms)), frames_(study::bench_key()) {
     simulation.on_strip = [this](std::int64_t, int finger, int counts) { return strip(finger, counts); };
     simulation.on_glove_marker = [this](Cycles now, std::uint8_t value) {
@@ -109,7 +109,7 @@ class EdgeWatch {
     if (finger != kFinger) return counts;
     const Cycles now = simulation_.glove().now();
     const auto later =
-        std::ranges::find_if(edge_ms_, [&](double edge) { return Simulation::cycle_of(edge) > now; });
+        std::ranges::find_if(edge_ms_, [&](double edge) { return CoSimulation::cycle_of(edge) > now; });
     const int newest = static_cast<int>(later - edge_ms_.begin()) - 1;
     if (newest != sampled_edge_) {
       sampled_edge_ = newest;
@@ -138,13 +138,13 @@ class EdgeWatch {
     }
     if (marker != Marker::tick_end || accepted_edge_ < 0) return;
     const auto& [conversion, computed, sealed] = seen_.at(accepted_edge_);
-    const Cycles edge = Simulation::cycle_of(edge_ms_[static_cast<std::size_t>(accepted_edge_)]);
+    const Cycles edge = CoSimulation::cycle_of(edge_ms_[static_cast<std::size_t>(accepted_edge_)]);
     out_.push_back({ms(edge, conversion), ms(conversion, computed), ms(computed, sealed),
                     ms(sealed, arrived_), ms(arrived_, accepted_), ms(accepted_, now)});
     accepted_edge_ = -1;
   }
 
-  Simulation& simulation_;
+  CoSimulation& simulation_;
   std::vector<double> edge_ms_;
   FrameWatch frames_;
   std::vector<study::Latency> out_;
@@ -162,8 +162,8 @@ class EdgeWatch {
 
 std::vector<study::Latency> latency(const Images& images, const twin::Parameters& parameters,
                                     const model::Model& model, int edges, std::uint64_t seed) {
-  const twin::Setup setup = still(parameters, model, edges, seed);
-  Simulation simulation(images, setup, 0);
+  const twin::TrialInput input = still(parameters, model, edges, seed);
+  CoSimulation simulation(images, input, 0);
   const EdgeWatch watch(simulation, random_edges_ms(edges, seed));
   (void)simulation.run();
   return watch.latencies();

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "cosim/simulation.hpp"
+#include "cosim/co_simulation.hpp"
 #include "host/study/boards.hpp"
 
 namespace flexor::cosim {

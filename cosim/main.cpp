@@ -29,13 +29,13 @@ const cosim::Images& images_of(const Json& arguments) {
 
 Json simulate(const Json& arguments, const io::JobProgress& progress) {
   const cosim::Images& images = images_of(arguments);
-  const twin::Setup setup = twin::setup_of(arguments.at("setup"));
+  const twin::TrialInput input = twin::trial_input_of(arguments.at("input"));
   const auto first = arguments.at("first").get<std::uint64_t>();
   const auto count = arguments.at("count").get<std::uint64_t>();
   Json out = Json::array();
   for (std::uint64_t t = 0; t < count; ++t) {
     if (!progress(t, count)) throw io::Cancelled("stopped");
-    out.push_back(twin::exact_json(cosim::Simulation(images, setup, first + t).run()));
+    out.push_back(twin::exact_json(cosim::CoSimulation(images, input, first + t).run()));
   }
   return out;
 }
@@ -59,7 +59,7 @@ Json latency(const Json& arguments, const io::JobProgress&) {
 }
 
 Json trace(const Json& arguments, const io::JobProgress&) {
-  cosim::trace(images_of(arguments), twin::setup_of(arguments.at("setup")),
+  cosim::trace(images_of(arguments), twin::trial_input_of(arguments.at("input")),
                io::bytes_from_json(arguments.at("vcd")));
   return nullptr;
 }

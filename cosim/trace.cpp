@@ -5,8 +5,8 @@
 
 namespace flexor::cosim {
 
-void trace(const Images& images, const twin::Setup& setup, const std::filesystem::path& path) {
-  Simulation simulation(images, setup, 0);
+void trace(const Images& images, const twin::TrialInput& input, const std::filesystem::path& path) {
+  CoSimulation simulation(images, input, 0);
   Vcd vcd;
   const auto glove_marker = vcd.integer("glove_marker", 8);
   const auto glove_byte = vcd.integer("glove_byte", 8);
@@ -41,7 +41,7 @@ void trace(const Images& images, const twin::Setup& setup, const std::filesystem
     return counts;
   };
   simulation.on_ms = [&](std::int64_t now_ms) {
-    const auto now = nanoseconds(Simulation::cycle_of(static_cast<double>(now_ms)));
+    const auto now = nanoseconds(CoSimulation::cycle_of(static_cast<double>(now_ms)));
     const HandStatus status = simulation.hand_status();
     vcd.change(now, link, status.link);
     for (int i = 0; i < twin::kFingers; ++i) {

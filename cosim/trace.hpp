@@ -3,11 +3,11 @@
 
 #include <filesystem>
 
-#include "cosim/simulation.hpp"
+#include "cosim/co_simulation.hpp"
 
 namespace flexor::cosim {
 
 // Trial 0 as a value change dump. Throws as io::write_file.
-void trace(const Images& images, const twin::Setup& setup, const std::filesystem::path& path);
+void trace(const Images& images, const twin::TrialInput& input, const std::filesystem::path& path);
 
 }  // namespace flexor::cosim

@@ -10,8 +10,8 @@
 #include <initializer_list>
 
 #include "host/io/io.hpp"
+#include "host/model/compensator.hpp"
 #include "host/model/model.hpp"
-#include "host/model/simulation.hpp"
 #include "host/recording/align.hpp"
 #include "host/recording/resample.hpp"
 #include "host/twin/simulation.hpp"
@@ -53,7 +53,7 @@ model::Model plain(double rate_hz) {
   return model;
 }
 
-using Runner = model::Simulation<model::DoubleArithmetic>;
+using Runner = model::Compensator<model::DoubleArithmetic>;
 
 // The answer of channel i, started afresh, to a reading that stays as it is.
 double settled(const model::Model& model, std::size_t i, double u) {
@@ -177,15 +177,15 @@ void draw_resampler(const std::filesystem::path& out) {
 
 twin::Trial trial(const std::filesystem::path& models, const char* compensator, const char* gesture) {
   const std::filesystem::path motion = models / "gestures" / gesture;
-  const twin::Setup setup{
+  const twin::TrialInput input{
       .parameters = twin::Parameters(),
       .motion = twin::Motion::from_json(io::read_file(motion), motion.string()),
       .compensator = model::load(models / compensator),
       .seed = 1,
       .record_samples = true,
   };
-  twin::check(setup);
-  return twin::simulate(setup, 0, 1).front();
+  twin::check(input);
+  return twin::simulate(input, 0, 1).front();
 }
 
 // A log and a camera whose clock runs 3.7 s ahead: how much of the angle each offset lets the reading explain.

@@ -62,13 +62,14 @@ void require_file(const std::filesystem::path& path) {
 }
 
 // Short bones turn most when a lens bends them.
-double typical_bone_px(const camera::Joints& joints, const std::vector<camera::Seen>& seen, int width) {
+double typical_bone_px(const camera::Joints& joints, const std::vector<camera::Observation>& seen,
+                       int width) {
   double sum = 0;
   int count = 0;
   for (std::size_t s = 0; s < joints.skeletons.size(); ++s) {
     for (const camera::Link& l : joints.skeletons[s].links) {
-      const camera::SeenMark& a = seen[s].marks[l.from];
-      const camera::SeenMark& b = seen[s].marks[l.to];
+      const camera::ObservedMark& a = seen[s].marks[l.from];
+      const camera::ObservedMark& b = seen[s].marks[l.to];
       if (!a.measured || !b.measured) continue;
       sum += std::hypot(a.at.x - b.at.x, a.at.y - b.at.y);
       ++count;
@@ -122,7 +123,7 @@ class Track {
       out.tracking_s += seconds_since(begin);
       file->add(rows);
       if (preview) preview->add(picture, tracker->seen(), rows);
-      const bool all = std::ranges::all_of(tracker->seen(), &camera::Seen::labelled);
+      const bool all = std::ranges::all_of(tracker->seen(), &camera::Observation::labelled);
       if (all && labelled.empty()) {
         labelled = camera::draw_seen(picture, joints_, tracker->seen());
         bone_px = typical_bone_px(joints_, tracker->seen(), out.width);
@@ -213,21 +214,21 @@ Played play(const FilmRequest& request) {
     out.truth.columns.push_back({finger + "_mcp_deg", {}});
   }
   double start_s = 0;
-  for (twin::Setup setup : request.setups) {
-    setup.parameters.camera_noise_deg = 0;
+  for (twin::TrialInput input : request.inputs) {
+    input.parameters.camera_noise_deg = 0;
     // The glove's camera looks without delay here: its clock is the picture's.
-    setup.parameters.glove_camera_latency_s = 0;
-    twin::check(setup);
-    const twin::Trial trial = twin::simulate(setup, 0, 1).front();
+    input.parameters.glove_camera_latency_s = 0;
+    twin::check(input);
+    const twin::Trial trial = twin::simulate(input, 0, 1).front();
     const std::size_t frames = trial.glove_deg[0].size() - 1;  // the last is the next motion's first
     for (std::size_t k = 0; k < trial.sample_s.size(); ++k) {
       const double t = trial.sample_s[k];
-      if (t < 0 || t >= setup.motion.duration_s()) continue;
+      if (t < 0 || t >= input.motion.duration_s()) continue;
       out.glove.t_s.push_back(glove_clock_s + start_s + t);
       for (std::size_t i = 0; i < twin::kFingers; ++i)
         out.glove.columns[i].value.push_back(trial.alpha_deg[i][k]);
     }
-    out.frame_rate_hz = setup.parameters.camera_rate_hz;
+    out.frame_rate_hz = input.parameters.camera_rate_hz;
     for (std::size_t k = 0; k < frames; ++k) {
       out.truth.t_s.push_back(start_s + static_cast<double>(k) / out.frame_rate_hz);
       for (std::size_t i = 0; i < twin::kFingers; ++i)
@@ -245,7 +246,7 @@ Tracked track(const TrackRequest& request, const TrackProgress& progress) {
   return Track(request).run(progress);
 }
 
-camera::Setup set_up(const SetupRequest& request) {
+camera::MarkProposal propose_marks(const MarkProposalRequest& request) {
   for (const auto& input : {request.video, request.joints}) io::note_input(input);
   camera::Joints joints = camera::load_joints(request.joints);
   camera::Skeleton& skeleton = joints.skeletons[skeleton_index(joints, request.skeleton)];
@@ -260,19 +261,19 @@ camera::Setup set_up(const SetupRequest& request) {
     throw io::InputError(
         fmt::format("{}: ends at {:.2f} s, before {:g} s", request.video.string(), t_s, request.at_s));
   }
-  camera::Setup setup = camera::set_up(skeleton, picture, request.colour, request.assigned);
-  camera::write_picture(request.picture, camera::draw_setup(picture, setup));
+  camera::MarkProposal proposal = camera::propose_marks(skeleton, picture, request.colour, request.assigned);
+  camera::write_picture(request.picture, camera::draw_proposal(picture, proposal));
   if (!request.save.empty()) {
-    skeleton = camera::with_start(skeleton, setup);
+    skeleton = camera::with_start(skeleton, proposal);
     io::write_file(request.save, camera::to_json(joints));
   }
-  return setup;
+  return proposal;
 }
 
-camera::Calibration calibrate(const CalibrationRequest& request) {
+camera::LensFit fit_lens(const LensFitRequest& request) {
   for (const auto& picture : request.pictures) io::note_input(picture);
   io::require_writable(request.out);
-  camera::Calibration result = camera::calibrate(request.pictures, request.board);
+  camera::LensFit result = camera::fit_lens(request.pictures, request.board);
   io::write_file(request.out, camera::to_json(result.lens));
   return result;
 }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "host/camera/lens.hpp"
-#include "host/camera/setup.hpp"
+#include "host/camera/mark_proposal.hpp"
 #include "host/camera/tracker.hpp"
 #include "host/twin/simulation.hpp"
 
@@ -38,7 +38,7 @@ struct Tracked {
 // frames so far, of how many (0: not known); false: stop here and keep what there is.
 using TrackProgress = std::function<bool(std::size_t frames, std::size_t of)>;
 
-struct SetupRequest {
+struct MarkProposalRequest {
   std::filesystem::path video;
   std::filesystem::path joints;
   double at_s = 0;       // which picture: the first from there on
@@ -49,15 +49,15 @@ struct SetupRequest {
   std::filesystem::path save;           // joint file with colour and start positions; empty: none
 };
 
-struct CalibrationRequest {
+struct LensFitRequest {
   std::vector<std::filesystem::path> pictures;
   camera::Board board;
   std::filesystem::path out;  // the lens file
 };
 
 struct FilmRequest {
-  std::vector<twin::Setup> setups;  // one motion after the other; samples are recorded
-  camera::Joints joints;            // of what is drawn
+  std::vector<twin::TrialInput> inputs;  // one motion after the other; samples are recorded
+  camera::Joints joints;                 // of what is drawn
   std::uint64_t seed = 1;
   std::filesystem::path folder;
 };
@@ -66,15 +66,15 @@ struct FilmRequest {
 // and the preview likewise appear whole or not at all. Throws io::InputError, and io::JobError when no frame
 // shows the marks.
 Tracked track(const TrackRequest& request, const TrackProgress& progress);
-camera::Setup set_up(const SetupRequest& request);
-camera::Calibration calibrate(const CalibrationRequest& request);
+camera::MarkProposal propose_marks(const MarkProposalRequest& request);
+camera::LensFit fit_lens(const LensFitRequest& request);
 // The twin wears the glove and is filmed: glove.csv (readings), video.mp4, truth.csv (exact angles at the
 // video's frames) and joints.json. The glove's clock is seconds away from the video's. How many frames. Throws
 // io::Cancelled.
 std::size_t film(const FilmRequest& request, const TrackProgress& progress);
 
 nlohmann::ordered_json to_json(const Tracked& result, const TrackRequest& request);
-nlohmann::ordered_json to_json(const camera::Setup& setup, const SetupRequest& request);
-nlohmann::ordered_json to_json(const camera::Calibration& result, const CalibrationRequest& request);
+nlohmann::ordered_json to_json(const camera::MarkProposal& proposal, const MarkProposalRequest& request);
+nlohmann::ordered_json to_json(const camera::LensFit& result, const LensFitRequest& request);
 
 }  // namespace flexor::filming

@@ -90,7 +90,7 @@ struct Shot {
   std::function<twin::PinchPose(double)> pose = pinch;
 };
 
-struct Seen {
+struct Observation {
   std::vector<std::string> angles;
   std::vector<camera::FilteredRow> rows;
   camera::Summary summary;
@@ -108,13 +108,13 @@ struct Seen {
   }
 };
 
-Seen film(const Shot& shot) {
+Observation film(const Shot& shot) {
   twin::Renderer renderer(shot.view, shot.look, shot.seed);
   std::optional<camera::Lens> lens;
   if (shot.with_lens) lens = lens_of(shot.view);
   camera::Tracker tracker(joints(shot.joints), lens, shot.view.width, shot.view.height);
   camera::Picture picture(shot.view.width, shot.view.height);
-  Seen out;
+  Observation out;
   const auto tags = prints();
   for (int k = 0; k < shot.frames; ++k) {
     const twin::PinchPose pose = shot.pose(k / kRate_hz);
@@ -150,7 +150,7 @@ struct Cover {
   int within_one = 0;
   int within_two = 0;
   int count = 0;
-  void add(const Seen& seen) {
+  void add(const Observation& seen) {
     for (const camera::FilteredRow& row : seen.rows) {
       for (std::size_t a = 0; a < seen.angles.size(); ++a) {
         const double z =
@@ -180,7 +180,7 @@ TEST_P(RenderedTruth, ErrorsAreSmallAndStandardErrorsHonest) {
   double squares = 0;
   constexpr int kTakes = 3;
   for (std::uint64_t take = 1; take <= kTakes; ++take) {
-    const Seen seen = film(GetParam().shot(take));
+    const Observation seen = film(GetParam().shot(take));
     for (const camera::AngleSummary& a : seen.summary.angles) EXPECT_EQ(a.frames[3], 0U) << a.name;
     squares += std::pow(seen.rms_deg(), 2) / kTakes;
     cover.add(seen);
@@ -239,7 +239,7 @@ TEST(Rendered, LightThatHalvesAndComesBackLosesNothing) {
   Shot s = clean(1);
   s.look.noise = 3;
   s.change = [](int k, twin::Drawn&, twin::Renderer& r) { r.set_light(0.75 + 0.25 * std::cos(0.1 * k)); };
-  const Seen seen = film(s);
+  const Observation seen = film(s);
   EXPECT_EQ(seen.summary.labelled, 100U);
   EXPECT_LT(seen.rms_deg(), 0.3);
 }
@@ -250,7 +250,7 @@ TEST(Rendered, AMarkHiddenForLongIsLostAndComesBackByItself) {
     if (k < 40 || k >= 70) return;
     d.scene.in_front.push_back({d.marks[2], d.marks[2], 6, {60, 60, 60}});
   };
-  const Seen seen = film(s);
+  const Observation seen = film(s);
   const auto at = [&](int k, const char* name) {
     const auto it = std::ranges::find(seen.angles, name);
     return seen.rows[static_cast<std::size_t>(k)].angles[static_cast<std::size_t>(it - seen.angles.begin())];
@@ -270,7 +270,7 @@ TEST(Rendered, OtherThingsOfTheSameColourAreNotTakenForMarks) {
       d.scene.discs.push_back({{-150.0 + 60 * i + 0.2 * k, 90}, 3.5, twin::kGreen});
     }
   };
-  const Seen seen = film(s);
+  const Observation seen = film(s);
   EXPECT_LT(seen.rms_deg(), 0.3);
   EXPECT_EQ(seen.summary.labelled, 100U);
 }
@@ -281,7 +281,7 @@ TEST(Rendered, AmongThemFromTheStartTheHandIsFoundOrNothing) {
   s.change = [](int, twin::Drawn& d, twin::Renderer&) {
     for (int i = 0; i < 5; ++i) d.scene.discs.push_back({{-150.0 + 60 * i, 90}, 3.5, twin::kGreen});
   };
-  const Seen seen = film(s);
+  const Observation seen = film(s);
   EXPECT_TRUE(!seen.summary.trouble.empty() || seen.rms_deg() < 0.3);
 }
 
@@ -290,7 +290,7 @@ TEST(Rendered, AHandThatLeavesThePictureIsLostAndFoundAgain) {
   s.change = [](int k, twin::Drawn& d, twin::Renderer&) {
     if (k >= 30 && k < 60) d.scene = {};
   };
-  const Seen seen = film(s);
+  const Observation seen = film(s);
   EXPECT_EQ(seen.rows[45].angles[0].quality, camera::Quality::lost);
   EXPECT_EQ(seen.rows[72].angles[0].quality, camera::Quality::good);
   EXPECT_LT(seen.rms_deg(), 0.3);
@@ -379,7 +379,7 @@ TEST(Rendered, ALensIsCalibratedFromPicturesOfABoardAndTakesItsBendingOut) {
   bent.k1 = -0.25;
   bent.k2 = 0.06;
   const std::vector<std::filesystem::path> pictures = board_pictures(bent, folder);
-  const camera::Calibration result = camera::calibrate(pictures, {});
+  const camera::LensFit result = camera::fit_lens(pictures, {});
   EXPECT_GE(result.used.size(), 7U);
   EXPECT_NEAR(result.lens.focal_px.x, 1400, 10);
   EXPECT_NEAR(result.lens.focal_px.y, 1400, 10);

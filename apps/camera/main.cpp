@@ -55,7 +55,7 @@ camera::ColourChoice colour_of(io::JsonReader& arguments) {
 
 Json set_up(const Json& json, const io::JobProgress&) {
   io::JsonReader arguments(json, "set_up");
-  filming::SetupRequest request;
+  filming::MarkProposalRequest request;
   request.video = path_of(arguments, "video");
   request.joints = path_of(arguments, "joints");
   request.at_s = arguments.number("at_s");
@@ -67,7 +67,7 @@ Json set_up(const Json& json, const io::JobProgress&) {
   request.picture = path_of(arguments, "picture");
   request.save = path_of(arguments, "save");
   arguments.done();
-  return filming::to_json(filming::set_up(request), request);
+  return filming::to_json(filming::propose_marks(request), request);
 }
 
 // "9x6".
@@ -85,20 +85,20 @@ camera::Board board_of(const std::string& text) {
 
 Json calibrate(const Json& json, const io::JobProgress& progress) {
   io::JsonReader arguments(json, "calibrate");
-  filming::CalibrationRequest request;
+  filming::LensFitRequest request;
   request.board = board_of(io::bytes_from_json(arguments.member("board")));
   for (const Json& picture : arguments.member("pictures"))
     request.pictures.emplace_back(io::bytes_from_json(picture));
   request.out = path_of(arguments, "out");
   arguments.done();
   progress(0, request.pictures.size());
-  return filming::to_json(filming::calibrate(request), request);
+  return filming::to_json(filming::fit_lens(request), request);
 }
 
 Json film(const Json& json, const io::JobProgress& progress) {
   io::JsonReader arguments(json, "film");
   filming::FilmRequest request;
-  for (const Json& setup : arguments.list("setups")) request.setups.push_back(twin::setup_of(setup));
+  for (const Json& input : arguments.list("inputs")) request.inputs.push_back(twin::trial_input_of(input));
   request.joints = joints_of(arguments);
   request.seed = arguments.member("seed").get<std::uint64_t>();
   request.folder = path_of(arguments, "folder");

@@ -36,24 +36,24 @@ nlohmann::ordered_json to_json(const Tracked& r, const TrackRequest& request) {
           {"version", FLEXOR_VERSION}};
 }
 
-nlohmann::ordered_json to_json(const camera::Setup& setup, const SetupRequest& request) {
+nlohmann::ordered_json to_json(const camera::MarkProposal& proposal, const MarkProposalRequest& request) {
   nlohmann::ordered_json candidates = nlohmann::ordered_json::array();
-  for (std::size_t i = 0; i < setup.candidates.size(); ++i) {
-    const camera::Mark& m = setup.candidates[i];
+  for (std::size_t i = 0; i < proposal.candidates.size(); ++i) {
+    const camera::Mark& m = proposal.candidates[i];
     candidates.push_back({{"number", i + 1},
-                          {"mark", setup.name[i]},
+                          {"mark", proposal.name[i]},
                           {"x_px", m.centre.x},
                           {"y_px", m.centre.y},
                           {"area_px", m.area_px}});
   }
   return {{"candidates", std::move(candidates)},
-          {"trouble", setup.trouble},
+          {"trouble", proposal.trouble},
           {"picture", request.picture.string()},
           {"joints", request.save.string()},
           {"version", FLEXOR_VERSION}};
 }
 
-nlohmann::ordered_json to_json(const camera::Calibration& result, const CalibrationRequest& request) {
+nlohmann::ordered_json to_json(const camera::LensFit& result, const LensFitRequest& request) {
   nlohmann::ordered_json json = nlohmann::ordered_json::parse(camera::to_json(result.lens));
   json["used"] = result.used;
   json["refused"] = result.refused;

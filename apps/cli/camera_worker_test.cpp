@@ -46,11 +46,11 @@ class Rendered : public testing::Test {
     parameters.camera_rate_hz = rate_hz;
     Json setups = Json::array();
     for (const twin::Motion& motion : motions) {
-      setups.push_back(
-          twin::exact_json(twin::Setup{parameters, motion, study::compensator("raw", 50).model, 1, true}));
+      setups.push_back(twin::exact_json(
+          twin::TrialInput{parameters, motion, study::compensator("raw", 50).model, 1, true}));
     }
     io::Worker camera(FLEXOR_CAMERA);
-    camera.run("film", {{"setups", setups},
+    camera.run("film", {{"inputs", setups},
                         {"joints", Json::parse(study::builtin("joints/paper_hand.json"))},
                         {"seed", 1},
                         {"folder", folder_.string()}});

@@ -103,7 +103,8 @@ study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy
   if (o.rate_hz > 0) model.sample_period_s = 1 / o.rate_hz;
   study::Deployment d;
   d.glove = study::glove_for(
-      p, model, o.calibration.empty() ? deploy::Calibration() : deploy::load_calibration(o.calibration));
+      p, model,
+      o.calibration.empty() ? deploy::CalibrationDocument() : deploy::load_calibration(o.calibration));
   d.glove.key = key;
   d.glove.output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
   if (o.baud != 0) d.glove.baud = o.baud;

@@ -198,7 +198,7 @@ void play(Options& o, study::Boards* boards) {
   }
   if (!o.vcd.empty()) {
     log("tracing one trial ...");
-    boards->trace(study::first_setup(plan, plan.motions.front(), plan.compensators.front()), o.vcd);
+    boards->trace(study::first_input(plan, plan.motions.front(), plan.compensators.front()), o.vcd);
   }
   if (!o.folder.empty()) {
     draw(plan, result, scenarios);

@@ -206,13 +206,13 @@ void run_film(const FilmOptions& o) {
   const model::Model raw = study::compensator("raw", o.rate_hz).model;
   Json setups = Json::array();
   for (const twin::Motion& motion : motions)
-    setups.push_back(twin::exact_json(twin::Setup{parameters, motion, raw, o.seed, true}));
+    setups.push_back(twin::exact_json(twin::TrialInput{parameters, motion, raw, o.seed, true}));
   io::Worker camera(io::program_beside(kCameraWorker));
   Json result;
   {
     ProgressLine line;
     result = camera.run("film",
-                        {{"setups", std::move(setups)},
+                        {{"inputs", std::move(setups)},
                          {"joints", Json::parse(study::builtin("joints/paper_hand.json"))},
                          {"seed", o.seed},
                          {"folder", io::bytes_to_json(o.folder)}},

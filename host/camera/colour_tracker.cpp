@@ -28,8 +28,8 @@ double distance(Point a, Point b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
 }  // namespace
 
-bool Seen::labelled() const {
-  return std::ranges::all_of(marks, [](const SeenMark& m) { return m.measured; });
+bool Observation::labelled() const {
+  return std::ranges::all_of(marks, [](const ObservedMark& m) { return m.measured; });
 }
 
 ColourModel learn_colour(const Skeleton& skeleton, const Picture& picture) {
@@ -44,7 +44,7 @@ ColourTracker::ColourTracker(const Skeleton& skeleton, std::optional<Lens> lens)
       marks_(skeleton.marks.size()),
       bone_px_(skeleton.links.size()) {}
 
-Seen ColourTracker::step(const Picture& picture, double t_s) {
+Observation ColourTracker::step(const Picture& picture, double t_s) {
   for (Followed& m : marks_) m.seen.reset();
   if (following_) {
     follow(picture, t_s);
@@ -249,12 +249,12 @@ void ColourTracker::learn_bones() {
   }
 }
 
-Seen ColourTracker::report(double t_s) {
-  Seen out;
+Observation ColourTracker::report(double t_s) {
+  Observation out;
   std::vector<Point> points;
   std::vector<Covariance> covariances;
   for (const Followed& m : marks_) {
-    SeenMark s;
+    ObservedMark s;
     s.measured = m.seen.has_value();
     s.lost = m.lost();
     s.at = m.seen ? m.seen->centre : m.predictor.at(t_s);

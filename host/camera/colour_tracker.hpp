@@ -22,7 +22,7 @@
 
 namespace flexor::camera {
 
-struct SeenMark {
+struct ObservedMark {
   Point at;  // measured, or predicted while hidden
   double area_px = 0;
   bool measured = false;
@@ -30,8 +30,8 @@ struct SeenMark {
 };
 
 // One picture's worth.
-struct Seen {
-  std::vector<SeenMark> marks;            // in the order of the skeleton
+struct Observation {
+  std::vector<ObservedMark> marks;        // in the order of the skeleton
   std::vector<Measurement> measurements;  // in the order of its angles
   bool labelled() const;                  // every mark measured
 };
@@ -44,7 +44,7 @@ class ColourTracker {
  public:
   ColourTracker(const Skeleton& skeleton, std::optional<Lens> lens);
 
-  Seen step(const Picture& picture, double t_s);
+  Observation step(const Picture& picture, double t_s);
 
   // Why nothing is followed; empty when something is.
   const std::string& trouble() const { return trouble_; }
@@ -70,7 +70,7 @@ class ColourTracker {
   void find_missing(const Picture& picture, double t_s);
   std::optional<std::size_t> only_candidate(std::size_t mark, const std::vector<Mark>& candidates) const;
   void learn_bones();
-  Seen report(double t_s);
+  Observation report(double t_s);
 
   Skeleton skeleton_;
   std::optional<Lens> lens_;

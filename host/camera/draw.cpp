@@ -38,16 +38,16 @@ void write(cv::Mat& on, const std::string& text, cv::Point at, double size, cons
 
 double scale(const Picture& picture) { return std::clamp(picture.height / 720.0, 0.5, 2.0) * 0.55; }
 
-void draw_skeleton(cv::Mat& on, const Skeleton& s, const Seen& seen, double size) {
+void draw_skeleton(cv::Mat& on, const Skeleton& s, const Observation& seen, double size) {
   if (seen.marks.empty()) return;
   for (const Link& l : s.links) {
-    const SeenMark& a = seen.marks[l.from];
-    const SeenMark& b = seen.marks[l.to];
+    const ObservedMark& a = seen.marks[l.from];
+    const ObservedMark& b = seen.marks[l.to];
     if (a.lost || b.lost) continue;
     cv::line(on, pixel(a.at), pixel(b.at), kBlack, 4, cv::LINE_AA);
     cv::line(on, pixel(a.at), pixel(b.at), kBoneColour, 2, cv::LINE_AA);
   }
-  for (const SeenMark& m : seen.marks) {
+  for (const ObservedMark& m : seen.marks) {
     if (m.lost) continue;
     const int r = std::max(4, static_cast<int>(std::lround(std::sqrt(m.area_px / 3.14))));
     cv::circle(on, pixel(m.at), r, m.measured ? kWhite : kOrange, 2, cv::LINE_AA);
@@ -55,7 +55,7 @@ void draw_skeleton(cv::Mat& on, const Skeleton& s, const Seen& seen, double size
   }
   for (std::size_t k = 0; k < s.angles.size(); ++k) {
     const AngleRule& rule = s.angles[k];
-    const SeenMark& corner = seen.marks[rule.marks[s.kind == MarkKind::printed ? 0 : 1]];
+    const ObservedMark& corner = seen.marks[rule.marks[s.kind == MarkKind::printed ? 0 : 1]];
     if (corner.lost) continue;
     const Measurement& m = seen.measurements[k];
     const std::string value =
@@ -118,26 +118,26 @@ int even(int v) { return v + v % 2; }
 
 }  // namespace
 
-Picture draw_setup(const Picture& picture, const Setup& setup) {
+Picture draw_proposal(const Picture& picture, const MarkProposal& proposal) {
   Picture out = picture;
   cv::Mat on = mat(out);
   const double size = scale(picture);
-  for (std::size_t i = 0; i < setup.candidates.size(); ++i) {
-    const Mark& m = setup.candidates[i];
+  for (std::size_t i = 0; i < proposal.candidates.size(); ++i) {
+    const Mark& m = proposal.candidates[i];
     const int r = static_cast<int>(std::lround(std::sqrt(m.area_px / 3.14))) + 4;
-    const bool named = !setup.name[i].empty();
+    const bool named = !proposal.name[i].empty();
     cv::circle(on, pixel(m.centre), r, kBlack, 4, cv::LINE_AA);
     cv::circle(on, pixel(m.centre), r, named ? kWhite : kOrange, 2, cv::LINE_AA);
     write(on, std::to_string(i + 1), pixel({m.centre.x + r + 3, m.centre.y + 5}), size,
           named ? kWhite : kOrange);
     const auto line = static_cast<double>(i + 1);
-    write(on, fmt::format("{}  {}", i + 1, named ? setup.name[i] : "-"), pixel({10, line * 40 * size}), size,
-          named ? kWhite : kOrange);
+    write(on, fmt::format("{}  {}", i + 1, named ? proposal.name[i] : "-"), pixel({10, line * 40 * size}),
+          size, named ? kWhite : kOrange);
   }
   return out;
 }
 
-Picture draw_seen(const Picture& picture, const Joints& joints, const std::vector<Seen>& seen) {
+Picture draw_seen(const Picture& picture, const Joints& joints, const std::vector<Observation>& seen) {
   Picture out = picture;
   cv::Mat on = mat(out);
   for (std::size_t i = 0; i < joints.skeletons.size(); ++i) {
@@ -155,7 +155,7 @@ Preview::Preview(const std::filesystem::path& path, int width, int height, doubl
       chart_px_(even(std::max(kChart_px, kLegend_px * static_cast<int>(names_.size()) + 20))),
       writer_(path, width_, height_ + chart_px_, rate_hz) {}
 
-void Preview::add(const Picture& picture, const std::vector<Seen>& seen,
+void Preview::add(const Picture& picture, const std::vector<Observation>& seen,
                   const std::vector<FilteredRow>& rows) {
   waiting_.push_back(draw_seen(picture, joints_, seen));
   for (const FilteredRow& row : rows) write(row);

@@ -5,17 +5,17 @@
 #include <filesystem>
 #include <vector>
 
-#include "host/camera/setup.hpp"
+#include "host/camera/mark_proposal.hpp"
 #include "host/camera/tracker.hpp"
 #include "host/camera/video.hpp"
 
 namespace flexor::camera {
 
 // Candidates with numbers and proposed names.
-Picture draw_setup(const Picture& picture, const Setup& setup);
+Picture draw_proposal(const Picture& picture, const MarkProposal& proposal);
 
 // Marks, bones and the angles of this frame.
-Picture draw_seen(const Picture& picture, const Joints& joints, const std::vector<Seen>& seen);
+Picture draw_seen(const Picture& picture, const Joints& joints, const std::vector<Observation>& seen);
 
 // A video with what draw_seen draws, and below it a strip chart of the last ten seconds. Pictures wait until
 // the filter has given their row, so that both show the same instant.
@@ -23,7 +23,8 @@ class Preview {
  public:
   Preview(const std::filesystem::path& path, int width, int height, double rate_hz, const Joints& joints);
 
-  void add(const Picture& picture, const std::vector<Seen>& seen, const std::vector<FilteredRow>& rows);
+  void add(const Picture& picture, const std::vector<Observation>& seen,
+           const std::vector<FilteredRow>& rows);
   // `rows` of the pictures that still wait.
   void finish(const std::vector<FilteredRow>& rows);
 

@@ -47,7 +47,7 @@ struct Board {
   int rows = 6;
 };
 
-struct Calibration {
+struct LensFit {
   Lens lens;
   std::vector<std::string> used;
   std::vector<std::string> refused;  // file: reason
@@ -55,7 +55,7 @@ struct Calibration {
 
 // Throws io::InputError: unreadable pictures, of different sizes, fewer than five with the whole board in
 // sight; io::JobError: views too alike to tell the lens.
-Calibration calibrate(const std::vector<std::filesystem::path>& pictures, const Board& board);
+LensFit fit_lens(const std::vector<std::filesystem::path>& pictures, const Board& board);
 
 // Largest error, degrees, of a straight joint whose two bones of bone_px lie at the picture's corner, under a
 // lens of k1 = -0.1, as ordinary webcams have.

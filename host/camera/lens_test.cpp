@@ -82,11 +82,11 @@ TEST(Lens, TheErrorAtTheEdgeGrowsWithTheBone) {
 }
 
 TEST(Lens, CalibrationRefusesTooFewOrUnreadablePictures) {
-  EXPECT_THROW(calibrate({}, {}), io::InputError);
+  EXPECT_THROW(fit_lens({}, {}), io::InputError);
   const auto path = scratch("wall.png");
   std::ofstream(path) << "no picture";
-  EXPECT_THROW(calibrate({path}, {}), io::InputError);
-  EXPECT_THROW(calibrate({path}, {1, 1}), io::InputError);
+  EXPECT_THROW(fit_lens({path}, {}), io::InputError);
+  EXPECT_THROW(fit_lens({path}, {1, 1}), io::InputError);
   std::filesystem::remove(path);
 }
 

@@ -263,12 +263,12 @@ PrintedTracker::PrintedTracker(const Skeleton& skeleton, const Lens& lens)
 PrintedTracker::~PrintedTracker() = default;
 PrintedTracker::PrintedTracker(PrintedTracker&&) noexcept = default;
 
-Seen PrintedTracker::step(const Picture& picture) {
+Observation PrintedTracker::step(const Picture& picture) {
   std::vector<std::optional<Found>> found = detect(*detector_, skeleton_, lens_, picture);
   choose(found);
-  Seen out;
+  Observation out;
   for (const auto& f : found) {
-    SeenMark mark;
+    ObservedMark mark;
     if (f) {
       for (const cv::Point2f& c : f->corners) {
         mark.at.x += static_cast<double>(c.x) / 4;
@@ -281,7 +281,7 @@ Seen PrintedTracker::step(const Picture& picture) {
     out.marks.push_back(mark);
   }
   out.measurements = measure(skeleton_, found);
-  const bool any = std::ranges::any_of(out.marks, &SeenMark::measured);
+  const bool any = std::ranges::any_of(out.marks, &ObservedMark::measured);
   trouble_ = any ? "" : "none of the printed marks is in sight";
   return out;
 }

@@ -29,7 +29,7 @@ class PrintedTracker {
   ~PrintedTracker();
   PrintedTracker(PrintedTracker&&) noexcept;
 
-  Seen step(const Picture& picture);
+  Observation step(const Picture& picture);
   const std::string& trouble() const { return trouble_; }
 
  private:

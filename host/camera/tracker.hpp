@@ -57,7 +57,9 @@ class Tracker {
   std::vector<FilteredRow> flush();
 
   const std::vector<std::string>& angles() const { return names_; }
-  const std::vector<Seen>& seen() const { return seen_; }  // of the newest picture, skeleton by skeleton
+  const std::vector<Observation>& seen() const {
+    return seen_;
+  }  // of the newest picture, skeleton by skeleton
   Summary summary() const;
 
  private:
@@ -67,7 +69,7 @@ class Tracker {
   std::vector<std::variant<ColourTracker, PrintedTracker>> trackers_;
   std::vector<std::vector<bool>> found_;  // by skeleton and mark: measured in some picture
   std::vector<std::string> names_;
-  std::vector<Seen> seen_;
+  std::vector<Observation> seen_;
   AngleFilter filter_;
   DropFinder drops_;
   Summary summary_;

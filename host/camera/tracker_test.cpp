@@ -8,7 +8,7 @@
 #include <functional>
 #include <map>
 
-#include "host/camera/setup.hpp"
+#include "host/camera/mark_proposal.hpp"
 #include "host/camera/test_pictures.hpp"
 #include "host/io/io.hpp"
 #include "host/recording/csv.hpp"
@@ -184,28 +184,29 @@ TEST_F(RealVideo, TheProposedSetupIsRightAndCanBeToldOtherwise) {
   double t_s = 0;
   ASSERT_TRUE(video.next(picture, t_s));
   const Skeleton skeleton = green_markers().skeletons[0];
-  const camera::Setup setup = set_up(skeleton, picture, {}, {});
-  EXPECT_EQ(setup.trouble, "");
+  const camera::MarkProposal proposal = propose_marks(skeleton, picture, {}, {});
+  EXPECT_EQ(proposal.trouble, "");
   // As anybody sees them in the picture.
   const std::map<std::string, Point> truth = {{"wrist", {718, 335}},     {"index_mcp", {594, 230}},
                                               {"index_pip", {478, 205}}, {"index_dip", {430, 233}},
                                               {"index_tip", {367, 255}}, {"thumb_mcp", {606, 372}},
                                               {"thumb_ip", {497, 392}},  {"thumb_tip", {425, 397}}};
   std::map<int, std::string> assigned;
-  for (std::size_t i = 0; i < setup.candidates.size(); ++i) {
-    const std::string& name = setup.name[i];
+  for (std::size_t i = 0; i < proposal.candidates.size(); ++i) {
+    const std::string& name = proposal.name[i];
     if (name.empty()) continue;
-    const Point p = setup.candidates[i].centre;
+    const Point p = proposal.candidates[i].centre;
     EXPECT_LT(std::hypot(p.x - truth.at(name).x, p.y - truth.at(name).y), 8) << name;
     assigned[static_cast<int>(i + 1)] = name;
   }
   ASSERT_EQ(assigned.size(), 8U);
-  const Skeleton kept = with_start(skeleton, set_up(skeleton, picture, {Point{718, 335}, {}}, assigned));
+  const Skeleton kept =
+      with_start(skeleton, propose_marks(skeleton, picture, {Point{718, 335}, {}}, assigned));
   EXPECT_LT(std::hypot(kept.start[0]->x - 718, kept.start[0]->y - 335), 8);
   assigned.erase(assigned.begin());
-  EXPECT_THROW(with_start(skeleton, set_up(skeleton, picture, {}, assigned)), io::InputError);
+  EXPECT_THROW(with_start(skeleton, propose_marks(skeleton, picture, {}, assigned)), io::InputError);
   assigned[99] = "wrist";
-  EXPECT_THROW(set_up(skeleton, picture, {}, assigned), io::InputError);
+  EXPECT_THROW(propose_marks(skeleton, picture, {}, assigned), io::InputError);
 }
 
 // Whatever the pictures are: no angle without a flag.

@@ -38,7 +38,7 @@ std::string finger_of(const std::string& name, const std::string& source) {
   }
 }
 
-Sensor sensor_of(const model::Channel& channel, const Sensor& alpha, const Calibration& calibration,
+Sensor sensor_of(const model::Channel& channel, const Sensor& alpha, const CalibrationDocument& calibration,
                  const std::optional<Sensor>& own) {
   const std::string& unit = channel.input_unit;
   const bool counts = unit == "count";
@@ -74,8 +74,8 @@ Sensor sensor_of(const model::Channel& channel, const Sensor& alpha, const Calib
 
 }  // namespace
 
-Calibration calibration_from_json(const std::string& text, const std::string& source) {
-  Calibration out;
+CalibrationDocument calibration_from_json(const std::string& text, const std::string& source) {
+  CalibrationDocument out;
   out.source = source;
   const auto json = io::parse_json(text, source);
   io::JsonReader document(json, out.source);
@@ -99,12 +99,12 @@ Calibration calibration_from_json(const std::string& text, const std::string& so
   return out;
 }
 
-Calibration load_calibration(const std::filesystem::path& path) {
+CalibrationDocument load_calibration(const std::filesystem::path& path) {
   return calibration_from_json(io::read_file(path), path.string());
 }
 
 std::array<Sensor, kFingers> sensors_of(const model::Model& model, const Sensor& alpha,
-                                        const Calibration& calibration) {
+                                        const CalibrationDocument& calibration) {
   std::array<Sensor, kFingers> out;
   out.fill(alpha);
   const auto channels = channels_of(model);

@@ -15,20 +15,20 @@
 
 namespace flexor::deploy {
 
-struct Calibration {
+struct CalibrationDocument {
   std::string source;  // names it in errors
   std::string unit;    // of its values; empty: not said
   std::array<std::optional<Sensor>, kFingers> sensor;
 };
 
 // Throws io::InputError naming file and place.
-Calibration load_calibration(const std::filesystem::path& path);
-Calibration calibration_from_json(const std::string& text, const std::string& source);
+CalibrationDocument load_calibration(const std::filesystem::path& path);
+CalibrationDocument calibration_from_json(const std::string& text, const std::string& source);
 
 // How each finger's counts become the model's input: through the calibration where it names the finger, else
 // as they are for a model of counts, and through `alpha` for a model of the divider's alpha. Throws
 // io::InputError for a model in any other unit, and where calibration and model are in different ones.
 std::array<Sensor, kFingers> sensors_of(const model::Model& model, const Sensor& alpha,
-                                        const Calibration& calibration);
+                                        const CalibrationDocument& calibration);
 
 }  // namespace flexor::deploy

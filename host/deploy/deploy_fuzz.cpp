@@ -32,7 +32,7 @@ model::Model reads(const std::string& unit) {
 }
 
 void read_calibration(const std::string& text) {
-  const deploy::Calibration calibration = deploy::calibration_from_json(text, io::fuzz::kSource);
+  const deploy::CalibrationDocument calibration = deploy::calibration_from_json(text, io::fuzz::kSource);
   for (const std::optional<deploy::Sensor>& sensor : calibration.sensor) {
     if (!sensor) continue;
     const bool rises = (*sensor)(sensor::kAdcTop) > (*sensor)(0);

@@ -3,7 +3,7 @@
 
 #include "firmware/glove/signal_chain.hpp"
 #include "host/deploy/config.hpp"
-#include "host/model/simulation.hpp"
+#include "host/model/compensator.hpp"
 
 namespace flexor::deploy {
 
@@ -32,7 +32,7 @@ class HostCompensator {
   }
 
  private:
-  model::Simulation<model::FixedArithmetic> simulation_;
+  model::Compensator<model::FixedArithmetic> simulation_;
   std::array<std::ptrdiff_t, kFingers> channel_{};
 };
 

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "host/model/compensator.hpp"
 #include "host/model/model.hpp"
-#include "host/model/simulation.hpp"
 #include "host/recording/resample.hpp"
 
 namespace flexor::identify {
@@ -60,7 +60,7 @@ class Estimator {
     return out;
   }
 
-  model::Simulation<Arithmetic> simulation_;
+  model::Compensator<Arithmetic> simulation_;
   recording::Resampler resampler_;
   Estimate out_;
 };

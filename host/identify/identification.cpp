@@ -12,7 +12,7 @@
 
 #include "host/identify/estimator.hpp"
 #include "host/io/json.hpp"
-#include "host/model/simulation.hpp"
+#include "host/model/compensator.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::identify {
@@ -211,7 +211,7 @@ double creep_deg(const model::Model& model) {
   const auto samples = [&](double seconds) {
     return static_cast<int>(std::ceil(seconds / model.sample_period_s));
   };
-  model::Simulation<model::DoubleArithmetic> simulation(model);
+  model::Compensator<model::DoubleArithmetic> simulation(model);
   double worst = 0;
   for (const double share : {1.0, 2.0, 1.0, 1.5, 2.0}) {
     double settled = 0;

@@ -6,7 +6,7 @@
 #include <ostream>
 #include <random>
 
-#include "host/model/simulation.hpp"
+#include "host/model/compensator.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -98,7 +98,7 @@ TEST_P(PredictorCase, TheModelDocumentPredictsTheSame) {
   m.channels = {predictor.channel(theta)};
   m.channels[0].name = "index";
   if (!c.structure.saturation) m.channels[0].saturation = {-1000, 1000};
-  model::Simulation<model::DoubleArithmetic> simulation(m);
+  model::Compensator<model::DoubleArithmetic> simulation(m);
   const Eigen::VectorXd y = predictor.predict(theta, nullptr);
   for (Eigen::Index k = 0; k < y.size(); ++k) {
     ASSERT_NEAR(simulation.step(0, predictor.input()(k)).angle_deg, y(k), 1e-9) << k;

@@ -8,7 +8,7 @@
 #include "host/identify/identify_files.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
-#include "host/model/simulation.hpp"
+#include "host/model/compensator.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::identify {
@@ -39,7 +39,7 @@ Json static_map(const Identification& r) {
   channel.hysteresis.reset();
   channel.lti.poles_rad_s.clear();
   channel.lti.taps.clear();
-  model::Simulation<model::DoubleArithmetic> map(still);
+  model::Compensator<model::DoubleArithmetic> map(still);
   const auto [low, high] = std::ranges::minmax(r.aligned.input);
   constexpr int kPoints = 300;
   Json reading = Json::array();
@@ -65,7 +65,7 @@ Json step_response(const Identification& r) {
   model::Model m;
   m.channels = {channel};
   m.sample_period_s = r.model.sample_period_s;
-  model::Simulation<model::DoubleArithmetic> step(m);
+  model::Compensator<model::DoubleArithmetic> step(m);
   double slowest = 5;
   for (const double pole : channel.lti.poles_rad_s) slowest = std::min(slowest, -pole);
   const auto rows = static_cast<int>(std::clamp(4 / slowest, 0.5, 10.0) / m.sample_period_s) + 1;

@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "host/io/io.hpp"
+#include "host/model/compensator.hpp"
 #include "host/model/random_model.hpp"
-#include "host/model/simulation.hpp"
 
 namespace flexor::model {
 namespace {
@@ -199,7 +199,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // outside the saturation.
 template <class Arithmetic>
 testing::AssertionResult stays_finite(const Model& m) {
-  Simulation<Arithmetic> simulation(m);
+  Compensator<Arithmetic> simulation(m);
   for (std::size_t i = 0; i < simulation.channels(); ++i) {
     const Channel& c = m.channels[i];
     const double span = c.valid_max - c.valid_min;
@@ -241,7 +241,7 @@ TEST(ModelBounds, TheRuntimeHoldsTheLastAngleWhenItsArithmeticOverflows) {
   c.lti.taps = {1e200, -1e200};
   EXPECT_TRUE(stays_finite<DoubleArithmetic>(m));
   EXPECT_TRUE(stays_finite<FloatArithmetic>(m));
-  Simulation<DoubleArithmetic> simulation(m);
+  Compensator<DoubleArithmetic> simulation(m);
   EXPECT_EQ(simulation.step(0, 0).status, core::Status::ok);
   const auto overflown = simulation.step(0, 1000);
   EXPECT_EQ(overflown.status, core::Status::not_a_number);

@@ -4,7 +4,7 @@
 #include <rapidcheck.h>
 
 #include "host/io/io.hpp"
-#include "host/model/simulation.hpp"
+#include "host/model/compensator.hpp"
 
 namespace flexor::model {
 namespace {
@@ -56,9 +56,9 @@ Model random_model() {
 TEST(Coefficients, FloatAndFixedFollowDoubleForAnyModel) {
   EXPECT_TRUE(rc::check([] {
     const Model m = random_model();
-    Simulation<DoubleArithmetic> exact(m);
-    Simulation<FloatArithmetic> single(m);
-    Simulation<FixedArithmetic> fixed(m);
+    Compensator<DoubleArithmetic> exact(m);
+    Compensator<FloatArithmetic> single(m);
+    Compensator<FixedArithmetic> fixed(m);
     double worst_single = 0;
     double worst_fixed = 0;
     for (const double u : random_input(400, 7)) {
@@ -79,7 +79,7 @@ TEST(Coefficients, AnExactShapeGivesTheBitsOfTheGeneralOne) {
     Model m = random_model();
     m.channels[0].hysteresis.reset();
     m.channels[0].lti.poles_rad_s = {-3, -20};
-    Simulation<FixedArithmetic> general(m);
+    Compensator<FixedArithmetic> general(m);
     const auto c = fixed_coefficients<Small>(m.channels[0], m.sample_period_s);
     SmallChannel::State state;
     std::uint8_t started = 0;
@@ -100,7 +100,7 @@ TEST(Coefficients, AModelThatDoesNotFitIsRefusedByName) {
   c.saturation = {0, 90};
   m.channels = {c};
   try {
-    Simulation<FixedArithmetic> fixed(m);
+    Compensator<FixedArithmetic> fixed(m);
     FAIL();
   } catch (const io::InputError& error) {
     EXPECT_NE(std::string(error.what()).find("channel thumb: valid_max (4095)"), std::string::npos)
@@ -120,7 +120,7 @@ TEST(Coefficients, AShapeThatIsTooSmallIsRefusedByName) {
   EXPECT_THROW((floating_coefficients<float, compensator::HammersteinWienerShape>(c, 0.1)), io::InputError);
 }
 
-TEST(Simulation, FixedPointRefusesNaNAndRails) {
+TEST(Compensator, FixedPointRefusesNaNAndRails) {
   Model m;
   m.sample_period_s = 0.1;
   Channel c;
@@ -130,7 +130,7 @@ TEST(Simulation, FixedPointRefusesNaNAndRails) {
   c.rest_deg = 12;
   c.saturation = {0, 2000};
   m.channels = {c};
-  Simulation<FixedArithmetic> fixed(m);
+  Compensator<FixedArithmetic> fixed(m);
   EXPECT_EQ(fixed.step(0, std::nan("")).status, core::Status::below_range);
   EXPECT_EQ(fixed.step(0, 1023).status, core::Status::above_range);
   EXPECT_EQ(fixed.step(0, 0).angle_deg, 12);

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "host/model/simulation.hpp"
+#include "host/model/compensator.hpp"
 
 namespace flexor::model {
 namespace {
@@ -31,8 +31,8 @@ class Pair {
     return model;
   }
 
-  Simulation<DoubleArithmetic> exact_;
-  Simulation<FixedArithmetic> fixed_;
+  Compensator<DoubleArithmetic> exact_;
+  Compensator<FixedArithmetic> fixed_;
 };
 
 class Search {

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "host/io/fuzz_json.hpp"
-#include "host/model/simulation.hpp"
+#include "host/model/compensator.hpp"
 
 namespace {
 
@@ -16,7 +16,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 template <class Arithmetic>
 void run(const flexor::model::Model& model) {
-  flexor::model::Simulation<Arithmetic> simulation(model);
+  flexor::model::Compensator<Arithmetic> simulation(model);
   for (std::size_t i = 0; i < simulation.channels(); ++i) {
     const auto& channel = model.channels[i];
     const auto& limits = channel.saturation;

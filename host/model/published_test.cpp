@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <array>
 
-#include "host/model/simulation.hpp"
+#include "host/model/compensator.hpp"
 
 namespace flexor::model {
 namespace {
@@ -84,9 +84,9 @@ std::vector<double> excitation() {
 
 TEST_P(PublishedModel, DoubleFloatAndFixedPointAgree) {
   const Model m = load(kModels + GetParam());
-  Simulation<DoubleArithmetic> exact(m);
-  Simulation<FloatArithmetic> single(m);
-  Simulation<FixedArithmetic> fixed(m);
+  Compensator<DoubleArithmetic> exact(m);
+  Compensator<FloatArithmetic> single(m);
+  Compensator<FixedArithmetic> fixed(m);
   double worst_single = 0;
   double worst_fixed = 0;
   double beyond_input = 0;  // what alpha between the steps of Q5 costs, left out

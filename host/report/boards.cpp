@@ -88,9 +88,7 @@ void render_deployment(const Saved& saved) {
       "time_budget", "Time budget",
       "Light blue: the ADC reads five strips; orange: the board computes and seals a frame; blue: the "
       "frame is on the wire; grey: it sleeps."};
-  const std::string svg = g.svg(figure.name);
-  io::write_file(saved.folder() / "time_budget.svg", svg);
-  page.figure(figure, svg);
+  page.figure(figure, g, saved.folder());
   page.heading(two ? "Flash them" : "Flash it");
   page.code(std::string("avrdude -p m328p -c arduino -P /dev/ttyUSB0 -b 115200 -U flash:w:glove.hex") +
             (two ? "\navrdude -p m328p -c arduino -P /dev/ttyUSB0 -b 115200 -U flash:w:hand.hex" : ""));
@@ -111,9 +109,7 @@ void render_latency(const Saved& saved) {
                                  : ""));
   const Figure figure{"latency", "Stage by stage",
                       "How long each stage takes on average, one after the other."};
-  const std::string svg = g.svg(figure.name);
-  io::write_file(saved.folder() / "latency.svg", svg);
-  page.figure(figure, svg);
+  page.figure(figure, g, saved.folder());
   TableBlock table{"Latency in milliseconds", {"stage", "mean", "least", "most"}, {}, {}};
   const auto row = [&](const std::string& name, const Json& s) {
     table.rows.push_back({name, fmt::format("{:.2f}", s.at("mean_ms").get<double>()),

@@ -123,9 +123,7 @@ void render_ensemble(const Saved& saved) {
                       "Dots: the median. Bars: from 5 to 95 % of the laboratories. Left of the dashed line "
                       "is better than the "
                       "published Hammerstein-Wiener compensator."};
-  const std::string svg = g.svg(figure.name);
-  io::write_file(saved.folder() / "ratios.svg", svg);
-  page.figure(figure, svg);
+  page.figure(figure, g, saved.folder());
   cell_table(page, r);
   page.heading("Shapes");
   laboratory_shapes(page, r.at("shapes"));

@@ -426,11 +426,7 @@ void render_identification(const Saved& saved) {
   Page page(fmt::format("{} finger: from {} to an angle", saved.text("channel"),
                         r.at("sensor").at("column").get<std::string>()));
   summary(page, r);
-  for (const Figure& f : figures()) {
-    const std::string svg = g.svg(f.name);
-    io::write_file(saved.folder() / (f.name + ".svg"), svg);
-    page.figure(f, svg);
-  }
+  for (const Figure& f : figures()) page.figure(f, g, saved.folder());
   page.paragraph(alignment_facts(r));
   structures(page, r);
   parameters(page, r.at("fit"));

@@ -4,6 +4,7 @@
 #include <kainjow/mustache.hpp>
 #include <stdexcept>
 
+#include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/report/templates.hpp"
 
@@ -113,6 +114,12 @@ void Page::figure(const Figure& f, const std::string& svg) {
   if (list.empty() || !list.back().at("figures").is_object()) add("figures", {{"list", Json::array()}});
   list.back()["figures"]["list"].push_back(
       {{"title", f.title}, {"caption", f.caption}, {"svg", for_page(svg, f)}, {"jpeg", false}});
+}
+
+void Page::figure(const Figure& f, const Gnuplot& drawn, const std::filesystem::path& folder) {
+  const std::string svg = drawn.svg(f.name);
+  io::write_file(folder / (f.name + ".svg"), svg);
+  figure(f, svg);
 }
 
 void Page::picture(const Figure& f, std::string_view jpeg) {

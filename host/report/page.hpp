@@ -4,6 +4,7 @@
 // eye sees; the style is for a phone first, light or dark as the reader's machine is.
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -42,6 +43,8 @@ class Page {
   void code(const std::string& text);
   // Figures that follow one another stand side by side where there is room.
   void figure(const Figure& figure, const std::string& svg);
+  // What `drawn` holds of that name, also as NAME.svg in `folder`.
+  void figure(const Figure& figure, const Gnuplot& drawn, const std::filesystem::path& folder);
   void picture(const Figure& figure, std::string_view jpeg);
   // What follows until end_details() opens on a click.
   void begin_details(const std::string& summary);

@@ -128,9 +128,7 @@ void render_tracking(const Saved& saved) {
       "angles", "Over time",
       "Coloured: good. Grey: unsure. The band is two standard errors wide on either side. Below: the worst "
       "quality of any angle."};
-  const std::string svg = g.svg(figure.name);
-  io::write_file(saved.folder() / "angles.svg", svg);
-  page.figure(figure, svg);
+  page.figure(figure, g, saved.folder());
   const auto frame = saved.folder() / "frame.jpg";
   if (std::filesystem::exists(frame)) {
     page.picture(

@@ -38,7 +38,7 @@ std::string identity_of(const deploy::Glove& glove, const deploy::Hand& hand) {
 deploy::Key bench_key() { return deploy::key_from_hex("000102030405060708090a0b0c0d0e0f"); }
 
 deploy::Glove glove_for(const twin::Parameters& p, const model::Model& model,
-                        const deploy::Calibration& calibration) {
+                        const deploy::CalibrationDocument& calibration) {
   deploy::Glove glove;
   glove.model = model;
   glove.sensor =
@@ -84,8 +84,8 @@ Counts gesture_counts(const twin::Parameters& p, const model::Model& model) {
   const twin::Divider divider(p);
   Counts out;
   for (const twin::Motion& motion : motions("1-6")) {
-    const twin::Setup setup{p, motion, raw, 1, true};
-    const twin::Trial trial = twin::simulate(setup, 0, 1).front();
+    const twin::TrialInput input{p, motion, raw, 1, true};
+    const twin::Trial trial = twin::simulate(input, 0, 1).front();
     for (std::size_t k = 0; k < trial.sample_s.size(); ++k) {
       std::array<int, kFingers>& counts = out.emplace_back();
       for (std::size_t i = 0; i < kFingers; ++i) {
@@ -115,24 +115,25 @@ Boards::Images Boards::build(const deploy::Glove& glove, const deploy::Hand& han
   return {deploy::build_glove(glove, folder).elf, deploy::build_hand(hand, folder).elf};
 }
 
-void Boards::prepare(const twin::Setup& setup) {
-  const deploy::Glove glove = glove_for(setup.parameters, setup.compensator);
-  const deploy::Hand hand = twin_hand(setup.parameters, setup.compensator);
+void Boards::prepare(const twin::TrialInput& input) {
+  const deploy::Glove glove = glove_for(input.parameters, input.compensator);
+  const deploy::Hand hand = twin_hand(input.parameters, input.compensator);
   const std::string identity = identity_of(glove, hand);
   if (!images_.contains(identity)) images_[identity] = build(glove, hand);
 }
 
-Json Boards::images_of(const twin::Setup& setup) const {
-  const Images& images = images_.at(identity_of(glove_for(setup.parameters, setup.compensator),
-                                                twin_hand(setup.parameters, setup.compensator)));
+Json Boards::images_of(const twin::TrialInput& input) const {
+  const Images& images = images_.at(identity_of(glove_for(input.parameters, input.compensator),
+                                                twin_hand(input.parameters, input.compensator)));
   return {{"glove", io::bytes_to_json(images.glove.string())},
           {"hand", io::bytes_to_json(images.hand.string())}};
 }
 
-std::vector<twin::Trial> Boards::simulate(const twin::Setup& setup, std::uint64_t first, int count) const {
+std::vector<twin::Trial> Boards::simulate(const twin::TrialInput& input, std::uint64_t first,
+                                          int count) const {
   const Json trials = workers_.run(
       "simulate",
-      {{"images", images_of(setup)}, {"setup", twin::exact_json(setup)}, {"first", first}, {"count", count}});
+      {{"images", images_of(input)}, {"input", twin::exact_json(input)}, {"first", first}, {"count", count}});
   std::vector<twin::Trial> out;
   for (const Json& trial : trials) out.push_back(twin::trial_of(trial));
   return out;
@@ -165,10 +166,10 @@ std::vector<Latency> Boards::latency(const twin::Parameters& parameters, const m
   return stages.get<std::vector<Latency>>();
 }
 
-void Boards::trace(const twin::Setup& setup, const std::filesystem::path& vcd) {
-  prepare(setup);
-  (void)workers_.run("trace", {{"images", images_of(setup)},
-                               {"setup", twin::exact_json(setup)},
+void Boards::trace(const twin::TrialInput& input, const std::filesystem::path& vcd) {
+  prepare(input);
+  (void)workers_.run("trace", {{"images", images_of(input)},
+                               {"input", twin::exact_json(input)},
                                {"vcd", io::bytes_to_json(vcd.string())}});
 }
 

@@ -25,7 +25,7 @@ deploy::Key bench_key();
 // divider of the twin, one of counts the ADC's counts as they are, any other needs a calibration. Throws
 // io::InputError.
 deploy::Glove glove_for(const twin::Parameters& parameters, const model::Model& model,
-                        const deploy::Calibration& calibration = {});
+                        const deploy::CalibrationDocument& calibration = {});
 
 // The twin's hand as it is: loop, limits and end stops of the published system.
 deploy::Hand twin_hand(const twin::Parameters& parameters, const model::Model& model);
@@ -84,8 +84,9 @@ class Boards : public Engine {
 
   std::string name() const override { return "avr"; }
   int batch() const override { return 1; }
-  void prepare(const twin::Setup& setup) override;
-  std::vector<twin::Trial> simulate(const twin::Setup& setup, std::uint64_t first, int count) const override;
+  void prepare(const twin::TrialInput& input) override;
+  std::vector<twin::Trial> simulate(const twin::TrialInput& input, std::uint64_t first,
+                                    int count) const override;
 
   // The glove's image on these readings, against the host.
   GloveFigures run_glove(const std::filesystem::path& elf, const deploy::Glove& glove,
@@ -97,7 +98,7 @@ class Boards : public Engine {
   std::vector<Latency> latency(const twin::Parameters& parameters, const model::Model& model, int edges,
                                std::uint64_t seed) const;
   // Trial 0 with all signals as a value change dump.
-  void trace(const twin::Setup& setup, const std::filesystem::path& vcd);
+  void trace(const twin::TrialInput& input, const std::filesystem::path& vcd);
 
  private:
   struct Images {
@@ -105,7 +106,7 @@ class Boards : public Engine {
     std::filesystem::path hand;
   };
   Images build(const deploy::Glove& glove, const deploy::Hand& hand) const;
-  nlohmann::ordered_json images_of(const twin::Setup& setup) const;
+  nlohmann::ordered_json images_of(const twin::TrialInput& input) const;
 
   mutable io::WorkerPool workers_;
   io::TemporaryFolder folder_;

@@ -122,11 +122,7 @@ class Laboratories {
 
   template <class Write>
   void write(const Write& what) const {
-    try {
-      what();
-    } catch (const io::JobError& error) {
-      throw io::JobError(fmt::format("{}; {}", error.what(), kept()));
-    }
+    write_or_say(what, [this] { return kept(); });
   }
 
   std::string header() const {

@@ -10,7 +10,7 @@
 
 #include "host/identify/fit.hpp"
 #include "host/io/io.hpp"
-#include "host/model/simulation.hpp"
+#include "host/model/compensator.hpp"
 #include "host/recording/pair.hpp"
 
 namespace flexor::study {
@@ -294,7 +294,7 @@ class GloveFitter {
     model::Model one;
     one.sample_period_s = s.data.period_s;
     one.channels = {c};
-    model::Simulation<model::DoubleArithmetic> simulation(one);
+    model::Compensator<model::DoubleArithmetic> simulation(one);
     double sum = 0;
     for (std::size_t k = 0; k < s.aligned.input.size(); ++k) {
       const double angle_deg = simulation.step(0, s.aligned.input[k]).angle_deg;
@@ -370,7 +370,7 @@ class GloveFitter {
 
   // The figures that every fitted model carries.
   FittedModel describe(FittedModel fitted, double lead_s) {
-    model::Simulation<model::DoubleArithmetic> simulation(fitted.model);
+    model::Compensator<model::DoubleArithmetic> simulation(fitted.model);
     for (std::size_t i = 0; i < kFingers; ++i) {
       const Samples& s = samples(i, lead_s);
       double squares = 0;

@@ -18,9 +18,9 @@ constexpr double kCameraClock_s = 17.35;  // nobody told the camera what time th
 GloveRecording record_glove(const GloveRequest& request) {
   if (request.rounds < 1 || request.rounds > 100) throw io::InputError("a calibration takes 1 to 100 rounds");
   const twin::Motion motion = calibration_motion();
-  const twin::Setup setup{request.parameters, motion, compensator("raw", request.rate_hz).model, request.seed,
-                          true};
-  twin::check(setup);
+  const twin::TrialInput input{request.parameters, motion, compensator("raw", request.rate_hz).model,
+                               request.seed, true};
+  twin::check(input);
   GloveRecording out;
   for (const std::string& finger : model::finger_names()) {
     out.glove.columns.push_back({finger + "_alpha", {}});
@@ -28,7 +28,7 @@ GloveRecording record_glove(const GloveRequest& request) {
   }
   // Between rounds the glove comes off and goes on again, and both logs pause.
   for (int round = 0; round < request.rounds; ++round) {
-    const twin::Trial trial = twin::simulate(setup, static_cast<std::uint64_t>(round), 1).front();
+    const twin::Trial trial = twin::simulate(input, static_cast<std::uint64_t>(round), 1).front();
     const double start_s = round * (motion.duration_s() + kPause_s);
     for (const double t : trial.sample_s) out.glove.t_s.push_back(kGloveClock_s + start_s + t);
     for (std::size_t k = 0; k < trial.glove_deg[0].size(); ++k) {
@@ -51,9 +51,9 @@ void write_recording(const GloveRecording& recording, const std::filesystem::pat
 }
 
 std::optional<double> hand_lag_s(const GloveRequest& request, const model::Model& compensator) {
-  const twin::Setup setup{request.parameters, calibration_motion(), compensator,
-                          twin::seed_of(request.seed, 1), false};
-  const twin::Trial trial = twin::simulate(setup, 0, 1).front();
+  const twin::TrialInput input{request.parameters, calibration_motion(), compensator,
+                               twin::seed_of(request.seed, 1), false};
+  const twin::Trial trial = twin::simulate(input, 0, 1).front();
   const score::TrialScore s =
       score::score_trial(trial.glove_deg, trial.hand_deg, 1 / request.parameters.camera_rate_hz);
   if (!s.lag_removed) return std::nullopt;

@@ -10,6 +10,8 @@
 #include <fstream>
 #include <string>
 
+#include "host/io/io.hpp"
+
 namespace flexor::study {
 
 // While this lives nobody else holds the folder, in this process or another one. Makes the folder; takes it
@@ -65,5 +67,15 @@ class Journal {
   std::uintmax_t kept_bytes_ = 0;
   int file_ = -1;
 };
+
+// Runs `write`, which writes a journal; a failure also says what `kept()` answers: what is safe.
+template <class Write, class Kept>
+void write_or_say(const Write& write, const Kept& kept) {
+  try {
+    write();
+  } catch (const io::JobError& error) {
+    throw io::JobError(std::string(error.what()) + "; " + kept());
+  }
+}
 
 }  // namespace flexor::study

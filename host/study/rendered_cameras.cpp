@@ -15,21 +15,21 @@ std::string RenderedCameras::name() const {
   return (inner_ != nullptr ? inner_->name() : std::string("twin")) + ", rendered cameras";
 }
 
-void RenderedCameras::prepare(const twin::Setup& setup) {
-  if (inner_ != nullptr) inner_->prepare(setup);
+void RenderedCameras::prepare(const twin::TrialInput& input) {
+  if (inner_ != nullptr) inner_->prepare(input);
 }
 
-std::vector<twin::Trial> RenderedCameras::simulate(const twin::Setup& setup, std::uint64_t first,
+std::vector<twin::Trial> RenderedCameras::simulate(const twin::TrialInput& input, std::uint64_t first,
                                                    int count) const {
-  twin::Setup exact = setup;
+  twin::TrialInput exact = input;
   exact.parameters.camera_noise_deg = 0;
   std::vector<twin::Trial> trials =
       inner_ != nullptr ? inner_->simulate(exact, first, count) : twin::simulate(exact, first, count);
   for (std::size_t t = 0; t < trials.size(); ++t) {
     const Json seen =
         workers_.run("see", {{"joints", Json::parse(builtin("joints/paper_hand.json"))},
-                             {"seed", twin::seed_of(setup.seed, first + t, twin::seed_of(1, 'f'))},
-                             {"rate_hz", setup.parameters.camera_rate_hz},
+                             {"seed", twin::seed_of(input.seed, first + t, twin::seed_of(1, 'f'))},
+                             {"rate_hz", input.parameters.camera_rate_hz},
                              {"glove_deg", twin::exact_json(trials[t].glove_deg)},
                              {"hand_deg", twin::exact_json(trials[t].hand_deg)}});
     trials[t].glove_deg = twin::angles_of(seen.at("glove_deg"));

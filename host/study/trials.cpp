@@ -31,9 +31,10 @@ double student_t(int degrees) {
   return z + (z * z * z + z) / (4 * n) + (5 * std::pow(z, 5) + 16 * z * z * z + 3 * z) / (96 * n * n);
 }
 
-std::vector<twin::Trial> play(const Plan& plan, const twin::Setup& setup, std::uint64_t first, int count) {
-  return plan.engine != nullptr ? plan.engine->simulate(setup, first, count)
-                                : twin::simulate(setup, first, count);
+std::vector<twin::Trial> play(const Plan& plan, const twin::TrialInput& input, std::uint64_t first,
+                              int count) {
+  return plan.engine != nullptr ? plan.engine->simulate(input, first, count)
+                                : twin::simulate(input, first, count);
 }
 
 // A batch of trials of one motion: every compensator meets the same trials.
@@ -89,7 +90,7 @@ class Runner {
   void play_all() {
     if (plan_.engine != nullptr) {
       for (const Compensator& c : plan_.compensators) {
-        plan_.engine->prepare(first_setup(plan_, plan_.motions.front(), c));
+        plan_.engine->prepare(first_input(plan_, plan_.motions.front(), c));
         go_on();
       }
     }
@@ -157,14 +158,9 @@ class Runner {
     write([&] { journal_->finish(); });
   }
 
-  // Whatever writes the journal; a failure says what is safe.
   template <class Write>
   void write(const Write& what) const {
-    try {
-      what();
-    } catch (const io::JobError& error) {
-      throw io::JobError(fmt::format("{}; {}", error.what(), kept()));
-    }
+    write_or_say(what, [this] { return kept(); });
   }
 
   void commit(std::size_t number, const JobRows& rows) {
@@ -181,9 +177,9 @@ class Runner {
     JobRows rows;
     for (const Compensator& c : plan_.compensators) {
       go_on();
-      const twin::Setup setup = first_setup(plan_, plan_.motions[job.motion], c);
+      const twin::TrialInput input = first_input(plan_, plan_.motions[job.motion], c);
       std::vector<TrialRow>& out = rows.emplace_back();
-      for (const twin::Trial& trial : play(plan_, setup, static_cast<std::uint64_t>(job.first), job.count)) {
+      for (const twin::Trial& trial : play(plan_, input, static_cast<std::uint64_t>(job.first), job.count)) {
         out.push_back(row(trial));
       }
     }
@@ -369,7 +365,7 @@ void check(const Plan& plan) {
     require_name(c.name, "compensator");
     if (!names.insert(c.name).second)
       throw InputError(fmt::format("compensator {}: there are two of that name; rename one", c.name));
-    for (const twin::Motion& motion : plan.motions) twin::check(first_setup(plan, motion, c));
+    for (const twin::Motion& motion : plan.motions) twin::check(first_input(plan, motion, c));
   }
 }
 
@@ -404,15 +400,15 @@ std::string settings_of(const Plan& plan) {
   return io::dump(json);
 }
 
-twin::Setup first_setup(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
+twin::TrialInput first_input(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
   return {plan.parameters, motion, compensator.model, seed_of_motion(plan.seed, motion.name()), false};
 }
 
 twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
   if (plan.stop != nullptr && plan.stop->load()) throw io::Cancelled("stopped");
-  const twin::Setup setup = first_setup(plan, motion, compensator);
-  if (plan.engine != nullptr) plan.engine->prepare(setup);
-  return play(plan, setup, 0, 1).front();
+  const twin::TrialInput input = first_input(plan, motion, compensator);
+  if (plan.engine != nullptr) plan.engine->prepare(input);
+  return play(plan, input, 0, 1).front();
 }
 
 Json to_json(const Result& r, const Plan& plan) {

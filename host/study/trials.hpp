@@ -31,9 +31,9 @@ class Engine {
   virtual ~Engine() = default;
   virtual std::string name() const = 0;
   // Before the first trial of each compensator. Throws io::InputError for what it cannot play.
-  virtual void prepare(const twin::Setup& setup) = 0;
+  virtual void prepare(const twin::TrialInput& input) = 0;
   // As twin::simulate; from any thread.
-  virtual std::vector<twin::Trial> simulate(const twin::Setup& setup, std::uint64_t first,
+  virtual std::vector<twin::Trial> simulate(const twin::TrialInput& input, std::uint64_t first,
                                             int count) const = 0;
   // How many trials to ask for at a time: few where each takes long, so that progress shows.
   virtual int batch() const { return twin::kTrialsAtOnce; }
@@ -136,7 +136,7 @@ std::string settings_of(const Plan& plan);
 Result run(const Plan& plan, const TrialProgress& progress);
 
 // Trial 0 of a motion, exactly as run() meets it: what to play, and played.
-twin::Setup first_setup(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);
+twin::TrialInput first_input(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);
 twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);
 
 // Everything but how long it took and on how many threads: the same run gives the same bytes.

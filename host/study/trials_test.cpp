@@ -103,9 +103,9 @@ TEST(Trials, AnotherPersonIsAnother) {
     Plan p = plan("1", 1);
     if (!assignment.empty()) twin::assign(p.parameters, assignment);
     p.compensators.resize(1);
-    twin::Setup setup = first_setup(p, p.motions[0], p.compensators[0]);
-    setup.record_samples = true;
-    return twin::simulate(setup, 0, 1).front();
+    twin::TrialInput input = first_input(p, p.motions[0], p.compensators[0]);
+    input.record_samples = true;
+    return twin::simulate(input, 0, 1).front();
   };
   const auto swing = [](const std::vector<float>& angle) {
     const auto [least, most] = std::ranges::minmax(angle);

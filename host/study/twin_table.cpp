@@ -77,11 +77,11 @@ TwinTable::TwinTable(int first, int last, int trials, std::uint64_t seed) {
 }
 
 double TwinTable::error(const Plan& plan, std::size_t gesture, std::size_t compensator) const {
-  const twin::Setup setup = first_setup(plan, plan.motions[gesture], plan.compensators[compensator]);
+  const twin::TrialInput input = first_input(plan, plan.motions[gesture], plan.compensators[compensator]);
   double sum = 0;
   for (int first = 0; first < plan.trials; first += twin::kTrialsAtOnce) {
     const int count = std::min(plan.trials - first, twin::kTrialsAtOnce);
-    for (const twin::Trial& trial : twin::simulate(setup, static_cast<std::uint64_t>(first), count)) {
+    for (const twin::Trial& trial : twin::simulate(input, static_cast<std::uint64_t>(first), count)) {
       for (const double e :
            score::finger_errors(trial.glove_deg, trial.hand_deg, 1 / plan.parameters.camera_rate_hz))
         sum += e;

@@ -91,15 +91,15 @@ Motion motion_of(const Json& json) {
   return Motion::from_samples(json.at("name").get<std::string>(), std::move(t_s), std::move(angle_deg));
 }
 
-Json exact_json(const Setup& setup) {
-  return {{"parameters", exact_json(setup.parameters)},
-          {"motion", exact_json(setup.motion)},
-          {"compensator", Json::parse(model::to_json(setup.compensator))},
-          {"seed", setup.seed},
-          {"record_samples", setup.record_samples}};
+Json exact_json(const TrialInput& input) {
+  return {{"parameters", exact_json(input.parameters)},
+          {"motion", exact_json(input.motion)},
+          {"compensator", Json::parse(model::to_json(input.compensator))},
+          {"seed", input.seed},
+          {"record_samples", input.record_samples}};
 }
 
-Setup setup_of(const Json& json) {
+TrialInput trial_input_of(const Json& json) {
   return {parameters_of(json.at("parameters")), motion_of(json.at("motion")),
           model::from_json(json.at("compensator").dump(), kSource), json.at("seed").get<std::uint64_t>(),
           json.at("record_samples").get<bool>()};

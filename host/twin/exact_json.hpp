@@ -19,8 +19,8 @@ Parameters parameters_of(const nlohmann::ordered_json& json);
 nlohmann::ordered_json exact_json(const Motion& motion);
 Motion motion_of(const nlohmann::ordered_json& json);
 
-nlohmann::ordered_json exact_json(const Setup& setup);
-Setup setup_of(const nlohmann::ordered_json& json);
+nlohmann::ordered_json exact_json(const TrialInput& input);
+TrialInput trial_input_of(const nlohmann::ordered_json& json);
 
 // One vector for each finger.
 nlohmann::ordered_json exact_json(const std::array<std::vector<float>, kFingers>& angles);

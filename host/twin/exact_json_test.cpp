@@ -32,7 +32,7 @@ void expect_same(const Trial& a, const Trial& b) {
   EXPECT_EQ(a.true_deg, b.true_deg);
 }
 
-Setup gesture() {
+TrialInput gesture() {
   Parameters p;
   p.noise_deg = 1.0 / 3;
   p.loss = 0.1;
@@ -44,12 +44,12 @@ Setup gesture() {
 }
 
 TEST(ExactJson, ASetupThatCameThroughAPipePlaysTheSameTrial) {
-  const twin::Setup setup = gesture();
-  const twin::Setup back = setup_of(line(exact_json(setup)));
-  EXPECT_EQ(back.compensator, setup.compensator);
+  const twin::TrialInput input = gesture();
+  const twin::TrialInput back = trial_input_of(line(exact_json(input)));
+  EXPECT_EQ(back.compensator, input.compensator);
   EXPECT_EQ(back.motion.number(), 4);
-  EXPECT_EQ(to_json(back.parameters), to_json(setup.parameters));
-  expect_same(simulate(back, 3, 1).front(), simulate(setup, 3, 1).front());
+  EXPECT_EQ(to_json(back.parameters), to_json(input.parameters));
+  expect_same(simulate(back, 3, 1).front(), simulate(input, 3, 1).front());
 }
 
 TEST(ExactJson, ARecordedMotionKeepsItsSamples) {

@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "host/io/io.hpp"
-#include "host/model/simulation.hpp"
+#include "host/model/compensator.hpp"
 #include "host/twin/glove.hpp"
 #include "host/twin/laboratory.hpp"
 #include "host/twin/plant.hpp"
@@ -19,7 +19,7 @@
 namespace flexor::twin {
 namespace {
 
-using Compensators = model::Simulation<model::FixedArithmetic>;
+using Compensators = model::Compensator<model::FixedArithmetic>;
 
 // Channel of the compensator for each finger of the hand.
 std::array<std::size_t, kFingers> channels(const model::Model& compensator) {
@@ -45,18 +45,18 @@ std::array<std::size_t, kFingers> channels(const model::Model& compensator) {
 template <int kTrials>
 class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them, a hundred kilobytes
  public:
-  Batch(const Setup& setup, std::uint64_t first, int count)
-      : setup_(setup),
-        p_(setup.parameters),
+  Batch(const TrialInput& input, std::uint64_t first, int count)
+      : input_(input),
+        p_(input.parameters),
         constants_(p_),
         divider_(p_),
-        channel_(channels(setup.compensator)),
-        period_s_(setup.compensator.sample_period_s),
+        channel_(channels(input.compensator)),
+        period_s_(input.compensator.sample_period_s),
         frame_every_s_(p_.frame_rate_hz > 0 ? 1 / p_.frame_rate_hz : 0),
         count_(count),
-        end_ms_(std::lround(setup.motion.duration_s() * 1000)),
-        frames_(static_cast<std::size_t>(setup.motion.duration_s() * p_.camera_rate_hz) + 1) {
-    const Compensators prototype(setup.compensator);
+        end_ms_(std::lround(input.motion.duration_s() * 1000)),
+        frames_(static_cast<std::size_t>(input.motion.duration_s() * p_.camera_rate_hz) + 1) {
+    const Compensators prototype(input.compensator);
     for (int t = 0; t < kTrials; ++t) begin_trial(t, first + static_cast<std::uint64_t>(t), prototype);
     for (int lane = 0; lane < kLanes; ++lane) begin_lane(lane);
     hand_next_ms_ = frame_ms(0, p_.camera_rate_hz, p_.hand_camera_latency_s);
@@ -84,7 +84,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
   void begin_trial(int t, std::uint64_t number, const Compensators& prototype) {
-    const std::uint64_t seed = seed_of(setup_.seed, number);
+    const std::uint64_t seed = seed_of(input_.seed, number);
     variation_[at(t)] = draw_variation(p_, seed);
     compensator_.push_back(prototype);
     radio_[at(t)] = Radio(p_, seed_of(seed, Purpose::radio));
@@ -111,7 +111,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   void begin_lane(int lane) {
     const int finger = lane / kTrials;
     const auto i = at(finger);
-    const double start = setup_.motion.angle(finger, -1, variation_[at(lane % kTrials)]);
+    const double start = input_.motion.angle(finger, -1, variation_[at(lane % kTrials)]);
     const auto rho = static_cast<float>(start);
     x_.reference[lane] = x_.slipped[lane] = x_.visco[lane] = x_.creep[lane] = rho;
     x_.lower[lane] = static_cast<float>(p_.hand_lower_deg[i]);
@@ -126,7 +126,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   void begin_block(std::int64_t now) {
     const double next_s = static_cast<double>(now + kBlock_ms) / 1000;
     for (int lane = 0; lane < kLanes; ++lane) {
-      const double rho = setup_.motion.angle(lane / kTrials, next_s, variation_[at(lane % kTrials)]);
+      const double rho = input_.motion.angle(lane / kTrials, next_s, variation_[at(lane % kTrials)]);
       x_.reference[lane] = static_cast<float>(reference_[at(lane)]);
       x_.reference_slope[lane] = static_cast<float>((rho - reference_[at(lane)]) / kBlock_ms);
       reference_[at(lane)] = rho;
@@ -144,7 +144,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
         std::lround((first_sample_s_[at(t)] + static_cast<double>(k) * period_s_) * 1000);
     FrameAngles angles;
     Trial& trial = trials_[at(t)];
-    if (setup_.record_samples) trial.sample_s.push_back(now_s);
+    if (input_.record_samples) trial.sample_s.push_back(now_s);
     for (int i = 0; i < kFingers; ++i) {
       const int lane = i * kTrials + t;
       const int counts =
@@ -152,7 +152,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
       const double alpha = divider_.alpha_deg(counts);
       const double beta = compensator_[at(t)].step(channel_[at(i)], alpha).angle_deg;
       angles[at(i)] = static_cast<std::int16_t>(std::lround(16 * beta));
-      if (!setup_.record_samples) continue;
+      if (!input_.record_samples) continue;
       trial.alpha_deg[at(i)].push_back(alpha);
       trial.beta_deg[at(i)].push_back(beta);
       trial.true_deg[at(i)].push_back(static_cast<double>(x_.reference[lane]));
@@ -216,7 +216,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     }
   }
 
-  const Setup& setup_;
+  const TrialInput& input_;
   const Parameters& p_;
   PlantConstants constants_;
   Divider divider_;
@@ -250,24 +250,24 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
 
 }  // namespace
 
-void check(const Setup& setup) {
-  check(setup.parameters);
-  (void)channels(setup.compensator);
-  const double rate_hz = 1 / setup.compensator.sample_period_s;
+void check(const TrialInput& input) {
+  check(input.parameters);
+  (void)channels(input.compensator);
+  const double rate_hz = 1 / input.compensator.sample_period_s;
   if (!(rate_hz >= 0.1 && rate_hz <= kMaxRate_hz * (1 + 1e-9))) {
     throw io::InputError(
         fmt::format("a rate of {:g} Hz is impossible: the twin's plant runs at {:g} Hz, and the slowest "
                     "glove at 0.1 Hz",
                     rate_hz, kMaxRate_hz));
   }
-  const Parameters& p = setup.parameters;
-  const double pictures = setup.motion.duration_s() * p.camera_rate_hz;
+  const Parameters& p = input.parameters;
+  const double pictures = input.motion.duration_s() * p.camera_rate_hz;
   if (pictures > kMaxPictures) {
     throw io::InputError(
         fmt::format("motion {}: {:g} s at {:g} pictures a second are more than {}: set camera.rate_hz to at "
                     "most {:.0f}, or play a shorter one",
-                    setup.motion.name(), setup.motion.duration_s(), p.camera_rate_hz, kMaxPictures,
-                    std::floor(kMaxPictures / setup.motion.duration_s())));
+                    input.motion.name(), input.motion.duration_s(), p.camera_rate_hz, kMaxPictures,
+                    std::floor(kMaxPictures / input.motion.duration_s())));
   }
   const double frames_hz = p.frame_rate_hz > 0 ? std::min(p.frame_rate_hz, rate_hz) : rate_hz;
   const double airtime_s = p.frame_bytes * 10 / p.baud;
@@ -280,17 +280,17 @@ void check(const Setup& setup) {
   }
 }
 
-std::vector<Trial> simulate(const Setup& setup, std::uint64_t first, int count) {
+std::vector<Trial> simulate(const TrialInput& input, std::uint64_t first, int count) {
   // Half as many lanes take half the time.
   constexpr int kHalf = kTrialsAtOnce / 2;
-  if (count <= kHalf) return std::make_unique<Batch<kHalf>>(setup, first, count)->run();
-  return std::make_unique<Batch<kTrialsAtOnce>>(setup, first, count)->run();
+  if (count <= kHalf) return std::make_unique<Batch<kHalf>>(input, first, count)->run();
+  return std::make_unique<Batch<kTrialsAtOnce>>(input, first, count)->run();
 }
 
-std::vector<Trial> simulate_scalar(const Setup& setup, std::uint64_t first, int count) {
+std::vector<Trial> simulate_scalar(const TrialInput& input, std::uint64_t first, int count) {
   std::vector<Trial> out;
   for (int t = 0; t < count; ++t) {
-    out.push_back(std::make_unique<Batch<1>>(setup, first + static_cast<std::uint64_t>(t), 1)->run().front());
+    out.push_back(std::make_unique<Batch<1>>(input, first + static_cast<std::uint64_t>(t), 1)->run().front());
   }
   return out;
 }

@@ -19,7 +19,7 @@ inline constexpr int kTrialsAtOnce = 16;  // lanes of the vector code are these 
 inline constexpr double kMaxRate_hz = 1000;
 inline constexpr int kMaxPictures = 120000;  // of each camera in a trial: an hour at 33 a second
 
-struct Setup {
+struct TrialInput {
   Parameters parameters;
   Motion motion;
   model::Model compensator;  // five channels by name, sampled at its own period
@@ -45,14 +45,14 @@ struct Trial {
 
 // Throws io::InputError: a compensator without a channel for each finger, a rate above the plant's, a frame
 // rate that the radio cannot carry.
-void check(const Setup& setup);
+void check(const TrialInput& input);
 
-// Trials first .. first + count - 1, count at most kTrialsAtOnce. Reads `setup` only: call it from any
+// Trials first .. first + count - 1, count at most kTrialsAtOnce. Reads `input` only: call it from any
 // thread.
-std::vector<Trial> simulate(const Setup& setup, std::uint64_t first, int count);
+std::vector<Trial> simulate(const TrialInput& input, std::uint64_t first, int count);
 
 // The same, trial by trial and finger by finger: equal to the bit, and the yardstick for speed.
-std::vector<Trial> simulate_scalar(const Setup& setup, std::uint64_t first, int count);
+std::vector<Trial> simulate_scalar(const TrialInput& input, std::uint64_t first, int count);
 
 // Joints of a finger in degrees when its MCP is at mcp_deg; eqs. 4 and 5 of the article.
 struct Posture {

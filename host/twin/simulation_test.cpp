@@ -60,10 +60,10 @@ Parameters perfect() {
 double total(const Trial& t) { return std::accumulate(t.error_deg_s.begin(), t.error_deg_s.end(), 0.0); }
 
 TEST(Simulation, ATrialDependsOnItsNumberAndNothingElse) {
-  const twin::Setup setup{Parameters(), gesture(1), published_hw(), 5, false};
-  const auto together = simulate(setup, 0, 16);
-  const auto alone = simulate(setup, 6, 3);
-  const auto scalar = simulate_scalar(setup, 6, 3);
+  const twin::TrialInput input{Parameters(), gesture(1), published_hw(), 5, false};
+  const auto together = simulate(input, 0, 16);
+  const auto alone = simulate(input, 6, 3);
+  const auto scalar = simulate_scalar(input, 6, 3);
   for (std::size_t t = 0; t < 3; ++t) {
     EXPECT_EQ(alone[t].hand_deg, together[6 + t].hand_deg);
     EXPECT_EQ(scalar[t].hand_deg, together[6 + t].hand_deg);
@@ -75,10 +75,10 @@ TEST(Simulation, ATrialDependsOnItsNumberAndNothingElse) {
 }
 
 TEST(Simulation, TheSeedDecides) {
-  twin::Setup setup{Parameters(), gesture(1), published_hw(), 5, false};
-  const auto five = simulate(setup, 0, 1);
-  setup.seed = 6;
-  EXPECT_NE(simulate(setup, 0, 1)[0].hand_deg, five[0].hand_deg);
+  twin::TrialInput input{Parameters(), gesture(1), published_hw(), 5, false};
+  const auto five = simulate(input, 0, 1);
+  input.seed = 6;
+  EXPECT_NE(simulate(input, 0, 1)[0].hand_deg, five[0].hand_deg);
 }
 
 // Gesture 1 is closed for about 7.2 of its 10 s and open for about 0.6; what the hand is off meanwhile.
@@ -134,7 +134,7 @@ double sum(const PerFinger& of) { return std::accumulate(of.begin(), of.end(), 0
 // plain loop measure the same bits.
 TEST(Simulation, ReadingsOutsideTheHandPressIntoItsStopsAndLimitsPreventIt) {
   Parameters p;
-  const twin::Setup rammed{p, gesture(1), identity(0.1), 3, false};
+  const twin::TrialInput rammed{p, gesture(1), identity(0.1), 3, false};
   const Trial ram = simulate(rammed, 0, 1).front();
   EXPECT_GT(worst(ram.impact_deg_s), 50);
   EXPECT_GT(sum(ram.pressed_s), 5);
@@ -158,14 +158,14 @@ TEST(Simulation, EveryParameterAtTheEndsOfItsRangeGivesFiniteFiguresOrARefusal) 
     for (const double value : {e.min, e.max}) {
       Parameters p;
       assign(p, fmt::format("{}={}", e.name, value));
-      const twin::Setup setup{p, motion, published_hw(), 1, false};
+      const twin::TrialInput input{p, motion, published_hw(), 1, false};
       try {
-        check(setup);
+        check(input);
       } catch (const io::InputError&) {
         continue;
       }
       ++played;
-      const Trial t = simulate_scalar(setup, 0, 1).front();
+      const Trial t = simulate_scalar(input, 0, 1).front();
       for (std::size_t i = 0; i < kFingers; ++i) {
         EXPECT_TRUE(std::isfinite(t.error_deg_s[i])) << e.name << " " << value;
         EXPECT_TRUE(std::isfinite(t.impact_deg_s[i])) << e.name << " " << value;
@@ -204,9 +204,9 @@ TEST(Simulation, AHandPressedIntoItsStopWindsUpUnlessItsIntegralIsLimited) {
 }
 
 TEST(Simulation, RefusesWhatDoesNotFit) {
-  const auto message = [](const twin::Setup& setup) -> std::string {
+  const auto message = [](const twin::TrialInput& input) -> std::string {
     try {
-      check(setup);
+      check(input);
     } catch (const io::InputError& error) {
       return error.what();
     }

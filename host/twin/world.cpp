@@ -22,15 +22,15 @@ std::int32_t settled_integral(const hand::LoopSettings& c, double rest_s, std::i
   return static_cast<std::int32_t>(std::clamp(integral, -limit, limit));
 }
 
-World::World(const Setup& setup, std::uint64_t number)
-    : setup_(setup),
-      p_(setup.parameters),
+World::World(const TrialInput& input, std::uint64_t number)
+    : input_(input),
+      p_(input.parameters),
       constants_(p_),
       divider_(p_),
-      end_ms_(std::lround(setup.motion.duration_s() * 1000)),
-      frames_(static_cast<std::size_t>(setup.motion.duration_s() * p_.camera_rate_hz) + 1) {
-  const std::uint64_t seed = seed_of(setup.seed, number);
-  const double period_s = setup.compensator.sample_period_s;
+      end_ms_(std::lround(input.motion.duration_s() * 1000)),
+      frames_(static_cast<std::size_t>(input.motion.duration_s() * p_.camera_rate_hz) + 1) {
+  const std::uint64_t seed = seed_of(input.seed, number);
+  const double period_s = input.compensator.sample_period_s;
   variation_ = draw_variation(p_, seed);
   phase_s_ = period_s * Random(seed_of(seed, Purpose::phase)).uniform();
   camera_noise_ = Random(seed_of(seed, Purpose::camera));
@@ -38,7 +38,7 @@ World::World(const Setup& setup, std::uint64_t number)
     strip_[at(i)] = Strip(p_, i, period_s, seed_of(seed, Purpose::sensor, i));
     disturbance_[at(i)] = Disturbance(p_, seed_of(seed, Purpose::disturbance, i));
     x_.noise[i] = static_cast<std::uint32_t>(seed_of(seed, Purpose::potentiometer, i)) | 1U;
-    const auto rho = static_cast<float>(setup.motion.angle(i, -1, variation_));
+    const auto rho = static_cast<float>(input.motion.angle(i, -1, variation_));
     x_.reference[i] = x_.slipped[i] = x_.visco[i] = x_.creep[i] = rho;
     x_.lower[i] = static_cast<float>(p_.hand_lower_deg[at(i)]);
     x_.upper[i] = static_cast<float>(p_.hand_upper_deg[at(i)]);
@@ -66,7 +66,7 @@ void World::step(const std::array<std::int16_t, kFingers>& duty) {
 void World::begin_block() {
   const double next_s = static_cast<double>(now_ms_ + kBlock_ms) / 1000;
   for (int i = 0; i < kFingers; ++i) {
-    const double rho = setup_.motion.angle(i, next_s, variation_);
+    const double rho = input_.motion.angle(i, next_s, variation_);
     x_.reference[i] = static_cast<float>(reference_[at(i)]);
     x_.reference_slope[i] = static_cast<float>((rho - reference_[at(i)]) / kBlock_ms);
     reference_[at(i)] = rho;

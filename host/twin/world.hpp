@@ -16,8 +16,8 @@ class World {
   // Rest in the first pose before t = 0: time for boards to start.
   static constexpr std::int64_t kStart_ms = -2000;
 
-  // `setup` outlives the world.
-  World(const Setup& setup, std::uint64_t trial);
+  // `input` outlives the world.
+  World(const TrialInput& input, std::uint64_t trial);
 
   std::int64_t now_ms() const { return now_ms_; }
   std::int64_t end_ms() const { return end_ms_; }
@@ -51,7 +51,7 @@ class World {
   void look();
   void shoot(std::array<std::vector<float>, kFingers> Trial::*view, const float* angle);
 
-  const Setup& setup_;
+  const TrialInput& input_;
   const Parameters& p_;
   PlantConstants constants_;
   Divider divider_;

@@ -1,6 +1,6 @@
 // Both boards in the twin's world: it agrees with the twin, and survives what radios, sensors, supplies and
 // attackers do.
-#include "cosim/simulation.hpp"
+#include "cosim/co_simulation.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -28,7 +28,7 @@ const twin::Parameters& parameters() {
   return p;
 }
 
-twin::Setup setup_of(const char* compensator = "published-hw", double rate_hz = 20) {
+twin::TrialInput trial_input_of(const char* compensator = "published-hw", double rate_hz = 20) {
   return {parameters(), study::motions("1").front(), study::compensator(compensator, rate_hz).model, 1,
           false};
 }
@@ -36,10 +36,10 @@ twin::Setup setup_of(const char* compensator = "published-hw", double rate_hz = 
 // The images that a user would flash.
 const Images& images() {
   static const std::unique_ptr<Images> built = [] {
-    const twin::Setup setup = setup_of();
+    const twin::TrialInput input = trial_input_of();
     const io::TemporaryFolder folder;
-    const auto glove = deploy::build_glove(study::glove_for(parameters(), setup.compensator), folder.path());
-    const auto hand = deploy::build_hand(study::safe_hand(parameters(), setup.compensator), folder.path());
+    const auto glove = deploy::build_glove(study::glove_for(parameters(), input.compensator), folder.path());
+    const auto hand = deploy::build_hand(study::safe_hand(parameters(), input.compensator), folder.path());
     return std::unique_ptr<Images>(new Images{Firmware(glove.elf), Firmware(hand.elf)});
   }();
   return *built;
@@ -50,7 +50,7 @@ using Path = std::vector<std::array<double, 5>>;  // joints, each millisecond
 // One gesture, watched: limits and speeds in every millisecond, and how the end stops were treated.
 class Watched {
  public:
-  explicit Watched(ByteFaults faults = {}) : setup_(steady()), simulation(images(), setup_, 0, faults) {}
+  explicit Watched(ByteFaults faults = {}) : input_(steady()), simulation(images(), input_, 0, faults) {}
 
   std::function<void(std::int64_t)> disturb;
 
@@ -94,15 +94,15 @@ class Watched {
 
  private:
   // Without bursts of contact noise, which would come at other instants after a restart of the glove.
-  static twin::Setup steady() {
-    twin::Setup setup = setup_of();
-    setup.parameters.burst_rate_per_s = 0;
-    return setup;
+  static twin::TrialInput steady() {
+    twin::TrialInput input = trial_input_of();
+    input.parameters.burst_rate_per_s = 0;
+    return input;
   }
-  twin::Setup setup_;
+  twin::TrialInput input_;
 
  public:
-  Simulation simulation;
+  CoSimulation simulation;
 };
 
 const Path& undisturbed() {
@@ -189,7 +189,7 @@ TEST(Fault, AnUnpluggedOrShortedOrStuckStripIsToldAndItsFingerGoesToRest) {
     int heard_ms = -1;
     w.simulation.on_air = [&, status = expected](Cycles cycle, std::uint8_t byte) {
       if (receiver.receive(byte) != link::Received::frame) return;
-      const auto now = static_cast<int>(Simulation::time_ms(cycle));
+      const auto now = static_cast<int>(CoSimulation::time_ms(cycle));
       if (heard_ms < 0 && now > 500 && static_cast<int>(receiver.frame().status[1]) == status) heard_ms = now;
     };
     const Path path = w.run();
@@ -260,7 +260,7 @@ TEST(Fault, AReplayIsRefusedAlsoAfterARestartOfTheHand) {
     Watched w;
     std::vector<std::uint8_t> heard;
     w.simulation.on_air = [&](Cycles cycle, std::uint8_t byte) {
-      if (Simulation::time_ms(cycle) < 2000) heard.push_back(byte);
+      if (CoSimulation::time_ms(cycle) < 2000) heard.push_back(byte);
     };
     std::uint32_t before = 0;
     std::size_t at = 0;
@@ -324,7 +324,7 @@ TEST(Twin, AgreesWithTheCoSimulation) {
   }
 }
 
-TEST(Simulation, IsTheSameOnOneThreadAndOnTwo) {
+TEST(CoSimulation, IsTheSameOnOneThreadAndOnTwo) {
   study::Boards boards(FLEXOR_COSIM);
   study::Plan plan;
   plan.parameters = parameters();
@@ -388,11 +388,11 @@ TEST(Trace, IsAValueChangeDumpWithTimeGoingForward) {
   study::Boards boards(FLEXOR_COSIM);
   const fs::path path =
       fs::path(testing::TempDir()) / ("flexor_trace_" + std::to_string(::getpid()) + ".vcd");
-  twin::Setup setup = setup_of("published-hw", 10);
+  twin::TrialInput input = trial_input_of("published-hw", 10);
   std::array<std::vector<double>, 5> still;
   for (auto& finger : still) finger.assign(2, 100);
-  setup.motion = twin::Motion::from_samples("still", {0, 0.5}, still);
-  boards.trace(setup, path);
+  input.motion = twin::Motion::from_samples("still", {0, 0.5}, still);
+  boards.trace(input, path);
   const std::string text = io::read_file(path);
   fs::remove(path);
   EXPECT_TRUE(text.starts_with("$timescale 1 ns $end"));

@@ -34,8 +34,7 @@ namespace {
 
 // The board's inner corners in each picture that shows them all; out.used and out.refused say which.
 std::vector<std::vector<cv::Point2f>> find_corners(const std::vector<std::filesystem::path>& pictures,
-                                                   const Board& board, cv::Size& picture_size,
-                                                   Calibration& out) {
+                                                   const Board& board, cv::Size& picture_size, LensFit& out) {
   const cv::Size size(board.columns, board.rows);
   std::vector<std::vector<cv::Point2f>> seen;
   for (const std::filesystem::path& path : pictures) {
@@ -72,7 +71,7 @@ std::vector<std::vector<cv::Point2f>> find_corners(const std::vector<std::filesy
 
 }  // namespace
 
-Calibration calibrate(const std::vector<std::filesystem::path>& pictures, const Board& board) {
+LensFit fit_lens(const std::vector<std::filesystem::path>& pictures, const Board& board) {
   if (board.columns < 3 || board.rows < 3) {
     throw io::InputError("a checkerboard needs at least 3 x 3 inner corners: count where four squares meet");
   }
@@ -81,7 +80,7 @@ Calibration calibrate(const std::vector<std::filesystem::path>& pictures, const 
     for (int x = 0; x < board.columns; ++x)
       square.emplace_back(static_cast<float>(x), static_cast<float>(y), 0.F);
   }
-  Calibration out;
+  LensFit out;
   cv::Size picture_size;
   const std::vector<std::vector<cv::Point2f>> seen = find_corners(pictures, board, picture_size, out);
   cv::Mat k;

@@ -1,4 +1,4 @@
-#include "cosim/simulation.hpp"
+#include "cosim/co_simulation.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,15 +16,16 @@ bool is(std::uint8_t marker, firmware::Marker which) { return marker == static_c
 
 }  // namespace
 
-Simulation::Simulation(const Images& images, const twin::Setup& setup, std::uint64_t trial, ByteFaults faults)
+CoSimulation::CoSimulation(const Images& images, const twin::TrialInput& input, std::uint64_t trial,
+                           ByteFaults faults)
     : images_(images),
-      setup_(setup),
-      world_(setup, trial),
+      input_(input),
+      world_(input, trial),
       glove_(images.glove),
       hand_(images.hand),
-      radio_(setup.parameters, twin::seed_of(twin::seed_of(setup.seed, trial), twin::Purpose::radio), faults,
+      radio_(input.parameters, twin::seed_of(twin::seed_of(input.seed, trial), twin::Purpose::radio), faults,
              cycle_of(0)) {
-  const double period_ms = 1000 * setup.compensator.sample_period_s;
+  const double period_ms = 1000 * input.compensator.sample_period_s;
   const double phase_ms = 1000 * world_.sample_phase_s() - kBoot_ms;
   const double start_ms = phase_ms - period_ms * std::floor(phase_ms / period_ms);
   glove_.power_off(static_cast<Cycles>(start_ms * kCyclesPerMs) + 1);
@@ -51,7 +52,7 @@ Simulation::Simulation(const Images& images, const twin::Setup& setup, std::uint
   };
 }
 
-twin::Trial Simulation::run() {
+twin::Trial CoSimulation::run() {
   while (world_.now_ms() <= world_.end_ms()) {
     const std::int64_t now = world_.now_ms();
     if (on_ms) on_ms(now);
@@ -77,27 +78,27 @@ twin::Trial Simulation::run() {
   return trial;
 }
 
-HandStatus Simulation::hand_status() const {
+HandStatus CoSimulation::hand_status() const {
   return hand_.peek<HandStatus>(images_.hand.address("hand_status"));
 }
 
-void Simulation::inject(const std::vector<std::uint8_t>& bytes) {
-  const auto byte_cycles = static_cast<Cycles>(10 / setup_.parameters.baud * 1000 * kCyclesPerMs);
+void CoSimulation::inject(const std::vector<std::uint8_t>& bytes) {
+  const auto byte_cycles = static_cast<Cycles>(10 / input_.parameters.baud * 1000 * kCyclesPerMs);
   injected_until_ = std::max(injected_until_, hand_.now());
   for (const std::uint8_t byte : bytes) hand_.receive(injected_until_ += byte_cycles, byte);
 }
 
-link::LinkStatistics Simulation::link_statistics() const {
+link::LinkStatistics CoSimulation::link_statistics() const {
   return hand_.peek<link::LinkStatistics>(images_.hand.address("hand_receiver"));
 }
 
-std::uint16_t Simulation::worst_late_ms() const {
+std::uint16_t CoSimulation::worst_late_ms() const {
   return hand_.peek<std::uint16_t>(static_cast<std::uint16_t>(images_.hand.address("hand_latency") + 2));
 }
 
 // The minute of rest before a recording is not run but computed, as in simulate(): a loop whose command lies
 // behind an end stop has wound up by then.
-void Simulation::wind_up() {
+void CoSimulation::wind_up() {
   const HandStatus status = hand_status();
   const std::uint16_t fingers = images_.hand.address("hand_finger");
   for (int i = 0; i < twin::kFingers; ++i) {

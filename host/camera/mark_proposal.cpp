@@ -1,4 +1,4 @@
-#include "host/camera/setup.hpp"
+#include "host/camera/mark_proposal.hpp"
 
 #include <fmt/format.h>
 
@@ -18,12 +18,12 @@ ColourModel choose_colour(const Skeleton& skeleton, const Picture& picture, cons
 
 }  // namespace
 
-Setup set_up(const Skeleton& skeleton, const Picture& picture, const ColourChoice& colour,
-             const std::map<int, std::string>& assigned) {
+MarkProposal propose_marks(const Skeleton& skeleton, const Picture& picture, const ColourChoice& colour,
+                           const std::map<int, std::string>& assigned) {
   if (skeleton.kind != MarkKind::colour) {
     throw io::InputError("printed marks carry their numbers with them and need no set-up");
   }
-  Setup out;
+  MarkProposal out;
   out.colour = choose_colour(skeleton, picture, colour);
   out.candidates = find_marks(picture, out.colour, region_of(skeleton, picture), least_area_px(out.colour));
   std::ranges::sort(out.candidates, {}, [](const Mark& m) { return m.centre.x + m.centre.y; });
@@ -50,20 +50,20 @@ Setup set_up(const Skeleton& skeleton, const Picture& picture, const ColourChoic
   return out;
 }
 
-Skeleton with_start(const Skeleton& skeleton, const Setup& setup) {
+Skeleton with_start(const Skeleton& skeleton, const MarkProposal& proposal) {
   Skeleton out = skeleton;
-  out.colour = setup.colour;
+  out.colour = proposal.colour;
   out.rgb.reset();
   for (std::size_t m = 0; m < out.marks.size(); ++m) {
-    const auto it = std::ranges::find(setup.name, out.marks[m]);
-    if (it == setup.name.end()) {
+    const auto it = std::ranges::find(proposal.name, out.marks[m]);
+    if (it == proposal.name.end()) {
       throw io::InputError(
           fmt::format("which candidate is \"{}\"? give --assign NUMBER={}", out.marks[m], out.marks[m]));
     }
-    if (std::ranges::count(setup.name, out.marks[m]) > 1) {
+    if (std::ranges::count(proposal.name, out.marks[m]) > 1) {
       throw io::InputError(fmt::format("two candidates are called \"{}\"", out.marks[m]));
     }
-    out.start[m] = setup.candidates[static_cast<std::size_t>(it - setup.name.begin())].centre;
+    out.start[m] = proposal.candidates[static_cast<std::size_t>(it - proposal.name.begin())].centre;
   }
   return out;
 }

@@ -14,10 +14,10 @@ using FloatArithmetic = compensator::Floating<float, AnyShape>;
 using FixedArithmetic = compensator::Fixed<AnyShape>;
 
 template <class Arithmetic>
-class Simulation {
+class Compensator {
  public:
   // Throws io::InputError when the model does not fit the arithmetic.
-  explicit Simulation(const Model& model) {
+  explicit Compensator(const Model& model) {
     for (const Channel& channel : model.channels) {
       coefficients_.push_back(make(channel, model.sample_period_s));
       states_.emplace_back();

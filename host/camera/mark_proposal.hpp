@@ -18,7 +18,7 @@ struct ColourChoice {
   std::optional<Window> in;
 };
 
-struct Setup {
+struct MarkProposal {
   ColourModel colour;
   std::vector<Mark> candidates;   // numbered from 1 in this order: from the top left to the bottom right
   std::vector<std::string> name;  // proposed or assigned, "" for none
@@ -27,11 +27,11 @@ struct Setup {
 
 // Of a skeleton of colour marks. `assigned`: candidate number -> mark; then nothing is proposed. Throws
 // io::InputError for a number or a name that does not exist, io::JobError when no colour is found.
-Setup set_up(const Skeleton& skeleton, const Picture& picture, const ColourChoice& colour,
-             const std::map<int, std::string>& assigned);
+MarkProposal propose_marks(const Skeleton& skeleton, const Picture& picture, const ColourChoice& colour,
+                           const std::map<int, std::string>& assigned);
 
 // The skeleton with this colour and these start positions. Throws io::InputError when a mark has no
 // candidate.
-Skeleton with_start(const Skeleton& skeleton, const Setup& setup);
+Skeleton with_start(const Skeleton& skeleton, const MarkProposal& proposal);
 
 }  // namespace flexor::camera

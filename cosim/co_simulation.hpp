@@ -27,10 +27,11 @@ struct __attribute__((packed)) HandStatus {
   std::uint16_t overruns;
 };
 
-class Simulation {
+class CoSimulation {
  public:
   // All of them outlive the simulation.
-  Simulation(const Images& images, const twin::Setup& setup, std::uint64_t trial, ByteFaults faults = {});
+  CoSimulation(const Images& images, const twin::TrialInput& input, std::uint64_t trial,
+               ByteFaults faults = {});
 
   // Called before each millisecond, with the world's time: faults, attacks, traces, checks.
   std::function<void(std::int64_t now_ms)> on_ms;
@@ -68,7 +69,7 @@ class Simulation {
   void wind_up();
 
   const Images& images_;
-  const twin::Setup& setup_;
+  const twin::TrialInput& input_;
   twin::World world_;
   Board glove_;
   Board hand_;

@@ -14,11 +14,13 @@
 
 #include "host/io/io.hpp"
 
-#ifdef __SANITIZE_ADDRESS__
+#ifdef __has_feature
+#if __has_feature(address_sanitizer)
 // simavr keeps its interrupt lines, some kilobytes a board, for ever.
 extern "C" const char* __lsan_default_suppressions() {
   return "leak:libsimavr";
 }  // NOLINT(bugprone-reserved-identifier): LeakSanitizer asks for it by this name
+#endif
 #endif
 
 namespace flexor::cosim {

@@ -449,7 +449,7 @@ TEST_F(Cli, DeployWritesImagesReportAndOneJsonObject) {
 
 TEST_F(Cli, DeployTakesAModelOfOneFinger) {
   nlohmann::json model = nlohmann::json::parse(content(FLEXOR_SOURCE_DIR "/models/published_hw.json"));
-  model["channels"] = {model["channels"][1]};
+  model["channels"] = nlohmann::json::array({model["channels"][1]});  // braces alone: a copy, to Clang
   std::ofstream(path("one.json")) << model;
   const Finished r = run("deploy '" + path("one.json") + "' --json --out '" + path("d") + "'");
   ASSERT_EQ(r.exit, 0) << r.err;

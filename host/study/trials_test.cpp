@@ -245,7 +245,7 @@ TEST(TwinFigures, IdentifiedAndItsBaselinesBesideThePublishedCompensator) {
   EXPECT_LT(ratio(1), 0.8);
   EXPECT_LT(ratio(1), ratio(2)) << "the curve, play and lead are worth something beside a line";
   EXPECT_LT(ratio(3), ratio(2)) << "so is the line's lead";
-  for (const std::size_t c : {2, 3, 4}) {
+  for (std::size_t c = 2; c <= 4; ++c) {
     EXPECT_GT(ratio(c), 0.4) << c;
     EXPECT_LT(ratio(c), 1.1) << c;
   }

@@ -1,7 +1,8 @@
 # Helpers that keep every room's CMakeLists.txt to a few lines.
 #   flexor_runtime(NAME HEADERS ... USES ...)           header-only, C++14
 #   flexor_library(NAME HEADERS ... SOURCES ... USES)   host library, C++20
-#   flexor_test(NAME SOURCES ... USES ...)              GoogleTest program, one ctest entry per test
+#   flexor_test(NAME SOURCES ... USES ...)              GoogleTest program, one ctest entry per test; runs in the root
+#   flexor_test_runs(NAME DEFINITION TARGET ...)        a program that it runs, as DEFINITION
 #   flexor_avr_test(NAME SOURCE file VARIANTS ...)      builds for the ATmega328P
 #   flexor_fuzzer(NAME SOURCES ... USES ...)            libFuzzer program (preset asan)
 # Includes are written from the repository root: "host/model/model.hpp".
@@ -141,8 +142,18 @@ function(flexor_test name)
   cmake_parse_arguments(ARG "" "" "SOURCES;USES" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_USES} flexor_warnings GTest::gtest_main rapidcheck)
-  target_compile_definitions(${name} PRIVATE FLEXOR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  target_compile_definitions(${name} PRIVATE FLEXOR_SOURCE_DIR=".")
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} PROPERTIES TIMEOUT 300)
+endfunction()
+
+# Its path from the repository's root, so that every clone compiles the same text.
+function(flexor_test_runs name)
+  while(ARGN)
+    list(POP_FRONT ARGN definition target)
+    target_compile_definitions(${name}
+      PRIVATE ${definition}="$<PATH:RELATIVE_PATH,$<TARGET_FILE:${target}>,${PROJECT_SOURCE_DIR}>")
+    add_dependencies(${name} ${target})
+  endwhile()
 endfunction()
 
 # The same headers on the microcontroller's compiler: built, and its symbols searched for heap and soft-float.

@@ -30,7 +30,9 @@ std::string content(const fs::path& file) {
 
 void write(const fs::path& file, const std::string& text) { std::ofstream(file, std::ios::binary) << text; }
 
-const std::string kPublished = FLEXOR_SOURCE_DIR "/models/published_hw.json";
+// The program runs in a folder of the test's.
+const std::string kProgram = fs::absolute(FLEXOR_PROGRAM).string();
+const std::string kPublished = fs::absolute(FLEXOR_SOURCE_DIR "/models/published_hw.json").string();
 const std::string kKey = "00112233445566778899aabbccddeeff";
 const std::string kOtherKey = "ffeeddccbbaa99887766554433221100";
 
@@ -50,8 +52,8 @@ class DeployFaults : public testing::Test {
 
   // Arguments are handed to a shell: quote what needs it.
   Finished run(const std::string& arguments, const std::string& input = "/dev/null") const {
-    const std::string command = "cd '" + folder_.string() + "' && '" FLEXOR_PROGRAM "' " + arguments +
-                                " < '" + input + "' > '" + path("stdout") + "' 2> '" + path("stderr") + "'";
+    const std::string command = "cd '" + folder_.string() + "' && '" + kProgram + "' " + arguments + " < '" +
+                                input + "' > '" + path("stdout") + "' 2> '" + path("stderr") + "'";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(path("stdout")), content(path("stderr"))};
   }

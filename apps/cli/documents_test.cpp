@@ -16,8 +16,12 @@ namespace flexor::cli {
 namespace {
 namespace fs = std::filesystem;
 
-const std::string kModel = "'" FLEXOR_SOURCE_DIR "/models/published_hw.json'";
-const std::string kJoints = "'" FLEXOR_SOURCE_DIR "/models/joints/paper_hand.json'";
+// The program runs in a folder of the test's.
+std::string quoted(const char* file) { return "'" + fs::absolute(file).string() + "'"; }
+
+const std::string kProgram = quoted(FLEXOR_PROGRAM);
+const std::string kModel = quoted(FLEXOR_SOURCE_DIR "/models/published_hw.json");
+const std::string kJoints = quoted(FLEXOR_SOURCE_DIR "/models/joints/paper_hand.json");
 
 class Documents : public testing::Test {
  protected:
@@ -39,8 +43,8 @@ class Documents : public testing::Test {
   }
 
   int run(const std::string& arguments) {
-    const std::string command = "cd " + path("") + " && '" FLEXOR_PROGRAM "' " + arguments +
-                                " < /dev/null > " + path("stdout") + " 2> " + path("stderr");
+    const std::string command = "cd " + path("") + " && " + kProgram + " " + arguments + " < /dev/null > " +
+                                path("stdout") + " 2> " + path("stderr");
     const int status = std::system(command.c_str());
     out_ = content(folder_ / "stdout");
     err_ = content(folder_ / "stderr");

@@ -17,7 +17,8 @@ foreach(edge IN LISTS edges)
 endforeach()
 
 file(GLOB_RECURSE sources RELATIVE ${ROOT}
-  ${ROOT}/apps/*.?pp ${ROOT}/cosim/*.?pp ${ROOT}/firmware/*.?pp ${ROOT}/host/*.?pp ${ROOT}/runtime/*.?pp)
+  ${ROOT}/apps/*.?pp ${ROOT}/benchmarks/*.?pp ${ROOT}/cosim/*.?pp ${ROOT}/examples/*.?pp ${ROOT}/firmware/*.?pp
+  ${ROOT}/host/*.?pp ${ROOT}/runtime/*.?pp)
 foreach(source IN LISTS sources)
   flexor_room_of(${source} room)
   if(NOT room)
@@ -34,7 +35,7 @@ foreach(source IN LISTS sources)
       endif()
     endif()
     foreach(library IN LISTS KEPT_INCLUDES)
-      if(line MATCHES "<${library}[./]" AND NOT room STREQUAL KEEPER_${library})
+      if(line MATCHES "<${library}[./]" AND NOT room IN_LIST KEEPER_${library})
         list(APPEND bad "${source}: ${line}")
       endif()
     endforeach()

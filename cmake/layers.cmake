@@ -19,7 +19,9 @@ set(ALLOWED_report io)
 set(ALLOWED_filming camera twin)
 set(ALLOWED_cli report study)
 set(ALLOWED_cosim deploy study twin)
-set(ROOMS core compensator hand link sensor firmware io model deploy recording score identify twin camera study report filming cli cosim)
+set(ALLOWED_examples recording study)
+set(ALLOWED_benchmarks camera study)
+set(ROOMS core compensator hand link sensor firmware io model deploy recording score identify twin camera study report filming cli cosim examples benchmarks)
 
 set(FOLDER_core runtime/core)
 set(FOLDER_compensator runtime/compensator)
@@ -40,8 +42,10 @@ set(FOLDER_report host/report)
 set(FOLDER_filming apps/camera)
 set(FOLDER_cli apps/cli)
 set(FOLDER_cosim cosim)
+set(FOLDER_examples examples)
+set(FOLDER_benchmarks benchmarks)
 
-# Libraries that one room keeps to itself, by the start of their includes.
+# Libraries that few rooms keep to themselves, by the start of their includes.
 set(KEPT_INCLUDES ceres matio CLI nlopt simavr opencv2 kainjow)
 set(KEEPER_ceres identify)
 set(KEEPER_matio recording)
@@ -49,7 +53,7 @@ set(KEEPER_CLI cli)
 set(KEEPER_nlopt study)
 set(KEEPER_simavr cosim)
 set(KEEPER_kainjow report)
-set(KEEPER_opencv2 camera)
+set(KEEPER_opencv2 camera benchmarks)
 
 # The room that a path, relative to the root, lies in, however deep; empty: in none.
 function(flexor_room_of path out)

@@ -53,8 +53,8 @@ camera::ColourChoice colour_of(io::JsonReader& arguments) {
   return out;
 }
 
-Json set_up(const Json& json, const io::JobProgress&) {
-  io::JsonReader arguments(json, "set_up");
+Json propose_marks(const Json& json, const io::JobProgress&) {
+  io::JsonReader arguments(json, "propose_marks");
   filming::MarkProposalRequest request;
   request.video = path_of(arguments, "video");
   request.joints = path_of(arguments, "joints");
@@ -83,8 +83,8 @@ camera::Board board_of(const std::string& text) {
   return board;
 }
 
-Json calibrate(const Json& json, const io::JobProgress& progress) {
-  io::JsonReader arguments(json, "calibrate");
+Json fit_lens(const Json& json, const io::JobProgress& progress) {
+  io::JsonReader arguments(json, "fit_lens");
   filming::LensFitRequest request;
   request.board = board_of(io::bytes_from_json(arguments.member("board")));
   for (const Json& picture : arguments.member("pictures"))
@@ -124,7 +124,10 @@ Json see(const Json& json, const io::JobProgress&) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return io::serve(
-      argc, argv, "flexor-camera: tracks hands in videos",
-      {{"track", track}, {"set_up", set_up}, {"calibrate", calibrate}, {"film", film}, {"see", see}});
+  return io::serve(argc, argv, "flexor-camera: tracks hands in videos",
+                   {{"track", track},
+                    {"propose_marks", propose_marks},
+                    {"fit_lens", fit_lens},
+                    {"film", film},
+                    {"see", see}});
 }

@@ -145,6 +145,7 @@ void draw_twins(const TwinOptions& o) {
     stop.end();
   }
   io::write_file(o.out, study::to_json(ensemble));
+  if (const std::string doubt = ensemble.doubt(); !doubt.empty()) log("warning: " + doubt);
   if (!o.json) {
     print(ensemble_text(ensemble));
     print(fmt::format("written to {}\n", o.out));
@@ -252,7 +253,7 @@ void add_calibrate_twin(CLI::App& app) {
   command->add_option("--out", o->out, "write the configuration, or with --ensemble the laboratories, here")
       ->required();
   command->add_option("--evaluations", o->evaluations,
-                      "of the whole table (default: 2000; with --ensemble 16000, all chains together)");
+                      "of the whole table (default: 2000; with --ensemble 12000, all chains together)");
   command->add_option("--trials", o->trials,
                       "of each cell in an evaluation (default: 16; with --ensemble 8)");
   command->add_option("--seed", o->seed, "other than the experiment's")

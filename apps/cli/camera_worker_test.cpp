@@ -44,13 +44,13 @@ class Rendered : public testing::Test {
     }
     twin::Parameters parameters = study::shipped_parameters();
     parameters.camera_rate_hz = rate_hz;
-    Json setups = Json::array();
+    Json inputs = Json::array();
     for (const twin::Motion& motion : motions) {
-      setups.push_back(twin::exact_json(
+      inputs.push_back(twin::exact_json(
           twin::TrialInput{parameters, motion, study::compensator("raw", 50).model, 1, true}));
     }
     io::Worker camera(FLEXOR_CAMERA);
-    camera.run("film", {{"inputs", setups},
+    camera.run("film", {{"inputs", inputs},
                         {"joints", Json::parse(study::builtin("joints/paper_hand.json"))},
                         {"seed", 1},
                         {"folder", folder_.string()}});

@@ -54,11 +54,11 @@ void distances(const study::Distances& d) {
     null += fmt::format("{:.3f}", at.null_log_rms);
   };
   if (d.fitted) add(*d.fitted, "fitted");
-  if (d.fitted && d.predicted) {
+  if (d.fitted && d.not_fitted) {
     line += ", ";
     null += " and ";
   }
-  if (d.predicted) add(*d.predicted, "not fitted");
+  if (d.not_fitted) add(*d.not_fitted, "not fitted");
   print(line + "\n" + null + "\n");
 }
 
@@ -90,7 +90,7 @@ void table(const study::Result& r, const study::Plan& plan) {
       const study::Cell& cell = r.cell(m, c);
       const std::string gesture =
           c > 0 ? "" : (cell.gesture > 0 ? fmt::format("{} {}", cell.gesture, cell.motion) : cell.motion);
-      print(fmt::format(fmt::runtime(kRow), gesture.substr(0, 21), cell.compensator,
+      print(fmt::format(fmt::runtime(kRow), io::shortened(gesture, 21), cell.compensator,
                         with_interval(cell.total_deg_s),
                         cell.published_deg_s ? fmt::format("{:.1f}", *cell.published_deg_s) : "-",
                         ratio(m, raw, cell), ratio(m, wiener, cell), with_interval(cell.lag_removed_deg_s),
@@ -164,8 +164,7 @@ void show(const Options& o, const study::Result& result,
   json["threads"] = result.threads;
   json["resumed_rows"] = result.resumed_rows;
   for (const study::ScenarioResult& s : scenarios) {
-    json["scenarios"].push_back(
-        {{"name", s.scenario.name}, {"cells", study::to_json(s.result, o.plan).at("cells")}});
+    json["scenarios"].push_back(study::to_json(s, o.plan));
   }
   print(io::dump(json));
 }
@@ -177,7 +176,7 @@ void draw(const study::Plan& plan, const study::Result& result,
     study::save_results(plan, result, scenarios, plan.folder);
     report::render(plan.folder, plan.stop);
   } catch (const std::exception&) {
-    if (!plan.stop->load()) throw;  // gnuplot, for one, hears Ctrl-C too
+    if (!plan.stop->load()) throw;  // an interruption ends gnuplot, too, which then fails
     throw io::Cancelled(fmt::format(
         "stopped: all trials are kept in {}, and the same command draws the report", plan.folder.string()));
   }
@@ -216,12 +215,13 @@ void require_ensemble_options(const Options& o) {
   refuse(o.engine != "twin", "--engine");
   refuse(o.camera != "angles", "--camera");
   refuse(!o.vcd.empty(), "--vcd");
-  refuse(o.scenarios, "--scenarios");
 }
 
 void play_ensemble(const Options& o) {
-  study::EnsemblePlan plan{study::ensemble_from_json(io::read_file(o.ensemble), o.ensemble), o.plan,
-                           o.rate_hz};
+  study::EnsemblePlan plan{
+      study::ensemble_from_json(io::read_file(o.ensemble), o.ensemble), o.plan, {}, o.rate_hz};
+  if (const std::string doubt = plan.ensemble.doubt(); !doubt.empty()) log("warning: " + doubt);
+  if (o.scenarios) plan.scenarios = study::changed_scenarios();
   std::optional<study::FolderLock> lock;
   if (!o.folder.empty()) plan.plan.lock = &lock.emplace(o.folder);
   study::EnsembleResult result;

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Every kind of report in a real browser, as phone and desktop, light and dark: nothing serious for a screen reader, no page
-# wider than its screen, no letters too small; and a page that is all of this is noticed.
+# Every kind of report as the commands leave it: `flexor report` draws the same bytes again, and in a real browser, as phone and
+# desktop, light and dark, nothing is serious for a screen reader, no page wider than its screen, no letters too small; and a page
+# that is all of this is noticed.
 # Arguments: the build's folder, the repository, simulated_recording, test_inputs.
 set -euo pipefail
 build=$1 root=$2 simulate=$3 inputs=$4
@@ -18,8 +19,21 @@ mkdir "$work/inputs"
 "$flexor" deploy "$root/models/published_hw.json" --rate 10 --out "$work/deployment" >/dev/null 2>&1
 "$flexor" track "$work/inputs/video.mp4" --joints "$work/inputs/joints.json" --out "$work/angles.csv" \
   --report "$work/tracking" >/dev/null 2>&1
+"$flexor" calibrate-twin --ensemble 8 --evaluations 320 --trials 1 --out "$work/laboratories.json" >/dev/null 2>&1
+"$flexor" experiment --ensemble "$work/laboratories.json" --trials 1 --gestures 2,4 --out "$work/ensemble" >/dev/null 2>&1
+
+pages=()
+for kind in $(sed -n 's/.*{"\([a-z]*\)", render_[a-z]*}.*/\1/p' "$root/host/report/render.cpp"); do
+  pages+=("$work/$kind/report.html")
+  cp -r "$work/$kind" "$work/drawn"
+  find "$work/$kind" \( -name report.html -o -name '*.svg' -o -name '*.pdf' \) -delete
+  "$flexor" report "$work/$kind" >/dev/null 2>&1
+  diff -r "$work/drawn" "$work/$kind" || { echo "$kind: flexor report does not draw what the command drew"; exit 1; }
+  rm -r "$work/drawn"
+done
+[ ${#pages[@]} -ge 6 ] || { echo "kinds found: ${pages[*]}"; exit 1; }
 cd "$root/web"
-node check_reports.mjs "$work"/{identification,experiment,latency,deployment,tracking}/report.html
+node check_reports.mjs "${pages[@]}"
 
 mkdir "$work/bad"
 cat >"$work/bad/report.html" <<'PAGE'

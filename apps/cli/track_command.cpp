@@ -89,7 +89,7 @@ Json setup_arguments(const Options& o) {
 }
 
 void run_setup(const Options& o, io::Worker& camera) {
-  const Json setup = camera.run("set_up", setup_arguments(o));
+  const Json setup = camera.run("propose_marks", setup_arguments(o));
   if (o.json) {
     print(io::dump(setup));
     return;
@@ -165,7 +165,7 @@ void run_calibrate(const CalibrateOptions& o) {
   Json pictures = Json::array();
   for (const std::string& picture : o.pictures) pictures.push_back(io::bytes_to_json(picture));
   io::Worker camera(io::program_beside(kCameraWorker));
-  const Json lens = camera.run("calibrate",
+  const Json lens = camera.run("fit_lens",
                                {{"pictures", std::move(pictures)},
                                 {"board", io::bytes_to_json(o.board)},
                                 {"out", io::bytes_to_json(o.out)}},
@@ -204,15 +204,15 @@ void run_film(const FilmOptions& o) {
   std::vector<twin::Motion> motions = study::motions(o.gestures);
   motions.insert(motions.begin(), study::calibration_motion());
   const model::Model raw = study::compensator("raw", o.rate_hz).model;
-  Json setups = Json::array();
+  Json inputs = Json::array();
   for (const twin::Motion& motion : motions)
-    setups.push_back(twin::exact_json(twin::TrialInput{parameters, motion, raw, o.seed, true}));
+    inputs.push_back(twin::exact_json(twin::TrialInput{parameters, motion, raw, o.seed, true}));
   io::Worker camera(io::program_beside(kCameraWorker));
   Json result;
   {
     ProgressLine line;
     result = camera.run("film",
-                        {{"inputs", std::move(setups)},
+                        {{"inputs", std::move(inputs)},
                          {"joints", Json::parse(study::builtin("joints/paper_hand.json"))},
                          {"seed", o.seed},
                          {"folder", io::bytes_to_json(o.folder)}},

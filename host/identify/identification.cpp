@@ -204,19 +204,17 @@ double span_deg(const recording::Aligned& a, std::size_t begin, std::size_t end)
 }
 
 // How far the angle still goes after a second at a reading that is held for a minute, from end to end of the
-// range and half of it.
-double creep_deg(const model::Model& model) {
-  const model::Channel& c = model.channels.front();
-  const double third = (c.valid_max - c.valid_min) / 3;  // inside the margins of the range
+// readings that were fitted and half of them.
+double creep_deg(const model::Model& model, double lowest, double highest) {
   const auto samples = [&](double seconds) {
     return static_cast<int>(std::ceil(seconds / model.sample_period_s));
   };
-  model::Compensator<model::DoubleArithmetic> simulation(model);
+  model::Compensator<model::DoubleArithmetic> compensator(model);
   double worst = 0;
-  for (const double share : {1.0, 2.0, 1.0, 1.5, 2.0}) {
+  for (const double share : {0.0, 1.0, 0.0, 0.5, 1.0}) {
     double settled = 0;
     for (int k = 0; k < samples(60); ++k) {
-      const double angle = simulation.step(0, c.valid_min + share * third).angle_deg;
+      const double angle = compensator.step(0, lowest + share * (highest - lowest)).angle_deg;
       if (k == samples(1)) settled = angle;
       if (k > samples(1)) worst = std::max(worst, std::abs(angle - settled));
     }
@@ -267,16 +265,16 @@ void warn_of_motion(const Identification& r, Warnings& warnings) {
         "is proven; move through the whole range all the time, or choose another --split",
         moved, taught));
   }
-  if (const double creep = creep_deg(r.model); creep > kCreep_deg) {
+  const auto split = r.aligned.input.begin() + static_cast<std::ptrdiff_t>(r.holdout_begin);
+  const auto range = std::minmax_element(r.aligned.input.begin(), split);
+  const double low = *range.first;
+  const double high = *range.second;
+  if (const double creep = creep_deg(r.model, low, high); creep > kCreep_deg) {
     warnings.push_back(fmt::format(
         "held still, the angle creeps by up to {:.1f} deg within a minute: the recording holds too few "
         "rests to tell slow recovery from repeated motion; a structure of fewer poles creeps less",
         creep));
   }
-  const auto split = r.aligned.input.begin() + static_cast<std::ptrdiff_t>(r.holdout_begin);
-  const auto range = std::minmax_element(r.aligned.input.begin(), split);
-  const double low = *range.first;
-  const double high = *range.second;
   const auto outside =
       std::count_if(split, r.aligned.input.end(), [&](double u) { return u < low || u > high; });
   const double share = static_cast<double>(outside) / static_cast<double>(r.aligned.input.end() - split);
@@ -301,10 +299,10 @@ void warn_of_log(const Identification& r, Warnings& warnings) {
         refused, channel.valid_min, channel.valid_max, channel.input_unit));
   }
   if (channel.input_unit.empty()) {
-    warnings.push_back(
-        fmt::format("column \"{}\" states no unit: the model runs on logs like this one; for the boards say "
-                    "--input-unit count",
-                    r.pair.input));
+    warnings.push_back(fmt::format(
+        "column \"{}\" states no unit: the model runs on logs like this one; for the boards say it with "
+        "--input-unit: count, V, ...",
+        r.pair.input));
   }
   if (!r.request.channel && !finger_in(r.pair)) {
     warnings.emplace_back("no column names a finger: the channel is called index; --channel says otherwise");

@@ -156,6 +156,12 @@ std::string dump_line(const nlohmann::ordered_json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
+std::string shortened(const std::string& text, std::size_t bytes) {
+  std::size_t end = std::min(text.size(), bytes);
+  while (end > 0 && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xc0U) == 0x80) --end;
+  return text.substr(0, end);
+}
+
 std::string to_utf8(std::string_view bytes) {
   std::string out;
   for (std::size_t at = 0; at < bytes.size();) {

@@ -28,6 +28,9 @@ std::string dump_line(const nlohmann::ordered_json& json);
 // text.
 std::string to_utf8(std::string_view bytes);
 
+// At most so many of its first bytes, and no letter of UTF-8 cut in two.
+std::string shortened(const std::string& text, std::size_t bytes);
+
 // Reads one JSON object's members and says which are missing, wrong or unknown, with their place.
 class JsonReader {
  public:

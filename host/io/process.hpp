@@ -3,6 +3,7 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,10 @@ struct ProcessResult {
 // as above.
 ProcessResult run_process(const std::vector<std::string>& argv,
                           const std::filesystem::path& temporaries = {});
+
+// True when `work` says so: it runs in a process of its own, which writes nothing to standard error. For libraries that do,
+// whatever they are told. Throws JobError.
+bool in_a_silent_process(const std::function<bool()>& work);
 
 // Empty if PATH has no such program.
 std::filesystem::path find_program(const std::string& name);

@@ -1,20 +1,13 @@
 #include "host/recording/mat.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <matio.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <csignal>
-#include <cstring>
-#include <functional>
 #include <memory>
 
-#include "host/io/interrupt.hpp"
 #include "host/io/output.hpp"
+#include "host/io/process.hpp"
 
 namespace flexor::recording {
 namespace {
@@ -83,26 +76,6 @@ bool holds(const Recording& recording, const std::filesystem::path& path) {
   return Mat_Close(file) == 0 && good;
 }
 
-// True when `work` says so. On a full disk matio reports success, and HDF5 writes a hundred lines, on
-// leaving, too.
-bool in_a_silent_process(const std::function<bool()>& work) {
-  const io::Child child([&](const sigset_t& mask) {
-    const pid_t pid = fork();
-    if (pid > 0) return pid;
-    if (pid < 0) throw io::JobError(fmt::format("fork: {}", std::strerror(errno)));
-    setpgid(0, 0);
-    for (const int s : {SIGINT, SIGTERM, SIGHUP}) std::signal(s, SIG_DFL);
-    pthread_sigmask(SIG_SETMASK, &mask, nullptr);
-    const int silence = open("/dev/null", O_WRONLY);
-    dup2(silence, STDERR_FILENO);
-    _exit(work() ? 0 : 1);
-  });
-  int status = 0;
-  while (waitpid(child.pid(), &status, 0) < 0 && errno == EINTR) {
-  }
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
-
 }  // namespace
 
 std::string mat_name(std::string_view column) {
@@ -120,7 +93,8 @@ std::string mat_name(std::string_view column) {
 
 void write_mat(const Recording& recording, const std::filesystem::path& path, MatVersion version) {
   io::StagedOutput output(path);
-  const bool good = in_a_silent_process([&] {
+  // On a full disk matio reports success, and HDF5 writes a hundred lines, on leaving, too.
+  const bool good = io::in_a_silent_process([&] {
     return write(recording, output.name(), version == MatVersion::v5 ? MAT_FT_MAT5 : MAT_FT_MAT73) &&
            holds(recording, output.name());
   });

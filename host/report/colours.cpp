@@ -12,8 +12,10 @@ struct Fixed {
   const char* colour;
 };
 // Colours that stay apart for colour-blind readers (Okabe, Ito 2008; the last four after Tol 2021).
-constexpr Fixed kPublishedColours[] = {
-    {"raw", "#E69F00"}, {"published-w", "#56B4E9"}, {"published-hw", "#D55E00"}};
+constexpr Fixed kFixedColours[] = {{"raw", "#E69F00"},          {"published-w", "#56B4E9"},
+                                   {"published-hw", "#D55E00"}, {"line", "#009E73"},
+                                   {"line-lead", "#CC79A7"},    {"published-hw-refitted", "#777777"},
+                                   {"identified", "#0072B2"}};
 constexpr const char* kOthers[] = {"#009E73", "#0072B2", "#CC79A7", "#882255",
                                    "#332288", "#999933", "#777777"};
 
@@ -28,8 +30,8 @@ std::size_t pick(const std::string& name) {
 std::vector<std::string> colours_of(const std::vector<std::string>& compensators) {
   std::vector<std::string> out;
   for (const std::string& name : compensators) {
-    const auto fixed = std::ranges::find(kPublishedColours, name, &Fixed::name);
-    if (fixed != std::end(kPublishedColours)) {
+    const auto fixed = std::ranges::find(kFixedColours, name, &Fixed::name);
+    if (fixed != std::end(kFixedColours)) {
       out.emplace_back(fixed->colour);
       continue;
     }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "host/io/io.hpp"
@@ -54,20 +55,65 @@ void ratio_figure(Gnuplot& g, const Json& r) {
   g.add("{}", plot);
 }
 
+// What every compensator is compared with, where the run has it.
+constexpr std::array kBaselines = {"published-hw", "line", "line-lead", "published-hw-refitted"};
+
+std::string ratio_and_share(const Json& headline, const char* baseline) {
+  if (!headline.at("mean_ratio_to").contains(baseline)) return "-";
+  return fmt::format("{}; better in {:.0f} %", with_quantiles(headline.at("mean_ratio_to").at(baseline), 2),
+                     100 * headline.at("share_of_laboratories_below").at(baseline).get<double>());
+}
+
 void headline_table(Page& page, const Json& r) {
-  TableBlock t{"Geometric mean over the gestures, relative to published HW",
-               {"compensator", "median (5 to 95 % of laboratories)", "laboratories in which it is better"},
+  TableBlock t{"Ratio of errors, geometric mean over the gestures: median (5 to 95 % of laboratories)",
+               {"compensator"},
                {},
                {}};
+  for (const char* baseline : kBaselines) t.columns.push_back(fmt::format("to {}", baseline));
   for (const Json& h : r.at("headlines")) {
-    const Json* ratio = ratio_to_hw(h);
-    if (ratio == nullptr) continue;
-    t.rows.push_back(
-        {h.at("compensator").get<std::string>(), with_quantiles(*ratio, 2),
-         fmt::format("{:.0f} %",
-                     100 * h.at("share_of_laboratories_below").at("published-hw").get<double>())});
+    std::vector<std::string> row = {h.at("compensator").get<std::string>()};
+    for (const char* baseline : kBaselines) row.push_back(ratio_and_share(h, baseline));
+    t.rows.push_back(std::move(row));
   }
   page.table(t);
+}
+
+void scenario_table(Page& page, const Json& r) {
+  if (r.at("scenarios").empty()) return;
+  TableBlock t{
+      "The same laboratories, changed after calibration: ratio of errors, median (5 to 95 %)",
+      {"what changed", "identified to published-hw", "line-lead to published-hw", "identified to line-lead"},
+      {},
+      {}};
+  const auto headline = [](const Json& scenario, const char* compensator) -> const Json& {
+    return *std::ranges::find_if(scenario.at("headlines"),
+                                 [&](const Json& h) { return h.at("compensator") == compensator; });
+  };
+  const auto ratio = [&](const Json& scenario, const char* compensator, const char* to) {
+    const Json& ratios = headline(scenario, compensator).at("mean_ratio_to");
+    return ratios.contains(to) ? with_quantiles(ratios.at(to), 2) : std::string("-");
+  };
+  for (const Json& s : r.at("scenarios")) {
+    t.rows.push_back({s.at("name").get<std::string>(), ratio(s, "identified", "published-hw"),
+                      ratio(s, "line-lead", "published-hw"), ratio(s, "identified", "line-lead")});
+  }
+  page.table(t);
+}
+
+// The distance from the published table beside that of the null model.
+void distance_cards(Page& page, const Json& r) {
+  const auto card = [&](const char* part, const char* constants, const char* what, bool plain) {
+    return Card{
+        with_quantiles(r.at("log_rms").at(part), 2),
+        fmt::format(
+            "distance from the published table on gestures {} (root mean square of ln(ours/published); one "
+            "constant for each compensator: {:.2f})",
+            what, r.at("null_model").at(constants).get<double>()),
+        plain};
+  };
+  page.cards(
+      {card("gestures_1_to_4", "log_rms_gestures_1_to_4", "1 to 4", false),
+       card("gestures_5_and_6", "log_rms_gestures_5_and_6", "5 and 6, which the draw did not use", true)});
 }
 
 void cell_table(Page& page, const Json& r) {
@@ -113,17 +159,16 @@ void render_ensemble(const Saved& saved) {
       "each, the glove is worn and recorded once, compensators are fitted to that recording, and the "
       "gestures are played.",
       r.at("laboratories").get<std::size_t>()));
-  const Json& distance = r.at("log_rms");
-  page.cards({{with_quantiles(distance.at("gestures_1_to_4"), 2),
-               "distance from the published table on gestures 1 to 4"},
-              {with_quantiles(distance.at("gestures_5_and_6"), 2),
-               "the same on gestures 5 and 6, which the draw did not use", true}});
+  if (const auto doubt = r.at("ensemble").at("doubt").get<std::string>(); !doubt.empty())
+    page.warnings({doubt});
+  distance_cards(page, r);
   headline_table(page, r);
   const Figure figure{"ratios", "Compensators in all laboratories",
                       "Dots: the median. Bars: from 5 to 95 % of the laboratories. Left of the dashed line "
                       "is better than the "
                       "published Hammerstein-Wiener compensator."};
   page.figure(figure, g, saved.folder());
+  scenario_table(page, r);
   cell_table(page, r);
   page.heading("Shapes");
   laboratory_shapes(page, r.at("shapes"));

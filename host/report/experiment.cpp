@@ -49,22 +49,27 @@ void distance_cards(Page& page, const Json& log_rms) {
          plain});
   };
   add("fitted", "whose averages are among those that the twin is fitted to", false);
-  add("predicted", "which the fit did not use", true);
+  add("not_fitted", "which the fit did not use", true);
   if (!cards.empty()) page.cards(cards);
 }
 
 void verdict(Page& page, const Experiment& e) {
-  const auto raw = e.index_of("raw");
   const std::size_t last = e.compensators.size() - 1;
-  if (raw && last != *raw) {
+  std::vector<std::string> ratios;
+  for (const char* baseline : {"line-lead", "line", "published-hw-refitted", "published-hw", "raw"}) {
+    const auto other = e.index_of(baseline);
+    if (!other || *other == last) continue;
     double sum = 0;
     for (std::size_t m = 0; m < e.motions.size(); ++m)
-      sum += std::log(mean_error(e.cell(m, *raw)) / mean_error(e.cell(m, last)));
+      sum += std::log(mean_error(e.cell(m, last)) / mean_error(e.cell(m, *other)));
+    ratios.push_back(fmt::format("{:.2f} times that of {}",
+                                 std::exp(sum / static_cast<double>(e.motions.size())), baseline));
+  }
+  if (!ratios.empty()) {
     page.paragraph(fmt::format(
-        "With {} the hand is {:.1f} times closer to the finger than with the raw sensor (geometric mean over "
-        "{} "
-        "motion(s); the error of every lag counts).",
-        e.compensators[last], std::exp(sum / static_cast<double>(e.motions.size())), e.motions.size()));
+        "The error of {} is {} (geometric mean over {} motion(s); the error of every lag counts).{}",
+        e.compensators[last], fmt::join(ratios, ", "), e.motions.size(),
+        e.index_of("raw") ? " Much of raw's is the hand's loop, which winds up against its end stops." : ""));
   }
   distance_cards(page, e.results.at("log_rms"));
 }

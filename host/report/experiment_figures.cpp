@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/io/json.hpp"
 #include "host/report/colours.hpp"
 
 namespace flexor::report {
@@ -12,13 +13,6 @@ namespace {
 
 constexpr const char* kReference = "#222222";
 constexpr std::size_t kFingers = 5;
-
-// The first letters, none of them cut in two.
-std::string shortened(const std::string& text) {
-  std::size_t end = std::min<std::size_t>(text.size(), 18);
-  while (end > 0 && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xc0U) == 0x80) --end;
-  return text.substr(0, end);
-}
 
 // A trace, finger by finger.
 struct Trace {
@@ -50,8 +44,9 @@ class Drawing {
     }
     std::string tics;
     for (std::size_t m = 0; m < experiment_.motions.size(); ++m) {
-      tics += fmt::format("{}{} {}", m == 0 ? "" : ", ",
-                          gnuplot_tic(shortened(experiment_.motions[m].at("name").get<std::string>())), m);
+      tics += fmt::format(
+          "{}{} {}", m == 0 ? "" : ", ",
+          gnuplot_tic(io::shortened(experiment_.motions[m].at("name").get<std::string>(), 18)), m);
     }
     g_.add(
         "set logscale y; set ylabel 'total error E_T (deg s)' noenhanced; set xtics ({}) noenhanced rotate "
@@ -171,15 +166,20 @@ class Drawing {
   // Five fingers below one another: angles over the reference, or what is left between them.
   void series(std::size_t m, const std::vector<Trace>& traces, bool error) {
     const std::string name = fmt::format("{}_{}", error ? "error" : "response", m + 1);
-    g_.begin(name, 900);
-    g_.add("set multiplot layout 5,1 margins 0.13,0.98,0.08,0.9 spacing 0,0.025");
+    constexpr int kHeight = 900;
+    g_.begin(name, kHeight);
+    const std::size_t lines_of_key = (traces.size() + 2) / 2;  // two names in each, the finger's among them
+    g_.add("set multiplot layout 5,1 margins 0.13,0.98,0.08,{} spacing 0,0.025",
+           1 - (18 * static_cast<double>(lines_of_key) + 12) / kHeight);
     for (std::size_t i = 0; i < fingers_.size(); ++i) {
       g_.add("set ylabel '{} (deg)' offset 1,0; set xrange [0:{}]; set ytics {}", fingers_[i],
              experiment_.motions.at(m).at("duration_s").get<double>(), error ? tic_step(traces, i) : 30);
       g_.add("{}", i + 1 < fingers_.size() ? "set format x ''; unset xlabel"
                                            : "set format x '%g'; set xlabel 'time (s)'");
-      g_.add("{}", i == 0 ? "set key at screen 0.98,0.995 right top horizontal maxrows 3 samplen 1.5"
-                          : "unset key");
+      g_.add("{}", i == 0
+                       ? fmt::format("set key at screen 0.98,0.995 right top vertical maxrows {} samplen 1.5",
+                                     lines_of_key)
+                       : "unset key");
       g_.add("{}", curves(m, i, error));
     }
     g_.add("unset multiplot");

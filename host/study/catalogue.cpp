@@ -198,6 +198,12 @@ std::vector<Scenario> scenarios() {
   return out;
 }
 
+std::vector<Scenario> changed_scenarios() {
+  std::vector<Scenario> out = scenarios();
+  std::erase_if(out, [](const Scenario& s) { return s.set.empty(); });
+  return out;
+}
+
 std::optional<double> published_error_deg_s(int gesture, const std::string& compensator) {
   const auto it = std::ranges::find(kPublished, compensator, &Published::compensator);
   if (it == std::end(kPublished) || gesture < 1 || gesture > 6) return std::nullopt;

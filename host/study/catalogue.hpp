@@ -49,6 +49,8 @@ struct Scenario {
 
 // models/scenarios.json.
 std::vector<Scenario> scenarios();
+// Without that of ordinary use, which changes nothing.
+std::vector<Scenario> changed_scenarios();
 
 inline constexpr std::size_t kPublishedCompensators = 3;
 inline constexpr double kPublishedRate_hz = 10;

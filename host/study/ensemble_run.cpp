@@ -12,6 +12,7 @@
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/study/glove_fit.hpp"
+#include "host/study/log_rms.hpp"
 #include "host/study/null_model.hpp"
 #include "host/twin/random.hpp"
 
@@ -36,6 +37,7 @@ class Laboratories {
             "compensator {}: one of that name is fitted in each laboratory; rename the file", name));
       result_.compensators.push_back(name);
     }
+    result_.scenarios = plan.scenarios;
     result_.shapes = shapes_without_values();
   }
 
@@ -93,6 +95,12 @@ class Laboratories {
     const Result result = study::run(plan, {});
     LaboratoryRow row;
     for (const Cell& cell : result.cells) row.error_deg_s.push_back(cell.total_deg_s.mean());
+    for (const Scenario& scenario : plan_.scenarios) {
+      Plan changed = plan;
+      for (const std::string& assignment : scenario.set) twin::assign(changed.parameters, assignment);
+      for (const Cell& cell : study::run(changed, {}).cells)
+        row.error_deg_s.push_back(cell.total_deg_s.mean());
+    }
     row.lag_s = glove.lag_s;
     for (const ShapeCheck& check : shape_checks(result, plan)) row.shape_deg.push_back(check.value_deg);
     return row;
@@ -127,8 +135,11 @@ class Laboratories {
 
   std::string header() const {
     std::string out = "laboratory";
-    for (const std::string& m : result_.motions) {
-      for (const std::string& c : result_.compensators) out += fmt::format(",{} {} deg_s", m, c);
+    for (std::size_t use = 0; use <= plan_.scenarios.size(); ++use) {
+      const std::string where = use == 0 ? "" : fmt::format("scenario {} ", use);
+      for (const std::string& m : result_.motions) {
+        for (const std::string& c : result_.compensators) out += fmt::format(",{}{} {} deg_s", where, m, c);
+      }
     }
     out += ",lag_s";
     for (const ShapeCheck& check : result_.shapes) out += fmt::format(",shape {} deg", check.gesture);
@@ -152,7 +163,8 @@ class Laboratories {
       return error == std::errc() && std::isfinite(value);
     };
     const auto comma = [&] { return at < end && *at++ == ','; };
-    row.error_deg_s.resize(result_.motions.size() * result_.compensators.size());
+    row.error_deg_s.resize((1 + plan_.scenarios.size()) * result_.motions.size() *
+                           result_.compensators.size());
     row.shape_deg.resize(result_.shapes.size());
     for (double& value : row.error_deg_s) {
       if (!number(value) || !comma()) return false;
@@ -173,6 +185,7 @@ class Laboratories {
     json["rate_hz"] = plan_.rate_hz;
     json["glove_seed"] = plan_.glove_seed;
     json["fitted_in_each"] = fitted_in_each();
+    for (const Scenario& s : plan_.scenarios) json["scenarios"].push_back({{"name", s.name}, {"set", s.set}});
     json["ensemble"] = io::digest(to_json(plan_.ensemble));
     return io::dump(json);
   }
@@ -222,7 +235,7 @@ Json cells_json(const EnsembleResult& r) {
   return out;
 }
 
-Json headlines_json(const EnsembleResult& r) {
+Json headlines_json(const EnsembleResult& r, std::size_t use = 0) {
   Json out = Json::array();
   for (std::size_t c = 0; c < r.compensators.size(); ++c) {
     Json one = {{"compensator", r.compensators[c]}};
@@ -230,7 +243,7 @@ Json headlines_json(const EnsembleResult& r) {
     Json better = Json::object();
     for (std::size_t to = 0; to < r.compensators.size(); ++to) {
       if (to == c) continue;
-      const std::vector<double> values = r.mean_ratios(c, to);
+      const std::vector<double> values = r.mean_ratios(c, to, use);
       ratios[r.compensators[to]] = interval(values);
       better[r.compensators[to]] = share(values, [](double v) { return v < 1; });
     }
@@ -248,26 +261,28 @@ const std::vector<std::string>& fitted_in_each() {
   return names;
 }
 
-std::vector<double> EnsembleResult::errors(std::size_t motion, std::size_t compensator) const {
+std::vector<double> EnsembleResult::errors(std::size_t motion, std::size_t compensator,
+                                           std::size_t use) const {
   std::vector<double> out;
   for (const LaboratoryRow& row : rows) {
-    out.push_back(row.error_deg_s[motion * compensators.size() + compensator]);
+    out.push_back(row.error_deg_s[(use * motions.size() + motion) * compensators.size() + compensator]);
   }
   return out;
 }
 
-std::vector<double> EnsembleResult::ratios(std::size_t motion, std::size_t compensator,
-                                           std::size_t to) const {
-  std::vector<double> out = errors(motion, compensator);
-  const std::vector<double> below = errors(motion, to);
+std::vector<double> EnsembleResult::ratios(std::size_t motion, std::size_t compensator, std::size_t to,
+                                           std::size_t use) const {
+  std::vector<double> out = errors(motion, compensator, use);
+  const std::vector<double> below = errors(motion, to, use);
   for (std::size_t k = 0; k < out.size(); ++k) out[k] /= below[k];
   return out;
 }
 
-std::vector<double> EnsembleResult::mean_ratios(std::size_t compensator, std::size_t to) const {
+std::vector<double> EnsembleResult::mean_ratios(std::size_t compensator, std::size_t to,
+                                                std::size_t use) const {
   std::vector<double> out(rows.size());
   for (std::size_t m = 0; m < motions.size(); ++m) {
-    const std::vector<double> one = ratios(m, compensator, to);
+    const std::vector<double> one = ratios(m, compensator, to, use);
     for (std::size_t k = 0; k < out.size(); ++k) {
       out[k] += std::log(one[k]) / static_cast<double>(motions.size());
     }
@@ -277,22 +292,18 @@ std::vector<double> EnsembleResult::mean_ratios(std::size_t compensator, std::si
 }
 
 std::vector<double> EnsembleResult::log_rms(int from, int to) const {
-  std::vector<double> sum(rows.size());
-  int n = 0;
+  std::vector<LogRms> sum(rows.size());
   for (int g = from; g <= to; ++g) {
     const auto motion = std::ranges::find(gestures, g);
     for (const std::string& c : published_compensators()) {
       if (motion == gestures.end() || index(c) == compensators.size()) return {};
       const std::vector<double> ours = errors(static_cast<std::size_t>(motion - gestures.begin()), index(c));
-      for (std::size_t k = 0; k < sum.size(); ++k) {
-        const double l = std::log(ours[k] / *published_error_deg_s(g, c));
-        sum[k] += l * l;
-      }
-      ++n;
+      for (std::size_t k = 0; k < sum.size(); ++k) sum[k].add(ours[k], *published_error_deg_s(g, c));
     }
   }
-  for (double& v : sum) v = std::sqrt(v / n);
-  return sum;
+  std::vector<double> out;
+  for (const LogRms& laboratory : sum) out.push_back(laboratory.value());
+  return out;
 }
 
 std::size_t EnsembleResult::index(const std::string& compensator) const {
@@ -324,11 +335,18 @@ Json to_json(const EnsembleResult& r, const EnsemblePlan& plan) {
                       {check.is_least ? "at_least_deg" : "at_most_deg", check.threshold_deg},
                       {"share_of_laboratories_that_agree", agree}});
   }
+  Json scenarios = Json::array();
+  for (std::size_t s = 0; s < r.scenarios.size(); ++s) {
+    scenarios.push_back({{"name", r.scenarios[s].name},
+                         {"set", r.scenarios[s].set},
+                         {"headlines", headlines_json(r, s + 1)}});
+  }
   return {{"kind", "ensemble"},
           {"laboratories", r.rows.size()},
           {"interval", "median, 5 and 95 % quantile over the laboratories"},
           {"cells", cells_json(r)},
           {"headlines", headlines_json(r)},
+          {"scenarios", std::move(scenarios)},
           {"log_rms",
            {{"gestures_1_to_4", interval(r.log_rms(1, 4))}, {"gestures_5_and_6", interval(r.log_rms(5, 6))}}},
           {"null_model", to_json(null_model())},
@@ -341,7 +359,8 @@ Json to_json(const EnsembleResult& r, const EnsemblePlan& plan) {
             {"kept", plan.ensemble.kept},
             {"acceptance", plan.ensemble.acceptance},
             {"worst_r_hat", plan.ensemble.worst_r_hat()},
-            {"least_effective", plan.ensemble.least_effective()}}},
+            {"least_effective", plan.ensemble.least_effective()},
+            {"doubt", plan.ensemble.doubt()}}},
           {"trials", plan.plan.trials},
           {"rate_hz", plan.rate_hz},
           {"seed", plan.plan.seed},

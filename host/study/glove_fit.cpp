@@ -294,10 +294,10 @@ class GloveFitter {
     model::Model one;
     one.sample_period_s = s.data.period_s;
     one.channels = {c};
-    model::Compensator<model::DoubleArithmetic> simulation(one);
+    model::Compensator<model::DoubleArithmetic> compensator(one);
     double sum = 0;
     for (std::size_t k = 0; k < s.aligned.input.size(); ++k) {
-      const double angle_deg = simulation.step(0, s.aligned.input[k]).angle_deg;
+      const double angle_deg = compensator.step(0, s.aligned.input[k]).angle_deg;
       if (s.data.use[k] != 0) sum += pseudo_huber(angle_deg - s.aligned.angle_deg[k]);
     }
     return sum;
@@ -370,12 +370,12 @@ class GloveFitter {
 
   // The figures that every fitted model carries.
   FittedModel describe(FittedModel fitted, double lead_s) {
-    model::Compensator<model::DoubleArithmetic> simulation(fitted.model);
+    model::Compensator<model::DoubleArithmetic> compensator(fitted.model);
     for (std::size_t i = 0; i < kFingers; ++i) {
       const Samples& s = samples(i, lead_s);
       double squares = 0;
       for (std::size_t k = 0; k < s.aligned.input.size(); ++k) {
-        const double e = simulation.step(i, s.aligned.input[k]).angle_deg - s.aligned.angle_deg[k];
+        const double e = compensator.step(i, s.aligned.input[k]).angle_deg - s.aligned.angle_deg[k];
         if (s.data.use[k] != 0) squares += e * e;
       }
       fitted.model.fit[model::finger_names()[i]] = {

@@ -4,22 +4,17 @@
 #include <nlohmann/json.hpp>
 
 #include "host/study/catalogue.hpp"
+#include "host/study/log_rms.hpp"
 
 namespace flexor::study {
 namespace {
 
-constexpr int kFitted = 4;  // gestures 1 to 4
-
 double constant_log_rms(const NullModel& model, int from, int to) {
-  double sum = 0;
-  int n = 0;
+  LogRms out;
   for (const auto& [compensator, constant] : model.error_deg_s) {
-    for (int g = from; g <= to; ++g, ++n) {
-      const double l = std::log(constant / *published_error_deg_s(g, compensator));
-      sum += l * l;
-    }
+    for (int g = from; g <= to; ++g) out.add(constant, *published_error_deg_s(g, compensator));
   }
-  return std::sqrt(sum / n);
+  return out.value();
 }
 
 }  // namespace
@@ -28,11 +23,11 @@ NullModel null_model() {
   NullModel out;
   for (const std::string& c : published_compensators()) {
     double sum = 0;
-    for (int g = 1; g <= kFitted; ++g) sum += std::log(*published_error_deg_s(g, c));
-    out.error_deg_s[c] = std::exp(sum / kFitted);
+    for (int g = 1; g <= kLastFittedGesture; ++g) sum += std::log(*published_error_deg_s(g, c));
+    out.error_deg_s[c] = std::exp(sum / kLastFittedGesture);
   }
-  out.fitted_log_rms = constant_log_rms(out, 1, kFitted);
-  out.other_log_rms = constant_log_rms(out, kFitted + 1, 6);
+  out.fitted_log_rms = constant_log_rms(out, 1, kLastFittedGesture);
+  out.other_log_rms = constant_log_rms(out, kLastFittedGesture + 1, kLastGesture);
   return out;
 }
 

@@ -66,7 +66,9 @@ Json save_traces(const Plan& plan, const std::filesystem::path& folder) {
   return motions;
 }
 
-Json scenario(const ScenarioResult& s, const Plan& plan) {
+}  // namespace
+
+Json to_json(const ScenarioResult& s, const Plan& plan) {
   const Stops stops = stops_of(s.result);
   return {{"name", s.scenario.name},
           {"set", s.scenario.set},
@@ -74,8 +76,6 @@ Json scenario(const ScenarioResult& s, const Plan& plan) {
           {"impact_deg_s", stops.impact_deg_s},
           {"pressed_s", stops.pressed_s}};
 }
-
-}  // namespace
 
 Stops stops_of(const Result& r) {
   Stops out;
@@ -98,7 +98,7 @@ void save_results(const Plan& plan, const Result& result, const std::vector<Scen
   json["compensators"] = result.compensators;
   json["motions"] = save_traces(plan, folder);
   json["scenarios"] = Json::array();
-  for (const ScenarioResult& s : scenarios) json["scenarios"].push_back(scenario(s, plan));
+  for (const ScenarioResult& s : scenarios) json["scenarios"].push_back(to_json(s, plan));
   json["twin"] = Json::parse(twin::to_json(plan.parameters));
   io::write_file(folder / "results.json", io::dump(json));
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "host/study/trials.hpp"
@@ -20,6 +21,9 @@ struct Stops {
   double pressed_s = 0;
 };
 Stops stops_of(const Result& result);
+
+// Its settings and its cells.
+nlohmann::ordered_json to_json(const ScenarioResult& result, const Plan& plan);
 
 // Every file appears whole or not at all, results.json last. Throws io::InputError when it cannot be written, and
 // io::Cancelled.

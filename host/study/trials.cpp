@@ -10,6 +10,7 @@
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/score/trial.hpp"
+#include "host/study/log_rms.hpp"
 #include "host/study/null_model.hpp"
 #include "host/study/run_in_order.hpp"
 #include "host/study/shape_check.hpp"
@@ -78,11 +79,12 @@ class Runner {
     try {
       play_all();
     } catch (const std::exception&) {
-      // Ctrl-C reaches compilers and the like too: what fails then is no news.
+      // An interruption ends compilers and the like, too: that they failed then is no news.
       if (is_stopped()) throw io::Cancelled(stopped());
       throw;
     }
-    result_.distance = {distance(1, 4), distance(5, 6), distance(1, 6)};
+    result_.distance = {distance(1, kLastFittedGesture), distance(kLastFittedGesture + 1, kLastGesture),
+                        distance(1, kLastGesture)};
     return std::move(result_);
   }
 
@@ -245,23 +247,19 @@ class Runner {
     std::set<int> gestures;
     Distance out;
     const NullModel null = null_model();
-    double sum = 0;
-    double null_sum = 0;
-    int n = 0;
+    LogRms ours;
+    LogRms constants;
     for (const Cell& cell : result_.cells) {
       if (!cell.published_deg_s || cell.gesture < from || cell.gesture > to) continue;
-      const double l = std::log(cell.total_deg_s.mean() / *cell.published_deg_s);
-      sum += l * l;
-      const double l0 = std::log(null.error_deg_s.at(cell.compensator) / *cell.published_deg_s);
-      null_sum += l0 * l0;
-      ++n;
+      ours.add(cell.total_deg_s.mean(), *cell.published_deg_s);
+      constants.add(null.error_deg_s.at(cell.compensator), *cell.published_deg_s);
       gestures.insert(cell.gesture);
       if (std::ranges::find(out.compensators, cell.compensator) == out.compensators.end())
         out.compensators.push_back(cell.compensator);
     }
-    if (n == 0) return std::nullopt;
-    out.log_rms = std::sqrt(sum / n);
-    out.null_log_rms = std::sqrt(null_sum / n);
+    if (ours.count() == 0) return std::nullopt;
+    out.log_rms = ours.value();
+    out.null_log_rms = constants.value();
     out.gestures.assign(gestures.begin(), gestures.end());
     out.is_all = static_cast<int>(out.gestures.size()) == to - from + 1;
     return out;
@@ -427,10 +425,10 @@ Json to_json(const Result& r, const Plan& plan) {
   return {{"cells", std::move(cells)},
           {"log_rms",
            {{"gestures_1_to_4", whole(r.distance.fitted)},
-            {"gestures_5_and_6", whole(r.distance.predicted)},
+            {"gestures_5_and_6", whole(r.distance.not_fitted)},
             {"all", whole(r.distance.all)},
             {"fitted", part(r.distance.fitted)},
-            {"predicted", part(r.distance.predicted)}}},
+            {"not_fitted", part(r.distance.not_fitted)}}},
           {"null_model", to_json(null_model())},
           {"shapes", to_json(shape_checks(r, plan))},
           {"engine", plan.engine != nullptr ? plan.engine->name() : "twin"},

@@ -103,7 +103,7 @@ std::string describe(const Distance& distance);  // "gestures 1-4", "gesture 2 w
 struct Distances {
   std::optional<Distance> fitted;  // gestures 1 to 4
   // 5 and 6: not fitted. Not unseen either: their motions were written down with these figures in view.
-  std::optional<Distance> predicted;
+  std::optional<Distance> not_fitted;
   std::optional<Distance> all;
 };
 

@@ -85,6 +85,16 @@ double Ensemble::worst_r_hat() const {
   return std::ranges::max_element(posterior, {}, &Posterior::r_hat)->r_hat;
 }
 
+std::string Ensemble::doubt() const {
+  constexpr double kAgreement = 1.1;  // Gelman and Rubin, Statistical Science 7 (1992) 457, as it is used
+  if (worst_r_hat() <= kAgreement) return "";
+  return fmt::format(
+      "the Markov chains disagree, largest R-hat {:.2f} where at most {:g} is wanted: these laboratories are "
+      "no "
+      "sample of the plausible ones yet; calibrate-twin --ensemble with more --evaluations draws better ones",
+      worst_r_hat(), kAgreement);
+}
+
 double Ensemble::least_effective() const {
   return std::ranges::min_element(posterior, {}, &Posterior::effective)->effective;
 }

@@ -23,7 +23,7 @@ namespace flexor::study {
 struct EnsembleRequest {
   twin::Parameters base;  // all that is not free
   int laboratories = 200;
-  int evaluations = 16000;  // of the table, all chains together; a third of them warm up
+  int evaluations = 12000;  // of the table, all chains together; a third of them warm up
   int chains = 8;
   int trials = 8;  // of each cell in an evaluation
   std::uint64_t seed = 7;
@@ -54,6 +54,8 @@ struct Ensemble {
   std::vector<Posterior> posterior;
 
   double worst_r_hat() const;
+  // Why the laboratories may not be a sample of those that are plausible: the chains disagree. Empty: no reason.
+  std::string doubt() const;
   double least_effective() const;
 };
 

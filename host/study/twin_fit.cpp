@@ -3,10 +3,11 @@
 #include <cmath>
 #include <nlopt.hpp>
 
+#include "host/study/log_rms.hpp"
+
 namespace flexor::study {
 namespace {
 
-constexpr int kLastFitted = 4;
 constexpr double kCellDeviation = 0.35;  // of ln(ours / published)
 
 class TwinProblem {
@@ -16,8 +17,8 @@ class TwinProblem {
       : start_(start),
         evaluations_(evaluations),
         progress_(progress),
-        table_(1, kLastFitted, trials, seed),
-        published_(published_table(1, kLastFitted)) {}
+        table_(1, kLastFittedGesture, trials, seed),
+        published_(published_table(1, kLastFittedGesture)) {}
 
   TwinFit solve() {
     std::vector<double> x;
@@ -65,7 +66,7 @@ class TwinProblem {
     const TableErrors ours = table_.errors(with_values(start_, v), kAllThreads);
     best_ = std::min(best_, log_rms(ours, published_));
     const double z = log_rms(ours, published_) / kCellDeviation;
-    return 3.0 * kLastFitted * z * z - 2 * prior;
+    return 3.0 * kLastFittedGesture * z * z - 2 * prior;
   }
 
   static constexpr double kImpossible = 1e6;
@@ -92,12 +93,12 @@ std::vector<Sensitivity> sensitivity(const twin::Parameters& parameters, int tri
   constexpr double kTail = 0.05;
   const TwinTable table(1, 6, trials, seed);
   const TableErrors published = published_table(1, 6);
-  const auto split = published.begin() + kLastFitted;
+  const auto split = published.begin() + kLastFittedGesture;
   const auto evaluate = [&](const twin::Parameters& p, double value) {
     Sensitivity::At at;
     at.value = value;
     at.errors_deg_s = table.errors(p, 0);
-    const auto ours = at.errors_deg_s.begin() + kLastFitted;
+    const auto ours = at.errors_deg_s.begin() + kLastFittedGesture;
     at.log_rms_fitted = log_rms({at.errors_deg_s.begin(), ours}, {published.begin(), split});
     at.log_rms_other = log_rms({ours, at.errors_deg_s.end()}, {split, published.end()});
     return at;

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "host/score/trial.hpp"
+#include "host/study/log_rms.hpp"
 
 namespace flexor::study {
 namespace {
@@ -32,31 +33,27 @@ TableErrors published_table(int first, int last) {
 
 std::array<double, kPublishedCompensators> published_standard_errors() {
   std::array<double, kPublishedCompensators> out{};
-  constexpr int kGestures = 4;
   constexpr auto kTrials = static_cast<double>(kPublishedTrials);
   for (std::size_t c = 0; c < kPublishedCompensators; ++c) {
     double sum = 0;
-    for (int g = 1; g <= kGestures; ++g) {
+    for (int g = 1; g <= kLastFittedGesture; ++g) {
       const auto trials = published_trials_deg_s(g, published_compensators()[c]);
       const double mean = std::accumulate(trials.begin(), trials.end(), 0.0) / kTrials;
       double squares = 0;
       for (const double t : trials) squares += (t - mean) * (t - mean);
       sum += squares / (kTrials - 1) / kTrials / (mean * mean);
     }
-    out[c] = std::sqrt(sum / kGestures);
+    out[c] = std::sqrt(sum / kLastFittedGesture);
   }
   return out;
 }
 
 double log_rms(const TableErrors& ours, const TableErrors& published) {
-  double sum = 0;
+  LogRms out;
   for (std::size_t g = 0; g < ours.size(); ++g) {
-    for (std::size_t c = 0; c < kPublishedCompensators; ++c) {
-      const double l = std::log(ours[g][c] / published[g][c]);
-      sum += l * l;
-    }
+    for (std::size_t c = 0; c < kPublishedCompensators; ++c) out.add(ours[g][c], published[g][c]);
   }
-  return std::sqrt(sum / static_cast<double>(ours.size() * kPublishedCompensators));
+  return out.value();
 }
 
 double log_likelihood(const TableErrors& ours, const TableErrors& published) {

@@ -43,7 +43,7 @@ const std::vector<Shape>& shapes() {
        ""},
       {"SemicolonsAndDecimalCommas", "t_s;flex\n0;10\n0,05;11\n0,1;12\n", "flex", kT, kX, "decimal commas",
        ""},
-      {"BlanksInNamesOverDecimalCommas", "Zeit;Finger 1\n0;10,0\n0,05;11,0\n0,1;12,0\n", "Finger 1", kT, kX,
+      {"BlanksInNamesOverDecimalCommas", "Zeit;Finger 1\n0,0;10,0\n0,05;11,0\n0,1;12,0\n", "Finger 1", kT, kX,
        "decimal commas", ""},
       {"TabsAndBlanksInNamesOverDecimalCommas", "Zeit\tFinger 1\n0,0\t10,0\n0,05\t11,0\n0,1\t12,0\n",
        "Finger 1", kT, kX, "decimal commas", ""},

@@ -246,10 +246,12 @@ void run_glove(GloveOptions& o) {
 
 void add_calibrate_twin(CLI::App& app) {
   auto o = std::make_shared<TwinOptions>();
-  CLI::App* command = app.add_subcommand("calibrate-twin",
-                                         "Fit the twin's free parameters to the published averages of "
-                                         "gestures 1 to 4, or draw the laboratories that "
-                                         "these leave plausible. Gives the same bytes each time");
+  CLI::App* command = app.add_subcommand(
+      "calibrate-twin",
+      "Fit the twin's free parameters to the published averages of gestures 1 to 4, or draw "
+      "the laboratories that these leave plausible. The same machine and libraries give the "
+      "same bytes each time; on others the fit ends within 0.02 of the same distance, rms of "
+      "ln(ours/published)");
   command->add_option("--out", o->out, "write the configuration, or with --ensemble the laboratories, here")
       ->required();
   command->add_option("--evaluations", o->evaluations,

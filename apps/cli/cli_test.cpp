@@ -45,10 +45,11 @@ class Cli : public testing::Test {
     return {std::istreambuf_iterator<char>(stream), {}};
   }
 
-  // Arguments are handed to a shell: quote what needs it.
-  Finished run(const std::string& arguments, const std::string& input = "/dev/null") const {
-    const std::string command = "'" FLEXOR_PROGRAM "' " + arguments + " < '" + input + "' > '" +
-                                path("stdout") + "' 2> '" + path("stderr") + "'";
+  // Arguments and environment are handed to a shell: quote what needs it.
+  Finished run(const std::string& arguments, const std::string& input = "/dev/null",
+               const std::string& environment = "") const {
+    const std::string command = environment + " '" FLEXOR_PROGRAM "' " + arguments + " < '" + input +
+                                "' > '" + path("stdout") + "' 2> '" + path("stderr") + "'";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(path("stdout")), content(path("stderr"))};
   }
@@ -164,6 +165,36 @@ TEST_F(Cli, AStandardErrorThatCannotBeWrittenCostsNothingButItsLines) {
     EXPECT_EQ(std::system((command + closed).c_str()), 0) << closed;
     EXPECT_TRUE(fs::exists(path("m.json")));
     fs::remove(path("m.json"));
+  }
+}
+
+// A report that cannot be drawn must not cost the fit.
+TEST_F(Cli, WithoutGnuplotTheModelIsKept) {
+  fs::create_directories(path("failing"));
+  io::write_file(path("failing/gnuplot"), "#!/bin/sh\nexit 1\n");
+  fs::permissions(path("failing/gnuplot"), fs::perms::owner_all);
+  for (const auto& [folders, says] : {std::pair("failing", "flexor: gnuplot could not draw the figures"),
+                                      std::pair("none", "flexor: gnuplot is missing")}) {
+    fs::remove(path("m.json"));
+    const Finished r =
+        run(identify_arguments(glove(), camera()), "/dev/null", "PATH='" + path(folders) + "'");
+    EXPECT_EQ(r.exit, 1) << r.err;
+    EXPECT_TRUE(r.err.starts_with(says)) << r.err;
+    EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
+    EXPECT_FALSE(fs::exists(path("report/report.html")));
+    EXPECT_EQ(run("show '" + path("m.json") + "'").exit, 0);
+    // What was saved for the report is whole: with gnuplot it is drawn without another fit.
+    EXPECT_EQ(run("report '" + path("report") + "'").exit, 0);
+    fs::remove_all(path("report"));
+  }
+}
+
+TEST_F(Cli, AlignedRecordingsAreWrittenInNoOtherFormat) {
+  for (const char* name : {"x.parquet", "x", "x.csv.gz", "x.mat5"}) {
+    expect_refused(
+        "align --sensor '" + glove() + "' --reference '" + camera() + "' --out '" + path(name) + "'", 2,
+        std::string(name) + ": aligned recordings are written as .csv or .mat");
+    EXPECT_FALSE(fs::exists(path(name)));
   }
 }
 
@@ -346,6 +377,39 @@ TEST_F(Cli, FilesThatDoNotOverlapAreNotScored) {
   expect_refused("score '" + path("a.csv") + "' '" + path("b.csv") + "'", 2, "overlap by less than 1 s");
 }
 
+// Two clocks give figures that look like a bad compensator: the lag at the search's edge tells them.
+TEST_F(Cli, ScoreWarnsOfTwoClocks) {
+  const auto log = [](double late_s) {
+    std::string text = "t_s,a_deg\n";
+    for (int k = 0; k < 600; ++k) {
+      text += std::to_string(0.1 * k) + "," + std::to_string(50 + 40 * std::sin(0.1 * k - late_s)) + "\n";
+    }
+    return text;
+  };
+  io::write_file(path("a.csv"), log(0));
+  const auto expect = [&](double late_s, double offset_s, bool at_edge) {
+    io::write_file(path("b.csv"), log(late_s));
+    const std::string command =
+        "score '" + path("a.csv") + "' '" + path("b.csv") + "' --estimate-offset " + std::to_string(offset_s);
+    const Finished text = run(command);
+    const Finished json = run(command + " --json");
+    EXPECT_EQ(text.exit, 0) << text.err;
+    EXPECT_EQ(json.exit, 0) << json.err;
+    EXPECT_EQ(text.err, at_edge
+                            ? "warning: the best lag lies at the edge of the search: are the two on the same "
+                              "clock? --estimate-offset shifts one\n"
+                            : "")
+        << late_s;
+    EXPECT_EQ(json.err, text.err);
+    EXPECT_EQ(nlohmann::json::parse(json.out).at("lag_at_edge"), at_edge) << late_s;
+  };
+  expect(0.3, 0, false);
+  for (const double late_s : {1.4, -1.4}) {
+    expect(late_s, 0, true);
+    expect(late_s, -late_s, false);
+  }
+}
+
 TEST_F(Cli, ExperimentPrintsTheTableAndOneJsonObject) {
   const Finished text = run("experiment --gestures 2,4 --trials 2");
   EXPECT_EQ(text.exit, 0) << text.err;
@@ -445,6 +509,10 @@ TEST_F(Cli, DeployWritesImagesReportAndOneJsonObject) {
     EXPECT_TRUE(fs::exists(path("d") + "/" + file)) << file;
   }
   EXPECT_NE(content(path("d") + "/glove_config.hpp").find("kRate_hz = 10"), std::string::npos);
+  const std::string report = content(path("d/report.html"));
+  fs::remove(path("d/report.html"));
+  EXPECT_EQ(run("report '" + path("d") + "'").exit, 0) << content(path("stderr"));
+  EXPECT_TRUE(content(path("d/report.html")) == report);
 }
 
 TEST_F(Cli, DeployTakesAModelOfOneFinger) {

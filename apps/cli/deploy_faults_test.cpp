@@ -6,12 +6,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <future>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <set>
 
 namespace flexor::cli {
 namespace {
@@ -159,6 +162,58 @@ TEST_F(DeployFaults, NobodyElseCanReadAKey) {
   }
   for (const char* folder : {"", "arduino", "arduino/FlexorGlove", "arduino/FlexorHand/src"})
     EXPECT_EQ(mode_of(path("d") + "/" + folder), 0700) << folder;
+}
+
+// The files below `root`, and those of them that others than their owner can open: by their own mode and that
+// of the folders that lead to them. What is gone before it is looked at is nobody's.
+struct Watched {
+  std::set<std::string> files;
+  std::set<std::string> open;
+
+  void look(const fs::path& root, bool is_private = false) {
+    std::error_code gone;
+    for (fs::directory_iterator at(root, gone), end; !gone && at != end; at.increment(gone)) {
+      struct stat info {};
+      if (lstat(at->path().c_str(), &info) != 0 || S_ISLNK(info.st_mode)) continue;
+      const bool closed = is_private || (info.st_mode & 0077U) == 0;
+      if (S_ISDIR(info.st_mode)) {
+        look(at->path(), closed);
+        continue;
+      }
+      files.insert(at->path());
+      if (!closed) open.insert(at->path());
+    }
+  }
+
+  bool saw(const std::string& folder, const std::string& name) const {
+    return std::ranges::any_of(files, [&](const std::string& file) {
+      return file.find(folder) != std::string::npos && file.ends_with("/" + name);
+    });
+  }
+};
+
+TEST_F(DeployFaults, NobodyElseCanReadAKeyWhileItIsWritten) {
+  for (const char* folder : {"tmp", "d"}) {
+    fs::create_directories(path(folder));
+    fs::permissions(path(folder), fs::perms::all);
+  }
+  const std::string command = "cd '" + folder_.string() + "' && umask 000 && TMPDIR='" + path("tmp") +
+                              "' '" FLEXOR_PROGRAM "' deploy '" + kPublished +
+                              "' --out d > stdout 2> stderr < /dev/null";
+  auto done = std::async(std::launch::async, [&] { return std::system(command.c_str()); });
+  Watched watched;
+  do {
+    watched.look(path("tmp"));
+    watched.look(path("d"));
+  } while (done.wait_for(std::chrono::milliseconds(2)) != std::future_status::ready);
+  EXPECT_EQ(done.get(), 0) << content(path("stderr"));
+  watched.look(path("d"));
+  EXPECT_EQ(watched.open, std::set<std::string>());
+  for (const char* file : {"glove_config.hpp", "hand_config.hpp", "glove.elf", "hand.hex"}) {
+    EXPECT_TRUE(watched.saw("/tmp/flexor-", file)) << file;
+    EXPECT_TRUE(watched.saw("/d/.deploy-", file)) << file;
+  }
+  EXPECT_TRUE(watched.saw("/d", "pair.key"));
 }
 
 TEST_F(DeployFaults, AKeyComesFromAFileAndWithAWarningFromTheCommandLine) {

@@ -164,5 +164,41 @@ TEST_F(Documents, FilesWhoseNamesAreLatin1) {
   EXPECT_GE(documents, 10);
 }
 
+// Such a log once cost the whole fit, which failed when its names were written.
+TEST_F(Documents, ALogWhoseHeaderIsLatin1) {
+  make(FLEXOR_SIMULATE);
+  const auto renamed = [&](const std::string& file, const std::string& header) {
+    const std::string text = content(folder_ / file);
+    write(file, header + text.substr(text.find('\n')));
+  };
+  renamed("simulated_glove.csv", "Zeit(ms),Phase,F\xfchler_adc");
+  renamed("simulated_camera.csv", "Time(ms),Winkel \xb0");
+  const std::string files = "--sensor simulated_glove.csv --reference simulated_camera.csv ";
+  EXPECT_EQ(run("identify " + files + "--structure linear --model m.json --report r --json"), 0) << err_;
+  const auto json = io::parse_json(out_, "standard output");
+  EXPECT_EQ(io::parse_json(content(folder_ / "m.json"), "m.json").at("channels")[0].at("input").at("column"),
+            "F\u00fchler_adc");
+  EXPECT_EQ(run("apply m.json simulated_glove.csv --json"), 0) << err_;
+  EXPECT_NO_THROW((void)io::parse_json(out_, "standard output"));
+  EXPECT_EQ(run("align " + files + "--out a.csv --json"), 0) << err_;
+  EXPECT_NO_THROW((void)io::parse_json(out_, "standard output"));
+  EXPECT_TRUE(content(folder_ / "a.csv").starts_with("t_s,F\u00fchler_adc,Winkel \u00b0,gap\n"));
+  EXPECT_NE(content(folder_ / "r/report.html").find("F\u00fchler_adc"), std::string::npos);
+  int documents = 0;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder_ / "r")) {
+    if (entry.path().extension() == ".json") {
+      EXPECT_NO_THROW((void)io::parse_json(content(entry.path()), entry.path()));
+    }
+    const std::string text = content(entry.path());
+    EXPECT_EQ(io::to_utf8(text), text) << entry.path();
+    ++documents;
+  }
+  EXPECT_GE(documents, 10);
+  // A terminal in Latin-1 may name the column so; that is told at once.
+  EXPECT_EQ(run("identify " + files + "--input 'F\xfchler_adc' --structure linear --model n.json"), 2);
+  EXPECT_NE(err_.find("there are: Zeit(ms), Phase, F\u00fchler_adc"), std::string::npos) << err_;
+  EXPECT_EQ(std::count(err_.begin(), err_.end(), '\n'), 1) << err_;
+}
+
 }  // namespace
 }  // namespace flexor::cli

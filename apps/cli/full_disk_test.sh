@@ -5,7 +5,7 @@
 set -uo pipefail
 programs=$1 source=$2
 shift 2
-readonly kSkipped=77 kPage=4096 kPages=4096
+readonly kSkipped=77 kPage=4096 kAll=8M
 
 if [ -z "${FLEXOR_OWN_MOUNTS:-}" ]; then
   unshare -rm true 2>/dev/null || { echo "skipped: this user may not mount a tmpfs"; exit "$kSkipped"; }
@@ -16,7 +16,7 @@ work=$(mktemp -d)
 trap 'mountpoint -q "$disk" && umount "$disk"; rm -rf "$work"' EXIT
 in=$work/in disk=$work/disk
 mkdir "$in" "$disk" "$work/tmp"
-mount -t tmpfs -o size=$((kPages * kPage)) flexor "$disk" || { echo "skipped: a tmpfs cannot be mounted"; exit "$kSkipped"; }
+mount -t tmpfs -o size=$kAll flexor "$disk" || { echo "skipped: a tmpfs cannot be mounted"; exit "$kSkipped"; }
 for make in "$@"; do "$make" "$in" || exit 1; done
 export TMPDIR=$work/tmp
 flexor=$programs/flexor
@@ -46,76 +46,102 @@ says_full() {
 
 no_temporaries() { [ -z "$(find "$disk" -name '*.part-*')" ] && [ -z "$(ls -A "$work/tmp")" ]; }
 
-# file NAME COMMAND...: NAME on the disk is the output, and exists before. Tried with no page free, with half of what it needs,
-# and with one page too few: the last byte counts.
+# Pages of all files on the disk but the ballast.
+used() { find "$disk" -type f ! -name ballast -printf '%b\n' | awk '{n += $1} END {print n / (4096 / 512)}'; }
+
+resize() { mount -o remount,size="$1" "$disk"; }
+
+try() { "$@" >"$work/out" 2>"$work/err" </dev/null; }
+
+# file NAME COMMAND...: NAME on the disk is the output. First on an empty disk of 64 KB, where it is written or not, as its
+# size has it. Then beside an older NAME with no page free, and with one page too few: the last byte counts. FREE, in pages,
+# is instead of all this, where a run is dear.
 file() {
-  local name=$1 whole free status before
+  local name=$1 whole=0 free status before
   shift
-  rm -rf "${disk:?}"/*
-  "$@" >"$work/out" 2>"$work/err" </dev/null || fail "exit $? with room: $*"
-  whole=$(($(stat -c %b "$disk/$name") / (kPage / 512)))
-  for free in $(printf '%s\n' 0 $((whole / 2)) $((whole - 1 - ${SPARSE:-0})) | sort -nu); do
+  if [ -z "${FREE:-}" ]; then
+    rm -rf "${disk:?}"/*
+    resize 64K
+    try "$@"
+    status=$?
+    if [ "$status" != 0 ]; then
+      [ "$status" = 1 ] && says_full || fail "exit $status and not one line on a disk of 64 KB: $*"
+      [ -z "$(find "$disk" -type f)" ] || fail "half written on a disk of 64 KB: $(listing) $*"
+      resize "$kAll"
+      try "$@" || fail "exit $? with room: $*"
+      [ $(($(used) - ${SPARSE:-0})) -gt 16 ] || fail "did not fit on 64 KB, needs $(used) pages: $*"
+    fi
+    whole=$(used)
+    resize "$kAll"
+  fi
+  for free in ${FREE:-$(printf '%s\n' 0 $((whole - 1 - ${SPARSE:-0})) | sort -nu)}; do
     rm -rf "${disk:?}"/*
     echo old >"$disk/$name"
     fill "$free"
     before=$(listing)
-    "$@" >"$work/out" 2>"$work/err" </dev/null
+    try "$@"
     status=$?
     [ "$status" = 1 ] || fail "exit $status instead of 1, $free of $whole pages free: $*"
     says_full || fail "not one line on the full disk, $free of $whole pages free: $*"
     [ "$(listing)" = "$before" ] || fail "not as before, $free of $whole pages free: $* $(listing)"
     no_temporaries || fail "temporaries left, $free of $whole pages free: $*"
   done
-  small_disk "$whole" "$@"
 }
 
-# small_disk PAGES COMMAND...: a disk of 64 KB, empty but for the folder's own page. What fits is written; else as above.
-small_disk() {
-  local whole=$1 status
-  shift
-  rm -rf "${disk:?}"/*
-  mount -o remount,size=64K "$disk"
-  "$@" >"$work/out" 2>"$work/err" </dev/null
-  status=$?
-  if [ $((whole - ${SPARSE:-0})) -le 16 ]; then
-    [ "$status" = 0 ] || fail "exit $status on a disk of 64 KB, where $whole pages are needed: $*"
-  else
-    [ "$status" = 1 ] && says_full || fail "exit $status and not one line on a disk of 64 KB: $*"
-    [ -z "$(find "$disk" -type f)" ] || fail "half written on a disk of 64 KB: $(listing) $*"
-  fi
-  mount -o remount,size=$((kPages * kPage)) "$disk"
-}
-
-# folder PAGES COMMAND...: files go into $disk/new; with 0 to PAGES - 1 free pages they do not fit.
+# folder COMMAND...: files go into $disk/new. With no page free, and with one too few for the last of them; or with FREE pages.
+# With START, a folder, new is a copy of it. What was written with room is in $work/whole afterwards.
 folder() {
-  local pages=$1 free status
-  shift
-  for ((free = 0; free < pages; ++free)); do
+  local whole=0 free status
+  begin() {
     rm -rf "${disk:?}"/*
     mkdir "$disk/new"
+    [ -z "${START:-}" ] || cp -r "$START/." "$disk/new"
+  }
+  if [ -z "${FREE:-}" ]; then
+    begin
+    whole=$(used)
+    try "$@" || fail "exit $? with room: $*"
+    whole=$(($(used) - whole))
+    rm -rf "$work/whole"
+    cp -r "$disk/new" "$work/whole"
+  fi
+  for free in ${FREE:-0 $((whole - 1))}; do
+    begin
     fill "$free"
-    "$@" >"$work/out" 2>"$work/err" </dev/null
+    try "$@"
     status=$?
-    [ "$status" = 1 ] || fail "exit $status instead of 1, $free pages free: $*"
-    says_full || fail "not one line on the full disk, $free pages free: $*"
-    no_temporaries || fail "temporaries left, $free pages free: $*"
-    [ ! -e "$disk/new/report.html" ] || fail "a report, though it is not whole: $*"
+    [ "$status" = 1 ] || fail "exit $status instead of 1, $free of $whole pages free: $*"
+    says_full || fail "not one line on the full disk, $free of $whole pages free: $*"
+    no_temporaries || fail "temporaries left, $free of $whole pages free: $*"
+    [ ! -e "$disk/new/report.html" ] || fail "a report, though it is not whole, $free of $whole pages free: $*"
   done
 }
 
-# stdout COMMAND...: standard output is a full file, then a full device.
+# stdout TARGET COMMAND...: standard output is TARGET, a file on the full disk or a full device.
 stdout() {
-  local target status
-  for target in "$disk/out" /dev/full; do
-    rm -rf "${disk:?}"/*
-    : >"$disk/out"
-    fill 0
-    "$@" >"$target" 2>"$work/err" </dev/null
-    status=$?
-    [ "$status" = 1 ] || fail "exit $status instead of 1, standard output is $target: $*"
-    says_full || fail "not one line about standard output, $target: $*"
-  done
+  local target=$1 status
+  shift
+  rm -rf "${disk:?}"/*
+  : >"$disk/out"
+  fill 0
+  "$@" >"$target" 2>"$work/err" </dev/null
+  status=$?
+  [ "$status" = 1 ] || fail "exit $status instead of 1, standard output is $target: $*"
+  says_full || fail "not one line about standard output, $target: $*"
 }
+
+printf 't_s,thumb_alpha,index_alpha,middle_alpha,ring_alpha,pinky_alpha\n' >"$in/log.csv"
+printf 't_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n' >"$in/motion.csv"
+for k in 0 1 2 3 4 5 6 7 8 9; do
+  echo "0.$k,$((40 + k)),50,60,70,80" >>"$in/log.csv"
+  echo "0.$k,100,50,50,50,$((30 + k))" >>"$in/motion.csv"
+done
+printf 't_s,a_deg\n0,1\n1,2\n2,3\n' >"$in/a.csv"
+
+# Some seconds of one processor's work, beside all that follows.
+laboratories=("$flexor" calibrate-twin --ensemble 1 --evaluations 240 --trials 1)
+"${laboratories[@]}" --threads 1 --out "$in/laboratories.json" >/dev/null 2>&1 &
+drawing=$!
 
 align=("$flexor" align --sensor "$glove" --reference "$camera")
 file a.csv "${align[@]}" --out "$disk/a.csv"
@@ -124,48 +150,61 @@ SPARSE=1 file a.mat "${align[@]}" --out "$disk/a.mat" --mat-version 7.3 # HDF5 l
 
 identify=("$flexor" identify --sensor "$glove" --reference "$camera" --structure linear)
 file m.json "${identify[@]}" --model "$disk/m.json"
-folder 2 "${identify[@]}" --report "$disk/new"
+folder "${identify[@]}" --report "$disk/new"
+# With room for the angles it would go on to fit what it cannot: the video is short.
+FREE="0 1" folder "$flexor" identify --sensor "$glove" --reference "$in/video.mp4" --joints "$in/joints.json" \
+  --output index_mcp_deg --structure linear --report "$disk/new"
 
 track=("$flexor" track "$in/video.mp4" --joints "$in/joints.json")
 file a.csv "${track[@]}" --out "$disk/a.csv"
 file p.mp4 "${track[@]}" --out "$work/a.csv" --preview "$disk/p.mp4"
 file p.avi "${track[@]}" --out "$work/a.csv" --preview "$disk/p.avi"
 file p.mkv "${track[@]}" --out "$work/a.csv" --preview "$disk/p.mkv"
-folder 2 "${track[@]}" --out "$work/a.csv" --report "$disk/new"
+folder "${track[@]}" --out "$work/a.csv" --report "$disk/new"
 setup=("$flexor" track --setup "$in/video.mp4" --joints "$in/joints.json")
 file s.png "${setup[@]}" --out "$disk/s.png"
 file s.json "${setup[@]}" --out "$work/s.png" --save "$disk/s.json"
 file lens.json "$flexor" camera calibrate "$in"/board?.png --out "$disk/lens.json"
-folder 1 "$flexor" camera film --gestures 1 --set camera.rate_hz=1 --out "$disk/new"
+film=("$flexor" camera film --gestures "$in/motion.csv" --set camera.rate_hz=1)
+FREE=0 folder "${film[@]}" --out "$disk/new"
 
-experiment=("$flexor" experiment --gestures 1 --trials 1 --threads 1 --compensators raw)
-folder 4 "${experiment[@]}" --out "$disk/new"
-file t.vcd "${experiment[@]}" --engine avr --vcd "$disk/t.vcd"
-folder 1 "$flexor" calibrate-glove --rounds 2 --out "$disk/new"
+raw=(--trials 1 --threads 1 --compensators raw)
+folder "$flexor" experiment --gestures 1 "${raw[@]}" --out "$disk/new"
+file t.vcd "$flexor" experiment --gestures "$in/motion.csv" "${raw[@]}" --engine avr --vcd "$disk/t.vcd"
+folder "$flexor" calibrate-glove --rounds 1 --out "$disk/new"
 file twin.json "$flexor" calibrate-twin --evaluations 1 --trials 1 --out "$disk/twin.json"
-folder 3 "$flexor" deploy "$hw" --out "$disk/new"
-folder 2 "$flexor" latency --edges 2 --out "$disk/new"
+FREE=4 file laboratories.json "${laboratories[@]}" --out "$disk/laboratories.json"
+wait "$drawing" || fail "exit $? with room: ${laboratories[*]}"
+folder "$flexor" experiment --ensemble "$in/laboratories.json" --gestures 4 "${raw[@]}" --out "$disk/new"
+folder "$flexor" deploy "$hw" --out "$disk/new"
+FREE=4 folder "$flexor" deploy "$hw" --output opengloves --out "$disk/new"
+folder "$flexor" latency --edges 2 --out "$disk/new"
+rm "$work/whole/report.html"
+mv "$work/whole" "$work/job"
+START=$work/job folder "$flexor" report "$disk/new"
 
-printf 't_s,thumb_alpha,index_alpha,middle_alpha,ring_alpha,pinky_alpha\n' >"$in/log.csv"
-for k in 0 1 2 3 4 5 6 7 8 9; do echo "0.$k,$((40 + k)),50,60,70,80" >>"$in/log.csv"; done
-printf 't_s,a_deg\n0,1\n1,2\n2,3\n' >"$in/a.csv"
+stdout /dev/full "${film[@]}" --out "$work/film"
+stdout /dev/full "$flexor" calibrate-glove --rounds 1 --out "$work/glove"
+stdout /dev/full "$flexor" deploy "$hw" --output opengloves --out "$work/firmware"
 for json in "" --json; do
-  stdout "${align[@]}" $json
-  stdout "${identify[@]}" $json
-  stdout "${track[@]}" --out "$work/a.csv" $json
-  stdout "${setup[@]}" --out "$work/s.png" $json
-  stdout "$flexor" camera calibrate "$in"/board?.png --out "$work/lens.json" $json
-  stdout "${experiment[@]}" $json
-  stdout "$flexor" calibrate-twin --evaluations 1 --trials 1 --out "$work/twin.json" $json
-  stdout "$flexor" latency --edges 2 $json
-  stdout "$flexor" twin $json
-  stdout "$flexor" show "$hw" $json
-  stdout "$flexor" score "$in/a.csv" "$in/a.csv" $json
-  stdout "$flexor" apply "$hw" "$in/log.csv" $json
+  target=$([ -z "$json" ] && echo "$disk/out" || echo /dev/full)
+  stdout "$target" "${align[@]}" $json
+  stdout "$target" "${identify[@]}" $json
+  stdout "$target" "${track[@]}" --out "$work/a.csv" $json
+  stdout "$target" "${setup[@]}" --out "$work/s.png" $json
+  stdout "$target" "$flexor" camera calibrate "$in"/board?.png --out "$work/lens.json" $json
+  stdout "$target" "$flexor" experiment --gestures 1 "${raw[@]}" $json
+  stdout "$target" "$flexor" calibrate-twin --evaluations 1 --trials 1 --out "$work/twin.json" $json
+  stdout "$target" "$flexor" latency --edges 2 $json
+  stdout "$target" "$flexor" report "$work/job" $json
+  stdout "$target" "$flexor" twin $json
+  stdout "$target" "$flexor" show "$hw" $json
+  stdout "$target" "$flexor" score "$in/a.csv" "$in/a.csv" $json
+  stdout "$target" "$flexor" apply "$hw" "$in/log.csv" $json
 done
-stdout "$flexor" --help
-stdout "$flexor" apply --help
-stdout "$flexor" --version
+stdout /dev/full "$flexor" --help
+stdout "$disk/out" "$flexor" apply --help
+stdout /dev/full "$flexor" --version
 
 [ "$failures" = 0 ] && echo "every output says when the disk is full"
 exit $((failures > 0))

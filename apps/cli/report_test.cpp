@@ -213,6 +213,20 @@ TEST_F(ReportTest, OfLatencyIsDrawnFromWhatWasSaved) {
   EXPECT_NE(read("latency.csv").find("total,84.0000,67.0000,101.0000"), std::string::npos);
 }
 
+// Of `experiment --ensemble --compensators raw`.
+TEST_F(ReportTest, OfAnEnsembleNeedsNoPublishedCompensatorToCompareWith) {
+  io::write_file(folder_ / "results.json",
+                 R"({"kind": "ensemble", "version": "1", "laboratories": 1, "shapes": [],
+  "cells": [{"gesture": 4, "compensator": "raw", "published_deg_s": 860,
+             "total_error_deg_s": {"median": 390, "low": 380, "high": 400}}],
+  "headlines": [{"compensator": "raw", "mean_ratio_to": {"line": {"median": 2, "low": 1, "high": 3}}}],
+  "log_rms": {"gestures_1_to_4": null, "gestures_5_and_6": null},
+  "ensemble": {"chains": 8, "worst_r_hat": 1.1, "least_effective": 9, "seed": 7}})");
+  expect_the_same_once_more();
+  EXPECT_NE(read("report.html").find("390 (380 to 400)"), std::string::npos);
+  EXPECT_EQ(read("report.html").find("published Hammerstein-Wiener"), std::string::npos);
+}
+
 TEST_F(ReportTest, OfADeploymentIsDrawnFromWhatWasSaved) {
   study::Deployment d;
   d.glove.model = study::compensator("published-hw", 10).model;

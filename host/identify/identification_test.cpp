@@ -144,14 +144,38 @@ TEST(Identification, VoltsAreNeverTakenForCounts) {
 }
 
 TEST(Identification, AGivenOffsetNeedsNoAlignment) {
-  // Six seconds at 250 Hz: too short to find an offset in, long enough for a line.
-  recording::Pair pair = simulated({250, 2, false, false}, 6);
+  // Too short to find an offset in, long enough for a line that lags.
+  const recording::Pair pair = simulated({250, 2, false, false}, 1.9);
   Request request = with_structure("linear-dynamic");
-  request.clock_offset_s = 3.7;
   request.rate_hz = 50;
+  try {
+    (void)identify(pair, request, {});
+    ADD_FAILURE() << "an offset was found";
+  } catch (const io::JobError& error) {
+    EXPECT_NE(std::string(error.what()).find("overlap too short"), std::string::npos) << error.what();
+  }
+  request.clock_offset_s = 3.7;
   const Identification r = identify(pair, request, {});
+  EXPECT_FALSE(r.aligned.alignment);
   EXPECT_DOUBLE_EQ(r.aligned.clock_offset_s, 3.7);
-  EXPECT_GT(r.holdout.samples, 100u);
+  EXPECT_GT(r.holdout.samples, 20u);
+  EXPECT_LT(r.fit.rmse_deg, 1.5);
+  EXPECT_TRUE(std::ranges::any_of(r.warnings, [](const std::string& w) {
+    return w.find("do not confirm the clock offset") != std::string::npos;
+  }));
+}
+
+TEST(Identification, AGivenOffsetHoldsForSignalsThatDoNotTellIt) {
+  // Another take's camera, as far as the signals tell.
+  recording::Pair pair = simulated({100, 2, false, false}, 30);
+  std::mt19937 random(11);
+  for (double& v : pair.reference.columns[0].value) v = static_cast<double>(random() % 80);
+  Request request = with_structure("linear");
+  EXPECT_THROW((void)identify(pair, request, {}), io::JobError);
+  request.clock_offset_s = 3.7;
+  const Identification r = identify(pair, request, {});
+  EXPECT_FALSE(r.aligned.alignment);
+  EXPECT_DOUBLE_EQ(r.aligned.clock_offset_s, 3.7);
 }
 
 TEST(Identification, EndsAtTheNextFitWhenItIsCancelled) {

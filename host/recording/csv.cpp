@@ -220,7 +220,8 @@ void CsvReader::leave_out_fragment() {
       std::vector<std::string> b;
       split(second.text, c, a);
       split(third.text, c, b);
-      if (text.find(c) != text.npos || a.size() < 2 || a.size() != b.size()) continue;
+      if (a.size() < 2 || a.size() != b.size()) continue;
+      if (text.find(c) != text.npos) break;  // a header: what follows holds decimal commas besides
       notes_.push_back(fmt::format("{}: row {} (\"{}\") does not fit what follows and is left out", source_,
                                    line_.number, io::start_of(line_.text, kLongestExcerpt)));
       line_ = std::move(second);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "host/io/io.hpp"
+#include "host/recording/resample.hpp"
 
 namespace flexor::recording {
 namespace {
@@ -109,6 +110,34 @@ TEST(Csv, MissingColumnsAreAnsweredWithThoseThereAre) {
   const auto why = reason("t_s,SensorA1,SensorA2\n0,1,2\n1,2,3\n", {"SensorA9"});
   EXPECT_NE(why.find("no column \"SensorA9\"; there are: t_s, SensorA1, SensorA2"), std::string::npos) << why;
   EXPECT_NE(reason("x,a\n0,1\n1,2\n").find("no time column"), std::string::npos);
+}
+
+TEST(Csv, MissingColumnsAreAnsweredBehindSemicolonsAndDecimalCommasToo) {
+  for (const char* text : {"Zeit(s);t_s;Finger A;Finger B\n0,5;0,5;1,5;2,5\n1,5;1,5;2,5;3,5\n",
+                           "sep=;\nZeit(s);t_s;Finger A;Finger B\n0,5;0,5;1,5;2,5\n1,5;1,5;2,5;3,5\n"}) {
+    EXPECT_EQ(reason(text, {"Finger C"}),
+              "log.csv: no column \"Finger C\"; there are: Zeit(s), t_s, Finger A, Finger B");
+    EXPECT_EQ(parse(text, {"Finger B"}).column("Finger B").value, (std::vector<double>{2.5, 3.5}));
+  }
+  EXPECT_EQ(reason("time;a\n0,5;1,5\n0,6;2,5\n", {"b"}), "log.csv: no column \"b\"; there are: time, a");
+  EXPECT_NE(reason("x;a\n0,5;1,5\n0,6;2,5\n", {"a"}).find("there are: x, a"), std::string::npos);
+}
+
+// Rows of one time are averaged: no reading may be so large that a sum of them is none.
+TEST(Csv, HugeReadingsAtOneTimeNeverBecomeInfinite) {
+  for (const char* huge : {"1e308", "-1e308", "1.7976931348623157e308", "1.0001e30"}) {
+    const std::string rows = std::string("1,") + huge + "\n1," + huge + "\n";
+    const std::string why = reason("t_s,a\n0,1\n" + rows + "2,3\n");
+    EXPECT_NE(why.find("log.csv: row 3: column \"a\": " + std::string(huge) + " is not a measurement"),
+              std::string::npos)
+        << why;
+  }
+  std::string text = "t_s,a\n0,1\n";
+  for (int k = 0; k < 1000; ++k) text += k % 2 == 0 ? "1,1e30\n" : "1,9e29\n";
+  const Recording r = parse(text + "2,3\n");
+  const Series series = r.series("a");
+  for (const double v : resample(series, 0.5, 5).value) EXPECT_LE(std::abs(v), 1e30);
+  EXPECT_NEAR(resample(series, 0.5, 5).value.at(3), 9.5e29, 1e27);
 }
 
 TEST(Csv, EmptyHeaderOnlyAndSingleRowAreRefused) {

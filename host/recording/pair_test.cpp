@@ -7,6 +7,7 @@
 
 #include "host/io/io.hpp"
 #include "host/recording/csv.hpp"
+#include "host/recording/unit.hpp"
 
 namespace flexor::recording {
 namespace {
@@ -44,6 +45,30 @@ TEST(Pair, AColumnInRadiansIsConvertedOnceAndCalledDegreesFromThenOn) {
     to_degrees(read, column, "");
     EXPECT_EQ(read.columns[1].value, written.columns[1].value);
     EXPECT_GT(*std::ranges::max_element(read.columns[1].value), 70);
+  }
+}
+
+TEST(Pair, AColumnThatSaysDegreesIsNotToldSoTwice) {
+  const std::pair<const char*, const char*> names[] = {{"index_deg", "index_deg"},
+                                                       {"angle (deg)", "angle (deg)"},
+                                                       {"Angle[Degrees]", "Angle[Degrees]"},
+                                                       {"angle_degrees", "angle_degrees"},
+                                                       {"angle \u00b0", "angle \u00b0"},
+                                                       {"angle_DEG", "angle_DEG"},
+                                                       {"\u2220ABC_smooth", "\u2220ABC_smooth_deg"},
+                                                       {"angle_rad", "angle_deg"}};
+  for (const auto& [name, written] : names) {
+    // Written, read and written again, as often as somebody likes.
+    std::string column = name;
+    for (int again = 0; again < 3; ++again) {
+      Pair pair = simulated();
+      pair.output = pair.reference.columns[0].name = column;
+      pair.reference.columns[0].unit = unit_of(column);
+      to_degrees(pair.reference, pair.output, "");
+      const Recording aligned = to_recording(align_pair(pair, 20, 3.0, 0), pair);
+      column = parse_csv(to_csv(aligned), "aligned.csv", {}).columns[1].name;
+      EXPECT_EQ(column, written) << name;
+    }
   }
 }
 

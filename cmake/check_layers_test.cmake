@@ -35,6 +35,14 @@ foreach(room IN LISTS ROOMS)
   endif()
 endforeach()
 expect(fail host/twin/deep/x.cpp "#include <opencv2/core.hpp>" "${good}")
+# However it is spelt.
+foreach(line "#  include \"host/camera/lens.hpp\"" " #include <host/camera/lens.hpp>" "#include \"../../host/camera/lens.hpp\""
+        "#include \"host/study/../camera/lens.hpp\"" "#include \"opencv2/core.hpp\"" "// [\n#include \"host/camera/lens.hpp\"")
+  expect(fail apps/cli/x.cpp "${line}" "${good}")
+endforeach()
+foreach(file x.h x.cc x.inl x.cpp.in)
+  expect(fail host/io/${file} "#include \"host/camera/lens.hpp\"" "${good}")
+endforeach()
 # Who is asked through a pipe is not included.
 expect(fail apps/cli/x.cpp "#include \"host/camera/lens.hpp\"" "${good}")
 expect(fail apps/cli/x.cpp "" "cli filming flexor_cli")

@@ -1,10 +1,13 @@
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "apps/cli/commands.hpp"
 #include "host/io/json.hpp"
 #include "host/report/render.hpp"
+#include "host/study/journal.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -15,6 +18,8 @@ struct Options {
 };
 
 void run(const Options& o) {
+  std::optional<study::FolderLock> lock;  // a run that goes on there would mix its results with these
+  if (std::filesystem::exists(std::filesystem::path(o.folder) / "results.json")) lock.emplace(o.folder);
   report::render(o.folder);
   const std::string page = o.folder + "/report.html";
   print(o.json ? io::dump({{"report", page}, {"version", FLEXOR_VERSION}})

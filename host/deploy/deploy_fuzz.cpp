@@ -57,6 +57,7 @@ void read_calibration(const std::string& text) {
 
 void read_key(const std::string& text) {
   if (!deploy::is_key(text)) return;
+  if (text.find_first_not_of('0') == std::string::npos) return;  // nobody's key: refused
   const std::string hex = deploy::to_hex(deploy::key_from_hex(text));
   require(deploy::to_hex(deploy::key_from_hex(hex)) == hex);
 }

@@ -64,7 +64,11 @@ link::Key load_key(const std::filesystem::path& path) {
     text = first_line(file);
   }
   if (!is_key(text)) throw io::InputError(fmt::format("{}: is not a key: {}", path.string(), kNeeds));
-  return key_from_hex(text);
+  try {
+    return key_from_hex(text);
+  } catch (const io::InputError& error) {
+    throw io::InputError(fmt::format("{}: {}", path.string(), error.what()));
+  }
 }
 
 void write_key(const std::filesystem::path& path, const link::Key& key) {

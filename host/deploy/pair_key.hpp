@@ -17,7 +17,7 @@ std::string to_hex(const link::Key& key);
 // True for 32 hexadecimal digits.
 bool is_key(const std::string& text);
 
-// Throws io::InputError unless is_key(hex), without repeating what might be most of a secret.
+// Throws io::InputError unless is_key(hex) and one digit is not 0, without repeating what might be most of a secret.
 link::Key key_from_hex(const std::string& hex);
 
 // A file of 32 hexadecimal digits, as deploy writes it; "-" is standard input. Throws io::InputError when it

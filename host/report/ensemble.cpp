@@ -171,7 +171,8 @@ void render_ensemble(const Saved& saved) {
   headline_table(page, r);
   if (compares) {
     const Figure figure{"ratios", "Compensators in all laboratories",
-                        "Dots: the median. Bars: from 5 to 95 % of the laboratories. Left of the dashed line is better than the "
+                        "Dots: the median. Bars: from 5 to 95 % of the laboratories. Left of the dashed line "
+                        "is better than the "
                         "published Hammerstein-Wiener compensator."};
     page.figure(figure, g, saved.folder());
   }

@@ -202,6 +202,16 @@ Experiment::Experiment(const Saved& saved)
     throw io::InputError(fmt::format("{}: results.json has not a cell for each motion and compensator",
                                      saved.folder().string()));
   }
+  const bool whole =
+      std::ranges::all_of(motions,
+                          [&](const Json& m) { return m.at("traces").size() == compensators.size(); }) &&
+      std::ranges::all_of(results.at("cells"),
+                          [](const Json& c) { return !c.at("finger_error_deg_s").empty(); });
+  if (!whole) {
+    throw io::InputError(
+        fmt::format("{}: results.json has not a trace for each compensator and an error for each finger",
+                    saved.folder().string()));
+  }
 }
 
 std::optional<std::size_t> Experiment::index_of(const std::string& compensator) const {

@@ -145,6 +145,11 @@ class Drawing {
       Columns columns = saved_.columns(trace.at("file").get<std::string>());
       Trace& t = out.emplace_back();
       t.t_s = columns.at("t_s");
+      if (t.t_s.size() < 2 || t.t_s.size() != out.front().t_s.size()) {
+        throw io::InputError(fmt::format("{}: ends after {} rows: it was cut off; run the job again",
+                                         (saved_.folder() / trace.at("file").get<std::string>()).string(),
+                                         t.t_s.size()));
+      }
       for (const std::string& finger : fingers_) {
         t.finger_deg.push_back(columns.at(finger + "_finger_deg"));
         t.hand_deg.push_back(columns.at(finger + "_hand_deg"));
@@ -172,8 +177,9 @@ class Drawing {
     g_.add("set multiplot layout 5,1 margins 0.13,0.98,0.08,{} spacing 0,0.025",
            1 - (18 * static_cast<double>(lines_of_key) + 12) / kHeight);
     for (std::size_t i = 0; i < fingers_.size(); ++i) {
-      g_.add("set ylabel '{} (deg)' offset 1,0; set xrange [0:{}]; set ytics {}", fingers_[i],
-             experiment_.motions.at(m).at("duration_s").get<double>(), error ? tic_step(traces, i) : 30);
+      g_.add("set ylabel {} offset 1,0 noenhanced; set xrange [0:{}]; set ytics {}",
+             gnuplot_text(fingers_[i] + " (deg)"), experiment_.motions.at(m).at("duration_s").get<double>(),
+             error ? tic_step(traces, i) : 30);
       g_.add("{}", i + 1 < fingers_.size() ? "set format x ''; unset xlabel"
                                            : "set format x '%g'; set xlabel 'time (s)'");
       g_.add("{}", i == 0

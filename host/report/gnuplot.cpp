@@ -71,7 +71,9 @@ void Gnuplot::run() const {
   io::write_file(script, {script_.data(), script_.size()});
   if (io::find_program("gnuplot").empty())
     throw io::JobError("gnuplot is missing, no figure can be drawn: script/bootstrap installs it");
-  const io::ProcessResult result = io::run_process({"gnuplot", script.string()}, folder_.path());
+  // Neither the reader's own settings nor the time zone, which a PDF carries, change a figure.
+  const io::ProcessResult result =
+      io::run_process({"env", "TZ=UTC", "gnuplot", "--default-settings", script.string()}, folder_.path());
   if (result.status == 0) return;
   std::string reason = result.err.empty() ? "no output" : result.err;
   std::ranges::replace(reason, '\n', ' ');

@@ -58,6 +58,10 @@ void Saved::go_on() const {
 
 Columns Saved::columns(const std::string& file) const {
   const auto path = folder_ / file;
+  if (std::filesystem::path(file).is_absolute() || file.find("..") != std::string::npos ||
+      !std::filesystem::is_regular_file(path)) {
+    throw io::InputError(fmt::format("{}: no file of this folder's; run the job again", path.string()));
+  }
   const std::string text = io::read_file(path);
   std::vector<std::string_view> lines;
   std::vector<std::string> names;

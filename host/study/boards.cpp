@@ -33,6 +33,16 @@ std::string identity_of(const deploy::Glove& glove, const deploy::Hand& hand) {
   return deploy::glove_config(glove) + deploy::hand_config(hand);
 }
 
+// Finite angles of one length: what a trial of this program's own worker has.
+bool is_sane(const twin::Trial& trial) {
+  const std::size_t frames = trial.glove_deg[0].size();
+  const auto good = [&](const std::vector<float>& angles) {
+    return angles.size() == frames && std::ranges::all_of(angles, [](float a) { return std::abs(a) < 1e4F; });
+  };
+  return frames > 0 && std::ranges::all_of(trial.glove_deg, good) &&
+         std::ranges::all_of(trial.hand_deg, good) && trial.frames_sent >= 0 && trial.frames_lost >= 0;
+}
+
 }  // namespace
 
 deploy::Key bench_key() { return deploy::key_from_hex("000102030405060708090a0b0c0d0e0f"); }
@@ -136,6 +146,10 @@ std::vector<twin::Trial> Boards::simulate(const twin::TrialInput& input, std::ui
       {{"images", images_of(input)}, {"input", twin::exact_json(input)}, {"first", first}, {"count", count}});
   std::vector<twin::Trial> out;
   for (const Json& trial : trials) out.push_back(twin::trial_of(trial));
+  if (out.size() != static_cast<std::size_t>(count) || !std::ranges::all_of(out, is_sane)) {
+    throw io::JobError(fmt::format(
+        "the boards' simulation was asked for {} trials, and not as many of finite angles came back", count));
+  }
   return out;
 }
 

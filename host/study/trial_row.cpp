@@ -10,6 +10,12 @@
 #include "host/model/model.hpp"
 
 namespace flexor::study {
+namespace {
+
+constexpr double kMost =
+    1e9;  // of anything in a row, all of which are at least 0; more was written by somebody else
+
+}  // namespace
 
 std::string header_of_rows() {
   std::string out = "motion,compensator,trial,total_error_deg_s,lag_removed_deg_s,lag_s";
@@ -39,7 +45,7 @@ bool parse_row(const std::string& line, const std::string& motion, const std::st
   const auto number = [&](auto& value) {
     const auto [stop, error] = std::from_chars(at, end, value);
     at = stop;
-    return error == std::errc() && std::isfinite(static_cast<double>(value));
+    return error == std::errc() && static_cast<double>(value) >= 0 && static_cast<double>(value) < kMost;
   };
   const auto next = [&](auto& value) { return number(value) && at < end && *at++ == ','; };
   bool good = next(row.total_deg_s);

@@ -15,6 +15,7 @@
 #include "host/study/run_in_order.hpp"
 #include "host/study/shape_check.hpp"
 #include "host/study/trial_row.hpp"
+#include "host/twin/exact_json.hpp"
 #include "host/twin/random.hpp"
 
 namespace flexor::study {
@@ -381,10 +382,7 @@ std::string settings_of(const Plan& plan) {
   Json names = Json::array();
   for (const twin::Motion& m : plan.motions) {
     names.push_back(m.name());
-    motions += m.name() + fmt::format(" {}", m.duration_s());
-    for (int k = 0; k * 0.05 <= m.duration_s(); ++k) {
-      for (int i = 0; i < kFingers; ++i) motions += fmt::format(" {:.3f}", m.angle(i, k * 0.05, {}));
-    }
+    motions += twin::exact_json(m).dump();
   }
   const Json json = {{"version", FLEXOR_VERSION},
                      {"rows_version", kRowsVersion},

@@ -174,6 +174,73 @@ TEST_F(ExperimentReport, IsDrawnFromWhatWasSaved) {
   EXPECT_NEAR(trace.t_s.back(), p.motions[1].duration_s(), 0.05);
 }
 
+// Every text in `json` but the kind of job and names of files, spoilt; names of members, too, where they are fingers.
+void spoil(nlohmann::ordered_json& json, const std::string& evil, const std::string& key = "") {
+  if (json.is_string() && key != "kind" && key != "file") json = json.get<std::string>() + evil;
+  if (json.is_array()) {
+    for (auto& element : json) spoil(element, evil);
+  }
+  if (!json.is_object()) return;
+  auto out = nlohmann::ordered_json::object();
+  for (auto& [name, value] : json.items()) {
+    spoil(value, evil, name);
+    out[name == "index" ? name + evil : name] = value;
+  }
+  json = out;
+}
+
+TEST_F(ExperimentReport, NoTextOfASentFolderIsACommand) {
+  const study::Plan p = plan("4");
+  study::save_results(p, study::run(p, {}), {}, folder_);
+  const fs::path proof = folder_ / "proof";
+  const std::string evil = "'; system(\"touch '" + proof.string() + "'\"); set ylabel 'x";
+  auto json = nlohmann::ordered_json::parse(read("results.json"));
+  spoil(json, evil);
+  io::write_file(folder_ / "results.json", json.dump());
+  for (const auto& entry : fs::directory_iterator(folder_ / "traces")) {
+    std::string trace = io::read_file(entry.path());
+    for (const char* name : {"index_finger_deg", "index_hand_deg"}) trace.insert(trace.find(name) + 5, evil);
+    io::write_file(entry.path(), trace);
+  }
+  EXPECT_NO_THROW(report::render(folder_));
+  EXPECT_FALSE(fs::exists(proof));
+  EXPECT_NE(read("response_1.svg").find("touch"), std::string::npos) << "it is shown";
+}
+
+TEST_F(ExperimentReport, ADamagedFolderIsRefusedInOneLine) {
+  const study::Plan p = plan("4");
+  study::save_results(p, study::run(p, {}), {}, folder_);
+  const std::string results = read("results.json");
+  const std::string trace = read("traces/motion1_compensator2.csv");
+  const auto refused = [&](const char* what) {
+    try {
+      report::render(folder_);
+      ADD_FAILURE() << what << ": drawn";
+    } catch (const io::InputError& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << what;
+    }
+    io::write_file(folder_ / "results.json", results);
+    io::write_file(folder_ / "traces/motion1_compensator2.csv", trace);
+  };
+  const auto changed = [&](const std::string& at, const nlohmann::ordered_json& value) {
+    auto json = nlohmann::ordered_json::parse(results);
+    json[nlohmann::ordered_json::json_pointer(at)] = value;
+    io::write_file(folder_ / "results.json", json.dump());
+  };
+  changed("/cells/0/finger_error_deg_s", nlohmann::ordered_json::object());
+  refused("no finger");
+  changed("/motions/0/traces", nlohmann::ordered_json::array());
+  refused("no trace");
+  for (const char* file : {"../results.json", "/dev/zero", "traces"}) {
+    changed("/motions/0/traces/0/file", file);
+    refused(file);
+  }
+  for (const std::size_t bytes : {trace.find('\n') + 1, trace.find('\n', trace.size() / 2) + 1}) {
+    io::write_file(folder_ / "traces/motion1_compensator2.csv", trace.substr(0, bytes));
+    refused("a trace cut off");
+  }
+}
+
 // An interval that reaches below zero has no logarithm there: it is drawn down to the foot of the axis.
 TEST_F(ExperimentReport, EveryBarKeepsItsIntervalAndOneTrialHasNone) {
   const study::Plan p = plan("4");
@@ -219,10 +286,15 @@ TEST_F(ReportTest, OfAnEnsembleNeedsNoPublishedCompensatorToCompareWith) {
                  R"({"kind": "ensemble", "version": "1", "laboratories": 1, "shapes": [],
   "cells": [{"gesture": 4, "compensator": "raw", "published_deg_s": 860,
              "total_error_deg_s": {"median": 390, "low": 380, "high": 400}}],
-  "headlines": [{"compensator": "raw", "mean_ratio_to": {"line": {"median": 2, "low": 1, "high": 3}}}],
+  "headlines": [{"compensator": "raw", "mean_ratio_to": {"line": {"median": 2, "low": 1, "high": 3}},
+                 "share_of_laboratories_below": {"line": 0}}],
+  "scenarios": [], "null_model": {"log_rms_gestures_1_to_4": 0.25, "log_rms_gestures_5_and_6": 0.44},
   "log_rms": {"gestures_1_to_4": null, "gestures_5_and_6": null},
-  "ensemble": {"chains": 8, "worst_r_hat": 1.1, "least_effective": 9, "seed": 7}})");
+  "ensemble": {"chains": 8, "worst_r_hat": 1.1, "least_effective": 9, "seed": 7,
+               "doubt": "the chains disagree"}})");
   expect_the_same_once_more();
+  EXPECT_NE(read("report.html").find("the chains disagree"), std::string::npos);
+  EXPECT_NE(read("report.html").find("one constant for each compensator: 0.25"), std::string::npos);
   EXPECT_NE(read("report.html").find("390 (380 to 400)"), std::string::npos);
   EXPECT_EQ(read("report.html").find("published Hammerstein-Wiener"), std::string::npos);
 }

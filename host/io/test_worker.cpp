@@ -61,6 +61,9 @@ Json babble(const Json& arguments, const JobProgress&) {
   for (;;) ::pause();
 }
 
+// A board that does not play: no trials, whatever is asked for.
+Json simulate(const Json&, const JobProgress&) { return Json::array(); }
+
 // From the user's standard input to the user's standard output.
 Json copy(const Json&, const JobProgress&) {
   const std::string text = flexor::io::read_file("-");
@@ -79,5 +82,6 @@ int main(int argc, char** argv) {
                             {"half", half},
                             {"die", die},
                             {"babble", babble},
+                            {"simulate", simulate},
                             {"copy", copy}});
 }

@@ -37,7 +37,7 @@ TEST(TrialRow, ALagThatIsNoneIsTwoEmptyFields) {
 }
 
 TEST(TrialRow, WhatNoTrialWritesIsNoRow) {
-  for (const char* value : {"nan", "inf", "-inf", "1e999", ""}) {
+  for (const char* value : {"nan", "inf", "-inf", "1e999", "", "-5", "1e308"}) {
     EXPECT_FALSE(is_row(changed("64.2", value))) << value;
     EXPECT_FALSE(is_row(changed("10.25", value))) << value;
   }

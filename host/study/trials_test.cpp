@@ -10,6 +10,7 @@
 #include <string>
 
 #include "host/io/io.hpp"
+#include "host/study/boards.hpp"
 #include "host/study/glove_fit.hpp"
 #include "host/study/shape_check.hpp"
 
@@ -133,15 +134,55 @@ TEST(Trials, ATrialWithoutABestLagIsCountedNowhere) {
   EXPECT_LT(r.cells[1].lag_removed_deg_s.mean(), r.cells[1].total_deg_s.mean());
 }
 
+TEST(Trials, BoardsThatAnswerOtherTrialsThanAskedForEndTheRun) {
+  Boards boards(FLEXOR_TEST_WORKER);
+  Plan p = plan("2", 2);
+  p.engine = &boards;
+  EXPECT_THROW((void)run(p, {}), io::JobError);
+}
+
+// Two motions that agree every 50 ms, and nowhere else.
+TEST(Trials, AnotherMotionIsAnotherRun) {
+  std::vector<double> t_s;
+  std::array<std::vector<double>, kFingers> still;
+  std::array<std::vector<double>, kFingers> between;
+  for (int k = 0; k <= 200; ++k) {
+    t_s.push_back(0.01 * k);
+    for (int i = 0; i < kFingers; ++i) {
+      still[i].push_back(60);
+      between[i].push_back(k % 5 == 0 ? 60 : 70);
+    }
+  }
+  Plan p = plan("2", 1);
+  p.motions = {twin::Motion::from_samples("m", t_s, still)};
+  const std::string settings = settings_of(p);
+  p.motions = {twin::Motion::from_samples("m", t_s, between)};
+  EXPECT_NE(settings_of(p), settings);
+}
+
 TEST(Trials, TheArticlesWordsAreChecked) {
-  Plan p = plan("2,4", 8);
+  Plan p = plan("2,4", 2);
   p.compensators = compensators("raw,published-w,published-hw", 10);
-  const auto checks = shape_checks(run(p, {}), p);
+  Result r = run(p, {});
+  const auto set = [](Statistic& to, double value) {
+    to = {};
+    to.add(value);
+  };
+  set(r.cells[0].swing_deg[1], 30);  // gesture 2, raw
+  set(r.cells[0].swing_deg[2], 12);
+  for (std::size_t c = 3; c < 6; ++c) {
+    for (Statistic& finger : r.cells[c].finger_deg_s) set(finger, 1);
+  }
+  set(r.cells[4].finger_deg_s[0], 9000);  // the thumb may deviate
+  set(r.cells[4].finger_deg_s[3], 7 * p.motions[1].duration_s());
+  const auto checks = shape_checks(r, p);
   ASSERT_EQ(checks.size(), 2U);
-  EXPECT_TRUE(checks[0].is_least);
-  EXPECT_FALSE(checks[1].is_least);
-  EXPECT_GT(checks[1].value_deg, 0);
-  EXPECT_LT(checks[1].value_deg, 85);
+  EXPECT_DOUBLE_EQ(checks[0].value_deg, 12);
+  EXPECT_EQ(checks[0].where, "raw, middle");
+  EXPECT_FALSE(checks[0].agrees()) << "large is at least 20 in both";
+  EXPECT_NEAR(checks[1].value_deg, 7, 1e-12);
+  EXPECT_EQ(checks[1].where, "published-w, ring");
+  EXPECT_FALSE(checks[1].agrees()) << "not significant is at most 5";
   const ShapeCheck large{2, "", "", kLargeSwing_deg, kLargeSwing_deg, true};
   EXPECT_TRUE(large.agrees());
   const ShapeCheck significant{4, "", "", kSignificant_deg + 0.1, kSignificant_deg, false};

@@ -61,6 +61,24 @@ std::string headlines(const study::EnsembleResult& r) {
   return out;
 }
 
+// What changes after calibration, row by row.
+std::string scenarios(const study::EnsembleResult& r) {
+  if (r.scenarios.empty()) return "";
+  constexpr const char* kRow = "{:<34}{:>28}{:>28}{:>28}\n";
+  std::string out =
+      "\n" + fmt::format(fmt::runtime(kRow), "changed after calibration", "identified to published-hw",
+                         "line-lead to published-hw", "identified to line-lead");
+  const auto ratio = [&](const char* compensator, const char* to, std::size_t use) {
+    const std::size_t other = r.index(to);
+    return other < r.compensators.size() ? interval(r.mean_ratios(r.index(compensator), other, use), 2) : "-";
+  };
+  for (std::size_t s = 0; s < r.scenarios.size(); ++s) {
+    out += fmt::format(fmt::runtime(kRow), r.scenarios[s].name, ratio("identified", "published-hw", s + 1),
+                       ratio("line-lead", "published-hw", s + 1), ratio("identified", "line-lead", s + 1));
+  }
+  return out;
+}
+
 std::string shapes(const study::EnsembleResult& r) {
   std::string out;
   for (std::size_t s = 0; s < r.shapes.size(); ++s) {
@@ -108,7 +126,7 @@ std::string ensemble_text(const study::EnsembleResult& r, const study::EnsembleP
       "{:g} "
       "Hz, seed {}; glove recorded once in each\n\n",
       r.rows.size(), plan.plan.trials, plan.rate_hz, plan.plan.seed);
-  out += errors(r) + headlines(r);
+  out += errors(r) + headlines(r) + scenarios(r);
   const study::NullModel null = study::null_model();
   out += fmt::format(
       "\ndistance from the published table, rms of ln(ours/published): {} on gestures 1-4 (one constant for "

@@ -15,7 +15,7 @@ struct Fixed {
 constexpr Fixed kFixedColours[] = {{"raw", "#E69F00"},          {"published-w", "#56B4E9"},
                                    {"published-hw", "#D55E00"}, {"line", "#009E73"},
                                    {"line-lead", "#CC79A7"},    {"published-hw-refitted", "#777777"},
-                                   {"identified", "#0072B2"}};
+                                   {"identified", "#332288"}};
 constexpr const char* kOthers[] = {"#009E73", "#0072B2", "#CC79A7", "#882255",
                                    "#332288", "#999933", "#777777"};
 

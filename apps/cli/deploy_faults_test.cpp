@@ -197,8 +197,8 @@ TEST_F(DeployFaults, NobodyElseCanReadAKeyWhileItIsWritten) {
     fs::create_directories(path(folder));
     fs::permissions(path(folder), fs::perms::all);
   }
-  const std::string command = "cd '" + folder_.string() + "' && umask 000 && TMPDIR='" + path("tmp") +
-                              "' '" FLEXOR_PROGRAM "' deploy '" + kPublished +
+  const std::string command = "cd '" + folder_.string() + "' && umask 000 && TMPDIR='" + path("tmp") + "' '" +
+                              kProgram + "' deploy '" + kPublished +
                               "' --out d > stdout 2> stderr < /dev/null";
   auto done = std::async(std::launch::async, [&] { return std::system(command.c_str()); });
   Watched watched;

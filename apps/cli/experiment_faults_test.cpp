@@ -221,7 +221,7 @@ TEST_F(ExperimentFaults, KilledAtRandomAnEnsembleGoesOnToTheSameBytes) {
 
 TEST_F(ExperimentFaults, WhatIsForOneLaboratoryIsRefusedWithAnEnsemble) {
   for (const Arguments& option :
-       {Arguments{"--twin", "x.json"}, {"--set", "radio.loss=0.1"}, {"--engine", "avr"}, {"--scenarios"}}) {
+       {Arguments{"--twin", "x.json"}, {"--set", "radio.loss=0.1"}, {"--engine", "avr"}}) {
     Arguments arguments = {"experiment", "--ensemble", "x.json"};
     arguments.insert(arguments.end(), option.begin(), option.end());
     expect_refused(arguments, option.front() + " is for one laboratory");

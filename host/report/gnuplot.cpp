@@ -69,11 +69,12 @@ std::string Gnuplot::data_file(const std::filesystem::path& path) const {
 void Gnuplot::run() const {
   const std::filesystem::path script = folder_.path() / "script";
   io::write_file(script, {script_.data(), script_.size()});
-  if (io::find_program("gnuplot").empty())
+  const std::filesystem::path gnuplot = io::find_program("gnuplot");
+  if (gnuplot.empty())
     throw io::JobError("gnuplot is missing, no figure can be drawn: script/bootstrap installs it");
   // Neither the reader's own settings nor the time zone, which a PDF carries, change a figure.
-  const io::ProcessResult result =
-      io::run_process({"env", "TZ=UTC", "gnuplot", "--default-settings", script.string()}, folder_.path());
+  const io::ProcessResult result = io::run_process(
+      {"/usr/bin/env", "TZ=UTC", gnuplot.string(), "--default-settings", script.string()}, folder_.path());
   if (result.status == 0) return;
   std::string reason = result.err.empty() ? "no output" : result.err;
   std::ranges::replace(reason, '\n', ' ');
@@ -84,7 +85,10 @@ std::string Gnuplot::bytes(const std::string& name) const {
   if (!std::filesystem::exists(folder_.path() / name))
     throw io::JobError("gnuplot could not draw the figures, and says nothing: does it run?");
   std::string out = io::read_file(folder_.path() / name);
-  // The same data are the same bytes: a PDF carries no date of its own.
+  // The same data are the same bytes: an SVG names the file that was plotted, a PDF the date.
+  const std::string here = std::filesystem::absolute(folder_.path()).string() + "/";
+  for (auto at = out.find(here); at != std::string::npos && paper_ == Paper::svg; at = out.find(here, at))
+    out.erase(at, here.size());
   constexpr std::string_view kDate = "/CreationDate (D:";
   const auto at = out.find(kDate);
   if (paper_ == Paper::pdf && at != std::string::npos) out.replace(at + kDate.size(), 14, "20000101000000");

@@ -68,6 +68,26 @@ TEST(EnsembleRun, ThreadsAndACutDoNotChangeAByte) {
   fs::remove_all(folder);
 }
 
+TEST(EnsembleRun, AScenarioChangesWhatIsPlayedAndNotWhatWasFitted) {
+  const fs::path folder = fresh_folder("scenarios");
+  EnsemblePlan p = plan(2, folder);
+  p.scenarios = {{"nothing changes", {}}, {"a third is lost", {"radio.loss=0.33"}}};
+  const EnsembleResult r = run_ensemble(p, {});
+  for (std::size_t c = 0; c < r.compensators.size(); ++c) {
+    EXPECT_EQ(r.errors(0, c, 1), r.errors(0, c));
+    EXPECT_NE(r.errors(0, c, 2), r.errors(0, c));
+  }
+  const auto json = to_json(r, p);
+  EXPECT_EQ(json.at("scenarios")[0].at("headlines"), json.at("headlines"));
+  EXPECT_NE(json.at("scenarios")[1].at("headlines"), json.at("headlines"));
+  const EnsembleResult again = run_ensemble(p, {});
+  EXPECT_EQ(again.resumed, 2);
+  EXPECT_EQ(to_json(again, p), json);
+  p.scenarios.pop_back();
+  EXPECT_THROW((void)run_ensemble(p, {}), io::InputError) << "another run";
+  fs::remove_all(folder);
+}
+
 TEST(EnsembleRun, ALaboratoryIsWhatItIsAlone) {
   const EnsembleResult many = run_ensemble(plan(3), {});
   const EnsembleResult one = run_ensemble(plan(1), {});

@@ -25,7 +25,7 @@ struct Part {
   const char* name;
   bool is_folder;
 };
-constexpr std::array<Part, 11> kParts = {{{"glove_config.hpp", false},
+constexpr std::array<Part, 12> kParts = {{{"glove_config.hpp", false},
                                           {"hand_config.hpp", false},
                                           {"glove.elf", false},
                                           {"hand.elf", false},
@@ -35,7 +35,8 @@ constexpr std::array<Part, 11> kParts = {{{"glove_config.hpp", false},
                                           {"arduino/FlexorHand", true},
                                           {"report.html", false},
                                           {"report.json", false},
-                                          {"results.json", false}}};
+                                          {"results.json", false},
+                                          {"time_budget.svg", false}}};
 
 bool is_there(const fs::path& path) {
   std::error_code error;

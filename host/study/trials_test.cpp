@@ -148,7 +148,7 @@ TEST(Trials, AnotherMotionIsAnotherRun) {
   std::array<std::vector<double>, kFingers> between;
   for (int k = 0; k <= 200; ++k) {
     t_s.push_back(0.01 * k);
-    for (int i = 0; i < kFingers; ++i) {
+    for (std::size_t i = 0; i < kFingers; ++i) {
       still[i].push_back(60);
       between[i].push_back(k % 5 == 0 ? 60 : 70);
     }

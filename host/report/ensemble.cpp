@@ -67,7 +67,7 @@ std::string ratio_and_share(const Json& headline, const char* baseline) {
                      100 * headline.at("share_of_laboratories_below").at(baseline).get<double>());
 }
 
-void headline_table(Page& page, const Json& r) {
+void ratio_table(Page& page, const Json& r) {
   TableBlock t{"Ratio of errors, geometric mean over the gestures: median (5 to 95 % of laboratories)",
                {"compensator"},
                {},
@@ -81,7 +81,7 @@ void headline_table(Page& page, const Json& r) {
   page.table(t);
 }
 
-void scenario_table(Page& page, const Json& r) {
+void changed_laboratories(Page& page, const Json& r) {
   if (r.at("scenarios").empty()) return;
   TableBlock t{
       "The same laboratories, changed after calibration: ratio of errors, median (5 to 95 %)",
@@ -104,7 +104,7 @@ void scenario_table(Page& page, const Json& r) {
 }
 
 // The distance from the published table beside that of the null model.
-void distance_cards(Page& page, const Json& r) {
+void distances_of_laboratories(Page& page, const Json& r) {
   const auto card = [&](const char* part, const char* constants, const char* what, bool plain) {
     return Card{
         with_quantiles(r.at("log_rms").at(part), 2),
@@ -167,8 +167,8 @@ void render_ensemble(const Saved& saved) {
       r.at("laboratories").get<std::size_t>()));
   if (const auto doubt = r.at("ensemble").at("doubt").get<std::string>(); !doubt.empty())
     page.warnings({doubt});
-  distance_cards(page, r);
-  headline_table(page, r);
+  distances_of_laboratories(page, r);
+  ratio_table(page, r);
   if (compares) {
     const Figure figure{"ratios", "Compensators in all laboratories",
                         "Dots: the median. Bars: from 5 to 95 % of the laboratories. Left of the dashed line "
@@ -176,7 +176,7 @@ void render_ensemble(const Saved& saved) {
                         "published Hammerstein-Wiener compensator."};
     page.figure(figure, g, saved.folder());
   }
-  scenario_table(page, r);
+  changed_laboratories(page, r);
   cell_table(page, r);
   page.heading("Shapes");
   laboratory_shapes(page, r.at("shapes"));

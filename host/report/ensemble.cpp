@@ -88,13 +88,12 @@ void changed_laboratories(Page& page, const Json& r) {
       {"what changed", "identified to published-hw", "line-lead to published-hw", "identified to line-lead"},
       {},
       {}};
-  const auto headline = [](const Json& scenario, const char* compensator) -> const Json& {
-    return *std::ranges::find_if(scenario.at("headlines"),
-                                 [&](const Json& h) { return h.at("compensator") == compensator; });
-  };
-  const auto ratio = [&](const Json& scenario, const char* compensator, const char* to) {
-    const Json& ratios = headline(scenario, compensator).at("mean_ratio_to");
-    return ratios.contains(to) ? with_quantiles(ratios.at(to), 2) : std::string("-");
+  const auto ratio = [](const Json& scenario, const char* compensator, const char* to) {
+    for (const Json& h : scenario.at("headlines")) {
+      const Json& ratios = h.at("mean_ratio_to");
+      if (h.at("compensator") == compensator && ratios.contains(to)) return with_quantiles(ratios.at(to), 2);
+    }
+    return std::string("-");
   };
   for (const Json& s : r.at("scenarios")) {
     t.rows.push_back({s.at("name").get<std::string>(), ratio(s, "identified", "published-hw"),

@@ -160,19 +160,19 @@ class Laboratories {
     const auto number = [&](double& value) {
       const auto [stop, error] = std::from_chars(at, end, value);
       at = stop;
-      return error == std::errc() && value >= 0 && value < 1e9;  // as all of ours are
+      return error == std::errc() && std::abs(value) < 1e9;  // as all of ours are
     };
     const auto comma = [&] { return at < end && *at++ == ','; };
     row.error_deg_s.resize((1 + plan_.scenarios.size()) * result_.motions.size() *
                            result_.compensators.size());
     row.shape_deg.resize(result_.shapes.size());
     for (double& value : row.error_deg_s) {
-      if (!number(value) || value == 0 || !comma()) return false;
+      if (!number(value) || value <= 0 || !comma()) return false;
     }
     row.lag_s.reset();
     if (at < end && *at != ',' && !number(row.lag_s.emplace())) return false;
     for (double& value : row.shape_deg) {
-      if (!comma() || !number(value)) return false;
+      if (!comma() || !number(value) || value < 0) return false;
     }
     return at == end;
   }

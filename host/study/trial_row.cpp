@@ -13,7 +13,7 @@ namespace flexor::study {
 namespace {
 
 constexpr double kMost =
-    1e9;  // of anything in a row, all of which are at least 0; more was written by somebody else
+    1e9;  // of anything in a row, and at least 0 but for a lag; more was written by somebody else
 
 }  // namespace
 
@@ -45,16 +45,17 @@ bool parse_row(const std::string& line, const std::string& motion, const std::st
   const auto number = [&](auto& value) {
     const auto [stop, error] = std::from_chars(at, end, value);
     at = stop;
-    return error == std::errc() && static_cast<double>(value) >= 0 && static_cast<double>(value) < kMost;
+    return error == std::errc() && std::abs(static_cast<double>(value)) < kMost;
   };
-  const auto next = [&](auto& value) { return number(value) && at < end && *at++ == ','; };
+  const auto any_next = [&](auto& value) { return number(value) && at < end && *at++ == ','; };
+  const auto next = [&](auto& value) { return any_next(value) && value >= 0; };
   bool good = next(row.total_deg_s);
   row.lag_removed.reset();
   if (good && std::string_view(at, end).starts_with(",,")) {
     at += 2;
   } else {
     row.lag_removed.emplace();
-    good = good && next(row.lag_removed->total_error_deg_s) && next(row.lag_removed->lag_s);
+    good = good && next(row.lag_removed->total_error_deg_s) && any_next(row.lag_removed->lag_s);
   }
   for (auto* values : {&row.finger_deg_s, &row.swing_deg, &row.impact_deg_s, &row.pressed_s}) {
     for (double& value : *values) good = good && next(value);

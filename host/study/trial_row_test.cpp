@@ -36,6 +36,10 @@ TEST(TrialRow, ALagThatIsNoneIsTwoEmptyFields) {
   EXPECT_FALSE(is_row(changed("61.5,0.12", ",0.12"))) << "the other";
 }
 
+TEST(TrialRow, AHandThatComesEarlyHasALagBelowZero) {
+  EXPECT_TRUE(is_row(changed("61.5,0.12", "61.5,-0.12")));
+}
+
 TEST(TrialRow, WhatNoTrialWritesIsNoRow) {
   for (const char* value : {"nan", "inf", "-inf", "1e999", "", "-5", "1e308"}) {
     EXPECT_FALSE(is_row(changed("64.2", value))) << value;

@@ -58,7 +58,7 @@ endforeach()
 expect(fail host/twin/deep/x.cpp "#include <opencv2/core.hpp>" "${good}")
 # However it is spelt.
 foreach(line "#  include \"host/camera/lens.hpp\"" " #include <host/camera/lens.hpp>" "#include \"../../host/camera/lens.hpp\""
-        "#include \"host/study/../camera/lens.hpp\"" "#include \"opencv2/core.hpp\"" "// [\n#include \"host/camera/lens.hpp\"")
+        "#include \"host/study/../camera/lens.hpp\"" "#include \"deep/../../../host/camera/lens.hpp\"" "#include \"opencv2/core.hpp\"" "// [\n#include \"host/camera/lens.hpp\"")
   expect(fail apps/cli/x.cpp "${line}" "${good}")
 endforeach()
 foreach(file x.h x.cc x.inl x.cpp.in)

@@ -169,6 +169,11 @@ TEST_F(Cli, AStandardErrorThatCannotBeWrittenCostsNothingButItsLines) {
 }
 
 // A report that cannot be drawn must not cost the fit.
+std::string last_line(std::string text) {
+  if (text.ends_with('\n')) text.pop_back();
+  return text.substr(text.rfind('\n') + 1);
+}
+
 TEST_F(Cli, WithoutGnuplotTheModelIsKept) {
   fs::create_directories(path("failing"));
   io::write_file(path("failing/gnuplot"), "#!/bin/sh\nexit 1\n");
@@ -179,8 +184,8 @@ TEST_F(Cli, WithoutGnuplotTheModelIsKept) {
     const Finished r =
         run(identify_arguments(glove(), camera()), "/dev/null", "PATH='" + path(folders) + "'");
     EXPECT_EQ(r.exit, 1) << r.err;
-    EXPECT_TRUE(r.err.starts_with(says)) << r.err;
-    EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
+    // A slow machine also shows how far the fit is, on the lines before.
+    EXPECT_TRUE(last_line(r.err).starts_with(says)) << r.err;
     EXPECT_FALSE(fs::exists(path("report/report.html")));
     EXPECT_EQ(run("show '" + path("m.json") + "'").exit, 0);
     // What was saved for the report is whole: with gnuplot it is drawn without another fit.

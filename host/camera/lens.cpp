@@ -41,6 +41,25 @@ Lens ordinary_lens(int width, int height) {
   return out;
 }
 
+namespace {
+
+// Taking the distortion back is an iteration, which numbers that belong to no lens send to infinity.
+void require_directions(const Lens& lens, const std::string& source) {
+  constexpr int kSteps = 16;
+  for (int i = 0; i <= kSteps; ++i) {
+    for (int j = 0; j <= kSteps; ++j) {
+      const Point at{static_cast<double>(lens.width) * i / kSteps, static_cast<double>(lens.height) * j / kSteps};
+      const Point p = lens.undistort(at);
+      if (std::isfinite(p.x) && std::isfinite(p.y)) continue;
+      throw io::InputError(fmt::format(
+          "{}: the distortion has no answer at the picture's point ({:.0f}, {:.0f}): calibrate the lens anew", source,
+          at.x, at.y));
+    }
+  }
+}
+
+}  // namespace
+
 Lens lens_from_json(const std::string& text, const std::string& source) {
   const Json json = io::parse_json(text, source);
   io::JsonReader reader(json, source);
@@ -66,6 +85,7 @@ Lens lens_from_json(const std::string& text, const std::string& source) {
   out.reprojection_rms_px = reader.number_within("reprojection_rms_px", 0, kLargest_px);
   out.pictures = reader.whole_within("pictures", 0, kMostPictures);
   reader.done();
+  require_directions(out, source);
   return out;
 }
 

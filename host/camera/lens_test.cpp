@@ -75,6 +75,20 @@ TEST(Lens, NumbersThatNoCameraHasAreNamed) {
   EXPECT_EQ(refusal("width", "1280"), "accepted");
 }
 
+TEST(Lens, ADistortionThatNothingUndoesIsRefused) {
+  Lens lens = ordinary_lens(1279, 719);
+  lens.focal_px = {1408, 10};
+  lens.centre_px = {0, 10};
+  lens.distortion = {0, -1, 0, 1, 0};
+  try {
+    (void)lens_from_json(to_json(lens), "lens.json");
+    FAIL();
+  } catch (const io::InputError& error) {
+    EXPECT_TRUE(std::string(error.what()).starts_with("lens.json: the distortion has no answer at the picture's"))
+        << error.what();
+  }
+}
+
 TEST(Lens, TheErrorAtTheEdgeGrowsWithTheBone) {
   EXPECT_GT(edge_error_deg(1280, 720, 100), 0.1);
   EXPECT_LT(edge_error_deg(1280, 720, 100), 2);

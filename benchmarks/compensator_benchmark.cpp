@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "host/model/coefficients.hpp"
-#include "runtime/compensator/compensator.hpp"
+#include "host/model/channel.hpp"
+#include "host/model/compensator.hpp"
 
 namespace {
 
@@ -35,8 +35,9 @@ model::Model published(const char* name) {
 
 // The published dead zone, a curve of ten knots, two poles, saturation: what identification gives.
 model::Model identified() {
-  model::Model m = published("published_hw.json");
-  for (model::Channel& c : m.channels) {
+  const model::Model m = published("published_hw.json");
+  std::vector<model::Channel> channels = model::channels(m);
+  for (model::Channel& c : channels) {
     c.dead_zone.reset();
     c.input_curve.emplace();
     for (int i = 0; i < 10; ++i) {
@@ -45,28 +46,18 @@ model::Model identified() {
     }
     c.lti = {1, 0, {-20, -1}, {0, 0.8}};
   }
-  return m;
+  return model::with_channels(m, channels);
 }
 
-template <class Arithmetic, class Shape>
+template <class Arithmetic>
 void run(benchmark::State& state, const model::Model& m) {
-  using Glove = compensator::Compensator<Arithmetic, Shape, kChannels>;
-  using Input = typename Arithmetic::Input;
-  std::vector<typename Glove::Coefficients> coefficients;
-  for (const model::Channel& c : m.channels) {
-    if constexpr (std::is_integral_v<Input>) {
-      coefficients.push_back(model::fixed_coefficients<Shape>(c, m.sample_period_s));
-    } else {
-      coefficients.push_back(model::floating_coefficients<Input, Shape>(c, m.sample_period_s));
-    }
-  }
-  Glove glove(coefficients.data());
-  const std::vector<Input> in = readings<Input>();
-  std::vector<typename Arithmetic::Output> out(in.size());
-  std::vector<core::Status> status(in.size());
+  model::Compensator<Arithmetic> glove(m);
+  const std::vector<double> in = readings<double>();
+  std::vector<double> out(in.size());
   for (auto _ : state) {
     for (std::size_t k = 0; k < kSamples; ++k) {
-      glove.step(&in[k * kChannels], &out[k * kChannels], &status[k * kChannels]);
+      const auto samples = glove.step({&in[k * kChannels], kChannels});
+      for (std::size_t i = 0; i < kChannels; ++i) out[k * kChannels + i] = samples[i].angle_deg;
     }
     benchmark::DoNotOptimize(out.data());
     benchmark::ClobberMemory();
@@ -75,28 +66,23 @@ void run(benchmark::State& state, const model::Model& m) {
       static_cast<double>(state.iterations() * kSamples * kChannels), benchmark::Counter::kIsRate);
 }
 
-using Curved = compensator::Shape<0, 10, 2, 0>;
-
 void hammerstein_wiener_float(benchmark::State& state) {
-  run<compensator::Floating<float, compensator::HammersteinWienerShape>, compensator::HammersteinWienerShape>(
-      state, published("published_hw.json"));
+  run<model::FloatArithmetic>(state, published("published_hw.json"));
 }
 BENCHMARK(hammerstein_wiener_float)->Name("compensator/hammerstein_wiener/float");
 
 void hammerstein_wiener_fixed(benchmark::State& state) {
-  run<compensator::Fixed<compensator::HammersteinWienerShape>, compensator::HammersteinWienerShape>(
-      state, published("published_hw.json"));
+  run<model::FixedArithmetic>(state, published("published_hw.json"));
 }
 BENCHMARK(hammerstein_wiener_fixed)->Name("compensator/hammerstein_wiener/fixed");
 
-void curve_two_poles_float(benchmark::State& state) {
-  run<compensator::Floating<float, Curved>, Curved>(state, identified());
-}
+void curve_two_poles_float(benchmark::State& state) { run<model::FloatArithmetic>(state, identified()); }
 BENCHMARK(curve_two_poles_float)->Name("compensator/curve_two_poles/float");
 
 // x = A x + B phi(u), y = sat(x): the same compensator as a matrix library would write it.
 void eigen_dense(benchmark::State& state) {
   const model::Model m = published("published_hw.json");
+  const std::vector<model::Channel> channels = model::channels(m);
   using Vector = Eigen::Matrix<float, kChannels, 1>;
   using Matrix = Eigen::Matrix<float, kChannels, kChannels>;
   Matrix a = Matrix::Zero();
@@ -106,7 +92,7 @@ void eigen_dense(benchmark::State& state) {
   Vector from;
   Vector to;
   for (int i = 0; i < kChannels; ++i) {
-    const model::Channel& c = m.channels[static_cast<std::size_t>(i)];
+    const model::Channel& c = channels[static_cast<std::size_t>(i)];
     const auto pole = static_cast<float>(std::exp(c.lti.poles_rad_s[0] * m.sample_period_s));
     a(i, i) = pole;
     b(i, i) = (1 - pole) * static_cast<float>(c.lti.gain);

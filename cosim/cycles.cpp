@@ -9,7 +9,8 @@
 #include "cosim/replay.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/io/io.hpp"
-#include "host/model/coefficients.hpp"
+#include "host/model/channel.hpp"
+#include "host/model/discrete.hpp"
 
 namespace {
 
@@ -22,7 +23,7 @@ struct StateSpace {
 };
 
 StateSpace state_space(const model::Channel& channel, double period_s) {
-  const Eigen::Index n = model::detail::order_at(channel.lti, period_s);
+  const Eigen::Index n = channel.lti.order_at(period_s);
   Eigen::VectorXd rates(n);
   for (Eigen::Index i = 0; i < n; ++i) rates(i) = -channel.lti.poles_rad_s[static_cast<std::size_t>(i)];
   const model::ZeroOrderHold hold = model::zero_order_hold(rates, period_s);
@@ -69,7 +70,7 @@ class GloveCompensator {
 
 std::string limits(const model::Model& m) {
   std::string lower, upper, least, most;
-  for (const model::Channel& c : m.channels) {
+  for (const model::Channel& c : model::channels(m)) {
     lower += fmt::format("{}, ", c.dead_zone ? c.dead_zone->lower : 0);
     upper += fmt::format("{}, ", c.dead_zone ? c.dead_zone->upper : 0);
     least += fmt::format("{}, ", c.saturation.lower_deg);
@@ -83,14 +84,15 @@ std::string limits(const model::Model& m) {
 
 // One system for all fingers, its matrices full: what a generator writes that does not look inside.
 std::string dense(const model::Model& m) {
+  const std::vector<model::Channel> channels = model::channels(m);
   Eigen::Index n = 0;
-  for (const model::Channel& c : m.channels) n += state_space(c, m.sample_period_s).b.size();
+  for (const model::Channel& c : model::channels(m)) n += state_space(c, m.sample_period_s).b.size();
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n);
   Eigen::MatrixXd b = Eigen::MatrixXd::Zero(n, 5);
   Eigen::MatrixXd c = Eigen::MatrixXd::Zero(5, n);
   Eigen::Index at = 0;
   for (Eigen::Index i = 0; i < 5; ++i) {
-    const StateSpace s = state_space(m.channels[static_cast<std::size_t>(i)], m.sample_period_s);
+    const StateSpace s = state_space(channels[static_cast<std::size_t>(i)], m.sample_period_s);
     a.block(at, at, s.b.size(), s.b.size()) = s.a;
     b.block(at, i, s.b.size(), 1) = s.b;
     at += s.b.size();
@@ -130,7 +132,7 @@ std::string dense(const model::Model& m) {
 // One loop over fingers, one over each finger's states.
 std::string per_finger(const model::Model& m) {
   std::string rows;
-  for (const model::Channel& c : m.channels) {
+  for (const model::Channel& c : model::channels(m)) {
     const StateSpace s = state_space(c, m.sample_period_s);
     const Eigen::Index n = s.b.size();
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(3, 3);

@@ -14,6 +14,7 @@
 #include "host/identify/identify_files.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
+#include "host/model/channel.hpp"
 #include "host/recording/csv.hpp"
 #include "host/study/glove_fit.hpp"
 #include "runtime/link/opengloves.hpp"
@@ -96,8 +97,8 @@ TEST_F(Replay, EveryRateIsSentToTheBit) {
 TEST_F(Replay, AnIdentifiedModelWithCurveHysteresisAndLeadIsSentToTheBit) {
   for (const double rate_hz : {10.0, 50.0}) {
     const model::Model model = identified(rate_hz);
-    ASSERT_TRUE(model.channels[0].hysteresis && model.channels[0].input_curve &&
-                !model.channels[0].lti.taps.empty());
+    const model::Channel first = *model::channel(model, 0);
+    ASSERT_TRUE(first.hysteresis && first.input_curve && !first.lti.taps.empty());
     expect_exact(model, study::gesture_counts(parameters_, model));
     expect_exact(model, exercise(1500, 5));
   }
@@ -105,9 +106,8 @@ TEST_F(Replay, AnIdentifiedModelWithCurveHysteresisAndLeadIsSentToTheBit) {
 
 // One finger's model: the other four strips are missing.
 TEST_F(Replay, AModelOfOneFingerLeavesTheOthersAtRestAndSaysSo) {
-  model::Model model = named("published-hw");
-  model.channels = {model.channels[1]};
-  const Built b = build(model);
+  const model::Model all = named("published-hw");
+  const Built b = build(model::with_channels(all, {*model::channel(all, 1)}));
   const GloveFigures f = replay(*b.firmware, b.glove, exercise(300, 6));
   EXPECT_EQ(f.mismatches, 0U);
 }

@@ -10,6 +10,7 @@
 #include <initializer_list>
 
 #include "host/io/io.hpp"
+#include "host/model/channel.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/model.hpp"
 #include "host/recording/align.hpp"
@@ -40,67 +41,63 @@ class Table {
 };
 
 // A compensator of one finger that does nothing; each figure puts its block into it.
-model::Model plain(double rate_hz) {
+model::Channel plain() {
   model::Channel channel;
   channel.name = "index";
   channel.input_unit = "deg";
   channel.valid_min = -200;
   channel.valid_max = 400;
   channel.saturation = {-500, 500};
-  model::Model model;
-  model.sample_period_s = 1 / rate_hz;
-  model.channels = {channel};
-  return model;
+  return channel;
 }
 
 using Runner = model::Compensator<model::DoubleArithmetic>;
 
-// The answer of channel i, started afresh, to a reading that stays as it is.
-double settled(const model::Model& model, std::size_t i, double u) {
-  Runner runner(model);
+// The answer, started afresh, to a reading that stays as it is.
+double settled(const model::Channel& channel, double u) {
+  Runner runner(model::model_of(channel, 1 / kGloveRate_hz));
   double angle_deg = 0;
-  for (int k = 0; k < 100; ++k) angle_deg = runner.step(i, u).angle_deg;
+  for (int k = 0; k < 100; ++k) angle_deg = runner.step(u).angle_deg;
   return angle_deg;
 }
 
 // Static blocks: what comes out for each reading.
 void draw_static(const std::filesystem::path& out) {
-  model::Model dead_zone = plain(kGloveRate_hz);
-  dead_zone.channels[0].dead_zone = {-10, 20};
-  model::Model curve = plain(kGloveRate_hz);
-  curve.channels[0].input_curve = {{0, 20, 50, 90, 120}, {28, 31, 70, 95, 113}};
+  model::Channel dead_zone = plain();
+  dead_zone.dead_zone = {-10, 20};
+  model::Channel curve = plain();
+  curve.input_curve = {{0, 20, 50, 90, 120}, {28, 31, 70, 95, 113}};
   Table zone_table;
   Table curve_table;
   for (int u = -40; u <= 140; u += 1) {
-    zone_table.row({double(u), settled(dead_zone, 0, u)});
-    curve_table.row({double(u), settled(curve, 0, u)});
+    zone_table.row({double(u), settled(dead_zone, u)});
+    curve_table.row({double(u), settled(curve, u)});
   }
   curve_table.next_curve();
-  for (std::size_t k = 0; k < 5; ++k)
-    curve_table.row({curve.channels[0].input_curve->x[k], curve.channels[0].input_curve->y[k]});
+  for (std::size_t k = 0; k < 5; ++k) curve_table.row({curve.input_curve->x[k], curve.input_curve->y[k]});
   zone_table.save(out, "dead_zone");
   curve_table.save(out, "curve");
 }
 
 // Both published compensators of the thumb at rest, from reading to angle.
 void draw_saturation(const std::filesystem::path& out, const std::filesystem::path& models) {
-  const model::Model wiener = model::load(models / "published_wiener.json");
-  const model::Model hw = model::load(models / "published_hw.json");
+  const model::Channel wiener = model::channels(model::load(models / "published_wiener.json"))[kThumb];
+  const model::Channel hw = model::channels(model::load(models / "published_hw.json"))[kThumb];
   Table table;
-  for (int u = 60; u <= 190; ++u) table.row({double(u), settled(wiener, kThumb, u), settled(hw, kThumb, u)});
+  for (int u = 60; u <= 190; ++u) table.row({double(u), settled(wiener, u), settled(hw, u)});
   table.save(out, "saturation");
 }
 
 // Two plays under a reading that swings to and fro, less and less.
 void draw_hysteresis(const std::filesystem::path& out) {
-  model::Model model = plain(100);
-  model.channels[0].hysteresis = {{4, 12}, {0.5, 0.5}};
-  Runner runner(model);
+  model::Channel channel = plain();
+  channel.hysteresis = {{4, 12}, {0.5, 0.5}};
+  Runner runner(model::model_of(channel, 0.01));
   Table table;
   for (int k = 0; k <= 1500; ++k) {
     const double t_s = k / 100.0;
     const double u = 60 + (50 - 2.5 * t_s) * std::sin(2 * M_PI * t_s / 5 - M_PI / 2);
-    table.row({t_s, u, runner.step(0, u).angle_deg});
+    table.row({t_s, u, runner.step(u).angle_deg});
   }
   table.save(out, "hysteresis");
 }
@@ -109,23 +106,23 @@ void draw_hysteresis(const std::filesystem::path& out) {
 // Euler's rule, which is what the exact hold replaces.
 void draw_lags(const std::filesystem::path& out) {
   const auto lagged = [](double rate_hz) {
-    model::Model model = plain(rate_hz);
-    model.channels[0].lti.poles_rad_s = {-19};
-    return Runner(model);
+    model::Channel channel = plain();
+    channel.lti.poles_rad_s = {-19};
+    return Runner(model::model_of(channel, 1 / rate_hz));
   };
   Table table;
   Runner fine = lagged(1000);
-  fine.step(0, 0);
+  fine.step(0.0);
   table.row({0, 0});
-  for (int k = 1; k <= 600; ++k) table.row({k / 1000.0, fine.step(0, 85).angle_deg});
+  for (int k = 1; k <= 600; ++k) table.row({k / 1000.0, fine.step(85.0).angle_deg});
   table.next_curve();
   Runner exact = lagged(kGloveRate_hz);
-  exact.step(0, 0);
+  exact.step(0.0);
   double euler_deg = 0;
   double before_deg = 0;
   table.row({0, 0, 0, 0});
   for (int k = 1; k <= 6; ++k) {
-    const double after_deg = exact.step(0, 85).angle_deg;
+    const double after_deg = exact.step(85.0).angle_deg;
     euler_deg += 19 / kGloveRate_hz * (85 - euler_deg);
     table.row({k / kGloveRate_hz, after_deg, before_deg, euler_deg});
     before_deg = after_deg;
@@ -137,14 +134,14 @@ void draw_lags(const std::filesystem::path& out) {
 void draw_lead(const std::filesystem::path& out) {
   Table table;
   for (const double tap : {0.0, 1.0, 2.0}) {
-    model::Model model = plain(100);
-    model.channels[0].lti.poles_rad_s = {-19};
-    if (tap != 0) model.channels[0].lti.taps = {tap};
-    Runner runner(model);
+    model::Channel channel = plain();
+    channel.lti.poles_rad_s = {-19};
+    if (tap != 0) channel.lti.taps = {tap};
+    Runner runner(model::model_of(channel, 0.01));
     for (int k = 0; k <= 160; ++k) {
       const double t_s = k / 100.0;
       const double angle_deg = std::clamp(28 + 83 * (t_s - 0.2), 28.0, 113.0);
-      table.row({t_s, angle_deg, runner.step(0, angle_deg).angle_deg});
+      table.row({t_s, angle_deg, runner.step(angle_deg).angle_deg});
     }
     table.next_curve();
   }

@@ -29,8 +29,8 @@ class CsvSink {
  public:
   CsvSink(const model::Model& model, bool live) : live_(live) {
     fmt::format_to(std::back_inserter(out_), "t_s");
-    for (const model::Channel& c : model.channels) {
-      fmt::format_to(std::back_inserter(out_), ",{0}_deg,{0}_status", c.name);
+    for (const model::Joint& joint : model.joints) {
+      fmt::format_to(std::back_inserter(out_), ",{0}_deg,{0}_status", joint.name);
     }
     out_.push_back('\n');
   }
@@ -56,15 +56,16 @@ class CsvSink {
 };
 
 std::vector<std::string> input_columns(const Options& o, const model::Model& model) {
-  if (!o.inputs.empty() && o.inputs.size() != model.channels.size()) {
+  if (!o.inputs.empty() && o.inputs.size() != model.inputs.size()) {
     throw io::InputError(
-        fmt::format("the model has {} channel(s), {} --input given; name one for each, in order",
-                    model.channels.size(), o.inputs.size()));
+        fmt::format("the model has {} input(s), {} --input given; name one for each, in order",
+                    model.inputs.size(), o.inputs.size()));
   }
   if (!o.inputs.empty()) return o.inputs;
   std::vector<std::string> columns;
-  for (const model::Channel& c : model.channels)
-    columns.push_back(c.input_column.empty() ? c.name : c.input_column);
+  for (const model::Input& input : model.inputs) {
+    columns.push_back(input.column.empty() ? input.name : input.column);
+  }
   return columns;
 }
 
@@ -76,7 +77,7 @@ void follow(const Options& o, const model::Model& model, recording::CsvReader& r
     recording::Row row;
     bool any = false;
     for (; stream.next(row); any = true) estimator.push(row.t_s, row.value, sink);
-    if (!any) throw io::InputError(fmt::format("{}: no row with a reading of every channel", reader.name()));
+    if (!any) throw io::InputError(fmt::format("{}: no row with a reading of every input", reader.name()));
   };
   if (o.arithmetic == "fixed") {
     with(identify::Estimator<model::FixedArithmetic>(model));
@@ -121,8 +122,8 @@ class Spool {
 // One JSON object. Its lists come one after the other, the estimates all at once.
 void print_json(const Options& o, const model::Model& model, recording::CsvReader& reader) {
   Spool t_s;
-  std::vector<Spool> angle_deg(model.channels.size());
-  std::vector<Spool> status(model.channels.size());
+  std::vector<Spool> angle_deg(model.joints.size());
+  std::vector<Spool> status(model.joints.size());
   follow(o, model, reader, [&](const identify::Estimate& e) {
     t_s.add(fmt::format("{}", e.t_s));
     for (std::size_t i = 0; i < angle_deg.size(); ++i) {
@@ -134,7 +135,7 @@ void print_json(const Options& o, const model::Model& model, recording::CsvReade
   t_s.print_all();
   print("],\"channels\":{");
   for (std::size_t i = 0; i < angle_deg.size(); ++i) {
-    print(fmt::format("{}\"{}\":{{\"angle_deg\":[", i > 0 ? "," : "", model.channels[i].name));
+    print(fmt::format("{}\"{}\":{{\"angle_deg\":[", i > 0 ? "," : "", model.joints[i].name));
     angle_deg[i].print_all();
     print("],\"status\":[");
     status[i].print_all();
@@ -153,8 +154,8 @@ void run(const Options& o) {
   }
   recording::CsvReader reader(live ? std::cin : file, live ? "standard input" : o.file,
                               {input_columns(o, model), o.time_unit});
-  for (std::size_t i = 0; i < model.channels.size(); ++i)
-    check_unit(model.channels[i], reader.name(), reader.columns()[i], reader.units()[i]);
+  for (std::size_t i = 0; i < model.inputs.size(); ++i)
+    check_unit(model.inputs[i], reader.name(), reader.columns()[i], reader.units()[i]);
   if (o.json) return print_json(o, model, reader);
   CsvSink sink(model, live);
   follow(o, model, reader, std::ref(sink));
@@ -174,7 +175,7 @@ void add_apply(CLI::App& app) {
   command->add_option("model", o->model, "model document")->required();
   command->add_option("file", o->file, "CSV recording; - reads standard input row by row")->required();
   command->add_option("--input", o->inputs,
-                      "input columns, one for each channel (default: those in the model)");
+                      "input columns, one for each of the model's inputs (default: those in the model)");
   command->add_option("--arithmetic", o->arithmetic, "double, float or fixed (as in the glove)")
       ->check(CLI::IsMember({"double", "float", "fixed"}))
       ->capture_default_str();

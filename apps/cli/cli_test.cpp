@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/io/io.hpp"
-#include "host/model/model.hpp"
+#include "host/model/channel.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
@@ -138,7 +138,7 @@ TEST_F(Cli, AReadingInAnotherUnitThanTheModelsIsRefusedEverywhere) {
             0);
   const model::Model m = model::load(path("m.json"));
   model::Model renamed = m;
-  renamed.channels[0].input_column = "flex_V";
+  renamed.inputs[0].column = "flex_V";
   model::save(renamed, path("v.json"));
   io::write_file(path("volts.csv"), "t_s,flex_V\n0,1\n0.05,1.5\n0.1,2\n");
   expect_refused("apply '" + path("v.json") + "' '" + path("volts.csv") + "'", 2, "is in V");
@@ -347,7 +347,7 @@ TEST_F(Cli, FewerSamplesThanTheParametersNeedIsRefused) {
 TEST_F(Cli, BadModelsAreRefused) {
   const std::string good = content(FLEXOR_SOURCE_DIR "/models/published_hw.json");
   std::string newer = good;
-  newer.replace(newer.find("\"schema_version\": 1"), 19, "\"schema_version\": 2");
+  newer.replace(newer.find("\"schema_version\": 1"), 19, "\"schema_version\": 3");
   io::write_file(path("newer.json"), newer);
   io::write_file(path("cut.json"), good.substr(0, 500));
   for (const std::string command : {"show '{}'", "apply '{}' x.csv"}) {
@@ -356,7 +356,7 @@ TEST_F(Cli, BadModelsAreRefused) {
       return text.replace(text.find("{}"), 2, path(file));
     };
     expect_refused(with("newer.json"), 2,
-                   "newer.json: has schema version 2, this program reads up to 1; update Flexor");
+                   "newer.json: has schema version 3, this program reads up to 2; update Flexor");
     expect_refused(with("cut.json"), 2, "cut.json: not valid JSON at line");
     expect_refused(with("none.json"), 2, "none.json: no such file");
   }
@@ -521,9 +521,8 @@ TEST_F(Cli, DeployWritesImagesReportAndOneJsonObject) {
 }
 
 TEST_F(Cli, DeployTakesAModelOfOneFinger) {
-  nlohmann::json model = nlohmann::json::parse(content(FLEXOR_SOURCE_DIR "/models/published_hw.json"));
-  model["channels"] = nlohmann::json::array({model["channels"][1]});  // braces alone: a copy, to Clang
-  std::ofstream(path("one.json")) << model;
+  const model::Model all = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
+  model::save(model::with_channels(all, {*model::channel(all, 1)}), path("one.json"));
   const Finished r = run("deploy '" + path("one.json") + "' --json --out '" + path("d") + "'");
   ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_EQ(nlohmann::json::parse(r.out).at("bit_exact").at("mismatches"), 0);

@@ -38,7 +38,7 @@ std::string seed_fault(const std::string& text);
 
 // A reading in another unit than the model's would give angles that look right: throws io::InputError. Where
 // either states none, a note says so. `unit` is that of the column for the model's channel.
-void check_unit(const model::Channel& channel, const std::string& file, const std::string& column,
+void check_unit(const model::Input& input, const std::string& file, const std::string& column,
                 const std::string& unit);
 
 // The workers beside this program.

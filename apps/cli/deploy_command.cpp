@@ -36,24 +36,17 @@ struct Options {
   bool json = false;
 };
 
-// The model's inputs from a recording's columns.
-std::array<std::vector<double>, study::kFingers> inputs_of(const model::Model& model,
-                                                           const std::string& path) {
-  const auto channels = deploy::channels_of(model);
-  const auto column = [&](std::size_t i) {
-    return channels[i]->input_column.empty() ? channels[i]->name : channels[i]->input_column;
-  };
+// Readings of the model's inputs, row by row, from a recording's columns.
+std::vector<std::vector<double>> readings_of(const model::Model& model, const std::string& path) {
   std::vector<std::string> columns;
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    if (channels[i] != nullptr) columns.push_back(column(i));
-  }
+  for (const model::Input& input : model.inputs)
+    columns.push_back(input.column.empty() ? input.name : input.column);
   const recording::Recording r = recording::read_csv(path, columns);
-  std::array<std::vector<double>, study::kFingers> out;
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    if (channels[i] == nullptr) continue;
-    const recording::Column& c = r.column(column(i));
-    check_unit(*channels[i], path, c.name, c.unit);
-    out[i] = c.value;
+  std::vector<std::vector<double>> out(r.t_s.size());
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const recording::Column& c = r.column(columns[i]);
+    check_unit(model.inputs[i], path, c.name, c.unit);
+    for (std::size_t k = 0; k < out.size(); ++k) out[k].push_back(c.value[k]);
   }
   return out;
 }
@@ -119,14 +112,15 @@ study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy
   return d;
 }
 
-// The model's inputs on the board for these readings.
-std::array<std::vector<double>, study::kFingers> inputs_of(const deploy::Glove& glove,
-                                                           const study::Counts& counts) {
+// What the model reads on the board for these counts.
+std::vector<std::vector<double>> readings_of(const deploy::Glove& glove, const study::Counts& counts) {
   const deploy::GloveTables tables = deploy::glove_tables(glove);
-  std::array<std::vector<double>, study::kFingers> out;
+  const model::Wiring wiring = model::wiring_of(glove.model);
+  std::vector<std::vector<double>> out;
   for (const auto& sample : counts) {
-    for (std::size_t i = 0; i < sample.size(); ++i) {
-      out[i].push_back(tables.calibration[i](static_cast<std::uint16_t>(sample[i])) / 32.0);
+    std::vector<double>& row = out.emplace_back();
+    for (const std::size_t strip : wiring.strip) {
+      row.push_back(tables.calibration[strip](static_cast<std::uint16_t>(sample[strip])) / 32.0);
     }
   }
   return out;
@@ -197,8 +191,8 @@ void run(const Options& o) {
   d.recording =
       o.recording.empty() ? "the six gestures" : std::filesystem::path(o.recording).filename().string();
   d.error =
-      deploy::fixed_point_error(d.glove.model, o.recording.empty() ? inputs_of(d.glove, counts)
-                                                                   : inputs_of(d.glove.model, o.recording));
+      deploy::fixed_point_error(d.glove.model, o.recording.empty() ? readings_of(d.glove, counts)
+                                                                   : readings_of(d.glove.model, o.recording));
   deploy::OutFolder out(o.out);
   nlohmann::ordered_json json = build(o, boards, p, counts, d, out.staging());
   json["key"] = pair.origin != nullptr ? nlohmann::ordered_json(pair.origin) : nullptr;

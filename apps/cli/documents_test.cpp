@@ -176,7 +176,7 @@ TEST_F(Documents, ALogWhoseHeaderIsLatin1) {
   const std::string files = "--sensor simulated_glove.csv --reference simulated_camera.csv ";
   EXPECT_EQ(run("identify " + files + "--structure linear --model m.json --report r --json"), 0) << err_;
   const auto json = io::parse_json(out_, "standard output");
-  EXPECT_EQ(io::parse_json(content(folder_ / "m.json"), "m.json").at("channels")[0].at("input").at("column"),
+  EXPECT_EQ(io::parse_json(content(folder_ / "m.json"), "m.json").at("inputs")[0].at("column"),
             "F\u00fchler_adc");
   EXPECT_EQ(run("apply m.json simulated_glove.csv --json"), 0) << err_;
   EXPECT_NO_THROW((void)io::parse_json(out_, "standard output"));

@@ -6,6 +6,7 @@
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
+#include "host/identify/hand.hpp"
 #include "host/identify/identify_files.hpp"
 #include "host/identify/results.hpp"
 #include "host/io/json.hpp"
@@ -20,6 +21,8 @@ struct Options {
   std::string report;
   std::string joints;
   std::string lens;
+  std::vector<std::string> pairs;  // sensor, reference, sensor, reference, ...
+  std::string map;
   bool json = false;
 };
 
@@ -62,7 +65,80 @@ void show(const identify::Identification& r) {
                   r.holdout.iae_deg_s, r.baseline.rmse_deg));
 }
 
+void show(const identify::HandIdentification& r) {
+  for (const std::string& warning : r.warnings) log("warning: " + warning);
+  for (std::size_t p = 0; p < r.clocks.size(); ++p) {
+    print(fmt::format("{}: clock offset {:+.3f} s +- {:.3f}, confidence {:.2f}\n",
+                      r.request.pairs[p].sensor.filename().string(), r.clocks[p].offset_s,
+                      r.clocks[p].standard_error_s, r.clocks[p].confidence));
+  }
+  print(fmt::format("\n{:<16}{:>12}{:>10}{:>14}{:>12}{:>12}  {}\n", "held out, RMSE", "compensator", "line",
+                    "line + lead", "published", "hold drift", "structure"));
+  for (const identify::JointResult& joint : r.joints) {
+    const auto baseline = [&](const char* name) {
+      const auto it = joint.baselines.find(name);
+      return it == joint.baselines.end() ? std::string("-") : fmt::format("{:.2f} deg", it->second.rmse_deg);
+    };
+    print(fmt::format("{:<16}{:>8.2f} deg{:>10}{:>14}{:>12}{:>8.2f} deg  {}\n", joint.name,
+                      joint.holdout.rmse_deg, baseline("line"), baseline("line_lead"),
+                      baseline("published_form"), joint.hold_drift_deg,
+                      identify::describe(joint.fit.branches)));
+  }
+}
+
+// What only one of the two ways knows.
+void refuse_mixture(const Options& o) {
+  const identify::FileRequest& r = o.request;
+  const bool single = !r.files.input.empty() || !r.files.output.empty() || r.channel || r.order || r.knots ||
+                      r.plays || r.dead_zone || r.monotone || !o.joints.empty() || r.structure != "auto";
+  if (single) {
+    throw io::InputError(
+        "--map says which sensor and angle belong together and chooses its own structure: leave out --input, "
+        "--output, "
+        "--channel, --structure and what goes with them");
+  }
+  if (!o.report.empty()) throw io::InputError("--report draws one joint: leave out --map, or the report");
+}
+
+identify::HandRequest hand_request(const Options& o) {
+  refuse_mixture(o);
+  const identify::FileRequest& r = o.request;
+  identify::HandRequest out;
+  for (std::size_t i = 0; i + 1 < o.pairs.size(); i += 2) out.pairs.push_back({o.pairs[i], o.pairs[i + 1]});
+  if (!r.files.sensor.empty()) out.pairs.push_back({r.files.sensor, r.files.reference});
+  out.map = identify::parse_map(o.map);
+  out.rate_hz = r.rate_hz;
+  out.split = r.split;
+  out.lead_s = r.lead_s;
+  out.clock_offset_s = r.clock_offset_s;
+  out.input_unit = r.input_unit;
+  out.output_unit = r.files.output_unit;
+  out.time_unit = r.files.time_unit;
+  return out;
+}
+
+void run_hand(const Options& o) {
+  const identify::HandRequest request = hand_request(o);
+  if (!o.model.empty()) io::require_writable(o.model);
+  std::optional<ProgressLine> line(std::in_place);
+  const identify::HandIdentification result =
+      identify::identify_hand(request, [&](std::size_t done, std::size_t of, const std::string& what) {
+        line->step(what, done, of);
+        return true;
+      });
+  line.reset();
+  if (!o.model.empty()) model::save(result.model, o.model);
+  if (o.json) return print(io::dump(to_json(result)));
+  show(result);
+  if (!o.model.empty()) print(fmt::format("model    {}\n", o.model));
+}
+
 void run(Options& o) {
+  if (!o.map.empty()) return run_hand(o);
+  if (!o.pairs.empty()) throw io::InputError("--pair goes with --map, which says what belongs together");
+  if (o.request.files.sensor.empty() || o.request.files.reference.empty()) {
+    throw io::InputError("--sensor and --reference are needed, or --pair and --map");
+  }
   if (!o.model.empty()) io::require_writable(o.model);
   if (!o.report.empty()) io::require_folder(o.report);
   std::optional<io::TemporaryFolder> temporary;
@@ -107,11 +183,17 @@ void add_identify(CLI::App& app) {
   identify::FileRequest& r = o->request;
   CLI::App* command = app.add_subcommand(
       "identify", "From a glove log and measured angles to a compensator proven on unseen data");
-  command->add_option("--sensor", r.files.sensor, "CSV log of the glove")->required();
+  command->add_option("--sensor", r.files.sensor, "CSV log of the glove");
+  command->add_option("--reference", r.files.reference,
+                      "CSV of the measured angle, or with --joints the video itself");
   command
-      ->add_option("--reference", r.files.reference,
-                   "CSV of the measured angle, or with --joints the video itself")
-      ->required();
+      ->add_option("--pair", o->pairs,
+                   "GLOVE CAMERA: a log and its measured angles; may be repeated, one for each donning")
+      ->expected(2)
+      ->take_all();
+  command->add_option(
+      "--map", o->map,
+      "joints from sensors: thumb=SensorA0:thumb_deg,index=SensorA1+SensorA2:index_deg (own sensor first)");
   command->add_option("--joints", o->joints,
                       "joint file (models/joints): the reference is a video, which is tracked first");
   command->add_option("--lens", o->lens, "lens file of flexor camera calibrate, for the video");

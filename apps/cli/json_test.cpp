@@ -82,7 +82,7 @@ TEST_F(Json, OfTheCommandsForTheTwin) {
   ASSERT_EQ(glove.at("baselines").size(), 3U);
   for (const auto& model : glove.at("baselines")) {
     const auto shown = run("show " + model.at("file").get<std::string>());
-    EXPECT_EQ(shown.at("channels").size(), 5U) << model;
+    EXPECT_EQ(shown.at("joints").size(), 5U) << model;
   }
   EXPECT_TRUE(run("calibrate-twin --evaluations 2 --trials 1 --out " + path("t.json")).contains("cost"));
   EXPECT_EQ(run("calibrate-twin --evaluations 2 --trials 1 --sensitivity --out " + path("t.json"))

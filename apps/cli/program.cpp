@@ -58,16 +58,16 @@ void parse(CLI::App& app, int argc, char** argv) {
 
 }  // namespace
 
-void check_unit(const model::Channel& channel, const std::string& file, const std::string& column,
+void check_unit(const model::Input& input, const std::string& file, const std::string& column,
                 const std::string& unit) {
-  const std::string& wanted = channel.input_unit;
+  const std::string& wanted = input.unit;
   if (unit == wanted) return;
   if (!unit.empty() && recording::known_unit(wanted)) {
-    throw io::InputError(fmt::format("{}: column \"{}\" is in {}, the model's {} finger takes {}", file,
-                                     column, unit, channel.name, wanted));
+    throw io::InputError(fmt::format("{}: column \"{}\" is in {}, the model's input {} takes {}", file,
+                                     column, unit, input.name, wanted));
   }
-  log(fmt::format("note: {}: column \"{}\" {}, the model's {} finger {}: taken as the same", file, column,
-                  unit.empty() ? "states no unit" : "is in " + unit, channel.name,
+  log(fmt::format("note: {}: column \"{}\" {}, the model's input {} {}: taken as the same", file, column,
+                  unit.empty() ? "states no unit" : "is in " + unit, input.name,
                   wanted.empty() ? "states none" : "takes " + wanted));
 }
 

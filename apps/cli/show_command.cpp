@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <cmath>
 #include <memory>
@@ -17,36 +16,42 @@ struct Options {
   bool json = false;
 };
 
-std::string curve_text(const model::Curve& c) {
-  std::string text;
-  for (std::size_t i = 0; i < c.x.size(); ++i)
-    text += fmt::format("{}{:.4g}->{:.4g}", i ? "  " : "", c.x[i], c.y[i]);
-  return text;
-}
+// The blocks before a joint as a tree, the joint at its root: what each takes stands indented below it. A signal
+// that was shown before is only named.
+class Diagram {
+ public:
+  explicit Diagram(const model::Model& m) : model_(m), graph_(m), shown_(graph_.values.size(), false) {}
 
-void show_channel(const model::Channel& c) {
-  print(fmt::format("\n{}  from {} ({}), valid {:g} to {:g}, rests at {:.1f} deg\n", c.name,
-                    c.input_column.empty() ? "its own column" : c.input_column, c.input_unit, c.valid_min,
-                    c.valid_max, c.rest_deg));
-  if (c.dead_zone)
-    print(fmt::format("  dead zone    {:g} to {:g}\n", c.dead_zone->lower, c.dead_zone->upper));
-  if (c.hysteresis) {
-    print(fmt::format("  hysteresis   radii {::.3g}, weights {::.3g}\n", c.hysteresis->radii,
-                      c.hysteresis->weights));
+  void show(std::size_t joint) {
+    const model::Joint& j = model_.joints[joint];
+    print(fmt::format("\n{}, rests at {:.1f} deg\n", j.name, j.rest_deg));
+    branch(graph_.joint[joint], "", true);
   }
-  if (c.input_curve) print(fmt::format("  curve        {}\n", curve_text(*c.input_curve)));
-  const model::Lti& lti = c.lti;
-  print(fmt::format("  lti          gain {:.4g}, offset {:.4g}", lti.gain, lti.offset));
-  if (!lti.poles_rad_s.empty()) {
-    std::vector<double> constants_ms;
-    for (const double p : lti.poles_rad_s) constants_ms.push_back(-1000 / p);
-    print(fmt::format(", poles {::.4g} rad/s (time constants {::.3g} ms)", lti.poles_rad_s, constants_ms));
-    if (!lti.taps.empty()) print(fmt::format(", taps {::.3g}", lti.taps));
+
+ private:
+  void branch(std::size_t signal, const std::string& indent, bool last) {
+    const std::string stem = indent + (last ? "└─ " : "├─ ");
+    if (signal < model_.inputs.size()) return leaf(stem, model_.inputs[signal]);
+    const std::size_t b = signal - model_.inputs.size();
+    const model::Block& block = model_.blocks[b];
+    if (shown_[signal]) return print(fmt::format("{}{} (above)\n", stem, block.to));
+    shown_[signal] = true;
+    print(fmt::format("{}{}: {}\n", stem, model::type_of(block.kind), model::text_of(block.kind)));
+    for (const std::size_t from : graph_.from[b]) {
+      branch(from, indent + (last ? "   " : "│  "), from == graph_.from[b].back());
+    }
   }
-  print("\n");
-  if (c.output_curve) print(fmt::format("  curve        {}\n", curve_text(*c.output_curve)));
-  print(fmt::format("  saturation   {:.1f} to {:.1f} deg\n", c.saturation.lower_deg, c.saturation.upper_deg));
-}
+
+  static void leaf(const std::string& stem, const model::Input& input) {
+    print(fmt::format("{}{}{}, valid {:g} to {:g}\n", stem, input.column.empty() ? input.name : input.column,
+                      input.unit.empty() ? "" : fmt::format(" ({})", input.unit), input.valid_min,
+                      input.valid_max));
+  }
+
+  const model::Model& model_;
+  model::Graph graph_;
+  std::vector<bool> shown_;
+};
 
 void run(const Options& o) {
   const model::Model m = model::load(o.model);
@@ -54,10 +59,12 @@ void run(const Options& o) {
     print(model::to_json(m));
     return;
   }
-  print(fmt::format("{}: {}\n{:g} ms a sample, {} channel(s), schema {}, written by {}\n", m.name,
-                    m.description, 1000 * m.sample_period_s, m.channels.size(), model::kSchemaVersion,
-                    m.written_by));
-  for (const model::Channel& c : m.channels) show_channel(c);
+  print(fmt::format(
+      "{}: {}\n{:g} ms a sample, {} input(s), {} block(s), {} joint(s), schema {}, written by {}\n", m.name,
+      m.description, 1000 * m.sample_period_s, m.inputs.size(), m.blocks.size(), m.joints.size(),
+      model::kSchemaVersion, m.written_by));
+  Diagram diagram(m);
+  for (std::size_t j = 0; j < m.joints.size(); ++j) diagram.show(j);
   const auto error_deg = m.fit.value("/holdout/rmse_deg"_json_pointer, nlohmann::ordered_json());
   if (error_deg.is_number()) {
     print(fmt::format("\nheld-out error {:.2f} deg RMSE when it was fitted\n", error_deg.get<double>()));
@@ -68,7 +75,8 @@ void run(const Options& o) {
 
 void add_show(CLI::App& app) {
   auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("show", "Show a model document: blocks, poles, limits");
+  CLI::App* command =
+      app.add_subcommand("show", "Show a model document: a diagram of its blocks, and its limits");
   command->add_option("model", o->model, "model document")->required();
   command->add_flag("--json", o->json, "the document itself, checked");
   command->callback([o] { run(*o); });

@@ -16,6 +16,7 @@ struct ChannelSettings {
   const sensor::Calibration* calibration;  // in flash on the microcontroller
   sensor::MonitorSettings monitor;
   sensor::GuardSettings guard;
+  uint8_t strips;  // a bit for each strip that the finger's angle needs
 };
 
 // Compensator: int16_t alpha[kFingers] in, int16_t angle[kFingers] out, which it keeps, and uint8_t step(), a
@@ -35,9 +36,13 @@ class SignalChain {
       compensator_.alpha[i] = (*settings_[i].calibration)(counts[i]);
       frame.status[i] = static_cast<link::SensorStatus>(monitor_[i].step(settings_[i].monitor, counts[i]));
     }
+    uint8_t bad = 0;
+    for (uint8_t i = 0; i < kFingers; ++i) {
+      if (frame.status[i] != link::SensorStatus::ok) bad = static_cast<uint8_t>(bad | 1 << i);
+    }
     uint8_t good = compensator_.step();
     for (uint8_t i = 0; i < kFingers; ++i) {
-      const bool alive = frame.status[i] == link::SensorStatus::ok && (good & 1);
+      const bool alive = (settings_[i].strips & bad) == 0 && (good & 1);
       good = static_cast<uint8_t>(good >> 1);
       frame.angle[i] = guard_[i].step(settings_[i].guard, alive, compensator_.angle[i]);
     }

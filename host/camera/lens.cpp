@@ -48,12 +48,13 @@ void require_directions(const Lens& lens, const std::string& source) {
   constexpr int kSteps = 16;
   for (int i = 0; i <= kSteps; ++i) {
     for (int j = 0; j <= kSteps; ++j) {
-      const Point at{static_cast<double>(lens.width) * i / kSteps, static_cast<double>(lens.height) * j / kSteps};
+      const Point at{static_cast<double>(lens.width) * i / kSteps,
+                     static_cast<double>(lens.height) * j / kSteps};
       const Point p = lens.undistort(at);
       if (std::isfinite(p.x) && std::isfinite(p.y)) continue;
       throw io::InputError(fmt::format(
-          "{}: the distortion has no answer at the picture's point ({:.0f}, {:.0f}): calibrate the lens anew", source,
-          at.x, at.y));
+          "{}: the distortion has no answer at the picture's point ({:.0f}, {:.0f}): calibrate the lens anew",
+          source, at.x, at.y));
     }
   }
 }

@@ -84,7 +84,8 @@ TEST(Lens, ADistortionThatNothingUndoesIsRefused) {
     (void)lens_from_json(to_json(lens), "lens.json");
     FAIL();
   } catch (const io::InputError& error) {
-    EXPECT_TRUE(std::string(error.what()).starts_with("lens.json: the distortion has no answer at the picture's"))
+    EXPECT_TRUE(
+        std::string(error.what()).starts_with("lens.json: the distortion has no answer at the picture's"))
         << error.what();
   }
 }

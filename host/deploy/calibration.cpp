@@ -17,7 +17,7 @@ bool increasing(const std::vector<double>& x, double least_step = 0) {
 
 Sensor read_sensor(io::JsonReader& reader) {
   const std::vector<double> counts = reader.numbers("counts");
-  const std::vector<double> value = reader.numbers_within("value", -model::kMaxReading, model::kMaxReading);
+  const std::vector<double> value = reader.numbers_within("value", -model::kMaxSignal, model::kMaxSignal);
   reader.done();
   if (counts.size() < 2 || counts.size() != value.size())
     reader.fail("needs at least two points, as many \"counts\" as \"value\"");
@@ -38,36 +38,36 @@ std::string finger_of(const std::string& name, const std::string& source) {
   }
 }
 
-Sensor sensor_of(const model::Channel& channel, const Sensor& alpha, const CalibrationDocument& calibration,
+Sensor sensor_of(const model::Input& input, const Sensor& alpha, const CalibrationDocument& calibration,
                  const std::optional<Sensor>& own) {
-  const std::string& unit = channel.input_unit;
+  const std::string& unit = input.unit;
   const bool counts = unit == "count";
-  const bool known = counts || reads_alpha(channel);
+  const bool known = counts || reads_alpha(input);
   if (unit.empty()) {
     throw io::InputError(
-        fmt::format("channel {}: the model does not say the unit of its input: identify it with "
+        fmt::format("input {}: the model does not say the unit that it reads: identify it with "
                     "--input-unit, or add \"unit\": \"count\" to it "
                     "if it is the "
                     "ADC's counts",
-                    channel.name));
+                    input.name));
   }
   if (!own) {
     if (known) return counts ? counts_as_they_are() : alpha;
     throw io::InputError(
-        fmt::format("channel {}: its input {:?} is in {:?}, the board reads counts: --calibration FILE with "
+        fmt::format("input {:?}: it is in {:?}, the board reads counts: --calibration FILE with "
                     "\"unit\": {:?} "
                     "says which count is how much",
-                    channel.name, channel.input_column, unit, unit));
+                    input.name, unit, unit));
   }
   if (calibration.unit.empty() && !known) {
     throw io::InputError(
         fmt::format("{}: add \"unit\": {:?} if that is what its values are in: it is the unit of the model's "
-                    "input for {}",
-                    calibration.source, unit, channel.name));
+                    "input {}",
+                    calibration.source, unit, input.name));
   }
   if (!calibration.unit.empty() && calibration.unit != unit) {
-    throw io::InputError(fmt::format("{}: its values are in {:?}, the model's input for {} is in {:?}",
-                                     calibration.source, calibration.unit, channel.name, unit));
+    throw io::InputError(fmt::format("{}: its values are in {:?}, the model's input {} is in {:?}",
+                                     calibration.source, calibration.unit, input.name, unit));
   }
   return *own;
 }
@@ -107,9 +107,10 @@ std::array<Sensor, kFingers> sensors_of(const model::Model& model, const Sensor&
                                         const CalibrationDocument& calibration) {
   std::array<Sensor, kFingers> out;
   out.fill(alpha);
-  const auto channels = channels_of(model);
+  const model::Wiring wiring = model::wiring_of(model);
   for (std::size_t i = 0; i < out.size(); ++i) {
-    if (channels[i] != nullptr) out[i] = sensor_of(*channels[i], alpha, calibration, calibration.sensor[i]);
+    if (!wiring.input[i]) continue;
+    out[i] = sensor_of(model.inputs[*wiring.input[i]], alpha, calibration, calibration.sensor[i]);
   }
   return out;
 }

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/deploy/compensator_text.hpp"
 #include "host/io/io.hpp"
-#include "host/model/coefficients.hpp"
 #include "runtime/link/opengloves.hpp"
 
 namespace flexor::deploy {
@@ -31,67 +31,6 @@ std::string numbers(const auto* first, std::size_t count) {
   return "{" + out + "}";
 }
 
-template <int kCapacity>
-std::string text_of(const compensator::FixedCurve<kCapacity>& c, int count) {
-  const auto n = static_cast<std::size_t>(std::max(count, 1));
-  return fmt::format("{{{}, {}, {}, {}, {}}}", c.count, c.slope_shift, numbers(c.x, n), numbers(c.y, n),
-                     numbers(c.slope, n));
-}
-
-std::string weights(const compensator::FixedWeight* first, int count) {
-  std::string out;
-  for (int i = 0; i < count; ++i)
-    out += fmt::format("{}{{{}, {}}}", i > 0 ? ", " : "", first[i].mantissa, first[i].shift);
-  return "{" + out + "}";
-}
-
-// One finger's shape, as small as the channel allows, and its coefficients.
-template <int kOrder>
-std::string channel_text(const model::Channel& channel, double period_s, int finger) {
-  const bool taps = channel.lti.poles_rad_s.empty() ||
-                    std::ranges::any_of(channel.lti.taps, [](double tap) { return tap != 0; });
-  const auto c = [&] {
-    // Capacities do not touch coefficients; only the taps' block has two kinds.
-    using Shape = compensator::Shape<model::kMaxPlays, model::kMaxKnots, kOrder, model::kMaxKnots, true>;
-    return model::fixed_coefficients<Shape>(channel, period_s);
-  }();
-  const int plays = c.hysteresis.plays.count;
-  const int knots_in = c.input_curve.count;
-  const int knots_out = c.output_curve.count;
-  const auto at_least_one = [](int n) { return static_cast<std::size_t>(std::max(n, 1)); };
-  std::string out = fmt::format(
-      "// {}\nusing Shape{} = compensator::Shape<{}, {}, {}, {}, {}>;\n"
-      "using Channel{} = compensator::Channel<compensator::Fixed<Shape{}>, Shape{}>;\n",
-      channel.name, finger, plays, knots_in, kOrder, knots_out, taps, finger, finger, finger);
-  out += fmt::format("constexpr Channel{}::Coefficients kCoefficients{} PROGMEM = {{\n", finger, finger);
-  out += fmt::format("    {}, {},  // valid inputs, Q5\n    {{{}, {}}}, {},  // dead zone, refinement\n",
-                     c.valid_min, c.valid_max, c.dead_zone.lower, c.dead_zone.upper, c.refinement);
-  out += fmt::format("    {{{{{}, {}}}, {}}},  // hysteresis\n", plays,
-                     numbers(c.hysteresis.plays.radius, at_least_one(plays)),
-                     numbers(c.hysteresis.weight, at_least_one(plays)));
-  out += fmt::format("    {},  // curve\n", text_of(c.input_curve, knots_in));
-  out += fmt::format("    {{{}, {}, {}L, {}, {}, {}, {}, {}, {{{}, {}}}}},  // LTI\n", c.lti.gain,
-                     c.lti.gain_shift, c.lti.offset, weights(c.lti.input_weight, kOrder),
-                     weights(c.lti.chain_weight, kOrder * (kOrder - 1) / 2 + 1), numbers(c.lti.tap, kOrder),
-                     c.lti.tap_fraction, c.lti.is_direct, numbers(c.lti.direct.b, kOrder),
-                     numbers(c.lti.direct.a, kOrder));
-  out +=
-      fmt::format("    {}, {},  // output curve\n", text_of(c.output_curve, knots_out), c.output_curve_shift);
-  return out + fmt::format("    {}, {}, {}}};  // saturation and rest, Q4\n\n", c.lower, c.upper, c.rest);
-}
-
-std::string channel_text(const model::Channel& channel, double period_s, int finger) {
-  switch (model::detail::order_at(channel.lti, period_s)) {
-    case 0:  // a static gain is a first order whose tap passes all of the input, here as on the host
-    case 1:
-      return channel_text<1>(channel, period_s, finger);
-    case 2:
-      return channel_text<2>(channel, period_s, finger);
-    default:
-      return channel_text<3>(channel, period_s, finger);
-  }
-}
-
 std::string key_text(const Key& key) {
   if (!key) return "constexpr const link::Key* kKey = nullptr;  // plain frames\n";
   return fmt::format("const link::Key kPair = {{{}}};\nconstexpr const link::Key* kKey = &kPair;\n",
@@ -101,16 +40,6 @@ std::string key_text(const Key& key) {
 constexpr const char* kHead = "// Written by flexor deploy {}; not to be edited.\n#pragma once\n\n";
 
 }  // namespace
-
-std::array<const model::Channel*, kFingers> channels_of(const model::Model& model) {
-  std::array<const model::Channel*, kFingers> out{};
-  for (const model::Channel& channel : model.channels) {
-    const auto& names = model::finger_names();
-    const auto at = std::ranges::find(names, channel.name) - names.begin();
-    if (at < kFingers) out[static_cast<std::size_t>(at)] = &channel;
-  }
-  return out;
-}
 
 namespace {
 
@@ -139,8 +68,9 @@ Sensor divider(double fixed_kohm, double flat_kohm, double kohm_per_deg) {
   return {Divider{fixed_kohm, flat_kohm, kohm_per_deg}};
 }
 
-bool reads_alpha(const model::Channel& channel) {
-  return channel.input_unit == "deg" && channel.input_column.ends_with("_alpha");
+bool reads_alpha(const model::Input& input) {
+  const std::string& column = input.column.empty() ? input.name : input.column;
+  return input.unit == "deg" && column.ends_with("_alpha");
 }
 
 Sensor counts_as_they_are() { return {CountsAsTheyAre{}}; }
@@ -201,9 +131,36 @@ int uart_divisor(double baud) {
   return static_cast<int>(divisor);
 }
 
+namespace {
+
+// Of a strip that feeds an input: readings that the model refuses are the rails.
+void add_strip(const Sensor& sensor, const model::Input& input, sensor::Calibration& calibration,
+               sensor::MonitorSettings& monitor) {
+  for (std::size_t k = 0; k < sensor::kKnots; ++k) {
+    const double u = sensor(16.0 * static_cast<double>(k));
+    calibration.alpha[k] = static_cast<std::int16_t>(std::lround(32 * std::clamp(u, -1023.0, 1023.0)));
+  }
+  const auto accepted = [&](int n) {
+    const double u = calibration(static_cast<std::uint16_t>(n)) / 32.0;
+    return u >= input.valid_min && u <= input.valid_max;
+  };
+  int low = 0;
+  while (low < sensor::kAdcTop && !accepted(low)) ++low;
+  int high = sensor::kAdcTop;
+  while (high > 0 && !accepted(high)) --high;
+  if (low >= high) {
+    throw InputError(fmt::format("input {}: no ADC reading lies within its valid range {:g} to {:g} {}",
+                                 input.name, input.valid_min, input.valid_max, input.unit));
+  }
+  monitor.low = static_cast<std::uint16_t>(std::max(low - 1, 0));
+  monitor.high = static_cast<std::uint16_t>(std::min(high + 1, static_cast<int>(sensor::kAdcTop)));
+}
+
+}  // namespace
+
 GloveTables glove_tables(const Glove& glove) {
   const int rate = sample_rate_hz(glove.model);
-  const auto channels = channels_of(glove.model);
+  const model::Wiring wiring = model::wiring_of(glove.model);
   GloveTables out;
   for (std::size_t i = 0; i < kFingers; ++i) {
     sensor::MonitorSettings& monitor = out.monitor[i];
@@ -212,38 +169,20 @@ GloveTables glove_tables(const Glove& glove) {
     sensor::GuardSettings& guard = out.guard[i];
     guard.hold_samples = static_cast<std::uint16_t>(std::ceil(kHold_s * rate));
     guard.max_step = q4(kGuardSpeed_deg_s / rate);
-    const model::Channel* channel = channels[i];
-    if (channel == nullptr) {
+    if (wiring.input[i]) {
+      add_strip(glove.sensor[i], glove.model.inputs[*wiring.input[i]], out.calibration[i], monitor);
+    } else {
       monitor.high = 0;  // no strip: open, always
-      continue;
     }
-    guard.rest =
-        q4(std::clamp(channel->rest_deg, channel->saturation.lower_deg, channel->saturation.upper_deg));
-    const model::Saturation& saturation = channel->saturation;
+    for (const std::size_t strip : wiring.strips[i])
+      out.strips[i] = static_cast<std::uint8_t>(out.strips[i] | 1U << strip);
+    if (!wiring.joint[i]) continue;
+    const model::Joint& joint = glove.model.joints[*wiring.joint[i]];
+    const model::Saturation& saturation = model::limits(glove.model, joint);
+    guard.rest = q4(std::clamp(joint.rest_deg, saturation.lower_deg, saturation.upper_deg));
     out.straight[i] = q4(std::max(saturation.lower_deg, 0.0));
     const double range = std::max(1.0, 16 * saturation.upper_deg - out.straight[i]);
     out.flexion_scale[i] = static_cast<std::uint32_t>(std::ceil(link::kGloveTop * 65536 / range));
-    for (std::size_t k = 0; k < sensor::kKnots; ++k) {
-      const double u = glove.sensor[i](16.0 * static_cast<double>(k));
-      out.calibration[i].alpha[k] =
-          static_cast<std::int16_t>(std::lround(32 * std::clamp(u, -1023.0, 1023.0)));
-    }
-    // Readings that the model refuses are the rails.
-    const auto accepted = [&](int n) {
-      const double u = out.calibration[i](static_cast<std::uint16_t>(n)) / 32.0;
-      return u >= channel->valid_min && u <= channel->valid_max;
-    };
-    int low = 0;
-    while (low < sensor::kAdcTop && !accepted(low)) ++low;
-    int high = sensor::kAdcTop;
-    while (high > 0 && !accepted(high)) --high;
-    if (low >= high) {
-      throw InputError(fmt::format("channel {}: no ADC reading lies within its valid inputs {:g} to {:g} {}",
-                                   channel->name, channel->valid_min, channel->valid_max,
-                                   channel->input_unit));
-    }
-    monitor.low = static_cast<std::uint16_t>(std::max(low - 1, 0));
-    monitor.high = static_cast<std::uint16_t>(std::min(high + 1, static_cast<int>(sensor::kAdcTop)));
   }
   return out;
 }
@@ -289,7 +228,7 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
   out +=
       "#include <avr/pgmspace.h>\n\n#include \"firmware/board.hpp\"\n#include "
       "\"firmware/glove/signal_chain.hpp\"\n"
-      "#include \"runtime/compensator/channel.hpp\"\n\nnamespace flexor {\nnamespace config {\n\n";
+      "#include \"runtime/compensator/blocks.hpp\"\n\nnamespace flexor {\nnamespace config {\n\n";
   out += fmt::format(
       "constexpr uint16_t kRate_hz = {};\nconstexpr uint8_t kSamplesPerFrame = {};\nconstexpr uint16_t "
       "kUartDivisor = {};\n",
@@ -322,8 +261,9 @@ std::string sensor_tables(const GloveTables& tables) {
   for (std::size_t i = 0; i < kFingers; ++i) {
     const sensor::MonitorSettings& m = tables.monitor[i];
     const sensor::GuardSettings& g = tables.guard[i];
-    out += fmt::format("    {{&kCalibration{}, {{{}, {}, {}, {}}}, {{{}, {}, {}}}}},\n", table[i], m.low,
-                       m.high, m.rail_samples, m.stuck_samples, g.rest, g.max_step, g.hold_samples);
+    out += fmt::format("    {{&kCalibration{}, {{{}, {}, {}, {}}}, {{{}, {}, {}}}, {}}},\n", table[i], m.low,
+                       m.high, m.rail_samples, m.stuck_samples, g.rest, g.max_step, g.hold_samples,
+                       tables.strips[i]);
   }
   return out + "};\n\n";
 }
@@ -331,36 +271,10 @@ std::string sensor_tables(const GloveTables& tables) {
 }  // namespace
 
 std::string glove_config(const Glove& glove) {
-  const double period_s = glove.model.sample_period_s;
-  const auto channels = channels_of(glove.model);
+  const CompensatorText text = compensator_text(glove.model);
   const GloveTables tables = glove_tables(glove);
-  std::string out = glove_head(glove, tables) + sensor_tables(tables);
-  std::string states;
-  std::string resets;
-  std::string steps;
-  for (int i = 0; i < kFingers; ++i) {
-    if (channels[static_cast<std::size_t>(i)] == nullptr) continue;
-    out += channel_text(*channels[static_cast<std::size_t>(i)], period_s, i);
-    states += fmt::format("  config::Channel{}::State state{}_;\n", i, i);
-    resets += fmt::format("    angle[{0}] = config::Channel{0}::rest(config::kCoefficients{0});\n", i);
-    steps += fmt::format(
-        "    if (config::Channel{0}::step(config::kCoefficients{0}, state{0}_, started, {1}, alpha[{0}], "
-        "angle[{0}]) == "
-        "core::Status::ok) good |= {1};\n",
-        i, 1 << i);
-  }
-  out +=
-      "}  // namespace config\n\nclass GloveCompensator {\n public:\n  int16_t alpha[firmware::kFingers] = "
-      "{};\n  int16_t angle[firmware::kFingers] = {};\n\n  GloveCompensator() {\n" +
-      resets +
-      "  }\n\n  uint8_t step() {\n"
-      "    firmware::mark(firmware::Marker::step_begin);\n    const uint8_t good = run();\n"
-      "    firmware::mark(firmware::Marker::step_end);\n    return good;\n  }\n\n private:\n"
-      "  __attribute__((noinline)) uint8_t run() {\n"
-      "    uint8_t good = 0;\n    uint8_t started = started_;\n" +
-      steps + "    started_ = started;\n    return good;\n  }\n\n" + states +
-      "  uint8_t started_ = 0;\n};\n\n}  // namespace flexor\n";
-  return out;
+  return glove_head(glove, tables) + sensor_tables(tables) + text.coefficients +
+         "\n}  // namespace config\n\n" + text.compensator + "\n}  // namespace flexor\n";
 }
 
 std::string hand_config(const Hand& hand) {

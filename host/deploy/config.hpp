@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/model/model.hpp"
+#include "host/model/wiring.hpp"
 #include "runtime/hand/finger.hpp"
 #include "runtime/link/frame.hpp"
 #include "runtime/sensor/calibration.hpp"
@@ -47,7 +48,7 @@ struct Sensor {
 // 19(18), 3896.
 Sensor divider(double fixed_kohm, double flat_kohm, double kohm_per_deg);
 // The model's input is that divider's alpha: unit "deg", of a column that ends in _alpha.
-bool reads_alpha(const model::Channel& channel);
+bool reads_alpha(const model::Input& input);
 Sensor counts_as_they_are();
 // Through measured points, straight in between and beyond; two are a two-point calibration. Counts strictly
 // increasing.
@@ -97,6 +98,7 @@ struct GloveTables {
   std::array<sensor::Calibration, kFingers> calibration{};
   std::array<sensor::MonitorSettings, kFingers> monitor{};
   std::array<sensor::GuardSettings, kFingers> guard{};
+  std::array<std::uint8_t, kFingers> strips{};  // a bit for each strip that the finger's angle needs
   // Of link::flexion_of: from the lower to the upper saturation.
   std::array<std::int16_t, kFingers> straight{};
   std::array<std::uint32_t, kFingers> flexion_scale{};
@@ -108,8 +110,5 @@ hand::FingerSettings finger_settings(const Hand& hand, int finger);
 // Texts of glove_config.hpp and hand_config.hpp.
 std::string glove_config(const Glove& glove);
 std::string hand_config(const Hand& hand);
-
-// The model's channel of each finger; none where the glove has no strip.
-std::array<const model::Channel*, kFingers> channels_of(const model::Model& model);
 
 }  // namespace flexor::deploy

@@ -153,27 +153,15 @@ void write_arduino(const Glove& glove, const Hand& hand, const fs::path& folder)
   }
 }
 
-Error fixed_point_error(const model::Model& model,
-                        const std::array<std::vector<double>, kFingers>& recording) {
-  const auto channels = channels_of(model);
+Error fixed_point_error(const model::Model& model, const std::vector<std::vector<double>>& recording) {
   Error out;
-  std::string worst_finger;
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    if (channels[i] == nullptr) continue;
-    const double before = out.worst_deg();
-    out.range_deg =
-        std::max(out.range_deg, model::worst_fixed_error_deg(*channels[i], model.sample_period_s));
-    if (!recording[i].empty()) {
-      out.recording_deg = std::max(out.recording_deg.value_or(0),
-                                   model::fixed_error_deg(*channels[i], model.sample_period_s, recording[i]));
-    }
-    if (out.worst_deg() > before) worst_finger = channels[i]->name;
-  }
+  out.range_deg = model::worst_fixed_error_deg(model);
+  if (!recording.empty()) out.recording_deg = model::fixed_error_deg(model, recording);
   if (out.worst_deg() > kWorstError_deg) {
-    throw InputError(
-        fmt::format("model {:?}: fixed point is up to {:.4f} degree from double ({}), more than the {:g} "
-                    "allowed: steep curves and large gains cost precision",
-                    model.name, out.worst_deg(), worst_finger, kWorstError_deg));
+    throw InputError(fmt::format(
+        "model {:?}: fixed point is up to {:.4f} degree from double, more than the {:g} allowed: steep "
+        "curves and large gains cost precision",
+        model.name, out.worst_deg(), kWorstError_deg));
   }
   return out;
 }

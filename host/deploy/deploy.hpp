@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "host/deploy/config.hpp"
-#include "host/model/coefficients.hpp"
+#include "host/model/lti.hpp"
 
 namespace flexor::deploy {
 
@@ -38,16 +38,15 @@ Image build_hand(const Hand& hand, const std::filesystem::path& folder);
 // Library folders that the Arduino IDE takes as they are, with an example sketch each.
 void write_arduino(const Glove& glove, const Hand& hand, const std::filesystem::path& folder);
 
-// Largest |fixed point - double| of any finger, degrees, both given the same inputs.
+// Largest |fixed point - double| of any joint, degrees, both given the same inputs.
 struct Error {
   double range_deg = 0;                 // the worst that a search over all valid inputs finds
   std::optional<double> recording_deg;  // over what was given
   double worst_deg() const { return std::max(range_deg, recording_deg.value_or(0)); }
 };
 
-// recording[finger]: inputs of the model sample by sample; empty: none. Throws io::InputError when the error
+// recording: readings of the model's inputs, a row for each sample; empty: none. Throws io::InputError when the error
 // exceeds kWorstError_deg.
-Error fixed_point_error(const model::Model& model,
-                        const std::array<std::vector<double>, kFingers>& recording);
+Error fixed_point_error(const model::Model& model, const std::vector<std::vector<double>>& recording);
 
 }  // namespace flexor::deploy

@@ -9,6 +9,7 @@
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
+#include "host/model/channel.hpp"
 
 namespace flexor::deploy {
 namespace {
@@ -151,11 +152,13 @@ TEST_F(Deploy, TheSensorsRailsAreWhatTheModelRefuses) {
 TEST_F(Deploy, RefusesAModelThatIntegersCannotFollow) {
   EXPECT_LT(fixed_point_error(glove().model, {}).worst_deg(), kWorstError_deg);
   model::Model steep = glove().model;
-  for (model::Channel& c : steep.channels) {
+  std::vector<model::Channel> channels = model::channels(steep);
+  for (model::Channel& c : channels) {
     c.dead_zone.reset();
     c.input_curve = model::Curve{{890.01, 895.02}, {0, 100}};  // twenty degrees a count, and no bits to spare
     c.saturation = {0, 100};
   }
+  steep = model::with_channels(steep, channels);
   expect_refused([&] { (void)fixed_point_error(steep, {}); }, "more than the 0.0625 allowed");
 }
 

@@ -9,22 +9,20 @@ namespace flexor::deploy {
 
 class HostCompensator {
  public:
-  explicit HostCompensator(const model::Model& model) : simulation_(model) {
-    const auto channels = channels_of(model);
-    for (std::size_t i = 0; i < kFingers; ++i) {
-      channel_[i] = channels[i] != nullptr ? channels[i] - model.channels.data() : -1;
-    }
-  }
+  explicit HostCompensator(const model::Model& model)
+      : compensator_(model), wiring_(model::wiring_of(model)), reading_(model.inputs.size()) {}
 
   std::array<std::int16_t, kFingers> alpha{};
   std::array<std::int16_t, kFingers> angle{};
 
   std::uint8_t step() {
     std::uint8_t good = 0;
+    for (std::size_t i = 0; i < reading_.size(); ++i) reading_[i] = alpha[wiring_.strip[i]] / 32.0;
+    const auto samples = compensator_.step(reading_);
     for (std::size_t i = 0; i < kFingers; ++i) {
       angle[i] = 0;
-      if (channel_[i] < 0) continue;
-      const auto sample = simulation_.step(static_cast<std::size_t>(channel_[i]), alpha[i] / 32.0);
+      if (!wiring_.joint[i]) continue;
+      const auto& sample = samples[*wiring_.joint[i]];
       angle[i] = static_cast<std::int16_t>(std::lround(16 * sample.angle_deg));
       if (sample.status == core::Status::ok) good = static_cast<std::uint8_t>(good | 1U << i);
     }
@@ -32,8 +30,9 @@ class HostCompensator {
   }
 
  private:
-  model::Compensator<model::FixedArithmetic> simulation_;
-  std::array<std::ptrdiff_t, kFingers> channel_{};
+  model::Compensator<model::FixedArithmetic> compensator_;
+  model::Wiring wiring_;
+  std::vector<double> reading_;
 };
 
 // Not to be moved: the chain points into the tables and at the compensator.
@@ -55,7 +54,7 @@ class HostChain {
  private:
   const firmware::ChannelSettings* settings() {
     for (std::size_t i = 0; i < kFingers; ++i)
-      settings_[i] = {&tables_.calibration[i], tables_.monitor[i], tables_.guard[i]};
+      settings_[i] = {&tables_.calibration[i], tables_.monitor[i], tables_.guard[i], tables_.strips[i]};
     return settings_.data();
   }
 

@@ -19,7 +19,7 @@ inline constexpr int kPause = 4;
 
 struct Estimate {
   double t_s = 0;
-  std::vector<double> angle_deg;  // of each channel
+  std::vector<double> angle_deg;  // of each joint
   std::vector<int> status;        // core::Status, or kPause where that is ok
 };
 
@@ -28,18 +28,19 @@ class Estimator {
  public:
   // Throws io::InputError when the model does not fit the arithmetic.
   explicit Estimator(const model::Model& model)
-      : simulation_(model),
+      : compensator_(model),
         resampler_(ranges(model), model.sample_period_s, max_gap_s(model)),
-        out_{0, std::vector<double>(model.channels.size()), std::vector<int>(model.channels.size())} {}
+        out_{0, std::vector<double>(model.joints.size()), std::vector<int>(model.joints.size())} {}
 
-  // One reading of each channel, t_s never decreasing. Calls sink(const Estimate&) for each grid point that
+  // One reading of each input, t_s never decreasing. Calls sink(const Estimate&) for each grid point that
   // it completes.
   template <class Sink>
   void push(double t_s, std::span<const double> reading, Sink&& sink) {
     resampler_.push(t_s, reading, [&](const recording::Sample& sample) {
       out_.t_s = sample.t_s;
+      const auto steps = compensator_.step(sample.value);
       for (std::size_t i = 0; i < out_.angle_deg.size(); ++i) {
-        const auto step = simulation_.step(i, sample.value[i]);
+        const auto& step = steps[i];
         out_.angle_deg[i] = step.angle_deg;
         out_.status[i] =
             step.status == core::Status::ok && sample.pause ? kPause : static_cast<int>(step.status);
@@ -56,11 +57,11 @@ class Estimator {
  private:
   static std::vector<recording::Range> ranges(const model::Model& model) {
     std::vector<recording::Range> out;
-    for (const model::Channel& c : model.channels) out.push_back({c.valid_min, c.valid_max});
+    for (const model::Input& input : model.inputs) out.push_back({input.valid_min, input.valid_max});
     return out;
   }
 
-  model::Compensator<Arithmetic> simulation_;
+  model::Compensator<Arithmetic> compensator_;
   recording::Resampler resampler_;
   Estimate out_;
 };

@@ -24,7 +24,7 @@
 #include <vector>
 
 #include "host/identify/predictor.hpp"
-#include "host/model/model.hpp"
+#include "host/model/channel.hpp"
 
 namespace flexor::identify {
 

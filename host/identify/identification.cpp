@@ -12,6 +12,7 @@
 
 #include "host/identify/estimator.hpp"
 #include "host/io/json.hpp"
+#include "host/model/channel.hpp"
 #include "host/model/compensator.hpp"
 #include "host/recording/unit.hpp"
 
@@ -103,7 +104,7 @@ model::Model make_model(const Summary& fit, const Identification& r) {
   channel.input_unit = r.pair.sensor.column(r.pair.input).unit;
   channel.valid_min = r.aligned.valid.min;
   channel.valid_max = r.aligned.valid.max;
-  m.channels = {std::move(channel)};
+  model::add(m, channel);
   return m;
 }
 
@@ -214,7 +215,7 @@ double creep_deg(const model::Model& model, double lowest, double highest) {
   for (const double share : {0.0, 1.0, 0.0, 0.5, 1.0}) {
     double settled = 0;
     for (int k = 0; k < samples(60); ++k) {
-      const double angle = compensator.step(0, lowest + share * (highest - lowest)).angle_deg;
+      const double angle = compensator.step(lowest + share * (highest - lowest)).angle_deg;
       if (k == samples(1)) settled = angle;
       if (k > samples(1)) worst = std::max(worst, std::abs(angle - settled));
     }
@@ -289,16 +290,16 @@ void warn_of_motion(const Identification& r, Warnings& warnings) {
 // What the log does not say, or says wrongly.
 void warn_of_log(const Identification& r, Warnings& warnings) {
   const auto& raw = r.pair.sensor.column(r.pair.input).value;
-  const model::Channel& channel = r.model.channels.front();
+  const model::Input& input = r.model.inputs.front();
   const auto refused =
-      std::ranges::count_if(raw, [&](double u) { return u < channel.valid_min || u > channel.valid_max; });
+      std::ranges::count_if(raw, [&](double u) { return u < input.valid_min || u > input.valid_max; });
   if (refused > 0) {
     warnings.push_back(fmt::format(
         "{} reading(s) lie outside the valid range of {:g} to {:g} {}: was the sensor unplugged or "
         "shorted? They are left out, and where nothing else was read the compensator holds its angle",
-        refused, channel.valid_min, channel.valid_max, channel.input_unit));
+        refused, input.valid_min, input.valid_max, input.unit));
   }
-  if (channel.input_unit.empty()) {
+  if (input.unit.empty()) {
     warnings.push_back(fmt::format(
         "column \"{}\" states no unit: the model runs on logs like this one; for the boards say it with "
         "--input-unit: count, V, ...",

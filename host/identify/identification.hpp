@@ -13,7 +13,7 @@
 
 #include "host/identify/fit.hpp"
 #include "host/identify/select.hpp"
-#include "host/model/model.hpp"
+#include "host/model/channel.hpp"
 #include "host/recording/pair.hpp"
 #include "host/score/score.hpp"
 

@@ -118,7 +118,7 @@ TEST(Identification, TheHeldOutPartMovesNeitherModelNorRangeOfReadings) {
       spoilt.sensor.columns[0].value[i] += 4000;
   }
   const Identification after = identify(spoilt, request, {});
-  EXPECT_EQ(before.model.channels, after.model.channels);
+  EXPECT_EQ(before.model.blocks, after.model.blocks);
   EXPECT_GT(after.holdout.rmse_deg, 2 * before.holdout.rmse_deg);
 }
 
@@ -127,16 +127,16 @@ TEST(Identification, VoltsAreNeverTakenForCounts) {
   for (double& v : pair.sensor.columns[0].value) v *= 5.0 / 1023;
   pair.sensor.columns[0].unit = "V";
   const Identification volts = identify(pair, with_structure("hw"), {});
-  EXPECT_EQ(volts.model.channels[0].input_unit, "V");
+  EXPECT_EQ(volts.model.inputs[0].unit, "V");
   const Identification counts = identify(simulated({20, 2, false, false}), with_structure("hw"), {});
-  EXPECT_EQ(counts.model.channels[0].input_unit, "count");
-  EXPECT_EQ(counts.model.channels[0].valid_max, 1022);
+  EXPECT_EQ(counts.model.inputs[0].unit, "count");
+  EXPECT_EQ(counts.model.inputs[0].valid_max, 1022);
   EXPECT_NEAR(volts.holdout.rmse_deg, counts.holdout.rmse_deg, 0.02);
   pair.sensor.columns[0].unit = "";
-  EXPECT_EQ(identify(pair, with_structure("linear"), {}).model.channels[0].input_unit, "");
+  EXPECT_EQ(identify(pair, with_structure("linear"), {}).model.inputs[0].unit, "");
   Request said = with_structure("linear");
   said.input_unit = "volts";
-  EXPECT_EQ(identify(pair, said, {}).model.channels[0].input_unit, "V");
+  EXPECT_EQ(identify(pair, said, {}).model.inputs[0].unit, "V");
   pair.sensor.columns[0].unit = "count";
   EXPECT_THROW((void)identify(pair, said, {}), io::InputError);
   said.input_unit = "furlong";
@@ -202,7 +202,7 @@ TEST(Identification, AChannelThatNobodyNamedIsSaid) {
   named.channel = "middle";
   const Identification r = identify(pair, named, {});
   EXPECT_FALSE(said(r));
-  EXPECT_EQ(r.model.channels[0].name, "middle");
+  EXPECT_EQ(r.model.joints[0].name, "middle");
 }
 
 TEST(Identification, ReadingsOnARailCostNothingButThemselves) {
@@ -241,14 +241,14 @@ TEST(Identification, TheRangeOfReadingsInVoltsIsThatOfTheFittedPart) {
   for (double& v : pair.sensor.columns[0].value) v *= 5.0 / 1024;
   Request request = with_structure("linear");
   request.clock_offset_s = 3.7;
-  const model::Channel before = identify(pair, request, {}).model.channels[0];
+  const model::Channel before = *model::channel(identify(pair, request, {}).model, 0);
   std::vector<double>& volts = pair.sensor.columns[0].value;
   const auto half = volts.begin() + std::ssize(volts) / 2;
   const auto [low, high] = std::minmax_element(volts.begin(), half);
   EXPECT_NEAR(before.valid_min, *low - (*high - *low) / 4, 0.05);
   EXPECT_NEAR(before.valid_max, *high + (*high - *low) / 4, 0.05);
   for (std::size_t i = volts.size() * 3 / 4; i < volts.size(); ++i) volts[i] *= 10;
-  const model::Channel after = identify(pair, request, {}).model.channels[0];
+  const model::Channel after = *model::channel(identify(pair, request, {}).model, 0);
   EXPECT_EQ(after.valid_min, before.valid_min);
   EXPECT_EQ(after.valid_max, before.valid_max);
 }

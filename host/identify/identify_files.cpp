@@ -68,7 +68,7 @@ Json to_json(const Identification& r) {
   return {
       {"clock_offset_s", r.aligned.clock_offset_s},
       {"alignment_confidence", r.aligned.alignment ? Json(r.aligned.alignment->confidence) : Json(nullptr)},
-      {"channel", r.model.channels.front().name},
+      {"channel", r.model.joints.front().name},
       {"structure", name(r.fit.structure.family)},
       {"structure_detail", describe(r.fit.structure)},
       {"holdout", score::to_json(r.holdout)},

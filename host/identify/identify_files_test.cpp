@@ -99,7 +99,7 @@ TEST_P(RealFigures, WhatIsHeldOutCannotMoveTheModel) {
   spoilt.files.reference = scratch() / "spoilt.csv";
   io::write_file(spoilt.files.reference, recording::to_csv(camera));
   const Identification after = identify_files(spoilt, {});
-  EXPECT_EQ(after.model.channels, before.model.channels);
+  EXPECT_EQ(after.model.blocks, before.model.blocks);
   EXPECT_GT(after.holdout.rmse_deg, 2 * before.holdout.rmse_deg);
 }
 
@@ -173,7 +173,7 @@ class Simulated : public testing::Test {
 
 TEST_F(Simulated, FindsColumnsFingerOffsetAndABetterCurve) {
   const Identification r = identify_files(request("hw-hysteresis"), {});
-  EXPECT_EQ(r.model.channels[0].name, "index");  // from the columns' names
+  EXPECT_EQ(r.model.joints[0].name, "index");  // from the columns' names
   EXPECT_NEAR(r.aligned.clock_offset_s, 7.4, 0.15);
   EXPECT_LT(r.holdout_without_gaps->rmse_deg, 0.4 * r.baseline.rmse_deg);
   EXPECT_GT(r.holdout_without_gaps->rmse_deg, 0.4);
@@ -187,8 +187,8 @@ TEST_F(Simulated, TheModelKnowsItsOrigin) {
   EXPECT_EQ(r.model.training.at("sensor"), "simulated_glove.csv");
   EXPECT_TRUE(r.model.training.at("sensor_digest").get<std::string>().starts_with("fnv1a64:"));
   EXPECT_DOUBLE_EQ(r.model.sample_period_s, 0.05);
-  EXPECT_EQ(r.model.channels[0].valid_min, 1);
-  EXPECT_EQ(r.model.channels[0].valid_max, 1022);
+  EXPECT_EQ(r.model.inputs[0].valid_min, 1);
+  EXPECT_EQ(r.model.inputs[0].valid_max, 1022);
 }
 
 TEST_F(Simulated, JsonHasWhatOtherToolsReadFromIt) {

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "host/identify/structure.hpp"
-#include "host/model/model.hpp"
+#include "host/model/channel.hpp"
 
 namespace flexor::identify {
 

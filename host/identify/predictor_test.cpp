@@ -93,15 +93,13 @@ TEST_P(PredictorCase, TheModelDocumentPredictsTheSame) {
   const Case& c = GetParam();
   const Predictor predictor(c.structure, c.knots, excitation(), 0.05);
   const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(c.theta.data(), std::ssize(c.theta));
-  model::Model m;
-  m.sample_period_s = 0.05;
-  m.channels = {predictor.channel(theta)};
-  m.channels[0].name = "index";
-  if (!c.structure.saturation) m.channels[0].saturation = {-1000, 1000};
-  model::Compensator<model::DoubleArithmetic> simulation(m);
+  model::Channel channel = predictor.channel(theta);
+  channel.name = "index";
+  if (!c.structure.saturation) channel.saturation = {-1000, 1000};
+  model::Compensator<model::DoubleArithmetic> simulation(model::model_of(channel, 0.05));
   const Eigen::VectorXd y = predictor.predict(theta, nullptr);
   for (Eigen::Index k = 0; k < y.size(); ++k) {
-    ASSERT_NEAR(simulation.step(0, predictor.input()(k)).angle_deg, y(k), 1e-9) << k;
+    ASSERT_NEAR(simulation.step(predictor.input()(k)).angle_deg, y(k), 1e-9) << k;
   }
 }
 

@@ -8,6 +8,7 @@
 #include "host/identify/identify_files.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/model/channel.hpp"
 #include "host/model/compensator.hpp"
 #include "host/recording/csv.hpp"
 
@@ -34,12 +35,11 @@ Json alignment(const Identification& r) {
 
 // Where a finger's angle settles, reading by reading: the chain without what has a memory.
 Json static_map(const Identification& r) {
-  model::Model still = r.model;
-  model::Channel& channel = still.channels.front();
+  model::Channel channel = *model::channel(r.model, 0);
   channel.hysteresis.reset();
   channel.lti.poles_rad_s.clear();
   channel.lti.taps.clear();
-  model::Compensator<model::DoubleArithmetic> map(still);
+  model::Compensator<model::DoubleArithmetic> map(model::model_of(channel, r.model.sample_period_s));
   const auto [low, high] = std::ranges::minmax(r.aligned.input);
   constexpr int kPoints = 300;
   Json reading = Json::array();
@@ -47,7 +47,7 @@ Json static_map(const Identification& r) {
   for (int i = 0; i <= kPoints; ++i) {
     const double at = low + (high - low) * i / kPoints;
     reading.push_back(at);
-    angle.push_back(map.step(0, at).angle_deg);
+    angle.push_back(map.step(at).angle_deg);
   }
   return {{"reading", std::move(reading)}, {"angle_deg", std::move(angle)}};
 }
@@ -55,26 +55,24 @@ Json static_map(const Identification& r) {
 // The linear part's answer to a step of 1 at t = 0, as a share of where it ends.
 Json step_response(const Identification& r) {
   model::Channel channel;
-  channel.name = r.model.channels.front().name;
-  channel.lti = r.model.channels.front().lti;
+  channel.name = r.model.joints.front().name;
+  channel.lti = model::channel(r.model, 0)->lti;
   channel.lti.gain = 1;
   channel.lti.offset = 0;
   channel.valid_min = -10;
   channel.valid_max = 10;
   channel.saturation = {-100, 100};
-  model::Model m;
-  m.channels = {channel};
-  m.sample_period_s = r.model.sample_period_s;
+  const model::Model m = model::model_of(channel, r.model.sample_period_s);
   model::Compensator<model::DoubleArithmetic> step(m);
   double slowest = 5;
   for (const double pole : channel.lti.poles_rad_s) slowest = std::min(slowest, -pole);
   const auto rows = static_cast<int>(std::clamp(4 / slowest, 0.5, 10.0) / m.sample_period_s) + 1;
-  (void)step.step(0, 0);
+  (void)step.step(0.0);
   Json t_s = Json::array({-m.sample_period_s});
   Json share = Json::array({0});
   for (int k = 0; k < rows; ++k) {
     t_s.push_back(k * m.sample_period_s);
-    share.push_back(step.step(0, 1).angle_deg);
+    share.push_back(step.step(1.0).angle_deg);
   }
   return {{"t_s", std::move(t_s)}, {"share", std::move(share)}};
 }
@@ -104,7 +102,7 @@ Json results(const Identification& r) {
   Json json = to_json(r);
   json["kind"] = "identification";
   json["sensor"] = origin(r.pair.sensor, r.pair.input);
-  json["sensor"]["unit"] = r.model.channels.front().input_unit;
+  json["sensor"]["unit"] = r.model.inputs.front().unit;
   json["reference"] = origin(r.pair.reference, r.pair.output);
   json["rate_hz"] = r.request.rate_hz;
   json["split"] = r.request.split;
@@ -121,7 +119,7 @@ Json results(const Identification& r) {
       json["structures"][i]["holdout_fit_percent"] = r.rows[i].holdout.fit_percent;
   }
   json["static_map"] = static_map(r);
-  json["knots"] = knots(r.model.channels.front());
+  json["knots"] = knots(*model::channel(r.model, 0));
   json["step_response"] = step_response(r);
   return json;
 }

@@ -1,7 +1,7 @@
-// What a document may hold: blocks in their order, each once, and numbers that a hand could have.
+// What a document may hold: in schema 1 blocks in their order, each once; in any, numbers that a hand could have.
 #include <gtest/gtest.h>
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -12,8 +12,6 @@
 
 namespace flexor::model {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 Json dead_zone() { return {{"type", "dead_zone"}, {"lower", -1}, {"upper", 1}}; }
 Json hysteresis() { return {{"type", "hysteresis"}, {"radii", {3}}, {"weights", {0.5}}}; }
@@ -82,7 +80,8 @@ TEST(ModelBlocks, EveryMisplacedBlockIsRefusedWithItsPlace) {
     }
   }
   const std::string unknown = refusal(document({{{"type", "delay"}}, saturation()}));
-  EXPECT_NE(unknown.find("blocks[0]: unknown block \"delay\""), std::string::npos) << unknown;
+  EXPECT_NE(unknown.find("m.json: channels[0]: blocks[0]: unknown block \"delay\""), std::string::npos)
+      << unknown;
 }
 
 TEST(ModelBlocks, AnyValidModelRoundTripsExactly) {
@@ -99,10 +98,18 @@ struct Absurd {
 };
 
 Model good() {
-  Model m = from_json(document({dead_zone(), hysteresis(), curve(), lti(), saturation()}).dump(), "m.json");
-  m.channels[0].lti.poles_rad_s = {-10, -3};
-  m.channels[0].lti.taps = {0, 0.5};
-  return m;
+  std::vector<Json> blocks = {dead_zone(), hysteresis(), curve(), lti(), curve(), saturation()};
+  blocks[3]["poles_rad_s"] = {-10, -3};
+  blocks[3]["taps"] = {0, 0.5};
+  return from_json(document(blocks).dump(), "m.json");
+}
+
+// The first block of its kind.
+template <class K>
+K& of(Model& m) {
+  const auto it =
+      std::ranges::find_if(m.blocks, [](const Block& b) { return std::holds_alternative<K>(b.kind); });
+  return std::get<K>(it->kind);
 }
 
 std::string check_refusal(const Model& m) {
@@ -114,108 +121,165 @@ std::string check_refusal(const Model& m) {
   return "";
 }
 
-std::vector<Absurd> absurd_numbers() {
-  static constexpr double huge = 1e300;
+constexpr double kHuge = 1e300;
+
+// In place of the hysteresis, which takes counts.
+template <class K>
+Absurd instead(K kind, const char* says) {
+  return {[kind](Model& m) { m.blocks[1].kind = kind; }, says};
+}
+
+std::vector<Absurd> absurd_documents() {
   return {
-      {[&](Model& m) { m.sample_period_s = 1e-9; }, "sample_period_s"},
-      {[&](Model& m) { m.sample_period_s = 1e9; }, "sample_period_s"},
-      {[&](Model& m) { m.channels[0].valid_max = huge; }, "input"},
-      {[&](Model& m) { m.channels[0].valid_max = 1e-300; }, "input"},
-      {[&](Model& m) { m.channels[0].rest_deg = 4000; }, "rest_deg"},
-      {[&](Model& m) { m.channels[0].dead_zone->upper = huge; }, "dead_zone"},
-      {[&](Model& m) { m.channels[0].hysteresis->radii = {huge}; }, "hysteresis"},
-      {[&](Model& m) {
-         m.channels[0].input_curve->x = {0, 1e-300};
+      {[](Model& m) { m.sample_period_s = 1e-9; }, "sample_period_s"},
+      {[](Model& m) { m.sample_period_s = 1e9; }, "sample_period_s"},
+      {[](Model& m) { m.max_gap_s = -1; }, "max_gap_s"},
+      {[](Model& m) { m.inputs[0].valid_max = kHuge; }, "a: input"},
+      {[](Model& m) { m.inputs[0].valid_max = 1e-300; }, "a: input"},
+      {[](Model& m) { m.inputs[0].valid_max = 0; }, "a: input"},
+      {[](Model& m) { m.inputs[0].strip = "toe"; }, "a: input"},
+      {[](Model& m) { m.joints[0].rest_deg = 4000; }, "index: joint: rest_deg"},
+      {[](Model& m) {
+         of<Saturation>(m) = {-kHuge, kHuge};
        },
-       "curve"},
-      {[&](Model& m) {
-         m.channels[0].input_curve->x = {1000, 1000 + 1e-9};
+       "index angle: saturation"},
+      {[](Model& m) {
+         of<Saturation>(m) = {0, 4000};
        },
-       "curve"},
-      {[&](Model& m) {
-         m.channels[0].input_curve->x = {0, huge};
+       "index angle: saturation"},
+      {[](Model& m) {
+         of<Saturation>(m) = {50, 50};
        },
-       "curve"},
-      {[&](Model& m) {
-         m.channels[0].input_curve->y = {0, huge};
+       "index angle: saturation"},
+      {[](Model& m) { m.inputs.resize(501, m.inputs[0]); }, "501 inputs"},
+      {[](Model& m) { m.joints.resize(501, m.joints[0]); }, "501 joints"},
+      {[](Model& m) { m.blocks.resize(501, m.blocks[0]); }, "501 blocks"},
+  };
+}
+
+std::vector<Absurd> absurd_chain_numbers() {
+  return {
+      {[](Model& m) { of<DeadZone>(m).upper = kHuge; }, "index dead zone: dead_zone"},
+      {[](Model& m) { of<Hysteresis>(m).radii = {kHuge}; }, "index hysteresis: hysteresis"},
+      {[](Model& m) { of<Hysteresis>(m).radii.assign(5, 1); }, "index hysteresis: hysteresis"},
+      {[](Model& m) {
+         of<Curve>(m).x = {0, 1e-300};
        },
-       "curve"},
-      {[&](Model& m) {
-         m.channels[0].input_curve->y = {0, 116000};
+       "index curve: curve"},
+      {[](Model& m) {
+         of<Curve>(m).x = {1000, 1000 + 1e-9};
        },
-       "curve"},
-      // The curve's values are small, but not what the gain makes of them.
-      {[&](Model& m) { m.channels[0].lti.gain = 100; }, "curve"},
-      {[&](Model& m) { m.channels[0].lti.gain = huge; }, "gain and offset"},
-      {[&](Model& m) { m.channels[0].lti.offset = -huge; }, "gain and offset"},
-      {[&](Model& m) { m.channels[0].input_curve.reset(), m.channels[0].lti.gain = 1e4; }, "lti"},
-      {[&](Model& m) {
-         m.channels[0].lti.poles_rad_s = {-1e-300, -3};
+       "index curve: curve"},
+      {[](Model& m) {
+         of<Curve>(m).x = {0, kHuge};
        },
-       "lti"},
-      {[&](Model& m) {
-         m.channels[0].lti.poles_rad_s = {-3, -1e12};
+       "index curve: curve"},
+      {[](Model& m) {
+         of<Curve>(m).y = {0, kHuge};
        },
-       "lti"},
-      {[&](Model& m) {
-         m.channels[0].lti.taps = {1e200, 0};
+       "index curve: curve"},
+      // The last curve's values are what the saturation takes.
+      {[](Model& m) {
+         std::get<Curve>(m.blocks[4].kind).y = {0, 1.2e6};
        },
-       "lti"},
-      {[&](Model& m) {
-         m.channels[0].output_curve = Curve{{0, 90}, {0, 116000}};
+       "index angle: saturation"},
+      {[](Model& m) { of<Lti>(m).gain = kHuge; }, "index dynamics: lti"},
+      {[](Model& m) { of<Lti>(m).offset = -kHuge; }, "index dynamics: lti"},
+      {[](Model& m) { of<Lti>(m).gain = 1e8; }, "index dynamics: lti"},
+      // Nothing of the input is left, so that the product is zero; but not in float.
+      {[](Model& m) {
+         of<Curve>(m).y = {0, 0}, of<Lti>(m).gain = kHuge;
        },
-       "output curve"},
-      {[&](Model& m) {
-         m.channels[0].output_curve = Curve{{0, 1e-300}, {0, 90}};
+       "index dynamics: lti"},
+      {[](Model& m) {
+         of<Lti>(m).poles_rad_s = {-1e-300, -3};
        },
-       "output curve"},
-      {[&](Model& m) {
-         m.channels[0].saturation = {-huge, huge};
+       "index dynamics: lti"},
+      {[](Model& m) {
+         of<Lti>(m).poles_rad_s = {-3, -1e12};
        },
-       "saturation"},
-      {[&](Model& m) {
-         m.channels[0].saturation = {0, 4000};
+       "index dynamics: lti"},
+      {[](Model& m) { of<Lti>(m).poles_rad_s.assign(4, -3); }, "index dynamics: lti"},
+      {[](Model& m) {
+         of<Lti>(m).taps = {1e200, 0};
        },
-       "saturation"},
+       "index dynamics: lti"},
+  };
+}
+
+std::vector<Absurd> absurd_kinds() {
+  return {
+      instead(Play{-1}, "play: the radius"),
+      instead(Play{kHuge}, "play"),
+      instead(Creep{1, 0}, "creep: rate_rad_s"),
+      instead(Creep{1, 1e12}, "creep: rate_rad_s"),
+      instead(PolePair{1e12, 0.5, {0, 0}}, "pole_pair: frequency_rad_s"),
+      instead(PolePair{1e-4, 0.5, {0, 0}}, "pole_pair: so slow"),
+      instead(PolePair{10, 0, {0, 0}}, "pole_pair: the damping"),
+      instead(PolePair{10, 1, {0, 0}}, "pole_pair: the damping"),
+      instead(PolePair{10, 0.5, {0, kHuge}}, "pole_pair: there must be two taps"),
+      instead(PolePair{10, 0.5, {0}}, "pole_pair: there must be two taps"),
+      instead(Delay{0}, "delay: must be 1 to 32"),
+      instead(Delay{33}, "delay: must be 1 to 32"),
+      instead(Polynomial{0, 1e-300, {1}}, "polynomial: low must be below high"),
+      instead(Polynomial{0, 1, {}}, "polynomial: must have 1 to 10"),
+      instead(Polynomial{0, 1, std::vector<double>(11, 1.0)}, "polynomial: must have 1 to 10"),
+      instead(Spline{{0, 1, 1}, {0, 1, 2}}, "spline: x must be strictly increasing"),
+      instead(Spline{{0, 1e-4, 1000}, {0, 1000, 0}}, "spline: the knots at 0 and 0.0001"),
+      instead(Spline{{0, 1, 1000}, {0, 1e8, 0}}, "spline: takes valid readings"),
+      instead(Gain{kHuge, 0}, "gain"),
+      instead(Sum{{1}, kHuge}, "sum"),
+      instead(Sum{{1e8}, 0}, "sum: takes valid readings"),
   };
 }
 
 TEST(ModelBounds, NumbersThatNoGloveHasAreRefusedByName) {
-  const std::vector<Absurd> all = absurd_numbers();
   ASSERT_EQ(check_refusal(good()), "");
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    Model m = good();
-    all[i].change(m);
-    const std::string what = check_refusal(m);
-    EXPECT_NE(what.find(all[i].says), std::string::npos) << i << ": " << what;
-    EXPECT_EQ(what.find('\n'), std::string::npos) << what;
+  for (const auto& all : {absurd_documents(), absurd_chain_numbers(), absurd_kinds()}) {
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      Model m = good();
+      all[i].change(m);
+      const std::string what = check_refusal(m);
+      EXPECT_NE(what.find(all[i].says), std::string::npos) << i << " " << all[i].says << ": " << what;
+      EXPECT_EQ(what.find('\n'), std::string::npos) << what;
+    }
   }
 }
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Runs adversarial readings through every channel; false when an angle with status ok is not finite or lies
-// outside the saturation.
+// Runs adversarial readings through every input, the others at rest or following; false when an angle lies
+// outside its limits, and when readings that are all valid are not answered.
 template <class Arithmetic>
 testing::AssertionResult stays_finite(const Model& m) {
   Compensator<Arithmetic> simulation(m);
-  for (std::size_t i = 0; i < simulation.channels(); ++i) {
-    const Channel& c = m.channels[i];
-    const double span = c.valid_max - c.valid_min;
-    const auto step = [&](double u) {
-      const auto sample = simulation.step(i, u);
-      const double y = sample.angle_deg;
-      return std::isfinite(y) && y >= c.saturation.lower_deg - 0.1 && y <= c.saturation.upper_deg + 0.1;
+  std::vector<double> u;
+  for (const Input& input : m.inputs) u.push_back(input.valid_min);
+  const auto step = [&](bool valid) {
+    const auto samples = simulation.step(u);
+    for (std::size_t j = 0; j < m.joints.size(); ++j) {
+      const Saturation& limit = limits(m, m.joints[j]);
+      const double y = samples[j].angle_deg;
+      if (!(y >= limit.lower_deg - 0.1 && y <= limit.upper_deg + 0.1)) return false;
+      if (valid && samples[j].status != core::Status::ok) return false;
+    }
+    return true;
+  };
+  for (std::size_t i = 0; i < m.inputs.size(); ++i) {
+    const double low = m.inputs[i].valid_min;
+    const double high = m.inputs[i].valid_max;
+    const auto give = [&](double reading) {
+      u[i] = reading;
+      return step(reading >= low && reading <= high);
     };
     for (int round = 0; round < 3; ++round) {
-      for (const double u : {kNan, kInfinity, -kInfinity, 1e308, -1e308, c.valid_min, c.valid_max}) {
-        if (!step(u)) return testing::AssertionFailure() << c.name << " reading " << u;
+      for (const double reading : {kNan, kInfinity, -kInfinity, 1e308, -1e308, low, high}) {
+        if (!give(reading)) return testing::AssertionFailure() << m.inputs[i].name << " reading " << reading;
       }
       for (int k = 0; k <= 40; ++k) {
-        if (!step(c.valid_min + span * k / 40)) return testing::AssertionFailure() << c.name << " ramp " << k;
-        if (!step(k % 2 == 0 ? c.valid_max : c.valid_min))
-          return testing::AssertionFailure() << c.name << " rail " << k;
+        if (!give(low + (high - low) * k / 40)) return testing::AssertionFailure() << "ramp " << k;
+        if (!give(k % 2 == 0 ? high : low)) return testing::AssertionFailure() << "rail " << k;
       }
     }
   }
@@ -230,24 +294,28 @@ TEST(ModelBounds, EveryModelWithinThemStaysFiniteInDoubleAndFloat) {
   }
 }
 
-// The runtime does not rely on the check: coefficients may come from elsewhere, or be damaged in memory.
+// The runtime does not rely on the check: a model may come from elsewhere, or be damaged in memory.
 TEST(ModelBounds, TheRuntimeHoldsTheLastAngleWhenItsArithmeticOverflows) {
-  Model m = good();
-  Channel& c = m.channels[0];
-  c.dead_zone.reset();
-  c.hysteresis.reset();
-  c.input_curve.reset();
-  c.lti.gain = 1e306;
-  c.lti.taps = {1e200, -1e200};
-  EXPECT_TRUE(stays_finite<DoubleArithmetic>(m));
-  EXPECT_TRUE(stays_finite<FloatArithmetic>(m));
+  Model m;
+  m.sample_period_s = 0.1;
+  m.inputs.push_back({"a", "", "", "", 0, 1023});
+  std::string signal = "a";
+  const auto next = [&](const Kind& kind) {
+    m.blocks.push_back({{signal}, fmt::format("signal {}", m.blocks.size()), kind});
+    signal = m.blocks.back().to;
+  };
+  for (int i = 0; i < 40; ++i) next(Gain{1e9, 0});
+  next(Lti{1, 0, {-10, -3}, {}});
+  next(Saturation{0, 90});
+  m.joints.push_back({"index", signal, 0});
+  EXPECT_NE(check_refusal(m), "");
   Compensator<DoubleArithmetic> simulation(m);
-  EXPECT_EQ(simulation.step(0, 0).status, core::Status::ok);
-  const auto overflown = simulation.step(0, 1000);
+  EXPECT_EQ(simulation.step(0).status, core::Status::ok);
+  const auto overflown = simulation.step(1000);
   EXPECT_EQ(overflown.status, core::Status::not_a_number);
   EXPECT_EQ(overflown.angle_deg, 0);
   // The next good reading starts anew instead of carrying the infinity on.
-  const auto after = simulation.step(0, 0);
+  const auto after = simulation.step(0);
   EXPECT_EQ(after.status, core::Status::ok);
   EXPECT_EQ(after.angle_deg, 0);
 }

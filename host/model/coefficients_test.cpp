@@ -1,13 +1,20 @@
-#include "host/model/coefficients.hpp"
-
+// A model in its three arithmetics, and every kind of block against closed forms.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "host/io/io.hpp"
+#include "host/model/channel.hpp"
 #include "host/model/compensator.hpp"
+#include "host/model/random_glove.hpp"
 
 namespace flexor::model {
 namespace {
+
+using core::Status;
 
 // A smooth random walk inside [0, 1023], as a sensor would give.
 std::vector<double> random_input(std::size_t n, std::uint32_t seed) {
@@ -21,18 +28,15 @@ std::vector<double> random_input(std::size_t n, std::uint32_t seed) {
   return u;
 }
 
-Model random_model() {
+// A chain of every block of schema 1; the dead zone's edges lie on steps of fixed point.
+Model random_chain() {
   const auto uniform = [](double low, double high) {
     return low + (high - low) * *rc::gen::inRange(0, 1000001) / 1e6;
   };
-  Model m;
-  m.sample_period_s = uniform(0.01, 0.1);
   Channel c;
   c.name = "ring";
-  c.valid_min = 0;
-  c.valid_max = 1023;
   if (*rc::gen::arbitrary<bool>()) {
-    c.dead_zone = DeadZone{uniform(0, 300), uniform(300, 400)};
+    c.dead_zone = DeadZone{std::round(uniform(0, 9600)) / 32, std::round(uniform(9600, 12800)) / 32};
     // The curve below expects the range of a plain sensor: shift it with the dead zone.
   }
   if (*rc::gen::arbitrary<bool>()) c.hysteresis = Hysteresis{{uniform(1, 40)}, {uniform(-0.5, 0.5)}};
@@ -45,96 +49,346 @@ Model random_model() {
     x += uniform(100, 200);
     y += uniform(0, 25);
   }
+  curve.x.back() = std::min(curve.x.back(), 1023.0);
   c.input_curve = curve;
   const int order = *rc::gen::inRange(0, 4);
   for (int i = 0; i < order; ++i) c.lti.poles_rad_s.push_back(-uniform(0.2, 60));
   c.saturation = Saturation{-10, 170};
-  m.channels = {c};
-  return m;
+  return model_of(c, uniform(0.01, 0.1));
+}
+
+// Largest distance from double over all joints.
+struct Distance {
+  double single_deg = 0;
+  double fixed_deg = 0;
+};
+
+Distance distance(const Model& m, const std::vector<std::vector<double>>& readings) {
+  Compensator<DoubleArithmetic> exact(m);
+  Compensator<FloatArithmetic> single(m);
+  Compensator<FixedArithmetic> fixed(m);
+  Distance out;
+  for (const auto& u : readings) {
+    const auto y = exact.step(u);
+    const auto y_single = single.step(u);
+    const auto y_fixed = fixed.step(u);
+    for (std::size_t j = 0; j < m.joints.size(); ++j) {
+      out.single_deg = std::max(out.single_deg, std::abs(y_single[j].angle_deg - y[j].angle_deg));
+      out.fixed_deg = std::max(out.fixed_deg, std::abs(y_fixed[j].angle_deg - y[j].angle_deg));
+    }
+  }
+  return out;
 }
 
 TEST(Coefficients, FloatAndFixedFollowDoubleForAnyModel) {
   EXPECT_TRUE(rc::check([] {
-    const Model m = random_model();
-    Compensator<DoubleArithmetic> exact(m);
-    Compensator<FloatArithmetic> single(m);
-    Compensator<FixedArithmetic> fixed(m);
-    double worst_single = 0;
-    double worst_fixed = 0;
-    for (const double u : random_input(400, 7)) {
-      const double y = exact.step(0, u).angle_deg;
-      worst_single = std::max(worst_single, std::abs(single.step(0, u).angle_deg - y));
-      worst_fixed = std::max(worst_fixed, std::abs(fixed.step(0, u).angle_deg - y));
-    }
-    RC_LOG() << to_json(m) << "float " << worst_single << " fixed " << worst_fixed << "\n";
-    RC_ASSERT(worst_single < 0.001);
-    RC_ASSERT(worst_fixed < 0.06);
+    const Model m = random_chain();
+    std::vector<std::vector<double>> readings;
+    for (const double u : random_input(400, 7)) readings.push_back({u});
+    const Distance worst = distance(m, readings);
+    RC_LOG() << to_json(m) << "float " << worst.single_deg << " fixed " << worst.fixed_deg << "\n";
+    RC_ASSERT(worst.single_deg < 0.001);
+    RC_ASSERT(worst.fixed_deg < 0.06);
   }));
 }
 
-TEST(Coefficients, AnExactShapeGivesTheBitsOfTheGeneralOne) {
-  using Small = compensator::Shape<0, 6, 2, 0, false>;
-  using SmallChannel = compensator::Channel<compensator::Fixed<Small>, Small>;
-  EXPECT_TRUE(rc::check([] {
-    Model m = random_model();
-    m.channels[0].hysteresis.reset();
-    m.channels[0].lti.poles_rad_s = {-3, -20};
-    Compensator<FixedArithmetic> general(m);
-    const auto c = fixed_coefficients<Small>(m.channels[0], m.sample_period_s);
-    SmallChannel::State state;
-    std::uint8_t started = 0;
-    std::int16_t y = SmallChannel::rest(c);
-    for (const double u : random_input(200, 3)) {
-      SmallChannel::step(c, state, started, 1, static_cast<std::int16_t>(std::lround(u * 32)), y);
-      RC_ASSERT(y / 16.0 == general.step(0, u).angle_deg);
-    }
-  }));
+// What a spline may be off on top: it becomes straight pieces.
+constexpr double kMaxRange_deg = 150;
+constexpr double kSplineError_deg = kSmoothError * kMaxRange_deg;
+
+class EveryKind : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(EveryKind, DoubleFloatAndFixedPointAgreeOnAGlove) {
+  Distance worst;
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    RandomGlove random(seed);
+    const Model m = random.make_with(GetParam());
+    ASSERT_EQ(from_json(to_json(m), "m.json"), m) << seed;
+    const Distance one = distance(m, random.readings(300));
+    worst.single_deg = std::max(worst.single_deg, one.single_deg);
+    worst.fixed_deg = std::max(worst.fixed_deg, one.fixed_deg);
+  }
+  const bool spline = GetParam() == Kind(Spline{}).index();
+  RecordProperty("worst_float_deg", std::to_string(worst.single_deg));
+  RecordProperty("worst_fixed_deg", std::to_string(worst.fixed_deg));
+  EXPECT_LT(worst.single_deg, 0.001);
+  EXPECT_LT(worst.fixed_deg, kFixedError_deg + (spline ? kSplineError_deg : 0));
+  EXPECT_GT(worst.fixed_deg, 0.02)
+      << "output steps of 1/16 degree cannot be this good: is fixed point running?";
 }
 
-TEST(Coefficients, AModelThatDoesNotFitIsRefusedByName) {
-  Model m;
-  m.sample_period_s = 0.1;
-  Channel c;
-  c.name = "thumb";
-  c.valid_max = 4095;  // a 12-bit ADC does not fit Q5
-  c.saturation = {0, 90};
-  m.channels = {c};
-  try {
-    Compensator<FixedArithmetic> fixed(m);
-    FAIL();
-  } catch (const io::InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("channel thumb: valid_max (4095)"), std::string::npos)
-        << error.what();
+template <std::size_t kAt = 0>
+void add_type_names(std::vector<std::string>& names) {
+  if constexpr (kAt < std::variant_size_v<Kind>) {
+    names.emplace_back(std::variant_alternative_t<kAt, Kind>::kType);
+    add_type_names<kAt + 1>(names);
   }
 }
 
-TEST(Coefficients, AShapeThatIsTooSmallIsRefusedByName) {
-  Channel c;
-  c.name = "thumb";
-  c.saturation = {0, 90};
-  c.lti.poles_rad_s = {-1, -2};
-  EXPECT_THROW((floating_coefficients<float, compensator::HammersteinWienerShape>(c, 0.1)), io::InputError);
-  c.lti.poles_rad_s = {-1};
-  EXPECT_NO_THROW((floating_coefficients<float, compensator::HammersteinWienerShape>(c, 0.1)));
-  c.lti.taps = {0.5};
-  EXPECT_THROW((floating_coefficients<float, compensator::HammersteinWienerShape>(c, 0.1)), io::InputError);
+std::string type_name(const testing::TestParamInfo<std::size_t>& at) {
+  std::vector<std::string> names;
+  add_type_names(names);
+  return names[at.param];
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, EveryKind, testing::Range<std::size_t>(0, std::variant_size_v<Kind>), type_name);
+
+TEST(Coefficients, ThreeArithmeticsAgreeOnAnyGraph) {
+  for (const bool smooth : {false, true}) {
+    for (unsigned seed = 0; seed < 200; ++seed) {
+      RandomGlove random(seed);
+      const Model m = random.make(smooth);
+      ASSERT_EQ(from_json(to_json(m), "m.json"), m) << seed;
+      const Distance worst = distance(m, random.readings(200));
+      ASSERT_LT(worst.single_deg, 0.001) << seed << "\n" << to_json(m);
+      ASSERT_LT(worst.fixed_deg, kFixedError_deg + (smooth ? kSplineError_deg : 0)) << seed << "\n"
+                                                                                    << to_json(m);
+    }
+  }
+}
+
+Model one_joint(const std::vector<Kind>& kinds, double valid_max = 1023) {
+  Model m;
+  m.sample_period_s = 0.1;
+  m.inputs = {{"s", "", "", "", 0, valid_max}};
+  std::string signal = "s";
+  for (const Kind& kind : kinds) {
+    m.blocks.push_back({{signal}, fmt::format("v{}", m.blocks.size()), kind});
+    signal = m.blocks.back().to;
+  }
+  m.joints = {{"thumb", signal, 12}};
+  check(m);
+  return m;
+}
+
+std::string refusal(const Model& m) {
+  try {
+    check_fixed(m);
+  } catch (const io::InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Coefficients, AModelThatDoesNotFitIsRefusedByName) {
+  const Saturation angle{0, 90};
+  // A 12-bit ADC does not fit Q5.
+  EXPECT_EQ(refusal(one_joint({angle}, 4095)),
+            "s: input: valid_max (4095) does not fit the fixed-point format");
+  EXPECT_EQ(refusal(one_joint({Lti{30, 0, {-1}, {}}, angle})),
+            "v0: lti: its signal does not fit the fixed-point format");
+  EXPECT_EQ(refusal(one_joint({Hysteresis{{30}, {1}}, Gain{0.1, 0}, angle})),
+            "v0: hysteresis: its signal (1053) does not fit the fixed-point format");
+  // Behind a curve that holds its ends nobody asks for what is missing.
+  EXPECT_EQ(refusal(one_joint({Hysteresis{{30}, {1}}, Curve{{0, 1000}, {0, 90}}, angle})), "");
+}
+
+// A number beyond the signal must not cost the signal its fit: it is never reached.
+TEST(Coefficients, NumbersThatASignalNeverReachesFit) {
+  const Gain degrees{0.06, 0};  // to 61.4, at a fraction of 9 bits
+  const Saturation angle{-30, 170};
+  for (const Kind& kind : {Kind(Saturation{-20, 120}), Kind(DeadZone{-70, 80}), Kind(Play{70}),
+                           Kind(Creep{70, 1}), Kind(Curve{{0, 60, 90}, {0, 20, 400}})}) {
+    const Model m = one_joint({degrees, kind, Gain{1, 1}, angle});
+    EXPECT_EQ(refusal(m), "") << type_of(kind);
+    EXPECT_LT(distance(m, {{0}, {1023}, {300}, {700}, {0}}).fixed_deg, kFixedError_deg) << type_of(kind);
+  }
+}
+
+// Signals of both signs, over all that int16 holds.
+TEST(Coefficients, ACreepTakesSignalsOfBothSigns) {
+  const Model m = one_joint({Gain{0.176, -90}, Creep{2, 5}, Saturation{-90, 90}});
+  EXPECT_LT(distance(m, {{0}, {1023}, {1023}, {0}, {0}, {500}, {600}}).fixed_deg, kFixedError_deg);
+}
+
+TEST(Kinds, ASplineTakesItsKnotsAndIsSmooth) {
+  const Spline spline{{0, 200, 350, 800, 1000}, {0, 40, 45, 90, 80}};
+  const auto f = spline.floating<double>(0.1);
+  for (std::size_t i = 0; i < spline.x.size(); ++i) EXPECT_NEAR(f(spline.x[i]), spline.y[i], 1e-9);
+  EXPECT_EQ(f(-50), 0);
+  EXPECT_NEAR(f(2000), 80, 1e-9);
+  // Slope and curvature are the same on either side of a knot; at its ends the spline is straight.
+  const double h = 1e-2;
+  const auto slope = [&](double x) { return (f(x + h) - f(x - h)) / (2 * h); };
+  const auto bend = [&](double x) { return (f(x + h) - 2 * f(x) + f(x - h)) / (h * h); };
+  for (const double knot : {200.0, 350.0, 800.0}) {
+    EXPECT_NEAR(slope(knot - 2 * h), slope(knot + 2 * h), 1e-3) << knot;
+    EXPECT_NEAR(bend(knot - 2 * h), bend(knot + 2 * h), 1e-5) << knot;
+  }
+  EXPECT_NEAR(bend(2 * h), 0, 1e-5);
+  EXPECT_NEAR((Spline{{0, 10}, {5, 25}}.floating<double>(0.1)(4)), 13, 1e-12) << "of two knots it is a line";
+}
+
+// A step from `before` to `after`, held: the angles from the step on.
+std::vector<double> step_response(const Model& m, double before, double after, int count) {
+  Compensator<DoubleArithmetic> simulation(m);
+  (void)simulation.step(before);
+  std::vector<double> out;
+  for (int k = 0; k < count; ++k) out.push_back(simulation.step(after).angle_deg);
+  return out;
+}
+
+TEST(Kinds, CreepApproachesTheEdgeOfItsBandAtItsRate) {
+  const auto y = step_response(one_joint({Creep{4, 3}, Saturation{0, 500}}), 20, 100, 50);
+  for (int k = 0; k < 50; ++k) {
+    EXPECT_NEAR(y[static_cast<std::size_t>(k)], 96 - 76 * std::exp(-3 * 0.1 * (k + 1)), 1e-9) << k;
+  }
+}
+
+TEST(Kinds, PolePairAnswersAStepAsItsDifferentialEquation) {
+  const double omega = 9;
+  const double zeta = 0.3;
+  const auto y =
+      step_response(one_joint({PolePair{omega, zeta, {0.2, 0.5}}, Saturation{0, 500}}), 0, 100, 50);
+  // The equation itself, in steps so small that nothing is left of them.
+  double x = 0;
+  double v = 0;
+  const int steps = 20000;
+  const double dt = 0.1 / steps;
+  for (std::size_t k = 0; k < y.size(); ++k) {
+    for (int i = 0; i < steps; ++i) {
+      v += dt * omega * (100 - x - 2 * zeta * v);
+      x += dt * omega * v;
+    }
+    EXPECT_NEAR(y[k], x + 0.2 * (100 - x) + 0.5 * v, 0.02) << k;
+  }
+}
+
+TEST(Kinds, AMotionlessInputGivesAMotionlessAngle) {
+  for (unsigned seed = 0; seed < 100; ++seed) {
+    RandomGlove random(seed);
+    const Model m = random.make();
+    Compensator<DoubleArithmetic> exact(m);
+    Compensator<FixedArithmetic> fixed(m);
+    const std::vector<double> u = random.readings(1).front();
+    const auto first = exact.step(u);
+    const std::vector<Compensator<DoubleArithmetic>::Sample> expected(first.begin(), first.end());
+    const auto first_fixed = fixed.step(u);
+    const std::vector<Compensator<FixedArithmetic>::Sample> expected_fixed(first_fixed.begin(),
+                                                                           first_fixed.end());
+    for (int k = 0; k < 50; ++k) {
+      for (std::size_t j = 0; j < m.joints.size(); ++j) {
+        ASSERT_NEAR(exact.step(u)[j].angle_deg, expected[j].angle_deg, 1e-9) << seed;
+        ASSERT_EQ(fixed.step(u)[j].angle_deg, expected_fixed[j].angle_deg) << seed;
+      }
+    }
+  }
 }
 
 TEST(Compensator, FixedPointRefusesNaNAndRails) {
+  Model m = one_joint({Saturation{0, 1000}});
+  m.inputs[0].valid_min = 1;
+  m.inputs[0].valid_max = 1022;
+  Compensator<FixedArithmetic> fixed(m);
+  EXPECT_EQ(fixed.step(std::nan("")).status, Status::below_range);
+  EXPECT_EQ(fixed.step(1023).status, Status::above_range);
+  EXPECT_EQ(fixed.step(0).angle_deg, 12);
+  EXPECT_EQ(fixed.step(700).angle_deg, 700);
+}
+
+TEST(Compensator, StartsFromTheFirstSampleWithoutATransient) {
+  const Model m = one_joint({Hysteresis{{30}, {0.7}}, Curve{{0, 1000}, {0, 100}}, Lti{1, 0, {-1, -0.2}, {}},
+                             PolePair{2, 0.4, {0, 0}}, Creep{5, 1}, Delay{7}, Saturation{0, 170}});
+  Compensator<DoubleArithmetic> simulation(m);
+  for (int k = 0; k < 50; ++k) EXPECT_NEAR(simulation.step(640).angle_deg, 64, 1e-12);
+}
+
+TEST(Compensator, RefusedInputsHoldTheLastGoodAngleAndLeaveTheStateAlone) {
+  Compensator<DoubleArithmetic> simulation(one_joint({Delay{1}, Saturation{0, 500}}));
+  const auto expect = [&](double reading, Status status, double angle_deg) {
+    const auto sample = simulation.step(reading);
+    EXPECT_EQ(sample.status, status) << reading;
+    EXPECT_EQ(sample.angle_deg, angle_deg) << reading;
+  };
+  expect(std::nan(""), Status::not_a_number, 12);  // rest before the first good sample
+  expect(40, Status::ok, 40);
+  expect(60, Status::ok, 40);
+  expect(1024, Status::above_range, 40);
+  expect(-std::numeric_limits<double>::infinity(), Status::below_range, 40);
+  expect(70, Status::ok, 60);
+  expect(70, Status::ok, 70);
+}
+
+TEST(Compensator, OutputNeverLeavesTheSaturationWhateverTheInput) {
+  Model m = one_joint({Saturation{29, 112}});
+  m.joints[0].rest_deg = 1000;
+  EXPECT_TRUE(rc::check([&](const std::vector<double>& inputs) {
+    Compensator<DoubleArithmetic> simulation(m);
+    Compensator<FixedArithmetic> fixed(m);
+    for (const double u : inputs) {
+      const double y = simulation.step(u).angle_deg;
+      const double y_fixed = fixed.step(u).angle_deg;
+      RC_ASSERT(y >= 29 && y <= 112);
+      RC_ASSERT(y_fixed >= 29 && y_fixed <= 112);
+    }
+  }));
+}
+
+// Two sensors; one joint needs both, the other the first alone.
+Model crossed() {
   Model m;
   m.sample_period_s = 0.1;
-  Channel c;
-  c.name = "thumb";
-  c.valid_min = 1;
-  c.valid_max = 1022;
-  c.rest_deg = 12;
-  c.saturation = {0, 2000};
-  m.channels = {c};
-  Compensator<FixedArithmetic> fixed(m);
-  EXPECT_EQ(fixed.step(0, std::nan("")).status, core::Status::below_range);
-  EXPECT_EQ(fixed.step(0, 1023).status, core::Status::above_range);
-  EXPECT_EQ(fixed.step(0, 0).angle_deg, 12);
-  EXPECT_EQ(fixed.step(0, 700).angle_deg, 700);
+  m.inputs = {{"a", "", "", "", 0, 1000}, {"b", "", "", "", 0, 1000}};
+  m.blocks = {
+      {{"a"}, "slow a", Lti{0.1, 0, {-2}, {}}},           {{"b"}, "slow b", Lti{0.1, 0, {-2}, {}}},
+      {{"slow a", "slow b"}, "both", Sum{{0.5, 0.5}, 0}}, {{"both"}, "slow both", Lti{1, 0, {-3}, {}}},
+      {{"slow both"}, "abduction", Saturation{0, 90}},    {{"slow a"}, "flexion", Saturation{0, 90}}};
+  m.joints = {{"index_abd", "abduction", 5}, {"index", "flexion", 5}};
+  return m;
+}
+
+template <class Arithmetic>
+void hold_and_come_back() {
+  Compensator<Arithmetic> simulation(crossed());
+  Compensator<Arithmetic> untouched(crossed());  // b stands still instead of failing
+  const auto step = [](auto& one, double a, double b) { return one.step(std::array{a, b}); };
+  for (int k = 0; k < 3; ++k) (void)step(simulation, 100.0 * k, 800), (void)step(untouched, 100.0 * k, 800);
+  const double held = step(simulation, 300, 800)[0].angle_deg;
+  (void)step(untouched, 300, 800);
+  for (int k = 0; k < 10; ++k) {
+    const auto samples = step(simulation, 700, 2000);
+    EXPECT_EQ(samples[0].status, Status::above_range);
+    EXPECT_EQ(samples[0].angle_deg, held);
+    EXPECT_EQ(samples[1].status, Status::ok);
+    EXPECT_EQ(samples[1].angle_deg, step(untouched, 700, 800)[1].angle_deg)
+        << "the good sensor's joint goes on";
+  }
+  // Back again: the joint goes on from the angle that it held, a lag's share of the way, and in the end arrives.
+  const double target = 0.5 * 70 + 0.5 * 80;
+  const auto back = step(simulation, 700, 800);
+  EXPECT_EQ(back[0].status, Status::ok);
+  EXPECT_GT(back[0].angle_deg, held);
+  EXPECT_LT(back[0].angle_deg, held + (1 - std::exp(-0.3)) * (target - held) + 0.1);
+  for (int k = 0; k < 100; ++k) (void)step(simulation, 700, 800);
+  EXPECT_NEAR(step(simulation, 700, 800)[0].angle_deg, target, 0.1);
+}
+
+TEST(Compensator, AJointOfTwoSensorsHoldsWhenOneFailsAndAnotherGoesOn) {
+  hold_and_come_back<DoubleArithmetic>();
+  hold_and_come_back<FloatArithmetic>();
+  hold_and_come_back<FixedArithmetic>();
+}
+
+TEST(Compensator, SaysTheStatusOfTheFirstBadInput) {
+  Compensator<DoubleArithmetic> simulation(crossed());
+  const auto samples = simulation.step(std::array{-1.0, 2000.0});
+  EXPECT_EQ(samples[0].status, Status::below_range);
+  EXPECT_EQ(samples[0].angle_deg, 5);
+  EXPECT_EQ(samples[1].status, Status::below_range);
+}
+
+TEST(Compensator, ChannelsDoNotTouchEachOther) {
+  Model m = one_joint({Gain{1, 0}, Saturation{0, 500}});
+  m.inputs.push_back({"t", "", "", "", 0, 1000});
+  m.blocks.push_back({{"t"}, "double", Gain{2, 0}});
+  m.blocks.push_back({{"double"}, "other", Saturation{0, 500}});
+  m.joints.push_back({"index", "other", 7});
+  Compensator<DoubleArithmetic> glove(m);
+  const auto samples = glove.step(std::array{30.0, 5000.0});
+  EXPECT_EQ(samples[0].angle_deg, 30);
+  EXPECT_EQ(samples[0].status, Status::ok);
+  EXPECT_EQ(samples[1].angle_deg, 7);
+  EXPECT_EQ(samples[1].status, Status::above_range);
 }
 
 }  // namespace

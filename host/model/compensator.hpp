@@ -1,80 +1,129 @@
-// Runs a model document through runtime/compensator: the very code that ships on the microcontroller.
+// Runs a model document through the blocks of runtime/compensator: the very code that ships on the
+// microcontroller, one block after the other.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <span>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
-#include "host/model/coefficients.hpp"
+#include "host/model/formats.hpp"
+#include "runtime/core/status.hpp"
 
 namespace flexor::model {
 
-// Double, float or fixed point, for any document. Not for speed: firmware and benchmarks use exact shapes.
-using DoubleArithmetic = compensator::Floating<double, AnyShape>;
-using FloatArithmetic = compensator::Floating<float, AnyShape>;
-using FixedArithmetic = compensator::Fixed<AnyShape>;
+struct FixedArithmetic {
+  using Number = std::int16_t;
+};
+struct DoubleArithmetic {
+  using Number = double;
+};
+struct FloatArithmetic {
+  using Number = float;
+};
+
+namespace detail {
+
+// Coefficients and state of one block; blocks without a state have none.
+template <class Coefficients>
+struct Stateless {
+  Coefficients c;
+};
+template <class Coefficients>
+struct Stateful {
+  Coefficients c;
+  typename Coefficients::State state{};
+};
+template <class Coefficients, class = void>
+struct NodeOf {
+  using type = Stateless<Coefficients>;
+};
+template <class Coefficients>
+struct NodeOf<Coefficients, std::void_t<typename Coefficients::State>> {
+  using type = Stateful<Coefficients>;
+};
+
+template <class Arithmetic, class K>
+struct CoefficientsOf {
+  using type = typename K::template Floating<typename Arithmetic::Number>;
+};
+template <class K>
+struct CoefficientsOf<FixedArithmetic, K> {
+  using type = typename K::Fixed;
+};
+
+template <class K, class Arithmetic>
+struct Node {
+  typename NodeOf<typename CoefficientsOf<Arithmetic, K>::type>::type at;
+};
+
+template <class Arithmetic, class Variant>
+struct NodesOf;
+template <class Arithmetic, class... K>
+struct NodesOf<Arithmetic, std::variant<K...>> {
+  using type = std::variant<Node<K, Arithmetic>...>;
+};
+
+}  // namespace detail
 
 template <class Arithmetic>
 class Compensator {
  public:
   // Throws io::InputError when the model does not fit the arithmetic.
-  explicit Compensator(const Model& model) {
-    for (const Channel& channel : model.channels) {
-      coefficients_.push_back(make(channel, model.sample_period_s));
-      states_.emplace_back();
-      started_.emplace_back();
-      last_.push_back(ChannelT::rest(coefficients_.back()));
-    }
-  }
+  explicit Compensator(const Model& model);
 
-  std::size_t channels() const { return states_.size(); }
+  std::size_t inputs() const { return valid_min_.size(); }
+  std::size_t joints() const { return samples_.size(); }
 
   struct Sample {
     double angle_deg;
     core::Status status;
   };
 
-  // One sample of channel i, in the model's input unit. In fixed point the input is rounded to Q5 and
-  // saturated, so that NaN is refused as below the range.
-  Sample step(std::size_t i, double u) {
-    const core::Status status =
-        ChannelT::step(coefficients_[i], states_[i], started_[i], 1, to_input(u), last_[i]);
-    return {from_output(last_[i]), status};
-  }
+  // One reading of each input, in the model's units. An angle whose inputs are all good follows them; any other is
+  // held, with the status of its first bad input, and so is the state of every block that a bad input reaches. In
+  // fixed point readings are rounded to Q5 and saturated, so that NaN is refused as below the range.
+  std::span<const Sample> step(std::span<const double> reading);
+
+  // For a model of one input and one joint.
+  Sample step(double reading) { return step({&reading, 1}).front(); }
 
  private:
-  using ChannelT = compensator::Channel<Arithmetic, AnyShape>;
+  using Number = typename Arithmetic::Number;
+  using Node = typename detail::NodesOf<Arithmetic, Kind>::type;
   static constexpr bool kFixed = std::is_same_v<Arithmetic, FixedArithmetic>;
 
-  static auto make(const Channel& channel, double period_s) {
-    if constexpr (kFixed) {
-      return fixed_coefficients<AnyShape>(channel, period_s);
-    } else {
-      return floating_coefficients<typename Arithmetic::Input, AnyShape>(channel, period_s);
-    }
-  }
+  struct Block {
+    Node node;
+    std::vector<std::uint16_t> from;
+    bool started = false;
+  };
+  struct Output {
+    std::uint16_t signal;
+    std::uint16_t unlimited;  // the signal before the saturation
+    int fraction;
+  };
 
-  static typename Arithmetic::Input to_input(double u) {
-    if constexpr (kFixed) {
-      if (!(u > -1024)) return INT16_MIN;
-      return static_cast<std::int16_t>(
-          std::lround(std::ldexp(std::min(u, 32767.0 / 32), core::kInputFraction)));
-    } else {
-      return static_cast<typename Arithmetic::Input>(u);
-    }
-  }
+  static Number number(double u);
+  static double in_degrees(Number y, int fraction);
+  core::Status read(std::size_t input, double u);
+  void run(Block& block, Number& out);
+  void forget(std::size_t signal);
 
-  static double from_output(typename Arithmetic::Output output) {
-    if constexpr (kFixed) {
-      return std::ldexp(output, -core::kOutputFraction);
-    } else {
-      return output;
-    }
-  }
-
-  std::vector<typename ChannelT::Coefficients> coefficients_;
-  std::vector<typename ChannelT::State> states_;
-  std::vector<std::uint8_t> started_;
-  std::vector<typename Arithmetic::Output> last_;
+  std::vector<Number> valid_min_;
+  std::vector<Number> valid_max_;
+  std::vector<std::uint8_t> refinement_;  // of inputs, bits beyond Q5
+  std::vector<Block> blocks_;
+  std::vector<Output> outputs_;
+  std::vector<Number> signals_;
+  std::vector<core::Status> status_;  // of each signal
+  std::vector<Sample> samples_;
 };
+
+extern template class Compensator<DoubleArithmetic>;
+extern template class Compensator<FloatArithmetic>;
+extern template class Compensator<FixedArithmetic>;
 
 }  // namespace flexor::model

@@ -3,8 +3,6 @@
 
 #include <Eigen/Core>
 
-#include "host/model/model.hpp"
-
 namespace flexor::model {
 
 // Unit-DC states of the chain of lags: x[k+1] = transition x[k] + input w[k], with

@@ -9,47 +9,57 @@
 namespace flexor::model {
 namespace {
 
+using Readings = std::vector<double>;
+
 double in_steps(double u) {
   return std::ldexp(std::round(std::ldexp(u, core::kInputFraction)), -core::kInputFraction);
 }
 
-// One channel in both arithmetics, always given the same input.
+// One model in both arithmetics, always given the same readings.
 class Pair {
  public:
-  Pair(const Channel& channel, double period_s) : Pair(model_of(channel, period_s)) {}
+  explicit Pair(const Model& model) : exact_(model), fixed_(model), deviation_deg_(model.joints.size()) {}
 
-  // Fixed point minus double after one more sample.
-  double step(double u) { return fixed_.step(0, u).angle_deg - exact_.step(0, u).angle_deg; }
-
- private:
-  explicit Pair(const Model& model) : exact_(model), fixed_(model) {}
-
-  static Model model_of(const Channel& channel, double period_s) {
-    Model model;
-    model.sample_period_s = period_s;
-    model.channels = {channel};
-    return model;
+  // Fixed point minus double of each joint after one more sample.
+  const std::vector<double>& step(const Readings& u) {
+    const auto exact = exact_.step(u);
+    const auto fixed = fixed_.step(u);
+    for (std::size_t j = 0; j < deviation_deg_.size(); ++j) {
+      deviation_deg_[j] = fixed[j].angle_deg - exact[j].angle_deg;
+    }
+    return deviation_deg_;
   }
 
+ private:
   Compensator<DoubleArithmetic> exact_;
   Compensator<FixedArithmetic> fixed_;
+  std::vector<double> deviation_deg_;
 };
+
+double largest(const std::vector<double>& deviation_deg) {
+  double out = 0;
+  for (const double d : deviation_deg) out = std::max(out, std::abs(d));
+  return out;
+}
 
 class Search {
  public:
-  Search(const Channel& channel, double period_s, const ErrorSearch& search)
-      : fresh_(channel, period_s),
-        search_(search),
-        // Inside the limits as both arithmetics have them.
-        low_(std::ldexp(std::ceil(std::ldexp(channel.valid_min, core::kInputFraction)),
-                        -core::kInputFraction)),
-        high_(std::ldexp(std::floor(std::ldexp(channel.valid_max, core::kInputFraction)),
-                         -core::kInputFraction)),
-        random_(search.seed) {}
+  Search(const Model& model, const ErrorSearch& search)
+      : fresh_(model), search_(search), joints_(model.joints.size()), random_(search.seed) {
+    // Inside the limits as both arithmetics have them.
+    for (const Input& input : model.inputs) {
+      low_.push_back(in_steps(std::ceil(std::ldexp(input.valid_min, core::kInputFraction)) /
+                              (1 << core::kInputFraction)));
+      high_.push_back(in_steps(std::floor(std::ldexp(input.valid_max, core::kInputFraction)) /
+                               (1 << core::kInputFraction)));
+    }
+  }
 
   double worst() {
     ramps_and_noise();
-    for (int k = 0; k < search_.attacks; ++k) attack(k % 2 == 0 ? 1 : -1);
+    for (int k = 0; k < search_.attacks; ++k) {
+      attack(k % 2 == 0 ? 1 : -1, static_cast<std::size_t>(k / 2) % joints_);
+    }
     return worst_;
   }
 
@@ -58,65 +68,80 @@ class Search {
     return from + (to - from) * static_cast<double>(random_()) / 4294967296.0;
   }
 
-  double input(double u) const {
-    u = std::clamp(u, low_, high_);
-    return search_.in_steps ? in_steps(u) : u;
+  template <class At>
+  Readings readings(const At& at) {
+    Readings out;
+    for (std::size_t i = 0; i < low_.size(); ++i) {
+      const double u = std::clamp(at(i), low_[i], high_[i]);
+      out.push_back(search_.in_steps ? in_steps(u) : u);
+    }
+    return out;
   }
 
   void ramps_and_noise() {
     Pair pair = fresh_;
-    const auto add = [&](double share) {
-      worst_ = std::max(worst_, std::abs(pair.step(input(low_ + (high_ - low_) * share))));
+    const auto add = [&](const auto& share) {
+      const Readings u = readings([&](std::size_t i) { return low_[i] + (high_[i] - low_[i]) * share(); });
+      worst_ = std::max(worst_, largest(pair.step(u)));
     };
     constexpr int kRamp = 4096;
-    for (int k = 0; k <= 2 * kRamp; ++k) add(static_cast<double>(k <= kRamp ? k : 2 * kRamp - k) / kRamp);
-    for (int k = 0; k < 20000; ++k) add(uniform(0, k / 100 % 2 == 0 ? 1.0 : 0.2));
+    for (int k = 0; k <= 2 * kRamp; ++k) {
+      add([&] { return static_cast<double>(k <= kRamp ? k : 2 * kRamp - k) / kRamp; });
+    }
+    for (int k = 0; k < 20000; ++k) add([&] { return uniform(0, k / 100 % 2 == 0 ? 1.0 : 0.2); });
   }
 
-  // A few jumps over the whole range, then inputs near one another, each the best of a dozen for a deviation
-  // upwards or downwards.
-  void attack(double direction) {
+  // A few jumps over the whole range, then readings near one another, each the best of a dozen for a deviation of
+  // one joint upwards or downwards.
+  void attack(double direction, std::size_t joint) {
     constexpr int kJumps = 3;
     constexpr int kLength = 40;
     constexpr int kCandidates = 12;
     constexpr double kNear = 2;
     Pair pair = fresh_;
-    const double base = uniform(low_, high_);
+    const Readings base = readings([&](std::size_t i) { return uniform(low_[i], high_[i]); });
     for (int k = 0; k < kLength; ++k) {
       Pair best = pair;
       double most = -1e300;
       for (int candidate = 0; candidate < kCandidates; ++candidate) {
         Pair next = pair;
-        const double deviation =
-            direction * next.step(input(k < kJumps ? uniform(low_, high_) : base + uniform(-kNear, kNear)));
-        worst_ = std::max(worst_, std::abs(deviation));
-        if (deviation > most) {
-          most = deviation;
-          best = next;
+        const std::vector<double>& deviation = next.step(readings([&](std::size_t i) {
+          return k < kJumps ? uniform(low_[i], high_[i]) : base[i] + uniform(-kNear, kNear);
+        }));
+        worst_ = std::max(worst_, largest(deviation));
+        if (direction * deviation[joint] > most) {
+          most = direction * deviation[joint];
+          best = std::move(next);
         }
       }
-      pair = best;
+      pair = std::move(best);
     }
   }
 
   Pair fresh_;
   ErrorSearch search_;
-  double low_;
-  double high_;
+  std::size_t joints_;
+  Readings low_;
+  Readings high_;
   std::mt19937 random_;
   double worst_ = 0;
 };
 
 }  // namespace
 
-double worst_fixed_error_deg(const Channel& channel, double period_s, const ErrorSearch& search) {
-  return Search(channel, period_s, search).worst();
+double worst_fixed_error_deg(const Model& model, const ErrorSearch& search) {
+  return Search(model, search).worst();
 }
 
-double fixed_error_deg(const Channel& channel, double period_s, const std::vector<double>& inputs) {
-  Pair pair(channel, period_s);
+double fixed_error_deg(const Model& model, const std::vector<Readings>& readings) {
+  Pair pair(model);
   double worst = 0;
-  for (const double u : inputs) worst = std::max(worst, std::abs(pair.step(in_steps(u))));
+  Readings rounded;
+  for (const Readings& row : readings) {
+    rounded.clear();
+    for (const double u : row) rounded.push_back(in_steps(u));
+    worst = std::max(worst, largest(pair.step(rounded)));
+  }
   return worst;
 }
 

@@ -14,12 +14,12 @@ struct ErrorSearch {
   std::uint32_t seed = 1;
 };
 
-// Largest |fixed point - double| in degrees of one channel that was found, both given the same inputs: ramps,
-// steps and noise over all valid inputs, and then attacks, each of which chooses the next input as the one
-// that takes both furthest apart. Throws io::InputError when the channel does not fit fixed point.
-double worst_fixed_error_deg(const Channel& channel, double period_s, const ErrorSearch& search = {});
+// Largest |fixed point - double| in degrees over a model's joints that was found, both given the same readings:
+// ramps, steps and noise over all valid readings, and then attacks, each of which chooses the next readings as
+// those that take both furthest apart. Throws io::InputError when the model does not fit fixed point.
+double worst_fixed_error_deg(const Model& model, const ErrorSearch& search = {});
 
-// The same over given inputs, rounded to the steps of Q5.
-double fixed_error_deg(const Channel& channel, double period_s, const std::vector<double>& inputs);
+// The same over given readings, one of each input in a row, rounded to the steps of Q5.
+double fixed_error_deg(const Model& model, const std::vector<std::vector<double>>& readings);
 
 }  // namespace flexor::model

@@ -1,11 +1,16 @@
 // What fixed point promises: within kFixedError_deg of double on the steps of Q5, and half a step of input
-// times the chain's gain on top for an input, and for a dead zone's edge, between them.
+// times the chain's gain on top for an input between them. A dead zone's edges lie on steps here.
 #include "host/model/fixed_error.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-#include "host/model/coefficients.hpp"
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "host/model/channel.hpp"
+#include "host/model/formats.hpp"
 
 namespace flexor::model {
 namespace {
@@ -23,8 +28,7 @@ Channel random_plain_chain() {
   c.valid_min = 0;
   c.valid_max = 1023;
   if (*rc::gen::arbitrary<bool>()) {
-    c.dead_zone = DeadZone{-uniform(0, 10), uniform(0, 40)};
-    if (*rc::gen::arbitrary<bool>()) c.dead_zone = DeadZone{-10, 20};
+    c.dead_zone = DeadZone{-std::round(uniform(0, 320)) / 32, std::round(uniform(0, 1280)) / 32};
   }
   c.lti.gain = uniform(0.05, 1.9);
   const int order = *rc::gen::inRange(1, 4);
@@ -36,24 +40,35 @@ Channel random_plain_chain() {
   return c;
 }
 
+// The direct form that a joint's lti took, if it did, with its error.
+std::optional<detail::Direct> direct_of(const Model& m, std::size_t joint) {
+  const FixedModel fixed(m);
+  const std::size_t count = m.inputs.size();
+  std::size_t signal = fixed.graph.joint[joint];
+  while (!std::holds_alternative<Lti>(m.blocks[signal - count].kind))
+    signal = fixed.graph.from[signal - count][0];
+  const std::size_t b = signal - count;
+  if (!std::get<FixedCoefficients<Lti>>(fixed.blocks[b]).c.is_direct) return std::nullopt;
+  const double top = fixed.signals[fixed.graph.from[b][0]].values.max;
+  return detail::direct_form(std::get<Lti>(m.blocks[b].kind), top, fixed.signals[signal].values.max,
+                             m.sample_period_s);
+}
+
 TEST(FixedPoint, HoldsItsPromiseForEveryPlainChainAndEveryInput) {
   int direct = 0;
   int between = 0;
   EXPECT_TRUE(rc::check([&] {
     const Channel c = random_plain_chain();
-    const double period_s = *rc::gen::element(0.1, 0.1, 0.05, 0.02);
+    const Model m = model_of(c, *rc::gen::element(0.1, 0.1, 0.05, 0.02));
     ErrorSearch search;
     search.attacks = 30;
     search.seed = *rc::gen::inRange<std::uint32_t>(1, 1000000);
-    direct += detail::direct_form(c, period_s).has_value() ? 1 : 0;
-    const double half_step_deg = c.lti.gain / 64;
-    const bool edge_between = c.dead_zone && c.dead_zone->upper != 20;
-    const double promise = kFixedError_deg + (edge_between ? half_step_deg : 0);
-    const double on_steps = worst_fixed_error_deg(c, period_s, search);
-    RC_ASSERT(on_steps <= promise);
+    direct += direct_of(m, 0).has_value() ? 1 : 0;
+    const double on_steps = worst_fixed_error_deg(m, search);
+    RC_ASSERT(on_steps <= kFixedError_deg);
     search.in_steps = false;
-    const double anywhere = worst_fixed_error_deg(c, period_s, search);
-    RC_ASSERT(anywhere <= promise + half_step_deg);
+    const double anywhere = worst_fixed_error_deg(m, search);
+    RC_ASSERT(anywhere <= kFixedError_deg + c.lti.gain / 64);
     between += anywhere > on_steps ? 1 : 0;
   }));
   EXPECT_GE(direct, 20) << "of a hundred: the direct form was hardly tried";
@@ -63,16 +78,18 @@ TEST(FixedPoint, HoldsItsPromiseForEveryPlainChainAndEveryInput) {
 TEST(FixedPoint, ThePublishedModelsHoldItToo) {
   for (const char* name : {"published_wiener", "published_hw"}) {
     const Model m = load(std::string(FLEXOR_SOURCE_DIR) + "/models/" + name + ".json");
-    for (const Channel& c : m.channels) {
-      const auto direct = detail::direct_form(c, m.sample_period_s);
+    for (std::size_t i = 0; i < m.joints.size(); ++i) {
+      const Channel c = channel(m, i).value();
+      const auto direct = direct_of(m, i);
       ASSERT_TRUE(direct.has_value()) << name << " " << c.name;
       EXPECT_LE(direct->error_deg, kFixedError_deg);
-      const double on_steps = worst_fixed_error_deg(c, m.sample_period_s);
+      const Model alone = model_of(c, m.sample_period_s);
+      const double on_steps = worst_fixed_error_deg(alone);
       EXPECT_LE(on_steps, direct->error_deg) << name << " " << c.name;
       EXPECT_GT(on_steps, 0.8 * direct->error_deg) << "the search is blind, or the bound far too wide";
       ErrorSearch anywhere;
       anywhere.in_steps = false;
-      EXPECT_LE(worst_fixed_error_deg(c, m.sample_period_s, anywhere), direct->error_deg + c.lti.gain / 64);
+      EXPECT_LE(worst_fixed_error_deg(alone, anywhere), direct->error_deg + c.lti.gain / 64);
     }
   }
 }
@@ -83,10 +100,10 @@ TEST(FixedPoint, ADirectFormNeverFallsBelowZero) {
   EXPECT_TRUE(rc::check([] {
     Channel c = random_plain_chain();
     c.dead_zone.reset();
-    c.saturation = {-10, 1900};
-    std::vector<double> inputs;
-    for (int k = 0; k < 400; ++k) inputs.push_back(k % 8 < 2 ? uniform(0, 1023) : uniform(0, 0.2));
-    RC_ASSERT(fixed_error_deg(c, 0.1, inputs) <= kFixedError_deg);
+    c.saturation = {-10, 1000};
+    std::vector<std::vector<double>> inputs;
+    for (int k = 0; k < 400; ++k) inputs.push_back({k % 8 < 2 ? uniform(0, 1023) : uniform(0, 0.2)});
+    RC_ASSERT(fixed_error_deg(model_of(c, 0.1), inputs) <= kFixedError_deg);
   }));
 }
 

@@ -1,287 +1,164 @@
 #include "host/model/model.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
+#include <map>
 #include <set>
 
 #include "host/io/io.hpp"
-#include "host/io/json.hpp"
-#include "host/model/coefficients.hpp"
-#include "runtime/compensator/lti.hpp"
+#include "host/model/channel.hpp"
 
 namespace flexor::model {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using io::InputError;
 using Reader = io::JsonReader;
 
 constexpr const char* kSchema = "flexor-model";
-constexpr double kMaxHysteresisWeight = 8;
+constexpr std::size_t kMaxName = 100;
 
-Curve read_curve(Reader& block) { return {block.numbers("x"), block.numbers("y")}; }
+std::string place_of(const Block& block) { return fmt::format("{}: {}", block.to, type_of(block.kind)); }
 
-Lti read_lti(Reader& block) {
-  return {block.number_or("gain", 1), block.number_or("offset", 0), block.numbers("poles_rad_s"),
-          block.numbers_or_empty("taps")};
-}
-
-// The blocks of one channel, in the order of the signal; each may come once, the curve once on either side of
-// the lti.
-class BlockReader {
- public:
-  explicit BlockReader(Channel& channel) : channel_(channel) { seen_.fill(kNever); }
-
-  void read(Reader& block, std::size_t index) {
-    const std::string type = block.text("type");
-    const std::size_t place = place_of(type);
-    require_place(block, type, place);
-    seen_[place] = index;
-    switch (place) {
-      case kDeadZone:
-        channel_.dead_zone = DeadZone{block.number("lower"), block.number("upper")};
-        break;
-      case kHysteresis:
-        channel_.hysteresis = Hysteresis{block.numbers("radii"), block.numbers("weights")};
-        break;
-      case kInputCurve:
-        channel_.input_curve = read_curve(block);
-        break;
-      case kLti:
-        channel_.lti = read_lti(block);
-        break;
-      case kOutputCurve:
-        channel_.output_curve = read_curve(block);
-        break;
-      default:
-        channel_.saturation = Saturation{block.number("lower_deg"), block.number("upper_deg")};
-    }
-    block.done();
-  }
-
-  bool complete() const { return seen_[kSaturation] != kNever; }
-
- private:
-  enum Place : std::size_t { kDeadZone, kHysteresis, kInputCurve, kLti, kOutputCurve, kSaturation, kPlaces };
-  static constexpr std::array<const char*, kPlaces> kOrder = {"dead_zone", "hysteresis", "curve",
-                                                              "lti",       "curve",      "saturation"};
-  static constexpr std::size_t kNever = std::numeric_limits<std::size_t>::max();
-
-  // kPlaces when there is no such block.
-  std::size_t place_of(const std::string& type) const {
-    if (type == "curve") return seen_[kLti] == kNever ? kInputCurve : kOutputCurve;
-    return static_cast<std::size_t>(std::ranges::find(kOrder, type) - kOrder.begin());
-  }
-
-  void require_place(const Reader& block, const std::string& type, std::size_t place) const {
-    if (place == kPlaces) {
-      block.fail(fmt::format("unknown block \"{}\"; known: {}", type, fmt::join(kOrder, ", ")));
-    }
-    if (seen_[place] != kNever) {
-      const char* where = place == kInputCurve    ? " before the \"lti\""
-                          : place == kOutputCurve ? " after the \"lti\""
-                                                  : "";
-      block.fail(fmt::format("a second \"{}\"{}: the first is blocks[{}]; leave one out", type, where,
-                             seen_[place]));
-    }
-    const auto later = seen_.begin() + static_cast<std::ptrdiff_t>(place) + 1;
-    if (std::any_of(later, seen_.end(), [](std::size_t i) { return i != kNever; })) {
-      block.fail(fmt::format("\"{}\" cannot stand here; the order is {}", type, fmt::join(kOrder, ", ")));
-    }
-  }
-
-  Channel& channel_;
-  std::array<std::size_t, kPlaces> seen_;  // where in the document each block stands
-};
-
-void read_blocks(const Json& blocks, const std::string& place, Channel& channel) {
-  BlockReader reader(channel);
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    Reader block(blocks[i], fmt::format("{}: blocks[{}]", place, i));
-    reader.read(block, i);
-  }
-  if (!reader.complete()) {
-    throw InputError(fmt::format("{}: blocks must end with a saturation; an output needs limits", place));
-  }
-}
-
-Channel read_channel(const Json& json, const std::string& place) {
-  Reader reader(json, place);
-  Channel channel;
-  channel.name = finger(reader.text("name"));
-  Reader input(reader.member("input"), fmt::format("{}: input", place));
-  channel.input_column = input.text_or_empty("column");
-  channel.input_unit = input.text_or_empty("unit");
-  channel.valid_min = input.number("valid_min");
-  channel.valid_max = input.number("valid_max");
-  input.done();
-  channel.rest_deg = reader.number("rest_deg");
-  read_blocks(reader.list("blocks"), place, channel);
+Input read_input(Reader& reader) {
+  Input input{reader.text("name"),           reader.text_or_empty("column"), reader.text_or_empty("unit"),
+              reader.text_or_empty("strip"), reader.number("valid_min"),     reader.number("valid_max")};
   reader.done();
-  return channel;
+  return input;
 }
 
-Json curve_json(const Curve& curve) { return {{"type", "curve"}, {"x", curve.x}, {"y", curve.y}}; }
-
-Json channel_json(const Channel& channel) {
-  Json blocks = Json::array();
-  if (channel.dead_zone) {
-    blocks.push_back(
-        {{"type", "dead_zone"}, {"lower", channel.dead_zone->lower}, {"upper", channel.dead_zone->upper}});
-  }
-  if (channel.hysteresis) {
-    blocks.push_back({{"type", "hysteresis"},
-                      {"radii", channel.hysteresis->radii},
-                      {"weights", channel.hysteresis->weights}});
-  }
-  if (channel.input_curve) blocks.push_back(curve_json(*channel.input_curve));
-  const Lti& lti = channel.lti;
-  blocks.push_back({{"type", "lti"},
-                    {"gain", lti.gain},
-                    {"offset", lti.offset},
-                    {"poles_rad_s", lti.poles_rad_s},
-                    {"taps", lti.taps}});
-  if (channel.output_curve) blocks.push_back(curve_json(*channel.output_curve));
-  blocks.push_back({{"type", "saturation"},
-                    {"lower_deg", channel.saturation.lower_deg},
-                    {"upper_deg", channel.saturation.upper_deg}});
-  return {{"name", channel.name},
-          {"input",
-           {{"column", channel.input_column},
-            {"unit", channel.input_unit},
-            {"valid_min", channel.valid_min},
-            {"valid_max", channel.valid_max}}},
-          {"rest_deg", channel.rest_deg},
-          {"blocks", std::move(blocks)}};
+std::vector<std::string> read_from(Reader& reader) {
+  const Json& from = reader.member("from");
+  if (from.is_string()) return {from.get<std::string>()};
+  const bool names = from.is_array() && !from.empty() &&
+                     std::ranges::all_of(from, [](const Json& v) { return v.is_string(); });
+  if (!names) reader.fail("\"from\" must be a signal's name, or a list of them");
+  return from.get<std::vector<std::string>>();
 }
 
-bool within(double value, double limit) { return std::abs(value) <= limit; }  // false for NaN
+Block read_block(Reader& reader) {
+  Block block{read_from(reader), reader.text("to"), read_kind(reader)};
+  reader.done();
+  return block;
+}
 
-// Throws for the first rule of the header that a channel breaks.
-class Checker {
- public:
-  explicit Checker(const Channel& channel) : channel_(channel) {}
+Joint read_joint(Reader& reader) {
+  Joint joint{joint_name(reader.text("name")), reader.text("from"), reader.number("rest_deg")};
+  reader.done();
+  return joint;
+}
 
-  void run(double period_s) const {
-    input();
-    angles();
-    if (channel_.dead_zone) dead_zone(*channel_.dead_zone);
-    if (channel_.hysteresis) hysteresis(*channel_.hysteresis);
-    if (channel_.input_curve) curve(*channel_.input_curve, "curve");
-    lti(channel_.lti, period_s);
-    if (channel_.output_curve) curve(*channel_.output_curve, "output curve");
-    signals();
+template <class Read>
+auto read_list(Reader& reader, const char* key, Read&& read) {
+  const Json& list = reader.list(key);
+  std::vector<decltype(read(reader))> out;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    Reader one(list[i], fmt::format("{}: {}[{}]", reader.place(), key, i));
+    out.push_back(read(one));
   }
+  return out;
+}
 
-  void require(bool good, const char* block, const std::string& rule) const {
-    if (!good) throw InputError(fmt::format("channel {}: {}: {}", channel_.name, block, rule));
+Json input_json(const Input& input) {
+  return {{"name", input.name},   {"column", input.column},       {"unit", input.unit},
+          {"strip", input.strip}, {"valid_min", input.valid_min}, {"valid_max", input.valid_max}};
+}
+
+Json block_json(const Block& block) {
+  Json json = {{"type", type_of(block.kind)}};
+  if (block.from.size() == 1) {
+    json["from"] = block.from.front();
+  } else {
+    json["from"] = block.from;
   }
+  json["to"] = block.to;
+  write_kind(block.kind, json);
+  return json;
+}
 
- private:
-  void readings(const std::vector<double>& values, const char* block) const {
-    const bool good = std::ranges::all_of(values, [](double v) { return within(v, kMaxReading); });
-    require(good, block, fmt::format("every number must be finite, at most {:g} either way", kMaxReading));
+Json joint_json(const Joint& joint) {
+  return {{"name", joint.name}, {"from", joint.from}, {"rest_deg", joint.rest_deg}};
+}
+
+void check_name(const std::string& name, const std::string& what) {
+  if (!is_name(name)) {
+    throw InputError(fmt::format("{} {} needs a name of 1 to {} characters without line breaks", what,
+                                 Json(io::to_utf8(name)).dump(), kMaxName));
   }
+}
 
-  void input() const {
-    const double low = channel_.valid_min;
-    const double high = channel_.valid_max;
-    readings({low, high}, "input");
-    require(low < high, "input", "valid_min must be below valid_max");
-    const double least =
-        std::max(kMinReadingRange, kMinRelativeRange * std::max(std::abs(low), std::abs(high)));
-    require(high - low >= least, "input",
-            fmt::format("valid_min and valid_max must be at least {:.3g} apart", least));
+void check_input(const Input& input) {
+  check_name(input.name, "input");
+  const Place place{fmt::format("{}: input", input.name), 0};
+  place.readings({{input.valid_min, input.valid_max}});
+  if (!input.strip.empty()) {
+    place.require(std::ranges::find(finger_names(), input.strip) != finger_names().end(),
+                  fmt::format("unknown strip \"{}\"; known: {}", io::to_utf8(input.strip),
+                              fmt::join(finger_names(), ", ")));
   }
+  place.require(input.valid_min < input.valid_max, "valid_min must be below valid_max");
+  const double least =
+      std::max(kMinRange, kMinRelativeRange * std::max(std::abs(input.valid_min), std::abs(input.valid_max)));
+  place.require(input.valid_max - input.valid_min >= least,
+                fmt::format("valid_min and valid_max must be at least {:.3g} apart", least));
+}
 
-  void angles() const {
-    const auto [lower, upper] = channel_.saturation;
-    const std::string rule = fmt::format("must lie within {:g} degrees either way", kMaxAngle_deg);
-    require(within(channel_.rest_deg, kMaxAngle_deg), "rest_deg", rule);
-    require(within(lower, kMaxAngle_deg) && within(upper, kMaxAngle_deg), "saturation", rule);
-    require(lower < upper, "saturation", "lower_deg must be below upper_deg");
+void check_joints(const Model& model) {
+  std::set<std::string> names;
+  for (const Joint& joint : model.joints) {
+    const Place place{fmt::format("{}: joint", joint.name), 0};
+    place.require(joint_name(joint.name) == joint.name,
+                  "its name has another form: " + joint_name(joint.name));
+    place.require(names.insert(joint.name).second, "occurs twice");
+    place.require(std::abs(joint.rest_deg) <= kMaxAngle_deg,
+                  fmt::format("rest_deg must lie within {:g} degrees either way", kMaxAngle_deg));
   }
+}
 
-  void dead_zone(const DeadZone& zone) const {
-    readings({zone.lower, zone.upper}, "dead_zone");
-    require(zone.lower <= zone.upper, "dead_zone", "lower must not exceed upper");
+void check_period(const Model& model) {
+  if (!(model.sample_period_s >= kMinPeriod_s && model.sample_period_s <= kMaxPeriod_s)) {
+    throw InputError(fmt::format("sample_period_s ({:g}) must be positive, between {:g} and {:g} s",
+                                 model.sample_period_s, kMinPeriod_s, kMaxPeriod_s));
   }
-
-  void hysteresis(const Hysteresis& h) const {
-    readings(h.radii, "hysteresis");
-    require(h.radii.size() == h.weights.size(), "hysteresis", "radii and weights must have as many elements");
-    require(h.radii.size() >= 1 && h.radii.size() <= kMaxPlays, "hysteresis", "must have 1 to 4 plays");
-    require(std::ranges::all_of(h.radii, [](double r) { return r >= 0; }), "hysteresis",
-            "radii must not be negative");
-    require(std::ranges::all_of(h.weights, [](double w) { return std::abs(w) < kMaxHysteresisWeight; }),
-            "hysteresis", "weights must lie between -8 and 8");
+  if (!(model.max_gap_s >= 0) || !std::isfinite(model.max_gap_s)) {
+    throw InputError("max_gap_s must be a number of seconds, not negative");
   }
+}
 
-  void curve(const Curve& curve, const char* block) const {
-    readings(curve.x, block);
-    readings(curve.y, block);
-    require(curve.x.size() == curve.y.size(), block, "x and y must have as many elements");
-    require(curve.x.size() >= 2 && curve.x.size() <= kMaxKnots, block, "must have 2 to 16 knots");
-    const bool increasing = std::ranges::adjacent_find(curve.x, std::greater_equal<>()) == curve.x.end();
-    require(increasing, block, "x must be strictly increasing");
-    require(curve.x.back() - curve.x.front() >= kMinReadingRange, block,
-            fmt::format("x must range over {:g} at least", kMinReadingRange));
-    const double least = kMinKnotSpacing * std::max(std::abs(curve.x.front()), std::abs(curve.x.back()));
-    for (std::size_t i = 1; i < curve.x.size(); ++i) {
-      require(curve.x[i] - curve.x[i - 1] >= least, block,
-              fmt::format("the knots at {:.9g} and {:.9g} must be at least {:.3g} apart", curve.x[i - 1],
-                          curve.x[i], least));
+// What the blocks make of all valid readings.
+void check_signals(const Model& model, const Graph& graph) {
+  for (std::size_t b = 0; b < model.blocks.size(); ++b) {
+    const Block& block = model.blocks[b];
+    const Place place{place_of(block), model.sample_period_s};
+    const Interval& values = graph.values[model.inputs.size() + b];
+    // A saturation hides what comes in: the number of its input is named instead.
+    if (!std::holds_alternative<Saturation>(block.kind)) {
+      place.require(values.magnitude() <= kMaxSignal,
+                    fmt::format("takes valid readings to {:.3g}; at most {:g} can be meant",
+                                values.magnitude(), kMaxSignal));
+      continue;
     }
+    const double in = graph.values[graph.from[b].front()].magnitude();
+    place.require(
+        in <= kMaxUnlimited_deg,
+        fmt::format("the signal before it takes valid readings to {:.3g} degrees; at most {:g} can be "
+                    "meant",
+                    in, kMaxUnlimited_deg));
   }
+}
 
-  void lti(const Lti& lti, double period_s) const {
-    require(std::isfinite(lti.gain) && std::isfinite(lti.offset), "lti", "every number must be finite");
-    require(lti.poles_rad_s.size() <= compensator::kMaxOrder, "lti", "at most three poles");
-    for (const double pole : lti.poles_rad_s) {
-      require(pole < 0, "lti", "poles must be negative (stable)");
-      const double speed = -pole * period_s;
-      require(speed >= kMinPoleTimesPeriod && speed <= kMaxPoleTimesPeriod, "lti",
-              fmt::format("the pole at {:.6g} rad/s must lie between {:.3g} and {:.3g} at this sample period",
-                          pole, -kMinPoleTimesPeriod / period_s, -kMaxPoleTimesPeriod / period_s));
+Model schema_1(Reader& reader, Model model) {
+  const Json& channels = reader.list("channels");
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const std::string place = fmt::format("{}: channels[{}]", reader.place(), i);
+    const Channel channel = read_channel(channels[i], place);
+    if (!names.insert(channel.name).second) {
+      throw InputError(fmt::format("{}: {} occurs twice", place, channel.name));
     }
-    require(lti.taps.empty() || lti.taps.size() == lti.poles_rad_s.size(), "lti",
-            "taps must be empty or one for each pole");
-    require(std::ranges::all_of(lti.taps, [](double tap) { return within(tap, kMaxTap); }), "lti",
-            fmt::format("taps must lie between -{0:g} and {0:g}", kMaxTap));
+    add(model, channel);
   }
-
-  // What the blocks make of the readings, in degrees where the unit is known.
-  void signals() const {
-    const detail::Interval scaled = detail::after_gain(channel_);
-    const double reach = scaled.magnitude();
-    if (channel_.output_curve) {
-      const auto [low, high] = std::ranges::minmax(channel_.output_curve->y);
-      require(within(low, kMaxAngle_deg) && within(high, kMaxAngle_deg), "output curve",
-              fmt::format("y must lie within {:g} degrees either way", kMaxAngle_deg));
-      require(within(reach, kMaxReading) && within(channel_.lti.offset, kMaxReading), "lti",
-              fmt::format("gain and offset take its signal to {:.3g}; at most {:g} can be meant", reach,
-                          kMaxReading));
-      return;
-    }
-    if (channel_.input_curve) {
-      require(
-          within(reach, kMaxAngle_deg), "curve",
-          fmt::format("with gain and offset its values mean {:.6g} to {:.6g} degrees; at most {:g} either "
-                      "way can be meant",
-                      scaled.min, scaled.max, kMaxAngle_deg));
-    }
-    require(within(reach, kMaxLinear_deg) && within(channel_.lti.offset, kMaxLinear_deg), "lti",
-            fmt::format("gain and offset take valid readings to {:.3g} degrees; at most {:g} can be meant",
-                        reach, kMaxLinear_deg));
-  }
-
-  const Channel& channel_;
-};
+  return model;
+}
 
 }  // namespace
 
@@ -298,31 +175,114 @@ std::string finger(std::string_view name) {
   throw InputError(fmt::format("unknown finger \"{}\"; known: {}", name, fmt::join(names, ", ")));
 }
 
-void check(const Model& model) {
-  if (!(model.sample_period_s >= kMinPeriod_s && model.sample_period_s <= kMaxPeriod_s)) {
-    throw InputError(fmt::format("sample_period_s ({:g}) must be positive, between {:g} and {:g} s",
-                                 model.sample_period_s, kMinPeriod_s, kMaxPeriod_s));
+bool is_name(std::string_view name) {
+  return !name.empty() && name.size() <= kMaxName &&
+         std::ranges::all_of(name, [](char c) { return static_cast<unsigned char>(c) >= ' ' && c != 127; });
+}
+
+std::string joint_name(std::string_view name) {
+  const bool good = !name.empty() && name.size() <= kMaxName && std::ranges::all_of(name, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+  });
+  if (!good) {
+    throw InputError(
+        fmt::format("a joint cannot be called \"{}\": letters, digits and underscores, as index or "
+                    "index_mcp",
+                    io::to_utf8(name)));
   }
-  if (!(model.max_gap_s >= 0) || !std::isfinite(model.max_gap_s)) {
-    throw InputError("max_gap_s must be a number of seconds, not negative");
+  const auto end = name.find('_');
+  const std::string_view first = name.substr(0, end);
+  const std::string rest(end == std::string_view::npos ? "" : name.substr(end));
+  if (first == "pointer") return "index" + rest;
+  if (first == "little") return "pinky" + rest;
+  return std::string(name);
+}
+
+Graph::Graph(const Model& model) {
+  std::map<std::string, std::size_t> signals;
+  const auto name = [&](const std::string& signal, const std::string& what) {
+    check_name(signal, what);
+    if (!signals.emplace(signal, signals.size()).second) {
+      throw InputError(fmt::format("{}: two signals have this name; rename one", signal));
+    }
+  };
+  const auto find = [&](const std::string& signal, const std::string& where) {
+    const auto it = signals.find(signal);
+    if (it != signals.end()) return it->second;
+    throw InputError(fmt::format("{}: no signal \"{}\" comes before it", where, signal));
+  };
+  for (const Input& input : model.inputs) {
+    name(input.name, "input");
+    inputs.push_back({inputs.size()});
+    values.push_back({input.valid_min, input.valid_max});
   }
-  if (model.channels.empty()) throw InputError("a model needs at least one channel");
-  std::set<std::string> names;
-  for (const Channel& channel : model.channels) {
-    const Checker checker(channel);
-    checker.require(names.insert(finger(channel.name)).second, "name", "occurs twice");
-    checker.run(model.sample_period_s);
+  for (const Block& block : model.blocks) {
+    const std::size_t wanted = inputs_of(block.kind);
+    if (block.from.size() != wanted || wanted == 0 || wanted > kMaxTerms) {
+      throw InputError(fmt::format("{}: takes 1 to {} signals, a weight for each; \"from\" has {}",
+                                   place_of(block), std::holds_alternative<Sum>(block.kind) ? kMaxTerms : 1,
+                                   block.from.size()));
+    }
+    std::vector<std::size_t> taken;
+    std::set<std::size_t> sensors;
+    std::vector<Interval> in;
+    for (const std::string& signal : block.from) {
+      taken.push_back(find(signal, place_of(block)));
+      sensors.insert(inputs[taken.back()].begin(), inputs[taken.back()].end());
+      in.push_back(values[taken.back()]);
+    }
+    from.push_back(std::move(taken));
+    inputs.emplace_back(sensors.begin(), sensors.end());
+    std::visit([&](const auto& kind) { kind.check({place_of(block), model.sample_period_s}); }, block.kind);
+    values.push_back(
+        std::visit([&](const auto& kind) { return kind.values(in, model.sample_period_s); }, block.kind));
+    name(block.to, "block");
+  }
+  for (const Joint& one : model.joints) {
+    const std::size_t at = find(one.from, fmt::format("{}: joint", one.name));
+    if (at < model.inputs.size() ||
+        !std::holds_alternative<Saturation>(model.blocks[at - model.inputs.size()].kind)) {
+      throw InputError(
+          fmt::format("{}: joint: must come from a saturation; an angle needs limits", one.name));
+    }
+    joint.push_back(at);
   }
 }
 
+const Saturation& limits(const Model& model, const Joint& joint) {
+  return std::get<Saturation>(std::ranges::find(model.blocks, joint.from, &Block::to)->kind);
+}
+
+void check(const Model& model) {
+  check_period(model);
+  if (model.joints.empty()) throw InputError("a model needs at least one joint");
+  if (model.inputs.empty()) throw InputError("a model needs at least one input");
+  const auto at_most = [](std::size_t count, const char* what) {
+    if (count > kMaxBlocks) {
+      throw InputError(fmt::format("a model of {} {}: at most {} can be meant", count, what, kMaxBlocks));
+    }
+  };
+  at_most(model.inputs.size(), "inputs");
+  at_most(model.blocks.size(), "blocks");
+  at_most(model.joints.size(), "joints");
+  for (const Input& input : model.inputs) check_input(input);
+  check_joints(model);
+  check_signals(model, Graph(model));
+}
+
 std::string to_json(const Model& model) {
-  Json channels = Json::array();
-  for (const Channel& channel : model.channels) channels.push_back(channel_json(channel));
   Json json = {
       {"schema", kSchema},  {"schema_version", kSchemaVersion}, {"written_by", model.written_by},
       {"name", model.name}, {"description", model.description}, {"sample_period_s", model.sample_period_s}};
   if (model.max_gap_s > 0) json["max_gap_s"] = model.max_gap_s;
-  json["channels"] = std::move(channels);
+  const auto list = [](const auto& all, const auto& one) {
+    Json out = Json::array();
+    for (const auto& item : all) out.push_back(one(item));
+    return out;
+  };
+  json["inputs"] = list(model.inputs, input_json);
+  json["blocks"] = list(model.blocks, block_json);
+  json["joints"] = list(model.joints, joint_json);
   json["training"] = model.training;
   json["fit"] = model.fit;
   return io::dump(json);
@@ -339,16 +299,21 @@ Model from_json(const std::string& text, const std::string& source) {
     reader.fail(fmt::format("has schema version {}, this program reads up to {}; update Flexor", version,
                             kSchemaVersion));
   }
-  if (version != kSchemaVersion) reader.fail(fmt::format("has no known schema version ({})", version));
+  if (version != 1 && version != kSchemaVersion) {
+    reader.fail(fmt::format("has no known schema version ({})", version));
+  }
   Model model;
   model.written_by = reader.text_or_empty("written_by");
   model.name = reader.text_or_empty("name");
   model.description = reader.text_or_empty("description");
   model.sample_period_s = reader.number("sample_period_s");
   model.max_gap_s = reader.number_or("max_gap_s", 0);
-  const Json& channels = reader.list("channels");
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    model.channels.push_back(read_channel(channels[i], fmt::format("{}: channels[{}]", source, i)));
+  if (version == 1) {
+    model = schema_1(reader, std::move(model));
+  } else {
+    model.inputs = read_list(reader, "inputs", read_input);
+    model.blocks = read_list(reader, "blocks", read_block);
+    model.joints = read_list(reader, "joints", read_joint);
   }
   model.training = reader.object_or_empty("training");
   model.fit = reader.object_or_empty("fit");

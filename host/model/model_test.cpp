@@ -3,32 +3,61 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <functional>
 
 #include "host/io/io.hpp"
+#include "host/model/channel.hpp"
+#include "host/model/compensator.hpp"
 
 namespace flexor::model {
 namespace {
 namespace fs = std::filesystem;
 
-Model example() {
-  Model m;
-  m.name = "example";
-  m.written_by = "test";
-  m.sample_period_s = 0.05;
+// One joint from one sensor, as schema 1 had it.
+Channel chain() {
   Channel c;
   c.name = "index";
   c.input_column = "SensorA1";
   c.input_unit = "count";
+  c.rest_deg = 20;
   c.dead_zone = DeadZone{-10.1, 1.0 / 3.0};
   c.hysteresis = Hysteresis{{3, 7.7}, {0.5, -0.25}};
   c.input_curve = Curve{{0, 300, 700.7}, {10, 20, 95.3}};
   c.lti = Lti{1, 0, {-12, -0.7}, {0, 1.25}};
   c.output_curve = Curve{{0, 100}, {0, 99}};
   c.saturation = Saturation{5, 101};
-  m.channels = {c};
+  return c;
+}
+
+// Two sensors, two joints, and every kind once.
+Model example() {
+  Model m;
+  m.name = "example";
+  m.description = "d";
+  m.written_by = "test";
+  m.sample_period_s = 0.05;
+  m.max_gap_s = 0.25;
+  m.inputs = {{"a", "SensorA1", "count", "index", 0, 1023}, {"b", "", "", "", -5, 5.5}};
+  m.blocks = {{{"a"}, "zone", DeadZone{-10.1, 1.0 / 3.0}},
+              {{"zone"}, "play", Play{0.1}},
+              {{"play"}, "bank", Hysteresis{{3, 7.7}, {0.5, -0.25}}},
+              {{"bank"}, "curve", Curve{{0, 300, 700.7}, {10, 20, 95.3}}},
+              {{"b"}, "creep", Creep{0.3, 2}},
+              {{"creep"}, "gain", Gain{-7, 1.0 / 7.0}},
+              {{"a"}, "spline", Spline{{0, 500, 1000.1}, {0, 50, 80}}},
+              {{"b"}, "polynomial", Polynomial{-5, 5.5, {1, 2.1, -0.3}}},
+              {{"curve", "gain", "curve"}, "both", Sum{{0.5, 0.25, 1.0 / 3.0}, -2}},
+              {{"both"}, "lag", Lti{1, 0, {-12, -0.7}, {0, 1.25}}},
+              {{"lag"}, "swing", PolePair{9, 0.3, {0.1, -0.2}}},
+              {{"swing"}, "late", Delay{3}},
+              {{"late"}, "angle", Saturation{5, 101}},
+              {{"polynomial"}, "other", Saturation{0, 90}}};
+  m.joints = {{"index_mcp", "angle", 10}, {"wrist", "other", 0}, {"pinky", "angle", 7}};
   m.training = {{"split", 0.5}};
+  m.fit = {{"rmse_deg", 1.5}};
   return m;
 }
 
@@ -41,10 +70,39 @@ std::string reason(const std::string& text) {
   return "no error";
 }
 
-std::string edited(const std::function<void(nlohmann::ordered_json&)>& edit) {
-  auto json = nlohmann::ordered_json::parse(to_json(example()));
+std::string edited(const std::function<void(Json&)>& edit) {
+  auto json = Json::parse(to_json(example()));
   edit(json);
   return reason(json.dump());
+}
+
+// A document of schema 1 with that chain.
+Json old_document() {
+  Json blocks = {
+      {{"type", "dead_zone"}, {"lower", -10.1}, {"upper", 1.0 / 3.0}},
+      {{"type", "hysteresis"}, {"radii", {3, 7.7}}, {"weights", {0.5, -0.25}}},
+      {{"type", "curve"}, {"x", {0, 300, 700.7}}, {"y", {10, 20, 95.3}}},
+      {{"type", "lti"}, {"gain", 1}, {"offset", 0}, {"poles_rad_s", {-12, -0.7}}, {"taps", {0, 1.25}}},
+      {{"type", "curve"}, {"x", {0, 100}}, {"y", {0, 99}}},
+      {{"type", "saturation"}, {"lower_deg", 5}, {"upper_deg", 101}}};
+  Json input = {{"column", "SensorA1"}, {"unit", "count"}, {"valid_min", 0}, {"valid_max", 1023}};
+  Json channel = {{"name", "pointer"}, {"input", input}, {"rest_deg", 20}, {"blocks", blocks}};
+  return {{"schema", "flexor-model"},
+          {"schema_version", 1},
+          {"name", "example"},
+          {"sample_period_s", 0.05},
+          {"channels", Json::array({channel})}};
+}
+
+std::string edited_old(const std::function<void(Json&)>& edit) {
+  Json json = old_document();
+  edit(json);
+  return reason(json.dump());
+}
+
+void expect_says(const std::string& what, const std::string& part) {
+  EXPECT_NE(what.find(part), std::string::npos) << what;
+  EXPECT_EQ(what.find('\n'), std::string::npos) << what;
 }
 
 TEST(Model, RoundTripsExactly) {
@@ -53,50 +111,109 @@ TEST(Model, RoundTripsExactly) {
   EXPECT_EQ(to_json(from_json(to_json(m), "m.json")), to_json(m));
 }
 
+TEST(Model, ASavedDocumentLoadsEqual) {
+  const fs::path path = fs::path(testing::TempDir()) / "saved_model.json";
+  save(example(), path);
+  EXPECT_EQ(load(path), example());
+  fs::remove(path);
+}
+
+TEST(Model, EveryKindRoundTripsUnderItsName) {
+  const Model m = example();
+  std::vector<std::string> types;
+  for (const Block& block : m.blocks) {
+    Json json = {{"type", type_of(block.kind)}};
+    write_kind(block.kind, json);
+    io::JsonReader reader(json, "block");
+    EXPECT_EQ(read_kind(reader), block.kind) << json.dump();
+    reader.done();
+    EXPECT_FALSE(text_of(block.kind).empty()) << json.dump();
+    types.push_back(type_of(block.kind));
+  }
+  std::ranges::sort(types);
+  types.erase(std::unique(types.begin(), types.end()), types.end());
+  EXPECT_EQ(types.size(), std::variant_size_v<Kind>) << "a kind is missing above, or two have one name";
+}
+
 TEST(Model, EveryDoubleRoundTripsExactly) {
   int exponent = 0;
   EXPECT_TRUE(rc::check([&](double gain, double offset) {
-    Model m = example();
+    Channel c = chain();
     // Of any size below the bounds, all bits of the mantissa kept.
-    m.channels[0].lti.gain = std::ldexp(std::frexp(gain, &exponent), -std::abs(exponent % 900));
-    m.channels[0].lti.offset = std::ldexp(std::frexp(offset, &exponent), -std::abs(exponent % 900));
+    c.lti.gain = std::ldexp(std::frexp(gain, &exponent), -std::abs(exponent % 900));
+    c.lti.offset = std::ldexp(std::frexp(offset, &exponent), -std::abs(exponent % 900));
+    const Model m = model_of(c, 0.05);
     RC_ASSERT(from_json(to_json(m), "m.json") == m);
   }));
 }
 
 TEST(Model, OptionalBlocksMayBeLeftOut) {
-  Model m = example();
-  Channel& c = m.channels[0];
+  Channel c = chain();
   c.dead_zone.reset();
   c.hysteresis.reset();
   c.input_curve.reset();
   c.output_curve.reset();
+  const Model m = model_of(c, 0.05);
   EXPECT_EQ(from_json(to_json(m), "m.json"), m);
+  EXPECT_EQ(channel(m, 0), c);
 }
 
 TEST(Model, AnOutputCurveAloneStaysBehindTheLti) {
-  Model m = example();
-  m.channels[0].input_curve.reset();
-  EXPECT_EQ(from_json(to_json(m), "m.json"), m);
+  Channel c = chain();
+  c.input_curve.reset();
+  EXPECT_EQ(channel(from_json(to_json(model_of(c, 0.05)), "m.json"), 0), c);
+}
+
+TEST(Model, OnlyAChainInTheOrderOfSchema1IsAChannel) {
+  const Model two = [] {
+    Model m = model_of(chain(), 0.05);
+    Channel c = chain();
+    c.name = "ring";
+    add(m, c);
+    return m;
+  }();
+  ASSERT_EQ(two.joints.size(), 2u);
+  EXPECT_EQ(channel(two, 0), chain());
+  EXPECT_EQ(channel(two, 1)->name, "ring");
+  EXPECT_NE(two.inputs[0].name, two.inputs[1].name) << "both come from one column, but names are given once";
+  EXPECT_EQ(channel(example(), 0), std::nullopt);
+  EXPECT_EQ(channel(example(), 1), std::nullopt);
+}
+
+TEST(Model, Schema1LoadsAsTheChainBuiltByHand) {
+  const Model loaded = from_json(old_document().dump(), "m.json");
+  EXPECT_EQ(channel(loaded, 0), chain());
+  const Model by_hand = model_of(chain(), 0.05);
+  EXPECT_EQ(loaded.blocks, by_hand.blocks);
+  EXPECT_EQ(loaded.inputs, by_hand.inputs);
+  EXPECT_EQ(from_json(to_json(loaded), "m.json"), loaded) << "saved again, it is a document of schema 2";
+  Compensator<DoubleArithmetic> a(loaded);
+  Compensator<DoubleArithmetic> b(by_hand);
+  for (int k = 0; k < 500; ++k) {
+    const double u = k * 37 % 1024;
+    ASSERT_EQ(a.step(u).angle_deg, b.step(u).angle_deg) << k;
+  }
 }
 
 TEST(Model, ReadsThePapersAndTheClinicsNames) {
   EXPECT_EQ(finger("pointer"), "index");
   EXPECT_EQ(finger("little"), "pinky");
   EXPECT_THROW((void)finger("toe"), io::InputError);
+  EXPECT_EQ(joint_name("little_dip"), "pinky_dip");
+  EXPECT_EQ(joint_name("wrist"), "wrist");
+  EXPECT_THROW((void)joint_name("index mcp"), io::InputError);
 }
 
 TEST(Model, RefusesANewerSchemaByName) {
-  const auto what = edited([](auto& j) { j["schema_version"] = 2; });
-  EXPECT_NE(what.find("m.json: has schema version 2"), std::string::npos) << what;
-  EXPECT_NE(what.find("update Flexor"), std::string::npos);
+  const auto what = edited([](auto& j) { j["schema_version"] = 3; });
+  expect_says(what, "m.json: has schema version 3");
+  expect_says(what, "update Flexor");
+  expect_says(edited([](auto& j) { j["schema_version"] = 0; }), "no known schema version");
 }
 
 TEST(Model, RefusesATruncatedFileWithThePlace) {
   const std::string text = to_json(example());
-  const auto what = reason(text.substr(0, text.size() / 2));
-  EXPECT_NE(what.find("m.json: not valid JSON at line"), std::string::npos) << what;
-  EXPECT_EQ(what.find('\n'), std::string::npos);
+  expect_says(reason(text.substr(0, text.size() / 2)), "m.json: not valid JSON at line");
 }
 
 TEST(Model, RefusesANumberThatNoDoubleHolds) {
@@ -105,21 +222,78 @@ TEST(Model, RefusesANumberThatNoDoubleHolds) {
 }
 
 TEST(Model, NamesChannelBlockAndRule) {
-  const auto unknown = edited([](auto& j) { j["channels"][0]["blocks"][0]["uper"] = 1; });
-  EXPECT_NE(unknown.find("channels[0]: blocks[0]: unknown key \"uper\""), std::string::npos) << unknown;
-  const auto unstable = edited([](auto& j) { j["channels"][0]["blocks"][3]["poles_rad_s"][0] = 12; });
-  EXPECT_NE(unstable.find("poles must be negative"), std::string::npos) << unstable;
-  const auto order =
-      edited([](auto& j) { std::swap(j["channels"][0]["blocks"][0], j["channels"][0]["blocks"][3]); });
-  EXPECT_NE(order.find("cannot stand here"), std::string::npos) << order;
-  const auto finger_name = edited([](auto& j) { j["channels"][0]["name"] = "toe"; });
-  EXPECT_NE(finger_name.find("unknown finger \"toe\""), std::string::npos) << finger_name;
-  const auto knots = edited([](auto& j) { j["channels"][0]["blocks"][2]["x"] = {0, 0, 1}; });
-  EXPECT_NE(knots.find("strictly increasing"), std::string::npos) << knots;
-  const auto missing = edited([](auto& j) { j.erase("sample_period_s"); });
-  EXPECT_NE(missing.find("\"sample_period_s\" is missing"), std::string::npos) << missing;
-  const auto bare = edited([](auto& j) { j["channels"][0]["blocks"].erase(5); });
-  EXPECT_NE(bare.find("must end with a saturation"), std::string::npos) << bare;
+  expect_says(edited_old([](auto& j) { j["channels"][0]["blocks"][0]["uper"] = 1; }),
+              "m.json: channels[0]: blocks[0]: unknown key \"uper\"");
+  expect_says(edited_old([](auto& j) { j["channels"][0]["blocks"][3]["poles_rad_s"][0] = 12; }),
+              "m.json: index dynamics: lti: poles must be negative");
+  expect_says(
+      edited_old([](auto& j) { std::swap(j["channels"][0]["blocks"][0], j["channels"][0]["blocks"][3]); }),
+      "cannot stand here");
+  expect_says(edited_old([](auto& j) { j["channels"][0]["name"] = "toe"; }), "unknown finger \"toe\"");
+  expect_says(edited_old([](auto& j) {
+                j["channels"][0]["blocks"][2]["x"] = {0, 0, 1};
+              }),
+              "m.json: index curve: curve: x must be strictly increasing");
+  expect_says(edited_old([](auto& j) { j.erase("sample_period_s"); }), "\"sample_period_s\" is missing");
+  expect_says(edited_old([](auto& j) { j["channels"][0]["blocks"].erase(5); }), "must end with a saturation");
+  expect_says(edited_old([](auto& j) { j["channels"].push_back(j["channels"][0]); }),
+              "m.json: channels[1]: index occurs twice");
+}
+
+TEST(Model, NamesSignalBlockAndRule) {
+  expect_says(edited([](auto& j) { j["blocks"][0]["uper"] = 1; }), "m.json: blocks[0]: unknown key \"uper\"");
+  expect_says(edited([](auto& j) { j["inputs"][1].erase("valid_min"); }),
+              "m.json: inputs[1]: \"valid_min\" is missing");
+  expect_says(edited([](auto& j) { j["joints"][1].erase("rest_deg"); }),
+              "m.json: joints[1]: \"rest_deg\" is missing");
+  expect_says(edited([](auto& j) { j["blocks"][1]["type"] = "friction"; }),
+              "m.json: blocks[1]: unknown block \"friction\"; known: gain, dead_zone, curve, spline");
+  expect_says(edited([](auto& j) {
+                j["blocks"][1]["from"] = Json::array({"a", 3});
+              }),
+              "m.json: blocks[1]: \"from\" must be a signal's name");
+  expect_says(edited([](auto& j) { j["blocks"][11]["samples"] = 1.5; }),
+              "m.json: blocks[11]: \"samples\" is 1.5");
+  expect_says(edited([](auto& j) { j["blocks"][9]["poles_rad_s"][0] = 12; }),
+              "m.json: lag: lti: poles must be negative");
+  expect_says(edited([](auto& j) { j["channels"] = Json::array(); }), "m.json: unknown key \"channels\"");
+}
+
+TEST(Model, RefusesAGraphThatDoesNotFitTogether) {
+  expect_says(edited([](auto& j) { j["blocks"][0]["from"] = "c"; }),
+              "m.json: zone: dead_zone: no signal \"c\" comes before it");
+  // A cycle: of two blocks that take one another, one comes first.
+  expect_says(edited([](auto& j) { j["blocks"][0]["from"] = "play"; }),
+              "m.json: zone: dead_zone: no signal \"play\" comes before it");
+  expect_says(edited([](auto& j) { j["blocks"][1]["to"] = "zone"; }),
+              "m.json: zone: two signals have this name");
+  expect_says(edited([](auto& j) { j["blocks"][0]["to"] = "b"; }), "m.json: b: two signals have this name");
+  expect_says(edited([](auto& j) { j["inputs"][1]["name"] = "a"; }), "m.json: a: two signals have this name");
+  expect_says(edited([](auto& j) { j["blocks"][0]["to"] = "two\nlines"; }),
+              "m.json: block \"two\\nlines\" needs");
+  expect_says(edited([](auto& j) { j["joints"][0]["from"] = "late"; }),
+              "m.json: index_mcp: joint: must come from a saturation");
+  expect_says(edited([](auto& j) { j["joints"][0]["from"] = "a"; }),
+              "m.json: index_mcp: joint: must come from a saturation");
+  expect_says(edited([](auto& j) { j["joints"][0]["from"] = "nowhere"; }),
+              "m.json: index_mcp: joint: no signal \"nowhere\"");
+  expect_says(edited([](auto& j) { j["joints"][1]["name"] = "index_mcp"; }),
+              "m.json: index_mcp: joint: occurs twice");
+  expect_says(edited([](auto& j) {
+                j["blocks"][0]["from"] = {"a", "b"};
+              }),
+              "m.json: zone: dead_zone: takes 1 to 1 signals");
+  expect_says(edited([](auto& j) {
+                j["blocks"][8]["from"] = {"a", "b"};
+              }),
+              fmt::format("m.json: both: sum: takes 1 to {} signals", kMaxTerms));
+  expect_says(edited([](auto& j) {
+                j["blocks"][8]["from"] = std::vector<std::string>(kMaxTerms + 1, "a");
+                j["blocks"][8]["weights"] = std::vector<double>(kMaxTerms + 1, 0.1);
+              }),
+              fmt::format("m.json: both: sum: takes 1 to {} signals", kMaxTerms));
+  expect_says(edited([](auto& j) { j["joints"] = Json::array(); }),
+              "m.json: \"joints\" must be a list, not empty");
 }
 
 TEST(Model, SavingABrokenModelWritesNothing) {

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <array>
 
+#include "host/model/channel.hpp"
 #include "host/model/compensator.hpp"
 
 namespace flexor::model {
@@ -37,18 +38,20 @@ TEST(PublishedWiener, PolesAndGainsAreThoseOfThePrintedMatrices) {
   const Model m = load(kModels + "published_wiener.json");
   const auto printed = printed_wiener();
   const std::array gains = {0.965, 0.885, 1.270, 1.204, 1.109};
-  ASSERT_EQ(m.channels.size(), 5u);
+  ASSERT_EQ(m.joints.size(), 5u);
   for (std::size_t i = 0; i < 5; ++i) {
     Eigen::VectorXd poles = Eigen::EigenSolver<Eigen::MatrixXd>(printed[i].a).eigenvalues().real();
     std::sort(poles.begin(), poles.end(), std::greater<>());
-    const auto& ours = m.channels[i].lti.poles_rad_s;
+    const auto chain = channel(m, i);
+    ASSERT_TRUE(chain.has_value());
+    const auto& ours = chain->lti.poles_rad_s;
     ASSERT_EQ(ours.size(), static_cast<std::size_t>(poles.size()));
     for (std::size_t k = 0; k < ours.size(); ++k) {
       EXPECT_NEAR(ours[k] / poles(static_cast<Eigen::Index>(k)), 1, 1e-9);
     }
     const double gain = -(printed[i].c * printed[i].a.fullPivLu().solve(printed[i].b))(0);
-    EXPECT_NEAR(m.channels[i].lti.gain, gain, 1e-9);
-    EXPECT_NEAR(m.channels[i].lti.gain, gains[i], 0.0005);
+    EXPECT_NEAR(chain->lti.gain, gain, 1e-9);
+    EXPECT_NEAR(chain->lti.gain, gains[i], 0.0005);
   }
 }
 
@@ -56,9 +59,11 @@ TEST(PublishedHammersteinWiener, PolesGainsAndDeadZonesAreThePapers) {
   const Model m = load(kModels + "published_hw.json");
   const std::array poles = {-54.0, -19.0, -19.0, -21.0, -15.0};
   const std::array gains = {1.278, 1.263, 1.421, 1.333, 1.400};
-  ASSERT_EQ(m.channels.size(), 5u);
+  ASSERT_EQ(m.joints.size(), 5u);
   for (std::size_t i = 0; i < 5; ++i) {
-    const Channel& c = m.channels[i];
+    const auto chain = channel(m, i);
+    ASSERT_TRUE(chain.has_value());
+    const Channel& c = *chain;
     EXPECT_EQ(c.lti.poles_rad_s, std::vector{poles[i]});
     EXPECT_NEAR(c.lti.gain, gains[i], 0.0005);
     EXPECT_EQ(c.dead_zone, (DeadZone{-10, i == 4 ? 30.0 : 20.0}));
@@ -87,16 +92,21 @@ TEST_P(PublishedModel, DoubleFloatAndFixedPointAgree) {
   Compensator<DoubleArithmetic> exact(m);
   Compensator<FloatArithmetic> single(m);
   Compensator<FixedArithmetic> fixed(m);
+  std::vector<double> gains;
+  for (std::size_t i = 0; i < m.joints.size(); ++i) gains.push_back(channel(m, i).value().lti.gain);
   double worst_single = 0;
   double worst_fixed = 0;
   double beyond_input = 0;  // what alpha between the steps of Q5 costs, left out
   for (const double alpha : excitation()) {
-    for (std::size_t i = 0; i < m.channels.size(); ++i) {
-      const double y = exact.step(i, alpha).angle_deg;
-      worst_single = std::max(worst_single, std::abs(single.step(i, alpha).angle_deg - y));
-      const double error = std::abs(fixed.step(i, alpha).angle_deg - y);
+    const std::vector<double> u(m.inputs.size(), alpha);
+    const auto y = exact.step(u);
+    const auto y_single = single.step(u);
+    const auto y_fixed = fixed.step(u);
+    for (std::size_t i = 0; i < m.joints.size(); ++i) {
+      worst_single = std::max(worst_single, std::abs(y_single[i].angle_deg - y[i].angle_deg));
+      const double error = std::abs(y_fixed[i].angle_deg - y[i].angle_deg);
       worst_fixed = std::max(worst_fixed, error);
-      beyond_input = std::max(beyond_input, error - m.channels[i].lti.gain / 64);
+      beyond_input = std::max(beyond_input, error - gains[i] / 64);
     }
   }
   RecordProperty("worst_float_deg", std::to_string(worst_single));

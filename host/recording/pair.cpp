@@ -195,7 +195,16 @@ Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock
       if (auto warning = disagreement(*clock_offset_s, *a.alignment)) a.warnings.push_back(*warning);
     }
   }
-  a.clock_offset_s = clock_offset_s ? *clock_offset_s : a.alignment->clock_offset_s;
+  sample_pair(pair, rate_hz, clock_offset_s ? *clock_offset_s : a.alignment->clock_offset_s, lead_s, split,
+              a);
+  return a;
+}
+
+void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double lead_s, double split,
+                 Aligned& a) {
+  const Series sensor = pair.sensor.series(pair.input);
+  const Series reference = pair.reference.series(pair.output);
+  a.clock_offset_s = clock_offset_s;
   a.period_s = 1 / rate_hz;
   check_size(pair.sensor, rate_hz);
   a.t_s = resample(sensor, a.period_s, kJump_s).t_s;
@@ -225,7 +234,6 @@ Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock
   a.input = std::move(samples.value);
   sample_reference(reference, shift_s, default_max_gap_s(until(reference, end_s + shift_s).t_s), a);
   for (std::size_t k = 0; k < size; ++k) a.gap[k] |= samples.pause[k];
-  return a;
 }
 
 Recording to_recording(const Aligned& a, const Pair& pair) {

@@ -62,6 +62,10 @@ struct Aligned {
 Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s,
                    double split = 1);
 
+// The samples of a pair whose clock offset is known; fills in all but the alignment.
+void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double lead_s, double split,
+                 Aligned& out);
+
 // What both saw: t_s, input, output and gap columns, for wide CSV and MAT.
 Recording to_recording(const Aligned& aligned, const Pair& pair);
 

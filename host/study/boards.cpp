@@ -21,10 +21,10 @@ constexpr double kSafeSpeed_deg_s = 400;
 // Each finger's rest angle by the model; where it has no channel, the hand's lower limit.
 std::array<double, kFingers> rests(const twin::Parameters& p, const model::Model& model) {
   std::array<double, kFingers> out = p.hand_lower_deg;
-  const auto channels = deploy::channels_of(model);
+  const model::Wiring wiring = model::wiring_of(model);
   for (std::size_t i = 0; i < kFingers; ++i) {
-    if (channels[i] != nullptr)
-      out[i] = std::clamp(channels[i]->rest_deg, p.hand_lower_deg[i], p.hand_upper_deg[i]);
+    if (!wiring.joint[i]) continue;
+    out[i] = std::clamp(model.joints[*wiring.joint[i]].rest_deg, p.hand_lower_deg[i], p.hand_upper_deg[i]);
   }
   return out;
 }

@@ -12,6 +12,7 @@
 
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/model/channel.hpp"
 #include "host/study/builtin.hpp"
 #include "host/study/recorded_motion.hpp"
 
@@ -58,7 +59,7 @@ model::Model raw_model() {
     c.valid_max = 1023.9;
     c.saturation = {0, 180};
     c.rest_deg = finger == "thumb" ? 90 : 28;
-    m.channels.push_back(c);
+    model::add(m, c);
   }
   return m;
 }

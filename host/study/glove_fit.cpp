@@ -10,6 +10,7 @@
 
 #include "host/identify/fit.hpp"
 #include "host/io/io.hpp"
+#include "host/model/channel.hpp"
 #include "host/model/compensator.hpp"
 #include "host/recording/pair.hpp"
 
@@ -151,7 +152,7 @@ class GloveFitter {
 
   FittedModel fit(const StepStructure& step, double lead_s) {
     model::Model m = document(step.name, step.what, lead_s);
-    for (std::size_t i = 0; i < kFingers; ++i) m.channels.push_back(channel(step, lead_s, i, m));
+    for (std::size_t i = 0; i < kFingers; ++i) model::add(m, channel(step, lead_s, i, m));
     return {step.name, step.what, std::move(m)};
   }
 
@@ -164,7 +165,7 @@ class GloveFitter {
       const Line fitted = fit_line(s.input, s.angle_deg, c.saturation);
       c.lti.gain = fitted.gain;
       c.lti.offset = fitted.offset_deg;
-      out.model.channels.push_back(within_format(std::move(c), s));
+      model::add(out.model, within_format(std::move(c), s));
     }
     return describe(std::move(out), 0);
   }
@@ -175,7 +176,7 @@ class GloveFitter {
                     {}};
     out.model = document(out.name, out.what, lead_s);
     for (std::size_t i = 0; i < kFingers; ++i) {
-      out.model.channels.push_back(leading_line(i, samples(i, lead_s), lead_s));
+      model::add(out.model, leading_line(i, samples(i, lead_s), lead_s));
     }
     return describe(std::move(out), lead_s);
   }
@@ -188,7 +189,7 @@ class GloveFitter {
     out.model = document(out.name, out.what, 0);
     const model::Model published = compensator("published-hw", request_.rate_hz).model;
     for (std::size_t i = 0; i < kFingers; ++i) {
-      out.model.channels.push_back(refitted(published, i, samples(i, 0)));
+      model::add(out.model, refitted(published, i, samples(i, 0)));
     }
     return describe(std::move(out), 0);
   }
@@ -249,7 +250,7 @@ class GloveFitter {
     model::Channel c = complete(fit.channel, finger, s.aligned.angle_deg);
     // A play and a steep curve can cancel each other: fits on paper, and in no microcontroller.
     try {
-      (void)model::fixed_coefficients<model::AnyShape>(c, s.data.period_s);
+      model::check_fixed(model::model_of(c, s.data.period_s));
     } catch (const io::InputError& error) {
       if (step.structure.plays == 0) throw;
       warnings.push_back(fmt::format("{}: without the play operator, since {}", step.name, error.what()));
@@ -291,13 +292,10 @@ class GloveFitter {
 
   // What a channel loses on its samples; more than anything where it makes no model.
   static double loss_of(const model::Channel& c, const Samples& s) {
-    model::Model one;
-    one.sample_period_s = s.data.period_s;
-    one.channels = {c};
-    model::Compensator<model::DoubleArithmetic> compensator(one);
+    model::Compensator<model::DoubleArithmetic> compensator(model::model_of(c, s.data.period_s));
     double sum = 0;
     for (std::size_t k = 0; k < s.aligned.input.size(); ++k) {
-      const double angle_deg = compensator.step(0, s.aligned.input[k]).angle_deg;
+      const double angle_deg = compensator.step(s.aligned.input[k]).angle_deg;
       if (s.data.use[k] != 0) sum += pseudo_huber(angle_deg - s.aligned.angle_deg[k]);
     }
     return sum;
@@ -308,7 +306,7 @@ class GloveFitter {
     const auto [low, high] = range_of(s.input);
     for (double spans = 4; spans > 0.2; spans /= 2) {
       try {
-        (void)model::fixed_coefficients<model::AnyShape>(c, s.data.period_s);
+        model::check_fixed(model::model_of(c, s.data.period_s));
         return c;
       } catch (const io::InputError&) {
         c.valid_min = std::max(kValidMin_deg, low - spans * (high - low));
@@ -345,7 +343,7 @@ class GloveFitter {
 
   // Above its dead zone the published model is a line with a pole behind it.
   static model::Channel refitted(const model::Model& published, std::size_t finger, const Samples& s) {
-    model::Channel from = published.channels[finger];
+    model::Channel from = *model::channel(published, finger);
     read_by(from, finger);
     const auto [low, high] = range_of(s.input);
     const LineEnds line{low, high};
@@ -370,12 +368,13 @@ class GloveFitter {
 
   // The figures that every fitted model carries.
   FittedModel describe(FittedModel fitted, double lead_s) {
-    model::Compensator<model::DoubleArithmetic> compensator(fitted.model);
     for (std::size_t i = 0; i < kFingers; ++i) {
       const Samples& s = samples(i, lead_s);
+      model::Compensator<model::DoubleArithmetic> compensator(
+          model::model_of(*model::channel(fitted.model, i), s.data.period_s));
       double squares = 0;
       for (std::size_t k = 0; k < s.aligned.input.size(); ++k) {
-        const double e = compensator.step(i, s.aligned.input[k]).angle_deg - s.aligned.angle_deg[k];
+        const double e = compensator.step(s.aligned.input[k]).angle_deg - s.aligned.angle_deg[k];
         if (s.data.use[k] != 0) squares += e * e;
       }
       fitted.model.fit[model::finger_names()[i]] = {

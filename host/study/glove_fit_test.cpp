@@ -7,7 +7,8 @@
 #include <cmath>
 
 #include "host/io/io.hpp"
-#include "host/model/coefficients.hpp"
+#include "host/model/channel.hpp"
+#include "host/model/formats.hpp"
 #include "host/recording/csv.hpp"
 #include "host/twin/random.hpp"
 
@@ -140,23 +141,21 @@ TEST_F(Glove, EveryModelFitsAMicrocontroller) {
   for (const auto* models : {&fit_->steps, &fit_->baselines}) {
     for (const FittedModel& m : *models) {
       EXPECT_NO_THROW(model::check(m.model)) << m.name;
-      for (const model::Channel& c : m.model.channels) {
-        EXPECT_NO_THROW((void)model::fixed_coefficients<model::AnyShape>(c, m.model.sample_period_s))
-            << m.name;
-      }
+      EXPECT_NO_THROW(model::check_fixed(m.model)) << m.name;
     }
   }
 }
 
 TEST_F(Glove, TheRefittedModelIsThePublishedOneButForGainAndEdge) {
-  const model::Model published = compensator("published-hw", 10).model;
-  const model::Model& ours = baseline("published-hw-refitted").model;
+  const std::vector<model::Channel> published = model::channels(compensator("published-hw", 10).model);
+  const model::Model& model = baseline("published-hw-refitted").model;
+  const std::vector<model::Channel> ours = model::channels(model);
   for (std::size_t i = 0; i < kFingers; ++i) {
-    EXPECT_EQ(ours.channels[i].lti.poles_rad_s, published.channels[i].lti.poles_rad_s);
-    EXPECT_EQ(ours.channels[i].saturation, published.channels[i].saturation);
-    EXPECT_NE(ours.channels[i].lti.gain, published.channels[i].lti.gain);
-    EXPECT_FALSE(ours.channels[i].input_curve || ours.channels[i].hysteresis);
-    EXPECT_LT(ours.fit.at(ours.channels[i].name).at("fitted_rmse_deg").get<double>(), 4);
+    EXPECT_EQ(ours[i].lti.poles_rad_s, published[i].lti.poles_rad_s);
+    EXPECT_EQ(ours[i].saturation, published[i].saturation);
+    EXPECT_NE(ours[i].lti.gain, published[i].lti.gain);
+    EXPECT_FALSE(ours[i].input_curve || ours[i].hysteresis);
+    EXPECT_LT(model.fit.at(ours[i].name).at("fitted_rmse_deg").get<double>(), 4);
   }
 }
 
@@ -165,11 +164,14 @@ TEST_F(Glove, TheBaselinesAreWhatTheySay) {
   const model::Model& line = baseline("line").model;
   const model::Model& lead = baseline("line-lead").model;
   EXPECT_EQ(lead.training.at("lead_s"), fit_->identified().training.at("lead_s"));
+  const std::vector<model::Channel> lines = model::channels(line);
+  const std::vector<model::Channel> leads = model::channels(lead);
+  const std::vector<model::Channel> first = model::channels(fit_->steps.front().model);
   for (std::size_t i = 0; i < kFingers; ++i) {
-    EXPECT_TRUE(line.channels[i].lti.poles_rad_s.empty() && !line.channels[i].input_curve);
-    EXPECT_EQ(lead.channels[i].lti.poles_rad_s.size(), 1U);
-    EXPECT_GT(lead.channels[i].lti.taps.at(0), 1) << "it leads";
-    EXPECT_EQ(line.channels[i].saturation, fit_->steps.front().model.channels[i].saturation);
+    EXPECT_TRUE(lines[i].lti.poles_rad_s.empty() && !lines[i].input_curve);
+    EXPECT_EQ(leads[i].lti.poles_rad_s.size(), 1U);
+    EXPECT_GT(leads[i].lti.taps.at(0), 1) << "it leads";
+    EXPECT_EQ(lines[i].saturation, first[i].saturation);
   }
 }
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "host/model/model.hpp"
+#include "host/model/channel.hpp"
 #include "host/study/catalogue.hpp"
 
 namespace flexor::study {
@@ -29,8 +29,9 @@ std::vector<FreeParameter> make_free_parameters() {
   for (const bool upper : {false, true}) {
     for (std::size_t i = 0; i < kFingers; ++i) {
       const double angle_deg = upper ? p.hand_upper_deg[i] : p.hand_lower_deg[i];
-      const double implied =
-          (inverse(w.model.channels[i], angle_deg) + inverse(hw.model.channels[i], angle_deg)) / 2;
+      const double implied = (inverse(*model::channel(w.model, i), angle_deg) +
+                              inverse(*model::channel(hw.model, i), angle_deg)) /
+                             2;
       out.push_back(
           {fmt::format("placement.bend_{}_deg.{}", upper ? "upper" : "lower", model::finger_names()[i]),
            implied, kPlacementDeviation_deg, false, implied - kPlacementReach_deg,

@@ -9,6 +9,7 @@
 
 #include "host/io/io.hpp"
 #include "host/model/compensator.hpp"
+#include "host/model/wiring.hpp"
 #include "host/twin/glove.hpp"
 #include "host/twin/laboratory.hpp"
 #include "host/twin/plant.hpp"
@@ -21,21 +22,18 @@ namespace {
 
 using Compensators = model::Compensator<model::FixedArithmetic>;
 
-// Channel of the compensator for each finger of the hand.
-std::array<std::size_t, kFingers> channels(const model::Model& compensator) {
-  std::array<std::size_t, kFingers> out{};
+// The compensator's joint for each finger, all of which the hand has.
+model::Wiring full_wiring(const model::Model& compensator) {
+  model::Wiring out = model::wiring_of(compensator);
   std::vector<std::string> missing;
   for (std::size_t i = 0; i < kFingers; ++i) {
-    const std::string& finger = model::finger_names()[i];
-    const auto it = std::ranges::find(compensator.channels, finger, &model::Channel::name);
-    if (it == compensator.channels.end()) missing.push_back(finger);
-    out[i] = static_cast<std::size_t>(it - compensator.channels.begin());
+    if (!out.joint[i]) missing.push_back(model::finger_names()[i]);
   }
   if (!missing.empty()) {
     std::vector<std::string> has;
-    for (const model::Channel& c : compensator.channels) has.push_back(c.name);
+    for (const model::Joint& joint : compensator.joints) has.push_back(joint.name);
     throw io::InputError(
-        fmt::format("compensator {}: the hand has a motor for {}, the model only channel(s) {}",
+        fmt::format("compensator {}: the hand has a motor for {}, the model only joint(s) {}",
                     compensator.name, fmt::join(missing, ", "), fmt::join(has, ", ")));
   }
   return out;
@@ -50,7 +48,8 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
         p_(input.parameters),
         constants_(p_),
         divider_(p_),
-        channel_(channels(input.compensator)),
+        wiring_(full_wiring(input.compensator)),
+        reading_(input.compensator.inputs.size()),
         period_s_(input.compensator.sample_period_s),
         frame_every_s_(p_.frame_rate_hz > 0 ? 1 / p_.frame_rate_hz : 0),
         count_(count),
@@ -145,15 +144,22 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     FrameAngles angles;
     Trial& trial = trials_[at(t)];
     if (input_.record_samples) trial.sample_s.push_back(now_s);
+    std::array<double, kFingers> alpha{};
     for (int i = 0; i < kFingers; ++i) {
       const int lane = i * kTrials + t;
       const int counts =
           strip_[at(lane)].sample(divider_, now_s, static_cast<double>(bend(constants_, x_, lane)));
-      const double alpha = divider_.alpha_deg(counts);
-      const double beta = compensator_[at(t)].step(channel_[at(i)], alpha).angle_deg;
+      alpha[at(i)] = divider_.alpha_deg(counts);
+    }
+    for (std::size_t input = 0; input < reading_.size(); ++input)
+      reading_[input] = alpha[wiring_.strip[input]];
+    const auto betas = compensator_[at(t)].step(reading_);
+    for (int i = 0; i < kFingers; ++i) {
+      const int lane = i * kTrials + t;
+      const double beta = betas[*wiring_.joint[at(i)]].angle_deg;
       angles[at(i)] = static_cast<std::int16_t>(std::lround(16 * beta));
       if (!input_.record_samples) continue;
-      trial.alpha_deg[at(i)].push_back(alpha);
+      trial.alpha_deg[at(i)].push_back(alpha[at(i)]);
       trial.beta_deg[at(i)].push_back(beta);
       trial.true_deg[at(i)].push_back(static_cast<double>(x_.reference[lane]));
     }
@@ -220,7 +226,8 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   const Parameters& p_;
   PlantConstants constants_;
   Divider divider_;
-  std::array<std::size_t, kFingers> channel_;
+  model::Wiring wiring_;
+  std::vector<double> reading_;
   double period_s_;
   double frame_every_s_;
   int count_;
@@ -252,7 +259,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
 
 void check(const TrialInput& input) {
   check(input.parameters);
-  (void)channels(input.compensator);
+  (void)full_wiring(input.compensator);
   const double rate_hz = 1 / input.compensator.sample_period_s;
   if (!(rate_hz >= 0.1 && rate_hz <= kMaxRate_hz * (1 + 1e-9))) {
     throw io::InputError(

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "host/io/io.hpp"
+#include "host/model/channel.hpp"
 
 namespace flexor::twin {
 namespace {
@@ -34,7 +35,7 @@ model::Model identity(double period_s) {
     c.valid_min = -100;
     c.valid_max = 1000;
     c.saturation = {0, 180};
-    m.channels.push_back(c);
+    model::add(m, c);
   }
   return m;
 }
@@ -212,9 +213,8 @@ TEST(Simulation, RefusesWhatDoesNotFit) {
     }
     return "accepted";
   };
-  model::Model one = published_hw();
-  one.channels.resize(1);
-  EXPECT_NE(message({Parameters(), gesture(1), one, 1, false}).find("only channel(s) thumb"),
+  const model::Model one = model::with_channels(published_hw(), {*model::channel(published_hw(), 0)});
+  EXPECT_NE(message({Parameters(), gesture(1), one, 1, false}).find("only joint(s) thumb"),
             std::string::npos);
   EXPECT_NE(message({Parameters(), gesture(1), identity(1e-4), 1, false}).find("runs at 1000 Hz"),
             std::string::npos);

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "host/io/fuzz_json.hpp"
+#include "host/model/channel.hpp"
 #include "host/twin/motion.hpp"
 #include "host/twin/parameters.hpp"
 #include "host/twin/simulation.hpp"
@@ -27,7 +28,7 @@ model::Model straight_through() {
     c.valid_max = 1023;
     c.saturation = {0, 180};
     c.rest_deg = 90;
-    m.channels.push_back(c);
+    model::add(m, c);
   }
   return m;
 }

@@ -1,30 +1,70 @@
-// What a glove's firmware will instantiate: five channels, with every block switched on.
-#include "runtime/compensator/compensator.hpp"
+// What a glove's firmware may instantiate: every block there is in integers, one behind the other. Tables and what
+// they are part of lie in flash; all other coefficients are constants of their instructions.
+#include "runtime/compensator/blocks.hpp"
 
-using AllBlocks = flexor::compensator::Shape<4, 10, 3, 8>;
-#ifdef FIXED_POINT
-using Arithmetic = flexor::compensator::Fixed<AllBlocks>;
-#else
-using Arithmetic = flexor::compensator::Floating<float, AllBlocks>;
-#endif
-using Glove = flexor::compensator::Compensator<Arithmetic, AllBlocks, 5>;
+namespace {
 
-Glove::Coefficients coefficients[5];
-volatile Glove::Input adc[5];
-volatile Glove::Output angle_deg[5];
-volatile flexor::core::Status status[5];
+using namespace flexor::compensator;  // NOLINT: a program of blocks
+
+constexpr DeadZone<int16_t> kDeadZone = {-320, 640};
+constexpr Play<int16_t> kPlay = {96};
+constexpr FixedCreep kCreep = {96L << 14, {40000, 3}};
+const FixedHysteresis<4> kHysteresis PROGMEM = {{4, {32, 64, 128, 256}}, {1024, -512, 256, 128}};
+const FixedCurve<3> kCurve PROGMEM = {3, 14, {0, 9600, 32000}, {0, 720, 1440}, {1228, 527, 0}};
+constexpr FixedSum<2> kSum = {2, 12, {2048, 1024}, 512};
+constexpr FixedLti<1, false> kFirst = {16384, -1, 0, {{40000, 3}}, {{0, 0}}, {0}, 15, 16, false, {{0}, {0}}};
+constexpr FixedLti<3, true> kThird = {16384,
+                                      -1,
+                                      1000L,
+                                      {{40000, 3}, {60000, 6}, {50000, 5}},
+                                      {{50000, 2}, {40000, 4}, {50000, 3}},
+                                      {100, 0, -200},
+                                      14,
+                                      16,
+                                      false,
+                                      {{0, 0, 0}, {0, 0, 0}}};
+constexpr FixedLti<2, false> kDirect = {16384, -1, 0,    {{40000, 0}, {60000, 1}},   {{50000, 2}}, {0, 0},
+                                        15,    16, true, {{30000, 2000}, {3000, 20}}};
+constexpr FixedPolePair kPolePair = {{-2768, 9000, -9000, -12768}, 15, {16384, -2048}, 14, 10, 11};
+constexpr Delay<int16_t, 5> kDelay = {5};
+constexpr Saturation<int16_t> kSaturation = {0, 1440};
+
+struct States {
+  Play<int16_t>::State play;
+  FixedCreep::State creep;
+  FixedHysteresis<4>::State hysteresis;
+  FixedLti<1, false>::State first;
+  FixedLti<3, true>::State third;
+  FixedLti<2, false>::State direct;
+  FixedPolePair::State pole_pair;
+  Delay<int16_t, 5>::State delay;
+};
+
+volatile int16_t adc[2];
+volatile int16_t angle;
+
+// The first sample starts a block, every one moves it.
+template <class Block>
+int16_t run(const Block& block, typename Block::State& state, bool first, int16_t u) {
+  if (first) block.start(state, u);
+  return block.step(state, u);
+}
+
+// The direct form starts from a block's own input in Q5, never negative.
+int16_t angle_of(States& states, bool first, int16_t a, int16_t b) {
+  int16_t v = run(kPlay, states.play, first, kDeadZone(a));
+  v = run(kCreep, states.creep, first, v);
+  v = kCurve(run(kHysteresis, states.hysteresis, first, v));
+  v = run(kFirst, states.first, first, v);
+  v = run(kThird, states.third, first, v);
+  v = run(kPolePair, states.pole_pair, first, v);
+  const int16_t both[2] = {run(kDelay, states.delay, first, v), run(kDirect, states.direct, first, b)};
+  return kSaturation(kSum(both));
+}
+
+}  // namespace
 
 int main() {
-  Glove glove(coefficients);
-  for (;;) {
-    Glove::Input in[5];
-    Glove::Output out[5];
-    flexor::core::Status statuses[5];
-    for (int i = 0; i < 5; ++i) in[i] = adc[i];
-    glove.step(in, out, statuses);
-    for (int i = 0; i < 5; ++i) {
-      angle_deg[i] = out[i];
-      status[i] = statuses[i];
-    }
-  }
+  States states;
+  for (bool first = true;; first = false) angle = angle_of(states, first, adc[0], adc[1]);
 }

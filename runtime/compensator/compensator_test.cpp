@@ -1,42 +1,23 @@
-#include "runtime/compensator/compensator.hpp"
-
+// Every block alone, against closed forms.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
 #include <cmath>
-#include <limits>
 #include <vector>
+
+#include "runtime/compensator/blocks.hpp"
+#include "runtime/compensator/smooth.hpp"
 
 namespace flexor::compensator {
 namespace {
 
-using core::Status;
-using Full = Shape<2, 4, 2, 3>;
-using Double = Floating<double, Full>;
-using DoubleChannel = Channel<Double, Full>;
-
-// Identity blocks around an order-2 LTI; tests change what they look at.
-DoubleChannel::Coefficients identity() {
-  DoubleChannel::Coefficients c{};
-  c.valid_min = -1000;
-  c.valid_max = 1000;
-  c.lti.gain = 1;
-  c.lti.tap[0] = 1;  // y = w
-  c.lower = -500;
-  c.upper = 500;
-  c.rest = 0;
-  return c;
-}
-
-std::vector<double> run(const DoubleChannel::Coefficients& c, const std::vector<double>& inputs) {
-  DoubleChannel::State state;
-  std::uint8_t started = 0;
-  double y = DoubleChannel::rest(c);
-  std::vector<double> outputs;
-  for (const double u : inputs) {
-    EXPECT_EQ(DoubleChannel::step(c, state, started, 1, u, y), Status::ok);
-    outputs.push_back(y);
-  }
+// A block with a state over a sequence, from its start.
+template <class Block, class Number>
+std::vector<Number> run(const Block& block, const std::vector<Number>& inputs) {
+  typename Block::State state{};
+  if (!inputs.empty()) block.start(state, inputs.front());
+  std::vector<Number> outputs;
+  for (const Number u : inputs) outputs.push_back(block.step(state, u));
   return outputs;
 }
 
@@ -49,156 +30,200 @@ TEST(DeadZone, HasSeparateEdgesAndUnitSlopeOutside) {
   EXPECT_EQ(phi(50), 30);
 }
 
+TEST(Saturation, KeepsWhatLiesWithinAndMovesTheRestToTheNearerLimit) {
+  const Saturation<int16_t> limits{29, 112};
+  EXPECT_EQ(limits(28), 29);
+  EXPECT_EQ(limits(70), 70);
+  EXPECT_EQ(limits(INT16_MAX), 112);
+}
+
+TEST(Sum, WeighsEverySignalAndRoundsOnce) {
+  const Sum<double, 3> real{3, {2, -1, 0.5}, 10};
+  const double u[] = {3, 4, 8};
+  EXPECT_EQ(real(u), 2 * 3 - 4 + 0.5 * 8 + 10);
+  // 3/8 + 3/8 of a step: each alone would round to nothing.
+  const FixedSum<2> fixed{2, 3, {3, 3}, 8};
+  const int16_t one[] = {1, 1};
+  EXPECT_EQ(fixed(one), 2);
+  const int16_t most[] = {INT16_MAX, INT16_MAX};
+  EXPECT_EQ((FixedSum<2>{2, 1, {8, 8}, 0})(most), INT16_MAX);
+}
+
 TEST(Hysteresis, PlayStaysWithinItsRadiusAndMovesOnlyAtItsEdge) {
   EXPECT_TRUE(rc::check([](const std::vector<int16_t>& inputs, uint8_t radius) {
-    Plays<double, 1> plays{1, {static_cast<double>(radius)}};
-    Plays<double, 1>::State state{};
-    plays.start(state, inputs.empty() ? 0 : inputs[0]);
+    const Play<double> play{static_cast<double>(radius)};
+    Play<double>::State state{};
+    play.start(state, inputs.empty() ? 0 : inputs[0]);
     for (const auto u : inputs) {
-      const double before = state.p[0];
-      const double difference = plays.step(state, 0, u);
+      const double before = state.p;
+      const double difference = play.step(state, u) - u;
       RC_ASSERT(std::abs(difference) <= radius);
-      RC_ASSERT(state.p[0] == before || std::abs(std::abs(difference) - radius) < 1e-9);
+      RC_ASSERT(state.p == before || std::abs(std::abs(difference) - radius) < 1e-9);
     }
   }));
 }
 
 TEST(Hysteresis, LoopsAreRateIndependentAndReturnToTheSameBranch) {
-  auto c = identity();
-  c.hysteresis.plays = {2, {5, 20}};
-  c.hysteresis.weight[0] = 0.5;
-  c.hysteresis.weight[1] = 0.25;
-  const auto slow = run(c, {0, 10, 20, 30, 40, 50, 60, 50, 40, 30, 20, 10, 0, 10, 20, 30});
-  const auto fast = run(c, {0, 60, 0, 30});
+  const Hysteresis<double, 2> bank{{2, {5, 20}}, {0.5, 0.25}};
+  const auto slow = run<Hysteresis<double, 2>, double>(
+      bank, {0, 10, 20, 30, 40, 50, 60, 50, 40, 30, 20, 10, 0, 10, 20, 30});
+  const auto fast = run<Hysteresis<double, 2>, double>(bank, {0, 60, 0, 30});
   EXPECT_NEAR(slow.back(), fast.back(), 1e-12);
   EXPECT_GT(slow[8], slow[4]);  // on the way down from 60 the output at 40 is above that on the way up
 }
 
-TEST(Curve, InterpolatesAndHoldsItsEnds) {
-  auto c = identity();
-  c.input_curve = {3, {0, 10, 30, 0}, {5, 15, -5, 0}, {1, -1, 0, 0}};
-  const auto y = run(c, {-100, 0, 4, 10, 20, 30, 100});
-  const std::vector<double> expected = {5, 5, 9, 15, 5, -5, -5};
-  for (std::size_t i = 0; i < y.size(); ++i) EXPECT_NEAR(y[i], expected[i], 1e-12) << i;
-}
-
-TEST(Curve, OutputCurveStandsBehindTheDynamics) {
-  auto c = identity();
-  c.lti.gain = 2;
-  c.output_curve = {2, {0, 100, 0}, {50, 0, 0}, {-0.5, 0, 0}};
-  EXPECT_NEAR(run(c, {10})[0], 40, 1e-12);
-}
-
-TEST(Lti, StepResponseIsTheExactHoldWithoutAHiddenSample) {
-  using First = Shape<0, 0, 1, 0>;
-  using FirstChannel = Channel<Floating<double, First>, First>;
-  const double pole = std::exp(-54 * 0.1);
-  FirstChannel::Coefficients c{};
-  c.valid_min = -1;
-  c.valid_max = 2000;
-  c.lti.gain = 69.0 / 54.0;
-  c.lti.input_weight[0] = 1 - pole;
-  c.lower = -1e9;
-  c.upper = 1e9;
-  FirstChannel::State state;
-  std::uint8_t started = 0;
-  double y = FirstChannel::rest(c);
-  FirstChannel::step(c, state, started, 1, 0, y);
-  for (int k = 1; k < 10; ++k) {
-    FirstChannel::step(c, state, started, 1, 1, y);
-    // The sample that sees the step already shows one period of response: update before output.
-    EXPECT_NEAR(y, 69.0 / 54.0 * (1 - std::pow(pole, k)), 1e-12) << k;
+TEST(Creep, ApproachesTheEdgeOfItsBandExponentially) {
+  const double rate = 3;
+  const double period = 0.05;
+  const double radius = 8;
+  const Creep<double> creep{radius, 1 - std::exp(-rate * period)};
+  std::vector<double> inputs(60, 100.0);
+  inputs.front() = 20;
+  const auto up = run<Creep<double>, double>(creep, inputs);
+  for (std::size_t k = 0; k < up.size(); ++k) {
+    const double edge = 100 - radius;
+    EXPECT_NEAR(up[k], edge + (20 - edge) * std::exp(-rate * period * static_cast<double>(k)), 1e-12) << k;
   }
 }
 
+TEST(Creep, IsAPlayWhenItIsInfinitelyQuickAndHoldsStillWithinItsBand) {
+  EXPECT_TRUE(rc::check([](const std::vector<int16_t>& counts, uint8_t radius) {
+    const std::vector<double> u(counts.begin(), counts.end());
+    RC_ASSERT(run(Creep<double>{static_cast<double>(radius), 1}, u) ==
+              run(Play<double>{static_cast<double>(radius)}, u));
+  }));
+  const std::vector<double> within = {50, 57, 43, 58, 42};
+  EXPECT_EQ(run(Creep<double>{8, 0.3}, within), std::vector<double>(5, 50.0));
+}
+
+// Also where the input jumps over all of int16: no difference may overflow.
+TEST(Creep, InIntegersFollowsDoubleWithinOneStepOverTheWholeRange) {
+  EXPECT_TRUE(rc::check([](const std::vector<int16_t>& inputs, uint8_t radius) {
+    const FixedCreep fixed{static_cast<int32_t>(FixedCreep::wide(radius)), {39322, 1}};
+    const Creep<double> exact{static_cast<double>(radius), 39322 / std::ldexp(1, 17)};
+    const auto y = run(fixed, inputs);
+    const auto expected = run(exact, std::vector<double>(inputs.begin(), inputs.end()));
+    for (std::size_t k = 0; k < y.size(); ++k) RC_ASSERT(std::abs(y[k] - expected[k]) <= 1.01);
+  }));
+}
+
+TEST(Curve, InterpolatesAndHoldsItsEnds) {
+  const Curve<double, 4> curve{3, {0, 10, 30, 0}, {5, 15, -5, 0}, {1, -1, 0, 0}};
+  const std::vector<double> inputs = {-100, 0, 4, 10, 20, 30, 100};
+  const std::vector<double> expected = {5, 5, 9, 15, 5, -5, -5};
+  for (std::size_t i = 0; i < inputs.size(); ++i) EXPECT_NEAR(curve(inputs[i]), expected[i], 1e-12) << i;
+}
+
+TEST(Smooth, APolynomialIsOneOfTheShareOfItsRange) {
+  const Polynomial<double, 4> cubic{4, 100, 300, {10, 20, -5, 2}};
+  for (const double t : {-1.0, -0.3, 0.0, 0.5, 1.0}) {
+    EXPECT_NEAR(cubic(200 + 100 * t), 10 + 20 * t - 5 * t * t + 2 * t * t * t, 1e-12) << t;
+  }
+  EXPECT_EQ(cubic(-1e6), cubic(100));
+  EXPECT_EQ(cubic(1e6), cubic(300));
+  EXPECT_EQ((Polynomial<double, 4>{1, 0, 1, {7}}(0.4)), 7);
+}
+
+TEST(Lti, StepResponseIsTheExactHoldWithoutAHiddenSample) {
+  const double pole = std::exp(-54 * 0.1);
+  Lti<double, 1, false> lti{};
+  lti.gain = 69.0 / 54.0;
+  lti.input_weight[0] = 1 - pole;
+  std::vector<double> inputs(10, 1.0);
+  inputs.front() = 0;
+  const auto y = run(lti, inputs);
+  // The sample that sees the step already shows one period of response: update before output.
+  for (int k = 1; k < 10; ++k) {
+    EXPECT_NEAR(y[static_cast<std::size_t>(k)], 69.0 / 54.0 * (1 - std::pow(pole, k)), 1e-12) << k;
+  }
+}
+
+// Q5 in, Q4 out.
+FixedLti<2, false> fixed_lti() {
+  FixedLti<2, false> lti{};
+  lti.gain = 16384;
+  lti.gain_shift = -1;  // Q5 * 2^14 * 2^1 = Q20
+  lti.input_weight[0] = {40000, 3};
+  lti.input_weight[1] = {60000, 6};
+  lti.chain_weight[chain_index(1, 0)] = {50000, 2};
+  lti.output_shift = 16;
+  return lti;
+}
+
 TEST(Lti, StatesNeverLeaveTheRangeOfTheInputsInAnyArithmetic) {
-  EXPECT_TRUE(rc::check([](const std::vector<uint16_t>& inputs) {
-    using Second = Shape<0, 0, 2, 0>;
-    using FixedChannel = Channel<Fixed<Second>, Second>;
-    FixedChannel::Coefficients c{};
-    c.valid_max = 32766;
-    c.lti.gain = 16384;
-    c.lti.gain_shift = -1;  // Q5 * 2^14 * 2^1 = Q20
-    c.lti.input_weight[0] = {40000, 3};
-    c.lti.input_weight[1] = {60000, 6};
-    c.lti.chain_weight[chain_index(1, 0)] = {50000, 2};
-    c.lower = -32768;
-    c.upper = 32767;
-    c.lti.tap_fraction = 14;
-    FixedChannel::State state;
-    std::uint8_t started = 0;
-    int16_t y = FixedChannel::rest(c);
+  EXPECT_TRUE(rc::check([](const std::vector<uint16_t>& raw) {
+    std::vector<int16_t> inputs;
+    for (const auto u : raw) inputs.push_back(static_cast<int16_t>(std::min(u & 0x7fff, 32766)));
     int16_t low = 32767;
     int16_t high = 0;
-    for (const auto raw : inputs) {
-      const auto u = static_cast<int16_t>(std::min(raw & 0x7fff, 32766));
-      low = std::min(low, u);
-      high = std::max(high, u);
-      FixedChannel::step(c, state, started, 1, u, y);
-      RC_ASSERT(y >= low / 2 - 1 && y <= high / 2 + 1);  // Q4 out of Q5
+    const auto y = run(fixed_lti(), inputs);
+    for (std::size_t k = 0; k < y.size(); ++k) {
+      low = std::min(low, inputs[k]);
+      high = std::max(high, inputs[k]);
+      RC_ASSERT(y[k] >= low / 2 - 1 && y[k] <= high / 2 + 1);
     }
   }));
 }
 
-TEST(Channel, StartsFromTheFirstSampleWithoutATransient) {
-  auto c = identity();
-  c.hysteresis.plays = {1, {30, 0}};
-  c.hysteresis.weight[0] = 0.7;
-  c.input_curve = {2, {0, 1000}, {0, 100}, {0.1, 0}};
-  c.lti.tap[0] = 0;
-  c.lti.input_weight[0] = 0.1;
-  c.lti.input_weight[1] = 0.01;
-  c.lti.chain_weight[0] = 0.05;
-  for (const double y : run(c, std::vector<double>(50, 640))) EXPECT_NEAR(y, 64, 1e-12);
-}
+// e[k] = exp(A k T) e[0] of x' = omega v, v' = omega (u - x - 2 zeta v), written with cosine and sine.
+struct Damped {
+  double omega;
+  double zeta;
 
-TEST(Channel, RefusedInputsHoldTheLastGoodAngleAndLeaveTheStateAlone) {
-  auto c = identity();
-  c.rest = 7;
-  DoubleChannel::State state;
-  std::uint8_t started = 0;
-  double y = DoubleChannel::rest(c);
-  EXPECT_EQ(DoubleChannel::step(c, state, started, 1, std::numeric_limits<double>::quiet_NaN(), y),
-            Status::not_a_number);
-  EXPECT_EQ(y, 7);  // rest before the first good sample
-  EXPECT_EQ(DoubleChannel::step(c, state, started, 1, 40, y), Status::ok);
-  EXPECT_EQ(DoubleChannel::step(c, state, started, 1, 1001, y), Status::above_range);
-  EXPECT_EQ(y, 40);
-  EXPECT_EQ(DoubleChannel::step(c, state, started, 1, -std::numeric_limits<double>::infinity(), y),
-            Status::below_range);
-  EXPECT_EQ(y, 40);
-  EXPECT_EQ(DoubleChannel::step(c, state, started, 1, 41, y), Status::ok);
-  EXPECT_EQ(y, 41);
-}
+  double damped() const { return omega * std::sqrt(1 - zeta * zeta); }
+  PolePair<double> block(double period, double c0, double c1) const {
+    const double decay = std::exp(-zeta * omega * period);
+    const double c = decay * std::cos(damped() * period);
+    const double s = decay * std::sin(damped() * period) * omega / damped();
+    return {{c + zeta * s, s, -s, c - zeta * s}, {c0, c1}};
+  }
+  // After a step from 0 to 1: position and speed (in units of omega).
+  double x(double t) const {
+    return 1 - std::exp(-zeta * omega * t) *
+                   (std::cos(damped() * t) + zeta * omega / damped() * std::sin(damped() * t));
+  }
+  double v(double t) const { return std::exp(-zeta * omega * t) * omega / damped() * std::sin(damped() * t); }
+};
 
-TEST(Channel, OutputNeverLeavesTheSaturationWhateverTheInput) {
-  auto c = identity();
-  c.rest = 1000;
-  c.lower = 29;
-  c.upper = 112;
-  EXPECT_TRUE(rc::check([&](const std::vector<double>& inputs) {
-    DoubleChannel::State state;
-    std::uint8_t started = 0;
-    double y = DoubleChannel::rest(c);
-    for (const double u : inputs) {
-      DoubleChannel::step(c, state, started, 1, u, y);
-      RC_ASSERT(y >= 29 && y <= 112);
+TEST(PolePair, StepResponseIsTheDampedOscillation) {
+  const double period = 0.02;
+  for (const Damped pair : {Damped{12, 0.2}, Damped{30, 0.7}, Damped{5, 0.98}}) {
+    std::vector<double> inputs(200, 1.0);
+    inputs.front() = 0;
+    const auto y = run(pair.block(period, 0.3, -0.8), inputs);
+    EXPECT_EQ(y[0], 0);
+    for (int k = 1; k < 200; ++k) {
+      const double x = pair.x(k * period);
+      const double expected = x + 0.3 * (1 - x) - 0.8 * pair.v(k * period);
+      EXPECT_NEAR(y[static_cast<std::size_t>(k)], expected, 1e-12) << pair.omega << " " << k;
     }
-  }));
+  }
 }
 
-TEST(Compensator, ChannelsDoNotTouchEachOther) {
-  DoubleChannel::Coefficients both[2] = {identity(), identity()};
-  both[1].lti.gain = 2;
-  Compensator<Double, Full, 2> glove(both);
-  const double in[2] = {30, 5000};
-  double out[2];
-  Status status[2];
-  glove.step(in, out, status);
-  EXPECT_EQ(out[0], 30);
-  EXPECT_EQ(status[0], Status::ok);
-  EXPECT_EQ(out[1], 0);
-  EXPECT_EQ(status[1], Status::above_range);
+TEST(Delay, GivesWhatCameSoManySamplesBeforeAndAtFirstTheFirst) {
+  const Delay<int16_t, 8> delay{3};
+  const std::vector<int16_t> inputs = {5, 1, 2, 3, 4, 5, 6, 7, 8};
+  EXPECT_EQ(run(delay, inputs), (std::vector<int16_t>{5, 5, 5, 5, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(run(Delay<int16_t, 1>{1}, inputs), (std::vector<int16_t>{5, 5, 1, 2, 3, 4, 5, 6, 7}));
+}
+
+template <class Block>
+bool rests(const Block& block, int16_t u, int16_t expected) {
+  return run(block, std::vector<int16_t>(50, u)) == std::vector<int16_t>(50, expected);
+}
+
+// In integers too: nothing creeps because a product was rounded.
+TEST(Blocks, AMotionlessInputGivesAMotionlessOutput) {
+  const FixedHysteresis<2> hysteresis{{2, {30, 300}}, {2867, -1234}};
+  const FixedPolePair pair{{-768, 3000, -3000, -1768}, 15, {28000, -9000}, 14, 8, 9};
+  EXPECT_TRUE(rc::check([&](int16_t any) {
+    RC_ASSERT(rests(Play<int16_t>{40}, any, any));
+    RC_ASSERT(rests(FixedCreep{1 << 20, {40001, 3}}, any, any));
+    RC_ASSERT(rests(hysteresis, any, any));
+    RC_ASSERT(rests(Delay<int16_t, 9>{9}, any, any));
+    RC_ASSERT(rests(pair, any, static_cast<int16_t>((any + 1) >> 1)));
+    RC_ASSERT(rests(fixed_lti(), any, static_cast<int16_t>((any + 1) >> 1)));
+  }));
 }
 
 }  // namespace

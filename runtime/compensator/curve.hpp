@@ -3,7 +3,7 @@
 //   f(u) = y_i + s_i (u - x_i)   for x_i <= u < x_{i+1},   s_i = (y_{i+1} - y_i) / (x_{i+1} - x_i)
 //   f(u) = y_0 for u <= x_0,   f(u) = y_{n-1} for u >= x_{n-1}
 //
-// x strictly increasing, 2 <= count <= kCapacity; count == 0 makes it the identity.
+// x strictly increasing, 2 <= count <= kCapacity.
 #pragma once
 
 #include "runtime/core/fixed_point.hpp"
@@ -27,7 +27,6 @@ struct Curve {
   Real slope[kCapacity];  // slope[i] belongs to the segment right of knot i
 
   Real operator()(Real u) const {
-    if (count == 0) return u;
     const Real inside = core::clamp(u, x[0], x[count - 1]);
     const uint8_t i = find_segment(x, count, inside);
     return y[i] + slope[i] * (inside - x[i]);
@@ -46,7 +45,6 @@ struct FixedCurve {
   int16_t slope[kCapacity];
 
   FLEXOR_INLINE int16_t operator()(int16_t u) const {
-    if (count == 0) return u;
     const int16_t inside = core::clamp(u, x[0], x[count - 1]);
     const uint8_t i = find_segment(x, count, inside);
     // A segment may be wider than half the int16 range: the distance is taken in 32 bits.

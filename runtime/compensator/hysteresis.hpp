@@ -1,19 +1,18 @@
 // A small bank of play operators: rate-independent hysteresis (Prandtl-Ishlinskii).
 //
-//   p_j[k] = min(u[k] + r_j, max(u[k] - r_j, p_j[k-1])),      p_j[0] = u[0]
-//   z[k]   = u[k] + sum_j w_j (p_j[k] - u[k])
+//   z[k] = u[k] + sum_j w_j (p_j[k] - u[k]),   p_j the play of radius r_j (play.hpp)
 //
 // r_j >= 0 is in the input's unit, w_j has none. Written with differences, so that a motionless input
 // passes unchanged whatever the rounding of the weights, and |z - u| <= sum_j |w_j| r_j always.
 // Source: M. Brokate, J. Sprekels, Hysteresis and Phase Transitions (1996), section 2.3.
 #pragma once
 
-#include "runtime/core/fixed_point.hpp"
+#include "runtime/compensator/play.hpp"
 
 namespace flexor {
 namespace compensator {
 
-// kCapacity >= 1 plays at most; `count` of them are used. The play itself is the same for every number.
+// kCapacity >= 1 plays at most; `count` of them are used. The plays are the same for every number.
 template <class Number, int kCapacity>
 struct Plays {
   uint8_t count;
@@ -27,8 +26,7 @@ struct Plays {
     for (uint8_t j = 0; j < count; ++j) state.p[j] = u;
   }
 
-  // Moves play j and returns p_j - u. p_j never leaves the range that u has had, so that saturating
-  // u - r and u + r loses nothing.
+  // Moves play j and returns p_j - u.
   FLEXOR_INLINE Number step(State& state, uint8_t j, Number u) const {
     state.p[j] = core::clamp(state.p[j], core::subtract(u, core::table(radius[j])),
                              core::add(u, core::table(radius[j])));
@@ -52,7 +50,7 @@ struct Hysteresis {
   }
 };
 
-// Input, output and radii in the same fraction, Q5 or finer; weights Q12 (|w| < 8).
+// Input, output and radii in the same fraction; weights Q12 (|w| < 8).
 constexpr int kHysteresisWeightFraction = 12;
 
 template <int kCapacity>

@@ -17,6 +17,7 @@
 #pragma once
 
 #include "runtime/core/fixed_point.hpp"
+#include "runtime/core/weight.hpp"
 
 namespace flexor {
 namespace compensator {
@@ -58,16 +59,6 @@ struct Lti {
     Real y = last + tap[0] * (w - last);
     for (int i = 1; i < kOrder; ++i) y += tap[i] * (state.x[i - 1] - last);
     return y;
-  }
-};
-
-// Weight in (0, 1]: mantissa / 2^(16 + shift), so that slow poles keep sixteen significant bits.
-struct FixedWeight {
-  uint16_t mantissa;
-  uint8_t shift;
-
-  FLEXOR_INLINE int32_t times(int32_t difference) const {
-    return core::multiply_q16(difference, mantissa) >> shift;
   }
 };
 
@@ -126,8 +117,9 @@ struct DirectForm {
   }
 };
 
-// Input int16 in any fraction; states and output int32 in Q20, every value and difference below 2048.
-// w = gain * v / 2^gain_shift + offset (gain_shift < 0 shifts left); taps are tap / 2^tap_fraction.
+// Input int16 in any fraction; states int32 in Q20, every value and difference below 2048; the output is
+// int16, `output_shift` bits less, and saturates. w = gain * v / 2^gain_shift + offset (gain_shift < 0 shifts
+// left); taps are tap / 2^tap_fraction.
 // Written out instead of in loops: on the microcontroller every coefficient is then a constant of its
 // instruction.
 template <int kOrder, bool kTaps>
@@ -135,10 +127,11 @@ struct FixedLti {
   int16_t gain;
   int8_t gain_shift;
   int32_t offset;
-  FixedWeight input_weight[kOrder];
-  FixedWeight chain_weight[kOrder * (kOrder - 1) / 2 + 1];
+  core::Weight input_weight[kOrder];
+  core::Weight chain_weight[kOrder * (kOrder - 1) / 2 + 1];
   int16_t tap[kOrder];
   uint8_t tap_fraction;
+  uint8_t output_shift;
   bool is_direct;  // `direct` below takes the place of the rest
   DirectForm<kOrder> direct;
 
@@ -162,7 +155,13 @@ struct FixedLti {
     for (int i = 0; i < kOrder; ++i) state.x[i] = w;
   }
 
-  FLEXOR_INLINE int32_t step(State& state, int16_t v) const {
+  FLEXOR_INLINE int16_t step(State& state, int16_t v) const {
+    if (is_direct) return static_cast<int16_t>(direct.step(state.direct, static_cast<uint16_t>(v)));
+    return core::narrow(core::round_shift(wide_step(state, v), output_shift));
+  }
+
+ private:
+  FLEXOR_INLINE int32_t wide_step(State& state, int16_t v) const {
     const int32_t w = scaled(v);
     // From the last state to the first: a state needs the old values of those before it.
     if (kOrder > 2) {
@@ -183,7 +182,6 @@ struct FixedLti {
     return y;
   }
 
- private:
   // Places that a lower order does not have, and never reads.
   static constexpr int kX1 = kOrder > 1 ? 1 : 0;
   static constexpr int kX2 = kOrder > 2 ? 2 : 0;

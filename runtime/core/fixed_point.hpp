@@ -123,6 +123,21 @@ FLEXOR_INLINE int16_t narrow(int32_t value) {
   return static_cast<int16_t>(clamp(value, static_cast<int32_t>(INT16_MIN), static_cast<int32_t>(INT16_MAX)));
 }
 
+// `bits` more fraction bits for an input; what no longer fits saturates, where the host has seen that it changes
+// nothing.
+FLEXOR_INLINE int16_t refine(int16_t v, uint8_t bits) {
+  if (bits == 0) return v;
+  const int16_t limit = static_cast<int16_t>(INT16_MAX >> bits);
+  return static_cast<int16_t>(clamp<int16_t>(v, static_cast<int16_t>(-limit), limit) * (1 << bits));
+}
+
+// An angle with `bits` more fraction bits than the output, or less, as output.
+FLEXOR_INLINE int16_t to_output(int16_t y, int8_t bits) {
+  if (bits == 0) return y;
+  if (bits < 0) return narrow(static_cast<int32_t>(y) * (static_cast<int32_t>(1) << -bits));
+  return narrow(round_shift(y, static_cast<uint8_t>(bits)));
+}
+
 // a + b and a - b that stay inside int16; plain for floating point.
 inline int16_t add(int16_t a, int16_t b) { return narrow(static_cast<int32_t>(a) + b); }
 inline int16_t subtract(int16_t a, int16_t b) { return narrow(static_cast<int32_t>(a) - b); }

@@ -1,0 +1,168 @@
+#include "host/deploy/compensator_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "host/model/formats.hpp"
+
+namespace flexor::deploy {
+namespace {
+
+template <class Coefficients>
+constexpr bool has_state = requires { typename Coefficients::State; };
+
+using model::kFingers;
+
+class Writer {
+ public:
+  explicit Writer(const model::Model& model)
+      : model_(model), fixed_(model), wiring_(model::wiring_of(model)), inputs_(model.inputs.size()) {
+    mark_needed();
+    for (std::size_t b = 0; b < model_.blocks.size(); ++b) {
+      if (needed_[inputs_ + b]) add_block(b);
+    }
+    close();
+    for (std::size_t i = 0; 8 * i < sections_; ++i) {
+      shared_ += fmt::format("    uint8_t started{0} = started{0}_;\n", i);
+      lines_ += fmt::format("    started{0}_ = started{0};\n", i);
+      states_ += fmt::format("  uint8_t started{}_ = 0;\n", i);
+    }
+    for (std::size_t f = 0; f < kFingers; ++f) {
+      if (wiring_.joint[f]) rests_ += fmt::format("    angle[{}] = {};\n", f, fixed_.rest[*wiring_.joint[f]]);
+    }
+  }
+
+  CompensatorText text() const {
+    return {coefficients_,
+            "class GloveCompensator {\n public:\n  int16_t alpha[firmware::kFingers] = {};\n"
+            "  int16_t angle[firmware::kFingers] = {};\n\n  GloveCompensator() {\n" +
+                rests_ +
+                "  }\n\n  uint8_t step() {\n    firmware::mark(firmware::Marker::step_begin);\n"
+                "    const uint8_t good = run();\n    firmware::mark(firmware::Marker::step_end);\n"
+                "    return good;\n  }\n\n private:\n  __attribute__((noinline)) uint8_t run() {\n"
+                "    uint8_t good = 0;\n" +
+                shared_ + lines_ + "    return good;\n  }\n\n" + states_ + "};\n"};
+  }
+
+ private:
+  // What only joints without a motor ask for stays on the PC.
+  void mark_needed() {
+    needed_.resize(fixed_.signals.size(), false);
+    for (const auto& joint : wiring_.joint) {
+      if (joint) needed_[fixed_.graph.joint[*joint]] = true;
+    }
+    for (std::size_t b = model_.blocks.size(); b-- > 0;) {
+      if (!needed_[inputs_ + b]) continue;
+      for (const std::size_t from : fixed_.graph.from[b]) needed_[from] = true;
+    }
+  }
+
+  // Blocks in a row that the same inputs reach step, and start, together: a section.
+  void open(const std::vector<std::size_t>& inputs) {
+    if (is_open_ && inputs == open_) return;
+    close();
+    open_ = inputs;
+    is_open_ = true;
+    std::string condition;
+    std::string readings;
+    for (const std::size_t i : inputs) {
+      const std::size_t strip = wiring_.strip[i];
+      condition += fmt::format("{0}alpha[{1}] >= {2} && alpha[{1}] <= {3}", condition.empty() ? "" : " && ", strip,
+                               fixed_.valid_min[i], fixed_.valid_max[i]);
+      readings += fmt::format("      const int16_t s{} = core::refine(alpha[{}], {});\n", i, strip,
+                              fixed_.signals[i].fraction - core::kInputFraction);
+    }
+    lines_ += fmt::format("    if ({}) {{\n{}", condition, readings);
+    first_ = lines_.size();
+  }
+
+  void close() {
+    if (!is_open_) return;
+    is_open_ = false;
+    if (starts_) {
+      const int bit = 1 << sections_ % 8;
+      lines_.insert(first_, fmt::format("      const bool first = ({} & {}) == 0;\n", started(), bit));
+      lines_ += fmt::format("      {} |= {};\n", started(), bit);
+      ++sections_;
+    }
+    lines_ += "    }\n";
+    starts_ = false;
+  }
+
+  // Eight sections share a byte, which stays in a register while they run.
+  std::string started() const { return fmt::format("started{}", sections_ / 8); }
+
+  // A signal that another section uses too lives outside both.
+  bool leaves_section(std::size_t signal) const {
+    bool left = false;
+    for (std::size_t b = signal - inputs_ + 1; b < model_.blocks.size(); ++b) {
+      if (!needed_[inputs_ + b]) continue;
+      left = left || fixed_.graph.inputs[inputs_ + b] != fixed_.graph.inputs[signal];
+      if (left && std::ranges::find(fixed_.graph.from[b], signal) != fixed_.graph.from[b].end()) return true;
+    }
+    return false;
+  }
+
+  void add_block(std::size_t b) {
+    const std::size_t signal = inputs_ + b;
+    open(fixed_.graph.inputs[signal]);
+    const bool shared = leaves_section(signal);
+    if (shared) shared_ += fmt::format("    int16_t s{} = 0;\n", signal);
+    const std::string target = fmt::format("      {}s{} = ", shared ? "" : "const int16_t ", signal);
+    std::visit([&](const auto& one) { add_step(b, target, one); }, fixed_.blocks[b]);
+    for (std::size_t f = 0; f < kFingers; ++f) {
+      if (!wiring_.joint[f] || fixed_.graph.joint[*wiring_.joint[f]] != signal) continue;
+      lines_ += fmt::format("      angle[{}] = core::to_output(s{}, {});\n      good |= {};\n", f, signal,
+                            fixed_.signals[signal].fraction - core::kOutputFraction, 1 << f);
+    }
+  }
+
+  template <class K>
+  void add_step(std::size_t b, const std::string& target, const model::FixedCoefficients<K>& one) {
+    const std::size_t in = fixed_.graph.from[b].front();
+    if constexpr (std::is_same_v<typename K::Fixed, model::Sum::Fixed>) {
+      // Written out: the compiler would loop over constants that lie in flash.
+      std::string sum = fmt::format("{}L", one.c.offset);
+      for (std::size_t i = 0; i < fixed_.graph.from[b].size(); ++i) {
+        sum += fmt::format(" + int32_t{{{}}} * s{}", one.c.weight[i], fixed_.graph.from[b][i]);
+      }
+      lines_ += fmt::format("{}core::narrow(core::round_shift({}, {}));\n", target, sum, one.c.shift);
+      return;
+    } else {
+      const model::Source source = K::source(one.c);
+      coefficients_ += fmt::format("constexpr compensator::{} kBlock{} PROGMEM = {};\n", source.type, b, source.braces);
+      if constexpr (has_state<typename K::Fixed>) {
+        starts_ = true;
+        states_ += fmt::format("  compensator::{}::State block{}_;\n", source.type, b);
+        lines_ += fmt::format("      if (first) config::kBlock{0}.start(block{0}_, s{1});\n", b, in);
+        lines_ += fmt::format("{0}config::kBlock{1}.step(block{1}_, s{2});\n", target, b, in);
+      } else {
+        lines_ += fmt::format("{0}config::kBlock{1}(s{2});\n", target, b, in);
+      }
+    }
+  }
+
+  const model::Model& model_;
+  model::FixedModel fixed_;
+  model::Wiring wiring_;
+  std::size_t inputs_;
+  std::vector<bool> needed_;
+  std::vector<std::size_t> open_;  // inputs of the open section
+  bool is_open_ = false;
+  bool starts_ = false;  // a block of the open section has a state
+  std::size_t sections_ = 0;
+  std::size_t first_ = 0;
+  std::string coefficients_;
+  std::string shared_;
+  std::string lines_;
+  std::string states_;
+  std::string rests_;
+};
+
+}  // namespace
+
+CompensatorText compensator_text(const model::Model& model) { return Writer(model).text(); }
+
+}  // namespace flexor::deploy

@@ -1,0 +1,20 @@
+// A model in fixed point as C++ for the board: straight lines, coefficients as constants of their instructions.
+#pragma once
+
+#include <string>
+
+#include "host/model/wiring.hpp"
+#include "host/model/model.hpp"
+
+namespace flexor::deploy {
+
+struct CompensatorText {
+  std::string coefficients;  // for namespace config
+  std::string compensator;   // class GloveCompensator
+};
+
+// Throws io::InputError when the model does not fit fixed point. Numbers only: no text of the model's reaches the
+// compiler.
+CompensatorText compensator_text(const model::Model& model);
+
+}  // namespace flexor::deploy

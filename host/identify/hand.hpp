@@ -1,0 +1,96 @@
+// Several joints from several sensors, over any number of recordings, to one compensator that can be worn.
+//
+// For each pair of recordings: one clock offset for all joints -> the sensors on the compensator's grid, past
+// readings only. The first part (in time) of each pair is fitted, the rest held out. For each joint the additive
+// candidates (additive.hpp), best first; the first that holds still when the finger does and fits fixed point is
+// taken. The model runs over the whole logs, as apply runs it, and is scored on the held-out parts, beside
+// baselines from the same samples: a straight line, the line with a lag and a lead, and the published form with
+// its parameters fitted.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/identify/additive.hpp"
+#include "host/model/model.hpp"
+#include "host/recording/pair.hpp"
+#include "host/score/score.hpp"
+
+namespace flexor::identify {
+
+// One joint of the map: its sensors, the own one first, and the column of the measured angle.
+struct JointMap {
+  std::string joint;
+  std::vector<std::string> sensors;
+  std::string reference;
+};
+
+// "thumb=SensorA0:thumb_deg,index=SensorA1+SensorA0:index_deg". Throws io::InputError, pointing at what is wrong.
+std::vector<JointMap> parse_map(const std::string& text);
+
+struct PairFiles {
+  std::filesystem::path sensor;
+  std::filesystem::path reference;
+};
+
+struct HandRequest {
+  std::vector<PairFiles> pairs;
+  std::vector<JointMap> map;
+  double rate_hz = 20;
+  double split = 0.5;
+  double lead_s = 0;
+  std::optional<double> clock_offset_s;
+  std::string input_unit;
+  std::string output_unit;
+  std::string time_unit;
+};
+
+struct Clock {
+  double offset_s = 0;         // reference time minus sensor time
+  double standard_error_s = 0;
+  double confidence = 0;       // 0 to 1, as recording::Alignment
+};
+
+struct CandidateRow {
+  std::string structure;
+  double cross_validated_deg = 0;
+  double fitted_rmse_deg = 0;
+  double parameters = 0;  // effective
+  double hold_drift_deg = 0;
+  std::string refusal;    // why a better one was passed over
+  bool chosen = false;
+};
+
+struct JointResult {
+  std::string name;
+  std::vector<CandidateRow> rows;
+  Additive fit;
+  double hold_drift_deg = 0;  // see hold.hpp
+  score::Score holdout;
+  std::map<std::string, score::Score> baselines;  // line, line_lead, published_form
+  std::vector<std::string> baseline_refusals;
+  // Sample by sample over all pairs, held-out part only.
+  std::vector<double> t_s;
+  std::vector<double> measured_deg;
+  std::vector<double> estimated_deg;
+};
+
+struct HandIdentification {
+  HandRequest request;
+  std::vector<Clock> clocks;
+  std::vector<JointResult> joints;
+  model::Model model;
+  double fit_seconds = 0;
+  std::vector<std::string> warnings;
+};
+
+// Throws io::InputError and io::JobError.
+HandIdentification identify_hand(const HandRequest& request, const Step& step);
+
+nlohmann::ordered_json to_json(const HandIdentification& result);
+
+}  // namespace flexor::identify

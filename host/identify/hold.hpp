@@ -1,0 +1,19 @@
+// How far an angle goes while its readings stay as they are: what a finger would do that holds a pose.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "host/identify/additive.hpp"
+#include "host/model/model.hpp"
+
+namespace flexor::identify {
+
+// The most that any joint moves in a hold, degrees: the sessions are replayed, and from instants all over them
+// every reading is held for a minute, over which the angle counts from one second on. `sensors` names the
+// sessions' columns.
+double hold_drift_deg(const model::Model& model, const std::vector<Session>& sessions,
+                      const std::vector<std::string>& sensors);
+
+}  // namespace flexor::identify

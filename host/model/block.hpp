@@ -1,0 +1,43 @@
+// The kinds of block that a model may have, in one list. A new kind is a file pair and a line here.
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "host/model/curve.hpp"
+#include "host/model/dead_zone.hpp"
+#include "host/model/delay.hpp"
+#include "host/model/hysteresis.hpp"
+#include "host/model/lti.hpp"
+#include "host/model/play.hpp"
+#include "host/model/pole_pair.hpp"
+#include "host/model/saturation.hpp"
+#include "host/model/smooth.hpp"
+#include "host/model/sum.hpp"
+
+namespace flexor::model {
+
+using Kind = std::variant<Gain, DeadZone, Curve, Spline, Polynomial, Play, Creep, Hysteresis, Lti, PolePair,
+                          Delay, Saturation, Sum>;
+
+// One block: signals in by name, one signal out.
+struct Block {
+  std::vector<std::string> from;
+  std::string to;
+  Kind kind;
+  bool operator==(const Block&) const = default;
+};
+
+const char* type_of(const Kind& kind);
+
+// Signals that a block takes; every kind but a sum takes one.
+std::size_t inputs_of(const Kind& kind);
+
+// Throws io::InputError with `place`, listing the known types.
+Kind read_kind(io::JsonReader& block);
+void write_kind(const Kind& kind, Json& json);
+
+std::string text_of(const Kind& kind);
+
+}  // namespace flexor::model

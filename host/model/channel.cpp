@@ -1,0 +1,211 @@
+#include "host/model/channel.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "host/io/io.hpp"
+
+namespace flexor::model {
+namespace {
+
+// The blocks of one channel, in the order of the signal; each may come once, the curve once on either side of
+// the lti.
+class BlockReader {
+ public:
+  explicit BlockReader(Channel& channel) : channel_(channel) { seen_.fill(kNever); }
+
+  void read(io::JsonReader& block, std::size_t index) {
+    const std::string type = block.text("type");
+    const std::size_t place = place_of(type);
+    require_place(block, type, place);
+    seen_[place] = index;
+    switch (place) {
+      case kDeadZone:
+        channel_.dead_zone = DeadZone::read(block);
+        break;
+      case kHysteresis:
+        channel_.hysteresis = Hysteresis::read(block);
+        break;
+      case kInputCurve:
+        channel_.input_curve = Curve::read(block);
+        break;
+      case kLti:
+        channel_.lti = Lti::read(block);
+        break;
+      case kOutputCurve:
+        channel_.output_curve = Curve::read(block);
+        break;
+      default:
+        channel_.saturation = Saturation::read(block);
+    }
+    block.done();
+  }
+
+  bool complete() const { return seen_[kSaturation] != kNever; }
+
+ private:
+  enum Place : std::size_t { kDeadZone, kHysteresis, kInputCurve, kLti, kOutputCurve, kSaturation, kPlaces };
+  static constexpr std::array<const char*, kPlaces> kOrder = {"dead_zone", "hysteresis", "curve",
+                                                              "lti",       "curve",      "saturation"};
+  static constexpr std::size_t kNever = std::numeric_limits<std::size_t>::max();
+
+  // kPlaces when there is no such block.
+  std::size_t place_of(const std::string& type) const {
+    if (type == "curve") return seen_[kLti] == kNever ? kInputCurve : kOutputCurve;
+    return static_cast<std::size_t>(std::ranges::find(kOrder, type) - kOrder.begin());
+  }
+
+  void require_place(const io::JsonReader& block, const std::string& type, std::size_t place) const {
+    if (place == kPlaces) {
+      block.fail(fmt::format("unknown block \"{}\"; schema version 1 knows: {}", type, fmt::join(kOrder, ", ")));
+    }
+    if (seen_[place] != kNever) {
+      const char* where = place == kInputCurve    ? " before the \"lti\""
+                          : place == kOutputCurve ? " after the \"lti\""
+                                                  : "";
+      block.fail(fmt::format("a second \"{}\"{}: the first is blocks[{}]; leave one out", type, where,
+                             seen_[place]));
+    }
+    const auto later = seen_.begin() + static_cast<std::ptrdiff_t>(place) + 1;
+    if (std::any_of(later, seen_.end(), [](std::size_t i) { return i != kNever; })) {
+      block.fail(fmt::format("\"{}\" cannot stand here; the order is {}", type, fmt::join(kOrder, ", ")));
+    }
+  }
+
+  Channel& channel_;
+  std::array<std::size_t, kPlaces> seen_;  // where in the document each block stands
+};
+
+// A name that the model has not given yet.
+std::string fresh(const Model& model, const std::string& wanted) {
+  const auto taken = [&](const std::string& name) {
+    return std::ranges::find(model.inputs, name, &Input::name) != model.inputs.end() ||
+           std::ranges::find(model.blocks, name, &Block::to) != model.blocks.end();
+  };
+  std::string name = wanted;
+  for (int i = 2; taken(name); ++i) name = fmt::format("{} {}", wanted, i);
+  return name;
+}
+
+std::string input_signal(Model& model, const Channel& c) {
+  const std::string first = c.name.substr(0, c.name.find('_'));
+  const bool finger = std::ranges::find(finger_names(), first) != finger_names().end();
+  Input input{is_name(c.input_column) ? c.input_column : c.name,
+              c.input_column,
+              c.input_unit,
+              finger ? first : "",
+              c.valid_min,
+              c.valid_max};
+  input.name = fresh(model, input.name);
+  model.inputs.push_back(input);
+  return input.name;
+}
+
+const Block* block_of(const Model& model, const std::string& signal) {
+  const auto it = std::ranges::find(model.blocks, signal, &Block::to);
+  return it == model.blocks.end() ? nullptr : &*it;
+}
+
+// Where the signal comes from, if from a block of this kind: takes it and goes on before it.
+template <class T>
+const T* taken(const Model& model, std::string& signal) {
+  const Block* block = block_of(model, signal);
+  const T* kind = block != nullptr ? std::get_if<T>(&block->kind) : nullptr;
+  if (kind != nullptr) signal = block->from.front();
+  return kind;
+}
+
+}  // namespace
+
+void add(Model& model, const Channel& c) {
+  std::string signal = input_signal(model, c);
+  const auto next = [&](const char* what, Kind kind) {
+    const std::string to = fresh(model, fmt::format("{} {}", c.name, what));
+    model.blocks.push_back({{signal}, to, std::move(kind)});
+    signal = to;
+  };
+  if (c.dead_zone) next("dead zone", *c.dead_zone);
+  if (c.hysteresis) next("hysteresis", *c.hysteresis);
+  if (c.input_curve) next("curve", *c.input_curve);
+  next("dynamics", c.lti);
+  if (c.output_curve) next("output curve", *c.output_curve);
+  next("angle", c.saturation);
+  model.joints.push_back({c.name, signal, c.rest_deg});
+}
+
+std::optional<Channel> channel(const Model& model, std::size_t at) {
+  const Joint& joint = model.joints.at(at);
+  Channel c;
+  c.name = joint.name;
+  c.rest_deg = joint.rest_deg;
+  std::string signal = joint.from;
+  const auto* saturation = taken<Saturation>(model, signal);
+  if (saturation == nullptr) return std::nullopt;
+  c.saturation = *saturation;
+  if (const auto* curve = taken<Curve>(model, signal)) c.output_curve = *curve;
+  const auto* lti = taken<Lti>(model, signal);
+  if (lti == nullptr) return std::nullopt;
+  c.lti = *lti;
+  if (const auto* curve = taken<Curve>(model, signal)) c.input_curve = *curve;
+  if (const auto* hysteresis = taken<Hysteresis>(model, signal)) c.hysteresis = *hysteresis;
+  if (const auto* zone = taken<DeadZone>(model, signal)) c.dead_zone = *zone;
+  const auto input = std::ranges::find(model.inputs, signal, &Input::name);
+  if (input == model.inputs.end()) return std::nullopt;
+  c.input_column = input->column;
+  c.input_unit = input->unit;
+  c.valid_min = input->valid_min;
+  c.valid_max = input->valid_max;
+  return c;
+}
+
+std::vector<Channel> channels(const Model& model) {
+  std::vector<Channel> out;
+  for (std::size_t i = 0; i < model.joints.size(); ++i) {
+    const std::optional<Channel> one = channel(model, i);
+    if (!one) throw io::InputError(fmt::format("{}: joint: is no chain of blocks from one input", model.joints[i].name));
+    out.push_back(*one);
+  }
+  return out;
+}
+
+Model with_channels(Model model, const std::vector<Channel>& channels) {
+  model.inputs.clear();
+  model.blocks.clear();
+  model.joints.clear();
+  for (const Channel& one : channels) add(model, one);
+  return model;
+}
+
+Model model_of(const Channel& channel, double period_s) {
+  Model model;
+  model.sample_period_s = period_s;
+  add(model, channel);
+  return model;
+}
+
+Channel read_channel(const Json& json, const std::string& place) {
+  io::JsonReader reader(json, place);
+  Channel channel;
+  channel.name = finger(reader.text("name"));
+  io::JsonReader input(reader.member("input"), fmt::format("{}: input", place));
+  channel.input_column = input.text_or_empty("column");
+  channel.input_unit = input.text_or_empty("unit");
+  channel.valid_min = input.number("valid_min");
+  channel.valid_max = input.number("valid_max");
+  input.done();
+  channel.rest_deg = reader.number("rest_deg");
+  BlockReader blocks(channel);
+  const Json& list = reader.list("blocks");
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    io::JsonReader block(list[i], fmt::format("{}: blocks[{}]", place, i));
+    blocks.read(block, i);
+  }
+  reader.done();
+  if (!blocks.complete()) {
+    throw io::InputError(fmt::format("{}: blocks must end with a saturation; an output needs limits", place));
+  }
+  return channel;
+}
+
+}  // namespace flexor::model

@@ -1,0 +1,46 @@
+// A joint from one sensor through a chain of blocks in the order of schema 1: what the published compensators
+// and the fits of one finger are.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "host/model/model.hpp"
+
+namespace flexor::model {
+
+struct Channel {
+  std::string name;          // of the joint
+  std::string input_column;  // may be empty
+  std::string input_unit;
+  double valid_min = 0;
+  double valid_max = 1023;
+  double rest_deg = 0;
+  std::optional<DeadZone> dead_zone;
+  std::optional<Hysteresis> hysteresis;
+  std::optional<Curve> input_curve;
+  Lti lti;
+  std::optional<Curve> output_curve;
+  Saturation saturation;
+  bool operator==(const Channel&) const = default;
+};
+
+// Adds an input, blocks and a joint.
+void add(Model& model, const Channel& channel);
+
+// The joint `at` as a chain; none where its graph is none of this order.
+std::optional<Channel> channel(const Model& model, std::size_t at);
+
+// Every joint as a chain. Throws io::InputError naming the first that is none.
+std::vector<Channel> channels(const Model& model);
+
+// The same document with these chains for its graph.
+Model with_channels(Model model, const std::vector<Channel>& channels);
+
+// One chain as a model of its own.
+Model model_of(const Channel& channel, double period_s);
+
+// The chains of a document of schema 1, one after the other.
+Channel read_channel(const Json& json, const std::string& place);
+
+}  // namespace flexor::model

@@ -1,0 +1,34 @@
+// {"type": "dead_zone", "lower", "upper"}: edges in the input's unit, lower <= upper.
+#pragma once
+
+#include "host/model/kind.hpp"
+#include "runtime/compensator/dead_zone.hpp"
+
+namespace flexor::model {
+
+struct DeadZone {
+  static constexpr const char* kType = "dead_zone";
+  static constexpr bool kKeepsFraction = true;
+  using Fixed = compensator::DeadZone<std::int16_t>;
+  template <class Real>
+  using Floating = compensator::DeadZone<Real>;
+
+  double lower = 0;
+  double upper = 0;
+
+  static DeadZone read(io::JsonReader& block);
+  void write(Json& json) const;
+  void check(const Place& place) const;
+  Interval values(std::span<const Interval> in, double period_s) const;
+  Need need(const FixedSignal& in, const Need& out) const;
+  template <class Real>
+  Floating<Real> floating(double) const {
+    return {static_cast<Real>(lower), static_cast<Real>(upper)};
+  }
+  Fixed fixed(const FixedBlock& block) const;
+  static Source source(const Fixed& c);
+  std::string text() const;
+  bool operator==(const DeadZone&) const = default;
+};
+
+}  // namespace flexor::model

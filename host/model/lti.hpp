@@ -1,0 +1,103 @@
+// {"type": "lti", "gain" (1), "offset" (0), "poles_rad_s", "taps" (all zero)}
+//
+// H(s) = gain (c_0 + c_1 H_1 + ... + (1 - sum c) H_n), H_i = prod_{j<=i} a_j / (s + a_j), real poles -a_j;
+// `offset` is added before the lags. No poles: a static gain and offset. Poles are negative, at most three,
+// |pole| times the sample period from 1e-9 to 1e3; as many taps, at most 1000 either way, or none; gain and offset
+// at most 1e29 either way.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "host/model/discrete.hpp"
+#include "host/model/kind.hpp"
+#include "runtime/compensator/lti.hpp"
+
+namespace flexor::model {
+
+inline constexpr double kMinPoleTimesPeriod = 1e-9;
+inline constexpr double kMaxPoleTimesPeriod = 1e3;
+inline constexpr double kMaxTap = 1000;
+inline constexpr double kMaxGain = 1e29;  // kMaxSignal of the least range; float holds its product with kMaxSignal
+
+// The most that fixed point may be from double on the same input in Q5: one step of the output, 1/16 degree.
+// An input between two steps of Q5 is rounded first, by 1/64 of its unit at most, and takes the model's slope
+// times that on top; so does a dead zone's edge between two steps.
+inline constexpr double kFixedError_deg = 0.0625;
+
+// Throws unless rate > 0 fits the sample period.
+void check_rate(const Place& place, double rate_rad_s, const char* name);
+
+struct Lti {
+  static constexpr const char* kType = "lti";
+  static constexpr bool kKeepsFraction = false;
+  using Fixed = compensator::FixedLti<compensator::kMaxOrder, true>;
+  template <class Real>
+  using Floating = compensator::Lti<Real, compensator::kMaxOrder, true>;
+
+  double gain = 1;
+  double offset = 0;
+  std::vector<double> poles_rad_s;
+  std::vector<double> taps;
+
+  static Lti read(io::JsonReader& block);
+  void write(Json& json) const;
+  void check(const Place& place) const;
+  Interval values(std::span<const Interval> in, double period_s) const;
+  Need need(const FixedSignal& in, const Need& out) const;
+  template <class Real>
+  Floating<Real> floating(double period_s) const;
+  Fixed fixed(const FixedBlock& block) const;
+  static Source source(const Fixed& c);
+  std::string text() const;
+  bool operator==(const Lti&) const = default;
+
+  // Poles that are left at this period: the last is dropped where a sample forgets it altogether, since its
+  // state then equals the one before.
+  int order_at(double period_s) const;
+};
+
+namespace detail {
+
+// The chain padded in front to `order` states: a chain of n < order lags uses the last n, the others stay at
+// their start value and have no weight.
+struct PaddedLti {
+  Eigen::VectorXd input_weight;  // order
+  Eigen::MatrixXd chain_weight;  // order x order, strictly lower
+  Eigen::VectorXd tap;           // order
+};
+
+PaddedLti pad(const Lti& lti, double period_s, int order);
+
+// Coefficients of compensator::DirectForm and the most that it can be from double, degrees: for every
+// sequence of inputs in Q5 from 0 to `top`, as long as the angle stays below `upper_deg`. None where that
+// exceeds kFixedError_deg, or where the block has what the form cannot do. The same bound keeps the form's
+// angle, which has no sign, from falling below zero.
+struct Direct {
+  std::array<std::uint16_t, compensator::kMaxOrder> b{};
+  std::array<std::uint16_t, compensator::kMaxOrder> a{};
+  double error_deg = 0;
+};
+std::optional<Direct> direct_form(const Lti& lti, double top, double upper_deg, double period_s);
+
+}  // namespace detail
+
+template <class Real>
+Lti::Floating<Real> Lti::floating(double period_s) const {
+  constexpr int kOrder = compensator::kMaxOrder;
+  const detail::PaddedLti padded = detail::pad(*this, period_s, kOrder);
+  Floating<Real> c{};
+  c.gain = static_cast<Real>(gain);
+  c.offset = static_cast<Real>(offset);
+  for (int i = 0; i < kOrder; ++i) {
+    c.input_weight[i] = static_cast<Real>(padded.input_weight(i));
+    c.tap[i] = static_cast<Real>(padded.tap(i));
+    for (int j = 0; j < i; ++j) {
+      c.chain_weight[compensator::chain_index(i, j)] = static_cast<Real>(padded.chain_weight(i, j));
+    }
+  }
+  return c;
+}
+
+}  // namespace flexor::model

@@ -1,0 +1,34 @@
+// {"type": "saturation", "lower_deg", "upper_deg"}: lower < upper. Each joint's last block.
+#pragma once
+
+#include "host/model/kind.hpp"
+#include "runtime/compensator/saturation.hpp"
+
+namespace flexor::model {
+
+struct Saturation {
+  static constexpr const char* kType = "saturation";
+  static constexpr bool kKeepsFraction = true;
+  using Fixed = compensator::Saturation<std::int16_t>;
+  template <class Real>
+  using Floating = compensator::Saturation<Real>;
+
+  double lower_deg = 0;
+  double upper_deg = 0;
+
+  static Saturation read(io::JsonReader& block);
+  void write(Json& json) const;
+  void check(const Place& place) const;
+  Interval values(std::span<const Interval> in, double period_s) const;
+  Need need(const FixedSignal& in, const Need& out) const;
+  template <class Real>
+  Floating<Real> floating(double) const {
+    return {static_cast<Real>(lower_deg), static_cast<Real>(upper_deg)};
+  }
+  Fixed fixed(const FixedBlock& block) const;
+  static Source source(const Fixed& c);
+  std::string text() const;
+  bool operator==(const Saturation&) const = default;
+};
+
+}  // namespace flexor::model

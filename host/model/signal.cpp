@@ -1,0 +1,34 @@
+#include "host/model/signal.hpp"
+
+#include <fmt/format.h>
+
+#include "host/io/io.hpp"
+
+namespace flexor::model {
+
+void FixedFormat::does_not_fit(const std::string& what) const {
+  throw io::InputError(fmt::format("{}: {} does not fit the fixed-point format", where, what));
+}
+
+std::int16_t FixedFormat::number(const char* what, double value, int fraction) const {
+  const double scaled = std::round(std::ldexp(value, fraction));
+  if (!(std::abs(scaled) <= 32767)) does_not_fit(fmt::format("{} ({:.6g})", what, value));
+  return static_cast<std::int16_t>(scaled);
+}
+
+int FixedFormat::fraction(const char* what, double magnitude, int low, int high) const {
+  for (int fraction = high; fraction >= low; --fraction) {
+    if (std::round(std::ldexp(std::abs(magnitude), fraction)) <= 32767) return fraction;
+  }
+  does_not_fit(fmt::format("{} ({:.6g})", what, magnitude));
+}
+
+core::Weight weight(double value) {
+  constexpr int kMaxShift = 15;
+  int shift = 0;
+  while (shift < kMaxShift && std::round(std::ldexp(value, 17 + shift)) <= 65535) ++shift;
+  const double mantissa = std::clamp(std::round(std::ldexp(value, 16 + shift)), 0.0, 65535.0);
+  return {static_cast<std::uint16_t>(mantissa), static_cast<std::uint8_t>(shift)};
+}
+
+}  // namespace flexor::model

@@ -1,0 +1,27 @@
+// A model's joints and inputs on a glove and a hand: five strips, five motors, thumb to pinky.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "host/model/model.hpp"
+
+namespace flexor::model {
+
+inline constexpr std::size_t kFingers = 5;  // of finger_names()
+
+// Which joint of the model moves each finger, and which finger's strip feeds each of its inputs.
+struct Wiring {
+  std::array<std::optional<std::size_t>, kFingers> joint;  // of model.joints
+  std::vector<std::size_t> strip;                          // finger of model.inputs[i]
+  std::array<std::optional<std::size_t>, kFingers> input;  // of model.inputs, for each strip
+  std::array<std::vector<std::size_t>, kFingers> strips;   // that each finger's joint depends on
+};
+
+// A finger's joint is the one of its name, else its _mcp, else its first. An input says its strip, or it is that of
+// the only joint that it feeds.
+// Throws io::InputError.
+Wiring wiring_of(const Model& model);
+
+}  // namespace flexor::model

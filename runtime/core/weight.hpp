@@ -1,0 +1,19 @@
+// A weight in (0, 1] with sixteen significant bits, whatever its size.
+#pragma once
+
+#include "runtime/core/fixed_point.hpp"
+
+namespace flexor {
+namespace core {
+
+// mantissa / 2^(16 + shift).
+struct Weight {
+  uint16_t mantissa;
+  uint8_t shift;
+
+  // floor of the product, for every difference.
+  FLEXOR_INLINE int32_t times(int32_t difference) const { return multiply_q16(difference, mantissa) >> shift; }
+};
+
+}  // namespace core
+}  // namespace flexor

@@ -11,7 +11,9 @@ namespace flexor::deploy {
 namespace {
 
 template <class Coefficients>
-constexpr bool has_state = requires { typename Coefficients::State; };
+constexpr bool has_state = requires {
+  typename Coefficients::State;
+};
 
 using model::kFingers;
 
@@ -69,8 +71,8 @@ class Writer {
     std::string readings;
     for (const std::size_t i : inputs) {
       const std::size_t strip = wiring_.strip[i];
-      condition += fmt::format("{0}alpha[{1}] >= {2} && alpha[{1}] <= {3}", condition.empty() ? "" : " && ", strip,
-                               fixed_.valid_min[i], fixed_.valid_max[i]);
+      condition += fmt::format("{0}alpha[{1}] >= {2} && alpha[{1}] <= {3}", condition.empty() ? "" : " && ",
+                               strip, fixed_.valid_min[i], fixed_.valid_max[i]);
       readings += fmt::format("      const int16_t s{} = core::refine(alpha[{}], {});\n", i, strip,
                               fixed_.signals[i].fraction - core::kInputFraction);
     }
@@ -132,7 +134,8 @@ class Writer {
       return;
     } else {
       const model::Source source = K::source(one.c);
-      coefficients_ += fmt::format("constexpr compensator::{} kBlock{} PROGMEM = {};\n", source.type, b, source.braces);
+      coefficients_ +=
+          fmt::format("constexpr compensator::{} kBlock{} PROGMEM = {};\n", source.type, b, source.braces);
       if constexpr (has_state<typename K::Fixed>) {
         starts_ = true;
         states_ += fmt::format("  compensator::{}::State block{}_;\n", source.type, b);

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "host/model/wiring.hpp"
 #include "host/model/model.hpp"
+#include "host/model/wiring.hpp"
 
 namespace flexor::deploy {
 

@@ -19,16 +19,16 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t kBlocks = 6;     // of the cross-validation
-constexpr double kGuard_s = 1;         // beside each block
-constexpr double kBeyond = 0.25;       // knots beyond the readings, as a share of their range
-constexpr double kAnchor = 1e-4;       // prior weight of the reading's own values: only where nothing tells them
-constexpr double kHuber = 3;           // robust deviations
-constexpr double kTolerance = 0.01;    // a simpler candidate so close to the best is as good
+constexpr std::size_t kBlocks = 6;  // of the cross-validation
+constexpr double kGuard_s = 1;      // beside each block
+constexpr double kBeyond = 0.25;    // knots beyond the readings, as a share of their range
+constexpr double kAnchor = 1e-4;    // prior weight of the reading's own values: only where nothing tells them
+constexpr double kHuber = 3;        // robust deviations
+constexpr double kTolerance = 0.01;  // a simpler candidate so close to the best is as good
 constexpr int kLeastSamples = 100;
-constexpr int kShrinks = 6;            // of motion that drifts
-constexpr double kMargin = 0.1;        // of the measured range, beyond which no angle goes
-constexpr double kGrid = 1.0 / 32;     // knots lie on the steps of Q5 where the readings are that coarse
+constexpr int kShrinks = 6;         // of motion that drifts
+constexpr double kMargin = 0.1;     // of the measured range, beyond which no angle goes
+constexpr double kGrid = 1.0 / 32;  // knots lie on the steps of Q5 where the readings are that coarse
 
 // With several sensors the shorter ones: what they say together needs fewer knots of each.
 std::vector<Branches> candidates(Index sensors) {
@@ -51,9 +51,9 @@ double quantile(const std::vector<double>& sorted, double q) {
 struct Stack {
   MatrixXd input;
   VectorXd angle;
-  std::vector<Index> used;        // rows whose error counts
-  std::vector<Index> begin;       // of each session
-  double mean = 0;                // of the used angles
+  std::vector<Index> used;   // rows whose error counts
+  std::vector<Index> begin;  // of each session
+  double mean = 0;           // of the used angles
 
   explicit Stack(const std::vector<Session>& sessions) {
     Index rows = 0;
@@ -234,7 +234,7 @@ class System {
   std::vector<std::vector<double>> radii_;
   MatrixXd x_;
   MatrixXd smooth_;
-  VectorXd plays_;   // ones where the prior counts
+  VectorXd plays_;  // ones where the prior counts
   VectorXd motion_;
 };
 
@@ -242,14 +242,15 @@ class System {
 struct Block {
   MatrixXd gram;  // of the samples that are fitted when this block is not
   VectorXd right;
-  MatrixXd x;     // of the block itself
+  MatrixXd x;  // of the block itself
   VectorXd y;
   VectorXd weight;
 };
 
 class CrossValidation {
  public:
-  CrossValidation(const System& system, const Stack& stack, const VectorXd& weight, double period_s) : system_(system) {
+  CrossValidation(const System& system, const Stack& stack, const VectorXd& weight, double period_s)
+      : system_(system) {
     const auto guard = static_cast<Index>(std::lround(kGuard_s / period_s));
     const std::vector<Index>& used = stack.used;
     const VectorXd y = (stack.angle.array() - stack.mean).matrix();
@@ -341,11 +342,13 @@ First first_fit(const Stack& stack, double period_s) {
   const MatrixXd x = system.x()(stack.used, Eigen::all);
   for (int round = 0; round < 5; ++round) {
     const MatrixXd weighted = out.weight(stack.used).asDiagonal() * x;
-    const VectorXd w =
-        (x.transpose() * weighted + system.penalty({1, 1}, out.variance)).ldlt().solve(weighted.transpose() * y(stack.used));
+    const VectorXd w = (x.transpose() * weighted + system.penalty({1, 1}, out.variance))
+                           .ldlt()
+                           .solve(weighted.transpose() * y(stack.used));
     const VectorXd e = system.x() * w - y;
     const double scale = std::max(robust_deviation(e(stack.used)), 1e-3);
-    for (Index k = 0; k < e.size(); ++k) out.weight(k) = std::min(1.0, kHuber * scale / std::max(std::abs(e(k)), 1e-12));
+    for (Index k = 0; k < e.size(); ++k)
+      out.weight(k) = std::min(1.0, kHuber * scale / std::max(std::abs(e(k)), 1e-12));
     out.variance = scale * scale;
   }
   return out;
@@ -368,7 +371,8 @@ void solve(const System& system, const Stack& stack, const First& first, Additiv
   const MatrixXd r = qr.matrixQR().topRows(system.columns()).triangularView<Eigen::Upper>();
   const MatrixXd prior_share = r.transpose().triangularView<Eigen::Lower>().solve(root.transpose());
   out.effective = static_cast<double>(system.columns()) - prior_share.squaredNorm();
-  const VectorXd e = system.x()(stack.used, Eigen::all) * w - (stack.angle(stack.used).array() - stack.mean).matrix();
+  const VectorXd e =
+      system.x()(stack.used, Eigen::all) * w - (stack.angle(stack.used).array() - stack.mean).matrix();
   out.fitted_rmse_deg = std::sqrt(e.squaredNorm() / static_cast<double>(rows));
   out.samples = static_cast<int>(rows);
   out.offset_deg = stack.mean;
@@ -380,8 +384,8 @@ void solve(const System& system, const Stack& stack, const First& first, Additiv
   out.upper_deg = angle.maxCoeff() + kMargin * span;
 }
 
-Additive fit_one(const Stack& stack, const First& first, const Branches& branches, double period_s, const Drift& drift,
-                 double most_drift_deg) {
+Additive fit_one(const Stack& stack, const First& first, const Branches& branches, double period_s,
+                 const Drift& drift, double most_drift_deg) {
   const System system(stack, branches, period_s);
   Additive out;
   out.branches = branches;
@@ -412,17 +416,20 @@ std::string describe(const Branches& b) {
   return out;
 }
 
-std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double period_s, const std::string& joint,
-                                   const Drift& drift, double most_drift_deg, const Step& step) {
+std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double period_s,
+                                   const std::string& joint, const Drift& drift, double most_drift_deg,
+                                   const Step& step) {
   const Stack stack(sessions);
   if (std::ssize(stack.used) < kLeastSamples) {
     throw io::JobError(fmt::format("{}: {} samples to fit, at least {} are needed: record longer", joint,
                                    stack.used.size(), kLeastSamples));
   }
   const VectorXd angle = stack.angle(stack.used);
-  if (!(angle.maxCoeff() > angle.minCoeff())) throw io::JobError(fmt::format("{}: its angle never changes", joint));
+  if (!(angle.maxCoeff() > angle.minCoeff()))
+    throw io::JobError(fmt::format("{}: its angle never changes", joint));
   for (Index s = 0; s < stack.input.cols(); ++s) {
-    if (!(range_of(stack, s).width() > 0)) throw io::JobError(fmt::format("{}: a sensor never changes", joint));
+    if (!(range_of(stack, s).width() > 0))
+      throw io::JobError(fmt::format("{}: a sensor never changes", joint));
   }
   const First first = first_fit(stack, period_s);
   std::vector<Additive> out;

@@ -27,14 +27,14 @@ namespace flexor::identify {
 
 // One recording of one joint on a uniform grid.
 struct Session {
-  Eigen::MatrixXd input;              // sample by sensor
-  Eigen::VectorXd angle_deg;          // measured
-  std::vector<std::uint8_t> use;      // 1 where a sample's error counts
+  Eigen::MatrixXd input;          // sample by sensor
+  Eigen::VectorXd angle_deg;      // measured
+  std::vector<std::uint8_t> use;  // 1 where a sample's error counts
 };
 
 // The shape of an additive compensator; every sensor gets the same branches.
 struct Branches {
-  std::vector<double> radii;  // of plays, as shares of the sensor's range
+  std::vector<double> radii;   // of plays, as shares of the sensor's range
   std::vector<double> lags_s;  // of motion
   int knots = 12;
   bool operator==(const Branches&) const = default;
@@ -54,15 +54,15 @@ struct Additive {
   double period_s = 0;
   std::vector<std::vector<double>> knots;  // of each sensor
   std::vector<std::vector<double>> radii;  // of its plays, in its unit
-  Eigen::MatrixXd value;                   // knot by branch; branches sensor after sensor: reading, plays, motions
+  Eigen::MatrixXd value;  // knot by branch; branches sensor after sensor: reading, plays, motions
   double offset_deg = 0;
   double lower_deg = 0;  // limits of the angle
   double upper_deg = 0;
   double cross_validated_deg = 0;
   double hold_drift_deg = 0;
   double fitted_rmse_deg = 0;
-  double condition = 0;     // of the regularised system
-  double effective = 0;     // parameters that the data determine: the trace of the hat matrix
+  double condition = 0;  // of the regularised system
+  double effective = 0;  // parameters that the data determine: the trace of the hat matrix
   int samples = 0;
 
   int branches_per_sensor() const {
@@ -79,8 +79,9 @@ using Step = std::function<bool(std::size_t done, std::size_t of, const std::str
 // All candidates with their cross-validated error, best first; what drifts more than `most_drift_deg` in a hold has
 // had its motion shrunk until it did not, if that was enough. Throws io::JobError naming the joint: too few samples,
 // constant angle.
-std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double period_s, const std::string& joint,
-                                   const Drift& drift, double most_drift_deg, const Step& step);
+std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double period_s,
+                                   const std::string& joint, const Drift& drift, double most_drift_deg,
+                                   const Step& step);
 
 // Adds the blocks of `fit` behind the model's inputs of these names, and the joint.
 void add_to(model::Model& model, const Additive& fit, const std::vector<std::string>& inputs,

@@ -25,7 +25,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using io::InputError;
 
-constexpr double kSameClock_s = 0.5;     // offsets of two joints further apart are two opinions
+constexpr double kSameClock_s = 0.5;  // offsets of two joints further apart are two opinions
 constexpr double kLeastClockError_s = 0.01;
 constexpr double kUnsure = 0.15;
 constexpr double kMostDrift_deg = 1;
@@ -58,8 +58,8 @@ void set_unit(recording::Recording& log, const std::string& column, const std::s
     throw InputError(fmt::format("unknown unit \"{}\"; known: count, V, mV, ohm, kohm, deg, rad", stated));
   }
   if (!it->unit.empty() && it->unit != *asked) {
-    throw InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by --input-unit: which?", log.source,
-                                 column, it->unit, *asked));
+    throw InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by --input-unit: which?",
+                                 log.source, column, it->unit, *asked));
   }
   it->unit = *asked;
 }
@@ -128,7 +128,8 @@ Clock clock_of(const Files& files, const HandRequest& request, std::vector<std::
   double spread = 0;
   for (const Opinion& o : opinions) {
     if (std::abs(o.offset_s - best.offset_s) > kSameClock_s) continue;
-    const double w = std::max(o.confidence, 1e-3) / (o.error_s * o.error_s + kLeastClockError_s * kLeastClockError_s);
+    const double w =
+        std::max(o.confidence, 1e-3) / (o.error_s * o.error_s + kLeastClockError_s * kLeastClockError_s);
     weight += w;
     sum += w * o.offset_s;
     doubt *= 1 - o.confidence;
@@ -136,15 +137,17 @@ Clock clock_of(const Files& files, const HandRequest& request, std::vector<std::
   Clock clock{sum / weight, 0, 1 - doubt};
   for (const Opinion& o : opinions) {
     if (std::abs(o.offset_s - best.offset_s) > kSameClock_s) continue;
-    const double w = std::max(o.confidence, 1e-3) / (o.error_s * o.error_s + kLeastClockError_s * kLeastClockError_s);
+    const double w =
+        std::max(o.confidence, 1e-3) / (o.error_s * o.error_s + kLeastClockError_s * kLeastClockError_s);
     const double e = std::max(o.error_s, std::abs(o.offset_s - clock.offset_s));
     spread += w * w * e * e;
   }
   clock.standard_error_s = std::max(kLeastClockError_s, std::sqrt(spread) / weight);
   if (clock.confidence < kUnsure) {
-    warnings.push_back(fmt::format(
-        "{}: the clock offset of {:+.2f} s is unsure (confidence {:.2f}): are these recordings of one motion?",
-        files.sensor.source, clock.offset_s, clock.confidence));
+    warnings.push_back(
+        fmt::format("{}: the clock offset of {:+.2f} s is unsure (confidence {:.2f}): are these recordings "
+                    "of one motion?",
+                    files.sensor.source, clock.offset_s, clock.confidence));
   }
   return clock;
 }
@@ -169,7 +172,8 @@ Session session_of(const std::vector<recording::Aligned>& sensors) {
   Session out;
   out.input.resize(n, std::ssize(sensors));
   for (std::size_t s = 0; s < sensors.size(); ++s) {
-    out.input.col(static_cast<Eigen::Index>(s)) = Eigen::Map<const Eigen::VectorXd>(sensors[s].input.data(), n);
+    out.input.col(static_cast<Eigen::Index>(s)) =
+        Eigen::Map<const Eigen::VectorXd>(sensors[s].input.data(), n);
   }
   out.angle_deg = Eigen::Map<const Eigen::VectorXd>(first.angle_deg.data(), n);
   for (std::size_t k = 0; k < first.holdout_begin; ++k) {
@@ -181,8 +185,8 @@ Session session_of(const std::vector<recording::Aligned>& sensors) {
   return out;
 }
 
-void add_inputs(const HandRequest& request, const std::vector<Files>& files, const std::vector<Sampled>& samples,
-                model::Model& model) {
+void add_inputs(const HandRequest& request, const std::vector<Files>& files,
+                const std::vector<Sampled>& samples, model::Model& model) {
   std::map<std::string, recording::Range> ranges;
   std::map<std::string, std::string> strips;
   for (const Sampled& sampled : samples) {
@@ -190,7 +194,8 @@ void add_inputs(const HandRequest& request, const std::vector<Files>& files, con
       for (std::size_t s = 0; s < request.map[j].sensors.size(); ++s) {
         const recording::Aligned& a = sampled.sensor[j][s];
         const auto [it, fresh] = ranges.emplace(request.map[j].sensors[s], a.valid);
-        if (!fresh) it->second = {std::min(it->second.min, a.valid.min), std::max(it->second.max, a.valid.max)};
+        if (!fresh)
+          it->second = {std::min(it->second.min, a.valid.min), std::max(it->second.max, a.valid.max)};
         model.max_gap_s = std::max(model.max_gap_s, a.max_gap_s);
       }
     }
@@ -247,8 +252,9 @@ JointResult choose(const std::vector<Session>& sessions, const model::Model& inp
   };
   for (const Additive& fit :
        fit_additive(sessions, inputs.sample_period_s, joint.joint, drift, kMostDrift_deg, step)) {
-    CandidateRow row{describe(fit.branches), fit.cross_validated_deg, fit.fitted_rmse_deg, fit.effective,
-                     fit.hold_drift_deg, refusal_of(alone(inputs, fit, joint), fit.hold_drift_deg)};
+    CandidateRow row{describe(fit.branches), fit.cross_validated_deg,
+                     fit.fitted_rmse_deg,    fit.effective,
+                     fit.hold_drift_deg,     refusal_of(alone(inputs, fit, joint), fit.hold_drift_deg)};
     if (!chosen && row.refusal.empty()) {
       chosen = row.chosen = true;
       out.fit = fit;
@@ -311,7 +317,8 @@ std::vector<std::vector<double>> estimates(const model::Model& model, const std:
   return out;
 }
 
-void score_joints(const std::vector<Files>& files, const std::vector<Sampled>& samples, HandIdentification& r) {
+void score_joints(const std::vector<Files>& files, const std::vector<Sampled>& samples,
+                  HandIdentification& r) {
   const auto estimated = estimates(r.model, files, samples);
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     JointResult& joint = r.joints[j];
@@ -331,9 +338,10 @@ void score_joints(const std::vector<Files>& files, const std::vector<Sampled>& s
     }
     const auto line = joint.baselines.find("line");
     if (line != joint.baselines.end() && joint.holdout.rmse_deg >= line->second.rmse_deg) {
-      r.warnings.push_back(fmt::format(
-          "{}: on data it never saw the compensator ({:.2f} deg) is no better than a straight line ({:.2f} deg)",
-          joint.name, joint.holdout.rmse_deg, line->second.rmse_deg));
+      r.warnings.push_back(
+          fmt::format("{}: on data it never saw the compensator ({:.2f} deg) is no better than a straight "
+                      "line ({:.2f} deg)",
+                      joint.name, joint.holdout.rmse_deg, line->second.rmse_deg));
     }
   }
 }
@@ -363,9 +371,11 @@ void describe(const HandRequest& request, const std::vector<Files>& files, HandI
 }
 
 void check(const HandRequest& request) {
-  if (request.pairs.empty()) throw InputError("no recordings: --pair GLOVE CAMERA, or --sensor and --reference");
+  if (request.pairs.empty())
+    throw InputError("no recordings: --pair GLOVE CAMERA, or --sensor and --reference");
   if (!(request.split > 0 && request.split < 1)) throw InputError("the split must lie between 0 and 1");
-  if (!(request.rate_hz > 0) || !std::isfinite(request.rate_hz)) throw InputError("the rate must be positive");
+  if (!(request.rate_hz > 0) || !std::isfinite(request.rate_hz))
+    throw InputError("the rate must be positive");
   if (!(request.lead_s >= 0 && request.lead_s <= 1)) throw InputError("the lead must lie between 0 and 1 s");
 }
 
@@ -375,9 +385,10 @@ std::vector<JointMap> parse_map(const std::string& text) {
   std::vector<JointMap> out;
   std::size_t at = 0;
   const auto fail = [&](std::size_t where, const std::string& what) {
-    throw InputError(fmt::format("--map: {} at \"{}\"; write JOINT=SENSOR:ANGLE,... as index=SensorA1:index_deg, several "
-                                 "sensors with +",
-                                 what, io::shortened(text.substr(where), 30)));
+    throw InputError(
+        fmt::format("--map: {} at \"{}\"; write JOINT=SENSOR:ANGLE,... as index=SensorA1:index_deg, several "
+                    "sensors with +",
+                    what, io::shortened(text.substr(where), 30)));
   };
   while (at <= text.size()) {
     const std::size_t end = std::min(text.find(',', at), text.size());
@@ -385,7 +396,8 @@ std::vector<JointMap> parse_map(const std::string& text) {
     const std::size_t equals = item.find('=');
     const std::size_t colon = item.rfind(':');
     if (equals == std::string::npos || equals == 0) fail(at, "no joint");
-    if (colon == std::string::npos || colon < equals || colon + 1 == item.size()) fail(at + equals, "no angle");
+    if (colon == std::string::npos || colon < equals || colon + 1 == item.size())
+      fail(at + equals, "no angle");
     JointMap joint{model::joint_name(item.substr(0, equals)), {}, item.substr(colon + 1)};
     std::size_t from = equals + 1;
     while (from <= colon) {
@@ -412,7 +424,8 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   std::vector<Sampled> samples;
   for (const PairFiles& pair : request.pairs) {
     files.push_back(read_files(pair, request));
-    r.warnings.insert(r.warnings.end(), files.back().sensor.warnings.begin(), files.back().sensor.warnings.end());
+    r.warnings.insert(r.warnings.end(), files.back().sensor.warnings.begin(),
+                      files.back().sensor.warnings.end());
     for (const recording::Recording& reference : files.back().reference) {
       for (const std::string& warning : reference.warnings) {
         if (std::ranges::find(r.warnings, warning) == r.warnings.end()) r.warnings.push_back(warning);
@@ -422,7 +435,8 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
     samples.push_back(sample(files.back(), r.clocks.back(), request));
   }
   r.model.name = io::to_utf8(request.pairs.front().sensor.stem().string());
-  r.model.description = fmt::format("{} joint(s), fitted to {} pair(s) of recordings", request.map.size(), files.size());
+  r.model.description =
+      fmt::format("{} joint(s), fitted to {} pair(s) of recordings", request.map.size(), files.size());
   r.model.written_by = "flexor " FLEXOR_VERSION;
   r.model.sample_period_s = 1 / request.rate_hz;
   add_inputs(request, files, samples, r.model);
@@ -432,9 +446,10 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   for (std::size_t j = 0; j < request.map.size(); ++j) {
     std::vector<Session> sessions;
     for (const Sampled& sampled : samples) sessions.push_back(session_of(sampled.sensor[j]));
-    r.joints.push_back(choose(sessions, inputs, request.map[j], [&](auto done, auto of, const std::string& what) {
-      return !step || step(j * of + done, request.map.size() * of, what);
-    }));
+    r.joints.push_back(
+        choose(sessions, inputs, request.map[j], [&](auto done, auto of, const std::string& what) {
+          return !step || step(j * of + done, request.map.size() * of, what);
+        }));
     add_to(r.model, r.joints.back().fit, request.map[j].sensors, request.map[j].joint);
   }
   r.fit_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

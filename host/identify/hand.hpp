@@ -50,9 +50,9 @@ struct HandRequest {
 };
 
 struct Clock {
-  double offset_s = 0;         // reference time minus sensor time
+  double offset_s = 0;  // reference time minus sensor time
   double standard_error_s = 0;
-  double confidence = 0;       // 0 to 1, as recording::Alignment
+  double confidence = 0;  // 0 to 1, as recording::Alignment
 };
 
 struct CandidateRow {
@@ -61,7 +61,7 @@ struct CandidateRow {
   double fitted_rmse_deg = 0;
   double parameters = 0;  // effective
   double hold_drift_deg = 0;
-  std::string refusal;    // why a better one was passed over
+  std::string refusal;  // why a better one was passed over
   bool chosen = false;
 };
 

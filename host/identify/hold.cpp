@@ -47,7 +47,8 @@ double hold_drift_deg(const model::Model& model, const std::vector<Session>& ses
     for (Eigen::Index k = 0; k < rows; ++k) {
       for (std::size_t i = 0; i < column.size(); ++i) reading[i] = session.input(k, column[i]);
       (void)compensator.step(reading);
-      if (k % every == every / 2) worst = std::max(worst, drift_deg(compensator, reading, model.sample_period_s));
+      if (k % every == every / 2)
+        worst = std::max(worst, drift_deg(compensator, reading, model.sample_period_s));
     }
   }
   return worst;

@@ -58,7 +58,8 @@ class BlockReader {
 
   void require_place(const io::JsonReader& block, const std::string& type, std::size_t place) const {
     if (place == kPlaces) {
-      block.fail(fmt::format("unknown block \"{}\"; schema version 1 knows: {}", type, fmt::join(kOrder, ", ")));
+      block.fail(
+          fmt::format("unknown block \"{}\"; schema version 1 knows: {}", type, fmt::join(kOrder, ", ")));
     }
     if (seen_[place] != kNever) {
       const char* where = place == kInputCurve    ? " before the \"lti\""
@@ -163,7 +164,9 @@ std::vector<Channel> channels(const Model& model) {
   std::vector<Channel> out;
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
     const std::optional<Channel> one = channel(model, i);
-    if (!one) throw io::InputError(fmt::format("{}: joint: is no chain of blocks from one input", model.joints[i].name));
+    if (!one)
+      throw io::InputError(
+          fmt::format("{}: joint: is no chain of blocks from one input", model.joints[i].name));
     out.push_back(*one);
   }
   return out;

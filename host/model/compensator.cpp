@@ -30,7 +30,8 @@ Compensator<Arithmetic>::Compensator(const Model& model) {
     status_.resize(graph.values.size(), core::Status::ok);
     for (std::size_t j = 0; j < model.joints.size(); ++j) {
       const Saturation& limit = limits(model, model.joints[j]);
-      samples_.push_back({std::clamp(model.joints[j].rest_deg, limit.lower_deg, limit.upper_deg), core::Status::ok});
+      samples_.push_back(
+          {std::clamp(model.joints[j].rest_deg, limit.lower_deg, limit.upper_deg), core::Status::ok});
     }
   };
   if constexpr (kFixed) {
@@ -41,8 +42,9 @@ Compensator<Arithmetic>::Compensator(const Model& model) {
       refinement_.push_back(static_cast<std::uint8_t>(fixed.signals[i].fraction - core::kInputFraction));
     }
     for (std::size_t b = 0; b < model.blocks.size(); ++b) {
-      std::visit([&]<class K>(const FixedCoefficients<K>& one) { add(fixed.graph, b, node<Arithmetic, K>(one.c)); },
-                 fixed.blocks[b]);
+      std::visit(
+          [&]<class K>(const FixedCoefficients<K>& one) { add(fixed.graph, b, node<Arithmetic, K>(one.c)); },
+          fixed.blocks[b]);
     }
     finish(fixed.graph);
     for (std::size_t j = 0; j < model.joints.size(); ++j) {

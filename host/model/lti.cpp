@@ -28,10 +28,10 @@ int gain_shift(double gain, int fraction) {
 
 void check_rate(const Place& place, double rate_rad_s, const char* name) {
   const double speed = rate_rad_s * place.period_s;
-  place.require(speed >= kMinPoleTimesPeriod && speed <= kMaxPoleTimesPeriod,
-                fmt::format("{} ({:.6g} rad/s) must lie between {:.3g} and {:.3g} at this sample period", name,
-                            rate_rad_s, kMinPoleTimesPeriod / place.period_s,
-                            kMaxPoleTimesPeriod / place.period_s));
+  place.require(
+      speed >= kMinPoleTimesPeriod && speed <= kMaxPoleTimesPeriod,
+      fmt::format("{} ({:.6g} rad/s) must lie between {:.3g} and {:.3g} at this sample period", name,
+                  rate_rad_s, kMinPoleTimesPeriod / place.period_s, kMaxPoleTimesPeriod / place.period_s));
 }
 
 Lti Lti::read(io::JsonReader& block) {
@@ -307,7 +307,8 @@ Source Lti::source(const Fixed& c) {
   int first = 0;
   while (first + 1 < order && unused(first)) ++first;
   order -= first;
-  const bool taps = unused(compensator::kMaxOrder - 1) || std::ranges::any_of(c.tap, [](int t) { return t != 0; });
+  const bool taps =
+      unused(compensator::kMaxOrder - 1) || std::ranges::any_of(c.tap, [](int t) { return t != 0; });
   std::string weights;
   for (int i = first; i < compensator::kMaxOrder; ++i) {
     weights += fmt::format("{}{{{}, {}}}", i > first ? ", " : "", c.input_weight[i].mantissa,
@@ -324,17 +325,18 @@ Source Lti::source(const Fixed& c) {
   std::vector<std::int16_t> tap = {c.tap[0]};
   for (int i = first + 1; i < compensator::kMaxOrder; ++i) tap.push_back(c.tap[i]);
   const auto n = static_cast<std::size_t>(order);
-  return {fmt::format("FixedLti<{}, {}>", order, taps),
-          fmt::format("{{{}, {}, {}L, {{{}}}, {{{}}}, {}, {}, {}, {}, {{{}, {}}}}}", c.gain, c.gain_shift,
-                      c.offset, weights, chain.empty() ? "{0, 0}" : chain, braces(tap.data(), tap.size()),
-                      c.tap_fraction, c.output_shift, c.is_direct, braces(c.direct.b, n),
-                      braces(c.direct.a, n))};
+  return {
+      fmt::format("FixedLti<{}, {}>", order, taps),
+      fmt::format("{{{}, {}, {}L, {{{}}}, {{{}}}, {}, {}, {}, {}, {{{}, {}}}}}", c.gain, c.gain_shift,
+                  c.offset, weights, chain.empty() ? "{0, 0}" : chain, braces(tap.data(), tap.size()),
+                  c.tap_fraction, c.output_shift, c.is_direct, braces(c.direct.b, n), braces(c.direct.a, n))};
 }
 
 std::string Lti::text() const {
   std::string out = fmt::format("gain {:.4g}, offset {:.4g}", gain, offset);
   if (!poles_rad_s.empty()) out += fmt::format(", poles {::.4g} rad/s", poles_rad_s);
-  if (std::ranges::any_of(taps, [](double tap) { return tap != 0; })) out += fmt::format(", taps {::.3g}", taps);
+  if (std::ranges::any_of(taps, [](double tap) { return tap != 0; }))
+    out += fmt::format(", taps {::.3g}", taps);
   return out;
 }
 

@@ -19,7 +19,8 @@ namespace flexor::model {
 inline constexpr double kMinPoleTimesPeriod = 1e-9;
 inline constexpr double kMaxPoleTimesPeriod = 1e3;
 inline constexpr double kMaxTap = 1000;
-inline constexpr double kMaxGain = 1e29;  // kMaxSignal of the least range; float holds its product with kMaxSignal
+inline constexpr double kMaxGain =
+    1e29;  // kMaxSignal of the least range; float holds its product with kMaxSignal
 
 // The most that fixed point may be from double on the same input in Q5: one step of the output, 1/16 degree.
 // An input between two steps of Q5 is rounded first, by 1/64 of its unit at most, and takes the model's slope

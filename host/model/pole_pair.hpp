@@ -27,8 +27,9 @@ struct PolePair {
   template <class Real>
   Floating<Real> floating(double period_s) const {
     const std::array<double, 4> t = transition(period_s);
-    return {{static_cast<Real>(t[0]), static_cast<Real>(t[1]), static_cast<Real>(t[2]), static_cast<Real>(t[3])},
-            {static_cast<Real>(taps[0]), static_cast<Real>(taps[1])}};
+    return {
+        {static_cast<Real>(t[0]), static_cast<Real>(t[1]), static_cast<Real>(t[2]), static_cast<Real>(t[3])},
+        {static_cast<Real>(taps[0]), static_cast<Real>(taps[1])}};
   }
   Fixed fixed(const FixedBlock& block) const;
   static Source source(const Fixed& c);

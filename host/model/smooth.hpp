@@ -34,9 +34,10 @@ struct Polynomial {
   Need need(const FixedSignal& in, const Need& out) const;
   template <class Real>
   Floating<Real> floating(double) const {
-    Floating<Real> c{static_cast<std::uint8_t>(coefficients.size()), static_cast<Real>(low),
-                     static_cast<Real>(high), {}};
-    for (std::size_t i = 0; i < coefficients.size(); ++i) c.coefficient[i] = static_cast<Real>(coefficients[i]);
+    Floating<Real> c{
+        static_cast<std::uint8_t>(coefficients.size()), static_cast<Real>(low), static_cast<Real>(high), {}};
+    for (std::size_t i = 0; i < coefficients.size(); ++i)
+      c.coefficient[i] = static_cast<Real>(coefficients[i]);
     return c;
   }
   Fixed fixed(const FixedBlock& block) const;

@@ -53,7 +53,9 @@ struct Gain {
   static Gain read(io::JsonReader& block);
   void write(Json& json) const;
   void check(const Place& place) const { as_sum().check(place); }
-  Interval values(std::span<const Interval> in, double period_s) const { return as_sum().values(in, period_s); }
+  Interval values(std::span<const Interval> in, double period_s) const {
+    return as_sum().values(in, period_s);
+  }
   Need need(const FixedSignal& in, const Need& out) const { return as_sum().need(in, out); }
   template <class Real>
   Floating<Real> floating(double period_s) const {

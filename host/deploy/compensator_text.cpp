@@ -91,6 +91,7 @@ class Writer {
     }
     lines_ += "    }\n";
     starts_ = false;
+    found_.clear();
   }
 
   // Eight sections share a byte, which stays in a register while they run.
@@ -121,17 +122,49 @@ class Writer {
     }
   }
 
+  // Curves of one signal on the same knots share the search for the segment, and all curves equal knots.
+  std::string segment_of(std::size_t in, const model::Curve::Fixed& c) {
+    const std::string text = model::Curve::knots_text(c);
+    const auto known = std::ranges::find(knots_, text);
+    const auto knots = known - knots_.begin();
+    if (known == knots_.end()) {
+      knots_.push_back(text);
+      coefficients_ += fmt::format("constexpr compensator::FixedKnots<{}> kKnots{} PROGMEM = {};\n",
+                                   c.knots.count, knots, text);
+    }
+    const std::string name = fmt::format("g{}_{}", in, knots);
+    if (std::ranges::find(found_, name) == found_.end()) {
+      found_.push_back(name);
+      lines_ +=
+          fmt::format("      const compensator::Segment {} = config::kKnots{}(s{});\n", name, knots, in);
+    }
+    return name;
+  }
+
+  // Weights of +-1 in steps of the output need no product: the rest of the shift comes out even.
+  std::string sum_text(std::size_t b, const model::Sum::Fixed& c) const {
+    const std::vector<std::size_t>& from = fixed_.graph.from[b];
+    const int unit = 1 << c.shift;
+    const bool plain =
+        std::all_of(c.weight, c.weight + from.size(), [&](int w) { return std::abs(w) == unit; });
+    std::string sum = fmt::format("{}L", plain ? (c.offset + unit / 2) >> c.shift : c.offset);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      sum += plain ? fmt::format(" {} s{}", c.weight[i] > 0 ? '+' : '-', from[i])
+                   : fmt::format(" + int32_t{{{}}} * s{}", c.weight[i], from[i]);
+    }
+    return plain ? sum : fmt::format("core::round_shift({}, {})", sum, c.shift);
+  }
+
   template <class K>
   void add_step(std::size_t b, const std::string& target, const model::FixedCoefficients<K>& one) {
     const std::size_t in = fixed_.graph.from[b].front();
     if constexpr (std::is_same_v<typename K::Fixed, model::Sum::Fixed>) {
       // Written out: the compiler would loop over constants that lie in flash.
-      std::string sum = fmt::format("{}L", one.c.offset);
-      for (std::size_t i = 0; i < fixed_.graph.from[b].size(); ++i) {
-        sum += fmt::format(" + int32_t{{{}}} * s{}", one.c.weight[i], fixed_.graph.from[b][i]);
-      }
-      lines_ += fmt::format("{}core::narrow(core::round_shift({}, {}));\n", target, sum, one.c.shift);
-      return;
+      lines_ += fmt::format("{}core::narrow({});\n", target, sum_text(b, one.c));
+    } else if constexpr (std::is_same_v<typename K::Fixed, model::Curve::Fixed>) {
+      coefficients_ += fmt::format("constexpr compensator::{} kBlock{} PROGMEM = {};\n",
+                                   K::source(one.c).type, b, K::source(one.c).braces);
+      lines_ += fmt::format("{}config::kBlock{}({});\n", target, b, segment_of(in, one.c));
     } else {
       const model::Source source = K::source(one.c);
       coefficients_ +=
@@ -152,7 +185,9 @@ class Writer {
   model::Wiring wiring_;
   std::size_t inputs_;
   std::vector<bool> needed_;
-  std::vector<std::size_t> open_;  // inputs of the open section
+  std::vector<std::size_t> open_;   // inputs of the open section
+  std::vector<std::string> knots_;  // all that were written
+  std::vector<std::string> found_;  // segments of the open section
   bool is_open_ = false;
   bool starts_ = false;  // a block of the open section has a state
   std::size_t sections_ = 0;

@@ -481,8 +481,7 @@ void add_to(model::Model& model, const Additive& fit, const std::vector<std::str
     for (std::size_t l = 0; l < fit.branches.lags_s.size(); ++l) {
       const VectorXd y = value.col(1 + radii + static_cast<Index>(l));
       const std::string c = add(inputs[s], fmt::format("{} motion {}", name, l + 1), curve(s, y));
-      const model::Lti lag{1, 0, {-1 / fit.branches.lags_s[l]}, {}};
-      term(add(c, fmt::format("{} lag {}", name, l + 1), lag), -1);
+      term(add(c, fmt::format("{} lag {}", name, l + 1), model::Lag{1 / fit.branches.lags_s[l]}), -1);
     }
   }
   const std::string total = joint + " sum";

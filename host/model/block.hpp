@@ -9,6 +9,7 @@
 #include "host/model/dead_zone.hpp"
 #include "host/model/delay.hpp"
 #include "host/model/hysteresis.hpp"
+#include "host/model/lag.hpp"
 #include "host/model/lti.hpp"
 #include "host/model/play.hpp"
 #include "host/model/pole_pair.hpp"
@@ -18,8 +19,8 @@
 
 namespace flexor::model {
 
-using Kind = std::variant<Gain, DeadZone, Curve, Spline, Polynomial, Play, Creep, Hysteresis, Lti, PolePair,
-                          Delay, Saturation, Sum>;
+using Kind = std::variant<Gain, DeadZone, Curve, Spline, Polynomial, Play, Creep, Hysteresis, Lag, Lti,
+                          PolePair, Delay, Saturation, Sum>;
 
 // One block: signals in by name, one signal out.
 struct Block {

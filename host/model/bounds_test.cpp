@@ -213,6 +213,7 @@ std::vector<Absurd> absurd_kinds() {
       instead(Play{kHuge}, "play"),
       instead(Creep{1, 0}, "creep: rate_rad_s"),
       instead(Creep{1, 1e12}, "creep: rate_rad_s"),
+      instead(Lag{0}, "lag: rate_rad_s"),
       instead(PolePair{1e12, 0.5, {0, 0}}, "pole_pair: frequency_rad_s"),
       instead(PolePair{1e-4, 0.5, {0, 0}}, "pole_pair: so slow"),
       instead(PolePair{10, 0, {0, 0}}, "pole_pair: the damping"),

@@ -235,6 +235,13 @@ TEST(Kinds, CreepApproachesTheEdgeOfItsBandAtItsRate) {
   }
 }
 
+TEST(Kinds, LagApproachesAStepExponentially) {
+  const auto y = step_response(one_joint({Lag{3}, Saturation{0, 500}}), 20, 100, 50);
+  for (std::size_t k = 0; k < y.size(); ++k) {
+    EXPECT_NEAR(y[k], 100 - 80 * std::exp(-3 * 0.1 * static_cast<double>(k + 1)), 1e-9) << k;
+  }
+}
+
 TEST(Kinds, PolePairAnswersAStepAsItsDifferentialEquation) {
   const double omega = 9;
   const double zeta = 0.3;

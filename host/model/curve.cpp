@@ -7,14 +7,7 @@ namespace flexor::model {
 namespace {
 
 constexpr double kMinKnotSpacing = 1e-6;  // of the largest |x|
-
-double steepest(const Curve& curve) {
-  double slope = 0;
-  for (std::size_t i = 1; i < curve.x.size(); ++i) {
-    slope = std::max(slope, std::abs((curve.y[i] - curve.y[i - 1]) / (curve.x[i] - curve.x[i - 1])));
-  }
-  return slope;
-}
+constexpr double kMostRise = 16383;       // between two knots, in the output's steps
 
 }  // namespace
 
@@ -60,53 +53,54 @@ Need Curve::need(const FixedSignal&, const Need&) const {
   return {{x.front(), x.back()}, kMostFraction, true};
 }
 
-int Curve::most_fraction(const FixedSignal& in) const {
-  // slope 2^(out - in + shift) fits int16 with a shift of 1 at least, and so does y of every knot.
-  const double slope = steepest(*this);
+int Curve::most_fraction(const FixedSignal&) const {
   const double height = Interval{std::ranges::min(y), std::ranges::max(y)}.magnitude();
-  const auto fits = [&](int out) {
-    return std::ldexp(slope, out - in.fraction + 1) <= 32767 && std::ldexp(height, out) <= 32767;
-  };
+  double rise = 0;
+  for (std::size_t i = 1; i < y.size(); ++i) rise = std::max(rise, std::abs(y[i] - y[i - 1]));
   int most = kMostFraction;
-  while (most > -kMostFraction && !fits(most)) --most;
+  while (most > -kMostFraction && (std::ldexp(rise, most) > kMostRise || std::ldexp(height, most) > 32767))
+    --most;
   return most;
 }
 
 Curve::Fixed Curve::fixed(const FixedBlock& block) const {
   const int from = block.in[0].fraction;
   const int to = block.out.fraction;
-  Fixed c{};
   // A knot between two steps of the input moves to the nearer, along the curve: only its corner is cut.
-  std::vector<double> at;
+  std::vector<std::int16_t> at;
   for (const double knot : x) {
-    const double step = std::ldexp(
-        block.number("a knot",
-                     std::clamp(knot, -32767 * std::ldexp(1.0, -from), 32767 * std::ldexp(1.0, -from)), from),
-        -from);
+    const double limit = std::ldexp(32767.0, -from);
+    const std::int16_t step = block.number("a knot", std::clamp(knot, -limit, limit), from);
     if (at.empty() || step > at.back()) at.push_back(step);
   }
   if (at.size() < 2) block.does_not_fit("the range of its knots");
+  Fixed c{};
+  c.knots.count = static_cast<std::uint8_t>(at.size());
   const Floating<double> f = floating<double>(0);
-  double steep = 0;
-  for (std::size_t i = 1; i < at.size(); ++i) {
-    steep = std::max(steep, std::abs((f(at[i]) - f(at[i - 1])) / (at[i] - at[i - 1])));
-  }
-  const int shift = block.fraction("its slope", std::ldexp(steep, to - from), 1, 14);
-  c.count = static_cast<std::uint8_t>(at.size());
-  c.slope_shift = static_cast<std::uint8_t>(shift);
   for (std::size_t i = 0; i < at.size(); ++i) {
-    const double slope = i + 1 < at.size() ? (f(at[i + 1]) - f(at[i])) / (at[i + 1] - at[i]) : 0;
-    c.x[i] = block.number("a knot", at[i], from);
-    c.y[i] = block.number("its value", f(at[i]), to);
-    c.slope[i] = block.number("its slope", slope, to - from + shift);
+    const double left = f(std::ldexp(at[i], -from));
+    c.knots.x[i] = at[i];
+    c.knots.scale[i] = 1;
+    c.values.y[i] = block.number("its value", left, to);
+    if (i + 1 == at.size()) break;
+    const int width = at[i + 1] - at[i];
+    while (width * c.knots.scale[i] * 2 <= UINT16_MAX)
+      c.knots.scale[i] = static_cast<std::uint16_t>(c.knots.scale[i] * 2);
+    const double rise = f(std::ldexp(at[i + 1], -from)) - left;
+    c.values.slope[i] = block.number("its slope", std::ldexp(rise, to) / (width * c.knots.scale[i]), 16);
   }
   return c;
 }
 
+std::string Curve::knots_text(const Fixed& c) {
+  return fmt::format("{{{}, {}, {}}}", c.knots.count, braces(c.knots.x, c.knots.count),
+                     braces(c.knots.scale, c.knots.count));
+}
+
 Source Curve::source(const Fixed& c) {
-  return {fmt::format("FixedCurve<{}>", c.count),
-          fmt::format("{{{}, {}, {}, {}, {}}}", c.count, c.slope_shift, braces(c.x, c.count),
-                      braces(c.y, c.count), braces(c.slope, c.count))};
+  return {
+      fmt::format("FixedValues<{}>", c.knots.count),
+      fmt::format("{{{}, {}}}", braces(c.values.y, c.knots.count), braces(c.values.slope, c.knots.count))};
 }
 
 std::string Curve::text() const {

@@ -60,11 +60,13 @@ std::vector<Together> needs_of(const Model& model, const Graph& graph) {
     if (!out.need) continue;  // nobody asks for it
     const Kind& kind = model.blocks[b].kind;
     for (const std::size_t from : graph.from[b]) {
-      needs[from].add(std::visit(
+      const Need need = std::visit(
           [&](const auto& k) {
             return k.need({graph.values[from], 0}, *out.need);
           },
-          kind));
+          kind);
+      needs[from].add(need);
+      needs[from].most = std::min(needs[from].most, need.most);
       if (!keeps_fraction(kind)) continue;
       const int most = fitting(held_values(graph, needs, count + b).magnitude());
       needs[from].most = std::min({needs[from].most, out.most, most});

@@ -54,7 +54,8 @@ Model example() {
               {{"lag"}, "swing", PolePair{9, 0.3, {0.1, -0.2}}},
               {{"swing"}, "late", Delay{3}},
               {{"late"}, "angle", Saturation{5, 101}},
-              {{"polynomial"}, "other", Saturation{0, 90}}};
+              {{"polynomial"}, "other", Saturation{0, 90}},
+              {{"creep"}, "slow", Lag{0.7}}};
   m.joints = {{"index_mcp", "angle", 10}, {"wrist", "other", 0}, {"pinky", "angle", 7}};
   m.training = {{"split", 0.5}};
   m.fit = {{"rmse_deg", 1.5}};

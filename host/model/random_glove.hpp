@@ -86,7 +86,7 @@ class RandomGlove {
   inline static const std::vector<Kind> kPlain = {Gain{}, Curve{}};
   inline static const std::vector<Kind> kOfDegrees = {Gain{},  DeadZone{},   Curve{},     Play{},
                                                       Creep{}, Hysteresis{}, Saturation{}};
-  inline static const std::vector<Kind> kDynamics = {Lti{}, PolePair{}, Delay{}, Creep{}};
+  inline static const std::vector<Kind> kDynamics = {Lag{}, Lti{}, PolePair{}, Delay{}, Creep{}};
 
   static bool turns_to_degrees(std::size_t kind) {
     return std::ranges::any_of(kToDegrees, [&](const Kind& one) { return one.index() == kind; });
@@ -134,6 +134,7 @@ class RandomGlove {
       return Hysteresis{{uniform(0, 0.02) * top, uniform(0, 0.05) * top},
                         {uniform(-0.5, 0.5), uniform(-0.5, 0.5)}};
     if (kind == Kind(Lti{}).index()) return lti(90 / top);
+    if (kind == Kind(Lag{}).index()) return Lag{uniform(0.2, 40)};
     if (kind == Kind(PolePair{}).index())
       return PolePair{uniform(3, 40), uniform(0.2, 0.99), {uniform(-0.3, 0.3), uniform(-0.3, 0.3)}};
     if (kind == Kind(Delay{}).index()) return Delay{1 + below(8)};

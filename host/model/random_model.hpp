@@ -69,6 +69,8 @@ class RandomModel {
         return hysteresis(largest);
       case kPlace<Lti>:
         return lti(largest);
+      case kPlace<Lag>:
+        return Lag{rate(kMinPoleTimesPeriod)};
       case kPlace<PolePair>:
         return PolePair{rate(1e-4), coin() ? uniform(0.01, 0.999) : 0.01, {tap(), tap()}};
       case kPlace<Delay>:

@@ -30,6 +30,8 @@ inline Interval meet(const Interval& a, const Interval& b) {
   return {low, std::max(low, std::clamp(a.max, b.min, b.max))};
 }
 
+inline constexpr int kMostFraction = 13;
+
 // What a block needs of its input in fixed point: values beyond `values` may saturate without changing its
 // output; more fraction bits than `fraction` bring it nothing; `finer` where knots or radii lie between the
 // input's own steps.
@@ -37,9 +39,8 @@ struct Need {
   Interval values;
   int fraction = 0;
   bool finer = false;
+  int most = kMostFraction;  // more than so many the block cannot take
 };
-
-inline constexpr int kMostFraction = 13;
 
 // A signal in fixed point: int16, round(value 2^fraction).
 struct FixedSignal {

@@ -28,7 +28,12 @@ Interval Sum::values(std::span<const Interval> in, double) const {
   return out;
 }
 
-Need Sum::need(const FixedSignal& in, const Need&) const { return {in.values, kMostFraction, false}; }
+// No finer than the sum itself can be: terms of one fraction add up without a product.
+Need Sum::need(const FixedSignal& in, const Need& out) const {
+  int most = kMostFraction;
+  while (most > -kMostFraction && std::ldexp(out.values.magnitude(), most) > INT16_MAX) --most;
+  return {in.values, kMostFraction, false, most};
+}
 
 Sum::Fixed Sum::fixed(const FixedBlock& block) const {
   constexpr double kLimit = 1 << 30;

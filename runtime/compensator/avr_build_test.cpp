@@ -10,7 +10,7 @@ constexpr DeadZone<int16_t> kDeadZone = {-320, 640};
 constexpr Play<int16_t> kPlay = {96};
 constexpr FixedCreep kCreep = {96L << 14, {40000, 3}};
 const FixedHysteresis<4> kHysteresis PROGMEM = {{4, {32, 64, 128, 256}}, {1024, -512, 256, 128}};
-const FixedCurve<3> kCurve PROGMEM = {3, 14, {0, 9600, 32000}, {0, 720, 1440}, {1228, 527, 0}};
+const FixedCurve<3> kCurve PROGMEM = {{3, {0, 9600, 32000}, {4, 2, 1}}, {{0, 720, 1440}, {1228, 1054, 0}}};
 constexpr FixedSum<2> kSum = {2, 12, {2048, 1024}, 512};
 constexpr FixedLti<1, false> kFirst = {16384, -1, 0, {{40000, 3}}, {{0, 0}}, {0}, 15, 16, false, {{0}, {0}}};
 constexpr FixedLti<3, true> kThird = {16384,
@@ -25,6 +25,7 @@ constexpr FixedLti<3, true> kThird = {16384,
                                       {{0, 0, 0}, {0, 0, 0}}};
 constexpr FixedLti<2, false> kDirect = {16384, -1, 0,    {{40000, 0}, {60000, 1}},   {{50000, 2}}, {0, 0},
                                         15,    16, true, {{30000, 2000}, {3000, 20}}};
+constexpr FixedLag kLag = {{40000, 2}};
 constexpr FixedPolePair kPolePair = {{-2768, 9000, -9000, -12768}, 15, {16384, -2048}, 14, 10, 11};
 constexpr Delay<int16_t, 5> kDelay = {5};
 constexpr Saturation<int16_t> kSaturation = {0, 1440};
@@ -36,6 +37,7 @@ struct States {
   FixedLti<1, false>::State first;
   FixedLti<3, true>::State third;
   FixedLti<2, false>::State direct;
+  FixedLag::State lag;
   FixedPolePair::State pole_pair;
   Delay<int16_t, 5>::State delay;
 };
@@ -57,6 +59,7 @@ int16_t angle_of(States& states, bool first, int16_t a, int16_t b) {
   v = kCurve(run(kHysteresis, states.hysteresis, first, v));
   v = run(kFirst, states.first, first, v);
   v = run(kThird, states.third, first, v);
+  v = run(kLag, states.lag, first, v);
   v = run(kPolePair, states.pole_pair, first, v);
   const int16_t both[2] = {run(kDelay, states.delay, first, v), run(kDirect, states.direct, first, b)};
   return kSaturation(kSum(both));

@@ -5,6 +5,7 @@
 #include "runtime/compensator/dead_zone.hpp"
 #include "runtime/compensator/delay.hpp"
 #include "runtime/compensator/hysteresis.hpp"
+#include "runtime/compensator/lag.hpp"
 #include "runtime/compensator/lti.hpp"
 #include "runtime/compensator/play.hpp"
 #include "runtime/compensator/pole_pair.hpp"

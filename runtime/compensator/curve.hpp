@@ -33,24 +33,63 @@ struct Curve {
   }
 };
 
-// Input and knots in one fraction, Q5 or finer; their values and output in a fraction that the host chooses
-// so that all of them fit int16. y[i] + round(slope[i] * (u - x[i]) / 2^slope_shift); slope_shift is
-// in 1..15.
+// In integers a curve is knots and values; curves of one signal on the same knots share the search.
+//
+//   f(u) = y_i + round(share s_i / 2^16),   share = (u - x_i) 2^up_i,   s_i = slope 2^(16 - up_i)
+//
+// Knots in the input's fraction, y in the output's, slopes in their ratio. 2^up_i is the largest power for which
+// the segment's width stays in 16 bits: steep segments are narrow, and no slope loses bits to another.
+struct Segment {
+  uint8_t index;
+  uint16_t share;
+};
+
+// Tables lie in flash; out of line there, all curves of a board share these two functions. scale: 2^up_i.
+FLEXOR_SHARED Segment segment_of(const int16_t* x, const uint16_t* scale, uint8_t count, int16_t u) {
+  const int16_t inside = core::clamp(u, core::table(x[0]), core::table(x[count - 1]));
+  uint8_t low = 0;
+  uint8_t high = static_cast<uint8_t>(count - 1);
+  while (high - low > 1) {
+    const uint8_t middle = static_cast<uint8_t>((low + high) / 2);
+    if (inside >= core::table(x[middle])) {
+      low = middle;
+    } else {
+      high = middle;
+    }
+  }
+  const uint16_t distance = static_cast<uint16_t>(inside - core::table(x[low]));
+  return {low, static_cast<uint16_t>(distance * core::table(scale[low]))};
+}
+
+FLEXOR_SHARED int16_t value_at(const int16_t* y, const int16_t* slope, Segment segment) {
+  const int32_t product = static_cast<int32_t>(segment.share) * core::table(slope[segment.index]);
+  return static_cast<int16_t>(core::table(y[segment.index]) +
+                              static_cast<int16_t>(core::upper_half(product + 0x8000)));
+}
+
 template <int kCapacity>
-struct FixedCurve {
+struct FixedKnots {
   uint8_t count;
-  uint8_t slope_shift;
   int16_t x[kCapacity];
+  uint16_t scale[kCapacity];
+
+  FLEXOR_INLINE Segment operator()(int16_t u) const { return segment_of(x, scale, count, u); }
+};
+
+template <int kCapacity>
+struct FixedValues {
   int16_t y[kCapacity];
   int16_t slope[kCapacity];
 
-  FLEXOR_INLINE int16_t operator()(int16_t u) const {
-    const int16_t inside = core::clamp(u, x[0], x[count - 1]);
-    const uint8_t i = find_segment(x, count, inside);
-    // A segment may be wider than half the int16 range: the distance is taken in 32 bits.
-    const int32_t product = (static_cast<int32_t>(inside) - core::table(x[i])) * core::table(slope[i]);
-    return core::narrow(core::table(y[i]) + (product >> slope_shift) + ((product >> (slope_shift - 1)) & 1));
-  }
+  FLEXOR_INLINE int16_t operator()(Segment segment) const { return value_at(y, slope, segment); }
+};
+
+template <int kCapacity>
+struct FixedCurve {
+  FixedKnots<kCapacity> knots;
+  FixedValues<kCapacity> values;
+
+  FLEXOR_INLINE int16_t operator()(int16_t u) const { return values(knots(u)); }
 };
 
 }  // namespace compensator

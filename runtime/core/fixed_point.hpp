@@ -11,6 +11,12 @@
 
 // Coefficients of firmware are constants: only inside its caller can a step be folded with them.
 #define FLEXOR_INLINE __attribute__((always_inline)) inline
+// Too long to stand at every call on a microcontroller.
+#ifdef __AVR__
+#define FLEXOR_SHARED __attribute__((noinline)) inline
+#else
+#define FLEXOR_SHARED inline
+#endif
 
 namespace flexor {
 namespace core {
@@ -26,6 +32,7 @@ constexpr int kStateFraction = 20;  // LTI states, int32: states and their diffe
 // instructions.
 #ifdef __AVR__
 FLEXOR_INLINE int16_t table(const int16_t& x) { return static_cast<int16_t>(pgm_read_word(&x)); }
+FLEXOR_INLINE uint16_t table(const uint16_t& x) { return pgm_read_word(&x); }
 #endif
 template <class Number>
 FLEXOR_INLINE Number table(const Number& x) {

@@ -1,0 +1,234 @@
+#include "host/identify/hand.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <random>
+
+#include "host/identify/hold.hpp"
+#include "host/io/io.hpp"
+#include "host/model/formats.hpp"
+#include "host/recording/csv.hpp"
+
+namespace flexor::identify {
+namespace {
+namespace fs = std::filesystem;
+
+// A hand of two joints and two sensors. The first sensor feels the first joint through a bent curve and the cloth's
+// play; the second feels the sum of both joints. The camera's clock is 1.37 s behind.
+class Hand : public testing::Test {
+ protected:
+  static constexpr double kOffset_s = -1.37;
+
+  void SetUp() override { fs::create_directories(folder_); }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  // Poses held for a while, then smooth moves, other ones for each joint.
+  static std::vector<double> motion(std::size_t rows, double rate_hz, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> pose(5, 95);
+    std::uniform_real_distribution<double> hold_s(0.5, 2.5);
+    std::vector<double> out;
+    double now = 20;
+    while (out.size() < rows) {
+      const double next = pose(random);
+      const double move_s = 0.3 + std::abs(next - now) / 60;
+      const auto moving = static_cast<int>(move_s * rate_hz);
+      for (int k = 0; k < moving; ++k)
+        out.push_back(now + (next - now) * (1 - std::cos(M_PI * k / moving)) / 2);
+      now = next;
+      out.resize(out.size() + static_cast<std::size_t>(hold_s(random) * rate_hz), now);
+    }
+    out.resize(rows);
+    return out;
+  }
+
+  PairFiles write(const std::string& name, double seconds, unsigned seed,
+                  const std::function<void(std::vector<double>&)>& change_angle = {}) const {
+    constexpr double kGlove_hz = 40;
+    constexpr double kCamera_hz = 30;
+    const auto rows = static_cast<std::size_t>(seconds * kGlove_hz);
+    const std::vector<double> index = motion(rows, kGlove_hz, seed);
+    const std::vector<double> thumb = motion(rows, kGlove_hz, seed + 1000);
+    std::mt19937 random(seed);
+    std::normal_distribution<double> noise;
+    recording::Recording glove;
+    glove.columns = {{"a_adc", {}}, {"b_adc", {}}};
+    double slipped = index.front();
+    for (std::size_t k = 0; k < rows; ++k) {
+      slipped = std::clamp(slipped, index[k] - 4, index[k] + 4);
+      glove.t_s.push_back(static_cast<double>(k) / kGlove_hz);
+      glove.columns[0].value.push_back(
+          std::round(300 + 2 * slipped + 0.02 * slipped * slipped + noise(random)));
+      glove.columns[1].value.push_back(std::round(250 + 2 * index[k] + 3 * thumb[k] + noise(random)));
+    }
+    recording::Recording camera;
+    camera.columns = {{"index_deg", {}}, {"thumb_deg", {}}};
+    for (std::size_t k = 0; k < static_cast<std::size_t>(seconds * kCamera_hz); ++k) {
+      const auto at = std::min(rows - 1, k * 4 / 3);
+      camera.t_s.push_back(static_cast<double>(k) / kCamera_hz + kOffset_s + 2);
+      camera.columns[0].value.push_back(index[at] + 0.3 * noise(random));
+      camera.columns[1].value.push_back(thumb[at] + 0.3 * noise(random));
+    }
+    for (double& t : camera.t_s) t -= 2 - 10;  // both clocks start anywhere
+    for (double& t : glove.t_s) t += 10;
+    if (change_angle) change_angle(camera.columns[0].value);
+    io::write_file(folder_ / (name + "_glove.csv"), recording::to_csv(glove));
+    io::write_file(folder_ / (name + "_camera.csv"), recording::to_csv(camera));
+    return {folder_ / (name + "_glove.csv"), folder_ / (name + "_camera.csv")};
+  }
+
+  static HandRequest request(std::vector<PairFiles> pairs, const std::string& map) {
+    HandRequest r;
+    r.pairs = std::move(pairs);
+    r.map = parse_map(map);
+    return r;
+  }
+
+  static std::string refusal(const std::function<void()>& job) {
+    try {
+      job();
+    } catch (const io::InputError& error) {
+      return error.what();
+    } catch (const io::JobError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+
+  const fs::path folder_ = fs::path(testing::TempDir()) / ("flexor_hand_" + std::to_string(::getpid()));
+};
+
+TEST_F(Hand, AllJointsOfOneRecordingAreFittedToOneModelThatCanBeWorn) {
+  const HandIdentification r =
+      identify_hand(request({write("one", 120, 1)}, "index=a_adc:index_deg,thumb=b_adc+a_adc:thumb_deg"), {});
+  ASSERT_EQ(r.joints.size(), 2U);
+  ASSERT_EQ(r.model.inputs.size(), 2U);
+  for (const JointResult& joint : r.joints) {
+    EXPECT_LT(joint.holdout.rmse_deg, 2.5) << joint.name;
+    EXPECT_GT(joint.holdout.rmse_deg, 0.3) << joint.name << ": better than the camera's noise";
+    EXPECT_LT(joint.holdout.rmse_deg, joint.baselines.at("line").rmse_deg) << joint.name;
+    EXPECT_LE(joint.hold_drift_deg, 1) << joint.name;
+    EXPECT_EQ(joint.baselines.size() + joint.baseline_refusals.size(), 3U);
+  }
+  EXPECT_NO_THROW(model::check_fixed(r.model));
+  ASSERT_EQ(r.clocks.size(), 1U);
+  EXPECT_NEAR(r.clocks[0].offset_s, kOffset_s, 0.1);
+  EXPECT_GT(r.clocks[0].standard_error_s, 0);
+  EXPECT_GT(r.clocks[0].confidence, 0.3);
+}
+
+TEST_F(Hand, ASecondSensorTellsWhatOneAloneCannot) {
+  const PairFiles files = write("two", 90, 2);
+  const HandIdentification one = identify_hand(request({files}, "thumb=b_adc:thumb_deg"), {});
+  const HandIdentification both = identify_hand(request({files}, "thumb=b_adc+a_adc:thumb_deg"), {});
+  EXPECT_LT(both.joints[0].holdout.rmse_deg, 0.3 * one.joints[0].holdout.rmse_deg);
+}
+
+TEST_F(Hand, SeveralRecordingsAreOneFitWithAClockEach) {
+  const HandIdentification r =
+      identify_hand(request({write("p", 60, 3), write("q", 60, 4)}, "index=a_adc:index_deg"), {});
+  ASSERT_EQ(r.clocks.size(), 2U);
+  for (const Clock& clock : r.clocks) EXPECT_NEAR(clock.offset_s, kOffset_s, 0.1);
+  EXPECT_LT(r.joints[0].holdout.rmse_deg, 2.5);
+  EXPECT_GT(r.joints[0].fit.samples, 2 * 25 * 20) << "both first halves are fitted";
+}
+
+// Whatever the second half says, the model is the same; only its score differs.
+TEST_F(Hand, WhatIsHeldOutChangesNoCoefficient) {
+  HandRequest before = request({write("h", 60, 5)}, "index=a_adc:index_deg");
+  before.clock_offset_s = kOffset_s;
+  HandRequest after = before;
+  after.pairs = {write("i", 60, 5, [](std::vector<double>& angle) {
+    for (std::size_t k = angle.size() * 6 / 10; k < angle.size(); ++k) angle[k] = 90 - angle[k] / 2;
+  })};
+  const HandIdentification a = identify_hand(before, {});
+  const HandIdentification b = identify_hand(after, {});
+  EXPECT_EQ(a.model.blocks, b.model.blocks);
+  EXPECT_GT(b.joints[0].holdout.rmse_deg, 5 * a.joints[0].holdout.rmse_deg);
+}
+
+TEST_F(Hand, MapsThatMeanNothingAreRefusedWhereTheyGoWrong) {
+  EXPECT_NE(refusal([] { (void)parse_map("index:a"); }).find("no joint at \"index:a\""), std::string::npos);
+  EXPECT_NE(refusal([] { (void)parse_map("index=a"); }).find("no angle at \"=a\""), std::string::npos);
+  EXPECT_NE(refusal([] { (void)parse_map("index=:b"); }).find("no sensor"), std::string::npos);
+  EXPECT_NE(refusal([] { (void)parse_map("index=a+a:b"); }).find("a sensor twice"), std::string::npos);
+  EXPECT_NE(refusal([] { (void)parse_map("index=a:b,index=c:d"); }).find("a joint twice"), std::string::npos);
+  EXPECT_NE(refusal([] { (void)parse_map("in dex=a:b"); }).find("a joint cannot be called"),
+            std::string::npos);
+  const PairFiles files = write("m", 20, 6);
+  const std::string missing =
+      refusal([&] { (void)identify_hand(request({files}, "index=c_adc:index_deg"), {}); });
+  EXPECT_NE(missing.find("c_adc"), std::string::npos) << missing;
+  EXPECT_NE(missing.find("a_adc"), std::string::npos) << "lists what there is: " << missing;
+}
+
+TEST_F(Hand, TheAngleOfAHoldThatNeverMovesIsRefused) {
+  const PairFiles files =
+      write("s", 30, 7, [](std::vector<double>& angle) { angle.assign(angle.size(), 40); });
+  EXPECT_NE(refusal([&] {
+              (void)identify_hand(request({files}, "index=a_adc:index_deg"), {});
+            }).find("never changes"),
+            std::string::npos);
+}
+
+TEST_F(Hand, TheJsonHasWhatOtherToolsRead) {
+  const auto json = to_json(identify_hand(request({write("j", 60, 8)}, "index_mcp=a_adc:index_deg"), {}));
+  const auto& joint = json.at("joints").at("index_mcp");
+  for (const char* key : {"line", "line_lead", "published_form"}) {
+    EXPECT_TRUE(joint.at("baselines").at(key).contains("rmse_deg")) << key;
+  }
+  EXPECT_TRUE(joint.at("holdout").contains("rmse_deg"));
+  EXPECT_TRUE(joint.at("structure").is_string());
+  EXPECT_LE(joint.at("hold_drift_deg").get<double>(), 1);
+  for (const char* key : {"clock_offset_s", "clock_offset_se_s", "confidence"}) {
+    EXPECT_TRUE(json.at("pairs").at(0).at(key).is_number()) << key;
+  }
+  EXPECT_TRUE(json.contains("fit_seconds"));
+  EXPECT_TRUE(json.at("warnings").is_array());
+}
+
+// The real recordings, raw logs in, both bounds: what is too good has seen what was held out.
+struct RealHand {
+  const char* folder;
+  const char* map;
+  double low[2];
+  double high[2];
+};
+
+class RealHands : public testing::TestWithParam<RealHand> {};
+
+TEST_P(RealHands, BothJointsOfOneCommandAreAsGoodAsWasMeasured) {
+  const RealHand& c = GetParam();
+  const fs::path folder = fs::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove" / c.folder;
+  if (!fs::exists(folder)) {
+    GTEST_SKIP() << "needs the recordings in ../shared/data/glove, which are not part of the repository";
+  }
+  HandRequest request;
+  request.pairs = {{folder / "sensor_log.csv", folder / "camera_angles.csv"}};
+  request.map = parse_map(c.map);
+  request.input_unit = "count";
+  const HandIdentification r = identify_hand(request, {});
+  for (std::size_t j = 0; j < 2; ++j) {
+    const JointResult& joint = r.joints[j];
+    EXPECT_LT(joint.holdout.rmse_deg, c.high[j]) << c.folder << ' ' << joint.name;
+    EXPECT_GT(joint.holdout.rmse_deg, c.low[j]) << c.folder << ' ' << joint.name;
+    EXPECT_LE(joint.hold_drift_deg, 1) << c.folder << ' ' << joint.name;
+    EXPECT_LT(joint.holdout.rmse_deg, joint.baselines.at("published_form").rmse_deg);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Glove, RealHands,
+    testing::Values(RealHand{"index_ind2", "a=SensorA1:∠ABC,b=SensorA1:∠BCD", {0.9, 0.8}, {1.2, 1.0}},
+                    RealHand{"middle_mid1", "a=SensorA2:∠ABC,b=SensorA2:∠BCD", {3.5, 4.0}, {4.3, 4.9}},
+                    RealHand{"middle_mid1",
+                             "a=SensorA2+SensorA0+SensorA1:∠ABC,b=SensorA2+SensorA0+SensorA1:∠BCD",
+                             {2.8, 3.0},
+                             {3.5, 4.2}}));
+
+}  // namespace
+}  // namespace flexor::identify

@@ -15,8 +15,6 @@ constexpr bool has_state = requires {
   typename Coefficients::State;
 };
 
-using model::kFingers;
-
 class Writer {
  public:
   explicit Writer(const model::Model& model)
@@ -31,7 +29,7 @@ class Writer {
       lines_ += fmt::format("    started{0}_ = started{0};\n", i);
       states_ += fmt::format("  uint8_t started{}_ = 0;\n", i);
     }
-    for (std::size_t f = 0; f < kFingers; ++f) {
+    for (std::size_t f = 0; f < model::kFingers; ++f) {
       if (wiring_.joint[f]) rests_ += fmt::format("    angle[{}] = {};\n", f, fixed_.rest[*wiring_.joint[f]]);
     }
   }
@@ -115,7 +113,7 @@ class Writer {
     if (shared) shared_ += fmt::format("    int16_t s{} = 0;\n", signal);
     const std::string target = fmt::format("      {}s{} = ", shared ? "" : "const int16_t ", signal);
     std::visit([&](const auto& one) { add_step(b, target, one); }, fixed_.blocks[b]);
-    for (std::size_t f = 0; f < kFingers; ++f) {
+    for (std::size_t f = 0; f < model::kFingers; ++f) {
       if (!wiring_.joint[f] || fixed_.graph.joint[*wiring_.joint[f]] != signal) continue;
       lines_ += fmt::format("      angle[{}] = core::to_output(s{}, {});\n      good |= {};\n", f, signal,
                             fixed_.signals[signal].fraction - core::kOutputFraction, 1 << f);

@@ -9,6 +9,7 @@
 #include "host/deploy/calibration.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/fuzz_json.hpp"
+#include "host/model/channel.hpp"
 
 namespace {
 
@@ -26,7 +27,7 @@ model::Model reads(const std::string& unit) {
     c.valid_min = -1e9;
     c.valid_max = 1e9;
     c.saturation = {0, 180};
-    m.channels.push_back(c);
+    model::add(m, c);
   }
   return m;
 }

@@ -10,6 +10,7 @@
 #include <limits>
 #include <optional>
 
+#include "host/identify/robust.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::identify {
@@ -19,12 +20,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t kBlocks = 6;  // of the cross-validation
-constexpr double kGuard_s = 1;      // beside each block
+constexpr std::size_t kFolds = 6;   // of the cross-validation
+constexpr double kFoldGuard_s = 1;  // beside each block
 constexpr double kBeyond = 0.25;    // knots beyond the readings, as a share of their range
 constexpr double kAnchor = 1e-4;    // prior weight of the reading's own values: only where nothing tells them
 constexpr double kHuber = 3;        // robust deviations
-constexpr double kTolerance = 0.01;  // a simpler candidate so close to the best is as good
+constexpr double kAsGood = 0.01;    // a simpler candidate so close to the best is as good
 constexpr int kLeastSamples = 100;
 constexpr int kShrinks = 6;         // of motion that drifts
 constexpr double kMargin = 0.1;     // of the measured range, beyond which no angle goes
@@ -42,10 +43,6 @@ std::vector<Branches> candidates(Index sensors) {
 }
 
 int count_of(const Branches& b) { return 1 + static_cast<int>(b.radii.size() + b.lags_s.size()); }
-
-double quantile(const std::vector<double>& sorted, double q) {
-  return sorted[static_cast<std::size_t>(std::lround(q * static_cast<double>(sorted.size() - 1)))];
-}
 
 // The samples of all sessions in one row of rows.
 struct Stack {
@@ -251,7 +248,7 @@ class CrossValidation {
  public:
   CrossValidation(const System& system, const Stack& stack, const VectorXd& weight, double period_s)
       : system_(system) {
-    const auto guard = static_cast<Index>(std::lround(kGuard_s / period_s));
+    const auto guard = static_cast<Index>(std::lround(kFoldGuard_s / period_s));
     const std::vector<Index>& used = stack.used;
     const VectorXd y = (stack.angle.array() - stack.mean).matrix();
     MatrixXd all = MatrixXd::Zero(system.columns(), system.columns());
@@ -263,9 +260,9 @@ class CrossValidation {
       right.noalias() += sign * (weighted.transpose() * y(rows));
     };
     add(used, 1, all, all_right);
-    for (std::size_t b = 0; b < kBlocks; ++b) {
-      const std::size_t from = used.size() * b / kBlocks;
-      const std::size_t to = used.size() * (b + 1) / kBlocks;
+    for (std::size_t b = 0; b < kFolds; ++b) {
+      const std::size_t from = used.size() * b / kFolds;
+      const std::size_t to = used.size() * (b + 1) / kFolds;
       std::vector<Index> rows(used.begin() + static_cast<std::ptrdiff_t>(from),
                               used.begin() + static_cast<std::ptrdiff_t>(to));
       std::vector<Index> out;
@@ -319,13 +316,6 @@ std::pair<Priors, double> best_priors(const Branches& branches, const Error& err
     }
   }
   return {best, least};
-}
-
-double robust_deviation(VectorXd residual) {
-  for (double& r : residual) r = std::abs(r);
-  const auto middle = residual.begin() + residual.size() / 2;
-  std::nth_element(residual.begin(), middle, residual.end());
-  return 1.4826 * *middle;
 }
 
 struct First {
@@ -443,7 +433,7 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
   double best = std::numeric_limits<double>::infinity();
   for (const Additive& one : out) best = std::min(best, one.cross_validated_deg);
   std::ranges::stable_sort(out, {}, [&](const Additive& one) {
-    const bool as_good = one.cross_validated_deg <= (1 + kTolerance) * best;
+    const bool as_good = one.cross_validated_deg <= (1 + kAsGood) * best;
     return std::pair(as_good ? static_cast<double>(one.value.size()) : 1e9, one.cross_validated_deg);
   });
   return out;

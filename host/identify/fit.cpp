@@ -10,6 +10,7 @@
 #include <numeric>
 #include <optional>
 
+#include "host/identify/robust.hpp"
 #include "host/identify/uncertainty.hpp"
 #include "host/io/io.hpp"
 
@@ -44,10 +45,6 @@ std::vector<Index> used_rows(const Data& data) {
   return rows;
 }
 
-double quantile(std::vector<double> sorted, double q) {
-  return sorted[static_cast<std::size_t>(std::lround(q * static_cast<double>(sorted.size() - 1)))];
-}
-
 std::vector<double> sorted_at(const VectorXd& values, const std::vector<Index>& rows) {
   std::vector<double> out;
   for (const Index k : rows) out.push_back(values(k));
@@ -69,14 +66,6 @@ std::vector<double> quantile_knots(const std::vector<double>& sorted, int count)
 
 double root_mean_square(const VectorXd& r) {
   return std::sqrt(r.squaredNorm() / static_cast<double>(r.size()));
-}
-
-double robust_deviation(const VectorXd& residual) {
-  std::vector<double> absolute(residual.begin(), residual.end());
-  for (double& r : absolute) r = std::abs(r);
-  const auto middle = absolute.begin() + static_cast<std::ptrdiff_t>(absolute.size() / 2);
-  std::nth_element(absolute.begin(), middle, absolute.end());
-  return 1.4826 * *middle;
 }
 
 // The problem in terms of the free parameters; the others keep their value.

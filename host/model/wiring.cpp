@@ -13,7 +13,6 @@ namespace {
 std::string finger_part(const std::string& joint) { return joint.substr(0, joint.find('_')); }
 
 std::optional<std::size_t> joint_of(const Model& model, const std::string& finger) {
-  std::optional<std::size_t> first;
   for (const std::string& wanted : {finger, finger + "_mcp"}) {
     const auto it = std::ranges::find(model.joints, wanted, &Joint::name);
     if (it != model.joints.end()) return static_cast<std::size_t>(it - model.joints.begin());

@@ -1,0 +1,24 @@
+// Order statistics that an outlier does not move; for this room only.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace flexor::identify {
+
+inline double quantile(const std::vector<double>& sorted, double q) {
+  return sorted[static_cast<std::size_t>(std::lround(q * static_cast<double>(sorted.size() - 1)))];
+}
+
+// Standard deviation of a normal distribution with this median of |residual|.
+inline double robust_deviation(const Eigen::VectorXd& residual) {
+  std::vector<double> absolute(residual.begin(), residual.end());
+  for (double& r : absolute) r = std::abs(r);
+  const auto middle = absolute.begin() + static_cast<std::ptrdiff_t>(absolute.size() / 2);
+  std::nth_element(absolute.begin(), middle, absolute.end());
+  return 1.4826 * *middle;
+}
+
+}  // namespace flexor::identify

@@ -196,6 +196,13 @@ TEST(Coefficients, NumbersThatASignalNeverReachesFit) {
 }
 
 // Signals of both signs, over all that int16 holds.
+// Found by fuzzing: a curve that rises by 100000 degrees has steps of eight, and so had the limits.
+TEST(Coefficients, AnAngleInStepsThatMissItsLimitsIsRefused) {
+  const Model m = one_joint({Curve{{0, 100, 250}, {5, 0, 1e5}}, Saturation{0, 100}});
+  EXPECT_NO_THROW(check(m));
+  EXPECT_THROW(check_fixed(m), io::InputError);
+}
+
 TEST(Coefficients, ACreepTakesSignalsOfBothSigns) {
   const Model m = one_joint({Gain{0.176, -90}, Creep{2, 5}, Saturation{-90, 90}});
   EXPECT_LT(distance(m, {{0}, {1023}, {1023}, {0}, {0}, {500}, {600}}).fixed_deg, kFixedError_deg);

@@ -121,6 +121,10 @@ FixedModel::FixedModel(const Model& model) : graph(model) {
   for (const Joint& joint : model.joints) {
     const Saturation& limit = limits(model, joint);
     const FixedFormat format{fmt::format("{}: joint", joint.name)};
+    // Coarser than the output, its limits would be rounded, too.
+    const std::size_t signal = graph.joint[static_cast<std::size_t>(&joint - model.joints.data())];
+    if (signals[signal].fraction < core::kOutputFraction)
+      format.does_not_fit("the range of the blocks before it");
     const double rest_deg = std::clamp(joint.rest_deg, limit.lower_deg, limit.upper_deg);
     rest.push_back(format.number("rest_deg", rest_deg, core::kOutputFraction));
   }

@@ -149,7 +149,7 @@ void take_out_lag(const Stack& stack, double lag_s, double period_s, Eigen::Ref<
 class System {
  public:
   System(const Stack& stack, const Branches& branches, double period_s)
-      : stack_(stack), branches_(branches), per_sensor_(count_of(branches)) {
+      : branches_(branches), per_sensor_(count_of(branches)) {
     const Index sensors = stack.input.cols();
     columns_ = sensors * per_sensor_ * branches.knots;
     x_.resize(stack.input.rows(), columns_);
@@ -223,7 +223,6 @@ class System {
     return d;
   }
 
-  const Stack& stack_;
   const Branches& branches_;
   int per_sensor_;
   Index columns_ = 0;
@@ -246,8 +245,7 @@ struct Block {
 
 class CrossValidation {
  public:
-  CrossValidation(const System& system, const Stack& stack, const VectorXd& weight, double period_s)
-      : system_(system) {
+  CrossValidation(const System& system, const Stack& stack, const VectorXd& weight, double period_s) {
     const auto guard = static_cast<Index>(std::lround(kFoldGuard_s / period_s));
     const std::vector<Index>& used = stack.used;
     const VectorXd y = (stack.angle.array() - stack.mean).matrix();
@@ -288,7 +286,6 @@ class CrossValidation {
   }
 
  private:
-  const System& system_;
   std::vector<Block> blocks_;
 };
 
@@ -379,7 +376,6 @@ Additive fit_one(const Stack& stack, const First& first, const Branches& branche
   const System system(stack, branches, period_s);
   Additive out;
   out.branches = branches;
-  out.period_s = period_s;
   out.knots = system.knots();
   out.radii = system.radii();
   const CrossValidation validation(system, stack, first.weight, period_s);

@@ -51,7 +51,6 @@ struct Priors {
 struct Additive {
   Branches branches;
   Priors priors;
-  double period_s = 0;
   std::vector<std::vector<double>> knots;  // of each sensor
   std::vector<std::vector<double>> radii;  // of its plays, in its unit
   Eigen::MatrixXd value;  // knot by branch; branches sensor after sensor: reading, plays, motions

@@ -17,7 +17,6 @@
 #include "host/io/json.hpp"
 #include "host/model/formats.hpp"
 #include "host/recording/csv.hpp"
-#include "host/recording/unit.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -50,26 +49,12 @@ std::vector<std::string> sensors_of(const std::vector<JointMap>& map) {
   return out;
 }
 
-void set_unit(recording::Recording& log, const std::string& column, const std::string& stated) {
-  if (stated.empty()) return;
-  auto it = std::ranges::find(log.columns, column, &recording::Column::name);
-  const auto asked = recording::known_unit(stated);
-  if (!asked) {
-    throw InputError(fmt::format("unknown unit \"{}\"; known: count, V, mV, ohm, kohm, deg, rad", stated));
-  }
-  if (!it->unit.empty() && it->unit != *asked) {
-    throw InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by --input-unit: which?",
-                                 log.source, column, it->unit, *asked));
-  }
-  it->unit = *asked;
-}
-
 Files read_files(const PairFiles& files, const HandRequest& request) {
   Files out;
   const std::vector<std::string> sensors = sensors_of(request.map);
   out.sensor = recording::read_csv(files.sensor, sensors, request.time_unit);
   for (const std::string& sensor : sensors) {
-    set_unit(out.sensor, sensor, request.input_unit);
+    recording::state_unit(out.sensor, sensor, request.input_unit);
     recording::require_change(out.sensor, sensor, "is the sensor plugged in?");
   }
   for (const JointMap& joint : request.map) {
@@ -84,6 +69,10 @@ struct Opinion {
   double offset_s;
   double confidence;
   double error_s;  // from its quarters
+
+  double weight() const {
+    return std::max(confidence, 1e-3) / (error_s * error_s + kLeastClockError_s * kLeastClockError_s);
+  }
 };
 
 Opinion opinion_of(const recording::Alignment& a) {
@@ -122,27 +111,23 @@ Clock clock_of(const Files& files, const HandRequest& request, std::vector<std::
   }
   if (opinions.empty()) throw io::JobError(reason);
   const Opinion best = *std::ranges::max_element(opinions, {}, &Opinion::confidence);
+  std::erase_if(opinions,
+                [&](const Opinion& o) { return std::abs(o.offset_s - best.offset_s) > kSameClock_s; });
   double weight = 0;
   double sum = 0;
   double doubt = 1;
-  double spread = 0;
   for (const Opinion& o : opinions) {
-    if (std::abs(o.offset_s - best.offset_s) > kSameClock_s) continue;
-    const double w =
-        std::max(o.confidence, 1e-3) / (o.error_s * o.error_s + kLeastClockError_s * kLeastClockError_s);
-    weight += w;
-    sum += w * o.offset_s;
+    weight += o.weight();
+    sum += o.weight() * o.offset_s;
     doubt *= 1 - o.confidence;
   }
   Clock clock{sum / weight, 0, 1 - doubt};
+  double squares = 0;
   for (const Opinion& o : opinions) {
-    if (std::abs(o.offset_s - best.offset_s) > kSameClock_s) continue;
-    const double w =
-        std::max(o.confidence, 1e-3) / (o.error_s * o.error_s + kLeastClockError_s * kLeastClockError_s);
-    const double e = std::max(o.error_s, std::abs(o.offset_s - clock.offset_s));
-    spread += w * w * e * e;
+    const double error_s = o.weight() * std::max(o.error_s, std::abs(o.offset_s - clock.offset_s));
+    squares += error_s * error_s;
   }
-  clock.standard_error_s = std::max(kLeastClockError_s, std::sqrt(spread) / weight);
+  clock.standard_error_s = std::max(kLeastClockError_s, std::sqrt(squares) / weight);
   if (clock.confidence < kUnsure) {
     warnings.push_back(
         fmt::format("{}: the clock offset of {:+.2f} s is unsure (confidence {:.2f}): are these recordings "
@@ -323,9 +308,6 @@ void score_joints(const std::vector<Files>& files, const std::vector<Sampled>& s
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     JointResult& joint = r.joints[j];
     const Held held = held_of(samples, j);
-    joint.t_s = held.t_s;
-    joint.measured_deg = held.measured;
-    joint.estimated_deg = estimated[j];
     joint.holdout = held.score(estimated[j]);
     std::vector<const recording::Aligned*> own;
     for (const Sampled& sampled : samples) own.push_back(&sampled.sensor[j].front());

@@ -73,10 +73,6 @@ struct JointResult {
   score::Score holdout;
   std::map<std::string, score::Score> baselines;  // line, line_lead, published_form
   std::vector<std::string> baseline_refusals;
-  // Sample by sample over all pairs, held-out part only.
-  std::vector<double> t_s;
-  std::vector<double> measured_deg;
-  std::vector<double> estimated_deg;
 };
 
 struct HandIdentification {

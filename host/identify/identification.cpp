@@ -62,22 +62,6 @@ Structure requested_structure(const Request& r) {
   return s;
 }
 
-// What the sensor's column states, or the user where it states nothing.
-std::string input_unit(const recording::Pair& pair, const Request& request) {
-  const std::string stated = pair.sensor.column(pair.input).unit;
-  if (request.input_unit.empty()) return stated;
-  const auto asked = recording::known_unit(request.input_unit);
-  if (!asked) {
-    throw io::InputError(
-        fmt::format("unknown unit \"{}\"; known: count, V, mV, ohm, kohm, deg, rad", request.input_unit));
-  }
-  if (!stated.empty() && stated != *asked) {
-    throw io::InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by --input-unit: which?",
-                                     pair.sensor.source, pair.input, stated, *asked));
-  }
-  return *asked;
-}
-
 // The log through the model, as apply runs it, at the samples that are scored.
 std::vector<double> estimate(const model::Model& model, const Identification& r) {
   Estimator<model::DoubleArithmetic> estimator(model);
@@ -434,8 +418,7 @@ Identification identify(recording::Pair pair, const Request& request, const Prog
   Identification r;
   r.request = request;
   r.pair = std::move(pair);
-  std::ranges::find(r.pair.sensor.columns, r.pair.input, &recording::Column::name)->unit =
-      input_unit(r.pair, request);
+  recording::state_unit(r.pair.sensor, r.pair.input, request.input_unit);
   r.aligned =
       recording::align_pair(r.pair, request.rate_hz, request.clock_offset_s, request.lead_s, request.split);
   const recording::Aligned& a = r.aligned;

@@ -168,6 +168,21 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
       fmt::format("{}: column \"{}\" is in radians and was converted to degrees", recording.source, name));
 }
 
+void state_unit(Recording& recording, const std::string& column, const std::string& stated) {
+  if (stated.empty()) return;
+  const auto asked = known_unit(stated);
+  if (!asked) {
+    throw InputError(fmt::format("unknown unit \"{}\"; known: count, V, mV, ohm, kohm, deg, rad", stated));
+  }
+  (void)recording.column(column);
+  std::string& unit = std::ranges::find(recording.columns, column, &Column::name)->unit;
+  if (!unit.empty() && unit != *asked) {
+    throw InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by --input-unit: which?",
+                                 recording.source, column, unit, *asked));
+  }
+  unit = *asked;
+}
+
 Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s,
                    double split) {
   if (!(rate_hz > 0) || !std::isfinite(rate_hz)) throw InputError("the rate must be positive");

@@ -37,6 +37,10 @@ Recording read_angle(const std::filesystem::path& path, const std::string& colum
 // converted. Throws io::InputError for a unit that is no angle's, or a word against the column's.
 void to_degrees(Recording& recording, const std::string& column, const std::string& stated);
 
+// The unit of a sensor's column: what its name says, or else `stated`, the user's word; both may be empty. Throws
+// io::InputError for a unit that is none, or a word against the column's.
+void state_unit(Recording& recording, const std::string& column, const std::string& stated);
+
 struct Aligned {
   std::optional<Alignment> alignment;  // none: the offset was given and the signals do not tell
   double clock_offset_s = 0;           // used: the user's, or the signals'. Reference time minus sensor time

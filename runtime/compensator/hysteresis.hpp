@@ -28,8 +28,7 @@ struct Plays {
 
   // Moves play j and returns p_j - u.
   FLEXOR_INLINE Number step(State& state, uint8_t j, Number u) const {
-    state.p[j] = core::clamp(state.p[j], core::subtract(u, core::table(radius[j])),
-                             core::add(u, core::table(radius[j])));
+    state.p[j] = moved(state.p[j], u, core::table(radius[j]));
     return core::subtract(state.p[j], u);
   }
 };

@@ -17,6 +17,13 @@
 namespace flexor {
 namespace compensator {
 
+// Where a play stands after the input u. Saturating u - r and u + r loses nothing: it stays between values that u
+// has had.
+template <class Number>
+FLEXOR_INLINE Number moved(Number p, Number u, Number radius) {
+  return core::clamp(p, core::subtract(u, radius), core::add(u, radius));
+}
+
 // Number is float, double, or int16_t with the radius in the input's fraction.
 template <class Number>
 struct Play {
@@ -28,10 +35,7 @@ struct Play {
 
   FLEXOR_INLINE void start(State& state, Number u) const { state.p = u; }
 
-  // Saturating u - r and u + r loses nothing: p stays between values that u has had.
-  FLEXOR_INLINE Number step(State& state, Number u) const {
-    return state.p = core::clamp(state.p, core::subtract(u, radius), core::add(u, radius));
-  }
+  FLEXOR_INLINE Number step(State& state, Number u) const { return state.p = moved(state.p, u, radius); }
 };
 
 template <class Real>

@@ -21,16 +21,19 @@ struct Options {
   std::vector<std::string> inputs;
   std::string arithmetic = "double";
   std::string time_unit;
+  bool intervals = false;
   bool json = false;
 };
 
 // Wide CSV as it comes: each row at once from standard input, in large pieces from a file.
 class CsvSink {
  public:
-  CsvSink(const model::Model& model, bool live) : live_(live) {
+  CsvSink(const model::Model& model, bool live, bool intervals)
+      : model_(model), live_(live), intervals_(intervals) {
     fmt::format_to(std::back_inserter(out_), "t_s");
     for (const model::Joint& joint : model.joints) {
       fmt::format_to(std::back_inserter(out_), ",{0}_deg,{0}_status", joint.name);
+      if (intervals_) fmt::format_to(std::back_inserter(out_), ",{}_se_deg", joint.name);
     }
     out_.push_back('\n');
   }
@@ -39,6 +42,9 @@ class CsvSink {
     fmt::format_to(std::back_inserter(out_), "{:.6f}", row.t_s);
     for (std::size_t i = 0; i < row.angle_deg.size(); ++i) {
       fmt::format_to(std::back_inserter(out_), ",{:.4f},{}", row.angle_deg[i], row.status[i]);
+      if (intervals_) {
+        fmt::format_to(std::back_inserter(out_), ",{:.4f}", model_.joints[i].accuracy->at(row.angle_deg[i]));
+      }
     }
     out_.push_back('\n');
     if (live_ || out_.size() > kPiece) flush();
@@ -51,7 +57,9 @@ class CsvSink {
 
  private:
   static constexpr std::size_t kPiece = 1 << 16;
+  const model::Model& model_;
   bool live_;
+  bool intervals_;
   fmt::memory_buffer out_;
 };
 
@@ -124,11 +132,15 @@ void print_json(const Options& o, const model::Model& model, recording::CsvReade
   Spool t_s;
   std::vector<Spool> angle_deg(model.joints.size());
   std::vector<Spool> status(model.joints.size());
+  std::vector<Spool> error_deg(o.intervals ? model.joints.size() : 0);
   follow(o, model, reader, [&](const identify::Estimate& e) {
     t_s.add(fmt::format("{}", e.t_s));
     for (std::size_t i = 0; i < angle_deg.size(); ++i) {
       angle_deg[i].add(fmt::format("{}", e.angle_deg[i]));
       status[i].add(fmt::format("{}", e.status[i]));
+      if (o.intervals) {
+        error_deg[i].add(fmt::format("{}", model.joints[i].accuracy->at(e.angle_deg[i])));
+      }
     }
   });
   print("{\"t_s\":[");
@@ -139,13 +151,28 @@ void print_json(const Options& o, const model::Model& model, recording::CsvReade
     angle_deg[i].print_all();
     print("],\"status\":[");
     status[i].print_all();
+    if (o.intervals) {
+      print("],\"se_deg\":[");
+      error_deg[i].print_all();
+    }
     print("]}");
   }
   print(fmt::format("}},\"version\":\"{}\"}}\n", FLEXOR_VERSION));
 }
 
+void require_accuracy(const Options& o, const model::Model& model) {
+  for (const model::Joint& joint : model.joints) {
+    if (joint.accuracy) continue;
+    throw io::InputError(
+        fmt::format("{}: {} does not say how accurate it is: identify it with --pair, or leave out "
+                    "--intervals",
+                    o.model, joint.name));
+  }
+}
+
 void run(const Options& o) {
   const model::Model model = model::load(o.model);
+  if (o.intervals) require_accuracy(o, model);
   const bool live = o.file == "-";
   std::ifstream file;
   if (!live) {
@@ -157,7 +184,7 @@ void run(const Options& o) {
   for (std::size_t i = 0; i < model.inputs.size(); ++i)
     check_unit(model.inputs[i], reader.name(), reader.columns()[i], reader.units()[i]);
   if (o.json) return print_json(o, model, reader);
-  CsvSink sink(model, live);
+  CsvSink sink(model, live, o.intervals);
   follow(o, model, reader, std::ref(sink));
   sink.flush();
 }
@@ -180,6 +207,9 @@ void add_apply(CLI::App& app) {
       ->check(CLI::IsMember({"double", "float", "fixed"}))
       ->capture_default_str();
   command->add_option("--time-unit", o->time_unit, kTimeUnitHelp);
+  command->add_flag(
+      "--intervals", o->intervals,
+      "also <joint>_se_deg: the root mean square error of such an angle on data that the fit did not see");
   command->add_flag("--json", o->json, "one JSON object instead, when the recording has ended");
   command->callback([o] { run(*o); });
 }

@@ -100,8 +100,8 @@ class Cli : public testing::Test {
 TEST_F(Cli, HelpIsThereForEveryCommand) {
   EXPECT_EQ(run("--help").exit, 0);
   for (const char* command :
-       {"align", "identify", "apply", "score", "show", "experiment", "twin", "calibrate-twin",
-        "calibrate-glove", "deploy", "latency", "track", "camera calibrate", "camera film"}) {
+       {"align", "identify", "apply", "score", "show", "experiment", "twin", "calibrate-twin", "twin record",
+        "deploy", "latency", "track", "camera calibrate", "camera film"}) {
     const Finished r = run(std::string(command) + " --help");
     EXPECT_EQ(r.exit, 0) << command;
     EXPECT_NE(r.out.find("Usage"), std::string::npos) << command;
@@ -126,9 +126,9 @@ TEST_F(Cli, NoOutputTakesThePlaceOfAnInput) {
   }
   EXPECT_EQ(content(glove()), before);
   fs::create_directories(path("own"));
-  io::write_file(fs::path(path("own")) / "glove.csv", before);
-  expect_refused("calibrate-glove --rounds 1 --out '" + path("own") + "'", 2, "choose another folder");
-  EXPECT_EQ(content(fs::path(path("own")) / "glove.csv"), before);
+  io::write_file(fs::path(path("own")) / "glove-2.csv", before);
+  expect_refused("twin record --donnings 2 --out '" + path("own") + "'", 2, "choose another folder");
+  EXPECT_EQ(content(fs::path(path("own")) / "glove-2.csv"), before);
 }
 
 TEST_F(Cli, AReadingInAnotherUnitThanTheModelsIsRefusedEverywhere) {
@@ -465,7 +465,7 @@ TEST_F(Cli, ExperimentRefusesTheImpossible) {
   expect_refused("experiment --set motor.friction=1", 2, "motor.coulomb_mNm");
   expect_refused("experiment --twin '" + path("none.json") + "'", 2, "none.json");
   expect_refused("experiment --out '" + path("simulated_glove.csv/x") + "'", 2, "simulated_glove.csv");
-  expect_refused("calibrate-glove --rounds 0 --out '" + path("g") + "'", 2, "1 to 100 rounds");
+  expect_refused("twin record --donnings 0 --out '" + path("g") + "'", 2, "--donnings must be 1 to 100");
   expect_refused("calibrate-twin --out '" + path("none/t.json") + "'", 2, "none");
   io::write_file(path("one.json"),
                  R"({"schema":"flexor-model","schema_version":1,"sample_period_s":0.1,"channels":[)"

@@ -14,7 +14,6 @@ namespace flexor::cli {
 
 void add_align(CLI::App& app);
 void add_camera(CLI::App& app);
-void add_calibrate_glove(CLI::App& app);
 void add_calibrate_twin(CLI::App& app);
 void add_deploy(CLI::App& app);
 void add_experiment(CLI::App& app);

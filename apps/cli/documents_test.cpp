@@ -79,7 +79,7 @@ TEST_F(Documents, HostileJsonIsRefusedInOneLineWhereverJsonIsRead) {
       "experiment --trials 1 --gestures x.json",
       "experiment --trials 1 --twin x.json",
       "experiment --trials 1 --ensemble x.json",
-      "calibrate-glove --twin x.json --out out",
+      "twin record --twin x.json --out out",
       "camera film --twin x.json --out out",
       "camera film --gestures x.json --out out",
       "track video.mp4 --joints x.json --out a.csv",

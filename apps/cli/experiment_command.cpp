@@ -350,22 +350,4 @@ void add_experiment(CLI::App& app) {
   command->callback([o] { run(*o); });
 }
 
-void add_twin(CLI::App& app) {
-  auto json = std::make_shared<bool>(false);
-  CLI::App* command =
-      app.add_subcommand("twin", "The twin's parameters: value, unit and where each comes from");
-  command->add_flag("--json", *json, "as a configuration file, to edit and give to --twin");
-  command->callback([json] {
-    const twin::Parameters p = study::shipped_parameters();
-    if (*json) {
-      print(twin::to_json(p));
-      return;
-    }
-    for (const twin::Entry& entry : twin::table()) {
-      print(fmt::format("{:<31}{:<34}{:<10}{}\n", entry.name, twin::value_text(p, entry), entry.unit,
-                        entry.source));
-    }
-  });
-}
-
 }  // namespace flexor::cli

@@ -435,7 +435,7 @@ TEST_F(ExperimentFaults, NumbersThatNobodyCanMeanAreRefused) {
        {"-1", "1.5", "18446744073709551616", "99999999999999999999999", "nan", "1e3", " 7"}) {
     expect_refused(small({"--seed", seed}), "--seed");
     expect_refused({"calibrate-twin", "--out", path("x"), "--seed", seed}, "--seed");
-    expect_refused({"calibrate-glove", "--out", path("x"), "--seed", seed}, "--seed");
+    expect_refused({"twin", "record", "--out", path("x"), "--seed", seed}, "--seed");
     expect_refused({"latency", "--seed", seed}, "--seed");
     expect_refused({"camera", "film", "--out", path("x"), "--seed", seed}, "--seed");
   }
@@ -451,17 +451,17 @@ TEST_F(ExperimentFaults, NumbersThatNobodyCanMeanAreRefused) {
   expect_refused({"calibrate-twin", "--out", path("x"), "--evaluations", "-5"}, "at least 1");
   expect_refused({"calibrate-twin", "--out", path("x"), "--trials", "0"}, "at least 1");
   for (const char* rate : {"0", "nan", "inf", "-3", "1e9", "1e-9"}) {
-    expect_refused({"calibrate-glove", "--out", path("x"), "--rate", rate}, "rate");
+    expect_refused({"twin", "record", "--out", path("x"), "--rate", rate}, "rate");
   }
-  for (const char* rounds : {"0", "-1", "101", "2147483647"}) {
-    expect_refused({"calibrate-glove", "--out", path("x"), "--rounds", rounds}, "1 to 100 rounds");
+  for (const char* donnings : {"0", "-1", "101", "2147483647"}) {
+    expect_refused({"twin", "record", "--out", path("x"), "--donnings", donnings}, "must be 1 to 100");
   }
 }
 
 TEST_F(ExperimentFaults, SwappedLimitsAndAbsurdParametersAreRefused) {
   const auto refused = [&](const std::string& assignment, const std::string& expected) {
     expect_refused(small({"--set", assignment}), expected);
-    expect_refused({"calibrate-glove", "--out", path("x"), "--set", assignment}, expected);
+    expect_refused({"twin", "record", "--out", path("x"), "--set", assignment}, expected);
   };
   refused("hand.lower_deg.index=120", "hand.lower_deg of index, 120, must be below");
   refused("loop.upper_deg=0", "loop.lower_deg, 0, must be below loop.upper_deg");

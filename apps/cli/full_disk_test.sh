@@ -171,7 +171,7 @@ FREE=0 folder "${film[@]}" --out "$disk/new"
 raw=(--trials 1 --threads 1 --compensators raw)
 folder "$flexor" experiment --gestures 1 "${raw[@]}" --out "$disk/new"
 file t.vcd "$flexor" experiment --gestures "$in/motion.csv" "${raw[@]}" --engine avr --vcd "$disk/t.vcd"
-folder "$flexor" calibrate-glove --rounds 1 --out "$disk/new"
+folder "$flexor" twin record --out "$disk/new"
 file twin.json "$flexor" calibrate-twin --evaluations 1 --trials 1 --out "$disk/twin.json"
 FREE=4 file laboratories.json "${laboratories[@]}" --out "$disk/laboratories.json"
 wait "$drawing" || fail "exit $? with room: ${laboratories[*]}"
@@ -184,7 +184,7 @@ mv "$work/whole" "$work/job"
 START=$work/job folder "$flexor" report "$disk/new"
 
 stdout /dev/full "${film[@]}" --out "$work/film"
-stdout /dev/full "$flexor" calibrate-glove --rounds 1 --out "$work/glove"
+stdout /dev/full "$flexor" twin record --out "$work/glove"
 stdout /dev/full "$flexor" deploy "$hw" --output opengloves --out "$work/firmware"
 for json in "" --json; do
   target=$([ -z "$json" ] && echo "$disk/out" || echo /dev/full)

@@ -23,6 +23,8 @@ struct Options {
   std::string lens;
   std::vector<std::string> pairs;  // sensor, reference, sensor, reference, ...
   std::string map;
+  bool fit_all = false;
+  std::string refit;
   bool json = false;
 };
 
@@ -81,8 +83,7 @@ void show(const identify::HandIdentification& r) {
     };
     print(fmt::format("{:<16}{:>8.2f} deg{:>10}{:>14}{:>12}{:>8.2f} deg  {}\n", joint.name,
                       joint.holdout.rmse_deg, baseline("line"), baseline("line_lead"),
-                      baseline("published_form"), joint.hold_drift_deg,
-                      identify::describe(joint.fit.branches)));
+                      baseline("published_form"), joint.hold_drift_deg, joint.structure));
   }
 }
 
@@ -90,12 +91,12 @@ void show(const identify::HandIdentification& r) {
 void refuse_mixture(const Options& o) {
   const identify::FileRequest& r = o.request;
   const bool single = !r.files.input.empty() || !r.files.output.empty() || r.channel || r.order || r.knots ||
-                      r.plays || r.dead_zone || r.monotone || !o.joints.empty() || r.structure != "auto";
+                      r.plays || r.dead_zone || r.monotone || !o.joints.empty();
   if (single) {
     throw io::InputError(
-        "--map says which sensor and angle belong together and chooses its own structure: leave out --input, "
-        "--output, "
-        "--channel, --structure and what goes with them");
+        "--pair and --map say which sensors and angles belong together, and choose the size of a structure: "
+        "leave out "
+        "--input, --output, --channel and what goes with --structure");
   }
   if (!o.report.empty()) throw io::InputError("--report draws one joint: leave out --map, or the report");
 }
@@ -106,7 +107,15 @@ identify::HandRequest hand_request(const Options& o) {
   identify::HandRequest out;
   for (std::size_t i = 0; i + 1 < o.pairs.size(); i += 2) out.pairs.push_back({o.pairs[i], o.pairs[i + 1]});
   if (!r.files.sensor.empty()) out.pairs.push_back({r.files.sensor, r.files.reference});
-  out.map = identify::parse_map(o.map);
+  out.map = o.map.empty() ? identify::map_by_name(out.pairs.front(), r.files.time_unit)
+                          : identify::parse_map(o.map);
+  out.fit_all = o.fit_all;
+  out.structure = r.structure;
+  if (!o.refit.empty()) {
+    if (r.structure != "auto")
+      throw io::InputError("--refit is a structure of its own: leave out --structure");
+    out.refit = model::load(o.refit);
+  }
   out.rate_hz = r.rate_hz;
   out.split = r.split;
   out.lead_s = r.lead_s;
@@ -134,8 +143,8 @@ void run_hand(const Options& o) {
 }
 
 void run(Options& o) {
-  if (!o.map.empty()) return run_hand(o);
-  if (!o.pairs.empty()) throw io::InputError("--pair goes with --map, which says what belongs together");
+  if (!o.map.empty() || !o.pairs.empty()) return run_hand(o);
+  if (o.fit_all || !o.refit.empty()) throw io::InputError("--fit-all and --refit go with --pair");
   if (o.request.files.sensor.empty() || o.request.files.reference.empty()) {
     throw io::InputError("--sensor and --reference are needed, or --pair and --map");
   }
@@ -191,9 +200,10 @@ void add_identify(CLI::App& app) {
                    "GLOVE CAMERA: a log and its measured angles; may be repeated, one for each donning")
       ->expected(2)
       ->take_all();
-  command->add_option(
-      "--map", o->map,
-      "joints from sensors: thumb=SensorA0:thumb_deg,index=SensorA1+SensorA2:index_deg (own sensor first)");
+  command->add_option("--map", o->map,
+                      "joints from sensors: thumb=SensorA0:thumb_deg,index=SensorA1+SensorA2:index_deg (own "
+                      "sensor first; default: by "
+                      "name, index_adc with index_deg)");
   command->add_option("--joints", o->joints,
                       "joint file (models/joints): the reference is a video, which is tracked first");
   command->add_option("--lens", o->lens, "lens file of flexor camera calibrate, for the video");
@@ -202,9 +212,15 @@ void add_identify(CLI::App& app) {
   command->add_option("--rate", r.rate_hz, "sample rate of the compensator, Hz")->capture_default_str();
   command->add_option("--split", r.split, "share of the recording, from its start, that is fitted")
       ->capture_default_str();
+  command->add_flag("--fit-all", o->fit_all,
+                    "with --pair: once proven on held-out data, fit what was chosen to all of it");
+  command->add_option("--refit", o->refit,
+                      "with --pair: a model of which only gains and dead zones are fitted to the wearer");
   command
-      ->add_option("--structure", r.structure,
-                   "auto, linear, linear-dynamic, hammerstein, wiener, hw or hw-hysteresis")
+      ->add_option(
+          "--structure", r.structure,
+          "auto, linear, linear-dynamic, hammerstein, wiener, hw or hw-hysteresis; with --pair auto, line, "
+          "line-lead, curve or hysteresis")
       ->capture_default_str();
   command->add_option("--order", r.order, "poles, 1 to 3 (default 2)");
   command->add_option("--knots", r.knots, "knots of the curve, 2 to 16 (default 10)");

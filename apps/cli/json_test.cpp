@@ -76,14 +76,27 @@ TEST_F(Json, OfTheCommandsForTheTwin) {
   EXPECT_TRUE(
       run("experiment --gestures 2 --trials 1 --compensators raw --out " + path("run")).contains("cells"));
   EXPECT_TRUE(run("experiment --gestures 2 --trials 1 --compensators raw --scenarios").contains("scenarios"));
-  const auto glove = run("calibrate-glove --out " + path("g"));
-  EXPECT_EQ(glove.at("rounds"), 1);
-  EXPECT_EQ(glove.at("steps").size(), 4U);
-  ASSERT_EQ(glove.at("baselines").size(), 3U);
-  for (const auto& model : glove.at("baselines")) {
-    const auto shown = run("show " + model.at("file").get<std::string>());
-    EXPECT_EQ(shown.at("joints").size(), 5U) << model;
-  }
+  const auto recorded = run("twin record --donnings 2 --out " + path("g"));
+  ASSERT_EQ(recorded.at("pairs").size(), 2U);
+  const auto& pair = recorded.at("pairs").at(1);
+  const auto hand = run("identify --pair " + pair.at("glove").get<std::string>() + " " +
+                        pair.at("camera").get<std::string>() + " --rate 10 --structure line");
+  EXPECT_EQ(hand.at("joints").size(), 5U);
+  // What it says comes next works as it stands.
+  const std::string next = recorded.at("next");
+  ASSERT_TRUE(next.starts_with("flexor identify --pair "));
+  EXPECT_EQ(run(next.substr(7)).at("pairs").size(), 2U);
+  EXPECT_EQ(run("show " + path("g") + "/identified.json").at("joints").size(), 5U);
+  const auto applied =
+      run("apply --intervals " + path("g") + "/identified.json " + pair.at("glove").get<std::string>());
+  const auto& thumb = applied.at("channels").at("thumb");
+  ASSERT_EQ(thumb.at("se_deg").size(), thumb.at("angle_deg").size());
+  EXPECT_GT(thumb.at("se_deg").at(100).get<double>(), 0);
+  // Gains and dead zones of the published model, fitted to the same recording.
+  const auto refitted =
+      run("identify --pair " + pair.at("glove").get<std::string>() + " " +
+          pair.at("camera").get<std::string>() + " --rate 10 --refit models/published_hw.json");
+  EXPECT_EQ(refitted.at("joints").at("thumb").at("structure"), "gain and dead zone refitted");
   EXPECT_TRUE(run("calibrate-twin --evaluations 2 --trials 1 --out " + path("t.json")).contains("cost"));
   EXPECT_EQ(run("calibrate-twin --evaluations 2 --trials 1 --sensitivity --out " + path("t.json"))
                 .at("sensitivity")
@@ -146,7 +159,7 @@ TEST_F(Json, OfTheCommandsForTheCamera) {
 
   const auto filmed = run("camera film --gestures 4 --set camera.rate_hz=2 --out " + path("film"));
   ASSERT_TRUE(filmed.is_object());
-  EXPECT_EQ(filmed.at("frames"), 80);  // 30 s of calibration and 10 s of gesture
+  EXPECT_EQ(filmed.at("frames"), 260);  // 120 s of the recommended motion and 10 s of gesture
   EXPECT_EQ(filmed.at("seed"), 1);
   EXPECT_TRUE(filmed.contains("version") && filmed.contains("folder"));
 

@@ -111,7 +111,6 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", std::string("flexor ") + FLEXOR_VERSION);
   app.require_subcommand(1);
   add_experiment(app);
-  add_calibrate_glove(app);
   add_calibrate_twin(app);
   add_twin(app);
   add_deploy(app);

@@ -70,7 +70,7 @@ Sensor divider(double fixed_kohm, double flat_kohm, double kohm_per_deg) {
 
 bool reads_alpha(const model::Input& input) {
   const std::string& column = input.column.empty() ? input.name : input.column;
-  return input.unit == "deg" && column.ends_with("_alpha");
+  return input.unit == "deg" && (column.ends_with("_alpha") || column.ends_with("_alpha_deg"));
 }
 
 Sensor counts_as_they_are() { return {CountsAsTheyAre{}}; }

@@ -8,13 +8,16 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <set>
+#include <numeric>
+#include <optional>
 
-#include "host/identify/baselines.hpp"
 #include "host/identify/estimator.hpp"
 #include "host/identify/hold.hpp"
+#include "host/identify/published_form.hpp"
+#include "host/identify/refit.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/model/fixed_error.hpp"
 #include "host/model/formats.hpp"
 #include "host/recording/csv.hpp"
 
@@ -28,12 +31,9 @@ constexpr double kSameClock_s = 0.5;  // offsets of two joints further apart are
 constexpr double kLeastClockError_s = 0.01;
 constexpr double kUnsure = 0.15;
 constexpr double kMostDrift_deg = 1;
+constexpr double kMostFixedError_deg = 0.06;  // beside 1/16, the step of what a glove sends
 
-// One pair of files: the sensors in one recording, a reference for each joint.
-struct Files {
-  recording::Recording sensor;
-  std::vector<recording::Recording> reference;  // of each joint
-};
+using Files = HandRecordings;
 
 struct Sampled {
   std::vector<std::vector<recording::Aligned>> sensor;  // of each joint, its sensors
@@ -219,7 +219,6 @@ std::string refusal_of(const model::Model& model, double drift_deg) {
     return fmt::format("held still, its angle drifts by {:.1f} degrees within a minute", drift_deg);
   }
   try {
-    model::check(model);
     model::check_fixed(model);
   } catch (const InputError& error) {
     return error.what();
@@ -227,27 +226,45 @@ std::string refusal_of(const model::Model& model, double drift_deg) {
   return "";
 }
 
+std::string imprecision_of(const model::Model& model) {
+  const double error_deg = model::worst_fixed_error_deg(model);
+  if (error_deg <= kMostFixedError_deg) return "";
+  return fmt::format("in the glove's integers it is up to {:.3f} degrees off", error_deg);
+}
+
 JointResult choose(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
-                   const Step& step) {
+                   const std::vector<Branches>& all, const Step& step) {
   JointResult out;
   out.name = joint.joint;
-  bool chosen = false;
+  bool precise = false;
+  std::optional<Additive> best;
+  std::size_t at = 0;  // of the rows
   const auto drift = [&](const Additive& fit) {
     return hold_drift_deg(alone(inputs, fit, joint), sessions, joint.sensors);
   };
   for (const Additive& fit :
-       fit_additive(sessions, inputs.sample_period_s, joint.joint, drift, kMostDrift_deg, step)) {
-    CandidateRow row{describe(fit.branches), fit.cross_validated_deg,
-                     fit.fitted_rmse_deg,    fit.effective,
-                     fit.hold_drift_deg,     refusal_of(alone(inputs, fit, joint), fit.hold_drift_deg)};
-    if (!chosen && row.refusal.empty()) {
-      chosen = row.chosen = true;
-      out.fit = fit;
-      out.hold_drift_deg = fit.hold_drift_deg;
+       fit_additive(sessions, inputs.sample_period_s, joint.joint, drift, kMostDrift_deg, all, step)) {
+    CandidateRow row{describe(fit.branches), fit.cross_validated_deg, fit.fitted_rmse_deg,
+                     fit.effective,          fit.hold_drift_deg,      ""};
+    if (!precise) {
+      const model::Model model = alone(inputs, fit, joint);
+      row.refusal = refusal_of(model, fit.hold_drift_deg);
+      const bool worn = row.refusal.empty();
+      if (worn) row.refusal = imprecision_of(model);
+      precise = row.refusal.empty();
+      // The best that can be worn, unless one is precise as well.
+      if (worn && (precise || !best)) {
+        best = fit;
+        at = out.rows.size();
+      }
     }
     out.rows.push_back(std::move(row));
   }
-  if (!chosen) throw io::JobError(fmt::format("{}: {}", joint.joint, out.rows.front().refusal));
+  if (!best) throw io::JobError(fmt::format("{}: {}", joint.joint, out.rows.front().refusal));
+  out.rows[at].chosen = true;
+  out.fit = *best;
+  out.structure = out.rows[at].structure;
+  out.hold_drift_deg = best->hold_drift_deg;
   return out;
 }
 
@@ -277,9 +294,10 @@ Held held_of(const std::vector<Sampled>& samples, std::size_t joint) {
   return out;
 }
 
-// The logs through the whole model, as apply runs it: of each joint, its held-out samples.
+// The logs through the model, as apply runs it: of each of its joints, the map's number `joint`, its held-out samples.
 std::vector<std::vector<double>> estimates(const model::Model& model, const std::vector<Files>& files,
-                                           const std::vector<Sampled>& samples) {
+                                           const std::vector<Sampled>& samples,
+                                           const std::vector<std::size_t>& joint) {
   std::vector<std::vector<double>> out(model.joints.size());
   for (std::size_t p = 0; p < files.size(); ++p) {
     const recording::Recording& log = files[p].sensor;
@@ -292,7 +310,7 @@ std::vector<std::vector<double>> estimates(const model::Model& model, const std:
       for (std::size_t c = 0; c < columns.size(); ++c) row[c] = (*columns[c])[i];
       estimator.push(log.t_s[i], row, [&](const Estimate& e) {
         for (std::size_t j = 0; j < out.size(); ++j) {
-          const recording::Aligned& a = samples[p].sensor[j].front();
+          const recording::Aligned& a = samples[p].sensor[joint[j]].front();
           if (k >= a.holdout_begin && k < a.size()) out[j].push_back(e.angle_deg[j]);
         }
         ++k;
@@ -302,30 +320,78 @@ std::vector<std::vector<double>> estimates(const model::Model& model, const std:
   return out;
 }
 
-void score_joints(const std::vector<Files>& files, const std::vector<Sampled>& samples,
-                  HandIdentification& r) {
-  const auto estimated = estimates(r.model, files, samples);
+// All but blocks and joints.
+model::Model start_model(const HandRequest& request, const std::vector<Files>& files,
+                         const std::vector<Sampled>& samples) {
+  model::Model out;
+  out.name = request.pairs.empty() ? "identified" : io::to_utf8(request.pairs.front().sensor.stem().string());
+  out.description =
+      fmt::format("{} joint(s), fitted to {} pair(s) of recordings", request.map.size(), files.size());
+  out.written_by = "flexor " FLEXOR_VERSION;
+  out.sample_period_s = 1 / request.rate_hz;
+  add_inputs(request, files, samples, out);
+  return out;
+}
+
+// One of a hand's baselines by the same estimator and the same road, whether it can be worn or not; a joint that it
+// cannot be fitted to lacks it.
+void score_baseline(const std::string& name, const std::string& structure, const HandRequest& request,
+                    const std::vector<Files>& files, const std::vector<Sampled>& samples,
+                    HandIdentification& r) {
+  const model::Model inputs = start_model(request, files, samples);
+  for (std::size_t j = 0; j < r.joints.size(); ++j) {
+    const JointMap own{request.map[j].joint, {request.map[j].sensors.front()}, request.map[j].reference};
+    std::vector<Session> sessions;
+    for (const Sampled& sampled : samples) sessions.push_back(session_of({sampled.sensor[j].front()}));
+    try {
+      const auto no_drift = [](const Additive&) { return 0.0; };
+      const Additive fit = fit_additive(sessions, inputs.sample_period_s, own.joint, no_drift, kMostDrift_deg,
+                                        candidates(structure, 1), {})
+                               .front();
+      const auto estimated = estimates(alone(inputs, fit, own), files, samples, {j});
+      r.joints[j].baselines.emplace(name, held_of(samples, j).score(estimated.front()));
+    } catch (const io::JobError& error) {
+      r.joints[j].baseline_refusals.push_back(fmt::format("{}: {}", name, error.what()));
+    }
+  }
+}
+
+void score_published_form(const std::vector<Sampled>& samples, std::size_t j, JointResult& joint) {
+  std::vector<const recording::Aligned*> own;
+  for (const Sampled& sampled : samples) own.push_back(&sampled.sensor[j].front());
+  const PublishedForm form = published_form(own);
+  if (form.refusal.empty()) {
+    joint.baselines.emplace("published_form", held_of(samples, j).score(form.held_out_deg));
+  } else {
+    joint.baseline_refusals.push_back("published_form: " + form.refusal);
+  }
+}
+
+void score_joints(const HandRequest& request, const std::vector<Files>& files,
+                  const std::vector<Sampled>& samples, HandIdentification& r) {
+  std::vector<std::size_t> all(r.joints.size());
+  std::iota(all.begin(), all.end(), 0);
+  const auto estimated = estimates(r.model, files, samples, all);
+  score_baseline("line", "line", request, files, samples, r);
+  score_baseline("line_lead", "line-lead", request, files, samples, r);
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     JointResult& joint = r.joints[j];
-    const Held held = held_of(samples, j);
-    joint.holdout = held.score(estimated[j]);
-    std::vector<const recording::Aligned*> own;
-    for (const Sampled& sampled : samples) own.push_back(&sampled.sensor[j].front());
-    for (const Baseline& baseline : baselines(own)) {
-      if (baseline.refusal.empty()) {
-        joint.baselines.emplace(baseline.name, held.score(baseline.held_out_deg));
-      } else {
-        joint.baseline_refusals.push_back(fmt::format("{}: {}", baseline.name, baseline.refusal));
-      }
-    }
+    joint.holdout = held_of(samples, j).score(estimated[j]);
+    score_published_form(samples, j, joint);
     const auto line = joint.baselines.find("line");
-    if (line != joint.baselines.end() && joint.holdout.rmse_deg >= line->second.rmse_deg) {
+    if (request.structure != "line" && line != joint.baselines.end() &&
+        joint.holdout.rmse_deg >= line->second.rmse_deg) {
       r.warnings.push_back(
           fmt::format("{}: on data it never saw the compensator ({:.2f} deg) is no better than a straight "
                       "line ({:.2f} deg)",
                       joint.name, joint.holdout.rmse_deg, line->second.rmse_deg));
     }
   }
+}
+
+Json donnings_json(const std::optional<Donnings>& donnings) {
+  if (!donnings) return nullptr;
+  return {{"count", donnings->count}, {"offset_sd_deg", donnings->offset_deg}, {"gain_sd", donnings->gain}};
 }
 
 void describe(const HandRequest& request, const std::vector<Files>& files, HandIdentification& r) {
@@ -340,16 +406,118 @@ void describe(const HandRequest& request, const std::vector<Files>& files, HandI
                      {"reference_digest", files[p].reference.front().digest},
                      {"clock_offset_s", r.clocks[p].offset_s}});
   }
-  r.model.training = {{"pairs", std::move(pairs)}, {"split", request.split}, {"lead_s", request.lead_s}};
+  r.model.training = {{"pairs", std::move(pairs)},
+                      {"split", request.split},
+                      {"fit_all", request.fit_all},
+                      {"lead_s", request.lead_s}};
   Json joints = Json::object();
   for (const JointResult& joint : r.joints) {
-    joints[joint.name] = {{"structure", describe(joint.fit.branches)},
+    joints[joint.name] = {{"structure", joint.structure},
                           {"fitted_rmse_deg", joint.fit.fitted_rmse_deg},
                           {"cross_validated_deg", joint.fit.cross_validated_deg},
                           {"hold_drift_deg", joint.hold_drift_deg},
+                          {"donnings", donnings_json(joint.donnings)},
                           {"holdout", score::to_json(joint.holdout)}};
   }
   r.model.fit = {{"joints", std::move(joints)}};
+}
+
+void add_warnings(const Files& files, std::vector<std::string>& warnings) {
+  warnings.insert(warnings.end(), files.sensor.warnings.begin(), files.sensor.warnings.end());
+  for (const recording::Recording& reference : files.reference) {
+    for (const std::string& warning : reference.warnings) {
+      if (std::ranges::find(warnings, warning) == warnings.end()) warnings.push_back(warning);
+    }
+  }
+}
+
+std::vector<Sampled> sample_all(const std::vector<Files>& files, const std::vector<Clock>& clocks,
+                                const HandRequest& request) {
+  std::vector<Sampled> out;
+  for (std::size_t p = 0; p < files.size(); ++p) out.push_back(sample(files[p], clocks[p], request));
+  return out;
+}
+
+std::vector<Session> sessions_of(const std::vector<Sampled>& samples, std::size_t joint) {
+  std::vector<Session> out;
+  for (const Sampled& sampled : samples) out.push_back(session_of(sampled.sensor[joint]));
+  return out;
+}
+
+void refit_joints(const HandRequest& request, const std::vector<Sampled>& samples, HandIdentification& r) {
+  std::vector<model::Channel> refitted;
+  for (std::size_t j = 0; j < request.map.size(); ++j) {
+    const JointMap& map = request.map[j];
+    const model::Model& base = *request.refit;
+    const auto at = std::ranges::find(base.joints, map.joint, &model::Joint::name);
+    if (at == base.joints.end()) {
+      throw InputError(fmt::format("the model to refit has no joint {}", map.joint));
+    }
+    const auto chain = model::channel(base, static_cast<std::size_t>(at - base.joints.begin()));
+    if (!chain) throw InputError(fmt::format("{}: its graph is no chain with a dead zone", map.joint));
+    model::Channel c = *chain;
+    const auto input = std::ranges::find(r.model.inputs, map.sensors.front(), &model::Input::name);
+    c.input_column = input->column;
+    c.input_unit = input->unit;
+    c.valid_min = input->valid_min;
+    c.valid_max = input->valid_max;
+    const std::vector<Session> sessions = sessions_of(samples, j);
+    JointResult joint;
+    joint.name = map.joint;
+    joint.structure = "gain and dead zone refitted";
+    const model::Channel fitted = refit(c, sessions, r.model.sample_period_s);
+    joint.hold_drift_deg =
+        hold_drift_deg(model::model_of(fitted, r.model.sample_period_s), sessions, {c.input_column});
+    r.joints.push_back(std::move(joint));
+    refitted.push_back(fitted);
+  }
+  r.model = model::with_channels(std::move(r.model), refitted);
+}
+
+// The structures of `chosen`, or where there are none, or one cannot be worn any more, the request's.
+void fit_joints(const HandRequest& request, const std::vector<Sampled>& samples, const Step& step,
+                const std::vector<JointResult>& chosen, HandIdentification& r) {
+  const model::Model inputs = r.model;
+  const std::size_t joints = request.map.size();
+  for (std::size_t j = 0; j < joints; ++j) {
+    const JointMap& map = request.map[j];
+    const std::vector<Session> sessions = sessions_of(samples, j);
+    const auto say = [&](std::size_t done, std::size_t of, const std::string& what) {
+      return !step || step(j * of + done, joints * of, what);
+    };
+    const auto all = candidates(request.structure, map.sensors.size());
+    try {
+      r.joints.push_back(
+          choose(sessions, inputs, map, chosen.empty() ? all : std::vector{chosen[j].fit.branches}, say));
+    } catch (const io::JobError&) {
+      if (chosen.empty()) throw;
+      r.joints.push_back(choose(sessions, inputs, map, all, say));
+    }
+    JointResult& joint = r.joints.back();
+    joint.donnings = donnings_of(sessions, alone(inputs, joint.fit, map), joint.fit);
+    add_to(r.model, joint.fit, map.sensors, map.joint);
+  }
+}
+
+void fit_model(const HandRequest& request, const std::vector<Files>& files,
+               const std::vector<Sampled>& samples, const Step& step, const std::vector<JointResult>& chosen,
+               HandIdentification& r) {
+  r.model = start_model(request, files, samples);
+  request.refit ? refit_joints(request, samples, r) : fit_joints(request, samples, step, chosen, r);
+}
+
+// What was proven on a part, once more from all: structures stay, and the figures are the part's.
+void fit_again(const HandRequest& request, const std::vector<Files>& files, HandIdentification& r) {
+  HandRequest all = request;
+  all.split = 1;
+  const std::vector<Sampled> samples = sample_all(files, r.clocks, all);
+  HandIdentification again;
+  fit_model(all, files, samples, {}, r.joints, again);
+  for (std::size_t j = 0; j < r.joints.size(); ++j) {
+    r.joints[j].structure = again.joints[j].structure;
+    r.joints[j].donnings = again.joints[j].donnings;
+  }
+  r.model = std::move(again.model);
 }
 
 void check(const HandRequest& request) {
@@ -363,81 +531,34 @@ void check(const HandRequest& request) {
 
 }  // namespace
 
-std::vector<JointMap> parse_map(const std::string& text) {
-  std::vector<JointMap> out;
-  std::size_t at = 0;
-  const auto fail = [&](std::size_t where, const std::string& what) {
-    throw InputError(
-        fmt::format("--map: {} at \"{}\"; write JOINT=SENSOR:ANGLE,... as index=SensorA1:index_deg, several "
-                    "sensors with +",
-                    what, io::shortened(text.substr(where), 30)));
-  };
-  while (at <= text.size()) {
-    const std::size_t end = std::min(text.find(',', at), text.size());
-    const std::string item = text.substr(at, end - at);
-    const std::size_t equals = item.find('=');
-    const std::size_t colon = item.rfind(':');
-    if (equals == std::string::npos || equals == 0) fail(at, "no joint");
-    if (colon == std::string::npos || colon < equals || colon + 1 == item.size())
-      fail(at + equals, "no angle");
-    JointMap joint{model::joint_name(item.substr(0, equals)), {}, item.substr(colon + 1)};
-    std::size_t from = equals + 1;
-    while (from <= colon) {
-      const std::size_t to = std::min(item.find('+', from), colon);
-      if (to == from) fail(at + from, "no sensor");
-      joint.sensors.push_back(item.substr(from, to - from));
-      from = to + 1;
-      if (to == colon) break;
-    }
-    const std::set<std::string> different(joint.sensors.begin(), joint.sensors.end());
-    if (different.size() < joint.sensors.size()) fail(at, "a sensor twice");
-    if (std::ranges::find(out, joint.joint, &JointMap::joint) != out.end()) fail(at, "a joint twice");
-    out.push_back(std::move(joint));
-    at = end + 1;
-  }
-  return out;
-}
-
 HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   check(request);
   HandIdentification r;
   r.request = request;
   std::vector<Files> files;
-  std::vector<Sampled> samples;
   for (const PairFiles& pair : request.pairs) {
     files.push_back(read_files(pair, request));
-    r.warnings.insert(r.warnings.end(), files.back().sensor.warnings.begin(),
-                      files.back().sensor.warnings.end());
-    for (const recording::Recording& reference : files.back().reference) {
-      for (const std::string& warning : reference.warnings) {
-        if (std::ranges::find(r.warnings, warning) == r.warnings.end()) r.warnings.push_back(warning);
-      }
-    }
-    r.clocks.push_back(clock_of(files.back(), request, r.warnings));
-    samples.push_back(sample(files.back(), r.clocks.back(), request));
+    add_warnings(files.back(), r.warnings);
   }
-  r.model.name = io::to_utf8(request.pairs.front().sensor.stem().string());
-  r.model.description =
-      fmt::format("{} joint(s), fitted to {} pair(s) of recordings", request.map.size(), files.size());
-  r.model.written_by = "flexor " FLEXOR_VERSION;
-  r.model.sample_period_s = 1 / request.rate_hz;
-  add_inputs(request, files, samples, r.model);
-
+  for (const Files& one : files) r.clocks.push_back(clock_of(one, request, r.warnings));
   const auto start = std::chrono::steady_clock::now();
-  const model::Model inputs = r.model;
-  for (std::size_t j = 0; j < request.map.size(); ++j) {
-    std::vector<Session> sessions;
-    for (const Sampled& sampled : samples) sessions.push_back(session_of(sampled.sensor[j]));
-    r.joints.push_back(
-        choose(sessions, inputs, request.map[j], [&](auto done, auto of, const std::string& what) {
-          return !step || step(j * of + done, request.map.size() * of, what);
-        }));
-    add_to(r.model, r.joints.back().fit, request.map[j].sensors, request.map[j].joint);
-  }
+  const std::vector<Sampled> samples = sample_all(files, r.clocks, request);
+  fit_model(request, files, samples, step, {}, r);
   r.fit_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  score_joints(files, samples, r);
+  score_joints(request, files, samples, r);
+  if (request.fit_all) fit_again(request, files, r);
   describe(request, files, r);
   return r;
+}
+
+model::Model fit_hand(const HandRequest& request, const std::vector<HandRecordings>& recordings) {
+  HandIdentification r;
+  HandRequest all = request;
+  all.split = 1;
+  for (const Files& one : recordings) r.clocks.push_back(clock_of(one, all, r.warnings));
+  fit_model(all, recordings, sample_all(recordings, r.clocks, all), {}, {}, r);
+  describe(all, recordings, r);
+  return r.model;
 }
 
 Json to_json(const HandIdentification& r) {
@@ -458,8 +579,9 @@ Json to_json(const HandIdentification& r) {
     }
     joints[joint.name] = {{"holdout", score::to_json(joint.holdout)},
                           {"baselines", std::move(baselines)},
-                          {"structure", describe(joint.fit.branches)},
+                          {"structure", joint.structure},
                           {"hold_drift_deg", joint.hold_drift_deg},
+                          {"donnings", donnings_json(joint.donnings)},
                           {"fitted_rmse_deg", joint.fit.fitted_rmse_deg},
                           {"cross_validated_rmse_deg", joint.fit.cross_validated_deg},
                           {"effective_parameters", joint.fit.effective},

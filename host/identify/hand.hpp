@@ -4,8 +4,8 @@
 // readings only. The first part (in time) of each pair is fitted, the rest held out. For each joint the additive
 // candidates (additive.hpp), best first; the first that holds still when the finger does and fits fixed point is
 // taken. The model runs over the whole logs, as apply runs it, and is scored on the held-out parts, beside
-// baselines from the same samples: a straight line, the line with a lag and a lead, and the published form with
-// its parameters fitted.
+// baselines from the same samples by the same estimator: a straight line, the line with motion, and the published
+// form with its parameters fitted.
 #pragma once
 
 #include <filesystem>
@@ -16,25 +16,18 @@
 #include <vector>
 
 #include "host/identify/additive.hpp"
+#include "host/identify/donnings.hpp"
+#include "host/identify/joint_map.hpp"
 #include "host/model/model.hpp"
 #include "host/recording/pair.hpp"
 #include "host/score/score.hpp"
 
 namespace flexor::identify {
 
-// One joint of the map: its sensors, the own one first, and the column of the measured angle.
-struct JointMap {
-  std::string joint;
-  std::vector<std::string> sensors;
-  std::string reference;
-};
-
-// "thumb=SensorA0:thumb_deg,index=SensorA1+SensorA0:index_deg". Throws io::InputError, pointing at what is wrong.
-std::vector<JointMap> parse_map(const std::string& text);
-
-struct PairFiles {
-  std::filesystem::path sensor;
-  std::filesystem::path reference;
+// A donning as read: the sensors in one recording, a measured angle for each joint of the map.
+struct HandRecordings {
+  recording::Recording sensor;
+  std::vector<recording::Recording> reference;
 };
 
 struct HandRequest {
@@ -42,6 +35,9 @@ struct HandRequest {
   std::vector<JointMap> map;
   double rate_hz = 20;
   double split = 0.5;
+  std::string structure = "auto";     // candidates() in additive.hpp
+  std::optional<model::Model> refit;  // in its place: this model's gains and dead zones alone (refit.hpp)
+  bool fit_all = false;  // once proven, the chosen structures are fitted to all of the recordings
   double lead_s = 0;
   std::optional<double> clock_offset_s;
   std::string input_unit;
@@ -68,8 +64,10 @@ struct CandidateRow {
 struct JointResult {
   std::string name;
   std::vector<CandidateRow> rows;
-  Additive fit;
-  double hold_drift_deg = 0;  // see hold.hpp
+  std::string structure;
+  Additive fit;                      // of a refitted model: none
+  double hold_drift_deg = 0;         // see hold.hpp
+  std::optional<Donnings> donnings;  // of two recordings or more
   score::Score holdout;
   std::map<std::string, score::Score> baselines;  // line, line_lead, published_form
   std::vector<std::string> baseline_refusals;
@@ -86,6 +84,9 @@ struct HandIdentification {
 
 // Throws io::InputError and io::JobError.
 HandIdentification identify_hand(const HandRequest& request, const Step& step);
+
+// The fit alone, to all of the recordings: nothing is held out, nothing scored. `request.pairs` only name them.
+model::Model fit_hand(const HandRequest& request, const std::vector<HandRecordings>& recordings);
 
 nlohmann::ordered_json to_json(const HandIdentification& result);
 

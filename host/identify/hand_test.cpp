@@ -137,6 +137,79 @@ TEST_F(Hand, SeveralRecordingsAreOneFitWithAClockEach) {
   EXPECT_GT(r.joints[0].fit.samples, 2 * 25 * 20) << "both first halves are fitted";
 }
 
+TEST_F(Hand, WhatVariesBetweenDonningsIsToldAndWritten) {
+  std::vector<PairFiles> pairs;
+  constexpr double kOffsets_deg[] = {-6, 0, 6};
+  for (unsigned n = 0; n < 3; ++n) {
+    pairs.push_back(write("d" + std::to_string(n), 60, 20 + n, [&](std::vector<double>& angle) {
+      for (double& a : angle) a += kOffsets_deg[n];
+    }));
+  }
+  const HandIdentification r = identify_hand(request(pairs, "index=a_adc:index_deg"), {});
+  ASSERT_TRUE(r.joints[0].donnings);
+  EXPECT_EQ(r.joints[0].donnings->count, 3);
+  EXPECT_NEAR(r.joints[0].donnings->offset_deg, 6, 1.5);
+  EXPECT_LT(r.joints[0].donnings->gain, 0.06);
+  EXPECT_NEAR(r.model.fit["joints"]["index"]["donnings"]["offset_sd_deg"].get<double>(),
+              r.joints[0].donnings->offset_deg, 1e-12);
+  const HandIdentification one = identify_hand(request({pairs[0]}, "index=a_adc:index_deg"), {});
+  EXPECT_FALSE(one.joints[0].donnings) << "one recording says nothing of the next";
+}
+
+TEST_F(Hand, JointsAreFoundByName) {
+  const PairFiles files{folder_ / "glove.csv", folder_ / "camera.csv"};
+  io::write_file(files.sensor, "t_s,thumb_adc,index_adc,index_dip_adc,battery_V\n0,1,2,3,4\n1,2,3,4,4\n");
+  io::write_file(
+      files.reference,
+      "t_s,index_mcp_deg,index_dip_deg,thumb_deg,ring_deg,thumb_quality\n0,1,2,3,4,0\n1,2,3,4,5,0\n");
+  std::string found;
+  for (const JointMap& joint : map_by_name(files, "")) {
+    ASSERT_EQ(joint.sensors.size(), 1U);
+    found += joint.joint + "=" + joint.sensors[0] + ":" + joint.reference + " ";
+  }
+  EXPECT_EQ(
+      found,
+      "index_mcp=index_adc:index_mcp_deg index_dip=index_dip_adc:index_dip_deg thumb=thumb_adc:thumb_deg ");
+  io::write_file(files.sensor, "t_s,A0,A1\n0,1,2\n1,2,3\n");
+  const std::string said = refusal([&] { (void)map_by_name(files, ""); });
+  EXPECT_NE(said.find("A0, A1"), std::string::npos) << said;
+  EXPECT_NE(said.find("--map"), std::string::npos) << said;
+}
+
+TEST_F(Hand, WhatWasProvenIsFittedToEverything) {
+  HandRequest part = request({write("all", 90, 31)}, "index=a_adc:index_deg");
+  HandRequest all = part;
+  all.fit_all = true;
+  const HandIdentification half = identify_hand(part, {});
+  const HandIdentification whole = identify_hand(all, {});
+  EXPECT_EQ(whole.joints[0].holdout.rmse_deg, half.joints[0].holdout.rmse_deg) << "the proof is the half's";
+  EXPECT_EQ(whole.joints[0].structure, half.joints[0].structure);
+  EXPECT_NE(whole.model.blocks, half.model.blocks);
+}
+
+// The errors that a model states are those that it makes on data that it never saw.
+TEST_F(Hand, StatedAccuracyIsThatOfUnseenData) {
+  const HandIdentification r = identify_hand(request({write("acc", 160, 32)}, "index=a_adc:index_deg"), {});
+  ASSERT_TRUE(r.model.joints[0].accuracy);
+  const model::Accuracy& accuracy = *r.model.joints[0].accuracy;
+  double squares = 0;
+  for (const double error : accuracy.standard_error_deg) squares += error * error;
+  const double stated = std::sqrt(squares / static_cast<double>(accuracy.standard_error_deg.size()));
+  EXPECT_GT(stated, 0.7 * r.joints[0].holdout.rmse_deg);
+  EXPECT_LT(stated, 1.5 * r.joints[0].holdout.rmse_deg);
+}
+
+TEST_F(Hand, ALineIsALine) {
+  HandRequest line = request({write("line", 60, 33)}, "index=a_adc:index_deg");
+  line.structure = "line";
+  const HandIdentification r = identify_hand(line, {});
+  EXPECT_EQ(r.joints[0].structure, "line");
+  EXPECT_NEAR(r.joints[0].holdout.rmse_deg, r.joints[0].baselines.at("line").rmse_deg, 1e-9);
+  line.structure = "banana";
+  EXPECT_NE(refusal([&] { identify_hand(line, {}); }).find("unknown structure \"banana\""),
+            std::string::npos);
+}
+
 // Whatever the second half says, the model is the same; only its score differs.
 TEST_F(Hand, WhatIsHeldOutChangesNoCoefficient) {
   HandRequest before = request({write("h", 60, 5)}, "index=a_adc:index_deg");

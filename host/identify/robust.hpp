@@ -1,4 +1,4 @@
-// Order statistics that an outlier does not move; for this room only.
+// What an outlier does not move; for this room only.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,6 +7,14 @@
 #include <vector>
 
 namespace flexor::identify {
+
+inline constexpr double kLoss_deg = 1;  // a camera's error
+
+// Pseudo-Huber, 2 d^2 (sqrt(1 + (e/d)^2) - 1): e^2 where it is small, 2 d |e| where it is large; degrees squared.
+inline double loss_of(double error_deg) {
+  const double r = error_deg / kLoss_deg;
+  return 2 * kLoss_deg * kLoss_deg * (std::sqrt(1 + r * r) - 1);
+}
 
 inline double quantile(const std::vector<double>& sorted, double q) {
   return sorted[static_cast<std::size_t>(std::lround(q * static_cast<double>(sorted.size() - 1)))];

@@ -43,6 +43,11 @@ Block read_block(Reader& reader) {
 
 Joint read_joint(Reader& reader) {
   Joint joint{joint_name(reader.text("name")), reader.text("from"), reader.number("rest_deg")};
+  if (reader.has("accuracy")) {
+    Reader accuracy(reader.member("accuracy"), reader.place() + ": accuracy");
+    joint.accuracy = {accuracy.numbers("angle_deg"), accuracy.numbers("standard_error_deg")};
+    accuracy.done();
+  }
   reader.done();
   return joint;
 }
@@ -76,7 +81,12 @@ Json block_json(const Block& block) {
 }
 
 Json joint_json(const Joint& joint) {
-  return {{"name", joint.name}, {"from", joint.from}, {"rest_deg", joint.rest_deg}};
+  Json json = {{"name", joint.name}, {"from", joint.from}, {"rest_deg", joint.rest_deg}};
+  if (joint.accuracy) {
+    json["accuracy"] = {{"angle_deg", joint.accuracy->angle_deg},
+                        {"standard_error_deg", joint.accuracy->standard_error_deg}};
+  }
+  return json;
 }
 
 void check_name(const std::string& name, const std::string& what) {
@@ -102,6 +112,18 @@ void check_input(const Input& input) {
                 fmt::format("valid_min and valid_max must be at least {:.3g} apart", least));
 }
 
+void check_accuracy(const Place& place, const Accuracy& accuracy) {
+  const auto& [angle, error] = accuracy;
+  place.require(!angle.empty() && angle.size() == error.size() && angle.size() <= kMaxKnots,
+                fmt::format("accuracy: 1 to {} angles, and as many standard errors", kMaxKnots));
+  for (std::size_t i = 0; i < angle.size(); ++i) {
+    place.require(std::abs(angle[i]) <= kMaxAngle_deg && (i == 0 || angle[i] > angle[i - 1]),
+                  "accuracy: angle_deg must be increasing angles");
+    place.require(error[i] > 0 && error[i] <= kMaxAngle_deg,
+                  "accuracy: standard_error_deg must be above zero degrees");
+  }
+}
+
 void check_joints(const Model& model) {
   std::set<std::string> names;
   for (const Joint& joint : model.joints) {
@@ -111,6 +133,7 @@ void check_joints(const Model& model) {
     place.require(names.insert(joint.name).second, "occurs twice");
     place.require(std::abs(joint.rest_deg) <= kMaxAngle_deg,
                   fmt::format("rest_deg must lie within {:g} degrees either way", kMaxAngle_deg));
+    if (joint.accuracy) check_accuracy(place, *joint.accuracy);
   }
 }
 
@@ -161,6 +184,15 @@ Model schema_1(Reader& reader, Model model) {
 }
 
 }  // namespace
+
+double Accuracy::at(double angle) const {
+  const auto above = std::ranges::lower_bound(angle_deg, angle);
+  if (above == angle_deg.begin()) return standard_error_deg.front();
+  if (above == angle_deg.end()) return standard_error_deg.back();
+  const auto i = static_cast<std::size_t>(above - angle_deg.begin());
+  const double share = (angle - angle_deg[i - 1]) / (angle_deg[i] - angle_deg[i - 1]);
+  return standard_error_deg[i - 1] + share * (standard_error_deg[i] - standard_error_deg[i - 1]);
+}
 
 const std::vector<std::string>& finger_names() {
   static const std::vector<std::string> names = {"thumb", "index", "middle", "ring", "pinky"};

@@ -4,7 +4,7 @@
 //        "sample_period_s", "max_gap_s" (may be left out),
 //        "inputs": [{"name", "column", "unit", "strip", "valid_min", "valid_max"}],   a sensor's signal each
 //        "blocks": [{"type", "from": "signal" or ["signal", ...], "to": "signal", ...}],
-//        "joints": [{"name", "from", "rest_deg"}],                          an angle each
+//        "joints": [{"name", "from", "rest_deg", "accuracy": {"angle_deg": [], "standard_error_deg": []} (may be left out)}],
 //        "training": {...}, "fit": {...}}
 // A block takes signals of inputs and of blocks before it; each name is given once. A joint's signal comes from a
 // saturation. Kinds of blocks and their members: the headers that block.hpp lists. Sample periods: 10 us to
@@ -40,10 +40,20 @@ struct Input {
   bool operator==(const Input&) const = default;
 };
 
+// What an angle is known to: the root mean square of its error on samples that its fit did not see, by the angle;
+// straight lines between, constant beyond.
+struct Accuracy {
+  std::vector<double> angle_deg;           // increasing
+  std::vector<double> standard_error_deg;  // above zero
+  double at(double angle) const;
+  bool operator==(const Accuracy&) const = default;
+};
+
 struct Joint {
   std::string name;     // index, index_mcp, thumb_cmc, ...
   std::string from;     // a saturation's signal
   double rest_deg = 0;  // before the first good sample
+  std::optional<Accuracy> accuracy = {};
   bool operator==(const Joint&) const = default;
 };
 

@@ -184,8 +184,8 @@ std::vector<twin::Motion> motions(const std::string& list, std::vector<std::stri
   return out;
 }
 
-twin::Motion calibration_motion() {
-  return twin::Motion::from_json(builtin("gestures/calibration.json"), "gestures/calibration.json");
+twin::Motion recommended_motion() {
+  return twin::Motion::from_json(builtin("gestures/protocol.json"), "gestures/protocol.json");
 }
 
 twin::Parameters shipped_parameters() { return twin::from_json(builtin("twin.json"), "twin.json"); }

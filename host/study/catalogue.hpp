@@ -36,7 +36,8 @@ void require_name(const std::string& name, const std::string& what);
 // `notes` gets what was repaired in recorded ones, a line each.
 std::vector<twin::Motion> motions(const std::string& list, std::vector<std::string>& notes);
 std::vector<twin::Motion> motions(const std::string& list);
-twin::Motion calibration_motion();
+// To identify a compensator from: models/gestures/protocol.json.
+twin::Motion recommended_motion();
 
 // The twin's configuration as shipped: fitted to the published averages of gestures 1 to 4.
 twin::Parameters shipped_parameters();

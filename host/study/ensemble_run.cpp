@@ -90,8 +90,8 @@ class Laboratories {
     if (plan.stop != nullptr && plan.stop->load()) throw io::Cancelled("");
     const GloveRequest request{plan.parameters, plan_.rate_hz, 1, twin::seed_of(plan_.glove_seed, number)};
     const GloveFit glove = fit_in(request, number);
-    for (const FittedModel& m : glove.baselines) plan.compensators.push_back({m.name, m.model});
-    plan.compensators.push_back({"identified", glove.identified()});
+    for (const Compensator& c : glove.baselines) plan.compensators.push_back(c);
+    plan.compensators.push_back({"identified", glove.identified});
     const Result result = study::run(plan, {});
     LaboratoryRow row;
     for (const Cell& cell : result.cells) row.error_deg_s.push_back(cell.total_deg_s.mean());
@@ -108,7 +108,7 @@ class Laboratories {
 
   static GloveFit fit_in(const GloveRequest& request, std::size_t number) {
     try {
-      return fit_glove(request, record_glove(request), false, {});
+      return fit_glove(request, record_glove(request));
     } catch (const std::runtime_error& error) {
       throw io::JobError(fmt::format("laboratory {}: {}", number, error.what()));
     }

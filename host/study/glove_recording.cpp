@@ -1,5 +1,9 @@
 #include "host/study/glove_recording.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "host/io/io.hpp"
 #include "host/recording/csv.hpp"
 #include "host/score/trial.hpp"
@@ -9,55 +13,85 @@
 namespace flexor::study {
 namespace {
 
-constexpr double kPause_s = 5;
 constexpr double kGloveClock_s = 3.0;
 constexpr double kCameraClock_s = 17.35;  // nobody told the camera what time the glove has
+constexpr int kMostDonnings = 100;
 
-}  // namespace
-
-GloveRecording record_glove(const GloveRequest& request) {
-  if (request.rounds < 1 || request.rounds > 100) throw io::InputError("a calibration takes 1 to 100 rounds");
-  const twin::Motion motion = calibration_motion();
-  const twin::TrialInput input{request.parameters, motion, compensator("raw", request.rate_hz).model,
-                               request.seed, true};
-  twin::check(input);
-  GloveRecording out;
-  for (const std::string& finger : model::finger_names()) {
-    out.glove.columns.push_back({finger + "_alpha", {}});
-    out.camera.columns.push_back({finger + "_deg", {}});
-  }
-  // Between rounds the glove comes off and goes on again, and both logs pause.
-  for (int round = 0; round < request.rounds; ++round) {
-    const twin::Trial trial = twin::simulate(input, static_cast<std::uint64_t>(round), 1).front();
-    const double start_s = round * (motion.duration_s() + kPause_s);
-    for (const double t : trial.sample_s) out.glove.t_s.push_back(kGloveClock_s + start_s + t);
-    for (std::size_t k = 0; k < trial.glove_deg[0].size(); ++k) {
-      out.camera.t_s.push_back(kCameraClock_s + start_s +
-                               static_cast<double>(k) / request.parameters.camera_rate_hz);
-    }
-    for (std::size_t i = 0; i < kFingers; ++i) {
-      const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
-      append(out.glove.columns[i].value, trial.alpha_deg[i]);
-      append(out.camera.columns[i].value, trial.glove_deg[i]);
-    }
+recording::Recording angles(const std::array<std::vector<float>, kFingers>& seen, double clock_s,
+                            double frames_hz) {
+  recording::Recording out;
+  for (std::size_t k = 0; k < seen[0].size(); ++k)
+    out.t_s.push_back(clock_s + static_cast<double>(k) / frames_hz);
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    out.columns.push_back({model::finger_names()[i] + "_deg", {seen[i].begin(), seen[i].end()}});
   }
   return out;
 }
 
-void write_recording(const GloveRecording& recording, const std::filesystem::path& folder) {
-  io::make_folder(folder);
-  io::write_file(folder / "glove.csv", recording::to_csv(recording.glove));
-  io::write_file(folder / "camera.csv", recording::to_csv(recording.camera));
+// A camera starts at another time each day.
+double clock_of(std::uint64_t seed, int donning) {
+  return kCameraClock_s + static_cast<double>(twin::seed_of(seed, donning) % 10000) / 1000;
 }
 
-std::optional<double> hand_lag_s(const GloveRequest& request, const model::Model& compensator) {
-  const twin::TrialInput input{request.parameters, calibration_motion(), compensator,
-                               twin::seed_of(request.seed, 1), false};
-  const twin::Trial trial = twin::simulate(input, 0, 1).front();
-  const score::TrialScore s =
-      score::score_trial(trial.glove_deg, trial.hand_deg, 1 / request.parameters.camera_rate_hz);
-  if (!s.lag_removed) return std::nullopt;
-  return s.lag_removed->lag_s;
+GloveRecording to_recording(const twin::Trial& trial, double frames_hz, double camera_clock_s) {
+  GloveRecording out;
+  for (const double t : trial.sample_s) out.glove.t_s.push_back(kGloveClock_s + t);
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    out.glove.columns.push_back({model::finger_names()[i] + "_alpha_deg", trial.alpha_deg[i]});
+  }
+  out.camera = angles(trial.glove_deg, camera_clock_s, frames_hz);
+  out.hand = angles(trial.hand_deg, camera_clock_s, frames_hz);
+  return out;
+}
+
+std::vector<std::vector<float>> fingers_of(const recording::Recording& seen) {
+  std::vector<std::vector<float>> out;
+  for (const recording::Column& column : seen.columns)
+    out.emplace_back(column.value.begin(), column.value.end());
+  return out;
+}
+
+}  // namespace
+
+std::vector<GloveRecording> record_glove(const GloveRequest& request) {
+  if (request.donnings < 1 || request.donnings > kMostDonnings) {
+    throw io::InputError(fmt::format("--donnings must be 1 to {}", kMostDonnings));
+  }
+  const twin::TrialInput input{request.parameters, recommended_motion(),
+                               compensator("raw", request.rate_hz).model, request.seed, true};
+  twin::check(input);
+  std::vector<GloveRecording> out;
+  for (int donning = 0; donning < request.donnings; ++donning) {
+    const twin::Trial trial = twin::simulate(input, static_cast<std::uint64_t>(donning), 1).front();
+    out.push_back(to_recording(trial, request.parameters.camera_rate_hz, clock_of(request.seed, donning)));
+  }
+  return out;
+}
+
+std::optional<double> hand_lag_s(const std::vector<GloveRecording>& recordings) {
+  std::vector<double> lags;
+  for (const GloveRecording& one : recordings) {
+    const double period_s =
+        (one.camera.t_s.back() - one.camera.t_s.front()) / static_cast<double>(one.camera.t_s.size() - 1);
+    const auto fingers = fingers_of(one.camera);
+    const auto hand = fingers_of(one.hand);
+    if (const auto lag = score::score_trial(fingers, hand, period_s).lag_removed) lags.push_back(lag->lag_s);
+  }
+  if (lags.empty()) return std::nullopt;
+  std::ranges::sort(lags);
+  return lags[lags.size() / 2];
+}
+
+void write_recordings(const std::vector<GloveRecording>& recordings, const std::filesystem::path& folder) {
+  io::make_folder(folder);
+  for (std::size_t n = 0; n < recordings.size(); ++n) {
+    const auto write = [&](const char* name, const recording::Recording& one) {
+      io::write_file(folder / fmt::format("{}-{}.csv", name, n + 1), recording::to_csv(one));
+    };
+    write("glove", recordings[n].glove);
+    write("camera", recordings[n].camera);
+    write("hand", recordings[n].hand);
+  }
 }
 
 }  // namespace flexor::study

@@ -1,9 +1,11 @@
-// The calibration motion, played by a person who wears the twin's glove: what the glove logs, and what a
-// camera with a clock of its own sees.
+// What a user records: a person wears the twin's glove and plays the recommended motion, once for each donning. The
+// glove logs, a camera with a clock of its own sees the fingers, another one the hand that follows them.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <vector>
 
 #include "host/recording/recording.hpp"
 #include "host/study/catalogue.hpp"
@@ -14,23 +16,24 @@ namespace flexor::study {
 struct GloveRequest {
   twin::Parameters parameters;
   double rate_hz = 10;
-  int rounds = 1;             // of 30 s; the glove comes off and goes on in between
-  std::uint64_t seed = 1001;  // other than the experiment's: another draw of donning, drift and noise
+  int donnings = 1;
+  std::uint64_t seed = 1001;  // other than the experiment's: other draws of donning, drift and noise
 };
 
 struct GloveRecording {
-  recording::Recording glove;   // FINGER_alpha
+  recording::Recording glove;   // FINGER_alpha_deg
   recording::Recording camera;  // FINGER_deg
+  recording::Recording hand;    // FINGER_deg, on the camera's clock; the hand follows the raw readings
 };
 
-// Throws io::InputError: 1 to 100 rounds, and what the twin cannot play.
-GloveRecording record_glove(const GloveRequest& request);
+// One for each donning. Throws io::InputError: 1 to 100 donnings, and what the twin cannot play.
+std::vector<GloveRecording> record_glove(const GloveRequest& request);
 
-// glove.csv and camera.csv; numbers read back to the bit.
-void write_recording(const GloveRecording& recording, const std::filesystem::path& folder);
+// The lag from finger to hand that the two cameras see, all fingers alike; none where the best lag lies outside the
+// search (host/score/trial.hpp). Median of the donnings.
+std::optional<double> hand_lag_s(const std::vector<GloveRecording>& recordings);
 
-// The lag from finger to hand that both cameras see with this compensator, with another donning; none where
-// the best lag lies outside the search (host/score/trial.hpp).
-std::optional<double> hand_lag_s(const GloveRequest& request, const model::Model& compensator);
+// glove-N.csv, camera-N.csv and hand-N.csv, N from 1; numbers read back to the bit.
+void write_recordings(const std::vector<GloveRecording>& recordings, const std::filesystem::path& folder);
 
 }  // namespace flexor::study

@@ -10,7 +10,6 @@
 #include "apps/cli/stop.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
-#include "host/study/glove_fit.hpp"
 #include "host/study/null_model.hpp"
 #include "host/study/twin_ensemble.hpp"
 #include "host/study/twin_fit.hpp"
@@ -185,63 +184,6 @@ void run_twin(const TwinOptions& o) {
   o.ensemble ? draw_twins(o) : fit_twin(o);
 }
 
-struct GloveOptions {
-  study::GloveRequest request;
-  std::string twin;
-  std::vector<std::string> set;
-  std::string folder;
-  bool json = false;
-};
-
-Json to_json(const std::vector<study::FittedModel>& models, const std::string& folder) {
-  Json out = Json::array();
-  for (const study::FittedModel& m : models) {
-    out.push_back({{"name", m.name},
-                   {"what", m.what},
-                   {"file", folder + "/" + m.name + ".json"},
-                   {"fit", m.model.fit}});
-  }
-  return out;
-}
-
-void show(const std::vector<study::FittedModel>& models) {
-  for (const study::FittedModel& m : models) {
-    print(fmt::format("{:<24}", m.name));
-    for (const auto& finger : m.model.fit.items()) {
-      print(fmt::format("  {} {:.2f}", finger.key(), finger.value().at("fitted_rmse_deg").get<double>()));
-    }
-    print(fmt::format(" deg RMSE  {}\n", m.what));
-  }
-}
-
-void run_glove(GloveOptions& o) {
-  o.request.parameters = twin_parameters(o.twin, o.set);
-  io::require_folder(o.folder);
-  study::GloveFit result;
-  {
-    ProgressLine line;
-    result = study::calibrate_glove(o.request, o.folder, [&](const std::string& what) { line.show(what); });
-  }
-  if (o.json) {
-    print(io::dump(Json{{"steps", to_json(result.steps, o.folder)},
-                        {"baselines", to_json(result.baselines, o.folder)},
-                        {"lag_s", result.lag_s ? Json(*result.lag_s) : Json(nullptr)},
-                        {"rounds", o.request.rounds},
-                        {"warnings", result.warnings},
-                        {"seed", o.request.seed},
-                        {"version", FLEXOR_VERSION}}));
-    return;
-  }
-  show(result.steps);
-  print("from the same recording, to compare with:\n");
-  show(result.baselines);
-  print(fmt::format("lag from finger to hand {}; {} detail(s) that the motion does not tell\n",
-                    result.lag_s ? fmt::format("{:.0f} ms", 1000 * *result.lag_s)
-                                 : "outside the search: nothing is predicted",
-                    result.warnings.size()));
-  print(fmt::format("compensator {}/identified.json\n", o.folder));
-}
-
 }  // namespace
 
 void add_calibrate_twin(CLI::App& app) {
@@ -270,27 +212,6 @@ void add_calibrate_twin(CLI::App& app) {
                     "also what each free parameter does to the distance and to the table");
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o] { run_twin(*o); });
-}
-
-void add_calibrate_glove(CLI::App& app) {
-  auto o = std::make_shared<GloveOptions>();
-  CLI::App* command = app.add_subcommand("calibrate-glove",
-                                         "Play a calibration motion on the twin, record it, identify a "
-                                         "compensator for all five fingers, and fit the "
-                                         "simple ones that it has to be compared with");
-  command->add_option("--out", o->folder, "write the recordings and the models into this folder")->required();
-  command->add_option("--rate", o->request.rate_hz, "sample rate of the glove, Hz")->capture_default_str();
-  command
-      ->add_option("--rounds", o->request.rounds,
-                   "of the motion, 30 s each, the glove put on anew for each; one is what a user does")
-      ->capture_default_str();
-  command->add_option("--seed", o->request.seed, "other than the experiment's")
-      ->check(seed_fault)
-      ->capture_default_str();
-  command->add_option("--twin", o->twin, "configuration of the twin (default: the shipped one)");
-  command->add_option("--set", o->set, "change one parameter of the twin; may be repeated");
-  command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run_glove(*o); });
 }
 
 }  // namespace flexor::cli

@@ -1,0 +1,132 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/cli/commands.hpp"
+#include "apps/cli/progress.hpp"
+#include "host/io/json.hpp"
+#include "host/study/glove_recording.hpp"
+
+namespace flexor::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct RecordOptions {
+  study::GloveRequest request;
+  std::string twin;
+  std::vector<std::string> set;
+  std::string folder;
+  bool json = false;
+};
+
+void show_parameters(bool json) {
+  const twin::Parameters p = study::shipped_parameters();
+  if (json) {
+    print(twin::to_json(p));
+    return;
+  }
+  for (const twin::Entry& entry : twin::table()) {
+    print(fmt::format("{:<31}{:<34}{:<10}{}\n", entry.name, twin::value_text(p, entry), entry.unit,
+                      entry.source));
+  }
+}
+
+void refuse_others_logs(const RecordOptions& o) {
+  const std::filesystem::path folder = o.folder;
+  for (int n = 1; n <= o.request.donnings; ++n) {
+    for (const char* name : {"glove", "camera", "hand"}) {
+      const std::filesystem::path file = folder / fmt::format("{}-{}.csv", name, n);
+      if (!std::filesystem::exists(file)) continue;
+      throw io::InputError(fmt::format(
+          "{}: is there already and may be a log of yours: choose another folder", file.string()));
+    }
+  }
+}
+
+// The fit that a user would do next, ready to be run.
+std::string next_command(const RecordOptions& o, std::optional<double> lag_s) {
+  std::string out = "flexor identify";
+  for (int n = 1; n <= o.request.donnings; ++n) {
+    out += fmt::format(" --pair {0}/glove-{1}.csv {0}/camera-{1}.csv", o.folder, n);
+  }
+  out += fmt::format(" --rate {}", o.request.rate_hz);
+  if (lag_s && *lag_s > 0) out += fmt::format(" --lead {}", *lag_s);
+  return out + fmt::format(" --fit-all --model {}/identified.json", o.folder);
+}
+
+void record(RecordOptions& o) {
+  o.request.parameters = twin_parameters(o.twin, o.set);
+  io::require_folder(o.folder);
+  refuse_others_logs(o);
+  std::vector<study::GloveRecording> recordings;
+  {
+    ProgressLine line;
+    line.show("recording");
+    recordings = study::record_glove(o.request);
+    study::write_recordings(recordings, o.folder);
+  }
+  const std::optional<double> lag_s = study::hand_lag_s(recordings);
+  const std::string next = next_command(o, lag_s);
+  if (!o.json) {
+    print(fmt::format("{} donning(s) of {:.0f} s in {}\nlag from finger to hand {}\nnext: {}\n",
+                      o.request.donnings, study::recommended_motion().duration_s(), o.folder,
+                      lag_s ? fmt::format("{:.0f} ms", 1000 * *lag_s) : "outside the search", next));
+    return;
+  }
+  Json pairs = Json::array();
+  for (int n = 1; n <= o.request.donnings; ++n) {
+    pairs.push_back({{"glove", fmt::format("{}/glove-{}.csv", o.folder, n)},
+                     {"camera", fmt::format("{}/camera-{}.csv", o.folder, n)},
+                     {"hand", fmt::format("{}/hand-{}.csv", o.folder, n)}});
+  }
+  print(io::dump(Json{{"pairs", std::move(pairs)},
+                      {"rate_hz", o.request.rate_hz},
+                      {"duration_s", study::recommended_motion().duration_s()},
+                      {"lag_s", lag_s ? Json(*lag_s) : Json(nullptr)},
+                      {"next", next},
+                      {"seed", o.request.seed},
+                      {"version", FLEXOR_VERSION}}));
+}
+
+void add_record(CLI::App& twin) {
+  auto o = std::make_shared<RecordOptions>();
+  CLI::App* command = twin.add_subcommand("record",
+                                          "Record the twin's glove as a user records a real one: a person "
+                                          "wears it and plays the recommended motion; the "
+                                          "glove's log, what a camera sees of the fingers and what another "
+                                          "sees of the hand, each donning a file of its "
+                                          "own. Then flexor identify, as with any recording");
+  command->add_option("--out", o->folder, "write the recordings into this folder")->required();
+  command
+      ->add_option("--donnings", o->request.donnings,
+                   "recordings of two minutes, the glove put on anew for each; one is what a user does")
+      ->capture_default_str();
+  command->add_option("--rate", o->request.rate_hz, "sample rate of the glove, Hz")->capture_default_str();
+  command->add_option("--seed", o->request.seed, "other than the experiment's")
+      ->check(seed_fault)
+      ->capture_default_str();
+  command->add_option("--twin", o->twin, "configuration of the twin (default: the shipped one)");
+  command->add_option("--set", o->set, "change one parameter of the twin; may be repeated");
+  command->add_flag("--json", o->json, "one JSON object on standard output");
+  command->callback([o] { record(*o); });
+}
+
+}  // namespace
+
+void add_twin(CLI::App& app) {
+  auto json = std::make_shared<bool>(false);
+  CLI::App* command = app.add_subcommand(
+      "twin",
+      "The twin's parameters: value, unit and where each comes from; with record, recordings of its glove");
+  command->add_flag("--json", *json, "as a configuration file, to edit and give to --twin");
+  command->require_subcommand(0, 1);
+  add_record(*command);
+  command->callback([json, command] {
+    if (command->get_subcommands().empty()) show_parameters(*json);
+  });
+}
+
+}  // namespace flexor::cli

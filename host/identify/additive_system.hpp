@@ -1,0 +1,68 @@
+// The linear system of an additive compensator (additive.hpp): a row for each sample, a column for each knot of
+// each branch. For this room only.
+//
+// A sample whose finger rests at an end of its range has several rows: as it was, and with the readings of each
+// sensor shifted as another donning would shift them. The angle there is the end's, whatever the reading says.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "host/identify/additive.hpp"
+
+namespace flexor::identify {
+
+// The samples of all sessions in one column.
+struct Stack {
+  explicit Stack(const std::vector<Session>& sessions);
+
+  Eigen::MatrixXd input;
+  Eigen::VectorXd angle;
+  std::vector<Eigen::Index> used;   // samples whose error counts, thinned where there are very many
+  std::vector<Eigen::Index> begin;  // of each session, and the end
+};
+
+struct Limits {
+  double lower = 0;
+  double upper = 0;
+};
+
+// The share `tail` of the used angles lies beyond either limit.
+Limits limits_of(const Stack& stack, double tail);
+
+class System {
+ public:
+  System(const Stack& stack, const Branches& branches, double period_s, const Limits& ends);
+
+  Eigen::Index columns() const { return x_.cols(); }
+  const std::vector<std::vector<double>>& knots() const { return knots_; }
+  const std::vector<std::vector<double>>& radii() const { return radii_; }
+
+  // Rows in the order of `Stack::used`, those of one sample together.
+  const Eigen::MatrixXd& x() const { return x_; }
+  const Eigen::VectorXd& angle() const { return angle_; }
+  const Eigen::VectorXd& weight() const { return weight_; }        // of a sample's rows together: 1
+  const Eigen::VectorXd& as_it_was() const { return as_it_was_; }  // 1, or 0 for a row of another donning
+  // First row of each used sample, and the number of rows.
+  const std::vector<Eigen::Index>& first() const { return first_; }
+
+  Eigen::MatrixXd penalty(const Priors& priors) const;
+
+ private:
+  void make_rows(const Stack& stack, const Limits& ends);
+  void fill(const Stack& stack, const Branches& branches, double period_s);
+  void make_penalties(const Branches& branches);
+
+  std::vector<std::vector<double>> knots_;
+  std::vector<std::vector<double>> radii_;
+  std::vector<Eigen::Index> first_;
+  Eigen::MatrixXd x_;
+  Eigen::VectorXd angle_;
+  Eigen::VectorXd weight_;
+  Eigen::VectorXd as_it_was_;
+  Eigen::MatrixXd smooth_;
+  Eigen::VectorXd plays_;  // ones where the prior counts
+  Eigen::VectorXd motion_;
+};
+
+}  // namespace flexor::identify

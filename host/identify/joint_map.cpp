@@ -1,0 +1,87 @@
+#include "host/identify/joint_map.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <optional>
+#include <set>
+
+#include "host/io/io.hpp"
+#include "host/model/model.hpp"
+#include "host/recording/csv.hpp"
+
+namespace flexor::identify {
+
+using io::InputError;
+
+std::vector<JointMap> map_by_name(const PairFiles& files, const std::string& time_unit) {
+  const recording::Recording sensor = recording::read_csv(files.sensor, {}, time_unit);
+  const recording::Recording reference = recording::read_csv(files.reference, {}, time_unit);
+  const auto names = [](const recording::Recording& one) {
+    std::vector<std::string> out;
+    for (const recording::Column& column : one.columns) out.push_back(column.name);
+    return out;
+  };
+  // The first sensor whose name is `start`, or goes on after it.
+  const auto sensor_of = [&](const std::string& start) -> std::optional<std::string> {
+    for (const std::string& name : names(sensor)) {
+      if (name == start || name.starts_with(start + "_")) return name;
+    }
+    return std::nullopt;
+  };
+  std::vector<JointMap> out;
+  for (const std::string& angle : names(reference)) {
+    if (angle.ends_with("_quality")) continue;
+    const std::string joint = angle.substr(0, angle.rfind('_'));
+    auto input = sensor_of(joint);
+    if (!input) input = sensor_of(joint.substr(0, joint.find('_')));  // index_adc for index_pip_deg
+    if (input) out.push_back({model::joint_name(joint), {*input}, angle});
+  }
+  if (out.empty()) {
+    throw InputError(
+        fmt::format("no sensor and angle of one name, as index_adc and index_deg; say which belong together "
+                    "with --map. {} has "
+                    "{}; {} has {}",
+                    files.sensor.string(), fmt::join(names(sensor), ", "), files.reference.string(),
+                    fmt::join(names(reference), ", ")));
+  }
+  return out;
+}
+
+std::vector<JointMap> parse_map(const std::string& text) {
+  std::vector<JointMap> out;
+  std::size_t at = 0;
+  const auto fail = [&](std::size_t where, const std::string& what) {
+    throw InputError(
+        fmt::format("--map: {} at \"{}\"; write JOINT=SENSOR:ANGLE,... as index=SensorA1:index_deg, several "
+                    "sensors with +",
+                    what, io::shortened(text.substr(where), 30)));
+  };
+  while (at <= text.size()) {
+    const std::size_t end = std::min(text.find(',', at), text.size());
+    const std::string item = text.substr(at, end - at);
+    const std::size_t equals = item.find('=');
+    const std::size_t colon = item.rfind(':');
+    if (equals == std::string::npos || equals == 0) fail(at, "no joint");
+    if (colon == std::string::npos || colon < equals || colon + 1 == item.size())
+      fail(at + equals, "no angle");
+    JointMap joint{model::joint_name(item.substr(0, equals)), {}, item.substr(colon + 1)};
+    std::size_t from = equals + 1;
+    while (from <= colon) {
+      const std::size_t to = std::min(item.find('+', from), colon);
+      if (to == from) fail(at + from, "no sensor");
+      joint.sensors.push_back(item.substr(from, to - from));
+      from = to + 1;
+      if (to == colon) break;
+    }
+    const std::set<std::string> different(joint.sensors.begin(), joint.sensors.end());
+    if (different.size() < joint.sensors.size()) fail(at, "a sensor twice");
+    if (std::ranges::find(out, joint.joint, &JointMap::joint) != out.end()) fail(at, "a joint twice");
+    out.push_back(std::move(joint));
+    at = end + 1;
+  }
+  return out;
+}
+
+}  // namespace flexor::identify

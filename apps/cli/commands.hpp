@@ -13,6 +13,7 @@
 namespace flexor::cli {
 
 void add_align(CLI::App& app);
+void add_protocol(CLI::App& app);
 void add_camera(CLI::App& app);
 void add_calibrate_twin(CLI::App& app);
 void add_deploy(CLI::App& app);

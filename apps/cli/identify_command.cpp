@@ -213,7 +213,7 @@ void add_identify(CLI::App& app) {
   command->add_option("--split", r.split, "share of the recording, from its start, that is fitted")
       ->capture_default_str();
   command->add_flag("--fit-all", o->fit_all,
-                    "with --pair: once proven on held-out data, fit what was chosen to all of it");
+                    "with --pair: once proven on held-out data, fit the model in the same way to all of it");
   command->add_option("--refit", o->refit,
                       "with --pair: a model of which only gains and dead zones are fitted to the wearer");
   command

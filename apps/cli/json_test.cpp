@@ -76,6 +76,9 @@ TEST_F(Json, OfTheCommandsForTheTwin) {
   EXPECT_TRUE(
       run("experiment --gestures 2 --trials 1 --compensators raw --out " + path("run")).contains("cells"));
   EXPECT_TRUE(run("experiment --gestures 2 --trials 1 --compensators raw --scenarios").contains("scenarios"));
+  const auto protocol = run("protocol");
+  EXPECT_EQ(protocol.at("duration_s"), 120);
+  EXPECT_GT(protocol.at("moves").size(), 40U);
   const auto recorded = run("twin record --donnings 2 --out " + path("g"));
   ASSERT_EQ(recorded.at("pairs").size(), 2U);
   const auto& pair = recorded.at("pairs").at(1);

@@ -115,6 +115,7 @@ int run(int argc, char** argv) {
   add_twin(app);
   add_deploy(app);
   add_latency(app);
+  add_protocol(app);
   add_align(app);
   add_identify(app);
   add_track(app);

@@ -24,7 +24,7 @@ using Eigen::VectorXd;
 constexpr std::size_t kFolds = 6;      // of the cross-validation
 constexpr std::size_t kMostFolds = 8;  // where whole recordings are left out
 constexpr double kFoldGuard_s = 1;     // beside each block
-constexpr double kClamped = 1e-4;      // weight of a sample whose estimate lies beyond the limits
+constexpr double kClamped = 1e-4;      // weight of what of an estimate lies beyond the limits, squared
 constexpr double kEnds = 0.01;         // share of the angles beyond the first guess of either limit
 constexpr double kLeastAtEnd = 20;     // samples that tell a limit
 constexpr int kSteps = 8;              // of the iteration
@@ -116,7 +116,7 @@ class Fit {
       const double error = (inside - system_.angle()(r)) / kLoss_deg;
       const bool beyond = inside != estimate_(r);
       weight_(r) *= beyond ? kClamped : 1 / std::sqrt(1 + error * error);
-      target_(r) = (beyond ? estimate_(r) : system_.angle()(r)) - centre_;
+      target_(r) = (beyond ? inside : system_.angle()(r)) - centre_;
     }
   }
 
@@ -124,7 +124,10 @@ class Fit {
     const VectorXd estimate = system_.x() * coefficients;
     double sum = coefficients.dot(penalty * coefficients);
     for (Index r = 0; r < estimate.size(); ++r) {
-      sum += system_.weight()(r) * loss_of(clamped(estimate(r) + centre_) - system_.angle()(r));
+      const double angle = estimate(r) + centre_;
+      const double beyond = angle - clamped(angle);
+      sum +=
+          system_.weight()(r) * (loss_of(clamped(angle) - system_.angle()(r)) + kClamped * beyond * beyond);
     }
     return sum;
   }
@@ -349,6 +352,7 @@ Additive fit_one(const Stack& stack, const Branches& branches, double period_s, 
     out.hold_drift_deg = drift(out);
     if (branches.lags_s.empty() || out.hold_drift_deg <= most_drift_deg) break;
     out.priors.motion *= 10;
+    fit.descend(system.penalty(out.priors), false);
   }
   const Validated error = validation->error(system.penalty(out.priors));
   out.fold_loss = error.fold_loss;

@@ -15,6 +15,7 @@ using Eigen::VectorXd;
 constexpr Index kMostRows = 20000;  // neighbouring samples tell the same
 constexpr double kBeyond = 0.25;    // knots beyond the readings, as a share of their range
 constexpr double kAnchor = 1e-5;    // prior weight of all values: only where nothing tells them
+constexpr double kStraight = 1;     // prior weight of a bend at the outermost knots
 constexpr double kEnd_deg = 1;      // nearer to a limit than this, the finger rests at its end
 constexpr double kDonning = 0.03;   // standard deviation of a reading from donning to donning, in ranges
 constexpr double kTail = 0.002;     // share of the readings outside the knots' range
@@ -211,6 +212,7 @@ void System::fill(const Stack& stack, const Branches& branches, double period_s)
 
 void System::make_penalties(const Branches& branches) {
   smooth_ = MatrixXd::Zero(columns(), columns());
+  straight_ = smooth_;
   plays_ = VectorXd::Zero(columns());
   motion_ = VectorXd::Zero(columns());
   const Index n = branches.knots;
@@ -219,6 +221,10 @@ void System::make_penalties(const Branches& branches) {
     for (int b = 0; b < count_of(branches); ++b) {
       const Index at = (static_cast<Index>(s) * count_of(branches) + b) * n;
       smooth_.block(at, at, n, n) = bend.transpose() * bend;
+      // Into where nothing was read, each curve goes on straight.
+      for (const Index end : {Index{0}, bend.rows() - 1}) {
+        if (bend.rows() > 0) straight_.block(at, at, n, n) += bend.row(end).transpose() * bend.row(end);
+      }
       const bool moves = b > static_cast<int>(branches.radii.size());
       if (b > 0) (moves ? motion_ : plays_).segment(at, n).setOnes();
     }
@@ -226,7 +232,7 @@ void System::make_penalties(const Branches& branches) {
 }
 
 MatrixXd System::penalty(const Priors& priors) const {
-  MatrixXd out = priors.smooth * smooth_;
+  MatrixXd out = priors.smooth * smooth_ + kStraight * straight_;
   out.diagonal() += priors.plays * plays_ + priors.motion * motion_;
   out.diagonal().array() += kAnchor;
   return out;

@@ -61,6 +61,7 @@ class System {
   Eigen::VectorXd weight_;
   Eigen::VectorXd as_it_was_;
   Eigen::MatrixXd smooth_;
+  Eigen::MatrixXd straight_;
   Eigen::VectorXd plays_;  // ones where the prior counts
   Eigen::VectorXd motion_;
 };

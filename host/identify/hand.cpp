@@ -474,25 +474,17 @@ void refit_joints(const HandRequest& request, const std::vector<Sampled>& sample
   r.model = model::with_channels(std::move(r.model), refitted);
 }
 
-// The structures of `chosen`, or where there are none, or one cannot be worn any more, the request's.
 void fit_joints(const HandRequest& request, const std::vector<Sampled>& samples, const Step& step,
-                const std::vector<JointResult>& chosen, HandIdentification& r) {
+                HandIdentification& r) {
   const model::Model inputs = r.model;
   const std::size_t joints = request.map.size();
   for (std::size_t j = 0; j < joints; ++j) {
     const JointMap& map = request.map[j];
     const std::vector<Session> sessions = sessions_of(samples, j);
-    const auto say = [&](std::size_t done, std::size_t of, const std::string& what) {
-      return !step || step(j * of + done, joints * of, what);
-    };
-    const auto all = candidates(request.structure, map.sensors.size());
-    try {
-      r.joints.push_back(
-          choose(sessions, inputs, map, chosen.empty() ? all : std::vector{chosen[j].fit.branches}, say));
-    } catch (const io::JobError&) {
-      if (chosen.empty()) throw;
-      r.joints.push_back(choose(sessions, inputs, map, all, say));
-    }
+    r.joints.push_back(choose(sessions, inputs, map, candidates(request.structure, map.sensors.size()),
+                              [&](std::size_t done, std::size_t of, const std::string& what) {
+                                return !step || step(j * of + done, joints * of, what);
+                              }));
     JointResult& joint = r.joints.back();
     joint.donnings = donnings_of(sessions, alone(inputs, joint.fit, map), joint.fit);
     add_to(r.model, joint.fit, map.sensors, map.joint);
@@ -500,19 +492,18 @@ void fit_joints(const HandRequest& request, const std::vector<Sampled>& samples,
 }
 
 void fit_model(const HandRequest& request, const std::vector<Files>& files,
-               const std::vector<Sampled>& samples, const Step& step, const std::vector<JointResult>& chosen,
-               HandIdentification& r) {
+               const std::vector<Sampled>& samples, const Step& step, HandIdentification& r) {
   r.model = start_model(request, files, samples);
-  request.refit ? refit_joints(request, samples, r) : fit_joints(request, samples, step, chosen, r);
+  request.refit ? refit_joints(request, samples, r) : fit_joints(request, samples, step, r);
 }
 
-// What was proven on a part, once more from all: structures stay, and the figures are the part's.
+// What was proven on a part, once more from all; the figures stay those of the part.
 void fit_again(const HandRequest& request, const std::vector<Files>& files, HandIdentification& r) {
   HandRequest all = request;
   all.split = 1;
   const std::vector<Sampled> samples = sample_all(files, r.clocks, all);
   HandIdentification again;
-  fit_model(all, files, samples, {}, r.joints, again);
+  fit_model(all, files, samples, {}, again);
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     r.joints[j].structure = again.joints[j].structure;
     r.joints[j].donnings = again.joints[j].donnings;
@@ -543,7 +534,7 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   for (const Files& one : files) r.clocks.push_back(clock_of(one, request, r.warnings));
   const auto start = std::chrono::steady_clock::now();
   const std::vector<Sampled> samples = sample_all(files, r.clocks, request);
-  fit_model(request, files, samples, step, {}, r);
+  fit_model(request, files, samples, step, r);
   r.fit_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   score_joints(request, files, samples, r);
   if (request.fit_all) fit_again(request, files, r);
@@ -556,7 +547,7 @@ model::Model fit_hand(const HandRequest& request, const std::vector<HandRecordin
   HandRequest all = request;
   all.split = 1;
   for (const Files& one : recordings) r.clocks.push_back(clock_of(one, all, r.warnings));
-  fit_model(all, recordings, sample_all(recordings, r.clocks, all), {}, {}, r);
+  fit_model(all, recordings, sample_all(recordings, r.clocks, all), {}, r);
   describe(all, recordings, r);
   return r.model;
 }

@@ -37,7 +37,8 @@ struct HandRequest {
   double split = 0.5;
   std::string structure = "auto";     // candidates() in additive.hpp
   std::optional<model::Model> refit;  // in its place: this model's gains and dead zones alone (refit.hpp)
-  bool fit_all = false;  // once proven, the chosen structures are fitted to all of the recordings
+  bool fit_all =
+      false;  // once proven on a part, the model is fitted in the same way to all of the recordings
   double lead_s = 0;
   std::optional<double> clock_offset_s;
   std::string input_unit;

@@ -183,7 +183,6 @@ TEST_F(Hand, WhatWasProvenIsFittedToEverything) {
   const HandIdentification half = identify_hand(part, {});
   const HandIdentification whole = identify_hand(all, {});
   EXPECT_EQ(whole.joints[0].holdout.rmse_deg, half.joints[0].holdout.rmse_deg) << "the proof is the half's";
-  EXPECT_EQ(whole.joints[0].structure, half.joints[0].structure);
   EXPECT_NE(whole.model.blocks, half.model.blocks);
 }
 

@@ -14,7 +14,7 @@
 namespace flexor::identify {
 namespace {
 
-constexpr double kTail = 0.01;
+constexpr double kSpanTail = 0.01;
 constexpr double kFirstStep_deg = 5;
 constexpr double kLastStep_deg = 0.01;
 
@@ -66,7 +66,7 @@ Span readings(const std::vector<Session>& sessions) {
     }
   }
   std::ranges::sort(u);
-  return {quantile(u, kTail), quantile(u, 1 - kTail)};
+  return {quantile(u, kSpanTail), quantile(u, 1 - kSpanTail)};
 }
 
 model::Channel within_format(model::Channel c, const Span& seen, double period_s) {

@@ -38,7 +38,7 @@ class Rendered : public testing::Test {
 
   // The calibration motion, and these gestures if any.
   void film(const std::string& gestures, double rate_hz) const {
-    std::vector<twin::Motion> motions = {study::recommended_motion()};
+    std::vector<twin::Motion> motions = {study::short_motion()};
     if (!gestures.empty()) {
       for (twin::Motion& m : study::motions(gestures)) motions.push_back(m);
     }

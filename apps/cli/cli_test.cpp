@@ -100,8 +100,8 @@ class Cli : public testing::Test {
 TEST_F(Cli, HelpIsThereForEveryCommand) {
   EXPECT_EQ(run("--help").exit, 0);
   for (const char* command :
-       {"align", "identify", "apply", "score", "show", "experiment", "twin", "calibrate-twin", "twin record", "protocol",
-        "deploy", "latency", "track", "camera calibrate", "camera film"}) {
+       {"align", "identify", "apply", "score", "show", "experiment", "twin", "calibrate-twin", "twin record",
+        "protocol", "deploy", "latency", "track", "camera calibrate", "camera film"}) {
     const Finished r = run(std::string(command) + " --help");
     EXPECT_EQ(r.exit, 0) << command;
     EXPECT_NE(r.out.find("Usage"), std::string::npos) << command;

@@ -162,7 +162,7 @@ TEST_F(Json, OfTheCommandsForTheCamera) {
 
   const auto filmed = run("camera film --gestures 4 --set camera.rate_hz=2 --out " + path("film"));
   ASSERT_TRUE(filmed.is_object());
-  EXPECT_EQ(filmed.at("frames"), 260);  // 120 s of the recommended motion and 10 s of gesture
+  EXPECT_EQ(filmed.at("frames"), 80);  // 30 s of a short motion and 10 s of gesture
   EXPECT_EQ(filmed.at("seed"), 1);
   EXPECT_TRUE(filmed.contains("version") && filmed.contains("folder"));
 

@@ -45,20 +45,26 @@ void run(bool json) {
   if (json) {
     Json list = Json::array();
     for (const Move& m : moves) {
-      list.push_back({{"start_s", m.start_s}, {"percent", std::round(m.percent)}, {"speed_deg_s", m.speed_deg_s}});
+      list.push_back(
+          {{"start_s", m.start_s}, {"percent", std::round(m.percent)}, {"speed_deg_s", m.speed_deg_s}});
     }
-    print(io::dump(Json{{"duration_s", document.at("duration_s")}, {"moves", list}, {"version", FLEXOR_VERSION}}));
+    print(io::dump(
+        Json{{"duration_s", document.at("duration_s")}, {"moves", list}, {"version", FLEXOR_VERSION}}));
     return;
   }
-  print(fmt::format("Two minutes to identify a compensator from, glove and camera recording ({:.0f} s). Start with an open hand. Let "
-                    "your fingers\nfollow a little after one another, thumb first. 0 % is the open hand, 100 % the "
-                    "fist. Seconds need not be met.\n\n",
-                    document.at("duration_s").get<double>()));
+  print(fmt::format(
+      "Two minutes to identify a compensator from, glove and camera recording ({:.0f} s). Start with an open "
+      "hand. Let "
+      "your fingers\nfollow a little after one another, thumb first. 0 % is the open hand, 100 % the "
+      "fist. Seconds need not be met.\n\n",
+      document.at("duration_s").get<double>()));
   for (const Move& m : moves) {
     print(fmt::format("{:6.1f} s  to {:3.0f} %  {}\n", m.start_s, m.percent, pace(m.speed_deg_s)));
   }
-  print("\nWhat each part is for: quick bends match the two clocks; steps with holds show the cloth's hysteresis and "
-        "creep;\nthe full range shows where the strip goes blind; poses in no order show what is no script.\n");
+  print(
+      "\nWhat each part is for: quick bends match the two clocks; steps with holds show the cloth's "
+      "hysteresis and "
+      "creep;\nthe full range shows where the strip goes blind; poses in no order show what is no script.\n");
 }
 
 }  // namespace

@@ -202,7 +202,7 @@ void run_film(const FilmOptions& o) {
   const twin::Parameters parameters = twin_parameters(o.twin, o.set);
   io::require_folder(o.folder);
   std::vector<twin::Motion> motions = study::motions(o.gestures);
-  motions.insert(motions.begin(), study::recommended_motion());
+  motions.insert(motions.begin(), study::short_motion());
   const model::Model raw = study::compensator("raw", o.rate_hz).model;
   Json inputs = Json::array();
   for (const twin::Motion& motion : motions)

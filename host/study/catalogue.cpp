@@ -184,6 +184,10 @@ std::vector<twin::Motion> motions(const std::string& list, std::vector<std::stri
   return out;
 }
 
+twin::Motion short_motion() {
+  return twin::Motion::from_json(builtin("gestures/calibration.json"), "gestures/calibration.json");
+}
+
 twin::Motion recommended_motion() {
   return twin::Motion::from_json(builtin("gestures/protocol.json"), "gestures/protocol.json");
 }

@@ -38,6 +38,8 @@ std::vector<twin::Motion> motions(const std::string& list, std::vector<std::stri
 std::vector<twin::Motion> motions(const std::string& list);
 // To identify a compensator from: models/gestures/protocol.json.
 twin::Motion recommended_motion();
+// Thirty seconds of the same kind, for films: models/gestures/calibration.json.
+twin::Motion short_motion();
 
 // The twin's configuration as shipped: fitted to the published averages of gestures 1 to 4.
 twin::Parameters shipped_parameters();

@@ -66,7 +66,7 @@ TEST(Motion, AnUnknownFingerIsNamedWithItsFile) {
 }
 
 TEST(Motion, EveryGestureStaysInsideTheHandsLimits) {
-  for (const char* name : {"1", "2", "3", "4", "5", "6", "protocol"}) {
+  for (const char* name : {"1", "2", "3", "4", "5", "6", "calibration", "protocol"}) {
     const Motion m = gesture(name);
     for (int i = 0; i < kFingers; ++i) {
       for (double t = -1; t < m.duration_s() + 1; t += 0.01) {

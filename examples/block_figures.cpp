@@ -188,7 +188,7 @@ twin::Trial trial(const std::filesystem::path& models, const char* compensator, 
 // A log and a camera whose clock runs 3.7 s ahead: how much of the angle each offset lets the reading explain.
 void draw_alignment(const std::filesystem::path& out, const std::filesystem::path& models) {
   constexpr double kOffset_s = 3.7;
-  const twin::Trial played = trial(models, "published_hw.json", "protocol.json");
+  const twin::Trial played = trial(models, "published_hw.json", "calibration.json");
   std::vector<double> camera_s;
   std::vector<double> angle_deg;
   const double rate_hz = twin::Parameters().camera_rate_hz;

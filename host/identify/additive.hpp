@@ -46,7 +46,6 @@ struct Branches {
   std::vector<double> radii;   // of plays, as shares of the sensor's range
   std::vector<double> lags_s;  // of motion
   int knots = 12;
-  bool operator==(const Branches&) const = default;
 };
 
 std::string describe(const Branches& branches);

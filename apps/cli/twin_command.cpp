@@ -59,6 +59,7 @@ std::string next_command(const RecordOptions& o, std::optional<double> lag_s) {
 
 void record(RecordOptions& o) {
   o.request.parameters = twin_parameters(o.twin, o.set);
+  study::check(o.request);
   io::require_folder(o.folder);
   refuse_others_logs(o);
   std::vector<study::GloveRecording> recordings;

@@ -51,15 +51,22 @@ std::vector<std::vector<float>> fingers_of(const recording::Recording& seen) {
   return out;
 }
 
+twin::TrialInput trial_of(const GloveRequest& request) {
+  return {request.parameters, recommended_motion(), compensator("raw", request.rate_hz).model, request.seed, true};
+}
+
 }  // namespace
 
-std::vector<GloveRecording> record_glove(const GloveRequest& request) {
+void check(const GloveRequest& request) {
   if (request.donnings < 1 || request.donnings > kMostDonnings) {
     throw io::InputError(fmt::format("--donnings must be 1 to {}", kMostDonnings));
   }
-  const twin::TrialInput input{request.parameters, recommended_motion(),
-                               compensator("raw", request.rate_hz).model, request.seed, true};
-  twin::check(input);
+  twin::check(trial_of(request));
+}
+
+std::vector<GloveRecording> record_glove(const GloveRequest& request) {
+  check(request);
+  const twin::TrialInput input = trial_of(request);
   std::vector<GloveRecording> out;
   for (int donning = 0; donning < request.donnings; ++donning) {
     const twin::Trial trial = twin::simulate(input, static_cast<std::uint64_t>(donning), 1).front();

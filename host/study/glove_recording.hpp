@@ -26,7 +26,10 @@ struct GloveRecording {
   recording::Recording hand;    // FINGER_deg, on the camera's clock; the hand follows the raw readings
 };
 
-// One for each donning. Throws io::InputError: 1 to 100 donnings, and what the twin cannot play.
+// Throws io::InputError unless there are 1 to 100 donnings that the twin can play.
+void check(const GloveRequest& request);
+
+// One for each donning. Throws like check().
 std::vector<GloveRecording> record_glove(const GloveRequest& request);
 
 // The lag from finger to hand that the two cameras see, all fingers alike; none where the best lag lies outside the

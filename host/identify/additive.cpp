@@ -36,6 +36,10 @@ constexpr double kApart_deg = 0.5;
 constexpr double kLeastError_deg = 0.01;
 constexpr int kLeastSamples = 100;
 constexpr int kShrinks = 6;  // of motion that drifts
+constexpr int kFineKnots = 20;
+constexpr double kTallest_deg = 250;  // a taller curve has not the eight fraction bits in 16
+constexpr double kLevel = 0.2;
+constexpr int kLevelSteps = 15;
 
 // Where a fit stands: coefficients, centre and limits of the angle, and the least-squares problem that has the
 // loss's slope there. Of an estimate beyond the limits, what is beyond them does not count.
@@ -53,9 +57,8 @@ class Fit {
     double least = std::numeric_limits<double>::infinity();
     if (!first) least = objective(coefficients_, penalty);
     for (int step = 0; step < kSteps; ++step) {
-      MatrixXd gram = penalty;
-      add_gram(0, system_.x().rows(), 1, gram);
-      const VectorXd right = system_.x().transpose() * weight_.cwiseProduct(target_);
+      const MatrixXd gram = this->gram() + penalty;
+      const VectorXd right = system_.project(0, weight_.cwiseProduct(target_));
       const VectorXd to = gram.selfadjointView<Eigen::Lower>().llt().solve(right) - coefficients_;
       double share = 1;
       double next = 0;
@@ -89,11 +92,13 @@ class Fit {
     move(coefficients_);
   }
 
-  // Adds `sign` times the rows' weighted squares, in the lower triangle.
-  void add_gram(Index from, Index count, double sign, MatrixXd& gram) const {
-    const MatrixXd scaled =
-        weight_.segment(from, count).cwiseSqrt().asDiagonal() * system_.x().middleRows(from, count);
-    gram.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose(), sign);
+  // The weighted squares of all rows, in the lower triangle.
+  const MatrixXd& gram() const {
+    if (gram_.size() == 0) {
+      gram_ = MatrixXd::Zero(system_.columns(), system_.columns());
+      system_.add_gram(0, weight_, 1, gram_);
+    }
+    return gram_;
   }
 
   double clamped(double estimate) const { return std::clamp(estimate, limits_.lower, limits_.upper); }
@@ -103,12 +108,16 @@ class Fit {
   double centre() const { return centre_; }
   const VectorXd& weight() const { return weight_; }
   const VectorXd& target() const { return target_; }
+  const VectorXd& coefficients() const { return coefficients_; }
   const VectorXd& estimate() const { return estimate_; }
+
+  void start(VectorXd coefficients) { move(std::move(coefficients)); }
 
  private:
   void move(VectorXd coefficients) {
+    gram_.resize(0, 0);
     coefficients_ = std::move(coefficients);
-    estimate_ = ((system_.x() * coefficients_).array() + centre_).matrix();
+    estimate_ = (system_.estimate(0, system_.rows(), coefficients_).array() + centre_).matrix();
     weight_ = system_.weight();
     target_.resize(estimate_.size());
     for (Index r = 0; r < estimate_.size(); ++r) {
@@ -121,7 +130,7 @@ class Fit {
   }
 
   double objective(const VectorXd& coefficients, const MatrixXd& penalty) const {
-    const VectorXd estimate = system_.x() * coefficients;
+    const VectorXd estimate = system_.estimate(0, system_.rows(), coefficients);
     double sum = coefficients.dot(penalty * coefficients);
     for (Index r = 0; r < estimate.size(); ++r) {
       const double angle = estimate(r) + centre_;
@@ -139,6 +148,7 @@ class Fit {
   VectorXd estimate_;
   VectorXd weight_;
   VectorXd target_;
+  mutable MatrixXd gram_;  // empty: not computed since the last step
 };
 
 double mean(const std::vector<double>& values) {
@@ -179,9 +189,8 @@ class CrossValidation {
     const auto guard = static_cast<Index>(std::lround(kFoldGuard_s / period_s));
     const System& system = fit.system();
     const VectorXd weighted = fit.weight().cwiseProduct(fit.target());
-    MatrixXd all = MatrixXd::Zero(system.columns(), system.columns());
-    fit.add_gram(0, system.x().rows(), 1, all);
-    const VectorXd all_right = system.x().transpose() * weighted;
+    const MatrixXd& all = fit.gram();
+    const VectorXd all_right = system.project(0, weighted);
     const std::vector<std::size_t> folds = folds_of(stack);
     for (std::size_t f = 0; f + 1 < folds.size(); ++f) {
       if (folds[f] == folds[f + 1]) continue;
@@ -193,8 +202,8 @@ class CrossValidation {
       const Index first = system.first()[from];
       const Index count = system.first()[to] - first;
       Fold fold{system.first()[folds[f]], system.first()[folds[f + 1]], all, all_right};
-      fit.add_gram(first, count, -1, fold.gram);
-      fold.right -= system.x().middleRows(first, count).transpose() * weighted.segment(first, count);
+      system.add_gram(first, fit.weight().segment(first, count), -1, fold.gram);
+      fold.right -= system.project(first, weighted.segment(first, count));
       folds_.push_back(std::move(fold));
     }
   }
@@ -207,7 +216,7 @@ class CrossValidation {
     for (const Fold& fold : folds_) {
       gram = fold.gram + penalty;
       const VectorXd c = gram.selfadjointView<Eigen::Lower>().llt().solve(fold.right);
-      const VectorXd estimate = system.x().middleRows(fold.begin, fold.end - fold.begin) * c;
+      const VectorXd estimate = system.estimate(fold.begin, fold.end - fold.begin, c);
       double loss = 0;
       double weight = 0;
       for (Index r = fold.begin; r < fold.end; ++r) {
@@ -291,12 +300,32 @@ Priors best_priors(const Branches& branches, Priors best, const std::function<do
   return best;
 }
 
-// By orthogonal factors of samples and priors together, in the least-squares problem of the fit.
+// Coefficients and limits of the fit, and how well it fits.
+void take(const Fit& fit, Additive& out) {
+  const System& system = fit.system();
+  const VectorXd& w = fit.coefficients();
+  out.offset_deg = fit.centre();
+  out.value = Eigen::Map<const MatrixXd>(w.data(), out.branches.knots, w.size() / out.branches.knots);
+  out.lower_deg = fit.limits().lower;
+  out.upper_deg = fit.limits().upper;
+  double squares = 0;
+  for (Index k = 0; k < fit.estimate().size(); ++k) {
+    const double e = fit.clamped(fit.estimate()(k)) - system.angle()(k);
+    squares += system.as_it_was()(k) * e * e;
+  }
+  out.samples = static_cast<int>(system.as_it_was().sum());
+  out.fitted_rmse_deg = std::sqrt(squares / out.samples);
+  const MatrixXd penalty = system.penalty(out.priors);
+  const MatrixXd share = MatrixXd(fit.gram() + penalty).selfadjointView<Eigen::Lower>().llt().solve(penalty);
+  out.effective = static_cast<double>(w.size()) - share.trace();
+}
+
+// Once more by orthogonal factors of samples and priors together, in the least-squares problem of the fit.
 void solve(const Fit& fit, Additive& out) {
   const System& system = fit.system();
   const MatrixXd root = system.penalty(out.priors).llt().matrixU();
   const VectorXd scale = fit.weight().cwiseSqrt();
-  const Index rows = system.x().rows();
+  const Index rows = system.rows();
   const Index columns = system.columns();
   MatrixXd a(rows + columns, columns);
   a << MatrixXd(scale.asDiagonal() * system.x()), root;
@@ -306,82 +335,108 @@ void solve(const Fit& fit, Additive& out) {
   const VectorXd w = qr.solve(b);
   const VectorXd diagonal = qr.matrixQR().diagonal().cwiseAbs();
   out.condition = diagonal.maxCoeff() / diagonal.minCoeff();
-  const MatrixXd r = qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>();
-  const MatrixXd prior_share = r.transpose().triangularView<Eigen::Lower>().solve(root.transpose());
-  out.effective = static_cast<double>(columns) - prior_share.squaredNorm();
-  const VectorXd estimate = system.x() * w;
-  double squares = 0;
-  for (Index k = 0; k < rows; ++k) {
-    const double e = fit.clamped(estimate(k) + fit.centre()) - system.angle()(k);
-    squares += system.as_it_was()(k) * e * e;
-  }
-  out.samples = static_cast<int>(system.as_it_was().sum());
-  out.fitted_rmse_deg = std::sqrt(squares / out.samples);
-  out.offset_deg = fit.centre();
   out.value = Eigen::Map<const MatrixXd>(w.data(), out.branches.knots, columns / out.branches.knots);
-  out.lower_deg = fit.limits().lower;
-  out.upper_deg = fit.limits().upper;
 }
 
-Additive fit_one(const Stack& stack, const Branches& branches, double period_s, const Drift& drift,
-                 double most_drift_deg) {
-  const Limits ends = limits_of(stack, kEnds);
-  const System system(stack, branches, period_s, ends);
-  const Limits middle = limits_of(stack, 0.5);
-  Fit fit(system, ends, middle.lower);
-  Additive out;
-  out.branches = branches;
-  out.knots = system.knots();
-  out.radii = system.radii();
-  fit.descend(system.penalty(out.priors), true);
-  std::optional<CrossValidation> validation;
-  for (int round = 0; round < kRounds; ++round) {
-    validation.emplace(fit, stack, period_s);
-    out.priors = best_priors(branches, out.priors, [&](const Priors& priors) {
-      return mean(validation->error(system.penalty(priors)).fold_loss);
-    });
-    fit.descend(system.penalty(out.priors), false);
+// Of the motions of a sensor together.
+VectorXd motion_of(const Additive& fit, std::size_t sensor) {
+  return fit.value.middleCols(fit.moving(sensor), std::ssize(fit.branches.lags_s)).rowwise().sum();
+}
+
+// Where nothing was read a curve may go on so steeply that fixed point holds it less finely: there all curves level
+// off.
+void level_off(Additive& out) {
+  const Index last = out.value.rows() - 1;
+  for (int step = 0; last > 1 && step < kLevelSteps; ++step) {
+    MatrixXd run = out.value;  // the curves that will run: a reading's has what moves in it as well
+    for (std::size_t s = 0; s < out.knots.size(); ++s) run.col(out.still(s)) += motion_of(out, s);
+    if ((run.colwise().maxCoeff() - run.colwise().minCoeff()).maxCoeff() <= kTallest_deg) break;
+    out.value.row(0) += kLevel * (out.value.row(1) - out.value.row(0));
+    out.value.row(last) += kLevel * (out.value.row(last - 1) - out.value.row(last));
   }
-  for (int round = 0; round < kRounds; ++round) {
-    fit.move_limits();
-    fit.descend(system.penalty(out.priors), false);
-  }
-  validation.emplace(fit, stack, period_s);
-  for (int tries = 0; tries < kShrinks; ++tries) {
-    solve(fit, out);
-    out.hold_drift_deg = drift(out);
-    if (branches.lags_s.empty() || out.hold_drift_deg <= most_drift_deg) break;
-    out.priors.motion *= 10;
-    fit.descend(system.penalty(out.priors), false);
-  }
-  const Validated error = validation->error(system.penalty(out.priors));
+}
+
+void validate(const CrossValidation& validation, const System& system, Additive& out) {
+  const Validated error = validation.error(system.penalty(out.priors));
   out.fold_loss = error.fold_loss;
   out.accuracy = accuracy_of(error.estimate);
   out.cross_validated_deg = error.rmse_deg;
-  return out;
 }
+
+// The search over candidates of one joint.
+class Search {
+ public:
+  Search(const Stack& stack, double period_s) : stack_(stack), period_s_(period_s) {}
+
+  // Coefficients, limits, priors and cross-validated error.
+  Additive fit(const Branches& branches) const {
+    const Limits ends = limits_of(stack_, kEnds);
+    const System system(stack_, branches, period_s_, ends);
+    Fit fit(system, ends, limits_of(stack_, 0.5).lower);
+    Additive out;
+    out.branches = branches;
+    out.knots = system.knots();
+    out.radii = system.radii();
+    fit.descend(system.penalty(out.priors), true);
+    for (int round = 0; round < kRounds; ++round) {
+      const CrossValidation validation(fit, stack_, period_s_);
+      out.priors = best_priors(branches, out.priors, [&](const Priors& priors) {
+        return mean(validation.error(system.penalty(priors)).fold_loss);
+      });
+      fit.descend(system.penalty(out.priors), false);
+      fit.move_limits();
+    }
+    fit.descend(system.penalty(out.priors), false);
+    validate(CrossValidation(fit, stack_, period_s_), system, out);
+    take(fit, out);
+    return out;
+  }
+
+  // Solved to the last digit, its drift measured; what drifts too far has its motion shrunk until it does not, if
+  // that is enough.
+  void finish(const Drift& drift, double most_drift_deg, Additive& out) const {
+    const Limits ends = limits_of(stack_, kEnds);
+    const System system(stack_, out.branches, period_s_, ends);
+    Fit fit(system, {out.lower_deg, out.upper_deg}, out.offset_deg);
+    fit.start(out.value.reshaped());
+    for (int tries = 0;; ++tries) {
+      level_off(out);
+      out.hold_drift_deg = drift(out);
+      if (out.branches.lags_s.empty() || *out.hold_drift_deg <= most_drift_deg || tries == kShrinks) break;
+      out.priors.motion *= 10;
+      fit.descend(system.penalty(out.priors), false);
+      take(fit, out);
+    }
+    validate(CrossValidation(fit, stack_, period_s_), system, out);
+    solve(fit, out);
+    level_off(out);
+  }
+
+ private:
+  const Stack& stack_;
+  double period_s_;
+};
 
 }  // namespace
 
 std::vector<Branches> candidates(const std::string& structure, std::size_t sensors) {
-  const std::vector<double> few = {0.03, 0.08, 0.16};
-  const std::vector<double> many = {0.02, 0.05, 0.1, 0.2, 0.35};
+  const std::vector<double> plays = {0.03, 0.08, 0.16};
   const std::vector<double> one = {0.2};
-  const std::vector<double> slow = {0.15, 0.6};
   const std::vector<double> quick = {0.1, 0.3};
+  const std::vector<double> slow = {0.15, 0.6};
   if (structure == "line") return {{{}, {}, 2}};
   if (structure == "line-lead")
     return {{{}, {0.05}, 2}, {{}, {0.1}, 2}, {{}, {0.2}, 2}, {{}, {0.4}, 2}, {{}, {0.8}, 2}};
-  if (structure == "curve") return {{{}, {}, 12}, {{}, {}, 20}};
-  if (structure == "hysteresis") return {{few, {}, 12}, {few, {}, 20}, {many, {}, 20}};
+  if (structure == "curve") return {{{}, {}}};
+  if (structure == "hysteresis") return {{plays, {}}};
   if (structure != "auto") {
     throw io::InputError(
         fmt::format("unknown structure \"{}\"; of a hand: auto, line, line-lead, curve, hysteresis",
                     io::shortened(structure, 30)));
   }
-  if (sensors > 1) return {{{}, {}, 12}, {{}, slow, 12}, {few, {}, 12}, {few, slow, 12}, {few, quick, 12}};
-  return {{{}, {}, 12},    {{}, one, 12},  {few, {}, 12},    {few, quick, 12}, {few, slow, 12},
-          {{}, quick, 20}, {{}, slow, 20}, {few, quick, 20}, {few, slow, 20},  {many, quick, 20}};
+  // What several sensors say together needs less of each, and is slower to fit.
+  if (sensors > 1) return {{{}, {}}, {{}, slow}, {plays, {}}, {plays, slow}, {plays, quick}};
+  return {{{}, {}}, {{}, one}, {{}, quick}, {{}, slow}, {plays, {}}, {plays, quick}, {plays, slow}};
 }
 
 std::string describe(const Branches& b) {
@@ -391,9 +446,23 @@ std::string describe(const Branches& b) {
   return out;
 }
 
+// The smallest of those that are as good as the best, then the others; the loss decides among equals.
+void rank(std::vector<Additive>::iterator begin, std::vector<Additive>::iterator end) {
+  const auto loss = [](const Additive& one) { return mean(one.fold_loss); };
+  const Additive best = *std::ranges::min_element(begin, end, {}, loss);
+  std::sort(begin, end, [&](const Additive& a, const Additive& b) {
+    const auto key = [&](const Additive& one) {
+      const bool as_good = loss(one) <= (1 + kAsGood) * loss(best) &&
+                           one.cross_validated_deg <= (1 + kAsGood) * best.cross_validated_deg;
+      return std::pair(as_good ? static_cast<double>(one.value.size()) : 1e9, loss(one));
+    };
+    return key(a) < key(b);
+  });
+}
+
 std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double period_s,
-                                   const std::string& joint, const Drift& drift, double most_drift_deg,
-                                   const std::vector<Branches>& all, const Step& step) {
+                                   const std::string& joint, const std::string& structure, const Drift& drift,
+                                   double most_drift_deg, const Accept& accept, const Step& step) {
   const Stack stack(sessions);
   if (std::ssize(stack.used) < kLeastSamples) {
     throw io::JobError(fmt::format("{}: {} samples to fit, at least {} are needed: record longer", joint,
@@ -405,20 +474,41 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
     const VectorXd u = stack.input(stack.used, s);
     if (!(u.maxCoeff() > u.minCoeff())) throw io::JobError(fmt::format("{}: a sensor never changes", joint));
   }
+  const Search search(stack, period_s);
+  std::vector<Branches> all = candidates(structure, static_cast<std::size_t>(stack.input.cols()));
   std::vector<Additive> out;
-  for (const Branches& branches : all) {
-    if (step && !step(out.size(), all.size(), fmt::format("{}: {}", joint, describe(branches)))) {
-      throw io::Cancelled("cancelled");
+  const auto try_all = [&] {
+    for (std::size_t next = out.size(); next < all.size(); ++next) {
+      if (step && !step(next, all.size(), fmt::format("{}: {}", joint, describe(all[next])))) {
+        throw io::Cancelled("cancelled");
+      }
+      out.push_back(search.fit(all[next]));
     }
-    out.push_back(fit_one(stack, branches, period_s, drift, most_drift_deg));
+  };
+  try_all();
+  // Finer curves where one sensor has to say all: of motion alone, and of the best.
+  if (structure == "auto" && stack.input.cols() == 1) {
+    rank(out.begin(), out.end());
+    std::vector<Branches> finer = {out.front().branches};
+    for (const Branches& branches : all) {
+      if (branches.radii.empty() && branches.lags_s.size() == 2 && !(branches == finer.front()))
+        finer.push_back(branches);
+    }
+    for (Branches& branches : finer) {
+      branches.knots = kFineKnots;
+      all.push_back(branches);
+    }
+    try_all();
   }
-  std::ranges::stable_sort(out, {}, [](const Additive& one) { return mean(one.fold_loss); });
-  const Additive best = out.front();
-  std::ranges::stable_sort(out, {}, [&](const Additive& one) {
-    const bool as_good = mean(one.fold_loss) <= (1 + kAsGood) * mean(best.fold_loss) &&
-                         one.cross_validated_deg <= (1 + kAsGood) * best.cross_validated_deg;
-    return as_good ? static_cast<double>(one.value.size()) : 1e9;
-  });
+  for (auto next = out.begin(); next != out.end(); ++next) {
+    // A finished one can be worse than it was.
+    for (;;) {
+      rank(next, out.end());
+      if (next->hold_drift_deg) break;
+      search.finish(drift, most_drift_deg, *next);
+    }
+    if (accept(*next)) break;
+  }
   return out;
 }
 
@@ -431,29 +521,31 @@ void add_to(model::Model& model, const Additive& fit, const std::vector<std::str
     model.blocks.push_back({{from}, to, std::move(kind)});
     return to;
   };
-  const auto curve = [&](std::size_t sensor, const VectorXd& y) {
+  // About the middle of its values, where fixed point is finest; what it is moved by is one number for all.
+  const auto middle = [](const VectorXd& y) { return 0.5 * (y.minCoeff() + y.maxCoeff()); };
+  const auto curve = [&](std::size_t sensor, VectorXd y, double weight) {
+    sum.offset += weight * middle(y);
+    y.array() -= middle(y);
     return model::Curve{fit.knots[sensor], {y.begin(), y.end()}};
   };
   const auto term = [&](const std::string& signal, double weight) {
     terms.push_back(signal);
     sum.weights.push_back(weight);
   };
-  const int per_sensor = fit.branches_per_sensor();
   const auto radii = static_cast<int>(fit.branches.radii.size());
   for (std::size_t s = 0; s < inputs.size(); ++s) {
-    const auto value = fit.value.middleCols(static_cast<Index>(s) * per_sensor, per_sensor);
     const std::string name = inputs.size() > 1 ? fmt::format("{} {}", joint, inputs[s]) : joint;
-    // f(u) - H f(u): its first part joins the curve of the reading itself.
-    const VectorXd still = value.col(0) + value.rightCols(per_sensor - 1 - radii).rowwise().sum();
-    term(add(inputs[s], name + " curve", curve(s, still)), 1);
+    // f(u) - H f(u): its first part is in the curve of the reading itself.
+    term(add(inputs[s], name + " curve", curve(s, fit.value.col(fit.still(s)) + motion_of(fit, s), 1)), 1);
     for (int r = 0; r < radii; ++r) {
       const double radius = fit.radii[s][static_cast<std::size_t>(r)];
       const std::string p = add(inputs[s], fmt::format("{} play {}", name, r + 1), model::Play{radius});
-      term(add(p, fmt::format("{} curve {}", name, r + 1), curve(s, value.col(1 + r))), 1);
+      term(add(p, fmt::format("{} curve {}", name, r + 1), curve(s, fit.value.col(fit.still(s) + 1 + r), 1)),
+           1);
     }
     for (std::size_t l = 0; l < fit.branches.lags_s.size(); ++l) {
-      const VectorXd y = value.col(1 + radii + static_cast<Index>(l));
-      const std::string c = add(inputs[s], fmt::format("{} motion {}", name, l + 1), curve(s, y));
+      const std::string c = add(inputs[s], fmt::format("{} motion {}", name, l + 1),
+                                curve(s, fit.value.col(fit.moving(s) + static_cast<Index>(l)), -1));
       term(add(c, fmt::format("{} lag {}", name, l + 1), model::Lag{1 / fit.branches.lags_s[l]}), -1);
     }
   }

@@ -27,6 +27,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,13 +47,15 @@ struct Branches {
   std::vector<double> radii;   // of plays, as shares of the sensor's range
   std::vector<double> lags_s;  // of motion
   int knots = 12;
+
+  std::size_t still() const { return 1 + radii.size(); }
+  bool operator==(const Branches&) const = default;
 };
 
 std::string describe(const Branches& branches);
 
 // What a name stands for: auto; line (gain and offset), line-lead (and motion of one time constant), curve,
-// hysteresis. With several sensors the shorter ones: what they say together needs fewer knots of each. Throws
-// io::InputError.
+// hysteresis. Throws io::InputError.
 std::vector<Branches> candidates(const std::string& structure, std::size_t sensors);
 
 struct Priors {
@@ -66,21 +69,25 @@ struct Additive {
   Priors priors;
   std::vector<std::vector<double>> knots;  // of each sensor
   std::vector<std::vector<double>> radii;  // of its plays, in its unit
-  Eigen::MatrixXd value;  // knot by branch; branches sensor after sensor: reading, plays, motions
+  Eigen::MatrixXd value;  // knot by branch: reading and plays of each sensor, then motions of each
   double offset_deg = 0;
   double lower_deg = 0;  // limits of the angle
   double upper_deg = 0;
   std::vector<double> fold_loss;   // cross-validated, mean of each fold, as it is minimised
   double cross_validated_deg = 0;  // root mean square
   model::Accuracy accuracy;        // of the cross-validated estimates
-  double hold_drift_deg = 0;
+  int samples = 0;                 // that were fitted
   double fitted_rmse_deg = 0;
-  double condition = 0;  // of the regularised system
-  double effective = 0;  // parameters that the data determine: the trace of the hat matrix
-  int samples = 0;
+  double effective = 0;                  // parameters that the data determine: the trace of the hat matrix
+  std::optional<double> hold_drift_deg;  // of a finished one
+  double condition = 0;                  // of its regularised system
 
-  int branches_per_sensor() const {
-    return 1 + static_cast<int>(branches.radii.size() + branches.lags_s.size());
+  // Columns of `value`.
+  Eigen::Index still(std::size_t sensor) const {
+    return static_cast<Eigen::Index>(sensor * branches.still());
+  }
+  Eigen::Index moving(std::size_t sensor) const {
+    return static_cast<Eigen::Index>(knots.size() * branches.still() + sensor * branches.lags_s.size());
   }
 };
 
@@ -90,12 +97,17 @@ using Drift = std::function<double(const Additive&)>;
 // Called before each trial; false stops.
 using Step = std::function<bool(std::size_t done, std::size_t of, const std::string& what)>;
 
-// All of these candidates with their cross-validated error, best first; what drifts more than `most_drift_deg` in a hold has
-// had its motion shrunk until it did not, if that was enough. Throws io::JobError naming the joint: too few samples,
-// constant angle.
+// Asked of the best candidate, then of the next best, until it says yes.
+using Accept = std::function<bool(const Additive&)>;
+
+// The candidates that the name of a structure stands for: first curves of 12 knots, then of the best and with one
+// sensor those of 20. Best first, with their cross-validated error; those that were asked for are finished:
+// drift and condition are known, and what drifts more than `most_drift_deg` in a hold has had its motion
+// shrunk until it did not, if that was enough. Throws io::InputError naming the structure, io::JobError naming the
+// joint: too few samples, constant angle.
 std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double period_s,
-                                   const std::string& joint, const Drift& drift, double most_drift_deg,
-                                   const std::vector<Branches>& all, const Step& step);
+                                   const std::string& joint, const std::string& structure, const Drift& drift,
+                                   double most_drift_deg, const Accept& accept, const Step& step);
 
 // Adds the blocks of `fit` behind the model's inputs of these names, and the joint.
 void add_to(model::Model& model, const Additive& fit, const std::vector<std::string>& inputs,

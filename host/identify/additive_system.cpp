@@ -50,15 +50,19 @@ std::vector<double> knots_of(const std::vector<double>& u, int count) {
   return out;
 }
 
-// Piecewise-linear interpolation: two hats for each reading.
-MatrixXd hats(const VectorXd& u, const std::vector<double>& knots) {
+// Piecewise-linear interpolation: the knot below, and how far on to the next one.
+std::pair<Index, double> between(const std::vector<double>& knots, double u) {
+  const double x = std::clamp(u, knots.front(), knots.back());
+  const auto next = std::ranges::upper_bound(knots, x);
+  const auto i = std::clamp<std::ptrdiff_t>(next - knots.begin() - 1, 0, std::ssize(knots) - 2);
+  const auto at = static_cast<std::size_t>(i);
+  return {i, (x - knots[at]) / (knots[at + 1] - knots[at])};
+}
+
+MatrixXd hat_values(const VectorXd& u, const std::vector<double>& knots) {
   MatrixXd out = MatrixXd::Zero(u.size(), std::ssize(knots));
   for (Index k = 0; k < u.size(); ++k) {
-    const double x = std::clamp(u(k), knots.front(), knots.back());
-    const auto next = std::ranges::upper_bound(knots, x);
-    const auto i = std::clamp<std::ptrdiff_t>(next - knots.begin() - 1, 0, std::ssize(knots) - 2);
-    const auto at = static_cast<std::size_t>(i);
-    const double share = (x - knots[at]) / (knots[at + 1] - knots[at]);
+    const auto [i, share] = between(knots, u(k));
     out(k, i) = 1 - share;
     out(k, i + 1) = share;
   }
@@ -104,8 +108,6 @@ MatrixXd second_differences(const std::vector<double>& x) {
   }
   return d;
 }
-
-int count_of(const Branches& b) { return 1 + static_cast<int>(b.radii.size() + b.lags_s.size()); }
 
 }  // namespace
 
@@ -179,7 +181,12 @@ void System::make_rows(const Stack& stack, const Limits& ends) {
 void System::fill(const Stack& stack, const Branches& branches, double period_s) {
   const Index sensors = stack.input.cols();
   const Index knots = branches.knots;
-  x_.resize(first_.back(), sensors * count_of(branches) * knots);
+  const Index rows = first_.back();
+  const auto lags = std::ssize(branches.lags_s);
+  hats_per_row_ = knots_.size() * branches.still();
+  still_columns_ = static_cast<Index>(hats_per_row_) * knots;
+  still_.resize(static_cast<std::size_t>(rows) * hats_per_row_);
+  moving_.resize(rows, sensors * lags * knots);
   // From those that were recorded to the next one.
   const double spread = kDonning * std::sqrt(1 + 1 / static_cast<double>(stack.begin.size() - 1));
   for (Index s = 0; s < sensors; ++s) {
@@ -189,25 +196,106 @@ void System::fill(const Stack& stack, const Branches& branches, double period_s)
         std::sqrt(std::max<double>(3, static_cast<double>(sensors))) * spread * range / (1 + 2 * kBeyond);
     for (const double shift : {0.0, -step, step}) {
       // Where the sample as it was and those of the other sensors' shifts have the same columns.
-      const auto put = [&](Index branch, const MatrixXd& block) {
-        const Index at = (s * count_of(branches) + branch) * knots;
+      const auto put = [&](const auto& into_row) {
         for (std::size_t k = 0; k < stack.used.size(); ++k) {
-          const auto row = block.row(stack.used[k]);
           if (shift == 0) {
-            for (Index r = first_[k]; r < first_[k + 1]; ++r) x_.row(r).segment(at, knots) = row;
+            for (Index r = first_[k]; r < first_[k + 1]; ++r) into_row(r, stack.used[k]);
           } else if (first_[k + 1] - first_[k] > 1) {
-            x_.row(first_[k] + 1 + 2 * s + (shift > 0 ? 1 : 0)).segment(at, knots) = row;
+            into_row(first_[k] + 1 + 2 * s + (shift > 0 ? 1 : 0), stack.used[k]);
           }
         }
       };
       const VectorXd u = (stack.input.col(s).array() + shift).matrix();
-      const MatrixXd still = hats(u, knots_[own]);
-      Index branch = 0;
-      put(branch++, still);
-      for (const double radius : radii_[own]) put(branch++, hats(play(stack, u, radius), knots_[own]));
-      for (const double lag_s : branches.lags_s) put(branch++, motion(stack, lag_s, period_s, still));
+      std::size_t branch = own * branches.still();
+      const auto put_still = [&](const VectorXd& x) {
+        put([&](Index row, Index sample) {
+          const auto [i, share] = between(knots_[own], x(sample));
+          still_[static_cast<std::size_t>(row) * hats_per_row_ + branch] = {
+              static_cast<Index>(branch) * knots + i, share};
+        });
+        ++branch;
+      };
+      put_still(u);
+      for (const double radius : radii_[own]) put_still(play(stack, u, radius));
+      if (lags == 0) continue;
+      const MatrixXd still = hat_values(u, knots_[own]);
+      for (Index l = 0; l < lags; ++l) {
+        const MatrixXd moving = motion(stack, branches.lags_s[static_cast<std::size_t>(l)], period_s, still);
+        put([&](Index row, Index sample) {
+          moving_.row(row).segment((s * lags + l) * knots, knots) = moving.row(sample);
+        });
+      }
     }
   }
+}
+
+MatrixXd System::x() const {
+  MatrixXd out = MatrixXd::Zero(rows(), columns());
+  out.rightCols(moving_.cols()) = moving_;
+  for (Index r = 0; r < rows(); ++r) {
+    for (std::size_t h = 0; h < hats_per_row_; ++h) {
+      const Hat& hat = hats(r)[h];
+      out(r, hat.column) = 1 - hat.share;
+      out(r, hat.column + 1) = hat.share;
+    }
+  }
+  return out;
+}
+
+VectorXd System::estimate(Index from, Index count, const VectorXd& coefficients) const {
+  VectorXd out = moving_.middleRows(from, count) * coefficients.tail(moving_.cols());
+  for (Index r = 0; r < count; ++r) {
+    for (std::size_t h = 0; h < hats_per_row_; ++h) {
+      const Hat& hat = hats(from + r)[h];
+      out(r) += (1 - hat.share) * coefficients(hat.column) + hat.share * coefficients(hat.column + 1);
+    }
+  }
+  return out;
+}
+
+VectorXd System::project(Index from, const VectorXd& values) const {
+  VectorXd out = VectorXd::Zero(columns());
+  out.tail(moving_.cols()) = moving_.middleRows(from, values.size()).transpose() * values;
+  for (Index r = 0; r < values.size(); ++r) {
+    for (std::size_t h = 0; h < hats_per_row_; ++h) {
+      const Hat& hat = hats(from + r)[h];
+      out(hat.column) += (1 - hat.share) * values(r);
+      out(hat.column + 1) += hat.share * values(r);
+    }
+  }
+  return out;
+}
+
+void System::add_gram(Index from, const VectorXd& weight, double sign, MatrixXd& gram) const {
+  const Index moving = moving_.cols();
+  // Columns of the motion below, row-major: a hat's share of a row is a row's worth of additions.
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> mixed =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>::Zero(still_columns_, moving);
+  for (Index r = 0; r < weight.size(); ++r) {
+    const Hat* row = hats(from + r);
+    const double w = sign * weight(r);
+    for (std::size_t a = 0; a < hats_per_row_; ++a) {
+      const double low = w * (1 - row[a].share);
+      const double high = w * row[a].share;
+      const Index at = row[a].column;
+      gram(at, at) += low * (1 - row[a].share);
+      gram(at + 1, at) += low * row[a].share;
+      gram(at + 1, at + 1) += high * row[a].share;
+      for (std::size_t b = 0; b < a; ++b) {
+        const Index left = row[b].column;
+        gram(at, left) += low * (1 - row[b].share);
+        gram(at, left + 1) += low * row[b].share;
+        gram(at + 1, left) += high * (1 - row[b].share);
+        gram(at + 1, left + 1) += high * row[b].share;
+      }
+      mixed.row(at) += low * moving_.row(from + r);
+      mixed.row(at + 1) += high * moving_.row(from + r);
+    }
+  }
+  if (moving == 0) return;
+  gram.bottomLeftCorner(moving, still_columns_) += mixed.transpose();
+  const MatrixXd scaled = weight.cwiseSqrt().asDiagonal() * moving_.middleRows(from, weight.size());
+  gram.bottomRightCorner(moving, moving).selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose(), sign);
 }
 
 void System::make_penalties(const Branches& branches) {
@@ -215,19 +303,19 @@ void System::make_penalties(const Branches& branches) {
   straight_ = smooth_;
   plays_ = VectorXd::Zero(columns());
   motion_ = VectorXd::Zero(columns());
+  motion_.tail(moving_.cols()).setOnes();
   const Index n = branches.knots;
-  for (std::size_t s = 0; s < knots_.size(); ++s) {
-    const MatrixXd bend = second_differences(knots_[s]);
-    for (int b = 0; b < count_of(branches); ++b) {
-      const Index at = (static_cast<Index>(s) * count_of(branches) + b) * n;
-      smooth_.block(at, at, n, n) = bend.transpose() * bend;
-      // Into where nothing was read, each curve goes on straight.
-      for (const Index end : {Index{0}, bend.rows() - 1}) {
-        if (bend.rows() > 0) straight_.block(at, at, n, n) += bend.row(end).transpose() * bend.row(end);
-      }
-      const bool moves = b > static_cast<int>(branches.radii.size());
-      if (b > 0) (moves ? motion_ : plays_).segment(at, n).setOnes();
+  const Index still = still_columns_ / n;
+  for (Index b = 0; b < columns() / n; ++b) {
+    const Index per_sensor = b < still ? static_cast<Index>(branches.still()) : std::ssize(branches.lags_s);
+    const Index own = b < still ? b : b - still;
+    const MatrixXd bend = second_differences(knots_[static_cast<std::size_t>(own / per_sensor)]);
+    smooth_.block(b * n, b * n, n, n) = bend.transpose() * bend;
+    // Into where nothing was read, each curve goes on straight.
+    for (const Index end : {Index{0}, bend.rows() - 1}) {
+      if (bend.rows() > 0) straight_.block(b * n, b * n, n, n) += bend.row(end).transpose() * bend.row(end);
     }
+    if (b < still && own % per_sensor > 0) plays_.segment(b * n, n).setOnes();
   }
 }
 

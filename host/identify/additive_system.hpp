@@ -34,12 +34,19 @@ class System {
  public:
   System(const Stack& stack, const Branches& branches, double period_s, const Limits& ends);
 
-  Eigen::Index columns() const { return x_.cols(); }
+  Eigen::Index rows() const { return moving_.rows(); }
+  Eigen::Index columns() const { return still_columns_ + moving_.cols(); }
   const std::vector<std::vector<double>>& knots() const { return knots_; }
   const std::vector<std::vector<double>>& radii() const { return radii_; }
 
-  // Rows in the order of `Stack::used`, those of one sample together.
-  const Eigen::MatrixXd& x() const { return x_; }
+  // The matrix: rows in the order of `Stack::used`, those of one sample together; columns as in Additive::value.
+  Eigen::MatrixXd x() const;
+  // Rows of it times coefficients; values of these rows times the matrix.
+  Eigen::VectorXd estimate(Eigen::Index from, Eigen::Index count, const Eigen::VectorXd& coefficients) const;
+  Eigen::VectorXd project(Eigen::Index from, const Eigen::VectorXd& values) const;
+  // Adds `sign` times these rows' weighted squares, in the lower triangle.
+  void add_gram(Eigen::Index from, const Eigen::VectorXd& weight, double sign, Eigen::MatrixXd& gram) const;
+
   const Eigen::VectorXd& angle() const { return angle_; }
   const Eigen::VectorXd& weight() const { return weight_; }        // of a sample's rows together: 1
   const Eigen::VectorXd& as_it_was() const { return as_it_was_; }  // 1, or 0 for a row of another donning
@@ -49,6 +56,13 @@ class System {
   Eigen::MatrixXd penalty(const Priors& priors) const;
 
  private:
+  // The part of readings and plays, which is zero but for two neighbouring columns of each: 1 - share and share.
+  struct Hat {
+    Eigen::Index column;
+    double share;
+  };
+
+  const Hat* hats(Eigen::Index row) const { return &still_[static_cast<std::size_t>(row) * hats_per_row_]; }
   void make_rows(const Stack& stack, const Limits& ends);
   void fill(const Stack& stack, const Branches& branches, double period_s);
   void make_penalties(const Branches& branches);
@@ -56,7 +70,10 @@ class System {
   std::vector<std::vector<double>> knots_;
   std::vector<std::vector<double>> radii_;
   std::vector<Eigen::Index> first_;
-  Eigen::MatrixXd x_;
+  std::size_t hats_per_row_ = 0;
+  Eigen::Index still_columns_ = 0;
+  std::vector<Hat> still_;                                                         // row after row
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> moving_;  // the columns after those
   Eigen::VectorXd angle_;
   Eigen::VectorXd weight_;
   Eigen::VectorXd as_it_was_;

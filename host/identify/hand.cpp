@@ -31,6 +31,7 @@ constexpr double kSameClock_s = 0.5;  // offsets of two joints further apart are
 constexpr double kLeastClockError_s = 0.01;
 constexpr double kUnsure = 0.15;
 constexpr double kMostDrift_deg = 1;
+constexpr int kAttacks = 20;                  // of the search for it
 constexpr double kMostFixedError_deg = 0.06;  // beside 1/16, the step of what a glove sends
 
 using Files = HandRecordings;
@@ -227,44 +228,47 @@ std::string refusal_of(const model::Model& model, double drift_deg) {
 }
 
 std::string imprecision_of(const model::Model& model) {
-  const double error_deg = model::worst_fixed_error_deg(model);
+  model::ErrorSearch search;
+  search.attacks = kAttacks;
+  const double error_deg = model::worst_fixed_error_deg(model, search);
   if (error_deg <= kMostFixedError_deg) return "";
   return fmt::format("in the glove's integers it is up to {:.3f} degrees off", error_deg);
 }
 
 JointResult choose(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
-                   const std::vector<Branches>& all, const Step& step) {
+                   const std::string& structure, const Step& step) {
   JointResult out;
   out.name = joint.joint;
-  bool precise = false;
   std::optional<Additive> best;
+  std::vector<std::string> refusals;
   std::size_t at = 0;  // of the rows
   const auto drift = [&](const Additive& fit) {
     return hold_drift_deg(alone(inputs, fit, joint), sessions, joint.sensors);
   };
-  for (const Additive& fit :
-       fit_additive(sessions, inputs.sample_period_s, joint.joint, drift, kMostDrift_deg, all, step)) {
-    CandidateRow row{describe(fit.branches), fit.cross_validated_deg, fit.fitted_rmse_deg,
-                     fit.effective,          fit.hold_drift_deg,      ""};
-    if (!precise) {
-      const model::Model model = alone(inputs, fit, joint);
-      row.refusal = refusal_of(model, fit.hold_drift_deg);
-      const bool worn = row.refusal.empty();
-      if (worn) row.refusal = imprecision_of(model);
-      precise = row.refusal.empty();
-      // The best that can be worn, unless one is precise as well.
-      if (worn && (precise || !best)) {
-        best = fit;
-        at = out.rows.size();
-      }
+  // The best that can be worn, unless one is precise as well.
+  const auto accept = [&](const Additive& fit) {
+    const model::Model model = alone(inputs, fit, joint);
+    refusals.push_back(refusal_of(model, *fit.hold_drift_deg));
+    const bool worn = refusals.back().empty();
+    if (worn) refusals.back() = imprecision_of(model);
+    const bool precise = refusals.back().empty();
+    if (worn && (precise || !best)) {
+      best = fit;
+      at = refusals.size() - 1;
     }
-    out.rows.push_back(std::move(row));
+    return precise;
+  };
+  const std::vector<Additive> all = fit_additive(sessions, inputs.sample_period_s, joint.joint, structure,
+                                                 drift, kMostDrift_deg, accept, step);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    out.rows.push_back({describe(all[k].branches), all[k].cross_validated_deg, all[k].fitted_rmse_deg,
+                        all[k].effective, all[k].hold_drift_deg, k < refusals.size() ? refusals[k] : "",
+                        k == at});
   }
-  if (!best) throw io::JobError(fmt::format("{}: {}", joint.joint, out.rows.front().refusal));
-  out.rows[at].chosen = true;
+  if (!best) throw io::JobError(fmt::format("{}: {}", joint.joint, refusals.front()));
   out.fit = *best;
   out.structure = out.rows[at].structure;
-  out.hold_drift_deg = best->hold_drift_deg;
+  out.hold_drift_deg = *best->hold_drift_deg;
   return out;
 }
 
@@ -345,8 +349,9 @@ void score_baseline(const std::string& name, const std::string& structure, const
     for (const Sampled& sampled : samples) sessions.push_back(session_of({sampled.sensor[j].front()}));
     try {
       const auto no_drift = [](const Additive&) { return 0.0; };
-      const Additive fit = fit_additive(sessions, inputs.sample_period_s, own.joint, no_drift, kMostDrift_deg,
-                                        candidates(structure, 1), {})
+      const auto any = [](const Additive&) { return true; };
+      const Additive fit = fit_additive(sessions, inputs.sample_period_s, own.joint, structure, no_drift,
+                                        kMostDrift_deg, any, {})
                                .front();
       const auto estimated = estimates(alone(inputs, fit, own), files, samples, {j});
       r.joints[j].baselines.emplace(name, held_of(samples, j).score(estimated.front()));
@@ -481,7 +486,7 @@ void fit_joints(const HandRequest& request, const std::vector<Sampled>& samples,
   for (std::size_t j = 0; j < joints; ++j) {
     const JointMap& map = request.map[j];
     const std::vector<Session> sessions = sessions_of(samples, j);
-    r.joints.push_back(choose(sessions, inputs, map, candidates(request.structure, map.sensors.size()),
+    r.joints.push_back(choose(sessions, inputs, map, request.structure,
                               [&](std::size_t done, std::size_t of, const std::string& what) {
                                 return !step || step(j * of + done, joints * of, what);
                               }));
@@ -564,7 +569,7 @@ Json to_json(const HandIdentification& r) {
                   {"cross_validated_rmse_deg", row.cross_validated_deg},
                   {"fitted_rmse_deg", row.fitted_rmse_deg},
                   {"effective_parameters", row.parameters},
-                  {"hold_drift_deg", row.hold_drift_deg}};
+                  {"hold_drift_deg", row.hold_drift_deg ? Json(*row.hold_drift_deg) : Json(nullptr)}};
       if (!row.refusal.empty()) one["refusal"] = row.refusal;
       rows.push_back(std::move(one));
     }

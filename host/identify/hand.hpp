@@ -56,9 +56,9 @@ struct CandidateRow {
   std::string structure;
   double cross_validated_deg = 0;
   double fitted_rmse_deg = 0;
-  double parameters = 0;  // effective
-  double hold_drift_deg = 0;
-  std::string refusal;  // why a better one was passed over
+  double parameters = 0;                 // effective
+  std::optional<double> hold_drift_deg;  // none: a better one was worth wearing before
+  std::string refusal;                   // why this one was passed over
   bool chosen = false;
 };
 

@@ -52,7 +52,8 @@ std::vector<std::vector<float>> fingers_of(const recording::Recording& seen) {
 }
 
 twin::TrialInput trial_of(const GloveRequest& request) {
-  return {request.parameters, recommended_motion(), compensator("raw", request.rate_hz).model, request.seed, true};
+  return {request.parameters, recommended_motion(), compensator("raw", request.rate_hz).model, request.seed,
+          true};
 }
 
 }  // namespace

@@ -271,6 +271,8 @@ struct RealHand {
   double high[2];
 };
 
+void PrintTo(const RealHand& c, std::ostream* out) { *out << c.folder << ' ' << c.map; }
+
 class RealHands : public testing::TestWithParam<RealHand> {};
 
 TEST_P(RealHands, BothJointsOfOneCommandAreAsGoodAsWasMeasured) {

@@ -272,7 +272,8 @@ model::Accuracy accuracy_of(std::vector<std::pair<double, double>> estimate) {
 }
 
 // Each searched along its own axis in steps of a factor, from coarse to fine; those that the branches have.
-Priors best_priors(const Branches& branches, Priors best, const std::function<double(const Priors&)>& error) {
+Priors best_priors(const Branches& branches, bool by_recording, Priors best,
+                   const std::function<double(const Priors&)>& error) {
   struct Axis {
     double Priors::*which;
     double least;
@@ -281,6 +282,7 @@ Priors best_priors(const Branches& branches, Priors best, const std::function<do
   std::vector<Axis> axes = {{&Priors::smooth, 1e-4, 1e4}};
   if (!branches.radii.empty()) axes.push_back({&Priors::plays, 1e-2, 1e4});
   if (!branches.lags_s.empty()) axes.push_back({&Priors::motion, 1e-5, 1e3});
+  if (by_recording) axes.push_back({&Priors::donning, 1e-2, 1e4});
   double least = error(best);
   for (const double factor : {10.0, 3.0}) {
     for (const Axis& axis : axes) {
@@ -305,12 +307,17 @@ void take(const Fit& fit, Additive& out) {
   const System& system = fit.system();
   const VectorXd& w = fit.coefficients();
   out.offset_deg = fit.centre();
-  out.value = Eigen::Map<const MatrixXd>(w.data(), out.branches.knots, w.size() / out.branches.knots);
+  out.value =
+      Eigen::Map<const MatrixXd>(w.data(), out.branches.knots, system.shared_columns() / out.branches.knots);
+  out.donning = w.tail(system.columns() - system.shared_columns());
   out.lower_deg = fit.limits().lower;
   out.upper_deg = fit.limits().upper;
   double squares = 0;
-  for (Index k = 0; k < fit.estimate().size(); ++k) {
-    const double e = fit.clamped(fit.estimate()(k)) - system.angle()(k);
+  VectorXd shared = w;
+  shared.tail(out.donning.size()).setZero();
+  const VectorXd estimate = system.estimate(0, system.rows(), shared);
+  for (Index k = 0; k < estimate.size(); ++k) {
+    const double e = fit.clamped(estimate(k) + fit.centre()) - system.angle()(k);
     squares += system.as_it_was()(k) * e * e;
   }
   out.samples = static_cast<int>(system.as_it_was().sum());
@@ -335,7 +342,8 @@ void solve(const Fit& fit, Additive& out) {
   const VectorXd w = qr.solve(b);
   const VectorXd diagonal = qr.matrixQR().diagonal().cwiseAbs();
   out.condition = diagonal.maxCoeff() / diagonal.minCoeff();
-  out.value = Eigen::Map<const MatrixXd>(w.data(), out.branches.knots, columns / out.branches.knots);
+  out.value =
+      Eigen::Map<const MatrixXd>(w.data(), out.branches.knots, system.shared_columns() / out.branches.knots);
 }
 
 // Of the motions of a sensor together.
@@ -380,7 +388,7 @@ class Search {
     fit.descend(system.penalty(out.priors), true);
     for (int round = 0; round < kRounds; ++round) {
       const CrossValidation validation(fit, stack_, period_s_);
-      out.priors = best_priors(branches, out.priors, [&](const Priors& priors) {
+      out.priors = best_priors(branches, stack_.begin.size() > 3, out.priors, [&](const Priors& priors) {
         return mean(validation.error(system.penalty(priors)).fold_loss);
       });
       fit.descend(system.penalty(out.priors), false);
@@ -398,7 +406,9 @@ class Search {
     const Limits ends = limits_of(stack_, kEnds);
     const System system(stack_, out.branches, period_s_, ends);
     Fit fit(system, {out.lower_deg, out.upper_deg}, out.offset_deg);
-    fit.start(out.value.reshaped());
+    VectorXd all(system.columns());
+    all << out.value.reshaped(), out.donning;
+    fit.start(all);
     for (int tries = 0;; ++tries) {
       level_off(out);
       out.hold_drift_deg = drift(out);

@@ -17,7 +17,10 @@
 // readings 3 % of their range off (one standard deviation, of each sensor by itself), which is what donnings of a
 // cloth glove differ by: it rests then, too.
 //
-// Radii, time constants, knots and the strength of both priors are chosen by cross-validation: over blocks of the
+// Of several recordings each is a donning, with an offset and a slope of its own by each sensor, drawn from normal
+// distributions about zero: they take what differs between recordings, and the curves keep what all share.
+//
+// Radii, time constants, knots and the strength of the priors are chosen by cross-validation: over blocks of the
 // fitted samples, or over recordings where there are more than two. Of candidates that are as good within 3 %, in
 // loss and in mean square, the smallest is taken: less to run on a board.
 // Sources: P. Eilers, B. Marx, Statistical Science 11 (1996) 89 (penalised curves); J. Tobin, Econometrica 26 (1958)
@@ -62,6 +65,7 @@ struct Priors {
   double smooth = 0.03;   // weight of squared second differences, beside squared errors, both in degrees
   double plays = 3;       // of the squared values of plays
   double motion = 0.001;  // of those of motion
+  double donning = 1;     // of the squared offsets and slopes of the recordings
 };
 
 struct Additive {
@@ -70,6 +74,8 @@ struct Additive {
   std::vector<std::vector<double>> knots;  // of each sensor
   std::vector<std::vector<double>> radii;  // of its plays, in its unit
   Eigen::MatrixXd value;  // knot by branch: reading and plays of each sensor, then motions of each
+  Eigen::VectorXd
+      donning;  // of each recording: offset, then by each sensor what half its range adds; degrees
   double offset_deg = 0;
   double lower_deg = 0;  // limits of the angle
   double upper_deg = 0;

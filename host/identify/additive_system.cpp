@@ -11,6 +11,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 constexpr Index kMostRows = 20000;  // neighbouring samples tell the same
 constexpr double kBeyond = 0.25;    // knots beyond the readings, as a share of their range
@@ -147,6 +148,7 @@ System::System(const Stack& stack, const Branches& branches, double period_s, co
   }
   make_rows(stack, ends);
   fill(stack, branches, period_s);
+  fill_donnings(stack);
   make_penalties(branches);
 }
 
@@ -186,7 +188,9 @@ void System::fill(const Stack& stack, const Branches& branches, double period_s)
   hats_per_row_ = knots_.size() * branches.still();
   still_columns_ = static_cast<Index>(hats_per_row_) * knots;
   still_.resize(static_cast<std::size_t>(rows) * hats_per_row_);
-  moving_.resize(rows, sensors * lags * knots);
+  const auto donnings = static_cast<Index>(stack.begin.size()) - 1;
+  donning_columns_ = donnings > 1 ? donnings * (1 + sensors) : 0;
+  dense_ = Matrix::Zero(rows, sensors * lags * knots + donning_columns_);
   // From those that were recorded to the next one.
   const double spread = kDonning * std::sqrt(1 + 1 / static_cast<double>(stack.begin.size() - 1));
   for (Index s = 0; s < sensors; ++s) {
@@ -222,8 +226,25 @@ void System::fill(const Stack& stack, const Branches& branches, double period_s)
       for (Index l = 0; l < lags; ++l) {
         const MatrixXd moving = motion(stack, branches.lags_s[static_cast<std::size_t>(l)], period_s, still);
         put([&](Index row, Index sample) {
-          moving_.row(row).segment((s * lags + l) * knots, knots) = moving.row(sample);
+          dense_.row(row).segment((s * lags + l) * knots, knots) = moving.row(sample);
         });
+      }
+    }
+  }
+}
+
+void System::fill_donnings(const Stack& stack) {
+  if (donning_columns_ == 0) return;
+  for (std::size_t k = 0; k < stack.used.size(); ++k) {
+    const Index donning = std::ranges::upper_bound(stack.begin, stack.used[k]) - stack.begin.begin() - 1;
+    const Index at = dense_.cols() - donning_columns_ + donning * (1 + stack.input.cols());
+    for (Index r = first_[k]; r < first_[k + 1]; ++r) {
+      dense_(r, at) = 1;
+      for (std::size_t s = 0; s < knots_.size(); ++s) {
+        const double middle = (knots_[s].back() + knots_[s].front()) / 2;
+        const double half = (knots_[s].back() - knots_[s].front()) / 2 / (1 + 2 * kBeyond);
+        dense_(r, at + 1 + static_cast<Index>(s)) =
+            (stack.input(stack.used[k], static_cast<Index>(s)) - middle) / half;
       }
     }
   }
@@ -231,7 +252,7 @@ void System::fill(const Stack& stack, const Branches& branches, double period_s)
 
 MatrixXd System::x() const {
   MatrixXd out = MatrixXd::Zero(rows(), columns());
-  out.rightCols(moving_.cols()) = moving_;
+  out.rightCols(dense_.cols()) = dense_;
   for (Index r = 0; r < rows(); ++r) {
     for (std::size_t h = 0; h < hats_per_row_; ++h) {
       const Hat& hat = hats(r)[h];
@@ -243,7 +264,7 @@ MatrixXd System::x() const {
 }
 
 VectorXd System::estimate(Index from, Index count, const VectorXd& coefficients) const {
-  VectorXd out = moving_.middleRows(from, count) * coefficients.tail(moving_.cols());
+  VectorXd out = dense_.middleRows(from, count) * coefficients.tail(dense_.cols());
   for (Index r = 0; r < count; ++r) {
     for (std::size_t h = 0; h < hats_per_row_; ++h) {
       const Hat& hat = hats(from + r)[h];
@@ -255,7 +276,7 @@ VectorXd System::estimate(Index from, Index count, const VectorXd& coefficients)
 
 VectorXd System::project(Index from, const VectorXd& values) const {
   VectorXd out = VectorXd::Zero(columns());
-  out.tail(moving_.cols()) = moving_.middleRows(from, values.size()).transpose() * values;
+  out.tail(dense_.cols()) = dense_.middleRows(from, values.size()).transpose() * values;
   for (Index r = 0; r < values.size(); ++r) {
     for (std::size_t h = 0; h < hats_per_row_; ++h) {
       const Hat& hat = hats(from + r)[h];
@@ -267,10 +288,9 @@ VectorXd System::project(Index from, const VectorXd& values) const {
 }
 
 void System::add_gram(Index from, const VectorXd& weight, double sign, MatrixXd& gram) const {
-  const Index moving = moving_.cols();
+  const Index moving = dense_.cols();
   // Columns of the motion below, row-major: a hat's share of a row is a row's worth of additions.
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> mixed =
-      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>::Zero(still_columns_, moving);
+  Matrix mixed = Matrix::Zero(still_columns_, moving);
   for (Index r = 0; r < weight.size(); ++r) {
     const Hat* row = hats(from + r);
     const double w = sign * weight(r);
@@ -288,13 +308,13 @@ void System::add_gram(Index from, const VectorXd& weight, double sign, MatrixXd&
         gram(at + 1, left) += high * (1 - row[b].share);
         gram(at + 1, left + 1) += high * row[b].share;
       }
-      mixed.row(at) += low * moving_.row(from + r);
-      mixed.row(at + 1) += high * moving_.row(from + r);
+      mixed.row(at) += low * dense_.row(from + r);
+      mixed.row(at + 1) += high * dense_.row(from + r);
     }
   }
   if (moving == 0) return;
   gram.bottomLeftCorner(moving, still_columns_) += mixed.transpose();
-  const MatrixXd scaled = weight.cwiseSqrt().asDiagonal() * moving_.middleRows(from, weight.size());
+  const MatrixXd scaled = weight.cwiseSqrt().asDiagonal() * dense_.middleRows(from, weight.size());
   gram.bottomRightCorner(moving, moving).selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose(), sign);
 }
 
@@ -303,10 +323,12 @@ void System::make_penalties(const Branches& branches) {
   straight_ = smooth_;
   plays_ = VectorXd::Zero(columns());
   motion_ = VectorXd::Zero(columns());
-  motion_.tail(moving_.cols()).setOnes();
+  motion_.segment(still_columns_, shared_columns() - still_columns_).setOnes();
+  donning_ = VectorXd::Zero(columns());
+  donning_.tail(donning_columns_).setOnes();
   const Index n = branches.knots;
   const Index still = still_columns_ / n;
-  for (Index b = 0; b < columns() / n; ++b) {
+  for (Index b = 0; b < shared_columns() / n; ++b) {
     const Index per_sensor = b < still ? static_cast<Index>(branches.still()) : std::ssize(branches.lags_s);
     const Index own = b < still ? b : b - still;
     const MatrixXd bend = second_differences(knots_[static_cast<std::size_t>(own / per_sensor)]);
@@ -321,7 +343,7 @@ void System::make_penalties(const Branches& branches) {
 
 MatrixXd System::penalty(const Priors& priors) const {
   MatrixXd out = priors.smooth * smooth_ + kStraight * straight_;
-  out.diagonal() += priors.plays * plays_ + priors.motion * motion_;
+  out.diagonal() += priors.plays * plays_ + priors.motion * motion_ + priors.donning * donning_;
   out.diagonal().array() += kAnchor;
   return out;
 }

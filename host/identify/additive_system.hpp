@@ -3,6 +3,7 @@
 //
 // A sample whose finger rests at an end of its range has several rows: as it was, and with the readings of each
 // sensor shifted as another donning would shift them. The angle there is the end's, whatever the reading says.
+// Of several recordings each has columns of its own, behind those that all share.
 #pragma once
 
 #include <Eigen/Core>
@@ -34,8 +35,9 @@ class System {
  public:
   System(const Stack& stack, const Branches& branches, double period_s, const Limits& ends);
 
-  Eigen::Index rows() const { return moving_.rows(); }
-  Eigen::Index columns() const { return still_columns_ + moving_.cols(); }
+  Eigen::Index rows() const { return dense_.rows(); }
+  Eigen::Index columns() const { return still_columns_ + dense_.cols(); }
+  Eigen::Index shared_columns() const { return columns() - donning_columns_; }
   const std::vector<std::vector<double>>& knots() const { return knots_; }
   const std::vector<std::vector<double>>& radii() const { return radii_; }
 
@@ -65,6 +67,7 @@ class System {
   const Hat* hats(Eigen::Index row) const { return &still_[static_cast<std::size_t>(row) * hats_per_row_]; }
   void make_rows(const Stack& stack, const Limits& ends);
   void fill(const Stack& stack, const Branches& branches, double period_s);
+  void fill_donnings(const Stack& stack);
   void make_penalties(const Branches& branches);
 
   std::vector<std::vector<double>> knots_;
@@ -72,8 +75,9 @@ class System {
   std::vector<Eigen::Index> first_;
   std::size_t hats_per_row_ = 0;
   Eigen::Index still_columns_ = 0;
-  std::vector<Hat> still_;                                                         // row after row
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> moving_;  // the columns after those
+  std::vector<Hat> still_;                                                        // row after row
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> dense_;  // the columns after those
+  Eigen::Index donning_columns_ = 0;
   Eigen::VectorXd angle_;
   Eigen::VectorXd weight_;
   Eigen::VectorXd as_it_was_;
@@ -81,6 +85,7 @@ class System {
   Eigen::MatrixXd straight_;
   Eigen::VectorXd plays_;  // ones where the prior counts
   Eigen::VectorXd motion_;
+  Eigen::VectorXd donning_;
 };
 
 }  // namespace flexor::identify

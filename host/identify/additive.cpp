@@ -113,11 +113,18 @@ class Fit {
 
   void start(VectorXd coefficients) { move(std::move(coefficients)); }
 
+  // The first step is that of the least-squares problem at these estimates of the same rows.
+  void start_near(const VectorXd& estimate) { linearise(estimate); }
+
  private:
   void move(VectorXd coefficients) {
-    gram_.resize(0, 0);
     coefficients_ = std::move(coefficients);
-    estimate_ = (system_.estimate(0, system_.rows(), coefficients_).array() + centre_).matrix();
+    linearise((system_.estimate(0, system_.rows(), coefficients_).array() + centre_).matrix());
+  }
+
+  void linearise(VectorXd estimate) {
+    gram_.resize(0, 0);
+    estimate_ = std::move(estimate);
     weight_ = system_.weight();
     target_.resize(estimate_.size());
     for (Index r = 0; r < estimate_.size(); ++r) {
@@ -376,12 +383,14 @@ class Search {
  public:
   Search(const Stack& stack, double period_s) : stack_(stack), period_s_(period_s) {}
 
-  // Coefficients, limits, priors and cross-validated error.
-  Additive fit(const Branches& branches) const {
+  // Coefficients, limits, priors and cross-validated error. Starts where the fit before it ended.
+  Additive fit(const Branches& branches) {
     const Limits ends = limits_of(stack_, kEnds);
     const System system(stack_, branches, period_s_, ends);
-    Fit fit(system, ends, limits_of(stack_, 0.5).lower);
+    Fit fit(system, before_ ? before_->limits : ends, limits_of(stack_, 0.5).lower);
+    if (before_) fit.start_near(before_->estimate);
     Additive out;
+    if (before_) out.priors = before_->priors;
     out.branches = branches;
     out.knots = system.knots();
     out.radii = system.radii();
@@ -397,6 +406,7 @@ class Search {
     fit.descend(system.penalty(out.priors), false);
     validate(CrossValidation(fit, stack_, period_s_), system, out);
     take(fit, out);
+    before_ = {fit.estimate(), fit.limits(), out.priors};
     return out;
   }
 
@@ -423,8 +433,15 @@ class Search {
   }
 
  private:
+  struct End {
+    VectorXd estimate;
+    Limits limits;
+    Priors priors;
+  };
+
   const Stack& stack_;
   double period_s_;
+  std::optional<End> before_;
 };
 
 }  // namespace
@@ -484,7 +501,7 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
     const VectorXd u = stack.input(stack.used, s);
     if (!(u.maxCoeff() > u.minCoeff())) throw io::JobError(fmt::format("{}: a sensor never changes", joint));
   }
-  const Search search(stack, period_s);
+  Search search(stack, period_s);
   std::vector<Branches> all = candidates(structure, static_cast<std::size_t>(stack.input.cols()));
   std::vector<Additive> out;
   const auto try_all = [&] {

@@ -314,7 +314,8 @@ void System::add_gram(Index from, const VectorXd& weight, double sign, MatrixXd&
   }
   if (moving == 0) return;
   gram.bottomLeftCorner(moving, still_columns_) += mixed.transpose();
-  const MatrixXd scaled = weight.cwiseSqrt().asDiagonal() * dense_.middleRows(from, weight.size());
+  const VectorXd root = weight.cwiseSqrt();
+  const Matrix scaled = root.asDiagonal() * dense_.middleRows(from, weight.size());
   gram.bottomRightCorner(moving, moving).selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose(), sign);
 }
 

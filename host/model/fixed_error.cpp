@@ -99,22 +99,23 @@ class Search {
     constexpr int kCandidates = 12;
     constexpr double kNear = 2;
     Pair pair = fresh_;
+    Pair best = fresh_;
+    Pair next = fresh_;  // assigned to again and again, which takes no memory
     const Readings base = readings([&](std::size_t i) { return uniform(low_[i], high_[i]); });
     for (int k = 0; k < kLength; ++k) {
-      Pair best = pair;
       double most = -1e300;
       for (int candidate = 0; candidate < kCandidates; ++candidate) {
-        Pair next = pair;
+        next = pair;
         const std::vector<double>& deviation = next.step(readings([&](std::size_t i) {
           return k < kJumps ? uniform(low_[i], high_[i]) : base[i] + uniform(-kNear, kNear);
         }));
         worst_ = std::max(worst_, largest(deviation));
         if (direction * deviation[joint] > most) {
           most = direction * deviation[joint];
-          best = std::move(next);
+          std::swap(best, next);
         }
       }
-      pair = std::move(best);
+      std::swap(pair, best);
     }
   }
 

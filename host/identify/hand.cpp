@@ -31,7 +31,8 @@ constexpr double kSameClock_s = 0.5;  // offsets of two joints further apart are
 constexpr double kLeastClockError_s = 0.01;
 constexpr double kUnsure = 0.15;
 constexpr double kMostDrift_deg = 1;
-constexpr int kAttacks = 20;                  // of the search for it
+constexpr int kAttacks = 15;  // of the search for fixed point's error
+constexpr int kNoise = 5000;
 constexpr double kMostFixedError_deg = 0.06;  // beside 1/16, the step of what a glove sends
 
 using Files = HandRecordings;
@@ -230,6 +231,7 @@ std::string refusal_of(const model::Model& model, double drift_deg) {
 std::string imprecision_of(const model::Model& model) {
   model::ErrorSearch search;
   search.attacks = kAttacks;
+  search.noise = kNoise;
   const double error_deg = model::worst_fixed_error_deg(model, search);
   if (error_deg <= kMostFixedError_deg) return "";
   return fmt::format("in the glove's integers it is up to {:.3f} degrees off", error_deg);

@@ -88,7 +88,7 @@ class Search {
     for (int k = 0; k <= 2 * kRamp; ++k) {
       add([&] { return static_cast<double>(k <= kRamp ? k : 2 * kRamp - k) / kRamp; });
     }
-    for (int k = 0; k < 20000; ++k) add([&] { return uniform(0, k / 100 % 2 == 0 ? 1.0 : 0.2); });
+    for (int k = 0; k < search_.noise; ++k) add([&] { return uniform(0, k / 100 % 2 == 0 ? 1.0 : 0.2); });
   }
 
   // A few jumps over the whole range, then readings near one another, each the best of a dozen for a deviation of

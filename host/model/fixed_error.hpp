@@ -11,6 +11,7 @@ namespace flexor::model {
 struct ErrorSearch {
   bool in_steps = true;  // inputs in the steps of Q5, as a board has them; otherwise any
   int attacks = 150;
+  int noise = 20000;  // readings
   std::uint32_t seed = 1;
 };
 

@@ -211,7 +211,7 @@ TEST_F(ExperimentFaults, KilledAtRandomItGoesOnToTheSameBytes) {
 }
 
 TEST_F(ExperimentFaults, KilledAtRandomAnEnsembleGoesOnToTheSameBytes) {
-  ASSERT_EQ(run({"calibrate-twin", "--ensemble", "12", "--evaluations", "240", "--trials", "1", "--out",
+  ASSERT_EQ(run({"calibrate-twin", "--ensemble", "6", "--evaluations", "240", "--trials", "1", "--out",
                  path("laboratories.json")})
                 .exit,
             0);

@@ -187,6 +187,7 @@ struct Validated {
   std::vector<double> fold_loss;                    // means
   std::vector<std::pair<double, double>> estimate;  // and its error, degrees, of each sample as it was
   double rmse_deg = 0;                              // of the samples as they were
+  std::vector<VectorXd> coefficients;               // without each fold
 };
 
 // Each fold estimated from the others, in the least-squares problem of a fit to all.
@@ -224,6 +225,7 @@ class CrossValidation {
       gram = fold.gram + penalty;
       const VectorXd c = gram.selfadjointView<Eigen::Lower>().llt().solve(fold.right);
       const VectorXd estimate = system.estimate(fold.begin, fold.end - fold.begin, c);
+      out.coefficients.push_back(c);
       double loss = 0;
       double weight = 0;
       for (Index r = fold.begin; r < fold.end; ++r) {
@@ -371,8 +373,19 @@ void level_off(Additive& out) {
   }
 }
 
+MatrixXd jackknife(const std::vector<VectorXd>& without, Index knots, Index columns) {
+  const auto n = static_cast<double>(without.size());
+  VectorXd middle = VectorXd::Zero(without.front().size());
+  for (const VectorXd& c : without) middle += c / n;
+  VectorXd squares = VectorXd::Zero(middle.size());
+  for (const VectorXd& c : without) squares += (n - 1) / n * (c - middle).cwiseAbs2();
+  const VectorXd error = squares.cwiseSqrt();
+  return Eigen::Map<const MatrixXd>(error.data(), knots, columns / knots);
+}
+
 void validate(const CrossValidation& validation, const System& system, Additive& out) {
   const Validated error = validation.error(system.penalty(out.priors));
+  out.standard_error = jackknife(error.coefficients, out.branches.knots, system.shared_columns());
   out.fold_loss = error.fold_loss;
   out.accuracy = accuracy_of(error.estimate);
   out.cross_validated_deg = error.rmse_deg;
@@ -535,6 +548,26 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
       search.finish(drift, most_drift_deg, *next);
     }
     if (accept(*next)) break;
+  }
+  return out;
+}
+
+std::vector<CurveValue> curve_values(const Additive& fit, const std::vector<std::string>& inputs) {
+  std::vector<CurveValue> out;
+  for (std::size_t s = 0; s < fit.knots.size(); ++s) {
+    const std::string sensor = inputs.size() > 1 ? inputs[s] + " " : "";
+    const auto add = [&](Index column, const std::string& what) {
+      for (Index k = 0; k < fit.value.rows(); ++k) {
+        out.push_back({fmt::format("{}{} at {:.4g}", sensor, what, fit.knots[s][static_cast<std::size_t>(k)]),
+                       fit.value(k, column), fit.standard_error(k, column)});
+      }
+    };
+    for (std::size_t b = 0; b < fit.branches.still(); ++b) {
+      add(fit.still(s) + static_cast<Index>(b), b == 0 ? "curve" : fmt::format("play {}", b));
+    }
+    for (std::size_t l = 0; l < fit.branches.lags_s.size(); ++l) {
+      add(fit.moving(s) + static_cast<Index>(l), fmt::format("motion over {:g} s", fit.branches.lags_s[l]));
+    }
   }
   return out;
 }

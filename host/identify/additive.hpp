@@ -23,8 +23,11 @@
 // Radii, time constants, knots and the strength of the priors are chosen by cross-validation: over blocks of the
 // fitted samples, or over recordings where there are more than two. Of candidates that are as good within 3 %, in
 // loss and in mean square, the smallest is taken: less to run on a board.
+// Standard errors of the curves' values are those of the jackknife over the same folds, blocks of time or whole
+// recordings, so that they hold for errors that come in runs: SE^2 = (n - 1) / n sum_f (c_f - mean)^2.
 // Sources: P. Eilers, B. Marx, Statistical Science 11 (1996) 89 (penalised curves); J. Tobin, Econometrica 26 (1958)
-// 24 (limits in the loss); B. Silverman, JRSS B 47 (1985) 1.
+// 24 (limits in the loss); B. Silverman, JRSS B 47 (1985) 1; H. Kuensch, Ann. Statist. 17 (1989) 1217 (jackknife over
+// blocks).
 #pragma once
 
 #include <Eigen/Core>
@@ -73,7 +76,8 @@ struct Additive {
   Priors priors;
   std::vector<std::vector<double>> knots;  // of each sensor
   std::vector<std::vector<double>> radii;  // of its plays, in its unit
-  Eigen::MatrixXd value;  // knot by branch: reading and plays of each sensor, then motions of each
+  Eigen::MatrixXd value;           // knot by branch: reading and plays of each sensor, then motions of each
+  Eigen::MatrixXd standard_error;  // of each value
   Eigen::VectorXd
       donning;  // of each recording: offset, then by each sensor what half its range adds; degrees
   double offset_deg = 0;
@@ -114,6 +118,14 @@ using Accept = std::function<bool(const Additive&)>;
 std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double period_s,
                                    const std::string& joint, const std::string& structure, const Drift& drift,
                                    double most_drift_deg, const Accept& accept, const Step& step);
+
+// "curve at 352", "play 2 at 352", "motion over 0.3 s at 352"; of several sensors with their names before.
+struct CurveValue {
+  std::string name;
+  double value_deg;
+  double standard_error_deg;
+};
+std::vector<CurveValue> curve_values(const Additive& fit, const std::vector<std::string>& inputs);
 
 // Adds the blocks of `fit` behind the model's inputs of these names, and the joint.
 void add_to(model::Model& model, const Additive& fit, const std::vector<std::string>& inputs,

@@ -13,12 +13,11 @@
 
 #include "host/identify/estimator.hpp"
 #include "host/identify/hold.hpp"
+#include "host/identify/joint_fit.hpp"
 #include "host/identify/published_form.hpp"
 #include "host/identify/refit.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
-#include "host/model/fixed_error.hpp"
-#include "host/model/formats.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::identify {
@@ -30,10 +29,6 @@ using io::InputError;
 constexpr double kSameClock_s = 0.5;  // offsets of two joints further apart are two opinions
 constexpr double kLeastClockError_s = 0.01;
 constexpr double kUnsure = 0.15;
-constexpr double kMostDrift_deg = 1;
-constexpr int kAttacks = 15;  // of the search for fixed point's error
-constexpr int kNoise = 5000;
-constexpr double kMostFixedError_deg = 0.06;  // beside 1/16, the step of what a glove sends
 
 using Files = HandRecordings;
 
@@ -200,80 +195,6 @@ void add_inputs(const HandRequest& request, const std::vector<Files>& files,
   }
 }
 
-model::Model with_joint(const model::Model& inputs, const Additive& fit, const JointMap& joint) {
-  model::Model out = inputs;
-  add_to(out, fit, joint.sensors, joint.joint);
-  return out;
-}
-
-// Nobody else's inputs: a joint is tried by itself.
-model::Model alone(const model::Model& inputs, const Additive& fit, const JointMap& joint) {
-  model::Model own = inputs;
-  std::erase_if(own.inputs, [&](const model::Input& input) {
-    return std::ranges::find(joint.sensors, input.name) == joint.sensors.end();
-  });
-  return with_joint(own, fit, joint);
-}
-
-// Why this candidate cannot be worn; empty: it can.
-std::string refusal_of(const model::Model& model, double drift_deg) {
-  if (drift_deg > kMostDrift_deg) {
-    return fmt::format("held still, its angle drifts by {:.1f} degrees within a minute", drift_deg);
-  }
-  try {
-    model::check_fixed(model);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
-
-std::string imprecision_of(const model::Model& model) {
-  model::ErrorSearch search;
-  search.attacks = kAttacks;
-  search.noise = kNoise;
-  const double error_deg = model::worst_fixed_error_deg(model, search);
-  if (error_deg <= kMostFixedError_deg) return "";
-  return fmt::format("in the glove's integers it is up to {:.3f} degrees off", error_deg);
-}
-
-JointResult choose(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
-                   const std::string& structure, const Step& step) {
-  JointResult out;
-  out.name = joint.joint;
-  std::optional<Additive> best;
-  std::vector<std::string> refusals;
-  std::size_t at = 0;  // of the rows
-  const auto drift = [&](const Additive& fit) {
-    return hold_drift_deg(alone(inputs, fit, joint), sessions, joint.sensors);
-  };
-  // The best that can be worn, unless one is precise as well.
-  const auto accept = [&](const Additive& fit) {
-    const model::Model model = alone(inputs, fit, joint);
-    refusals.push_back(refusal_of(model, *fit.hold_drift_deg));
-    const bool worn = refusals.back().empty();
-    if (worn) refusals.back() = imprecision_of(model);
-    const bool precise = refusals.back().empty();
-    if (worn && (precise || !best)) {
-      best = fit;
-      at = refusals.size() - 1;
-    }
-    return precise;
-  };
-  const std::vector<Additive> all = fit_additive(sessions, inputs.sample_period_s, joint.joint, structure,
-                                                 drift, kMostDrift_deg, accept, step);
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    out.rows.push_back({describe(all[k].branches), all[k].cross_validated_deg, all[k].fitted_rmse_deg,
-                        all[k].effective, all[k].hold_drift_deg, k < refusals.size() ? refusals[k] : "",
-                        k == at});
-  }
-  if (!best) throw io::JobError(fmt::format("{}: {}", joint.joint, refusals.front()));
-  out.fit = *best;
-  out.structure = out.rows[at].structure;
-  out.hold_drift_deg = *best->hold_drift_deg;
-  return out;
-}
-
 // Errors of all pairs' held-out parts together, on one clock that jumps between them.
 struct Held {
   std::vector<double> t_s;
@@ -352,10 +273,9 @@ void score_baseline(const std::string& name, const std::string& structure, const
     try {
       const auto no_drift = [](const Additive&) { return 0.0; };
       const auto any = [](const Additive&) { return true; };
-      const Additive fit = fit_additive(sessions, inputs.sample_period_s, own.joint, structure, no_drift,
-                                        kMostDrift_deg, any, {})
-                               .front();
-      const auto estimated = estimates(alone(inputs, fit, own), files, samples, {j});
+      const Additive fit =
+          fit_additive(sessions, inputs.sample_period_s, own.joint, structure, no_drift, 0, any, {}).front();
+      const auto estimated = estimates(joint_model(inputs, fit, own), files, samples, {j});
       r.joints[j].baselines.emplace(name, held_of(samples, j).score(estimated.front()));
     } catch (const io::JobError& error) {
       r.joints[j].baseline_refusals.push_back(fmt::format("{}: {}", name, error.what()));
@@ -488,12 +408,14 @@ void fit_joints(const HandRequest& request, const std::vector<Sampled>& samples,
   for (std::size_t j = 0; j < joints; ++j) {
     const JointMap& map = request.map[j];
     const std::vector<Session> sessions = sessions_of(samples, j);
-    r.joints.push_back(choose(sessions, inputs, map, request.structure,
-                              [&](std::size_t done, std::size_t of, const std::string& what) {
-                                return !step || step(j * of + done, joints * of, what);
-                              }));
+    r.joints.emplace_back();
     JointResult& joint = r.joints.back();
-    joint.donnings = donnings_of(sessions, alone(inputs, joint.fit, map), joint.fit);
+    joint.name = map.joint;
+    static_cast<JointFit&>(joint) = fit_joint(sessions, inputs, map, request.structure,
+                                              [&](std::size_t done, std::size_t of, const std::string& what) {
+                                                return !step || step(j * of + done, joints * of, what);
+                                              });
+    joint.donnings = donnings_of(sessions, joint_model(inputs, joint.fit, map), joint.fit);
     add_to(r.model, joint.fit, map.sensors, map.joint);
   }
 }
@@ -561,7 +483,8 @@ model::Model fit_hand(const HandRequest& request, const std::vector<HandRecordin
 
 Json to_json(const HandIdentification& r) {
   Json joints = Json::object();
-  for (const JointResult& joint : r.joints) {
+  for (std::size_t j = 0; j < r.joints.size(); ++j) {
+    const JointResult& joint = r.joints[j];
     Json baselines = Json::object();
     for (const auto& [name, score] : joint.baselines) baselines[name] = score::to_json(score);
     Json rows = Json::array();
@@ -575,6 +498,11 @@ Json to_json(const HandIdentification& r) {
       if (!row.refusal.empty()) one["refusal"] = row.refusal;
       rows.push_back(std::move(one));
     }
+    Json parameters = Json::array();
+    for (const CurveValue& value : curve_values(joint.fit, r.request.map[j].sensors)) {
+      parameters.push_back(
+          {{"name", value.name}, {"value", value.value_deg}, {"standard_error", value.standard_error_deg}});
+    }
     joints[joint.name] = {{"holdout", score::to_json(joint.holdout)},
                           {"baselines", std::move(baselines)},
                           {"structure", joint.structure},
@@ -584,6 +512,7 @@ Json to_json(const HandIdentification& r) {
                           {"cross_validated_rmse_deg", joint.fit.cross_validated_deg},
                           {"effective_parameters", joint.fit.effective},
                           {"condition", joint.fit.condition},
+                          {"parameters", std::move(parameters)},
                           {"structures", std::move(rows)}};
   }
   Json pairs = Json::array();

@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "host/identify/additive.hpp"
 #include "host/identify/donnings.hpp"
+#include "host/identify/joint_fit.hpp"
 #include "host/identify/joint_map.hpp"
 #include "host/model/model.hpp"
 #include "host/recording/pair.hpp"
@@ -52,22 +52,9 @@ struct Clock {
   double confidence = 0;  // 0 to 1, as recording::Alignment
 };
 
-struct CandidateRow {
-  std::string structure;
-  double cross_validated_deg = 0;
-  double fitted_rmse_deg = 0;
-  double parameters = 0;                 // effective
-  std::optional<double> hold_drift_deg;  // none: a better one was worth wearing before
-  std::string refusal;                   // why this one was passed over
-  bool chosen = false;
-};
-
-struct JointResult {
+// Of a refitted model there are no rows and no fit.
+struct JointResult : JointFit {
   std::string name;
-  std::vector<CandidateRow> rows;
-  std::string structure;
-  Additive fit;                      // of a refitted model: none
-  double hold_drift_deg = 0;         // see hold.hpp
   std::optional<Donnings> donnings;  // of two recordings or more
   score::Score holdout;
   std::map<std::string, score::Score> baselines;  // line, line_lead, published_form

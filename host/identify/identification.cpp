@@ -75,14 +75,19 @@ std::vector<double> estimate(const model::Model& model, const Identification& r)
   return out;
 }
 
-model::Model make_model(const Summary& fit, const Identification& r) {
+// All but blocks and joints.
+model::Model start_model(const std::string& structure, const Identification& r) {
   model::Model m;
   m.name = io::to_utf8(std::filesystem::path(r.pair.sensor.source).stem().string());
-  m.description =
-      fmt::format("{} fitted to {} against {}", describe(fit.structure), r.pair.input, r.pair.output);
+  m.description = fmt::format("{} fitted to {} against {}", structure, r.pair.input, r.pair.output);
   m.written_by = "flexor " FLEXOR_VERSION;
   m.sample_period_s = r.aligned.period_s;
   m.max_gap_s = r.aligned.max_gap_s;
+  return m;
+}
+
+model::Model make_model(const Summary& fit, const Identification& r) {
+  model::Model m = start_model(describe(fit.structure), r);
   model::Channel channel = fit.channel;
   channel.input_column = r.pair.input;
   channel.input_unit = r.pair.sensor.column(r.pair.input).unit;
@@ -317,7 +322,8 @@ Data fitted_data(const Identification& r, const std::string& channel) {
 
 struct Fitted {
   std::vector<Candidate> candidates;
-  std::size_t chosen = 0;
+  std::optional<std::size_t> chosen;  // of these; none: the additive compensator
+  std::optional<JointFit> additive;
   double seconds = 0;  // without the families that only stand beside it in the table
 };
 
@@ -336,7 +342,8 @@ class FitSteps {
 };
 
 // The other families at their usual size, so that the table compares.
-void fit_others(const Data& data, Family chosen, FitSteps& steps, std::vector<Candidate>& candidates) {
+void fit_others(const Data& data, std::optional<Family> chosen, FitSteps& steps,
+                std::vector<Candidate>& candidates) {
   for (const Family family : families()) {
     if (family == chosen) continue;
     Candidate other{make_structure(family), {}, 0, {}};
@@ -352,17 +359,42 @@ void fit_others(const Data& data, Family chosen, FitSteps& steps, std::vector<Ca
   }
 }
 
-Fitted fit_structures(const Request& request, const Data& data, const Progress& progress) {
+model::Input additive_input(const std::string& channel, const Identification& r) {
+  return {r.pair.input, r.pair.input,        r.pair.sensor.column(r.pair.input).unit,
+          channel,      r.aligned.valid.min, r.aligned.valid.max};
+}
+
+JointFit fit_additive_joint(const Identification& r, const Data& data, const Progress& progress) {
+  model::Model inputs = start_model("", r);
+  inputs.inputs.push_back(additive_input(data.channel, r));
+  Session session{data.input, data.angle_deg, data.use};
+  for (std::size_t k = 0; k < session.use.size(); ++k) {
+    const double u = data.input(static_cast<Eigen::Index>(k));
+    session.use[k] = session.use[k] && u >= r.aligned.valid.min && u <= r.aligned.valid.max;
+  }
+  return fit_joint({session}, inputs, {data.channel, {r.pair.input}, r.pair.output}, "auto", progress);
+}
+
+Fitted fit_structures(const Identification& r, const Data& data, const Progress& progress) {
+  const Request& request = r.request;
   const auto start = std::chrono::steady_clock::now();
+  if (request.structure == "auto" && !request.monotone) {
+    Fitted out;
+    out.additive = fit_additive_joint(r, data, progress);
+    out.seconds = seconds_since(start);
+    FitSteps steps(progress);
+    fit_others(data, {}, steps, out.candidates);
+    return out;
+  }
   if (request.structure == "auto") {
     Selection selection = select(auto_candidates(request.monotone), data, progress);
-    return {std::move(selection.candidates), selection.chosen, seconds_since(start)};
+    return {std::move(selection.candidates), selection.chosen, {}, seconds_since(start)};
   }
   Candidate asked{requested_structure(request), {}, 0, {}};
   FitSteps steps(progress);
   steps.next(asked.structure);
   asked.summary = fit(asked.structure, data);
-  Fitted out{{std::move(asked)}, 0, seconds_since(start)};
+  Fitted out{{std::move(asked)}, 0, {}, seconds_since(start)};
   fit_others(data, out.candidates.front().structure.family, steps, out.candidates);
   return out;
 }
@@ -391,11 +423,50 @@ void document(Identification& r) {
     }
     parameters.push_back(std::move(entry));
   }
-  r.model.fit = {{"structure", describe(r.fit.structure)},
+  r.model.fit = {{"structure", r.structure_detail},
                  {"fitted_rmse_deg", r.fit.rmse_deg},
                  {"condition", r.fit.condition},
                  {"holdout", score::to_json(r.holdout)},
                  {"parameters", std::move(parameters)}};
+}
+
+// What was chosen, as fit and model.
+void take(const Fitted& fitted, const std::string& channel, Identification& r) {
+  if (fitted.chosen) {
+    r.fit = fitted.candidates[*fitted.chosen].summary;
+    r.structure = name(r.fit.structure.family);
+    r.structure_detail = describe(r.fit.structure);
+    r.model = make_model(r.fit, r);
+    return;
+  }
+  const Additive& fit = fitted.additive->fit;
+  r.additive = fit;
+  r.structure = "additive";
+  r.structure_detail = fitted.additive->structure;
+  r.fit.used_samples = fit.samples;
+  r.fit.free_parameters = static_cast<int>(std::lround(fit.effective));
+  r.fit.rmse_deg = fit.fitted_rmse_deg;
+  r.fit.condition = fit.condition;
+  for (const CurveValue& value : curve_values(fit, {r.pair.input})) {
+    r.fit.parameters.push_back({value.name, value.value_deg, value.standard_error_deg});
+  }
+  model::Model inputs = start_model(r.structure_detail, r);
+  inputs.inputs.push_back(additive_input(channel, r));
+  r.model = joint_model(inputs, fit, {channel, {r.pair.input}, r.pair.output});
+}
+
+// Of the additive candidates that were not taken only the chosen one runs over what was held out.
+void make_rows(const Fitted& fitted, const Scorer& scorer, Identification& r) {
+  for (std::size_t i = 0; i < fitted.candidates.size(); ++i) {
+    r.rows.push_back(make_row(fitted.candidates[i], r, scorer));
+    r.rows.back().chosen = fitted.chosen == i;
+  }
+  if (r.additive) {
+    r.rows.push_back({r.structure_detail, r.fit.free_parameters, r.fit.rmse_deg,
+                      r.additive->cross_validated_deg, r.holdout, "", true});
+  }
+  std::ranges::stable_sort(
+      r.rows, {}, [](const TableRow& row) { return std::pair(!row.refusal.empty(), row.parameters); });
 }
 
 }  // namespace
@@ -425,25 +496,19 @@ Identification identify(recording::Pair pair, const Request& request, const Prog
   r.holdout_begin = a.holdout_begin;
 
   const Data data = fitted_data(r, channel);
-  Fitted fitted = fit_structures(request, data, progress);
-  r.fit = fitted.candidates[fitted.chosen].summary;
+  const Fitted fitted = fit_structures(r, data, progress);
   r.fit_seconds = fitted.seconds;
+  take(fitted, channel, r);
 
   std::vector<std::uint8_t> use = data.use;
   use.resize(a.size(), 0);
   const Scorer scorer(a, r.holdout_begin);
   r.baseline_deg = straight_line(a, use);
   r.baseline = scorer.all(r.baseline_deg);
-  r.model = make_model(r.fit, r);
   r.estimated_deg = estimate(r.model, r);
   r.holdout = scorer.all(r.estimated_deg);
   r.holdout_without_gaps = scorer.without_gaps(r.estimated_deg);
-  for (std::size_t i = 0; i < fitted.candidates.size(); ++i) {
-    r.rows.push_back(make_row(fitted.candidates[i], r, scorer));
-    r.rows.back().chosen = i == fitted.chosen;
-  }
-  std::ranges::stable_sort(
-      r.rows, {}, [](const TableRow& row) { return std::pair(!row.refusal.empty(), row.parameters); });
+  make_rows(fitted, scorer, r);
   document(r);
   add_warnings(r);
   return r;

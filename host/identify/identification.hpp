@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "host/identify/fit.hpp"
+#include "host/identify/joint_fit.hpp"
 #include "host/identify/select.hpp"
 #include "host/model/channel.hpp"
 #include "host/recording/pair.hpp"
@@ -22,12 +23,12 @@ namespace flexor::identify {
 struct Request {
   double rate_hz = 20;
   double split = 0.5;              // share of the overlap that is fitted
-  std::string structure = "auto";  // or a family's name
+  std::string structure = "auto";  // the additive compensator of hand.hpp; or a family's name
   std::optional<int> order;
   std::optional<int> knots;
   std::optional<int> plays;
   bool dead_zone = false;
-  bool monotone = false;
+  bool monotone = false;  // with auto: the best of the families, by cross-validation
   std::optional<double> clock_offset_s;
   double lead_s = 0;  // estimate the angle this far ahead, to make up for lag behind the compensator
   std::optional<std::string> channel;  // default: the finger in a column's name, else index
@@ -50,7 +51,10 @@ struct Identification {
   recording::Pair pair;
   recording::Aligned aligned;
   std::size_t holdout_begin = 0;  // first held-out sample
-  Summary fit;
+  std::string structure;          // "additive" or a family's name
+  std::string structure_detail;   // "hw: 10 knots, order 2"
+  Summary fit;                    // of an additive one: how well and from what, not theta and channel
+  std::optional<Additive> additive;
   std::vector<TableRow> rows;
   model::Model model;
   std::vector<double> estimated_deg;  // at every sample

@@ -33,27 +33,25 @@ Json alignment(const Identification& r) {
           {"drift_ppm", or_null(a.drift_ppm)}};
 }
 
-// Where a finger's angle settles, reading by reading: the chain without what has a memory.
+// Where a finger's angle settles, reading by reading: there every block starts at rest.
 Json static_map(const Identification& r) {
-  model::Channel channel = *model::channel(r.model, 0);
-  channel.hysteresis.reset();
-  channel.lti.poles_rad_s.clear();
-  channel.lti.taps.clear();
-  model::Compensator<model::DoubleArithmetic> map(model::model_of(channel, r.model.sample_period_s));
+  const model::Compensator<model::DoubleArithmetic> fresh(r.model);
   const auto [low, high] = std::ranges::minmax(r.aligned.input);
   constexpr int kPoints = 300;
   Json reading = Json::array();
   Json angle = Json::array();
   for (int i = 0; i <= kPoints; ++i) {
     const double at = low + (high - low) * i / kPoints;
+    auto still = fresh;
     reading.push_back(at);
-    angle.push_back(map.step(at).angle_deg);
+    angle.push_back(still.step(at).angle_deg);
   }
   return {{"reading", std::move(reading)}, {"angle_deg", std::move(angle)}};
 }
 
-// The linear part's answer to a step of 1 at t = 0, as a share of where it ends.
+// The linear part's answer to a step of 1 at t = 0, as a share of where it ends; none where it is not one part.
 Json step_response(const Identification& r) {
+  if (r.additive) return nullptr;
   model::Channel channel;
   channel.name = r.model.joints.front().name;
   channel.lti = model::channel(r.model, 0)->lti;
@@ -77,9 +75,10 @@ Json step_response(const Identification& r) {
   return {{"t_s", std::move(t_s)}, {"share", std::move(share)}};
 }
 
-Json knots(const model::Channel& channel) {
-  if (!channel.input_curve) return nullptr;
-  return {{"reading", channel.input_curve->x}, {"angle_deg", channel.input_curve->y}};
+Json knots(const Identification& r) {
+  const auto channel = model::channel(r.model, 0);
+  if (!channel || !channel->input_curve) return nullptr;
+  return {{"reading", channel->input_curve->x}, {"angle_deg", channel->input_curve->y}};
 }
 
 Json parameters(const Identification& r) {
@@ -119,7 +118,7 @@ Json results(const Identification& r) {
       json["structures"][i]["holdout_fit_percent"] = r.rows[i].holdout.fit_percent;
   }
   json["static_map"] = static_map(r);
-  json["knots"] = knots(*model::channel(r.model, 0));
+  json["knots"] = knots(r);
   json["step_response"] = step_response(r);
   return json;
 }

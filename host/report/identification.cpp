@@ -355,8 +355,8 @@ void structures(Page& page, const Json& r) {
   page.table(t);
   page.paragraph(
       r.at("structure_asked_for") == "auto"
-          ? "The marked structure was chosen by cross-validation inside the fitted part: the fewest "
-            "parameters within 2 % of the best. The held-out column played no part in the choice."
+          ? "The marked structure was chosen by cross-validation inside the fitted part. The held-out column "
+            "played no part in the choice; the others are for comparison."
           : "The marked structure was asked for. The others are fitted at their usual size, for comparison.");
 }
 
@@ -370,11 +370,9 @@ void parameters(Page& page, const Json& fit) {
   }
   page.table(t);
   page.paragraph(
-      fmt::format("Standard errors allow for correlated and outlying residuals. Condition number of the "
-                  "scaled Jacobian: {:.3g}; {} "
-                  "samples, {} iterations from {} starts.",
-                  number_or_nan(fit.at("condition")), fit.at("samples").get<std::size_t>(),
-                  fit.at("iterations").get<int>(), fit.at("starts").get<int>()));
+      fmt::format("Standard errors allow for correlated and outlying residuals. Condition number: {:.3g}; {} "
+                  "samples.",
+                  number_or_nan(fit.at("condition")), fit.at("samples").get<std::size_t>()));
   page.end_details();
 }
 
@@ -418,7 +416,8 @@ void render_identification(const Saved& saved) {
   curve(g, saved, s);
   both_clocks(g, s);
   offset_scan(g, saved);
-  dynamics(g, saved);
+  const bool has_step = !r.at("step_response").is_null();
+  if (has_step) dynamics(g, saved);
   const std::vector<double> held = errors(s, true);
   error_histogram(g, errors(s, false), held);
   error_correlation(g, held, s.t_s[1] - s.t_s[0]);
@@ -426,7 +425,9 @@ void render_identification(const Saved& saved) {
   Page page(fmt::format("{} finger: from {} to an angle", saved.text("channel"),
                         r.at("sensor").at("column").get<std::string>()));
   summary(page, r);
-  for (const Figure& f : figures()) page.figure(f, g, saved.folder());
+  for (const Figure& f : figures()) {
+    if (has_step || f.name != std::string("dynamics")) page.figure(f, g, saved.folder());
+  }
   page.paragraph(alignment_facts(r));
   structures(page, r);
   parameters(page, r.at("fit"));

@@ -1,0 +1,112 @@
+#include "host/identify/additive.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <utility>
+
+#include "host/io/io.hpp"
+
+namespace flexor::identify {
+namespace {
+
+constexpr double kPeriod_s = 0.05;
+
+// One motion, the same for every seed; the seed draws the noise of the angle, white or in runs.
+Session session(unsigned seed, double memory, double offset_deg = 0) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise;
+  Session out;
+  const Eigen::Index n = 2400;
+  out.input.resize(n, 1);
+  out.angle_deg.resize(n);
+  out.use.assign(static_cast<std::size_t>(n), 1);
+  double run = 0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const auto t = static_cast<double>(k) * kPeriod_s;
+    const double share = 0.5 + 0.25 * std::sin(0.9 * t) + 0.24 * std::sin(0.37 * t + 1);
+    run = memory * run + std::sqrt(1 - memory * memory) * noise(random);
+    out.input(k, 0) = 300 + 400 * share;
+    out.angle_deg(k) = 90 * share * share + offset_deg + 0.5 * run;
+  }
+  return out;
+}
+
+Additive fitted(const std::vector<Session>& sessions, const std::string& structure) {
+  const auto still = [](const Additive&) { return 0.0; };
+  const auto any = [](const Additive&) { return true; };
+  return fit_additive(sessions, kPeriod_s, "index", structure, still, 1, any, {}).front();
+}
+
+TEST(Additive, StandardErrorsAreTheSpreadOfRepeatedRecordings) {
+  for (const double memory : {0.0, 0.95}) {
+    constexpr int kSeeds = 40;
+    std::vector<Additive> all;
+    for (unsigned seed = 0; seed < kSeeds; ++seed) all.push_back(fitted({session(seed, memory)}, "curve"));
+    // Knots that readings surround.
+    for (const Eigen::Index knot : {3, 6, 9}) {
+      double mean = 0;
+      double stated = 0;
+      for (const Additive& one : all) {
+        mean += (one.offset_deg + one.value(knot, 0)) / kSeeds;
+        stated += one.standard_error(knot, 0) * one.standard_error(knot, 0) / kSeeds;
+      }
+      double spread = 0;
+      for (const Additive& one : all) {
+        const double d = one.offset_deg + one.value(knot, 0) - mean;
+        spread += d * d / (kSeeds - 1);
+      }
+      EXPECT_GT(std::sqrt(stated / spread), 0.7) << "memory " << memory << ", knot " << knot;
+      EXPECT_LT(std::sqrt(stated / spread), 1.5) << "memory " << memory << ", knot " << knot;
+    }
+  }
+}
+
+TEST(Additive, WhatDiffersBetweenRecordingsStaysOutOfTheCurves) {
+  const Additive fit = fitted({session(1, 0, -6), session(2, 0, 0), session(3, 0, 6)}, "curve");
+  ASSERT_EQ(fit.donning.size(), 6) << "an offset and a slope each";
+  EXPECT_NEAR(fit.donning(4) - fit.donning(0), 12, 2.5);
+  const Additive one = fitted({session(2, 0, 0)}, "curve");
+  EXPECT_EQ(one.donning.size(), 0);
+  for (const Eigen::Index knot : {3, 6, 9}) {
+    EXPECT_NEAR(fit.offset_deg + fit.value(knot, 0), one.offset_deg + one.value(knot, 0), 1);
+  }
+}
+
+TEST(Additive, OnlyWhatIsAskedForIsFinished) {
+  int asked = 0;
+  const auto drift = [&](const Additive&) { return 0.1; };
+  const auto second = [&](const Additive& fit) {
+    EXPECT_TRUE(fit.hold_drift_deg);
+    EXPECT_GT(fit.condition, 1);
+    return ++asked == 2;
+  };
+  const auto all = fit_additive({session(4, 0)}, kPeriod_s, "index", "auto", drift, 1, second, {});
+  ASSERT_GT(all.size(), 7U) << "coarse candidates, then finer ones";
+  EXPECT_TRUE(all[1].hold_drift_deg);
+  EXPECT_FALSE(all[2].hold_drift_deg);
+}
+
+TEST(Additive, MotionThatDriftsIsShrunkUntilItDoesNot) {
+  double told = 5;
+  const auto drift = [&](const Additive&) { return std::exchange(told, 0.5); };
+  const auto any = [](const Additive&) { return true; };
+  const auto before = fitted({session(5, 0)}, "line-lead");
+  const auto after =
+      fit_additive({session(5, 0)}, kPeriod_s, "index", "line-lead", drift, 1, any, {}).front();
+  EXPECT_EQ(*after.hold_drift_deg, 0.5);
+  EXPECT_GT(after.priors.motion, before.priors.motion);
+}
+
+TEST(Additive, AnUnknownStructureListsTheKnown) {
+  try {
+    (void)candidates("splines", 1);
+    FAIL();
+  } catch (const io::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("line-lead"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace flexor::identify

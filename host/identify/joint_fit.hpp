@@ -1,0 +1,41 @@
+// The compensator of one joint: of the additive candidates (additive.hpp), best first, the first that can be worn.
+// It holds still when the finger does, to a degree in a minute, and it fits the glove's integers within 0.06 degree;
+// where none is so precise, the best that holds still.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/identify/additive.hpp"
+#include "host/identify/joint_map.hpp"
+#include "host/model/model.hpp"
+
+namespace flexor::identify {
+
+struct CandidateRow {
+  std::string structure;
+  double cross_validated_deg = 0;
+  double fitted_rmse_deg = 0;
+  double parameters = 0;                 // effective
+  std::optional<double> hold_drift_deg;  // none: a better one was worth wearing before
+  std::string refusal;                   // why this one was passed over
+  bool chosen = false;
+};
+
+struct JointFit {
+  std::vector<CandidateRow> rows;
+  std::string structure;
+  Additive fit;
+  double hold_drift_deg = 0;  // see hold.hpp
+};
+
+// `inputs` is a model without blocks and joints; the sessions' columns are the joint's sensors. Throws
+// io::InputError and io::JobError.
+JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
+                   const std::string& structure, const Step& step);
+
+// A model of this joint alone, without other joints' inputs.
+model::Model joint_model(const model::Model& inputs, const Additive& fit, const JointMap& joint);
+
+}  // namespace flexor::identify

@@ -8,6 +8,7 @@
 // form with its parameters fitted.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -62,6 +63,17 @@ struct CandidateRow {
   bool chosen = false;
 };
 
+// A joint in one pair of recordings, at every sample of the compensator's grid from the first that both logs saw.
+struct JointSamples {
+  std::vector<double> t_s;                   // since then
+  std::vector<std::vector<double>> reading;  // of each of its sensors, the own one first
+  std::vector<double> measured_deg;
+  std::vector<double> estimated_deg;
+  std::vector<double> line_deg;   // of the baseline; empty: it could not be fitted
+  std::vector<std::uint8_t> gap;  // a pause of a log
+  std::size_t holdout_begin = 0;
+};
+
 struct JointResult {
   std::string name;
   std::vector<CandidateRow> rows;
@@ -72,6 +84,7 @@ struct JointResult {
   score::Score holdout;
   std::map<std::string, score::Score> baselines;  // line, line_lead, published_form
   std::vector<std::string> baseline_refusals;
+  std::vector<JointSamples> samples;  // of each pair; the estimates are of what the scores are of
 };
 
 struct HandIdentification {
@@ -79,6 +92,7 @@ struct HandIdentification {
   std::vector<Clock> clocks;
   std::vector<JointResult> joints;
   model::Model model;
+  model::Model proven;  // fitted to a part: what scores and samples are of; with fit_all another than `model`
   double fit_seconds = 0;
   std::vector<std::string> warnings;
 };

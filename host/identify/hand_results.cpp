@@ -41,13 +41,15 @@ Json static_map(const HandIdentification& r, std::size_t j) {
     if (sensor == sensors.end()) continue;
     row[i] = quantile(readings(r.joints[j], static_cast<std::size_t>(sensor - sensors.begin())), 0.5);
   }
-  double& swept = row[static_cast<std::size_t>(
-      std::ranges::find(r.proven.inputs, sensors.front(), &model::Input::name) - r.proven.inputs.begin())];
+  const auto input = std::ranges::find(r.proven.inputs, sensors.front(), &model::Input::name);
+  double& swept = row[static_cast<std::size_t>(input - r.proven.inputs.begin())];
   const std::vector<double> own = readings(r.joints[j], 0);
+  const double low = std::max(own.front(), input->valid_min);  // others are refused, and the angle held
+  const double high = std::min(own.back(), input->valid_max);
   Json reading = Json::array();
   Json angle = Json::array();
   for (int i = 0; i <= kPoints; ++i) {
-    swept = own.front() + (own.back() - own.front()) * i / kPoints;
+    swept = low + (high - low) * i / kPoints;
     auto compensator = fresh;
     reading.push_back(swept);
     angle.push_back(compensator.step(row)[j].angle_deg);

@@ -82,7 +82,8 @@ std::string way(const Json& r) {
   std::string out = fmt::format(
       "The first {:.0f} % of what both logs of a pair saw taught the compensator; every figure is from the "
       "rest. The peers were fitted to the same part: a straight line through the readings, that line with "
-      "the readings' motion, and the article's form with its parameters fitted.",
+      "the readings' motion (its lead), and the published form, a dead zone, a linear filter and a limit, with "
+      "its parameters fitted.",
       100 * r.at("split").get<double>());
   if (const double lead_s = r.at("lead_s").get<double>(); lead_s > 0)
     out += fmt::format(" All of them estimate the angle {:g} s ahead.", lead_s);
@@ -95,15 +96,16 @@ std::string way(const Json& r) {
 }
 
 void joints_table(Page& page, const Json& joints) {
-  TableBlock t{"Typical error (RMSE) on data that no fit saw", {"joint", "sensors", "compensator"}, {}, {}};
+  TableBlock t{"Typical error (RMSE) on data that no fit saw", {"joint", "compensator"}, {}, {}};
   for (const Peer& peer : kPeers) t.columns.emplace_back(peer.name);
-  for (const char* column : {"fit", "drift of a hold", "structure"}) t.columns.emplace_back(column);
+  for (const char* column : {"fit", "drift of a hold", "sensors", "structure"}) t.columns.emplace_back(column);
   std::vector<Link> links;
   for (const auto& [name, joint] : joints.items()) {
-    std::vector<std::string> row = {name, sensors_of(joint), degrees(compensator_rmse_deg(joint))};
+    std::vector<std::string> row = {name, degrees(compensator_rmse_deg(joint))};
     for (const Peer& peer : kPeers) row.push_back(degrees(peer_rmse_deg(joint, peer)));
     row.push_back(fmt::format("{:.1f} %", joint.at("holdout").at("fit_percent").get<double>()));
     row.push_back(degrees(joint.at("hold_drift_deg").get<double>()));
+    row.push_back(sensors_of(joint));
     row.push_back(joint.at("structure").get<std::string>());
     t.rows.push_back(std::move(row));
     links.push_back({page_of(links.size()), fmt::format("{}: response, curve, structures", name)});
@@ -169,10 +171,16 @@ std::string verdict(const Json& joint) {
   const double rmse_deg = compensator_rmse_deg(joint);
   std::string out = fmt::format(
       "On data it never saw, the compensator is typically {:.2f}° from the camera", rmse_deg);
-  const double line_deg = peer_rmse_deg(joint, kPeers[0]);
-  if (std::isnan(line_deg)) return out + ".";
-  if (line_deg / rmse_deg < 1.05) return out + ": no better than a straight line through the readings.";
-  return out + fmt::format("; a straight line through the readings is {:.1f} times as much.", line_deg / rmse_deg);
+  const Peer* best = nullptr;
+  for (const Peer& peer : kPeers) {
+    const double peer_deg = peer_rmse_deg(joint, peer);
+    if (!std::isnan(peer_deg) && (best == nullptr || peer_deg < peer_rmse_deg(joint, *best))) best = &peer;
+  }
+  if (best == nullptr) return out + ".";
+  const double best_deg = peer_rmse_deg(joint, *best);
+  out += fmt::format("; the best of its peers, the {}, {:.2f}°: ", best->name, best_deg);
+  if (best_deg / rmse_deg < 1.05) return out + "the compensator is no better.";
+  return out + fmt::format("{:.1f} times as much.", best_deg / rmse_deg);
 }
 
 void joint_cards(Page& page, const Json& joint) {
@@ -213,7 +221,7 @@ void figures(Page& page, const Saved& saved, const Json& joint, std::size_t numb
 }
 
 void structures(Page& page, const Json& joint) {
-  TableBlock t{"Structures tried, best first",
+  TableBlock t{"Structures tried, in order of preference",
                {"structure", "parameters", "error, fitted part", "cross-validated", "drift of a hold"},
                {},
                {}};
@@ -231,9 +239,9 @@ void structures(Page& page, const Json& joint) {
     return page.paragraph(fmt::format("One alone: {}.", joint.at("structure").get<std::string>()));
   page.table(t);
   page.paragraph(
-      "Marked: the first by cross-validation inside the fitted part that holds still when the finger does and "
-      "fits the glove's integers. Parameters: how many the data determine. No drift: a better one was found "
-      "before.");
+      "Marked: the smallest of the best by cross-validation inside the fitted part that holds still when the "
+      "finger does and fits the glove's integers. Parameters: how many the data determine. No drift: a better "
+      "one was found before.");
 }
 
 void scores(Page& page, const Json& joint) {

@@ -249,7 +249,9 @@ void add_identify(CLI::App& app) {
                       "deg or rad: of the angle, where its column's name states none (default: deg)");
   command->add_option("--time-unit", r.files.time_unit, kTimeUnitHelp);
   command->add_option("--model", o->model, "write the model document here");
-  command->add_option("--report", o->report, "write report.html, figures and samples into this folder; with --pair a page for each joint, too");
+  command->add_option(
+      "--report", o->report,
+      "write report.html, figures and samples into this folder; with --pair a page for each joint, too");
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o] { run(*o); });
 }

@@ -219,8 +219,9 @@ TEST_F(HandReport, NamesOfASentFolderAreShownNotObeyed) {
   for (const char* name : {"report.html", "joint-1.html", "joint-2.html"}) {
     const std::string html = read(name);
     EXPECT_EQ(html.find("<b>&\""), std::string::npos) << name;
-    EXPECT_NE(html.find("index../&lt;b&gt;&amp;&quot;"), std::string::npos) << name;
+    EXPECT_NE(html.find("../&lt;b&gt;&amp;&quot;"), std::string::npos) << name << ": it is shown";
   }
+  EXPECT_NE(read("report.html").find("href=\"joint-1.html\">index../&lt;b&gt;"), std::string::npos);
   EXPECT_NE(read("curve_1.svg").find("touch"), std::string::npos) << "the sensor's unit is shown";
 }
 

@@ -298,7 +298,8 @@ TEST_F(Hand, WhatIsSavedForAReportIsThePartThatWasProven) {
   const auto json = io::parse_json(io::read_file(folder_ / "report" / "results.json"), "");
   EXPECT_EQ(json.at("kind"), "hand");
   EXPECT_EQ(json.at("pairs").at(0).at("sensor"), "saved_glove.csv") << "a name, not where it lies";
-  EXPECT_EQ(json.at("pairs").at(0).at("sensor_digest"), r.model.training.at("pairs").at(0).at("sensor_digest"));
+  EXPECT_EQ(json.at("pairs").at(0).at("sensor_digest"),
+            r.model.training.at("pairs").at(0).at("sensor_digest"));
   EXPECT_EQ(json.at("joints").at("thumb").at("sensors").size(), 2U);
 }
 

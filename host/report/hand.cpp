@@ -15,9 +15,8 @@ struct Peer {
   const char* key;
   const char* name;
 };
-constexpr Peer kPeers[] = {{"line", "straight line"},
-                           {"line_lead", "line with lead"},
-                           {"published_form", "published form"}};
+constexpr Peer kPeers[] = {
+    {"line", "straight line"}, {"line_lead", "line with lead"}, {"published_form", "published form"}};
 
 struct Score {
   const char* name;
@@ -67,7 +66,8 @@ void hand_cards(Page& page, const Json& joints) {
   std::vector<Card> cards = {
       {degrees(over_joints(joints, compensator_rmse_deg)),
        joints.size() > 1
-           ? fmt::format("typical error of the compensator (RMSE of all {} joints, unseen data)", joints.size())
+           ? fmt::format("typical error of the compensator (RMSE of all {} joints, unseen data)",
+                         joints.size())
            : "typical error of the compensator (RMSE, unseen data)"}};
   for (const Peer& peer : kPeers) {
     const double rmse_deg =
@@ -82,14 +82,16 @@ std::string way(const Json& r) {
   std::string out = fmt::format(
       "The first {:.0f} % of what both logs of a pair saw taught the compensator; every figure is from the "
       "rest. The peers were fitted to the same part: a straight line through the readings, that line with "
-      "the readings' motion (its lead), and the published form, a dead zone, a linear filter and a limit, with "
+      "the readings' motion (its lead), and the published form, a dead zone, a linear filter and a limit, "
+      "with "
       "its parameters fitted.",
       100 * r.at("split").get<double>());
   if (const double lead_s = r.at("lead_s").get<double>(); lead_s > 0)
     out += fmt::format(" All of them estimate the angle {:g} s ahead.", lead_s);
   if (r.at("fit_all").get<bool>()) {
     out +=
-        " The model that was saved was then fitted in the same way to all of the recordings; the figures stay "
+        " The model that was saved was then fitted in the same way to all of the recordings; the figures "
+        "stay "
         "those of the part.";
   }
   return out;
@@ -98,7 +100,8 @@ std::string way(const Json& r) {
 void joints_table(Page& page, const Json& joints) {
   TableBlock t{"Typical error (RMSE) on data that no fit saw", {"joint", "compensator"}, {}, {}};
   for (const Peer& peer : kPeers) t.columns.emplace_back(peer.name);
-  for (const char* column : {"fit", "drift of a hold", "sensors", "structure"}) t.columns.emplace_back(column);
+  for (const char* column : {"fit", "drift of a hold", "sensors", "structure"})
+    t.columns.emplace_back(column);
   std::vector<Link> links;
   for (const auto& [name, joint] : joints.items()) {
     std::vector<std::string> row = {name, degrees(compensator_rmse_deg(joint))};
@@ -169,8 +172,8 @@ void overview(const Saved& saved) {
 
 std::string verdict(const Json& joint) {
   const double rmse_deg = compensator_rmse_deg(joint);
-  std::string out = fmt::format(
-      "On data it never saw, the compensator is typically {:.2f}° from the camera", rmse_deg);
+  std::string out =
+      fmt::format("On data it never saw, the compensator is typically {:.2f}° from the camera", rmse_deg);
   const Peer* best = nullptr;
   for (const Peer& peer : kPeers) {
     const double peer_deg = peer_rmse_deg(joint, peer);
@@ -228,11 +231,12 @@ void structures(Page& page, const Json& joint) {
   for (const Json& row : joint.at("structures")) {
     if (row.at("chosen").get<bool>()) t.marked.push_back(t.rows.size());
     const auto refusal = row.value("refusal", std::string());
-    t.rows.push_back({row.at("structure").get<std::string>() + (refusal.empty() ? "" : ", refused: " + refusal),
-                      fmt::format("{:.1f}", row.at("effective_parameters").get<double>()),
-                      degrees(row.at("fitted_rmse_deg").get<double>()),
-                      degrees(row.at("cross_validated_rmse_deg").get<double>()),
-                      degrees(number_or_nan(row.at("hold_drift_deg")))});
+    t.rows.push_back(
+        {row.at("structure").get<std::string>() + (refusal.empty() ? "" : ", refused: " + refusal),
+         fmt::format("{:.1f}", row.at("effective_parameters").get<double>()),
+         degrees(row.at("fitted_rmse_deg").get<double>()),
+         degrees(row.at("cross_validated_rmse_deg").get<double>()),
+         degrees(number_or_nan(row.at("hold_drift_deg")))});
   }
   page.heading("Structures tried");
   if (t.rows.empty())
@@ -240,7 +244,8 @@ void structures(Page& page, const Json& joint) {
   page.table(t);
   page.paragraph(
       "Marked: the smallest of the best by cross-validation inside the fitted part that holds still when the "
-      "finger does and fits the glove's integers. Parameters: how many the data determine. No drift: a better "
+      "finger does and fits the glove's integers. Parameters: how many the data determine. No drift: a "
+      "better "
       "one was found before.");
 }
 

@@ -244,7 +244,8 @@ void render_identification(const Saved& saved) {
   const Samples s = read_samples(saved, "samples.csv");
   Gnuplot g;
   draw_holdout(g, "holdout", s);
-  draw_curve(g, "curve", s, {r.at("static_map"), r.at("knots"), r.at("sensor").at("unit").get<std::string>()});
+  draw_curve(g, "curve", s,
+             {r.at("static_map"), r.at("knots"), r.at("sensor").at("unit").get<std::string>()});
   both_clocks(g, s);
   offset_scan(g, saved);
   dynamics(g, saved);

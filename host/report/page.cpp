@@ -53,8 +53,8 @@ Json texts(const std::vector<std::string>& values) {
 // A block inside another must not find its parent's content: every kind that it is not is named and false.
 Json block(const char* kind, Json content) {
   Json out;
-  for (const char* other :
-       {"heading", "paragraph", "good", "code", "links", "warnings", "cards", "figures", "table", "details"}) {
+  for (const char* other : {"heading", "paragraph", "good", "code", "links", "warnings", "cards", "figures",
+                            "table", "details"}) {
     out[other] = false;
   }
   out[kind] = std::move(content);

@@ -76,9 +76,14 @@ std::vector<std::string> held_out_rows(const Samples& s, const std::vector<Part>
 
 Samples read_samples(const Saved& saved, const std::string& file) {
   Columns c = saved.columns(file);
-  Samples s{c.at("t_s"),           c.at("reading"),           c.at("measured_deg"),
-            c.at("estimated_deg"), c.at("straight_line_deg"), c.at("gap"),
-            c.at("held_out"),      c["pair"]};
+  Samples s{c.at("t_s"),
+            c.at("reading"),
+            c.at("measured_deg"),
+            c.at("estimated_deg"),
+            c.at("straight_line_deg"),
+            c.at("gap"),
+            c.at("held_out"),
+            c["pair"]};
   s.pair.resize(s.size(), 1);
   if (s.size() < 3 || std::ranges::find(s.held_out, 1.0) == s.held_out.end())
     throw io::InputError(fmt::format("{}: {} holds no held-out part", saved.folder().string(), file));

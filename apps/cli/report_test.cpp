@@ -113,6 +113,13 @@ TEST_F(IdentificationReport, ClocksThatWereGivenNeedNoAlignment) {
   EXPECT_NE(read("report.html").find("given by the user; the signals alone do not tell"), std::string::npos);
 }
 
+TEST_F(IdentificationReport, NothingOutsidePausesHasNoResidualsToDraw) {
+  std::ranges::fill(result_.aligned.gap, 1);
+  identify::save_results(result_, folder_);
+  report::render(folder_);
+  EXPECT_EQ(read("report.html").find("Residual check"), std::string::npos);
+}
+
 TEST_F(IdentificationReport, NamesWithMarkupAreShownNotObeyed) {
   result_.pair.input = "<b>&\"";
   identify::save_results(result_, folder_);
@@ -185,8 +192,11 @@ TEST_F(HandReport, ShowsEveryFigureOfTheJointsBesideTheirPeersAndOfTheClocks) {
   identify::save_hand_results(result_, folder_);
   report::render(folder_);
   const std::string overview = read("report.html");
+  const auto json = results();
+  ASSERT_EQ(json.at("joints").size(), 2U);
+  ASSERT_EQ(json.at("pairs").size(), 2U);
   std::size_t number = 0;
-  for (const auto& [name, joint] : results().at("joints").items()) {
+  for (const auto& [name, joint] : json.at("joints").items()) {
     const std::string page = read(fmt::format("joint-{}.html", ++number));
     std::vector<double> rmse_deg = {joint.at("holdout").at("rmse_deg").get<double>()};
     for (const char* peer : {"line", "line_lead", "published_form"})
@@ -198,7 +208,7 @@ TEST_F(HandReport, ShowsEveryFigureOfTheJointsBesideTheirPeersAndOfTheClocks) {
     for (const auto& row : joint.at("structures"))
       EXPECT_NE(page.find(row.at("structure").get<std::string>()), std::string::npos);
   }
-  for (const auto& pair : results().at("pairs")) {
+  for (const auto& pair : json.at("pairs")) {
     for (const std::string& cell : {fmt::format("{:+.3f} s", pair.at("clock_offset_s").get<double>()),
                                     fmt::format("{:.3f} s", pair.at("clock_offset_se_s").get<double>()),
                                     fmt::format("{:.2f}", pair.at("confidence").get<double>())})

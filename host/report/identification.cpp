@@ -81,21 +81,26 @@ void dynamics(Gnuplot& g, const Saved& saved) {
       kEstimated);
 }
 
-std::vector<Figure> figures() {
-  return {holdout_figure("holdout"),
-          curve_figure("curve"),
-          {"alignment", "Both recordings on one clock",
-           "The sensor's readings, stretched onto the angle's range, over the camera's angle."},
-          {"clock_offset", "Clock offsets tried",
-           "How much of the angle's variation any curve of the sensor explains, for every clock offset; the "
-           "highest peak "
-           "is the offset, other peaks are other repetitions."},
-          {"dynamics", "Dynamics",
-           "How the compensator's output follows a sudden change of the sensor. A quick rise means little "
-           "delay; what "
-           "comes later undoes the sensor's creep."},
-          error_histogram_figure("errors"),
-          error_correlation_figure("error_correlation")};
+std::vector<Figure> figures(bool residuals) {
+  std::vector<Figure> out = {
+      holdout_figure("holdout"),
+      curve_figure("curve"),
+      {"alignment", "Both recordings on one clock",
+       "The sensor's readings, stretched onto the angle's range, over the camera's angle."},
+      {"clock_offset", "Clock offsets tried",
+       "How much of the angle's variation any curve of the sensor explains, for every clock offset; the "
+       "highest peak "
+       "is the offset, other peaks are other repetitions."},
+      {"dynamics", "Dynamics",
+       "How the compensator's output follows a sudden change of the sensor. A quick rise means little "
+       "delay; what "
+       "comes later undoes the sensor's creep."},
+  };
+  if (residuals) {
+    out.push_back(error_histogram_figure("errors"));
+    out.push_back(error_correlation_figure("error_correlation"));
+  }
+  return out;
 }
 
 std::string verdict(const Json& r) {
@@ -250,13 +255,15 @@ void render_identification(const Saved& saved) {
   offset_scan(g, saved);
   dynamics(g, saved);
   const std::vector<double> held = errors(s, true);
-  draw_error_histogram(g, "errors", errors(s, false), held);
-  draw_error_correlation(g, "error_correlation", held, s.t_s[1] - s.t_s[0]);
+  if (!held.empty()) {  // some of it lies outside pauses
+    draw_error_histogram(g, "errors", errors(s, false), held);
+    draw_error_correlation(g, "error_correlation", held, s.t_s[1] - s.t_s[0]);
+  }
   g.run();
   Page page(fmt::format("{} finger: from {} to an angle", saved.text("channel"),
                         r.at("sensor").at("column").get<std::string>()));
   summary(page, r);
-  for (const Figure& f : figures()) page.figure(f, g, saved.folder());
+  for (const Figure& f : figures(!held.empty())) page.figure(f, g, saved.folder());
   page.paragraph(alignment_facts(r));
   structures(page, r);
   parameters(page, r.at("fit"));

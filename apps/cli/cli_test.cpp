@@ -194,6 +194,28 @@ TEST_F(Cli, WithoutGnuplotTheModelIsKept) {
   }
 }
 
+TEST_F(Cli, AHandHasAReportWithAPageForEachJoint) {
+  const std::string hand = "identify --pair '" + glove() + "' '" + camera() +
+                           "' --map 'index=simulated_index_adc:∠simulated_index_deg' --structure curve "
+                           "--model '" +
+                           path("m.json") + "' --report '";
+  const Finished drawn = run(hand + path("report") + "'");
+  ASSERT_EQ(drawn.exit, 0) << drawn.err;
+  EXPECT_NE(drawn.out.find("report   " + path("report/report.html")), std::string::npos) << drawn.out;
+  const std::string page = content(path("report/joint-1.html"));
+  EXPECT_NE(page.find("index: from simulated_index_adc to an angle"), std::string::npos);
+  fs::remove(path("report/joint-1.html"));
+  EXPECT_EQ(run("report '" + path("report") + "'").exit, 0);
+  EXPECT_TRUE(content(path("report/joint-1.html")) == page);
+  fs::remove(path("m.json"));
+  io::write_file(path("file"), "x");
+  expect_refused(hand + path("file") + "'", 2, "file: cannot make this folder");
+  // A report that cannot be drawn must not cost the fit.
+  EXPECT_EQ(run(hand + path("other") + "'", "/dev/null", "PATH='" + path("none") + "'").exit, 1);
+  EXPECT_TRUE(fs::exists(path("m.json")));
+  EXPECT_TRUE(fs::exists(path("other/results.json")));
+}
+
 TEST_F(Cli, AlignedRecordingsAreWrittenInNoOtherFormat) {
   for (const char* name : {"x.parquet", "x", "x.csv.gz", "x.mat5"}) {
     expect_refused(

@@ -7,6 +7,7 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/identify/hand.hpp"
+#include "host/identify/hand_results.hpp"
 #include "host/identify/identify_files.hpp"
 #include "host/identify/results.hpp"
 #include "host/io/json.hpp"
@@ -98,7 +99,6 @@ void refuse_mixture(const Options& o) {
         "leave out "
         "--input, --output, --channel and what goes with --structure");
   }
-  if (!o.report.empty()) throw io::InputError("--report draws one joint: leave out --map, or the report");
 }
 
 identify::HandRequest hand_request(const Options& o) {
@@ -129,6 +129,7 @@ identify::HandRequest hand_request(const Options& o) {
 void run_hand(const Options& o) {
   const identify::HandRequest request = hand_request(o);
   if (!o.model.empty()) io::require_writable(o.model);
+  if (!o.report.empty()) io::require_folder(o.report);
   std::optional<ProgressLine> line(std::in_place);
   const identify::HandIdentification result =
       identify::identify_hand(request, [&](std::size_t done, std::size_t of, const std::string& what) {
@@ -136,10 +137,16 @@ void run_hand(const Options& o) {
         return true;
       });
   line.reset();
+  // The model first: a report that cannot be drawn must not cost the fit.
   if (!o.model.empty()) model::save(result.model, o.model);
+  if (!o.report.empty()) {
+    identify::save_hand_results(result, o.report);
+    report::render(o.report);
+  }
   if (o.json) return print(io::dump(to_json(result)));
   show(result);
   if (!o.model.empty()) print(fmt::format("model    {}\n", o.model));
+  if (!o.report.empty()) print(fmt::format("report   {}/report.html\n", o.report));
 }
 
 void run(Options& o) {
@@ -242,7 +249,9 @@ void add_identify(CLI::App& app) {
                       "deg or rad: of the angle, where its column's name states none (default: deg)");
   command->add_option("--time-unit", r.files.time_unit, kTimeUnitHelp);
   command->add_option("--model", o->model, "write the model document here");
-  command->add_option("--report", o->report, "write report.html, figures and holdout.csv into this folder");
+  command->add_option(
+      "--report", o->report,
+      "write report.html, figures and samples into this folder; with --pair a page for each joint, too");
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o] { run(*o); });
 }

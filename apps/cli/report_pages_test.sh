@@ -14,6 +14,9 @@ mkdir "$work/inputs"
 "$inputs" "$work/inputs" >/dev/null
 "$flexor" identify --sensor "$work/logs/simulated_glove.csv" --reference "$work/logs/simulated_camera.csv" --structure hw \
   --report "$work/identification" >/dev/null 2>&1
+"$flexor" identify --pair "$work/logs/simulated_glove.csv" "$work/logs/simulated_camera.csv" --structure curve \
+  --map "index=simulated_index_adc:∠simulated_index_deg,thumb=simulated_index_adc:∠simulated_index_deg" --report "$work/hand" \
+  >/dev/null 2>&1
 "$flexor" experiment --trials 2 --gestures 2,4 --scenarios --out "$work/experiment" >/dev/null 2>&1
 "$flexor" latency --edges 3 --out "$work/latency" >/dev/null 2>&1
 "$flexor" deploy "$root/models/published_hw.json" --rate 10 --out "$work/deployment" >/dev/null 2>&1
@@ -24,14 +27,14 @@ mkdir "$work/inputs"
 
 pages=()
 for kind in $(sed -n 's/.*{"\([a-z]*\)", render_[a-z]*}.*/\1/p' "$root/host/report/render.cpp"); do
-  pages+=("$work/$kind/report.html")
+  pages+=("$work/$kind"/*.html)
   cp -r "$work/$kind" "$work/drawn"
-  find "$work/$kind" \( -name report.html -o -name '*.svg' -o -name '*.pdf' \) -delete
+  find "$work/$kind" \( -name '*.html' -o -name '*.svg' -o -name '*.pdf' \) -delete
   "$flexor" report "$work/$kind" >/dev/null 2>&1
   diff -r "$work/drawn" "$work/$kind" || { echo "$kind: flexor report does not draw what the command drew"; exit 1; }
   rm -r "$work/drawn"
 done
-[ ${#pages[@]} -ge 6 ] || { echo "kinds found: ${pages[*]}"; exit 1; }
+[ ${#pages[@]} -ge 9 ] || { echo "kinds found: ${pages[*]}"; exit 1; }
 cd "$root/web"
 node check_reports.mjs "${pages[@]}"
 

@@ -1,6 +1,7 @@
 // Reports, from the job to the page: drawn from what was saved alone, and the same bytes whenever they are drawn.
 #include "host/report/render.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -9,6 +10,8 @@
 #include <map>
 #include <set>
 
+#include "host/identify/hand.hpp"
+#include "host/identify/hand_results.hpp"
 #include "host/identify/identify_files.hpp"
 #include "host/identify/results.hpp"
 #include "host/io/io.hpp"
@@ -53,10 +56,13 @@ class ReportTest : public testing::Test {
     }
     report::render(folder_);
     EXPECT_EQ(files(), first);
-    const std::string page = first.at("report.html");
-    for (const char* part : {"<script", "href=\"http", "{{", "}}"})
-      EXPECT_EQ(page.find(part), std::string::npos) << part;
-    EXPECT_NE(page.find("width=device-width"), std::string::npos);
+    EXPECT_TRUE(first.contains("report.html"));
+    for (const auto& [name, page] : first) {
+      if (!name.ends_with(".html")) continue;
+      for (const char* part : {"<script", "href=\"http", "{{", "}}"})
+        EXPECT_EQ(page.find(part), std::string::npos) << name << part;
+      EXPECT_NE(page.find("width=device-width"), std::string::npos) << name;
+    }
   }
 
   fs::path folder_;
@@ -107,6 +113,13 @@ TEST_F(IdentificationReport, ClocksThatWereGivenNeedNoAlignment) {
   EXPECT_NE(read("report.html").find("given by the user; the signals alone do not tell"), std::string::npos);
 }
 
+TEST_F(IdentificationReport, NothingOutsidePausesHasNoResidualsToDraw) {
+  std::ranges::fill(result_.aligned.gap, 1);
+  identify::save_results(result_, folder_);
+  report::render(folder_);
+  EXPECT_EQ(read("report.html").find("Residual check"), std::string::npos);
+}
+
 TEST_F(IdentificationReport, NamesWithMarkupAreShownNotObeyed) {
   result_.pair.input = "<b>&\"";
   identify::save_results(result_, folder_);
@@ -119,6 +132,124 @@ TEST_F(IdentificationReport, NamesWithMarkupAreShownNotObeyed) {
 TEST_F(IdentificationReport, AnUnwritableFolderIsAnInputError) {
   io::write_file(folder_ / "file", "x");
   EXPECT_THROW(identify::save_results(result_, folder_ / "file"), io::InputError);
+}
+
+// Every text in `json` but the kind of job and names of files, spoilt; names of members, too, where they are fingers.
+void spoil(nlohmann::ordered_json& json, const std::string& evil, const std::string& key = "") {
+  if (json.is_string() && key != "kind" && key != "file") json = json.get<std::string>() + evil;
+  if (json.is_array()) {
+    for (auto& element : json) spoil(element, evil);
+  }
+  if (!json.is_object()) return;
+  auto out = nlohmann::ordered_json::object();
+  for (auto& [name, value] : json.items()) {
+    spoil(value, evil, name);
+    out[name == "index" ? name + evil : name] = value;
+  }
+  json = out;
+}
+
+// Two joints of a hand, which one sensor sees, in two pairs of recordings.
+class HandReport : public ReportTest {
+ protected:
+  HandReport() {
+    const fs::path logs = folder_.string() + "_logs";
+    EXPECT_EQ(std::system(("'" FLEXOR_SIMULATE "' '" + logs.string() + "'").c_str()), 0);
+    identify::HandRequest r;
+    const identify::PairFiles pair{logs / "simulated_glove.csv", logs / "simulated_camera.csv"};
+    r.pairs = {pair, pair};
+    r.map = identify::parse_map(
+        "index=simulated_index_adc:∠simulated_index_deg,thumb=simulated_index_adc:∠simulated_index_deg");
+    r.structure = "curve";
+    result_ = identify::identify_hand(r, {});
+    fs::remove_all(logs);
+  }
+
+  nlohmann::ordered_json results() const { return nlohmann::ordered_json::parse(read("results.json")); }
+
+  identify::HandIdentification result_;
+};
+
+TEST_F(HandReport, HasAPageForEachJointDrawnFromWhatWasSaved) {
+  identify::save_hand_results(result_, folder_);
+  expect_the_same_once_more();
+  const std::string overview = read("report.html");
+  for (const char* joint : {"1", "2"}) {
+    const std::string number = joint;
+    EXPECT_NE(overview.find("href=\"joint-" + number + ".html\""), std::string::npos);
+    const std::string page = read("joint-" + number + ".html");
+    EXPECT_NE(page.find("href=\"report.html\""), std::string::npos);
+    for (const char* figure : {"holdout_", "curve_", "errors_", "error_correlation_"}) {
+      EXPECT_TRUE(read(figure + number + ".svg").starts_with("<svg")) << figure;
+      EXPECT_NE(page.find(figure + number + "_title"), std::string::npos) << figure << " is not in the page";
+    }
+    EXPECT_NE(page.find("class=\"marked\""), std::string::npos) << "the structure that was chosen";
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "joint-3.html"));
+}
+
+TEST_F(HandReport, ShowsEveryFigureOfTheJointsBesideTheirPeersAndOfTheClocks) {
+  identify::save_hand_results(result_, folder_);
+  report::render(folder_);
+  const std::string overview = read("report.html");
+  const auto json = results();
+  ASSERT_EQ(json.at("joints").size(), 2U);
+  ASSERT_EQ(json.at("pairs").size(), 2U);
+  std::size_t number = 0;
+  for (const auto& [name, joint] : json.at("joints").items()) {
+    const std::string page = read(fmt::format("joint-{}.html", ++number));
+    std::vector<double> rmse_deg = {joint.at("holdout").at("rmse_deg").get<double>()};
+    for (const char* peer : {"line", "line_lead", "published_form"})
+      rmse_deg.push_back(joint.at("baselines").at(peer).at("rmse_deg").get<double>());
+    for (const double value : rmse_deg) {
+      EXPECT_NE(overview.find(fmt::format("<td>{:.2f}°</td>", value)), std::string::npos) << name << value;
+      EXPECT_NE(page.find(fmt::format("<td>{:.3f}°</td>", value)), std::string::npos) << name << value;
+    }
+    for (const auto& row : joint.at("structures"))
+      EXPECT_NE(page.find(row.at("structure").get<std::string>()), std::string::npos);
+  }
+  for (const auto& pair : json.at("pairs")) {
+    for (const std::string& cell : {fmt::format("{:+.3f} s", pair.at("clock_offset_s").get<double>()),
+                                    fmt::format("{:.3f} s", pair.at("clock_offset_se_s").get<double>()),
+                                    fmt::format("{:.2f}", pair.at("confidence").get<double>())})
+      EXPECT_NE(overview.find("<td>" + cell + "</td>"), std::string::npos) << cell;
+  }
+}
+
+// Results may be another's: names with markup, quotes and paths are texts, in pages and in figures.
+TEST_F(HandReport, NamesOfASentFolderAreShownNotObeyed) {
+  identify::save_hand_results(result_, folder_);
+  const fs::path proof = folder_ / "proof";
+  const std::string evil = "../<b>&\"'; system(\"touch '" + proof.string() + "'\"); set ylabel 'x";
+  auto json = results();
+  spoil(json, evil);
+  io::write_file(folder_ / "results.json", json.dump());
+  report::render(folder_);
+  EXPECT_FALSE(fs::exists(proof));
+  for (const char* name : {"report.html", "joint-1.html", "joint-2.html"}) {
+    const std::string html = read(name);
+    EXPECT_EQ(html.find("<b>&\""), std::string::npos) << name;
+    EXPECT_NE(html.find("../&lt;b&gt;&amp;&quot;"), std::string::npos) << name << ": it is shown";
+  }
+  EXPECT_NE(read("report.html").find("href=\"joint-1.html\">index../&lt;b&gt;"), std::string::npos);
+  EXPECT_NE(read("curve_1.svg").find("touch"), std::string::npos) << "the sensor's unit is shown";
+}
+
+TEST_F(HandReport, PeersThatCouldNotBeFittedAndPausesAllOverAreSaid) {
+  for (identify::JointResult& joint : result_.joints) {
+    joint.baselines.erase("line");
+    joint.baseline_refusals = {"line: its angle hardly changes"};
+    for (identify::JointSamples& s : joint.samples) {
+      s.line_deg.clear();
+      std::ranges::fill(s.gap, 1);
+    }
+  }
+  identify::save_hand_results(result_, folder_);
+  report::render(folder_);
+  const std::string page = read("joint-1.html");
+  EXPECT_NE(page.find("Could not be fitted: line: its angle hardly changes."), std::string::npos);
+  EXPECT_EQ(page.find("nan"), std::string::npos);
+  EXPECT_EQ(page.find("Residual check"), std::string::npos);
 }
 
 class ExperimentReport : public ReportTest {
@@ -172,21 +303,6 @@ TEST_F(ExperimentReport, IsDrawnFromWhatWasSaved) {
   const auto trace = recording::read_csv(folder_ / "traces" / "motion2_compensator1.csv", {});
   EXPECT_EQ(trace.columns.size(), 10U);
   EXPECT_NEAR(trace.t_s.back(), p.motions[1].duration_s(), 0.05);
-}
-
-// Every text in `json` but the kind of job and names of files, spoilt; names of members, too, where they are fingers.
-void spoil(nlohmann::ordered_json& json, const std::string& evil, const std::string& key = "") {
-  if (json.is_string() && key != "kind" && key != "file") json = json.get<std::string>() + evil;
-  if (json.is_array()) {
-    for (auto& element : json) spoil(element, evil);
-  }
-  if (!json.is_object()) return;
-  auto out = nlohmann::ordered_json::object();
-  for (auto& [name, value] : json.items()) {
-    spoil(value, evil, name);
-    out[name == "index" ? name + evil : name] = value;
-  }
-  json = out;
 }
 
 TEST_F(ExperimentReport, NoTextOfASentFolderIsACommand) {

@@ -221,11 +221,13 @@ Held held_of(const std::vector<Sampled>& samples, std::size_t joint) {
   return out;
 }
 
-// The logs through the model, as apply runs it: of each of its joints, the map's number `joint`, its held-out samples.
-std::vector<std::vector<double>> estimates(const model::Model& model, const std::vector<Files>& files,
-                                           const std::vector<Sampled>& samples,
-                                           const std::vector<std::size_t>& joint) {
-  std::vector<std::vector<double>> out(model.joints.size());
+using PairsDegrees = std::vector<std::vector<double>>;  // of each pair, its samples
+
+// The logs through the model, as apply runs it: of each of its joints, the map's number `joint`, all samples.
+std::vector<PairsDegrees> estimates(const model::Model& model, const std::vector<Files>& files,
+                                    const std::vector<Sampled>& samples,
+                                    const std::vector<std::size_t>& joint) {
+  std::vector<PairsDegrees> out(model.joints.size(), PairsDegrees(files.size()));
   for (std::size_t p = 0; p < files.size(); ++p) {
     const recording::Recording& log = files[p].sensor;
     std::vector<const std::vector<double>*> columns;
@@ -237,12 +239,46 @@ std::vector<std::vector<double>> estimates(const model::Model& model, const std:
       for (std::size_t c = 0; c < columns.size(); ++c) row[c] = (*columns[c])[i];
       estimator.push(log.t_s[i], row, [&](const Estimate& e) {
         for (std::size_t j = 0; j < out.size(); ++j) {
-          const recording::Aligned& a = samples[p].sensor[joint[j]].front();
-          if (k >= a.holdout_begin && k < a.size()) out[j].push_back(e.angle_deg[j]);
+          if (k < samples[p].sensor[joint[j]].front().size()) out[j][p].push_back(e.angle_deg[j]);
         }
         ++k;
       });
     }
+  }
+  return out;
+}
+
+std::vector<double> held_out(const PairsDegrees& all, const std::vector<Sampled>& samples,
+                             std::size_t joint) {
+  std::vector<double> out;
+  for (std::size_t p = 0; p < all.size(); ++p) {
+    const std::size_t begin = samples[p].sensor[joint].front().holdout_begin;
+    out.insert(out.end(), all[p].begin() + static_cast<std::ptrdiff_t>(begin), all[p].end());
+  }
+  return out;
+}
+
+std::vector<double> shared(const std::vector<double>& all, const recording::Aligned& a) {
+  return {all.begin() + static_cast<std::ptrdiff_t>(a.overlap_begin), all.end()};
+}
+
+std::vector<JointSamples> series_of(const std::vector<Sampled>& samples, std::size_t joint,
+                                    const PairsDegrees& estimated) {
+  std::vector<JointSamples> out;
+  for (std::size_t p = 0; p < samples.size(); ++p) {
+    const std::vector<recording::Aligned>& sensors = samples[p].sensor[joint];
+    const recording::Aligned& own = sensors.front();
+    JointSamples& s = out.emplace_back();
+    s.t_s = shared(own.t_s, own);
+    for (double& t : s.t_s) t -= own.t_s[own.overlap_begin];
+    s.measured_deg = shared(own.angle_deg, own);
+    s.estimated_deg = shared(estimated[p], own);
+    s.gap.resize(s.t_s.size());
+    for (const recording::Aligned& sensor : sensors) {
+      s.reading.push_back(shared(sensor.input, own));
+      for (std::size_t k = 0; k < s.gap.size(); ++k) s.gap[k] |= sensor.gap[own.overlap_begin + k];
+    }
+    s.holdout_begin = own.holdout_begin - own.overlap_begin;
   }
   return out;
 }
@@ -276,7 +312,10 @@ void score_baseline(const std::string& name, const std::string& structure, const
       const Additive fit =
           fit_additive(sessions, inputs.sample_period_s, own.joint, structure, no_drift, 0, any, {}).front();
       const auto estimated = estimates(joint_model(inputs, fit, own), files, samples, {j});
-      r.joints[j].baselines.emplace(name, held_of(samples, j).score(estimated.front()));
+      const PairsDegrees& all = estimated.front();
+      r.joints[j].baselines.emplace(name, held_of(samples, j).score(held_out(all, samples, j)));
+      for (std::size_t p = 0; p < all.size() && name == "line"; ++p)
+        r.joints[j].samples[p].line_deg = shared(all[p], samples[p].sensor[j].front());
     } catch (const io::JobError& error) {
       r.joints[j].baseline_refusals.push_back(fmt::format("{}: {}", name, error.what()));
     }
@@ -299,11 +338,12 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
   std::vector<std::size_t> all(r.joints.size());
   std::iota(all.begin(), all.end(), 0);
   const auto estimated = estimates(r.model, files, samples, all);
+  for (const std::size_t j : all) r.joints[j].samples = series_of(samples, j, estimated[j]);
   score_baseline("line", "line", request, files, samples, r);
   score_baseline("line_lead", "line-lead", request, files, samples, r);
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     JointResult& joint = r.joints[j];
-    joint.holdout = held_of(samples, j).score(estimated[j]);
+    joint.holdout = held_of(samples, j).score(held_out(estimated[j], samples, j));
     score_published_form(samples, j, joint);
     const auto line = joint.baselines.find("line");
     if (request.structure != "line" && line != joint.baselines.end() &&
@@ -466,6 +506,7 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   fit_model(request, files, samples, step, r);
   r.fit_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   score_joints(request, files, samples, r);
+  r.proven = r.model;
   if (request.fit_all) fit_again(request, files, r);
   describe(request, files, r);
   return r;

@@ -8,6 +8,7 @@
 // form with its parameters fitted.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -52,6 +53,17 @@ struct Clock {
   double confidence = 0;  // 0 to 1, as recording::Alignment
 };
 
+// A joint in one pair of recordings, at every sample of the compensator's grid from the first that both logs saw.
+struct JointSamples {
+  std::vector<double> t_s;                   // since then
+  std::vector<std::vector<double>> reading;  // of each of its sensors, the own one first
+  std::vector<double> measured_deg;
+  std::vector<double> estimated_deg;
+  std::vector<double> line_deg;   // of the baseline; empty: it could not be fitted
+  std::vector<std::uint8_t> gap;  // a pause of a log
+  std::size_t holdout_begin = 0;
+};
+
 // Of a refitted model there are no rows and no fit.
 struct JointResult : JointFit {
   std::string name;
@@ -59,6 +71,7 @@ struct JointResult : JointFit {
   score::Score holdout;
   std::map<std::string, score::Score> baselines;  // line, line_lead, published_form
   std::vector<std::string> baseline_refusals;
+  std::vector<JointSamples> samples;  // of each pair; the estimates are of what the scores are of
 };
 
 struct HandIdentification {
@@ -66,6 +79,7 @@ struct HandIdentification {
   std::vector<Clock> clocks;
   std::vector<JointResult> joints;
   model::Model model;
+  model::Model proven;  // fitted to a part: what scores and samples are of; with fit_all another than `model`
   double fit_seconds = 0;
   std::vector<std::string> warnings;
 };

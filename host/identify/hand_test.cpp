@@ -8,8 +8,11 @@
 #include <functional>
 #include <random>
 
+#include "host/identify/hand_results.hpp"
 #include "host/identify/hold.hpp"
 #include "host/io/io.hpp"
+#include "host/io/json.hpp"
+#include "host/model/compensator.hpp"
 #include "host/model/formats.hpp"
 #include "host/recording/csv.hpp"
 
@@ -261,6 +264,74 @@ TEST_F(Hand, TheJsonHasWhatOtherToolsRead) {
   }
   EXPECT_TRUE(json.contains("fit_seconds"));
   EXPECT_TRUE(json.at("warnings").is_array());
+}
+
+// Scores the held-out rows of a table that was saved, pair by pair.
+double saved_rmse_deg(const recording::Recording& samples, const std::string& estimate) {
+  double squares = 0;
+  double count = 0;
+  for (std::size_t k = 0; k < samples.t_s.size(); ++k) {
+    if (samples.column("held_out").value[k] == 0) continue;
+    const double e = samples.column(estimate).value[k] - samples.column("measured_deg").value[k];
+    squares += e * e;
+    ++count;
+  }
+  return std::sqrt(squares / count);
+}
+
+// Also where the model that is returned is another one, fitted to everything.
+TEST_F(Hand, WhatIsSavedForAReportIsThePartThatWasProven) {
+  HandRequest all = request({write("saved", 60, 41)}, "index=a_adc:index_deg,thumb=b_adc+a_adc:thumb_deg");
+  all.fit_all = true;
+  const HandIdentification r = identify_hand(all, {});
+  save_hand_results(r, folder_ / "report");
+  for (std::size_t j = 0; j < 2; ++j) {
+    const auto samples =
+        recording::read_csv(folder_ / "report" / ("samples-" + std::to_string(j + 1) + ".csv"), {});
+    EXPECT_NEAR(saved_rmse_deg(samples, "estimated_deg"), r.joints[j].holdout.rmse_deg, 1e-9);
+    EXPECT_NEAR(saved_rmse_deg(samples, "straight_line_deg"), r.joints[j].baselines.at("line").rmse_deg,
+                1e-9);
+    EXPECT_EQ(samples.t_s.front(), 0);
+    const auto& held = samples.column("held_out").value;
+    EXPECT_NEAR(static_cast<double>(std::ranges::count(held, 1.0)), static_cast<double>(held.size()) / 2, 1);
+  }
+  const auto json = io::parse_json(io::read_file(folder_ / "report" / "results.json"), "");
+  EXPECT_EQ(json.at("kind"), "hand");
+  EXPECT_EQ(json.at("pairs").at(0).at("sensor"), "saved_glove.csv") << "a name, not where it lies";
+  EXPECT_EQ(json.at("pairs").at(0).at("sensor_digest"),
+            r.model.training.at("pairs").at(0).at("sensor_digest"));
+  EXPECT_EQ(json.at("joints").at("thumb").at("sensors").size(), 2U);
+}
+
+TEST_F(Hand, EachPairsSamplesAreSavedOnAClockOfTheirOwn) {
+  const HandIdentification r =
+      identify_hand(request({write("c", 60, 42), write("d", 50, 43)}, "index=a_adc:index_deg"), {});
+  save_hand_results(r, folder_ / "report");
+  const std::string text = io::read_file(folder_ / "report" / "samples-1.csv");
+  EXPECT_NE(text.find("\n0,1,"), std::string::npos);
+  EXPECT_NE(text.find("\n0,2,"), std::string::npos);
+  ASSERT_EQ(r.joints[0].samples.size(), 2U);
+  EXPECT_NEAR(r.joints[0].samples[0].t_s.back() - r.joints[0].samples[1].t_s.back(), 10, 0.5);
+}
+
+// The static map is where the angle comes to when the readings stay for a minute.
+TEST_F(Hand, TheStaticMapIsWhereAHeldFingerSettles) {
+  const HandIdentification r =
+      identify_hand(request({write("map", 60, 44)}, "thumb=b_adc+a_adc:thumb_deg"), {});
+  save_hand_results(r, folder_ / "report");
+  const auto json = io::parse_json(io::read_file(folder_ / "report" / "results.json"), "");
+  const auto& map = json.at("joints").at("thumb").at("static_map");
+  std::vector<double> other = r.joints[0].samples[0].reading[1];
+  std::ranges::nth_element(other, other.begin() + std::ssize(other) / 2);
+  const double median = other[other.size() / 2];
+  ASSERT_EQ(r.model.inputs.front().name, "b_adc");
+  for (const std::size_t at : {10U, 150U, 290U}) {
+    model::Compensator<model::DoubleArithmetic> held(r.model);
+    const std::vector<double> row = {map.at("reading").at(at).get<double>(), median};
+    double angle_deg = 0;
+    for (int k = 0; k < 1200; ++k) angle_deg = held.step(row).front().angle_deg;
+    EXPECT_NEAR(map.at("angle_deg").at(at).get<double>(), angle_deg, 1) << at;
+  }
 }
 
 // The real recordings, raw logs in, both bounds: what is too good has seen what was held out.

@@ -5,46 +5,10 @@
 
 #include "host/io/io.hpp"
 #include "host/report/page.hpp"
+#include "host/report/sample_figures.hpp"
 
 namespace flexor::report {
 namespace {
-
-// Colours that stay apart for colour-blind readers (Okabe, Ito 2008).
-constexpr const char* kMeasured = "#222222";
-constexpr const char* kEstimated = "#0072B2";
-constexpr const char* kBaseline = "#E69F00";
-constexpr const char* kHeldOut = "#D55E00";
-constexpr std::size_t kMostPoints = 4000;
-
-struct Samples {
-  std::vector<double> t_s;
-  std::vector<double> reading;
-  std::vector<double> measured_deg;
-  std::vector<double> estimated_deg;
-  std::vector<double> line_deg;
-  std::vector<double> gap;
-  std::vector<double> held_out;
-  std::size_t size() const { return t_s.size(); }
-  std::size_t first_held_out() const {
-    return static_cast<std::size_t>(std::ranges::find(held_out, 1.0) - held_out.begin());
-  }
-  std::size_t first_shared() const {
-    return static_cast<std::size_t>(std::ranges::find_if(t_s, [](double t) { return t >= 0; }) - t_s.begin());
-  }
-};
-
-Samples samples_of(const Saved& saved) {
-  Columns c = saved.columns("samples.csv");
-  Samples s{c.at("t_s"),           c.at("reading"),           c.at("measured_deg"),
-            c.at("estimated_deg"), c.at("straight_line_deg"), c.at("gap"),
-            c.at("held_out")};
-  if (s.size() < 3 || s.first_held_out() == s.size())
-    throw io::InputError(fmt::format("{}: samples.csv holds no held-out part", saved.folder().string()));
-  return s;
-}
-
-// Every so many rows, so that an hour is drawn as quickly as a minute.
-std::size_t every(std::size_t rows) { return 1 + rows / kMostPoints; }
 
 struct Span {
   double low;
@@ -57,19 +21,21 @@ Span span_of(const std::vector<double>& v) {
 }
 
 void both_clocks(Gnuplot& g, const Samples& s) {
+  const auto first_shared =
+      static_cast<std::size_t>(std::ranges::find_if(s.t_s, [](double t) { return t >= 0; }) - s.t_s.begin());
   g.begin("alignment", 330);
   const Span u = span_of(s.reading);
   const Span y = span_of(s.measured_deg);
   double covariance = 0;
-  for (std::size_t k = s.first_shared(); k < s.size(); ++k)
+  for (std::size_t k = first_shared; k < s.size(); ++k)
     covariance += (s.reading[k] - (u.low + u.high) / 2) * (s.measured_deg[k] - (y.low + y.high) / 2);
   // The sensor is stretched onto the angle's range, turned over if it falls where the angle rises.
   const double sign = covariance < 0 ? -1 : 1;
   const double from = sign > 0 ? y.low : y.high;
   const double scale = sign * (y.high - y.low) / (u.high - u.low);
-  const std::size_t step = every(s.size() - s.first_shared());
-  g.data("both", (s.size() - s.first_shared()) / step, [&](std::size_t i) {
-    const std::size_t k = s.first_shared() + i * step;
+  const std::size_t step = every(s.size() - first_shared);
+  g.data("both", (s.size() - first_shared) / step, [&](std::size_t i) {
+    const std::size_t k = first_shared + i * step;
     return fmt::format("{:.3f} {:.2f} {:.2f}", s.t_s[k], s.measured_deg[k],
                        from + scale * (s.reading[k] - u.low));
   });
@@ -99,36 +65,6 @@ void offset_scan(Gnuplot& g, const Saved& saved) {
       kHeldOut);
 }
 
-// The readings against the angles, measured and estimated, and the static map that a finger held still approaches.
-void curve(Gnuplot& g, const Saved& saved, const Samples& s) {
-  const Json& r = saved.results();
-  g.begin("curve", 400);
-  const std::size_t step = every(s.size());
-  g.data("points", s.size() / step, [&](std::size_t i) {
-    const std::size_t k = i * step;
-    return s.gap[k] != 0
-               ? std::string("nan nan nan")
-               : fmt::format("{:.1f} {:.2f} {:.2f}", s.reading[k], s.measured_deg[k], s.estimated_deg[k]);
-  });
-  const auto pairs = [&](const char* name, const Json& xy) {
-    const auto x = xy.at("reading").get<std::vector<double>>();
-    const auto y = xy.at("angle_deg").get<std::vector<double>>();
-    g.data(name, x.size(), [&](std::size_t i) { return fmt::format("{:.3f} {:.3f}", x[i], y[i]); });
-  };
-  pairs("map", r.at("static_map"));
-  const auto unit = r.at("sensor").at("unit").get<std::string>();
-  g.add("set xlabel {} noenhanced; set ylabel 'angle (deg)'; set key maxrows 2",
-        gnuplot_text(unit.empty() ? "sensor reading" : fmt::format("sensor reading ({})", unit)));
-  const bool has_knots = !r.at("knots").is_null();
-  if (has_knots) pairs("knots", r.at("knots"));
-  g.add(
-      "plot $points using 1:2 with points pt 7 ps 0.2 lc rgb '#999999' title 'camera', "
-      "$points using 1:3 with points pt 7 ps 0.2 lc rgb '{}' title 'compensator', "
-      "$map using 1:2 with lines lw 2.5 lc rgb '{}' title 'finger held still'{}",
-      kEstimated, kHeldOut,
-      has_knots ? ", $knots using 1:2 with points pt 6 ps 0.9 lw 2 lc rgb '#D55E00' title 'knots'" : "");
-}
-
 void dynamics(Gnuplot& g, const Saved& saved) {
   const Json& step = saved.results().at("step_response");
   const auto t_s = step.at("t_s").get<std::vector<double>>();
@@ -145,128 +81,26 @@ void dynamics(Gnuplot& g, const Saved& saved) {
       kEstimated);
 }
 
-// Grey bands where a log paused.
-void shade_pauses(Gnuplot& g, const Samples& s, std::size_t first) {
-  for (std::size_t k = first; k < s.size();) {
-    if (s.gap[k] == 0) {
-      ++k;
-      continue;
-    }
-    std::size_t end = k;
-    while (end < s.size() && s.gap[end] != 0) ++end;
-    g.add(
-        "set object rectangle from first {:.2f}, graph 0 to first {:.2f}, graph 1 fc rgb '#e8e8e8' fs solid "
-        "noborder behind",
-        s.t_s[k], s.t_s[std::min(end, s.size() - 1)]);
-    k = end;
-  }
-}
-
-void holdout(Gnuplot& g, const Samples& s) {
-  const std::size_t first = s.first_held_out();
-  const std::size_t step = every(s.size() - first);
-  g.begin("holdout", 520);
-  shade_pauses(g, s, first);
-  g.data("run", (s.size() - first) / step, [&](std::size_t i) {
-    const std::size_t k = first + i * step;
-    return fmt::format("{:.3f} {:.2f} {:.2f} {:.2f}", s.t_s[k], s.measured_deg[k], s.estimated_deg[k],
-                       s.line_deg[k]);
-  });
-  g.add("set multiplot layout 2,1; set xlabel 'time (s)'; set ylabel 'angle (deg)'");
-  g.add(
-      "plot $run using 1:2 with lines lw 2.2 lc rgb '{}' title 'camera', "
-      "$run using 1:4 with lines lw 1.1 lc rgb '{}' title 'straight line', "
-      "$run using 1:3 with lines lw 1.4 lc rgb '{}' title 'compensator'",
-      kMeasured, kBaseline, kEstimated);
-  g.add("set ylabel 'error (deg)'; unset key");
-  g.add(
-      "plot 0 with lines lc rgb '#666666' notitle, "
-      "$run using 1:($4-$2) with lines lw 1.1 lc rgb '{}' title 'straight line', "
-      "$run using 1:($3-$2) with lines lw 1.4 lc rgb '{}' title 'compensator'",
-      kBaseline, kEstimated);
-  g.add("unset multiplot");
-}
-
-std::vector<double> errors(const Samples& s, bool held_out) {
-  std::vector<double> out;
-  for (std::size_t k = 0; k < s.size(); ++k) {
-    if (s.gap[k] == 0 && (s.held_out[k] != 0) == held_out)
-      out.push_back(s.estimated_deg[k] - s.measured_deg[k]);
+std::vector<Figure> figures(bool residuals) {
+  std::vector<Figure> out = {
+      holdout_figure("holdout"),
+      curve_figure("curve"),
+      {"alignment", "Both recordings on one clock",
+       "The sensor's readings, stretched onto the angle's range, over the camera's angle."},
+      {"clock_offset", "Clock offsets tried",
+       "How much of the angle's variation any curve of the sensor explains, for every clock offset; the "
+       "highest peak "
+       "is the offset, other peaks are other repetitions."},
+      {"dynamics", "Dynamics",
+       "How the compensator's output follows a sudden change of the sensor. A quick rise means little "
+       "delay; what "
+       "comes later undoes the sensor's creep."},
+  };
+  if (residuals) {
+    out.push_back(error_histogram_figure("errors"));
+    out.push_back(error_correlation_figure("error_correlation"));
   }
   return out;
-}
-
-void error_histogram(Gnuplot& g, const std::vector<double>& fitted, const std::vector<double>& held) {
-  g.begin("errors", 330);
-  double reach = 1;
-  for (const double e : held) reach = std::max(reach, std::abs(e));
-  const double width = reach / 20;
-  const auto histogram = [&](const char* name, const std::vector<double>& of) {
-    g.data(name, 41, [&](std::size_t i) {
-      const double centre = (static_cast<double>(i) - 20) * width;
-      const auto count =
-          std::ranges::count_if(of, [&](double e) { return std::abs(e - centre) <= width / 2; });
-      return fmt::format(
-          "{:.3f} {:.3f}", centre,
-          100.0 * static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(of.size(), 1)));
-    });
-  };
-  histogram("fitted", fitted);
-  histogram("held", held);
-  g.add("set xlabel 'error (deg)'; set ylabel 'share of samples (%)'");
-  g.add("set style fill transparent solid 0.35 noborder");
-  g.add(
-      "plot $fitted using 1:2 with boxes lc rgb '#999999' title 'fitted part', "
-      "$held using 1:2 with steps lw 2 lc rgb '{}' title 'held out'",
-      kHeldOut);
-}
-
-void error_correlation(Gnuplot& g, const std::vector<double>& held, double period_s) {
-  g.begin("error_correlation", 330);
-  double mean = 0;
-  for (const double e : held) mean += e / static_cast<double>(held.size());
-  const auto lags = std::min<std::size_t>(static_cast<std::size_t>(5 / period_s), held.size() / 4);
-  double variance = 1e-300;
-  for (const double e : held) variance += (e - mean) * (e - mean);
-  g.data("acf", lags + 1, [&](std::size_t lag) {
-    double sum = 0;
-    for (std::size_t k = lag; k < held.size(); ++k) sum += (held[k] - mean) * (held[k - lag] - mean);
-    return fmt::format("{:.3f} {:.4f}", static_cast<double>(lag) * period_s, sum / variance);
-  });
-  const double band = 2 / std::sqrt(static_cast<double>(held.size()));
-  g.add("set xlabel 'distance in time (s)'; set ylabel 'correlation of errors'; set yrange [-1:1]");
-  g.add(
-      "plot {} with lines lc rgb '#999999' dt 2 title 'white noise stays inside', "
-      "{} with lines lc rgb '#999999' dt 2 notitle, "
-      "$acf using 1:2 with lines lw 2 lc rgb '{}' title 'held out'",
-      band, -band, kHeldOut);
-}
-
-std::vector<Figure> figures() {
-  return {{"holdout", "Held-out response and error",
-           "Data that the fit never saw. Top: the camera's angle, the compensator's, and a straight line "
-           "through the "
-           "fitted part. Bottom: what is left of the error. Grey: a log paused there, and the last reading "
-           "is held."},
-          {"curve", "From sensor reading to angle",
-           "Samples outside pauses. Where the compensator's cloud lies on the camera's, it follows the "
-           "finger, loops and "
-           "all. The line is where its angle would settle if the finger stopped."},
-          {"alignment", "Both recordings on one clock",
-           "The sensor's readings, stretched onto the angle's range, over the camera's angle."},
-          {"clock_offset", "Clock offsets tried",
-           "How much of the angle's variation any curve of the sensor explains, for every clock offset; the "
-           "highest peak "
-           "is the offset, other peaks are other repetitions."},
-          {"dynamics", "Dynamics",
-           "How the compensator's output follows a sudden change of the sensor. A quick rise means little "
-           "delay; what "
-           "comes later undoes the sensor's creep."},
-          {"errors", "Residual check: size", "How the errors are distributed. Both parts should look alike."},
-          {"error_correlation", "Residual check: runs",
-           "Whether errors come in runs. Outside the dashed lines something repeatable is left that the "
-           "structure cannot "
-           "express."}};
 }
 
 std::string verdict(const Json& r) {
@@ -410,22 +244,25 @@ void scores(Page& page, const Json& r) {
 
 void render_identification(const Saved& saved) {
   const Json& r = saved.results();
-  const Samples s = samples_of(saved);
+  const Samples s = read_samples(saved, "samples.csv");
   Gnuplot g;
-  holdout(g, s);
-  curve(g, saved, s);
+  draw_holdout(g, "holdout", s);
+  draw_curve(g, "curve", s,
+             {r.at("static_map"), r.at("knots"), r.at("sensor").at("unit").get<std::string>()});
   both_clocks(g, s);
   offset_scan(g, saved);
   const bool has_step = !r.at("step_response").is_null();
   if (has_step) dynamics(g, saved);
   const std::vector<double> held = errors(s, true);
-  error_histogram(g, errors(s, false), held);
-  error_correlation(g, held, s.t_s[1] - s.t_s[0]);
+  if (!held.empty()) {  // some of it lies outside pauses
+    draw_error_histogram(g, "errors", errors(s, false), held);
+    draw_error_correlation(g, "error_correlation", held, s.t_s[1] - s.t_s[0]);
+  }
   g.run();
   Page page(fmt::format("{} finger: from {} to an angle", saved.text("channel"),
                         r.at("sensor").at("column").get<std::string>()));
   summary(page, r);
-  for (const Figure& f : figures()) {
+  for (const Figure& f : figures(!held.empty())) {
     if (has_step || f.name != std::string("dynamics")) page.figure(f, g, saved.folder());
   }
   page.paragraph(alignment_facts(r));

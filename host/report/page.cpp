@@ -53,8 +53,8 @@ Json texts(const std::vector<std::string>& values) {
 // A block inside another must not find its parent's content: every kind that it is not is named and false.
 Json block(const char* kind, Json content) {
   Json out;
-  for (const char* other :
-       {"heading", "paragraph", "good", "code", "warnings", "cards", "figures", "table", "details"}) {
+  for (const char* other : {"heading", "paragraph", "good", "code", "links", "warnings", "cards", "figures",
+                            "table", "details"}) {
     out[other] = false;
   }
   out[kind] = std::move(content);
@@ -91,6 +91,12 @@ void Page::good(const std::string& t) { add("good", text(t)); }
 void Page::code(const std::string& t) { add("code", text(t)); }
 
 void Page::warnings(const std::vector<std::string>& lines) { add("warnings", {{"lines", texts(lines)}}); }
+
+void Page::links(const std::string& name, const std::vector<Link>& links) {
+  Json list = Json::array();
+  for (const Link& l : links) list.push_back({{"file", l.file}, {"label", l.label}});
+  add("links", {{"name", name}, {"list", std::move(list)}});
+}
 
 void Page::cards(const std::vector<Card>& cards) {
   Json list = Json::array();

@@ -30,6 +30,12 @@ struct TableBlock {
   std::vector<std::size_t> marked;             // rows that stand out
 };
 
+// Of a report's own pages, which lie in one folder.
+struct Link {
+  std::string file;  // a name that the program chose, never a text from a log
+  std::string label;
+};
+
 class Page {
  public:
   explicit Page(std::string title) : title_(std::move(title)) {}
@@ -41,6 +47,8 @@ class Page {
   void cards(const std::vector<Card>& cards);
   void table(const TableBlock& table);
   void code(const std::string& text);
+  // A list of its own; `name` is what a screen reader calls it.
+  void links(const std::string& name, const std::vector<Link>& links);
   // Figures that follow one another stand side by side where there is room.
   void figure(const Figure& figure, const std::string& svg);
   // What `drawn` holds of that name, also as NAME.svg in `folder`.

@@ -47,6 +47,15 @@ TEST(Page, KeepsTheOrderOfItsBlocksAndRepeatsNone) {
   }
 }
 
+TEST(Page, LinksToItsOtherPagesWithTextsAsText) {
+  Page page("T");
+  page.links("Joints & more", {{"joint-1.html", "<b>one"}, {"joint-2.html", "two"}});
+  const std::string html = page.html();
+  EXPECT_EQ(count(html, "<nav aria-label=\"Joints &amp; more\">"), 1U) << html;
+  EXPECT_EQ(count(html, "<li><a href=\"joint-1.html\">&lt;b&gt;one</a></li>"), 1U);
+  EXPECT_EQ(count(html, "<li><a href="), 2U);
+}
+
 TEST(Page, NeedsNothingElseAndRunsNothing) {
   Page page("T");
   page.picture({"p", "A hand", "seen"}, "\xff\xd8\xff");

@@ -13,6 +13,7 @@ struct Kind {
   void (*render)(const Saved&);
 };
 constexpr Kind kKinds[] = {{"identification", render_identification},
+                           {"hand", render_hand},
                            {"experiment", render_experiment},
                            {"ensemble", render_ensemble},
                            {"tracking", render_tracking},

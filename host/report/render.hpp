@@ -9,7 +9,7 @@
 
 namespace flexor::report {
 
-// Writes report.html, which needs nothing else, and each figure as SVG, some as PDF. Every file appears whole or not
+// Writes report.html, for a hand also joint-N.html for each joint, N from 1, and each figure as SVG, some as PDF. A page holds its figures. Every file appears whole or not
 // at all. Throws io::InputError for a folder without results or with other ones than this version writes,
 // io::JobError when gnuplot is missing or fails.
 // Where `stop` is given and becomes true, io::Cancelled is thrown between two figures.

@@ -1,0 +1,134 @@
+#include "host/identify/hand_results.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "host/identify/robust.hpp"
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+#include "host/model/compensator.hpp"
+#include "host/recording/csv.hpp"
+
+namespace flexor::identify {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Outside pauses, rising; never empty.
+std::vector<double> readings(const JointResult& joint, std::size_t sensor) {
+  std::vector<double> out;
+  for (const JointSamples& s : joint.samples) {
+    for (std::size_t k = 0; k < s.gap.size(); ++k) {
+      if (s.gap[k] == 0) out.push_back(s.reading[sensor][k]);
+    }
+  }
+  if (out.empty()) out = joint.samples.front().reading[sensor];
+  std::ranges::sort(out);
+  return out;
+}
+
+// Where the angle settles, reading by reading of the own sensor, while the joint's other ones stay at their medians: a
+// compensator starts at rest, so that its first angle is the one that a finger held still comes to.
+Json static_map(const HandIdentification& r, std::size_t j) {
+  constexpr int kPoints = 300;
+  const model::Compensator<model::DoubleArithmetic> fresh(r.proven);
+  std::vector<double> row(r.proven.inputs.size(), std::numeric_limits<double>::quiet_NaN());
+  const std::vector<std::string>& sensors = r.request.map[j].sensors;
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    const auto sensor = std::ranges::find(sensors, r.proven.inputs[i].name);
+    if (sensor == sensors.end()) continue;
+    row[i] = quantile(readings(r.joints[j], static_cast<std::size_t>(sensor - sensors.begin())), 0.5);
+  }
+  const auto input = std::ranges::find(r.proven.inputs, sensors.front(), &model::Input::name);
+  double& swept = row[static_cast<std::size_t>(input - r.proven.inputs.begin())];
+  const std::vector<double> own = readings(r.joints[j], 0);
+  const double low = std::max(own.front(), input->valid_min);  // others are refused, and the angle held
+  const double high = std::min(own.back(), input->valid_max);
+  Json reading = Json::array();
+  Json angle = Json::array();
+  for (int i = 0; i <= kPoints; ++i) {
+    swept = low + (high - low) * i / kPoints;
+    auto compensator = fresh;
+    reading.push_back(swept);
+    angle.push_back(compensator.step(row)[j].angle_deg);
+  }
+  return {{"reading", std::move(reading)}, {"angle_deg", std::move(angle)}};
+}
+
+Json sensors(const HandIdentification& r, const JointMap& joint) {
+  Json out = Json::array();
+  for (const std::string& sensor : joint.sensors) {
+    const auto input = std::ranges::find(r.model.inputs, sensor, &model::Input::name);
+    if (input == r.model.inputs.end()) continue;  // a model that is refitted has its own sensors
+    out.push_back({{"column", sensor}, {"unit", input->unit}});
+  }
+  return out;
+}
+
+// Names of files, not where they lie: a report may be sent to others.
+void add_origins(const HandIdentification& r, Json& pairs) {
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const Json& origin = r.model.training.at("pairs").at(p);
+    for (const char* key : {"sensor", "sensor_digest", "reference", "reference_digest"})
+      pairs[p][key] = origin.at(key);
+    double shared_s = 0;
+    for (const JointResult& joint : r.joints) shared_s = std::max(shared_s, joint.samples[p].t_s.back());
+    pairs[p]["shared_s"] = shared_s;
+  }
+}
+
+Json results(const HandIdentification& r) {
+  Json json = to_json(r);
+  json["kind"] = "hand";
+  json["rate_hz"] = r.request.rate_hz;
+  json["split"] = r.request.split;
+  json["lead_s"] = r.request.lead_s;
+  json["fit_all"] = r.request.fit_all;
+  json["structure_asked_for"] = r.request.refit ? "refit" : r.request.structure;
+  json["clock_offset_given"] = r.request.clock_offset_s.has_value();
+  add_origins(r, json["pairs"]);
+  for (std::size_t j = 0; j < r.joints.size(); ++j) {
+    Json& joint = json["joints"][r.joints[j].name];
+    joint["sensors"] = sensors(r, r.request.map[j]);
+    joint["reference"] = r.request.map[j].reference;
+    joint["baseline_refusals"] = r.joints[j].baseline_refusals;
+    joint["static_map"] = static_map(r, j);
+  }
+  return json;
+}
+
+recording::Recording samples(const JointResult& joint) {
+  recording::Recording out;
+  for (const char* name :
+       {"pair", "reading", "measured_deg", "estimated_deg", "straight_line_deg", "gap", "held_out"})
+    out.columns.push_back({name, {}});
+  for (std::size_t p = 0; p < joint.samples.size(); ++p) {
+    const JointSamples& s = joint.samples[p];
+    for (std::size_t k = 0; k < s.t_s.size(); ++k) {
+      const double line = s.line_deg.empty() ? std::numeric_limits<double>::quiet_NaN() : s.line_deg[k];
+      const double row[] = {static_cast<double>(p + 1),
+                            s.reading.front()[k],
+                            s.measured_deg[k],
+                            s.estimated_deg[k],
+                            line,
+                            static_cast<double>(s.gap[k]),
+                            k >= s.holdout_begin ? 1.0 : 0.0};
+      out.t_s.push_back(s.t_s[k]);
+      for (std::size_t c = 0; c < out.columns.size(); ++c) out.columns[c].value.push_back(row[c]);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+void save_hand_results(const HandIdentification& r, const std::filesystem::path& folder) {
+  io::make_folder(folder);
+  for (std::size_t j = 0; j < r.joints.size(); ++j)
+    io::write_file(folder / fmt::format("samples-{}.csv", j + 1), recording::to_csv(samples(r.joints[j])));
+  io::write_file(folder / "results.json", io::dump(results(r)));
+}
+
+}  // namespace flexor::identify

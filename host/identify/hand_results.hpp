@@ -1,0 +1,15 @@
+// What an identification of a hand found, as files that its report is drawn from: results.json, and beside it for
+// the joint number N, from 1, samples-N.csv: t_s (since both logs of that pair run), pair (from 1), reading (of the own
+// sensor), measured_deg, estimated_deg, straight_line_deg (NaN: no line could be fitted), gap, held_out.
+#pragma once
+
+#include <filesystem>
+
+#include "host/identify/hand.hpp"
+
+namespace flexor::identify {
+
+// Makes the folder if needed; every file appears whole or not at all. Throws io::InputError when it cannot be written.
+void save_hand_results(const HandIdentification& result, const std::filesystem::path& folder);
+
+}  // namespace flexor::identify

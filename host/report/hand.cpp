@@ -1,0 +1,305 @@
+// The report of a hand: an overview of its joints, and a page for each of them.
+#include <algorithm>
+#include <cmath>
+
+#include "host/io/io.hpp"
+#include "host/report/jobs.hpp"
+#include "host/report/page.hpp"
+#include "host/report/sample_figures.hpp"
+
+namespace flexor::report {
+namespace {
+
+// What stands beside the compensator, by the same estimator from the same samples.
+struct Peer {
+  const char* key;
+  const char* name;
+};
+constexpr Peer kPeers[] = {
+    {"line", "straight line"}, {"line_lead", "line with lead"}, {"published_form", "published form"}};
+
+struct Score {
+  const char* name;
+  const char* key;
+  const char* unit;
+};
+constexpr Score kScores[] = {{"RMSE", "rmse_deg", "°"},
+                             {"95th percentile of the error", "p95_abs_deg", "°"},
+                             {"largest error", "max_abs_deg", "°"},
+                             {"fit (NRMSE)", "fit_percent", " %"},
+                             {"R²", "r2", ""},
+                             {"integral of absolute error", "iae_deg_s", "°s"},
+                             {"best constant lag (positive: late)", "best_lag_s", " s"},
+                             {"RMSE with that lag removed", "lag_removed_rmse_deg", "°"},
+                             {"integral with that lag removed", "lag_removed_iae_deg_s", "°s"}};
+
+double number(const Json& scores, const char* key) {
+  return scores.is_object() ? number_or_nan(scores.value(key, Json(nullptr))) : NAN;
+}
+
+// NaN where that peer could not be fitted.
+double peer_rmse_deg(const Json& joint, const Peer& peer) {
+  return number(joint.at("baselines").value(peer.key, Json(nullptr)), "rmse_deg");
+}
+
+std::string degrees(double value) { return std::isnan(value) ? "-" : fmt::format("{:.2f}°", value); }
+
+std::string sensors_of(const Json& joint) {
+  std::string out;
+  for (const Json& sensor : joint.at("sensors"))
+    out += (out.empty() ? "" : " + ") + sensor.at("column").get<std::string>();
+  return out;
+}
+
+std::string page_of(std::size_t joint) { return fmt::format("joint-{}.html", joint + 1); }
+
+// Root mean square over the joints; NaN where a joint has no such figure.
+double over_joints(const Json& joints, const std::function<double(const Json&)>& of) {
+  double squares = 0;
+  for (const auto& joint : joints.items()) squares += of(joint.value()) * of(joint.value());
+  return std::sqrt(squares / static_cast<double>(joints.size()));
+}
+
+double compensator_rmse_deg(const Json& joint) { return joint.at("holdout").at("rmse_deg").get<double>(); }
+
+void hand_cards(Page& page, const Json& joints) {
+  std::vector<Card> cards = {
+      {degrees(over_joints(joints, compensator_rmse_deg)),
+       joints.size() > 1
+           ? fmt::format("typical error of the compensator (RMSE of all {} joints, unseen data)",
+                         joints.size())
+           : "typical error of the compensator (RMSE, unseen data)"}};
+  for (const Peer& peer : kPeers) {
+    const double rmse_deg =
+        over_joints(joints, [&](const Json& joint) { return peer_rmse_deg(joint, peer); });
+    if (!std::isnan(rmse_deg))
+      cards.push_back({degrees(rmse_deg), fmt::format("the same with the {}", peer.name), true});
+  }
+  page.cards(cards);
+}
+
+std::string way(const Json& r) {
+  std::string out = fmt::format(
+      "The first {:.0f} % of what both logs of a pair saw taught the compensator; every figure is from the "
+      "rest. The peers were fitted to the same part: a straight line through the readings, that line with "
+      "the readings' motion (its lead), and the published form, a dead zone, a linear filter and a limit, "
+      "with "
+      "its parameters fitted.",
+      100 * r.at("split").get<double>());
+  if (const double lead_s = r.at("lead_s").get<double>(); lead_s > 0)
+    out += fmt::format(" All of them estimate the angle {:g} s ahead.", lead_s);
+  if (r.at("fit_all").get<bool>()) {
+    out +=
+        " The model that was saved was then fitted in the same way to all of the recordings; the figures "
+        "stay "
+        "those of the part.";
+  }
+  return out;
+}
+
+void joints_table(Page& page, const Json& joints) {
+  TableBlock t{"Typical error (RMSE) on data that no fit saw", {"joint", "compensator"}, {}, {}};
+  for (const Peer& peer : kPeers) t.columns.emplace_back(peer.name);
+  for (const char* column : {"fit", "drift of a hold", "sensors", "structure"})
+    t.columns.emplace_back(column);
+  std::vector<Link> links;
+  for (const auto& [name, joint] : joints.items()) {
+    std::vector<std::string> row = {name, degrees(compensator_rmse_deg(joint))};
+    for (const Peer& peer : kPeers) row.push_back(degrees(peer_rmse_deg(joint, peer)));
+    row.push_back(fmt::format("{:.1f} %", joint.at("holdout").at("fit_percent").get<double>()));
+    row.push_back(degrees(joint.at("hold_drift_deg").get<double>()));
+    row.push_back(sensors_of(joint));
+    row.push_back(joint.at("structure").get<std::string>());
+    t.rows.push_back(std::move(row));
+    links.push_back({page_of(links.size()), fmt::format("{}: response, curve, structures", name)});
+  }
+  page.heading("Joints");
+  page.table(t);
+  page.links("Joints", links);
+  page.paragraph(
+      "Fit: 100 % is perfect, 0 % is guessing the mean. Drift of a hold: how far the angle goes within a "
+      "minute while the finger keeps still.");
+}
+
+void clocks_table(Page& page, const Json& r) {
+  TableBlock t{"Camera clock minus glove clock",
+               {"pair", "glove", "camera", "shared", "clock offset", "standard error", "confidence"},
+               {},
+               {}};
+  for (const Json& pair : r.at("pairs")) {
+    t.rows.push_back({fmt::format("{}", t.rows.size() + 1), pair.at("sensor").get<std::string>(),
+                      pair.at("reference").get<std::string>(),
+                      fmt::format("{:.0f} s", pair.at("shared_s").get<double>()),
+                      fmt::format("{:+.3f} s", pair.at("clock_offset_s").get<double>()),
+                      fmt::format("{:.3f} s", pair.at("clock_offset_se_s").get<double>()),
+                      fmt::format("{:.2f}", pair.at("confidence").get<double>())});
+  }
+  page.heading("Clocks");
+  page.table(t);
+  page.paragraph(fmt::format(
+      "{}Confidence 0: another offset explains the data as well; 1: none comes near. All joints of a pair "
+      "share its offset, which holds the sensors' own lag too.",
+      r.at("clock_offset_given").get<bool>() ? "The offset was given by the user. " : ""));
+}
+
+void origins(Page& page, const Json& r) {
+  TableBlock t{"Recordings", {"pair", "glove", "camera"}, {}, {}};
+  for (const Json& pair : r.at("pairs"))
+    t.rows.push_back({fmt::format("{}", t.rows.size() + 1), pair.at("sensor_digest").get<std::string>(),
+                      pair.at("reference_digest").get<std::string>()});
+  page.begin_details("Digests of the recordings");
+  page.table(t);
+  page.end_details();
+  page.paragraph(fmt::format("{:g} Hz; structure asked for: {}; flexor {}.", r.at("rate_hz").get<double>(),
+                             r.at("structure_asked_for").get<std::string>(),
+                             r.at("version").get<std::string>()));
+}
+
+void overview(const Saved& saved) {
+  const Json& r = saved.results();
+  const Json& joints = r.at("joints");
+  Page page(joints.size() == 1 ? "A joint of a hand, from readings to an angle"
+                               : fmt::format("{} joints of a hand, from readings to angles", joints.size()));
+  hand_cards(page, joints);
+  page.paragraph(way(r));
+  const auto warnings = r.at("warnings").get<std::vector<std::string>>();
+  warnings.empty() ? page.good("No warnings.") : page.warnings(warnings);
+  joints_table(page, joints);
+  clocks_table(page, r);
+  origins(page, r);
+  io::write_file(saved.folder() / "report.html", page.html());
+}
+
+std::string verdict(const Json& joint) {
+  const double rmse_deg = compensator_rmse_deg(joint);
+  std::string out =
+      fmt::format("On data it never saw, the compensator is typically {:.2f}° from the camera", rmse_deg);
+  const Peer* best = nullptr;
+  for (const Peer& peer : kPeers) {
+    const double peer_deg = peer_rmse_deg(joint, peer);
+    if (!std::isnan(peer_deg) && (best == nullptr || peer_deg < peer_rmse_deg(joint, *best))) best = &peer;
+  }
+  if (best == nullptr) return out + ".";
+  const double best_deg = peer_rmse_deg(joint, *best);
+  out += fmt::format("; the best of its peers, the {}, {:.2f}°: ", best->name, best_deg);
+  if (best_deg / rmse_deg < 1.05) return out + "the compensator is no better.";
+  return out + fmt::format("{:.1f} times as much.", best_deg / rmse_deg);
+}
+
+void joint_cards(Page& page, const Json& joint) {
+  const Json& held = joint.at("holdout");
+  std::vector<Card> cards = {
+      {degrees(compensator_rmse_deg(joint)), "typical error of the compensator (RMSE, unseen data)"}};
+  for (const Peer& peer : kPeers) {
+    if (const double rmse_deg = peer_rmse_deg(joint, peer); !std::isnan(rmse_deg))
+      cards.push_back({degrees(rmse_deg), fmt::format("the same with the {}", peer.name), true});
+  }
+  cards.push_back({fmt::format("{:.1f}°", held.at("p95_abs_deg").get<double>()),
+                   fmt::format("95 % of the errors are smaller; the largest is {:.1f}°",
+                               held.at("max_abs_deg").get<double>())});
+  page.cards(cards);
+}
+
+// Figures of one joint, named with its number: those of all joints lie in one folder.
+void figures(Page& page, const Saved& saved, const Json& joint, std::size_t number) {
+  const Samples s = read_samples(saved, fmt::format("samples-{}.csv", number));
+  const auto name = [&](const char* figure) { return fmt::format("{}_{}", figure, number); };
+  const Json& sensors = joint.at("sensors");
+  std::vector<Figure> drawn = {holdout_figure(name("holdout")), curve_figure(name("curve"))};
+  if (sensors.size() > 1)
+    drawn.back().caption += " The joint's other sensors are held at their medians for that line.";
+  Gnuplot g;
+  draw_holdout(g, drawn[0].name, s);
+  draw_curve(g, drawn[1].name, s,
+             {joint.at("static_map"), nullptr, sensors.at(0).at("unit").get<std::string>()});
+  const std::vector<double> held = errors(s, true);
+  if (!held.empty()) {  // some of it lies outside pauses
+    drawn.push_back(error_histogram_figure(name("errors")));
+    draw_error_histogram(g, drawn.back().name, errors(s, false), held);
+    drawn.push_back(error_correlation_figure(name("error_correlation")));
+    draw_error_correlation(g, drawn.back().name, held, 1 / saved.results().at("rate_hz").get<double>());
+  }
+  g.run();
+  for (const Figure& f : drawn) page.figure(f, g, saved.folder());
+}
+
+void structures(Page& page, const Json& joint) {
+  TableBlock t{"Structures tried, in order of preference",
+               {"structure", "parameters", "error, fitted part", "cross-validated", "drift of a hold"},
+               {},
+               {}};
+  for (const Json& row : joint.at("structures")) {
+    if (row.at("chosen").get<bool>()) t.marked.push_back(t.rows.size());
+    const auto refusal = row.value("refusal", std::string());
+    t.rows.push_back(
+        {row.at("structure").get<std::string>() + (refusal.empty() ? "" : ", refused: " + refusal),
+         fmt::format("{:.1f}", row.at("effective_parameters").get<double>()),
+         degrees(row.at("fitted_rmse_deg").get<double>()),
+         degrees(row.at("cross_validated_rmse_deg").get<double>()),
+         degrees(number_or_nan(row.at("hold_drift_deg")))});
+  }
+  page.heading("Structures tried");
+  if (t.rows.empty())
+    return page.paragraph(fmt::format("One alone: {}.", joint.at("structure").get<std::string>()));
+  page.table(t);
+  page.paragraph(
+      "Marked: the smallest of the best by cross-validation inside the fitted part that holds still when the "
+      "finger does and fits the glove's integers. Parameters: how many the data determine. No drift: a "
+      "better "
+      "one was found before.");
+}
+
+void scores(Page& page, const Json& joint) {
+  TableBlock t{"Scores on the held-out part", {"score", "compensator"}, {}, {}};
+  for (const Peer& peer : kPeers) t.columns.emplace_back(peer.name);
+  for (const Score& score : kScores) {
+    const auto cell = [&](const Json& scores) {
+      const double value = number(scores, score.key);
+      return std::isnan(value) ? std::string("-") : fmt::format("{:.3f}{}", value, score.unit);
+    };
+    t.rows.push_back({score.name, cell(joint.at("holdout"))});
+    for (const Peer& peer : kPeers)
+      t.rows.back().push_back(cell(joint.at("baselines").value(peer.key, Json(nullptr))));
+  }
+  page.heading("Scores beside the peers");
+  page.table(t);
+  for (const Json& refusal : joint.at("baseline_refusals"))
+    page.paragraph("Could not be fitted: " + refusal.get<std::string>() + ".");
+}
+
+void joint_page(const Saved& saved, const std::string& name, const Json& joint, std::size_t number) {
+  Page page(fmt::format("{}: from {} to an angle", name, sensors_of(joint)));
+  const std::vector<Link> back = {{"report.html", "All joints"}};
+  page.links("Report", back);
+  page.paragraph(verdict(joint));
+  joint_cards(page, joint);
+  figures(page, saved, joint, number);
+  structures(page, joint);
+  scores(page, joint);
+  if (const Json& donnings = joint.at("donnings"); donnings.is_object()) {
+    page.paragraph(fmt::format(
+        "Over {} recordings the angle's offset varies by {:.1f}° and its gain by {:.1f} % (standard "
+        "deviations).",
+        donnings.at("count").get<int>(), donnings.at("offset_sd_deg").get<double>(),
+        100 * donnings.at("gain_sd").get<double>()));
+  }
+  page.paragraph(fmt::format("Measured angle: {}. Structure of the saved model: {}.",
+                             joint.at("reference").get<std::string>(),
+                             joint.at("structure").get<std::string>()));
+  io::write_file(saved.folder() / page_of(number - 1), page.html());
+}
+
+}  // namespace
+
+// The overview last: where it is, all pages that it links to are.
+void render_hand(const Saved& saved) {
+  const Json& joints = saved.results().at("joints");
+  std::size_t number = 0;
+  for (const auto& [name, joint] : joints.items()) {
+    saved.go_on();
+    joint_page(saved, name, joint, ++number);
+  }
+  overview(saved);
+}
+
+}  // namespace flexor::report

@@ -443,6 +443,7 @@ void take(const Fitted& fitted, const std::string& channel, Identification& r) {
   r.additive = fit;
   r.structure = "additive";
   r.structure_detail = fitted.additive->structure;
+  r.hold_drift_deg = fitted.additive->hold_drift_deg;
   r.fit.used_samples = fit.samples;
   r.fit.free_parameters = static_cast<int>(std::lround(fit.effective));
   r.fit.rmse_deg = fit.fitted_rmse_deg;

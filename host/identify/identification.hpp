@@ -55,6 +55,7 @@ struct Identification {
   std::string structure_detail;   // "hw: 10 knots, order 2"
   Summary fit;                    // of an additive one: how well and from what, not theta and channel
   std::optional<Additive> additive;
+  std::optional<double> hold_drift_deg;  // of an additive one, see hold.hpp
   std::vector<TableRow> rows;
   model::Model model;
   std::vector<double> estimated_deg;  // at every sample

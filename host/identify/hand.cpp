@@ -28,7 +28,7 @@ using io::InputError;
 
 constexpr double kSameClock_s = 0.5;  // offsets of two joints further apart are two opinions
 constexpr double kLeastClockError_s = 0.01;
-constexpr double kUnsure = 0.15;
+constexpr double kUnsure = 0.1;
 
 using Files = HandRecordings;
 

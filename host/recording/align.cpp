@@ -21,7 +21,7 @@ constexpr double kFineRate_hz = 20;
 constexpr double kMinOverlap_s = 2;
 constexpr double kMinOverlapShare = 0.4;
 constexpr double kMinEtaSquared = 0.4;
-constexpr double kLowConfidence = 0.15;
+constexpr double kLowConfidence = 0.1;
 constexpr double kMinVelocityCorrelation = 0.3;
 // Squares of the velocities' correlation between which the confidence grows from nothing to all of it: of
 // 900 pairs of unrelated recordings one in ten exceeds 0.6, of 700 pairs of one motion one in fifty falls
@@ -243,7 +243,8 @@ Scan scan(const Sampled& sensor, const Binning& bins, const Sampled& reference, 
   return result;
 }
 
-// The best local maximum of the score at least `distance` from the best.
+// Of the score's local maxima at least `distance` from the best that which explains most: where the recordings overlap
+// less it may be the truth all the same.
 std::optional<std::size_t> rival_of(const Scan& scan, std::size_t best, std::size_t distance) {
   const std::size_t reach = distance / 2;
   std::optional<std::size_t> rival;
@@ -253,7 +254,7 @@ std::optional<std::size_t> rival_of(const Scan& scan, std::size_t best, std::siz
     const auto high =
         scan.score.begin() + static_cast<std::ptrdiff_t>(std::min(i + reach + 1, scan.score.size()));
     if (*std::max_element(low, high) > scan.score[i]) continue;
-    if (!rival || scan.score[i] > scan.score[*rival]) rival = i;
+    if (!rival || scan.eta_squared[i] > scan.eta_squared[*rival]) rival = i;
   }
   return rival;
 }

@@ -15,7 +15,7 @@
 //
 // How far the answer may be believed is a product of four numbers from 0 to 1, none of which a wrong pair of
 // recordings can bring about by itself:
-//   unique     1 - (1 - eta^2) / (1 - eta^2 of the best other offset)
+//   unique     1 - (1 - eta^2) / (1 - eta^2 of the other offset that explains most)
 //   related    the velocities agree: from 0 where they correlate by 0.6 to 1 at 0.85
 //   no chance  1 - offsets (1 - r^2)^(m - 1), for m independent movements in the overlap: seconds that hold
 //              one single movement never tell, however well it matches
@@ -33,12 +33,12 @@ namespace flexor::recording {
 struct Alignment {
   // Reference time minus sensor time of the same instant.
   double clock_offset_s = 0;
-  // As above; 0: ambiguous or unrelated, 1: certain. Below 0.15 a warning says why.
+  // As above; 0: ambiguous or unrelated, 1: certain. Below 0.1 a warning says why.
   double confidence = 0;
   double eta_squared = 0;
   double velocity_correlation = 0;  // of the smoothed velocities at the offset, 0 where they do not line up
   double overlap_s = 0;
-  std::optional<double> rival_offset_s;  // the best other offset, at least 2 s away
+  std::optional<double> rival_offset_s;  // the other offset that explains most, at least 2 s away
   // The offset found in each quarter of an overlap of 20 s or more, where that quarter moves enough to tell.
   std::array<std::optional<double>, 4> quarter_offset_s;
   // Of the reference's clock against the sensor's, when three quarters tell and a clock can be meant.

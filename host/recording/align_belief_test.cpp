@@ -13,7 +13,7 @@
 namespace flexor::recording {
 namespace {
 
-constexpr double kBelieved = 0.15;  // below, a warning says why not
+constexpr double kBelieved = 0.1;  // below, a warning says why not
 
 // A finger that bends to random angles, quickly or slowly, and rests there for a while.
 class SlowMotion {

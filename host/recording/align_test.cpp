@@ -248,6 +248,28 @@ TEST_P(RealRecordings, CuttingThirtySecondsOffEitherEndChangesLittle) {
   }
 }
 
+// The motion repeats itself every 30 s, and the longer overlap is a whole cycle wrong.
+TEST_P(RealRecordings, AnOverlapOfHalfPassesNoWrongCycleOffUnwarned) {
+  const double truth = implied_offset();
+  const Recording sensor = sensor_;
+  const Recording camera = camera_;
+  const double first = std::max(sensor.t_s.front(), camera.t_s.front() - truth);
+  const double last = std::min(sensor.t_s.back(), camera.t_s.back() - truth);
+  for (const double length : {60.0, 70.0, 90.0, 110.0}) {
+    for (double begin = first; begin + 1.5 * length < last; begin += 7) {
+      sensor_ = sensor;
+      camera_ = camera;
+      cut(sensor_, begin - sensor.t_s.front(), sensor.t_s.back() - begin - length);
+      const double seen = begin + length / 2 + truth;
+      cut(camera_, seen - camera.t_s.front(), camera.t_s.back() - seen - length);
+      const Alignment a = align(sensor_.series(GetParam().sensor), camera_.series(GetParam().angle));
+      EXPECT_TRUE(std::abs(a.clock_offset_s - truth) < 1 || !a.warnings.empty())
+          << length << " s from " << begin << ": off by " << a.clock_offset_s - truth << " s, confidence "
+          << a.confidence;
+    }
+  }
+}
+
 TEST_P(RealRecordings, FlippingTheAngleChangesNothing) {
   const double before = offset();
   for (Column& c : camera_.columns) {

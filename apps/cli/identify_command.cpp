@@ -192,6 +192,20 @@ void run(Options& o) {
   if (!o.report.empty()) print(fmt::format("report   {}/report.html\n", o.report));
 }
 
+void add_structure(CLI::App& command, identify::FileRequest& r) {
+  command
+      .add_option(
+          "--structure", r.structure,
+          "auto, linear, linear-dynamic, hammerstein, wiener, hw or hw-hysteresis; with --pair auto, line, "
+          "line-lead, curve or hysteresis")
+      ->capture_default_str();
+  command.add_option("--order", r.order, "poles, 1 to 3 (default 2)");
+  command.add_option("--knots", r.knots, "knots of the curve, 2 to 16 (default 10)");
+  command.add_option("--plays", r.plays, "play operators of hw-hysteresis, 1 to 4 (default 2)");
+  command.add_flag("--dead-zone", r.dead_zone, "hw with a dead zone, gain and offset in place of the curve");
+  command.add_flag("--monotone", r.monotone, "curves may not turn back");
+}
+
 }  // namespace
 
 void add_identify(CLI::App& app) {
@@ -223,17 +237,7 @@ void add_identify(CLI::App& app) {
                     "with --pair: once proven on held-out data, fit the model in the same way to all of it");
   command->add_option("--refit", o->refit,
                       "with --pair: a model of which only gains and dead zones are fitted to the wearer");
-  command
-      ->add_option(
-          "--structure", r.structure,
-          "auto, linear, linear-dynamic, hammerstein, wiener, hw or hw-hysteresis; with --pair auto, line, "
-          "line-lead, curve or hysteresis")
-      ->capture_default_str();
-  command->add_option("--order", r.order, "poles, 1 to 3 (default 2)");
-  command->add_option("--knots", r.knots, "knots of the curve, 2 to 16 (default 10)");
-  command->add_option("--plays", r.plays, "play operators of hw-hysteresis, 1 to 4 (default 2)");
-  command->add_flag("--dead-zone", r.dead_zone, "hw with a dead zone, gain and offset in place of the curve");
-  command->add_flag("--monotone", r.monotone, "curves may not turn back");
+  add_structure(*command, r);
   command->add_option("--clock-offset", r.clock_offset_s,
                       "use this offset in seconds (reference minus sensor) and check it against the signals");
   command->add_option(

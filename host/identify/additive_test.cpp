@@ -11,10 +11,10 @@
 namespace flexor::identify {
 namespace {
 
-constexpr double kPeriod_s = 0.05;
+constexpr double kGrid_s = 0.05;
 
 // One motion, the same for every seed; the seed draws the noise of the angle, white or in runs.
-Session session(unsigned seed, double memory, double offset_deg = 0) {
+Session drawn(unsigned seed, double memory, double offset_deg = 0) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise;
   Session out;
@@ -24,7 +24,7 @@ Session session(unsigned seed, double memory, double offset_deg = 0) {
   out.use.assign(static_cast<std::size_t>(n), 1);
   double run = 0;
   for (Eigen::Index k = 0; k < n; ++k) {
-    const auto t = static_cast<double>(k) * kPeriod_s;
+    const auto t = static_cast<double>(k) * kGrid_s;
     const double share = 0.5 + 0.25 * std::sin(0.9 * t) + 0.24 * std::sin(0.37 * t + 1);
     run = memory * run + std::sqrt(1 - memory * memory) * noise(random);
     out.input(k, 0) = 300 + 400 * share;
@@ -33,17 +33,17 @@ Session session(unsigned seed, double memory, double offset_deg = 0) {
   return out;
 }
 
-Additive fitted(const std::vector<Session>& sessions, const std::string& structure) {
+Additive fit_of(const std::vector<Session>& sessions, const std::string& structure) {
   const auto still = [](const Additive&) { return 0.0; };
   const auto any = [](const Additive&) { return true; };
-  return fit_additive(sessions, kPeriod_s, "index", structure, still, 1, any, {}).front();
+  return fit_additive(sessions, kGrid_s, "index", structure, still, 1, any, {}).front();
 }
 
 TEST(Additive, StandardErrorsAreTheSpreadOfRepeatedRecordings) {
   for (const double memory : {0.0, 0.95}) {
     constexpr int kSeeds = 40;
     std::vector<Additive> all;
-    for (unsigned seed = 0; seed < kSeeds; ++seed) all.push_back(fitted({session(seed, memory)}, "curve"));
+    for (unsigned seed = 0; seed < kSeeds; ++seed) all.push_back(fit_of({drawn(seed, memory)}, "curve"));
     // Knots that readings surround.
     for (const Eigen::Index knot : {3, 6, 9}) {
       double mean = 0;
@@ -64,10 +64,10 @@ TEST(Additive, StandardErrorsAreTheSpreadOfRepeatedRecordings) {
 }
 
 TEST(Additive, WhatDiffersBetweenRecordingsStaysOutOfTheCurves) {
-  const Additive fit = fitted({session(1, 0, -6), session(2, 0, 0), session(3, 0, 6)}, "curve");
+  const Additive fit = fit_of({drawn(1, 0, -6), drawn(2, 0, 0), drawn(3, 0, 6)}, "curve");
   ASSERT_EQ(fit.donning.size(), 6) << "an offset and a slope each";
   EXPECT_NEAR(fit.donning(4) - fit.donning(0), 12, 2.5);
-  const Additive one = fitted({session(2, 0, 0)}, "curve");
+  const Additive one = fit_of({drawn(2, 0, 0)}, "curve");
   EXPECT_EQ(one.donning.size(), 0);
   for (const Eigen::Index knot : {3, 6, 9}) {
     EXPECT_NEAR(fit.offset_deg + fit.value(knot, 0), one.offset_deg + one.value(knot, 0), 1);
@@ -82,7 +82,7 @@ TEST(Additive, OnlyWhatIsAskedForIsFinished) {
     EXPECT_GT(fit.condition, 1);
     return ++asked == 2;
   };
-  const auto all = fit_additive({session(4, 0)}, kPeriod_s, "index", "auto", drift, 1, second, {});
+  const auto all = fit_additive({drawn(4, 0)}, kGrid_s, "index", "auto", drift, 1, second, {});
   ASSERT_GT(all.size(), 7U) << "coarse candidates, then finer ones";
   EXPECT_TRUE(all[1].hold_drift_deg);
   EXPECT_FALSE(all[2].hold_drift_deg);
@@ -92,9 +92,8 @@ TEST(Additive, MotionThatDriftsIsShrunkUntilItDoesNot) {
   double told = 5;
   const auto drift = [&](const Additive&) { return std::exchange(told, 0.5); };
   const auto any = [](const Additive&) { return true; };
-  const auto before = fitted({session(5, 0)}, "line-lead");
-  const auto after =
-      fit_additive({session(5, 0)}, kPeriod_s, "index", "line-lead", drift, 1, any, {}).front();
+  const auto before = fit_of({drawn(5, 0)}, "line-lead");
+  const auto after = fit_additive({drawn(5, 0)}, kGrid_s, "index", "line-lead", drift, 1, any, {}).front();
   EXPECT_EQ(*after.hold_drift_deg, 0.5);
   EXPECT_GT(after.priors.motion, before.priors.motion);
 }

@@ -170,7 +170,7 @@ void overview(const Saved& saved) {
   io::write_file(saved.folder() / "report.html", page.html());
 }
 
-std::string verdict(const Json& joint) {
+std::string joint_verdict(const Json& joint) {
   const double rmse_deg = compensator_rmse_deg(joint);
   std::string out =
       fmt::format("On data it never saw, the compensator is typically {:.2f}° from the camera", rmse_deg);
@@ -223,7 +223,7 @@ void figures(Page& page, const Saved& saved, const Json& joint, std::size_t numb
   for (const Figure& f : drawn) page.figure(f, g, saved.folder());
 }
 
-void structures(Page& page, const Json& joint) {
+void tried_structures(Page& page, const Json& joint) {
   TableBlock t{"Structures tried, in order of preference",
                {"structure", "parameters", "error, fitted part", "cross-validated", "drift of a hold"},
                {},
@@ -249,7 +249,7 @@ void structures(Page& page, const Json& joint) {
       "one was found before.");
 }
 
-void scores(Page& page, const Json& joint) {
+void joint_scores(Page& page, const Json& joint) {
   TableBlock t{"Scores on the held-out part", {"score", "compensator"}, {}, {}};
   for (const Peer& peer : kPeers) t.columns.emplace_back(peer.name);
   for (const Score& score : kScores) {
@@ -271,11 +271,11 @@ void joint_page(const Saved& saved, const std::string& name, const Json& joint, 
   Page page(fmt::format("{}: from {} to an angle", name, sensors_of(joint)));
   const std::vector<Link> back = {{"report.html", "All joints"}};
   page.links("Report", back);
-  page.paragraph(verdict(joint));
+  page.paragraph(joint_verdict(joint));
   joint_cards(page, joint);
   figures(page, saved, joint, number);
-  structures(page, joint);
-  scores(page, joint);
+  tried_structures(page, joint);
+  joint_scores(page, joint);
   if (const Json& donnings = joint.at("donnings"); donnings.is_object()) {
     page.paragraph(fmt::format(
         "Over {} recordings the angle's offset varies by {:.1f}° and its gain by {:.1f} % (standard "

@@ -6,6 +6,7 @@
 #include "host/report/jobs.hpp"
 #include "host/report/page.hpp"
 #include "host/report/sample_figures.hpp"
+#include "host/report/scores_table.hpp"
 
 namespace flexor::report {
 namespace {
@@ -17,21 +18,6 @@ struct Peer {
 };
 constexpr Peer kPeers[] = {
     {"line", "straight line"}, {"line_lead", "line with lead"}, {"published_form", "published form"}};
-
-struct Score {
-  const char* name;
-  const char* key;
-  const char* unit;
-};
-constexpr Score kScores[] = {{"RMSE", "rmse_deg", "°"},
-                             {"95th percentile of the error", "p95_abs_deg", "°"},
-                             {"largest error", "max_abs_deg", "°"},
-                             {"fit (NRMSE)", "fit_percent", " %"},
-                             {"R²", "r2", ""},
-                             {"integral of absolute error", "iae_deg_s", "°s"},
-                             {"best constant lag (positive: late)", "best_lag_s", " s"},
-                             {"RMSE with that lag removed", "lag_removed_rmse_deg", "°"},
-                             {"integral with that lag removed", "lag_removed_iae_deg_s", "°s"}};
 
 double number(const Json& scores, const char* key) {
   return scores.is_object() ? number_or_nan(scores.value(key, Json(nullptr))) : NAN;
@@ -250,19 +236,11 @@ void tried_structures(Page& page, const Json& joint) {
 }
 
 void joint_scores(Page& page, const Json& joint) {
-  TableBlock t{"Scores on the held-out part", {"score", "compensator"}, {}, {}};
-  for (const Peer& peer : kPeers) t.columns.emplace_back(peer.name);
-  for (const Score& score : kScores) {
-    const auto cell = [&](const Json& scores) {
-      const double value = number(scores, score.key);
-      return std::isnan(value) ? std::string("-") : fmt::format("{:.3f}{}", value, score.unit);
-    };
-    t.rows.push_back({score.name, cell(joint.at("holdout"))});
-    for (const Peer& peer : kPeers)
-      t.rows.back().push_back(cell(joint.at("baselines").value(peer.key, Json(nullptr))));
-  }
+  std::vector<ScoredColumn> columns = {{"compensator", joint.at("holdout")}};
+  for (const Peer& peer : kPeers)
+    columns.push_back({peer.name, joint.at("baselines").value(peer.key, Json(nullptr))});
   page.heading("Scores beside the peers");
-  page.table(t);
+  page.table(scores_table(columns));
   for (const Json& refusal : joint.at("baseline_refusals"))
     page.paragraph("Could not be fitted: " + refusal.get<std::string>() + ".");
 }

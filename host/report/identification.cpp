@@ -6,6 +6,7 @@
 #include "host/io/io.hpp"
 #include "host/report/page.hpp"
 #include "host/report/sample_figures.hpp"
+#include "host/report/scores_table.hpp"
 
 namespace flexor::report {
 namespace {
@@ -210,36 +211,6 @@ void parameters(Page& page, const Json& fit) {
   page.end_details();
 }
 
-void scores(Page& page, const Json& r) {
-  struct Row {
-    const char* name;
-    const char* key;
-    const char* unit;
-  };
-  constexpr Row kRows[] = {{"RMSE", "rmse_deg", "°"},
-                           {"95th percentile of the error", "p95_abs_deg", "°"},
-                           {"largest error", "max_abs_deg", "°"},
-                           {"fit (NRMSE)", "fit_percent", " %"},
-                           {"R²", "r2", ""},
-                           {"integral of absolute error", "iae_deg_s", "°s"},
-                           {"best constant lag (positive: late)", "best_lag_s", " s"},
-                           {"RMSE with that lag removed", "lag_removed_rmse_deg", "°"},
-                           {"integral with that lag removed", "lag_removed_iae_deg_s", "°s"}};
-  page.begin_details("All scores on the held-out part");
-  TableBlock t{
-      "Scores on the held-out part", {"score", "compensator", "without pauses", "straight line"}, {}, {}};
-  for (const Row& row : kRows) {
-    const auto cell = [&](const char* part) {
-      const Json& scores = r.at(part);
-      const double value = scores.is_object() ? number_or_nan(scores.value(row.key, Json(nullptr))) : NAN;
-      return std::isnan(value) ? std::string("-") : fmt::format("{:.3f}{}", value, row.unit);
-    };
-    t.rows.push_back({row.name, cell("holdout"), cell("holdout_without_gaps"), cell("baseline_linear")});
-  }
-  page.table(t);
-  page.end_details();
-}
-
 }  // namespace
 
 void render_identification(const Saved& saved) {
@@ -268,7 +239,11 @@ void render_identification(const Saved& saved) {
   page.paragraph(alignment_facts(r));
   structures(page, r);
   parameters(page, r.at("fit"));
-  scores(page, r);
+  page.begin_details("All scores on the held-out part");
+  page.table(scores_table({{"compensator", r.at("holdout")},
+                           {"without pauses", r.at("holdout_without_gaps")},
+                           {"straight line", r.at("baseline_linear")}}));
+  page.end_details();
   const auto origin = [&](const char* which) {
     const Json& log = r.at(which);
     return fmt::format("{} column {} ({})", log.at("file").get<std::string>(),

@@ -176,9 +176,9 @@ void run_twin(const TwinOptions& o) {
   if (o.evaluations.value_or(1) < 1 || o.trials.value_or(1) < 1 || o.ensemble.value_or(1) < 1) {
     throw io::InputError("--evaluations, --trials and --ensemble must be at least 1");
   }
-  if (o.threads < 0 || o.threads > study::kMaxThreads) {
+  if (o.threads < 0 || o.threads > io::kMaxThreads) {
     throw io::InputError(
-        fmt::format("--threads must be 0, as many as the machine has, to {}", study::kMaxThreads));
+        fmt::format("--threads must be 0, as many as the machine has, to {}", io::kMaxThreads));
   }
   io::require_writable(o.out);
   o.ensemble ? draw_twins(o) : fit_twin(o);

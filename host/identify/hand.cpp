@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <limits>
+#include <mutex>
 #include <numeric>
 #include <optional>
 
@@ -18,6 +20,7 @@
 #include "host/identify/refit.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/io/run_in_order.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::identify {
@@ -296,29 +299,26 @@ model::Model start_model(const HandRequest& request, const std::vector<Files>& f
   return out;
 }
 
-// One of a hand's baselines by the same estimator and the same road, whether it can be worn or not; a joint that it
+// One of a joint's baselines by the same estimator and the same road, whether it can be worn or not; a joint that it
 // cannot be fitted to lacks it.
-void score_baseline(const std::string& name, const std::string& structure, const HandRequest& request,
-                    const std::vector<Files>& files, const std::vector<Sampled>& samples,
-                    HandIdentification& r) {
-  const model::Model inputs = start_model(request, files, samples);
-  for (std::size_t j = 0; j < r.joints.size(); ++j) {
-    const JointMap own{request.map[j].joint, {request.map[j].sensors.front()}, request.map[j].reference};
-    std::vector<Session> sessions;
-    for (const Sampled& sampled : samples) sessions.push_back(session_of({sampled.sensor[j].front()}));
-    try {
-      const auto no_drift = [](const Additive&) { return 0.0; };
-      const auto any = [](const Additive&) { return true; };
-      const Additive fit =
-          fit_additive(sessions, inputs.sample_period_s, own.joint, structure, no_drift, 0, any, {}).front();
-      const auto estimated = estimates(joint_model(inputs, fit, own), files, samples, {j});
-      const PairsDegrees& all = estimated.front();
-      r.joints[j].baselines.emplace(name, held_of(samples, j).score(held_out(all, samples, j)));
-      for (std::size_t p = 0; p < all.size() && name == "line"; ++p)
-        r.joints[j].samples[p].line_deg = shared(all[p], samples[p].sensor[j].front());
-    } catch (const io::JobError& error) {
-      r.joints[j].baseline_refusals.push_back(fmt::format("{}: {}", name, error.what()));
-    }
+void score_baseline(const std::string& name, const std::string& structure, const JointMap& map,
+                    const model::Model& inputs, const std::vector<Files>& files,
+                    const std::vector<Sampled>& samples, std::size_t j, JointResult& joint) {
+  const JointMap own{map.joint, {map.sensors.front()}, map.reference};
+  std::vector<Session> sessions;
+  for (const Sampled& sampled : samples) sessions.push_back(session_of({sampled.sensor[j].front()}));
+  try {
+    const auto no_drift = [](const Additive&) { return 0.0; };
+    const auto any = [](const Additive&) { return true; };
+    const Additive fit =
+        fit_additive(sessions, inputs.sample_period_s, own.joint, structure, no_drift, 0, any, {}).front();
+    const auto estimated = estimates(joint_model(inputs, fit, own), files, samples, {j});
+    const PairsDegrees& all = estimated.front();
+    joint.baselines.emplace(name, held_of(samples, j).score(held_out(all, samples, j)));
+    for (std::size_t p = 0; p < all.size() && name == "line"; ++p)
+      joint.samples[p].line_deg = shared(all[p], samples[p].sensor[j].front());
+  } catch (const io::JobError& error) {
+    joint.baseline_refusals.push_back(fmt::format("{}: {}", name, error.what()));
   }
 }
 
@@ -338,13 +338,17 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
   std::vector<std::size_t> all(r.joints.size());
   std::iota(all.begin(), all.end(), 0);
   const auto estimated = estimates(r.model, files, samples, all);
-  for (const std::size_t j : all) r.joints[j].samples = series_of(samples, j, estimated[j]);
-  score_baseline("line", "line", request, files, samples, r);
-  score_baseline("line_lead", "line-lead", request, files, samples, r);
-  for (std::size_t j = 0; j < r.joints.size(); ++j) {
-    JointResult& joint = r.joints[j];
+  const model::Model inputs = start_model(request, files, samples);
+  const auto score = [&](std::size_t j) {
+    JointResult joint = r.joints[j];
+    joint.samples = series_of(samples, j, estimated[j]);
     joint.holdout = held_of(samples, j).score(held_out(estimated[j], samples, j));
+    score_baseline("line", "line", request.map[j], inputs, files, samples, j, joint);
+    score_baseline("line_lead", "line-lead", request.map[j], inputs, files, samples, j, joint);
     score_published_form(samples, j, joint);
+    return joint;
+  };
+  const auto take = [&](std::size_t j, JointResult& joint) {
     const auto line = joint.baselines.find("line");
     if (request.structure != "line" && line != joint.baselines.end() &&
         joint.holdout.rmse_deg >= line->second.rmse_deg) {
@@ -353,7 +357,9 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
                       "line ({:.2f} deg)",
                       joint.name, joint.holdout.rmse_deg, line->second.rmse_deg));
     }
-  }
+    r.joints[j] = std::move(joint);
+  };
+  io::run_in_order<JointResult>(0, all.size(), io::threads_of(request.threads), score, take);
 }
 
 Json donnings_json(const std::optional<Donnings>& donnings) {
@@ -441,23 +447,65 @@ void refit_joints(const HandRequest& request, const std::vector<Sampled>& sample
   r.model = model::with_channels(std::move(r.model), refitted);
 }
 
+// How far the fits of all joints are together, whatever thread each is on. A joint that has not begun is taken for one
+// like those that have.
+class JointProgress {
+ public:
+  JointProgress(std::size_t joints, const Step& step) : done_(joints), of_(joints), step_(step) {}
+
+  bool operator()(std::size_t joint, std::size_t done, std::size_t of, const std::string& what) {
+    const std::lock_guard lock(mutex_);
+    done_[joint] = done;
+    of_[joint] = of;
+    std::size_t all_done = 0;
+    std::size_t all = 0;
+    for (std::size_t j = 0; j < of_.size(); ++j) {
+      all_done += done_[j];
+      all += of_[j] > 0 ? of_[j] : of;
+    }
+    return !step_ || step_(all_done, all, what);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::size_t> done_;
+  std::vector<std::size_t> of_;
+  const Step& step_;
+};
+
+struct FittedJoint {
+  JointResult joint;
+  std::exception_ptr failure;  // the first joint's is told, whichever failed first
+};
+
 void fit_joints(const HandRequest& request, const std::vector<Sampled>& samples, const Step& step,
                 HandIdentification& r) {
   const model::Model inputs = r.model;
   const std::size_t joints = request.map.size();
-  for (std::size_t j = 0; j < joints; ++j) {
+  JointProgress progress(joints, step);
+  const auto fit = [&](std::size_t j) {
+    FittedJoint out;
     const JointMap& map = request.map[j];
-    const std::vector<Session> sessions = sessions_of(samples, j);
-    r.joints.emplace_back();
-    JointResult& joint = r.joints.back();
-    joint.name = map.joint;
-    static_cast<JointFit&>(joint) = fit_joint(sessions, inputs, map, request.structure,
-                                              [&](std::size_t done, std::size_t of, const std::string& what) {
-                                                return !step || step(j * of + done, joints * of, what);
-                                              });
-    joint.donnings = donnings_of(sessions, joint_model(inputs, joint.fit, map), joint.fit);
-    add_to(r.model, joint.fit, map.sensors, map.joint);
-  }
+    out.joint.name = map.joint;
+    try {
+      const std::vector<Session> sessions = sessions_of(samples, j);
+      static_cast<JointFit&>(out.joint) =
+          fit_joint(sessions, inputs, map, request.structure,
+                    [&](std::size_t done, std::size_t of, const std::string& what) {
+                      return progress(j, done, of, what);
+                    });
+      out.joint.donnings = donnings_of(sessions, joint_model(inputs, out.joint.fit, map), out.joint.fit);
+    } catch (...) {
+      out.failure = std::current_exception();
+    }
+    return out;
+  };
+  io::run_in_order<FittedJoint>(
+      0, joints, io::threads_of(request.threads), fit, [&](std::size_t j, FittedJoint& fitted) {
+        if (fitted.failure) std::rethrow_exception(fitted.failure);
+        add_to(r.model, fitted.joint.fit, request.map[j].sensors, request.map[j].joint);
+        r.joints.push_back(std::move(fitted.joint));
+      });
 }
 
 void fit_model(const HandRequest& request, const std::vector<Files>& files,
@@ -516,6 +564,7 @@ model::Model fit_hand(const HandRequest& request, const std::vector<HandRecordin
   HandIdentification r;
   HandRequest all = request;
   all.split = 1;
+  all.threads = 1;  // whoever asks for fits has threads of its own
   for (const Files& one : recordings) r.clocks.push_back(clock_of(one, all, r.warnings));
   fit_model(all, recordings, sample_all(recordings, r.clocks, all), {}, r);
   describe(all, recordings, r);

@@ -45,6 +45,7 @@ struct HandRequest {
   std::string input_unit;
   std::string output_unit;
   std::string time_unit;
+  int threads = 0;  // on which joints are fitted; 0: as many as the machine has
 };
 
 struct Clock {

@@ -226,6 +226,27 @@ TEST_F(Hand, WhatIsHeldOutChangesNoCoefficient) {
   EXPECT_GT(b.joints[0].holdout.rmse_deg, 5 * a.joints[0].holdout.rmse_deg);
 }
 
+TEST_F(Hand, IsTheSameOnAnyNumberOfThreads) {
+  HandRequest r = request({write("one", 60, 1)}, "index=a_adc:index_deg,thumb=b_adc+a_adc:thumb_deg");
+  std::vector<std::string> results;
+  std::size_t done = 0;
+  for (const int threads : {1, 2, 5}) {
+    r.threads = threads;
+    auto json = to_json(identify_hand(r, [&](std::size_t now, std::size_t of, const std::string&) {
+      EXPECT_LE(now, of);
+      done = std::max(done, now);
+      return true;
+    }));
+    json.erase("fit_seconds");
+    results.push_back(json.dump());
+  }
+  EXPECT_GT(done, 0u);
+  EXPECT_EQ(results[1], results[0]);
+  EXPECT_EQ(results[2], results[0]);
+  EXPECT_THROW(identify_hand(r, [](std::size_t, std::size_t, const std::string&) { return false; }),
+               io::Cancelled);
+}
+
 TEST_F(Hand, MapsThatMeanNothingAreRefusedWhereTheyGoWrong) {
   EXPECT_NE(refusal([] { (void)parse_map("index:a"); }).find("no joint at \"index:a\""), std::string::npos);
   EXPECT_NE(refusal([] { (void)parse_map("index=a"); }).find("no angle at \"=a\""), std::string::npos);

@@ -46,9 +46,9 @@ class Laboratories {
     if (!plan_.plan.folder.empty() && plan_.plan.lock == nullptr) lock.emplace(plan_.plan.folder);
     const auto start = std::chrono::steady_clock::now();
     if (!plan_.plan.folder.empty()) open_journal();
-    result_.threads = threads_of(plan_.plan.threads);
+    result_.threads = io::threads_of(plan_.plan.threads);
     try {
-      run_in_order<LaboratoryRow>(
+      io::run_in_order<LaboratoryRow>(
           result_.rows.size(), plan_.ensemble.values.size(), result_.threads,
           [this](std::size_t number) { return laboratory(number); },
           [this](std::size_t, const LaboratoryRow& row) { take(row); });

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "host/io/io.hpp"
-#include "host/study/run_in_order.hpp"
+#include "host/io/run_in_order.hpp"
 #include "host/twin/random.hpp"
 
 namespace flexor::study {
@@ -89,8 +89,8 @@ class Walk {
   template <class What>
   double in_parallel(const What& what) {
     double sum = 0;
-    run_in_order<double>(
-        0, chains_.size(), threads_of(plan_.threads), [&](std::size_t c) { return what(chains_[c]); },
+    io::run_in_order<double>(
+        0, chains_.size(), io::threads_of(plan_.threads), [&](std::size_t c) { return what(chains_[c]); },
         [&](std::size_t, double value) { sum += value; });
     return sum / static_cast<double>(chains_.size());
   }

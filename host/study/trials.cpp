@@ -9,10 +9,10 @@
 
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/io/run_in_order.hpp"
 #include "host/score/trial.hpp"
 #include "host/study/log_rms.hpp"
 #include "host/study/null_model.hpp"
-#include "host/study/run_in_order.hpp"
 #include "host/study/shape_check.hpp"
 #include "host/study/trial_row.hpp"
 #include "host/twin/exact_json.hpp"
@@ -99,8 +99,8 @@ class Runner {
     }
     if (!plan_.folder.empty()) open_journal();
     const auto start = std::chrono::steady_clock::now();
-    result_.threads = threads_of(plan_.threads);
-    run_in_order<JobRows>(
+    result_.threads = io::threads_of(plan_.threads);
+    io::run_in_order<JobRows>(
         committed_, jobs_, result_.threads, [this](std::size_t number) { return simulate(job(number)); },
         [this](std::size_t number, const JobRows& rows) { commit(number, rows); });
     if (journal_) close_journal();
@@ -346,9 +346,9 @@ std::string describe(const Distance& d) {
 
 void check(const Plan& plan) {
   if (plan.trials < 1) throw InputError("the number of trials must be at least 1");
-  if (plan.threads < 0 || plan.threads > kMaxThreads) {
+  if (plan.threads < 0 || plan.threads > io::kMaxThreads) {
     throw InputError(fmt::format("{} threads are impossible; 0, as many as the machine has, to {}",
-                                 plan.threads, kMaxThreads));
+                                 plan.threads, io::kMaxThreads));
   }
   if (plan.motions.empty() || plan.compensators.empty()) {
     throw InputError("an experiment needs at least one gesture and one compensator");

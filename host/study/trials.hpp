@@ -17,10 +17,10 @@
 #include <string>
 #include <vector>
 
+#include "host/io/run_in_order.hpp"
 #include "host/model/model.hpp"
 #include "host/study/catalogue.hpp"
 #include "host/study/journal.hpp"
-#include "host/study/run_in_order.hpp"
 #include "host/twin/simulation.hpp"
 
 namespace flexor::study {

@@ -105,8 +105,8 @@ TableErrors TwinTable::errors(const twin::Parameters& parameters, int threads) c
   Plan plan = plan_;
   plan.parameters = parameters;
   TableErrors out(plan.motions.size());
-  run_in_order<double>(
-      0, out.size() * kPublishedCompensators, threads_of(threads),
+  io::run_in_order<double>(
+      0, out.size() * kPublishedCompensators, io::threads_of(threads),
       [&](std::size_t cell) {
         return error(plan, cell / kPublishedCompensators, cell % kPublishedCompensators);
       },

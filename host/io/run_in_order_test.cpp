@@ -1,4 +1,4 @@
-#include "host/study/run_in_order.hpp"
+#include "host/io/run_in_order.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
-namespace flexor::study {
+namespace flexor::io {
 namespace {
 
 // Jobs of very different length: numbers are squared by adding.
@@ -67,4 +67,4 @@ TEST(RunInOrder, NothingToDoIsDone) {
 }
 
 }  // namespace
-}  // namespace flexor::study
+}  // namespace flexor::io

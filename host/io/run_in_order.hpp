@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-namespace flexor::study {
+namespace flexor::io {
 
 inline constexpr int kMaxThreads = 256;
 
@@ -67,4 +67,4 @@ void run_in_order(std::size_t first, std::size_t end, int threads, const Make& m
   if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace flexor::study
+}  // namespace flexor::io

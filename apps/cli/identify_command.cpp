@@ -194,10 +194,12 @@ void run(Options& o) {
 
 void add_structure(CLI::App& command, identify::FileRequest& r) {
   command
-      .add_option(
-          "--structure", r.structure,
-          "auto, linear, linear-dynamic, hammerstein, wiener, hw or hw-hysteresis; with --pair auto, line, "
-          "line-lead, curve or hysteresis")
+      .add_option("--structure", r.structure,
+                  "auto; a sum of curves: line, line-lead, curve, hysteresis or e.g. \"curve(20) + "
+                  "play(0.08) > curve(20) + "
+                  "motion(0.3)\"; a chain: linear, linear-dynamic, hammerstein, wiener, hw, wh, "
+                  "hysteresis-hw or e.g. "
+                  "\"hysteresis(2) > curve(10) > lti(2) > saturation\"")
       ->capture_default_str();
   command.add_option("--order", r.order, "poles, 1 to 3 (default 2)");
   command.add_option("--knots", r.knots, "knots of the curve, 2 to 16 (default 10)");

@@ -254,32 +254,6 @@ class CrossValidation {
   std::vector<Fold> folds_;
 };
 
-// In groups of as many samples each, by the estimate.
-model::Accuracy accuracy_of(std::vector<std::pair<double, double>> estimate) {
-  std::ranges::sort(estimate);
-  model::Accuracy out;
-  const std::size_t n = estimate.size();
-  for (std::size_t g = 0; g < kGroups; ++g) {
-    double angle = 0;
-    double squares = 0;
-    const std::size_t from = n * g / kGroups;
-    const std::size_t to = n * (g + 1) / kGroups;
-    for (std::size_t k = from; k < to; ++k) {
-      angle += estimate[k].first / static_cast<double>(to - from);
-      squares += estimate[k].second * estimate[k].second / static_cast<double>(to - from);
-    }
-    const double error = std::max(std::sqrt(squares), kLeastError_deg);
-    // Groups at one limit have one angle between them.
-    if (!out.angle_deg.empty() && angle < out.angle_deg.back() + kApart_deg) {
-      out.standard_error_deg.back() = std::max(out.standard_error_deg.back(), error);
-      continue;
-    }
-    out.angle_deg.push_back(angle);
-    out.standard_error_deg.push_back(error);
-  }
-  return out;
-}
-
 // Each searched along its own axis in steps of a factor, from coarse to fine; those that the branches have.
 Priors best_priors(const Branches& branches, bool by_recording, Priors best,
                    const std::function<double(const Priors&)>& error) {
@@ -459,29 +433,49 @@ class Search {
 
 }  // namespace
 
-std::vector<Branches> candidates(const std::string& structure, std::size_t sensors) {
+model::Accuracy accuracy_of(std::vector<std::pair<double, double>> estimate) {
+  std::ranges::sort(estimate);
+  model::Accuracy out;
+  const std::size_t n = estimate.size();
+  for (std::size_t g = 0; g < kGroups; ++g) {
+    double angle = 0;
+    double squares = 0;
+    const std::size_t from = n * g / kGroups;
+    const std::size_t to = n * (g + 1) / kGroups;
+    for (std::size_t k = from; k < to; ++k) {
+      angle += estimate[k].first / static_cast<double>(to - from);
+      squares += estimate[k].second * estimate[k].second / static_cast<double>(to - from);
+    }
+    const double error = std::max(std::sqrt(squares), kLeastError_deg);
+    // Groups at one limit have one angle between them.
+    if (!out.angle_deg.empty() && angle < out.angle_deg.back() + kApart_deg) {
+      out.standard_error_deg.back() = std::max(out.standard_error_deg.back(), error);
+      continue;
+    }
+    out.angle_deg.push_back(angle);
+    out.standard_error_deg.push_back(error);
+  }
+  return out;
+}
+
+Candidates candidates(const std::string& name, std::size_t sensors) {
   const std::vector<double> plays = {0.03, 0.08, 0.16};
   const std::vector<double> one = {0.2};
   const std::vector<double> quick = {0.1, 0.3};
   const std::vector<double> slow = {0.15, 0.6};
-  if (structure == "line") return {{{}, {}, 2}};
-  if (structure == "line-lead")
-    return {{{}, {0.05}, 2}, {{}, {0.1}, 2}, {{}, {0.2}, 2}, {{}, {0.4}, 2}, {{}, {0.8}, 2}};
-  if (structure == "curve") return {{{}, {}}};
-  if (structure == "hysteresis") return {{plays, {}}};
-  if (structure != "auto") {
-    throw io::InputError(
-        fmt::format("unknown structure \"{}\"; of a hand: auto, line, line-lead, curve, hysteresis",
-                    io::shortened(structure, 30)));
-  }
+  if (name == "line") return {{{{}, {}, 2}}};
+  if (name == "line-lead")
+    return {{{{}, {0.05}, 2}, {{}, {0.1}, 2}, {{}, {0.2}, 2}, {{}, {0.4}, 2}, {{}, {0.8}, 2}}};
+  if (name == "curve") return {{{{}, {}}}};
+  if (name == "hysteresis") return {{{plays, {}}}};
   // What several sensors say together needs less of each, and is slower to fit.
-  if (sensors > 1) return {{{}, {}}, {{}, slow}, {plays, {}}, {plays, slow}, {plays, quick}};
-  return {{{}, {}}, {{}, one}, {{}, quick}, {{}, slow}, {plays, {}}, {plays, quick}, {plays, slow}};
+  if (sensors > 1) return {{{{}, {}}, {{}, slow}, {plays, {}}, {plays, slow}, {plays, quick}}};
+  return {{{{}, {}}, {{}, one}, {{}, quick}, {{}, slow}, {plays, {}}, {plays, quick}, {plays, slow}}, true};
 }
 
 std::string describe(const Branches& b) {
   std::string out = b.knots == 2 ? "line" : fmt::format("curves of {} knots", b.knots);
-  if (!b.radii.empty()) out += fmt::format(", {} plays", b.radii.size());
+  if (!b.radii.empty()) out += fmt::format(", {} play{}", b.radii.size(), b.radii.size() > 1 ? "s" : "");
   if (!b.lags_s.empty()) out += fmt::format(", motion over {} s", fmt::join(b.lags_s, " and "));
   return out;
 }
@@ -501,7 +495,7 @@ void rank(std::vector<Additive>::iterator begin, std::vector<Additive>::iterator
 }
 
 std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double period_s,
-                                   const std::string& joint, const std::string& structure, const Drift& drift,
+                                   const std::string& joint, const Candidates& candidates, const Drift& drift,
                                    double most_drift_deg, const Accept& accept, const Step& step) {
   const Stack stack(sessions);
   if (std::ssize(stack.used) < kLeastSamples) {
@@ -515,7 +509,7 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
     if (!(u.maxCoeff() > u.minCoeff())) throw io::JobError(fmt::format("{}: a sensor never changes", joint));
   }
   Search search(stack, period_s);
-  std::vector<Branches> all = candidates(structure, static_cast<std::size_t>(stack.input.cols()));
+  std::vector<Branches> all = candidates.branches;
   std::vector<Additive> out;
   const auto try_all = [&] {
     for (std::size_t next = out.size(); next < all.size(); ++next) {
@@ -526,8 +520,7 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
     }
   };
   try_all();
-  // Finer curves where one sensor has to say all: of motion alone, and of the best.
-  if (structure == "auto" && stack.input.cols() == 1) {
+  if (candidates.finer) {
     rank(out.begin(), out.end());
     std::vector<Branches> finer = {out.front().branches};
     for (const Branches& branches : all) {

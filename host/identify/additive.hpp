@@ -35,6 +35,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/model/model.hpp"
@@ -60,9 +61,17 @@ struct Branches {
 
 std::string describe(const Branches& branches);
 
+struct Candidates {
+  std::vector<Branches> branches;
+  bool finer =
+      false;  // then curves of 20 knots of the best, and of motion alone, where one sensor has to say all
+
+  bool operator==(const Candidates&) const = default;
+};
+
 // What a name stands for: auto; line (gain and offset), line-lead (and motion of one time constant), curve,
-// hysteresis. Throws io::InputError.
-std::vector<Branches> candidates(const std::string& structure, std::size_t sensors);
+// hysteresis.
+Candidates candidates(const std::string& name, std::size_t sensors);
 
 struct Priors {
   double smooth = 0.03;   // weight of squared second differences, beside squared errors, both in degrees
@@ -70,6 +79,9 @@ struct Priors {
   double motion = 0.001;  // of those of motion
   double donning = 1;     // of the squared offsets and slopes of the recordings
 };
+
+// Errors of estimates by the estimate, in groups of as many samples each: (estimate, its error), degrees.
+model::Accuracy accuracy_of(std::vector<std::pair<double, double>> estimates);
 
 struct Additive {
   Branches branches;
@@ -110,13 +122,11 @@ using Step = std::function<bool(std::size_t done, std::size_t of, const std::str
 // Asked of the best candidate, then of the next best, until it says yes.
 using Accept = std::function<bool(const Additive&)>;
 
-// The candidates that the name of a structure stands for: first curves of 12 knots, then of the best and with one
-// sensor those of 20. Best first, with their cross-validated error; those that were asked for are finished:
+// The candidates, best first, with their cross-validated error; those that were asked for are finished:
 // drift and condition are known, and what drifts more than `most_drift_deg` in a hold has had its motion
-// shrunk until it did not, if that was enough. Throws io::InputError naming the structure, io::JobError naming the
-// joint: too few samples, constant angle.
+// shrunk until it did not, if that was enough. Throws io::JobError naming the joint: too few samples, constant angle.
 std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double period_s,
-                                   const std::string& joint, const std::string& structure, const Drift& drift,
+                                   const std::string& joint, const Candidates& candidates, const Drift& drift,
                                    double most_drift_deg, const Accept& accept, const Step& step);
 
 // "curve at 352", "play 2 at 352", "motion over 0.3 s at 352"; of several sensors with their names before.

@@ -17,8 +17,8 @@ struct OffsetAndGain {
 // Of the samples whose estimate is within the limits; none where the finger hardly moved.
 std::optional<OffsetAndGain> against(const Session& session,
                                      model::Compensator<model::DoubleArithmetic> compensator,
-                                     const Additive& fit) {
-  const double middle = (fit.lower_deg + fit.upper_deg) / 2;
+                                     const model::Saturation& limits) {
+  const double middle = (limits.lower_deg + limits.upper_deg) / 2;
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
   Eigen::Vector2d right = Eigen::Vector2d::Zero();
   std::vector<double> reading(static_cast<std::size_t>(session.input.cols()));
@@ -26,7 +26,7 @@ std::optional<OffsetAndGain> against(const Session& session,
     for (std::size_t s = 0; s < reading.size(); ++s)
       reading[s] = session.input(k, static_cast<Eigen::Index>(s));
     const double angle = compensator.step(reading).front().angle_deg;
-    if (!session.use[static_cast<std::size_t>(k)] || angle <= fit.lower_deg || angle >= fit.upper_deg)
+    if (!session.use[static_cast<std::size_t>(k)] || angle <= limits.lower_deg || angle >= limits.upper_deg)
       continue;
     const Eigen::Vector2d row(1, angle - middle);
     squares += row * row.transpose();
@@ -40,12 +40,12 @@ std::optional<OffsetAndGain> against(const Session& session,
 
 }  // namespace
 
-std::optional<Donnings> donnings_of(const std::vector<Session>& sessions, const model::Model& model,
-                                    const Additive& fit) {
+std::optional<Donnings> donnings_of(const std::vector<Session>& sessions, const model::Model& model) {
+  const model::Saturation& limits = std::get<model::Saturation>(model.blocks.back().kind);
   const model::Compensator<model::DoubleArithmetic> fresh(model);
   std::vector<OffsetAndGain> all;
   for (const Session& session : sessions) {
-    if (const auto one = against(session, fresh, fit)) all.push_back(*one);
+    if (const auto one = against(session, fresh, limits)) all.push_back(*one);
   }
   if (all.size() < 2) return std::nullopt;
   const auto deviation = [&](double OffsetAndGain::*which) {

@@ -16,9 +16,8 @@ struct Donnings {
   double gain = 0;
 };
 
-// `model` has the joint of `fit` alone, its inputs in the order of the sessions' columns. None unless the finger moved
-// in two recordings or more.
-std::optional<Donnings> donnings_of(const std::vector<Session>& sessions, const model::Model& model,
-                                    const Additive& fit);
+// `model` has one joint, which ends with a saturation, and its inputs in the order of the sessions' columns. None unless
+// the finger moved in two recordings or more.
+std::optional<Donnings> donnings_of(const std::vector<Session>& sessions, const model::Model& model);
 
 }  // namespace flexor::identify

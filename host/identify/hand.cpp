@@ -18,6 +18,7 @@
 #include "host/identify/joint_fit.hpp"
 #include "host/identify/published_form.hpp"
 #include "host/identify/refit.hpp"
+#include "host/identify/structure_text.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/io/run_in_order.hpp"
@@ -310,8 +311,9 @@ void score_baseline(const std::string& name, const std::string& structure, const
   try {
     const auto no_drift = [](const Additive&) { return 0.0; };
     const auto any = [](const Additive&) { return true; };
-    const Additive fit =
-        fit_additive(sessions, inputs.sample_period_s, own.joint, structure, no_drift, 0, any, {}).front();
+    const Additive fit = fit_additive(sessions, inputs.sample_period_s, own.joint, candidates(structure, 1),
+                                      no_drift, 0, any, {})
+                             .front();
     const auto estimated = estimates(joint_model(inputs, fit, own), files, samples, {j});
     const PairsDegrees& all = estimated.front();
     joint.baselines.emplace(name, held_of(samples, j).score(held_out(all, samples, j)));
@@ -386,8 +388,8 @@ void describe(const HandRequest& request, const std::vector<Files>& files, HandI
   Json joints = Json::object();
   for (const JointResult& joint : r.joints) {
     joints[joint.name] = {{"structure", joint.structure},
-                          {"fitted_rmse_deg", joint.fit.fitted_rmse_deg},
-                          {"cross_validated_deg", joint.fit.cross_validated_deg},
+                          {"fitted_rmse_deg", joint.fitted_rmse_deg},
+                          {"cross_validated_deg", joint.cross_validated_deg},
                           {"hold_drift_deg", joint.hold_drift_deg},
                           {"donnings", donnings_json(joint.donnings)},
                           {"holdout", score::to_json(joint.holdout)}};
@@ -494,18 +496,18 @@ void fit_joints(const HandRequest& request, const std::vector<Sampled>& samples,
                     [&](std::size_t done, std::size_t of, const std::string& what) {
                       return progress(j, done, of, what);
                     });
-      out.joint.donnings = donnings_of(sessions, joint_model(inputs, out.joint.fit, map), out.joint.fit);
+      out.joint.donnings = donnings_of(sessions, out.joint.model);
     } catch (...) {
       out.failure = std::current_exception();
     }
     return out;
   };
-  io::run_in_order<FittedJoint>(
-      0, joints, io::threads_of(request.threads), fit, [&](std::size_t j, FittedJoint& fitted) {
-        if (fitted.failure) std::rethrow_exception(fitted.failure);
-        add_to(r.model, fitted.joint.fit, request.map[j].sensors, request.map[j].joint);
-        r.joints.push_back(std::move(fitted.joint));
-      });
+  io::run_in_order<FittedJoint>(0, joints, io::threads_of(request.threads), fit,
+                                [&](std::size_t, FittedJoint& fitted) {
+                                  if (fitted.failure) std::rethrow_exception(fitted.failure);
+                                  append(fitted.joint.model, r.model);
+                                  r.joints.push_back(std::move(fitted.joint));
+                                });
 }
 
 void fit_model(const HandRequest& request, const std::vector<Files>& files,
@@ -534,6 +536,7 @@ void check(const HandRequest& request) {
   if (!(request.split > 0 && request.split < 1)) throw InputError("the split must lie between 0 and 1");
   if (!(request.rate_hz > 0) || !std::isfinite(request.rate_hz))
     throw InputError("the rate must be positive");
+  for (const JointMap& joint : request.map) (void)parse_structure(request.structure, joint.sensors.size());
   if (!(request.lead_s >= 0 && request.lead_s <= 1)) throw InputError("the lead must lie between 0 and 1 s");
 }
 
@@ -589,19 +592,21 @@ Json to_json(const HandIdentification& r) {
       rows.push_back(std::move(one));
     }
     Json parameters = Json::array();
-    for (const CurveValue& value : curve_values(joint.fit, r.request.map[j].sensors)) {
-      parameters.push_back(
-          {{"name", value.name}, {"value", value.value_deg}, {"standard_error", value.standard_error_deg}});
+    for (const Parameter& p : joint.parameters) {
+      parameters.push_back({{"name", p.name},
+                            {"value", p.value},
+                            {"standard_error", p.refused ? Json(nullptr) : Json(p.standard_error)}});
     }
     joints[joint.name] = {{"holdout", score::to_json(joint.holdout)},
                           {"baselines", std::move(baselines)},
                           {"structure", joint.structure},
+                          {"structure_text", joint.text},
                           {"hold_drift_deg", joint.hold_drift_deg},
                           {"donnings", donnings_json(joint.donnings)},
-                          {"fitted_rmse_deg", joint.fit.fitted_rmse_deg},
-                          {"cross_validated_rmse_deg", joint.fit.cross_validated_deg},
-                          {"effective_parameters", joint.fit.effective},
-                          {"condition", joint.fit.condition},
+                          {"fitted_rmse_deg", joint.fitted_rmse_deg},
+                          {"cross_validated_rmse_deg", joint.cross_validated_deg},
+                          {"effective_parameters", joint.effective},
+                          {"condition", joint.condition},
                           {"parameters", std::move(parameters)},
                           {"structures", std::move(rows)}};
   }

@@ -36,7 +36,7 @@ struct HandRequest {
   std::vector<JointMap> map;
   double rate_hz = 20;
   double split = 0.5;
-  std::string structure = "auto";     // candidates() in additive.hpp
+  std::string structure = "auto";     // structure_text.hpp
   std::optional<model::Model> refit;  // in its place: this model's gains and dead zones alone (refit.hpp)
   bool fit_all =
       false;  // once proven on a part, the model is fitted in the same way to all of the recordings

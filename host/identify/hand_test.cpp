@@ -137,7 +137,7 @@ TEST_F(Hand, SeveralRecordingsAreOneFitWithAClockEach) {
   ASSERT_EQ(r.clocks.size(), 2U);
   for (const Clock& clock : r.clocks) EXPECT_NEAR(clock.offset_s, kOffset_s, 0.1);
   EXPECT_LT(r.joints[0].holdout.rmse_deg, 2.5);
-  EXPECT_GT(r.joints[0].fit.samples, 2 * 25 * 20) << "both first halves are fitted";
+  EXPECT_GT(r.joints[0].fitted_samples, 2 * 25 * 20) << "both first halves are fitted";
 }
 
 TEST_F(Hand, WhatVariesBetweenDonningsIsToldAndWritten) {
@@ -208,8 +208,7 @@ TEST_F(Hand, ALineIsALine) {
   EXPECT_EQ(r.joints[0].structure, "line");
   EXPECT_NEAR(r.joints[0].holdout.rmse_deg, r.joints[0].baselines.at("line").rmse_deg, 1e-9);
   line.structure = "banana";
-  EXPECT_NE(refusal([&] { identify_hand(line, {}); }).find("unknown structure \"banana\""),
-            std::string::npos);
+  EXPECT_NE(refusal([&] { identify_hand(line, {}); }).find("unknown block banana"), std::string::npos);
 }
 
 // Whatever the second half says, the model is the same; only its score differs.
@@ -224,6 +223,27 @@ TEST_F(Hand, WhatIsHeldOutChangesNoCoefficient) {
   const HandIdentification b = identify_hand(after, {});
   EXPECT_EQ(a.model.blocks, b.model.blocks);
   EXPECT_GT(b.joints[0].holdout.rmse_deg, 5 * a.joints[0].holdout.rmse_deg);
+}
+
+TEST_F(Hand, AChainIsFittedAsOneOfItsBlocksAndCanBeWorn) {
+  HandRequest r = request({write("one", 60, 1), write("two", 60, 2)}, "index=a_adc:index_deg");
+  for (const char* text :
+       {"hw", "wh", "hysteresis(1) > curve(8) > lti(1) > saturation", "lag(0.1) > curve(12) > lti(1)"}) {
+    r.structure = text;
+    const HandIdentification one = identify_hand(r, {});
+    EXPECT_LT(one.joints.front().holdout.rmse_deg, 5) << text;
+    EXPECT_LT(one.joints.front().holdout.rmse_deg, one.joints.front().baselines.at("line").rmse_deg) << text;
+    EXPECT_LE(one.joints.front().hold_drift_deg, 1) << text;
+    EXPECT_NO_THROW(model::check_fixed(one.model)) << text;
+    EXPECT_TRUE(one.model.joints.front().accuracy) << text;
+    EXPECT_TRUE(one.joints.front().donnings) << text;
+    r.structure = one.joints.front().text;
+    EXPECT_EQ(identify_hand(r, {}).model.blocks.size(), one.model.blocks.size()) << r.structure;
+  }
+  r.map = parse_map("index=a_adc+b_adc:index_deg");
+  r.structure = "hw";
+  EXPECT_NE(refusal([&] { identify_hand(r, {}); }).find("has one sensor, the map names 2"),
+            std::string::npos);
 }
 
 TEST_F(Hand, IsTheSameOnAnyNumberOfThreads) {

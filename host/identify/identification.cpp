@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/identify/estimator.hpp"
+#include "host/identify/structure_text.hpp"
 #include "host/io/json.hpp"
 #include "host/model/channel.hpp"
 #include "host/model/compensator.hpp"
@@ -38,6 +39,12 @@ std::optional<std::string> finger_in(const recording::Pair& pair) {
     }
   }
   return std::nullopt;
+}
+
+// Not one of the families, which have options of their own.
+bool is_text(const Request& r) {
+  if (r.monotone && r.structure == "auto") return false;
+  return std::ranges::none_of(families(), [&](Family family) { return name(family) == r.structure; });
 }
 
 Structure requested_structure(const Request& r) {
@@ -322,8 +329,8 @@ Data fitted_data(const Identification& r, const std::string& channel) {
 
 struct Fitted {
   std::vector<Candidate> candidates;
-  std::optional<std::size_t> chosen;  // of these; none: the additive compensator
-  std::optional<JointFit> additive;
+  std::optional<std::size_t> chosen;  // of these; none: what stands below
+  std::optional<JointFit> by_text;
   double seconds = 0;  // without the families that only stand beside it in the table
 };
 
@@ -359,28 +366,29 @@ void fit_others(const Data& data, std::optional<Family> chosen, FitSteps& steps,
   }
 }
 
-model::Input additive_input(const std::string& channel, const Identification& r) {
+model::Input input_of(const std::string& channel, const Identification& r) {
   return {r.pair.input, r.pair.input,        r.pair.sensor.column(r.pair.input).unit,
           channel,      r.aligned.valid.min, r.aligned.valid.max};
 }
 
-JointFit fit_additive_joint(const Identification& r, const Data& data, const Progress& progress) {
+JointFit fit_by_text(const Identification& r, const Data& data, const Progress& progress) {
   model::Model inputs = start_model("", r);
-  inputs.inputs.push_back(additive_input(data.channel, r));
+  inputs.inputs.push_back(input_of(data.channel, r));
   Session session{data.input, data.angle_deg, data.use};
   for (std::size_t k = 0; k < session.use.size(); ++k) {
     const double u = data.input(static_cast<Eigen::Index>(k));
     session.use[k] = session.use[k] && u >= r.aligned.valid.min && u <= r.aligned.valid.max;
   }
-  return fit_joint({session}, inputs, {data.channel, {r.pair.input}, r.pair.output}, "auto", progress);
+  return fit_joint({session}, inputs, {data.channel, {r.pair.input}, r.pair.output}, r.request.structure,
+                   progress);
 }
 
 Fitted fit_structures(const Identification& r, const Data& data, const Progress& progress) {
   const Request& request = r.request;
   const auto start = std::chrono::steady_clock::now();
-  if (request.structure == "auto" && !request.monotone) {
+  if (is_text(request)) {
     Fitted out;
-    out.additive = fit_additive_joint(r, data, progress);
+    out.by_text = fit_by_text(r, data, progress);
     out.seconds = seconds_since(start);
     FitSteps steps(progress);
     fit_others(data, {}, steps, out.candidates);
@@ -431,7 +439,7 @@ void document(Identification& r) {
 }
 
 // What was chosen, as fit and model.
-void take(const Fitted& fitted, const std::string& channel, Identification& r) {
+void take(const Fitted& fitted, Identification& r) {
   if (fitted.chosen) {
     r.fit = fitted.candidates[*fitted.chosen].summary;
     r.structure = name(r.fit.structure.family);
@@ -439,21 +447,19 @@ void take(const Fitted& fitted, const std::string& channel, Identification& r) {
     r.model = make_model(r.fit, r);
     return;
   }
-  const Additive& fit = fitted.additive->fit;
-  r.additive = fit;
-  r.structure = "additive";
-  r.structure_detail = fitted.additive->structure;
-  r.hold_drift_deg = fitted.additive->hold_drift_deg;
-  r.fit.used_samples = fit.samples;
+  const JointFit& fit = *fitted.by_text;
+  r.structure = r.request.structure == "auto" ? "additive" : fit.text;
+  r.structure_detail = fit.structure;
+  r.hold_drift_deg = fit.hold_drift_deg;
+  r.cross_validated_deg = fit.cross_validated_deg;
+  r.fit.used_samples = fit.fitted_samples;
   r.fit.free_parameters = static_cast<int>(std::lround(fit.effective));
   r.fit.rmse_deg = fit.fitted_rmse_deg;
   r.fit.condition = fit.condition;
-  for (const CurveValue& value : curve_values(fit, {r.pair.input})) {
-    r.fit.parameters.push_back({value.name, value.value_deg, value.standard_error_deg});
-  }
-  model::Model inputs = start_model(r.structure_detail, r);
-  inputs.inputs.push_back(additive_input(channel, r));
-  r.model = joint_model(inputs, fit, {channel, {r.pair.input}, r.pair.output});
+  r.fit.parameters = fit.parameters;
+  r.model = start_model(r.structure_detail, r);
+  r.model.inputs = fit.model.inputs;
+  append(fit.model, r.model);
 }
 
 // Of the additive candidates that were not taken only the chosen one runs over what was held out.
@@ -462,9 +468,9 @@ void make_rows(const Fitted& fitted, const Scorer& scorer, Identification& r) {
     r.rows.push_back(make_row(fitted.candidates[i], r, scorer));
     r.rows.back().chosen = fitted.chosen == i;
   }
-  if (r.additive) {
-    r.rows.push_back({r.structure_detail, r.fit.free_parameters, r.fit.rmse_deg,
-                      r.additive->cross_validated_deg, r.holdout, "", true});
+  if (fitted.by_text) {
+    r.rows.push_back({r.structure_detail, r.fit.free_parameters, r.fit.rmse_deg, r.cross_validated_deg,
+                      r.holdout, "", true});
   }
   std::ranges::stable_sort(
       r.rows, {}, [](const TableRow& row) { return std::pair(!row.refusal.empty(), row.parameters); });
@@ -473,12 +479,16 @@ void make_rows(const Fitted& fitted, const Scorer& scorer, Identification& r) {
 }  // namespace
 
 void check(const Request& request) {
-  if (request.structure != "auto") {
+  if (!is_text(request) && request.structure != "auto") {
     (void)requested_structure(request);
-  } else if (request.order || request.knots || request.plays || request.dead_zone) {
+  } else if (request.order || request.knots || request.plays || request.dead_zone ||
+             (request.monotone && request.structure != "auto")) {
     throw io::InputError(
-        "structure auto chooses order, knots, plays and dead zone itself: name a structure to set them");
+        "--order, --knots, --plays, --dead-zone and --monotone go with linear-dynamic, hammerstein, wiener, "
+        "hw and hw-hysteresis; auto "
+        "chooses them itself, and a structure as text has its numbers in it");
   }
+  if (is_text(request)) (void)parse_structure(request.structure, 1);
   if (!(request.split > 0 && request.split < 1)) throw io::InputError("the split must lie between 0 and 1");
   if (request.channel) (void)model::finger(*request.channel);
 }
@@ -499,7 +509,7 @@ Identification identify(recording::Pair pair, const Request& request, const Prog
   const Data data = fitted_data(r, channel);
   const Fitted fitted = fit_structures(r, data, progress);
   r.fit_seconds = fitted.seconds;
-  take(fitted, channel, r);
+  take(fitted, r);
 
   std::vector<std::uint8_t> use = data.use;
   use.resize(a.size(), 0);

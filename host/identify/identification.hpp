@@ -23,7 +23,7 @@ namespace flexor::identify {
 struct Request {
   double rate_hz = 20;
   double split = 0.5;              // share of the overlap that is fitted
-  std::string structure = "auto";  // the additive compensator of hand.hpp; or a family's name
+  std::string structure = "auto";  // a family's name, or a text of structure_text.hpp
   std::optional<int> order;
   std::optional<int> knots;
   std::optional<int> plays;
@@ -50,12 +50,12 @@ struct Identification {
   Request request;
   recording::Pair pair;
   recording::Aligned aligned;
-  std::size_t holdout_begin = 0;  // first held-out sample
-  std::string structure;          // "additive" or a family's name
-  std::string structure_detail;   // "hw: 10 knots, order 2"
-  Summary fit;                    // of an additive one: how well and from what, not theta and channel
-  std::optional<Additive> additive;
-  std::optional<double> hold_drift_deg;  // of an additive one, see hold.hpp
+  std::size_t holdout_begin = 0;              // first held-out sample
+  std::string structure;                      // "additive" of auto, a family's name, or the text
+  std::string structure_detail;               // "hw: 10 knots, order 2"
+  Summary fit;                                // of a text: how well and from what, not theta and channel
+  std::optional<double> cross_validated_deg;  // of what a text stands for, auto among others
+  std::optional<double> hold_drift_deg;       // of the same, see hold.hpp
   std::vector<TableRow> rows;
   model::Model model;
   std::vector<double> estimated_deg;  // at every sample

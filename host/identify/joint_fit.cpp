@@ -4,7 +4,9 @@
 
 #include <algorithm>
 
+#include "host/identify/chain_fit.hpp"
 #include "host/identify/hold.hpp"
+#include "host/identify/structure_text.hpp"
 #include "host/io/io.hpp"
 #include "host/model/fixed_error.hpp"
 #include "host/model/formats.hpp"
@@ -41,19 +43,24 @@ std::string imprecision_of(const model::Model& model) {
   return fmt::format("in the glove's integers it is up to {:.3f} degrees off", error_deg);
 }
 
-}  // namespace
-
-model::Model joint_model(const model::Model& inputs, const Additive& fit, const JointMap& joint) {
-  model::Model own = inputs;
-  std::erase_if(own.inputs, [&](const model::Input& input) {
-    return std::ranges::find(joint.sensors, input.name) == joint.sensors.end();
-  });
-  add_to(own, fit, joint.sensors, joint.joint);
-  return own;
+JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& joint) {
+  JointFit out;
+  out.structure = describe(fit.branches);
+  out.text = text_of(fit.branches);
+  out.model = joint_model(inputs, fit, joint);
+  out.hold_drift_deg = *fit.hold_drift_deg;
+  out.fitted_samples = fit.samples;
+  out.fitted_rmse_deg = fit.fitted_rmse_deg;
+  out.cross_validated_deg = fit.cross_validated_deg;
+  out.effective = fit.effective;
+  out.condition = fit.condition;
+  for (const CurveValue& value : curve_values(fit, joint.sensors))
+    out.parameters.push_back({value.name, value.value_deg, value.standard_error_deg});
+  return out;
 }
 
-JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
-                   const std::string& structure, const Step& step) {
+JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessions,
+                 const model::Model& inputs, const JointMap& joint, const Step& step) {
   JointFit out;
   std::optional<Additive> best;
   std::vector<std::string> refusals;
@@ -74,18 +81,56 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
     }
     return precise;
   };
-  const std::vector<Additive> all = fit_additive(sessions, inputs.sample_period_s, joint.joint, structure,
+  const std::vector<Additive> all = fit_additive(sessions, inputs.sample_period_s, joint.joint, candidates,
                                                  drift, kMostDrift_deg, accept, step);
+  if (!best) throw io::JobError(fmt::format("{}: {}", joint.joint, refusals.front()));
+  out = taken(*best, inputs, joint);
   for (std::size_t k = 0; k < all.size(); ++k) {
     out.rows.push_back({describe(all[k].branches), all[k].cross_validated_deg, all[k].fitted_rmse_deg,
                         all[k].effective, all[k].hold_drift_deg, k < refusals.size() ? refusals[k] : "",
                         k == at});
   }
-  if (!best) throw io::JobError(fmt::format("{}: {}", joint.joint, refusals.front()));
-  out.fit = *best;
-  out.structure = out.rows[at].structure;
-  out.hold_drift_deg = *best->hold_drift_deg;
   return out;
+}
+
+JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions, const model::Model& inputs,
+                       const JointMap& joint, const Step& step) {
+  JointFit out = fit_chain(chain, sessions, inputs, joint, kMostDrift_deg, step);
+  const std::string refusal = refusal_of(out.model, out.hold_drift_deg);
+  if (!refusal.empty()) {
+    throw io::JobError(fmt::format("{}: {} cannot be worn: {}; try fewer poles, or a sum of curves",
+                                   joint.joint, text_of(chain), refusal));
+  }
+  out.rows.front().refusal = imprecision_of(out.model);
+  return out;
+}
+
+}  // namespace
+
+model::Model own_inputs(model::Model inputs, const JointMap& joint) {
+  std::erase_if(inputs.inputs, [&](const model::Input& input) {
+    return std::ranges::find(joint.sensors, input.name) == joint.sensors.end();
+  });
+  return inputs;
+}
+
+model::Model joint_model(const model::Model& inputs, const Additive& fit, const JointMap& joint) {
+  model::Model own = own_inputs(inputs, joint);
+  add_to(own, fit, joint.sensors, joint.joint);
+  return own;
+}
+
+void append(const model::Model& one, model::Model& model) {
+  model.blocks.insert(model.blocks.end(), one.blocks.begin(), one.blocks.end());
+  model.joints.insert(model.joints.end(), one.joints.begin(), one.joints.end());
+}
+
+JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
+                   const std::string& structure, const Step& step) {
+  const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
+  if (const auto* chain = std::get_if<Chain>(&wanted))
+    return fit_one_chain(*chain, sessions, inputs, joint, step);
+  return fit_sum(std::get<Candidates>(wanted), sessions, inputs, joint, step);
 }
 
 }  // namespace flexor::identify

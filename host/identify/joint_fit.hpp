@@ -1,6 +1,6 @@
-// The compensator of one joint: of the additive candidates (additive.hpp), best first, the first that can be worn.
-// It holds still when the finger does, to a degree in a minute, and it fits the glove's integers within 0.06 degree;
-// where none is so precise, the best that holds still.
+// The compensator of one joint: the chain that was asked for (chain_fit.hpp), or of the additive candidates
+// (additive.hpp), best first, the first that can be worn. It holds still when the finger does, to a degree in a minute,
+// and it fits the glove's integers within 0.06 degree; where none is so precise, the best that holds still.
 #pragma once
 
 #include <optional>
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/identify/additive.hpp"
+#include "host/identify/fit.hpp"
 #include "host/identify/joint_map.hpp"
 #include "host/model/model.hpp"
 
@@ -25,17 +26,30 @@ struct CandidateRow {
 
 struct JointFit {
   std::vector<CandidateRow> rows;
-  std::string structure;
-  Additive fit;
+  std::string structure;      // in words
+  std::string text;           // as structure_text.hpp reads it
+  model::Model model;         // this joint alone, without other joints' inputs
   double hold_drift_deg = 0;  // see hold.hpp
+  std::vector<Parameter> parameters;
+  int fitted_samples = 0;
+  double fitted_rmse_deg = 0;
+  double cross_validated_deg = 0;  // root mean square
+  double effective = 0;            // parameters that the data determine
+  double condition = 0;
 };
 
-// `inputs` is a model without blocks and joints; the sessions' columns are the joint's sensors. Throws
-// io::InputError and io::JobError.
+// `inputs` is a model without blocks and joints; the sessions' columns are the joint's sensors; `structure` is the text of
+// structure_text.hpp. Throws io::InputError and io::JobError.
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
                    const std::string& structure, const Step& step);
 
-// A model of this joint alone, without other joints' inputs.
+// `inputs` with the joint's own alone.
+model::Model own_inputs(model::Model inputs, const JointMap& joint);
+
+// A model of this joint alone.
 model::Model joint_model(const model::Model& inputs, const Additive& fit, const JointMap& joint);
+
+// Blocks and joints of `one` behind those that the model has.
+void append(const model::Model& one, model::Model& model);
 
 }  // namespace flexor::identify

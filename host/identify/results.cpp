@@ -51,10 +51,11 @@ Json static_map(const Identification& r) {
 
 // The linear part's answer to a step of 1 at t = 0, as a share of where it ends; none where it is not one part.
 Json step_response(const Identification& r) {
-  if (r.additive) return nullptr;
+  const auto chain = model::channel(r.model, 0);
+  if (!chain) return nullptr;
   model::Channel channel;
   channel.name = r.model.joints.front().name;
-  channel.lti = model::channel(r.model, 0)->lti;
+  channel.lti = chain->lti;
   channel.lti.gain = 1;
   channel.lti.offset = 0;
   channel.valid_min = -10;

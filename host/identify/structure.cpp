@@ -84,7 +84,9 @@ void check(const Structure& s) {
   };
   const auto knots_good = [](int k) { return k == 0 || (k >= 2 && k <= model::kMaxKnots); };
   require(s.order >= 0 && s.order <= compensator::kMaxOrder, "the order must be 0 to 3");
-  require(knots_good(s.input_knots) && knots_good(s.output_knots), "knots must be 2 to 16");
+  require(knots_good(s.input_knots) && knots_good(s.output_knots),
+          fmt::format("knots must be 2 to {}", model::kMaxKnots));
+  require(s.input_knots == 0 || s.output_knots == 0, "has one curve, not two");
   require(s.plays >= 0 && s.plays <= model::kMaxPlays, "plays must be 0 to 4");
   require(s.family != Family::hw_hysteresis || s.plays > 0, "needs at least one play");
   require(s.family == Family::linear || s.input_knots > 0 || s.order > 0, "needs an order of at least 1");

@@ -1,0 +1,197 @@
+#include "host/identify/chain_fit.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "host/identify/hold.hpp"
+#include "host/identify/select.hpp"
+#include "host/io/io.hpp"
+#include "host/model/channel.hpp"
+
+namespace flexor::identify {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kNotFitted_s = 2;
+constexpr std::array kLags_s = {0.03, 0.06, 0.12, 0.25, 0.5, 1.0};
+constexpr double kLagIsWorth = 0.001;
+constexpr int kHalvings = 4;                              // of the distance between lags that are tried
+constexpr std::array kSlowest_s = {0.0, 1.0, 0.5, 0.25};  // 0: as slow as the data say
+
+Data data_of(const std::vector<Session>& sessions, const std::string& joint, double period_s) {
+  Data out;
+  out.channel = joint;
+  out.period_s = period_s;
+  Index rows = 0;
+  for (const Session& session : sessions) rows += session.angle_deg.size();
+  out.input.resize(rows);
+  out.angle_deg.resize(rows);
+  Index at = 0;
+  for (const Session& session : sessions) {
+    const Index n = session.angle_deg.size();
+    out.input.segment(at, n) = session.input.col(0);
+    out.angle_deg.segment(at, n) = session.angle_deg;
+    for (Index k = 0; k < n; ++k)
+      out.use.push_back(session.use[static_cast<std::size_t>(k)] != 0 &&
+                        (at == 0 || static_cast<double>(k) * period_s >= kNotFitted_s));
+    at += n;
+  }
+  return out;
+}
+
+// As runtime/compensator/lag.hpp, started anew at each recording.
+VectorXd lagged(const VectorXd& input, const std::vector<Session>& sessions, double share) {
+  VectorXd out(input.size());
+  Index at = 0;
+  for (const Session& session : sessions) {
+    double y = input(at);
+    for (const Index end = at + session.angle_deg.size(); at < end; ++at)
+      out(at) = y += share * (input(at) - y);
+  }
+  return out;
+}
+
+class ChainFitter {
+ public:
+  ChainFitter(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,
+              const JointMap& joint, const Step& step)
+      : wanted_(wanted),
+        sessions_(sessions),
+        inputs_(inputs),
+        joint_(joint),
+        step_(step),
+        raw_(data_of(sessions, joint.joint, inputs.sample_period_s)) {}
+
+  JointFit run(double most_drift_deg) {
+    Chain chain = wanted_;
+    if (chain.lag && !chain.lag_s) {
+      chain.lag_s = best_lag_s();
+      chain.lag = chain.lag_s.has_value();
+    }
+    const Data data = behind(chain);
+    JointFit out;
+    Options options;
+    for (const double slowest_s : kSlowest_s) {
+      options.slowest_s = slowest_s;
+      progress();
+      const Summary summary = fit(chain.blocks, data, options);
+      fill(chain, summary, out);
+      if (chain.blocks.order == 0 || out.hold_drift_deg <= most_drift_deg) break;
+    }
+    validate(chain, data, out);
+    out.rows = {{out.structure, out.cross_validated_deg, out.fitted_rmse_deg, out.effective,
+                 out.hold_drift_deg, "", true}};
+    return out;
+  }
+
+ private:
+  void progress() {
+    if (step_ &&
+        !step_(done_++, kSlowest_s.size() + kBlocks, fmt::format("{}: {}", joint_.joint, text_of(wanted_))))
+      throw io::Cancelled("cancelled");
+  }
+
+  Data behind(const Chain& chain) const {
+    Data out = raw_;
+    if (chain.lag_s) out.input = lagged(raw_.input, sessions_, 1 - std::exp(-raw_.period_s / *chain.lag_s));
+    return out;
+  }
+
+  // None where the chain without a lag fits as well.
+  std::optional<double> best_lag_s() {
+    Options quick;
+    quick.max_starts = 1;
+    double least = (1 - kLagIsWorth) * fit(wanted_.blocks, raw_, quick).rmse_deg;
+    std::optional<double> best;
+    const auto look = [&](double lag_s) {
+      Chain chain = wanted_;
+      chain.lag_s = lag_s;
+      const double rmse = fit(chain.blocks, behind(chain), quick).rmse_deg;
+      if (rmse < least) {
+        least = rmse;
+        best = lag_s;
+      }
+    };
+    for (const double lag_s : kLags_s) look(lag_s);
+    double factor = std::sqrt(2.0);
+    for (int i = 0; best && i < kHalvings; ++i, factor = std::sqrt(factor)) {
+      const double middle = *best;
+      look(middle * factor);
+      look(middle / factor);
+    }
+    return best;
+  }
+
+  void fill(const Chain& chain, const Summary& summary, JointFit& out) const {
+    out.structure = text_of(chain);
+    out.text = text_of(chain);
+    out.fitted_samples = summary.used_samples;
+    out.fitted_rmse_deg = summary.rmse_deg;
+    out.effective = summary.free_parameters + (wanted_.lag && !wanted_.lag_s ? 1 : 0);
+    out.condition = summary.condition;
+    out.parameters = summary.parameters;
+    if (chain.lag_s) out.parameters.insert(out.parameters.begin(), {"lag s", *chain.lag_s, 0, true});
+    out.model = own_inputs(inputs_, joint_);
+    add_blocks(chain, summary.channel, out.model);
+    out.hold_drift_deg = identify::hold_drift_deg(out.model, sessions_, joint_.sensors);
+  }
+
+  // The channel's blocks behind the joint's own input.
+  void add_blocks(const Chain& chain, model::Channel channel, model::Model& model) const {
+    channel.name = joint_.joint;
+    channel.input_column = joint_.sensors.front();
+    model::Model alone = model::model_of(channel, model.sample_period_s);
+    std::string from = joint_.sensors.front();
+    if (chain.lag_s) {
+      const std::string to = joint_.joint + " lag";
+      model.blocks.push_back({{from}, to, model::Lag{1 / *chain.lag_s}});
+      from = to;
+    }
+    alone.blocks.front().from = {from};
+    model.blocks.insert(model.blocks.end(), alone.blocks.begin(), alone.blocks.end());
+    model.joints = alone.joints;
+  }
+
+  void validate(const Chain& chain, const Data& data, JointFit& out) {
+    std::vector<std::pair<double, double>> estimates;
+    double squares = 0;
+    for (const Fold& fold : folds(chain.blocks, data, [&] { progress(); })) {
+      for (std::size_t k = fold.first; k <= fold.last; ++k) {
+        if (!data.use[k]) continue;
+        const double estimate = fold.summary.predicted_deg(static_cast<Index>(k));
+        const double error = estimate - data.angle_deg(static_cast<Index>(k));
+        estimates.emplace_back(estimate, error);
+        squares += error * error;
+      }
+    }
+    out.cross_validated_deg = std::sqrt(squares / static_cast<double>(estimates.size()));
+    out.model.joints.front().accuracy = accuracy_of(std::move(estimates));
+  }
+
+  const Chain& wanted_;
+  const std::vector<Session>& sessions_;
+  const model::Model& inputs_;
+  const JointMap& joint_;
+  const Step& step_;
+  Data raw_;
+  std::size_t done_ = 0;
+};
+
+}  // namespace
+
+JointFit fit_chain(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,
+                   const JointMap& joint, double most_drift_deg, const Step& step) {
+  if (joint.sensors.size() != 1) {
+    throw io::InputError(fmt::format(
+        "{}: {} has one sensor, the map names {}: leave the others out, or choose a sum of curves",
+        joint.joint, text_of(wanted), joint.sensors.size()));
+  }
+  return ChainFitter(wanted, sessions, inputs, joint, step).run(most_drift_deg);
+}
+
+}  // namespace flexor::identify

@@ -1,0 +1,20 @@
+// A chain of blocks with dynamics (structure_text.hpp) fitted to one joint from one sensor, by fit.hpp.
+//
+// Several recordings are fitted one behind the other; the first two seconds of each but the first do not count. A lag before
+// the chain is a first-order low-pass of the reading; its time constant is searched for the least fitted error, and
+// it is left out where that is no less without it. Poles that would
+// let a held angle drift by more than `most_drift_deg` are made quicker until it does not. Cross-validation as in select.hpp.
+#pragma once
+
+#include <vector>
+
+#include "host/identify/joint_fit.hpp"
+#include "host/identify/structure_text.hpp"
+
+namespace flexor::identify {
+
+// Throws io::InputError for several sensors, io::JobError where the fit cannot be done.
+JointFit fit_chain(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,
+                   const JointMap& joint, double most_drift_deg, const Step& step);
+
+}  // namespace flexor::identify

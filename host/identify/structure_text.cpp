@@ -1,0 +1,275 @@
+#include "host/identify/structure_text.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <utility>
+
+#include "host/io/io.hpp"
+#include "host/model/curve.hpp"
+#include "host/model/hysteresis.hpp"
+#include "runtime/compensator/lti.hpp"
+
+namespace flexor::identify {
+namespace {
+
+using io::InputError;
+
+struct Block {
+  std::string name;
+  std::optional<double> number;
+  std::size_t at = 0;         // of its first character
+  std::size_t number_at = 0;  // of its number's
+};
+
+using Term = std::vector<Block>;
+
+const std::vector<std::pair<std::string, std::string>> kShorthands = {
+    {"linear", "gain"},
+    {"linear-dynamic", "gain > lti"},
+    {"hammerstein", "curve > lti"},
+    {"wiener", "lti > curve"},
+    {"hw", "curve > lti > saturation"},
+    {"wh", "lag > curve > lti"},
+    {"hysteresis-hw", "hysteresis > curve > lti > saturation"},
+    {"hw-hysteresis", "hysteresis > curve > lti > saturation"},
+};
+const std::vector<std::string> kSums = {"auto", "line", "line-lead", "curve", "hysteresis"};
+// A chain's, in order.
+const std::vector<std::string> kOrder = {"lag",         "dead-zone", "hysteresis", "gain",
+                                         "input curve", "lti",       "curve",      "saturation"};
+const std::vector<std::string> kNames = {"curve",      "play", "motion", "lag",       "dead-zone",
+                                         "hysteresis", "gain", "lti",    "saturation"};
+
+class Parser {
+ public:
+  explicit Parser(std::string_view text) : text_(text) {}
+
+  std::vector<Term> terms() {
+    std::vector<Term> out(1);
+    for (;;) {
+      out.back().push_back(block());
+      skip_spaces();
+      if (at_ == text_.size()) return out;
+      if (text_[at_] != '>' && text_[at_] != '+') fail(at_, "a > or + is missing");
+      if (text_[at_] == '+') out.emplace_back();
+      ++at_;
+    }
+  }
+
+  [[noreturn]] void fail(std::size_t at, const std::string& what) const {
+    throw InputError(fmt::format(
+        "--structure: {} at character {}{}", what, at + 1,
+        at < text_.size() ? fmt::format(", \"{}\"", io::shortened(std::string(text_.substr(at)), 30))
+                          : ", the end"));
+  }
+
+  double number(const Block& block, double least, double most, double otherwise) const {
+    if (!block.number) return otherwise;
+    if (*block.number >= least && *block.number <= most) return *block.number;
+    fail(block.number_at, fmt::format("the number of {} must be {:g} to {:g}", block.name, least, most));
+  }
+
+  int whole(const Block& block, double least, double most, int otherwise) const {
+    const double value = number(block, least, most, otherwise);
+    if (value != static_cast<int>(value)) fail(block.number_at, "a whole number is needed");
+    return static_cast<int>(value);
+  }
+
+ private:
+  void skip_spaces() {
+    while (at_ < text_.size() && text_[at_] == ' ') ++at_;
+  }
+
+  Block block() {
+    skip_spaces();
+    Block out{"", {}, at_, at_};
+    while (at_ < text_.size() &&
+           (std::isalpha(static_cast<unsigned char>(text_[at_])) != 0 || text_[at_] == '-')) {
+      out.name += text_[at_++];
+    }
+    if (out.name.empty()) fail(at_, "the name of a block is missing");
+    if (std::ranges::find(kNames, out.name) == kNames.end()) {
+      std::vector<std::string> known = kSums;
+      for (const auto& [name, text] : kShorthands) known.push_back(name);
+      fail(out.at, fmt::format("unknown block {} (blocks are {}; whole structures {})",
+                               io::shortened(out.name, 30), fmt::join(kNames, ", "), fmt::join(known, ", ")));
+    }
+    skip_spaces();
+    if (at_ < text_.size() && text_[at_] == '(') read_number(out);
+    return out;
+  }
+
+  void read_number(Block& out) {
+    ++at_;
+    skip_spaces();
+    out.number_at = at_;
+    double value = 0;
+    const auto [end, error] = std::from_chars(text_.data() + at_, text_.data() + text_.size(), value);
+    if (error != std::errc()) fail(at_, "a number is missing");
+    at_ = static_cast<std::size_t>(end - text_.data());
+    skip_spaces();
+    if (at_ == text_.size() || text_[at_] != ')') fail(at_, "a ) is missing");
+    ++at_;
+    out.number = value;
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+};
+
+bool is_dynamic(const Block& block) {
+  return block.name != "curve" && block.name != "play" && block.name != "motion";
+}
+
+// One knot count for all curves.
+class KnotCount {
+ public:
+  KnotCount(const Parser& parser, Branches& branches) : parser_(parser), branches_(branches) {}
+
+  void take(const Block& curve) {
+    const int knots = parser_.whole(curve, 2, model::kMaxKnots, branches_.knots);
+    if (known_ && knots != branches_.knots)
+      parser_.fail(curve.number_at,
+                   fmt::format("curves that are added have one number of knots, {} before, {} here",
+                               branches_.knots, knots));
+    branches_.knots = knots;
+    known_ = known_ || curve.number.has_value();
+  }
+
+ private:
+  const Parser& parser_;
+  Branches& branches_;
+  bool known_ = false;
+};
+
+Branches sum(const Parser& parser, const std::vector<Term>& terms) {
+  constexpr std::size_t kMostOfAKind = 4;
+  Branches out;
+  KnotCount knots(parser, out);
+  bool reading = false;
+  for (const Term& term : terms) {
+    const Block& first = term.front();
+    if (first.name == "curve") {
+      if (reading) parser.fail(first.at, "a second curve of the reading");
+      reading = true;
+      knots.take(first);
+    } else if (first.name == "play") {
+      if (!first.number) parser.fail(first.at, "play needs its radius, as a share of the range: play(0.08)");
+      out.radii.push_back(parser.number(first, 0.001, 0.5, 0));
+      if (term.size() == 1 || term[1].name != "curve")
+        parser.fail(first.at, "a curve is missing behind the play");
+      knots.take(term[1]);
+    } else {
+      if (!first.number) parser.fail(first.at, "motion needs its seconds: motion(0.3)");
+      out.lags_s.push_back(parser.number(first, 0.01, 2, 0));
+    }
+    const std::size_t blocks = first.name == "play" ? 2 : 1;
+    if (term.size() > blocks)
+      parser.fail(term[blocks].at, fmt::format("nothing may follow a {} here", term[blocks - 1].name));
+    if (out.radii.size() > kMostOfAKind || out.lags_s.size() > kMostOfAKind)
+      parser.fail(first.at, fmt::format("more than {} of a kind", kMostOfAKind));
+  }
+  if (!reading) parser.fail(terms.front().front().at, "a sum begins with the curve of the reading: curve +");
+  return out;
+}
+
+std::size_t place_of(const Block& block, bool behind_lti) {
+  const std::string& name = block.name == "curve" && !behind_lti ? "input curve" : block.name;
+  return static_cast<std::size_t>(std::ranges::find(kOrder, name) - kOrder.begin());
+}
+
+Family family_of(const Structure& s) {
+  if (s.plays > 0) return Family::hw_hysteresis;
+  if (s.dead_zone || s.saturation) return Family::hw;
+  if (s.input_knots > 0) return Family::hammerstein;
+  if (s.output_knots > 0) return Family::wiener;
+  return s.order > 0 ? Family::linear_dynamic : Family::linear;
+}
+
+Chain chain(const Parser& parser, const Term& term) {
+  Chain out;
+  Structure& s = out.blocks;
+  std::size_t before = 0;
+  bool behind_lti = false;
+  for (std::size_t i = 0; i < term.size(); ++i) {
+    const Block& block = term[i];
+    const std::size_t place = place_of(block, behind_lti);
+    if (place == kOrder.size())
+      parser.fail(block.at,
+                  fmt::format("{} belongs into a sum, not before or behind other blocks", block.name));
+    if (i > 0 && place <= before) {
+      parser.fail(
+          block.at,
+          fmt::format("{} cannot stand here; the order is lag, dead-zone, hysteresis, curve or gain, lti, "
+                      "curve, saturation",
+                      block.name));
+    }
+    before = place;
+    if (block.name == "lag") {
+      out.lag = true;
+      if (block.number) out.lag_s = parser.number(block, 0.01, 2, 0);
+    }
+    if (block.name == "dead-zone") s.dead_zone = true;
+    if (block.name == "hysteresis") s.plays = parser.whole(block, 1, model::kMaxPlays, kDefaultPlays);
+    if (block.name == "lti") s.order = parser.whole(block, 1, compensator::kMaxOrder, kDefaultOrder);
+    if (block.name == "curve")
+      (behind_lti ? s.output_knots : s.input_knots) = parser.whole(block, 2, model::kMaxKnots, kDefaultKnots);
+    if (block.name == "saturation") s.saturation = true;
+    behind_lti = behind_lti || block.name == "lti";
+    const bool counted =
+        block.name == "lag" || block.name == "hysteresis" || block.name == "lti" || block.name == "curve";
+    if (block.number && !counted) parser.fail(block.number_at, fmt::format("{} takes no number", block.name));
+  }
+  const bool curved = s.input_knots > 0 || s.output_knots > 0;
+  const auto gain = std::ranges::find(term, "gain", &Block::name);
+  if (gain != term.end() && curved) parser.fail(gain->at, "a gain is needless beside a curve");
+  if (s.input_knots > 0 && s.output_knots > 0)
+    parser.fail(std::ranges::find(term.rbegin(), term.rend(), "curve", &Block::name)->at,
+                "a chain has one curve: a second");
+  if (gain == term.end() && !curved) parser.fail(term.front().at, "a gain or a curve is missing");
+  s.family = family_of(s);
+  return out;
+}
+
+}  // namespace
+
+WantedStructure parse_structure(std::string_view text, std::size_t sensors) {
+  if (std::ranges::find(kSums, text) != kSums.end()) return candidates(std::string(text), sensors);
+  const auto shorthand = std::ranges::find(kShorthands, text, &std::pair<std::string, std::string>::first);
+  if (shorthand != kShorthands.end()) text = shorthand->second;
+  Parser parser(text);
+  const std::vector<Term> terms = parser.terms();
+  const bool dynamic =
+      std::ranges::any_of(terms, [](const Term& term) { return std::ranges::any_of(term, is_dynamic); });
+  if (!dynamic) return Candidates{{sum(parser, terms)}, false};
+  if (terms.size() > 1) parser.fail(terms[1].front().at, "blocks with dynamics of their own cannot be added");
+  return chain(parser, terms.front());
+}
+
+std::string text_of(const Branches& branches) {
+  std::string out = fmt::format("curve({})", branches.knots);
+  for (const double radius : branches.radii)
+    out += fmt::format(" + play({:g}) > curve({})", radius, branches.knots);
+  for (const double lag_s : branches.lags_s) out += fmt::format(" + motion({:g})", lag_s);
+  return out;
+}
+
+std::string text_of(const Chain& chain) {
+  const Structure& s = chain.blocks;
+  std::vector<std::string> blocks;
+  if (chain.lag) blocks.push_back(chain.lag_s ? fmt::format("lag({:.3g})", *chain.lag_s) : "lag");
+  if (s.dead_zone) blocks.emplace_back("dead-zone");
+  if (s.plays > 0) blocks.push_back(fmt::format("hysteresis({})", s.plays));
+  if (s.input_knots > 0) blocks.push_back(fmt::format("curve({})", s.input_knots));
+  if (s.input_knots == 0 && s.output_knots == 0) blocks.emplace_back("gain");
+  if (s.order > 0) blocks.push_back(fmt::format("lti({})", s.order));
+  if (s.output_knots > 0) blocks.push_back(fmt::format("curve({})", s.output_knots));
+  if (s.saturation) blocks.emplace_back("saturation");
+  return fmt::format("{}", fmt::join(blocks, " > "));
+}
+
+}  // namespace flexor::identify

@@ -1,0 +1,47 @@
+// The structure of a joint's compensator as text.
+//
+//   structure = auto | shorthand | term { "+" term }
+//   term      = block { ">" block }
+//   block     = name [ "(" number ")" ]
+//
+// A sum of curves, fitted as additive.hpp says; all of them have the same number of knots:
+//   curve(20)                  of the reading
+//   play(0.08) > curve(20)     of the reading through a play, its radius a share of the reading's range
+//   motion(0.3)                of the reading, minus itself through a lag of so many seconds
+// A chain with dynamics, fitted as fit.hpp says, with blocks in this order, each at most once:
+//   lag(0.2) > dead-zone > hysteresis(2) > curve(10) > lti(2) > saturation
+//   hysteresis: so many plays; lti: so many poles; the curve may stand behind the lti, or a gain in its place; a lag without
+//   a number is searched.
+// Shorthands: line, line-lead, curve, hysteresis are sums; linear, linear-dynamic, hammerstein, wiener, hw, wh,
+// hysteresis-hw are chains.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "host/identify/additive.hpp"
+#include "host/identify/structure.hpp"
+
+namespace flexor::identify {
+
+struct Chain {
+  bool lag = false;             // a first-order lag of the reading before all else
+  std::optional<double> lag_s;  // none: searched
+  Structure blocks;
+
+  bool operator==(const Chain&) const = default;
+};
+
+using WantedStructure = std::variant<Candidates, Chain>;
+
+// Of a joint with so many sensors. Throws io::InputError pointing at the character that has no meaning.
+WantedStructure parse_structure(std::string_view text, std::size_t sensors);
+
+// The text that stands for it.
+std::string text_of(const Branches& branches);
+std::string text_of(const Chain& chain);
+
+}  // namespace flexor::identify

@@ -1,0 +1,99 @@
+#include "host/identify/structure_text.hpp"
+
+#include <gtest/gtest.h>
+
+#include "host/io/io.hpp"
+
+namespace flexor::identify {
+namespace {
+
+Branches sum(const std::string& text) {
+  return std::get<Candidates>(parse_structure(text, 1)).branches.front();
+}
+Chain chain(const std::string& text) { return std::get<Chain>(parse_structure(text, 1)); }
+
+std::string refusal(const std::string& text) {
+  try {
+    (void)parse_structure(text, 1);
+  } catch (const io::InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(StructureText, ASumHasTheCurvesThatItNames) {
+  EXPECT_EQ(sum("curve(20) + play(0.03)>curve(20)+ play( 0.08 ) > curve + motion(0.3)"),
+            (Branches{{0.03, 0.08}, {0.3}, 20}));
+  EXPECT_EQ(sum("curve(2)"), sum("line"));
+  EXPECT_EQ(sum("curve(12)"), sum("curve"));
+  EXPECT_EQ(sum("curve"), sum("curve"));
+}
+
+TEST(StructureText, AChainHasTheBlocksThatItNames) {
+  const Chain all = chain("lag(0.2) > dead-zone > hysteresis(3) > curve(9) > lti(1) > saturation");
+  EXPECT_EQ(all.lag_s, 0.2);
+  EXPECT_TRUE(all.blocks.dead_zone);
+  EXPECT_EQ(all.blocks.plays, 3);
+  EXPECT_EQ(all.blocks.input_knots, 9);
+  EXPECT_EQ(all.blocks.order, 1);
+  EXPECT_TRUE(all.blocks.saturation);
+}
+
+TEST(StructureText, ShorthandsAreTheFamilies) {
+  for (const Family family : families())
+    EXPECT_EQ(chain(name(family)).blocks, make_structure(family)) << name(family);
+  EXPECT_EQ(chain("hysteresis-hw"), chain("hw-hysteresis"));
+  EXPECT_TRUE(chain("wh").lag);
+  EXPECT_FALSE(chain("wh").lag_s);
+  EXPECT_EQ(chain("dead-zone > gain > lti(1) > saturation").blocks, make_dead_zone_structure(1));
+  EXPECT_TRUE(std::get<Candidates>(parse_structure("auto", 1)).finer);
+}
+
+TEST(StructureText, WhatIsWrittenIsReadAsTheSame) {
+  for (const char* text : {"auto", "line", "line-lead", "curve", "hysteresis"}) {
+    const WantedStructure wanted = parse_structure(text, 1);
+    for (const Branches& branches : std::get<Candidates>(wanted).branches)
+      EXPECT_EQ(sum(text_of(branches)), branches);
+  }
+  for (const char* text : {"linear", "linear-dynamic", "hammerstein", "wiener", "hw", "wh", "hysteresis-hw",
+                           "lag(0.1) > gain > lti(3) > saturation"}) {
+    EXPECT_EQ(chain(text_of(chain(text))), chain(text)) << text;
+  }
+}
+
+TEST(StructureText, WhatHasNoMeaningIsPointedAt) {
+  const auto says = [](const std::string& text, const std::string& what) {
+    EXPECT_NE(refusal(text).find(what), std::string::npos) << text << ": " << refusal(text);
+  };
+  says("", "at character 1, the end");
+  says("splines", "unknown block splines");
+  says("splines", "line-lead");
+  says("curve(20) + crve(20)", "at character 13, \"crve(20)\"");
+  says("curve(20", "a ) is missing at character 9, the end");
+  says("curve(x)", "a number is missing at character 7");
+  says("curve(nan)", "2 to 32 at character 7");
+  says("curve(1e999)", "a number is missing");
+  says("curve(33)", "2 to 32 at character 7");
+  says("curve(2.5)", "whole number");
+  says("curve curve", "a > or + is missing at character 7");
+  says("curve >", "the name of a block is missing at character 8, the end");
+  says("curve + play(0.1)", "a curve is missing behind the play at character 9");
+  says("curve + play > curve", "radius");
+  says("curve + motion", "seconds");
+  says("curve(20) + play(0.1) > curve(12)", "one number of knots, 20 before, 12 here at character 31");
+  says("curve + curve", "a second curve");
+  says("motion(0.3)", "begins with the curve");
+  says("lti > gain", "gain cannot stand here");
+  says("lti(2)", "a gain or a curve is missing");
+  says("gain > lti > curve", "needless");
+  says("curve > lti > curve", "one curve: a second at character 15");
+  says("curve > lti + curve", "cannot be added at character 15");
+  says("play(0.1) > curve > lti", "play belongs into a sum");
+  says("saturation(3)", "takes no number");
+  says("curve > lti(4)", "1 to 3 at character 13");
+  says(std::string(10000, 'c'), "unknown block");
+  EXPECT_LT(refusal(std::string(10000, 'c')).size(), 400u);
+}
+
+}  // namespace
+}  // namespace flexor::identify

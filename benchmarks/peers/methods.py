@@ -1,7 +1,7 @@
 """What others would take for the compensator's job, each as fit(data) -> predict.
 
 A fit sees reading, measured angle and `use` of the first half, at even periods. predict takes readings from rest and gives an
-angle for each, from that reading and those before it alone. Settings are constants, the same for all joints; nothing here sees
+angle for each, from that reading and those before it alone. Settings are constants, the same for all joints; no fit sees
 the scored half.
 """
 import contextlib

@@ -18,10 +18,6 @@ if(FLEXOR_SANITIZE STREQUAL "thread")
   add_compile_options(-fsanitize=thread)
   add_link_options(-fsanitize=thread)
 elseif(FLEXOR_SANITIZE)
-  # A room is compiled as one file, in a third of the time, where one file's names meet another's; the release build compiles every
-  # file alone.
-  set(CMAKE_UNITY_BUILD ON)
-  set(CMAKE_UNITY_BUILD_BATCH_SIZE 0)
   add_compile_options(-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize=null,vptr,object-size,alignment
                       -fno-sanitize-recover=all -fno-omit-frame-pointer)
   set(unity_warnings -Wno-shadow)
@@ -96,10 +92,37 @@ function(flexor_runtime name)
   flexor_headers_compile_alone(${name} ${ARG_HEADERS})
 endfunction()
 
-# PRIVATE_USES are libraries that must not show in the room's headers (Ceres, matio, ...).
+# What a target compiles of its sources. Under the sanitizers those of a room are one file, in a third of the time, where one
+# file's names meet another's; the release build compiles every file alone. The file names the sources from the root, so that
+# every clone compiles the same text, which CMake's own unity build does not.
+function(flexor_sources name out)
+  if(NOT FLEXOR_SANITIZE OR FLEXOR_SANITIZE STREQUAL "thread")
+    set(${out} ${ARGN} PARENT_SCOPE)
+    return()
+  endif()
+  set(generated "")
+  set(text "")
+  foreach(source IN LISTS ARGN)
+    if(IS_ABSOLUTE ${source})
+      list(APPEND generated ${source})
+    else()
+      file(RELATIVE_PATH path ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR}/${source})
+      string(APPEND text "#include \"${path}\"\n")
+    endif()
+  endforeach()
+  file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${name}_room.cpp CONTENT "${text}")
+  set(${out} ${CMAKE_CURRENT_BINARY_DIR}/${name}_room.cpp ${generated} PARENT_SCOPE)
+endfunction()
+
+# PRIVATE_USES are libraries that must not show in the room's headers (Ceres, matio, ...). APART: no two of its files are
+# ever compiled as one.
 function(flexor_library name)
-  cmake_parse_arguments(ARG "" "" "HEADERS;SOURCES;USES;PRIVATE_USES" ${ARGN})
-  add_library(${name} STATIC ${ARG_SOURCES})
+  cmake_parse_arguments(ARG "APART" "" "HEADERS;SOURCES;USES;PRIVATE_USES" ${ARGN})
+  set(sources ${ARG_SOURCES})
+  if(NOT ARG_APART)
+    flexor_sources(${name} sources ${ARG_SOURCES})
+  endif()
+  add_library(${name} STATIC ${sources})
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PUBLIC ${ARG_USES} PRIVATE flexor_warnings ${ARG_PRIVATE_USES})
   target_compile_definitions(${name} PRIVATE FLEXOR_VERSION="${PROJECT_VERSION}")
@@ -145,7 +168,9 @@ function(flexor_test name)
   if(ARG_LONG)
     set(cost 100)
   endif()
-  add_executable(${name} ${ARG_SOURCES})
+  flexor_sources(${name} sources ${ARG_SOURCES})
+  add_executable(${name} ${sources})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_USES} flexor_warnings GTest::gtest_main rapidcheck)
   target_compile_definitions(${name} PRIVATE FLEXOR_SOURCE_DIR=".")
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}

@@ -60,6 +60,7 @@ void run(const Options& o) {
         {"angle_explained", aligned.alignment ? nlohmann::ordered_json(a.eta_squared) : nullptr},
         {"overlap_s", overlap_s},
         {"rival_offset_s", a.rival_offset_s ? nlohmann::ordered_json(*a.rival_offset_s) : nullptr},
+        {"tapped", a.tapped},
         {"quarter_offset_s", quarters},
         {"drift_ppm", a.drift_ppm ? nlohmann::ordered_json(*a.drift_ppm) : nullptr},
         {"version", FLEXOR_VERSION},
@@ -74,6 +75,7 @@ void run(const Options& o) {
         fmt::format("confidence     {:.2f} (0: ambiguous, 1: no other offset comes near)\n"
                     "explained      {:.0f} % of the angle by the sensor at this offset\n",
                     a.confidence, 100 * a.eta_squared));
+    if (a.tapped) print("tapped         three quick bends in both logs agree\n");
   } else {
     print("confidence     none: the offset is as given, the signals alone do not tell\n");
   }

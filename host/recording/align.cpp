@@ -13,6 +13,7 @@
 
 #include "host/io/io.hpp"
 #include "host/recording/resample.hpp"
+#include "host/recording/taps.hpp"
 
 namespace flexor::recording {
 namespace {
@@ -38,6 +39,9 @@ constexpr double kMinMismatchOverlap_s = 60;  // quarters of less tell the offse
 // the error of the measurement.
 constexpr double kMaxDrift_ppm = 12000;
 constexpr double kDisagreement_s = 0.5;
+constexpr double kTapped_s = 0.5;      // from the taps' offset to that of all motion
+constexpr double kTappedWorse = 0.15;  // in eta^2, than the best offset
+constexpr double kTappedUnique = 0.95;
 constexpr double kMostAnyway = 1e6;  // samples of a log, and
 constexpr double kMostPerReading = 60;
 constexpr int kMaxBins = 12;
@@ -482,6 +486,23 @@ std::string low_confidence(const Belief& belief, const Alignment& found) {
 double duration_s(const Series& series) { return series.t_s.back() - series.t_s.front(); }
 
 // Stage 1: which repetition.
+// The lag of the scan that both recordings' taps ask for, where it explains nearly as much as the best.
+std::optional<std::size_t> tapped_lag(const Series& sensor, const Series& reference, const Scan& scan,
+                                      std::size_t best, double rate_hz) {
+  const auto sensed = taps(sensor);
+  const auto seen = sensed ? taps(reference) : std::nullopt;
+  if (!seen) return std::nullopt;
+  double lag_s = sensor.t_s.front() - reference.t_s.front();
+  for (std::size_t i = 0; i < 3; ++i) lag_s += ((*seen)[i] - (*sensed)[i]) / 3;
+  std::optional<std::size_t> out;
+  for (std::size_t i = 0; i < scan.lag.size(); ++i) {
+    if (std::abs(static_cast<double>(scan.lag[i]) / rate_hz - lag_s) > kTapped_s) continue;
+    if (scan.eta_squared[i] < scan.eta_squared[best] - kTappedWorse) continue;
+    if (!out || scan.score[i] > scan.score[*out]) out = i;
+  }
+  return out;
+}
+
 struct Repetition {
   double lag_s = 0;
   double rival_eta_squared = 0;
@@ -500,7 +521,11 @@ Repetition find_repetition(const Series& sensor, const Series& reference, const 
                     "{:.1f} s of common motion; record longer",
                     duration_s(sensor), duration_s(reference), scales.min_overlap_s));
   }
-  const auto best = static_cast<std::size_t>(std::ranges::max_element(scanned.score) - scanned.score.begin());
+  auto best = static_cast<std::size_t>(std::ranges::max_element(scanned.score) - scanned.score.begin());
+  if (const auto tapped = tapped_lag(sensor, reference, scanned, best, scales.coarse_rate_hz)) {
+    result.tapped = true;
+    best = *tapped;
+  }
   result.eta_squared = scanned.eta_squared[best];
   if (result.eta_squared < kMinEtaSquared) {
     throw io::JobError(
@@ -555,7 +580,7 @@ Alignment align(const Series& sensor, const Series& reference) {
   const double unexplained = (1 - result.eta_squared) / std::max(1 - coarse.rival_eta_squared, 1e-9);
   const double movements = independent_movements(a, b, overlap, whole_lag);
   const Belief belief{
-      std::clamp(1 - unexplained, 0.0, 1.0),
+      std::clamp(1 - unexplained, result.tapped ? kTappedUnique : 0.0, 1.0),
       std::clamp((r * r - kUnrelatedVelocity) / (kRelatedVelocity - kUnrelatedVelocity), 0.0, 1.0),
       1 - chance(r, movements, movements * coarse.searched_s / result.overlap_s)};
   result.confidence = belief.confidence();

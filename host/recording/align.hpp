@@ -11,11 +11,13 @@
 //     curve fitted at a slightly wrong offset would pull the peak towards that offset.
 // What delays all of the sensor's motion alike, as a first-order lag does, cannot be told from the clocks and is
 // part of the offset.
+// Where both recordings hold one tapped synchronisation (taps.hpp), it says which of the offsets that explain nearly as
+// much as the best is meant.
 // Recordings of less than half a minute get a narrower Gaussian, fewer bins and a finer search.
 //
 // How far the answer may be believed is a product of four numbers from 0 to 1, none of which a wrong pair of
 // recordings can bring about by itself:
-//   unique     1 - (1 - eta^2) / (1 - eta^2 of the other offset that explains most)
+//   unique     1 - (1 - eta^2) / (1 - eta^2 of the other offset that explains most); 0.95 at least where taps agree
 //   related    the velocities agree: from 0 where they correlate by 0.6 to 1 at 0.85
 //   no chance  1 - offsets (1 - r^2)^(m - 1), for m independent movements in the overlap: seconds that hold
 //              one single movement never tell, however well it matches
@@ -38,6 +40,7 @@ struct Alignment {
   double eta_squared = 0;
   double velocity_correlation = 0;  // of the smoothed velocities at the offset, 0 where they do not line up
   double overlap_s = 0;
+  bool tapped = false;                   // a synchronisation that both recordings hold says so, too
   std::optional<double> rival_offset_s;  // the other offset that explains most, at least 2 s away
   // The offset found in each quarter of an overlap of 20 s or more, where that quarter moves enough to tell.
   std::array<std::optional<double>, 4> quarter_offset_s;

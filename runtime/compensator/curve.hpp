@@ -46,25 +46,23 @@ struct Segment {
 
 // Tables lie in flash; out of line there, all curves of a board share these two functions. scale: 2^up_i.
 FLEXOR_SHARED Segment segment_of(const int16_t* x, const uint16_t* scale, uint8_t count, int16_t u) {
-  const int16_t inside = core::clamp(u, core::table(x[0]), core::table(x[count - 1]));
-  uint8_t low = 0;
-  uint8_t high = static_cast<uint8_t>(count - 1);
-  while (high - low > 1) {
-    const uint8_t middle = static_cast<uint8_t>((low + high) / 2);
-    if (inside >= core::table(x[middle])) {
-      low = middle;
-    } else {
-      high = middle;
-    }
+  uint8_t segments = static_cast<uint8_t>(count - 1);
+  const int16_t inside = core::clamp(u, core::table(x[0]), core::table(x[segments]));
+  const int16_t* from = x;  // the segment that is sought is one of `segments` from here
+  while (segments > 1) {
+    const uint8_t half = segments / 2;
+    const int16_t* middle = from + half;
+    if (inside >= core::table(*middle)) from = middle;
+    segments = static_cast<uint8_t>(segments - half);
   }
-  const uint16_t distance = static_cast<uint16_t>(inside - core::table(x[low]));
-  return {low, static_cast<uint16_t>(distance * core::table(scale[low]))};
+  const uint8_t index = static_cast<uint8_t>(from - x);
+  const uint16_t distance = static_cast<uint16_t>(inside - core::table(*from));
+  return {index, static_cast<uint16_t>(distance * core::table(scale[index]))};
 }
 
 FLEXOR_SHARED int16_t value_at(const int16_t* y, const int16_t* slope, Segment segment) {
-  const int32_t product = static_cast<int32_t>(segment.share) * core::table(slope[segment.index]);
   return static_cast<int16_t>(core::table(y[segment.index]) +
-                              static_cast<int16_t>(core::upper_half(product + 0x8000)));
+                              core::multiply_round_q16(segment.share, core::table(slope[segment.index])));
 }
 
 template <int kCapacity>

@@ -30,9 +30,7 @@ struct FixedLag {
     int32_t y;
   };
 
-  FLEXOR_INLINE static int32_t wide(int16_t u) {
-    return static_cast<int32_t>(u) * (static_cast<int32_t>(1) << 15);
-  }
+  FLEXOR_INLINE static int32_t wide(int16_t u) { return core::widen<1>(u); }
   FLEXOR_INLINE void start(State& state, int16_t u) const { state.y = wide(u); }
   FLEXOR_INLINE int16_t step(State& state, int16_t u) const {
     state.y += share.times(wide(u) - state.y);

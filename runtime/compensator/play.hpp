@@ -68,9 +68,7 @@ struct FixedCreep {
     int32_t p;
   };
 
-  FLEXOR_INLINE static int32_t wide(int16_t u) {
-    return static_cast<int32_t>(u) * (static_cast<int32_t>(1) << kUp);
-  }
+  FLEXOR_INLINE static int32_t wide(int16_t u) { return core::widen<16 - kUp>(u); }
   FLEXOR_INLINE void start(State& state, int16_t u) const { state.p = wide(u); }
   FLEXOR_INLINE int16_t step(State& state, int16_t u) const {
     const int32_t pull = wide(u) - state.p;

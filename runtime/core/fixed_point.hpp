@@ -46,15 +46,6 @@ FLEXOR_INLINE T clamp(T value, T lower, T upper) {
   return upper < raised ? upper : raised;
 }
 
-// floor(a * m / 2^16) without a 64-bit product: two 16x16 -> 32 multiplications.
-// Domain: every a, every m; the result always fits.
-FLEXOR_INLINE int32_t multiply_q16(int32_t a, uint16_t m) {
-  const int16_t high = static_cast<int16_t>(a >> 16);
-  const uint16_t low = static_cast<uint16_t>(a);
-  const int32_t low_product = static_cast<int32_t>((static_cast<uint32_t>(low) * m) >> 16);
-  return static_cast<int32_t>(high) * static_cast<int32_t>(m) + low_product;
-}
-
 // a * m, accumulator + a * m, accumulator - a * m, for products and sums that fit. FLEXOR_AVR_ASSEMBLY: the
 // same bits in a third fewer cycles than the compiler's.
 #if defined(__AVR__) && defined(FLEXOR_AVR_ASSEMBLY)
@@ -112,6 +103,28 @@ FLEXOR_INLINE uint16_t upper_half(int32_t value) {
   uint16_t half[2];
   __builtin_memcpy(half, &value, sizeof(half));
   return half[1];
+}
+
+// floor(a * m / 2^16) without a 64-bit product: two 16x16 -> 32 multiplications.
+// Domain: every a, every m; the result always fits.
+FLEXOR_INLINE int32_t multiply_q16(int32_t a, uint16_t m) {
+  const uint16_t high = upper_half(a);
+  uint32_t product = static_cast<uint32_t>(multiply(high, m));
+  if (a < 0) product -= static_cast<uint32_t>(m) << 16;  // high is negative
+  return static_cast<int32_t>(product + upper_half(multiply(static_cast<uint16_t>(a), m)));
+}
+
+// a * m / 2^16 rounded, halves upwards, modulo 2^16.
+FLEXOR_INLINE int16_t multiply_round_q16(uint16_t a, int16_t m) {
+  const uint32_t rounded = static_cast<uint32_t>(multiply(a, static_cast<uint16_t>(m))) + 0x8000;
+  const uint16_t product = upper_half(static_cast<int32_t>(rounded));
+  return static_cast<int16_t>(m < 0 ? product - a : product);
+}
+
+// value 2^(16 - kDown). The compiler would shift step by step.
+template <uint8_t kDown>
+FLEXOR_INLINE int32_t widen(int16_t value) {
+  return static_cast<int32_t>(static_cast<uint32_t>(static_cast<uint16_t>(value)) << 16) >> kDown;
 }
 
 // multiply_q16 with a signed factor: floor(a * m / 2^16) for m >= 0, its mirror image for m < 0.

@@ -22,6 +22,22 @@ TEST(FixedPoint, SignedProductIsOddInTheFactor) {
   }));
 }
 
+TEST(FixedPoint, RoundedProductIsTheNearestModuloItsWidth) {
+  EXPECT_TRUE(rc::check([](uint16_t a, int16_t m) {
+    const int64_t exact = (int64_t{a} * m + 0x8000) >> 16;
+    RC_ASSERT(multiply_round_q16(a, m) == static_cast<int16_t>(exact));
+  }));
+  EXPECT_EQ(multiply_round_q16(65535, 32767), 32767);
+  EXPECT_EQ(multiply_round_q16(65535, -32768), -32767);
+}
+
+TEST(FixedPoint, WidenIsAProductWithAPowerOfTwo) {
+  for (const int value : {-32768, -1, 0, 1, 32767}) {
+    EXPECT_EQ(widen<1>(static_cast<int16_t>(value)), value * 32768);
+    EXPECT_EQ(widen<2>(static_cast<int16_t>(value)), value * 16384);
+  }
+}
+
 TEST(FixedPoint, RoundShiftIsWithinHalfAStep) {
   EXPECT_TRUE(rc::check([] {
     const auto value = *rc::gen::inRange<int32_t>(-(1 << 29), 1 << 29);

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <random>
 
 #include "host/identify/additive_system.hpp"
 #include "host/identify/robust.hpp"
@@ -40,6 +41,9 @@ constexpr int kFineKnots = 20;
 constexpr double kTallest_deg = 250;  // a taller curve has not the eight fraction bits in 16
 constexpr double kLevel = 0.2;
 constexpr int kLevelSteps = 15;
+constexpr double kBlock_s = 20;  // of the bootstrap
+constexpr int kDraws = 100;
+constexpr unsigned kSeed = 2019;
 
 // Where a fit stands: coefficients, centre and limits of the angle, and the least-squares problem that has the
 // loss's slope there. Of an estimate beyond the limits, what is beyond them does not count.
@@ -183,11 +187,21 @@ std::vector<std::size_t> folds_of(const Stack& stack) {
   return out;
 }
 
+// What may be drawn in any order: whole recordings, or seconds enough for errors to forget each other.
+std::vector<std::size_t> blocks_of(const Stack& stack, double period_s) {
+  if (stack.begin.size() > 3) return folds_of(stack);
+  const std::size_t n = stack.used.size();
+  const auto blocks =
+      std::max(kFolds, static_cast<std::size_t>(static_cast<double>(n) * period_s / kBlock_s));
+  std::vector<std::size_t> out;
+  for (std::size_t b = 0; b <= blocks; ++b) out.push_back(n * b / blocks);
+  return out;
+}
+
 struct Validated {
   std::vector<double> fold_loss;                    // means
   std::vector<std::pair<double, double>> estimate;  // and its error, degrees, of each sample as it was
   double rmse_deg = 0;                              // of the samples as they were
-  std::vector<VectorXd> coefficients;               // without each fold
 };
 
 // Each fold estimated from the others, in the least-squares problem of a fit to all.
@@ -225,7 +239,6 @@ class CrossValidation {
       gram = fold.gram + penalty;
       const VectorXd c = gram.selfadjointView<Eigen::Lower>().llt().solve(fold.right);
       const VectorXd estimate = system.estimate(fold.begin, fold.end - fold.begin, c);
-      out.coefficients.push_back(c);
       double loss = 0;
       double weight = 0;
       for (Index r = fold.begin; r < fold.end; ++r) {
@@ -347,19 +360,42 @@ void level_off(Additive& out) {
   }
 }
 
-MatrixXd jackknife(const std::vector<VectorXd>& without, Index knots, Index columns) {
-  const auto n = static_cast<double>(without.size());
-  VectorXd middle = VectorXd::Zero(without.front().size());
-  for (const VectorXd& c : without) middle += c / n;
-  VectorXd squares = VectorXd::Zero(middle.size());
-  for (const VectorXd& c : without) squares += (n - 1) / n * (c - middle).cwiseAbs2();
-  const VectorXd error = squares.cwiseSqrt();
-  return Eigen::Map<const MatrixXd>(error.data(), knots, columns / knots);
+// Of the curves' values: the spread over blocks drawn with replacement, in the least-squares problem of the fit.
+MatrixXd bootstrap(const Fit& fit, const Stack& stack, double period_s, const Additive& out) {
+  const System& system = fit.system();
+  const std::vector<std::size_t> blocks = blocks_of(stack, period_s);
+  const std::size_t n = blocks.size() - 1;
+  const VectorXd weighted = fit.weight().cwiseProduct(fit.target());
+  std::vector<MatrixXd> gram(n, MatrixXd::Zero(system.columns(), system.columns()));
+  std::vector<VectorXd> right;
+  for (std::size_t b = 0; b < n; ++b) {
+    const Index from = system.first()[blocks[b]];
+    const Index count = system.first()[blocks[b + 1]] - from;
+    system.add_gram(from, fit.weight().segment(from, count), 1, gram[b]);
+    right.push_back(system.project(from, weighted.segment(from, count)));
+  }
+  std::mt19937 random(kSeed);
+  VectorXd sum = VectorXd::Zero(system.columns());
+  VectorXd squares = sum;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    MatrixXd drawn = system.penalty(out.priors);
+    VectorXd drawn_right = VectorXd::Zero(system.columns());
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t b = random() % n;
+      drawn += gram[b];
+      drawn_right += right[b];
+    }
+    const VectorXd c = drawn.selfadjointView<Eigen::Lower>().llt().solve(drawn_right) - fit.coefficients();
+    sum += c / kDraws;
+    squares += c.cwiseAbs2() / kDraws;
+  }
+  const VectorXd error = (squares - sum.cwiseAbs2()).cwiseMax(0).cwiseSqrt();
+  return Eigen::Map<const MatrixXd>(error.data(), out.branches.knots,
+                                    system.shared_columns() / out.branches.knots);
 }
 
 void validate(const CrossValidation& validation, const System& system, Additive& out) {
   const Validated error = validation.error(system.penalty(out.priors));
-  out.standard_error = jackknife(error.coefficients, out.branches.knots, system.shared_columns());
   out.fold_loss = error.fold_loss;
   out.accuracy = accuracy_of(error.estimate);
   out.cross_validated_deg = error.rmse_deg;
@@ -415,6 +451,7 @@ class Search {
       take(fit, out);
     }
     validate(CrossValidation(fit, stack_, period_s_), system, out);
+    out.standard_error = bootstrap(fit, stack_, period_s_, out);
     solve(fit, out);
     level_off(out);
   }

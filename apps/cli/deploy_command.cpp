@@ -32,7 +32,7 @@ struct Options {
   std::string recording;
   std::string twin;
   std::vector<std::string> set;
-  bool assembly = false;
+  bool assembly = true;
   bool json = false;
 };
 
@@ -242,7 +242,8 @@ void add_deploy(CLI::App& app) {
       "--twin", o->twin,
       "configuration with divider, motors and limits of your glove and hand (flexor twin --json)");
   command->add_option("--set", o->set, "change one of them: hand.upper_deg.thumb=150; may be repeated");
-  command->add_flag("--assembly", o->assembly, "products in assembly: the same bits in fewer cycles");
+  command->add_flag("--assembly,!--portable", o->assembly,
+                    "products in assembly (default), or in portable C++: the same bits in more cycles");
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o] { run(*o); });
 }

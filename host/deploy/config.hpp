@@ -61,7 +61,7 @@ struct Glove {
   double baud = 9600;        // of the radio; USB always has kUsbBaud
   double frame_rate_hz = 0;  // 0: as many as the radio carries, at most one for each sample
   Key key;
-  bool assembly = false;
+  bool assembly = true;  // products as the microcontroller has them; the same bits
 };
 
 // Degrees, degrees a second, and duties as shares of the supply.

@@ -15,7 +15,7 @@ namespace flexor::identify {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr double kPeriod_s = 0.05;
+constexpr double kSample_s = 0.05;
 constexpr double kBlock_s = 20;
 constexpr double kJoin_s = 1;  // at the start of each block, where plays and lags remember another one
 constexpr int kDraws = 60;
@@ -30,7 +30,7 @@ Session fitted_part(const JointSamples& samples) {
 }
 
 Session drawn(const Session& from, std::mt19937& random) {
-  const auto block = static_cast<Eigen::Index>(kBlock_s / kPeriod_s);
+  const auto block = static_cast<Eigen::Index>(kBlock_s / kSample_s);
   const Eigen::Index n = from.angle_deg.size();
   Session out;
   out.input.resize(n, 1);
@@ -41,15 +41,15 @@ Session drawn(const Session& from, std::mt19937& random) {
     out.input(k, 0) = from.input(source, 0);
     out.angle_deg(k) = from.angle_deg(source);
     out.use.push_back(from.use[static_cast<std::size_t>(source)] &&
-                      static_cast<double>(k % block) * kPeriod_s >= kJoin_s);
+                      static_cast<double>(k % block) * kSample_s >= kJoin_s);
   }
   return out;
 }
 
-Additive fitted(const Session& session, const Candidates& structure) {
+Additive fitted_to(const Session& session, const Candidates& structure) {
   const auto still = [](const Additive&) { return 0.0; };
   const auto any = [](const Additive&) { return true; };
-  return fit_additive({session}, kPeriod_s, "index", structure, still, 1, any, {}).front();
+  return fit_additive({session}, kSample_s, "index", structure, still, 1, any, {}).front();
 }
 
 // Its curve of the reading itself.
@@ -63,14 +63,14 @@ double curve_deg(const Additive& fit, double reading) {
   return fit.offset_deg + (1 - share) * fit.value(right - 1, 0) + share * fit.value(right, 0);
 }
 
-struct Case {
+struct RecordedHand {
   const char* folder;
   const char* map;
 };
 
-void PrintTo(const Case& c, std::ostream* out) { *out << c.folder; }
+void PrintTo(const RecordedHand& c, std::ostream* out) { *out << c.folder; }
 
-class StandardErrors : public testing::TestWithParam<Case> {};
+class StandardErrors : public testing::TestWithParam<RecordedHand> {};
 
 TEST_P(StandardErrors, AreThoseOfABlockBootstrap) {
   const fs::path folder = fs::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove" / GetParam().folder;
@@ -85,13 +85,13 @@ TEST_P(StandardErrors, AreThoseOfABlockBootstrap) {
   for (const JointResult& joint : hand.joints) {
     const Session session = fitted_part(joint.samples.front());
     const auto structure = std::get<Candidates>(parse_structure(joint.text, 1));
-    const Additive all = fitted(session, structure);
+    const Additive all = fitted_to(session, structure);
     const std::vector<double>& knots = all.knots.front();
     std::vector<double> sum(knots.size());
     std::vector<double> squares(knots.size());
     std::mt19937 random(2019);
     for (int draw = 0; draw < kDraws; ++draw) {
-      const Additive one = fitted(drawn(session, random), structure);
+      const Additive one = fitted_to(drawn(session, random), structure);
       for (std::size_t k = 0; k < knots.size(); ++k) {
         const double y = curve_deg(one, knots[k]);
         sum[k] += y / kDraws;
@@ -114,8 +114,8 @@ TEST_P(StandardErrors, AreThoseOfABlockBootstrap) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Glove, StandardErrors,
-                         testing::Values(Case{"index_ind2", "abc=SensorA1:∠ABC,bcd=SensorA1:∠BCD"},
-                                         Case{"middle_mid1", "abc=SensorA2:∠ABC,bcd=SensorA2:∠BCD"}));
+                         testing::Values(RecordedHand{"index_ind2", "abc=SensorA1:∠ABC,bcd=SensorA1:∠BCD"},
+                                         RecordedHand{"middle_mid1", "abc=SensorA2:∠ABC,bcd=SensorA2:∠BCD"}));
 
 }  // namespace
 }  // namespace flexor::identify

@@ -5,6 +5,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <exception>
@@ -16,6 +17,7 @@
 #include "host/identify/estimator.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/joint_fit.hpp"
+#include "host/identify/motion_check.hpp"
 #include "host/identify/published_form.hpp"
 #include "host/identify/refit.hpp"
 #include "host/identify/structure_text.hpp"
@@ -33,6 +35,8 @@ using io::InputError;
 constexpr double kSameClock_s = 0.5;  // offsets of two joints further apart are two opinions
 constexpr double kLeastClockError_s = 0.01;
 constexpr double kUnsure = 0.1;
+constexpr double kUnexplained = 0.2;  // of eta^2
+constexpr double kMoreExplained = 0.1;
 
 using Files = HandRecordings;
 
@@ -91,12 +95,15 @@ Opinion opinion_of(const recording::Alignment& a) {
 Clock clock_of(const Files& files, const HandRequest& request, std::vector<std::string>& warnings) {
   std::vector<Opinion> opinions;
   std::string reason;
+  std::optional<std::string> disagreement;
   for (std::size_t j = 0; j < request.map.size(); ++j) {
     const JointMap& joint = request.map[j];
     try {
       const recording::Alignment a = recording::align(files.sensor.series(joint.sensors.front()),
                                                       files.reference[j].series(joint.reference));
       opinions.push_back(opinion_of(a));
+      if (request.clock_offset_s && !disagreement)
+        disagreement = recording::disagreement(*request.clock_offset_s, a);
     } catch (const io::JobError& error) {
       reason = fmt::format("{}: {}", joint.joint, error.what());
     }
@@ -104,6 +111,7 @@ Clock clock_of(const Files& files, const HandRequest& request, std::vector<std::
   const bool one_file = !files.sensor.digest.empty() && files.sensor.digest == files.reference.front().digest;
   if (request.clock_offset_s || one_file) {
     const double given = request.clock_offset_s.value_or(0);
+    if (disagreement && request.clock_offset_s) warnings.push_back(*disagreement);
     double confidence = 0;
     for (const Opinion& o : opinions) {
       if (std::abs(o.offset_s - given) < kSameClock_s) confidence = std::max(confidence, o.confidence);
@@ -406,6 +414,74 @@ void add_warnings(const Files& files, std::vector<std::string>& warnings) {
   }
 }
 
+// Names alike but for digits, or for what stands before the last underscore: SensorA0 and SensorA1, thumb_adc and index_adc.
+bool of_one_kind(const std::string& a, const std::string& b) {
+  const auto kind = [](std::string name) {
+    std::erase_if(name, [](unsigned char c) { return std::isdigit(c) != 0; });
+    return name.substr(name.rfind('_') == std::string::npos ? 0 : name.rfind('_'));
+  };
+  return kind(a) == kind(b);
+}
+
+// Whether another sensor of the log tells a joint better than the one that the map names. Throws io::JobError where none
+// tells it at all.
+void check_map(const HandRequest& request, const PairFiles& files, const Files& read, const Clock& clock,
+               std::vector<std::string>& warnings) {
+  const recording::Recording all = recording::read_csv(files.sensor, {}, request.time_unit);
+  for (std::size_t j = 0; j < request.map.size(); ++j) {
+    const JointMap& map = request.map[j];
+    const std::string& own = map.sensors.front();
+    const recording::Series angle = read.reference[j].series(map.reference);
+    const double share = recording::explained(all.series(own), angle, clock.offset_s);
+    std::string best = own;
+    double most = share;
+    for (const recording::Column& column : all.columns) {
+      if (column.name == own || !of_one_kind(column.name, own)) continue;
+      const double other = recording::explained(all.series(column.name), angle, clock.offset_s);
+      if (other > most) {
+        most = other;
+        best = column.name;
+      }
+    }
+    if (most < kUnexplained) {
+      throw io::JobError(fmt::format("{}: no sensor explains \"{}\": {} explains most of it, {:.0f} %",
+                                     map.joint, map.reference, best, 100 * most));
+    }
+    if (most > share + kMoreExplained) {
+      warnings.push_back(
+          fmt::format("{}: {} explains {:.0f} % of \"{}\", {} of the map {:.0f} %: is the map right?",
+                      map.joint, best, 100 * most, map.reference, own, 100 * share));
+    }
+  }
+}
+
+// Readings that are left out, and those that no board takes.
+void warn_of_readings(const model::Model& model, const std::vector<Files>& files,
+                      std::vector<std::string>& warnings) {
+  for (const model::Input& input : model.inputs) {
+    std::ptrdiff_t refused = 0;
+    for (const Files& one : files) {
+      refused += std::ranges::count_if(one.sensor.column(input.name).value,
+                                       [&](double u) { return u < input.valid_min || u > input.valid_max; });
+    }
+    if (refused > 0) {
+      warnings.push_back(
+          fmt::format("{}: {} reading(s) lie outside the valid range of {:g} to {:g} {}: was the sensor "
+                      "unplugged or shorted? They are "
+                      "left out",
+                      input.name, refused, input.valid_min, input.valid_max, input.unit));
+    }
+    model::Model alone;
+    alone.inputs = {input};
+    if (!boards_can_read(alone)) {
+      warnings.push_back(fmt::format(
+          "{}: the boards take readings from -1024 to 1023, not {:g} to {:g}: this model runs on a "
+          "PC, and deploy refuses it",
+          input.name, input.valid_min, input.valid_max));
+    }
+  }
+}
+
 std::vector<Sampled> sample_all(const std::vector<Files>& files, const std::vector<Clock>& clocks,
                                 const HandRequest& request) {
   std::vector<Sampled> out;
@@ -417,6 +493,21 @@ std::vector<Session> sessions_of(const std::vector<Sampled>& samples, std::size_
   std::vector<Session> out;
   for (const Sampled& sampled : samples) out.push_back(session_of(sampled.sensor[joint]));
   return out;
+}
+
+// Each text once, with the joints that it is true of.
+void warn_of_lacking_motion(const HandRequest& request, const std::vector<Sampled>& samples,
+                            std::vector<std::string>& warnings) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> all;
+  for (std::size_t j = 0; j < request.map.size(); ++j) {
+    for (const std::string& text : lacking(sessions_of(samples, j), 1 / request.rate_hz)) {
+      auto known = std::ranges::find(all, text, &std::pair<std::string, std::vector<std::string>>::first);
+      if (known == all.end()) known = all.insert(all.end(), {text, {}});
+      known->second.push_back(request.map[j].joint);
+    }
+  }
+  for (const auto& [text, joints] : all)
+    warnings.push_back(fmt::format("{}: {}", fmt::join(joints, ", "), text));
 }
 
 void refit_joints(const HandRequest& request, const std::vector<Sampled>& samples, HandIdentification& r) {
@@ -551,11 +642,16 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
     files.push_back(read_files(pair, request));
     add_warnings(files.back(), r.warnings);
   }
-  for (const Files& one : files) r.clocks.push_back(clock_of(one, request, r.warnings));
-  const auto start = std::chrono::steady_clock::now();
+  for (std::size_t p = 0; p < files.size(); ++p) {
+    r.clocks.push_back(clock_of(files[p], request, r.warnings));
+    check_map(request, request.pairs[p], files[p], r.clocks.back(), r.warnings);
+  }
   const std::vector<Sampled> samples = sample_all(files, r.clocks, request);
+  warn_of_lacking_motion(request, samples, r.warnings);
+  const auto start = std::chrono::steady_clock::now();
   fit_model(request, files, samples, step, r);
   r.fit_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  warn_of_readings(r.model, files, r.warnings);
   score_joints(request, files, samples, r);
   r.proven = r.model;
   if (request.fit_all) fit_again(request, files, r);

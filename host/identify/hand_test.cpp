@@ -10,6 +10,7 @@
 
 #include "host/identify/hand_results.hpp"
 #include "host/identify/hold.hpp"
+#include "host/identify/motion_check.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/model/compensator.hpp"
@@ -223,6 +224,77 @@ TEST_F(Hand, WhatIsHeldOutChangesNoCoefficient) {
   const HandIdentification b = identify_hand(after, {});
   EXPECT_EQ(a.model.blocks, b.model.blocks);
   EXPECT_GT(b.joints[0].holdout.rmse_deg, 5 * a.joints[0].holdout.rmse_deg);
+}
+
+bool warned(const HandIdentification& r, const std::string& what) {
+  return std::ranges::any_of(r.warnings,
+                             [&](const std::string& w) { return w.find(what) != std::string::npos; });
+}
+
+TEST_F(Hand, ASpikeIsLeftOutAndSaid) {
+  const PairFiles files = write("spike", 60, 1);
+  HandRequest r = request({files}, "index=a_adc:index_deg");
+  r.input_unit = "count";
+  const HandIdentification before = identify_hand(r, {});
+  EXPECT_FALSE(warned(before, "outside the valid range"));
+  recording::Recording log = recording::read_csv(files.sensor, {}, "");
+  log.columns[0].value[500] = 1e6;
+  io::write_file(files.sensor, recording::to_csv(log));
+  const HandIdentification after = identify_hand(r, {});
+  EXPECT_NEAR(after.joints[0].holdout.rmse_deg, before.joints[0].holdout.rmse_deg, 0.2);
+  EXPECT_TRUE(warned(after, "a_adc: 1 reading(s) lie outside the valid range"));
+}
+
+TEST_F(Hand, ReadingsThatNoBoardTakesAreFittedForAPC) {
+  const PairFiles files = write("wide", 60, 1);
+  recording::Recording log = recording::read_csv(files.sensor, {}, "");
+  for (double& u : log.columns[0].value) u *= 4;
+  io::write_file(files.sensor, recording::to_csv(log));
+  HandRequest r = request({files}, "index=a_adc:index_deg");
+  r.input_unit = "count";
+  const HandIdentification wide = identify_hand(r, {});
+  EXPECT_LT(wide.joints[0].holdout.rmse_deg, wide.joints[0].baselines.at("line").rmse_deg);
+  EXPECT_TRUE(warned(wide, "runs on a PC"));
+  EXPECT_THROW(model::check_fixed(wide.model), io::InputError);
+}
+
+TEST_F(Hand, TheSensorThatTellsAJointBetterIsNamed) {
+  const PairFiles files = write("map", 60, 3);
+  EXPECT_TRUE(warned(identify_hand(request({files}, "index=b_adc:index_deg"), {}), "index: a_adc explains"));
+  EXPECT_FALSE(warned(identify_hand(request({files}, "index=a_adc:index_deg"), {}), "explains"));
+  recording::Recording camera = recording::read_csv(files.reference, {}, "");
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(50, 20);
+  for (double& angle : camera.columns[1].value) angle = noise(random);
+  io::write_file(files.reference, recording::to_csv(camera));
+  EXPECT_NE(refusal([&] {
+              identify_hand(request({files}, "index=a_adc:index_deg,thumb=b_adc:thumb_deg"), {});
+            }).find("no sensor explains \"thumb_deg\""),
+            std::string::npos);
+}
+
+TEST_F(Hand, WhatTheMotionLacksIsSaidWithTheMotionThatWouldSupplyIt) {
+  EXPECT_FALSE(
+      warned(identify_hand(request({write("all", 60, 1)}, "index=a_adc:index_deg"), {}), "flexor protocol"));
+  const auto made = [](const std::function<double(double)>& angle) {
+    Session out;
+    out.angle_deg.resize(1200);
+    for (Eigen::Index k = 0; k < 1200; ++k) out.angle_deg(k) = angle(static_cast<double>(k) * 0.05);
+    out.use.assign(1200, 1);
+    return lacking({out}, 0.05);
+  };
+  const auto swing = [](double degrees, double period_s) {
+    return [=](double t) { return 50 + degrees / 2 * std::sin(2 * M_PI * t / period_s); };
+  };
+  const auto says = [](const std::vector<std::string>& lines, const char* what) {
+    return std::ranges::any_of(lines,
+                               [&](const std::string& line) { return line.find(what) != std::string::npos; });
+  };
+  EXPECT_TRUE(says(made(swing(10, 2)), "moves by 10 degrees only"));
+  EXPECT_TRUE(says(made(swing(80, 2)), "never held"));
+  EXPECT_TRUE(says(made(swing(80, 30)), "never moves quickly"));
+  EXPECT_TRUE(says(made([](double t) { return std::fmod(t, 4) < 2 ? 20.0 : 90.0; }), "never moves slowly"));
+  EXPECT_FALSE(says(made([](double t) { return std::fmod(t, 4) < 2 ? 20.0 : 90.0; }), "never held"));
 }
 
 TEST_F(Hand, AChainIsFittedAsOneOfItsBlocksAndCanBeWorn) {

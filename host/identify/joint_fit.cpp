@@ -10,6 +10,7 @@
 #include "host/io/io.hpp"
 #include "host/model/fixed_error.hpp"
 #include "host/model/formats.hpp"
+#include "runtime/core/fixed_point.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -26,6 +27,7 @@ std::string refusal_of(const model::Model& model, double drift_deg) {
   if (drift_deg > kMostDrift_deg) {
     return fmt::format("held still, its angle drifts by {:.1f} degrees within a minute", drift_deg);
   }
+  if (!boards_can_read(model)) return "";
   try {
     model::check_fixed(model);
   } catch (const InputError& error) {
@@ -35,6 +37,7 @@ std::string refusal_of(const model::Model& model, double drift_deg) {
 }
 
 std::string imprecision_of(const model::Model& model) {
+  if (!boards_can_read(model)) return "";
   model::ErrorSearch search;
   search.attacks = kAttacks;
   search.noise = kReadings;
@@ -106,6 +109,13 @@ JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions,
 }
 
 }  // namespace
+
+bool boards_can_read(const model::Model& model) {
+  constexpr double kEnd = 1 << (15 - core::kInputFraction);
+  return std::ranges::all_of(model.inputs, [](const model::Input& input) {
+    return input.valid_min >= -kEnd && input.valid_max < kEnd;
+  });
+}
 
 model::Model own_inputs(model::Model inputs, const JointMap& joint) {
   std::erase_if(inputs.inputs, [&](const model::Input& input) {

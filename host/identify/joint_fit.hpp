@@ -1,6 +1,7 @@
 // The compensator of one joint: the chain that was asked for (chain_fit.hpp), or of the additive candidates
 // (additive.hpp), best first, the first that can be worn. It holds still when the finger does, to a degree in a minute,
-// and it fits the glove's integers within 0.06 degree; where none is so precise, the best that holds still.
+// and it fits the glove's integers within 0.06 degree; where none is so precise, the best that holds still. Of readings that
+// no board takes the integers are not asked for.
 #pragma once
 
 #include <optional>
@@ -42,6 +43,9 @@ struct JointFit {
 // structure_text.hpp. Throws io::InputError and io::JobError.
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
                    const std::string& structure, const Step& step);
+
+// Whether the boards' fixed point holds every reading: an ADC of 10 bits, not one of 12, nor ohms.
+bool boards_can_read(const model::Model& model);
 
 // `inputs` with the joint's own alone.
 model::Model own_inputs(model::Model inputs, const JointMap& joint);

@@ -19,6 +19,7 @@ namespace flexor::recording {
 namespace {
 
 constexpr double kFineRate_hz = 20;
+constexpr double kExplainedRate_hz = 5;
 constexpr double kMinOverlap_s = 2;
 constexpr double kMinOverlapShare = 0.4;
 constexpr double kMinEtaSquared = 0.4;
@@ -75,7 +76,9 @@ struct Sampled {
 // neighbours. It looks ahead, and must: what holds readings back would look like an offset of the clocks.
 Sampled sample(const Series& series, double rate_hz) {
   const std::vector<double> t = since_start(series.t_s);
-  const auto x = series.value;
+  const Range range = without_spikes(series.value);
+  std::vector<double> x(series.value.begin(), series.value.end());
+  for (double& value : x) value = std::clamp(value, range.min, range.max);
   const double max_gap_s = default_max_gap_s(t);
   Sampled out{1 / rate_hz, {}, {}};
   std::size_t next = 0;        // first reading at or after the instant
@@ -587,6 +590,41 @@ Alignment align(const Series& sensor, const Series& reference) {
   find_quarters(a, b, overlap, lag, scales.reach_s, start_difference, result);
   if (result.confidence < kLowConfidence) result.warnings.push_back(low_confidence(belief, result));
   return result;
+}
+
+double explained(const Series& sensor, const Series& reference, double clock_offset_s) {
+  check_span(sensor);
+  check_span(reference);
+  const Sampled a = sample(sensor, kExplainedRate_hz);
+  const Sampled b = sample(reference, kExplainedRate_hz);
+  const auto lag = static_cast<std::ptrdiff_t>(
+      std::lround((clock_offset_s + sensor.t_s.front() - reference.t_s.front()) * kExplainedRate_hz));
+  const Binning bins(a, kMaxBins);
+  std::array<double, kMaxBins> sum{};
+  std::array<double, kMaxBins> count{};
+  double total = 0;
+  double squares = 0;
+  double n = 0;
+  for (std::ptrdiff_t k = 0; k < std::ssize(a.value); ++k) {
+    const std::ptrdiff_t at = k + lag;
+    if (at < 0 || at >= std::ssize(b.value) || !a.good[static_cast<std::size_t>(k)] ||
+        !b.good[static_cast<std::size_t>(at)])
+      continue;
+    const double y = b.value[static_cast<std::size_t>(at)];
+    const auto bin = static_cast<std::size_t>(bins[static_cast<std::size_t>(k)]);
+    sum[bin] += y;
+    ++count[bin];
+    total += y;
+    squares += y * y;
+    ++n;
+  }
+  if (n < kMinOverlap_s * kExplainedRate_hz) return 0;
+  const double variance = squares - total * total / n;
+  double between = -total * total / n;
+  for (std::size_t i = 0; i < sum.size(); ++i) {
+    if (count[i] > 0) between += sum[i] * sum[i] / count[i];
+  }
+  return variance > 0 ? std::clamp(between / variance, 0.0, 1.0) : 0;
 }
 
 std::optional<std::string> disagreement(double user_offset_s, const Alignment& found) {

@@ -34,7 +34,7 @@ Series until(const Series& series, double end_s) {
 
 // An ADC without its rails, or what was read and a quarter of its range on either side.
 Range valid_range(const Series& fitted, const std::string& unit) {
-  const auto [low, high] = std::ranges::minmax(fitted.value);
+  const auto [low, high] = without_spikes(fitted.value);
   if (unit == "count" && low >= 0) {
     double top = kAdcTop;
     while (top < high) top = 2 * top + 1;  // 10 bits, or as many as it takes

@@ -79,4 +79,18 @@ double default_max_gap_s(std::span<const double> t_s) {
   return kLeast_s;
 }
 
+Range without_spikes(std::span<const double> value) {
+  constexpr double kSpikes = 0.005;  // share of the readings at either end that may be spikes
+  constexpr double kFar = 3;
+  std::vector<double> sorted(value.begin(), value.end());
+  std::ranges::sort(sorted);
+  const auto tail = static_cast<std::size_t>(kSpikes * static_cast<double>(sorted.size()));
+  const double low = sorted[tail];
+  const double high = sorted[sorted.size() - 1 - tail];
+  const double far = kFar * (high - low);
+  const auto first = far > 0 ? std::ranges::lower_bound(sorted, low - far) : sorted.begin();
+  const auto last = far > 0 ? std::ranges::upper_bound(sorted, high + far) : sorted.end();
+  return {*first, *(last - 1)};
+}
+
 }  // namespace flexor::recording

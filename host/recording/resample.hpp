@@ -104,6 +104,9 @@ struct Samples {
 };
 Samples resample(const Series& series, double period_s, double max_gap_s, const Range& range = {});
 
+// Of the readings, without the few that lie three times as far from all others as these are wide: a torn line, a spike.
+Range without_spikes(std::span<const double> value);
+
 // What counts as a pause of this log: five of its steps, at least 0.3 s. Its step is the one in which half of
 // the log's time has passed, longer steps counted last: rows that come in bursts count little, since little
 // time passes in them. Steps over kJump_s are left out.

@@ -7,9 +7,9 @@
 // stable by construction. Predictions simulate freely from the input alone; they never see the measured
 // angle.
 //
-// Standard errors: sandwich A^-1 S A^-1 with A = sum rho'' J J' and S the sum of the scores'
-// autocovariances with trapezoidal weights (Politis, Romano, J. Time Ser. Anal. 16 (1995) 67), or triangular ones where
-// those fail (Newey, West, Econometrica 55 (1987) 703), so that they hold for residuals that are neither Gaussian nor white. A is factored by SVD after column scaling, and its condition number reported.
+// Standard errors: sandwich A^-1 S A^-1 with A = sum rho'' J J' and S the Bartlett-weighted sum of the
+// scores' autocovariances (Newey, West, Econometrica 55 (1987) 703), so that they hold for residuals that are
+// neither Gaussian nor white. A is factored by SVD after column scaling, and its condition number reported.
 //
 // What the data cannot tell is refused by name: the parameter gets no standard error, and `refusals` says why.
 // A limit takes that of safe_limits(); a pole, tap, radius or weight stays where the fit left it, one of many that fit

@@ -13,7 +13,7 @@ namespace {
 using Eigen::Index;
 
 constexpr double kRange_deg = 20;
-constexpr double kHold_s = 1;
+constexpr double kHeld_s = 1;
 constexpr double kHeld_deg = 2;
 constexpr double kSpan_s = 0.25;  // over which a speed is taken
 constexpr double kQuick_deg_s = 60;
@@ -40,7 +40,7 @@ void look(const Session& session, double period_s, Found& found) {
     low = std::min(low, angle(k));
     high = std::max(high, angle(k));
     if (!used || high - low > kHeld_deg) held_from = k + 1;
-    found.hold = found.hold || static_cast<double>(k - held_from + 1) * period_s >= kHold_s;
+    found.hold = found.hold || static_cast<double>(k - held_from + 1) * period_s >= kHeld_s;
     if (k < span) continue;
     const double speed = std::abs(angle(k) - angle(k - span)) / (static_cast<double>(span) * period_s);
     if (used && session.use[static_cast<std::size_t>(k - span)] != 0)

@@ -58,23 +58,15 @@ Uncertainty uncertainty(const Eigen::VectorXd& residual, const Eigen::MatrixXd& 
                                   svd.matrixV().transpose() * scale.asDiagonal();
 
   const Eigen::MatrixXd g = jacobian.array().colwise() * score;
-  // Weights of one up to where the residuals forget each other, from there down to zero: triangular ones fall short by a
-  // fifth for residuals that forget slowly. They alone keep every variance positive, and stand in where these do not.
-  const auto middle = [&](const auto& weight) {
-    Eigen::MatrixXd s = g.transpose() * g;
-    for (int lag = 1; weight(lag) > 0; ++lag) {
-      const Eigen::MatrixXd c = g.topRows(n - lag).transpose() * g.bottomRows(n - lag);
-      s += weight(lag) * (c + c.transpose());
-    }
-    return s;
-  };
-  const double lags = correlation_length(residual);
-  const Eigen::MatrixXd triangle = inverse * middle([&](int lag) { return 1 - lag / (lags + 1); }) * inverse;
-  Eigen::MatrixXd covariance =
-      inverse * middle([&](int lag) { return lags > 0 ? std::min(1.0, 2 - lag / lags) : 0.0; }) * inverse;
-  if (!(covariance.diagonal().array() > 0.5 * triangle.diagonal().array()).all()) covariance = triangle;
+  Eigen::MatrixXd s = g.transpose() * g;
+  const int lags = correlation_length(residual);
+  for (int lag = 1; lag <= lags; ++lag) {
+    const double bartlett = 1 - static_cast<double>(lag) / (lags + 1);
+    const Eigen::MatrixXd c = g.topRows(n - lag).transpose() * g.bottomRows(n - lag);
+    s += bartlett * (c + c.transpose());
+  }
   const double small_sample = static_cast<double>(n) / static_cast<double>(n - p);
-  result.covariance = small_sample * covariance;
+  result.covariance = small_sample * inverse * s * inverse;
   return result;
 }
 

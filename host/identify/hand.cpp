@@ -423,11 +423,20 @@ bool of_one_kind(const std::string& a, const std::string& b) {
   return kind(a) == kind(b);
 }
 
+// All columns of the log; those of the map alone where another one holds what is no number.
+recording::Recording every_column(const PairFiles& files, const HandRequest& request, const Files& read) {
+  try {
+    return recording::read_csv(files.sensor, {}, request.time_unit);
+  } catch (const InputError&) {
+    return read.sensor;
+  }
+}
+
 // Whether another sensor of the log tells a joint better than the one that the map names. Throws io::JobError where none
 // tells it at all.
 void check_map(const HandRequest& request, const PairFiles& files, const Files& read, const Clock& clock,
                std::vector<std::string>& warnings) {
-  const recording::Recording all = recording::read_csv(files.sensor, {}, request.time_unit);
+  const recording::Recording all = every_column(files, request, read);
   for (std::size_t j = 0; j < request.map.size(); ++j) {
     const JointMap& map = request.map[j];
     const std::string& own = map.sensors.front();
@@ -443,7 +452,7 @@ void check_map(const HandRequest& request, const PairFiles& files, const Files& 
         best = column.name;
       }
     }
-    if (most < kUnexplained) {
+    if (most < kUnexplained && map.sensors.size() == 1) {
       throw io::JobError(fmt::format("{}: no sensor explains \"{}\": {} explains most of it, {:.0f} %",
                                      map.joint, map.reference, best, 100 * most));
     }

@@ -262,6 +262,12 @@ TEST_F(Hand, TheSensorThatTellsAJointBetterIsNamed) {
   const PairFiles files = write("map", 60, 3);
   EXPECT_TRUE(warned(identify_hand(request({files}, "index=b_adc:index_deg"), {}), "index: a_adc explains"));
   EXPECT_FALSE(warned(identify_hand(request({files}, "index=a_adc:index_deg"), {}), "explains"));
+  std::string log = io::read_file(files.sensor);
+  const auto row = log.find('\n', log.size() / 2) + 1;
+  const auto other = log.find(',', log.find(',', row) + 1) + 1;  // b_adc, which this map does not name
+  io::write_file(files.sensor, log.substr(0, other) + "x" + log.substr(other));
+  EXPECT_NO_THROW(identify_hand(request({files}, "index=a_adc:index_deg"), {}));
+  io::write_file(files.sensor, log);
   recording::Recording camera = recording::read_csv(files.reference, {}, "");
   std::mt19937 random(3);
   std::normal_distribution<double> noise(50, 20);

@@ -91,7 +91,9 @@ TEST(Taps, TellWhichRepetitionIsWhich) {
 TEST(Taps, ARealRecordingThatHasNoneIsAlignedAsBefore) {
   const std::filesystem::path folder =
       std::filesystem::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove/index_ind2";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "needs the recordings in ../shared/data/glove";
+  if (!std::filesystem::exists(folder)) {
+    GTEST_SKIP() << "needs the recordings in ../shared/data/glove, which are not part of the repository";
+  }
   const Recording sensor = read_csv(folder / "sensor_log.csv", {}, "");
   const Recording reference = read_angle(folder / "camera_angles.csv", "∠ABC", "");
   EXPECT_FALSE(align(sensor.series("SensorA1"), reference.series("∠ABC")).tapped);

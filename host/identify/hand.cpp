@@ -24,6 +24,7 @@
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/io/run_in_order.hpp"
+#include "host/model/formats.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::identify {
@@ -480,9 +481,7 @@ void warn_of_readings(const model::Model& model, const std::vector<Files>& files
                       "left out",
                       input.name, refused, input.valid_min, input.valid_max, input.unit));
     }
-    model::Model alone;
-    alone.inputs = {input};
-    if (!boards_can_read(alone)) {
+    if (!model::holds_readings(input)) {
       warnings.push_back(fmt::format(
           "{}: the boards take readings from -1024 to 1023, not {:g} to {:g}: this model runs on a "
           "PC, and deploy refuses it",

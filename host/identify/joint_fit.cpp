@@ -10,7 +10,6 @@
 #include "host/io/io.hpp"
 #include "host/model/fixed_error.hpp"
 #include "host/model/formats.hpp"
-#include "runtime/core/fixed_point.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -28,7 +27,7 @@ std::string refusal_of(const model::Model& model, double drift_deg) {
   if (drift_deg > kMostDrift_deg) {
     return fmt::format("held still, its angle drifts by {:.1f} degrees within a minute", drift_deg);
   }
-  if (!boards_can_read(model)) return "";
+  if (!std::ranges::all_of(model.inputs, model::holds_readings)) return "";
   try {
     model::check_fixed(model);
   } catch (const InputError& error) {
@@ -38,7 +37,7 @@ std::string refusal_of(const model::Model& model, double drift_deg) {
 }
 
 std::string imprecision_of(const model::Model& model) {
-  if (!boards_can_read(model)) return "";
+  if (!std::ranges::all_of(model.inputs, model::holds_readings)) return "";
   model::ErrorSearch search;
   search.attacks = kAttacks;
   search.noise = kReadings;
@@ -113,13 +112,6 @@ JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions,
 }
 
 }  // namespace
-
-bool boards_can_read(const model::Model& model) {
-  constexpr double kEnd = 1 << (15 - core::kInputFraction);
-  return std::ranges::all_of(model.inputs, [](const model::Input& input) {
-    return input.valid_min >= -kEnd && input.valid_max < kEnd;
-  });
-}
 
 model::Model own_inputs(model::Model inputs, const JointMap& joint) {
   std::erase_if(inputs.inputs, [&](const model::Input& input) {

@@ -44,9 +44,6 @@ struct JointFit {
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
                    const std::string& structure, const Step& step);
 
-// Whether the boards' fixed point holds every reading: an ADC of 10 bits, not one of 12, nor ohms.
-bool boards_can_read(const model::Model& model);
-
 // `inputs` with the joint's own alone.
 model::Model own_inputs(model::Model inputs, const JointMap& joint);
 

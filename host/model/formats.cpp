@@ -77,6 +77,10 @@ std::vector<Together> needs_of(const Model& model, const Graph& graph) {
 
 }  // namespace
 
+bool holds_readings(const Input& input) {
+  return fits(input.valid_min, core::kInputFraction) && fits(input.valid_max, core::kInputFraction);
+}
+
 FixedModel::FixedModel(const Model& model) : graph(model) {
   const std::size_t count = model.inputs.size();
   const std::vector<Together> needs = needs_of(model, graph);

@@ -42,6 +42,9 @@ struct FixedModel {
   std::vector<std::int16_t> rest;  // of joints, Q4, within their limits
 };
 
+// Whether fixed point holds every reading of the input: those of an ADC of 10 bits, not of 12, nor ohms.
+bool holds_readings(const Input& input);
+
 // Throws io::InputError unless the model fits fixed point.
 inline void check_fixed(const Model& model) { (void)FixedModel(model); }
 

@@ -6,19 +6,20 @@
 
 namespace flexor::model {
 
+bool fits(double value, int fraction) { return std::abs(std::round(std::ldexp(value, fraction))) <= 32767; }
+
 void FixedFormat::does_not_fit(const std::string& what) const {
   throw io::InputError(fmt::format("{}: {} does not fit the fixed-point format", where, what));
 }
 
 std::int16_t FixedFormat::number(const char* what, double value, int fraction) const {
-  const double scaled = std::round(std::ldexp(value, fraction));
-  if (!(std::abs(scaled) <= 32767)) does_not_fit(fmt::format("{} ({:.6g})", what, value));
-  return static_cast<std::int16_t>(scaled);
+  if (!fits(value, fraction)) does_not_fit(fmt::format("{} ({:.6g})", what, value));
+  return static_cast<std::int16_t>(std::round(std::ldexp(value, fraction)));
 }
 
 int FixedFormat::fraction(const char* what, double magnitude, int low, int high) const {
   for (int fraction = high; fraction >= low; --fraction) {
-    if (std::round(std::ldexp(std::abs(magnitude), fraction)) <= 32767) return fraction;
+    if (fits(magnitude, fraction)) return fraction;
   }
   does_not_fit(fmt::format("{} ({:.6g})", what, magnitude));
 }

@@ -61,6 +61,9 @@ struct FixedFormat {
   int fraction(const char* what, double magnitude, int low, int high) const;
 };
 
+// Whether round(value 2^fraction) fits int16.
+bool fits(double value, int fraction);
+
 // The weight nearest to value in [0, 1].
 core::Weight weight(double value);
 

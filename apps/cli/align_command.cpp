@@ -44,6 +44,10 @@ void check_output(const Options& o) {
   io::require_writable(o.out);
 }
 
+nlohmann::ordered_json optional(const std::optional<double>& value) {
+  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+}
+
 void run(const Options& o) {
   check_output(o);
   const recording::Pair pair = identify::load_pair(o.files);
@@ -53,23 +57,29 @@ void run(const Options& o) {
   const double overlap_s = aligned.t_s.back() - aligned.t_s[aligned.overlap_begin];
   if (o.json) {
     nlohmann::ordered_json quarters = nlohmann::ordered_json::array();
-    for (const auto& q : a.quarter_offset_s) quarters.push_back(q ? nlohmann::ordered_json(*q) : nullptr);
+    for (const auto& q : a.quarter_offset_s) quarters.push_back(optional(q));
     const nlohmann::ordered_json json = {
         {"clock_offset_s", aligned.clock_offset_s},
+        {"clock_offset_se_s", optional(a.clock_offset_se_s)},
+        {"sensor_lag_s", optional(a.sensor_lag_s)},
         {"alignment_confidence", aligned.alignment ? nlohmann::ordered_json(a.confidence) : nullptr},
         {"angle_explained", aligned.alignment ? nlohmann::ordered_json(a.eta_squared) : nullptr},
         {"overlap_s", overlap_s},
-        {"rival_offset_s", a.rival_offset_s ? nlohmann::ordered_json(*a.rival_offset_s) : nullptr},
+        {"rival_offset_s", optional(a.rival_offset_s)},
         {"tapped", a.tapped},
         {"quarter_offset_s", quarters},
-        {"drift_ppm", a.drift_ppm ? nlohmann::ordered_json(*a.drift_ppm) : nullptr},
+        {"drift_ppm", optional(a.drift_ppm)},
         {"version", FLEXOR_VERSION},
         {"warnings", aligned.warnings}};
     print(io::dump(json));
     return;
   }
   for (const std::string& warning : aligned.warnings) log("warning: " + warning);
-  print(fmt::format("clock offset   {:+.3f} s (reference time minus sensor time)\n", aligned.clock_offset_s));
+  const bool found = a.clock_offset_se_s && !o.clock_offset_s;
+  print(fmt::format("clock offset   {:+.3f} s{} (reference time minus sensor time)\n", aligned.clock_offset_s,
+                    found ? fmt::format(" +- {:.3f}", *a.clock_offset_se_s) : ""));
+  if (a.sensor_lag_s)
+    print(fmt::format("sensor lag     {:+.3f} s, of the readings behind the angle\n", *a.sensor_lag_s));
   if (aligned.alignment) {
     print(
         fmt::format("confidence     {:.2f} (0: ambiguous, 1: no other offset comes near)\n"

@@ -47,13 +47,13 @@ void refuse_others_logs(const RecordOptions& o) {
 }
 
 // The fit that a user would do next, ready to be run.
-std::string next_command(const RecordOptions& o, std::optional<double> lag_s) {
+std::string next_command(const RecordOptions& o, double lead_s) {
   std::string out = "flexor identify";
   for (int n = 1; n <= o.request.donnings; ++n) {
     out += fmt::format(" --pair {0}/glove-{1}.csv {0}/camera-{1}.csv", o.folder, n);
   }
   out += fmt::format(" --rate {}", o.request.rate_hz);
-  if (lag_s && *lag_s > 0) out += fmt::format(" --lead {}", *lag_s);
+  if (lead_s > 0) out += fmt::format(" --lead {:.3f}", lead_s);
   return out + fmt::format(" --fit-all --model {}/identified.json", o.folder);
 }
 
@@ -69,12 +69,15 @@ void record(RecordOptions& o) {
     recordings = study::record_glove(o.request);
     study::write_recordings(recordings, o.folder);
   }
-  const std::optional<double> lag_s = study::hand_lag_s(recordings);
-  const std::string next = next_command(o, lag_s);
+  const std::optional<study::HandLag> lag = study::hand_lag(recordings);
+  const std::string next = next_command(o, lag ? lag->lead_s() : 0);
   if (!o.json) {
     print(fmt::format("{} donning(s) of {:.0f} s in {}\nlag from finger to hand {}\nnext: {}\n",
                       o.request.donnings, study::recommended_motion().duration_s(), o.folder,
-                      lag_s ? fmt::format("{:.0f} ms", 1000 * *lag_s) : "outside the search", next));
+                      lag ? fmt::format("{:.0f} ms, of these {:.0f} ms to the reading",
+                                        1000 * lag->finger_to_hand_s, 1000 * lag->sensor_s)
+                          : "outside the search",
+                      next));
     return;
   }
   Json pairs = Json::array();
@@ -86,7 +89,8 @@ void record(RecordOptions& o) {
   print(io::dump(Json{{"pairs", std::move(pairs)},
                       {"rate_hz", o.request.rate_hz},
                       {"duration_s", study::recommended_motion().duration_s()},
-                      {"lag_s", lag_s ? Json(*lag_s) : Json(nullptr)},
+                      {"lag_s", lag ? Json(lag->finger_to_hand_s) : Json(nullptr)},
+                      {"sensor_lag_s", lag ? Json(lag->sensor_s) : Json(nullptr)},
                       {"next", next},
                       {"seed", o.request.seed},
                       {"version", FLEXOR_VERSION}}));

@@ -523,7 +523,7 @@ void rank(std::vector<Additive>::iterator begin, std::vector<Additive>::iterator
   const Additive best = *std::ranges::min_element(begin, end, {}, loss);
   std::sort(begin, end, [&](const Additive& a, const Additive& b) {
     const auto key = [&](const Additive& one) {
-      const bool as_good = loss(one) <= (1 + kAsGood) * loss(best) &&
+      const bool as_good = loss(one) <= (1 + kAsGood) * (1 + kAsGood) * loss(best) &&
                            one.cross_validated_deg <= (1 + kAsGood) * best.cross_validated_deg;
       return std::pair(as_good ? static_cast<double>(one.value.size()) : 1e9, loss(one));
     };

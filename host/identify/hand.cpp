@@ -26,6 +26,7 @@
 #include "host/io/run_in_order.hpp"
 #include "host/model/formats.hpp"
 #include "host/recording/csv.hpp"
+#include "host/recording/sensor_lag.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -33,8 +34,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 using io::InputError;
 
-constexpr double kSameClock_s = 0.5;  // offsets of two joints further apart are two opinions
-constexpr double kLeastClockError_s = 0.01;
+constexpr double kSameClock_s = 0.5;      // offsets of two joints further apart are two opinions
+constexpr double kVelocityError_s = 0.1;  // of an offset from velocities alone
 constexpr double kUnsure = 0.1;
 constexpr double kUnexplained = 0.2;  // of eta^2
 constexpr double kMoreExplained = 0.1;
@@ -72,27 +73,52 @@ Files read_files(const PairFiles& files, const HandRequest& request) {
 }
 
 struct Opinion {
+  std::size_t joint;
   double offset_s;
   double confidence;
-  double error_s;  // from its quarters
+  double error_s;
+  double lag_s;  // of the sensor, in what the velocities said
 
-  double weight() const {
-    return std::max(confidence, 1e-3) / (error_s * error_s + kLeastClockError_s * kLeastClockError_s);
-  }
+  double weight() const { return std::max(confidence, 1e-3) / (error_s * error_s); }
 };
 
-Opinion opinion_of(const recording::Alignment& a) {
-  std::vector<double> quarters;
-  for (const auto& quarter : a.quarter_offset_s) {
-    if (quarter) quarters.push_back(*quarter);
+double mean_offset_s(const std::vector<Opinion>& opinions) {
+  double weight = 0;
+  double sum = 0;
+  for (const Opinion& o : opinions) {
+    weight += o.weight();
+    sum += o.weight() * o.offset_s;
   }
-  double squares = 0;
-  for (const double q : quarters) squares += (q - a.clock_offset_s) * (q - a.clock_offset_s);
-  const auto n = static_cast<double>(quarters.size());
-  return {a.clock_offset_s, a.confidence, n > 1 ? std::sqrt(squares / (n * (n - 1))) : 0.1};
+  return sum / weight;
 }
 
-// All joints of a file share its clock: their offsets weighted by what they know, those that agree with the surest.
+// A sensor that several joints bend has one opinion, from all of them.
+std::vector<Opinion> one_of_each_sensor(const std::vector<Opinion>& of_joints, const Files& files,
+                                        const HandRequest& request) {
+  std::map<std::string, std::vector<Opinion>> of_sensors;
+  for (const Opinion& o : of_joints) of_sensors[request.map[o.joint].sensors.front()].push_back(o);
+  std::vector<Opinion> out;
+  for (const auto& [sensor, opinions] : of_sensors) {
+    Opinion one = *std::ranges::max_element(opinions, {}, &Opinion::confidence);
+    if (opinions.size() > 1) {
+      std::vector<recording::Series> angles;
+      double velocities_s = 0;
+      for (const Opinion& o : opinions) {
+        angles.push_back(files.reference[o.joint].series(request.map[o.joint].reference));
+        velocities_s += (o.offset_s - o.lag_s) / static_cast<double>(opinions.size());
+      }
+      const auto told = recording::sensor_lag(files.sensor.series(sensor), angles, velocities_s);
+      if (told) {
+        one.offset_s = told->clock_offset_s;
+        one.error_s = told->standard_error_s;
+      }
+    }
+    out.push_back(one);
+  }
+  return out;
+}
+
+// All sensors of a file share its clock: their offsets weighted by what they know, those that agree with the surest.
 Clock clock_of(const Files& files, const HandRequest& request, std::vector<std::string>& warnings) {
   std::vector<Opinion> opinions;
   std::string reason;
@@ -102,7 +128,8 @@ Clock clock_of(const Files& files, const HandRequest& request, std::vector<std::
     try {
       const recording::Alignment a = recording::align(files.sensor.series(joint.sensors.front()),
                                                       files.reference[j].series(joint.reference));
-      opinions.push_back(opinion_of(a));
+      opinions.push_back({j, a.clock_offset_s, a.confidence, a.clock_offset_se_s.value_or(kVelocityError_s),
+                          a.sensor_lag_s.value_or(0)});
       if (request.clock_offset_s && !disagreement)
         disagreement = recording::disagreement(*request.clock_offset_s, a);
     } catch (const io::JobError& error) {
@@ -123,21 +150,19 @@ Clock clock_of(const Files& files, const HandRequest& request, std::vector<std::
   const Opinion best = *std::ranges::max_element(opinions, {}, &Opinion::confidence);
   std::erase_if(opinions,
                 [&](const Opinion& o) { return std::abs(o.offset_s - best.offset_s) > kSameClock_s; });
+  opinions = one_of_each_sensor(opinions, files, request);
+  Clock clock{mean_offset_s(opinions), 0, 0};
   double weight = 0;
-  double sum = 0;
+  double squares = 0;
   double doubt = 1;
   for (const Opinion& o : opinions) {
     weight += o.weight();
-    sum += o.weight() * o.offset_s;
-    doubt *= 1 - o.confidence;
-  }
-  Clock clock{sum / weight, 0, 1 - doubt};
-  double squares = 0;
-  for (const Opinion& o : opinions) {
     const double error_s = o.weight() * std::max(o.error_s, std::abs(o.offset_s - clock.offset_s));
     squares += error_s * error_s;
+    doubt *= 1 - o.confidence;
   }
-  clock.standard_error_s = std::max(kLeastClockError_s, std::sqrt(squares) / weight);
+  clock.standard_error_s = std::sqrt(squares) / weight;
+  clock.confidence = 1 - doubt;
   if (clock.confidence < kUnsure) {
     warnings.push_back(
         fmt::format("{}: the clock offset of {:+.2f} s is unsure (confidence {:.2f}): are these recordings "

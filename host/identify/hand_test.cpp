@@ -306,7 +306,7 @@ TEST_F(Hand, WhatTheMotionLacksIsSaidWithTheMotionThatWouldSupplyIt) {
 TEST_F(Hand, AChainIsFittedAsOneOfItsBlocksAndCanBeWorn) {
   HandRequest r = request({write("one", 60, 1), write("two", 60, 2)}, "index=a_adc:index_deg");
   for (const char* text :
-       {"hw", "wh", "hysteresis(1) > curve(8) > lti(1) > saturation", "lag(0.1) > curve(12) > lti(1)"}) {
+       {"hw", "wh", "hysteresis(1) > curve(8) > lti(1) > saturation", "lag(0.02) > curve(12) > lti(1)"}) {
     r.structure = text;
     const HandIdentification one = identify_hand(r, {});
     EXPECT_LT(one.joints.front().holdout.rmse_deg, 5) << text;

@@ -13,6 +13,7 @@
 
 #include "host/io/io.hpp"
 #include "host/recording/resample.hpp"
+#include "host/recording/sensor_lag.hpp"
 #include "host/recording/taps.hpp"
 
 namespace flexor::recording {
@@ -554,6 +555,18 @@ Repetition find_repetition(const Series& sensor, const Series& reference, const 
   return found;
 }
 
+// Stage 3: what of the offset is the sensor's own.
+void tell_lag(const Series& sensor, const Series& reference, Alignment& result) {
+  const auto told = sensor_lag(sensor, {reference}, result.clock_offset_s);
+  if (!told) return;
+  for (auto& quarter : result.quarter_offset_s) {
+    if (quarter) *quarter += told->clock_offset_s - result.clock_offset_s;
+  }
+  result.sensor_lag_s = told->clock_offset_s - result.clock_offset_s;
+  result.clock_offset_s = told->clock_offset_s;
+  result.clock_offset_se_s = told->standard_error_s;
+}
+
 }  // namespace
 
 Alignment align(const Series& sensor, const Series& reference) {
@@ -589,6 +602,7 @@ Alignment align(const Series& sensor, const Series& reference) {
   result.confidence = belief.confidence();
   find_quarters(a, b, overlap, lag, scales.reach_s, start_difference, result);
   if (result.confidence < kLowConfidence) result.warnings.push_back(low_confidence(belief, result));
+  if (refined) tell_lag(sensor, reference, result);
   return result;
 }
 

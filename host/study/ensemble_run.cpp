@@ -101,7 +101,7 @@ class Laboratories {
       for (const Cell& cell : study::run(changed, {}).cells)
         row.error_deg_s.push_back(cell.total_deg_s.mean());
     }
-    row.lag_s = glove.lag_s;
+    row.lag_s = glove.lead_s;
     for (const ShapeCheck& check : shape_checks(result, plan)) row.shape_deg.push_back(check.value_deg);
     return row;
   }

@@ -20,7 +20,7 @@ std::vector<identify::HandRecordings> hand_recordings(const std::vector<GloveRec
 
 GloveFit fit_glove(const GloveRequest& request, const std::vector<GloveRecording>& recordings) {
   GloveFit out;
-  out.lag_s = hand_lag_s(recordings);
+  if (const auto lag = hand_lag(recordings)) out.lead_s = lag->lead_s();
   const std::vector<identify::HandRecordings> logs = hand_recordings(recordings);
   identify::HandRequest plain;
   plain.rate_hz = request.rate_hz;
@@ -28,7 +28,7 @@ GloveFit fit_glove(const GloveRequest& request, const std::vector<GloveRecording
     plain.map.push_back({finger, {finger + "_alpha_deg"}, finger + "_deg"});
   }
   identify::HandRequest leading = plain;
-  leading.lead_s = std::max(0.0, out.lag_s.value_or(0));
+  leading.lead_s = out.lead_s.value_or(0);
   out.identified = identify::fit_hand(leading, logs);
   plain.structure = "line";
   out.baselines.push_back({"line", identify::fit_hand(plain, logs)});

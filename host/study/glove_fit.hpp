@@ -17,7 +17,7 @@ namespace flexor::study {
 struct GloveFit {
   std::vector<Compensator> baselines;  // line, line-lead, published-hw-refitted
   model::Model identified;
-  std::optional<double> lag_s;  // from finger to hand; none: outside the search, and nothing is predicted
+  std::optional<double> lead_s;  // from reading to hand; none: outside the search, and nothing is predicted
 };
 
 // Throws io::InputError and io::JobError.

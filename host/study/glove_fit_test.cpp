@@ -94,13 +94,13 @@ double at_rest(const model::Model& m, double alpha_deg) {
 }
 
 TEST_F(Glove, TheBaselinesAreWhatTheySay) {
-  ASSERT_TRUE(fit_->lag_s);
-  EXPECT_GT(*fit_->lag_s, 0);
+  ASSERT_TRUE(fit_->lead_s);
+  EXPECT_GT(*fit_->lead_s, 0);
   const model::Model& line = baseline("line");
   const model::Model& lead = baseline("line-lead");
   EXPECT_EQ(line.training.at("lead_s"), 0);
-  EXPECT_EQ(lead.training.at("lead_s"), *fit_->lag_s);
-  EXPECT_EQ(fit_->identified.training.at("lead_s"), *fit_->lag_s);
+  EXPECT_EQ(lead.training.at("lead_s"), *fit_->lead_s);
+  EXPECT_EQ(fit_->identified.training.at("lead_s"), *fit_->lead_s);
   for (const model::Model* m : {&line, &lead}) {
     EXPECT_NEAR(at_rest(*m, 60) - at_rest(*m, 50), at_rest(*m, 90) - at_rest(*m, 80), 1e-6) << "a line";
     EXPECT_NEAR((at_rest(*m, 90) - at_rest(*m, 50)) / 40, 0.9, 0.2);

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "host/io/io.hpp"
+#include "host/recording/align.hpp"
 #include "host/recording/csv.hpp"
 #include "host/score/trial.hpp"
 #include "host/twin/random.hpp"
@@ -51,6 +52,22 @@ std::vector<std::vector<float>> fingers_of(const recording::Recording& seen) {
   return out;
 }
 
+double median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
+std::optional<double> sensor_lag_s(const GloveRecording& one, std::size_t finger) {
+  const auto series = [&](const recording::Recording& r) {
+    return recording::Series{r.t_s, r.columns[finger].value};
+  };
+  try {
+    return recording::align(series(one.glove), series(one.camera)).sensor_lag_s;
+  } catch (const io::JobError&) {
+    return std::nullopt;  // a strip that tells nothing
+  }
+}
+
 twin::TrialInput trial_of(const GloveRequest& request) {
   return {request.parameters, recommended_motion(), compensator("raw", request.rate_hz).model, request.seed,
           true};
@@ -76,18 +93,21 @@ std::vector<GloveRecording> record_glove(const GloveRequest& request) {
   return out;
 }
 
-std::optional<double> hand_lag_s(const std::vector<GloveRecording>& recordings) {
-  std::vector<double> lags;
+std::optional<HandLag> hand_lag(const std::vector<GloveRecording>& recordings) {
+  std::vector<double> whole;
+  std::vector<double> sensors;
   for (const GloveRecording& one : recordings) {
     const double period_s =
         (one.camera.t_s.back() - one.camera.t_s.front()) / static_cast<double>(one.camera.t_s.size() - 1);
     const auto fingers = fingers_of(one.camera);
     const auto hand = fingers_of(one.hand);
-    if (const auto lag = score::score_trial(fingers, hand, period_s).lag_removed) lags.push_back(lag->lag_s);
+    if (const auto lag = score::score_trial(fingers, hand, period_s).lag_removed) whole.push_back(lag->lag_s);
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      if (const auto lag = sensor_lag_s(one, i)) sensors.push_back(*lag);
+    }
   }
-  if (lags.empty()) return std::nullopt;
-  std::ranges::sort(lags);
-  return lags[lags.size() / 2];
+  if (whole.empty()) return std::nullopt;
+  return HandLag{median(whole), sensors.empty() ? 0 : median(sensors)};
 }
 
 void write_recordings(const std::vector<GloveRecording>& recordings, const std::filesystem::path& folder) {

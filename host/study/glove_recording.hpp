@@ -2,6 +2,7 @@
 // glove logs, a camera with a clock of its own sees the fingers, another one the hand that follows them.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -32,9 +33,15 @@ void check(const GloveRequest& request);
 // One for each donning. Throws like check().
 std::vector<GloveRecording> record_glove(const GloveRequest& request);
 
-// The lag from finger to hand that the two cameras see, all fingers alike; none where the best lag lies outside the
-// search (host/score/trial.hpp). Median of the donnings.
-std::optional<double> hand_lag_s(const std::vector<GloveRecording>& recordings);
+struct HandLag {
+  double finger_to_hand_s = 0;  // that the two cameras see, all fingers alike
+  double sensor_s = 0;          // of that, from finger to reading: what a compensator takes out by itself
+
+  double lead_s() const { return std::max(0.0, finger_to_hand_s - sensor_s); }  // what is left to predict
+};
+
+// Medians of the donnings; none where the best lag lies outside the search (host/score/trial.hpp).
+std::optional<HandLag> hand_lag(const std::vector<GloveRecording>& recordings);
 
 // glove-N.csv, camera-N.csv and hand-N.csv, N from 1; numbers read back to the bit.
 void write_recordings(const std::vector<GloveRecording>& recordings, const std::filesystem::path& folder);

@@ -264,9 +264,9 @@ TEST(TwinFigures, IdentifiedAndItsBaselinesBesideThePublishedCompensator) {
   GloveRequest request;
   request.parameters = shipped_parameters();
   const GloveFit glove = fit_glove(request, record_glove(request));
-  ASSERT_TRUE(glove.lag_s);
-  EXPECT_GT(*glove.lag_s, 0.05);
-  EXPECT_LT(*glove.lag_s, 0.15);
+  ASSERT_TRUE(glove.lead_s);
+  EXPECT_GT(*glove.lead_s, 0.05);
+  EXPECT_LT(*glove.lead_s, 0.15);
   Plan p = plan("1-6", 48);
   p.compensators = {compensator("published-hw", 10), {"identified", glove.identified}};
   for (const Compensator& baseline : glove.baselines) p.compensators.push_back(baseline);

@@ -1,0 +1,33 @@
+// The clocks' offset and the sensor's own lag, told apart by what a sensor can do with the angles that bend it:
+//
+//   reading(t) = sum_j (f_j(x_j(t + d)) + c_j H_5s angle_j(t + d)) + noise
+//   x_j = H_tau play_r(angle_j)   or   play_r(H_tau angle_j), whichever fits better
+//
+// d the offset, H_tau a first-order lag, f_j piecewise linear, c_j what creeps, all joints that bend the sensor together. A lag rounds a
+// movement off where an offset only moves it. tau and r have half-normal priors: a recording that does not tell
+// (the sensor does what no such model does, or the motion is slow) keeps the lag small and says so by the error.
+//
+// f_j and c_j by least squares inside, d, tau and r outside (variable projection); the noise is as correlated as the
+// residuals are: n of them count as n / (1 + 2 sum_k rho_k), and whatever lies six deviations out does not count.
+// Sources: G. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413; C. Geyer, Statist. Sci. 7 (1992) 473 (the sum's end).
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "host/recording/recording.hpp"
+
+namespace flexor::recording {
+
+struct SensorLag {
+  double clock_offset_s = 0;  // reference time minus sensor time of the same instant
+  double standard_error_s = 0;
+  double lag_s = 0;     // tau
+  double play_deg = 0;  // r
+};
+
+// Near an offset that is wrong by less than a second. The angles share a clock. None where too little is left to tell:
+// 50 readings within what the cameras saw.
+std::optional<SensorLag> sensor_lag(const Series& sensor, const std::vector<Series>& angles, double near_s);
+
+}  // namespace flexor::recording

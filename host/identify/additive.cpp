@@ -360,7 +360,7 @@ void level_off(Additive& out) {
   }
 }
 
-// Of the curves' values: the spread over blocks drawn with replacement, in the least-squares problem of the fit.
+// Covariance of the curves' values over blocks drawn with replacement, in the least-squares problem of the fit.
 MatrixXd bootstrap(const Fit& fit, const Stack& stack, double period_s, const Additive& out) {
   const System& system = fit.system();
   const std::vector<std::size_t> blocks = blocks_of(stack, period_s);
@@ -375,8 +375,7 @@ MatrixXd bootstrap(const Fit& fit, const Stack& stack, double period_s, const Ad
     right.push_back(system.project(from, weighted.segment(from, count)));
   }
   std::mt19937 random(kSeed);
-  VectorXd sum = VectorXd::Zero(system.columns());
-  VectorXd squares = sum;
+  MatrixXd spread(system.shared_columns(), kDraws);
   for (int draw = 0; draw < kDraws; ++draw) {
     MatrixXd drawn = system.penalty(out.priors);
     VectorXd drawn_right = VectorXd::Zero(system.columns());
@@ -385,13 +384,11 @@ MatrixXd bootstrap(const Fit& fit, const Stack& stack, double period_s, const Ad
       drawn += gram[b];
       drawn_right += right[b];
     }
-    const VectorXd c = drawn.selfadjointView<Eigen::Lower>().llt().solve(drawn_right) - fit.coefficients();
-    sum += c / kDraws;
-    squares += c.cwiseAbs2() / kDraws;
+    spread.col(draw) =
+        drawn.selfadjointView<Eigen::Lower>().llt().solve(drawn_right).head(system.shared_columns());
   }
-  const VectorXd error = (squares - sum.cwiseAbs2()).cwiseMax(0).cwiseSqrt();
-  return Eigen::Map<const MatrixXd>(error.data(), out.branches.knots,
-                                    system.shared_columns() / out.branches.knots);
+  spread.colwise() -= spread.rowwise().mean().eval();
+  return spread * spread.transpose() / kDraws;
 }
 
 void validate(const CrossValidation& validation, const System& system, Additive& out) {
@@ -451,7 +448,7 @@ class Search {
       take(fit, out);
     }
     validate(CrossValidation(fit, stack_, period_s_), system, out);
-    out.standard_error = bootstrap(fit, stack_, period_s_, out);
+    out.covariance = bootstrap(fit, stack_, period_s_, out);
     solve(fit, out);
     level_off(out);
   }
@@ -588,8 +585,9 @@ std::vector<CurveValue> curve_values(const Additive& fit, const std::vector<std:
     const std::string sensor = inputs.size() > 1 ? inputs[s] + " " : "";
     const auto add = [&](Index column, const std::string& what) {
       for (Index k = 0; k < fit.value.rows(); ++k) {
+        const Index at = column * fit.value.rows() + k;
         out.push_back({fmt::format("{}{} at {:.4g}", sensor, what, fit.knots[s][static_cast<std::size_t>(k)]),
-                       fit.value(k, column), fit.standard_error(k, column)});
+                       fit.value(k, column), std::sqrt(fit.covariance(at, at)), at});
       }
     };
     for (std::size_t b = 0; b < fit.branches.still(); ++b) {

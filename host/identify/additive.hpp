@@ -88,8 +88,8 @@ struct Additive {
   Priors priors;
   std::vector<std::vector<double>> knots;  // of each sensor
   std::vector<std::vector<double>> radii;  // of its plays, in its unit
-  Eigen::MatrixXd value;           // knot by branch: reading and plays of each sensor, then motions of each
-  Eigen::MatrixXd standard_error;  // of each value
+  Eigen::MatrixXd value;       // knot by branch: reading and plays of each sensor, then motions of each
+  Eigen::MatrixXd covariance;  // of the values, column after column
   Eigen::VectorXd
       donning;  // of each recording: offset, then by each sensor what half its range adds; degrees
   double offset_deg = 0;
@@ -134,6 +134,7 @@ struct CurveValue {
   std::string name;
   double value_deg;
   double standard_error_deg;
+  Eigen::Index at;  // in the covariance
 };
 std::vector<CurveValue> curve_values(const Additive& fit, const std::vector<std::string>& inputs);
 

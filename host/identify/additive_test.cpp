@@ -50,7 +50,7 @@ TEST(Additive, StandardErrorsAreTheSpreadOfRepeatedRecordings) {
       double stated = 0;
       for (const Additive& one : all) {
         mean += (one.offset_deg + one.value(knot, 0)) / kSeeds;
-        stated += one.standard_error(knot, 0) * one.standard_error(knot, 0) / kSeeds;
+        stated += one.covariance(knot, knot) / kSeeds;
       }
       double spread = 0;
       for (const Additive& one : all) {

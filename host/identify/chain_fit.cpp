@@ -135,7 +135,12 @@ class ChainFitter {
     out.effective = summary.free_parameters + (wanted_.lag && !wanted_.lag_s ? 1 : 0);
     out.condition = summary.condition;
     out.parameters = summary.parameters;
-    if (chain.lag_s) out.parameters.insert(out.parameters.begin(), {"lag s", *chain.lag_s, 0, true});
+    out.covariance = summary.covariance;
+    if (chain.lag_s) {
+      out.parameters.push_back({"lag s", *chain.lag_s, 0, true});
+      const Index last = summary.covariance.rows();
+      out.covariance.conservativeResizeLike(Eigen::MatrixXd::Zero(last + 1, last + 1));
+    }
     out.model = own_inputs(inputs_, joint_);
     add_blocks(chain, summary.channel, out.model);
     out.hold_drift_deg = identify::hold_drift_deg(out.model, sessions_, joint_.sensors);

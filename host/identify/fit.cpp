@@ -659,12 +659,17 @@ class Fitter {
     s.rmse_deg = root_mean_square(problem_.residual(best_.theta));
     s.robust_cost = best_.cost;
     s.condition = uncertainty_.condition;
-    for (const NamedParameter& named : predictor_.named(best_.theta)) {
-      const VectorXd gradient = named.gradient(free_);
+    const std::vector<NamedParameter> all = predictor_.named(best_.theta);
+    MatrixXd gradient = MatrixXd::Zero(std::ssize(free_), std::ssize(all));
+    for (const NamedParameter& named : all) {
       const bool refused = std::ranges::any_of(held_, [&](int h) { return named.gradient(h) != 0; });
-      const double variance = gradient.dot(uncertainty_.covariance * gradient);
-      s.parameters.push_back(
-          {named.name, named.value, refused ? 0 : std::sqrt(std::max(variance, 0.0)), refused});
+      if (!refused) gradient.col(std::ssize(s.parameters)) = named.gradient(free_);
+      s.parameters.push_back({named.name, named.value, 0, refused});
+    }
+    s.covariance = gradient.transpose() * uncertainty_.covariance * gradient;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      const auto i = static_cast<Eigen::Index>(k);
+      s.parameters[k].standard_error = std::sqrt(std::max(s.covariance(i, i), 0.0));
     }
     s.predicted_deg = predictor_.predict(best_.theta, nullptr);
     s.channel = predictor_.channel(best_.theta);

@@ -73,6 +73,7 @@ struct Summary {
   Eigen::VectorXd theta;
   Knots knots;
   std::vector<Parameter> parameters;
+  Eigen::MatrixXd covariance;         // of these; zero where refused
   std::vector<std::string> refusals;  // "saturation upper limit of index: no predicted angle above 93.1 deg"
   int free_parameters = 0;
   int used_samples = 0;

@@ -37,6 +37,7 @@ using io::InputError;
 constexpr double kSameClock_s = 0.5;      // offsets of two joints further apart are two opinions
 constexpr double kVelocityError_s = 0.1;  // of an offset from velocities alone
 constexpr double kUnsure = 0.1;
+constexpr double kNormal95 = 1.96;
 constexpr double kUnexplained = 0.2;  // of eta^2
 constexpr double kMoreExplained = 0.1;
 
@@ -494,18 +495,9 @@ void check_map(const HandRequest& request, const PairFiles& files, const Files& 
 void warn_of_readings(const model::Model& model, const std::vector<Files>& files,
                       std::vector<std::string>& warnings) {
   for (const model::Input& input : model.inputs) {
-    std::ptrdiff_t refused = 0;
-    for (const Files& one : files) {
-      refused += std::ranges::count_if(one.sensor.column(input.name).value,
-                                       [&](double u) { return u < input.valid_min || u > input.valid_max; });
-    }
-    if (refused > 0) {
-      warnings.push_back(
-          fmt::format("{}: {} reading(s) lie outside the valid range of {:g} to {:g} {}: was the sensor "
-                      "unplugged or shorted? They are "
-                      "left out",
-                      input.name, refused, input.valid_min, input.valid_max, input.unit));
-    }
+    std::vector<std::span<const double>> readings;
+    for (const Files& one : files) readings.emplace_back(one.sensor.column(input.name).value);
+    if (const auto text = refused_readings(input, readings)) warnings.push_back(*text);
     if (!model::holds_readings(input)) {
       warnings.push_back(fmt::format(
           "{}: the boards take readings from -1024 to 1023, not {:g} to {:g}: this model runs on a "
@@ -722,9 +714,12 @@ Json to_json(const HandIdentification& r) {
     }
     Json parameters = Json::array();
     for (const Parameter& p : joint.parameters) {
-      parameters.push_back({{"name", p.name},
-                            {"value", p.value},
-                            {"standard_error", p.refused ? Json(nullptr) : Json(p.standard_error)}});
+      const double reach = kNormal95 * p.standard_error;
+      parameters.push_back(
+          {{"name", p.name},
+           {"value", p.value},
+           {"standard_error", p.refused ? Json(nullptr) : Json(p.standard_error)},
+           {"interval95", p.refused ? Json(nullptr) : Json({p.value - reach, p.value + reach})}});
     }
     joints[joint.name] = {{"holdout", score::to_json(joint.holdout)},
                           {"baselines", std::move(baselines)},

@@ -122,12 +122,24 @@ recording::Recording samples(const JointResult& joint) {
   return out;
 }
 
+// A row and a column for each parameter, named in the first line.
+std::string covariance_csv(const JointResult& joint) {
+  std::string out;
+  for (const Parameter& p : joint.parameters) out += (out.empty() ? "" : ",") + recording::quoted(p.name);
+  out += '\n';
+  for (const auto row : joint.covariance.rowwise()) out += fmt::format("{}\n", fmt::join(row, ","));
+  return out;
+}
+
 }  // namespace
 
 void save_hand_results(const HandIdentification& r, const std::filesystem::path& folder) {
   io::make_folder(folder);
-  for (std::size_t j = 0; j < r.joints.size(); ++j)
+  for (std::size_t j = 0; j < r.joints.size(); ++j) {
     io::write_file(folder / fmt::format("samples-{}.csv", j + 1), recording::to_csv(samples(r.joints[j])));
+    if (!r.joints[j].parameters.empty())
+      io::write_file(folder / fmt::format("covariance-{}.csv", j + 1), covariance_csv(r.joints[j]));
+  }
   io::write_file(folder / "results.json", io::dump(results(r)));
 }
 

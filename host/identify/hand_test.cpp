@@ -324,6 +324,28 @@ TEST_F(Hand, AChainIsFittedAsOneOfItsBlocksAndCanBeWorn) {
             std::string::npos);
 }
 
+// Of several sensors, whose values are told sensor by sensor, and of a chain with a lag.
+TEST_F(Hand, TheCovarianceIsThatOfTheParametersInTheirOrder) {
+  HandRequest r = request({write("one", 60, 1)}, "index=a_adc+b_adc:index_deg");
+  const auto check = [&](const JointResult& joint) {
+    const auto n = static_cast<Eigen::Index>(joint.parameters.size());
+    ASSERT_EQ(joint.covariance.rows(), n);
+    ASSERT_EQ(joint.covariance.cols(), n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const Parameter& p = joint.parameters[static_cast<std::size_t>(k)];
+      EXPECT_NEAR(std::sqrt(joint.covariance(k, k)), p.refused ? 0 : p.standard_error, 1e-9) << p.name;
+      for (Eigen::Index l = 0; l < n; ++l) {
+        EXPECT_LE(std::abs(joint.covariance(k, l)),
+                  std::sqrt(joint.covariance(k, k) * joint.covariance(l, l)) * (1 + 1e-9) + 1e-12);
+      }
+    }
+  };
+  check(identify_hand(r, {}).joints.front());
+  r.map = parse_map("index=a_adc:index_deg");
+  r.structure = "wh";
+  check(identify_hand(r, {}).joints.front());
+}
+
 TEST_F(Hand, IsTheSameOnAnyNumberOfThreads) {
   HandRequest r = request({write("one", 60, 1)}, "index=a_adc:index_deg,thumb=b_adc+a_adc:thumb_deg");
   std::vector<std::string> results;

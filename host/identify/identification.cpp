@@ -11,6 +11,8 @@
 #include <nlohmann/json.hpp>
 
 #include "host/identify/estimator.hpp"
+#include "host/identify/hold.hpp"
+#include "host/identify/motion_check.hpp"
 #include "host/identify/structure_text.hpp"
 #include "host/io/json.hpp"
 #include "host/model/channel.hpp"
@@ -200,25 +202,6 @@ double span_deg(const recording::Aligned& a, std::size_t begin, std::size_t end)
   return std::max(0.0, high - low);
 }
 
-// How far the angle still goes after a second at a reading that is held for a minute, from end to end of the
-// readings that were fitted and half of them.
-double creep_deg(const model::Model& model, double lowest, double highest) {
-  const auto samples = [&](double seconds) {
-    return static_cast<int>(std::ceil(seconds / model.sample_period_s));
-  };
-  model::Compensator<model::DoubleArithmetic> compensator(model);
-  double worst = 0;
-  for (const double share : {0.0, 1.0, 0.0, 0.5, 1.0}) {
-    double settled = 0;
-    for (int k = 0; k < samples(60); ++k) {
-      const double angle = compensator.step(lowest + share * (highest - lowest)).angle_deg;
-      if (k == samples(1)) settled = angle;
-      if (k > samples(1)) worst = std::max(worst, std::abs(angle - settled));
-    }
-  }
-  return worst;
-}
-
 using Warnings = std::vector<std::string>;
 
 // How the fit went, and how the held-out part compares with it.
@@ -266,7 +249,10 @@ void warn_of_motion(const Identification& r, Warnings& warnings) {
   const auto range = std::minmax_element(r.aligned.input.begin(), split);
   const double low = *range.first;
   const double high = *range.second;
-  if (const double creep = creep_deg(r.model, low, high); creep > kCreep_deg) {
+  Session fitted;
+  fitted.input = Eigen::Map<const Eigen::VectorXd>(r.aligned.input.data(), split - r.aligned.input.begin());
+  if (const double creep = hold_drift_deg(r.model, {fitted}, {r.model.inputs.front().name});
+      creep > kCreep_deg) {
     warnings.push_back(fmt::format(
         "held still, the angle creeps by up to {:.1f} deg within a minute: the recording holds too few "
         "rests to tell slow recovery from repeated motion; a structure of fewer poles creeps less",
@@ -285,16 +271,9 @@ void warn_of_motion(const Identification& r, Warnings& warnings) {
 
 // What the log does not say, or says wrongly.
 void warn_of_log(const Identification& r, Warnings& warnings) {
-  const auto& raw = r.pair.sensor.column(r.pair.input).value;
   const model::Input& input = r.model.inputs.front();
-  const auto refused =
-      std::ranges::count_if(raw, [&](double u) { return u < input.valid_min || u > input.valid_max; });
-  if (refused > 0) {
-    warnings.push_back(fmt::format(
-        "{} reading(s) lie outside the valid range of {:g} to {:g} {}: was the sensor unplugged or "
-        "shorted? They are left out, and where nothing else was read the compensator holds its angle",
-        refused, input.valid_min, input.valid_max, input.unit));
-  }
+  if (const auto text = refused_readings(input, {r.pair.sensor.column(r.pair.input).value}))
+    warnings.push_back(*text);
   if (input.unit.empty()) {
     warnings.push_back(fmt::format(
         "column \"{}\" states no unit: the model runs on logs like this one; for the boards say it with "

@@ -60,8 +60,12 @@ JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& 
   out.cross_validated_deg = fit.cross_validated_deg;
   out.effective = fit.effective;
   out.condition = fit.condition;
-  for (const CurveValue& value : curve_values(fit, joint.sensors))
+  std::vector<Eigen::Index> order;
+  for (const CurveValue& value : curve_values(fit, joint.sensors)) {
     out.parameters.push_back({value.name, value.value_deg, value.standard_error_deg});
+    order.push_back(value.at);
+  }
+  out.covariance = fit.covariance(order, order);
   return out;
 }
 

@@ -32,6 +32,7 @@ struct JointFit {
   model::Model model;         // this joint alone, without other joints' inputs
   double hold_drift_deg = 0;  // see hold.hpp
   std::vector<Parameter> parameters;
+  Eigen::MatrixXd covariance;  // of these
   int fitted_samples = 0;
   double fitted_rmse_deg = 0;
   double cross_validated_deg = 0;  // root mean square

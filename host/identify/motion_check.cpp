@@ -78,4 +78,18 @@ std::vector<std::string> lacking(const std::vector<Session>& sessions, double pe
   return out;
 }
 
+std::optional<std::string> refused_readings(const model::Input& input,
+                                            const std::vector<std::span<const double>>& logs) {
+  std::ptrdiff_t refused = 0;
+  for (const std::span<const double> log : logs)
+    refused +=
+        std::ranges::count_if(log, [&](double u) { return u < input.valid_min || u > input.valid_max; });
+  if (refused == 0) return std::nullopt;
+  return fmt::format(
+      "{}: {} reading(s) lie outside the valid range of {:g} to {:g} {}: was the sensor unplugged or "
+      "shorted? They "
+      "are left out, and where nothing else was read the compensator holds its angle",
+      input.name, refused, input.valid_min, input.valid_max, input.unit);
+}
+
 }  // namespace flexor::identify

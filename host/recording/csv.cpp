@@ -112,14 +112,6 @@ bool is_time_name(const std::string& column, std::optional<double>& unit_s) {
   return true;
 }
 
-// A column's name as one cell.
-std::string quoted(const std::string& name) {
-  if (name.find_first_of(",;\t\"#") == std::string::npos) return name;
-  std::string out = "\"";
-  for (const char c : name) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + '"';
-}
-
 const char* spelt(char delimiter) {
   switch (delimiter) {
     case ';':
@@ -542,6 +534,13 @@ std::vector<std::string> columns_of(const std::filesystem::path& path, const std
   io::require_readable(path);
   std::ifstream file(path, std::ios::binary);
   return CsvReader(file, path.string(), {{}, time_unit}).columns();
+}
+
+std::string quoted(const std::string& name) {
+  if (name.find_first_of(",;\t\"#") == std::string::npos) return name;
+  std::string out = "\"";
+  for (const char c : name) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + '"';
 }
 
 std::string to_csv(const Recording& recording) {

@@ -122,4 +122,7 @@ std::vector<std::string> columns_of(const std::filesystem::path& path, const std
 // Wide CSV: t_s, then every column, shortest text that reads back to the same double.
 std::string to_csv(const Recording& recording);
 
+// A column's name as one cell.
+std::string quoted(const std::string& name);
+
 }  // namespace flexor::recording

@@ -22,7 +22,7 @@ struct Options {
   std::string report;
   std::string joints;
   std::string lens;
-  std::vector<std::string> pairs;  // sensor, reference, sensor, reference, ...
+  std::vector<std::pair<std::string, std::string>> pairs;  // sensor, reference
   std::string map;
   bool fit_all = false;
   std::string refit;
@@ -105,7 +105,10 @@ identify::HandRequest hand_request(const Options& o) {
   refuse_mixture(o);
   const identify::FileRequest& r = o.request;
   identify::HandRequest out;
-  for (std::size_t i = 0; i + 1 < o.pairs.size(); i += 2) out.pairs.push_back({o.pairs[i], o.pairs[i + 1]});
+  for (const auto& [sensor, reference] : o.pairs) {
+    if (reference.empty()) throw io::InputError(fmt::format("--pair {}: its second file is missing", sensor));
+    out.pairs.push_back({sensor, reference});
+  }
   if (!r.files.sensor.empty()) out.pairs.push_back({r.files.sensor, r.files.reference});
   out.map = o.map.empty() ? identify::map_by_name(out.pairs.front(), r.files.time_unit)
                           : identify::parse_map(o.map);
@@ -221,8 +224,7 @@ void add_identify(CLI::App& app) {
   command
       ->add_option("--pair", o->pairs,
                    "GLOVE CAMERA: a log and its measured angles; may be repeated, one for each donning")
-      ->expected(2)
-      ->take_all();
+      ->type_name("GLOVE CAMERA");
   command->add_option("--map", o->map,
                       "joints from sensors: thumb=SensorA0:thumb_deg,index=SensorA1+SensorA2:index_deg (own "
                       "sensor first; default: by "

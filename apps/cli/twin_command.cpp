@@ -91,6 +91,7 @@ void record(RecordOptions& o) {
                       {"duration_s", study::recommended_motion().duration_s()},
                       {"lag_s", lag ? Json(lag->finger_to_hand_s) : Json(nullptr)},
                       {"sensor_lag_s", lag ? Json(lag->sensor_s) : Json(nullptr)},
+                      {"lead_s", lag ? Json(lag->lead_s()) : Json(nullptr)},
                       {"next", next},
                       {"seed", o.request.seed},
                       {"version", FLEXOR_VERSION}}));

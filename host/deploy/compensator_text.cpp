@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <vector>
 
 #include "host/model/formats.hpp"
@@ -66,27 +67,31 @@ class Writer {
     open_ = inputs;
     is_open_ = true;
     std::string condition;
-    std::string readings;
     for (const std::size_t i : inputs) {
       const std::size_t strip = wiring_.strip[i];
       condition += fmt::format("{0}alpha[{1}] >= {2} && alpha[{1}] <= {3}", condition.empty() ? "" : " && ",
                                strip, fixed_.valid_min[i], fixed_.valid_max[i]);
-      readings += fmt::format("      const int16_t s{} = core::refine(alpha[{}], {});\n", i, strip,
-                              fixed_.signals[i].fraction - core::kInputFraction);
     }
-    lines_ += fmt::format("    if ({}) {{\n{}", condition, readings);
+    lines_ += fmt::format("    if ({}) {{\n", condition);
     first_ = lines_.size();
   }
 
   void close() {
     if (!is_open_) return;
     is_open_ = false;
+    std::string before;
+    for (const std::size_t i : read_) {
+      before += fmt::format("      const int16_t s{} = core::refine(alpha[{}], {});\n", i, wiring_.strip[i],
+                            fixed_.signals[i].fraction - core::kInputFraction);
+    }
+    read_.clear();
     if (starts_) {
       const int bit = 1 << sections_ % 8;
-      lines_.insert(first_, fmt::format("      const bool first = ({} & {}) == 0;\n", started(), bit));
+      before += fmt::format("      const bool first = ({} & {}) == 0;\n", started(), bit);
       lines_ += fmt::format("      {} |= {};\n", started(), bit);
       ++sections_;
     }
+    lines_.insert(first_, before);
     lines_ += "    }\n";
     starts_ = false;
     found_.clear();
@@ -109,6 +114,9 @@ class Writer {
   void add_block(std::size_t b) {
     const std::size_t signal = inputs_ + b;
     open(fixed_.graph.inputs[signal]);
+    for (const std::size_t from : fixed_.graph.from[b]) {
+      if (from < inputs_) read_.insert(from);
+    }
     const bool shared = leaves_section(signal);
     if (shared) shared_ += fmt::format("    int16_t s{} = 0;\n", signal);
     const std::string target = fmt::format("      {}s{} = ", shared ? "" : "const int16_t ", signal);
@@ -186,6 +194,7 @@ class Writer {
   std::vector<std::size_t> open_;   // inputs of the open section
   std::vector<std::string> knots_;  // all that were written
   std::vector<std::string> found_;  // segments of the open section
+  std::set<std::size_t> read_;      // inputs that a block of the open section takes
   bool is_open_ = false;
   bool starts_ = false;  // a block of the open section has a state
   std::size_t sections_ = 0;

@@ -5,7 +5,6 @@
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <exception>
@@ -17,6 +16,7 @@
 #include "host/identify/estimator.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/joint_fit.hpp"
+#include "host/identify/map_check.hpp"
 #include "host/identify/motion_check.hpp"
 #include "host/identify/published_form.hpp"
 #include "host/identify/refit.hpp"
@@ -37,9 +37,9 @@ using io::InputError;
 constexpr double kSameClock_s = 0.5;      // offsets of two joints further apart are two opinions
 constexpr double kVelocityError_s = 0.1;  // of an offset from velocities alone
 constexpr double kUnsure = 0.1;
+constexpr std::size_t kLeastHeldOut = 20;
+constexpr double kOutside = 0.03;  // of the held-out readings
 constexpr double kNormal95 = 1.96;
-constexpr double kUnexplained = 0.2;  // of eta^2
-constexpr double kMoreExplained = 0.1;
 
 using Files = HandRecordings;
 
@@ -346,9 +346,10 @@ void score_baseline(const std::string& name, const std::string& structure, const
   try {
     const auto no_drift = [](const Additive&) { return 0.0; };
     const auto any = [](const Additive&) { return true; };
-    const Additive fit = fit_additive(sessions, inputs.sample_period_s, own.joint, candidates(structure, 1),
-                                      no_drift, 0, any, {})
-                             .front();
+    const Additive fit =
+        fit_additive(sessions, inputs.sample_period_s, own.joint,
+                     std::get<Candidates>(parse_structure(structure, 1)), no_drift, 0, any, {})
+            .front();
     const auto estimated = estimates(joint_model(inputs, fit, own), files, samples, {j});
     const PairsDegrees& all = estimated.front();
     joint.baselines.emplace(name, held_of(samples, j).score(held_out(all, samples, j)));
@@ -357,6 +358,31 @@ void score_baseline(const std::string& name, const std::string& structure, const
   } catch (const io::JobError& error) {
     joint.baseline_refusals.push_back(fmt::format("{}: {}", name, error.what()));
   }
+}
+
+// Without limits, by least squares: what anybody would draw first.
+void score_least_squares_line(const std::vector<Sampled>& samples, std::size_t j, JointResult& joint) {
+  std::vector<double> reading;
+  std::vector<double> angle;
+  for (const Sampled& sampled : samples) {
+    const Session fitted = session_of({sampled.sensor[j].front()});
+    for (std::size_t k = 0; k < fitted.use.size(); ++k) {
+      if (fitted.use[k] == 0) continue;
+      reading.push_back(fitted.input(static_cast<Eigen::Index>(k), 0));
+      angle.push_back(fitted.angle_deg(static_cast<Eigen::Index>(k)));
+    }
+  }
+  Eigen::MatrixXd x = Eigen::MatrixXd::Ones(std::ssize(reading), 2);
+  x.col(1) = Eigen::Map<const Eigen::VectorXd>(reading.data(), x.rows());
+  const Eigen::Vector2d line =
+      x.colPivHouseholderQr().solve(Eigen::Map<const Eigen::VectorXd>(angle.data(), x.rows()));
+  std::vector<double> held;
+  for (const Sampled& sampled : samples) {
+    const recording::Aligned& own = sampled.sensor[j].front();
+    for (std::size_t k = own.holdout_begin; k < own.size(); ++k)
+      held.push_back(line(0) + line(1) * std::clamp(own.input[k], own.valid.min, own.valid.max));
+  }
+  joint.baselines.emplace("least_squares_line", held_of(samples, j).score(held));
 }
 
 void score_published_form(const std::vector<Sampled>& samples, std::size_t j, JointResult& joint) {
@@ -370,6 +396,50 @@ void score_published_form(const std::vector<Sampled>& samples, std::size_t j, Jo
   }
 }
 
+// What the held-out part says against the compensator.
+void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& samples, std::size_t j,
+                     const JointResult& joint, std::vector<std::string>& warnings) {
+  for (const auto& [name, words] :
+       {std::pair("line", "a straight line"),
+        std::pair("least_squares_line", "a straight line by least squares"),
+        std::pair("line_lead", "a straight line with a lead"), std::pair("static_curve", "a static curve"),
+        std::pair("published_form", "the published form")}) {
+    const auto baseline = joint.baselines.find(name);
+    if (request.structure != "auto" || baseline == joint.baselines.end() ||
+        joint.holdout.rmse_deg < baseline->second.rmse_deg)
+      continue;
+    warnings.push_back(
+        fmt::format("{}: on data it never saw the compensator ({:.2f} deg) is no better than {} ({:.2f} deg)",
+                    joint.name, joint.holdout.rmse_deg, words, baseline->second.rmse_deg));
+  }
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const Sampled& sampled : samples) {
+    const recording::Aligned& own = sampled.sensor[j].front();
+    const auto fitted = static_cast<std::ptrdiff_t>(own.holdout_begin);
+    const auto [least, most] = std::minmax_element(
+        own.input.begin() + static_cast<std::ptrdiff_t>(own.overlap_begin), own.input.begin() + fitted);
+    low = std::min(low, *least);
+    high = std::max(high, *most);
+  }
+  std::ptrdiff_t outside = 0;
+  std::ptrdiff_t held = 0;
+  for (const Sampled& sampled : samples) {
+    const recording::Aligned& own = sampled.sensor[j].front();
+    const auto split = own.input.begin() + static_cast<std::ptrdiff_t>(own.holdout_begin);
+    outside += std::count_if(split, own.input.end(), [&](double u) { return u < low || u > high; });
+    held += own.input.end() - split;
+  }
+  const double share = static_cast<double>(outside) / static_cast<double>(std::max<std::ptrdiff_t>(held, 1));
+  if (share > kOutside) {
+    warnings.push_back(
+        fmt::format("{}: {:.0f} % of the held-out readings lie outside the range seen in the fitted part "
+                    "({:g} to {:g}): record "
+                    "the whole range in both parts",
+                    joint.name, 100 * share, low, high));
+  }
+}
+
 void score_joints(const HandRequest& request, const std::vector<Files>& files,
                   const std::vector<Sampled>& samples, HandIdentification& r) {
   std::vector<std::size_t> all(r.joints.size());
@@ -380,20 +450,15 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
     JointResult joint = r.joints[j];
     joint.samples = series_of(samples, j, estimated[j]);
     joint.holdout = held_of(samples, j).score(held_out(estimated[j], samples, j));
+    score_least_squares_line(samples, j, joint);
+    score_baseline("static_curve", "curve(20)", request.map[j], inputs, files, samples, j, joint);
     score_baseline("line", "line", request.map[j], inputs, files, samples, j, joint);
     score_baseline("line_lead", "line-lead", request.map[j], inputs, files, samples, j, joint);
     score_published_form(samples, j, joint);
     return joint;
   };
   const auto take = [&](std::size_t j, JointResult& joint) {
-    const auto line = joint.baselines.find("line");
-    if (request.structure != "line" && line != joint.baselines.end() &&
-        joint.holdout.rmse_deg >= line->second.rmse_deg) {
-      r.warnings.push_back(
-          fmt::format("{}: on data it never saw the compensator ({:.2f} deg) is no better than a straight "
-                      "line ({:.2f} deg)",
-                      joint.name, joint.holdout.rmse_deg, line->second.rmse_deg));
-    }
+    warn_of_holdout(request, samples, j, joint, r.warnings);
     r.joints[j] = std::move(joint);
   };
   io::run_in_order<JointResult>(0, all.size(), io::threads_of(request.threads), score, take);
@@ -437,56 +502,6 @@ void add_warnings(const Files& files, std::vector<std::string>& warnings) {
   for (const recording::Recording& reference : files.reference) {
     for (const std::string& warning : reference.warnings) {
       if (std::ranges::find(warnings, warning) == warnings.end()) warnings.push_back(warning);
-    }
-  }
-}
-
-// Names alike but for digits, or for what stands before the last underscore: SensorA0 and SensorA1, thumb_adc and index_adc.
-bool of_one_kind(const std::string& a, const std::string& b) {
-  const auto kind = [](std::string name) {
-    std::erase_if(name, [](unsigned char c) { return std::isdigit(c) != 0; });
-    return name.substr(name.rfind('_') == std::string::npos ? 0 : name.rfind('_'));
-  };
-  return kind(a) == kind(b);
-}
-
-// All columns of the log; those of the map alone where another one holds what is no number.
-recording::Recording every_column(const PairFiles& files, const HandRequest& request, const Files& read) {
-  try {
-    return recording::read_csv(files.sensor, {}, request.time_unit);
-  } catch (const InputError&) {
-    return read.sensor;
-  }
-}
-
-// Whether another sensor of the log tells a joint better than the one that the map names. Throws io::JobError where none
-// tells it at all.
-void check_map(const HandRequest& request, const PairFiles& files, const Files& read, const Clock& clock,
-               std::vector<std::string>& warnings) {
-  const recording::Recording all = every_column(files, request, read);
-  for (std::size_t j = 0; j < request.map.size(); ++j) {
-    const JointMap& map = request.map[j];
-    const std::string& own = map.sensors.front();
-    const recording::Series angle = read.reference[j].series(map.reference);
-    const double share = recording::explained(all.series(own), angle, clock.offset_s);
-    std::string best = own;
-    double most = share;
-    for (const recording::Column& column : all.columns) {
-      if (column.name == own || !of_one_kind(column.name, own)) continue;
-      const double other = recording::explained(all.series(column.name), angle, clock.offset_s);
-      if (other > most) {
-        most = other;
-        best = column.name;
-      }
-    }
-    if (most < kUnexplained && map.sensors.size() == 1) {
-      throw io::JobError(fmt::format("{}: no sensor explains \"{}\": {} explains most of it, {:.0f} %",
-                                     map.joint, map.reference, best, 100 * most));
-    }
-    if (most > share + kMoreExplained) {
-      warnings.push_back(
-          fmt::format("{}: {} explains {:.0f} % of \"{}\", {} of the map {:.0f} %: is the map right?",
-                      map.joint, best, 100 * most, map.reference, own, 100 * share));
     }
   }
 }
@@ -544,6 +559,9 @@ void refit_joints(const HandRequest& request, const std::vector<Sampled>& sample
     if (at == base.joints.end()) {
       throw InputError(fmt::format("the model to refit has no joint {}", map.joint));
     }
+    if (map.sensors.size() != 1)
+      throw InputError(
+          fmt::format("{}: a refit takes one sensor, the map names {}", map.joint, map.sensors.size()));
     const auto chain = model::channel(base, static_cast<std::size_t>(at - base.joints.begin()));
     if (!chain) throw InputError(fmt::format("{}: its graph is no chain with a dead zone", map.joint));
     model::Channel c = *chain;
@@ -596,8 +614,9 @@ struct FittedJoint {
   std::exception_ptr failure;  // the first joint's is told, whichever failed first
 };
 
-void fit_joints(const HandRequest& request, const std::vector<Sampled>& samples, const Step& step,
-                HandIdentification& r) {
+// `structures`, one for each joint.
+void fit_joints(const HandRequest& request, const std::vector<std::string>& structures,
+                const std::vector<Sampled>& samples, const Step& step, HandIdentification& r) {
   const model::Model inputs = r.model;
   const std::size_t joints = request.map.size();
   JointProgress progress(joints, step);
@@ -608,7 +627,7 @@ void fit_joints(const HandRequest& request, const std::vector<Sampled>& samples,
     try {
       const std::vector<Session> sessions = sessions_of(samples, j);
       static_cast<JointFit&>(out.joint) =
-          fit_joint(sessions, inputs, map, request.structure,
+          fit_joint(sessions, inputs, map, structures[j],
                     [&](std::size_t done, std::size_t of, const std::string& what) {
                       return progress(j, done, of, what);
                     });
@@ -626,22 +645,29 @@ void fit_joints(const HandRequest& request, const std::vector<Sampled>& samples,
                                 });
 }
 
-void fit_model(const HandRequest& request, const std::vector<Files>& files,
-               const std::vector<Sampled>& samples, const Step& step, HandIdentification& r) {
+void fit_model(const HandRequest& request, const std::vector<std::string>& structures,
+               const std::vector<Files>& files, const std::vector<Sampled>& samples, const Step& step,
+               HandIdentification& r) {
   r.model = start_model(request, files, samples);
-  request.refit ? refit_joints(request, samples, r) : fit_joints(request, samples, step, r);
+  request.refit ? refit_joints(request, samples, r) : fit_joints(request, structures, samples, step, r);
 }
 
-// What was proven on a part, once more from all; the figures stay those of the part.
+std::vector<std::string> asked_for(const HandRequest& request) {
+  return std::vector(request.map.size(), request.structure);
+}
+
+// What was proven on a part, the same structures once more from all; the figures stay those of the part.
 void fit_again(const HandRequest& request, const std::vector<Files>& files, HandIdentification& r) {
   HandRequest all = request;
   all.split = 1;
   const std::vector<Sampled> samples = sample_all(files, r.clocks, all);
   HandIdentification again;
-  fit_model(all, files, samples, {}, again);
+  std::vector<std::string> proven;
+  for (const JointResult& joint : r.joints) proven.push_back(joint.text);
+  fit_model(all, proven, files, samples, {}, again);
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
-    r.joints[j].structure = again.joints[j].structure;
     r.joints[j].donnings = again.joints[j].donnings;
+    r.joints[j].hold_drift_deg = again.joints[j].hold_drift_deg;  // of what is worn
   }
   r.model = std::move(again.model);
 }
@@ -656,6 +682,14 @@ void check(const HandRequest& request) {
   if (!(request.lead_s >= 0 && request.lead_s <= 1)) throw InputError("the lead must lie between 0 and 1 s");
 }
 
+// A few samples prove nothing.
+void check_held_out(const recording::Aligned& a) {
+  if (a.size() - a.holdout_begin >= kLeastHeldOut) return;
+  throw InputError(
+      fmt::format("{} samples would be held out, at least {} are needed: a smaller --split, or record longer",
+                  a.size() - a.holdout_begin, kLeastHeldOut));
+}
+
 }  // namespace
 
 HandIdentification identify_hand(const HandRequest& request, const Step& step) {
@@ -665,16 +699,24 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   std::vector<Files> files;
   for (const PairFiles& pair : request.pairs) {
     files.push_back(read_files(pair, request));
+    check_once(files);
     add_warnings(files.back(), r.warnings);
   }
   for (std::size_t p = 0; p < files.size(); ++p) {
     r.clocks.push_back(clock_of(files[p], request, r.warnings));
-    check_map(request, request.pairs[p], files[p], r.clocks.back(), r.warnings);
+    check_map(request, request.pairs[p], files[p], r.clocks.back().offset_s, r.warnings);
   }
   const std::vector<Sampled> samples = sample_all(files, r.clocks, request);
+  for (std::size_t j = 0; j < request.map.size(); ++j) {
+    const std::vector<Session> sessions = sessions_of(samples, j);
+    check_gloves(request, j, sessions);
+    for (const std::string& text : one_sided(request.map[j], sessions))
+      r.warnings.push_back(fmt::format("{}: {}", request.map[j].joint, text));
+  }
   warn_of_lacking_motion(request, samples, r.warnings);
+  for (const Sampled& sampled : samples) check_held_out(sampled.sensor.front().front());
   const auto start = std::chrono::steady_clock::now();
-  fit_model(request, files, samples, step, r);
+  fit_model(request, asked_for(request), files, samples, step, r);
   r.fit_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   warn_of_readings(r.model, files, r.warnings);
   score_joints(request, files, samples, r);
@@ -690,13 +732,14 @@ model::Model fit_hand(const HandRequest& request, const std::vector<HandRecordin
   all.split = 1;
   all.threads = 1;  // whoever asks for fits has threads of its own
   for (const Files& one : recordings) r.clocks.push_back(clock_of(one, all, r.warnings));
-  fit_model(all, recordings, sample_all(recordings, r.clocks, all), {}, r);
+  fit_model(all, asked_for(all), recordings, sample_all(recordings, r.clocks, all), {}, r);
   describe(all, recordings, r);
   return r.model;
 }
 
 Json to_json(const HandIdentification& r) {
   Json joints = Json::object();
+  const auto fitted = [&](double value) { return r.request.refit ? Json(nullptr) : Json(value); };
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     const JointResult& joint = r.joints[j];
     Json baselines = Json::object();
@@ -724,13 +767,13 @@ Json to_json(const HandIdentification& r) {
     joints[joint.name] = {{"holdout", score::to_json(joint.holdout)},
                           {"baselines", std::move(baselines)},
                           {"structure", joint.structure},
-                          {"structure_text", joint.text},
+                          {"structure_text", r.request.refit ? Json(nullptr) : Json(joint.text)},
                           {"hold_drift_deg", joint.hold_drift_deg},
                           {"donnings", donnings_json(joint.donnings)},
-                          {"fitted_rmse_deg", joint.fitted_rmse_deg},
-                          {"cross_validated_rmse_deg", joint.cross_validated_deg},
-                          {"effective_parameters", joint.effective},
-                          {"condition", joint.condition},
+                          {"fitted_rmse_deg", fitted(joint.fitted_rmse_deg)},
+                          {"cross_validated_rmse_deg", fitted(joint.cross_validated_deg)},
+                          {"effective_parameters", fitted(joint.effective)},
+                          {"condition", fitted(joint.condition)},
                           {"parameters", std::move(parameters)},
                           {"structures", std::move(rows)}};
   }

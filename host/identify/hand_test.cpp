@@ -116,7 +116,7 @@ TEST_F(Hand, AllJointsOfOneRecordingAreFittedToOneModelThatCanBeWorn) {
     EXPECT_GT(joint.holdout.rmse_deg, 0.3) << joint.name << ": better than the camera's noise";
     EXPECT_LT(joint.holdout.rmse_deg, joint.baselines.at("line").rmse_deg) << joint.name;
     EXPECT_LE(joint.hold_drift_deg, 1) << joint.name;
-    EXPECT_EQ(joint.baselines.size() + joint.baseline_refusals.size(), 3U);
+    EXPECT_EQ(joint.baselines.size() + joint.baseline_refusals.size(), 5U);
   }
   EXPECT_NO_THROW(model::check_fixed(r.model));
   ASSERT_EQ(r.clocks.size(), 1U);
@@ -301,6 +301,83 @@ TEST_F(Hand, WhatTheMotionLacksIsSaidWithTheMotionThatWouldSupplyIt) {
   EXPECT_TRUE(says(made(swing(80, 30)), "never moves quickly"));
   EXPECT_TRUE(says(made([](double t) { return std::fmod(t, 4) < 2 ? 20.0 : 90.0; }), "never moves slowly"));
   EXPECT_FALSE(says(made([](double t) { return std::fmod(t, 4) < 2 ? 20.0 : 90.0; }), "never held"));
+}
+
+TEST_F(Hand, AHoldIsNoHoldAcrossAPause) {
+  Session session;
+  session.angle_deg.resize(1200);
+  for (Eigen::Index k = 0; k < 1200; ++k)
+    session.angle_deg(k) = 50 + 40 * std::sin(2 * M_PI * static_cast<double>(k) * 0.05 / 2);
+  session.use.assign(1200, 1);
+  session.angle_deg.segment(400, 40).setConstant(50);
+  const auto held = [&] {
+    return std::ranges::none_of(lacking({session}, 0.05), [](const std::string& text) {
+      return text.find("never held") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(held());
+  for (std::size_t k = 415; k < 425; ++k) session.use[k] = 0;
+  EXPECT_FALSE(held());
+}
+
+TEST_F(Hand, RecordingsThatDoNotBelongTogetherAreRefused) {
+  const PairFiles one = write("one", 40, 1);
+  PairFiles two = write("two", 40, 2);
+  EXPECT_NE(refusal([&] {
+              identify_hand(request({one, one}, "index=a_adc:index_deg"), {});
+            }).find("two pairs"),
+            std::string::npos);
+  recording::Recording glove = recording::read_csv(two.sensor, {}, "");
+  for (double& u : glove.columns[0].value) u = 900 - u;
+  two.sensor = folder_ / "other_glove.csv";
+  io::write_file(two.sensor, recording::to_csv(glove));
+  EXPECT_NE(refusal([&] {
+              identify_hand(request({one, two}, "index=a_adc:index_deg"), {});
+            }).find("are these of one glove?"),
+            std::string::npos);
+}
+
+TEST_F(Hand, SignalsThatTellNothingAreNamed) {
+  const PairFiles files = write("one", 60, 1);
+  recording::Recording glove = recording::read_csv(files.sensor, {}, "");
+  glove.columns.push_back({"c_adc", glove.columns[0].value});
+  for (double& u : glove.columns[0].value) u = std::min(u, 400.0);
+  io::write_file(files.sensor, recording::to_csv(glove));
+  EXPECT_TRUE(
+      warned(identify_hand(request({files}, "index=a_adc:index_deg"), {}), "a_adc stands at 400 for"));
+  glove.columns[0].value = glove.columns[2].value;
+  io::write_file(files.sensor, recording::to_csv(glove));
+  const HandIdentification clean = identify_hand(request({files}, "index=a_adc+c_adc:index_deg"), {});
+  EXPECT_TRUE(warned(clean, "a_adc and c_adc say the same"));
+  EXPECT_FALSE(warned(clean, "clipped"));
+}
+
+TEST_F(Hand, AnAngleThatIsASpikeIsLeftOut) {
+  const double clean_deg =
+      identify_hand(request({write("one", 60, 1)}, "index=a_adc:index_deg"), {}).joints[0].holdout.rmse_deg;
+  for (const std::size_t row : {300U, 1500U}) {  // fitted, held out
+    const PairFiles files = write("one", 60, 1, [&](std::vector<double>& angle) { angle[row] = 1e6; });
+    const HandIdentification r = identify_hand(request({files}, "index=a_adc:index_deg"), {});
+    EXPECT_NEAR(r.joints[0].holdout.rmse_deg, clean_deg, 0.05) << row;
+    EXPECT_TRUE(warned(r, "lie far from all others, the first is 1e+06")) << row;
+  }
+}
+
+// What is worn is what was proven, fitted to more.
+TEST_F(Hand, WhatIsFittedToAllHasTheProvenStructure) {
+  HandRequest r = request({write("one", 60, 1)}, "index=a_adc:index_deg,thumb=b_adc+a_adc:thumb_deg");
+  r.fit_all = true;
+  const HandIdentification all = identify_hand(r, {});
+  EXPECT_EQ(all.model.blocks.size(), all.proven.blocks.size());
+  EXPECT_NE(all.model.blocks, all.proven.blocks);
+  for (std::size_t b = 0; b < all.proven.blocks.size(); ++b)
+    EXPECT_EQ(all.model.blocks[b].kind.index(), all.proven.blocks[b].kind.index());
+}
+
+TEST_F(Hand, AFewSamplesAreNoProof) {
+  HandRequest r = request({write("one", 60, 1)}, "index=a_adc:index_deg");
+  r.split = 0.999;
+  EXPECT_NE(refusal([&] { identify_hand(r, {}); }).find("would be held out"), std::string::npos);
 }
 
 TEST_F(Hand, AChainIsFittedAsOneOfItsBlocksAndCanBeWorn) {

@@ -81,6 +81,9 @@ TEST(StructureText, WhatHasNoMeaningIsPointedAt) {
   says("curve + play > curve", "radius");
   says("curve + motion", "seconds");
   says("curve(20) + play(0.1) > curve(12)", "one number of knots, 20 before, 12 here at character 31");
+  says("curve + play(0.6) > curve", "0.001 to 0.5");
+  says("curve + motion(0.1) + motion(0.2) + motion(0.3) + motion(0.4) + motion(0.5)",
+       "more than 4 of a kind");
   says("curve + curve", "a second curve");
   says("motion(0.3)", "begins with the curve");
   says("lti > gain", "gain cannot stand here");

@@ -28,9 +28,10 @@ std::size_t index_of(const std::string& finger) {
   return static_cast<std::size_t>(std::ranges::find(names, finger) - names.begin());
 }
 
-// Of an input that does not say it: the finger of the only joint that it feeds.
-std::size_t strip_of(const Model& model, const Graph& graph, std::size_t input) {
-  if (!model.inputs[input].strip.empty()) return index_of(model.inputs[input].strip);
+// Of an input that does not say it: the finger that it is named after, or that of the only joint that it feeds.
+std::optional<std::size_t> strip_of(const Model& model, const Graph& graph, std::size_t input) {
+  const std::size_t named = index_of(finger_part(model.inputs[input].name));
+  if (named < kFingers) return named;
   std::optional<std::size_t> found;
   int feeds = 0;
   for (std::size_t j = 0; j < model.joints.size(); ++j) {
@@ -40,10 +41,39 @@ std::size_t strip_of(const Model& model, const Graph& graph, std::size_t input) 
     const std::size_t finger = index_of(finger_part(model.joints[j].name));
     if (finger < kFingers) found = finger;
   }
-  if (found && feeds == 1) return *found;
-  throw io::InputError(
-      fmt::format("input {}: say in the model which finger's strip it is: \"strip\": \"index\"",
-                  model.inputs[input].name));
+  return feeds == 1 ? found : std::nullopt;
+}
+
+// Those that say their strip first, then those that have one by name or joint, then the others on what is free.
+void add_strips(const Model& model, const Graph& graph, Wiring& out) {
+  const auto& names = finger_names();
+  std::vector<std::optional<std::size_t>> strip(model.inputs.size());
+  const auto take = [&](std::size_t input, std::size_t finger) {
+    strip[input] = finger;
+    out.input[finger] = input;
+  };
+  for (std::size_t i = 0; i < strip.size(); ++i) {
+    if (model.inputs[i].strip.empty()) continue;
+    const std::size_t finger = index_of(model.inputs[i].strip);
+    if (out.input[finger]) {
+      throw io::InputError(fmt::format("inputs {} and {}: both say that they are the {}'s strip",
+                                       model.inputs[*out.input[finger]].name, model.inputs[i].name,
+                                       names[finger]));
+    }
+    take(i, finger);
+  }
+  for (std::size_t i = 0; i < strip.size(); ++i) {
+    const auto finger = strip[i] ? std::nullopt : strip_of(model, graph, i);
+    if (finger && !out.input[*finger]) take(i, *finger);
+  }
+  for (std::size_t i = 0; i < strip.size(); ++i) {
+    if (strip[i]) continue;
+    const auto free = std::ranges::find(out.input, std::optional<std::size_t>());
+    if (free == out.input.end())
+      throw io::InputError(fmt::format("input {}: a glove has five strips", model.inputs[i].name));
+    take(i, static_cast<std::size_t>(free - out.input.begin()));
+  }
+  for (const auto& finger : strip) out.strip.push_back(*finger);
 }
 
 }  // namespace
@@ -57,21 +87,22 @@ Wiring wiring_of(const Model& model) {
     throw io::InputError(fmt::format("none of the model's joints is a finger's ({}): a board moves {}",
                                      model.joints.front().name, fmt::join(names, ", ")));
   }
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    const std::size_t strip = strip_of(model, graph, i);
-    if (out.input[strip]) {
-      throw io::InputError(fmt::format("inputs {} and {}: both are the {}'s strip; say another \"strip\"",
-                                       model.inputs[*out.input[strip]].name, model.inputs[i].name,
-                                       names[strip]));
-    }
-    out.strip.push_back(strip);
-    out.input[strip] = i;
-  }
+  add_strips(model, graph, out);
   for (std::size_t f = 0; f < kFingers; ++f) {
     if (!out.joint[f]) continue;
     for (const std::size_t input : graph.inputs[graph.joint[*out.joint[f]]]) {
       out.strips[f].push_back(out.strip[input]);
     }
+  }
+  return out;
+}
+
+std::vector<std::string> left_out(const Model& model) {
+  const Wiring wiring = wiring_of(model);
+  std::vector<std::string> out;
+  for (std::size_t j = 0; j < model.joints.size(); ++j) {
+    if (std::ranges::find(wiring.joint, std::optional(j)) == wiring.joint.end())
+      out.push_back(model.joints[j].name);
   }
   return out;
 }

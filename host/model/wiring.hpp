@@ -19,9 +19,12 @@ struct Wiring {
   std::array<std::vector<std::size_t>, kFingers> strips;   // that each finger's joint depends on
 };
 
-// A finger's joint is the one of its name, else its _mcp, else its first. An input says its strip, or it is that of
-// the only joint that it feeds.
+// A finger's joint is the one of its name, else its _mcp, else its first. An input says its strip, or it is named
+// after it (index_adc), or it is that of the only joint that it feeds; what is left goes on the free ones, thumb first.
 // Throws io::InputError.
 Wiring wiring_of(const Model& model);
+
+// Names of joints that move no finger: another joint of its finger does, or it is none's.
+std::vector<std::string> left_out(const Model& model);
 
 }  // namespace flexor::model

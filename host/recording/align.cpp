@@ -40,9 +40,10 @@ constexpr double kMinMismatchOverlap_s = 60;  // quarters of less tell the offse
 // RC oscillators stay within 10000 ppm, ceramic resonators within 5000, crystals within 100; a fifth more for
 // the error of the measurement.
 constexpr double kMaxDrift_ppm = 12000;
-constexpr double kDisagreement_s = 0.5;
-constexpr double kTapped_s = 0.5;      // from the taps' offset to that of all motion
-constexpr double kTappedWorse = 0.15;  // in eta^2, than the best offset
+constexpr double kDisagreement_s = 0.15;   // and
+constexpr double kDisagreementErrors = 4;  // standard errors
+constexpr double kTapped_s = 0.5;          // from the taps' offset to that of all motion
+constexpr double kTappedWorse = 0.15;      // in eta^2, than the best offset
 constexpr double kTappedUnique = 0.95;
 constexpr double kMostAnyway = 1e6;  // samples of a log, and
 constexpr double kMostPerReading = 60;
@@ -643,7 +644,8 @@ double explained(const Series& sensor, const Series& reference, double clock_off
 
 std::optional<std::string> disagreement(double user_offset_s, const Alignment& found) {
   const double difference = user_offset_s - found.clock_offset_s;
-  if (std::abs(difference) <= kDisagreement_s) return std::nullopt;
+  const double error_s = found.clock_offset_se_s.value_or(kDisagreement_s);
+  if (std::abs(difference) <= std::max(kDisagreement_s, kDisagreementErrors * error_s)) return std::nullopt;
   return fmt::format(
       "the given clock offset {:+.2f} s disagrees with the signals by {:+.2f} s: they say {:+.2f} s "
       "(confidence {:.2f})",

@@ -64,7 +64,7 @@ Alignment align(const Series& sensor, const Series& reference);
 // eta^2 of the reference on the sensor at this offset of their clocks, 0 where they hardly overlap.
 double explained(const Series& sensor, const Series& reference, double clock_offset_s);
 
-// The warning that a user's own offset deserves, if it is more than 0.5 s from the signals'.
+// The warning that a user's own offset deserves, if it is more than 0.15 s and four standard errors from the signals'.
 std::optional<std::string> disagreement(double user_offset_s, const Alignment& found);
 
 }  // namespace flexor::recording

@@ -122,7 +122,8 @@ TEST(Align, RefusesUnrelatedAndShortRecordings) {
 
 TEST(Align, AUsersOffsetIsCheckedAgainstTheSignals) {
   const Alignment a = make(4).align();
-  EXPECT_FALSE(disagreement(4.3, a).has_value());
+  EXPECT_FALSE(disagreement(4.1, a).has_value());
+  EXPECT_TRUE(disagreement(4.3, a).has_value());
   const auto warning = disagreement(6.5, a);
   ASSERT_TRUE(warning.has_value());
   EXPECT_NE(warning->find("by +2."), std::string::npos) << *warning;

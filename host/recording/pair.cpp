@@ -119,6 +119,28 @@ void leave_out_lost(Recording& r, const std::string& name) {
   }
 }
 
+void leave_out_spikes(Recording& r, const std::string& name) {
+  const auto column = std::ranges::find(r.columns, name, &Column::name);
+  const Range range = without_spikes(column->value);
+  const std::vector<double> seen = column->value;
+  const auto spike = [&](double value) { return value < range.min || value > range.max; };
+  const auto first = std::ranges::find_if(seen, spike);
+  if (first == seen.end()) return;
+  r.warnings.push_back(
+      fmt::format("{}: {} angle(s) of {} lie far from all others, the first is {:g} at {:.2f} s: left out",
+                  r.source, std::ranges::count_if(seen, spike), name, *first,
+                  r.t_s[static_cast<std::size_t>(first - seen.begin())]));
+  const auto drop = [&](std::vector<double>& v) {
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < seen.size(); ++k) {
+      if (!spike(seen[k])) v[kept++] = v[k];
+    }
+    v.resize(kept);
+  };
+  drop(r.t_s);
+  for (Column& other : r.columns) drop(other.value);
+}
+
 Recording read_angle(const std::filesystem::path& path, const std::string& column,
                      const std::string& time_unit) {
   std::vector<std::string> wanted = {column};
@@ -129,6 +151,7 @@ Recording read_angle(const std::filesystem::path& path, const std::string& colum
   }
   Recording r = read_csv(path, wanted, time_unit);
   leave_out_lost(r, column);
+  leave_out_spikes(r, column);
   return r;
 }
 

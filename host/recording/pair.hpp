@@ -28,7 +28,10 @@ struct Pair {
 // that column goes too. Says how many rows. Throws io::JobError when fewer than two are left.
 void leave_out_lost(Recording& recording, const std::string& column);
 
-// One column of a file of measured angles, without what its tracker lost. Throws io::InputError and
+// Takes out the rows whose angle is a spike (resample.hpp, without_spikes), and says so.
+void leave_out_spikes(Recording& recording, const std::string& column);
+
+// One column of a file of measured angles, without what its tracker lost and without spikes. Throws io::InputError and
 // io::JobError.
 Recording read_angle(const std::filesystem::path& path, const std::string& column,
                      const std::string& time_unit);

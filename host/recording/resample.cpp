@@ -80,7 +80,7 @@ double default_max_gap_s(std::span<const double> t_s) {
 }
 
 Range without_spikes(std::span<const double> value) {
-  constexpr double kSpikes = 0.005;  // share of the readings at either end that may be spikes
+  constexpr double kSpikes = 0.01;  // share of the readings at either end that may be spikes
   constexpr double kFar = 3;
   std::vector<double> sorted(value.begin(), value.end());
   std::ranges::sort(sorted);

@@ -7,6 +7,11 @@
 // movement off where an offset only moves it. tau and r have half-normal priors: a recording that does not tell
 // (the sensor does what no such model does, or the motion is slow) keeps the lag small and says so by the error.
 //
+// A third prior holds d to what velocities say (align.hpp), corrected by the first angle's lag and play. The camera's noise
+// that lag and play would take out of the residuals is put back: both are applied to the angles with as much noise once more.
+//
+// The error is that of this model. Of a strip that is none such, as one of two lags, an error may be ten times as large.
+//
 // f_j and c_j by least squares inside, d, tau and r outside (variable projection); the noise is as correlated as the
 // residuals are: n of them count as n / (1 + 2 sum_k rho_k), and whatever lies six deviations out does not count.
 // Sources: G. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413; C. Geyer, Statist. Sci. 7 (1992) 473 (the sum's end).

@@ -60,6 +60,9 @@ TEST(Taps, AreNotFoundWhereNobodyTapped) {
   EXPECT_FALSE(found([](double t) { return 60 - 30 * std::cos(2 * M_PI * t); })) << "quick all the time";
   EXPECT_FALSE(found([](double) { return 30.0; }));
   EXPECT_FALSE(found([](double t) { return tapped_motion(t < 30 ? t : t - 30, 0.5); })) << "tapped twice";
+  EXPECT_FALSE(found([](double t) {
+    return t < 4 ? 30 + 12 * std::sin(3 * (t - 4)) : tapped_motion(t, 0.5);
+  })) << "no rest before";
 }
 
 // A script that repeats every six seconds: the signals alone cannot tell which repetition is which.

@@ -1,12 +1,14 @@
 #include "host/study/deployment.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/model/wiring.hpp"
 
 namespace flexor::study {
 namespace {
@@ -26,11 +28,40 @@ std::string of_budget(int bytes, int budget, int chip) {
                      bytes > budget ? fmt::format(", over the budget of {}", budget) : "");
 }
 
+std::string moved_by(const model::Model& model) {
+  const model::Wiring wiring = model::wiring_of(model);
+  std::vector<std::string> out;
+  for (std::size_t f = 0; f < model::kFingers; ++f) {
+    const std::string& finger = model::finger_names()[f];
+    if (!wiring.joint[f]) {
+      out.push_back(finger + " rests");
+      continue;
+    }
+    const std::string& joint = model.joints[*wiring.joint[f]].name;
+    out.push_back(joint == finger ? finger : fmt::format("{} by {}", finger, joint));
+  }
+  return fmt::format("{}", fmt::join(out, ", "));
+}
+
+std::string strips_of(const model::Model& model) {
+  const model::Wiring wiring = model::wiring_of(model);
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    out.push_back(
+        fmt::format("{} on the {}'s", model.inputs[i].name, model::finger_names()[wiring.strip[i]]));
+  }
+  return fmt::format("{}", fmt::join(out, ", "));
+}
+
 // Name and value of each line of the table.
 std::vector<std::pair<std::string, std::string>> lines(const Deployment& d) {
   const TimeBudget t = time_budget(d);
   std::vector<std::pair<std::string, std::string>> out;
   const auto add = [&](const std::string& name, const std::string& value) { out.emplace_back(name, value); };
+  add("fingers", moved_by(d.glove.model));
+  if (const auto left = model::left_out(d.glove.model); !left.empty())
+    add("joints without a motor, left out", fmt::format("{}", fmt::join(left, ", ")));
+  add("strips", strips_of(d.glove.model));
   add("compensator, cycles per step of five", cycles(d.glove_figures.step));
   add("all of a sample, frame sealed, cycles", cycles(d.glove_figures.sample));
   add("worst error against double, whole range", fmt::format("{:.4f} deg", d.error.range_deg));
@@ -165,6 +196,7 @@ Json to_json(const Deployment& d) {
                  {"compute_worst", t.compute_ms},
                  {"frame_period", t.frame_period_ms},
                  {"frame_on_wire", t.uart_ms}}}};
+  json["joints_left_out"] = model::left_out(d.glove.model);
   json["hand"] = nullptr;
   if (has_hand(d)) {
     json["hand"] = {{"flash_bytes", d.hand_image.flash_bytes},

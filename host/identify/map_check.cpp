@@ -1,0 +1,186 @@
+#include "host/identify/map_check.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <optional>
+
+#include "host/io/io.hpp"
+#include "host/recording/align.hpp"
+#include "host/recording/csv.hpp"
+
+namespace flexor::identify {
+namespace {
+
+using io::InputError;
+
+constexpr double kUnexplained = 0.2;  // of eta^2
+constexpr double kMoreExplained = 0.1;
+constexpr double kRelated = 0.7;   // correlation above which a slope means something
+constexpr double kAlike = 2.5;     // slopes of one glove's recordings, at most so far apart
+constexpr double kSame = 0.9995;   // correlation of sensors that say the same
+constexpr double kStands = 0.05;   // share of the samples at an extreme
+constexpr double kMovesOn = 0.25;  // of the other signal's range meanwhile
+
+// Names alike but for digits, or for what stands before the last underscore: SensorA0 and SensorA1, thumb_adc and index_adc.
+bool of_one_kind(const std::string& a, const std::string& b) {
+  const auto kind = [](std::string name) {
+    std::erase_if(name, [](unsigned char c) { return std::isdigit(c) != 0; });
+    return name.substr(name.rfind('_') == std::string::npos ? 0 : name.rfind('_'));
+  };
+  return kind(a) == kind(b);
+}
+
+// All columns of the log; those of the map alone where another one holds what is no number.
+recording::Recording every_column(const PairFiles& files, const HandRequest& request,
+                                  const HandRecordings& read) {
+  try {
+    return recording::read_csv(files.sensor, {}, request.time_unit);
+  } catch (const InputError&) {
+    return read.sensor;
+  }
+}
+
+// Of the samples that are used.
+struct Relation {
+  double slope = 0;  // of y on x
+  double correlation = 0;
+};
+
+Relation relation(const Session& session, const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
+  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
+  for (Eigen::Index k = 0; k < x.size(); ++k) {
+    if (session.use[static_cast<std::size_t>(k)] == 0) continue;
+    n += 1;
+    sx += x(k);
+    sy += y(k);
+    sxx += x(k) * x(k);
+    sxy += x(k) * y(k);
+    syy += y(k) * y(k);
+  }
+  const double xx = sxx - sx * sx / n;
+  const double xy = sxy - sx * sy / n;
+  const double yy = syy - sy * sy / n;
+  if (!(xx > 0 && yy > 0)) return {};
+  return {xy / xx, xy / std::sqrt(xx * yy)};
+}
+
+// Where x stands at its least or largest value while y moves on: "stands at 40 ... goes from 20 to 70".
+std::optional<std::string> clipped(const Session& session, const Eigen::VectorXd& x,
+                                   const Eigen::VectorXd& y) {
+  std::vector<double> seen;
+  std::vector<double> other;
+  for (Eigen::Index k = 0; k < x.size(); ++k) {
+    if (session.use[static_cast<std::size_t>(k)] == 0) continue;
+    seen.push_back(x(k));
+    other.push_back(y(k));
+  }
+  if (seen.empty()) return std::nullopt;
+  const auto range = [](std::vector<double> values) {
+    std::ranges::sort(values);
+    const std::size_t tail = values.size() / 20;
+    return std::pair(values[tail], values[values.size() - 1 - tail]);
+  };
+  const auto [low, high] = range(other);
+  for (const double extreme : {std::ranges::min(seen), std::ranges::max(seen)}) {
+    std::vector<double> meanwhile;
+    for (std::size_t k = 0; k < seen.size(); ++k) {
+      if (seen[k] == extreme) meanwhile.push_back(other[k]);
+    }
+    if (static_cast<double>(meanwhile.size()) < kStands * static_cast<double>(seen.size())) continue;
+    const auto [from, to] = range(meanwhile);
+    if (to - from >= kMovesOn * (high - low))
+      return fmt::format(
+          "stands at {:g} for {:.0f} % of the time while the other goes from {:.4g} to {:.4g}", extreme,
+          100.0 * static_cast<double>(meanwhile.size()) / static_cast<double>(seen.size()), from, to);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+void check_map(const HandRequest& request, const PairFiles& files, const HandRecordings& read,
+               double clock_offset_s, std::vector<std::string>& warnings) {
+  const recording::Recording all = every_column(files, request, read);
+  for (std::size_t j = 0; j < request.map.size(); ++j) {
+    const JointMap& map = request.map[j];
+    const std::string& own = map.sensors.front();
+    const recording::Series angle = read.reference[j].series(map.reference);
+    const double share = recording::explained(all.series(own), angle, clock_offset_s);
+    std::string best = own;
+    double most = share;
+    for (const recording::Column& column : all.columns) {
+      if (column.name == own || !of_one_kind(column.name, own)) continue;
+      const double other = recording::explained(all.series(column.name), angle, clock_offset_s);
+      if (other > most) {
+        most = other;
+        best = column.name;
+      }
+    }
+    if (most < kUnexplained && map.sensors.size() == 1) {
+      throw io::JobError(fmt::format("{}: no sensor explains \"{}\": {} explains most of it, {:.0f} %",
+                                     map.joint, map.reference, best, 100 * most));
+    }
+    if (most > share + kMoreExplained) {
+      warnings.push_back(
+          fmt::format("{}: {} explains {:.0f} % of \"{}\", {} of the map {:.0f} %: is the map right?",
+                      map.joint, best, 100 * most, map.reference, own, 100 * share));
+    }
+  }
+}
+
+void check_once(const std::vector<HandRecordings>& files) {
+  const HandRecordings& last = files.back();
+  for (std::size_t p = 0; p + 1 < files.size(); ++p) {
+    if (!last.sensor.digest.empty() && files[p].sensor.digest == last.sensor.digest)
+      throw InputError(fmt::format("{}: the same log stands in two pairs: each is a recording of its own",
+                                   last.sensor.source));
+  }
+}
+
+void check_gloves(const HandRequest& request, std::size_t j, const std::vector<Session>& sessions) {
+  const JointMap& map = request.map[j];
+  std::optional<std::pair<std::size_t, double>> first;
+  for (std::size_t p = 0; p < sessions.size(); ++p) {
+    const Relation own = relation(sessions[p], sessions[p].angle_deg, sessions[p].input.col(0));
+    if (std::abs(own.correlation) < kRelated) continue;
+    if (!first) {
+      first = {p, own.slope};
+      continue;
+    }
+    const double ratio = own.slope / first->second;
+    if (ratio > 1 / kAlike && ratio < kAlike) continue;
+    throw InputError(
+        fmt::format("{}: in {} {} moves {:.2g} times as far with the angle as in {}: are these of one glove? "
+                    "Fit each on its own",
+                    map.joint, request.pairs[p].sensor.filename().string(), map.sensors.front(), ratio,
+                    request.pairs[first->first].sensor.filename().string()));
+  }
+}
+
+std::vector<std::string> one_sided(const JointMap& map, const std::vector<Session>& sessions) {
+  std::vector<std::string> out;
+  const auto say = [&](const std::string& text) {
+    if (std::ranges::find(out, text) == out.end()) out.push_back(text);
+  };
+  for (const Session& session : sessions) {
+    for (Eigen::Index a = 0; a < session.input.cols(); ++a) {
+      const std::string& sensor = map.sensors[static_cast<std::size_t>(a)];
+      for (Eigen::Index b = 0; b < a; ++b) {
+        if (std::abs(relation(session, session.input.col(b), session.input.col(a)).correlation) > kSame)
+          say(fmt::format("{} and {} say the same: leave one of them out of the map",
+                          map.sensors[static_cast<std::size_t>(b)], sensor));
+      }
+    }
+    if (const auto text = clipped(session, session.input.col(0), session.angle_deg))
+      say(fmt::format("{} {}: is it clipped? Nothing tells the angle there", map.sensors.front(), *text));
+    if (const auto text = clipped(session, session.angle_deg, session.input.col(0)))
+      say(fmt::format("\"{}\" {}: is it clipped? Nothing is learnt there, and the clock offset suffers",
+                      map.reference, *text));
+  }
+  return out;
+}
+
+}  // namespace flexor::identify

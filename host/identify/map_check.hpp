@@ -1,0 +1,26 @@
+// Whether map and recordings belong together, before anything is fitted.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host/identify/hand.hpp"
+
+namespace flexor::identify {
+
+// Warns where another sensor of the log tells a joint better than the one that the map names. Throws io::JobError where
+// none tells it at all. Looks at the whole recording: it only warns and refuses.
+void check_map(const HandRequest& request, const PairFiles& files, const HandRecordings& read,
+               double clock_offset_s, std::vector<std::string>& warnings);
+
+// Throws io::InputError where the last of them is one of the others.
+void check_once(const std::vector<HandRecordings>& files);
+
+// Of joint j, a session for each pair: throws io::InputError where one's sensor moves the other way, or 2.5 times as far.
+void check_gloves(const HandRequest& request, std::size_t j, const std::vector<Session>& sessions);
+
+// What of a joint's signals tells nothing: sensors that say the same as another, and a sensor or an angle that stands at
+// an extreme while the other goes on.
+std::vector<std::string> one_sided(const JointMap& map, const std::vector<Session>& sessions);
+
+}  // namespace flexor::identify

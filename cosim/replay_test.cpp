@@ -15,6 +15,7 @@
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
 #include "host/model/channel.hpp"
+#include "host/model/wiring.hpp"
 #include "host/recording/csv.hpp"
 #include "host/study/glove_fit.hpp"
 #include "runtime/link/opengloves.hpp"
@@ -105,6 +106,26 @@ TEST_F(Replay, AnIdentifiedModelWithCurvesMotionAndLeadIsSentToTheBit) {
     expect_exact(model, study::gesture_counts(parameters_, model));
     expect_exact(model, exercise(1500, 5));
   }
+}
+
+// A section of the program that adds up what others made, and reads no strip itself; sensors that name no finger are on
+// the strips that are free.
+TEST_F(Replay, StripsThatSeveralJointsShareAreSentToTheBit) {
+  model::Model model = named("published-hw");
+  model.inputs.resize(2);
+  for (std::size_t i = 0; i < 2; ++i) model.inputs[i].name = model.inputs[i].strip = "";
+  model.inputs[0].name = "a";
+  model.inputs[1].name = "b";
+  const model::Curve curve{{40, 80, 160}, {20, 40, 70}};
+  model.blocks = {{{"a"}, "index angle", curve},
+                  {{"a"}, "from a", curve},
+                  {{"b"}, "from b", curve},
+                  {{"from a", "from b"}, "both", model::Sum{{0.5, 0.5}, 0}},
+                  {{"index angle"}, "index", model::Saturation{25, 65}},
+                  {{"both"}, "thumb", model::Saturation{25, 65}}};
+  model.joints = {{"index", "index", 30, {}}, {"thumb", "thumb", 30, {}}, {"index_dip", "index", 30, {}}};
+  EXPECT_EQ(model::left_out(model), std::vector<std::string>{"index_dip"});
+  expect_exact(model, exercise(400, 8));
 }
 
 // One finger's model: the other four strips are missing.

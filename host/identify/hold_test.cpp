@@ -31,7 +31,8 @@ Session step() {
 TEST(HoldDrift, IsWhatALagStillHasToGoAfterASecond) {
   for (const double tau_s : {0.5, 5.0, 20.0}) {
     const auto left = [&](int samples) { return 50 * std::exp(-samples * kStep_s / tau_s); };
-    EXPECT_NEAR(hold_drift_deg(lagging(tau_s), {step()}, {"u"}), left(11 + 21) - left(11 + 1201), 1e-6) << tau_s;
+    EXPECT_NEAR(hold_drift_deg(lagging(tau_s), {step()}, {"u"}), left(11 + 21) - left(11 + 1201), 1e-6)
+        << tau_s;
   }
 }
 

@@ -699,7 +699,7 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   std::vector<Files> files;
   for (const PairFiles& pair : request.pairs) {
     files.push_back(read_files(pair, request));
-    check_once(files);
+    if (const auto text = seen_before(files)) r.warnings.push_back(*text);
     add_warnings(files.back(), r.warnings);
   }
   for (std::size_t p = 0; p < files.size(); ++p) {
@@ -710,6 +710,10 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   for (std::size_t j = 0; j < request.map.size(); ++j) {
     const std::vector<Session> sessions = sessions_of(samples, j);
     check_gloves(request, j, sessions);
+    const auto other = std::ranges::find(request.map, request.map[j].reference, &JointMap::reference);
+    if (other->joint != request.map[j].joint)
+      r.warnings.push_back(fmt::format("{} and {}: \"{}\" is the angle of both: is the map right?",
+                                       other->joint, request.map[j].joint, other->reference));
     for (const std::string& text : one_sided(request.map[j], sessions))
       r.warnings.push_back(fmt::format("{}: {}", request.map[j].joint, text));
   }

@@ -78,8 +78,6 @@ std::vector<JointMap> parse_map(const std::string& text) {
     const std::set<std::string> different(joint.sensors.begin(), joint.sensors.end());
     if (different.size() < joint.sensors.size()) fail(at, "a sensor twice");
     if (std::ranges::find(out, joint.joint, &JointMap::joint) != out.end()) fail(at, "a joint twice");
-    if (std::ranges::find(out, joint.reference, &JointMap::reference) != out.end())
-      fail(at, "an angle of two joints");
     out.push_back(std::move(joint));
     at = end + 1;
   }

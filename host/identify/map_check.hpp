@@ -1,6 +1,7 @@
 // Whether map and recordings belong together, before anything is fitted.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,8 @@ namespace flexor::identify {
 void check_map(const HandRequest& request, const PairFiles& files, const HandRecordings& read,
                double clock_offset_s, std::vector<std::string>& warnings);
 
-// Throws io::InputError where the last of them is one of the others.
-void check_once(const std::vector<HandRecordings>& files);
+// The warning that a log deserves which is that of an earlier pair.
+std::optional<std::string> seen_before(const std::vector<HandRecordings>& files);
 
 // Of joint j, a session for each pair: throws io::InputError where one's sensor moves the other way, or 2.5 times as far.
 void check_gloves(const HandRequest& request, std::size_t j, const std::vector<Session>& sessions);

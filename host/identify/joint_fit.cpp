@@ -19,8 +19,9 @@ using io::InputError;
 constexpr double kMostDrift_deg = 1;
 constexpr int kAttacks = 15;  // of the search for fixed point's error
 constexpr int kReadings = 5000;
-constexpr double kNearly = 0.7;               // what a short search finds is less than what there is
-constexpr double kMostFixedError_deg = 0.06;  // beside 1/16, the step of what a glove sends
+constexpr double kNearly = 0.5;  // what a short search finds is less than what there is
+constexpr double kMostFixedError_deg =
+    0.05;  // deploy refuses 1/16 of all joints, and searches other readings
 
 // Why this candidate cannot be worn; empty: it can.
 std::string refusal_of(const model::Model& model, double drift_deg) {

@@ -1,7 +1,7 @@
 // The compensator of one joint: the chain that was asked for (chain_fit.hpp), or of the additive candidates
 // (additive.hpp), best first, the first that can be worn. It holds still when the finger does, to a degree in a minute,
-// and by itself it fits the glove's integers within 0.05 degree, since deploy searches all joints together and finds more;
-// where none is so precise, the best that holds still. Of readings that no board takes the integers are not asked for.
+// and by itself it fits the glove's integers within 0.055 degree (of several sensors 0.06), since deploy searches all
+// joints together and finds more; where none is so precise, the best that holds still. Of readings that no board takes the integers are not asked for.
 #pragma once
 
 #include <optional>

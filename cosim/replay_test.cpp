@@ -63,12 +63,18 @@ class Replay : public testing::Test {
   fs::path folder_;
 };
 
-// Sums of curves for each of five fingers, identified on the twin's glove with a lead.
+// Curves, plays, motion and a lead for each of five fingers, identified on the twin's glove.
 model::Model identified(double rate_hz) {
-  study::GloveRequest request;
-  request.parameters = study::shipped_parameters();
+  study::GloveRequest recorded;
+  recorded.parameters = study::shipped_parameters();
+  recorded.rate_hz = rate_hz;
+  identify::HandRequest request;
   request.rate_hz = rate_hz;
-  return study::fit_glove(request, study::record_glove(request)).identified;
+  request.lead_s = 0.1;
+  request.structure = "curve(8) + play(0.08) > curve(8) + motion(0.15)";
+  for (const std::string& finger : model::finger_names())
+    request.map.push_back({finger, {finger + "_alpha_deg"}, finger + "_deg"});
+  return identify::fit_hand(request, study::hand_recordings(study::record_glove(recorded)));
 }
 
 TEST_F(Replay, TheSixGesturesAreSentToTheBit) {
@@ -96,13 +102,13 @@ TEST_F(Replay, EveryRateIsSentToTheBit) {
   }
 }
 
-TEST_F(Replay, AnIdentifiedModelIsSentToTheBit) {
+TEST_F(Replay, AnIdentifiedModelWithCurvesMotionAndLeadIsSentToTheBit) {
   for (const double rate_hz : {10.0, 50.0}) {
     const model::Model model = identified(rate_hz);
     const auto has = [&](const char* type) {
       return std::ranges::any_of(model.blocks, [&](const auto& b) { return model::type_of(b.kind) == type; });
     };
-    ASSERT_TRUE(has("curve") && has("sum"));
+    ASSERT_TRUE(has("curve") && has("lag") && has("sum"));
     expect_exact(model, study::gesture_counts(parameters_, model));
     expect_exact(model, exercise(1500, 5));
   }

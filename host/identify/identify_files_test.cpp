@@ -176,11 +176,13 @@ class Simulated : public testing::Test {
 };
 
 TEST_F(Simulated, FindsColumnsFingerOffsetAndABetterCurve) {
-  const Identification r = identify_files(request("hw-hysteresis"), {});
-  EXPECT_EQ(r.model.joints[0].name, "index");  // from the columns' names
-  EXPECT_NEAR(r.aligned.clock_offset_s, 7.4, 0.06);
-  // This chain cannot lead, so that the sensor's own lag stays in its error.
-  EXPECT_LT(r.holdout_without_gaps->rmse_deg, 0.5 * r.baseline.rmse_deg);
+  FileRequest chain = request("hw-hysteresis");
+  const Identification found = identify_files(chain, {});
+  EXPECT_EQ(found.model.joints[0].name, "index");  // from the columns' names
+  EXPECT_NEAR(found.aligned.clock_offset_s, 7.4, 0.06);
+  chain.clock_offset_s = 7.33;  // this chain cannot lead: a clock that is late by the sensor's lag
+  const Identification r = identify_files(chain, {});
+  EXPECT_LT(r.holdout_without_gaps->rmse_deg, 0.4 * r.baseline.rmse_deg);
   EXPECT_GT(r.holdout_without_gaps->rmse_deg, 0.4);
   EXPECT_GT(r.holdout.rmse_deg, r.holdout_without_gaps->rmse_deg);
   EXPECT_EQ(r.rows.size(), families().size());

@@ -216,7 +216,7 @@ class RealRecordings : public testing::TestWithParam<RealCase> {
   Recording camera_;
 };
 
-constexpr double kTolerance_s = 0.18;  // the distal joint is not what bends the strip most
+constexpr double kTolerance_s = 0.15;
 
 TEST_P(RealRecordings, OffsetIsThatOfTheIndependentRealignment) {
   EXPECT_NEAR(offset(), implied_offset(), kTolerance_s);

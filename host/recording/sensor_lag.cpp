@@ -23,16 +23,16 @@ constexpr Index kLeastRows = 50;
 constexpr Index kMostKnots = 10;
 constexpr double kReach_s = 1;   // of the offset's search
 constexpr double kBefore_s = 1;  // for lag and play to forget what was before the recording
-constexpr double kVelocity_s = 0.03;
+constexpr double kVelocity_s = 0.025;
 constexpr double kOffset_s = 0.1;
-constexpr double kLag_s = 0.08;  // the priors' deviations
+constexpr double kLag_s = 0.06;  // the priors' deviations
 constexpr double kPlay_deg = 5;
 constexpr double kSmooth_s = 0.08;
 constexpr double kCreep_s = 5;   // nothing depends on how slow it is
 constexpr double kSlope = 1e-3;  // ridge, of the readings' count: where no reading is
 constexpr double kOutlier = 6;   // robust deviations
 constexpr double kClock_s =
-    0.005;  // what frames and rows are stamped by, and what a camera's noise does to a play
+    0.008;  // what frames and rows are stamped by, and what a camera's noise does to a play
 constexpr double kNormal = 1.4826;  // standard deviation of a normal distribution, in medians of its sizes
 constexpr unsigned kSeed = 2019;
 constexpr Index kPriors = 4;

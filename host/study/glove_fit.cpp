@@ -1,11 +1,6 @@
 #include "host/study/glove_fit.hpp"
 
-#include <algorithm>
-
-#include "host/identify/hand.hpp"
-
 namespace flexor::study {
-namespace {
 
 std::vector<identify::HandRecordings> hand_recordings(const std::vector<GloveRecording>& recordings) {
   std::vector<identify::HandRecordings> out;
@@ -15,8 +10,6 @@ std::vector<identify::HandRecordings> hand_recordings(const std::vector<GloveRec
   }
   return out;
 }
-
-}  // namespace
 
 GloveFit fit_glove(const GloveRequest& request, const std::vector<GloveRecording>& recordings) {
   GloveFit out;

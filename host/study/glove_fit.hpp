@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "host/identify/hand.hpp"
 #include "host/study/glove_recording.hpp"
 
 namespace flexor::study {
@@ -19,6 +20,9 @@ struct GloveFit {
   model::Model identified;
   std::optional<double> lead_s;  // from reading to hand; none: outside the search, and nothing is predicted
 };
+
+// As flexor identify has read them.
+std::vector<identify::HandRecordings> hand_recordings(const std::vector<GloveRecording>& recordings);
 
 // Throws io::InputError and io::JobError.
 GloveFit fit_glove(const GloveRequest& request, const std::vector<GloveRecording>& recordings);

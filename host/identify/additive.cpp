@@ -502,6 +502,7 @@ Candidates candidates(const std::string& name, std::size_t sensors) {
     return {{{{}, {0.05}, 2}, {{}, {0.1}, 2}, {{}, {0.2}, 2}, {{}, {0.4}, 2}, {{}, {0.8}, 2}}};
   if (name == "curve") return {{{{}, {}}}};
   if (name == "hysteresis") return {{{plays, {}}}};
+  if (name != "auto") throw io::InputError(fmt::format("no structure is called \"{}\"", name));
   // What several sensors say together needs less of each, and is slower to fit.
   if (sensors > 1) return {{{{}, {}}, {{}, slow}, {plays, {}}, {plays, slow}, {plays, quick}}};
   return {{{{}, {}}, {{}, one}, {{}, quick}, {{}, slow}, {plays, {}}, {plays, quick}, {plays, slow}}, true};

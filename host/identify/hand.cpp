@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -20,6 +19,7 @@
 #include "host/identify/motion_check.hpp"
 #include "host/identify/published_form.hpp"
 #include "host/identify/refit.hpp"
+#include "host/identify/robust.hpp"
 #include "host/identify/structure_text.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
@@ -38,7 +38,6 @@ constexpr double kSameClock_s = 0.5;      // offsets of two joints further apart
 constexpr double kVelocityError_s = 0.1;  // of an offset from velocities alone
 constexpr double kUnsure = 0.1;
 constexpr std::size_t kLeastHeldOut = 20;
-constexpr double kOutside = 0.03;  // of the held-out readings
 constexpr double kNormal95 = 1.96;
 
 using Files = HandRecordings;
@@ -372,10 +371,7 @@ void score_least_squares_line(const std::vector<Sampled>& samples, std::size_t j
       angle.push_back(fitted.angle_deg(static_cast<Eigen::Index>(k)));
     }
   }
-  Eigen::MatrixXd x = Eigen::MatrixXd::Ones(std::ssize(reading), 2);
-  x.col(1) = Eigen::Map<const Eigen::VectorXd>(reading.data(), x.rows());
-  const Eigen::Vector2d line =
-      x.colPivHouseholderQr().solve(Eigen::Map<const Eigen::VectorXd>(angle.data(), x.rows()));
+  const Eigen::Vector2d line = least_squares_line(reading, angle);
   std::vector<double> held;
   for (const Sampled& sampled : samples) {
     const recording::Aligned& own = sampled.sensor[j].front();
@@ -412,32 +408,14 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
         fmt::format("{}: on data it never saw the compensator ({:.2f} deg) is no better than {} ({:.2f} deg)",
                     joint.name, joint.holdout.rmse_deg, words, baseline->second.rmse_deg));
   }
-  double low = std::numeric_limits<double>::infinity();
-  double high = -low;
+  std::vector<Halves> readings;
   for (const Sampled& sampled : samples) {
     const recording::Aligned& own = sampled.sensor[j].front();
-    const auto fitted = static_cast<std::ptrdiff_t>(own.holdout_begin);
-    const auto [least, most] = std::minmax_element(
-        own.input.begin() + static_cast<std::ptrdiff_t>(own.overlap_begin), own.input.begin() + fitted);
-    low = std::min(low, *least);
-    high = std::max(high, *most);
+    const std::span all(own.input);
+    readings.push_back({all.subspan(own.overlap_begin, own.holdout_begin - own.overlap_begin),
+                        all.subspan(own.holdout_begin)});
   }
-  std::ptrdiff_t outside = 0;
-  std::ptrdiff_t held = 0;
-  for (const Sampled& sampled : samples) {
-    const recording::Aligned& own = sampled.sensor[j].front();
-    const auto split = own.input.begin() + static_cast<std::ptrdiff_t>(own.holdout_begin);
-    outside += std::count_if(split, own.input.end(), [&](double u) { return u < low || u > high; });
-    held += own.input.end() - split;
-  }
-  const double share = static_cast<double>(outside) / static_cast<double>(std::max<std::ptrdiff_t>(held, 1));
-  if (share > kOutside) {
-    warnings.push_back(
-        fmt::format("{}: {:.0f} % of the held-out readings lie outside the range seen in the fitted part "
-                    "({:g} to {:g}): record "
-                    "the whole range in both parts",
-                    joint.name, 100 * share, low, high));
-  }
+  if (const auto text = beyond_fitted(readings)) warnings.push_back(fmt::format("{}: {}", joint.name, *text));
 }
 
 void score_joints(const HandRequest& request, const std::vector<Files>& files,

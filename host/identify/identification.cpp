@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -13,6 +12,7 @@
 #include "host/identify/estimator.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/motion_check.hpp"
+#include "host/identify/robust.hpp"
 #include "host/identify/structure_text.hpp"
 #include "host/io/json.hpp"
 #include "host/model/channel.hpp"
@@ -157,15 +157,14 @@ TableRow make_row(const Candidate& candidate, const Identification& r, const Sco
 }
 
 std::vector<double> straight_line(const recording::Aligned& aligned, const std::vector<std::uint8_t>& use) {
-  Eigen::Index n = 0;
-  Eigen::MatrixXd a(std::ranges::count(use, 1), 2);
-  Eigen::VectorXd b(a.rows());
+  std::vector<double> reading;
+  std::vector<double> angle;
   for (std::size_t k = 0; k < use.size(); ++k) {
     if (!use[k]) continue;
-    a.row(n) << 1, aligned.input[k];
-    b(n++) = aligned.angle_deg[k];
+    reading.push_back(aligned.input[k]);
+    angle.push_back(aligned.angle_deg[k]);
   }
-  const Eigen::Vector2d line = a.colPivHouseholderQr().solve(b);
+  const Eigen::Vector2d line = least_squares_line(reading, angle);
   std::vector<double> out;
   for (const double u : aligned.input) out.push_back(line(0) + line(1) * u);
   return out;
@@ -245,12 +244,9 @@ void warn_of_motion(const Identification& r, Warnings& warnings) {
         "is proven; move through the whole range all the time, or choose another --split",
         moved, taught));
   }
-  const auto split = r.aligned.input.begin() + static_cast<std::ptrdiff_t>(r.holdout_begin);
-  const auto range = std::minmax_element(r.aligned.input.begin(), split);
-  const double low = *range.first;
-  const double high = *range.second;
   Session fitted;
-  fitted.input = Eigen::Map<const Eigen::VectorXd>(r.aligned.input.data(), split - r.aligned.input.begin());
+  fitted.input =
+      Eigen::Map<const Eigen::VectorXd>(r.aligned.input.data(), static_cast<Eigen::Index>(r.holdout_begin));
   if (const double creep = hold_drift_deg(r.model, {fitted}, {r.model.inputs.front().name});
       creep > kCreep_deg) {
     warnings.push_back(fmt::format(
@@ -258,15 +254,9 @@ void warn_of_motion(const Identification& r, Warnings& warnings) {
         "rests to tell slow recovery from repeated motion; a structure of fewer poles creeps less",
         creep));
   }
-  const auto outside =
-      std::count_if(split, r.aligned.input.end(), [&](double u) { return u < low || u > high; });
-  const double share = static_cast<double>(outside) / static_cast<double>(r.aligned.input.end() - split);
-  if (share > 0.01) {
-    warnings.push_back(
-        fmt::format("{:.0f} % of the held-out readings lie outside the range seen in the fitted part "
-                    "({:.0f} to {:.0f})",
-                    100 * share, low, high));
-  }
+  const std::span readings(r.aligned.input);
+  if (const auto text = beyond_fitted({{readings.first(r.holdout_begin), readings.subspan(r.holdout_begin)}}))
+    warnings.push_back(*text);
 }
 
 // What the log does not say, or says wrongly.

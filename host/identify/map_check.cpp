@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "host/identify/robust.hpp"
 #include "host/io/io.hpp"
 #include "host/recording/align.hpp"
 #include "host/recording/csv.hpp"
@@ -80,8 +81,7 @@ std::optional<std::string> clipped(const Session& session, const Eigen::VectorXd
   if (seen.empty()) return std::nullopt;
   const auto range = [](std::vector<double> values) {
     std::ranges::sort(values);
-    const std::size_t tail = values.size() / 20;
-    return std::pair(values[tail], values[values.size() - 1 - tail]);
+    return std::pair(quantile(values, 0.05), quantile(values, 0.95));
   };
   const auto [low, high] = range(other);
   for (const double extreme : {std::ranges::min(seen), std::ranges::max(seen)}) {

@@ -15,6 +15,7 @@
 #include "host/recording/resample.hpp"
 #include "host/recording/sensor_lag.hpp"
 #include "host/recording/taps.hpp"
+#include "host/recording/velocity.hpp"
 
 namespace flexor::recording {
 namespace {
@@ -60,7 +61,7 @@ struct Scales {
 
   explicit Scales(double shorter_s)
       : coarse_rate_hz(shorter_s < 20 ? 20 : 5),
-        smoothing_s(std::clamp(shorter_s / 40, 0.15, 0.5)),
+        smoothing_s(recording::smoothing_s(shorter_s)),
         reach_s(3 * smoothing_s),
         rival_distance_s(std::clamp(shorter_s / 5, 1.0, 2.0)),
         min_overlap_s(std::max(kMinOverlap_s, kMinOverlapShare * shorter_s)),
@@ -270,20 +271,15 @@ std::optional<std::size_t> rival_of(const Scan& scan, std::size_t best, std::siz
 
 // Smoothed velocity; not good within three standard deviations of a gap or an end.
 Sampled velocity(const Sampled& signal, double smoothing_s) {
-  const double sigma = smoothing_s / signal.period_s;
-  const auto reach = static_cast<std::ptrdiff_t>(std::ceil(3 * sigma));
-  std::vector<double> kernel;  // derivative of a Gaussian
-  for (std::ptrdiff_t k = -reach; k <= reach; ++k) {
-    const double z = static_cast<double>(k) / sigma;
-    kernel.push_back(-z * std::exp(-z * z / 2));
-  }
+  const std::vector<double> kernel = derivative_kernel(smoothing_s / signal.period_s);
+  const std::ptrdiff_t reach = std::ssize(kernel) / 2;
   Sampled out{signal.period_s, std::vector<double>(signal.value.size(), 0.0),
               std::vector<std::uint8_t>(signal.value.size(), 0)};
   for (std::ptrdiff_t i = reach; i + reach < std::ssize(signal.value); ++i) {
     double sum = 0;
     bool good = true;
     for (std::ptrdiff_t k = -reach; k <= reach; ++k) {
-      const auto at = static_cast<std::size_t>(i - k);
+      const auto at = static_cast<std::size_t>(i + k);
       sum += kernel[static_cast<std::size_t>(k + reach)] * signal.value[at];
       good = good && signal.good[at];
     }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "host/io/io.hpp"
@@ -82,6 +83,18 @@ std::string quality_column(const std::string& column) {
   return column.ends_with(kUnit) ? column.substr(0, column.size() - kUnit.size()) + "_quality" : "";
 }
 
+void keep_rows(Recording& r, const std::function<bool(std::size_t)>& wanted) {
+  const auto keep = [&](std::vector<double>& v) {
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < v.size(); ++k) {
+      if (wanted(k)) v[kept++] = v[k];
+    }
+    v.resize(kept);
+  };
+  keep(r.t_s);
+  for (Column& column : r.columns) keep(column.value);
+}
+
 // Where the offset was given, the signals need not tell it; why they do not is a warning.
 std::optional<Alignment> find_alignment(const Series& sensor, const Series& reference, bool given,
                                         std::vector<std::string>& warnings) {
@@ -103,15 +116,7 @@ void leave_out_lost(Recording& r, const std::string& name) {
   if (quality == r.columns.end()) return;
   const std::vector<double> q = std::move(quality->value);
   r.columns.erase(quality);
-  const auto drop = [&](std::vector<double>& v) {
-    std::size_t kept = 0;
-    for (std::size_t k = 0; k < q.size(); ++k) {
-      if (q[k] < kLost) v[kept++] = v[k];
-    }
-    v.resize(kept);
-  };
-  drop(r.t_s);
-  for (Column& column : r.columns) drop(column.value);
+  keep_rows(r, [&](std::size_t k) { return q[k] < kLost; });
   if (r.t_s.size() < 2) throw JobError(fmt::format("{}: {} is lost in every row", r.source, name));
   if (r.t_s.size() < q.size()) {
     r.warnings.push_back(fmt::format("{}: {} of {} rows of {} are lost and left out", r.source,
@@ -130,15 +135,7 @@ void leave_out_spikes(Recording& r, const std::string& name) {
       fmt::format("{}: {} angle(s) of {} lie far from all others, the first is {:g} at {:.2f} s: left out",
                   r.source, std::ranges::count_if(seen, spike), name, *first,
                   r.t_s[static_cast<std::size_t>(first - seen.begin())]));
-  const auto drop = [&](std::vector<double>& v) {
-    std::size_t kept = 0;
-    for (std::size_t k = 0; k < seen.size(); ++k) {
-      if (!spike(seen[k])) v[kept++] = v[k];
-    }
-    v.resize(kept);
-  };
-  drop(r.t_s);
-  for (Column& other : r.columns) drop(other.value);
+  keep_rows(r, [&](std::size_t k) { return !spike(seen[k]); });
 }
 
 Recording read_angle(const std::filesystem::path& path, const std::string& column,

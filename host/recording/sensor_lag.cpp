@@ -9,6 +9,7 @@
 #include <unsupported/Eigen/NonLinearOptimization>
 
 #include "host/recording/resample.hpp"
+#include "host/recording/velocity.hpp"
 
 namespace flexor::recording {
 namespace {
@@ -62,15 +63,11 @@ VectorXd lag(VectorXd x, double tau_s) {
 // Velocity per second of what align.hpp smooths the velocities by, so that its product with a difference of angles is the
 // time between them.
 VectorXd velocity_of(const VectorXd& deg, double span_s) {
-  const double deviation = std::numbers::sqrt2 * std::clamp(span_s / 40, 0.15, 0.5) * kGrid_hz;
-  const auto reach = static_cast<Index>(std::ceil(3 * deviation));
-  VectorXd kernel(2 * reach + 1);  // derivative of a Gaussian
-  for (Index k = -reach; k <= reach; ++k) {
-    const double z = static_cast<double>(k) / deviation;
-    kernel(k + reach) = z * std::exp(-z * z / 2);
-  }
-  VectorXd ramp = VectorXd::LinSpaced(kernel.size(), -static_cast<double>(reach), static_cast<double>(reach));
-  kernel *= kGrid_hz / kernel.dot(ramp);
+  const std::vector<double> twice = derivative_kernel(std::numbers::sqrt2 * smoothing_s(span_s) * kGrid_hz);
+  const Index reach = std::ssize(twice) / 2;
+  VectorXd kernel = Eigen::Map<const VectorXd>(twice.data(), std::ssize(twice));
+  kernel *= kGrid_hz / kernel.dot(VectorXd::LinSpaced(kernel.size(), -static_cast<double>(reach),
+                                                      static_cast<double>(reach)));
   VectorXd out = VectorXd::Zero(deg.size());
   for (Index i = reach; i + reach < deg.size(); ++i)
     out(i) = kernel.dot(deg.segment(i - reach, kernel.size()));
@@ -197,10 +194,11 @@ class SensorModel {
 
   Index rows() const { return reading_.size(); }
   double reach_s() const { return reach_s_; }
-  // How much later than the first angle its bend moves, by the velocities: what these alone take for an offset.
+  // How much later than the angles their bends move, by the velocities: what these alone take for an offset.
   double velocity_lag_s(const Point& at) const {
-    const Angle& angle = angles_.front();
-    return (angle.deg - bend(at, angle.deg)).dot(angle.velocity);
+    double sum = 0;
+    for (const Angle& angle : angles_) sum += (angle.deg - bend(at, angle.deg)).dot(angle.velocity);
+    return sum / static_cast<double>(angles_.size());
   }
 
   // Readings minus the best f of this offset, play and lag; zero where a reading does not count.

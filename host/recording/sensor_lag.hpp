@@ -7,7 +7,7 @@
 // movement off where an offset only moves it. tau and r have half-normal priors: a recording that does not tell
 // (the sensor does what no such model does, or the motion is slow) keeps the lag small and says so by the error.
 //
-// A third prior holds d to what velocities say (align.hpp), corrected by the first angle's lag and play. The camera's noise
+// A third prior holds d to what velocities say (align.hpp), corrected by lag and play. The camera's noise
 // that lag and play would take out of the residuals is put back: both are applied to the angles with as much noise once more.
 //
 // The error is that of this model. Of a strip that is none such, as one of two lags, an error may be ten times as large.

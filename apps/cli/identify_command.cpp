@@ -1,15 +1,19 @@
 #include <fmt/format.h>
 
+#include <chrono>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
+#include "apps/cli/stop.hpp"
 #include "host/identify/hand.hpp"
 #include "host/identify/hand_results.hpp"
 #include "host/identify/identify_files.hpp"
 #include "host/identify/results.hpp"
+#include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/report/render.hpp"
 
@@ -26,7 +30,46 @@ struct Options {
   std::string map;
   bool fit_all = false;
   std::string refit;
+  std::optional<double> time_limit_s;
   bool json = false;
+};
+
+// The search goes on until a signal or the time limit, and shows how far it is. Then the best so far is taken.
+class Search {
+ public:
+  explicit Search(std::optional<double> limit_s) : limit_s_(limit_s) {
+    if (limit_s && !(*limit_s > 0)) throw io::InputError("--time-limit must be positive");
+  }
+
+  bool operator()(std::size_t done, std::size_t of, const std::string& what) {
+    line_->step(what, done, of);
+    return !*stop_.flag() && !(limit_s_ && seconds() > *limit_s_);
+  }
+
+  template <typename Work>
+  auto run(const Work& work) {
+    try {
+      auto result = work();
+      line_.reset();
+      return result;
+    } catch (const io::Cancelled&) {
+      line_.reset();
+      if (!*stop_.flag())
+        throw io::JobError("nothing was fitted within the time limit: a larger --time-limit");
+      io::set_interruption_note("interrupted before anything was fitted");
+      stop_.end();
+    }
+  }
+
+ private:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
+
+  std::optional<double> limit_s_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  StopOnSignal stop_;
+  std::optional<ProgressLine> line_{std::in_place};
 };
 
 // The video's angles as a file: in the report's folder, or in `folder` for the time being.
@@ -133,13 +176,9 @@ void run_hand(const Options& o) {
   const identify::HandRequest request = hand_request(o);
   if (!o.model.empty()) io::require_writable(o.model);
   if (!o.report.empty()) io::require_folder(o.report);
-  std::optional<ProgressLine> line(std::in_place);
+  Search search(o.time_limit_s);
   const identify::HandIdentification result =
-      identify::identify_hand(request, [&](std::size_t done, std::size_t of, const std::string& what) {
-        line->step(what, done, of);
-        return true;
-      });
-  line.reset();
+      search.run([&] { return identify::identify_hand(request, std::ref(search)); });
   // The model first: a report that cannot be drawn must not cost the fit.
   if (!o.model.empty()) model::save(result.model, o.model);
   if (!o.report.empty()) {
@@ -173,13 +212,9 @@ void run(Options& o) {
   } else if (!o.lens.empty()) {
     throw io::InputError("--lens goes with a video: add --joints");
   }
-  std::optional<ProgressLine> line(std::in_place);
+  Search search(o.time_limit_s);
   const identify::Identification result =
-      identify::identify_files(o.request, [&](std::size_t done, std::size_t of, const std::string& what) {
-        line->step(what + ": fit", done, of);
-        return true;
-      });
-  line.reset();
+      search.run([&] { return identify::identify_files(o.request, std::ref(search)); });
   // The model first: a report that cannot be drawn must not cost the fit.
   if (!o.model.empty()) model::save(result.model, o.model);
   if (!o.report.empty()) {
@@ -242,6 +277,8 @@ void add_identify(CLI::App& app) {
   command->add_option("--refit", o->refit,
                       "with --pair: a model of which only gains and dead zones are fitted to the wearer");
   add_structure(*command, r);
+  command->add_option("--time-limit", o->time_limit_s,
+                      "seconds after which the best so far is taken, as at an interrupt (Ctrl-C)");
   command->add_option("--clock-offset", r.clock_offset_s,
                       "use this offset in seconds (reference minus sensor) and check it against the signals");
   command->add_option(

@@ -549,7 +549,8 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
   const auto try_all = [&] {
     for (std::size_t next = out.size(); next < all.size(); ++next) {
       if (step && !step(next, all.size(), fmt::format("{}: {}", joint, describe(all[next])))) {
-        throw io::Cancelled("cancelled");
+        if (out.empty()) throw io::Cancelled("cancelled");
+        return;
       }
       out.push_back(search.fit(all[next]));
     }

@@ -116,7 +116,7 @@ struct Additive {
 // How far an angle drifts while the readings are held, degrees.
 using Drift = std::function<double(const Additive&)>;
 
-// Called before each trial; false stops.
+// Called before each trial; false: no further one is tried.
 using Step = std::function<bool(std::size_t done, std::size_t of, const std::string& what)>;
 
 // Asked of the best candidate, then of the next best, until it says yes.

@@ -20,6 +20,7 @@
 #include "host/identify/published_form.hpp"
 #include "host/identify/refit.hpp"
 #include "host/identify/robust.hpp"
+#include "host/identify/select.hpp"
 #include "host/identify/structure_text.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
@@ -700,6 +701,10 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   const auto start = std::chrono::steady_clock::now();
   fit_model(request, asked_for(request), files, samples, step, r);
   r.fit_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  for (const JointResult& joint : r.joints) {
+    if (const auto text = stopped_early(joint.untried))
+      r.warnings.push_back(fmt::format("{}: {}", joint.name, *text));
+  }
   warn_of_readings(r.model, files, r.warnings);
   score_joints(request, files, samples, r);
   r.proven = r.model;

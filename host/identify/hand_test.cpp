@@ -438,8 +438,22 @@ TEST_F(Hand, IsTheSameOnAnyNumberOfThreads) {
   EXPECT_GT(done, 0u);
   EXPECT_EQ(results[1], results[0]);
   EXPECT_EQ(results[2], results[0]);
-  EXPECT_THROW(identify_hand(r, [](std::size_t, std::size_t, const std::string&) { return false; }),
-               io::Cancelled);
+}
+
+TEST_F(Hand, AStoppedSearchTakesTheBestSoFarOfEveryJointAndSaysSo) {
+  HandRequest r = request({write("one", 60, 1)}, "index=a_adc:index_deg,thumb=b_adc+a_adc:thumb_deg");
+  const auto at_once = [](std::size_t, std::size_t, const std::string&) { return false; };
+  const HandIdentification stopped = identify_hand(r, at_once);
+  ASSERT_EQ(stopped.joints.size(), 2u);
+  for (const JointResult& joint : stopped.joints) {
+    EXPECT_EQ(joint.rows.size(), 1u);
+    EXPECT_LT(joint.holdout.rmse_deg, joint.baselines.at("line").rmse_deg) << joint.name;
+    EXPECT_TRUE(warned(stopped, (joint.name + ": stopped before").c_str()));
+  }
+  EXPECT_FALSE(warned(identify_hand(r, {}), "stopped before"));
+  r.structure = "hw";
+  r.map = parse_map("index=a_adc:index_deg");
+  EXPECT_THROW(identify_hand(r, at_once), io::Cancelled);
 }
 
 TEST_F(Hand, MapsThatMeanNothingAreRefusedWhereTheyGoWrong) {

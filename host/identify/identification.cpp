@@ -300,16 +300,16 @@ struct Fitted {
   std::vector<Candidate> candidates;
   std::optional<std::size_t> chosen;  // of these; none: what stands below
   std::optional<JointFit> by_text;
-  double seconds = 0;  // without the families that only stand beside it in the table
+  double seconds = 0;       // without the families that only stand beside it in the table
+  std::size_t untried = 0;  // after a stop: candidates, and families for the table
 };
 
 // Counts the fits of a run with one structure, which the other families follow.
 class FitSteps {
  public:
   explicit FitSteps(const Progress& progress) : progress_(progress) {}
-  void next(const Structure& structure) {
-    if (progress_ && !progress_(done_++, families().size(), describe(structure)))
-      throw io::Cancelled("cancelled");
+  bool next(const Structure& structure) {
+    return !progress_ || progress_(done_++, families().size(), describe(structure));
   }
 
  private:
@@ -317,13 +317,15 @@ class FitSteps {
   std::size_t done_ = 0;
 };
 
-// The other families at their usual size, so that the table compares.
-void fit_others(const Data& data, std::optional<Family> chosen, FitSteps& steps,
-                std::vector<Candidate>& candidates) {
+// The other families at their usual size, so that the table compares. Says how many a stop left out.
+std::size_t fit_others(const Data& data, std::optional<Family> chosen, FitSteps& steps,
+                       std::vector<Candidate>& candidates) {
+  std::size_t left = families().size() - (chosen ? 1 : 0);
   for (const Family family : families()) {
     if (family == chosen) continue;
     Candidate other{make_structure(family), {}, 0, {}};
-    steps.next(other.structure);
+    if (!steps.next(other.structure)) return left;
+    --left;
     try {
       Options quick;
       quick.max_starts = 2;
@@ -333,6 +335,7 @@ void fit_others(const Data& data, std::optional<Family> chosen, FitSteps& steps,
     }
     candidates.push_back(std::move(other));
   }
+  return left;
 }
 
 model::Input input_of(const std::string& channel, const Identification& r) {
@@ -360,19 +363,19 @@ Fitted fit_structures(const Identification& r, const Data& data, const Progress&
     out.by_text = fit_by_text(r, data, progress);
     out.seconds = seconds_since(start);
     FitSteps steps(progress);
-    fit_others(data, {}, steps, out.candidates);
+    out.untried = out.by_text->untried + fit_others(data, {}, steps, out.candidates);
     return out;
   }
   if (request.structure == "auto") {
     Selection selection = select(auto_candidates(request.monotone), data, progress);
-    return {std::move(selection.candidates), selection.chosen, {}, seconds_since(start)};
+    return {std::move(selection.candidates), selection.chosen, {}, seconds_since(start), selection.untried};
   }
   Candidate asked{requested_structure(request), {}, 0, {}};
   FitSteps steps(progress);
-  steps.next(asked.structure);
+  if (!steps.next(asked.structure)) throw io::Cancelled("cancelled");
   asked.summary = fit(asked.structure, data);
   Fitted out{{std::move(asked)}, 0, {}, seconds_since(start)};
-  fit_others(data, out.candidates.front().structure.family, steps, out.candidates);
+  out.untried = fit_others(data, out.candidates.front().structure.family, steps, out.candidates);
   return out;
 }
 
@@ -491,6 +494,7 @@ Identification identify(recording::Pair pair, const Request& request, const Prog
   make_rows(fitted, scorer, r);
   document(r);
   add_warnings(r);
+  if (const auto text = stopped_early(fitted.untried)) r.warnings.push_back(*text);
   return r;
 }
 

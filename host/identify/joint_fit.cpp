@@ -73,7 +73,6 @@ JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& 
 
 JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessions,
                  const model::Model& inputs, const JointMap& joint, const Step& step) {
-  JointFit out;
   std::optional<Additive> best;
   std::vector<std::string> refusals;
   std::size_t at = 0;  // of the rows
@@ -93,10 +92,17 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
     }
     return precise;
   };
+  std::size_t untried = 0;
+  const auto first_at_least = [&](std::size_t done, std::size_t of, const std::string& what) {
+    if (!step || step(done, of, what) || done == 0) return true;
+    untried = of - done;
+    return false;
+  };
   const std::vector<Additive> all = fit_additive(sessions, inputs.sample_period_s, joint.joint, candidates,
-                                                 drift, kMostDrift_deg, accept, step);
+                                                 drift, kMostDrift_deg, accept, first_at_least);
   if (!best) throw io::JobError(fmt::format("{}: {}", joint.joint, refusals.front()));
-  out = taken(*best, inputs, joint);
+  JointFit out = taken(*best, inputs, joint);
+  out.untried = untried;
   for (std::size_t k = 0; k < all.size(); ++k) {
     out.rows.push_back({describe(all[k].branches), all[k].cross_validated_deg, all[k].fitted_rmse_deg,
                         all[k].effective, all[k].hold_drift_deg, k < refusals.size() ? refusals[k] : "",

@@ -38,10 +38,11 @@ struct JointFit {
   double cross_validated_deg = 0;  // root mean square
   double effective = 0;            // parameters that the data determine
   double condition = 0;
+  std::size_t untried = 0;  // structures of the search that was stopped
 };
 
 // `inputs` is a model without blocks and joints; the sessions' columns are the joint's sensors; `structure` is the text of
-// structure_text.hpp. Throws io::InputError and io::JobError.
+// structure_text.hpp. Where `step` stops the search of a sum, the best so far is taken, of one structure at least. Throws io::InputError and io::JobError.
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
                    const std::string& structure, const Step& step);
 

@@ -49,6 +49,11 @@ std::vector<Fold> folds(const Structure& structure, const Data& data,
   return all;
 }
 
+std::optional<std::string> stopped_early(std::size_t untried) {
+  if (untried == 0) return std::nullopt;
+  return fmt::format("stopped before {} more structure(s) were tried: the best so far is taken", untried);
+}
+
 double cross_validate(const Structure& structure, const Data& data,
                       const std::function<void()>& before_each) {
   double sum = 0;
@@ -85,6 +90,10 @@ Selection select(const std::vector<Structure>& candidates, const Data& data, con
       best = std::min(best, candidate.cross_validated_deg);
     } catch (const io::JobError& error) {
       candidate.refusal = error.what();
+    } catch (const io::Cancelled&) {
+      if (!std::isfinite(best)) throw;
+      selection.untried = candidates.size() - selection.candidates.size();
+      break;
     }
     selection.candidates.push_back(std::move(candidate));
   }

@@ -28,11 +28,15 @@ struct Candidate {
 struct Selection {
   std::vector<Candidate> candidates;
   std::size_t chosen = 0;
+  std::size_t untried = 0;  // after a stop
 };
 
-// Called before each fit: how many are done, of how many, the structure's description. False: io::Cancelled
-// is thrown.
+// Called before each fit: how many are done, of how many, the structure's description. False: no further one is
+// done; io::Cancelled is thrown where none was.
 using Progress = std::function<bool(std::size_t done, std::size_t of, const std::string& what)>;
+
+// None: nothing was left out.
+std::optional<std::string> stopped_early(std::size_t untried);
 
 // The structures that auto compares: all families, with several numbers of knots and poles.
 std::vector<Structure> auto_candidates(bool monotone);

@@ -74,6 +74,35 @@ TEST(Additive, WhatDiffersBetweenRecordingsStaysOutOfTheCurves) {
   }
 }
 
+// The largest step back of the curve of all that is still, from a knot to the next.
+double turned_deg(const Additive& fit) {
+  double most = 0;
+  for (Eigen::Index k = 0; k + 1 < fit.value.rows(); ++k) {
+    const auto still = static_cast<Eigen::Index>(fit.branches.still());
+    most = std::max(most, fit.value.row(k).head(still).sum() - fit.value.row(k + 1).head(still).sum());
+  }
+  return most;
+}
+
+TEST(Additive, ACurveTurnsBackOnlyWhereTheDataSaySoBeyondDoubt) {
+  for (const char* structure : {"curve", "hysteresis"}) {
+    for (unsigned seed = 0; seed < 10; ++seed) {
+      Session level = drawn(seed, 0.9);
+      for (Eigen::Index k = 0; k < level.angle_deg.size(); ++k) {
+        const double share = (level.input(k, 0) - 300) / 400;
+        const double truth = 90 * share * share;
+        const double noise = level.angle_deg(k) - truth;
+        level.angle_deg(k) = std::clamp(truth, 30.0, 50.0) + 0.3 * std::max(0.0, truth - 70) + 4 * noise;
+      }
+      EXPECT_LT(turned_deg(fit_of({level}, structure)), 1e-6) << structure << ", seed " << seed;
+      Session bent = drawn(seed, 0);
+      for (Eigen::Index k = 0; k < bent.angle_deg.size(); ++k)
+        bent.angle_deg(k) -= 150 * std::max(0.0, (bent.input(k, 0) - 550) / 400);
+      EXPECT_GT(turned_deg(fit_of({bent}, structure)), 1) << structure << ", seed " << seed;
+    }
+  }
+}
+
 TEST(Additive, OnlyWhatIsAskedForIsFinished) {
   int asked = 0;
   const auto drift = [&](const Additive&) { return 0.1; };

@@ -324,14 +324,28 @@ TEST_F(Hand, RecordingsThatDoNotBelongTogetherAreRefused) {
   const PairFiles one = write("one", 40, 1);
   PairFiles two = write("two", 40, 2);
   EXPECT_TRUE(warned(identify_hand(request({one, one}, "index=a_adc:index_deg"), {}), "stands in two pairs"));
-  recording::Recording glove = recording::read_csv(two.sensor, {}, "");
-  for (double& u : glove.columns[0].value) u = 900 - u;
+  const recording::Recording glove = recording::read_csv(two.sensor, {}, "");
   two.sensor = folder_ / "other_glove.csv";
-  io::write_file(two.sensor, recording::to_csv(glove));
-  EXPECT_NE(refusal([&] {
-              identify_hand(request({one, two}, "index=a_adc:index_deg"), {});
-            }).find("are these of one glove?"),
-            std::string::npos);
+  const auto refused_at = [&](double gain) {
+    recording::Recording other = glove;
+    for (double& u : other.columns[0].value) u = 450 + gain * (u - 450);
+    io::write_file(two.sensor, recording::to_csv(other));
+    return refusal([&] {
+             identify_hand(request({one, two}, "index=a_adc:index_deg"), {});
+           }).find("are these of one glove?") != std::string::npos;
+  };
+  EXPECT_TRUE(refused_at(-1));
+  EXPECT_TRUE(refused_at(0.3));
+  EXPECT_FALSE(refused_at(0.8));
+}
+
+TEST(MotionCheck, ReadingsThatTheFittedPartsDidNotReachAreCounted) {
+  const std::vector<double> low = {1, 2, 3};
+  const std::vector<double> high = {7, 8, 9};
+  const std::vector<double> held = {2, 5, 8, 12};
+  EXPECT_NE(beyond_fitted({{low, held}})->find("75 %"), std::string::npos);
+  EXPECT_NE(beyond_fitted({{low, held}, {high, held}})->find("25 %"), std::string::npos) << "of all together";
+  EXPECT_FALSE(beyond_fitted({{low, low}, {high, high}}));
 }
 
 TEST_F(Hand, SignalsThatTellNothingAreNamed) {

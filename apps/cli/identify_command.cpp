@@ -43,7 +43,12 @@ class Search {
 
   bool operator()(std::size_t done, std::size_t of, const std::string& what) {
     line_->step(what, done, of);
-    return !*stop_.flag() && !(limit_s_ && seconds() > *limit_s_);
+    const bool interrupted = *stop_->flag();
+    if (interrupted && !said_) {
+      log("interrupted: what is found so far is finished and scored; once more ends it at once");
+      said_ = true;
+    }
+    return !interrupted && !(limit_s_ && seconds() > *limit_s_);
   }
 
   template <typename Work>
@@ -51,13 +56,14 @@ class Search {
     try {
       auto result = work();
       line_.reset();
+      stop_.reset();
       return result;
     } catch (const io::Cancelled&) {
       line_.reset();
-      if (!*stop_.flag())
+      if (!*stop_->flag())
         throw io::JobError("nothing was fitted within the time limit: a larger --time-limit");
       io::set_interruption_note("interrupted before anything was fitted");
-      stop_.end();
+      stop_->end();
     }
   }
 
@@ -68,7 +74,8 @@ class Search {
 
   std::optional<double> limit_s_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  StopOnSignal stop_;
+  std::optional<StopOnSignal> stop_{std::in_place};
+  bool said_ = false;
   std::optional<ProgressLine> line_{std::in_place};
 };
 
@@ -277,8 +284,10 @@ void add_identify(CLI::App& app) {
   command->add_option("--refit", o->refit,
                       "with --pair: a model of which only gains and dead zones are fitted to the wearer");
   add_structure(*command, r);
-  command->add_option("--time-limit", o->time_limit_s,
-                      "seconds after which the best so far is taken, as at an interrupt (Ctrl-C)");
+  command->add_option(
+      "--time-limit", o->time_limit_s,
+      "seconds after which the search of structures ends with the best so far, as at an interrupt (Ctrl-C); "
+      "reading, clocks and scoring come on top");
   command->add_option("--clock-offset", r.clock_offset_s,
                       "use this offset in seconds (reference minus sensor) and check it against the signals");
   command->add_option(

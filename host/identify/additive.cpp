@@ -12,6 +12,7 @@
 #include <random>
 
 #include "host/identify/additive_system.hpp"
+#include "host/identify/monotone.hpp"
 #include "host/identify/robust.hpp"
 #include "host/io/io.hpp"
 
@@ -31,7 +32,6 @@ constexpr double kLeastAtEnd = 20;     // samples that tell a limit
 constexpr int kSteps = 8;              // of the iteration
 constexpr double kDone = 1e-3;         // relative decrease of the loss
 constexpr int kRounds = 1;             // of choosing priors, and of choosing limits
-constexpr double kAsGood = 0.03;       // a smaller candidate so close to the best is as good
 constexpr std::size_t kGroups = 10;    // of estimates, whose errors are told apart
 constexpr double kApart_deg = 0.5;
 constexpr double kLeastError_deg = 0.01;
@@ -44,8 +44,6 @@ constexpr int kLevelSteps = 15;
 constexpr double kBlock_s = 20;  // of the bootstrap
 constexpr int kDraws = 100;
 constexpr unsigned kSeed = 2019;
-constexpr double kDoubt = 10;  // standard errors: a corner between knots leaves a dip of some
-constexpr double kTurned_deg = 1e-9;
 
 // Where a fit stands: coefficients, centre and limits of the angle, and the least-squares problem that has the
 // loss's slope there. Of an estimate beyond the limits, what is beyond them does not count.
@@ -344,49 +342,6 @@ void solve(const Fit& fit, Additive& out) {
       Eigen::Map<const MatrixXd>(w.data(), out.branches.knots, system.shared_columns() / out.branches.knots);
 }
 
-// One sensor's curve of all that is still: rising throughout or falling throughout, but where it turns back by more than
-// kDoubt standard errors. What turns back by less is made level, by least squares with that for a constraint.
-void straighten(const Fit& fit, Additive& out) {
-  if (out.knots.size() > 1) return;
-  const Index n = out.value.rows();
-  const auto still = static_cast<Index>(out.branches.still());
-  const auto total = [&](Index k) { return out.value.row(k).head(still).sum(); };
-  const double direction = total(n - 1) > total(0) ? 1 : -1;
-  MatrixXd step = MatrixXd::Zero(n - 1, fit.system().columns());  // from knot to knot
-  for (Index b = 0; b < still; ++b) {
-    step.middleCols(b * n, n).diagonal().array() = -direction;
-    step.middleCols(b * n, n).diagonal<1>().array() = direction;
-  }
-  VectorXd w(step.cols());
-  w << out.value.reshaped(), out.donning;
-  const VectorXd free = w;
-  const MatrixXd gram = fit.gram().selfadjointView<Eigen::Lower>();
-  const auto factored = MatrixXd(gram + fit.system().penalty(out.priors)).llt();
-  const MatrixXd spread = factored.solve(step.transpose());
-  // The smoothness is in the error too (Silverman 1985), in the bootstrap's scale.
-  const MatrixXd known = step.leftCols(out.value.size());
-  const VectorXd drawn = (known * out.covariance * known.transpose()).diagonal();
-  const VectorXd of_noise = (spread.transpose() * gram * spread).diagonal();
-  const VectorXd error = (drawn.array() / of_noise.array() * (step * spread).diagonal().array()).sqrt();
-  std::vector<Index> level;
-  for (bool more = true; more;) {
-    more = false;
-    for (Index k = 0; k + 1 < n; ++k) {
-      const double turned = -step.row(k).dot(w);
-      const bool doubtful = -step.row(k).dot(free) <= kDoubt * error(k);
-      if (turned > kTurned_deg && doubtful && std::ranges::find(level, k) == level.end()) {
-        level.push_back(k);
-        more = true;
-      }
-    }
-    if (!more) break;
-    const MatrixXd constraint = step(level, Eigen::all);
-    const MatrixXd moved = factored.solve(constraint.transpose());
-    w = free - moved * (constraint * moved).ldlt().solve(constraint * free);
-  }
-  out.value = w.head(out.value.size()).reshaped(n, out.value.cols());
-}
-
 // Of the motions of a sensor together.
 VectorXd motion_of(const Additive& fit, std::size_t sensor) {
   return fit.value.middleCols(fit.moving(sensor), std::ssize(fit.branches.lags_s)).rowwise().sum();
@@ -452,7 +407,7 @@ class Search {
   Additive fit(const Branches& branches) {
     const Limits ends = limits_of(stack_, kEnds);
     const System system(stack_, branches, period_s_, ends);
-    Fit fit(system, before_ ? before_->limits : ends, limits_of(stack_, 0.5).lower);
+    Fit fit(system, before_ ? before_->limits : limits_at_rest(stack_, ends), limits_of(stack_, 0.5).lower);
     if (before_) fit.start_near(before_->estimate);
     Additive out;
     if (before_) out.priors = before_->priors;
@@ -485,18 +440,25 @@ class Search {
     all << out.value.reshaped(), out.donning;
     fit.start(all);
     for (int tries = 0;; ++tries) {
-      level_off(out);
-      out.hold_drift_deg = drift(out);
-      if (out.branches.lags_s.empty() || *out.hold_drift_deg <= most_drift_deg || tries == kShrinks) break;
+      const auto drifts = [&] {
+        level_off(out);
+        out.hold_drift_deg = drift(out);
+        return !out.branches.lags_s.empty() && *out.hold_drift_deg > most_drift_deg && tries < kShrinks;
+      };
+      if (!drifts()) {
+        validate(CrossValidation(fit, stack_, period_s_), system, out);
+        out.covariance = bootstrap(fit, stack_, period_s_, out);
+        solve(fit, out);
+        make_monotone(fit.gram(), system.penalty(out.priors), out);
+        if (!drifts()) break;
+      }
       out.priors.motion *= 10;
       fit.descend(system.penalty(out.priors), false);
       take(fit, out);
     }
-    validate(CrossValidation(fit, stack_, period_s_), system, out);
-    out.covariance = bootstrap(fit, stack_, period_s_, out);
-    solve(fit, out);
-    straighten(fit, out);
-    level_off(out);
+    all << out.value.reshaped(), out.donning;
+    fit.start(all);
+    take(fit, out);
   }
 
  private:
@@ -595,8 +557,7 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
   const auto try_all = [&] {
     for (std::size_t next = out.size(); next < all.size(); ++next) {
       if (step && !step(next, all.size(), fmt::format("{}: {}", joint, describe(all[next])))) {
-        if (out.empty()) throw io::Cancelled("cancelled");
-        return;
+        if (!out.empty()) return;
       }
       out.push_back(search.fit(all[next]));
     }

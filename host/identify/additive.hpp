@@ -8,7 +8,7 @@
 // For given radii and time constants the angle is linear in the curves' values. The loss counts small errors by
 // their square and large ones by their size (pseudo-Huber, one degree wide), of the estimate within the limits of
 // the angle: where a finger rests at an end of its range, any estimate beyond it is right. The limits are the
-// medians of the angles there. Two priors: neighbouring slopes are alike (second differences), and what plays and
+// medians of the angles there, or the farthest angle where it does not rest. Two priors: neighbouring slopes are alike (second differences), and what plays and
 // motion add is small (their values). The second also settles what the others leave undetermined. Minimised by
 // least squares again and again, from the plain least-squares solution on.
 // Everything that has a memory forgets within seconds: held still, the angle holds still.
@@ -23,7 +23,7 @@
 // Radii, time constants, knots and the strength of the priors are chosen by cross-validation: over blocks of the
 // fitted samples, or over recordings where there are more than two. Of candidates that are as good within 3 %, in
 // loss and in mean square, the smallest is taken: less to run on a board.
-// The curve of one sensor, of all that is still, turns back only where it does so by more than ten standard errors.
+// The curve of one sensor, of all that is still, turns back only where it does so by more than five standard errors.
 // Standard errors of the curves' values are those of a bootstrap over blocks of 20 s, six at least, or whole recordings, so
 // that they hold for errors that come in runs; knots and priors stay as they are.
 // Sources: P. Eilers, B. Marx, Statistical Science 11 (1996) 89 (penalised curves); J. Tobin, Econometrica 26 (1958)
@@ -61,6 +61,8 @@ struct Branches {
 };
 
 std::string describe(const Branches& branches);
+
+inline constexpr double kAsGood = 0.03;  // a smaller candidate so close to the best is as good
 
 struct Candidates {
   std::vector<Branches> branches;
@@ -117,7 +119,7 @@ struct Additive {
 // How far an angle drifts while the readings are held, degrees.
 using Drift = std::function<double(const Additive&)>;
 
-// Called before each trial; false: no further one is tried.
+// Called before each trial; false: no further one is tried, of structures the first always is.
 using Step = std::function<bool(std::size_t done, std::size_t of, const std::string& what)>;
 
 // Asked of the best candidate, then of the next best, until it says yes.

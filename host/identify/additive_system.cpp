@@ -18,6 +18,7 @@ constexpr double kBeyond = 0.25;    // knots beyond the readings, as a share of 
 constexpr double kAnchor = 1e-5;    // prior weight of all values: only where nothing tells them
 constexpr double kStraight = 1;     // prior weight of a bend at the outermost knots
 constexpr double kEnd_deg = 1;      // nearer to a limit than this, the finger rests at its end
+constexpr double kRests = 0.05;     // of the time: an end that it is less at is a pose like others
 constexpr double kDonning = 0.03;   // standard deviation of a reading from donning to donning, in ranges
 constexpr double kTail = 0.002;     // share of the readings outside the knots' range
 constexpr double kGrid = 1.0 / 32;  // knots lie on the steps of Q5 where the readings are that coarse
@@ -136,6 +137,13 @@ Stack::Stack(const std::vector<Session>& sessions) {
 Limits limits_of(const Stack& stack, double tail) {
   const std::vector<double> angle = sorted(stack.angle(stack.used));
   return {quantile(angle, tail), quantile(angle, 1 - tail)};
+}
+
+Limits limits_at_rest(const Stack& stack, const Limits& ends) {
+  const VectorXd angle = stack.angle(stack.used);
+  const auto least = static_cast<Index>(kRests * static_cast<double>(angle.size()));
+  return {(angle.array() < ends.lower + kEnd_deg).count() > least ? ends.lower : angle.minCoeff(),
+          (angle.array() > ends.upper - kEnd_deg).count() > least ? ends.upper : angle.maxCoeff()};
 }
 
 System::System(const Stack& stack, const Branches& branches, double period_s, const Limits& ends) {

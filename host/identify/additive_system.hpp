@@ -30,6 +30,8 @@ struct Limits {
 
 // The share `tail` of the used angles lies beyond either limit.
 Limits limits_of(const Stack& stack, double tail);
+// Of these ends those that the finger rests at; the farthest angle where it does not.
+Limits limits_at_rest(const Stack& stack, const Limits& ends);
 
 class System {
  public:

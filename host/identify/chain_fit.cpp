@@ -78,7 +78,7 @@ class ChainFitter {
     Options options;
     for (const double slowest_s : kSlowest_s) {
       options.slowest_s = slowest_s;
-      progress();
+      if (!progress() && slowest_s == kSlowest_s.front()) throw io::Cancelled("cancelled");
       const Summary summary = fit(chain.blocks, data, options);
       fill(chain, summary, out);
       if (chain.blocks.order == 0 || out.hold_drift_deg <= most_drift_deg) break;
@@ -90,10 +90,9 @@ class ChainFitter {
   }
 
  private:
-  void progress() {
-    if (step_ &&
-        !step_(done_++, kSlowest_s.size() + kBlocks, fmt::format("{}: {}", joint_.joint, text_of(wanted_))))
-      throw io::Cancelled("cancelled");
+  bool progress() {
+    return !step_ ||
+           step_(done_++, kSlowest_s.size() + kBlocks, fmt::format("{}: {}", joint_.joint, text_of(wanted_)));
   }
 
   Data behind(const Chain& chain) const {

@@ -2,6 +2,7 @@
 
 #include <ceres/ceres.h>
 #include <fmt/format.h>
+#include <glog/logging.h>
 
 #include <Eigen/QR>
 #include <algorithm>
@@ -207,6 +208,7 @@ struct Solution {
 
 Solution solve(const Problem& problem, VectorXd theta, const std::vector<int>& free, double delta,
                int max_iterations) {
+  FLAGS_minloglevel = google::GLOG_FATAL;  // what the solver could not do is in its summary
   theta = theta.cwiseMax(problem.lower()).cwiseMin(problem.upper());
   VectorXd x = theta(free);
   ceres::Problem ceres_problem;

@@ -19,7 +19,6 @@
 #include "host/identify/motion_check.hpp"
 #include "host/identify/published_form.hpp"
 #include "host/identify/refit.hpp"
-#include "host/identify/robust.hpp"
 #include "host/identify/select.hpp"
 #include "host/identify/structure_text.hpp"
 #include "host/io/io.hpp"
@@ -28,6 +27,7 @@
 #include "host/model/formats.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/sensor_lag.hpp"
+#include "host/score/least_squares.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -122,6 +122,7 @@ std::vector<Opinion> one_of_each_sensor(const std::vector<Opinion>& of_joints, c
 // All sensors of a file share its clock: their offsets weighted by what they know, those that agree with the surest.
 Clock clock_of(const Files& files, const HandRequest& request, std::vector<std::string>& warnings) {
   std::vector<Opinion> opinions;
+  std::vector<std::pair<double, std::string>> drifts;  // confidence, and what it says of the clocks
   std::string reason;
   std::optional<std::string> disagreement;
   for (std::size_t j = 0; j < request.map.size(); ++j) {
@@ -131,6 +132,7 @@ Clock clock_of(const Files& files, const HandRequest& request, std::vector<std::
                                                       files.reference[j].series(joint.reference));
       opinions.push_back({j, a.clock_offset_s, a.confidence, a.clock_offset_se_s.value_or(kVelocityError_s),
                           a.sensor_lag_s.value_or(0)});
+      if (a.drift_warning) drifts.emplace_back(a.confidence, *a.drift_warning);
       if (request.clock_offset_s && !disagreement)
         disagreement = recording::disagreement(*request.clock_offset_s, a);
     } catch (const io::JobError& error) {
@@ -148,6 +150,8 @@ Clock clock_of(const Files& files, const HandRequest& request, std::vector<std::
     return {given, 0, confidence};
   }
   if (opinions.empty()) throw io::JobError(reason);
+  if (!drifts.empty())
+    warnings.push_back(fmt::format("{}: {}", files.sensor.source, std::ranges::max_element(drifts)->second));
   const Opinion best = *std::ranges::max_element(opinions, {}, &Opinion::confidence);
   std::erase_if(opinions,
                 [&](const Opinion& o) { return std::abs(o.offset_s - best.offset_s) > kSameClock_s; });
@@ -360,8 +364,8 @@ void score_baseline(const std::string& name, const std::string& structure, const
   }
 }
 
-// Without limits, by least squares: what anybody would draw first.
-void score_least_squares_line(const std::vector<Sampled>& samples, std::size_t j, JointResult& joint) {
+// Line and curve without limits, by least squares: what anybody would draw first.
+void score_least_squares(const std::vector<Sampled>& samples, std::size_t j, JointResult& joint) {
   std::vector<double> reading;
   std::vector<double> angle;
   for (const Sampled& sampled : samples) {
@@ -372,13 +376,16 @@ void score_least_squares_line(const std::vector<Sampled>& samples, std::size_t j
       angle.push_back(fitted.angle_deg(static_cast<Eigen::Index>(k)));
     }
   }
-  const Eigen::Vector2d line = least_squares_line(reading, angle);
+  const auto [offset, gain] = score::least_squares_line(reading, angle);
   std::vector<double> held;
   for (const Sampled& sampled : samples) {
     const recording::Aligned& own = sampled.sensor[j].front();
     for (std::size_t k = own.holdout_begin; k < own.size(); ++k)
-      held.push_back(line(0) + line(1) * std::clamp(own.input[k], own.valid.min, own.valid.max));
+      held.push_back(std::clamp(own.input[k], own.valid.min, own.valid.max));
   }
+  joint.baselines.emplace("static_curve",
+                          held_of(samples, j).score(score::least_squares_curve(reading, angle, held)));
+  for (double& u : held) u = offset + gain * u;
   joint.baselines.emplace("least_squares_line", held_of(samples, j).score(held));
 }
 
@@ -396,11 +403,11 @@ void score_published_form(const std::vector<Sampled>& samples, std::size_t j, Jo
 // What the held-out part says against the compensator.
 void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& samples, std::size_t j,
                      const JointResult& joint, std::vector<std::string>& warnings) {
-  for (const auto& [name, words] :
-       {std::pair("line", "a straight line"),
-        std::pair("least_squares_line", "a straight line by least squares"),
-        std::pair("line_lead", "a straight line with a lead"), std::pair("static_curve", "a static curve"),
-        std::pair("published_form", "the published form")}) {
+  for (const auto& [name, words] : {std::pair("line", "a straight line"),
+                                    std::pair("least_squares_line", "a straight line by least squares"),
+                                    std::pair("line_lead", "a straight line with a lead"),
+                                    std::pair("static_curve", "a static curve by least squares"),
+                                    std::pair("published_form", "the published form")}) {
     const auto baseline = joint.baselines.find(name);
     if (request.structure != "auto" || baseline == joint.baselines.end() ||
         joint.holdout.rmse_deg < baseline->second.rmse_deg)
@@ -409,14 +416,17 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
         fmt::format("{}: on data it never saw the compensator ({:.2f} deg) is no better than {} ({:.2f} deg)",
                     joint.name, joint.holdout.rmse_deg, words, baseline->second.rmse_deg));
   }
-  std::vector<Halves> readings;
+  for (const std::string& refusal : joint.baseline_refusals)
+    warnings.push_back(fmt::format("{}: baseline {}", joint.name, refusal));
+  std::vector<recording::Halves> readings;
   for (const Sampled& sampled : samples) {
     const recording::Aligned& own = sampled.sensor[j].front();
     const std::span all(own.input);
     readings.push_back({all.subspan(own.overlap_begin, own.holdout_begin - own.overlap_begin),
                         all.subspan(own.holdout_begin)});
   }
-  if (const auto text = beyond_fitted(readings)) warnings.push_back(fmt::format("{}: {}", joint.name, *text));
+  if (const auto text = recording::beyond_fitted(readings))
+    warnings.push_back(fmt::format("{}: {}", joint.name, *text));
 }
 
 void score_joints(const HandRequest& request, const std::vector<Files>& files,
@@ -429,8 +439,7 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
     JointResult joint = r.joints[j];
     joint.samples = series_of(samples, j, estimated[j]);
     joint.holdout = held_of(samples, j).score(held_out(estimated[j], samples, j));
-    score_least_squares_line(samples, j, joint);
-    score_baseline("static_curve", "curve(20)", request.map[j], inputs, files, samples, j, joint);
+    score_least_squares(samples, j, joint);
     score_baseline("line", "line", request.map[j], inputs, files, samples, j, joint);
     score_baseline("line_lead", "line-lead", request.map[j], inputs, files, samples, j, joint);
     score_published_form(samples, j, joint);
@@ -464,14 +473,16 @@ void describe(const HandRequest& request, const std::vector<Files>& files, HandI
                       {"split", request.split},
                       {"fit_all", request.fit_all},
                       {"lead_s", request.lead_s}};
+  const auto fitted = [&](double value) { return request.refit ? Json(nullptr) : Json(value); };
   Json joints = Json::object();
   for (const JointResult& joint : r.joints) {
     joints[joint.name] = {{"structure", joint.structure},
-                          {"fitted_rmse_deg", joint.fitted_rmse_deg},
-                          {"cross_validated_deg", joint.cross_validated_deg},
+                          {"fitted_rmse_deg", fitted(joint.fitted_rmse_deg)},
+                          {"cross_validated_deg", fitted(joint.cross_validated_deg)},
                           {"hold_drift_deg", joint.hold_drift_deg},
                           {"donnings", donnings_json(joint.donnings)},
                           {"holdout", score::to_json(joint.holdout)}};
+    if (joint.untried > 0) joints[joint.name]["untried_structures"] = joint.untried;
   }
   r.model.fit = {{"joints", std::move(joints)}};
 }
@@ -629,6 +640,11 @@ void fit_model(const HandRequest& request, const std::vector<std::string>& struc
                HandIdentification& r) {
   r.model = start_model(request, files, samples);
   request.refit ? refit_joints(request, samples, r) : fit_joints(request, structures, samples, step, r);
+  std::erase_if(r.model.inputs, [&](const model::Input& input) {
+    return std::ranges::none_of(r.model.blocks, [&](const auto& block) {
+      return std::ranges::find(block.from, input.name) != block.from.end();
+    });
+  });
 }
 
 std::vector<std::string> asked_for(const HandRequest& request) {
@@ -639,10 +655,13 @@ std::vector<std::string> asked_for(const HandRequest& request) {
 void fit_again(const HandRequest& request, const std::vector<Files>& files, HandIdentification& r) {
   HandRequest all = request;
   all.split = 1;
-  const std::vector<Sampled> samples = sample_all(files, r.clocks, all);
   HandIdentification again;
   std::vector<std::string> proven;
-  for (const JointResult& joint : r.joints) proven.push_back(joint.text);
+  for (std::size_t j = 0; j < r.joints.size(); ++j) {
+    proven.push_back(r.joints[j].text);
+    if (!request.refit) all.map[j].sensors = r.joints[j].sensors;
+  }
+  const std::vector<Sampled> samples = sample_all(files, r.clocks, all);
   fit_model(all, proven, files, samples, {}, again);
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     r.joints[j].donnings = again.joints[j].donnings;
@@ -705,10 +724,10 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
     if (const auto text = stopped_early(joint.untried))
       r.warnings.push_back(fmt::format("{}: {}", joint.name, *text));
   }
-  warn_of_readings(r.model, files, r.warnings);
   score_joints(request, files, samples, r);
   r.proven = r.model;
   if (request.fit_all) fit_again(request, files, r);
+  warn_of_readings(r.model, files, r.warnings);
   describe(request, files, r);
   return r;
 }

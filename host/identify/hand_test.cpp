@@ -339,15 +339,6 @@ TEST_F(Hand, RecordingsThatDoNotBelongTogetherAreRefused) {
   EXPECT_FALSE(refused_at(0.8));
 }
 
-TEST(MotionCheck, ReadingsThatTheFittedPartsDidNotReachAreCounted) {
-  const std::vector<double> low = {1, 2, 3};
-  const std::vector<double> high = {7, 8, 9};
-  const std::vector<double> held = {2, 5, 8, 12};
-  EXPECT_NE(beyond_fitted({{low, held}})->find("75 %"), std::string::npos);
-  EXPECT_NE(beyond_fitted({{low, held}, {high, held}})->find("25 %"), std::string::npos) << "of all together";
-  EXPECT_FALSE(beyond_fitted({{low, low}, {high, high}}));
-}
-
 TEST_F(Hand, SignalsThatTellNothingAreNamed) {
   const PairFiles files = write("one", 60, 1);
   recording::Recording glove = recording::read_csv(files.sensor, {}, "");
@@ -413,6 +404,23 @@ TEST_F(Hand, AChainIsFittedAsOneOfItsBlocksAndCanBeWorn) {
             std::string::npos);
 }
 
+TEST_F(Hand, ASensorThatAddsNothingIsLeftOut) {
+  const PairFiles files = write("one", 60, 1);
+  recording::Recording glove = recording::read_csv(files.sensor, {}, "");
+  std::mt19937 random(3);
+  glove.columns.push_back({"c_adc", {}});
+  for (std::size_t k = 0; k < glove.t_s.size(); ++k)
+    glove.columns[2].value.push_back(400 + static_cast<double>(random() % 200));
+  io::write_file(files.sensor, recording::to_csv(glove));
+  HandRequest r = request({files}, "index=a_adc+c_adc:index_deg,thumb=b_adc+a_adc:thumb_deg");
+  r.fit_all = true;
+  const HandIdentification both = identify_hand(r, {});
+  EXPECT_EQ(both.joints[0].sensors, std::vector<std::string>{"a_adc"});
+  EXPECT_EQ(both.joints[1].sensors, (std::vector<std::string>{"b_adc", "a_adc"}));
+  EXPECT_EQ(both.model.inputs.size(), 2u) << "nobody reads c_adc";
+  EXPECT_EQ(std::ranges::count_if(both.joints[0].rows, &CandidateRow::chosen), 1);
+}
+
 // Of several sensors, whose values are told sensor by sensor, and of a chain with a lag.
 TEST_F(Hand, TheCovarianceIsThatOfTheParametersInTheirOrder) {
   HandRequest r = request({write("one", 60, 1)}, "index=a_adc+b_adc:index_deg");
@@ -460,7 +468,7 @@ TEST_F(Hand, AStoppedSearchTakesTheBestSoFarOfEveryJointAndSaysSo) {
   const HandIdentification stopped = identify_hand(r, at_once);
   ASSERT_EQ(stopped.joints.size(), 2u);
   for (const JointResult& joint : stopped.joints) {
-    EXPECT_EQ(joint.rows.size(), 1u);
+    EXPECT_EQ(joint.rows.size(), joint.name == "thumb" ? 2u : 1u) << "both sensors, and the own one alone";
     EXPECT_LT(joint.holdout.rmse_deg, joint.baselines.at("line").rmse_deg) << joint.name;
     EXPECT_TRUE(warned(stopped, (joint.name + ": stopped before").c_str()));
   }

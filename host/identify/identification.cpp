@@ -12,12 +12,12 @@
 #include "host/identify/estimator.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/motion_check.hpp"
-#include "host/identify/robust.hpp"
 #include "host/identify/structure_text.hpp"
 #include "host/io/json.hpp"
 #include "host/model/channel.hpp"
 #include "host/model/compensator.hpp"
 #include "host/recording/unit.hpp"
+#include "host/score/least_squares.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -164,9 +164,9 @@ std::vector<double> straight_line(const recording::Aligned& aligned, const std::
     reading.push_back(aligned.input[k]);
     angle.push_back(aligned.angle_deg[k]);
   }
-  const Eigen::Vector2d line = least_squares_line(reading, angle);
+  const auto [offset, gain] = score::least_squares_line(reading, angle);
   std::vector<double> out;
-  for (const double u : aligned.input) out.push_back(line(0) + line(1) * u);
+  for (const double u : aligned.input) out.push_back(offset + gain * u);
   return out;
 }
 
@@ -255,7 +255,9 @@ void warn_of_motion(const Identification& r, Warnings& warnings) {
         creep));
   }
   const std::span readings(r.aligned.input);
-  if (const auto text = beyond_fitted({{readings.first(r.holdout_begin), readings.subspan(r.holdout_begin)}}))
+  if (const auto text = recording::beyond_fitted(
+          {{readings.subspan(r.aligned.overlap_begin, r.holdout_begin - r.aligned.overlap_begin),
+            readings.subspan(r.holdout_begin)}}))
     warnings.push_back(*text);
 }
 
@@ -301,7 +303,7 @@ struct Fitted {
   std::optional<std::size_t> chosen;  // of these; none: what stands below
   std::optional<JointFit> by_text;
   double seconds = 0;       // without the families that only stand beside it in the table
-  std::size_t untried = 0;  // after a stop: candidates, and families for the table
+  std::size_t untried = 0;  // candidates, after a stop
 };
 
 // Counts the fits of a run with one structure, which the other families follow.
@@ -317,15 +319,13 @@ class FitSteps {
   std::size_t done_ = 0;
 };
 
-// The other families at their usual size, so that the table compares. Says how many a stop left out.
-std::size_t fit_others(const Data& data, std::optional<Family> chosen, FitSteps& steps,
-                       std::vector<Candidate>& candidates) {
-  std::size_t left = families().size() - (chosen ? 1 : 0);
+// The other families at their usual size, so that the table compares; a stop leaves it short.
+void fit_others(const Data& data, std::optional<Family> chosen, FitSteps& steps,
+                std::vector<Candidate>& candidates) {
   for (const Family family : families()) {
     if (family == chosen) continue;
     Candidate other{make_structure(family), {}, 0, {}};
-    if (!steps.next(other.structure)) return left;
-    --left;
+    if (!steps.next(other.structure)) return;
     try {
       Options quick;
       quick.max_starts = 2;
@@ -335,7 +335,6 @@ std::size_t fit_others(const Data& data, std::optional<Family> chosen, FitSteps&
     }
     candidates.push_back(std::move(other));
   }
-  return left;
 }
 
 model::Input input_of(const std::string& channel, const Identification& r) {
@@ -363,7 +362,8 @@ Fitted fit_structures(const Identification& r, const Data& data, const Progress&
     out.by_text = fit_by_text(r, data, progress);
     out.seconds = seconds_since(start);
     FitSteps steps(progress);
-    out.untried = out.by_text->untried + fit_others(data, {}, steps, out.candidates);
+    out.untried = out.by_text->untried;
+    fit_others(data, {}, steps, out.candidates);
     return out;
   }
   if (request.structure == "auto") {
@@ -375,7 +375,7 @@ Fitted fit_structures(const Identification& r, const Data& data, const Progress&
   if (!steps.next(asked.structure)) throw io::Cancelled("cancelled");
   asked.summary = fit(asked.structure, data);
   Fitted out{{std::move(asked)}, 0, {}, seconds_since(start)};
-  out.untried = fit_others(data, out.candidates.front().structure.family, steps, out.candidates);
+  fit_others(data, out.candidates.front().structure.family, steps, out.candidates);
   return out;
 }
 

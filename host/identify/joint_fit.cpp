@@ -55,6 +55,7 @@ JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& 
   JointFit out;
   out.structure = describe(fit.branches);
   out.text = text_of(fit.branches);
+  out.sensors = joint.sensors;
   out.model = joint_model(inputs, fit, joint);
   out.hold_drift_deg = *fit.hold_drift_deg;
   out.fitted_samples = fit.samples;
@@ -93,13 +94,13 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
     return precise;
   };
   std::size_t untried = 0;
-  const auto first_at_least = [&](std::size_t done, std::size_t of, const std::string& what) {
-    if (!step || step(done, of, what) || done == 0) return true;
-    untried = of - done;
+  const auto counted = [&](std::size_t done, std::size_t of, const std::string& what) {
+    if (!step || step(done, of, what)) return true;
+    untried = of - std::max<std::size_t>(done, 1);
     return false;
   };
   const std::vector<Additive> all = fit_additive(sessions, inputs.sample_period_s, joint.joint, candidates,
-                                                 drift, kMostDrift_deg, accept, first_at_least);
+                                                 drift, kMostDrift_deg, accept, counted);
   if (!best) throw io::JobError(fmt::format("{}: {}", joint.joint, refusals.front()));
   JointFit out = taken(*best, inputs, joint);
   out.untried = untried;
@@ -108,6 +109,18 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
                         all[k].effective, all[k].hold_drift_deg, k < refusals.size() ? refusals[k] : "",
                         k == at});
   }
+  return out;
+}
+
+// One sensor where it is as good as several, with the rows of both.
+JointFit better(JointFit several, JointFit one) {
+  const bool fewer = one.cross_validated_deg <= (1 + kAsGood) * several.cross_validated_deg;
+  for (CandidateRow& row : one.rows) row.structure = one.sensors.front() + " alone: " + row.structure;
+  JointFit& other = fewer ? several : one;
+  for (CandidateRow& row : other.rows) row.chosen = false;
+  JointFit out = fewer ? std::move(one) : std::move(several);
+  out.rows.insert(out.rows.end(), other.rows.begin(), other.rows.end());
+  out.untried += other.untried;
   return out;
 }
 
@@ -120,6 +133,7 @@ JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions,
                                    joint.joint, text_of(chain), refusal));
   }
   out.rows.front().refusal = imprecision_of(out.model);
+  out.sensors = joint.sensors;
   return out;
 }
 
@@ -148,7 +162,12 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
   const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
   if (const auto* chain = std::get_if<Chain>(&wanted))
     return fit_one_chain(*chain, sessions, inputs, joint, step);
-  return fit_sum(std::get<Candidates>(wanted), sessions, inputs, joint, step);
+  JointFit out = fit_sum(std::get<Candidates>(wanted), sessions, inputs, joint, step);
+  if (structure != "auto" || joint.sensors.size() == 1) return out;
+  std::vector<Session> own = sessions;
+  for (Session& session : own) session.input = session.input.leftCols(1).eval();
+  const JointMap alone{joint.joint, {joint.sensors.front()}, joint.reference};
+  return better(std::move(out), fit_sum(candidates(structure, 1), own, inputs, alone, step));
 }
 
 }  // namespace flexor::identify

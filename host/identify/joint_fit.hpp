@@ -1,7 +1,8 @@
 // The compensator of one joint: the chain that was asked for (chain_fit.hpp), or of the additive candidates
 // (additive.hpp), best first, the first that can be worn. It holds still when the finger does, to a degree in a minute,
 // and by itself it fits the glove's integers within 0.055 degree (of several sensors 0.06), since deploy searches all
-// joints together and finds more; where none is so precise, the best that holds still. Of readings that no board takes the integers are not asked for.
+// joints together and finds more; where none is so precise, the best that holds still. Of several sensors the own
+// one alone is tried as well, and taken where it is as good. Of readings that no board takes the integers are not asked for.
 #pragma once
 
 #include <optional>
@@ -27,10 +28,11 @@ struct CandidateRow {
 
 struct JointFit {
   std::vector<CandidateRow> rows;
-  std::string structure;      // in words
-  std::string text;           // as structure_text.hpp reads it
-  model::Model model;         // this joint alone, without other joints' inputs
-  double hold_drift_deg = 0;  // see hold.hpp
+  std::string structure;             // in words
+  std::string text;                  // as structure_text.hpp reads it
+  std::vector<std::string> sensors;  // that it reads, the own one first
+  model::Model model;                // this joint alone, without other joints' inputs
+  double hold_drift_deg = 0;         // see hold.hpp
   std::vector<Parameter> parameters;
   Eigen::MatrixXd covariance;  // of these
   int fitted_samples = 0;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "host/identify/robust.hpp"
 
@@ -21,7 +20,6 @@ constexpr double kQuick_deg_s = 60;
 constexpr double kSlow_deg_s = 30;
 constexpr double kStill_deg_s = 3;
 constexpr double kSlow_s = 0.5;
-constexpr double kBeyond = 0.01;  // share of the held-out readings
 
 struct Found {
   bool hold = false;
@@ -78,28 +76,6 @@ std::vector<std::string> lacking(const std::vector<Session>& sessions, double pe
       "it never moves quickly: open and close within a second, some times");
   say(!found.slow, "it never moves slowly: take four seconds to close, and four to open");
   return out;
-}
-
-std::optional<std::string> beyond_fitted(const std::vector<Halves>& recordings) {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -low;
-  for (const Halves& one : recordings) {
-    low = std::min(low, std::ranges::min(one.fitted));
-    high = std::max(high, std::ranges::max(one.fitted));
-  }
-  std::ptrdiff_t outside = 0;
-  std::ptrdiff_t held = 0;
-  for (const Halves& one : recordings) {
-    outside += std::ranges::count_if(one.held, [&](double u) { return u < low || u > high; });
-    held += std::ssize(one.held);
-  }
-  const double share = static_cast<double>(outside) / static_cast<double>(std::max<std::ptrdiff_t>(held, 1));
-  if (share <= kBeyond) return std::nullopt;
-  return fmt::format(
-      "{:.0f} % of the held-out readings lie outside the range seen in the fitted part ({:g} to {:g}): "
-      "record the "
-      "whole range in both parts",
-      100 * share, low, high);
 }
 
 std::optional<std::string> refused_readings(const model::Input& input,

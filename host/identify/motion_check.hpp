@@ -15,15 +15,6 @@ namespace flexor::identify {
 // 3 and 30 degrees a second). Speeds are of the angle over a quarter of a second.
 std::vector<std::string> lacking(const std::vector<Session>& sessions, double period_s);
 
-// The fitted and the held-out readings of one recording.
-struct Halves {
-  std::span<const double> fitted;
-  std::span<const double> held;
-};
-
-// How many held-out readings the fitted parts of all recordings did not reach; none: as good as all are within.
-std::optional<std::string> beyond_fitted(const std::vector<Halves>& recordings);
-
 // How many readings of these logs lie outside what the input takes; none: all are within.
 std::optional<std::string> refused_readings(const model::Input& input,
                                             const std::vector<std::span<const double>>& logs);

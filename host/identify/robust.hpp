@@ -1,7 +1,7 @@
-// What an outlier does not move, and the line that it does; for this room only.
+// What an outlier does not move; for this room only.
 #pragma once
 
-#include <Eigen/QR>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -27,13 +27,6 @@ inline double robust_deviation(const Eigen::VectorXd& residual) {
   const auto middle = absolute.begin() + static_cast<std::ptrdiff_t>(absolute.size() / 2);
   std::nth_element(absolute.begin(), middle, absolute.end());
   return 1.4826 * *middle;
-}
-
-// Offset and gain by least squares: what anybody would draw first.
-inline Eigen::Vector2d least_squares_line(const std::vector<double>& x, const std::vector<double>& y) {
-  Eigen::MatrixXd a = Eigen::MatrixXd::Ones(std::ssize(x), 2);
-  a.col(1) = Eigen::Map<const Eigen::VectorXd>(x.data(), a.rows());
-  return a.colPivHouseholderQr().solve(Eigen::Map<const Eigen::VectorXd>(y.data(), a.rows()));
 }
 
 }  // namespace flexor::identify

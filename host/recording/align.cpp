@@ -28,8 +28,7 @@ constexpr double kMinEtaSquared = 0.4;
 constexpr double kLowConfidence = 0.1;
 constexpr double kMinVelocityCorrelation = 0.3;
 // Squares of the velocities' correlation between which the confidence grows from nothing to all of it: of
-// 900 pairs of unrelated recordings one in ten exceeds 0.6, of 700 pairs of one motion one in fifty falls
-// below 0.9.
+// 900 pairs of unrelated recordings one in ten exceeds 0.6, of 700 pairs of one motion few fall below 0.85.
 constexpr double kUnrelatedVelocity = 0.6 * 0.6;
 constexpr double kRelatedVelocity = 0.85 * 0.85;
 constexpr double kMinDriftOverlap_s = 20;
@@ -411,19 +410,22 @@ void check_drift(Alignment& result) {
     const double excess = (std::abs(ppm) - kMaxDrift_ppm) * 1e-6 * result.overlap_s / 4 / kSteady_s;
     result.confidence /= 1 + excess * excess;
     if (clear) {
-      result.warnings.push_back(fmt::format(
+      result.drift_warning = fmt::format(
           "the offset wanders by {:+.2f} s over {:.0f} s, more than any clock: are the recordings "
           "of the same take?",
-          across, result.overlap_s));
+          across, result.overlap_s);
+      result.warnings.push_back(*result.drift_warning);
     }
     return;
   }
   result.drift_ppm = ppm;
   if (clear && std::abs(across) > kDriftWarning_s) {
-    result.warnings.push_back(
-        fmt::format("the clocks drift: {:+.2f} s over the recording ({:+.0f} ppm); record "
-                    "in shorter pieces or correct the clock",
-                    across, ppm));
+    result.drift_warning = fmt::format(
+        "the clocks drift: {:+.2f} s over the recording ({:+.0f} ppm); are the recordings of the same take? "
+        "If so record "
+        "in shorter pieces or correct the clock",
+        across, ppm);
+    result.warnings.push_back(*result.drift_warning);
   }
 }
 
@@ -486,8 +488,7 @@ std::string low_confidence(const Belief& belief, const Alignment& found) {
 
 double duration_s(const Series& series) { return series.t_s.back() - series.t_s.front(); }
 
-// Stage 1: which repetition.
-// The lag of the scan that both recordings' taps ask for, where it explains nearly as much as the best.
+// Stage 1: which repetition. The lag of the scan that both recordings' taps ask for, where it explains nearly as much as the best.
 std::optional<std::size_t> tapped_lag(const Series& sensor, const Series& reference, const Scan& scan,
                                       std::size_t best, double rate_hz) {
   const auto sensed = taps(sensor);

@@ -49,6 +49,8 @@ struct Alignment {
   std::array<std::optional<double>, 4> quarter_offset_s;
   // Of the reference's clock against the sensor's, when three quarters tell and a clock can be meant.
   std::optional<double> drift_ppm;
+  std::optional<std::string>
+      drift_warning;  // of these too: more than a third of a second, or more than any clock
   // Stage 1, for a picture: eta^2 over the offset.
   std::vector<double> scan_offset_s;
   std::vector<double> scan_eta_squared;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 
 #include "host/io/io.hpp"
@@ -25,6 +26,7 @@ constexpr double kMostSamples = 10000;
 
 constexpr double kAdcTop = 1023;
 constexpr double kRangeMargin = 0.25;
+constexpr double kBeyond = 0.01;  // share of the held-out readings
 
 // The rows of a log before `end_s`.
 Series until(const Series& series, double end_s) {
@@ -288,6 +290,29 @@ Recording to_recording(const Aligned& a, const Pair& pair) {
   if (!degrees) angle += "_deg";
   r.columns = {{pair.input, part(a.input)}, {angle, part(a.angle_deg)}, {"gap", part(a.gap)}};
   return r;
+}
+
+std::optional<std::string> beyond_fitted(const std::vector<Halves>& recordings) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const Halves& one : recordings) {
+    const Range range = without_spikes(one.fitted);
+    low = std::min(low, range.min);
+    high = std::max(high, range.max);
+  }
+  std::ptrdiff_t outside = 0;
+  std::ptrdiff_t held = 0;
+  for (const Halves& one : recordings) {
+    outside += std::ranges::count_if(one.held, [&](double u) { return u < low || u > high; });
+    held += std::ssize(one.held);
+  }
+  const double share = static_cast<double>(outside) / static_cast<double>(std::max<std::ptrdiff_t>(held, 1));
+  if (share <= kBeyond) return std::nullopt;
+  return fmt::format(
+      "{:.0f} % of the held-out readings lie outside the range seen in the fitted part ({:g} to {:g}): "
+      "record the "
+      "whole range in both parts",
+      100 * share, low, high);
 }
 
 }  // namespace flexor::recording

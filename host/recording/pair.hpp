@@ -76,4 +76,13 @@ void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double
 // What both saw: t_s, input, output and gap columns, for wide CSV and MAT.
 Recording to_recording(const Aligned& aligned, const Pair& pair);
 
+// The fitted and the held-out readings of one recording.
+struct Halves {
+  std::span<const double> fitted;
+  std::span<const double> held;
+};
+
+// How many held-out readings the fitted parts of all recordings did not reach; none: as good as all are within.
+std::optional<std::string> beyond_fitted(const std::vector<Halves>& recordings);
+
 }  // namespace flexor::recording

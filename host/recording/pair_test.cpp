@@ -137,5 +137,14 @@ TEST(Pair, RowsThatATrackerLostAreLeftOut) {
   EXPECT_THROW(leave_out_lost(lost, "a_deg"), io::JobError);
 }
 
+TEST(Pair, ReadingsThatTheFittedPartsDidNotReachAreCounted) {
+  const std::vector<double> low = {1, 2, 3};
+  const std::vector<double> high = {7, 8, 9};
+  const std::vector<double> held = {2, 5, 8, 12};
+  EXPECT_NE(beyond_fitted({{low, held}})->find("75 %"), std::string::npos);
+  EXPECT_NE(beyond_fitted({{low, held}, {high, held}})->find("25 %"), std::string::npos) << "of all together";
+  EXPECT_FALSE(beyond_fitted({{low, low}, {high, high}}));
+}
+
 }  // namespace
 }  // namespace flexor::recording

@@ -31,7 +31,7 @@ struct SensorLag {
   double play_deg = 0;  // r
 };
 
-// Near an offset that is wrong by less than a second. The angles share a clock. None where too little is left to tell:
+// Near an offset that is wrong by less than a second, or a tenth of the shorter recording. The angles share a clock. None where too little is left to tell:
 // 50 readings within what the cameras saw.
 std::optional<SensorLag> sensor_lag(const Series& sensor, const std::vector<Series>& angles, double near_s);
 

@@ -10,6 +10,8 @@
 
 #include "host/io/io.hpp"
 
+#include "host/score/least_squares.hpp"
+
 namespace flexor::score {
 namespace {
 
@@ -189,6 +191,25 @@ TEST(Interpolate, HoldsItsEnds) {
   EXPECT_EQ(interpolate(t, x, 1.5), 15);
   EXPECT_EQ(interpolate(t, x, 3), 10);
   EXPECT_EQ(interpolate(t, x, 9), 0);
+}
+
+TEST(LeastSquares, LineAndCurveGoThroughWhatLiesOnThem) {
+  std::vector<double> x;
+  std::vector<double> line;
+  std::vector<double> bent;
+  for (int k = 0; k < 500; ++k) {
+    x.push_back(300 + k % 250);
+    line.push_back(5 + 0.3 * x.back());
+    bent.push_back(0.001 * x.back() * x.back());
+  }
+  const auto [offset, gain] = least_squares_line(x, line);
+  EXPECT_NEAR(offset, 5, 1e-9);
+  EXPECT_NEAR(gain, 0.3, 1e-12);
+  const std::vector<double> at = {310, 420, 540};
+  const std::vector<double> curve = least_squares_curve(x, bent, at);
+  for (std::size_t k = 0; k < at.size(); ++k) EXPECT_NEAR(curve[k], 0.001 * at[k] * at[k], 0.1);
+  EXPECT_NEAR(least_squares_curve(x, line, {1000})[0], 5 + 0.3 * 549, 0.2) << "level beyond the readings";
+  EXPECT_EQ(least_squares_curve({7, 7}, {3, 3}, {9}), std::vector<double>{3});
 }
 
 }  // namespace

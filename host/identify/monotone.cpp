@@ -1,0 +1,134 @@
+#include "host/identify/monotone.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace flexor::identify {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kDoubt = 5;  // standard errors
+constexpr double kTurned_deg = 1e-9;
+
+// What the angle gains from point to point of a reading that goes up (sign 1) or down (-1) slowly, `plays` of the plays moving
+// with it: row by row, of the coefficients. Between two points all curves are straight.
+MatrixXd gains(const Additive& fit, std::size_t plays, double sign, Index columns) {
+  const std::vector<double>& knots = fit.knots.front();
+  std::vector<double> at = knots;
+  for (std::size_t p = 0; p < plays; ++p) {
+    for (const double knot : knots) at.push_back(knot + sign * fit.radii.front()[p]);
+  }
+  std::erase_if(at, [&](double u) { return u < knots.front() || u > knots.back(); });
+  std::ranges::sort(at);
+  const auto add = [&](std::size_t branch, double u, double share, auto row) {
+    const auto next = std::ranges::upper_bound(knots, u) - knots.begin();
+    const auto k = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(next - 1, 0, std::ssize(knots) - 2));
+    const double on = std::clamp((u - knots[k]) / (knots[k + 1] - knots[k]), 0.0, 1.0);
+    const auto column = static_cast<Index>(branch * knots.size() + k);
+    row(column) += share * (1 - on);
+    row(column + 1) += share * on;
+  };
+  MatrixXd out = MatrixXd::Zero(std::ssize(at) - 1, columns);
+  for (Index i = 0; i < out.rows(); ++i) {
+    for (std::size_t b = 0; b <= plays; ++b) {
+      const double behind = b == 0 ? 0 : sign * fit.radii.front()[b - 1];
+      add(b, at[static_cast<std::size_t>(i) + 1] - behind, sign, out.row(i));
+      add(b, at[static_cast<std::size_t>(i)] - behind, -sign, out.row(i));
+    }
+  }
+  return sign > 0 ? out : MatrixXd(out.colwise().reverse());
+}
+
+// Ways through the readings, one below the other.
+struct Ways {
+  MatrixXd gain;             // from point to point; negative: back
+  std::vector<Index> begin;  // of each, and the end
+};
+
+Ways ways_of(const Additive& fit, Index columns) {
+  const auto total = [&](Index k) {
+    return fit.value.row(k).head(static_cast<Index>(fit.branches.still())).sum();
+  };
+  const double direction = total(fit.value.rows() - 1) > total(0) ? 1 : -1;
+  Ways out{MatrixXd(0, columns), {}};
+  for (std::size_t plays = 0; plays < fit.branches.still(); ++plays) {
+    for (const double sign : {1.0, -1.0}) {
+      if (plays == 0 && sign < 0) continue;
+      const MatrixXd way = sign * direction * gains(fit, plays, sign, columns);
+      out.begin.push_back(out.gain.rows());
+      out.gain.conservativeResize(out.gain.rows() + way.rows(), Eigen::NoChange);
+      out.gain.bottomRows(way.rows()) = way;
+    }
+  }
+  out.begin.push_back(out.gain.rows());
+  return out;
+}
+
+// Of each step whether its going back, if it does, is in doubt. `error` is that of a sum of steps.
+std::vector<bool> doubts(const Ways& ways, const VectorXd& gain,
+                         const std::function<double(const VectorXd&)>& error) {
+  std::vector<bool> out(static_cast<std::size_t>(gain.size()), true);
+  for (Index from = 0; from < gain.size(); ++from) {
+    if (gain(from) >= 0) continue;
+    const Index end = *std::ranges::upper_bound(ways.begin, from);
+    Index to = from + 1;
+    while (to < end && gain(to) < 0) ++to;
+    const auto sure = [&](Index first, Index last) {
+      VectorXd part = VectorXd::Zero(gain.size());
+      part.segment(first, last + 1 - first).setOnes();
+      return -part.dot(gain) > kDoubt * error(part);
+    };
+    bool any = false;
+    for (Index first = from; first < to; ++first) {
+      for (Index last = first; last < to && !any; ++last) any = sure(first, last);
+    }
+    if (any) std::fill(out.begin() + from, out.begin() + to, false);
+    from = to - 1;
+  }
+  return out;
+}
+
+}  // namespace
+
+void make_monotone(const MatrixXd& gram, const MatrixXd& penalty, Additive& fit) {
+  if (fit.knots.size() > 1) return;
+  const Ways ways = ways_of(fit, gram.cols());
+  VectorXd free(gram.cols());
+  free << fit.value.reshaped(), fit.donning;
+  const MatrixXd all = gram.selfadjointView<Eigen::Lower>();
+  const auto factored = MatrixXd(all + penalty).llt();
+  const MatrixXd spread = factored.solve(ways.gain.transpose());
+  const MatrixXd known = ways.gain.leftCols(fit.value.size());
+  const auto error = [&](const VectorXd& steps) {
+    const VectorXd of = known.transpose() * steps;
+    const VectorXd moved = spread * steps;
+    return std::sqrt(of.dot(fit.covariance * of) / moved.dot(all * moved) *
+                     (ways.gain.transpose() * steps).dot(moved));
+  };
+  const std::vector<bool> doubtful = doubts(ways, ways.gain * free, error);
+  VectorXd w = free;
+  std::vector<Index> level;
+  for (bool more = true; more;) {
+    more = false;
+    const VectorXd gain = ways.gain * w;
+    for (Index k = 0; k < gain.size(); ++k) {
+      if (gain(k) >= -kTurned_deg || !doubtful[static_cast<std::size_t>(k)]) continue;
+      if (std::ranges::find(level, k) != level.end()) continue;
+      level.push_back(k);
+      more = true;
+    }
+    if (!more) break;
+    const MatrixXd constraint = ways.gain(level, Eigen::all);
+    const MatrixXd moved = factored.solve(constraint.transpose());
+    w = free - moved * (constraint * moved).completeOrthogonalDecomposition().solve(constraint * free);
+  }
+  fit.value = w.head(fit.value.size()).reshaped(fit.value.rows(), fit.value.cols());
+}
+
+}  // namespace flexor::identify

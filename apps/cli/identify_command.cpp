@@ -113,9 +113,9 @@ void show(const identify::Identification& r) {
   }
   print(
       fmt::format("\nheld out: {:.2f} deg RMSE, fit {:.1f} %, R2 {:.3f}, largest {:.1f} deg, {:.1f} deg s"
-                  "   (straight line: {:.2f} deg)\n",
+                  "   (straight line: {:.2f} deg, static curve: {:.2f})\n",
                   r.holdout.rmse_deg, r.holdout.fit_percent, r.holdout.r2, r.holdout.max_abs_deg,
-                  r.holdout.iae_deg_s, r.baseline.rmse_deg));
+                  r.holdout.iae_deg_s, r.baseline.rmse_deg, r.static_curve.rmse_deg));
 }
 
 void show(const identify::HandIdentification& r) {

@@ -549,7 +549,9 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
   if (!(ends.upper > ends.lower)) throw io::JobError(fmt::format("{}: its angle hardly changes", joint));
   for (Index s = 0; s < stack.input.cols(); ++s) {
     const VectorXd u = stack.input(stack.used, s);
-    if (!(u.maxCoeff() > u.minCoeff())) throw io::JobError(fmt::format("{}: a sensor never changes", joint));
+    if (!(u.maxCoeff() > u.minCoeff()))
+      throw io::JobError(
+          fmt::format("{}: sensor {} of its map never changes in the fitted part", joint, s + 1));
   }
   Search search(stack, period_s);
   std::vector<Branches> all = candidates.branches;

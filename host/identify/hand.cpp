@@ -38,6 +38,7 @@ using io::InputError;
 constexpr double kSameClock_s = 0.5;      // offsets of two joints further apart are two opinions
 constexpr double kVelocityError_s = 0.1;  // of an offset from velocities alone
 constexpr double kUnsure = 0.1;
+constexpr double kMostOffset_s = 1e10;
 constexpr std::size_t kLeastHeldOut = 20;
 constexpr double kNormal95 = 1.96;
 
@@ -676,6 +677,8 @@ void check(const HandRequest& request) {
   if (!(request.split > 0 && request.split < 1)) throw InputError("the split must lie between 0 and 1");
   if (!(request.rate_hz > 0) || !std::isfinite(request.rate_hz))
     throw InputError("the rate must be positive");
+  if (request.clock_offset_s && !(std::abs(*request.clock_offset_s) < kMostOffset_s))
+    throw InputError("the clock offset must be a number of seconds");
   for (const JointMap& joint : request.map) (void)parse_structure(request.structure, joint.sensors.size());
   if (!(request.lead_s >= 0 && request.lead_s <= 1)) throw InputError("the lead must lie between 0 and 1 s");
 }

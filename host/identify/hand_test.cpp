@@ -484,6 +484,7 @@ TEST_F(Hand, MapsThatMeanNothingAreRefusedWhereTheyGoWrong) {
   EXPECT_NE(refusal([] { (void)parse_map("index=:b"); }).find("no sensor"), std::string::npos);
   EXPECT_NE(refusal([] { (void)parse_map("index=a+a:b"); }).find("a sensor twice"), std::string::npos);
   EXPECT_NE(refusal([] { (void)parse_map("index=a:b,index=c:d"); }).find("a joint twice"), std::string::npos);
+  EXPECT_NE(refusal([] { (void)parse_map("index_se=a:b"); }).find("that apply adds"), std::string::npos);
   EXPECT_NE(refusal([] { (void)parse_map("in dex=a:b"); }).find("a joint cannot be called"),
             std::string::npos);
   const PairFiles files = write("m", 20, 6);

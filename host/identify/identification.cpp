@@ -156,7 +156,12 @@ TableRow make_row(const Candidate& candidate, const Identification& r, const Sco
   return row;
 }
 
-std::vector<double> straight_line(const recording::Aligned& aligned, const std::vector<std::uint8_t>& use) {
+struct Plain {
+  std::vector<double> line;
+  std::vector<double> curve;
+};
+
+Plain plain_estimates(const recording::Aligned& aligned, const std::vector<std::uint8_t>& use) {
   std::vector<double> reading;
   std::vector<double> angle;
   for (std::size_t k = 0; k < use.size(); ++k) {
@@ -165,8 +170,8 @@ std::vector<double> straight_line(const recording::Aligned& aligned, const std::
     angle.push_back(aligned.angle_deg[k]);
   }
   const auto [offset, gain] = score::least_squares_line(reading, angle);
-  std::vector<double> out;
-  for (const double u : aligned.input) out.push_back(offset + gain * u);
+  Plain out{{}, score::least_squares_curve(reading, angle, aligned.input)};
+  for (const double u : aligned.input) out.line.push_back(offset + gain * u);
   return out;
 }
 
@@ -486,8 +491,10 @@ Identification identify(recording::Pair pair, const Request& request, const Prog
   std::vector<std::uint8_t> use = data.use;
   use.resize(a.size(), 0);
   const Scorer scorer(a, r.holdout_begin);
-  r.baseline_deg = straight_line(a, use);
-  r.baseline = scorer.all(r.baseline_deg);
+  Plain plain = plain_estimates(a, use);
+  r.static_curve = scorer.all(plain.curve);
+  r.baseline = scorer.all(plain.line);
+  r.baseline_deg = std::move(plain.line);
   r.estimated_deg = estimate(r.model, r);
   r.holdout = scorer.all(r.estimated_deg);
   r.holdout_without_gaps = scorer.without_gaps(r.estimated_deg);

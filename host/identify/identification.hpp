@@ -63,6 +63,7 @@ struct Identification {
   score::Score holdout;
   std::optional<score::Score> holdout_without_gaps;  // none: all of it lies in pauses
   score::Score baseline;
+  score::Score static_curve;  // through the fitted part, by least squares
   double fit_seconds = 0;
   std::vector<std::string> warnings;
 };

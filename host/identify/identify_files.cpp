@@ -74,6 +74,7 @@ Json to_json(const Identification& r) {
       {"holdout", score::to_json(r.holdout)},
       {"holdout_without_gaps", r.holdout_without_gaps ? score::to_json(*r.holdout_without_gaps) : Json()},
       {"baseline_linear", score::to_json(r.baseline)},
+      {"baseline_static_curve", score::to_json(r.static_curve)},
       {"fitted_rmse_deg", r.fit.rmse_deg},
       {"hold_drift_deg", r.hold_drift_deg ? Json(*r.hold_drift_deg) : Json(nullptr)},
       {"structures", std::move(rows)},

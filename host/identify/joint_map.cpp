@@ -78,6 +78,8 @@ std::vector<JointMap> parse_map(const std::string& text) {
     const std::set<std::string> different(joint.sensors.begin(), joint.sensors.end());
     if (different.size() < joint.sensors.size()) fail(at, "a sensor twice");
     if (std::ranges::find(out, joint.joint, &JointMap::joint) != out.end()) fail(at, "a joint twice");
+    if (joint.joint.ends_with("_se") || joint.joint.ends_with("_status"))
+      fail(at, "a joint named like a column that apply adds");
     out.push_back(std::move(joint));
     at = end + 1;
   }

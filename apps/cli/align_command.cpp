@@ -75,9 +75,12 @@ void run(const Options& o) {
     return;
   }
   for (const std::string& warning : aligned.warnings) log("warning: " + warning);
-  const bool found = a.clock_offset_se_s && !o.clock_offset_s;
+  const std::string error = a.clock_offset_se_s ? fmt::format(" +- {:.3f}", *a.clock_offset_se_s) : "";
   print(fmt::format("clock offset   {:+.3f} s{} (reference time minus sensor time)\n", aligned.clock_offset_s,
-                    found ? fmt::format(" +- {:.3f}", *a.clock_offset_se_s) : ""));
+                    o.clock_offset_s ? ", as given" : error));
+  if (o.clock_offset_s && aligned.alignment)
+    print(fmt::format("by the signals {:+.3f} s{}; what follows is said of this offset\n", a.clock_offset_s,
+                      error));
   if (a.sensor_lag_s)
     print(fmt::format("sensor lag     {:+.3f} s, of the readings behind the angle\n", *a.sensor_lag_s));
   if (aligned.alignment) {

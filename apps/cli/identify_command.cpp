@@ -44,7 +44,7 @@ class Search {
   bool operator()(std::size_t done, std::size_t of, const std::string& what) {
     line_->step(what, done, of);
     const bool interrupted = *stop_->flag();
-    if (interrupted && !said_) {
+    if (interrupted && !said_ && done > 0) {
       log("interrupted: what is found so far is finished and scored; once more ends it at once");
       said_ = true;
     }
@@ -62,7 +62,6 @@ class Search {
       line_.reset();
       if (!*stop_->flag())
         throw io::JobError("nothing was fitted within the time limit: a larger --time-limit");
-      io::set_interruption_note("interrupted before anything was fitted");
       stop_->end();
     }
   }

@@ -76,7 +76,8 @@ class IdentificationReport : public ReportTest {
     identify::FileRequest r;
     r.files = {logs / "simulated_glove.csv", logs / "simulated_camera.csv", "", ""};
     r.structure = "hw";
-    r.split = 0.6;  // what is fitted reaches one end stop only
+    r.split = 0.6;           // what is fitted reaches one end stop only,
+    r.clock_offset_s = 7.4;  // on the true clock
     result_ = identify::identify_files(r, {});
     fs::remove_all(logs);
   }

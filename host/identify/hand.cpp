@@ -724,8 +724,7 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   fit_model(request, asked_for(request), files, samples, step, r);
   r.fit_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   for (const JointResult& joint : r.joints) {
-    if (const auto text = stopped_early(joint.untried))
-      r.warnings.push_back(fmt::format("{}: {}", joint.name, *text));
+    if (joint.untried > 0) r.warnings.push_back(fmt::format("{}: {}", joint.name, kStopped));
   }
   score_joints(request, files, samples, r);
   r.proven = r.model;

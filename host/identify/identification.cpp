@@ -311,26 +311,18 @@ struct Fitted {
   std::size_t untried = 0;  // candidates, after a stop
 };
 
-// Counts the fits of a run with one structure, which the other families follow.
-class FitSteps {
- public:
-  explicit FitSteps(const Progress& progress) : progress_(progress) {}
-  bool next(const Structure& structure) {
-    return !progress_ || progress_(done_++, families().size(), describe(structure));
-  }
-
- private:
-  const Progress& progress_;
-  std::size_t done_ = 0;
-};
+bool goes_on(const Progress& progress, std::size_t done, const Structure& next) {
+  return !progress || progress(done, families().size(), describe(next));
+}
 
 // The other families at their usual size, so that the table compares; a stop leaves it short.
-void fit_others(const Data& data, std::optional<Family> chosen, FitSteps& steps,
+void fit_others(const Data& data, std::optional<Family> chosen, const Progress& progress,
                 std::vector<Candidate>& candidates) {
+  std::size_t done = chosen ? 1 : 0;
   for (const Family family : families()) {
     if (family == chosen) continue;
     Candidate other{make_structure(family), {}, 0, {}};
-    if (!steps.next(other.structure)) return;
+    if (!goes_on(progress, done++, other.structure)) return;
     try {
       Options quick;
       quick.max_starts = 2;
@@ -366,9 +358,8 @@ Fitted fit_structures(const Identification& r, const Data& data, const Progress&
     Fitted out;
     out.by_text = fit_by_text(r, data, progress);
     out.seconds = seconds_since(start);
-    FitSteps steps(progress);
     out.untried = out.by_text->untried;
-    fit_others(data, {}, steps, out.candidates);
+    fit_others(data, {}, progress, out.candidates);
     return out;
   }
   if (request.structure == "auto") {
@@ -376,11 +367,10 @@ Fitted fit_structures(const Identification& r, const Data& data, const Progress&
     return {std::move(selection.candidates), selection.chosen, {}, seconds_since(start), selection.untried};
   }
   Candidate asked{requested_structure(request), {}, 0, {}};
-  FitSteps steps(progress);
-  if (!steps.next(asked.structure)) throw io::Cancelled("cancelled");
+  if (!goes_on(progress, 0, asked.structure)) throw io::Cancelled("cancelled");
   asked.summary = fit(asked.structure, data);
   Fitted out{{std::move(asked)}, 0, {}, seconds_since(start)};
-  fit_others(data, out.candidates.front().structure.family, steps, out.candidates);
+  fit_others(data, out.candidates.front().structure.family, progress, out.candidates);
   return out;
 }
 
@@ -501,7 +491,7 @@ Identification identify(recording::Pair pair, const Request& request, const Prog
   make_rows(fitted, scorer, r);
   document(r);
   add_warnings(r);
-  if (const auto text = stopped_early(fitted.untried)) r.warnings.push_back(*text);
+  if (fitted.untried > 0) r.warnings.emplace_back(kStopped);
   return r;
 }
 

@@ -49,11 +49,6 @@ std::vector<Fold> folds(const Structure& structure, const Data& data,
   return all;
 }
 
-std::optional<std::string> stopped_early(std::size_t untried) {
-  if (untried == 0) return std::nullopt;
-  return fmt::format("stopped before {} more structure(s) were tried: the best so far is taken", untried);
-}
-
 double cross_validate(const Structure& structure, const Data& data,
                       const std::function<void()>& before_each) {
   double sum = 0;

@@ -35,8 +35,7 @@ struct Selection {
 // done; io::Cancelled is thrown where none was.
 using Progress = std::function<bool(std::size_t done, std::size_t of, const std::string& what)>;
 
-// None: nothing was left out.
-std::optional<std::string> stopped_early(std::size_t untried);
+inline constexpr const char* kStopped = "stopped before all structures were tried: the best so far is taken";
 
 // The structures that auto compares: all families, with several numbers of knots and poles.
 std::vector<Structure> auto_candidates(bool monotone);

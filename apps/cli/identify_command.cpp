@@ -13,7 +13,6 @@
 #include "host/identify/hand_results.hpp"
 #include "host/identify/identify_files.hpp"
 #include "host/identify/results.hpp"
-#include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/report/render.hpp"
 

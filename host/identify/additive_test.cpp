@@ -88,7 +88,7 @@ double turned_deg(const Additive& fit) {
   };
   double most = 0;
   std::vector<double> play(fit.branches.radii.size(), 500);
-  double before = 0;
+  double farthest = 0;
   for (int k = 0; k < 3 * 720; ++k) {
     const double u = 320 + std::abs(k % 720 - 360);
     double angle = curve(0, u);
@@ -97,8 +97,10 @@ double turned_deg(const Additive& fit) {
       play[b] = std::clamp(play[b], u - radius, u + radius);
       angle += curve(1 + b, play[b]);
     }
-    if (k > 720) most = std::max(most, k % 720 > 360 ? before - angle : k % 720 > 0 ? angle - before : 0.0);
-    before = angle;
+    const double forward = k % 720 > 360 ? angle : -angle;
+    if (k % 360 == 1) farthest = forward;
+    farthest = std::max(farthest, forward);
+    if (k > 720 && k % 360 > 0) most = std::max(most, farthest - forward);
   }
   return most;
 }
@@ -112,11 +114,11 @@ TEST(Additive, ACurveTurnsBackOnlyWhereTheDataSaySoBeyondDoubt) {
         const double noise = level.angle_deg(k) - 90 * share * share;
         level.angle_deg(k) = 45 + 40 * std::pow(2 * share - 1, 5) + 4 * noise;
       }
-      EXPECT_LT(turned_deg(fit_of({level}, structure)), 0.05) << structure << ", seed " << seed;
+      EXPECT_LT(turned_deg(fit_of({level}, structure)), 0.1) << structure << ", seed " << seed;
       Session bent = drawn(seed, 0);
       for (Eigen::Index k = 0; k < bent.angle_deg.size(); ++k)
         bent.angle_deg(k) -= 150 * std::max(0.0, (bent.input(k, 0) - 550) / 400);
-      EXPECT_GT(turned_deg(fit_of({bent}, structure)), 0.05) << structure << ", seed " << seed;
+      EXPECT_GT(turned_deg(fit_of({bent}, structure)), 1) << structure << ", seed " << seed;
     }
   }
 }

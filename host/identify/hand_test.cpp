@@ -387,7 +387,7 @@ TEST_F(Hand, AChainIsFittedAsOneOfItsBlocksAndCanBeWorn) {
   for (const char* text :
        {"hw", "wh", "hysteresis(1) > curve(8) > lti(1) > saturation", "lag(0.1) > curve(12) > lti(1)"}) {
     r.structure = text;
-    r.clock_offset_s = r.structure.starts_with("lag") ? kOffset_s - 0.1 : kOffset_s;  // chains cannot lead
+    if (r.structure.starts_with("lag")) r.clock_offset_s = kOffset_s - 0.1;  // chains cannot lead
     const HandIdentification one = identify_hand(r, {});
     EXPECT_LT(one.joints.front().holdout.rmse_deg, 5) << text;
     EXPECT_LT(one.joints.front().holdout.rmse_deg, one.joints.front().baselines.at("line").rmse_deg) << text;

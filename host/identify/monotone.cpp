@@ -13,7 +13,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kDoubt = 5;  // standard errors
+constexpr double kDoubt = 8;  // standard errors
 constexpr double kTurned_deg = 1e-9;
 
 // What the angle gains from point to point of a reading that goes up (sign 1) or down (-1) slowly, `plays` of the plays moving

@@ -28,7 +28,7 @@ constexpr double kMinEtaSquared = 0.4;
 constexpr double kLowConfidence = 0.1;
 constexpr double kMinVelocityCorrelation = 0.3;
 // Squares of the velocities' correlation between which the confidence grows from nothing to all of it: of
-// 900 pairs of unrelated recordings one in ten exceeds 0.6, of 700 pairs of one motion few fall below 0.85.
+// 900 pairs of unrelated recordings one in ten exceeds 0.6, of 700 pairs of one motion one in fifty falls below 0.9.
 constexpr double kUnrelatedVelocity = 0.6 * 0.6;
 constexpr double kRelatedVelocity = 0.85 * 0.85;
 constexpr double kMinDriftOverlap_s = 20;
@@ -488,7 +488,7 @@ std::string low_confidence(const Belief& belief, const Alignment& found) {
 
 double duration_s(const Series& series) { return series.t_s.back() - series.t_s.front(); }
 
-// Stage 1: which repetition. The lag of the scan that both recordings' taps ask for, where it explains nearly as much as the best.
+// The lag of the scan that both recordings' taps ask for, where it explains nearly as much as the best.
 std::optional<std::size_t> tapped_lag(const Series& sensor, const Series& reference, const Scan& scan,
                                       std::size_t best, double rate_hz) {
   const auto sensed = taps(sensor);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <simavr/avr_adc.h>
+#include <simavr/avr_eeprom.h>
 #include <simavr/avr_extint.h>
 #include <simavr/avr_timer.h>
 #include <simavr/avr_uart.h>
@@ -250,6 +251,15 @@ double Board::duty(int motor) const {
 std::uint8_t Board::read(std::uint16_t address) const { return avr(avr_)->data[address]; }
 
 void Board::write(std::uint16_t address, std::uint8_t byte) { avr(avr_)->data[address] = byte; }
+
+Board::Eeprom Board::eeprom() {
+  avr_eeprom_desc_t all{};
+  all.size = kEepromBytes;
+  avr_ioctl(avr(avr_), AVR_IOCTL_EEPROM_GET, &all);
+  return {all.ee};
+}
+
+void Board::erase_eeprom() { std::fill_n(eeprom().bytes, kEepromBytes, std::uint8_t{0xff}); }
 
 int Board::stack_bytes() const {
   const std::uint8_t* data = avr(avr_)->data;

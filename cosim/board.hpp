@@ -73,6 +73,17 @@ class Board {
     return out;
   }
 
+  // What lasts without supply; for link::CounterStore, too.
+  struct Eeprom {
+    std::uint8_t* bytes;
+    std::uint8_t read(std::uint16_t address) const { return bytes[address]; }
+    bool ready() const { return true; }
+    void write(std::uint16_t address, std::uint8_t byte) { bytes[address] = byte; }
+  };
+  static constexpr int kEepromBytes = 1024;
+  Eeprom eeprom();
+  void erase_eeprom();
+
   // Most bytes of stack that were in use since power-on.
   int stack_bytes() const;
   Cycles awake_cycles() const { return awake_; }

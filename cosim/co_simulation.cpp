@@ -9,7 +9,7 @@ namespace flexor::cosim {
 namespace {
 
 constexpr std::int64_t kSettled_ms = -300;  // by then the hand is where its first commands sent it
-constexpr double kBoot_ms = 22;             // the glove's, until its sample timer starts: six bytes of EEPROM
+constexpr double kBoot_ms = 1;              // the glove's, until its sample timer starts
 constexpr int kStrips = twin::kFingers;
 
 bool is(std::uint8_t marker, firmware::Marker which) { return marker == static_cast<std::uint8_t>(which); }
@@ -23,8 +23,12 @@ CoSimulation::CoSimulation(const Images& images, const twin::TrialInput& input, 
       world_(input, trial),
       glove_(images.glove),
       hand_(images.hand),
-      radio_(input.parameters, twin::seed_of(twin::seed_of(input.seed, trial), twin::Purpose::radio), faults,
-             cycle_of(0)) {
+      radio_{
+          ByteRadio(input.parameters, twin::seed_of(twin::seed_of(input.seed, trial), twin::Purpose::radio),
+                    faults, cycle_of(0)),
+          ByteRadio(input.parameters,
+                    twin::seed_of(twin::seed_of(input.seed, trial), twin::Purpose::radio, 1), faults,
+                    cycle_of(0))} {
   const double period_ms = 1000 * input.compensator.sample_period_s;
   const double phase_ms = 1000 * world_.sample_phase_s() - kBoot_ms;
   const double start_ms = phase_ms - period_ms * std::floor(phase_ms / period_ms);
@@ -37,11 +41,11 @@ CoSimulation::CoSimulation(const Images& images, const twin::TrialInput& input, 
   };
   glove_.on_byte = [this](Cycles cycle, std::uint8_t byte) {
     if (on_air) on_air(cycle, byte);
-    std::uint8_t arriving = byte;
-    const auto end = radio_.pass(cycle, arriving);
-    if (!end || !radio_on) return;
-    if (on_arrival) on_arrival(*end, arriving);
-    hand_.receive(std::max(*end, injected_until_), arriving);
+    on_the_air(From::glove, cycle, byte);
+  };
+  hand_.on_byte = [this](Cycles cycle, std::uint8_t byte) {
+    if (on_answer) on_answer(cycle, byte);
+    on_the_air(From::hand, cycle, byte);
   };
   glove_.on_marker = [this](Cycles cycle, std::uint8_t marker) {
     sent_ += is(marker, firmware::Marker::frame_sealed);
@@ -50,6 +54,23 @@ CoSimulation::CoSimulation(const Images& images, const twin::TrialInput& input, 
   hand_.on_marker = [this](Cycles cycle, std::uint8_t marker) {
     if (on_hand_marker) on_hand_marker(cycle, marker);
   };
+}
+
+void CoSimulation::on_the_air(From from, Cycles begin, std::uint8_t byte) {
+  const auto end = radio_[static_cast<std::size_t>(from)].pass(begin, byte);
+  if (!end || collides(from, begin, *end) || !radio_on) return;
+  if (from == From::hand) return glove_.receive(*end, byte);
+  if (on_arrival) on_arrival(*end, byte);
+  hand_.receive(std::max(*end, injected_until_), byte);
+}
+
+bool CoSimulation::collides(From from, Cycles begin, Cycles end) {
+  Burst& mine = air_[static_cast<std::size_t>(from)];
+  const Burst& other = air_[1 - static_cast<std::size_t>(from)];
+  if (begin > mine.end) mine.begin = begin;
+  mine.end = end;
+  if (mine.begin < other.end && other.begin < mine.end) collided_until_ = std::max(mine.end, other.end);
+  return begin < collided_until_;
 }
 
 twin::Trial CoSimulation::run() {
@@ -88,8 +109,14 @@ void CoSimulation::inject(const std::vector<std::uint8_t>& bytes) {
   for (const std::uint8_t byte : bytes) hand_.receive(injected_until_ += byte_cycles, byte);
 }
 
+void CoSimulation::inject_to_glove(const std::vector<std::uint8_t>& bytes) {
+  const auto byte_cycles = static_cast<Cycles>(10 / input_.parameters.baud * 1000 * kCyclesPerMs);
+  Cycles at = glove_.now() + byte_cycles;
+  for (const std::uint8_t byte : bytes) glove_.receive(at += byte_cycles, byte);
+}
+
 link::LinkStatistics CoSimulation::link_statistics() const {
-  return hand_.peek<link::LinkStatistics>(images_.hand.address("hand_receiver"));
+  return hand_.peek<link::LinkStatistics>(images_.hand.address("hand_link"));
 }
 
 std::uint16_t CoSimulation::worst_late_ms() const {

@@ -25,6 +25,7 @@ struct __attribute__((packed)) HandStatus {
   std::uint8_t fault[5];  // hand::Fault
   std::int16_t setpoint[5];
   std::uint16_t overruns;
+  std::int8_t duty[5];  // 127: the supply's whole voltage
 };
 
 class CoSimulation {
@@ -39,6 +40,7 @@ class CoSimulation {
   std::function<void(Cycles, std::uint8_t marker)> on_hand_marker;
   std::function<void(Cycles, std::uint8_t byte)> on_air;  // what the glove sends, before the radio's faults
   std::function<void(Cycles end, std::uint8_t byte)> on_arrival;  // and what arrives of it
+  std::function<void(Cycles, std::uint8_t byte)> on_answer;       // what the hand sends
   // Overrides a strip's reading: counts of finger at a time.
   std::function<int(std::int64_t now_ms, int finger, int counts)> on_strip;
 
@@ -54,9 +56,11 @@ class CoSimulation {
   HandStatus hand_status() const;
   link::LinkStatistics link_statistics() const;
   std::uint16_t worst_late_ms() const;  // as the hand sees it
+  // What the glove's image is asked or told, one byte-time apart, from now on.
+  void inject_to_glove(const std::vector<std::uint8_t>& bytes);
   // Puts bytes on the hand's RX pin, one byte-time apart, from now on.
   void inject(const std::vector<std::uint8_t>& bytes);
-  bool radio_on = true;  // false: nothing of the glove arrives
+  bool radio_on = true;  // false: nothing arrives at either end
 
   static Cycles cycle_of(double t_ms) {
     return static_cast<Cycles>((t_ms - twin::World::kStart_ms) * kCyclesPerMs);
@@ -66,6 +70,9 @@ class CoSimulation {
   }
 
  private:
+  enum class From { glove, hand };
+  void on_the_air(From from, Cycles begin, std::uint8_t byte);
+  bool collides(From from, Cycles begin, Cycles end);
   void wind_up();
 
   const Images& images_;
@@ -73,8 +80,13 @@ class CoSimulation {
   twin::World world_;
   Board glove_;
   Board hand_;
-  ByteRadio radio_;
-  std::array<int, twin::kFingers> strip_{};
+  std::array<ByteRadio, 2> radio_;  // by From
+  struct Burst {
+    Cycles begin = 0;
+    Cycles end = 0;
+  };
+  std::array<Burst, 2> air_;   // the newest of either end
+  Cycles collided_until_ = 0;  // the modules send or listen: where both send, neither is heard
   Cycles injected_until_ = 0;
   int sent_ = 0;
 };

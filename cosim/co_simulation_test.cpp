@@ -10,11 +10,13 @@
 #include <filesystem>
 #include <numeric>
 
+#include "cosim/radio_ear.hpp"
 #include "cosim/trace.hpp"
 #include "cosim/vcd.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/io/io.hpp"
 #include "host/study/boards.hpp"
+#include "runtime/link/counter_store.hpp"
 
 namespace flexor::cosim {
 namespace {
@@ -185,12 +187,14 @@ TEST(Fault, AnUnpluggedOrShortedOrStuckStripIsToldAndItsFingerGoesToRest) {
     };
     // What the glove says of its sensors.
     const deploy::Key key = study::bench_key();
-    link::Receiver receiver(&*key);
+    RadioEar ear(key);
     int heard_ms = -1;
+    w.simulation.on_answer = [&](Cycles, std::uint8_t byte) { ear.hand_said(byte); };
     w.simulation.on_air = [&, status = expected](Cycles cycle, std::uint8_t byte) {
-      if (receiver.receive(byte) != link::Received::frame) return;
+      if (ear.glove_said(byte) != link::Received::frame) return;
       const auto now = static_cast<int>(CoSimulation::time_ms(cycle));
-      if (heard_ms < 0 && now > 500 && static_cast<int>(receiver.frame().status[1]) == status) heard_ms = now;
+      if (heard_ms < 0 && now > 500 && static_cast<int>(ear.receiver().frame().status[1]) == status)
+        heard_ms = now;
     };
     const Path path = w.run();
     EXPECT_GE(heard_ms, 500);
@@ -222,18 +226,20 @@ TEST_P(BrownOut, OfTheHandInTheMiddleOfAGesture) {
 }
 INSTANTIATE_TEST_SUITE_P(Fault, BrownOut, testing::Values(1.0, 3.9, 4.2, 5.9));
 
-std::vector<std::uint8_t> sealed(const link::Frame& frame, const link::Key& key) {
-  std::vector<std::uint8_t> wire(link::kWireSealed);
-  wire.resize(link::encode(frame, &key, wire.data()));
+std::vector<std::uint8_t> sealed(const link::Frame& frame, const link::Key* session) {
+  std::vector<std::uint8_t> wire(link::kMaxWire);
+  wire.resize(link::encode(frame, true, session, wire.data()));
   return wire;
 }
 
+// It hears the hand's challenges, too.
 TEST(Fault, ASenderWithAWrongKeyMovesNothing) {
   Watched w;
-  link::Key wrong = *study::bench_key();
-  wrong.bytes[3] ^= 1;
+  deploy::Key wrong = study::bench_key();
+  wrong->bytes[3] ^= 1;
+  RadioEar forger(wrong);
+  w.simulation.on_answer = [&](Cycles, std::uint8_t byte) { forger.hand_said(byte); };
   link::Frame frame{};
-  frame.counter = 5U << 16;
   std::uint32_t accepted = 0;
   w.disturb = [&](std::int64_t now) {
     w.simulation.radio_on = now < 500 || now >= 2500;
@@ -241,7 +247,7 @@ TEST(Fault, ASenderWithAWrongKeyMovesNothing) {
     if (now < 700 || now >= 2500 || now % 50 != 0) return;
     for (auto& angle : frame.angle) angle = 113 * 16;
     ++frame.counter;
-    w.simulation.inject(sealed(frame, wrong));
+    w.simulation.inject(sealed(frame, forger.session_key()));
     if (now == 2450) {
       EXPECT_EQ(w.simulation.link_statistics().received, accepted);
       EXPECT_GT(w.simulation.link_statistics().not_trusted, 30U);
@@ -250,37 +256,127 @@ TEST(Fault, ASenderWithAWrongKeyMovesNothing) {
   const Path path = w.run();
   for (std::size_t i = 0; i < 5; ++i)
     EXPECT_NEAR(path[2450][i], i == 0 ? 90 : 29, 3) << "at rest, whatever the forger says";
-  expect_recovery(path, 2.5);
+  expect_recovery(path, 2.5, kOtherPhase_deg);  // frames are left out at other instants
 }
 
+// Cuts what was heard into frames, and plays them.
+class Recorder {
+ public:
+  void hear(std::uint8_t byte) {
+    frame_.push_back(byte);
+    if (byte != link::kDelimiter) return;
+    frames_.push_back(frame_);
+    frame_.clear();
+  }
+  void play(CoSimulation& simulation) {
+    if (at_ < frames_.size()) simulation.inject(frames_[at_++]);
+  }
+  std::size_t left() const { return frames_.size() - at_; }
+
+ private:
+  std::vector<std::uint8_t> frame_;
+  std::vector<std::vector<std::uint8_t>> frames_;
+  std::size_t at_ = 0;
+};
+
 // An old minute is a few seconds here: all that was said so far, again; and again after the hand has lost its
-// memory.
+// memory, and after it has lost its EEPROM as well.
 TEST(Fault, AReplayIsRefusedAlsoAfterARestartOfTheHand) {
   for (const bool restart : {false, true}) {
     Watched w;
-    std::vector<std::uint8_t> heard;
+    Recorder recorder;
     w.simulation.on_air = [&](Cycles cycle, std::uint8_t byte) {
-      if (CoSimulation::time_ms(cycle) < 2000) heard.push_back(byte);
+      if (CoSimulation::time_ms(cycle) < 2000) recorder.hear(byte);
     };
     std::uint32_t before = 0;
-    std::size_t at = 0;
     w.disturb = [&](std::int64_t now) {
       w.simulation.radio_on = now < 6000 || now >= 8000;
       if (now == 6000 && restart)
         w.simulation.hand().power_off(w.simulation.hand().now() + 20 * kCyclesPerMs);
       if (now == 6100) before = w.simulation.link_statistics().received;
       if (now < 6100 || now >= 7900) return;
-      if (now % 25 == 0 && at + 24 <= heard.size()) {
-        w.simulation.inject({heard.begin() + static_cast<std::ptrdiff_t>(at),
-                             heard.begin() + static_cast<std::ptrdiff_t>(at) + 24});
-        at += 24;
-      }
+      if (now % 25 == 0) recorder.play(w.simulation);
       if (now == 7890) {
         EXPECT_EQ(w.simulation.link_statistics().received, before);
         EXPECT_GT(w.simulation.link_statistics().not_trusted, 30U);
       }
     };
     expect_recovery(w.run(), 8);
+  }
+}
+
+// Starts that the other end does not see, 65536 of them and more where only a count could tell, and memories
+// that were erased: in touch again within two seconds.
+TEST(Freshness, BothImagesAreBackInTouchWithinTwoSecondsOfAnyStart) {
+  Watched w;
+  std::int64_t cut_ms = 0;
+  std::uint32_t before = 0;
+  const auto cut = [&](std::int64_t now, bool glove, bool hand, bool erase) {
+    cut_ms = now;
+    const Cycles until = w.simulation.hand().now() + 300 * kCyclesPerMs;
+    if (glove) w.simulation.glove().power_off(until);
+    if (hand) w.simulation.hand().power_off(until);
+    if (erase) w.simulation.hand().erase_eeprom();
+    if (erase) w.simulation.glove().erase_eeprom();
+  };
+  int returns = 0;
+  w.disturb = [&](std::int64_t now) {
+    if (now == 500) cut(now, true, false, false);
+    if (now == 2900) cut(now, false, true, false);
+    if (now == 5300) cut(now, true, true, false);
+    if (now == 7700) cut(now, true, true, true);
+    if (cut_ms > 0 && now == cut_ms + 310) before = w.simulation.link_statistics().received;
+    if (cut_ms > 0 && now == cut_ms + 2300) {
+      EXPECT_GT(w.simulation.link_statistics().received, before) << now;
+      EXPECT_EQ(w.simulation.hand_status().link, 1);
+      ++returns;
+    }
+  };
+  (void)w.run();
+  EXPECT_EQ(returns, 4);
+}
+
+TEST(Freshness, AHandWhoseCountOfStartsWrapsIsBackInTouch) {
+  for (const std::uint32_t starts : {0xfffeU, 0xfffffeU, 0xffffffU, 0xfffffffeU, 0xffffffffU}) {
+    Watched w;
+    link::CounterStore<Board::Eeprom> store;
+    Board::Eeprom eeprom = w.simulation.hand().eeprom();
+    (void)store.save(starts);
+    while (!store.work(eeprom)) {
+    }
+    std::uint32_t received = 0;
+    w.disturb = [&](std::int64_t now) {
+      if (now == 0) received = w.simulation.link_statistics().received;
+    };
+    (void)w.run();
+    EXPECT_GT(received, 5U) << starts;
+  }
+}
+
+// Both directions in one air: what the hand says while the glove speaks is lost, and what the glove says too.
+TEST(Link, TheHandSpeaksOnlyWhileTheGloveListens) {
+  for (const double rate_hz : {10., 20., 50., 100.}) {
+    twin::TrialInput input = trial_input_of("published-hw", rate_hz);
+    const io::TemporaryFolder folder;
+    const deploy::Glove glove = study::glove_for(parameters(), input.compensator);
+    const Images own{
+        Firmware(deploy::build_glove(glove, folder.path()).elf),
+        Firmware(deploy::build_hand(study::safe_hand(parameters(), input.compensator), folder.path()).elf)};
+    CoSimulation simulation(own, input, 0);
+    link::PacketReader reader;
+    int telemetry = 0;
+    int states = 0;
+    simulation.on_answer = [&](Cycles, std::uint8_t byte) {
+      if (reader.push(byte) != link::Received::pending) return;
+      telemetry += reader.type() == link::Type::telemetry;
+      states += reader.type() == link::Type::state;
+    };
+    const twin::Trial trial = simulation.run();
+    const double seconds = static_cast<double>(simulation.world().end_ms()) / 1000;
+    EXPECT_GT(telemetry, 0.6 * seconds) << rate_hz;
+    EXPECT_LT(telemetry, 3 * seconds) << rate_hz;
+    EXPECT_GE(states, 1) << rate_hz;
+    EXPECT_LE(trial.frames_lost, 1) << rate_hz << ": one may meet the first challenge";
   }
 }
 
@@ -302,7 +398,7 @@ TEST(Twin, AgreesWithTheCoSimulation) {
   study::Boards boards(FLEXOR_COSIM);
   study::Plan plan;
   plan.parameters = parameters();
-  plan.parameters.frame_bytes = link::kWireSealed;
+  plan.parameters.frame_bytes = link::frame_bytes(true);
   plan.motions = study::motions("1-6");
   for (const char* name : {"raw", "published-w", "published-hw"})
     plan.compensators.push_back(study::compensator(name, 10));

@@ -5,9 +5,9 @@
 #include <map>
 
 #include "cosim/co_simulation.hpp"
+#include "cosim/radio_ear.hpp"
 #include "firmware/markers.hpp"
 #include "host/twin/random.hpp"
-#include "runtime/link/receiver.hpp"
 
 namespace flexor::cosim {
 namespace {
@@ -21,22 +21,29 @@ constexpr int kFinger = 1;         // whose strip jumps
 // come.
 class FrameWatch {
  public:
-  explicit FrameWatch(const deploy::Key& key) : key_(*key), sent_(&key_), heard_(&key_) {}
+  explicit FrameWatch(const deploy::Key& key) : key_(key), sent_(key_), heard_(key_) {}
 
   // The glove has sealed a frame, the first that tells of `edge`; -1: no news.
   void sealed(int edge) { sealed_.push_back(edge); }
 
+  void hand_said(std::uint8_t byte) {
+    sent_.hand_said(byte);
+    heard_.hand_said(byte);
+  }
+
   // A byte leaves the glove.
   void sent(std::uint8_t byte) {
-    if (sent_.receive(byte) != link::Received::frame || sealed_.empty()) return;
-    edge_[sent_.frame().counter] = sealed_.front();
+    const link::Received result = sent_.glove_said(byte);
+    if (result != link::Received::frame && result != link::Received::not_trusted) return;
+    if (sealed_.empty()) return;
+    if (result == link::Received::frame) edge_[sent_.receiver().frame().counter] = sealed_.front();
     sealed_.pop_front();
   }
 
   // A byte reaches the hand at `end`.
   void arrived(Cycles end, std::uint8_t byte) {
-    if (heard_.receive(byte) != link::Received::frame) return;
-    waiting_.push_back({end, edge_.at(heard_.frame().counter)});
+    if (heard_.glove_said(byte) != link::Received::frame) return;
+    waiting_.push_back({end, edge_.at(heard_.receiver().frame().counter)});
   }
 
   struct Frame {
@@ -54,9 +61,9 @@ class FrameWatch {
   }
 
  private:
-  link::Key key_;
-  link::Receiver sent_;   // of everything
-  link::Receiver heard_;  // of what the hand hears
+  deploy::Key key_;
+  RadioEar sent_;   // of everything
+  RadioEar heard_;  // of what the hand hears
   std::deque<int> sealed_;
   std::map<std::uint32_t, int> edge_;
   std::deque<Frame> waiting_;
@@ -96,6 +103,7 @@ class EdgeWatch {
       glove_marker(now, static_cast<Marker>(value));
     };
     simulation.on_air = [this](Cycles, std::uint8_t byte) { frames_.sent(byte); };
+    simulation.on_answer = [this](Cycles, std::uint8_t byte) { frames_.hand_said(byte); };
     simulation.on_arrival = [this](Cycles end, std::uint8_t byte) { frames_.arrived(end, byte); };
     simulation.on_hand_marker = [this](Cycles now, std::uint8_t value) {
       hand_marker(now, static_cast<Marker>(value));

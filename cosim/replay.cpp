@@ -4,9 +4,11 @@
 #include <cmath>
 #include <deque>
 
+#include "cosim/radio_ear.hpp"
 #include "firmware/markers.hpp"
 #include "host/deploy/host_chain.hpp"
 #include "host/twin/random.hpp"
+#include "runtime/link/hand_end.hpp"
 #include "runtime/link/opengloves.hpp"
 
 namespace flexor::cosim {
@@ -21,24 +23,43 @@ constexpr std::uint64_t kMarkerCycles = 2;
 class Expected {
  public:
   explicit Expected(const deploy::Glove& glove)
-      : glove_(glove), tables_(deploy::glove_tables(glove)), chain_(glove) {}
+      : glove_(glove), tables_(deploy::glove_tables(glove)), chain_(glove) {
+    if (!glove.key) return;
+    session_.start(kNonce);
+    while (!session_.ready()) session_.derive(*glove.key);
+  }
+
+  // What the hand would say first.
+  std::vector<std::uint8_t> challenge() const {
+    if (!glove_.key) return {};
+    link::Packet packet;
+    std::ranges::copy(kNonce.bytes, packet.body());
+    std::vector<std::uint8_t> wire(link::kMaxWire);
+    wire.resize(
+        packet.seal({link::Type::challenge, false, false, 0}, link::kNonceBytes, &*glove_.key, wire.data()));
+    return wire;
+  }
 
   void sample(const std::array<int, deploy::kFingers>& counts) {
     frame_ = chain_.step(counts);
     ++samples_;
   }
 
-  std::string message() {
-    if (glove_.output == deploy::Output::opengloves) return line();
-    // The first start of a board whose EEPROM is empty.
-    frame_.counter = (1U << 16) + messages_++;
+  // One of them: whether a frame leaves the hand its turn is the board's to say.
+  std::array<std::string, 2> messages() {
+    if (glove_.output == deploy::Output::opengloves) return {line(), line()};
+    frame_.counter = messages_++;
     frame_.time_ms = static_cast<std::uint16_t>(std::lround(1000 * glove_.model.sample_period_s) * samples_);
-    std::array<std::uint8_t, link::kWireSealed> wire{};
-    const std::uint8_t size = link::encode(frame_, glove_.key ? &*glove_.key : nullptr, wire.data());
-    return {wire.begin(), wire.begin() + size};
+    return {encoded(false), encoded(true)};
   }
 
  private:
+  std::string encoded(bool listens) const {
+    std::array<std::uint8_t, link::kMaxWire> wire{};
+    const std::uint8_t size =
+        link::encode(frame_, listens, glove_.key ? &session_.key() : nullptr, wire.data());
+    return {wire.begin(), wire.begin() + size};
+  }
   std::string line() const {
     std::array<std::uint16_t, deploy::kFingers> flexion{};
     for (std::size_t i = 0; i < flexion.size(); ++i) {
@@ -48,7 +69,10 @@ class Expected {
     return {text.data(), link::encode_gloves(flexion.data(), text.data())};
   }
 
+  static constexpr link::Nonce kNonce = {{1, 2, 3, 4, 5, 6, 7, 8}};
+
   const deploy::Glove& glove_;
+  link::Session session_;
   deploy::GloveTables tables_;
   deploy::HostChain chain_;
   link::Frame frame_{};
@@ -56,13 +80,25 @@ class Expected {
   std::uint32_t messages_ = 0;
 };
 
+constexpr Cycles kSwitchedOn = 2 * kCyclesPerMs;  // the UART is up
+
+Cycles byte_cycles(const deploy::Glove& glove) {
+  return static_cast<Cycles>(10 / glove.baud * 1000 * kCyclesPerMs);
+}
+
+// What a glove says that waits for a challenge. COBS: the first byte is a distance, the next the frame's first.
+bool is_state(const deploy::Glove& glove, const std::string& wire) {
+  return glove.output == deploy::Output::radio && wire.size() > 1 &&
+         (wire[1] & 15) == static_cast<int>(link::Type::state);
+}
+
 }  // namespace
 
 study::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts,
                            std::vector<std::string>* messages) {
   study::GloveFigures result;
   Expected host(glove);
-  std::deque<std::string> expected;
+  std::deque<std::array<std::string, 2>> expected;
   std::string sent;
   const char end = glove.output == deploy::Output::opengloves ? '\n' : '\0';
   Cycles step_begin = 0;
@@ -88,7 +124,7 @@ study::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove,
         if (result.samples > 1) result.step.add(now - step_begin - kMarkerCycles);
         return;
       case Marker::frame_sealed:
-        expected.push_back(host.message());
+        expected.push_back(host.messages());
         result.sample.add(now - sampled);
         return;
       default:
@@ -98,13 +134,16 @@ study::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove,
   board.on_byte = [&](Cycles, std::uint8_t byte) {
     sent += static_cast<char>(byte);
     if (sent.back() != end) return;
+    if (is_state(glove, sent)) return sent.clear();
     ++result.frames;
     result.angles += deploy::kFingers;
-    if (expected.empty() || sent != expected.front()) ++result.mismatches;
+    if (expected.empty() || (sent != expected.front()[0] && sent != expected.front()[1])) ++result.mismatches;
     if (!expected.empty()) expected.pop_front();
     if (messages != nullptr) messages->push_back(sent);
     sent.clear();
   };
+  for (Cycles at = kSwitchedOn; const std::uint8_t byte : host.challenge())
+    board.receive(at += byte_cycles(glove), byte);
   while (result.samples < counts.size()) board.run_until(board.now() + kCyclesPerMs);
   board.run_until(board.now() + 100 * kCyclesPerMs);
   // What did not arrive at all is wrong, too; the last samples' messages may still be on their way.
@@ -144,10 +183,10 @@ study::HandFigures measure_hand(const Firmware& firmware, const deploy::Glove& g
     if (static_cast<Marker>(value) == Marker::tick_begin) begin = now;
     if (static_cast<Marker>(value) == Marker::tick_end) result.tick.add(now - begin - kMarkerCycles);
   };
+  RadioEar hand(glove.key);
+  board.on_byte = [&](Cycles, std::uint8_t byte) { hand.hand_said(byte); };
   twin::Random random(1);
   link::Frame frame{};
-  frame.counter = 1U << 16;
-  const auto byte_cycles = static_cast<Cycles>(10 / glove.baud * 1000 * kCyclesPerMs);
   const auto end = static_cast<Cycles>(seconds * 1000 * kCyclesPerMs);
   Cycles free = 50 * kCyclesPerMs;
   while (board.now() < end) {
@@ -156,13 +195,14 @@ study::HandFigures measure_hand(const Firmware& firmware, const deploy::Glove& g
       frame.angle[i] = static_cast<std::int16_t>(4095 * random.uniform());
     }
     if (board.now() + kCyclesPerMs > free) {
-      std::array<std::uint8_t, link::kWireSealed> wire{};
-      const std::uint8_t size = link::encode(frame, glove.key ? &*glove.key : nullptr, wire.data());
-      for (std::uint8_t k = 0; k < size; ++k) board.receive(free += byte_cycles, wire[k]);
+      std::array<std::uint8_t, link::kMaxWire> wire{};
+      const std::uint8_t size = link::encode(frame, true, hand.session_key(), wire.data());
+      for (std::uint8_t k = 0; k < size; ++k) board.receive(free += byte_cycles(glove), wire[k]);
       ++frame.counter;
     }
     board.run_until(board.now() + kCyclesPerMs);
   }
+  result.accepted = board.peek<link::LinkStatistics>(firmware.address("hand_link")).received;
   result.stack_bytes = board.stack_bytes();
   result.awake_share = static_cast<double>(board.awake_cycles()) / static_cast<double>(board.now());
   return result;

@@ -246,40 +246,49 @@ TEST_F(Replay, TheTextOutputIsWhatTheDriverReads) {
   }
 }
 
-// runtime/link/golden.txt once more, this time encoded by the microcontroller.
+// runtime/link/golden.txt once more, this time its angles, encoded by the microcontroller.
 TEST_F(Replay, TheMicrocontrollerSpeaksTheGoldenVectors) {
   std::ifstream file(std::string(FLEXOR_SOURCE_DIR) + "/runtime/link/golden.txt");
-  std::string line;
-  std::getline(file, line);
   std::string program =
-      "#include <avr/io.h>\n#include \"runtime/link/frame.hpp\"\nusing namespace flexor::link;\n"
-      "static void send(const Frame& frame, const Key* key) {\n  uint8_t wire[kWireSealed];\n"
-      "  const uint8_t size = encode(frame, key, wire);\n"
+      "#include <avr/io.h>\n#include \"runtime/link/messages.hpp\"\n#include "
+      "\"runtime/link/session.hpp\"\nusing namespace flexor::link;\n"
+      "static void send(uint32_t counter, bool listens, uint16_t time, const int16_t* angle, const "
+      "SensorStatus* "
+      "status, uint8_t joints, const Key* key) {\n"
+      "  Packet packet;\n  uint8_t wire[kMaxWire];\n"
+      "  const uint8_t bytes = put_angles(time, angle, status, joints, packet.body());\n"
+      "  const uint8_t size = packet.seal({Type::angles, false, listens, counter}, bytes, key, wire);\n"
       "  for (uint8_t i = 0; i < size; ++i) GPIOR0 = wire[i];\n}\nint main() {\n";
   std::string expected;
-  while (std::getline(file, line)) {
+  const auto bytes_text = [](const std::string& hex) {
+    std::string out;
+    for (std::size_t i = 0; i < hex.size(); i += 2) out += "0x" + hex.substr(i, 2) + ",";
+    return out;
+  };
+  for (std::string line; std::getline(file, line);) {
     std::istringstream fields(line);
-    std::string key_hex;
-    std::string counter;
-    std::string time;
-    fields >> key_hex >> counter >> time;
-    std::array<std::string, 10> numbers;  // five angles, five states
-    for (std::string& number : numbers) fields >> number;
-    std::string wire_hex;
-    fields >> wire_hex;
-    expected += wire_hex;
-    program += "  { Frame f; f.counter = " + counter + "UL; f.time_ms = " + time + "U;\n";
-    for (std::size_t i = 0; i < 5; ++i) {
-      program += fmt::format("    f.angle[{0}] = {1}; f.status[{0}] = static_cast<SensorStatus>({2});\n", i,
-                             numbers[i], numbers[i + 5]);
+    std::string what, pair, nonce, counter, listens, time, joints, wire;
+    fields >> what >> pair >> nonce >> counter >> listens >> time >> joints >> wire;
+    if (what != "angles") continue;
+    expected += wire;
+    std::string angles, statuses;
+    int count = 0;
+    std::istringstream list(joints);
+    for (std::string joint; std::getline(list, joint, ','); ++count) {
+      const auto slash = joint.find('/');
+      angles += joint.substr(0, slash) + ",";
+      statuses += "static_cast<SensorStatus>(" + joint.substr(slash + 1) + "),";
     }
-    if (key_hex == "-") {
-      program += "    send(f, nullptr); }\n";
-      continue;
+    program += fmt::format("  {{ const int16_t a[] = {{{}}};\n    const SensorStatus s[] = {{{}}};\n", angles,
+                           statuses);
+    if (pair != "-") {
+      program += fmt::format(
+          "    const Key pair = {{{{{}}}}}; const Nonce nonce = {{{{{}}}}}; Session session;\n"
+          "    session.start(nonce); session.derive(pair); session.derive(pair);\n",
+          bytes_text(pair), bytes_text(nonce));
     }
-    program += "    const Key key = {{";
-    for (std::size_t i = 0; i < 16; ++i) program += "0x" + key_hex.substr(2 * i, 2) + ",";
-    program += "}}; send(f, &key); }\n";
+    program += fmt::format("    send({}UL, {}, {}U, a, s, {}, {}); }}\n", counter, listens, time, count,
+                           pair != "-" ? "&session.key()" : "nullptr");
   }
   program += "  for (;;) {}\n}\n";
   io::write_file(folder_ / "golden.cpp", program);

@@ -44,6 +44,27 @@ class Ring {
   uint8_t bytes_[kSize];
 };
 
+// What is to be sent: main fills it, the UART's interrupt empties it.
+class Transmitter {
+ public:
+  bool idle() const { return ring_.empty(); }
+  void send(const uint8_t* bytes, uint8_t size) {
+    for (uint8_t i = 0; i < size; ++i) ring_.push(bytes[i]);
+    UCSR0B |= _BV(UDRIE0);
+  }
+  void on_ready() {
+    uint8_t byte;
+    if (ring_.pop(byte)) {
+      UDR0 = byte;
+    } else {
+      UCSR0B &= static_cast<uint8_t>(~_BV(UDRIE0));
+    }
+  }
+
+ private:
+  Ring<64> ring_;
+};
+
 // 8N1, as after a reset, at double speed: baud = F_CPU / (8 (divisor + 1)).
 inline void start_uart(uint16_t divisor, uint8_t enables) {
   UCSR0A = _BV(U2X0);
@@ -83,10 +104,13 @@ struct Eeprom {
 };
 
 // A watchdog that bit runs on with its shortest time: it is stopped first of all, then started with ours.
-inline void start_watchdog(uint8_t timeout) {
+// Returns why the board has started, as MCUSR has it.
+inline uint8_t start_watchdog(uint8_t timeout) {
+  const uint8_t cause = MCUSR;
   MCUSR = 0;
   wdt_disable();
   wdt_enable(timeout);
+  return cause;
 }
 
 // Sleeps until an interrupt, unless `busy` says that there is something to do. It is asked with interrupts

@@ -1,9 +1,9 @@
 // The glove's board: timer 1 sets the sample rate, the ADC reads five strips, the UART speaks to the radio or
-// to a PC. Pins: ADC PC0..PC4 thumb to pinky, UART PD1. Interrupts move samples and bytes; everything else
+// to a PC. Pins: ADC PC0..PC4 thumb to pinky, UART PD0, PD1. Interrupts move samples and bytes; everything else
 // happens in main, which sleeps.
 #include "firmware/board.hpp"
 #include "glove_config.hpp"
-#include "runtime/link/counter_store.hpp"
+#include "runtime/link/glove_end.hpp"
 #include "runtime/link/opengloves.hpp"
 
 using namespace flexor;
@@ -13,12 +13,7 @@ namespace {
 
 volatile uint16_t counts[kFingers];
 volatile bool sampled = false;
-Ring<64> to_send;
-
-void send(const uint8_t* bytes, uint8_t size) {
-  for (uint8_t i = 0; i < size; ++i) to_send.push(bytes[i]);
-  UCSR0B |= _BV(UDRIE0);
-}
+Transmitter transmitter;
 
 void start_sampling() {
   start_adc();
@@ -35,7 +30,9 @@ link::Frame frame;
 
 class Output {
  public:
-  void start() {}
+  static constexpr uint8_t kUart = _BV(TXEN0);
+  void start(uint8_t) {}
+  bool busy() const { return false; }
   void work() {}
   void send_frame() {
     uint16_t flexion[kFingers];
@@ -45,35 +42,97 @@ class Output {
     char text[link::kMaxGloveText];
     const uint8_t size = link::encode_gloves(flexion, text);
     mark(Marker::frame_sealed);
-    send(reinterpret_cast<const uint8_t*>(text), size);
+    transmitter.send(reinterpret_cast<const uint8_t*>(text), size);
   }
 };
 
 #else
 
-// Counts frames with a counter that no restart ever repeats.
+Ring<64> received;
+
+// The radio carries one direction at a time: after each kListenEvery'th frame the glove is silent for
+// kListenSlots more, and the hand may speak; more often while it is not heard.
 class Output {
  public:
-  void start() {
-    const uint16_t epoch = static_cast<uint16_t>(store_.load(eeprom_) + 1);
-    store_.save(epoch);
-    while (!store_.work(eeprom_)) wdt_reset();
-    frame.counter = static_cast<uint32_t>(epoch) << 16;
+  static constexpr uint8_t kUart = _BV(TXEN0) | _BV(RXEN0) | _BV(RXCIE0);
+
+  void start(uint8_t reset_cause) { reset_cause_ = reset_cause; }
+  bool busy() const { return !received.empty(); }
+  void work() {
+    uint8_t byte;
+    while (received.pop(byte)) {
+      const link::Received result = end_.push(byte);
+      if (result == link::Received::pending || result == link::Received::other)
+        heard_ = 2 * config::kListenEvery;
+      if (result == link::Received::pending) take();
+    }
   }
-  void work() { store_.work(eeprom_); }
   void send_frame() {
-    uint8_t wire[link::kWireSealed];
-    const uint8_t size = link::encode(frame, config::kKey, wire);
-    mark(Marker::frame_sealed);
-    send(wire, size);
-    ++frame.counter;
-    // The next epoch is taken before it is needed.
-    if (static_cast<uint16_t>(frame.counter) == 0xff00) store_.save((frame.counter >> 16) + 1);
+    if (silent_ > 0) {
+      --silent_;
+      return;
+    }
+    if (heard_ > 0) --heard_;
+    const bool listens = ++since_listening_ >= (heard_ > 0 ? config::kListenEvery : config::kSeekEvery);
+    if (listens) {
+      since_listening_ = 0;
+      silent_ = config::kListenSlots;
+    }
+    if (listens && (wants_state_ || !end_.in_touch())) {
+      send_state();
+    } else if (end_.in_touch()) {
+      send_angles(listens);
+    }
+    if (readings_left_ > 0) send_readings();
   }
 
  private:
-  Eeprom eeprom_;
-  link::CounterStore<Eeprom> store_;
+  void take() {
+    if (end_.packet().type() != link::Type::request || end_.packet().body_bytes() != 1) return;
+    const link::Request request = static_cast<link::Request>(end_.packet().body()[0]);
+    if (request == link::Request::state) wants_state_ = true;
+    if (request == link::Request::readings) readings_left_ = config::kRate_hz / config::kSamplesPerFrame;
+  }
+
+  void send_angles(bool listens) {
+    uint8_t wire[link::kMaxWire];
+    const uint8_t size = end_.angles(frame, listens, wire);
+    mark(Marker::frame_sealed);
+    transmitter.send(wire, size);
+  }
+
+  void send_state() {
+    wants_state_ = false;
+    link::State state = {};
+    state.board = link::BoardKind::glove;
+    state.in_touch = end_.in_touch();
+    state.has_key = end_.pair() != nullptr;
+    state.reset_cause = reset_cause_;
+    state.temperature_C = link::State::kNoTemperature;
+    link::Packet packet;
+    say(link::Type::state, packet, link::put_state(state, packet.body()), true);
+  }
+
+  void send_readings() {
+    --readings_left_;
+    uint16_t now[kFingers];
+    for (uint8_t i = 0; i < kFingers; ++i) now[i] = counts[i];
+    link::Packet packet;
+    say(link::Type::readings, packet, link::put_readings(frame.time_ms, now, kFingers, packet.body()), false);
+  }
+
+  void say(link::Type type, link::Packet& packet, uint8_t body_bytes, bool listens) {
+    uint8_t wire[link::kMaxWire];
+    transmitter.send(wire, link::GloveEnd::say(type, packet, body_bytes, listens, wire));
+  }
+
+  link::GloveEnd end_{config::kKey};
+  uint8_t reset_cause_ = 0;
+  uint8_t since_listening_ = 0;  // frames
+  uint8_t heard_ = 0;            // frames for which the hand counts as heard
+  uint8_t silent_ = 0;
+  uint8_t readings_left_ = 0;
+  bool wants_state_ = false;
 };
 
 #endif
@@ -88,24 +147,21 @@ ISR(ADC_vect) {
   if (continue_scan(counts)) sampled = true;
 }
 
-ISR(USART_UDRE_vect) {
-  uint8_t byte;
-  if (to_send.pop(byte)) {
-    UDR0 = byte;
-  } else {
-    UCSR0B &= static_cast<uint8_t>(~_BV(UDRIE0));
-  }
-}
+ISR(USART_UDRE_vect) { transmitter.on_ready(); }
+
+#ifndef FLEXOR_OUTPUT_OPENGLOVES
+ISR(USART_RX_vect) { received.push(UDR0); }
+#endif
 
 int main() {
-  start_watchdog(WDTO_500MS);
-  start_uart(config::kUartDivisor, _BV(TXEN0));
-  output.start();
+  output.start(start_watchdog(WDTO_500MS));
+  start_uart(config::kUartDivisor, Output::kUart);
   start_sampling();
   sei();
   uint8_t since_frame = config::kSamplesPerFrame - 1;
   for (;;) {
-    sleep_unless([] { return sampled; });
+    sleep_unless([] { return sampled || output.busy(); });
+    output.work();
     if (!sampled) continue;
     sampled = false;
     wdt_reset();
@@ -115,10 +171,9 @@ int main() {
     chain.step(now, frame);
     frame.time_ms = static_cast<uint16_t>(frame.time_ms + 1000 / config::kRate_hz);
     // A transmitter that is still busy skips a frame: the newest angle matters, not every one.
-    if (++since_frame >= config::kSamplesPerFrame && to_send.empty()) {
+    if (++since_frame >= config::kSamplesPerFrame && transmitter.idle()) {
       since_frame = 0;
       output.send_frame();
     }
-    output.work();
   }
 }

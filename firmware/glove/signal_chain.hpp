@@ -2,7 +2,7 @@
 // glove and on a PC.
 #pragma once
 
-#include "runtime/link/frame.hpp"
+#include "runtime/link/messages.hpp"
 #include "runtime/sensor/calibration.hpp"
 #include "runtime/sensor/guard.hpp"
 #include "runtime/sensor/monitor.hpp"

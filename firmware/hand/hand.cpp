@@ -1,13 +1,13 @@
 // The hand's board: timer 0 is the millisecond and the fifth PWM, the ADC reads five potentiometers, the UART
-// listens to the radio. Pins: ADC PC0..PC4 thumb to pinky; PWM OC1A PB1, OC1B PB2, OC2A PB3, OC2B PD3, OC0B
+// speaks to the radio. Pins: ADC PC0..PC4 thumb to pinky; PWM OC1A PB1, OC1B PB2, OC2A PB3, OC2B PD3, OC0B
 // PD5; direction PB0, PB4, PD2, PD4, PD7, high to flex. Interrupts move samples and bytes; everything else
 // happens in main, which sleeps. A tick comes first: between two of them main computes at most one tag.
 #include "firmware/board.hpp"
 #include "hand_config.hpp"
 #include "runtime/hand/finger.hpp"
 #include "runtime/link/counter_store.hpp"
+#include "runtime/link/hand_end.hpp"
 #include "runtime/link/latency.hpp"
-#include "runtime/link/receiver.hpp"
 
 using namespace flexor;
 using namespace flexor::firmware;
@@ -19,23 +19,28 @@ struct {
   hand::Fault fault[link::kFingers];
   int16_t setpoint[link::kFingers];  // Q4 degrees
   uint16_t overruns;                 // bytes that found no room
-} hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0};
+  int8_t duty[link::kFingers];       // 127: the supply's whole voltage
+} hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, {}};
 hand::Finger hand_finger[link::kFingers];
-link::Receiver hand_receiver(config::kKey);  // begins with its statistics
-link::Latency hand_latency;                  // begins with how late the last frame was, and the latest, ms
+link::HandEnd hand_link(config::kKey);  // begins with its statistics
+link::Latency hand_latency;             // begins with how late the last frame was, and the latest, ms
 
 namespace {
 
 volatile uint16_t counts[link::kFingers];
 volatile bool ticked = false;
 Ring<32> received;
+Transmitter transmitter;
 
 hand::LinkWatch watch;
 Eeprom eeprom;
 link::CounterStore<Eeprom> store;
 uint16_t now_ms = 0;
+uint8_t reset_cause = 0;
+uint32_t starts = 0;  // as kept in EEPROM
+bool kept = false;    // nothing is left to write
 bool pending = false;
-uint16_t epoch = 0;  // of the last frame
+uint8_t said = 0;  // telemetry since the last state
 
 void start_motors() {
   DDRB = _BV(PB0) | _BV(PB1) | _BV(PB2) | _BV(PB3) | _BV(PB4);
@@ -99,39 +104,81 @@ __attribute__((noinline)) void tick() {
   for (uint8_t i = 0; i < link::kFingers; ++i) reading[i] = counts[i];
   sei();
   ++now_ms;
+  hand_link.tick();
+  hand_link.stir(static_cast<uint16_t>(reading[0] ^ reading[4] << 3));
   hand_status.link = watch.tick();
   for (uint8_t i = 0; i < link::kFingers; ++i) {
-    const int16_t duty = hand_finger[i].tick(config::kSettings[config::kSettingsOf[i]], hand_status.link,
-                                             hand_receiver.frame().angle[i], config::kRest[i], reading[i]);
+    const int16_t duty =
+        hand_finger[i].tick(config::kSettings[config::kSettingsOf[i]], hand_status.link,
+                            hand_link.receiver().frame().angle[i], config::kRest[i], reading[i]);
     drive(i, duty);
+    hand_status.duty[i] = static_cast<int8_t>(duty / 256);
     hand_status.fault[i] = hand_finger[i].fault();
     hand_status.setpoint[i] = hand_finger[i].setpoint();
   }
   mark(Marker::tick_end);
 }
 
+// EEPROM in the background. A challenge waits for it: the count of starts in it is never given twice.
+void keep() {
+  if (hand_link.starts() != starts && store.save(hand_link.starts())) starts = hand_link.starts();
+  kept = store.work(eeprom) && hand_link.starts() == starts;
+}
+
 void take_frame() {
   mark(Marker::frame_accepted);
-  const uint32_t counter = hand_receiver.frame().counter;
-  const bool new_epoch = static_cast<uint16_t>(counter >> 16) != epoch;
-  if (new_epoch) hand_latency.restart();
-  epoch = static_cast<uint16_t>(counter >> 16);
-  hand_latency.add(now_ms, hand_receiver.frame().time_ms);
+  if (hand_status.link != hand::Link::following) hand_latency.restart();
+  hand_latency.add(now_ms, hand_link.receiver().frame().time_ms);
   watch.frame();
-  // After a restart of the hand, nothing from before the last record is believed again.
-  if (new_epoch || (counter & 63) == 0) store.save(counter);
 }
 
 void listen() {
   link::Received result = link::Received::nothing;
   if (pending) {
-    result = hand_receiver.verify();
+    result = hand_link.verify();
   } else {
     uint8_t byte;
-    while (result == link::Received::nothing && received.pop(byte)) result = hand_receiver.push(byte);
+    while (result == link::Received::nothing && received.pop(byte)) result = hand_link.push(byte);
   }
   pending = result == link::Received::pending;
   if (result == link::Received::frame) take_frame();
+}
+
+uint8_t telemetry(uint8_t* wire) {
+  link::FingerTelemetry finger[link::kFingers];
+  for (uint8_t i = 0; i < link::kFingers; ++i) {
+    finger[i].angle = core::clamp<int16_t>(config::kSettings[config::kSettingsOf[i]].potentiometer(counts[i]),
+                                           0, link::kMaxAngle);
+    finger[i].duty = hand_status.duty[i];
+    finger[i].fault = static_cast<uint8_t>(hand_status.fault[i]);
+  }
+  link::Packet packet;
+  const uint8_t bytes = link::put_telemetry(now_ms, 0, finger, link::kFingers, packet.body());
+  return hand_link.say(link::Type::telemetry, packet, bytes, wire);
+}
+
+uint8_t state(uint8_t* wire) {
+  link::State state = {};
+  state.board = link::BoardKind::hand;
+  state.in_touch = hand_link.in_touch();
+  state.has_key = hand_link.receiver().pair() != nullptr;
+  state.reset_cause = reset_cause;
+  state.temperature_C = link::State::kNoTemperature;
+  link::Packet packet;
+  return hand_link.say(link::Type::state, packet, link::put_state(state, packet.body()), wire);
+}
+
+void speak() {
+  constexpr uint8_t kTelemetryPerState = 8;
+  const link::HandEnd::Speech due = hand_link.due();
+  if (due == link::HandEnd::Speech::none || !transmitter.idle()) return;
+  uint8_t wire[link::kMaxWire];
+  if (due == link::HandEnd::Speech::challenge) {
+    if (kept) transmitter.send(wire, hand_link.challenge(wire));
+    return;
+  }
+  said = static_cast<uint8_t>((said + 1) % kTelemetryPerState);
+  transmitter.send(wire, said == 0 ? state(wire) : telemetry(wire));
 }
 
 }  // namespace
@@ -142,14 +189,17 @@ ISR(ADC_vect) {
   if (continue_scan(counts)) ticked = true;
 }
 
+ISR(USART_UDRE_vect) { transmitter.on_ready(); }
+
 ISR(USART_RX_vect) {
   if (!received.push(UDR0)) ++hand_status.overruns;
 }
 
 int main() {
-  start_watchdog(WDTO_120MS);
-  hand_receiver.resume(store.load(eeprom));
-  start_uart(config::kUartDivisor, _BV(RXEN0) | _BV(RXCIE0));
+  reset_cause = start_watchdog(WDTO_120MS);
+  starts = store.load(eeprom);
+  hand_link.start(starts + 1);
+  start_uart(config::kUartDivisor, _BV(TXEN0) | _BV(RXEN0) | _BV(RXCIE0));
   start_motors();
   sei();
   for (;;) {
@@ -158,8 +208,12 @@ int main() {
       ticked = false;
       wdt_reset();
       tick();
-      store.work(eeprom);
+      keep();
     }
-    listen();
+    if (pending || !received.empty()) {
+      listen();
+    } else {
+      speak();
+    }
   }
 }

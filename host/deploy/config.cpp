@@ -21,7 +21,7 @@ constexpr double kHold_s = 0.25;
 constexpr double kGuardSpeed_deg_s = 200;
 constexpr int kPotentiometerMargin = 5;  // counts from either rail
 
-int frame_bytes(const Key& key) { return key ? link::kWireSealed : link::kWirePlain; }
+int frame_bytes(const Key& key) { return link::frame_bytes(key.has_value()); }
 
 std::int16_t q4(double deg) { return static_cast<std::int16_t>(std::lround(deg * 16)); }
 
@@ -115,6 +115,23 @@ int samples_per_frame(const Glove& glove) {
                     glove.frame_rate_hz, rate));
   }
   return static_cast<int>(std::lround(every));
+}
+
+Turns turns_of(const Glove& glove) {
+  constexpr double kApart_s = 1;        // of two turns, at most
+  constexpr double kSeekApart_s = 0.2;  // while the hand is not heard
+  constexpr double kWay_s = 0.012;      // of the hand's answer through the modules and to its begin
+  const double baud_s = 10 / glove.baud;
+  const double period_s = glove.model.sample_period_s * samples_per_frame(glove);
+  const double answer_s =
+      link::wire_bytes(link::telemetry_bytes(kFingers), glove.key.has_value()) * baud_s + kWay_s;
+  const double silent_s = period_s - frame_bytes(glove.key) * baud_s;
+  if (silent_s >= answer_s) return {1, 1, 0};
+  const double slots = std::ceil((answer_s - silent_s) / period_s);
+  const auto every = [&](double apart_s) {
+    return static_cast<int>(std::max(1.0, std::floor(apart_s / period_s) - slots));
+  };
+  return {every(kApart_s), every(kSeekApart_s), static_cast<int>(std::min(slots, 255.0))};
 }
 
 int uart_divisor(double baud) {
@@ -234,6 +251,11 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
       "kUartDivisor = {};\n",
       sample_rate_hz(glove.model), samples_per_frame(glove), uart_divisor(radio ? glove.baud : kUsbBaud));
   if (radio) {
+    const Turns turns = turns_of(glove);
+    out += fmt::format(
+        "constexpr uint8_t kListenEvery = {};\nconstexpr uint8_t kSeekEvery = {};\nconstexpr uint8_t "
+        "kListenSlots = {};\n",
+        turns.every, turns.seek_every, turns.slots);
     out += key_text(glove.key);
   } else {
     out += fmt::format("constexpr int16_t kStraight[] = {};\nconstexpr uint32_t kFlexionScale[] = {};\n",

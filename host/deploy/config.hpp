@@ -11,7 +11,7 @@
 #include "host/model/model.hpp"
 #include "host/model/wiring.hpp"
 #include "runtime/hand/finger.hpp"
-#include "runtime/link/frame.hpp"
+#include "runtime/link/messages.hpp"
 #include "runtime/sensor/calibration.hpp"
 #include "runtime/sensor/guard.hpp"
 #include "runtime/sensor/monitor.hpp"
@@ -89,6 +89,15 @@ int sample_rate_hz(const model::Model& model);
 
 // How many samples make a frame, such that the radio carries the frames.
 int samples_per_frame(const Glove& glove);
+
+// The radio carries one direction at a time: after every `every`-th frame, once a second, the glove leaves out
+// `slots` more, so that the hand's longest frame has room; after every `seek_every`-th while it does not hear the hand.
+struct Turns {
+  int every;
+  int seek_every;
+  int slots;
+};
+Turns turns_of(const Glove& glove);
 
 // UBRR0 at double speed, where the error is at most 2.5 %.
 int uart_divisor(double baud);

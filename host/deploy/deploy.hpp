@@ -13,9 +13,9 @@ namespace flexor::deploy {
 
 inline constexpr const char* kTarget = "atmega328p";
 inline constexpr double kWorstError_deg = model::kFixedError_deg;
-inline constexpr int kFlashBudget = 6144;  // bytes of an image
-inline constexpr int kRamBudget = 400;     // bytes, static
-inline constexpr int kFlash = 32768;       // of the microcontroller
+inline constexpr int kFlashBudget = 10240;  // bytes of an image: a third of the flash
+inline constexpr int kRamBudget = 640;      // bytes, static: a third of the RAM
+inline constexpr int kFlash = 32768;        // of the microcontroller
 inline constexpr int kRam = 2048;
 
 struct Image {

@@ -64,7 +64,8 @@ struct GloveFigures {
 };
 
 struct HandFigures {
-  CycleStatistic tick;  // five position loops, motors included
+  CycleStatistic tick;         // five position loops, motors included
+  std::uint64_t accepted = 0;  // frames
   int stack_bytes = 0;
   double awake_share = 0;
 };

@@ -154,9 +154,8 @@ void save_results(const LatencyBudget& b, const std::string& title, const std::f
 
 TimeBudget time_budget(const Deployment& d) {
   constexpr double kConversion_ms = 13 * 128 / kCyclesPerMs;  // of the ADC at 125 kHz
-  const int bytes = d.glove.output == deploy::Output::opengloves ? 34
-                    : d.glove.key                                ? link::kWireSealed
-                                                                 : link::kWirePlain;
+  const int bytes =
+      d.glove.output == deploy::Output::opengloves ? 34 : link::frame_bytes(d.glove.key.has_value());
   const double baud = d.glove.output == deploy::Output::opengloves ? deploy::kUsbBaud : d.glove.baud;
   TimeBudget t;
   t.period_ms = 1000 * d.glove.model.sample_period_s;

@@ -1,17 +1,23 @@
 // What both firmwares will instantiate.
-#include "runtime/link/receiver.hpp"
+#include "runtime/link/glove_end.hpp"
+#include "runtime/link/hand_end.hpp"
 
 flexor::link::Key key;
 flexor::link::Frame out;
-uint8_t wire[flexor::link::kWireSealed];
+uint8_t wire[flexor::link::kMaxWire];
 volatile uint8_t uart;
 volatile int16_t angle;
 
 int main() {
-  flexor::link::Receiver receiver(&key);
+  flexor::link::GloveEnd glove(&key);
+  flexor::link::HandEnd hand(&key);
+  hand.start(1);
   for (;;) {
-    const uint8_t size = flexor::link::encode(out, &key, wire);
-    for (uint8_t i = 0; i < size; ++i) uart = wire[i];
-    if (receiver.receive(uart) == flexor::link::Received::frame) angle = receiver.frame().angle[0];
+    hand.tick();
+    if (hand.due() == flexor::link::HandEnd::Speech::challenge) hand.challenge(wire);
+    glove.push(uart);
+    if (glove.in_touch()) glove.angles(out, true, wire);
+    if (hand.push(uart) != flexor::link::Received::pending) continue;
+    if (hand.verify() == flexor::link::Received::frame) angle = hand.receiver().frame().angle[0];
   }
 }

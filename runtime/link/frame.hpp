@@ -1,4 +1,4 @@
-// One frame from glove to hand: PROTOCOL.md, in code.
+// What is on the wire: PROTOCOL.md, in code. A frame is head, body, tag (if guarded) and CRC, in COBS.
 #pragma once
 
 #include <stdint.h>
@@ -10,93 +10,115 @@
 namespace flexor {
 namespace link {
 
-constexpr uint8_t kVersion = 1;
-constexpr uint8_t kFingers = 5;
-constexpr int16_t kMaxAngle = 4095;  // Q4 degrees, 255.94
-constexpr uint8_t kTagBytes = 7;
-constexpr uint8_t kBodyBytes = 13;                            // sequence, time, angles, statuses, version
-constexpr uint8_t kPlainBytes = kBodyBytes + 2;               // and CRC
-constexpr uint8_t kSealedBytes = kBodyBytes + kTagBytes + 2;  // and tag and CRC
-constexpr uint8_t kWirePlain = kPlainBytes + 2;               // 17: and COBS
-constexpr uint8_t kWireSealed = kSealedBytes + 2;             // 24
+constexpr uint8_t kVersion = 2;
+constexpr uint8_t kHeadBytes = 3;  // what it is, and the low 16 bits of its counter
+constexpr uint8_t kTagBytes = 6;
+constexpr uint8_t kCrcBytes = 2;
+constexpr uint8_t kMaxBody = 40;
+constexpr uint8_t kMaxWire = kHeadBytes + kMaxBody + kTagBytes + kCrcBytes + 2;
+constexpr uint32_t kCounters = static_cast<uint32_t>(1) << 24;  // frames that one challenge is good for
 
-enum class SensorStatus : uint8_t { ok = 0, open = 1, short_circuit = 2, stuck = 3 };
+constexpr uint8_t wire_bytes(uint8_t body_bytes, bool guarded) {
+  return static_cast<uint8_t>(kHeadBytes + body_bytes + (guarded ? kTagBytes : 0) + kCrcBytes + 2);
+}
 
-struct Frame {
-  uint32_t counter;         // epoch << 16 | sequence; only the sequence is on the wire
-  uint16_t time_ms;         // sender's clock, wraps every 65.5 s
-  int16_t angle[kFingers];  // Q4 degrees, 0 .. kMaxAngle
-  SensorStatus status[kFingers];
+enum class Type : uint8_t {
+  angles = 1,        // glove: of its joints
+  readings = 2,      // glove: of its strips, as the converter gives them
+  state = 3,         // either board, of itself
+  telemetry = 4,     // hand: of its fingers
+  coefficients = 5,  // to the glove: a piece of a model; from it: what it wants next
+  challenge = 6,     // to whom is to prove that what it says is new
+  request = 7,       // to the glove: what the sender wants
+};
+
+struct Head {
+  Type type;
+  bool guarded;      // has a tag
+  bool listens;      // the sender is silent for a while after this frame: the other's turn to speak
+  uint32_t counter;  // below kCounters; its low 16 bits travel
 };
 
 namespace detail {
 
-// The field of 72 bits: five angles of 12, five states of 2, the version.
-inline void pack(const Frame& frame, uint8_t* field) {
-  uint16_t angle[kFingers];
-  uint8_t status[kFingers];
-  for (uint8_t i = 0; i < kFingers; ++i) {
-    const int16_t raised = frame.angle[i] < 0 ? static_cast<int16_t>(0) : frame.angle[i];
-    angle[i] = static_cast<uint16_t>(raised > kMaxAngle ? kMaxAngle : raised);
-    status[i] = static_cast<uint8_t>(frame.status[i]);
-  }
-  for (uint8_t i = 0; i < kFingers - 1; i = static_cast<uint8_t>(i + 2)) {
-    *field++ = static_cast<uint8_t>(angle[i]);
-    *field++ = static_cast<uint8_t>((angle[i] >> 8) | (angle[i + 1] << 4));
-    *field++ = static_cast<uint8_t>(angle[i + 1] >> 4);
-  }
-  *field++ = static_cast<uint8_t>(angle[4]);
-  *field++ = static_cast<uint8_t>((angle[4] >> 8) | (status[0] << 4) | (status[1] << 6));
-  *field = static_cast<uint8_t>(status[2] | (status[3] << 2) | (status[4] << 4) | (kVersion << 6));
+constexpr uint16_t kCrcStart = 0x464c;  // a frame of version 1, which started at 0, is corrupt here
+constexpr uint8_t kGuarded = 1 << 4;
+constexpr uint8_t kListens = 1 << 5;
+
+inline uint8_t first_byte(const Head& head) {
+  return static_cast<uint8_t>(static_cast<uint8_t>(head.type) | (head.guarded ? kGuarded : 0) |
+                              (head.listens ? kListens : 0) | (kVersion << 6));
 }
 
-inline uint8_t version_of(const uint8_t* field) { return field[8] >> 6; }
-
-inline void unpack(const uint8_t* field, Frame& frame) {
-  const auto state = [&](uint8_t finger, uint8_t byte, uint8_t shift) {
-    frame.status[finger] = static_cast<SensorStatus>((field[byte] >> shift) & 3);
-  };
-  state(0, 7, 4);
-  state(1, 7, 6);
-  state(2, 8, 0);
-  state(3, 8, 2);
-  state(4, 8, 4);
-  for (uint8_t i = 0; i < kFingers; ++i) {
-    const uint8_t* byte = field + i + i / 2;  // 1.5 bytes each
-    const uint16_t both = static_cast<uint16_t>(byte[0] | (byte[1] << 8));
-    frame.angle[i] = static_cast<int16_t>(i % 2 == 0 ? both & 0xfff : both >> 4);
-  }
-}
-
-// counter, then everything of the body but the sequence: 15 bytes, two blocks of SipHash.
-inline uint64_t tag_of(const Key& key, uint32_t counter, const uint8_t* body) {
-  uint8_t message[4 + kBodyBytes - 2];
-  __builtin_memcpy(message, &counter, sizeof(counter));  // least significant first
-  for (uint8_t i = 2; i < kBodyBytes; ++i) message[i + 2] = body[i];
-  return siphash24(key, message, sizeof(message));
+inline uint16_t crc_of(const uint8_t* bytes, uint8_t size) {
+  uint16_t crc = kCrcStart;
+  for (uint8_t i = 0; i < size; ++i) crc = crc16_add(crc, bytes[i]);
+  return crc;
 }
 
 }  // namespace detail
 
-// Frame to wire; `key` null: not authenticated. `wire` has room for kWireSealed; returns the bytes written.
-inline uint8_t encode(const Frame& frame, const Key* key, uint8_t* wire) {
-  uint8_t payload[kSealedBytes];
-  payload[0] = static_cast<uint8_t>(frame.counter);
-  payload[1] = static_cast<uint8_t>(frame.counter >> 8);
-  payload[2] = static_cast<uint8_t>(frame.time_ms);
-  payload[3] = static_cast<uint8_t>(frame.time_ms >> 8);
-  detail::pack(frame, payload + 4);
-  uint8_t size = kBodyBytes;
-  if (key != nullptr) {
-    const uint64_t tag = detail::tag_of(*key, frame.counter, payload);
-    __builtin_memcpy(payload + size, &tag, kTagBytes);
-    size = kBodyBytes + kTagBytes;
+// A frame while it is made or read. What the tag is over lies as it is hashed: first byte, counter (3 bytes,
+// least significant first), body. On the wire the counter's highest byte is left out.
+class Packet {
+ public:
+  uint8_t* body() { return bytes_ + 1 + kHeadBytes; }
+  const uint8_t* body() const { return bytes_ + 1 + kHeadBytes; }
+
+  // Body to wire, which has room for kMaxWire; returns the bytes written. `key` null: not guarded.
+  uint8_t seal(Head head, uint8_t body_bytes, const Key* key, uint8_t* wire) {
+    head.guarded = key != nullptr;
+    place(detail::first_byte(head), head.counter);
+    uint8_t* end = body() + body_bytes;
+    if (head.guarded) {
+      const uint64_t tag = tag_of(*key, body_bytes);
+      __builtin_memcpy(end, &tag, kTagBytes);
+      end += kTagBytes;
+    }
+    to_wire_order();
+    const uint16_t crc = detail::crc_of(bytes_ + 1, static_cast<uint8_t>(end - bytes_ - 1));
+    *end++ = static_cast<uint8_t>(crc >> 8);
+    *end++ = static_cast<uint8_t>(crc);
+    return cobs_encode(bytes_ + 1, static_cast<uint8_t>(end - bytes_ - 1), wire);
   }
-  const uint16_t crc = crc16(payload, size);
-  payload[size++] = static_cast<uint8_t>(crc >> 8);
-  payload[size++] = static_cast<uint8_t>(crc);
-  return cobs_encode(payload, size, wire);
-}
+
+  // The tag of a frame that came, whose counter is `counter`. Compares all bytes whatever the first ones say.
+  bool fits(const Key& key, uint32_t counter, uint8_t body_bytes) {
+    place(bytes_[1], counter);
+    const uint64_t tag = tag_of(key, body_bytes);
+    to_wire_order();
+    const uint8_t* expected = reinterpret_cast<const uint8_t*>(&tag);
+    const uint8_t* came = body() + body_bytes;
+    uint8_t difference = 0;
+    for (uint8_t i = 0; i < kTagBytes; ++i) {
+      difference = static_cast<uint8_t>(difference | (came[i] ^ expected[i]));
+    }
+    return difference == 0;
+  }
+
+  // Where the bytes of the wire go, kMaxWire - 1 of them at most; in its order.
+  uint8_t* wire() { return bytes_ + 1; }
+  uint8_t first() const { return bytes_[1]; }
+  uint16_t sequence() const { return static_cast<uint16_t>(bytes_[2] | (bytes_[3] << 8)); }
+
+ private:
+  uint64_t tag_of(const Key& key, uint8_t body_bytes) const {
+    return siphash24(key, bytes_, static_cast<uint8_t>(1 + kHeadBytes + body_bytes));
+  }
+  void place(uint8_t first, uint32_t counter) {
+    bytes_[0] = first;
+    bytes_[1] = static_cast<uint8_t>(counter);
+    bytes_[2] = static_cast<uint8_t>(counter >> 8);
+    bytes_[3] = static_cast<uint8_t>(counter >> 16);
+  }
+  void to_wire_order() {
+    bytes_[3] = bytes_[2];
+    bytes_[2] = bytes_[1];
+    bytes_[1] = bytes_[0];
+  }
+
+  uint8_t bytes_[kMaxWire];
+};
 
 }  // namespace link
 }  // namespace flexor

@@ -3,25 +3,235 @@
 
 #include <algorithm>
 #include <array>
+#include <deque>
 #include <fstream>
+#include <functional>
 #include <random>
+#include <set>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "runtime/link/counter_store.hpp"
+#include "runtime/link/glove_end.hpp"
+#include "runtime/link/hand_end.hpp"
 #include "runtime/link/latency.hpp"
 #include "runtime/link/opengloves.hpp"
-#include "runtime/link/receiver.hpp"
 
 namespace flexor::link {
 namespace {
 
 const Key kKey = {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15}};
 
-std::vector<uint8_t> wire_of(const Frame& frame, const Key* key) {
-  std::vector<uint8_t> wire(kWireSealed);
-  wire.resize(encode(frame, key, wire.data()));
+TEST(Crc16, HasTheCheckValueOfItsCatalogue) {
+  const std::string text = "123456789";
+  EXPECT_EQ(crc16(reinterpret_cast<const uint8_t*>(text.data()), 9), 0x31C3);
+}
+
+TEST(SipHash, HasTheReferencesVectors) {
+  // Appendix A of the paper, and the first of the reference implementation.
+  std::vector<uint8_t> message;
+  EXPECT_EQ(siphash24(kKey, message.data(), 0), 0x726fdb47dd0e0e31ULL);
+  for (uint8_t i = 0; i < 15; ++i) message.push_back(i);
+  EXPECT_EQ(siphash24(kKey, message.data(), 15), 0xa129ca6149be45e5ULL);
+  EXPECT_EQ(siphash24(kKey, message.data(), 8), 0x93f5f5799a932462ULL);
+}
+
+std::vector<uint8_t> bytes_of(const std::string& hex) {
+  std::vector<uint8_t> out;
+  for (std::size_t i = 0; i < hex.size(); i += 2)
+    out.push_back(static_cast<uint8_t>(std::stoi(hex.substr(i, 2), nullptr, 16)));
+  return out;
+}
+
+Key key_of(const std::string& hex) {
+  Key key{};
+  std::ranges::copy(bytes_of(hex), key.bytes);
+  return key;
+}
+
+Nonce nonce_of(const std::string& hex) {
+  Nonce nonce{};
+  std::ranges::copy(bytes_of(hex), nonce.bytes);
+  return nonce;
+}
+
+Session session_of(const Key& pair, const Nonce& nonce) {
+  Session session;
+  session.start(nonce);
+  while (!session.ready()) session.derive(pair);
+  return session;
+}
+
+// Lists of "a,b" and "a/b,c/d".
+std::vector<std::vector<int>> table_of(const std::string& text) {
+  std::vector<std::vector<int>> out;
+  std::istringstream rows(text);
+  for (std::string row; std::getline(rows, row, ',');) {
+    std::istringstream fields(row);
+    out.emplace_back();
+    for (std::string field; std::getline(fields, field, '/');) out.back().push_back(std::stoi(field));
+  }
+  return out;
+}
+
+std::vector<uint8_t> sealed(Packet& packet, Head head, uint8_t body_bytes, const Key* key) {
+  std::vector<uint8_t> wire(kMaxWire);
+  wire.resize(packet.seal(head, body_bytes, key, wire.data()));
+  return wire;
+}
+
+// Whole, and of this type: its body is in `reader`.
+void read(PacketReader& reader, const std::vector<uint8_t>& wire, Type type) {
+  Received last = Received::nothing;
+  for (const uint8_t byte : wire) last = reader.push(byte);
+  EXPECT_EQ(last, Received::pending);
+  EXPECT_EQ(reader.type(), type);
+}
+
+void check_golden_angles(std::istringstream& fields) {
+  std::string pair, nonce, joints, wire;
+  Head head{Type::angles, false, false, 0};
+  uint16_t time_ms = 0;
+  fields >> pair >> nonce >> head.counter >> head.listens >> time_ms >> joints >> wire;
+  std::vector<int16_t> angle;
+  std::vector<SensorStatus> status;
+  for (const auto& joint : table_of(joints)) {
+    angle.push_back(static_cast<int16_t>(joint[0]));
+    status.push_back(static_cast<SensorStatus>(joint[1]));
+  }
+  const auto count = static_cast<uint8_t>(angle.size());
+  const bool guarded = pair != "-";
+  const Key key = guarded ? session_of(key_of(pair), nonce_of(nonce)).key() : Key{};
+  Packet packet;
+  const uint8_t bytes = put_angles(time_ms, angle.data(), status.data(), count, packet.body());
+  EXPECT_EQ(sealed(packet, head, bytes, guarded ? &key : nullptr), bytes_of(wire));
+  PacketReader reader;
+  read(reader, bytes_of(wire), Type::angles);
+  EXPECT_EQ(reader.guarded(), guarded);
+  EXPECT_EQ(reader.listens(), head.listens);
+  ASSERT_EQ(joints_in(reader.body_bytes()), count);
+  std::vector<int16_t> angle_again(angle.size());
+  std::vector<SensorStatus> status_again(status.size());
+  uint16_t time_again = 0;
+  get_angles(reader.body(), count, time_again, angle_again.data(), status_again.data());
+  EXPECT_EQ(time_again, time_ms);
+  EXPECT_EQ(angle_again, angle);
+  EXPECT_EQ(status_again, status);
+  EXPECT_EQ(guarded && reader.fits(key, head.counter), guarded);
+  EXPECT_FALSE(guarded && reader.fits(key, head.counter ^ 0x10000));
+}
+
+void check_golden_challenge(std::istringstream& fields) {
+  std::string pair, nonce, wire;
+  fields >> pair >> nonce >> wire;
+  const Key key = key_of(pair);
+  Packet packet;
+  std::ranges::copy(nonce_of(nonce).bytes, packet.body());
+  EXPECT_EQ(sealed(packet, {Type::challenge, false, false, 0}, kNonceBytes, &key), bytes_of(wire));
+}
+
+void check_golden_readings(std::istringstream& fields) {
+  uint16_t time_ms = 0;
+  std::string counts, wire;
+  fields >> time_ms >> counts >> wire;
+  std::vector<uint16_t> reading;
+  for (const auto& row : table_of(counts)) reading.push_back(static_cast<uint16_t>(row[0]));
+  const auto strips = static_cast<uint8_t>(reading.size());
+  Packet packet;
+  const uint8_t bytes = put_readings(time_ms, reading.data(), strips, packet.body());
+  EXPECT_EQ(sealed(packet, {Type::readings, false, false, 0}, bytes, nullptr), bytes_of(wire));
+  std::vector<uint16_t> again(reading.size());
+  get_readings(packet.body(), strips, time_ms, again.data());
+  EXPECT_EQ(again, reading);
+}
+
+void check_golden_telemetry(std::istringstream& fields) {
+  uint16_t time_ms = 0;
+  int faults = 0;
+  std::string fingers, wire;
+  fields >> time_ms >> faults >> fingers >> wire;
+  std::vector<FingerTelemetry> finger;
+  for (const auto& row : table_of(fingers)) {
+    finger.push_back(
+        {static_cast<int16_t>(row[0]), static_cast<int8_t>(row[1]), static_cast<uint8_t>(row[2])});
+  }
+  Packet packet;
+  const uint8_t bytes = put_telemetry(time_ms, static_cast<uint8_t>(faults), finger.data(),
+                                      static_cast<uint8_t>(finger.size()), packet.body());
+  EXPECT_EQ(bytes, telemetry_bytes(static_cast<uint8_t>(finger.size())));
+  EXPECT_EQ(sealed(packet, {Type::telemetry, false, false, 0}, bytes, nullptr), bytes_of(wire));
+  for (uint8_t i = 0; i < finger.size(); ++i) {
+    const FingerTelemetry again = get_telemetry(packet.body(), i);
+    EXPECT_EQ(again.angle, finger[i].angle);
+    EXPECT_EQ(again.duty, finger[i].duty);
+    EXPECT_EQ(again.fault, finger[i].fault);
+  }
+}
+
+TEST(Link, SpeaksTheGoldenVectors) {
+  std::ifstream file(std::string(FLEXOR_SOURCE_DIR) + "/runtime/link/golden.txt");
+  std::set<std::string> seen;
+  for (std::string line; std::getline(file, line);) {
+    SCOPED_TRACE(line);
+    std::istringstream fields(line);
+    std::string what;
+    fields >> what;
+    if (what == "#") continue;
+    seen.insert(what);
+    if (what == "angles") check_golden_angles(fields);
+    if (what == "challenge") check_golden_challenge(fields);
+    if (what == "readings") check_golden_readings(fields);
+    if (what == "telemetry") check_golden_telemetry(fields);
+  }
+  EXPECT_EQ(seen, (std::set<std::string>{"angles", "challenge", "readings", "telemetry"}));
+}
+
+TEST(Link, AFrameIsAsLongAsTheProtocolSays) {
+  EXPECT_EQ(wire_bytes(angles_bytes(5), true), 24);
+  EXPECT_EQ(wire_bytes(angles_bytes(5), false), 18);
+  EXPECT_EQ(wire_bytes(kNonceBytes, true), 21);
+  for (uint8_t joints = 1; joints <= kMaxJoints; ++joints) EXPECT_EQ(joints_in(angles_bytes(joints)), joints);
+  for (const int bytes : {0, 1, 2, 3, 5, 7, 10, 12, 14, 40})
+    EXPECT_EQ(joints_in(static_cast<uint8_t>(bytes)), 0);
+}
+
+TEST(Link, AStateComesBack) {
+  const State state{BoardKind::hand, true, false, 9, 0xa5, -7, 250, 65535, 0xbeef};
+  uint8_t body[State::kBytes];
+  EXPECT_EQ(put_state(state, body), State::kBytes);
+  const State again = get_state(body);
+  EXPECT_EQ(again.board, state.board);
+  EXPECT_EQ(again.in_touch, state.in_touch);
+  EXPECT_EQ(again.has_key, state.has_key);
+  EXPECT_EQ(again.reset_cause, state.reset_cause);
+  EXPECT_EQ(again.faults, state.faults);
+  EXPECT_EQ(again.temperature_C, state.temperature_C);
+  EXPECT_EQ(again.supply_20mV, state.supply_20mV);
+  EXPECT_EQ(again.uptime_s, state.uptime_s);
+  EXPECT_EQ(again.model, state.model);
+}
+
+RC_GTEST_PROP(Link, CobsGivesBackEveryPayload, (const std::vector<uint8_t>& any)) {
+  std::vector<uint8_t> payload(
+      any.begin(), any.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(any.size(), 253)));
+  std::vector<uint8_t> wire(payload.size() + 2);
+  const uint8_t size = cobs_encode(payload.data(), static_cast<uint8_t>(payload.size()), wire.data());
+  RC_ASSERT(size == payload.size() + 2);
+  RC_ASSERT(std::find(wire.begin(), wire.end() - 1, 0) == wire.end() - 1);
+  RC_ASSERT(cobs_decode(wire.data(), static_cast<uint8_t>(size - 1)) == payload.size());
+  wire.resize(payload.size());
+  RC_ASSERT(wire == payload);
+}
+
+const Nonce kNonce = {{1, 2, 3, 4, 5, 6, 7, 8}};
+
+// What a glove sends that was challenged with kNonce.
+std::vector<uint8_t> wire_of(const Frame& frame, const Key* pair, const Nonce& nonce = kNonce) {
+  const Key key = pair != nullptr ? session_of(*pair, nonce).key() : Key{};
+  std::vector<uint8_t> wire(kMaxWire);
+  wire.resize(encode(frame, false, pair != nullptr ? &key : nullptr, wire.data()));
   return wire;
 }
 
@@ -39,79 +249,10 @@ Frame frame_number(uint32_t counter) {
   return frame;
 }
 
-TEST(Crc16, HasTheCheckValueOfItsCatalogue) {
-  const std::string text = "123456789";
-  EXPECT_EQ(crc16(reinterpret_cast<const uint8_t*>(text.data()), 9), 0x31C3);
-}
-
-TEST(SipHash, HasTheReferencesVectors) {
-  // Appendix A of the paper, and the first of the reference implementation.
-  std::vector<uint8_t> message;
-  EXPECT_EQ(siphash24(kKey, message.data(), 0), 0x726fdb47dd0e0e31ULL);
-  for (uint8_t i = 0; i < 15; ++i) message.push_back(i);
-  EXPECT_EQ(siphash24(kKey, message.data(), 15), 0xa129ca6149be45e5ULL);
-  EXPECT_EQ(siphash24(kKey, message.data(), 8), 0x93f5f5799a932462ULL);
-}
-
-TEST(Link, SpeaksTheGoldenVectors) {
-  std::ifstream file(std::string(FLEXOR_SOURCE_DIR) + "/runtime/link/golden.txt");
-  std::string line;
-  std::getline(file, line);
-  int vectors = 0;
-  while (std::getline(file, line)) {
-    std::istringstream fields(line);
-    std::string key_hex;
-    std::string wire_hex;
-    Frame frame{};
-    fields >> key_hex >> frame.counter >> frame.time_ms;
-    for (int16_t& angle : frame.angle) fields >> angle;
-    for (SensorStatus& status : frame.status) {
-      int value = 0;
-      fields >> value;
-      status = static_cast<SensorStatus>(value);
-    }
-    fields >> wire_hex;
-    Key key{};
-    const bool sealed = key_hex != "-";
-    for (std::size_t i = 0; sealed && i < 16; ++i) {
-      key.bytes[i] = static_cast<uint8_t>(std::stoi(key_hex.substr(2 * i, 2), nullptr, 16));
-    }
-    std::vector<uint8_t> expected;
-    for (std::size_t i = 0; i < wire_hex.size(); i += 2) {
-      expected.push_back(static_cast<uint8_t>(std::stoi(wire_hex.substr(i, 2), nullptr, 16)));
-    }
-    const std::vector<uint8_t> wire = wire_of(frame, sealed ? &key : nullptr);
-    EXPECT_EQ(wire, expected) << line;
-    EXPECT_EQ(wire.size(), sealed ? kWireSealed : kWirePlain);
-    Receiver receiver(sealed ? &key : nullptr);
-    receiver.resume(frame.counter > 0 ? frame.counter - 1 : 0);
-    if (frame.counter == 0) continue;
-    ASSERT_EQ(feed(receiver, wire), Received::frame) << line;
-    EXPECT_EQ(receiver.frame().counter, frame.counter);
-    EXPECT_EQ(receiver.frame().time_ms, frame.time_ms);
-    for (int i = 0; i < kFingers; ++i) {
-      EXPECT_EQ(receiver.frame().angle[i], frame.angle[i]);
-      EXPECT_EQ(receiver.frame().status[i], frame.status[i]);
-    }
-    ++vectors;
-  }
-  EXPECT_GE(vectors, 10);
-}
-
-RC_GTEST_PROP(Link, CobsGivesBackEveryPayload, (const std::vector<uint8_t>& any)) {
-  std::vector<uint8_t> payload(
-      any.begin(), any.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(any.size(), 253)));
-  std::vector<uint8_t> wire(payload.size() + 2);
-  const uint8_t size = cobs_encode(payload.data(), static_cast<uint8_t>(payload.size()), wire.data());
-  RC_ASSERT(size == payload.size() + 2);
-  RC_ASSERT(std::find(wire.begin(), wire.end() - 1, 0) == wire.end() - 1);
-  RC_ASSERT(cobs_decode(wire.data(), static_cast<uint8_t>(size - 1)) == payload.size());
-  wire.resize(payload.size());
-  RC_ASSERT(wire == payload);
-}
-
 TEST(Link, RefusesReplayedReorderedForgedAndForeignFrames) {
   Receiver receiver(&kKey);
+  EXPECT_EQ(feed(receiver, wire_of(frame_number(0), &kKey)), Received::not_trusted) << "never challenged";
+  receiver.challenge(kNonce);
   const auto first = wire_of(frame_number(1), &kKey);
   const auto second = wire_of(frame_number(2), &kKey);
   EXPECT_EQ(feed(receiver, second), Received::frame);
@@ -122,32 +263,72 @@ TEST(Link, RefusesReplayedReorderedForgedAndForeignFrames) {
   EXPECT_EQ(feed(receiver, wire_of(frame_number(3), &other)), Received::not_trusted);
   EXPECT_EQ(feed(receiver, wire_of(frame_number(3), nullptr)), Received::not_trusted);
   EXPECT_EQ(feed(receiver, wire_of(frame_number(4), &kKey)), Received::frame);
-  EXPECT_EQ(receiver.statistics().not_trusted, 4U);
+  EXPECT_EQ(receiver.statistics().not_trusted, 5U);
   EXPECT_EQ(receiver.statistics().lost, 1U);
   EXPECT_EQ(receiver.statistics().received, 2U);
 }
 
-TEST(Link, FollowsWrapsAndRestartsOfTheGlove) {
+TEST(Link, BelievesNothingFromBeforeAChallenge) {
   Receiver receiver(&kKey);
-  receiver.resume((7U << 16) | 65534);
-  EXPECT_EQ(feed(receiver, wire_of(frame_number((7U << 16) | 65535), &kKey)), Received::frame);
-  EXPECT_EQ(feed(receiver, wire_of(frame_number(8U << 16), &kKey)), Received::frame);
-  EXPECT_EQ(receiver.statistics().lost, 0U);
-  EXPECT_EQ(feed(receiver, wire_of(frame_number(12U << 16), &kKey)),
-            Received::frame);  // restarted four times
-  EXPECT_EQ(feed(receiver, wire_of(frame_number(17U << 16), &kKey)),
-            Received::not_trusted);  // five are too many
-  EXPECT_EQ(feed(receiver, wire_of(frame_number(11U << 16), &kKey)), Received::not_trusted);
+  receiver.challenge(kNonce);
+  EXPECT_EQ(feed(receiver, wire_of(frame_number(5), &kKey)), Received::frame);
+  const Nonce later = {{2, 2, 3, 4, 5, 6, 7, 8}};
+  receiver.challenge(later);
+  EXPECT_FALSE(receiver.answered());
+  for (uint32_t counter = 0; counter < 200; ++counter)
+    EXPECT_EQ(feed(receiver, wire_of(frame_number(counter), &kKey)), Received::not_trusted);
+  EXPECT_EQ(feed(receiver, wire_of(frame_number(0), &kKey, later)), Received::frame);
 }
 
-// Ten million corrupted frames: one to four flipped bits and at times a lost byte; good ones in between.
+TEST(Link, CountsOnThroughTheHalfThatTravelsAndNoFurtherThanAChallengeIsGood) {
+  Receiver receiver(&kKey);
+  receiver.challenge(kNonce);
+  for (const uint32_t counter : {0U, 40000U, 65535U, 65536U, 131071U, 140000U, 200000U})
+    EXPECT_EQ(feed(receiver, wire_of(frame_number(counter), &kKey)), Received::frame) << counter;
+  EXPECT_EQ(receiver.frame().counter, 200000U);
+  for (uint32_t counter = 230000; counter < kCounters; counter += 65000)
+    ASSERT_EQ(feed(receiver, wire_of(frame_number(counter), &kKey)), Received::frame) << counter;
+  EXPECT_EQ(feed(receiver, wire_of(frame_number(kCounters - 1), &kKey)), Received::frame);
+  EXPECT_EQ(feed(receiver, wire_of(frame_number(0), &kKey)), Received::not_trusted);
+}
+
+TEST(Link, WithoutAKeyNobodyCanShutTheRightSenderOut) {
+  Receiver receiver(nullptr);
+  EXPECT_EQ(feed(receiver, wire_of(frame_number(60000), nullptr)), Received::frame) << "a wrong sender";
+  for (uint32_t counter = 5; counter < 9; ++counter)
+    EXPECT_EQ(feed(receiver, wire_of(frame_number(counter), nullptr)), Received::frame);
+  EXPECT_EQ(feed(receiver, wire_of(frame_number(9), &kKey)), Received::not_trusted) << "it cannot be checked";
+  EXPECT_FALSE(receiver.packet().type() == Type::angles && !receiver.packet().guarded())
+      << "a frame says whether it has a guard";
+}
+
+TEST(Link, ComputesAtMostOneTagACall) {
+  // Without the session's key: two halves of it and a tag.
+  Receiver receiver(&kKey);
+  receiver.challenge(kNonce);
+  Key other = kKey;
+  other.bytes[0] ^= 1;
+  const auto calls = [&](const std::vector<uint8_t>& wire) {
+    Received result = Received::nothing;
+    for (const uint8_t byte : wire) result = receiver.push(byte);
+    int count = 0;
+    for (; result == Received::pending; ++count) result = receiver.verify();
+    EXPECT_EQ(result, Received::not_trusted);
+    return count;
+  };
+  EXPECT_EQ(calls(wire_of(frame_number(9), &other)), 3);
+  EXPECT_EQ(calls(wire_of(frame_number(9), &other)), 1);
+}
+
+// Twenty million corrupted frames: one to four flipped bits and at times a lost byte; good ones in between.
 TEST(LinkRecovery, NoCorruptedFrameIsAcceptedAndTheNextGoodOneIs) {
   std::mt19937 random(5);
   Receiver receiver(&kKey);
+  receiver.challenge(kNonce);
   uint32_t counter = 1;
   auto good = wire_of(frame_number(counter), &kKey);
   int accepted = 0;
-  constexpr int kFrames = 10'000'000;
+  constexpr int kFrames = 20'000'000;
   for (int k = 0; k < kFrames; ++k) {
     std::vector<uint8_t> bad = good;
     const auto draws = random();
@@ -167,17 +348,209 @@ TEST(LinkRecovery, NoCorruptedFrameIsAcceptedAndTheNextGoodOneIs) {
   EXPECT_GT(receiver.statistics().corrupt, 0U);
 }
 
-TEST(Link, ComputesAtMostOneTagACall) {
-  Receiver receiver(&kKey);
+// Both ends and the air between them, a millisecond at a time: a byte a millisecond, one direction at a time.
+class Air {
+ public:
+  explicit Air(const Key* hand_key, const Key* glove_key) : hand(hand_key), glove(glove_key) {
+    hand.start(1);
+    restart_glove();
+  }
+
+  std::function<bool(int frame)> jams;  // the glove's frame of this number
+  int period_ms = 50;
+
+  void restart_hand(uint32_t starts, uint16_t noise = 0) {
+    hand = HandEnd(hand.receiver().pair());
+    hand.stir(noise);
+    hand.start(starts);
+  }
+  void restart_glove() { glove = GloveEnd(glove.pair()); }
+
+  void step() {
+    hand.tick();
+    if (now % period_ms == 0) glove_speaks();
+    if (const auto speech = hand.due(); speech == HandEnd::Speech::challenge) hand_speaks();
+    pass(to_hand, [&](uint8_t byte) {
+      Received result = hand.push(byte);
+      while (result == Received::pending) result = hand.verify();
+      if (result != Received::frame) return;
+      ++accepted;
+      last_accepted_ms = now;
+    });
+    pass(to_glove, [&](uint8_t byte) { (void)glove.push(byte); });
+    ++now;
+  }
+  // Milliseconds until the next frame is believed; -1: not within the limit.
+  int until_accepted(int limit_ms) {
+    const int before = accepted;
+    for (int k = 0; k < limit_ms; ++k) {
+      step();
+      if (accepted > before) return k;
+    }
+    return -1;
+  }
+  void run(int ms) {
+    for (int k = 0; k < ms; ++k) step();
+  }
+  void replay(const std::vector<uint8_t>& wire) {
+    for (const uint8_t byte : wire) {
+      Received result = hand.push(byte);
+      while (result == Received::pending) result = hand.verify();
+      accepted += result == Received::frame;
+    }
+  }
+
+  HandEnd hand;
+  GloveEnd glove;
+  std::vector<std::vector<uint8_t>> recorded;  // the glove's frames, jammed ones too
+  int accepted = 0;
+  int last_accepted_ms = 0;
+  int now = 0;
+  int frames = 0;
+
+ private:
+  void glove_speaks() {
+    uint8_t wire[kMaxWire];
+    uint8_t bytes = 0;
+    if (glove.in_touch()) {
+      Frame frame = frame_number(0);
+      bytes = glove.angles(frame, true, wire);
+      recorded.emplace_back(wire, wire + bytes);
+      if (jams && jams(frames++)) return;
+    } else {
+      Packet packet;
+      bytes = GloveEnd::say(Type::state, packet, put_state({}, packet.body()), true, wire);
+    }
+    to_hand.insert(to_hand.end(), wire, wire + bytes);
+  }
+  void hand_speaks() {
+    uint8_t wire[kMaxWire];
+    const uint8_t bytes = hand.challenge(wire);
+    to_glove.insert(to_glove.end(), wire, wire + bytes);
+  }
+  template <class Take>
+  static void pass(std::deque<uint8_t>& bytes, Take take) {
+    if (bytes.empty()) return;
+    const uint8_t byte = bytes.front();
+    bytes.pop_front();
+    take(byte);
+  }
+  std::deque<uint8_t> to_hand;
+  std::deque<uint8_t> to_glove;
+};
+
+TEST(Freshness, ComesAboutAfterAnyStart) {
+  Air air(&kKey, &kKey);
+  EXPECT_LT(air.until_accepted(2000), 400);
+  for (int k = 0; k < 300; ++k) {
+    air.run(1 + k * 37 % 700);
+    if (k % 3 != 0) air.restart_glove();
+    if (k % 3 != 1) air.restart_hand(static_cast<uint32_t>(k + 2));
+    EXPECT_NE(air.until_accepted(1000), -1) << k;
+  }
+}
+
+// The hand has been off for 100 000 starts of the glove, or has itself forgotten how often it started.
+TEST(Freshness, DoesNotDependOnWhatEitherEndRemembers) {
+  Air air(&kKey, &kKey);
+  for (int k = 0; k < 100'000; ++k) air.restart_glove();
+  EXPECT_NE(air.until_accepted(1000), -1);
+  air.restart_hand(0xffffff);  // the last count that a nonce holds
+  EXPECT_NE(air.until_accepted(1000), -1);
+  air.restart_hand(0x1000000);
+  EXPECT_NE(air.until_accepted(1000), -1);
+  air.restart_hand(1, 77);  // erased, other noise
+  EXPECT_NE(air.until_accepted(1000), -1);
+}
+
+TEST(Freshness, NothingRecordedIsBelievedAfterAStartOrAnOutage) {
+  Air air(&kKey, &kKey);
+  air.run(5000);
+  EXPECT_GT(air.accepted, 80);
+  air.jams = [](int) { return true; };
+  air.run(2000);  // the hand hears nothing, somebody else does
+  air.period_ms = 1 << 30;
+  const auto recorded = air.recorded;
+  EXPECT_GT(recorded.size(), 130U);
+  const int sound = air.accepted;
+  for (const auto& wire : recorded) air.replay(wire);
+  EXPECT_LE(air.accepted, sound + 64) << "answers to a challenge of this very second";
+  EXPECT_GT(air.accepted, sound) << "that there are any is what the next lines are about";
+  air.run(kOutage_ms + 10);
+  const int late = air.accepted;
+  for (const auto& wire : recorded) air.replay(wire);
+  EXPECT_EQ(air.accepted, late);
+  air.restart_hand(2);
+  for (const auto& wire : recorded) air.replay(wire);
+  EXPECT_EQ(air.accepted, late);
+}
+
+// What a board that saves every 64th counter gets wrong: an attacker jams those frames, and plays all others
+// back after a restart.
+TEST(Freshness, TheSixtyFourthFramesMayBeJammed) {
+  Air air(&kKey, &kKey);
+  air.jams = [](int frame) { return frame % 64 == 0; };
+  air.run(60'000);
+  EXPECT_GT(air.accepted, 1000);
+  const int sound = air.accepted;
+  air.period_ms = 1 << 30;
+  air.restart_hand(2);
+  for (const auto& wire : air.recorded) air.replay(wire);
+  EXPECT_EQ(air.accepted, sound);
+}
+
+TEST(Freshness, AForgedOrOldChallengeDoesNotStopTheGloveForLong) {
+  Air air(&kKey, &kKey);
+  air.run(1000);
   Key other = kKey;
-  other.bytes[0] ^= 1;
-  const auto forged = wire_of(frame_number(9), &other);
-  Received result = Received::nothing;
-  for (const uint8_t byte : forged) result = receiver.push(byte);
-  int calls = 0;
-  for (; result == Received::pending; ++calls) result = receiver.verify();
-  EXPECT_EQ(calls, kEpochsAhead + 1);
-  EXPECT_EQ(result, Received::not_trusted);
+  other.bytes[3] ^= 8;
+  HandEnd forger(&other);
+  forger.start(9);
+  uint8_t wire[kMaxWire];
+  uint8_t bytes = forger.challenge(wire);
+  for (uint8_t i = 0; i < bytes; ++i) (void)air.glove.push(wire[i]);
+  const int before = air.accepted;
+  air.run(500);
+  EXPECT_GE(air.accepted, before + 9) << "a foreign challenge changes nothing";
+  HandEnd old(&kKey);  // the pair's own, heard long ago
+  old.start(0);
+  bytes = old.challenge(wire);
+  for (uint8_t i = 0; i < bytes; ++i) (void)air.glove.push(wire[i]);
+  EXPECT_NE(air.until_accepted(2000), -1);
+}
+
+TEST(Freshness, AGloveThatHasUsedUpItsCountersIsChallengedAnew) {
+  Air air(&kKey, &kKey);
+  air.run(1000);
+  Frame frame{};
+  uint8_t wire[kMaxWire];
+  for (uint32_t k = 0; air.glove.in_touch(); ++k) {
+    ASSERT_LE(k, kCounters);
+    const uint8_t bytes = air.glove.angles(frame, false, wire);
+    if (k % 60000 != 0) continue;  // at least one in 65536 must come
+    air.replay({wire, wire + bytes});
+  }
+  air.run(1000);
+  EXPECT_NE(air.until_accepted(1000), -1);
+}
+
+TEST(Freshness, NoncesAreNotGivenTwice) {
+  std::set<std::string> seen;
+  for (uint32_t start = 0; start < 100; ++start) {
+    NonceSource source;
+    source.start(start);
+    for (int k = 0; k < 200; ++k) {
+      const Nonce nonce = source.next();
+      EXPECT_TRUE(seen.emplace(reinterpret_cast<const char*>(nonce.bytes), kNonceBytes).second);
+    }
+  }
+  NonceSource source;
+  source.start(200);
+  for (int k = 0; k < 1000; ++k) {
+    const Nonce nonce = source.next();
+    EXPECT_TRUE(seen.emplace(reinterpret_cast<const char*>(nonce.bytes), kNonceBytes).second);
+  }
+  EXPECT_EQ(source.starts(), 203U) << "to be kept anew every 256 challenges";
 }
 
 TEST(Latency, SaysHowMuchLaterThanTheQuickestAcrossWrapsAndDrift) {

@@ -1,25 +1,71 @@
-// The hand's end of the link: bytes in, frames that can be trusted out, everything else counted.
+// Bytes in, frames out: PacketReader finds what is whole, Receiver believes angles, everything else is counted.
 //
-// A sealed frame is accepted when its tag fits a counter above every one accepted before: the sequence on the
-// wire is the counter's low half, its high half is the last one's or, after a wrap or a restart of the glove,
-// one of the next kEpochsAhead. Replayed, reordered and forged frames fail.
+// With a key, a frame is believed when its tag fits the session's key and a counter above every one before:
+// the low 16 bits of the counter travel, the others are those of the next one that may come. Replayed,
+// reordered and forged frames fail. Without a key whatever is whole is believed: nothing guards it, and so
+// nothing that a wrong sender says can shut the right one out.
 #pragma once
 
-#include "runtime/link/frame.hpp"
+#include "runtime/link/messages.hpp"
+#include "runtime/link/session.hpp"
 
 namespace flexor {
 namespace link {
-
-constexpr uint8_t kEpochsAhead = 4;  // restarts of the glove that the hand may miss; a tag is tried for each
 
 enum class Received : uint8_t {
   nothing,      // no frame has ended yet
   pending,      // a frame has ended well so far: call verify() until it says something else
   frame,        // `frame()` is new and trusted
+  other,        // whole, and not the angles of a hand
   malformed,    // not COBS, or of no known length
   corrupt,      // the CRC does not fit
   unknown,      // another version
   not_trusted,  // the tag fits no counter that may come: forged, replayed, reordered, or another pair's
+};
+
+class PacketReader {
+ public:
+  // pending: a whole packet lies here until the next call.
+  Received push(uint8_t byte) {
+    if (byte != kDelimiter) {
+      if (size_ < kMaxWire - 1) packet_.wire()[size_] = byte;
+      if (size_ < kMaxWire) ++size_;  // kMaxWire: too long
+      return Received::nothing;
+    }
+    const uint8_t size = size_;
+    size_ = 0;
+    if (size == 0) return Received::nothing;
+    return size == kMaxWire ? Received::malformed : examine(size);
+  }
+
+  Type type() const { return static_cast<Type>(packet_.first() & 15); }
+  bool guarded() const { return (packet_.first() & detail::kGuarded) != 0; }
+  bool listens() const { return (packet_.first() & detail::kListens) != 0; }
+  uint16_t sequence() const { return packet_.sequence(); }
+  const uint8_t* body() const { return packet_.body(); }
+  uint8_t body_bytes() const { return body_bytes_; }
+  // One SipHash.
+  bool fits(const Key& key, uint32_t counter) { return packet_.fits(key, counter, body_bytes_); }
+
+ private:
+  Received examine(uint8_t size) {
+    const uint8_t payload = cobs_decode(packet_.wire(), size);
+    if (payload < kHeadBytes + kCrcBytes) return Received::malformed;
+    const uint8_t checked = static_cast<uint8_t>(payload - kCrcBytes);
+    const uint8_t* crc = packet_.wire() + checked;
+    if (detail::crc_of(packet_.wire(), checked) != static_cast<uint16_t>((crc[0] << 8) | crc[1])) {
+      return Received::corrupt;
+    }
+    if (packet_.first() >> 6 != kVersion) return Received::unknown;
+    const uint8_t around = static_cast<uint8_t>(kHeadBytes + (guarded() ? kTagBytes : 0));
+    if (checked < around || checked - around > kMaxBody) return Received::malformed;
+    body_bytes_ = static_cast<uint8_t>(checked - around);
+    return Received::pending;
+  }
+
+  uint8_t size_ = 0;
+  uint8_t body_bytes_ = 0;
+  Packet packet_;
 };
 
 struct LinkStatistics {
@@ -30,44 +76,54 @@ struct LinkStatistics {
   uint32_t not_trusted;
 };
 
+// What guards against frames that came before. The counter is believed once, upwards only.
+class Window {
+ public:
+  void restart() { next_ = 0; }
+  // The counter that a sequence stands for; kCounters or more: none that may come.
+  uint32_t counter_of(uint16_t sequence) const {
+    const uint32_t counter = (next_ & 0xffff0000UL) | sequence;
+    return counter < next_ ? counter + 0x10000UL : counter;
+  }
+  void accept(uint32_t counter) { next_ = counter + 1; }
+  uint32_t next() const { return next_; }
+
+ private:
+  uint32_t next_ = 0;
+};
+
 class Receiver {
  public:
-  // `key` null: frames are not authenticated, and only the sequence guards against replay.
+  // `key` of the pair; null: frames are not guarded.
   explicit Receiver(const Key* key) : key_(key) {}
 
-  // Nothing up to `last_counter`, which an earlier run kept, is believed again.
-  void resume(uint32_t last_counter) { last_ = last_counter; }
+  // Only frames that answer this challenge are believed from now on.
+  void challenge(const Nonce& nonce) {
+    session_.start(nonce);
+    window_.restart();
+    answered_ = false;
+  }
 
   // One byte, never a tag computed: a microcontroller with a loop to serve takes its time over verify(). Not
   // to be called while a frame is pending.
   Received push(uint8_t byte) {
-    if (byte != kDelimiter) {
-      if (size_ < sizeof(buffer_)) {
-        buffer_[size_++] = byte;
-      } else {
-        too_long_ = true;
-      }
-      return Received::nothing;
-    }
-    const uint8_t size = size_;
-    const bool too_long = too_long_;
-    size_ = 0;
-    too_long_ = false;
-    if (size == 0) return Received::nothing;
-    return counted(too_long ? Received::malformed : examine(size));
+    Received result = reader_.push(byte);
+    if (result == Received::pending && reader_.type() != Type::angles) result = Received::other;
+    if (result == Received::pending && joints_in(reader_.body_bytes()) < kFingers) result = Received::other;
+    if (result == Received::pending && !may_be_trusted()) result = Received::not_trusted;
+    return counted(result);
   }
 
-  // Tries one epoch: at most one tag.
+  // Computes one SipHash at most.
   Received verify() {
-    const uint16_t sequence = static_cast<uint16_t>(buffer_[0] | (buffer_[1] << 8));
-    while (tried_ <= kEpochsAhead) {
-      const uint16_t epoch = static_cast<uint16_t>((last_ >> 16) + tried_++);
-      const uint32_t counter = (static_cast<uint32_t>(epoch) << 16) | sequence;
-      if (counter <= last_) continue;
-      if (key_ == nullptr || fits(counter)) return accept(counter);
-      if (tried_ <= kEpochsAhead) return Received::pending;
+    if (key_ == nullptr) return accept_unguarded();
+    if (!session_.ready()) {
+      session_.derive(*key_);
+      return Received::pending;
     }
-    return counted(Received::not_trusted);
+    const uint32_t counter = window_.counter_of(reader_.sequence());
+    if (counter >= kCounters || !reader_.fits(session_.key(), counter)) return counted(Received::not_trusted);
+    return accept(counter, counter - window_.next());
   }
 
   // push() and verify() in one.
@@ -78,6 +134,10 @@ class Receiver {
   }
 
   const Frame& frame() const { return frame_; }
+  const PacketReader& packet() const { return reader_; }
+  const Session& session() const { return session_; }
+  const Key* pair() const { return key_; }
+  bool answered() const { return answered_; }  // a frame has been believed since the challenge
   const LinkStatistics& statistics() const { return statistics_; }
 
  private:
@@ -88,48 +148,31 @@ class Receiver {
     return result;
   }
 
-  Received examine(uint8_t size) {
-    const uint8_t payload = cobs_decode(buffer_, size);
-    if (payload != kPlainBytes && payload != kSealedBytes) return Received::malformed;
-    const uint8_t checked = static_cast<uint8_t>(payload - 2);
-    const uint16_t crc = static_cast<uint16_t>((buffer_[checked] << 8) | buffer_[checked + 1]);
-    if (crc16(buffer_, checked) != crc) return Received::corrupt;
-    if (detail::version_of(buffer_ + 4) != kVersion) return Received::unknown;
-    if ((key_ != nullptr) != (payload == kSealedBytes)) return Received::not_trusted;
-    tried_ = 0;
-    return Received::pending;
+  bool may_be_trusted() const {
+    return key_ == nullptr ? !reader_.guarded() : reader_.guarded() && session_.started();
   }
 
-  Received accept(uint32_t counter) {
-    const uint32_t gap = counter - last_ - 1;
-    if (statistics_.received > 0 && gap < 0x8000) statistics_.lost += gap;
-    last_ = counter;
+  Received accept_unguarded() {
+    const uint16_t gap = static_cast<uint16_t>(reader_.sequence() - window_.next());
+    return accept(reader_.sequence(), gap < 0x8000 ? gap : 0);
+  }
+
+  Received accept(uint32_t counter, uint32_t gap) {
+    if (answered_) statistics_.lost += gap;
+    answered_ = true;
+    window_.accept(counter);
     ++statistics_.received;
     frame_.counter = counter;
-    frame_.time_ms = static_cast<uint16_t>(buffer_[2] | (buffer_[3] << 8));
-    detail::unpack(buffer_ + 4, frame_);
+    get_angles(reader_.body(), kFingers, frame_.time_ms, frame_.angle, frame_.status);
     return Received::frame;
-  }
-
-  // Compares all bytes whatever the first ones say.
-  bool fits(uint32_t counter) const {
-    const uint64_t tag = detail::tag_of(*key_, counter, buffer_);
-    uint8_t expected[sizeof(tag)];
-    __builtin_memcpy(expected, &tag, sizeof(tag));
-    uint8_t difference = 0;
-    for (uint8_t i = 0; i < kTagBytes; ++i) {
-      difference = static_cast<uint8_t>(difference | (buffer_[kBodyBytes + i] ^ expected[i]));
-    }
-    return difference == 0;
   }
 
   LinkStatistics statistics_ = {};  // first, where a debugger finds it
   const Key* key_;
-  uint32_t last_ = 0;
-  bool too_long_ = false;
-  uint8_t tried_ = 0;  // epochs
-  uint8_t size_ = 0;
-  uint8_t buffer_[kWireSealed - 1];
+  bool answered_ = false;
+  Session session_;
+  Window window_;
+  PacketReader reader_;
   Frame frame_ = {};
 };
 

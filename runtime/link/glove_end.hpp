@@ -1,0 +1,58 @@
+// The glove's end of the link: it answers whoever proves to have the pair's key, and keeps nothing.
+//
+// With a key it sends angles only once it has been challenged, and starts its counter anew with each new
+// nonce; until then, and at times after, it says how it is. Without a key it sends them from the start.
+#pragma once
+
+#include "runtime/link/receiver.hpp"
+
+namespace flexor {
+namespace link {
+
+class GloveEnd {
+ public:
+  explicit GloveEnd(const Key* pair) : pair_(pair) {}
+
+  // One byte. pending: a whole frame for the caller, challenges aside, which are answered here (three SipHashes).
+  Received push(uint8_t byte) {
+    const Received result = reader_.push(byte);
+    if (result != Received::pending || reader_.type() != Type::challenge) return result;
+    take_challenge();
+    return Received::other;
+  }
+
+  bool in_touch() const { return pair_ == nullptr || (session_.ready() && counter_ < kCounters); }
+
+  // To wire, which has room for kMaxWire; returns the bytes written. Only while in_touch().
+  uint8_t angles(Frame& frame, bool listens, uint8_t* wire) {
+    frame.counter = counter_++;
+    return encode(frame, listens, pair_ == nullptr ? nullptr : &session_.key(), wire);
+  }
+  // Anything else that nobody moves by: not guarded.
+  static uint8_t say(Type type, Packet& packet, uint8_t body_bytes, bool listens, uint8_t* wire) {
+    return packet.seal({type, false, listens, 0}, body_bytes, nullptr, wire);
+  }
+
+  const PacketReader& packet() const { return reader_; }
+  const Key* pair() const { return pair_; }
+
+ private:
+  void take_challenge() {
+    if (pair_ == nullptr || !reader_.guarded() || reader_.body_bytes() != kNonceBytes) return;
+    if (!reader_.fits(*pair_, reader_.sequence())) return;
+    Nonce nonce;
+    __builtin_memcpy(nonce.bytes, reader_.body(), kNonceBytes);
+    if (session_.started() && nonce == session_.nonce()) return;
+    session_.start(nonce);
+    while (!session_.ready()) session_.derive(*pair_);
+    counter_ = 0;
+  }
+
+  const Key* pair_;
+  Session session_;
+  uint32_t counter_ = 0;
+  PacketReader reader_;
+};
+
+}  // namespace link
+}  // namespace flexor

@@ -1,0 +1,112 @@
+// The hand's end of the link: whom it believes, when it challenges, and when it may speak.
+//
+// It challenges after its own start and after kOutage_ms without a frame, until a frame answers; a nonce is
+// given for kNonce_ms at most, so that what was sent before is not believed for longer. The radio carries one
+// direction at a time: this end speaks after a frame that says that its sender listens, or when nothing has
+// come for kSilence_ms.
+#pragma once
+
+#include "runtime/link/receiver.hpp"
+
+namespace flexor {
+namespace link {
+
+constexpr uint16_t kOutage_ms = 500;
+constexpr uint16_t kNonce_ms = 1000;
+constexpr uint16_t kChallenge_ms = 200;  // between two: longer than the slowest glove takes to answer
+constexpr uint16_t kTelemetry_ms = 500;
+constexpr uint16_t kSilence_ms = 300;
+constexpr uint8_t kTurn_ms = 5;  // after a frame's end: later, the sender may no longer listen
+
+class HandEnd {
+ public:
+  explicit HandEnd(const Key* pair) : receiver_(pair) {}
+
+  // `starts`: a count that lasts, of this board.
+  void start(uint32_t starts) {
+    nonces_.start(starts);
+    renew();
+  }
+
+  void stir(uint16_t noise) { nonces_.stir(noise); }
+  uint32_t starts() const { return nonces_.starts(); }
+
+  // Once a millisecond.
+  void tick() {
+    age(since_frame_ms_);
+    age(since_byte_ms_);
+    age(since_challenge_ms_);
+    age(since_telemetry_ms_);
+    age(nonce_ms_);
+    if (turn_ms_ > 0) --turn_ms_;
+    if (receiver_.answered() && since_frame_ms_ > kOutage_ms) renew();
+  }
+
+  // As Receiver::push, with verify() after `pending`.
+  Received push(uint8_t byte) {
+    since_byte_ms_ = 0;
+    const Received result = receiver_.push(byte);
+    const bool whole =
+        result == Received::pending || result == Received::other || result == Received::not_trusted;
+    if (whole && receiver_.packet().listens()) turn_ms_ = kTurn_ms;
+    return result;
+  }
+  Received verify() {
+    const Received result = receiver_.verify();
+    if (result == Received::frame) since_frame_ms_ = 0;
+    return result;
+  }
+
+  enum class Speech : uint8_t { none, challenge, telemetry };
+
+  // What is to be said now, if anything.
+  Speech due() const {
+    if (turn_ms_ == 0 && since_byte_ms_ < kSilence_ms) return Speech::none;
+    if (seeks()) return since_challenge_ms_ >= kChallenge_ms ? Speech::challenge : Speech::none;
+    return since_telemetry_ms_ >= kTelemetry_ms ? Speech::telemetry : Speech::none;
+  }
+
+  // To wire, which has room for kMaxWire; returns the bytes written. One SipHash.
+  uint8_t challenge(uint8_t* wire) {
+    if (nonce_ms_ >= kNonce_ms) renew();
+    since_challenge_ms_ = 0;
+    turn_ms_ = 0;
+    Packet packet;
+    __builtin_memcpy(packet.body(), receiver_.session().nonce().bytes, kNonceBytes);
+    return packet.seal({Type::challenge, false, false, 0}, kNonceBytes, receiver_.pair(), wire);
+  }
+  // Telemetry or state: `packet` has the body already. Guarded by the session's key where there is one.
+  uint8_t say(Type type, Packet& packet, uint8_t body_bytes, uint8_t* wire) {
+    since_telemetry_ms_ = 0;
+    turn_ms_ = 0;
+    const Key* key = receiver_.pair() == nullptr ? nullptr : &receiver_.session().key();
+    return packet.seal({type, false, false, said_++ & (kCounters - 1)}, body_bytes, key, wire);
+  }
+
+  bool in_touch() const { return receiver_.answered(); }
+  const Receiver& receiver() const { return receiver_; }
+
+ private:
+  static void age(uint16_t& time_ms) {
+    if (time_ms < UINT16_MAX) ++time_ms;
+  }
+  bool seeks() const { return receiver_.pair() != nullptr && !receiver_.answered(); }
+  void renew() {
+    receiver_.challenge(nonces_.next());
+    nonce_ms_ = 0;
+    said_ = 0;
+  }
+
+  Receiver receiver_;  // first, where a debugger finds its statistics
+  NonceSource nonces_;
+  uint32_t said_ = 0;  // in this session
+  uint16_t since_frame_ms_ = 0;
+  uint16_t since_byte_ms_ = 0;
+  uint16_t since_challenge_ms_ = kChallenge_ms;
+  uint16_t since_telemetry_ms_ = 0;
+  uint16_t nonce_ms_ = 0;
+  uint8_t turn_ms_ = 0;
+};
+
+}  // namespace link
+}  // namespace flexor

@@ -3,7 +3,7 @@
 set(ALLOWED_core "")
 set(ALLOWED_compensator core)
 set(ALLOWED_hand core)
-set(ALLOWED_link "")
+set(ALLOWED_link core)
 set(ALLOWED_sensor core)
 set(ALLOWED_firmware compensator hand link sensor)
 set(ALLOWED_io "")

@@ -5,10 +5,12 @@
 // counts. kSlots records of 100 000 writes each: 12.8 million in all.
 #pragma once
 
-#include "runtime/link/crc16.hpp"
+#include "runtime/core/crc16.hpp"
 
 namespace flexor {
 namespace link {
+
+using core::crc16_add;
 
 constexpr uint8_t kSlots = 128;
 constexpr uint8_t kRecordBytes = 6;  // 768 of the ATmega328P's 1024 bytes

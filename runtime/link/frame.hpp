@@ -3,8 +3,9 @@
 
 #include <stdint.h>
 
+#include "runtime/core/crc16.hpp"
 #include "runtime/link/cobs.hpp"
-#include "runtime/link/crc16.hpp"
+#include "runtime/core/crc16.hpp"
 #include "runtime/link/siphash.hpp"
 
 namespace flexor {
@@ -52,7 +53,7 @@ inline uint8_t first_byte(const Head& head) {
 
 inline uint16_t crc_of(const uint8_t* bytes, uint8_t size) {
   uint16_t crc = kCrcStart;
-  for (uint8_t i = 0; i < size; ++i) crc = crc16_add(crc, bytes[i]);
+  for (uint8_t i = 0; i < size; ++i) crc = core::crc16_add(crc, bytes[i]);
   return crc;
 }
 

@@ -26,7 +26,7 @@ const Key kKey = {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15}};
 
 TEST(Crc16, HasTheCheckValueOfItsCatalogue) {
   const std::string text = "123456789";
-  EXPECT_EQ(crc16(reinterpret_cast<const uint8_t*>(text.data()), 9), 0x31C3);
+  EXPECT_EQ(core::crc16(reinterpret_cast<const uint8_t*>(text.data()), 9), 0x31C3);
 }
 
 TEST(SipHash, HasTheReferencesVectors) {

@@ -5,7 +5,7 @@
 #include <stdint.h>
 
 namespace flexor {
-namespace link {
+namespace core {
 
 inline uint16_t crc16_add(uint16_t crc, uint8_t byte) {
   // Four bits at a time without a table: a few dozen cycles a byte on an AVR, no flash for a table.
@@ -21,5 +21,5 @@ inline uint16_t crc16(const uint8_t* bytes, uint8_t size) {
   return crc;
 }
 
-}  // namespace link
+}  // namespace core
 }  // namespace flexor

@@ -17,6 +17,7 @@
 #include "host/identify/joint_fit.hpp"
 #include "host/identify/map_check.hpp"
 #include "host/identify/motion_check.hpp"
+#include "host/identify/poses.hpp"
 #include "host/identify/published_form.hpp"
 #include "host/identify/refit.hpp"
 #include "host/identify/select.hpp"
@@ -636,11 +637,25 @@ void fit_joints(const HandRequest& request, const std::vector<std::string>& stru
                                 });
 }
 
+// Of each sensor by the joint that names it first: its own; one that is no joint's own has none.
+void add_poses(const HandRequest& request, const std::vector<Sampled>& samples, model::Model& model) {
+  for (model::Input& input : model.inputs) {
+    const auto own =
+        std::ranges::find(request.map, input.name, [](const auto& map) { return map.sensors.front(); });
+    if (own == request.map.end()) continue;
+    const auto poses = poses_of(sessions_of(samples, static_cast<std::size_t>(own - request.map.begin())), 0);
+    if (poses && std::min(poses->open, poses->fist) >= input.valid_min &&
+        std::max(poses->open, poses->fist) <= input.valid_max)
+      input.poses = poses;
+  }
+}
+
 void fit_model(const HandRequest& request, const std::vector<std::string>& structures,
                const std::vector<Files>& files, const std::vector<Sampled>& samples, const Step& step,
                HandIdentification& r) {
   r.model = start_model(request, files, samples);
   request.refit ? refit_joints(request, samples, r) : fit_joints(request, structures, samples, step, r);
+  add_poses(request, samples, r.model);
   std::erase_if(r.model.inputs, [&](const model::Input& input) {
     return std::ranges::none_of(r.model.blocks, [&](const auto& block) {
       return std::ranges::find(block.from, input.name) != block.from.end();

@@ -22,6 +22,11 @@ std::string place_of(const Block& block) { return fmt::format("{}: {}", block.to
 Input read_input(Reader& reader) {
   Input input{reader.text("name"),           reader.text_or_empty("column"), reader.text_or_empty("unit"),
               reader.text_or_empty("strip"), reader.number("valid_min"),     reader.number("valid_max")};
+  if (reader.has("poses")) {
+    Reader poses(reader.member("poses"), reader.place() + ": poses");
+    input.poses = {poses.number("open"), poses.number("fist")};
+    poses.done();
+  }
   reader.done();
   return input;
 }
@@ -64,8 +69,10 @@ auto read_list(Reader& reader, const char* key, Read&& read) {
 }
 
 Json input_json(const Input& input) {
-  return {{"name", input.name},   {"column", input.column},       {"unit", input.unit},
-          {"strip", input.strip}, {"valid_min", input.valid_min}, {"valid_max", input.valid_max}};
+  Json json = {{"name", input.name},   {"column", input.column},       {"unit", input.unit},
+               {"strip", input.strip}, {"valid_min", input.valid_min}, {"valid_max", input.valid_max}};
+  if (input.poses) json["poses"] = {{"open", input.poses->open}, {"fist", input.poses->fist}};
+  return json;
 }
 
 Json block_json(const Block& block) {
@@ -96,6 +103,16 @@ void check_name(const std::string& name, const std::string& what) {
   }
 }
 
+void check_poses(const Input& input) {
+  if (!input.poses) return;
+  const auto& [open, fist] = *input.poses;
+  const Place place{fmt::format("{}: input", input.name), 0};
+  const double low = std::min(open, fist);
+  const double high = std::max(open, fist);
+  place.require(low < high && low >= input.valid_min && high <= input.valid_max,
+                "poses: \"open\" and \"fist\" must be two readings within the valid range");
+}
+
 void check_input(const Input& input) {
   check_name(input.name, "input");
   const Place place{fmt::format("{}: input", input.name), 0};
@@ -110,6 +127,7 @@ void check_input(const Input& input) {
       std::max(kMinRange, kMinRelativeRange * std::max(std::abs(input.valid_min), std::abs(input.valid_max)));
   place.require(input.valid_max - input.valid_min >= least,
                 fmt::format("valid_min and valid_max must be at least {:.3g} apart", least));
+  check_poses(input);
 }
 
 void check_accuracy(const Place& place, const Accuracy& accuracy) {

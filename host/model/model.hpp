@@ -2,7 +2,8 @@
 //
 // JSON: {"schema": "flexor-model", "schema_version": 2, "written_by", "name", "description",
 //        "sample_period_s", "max_gap_s" (may be left out),
-//        "inputs": [{"name", "column", "unit", "strip", "valid_min", "valid_max"}],   a sensor's signal each
+//        "inputs": [{"name", "column", "unit", "strip", "valid_min", "valid_max",
+//                    "poses": {"open", "fist"} (may be left out)}],   a sensor's signal each
 //        "blocks": [{"type", "from": "signal" or ["signal", ...], "to": "signal", ...}],
 //        "joints": [{"name", "from", "rest_deg", "accuracy": {"angle_deg": [], "standard_error_deg": []} (may be left out)}],
 //        "training": {...}, "fit": {...}}
@@ -30,6 +31,13 @@ inline constexpr double kMinPeriod_s = 1e-5;
 inline constexpr double kMaxPeriod_s = 100;
 inline constexpr std::size_t kMaxBlocks = 500;  // and inputs, and joints
 
+// What a sensor reads at the open hand and at the fist, where the model was made.
+struct Poses {
+  double open = 0;
+  double fist = 0;
+  bool operator==(const Poses&) const = default;
+};
+
 struct Input {
   std::string name;    // of its signal
   std::string column;  // the recording's column that feeds it; empty: the one called like it
@@ -37,6 +45,7 @@ struct Input {
   std::string strip;     // the finger whose strip it is on the glove's board; may be empty
   double valid_min = 0;  // readings outside are refused with a status
   double valid_max = 1023;
+  std::optional<Poses> poses = {};
   bool operator==(const Input&) const = default;
 };
 

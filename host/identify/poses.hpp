@@ -1,0 +1,16 @@
+// What a sensor reads at the open hand and at the fist: for a glove that is zeroed without a computer.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "host/identify/additive.hpp"
+#include "host/model/model.hpp"
+
+namespace flexor::identify {
+
+// Median reading of `sensor`, a column of the sessions' input, where the angle is within the lowest and the highest
+// tenth of its range; of samples that count. None where there are fewer than ten of either, or both are one.
+std::optional<model::Poses> poses_of(const std::vector<Session>& sessions, Eigen::Index sensor);
+
+}  // namespace flexor::identify

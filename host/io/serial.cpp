@@ -1,0 +1,85 @@
+#include "host/io/serial.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/serial_port.hpp>
+#include <boost/asio/write.hpp>
+#include <chrono>
+
+#include "host/io/io.hpp"
+
+namespace flexor::io {
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+
+std::string refusal(const std::string& path, const error_code& error) {
+  if (error == boost::system::errc::permission_denied) {
+    return fmt::format(
+        "{}: permission denied: join the group that owns it (sudo usermod -a -G dialout $USER), "
+        "then log in again",
+        path);
+  }
+  if (error == boost::system::errc::no_such_file_or_directory)
+    return fmt::format("{}: there is no such port: is the board plugged in?", path);
+  if (error == boost::system::errc::device_or_resource_busy)
+    return fmt::format("{}: is in use: close the program that has it open", path);
+  return fmt::format("{}: cannot be opened as a serial port ({})", path, error.message());
+}
+
+}  // namespace
+
+struct SerialPort::Asio {
+  asio::io_context context;
+  asio::serial_port port{context};
+};
+
+SerialPort::SerialPort(const std::string& path, unsigned baud)
+    : path_(path), asio_(std::make_unique<Asio>()) {
+  error_code error;
+  asio_->port.open(path, error);
+  if (error) throw InputError(refusal(path, error));
+  using Option = asio::serial_port_base;
+  asio_->port.set_option(Option::baud_rate(baud), error);
+  if (error) throw InputError(fmt::format("{}: does not do {} baud", path, baud));
+  asio_->port.set_option(Option::character_size(8), error);
+  asio_->port.set_option(Option::parity(Option::parity::none), error);
+  asio_->port.set_option(Option::stop_bits(Option::stop_bits::one), error);
+  asio_->port.set_option(Option::flow_control(Option::flow_control::none), error);
+}
+
+SerialPort::~SerialPort() = default;
+
+void SerialPort::write(std::span<const std::uint8_t> bytes) {
+  error_code error;
+  asio::write(asio_->port, asio::buffer(bytes.data(), bytes.size()), error);
+  if (error) throw JobError(fmt::format("{}: the port has gone ({})", path_, error.message()));
+}
+
+std::vector<std::uint8_t> SerialPort::read(double timeout_s) {
+  std::array<std::uint8_t, 512> buffer{};
+  std::size_t size = 0;
+  error_code failure;
+  bool done = false;
+  asio_->port.async_read_some(asio::buffer(buffer), [&](const error_code& error, std::size_t count) {
+    done = true;
+    failure = error;
+    size = count;
+  });
+  asio_->context.restart();
+  asio_->context.run_for(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(timeout_s)));
+  if (!done) {
+    asio_->port.cancel();
+    asio_->context.restart();
+    asio_->context.run();
+    if (failure == asio::error::operation_aborted) failure = {};
+  }
+  if (failure) throw JobError(fmt::format("{}: the port has gone ({})", path_, failure.message()));
+  return {buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(size)};
+}
+
+}  // namespace flexor::io

@@ -25,6 +25,10 @@ std::optional<Cycles> ByteRadio::pass(Cycles begin, std::uint8_t& byte) {
     frame_delay_ = cycles(p_.module_latency_s + p_.jitter_s * random_.uniform());
     lost_ = random_.uniform() < p_.loss;
     corrupt_ = random_.uniform() < p_.corruption;
+    if (faults_.turns_bad > 0) {
+      bad_ = bad_ ? random_.uniform() >= faults_.turns_good : random_.uniform() < faults_.turns_bad;
+      lost_ = lost_ || (bad_ && random_.uniform() < faults_.bad_loss);
+    }
   }
   last_begin_ = begin;
   const double t_s = (static_cast<double>(begin) - static_cast<double>(epoch_)) / kCyclesPerSecond;

@@ -17,6 +17,11 @@ struct ByteFaults {
   double bit_flip = 0;  // share of bits
   double start_s = 0;
   double end_s = 1e9;
+  // Gilbert (Bell Syst. Tech. J. 39 (1960) 1253) and Elliott: a radio that is now good, now bad, and changes between
+  // two frames.
+  double turns_bad = 0;   // probability
+  double turns_good = 1;  // probability
+  double bad_loss = 0;    // share of frames while it is bad
 };
 
 class ByteRadio {
@@ -39,6 +44,7 @@ class ByteRadio {
   Cycles last_end_ = 0;
   bool lost_ = false;
   bool corrupt_ = false;
+  bool bad_ = false;
 };
 
 }  // namespace flexor::cosim

@@ -209,11 +209,8 @@ int main() {
       wdt_reset();
       tick();
       keep();
+      if (!pending) speak();  // here a millisecond is left until the next
     }
-    if (pending || !received.empty()) {
-      listen();
-    } else {
-      speak();
-    }
+    if (pending || !received.empty()) listen();
   }
 }

@@ -33,7 +33,7 @@ class GloveEnd {
     return packet.seal({type, false, listens, 0}, body_bytes, nullptr, wire);
   }
 
-  const PacketReader& packet() const { return reader_; }
+  PacketReader& packet() { return reader_; }
   const Key* pair() const { return pair_; }
 
  private:

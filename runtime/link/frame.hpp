@@ -5,7 +5,6 @@
 
 #include "runtime/core/crc16.hpp"
 #include "runtime/link/cobs.hpp"
-#include "runtime/core/crc16.hpp"
 #include "runtime/link/siphash.hpp"
 
 namespace flexor {

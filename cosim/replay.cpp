@@ -71,7 +71,7 @@ class Expected {
 
   // What the hand would say first.
   std::vector<std::uint8_t> challenge() const {
-    if (!glove_.key) return {};
+    if (!glove_.key || glove_.output != deploy::Output::radio) return {};
     link::Packet packet;
     std::ranges::copy(kNonce.bytes, packet.body());
     std::vector<std::uint8_t> wire(link::kMaxWire);

@@ -75,7 +75,8 @@ inline void start_uart(uint16_t divisor, uint8_t enables) {
   UCSR0B = enables;
 }
 
-// The ADC at 125 kHz: a conversion takes 0.1 ms. analog: a bit for each of PC0 .. PC5 that nobody reads as a digital pin.
+// The ADC at 125 kHz: a conversion takes 0.1 ms. analog: a bit for each of PC0 .. PC5 that nobody reads as a
+// digital pin.
 inline void start_adc(uint8_t analog = 0x1f) {
   DIDR0 = analog;
   ADMUX = _BV(REFS0);

@@ -1,6 +1,6 @@
 // The glove's board: timer 1 sets the sample rate, the ADC reads five strips, the UART speaks to the radio or
-// to a PC. Pins: UART PD0, PD1; the others are in the configuration. Interrupts move samples and bytes; everything
-// else happens in main, which sleeps.
+// to a PC. Pins: UART PD0, PD1; the others are in the configuration. Interrupts move samples and bytes;
+// everything else happens in main, which sleeps.
 #include "firmware/board.hpp"
 #include "glove_config.hpp"
 #include "runtime/link/glove_end.hpp"

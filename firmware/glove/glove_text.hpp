@@ -33,13 +33,13 @@ class GloveText {
  public:
   static constexpr uint8_t kRoom = link::kMaxGloveText + kMaxJoints * link::kMaxJointText;
 
-  // fingers: kFingers settings; joints: `count`, at most kMaxJoints; both outlive this object. there: a bit for each
-  // finger of the model.
+  // fingers: kFingers settings; joints: `count`, at most kMaxJoints; both outlive this object. there: a bit
+  // for each finger of the model.
   GloveText(const FlexionSettings* fingers, const JointSettings* joints, uint8_t count, uint8_t there)
       : fingers_(fingers), joints_(joints), count_(count), gestures_(there) {}
 
-  // joint_angle: `count`, Q4 degrees. joystick: counts of x and y. pressed: of link::glove_button. `text` has kRoom;
-  // returns the bytes written.
+  // joint_angle: `count`, Q4 degrees. joystick: counts of x and y. pressed: of link::glove_button. `text` has
+  // kRoom; returns the bytes written.
   uint8_t step(const link::Frame& frame, const int16_t* joint_angle, const uint16_t* joystick,
                uint8_t pressed, char* text) {
     link::GloveValues values;

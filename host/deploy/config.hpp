@@ -27,7 +27,8 @@ inline constexpr double kUsbBaud = 115200;
 using Key = std::optional<link::Key>;  // none: plain frames
 
 enum class Output { radio, opengloves };
-// Of the text for VR drivers: a number for each finger; or the model's other joints as well, which a driver from 0.5 on reads.
+// Of the text for VR drivers: a number for each finger; or the model's other joints as well, which a driver
+// from 0.5 on reads.
 enum class Encoding { alpha, beta };
 
 struct CountsAsTheyAre {};
@@ -98,7 +99,8 @@ int sample_rate_hz(const model::Model& model);
 int samples_per_frame(const Glove& glove);
 
 // The radio carries one direction at a time: after every `every`-th frame, once a second, the glove leaves out
-// `slots` more, so that the hand's longest frame has room; after every `seek_every`-th while it does not hear the hand.
+// `slots` more, so that the hand's longest frame has room; after every `seek_every`-th while it does not hear
+// the hand.
 struct Turns {
   int every;
   int seek_every;
@@ -123,8 +125,8 @@ GloveTables glove_tables(const Glove& glove);
 std::uint8_t fingers_there(const model::Model& model);
 std::vector<std::string> missing_fingers(const model::Model& model);
 
-// The joints that the text for VR drivers names beside the fingers: those of the model that end in _mcp, _pip, _dip, of the
-// thumb in _cmc, _mcp, _ip, and are not their finger's own. None with encoding alpha.
+// The joints that the text for VR drivers names beside the fingers: those of the model that end in _mcp, _pip,
+// _dip, of the thumb in _cmc, _mcp, _ip, and are not their finger's own. None with encoding alpha.
 struct VrJoint {
   std::size_t joint;  // of the model
   firmware::JointSettings settings;

@@ -1,7 +1,8 @@
-// What is wired to the glove's board: one table, which firmware, logging sketch, picture and report are made from.
+// What is wired to the glove's board: one table, which firmware, logging sketch, picture and report are made
+// from.
 //
-// Analog pins A0 .. A7 are ADC channels 0 .. 7 of a Nano; an Uno has none beyond A5. Digital pins have the numbers that
-// are printed on the board.
+// Analog pins A0 .. A7 are ADC channels 0 .. 7 of a Nano; an Uno has none beyond A5. Digital pins have the
+// numbers that are printed on the board.
 #pragma once
 
 #include <array>
@@ -28,9 +29,10 @@ struct Pins {
   std::array<std::optional<int>, kButtons> button;        // digital pin, closed to ground when pressed
 };
 
-// "lucidgloves", "thumb=A4,index=A3", "lucidgloves,joystick=A6+A7,joystick_button=D7,a=D8,b=D9,menu=D10,calibrate=D12": a
-// preset, or the preset "flexor" where none is named, with changes. flexor: thumb A0 .. pinky A4, lucidgloves the other
-// way round. Throws io::InputError.
+// "lucidgloves", "thumb=A4,index=A3",
+// "lucidgloves,joystick=A6+A7,joystick_button=D7,a=D8,b=D9,menu=D10,calibrate=D12": a preset, or the preset
+// "flexor" where none is named, with changes. flexor: thumb A0 .. pinky A4, lucidgloves the other way round.
+// Throws io::InputError.
 Pins pins_from_text(const std::string& text);
 std::string to_text(const Pins& pins);
 

@@ -39,10 +39,12 @@ struct WiringPlan {
 // divider_kohm: the resistor between a strip and 5 V. A hand's board comes with output radio.
 WiringPlan wiring_plan(const Pins& pins, Output output, double divider_kohm);
 
-// {"divider_kohm", "boards": [{"name", "connections": [{"pin", "kind", "name", "how"}]}], "parts": [{"count", "what"}]}
+// {"divider_kohm", "boards": [{"name", "connections": [{"pin", "kind", "name", "how"}]}], "parts": [{"count",
+// "what"}]}
 nlohmann::ordered_json to_json(const WiringPlan& plan);
 
-// The sketch flexor_logger with the strips on these pins, as a folder of the Arduino IDE. Throws io::InputError.
+// The sketch flexor_logger with the strips on these pins, as a folder of the Arduino IDE. Throws
+// io::InputError.
 void write_logger(const Pins& pins, const std::filesystem::path& folder);
 
 }  // namespace flexor::deploy

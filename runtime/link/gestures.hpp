@@ -15,8 +15,8 @@ constexpr uint16_t kGestureOff = 448;
 
 class Gestures {
  public:
-  // A bit for each finger that the glove has, thumb first. Without its fingers a gesture is never made: pinch needs both,
-  // grab one of the four.
+  // A bit for each finger that the glove has, thumb first. Without its fingers a gesture is never made: pinch
+  // needs both, grab one of the four.
   explicit constexpr Gestures(uint8_t fingers) : fingers_(fingers) {}
 
   // Flexion 0 .. kGloveTop of five fingers -> glove_button::kGrab, kPinch, kTrigger.

@@ -98,8 +98,8 @@ inline uint8_t encode_gloves(const GloveValues& values, const GloveJoint* joints
   return static_cast<uint8_t>(at - text);
 }
 
-// What the glove answers to a Z: the version of these lines, 1 .. 1023 (a left hand's of version 0 is empty to the
-// driver), kind of glove 0, hand. `text` has room for kMaxInformationText.
+// What the glove answers to a Z: the version of these lines, 1 .. 1023 (a left hand's of version 0 is empty to
+// the driver), kind of glove 0, hand. `text` has room for kMaxInformationText.
 inline uint8_t encode_glove_information(uint16_t version, bool right, char* text) {
   char* at = text;
   for (const char* head = "Z(ZV)"; *head != 0;) *at++ = *head++;
@@ -142,8 +142,8 @@ struct Item {
   uint32_t value;  // at most 65536
 };
 
-// From text[at], which is a key's letter, to behind the number. The driver goes on through letters and brackets behind
-// an opening bracket, whether or not it was closed.
+// From text[at], which is a key's letter, to behind the number. The driver goes on through letters and
+// brackets behind an opening bracket, whether or not it was closed.
 inline Item read_item(const char* text, uint16_t size, uint16_t& at) {
   Item item{};
   const bool is_long = text[at] == '(';

@@ -4,6 +4,7 @@
 #include <simavr/avr_adc.h>
 #include <simavr/avr_eeprom.h>
 #include <simavr/avr_extint.h>
+#include <simavr/avr_ioport.h>
 #include <simavr/avr_timer.h>
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
@@ -187,6 +188,10 @@ void Board::power_on() {
   width_ = {};
   std::fill(a->data + 0x100, a->data + kRamEnd + 1, kPaint);
   schedule_byte();
+}
+
+void Board::set_pin(char port, int bit, bool high) {
+  avr_raise_irq(avr_io_getirq(avr(avr_), AVR_IOCTL_IOPORT_GETIRQ(port), bit), high ? 1 : 0);
 }
 
 void Board::power_off(Cycles until) {

@@ -54,6 +54,8 @@ class Board {
 
   // What the next conversions of this channel give, without on_sample.
   void set_counts(int channel, int counts);
+  // A level at a pin of port 'B' .. 'D' from outside.
+  void set_pin(char port, int bit, bool high);
   // The byte is complete on the RX pin at `end`; calls come in order.
   void receive(Cycles end, std::uint8_t byte);
 

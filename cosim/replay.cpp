@@ -19,19 +19,59 @@ using firmware::Marker;
 // "ldi, out" of the closing marker: the opening one ends where the measurement begins.
 constexpr std::uint64_t kMarkerCycles = 2;
 
+// What is done to joystick and buttons while sample k is taken.
+std::array<std::uint16_t, 2> joystick_counts(const deploy::Glove& glove, std::size_t k) {
+  if (!glove.pins.joystick) return {link::kGloveMiddle, link::kGloveMiddle};
+  return {static_cast<std::uint16_t>(37 * k % 1024), static_cast<std::uint16_t>(480 + k % 64)};
+}
+
+bool is_pressed(std::size_t button, std::size_t k) { return (k / 3 + button) % 4 == 0; }
+
+std::uint8_t pressed(const deploy::Glove& glove, std::size_t k) {
+  unsigned out = 0;
+  for (std::size_t b = 0; b < deploy::kButtons; ++b) {
+    if (glove.pins.button[b] && is_pressed(b, k)) out |= deploy::buttons()[b].bit;
+  }
+  return static_cast<std::uint8_t>(out);
+}
+
+// Presses the buttons on the board for sample k.
+void press(Board& board, const deploy::Pins& pins, std::size_t k) {
+  for (std::size_t b = 0; b < deploy::kButtons; ++b) {
+    if (!pins.button[b]) continue;
+    const deploy::PortBit pin = deploy::port_bit(*pins.button[b]);
+    board.set_pin(pin.port, pin.bit, !is_pressed(b, k));
+  }
+}
+
+// What a conversion of this channel reads while sample k is taken.
+int counts_of(const deploy::Glove& glove, const std::array<int, deploy::kFingers>& strips, int channel,
+              std::size_t k) {
+  const std::vector<int> scan = deploy::scan_of(glove.pins);
+  const auto at = static_cast<std::size_t>(std::ranges::find(scan, channel) - scan.begin());
+  if (at < strips.size()) return strips[at];
+  return at < scan.size() ? joystick_counts(glove, k)[at - strips.size()] : 0;
+}
+
 // The host's side: what the image must send, to the byte.
 class Expected {
  public:
   explicit Expected(const deploy::Glove& glove)
       : glove_(glove), tables_(deploy::glove_tables(glove)), chain_(glove) {
+    for (const deploy::VrJoint& joint : deploy::vr_joints(glove)) joints_.push_back(joint.settings);
+    text_.emplace(tables_.flexion.data(), joints_.data(), static_cast<std::uint8_t>(joints_.size()),
+                  deploy::fingers_there(glove.model));
     if (!glove.key) return;
     session_.start(kNonce);
     while (!session_.ready()) session_.derive(*glove.key);
   }
 
+  Expected(const Expected&) = delete;
+  Expected& operator=(const Expected&) = delete;
+
   // What the hand would say first.
   std::vector<std::uint8_t> challenge() const {
-    if (!glove_.key) return {};
+    if (!glove_.key || glove_.output != deploy::Output::radio) return {};
     link::Packet packet;
     std::ranges::copy(kNonce.bytes, packet.body());
     std::vector<std::uint8_t> wire(link::kMaxWire);
@@ -47,26 +87,30 @@ class Expected {
 
   // One of them: whether a frame leaves the hand its turn is the board's to say.
   std::array<std::string, 2> messages() {
-    if (glove_.output == deploy::Output::opengloves) return {line(), line()};
+    if (glove_.output == deploy::Output::opengloves) {
+      const std::string text = line();
+      return {text, text};
+    }
     frame_.counter = messages_++;
     frame_.time_ms = static_cast<std::uint16_t>(std::lround(1000 * glove_.model.sample_period_s) * samples_);
     return {encoded(false), encoded(true)};
   }
 
  private:
+  using Text = firmware::GloveText<link::kGloveFingers * link::kGlovePlaces>;
+
   std::string encoded(bool listens) const {
     std::array<std::uint8_t, link::kMaxWire> wire{};
     const std::uint8_t size =
         link::encode(frame_, listens, glove_.key ? &session_.key() : nullptr, wire.data());
     return {wire.begin(), wire.begin() + size};
   }
-  std::string line() const {
-    std::array<std::uint16_t, deploy::kFingers> flexion{};
-    for (std::size_t i = 0; i < flexion.size(); ++i) {
-      flexion[i] = link::flexion_of(frame_.angle[i], tables_.straight[i], tables_.flexion_scale[i]);
-    }
-    std::array<char, link::kMaxGloveText> text{};
-    return {text.data(), link::encode_gloves(flexion.data(), text.data())};
+  std::string line() {
+    std::array<char, Text::kRoom> text{};
+    const auto sample = static_cast<std::size_t>(samples_ - 1);
+    const std::array<std::uint16_t, 2> joystick = joystick_counts(glove_, sample);
+    return {text.data(), text_->step(frame_, chain_.joint_angles(), joystick.data(), pressed(glove_, sample),
+                                     text.data())};
   }
 
   static constexpr link::Nonce kNonce = {{1, 2, 3, 4, 5, 6, 7, 8}};
@@ -75,6 +119,8 @@ class Expected {
   link::Session session_;
   deploy::GloveTables tables_;
   deploy::HostChain chain_;
+  std::vector<firmware::JointSettings> joints_;
+  std::optional<Text> text_;
   link::Frame frame_{};
   long samples_ = 0;
   std::uint32_t messages_ = 0;
@@ -108,12 +154,13 @@ study::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove,
     return counts[std::min(result.samples, counts.size() - 1)];
   };
   board.on_sample = [&](Cycles, int channel) {
-    return channel < deploy::kFingers ? now_read()[static_cast<std::size_t>(channel)] : 0;
+    return counts_of(glove, now_read(), channel, result.samples);
   };
   board.on_marker = [&](Cycles now, std::uint8_t value) {
     switch (static_cast<Marker>(value)) {
       case Marker::sampled:
         sampled = now;
+        press(board, glove.pins, result.samples);
         host.sample(now_read());
         ++result.samples;
         return;

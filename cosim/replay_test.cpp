@@ -6,11 +6,13 @@
 
 #include <fmt/format.h>
 
+#include <bit>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
 #include "host/deploy/deploy.hpp"
+#include "host/deploy/wiring.hpp"
 #include "host/identify/identify_files.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
@@ -217,32 +219,190 @@ TEST_F(Replay, CyclesAndSizesAreWithinTheirTargets) {
   EXPECT_GT(figures.tick.count, 1900U);
 }
 
-TEST_F(Replay, TheTextOutputIsWhatTheDriverReads) {
-  const model::Model model = named("published-hw", 50);
-  const Built b = build(model, false, deploy::Output::opengloves);
-  const Counts counts = study::gesture_counts(parameters_, model);
-  std::vector<std::string> lines;
-  EXPECT_EQ(replay(*b.firmware, b.glove, counts, &lines).mismatches, 0U);
-  EXPECT_GE(lines.size() + 1, counts.size());
+// Images of gloves for VR drivers, and the lines that they send.
+class Gloves : public Replay {
+ protected:
+  deploy::Glove glove(const model::Model& model, const std::string& pins) const {
+    deploy::Glove g = study::glove_for(parameters_, model);
+    g.output = deploy::Output::opengloves;
+    g.pins = deploy::pins_from_text(pins);
+    return g;
+  }
+  // Compares every byte with the host's.
+  std::vector<std::string> sent(const deploy::Glove& g, const Counts& counts) const {
+    const Firmware firmware(deploy::build_glove(g, folder_).elf);
+    std::vector<std::string> lines;
+    EXPECT_EQ(replay(firmware, g, counts, &lines).mismatches, 0U);
+    EXPECT_GE(lines.size() + 1, counts.size()) << "a line for each sample";
+    return lines;
+  }
+  static link::GloveLine parsed(const std::string& line) {
+    link::GloveLine out{};
+    EXPECT_EQ(link::parse_gloves(line.data(), static_cast<std::uint16_t>(line.size()), out),
+              link::GloveParse::ok)
+        << line;
+    return out;
+  }
+};
+
+TEST_F(Gloves, AHundredLinesASecondAreWhatTheDriverReads) {
+  const model::Model model = named("published-hw", 100);
   std::array<int, 5> least;
   std::array<int, 5> most{};
   least.fill(1023);
-  for (const std::string& line : lines) {
-    link::GloveLine parsed{};
-    ASSERT_EQ(link::parse_gloves(line.data(), static_cast<std::uint16_t>(line.size()), parsed),
-              link::GloveParse::ok)
-        << line;
-    EXPECT_TRUE(line.ends_with("F512G512\n")) << line;
+  unsigned buttons = 0;
+  for (const std::string& line : sent(glove(model, "flexor"), study::gesture_counts(parameters_, model))) {
+    EXPECT_NE(line.find("F512G512P"), std::string::npos) << line;
+    const link::GloveLine read = parsed(line);
+    buttons |= read.values.buttons;
     for (std::size_t i = 0; i < 5; ++i) {
-      ASSERT_TRUE(parsed.has[i]);
-      ASSERT_LE(parsed.flexion[i], 1023);
-      least[i] = std::min(least[i], static_cast<int>(parsed.flexion[i]));
-      most[i] = std::max(most[i], static_cast<int>(parsed.flexion[i]));
+      ASSERT_TRUE(read.has[i]);
+      ASSERT_LE(read.values.flexion[i], 1023);
+      least[i] = std::min(least[i], static_cast<int>(read.values.flexion[i]));
+      most[i] = std::max(most[i], static_cast<int>(read.values.flexion[i]));
     }
   }
+  EXPECT_EQ(buttons, link::glove_button::kGrab | link::glove_button::kPinch | link::glove_button::kTrigger);
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_LT(least[i], 30) << i;  // straight
     EXPECT_GT(most[i], 990) << i;  // bent
+  }
+}
+
+TEST_F(Gloves, ButtonsAndJoystickComeFromTheirPins) {
+  const deploy::Glove g =
+      glove(named("published-hw", 100),
+            "lucidgloves,joystick=A6+A7,joystick_button=D7,a=D8,b=D9,menu=D10,calibrate=D12");
+  std::array<int, 8> pressed{};
+  std::array<int, 2> least = {1023, 1023};
+  std::array<int, 2> most{};
+  const std::vector<std::string> lines = sent(g, exercise(2000, 6));
+  for (const std::string& line : lines) {
+    const link::GloveLine read = parsed(line);
+    for (unsigned k = 0; k < 8; ++k) pressed[k] += (read.values.buttons >> k) & 1;
+    for (std::size_t i = 0; i < 2; ++i) {
+      least[i] = std::min(least[i], static_cast<int>(read.values.joystick[i]));
+      most[i] = std::max(most[i], static_cast<int>(read.values.joystick[i]));
+    }
+  }
+  for (const deploy::Button& button : deploy::buttons()) {
+    const int count = pressed[static_cast<std::size_t>(std::countr_zero(button.bit))];
+    EXPECT_NEAR(count, static_cast<double>(lines.size()) / 4, 10) << button.name << ": a quarter of the time";
+  }
+  EXPECT_LT(least[0], 30);
+  EXPECT_GT(most[0], 990);
+  EXPECT_EQ(least[1], 512) << "near its middle it is there";
+  EXPECT_EQ(most[1], 512);
+}
+
+TEST_F(Gloves, OnlyWiredButtonsCount) {
+  const deploy::Glove g = glove(named("published-hw", 100), "lucidgloves,calibrate=D12");
+  unsigned buttons = 0;
+  for (const std::string& line : sent(g, exercise(600, 7))) buttons |= parsed(line).values.buttons;
+  namespace button = link::glove_button;
+  EXPECT_EQ(buttons, button::kCalibrate | button::kGrab | button::kPinch | button::kTrigger);
+}
+
+TEST_F(Gloves, BetaNamesTheOtherJointsAndLeavesOutDeadOnes) {
+  model::Model model = named("published-hw", 100);
+  model.inputs[3].strip = "ring";
+  model.joints[1].name = "index_mcp";
+  model.joints[3].name = "index_pip";
+  deploy::Glove g = glove(model, "flexor");
+  g.encoding = deploy::Encoding::beta;
+  EXPECT_EQ(deploy::missing_fingers(model), std::vector<std::string>{"ring"});
+  int with = 0;
+  int without = 0;
+  for (const std::string& line : sent(g, exercise(2000, 8))) {
+    const link::GloveLine read = parsed(line);
+    EXPECT_EQ(read.values.flexion[3], 0) << "no joint moves it";
+    ++(read.has_joint[1][2] ? with : without);
+    EXPECT_FALSE(read.has_joint[1][1]) << "the finger's own";
+  }
+  EXPECT_GT(with, 300);
+  EXPECT_GT(without, 100) << "whenever the strip is broken";
+}
+
+TEST_F(Gloves, AGloveThatIsAskedSaysWhichHandItIs) {
+  deploy::Glove g = glove(named("published-hw", 100), "flexor");
+  g.right_hand = false;
+  const Firmware firmware(deploy::build_glove(g, folder_).elf);
+  Board board(firmware);
+  std::string sent;
+  board.on_byte = [&](Cycles, std::uint8_t byte) { sent += static_cast<char>(byte); };
+  board.on_sample = [](Cycles, int channel) { return 500 + channel; };
+  for (const char c : std::string("A500B500C500D500E500\n"))
+    board.receive(board.now() + 100 * kCyclesPerMs, static_cast<std::uint8_t>(c));
+  board.run_until(500 * kCyclesPerMs);
+  EXPECT_EQ(sent.find('Z'), std::string::npos) << "forces are no question";
+  for (const char c : std::string("(ZA)Z\n"))
+    board.receive(board.now() + kCyclesPerMs, static_cast<std::uint8_t>(c));
+  board.run_until(1000 * kCyclesPerMs);
+  EXPECT_NE(sent.find("\nZ(ZV)1(ZG)0(ZH)0\nA"), std::string::npos) << sent;
+}
+
+TEST_F(Replay, StripsOnOtherPinsAreSentToTheBit) {
+  for (const char* pins : {"lucidgloves", "thumb=A7,pinky=A5"}) {
+    Built b{study::glove_for(parameters_, named("published-hw")), {}, nullptr};
+    b.glove.pins = deploy::pins_from_text(pins);
+    b.image = deploy::build_glove(b.glove, folder_);
+    const GloveFigures f = replay(Firmware(b.image.elf), b.glove, exercise(1000, 9));
+    EXPECT_EQ(f.mismatches, 0U) << pins;
+    EXPECT_GT(f.frames, 900U) << pins;
+  }
+}
+
+// With the core of the Arduino IDE, as the user compiles it.
+TEST_F(Replay, TheLoggingSketchWritesWhatFlexorReads) {
+  const fs::path core = "/usr/share/arduino/hardware/arduino/avr";
+  if (!fs::exists(core)) GTEST_SKIP() << "arduino-core-avr is not installed";
+  deploy::write_logger(deploy::pins_from_text("lucidgloves,thumb=A5"), folder_);
+  const std::string elf = (folder_ / "logger.elf").string();
+  std::vector<std::string> command = {"avr-g++",
+                                      "-mmcu=atmega328p",
+                                      "-DF_CPU=16000000L",
+                                      "-DARDUINO=10819",
+                                      "-DARDUINO_AVR_NANO",
+                                      "-DARDUINO_ARCH_AVR",
+                                      "-Os",
+                                      "-std=gnu++11",
+                                      "-fpermissive",
+                                      "-fno-exceptions",
+                                      "-ffunction-sections",
+                                      "-fdata-sections",
+                                      "-fno-threadsafe-statics",
+                                      "-w",
+                                      "-I" + (core / "cores/arduino").string(),
+                                      "-I" + (core / "variants/eightanaloginputs").string(),
+                                      "-I" + (core / "variants/standard").string(),
+                                      "-x",
+                                      "c++",
+                                      (folder_ / "flexor_logger/flexor_logger.ino").string()};
+  for (const auto& entry : fs::directory_iterator(core / "cores/arduino")) {
+    const std::string kind = entry.path().extension();
+    if (kind != ".cpp" && kind != ".c") continue;
+    command.insert(command.end(), {"-x", kind == ".c" ? "c" : "c++", entry.path().string()});
+  }
+  command.insert(command.end(), {"-Wl,--gc-sections", "-o", elf});
+  const auto built = io::run_process(command);
+  ASSERT_EQ(built.status, 0) << built.err.substr(0, 2000);
+  const Firmware firmware(elf);
+  Board board(firmware);
+  std::string log;
+  board.on_byte = [&](Cycles, std::uint8_t byte) { log += static_cast<char>(byte); };
+  board.on_sample = [](Cycles, int channel) { return 100 * channel + 50; };
+  board.run_until(3000 * kCyclesPerMs);
+  io::write_file(folder_ / "log.csv", log.substr(0, log.rfind('\n') + 1));
+  std::vector<std::string> columns;
+  for (const std::string& finger : model::finger_names()) columns.push_back(finger + "_count");
+  const recording::Recording r = recording::read_csv(folder_ / "log.csv", columns);
+  EXPECT_TRUE(r.warnings.empty()) << r.warnings.front();
+  ASSERT_NEAR(static_cast<double>(r.t_s.size()), 300, 5);
+  for (std::size_t k = 1; k < r.t_s.size(); ++k) ASSERT_NEAR(r.t_s[k] - r.t_s[k - 1], 0.01, 0.0005);
+  const std::array<double, 5> expected = {550, 350, 250, 150, 50};
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(r.columns[i].unit, "count");
+    EXPECT_EQ(r.columns[i].value.back(), expected[i]) << columns[i];
   }
 }
 

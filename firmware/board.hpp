@@ -4,6 +4,7 @@
 #include <avr/eeprom.h>
 #include <avr/interrupt.h>
 #include <avr/io.h>
+#include <avr/pgmspace.h>
 #include <avr/sleep.h>
 #include <avr/wdt.h>
 #include <stdint.h>
@@ -16,9 +17,9 @@ namespace firmware {
 inline void mark(Marker marker) { GPIOR0 = static_cast<uint8_t>(marker); }
 
 // One producer, one consumer, one of them an interrupt. kSize is a power of two; one place stays empty.
-template <uint8_t kSize>
+template <uint16_t kSize>
 class Ring {
-  static_assert((kSize & (kSize - 1)) == 0, "a power of two");
+  static_assert((kSize & (kSize - 1)) == 0 && kSize <= 256, "a power of two");
 
  public:
   bool empty() const { return head_ == tail_; }
@@ -45,6 +46,7 @@ class Ring {
 };
 
 // What is to be sent: main fills it, the UART's interrupt empties it.
+template <uint16_t kBytes>
 class Transmitter {
  public:
   bool idle() const { return ring_.empty(); }
@@ -62,7 +64,7 @@ class Transmitter {
   }
 
  private:
-  Ring<64> ring_;
+  Ring<kBytes> ring_;
 };
 
 // 8N1, as after a reset, at double speed: baud = F_CPU / (8 (divisor + 1)).
@@ -73,9 +75,10 @@ inline void start_uart(uint16_t divisor, uint8_t enables) {
   UCSR0B = enables;
 }
 
-// The ADC at 125 kHz on PC0 .. PC4: a conversion takes 0.1 ms.
-inline void start_adc() {
-  DIDR0 = 0x1f;
+// The ADC at 125 kHz: a conversion takes 0.1 ms. analog: a bit for each of PC0 .. PC5 that nobody reads as a
+// digital pin.
+inline void start_adc(uint8_t analog = 0x1f) {
+  DIDR0 = analog;
   ADMUX = _BV(REFS0);
   ADCSRA = _BV(ADEN) | _BV(ADIE) | 7;
 }
@@ -96,6 +99,33 @@ inline bool continue_scan(volatile uint16_t (&counts)[kChannels]) {
   ADCSRA |= _BV(ADSC);
   return false;
 }
+
+// Likewise of any channels in any order: kScan, in flash, has kCount of them.
+template <const uint8_t* kScan, uint8_t kCount>
+class Scan {
+ public:
+  void begin() { convert(0); }
+
+  bool go_on() {
+    const uint8_t at = at_;
+    counts_[at] = ADC;
+    if (at + 1 == kCount) return true;
+    convert(static_cast<uint8_t>(at + 1));
+    return false;
+  }
+
+  uint16_t operator[](uint8_t i) const { return counts_[i]; }
+
+ private:
+  void convert(uint8_t at) {
+    at_ = at;
+    ADMUX = static_cast<uint8_t>(_BV(REFS0) | pgm_read_byte(kScan + at));
+    ADCSRA |= _BV(ADSC);
+  }
+
+  volatile uint16_t counts_[kCount];
+  uint8_t at_;
+};
 
 struct Eeprom {
   uint8_t read(uint16_t address) { return eeprom_read_byte(reinterpret_cast<const uint8_t*>(address)); }

@@ -101,7 +101,7 @@ TEST_F(Cli, HelpIsThereForEveryCommand) {
   EXPECT_EQ(run("--help").exit, 0);
   for (const char* command :
        {"align", "identify", "apply", "score", "show", "experiment", "twin", "calibrate-twin", "twin record",
-        "protocol", "deploy", "latency", "track", "camera calibrate", "camera film"}) {
+        "protocol", "wiring", "deploy", "latency", "track", "camera calibrate", "camera film"}) {
     const Finished r = run(std::string(command) + " --help");
     EXPECT_EQ(r.exit, 0) << command;
     EXPECT_NE(r.out.find("Usage"), std::string::npos) << command;
@@ -552,11 +552,69 @@ TEST_F(Cli, DeployTakesAModelOfOneFinger) {
 
 TEST_F(Cli, DeployForVrSpeaksText) {
   const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
-  const Finished r = run("deploy '" + model + "' --rate 100 --output opengloves --out '" + path("d") + "'");
+  const Finished r = run("deploy '" + model +
+                         "' --rate 100 --output opengloves --hand left --pins lucidgloves,calibrate=D12" +
+                         " --json --out '" + path("d") + "'");
   ASSERT_EQ(r.exit, 0) << r.err;
-  EXPECT_TRUE(fs::exists(path("d") + "/glove.hex"));
-  EXPECT_FALSE(fs::exists(path("d") + "/hand.hex"));
-  EXPECT_FALSE(fs::exists(path("d") + "/bench"));
+  const auto json = nlohmann::json::parse(r.out);
+  EXPECT_EQ(json.at("fingers").at("covered").size(), 5U);
+  EXPECT_TRUE(json.at("fingers").at("missing").empty());
+  const auto& glove = json.at("wiring").at("boards").at(0).at("connections");
+  EXPECT_EQ(glove.at(0).at("name"), "thumb");
+  EXPECT_EQ(glove.at(0).at("pin"), "A4");
+  EXPECT_EQ(glove.at(5).at("pin"), "D12");
+  EXPECT_EQ(json.at("wiring").at("boards").size(), 1U) << "no hand";
+  EXPECT_NE(json.at("next").back().get<std::string>().find("left hand"), std::string::npos);
+  EXPECT_GT(json.at("budget").at("flash_share"), 0.1);
+  EXPECT_LT(json.at("budget").at("time_share"), 0.3);
+  for (const char* file :
+       {"glove.hex", "wiring.md", "wiring_glove.svg", "arduino/flexor_logger/flexor_logger.ino"})
+    EXPECT_TRUE(fs::exists(path("d") + "/" + file)) << file;
+  for (const char* file : {"hand.hex", "wiring_hand.svg", "bench"})
+    EXPECT_FALSE(fs::exists(path("d") + "/" + file)) << file;
+}
+
+TEST_F(Cli, DeployLeadsWithFingersWiringCalibrationAndWhatToDo) {
+  const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
+  const Finished r = run("deploy '" + model + "' --plain --out '" + path("d") + "'");
+  ASSERT_EQ(r.exit, 0) << r.err;
+  std::size_t at = 0;
+  for (const char* part :
+       {"fingers ", "strips ", "pins ", "thumb A0", "calibration ", "divider of 35 kOhm", "next",
+        "wiring_hand.svg", "avrdude", "of its time", "cycles per step", "glove: flash"}) {
+    const std::size_t next = r.out.find(part, at);
+    ASSERT_NE(next, std::string::npos) << part << " behind " << r.out.substr(at);
+    at = next;
+  }
+}
+
+TEST_F(Cli, AGloveForVrWithoutAFingerIsRefusedUnlessAllowed) {
+  const model::Model all = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
+  model::save(model::with_channels(all, {*model::channel(all, 1), *model::channel(all, 3)}),
+              path("two.json"));
+  const std::string command =
+      "deploy '" + path("two.json") + "' --output opengloves --out '" + path("d") + "'";
+  expect_refused(command, 2, "has no joint for thumb, middle, pinky");
+  EXPECT_FALSE(fs::exists(path("d")));
+  const Finished r = run(command + " --allow-missing --json");
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const auto json = nlohmann::json::parse(r.out);
+  EXPECT_EQ(json.at("fingers").at("missing").size(), 3U);
+  EXPECT_EQ(json.at("fingers").at("covered").at(1), "ring");
+}
+
+TEST_F(Cli, WiringIsThereBeforeAModelIs) {
+  const Finished r =
+      run("wiring --pins lucidgloves --set divider.fixed_kohm=47 --json --out '" + path("w") + "'");
+  ASSERT_EQ(r.exit, 0) << r.err;
+  EXPECT_EQ(nlohmann::json::parse(r.out).at("pins"), "thumb=A4,index=A3,middle=A2,ring=A1,pinky=A0");
+  EXPECT_NE(content(path("w/flexor_logger/flexor_logger.ino"))
+                .find("{\"thumb_count\", A4},\n    {\"index_count\", A3},"),
+            std::string::npos);
+  EXPECT_NE(content(path("w/wiring_glove.svg")).find("47 kΩ"), std::string::npos);
+  EXPECT_NE(content(path("w/wiring_hand.svg")).find("thumb potentiometer"), std::string::npos);
+  EXPECT_NE(content(path("w/wiring.md")).find("resistor 47 kOhm"), std::string::npos);
+  expect_refused("wiring --pins thumb=A4 --out '" + path("v") + "'", 2, "thumb and pinky are both on A4");
 }
 
 TEST_F(Cli, DeployRefusesTheImpossible) {
@@ -570,6 +628,9 @@ TEST_F(Cli, DeployRefusesTheImpossible) {
   expect_refused("deploy " + model + out + " --baud 100", 2, "raise --baud");
   expect_refused("deploy " + model + out + " --baud 7777777", 2, "cannot be made");
   expect_refused("deploy " + model + out + " --key 1234", 2, "32 hexadecimal digits");
+  expect_refused("deploy " + model + out + " --pins thumb=A9", 2, "an analog pin is A0 to A7");
+  expect_refused("deploy " + model + out + " --pins a=D8", 2, "add --output opengloves");
+  expect_refused("deploy " + model + out + " --encoding beta", 2, "add --output opengloves");
   expect_refused("deploy '" + path("none.json") + "'" + out, 2, "none.json");
   expect_refused("deploy " + model + out + " --calibration '" + glove() + "'", 2, "simulated_glove.csv");
   expect_refused("deploy " + model + out + " --recording '" + glove() + "'", 2, "thumb_alpha");

@@ -26,6 +26,7 @@ void add_apply(CLI::App& app);
 void add_report(CLI::App& app);
 void add_score(CLI::App& app);
 void add_show(CLI::App& app);
+void add_wiring(CLI::App& app);
 
 // The twin as shipped or from a file, with parameters set. Throws io::InputError.
 twin::Parameters twin_parameters(const std::string& file, const std::vector<std::string>& set);

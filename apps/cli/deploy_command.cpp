@@ -1,5 +1,7 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -32,6 +34,10 @@ struct Options {
   std::string recording;
   std::string twin;
   std::vector<std::string> set;
+  std::string pins = "flexor";
+  bool allow_missing = false;
+  std::string encoding = "alpha";
+  std::string hand = "right";
   bool assembly = true;
   bool json = false;
 };
@@ -90,16 +96,59 @@ PairKey choose_key(const Options& o) {
   return {deploy::new_key(), "new", false};
 }
 
+// How counts become what the model reads, for the report.
+std::string calibration_words(const Options& o, const model::Model& model,
+                              const deploy::CalibrationDocument& own, double divider_kohm) {
+  const bool alpha = std::ranges::any_of(model.inputs, deploy::reads_alpha);
+  const std::string otherwise =
+      alpha ? fmt::format("the configuration's divider of {:g} kOhm and strips", divider_kohm)
+            : "counts as they are";
+  if (o.calibration.empty()) return fmt::format("{}; --calibration FILE takes this glove's own", otherwise);
+  std::vector<std::string> fingers;
+  for (std::size_t f = 0; f < model::kFingers; ++f) {
+    if (own.sensor[f]) fingers.push_back(model::finger_names()[f]);
+  }
+  const std::string file = std::filesystem::path(o.calibration).filename().string();
+  if (fingers.size() == model::kFingers) return fmt::format("{}, of every finger", file);
+  return fmt::format("{} of {}; the others: {}", file, fmt::join(fingers, ", "), otherwise);
+}
+
+void require_fingers(const Options& o, const deploy::Glove& glove) {
+  const std::vector<std::string> missing = deploy::missing_fingers(glove.model);
+  if (glove.output == deploy::Output::radio || o.allow_missing || missing.empty()) return;
+  throw io::InputError(
+      fmt::format("{}: has no joint for {}, which VR would show straight: identify all five fingers, or add "
+                  "--allow-missing",
+                  o.model, fmt::join(missing, ", ")));
+}
+
+void require_of_vr(const Options& o, const deploy::Pins& pins) {
+  if (o.output != "radio") return;
+  const bool has_button = std::ranges::any_of(pins.button, [](const auto& pin) { return pin.has_value(); });
+  if (pins.joystick || has_button)
+    throw io::InputError(
+        "--pins: joystick and buttons go to VR drivers: add --output opengloves, or leave them out");
+  if (o.encoding != "alpha")
+    throw io::InputError("--encoding: is of text for VR drivers: add --output opengloves");
+}
+
 // What the options ask for. Refuses, before anything is written, what the boards or the radio cannot do.
 study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy::Key& key) {
   model::Model model = model::load(o.model);
   if (o.rate_hz > 0) model.sample_period_s = 1 / o.rate_hz;
   study::Deployment d;
-  d.glove = study::glove_for(
-      p, model,
-      o.calibration.empty() ? deploy::CalibrationDocument() : deploy::load_calibration(o.calibration));
+  const deploy::CalibrationDocument own =
+      o.calibration.empty() ? deploy::CalibrationDocument() : deploy::load_calibration(o.calibration);
+  d.glove = study::glove_for(p, model, own);
+  d.calibration = calibration_words(o, model, own, p.divider_kohm);
+  d.divider_kohm = p.divider_kohm;
+  d.glove.pins = deploy::pins_from_text(o.pins);
+  require_of_vr(o, d.glove.pins);
+  d.glove.encoding = o.encoding == "beta" ? deploy::Encoding::beta : deploy::Encoding::alpha;
+  d.glove.right_hand = o.hand == "right";
   d.glove.key = key;
   d.glove.output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
+  require_fingers(o, d.glove);
   if (o.baud != 0) d.glove.baud = o.baud;
   if (o.frame_rate_hz) {
     if (!(*o.frame_rate_hz > 0) || !std::isfinite(*o.frame_rate_hz))
@@ -159,6 +208,7 @@ nlohmann::ordered_json build(const Options& o, const study::Boards& boards, cons
   d.glove_image = deploy::build_glove(d.glove, folder);
   if (d.glove.output == deploy::Output::radio) d.hand_image = deploy::build_hand(hand, folder);
   deploy::write_arduino(d.glove, hand, folder / "arduino");
+  deploy::write_logger(d.glove.pins, folder / "arduino");
   measure(d, boards, counts);
   study::save_results(d, folder);
   report::render(folder);
@@ -172,8 +222,12 @@ nlohmann::ordered_json build(const Options& o, const study::Boards& boards, cons
 void say(const Options& o, const study::Deployment& d, const PairKey& pair) {
   const bool radio = d.glove.output == deploy::Output::radio;
   print(study::deployment_table(d));
-  print(fmt::format("\nimages    {0}/glove.hex{1}\nArduino   {0}/arduino\nreport    {0}/report.html\n", o.out,
-                    radio ? fmt::format(", {}/hand.hex", o.out) : ""));
+  print(
+      fmt::format("\nimages    {0}/glove.hex{1}\nwiring    {0}/wiring.md, {0}/wiring_glove.svg{2}\nArduino   "
+                  "{0}/arduino\n"
+                  "report    {0}/report.html\n",
+                  o.out, radio ? fmt::format(", {}/hand.hex", o.out) : "",
+                  radio ? fmt::format(", {}/wiring_hand.svg", o.out) : ""));
   if (pair.origin == nullptr) return;
   const std::string is = pair.origin == std::string("reused")
                              ? "the one that was there, used again; --new-key makes another"
@@ -219,6 +273,22 @@ void add_deploy(CLI::App& app) {
   command
       ->add_option("--output", o->output, "of the glove: radio, or opengloves, text for VR drivers over USB")
       ->check(CLI::IsMember({"radio", "opengloves"}))
+      ->capture_default_str();
+  command
+      ->add_option("--pins", o->pins,
+                   "flexor (thumb A0 to pinky A4), lucidgloves (pinky A0 to thumb A4), or changes to one: "
+                   "lucidgloves,thumb=A5,joystick=A6+A7,joystick_button=D7,a=D8,b=D9,menu=D10,calibrate=D12")
+      ->capture_default_str();
+  command->add_flag("--allow-missing", o->allow_missing,
+                    "text for VR drivers although the model lacks fingers: they are sent as straight");
+  command
+      ->add_option("--encoding", o->encoding,
+                   "of text for VR drivers: alpha, a number for each finger, or beta, the model's other "
+                   "joints as well")
+      ->check(CLI::IsMember({"alpha", "beta"}))
+      ->capture_default_str();
+  command->add_option("--hand", o->hand, "which hand the glove tells a VR driver that asks: left or right")
+      ->check(CLI::IsMember({"left", "right"}))
       ->capture_default_str();
   command->add_option("--baud", o->baud,
                       "of the radio (default: radio.baud of the configuration, 9600 as shipped)");

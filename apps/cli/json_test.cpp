@@ -117,6 +117,7 @@ TEST_F(Json, OfTheCommandsForTheTwin) {
 TEST_F(Json, OfTheCommandsForTheBoards) {
   EXPECT_TRUE(run("deploy " + kModel + " --out " + path("d")).contains("targets"));
   EXPECT_TRUE(run("deploy " + kModel + " --output opengloves --out " + path("vr")).contains("targets"));
+  EXPECT_TRUE(run("wiring --out " + path("w")).contains("boards"));
   EXPECT_TRUE(run("latency --edges 2").contains("stages"));
   EXPECT_TRUE(run("experiment --engine avr --gestures 4 --trials 1 --compensators raw").contains("cells"));
 }

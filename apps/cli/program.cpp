@@ -113,6 +113,7 @@ int run(int argc, char** argv) {
   add_experiment(app);
   add_calibrate_twin(app);
   add_twin(app);
+  add_wiring(app);
   add_deploy(app);
   add_latency(app);
   add_protocol(app);

@@ -1,22 +1,23 @@
 // The glove's board: timer 1 sets the sample rate, the ADC reads five strips, the UART speaks to the radio or
-// to a PC. Pins: ADC PC0..PC4 thumb to pinky, UART PD0, PD1. Interrupts move samples and bytes; everything else
-// happens in main, which sleeps.
+// to a PC. Pins: UART PD0, PD1; the others are in the configuration. Interrupts move samples and bytes;
+// everything else happens in main, which sleeps.
 #include "firmware/board.hpp"
 #include "glove_config.hpp"
 #include "runtime/link/glove_end.hpp"
-#include "runtime/link/opengloves.hpp"
 
 using namespace flexor;
 using namespace flexor::firmware;
 
 namespace {
 
-volatile uint16_t counts[kFingers];
+constexpr uint8_t kScanned = sizeof(config::kScan);
+
+Scan<config::kScan, kScanned> counts;
 volatile bool sampled = false;
-Transmitter transmitter;
+Transmitter<config::kRingBytes> transmitter;
 
 void start_sampling() {
-  start_adc();
+  start_adc(config::kAnalogPins);
   TCCR1B = _BV(WGM12) | _BV(CS11) | _BV(CS10);
   OCR1A = static_cast<uint16_t>(F_CPU / 64 / config::kRate_hz - 1);
   TIMSK1 = _BV(OCIE1A);
@@ -28,22 +29,39 @@ link::Frame frame;
 
 #ifdef FLEXOR_OUTPUT_OPENGLOVES
 
+volatile bool asked = false;  // which glove this is
+
 class Output {
  public:
-  static constexpr uint8_t kUart = _BV(TXEN0);
-  void start(uint8_t) {}
+  static constexpr uint8_t kUart = _BV(TXEN0) | _BV(RXEN0) | _BV(RXCIE0);
+  void start(uint8_t) { config::start_buttons(); }
   bool busy() const { return false; }
   void work() {}
   void send_frame() {
-    uint16_t flexion[kFingers];
-    for (uint8_t i = 0; i < kFingers; ++i) {
-      flexion[i] = link::flexion_of(frame.angle[i], config::kStraight[i], config::kFlexionScale[i]);
-    }
-    char text[link::kMaxGloveText];
-    const uint8_t size = link::encode_gloves(flexion, text);
+    char text[Text::kRoom];
+    const uint8_t size = asked ? information(text) : line(text);
     mark(Marker::frame_sealed);
     transmitter.send(reinterpret_cast<const uint8_t*>(text), size);
   }
+
+ private:
+  using Text = GloveText<config::kJoints>;
+
+  uint8_t line(char* text) {
+    uint16_t joystick[2] = {link::kGloveMiddle, link::kGloveMiddle};
+    if (config::kJoystick) {
+      for (uint8_t i = 0; i < 2; ++i) joystick[i] = counts[static_cast<uint8_t>(kScanned - 2 + i)];
+    }
+    return text_.step(frame, compensator.angle + kFingers, joystick, config::pressed(), text);
+  }
+
+  static uint8_t information(char* text) {
+    asked = false;
+    constexpr uint16_t kLines = 1;  // version of the lines
+    return link::encode_glove_information(kLines, config::kRightHand, text);
+  }
+
+  Text text_{config::kFlexion, config::kJoint, config::kJoints, config::kThere};
 };
 
 #else
@@ -141,10 +159,17 @@ Output output;
 
 }  // namespace
 
-ISR(TIMER1_COMPA_vect) { begin_scan(); }
+#ifdef FLEXOR_OUTPUT_OPENGLOVES
+// The driver writes forces and line feeds, and a Z when it asks.
+ISR(USART_RX_vect) {
+  if (UDR0 == 'Z') asked = true;
+}
+#endif
+
+ISR(TIMER1_COMPA_vect) { counts.begin(); }
 
 ISR(ADC_vect) {
-  if (continue_scan(counts)) sampled = true;
+  if (counts.go_on()) sampled = true;
 }
 
 ISR(USART_UDRE_vect) { transmitter.on_ready(); }

@@ -30,7 +30,7 @@ namespace {
 volatile uint16_t counts[link::kFingers];
 volatile bool ticked = false;
 Ring<32> received;
-Transmitter transmitter;
+Transmitter<64> transmitter;
 
 hand::LinkWatch watch;
 Eeprom eeprom;

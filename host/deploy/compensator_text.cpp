@@ -18,8 +18,12 @@ constexpr bool has_state = requires {
 
 class Writer {
  public:
-  explicit Writer(const model::Model& model)
-      : model_(model), fixed_(model), wiring_(model::wiring_of(model)), inputs_(model.inputs.size()) {
+  Writer(const model::Model& model, const std::vector<std::size_t>& more)
+      : model_(model),
+        fixed_(model),
+        wiring_(model::wiring_of(model)),
+        more_(more),
+        inputs_(model.inputs.size()) {
     mark_needed();
     for (std::size_t b = 0; b < model_.blocks.size(); ++b) {
       if (needed_[inputs_ + b]) add_block(b);
@@ -33,13 +37,15 @@ class Writer {
     for (std::size_t f = 0; f < model::kFingers; ++f) {
       if (wiring_.joint[f]) rests_ += fmt::format("    angle[{}] = {};\n", f, fixed_.rest[*wiring_.joint[f]]);
     }
+    for (std::size_t k = 0; k < more_.size(); ++k)
+      rests_ += fmt::format("    angle[{}] = {};\n", model::kFingers + k, fixed_.rest[more_[k]]);
   }
 
   CompensatorText text() const {
     return {coefficients_,
             "class GloveCompensator {\n public:\n  int16_t alpha[firmware::kFingers] = {};\n"
-            "  int16_t angle[firmware::kFingers] = {};\n\n  GloveCompensator() {\n" +
-                rests_ +
+            "  int16_t angle[" +
+                angles() + "] = {};\n\n  GloveCompensator() {\n" + rests_ +
                 "  }\n\n  uint8_t step() {\n    firmware::mark(firmware::Marker::step_begin);\n"
                 "    const uint8_t good = run();\n    firmware::mark(firmware::Marker::step_end);\n"
                 "    return good;\n  }\n\n private:\n  __attribute__((noinline)) uint8_t run() {\n"
@@ -48,12 +54,17 @@ class Writer {
   }
 
  private:
+  std::string angles() const {
+    return more_.empty() ? "firmware::kFingers" : fmt::format("firmware::kFingers + {}", more_.size());
+  }
+
   // What only joints without a motor ask for stays on the PC.
   void mark_needed() {
     needed_.resize(fixed_.signals.size(), false);
     for (const auto& joint : wiring_.joint) {
       if (joint) needed_[fixed_.graph.joint[*joint]] = true;
     }
+    for (const std::size_t joint : more_) needed_[fixed_.graph.joint[joint]] = true;
     for (std::size_t b = model_.blocks.size(); b-- > 0;) {
       if (!needed_[inputs_ + b]) continue;
       for (const std::size_t from : fixed_.graph.from[b]) needed_[from] = true;
@@ -126,6 +137,11 @@ class Writer {
       lines_ += fmt::format("      angle[{}] = core::to_output(s{}, {});\n      good |= {};\n", f, signal,
                             fixed_.signals[signal].fraction - core::kOutputFraction, 1 << f);
     }
+    for (std::size_t k = 0; k < more_.size(); ++k) {
+      if (fixed_.graph.joint[more_[k]] != signal) continue;
+      lines_ += fmt::format("      angle[{}] = core::to_output(s{}, {});\n", model::kFingers + k, signal,
+                            fixed_.signals[signal].fraction - core::kOutputFraction);
+    }
   }
 
   // Curves of one signal on the same knots share the search for the segment, and all curves equal knots.
@@ -189,6 +205,7 @@ class Writer {
   const model::Model& model_;
   model::FixedModel fixed_;
   model::Wiring wiring_;
+  const std::vector<std::size_t>& more_;
   std::size_t inputs_;
   std::vector<bool> needed_;
   std::vector<std::size_t> open_;   // inputs of the open section
@@ -208,6 +225,8 @@ class Writer {
 
 }  // namespace
 
-CompensatorText compensator_text(const model::Model& model) { return Writer(model).text(); }
+CompensatorText compensator_text(const model::Model& model, const std::vector<std::size_t>& more) {
+  return Writer(model, more).text();
+}
 
 }  // namespace flexor::deploy

@@ -13,8 +13,8 @@ struct CompensatorText {
   std::string compensator;   // class GloveCompensator
 };
 
-// Throws io::InputError when the model does not fit fixed point. Numbers only: no text of the model's reaches the
-// compiler.
-CompensatorText compensator_text(const model::Model& model);
+// `more`: joints of the model whose angles follow the fingers'. Throws io::InputError when the model does not
+// fit fixed point. Numbers only: no text of the model's reaches the compiler.
+CompensatorText compensator_text(const model::Model& model, const std::vector<std::size_t>& more = {});
 
 }  // namespace flexor::deploy

@@ -88,9 +88,87 @@ int sample_rate_hz(const model::Model& model) {
       fmt::format("a sample rate of {:g} Hz: the firmware has builds for 10, 20, 50 and 100 Hz", rate));
 }
 
+namespace {
+
+// The longest line goes out within a sample period.
+void require_room_for_lines(const Glove& glove) {
+  const double line_s = line_bytes(glove) * 10 / kUsbBaud;
+  if (line_s <= glove.model.sample_period_s) return;
+  throw InputError(fmt::format(
+      "a line of up to {} bytes takes {:.1f} ms at {:g} baud, which VR drivers fix, and the glove samples "
+      "every {:g} ms: lower --rate, or --encoding alpha sends the fingers alone",
+      line_bytes(glove), 1000 * line_s, kUsbBaud, 1000 * glove.model.sample_period_s));
+}
+
+firmware::FlexionSettings flexion_of(const model::Saturation& limits) {
+  const std::int16_t straight = q4(std::max(limits.lower_deg, 0.0));
+  const double range = std::max(1.0, 16 * limits.upper_deg - straight);
+  return {straight, static_cast<std::uint32_t>(std::ceil(link::kGloveTop * 65536 / range))};
+}
+
+// Bones of the driver's hand, from the wrist; a joint turns the one behind it.
+std::optional<std::uint8_t> place_of(const std::string& finger, const std::string& joint) {
+  const std::array<const char*, 3> thumb = {"_cmc", "_mcp", "_ip"};
+  const std::array<const char*, 3> other = {"_mcp", "_pip", "_dip"};
+  const bool is_thumb = finger == "thumb";
+  for (std::uint8_t k = 0; k < 3; ++k) {
+    if (joint == finger + (is_thumb ? thumb : other)[k]) return is_thumb ? k : k + 1;
+  }
+  return std::nullopt;
+}
+
+std::uint8_t strips_of(const model::Model& model, const model::Wiring& wiring, std::size_t joint) {
+  const model::Graph graph(model);
+  unsigned out = 0;
+  for (const std::size_t input : graph.inputs[graph.joint[joint]]) out |= 1U << wiring.strip[input];
+  return static_cast<std::uint8_t>(out);
+}
+
+}  // namespace
+
+std::uint8_t fingers_there(const model::Model& model) {
+  const model::Wiring wiring = model::wiring_of(model);
+  unsigned out = 0;
+  for (std::size_t f = 0; f < kFingers; ++f) out |= (wiring.joint[f] ? 1U : 0U) << f;
+  return static_cast<std::uint8_t>(out);
+}
+
+std::vector<std::string> missing_fingers(const model::Model& model) {
+  const unsigned there = fingers_there(model);
+  std::vector<std::string> out;
+  for (std::size_t f = 0; f < kFingers; ++f) {
+    if ((there >> f & 1U) == 0) out.push_back(model::finger_names()[f]);
+  }
+  return out;
+}
+
+std::vector<VrJoint> vr_joints(const Glove& glove) {
+  std::vector<VrJoint> out;
+  if (glove.output != Output::opengloves || glove.encoding == Encoding::alpha) return out;
+  const model::Wiring wiring = model::wiring_of(glove.model);
+  for (std::size_t f = 0; f < kFingers; ++f) {
+    for (std::size_t j = 0; j < glove.model.joints.size(); ++j) {
+      const model::Joint& joint = glove.model.joints[j];
+      const auto place = place_of(model::finger_names()[f], joint.name);
+      if (!place || wiring.joint[f] == j) continue;
+      out.push_back({j,
+                     {static_cast<std::uint8_t>(f), *place, strips_of(glove.model, wiring, j),
+                      flexion_of(model::limits(glove.model, joint))}});
+    }
+  }
+  return out;
+}
+
+int line_bytes(const Glove& glove) {
+  return link::kMaxGloveText + static_cast<int>(vr_joints(glove).size()) * link::kMaxJointText;
+}
+
 int samples_per_frame(const Glove& glove) {
   const int rate = sample_rate_hz(glove.model);
-  if (glove.output == Output::opengloves) return 1;
+  if (glove.output == Output::opengloves) {
+    require_room_for_lines(glove);
+    return 1;
+  }
   const int bytes = frame_bytes(glove.key);
   const double carried_hz = glove.baud / 10 / bytes;
   if (glove.frame_rate_hz == 0) {
@@ -197,9 +275,7 @@ GloveTables glove_tables(const Glove& glove) {
     const model::Joint& joint = glove.model.joints[*wiring.joint[i]];
     const model::Saturation& saturation = model::limits(glove.model, joint);
     guard.rest = q4(std::clamp(joint.rest_deg, saturation.lower_deg, saturation.upper_deg));
-    out.straight[i] = q4(std::max(saturation.lower_deg, 0.0));
-    const double range = std::max(1.0, 16 * saturation.upper_deg - out.straight[i]);
-    out.flexion_scale[i] = static_cast<std::uint32_t>(std::ceil(link::kGloveTop * 65536 / range));
+    out.flexion[i] = flexion_of(saturation);
   }
   return out;
 }
@@ -235,6 +311,55 @@ hand::FingerSettings finger_settings(const Hand& hand, int finger) {
 
 namespace {
 
+// Pull-ups and which buttons are closed.
+std::string button_text(const Pins& pins) {
+  std::string start;
+  std::string pressed;
+  for (std::size_t i = 0; i < kButtons; ++i) {
+    if (!pins.button[i]) continue;
+    const PortBit pin = port_bit(*pins.button[i]);
+    start += fmt::format("  PORT{} |= {};\n", pin.port, 1 << pin.bit);
+    pressed += fmt::format("  if ((PIN{} & {}) == 0) out |= {};\n", pin.port, 1 << pin.bit, buttons()[i].bit);
+  }
+  return "inline void start_buttons() {\n" + start + "}\ninline uint8_t pressed() {\n  uint8_t out = 0;\n" +
+         pressed + "  return out;\n}\n";
+}
+
+std::string vr_tables(const Glove& glove, const GloveTables& tables) {
+  std::string out = "constexpr firmware::FlexionSettings kFlexion[] = {";
+  for (const firmware::FlexionSettings& f : tables.flexion)
+    out += fmt::format("{{{}, {}}}, ", f.straight, f.scale);
+  const std::vector<VrJoint> joints = vr_joints(glove);
+  out += fmt::format("}};\nconstexpr uint8_t kJoints = {};\nconstexpr firmware::JointSettings kJoint[] = {{",
+                     joints.size());
+  for (const VrJoint& j : joints) {
+    const firmware::JointSettings& s = j.settings;
+    out += fmt::format("{{{}, {}, {}, {{{}, {}}}}}, ", s.finger, s.place, s.strips, s.flexion.straight,
+                       s.flexion.scale);
+  }
+  if (joints.empty()) out += "{}";
+  out += fmt::format(
+      "}};\nconstexpr uint8_t kThere = {};\nconstexpr bool kRightHand = {};\nconstexpr bool kJoystick = "
+      "{};\n",
+      fingers_there(glove.model), glove.right_hand, glove.pins.joystick.has_value());
+  return out + button_text(glove.pins);
+}
+
+// The rings' sizes are powers of two, and one place stays empty.
+int ring_bytes(const Glove& glove) {
+  int size = 64;
+  while (glove.output == Output::opengloves && size <= line_bytes(glove)) size *= 2;
+  return size;
+}
+
+std::string scan_text(const Pins& pins) {
+  const std::vector<int> scan = scan_of(pins);
+  unsigned analog = 0;
+  for (const int channel : scan) analog |= channel < 6 ? 1U << channel : 0U;
+  return fmt::format("constexpr uint8_t kScan[] PROGMEM = {};\nconstexpr uint8_t kAnalogPins = {};\n",
+                     numbers(scan.data(), scan.size()), analog);
+}
+
 std::string glove_head(const Glove& glove, const GloveTables& tables) {
   const bool radio = glove.output == Output::radio;
   std::string out = fmt::format(kHead, FLEXOR_VERSION);
@@ -244,25 +369,20 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
   if (!radio) out += "#define FLEXOR_OUTPUT_OPENGLOVES\n";
   out +=
       "#include <avr/pgmspace.h>\n\n#include \"firmware/board.hpp\"\n#include "
-      "\"firmware/glove/signal_chain.hpp\"\n"
+      "\"firmware/glove/glove_text.hpp\"\n#include \"firmware/glove/signal_chain.hpp\"\n"
       "#include \"runtime/compensator/blocks.hpp\"\n\nnamespace flexor {\nnamespace config {\n\n";
   out += fmt::format(
       "constexpr uint16_t kRate_hz = {};\nconstexpr uint8_t kSamplesPerFrame = {};\nconstexpr uint16_t "
       "kUartDivisor = {};\n",
       sample_rate_hz(glove.model), samples_per_frame(glove), uart_divisor(radio ? glove.baud : kUsbBaud));
-  if (radio) {
-    const Turns turns = turns_of(glove);
-    out += fmt::format(
-        "constexpr uint8_t kListenEvery = {};\nconstexpr uint8_t kSeekEvery = {};\nconstexpr uint8_t "
-        "kListenSlots = {};\n",
-        turns.every, turns.seek_every, turns.slots);
-    out += key_text(glove.key);
-  } else {
-    out += fmt::format("constexpr int16_t kStraight[] = {};\nconstexpr uint32_t kFlexionScale[] = {};\n",
-                       numbers(tables.straight.data(), kFingers),
-                       numbers(tables.flexion_scale.data(), kFingers));
-  }
-  return out + "\n";
+  out += fmt::format("constexpr uint16_t kRingBytes = {};\n", ring_bytes(glove)) + scan_text(glove.pins);
+  if (!radio) return out + vr_tables(glove, tables) + "\n";
+  const Turns turns = turns_of(glove);
+  out += fmt::format(
+      "constexpr uint8_t kListenEvery = {};\nconstexpr uint8_t kSeekEvery = {};\nconstexpr uint8_t "
+      "kListenSlots = {};\n",
+      turns.every, turns.seek_every, turns.slots);
+  return out + key_text(glove.key) + "\n";
 }
 
 std::string sensor_tables(const GloveTables& tables) {
@@ -293,7 +413,9 @@ std::string sensor_tables(const GloveTables& tables) {
 }  // namespace
 
 std::string glove_config(const Glove& glove) {
-  const CompensatorText text = compensator_text(glove.model);
+  std::vector<std::size_t> more;
+  for (const VrJoint& joint : vr_joints(glove)) more.push_back(joint.joint);
+  const CompensatorText text = compensator_text(glove.model, more);
   const GloveTables tables = glove_tables(glove);
   return glove_head(glove, tables) + sensor_tables(tables) + text.coefficients +
          "\n}  // namespace config\n\n" + text.compensator + "\n}  // namespace flexor\n";

@@ -8,6 +8,8 @@
 #include <variant>
 #include <vector>
 
+#include "firmware/glove/glove_text.hpp"
+#include "host/deploy/pins.hpp"
 #include "host/model/model.hpp"
 #include "host/model/wiring.hpp"
 #include "runtime/hand/finger.hpp"
@@ -25,6 +27,9 @@ inline constexpr double kUsbBaud = 115200;
 using Key = std::optional<link::Key>;  // none: plain frames
 
 enum class Output { radio, opengloves };
+// Of the text for VR drivers: a number for each finger; or the model's other joints as well, which a driver
+// from 0.5 on reads.
+enum class Encoding { alpha, beta };
 
 struct CountsAsTheyAre {};
 struct Divider {
@@ -61,7 +66,10 @@ struct Glove {
   double baud = 9600;        // of the radio; USB always has kUsbBaud
   double frame_rate_hz = 0;  // 0: as many as the radio carries, at most one for each sample
   Key key;
-  bool assembly = true;  // products as the microcontroller has them; the same bits
+  Pins pins;
+  Encoding encoding = Encoding::alpha;  // with output opengloves
+  bool right_hand = true;               // likewise
+  bool assembly = true;                 // products as the microcontroller has them; the same bits
 };
 
 // Degrees, degrees a second, and duties as shares of the supply.
@@ -91,7 +99,8 @@ int sample_rate_hz(const model::Model& model);
 int samples_per_frame(const Glove& glove);
 
 // The radio carries one direction at a time: after every `every`-th frame, once a second, the glove leaves out
-// `slots` more, so that the hand's longest frame has room; after every `seek_every`-th while it does not hear the hand.
+// `slots` more, so that the hand's longest frame has room; after every `seek_every`-th while it does not hear
+// the hand.
 struct Turns {
   int every;
   int seek_every;
@@ -108,11 +117,24 @@ struct GloveTables {
   std::array<sensor::MonitorSettings, kFingers> monitor{};
   std::array<sensor::GuardSettings, kFingers> guard{};
   std::array<std::uint8_t, kFingers> strips{};  // a bit for each strip that the finger's angle needs
-  // Of link::flexion_of: from the lower to the upper saturation.
-  std::array<std::int16_t, kFingers> straight{};
-  std::array<std::uint32_t, kFingers> flexion_scale{};
+  std::array<firmware::FlexionSettings, kFingers> flexion{};  // from the lower to the upper saturation
 };
 GloveTables glove_tables(const Glove& glove);
+
+// A bit for each finger that a joint of the model moves, thumb first; names of those that none does.
+std::uint8_t fingers_there(const model::Model& model);
+std::vector<std::string> missing_fingers(const model::Model& model);
+
+// The joints that the text for VR drivers names beside the fingers: those of the model that end in _mcp, _pip,
+// _dip, of the thumb in _cmc, _mcp, _ip, and are not their finger's own. None with encoding alpha.
+struct VrJoint {
+  std::size_t joint;  // of the model
+  firmware::JointSettings settings;
+};
+std::vector<VrJoint> vr_joints(const Glove& glove);
+
+// Bytes of the longest line for VR drivers.
+int line_bytes(const Glove& glove);
 
 hand::FingerSettings finger_settings(const Hand& hand, int finger);
 

@@ -85,6 +85,52 @@ TEST_F(Deploy, SendsAsManyFramesAsTheRadioCarries) {
   expect_refused([&] { (void)samples_per_frame(g); }, "raise --baud");
 }
 
+// A model of every joint of five fingers, and the thumb's three.
+Glove every_joint(double rate_hz) {
+  Glove g = glove(rate_hz);
+  const std::vector<model::Channel> channels = model::channels(g.model);
+  std::vector<model::Joint> joints;
+  for (std::size_t f = 0; f < channels.size(); ++f) {
+    for (const char* end : {"_mcp", "_pip", "_dip", "_cmc", "_ip"}) {
+      model::Joint joint = g.model.joints[f];
+      joint.name = channels[f].name + end;
+      joints.push_back(joint);
+    }
+  }
+  g.model.joints = joints;
+  g.output = Output::opengloves;
+  g.encoding = Encoding::beta;
+  return g;
+}
+
+TEST_F(Deploy, BetaNamesEachJointOfTheDriversHand) {
+  Glove g = every_joint(50);
+  std::string keys;
+  for (const VrJoint& j : vr_joints(g)) {
+    keys += g.model.joints[j.joint].name + " " + std::to_string(j.settings.finger) +
+            std::to_string(j.settings.place) + ", ";
+    EXPECT_EQ(j.settings.strips, 1 << j.settings.finger);
+  }
+  EXPECT_EQ(keys,
+            "thumb_cmc 00, thumb_ip 02, index_pip 12, index_dip 13, middle_pip 22, middle_dip 23, ring_pip "
+            "32, ring_dip 33, "
+            "pinky_pip 42, pinky_dip 43, ")
+      << "the mcp joints are the fingers' own";
+  g.encoding = Encoding::alpha;
+  EXPECT_TRUE(vr_joints(g).empty());
+}
+
+TEST_F(Deploy, LinesForVrFitTheirPeriod) {
+  EXPECT_EQ(line_bytes(every_joint(50)), 139);
+  EXPECT_EQ(samples_per_frame(every_joint(50)), 1);
+  expect_refused([] { (void)samples_per_frame(every_joint(100)); },
+                 "a line of up to 139 bytes takes 12.1 ms at 115200 baud");
+  Glove alpha = every_joint(100);
+  alpha.encoding = Encoding::alpha;
+  EXPECT_EQ(samples_per_frame(alpha), 1);
+  EXPECT_GT(build_glove(every_joint(50), folder_).flash_bytes, 3000);
+}
+
 TEST_F(Deploy, MakesTheUsualBaudRates) {
   EXPECT_EQ(uart_divisor(9600), 207);
   EXPECT_EQ(uart_divisor(115200), 16);

@@ -4,16 +4,25 @@
 #include "firmware/glove/signal_chain.hpp"
 #include "host/deploy/config.hpp"
 #include "host/model/compensator.hpp"
+#include "host/model/formats.hpp"
 
 namespace flexor::deploy {
 
 class HostCompensator {
  public:
-  explicit HostCompensator(const model::Model& model)
-      : compensator_(model), wiring_(model::wiring_of(model)), reading_(model.inputs.size()) {}
+  // `more`: joints of the model whose angles follow the fingers'.
+  explicit HostCompensator(const model::Model& model, const std::vector<VrJoint>& more)
+      : angle(kFingers + more.size()),
+        compensator_(model),
+        wiring_(model::wiring_of(model)),
+        more_(more),
+        reading_(model.inputs.size()) {
+    const model::FixedModel fixed(model);
+    for (std::size_t k = 0; k < more.size(); ++k) angle[kFingers + k] = fixed.rest[more[k].joint];
+  }
 
   std::array<std::int16_t, kFingers> alpha{};
-  std::array<std::int16_t, kFingers> angle{};
+  std::vector<std::int16_t> angle;
 
   std::uint8_t step() {
     std::uint8_t good = 0;
@@ -26,12 +35,18 @@ class HostCompensator {
       angle[i] = static_cast<std::int16_t>(std::lround(16 * sample.angle_deg));
       if (sample.status == core::Status::ok) good = static_cast<std::uint8_t>(good | 1U << i);
     }
+    for (std::size_t k = 0; k < more_.size(); ++k) {
+      const auto& sample = samples[more_[k].joint];
+      if (sample.status == core::Status::ok)
+        angle[kFingers + k] = static_cast<std::int16_t>(std::lround(16 * sample.angle_deg));
+    }
     return good;
   }
 
  private:
   model::Compensator<model::FixedArithmetic> compensator_;
   model::Wiring wiring_;
+  std::vector<VrJoint> more_;
   std::vector<double> reading_;
 };
 
@@ -39,7 +54,9 @@ class HostCompensator {
 class HostChain {
  public:
   explicit HostChain(const Glove& glove)
-      : tables_(glove_tables(glove)), compensator_(glove.model), chain_(settings(), compensator_) {}
+      : tables_(glove_tables(glove)),
+        compensator_(glove.model, vr_joints(glove)),
+        chain_(settings(), compensator_) {}
   HostChain(const HostChain&) = delete;
   HostChain& operator=(const HostChain&) = delete;
 
@@ -50,6 +67,9 @@ class HostChain {
     chain_.step(n.data(), frame_);
     return frame_;
   }
+
+  // Of the joints beside the fingers, vr_joints(): Q4 degrees.
+  const std::int16_t* joint_angles() const { return compensator_.angle.data() + kFingers; }
 
  private:
   const firmware::ChannelSettings* settings() {

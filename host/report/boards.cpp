@@ -4,6 +4,7 @@
 #include "host/io/io.hpp"
 #include "host/report/jobs.hpp"
 #include "host/report/page.hpp"
+#include "host/report/wiring.hpp"
 
 namespace flexor::report {
 namespace {
@@ -57,17 +58,41 @@ void latency_bar(Gnuplot& g, const Json& r) {
 
 }  // namespace
 
-void render_deployment(const Saved& saved) {
-  const Json& r = saved.results();
-  Gnuplot g;
-  time_budget(g, r.at("time_budget_ms"));
-  g.run();
-  const bool two = r.at("boards").get<int>() == 2;
-  Page page("Firmware of " + saved.text("model_name"));
-  page.paragraph(fmt::format(
-      "For {} with an ATmega328P at 16 MHz. Every figure was measured on the very images in this folder, run "
-      "instruction by instruction.",
-      two ? "two boards" : "one board"));
+namespace {
+
+TableBlock table_of(const std::string& caption, const Json& rows) {
+  TableBlock table{caption, {"", ""}, {}, {}};
+  for (const Json& row : rows)
+    table.rows.push_back({row.at("name").get<std::string>(), row.at("value").get<std::string>()});
+  return table;
+}
+
+// What the user does with it.
+void add_lead(Page& page, const Json& r) {
+  page.table(table_of("What it does", r.at("lead")));
+  page.heading("What to do next");
+  std::string steps;
+  for (const Json& step : r.at("next")) steps += (steps.empty() ? "" : "\n") + step.get<std::string>();
+  page.code(steps);
+  page.paragraph("Or copy what is in arduino/ to the Arduino IDE's libraries and open the example.");
+  page.heading("Wiring");
+  const Json& wiring = r.at("wiring");
+  for (const Json& board : wiring.at("boards")) {
+    const auto name = board.at("name").get<std::string>();
+    const Figure figure{"wiring_" + name, "Wiring of the " + name,
+                        "Blue wires carry what the board reads or sends."};
+    page.figure(figure, wiring_svg(board, wiring.at("divider_kohm").get<double>()));
+  }
+  TableBlock parts{"Parts", {"what", "count"}, {}, {}};
+  for (const Json& part : wiring.at("parts"))
+    parts.rows.push_back({part.at("what").get<std::string>(), std::to_string(part.at("count").get<int>())});
+  page.table(parts);
+}
+
+// What it costs.
+void add_costs(Page& page, const Json& r) {
+  page.heading("What it costs");
+  page.paragraph(r.at("budget_sentence").get<std::string>());
   const Json& target = r.at("targets").at(0);
   constexpr double kCyclesPerMs = 16000;
   const double cycles = target.at("step_cycles").at("mean").get<double>();
@@ -80,19 +105,29 @@ void render_deployment(const Saved& saved) {
        {fmt::format("{}", r.at("bit_exact").at("mismatches").get<std::size_t>()),
         fmt::format("differences from the host in {} angles",
                     r.at("bit_exact").at("angles").get<std::size_t>())}});
-  TableBlock table{"What was measured", {"measure", "value"}, {}, {}};
-  for (const Json& row : r.at("table"))
-    table.rows.push_back({row.at("name").get<std::string>(), row.at("value").get<std::string>()});
-  page.table(table);
+  page.table(table_of("What was measured", r.at("table")));
+}
+
+}  // namespace
+
+void render_deployment(const Saved& saved) {
+  const Json& r = saved.results();
+  Gnuplot g;
+  time_budget(g, r.at("time_budget_ms"));
+  g.run();
+  save_wiring(r.at("wiring"), saved.folder());
+  Page page("Firmware of " + saved.text("model_name"));
+  page.paragraph(fmt::format(
+      "For {} with an ATmega328P at 16 MHz. Every figure was measured on the very images in this folder, run "
+      "instruction by instruction.",
+      r.at("boards").get<int>() == 2 ? "two boards" : "one board"));
+  add_lead(page, r);
+  add_costs(page, r);
   const Figure figure{
       "time_budget", "Time budget",
       "Light blue: the ADC reads five strips; orange: the board computes and seals a frame; blue: the "
       "frame is on the wire; grey: it sleeps."};
   page.figure(figure, g, saved.folder());
-  page.heading(two ? "Flash them" : "Flash it");
-  page.code(std::string("avrdude -p m328p -c arduino -P /dev/ttyUSB0 -b 115200 -U flash:w:glove.hex") +
-            (two ? "\navrdude -p m328p -c arduino -P /dev/ttyUSB0 -b 115200 -U flash:w:hand.hex" : ""));
-  page.paragraph("Or copy what is in arduino/ to the Arduino IDE's libraries and open the example.");
   page.paragraph(fmt::format("flexor {}.", saved.text("version")));
   io::write_file(saved.folder() / "report.html", page.html());
 }

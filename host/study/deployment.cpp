@@ -9,6 +9,7 @@
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/model/wiring.hpp"
+#include "runtime/link/opengloves.hpp"
 
 namespace flexor::study {
 namespace {
@@ -28,19 +29,29 @@ std::string of_budget(int bytes, int budget, int chip) {
                      bytes > budget ? fmt::format(", over the budget of {}", budget) : "");
 }
 
-std::string moved_by(const model::Model& model) {
+std::string moved_by(const model::Model& model, const char* otherwise) {
   const model::Wiring wiring = model::wiring_of(model);
   std::vector<std::string> out;
   for (std::size_t f = 0; f < model::kFingers; ++f) {
     const std::string& finger = model::finger_names()[f];
     if (!wiring.joint[f]) {
-      out.push_back(finger + " rests");
+      out.push_back(fmt::format("{} {}", finger, otherwise));
       continue;
     }
     const std::string& joint = model.joints[*wiring.joint[f]].name;
     out.push_back(joint == finger ? finger : fmt::format("{} by {}", finger, joint));
   }
   return fmt::format("{}", fmt::join(out, ", "));
+}
+
+std::vector<std::string> covered_fingers(const model::Model& model) {
+  const std::vector<std::string> missing = deploy::missing_fingers(model);
+  std::vector<std::string> out;
+  for (std::size_t f = 0; f < model::kFingers; ++f) {
+    const std::string& finger = model::finger_names()[f];
+    if (std::ranges::find(missing, finger) == missing.end()) out.push_back(finger);
+  }
+  return out;
 }
 
 std::string strips_of(const model::Model& model) {
@@ -53,15 +64,91 @@ std::string strips_of(const model::Model& model) {
   return fmt::format("{}", fmt::join(out, ", "));
 }
 
-// Name and value of each line of the table.
-std::vector<std::pair<std::string, std::string>> lines(const Deployment& d) {
+using Lines = std::vector<std::pair<std::string, std::string>>;  // name and value
+
+std::string pins_of(const deploy::Glove& glove) {
+  const deploy::WiringPlan plan = deploy::wiring_plan(glove.pins, glove.output, 0);
+  std::vector<std::string> out;
+  for (const deploy::Connection& c : plan.boards.front().connections) {
+    if (c.kind != "radio" && c.kind != "usb") out.push_back(fmt::format("{} {}", c.name, c.pin));
+  }
+  return fmt::format("{}", fmt::join(out, ", "));
+}
+
+std::vector<std::string> sent_joints(const deploy::Glove& glove) {
+  std::vector<std::string> out;
+  for (const deploy::VrJoint& joint : deploy::vr_joints(glove))
+    out.push_back(glove.model.joints[joint.joint].name);
+  return out;
+}
+
+std::vector<std::string> joints_left_out(const deploy::Glove& glove) {
+  std::vector<std::string> out = model::left_out(glove.model);
+  const std::vector<std::string> sent = sent_joints(glove);
+  std::erase_if(out, [&](const std::string& joint) { return std::ranges::find(sent, joint) != sent.end(); });
+  return out;
+}
+
+// What a user wants to know first.
+Lines lead(const Deployment& d) {
+  Lines out = {
+      {"fingers", moved_by(d.glove.model, has_hand(d) ? "rests" : "is missing, and sent as straight")}};
+  if (const auto sent = sent_joints(d.glove); !sent.empty())
+    out.emplace_back("joints beside them", fmt::format("{}", fmt::join(sent, ", ")));
+  if (const auto left = joints_left_out(d.glove); !left.empty())
+    out.emplace_back(has_hand(d) ? "joints without a motor, left out" : "joints left out",
+                     fmt::format("{}", fmt::join(left, ", ")));
+  out.emplace_back("strips", strips_of(d.glove.model));
+  out.emplace_back("pins", pins_of(d.glove));
+  out.emplace_back("calibration", d.calibration);
+  return out;
+}
+
+std::string flash_command(const char* image) {
+  return fmt::format("avrdude -p m328p -c arduino -P /dev/ttyUSB0 -b 115200 -U flash:w:{}", image);
+}
+
+std::vector<std::string> next_for_vr(const Deployment& d) {
+  return {"Wire the glove: wiring_glove.svg; parts and pins are in wiring.md.",
+          "Flash it: " + flash_command("glove.hex") + " (57600 for an old bootloader).",
+          fmt::format("Look: a serial monitor at {:g} baud shows {} lines a second; the number behind a "
+                      "finger's letter, A thumb to "
+                      "E pinky, goes from 0 to {} as it bends.",
+                      deploy::kUsbBaud, deploy::sample_rate_hz(d.glove.model), link::kGloveTop),
+          fmt::format("In the driver: USB serial, this port for the {} hand, and {} for max_analog_value.",
+                      d.glove.right_hand ? "right" : "left", link::kGloveTop)};
+}
+
+std::vector<std::string> next_for_hand() {
+  return {"Wire both boards: wiring_glove.svg and wiring_hand.svg; parts and pins are in wiring.md.",
+          "Flash the glove: " + flash_command("glove.hex") + " (57600 for an old bootloader).",
+          "Flash the hand, with its motors' supply off: " + flash_command("hand.hex") + ".",
+          "Look: with both boards on, bend one finger after the other: the hand's follow."};
+}
+
+std::vector<std::string> next_of(const Deployment& d) {
+  return has_hand(d) ? next_for_hand() : next_for_vr(d);
+}
+
+double time_share(const TimeBudget& t) { return (t.adc_ms + t.compute_ms) / t.period_ms; }
+
+double flash_share(const Deployment& d) {
+  return static_cast<double>(std::max(d.glove_image.flash_bytes, d.hand_image.flash_bytes)) / deploy::kFlash;
+}
+
+std::string budget_sentence(const Deployment& d) {
+  return fmt::format(
+      "A sample is read and computed in {:.1f} % of its time, and the fuller image takes {:.0f} % of a "
+      "chip's flash: cycles and "
+      "bytes below are for those who add to the firmware.",
+      100 * time_share(time_budget(d)), 100 * flash_share(d));
+}
+
+// What it costs.
+Lines lines(const Deployment& d) {
   const TimeBudget t = time_budget(d);
-  std::vector<std::pair<std::string, std::string>> out;
+  Lines out;
   const auto add = [&](const std::string& name, const std::string& value) { out.emplace_back(name, value); };
-  add("fingers", moved_by(d.glove.model));
-  if (const auto left = model::left_out(d.glove.model); !left.empty())
-    add("joints without a motor, left out", fmt::format("{}", fmt::join(left, ", ")));
-  add("strips", strips_of(d.glove.model));
   add("compensator, cycles per step of five", cycles(d.glove_figures.step));
   add("all of a sample, frame sealed, cycles", cycles(d.glove_figures.sample));
   add("worst error against double, whole range", fmt::format("{:.4f} deg", d.error.range_deg));
@@ -154,12 +241,12 @@ void save_results(const LatencyBudget& b, const std::string& title, const std::f
 
 TimeBudget time_budget(const Deployment& d) {
   constexpr double kConversion_ms = 13 * 128 / kCyclesPerMs;  // of the ADC at 125 kHz
-  const int bytes =
-      d.glove.output == deploy::Output::opengloves ? 34 : link::frame_bytes(d.glove.key.has_value());
+  const int bytes = d.glove.output == deploy::Output::opengloves ? deploy::line_bytes(d.glove)
+                                                                 : link::frame_bytes(d.glove.key.has_value());
   const double baud = d.glove.output == deploy::Output::opengloves ? deploy::kUsbBaud : d.glove.baud;
   TimeBudget t;
   t.period_ms = 1000 * d.glove.model.sample_period_s;
-  t.adc_ms = kFingers * kConversion_ms;
+  t.adc_ms = static_cast<double>(deploy::scan_of(d.glove.pins).size()) * kConversion_ms;
   t.compute_ms = static_cast<double>(d.glove_figures.sample.worst) / kCyclesPerMs;
   t.uart_ms = bytes * 10 / baud * 1000;
   t.frame_period_ms = t.period_ms * deploy::samples_per_frame(d.glove);
@@ -168,6 +255,10 @@ TimeBudget time_budget(const Deployment& d) {
 
 std::string deployment_table(const Deployment& d) {
   std::string out;
+  for (const auto& [name, value] : lead(d)) out += fmt::format("{:<33} {}\n", name, value);
+  out += "\nnext\n";
+  for (std::size_t i = 0; i < next_of(d).size(); ++i) out += fmt::format("  {}. {}\n", i + 1, next_of(d)[i]);
+  out += "\n" + budget_sentence(d) + "\n";
   for (const auto& [name, value] : lines(d)) out += fmt::format("{:<40}  {}\n", name, value);
   return out;
 }
@@ -195,7 +286,13 @@ Json to_json(const Deployment& d) {
                  {"compute_worst", t.compute_ms},
                  {"frame_period", t.frame_period_ms},
                  {"frame_on_wire", t.uart_ms}}}};
-  json["joints_left_out"] = model::left_out(d.glove.model);
+  json["joints_left_out"] = joints_left_out(d.glove);
+  json["fingers"] = {{"covered", covered_fingers(d.glove.model)},
+                     {"missing", deploy::missing_fingers(d.glove.model)}};
+  json["wiring"] = to_json(deploy::wiring_plan(d.glove.pins, d.glove.output, d.divider_kohm));
+  json["calibration"] = d.calibration;
+  json["next"] = next_of(d);
+  json["budget"] = {{"time_share", time_share(t)}, {"flash_share", flash_share(d)}};
   json["hand"] = nullptr;
   if (has_hand(d)) {
     json["hand"] = {{"flash_bytes", d.hand_image.flash_bytes},
@@ -207,13 +304,15 @@ Json to_json(const Deployment& d) {
 }
 
 void save_results(const Deployment& d, const std::filesystem::path& folder) {
-  Json table = Json::array();
-  for (const auto& [name, value] : lines(d)) table.push_back({{"name", name}, {"value", value}});
-  Json json = {{"kind", "deployment"},
-               {"model_name", d.glove.model.name},
-               {"boards", has_hand(d) ? 2 : 1},
-               {"table", std::move(table)},
-               {"version", FLEXOR_VERSION}};
+  const auto rows = [](const Lines& all) {
+    Json out = Json::array();
+    for (const auto& [name, value] : all) out.push_back({{"name", name}, {"value", value}});
+    return out;
+  };
+  Json json = {
+      {"kind", "deployment"},     {"model_name", d.glove.model.name},      {"boards", has_hand(d) ? 2 : 1},
+      {"lead", rows(lead(d))},    {"budget_sentence", budget_sentence(d)}, {"table", rows(lines(d))},
+      {"version", FLEXOR_VERSION}};
   json.update(to_json(d));
   io::write_file(folder / "results.json", io::dump(json));
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "host/deploy/deploy.hpp"
+#include "host/deploy/wiring.hpp"
 #include "host/study/boards.hpp"
 
 namespace flexor::study {
@@ -31,7 +32,9 @@ struct Deployment {
   GloveFigures glove_figures;
   HandFigures hand_figures;
   deploy::Error error;
-  std::string recording;  // what the error was measured over, beside the whole range
+  std::string recording;    // what the error was measured over, beside the whole range
+  std::string calibration;  // how counts become what the model reads, in words
+  double divider_kohm = 0;  // between each strip and 5 V
 };
 
 // The sample period's parts, ms.
@@ -44,6 +47,7 @@ struct TimeBudget {
 };
 TimeBudget time_budget(const Deployment& deployment);
 
+// What it means to the user, then what to do next, then what it costs and what of the boards that is.
 std::string deployment_table(const Deployment& deployment);
 nlohmann::ordered_json to_json(const Deployment& deployment);
 // results.json. Throws io::InputError.

@@ -47,6 +47,9 @@ Json exact_json(const deploy::Glove& g) {
           {"baud", g.baud},
           {"frame_rate_hz", g.frame_rate_hz},
           {"key", g.key ? Json(deploy::to_hex(*g.key)) : Json(nullptr)},
+          {"pins", deploy::to_text(g.pins)},
+          {"beta", g.encoding == deploy::Encoding::beta},
+          {"right_hand", g.right_hand},
           {"assembly", g.assembly}};
 }
 
@@ -58,6 +61,9 @@ deploy::Glove glove_of(const Json& json) {
   g.baud = json.at("baud").get<double>();
   g.frame_rate_hz = json.at("frame_rate_hz").get<double>();
   if (!json.at("key").is_null()) g.key = deploy::key_from_hex(json.at("key").get<std::string>());
+  g.pins = deploy::pins_from_text(json.at("pins").get<std::string>());
+  g.encoding = json.at("beta").get<bool>() ? deploy::Encoding::beta : deploy::Encoding::alpha;
+  g.right_hand = json.at("right_hand").get<bool>();
   g.assembly = json.at("assembly").get<bool>();
   return g;
 }

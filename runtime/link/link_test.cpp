@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "runtime/link/counter_store.hpp"
+#include "runtime/link/gestures.hpp"
 #include "runtime/link/glove_end.hpp"
 #include "runtime/link/hand_end.hpp"
 #include "runtime/link/latency.hpp"
@@ -607,32 +608,111 @@ TEST(CounterStore, ErasedAndZeroedMemoryHoldNothing) {
   EXPECT_EQ(CounterStore<FakeEeprom>().load(eeprom), 0U);
 }
 
-std::string text_of(std::array<uint16_t, kGloveFingers> flexion) {
-  char text[kMaxGloveText];
-  return {text, encode_gloves(flexion.data(), text)};
+GloveLine parsed(const std::string& text, GloveParse expected) {
+  GloveLine line{};
+  EXPECT_EQ(parse_gloves(text.data(), static_cast<uint16_t>(text.size()), line), expected) << text;
+  return line;
+}
+
+std::string text_of(const GloveValues& values, const std::vector<GloveJoint>& joints = {}) {
+  char text[kMaxGloveText + 20 * kMaxJointText];
+  return {text, encode_gloves(values, joints.data(), static_cast<uint8_t>(joints.size()), text)};
 }
 
 TEST(OpenGloves, WritesWhatTheDriverReads) {
-  EXPECT_EQ(text_of({0, 1, 42, 1000, 1023}), "A0B1C42D1000E1023F512G512\n");
-  EXPECT_EQ(text_of({65535, 0, 0, 0, 0}), "A1023B0C0D0E0F512G512\n");
+  EXPECT_EQ(text_of({{0, 1, 42, 1000, 1023}, {512, 512}, 0, 0}), "A0B1C42D1000E1023F512G512P0\n");
+  EXPECT_EQ(text_of({{65535, 0, 0, 0, 0}, {0, 65535}, 65535, 0}), "A1023B0C0D0E0F0G1023P1023\n");
+  const uint8_t two = glove_button::kJoystick | glove_button::kCalibrate;
+  EXPECT_EQ(text_of({{1, 2, 3, 4, 5}, {6, 7}, 8, two}), "A1B2C3D4E5F6G7P8HO\n");
+  EXPECT_EQ(text_of({{0, 0, 0, 0, 0}, {512, 512}, 9, 0x7e}), "A0B0C0D0E0F512G512P9IJKLMN\n");
+  EXPECT_EQ(text_of({{1, 2, 3, 4, 5}, {6, 7}, 8, glove_button::kGrab}, {{1, 1, 300}, {4, 3, 1023}}),
+            "A1B2C3D4E5F6G7P8L(BAB)300(EAD)1023\n");
+}
+
+TEST(OpenGloves, TheLongestLinesFillTheirRoom) {
+  const GloveValues most = {{1023, 1023, 1023, 1023, 1023}, {1023, 1023}, 1023, 0xff};
+  EXPECT_EQ(text_of(most).size(), kMaxGloveText);
+  EXPECT_EQ(text_of(most, std::vector<GloveJoint>(20, {0, 0, 1023})).size(),
+            kMaxGloveText + 20U * kMaxJointText);
+  char text[kMaxInformationText];
+  EXPECT_EQ(encode_glove_information(1023, true, text), kMaxInformationText);
 }
 
 TEST(OpenGloves, ReadsAsTheDriverDoes) {
-  const auto parse = [](const std::string& text, GloveLine& line) {
-    return parse_gloves(text.data(), static_cast<uint16_t>(text.size()), line);
-  };
-  GloveLine line{};
-  EXPECT_EQ(parse("A5B6C7D8E9F512G512HJ(AB)300 x\r\n", line), GloveParse::ok);
-  EXPECT_EQ(line.flexion[4], 9);
-  EXPECT_EQ(parse("A5F512G512\n", line), GloveParse::ok);
-  EXPECT_TRUE(line.has[0]);
+  GloveLine line = parsed("A5B6C7D8E9F512G512P3HJ(AB)300(CAB)44(QQ)7Q8 x\r\n", GloveParse::ok);
+  EXPECT_EQ(line.values.flexion[4], 9);
+  EXPECT_EQ(line.values.joystick[1], 512);
+  EXPECT_EQ(line.values.trigger, 3);
+  EXPECT_EQ(line.values.buttons, glove_button::kJoystick | glove_button::kA);
+  EXPECT_TRUE(line.has_joint[2][1]);
+  EXPECT_EQ(line.joint[2][1], 44);
+  EXPECT_FALSE(line.has_joint[0][1]);
+  line = parsed("A5F512G512A6\n", GloveParse::ok);
+  EXPECT_EQ(line.values.flexion[0], 6) << "the last one counts";
   EXPECT_FALSE(line.has[1]);
-  EXPECT_EQ(parse("A0B0C0D0E0\n", line), GloveParse::no_fingers);
-  EXPECT_EQ(parse("A-5F512G512\n", line), GloveParse::no_digits);
-  EXPECT_EQ(parse("A5BF512G512\n", line), GloveParse::no_digits);
-  EXPECT_EQ(parse("A99999F512G512\n", line), GloveParse::too_large);
-  EXPECT_EQ(parse("A5F512", line), GloveParse::no_end);
-  EXPECT_EQ(parse("", line), GloveParse::no_end);
+  parsed("A0B0C0D0E0\n", GloveParse::no_fingers);
+  parsed("A-5F512G512\n", GloveParse::no_digits);
+  parsed("A5BF512G512\n", GloveParse::no_digits);
+  parsed("A5F512G512(AB)\n", GloveParse::no_digits);
+  EXPECT_EQ(parsed("A5F512(AB)G512\n", GloveParse::ok).values.joystick[1], 0) << "G is part of the long key";
+  parsed("A99999F512G512\n", GloveParse::too_large);
+  parsed("A5F512", GloveParse::no_end);
+  parsed("", GloveParse::no_end);
+}
+
+TEST(OpenGloves, SaysWhichHandItIs) {
+  char text[kMaxInformationText];
+  const std::string left(text, encode_glove_information(1, false, text));
+  EXPECT_EQ(left, "Z(ZV)1(ZG)0(ZH)0\n");
+  EXPECT_EQ(parsed(left, GloveParse::information).version, 1)
+      << "no zeros alone: that is empty to the driver";
+  const std::string right(text, encode_glove_information(42, true, text));
+  EXPECT_EQ(right, "Z(ZV)42(ZG)0(ZH)1\n");
+  EXPECT_EQ(parsed(right, GloveParse::information).hand, 1);
+}
+
+uint8_t after(Gestures& gestures, std::array<uint16_t, kGloveFingers> flexion) {
+  return gestures.step(flexion.data());
+}
+
+TEST(Gestures, AreMadeByTheirFingers) {
+  const auto made = [](std::array<uint16_t, kGloveFingers> flexion) {
+    Gestures gestures(0x1f);
+    return after(gestures, flexion);
+  };
+  EXPECT_EQ(made({0, 0, 0, 0, 0}), 0);
+  EXPECT_EQ(made({1023, 0, 0, 0, 0}), 0);
+  EXPECT_EQ(made({1023, 1023, 0, 0, 0}), glove_button::kPinch | glove_button::kTrigger);
+  EXPECT_EQ(made({0, 1023, 0, 0, 0}), glove_button::kTrigger) << "the mean of thumb and index is below";
+  EXPECT_EQ(made({0, 0, 1023, 1023, 1023}), glove_button::kGrab);
+  EXPECT_EQ(made({1023, 1023, 1023, 1023, 1023}),
+            glove_button::kGrab | glove_button::kPinch | glove_button::kTrigger);
+}
+
+TEST(Gestures, HoldBetweenTheirTwoThresholds) {
+  Gestures gestures(0x1f);
+  const auto trigger = [&](uint16_t index) { return after(gestures, {0, index, 0, 0, 0}) != 0; };
+  EXPECT_FALSE(trigger(kGestureOn - 1));
+  EXPECT_TRUE(trigger(kGestureOn));
+  EXPECT_TRUE(trigger(kGestureOff));
+  EXPECT_FALSE(trigger(kGestureOff - 1));
+  EXPECT_FALSE(trigger(kGestureOn - 1));
+}
+
+TEST(Gestures, WithoutTheirFingersAreNeverMade) {
+  Gestures no_thumb(0x1e);
+  EXPECT_EQ(after(no_thumb, {1023, 1023, 1023, 1023, 1023}), glove_button::kGrab | glove_button::kTrigger);
+  Gestures two(0x06);  // index and middle: grab is theirs
+  EXPECT_EQ(after(two, {0, 1023, 1023, 0, 0}), glove_button::kGrab | glove_button::kTrigger);
+  Gestures thumb(0x01);
+  EXPECT_EQ(after(thumb, {1023, 1023, 1023, 1023, 1023}), 0);
+}
+
+TEST(Gestures, TheTriggersPullGrowsOverTheUpperHalf) {
+  EXPECT_EQ(trigger_pull(0), 0);
+  EXPECT_EQ(trigger_pull(511), 0);
+  EXPECT_EQ(trigger_pull(512), 1);
+  EXPECT_EQ(trigger_pull(1023), 1023);
 }
 
 }  // namespace

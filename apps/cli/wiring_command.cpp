@@ -1,0 +1,60 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "apps/cli/commands.hpp"
+#include "host/deploy/wiring.hpp"
+#include "host/io/json.hpp"
+#include "host/report/wiring.hpp"
+
+namespace flexor::cli {
+namespace {
+
+struct Options {
+  std::string out;
+  std::string pins = "flexor";
+  std::string output = "radio";
+  std::string twin;
+  std::vector<std::string> set;
+  bool json = false;
+};
+
+void run(const Options& o) {
+  const twin::Parameters p = twin_parameters(o.twin, o.set);
+  const deploy::Pins pins = deploy::pins_from_text(o.pins);
+  const deploy::Output output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
+  nlohmann::ordered_json json = to_json(deploy::wiring_plan(pins, output, p.divider_kohm));
+  io::require_folder(o.out);
+  io::make_folder(o.out);
+  report::save_wiring(json, o.out);
+  deploy::write_logger(pins, o.out);
+  json["folder"] = o.out;
+  json["pins"] = deploy::to_text(pins);
+  json["version"] = FLEXOR_VERSION;
+  if (o.json) return print(io::dump(json));
+  print(
+      fmt::format("wiring    {0}/wiring.md, {0}/wiring_glove.svg{1}\nlogger    {0}/flexor_logger: a sketch "
+                  "for the Arduino IDE\n"
+                  "pins      {2}\n",
+                  o.out, output == deploy::Output::radio ? fmt::format(", {}/wiring_hand.svg", o.out) : "",
+                  deploy::to_text(pins)));
+}
+
+}  // namespace
+
+void add_wiring(CLI::App& app) {
+  auto o = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "wiring", "What to solder where, with pictures and parts, and the sketch that logs a glove");
+  command->add_option("--out", o->out, "write pictures, list and sketch into this folder")->required();
+  command->add_option("--pins", o->pins, "as in flexor deploy")->capture_default_str();
+  command->add_option("--output", o->output, "of the glove: radio, or opengloves, a cable to the PC")
+      ->check(CLI::IsMember({"radio", "opengloves"}))
+      ->capture_default_str();
+  command->add_option("--twin", o->twin, "configuration with the divider of your glove (flexor twin --json)");
+  command->add_option("--set", o->set, "change one of its values; may be repeated");
+  command->add_flag("--json", o->json, "one JSON object on standard output");
+  command->callback([o] { run(*o); });
+}
+
+}  // namespace flexor::cli

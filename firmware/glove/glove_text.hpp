@@ -1,0 +1,73 @@
+// From what a frame says to a line for VR drivers. The same code on the glove and on a PC.
+#pragma once
+
+#include "runtime/link/frame.hpp"
+#include "runtime/link/gestures.hpp"
+
+namespace flexor {
+namespace firmware {
+
+// A joint's flexion is 0 at `straight`, Q4 degrees, and grows by scale / 2^16 with each step of the angle.
+struct FlexionSettings {
+  int16_t straight;
+  uint32_t scale;
+};
+
+// A joint of the model beside its fingers' (encoding "beta").
+struct JointSettings {
+  uint8_t finger;
+  uint8_t place;
+  uint8_t strips;  // a bit for each strip that the joint's angle needs
+  FlexionSettings flexion;
+};
+
+// Joysticks rest a little beside their middle.
+inline uint16_t centred(uint16_t counts) {
+  constexpr uint16_t kRest = 51;  // counts: a twentieth of the way
+  const bool rests = counts > link::kGloveMiddle - kRest && counts < link::kGloveMiddle + kRest;
+  return rests ? link::kGloveMiddle : counts;
+}
+
+template <uint8_t kMaxJoints>
+class GloveText {
+ public:
+  static constexpr uint8_t kRoom = link::kMaxGloveText + kMaxJoints * link::kMaxJointText;
+
+  // fingers: kFingers settings; joints: `count`, at most kMaxJoints; both outlive this object. there: a bit
+  // for each finger of the model.
+  GloveText(const FlexionSettings* fingers, const JointSettings* joints, uint8_t count, uint8_t there)
+      : fingers_(fingers), joints_(joints), count_(count), gestures_(there) {}
+
+  // joint_angle: `count`, Q4 degrees. joystick: counts of x and y. pressed: of link::glove_button. `text` has
+  // kRoom; returns the bytes written.
+  uint8_t step(const link::Frame& frame, const int16_t* joint_angle, const uint16_t* joystick,
+               uint8_t pressed, char* text) {
+    link::GloveValues values;
+    uint8_t bad = 0;
+    for (uint8_t i = 0; i < link::kFingers; ++i) {
+      values.flexion[i] = link::flexion_of(frame.angle[i], fingers_[i].straight, fingers_[i].scale);
+      if (frame.status[i] != link::SensorStatus::ok) bad = static_cast<uint8_t>(bad | 1 << i);
+    }
+    for (uint8_t i = 0; i < 2; ++i) values.joystick[i] = centred(joystick[i]);
+    values.trigger = link::trigger_pull(values.flexion[1]);
+    values.buttons = static_cast<uint8_t>(gestures_.step(values.flexion) | pressed);
+    link::GloveJoint joints[kMaxJoints + 1];
+    uint8_t count = 0;
+    for (uint8_t k = 0; k < count_; ++k) {
+      const JointSettings& joint = joints_[k];
+      if ((joint.strips & bad) != 0) continue;  // the driver then takes the finger's flexion
+      joints[count++] = {joint.finger, joint.place,
+                         link::flexion_of(joint_angle[k], joint.flexion.straight, joint.flexion.scale)};
+    }
+    return link::encode_gloves(values, joints, count, text);
+  }
+
+ private:
+  const FlexionSettings* fingers_;
+  const JointSettings* joints_;
+  uint8_t count_;
+  link::Gestures gestures_;
+};
+
+}  // namespace firmware
+}  // namespace flexor

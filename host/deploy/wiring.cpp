@@ -1,0 +1,129 @@
+#include "host/deploy/wiring.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "host/deploy/sources.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::deploy {
+namespace {
+
+constexpr const char* kLogger = "flexor_logger";
+
+// Of the hand's board, thumb to pinky: firmware/README.md.
+constexpr std::array<int, kFingers> kMotorPwm = {9, 10, 11, 3, 5};
+constexpr std::array<int, kFingers> kMotorDirection = {8, 12, 2, 4, 7};
+
+const std::string& finger(std::size_t i) { return model::finger_names()[i]; }
+
+void add_radio(std::vector<Connection>& out) {
+  out.push_back({"D1", "radio", "HC-12 RXD", "VCC to 5 V, GND to GND"});
+  out.push_back({"D0", "radio", "HC-12 TXD", "off while flashing over USB"});
+}
+
+BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm) {
+  BoardWiring out{"glove", {}};
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    out.connections.push_back({fmt::format("A{}", pins.strip[i]), "strip", finger(i),
+                               fmt::format("strip to GND, {:g} kOhm to 5 V", divider_kohm)});
+  }
+  if (pins.joystick) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      out.connections.push_back({fmt::format("A{}", (*pins.joystick)[i]), "joystick",
+                                 i == 0 ? "joystick x" : "joystick y", "ends to 5 V and GND"});
+    }
+  }
+  for (std::size_t i = 0; i < kButtons; ++i) {
+    if (!pins.button[i]) continue;
+    out.connections.push_back(
+        {fmt::format("D{}", *pins.button[i]), "button", buttons()[i].says, "other end to GND"});
+  }
+  if (output == Output::radio) {
+    add_radio(out.connections);
+  } else {
+    out.connections.push_back({"USB", "usb", "to the PC", "115200 baud"});
+  }
+  return out;
+}
+
+BoardWiring hand_board() {
+  BoardWiring out{"hand", {}};
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    out.connections.push_back({fmt::format("A{}", i), "potentiometer", finger(i),
+                               fmt::format("wiper; {:g} kOhm from the pin to GND", kPull_kohm)});
+  }
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    out.connections.push_back(
+        {fmt::format("D{}", kMotorPwm[i]), "motor", finger(i) + " PWM", "motor driver"});
+    out.connections.push_back({fmt::format("D{}", kMotorDirection[i]), "motor", finger(i) + " direction",
+                               "motor driver, high flexes"});
+  }
+  add_radio(out.connections);
+  return out;
+}
+
+std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm) {
+  const bool radio = output == Output::radio;
+  const auto pressed = static_cast<int>(
+      std::ranges::count_if(pins.button, [](const std::optional<int>& pin) { return pin.has_value(); }));
+  std::vector<Part> out = {
+      {radio ? 2 : 1, "Arduino Nano or Uno (ATmega328P, 16 MHz, 5 V) with its USB cable"},
+      {static_cast<int>(kFingers), "flex sensor strip, one for each finger"},
+      {static_cast<int>(kFingers), fmt::format("resistor {:g} kOhm, 1 %, one for each strip", divider_kohm)},
+  };
+  if (pins.joystick) out.push_back({1, "thumb joystick: two potentiometers of 10 kOhm"});
+  if (pressed > 0) out.push_back({pressed, "push button that closes; the board has the pull-ups"});
+  if (!radio) return out;
+  out.push_back({2, "HC-12 radio module with its antenna"});
+  out.push_back({static_cast<int>(kFingers), "motor with its potentiometer, for the hand"});
+  out.push_back({3, "driver for two motors, PWM and direction"});
+  out.push_back({static_cast<int>(kFingers),
+                 fmt::format("resistor {:g} kOhm, one for each potentiometer", kPull_kohm)});
+  out.push_back({1, "supply for the motors, its ground joined with the board's"});
+  return out;
+}
+
+}  // namespace
+
+WiringPlan wiring_plan(const Pins& pins, Output output, double divider_kohm) {
+  WiringPlan out;
+  out.divider_kohm = divider_kohm;
+  out.boards.push_back(glove_board(pins, output, divider_kohm));
+  if (output == Output::radio) out.boards.push_back(hand_board());
+  out.parts = parts_of(pins, output, divider_kohm);
+  return out;
+}
+
+nlohmann::ordered_json to_json(const WiringPlan& plan) {
+  using Json = nlohmann::ordered_json;
+  Json boards = Json::array();
+  for (const BoardWiring& board : plan.boards) {
+    Json connections = Json::array();
+    for (const Connection& c : board.connections)
+      connections.push_back({{"pin", c.pin}, {"kind", c.kind}, {"name", c.name}, {"how", c.how}});
+    boards.push_back({{"name", board.name}, {"connections", std::move(connections)}});
+  }
+  Json parts = Json::array();
+  for (const Part& part : plan.parts) parts.push_back({{"count", part.count}, {"what", part.what}});
+  return {{"divider_kohm", plan.divider_kohm}, {"boards", std::move(boards)}, {"parts", std::move(parts)}};
+}
+
+void write_logger(const Pins& pins, const std::filesystem::path& folder) {
+  const auto sketch =
+      std::ranges::find(sources(), std::string("firmware/logger/flexor_logger.ino"), &Source::path);
+  if (sketch == sources().end()) throw std::logic_error("no logging sketch");
+  std::string text = sketch->text;
+  constexpr std::string_view kHead = "kColumns[] = {\n";
+  const std::size_t from = text.find(kHead) + kHead.size();
+  std::string table;
+  for (std::size_t i = 0; i < kFingers; ++i)
+    table += fmt::format("    {{\"{}_count\", A{}}},\n", finger(i), pins.strip[i]);
+  text.replace(from, text.find("};", from) - from, table);
+  io::make_folder(folder / kLogger);
+  io::write_file(folder / kLogger / (std::string(kLogger) + ".ino"), text);
+}
+
+}  // namespace flexor::deploy

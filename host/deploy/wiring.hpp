@@ -1,0 +1,50 @@
+// What a user solders: each pin with what belongs on it, and the parts; and the sketch that logs the strips.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "host/deploy/config.hpp"
+
+namespace flexor::deploy {
+
+// Pull resistor of each of the hand's potentiometers: a wiper that came off reads a rail, not its neighbour.
+inline constexpr double kPull_kohm = 100;
+
+struct Connection {
+  std::string pin;   // as printed on the board
+  std::string kind;  // strip, joystick, button, potentiometer, motor, radio, usb: how it is drawn
+  std::string name;
+  std::string how;  // the other ends and parts, in a few words
+};
+
+struct Part {
+  int count;
+  std::string what;
+};
+
+struct BoardWiring {
+  std::string name;  // glove, hand
+  std::vector<Connection> connections;
+};
+
+struct WiringPlan {
+  std::vector<BoardWiring> boards;
+  std::vector<Part> parts;
+  double divider_kohm = 0;
+};
+
+// divider_kohm: the resistor between a strip and 5 V. A hand's board comes with output radio.
+WiringPlan wiring_plan(const Pins& pins, Output output, double divider_kohm);
+
+// {"divider_kohm", "boards": [{"name", "connections": [{"pin", "kind", "name", "how"}]}], "parts": [{"count",
+// "what"}]}
+nlohmann::ordered_json to_json(const WiringPlan& plan);
+
+// The sketch flexor_logger with the strips on these pins, as a folder of the Arduino IDE. Throws
+// io::InputError.
+void write_logger(const Pins& pins, const std::filesystem::path& folder);
+
+}  // namespace flexor::deploy

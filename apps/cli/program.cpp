@@ -114,6 +114,8 @@ int run(int argc, char** argv) {
   add_calibrate_twin(app);
   add_twin(app);
   add_deploy(app);
+  add_flash(app);
+  add_pair(app);
   add_latency(app);
   add_protocol(app);
   add_align(app);

@@ -64,7 +64,9 @@ Wear run(double length_s) {
   faults.bit_flip = 1e-4;
   CoSimulation simulation(images, input, 0, faults);
   std::mt19937 random(7);
-  const auto chance = [&](double per_s) { return std::generate_canonical<double, 32>(random) < per_s / 1000; };
+  const auto chance = [&](double per_s) {
+    return std::generate_canonical<double, 32>(random) < per_s / 1000;
+  };
   Wear w;
   std::uint32_t received = 0;
   std::int64_t heard_ms = 0;

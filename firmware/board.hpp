@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "firmware/markers.hpp"
+#include "runtime/link/key_record.hpp"
 
 namespace flexor {
 namespace firmware {
@@ -132,6 +133,14 @@ struct Eeprom {
   bool ready() { return eeprom_is_ready(); }
   void write(uint16_t address, uint8_t byte) { eeprom_write_byte(reinterpret_cast<uint8_t*>(address), byte); }
 };
+
+// The pair's key out of its record, null for plain frames. A board whose record is damaged stays silent: plain it would
+// listen to anybody.
+inline const link::Key* pair_key(const link::KeyRecord& record) {
+  static link::Key key;
+  while (!link::load(&record, key)) wdt_reset();
+  return link::is_plain(key) ? nullptr : &key;
+}
 
 // A watchdog that bit runs on with its shortest time: it is stopped first of all, then started with ours.
 // Returns why the board has started, as MCUSR has it.

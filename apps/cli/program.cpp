@@ -115,6 +115,8 @@ int run(int argc, char** argv) {
   add_twin(app);
   add_wiring(app);
   add_deploy(app);
+  add_flash(app);
+  add_pair(app);
   add_latency(app);
   add_protocol(app);
   add_align(app);

@@ -42,6 +42,14 @@ class ProgressLine {
     show(text);
   }
 
+  // The same for what is counted in percent; 0: it begins, or cannot be counted.
+  void percent(const std::string& what, int percent) {
+    if (percent > 0) return step(what + ", percent", static_cast<std::size_t>(percent), 100);
+    last_done_ = 0;
+    begin_ = std::chrono::steady_clock::now();
+    show(what + " ...");
+  }
+
  private:
   static void write(const std::string& text) { (void)std::fputs(text.c_str(), stderr); }
 

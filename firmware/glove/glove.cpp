@@ -144,7 +144,7 @@ class Output {
     transmitter.send(wire, link::GloveEnd::say(type, packet, body_bytes, listens, wire));
   }
 
-  link::GloveEnd end_{config::kKey};
+  link::GloveEnd end_{pair_key(config::kKeyRecord)};
   uint8_t reset_cause_ = 0;
   uint8_t since_listening_ = 0;  // frames
   uint8_t heard_ = 0;            // frames for which the hand counts as heard

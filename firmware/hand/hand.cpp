@@ -22,8 +22,8 @@ struct {
   int8_t duty[link::kFingers];       // 127: the supply's whole voltage
 } hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, {}};
 hand::Finger hand_finger[link::kFingers];
-link::HandEnd hand_link(config::kKey);  // begins with its statistics
-link::Latency hand_latency;             // begins with how late the last frame was, and the latest, ms
+link::HandEnd hand_link(pair_key(config::kKeyRecord));  // begins with its statistics
+link::Latency hand_latency;  // begins with how late the last frame was, and the latest, ms
 
 namespace {
 

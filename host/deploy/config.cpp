@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "host/deploy/compensator_text.hpp"
+#include "host/deploy/key_patch.hpp"
 #include "host/io/io.hpp"
 #include "runtime/link/opengloves.hpp"
 
@@ -31,15 +32,17 @@ std::string numbers(const auto* first, std::size_t count) {
   return "{" + out + "}";
 }
 
-std::string key_text(const Key& key) {
-  if (!key) return "constexpr const link::Key* kKey = nullptr;  // plain frames\n";
-  return fmt::format("const link::Key kPair = {{{}}};\nconstexpr const link::Key* kKey = &kPair;\n",
-                     numbers(key->bytes, 16));
-}
-
 constexpr const char* kHead = "// Written by flexor deploy {}; not to be edited.\n#pragma once\n\n";
 
 }  // namespace
+
+std::string key_text(const Key& key) {
+  const link::KeyRecord record = key_record(key);
+  return fmt::format(
+      "const link::KeyRecord kKeyRecord PROGMEM __attribute__((used)) = {{{}, {}, {}, {{}}}};\n",
+      numbers(record.magic, sizeof(record.magic)), numbers(record.key, sizeof(record.key)),
+      numbers(record.crc, sizeof(record.crc)));
+}
 
 namespace {
 
@@ -370,6 +373,7 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
   out +=
       "#include <avr/pgmspace.h>\n\n#include \"firmware/board.hpp\"\n#include "
       "\"firmware/glove/glove_text.hpp\"\n#include \"firmware/glove/signal_chain.hpp\"\n"
+      "#include \"runtime/link/key_record.hpp\"\n"
       "#include \"runtime/compensator/blocks.hpp\"\n\nnamespace flexor {\nnamespace config {\n\n";
   out += fmt::format(
       "constexpr uint16_t kRate_hz = {};\nconstexpr uint8_t kSamplesPerFrame = {};\nconstexpr uint16_t "
@@ -424,7 +428,7 @@ std::string glove_config(const Glove& glove) {
 std::string hand_config(const Hand& hand) {
   std::string out = fmt::format(kHead, FLEXOR_VERSION);
   out +=
-      "#include \"runtime/hand/finger.hpp\"\n#include \"runtime/link/siphash.hpp\"\n\nnamespace flexor "
+      "#include \"runtime/hand/finger.hpp\"\n#include \"runtime/link/key_record.hpp\"\n\nnamespace flexor "
       "{\nnamespace config {\n\n";
   out += fmt::format("constexpr uint16_t kUartDivisor = {};\n", uart_divisor(hand.baud));
   out += key_text(hand.key);

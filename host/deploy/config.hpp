@@ -138,6 +138,9 @@ int line_bytes(const Glove& glove);
 
 hand::FingerSettings finger_settings(const Hand& hand, int finger);
 
+// The line of both configurations that holds the key's record.
+std::string key_text(const Key& key);
+
 // Texts of glove_config.hpp and hand_config.hpp.
 std::string glove_config(const Glove& glove);
 std::string hand_config(const Hand& hand);

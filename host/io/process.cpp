@@ -148,7 +148,33 @@ std::filesystem::path find_program(const std::string& name) {
   return {};
 }
 
-ProcessResult run_process(const std::vector<std::string>& argv, const std::filesystem::path& temporaries) {
+namespace {
+
+// Both streams to their ends. False: it was silent for too long.
+bool read_streams(const std::array<int, 2>& streams, ProcessResult& result, const Watch& watch) {
+  std::array<pollfd, 2> waiting{{{streams[0], POLLIN, 0}, {streams[1], POLLIN, 0}}};
+  const std::array<std::string*, 2> text{&result.out, &result.err};
+  while (waiting[0].fd >= 0 || waiting[1].fd >= 0) {
+    const int ready = poll(waiting.data(), waiting.size(), watch.longest_silence_ms);
+    if (ready == 0) return false;
+    if (ready < 0 && errno != EINTR) break;
+    if (ready < 0) continue;
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (waiting[i].fd < 0 || waiting[i].revents == 0) continue;
+      std::array<char, 4096> buffer;
+      const ssize_t n = read(waiting[i].fd, buffer.data(), buffer.size());
+      if (n > 0) text[i]->append(buffer.data(), static_cast<std::size_t>(n));
+      if (n == 0 || (n < 0 && errno != EINTR)) waiting[i].fd = -1;
+      if (n > 0 && i == 1 && watch.on_err) watch.on_err(result.err);
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+ProcessResult run_process(const std::vector<std::string>& argv, const std::filesystem::path& temporaries,
+                          const Watch& watch) {
   const auto program = find_program(argv.front());
   if (program.empty()) throw InputError(fmt::format("{}: no such program", argv.front()));
   Pipe out;
@@ -157,18 +183,7 @@ ProcessResult run_process(const std::vector<std::string>& argv, const std::files
   out.close_end(1);
   err.close_end(1);
   ProcessResult result;
-  std::array<pollfd, 2> waiting{{{out.end(0), POLLIN, 0}, {err.end(0), POLLIN, 0}}};
-  const std::array<std::string*, 2> text{&result.out, &result.err};
-  while (waiting[0].fd >= 0 || waiting[1].fd >= 0) {
-    if (poll(waiting.data(), waiting.size(), -1) < 0 && errno != EINTR) break;
-    for (std::size_t i = 0; i < 2; ++i) {
-      if (waiting[i].fd < 0 || waiting[i].revents == 0) continue;
-      std::array<char, 4096> buffer;
-      const ssize_t n = read(waiting[i].fd, buffer.data(), buffer.size());
-      if (n > 0) text[i]->append(buffer.data(), static_cast<std::size_t>(n));
-      if (n == 0 || (n < 0 && errno != EINTR)) waiting[i].fd = -1;
-    }
-  }
+  if (!read_streams({out.end(0), err.end(0)}, result, watch)) process.kill();
   result.status = process.wait();
   return result;
 }

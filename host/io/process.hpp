@@ -56,10 +56,17 @@ struct ProcessResult {
   std::string err;
 };
 
+// Of a program that takes its time.
+struct Watch {
+  std::function<void(const std::string& err)>
+      on_err;                   // all of its standard error so far, whenever there is more
+  int longest_silence_ms = -1;  // after which it is killed; -1: it may be silent
+};
+
 // Runs argv[0], searched in PATH, to its end. Throws InputError when there is no such program. `temporaries`
 // as above.
-ProcessResult run_process(const std::vector<std::string>& argv,
-                          const std::filesystem::path& temporaries = {});
+ProcessResult run_process(const std::vector<std::string>& argv, const std::filesystem::path& temporaries = {},
+                          const Watch& watch = {});
 
 // True when `work` says so: it runs in a process of its own, which writes nothing to standard error. For libraries that do,
 // whatever they are told. Throws JobError.

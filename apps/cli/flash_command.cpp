@@ -1,0 +1,93 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+
+#include "apps/cli/commands.hpp"
+#include "apps/cli/progress.hpp"
+#include "host/deploy/flash.hpp"
+#include "host/io/interrupt.hpp"
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+
+namespace flexor::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string what;
+  std::string board;
+  std::string port = "auto";
+  int baud = 0;  // 0: both
+  bool json = false;
+};
+
+fs::path image_of(const Options& o) {
+  std::error_code error;
+  const fs::path path = o.what;
+  if (!fs::is_directory(path, error)) return path;
+  if (!o.board.empty()) return path / (o.board + ".hex");
+  const bool glove = fs::exists(path / "glove.hex", error);
+  const bool hand = fs::exists(path / "hand.hex", error);
+  if (glove && hand)
+    throw io::InputError(
+        fmt::format("{}: holds images of both boards: say --board glove or --board hand", o.what));
+  if (!glove && !hand)
+    throw io::InputError(fmt::format("{}: holds no image: flexor deploy --out writes them", o.what));
+  return path / (glove ? "glove.hex" : "hand.hex");
+}
+
+void run(const Options& o) {
+  const fs::path hex = image_of(o);
+  const deploy::FlashContent image = deploy::read_image(hex);
+  const std::string port = deploy::choose_port(o.port);
+  if (o.port == "auto") log(fmt::format("the board is at {}", port));
+  const auto begin = std::chrono::steady_clock::now();
+  int rate_Bd = 0;
+  {
+    ProgressLine line;
+    deploy::Bootloader bootloader(port, deploy::rates(o.baud),
+                                  [&](const std::string& what, int percent) { line.percent(what, percent); });
+    io::set_interruption_note(fmt::format(
+        "interrupted: {} may hold part of the image; its bootloader is whole: run the same command again",
+        port));
+    bootloader.write(image);
+    io::set_interruption_note("");
+    rate_Bd = bootloader.rate_Bd();
+  }
+  const std::chrono::duration<double> took_s = std::chrono::steady_clock::now() - begin;
+  const std::size_t bytes = image.bytes.size() - image.begin;
+  if (o.json) {
+    return print(io::dump({{"image", hex.string()},
+                           {"port", port},
+                           {"baud", rate_Bd},
+                           {"flash_bytes", bytes},
+                           {"verified", true},
+                           {"took_s", took_s.count()},
+                           {"version", FLEXOR_VERSION}}));
+  }
+  print(fmt::format(
+      "{}: {} bytes written through the bootloader at {} baud and read back: the same, {:.1f} s\n", port,
+      bytes, rate_Bd, took_s.count()));
+}
+
+}  // namespace
+
+void add_flash(CLI::App& app) {
+  auto o = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "flash", "Writes a deployment's image into a board through its bootloader, and compares");
+  command->add_option("FOLDER_OR_HEX", o->what, "folder of flexor deploy, or an image in Intel HEX")
+      ->required();
+  command->add_option("--board", o->board, "of the folder: glove or hand")
+      ->check(CLI::IsMember({"glove", "hand"}));
+  command->add_option("--port", o->port, "serial port, or auto: the only one there is")
+      ->capture_default_str();
+  command->add_option("--baud", o->baud, "of the bootloader (default: 115200, then 57600 as old ones have)")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--json", o->json, "one JSON object on standard output");
+  command->callback([o] { run(*o); });
+}
+
+}  // namespace flexor::cli

@@ -1,0 +1,113 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "apps/cli/commands.hpp"
+#include "apps/cli/progress.hpp"
+#include "host/deploy/pair.hpp"
+#include "host/deploy/pair_key.hpp"
+#include "host/io/interrupt.hpp"
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+
+namespace flexor::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string folder;
+  std::string glove;
+  std::string hand;
+  int baud = 0;
+  std::string key;
+  std::string out = "pair.key";
+  bool json = false;
+};
+
+void require_sensible(const Options& o) {
+  const bool boards = !o.glove.empty() || !o.hand.empty();
+  if (o.folder.empty() == !boards)
+    throw io::InputError("give two boards, --glove PORT --hand PORT, or the folder of a deployment");
+  if (boards && (o.glove.empty() || o.hand.empty()) && o.key.empty())
+    throw io::InputError(
+        "one board alone needs the other's key: --key FILE, as flexor pair or deploy wrote it");
+  if (!o.glove.empty() && o.glove == o.hand) throw io::InputError("--glove and --hand name the same port");
+  std::error_code error;
+  if (!boards || !o.key.empty()) return;
+  if (fs::exists(o.out, error)) {
+    throw io::InputError(
+        fmt::format("{0}: is there already: --key {0} gives both boards that key, --out writes the new "
+                    "one elsewhere",
+                    o.out));
+  }
+  io::require_writable(o.out);
+}
+
+void pair(const Options& o, const link::Key& key) {
+  ProgressLine line;
+  std::vector<std::unique_ptr<deploy::Bootloader>> bootloaders;
+  std::vector<deploy::PairBoard> boards;
+  std::string mend = fmt::format("flexor pair --key {}", o.key.empty() ? o.out : o.key);
+  for (const auto& [name, port] : {std::pair{"glove", o.glove}, std::pair{"hand", o.hand}}) {
+    if (port.empty()) continue;
+    const std::string board = name;
+    bootloaders.push_back(
+        std::make_unique<deploy::Bootloader>(deploy::choose_port(port), deploy::rates(o.baud),
+                                             [&line, board](const std::string& what, int percent) {
+                                               line.percent(board + ": " + what, percent);
+                                             }));
+    boards.push_back({name, bootloaders.back().get()});
+    mend += fmt::format(" --{} {}", name, port);
+  }
+  const auto keep_key = [&] {
+    if (o.key.empty()) deploy::write_key(o.out, key);
+  };
+  deploy::pair_boards(boards, key, mend, keep_key,
+                      [](const std::string& note) { io::set_interruption_note(note); });
+}
+
+void run(const Options& o) {
+  require_sensible(o);
+  const link::Key key = o.key.empty() ? deploy::new_key() : deploy::load_key(o.key);
+  const bool folder = !o.folder.empty();
+  if (folder) {
+    deploy::pair_folder(o.folder, key);
+  } else {
+    pair(o, key);
+  }
+  const std::string file = folder          ? (fs::path(o.folder) / "pair.key").string()
+                           : o.key.empty() ? o.out
+                                           : o.key;
+  if (o.json) {
+    return print(io::dump({{"key_file", file},
+                           {"key", o.key.empty() ? "new" : "given"},
+                           {"glove", folder || !o.glove.empty()},
+                           {"hand", folder || !o.hand.empty()},
+                           {"version", FLEXOR_VERSION}}));
+  }
+  const std::string who = folder                              ? "both images have"
+                          : o.glove.empty() != o.hand.empty() ? "the board has"
+                                                              : "glove and hand have";
+  print(fmt::format("{} the key of {}: keep that file, whoever has it can move the hand\n", who, file));
+}
+
+}  // namespace
+
+void add_pair(CLI::App& app) {
+  auto o = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("pair", "One key for glove and hand over USB, without a compiler");
+  command->add_option("FOLDER", o->folder,
+                      "folder of flexor deploy: its images get the key instead of boards");
+  command->add_option("--glove", o->glove, "the glove's serial port");
+  command->add_option("--hand", o->hand, "the hand's serial port");
+  command->add_option("--baud", o->baud, "of the bootloaders (default: 115200, then 57600 as old ones have)")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--key", o->key, "file with the key, 32 hexadecimal digits (default: a new key)");
+  command->add_option("--out", o->out, "file that a new key is written to, for its owner alone")
+      ->capture_default_str();
+  command->add_flag("--json", o->json, "one JSON object on standard output");
+  command->callback([o] { run(*o); });
+}
+
+}  // namespace flexor::cli

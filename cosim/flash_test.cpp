@@ -1,0 +1,376 @@
+// `flexor flash` against bootloaders that run on simulated boards: what is in the flash afterwards, whether the image
+// starts, and what is said when something is in the way.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "cosim/replay.hpp"
+#include "host/deploy/deploy.hpp"
+#include "host/deploy/flash.hpp"
+#include "host/deploy/intel_hex.hpp"
+#include "host/deploy/key_patch.hpp"
+#include "host/deploy/pair_key.hpp"
+#include "host/io/io.hpp"
+#include "host/io/process.hpp"
+
+namespace flexor::cosim {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kBootloaders = "/usr/share/arduino/hardware/arduino/avr/bootloaders";
+const fs::path kOld = kBootloaders / "atmega/ATmegaBOOT_168_atmega328.hex";
+constexpr std::size_t kFlashBytes = 32768;
+
+// Optiboot from the package's source: its packaged hex is built with three flashes of the LED, which this compiler does
+// not get into the 512 bytes that are there, so that it runs over the end of the flash.
+void build_optiboot(const std::string& mcu, const std::string& begin, const std::string& version,
+                    const fs::path& hex) {
+  const std::string elf = hex.string() + ".elf";
+  const auto run = [](const std::vector<std::string>& argv) {
+    const io::ProcessResult result = io::run_process(argv);
+    ASSERT_EQ(result.status, 0) << result.err;
+  };
+  run({"avr-gcc", "-Os", "-fno-inline-small-functions", "-fno-split-wide-types", "-mshort-calls",
+       "-mmcu=" + mcu, "-w", "-DF_CPU=16000000L", "-DLED_START_FLASHES=0", "-DBAUD_RATE=115200",
+       "-Wl,--section-start=.text=" + begin, "-Wl,--section-start=.version=" + version, "-Wl,--relax",
+       "-nostartfiles", "-I", kBootloaders / "optiboot", kBootloaders / "optiboot/optiboot.c", "-o", elf});
+  run({"avr-objcopy", "-j", ".text", "-j", ".version", "--set-section-flags", ".version=alloc,load", "-O",
+       "ihex", elf, hex});
+}
+
+// The helper program, with both ends of its pipes.
+class UsbHelper {
+ public:
+  explicit UsbHelper(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "usb_board");
+    process_.emplace(fs::path(FLEXOR_USB_BOARD), arguments,
+                     std::vector<io::HandedOn>{{in_.end(0), STDIN_FILENO}, {out_.end(1), STDOUT_FILENO}});
+    in_.close_end(0);
+    out_.close_end(1);
+    port_ = line();
+  }
+  ~UsbHelper() { finish(); }
+  const std::string& port() const { return port_; }
+
+  // Its end; how many milestones the program had passed.
+  long finish() {
+    if (!process_) return 0;
+    in_.close_end(1);
+    const std::string said = line();
+    process_->wait();
+    process_.reset();
+    return said.empty() ? 0 : std::stol(said);
+  }
+  void pull_the_plug() {
+    process_->kill();
+    process_->wait();
+    process_.reset();
+  }
+
+ private:
+  std::string line() {
+    std::string text;
+    for (char c = 0; read(out_.end(0), &c, 1) == 1 && c != '\n';) text += c;
+    return text;
+  }
+  io::Pipe in_;
+  io::Pipe out_;
+  std::optional<io::Process> process_;
+  std::string port_;
+};
+
+struct Finished {
+  int exit = 0;
+  std::string out;
+  std::string err;
+};
+
+Finished flexor(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), fs::absolute(FLEXOR_PROGRAM).string());
+  const io::ProcessResult result = io::run_process(arguments);
+  return {result.status, result.out, result.err};
+}
+
+class Flash : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (io::find_program("avrdude").empty())
+      GTEST_SKIP() << "avrdude is not installed: script/bootstrap tests";
+    if (!fs::exists(kOld)) GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
+    folder_ = fs::path(testing::TempDir()) / ("flexor_flash_" + std::to_string(::getpid()));
+    fs::create_directories(folder_);
+    build_optiboot("atmega328p", "0x7e00", "0x7ffe", boot());
+    deploy::Glove glove = published();
+    deploy::build_glove(glove, folder_ / "new");
+    glove.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_wiener.json");
+    deploy::build_glove(glove, folder_ / "before");
+  }
+  void TearDown() override {
+    if (!folder_.empty()) fs::remove_all(folder_);
+  }
+
+  static deploy::Glove published() {
+    deploy::Glove glove;
+    glove.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
+    glove.sensor.fill(deploy::divider(35, 25, 100.0 / 180));
+    return glove;
+  }
+  fs::path boot() const { return folder_ / "boot.hex"; }
+  std::string image() const { return (folder_ / "new/glove.hex").string(); }
+  std::string option(const char* name, const fs::path& path) const {
+    return fmt::format("{}={}", name, path.string());
+  }
+
+  // The flash that `dump` has is the image, the bootloader, and between them what was there before or nothing.
+  void expect_written(const fs::path& dump, const fs::path& bootloader) const {
+    const std::string flash = io::read_file(dump);
+    ASSERT_EQ(flash.size(), kFlashBytes);
+    for (const fs::path& hex : {fs::path(image()), bootloader}) {
+      const deploy::FlashContent content = deploy::read_intel_hex(hex, kFlashBytes);
+      EXPECT_TRUE(std::equal(content.bytes.begin() + static_cast<long>(content.begin), content.bytes.end(),
+                             flash.begin() + static_cast<long>(content.begin),
+                             [](std::uint8_t a, char b) { return a == static_cast<std::uint8_t>(b); }))
+          << hex;
+    }
+  }
+
+  // One board, flashed; true: the image is in it and runs.
+  bool flash_one(int number) const {
+    const fs::path dump = folder_ / fmt::format("flash{}", number);
+    UsbHelper board({option("bootloader", boot()), option("program", folder_ / "before/glove.hex"),
+                     option("flash", dump)});
+    const Finished r = flexor({"flash", image(), "--port", board.port(), "--json"});
+    EXPECT_EQ(r.exit, 0) << r.err;
+    if (r.exit != 0) return false;
+    EXPECT_EQ(nlohmann::json::parse(r.out).at("baud"), 115200);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1000));
+    const long milestones = board.finish();
+    EXPECT_GT(milestones, 3) << "the image does not run";
+    expect_written(dump, boot());
+    return milestones > 3;
+  }
+
+  void expect_says(const Finished& r, int exit, const std::string& says) const {
+    EXPECT_EQ(r.exit, exit) << r.err;
+    const std::string last =
+        r.err.substr(r.err.rfind("flexor: ") == std::string::npos ? 0 : r.err.rfind("flexor: "));
+    EXPECT_NE(last.find(says), std::string::npos) << r.err;
+    EXPECT_EQ(std::count(last.begin(), last.end(), '\n'), 1) << r.err;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Flash, TwentyOfTwentyAreWrittenComparedAndRun) {
+  constexpr int kBoards = 20;
+  constexpr int kAtOnce = 4;
+  std::atomic<int> next = 0;
+  std::atomic<int> good = 0;
+  {
+    std::vector<std::jthread> threads;
+    for (int i = 0; i < kAtOnce; ++i) {
+      threads.emplace_back([&] {
+        for (int number = next++; number < kBoards; number = next++) good += flash_one(number) ? 1 : 0;
+      });
+    }
+  }
+  EXPECT_EQ(good, kBoards);
+}
+
+TEST_F(Flash, AnOldBootloaderIsFoundAtItsRate) {
+  const fs::path dump = folder_ / "flash";
+  UsbHelper board({option("bootloader", kOld), option("flash", dump)});
+  const Finished r = flexor({"flash", (folder_ / "new").string(), "--port", board.port(), "--json"});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  EXPECT_EQ(nlohmann::json::parse(r.out).at("baud"), 57600);
+  board.finish();
+  expect_written(dump, kOld);
+}
+
+TEST_F(Flash, AnotherChipIsNamedAndNotWritten) {
+  const fs::path other = folder_ / "atmega168.hex";
+  const fs::path dump = folder_ / "flash";
+  build_optiboot("atmega168", "0x3e00", "0x3ffe", other);
+  UsbHelper board({option("bootloader", other), "mcu=atmega168", option("flash", dump)});
+  expect_says(flexor({"flash", image(), "--port", board.port()}), 1, "the chip there is 0x1e9406");
+  board.finish();
+  EXPECT_EQ(io::read_file(dump).substr(0, 0x3e00), std::string(0x3e00, '\xff'));
+}
+
+TEST_F(Flash, WhatDoesNotStayIsNoticed) {
+  UsbHelper board({option("bootloader", boot()), "frozen=yes"});
+  expect_says(flexor({"flash", image(), "--port", board.port()}), 1, "at addr 0x0000");
+}
+
+TEST_F(Flash, WithoutABootloaderBothRatesAreTriedAndTheCausesSaid) {
+  const fs::path loop = folder_ / "loop.hex";
+  std::vector<std::uint8_t> bytes(0x7e02, 0xff);
+  bytes[0x7e00] = 0xff;  // rjmp .-2
+  bytes[0x7e01] = 0xcf;
+  io::write_file(loop, deploy::to_intel_hex({bytes, 0x7e00}));
+  UsbHelper board({option("bootloader", loop)});
+  expect_says(flexor({"flash", image(), "--port", board.port()}), 1,
+              "no bootloader answers at 115200 and 57600 baud");
+}
+
+TEST_F(Flash, APulledPlugEndsIt) {
+  UsbHelper board({option("bootloader", boot())});
+  std::jthread hand([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1800));
+    board.pull_the_plug();
+  });
+  expect_says(flexor({"flash", image(), "--port", board.port()}), 1, "check cable and supply, flash again");
+}
+
+TEST_F(Flash, AnInterruptSaysWhatTheBoardHoldsAndASecondRunMends) {
+  const fs::path dump = folder_ / "flash";
+  UsbHelper board({option("bootloader", boot()), option("flash", dump)});
+  const std::string err = (folder_ / "err").string();
+  const std::string command = fmt::format("exec timeout -s INT 1.7 '{}' flash '{}' --port {} 2> '{}'",
+                                          fs::absolute(FLEXOR_PROGRAM).string(), image(), board.port(), err);
+  (void)std::system(command.c_str());
+  EXPECT_NE(io::read_file(err).find("run the same command again"), std::string::npos) << io::read_file(err);
+  EXPECT_EQ(flexor({"flash", image(), "--port", board.port()}).exit, 0);
+  board.finish();
+  expect_written(dump, boot());
+}
+
+// Two boards that run, with the key that deploy gave them.
+class Pair : public Flash {
+ protected:
+  void SetUp() override {
+    Flash::SetUp();
+    if (IsSkipped()) return;
+    deploy::Glove glove = published();
+    glove.key = key_;
+    deploy::build_glove(glove, folder_ / "pair");
+    deploy::Hand hand;
+    hand.lower_deg.fill(28);
+    hand.upper_deg.fill(113);
+    hand.rest_deg.fill(29);
+    hand.key = key_;
+    deploy::build_hand(hand, folder_ / "pair");
+  }
+
+  std::vector<std::string> board(const std::string& name) const {
+    return {option("bootloader", boot()), option("program", folder_ / "pair" / (name + ".hex")),
+            option("flash", folder_ / (name + ".bin"))};
+  }
+  deploy::FlashContent flash(const std::string& name) const {
+    const std::string bytes = io::read_file(folder_ / (name + ".bin"));
+    return {{bytes.begin(), bytes.end()}, 0};
+  }
+  deploy::Key key_of(const std::string& name) const {
+    const deploy::FlashContent content = flash(name);
+    return deploy::key_in(content, deploy::find_key_record(content, name));
+  }
+  // Nothing but the record differs from the image.
+  void expect_else_unchanged(const std::string& name) const {
+    const deploy::FlashContent image = deploy::read_image(folder_ / "pair" / (name + ".hex"));
+    const deploy::FlashContent now = flash(name);
+    const std::size_t record = deploy::find_key_record(image, name);
+    EXPECT_EQ(deploy::find_key_record(now, name), record);
+    for (std::size_t i = 0; i < image.bytes.size(); ++i) {
+      if (i >= record && i < record + sizeof(link::KeyRecord)) continue;
+      ASSERT_EQ(now.bytes[i], image.bytes[i]) << name << i;
+    }
+  }
+  static void expect_key(const deploy::Key& key, const link::Key& wanted) {
+    ASSERT_TRUE(key.has_value());
+    EXPECT_EQ(deploy::to_hex(*key), deploy::to_hex(wanted));
+  }
+
+  const link::Key key_ = deploy::key_from_hex("000102030405060708090a0b0c0d0e0f");
+};
+
+TEST_F(Pair, TwoBoardsGetANewKeyAndRunOn) {
+  UsbHelper glove(board("glove"));
+  UsbHelper hand(board("hand"));
+  const fs::path file = folder_ / "pair.key";
+  const Finished r = flexor({"pair", "--glove", glove.port(), "--hand", hand.port(), "--out", file});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  std::this_thread::sleep_for(std::chrono::milliseconds(1000));
+  EXPECT_GT(glove.finish(), 3);
+  EXPECT_GT(hand.finish(), 100);
+  const link::Key now = deploy::load_key(file);
+  EXPECT_NE(deploy::to_hex(now), deploy::to_hex(key_));
+  EXPECT_EQ(fs::status(file).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+  for (const char* name : {"glove", "hand"}) {
+    expect_key(key_of(name), now);
+    expect_else_unchanged(name);
+  }
+}
+
+TEST_F(Pair, AHandThatFailsIsSaidWithTheCommandThatMends) {
+  const fs::path file = folder_ / "pair.key";
+  UsbHelper glove(board("glove"));
+  {
+    std::vector<std::string> arguments = board("hand");
+    arguments.emplace_back("frozen=yes");
+    UsbHelper hand(arguments);
+    const Finished r = flexor({"pair", "--glove", glove.port(), "--hand", hand.port(), "--out", file});
+    expect_says(r, 1, "the glove has the new key, the hand may have either key, or none");
+    expect_says(r, 1, fmt::format("flexor pair --key {} --glove {} --hand ", file.string(), glove.port()));
+  }
+  UsbHelper hand(board("hand"));
+  const Finished r = flexor({"pair", "--key", file, "--glove", glove.port(), "--hand", hand.port()});
+  EXPECT_EQ(r.exit, 0) << r.err;
+  glove.finish();
+  hand.finish();
+  for (const char* name : {"glove", "hand"}) expect_key(key_of(name), deploy::load_key(file));
+}
+
+TEST_F(Pair, WhatHoldsNoRecordStopsBeforeAnyKeyIsChanged) {
+  const fs::path file = folder_ / "pair.key";
+  UsbHelper glove(board("glove"));
+  UsbHelper empty({option("bootloader", boot())});
+  expect_says(flexor({"pair", "--glove", glove.port(), "--hand", empty.port(), "--out", file}), 1,
+              "holds no key record");
+  EXPECT_FALSE(fs::exists(file));
+  glove.finish();
+  expect_key(key_of("glove"), key_);
+}
+
+TEST_F(Pair, AKeyThatIsThereIsNeverReplaced) {
+  const fs::path file = folder_ / "pair.key";
+  deploy::write_key(file, key_);
+  expect_says(flexor({"pair", "--glove", "/dev/null", "--hand", "/dev/zero", "--out", file}), 2,
+              "is there already");
+  expect_key(deploy::load_key(file), key_);
+}
+
+// Also that patched bytes count: the compiler has folded no key into the code.
+TEST_F(Pair, ADeploymentGetsTheKeyAndTheImageSpeaksWithIt) {
+  const fs::path deployment = folder_ / "pair";
+  const Finished r = flexor({"pair", deployment});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const link::Key now = deploy::load_key(deployment / "pair.key");
+  for (const char* name : {"glove", "hand"}) {
+    const deploy::FlashContent image = deploy::read_image(deployment / (std::string(name) + ".hex"));
+    expect_key(deploy::key_in(image, deploy::find_key_record(image, name)), now);
+    EXPECT_NE(io::read_file(deployment / (std::string(name) + "_config.hpp")).find(deploy::key_text(now)),
+              std::string::npos);
+  }
+  deploy::Glove glove = published();
+  const Firmware firmware(deployment / "glove.elf");
+  glove.key = now;
+  EXPECT_EQ(replay(firmware, glove, exercise(50, 1)).mismatches, 0U);
+  glove.key = key_;
+  EXPECT_GT(replay(firmware, glove, exercise(50, 1)).mismatches, 40U);
+}
+
+}  // namespace
+}  // namespace flexor::cosim

@@ -1,0 +1,65 @@
+// A board as a PC sees it: a microcontroller with its bootloader behind a serial port, here a pseudo-terminal, in real
+// time. Opening the port resets the board, as the capacitor at DTR does; bytes at another rate than the UART's arrive as
+// noise. For tests of what flashes boards.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "host/deploy/intel_hex.hpp"
+
+namespace flexor::cosim {
+
+struct UsbBoardOptions {
+  std::string mcu = "atmega328p";
+  deploy::FlashContent bootloader;              // its begin is where a reset goes: fuse BOOTRST
+  std::optional<deploy::FlashContent> program;  // none: erased flash
+  bool frozen = false;                          // what is written does not stay
+};
+
+class UsbBoard {
+ public:
+  // Throws io::JobError.
+  explicit UsbBoard(const UsbBoardOptions& options);
+  ~UsbBoard();
+  UsbBoard(const UsbBoard&) = delete;
+  UsbBoard& operator=(const UsbBoard&) = delete;
+
+  const std::string& port() const { return port_; }
+
+  // So much simulated time, and at least as much real time.
+  void run_ms(int ms);
+
+  // Flash, all of it.
+  std::string flash() const;
+  // Milestones (firmware/markers.hpp) since the last reset: 0 while the bootloader runs.
+  std::uint64_t markers() const { return markers_; }
+
+ private:
+  struct Hooks;
+  void open_port();
+  void reset();
+  void look_at_port();
+  void exchange();
+  void run_millisecond();
+  bool rates_agree() const;
+  std::uint64_t byte_cycles() const;
+  std::uint8_t on_the_wire(std::uint8_t byte) const;
+
+  UsbBoardOptions options_;
+  void* avr_ = nullptr;  // avr_t: simavr stays inside usb_board.cpp
+  int terminal_ = -1;
+  std::string port_;
+  bool is_open_ = false;
+  std::deque<std::uint8_t> incoming_;
+  std::string outgoing_;
+  std::string frozen_;
+  std::uint64_t markers_ = 0;
+  std::chrono::steady_clock::time_point due_;
+};
+
+}  // namespace flexor::cosim

@@ -1,0 +1,212 @@
+#include "host/deploy/flash.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <grp.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <functional>
+#include <set>
+
+#include "host/io/io.hpp"
+#include "host/io/process.hpp"
+
+namespace flexor::deploy {
+namespace {
+
+namespace fs = std::filesystem;
+using io::InputError;
+using io::JobError;
+
+constexpr const char* kProgrammer = "avrdude";
+constexpr const char* kChip = "ATmega328P";
+constexpr const char* kPart = "m328p";
+constexpr const char* kSignature = "0x1e950f";
+constexpr int kNewRate_Bd = 115200;
+constexpr int kOldRate_Bd = 57600;
+constexpr int kSilence_ms = 12000;  // twice as long as avrdude waits for an answer
+
+std::vector<fs::path> entries(const fs::path& folder, const std::string& prefix) {
+  std::vector<fs::path> out;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().filename().string().starts_with(prefix)) out.push_back(entry.path());
+  }
+  std::ranges::sort(out);
+  return out;
+}
+
+std::string owners_group(const fs::path& port) {
+  struct stat info {};
+  if (stat(port.c_str(), &info) != 0) return "dialout";
+  const group* owner = getgrgid(info.st_gid);
+  return owner != nullptr ? owner->gr_name : "dialout";
+}
+
+// "0x1e950f (probably m328p)" behind "device signature = "; empty: it did not come so far.
+std::string signature_in(const std::string& err) {
+  constexpr std::string_view kBefore = "signature = ";
+  const std::size_t at = err.find(kBefore);
+  if (at == std::string::npos) return "";
+  const std::size_t from = at + kBefore.size();
+  return err.substr(from, err.find_first_of("\r\n", from) - from);
+}
+
+// The line in which `what` stands, without "avrdude error: "; empty: it stands nowhere.
+std::string line_with(const std::string& err, const std::string& what) {
+  const std::size_t at = err.find(what);
+  if (at == std::string::npos) return "";
+  const std::size_t begin = err.rfind('\n', at) + 1;
+  std::string line = err.substr(begin, err.find('\n', at) - begin);
+  for (const char* head : {"avrdude error: ", "avrdude OS error: ", "avrdude: "}) {
+    if (line.starts_with(head)) line.erase(0, std::string_view(head).size());
+  }
+  line.erase(0, line.find_first_not_of(' '));
+  return line.substr(0, line.find(" (error)"));
+}
+
+// How far the last bar is that avrdude draws, fifty signs long; -1: none yet.
+int percent_in(const std::string& err, std::string& what) {
+  const std::size_t bar = err.rfind("ing | ");
+  if (bar == std::string::npos) return -1;
+  const std::size_t word = err.find_last_of("\n\r", bar) + 1;
+  what = err.substr(word, bar - word) == "Writ" ? "writing" : "reading";
+  const std::string drawn = err.substr(bar, 60);
+  return 2 * static_cast<int>(std::ranges::count(drawn, '#'));
+}
+
+}  // namespace
+
+FlashContent read_image(const fs::path& hex) {
+  FlashContent image = read_intel_hex(hex, kOptibootBegin);
+  // What a finished board's dump holds, too, and no image of a program does.
+  if (image.begin != 0)
+    throw InputError(fmt::format("{}: begins at 0x{:x}: an image begins at 0", hex.string(), image.begin));
+  return image;
+}
+
+std::vector<std::string> find_ports(const fs::path& dev) {
+  std::vector<std::string> out;
+  std::set<fs::path> known;
+  std::error_code error;
+  for (const fs::path& name : entries(dev / "serial" / "by-id", "")) {
+    if (known.insert(fs::canonical(name, error)).second && !error) out.push_back(name.string());
+  }
+  for (const char* prefix : {"ttyUSB", "ttyACM"}) {
+    for (const fs::path& name : entries(dev, prefix)) {
+      if (known.insert(fs::canonical(name, error)).second) out.push_back(name.string());
+    }
+  }
+  return out;
+}
+
+std::string choose_port(const std::string& port, const fs::path& dev) {
+  if (port == "auto") {
+    const std::vector<std::string> found = find_ports(dev);
+    if (found.empty())
+      throw InputError("no board found: plug it in with a cable that carries data, or name its --port");
+    if (found.size() > 1)
+      throw InputError(fmt::format("{} ports may be the board: name one with --port: {}", found.size(),
+                                   fmt::join(found, ", ")));
+    return choose_port(found.front(), dev);
+  }
+  const fs::path path = fs::absolute(port);
+  struct stat info {};
+  if (stat(path.c_str(), &info) != 0)
+    throw InputError(
+        fmt::format("{}: no such port: is the board plugged in? --port auto looks for it", port));
+  if (!S_ISCHR(info.st_mode)) throw InputError(fmt::format("{}: is no serial port", port));
+  if (access(path.c_str(), R_OK | W_OK) != 0) {
+    throw InputError(fmt::format("{}: no permission: sudo usermod -aG {} $USER, then log in anew", port,
+                                 owners_group(path)));
+  }
+  return path.string();
+}
+
+std::vector<int> rates(int baud) {
+  if (baud != 0) return {baud, baud};
+  return {kNewRate_Bd, kOldRate_Bd, kNewRate_Bd, kOldRate_Bd};
+}
+
+struct Bootloader::Answer {
+  enum Kind { done, nobody, failed } kind;
+  std::string why;
+};
+
+Bootloader::Bootloader(std::string port, std::vector<int> rates_Bd, FlashProgress progress)
+    : port_(std::move(port)), rates_Bd_(std::move(rates_Bd)), progress_(std::move(progress)) {
+  if (io::find_program(kProgrammer).empty())
+    throw InputError(fmt::format("{0} is missing: install the package {0}", kProgrammer));
+}
+
+// `operation` as avrdude writes it: flash:w:FILE:i.
+Bootloader::Answer Bootloader::run(const std::string& operation, const fs::path& folder) {
+  const std::string rate = std::to_string(rates_Bd_.front());
+  const bool writes = operation.starts_with("flash:w");
+  std::string what = "connecting";
+  const auto on_err = [&](const std::string& err) {
+    const int percent = percent_in(err, what);
+    if (writes && what == "reading") what = "verifying";
+    if (percent >= 0) progress_(what, percent);
+  };
+  progress_(fmt::format("connecting at {} baud", rate), 0);
+  const io::ProcessResult result = io::run_process({kProgrammer, "-c", "arduino", "-p", kPart, "-P", port_,
+                                                    "-b", rate, "-D", "-x", "attempts=1", "-U", operation},
+                                                   folder, {on_err, kSilence_ms});
+  if (result.status == 0) return {Answer::done, ""};
+  const std::string signature = signature_in(result.err);
+  if (result.err.find("xpected signature") != std::string::npos) {
+    return {Answer::failed,
+            fmt::format("the chip there is {}, the image is for an {} ({}): nothing was written", signature,
+                        kChip, kSignature)};
+  }
+  const std::string cannot_open = line_with(result.err, "cannot open port");
+  if (!cannot_open.empty()) return {Answer::failed, cannot_open + ": does another program have it open?"};
+  if (signature.empty()) return {Answer::nobody, ""};
+  constexpr const char* kMend =
+      "the board holds part of an image, its bootloader is whole: check cable and supply, flash again";
+  std::string mismatch = line_with(result.err, " != ");
+  if (!mismatch.empty())
+    return {Answer::failed, fmt::format("what was written reads back otherwise ({}): {}", mismatch, kMend)};
+  if (result.status > 128) return {Answer::failed, fmt::format("it fell silent while {}: {}", what, kMend)};
+  return {Answer::failed, fmt::format("{} failed while {}: {}", kProgrammer, what, kMend)};
+}
+
+void Bootloader::run_at_any_rate(const std::string& operation, const fs::path& folder, std::size_t end) {
+  const std::string tried = fmt::format(
+      "{}", fmt::join(std::set<int, std::greater<>>(rates_Bd_.begin(), rates_Bd_.end()), " and "));
+  while (!rates_Bd_.empty()) {
+    if (rates_Bd_.front() == kOldRate_Bd && end > kOldBootloaderBegin) {
+      throw JobError(
+          fmt::format("{}: the image ends at 0x{:x}, an old bootloader begins at 0x{:x}: nothing was written",
+                      port_, end, kOldBootloaderBegin));
+    }
+    const Answer answer = run(operation, folder);
+    if (answer.kind == Answer::done) return;
+    if (answer.kind == Answer::failed) throw JobError(fmt::format("{}: {}", port_, answer.why));
+    rates_Bd_.erase(rates_Bd_.begin());
+  }
+  throw JobError(
+      fmt::format("{}: no bootloader answers at {} baud: is it this port, is the radio unplugged from the "
+                  "board's RX (D0), does the board's reset reach DTR, has it a bootloader?",
+                  port_, tried));
+}
+
+void Bootloader::write(const FlashContent& image) {
+  const io::TemporaryFolder folder;
+  const fs::path hex = folder.path() / "image.hex";
+  io::write_file(hex, to_intel_hex(image), io::Access::owner);
+  run_at_any_rate(fmt::format("flash:w:{}:i", hex.string()), folder.path(), image.bytes.size());
+}
+
+FlashContent Bootloader::read() {
+  const io::TemporaryFolder folder;
+  const fs::path hex = folder.path() / "flash.hex";
+  run_at_any_rate(fmt::format("flash:r:{}:i", hex.string()), folder.path(), 0);
+  constexpr std::size_t kFlashBytes = 32768;
+  return read_intel_hex(hex, kFlashBytes);
+}
+
+}  // namespace flexor::deploy

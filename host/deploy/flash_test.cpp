@@ -1,0 +1,159 @@
+#include "host/deploy/flash.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <filesystem>
+#include <functional>
+
+#include "host/deploy/key_patch.hpp"
+#include "host/deploy/pair_key.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::deploy {
+namespace {
+
+namespace fs = std::filesystem;
+
+void expect_refused(const std::function<void()>& call, const std::string& says) {
+  try {
+    call();
+    ADD_FAILURE() << "not refused: " << says;
+  } catch (const io::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
+  }
+}
+
+FlashContent parse(const std::string& text) { return parse_intel_hex(text, "x.hex", kOptibootBegin); }
+
+TEST(IntelHex, IsReadAsItWasWritten) {
+  FlashContent content{std::vector<std::uint8_t>(1000), 100};
+  for (std::size_t i = 0; i < content.bytes.size(); ++i)
+    content.bytes[i] = static_cast<std::uint8_t>(i < 100 ? 0xff : i * i);
+  const FlashContent again = parse(to_intel_hex(content));
+  EXPECT_EQ(again.begin, 100U);
+  EXPECT_EQ(again.bytes, content.bytes);
+}
+
+// The example of Intel's specification (1988), with both kinds of base address.
+TEST(IntelHex, IsAsTheSpecificationSays) {
+  const std::string data = ":10010000214601360121470136007EFE09D2190140\n";
+  EXPECT_EQ(parse(data + ":00000001FF\n").bytes[0x101], 0x46);
+  EXPECT_EQ(parse(":020000020010EC\r\n" + data + ":00000001FF\r\n").begin, 0x200U);
+  EXPECT_EQ(parse_intel_hex(":020000040001F9\n" + data + ":00000001FF", "x.hex", 0x20000).begin, 0x10100U);
+}
+
+TEST(IntelHex, WhatIsDamagedIsRefusedByLine) {
+  const std::string data = ":10010000214601360121470136007EFE09D2190140\n";
+  const std::string end = ":00000001FF\n";
+  expect_refused([&] { parse(data); }, "x.hex: is cut off");
+  expect_refused([&] { parse(end); }, "holds no program");
+  expect_refused([&] { parse(data + data + end); }, "line 2 writes address 0x100 a second time");
+  expect_refused([&] { parse(data + end + data); }, "line 3 goes on after its end");
+  expect_refused([&] { parse(":10010000214601360121470136007EFE09D2190141\n" + end); },
+                 "line 1 has a wrong checksum");
+  expect_refused([&] { parse(":107E0000214601360121470136007EFE09D21901C3\n" + end); }, "lies at 0x7e00");
+  expect_refused([&] { parse(":0100\n" + end); }, "no Intel HEX");
+  expect_refused([&] { parse(":020000000g00FE\n" + end); }, "no Intel HEX");
+  expect_refused(
+      [&] {
+        parse(
+            "\x7f"
+            "ELF\n");
+      },
+      "no Intel HEX");
+  expect_refused([&] { parse(":0300000000FE\n" + end); }, "has not the size");
+  expect_refused([&] { parse(":00000009F7\n" + end); }, "unknown type 9");
+}
+
+class Ports : public testing::Test {
+ protected:
+  Ports() : dev_(fs::path(testing::TempDir()) / ("flexor_dev_" + std::to_string(::getpid()))) {
+    fs::create_directories(dev_ / "serial/by-id");
+  }
+  ~Ports() override { fs::remove_all(dev_); }
+  void add(const std::string& name) const { io::write_file(dev_ / name, "x"); }
+  fs::path dev_;
+};
+
+TEST_F(Ports, EachBoardIsFoundOnceByItsLastingName) {
+  EXPECT_TRUE(find_ports(dev_).empty());
+  add("ttyUSB0");
+  add("ttyACM3");
+  add("ttyS0");
+  fs::create_symlink("../../ttyUSB0", dev_ / "serial/by-id/usb-1a86_USB_Serial");
+  EXPECT_EQ(find_ports(dev_), (std::vector<std::string>{(dev_ / "serial/by-id/usb-1a86_USB_Serial").string(),
+                                                        (dev_ / "ttyACM3").string()}));
+}
+
+TEST_F(Ports, NoneSeveralAndWhatIsNoPortAreRefused) {
+  expect_refused([&] { choose_port("auto", dev_); }, "no board found");
+  expect_refused([&] { choose_port("/dev/no_such_port", dev_); }, "/dev/no_such_port: no such port");
+  add("ttyUSB0");
+  expect_refused([&] { choose_port("auto", dev_); }, "ttyUSB0: is no serial port");
+  add("ttyUSB1");
+  expect_refused([&] { choose_port("auto", dev_); }, "2 ports may be the board");
+}
+
+TEST_F(Ports, TheOnlyOneIsTaken) {
+  fs::create_symlink("/dev/null", dev_ / "ttyUSB0");
+  EXPECT_EQ(choose_port("auto", dev_), (dev_ / "ttyUSB0").string());
+}
+
+TEST_F(Ports, ImagesEndBelowTheBootloaderAndBeginAtZero) {
+  io::write_file(dev_ / "late.hex", to_intel_hex({std::vector<std::uint8_t>(600, 1), 512}));
+  expect_refused([&] { read_image(dev_ / "late.hex"); }, "begins at 0x200");
+  io::write_file(dev_ / "long.hex", to_intel_hex({std::vector<std::uint8_t>(kOptibootBegin + 1, 1), 0}));
+  expect_refused([&] { read_image(dev_ / "long.hex"); }, "lies at 0x7e00");
+  io::write_file(dev_ / "fits.hex", to_intel_hex({std::vector<std::uint8_t>(kOptibootBegin, 1), 0}));
+  EXPECT_EQ(read_image(dev_ / "fits.hex").bytes.size(), kOptibootBegin);
+}
+
+class KeyRecords : public testing::Test {
+ protected:
+  FlashContent with_record(std::size_t at) const {
+    FlashContent content{std::vector<std::uint8_t>(1000, 0x55), 0};
+    put(content, at);
+    return content;
+  }
+  void put(FlashContent& content, std::size_t at) const {
+    const link::KeyRecord record = key_record(key_);
+    std::memcpy(content.bytes.data() + at, &record, sizeof(record));
+  }
+  link::Key key_ = key_from_hex("000102030405060708090a0b0c0d0e0f");
+};
+
+TEST_F(KeyRecords, AreFoundAndReplacedWithinTheirPage) {
+  const FlashContent content = with_record(224);
+  EXPECT_EQ(find_key_record(content, "x"), 224U);
+  EXPECT_EQ(to_hex(*key_in(content, 224)), to_hex(key_));
+  const link::Key other = key_from_hex("ffeeddccbbaa99887766554433221100");
+  const FlashContent page = page_with_key(content, 224, other);
+  EXPECT_EQ(page.begin, 128U);
+  EXPECT_EQ(page.bytes.size(), 256U);
+  EXPECT_EQ(page.bytes[128], 0x55);
+  EXPECT_EQ(to_hex(*key_in(page, 224)), to_hex(other));
+  EXPECT_FALSE(key_in(page_with_key(content, 224, {}), 224).has_value()) << "zeros are no key";
+}
+
+TEST_F(KeyRecords, NoneTwoDamagedAndMisplacedOnesAreRefused) {
+  expect_refused(
+      [&] {
+        find_key_record({std::vector<std::uint8_t>(1000, 0xff), 0}, "x");
+      },
+      "x: holds no key record");
+  FlashContent two = with_record(224);
+  put(two, 512);
+  expect_refused([&] { find_key_record(two, "x"); }, "holds two");
+  expect_refused([&] { find_key_record(with_record(225), "x"); }, "is not where");
+  // Whichever bit falls over.
+  for (std::size_t bit = 64; bit < 8 * 26; ++bit) {
+    FlashContent damaged = with_record(224);
+    damaged.bytes[224 + bit / 8] = static_cast<std::uint8_t>(damaged.bytes[224 + bit / 8] ^ 1U << bit % 8);
+    expect_refused([&] { find_key_record(damaged, "x"); }, "is damaged");
+  }
+}
+
+}  // namespace
+}  // namespace flexor::deploy

@@ -72,6 +72,7 @@ Wear run(double length_s) {
   std::int64_t heard_ms = 0;
   std::int64_t on_ms = 0;
   Cycles tick = 0;
+  std::array<bool, 5> was_beyond{};
   simulation.on_hand_marker = [&](Cycles now, std::uint8_t marker) {
     if (static_cast<firmware::Marker>(marker) != firmware::Marker::tick_begin) return;
     if (tick > 0)
@@ -82,8 +83,10 @@ Wear run(double length_s) {
     if (now < on_ms) return;
     const HandStatus status = simulation.hand_status();
     for (std::size_t i = 0; i < 5 && now > on_ms + 50 && status.link != 0; ++i) {
-      w.beyond_limits += status.setpoint[i] < std::lround(16 * p.hand_lower_deg[i]) ||
-                         status.setpoint[i] > std::lround(16 * p.hand_upper_deg[i]);
+      const bool beyond = status.setpoint[i] < std::lround(16 * p.hand_lower_deg[i]) ||
+                          status.setpoint[i] > std::lround(16 * p.hand_upper_deg[i]);
+      w.beyond_limits += beyond && was_beyond[i];  // once: a number that is half written
+      was_beyond[i] = beyond;
     }
     const std::uint32_t all = simulation.link_statistics().received;
     if (all != received) heard_ms = now;

@@ -146,8 +146,8 @@ class Output {
 
   link::GloveEnd end_{pair_key(config::kKeyRecord)};
   uint8_t reset_cause_ = 0;
-  uint8_t since_listening_ = 0;  // frames
-  uint8_t heard_ = 0;            // frames for which the hand counts as heard
+  uint8_t since_listening_ = config::kSeekEvery - 1;  // frames
+  uint8_t heard_ = 0;                                 // frames for which the hand counts as heard
   uint8_t silent_ = 0;
   uint8_t readings_left_ = 0;
   bool wants_state_ = false;

@@ -199,7 +199,7 @@ int samples_per_frame(const Glove& glove) {
 }
 
 Turns turns_of(const Glove& glove) {
-  constexpr double kApart_s = 1;        // of two turns, at most
+  constexpr double kApart_s = 0.5;      // of two turns, at most
   constexpr double kSeekApart_s = 0.2;  // while the hand is not heard
   constexpr double kWay_s = 0.012;      // of the hand's answer through the modules and to its begin
   const double baud_s = 10 / glove.baud;

@@ -98,7 +98,7 @@ int sample_rate_hz(const model::Model& model);
 // How many samples make a frame, such that the radio carries the frames.
 int samples_per_frame(const Glove& glove);
 
-// The radio carries one direction at a time: after every `every`-th frame, once a second, the glove leaves out
+// The radio carries one direction at a time: after every `every`-th frame, twice a second, the glove leaves out
 // `slots` more, so that the hand's longest frame has room; after every `seek_every`-th while it does not hear
 // the hand.
 struct Turns {

@@ -12,6 +12,7 @@ namespace flexor {
 namespace link {
 
 constexpr uint16_t kOutage_ms = 500;
+constexpr uint16_t kMissed_ms = 150;  // without a frame: a glove that says that it has lost touch is believed
 constexpr uint16_t kNonce_ms = 1000;
 constexpr uint16_t kChallenge_ms = 200;  // between two: longer than the slowest glove takes to answer
 constexpr uint16_t kTelemetry_ms = 500;
@@ -49,6 +50,8 @@ class HandEnd {
     const bool whole =
         result == Received::pending || result == Received::other || result == Received::not_trusted;
     if (whole && receiver_.packet().listens()) turn_ms_ = kTurn_ms;
+    if (result == Received::other && receiver_.answered() && since_frame_ms_ > kMissed_ms && lost_touch())
+      renew();
     return result;
   }
   Received verify() {
@@ -89,6 +92,13 @@ class HandEnd {
  private:
   static void age(uint16_t& time_ms) {
     if (time_ms < UINT16_MAX) ++time_ms;
+  }
+  // The frame that came is a glove's state: it has started anew.
+  bool lost_touch() const {
+    const PacketReader& packet = receiver_.packet();
+    if (packet.type() != Type::state || packet.body_bytes() != State::kBytes) return false;
+    const State state = get_state(packet.body());
+    return state.board == BoardKind::glove && !state.in_touch;
   }
   bool seeks() const { return receiver_.pair() != nullptr && !receiver_.answered(); }
   void renew() {

@@ -35,6 +35,11 @@ class Arduino : public testing::Test {
     folder_ = fs::path(testing::TempDir()) / ("flexor_arduino_" + std::to_string(::getpid()));
     glove_.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
     glove_.sensor.fill(deploy::divider(35, 25, 100.0 / 180));
+  }
+  // The library that has this example.
+  void write(const std::string& example) {
+    fs::remove_all(folder_ / "Flexor");
+    glove_.output = example == "GloveVr" ? deploy::Output::opengloves : deploy::Output::radio;
     deploy::write_arduino_library(glove_, folder_ / "Flexor");
   }
   void TearDown() override {
@@ -86,10 +91,11 @@ class Arduino : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(Arduino, BothExamplesCompileForEachBoardOfTheCore) {
+TEST_F(Arduino, TheExamplesCompileForEachBoardOfTheCore) {
   for (const Kind& board : {Kind{"atmega328p", "standard", "UNO"}, Kind{"atmega32u4", "leonardo", "LEONARDO"},
                             Kind{"atmega32u4", "micro", "MICRO"}, Kind{"atmega2560", "mega", "MEGA2560"}}) {
-    for (const char* name : {"Glove", "GloveRadio"}) {
+    for (const char* name : {"Glove", "GloveRadio", "GloveVr"}) {
+      write(name);
       run(compiler(board), {"-Wall", "-Wextra", "-Werror", "-c", sketch(name), "-o", folder_ / "sketch.o"});
     }
   }
@@ -105,7 +111,8 @@ TEST_F(Arduino, NothingAsksForAnAvr) {
       "struct Port {\n  void begin(long);\n  int available();\n  int read();\n"
       "  size_t write(const uint8_t*, size_t);\n  void print(float, int);\n  void print(char);\n};\n"
       "extern Port Serial, Serial1;\n#define HAVE_HWSERIAL1\n");
-  for (const char* name : {"Glove", "GloveRadio"}) {
+  for (const char* name : {"Glove", "GloveRadio", "GloveVr"}) {
+    write(name);
     run({"g++", "-std=c++14", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I" + folder_.string(),
          "-I" + (folder_ / "Flexor/src").string(), "-include", "Arduino.h"},
         {sketch(name)});
@@ -113,6 +120,7 @@ TEST_F(Arduino, NothingAsksForAnAvr) {
 }
 
 TEST_F(Arduino, OnASimulatedUnoItSendsTheHostsAnglesToTheBit) {
+  write("GloveRadio");
   std::vector<std::string> sources = {sketch("GloveRadio")};
   for (const auto& entry : fs::directory_iterator(kCore / "cores/arduino")) {
     const std::string kind = entry.path().extension();

@@ -198,7 +198,8 @@ void require_known(const Options& o) {
   (void)deploy::mcu(o.target);
   if (o.output != "radio" && o.target != deploy::kAtmega328p.name)
     throw io::InputError(
-        "--output opengloves is for an atmega328p: other boards take the library in arduino/Flexor");
+        "--output opengloves is for an atmega328p: an atmega32u4 takes the library that it writes beside, "
+        "arduino/Flexor");
   deploy::require_toolchain();
   io::require_folder(o.out);
 }

@@ -8,7 +8,7 @@
 namespace flexor::deploy {
 
 // Writes library.properties, README.md, src/ with Flexor.h, the runtime and the glove's configuration in portable form, and
-// examples/. Frames are plain where `glove` has no key. Throws io::InputError.
+// examples/ for the radio or for VR drivers. Frames are plain where `glove` has no key. Throws io::InputError.
 void write_arduino_library(const Glove& glove, const std::filesystem::path& folder);
 
 }  // namespace flexor::deploy

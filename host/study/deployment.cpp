@@ -133,7 +133,11 @@ std::vector<std::string> next_of(const Deployment& d) {
 double time_share(const TimeBudget& t) { return (t.adc_ms + t.compute_ms) / t.period_ms; }
 
 double flash_share(const Deployment& d) {
-  return static_cast<double>(std::max(d.glove_image.flash_bytes, d.hand_image.flash_bytes)) / deploy::kFlash;
+  const auto share = [](int bytes, const deploy::Mcu& mcu) {
+    return static_cast<double>(bytes) / mcu.flash_bytes;
+  };
+  return std::max(share(d.glove_image.flash_bytes, d.glove.mcu),
+                  share(d.hand_image.flash_bytes, deploy::kAtmega328p));
 }
 
 std::string budget_sentence(const Deployment& d) {

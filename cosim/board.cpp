@@ -28,11 +28,10 @@ extern "C" const char* __lsan_default_suppressions() {
 namespace flexor::cosim {
 namespace {
 
-constexpr const char* kMcu = "atmega328p";
 constexpr int kSupply_mV = 5000;
 constexpr int kAdcTop = 1023;
 constexpr avr_io_addr_t kGpior0 = 0x3e;
-constexpr std::uint16_t kRamEnd = 0x8ff;
+constexpr std::uint16_t kRamEnd32u4 = 0xaff;
 constexpr std::uint8_t kPaint = 0xa5;
 constexpr Cycles kRunCycles = 16;  // at most between two looks for interrupts: a microsecond
 constexpr int kMotors = 5;
@@ -63,6 +62,8 @@ void quiet(avr_t*, const int level, const char* format, va_list arguments) {
 }
 
 avr_t* avr(void* p) { return static_cast<avr_t*>(p); }
+
+std::uint32_t uart_irqs(char name) { return static_cast<std::uint32_t>(AVR_IOCTL_UART_GETIRQ(name)); }
 
 avr_uart_t* find_uart(avr_t* a) {
   for (avr_io_t* io = a->io_port; io != nullptr; io = io->next) {
@@ -102,6 +103,8 @@ std::uint16_t Firmware::address(const std::string& symbol) const {
   throw io::JobError(fmt::format("the image has no symbol {}", symbol));
 }
 
+bool Firmware::is_32u4() const { return address("__stack") == kRamEnd32u4; }
+
 // Free functions for simavr, with the board as parameter.
 struct Board::Hooks {
   static void marker(avr_t* a, avr_io_addr_t address, std::uint8_t value, void* board) {
@@ -118,8 +121,8 @@ struct Board::Hooks {
     if (!b.on_sample) return;
     avr_adc_mux_t mux;
     std::memcpy(&mux, &value, sizeof(value));
-    const int channel = static_cast<int>(mux.src);
-    b.set_counts(channel, b.on_sample(avr(b.avr_)->cycle, channel));
+    const int pin = b.pin_of(static_cast<int>(mux.src));
+    b.set_counts(pin, b.on_sample(avr(b.avr_)->cycle, pin));
   }
   template <int kMotorIndex>
   static void width(avr_irq_t*, std::uint32_t value, void* board) {
@@ -129,7 +132,7 @@ struct Board::Hooks {
     Board& b = *static_cast<Board*>(board);
     const std::uint8_t value = b.incoming_.front().value;
     b.incoming_.pop_front();
-    avr_raise_irq(avr_io_getirq(avr(b.avr_), AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT), value);
+    avr_raise_irq(avr_io_getirq(avr(b.avr_), uart_irqs(b.uart_name_), UART_IRQ_INPUT), value);
     b.schedule_byte();
     return 0;
   }
@@ -139,9 +142,11 @@ struct Board::Hooks {
   static void sleep(avr_t*, avr_cycle_count_t) {}  // simulated time only
 };
 
-Board::Board(const Firmware& firmware) : firmware_(firmware) {
-  avr_t* a = avr_make_mcu_by_name(kMcu);
-  if (a == nullptr) throw io::JobError("simavr knows no atmega328p");
+Board::Board(const Firmware& firmware) : firmware_(firmware), uart_name_(firmware.is_32u4() ? '1' : '0') {
+  const char* mcu = firmware.is_32u4() ? "atmega32u4" : "atmega328p";
+  avr_t* a = avr_make_mcu_by_name(mcu);
+  if (a == nullptr) throw io::JobError(fmt::format("simavr knows no {}", mcu));
+  ram_end_ = a->ramend;
   avr_ = a;
   avr_init(a);
   a->sleep = Hooks::sleep;
@@ -150,11 +155,12 @@ Board::Board(const Firmware& firmware) : firmware_(firmware) {
   a->vcc = a->avcc = a->aref = kSupply_mV;
   uart_ = find_uart(a);
   std::uint32_t flags = 0;
-  avr_ioctl(a, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
+  avr_ioctl(a, static_cast<std::uint32_t>(AVR_IOCTL_UART_SET_FLAGS(uart_name_)), &flags);
   avr_register_io_write(a, kGpior0, Hooks::marker, this);
-  avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), Hooks::byte, this);
+  avr_irq_register_notify(avr_io_getirq(a, uart_irqs(uart_name_), UART_IRQ_OUTPUT), Hooks::byte, this);
   avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), Hooks::conversion,
                           this);
+  if (firmware.is_32u4()) return power_on();  // a glove: no motors
   const auto pwm = [&](int motor, avr_irq_notify_t notify) {
     const Motor& m = kMotor[motor];
     avr_irq_register_notify(avr_io_getirq(a, static_cast<std::uint32_t>(AVR_IOCTL_TIMER_GETIRQ(m.timer)),
@@ -186,7 +192,7 @@ void Board::power_on() {
   for (std::uint8_t interrupt = 0; interrupt < 2; ++interrupt)
     avr_extint_set_strict_lvl_trig(a, interrupt, 0);
   width_ = {};
-  std::fill(a->data + 0x100, a->data + kRamEnd + 1, kPaint);
+  std::fill(a->data + 0x100, a->data + ram_end_ + 1, kPaint);
   schedule_byte();
 }
 
@@ -224,10 +230,21 @@ void Board::run_until(Cycles end) {
   }
 }
 
-void Board::set_counts(int channel, int counts) {
+// As firmware/mcu.hpp has it.
+int Board::pin_of(int channel) const {
+  if (uart_name_ == '0') return channel;
+  return channel < 4 ? 5 - channel : 7 - channel;
+}
+
+int Board::channel_of(int pin) const {
+  if (uart_name_ == '0') return pin;
+  return pin < 4 ? 7 - pin : 5 - pin;
+}
+
+void Board::set_counts(int pin, int counts) {
   // The converter gives floor(1023 mV / supply).
   const int mV = (std::clamp(counts, 0, kAdcTop) * kSupply_mV + kAdcTop - 1) / kAdcTop;
-  avr_raise_irq(avr_io_getirq(avr(avr_), AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + channel),
+  avr_raise_irq(avr_io_getirq(avr(avr_), AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + channel_of(pin)),
                 static_cast<std::uint32_t>(mV));
 }
 
@@ -269,8 +286,8 @@ void Board::erase_eeprom() { std::fill_n(eeprom().bytes, kEepromBytes, std::uint
 int Board::stack_bytes() const {
   const std::uint8_t* data = avr(avr_)->data;
   int at = firmware_.address("__bss_end");
-  while (at <= kRamEnd && data[at] == kPaint) ++at;
-  return kRamEnd + 1 - at;
+  while (at <= ram_end_ && data[at] == kPaint) ++at;
+  return ram_end_ + 1 - at;
 }
 
 }  // namespace flexor::cosim

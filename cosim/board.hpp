@@ -1,4 +1,4 @@
-// One simulated ATmega328P at 16 MHz: an ELF image run instruction by instruction, its pins and registers
+// One simulated ATmega328P or, of the glove, ATmega32U4 at 16 MHz: an ELF image run instruction by instruction, its pins and registers
 // open to the world.
 //
 // Times are cycles since the world began; a board that is switched on later, or off for a while, keeps
@@ -29,6 +29,8 @@ class Firmware {
 
   // Address in data space. Throws io::JobError when the image has no such symbol.
   std::uint16_t address(const std::string& symbol) const;
+  // Of the two, the one with the RAM that the image was linked for.
+  bool is_32u4() const;
 
   struct Image;
   const Image& image() const { return *image_; }
@@ -47,13 +49,13 @@ class Board {
   // Called while run_until() runs.
   std::function<void(Cycles, std::uint8_t byte)> on_byte;      // the UART began to send it
   std::function<void(Cycles, std::uint8_t marker)> on_marker;  // GPIOR0 was written
-  std::function<int(Cycles, int channel)> on_sample;           // an ADC conversion starts: its counts
+  std::function<int(Cycles, int pin)> on_sample;  // an ADC conversion of A0 .. A5 starts: its counts
 
   void run_until(Cycles end);
   Cycles now() const;
 
-  // What the next conversions of this channel give, without on_sample.
-  void set_counts(int channel, int counts);
+  // What the next conversions of this pin, A0 .. A7, give without on_sample.
+  void set_counts(int pin, int counts);
   // A level at a pin of port 'B' .. 'D' from outside.
   void set_pin(char port, int bit, bool high);
   // The byte is complete on the RX pin at `end`; calls come in order.
@@ -92,12 +94,16 @@ class Board {
 
  private:
   struct Hooks;
+  int pin_of(int channel) const;
+  int channel_of(int pin) const;
   void power_on();
   void schedule_byte();
 
   const Firmware& firmware_;
   void* avr_ = nullptr;  // avr_t: simavr stays inside board.cpp
   void* uart_ = nullptr;
+  char uart_name_;
+  std::uint16_t ram_end_ = 0;
   std::uint64_t byte_cycles_ = 0;
   bool off_ = false;
   Cycles on_at_ = 0;

@@ -141,6 +141,20 @@ TEST_F(Replay, StripsThatSeveralJointsShareAreSentToTheBit) {
   expect_exact(model, exercise(400, 8));
 }
 
+// A Leonardo's chip has its strips on other channels and its radio on another UART.
+TEST_F(Replay, AnAtmega32u4SendsTheSameBits) {
+  for (const char* name : {"published-w", "published-hw"}) {
+    Built b{study::glove_for(parameters_, named(name)), {}, nullptr};
+    b.glove.mcu = deploy::kAtmega32u4;
+    b.image = deploy::build_glove(b.glove, folder_);
+    b.firmware = std::make_unique<Firmware>(b.image.elf);
+    ASSERT_TRUE(b.firmware->is_32u4());
+    const GloveFigures f = replay(*b.firmware, b.glove, exercise(2000, 9));
+    EXPECT_EQ(f.mismatches, 0U);
+    EXPECT_GT(f.frames, 1500U);
+  }
+}
+
 // One finger's model: the other four strips are missing.
 TEST_F(Replay, AModelOfOneFingerLeavesTheOthersAtRestAndSaysSo) {
   const model::Model all = named("published-hw");

@@ -1,4 +1,4 @@
-// What both boards share of the ATmega328P: markers, the UART with its rings, EEPROM, sleep.
+// What both boards share: markers, the UART with its rings, EEPROM, sleep.
 #pragma once
 
 #include <avr/eeprom.h>
@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "firmware/markers.hpp"
+#include "firmware/mcu.hpp"
 #include "runtime/link/key_record.hpp"
 
 namespace flexor {
@@ -76,10 +77,10 @@ inline void start_uart(uint16_t divisor, uint8_t enables) {
   UCSR0B = enables;
 }
 
-// The ADC at 125 kHz: a conversion takes 0.1 ms. analog: a bit for each of PC0 .. PC5 that nobody reads as a
+// The ADC at 125 kHz: a conversion takes 0.1 ms. analog: a bit for each of A0 .. A5 that nobody reads as a
 // digital pin.
 inline void start_adc(uint8_t analog = 0x1f) {
-  DIDR0 = analog;
+  DIDR0 = adc_channels(analog);
   ADMUX = _BV(REFS0);
   ADCSRA = _BV(ADEN) | _BV(ADIE) | 7;
 }
@@ -120,7 +121,7 @@ class Scan {
  private:
   void convert(uint8_t at) {
     at_ = at;
-    ADMUX = static_cast<uint8_t>(_BV(REFS0) | pgm_read_byte(kScan + at));
+    ADMUX = static_cast<uint8_t>(_BV(REFS0) | adc_channel(pgm_read_byte(kScan + at)));
     ADCSRA |= _BV(ADSC);
   }
 

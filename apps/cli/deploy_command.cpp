@@ -21,7 +21,7 @@ namespace {
 
 struct Options {
   std::string model;
-  std::string target = deploy::kTarget;
+  std::string target = deploy::kAtmega328p.name;
   double rate_hz = 0;
   std::string out;
   std::string output = "radio";
@@ -143,7 +143,10 @@ study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy
   d.calibration = calibration_words(o, model, own, p.divider_kohm);
   d.divider_kohm = p.divider_kohm;
   d.glove.pins = deploy::pins_from_text(o.pins);
+  d.glove.mcu = deploy::mcu(o.target);
   require_of_vr(o, d.glove.pins);
+  if (o.target != deploy::kAtmega328p.name && std::ranges::max(d.glove.pins.strip) > 5)
+    throw io::InputError("--pins: the strips of an atmega32u4 are at A0 to A5");
   d.glove.encoding = o.encoding == "beta" ? deploy::Encoding::beta : deploy::Encoding::alpha;
   d.glove.right_hand = o.hand == "right";
   d.glove.key = key;
@@ -192,8 +195,11 @@ void measure(study::Deployment& d, const study::Boards& boards, const study::Cou
 }
 
 void require_known(const Options& o) {
-  if (o.target != deploy::kTarget)
-    throw io::InputError(fmt::format("unknown target \"{}\"; known: {}", o.target, deploy::kTarget));
+  (void)deploy::mcu(o.target);
+  if (o.output != "radio" && o.target != deploy::kAtmega328p.name)
+    throw io::InputError(
+        "--output opengloves is for an atmega328p: an atmega32u4 takes the library that it writes beside, "
+        "arduino/Flexor");
   deploy::require_toolchain();
   io::require_folder(o.out);
 }
@@ -264,7 +270,10 @@ void add_deploy(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "deploy", "A model file as firmware for glove and hand, with what it costs measured");
   command->add_option("MODEL", o->model, "model file")->required();
-  command->add_option("--target", o->target, "microcontroller")->capture_default_str();
+  command
+      ->add_option("--target", o->target,
+                   "the glove's microcontroller: atmega328p (Uno, Nano) or atmega32u4 (Leonardo, Pro Micro)")
+      ->capture_default_str();
   command->add_option("--rate", o->rate_hz, "sample rate: 10, 20, 50 or 100 Hz (default: the model's)");
   command
       ->add_option("--out", o->out,

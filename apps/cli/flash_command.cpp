@@ -5,6 +5,7 @@
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
+#include "host/deploy/config.hpp"
 #include "host/deploy/flash.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
@@ -23,10 +24,24 @@ struct Options {
   bool json = false;
 };
 
+// What runs on an ATmega32U4 goes another way (docs/pairing.md).
+void require_328p(const fs::path& folder) {
+  std::error_code error;
+  const fs::path report = folder / "report.json";
+  if (!fs::exists(report, error)) return;
+  const auto json = nlohmann::json::parse(io::read_file(report), nullptr, false);
+  const auto target = nlohmann::json::json_pointer("/targets/0/name");
+  if (!json.contains(target) || json.at(target) == deploy::kAtmega328p.name) return;
+  throw io::InputError(fmt::format(
+      "{}: the glove's image is for another chip than an {}: docs/pairing.md says how it is flashed",
+      folder.string(), deploy::kAtmega328p.name));
+}
+
 fs::path image_of(const Options& o) {
   std::error_code error;
   const fs::path path = o.what;
   if (!fs::is_directory(path, error)) return path;
+  if (o.board != "hand") require_328p(path);
   if (!o.board.empty()) return path / (o.board + ".hex");
   const bool glove = fs::exists(path / "glove.hex", error);
   const bool hand = fs::exists(path / "hand.hex", error);

@@ -63,6 +63,14 @@ double value_at(const Points& p, double n) {
 
 }  // namespace
 
+Mcu mcu(const std::string& name) {
+  for (const Mcu& known : {kAtmega328p, kAtmega32u4}) {
+    if (name == known.name) return known;
+  }
+  throw InputError(
+      fmt::format("unknown target \"{}\"; known: {}, {}", name, kAtmega328p.name, kAtmega32u4.name));
+}
+
 double Sensor::operator()(double counts) const {
   return std::visit([&](const auto& sensor) { return value_at(sensor, counts); }, kind);
 }

@@ -31,6 +31,18 @@ enum class Output { radio, opengloves };
 // from 0.5 on reads.
 enum class Encoding { alpha, beta };
 
+// A microcontroller that there is firmware for; flash without its bootloader's.
+struct Mcu {
+  const char* name;
+  int flash_bytes;
+  int ram_bytes;
+};
+inline constexpr Mcu kAtmega328p = {"atmega328p", 32768, 2048};  // Uno, Nano
+inline constexpr Mcu kAtmega32u4 = {"atmega32u4", 28672,
+                                    2560};  // Leonardo, Micro, Pro Micro: the glove alone
+// Throws io::InputError, which names those that are known.
+Mcu mcu(const std::string& name);
+
 struct CountsAsTheyAre {};
 struct Divider {
   double fixed_kohm = 0;
@@ -61,6 +73,7 @@ Sensor through_points(std::vector<double> counts, std::vector<double> value);
 
 struct Glove {
   model::Model model;  // its sample period is the glove's
+  Mcu mcu = kAtmega328p;
   std::array<Sensor, kFingers> sensor;
   Output output = Output::radio;
   double baud = 9600;        // of the radio; USB always has kUsbBaud

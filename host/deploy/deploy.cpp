@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "host/deploy/arduino_library.hpp"
 #include "host/deploy/sources.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
@@ -37,7 +38,7 @@ std::string checked(const std::vector<std::string>& argv, const fs::path& tempor
                              result.err.substr(from, result.err.find('\n', from) - from)));
 }
 
-Image build(const std::string& name, const std::string& config, const fs::path& out,
+Image build(const std::string& name, const std::string& config, const fs::path& out, const Mcu& mcu,
             const std::vector<std::string>& options) {
   require_toolchain();
   const fs::path folder = fs::absolute(out);  // no tool takes it for an option or a list of them
@@ -50,7 +51,7 @@ Image build(const std::string& name, const std::string& config, const fs::path& 
   const fs::path elf = source.path() / image.elf.filename();
   const fs::path hex = source.path() / image.hex.filename();
   std::vector<std::string> compile = {kCompiler,
-                                      "-mmcu=atmega328p",
+                                      std::string("-mmcu=") + mcu.name,
                                       "-DF_CPU=16000000UL",
                                       "-Os",
                                       "-std=c++14",
@@ -84,11 +85,12 @@ Image build(const std::string& name, const std::string& config, const fs::path& 
   image.flash_bytes = text + data;
   image.ram_bytes = data + bss;
   constexpr int kStackReserve = 512;
-  if (image.flash_bytes > kFlash || image.ram_bytes > kRam - kStackReserve) {
+  if (image.flash_bytes > mcu.flash_bytes || image.ram_bytes > mcu.ram_bytes - kStackReserve) {
     throw InputError(fmt::format(
         "the {} image needs {} bytes of flash and {} of RAM; an {} has {} and, beside {} for the stack, {}: "
         "use fewer knots",
-        name, image.flash_bytes, image.ram_bytes, kTarget, kFlash, kStackReserve, kRam - kStackReserve));
+        name, image.flash_bytes, image.ram_bytes, mcu.name, mcu.flash_bytes, kStackReserve,
+        mcu.ram_bytes - kStackReserve));
   }
   io::write_file(image.elf, io::read_file(elf));
   io::write_file(image.hex, io::read_file(hex));
@@ -133,18 +135,19 @@ void require_toolchain() {
 }
 
 Image build_glove(const Glove& glove, const fs::path& folder) {
-  return build_glove(glove_config(glove), folder);
+  return build_glove(glove_config(glove), folder, glove.mcu);
 }
 
-Image build_glove(const std::string& config, const fs::path& folder) {
-  return build("glove", config, folder, {"-fno-move-loop-invariants"});
+Image build_glove(const std::string& config, const fs::path& folder, const Mcu& mcu) {
+  return build("glove", config, folder, mcu, {"-fno-move-loop-invariants"});
 }
 
 Image build_hand(const Hand& hand, const fs::path& folder) {
-  return build("hand", hand_config(hand), folder, {"-mcall-prologues"});
+  return build("hand", hand_config(hand), folder, kAtmega328p, {"-mcall-prologues"});
 }
 
 void write_arduino(const Glove& glove, const Hand& hand, const fs::path& folder) {
+  write_arduino_library(glove, folder / "Flexor");
   write_library(folder / "FlexorGlove", "FlexorGlove", "glove", glove_config(glove),
                 "A flex-sensor glove with its compensator");
   if (glove.output == Output::radio) {

@@ -11,12 +11,9 @@
 
 namespace flexor::deploy {
 
-inline constexpr const char* kTarget = "atmega328p";
 inline constexpr double kWorstError_deg = model::kFixedError_deg;
 inline constexpr int kFlashBudget = 10240;  // bytes of an image: a third of the flash
 inline constexpr int kRamBudget = 640;      // bytes, static: a third of the RAM
-inline constexpr int kFlash = 32768;        // of the microcontroller
-inline constexpr int kRam = 2048;
 
 struct Image {
   std::filesystem::path elf;
@@ -32,7 +29,8 @@ void require_toolchain();
 // image does not fit the microcontroller, io::JobError when the compiler fails.
 Image build_glove(const Glove& glove, const std::filesystem::path& folder);
 // Likewise from a text that takes the place of glove_config(): for comparisons.
-Image build_glove(const std::string& config, const std::filesystem::path& folder);
+Image build_glove(const std::string& config, const std::filesystem::path& folder,
+                  const Mcu& mcu = kAtmega328p);
 Image build_hand(const Hand& hand, const std::filesystem::path& folder);
 
 // Library folders that the Arduino IDE takes as they are, with an example sketch each.

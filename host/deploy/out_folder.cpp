@@ -25,12 +25,13 @@ struct Part {
   const char* name;
   bool is_folder;
 };
-constexpr std::array<Part, 12> kParts = {{{"glove_config.hpp", false},
+constexpr std::array<Part, 13> kParts = {{{"glove_config.hpp", false},
                                           {"hand_config.hpp", false},
                                           {"glove.elf", false},
                                           {"hand.elf", false},
                                           {"glove.hex", false},
                                           {"hand.hex", false},
+                                          {"arduino/Flexor", true},
                                           {"arduino/FlexorGlove", true},
                                           {"arduino/FlexorHand", true},
                                           {"report.html", false},

@@ -133,7 +133,11 @@ std::vector<std::string> next_of(const Deployment& d) {
 double time_share(const TimeBudget& t) { return (t.adc_ms + t.compute_ms) / t.period_ms; }
 
 double flash_share(const Deployment& d) {
-  return static_cast<double>(std::max(d.glove_image.flash_bytes, d.hand_image.flash_bytes)) / deploy::kFlash;
+  const auto share = [](int bytes, const deploy::Mcu& mcu) {
+    return static_cast<double>(bytes) / mcu.flash_bytes;
+  };
+  return std::max(share(d.glove_image.flash_bytes, d.glove.mcu),
+                  share(d.hand_image.flash_bytes, deploy::kAtmega328p));
 }
 
 std::string budget_sentence(const Deployment& d) {
@@ -157,14 +161,18 @@ Lines lines(const Deployment& d) {
   add("compared with the host to the bit",
       fmt::format("{} angles over {} samples, {} mismatches", d.glove_figures.angles, d.glove_figures.samples,
                   d.glove_figures.mismatches));
-  add("glove: flash, bytes", of_budget(d.glove_image.flash_bytes, deploy::kFlashBudget, deploy::kFlash));
-  add("glove: static RAM, bytes", of_budget(d.glove_image.ram_bytes, deploy::kRamBudget, deploy::kRam));
+  add("glove: flash, bytes",
+      of_budget(d.glove_image.flash_bytes, deploy::kFlashBudget, d.glove.mcu.flash_bytes));
+  add("glove: static RAM, bytes",
+      of_budget(d.glove_image.ram_bytes, deploy::kRamBudget, d.glove.mcu.ram_bytes));
   add("glove: stack at most, bytes", fmt::format("{}", d.glove_figures.stack_bytes));
   add("glove: awake", fmt::format("{:.1f} % of the time", 100 * d.glove_figures.awake_share));
   if (has_hand(d)) {
     add("hand: tick of five loops, cycles", cycles(d.hand_figures.tick));
-    add("hand: flash, bytes", of_budget(d.hand_image.flash_bytes, deploy::kFlashBudget, deploy::kFlash));
-    add("hand: static RAM, bytes", of_budget(d.hand_image.ram_bytes, deploy::kRamBudget, deploy::kRam));
+    add("hand: flash, bytes",
+        of_budget(d.hand_image.flash_bytes, deploy::kFlashBudget, deploy::kAtmega328p.flash_bytes));
+    add("hand: static RAM, bytes",
+        of_budget(d.hand_image.ram_bytes, deploy::kRamBudget, deploy::kAtmega328p.ram_bytes));
     add("hand: stack at most, bytes", fmt::format("{}", d.hand_figures.stack_bytes));
     add("hand: awake, link at its fullest",
         fmt::format("{:.0f} % of the time", 100 * d.hand_figures.awake_share));
@@ -266,7 +274,7 @@ std::string deployment_table(const Deployment& d) {
 Json to_json(const Deployment& d) {
   const auto statistic = [](const CycleStatistic& c) { return Json{{"mean", c.mean()}, {"worst", c.worst}}; };
   const TimeBudget t = time_budget(d);
-  Json json = {{"targets", Json::array({{{"name", deploy::kTarget},
+  Json json = {{"targets", Json::array({{{"name", d.glove.mcu.name},
                                          {"flash_bytes", d.glove_image.flash_bytes},
                                          {"ram_bytes", d.glove_image.ram_bytes},
                                          {"stack_bytes", d.glove_figures.stack_bytes},

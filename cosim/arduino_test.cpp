@@ -1,0 +1,168 @@
+// The Arduino library: compiled with the packaged core for each of its boards, and run on a simulated Uno.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <vector>
+
+#include "cosim/board.hpp"
+#include "cosim/replay.hpp"
+#include "host/deploy/arduino_library.hpp"
+#include "host/deploy/host_chain.hpp"
+#include "host/io/io.hpp"
+#include "host/io/process.hpp"
+#include "runtime/link/receiver.hpp"
+
+namespace flexor::cosim {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kCore = "/usr/share/arduino/hardware/arduino/avr";
+
+struct Kind {
+  const char* mcu;
+  const char* variant;
+  const char* name;
+};
+
+class Arduino : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(kCore / "cores/arduino/Arduino.h"))
+      GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
+    folder_ = fs::path(testing::TempDir()) / ("flexor_arduino_" + std::to_string(::getpid()));
+    glove_.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
+    glove_.sensor.fill(deploy::divider(35, 25, 100.0 / 180));
+  }
+  // The library that has this example.
+  void write(const std::string& example) {
+    fs::remove_all(folder_ / "Flexor");
+    glove_.output = example == "GloveVr" ? deploy::Output::opengloves : deploy::Output::radio;
+    deploy::write_arduino_library(glove_, folder_ / "Flexor");
+  }
+  void TearDown() override {
+    if (!folder_.empty()) fs::remove_all(folder_);
+  }
+
+  // The flags of the core's platform.txt, warnings on for what is ours.
+  std::vector<std::string> compiler(const Kind& board) const {
+    return {"avr-gcc",
+            "-Os",
+            "-std=gnu++11",
+            "-fpermissive",
+            "-fno-exceptions",
+            "-ffunction-sections",
+            "-fdata-sections",
+            "-fno-threadsafe-statics",
+            "-flto",
+            std::string("-mmcu=") + board.mcu,
+            "-DF_CPU=16000000L",
+            "-DARDUINO=10819",
+            std::string("-DARDUINO_AVR_") + board.name,
+            "-DARDUINO_ARCH_AVR",
+            "-DUSB_VID=0x2341",
+            "-DUSB_PID=0x8036",
+            "-I",
+            kCore / "cores/arduino",
+            "-I",
+            kCore / "variants" / board.variant,
+            "-I" + (folder_ / "Flexor/src").string(),
+            "-include",
+            "Arduino.h"};
+  }
+
+  // As the IDE does it: the sketch becomes C++.
+  fs::path sketch(const std::string& name) const {
+    const fs::path source = folder_ / (name + ".cpp");
+    fs::copy_file(folder_ / "Flexor/examples" / name / (name + ".ino"), source,
+                  fs::copy_options::overwrite_existing);
+    return source;
+  }
+
+  static void run(std::vector<std::string> command, const std::vector<std::string>& more) {
+    command.insert(command.end(), more.begin(), more.end());
+    const io::ProcessResult result = io::run_process(command);
+    EXPECT_EQ(result.status, 0) << result.err;
+  }
+
+  deploy::Glove glove_;
+  fs::path folder_;
+};
+
+TEST_F(Arduino, TheExamplesCompileForEachBoardOfTheCore) {
+  for (const Kind& board : {Kind{"atmega328p", "standard", "UNO"}, Kind{"atmega32u4", "leonardo", "LEONARDO"},
+                            Kind{"atmega32u4", "micro", "MICRO"}, Kind{"atmega2560", "mega", "MEGA2560"}}) {
+    for (const char* name : {"Glove", "GloveRadio", "GloveVr"}) {
+      write(name);
+      run(compiler(board), {"-Wall", "-Wextra", "-Werror", "-c", sketch(name), "-o", folder_ / "sketch.o"});
+    }
+  }
+}
+
+// No register, no header of an AVR: with this PC's compiler and the few names of Arduino.h that are used.
+TEST_F(Arduino, NothingAsksForAnAvr) {
+  io::write_file(
+      folder_ / "Arduino.h",
+      "#pragma once\n#include <stdint.h>\n#include <stddef.h>\n"
+      "#define round(x) ((long)((x)+0.5))\n#define min(a, b) ((a) < (b) ? (a) : (b))\n"
+      "enum { A0, A1, A2, A3, A4 };\nint analogRead(uint8_t);\nunsigned long millis();\n"
+      "struct Port {\n  void begin(long);\n  int available();\n  int read();\n"
+      "  size_t write(const uint8_t*, size_t);\n  void print(float, int);\n  void print(char);\n};\n"
+      "extern Port Serial, Serial1;\n#define HAVE_HWSERIAL1\n");
+  for (const char* name : {"Glove", "GloveRadio", "GloveVr"}) {
+    write(name);
+    run({"g++", "-std=c++14", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I" + folder_.string(),
+         "-I" + (folder_ / "Flexor/src").string(), "-include", "Arduino.h"},
+        {sketch(name)});
+  }
+}
+
+TEST_F(Arduino, OnASimulatedUnoItSendsTheHostsAnglesToTheBit) {
+  write("GloveRadio");
+  std::vector<std::string> sources = {sketch("GloveRadio")};
+  for (const auto& entry : fs::directory_iterator(kCore / "cores/arduino")) {
+    const std::string kind = entry.path().extension();
+    if (kind == ".c" || kind == ".cpp" || kind == ".S") sources.push_back(entry.path());
+  }
+  std::sort(sources.begin() + 1, sources.end());
+  const fs::path elf = folder_ / "sketch.elf";
+  std::vector<std::string> command = compiler({"atmega328p", "standard", "UNO"});
+  // Assembly wants no Arduino.h, and the example includes Flexor.h. The core wants a name that Debian's compiler lacks.
+  command.resize(command.size() - 2);
+  command.insert(command.end(), {"-w", "-DDECIMAL_DIG=__DECIMAL_DIG__", "-Wl,--gc-sections", "-o", elf});
+  run(command, sources);
+
+  const Counts counts = exercise(150, 3);
+  deploy::HostChain host(glove_);
+  std::vector<link::Frame> expected;
+  for (const auto& sample : counts) expected.push_back(host.step(sample));
+
+  const Firmware firmware(elf);
+  Board board(firmware);
+  std::size_t conversions = 0;
+  board.on_sample = [&](Cycles, int channel) {
+    const std::size_t k = std::min(conversions++ / deploy::kFingers, counts.size() - 1);
+    return counts[k][static_cast<std::size_t>(channel)];
+  };
+  link::Receiver receiver(nullptr);
+  std::size_t frames = 0;
+  board.on_byte = [&](Cycles, std::uint8_t byte) {
+    link::Received result = receiver.push(byte);
+    while (result == link::Received::pending) result = receiver.verify();
+    if (result != link::Received::frame) return;
+    const std::size_t k = receiver.frame().time_ms / 100U - 1U;
+    if (k >= expected.size()) return;
+    ++frames;
+    for (std::size_t i = 0; i < deploy::kFingers; ++i) {
+      ASSERT_EQ(receiver.frame().angle[i], expected[k].angle[i]) << "sample " << k << ", finger " << i;
+      ASSERT_EQ(receiver.frame().status[i], expected[k].status[i]) << "sample " << k << ", finger " << i;
+    }
+  };
+  while (conversions < deploy::kFingers * counts.size()) board.run_until(board.now() + kCyclesPerMs);
+  EXPECT_GT(frames, counts.size() / 2) << "between them the glove listens";
+}
+
+}  // namespace
+}  // namespace flexor::cosim

@@ -152,7 +152,7 @@ Board::Board(const Firmware& firmware) : firmware_(firmware), uart_name_(firmwar
   a->sleep = Hooks::sleep;
   elf_firmware_t image = firmware.image().elf;
   avr_load_firmware(a, &image);
-  a->vcc = a->avcc = a->aref = kSupply_mV;
+  a->vcc = a->aref = kSupply_mV;
   uart_ = find_uart(a);
   std::uint32_t flags = 0;
   avr_ioctl(a, static_cast<std::uint32_t>(AVR_IOCTL_UART_SET_FLAGS(uart_name_)), &flags);
@@ -188,6 +188,7 @@ void Board::power_on() {
   avr_reset(a);
   a->cycle = cycle;
   a->run_cycle_limit = kRunCycles;
+  set_supply(kSupply_mV);
   // Otherwise a low PD2 or PD3, motor pins here, is polled in every cycle; a reset forgets it.
   for (std::uint8_t interrupt = 0; interrupt < 2; ++interrupt)
     avr_extint_set_strict_lvl_trig(a, interrupt, 0);
@@ -243,9 +244,14 @@ int Board::channel_of(int pin) const {
 
 void Board::set_counts(int pin, int counts) {
   // The converter gives floor(1023 mV / supply).
-  const int mV = (std::clamp(counts, 0, kAdcTop) * kSupply_mV + kAdcTop - 1) / kAdcTop;
+  const int mV = (std::clamp(counts, 0, kAdcTop) * supply_mV_ + kAdcTop - 1) / kAdcTop;
   avr_raise_irq(avr_io_getirq(avr(avr_), AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + channel_of(pin)),
                 static_cast<std::uint32_t>(mV));
+}
+
+void Board::set_supply(int mV) {
+  supply_mV_ = mV;
+  avr(avr_)->avcc = static_cast<std::uint32_t>(mV);
 }
 
 void Board::receive(Cycles end, std::uint8_t byte) {

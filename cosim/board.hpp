@@ -58,6 +58,8 @@ class Board {
   void set_counts(int pin, int counts);
   // A level at a pin of port 'B' .. 'D' from outside.
   void set_pin(char port, int bit, bool high);
+  // The supply, which is the converter's reference, until the next start; potentiometers hang on it, too.
+  void set_supply(int mV);
   // The byte is complete on the RX pin at `end`; calls come in order.
   void receive(Cycles end, std::uint8_t byte);
 
@@ -106,6 +108,7 @@ class Board {
   std::uint16_t ram_end_ = 0;
   std::uint64_t byte_cycles_ = 0;
   bool off_ = false;
+  int supply_mV_ = 0;
   Cycles on_at_ = 0;
   Cycles awake_ = 0;
   struct Byte {

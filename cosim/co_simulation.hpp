@@ -26,6 +26,7 @@ struct __attribute__((packed)) HandStatus {
   std::int16_t setpoint[5];
   std::uint16_t overruns;
   std::int8_t duty[5];  // 127: the supply's whole voltage
+  std::uint8_t board;   // hand::BoardFault
 };
 
 class CoSimulation {

@@ -4,6 +4,7 @@
 // happens in main, which sleeps. A tick comes first: between two of them main computes at most one tag.
 #include "firmware/board.hpp"
 #include "hand_config.hpp"
+#include "runtime/hand/board_watch.hpp"
 #include "runtime/hand/finger.hpp"
 #include "runtime/link/counter_store.hpp"
 #include "runtime/link/hand_end.hpp"
@@ -20,7 +21,8 @@ struct {
   int16_t setpoint[link::kFingers];  // Q4 degrees
   uint16_t overruns;                 // bytes that found no room
   int8_t duty[link::kFingers];       // 127: the supply's whole voltage
-} hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, {}};
+  uint8_t board;                     // hand::BoardFault
+} hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, {}, 0};
 hand::Finger hand_finger[link::kFingers];
 link::HandEnd hand_link(pair_key(config::kKeyRecord));  // begins with its statistics
 link::Latency hand_latency;  // begins with how late the last frame was, and the latest, ms
@@ -29,10 +31,18 @@ namespace {
 
 volatile uint16_t counts[link::kFingers];
 volatile bool ticked = false;
+volatile bool scanning = false;
+volatile bool late = false;     // a scan that the next tick found unfinished
+volatile uint16_t bandgap = 0;  // counts
 Ring<32> received;
 Transmitter<64> transmitter;
 
 hand::LinkWatch watch;
+hand::BoardWatch board_watch;
+hand::NeighbourWatch neighbours[link::kFingers - 1];
+constexpr uint8_t kBandgap = _BV(REFS0) | 0x0e;
+constexpr uint8_t kBadResets = hand::kBrownOutReset | hand::kWatchdogReset;
+static_assert(hand::kBrownOutReset == _BV(BORF) && hand::kWatchdogReset == _BV(WDRF), "as in MCUSR");
 Eeprom eeprom;
 link::CounterStore<Eeprom> store;
 uint16_t now_ms = 0;
@@ -96,21 +106,39 @@ void drive(uint8_t motor, int16_t duty) {
   }
 }
 
+// A bit for each finger whose reading may be the one's before it.
+uint8_t shadows(const uint16_t (&reading)[link::kFingers]) {
+  uint8_t out = 0;
+  for (uint8_t i = 0; i + 1 < link::kFingers; ++i) {
+    if (neighbours[i].tick(reading[i], reading[i + 1])) out |= static_cast<uint8_t>(2 << i);
+  }
+  return out;
+}
+
 // Out of line: inside main its values would not stay in registers.
 __attribute__((noinline)) void tick() {
   mark(Marker::tick_begin);
   uint16_t reading[link::kFingers];
   cli();
   for (uint8_t i = 0; i < link::kFingers; ++i) reading[i] = counts[i];
+  const uint8_t broken = board_watch.tick(!late, bandgap);
+  late = false;
   sei();
   ++now_ms;
   hand_link.tick();
   hand_link.stir(static_cast<uint16_t>(reading[0] ^ reading[4] << 3));
   hand_status.link = watch.tick();
+  hand_status.board = broken | (reset_cause & kBadResets);
+  const uint8_t shadowed = shadows(reading);
   for (uint8_t i = 0; i < link::kFingers; ++i) {
-    const int16_t duty =
-        hand_finger[i].tick(config::kSettings[config::kSettingsOf[i]], hand_status.link,
-                            hand_link.receiver().frame().angle[i], config::kRest[i], reading[i]);
+    int16_t duty = 0;
+    if (broken) {
+      hand_finger[i].let_go();
+    } else {
+      duty = hand_finger[i].tick(config::kSettings[config::kSettingsOf[i]], hand_status.link,
+                                 hand_link.receiver().frame().angle[i], config::kRest[i], reading[i],
+                                 (shadowed & (1 << i)) != 0);
+    }
     drive(i, duty);
     hand_status.duty[i] = static_cast<int8_t>(duty / 256);
     hand_status.fault[i] = hand_finger[i].fault();
@@ -153,7 +181,7 @@ uint8_t telemetry(uint8_t* wire) {
     finger[i].fault = static_cast<uint8_t>(hand_status.fault[i]);
   }
   link::Packet packet;
-  const uint8_t bytes = link::put_telemetry(now_ms, 0, finger, link::kFingers, packet.body());
+  const uint8_t bytes = link::put_telemetry(now_ms, hand_status.board, finger, link::kFingers, packet.body());
   return hand_link.say(link::Type::telemetry, packet, bytes, wire);
 }
 
@@ -163,6 +191,7 @@ uint8_t state(uint8_t* wire) {
   state.in_touch = hand_link.in_touch();
   state.has_key = hand_link.receiver().pair() != nullptr;
   state.reset_cause = reset_cause;
+  state.faults = hand_status.board;
   state.temperature_C = link::State::kNoTemperature;
   link::Packet packet;
   return hand_link.say(link::Type::state, packet, link::put_state(state, packet.body()), wire);
@@ -183,10 +212,34 @@ void speak() {
 
 }  // namespace
 
-ISR(TIMER0_COMPA_vect) { begin_scan(); }
+// Every 64th scan begins with the bandgap, at which the converter has looked since the last: it takes its time
+// to settle.
+ISR(TIMER0_COMPA_vect) {
+  static uint8_t scans = 0;
+  if (scanning) {
+    late = true;
+    ticked = true;
+    start_adc();
+  }
+  scanning = true;
+  if (++scans & 63) {
+    begin_scan();
+  } else {
+    ADMUX = kBandgap;
+    ADCSRA |= _BV(ADSC);
+  }
+}
 
 ISR(ADC_vect) {
-  if (continue_scan(counts)) ticked = true;
+  if (ADMUX == kBandgap) {
+    bandgap = ADC;
+    begin_scan();
+    return;
+  }
+  if (!continue_scan(counts)) return;
+  ADMUX = kBandgap;
+  scanning = false;
+  ticked = true;
 }
 
 ISR(USART_UDRE_vect) { transmitter.on_ready(); }

@@ -21,6 +21,11 @@ constexpr double kStuck_s = 0.5;  // the very same reading for so long: dead
 constexpr double kHold_s = 0.25;
 constexpr double kGuardSpeed_deg_s = 200;
 constexpr int kPotentiometerMargin = 5;  // counts from either rail
+constexpr double kGap_deg = 2;           // between what the motor must have done and the reading
+constexpr double kForget_deg_s = 12;     // of it: what noise leaves behind
+constexpr double kFrictionShare = 0.4;   // by which friction may differ
+constexpr double kKick = 3.2;            // times the duty that may move a finger: it must
+constexpr double kPwmStep = 1.0 / 256;
 
 int frame_bytes(const Key& key) { return link::frame_bytes(key.has_value()); }
 
@@ -291,6 +296,30 @@ GloveTables glove_tables(const Glove& glove) {
   return out;
 }
 
+namespace {
+
+hand::MotorSettings motor_settings(const HandMotor& motor) {
+  constexpr double kTick_s = 0.001;
+  constexpr double kFull = hand::kFullDuty >> hand::kWatchShift;
+  const auto int16 = [](double v) {
+    return static_cast<std::int16_t>(std::lround(std::clamp(v, 0.0, 32767.0)));
+  };
+  const double rate = -std::expm1(-kTick_s / motor.time_s);
+  const double may_move = motor.friction + motor.load;
+  hand::MotorSettings c{};
+  c.rate = static_cast<std::uint16_t>(std::lround(std::clamp(rate * 65536, 1.0, 65535.0)));
+  c.friction = int16(motor.friction * rate * kFull);
+  c.load = int16((motor.load + kFrictionShare * motor.friction + kPwmStep) * kFull);
+  c.duty_per_q6 = int16(kFull / (64 * motor.full_speed_deg_s * kTick_s));
+  c.forget = int16(kForget_deg_s / motor.full_speed_deg_s * kFull);
+  c.gap = int16(64 * kGap_deg);
+  c.breakaway = int16(may_move * hand::kFullDuty);
+  c.kick = int16(kKick * may_move * hand::kFullDuty);
+  return c;
+}
+
+}  // namespace
+
 hand::FingerSettings finger_settings(const Hand& hand, int finger) {
   const auto i = static_cast<std::size_t>(finger);
   constexpr double kTick_s = 0.001;
@@ -311,12 +340,15 @@ hand::FingerSettings finger_settings(const Hand& hand, int finger) {
   c.loop.feed_forward = int16(hand.feed_forward_s_per_deg / kTick_s * hand::kFullDuty);
   c.potentiometer.scale =
       static_cast<std::uint32_t>(std::lround(16 * hand.potentiometer_range_deg / 1023 * 65536));
-  c.potentiometer.low = kPotentiometerMargin;
-  c.potentiometer.high = sensor::kAdcTop - kPotentiometerMargin;
+  const double counts_per_deg = sensor::kAdcTop / hand.potentiometer_range_deg;
+  const auto counts = [&](double deg) {
+    return static_cast<std::uint16_t>(std::lround(std::clamp<double>(
+        deg * counts_per_deg, kPotentiometerMargin, sensor::kAdcTop - kPotentiometerMargin)));
+  };
+  c.potentiometer.low = counts(hand.lower_deg[i] - hand.reach_deg);
+  c.potentiometer.high = counts(hand.upper_deg[i] + hand.reach_deg);
   c.careful_step = step(hand.careful_deg_s);
-  c.stall_duty = int16(0.5 * hand.duty * hand::kFullDuty);
-  c.stall_ticks = static_cast<std::uint16_t>(std::min(hand.stall_s / kTick_s, 65535.0));
-  c.stall_travel = q4(1);
+  if (hand.motor.full_speed_deg_s > 0) c.motor = motor_settings(hand.motor);
   return c;
 }
 
@@ -446,12 +478,14 @@ std::string hand_config(const Hand& hand) {
   std::array<std::int16_t, kFingers> rest{};
   for (int i = 0; i < kFingers; ++i) {
     const hand::FingerSettings c = finger_settings(hand, i);
-    const std::string text =
-        fmt::format("    {{{{{}, {}, {}L, {}, {}, {}L, {}, {}}}, {{{}, {}, {}, {}}}, {}L, {}, {}, {}}},\n",
-                    c.loop.lower, c.loop.upper, c.loop.max_step, c.loop.proportional, c.loop.integral,
-                    c.loop.integral_limit, c.loop.duty_limit, c.loop.feed_forward, c.potentiometer.scale,
-                    c.potentiometer.offset, c.potentiometer.low, c.potentiometer.high, c.careful_step,
-                    c.stall_duty, c.stall_ticks, c.stall_travel);
+    const std::string text = fmt::format(
+        "    {{{{{}, {}, {}L, {}, {}, {}L, {}, {}}}, {{{}, {}, {}, {}}}, {}L, {{{}, {}, {}, {}, {}, {}, {}, "
+        "{}}}}},\n",
+        c.loop.lower, c.loop.upper, c.loop.max_step, c.loop.proportional, c.loop.integral,
+        c.loop.integral_limit, c.loop.duty_limit, c.loop.feed_forward, c.potentiometer.scale,
+        c.potentiometer.offset, c.potentiometer.low, c.potentiometer.high, c.careful_step, c.motor.rate,
+        c.motor.friction, c.motor.load, c.motor.duty_per_q6, c.motor.forget, c.motor.gap, c.motor.breakaway,
+        c.motor.kick);
     const auto f = static_cast<std::size_t>(i);
     rest[f] = q4(std::clamp(hand.rest_deg[f], hand.lower_deg[f], hand.upper_deg[f]));
     const auto known = std::ranges::find(settings, text);

@@ -85,6 +85,15 @@ struct Glove {
   bool assembly = true;                 // products as the microcontroller has them; the same bits
 };
 
+// What is known of the motors, behind their gears; duties as shares of the supply. The hand's protection lives on
+// it (runtime/hand/motor_watch.hpp): with full_speed_deg_s 0 there is none.
+struct HandMotor {
+  double full_speed_deg_s = 0;  // at the whole supply, without friction
+  double time_s = 0;            // until 63 % of it
+  double friction = 0;          // the duty that dry friction takes
+  double load = 0;              // the duty that the greatest load takes, besides
+};
+
 // Degrees, degrees a second, and duties as shares of the supply.
 struct Hand {
   std::array<double, kFingers> lower_deg{};  // of the command
@@ -98,7 +107,8 @@ struct Hand {
   double speed_deg_s = 400;
   double careful_deg_s = 150;
   double duty = 1;
-  double stall_s = 0.5;  // infinity: never
+  double reach_deg = 1e9;  // a reading further outside of the limits is none
+  HandMotor motor;
   double baud = 9600;
   Key key;
 };

@@ -17,6 +17,9 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kSafeIntegralLimit = 0.25;  // of full duty: four times the friction
 constexpr double kSafeSpeed_deg_s = 400;
+constexpr double kTopSpeed_deg_s = 440;  // of a motor that the greatest load helps
+constexpr double kSoftStop_deg = 2;      // before the joint's own
+constexpr double kReach_deg = 15;        // past which a reading is none
 
 // Each finger's rest angle by the model; where it has no channel, the hand's lower limit.
 std::array<double, kFingers> rests(const twin::Parameters& p, const model::Model& model) {
@@ -27,6 +30,19 @@ std::array<double, kFingers> rests(const twin::Parameters& p, const model::Model
     out[i] = std::clamp(model.joints[*wiring.joint[i]].rest_deg, p.hand_lower_deg[i], p.hand_upper_deg[i]);
   }
   return out;
+}
+
+// T = K_t V / R and b = K_t K_e / R + viscous, behind the gear: full speed T / b, time J / b.
+deploy::HandMotor motor_of(const twin::Parameters& p) {
+  constexpr double kDeg_per_rad = 180 / std::numbers::pi;
+  const double kt_mNm_A = p.torque_constant_mNm_A * p.gear_ratio * p.gear_efficiency;
+  const double ke_Vs = p.torque_constant_mNm_A / 1000 * p.gear_ratio;
+  const double stall_mNm = kt_mNm_A * p.motor_V / p.resistance_ohm;
+  const double damping_mNms = kt_mNm_A * ke_Vs / p.resistance_ohm + p.viscous_mNms_rad;
+  const double inertia_mNms2 =
+      (p.rotor_inertia_gcm2 * p.gear_ratio * p.gear_ratio + p.finger_inertia_gcm2) * 1e-4;
+  return {stall_mNm / damping_mNms * kDeg_per_rad, inertia_mNms2 / damping_mNms, p.coulomb_mNm / stall_mNm,
+          p.disturbance_mNm / stall_mNm};
 }
 
 std::string identity_of(const deploy::Glove& glove, const deploy::Hand& hand) {
@@ -71,7 +87,6 @@ deploy::Hand twin_hand(const twin::Parameters& p, const model::Model& model) {
   hand.feed_forward_s_per_deg = p.loop_feed_forward_s_per_deg;
   hand.speed_deg_s = p.loop_speed_deg_s;
   hand.duty = p.loop_duty;
-  hand.stall_s = 1e9;
   hand.baud = p.baud;
   hand.key = bench_key();
   return hand;
@@ -79,13 +94,19 @@ deploy::Hand twin_hand(const twin::Parameters& p, const model::Model& model) {
 
 deploy::Hand safe_hand(const twin::Parameters& p, const model::Model& model) {
   deploy::Hand hand = twin_hand(p, model);
-  hand.lower_deg = p.hand_lower_deg;
-  hand.upper_deg = p.hand_upper_deg;
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    const double soft_deg = std::min(kSoftStop_deg, (p.hand_upper_deg[i] - p.hand_lower_deg[i]) / 4);
+    hand.lower_deg[i] = p.hand_lower_deg[i] + soft_deg;
+    hand.upper_deg[i] = p.hand_upper_deg[i] - soft_deg;
+  }
+  hand.reach_deg = kReach_deg;
+  hand.motor = motor_of(p);
+  hand.duty = std::min(p.loop_duty,
+                       kTopSpeed_deg_s / hand.motor.full_speed_deg_s + hand.motor.friction - hand.motor.load);
   hand.integral_limit = std::min(p.loop_integral_limit, kSafeIntegralLimit);
   hand.speed_deg_s = std::min(p.loop_speed_deg_s, kSafeSpeed_deg_s);
   hand.feed_forward_s_per_deg =
       p.torque_constant_mNm_A / 1000 * p.gear_ratio / p.motor_V * std::numbers::pi / 180;
-  hand.stall_s = 0.5;
   return hand;
 }
 

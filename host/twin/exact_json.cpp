@@ -110,12 +110,12 @@ Json exact_json(const std::array<std::vector<float>, kFingers>& angles) { return
 std::array<std::vector<float>, kFingers> angles_of(const Json& json) { return fingers_of<float>(json); }
 
 Json exact_json(const Trial& t) {
-  return {{"glove_deg", fingers(t.glove_deg)},  {"hand_deg", fingers(t.hand_deg)},
-          {"error_deg_s", list(t.error_deg_s)}, {"impact_deg_s", list(t.impact_deg_s)},
-          {"pressed_s", list(t.pressed_s)},     {"frames_sent", t.frames_sent},
-          {"frames_lost", t.frames_lost},       {"sample_s", list(t.sample_s)},
-          {"alpha_deg", fingers(t.alpha_deg)},  {"beta_deg", fingers(t.beta_deg)},
-          {"true_deg", fingers(t.true_deg)}};
+  return {{"glove_deg", fingers(t.glove_deg)},    {"hand_deg", fingers(t.hand_deg)},
+          {"error_deg_s", list(t.error_deg_s)},   {"impacts", t.impacts},
+          {"impact_deg_s", list(t.impact_deg_s)}, {"pressed_s", list(t.pressed_s)},
+          {"frames_sent", t.frames_sent},         {"frames_lost", t.frames_lost},
+          {"sample_s", list(t.sample_s)},         {"alpha_deg", fingers(t.alpha_deg)},
+          {"beta_deg", fingers(t.beta_deg)},      {"true_deg", fingers(t.true_deg)}};
 }
 
 Trial trial_of(const Json& json) {
@@ -123,6 +123,7 @@ Trial trial_of(const Json& json) {
   t.glove_deg = angles_of(json.at("glove_deg"));
   t.hand_deg = angles_of(json.at("hand_deg"));
   t.error_deg_s = per_finger_of(json.at("error_deg_s"));
+  t.impacts = json.at("impacts").get<std::array<int, kFingers>>();
   t.impact_deg_s = per_finger_of(json.at("impact_deg_s"));
   t.pressed_s = per_finger_of(json.at("pressed_s"));
   t.frames_sent = json.at("frames_sent").get<int>();

@@ -22,6 +22,7 @@ void expect_same(const Trial& a, const Trial& b) {
   EXPECT_EQ(a.glove_deg, b.glove_deg);
   EXPECT_EQ(a.hand_deg, b.hand_deg);
   EXPECT_EQ(a.error_deg_s, b.error_deg_s);
+  EXPECT_EQ(a.impacts, b.impacts);
   EXPECT_EQ(a.impact_deg_s, b.impact_deg_s);
   EXPECT_EQ(a.pressed_s, b.pressed_s);
   EXPECT_EQ(a.frames_sent, b.frames_sent);

@@ -74,6 +74,8 @@ const Entry kTable[] = {
 
     {"hand.lower_deg", &P::hand_lower_deg, PerFinger{90, 28, 28, 28, 28}, 0, 180, "deg", kSection31},
     {"hand.upper_deg", &P::hand_upper_deg, PerFinger{170, 113, 113, 113, 113}, 0, 180, "deg", kSection31},
+    {"hand.stop_stiffness_mNm_deg", &P::stop_stiffness_mNm_deg, 0.0, 0, 1000, "mNm/deg", "choice: 0, stops that do not give. What rubber takes: about 100"},
+    {"hand.stop_damping_mNms_deg", &P::stop_damping_mNms_deg, 0.0, 0, 0.5, "mNm s/deg", "choice: of stops that give"},
     {"motor.supply_V", &P::motor_V, 6.0, 0.1, 100, "V", "data sheets of 10 x 12 mm gear motors, 6 V, 150:1"},
     {"motor.resistance_ohm", &P::resistance_ohm, 3.8, 0.01, 1e4, "ohm", "the same: stall current 1.6 A"},
     {"motor.torque_constant_mNm_A", &P::torque_constant_mNm_A, 1.8, 1e-3, 1e4, "mNm/A", "the same: no-load speed 200 rpm behind the gear"},

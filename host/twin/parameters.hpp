@@ -86,6 +86,8 @@ struct Parameters {
   // hand
   PerFinger hand_lower_deg{};
   PerFinger hand_upper_deg{};
+  double stop_stiffness_mNm_deg = 0;
+  double stop_damping_mNms_deg = 0;
   double motor_V = 0;
   double resistance_ohm = 0;
   double torque_constant_mNm_A = 0;

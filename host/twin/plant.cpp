@@ -42,6 +42,9 @@ PlantConstants::PlantConstants(const Parameters& p) {
   viscous = narrow(1 / (1 + h * p.viscous_mNms_rad / inertia));
   coulomb_deg_s = narrow(h * p.coulomb_mNm / inertia * kDegPerRad);
   backlash_deg = narrow(p.backlash_deg);
+  give_deg = p.stop_stiffness_mNm_deg > 0 ? kGive_deg : 0;
+  stop_mNm_per_deg = narrow(p.stop_stiffness_mNm_deg);
+  stop_mNm_per_deg_s = narrow(p.stop_damping_mNms_deg);
   counts_per_deg = narrow(1023 / p.potentiometer_range_deg);
   q4_per_count = narrow(16 * p.potentiometer_range_deg / 1023);
   noise_counts = narrow(p.potentiometer_noise_deg * 1023 / p.potentiometer_range_deg / kByteSumDeviation);

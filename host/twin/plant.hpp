@@ -12,8 +12,10 @@
 //   energy omega  = sign(omega*) max(|omega*| - h T_c / J, 0)             Coulomb friction, as an impulse:
 //   never adds energy joint = clamp(joint, motor - backlash, motor + backlash), inside Psi; an end stop takes
 //   the motor's speed away
-// A joint cannot leave Psi, so what its stops suffer is measured instead:
-//   impact   the greatest |omega| that a stop took from a motor that had not been there a step before
+// End stops that give, with stop_stiffness_mNm_deg above 0: the motor goes up to kGive_deg further, and d gets
+//   -(k past + c omega), never away from the joint's middle
+// A joint cannot leave Psi, or hardly, so what its stops suffer is measured instead:
+//   impacts  how often a motor came to a stop; impact the greatest |omega| at that
 //   pressed  the time that a motor was at a stop with a duty of at least kPressingDuty towards it
 // K_t includes the gear's efficiency, K_e does not; J is rotor N^2 + finger.
 #pragma once
@@ -27,6 +29,9 @@ namespace flexor::twin {
 
 // A tenth of the supply: twice what the shipped motor's friction holds back.
 inline constexpr std::int16_t kPressingDuty = hand::kFullDuty / 10;
+
+// No stop gives more than that.
+inline constexpr float kGive_deg = 10;
 
 // The same for every lane.
 struct PlantConstants {
@@ -45,7 +50,10 @@ struct PlantConstants {
   float viscous;        // 1 / (1 + h b / J)
   float coulomb_deg_s;  // h T_c / J
   float backlash_deg;
-  float counts_per_deg;  // potentiometer
+  float give_deg;            // of the stops
+  float stop_mNm_per_deg;    // stiffness
+  float stop_mNm_per_deg_s;  // damping
+  float counts_per_deg;      // potentiometer
   float q4_per_count;
   float noise_counts;  // for one unit of the raw noise sum
   hand::LoopSettings loop;
@@ -66,6 +74,7 @@ struct alignas(64) PlantState {
   float disturbance[kLanes];   // mNm
   float error_deg_ms[kLanes];  // integral of |rho - joint| since it was last taken
   float impact_deg_s[kLanes];  // fastest so far
+  std::int32_t impacts[kLanes];
   std::int32_t pressed_ms[kLanes];
   std::int32_t command[kLanes];  // Q4 degrees
   std::int32_t setpoint[kLanes];
@@ -83,6 +92,7 @@ float bend(const PlantConstants& c, const PlantState<kLanes>& x, int lane) {
 template <int kLanes>
 void forget_stops(PlantState<kLanes>& x, int lane) {
   x.impact_deg_s[lane] = 0;
+  x.impacts[lane] = 0;
   x.pressed_ms[lane] = 0;
 }
 

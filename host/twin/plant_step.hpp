@@ -38,27 +38,40 @@ template <int kLanes>
   return static_cast<std::int32_t>(limit(reading, 0.0F, 1023.0F));
 }
 
+// What a stop that gives adds to the load: past is how far the motor is behind it.
+[[gnu::always_inline]] inline float stop_mNm(const PlantConstants& c, float past, float speed) {
+  const float pushes = -c.stop_mNm_per_deg * past - c.stop_mNm_per_deg_s * speed;
+  constexpr float kAny = 1e9F;
+  return limit(pushes, past > 0 ? -kAny : 0.0F, past < 0 ? kAny : 0.0F);
+}
+
 template <int kLanes>
 [[gnu::always_inline]] inline void move_hand(const PlantConstants& c, PlantState<kLanes>& x, int i,
                                              std::int16_t duty) {
   const float amp = limit(c.amp_per_duty * static_cast<float>(duty) - c.amp_per_deg_s * x.speed[i],
                           -c.current_limit_A, c.current_limit_A);
-  const float pushed = (x.speed[i] + c.deg_s_per_amp * amp + c.deg_s_per_mNm * x.disturbance[i]) * c.viscous;
-  const float speed = pushed - limit(pushed, -c.coulomb_deg_s, c.coulomb_deg_s);
-  const float wanted = x.motor[i] + speed * 0.001F;
   const float lowest = x.lower[i] - c.backlash_deg;
   const float highest = x.upper[i] + c.backlash_deg;
-  const float motor = limit(wanted, lowest, highest);
+  const float was = x.motor[i];
+  const float load = x.disturbance[i] + stop_mNm(c, was - limit(was, lowest, highest), x.speed[i]);
+  const float pushed = (x.speed[i] + c.deg_s_per_amp * amp + c.deg_s_per_mNm * load) * c.viscous;
+  const float speed = pushed - limit(pushed, -c.coulomb_deg_s, c.coulomb_deg_s);
+  const float wanted = was + speed * 0.001F;
+  const float motor = limit(wanted, lowest - c.give_deg, highest + c.give_deg);
   const float fast = speed < 0 ? -speed : speed;
-  const float impact = wanted == motor || motor == x.motor[i] ? 0.0F : fast;
+  // Rigid: the stop takes the speed of a motor that was not there. Elastic: it comes past where the stop begins.
+  const bool rigid = wanted != motor && motor != was;
+  const bool elastic = (motor > highest && was <= highest) || (motor < lowest && was >= lowest);
+  const float impact = rigid || elastic ? fast : 0.0F;
+  x.impacts[i] += rigid || elastic ? 1 : 0;
   x.impact_deg_s[i] = x.impact_deg_s[i] < impact ? impact : x.impact_deg_s[i];
   x.speed[i] = wanted == motor ? speed : 0.0F;
   x.motor[i] = motor;
   const std::int32_t up = duty >= kPressingDuty && motor >= highest ? 1 : 0;
   const std::int32_t down = duty <= -kPressingDuty && motor <= lowest ? 1 : 0;
   x.pressed_ms[i] += up + down;
-  const float joint =
-      limit(limit(x.joint[i], motor - c.backlash_deg, motor + c.backlash_deg), x.lower[i], x.upper[i]);
+  const float joint = limit(limit(x.joint[i], motor - c.backlash_deg, motor + c.backlash_deg),
+                            x.lower[i] - c.give_deg, x.upper[i] + c.give_deg);
   x.joint[i] = joint;
   const float error = x.reference[i] - joint;
   x.error_deg_ms[i] += error < 0 ? -error : error;

@@ -216,6 +216,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
         const int lane = i * kTrials + t;
         trial.error_deg_s[at(i)] =
             (total_error_[at(lane)] + static_cast<double>(x_.error_deg_ms[lane])) / 1000;
+        trial.impacts[at(i)] = x_.impacts[lane];
         trial.impact_deg_s[at(i)] = static_cast<double>(x_.impact_deg_s[lane]);
         trial.pressed_s[at(i)] = x_.pressed_ms[lane] * kStep_s;
       }

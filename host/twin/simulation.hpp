@@ -31,9 +31,10 @@ struct Trial {
   // Frame k is taken at k / camera rate; one vector for each finger. What a camera says, noise and all.
   std::array<std::vector<float>, kFingers> glove_deg;
   std::array<std::vector<float>, kFingers> hand_deg;
-  PerFinger error_deg_s{};   // integral |rho_r - rho| at 1 kHz, without cameras
-  PerFinger impact_deg_s{};  // fastest arrival of the joint at either of its end stops; 0: none
-  PerFinger pressed_s{};     // how long its motor pressed against a stop; see plant.hpp
+  PerFinger error_deg_s{};              // integral |rho_r - rho| at 1 kHz, without cameras
+  std::array<int, kFingers> impacts{};  // how often the joint came to either of its end stops
+  PerFinger impact_deg_s{};             // fastest arrival of the joint at either of its end stops; 0: none
+  PerFinger pressed_s{};                // how long its motor pressed against a stop; see plant.hpp
   int frames_sent = 0;
   int frames_lost = 0;  // lost, corrupt, in an outage, or overtaken
   // With record_samples: what the glove read and said, sample k at sample_s[k].

@@ -105,6 +105,7 @@ std::int32_t World::settled_integral(int finger, std::int16_t command_q4) const 
 Trial World::finish() {
   for (int i = 0; i < kFingers; ++i) {
     trial_.error_deg_s[at(i)] = (total_error_[at(i)] + static_cast<double>(x_.error_deg_ms[i])) / 1000;
+    trial_.impacts[at(i)] = x_.impacts[i];
     trial_.impact_deg_s[at(i)] = static_cast<double>(x_.impact_deg_s[i]);
     trial_.pressed_s[at(i)] = x_.pressed_ms[i] * kStep_s;
   }

@@ -5,11 +5,16 @@
 // waiting    where it is                none: no frame has come since the start
 // following  the last command           full, once it has been reached at the careful speed
 // resting    the rest angle             careful: no frame for kHold_ms. A state of its own, not a fault.
-// Faults, each with the motor off: `blind`, the potentiometer's reading is on a rail; `stalled`, full effort
-// and no movement for stall_ticks. A stalled finger is free again when the set-point comes back to it; a
-// blind one when it sees.
+// Faults (fault.hpp), each with the motor off: a reading that cannot be, and what motor_watch.hpp finds that the
+// duty and the reading disagree about. A finger that was stopped is tried no further that way until its reading
+// has moved by two degrees; one that was stopped both ways, or whose reading lies, until the reading is well
+// again: see is_well(), and the table in README.md.
+// With a motor that is known the set-point slows down before either end of its range, and nothing drives the
+// finger past it.
 #pragma once
 
+#include "runtime/hand/fault.hpp"
+#include "runtime/hand/motor_watch.hpp"
 #include "runtime/hand/position_loop.hpp"
 
 namespace flexor {
@@ -53,29 +58,36 @@ struct FingerSettings {
   LoopSettings loop;
   Potentiometer potentiometer;
   int32_t careful_step;  // Q20 degrees in a tick
-  int16_t stall_duty;    // effort from which standing still counts
-  uint16_t stall_ticks;  // UINT16_MAX: never
-  int16_t stall_travel;  // Q4 degrees that are movement
+  MotorSettings motor;   // rate 0: no soft stop and no watch
 };
-
-enum class Fault : uint8_t { none = 0, stalled = 1, blind = 2 };
 
 class Finger {
  public:
-  // `command` and `rest` in Q4 degrees, any value; `counts` are the potentiometer's. Returns the duty.
-  int16_t tick(const FingerSettings& c, Link link, int16_t command, int16_t rest, uint16_t counts) {
-    if (!c.potentiometer.plausible(counts)) {
-      fault_ = Fault::blind;
-      return 0;
-    }
+  // `command` and `rest` in Q4 degrees, any value; `counts` are the potentiometer's, and `shadowed` when they are
+  // a neighbour's. Returns the duty, which the motor must get.
+  int16_t tick(const FingerSettings& c, Link link, int16_t command, int16_t rest, uint16_t counts,
+               bool shadowed = false) {
+    if (!c.potentiometer.plausible(counts)) return give_up(Fault::blind);
     const int16_t measured = c.potentiometer(counts);
-    if (!awake_ || fault_ == Fault::blind) wake(c, measured);
-    if (link != Link::following) careful_ = true;
+    if (!awake_) wake(c, measured);
+    if (is_limp()) {
+      if (!recovers(measured, shadowed && c.motor.rate != 0)) return 0;
+      wake(c, measured);
+    }
+    if (link != Link::following) quick_ = false;
     int16_t goal = link == Link::following ? command : rest;
     if (link == Link::waiting) goal = held_;
-    const int16_t duty = step(c.loop, loop_, goal, measured, careful_ ? c.careful_step : c.loop.max_step);
-    if (reached(c, goal)) careful_ = link != Link::following;
-    return stalled(c, duty, measured) ? static_cast<int16_t>(0) : duty;
+    const int16_t duty = step(c.loop, loop_, goal, measured, step_limit(c, goal));
+    if (setpoint() == core::clamp(goal, c.loop.lower, c.loop.upper)) quick_ = link == Link::following;
+    duty_ = c.motor.rate == 0 ? unguarded(duty, measured) : guarded(c, duty, measured, shadowed);
+    return duty_;
+  }
+
+  // The board's fault: off, and a soft start after it.
+  void let_go() {
+    if (is_limp()) return;
+    awake_ = false;
+    give_up(Fault::none);
   }
 
   Fault fault() const { return fault_; }
@@ -84,49 +96,140 @@ class Finger {
   }
 
  private:
+  static constexpr uint8_t kUp = 1;
+  static constexpr uint8_t kDown = 2;
+  static constexpr int32_t kApproach = 1 << 11;  // Q4 to Q20: a 32nd of the way left, a tick
+  static constexpr int32_t kLeastStep = static_cast<int32_t>(1) << 16;  // Q20, 62 degrees a second
+  static constexpr int16_t kBeyond = 4;           // Q4 past the command's range: no further
+  static constexpr int16_t kGentle = 16;          // Q4 before its end: nothing that could press
+  static constexpr int16_t kSame = 16;            // Q4: the set-point has come back
+  static constexpr int16_t kAlive = 32;           // Q4: such a movement is none of noise
+  static constexpr int16_t kNear = 160;           // Q4: where it was, and what it coasted since
+  static constexpr uint8_t kSettled_ticks = 100;  // for a finger to come to rest
+  static constexpr uint8_t kRecovered_ticks = 200;
+
   // Soft start: from where it is, carefully.
   void wake(const FingerSettings& c, int16_t measured) {
     start(c.loop, loop_, measured);
+    watch_.start(measured);
     held_ = setpoint();
-    still_at_ = measured;
-    still_ticks_ = 0;
+    blocked_ = 0;
+    kick_ = 0;
     awake_ = true;
-    careful_ = true;
+    quick_ = false;
+    give_up(Fault::none);
+  }
+
+  int16_t give_up(Fault fault) {
+    fault_ = fault;
+    duty_ = 0;
+    limp_ticks_ = 0;
+    return 0;
+  }
+
+  static bool further(int16_t a, int16_t b, int16_t than) {
+    const int16_t apart = static_cast<int16_t>(a - b);
+    return apart > than || apart < -than;
+  }
+
+  bool is_limp() const { return fault_ >= Fault::blind; }
+
+  // The set-point's speed: before the end of its range it falls with the way that is left.
+  int32_t step_limit(const FingerSettings& c, int16_t goal) const {
+    const int32_t most = quick_ ? c.loop.max_step : c.careful_step;
+    if (c.motor.rate == 0) return most;
+    const int16_t at = setpoint();
+    const int16_t left = static_cast<int16_t>(goal > at ? c.loop.upper - at : at - c.loop.lower);
+    const int32_t slow = static_cast<int32_t>(left) * kApproach + kLeastStep;
+    return slow < most ? slow : most;
+  }
+
+  int16_t unguarded(int16_t duty, int16_t measured) {
+    trusted_ = measured;
+    return duty;
+  }
+
+  // What of the loop's duty the motor gets.
+  int16_t guarded(const FingerSettings& c, int16_t duty, int16_t measured, bool shadowed) {
+    if (shadowed) return give_up(Fault::floating);
+    const Verdict verdict = watch_.tick(c.motor, duty_, measured);
+    if (verdict != Verdict::good) return disagree(verdict, measured);
+    trusted_ = measured;
+    if (further(measured, blocked_at_, kAlive)) blocked_ = 0;
+    if ((blocked_ & (duty > 0 ? kUp : kDown)) != 0) return hold_back(measured);
     fault_ = Fault::none;
+    const int16_t stops_at = static_cast<int16_t>(measured + watch_.coast());
+    const int16_t left = static_cast<int16_t>(duty > 0 ? c.loop.upper - stops_at : stops_at - c.loop.lower);
+    return left < -kBeyond ? static_cast<int16_t>(0) : kicked(c.motor, duty, left);
   }
 
-  bool reached(const FingerSettings& c, int16_t goal) const {
-    return setpoint() == core::clamp(goal, c.loop.lower, c.loop.upper);
+  // Between the duty that may move a finger and the one that must, nobody can tell whether it is held: not for
+  // long. A kick goes on until the reading has moved, or the watch has seen enough. `left`: of the way to the end
+  // of the range, where nothing begins that could press.
+  int16_t kicked(const MotorSettings& c, int16_t duty, int16_t left) {
+    const uint8_t way = duty > 0 ? kUp : kDown;
+    if (!watch_.still() || kick_ != way) kick_ = 0;
+    const bool strong = duty >= c.breakaway || duty <= -c.breakaway;
+    if (left < kGentle && kick_ == 0) return strong ? static_cast<int16_t>(limit(duty, c.breakaway)) : duty;
+    if (watch_.still() && strong) kick_ = way;
+    if (kick_ == 0) return duty;
+    if (way == kUp) return duty < c.kick ? c.kick : duty;
+    return duty > -c.kick ? static_cast<int16_t>(-c.kick) : duty;
   }
 
-  bool stalled(const FingerSettings& c, int16_t duty, int16_t measured) {
-    if (fault_ == Fault::stalled) {
-      const int16_t left = static_cast<int16_t>(setpoint() - measured);
-      if (pushed_up_ ? left > c.stall_travel : left < -c.stall_travel) return true;
-      fault_ = Fault::none;
-      loop_.integral = 0;
-      still_ticks_ = 0;
+  // Nothing against what has stopped it, until it has moved.
+  int16_t hold_back(int16_t measured) {
+    const int16_t left = static_cast<int16_t>(setpoint() - measured);
+    fault_ = left > kSame || left < -kSame ? Fault::stalled : Fault::none;
+    loop_.integral = 0;
+    return 0;
+  }
+
+  int16_t disagree(Verdict verdict, int16_t measured) {
+    loop_.integral = 0;
+    if (verdict == Verdict::jumped) return give_up(Fault::slipped);
+    const bool up = verdict == Verdict::behind;
+    const int16_t way = watch_.travel(verdict);
+    if (up ? way < -kStillTravel : way > kStillTravel)
+      return give_up((up ? duty_ > 0 : duty_ < 0) ? Fault::reversed : Fault::slipped);
+    blocked_ = static_cast<uint8_t>(blocked_ | (up ? kUp : kDown));
+    blocked_at_ = measured;
+    watch_.start(measured);
+    return give_up(blocked_ == (kUp | kDown) ? Fault::frozen : Fault::stalled);
+  }
+
+  // At rest first, then long enough without what was wrong.
+  bool recovers(int16_t measured, bool shadowed) {
+    const bool calm = watch_.calm(measured);
+    if (shadowed) fault_ = Fault::floating;
+    if (watch_.jumped_again() && fault_ != Fault::noisy)
+      fault_ = fault_ == Fault::slipped ? Fault::noisy : Fault::slipped;
+    if (limp_ticks_ < kSettled_ticks) limp_at_ = measured;
+    if (limp_ticks_ < kSettled_ticks || is_well(measured, calm)) {
+      ++limp_ticks_;
+    } else {
+      limp_ticks_ = kSettled_ticks;
     }
-    const int16_t moved = static_cast<int16_t>(measured - still_at_);
-    const bool pushes = duty >= c.stall_duty || duty <= -c.stall_duty;
-    if (!pushes || moved > c.stall_travel || moved < -c.stall_travel) {
-      still_at_ = measured;
-      still_ticks_ = 0;
-      return false;
-    }
-    if (c.stall_ticks == UINT16_MAX || ++still_ticks_ < c.stall_ticks) return false;
-    fault_ = Fault::stalled;
-    pushed_up_ = duty > 0;
-    return true;
+    return limp_ticks_ >= kRecovered_ticks;
+  }
+
+  bool is_well(int16_t measured, bool calm) const {
+    if (fault_ == Fault::frozen || fault_ == Fault::reversed) return further(measured, limp_at_, kAlive);
+    return calm && (fault_ == Fault::floating || !further(measured, trusted_, kNear));
   }
 
   LoopState loop_ = {};
+  MotorWatch watch_;
+  int16_t duty_ = 0;
   int16_t held_ = 0;
-  int16_t still_at_ = 0;
-  uint16_t still_ticks_ = 0;
+  int16_t trusted_ = 0;
+  int16_t blocked_at_ = 0;
+  int16_t limp_at_ = 0;
+  uint8_t limp_ticks_ = 0;
+  uint8_t blocked_ = 0;
+  uint8_t kick_ = 0;
   bool awake_ = false;
-  bool careful_ = true;
-  bool pushed_up_ = false;
+  bool quick_ = false;
   Fault fault_ = Fault::none;
 };
 

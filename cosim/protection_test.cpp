@@ -1,0 +1,189 @@
+// The hand's image between end stops that give, with potentiometers that lie: how fast a joint gets, and how long
+// a motor presses.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "cosim/co_simulation.hpp"
+#include "host/deploy/deploy.hpp"
+#include "host/io/io.hpp"
+#include "host/study/boards.hpp"
+#include "host/twin/random.hpp"
+
+namespace flexor::cosim {
+namespace {
+
+constexpr int kFinger = 2;  // whose potentiometer lies
+constexpr int kSlip_counts = 164;  // 40 degrees
+constexpr double kTop_deg_s = 450;
+constexpr double kLongest_s = 0.05;
+
+twin::TrialInput input_of(const std::string& gesture) {
+  twin::TrialInput input{study::shipped_parameters(), study::motions(gesture).front(),
+                         study::compensator("published-hw", 20).model, 1, false};
+  input.parameters.frame_bytes = link::kWireSealed;
+  input.parameters.stop_stiffness_mNm_deg = 100;
+  input.parameters.stop_damping_mNms_deg = 0.05;
+  return input;
+}
+
+std::unique_ptr<Images> build(bool watched) {
+  const twin::TrialInput input = input_of("1");
+  const io::TemporaryFolder folder;
+  deploy::Hand hand = study::safe_hand(input.parameters, input.compensator);
+  if (!watched) hand.motor = {};
+  const auto glove =
+      deploy::build_glove(study::glove_for(input.parameters, input.compensator), folder.path());
+  return std::unique_ptr<Images>(
+      new Images{Firmware(glove.elf), Firmware(deploy::build_hand(hand, folder.path()).elf)});
+}
+
+const Images& images(bool watched) {
+  static const std::unique_ptr<Images> guarded = build(true);
+  static const std::unique_ptr<Images> bare = build(false);
+  return watched ? *guarded : *bare;
+}
+
+enum class Lie { none, frozen, slipped_up, slipped_down, reversed, neighbour, noisy };
+
+struct Outcome {
+  double fastest_deg_s = 0;  // of all joints
+  double pressed_s = 0;      // of the worst finger
+  int impacts = 0;
+  int noticed_ms = -1;
+  int others = 0;  // faults of honest fingers
+};
+
+Outcome play(const std::string& gesture, std::uint64_t trial, bool watched, Lie lie = Lie::none,
+             std::int64_t onset_ms = 0) {
+  const twin::TrialInput input = input_of(gesture);
+  CoSimulation simulation(images(watched), input, trial);
+  twin::Random random(trial);
+  Outcome out;
+  int held = 0;
+  simulation.on_potentiometer = [&](std::int64_t now, int finger, int counts) {
+    if (finger != kFinger || lie == Lie::none || now < onset_ms) return counts;
+    if (now == onset_ms) held = counts;
+    const int lies[] = {counts,
+                        held,
+                        counts + kSlip_counts,
+                        counts - kSlip_counts,
+                        2 * held - counts,
+                        simulation.world().potentiometer_counts(kFinger - 1),
+                        counts + static_cast<int>(40 * random.normal())};
+    return std::clamp(lies[static_cast<int>(lie)], 0, 1023);
+  };
+  simulation.on_ms = [&](std::int64_t now) {
+    const HandStatus status = simulation.hand_status();
+    for (int i = 0; i < twin::kFingers && now >= 0; ++i) {
+      out.fastest_deg_s = std::max(out.fastest_deg_s, std::abs(simulation.world().speed_deg_s(i)));
+      if (status.fault[i] == 0) continue;
+      if (i != kFinger || lie == Lie::none) {
+        ++out.others;
+      } else if (out.noticed_ms < 0 && now >= onset_ms) {
+        out.noticed_ms = static_cast<int>(now - onset_ms);
+      }
+    }
+  };
+  const twin::Trial done = simulation.run();
+  out.pressed_s = *std::ranges::max_element(done.pressed_s);
+  for (const int n : done.impacts) out.impacts += n;
+  return out;
+}
+
+class LyingPotentiometer : public testing::TestWithParam<Lie> {};
+
+TEST_P(LyingPotentiometer, IsNoticedAndTheFingerGoesLimp) {
+  for (const char* gesture : {"1", "4"}) {
+    for (const int onset_ms : {300, 1234, 3456, 5005}) {
+      const Outcome o = play(gesture, static_cast<std::uint64_t>(onset_ms), true, GetParam(), onset_ms);
+      EXPECT_LE(o.fastest_deg_s, kTop_deg_s) << gesture << ' ' << onset_ms;
+      EXPECT_LE(o.pressed_s, kLongest_s) << gesture << ' ' << onset_ms;
+      EXPECT_GE(o.noticed_ms, 0) << gesture << ' ' << onset_ms;
+      EXPECT_GT(o.fastest_deg_s, 40) << "the hand moves";
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Protection, LyingPotentiometer,
+                         testing::Values(Lie::frozen, Lie::slipped_up, Lie::slipped_down, Lie::reversed,
+                                         Lie::neighbour, Lie::noisy));
+
+// What the watch is there for.
+TEST(Protection, WithoutTheWatchAFingerIsPressedAgainstItsStop) {
+  for (const Lie lie : {Lie::frozen, Lie::slipped_up, Lie::reversed}) {
+    double pressed_s = 0;
+    for (const int onset_ms : {300, 1234, 3456})
+      pressed_s = std::max(pressed_s, play("1", 1, false, lie, onset_ms).pressed_s);
+    EXPECT_GT(pressed_s, 10 * kLongest_s) << static_cast<int>(lie);
+  }
+}
+
+TEST(Protection, AnHonestHandHasNoFaultInAnyGestureAndTouchesNoStop) {
+  for (const char* gesture : {"1", "2", "3", "4", "5", "6"}) {
+    for (const std::uint64_t trial : {1, 2}) {
+      const Outcome o = play(gesture, trial, true);
+      EXPECT_EQ(o.others, 0) << gesture;
+      EXPECT_EQ(o.impacts, 0) << gesture;
+      EXPECT_EQ(o.pressed_s, 0) << gesture;
+      EXPECT_LE(o.fastest_deg_s, kTop_deg_s) << gesture;
+    }
+  }
+}
+
+// Runs gesture 1, disturbed, and returns what the hand said of its board in between.
+template <class Disturb>
+std::uint8_t said(Disturb disturb, bool* limp, bool* well) {
+  const twin::TrialInput input = input_of("1");
+  CoSimulation simulation(images(true), input, 3);
+  std::uint8_t seen = 0;
+  simulation.on_ms = [&](std::int64_t now) {
+    disturb(simulation.hand(), now);
+    if (now < 0) return;
+    const HandStatus status = simulation.hand_status();
+    seen |= status.board;
+    if (now == 3100) *limp = simulation.hand().duty(kFinger) == 0;
+    if (now == 6000) *well = status.board == 0;
+  };
+  simulation.run();
+  return seen;
+}
+
+TEST(Protection, ASupplyThatDipsLetsGoUntilItIsBack) {
+  bool limp = false;
+  bool well = false;
+  EXPECT_EQ(said([](Board& hand, std::int64_t now) {
+              if (now == 3000) hand.set_supply(4200);
+              if (now == 3300) hand.set_supply(5000);
+            }, &limp, &well),
+            hand::kSupplyDip);
+  EXPECT_TRUE(limp);
+  EXPECT_TRUE(well);
+}
+
+TEST(Protection, AConverterThatStopsIsStartedAgain) {
+  constexpr std::uint16_t kAdcsra = 0x7a;
+  bool limp = false;
+  bool well = false;
+  EXPECT_EQ(said([](Board& hand, std::int64_t now) {
+              if (now >= 3000 && now < 3200) hand.write(kAdcsra, 0);
+            }, &limp, &well),
+            hand::kAdcStuck);
+  EXPECT_TRUE(limp);
+  EXPECT_TRUE(well);
+}
+
+TEST(Protection, TheCauseOfAResetIsKept) {
+  constexpr std::uint16_t kMcusr = 0x54;
+  constexpr std::uint8_t kWdrf = 1U << 3;
+  Board board(images(true).hand);
+  board.write(kMcusr, kWdrf);
+  board.run_until(100 * kCyclesPerMs);
+  const auto status = board.peek<HandStatus>(images(true).hand.address("hand_status"));
+  EXPECT_EQ(status.board & hand::kWatchdogReset, hand::kWatchdogReset);
+}
+
+}  // namespace
+}  // namespace flexor::cosim

@@ -1,0 +1,390 @@
+// A finger on a motor of which everything is known, between stops that give: what a lying potentiometer, a held
+// finger and an honest hand come to.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+
+#include "runtime/hand/finger.hpp"
+
+namespace flexor::hand {
+namespace {
+
+// The twin's motor behind its gear, in shares of the supply and degrees a second.
+constexpr double kFullSpeed_deg_s = 1163;
+constexpr double kTime_s = 0.0132;
+constexpr double kFriction = 0.051;  // of full duty
+constexpr double kLoad = 0.0426;     // the greatest
+constexpr double kLower_deg = 28;    // the stops
+constexpr double kUpper_deg = 113;
+constexpr double kStopDuty_per_deg = 0.4;  // what the stop pushes back with
+constexpr double kPressing = 0.1;          // as in host/twin
+constexpr double kTop_deg_s = 450;
+constexpr int kLongest_ms = 50;
+
+std::int16_t duty(double share) { return static_cast<std::int16_t>(std::lround(share * kFullDuty)); }
+std::int32_t per_tick(double deg_s) { return static_cast<std::int32_t>(deg_s / 1000 * (1 << 20)); }
+
+FingerSettings settings(bool watched = true) {
+  FingerSettings c{};
+  c.loop = {30 * 16,     111 * 16, per_tick(400), duty(0.05), 1057, static_cast<std::int32_t>(kFullDuty) << 6,
+            duty(0.387), 25736};
+  c.potentiometer = {256250, 0, 61, 524};  // 250 degrees over 1023 counts
+  c.careful_step = per_tick(150);
+  const double rate = 0.001 / (kTime_s + 0.001);
+  c.motor.rate = watched ? static_cast<std::uint16_t>(std::lround(rate * 65536)) : 0;
+  c.motor.friction = static_cast<std::int16_t>(std::lround(8192 * kFriction * rate));
+  c.motor.load = 549;
+  c.motor.duty_per_q6 = static_cast<std::int16_t>(std::lround(8192 / (64 * kFullSpeed_deg_s / 1000)));
+  c.motor.forget = 84;
+  c.motor.gap = 128;
+  c.motor.breakaway = duty(0.09);
+  c.motor.kick = duty(0.3);
+  return c;
+}
+
+struct Motor {
+  double full_speed_deg_s = kFullSpeed_deg_s;
+  double friction = kFriction;
+  double angle_deg = 70;
+  double speed_deg_s = 0;
+  double load = 0;  // share of the supply
+  double wall_deg = 1e9;
+  double fastest_deg_s = 0;
+  int impacts = 0;
+  int pressed_ms = 0;
+  bool touching = false;
+
+  void step(std::int16_t duty_now) {
+    const double u = static_cast<double>(duty_now) / kFullDuty;
+    const double past = angle_deg - std::clamp(angle_deg, kLower_deg, std::min(kUpper_deg, wall_deg));
+    const double rate = 0.001 / (kTime_s + 0.001);
+    const double pushed =
+        speed_deg_s + ((u + load - kStopDuty_per_deg * past) * full_speed_deg_s - speed_deg_s) * rate;
+    const double dry = friction * full_speed_deg_s * rate;
+    speed_deg_s = pushed - std::clamp(pushed, -dry, dry);
+    angle_deg += speed_deg_s / 1000;
+    fastest_deg_s = std::max(fastest_deg_s, std::abs(speed_deg_s));
+    const double upper = std::min(kUpper_deg, wall_deg);
+    const bool now = angle_deg <= kLower_deg || angle_deg >= upper;
+    impacts += now && !touching;
+    touching = now;
+    const bool towards = angle_deg <= kLower_deg ? u < 0 : u > 0;
+    pressed_ms += now && towards && std::abs(u) >= kPressing;
+  }
+};
+
+enum class Lie { none, frozen, slipped_up, slipped_down, reversed, neighbour, noisy };
+
+// Two fingers, of which the first one's potentiometer may lie.
+struct Bench {
+  FingerSettings c = settings();
+  std::mt19937_64 random{1};
+  std::array<Finger, 2> finger;
+  std::array<Motor, 2> motor;
+  NeighbourWatch neighbours;
+  LinkWatch link;
+  Lie lie = Lie::none;
+  double lie_from_deg = 0;
+  double noise_deg = 10;
+  std::size_t second = 1;  // in the order of the scan
+  int lied_ms = 0;
+  int noticed_ms = -1;
+  int faults = 0;
+  int now_ms = 0;
+
+  double normal() { return std::normal_distribution<double>()(random); }
+  double uniform(double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); }
+  static std::uint16_t counts(double deg) {
+    return static_cast<std::uint16_t>(std::clamp(std::lround(deg * 1023 / 250), 0L, 1023L));
+  }
+  void begin(Lie now) {
+    lie = now;
+    lie_from_deg = motor[0].angle_deg;
+  }
+  std::array<std::uint16_t, 2> readings() {
+    std::array<std::uint16_t, 2> out{};
+    for (std::size_t i = 0; i < 2; ++i) out[i] = counts(motor[i].angle_deg + 0.15 * normal());
+    switch (lie) {
+      case Lie::none:
+        break;
+      case Lie::frozen:
+        out[0] = counts(lie_from_deg);
+        break;
+      case Lie::slipped_up:
+        out[0] = counts(motor[0].angle_deg + 40 + 0.15 * normal());
+        break;
+      case Lie::slipped_down:
+        out[0] = counts(motor[0].angle_deg - 40 + 0.15 * normal());
+        break;
+      case Lie::reversed:
+        out[0] = counts(2 * lie_from_deg - motor[0].angle_deg + 0.15 * normal());
+        break;
+      case Lie::neighbour:
+        out[0] = out[1];
+        break;
+      case Lie::noisy:
+        out[0] = counts(motor[0].angle_deg + noise_deg * normal());
+        break;
+    }
+    return out;
+  }
+  // The article's disturbance: slow, and bounded.
+  void change_loads() {
+    for (Motor& m : motor) m.load = std::clamp(0.905 * m.load + 0.425 * kLoad / 2 * normal(), -kLoad, kLoad);
+  }
+  void tick(std::array<double, 2> command_deg) {
+    if (now_ms++ % 100 == 0) change_loads();
+    link.frame();
+    (void)link.tick();
+    const auto reading = readings();
+    const bool shadowed = neighbours.tick(reading[0], reading[1]);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const auto command = static_cast<std::int16_t>(std::lround(16 * command_deg[i]));
+      const Fault before = finger[i].fault();
+      const std::int16_t now =
+          finger[i].tick(c, Link::following, command, 30 * 16, reading[i], shadowed && i == second);
+      faults += before == Fault::none && finger[i].fault() != Fault::none;
+      motor[i].step(now);
+    }
+    if (lie != Lie::none && noticed_ms < 0 && finger[0].fault() != Fault::none) noticed_ms = lied_ms;
+    lied_ms += lie != Lie::none;
+  }
+};
+
+// What a hand is told: gestures between poses at the article's speed, steps, slow drifts, a shaking hand.
+struct Commands {
+  explicit Commands(std::uint64_t seed) : random(seed) {}
+  std::mt19937_64 random;
+  double goal = 70;
+  double at = 70;
+  double speed = 83;
+  double hold = 0;
+  double shake = 0;
+  double phase = 0;
+  double next() {
+    std::uniform_real_distribution<double> u(0, 1);
+    if (hold <= 0) {
+      const double kind = u(random);
+      goal = kind < 0.3 ? 20 : kind < 0.6 ? 120 : 25 + 95 * u(random);
+      const double speeds[] = {5, 20, 83, 83, 83, 300, 1e6};
+      speed = speeds[static_cast<int>(7 * u(random))];
+      shake = u(random) < 0.5 ? 0 : 1.5 * u(random);
+      hold = 200 + 2000 * u(random);
+    }
+    --hold;
+    at += std::clamp(goal - at, -speed / 1000, speed / 1000);
+    phase += 2 * 3.14159 * 4.5 / 1000;
+    return at + shake * std::sin(phase);
+  }
+};
+
+struct Case {
+  const char* name;
+  Lie lie;
+  double noise_deg;
+  int unguarded_ms;  // of pressing, at least, in the worst run without the watch
+};
+
+struct Outcome {
+  double fastest_deg_s = 0;
+  int pressed_ms = 0;
+  int noticed = 0;
+  int runs = 0;
+};
+
+// The first finger's potentiometer begins to lie at a random instant, and lies for six seconds. `together`: both
+// fingers are told the same.
+void lie_to(const Case& lies, std::uint64_t seed, bool together, bool watched, Outcome& out) {
+  Bench bench;
+  bench.c = settings(watched);
+  bench.random.seed(seed);
+  bench.noise_deg = lies.noise_deg;
+  bench.second = seed % 2;
+  Commands one(seed * 2 + 1);
+  Commands two(together ? seed * 2 + 1 : seed * 2 + 2);
+  for (Motor& m : bench.motor) m.angle_deg = bench.uniform(31, 110);
+  if (together) bench.motor[1].angle_deg = bench.motor[0].angle_deg;
+  const int onset_ms = static_cast<int>(bench.uniform(500, 5000));
+  for (int ms = 0; ms < onset_ms + 6000; ++ms) {
+    if (ms == onset_ms) bench.begin(lies.lie);
+    bench.tick({one.next(), two.next()});
+  }
+  out.fastest_deg_s = std::max(out.fastest_deg_s, bench.motor[0].fastest_deg_s);
+  out.pressed_ms = std::max(out.pressed_ms, bench.motor[0].pressed_ms);
+  out.noticed += bench.noticed_ms >= 0;
+  ++out.runs;
+}
+
+class Lies : public testing::TestWithParam<Case> {};
+
+TEST_P(Lies, AreNoticedAndNeitherSpeedNorPressingGoesBeyondItsBound) {
+  Outcome out;
+  for (std::uint64_t seed = 1; seed <= 150; ++seed) {
+    for (const bool together : {false, true}) lie_to(GetParam(), seed, together, true, out);
+  }
+  EXPECT_LE(out.fastest_deg_s, kTop_deg_s);
+  EXPECT_GT(out.fastest_deg_s, 200) << "it does move";
+  EXPECT_LE(out.pressed_ms, kLongest_ms);
+  EXPECT_GE(out.noticed, out.runs * 97 / 100) << "the rest did nothing within six seconds that could show it";
+}
+
+TEST_P(Lies, PressOnWithoutTheWatch) {
+  Outcome out;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) lie_to(GetParam(), seed, false, false, out);
+  EXPECT_GE(out.pressed_ms, GetParam().unguarded_ms);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Protection, Lies,
+    testing::Values(Case{"frozen", Lie::frozen, 0, 2000}, Case{"slipped_up", Lie::slipped_up, 0, 2000},
+                    Case{"slipped_down", Lie::slipped_down, 0, 2000},
+                    Case{"reversed", Lie::reversed, 0, 2000}, Case{"neighbour", Lie::neighbour, 0, 2000},
+                    Case{"noise_of_2", Lie::noisy, 2, 0}, Case{"noise_of_10", Lie::noisy, 10, 0},
+                    Case{"noise_of_60", Lie::noisy, 60, 0}),
+    [](const auto& one) { return one.param.name; });
+
+// A slip from before the start: nothing jumps. Each time that it comes to a stop, it gives up there.
+TEST(Protection, ASlipThatNobodySawPressesOnlyBrieflyEachTime) {
+  for (const Lie lie : {Lie::slipped_up, Lie::slipped_down}) {
+    for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+      Bench bench;
+      bench.random.seed(seed);
+      bench.begin(lie);
+      Commands commands(seed);
+      for (Motor& m : bench.motor) m.angle_deg = lie == Lie::slipped_up ? 50 : 90;
+      int since_free_ms = 0;
+      for (int ms = 0; ms < 10000; ++ms) {
+        const int before = bench.motor[0].pressed_ms;
+        const double command = commands.next();
+        bench.tick({command, command});
+        if (!bench.motor[0].touching) since_free_ms = 0;
+        since_free_ms += bench.motor[0].pressed_ms - before;
+        ASSERT_LE(since_free_ms, kLongest_ms + 10) << seed << ' ' << ms;
+      }
+      EXPECT_LE(bench.motor[0].fastest_deg_s, kTop_deg_s);
+    }
+  }
+}
+
+struct Honest {
+  double error_deg = 0;  // mean of |joint - command|, the command within its limits
+  int faults = 0;
+  int impacts = 0;
+  int pressed_ms = 0;
+  double fastest_deg_s = 0;
+};
+
+Honest honest(int minutes, bool watched, double speed_share = 1, double friction_share = 1) {
+  Bench bench;
+  bench.c = settings(watched);
+  Commands one(11);
+  Commands two(12);
+  for (Motor& m : bench.motor) {
+    m.full_speed_deg_s *= speed_share;
+    m.friction *= friction_share;
+  }
+  Honest out;
+  const int end_ms = minutes * 60000;
+  for (int ms = 0; ms < end_ms; ++ms) {
+    const double command = one.next();
+    bench.tick({command, two.next()});
+    out.error_deg += std::abs(bench.motor[0].angle_deg - std::clamp(command, 30.0, 111.0)) / end_ms;
+  }
+  for (const Motor& m : bench.motor) {
+    out.impacts += m.impacts;
+    out.pressed_ms += m.pressed_ms;
+    out.fastest_deg_s = std::max(out.fastest_deg_s, m.fastest_deg_s);
+  }
+  out.faults = bench.faults;
+  return out;
+}
+
+TEST(Protection, AnHonestHandOfHalfAnHourHasNoFaultAndTracksNoWorse) {
+  const Honest guarded = honest(30, true);
+  EXPECT_EQ(guarded.faults, 0);
+  EXPECT_LE(guarded.impacts, 1) << "soft stops";
+  EXPECT_EQ(guarded.pressed_ms, 0);
+  EXPECT_LE(guarded.fastest_deg_s, kTop_deg_s);
+  EXPECT_GT(guarded.fastest_deg_s, 350);
+  const Honest bare = honest(30, false);
+  EXPECT_LT(guarded.error_deg, 1.02 * bare.error_deg);
+  EXPECT_GT(guarded.error_deg, 0.7 * bare.error_deg) << "too good";
+  EXPECT_GT(bare.impacts, 20) << "the stops can be hit";
+}
+
+// Motors differ from their data sheets.
+TEST(Protection, AMotorOfTheSameKindIsNoFault) {
+  for (const double speed : {0.85, 1.0, 1.15}) {
+    for (const double friction : {0.6, 1.4})
+      EXPECT_EQ(honest(10, true, speed, friction).faults, 0) << speed << friction;
+  }
+}
+
+TEST(Protection, AHeldFingerGivesUpAndComesBackWhenTheCommandDoes) {
+  Bench bench;
+  bench.motor[0].wall_deg = 80;
+  for (int ms = 0; ms < 1500; ++ms) bench.tick({110, 60});
+  EXPECT_EQ(bench.finger[0].fault(), Fault::stalled);
+  EXPECT_LE(bench.motor[0].pressed_ms, kLongest_ms);
+  EXPECT_GT(bench.motor[0].pressed_ms, 10) << "a touch is no stall";
+  for (int ms = 0; ms < 1000; ++ms) bench.tick({50, 60});
+  EXPECT_EQ(bench.finger[0].fault(), Fault::none);
+  EXPECT_NEAR(bench.motor[0].angle_deg, 50, 1.5);
+}
+
+TEST(Protection, AFrozenReadingIsFrozenOnceBothWaysWereTriedAndEndsWithAMovement) {
+  Bench bench;
+  for (int ms = 0; ms < 500; ++ms) bench.tick({70, 60});
+  bench.begin(Lie::frozen);
+  for (int ms = 0; ms < 500; ++ms) bench.tick({100, 60});
+  EXPECT_EQ(bench.finger[0].fault(), Fault::stalled);
+  for (int ms = 0; ms < 1000; ++ms) bench.tick({40, 60});
+  EXPECT_EQ(bench.finger[0].fault(), Fault::frozen);
+  for (int ms = 0; ms < 2000; ++ms) bench.tick({ms < 1000 ? 40.0 : 100.0, 60});
+  EXPECT_EQ(bench.finger[0].fault(), Fault::frozen);
+  bench.motor[0].angle_deg = bench.lie_from_deg;
+  bench.lie = Lie::none;
+  for (int ms = 0; ms < 300; ++ms) {
+    if (ms < 30) bench.motor[0].angle_deg += 0.1;  // somebody bends it: it lives
+    bench.tick({70, 60});
+  }
+  for (int ms = 0; ms < 2000; ++ms) bench.tick({100, 60});
+  EXPECT_EQ(bench.finger[0].fault(), Fault::none);
+  EXPECT_NEAR(bench.motor[0].angle_deg, 100, 1.5);
+}
+
+TEST(Protection, ASlipEndsWhereTheReadingIsBackAndNowhereElse) {
+  Bench bench;
+  for (int ms = 0; ms < 1000; ++ms) bench.tick({60, 60});
+  bench.begin(Lie::slipped_up);
+  for (int ms = 0; ms < 3000; ++ms) bench.tick({90, 60});
+  EXPECT_EQ(bench.finger[0].fault(), Fault::slipped);
+  EXPECT_NEAR(bench.motor[0].angle_deg, 60, 1);
+  bench.lie = Lie::none;
+  for (int ms = 0; ms < 2000; ++ms) bench.tick({90, 60});
+  EXPECT_EQ(bench.finger[0].fault(), Fault::none);
+  EXPECT_NEAR(bench.motor[0].angle_deg, 90, 1.5);
+}
+
+TEST(NeighbourWatch, AShadowIsOneThatMoves) {
+  NeighbourWatch still;
+  NeighbourWatch moving;
+  NeighbourWatch apart;
+  bool seen = false;
+  for (int k = 0; k < 1000; ++k) {
+    const auto counts = static_cast<std::uint16_t>(300 + k / 20);
+    EXPECT_FALSE(still.tick(300, 301));
+    EXPECT_FALSE(apart.tick(counts, static_cast<std::uint16_t>(counts + (k % 50 == 0 ? 2 : 0))));
+    seen = moving.tick(counts, counts);
+    EXPECT_EQ(seen, k >= 120) << k;
+  }
+  EXPECT_TRUE(seen);
+  EXPECT_FALSE(moving.tick(400, 410));
+}
+
+}  // namespace
+}  // namespace flexor::hand

@@ -1,8 +1,8 @@
 // From what a frame says to a line for VR drivers. The same code on the glove and on a PC.
 #pragma once
 
-#include "runtime/link/frame.hpp"
 #include "runtime/link/gestures.hpp"
+#include "runtime/link/messages.hpp"
 
 namespace flexor {
 namespace firmware {

@@ -160,19 +160,23 @@ Board::Board(const Firmware& firmware) : firmware_(firmware), uart_name_(firmwar
   avr_irq_register_notify(avr_io_getirq(a, uart_irqs(uart_name_), UART_IRQ_OUTPUT), Hooks::byte, this);
   avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), Hooks::conversion,
                           this);
-  if (firmware.is_32u4()) return power_on();  // a glove: no motors
+  if (!firmware.is_32u4()) listen_to_motors();  // a glove has none
+  power_on();
+}
+
+void Board::listen_to_motors() {
   const auto pwm = [&](int motor, avr_irq_notify_t notify) {
     const Motor& m = kMotor[motor];
-    avr_irq_register_notify(avr_io_getirq(a, static_cast<std::uint32_t>(AVR_IOCTL_TIMER_GETIRQ(m.timer)),
-                                          TIMER_IRQ_OUT_PWM0 + m.comparator),
-                            notify, this);
+    avr_irq_register_notify(
+        avr_io_getirq(avr(avr_), static_cast<std::uint32_t>(AVR_IOCTL_TIMER_GETIRQ(m.timer)),
+                      TIMER_IRQ_OUT_PWM0 + m.comparator),
+        notify, this);
   };
   pwm(0, Hooks::width<0>);
   pwm(1, Hooks::width<1>);
   pwm(2, Hooks::width<2>);
   pwm(3, Hooks::width<3>);
   pwm(4, Hooks::width<4>);
-  power_on();
 }
 
 Board::~Board() {

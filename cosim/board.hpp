@@ -98,6 +98,7 @@ class Board {
   struct Hooks;
   int pin_of(int channel) const;
   int channel_of(int pin) const;
+  void listen_to_motors();
   void power_on();
   void schedule_byte();
 

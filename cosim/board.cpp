@@ -31,7 +31,7 @@ namespace {
 constexpr int kSupply_mV = 5000;
 constexpr int kAdcTop = 1023;
 constexpr avr_io_addr_t kGpior0 = 0x3e;
-constexpr std::uint16_t kRamEnd32u4 = 0xaff;
+constexpr std::uint16_t kVectors32u4_bytes = 4 * 43;  // its table of interrupts is longer than the 328P's
 constexpr std::uint8_t kPaint = 0xa5;
 constexpr Cycles kRunCycles = 16;  // at most between two looks for interrupts: a microsecond
 constexpr int kMotors = 5;
@@ -103,7 +103,7 @@ std::uint16_t Firmware::address(const std::string& symbol) const {
   throw io::JobError(fmt::format("the image has no symbol {}", symbol));
 }
 
-bool Firmware::is_32u4() const { return address("__stack") == kRamEnd32u4; }
+bool Firmware::is_32u4() const { return address("__trampolines_start") == kVectors32u4_bytes; }
 
 // Free functions for simavr, with the board as parameter.
 struct Board::Hooks {

@@ -52,6 +52,8 @@ CoSimulation::CoSimulation(const Images& images, const twin::TrialInput& input, 
     if (on_glove_marker) on_glove_marker(cycle, marker);
   };
   hand_.on_marker = [this](Cycles cycle, std::uint8_t marker) {
+    if (is(marker, firmware::Marker::tick_end))
+      ticked_ = hand_.peek<HandStatus>(images_.hand.address("hand_status"));
     if (on_hand_marker) on_hand_marker(cycle, marker);
   };
 }
@@ -100,7 +102,10 @@ twin::Trial CoSimulation::run() {
 }
 
 HandStatus CoSimulation::hand_status() const {
-  return hand_.peek<HandStatus>(images_.hand.address("hand_status"));
+  HandStatus out = hand_.peek<HandStatus>(images_.hand.address("hand_status"));
+  // Numbers of two bytes may be half written now.
+  if (out.finger_bytes == ticked_.finger_bytes) std::ranges::copy(ticked_.setpoint, out.setpoint);
+  return out;
 }
 
 void CoSimulation::inject(const std::vector<std::uint8_t>& bytes) {

@@ -54,7 +54,7 @@ class CoSimulation {
   Board& glove() { return glove_; }
   Board& hand() { return hand_; }
   const twin::World& world() const { return world_; }
-  HandStatus hand_status() const;
+  HandStatus hand_status() const;  // set-points: of the last tick
   link::LinkStatistics link_statistics() const;
   std::uint16_t worst_late_ms() const;  // as the hand sees it
   // What the glove's image is asked or told, one byte-time apart, from now on.
@@ -88,6 +88,7 @@ class CoSimulation {
   };
   std::array<Burst, 2> air_;   // the newest of either end
   Cycles collided_until_ = 0;  // the modules send or listen: where both send, neither is heard
+  HandStatus ticked_{};
   Cycles injected_until_ = 0;
   int sent_ = 0;
 };

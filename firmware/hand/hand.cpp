@@ -13,8 +13,9 @@
 using namespace flexor;
 using namespace flexor::firmware;
 
-// What a debugger or a simulator may want to know.
-struct {
+// What a debugger or a simulator may want to know: the compiler, which sees the whole program, is to leave it whole.
+#define FLEXOR_VISIBLE __attribute__((externally_visible))
+struct HandStatus {
   uint8_t finger_bytes;
   hand::Link link;
   hand::Fault fault[link::kFingers];
@@ -22,10 +23,11 @@ struct {
   uint16_t overruns;                 // bytes that found no room
   int8_t duty[link::kFingers];       // 127: the supply's whole voltage
   uint8_t board;                     // hand::BoardFault
-} hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, {}, 0};
-hand::Finger hand_finger[link::kFingers];
-link::HandEnd hand_link(pair_key(config::kKeyRecord));  // begins with its statistics
-link::Latency hand_latency;  // begins with how late the last frame was, and the latest, ms
+};
+FLEXOR_VISIBLE HandStatus hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, {}, 0};
+FLEXOR_VISIBLE hand::Finger hand_finger[link::kFingers];
+FLEXOR_VISIBLE link::HandEnd hand_link(pair_key(config::kKeyRecord));  // begins with its statistics
+FLEXOR_VISIBLE link::Latency hand_latency;  // begins with how late the last frame was, and the latest, ms
 
 namespace {
 

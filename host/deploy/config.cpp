@@ -217,8 +217,9 @@ Turns turns_of(const Glove& glove) {
   constexpr double kWay_s = 0.012;      // of the hand's answer through the modules and to its begin
   const double baud_s = 10 / glove.baud;
   const double period_s = glove.model.sample_period_s * samples_per_frame(glove);
-  const double answer_s =
-      link::wire_bytes(link::telemetry_bytes(kFingers), glove.key.has_value()) * baud_s + kWay_s;
+  const double answer_s = link::wire_bytes(link::telemetry_bytes(kFingers), false) * baud_s + kWay_s;
+  static_assert(link::wire_bytes(link::telemetry_bytes(kFingers), false) >=
+                link::wire_bytes(link::kNonceBytes, true));
   const double silent_s = period_s - frame_bytes(glove.key) * baud_s;
   if (silent_s >= answer_s) return {1, 1, 0};
   const double slots = std::ceil((answer_s - silent_s) / period_s);

@@ -78,12 +78,12 @@ class HandEnd {
     __builtin_memcpy(packet.body(), receiver_.session().nonce().bytes, kNonceBytes);
     return packet.seal({Type::challenge, false, false, 0}, kNonceBytes, receiver_.pair(), wire);
   }
-  // Telemetry or state: `packet` has the body already. Guarded by the session's key where there is one.
+  // Telemetry or state: `packet` has the body already. Nobody moves by it: not guarded, so that a tick does not wait
+  // for a tag.
   uint8_t say(Type type, Packet& packet, uint8_t body_bytes, uint8_t* wire) {
     since_telemetry_ms_ = 0;
     turn_ms_ = 0;
-    const Key* key = receiver_.pair() == nullptr ? nullptr : &receiver_.session().key();
-    return packet.seal({type, false, false, said_++ & (kCounters - 1)}, body_bytes, key, wire);
+    return packet.seal({type, false, false, said_++}, body_bytes, nullptr, wire);
   }
 
   bool in_touch() const { return receiver_.answered(); }
@@ -104,12 +104,11 @@ class HandEnd {
   void renew() {
     receiver_.challenge(nonces_.next());
     nonce_ms_ = 0;
-    said_ = 0;
   }
 
   Receiver receiver_;  // first, where a debugger finds its statistics
   NonceSource nonces_;
-  uint32_t said_ = 0;  // in this session
+  uint16_t said_ = 0;
   uint16_t since_frame_ms_ = 0;
   uint16_t since_byte_ms_ = 0;
   uint16_t since_challenge_ms_ = kChallenge_ms;

@@ -15,7 +15,7 @@
 namespace flexor::cosim {
 namespace {
 
-constexpr int kFinger = 2;  // whose potentiometer lies
+constexpr int kFinger = 2;         // whose potentiometer lies
 constexpr int kSlip_counts = 164;  // 40 degrees
 constexpr double kTop_deg_s = 450;
 constexpr double kLongest_s = 0.05;
@@ -154,10 +154,12 @@ std::uint8_t said(Disturb disturb, bool* limp, bool* well) {
 TEST(Protection, ASupplyThatDipsLetsGoUntilItIsBack) {
   bool limp = false;
   bool well = false;
-  EXPECT_EQ(said([](Board& hand, std::int64_t now) {
-              if (now == 3000) hand.set_supply(4200);
-              if (now == 3300) hand.set_supply(5000);
-            }, &limp, &well),
+  EXPECT_EQ(said(
+                [](Board& hand, std::int64_t now) {
+                  if (now == 3000) hand.set_supply(4200);
+                  if (now == 3300) hand.set_supply(5000);
+                },
+                &limp, &well),
             hand::kSupplyDip);
   EXPECT_TRUE(limp);
   EXPECT_TRUE(well);
@@ -167,9 +169,11 @@ TEST(Protection, AConverterThatStopsIsStartedAgain) {
   constexpr std::uint16_t kAdcsra = 0x7a;
   bool limp = false;
   bool well = false;
-  EXPECT_EQ(said([](Board& hand, std::int64_t now) {
-              if (now >= 3000 && now < 3200) hand.write(kAdcsra, 0);
-            }, &limp, &well),
+  EXPECT_EQ(said(
+                [](Board& hand, std::int64_t now) {
+                  if (now >= 3000 && now < 3200) hand.write(kAdcsra, 0);
+                },
+                &limp, &well),
             hand::kAdcStuck);
   EXPECT_TRUE(limp);
   EXPECT_TRUE(well);

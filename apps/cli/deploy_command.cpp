@@ -38,6 +38,7 @@ struct Options {
   bool allow_missing = false;
   std::string encoding = "alpha";
   std::string hand = "right";
+  std::string model_as = "code";
   bool assembly = true;
   bool json = false;
 };
@@ -159,6 +160,7 @@ study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy
     d.glove.frame_rate_hz = *o.frame_rate_hz;
   }
   d.glove.assembly = o.assembly;
+  d.glove.model_as = o.model_as == "data" ? deploy::ModelAs::data : deploy::ModelAs::code;
   (void)deploy::samples_per_frame(d.glove);
   (void)deploy::uart_divisor(d.glove.output == deploy::Output::radio ? d.glove.baud : deploy::kUsbBaud);
   return d;
@@ -321,6 +323,13 @@ void add_deploy(CLI::App& app) {
       "--twin", o->twin,
       "configuration with divider, motors and limits of your glove and hand (flexor twin --json)");
   command->add_option("--set", o->set, "change one of them: hand.upper_deg.thumb=150; may be repeated");
+  command
+      ->add_option(
+          "--model-as", o->model_as,
+          "code, compiled: the fewest cycles; or data in EEPROM, which an interpreter runs and which can be "
+          "replaced without a compiler: the same bits")
+      ->check(CLI::IsMember({"code", "data"}))
+      ->capture_default_str();
   command->add_flag("--assembly,!--portable", o->assembly,
                     "products in assembly (default), or in portable C++: the same bits in more cycles");
   command->add_flag("--json", o->json, "one JSON object on standard output");

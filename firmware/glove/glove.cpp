@@ -27,6 +27,22 @@ GloveCompensator compensator;
 SignalChain<GloveCompensator> chain(config::kChannels, compensator);
 link::Frame frame;
 
+#ifdef FLEXOR_MODEL_AS_DATA
+
+Eeprom model_eeprom;
+glove::ModelStore<Eeprom, config::kParts> model_store(config::kImage);
+
+void load_model() {
+  compensator.load(model_eeprom, model_store, config::kBuiltIn, config::kMadeFor, config::kChannels);
+  chain.restart();
+}
+
+#else
+
+void load_model() {}
+
+#endif
+
 #ifdef FLEXOR_OUTPUT_OPENGLOVES
 
 volatile bool asked = false;  // which glove this is
@@ -180,6 +196,7 @@ ISR(USART_RX_vect) { received.push(UDR0); }
 
 int main() {
   output.start(start_watchdog(WDTO_500MS));
+  load_model();
   start_uart(config::kUartDivisor, Output::kUart);
   start_sampling();
   sei();

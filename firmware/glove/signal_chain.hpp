@@ -27,7 +27,12 @@ class SignalChain {
   // `settings`: kFingers of them, which outlive this object.
   SignalChain(const ChannelSettings* settings, Compensator& compensator)
       : settings_(settings), compensator_(compensator) {
-    for (uint8_t i = 0; i < kFingers; ++i) guard_[i].reset(settings[i].guard);
+    restart();
+  }
+
+  // All fingers at rest, as after a start.
+  void restart() {
+    for (uint8_t i = 0; i < kFingers; ++i) guard_[i].reset(settings_[i].guard);
   }
 
   // counts -> frame.angle and frame.status.

@@ -8,6 +8,7 @@
 
 #include "host/deploy/compensator_text.hpp"
 #include "host/deploy/key_patch.hpp"
+#include "host/deploy/model_block.hpp"
 #include "host/io/io.hpp"
 #include "runtime/link/opengloves.hpp"
 
@@ -410,12 +411,15 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
   // No text of the model's: what ends a comment, or goes on after it, would be compiled.
   out += fmt::format("// model {}\n", io::digest(model::to_json(glove.model)));
   if (glove.assembly) out += "#define FLEXOR_AVR_ASSEMBLY\n";
+  if (glove.model_as == ModelAs::data) out += "#define FLEXOR_MODEL_AS_DATA\n";
   if (!radio) out += "#define FLEXOR_OUTPUT_OPENGLOVES\n";
   out +=
       "#include <avr/pgmspace.h>\n\n#include \"firmware/board.hpp\"\n#include "
       "\"firmware/glove/glove_text.hpp\"\n#include \"firmware/glove/signal_chain.hpp\"\n"
       "#include \"runtime/link/key_record.hpp\"\n"
-      "#include \"runtime/compensator/blocks.hpp\"\n\nnamespace flexor {\nnamespace config {\n\n";
+      "#include \"runtime/compensator/blocks.hpp\"\n";
+  if (glove.model_as == ModelAs::data) out += "#include \"runtime/glove/data_model.hpp\"\n";
+  out += "\nnamespace flexor {\nnamespace config {\n\n";
   out += fmt::format(
       "constexpr uint16_t kRate_hz = {};\nconstexpr uint8_t kSamplesPerFrame = {};\nconstexpr uint16_t "
       "kUartDivisor = {};\n",
@@ -430,7 +434,7 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
   return out + key_text(glove.key) + "\n";
 }
 
-std::string sensor_tables(const GloveTables& tables) {
+std::string sensor_tables(const Glove& glove, const GloveTables& tables) {
   std::string out;
   // Fingers with the same divider share a table.
   std::array<std::size_t, kFingers> table{};
@@ -444,7 +448,9 @@ std::string sensor_tables(const GloveTables& tables) {
                          numbers(tables.calibration[i].alpha, sensor::kKnots));
     }
   }
-  out += "\nconstexpr firmware::ChannelSettings kChannels[] = {\n";
+  // A model that is data brings its own.
+  out += fmt::format("\n{} firmware::ChannelSettings kChannels[] = {{\n",
+                     glove.model_as == ModelAs::data ? "static" : "constexpr");
   for (std::size_t i = 0; i < kFingers; ++i) {
     const sensor::MonitorSettings& m = tables.monitor[i];
     const sensor::GuardSettings& g = tables.guard[i];
@@ -455,14 +461,50 @@ std::string sensor_tables(const GloveTables& tables) {
   return out + "};\n\n";
 }
 
+// What the interpreter starts from: the parts in flash, and what the chain gets of whichever model is loaded.
+std::string data_text(const Glove& glove, const GloveTables& tables) {
+  const ModelBlock block = storable_block(glove);
+  std::string out;
+  std::string built_in;
+  std::uint16_t image = 0;
+  for (std::size_t i = 0; i < block.parts.size(); ++i) {
+    const Bytes& part = block.parts[i];
+    out += fmt::format("constexpr uint8_t kPart{}[] PROGMEM = {};\n", i, numbers(part.data(), part.size()));
+    built_in += fmt::format("{}{{kPart{}, {}}}", i > 0 ? ", " : "", i, part.size());
+    for (const std::uint8_t byte : part) image = core::crc16_add(image, byte);
+  }
+  const std::array<std::uint16_t, kFingers> ids = calibration_ids(tables);
+  return out + fmt::format(
+                   "constexpr glove::BuiltIn kBuiltIn[] = {{{}}};\nconstexpr uint8_t kParts = {};\n"
+                   "constexpr uint16_t kImage = {};\nconstexpr uint16_t kCalibrationId[] = {};\n"
+                   "constexpr compensator::MadeFor kMadeFor = {{kCalibrationId, kRate_hz}};\n",
+                   built_in, block.parts.size(), image, numbers(ids.data(), ids.size()));
+}
+
+std::string data_compensator() {
+  return fmt::format(
+      "class GloveCompensator : public glove::DataModel<firmware::Eeprom, config::kParts, {}> {{\n public:\n"
+      "  uint8_t step() {{\n    firmware::mark(firmware::Marker::step_begin);\n"
+      "    const uint8_t good = DataModel::step();\n    firmware::mark(firmware::Marker::step_end);\n"
+      "    return good;\n  }}\n}};\n",
+      kArenaBytes);
+}
+
 }  // namespace
 
 std::string glove_config(const Glove& glove) {
+  if (glove.model_as == ModelAs::data) {
+    if (glove.output == Output::opengloves)
+      throw InputError("--output opengloves takes its ranges from compiled models: use --model-as code");
+    const GloveTables tables = glove_tables(glove);
+    return glove_head(glove, tables) + sensor_tables(glove, tables) + data_text(glove, tables) +
+           "\n}  // namespace config\n\n" + data_compensator() + "\n}  // namespace flexor\n";
+  }
   std::vector<std::size_t> more;
   for (const VrJoint& joint : vr_joints(glove)) more.push_back(joint.joint);
   const CompensatorText text = compensator_text(glove.model, more);
   const GloveTables tables = glove_tables(glove);
-  return glove_head(glove, tables) + sensor_tables(tables) + text.coefficients +
+  return glove_head(glove, tables) + sensor_tables(glove, tables) + text.coefficients +
          "\n}  // namespace config\n\n" + text.compensator + "\n}  // namespace flexor\n";
 }
 

@@ -42,6 +42,7 @@ inline constexpr Mcu kAtmega32u4 = {"atmega32u4", 28672,
                                     2560};  // Leonardo, Micro, Pro Micro: the glove alone
 // Throws io::InputError, which names those that are known.
 Mcu mcu(const std::string& name);
+enum class ModelAs { code, data };  // compiled, or bytes that an interpreter runs and that can be replaced
 
 struct CountsAsTheyAre {};
 struct Divider {
@@ -82,7 +83,8 @@ struct Glove {
   Pins pins;
   Encoding encoding = Encoding::alpha;  // with output opengloves
   bool right_hand = true;               // likewise
-  bool assembly = true;                 // products as the microcontroller has them; the same bits
+  ModelAs model_as = ModelAs::code;
+  bool assembly = true;  // products as the microcontroller has them; the same bits
 };
 
 // What is known of the motors, behind their gears; duties as shares of the supply. The hand's protection lives on

@@ -135,7 +135,9 @@ void require_toolchain() {
 }
 
 Image build_glove(const Glove& glove, const fs::path& folder) {
-  return build_glove(glove_config(glove), folder, glove.mcu);
+  if (glove.model_as == ModelAs::code) return build_glove(glove_config(glove), folder, glove.mcu);
+  return build("glove", glove_config(glove), folder, glove.mcu,
+               {"-fno-move-loop-invariants", "-mcall-prologues"});
 }
 
 Image build_glove(const std::string& config, const fs::path& folder, const Mcu& mcu) {

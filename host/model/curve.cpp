@@ -78,16 +78,15 @@ Curve::Fixed Curve::fixed(const FixedBlock& block) const {
   c.knots.count = static_cast<std::uint8_t>(at.size());
   const Floating<double> f = floating<double>(0);
   for (std::size_t i = 0; i < at.size(); ++i) {
-    const double left = f(std::ldexp(at[i], -from));
     c.knots.x[i] = at[i];
     c.knots.scale[i] = 1;
-    c.values.y[i] = block.number("its value", left, to);
-    if (i + 1 == at.size()) break;
-    const int width = at[i + 1] - at[i];
-    while (width * c.knots.scale[i] * 2 <= UINT16_MAX)
-      c.knots.scale[i] = static_cast<std::uint16_t>(c.knots.scale[i] * 2);
-    const double rise = f(std::ldexp(at[i + 1], -from)) - left;
-    c.values.slope[i] = block.number("its slope", std::ldexp(rise, to) / (width * c.knots.scale[i]), 16);
+    c.values.y[i] = block.number("its value", f(std::ldexp(at[i], -from)), to);
+  }
+  for (std::size_t i = 0; i + 1 < at.size(); ++i) {
+    const auto width = static_cast<std::uint16_t>(at[i + 1] - at[i]);
+    c.knots.scale[i] = compensator::scale_of(width);
+    c.values.slope[i] = compensator::slope_of(static_cast<std::int16_t>(c.values.y[i + 1] - c.values.y[i]),
+                                              static_cast<std::uint16_t>(width * c.knots.scale[i]));
   }
   return c;
 }

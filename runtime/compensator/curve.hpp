@@ -6,7 +6,7 @@
 // x strictly increasing, 2 <= count <= kCapacity.
 #pragma once
 
-#include "runtime/core/fixed_point.hpp"
+#include "runtime/core/memory.hpp"
 
 namespace flexor {
 namespace compensator {
@@ -44,25 +44,46 @@ struct Segment {
   uint16_t share;
 };
 
-// Tables lie in flash; out of line there, all curves of a board share these two functions. scale: 2^up_i.
-FLEXOR_SHARED Segment segment_of(const int16_t* x, const uint16_t* scale, uint8_t count, int16_t u) {
+// Out of line on a microcontroller: all curves of a board share these functions. scale: 2^up_i.
+template <class Place>
+FLEXOR_SHARED Segment segment_of(core::Words<Place, int16_t> x, core::Words<Place, uint16_t> scale,
+                                 uint8_t count, int16_t u) {
   uint8_t segments = static_cast<uint8_t>(count - 1);
-  const int16_t inside = core::clamp(u, core::table(x[0]), core::table(x[segments]));
-  const int16_t* from = x;  // the segment that is sought is one of `segments` from here
+  const int16_t inside = core::clamp(u, x[0], x[segments]);
+  core::Words<Place, int16_t> from = x;  // the segment that is sought is one of `segments` from here
   while (segments > 1) {
     const uint8_t half = segments / 2;
-    const int16_t* middle = from + half;
-    if (inside >= core::table(*middle)) from = middle;
+    const core::Words<Place, int16_t> middle = from + half;
+    if (inside >= middle[0]) from = middle;
     segments = static_cast<uint8_t>(segments - half);
   }
-  const uint8_t index = static_cast<uint8_t>(from - x);
-  const uint16_t distance = static_cast<uint16_t>(inside - core::table(*from));
-  return {index, static_cast<uint16_t>(distance * core::table(scale[index]))};
+  const uint8_t index = from - x;
+  const uint16_t distance = static_cast<uint16_t>(inside - from[0]);
+  return {index, static_cast<uint16_t>(distance * scale[index])};
 }
 
-FLEXOR_SHARED int16_t value_at(const int16_t* y, const int16_t* slope, Segment segment) {
-  return static_cast<int16_t>(core::table(y[segment.index]) +
-                              core::multiply_round_q16(segment.share, core::table(slope[segment.index])));
+template <class Place>
+FLEXOR_SHARED int16_t value_at(core::Words<Place, int16_t> y, core::Words<Place, int16_t> slope,
+                               Segment segment) {
+  return static_cast<int16_t>(y[segment.index] +
+                              core::multiply_round_q16(segment.share, slope[segment.index]));
+}
+
+// 2^up_i of a segment of this width, 1 or more.
+inline uint16_t scale_of(uint16_t width) {
+  uint16_t scale = 1;
+  for (uint16_t scaled = width; scaled < 0x8000; scaled = static_cast<uint16_t>(2 * scaled)) {
+    scale = static_cast<uint16_t>(2 * scale);
+  }
+  return scale;
+}
+
+// s_i of a segment that rises by `rise`, 2^14 at most either way, over share_i = width 2^up_i: what the values say as
+// they are held, so that a segment ends where the next begins.
+inline int16_t slope_of(int16_t rise, uint16_t share) {
+  const int32_t half = rise < 0 ? -static_cast<int32_t>(share / 2) : share / 2;
+  const int32_t slope = (static_cast<int32_t>(rise) * 0x10000 + half) / share;
+  return core::narrow(slope);
 }
 
 template <int kCapacity>
@@ -71,7 +92,9 @@ struct FixedKnots {
   int16_t x[kCapacity];
   uint16_t scale[kCapacity];
 
-  FLEXOR_INLINE Segment operator()(int16_t u) const { return segment_of(x, scale, count, u); }
+  FLEXOR_INLINE Segment operator()(int16_t u) const {
+    return segment_of(core::in_flash(x), core::in_flash(scale), count, u);
+  }
 };
 
 template <int kCapacity>
@@ -79,7 +102,9 @@ struct FixedValues {
   int16_t y[kCapacity];
   int16_t slope[kCapacity];
 
-  FLEXOR_INLINE int16_t operator()(Segment segment) const { return value_at(y, slope, segment); }
+  FLEXOR_INLINE int16_t operator()(Segment segment) const {
+    return value_at(core::in_flash(y), core::in_flash(slope), segment);
+  }
 };
 
 template <int kCapacity>

@@ -63,9 +63,14 @@ struct FixedHysteresis {
 
   FLEXOR_INLINE int16_t step(State& state, int16_t u) const {
     int32_t sum = 0;
-    for (uint8_t j = 0; j < plays.count; ++j) {
-      sum += static_cast<int32_t>(core::table(weight[j])) * plays.step(state, j, u);
-    }
+    for (uint8_t j = 0; j < plays.count; ++j) sum += term(core::table(weight[j]), plays.step(state, j, u));
+    return total(u, sum);
+  }
+
+  FLEXOR_INLINE static int32_t term(int16_t weight, int16_t difference) {
+    return static_cast<int32_t>(weight) * difference;
+  }
+  FLEXOR_INLINE static int16_t total(int16_t u, int32_t sum) {
     return core::narrow(u + core::round_shift(sum, kHysteresisWeightFraction));
   }
 };

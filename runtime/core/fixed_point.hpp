@@ -18,6 +18,13 @@
 #define FLEXOR_SHARED inline
 #endif
 
+// The long products of states. Where blocks are interpreted, all that run share them.
+#ifdef FLEXOR_MODEL_AS_DATA
+#define FLEXOR_PRODUCT_INLINE FLEXOR_SHARED
+#else
+#define FLEXOR_PRODUCT_INLINE FLEXOR_INLINE
+#endif
+
 namespace flexor {
 namespace core {
 
@@ -107,7 +114,7 @@ FLEXOR_INLINE uint16_t upper_half(int32_t value) {
 
 // floor(a * m / 2^16) without a 64-bit product: two 16x16 -> 32 multiplications.
 // Domain: every a, every m; the result always fits.
-FLEXOR_INLINE int32_t multiply_q16(int32_t a, uint16_t m) {
+FLEXOR_PRODUCT_INLINE int32_t multiply_q16(int32_t a, uint16_t m) {
   const uint16_t high = upper_half(a);
   uint32_t product = static_cast<uint32_t>(multiply(high, m));
   if (a < 0) product -= static_cast<uint32_t>(m) << 16;  // high is negative
@@ -128,7 +135,7 @@ FLEXOR_INLINE int32_t widen(int16_t value) {
 }
 
 // multiply_q16 with a signed factor: floor(a * m / 2^16) for m >= 0, its mirror image for m < 0.
-FLEXOR_INLINE int32_t multiply_q16(int32_t a, int16_t m) {
+FLEXOR_PRODUCT_INLINE int32_t multiply_q16(int32_t a, int16_t m) {
   return m >= 0 ? multiply_q16(a, static_cast<uint16_t>(m))
                 : -multiply_q16(a, static_cast<uint16_t>(-static_cast<int32_t>(m)));
 }
@@ -155,7 +162,8 @@ FLEXOR_INLINE int16_t refine(int16_t v, uint8_t bits) {
 FLEXOR_INLINE int16_t to_output(int16_t y, int8_t bits) {
   if (bits == 0) return y;
   if (bits < 0) return narrow(static_cast<int32_t>(y) * (static_cast<int32_t>(1) << -bits));
-  return narrow(round_shift(y, static_cast<uint8_t>(bits)));
+  const int16_t half = static_cast<int16_t>(y >> (bits - 1));
+  return static_cast<int16_t>((half >> 1) + (half & 1));  // rounds halves upwards, and cannot overflow
 }
 
 // a + b and a - b that stay inside int16; plain for floating point.

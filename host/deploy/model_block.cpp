@@ -1,0 +1,389 @@
+#include "host/deploy/model_block.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "host/io/io.hpp"
+#include "host/model/formats.hpp"
+#include "runtime/compensator/graph.hpp"
+#include "runtime/glove/model_store.hpp"
+
+namespace flexor::deploy {
+namespace {
+
+using compensator::Operation;
+using io::InputError;
+
+class ByteWriter {
+ public:
+  Bytes bytes;
+
+  void u8(int x) { bytes.push_back(static_cast<std::uint8_t>(x)); }
+  void u16(int x) {
+    u8(x & 0xff);
+    u8(x >> 8 & 0xff);
+  }
+  void i32(std::int32_t x) {
+    u16(x & 0xffff);
+    u16(x >> 16 & 0xffff);
+  }
+  void weight(const core::Weight& w) {
+    u16(w.mantissa);
+    u8(w.shift);
+  }
+  void operation(Operation code, int n = 0) { u8(static_cast<int>(code) | n << 4); }
+};
+
+// What the structs of graph.hpp take on the microcontroller, where a pointer is two bytes and nothing is aligned.
+constexpr int kKnotsRam = 5;
+constexpr int kSectionRam = 7;
+constexpr int kChainRam = 12;
+constexpr int kDelayRam = 2 * compensator::kMostDelay + 1;
+
+// Some fingers of a model, as one part.
+class PartWriter {
+ public:
+  PartWriter(const Glove& glove, const model::FixedModel& fixed, const GloveTables& tables, BlockPlace place,
+             const std::vector<std::size_t>& fingers)
+      : model_(glove.model),
+        fixed_(fixed),
+        wiring_(model::wiring_of(glove.model)),
+        tables_(tables),
+        ids_(calibration_ids(tables)),
+        in_flash_(place == BlockPlace::flash),
+        inputs_(glove.model.inputs.size()) {
+    mark_needed(fingers);
+    if (fingers.front() == 0) mark_idle_strips();
+    number_inputs();
+    for (std::size_t b = 0; b < model_.blocks.size(); ++b) {
+      if (needed_[inputs_ + b]) add_block(b, fingers);
+    }
+    close();
+    if (signals_ > kMostSignals) {
+      throw InputError(
+          fmt::format("model {:?}: {} signals, a board's interpreter knows {} in a part: fewer blocks",
+                      model_.name, signals_, kMostSignals));
+    }
+    finish(sample_rate_hz(glove.model), fingers);
+  }
+
+  const Bytes& bytes() const { return out_.bytes; }
+  int signals() const { return signals_; }
+  int ram() const { return ram_; }  // signals apart
+
+ private:
+  static constexpr int kMostSignals = 127;
+
+  void mark_needed(const std::vector<std::size_t>& fingers) {
+    needed_.resize(fixed_.signals.size(), false);
+    for (const std::size_t f : fingers) {
+      if (wiring_.joint[f]) needed_[fixed_.graph.joint[*wiring_.joint[f]]] = true;
+    }
+    for (std::size_t b = model_.blocks.size(); b-- > 0;) {
+      if (!needed_[inputs_ + b]) continue;
+      for (const std::size_t from : fixed_.graph.from[b]) needed_[from] = true;
+    }
+  }
+
+  // Strips that move no motor are watched all the same: the first part brings them.
+  void mark_idle_strips() {
+    for (std::size_t i = 0; i < inputs_; ++i) {
+      const bool moves = std::ranges::any_of(wiring_.strips, [&](const std::vector<std::size_t>& strips) {
+        return std::ranges::find(strips, wiring_.strip[i]) != strips.end();
+      });
+      if (!moves) needed_[i] = true;
+    }
+  }
+
+  void number_inputs() {
+    for (std::size_t i = 0; i < inputs_; ++i) {
+      if (needed_[i]) number_[i] = signals_++;
+    }
+  }
+
+  // Blocks in a row that the same inputs reach.
+  void open(const std::vector<std::size_t>& inputs) {
+    if (is_open_ && inputs == open_) return;
+    close();
+    open_ = inputs;
+    is_open_ = true;
+  }
+
+  void close() {
+    if (!is_open_) return;
+    is_open_ = false;
+    code_.operation(Operation::end);
+    int strips = 0;
+    for (const std::size_t i : open_) strips |= 1 << wiring_.strip[i];
+    sections_.u8(strips);
+    sections_.u16(static_cast<int>(code_.bytes.size()));
+    sections_.bytes.insert(sections_.bytes.end(), code_.bytes.begin(), code_.bytes.end());
+    code_.bytes.clear();
+    found_.clear();
+    next_segment_ = 0;
+    ++section_count_;
+    ram_ += kSectionRam;
+  }
+
+  void add_block(std::size_t b, const std::vector<std::size_t>& fingers) {
+    const std::size_t signal = inputs_ + b;
+    open(fixed_.graph.inputs[signal]);
+    bool written = false;
+    for (const std::size_t f : fingers) {
+      if (!wiring_.joint[f] || fixed_.graph.joint[*wiring_.joint[f]] != signal) continue;
+      // A joint's last block is its saturation, which changes nothing the second time.
+      add_angle(b, f, written ? number_[signal] : source(b));
+      number_[signal] = signals_++;
+      written = true;
+    }
+    if (written) return;
+    std::visit([&](const auto& one) { add_step(b, one.c); }, fixed_.blocks[b]);
+    number_[signal] = signals_++;
+  }
+
+  void add_angle(std::size_t b, std::size_t finger, int from) {
+    const auto& limits = std::get<model::FixedCoefficients<model::Saturation>>(fixed_.blocks[b]).c;
+    code_.operation(Operation::angle, static_cast<int>(finger));
+    code_.u8(from);
+    code_.u16(limits.lower);
+    code_.u16(limits.upper);
+    code_.u8(fixed_.signals[inputs_ + b].fraction - core::kOutputFraction);
+  }
+
+  // Place of the knots among all that were written.
+  int knots_of(const model::Curve::Fixed& c) {
+    ByteWriter one;
+    one.u8(c.knots.count);
+    for (int i = 0; i < c.knots.count; ++i) one.u16(c.knots.x[i]);
+    if (in_flash_) {
+      for (int i = 0; i < c.knots.count; ++i) one.u16(c.knots.scale[i]);
+    }
+    const auto known = std::ranges::find(knots_, one.bytes);
+    if (known != knots_.end()) return static_cast<int>(known - knots_.begin());
+    knots_.push_back(one.bytes);
+    ram_ += kKnotsRam + (in_flash_ ? 0 : 2 * (c.knots.count - 1));
+    return static_cast<int>(knots_.size()) - 1;
+  }
+
+  // Curves of one signal on the same knots share the search for the segment.
+  void start_curve(int in, int knots) {
+    const std::pair<int, int> wanted{in, knots};
+    for (const auto& [segment, held] : found_) {
+      if (held == wanted) return code_.operation(Operation::curve, segment);
+    }
+    const int segment = next_segment_++ % compensator::kSegments;
+    found_[segment] = wanted;
+    code_.operation(Operation::search, segment);
+    code_.u8(knots);
+    code_.u8(in);
+  }
+
+  int source(std::size_t b) const { return number_.at(fixed_.graph.from[b].front()); }
+  void start(std::size_t b, Operation operation, int ram) {
+    code_.operation(operation);
+    code_.u8(source(b));
+    ram_ += ram;
+  }
+
+  void add_step(std::size_t b, const model::Curve::Fixed& c) {
+    start_curve(source(b), knots_of(c));
+    for (int i = 0; i < c.knots.count; ++i) code_.u16(c.values.y[i]);
+    if (!in_flash_) ram_ += 2 * (c.knots.count - 1);
+    for (int i = 0; in_flash_ && i < c.knots.count; ++i) code_.u16(c.values.slope[i]);
+  }
+
+  // Weights of +-1 in steps of the output need no product: the rest of the shift comes out even.
+  void add_step(std::size_t b, const model::Sum::Fixed& c) {
+    const std::vector<std::size_t>& from = fixed_.graph.from[b];
+    const int unit = 1 << c.shift;
+    const bool plain =
+        std::all_of(c.weight, c.weight + from.size(), [&](int w) { return std::abs(w) == unit; });
+    code_.operation(plain ? Operation::plain_sum : Operation::sum);
+    if (!plain) code_.u8(c.shift);
+    code_.i32(plain ? (c.offset + unit / 2) >> c.shift : c.offset);
+    code_.u8(static_cast<int>(from.size()));
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      code_.u8(number_.at(from[i]) | (plain && c.weight[i] < 0 ? 0x80 : 0));
+      if (!plain) code_.u16(c.weight[i]);
+    }
+  }
+
+  void add_step(std::size_t b, const model::DeadZone::Fixed& c) {
+    start(b, Operation::dead_zone, 0);
+    code_.u16(c.lower);
+    code_.u16(c.upper);
+  }
+  void add_step(std::size_t b, const model::Saturation::Fixed& c) {
+    start(b, Operation::saturation, 0);
+    code_.u16(c.lower);
+    code_.u16(c.upper);
+  }
+  void add_step(std::size_t b, const model::Play::Fixed& c) {
+    start(b, Operation::play, 2);
+    code_.u16(c.radius);
+  }
+  void add_step(std::size_t b, const model::Creep::Fixed& c) {
+    start(b, Operation::creep, 4);
+    code_.i32(c.radius);
+    code_.weight(c.share);
+  }
+  void add_step(std::size_t b, const model::Hysteresis::Fixed& c) {
+    start(b, Operation::hysteresis, 2 * compensator::kMostPlays);
+    // Plays that are not there have no radius and no weight.
+    for (int j = 0; j < compensator::kMostPlays; ++j) {
+      code_.u16(j < c.plays.count ? c.plays.radius[j] : 0);
+      code_.u16(j < c.plays.count ? c.weight[j] : 0);
+    }
+  }
+  void add_step(std::size_t b, const model::Lag::Fixed& c) {
+    start(b, Operation::lag, 4);
+    code_.weight(c.share);
+  }
+  void add_step(std::size_t b, const model::Delay::Fixed& c) {
+    start(b, Operation::delay, kDelayRam);
+    code_.u8(c.count);
+  }
+  void add_step(std::size_t b, const model::PolePair::Fixed& c) {
+    start(b, Operation::pole_pair, 10);
+    for (const std::int16_t change : c.change) code_.u16(change);
+    code_.u8(c.change_fraction);
+    for (const std::int16_t tap : c.tap) code_.u16(tap);
+    code_.u8(c.tap_fraction);
+    code_.u8(c.up);
+    code_.u8(c.down);
+  }
+
+  void add_step(std::size_t b, const model::Lti::Fixed& c) {
+    start(b, c.is_direct ? Operation::direct : Operation::lti, kChainRam);
+    code_.u16(c.gain);
+    code_.u8(c.gain_shift);
+    if (c.is_direct) {
+      for (const std::uint16_t one : c.direct.b) code_.u16(one);
+      for (const std::uint16_t one : c.direct.a) code_.u16(one);
+      return;
+    }
+    code_.i32(c.offset);
+    for (const core::Weight& weight : c.input_weight) code_.weight(weight);
+    for (int i = 0; i < compensator::kMaxOrder; ++i) code_.weight(c.chain_weight[i]);
+    for (const std::int16_t tap : c.tap) code_.u16(tap);
+    code_.u8(c.tap_fraction);
+    code_.u8(c.output_shift);
+  }
+
+  void finish(int rate_hz, const std::vector<std::size_t>& fingers) {
+    out_.u8(in_flash_ ? compensator::kGraphInFlash : compensator::kGraphVersion);
+    out_.u16(0);
+    out_.u8(rate_hz);
+    out_.u8(static_cast<int>(
+        std::count(needed_.begin(), needed_.begin() + static_cast<std::ptrdiff_t>(inputs_), true)));
+    out_.u8(static_cast<int>(fingers.size()));
+    out_.u8(static_cast<int>(knots_.size()));
+    out_.u8(section_count_);
+    out_.u8(signals_);
+    for (std::size_t i = 0; i < inputs_; ++i) {
+      if (needed_[i]) add_input(i);
+    }
+    for (const std::size_t f : fingers) {
+      out_.u8(static_cast<int>(f) | tables_.strips[f] << 3);
+      out_.u16(tables_.guard[f].rest);
+    }
+    for (const Bytes& one : knots_) out_.bytes.insert(out_.bytes.end(), one.begin(), one.end());
+    out_.bytes.insert(out_.bytes.end(), sections_.bytes.begin(), sections_.bytes.end());
+    const std::size_t size = out_.bytes.size() + compensator::kCrcBytes;
+    out_.bytes[1] = static_cast<std::uint8_t>(size & 0xff);
+    out_.bytes[2] = static_cast<std::uint8_t>(size >> 8);
+    std::uint16_t crc = 0;
+    for (const std::uint8_t byte : out_.bytes) crc = core::crc16_add(crc, byte);
+    out_.u16(crc);
+    if (!in_flash_) ram_ += static_cast<int>(out_.bytes.size());
+  }
+
+  void add_input(std::size_t i) {
+    const std::size_t strip = wiring_.strip[i];
+    out_.u8(static_cast<int>(strip) | (fixed_.signals[i].fraction - core::kInputFraction) << 4);
+    out_.u16(ids_[strip]);
+    out_.u16(tables_.monitor[strip].low);
+    out_.u16(tables_.monitor[strip].high);
+    out_.u16(fixed_.valid_min[i]);
+    out_.u16(fixed_.valid_max[i]);
+  }
+
+  const model::Model& model_;
+  const model::FixedModel& fixed_;
+  model::Wiring wiring_;
+  const GloveTables& tables_;
+  std::array<std::uint16_t, kFingers> ids_;
+  bool in_flash_;
+  std::size_t inputs_;
+  std::vector<bool> needed_;
+  std::map<std::size_t, int> number_;         // of each signal, in this part
+  std::map<int, std::pair<int, int>> found_;  // signal and knots of each segment that the section remembers
+  std::vector<Bytes> knots_;
+  std::vector<std::size_t> open_;  // inputs of the open section
+  bool is_open_ = false;
+  int next_segment_ = 0;
+  int section_count_ = 0;
+  int signals_ = 0;
+  int ram_ = 0;
+  ByteWriter code_;      // of the open section
+  ByteWriter sections_;  // that are closed
+  ByteWriter out_;
+};
+
+}  // namespace
+
+int ModelBlock::largest() const {
+  std::size_t most = 0;
+  for (const Bytes& part : parts) most = std::max(most, part.size());
+  return static_cast<int>(most);
+}
+
+std::array<std::uint16_t, kFingers> calibration_ids(const GloveTables& tables) {
+  std::array<std::uint16_t, kFingers> out{};
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    for (const std::int16_t alpha : tables.calibration[i].alpha) {
+      const auto bits = static_cast<std::uint16_t>(alpha);
+      out[i] = core::crc16_add(out[i], static_cast<std::uint8_t>(bits & 0xff));
+      out[i] = core::crc16_add(out[i], static_cast<std::uint8_t>(bits >> 8));
+    }
+  }
+  return out;
+}
+
+ModelBlock model_block(const Glove& glove, BlockPlace place, int parts) {
+  const model::FixedModel fixed(glove.model);
+  const GloveTables tables = glove_tables(glove);
+  ModelBlock out;
+  int signals = 0;
+  for (int p = 0; p < parts; ++p) {
+    std::vector<std::size_t> fingers;
+    for (std::size_t f = 0; f < model::kFingers; ++f) {
+      if (parts == 1 || static_cast<int>(f) == p) fingers.push_back(f);
+    }
+    const PartWriter part(glove, fixed, tables, place, fingers);
+    out.parts.push_back(part.bytes());
+    out.arena_bytes += part.ram();
+    signals = std::max(signals, part.signals());
+  }
+  out.arena_bytes += 2 * signals;
+  return out;
+}
+
+ModelBlock storable_block(const Glove& glove) {
+  std::string refusal;
+  for (const int parts : {1, kFingers}) {
+    ModelBlock block = model_block(glove, BlockPlace::ram, parts);
+    const int room = glove::slot_room(static_cast<std::uint8_t>(parts));
+    if (block.largest() <= room && block.arena_bytes <= kArenaBytes) return block;
+    refusal = fmt::format("its largest finger takes {} of {} bytes of EEPROM, and all {} of {} bytes of RAM",
+                          block.largest(), room, block.arena_bytes, kArenaBytes);
+  }
+  throw InputError(
+      fmt::format("model {:?} is too large to be data on an {}: {}; use fewer knots, or --model-as code",
+                  glove.model.name, "atmega328p", refusal));
+}
+
+}  // namespace flexor::deploy

@@ -1,0 +1,38 @@
+// A model in fixed point as bytes for the board's interpreter (runtime/compensator/graph.hpp).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "host/deploy/config.hpp"
+
+namespace flexor::deploy {
+
+using Bytes = std::vector<std::uint8_t>;
+
+// Where the board keeps them: in RAM, loaded from EEPROM; or in flash, with slopes and scales beside the values.
+enum class BlockPlace { ram, flash };
+
+struct ModelBlock {
+  std::vector<Bytes> parts;
+  int arena_bytes = 0;  // that Graph needs on the microcontroller, parts in RAM included
+  int largest() const;  // bytes of the largest part
+};
+
+// What tells one strip's sensor from another: CRC-16 of its calibration table. Zero for a strip that is not there.
+std::array<std::uint16_t, kFingers> calibration_ids(const GloveTables& tables);
+
+// As one part, or in as many as there are fingers: then a finger is replaced at a time, and what several share is in
+// each. Only what moves a motor is in them. Throws io::InputError where the model does not fit fixed point, or has what a
+// block cannot say.
+ModelBlock model_block(const Glove& glove, BlockPlace place, int parts);
+
+// RAM of the board that the interpreter may use.
+inline constexpr int kArenaBytes = 1120;
+
+// As an ATmega328P keeps it in EEPROM so that a swap is whole or not at all: in one part where two fit, else a finger at
+// a time. Throws io::InputError where neither does.
+ModelBlock storable_block(const Glove& glove);
+
+}  // namespace flexor::deploy

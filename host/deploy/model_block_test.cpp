@@ -1,0 +1,241 @@
+// A model as bytes: the interpreter gives the host's bits, whatever the model, the readings and where the bytes lie.
+#include "host/deploy/model_block.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include "host/deploy/host_chain.hpp"
+#include "host/io/io.hpp"
+#include "host/model/random_glove.hpp"
+#include "host/model/random_model.hpp"
+#include "runtime/compensator/graph.hpp"
+
+namespace flexor::deploy {
+namespace {
+
+using compensator::Loaded;
+
+constexpr int kArena = 20000;
+using InRam = compensator::Graph<core::Ram, false, kArena>;
+using InFlash = compensator::Graph<core::Flash, true, kArena>;
+
+Glove glove_of(model::Model model, double rate_hz) {
+  Glove glove;
+  model.sample_period_s = 1 / rate_hz;
+  for (std::size_t j = 0; j < model.joints.size(); ++j) {
+    if (model.joints[j].name.starts_with("joint")) model.joints[j].name = model::finger_names()[j];
+  }
+  for (model::Input& input : model.inputs) input.strip = "";
+  glove.model = std::move(model);
+  glove.sensor.fill(counts_as_they_are());
+  return glove;
+}
+
+template <class Graph>
+Loaded load(Graph& graph, const ModelBlock& block, const Glove& glove) {
+  const std::array<std::uint16_t, kFingers> ids = calibration_ids(glove_tables(glove));
+  const auto rate_hz = static_cast<std::uint8_t>(sample_rate_hz(glove.model));
+  for (const Bytes& part : block.parts) {
+    const Loaded loaded =
+        graph.add(part.data(), static_cast<std::uint16_t>(part.size()), {ids.data(), rate_hz});
+    if (loaded != Loaded::ok) return loaded;
+  }
+  return Loaded::ok;
+}
+
+// Walks, jumps, stops, and readings that no strip gives.
+class Readings {
+ public:
+  explicit Readings(unsigned seed) : random_(seed) {}
+
+  void next(std::array<std::int16_t, kFingers>& alpha) {
+    for (std::int16_t& one : alpha) {
+      const auto how = random_() % 40;
+      if (how == 0) one = static_cast<std::int16_t>(random_());
+      if (how == 1) one = static_cast<std::int16_t>(random_() % 2 == 0 ? INT16_MIN : INT16_MAX);
+      if (how == 2) one = static_cast<std::int16_t>(32 * (random_() % 1024));
+      if (how > 12)
+        one = static_cast<std::int16_t>(
+            std::clamp(one + static_cast<int>(random_() % 800) - 400, -32768, 32767));
+    }
+  }
+
+ private:
+  std::mt19937 random_;
+};
+
+// Models that fixed point does not hold, and that no glove has, are left out.
+bool is_deployable(const Glove& glove) {
+  try {
+    (void)model_block(glove, BlockPlace::ram, 1);
+    return true;
+  } catch (const io::InputError&) {
+    return false;
+  }
+}
+
+void expect_equal(const Glove& glove, unsigned seed, int samples) {
+  HostCompensator host(glove.model);
+  InRam whole;
+  InRam by_finger;
+  InFlash flash;
+  const ModelBlock one = model_block(glove, BlockPlace::ram, 1);
+  const ModelBlock five = model_block(glove, BlockPlace::ram, kFingers);
+  const ModelBlock in_flash = model_block(glove, BlockPlace::flash, 1);
+  ASSERT_EQ(load(whole, one, glove), Loaded::ok);
+  ASSERT_EQ(load(by_finger, five, glove), Loaded::ok);
+  ASSERT_EQ(load(flash, in_flash, glove), Loaded::ok);
+  Readings readings(seed);
+  for (int k = 0; k < samples; ++k) {
+    readings.next(host.alpha);
+    const std::uint8_t good = host.step();
+    const auto compare = [&](auto& graph, const char* which) {
+      std::ranges::copy(host.alpha, graph.alpha);
+      ASSERT_EQ(graph.step(), good) << which << ", sample " << k;
+      for (std::size_t f = 0; f < kFingers; ++f) {
+        if (k == 0 && (good >> f & 1) == 0) continue;
+        ASSERT_EQ(graph.angle[f], host.angle[f]) << which << ", finger " << f << ", sample " << k;
+      }
+    };
+    compare(whole, "as one part");
+    compare(by_finger, "by finger");
+    compare(flash, "in flash");
+    if (testing::Test::HasFatalFailure()) return;
+  }
+}
+
+TEST(ModelBlock, RandomModelsGiveTheHostsBits) {
+  int compared = 0;
+  EXPECT_TRUE(rc::check([&] {
+    const auto seed = *rc::gen::resize(rc::kNominalSize, rc::gen::inRange(0U, 1U << 30));
+    const double rate_hz = *rc::gen::element(10.0, 20.0, 50.0, 100.0);
+    const Glove glove = glove_of(model::RandomGlove(seed).make(), rate_hz);
+    if (!is_deployable(glove)) return;
+    ++compared;
+    expect_equal(glove, seed, 300);
+    RC_ASSERT(!testing::Test::HasFatalFailure());
+  }));
+  EXPECT_GT(compared, 50);
+}
+
+TEST(ModelBlock, EveryKindOfBlockGivesTheHostsBits) {
+  std::size_t compared = 0;
+  for (std::size_t kind = 0; kind < std::variant_size_v<model::Kind>; ++kind) {
+    for (unsigned seed = 0; seed < 20; ++seed) {
+      const Glove glove = glove_of(model::RandomGlove(seed).make_with(kind), seed % 2 == 0 ? 10 : 100);
+      if (!is_deployable(glove)) continue;
+      ++compared;
+      expect_equal(glove, seed, 300);
+      ASSERT_FALSE(HasFatalFailure()) << "kind " << kind << ", seed " << seed;
+    }
+  }
+  EXPECT_GT(compared, 10 * std::variant_size_v<model::Kind>);
+}
+
+TEST(ModelBlock, GraphsAtTheirVeryBoundsGiveTheHostsBits) {
+  int compared = 0;
+  for (unsigned seed = 0; seed < 6000; ++seed) {
+    const Glove glove = glove_of(model::RandomModel(seed).make(), 50);
+    if (!is_deployable(glove)) continue;
+    ++compared;
+    expect_equal(glove, seed, 60);
+    ASSERT_FALSE(HasFatalFailure()) << "seed " << seed;
+  }
+  EXPECT_GT(compared, 30);
+}
+
+// A glove of five chains in counts.
+Glove plain_glove(double rate_hz) {
+  model::Model model;
+  model.name = "plain";
+  model.sample_period_s = 1 / rate_hz;
+  for (const std::string& finger : model::finger_names()) {
+    model.inputs.push_back({finger, finger, "count", finger, 300, 900});
+    model.blocks.push_back({{finger}, finger + " curve", model::Curve{{400, 600, 800}, {0, 50, 90}}});
+    model.blocks.push_back({{finger + " curve"}, finger + " lag", model::Lag{5}});
+    model.blocks.push_back({{finger + " lag"}, finger + " angle", model::Saturation{10, 80}});
+    model.joints.push_back({finger, finger + " angle", 30, {}});
+  }
+  Glove glove;
+  glove.model = model;
+  glove.sensor.fill(counts_as_they_are());
+  return glove;
+}
+
+TEST(ModelBlock, StartsAtRestAndHoldsWhatBadReadingsReach) {
+  const Glove glove = plain_glove(50);
+  const ModelBlock block = model_block(glove, BlockPlace::ram, 1);
+  InRam graph;
+  ASSERT_EQ(load(graph, block, glove), Loaded::ok);
+  for (const std::int16_t angle : graph.angle) EXPECT_EQ(angle, 16 * 30);
+  std::ranges::fill(graph.alpha, static_cast<std::int16_t>(0));
+  EXPECT_EQ(graph.step(), 0);
+  EXPECT_EQ(graph.angle[2], 16 * 30);
+  std::ranges::fill(graph.alpha, static_cast<std::int16_t>(32 * 600));
+  graph.alpha[1] = 32 * 901;
+  EXPECT_EQ(graph.step(), 0x1d);
+  EXPECT_EQ(graph.angle[0], 16 * 50);
+  EXPECT_EQ(graph.angle[1], 16 * 30);
+}
+
+TEST(ModelBlock, IsRefusedWhereItDoesNotBelong) {
+  const Glove glove = plain_glove(50);
+  const Bytes part = model_block(glove, BlockPlace::ram, 1).parts.front();
+  std::array<std::uint16_t, kFingers> ids = calibration_ids(glove_tables(glove));
+  const auto loaded = [&](const Bytes& bytes, std::uint8_t rate_hz) {
+    InRam graph;
+    return graph.add(bytes.data(), static_cast<std::uint16_t>(bytes.size()), {ids.data(), rate_hz});
+  };
+  EXPECT_EQ(loaded(part, 50), Loaded::ok);
+  EXPECT_EQ(loaded(part, 100), Loaded::other_rate);
+  EXPECT_EQ(loaded(model_block(glove, BlockPlace::flash, 1).parts.front(), 50), Loaded::wrong_version);
+  EXPECT_EQ(loaded(Bytes(part.begin(), part.end() - 1), 50), Loaded::corrupt);
+  for (std::size_t i = 1; i < part.size(); ++i) {
+    Bytes damaged = part;
+    damaged[i] ^= 0x10;
+    EXPECT_EQ(loaded(damaged, 50), Loaded::corrupt) << "byte " << i;
+  }
+  ids[3] ^= 1;
+  EXPECT_EQ(loaded(part, 50), Loaded::other_calibration);
+}
+
+TEST(ModelBlock, AnArenaThatIsTooSmallIsNoticed) {
+  const Glove glove = plain_glove(50);
+  const ModelBlock block = model_block(glove, BlockPlace::ram, 1);
+  compensator::Graph<core::Ram, false, 200> small;
+  EXPECT_EQ(load(small, block, glove), Loaded::no_room);
+  InRam graph;
+  EXPECT_EQ(load(graph, block, glove), Loaded::ok);
+}
+
+TEST(ModelBlock, WholeWhereTwoFitElseAFingerAtATime) {
+  EXPECT_EQ(storable_block(plain_glove(50)).parts.size(), 1U);
+  Glove glove = plain_glove(50);
+  int fingers = 0;
+  for (model::Block& block : glove.model.blocks) {
+    auto* curve = std::get_if<model::Curve>(&block.kind);
+    if (curve == nullptr) continue;
+    *curve = {};
+    ++fingers;
+    for (int i = 0; i < 32; ++i) {
+      curve->x.push_back(400 + fingers + 15 * i);
+      curve->y.push_back(3 * i);
+    }
+  }
+  try {
+    (void)storable_block(glove);
+    FAIL() << "150 knots and their slopes do not fit RAM";
+  } catch (const io::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("--model-as code"), std::string::npos) << error.what();
+  }
+  for (model::Block& block : glove.model.blocks) {
+    auto* curve = std::get_if<model::Curve>(&block.kind);
+    if (curve == nullptr) continue;
+    curve->x.resize(20);
+    curve->y.resize(20);
+  }
+  EXPECT_EQ(storable_block(glove).parts.size(), 5U);
+}
+
+}  // namespace
+}  // namespace flexor::deploy

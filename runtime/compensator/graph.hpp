@@ -1,0 +1,812 @@
+// A compensator as data: an interpreter that runs the blocks of runtime/compensator from a string of bytes, with
+// the bits of the compiled variant (host/deploy/compensator_text.hpp) and of the host's model::Compensator.
+//
+// A graph is one to kMaxParts parts, each a string of bytes that computes some of the fingers from some of the
+// strips. Numbers are little-endian.
+//
+//   version u8, size u16, rate_hz u8, inputs u8, outputs u8, knots u8, sections u8, signals u8
+//   input     strip | refinement << 4, calibration u16, low u16, high u16 (counts of the monitor), valid_min i16,
+//             valid_max i16 (Q5)
+//   output    finger | strips << 3 (a bit each), rest i16 (Q4)
+//   knots     count, x i16 each; of a part that stays in flash also the scale u16 of each
+//   section   strips (a bit each), size u16 of what follows: operations
+//   CRC-16 of all before
+//
+// A section runs when the readings of its strips are all valid, and holds its states else. Signals are numbered: the
+// inputs, then the results of operations in their order. An operation is its code, with a number of its own in the upper
+// four bits, the signals it takes, and its coefficients: see Operation. In flash a curve's slopes follow its values;
+// in RAM they are worked out once, in `arena`.
+#pragma once
+
+#include "runtime/compensator/blocks.hpp"
+#include "runtime/core/crc16.hpp"
+#include "runtime/core/memory.hpp"
+
+namespace flexor {
+namespace compensator {
+
+constexpr uint8_t kMaxParts = 5;
+constexpr uint8_t kStrips = 5;
+constexpr uint8_t kGraphVersion = 1;     // of a part in RAM
+constexpr uint8_t kGraphInFlash = 0x81;  // with scales and slopes
+constexpr uint8_t kInputCount = 4;       // places in a part
+constexpr uint8_t kOutputCount = 5;
+constexpr uint8_t kHeaderBytes = 9;
+constexpr uint8_t kInputBytes = 11;
+constexpr uint8_t kOutputBytes = 3;
+constexpr uint8_t kCrcBytes = 2;
+constexpr uint8_t kMostKnots = 32;
+constexpr uint8_t kMostPlays = 4;
+constexpr uint8_t kMostDelay = 32;
+constexpr uint8_t kSegments = 4;  // that a section remembers
+
+// In brackets the upper four bits. A weight is its mantissa u16 and its shift u8. Each gives one signal.
+enum class Operation : uint8_t {
+  search,      // [segment] knots, signal, y i16 of each knot: a curve, whose segment is remembered
+  curve,       // [segment] y i16 of each knot: another on a remembered segment
+  sum,         // shift, offset i32, n, n times signal and weight i16
+  plain_sum,   // offset i32, n, n times signal, | 0x80 to subtract
+  dead_zone,   // signal, lower i16, upper i16
+  saturation,  // signal, lower i16, upper i16
+  play,        // signal, radius i16
+  creep,       // signal, radius i32, weight
+  hysteresis,  // signal, 4 times radius i16 and weight i16
+  lag,         // signal, weight
+  lti,  // signal, gain i16, gain shift i8, offset i32, 3 + 3 weights, 3 taps i16, their fraction, output shift
+  direct,     // signal, gain i16, gain shift i8, 3 b u16, 3 a u16
+  pole_pair,  // signal, 4 changes i16, their fraction, 2 taps i16, their fraction, up, down
+  delay,      // signal, samples
+  angle,  // [finger] signal, lower i16, upper i16, shift i8: a saturation, which leaves as the finger's angle
+  end,    // of a section
+};
+
+enum class Loaded : uint8_t {
+  ok,
+  wrong_version,
+  corrupt,            // size or CRC
+  other_calibration,  // made for other sensors
+  other_rate,
+  malformed,  // what this version cannot mean
+  no_room,
+};
+
+// Reads on from a place.
+template <class Place>
+struct Bytes {
+  const uint8_t* at;
+
+  FLEXOR_INLINE uint8_t u8() { return Place::byte(at++); }
+  FLEXOR_INLINE int8_t i8() { return static_cast<int8_t>(u8()); }
+  FLEXOR_INLINE uint16_t u16() {
+    const uint16_t x = Place::word(at);
+    at += 2;
+    return x;
+  }
+  FLEXOR_INLINE int16_t i16() { return static_cast<int16_t>(u16()); }
+  FLEXOR_INLINE int32_t i32() {
+    const uint16_t low = u16();
+    return static_cast<int32_t>(static_cast<uint32_t>(u16()) << 16 | low);
+  }
+  FLEXOR_INLINE core::Weight weight() {
+    const uint16_t mantissa = u16();
+    return {mantissa, u8()};
+  }
+};
+
+// Steps that take a block's coefficients where they lie, out of line: `code` behind the signal.
+template <class Place>
+struct Steps {
+  template <class Block>
+  FLEXOR_INLINE static int16_t run(const Block& block, typename Block::State& state, bool first, int16_t u) {
+    if (first) block.start(state, u);
+    return block.step(state, u);
+  }
+
+  FLEXOR_SHARED static int16_t creep(const uint8_t* code, FixedCreep::State& state, bool first, int16_t u) {
+    Bytes<Place> in{code};
+    FixedCreep c;
+    c.radius = in.i32();
+    c.share = in.weight();
+    return run(c, state, first, u);
+  }
+
+  FLEXOR_SHARED static int16_t lag(const uint8_t* code, FixedLag::State& state, bool first, int16_t u) {
+    Bytes<Place> in{code};
+    const FixedLag c{in.weight()};
+    return run(c, state, first, u);
+  }
+
+  using Hysteresis = FixedHysteresis<kMostPlays>;
+  FLEXOR_SHARED static int16_t hysteresis(const uint8_t* code, typename Hysteresis::State& state, bool first,
+                                          int16_t u) {
+    Bytes<Place> in{code};
+    int32_t sum = 0;
+    for (int16_t& p : state.p) {
+      const Play<int16_t> play{in.i16()};
+      Play<int16_t>::State one{p};
+      p = run(play, one, first, u);
+      sum += Hysteresis::term(in.i16(), core::subtract(p, u));
+    }
+    return Hysteresis::total(u, sum);
+  }
+
+  using Chain = FixedLti<kMaxOrder, true>;
+  FLEXOR_SHARED static int16_t lti(const uint8_t* code, Chain::State& state, bool first, int16_t u) {
+    Bytes<Place> in{code};
+    Chain c;
+    c.gain = in.i16();
+    c.gain_shift = in.i8();
+    c.offset = in.i32();
+    for (core::Weight& weight : c.input_weight) weight = in.weight();
+    for (uint8_t i = 0; i < kMaxOrder; ++i) c.chain_weight[i] = in.weight();
+    for (int16_t& tap : c.tap) tap = in.i16();
+    c.tap_fraction = in.u8();
+    c.output_shift = in.u8();
+    c.is_direct = false;
+    return run(c, state, first, u);
+  }
+
+  FLEXOR_SHARED static int16_t direct(const uint8_t* code, Chain::State& state, bool first, int16_t u) {
+    Bytes<Place> in{code};
+    Chain c;
+    c.gain = in.i16();
+    c.gain_shift = in.i8();
+    c.offset = 0;
+    c.is_direct = true;
+    for (uint16_t& b : c.direct.b) b = in.u16();
+    for (uint16_t& a : c.direct.a) a = in.u16();
+    return run(c, state, first, u);
+  }
+
+  FLEXOR_SHARED static int16_t pole_pair(const uint8_t* code, FixedPolePair::State& state, bool first,
+                                         int16_t u) {
+    Bytes<Place> in{code};
+    FixedPolePair c;
+    for (int16_t& change : c.change) change = in.i16();
+    c.change_fraction = in.u8();
+    for (int16_t& tap : c.tap) tap = in.i16();
+    c.tap_fraction = in.u8();
+    c.up = in.u8();
+    c.down = in.u8();
+    return run(c, state, first, u);
+  }
+};
+
+// Bytes that a section's states and slopes, and everything about a part, are laid out in.
+class Arena {
+ public:
+  Arena(uint8_t* begin, uint16_t size) : next_(begin), end_(begin + size) {}
+
+  // Null where it does not fit.
+  uint8_t* take(uint16_t bytes) {
+    uint8_t* const taken = aligned(next_);
+    if (taken > end_ || bytes > static_cast<uint16_t>(end_ - taken)) return nullptr;
+    next_ = taken + bytes;
+    return taken;
+  }
+  template <class T>
+  T* take_all(uint8_t count) {
+    return reinterpret_cast<T*>(take(static_cast<uint16_t>(count * sizeof(T))));
+  }
+
+  // The next place that any state may lie at: on a microcontroller each is.
+  static uint8_t* aligned(uint8_t* at) {
+#ifdef __AVR__
+    return at;
+#else
+    return at + (8 - reinterpret_cast<uintptr_t>(at) % 8) % 8;
+#endif
+  }
+
+  // Gives up what is beyond `size` bytes from the end.
+  bool keep(uint8_t* end) {
+    if (end < next_) return false;
+    end_ = end;
+    return true;
+  }
+  uint8_t* next() const { return next_; }
+
+ private:
+  uint8_t* next_;
+  uint8_t* end_;
+};
+
+// Of a part: knots, and sections.
+template <class Place>
+struct Knots {
+  core::Words<Place, int16_t> x;
+  core::Words<Place, uint16_t> scale;
+  uint8_t count;
+};
+
+struct Section {
+  const uint8_t* code;
+  uint8_t* own;  // slopes and states of its operations, in their order
+  uint8_t strips;
+  uint8_t signal;  // of its first operation
+  bool started;
+};
+
+template <class Place>
+struct Part {
+  const uint8_t* inputs;
+  Section* sections;
+  Knots<Place>* knots;
+  uint8_t input_count;
+  uint8_t section_count;
+};
+
+// What a part must have been made for.
+struct MadeFor {
+  const uint16_t* calibration;  // of each strip
+  uint8_t rate_hz;
+};
+
+// What an operation consists of behind its code: so many bytes that may be anything, or one of these.
+namespace field {
+
+constexpr uint8_t kKnots = 32;
+constexpr uint8_t kSignal = 33;
+constexpr uint8_t kSignedSignal = 34;  // | 0x80
+constexpr uint8_t kTimes = 35;         // what follows comes so often
+constexpr uint8_t kEnd = 36;
+constexpr uint8_t kRange = 37;  // and above: a number within one of kRanges
+constexpr uint8_t kWeightShift = kRange;
+constexpr uint8_t kGainShift = kRange + 1;
+constexpr uint8_t kProductFraction = kRange + 2;
+constexpr uint8_t kTapFraction = kRange + 3;
+constexpr uint8_t kShift = kRange + 4;
+constexpr uint8_t kSamples = kRange + 5;
+constexpr uint8_t kOutputShift = kRange + 6;
+
+constexpr uint8_t below_zero(int shift) { return static_cast<uint8_t>(256 - shift); }
+
+const uint8_t kRanges[] FLEXOR_IN_FLASH = {0, 31,         below_zero(16), 15, 0, 47, 0, 16, 1, 30,
+                                           1, kMostDelay, below_zero(12), 15};
+
+// In the order of Operation. A curve's values are as many as its knots.
+const uint8_t kFields[] FLEXOR_IN_FLASH = {kKnots,
+                                           kSignal,
+                                           kEnd,  // search
+                                           kEnd,  // curve
+                                           kShift,
+                                           4,
+                                           kTimes,
+                                           kSignal,
+                                           2,
+                                           kEnd,  // sum
+                                           4,
+                                           kTimes,
+                                           kSignedSignal,
+                                           kEnd,  // plain sum
+                                           kSignal,
+                                           4,
+                                           kEnd,  // dead zone
+                                           kSignal,
+                                           4,
+                                           kEnd,  // saturation
+                                           kSignal,
+                                           2,
+                                           kEnd,  // play
+                                           kSignal,
+                                           6,
+                                           kWeightShift,
+                                           kEnd,  // creep
+                                           kSignal,
+                                           16,
+                                           kEnd,  // hysteresis
+                                           kSignal,
+                                           2,
+                                           kWeightShift,
+                                           kEnd,  // lag
+                                           kSignal,
+                                           2,
+                                           kGainShift,
+                                           6,
+                                           kWeightShift,
+                                           2,
+                                           kWeightShift,
+                                           2,
+                                           kWeightShift,
+                                           2,
+                                           kWeightShift,
+                                           2,
+                                           kWeightShift,
+                                           2,
+                                           kWeightShift,
+                                           6,
+                                           kTapFraction,
+                                           kShift,
+                                           kEnd,  // lti
+                                           kSignal,
+                                           2,
+                                           kGainShift,
+                                           12,
+                                           kEnd,  // direct
+                                           kSignal,
+                                           8,
+                                           kProductFraction,
+                                           4,
+                                           kProductFraction,
+                                           kTapFraction,
+                                           kShift,
+                                           kEnd,  // pole pair
+                                           kSignal,
+                                           kSamples,
+                                           kEnd,  // delay
+                                           kSignal,
+                                           4,
+                                           kOutputShift,
+                                           kEnd};  // angle
+
+inline const uint8_t* of(uint8_t operation) {
+  const uint8_t* fields = kFields;
+  while (operation > 0) {
+    if (core::Flash::byte(fields++) == kEnd) --operation;
+  }
+  return fields;
+}
+
+}  // namespace field
+
+// Checks a part, whatever its bytes are, and lays out what it needs: after it no step reads or writes elsewhere. Bytes
+// that Flexor did not write may give any angle.
+template <class Place, bool kWithTables>
+class Loader {
+ public:
+  Loader(const uint8_t* bytes, uint16_t size, Arena& arena) : begin_(bytes), size_(size), arena_(arena) {}
+
+  FLEXOR_SHARED Loaded load(const MadeFor& made_for, Part<Place>& part) {
+    const Loaded head = check_head(made_for);
+    if (head != Loaded::ok) return head;
+    Bytes<Place> in{begin_ + kInputCount};
+    inputs_ = in.u8();
+    const uint8_t outputs = in.u8();
+    const uint8_t knots = in.u8();
+    const uint8_t sections = in.u8();
+    end_ = begin_ + size_ - kCrcBytes;
+    at_ = in.at + 1;
+    part.inputs = at_;
+    part.input_count = inputs_;
+    part.section_count = sections;
+    signals_ = inputs_;
+    const Loaded fits = check_inputs(made_for.calibration);
+    if (fits != Loaded::ok) return fits;
+    if (!check_outputs(outputs)) return Loaded::malformed;
+    knots_ = part.knots = arena_.template take_all<Knots<Place>>(knots);
+    part.sections = arena_.template take_all<Section>(sections);
+    if (part.knots == nullptr || part.sections == nullptr) return Loaded::no_room;
+    for (; knot_tables_ < knots; ++knot_tables_) {
+      const Loaded one = load_knots(part.knots[knot_tables_]);
+      if (one != Loaded::ok) return one;
+    }
+    for (uint8_t i = 0; i < sections; ++i) {
+      const Loaded one = load_section(part.sections[i]);
+      if (one != Loaded::ok) return one;
+    }
+    return at_ == end_ && signals_ == signals() ? Loaded::ok : Loaded::malformed;
+  }
+
+  uint8_t signals() const { return Place::byte(begin_ + kHeaderBytes - 1); }
+
+ private:
+  Loaded check_head(const MadeFor& made_for) const {
+    if (size_ < kHeaderBytes + kCrcBytes) return Loaded::corrupt;
+    Bytes<Place> in{begin_};
+    if (in.u8() != (kWithTables ? kGraphInFlash : kGraphVersion)) return Loaded::wrong_version;
+    if (in.u16() != size_) return Loaded::corrupt;
+    uint16_t crc = 0;
+    for (uint16_t i = 0; i < size_ - kCrcBytes; ++i) crc = core::crc16_add(crc, Place::byte(begin_ + i));
+    if (Place::word(begin_ + size_ - kCrcBytes) != crc) return Loaded::corrupt;
+    return in.u8() == made_for.rate_hz ? Loaded::ok : Loaded::other_rate;
+  }
+
+  bool has(uint16_t count) const { return count <= static_cast<uint16_t>(end_ - at_); }
+  bool skip(uint16_t count) {
+    if (!has(count)) return false;
+    at_ += count;
+    return true;
+  }
+
+  Loaded check_inputs(const uint16_t* calibration) {
+    if (inputs_ > kStrips) return Loaded::malformed;
+    for (uint8_t i = 0; i < inputs_; ++i) {
+      if (!has(kInputBytes)) return Loaded::malformed;
+      const uint8_t first = Place::byte(at_);
+      const uint8_t strip = first & 15;
+      if (strip >= kStrips || first >> 4 > 8) return Loaded::malformed;
+      if (Place::word(at_ + 1) != calibration[strip]) return Loaded::other_calibration;
+      at_ += kInputBytes;
+    }
+    return Loaded::ok;
+  }
+  bool check_outputs(uint8_t outputs) {
+    for (uint8_t i = 0; i < outputs; ++i) {
+      if (!has(kOutputBytes) || (Place::byte(at_) & 7) >= kMaxParts) return false;
+      at_ += kOutputBytes;
+    }
+    return true;
+  }
+
+  Loaded load_knots(Knots<Place>& knots) {
+    if (!has(1)) return Loaded::malformed;
+    const uint8_t count = Place::byte(at_++);
+    if (count < 2 || count > kMostKnots || !has(static_cast<uint16_t>(2 * count))) return Loaded::malformed;
+    knots.count = count;
+    knots.x = {at_};
+    at_ += 2 * count;
+    for (uint8_t i = 0; i + 1 < count; ++i) {
+      if (knots.x[i] >= knots.x[static_cast<uint8_t>(i + 1)]) return Loaded::malformed;
+    }
+    knots.scale = {at_};
+    if (kWithTables) return skip(static_cast<uint16_t>(2 * count)) ? Loaded::ok : Loaded::malformed;
+    uint16_t* scale = arena_.template take_all<uint16_t>(static_cast<uint8_t>(count - 1));
+    if (scale == nullptr) return Loaded::no_room;
+    knots.scale = {reinterpret_cast<const uint8_t*>(scale)};
+    for (uint8_t i = 0; i + 1 < count; ++i) scale[i] = scale_of(width(knots, i));
+    return Loaded::ok;
+  }
+
+  static uint16_t width(const Knots<Place>& knots, uint8_t i) {
+    return static_cast<uint16_t>(knots.x[static_cast<uint8_t>(i + 1)] - knots.x[i]);
+  }
+
+  Loaded load_section(Section& section) {
+    if (!has(3)) return Loaded::malformed;
+    Bytes<Place> in{at_};
+    section.strips = in.u8();
+    const uint16_t size = in.u16();
+    at_ = in.at;
+    if (!has(size)) return Loaded::malformed;
+    section.code = at_;
+    section.own = arena_.next();
+    section.signal = signals_;
+    section.started = false;
+    for (const Knots<Place>*& one : searched_) one = nullptr;
+    if (size == 0 || Place::byte(at_ + size - 1) != static_cast<uint8_t>(Operation::end))
+      return Loaded::malformed;
+    const uint8_t* const end = end_;
+    end_ = at_ + size;
+    Loaded loaded = Loaded::ok;
+    while (at_ < end_ && loaded == Loaded::ok) loaded = load_operation();
+    end_ = end;
+    return loaded;
+  }
+
+  Loaded load_operation() {
+    const uint8_t code = Place::byte(at_++);
+    const uint8_t n = static_cast<uint8_t>(code >> 4);
+    const Operation operation = static_cast<Operation>(code & 15);
+    if (operation == Operation::end) return at_ == end_ ? Loaded::ok : Loaded::malformed;
+    if (!check(field::of(code & 15))) return Loaded::malformed;
+    if (operation == Operation::angle && n >= kMaxParts) return Loaded::malformed;
+    if (operation == Operation::search && n < kSegments) searched_[n] = knots_ + Place::byte(at_ - 2);
+    if (operation <= Operation::curve) return load_curve(n);
+    if (++signals_ == 0) return Loaded::malformed;  // more than 255
+    return arena_.take(state_bytes(operation)) != nullptr ? Loaded::ok : Loaded::no_room;
+  }
+
+  static uint8_t state_bytes(Operation operation) {
+    switch (operation) {
+      case Operation::play:
+        return sizeof(Play<int16_t>::State);
+      case Operation::creep:
+        return sizeof(FixedCreep::State);
+      case Operation::hysteresis:
+        return sizeof(typename Steps<Place>::Hysteresis::State);
+      case Operation::lag:
+        return sizeof(FixedLag::State);
+      case Operation::lti:
+      case Operation::direct:
+        return sizeof(typename Steps<Place>::Chain::State);
+      case Operation::pole_pair:
+        return sizeof(FixedPolePair::State);
+      case Operation::delay:
+        return sizeof(Delay<int16_t, kMostDelay>::State);
+      default:
+        return 0;
+    }
+  }
+
+  Loaded load_curve(uint8_t n) {
+    const Knots<Place>* knots = n < kSegments ? searched_[n] : nullptr;
+    if (knots == nullptr) return Loaded::malformed;
+    const uint8_t count = knots->count;
+    const core::Words<Place, int16_t> y{at_};
+    if (!skip(static_cast<uint16_t>(2 * count))) return Loaded::malformed;
+    if (++signals_ == 0) return Loaded::malformed;
+    if (kWithTables) return skip(static_cast<uint16_t>(2 * count)) ? Loaded::ok : Loaded::malformed;
+    int16_t* slope = arena_.template take_all<int16_t>(static_cast<uint8_t>(count - 1));
+    if (slope == nullptr) return Loaded::no_room;
+    for (uint8_t i = 0; i + 1 < count; ++i) {
+      const int32_t rise = static_cast<int32_t>(y[static_cast<uint8_t>(i + 1)]) - y[i];
+      if (rise > kMostRise || rise < -kMostRise) return Loaded::malformed;
+      const uint16_t share = static_cast<uint16_t>(width(*knots, i) * knots->scale[i]);
+      slope[i] = slope_of(static_cast<int16_t>(rise), share);
+    }
+    return Loaded::ok;
+  }
+
+  // The numbers of an operation, field after field.
+  bool check(const uint8_t* fields) {
+    const uint8_t* repeated = nullptr;
+    uint8_t times = 1;
+    for (;;) {
+      const uint8_t one = core::Flash::byte(fields++);
+      if (one == field::kEnd) {
+        if (times < 2) return true;
+        --times;
+        fields = repeated;
+      } else if (one == field::kTimes) {
+        if (!has(1)) return false;
+        times = Place::byte(at_++);
+        if (times == 0) return true;
+        repeated = fields;
+      } else if (!check_field(one)) {
+        return false;
+      }
+    }
+  }
+
+  bool check_field(uint8_t one) {
+    if (one < field::kKnots) return skip(one);
+    if (!has(1)) return false;
+    const uint8_t byte = Place::byte(at_++);
+    if (one == field::kSignal) return byte < signals_;
+    if (one == field::kSignedSignal) return (byte & 0x7f) < signals_;
+    if (one == field::kKnots) return byte < knot_tables_;
+    const uint8_t* const range = field::kRanges + 2 * (one - field::kRange);
+    const int8_t value = static_cast<int8_t>(byte);
+    return value >= static_cast<int8_t>(core::Flash::byte(range)) &&
+           value <= static_cast<int8_t>(core::Flash::byte(range + 1));
+  }
+
+  static constexpr int32_t kMostRise = 16384;
+
+  const uint8_t* begin_;
+  uint16_t size_;
+  const uint8_t* at_ = nullptr;
+  const uint8_t* end_ = nullptr;
+  const Knots<Place>* knots_ = nullptr;
+  const Knots<Place>* searched_[kSegments] = {};
+  Arena& arena_;
+  uint8_t inputs_ = 0;
+  uint8_t signals_ = 0;
+  uint8_t knot_tables_ = 0;
+};
+
+// Place: where the parts lie; kWithTables: they bring scales and slopes. kArena: bytes for everything else that all
+// parts need, and for the parts themselves where they were reserved here.
+template <class Place, bool kWithTables, uint16_t kArena>
+class Graph {
+ public:
+  int16_t alpha[kStrips] = {};    // Q5, in
+  int16_t angle[kMaxParts] = {};  // Q4 of each finger, out; kept where a reading is bad
+
+  // Forgets all parts. The angles stay.
+  void clear() {
+    arena_ = Arena(memory_, kArena);
+    parts_ = 0;
+    most_signals_ = 0;
+  }
+
+  // Room for a part's bytes that lie in RAM; null: there is not as much. Valid until clear().
+  uint8_t* reserve(uint16_t size) { return arena_.take(size); }
+
+  // `bytes` outlive the part. Unless it is ok, only clear() helps.
+  Loaded add(const uint8_t* bytes, uint16_t size, const MadeFor& made_for) {
+    if (parts_ == kMaxParts) return Loaded::no_room;
+    Loader<Place, kWithTables> loader(bytes, size, arena_);
+    const Loaded loaded = loader.load(made_for, part_[parts_]);
+    if (loaded != Loaded::ok) return loaded;
+    if (loader.signals() > most_signals_) {
+      most_signals_ = loader.signals();
+      if (!arena_.keep(reinterpret_cast<uint8_t*>(signals()))) return Loaded::no_room;
+    }
+    rest(part_[parts_++], Place::byte(bytes + kOutputCount));
+    return Loaded::ok;
+  }
+
+  // One sample: a bit for each finger whose readings were all valid.
+  uint8_t step() {
+    uint8_t good = 0;
+    for (uint8_t p = 0; p < parts_; ++p) good = static_cast<uint8_t>(good | run(part_[p], read(part_[p])));
+    return good;
+  }
+
+ private:
+  struct Found {
+    Segment segment;
+    uint8_t count;
+  };
+
+  // At the end of the arena, and the same for all parts: no signal is kept from sample to sample.
+  int16_t* signals() { return reinterpret_cast<int16_t*>(memory_ + kArena) - most_signals_; }
+
+  // Where its fingers stand before the first good reading.
+  void rest(const Part<Place>& part, uint8_t outputs) {
+    Bytes<Place> in{part.inputs + kInputBytes * part.input_count};
+    for (uint8_t i = 0; i < outputs; ++i) {
+      const uint8_t finger = in.u8() & 7;
+      angle[finger] = in.i16();
+    }
+  }
+
+  // The strips whose readings are valid.
+  uint8_t read(const Part<Place>& part) {
+    uint8_t strips = 0;
+    Bytes<Place> in{part.inputs};
+    for (uint8_t i = 0; i < part.input_count; ++i) {
+      const uint8_t first = in.u8();
+      const int16_t u = alpha[first & 15];
+      in.at += 6;
+      const int16_t least = in.i16();
+      const int16_t most = in.i16();
+      if (u < least || u > most) continue;
+      strips = static_cast<uint8_t>(strips | 1 << (first & 15));
+      signals()[i] = core::refine(u, static_cast<uint8_t>(first >> 4));
+    }
+    return strips;
+  }
+
+  // States lie one behind the other, as the loader has taken them.
+  template <class State>
+  FLEXOR_INLINE static State& next(uint8_t*& own) {
+    uint8_t* const state = Arena::aligned(own);
+    own = state + sizeof(State);
+    return *reinterpret_cast<State*>(state);
+  }
+
+  FLEXOR_INLINE static int16_t sum(Bytes<Place>& in, const int16_t* s) {
+    const uint8_t shift = in.u8();
+    int32_t y = in.i32();
+    for (uint8_t n = in.u8(); n > 0; --n) {
+      const int16_t u = s[in.u8()];
+      y += static_cast<int32_t>(in.i16()) * u;
+    }
+    return core::narrow(core::round_shift(y, shift));
+  }
+
+  FLEXOR_INLINE static int16_t plain_sum(Bytes<Place>& in, const int16_t* s) {
+    int32_t y = in.i32();
+    for (uint8_t n = in.u8(); n > 0; --n) {
+      const uint8_t term = in.u8();
+      const int16_t u = s[term & 0x7f];
+      if ((term & 0x80) == 0) y += u;
+      if ((term & 0x80) != 0) y -= u;
+    }
+    return core::narrow(y);
+  }
+
+  FLEXOR_INLINE static int16_t curve(Bytes<Place>& in, const Found& found, uint8_t*& own) {
+    const core::Words<Place, int16_t> y{in.at};
+    in.at += 2 * found.count;
+    core::Words<Place, int16_t> slope{in.at};
+    if (kWithTables) {
+      in.at += 2 * found.count;
+    } else {
+      slope.at = Arena::aligned(own);
+      own = Arena::aligned(own) + 2 * (found.count - 1);
+    }
+    return value_at(y, slope, found.segment);
+  }
+
+  FLEXOR_INLINE static int16_t search(Bytes<Place>& in, const Knots<Place>* knots, Found& found,
+                                      const int16_t* s, uint8_t*& own) {
+    const Knots<Place>& on = knots[in.u8()];
+    found.count = on.count;
+    found.segment = segment_of(on.x, on.scale, on.count, s[in.u8()]);
+    return curve(in, found, own);
+  }
+
+  template <class Block>
+  FLEXOR_INLINE static int16_t limited(Bytes<Place>& in, const int16_t* s) {
+    const int16_t u = s[in.u8()];
+    const int16_t lower = in.i16();
+    return Block{lower, in.i16()}(u);
+  }
+
+  FLEXOR_INLINE int16_t finger(Bytes<Place>& in, uint8_t n, const int16_t* s, uint8_t& good) {
+    const int16_t u = limited<Saturation<int16_t>>(in, s);
+    angle[n] = core::to_output(u, in.i8());
+    good = static_cast<uint8_t>(good | 1 << n);
+    return u;
+  }
+
+  // A step that takes `size` bytes of coefficients where they lie.
+  template <class State>
+  FLEXOR_INLINE static int16_t far(int16_t (*step)(const uint8_t*, State&, bool, int16_t), uint8_t size,
+                                   Bytes<Place>& in, uint8_t*& own, bool first, const int16_t* s) {
+    const int16_t u = s[in.u8()];
+    const uint8_t* const code = in.at;
+    in.at += size;
+    return step(code, next<State>(own), first, u);
+  }
+
+  template <class Block>
+  FLEXOR_INLINE static int16_t near(const Block& block, int16_t u, uint8_t*& own, bool first) {
+    return Steps<Place>::run(block, next<typename Block::State>(own), first, u);
+  }
+
+  FLEXOR_INLINE static uint8_t upper_nibble(uint8_t code) {
+#ifdef __AVR__
+    return __builtin_avr_swap(code) & 15;  // the compiler would shift bit by bit
+#else
+    return static_cast<uint8_t>(code >> 4);
+#endif
+  }
+
+  // The result of one operation.
+  FLEXOR_INLINE int16_t result(uint8_t code, Bytes<Place>& in, uint8_t*& own, bool first,
+                               const Knots<Place>* knots, Found* found, const int16_t* s, uint8_t& good) {
+    using Step = Steps<Place>;
+    switch (static_cast<Operation>(code & 15)) {
+      case Operation::search:
+        return search(in, knots, found[upper_nibble(code)], s, own);
+      case Operation::curve:
+        return curve(in, found[upper_nibble(code)], own);
+      case Operation::sum:
+        return sum(in, s);
+      case Operation::plain_sum:
+        return plain_sum(in, s);
+      case Operation::dead_zone:
+        return limited<DeadZone<int16_t>>(in, s);
+      case Operation::saturation:
+        return limited<Saturation<int16_t>>(in, s);
+      case Operation::creep:
+        return far(Step::creep, 7, in, own, first, s);
+      case Operation::hysteresis:
+        return far(Step::hysteresis, 16, in, own, first, s);
+      case Operation::lag:
+        return far(Step::lag, 3, in, own, first, s);
+      case Operation::lti:
+        return far(Step::lti, 33, in, own, first, s);
+      case Operation::direct:
+        return far(Step::direct, 15, in, own, first, s);
+      case Operation::pole_pair:
+        return far(Step::pole_pair, 16, in, own, first, s);
+      case Operation::angle:
+        return finger(in, upper_nibble(code), s, good);
+      default:
+        return with_number(static_cast<Operation>(code & 15), in, own, first, s[in.u8()]);
+    }
+  }
+
+  FLEXOR_INLINE static int16_t with_number(Operation operation, Bytes<Place>& in, uint8_t*& own, bool first,
+                                           int16_t u) {
+    if (operation == Operation::play) return near(Play<int16_t>{in.i16()}, u, own, first);
+    return near(Delay<int16_t, kMostDelay>{in.u8()}, u, own, first);
+  }
+
+  // The sections of which all strips are valid.
+  FLEXOR_SHARED uint8_t run(const Part<Place>& part, uint8_t strips) {
+    Found found[kSegments];
+    int16_t* const s = signals();
+    const Knots<Place>* const knots = part.knots;
+    uint8_t good = 0;
+    Section* section = part.sections;
+    for (uint8_t i = part.section_count; i > 0; --i, ++section) {
+      if ((section->strips & ~strips) != 0) continue;
+      int16_t* out = s + section->signal;
+      Bytes<Place> in{section->code};
+      uint8_t* own = section->own;
+      const bool first = !section->started;
+      section->started = true;
+      for (;;) {
+        const uint8_t code = in.u8();
+        if (code == static_cast<uint8_t>(Operation::end)) break;
+        *out++ = result(code, in, own, first, knots, found, s, good);
+      }
+    }
+    return good;
+  }
+
+  Arena arena_{memory_, kArena};
+  Part<Place> part_[kMaxParts] = {};
+  uint8_t parts_ = 0;
+  uint8_t most_signals_ = 0;
+  alignas(8) uint8_t memory_[kArena];  // last: a sanitizer sees what would run over it
+};
+
+}  // namespace compensator
+}  // namespace flexor

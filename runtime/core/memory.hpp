@@ -1,0 +1,53 @@
+// Numbers where they lie: in RAM or, on a microcontroller, in flash. A type for each place, so that the same
+// arithmetic reads either.
+#pragma once
+
+#include "runtime/core/fixed_point.hpp"
+
+namespace flexor {
+namespace core {
+
+#ifdef __AVR__
+#define FLEXOR_IN_FLASH PROGMEM
+#else
+#define FLEXOR_IN_FLASH
+#endif
+
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are read as they lie");
+
+struct Ram {
+  FLEXOR_INLINE static uint8_t byte(const uint8_t* at) { return *at; }
+  FLEXOR_INLINE static uint16_t word(const uint8_t* at) {
+    uint16_t x;
+    __builtin_memcpy(&x, at, sizeof(x));
+    return x;
+  }
+};
+
+#ifdef __AVR__
+struct Flash {
+  FLEXOR_INLINE static uint8_t byte(const uint8_t* at) { return pgm_read_byte(at); }
+  FLEXOR_INLINE static uint16_t word(const uint8_t* at) { return pgm_read_word(at); }
+};
+#else
+struct Flash : Ram {};
+#endif
+
+// A row of 16-bit numbers, at any address.
+template <class Place, class Number>
+struct Words {
+  const uint8_t* at;
+
+  FLEXOR_INLINE Number operator[](uint8_t i) const { return static_cast<Number>(Place::word(at + 2 * i)); }
+  FLEXOR_INLINE Words operator+(uint8_t n) const { return {at + 2 * n}; }
+  FLEXOR_INLINE uint8_t operator-(Words other) const { return static_cast<uint8_t>((at - other.at) / 2); }
+};
+
+// Of a table that is a constant of the program.
+template <class Number>
+FLEXOR_INLINE Words<Flash, Number> in_flash(const Number* table) {
+  return {reinterpret_cast<const uint8_t*>(table)};
+}
+
+}  // namespace core
+}  // namespace flexor

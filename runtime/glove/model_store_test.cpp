@@ -1,0 +1,204 @@
+// The model in EEPROM: power that is lost in any byte of a swap leaves the old or the new one.
+#include "runtime/glove/model_store.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <random>
+#include <vector>
+
+namespace flexor::glove {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+struct NoPower {};
+
+// Loses power in its n-th write, which leaves any byte there.
+class Eeprom {
+ public:
+  std::array<std::uint8_t, kStoreEnd> bytes;
+  int writes = 0;
+  int lost_at = -1;
+  std::uint8_t garbage = 0;
+
+  Eeprom() { bytes.fill(0xff); }
+  std::uint8_t read(std::uint16_t address) const { return bytes.at(address); }
+  bool ready() const { return true; }
+  void write(std::uint16_t address, std::uint8_t byte) {
+    EXPECT_GE(address, kStoreBegin);
+    if (writes++ == lost_at) {
+      bytes.at(address) = garbage;
+      throw NoPower();
+    }
+    bytes.at(address) = byte;
+  }
+};
+
+Bytes random_bytes(std::size_t size, unsigned seed) {
+  std::mt19937 random(seed);
+  Bytes out(size);
+  for (std::uint8_t& byte : out) byte = static_cast<std::uint8_t>(random());
+  return out;
+}
+
+template <std::uint8_t kParts>
+Stored finish(ModelStore<Eeprom, kParts>& store, Eeprom& eeprom) {
+  Stored stored = Stored::writing;
+  for (int i = 0; i < 100 && stored == Stored::writing; ++i) stored = store.work(eeprom);
+  return stored;
+}
+
+template <std::uint8_t kParts>
+void send(ModelStore<Eeprom, kParts>& store, Eeprom& eeprom, std::uint8_t part, const Bytes& bytes) {
+  ASSERT_TRUE(store.begin(eeprom, part, static_cast<std::uint16_t>(bytes.size())));
+  ASSERT_EQ(finish(store, eeprom), Stored::ready);
+  while (store.received() < bytes.size()) {
+    const std::uint16_t at = store.received();
+    const auto count = std::min<std::size_t>(kChunk, bytes.size() - at);
+    ASSERT_TRUE(store.write(at, bytes.data() + at, static_cast<std::uint8_t>(count)));
+    ASSERT_EQ(finish(store, eeprom), Stored::ready);
+  }
+  ASSERT_TRUE(store.commit());
+  ASSERT_EQ(finish(store, eeprom), Stored::committed);
+}
+
+template <std::uint8_t kParts>
+Bytes stored(Eeprom& eeprom, std::uint8_t part, std::uint16_t image = 7) {
+  const Place place = ModelStore<Eeprom, kParts>(image).find(eeprom, part);
+  return {eeprom.bytes.begin() + place.address, eeprom.bytes.begin() + place.address + place.size};
+}
+
+// Every write of a swap, each with what was there, what was to come, and anything.
+template <std::uint8_t kParts>
+void cut_everywhere(std::size_t old_size, std::size_t new_size) {
+  std::mt19937 random(1);
+  const std::uint8_t part = kParts - 1;
+  const Bytes before = random_bytes(old_size, 1);
+  const Bytes after = random_bytes(new_size, 2);
+  Eeprom full;
+  {
+    ModelStore<Eeprom, kParts> store(7);
+    for (std::uint8_t p = 0; p < kParts; ++p) send(store, full, p, random_bytes(old_size, 100U + p));
+    for (unsigned k = 0; k < 3; ++k) send(store, full, part, random_bytes(old_size, 50 + k));
+    send(store, full, part, before);
+  }
+  full.writes = 0;
+  Eeprom whole = full;
+  ModelStore<Eeprom, kParts> store(7);
+  send(store, whole, part, after);
+  ASSERT_EQ(stored<kParts>(whole, part), after);
+  const int writes = whole.writes;
+  EXPECT_EQ(writes, static_cast<int>(new_size) + 7) << "an invalid part, the bytes, the head, the part";
+  int old_ones = 0;
+  for (int cut = 0; cut < writes; ++cut) {
+    for (int kind = 0; kind < 6; ++kind) {
+      Eeprom eeprom = full;
+      eeprom.lost_at = cut;
+      constexpr std::array<std::uint8_t, 4> kKinds = {0x00, 0xff, kParts - 1, 0};
+      eeprom.garbage =
+          kind < 3 ? kKinds.at(static_cast<std::size_t>(kind)) : static_cast<std::uint8_t>(random());
+      ModelStore<Eeprom, kParts> glove(7);
+      EXPECT_THROW(send(glove, eeprom, part, after), NoPower);
+      const Bytes now = stored<kParts>(eeprom, part);
+      ASSERT_TRUE(now == before || now == after) << "cut in write " << cut;
+      if (cut + 1 < writes) {
+        ASSERT_EQ(now, before) << "cut in write " << cut;
+      }
+      old_ones += now == before ? 1 : 0;
+      for (std::uint8_t p = 0; p + 1 < kParts; ++p)
+        ASSERT_EQ(stored<kParts>(eeprom, p), stored<kParts>(full, p));
+      // And the next one is taken.
+      eeprom.lost_at = -1;
+      ModelStore<Eeprom, kParts> again(7);
+      send(again, eeprom, part, after);
+      ASSERT_EQ(stored<kParts>(eeprom, part), after);
+    }
+  }
+  EXPECT_GE(old_ones, 6 * (writes - 1));
+}
+
+TEST(ModelStore, PowerLostInAnyByteLeavesTheOldOrTheNewModel) {
+  cut_everywhere<1>(slot_room(1), slot_room(1));
+  cut_everywhere<1>(300, 20);
+  cut_everywhere<1>(20, 300);
+}
+
+TEST(ModelStore, PowerLostInAnyByteLeavesEachFingerOldOrNew) {
+  cut_everywhere<5>(slot_room(5), slot_room(5));
+  cut_everywhere<5>(100, 40);
+}
+
+TEST(ModelStore, AnErasedStoreHasNothing) {
+  Eeprom eeprom;
+  for (const int fill : {0xff, 0x00}) {
+    eeprom.bytes.fill(static_cast<std::uint8_t>(fill));
+    for (std::uint8_t part = 0; part < 5; ++part) {
+      EXPECT_TRUE(stored<5>(eeprom, part, 0).empty());
+      EXPECT_TRUE(stored<5>(eeprom, part).empty());
+    }
+  }
+}
+
+TEST(ModelStore, AModelSentToAnotherImageCountsNoMore) {
+  Eeprom eeprom;
+  ModelStore<Eeprom, 1> store(7);
+  send(store, eeprom, 0, random_bytes(100, 1));
+  EXPECT_FALSE(stored<1>(eeprom, 0).empty());
+  EXPECT_TRUE((stored<1>(eeprom, 0, 8).empty()));
+}
+
+TEST(ModelStore, GenerationsMayWrapAround) {
+  Eeprom eeprom;
+  ModelStore<Eeprom, 1> store(7);
+  for (unsigned k = 0; k < 600; ++k) {
+    const Bytes bytes = random_bytes(5, k);
+    send(store, eeprom, 0, bytes);
+    ASSERT_EQ(stored<1>(eeprom, 0), bytes) << k;
+  }
+}
+
+TEST(ModelStore, OrdersThatDoNotBelongAreRefused) {
+  Eeprom eeprom;
+  ModelStore<Eeprom, 5> store(7);
+  const Bytes bytes = random_bytes(40, 1);
+  EXPECT_FALSE(store.write(0, bytes.data(), 1));
+  EXPECT_FALSE(store.commit());
+  EXPECT_FALSE(store.begin(eeprom, 5, 10));
+  EXPECT_FALSE(store.begin(eeprom, 0, 0));
+  EXPECT_FALSE(store.begin(eeprom, 0, slot_room(5) + 1));
+  EXPECT_TRUE(store.begin(eeprom, 0, 40));
+  EXPECT_FALSE(store.write(0, bytes.data(), 16)) << "busy";
+  EXPECT_EQ(finish(store, eeprom), Stored::ready);
+  EXPECT_FALSE(store.commit()) << "nothing has come";
+  EXPECT_FALSE(store.write(16, bytes.data(), 16));
+  EXPECT_FALSE(store.write(0, bytes.data(), 17));
+  EXPECT_TRUE(store.write(0, bytes.data(), 16));
+  EXPECT_EQ(finish(store, eeprom), Stored::ready);
+  EXPECT_FALSE(store.write(0, bytes.data(), 16)) << "again";
+  EXPECT_TRUE(store.write(16, bytes.data(), 16));
+  EXPECT_EQ(finish(store, eeprom), Stored::ready);
+  EXPECT_FALSE(store.write(32, bytes.data(), 9)) << "more than was announced";
+  EXPECT_TRUE(store.write(32, bytes.data(), 8));
+}
+
+TEST(ModelStore, AWornOutCellIsNoticed) {
+  class Worn : public Eeprom {
+   public:
+    void write(std::uint16_t address, std::uint8_t byte) {
+      Eeprom::write(address, address == kStoreBegin + kSlotHead + 3 ? 0x00 : byte);
+    }
+  } eeprom;
+  ModelStore<Worn, 1> store(7);
+  ASSERT_TRUE(store.begin(eeprom, 0, 16));
+  while (store.work(eeprom) == Stored::writing) continue;
+  const Bytes bytes(16, 0x55);
+  ASSERT_TRUE(store.write(0, bytes.data(), 16));
+  Stored last = Stored::writing;
+  for (int i = 0; i < 100; ++i) last = store.work(eeprom);
+  EXPECT_EQ(last, Stored::failed);
+}
+
+}  // namespace
+}  // namespace flexor::glove

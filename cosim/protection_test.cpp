@@ -23,7 +23,6 @@ constexpr double kLongest_s = 0.05;
 twin::TrialInput input_of(const std::string& gesture) {
   twin::TrialInput input{study::shipped_parameters(), study::motions(gesture).front(),
                          study::compensator("published-hw", 20).model, 1, false};
-  input.parameters.frame_bytes = link::kWireSealed;
   input.parameters.stop_stiffness_mNm_deg = 100;
   input.parameters.stop_damping_mNms_deg = 0.05;
   return input;

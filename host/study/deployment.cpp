@@ -163,8 +163,8 @@ Lines lines(const Deployment& d) {
   add("glove: awake", fmt::format("{:.1f} % of the time", 100 * d.glove_figures.awake_share));
   if (has_hand(d)) {
     add("hand: tick of five loops, cycles", cycles(d.hand_figures.tick));
-    add("hand: flash, bytes", of_budget(d.hand_image.flash_bytes, deploy::kFlashBudget, deploy::kFlash));
-    add("hand: static RAM, bytes", of_budget(d.hand_image.ram_bytes, deploy::kRamBudget, deploy::kRam));
+    add("hand: flash, bytes", of_budget(d.hand_image.flash_bytes, deploy::kHandFlashBudget, deploy::kFlash));
+    add("hand: static RAM, bytes", of_budget(d.hand_image.ram_bytes, deploy::kHandRamBudget, deploy::kRam));
     add("hand: stack at most, bytes", fmt::format("{}", d.hand_figures.stack_bytes));
     add("hand: awake, link at its fullest",
         fmt::format("{:.0f} % of the time", 100 * d.hand_figures.awake_share));

@@ -7,6 +7,7 @@
 #include "cosim/radio_ear.hpp"
 #include "firmware/markers.hpp"
 #include "host/deploy/host_chain.hpp"
+#include "host/twin/plant_step.hpp"
 #include "host/twin/random.hpp"
 #include "runtime/link/hand_end.hpp"
 #include "runtime/link/opengloves.hpp"
@@ -222,6 +223,37 @@ Counts exercise(std::size_t samples, std::uint32_t seed) {
   return out;
 }
 
+namespace {
+
+// The twin's motors and joints on a hand's pins: readings that its watch believes, so that no finger is limp.
+class Motors {
+ public:
+  explicit Motors(Board& board) : board_(board) {
+    for (int i = 0; i < deploy::kFingers; ++i) {
+      x_.lower[i] = static_cast<float>(parameters_.hand_lower_deg[static_cast<std::size_t>(i)]);
+      x_.upper[i] = static_cast<float>(parameters_.hand_upper_deg[static_cast<std::size_t>(i)]);
+      x_.motor[i] = x_.joint[i] = (x_.lower[i] + x_.upper[i]) / 2;
+      x_.noise[i] = 1U + static_cast<std::uint32_t>(i);
+    }
+  }
+
+  void step() {
+    for (int i = 0; i < deploy::kFingers; ++i) {
+      twin::detail::move_hand(constants_, x_, i,
+                              static_cast<std::int16_t>(std::lround(board_.duty(i) * hand::kFullDuty)));
+      board_.set_counts(i, twin::detail::read_potentiometer(constants_, x_, i));
+    }
+  }
+
+ private:
+  Board& board_;
+  twin::Parameters parameters_;
+  twin::PlantConstants constants_{parameters_};
+  twin::PlantState<deploy::kFingers> x_{};
+};
+
+}  // namespace
+
 study::HandFigures measure_hand(const Firmware& firmware, const deploy::Glove& glove, double seconds) {
   study::HandFigures result;
   Board board(firmware);
@@ -233,14 +265,13 @@ study::HandFigures measure_hand(const Firmware& firmware, const deploy::Glove& g
   RadioEar hand(glove.key);
   board.on_byte = [&](Cycles, std::uint8_t byte) { hand.hand_said(byte); };
   twin::Random random(1);
+  Motors motors(board);
   link::Frame frame{};
   const auto end = static_cast<Cycles>(seconds * 1000 * kCyclesPerMs);
   Cycles free = 50 * kCyclesPerMs;
   while (board.now() < end) {
-    for (int i = 0; i < deploy::kFingers; ++i) {
-      board.set_counts(i, 400 + static_cast<int>(200 * random.uniform()));
-      frame.angle[i] = static_cast<std::int16_t>(4095 * random.uniform());
-    }
+    motors.step();
+    for (std::int16_t& angle : frame.angle) angle = static_cast<std::int16_t>(4095 * random.uniform());
     if (board.now() + kCyclesPerMs > free) {
       std::array<std::uint8_t, link::kMaxWire> wire{};
       const std::uint8_t size = link::encode(frame, true, hand.session_key(), wire.data());

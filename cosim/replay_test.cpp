@@ -282,8 +282,8 @@ TEST_F(Replay, CyclesAndSizesAreWithinTheirTargets) {
   }
   const model::Model model = named("published-hw");
   const deploy::Image hand = deploy::build_hand(study::safe_hand(parameters_, model), folder_);
-  EXPECT_LE(hand.flash_bytes, deploy::kFlashBudget);
-  EXPECT_LE(hand.ram_bytes, deploy::kRamBudget);
+  EXPECT_LE(hand.flash_bytes, deploy::kHandFlashBudget);
+  EXPECT_LE(hand.ram_bytes, deploy::kHandRamBudget);
   const study::HandFigures figures =
       measure_hand(Firmware(hand.elf), study::glove_for(parameters_, model), 2);
   EXPECT_LT(figures.tick.worst, 8000U) << "half of a millisecond is left for a tag";

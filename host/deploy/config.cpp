@@ -314,7 +314,7 @@ hand::MotorSettings motor_settings(const HandMotor& motor) {
   c.load = int16((motor.load + kFrictionShare * motor.friction + kPwmStep) * kFull);
   c.duty_per_q6 = int16(kFull / (64 * motor.full_speed_deg_s * kTick_s));
   c.forget = int16(kForget_deg_s / motor.full_speed_deg_s * kFull);
-  c.gap = int16(64 * kGap_deg);
+  c.gap = static_cast<std::int32_t>(std::lround(64 * kGap_deg)) * c.duty_per_q6;
   c.breakaway = int16(may_move * hand::kFullDuty);
   c.kick = int16(kKick * may_move * hand::kFullDuty);
   return c;
@@ -522,7 +522,7 @@ std::string hand_config(const Hand& hand) {
   for (int i = 0; i < kFingers; ++i) {
     const hand::FingerSettings c = finger_settings(hand, i);
     const std::string text = fmt::format(
-        "    {{{{{}, {}, {}L, {}, {}, {}L, {}, {}}}, {{{}, {}, {}, {}}}, {}L, {{{}, {}, {}, {}, {}, {}, {}, "
+        "    {{{{{}, {}, {}L, {}, {}, {}L, {}, {}}}, {{{}, {}, {}, {}}}, {}L, {{{}, {}, {}, {}, {}, {}L, {}, "
         "{}}}}},\n",
         c.loop.lower, c.loop.upper, c.loop.max_step, c.loop.proportional, c.loop.integral,
         c.loop.integral_limit, c.loop.duty_limit, c.loop.feed_forward, c.potentiometer.scale,

@@ -66,6 +66,7 @@ Image build(const std::string& name, const std::string& config, const fs::path& 
                                       "-fshort-enums",
                                       "-mrelax",
                                       "-flto",
+                                      "-flto-partition=none",
                                       "-fwhole-program",
                                       "-Wl,--gc-sections",
                                       "-I" + source.path().string(),

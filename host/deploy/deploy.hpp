@@ -14,6 +14,9 @@ namespace flexor::deploy {
 inline constexpr double kWorstError_deg = model::kFixedError_deg;
 inline constexpr int kFlashBudget = 10240;  // bytes of an image: a third of the flash
 inline constexpr int kRamBudget = 640;      // bytes, static: a third of the RAM
+inline constexpr int kHandFlashBudget =
+    11264;  // the hand watches its motors: docs/adr/0015-hand-watches-motors.md
+inline constexpr int kHandRamBudget = 800;
 
 struct Image {
   std::filesystem::path elf;

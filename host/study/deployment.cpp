@@ -170,9 +170,9 @@ Lines lines(const Deployment& d) {
   if (has_hand(d)) {
     add("hand: tick of five loops, cycles", cycles(d.hand_figures.tick));
     add("hand: flash, bytes",
-        of_budget(d.hand_image.flash_bytes, deploy::kFlashBudget, deploy::kAtmega328p.flash_bytes));
+        of_budget(d.hand_image.flash_bytes, deploy::kHandFlashBudget, deploy::kAtmega328p.flash_bytes));
     add("hand: static RAM, bytes",
-        of_budget(d.hand_image.ram_bytes, deploy::kRamBudget, deploy::kAtmega328p.ram_bytes));
+        of_budget(d.hand_image.ram_bytes, deploy::kHandRamBudget, deploy::kAtmega328p.ram_bytes));
     add("hand: stack at most, bytes", fmt::format("{}", d.hand_figures.stack_bytes));
     add("hand: awake, link at its fullest",
         fmt::format("{:.0f} % of the time", 100 * d.hand_figures.awake_share));

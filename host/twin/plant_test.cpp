@@ -6,6 +6,8 @@
 #include <cmath>
 #include <memory>
 
+#include "host/twin/plant_step.hpp"
+
 namespace flexor::twin {
 namespace {
 
@@ -93,6 +95,38 @@ TEST(Plant, AStopIsHitWithTheMotorsSpeedAndPressedUntilTheDutyIsGone) {
   for (std::int32_t& command : x->command) command = 100 * 16;
   for (int ms = 0; ms < 1000; ++ms) advance(c, *x);
   EXPECT_LE(x->pressed_ms[0], at_first + 102);
+}
+
+// Half a second of full duty up against a stop at 113 degrees, and none after it.
+PlantState<5> pushed_against_a_stop(double stiffness_mNm_deg, double damping_mNms_deg, float* furthest_deg) {
+  Parameters p;
+  p.stop_stiffness_mNm_deg = stiffness_mNm_deg;
+  p.stop_damping_mNms_deg = damping_mNms_deg;
+  p.backlash_deg = 0;
+  const PlantConstants c(p);
+  const auto x = at_rest(60);
+  for (int ms = 0; ms < 1500; ++ms) {
+    for (int i = 0; i < 5; ++i) detail::move_hand(c, *x, i, ms < 500 ? hand::kFullDuty : std::int16_t{0});
+    *furthest_deg = std::max(*furthest_deg, x->joint[0]);
+  }
+  return *x;
+}
+
+TEST(Plant, AStopThatGivesTakesWhatTheMotorHasAndCountsImpacts) {
+  float furthest_deg = 0;
+  const PlantState<5> soft = pushed_against_a_stop(100, 0.05, &furthest_deg);
+  // The current's limit: 1.2 A times 148.5 mNm/A is 1.8 degrees of it, and what the arrival adds.
+  EXPECT_GT(furthest_deg, 113 + 1.5F);
+  EXPECT_LT(furthest_deg, 113 + 6.0F);
+  EXPECT_GE(soft.impacts[0], 1);
+  EXPECT_LE(soft.impacts[0], 3) << "it bounces, but not for ever";
+  EXPECT_GT(soft.impact_deg_s[0], 700);
+  EXPECT_GT(soft.pressed_ms[0], 350);
+  EXPECT_LT(soft.joint[0] - 113, 12.1F / 100) << "friction holds what is left";
+  furthest_deg = 0;
+  const PlantState<5> rigid = pushed_against_a_stop(0, 0.05, &furthest_deg);
+  EXPECT_EQ(furthest_deg, 113.0F);
+  EXPECT_EQ(rigid.impacts[0], 1);
 }
 
 TEST(Plant, AFreeMotorReachesItsNoLoadSpeed) {

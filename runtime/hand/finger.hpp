@@ -98,7 +98,7 @@ class Finger {
  private:
   static constexpr uint8_t kUp = 1;
   static constexpr uint8_t kDown = 2;
-  static constexpr int32_t kApproach = 1 << 11;  // Q4 to Q20: a 32nd of the way left, a tick
+  static constexpr int32_t kApproach = 1 << 8;  // a 32nd of the way left, a tick: 8 times Q4, to Q20
   static constexpr int32_t kLeastStep = static_cast<int32_t>(1) << 16;  // Q20, 62 degrees a second
   static constexpr int16_t kBeyond = 4;           // Q4 past the command's range: no further
   static constexpr int16_t kGentle = 16;          // Q4 before its end: nothing that could press
@@ -140,7 +140,7 @@ class Finger {
     if (c.motor.rate == 0) return most;
     const int16_t at = setpoint();
     const int16_t left = static_cast<int16_t>(goal > at ? c.loop.upper - at : at - c.loop.lower);
-    const int32_t slow = static_cast<int32_t>(left) * kApproach + kLeastStep;
+    const int32_t slow = static_cast<int32_t>(static_cast<int16_t>(left * 8)) * kApproach + kLeastStep;
     return slow < most ? slow : most;
   }
 

@@ -30,7 +30,7 @@ struct MotorSettings {
   int16_t load;         // greatest, 2^-13 duty
   int16_t duty_per_q6;  // that holds a 64th of a degree a tick, 2^-13 duty
   int16_t forget;       // of a disagreement, in a tick; 2^-13 duty ticks
-  int16_t gap;          // Q6 degrees of disagreement that are a fault
+  int32_t gap;          // disagreement that is a fault, 2^-13 duty ticks
   int16_t breakaway;    // a finger that stands still with so much duty gets `kick` instead
   int16_t kick;         // duty that moves it against friction and load
 };
@@ -60,12 +60,11 @@ class MotorWatch {
     const int16_t before = smooth_;
     smooth_ = static_cast<int16_t>(smooth_ + ((static_cast<int16_t>(measured << kFine) - smooth_) >> 1));
     const int32_t travel = static_cast<int32_t>(smooth_ - before) * c.duty_per_q6;
-    const int32_t bound = static_cast<int32_t>(c.gap) * c.duty_per_q6;
     behind_ = kept(behind_ + slow_ - travel - c.forget, since_behind_);
     ahead_ = kept(ahead_ + travel - fast_ - c.forget, since_ahead_);
     watch_standing();
-    if (behind_ > bound) return Verdict::behind;
-    return ahead_ > bound ? Verdict::ahead : Verdict::good;
+    if (behind_ > c.gap) return Verdict::behind;
+    return ahead_ > c.gap ? Verdict::ahead : Verdict::good;
   }
 
   // While the motor is off, readings only: no jumps, and none for a while.

@@ -40,7 +40,7 @@ FingerSettings settings(bool watched = true) {
   c.motor.load = 549;
   c.motor.duty_per_q6 = static_cast<std::int16_t>(std::lround(8192 / (64 * kFullSpeed_deg_s / 1000)));
   c.motor.forget = 84;
-  c.motor.gap = 128;
+  c.motor.gap = 128 * c.motor.duty_per_q6;
   c.motor.breakaway = duty(0.09);
   c.motor.kick = duty(0.3);
   return c;

@@ -104,7 +104,8 @@ twin::Trial CoSimulation::run() {
 HandStatus CoSimulation::hand_status() const {
   HandStatus out = hand_.peek<HandStatus>(images_.hand.address("hand_status"));
   // Numbers of two bytes may be half written now.
-  if (out.finger_bytes == ticked_.finger_bytes) std::ranges::copy(ticked_.setpoint, out.setpoint);
+  for (int i = 0; i < twin::kFingers && out.finger_bytes == ticked_.finger_bytes; ++i)
+    out.setpoint[i] = ticked_.setpoint[i];
   return out;
 }
 

@@ -13,8 +13,7 @@
 using namespace flexor;
 using namespace flexor::firmware;
 
-// What a debugger or a simulator may want to know: the compiler, which sees the whole program, is to leave it whole.
-#define FLEXOR_VISIBLE __attribute__((externally_visible))
+// What a debugger or a simulator may want to know.
 struct HandStatus {
   uint8_t finger_bytes;
   hand::Link link;
@@ -24,10 +23,10 @@ struct HandStatus {
   int8_t duty[link::kFingers];       // 127: the supply's whole voltage
   uint8_t board;                     // hand::BoardFault
 };
-FLEXOR_VISIBLE HandStatus hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, {}, 0};
-FLEXOR_VISIBLE hand::Finger hand_finger[link::kFingers];
-FLEXOR_VISIBLE link::HandEnd hand_link(pair_key(config::kKeyRecord));  // begins with its statistics
-FLEXOR_VISIBLE link::Latency hand_latency;  // begins with how late the last frame was, and the latest, ms
+HandStatus hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, {}, 0};
+hand::Finger hand_finger[link::kFingers];
+link::HandEnd hand_link(pair_key(config::kKeyRecord));  // begins with its statistics
+link::Latency hand_latency;  // begins with how late the last frame was, and the latest, ms
 
 namespace {
 

@@ -25,7 +25,7 @@ struct Part {
   const char* name;
   bool is_folder;
 };
-constexpr std::array<Part, 16> kParts = {{{"glove_config.hpp", false},
+constexpr std::array<Part, 17> kParts = {{{"glove_config.hpp", false},
                                           {"hand_config.hpp", false},
                                           {"glove.elf", false},
                                           {"hand.elf", false},
@@ -34,6 +34,7 @@ constexpr std::array<Part, 16> kParts = {{{"glove_config.hpp", false},
                                           {"arduino/Flexor", true},
                                           {"arduino/FlexorGlove", true},
                                           {"arduino/FlexorHand", true},
+                                          {"arduino/flexor_logger", true},
                                           {"wiring.md", false},
                                           {"wiring_glove.svg", false},
                                           {"wiring_hand.svg", false},

@@ -33,6 +33,7 @@ class Arduino : public testing::Test {
     if (!fs::exists(kCore / "cores/arduino/Arduino.h"))
       GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
     folder_ = fs::path(testing::TempDir()) / ("flexor_arduino_" + std::to_string(::getpid()));
+    fs::create_directories(folder_);
     glove_.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
     glove_.sensor.fill(deploy::divider(35, 25, 100.0 / 180));
   }

@@ -31,7 +31,6 @@ namespace {
 constexpr int kSupply_mV = 5000;
 constexpr int kAdcTop = 1023;
 constexpr avr_io_addr_t kGpior0 = 0x3e;
-constexpr std::uint16_t kVectors32u4_bytes = 4 * 43;  // its table of interrupts is longer than the 328P's
 constexpr std::uint8_t kPaint = 0xa5;
 constexpr Cycles kRunCycles = 16;  // at most between two looks for interrupts: a microsecond
 constexpr int kMotors = 5;
@@ -76,6 +75,7 @@ avr_uart_t* find_uart(avr_t* a) {
 
 struct Firmware::Image {
   elf_firmware_t elf{};
+  bool is_32u4 = false;
 };
 
 Firmware::Firmware(const std::filesystem::path& elf) : image_(std::make_unique<Image>()) {
@@ -85,6 +85,8 @@ Firmware::Firmware(const std::filesystem::path& elf) : image_(std::make_unique<I
   if (elf_read_firmware(elf.c_str(), &image_->elf) != 0)
     throw io::InputError(fmt::format("{}: no ELF image", elf.string()));
   image_->elf.frequency = 16000000;
+  // The linker notes the device's name, which simavr does not read.
+  image_->is_32u4 = io::read_file(elf).find("atmega32u4") != std::string::npos;
 }
 
 Firmware::~Firmware() {
@@ -95,6 +97,8 @@ Firmware::~Firmware() {
   free(elf.eeprom);
 }
 
+bool Firmware::is_32u4() const { return image_->is_32u4; }
+
 std::uint16_t Firmware::address(const std::string& symbol) const {
   const elf_firmware_t& elf = image_->elf;
   for (std::uint32_t i = 0; i < elf.symbolcount; ++i) {
@@ -102,8 +106,6 @@ std::uint16_t Firmware::address(const std::string& symbol) const {
   }
   throw io::JobError(fmt::format("the image has no symbol {}", symbol));
 }
-
-bool Firmware::is_32u4() const { return address("__trampolines_start") == kVectors32u4_bytes; }
 
 // Free functions for simavr, with the board as parameter.
 struct Board::Hooks {

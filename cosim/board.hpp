@@ -29,7 +29,7 @@ class Firmware {
 
   // Address in data space. Throws io::JobError when the image has no such symbol.
   std::uint16_t address(const std::string& symbol) const;
-  // Of the two, the one with the RAM that the image was linked for.
+  // What it was linked for.
   bool is_32u4() const;
 
   struct Image;

@@ -74,11 +74,6 @@ class UsbHelper {
     process_.reset();
     return said.empty() ? 0 : std::stol(said);
   }
-  void pull_the_plug() {
-    process_->kill();
-    process_->wait();
-    process_.reset();
-  }
 
  private:
   std::string line() {
@@ -227,11 +222,7 @@ TEST_F(Flash, WithoutABootloaderBothRatesAreTriedAndTheCausesSaid) {
 }
 
 TEST_F(Flash, APulledPlugEndsIt) {
-  UsbHelper board({option("bootloader", boot())});
-  std::jthread hand([&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1800));
-    board.pull_the_plug();
-  });
+  UsbHelper board({option("bootloader", boot()), "unplugged_after=3000"});
   expect_says(flexor({"flash", image(), "--port", board.port()}), 1, "check cable and supply, flash again");
 }
 

@@ -160,7 +160,10 @@ void UsbBoard::exchange() {
   std::array<std::uint8_t, 1024> buffer{};
   const ssize_t n = read(terminal_, buffer.data(), buffer.size());
   const bool idle = incoming_.empty();
-  if (n > 0) incoming_.insert(incoming_.end(), buffer.begin(), buffer.begin() + n);
+  if (n > 0) {
+    incoming_.insert(incoming_.end(), buffer.begin(), buffer.begin() + n);
+    received_ += n;
+  }
   if (idle && !incoming_.empty()) avr_cycle_timer_register(avr(avr_), 1, Hooks::deliver, this);
   if (outgoing_.empty()) return;
   const ssize_t written = write(terminal_, outgoing_.data(), outgoing_.size());

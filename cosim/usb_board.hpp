@@ -34,6 +34,8 @@ class UsbBoard {
   // So much simulated time, and at least as much real time.
   void run_ms(int ms);
 
+  bool is_plugged_in() const { return !options_.unplugged_after || received_ < *options_.unplugged_after; }
+
   // Flash, all of it.
   std::string flash() const;
   // Milestones (firmware/markers.hpp) since the last reset: 0 while the bootloader runs.
@@ -59,6 +61,7 @@ class UsbBoard {
   std::string outgoing_;
   std::string frozen_;
   std::uint64_t markers_ = 0;
+  long received_ = 0;  // bytes
   std::chrono::steady_clock::time_point due_;
 };
 

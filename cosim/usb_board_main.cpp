@@ -1,6 +1,6 @@
 // A simulated board on a pseudo-terminal, for tests: says the port in one line, runs until its standard input ends, then
 // says how many milestones the program has passed since the last reset. GPL-3.0-or-later, because it links simavr.
-//   usb_board bootloader=FILE.hex [mcu=NAME] [program=FILE.hex] [frozen=yes] [flash=FILE]
+//   usb_board bootloader=FILE.hex [mcu=NAME] [program=FILE.hex] [frozen=yes] [unplugged_after=BYTES] [flash=FILE]
 // flash: the flash's content goes there at the end.
 #include <fmt/format.h>
 #include <poll.h>
@@ -26,10 +26,13 @@ void run(const std::map<std::string, std::string>& arguments) {
   if (arguments.contains("program"))
     options.program = deploy::read_intel_hex(arguments.at("program"), kFlashBytes);
   options.frozen = arguments.contains("frozen");
+  if (arguments.contains("unplugged_after"))
+    options.unplugged_after = std::stol(arguments.at("unplugged_after"));
   cosim::UsbBoard board(options);
   fmt::print("{}\n", board.port());
   std::fflush(stdout);
-  for (pollfd input{STDIN_FILENO, POLLIN, 0}; poll(&input, 1, 0) == 0;) board.run_ms(2);
+  for (pollfd input{STDIN_FILENO, POLLIN, 0}; poll(&input, 1, 0) == 0 && board.is_plugged_in();)
+    board.run_ms(2);
   if (arguments.contains("flash")) io::write_file(arguments.at("flash"), board.flash());
   fmt::print("{}\n", board.markers());
 }

@@ -272,9 +272,7 @@ void add_deploy(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "deploy", "A model file as firmware for glove and hand, with what it costs measured");
   command->add_option("MODEL", o->model, "model file")->required();
-  command
-      ->add_option("--target", o->target,
-                   "the glove's microcontroller: atmega328p (Uno, Nano) or atmega32u4 (Leonardo, Pro Micro)")
+  command->add_option("--target", o->target, "chip: atmega328p or, of the glove, atmega32u4")
       ->capture_default_str();
   command->add_option("--rate", o->rate_hz, "sample rate: 10, 20, 50 or 100 Hz (default: the model's)");
   command

@@ -163,7 +163,8 @@ Bootloader::Answer Bootloader::run(const std::string& operation, const fs::path&
                         kChip, kSignature)};
   }
   const std::string cannot_open = line_with(result.err, "cannot open port");
-  if (!cannot_open.empty()) return {Answer::failed, cannot_open + ": does another program have it open?"};
+  if (!cannot_open.empty())
+    return {Answer::failed, cannot_open + ": is it still there, and has no other program it open?"};
   if (signature.empty()) return {Answer::nobody, ""};
   constexpr const char* kMend =
       "the board holds part of an image, its bootloader is whole: check cable and supply, flash again";

@@ -25,7 +25,7 @@ struct Part {
   const char* name;
   bool is_folder;
 };
-constexpr std::array<Part, 13> kParts = {{{"glove_config.hpp", false},
+constexpr std::array<Part, 17> kParts = {{{"glove_config.hpp", false},
                                           {"hand_config.hpp", false},
                                           {"glove.elf", false},
                                           {"hand.elf", false},
@@ -34,6 +34,10 @@ constexpr std::array<Part, 13> kParts = {{{"glove_config.hpp", false},
                                           {"arduino/Flexor", true},
                                           {"arduino/FlexorGlove", true},
                                           {"arduino/FlexorHand", true},
+                                          {"arduino/flexor_logger", true},
+                                          {"wiring.md", false},
+                                          {"wiring_glove.svg", false},
+                                          {"wiring_hand.svg", false},
                                           {"report.html", false},
                                           {"report.json", false},
                                           {"results.json", false},

@@ -581,7 +581,7 @@ TEST_F(Cli, DeployLeadsWithFingersWiringCalibrationAndWhatToDo) {
   std::size_t at = 0;
   for (const char* part :
        {"fingers ", "strips ", "pins ", "thumb A0", "calibration ", "divider of 35 kOhm", "next",
-        "wiring_hand.svg", "avrdude", "of its time", "cycles per step", "glove: flash"}) {
+        "wiring_hand.svg", "flexor flash ", "of its time", "cycles per step", "glove: flash"}) {
     const std::size_t next = r.out.find(part, at);
     ASSERT_NE(next, std::string::npos) << part << " behind " << r.out.substr(at);
     at = next;

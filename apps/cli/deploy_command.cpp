@@ -143,6 +143,7 @@ study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy
   d.glove = study::glove_for(p, model, own);
   d.calibration = calibration_words(o, model, own, p.divider_kohm);
   d.divider_kohm = p.divider_kohm;
+  d.folder = o.out;
   d.glove.pins = deploy::pins_from_text(o.pins);
   d.glove.mcu = deploy::mcu(o.target);
   require_of_vr(o, d.glove.pins);

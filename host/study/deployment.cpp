@@ -104,30 +104,29 @@ Lines lead(const Deployment& d) {
   return out;
 }
 
-std::string flash_command(const char* image) {
-  return fmt::format("avrdude -p m328p -c arduino -P /dev/ttyUSB0 -b 115200 -U flash:w:{}", image);
+std::string flash_command(const Deployment& d, const char* board) {
+  return fmt::format("flexor flash {} --board {} --port auto", d.folder, board);
 }
 
 std::vector<std::string> next_for_vr(const Deployment& d) {
   return {"Wire the glove: wiring_glove.svg; parts and pins are in wiring.md.",
-          "Flash it: " + flash_command("glove.hex") + " (57600 for an old bootloader).",
+          "Flash it: " + flash_command(d, "glove"),
           fmt::format("Look: a serial monitor at {:g} baud shows {} lines a second; the number behind a "
-                      "finger's letter, A thumb to "
-                      "E pinky, goes from 0 to {} as it bends.",
+                      "finger's letter, A thumb to E pinky, goes from 0 to {} as it bends.",
                       deploy::kUsbBaud, deploy::sample_rate_hz(d.glove.model), link::kGloveTop),
           fmt::format("In the driver: USB serial, this port for the {} hand, and {} for max_analog_value.",
                       d.glove.right_hand ? "right" : "left", link::kGloveTop)};
 }
 
-std::vector<std::string> next_for_hand() {
+std::vector<std::string> next_for_hand(const Deployment& d) {
   return {"Wire both boards: wiring_glove.svg and wiring_hand.svg; parts and pins are in wiring.md.",
-          "Flash the glove: " + flash_command("glove.hex") + " (57600 for an old bootloader).",
-          "Flash the hand, with its motors' supply off: " + flash_command("hand.hex") + ".",
+          "Flash the glove: " + flash_command(d, "glove"),
+          "Flash the hand, with its motors' supply off: " + flash_command(d, "hand"),
           "Look: with both boards on, bend one finger after the other: the hand's follow."};
 }
 
 std::vector<std::string> next_of(const Deployment& d) {
-  return has_hand(d) ? next_for_hand() : next_for_vr(d);
+  return has_hand(d) ? next_for_hand(d) : next_for_vr(d);
 }
 
 double time_share(const TimeBudget& t) { return (t.adc_ms + t.compute_ms) / t.period_ms; }

@@ -35,6 +35,7 @@ struct Deployment {
   std::string recording;    // what the error was measured over, beside the whole range
   std::string calibration;  // how counts become what the model reads, in words
   double divider_kohm = 0;  // between each strip and 5 V
+  std::string folder;       // where the user finds it
 };
 
 // The sample period's parts, ms.

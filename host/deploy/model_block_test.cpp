@@ -75,7 +75,7 @@ bool is_deployable(const Glove& glove) {
 }
 
 void expect_equal(const Glove& glove, unsigned seed, int samples) {
-  HostCompensator host(glove.model);
+  HostCompensator host(glove.model, {});
   InRam whole;
   InRam by_finger;
   InFlash flash;

@@ -33,7 +33,10 @@ std::unique_ptr<Images> build(bool watched) {
   const twin::TrialInput input = input_of("1");
   const io::TemporaryFolder folder;
   deploy::Hand hand = study::safe_hand(input.parameters, input.compensator);
-  if (!watched) hand.motor = {};
+  if (!watched) {
+    hand.motor = {};
+    hand.reach_deg = 1e9;
+  }
   const auto glove =
       deploy::build_glove(study::glove_for(input.parameters, input.compensator), folder.path());
   return std::unique_ptr<Images>(

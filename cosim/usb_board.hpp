@@ -19,6 +19,7 @@ struct UsbBoardOptions {
   deploy::FlashContent bootloader;              // its begin is where a reset goes: fuse BOOTRST
   std::optional<deploy::FlashContent> program;  // none: erased flash
   bool frozen = false;                          // what is written does not stay
+  std::optional<long> unplugged_after;          // bytes from the PC
 };
 
 class UsbBoard {

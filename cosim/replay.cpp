@@ -127,7 +127,7 @@ class Expected {
   std::uint32_t messages_ = 0;
 };
 
-constexpr Cycles kSwitchedOn = 2 * kCyclesPerMs;  // the UART is up
+constexpr Cycles kSwitchedOn = 60 * kCyclesPerMs;  // the UART is up, a model is loaded
 
 Cycles byte_cycles(const deploy::Glove& glove) {
   return static_cast<Cycles>(10 / glove.baud * 1000 * kCyclesPerMs);

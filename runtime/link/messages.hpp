@@ -44,14 +44,16 @@ class BitWriter {
 class BitReader {
  public:
   explicit BitReader(const uint8_t* in) : in_(in) {}
+  // Bytes at a time: the hand's loops wait for it.
   uint16_t take(uint8_t bits) {
-    uint16_t value = 0;
-    for (uint8_t i = 0; i < bits; ++i) {
-      if (*in_ >> taken_ & 1) value = static_cast<uint16_t>(value | 1U << i);
-      taken_ = static_cast<uint8_t>((taken_ + 1) & 7);
-      if (taken_ == 0) ++in_;
-    }
-    return value;
+    const uint8_t reach = static_cast<uint8_t>(taken_ + bits);
+    uint32_t window = in_[0];
+    if (reach > 8) window |= static_cast<uint32_t>(in_[1]) << 8;
+    if (reach > 16) window |= static_cast<uint32_t>(in_[2]) << 16;
+    window >>= taken_;
+    in_ += reach >> 3;
+    taken_ = reach & 7;
+    return static_cast<uint16_t>(window & ((static_cast<uint32_t>(1) << bits) - 1));
   }
 
  private:

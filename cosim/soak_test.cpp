@@ -50,73 +50,92 @@ struct Wear {
   std::uint32_t received = 0;
 };
 
-Wear run(double length_s) {
-  twin::Parameters p = study::shipped_parameters();
-  const twin::TrialInput input = wear(p, length_s);
+Images build(const twin::TrialInput& input) {
   const io::TemporaryFolder folder;
-  const Images images{
-      Firmware(deploy::build_glove(study::glove_for(p, input.compensator), folder.path()).elf),
-      Firmware(deploy::build_hand(study::safe_hand(p, input.compensator), folder.path()).elf)};
+  const auto glove =
+      deploy::build_glove(study::glove_for(input.parameters, input.compensator), folder.path());
+  const auto hand = deploy::build_hand(study::safe_hand(input.parameters, input.compensator), folder.path());
+  return {Firmware(glove.elf), Firmware(hand.elf)};
+}
+
+ByteFaults bursts() {
   ByteFaults faults;
   faults.turns_bad = 0.02;
   faults.turns_good = 0.2;
   faults.bad_loss = 0.8;
   faults.bit_flip = 1e-4;
-  CoSimulation simulation(images, input, 0, faults);
-  std::mt19937 random(7);
-  const auto chance = [&](double per_s) {
-    return std::generate_canonical<double, 32>(random) < per_s / 1000;
-  };
-  Wear w;
-  std::uint32_t received = 0;
-  std::int64_t heard_ms = 0;
-  std::int64_t on_ms = 0;
-  Cycles tick = 0;
-  std::array<bool, 5> was_beyond{};
-  simulation.on_hand_marker = [&](Cycles now, std::uint8_t marker) {
-    if (static_cast<firmware::Marker>(marker) != firmware::Marker::tick_begin) return;
-    if (tick > 0)
-      w.worst_tick_gap_ms = std::max(w.worst_tick_gap_ms, static_cast<double>(now - tick) / kCyclesPerMs);
-    tick = now;
-  };
-  simulation.on_ms = [&](std::int64_t now) {
-    if (now < on_ms) return;
-    const HandStatus status = simulation.hand_status();
-    for (std::size_t i = 0; i < 5 && now > on_ms + 50 && status.link != 0; ++i) {
-      const bool beyond = status.setpoint[i] < std::lround(16 * p.hand_lower_deg[i]) ||
-                          status.setpoint[i] > std::lround(16 * p.hand_upper_deg[i]);
-      w.beyond_limits += beyond && was_beyond[i];  // once: a number that is half written
-      was_beyond[i] = beyond;
-    }
-    const std::uint32_t all = simulation.link_statistics().received;
-    if (all != received) heard_ms = now;
-    if (all > received) w.received += all - received;
-    received = all;
-    w.longest_silence_s =
-        std::max(w.longest_silence_s, static_cast<double>(now - std::max(heard_ms, on_ms)) / 1000);
-    const auto off = [&](Board& board) {
-      const int ms = 1 + static_cast<int>(random() % 400);
-      board.power_off(board.now() + static_cast<Cycles>(ms) * kCyclesPerMs);
-      on_ms = std::max(on_ms, now + ms + 1);
-    };
-    if (chance(1 / kSecondsPerRestart)) {
-      off(simulation.glove());
-      ++w.glove_restarts;
-    }
-    if (chance(1 / kSecondsPerRestart)) {
-      off(simulation.hand());
-      ++w.hand_restarts;
-      tick = 0;
-      received = 0;
-    }
-  };
-  (void)simulation.run();
-  return w;
+  return faults;
 }
+
+class Worn {
+ public:
+  explicit Worn(double length_s)
+      : input_(wear(study::shipped_parameters(), length_s)),
+        images_(build(input_)),
+        simulation_(images_, input_, 0, bursts()) {
+    simulation_.on_hand_marker = [this](Cycles now, std::uint8_t marker) { mark(now, marker); };
+    simulation_.on_ms = [this](std::int64_t now) {
+      if (now < on_ms_) return;
+      watch(now);
+      if (chance(1 / kSecondsPerRestart)) cut(simulation_.glove(), now, w_.glove_restarts);
+      if (!chance(1 / kSecondsPerRestart)) return;
+      cut(simulation_.hand(), now, w_.hand_restarts);
+      tick_ = 0;
+      received_ = 0;
+    };
+  }
+
+  Wear run() {
+    (void)simulation_.run();
+    return w_;
+  }
+
+ private:
+  bool chance(double per_s) { return std::generate_canonical<double, 32>(random_) < per_s / 1000; }
+
+  void mark(Cycles now, std::uint8_t marker) {
+    if (static_cast<firmware::Marker>(marker) != firmware::Marker::tick_begin) return;
+    if (tick_ > 0)
+      w_.worst_tick_gap_ms = std::max(w_.worst_tick_gap_ms, static_cast<double>(now - tick_) / kCyclesPerMs);
+    tick_ = now;
+  }
+
+  void watch(std::int64_t now) {
+    const HandStatus status = simulation_.hand_status();
+    const twin::Parameters& p = input_.parameters;
+    for (std::size_t i = 0; i < 5 && now > on_ms_ + 50 && status.link != 0; ++i) {
+      w_.beyond_limits += status.setpoint[i] < std::lround(16 * p.hand_lower_deg[i]) ||
+                          status.setpoint[i] > std::lround(16 * p.hand_upper_deg[i]);
+    }
+    const std::uint32_t all = simulation_.link_statistics().received;
+    if (all != received_) heard_ms_ = now;
+    if (all > received_) w_.received += all - received_;
+    received_ = all;
+    w_.longest_silence_s =
+        std::max(w_.longest_silence_s, static_cast<double>(now - std::max(heard_ms_, on_ms_)) / 1000);
+  }
+
+  void cut(Board& board, std::int64_t now, int& restarts) {
+    const int ms = 1 + static_cast<int>(random_() % 400);
+    board.power_off(board.now() + static_cast<Cycles>(ms) * kCyclesPerMs);
+    on_ms_ = std::max(on_ms_, now + ms + 1);
+    ++restarts;
+  }
+
+  twin::TrialInput input_;
+  Images images_;
+  CoSimulation simulation_;
+  std::mt19937 random_{7};
+  Wear w_;
+  std::uint32_t received_ = 0;
+  std::int64_t heard_ms_ = 0;
+  std::int64_t on_ms_ = 0;
+  Cycles tick_ = 0;
+};
 
 TEST(Soak, NeitherRestartsNorAFailingRadioLockTheLinkOrMoveTheHandBeyondItsLimits) {
   const double length_s = seconds();
-  const Wear w = run(length_s);
+  const Wear w = Worn(length_s).run();
   std::printf(
       "%.0f s: %d restarts of the glove, %d of the hand, %u frames believed, longest silence %.1f s, worst "
       "tick gap "

@@ -27,6 +27,7 @@ void add_identify(CLI::App& app);
 void add_apply(CLI::App& app);
 void add_report(CLI::App& app);
 void add_score(CLI::App& app);
+void add_send(CLI::App& app);
 void add_show(CLI::App& app);
 void add_wiring(CLI::App& app);
 

@@ -266,6 +266,36 @@ void run(const Options& o) {
   print(io::dump(json));
 }
 
+void add_glove_options(CLI::App& command, Options& o) {
+  command
+      .add_option("--pins", o.pins,
+                  "flexor (thumb A0 to pinky A4), lucidgloves (pinky A0 to thumb A4), or changes to one: "
+                  "lucidgloves,thumb=A5,joystick=A6+A7,joystick_button=D7,a=D8,b=D9,menu=D10,calibrate=D12")
+      ->capture_default_str();
+  command.add_flag("--allow-missing", o.allow_missing,
+                   "text for VR drivers although the model lacks fingers: they are sent as straight");
+  command
+      .add_option("--encoding", o.encoding,
+                  "of text for VR drivers: alpha, a number for each finger, or beta, the model's other "
+                  "joints as well")
+      ->check(CLI::IsMember({"alpha", "beta"}))
+      ->capture_default_str();
+  command.add_option("--hand", o.hand, "which hand the glove tells a VR driver that asks: left or right")
+      ->check(CLI::IsMember({"left", "right"}))
+      ->capture_default_str();
+}
+
+void add_key_options(CLI::App& command, Options& o) {
+  auto* key = command.add_option("--key", o.key,
+                                 "file with the pair's key, 32 hexadecimal digits; - is standard input "
+                                 "(default: OUT/pair.key, where there is none a new one)");
+  auto* new_key =
+      command.add_flag("--new-key", o.new_key, "a new key, also where OUT/pair.key is there")->excludes(key);
+  command.add_flag("--plain", o.plain, "frames without authentication: anybody in range can move the hand")
+      ->excludes(key)
+      ->excludes(new_key);
+}
+
 }  // namespace
 
 void add_deploy(CLI::App& app) {
@@ -284,34 +314,12 @@ void add_deploy(CLI::App& app) {
       ->add_option("--output", o->output, "of the glove: radio, or opengloves, text for VR drivers over USB")
       ->check(CLI::IsMember({"radio", "opengloves"}))
       ->capture_default_str();
-  command
-      ->add_option("--pins", o->pins,
-                   "flexor (thumb A0 to pinky A4), lucidgloves (pinky A0 to thumb A4), or changes to one: "
-                   "lucidgloves,thumb=A5,joystick=A6+A7,joystick_button=D7,a=D8,b=D9,menu=D10,calibrate=D12")
-      ->capture_default_str();
-  command->add_flag("--allow-missing", o->allow_missing,
-                    "text for VR drivers although the model lacks fingers: they are sent as straight");
-  command
-      ->add_option("--encoding", o->encoding,
-                   "of text for VR drivers: alpha, a number for each finger, or beta, the model's other "
-                   "joints as well")
-      ->check(CLI::IsMember({"alpha", "beta"}))
-      ->capture_default_str();
-  command->add_option("--hand", o->hand, "which hand the glove tells a VR driver that asks: left or right")
-      ->check(CLI::IsMember({"left", "right"}))
-      ->capture_default_str();
+  add_glove_options(*command, *o);
   command->add_option("--baud", o->baud,
                       "of the radio (default: radio.baud of the configuration, 9600 as shipped)");
   command->add_option("--frame-rate", o->frame_rate_hz,
                       "frames a second (default: as many as the radio carries, at most one a sample)");
-  auto* key = command->add_option("--key", o->key,
-                                  "file with the pair's key, 32 hexadecimal digits; - is standard input "
-                                  "(default: OUT/pair.key, where there is none a new one)");
-  auto* new_key = command->add_flag("--new-key", o->new_key, "a new key, also where OUT/pair.key is there")
-                      ->excludes(key);
-  command->add_flag("--plain", o->plain, "frames without authentication: anybody in range can move the hand")
-      ->excludes(key)
-      ->excludes(new_key);
+  add_key_options(*command, *o);
   command->add_option(
       "--calibration", o->calibration,
       "JSON: for each finger \"counts\" and \"value\", two or more points, and their \"unit\" "

@@ -117,6 +117,7 @@ int run(int argc, char** argv) {
   add_deploy(app);
   add_flash(app);
   add_pair(app);
+  add_send(app);
   add_latency(app);
   add_protocol(app);
   add_align(app);

@@ -29,17 +29,44 @@ link::Frame frame;
 
 #ifdef FLEXOR_MODEL_AS_DATA
 
-Eeprom model_eeprom;
-glove::ModelStore<Eeprom, config::kParts> model_store(config::kImage);
+// The model in EEPROM, and who sends another.
+class Models {
+ public:
+  explicit Models(const link::Key* pair) : receiver_(pair, store_) {}
 
-void load_model() {
-  compensator.load(model_eeprom, model_store, config::kBuiltIn, config::kMadeFor, config::kChannels);
-  chain.restart();
-}
+  compensator::Loaded load() {
+    return compensator.load(eeprom_, store_, config::kBuiltIn, config::kMadeFor, config::kChannels);
+  }
+  void stir(uint16_t noise) { nonces_.stir(noise); }
+  void offer() { receiver_.challenge(nonces_.next()); }
+  void take(link::PacketReader& packet) { receiver_.take(packet, eeprom_); }
+  bool busy() const { return receiver_.busy(); }
+  // What is to be said; 0: nothing. A part that is whole runs from the next sample on.
+  uint8_t work(uint8_t* wire) {
+    if (receiver_.work(eeprom_)) receiver_.loaded(static_cast<uint8_t>(load()));
+    if (!transmitter.idle()) return 0;
+    return receiver_.speak({config::kRate_hz, config::kCalibrationId}, config::kImage, wire);
+  }
+
+ private:
+  Eeprom eeprom_;
+  glove::ModelStore<Eeprom, config::kParts> store_{config::kImage};
+  glove::ModelReceiver<Eeprom, config::kParts> receiver_;
+  link::NonceSource nonces_;
+};
 
 #else
 
-void load_model() {}
+class Models {
+ public:
+  explicit Models(const link::Key*) {}
+  void load() {}
+  void stir(uint16_t) {}
+  void offer() {}
+  void take(link::PacketReader&) {}
+  bool busy() const { return false; }
+  uint8_t work(uint8_t*) { return 0; }
+};
 
 #endif
 
@@ -53,6 +80,7 @@ class Output {
   void start(uint8_t) { config::start_buttons(); }
   bool busy() const { return false; }
   void work() {}
+  void sampled(uint16_t) {}
   void send_frame() {
     char text[Text::kRoom];
     const uint8_t size = asked ? information(text) : line(text);
@@ -90,8 +118,13 @@ class Output {
  public:
   static constexpr uint8_t kUart = _BV(TXEN0) | _BV(RXEN0) | _BV(RXCIE0);
 
-  void start(uint8_t reset_cause) { reset_cause_ = reset_cause; }
-  bool busy() const { return !received.empty(); }
+  void start(uint8_t reset_cause) {
+    reset_cause_ = reset_cause;
+    models_.load();
+    chain.restart();
+  }
+  bool busy() const { return !received.empty() || models_.busy(); }
+  void sampled(uint16_t reading) { models_.stir(reading); }
   void work() {
     uint8_t byte;
     while (received.pop(byte)) {
@@ -100,6 +133,8 @@ class Output {
         heard_ = 2 * config::kListenEvery;
       if (result == link::Received::pending) take();
     }
+    uint8_t wire[link::kMaxWire];
+    if (const uint8_t size = models_.work(wire)) transmitter.send(wire, size);
   }
   void send_frame() {
     if (silent_ > 0) {
@@ -107,7 +142,9 @@ class Output {
       return;
     }
     if (heard_ > 0) --heard_;
-    const bool listens = ++since_listening_ >= (heard_ > 0 ? config::kListenEvery : config::kSeekEvery);
+    if (sending_ > 0) --sending_;
+    const uint8_t every = heard_ > 0 ? config::kListenEvery : config::kSeekEvery;
+    const bool listens = ++since_listening_ >= every || sending_ > 0;
     if (listens) {
       since_listening_ = 0;
       silent_ = config::kListenSlots;
@@ -122,10 +159,16 @@ class Output {
 
  private:
   void take() {
-    if (end_.packet().type() != link::Type::request || end_.packet().body_bytes() != 1) return;
+    const link::Type type = end_.packet().type();
+    if (type == link::Type::coefficients) {
+      sending_ = kSlotsPerSecond;
+      models_.take(end_.packet());
+    }
+    if (type != link::Type::request || end_.packet().body_bytes() != 1) return;
     const link::Request request = static_cast<link::Request>(end_.packet().body()[0]);
+    if (request == link::Request::coefficients) models_.offer();
     if (request == link::Request::state) wants_state_ = true;
-    if (request == link::Request::readings) readings_left_ = config::kRate_hz / config::kSamplesPerFrame;
+    if (request == link::Request::readings) readings_left_ = kSlotsPerSecond;
   }
 
   void send_angles(bool listens) {
@@ -160,12 +203,16 @@ class Output {
     transmitter.send(wire, link::GloveEnd::say(type, packet, body_bytes, listens, wire));
   }
 
+  static constexpr uint8_t kSlotsPerSecond = config::kRate_hz / config::kSamplesPerFrame;
+
   link::GloveEnd end_{pair_key(config::kKeyRecord)};
+  Models models_{end_.pair()};
   uint8_t reset_cause_ = 0;
   uint8_t since_listening_ = config::kSeekEvery - 1;  // frames
   uint8_t heard_ = 0;                                 // frames for which the hand counts as heard
   uint8_t silent_ = 0;
   uint8_t readings_left_ = 0;
+  uint8_t sending_ = 0;  // slots for which somebody who sends a model gets his turn after each
   bool wants_state_ = false;
 };
 
@@ -196,7 +243,6 @@ ISR(USART_RX_vect) { received.push(UDR0); }
 
 int main() {
   output.start(start_watchdog(WDTO_500MS));
-  load_model();
   start_uart(config::kUartDivisor, Output::kUart);
   start_sampling();
   sei();
@@ -210,6 +256,7 @@ int main() {
     mark(Marker::sampled);
     uint16_t now[kFingers];
     for (uint8_t i = 0; i < kFingers; ++i) now[i] = counts[i];  // the next are a sample period away
+    output.sampled(static_cast<uint16_t>(now[0] + 3 * now[1]));
     chain.step(now, frame);
     frame.time_ms = static_cast<uint16_t>(frame.time_ms + 1000 / config::kRate_hz);
     // A transmitter that is still busy skips a frame: the newest angle matters, not every one.

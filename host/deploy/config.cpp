@@ -418,7 +418,8 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
       "\"firmware/glove/glove_text.hpp\"\n#include \"firmware/glove/signal_chain.hpp\"\n"
       "#include \"runtime/link/key_record.hpp\"\n"
       "#include \"runtime/compensator/blocks.hpp\"\n";
-  if (glove.model_as == ModelAs::data) out += "#include \"runtime/glove/data_model.hpp\"\n";
+  if (glove.model_as == ModelAs::data)
+    out += "#include \"runtime/glove/data_model.hpp\"\n#include \"runtime/glove/model_receiver.hpp\"\n";
   out += "\nnamespace flexor {\nnamespace config {\n\n";
   out += fmt::format(
       "constexpr uint16_t kRate_hz = {};\nconstexpr uint8_t kSamplesPerFrame = {};\nconstexpr uint16_t "

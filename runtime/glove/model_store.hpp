@@ -17,7 +17,7 @@ namespace glove {
 constexpr uint16_t kStoreBegin = 64;  // before it lie the zero and the pairing
 constexpr uint16_t kStoreEnd = 1024;  // of the ATmega328P's EEPROM
 constexpr uint8_t kSlotHead = 6;
-constexpr uint8_t kChunk = 16;  // bytes of a write at most
+constexpr uint8_t kChunk = 24;  // bytes of a write at most
 
 // Bytes of a part that a slot holds.
 constexpr uint16_t slot_room(uint8_t parts) {

@@ -169,18 +169,16 @@ TEST(ModelStore, OrdersThatDoNotBelongAreRefused) {
   EXPECT_FALSE(store.begin(eeprom, 0, 0));
   EXPECT_FALSE(store.begin(eeprom, 0, slot_room(5) + 1));
   EXPECT_TRUE(store.begin(eeprom, 0, 40));
-  EXPECT_FALSE(store.write(0, bytes.data(), 16)) << "busy";
+  EXPECT_FALSE(store.write(0, bytes.data(), kChunk)) << "busy";
   EXPECT_EQ(finish(store, eeprom), Stored::ready);
   EXPECT_FALSE(store.commit()) << "nothing has come";
-  EXPECT_FALSE(store.write(16, bytes.data(), 16));
-  EXPECT_FALSE(store.write(0, bytes.data(), 17));
-  EXPECT_TRUE(store.write(0, bytes.data(), 16));
+  EXPECT_FALSE(store.write(kChunk, bytes.data(), kChunk));
+  EXPECT_FALSE(store.write(0, bytes.data(), kChunk + 1));
+  EXPECT_TRUE(store.write(0, bytes.data(), kChunk));
   EXPECT_EQ(finish(store, eeprom), Stored::ready);
-  EXPECT_FALSE(store.write(0, bytes.data(), 16)) << "again";
-  EXPECT_TRUE(store.write(16, bytes.data(), 16));
-  EXPECT_EQ(finish(store, eeprom), Stored::ready);
-  EXPECT_FALSE(store.write(32, bytes.data(), 9)) << "more than was announced";
-  EXPECT_TRUE(store.write(32, bytes.data(), 8));
+  EXPECT_FALSE(store.write(0, bytes.data(), kChunk)) << "again";
+  EXPECT_FALSE(store.write(kChunk, bytes.data(), 40 - kChunk + 1)) << "more than was announced";
+  EXPECT_TRUE(store.write(kChunk, bytes.data(), 40 - kChunk));
 }
 
 TEST(ModelStore, AWornOutCellIsNoticed) {

@@ -1,0 +1,95 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+
+#include "apps/cli/commands.hpp"
+#include "apps/cli/progress.hpp"
+#include "host/deploy/calibration.hpp"
+#include "host/deploy/flash.hpp"
+#include "host/deploy/pair_key.hpp"
+#include "host/deploy/send.hpp"
+#include "host/io/json.hpp"
+#include "host/io/serial.hpp"
+#include "host/study/boards.hpp"
+
+namespace flexor::cli {
+namespace {
+
+struct Options {
+  std::string model;
+  std::string port = "auto";
+  unsigned baud = 9600;
+  std::string key;
+  double rate_hz = 0;
+  std::string calibration;
+  std::string twin;
+  std::vector<std::string> set;
+  bool json = false;
+};
+
+deploy::Glove glove_of(const Options& o) {
+  model::Model model = model::load(o.model);
+  if (o.rate_hz > 0) model.sample_period_s = 1 / o.rate_hz;
+  deploy::Glove glove = study::glove_for(
+      twin_parameters(o.twin, o.set), model,
+      o.calibration.empty() ? deploy::CalibrationDocument() : deploy::load_calibration(o.calibration));
+  glove.key = o.key.empty() ? deploy::Key() : deploy::load_key(o.key);
+  return glove;
+}
+
+void run(const Options& o) {
+  const deploy::Glove glove = glove_of(o);
+  const std::string path = deploy::choose_port(o.port);
+  if (o.port == "auto") log(fmt::format("the glove is at {}", path));
+  io::SerialPort port(path, o.baud);
+  const auto begin = std::chrono::steady_clock::now();
+  const deploy::Line line = {
+      [&](std::span<const std::uint8_t> bytes) { port.write(bytes); },
+      [&](double timeout_s) { return port.read(timeout_s); },
+      [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); }};
+  deploy::Sent sent;
+  {
+    ProgressLine progress;
+    sent = deploy::send_model(line, glove, [&](int done, int all) {
+      progress.step("bytes sent:", static_cast<std::size_t>(done), static_cast<std::size_t>(all));
+      return true;
+    });
+  }
+  if (o.json) {
+    return print(io::dump({{"model", o.model},
+                           {"port", path},
+                           {"parts", sent.parts},
+                           {"bytes", sent.bytes},
+                           {"pieces", sent.pieces},
+                           {"took_s", sent.took_s},
+                           {"version", FLEXOR_VERSION}}));
+  }
+  print(fmt::format("{}: the glove runs {} now, {} bytes in {} pieces, {:.1f} s\n", path, o.model, sent.bytes,
+                    sent.pieces, sent.took_s));
+}
+
+}  // namespace
+
+void add_send(CLI::App& app) {
+  auto o = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "send",
+      "A model into a glove that runs, over USB or a radio; the glove was deployed with --model-as data");
+  command->add_option("MODEL", o->model, "model file")->required();
+  command
+      ->add_option("--port", o->port, "serial port of the glove or of a radio; auto: the only one there is")
+      ->capture_default_str();
+  command->add_option("--baud", o->baud, "rate of the glove's radio, which is that of its USB, too")
+      ->capture_default_str();
+  command->add_option("--key", o->key, "file with the pair's key: pair.key of the deployment");
+  command->add_option("--rate", o->rate_hz,
+                      "sample rate of the glove: 10, 20, 50 or 100 Hz (default: the model's)");
+  command->add_option("--calibration", o->calibration, "as at the deployment");
+  command->add_option("--twin", o->twin, "as at the deployment");
+  command->add_option("--set", o->set, "as at the deployment; may be repeated");
+  command->add_flag("--json", o->json, "one JSON object on standard output");
+  command->callback([o] { run(*o); });
+}
+
+}  // namespace flexor::cli

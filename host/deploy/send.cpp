@@ -1,0 +1,233 @@
+#include "host/deploy/send.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "host/deploy/model_block.hpp"
+#include "host/io/io.hpp"
+#include "runtime/compensator/graph.hpp"
+#include "runtime/glove/model_receiver.hpp"
+
+namespace flexor::deploy {
+namespace {
+
+using io::InputError;
+using io::JobError;
+using link::Received;
+
+constexpr double kTurn_s = 0.15;  // until the glove leaves a turn; where it does not, the line is not a radio
+constexpr double kAnswer_s = 0.35;  // a piece, its writing and the answer at 9600 baud
+constexpr double kPatience_s = 10;  // without any answer
+
+// Why a part that has come does not run.
+std::string reason_of(std::uint8_t stage) {
+  if (stage == glove::kNotWritten) return "its EEPROM does not keep what is written: it is worn out";
+  if (stage == glove::kNotTaken) return "it has no room for it";
+  switch (static_cast<compensator::Loaded>(stage - 2)) {
+    case compensator::Loaded::wrong_version:
+      return "its image is of another version: flexor flash";
+    case compensator::Loaded::other_calibration:
+      return "its image was made for another sensor calibration";
+    case compensator::Loaded::other_rate:
+      return "its image has another sample rate";
+    case compensator::Loaded::no_room:
+      return "all parts together need more RAM than it has";
+    default:
+      return fmt::format("it was refused, code {}", stage);
+  }
+}
+
+class Sender {
+ public:
+  Sender(const Line& line, const Glove& glove, const SendProgress& progress)
+      : line_(line), glove_(glove), progress_(progress) {}
+
+  Sent run() {
+    const double start_s = line_.now_s();
+    const link::Offer offer = ask();
+    check(offer);
+    const ModelBlock block = model_block(glove_, BlockPlace::ram, offer.parts);
+    if (block.largest() > offer.room || block.arena_bytes > kArenaBytes) {
+      throw InputError(
+          fmt::format("model {:?} does not fit the glove: {} bytes of EEPROM where {} are, {} of RAM where "
+                      "{} are: fewer knots",
+                      glove_.model.name, block.largest(), offer.room, block.arena_bytes, kArenaBytes));
+    }
+    for (const Bytes& part : block.parts) all_ += static_cast<int>(part.size());
+    for (std::size_t p = 0; p < block.parts.size(); ++p)
+      send_part(static_cast<std::uint8_t>(p), block.parts[p]);
+    sent_.parts = static_cast<int>(block.parts.size());
+    sent_.bytes = all_;
+    sent_.took_s = line_.now_s() - start_s;
+    return sent_;
+  }
+
+ private:
+  void write(link::Type type, link::Packet& packet, std::uint8_t body_bytes, const link::Key* key) {
+    std::array<std::uint8_t, link::kMaxWire> wire{};
+    const std::uint8_t size = packet.seal({type, false, false, said_++}, body_bytes, key, wire.data());
+    line_.write({wire.data(), size});
+  }
+
+  // The next whole frame until a time; false: none.
+  bool next(double until_s) {
+    while (true) {
+      while (at_ < came_.size()) {
+        if (reader_.push(came_[at_++]) == Received::pending) return true;
+      }
+      const double left_s = until_s - line_.now_s();
+      if (left_s <= 0) return false;
+      came_ = line_.read(left_s);
+      at_ = 0;
+    }
+  }
+
+  // Until the glove listens. A radio carries one direction at a time.
+  void await_turn() {
+    const double until_s = line_.now_s() + kTurn_s;
+    while (next(until_s)) {
+      if (reader_.listens()) return;
+    }
+  }
+
+  bool is(link::Answer answer, std::uint8_t bytes) const {
+    return reader_.type() == link::Type::coefficients && reader_.body_bytes() == bytes &&
+           reader_.body()[0] == static_cast<std::uint8_t>(answer);
+  }
+
+  link::Offer ask() {
+    const double until_s = line_.now_s() + kPatience_s;
+    bool heard = false;
+    bool foreign = false;
+    while (line_.now_s() < until_s) {
+      await_turn();
+      link::Packet packet;
+      packet.body()[0] = static_cast<std::uint8_t>(link::Request::coefficients);
+      write(link::Type::request, packet, 1, nullptr);
+      const double answer_s = line_.now_s() + kAnswer_s;
+      while (next(answer_s)) {
+        heard = true;
+        if (!is(link::Answer::offer, link::Offer::kBytes)) continue;
+        if (reader_.guarded() == glove_.key.has_value() &&
+            (!glove_.key || reader_.fits(*glove_.key, reader_.sequence()))) {
+          return accept(link::get_offer(reader_.body()));
+        }
+        foreign = true;
+      }
+    }
+    if (foreign) {
+      throw InputError(glove_.key ? "the glove has another key, or none: --key FILE is that of its deployment"
+                                  : "the glove has a key: --key FILE, pair.key of its deployment");
+    }
+    if (heard)
+      throw InputError("the glove takes no models: deploy it with --model-as data and flash it once");
+    throw JobError("nothing answers: is it the glove's port, and --baud its rate?");
+  }
+
+  link::Offer accept(const link::Offer& offer) {
+    session_.start(offer.nonce);
+    while (glove_.key && !session_.ready()) session_.derive(*glove_.key);
+    said_ = 0;
+    return offer;
+  }
+
+  void check(const link::Offer& offer) const {
+    const int rate_hz = sample_rate_hz(glove_.model);
+    if (rate_hz != offer.rate_hz) {
+      throw InputError(fmt::format("the model is for {} Hz, the glove samples at {} Hz: --rate {}", rate_hz,
+                                   offer.rate_hz, offer.rate_hz));
+    }
+    const auto ids = calibration_ids(glove_tables(glove_));
+    const model::Wiring wiring = model::wiring_of(glove_.model);
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      if (!wiring.input[i] || ids[i] == offer.calibration[i]) continue;
+      throw InputError(
+          fmt::format("{}: the glove's image was made for another calibration of this strip: --calibration "
+                      "as at its deployment, or "
+                      "deploy and flash it anew",
+                      model::finger_names()[i]));
+    }
+  }
+
+  void send_part(std::uint8_t part, const Bytes& bytes) {
+    std::size_t received = 0;
+    double heard_s = line_.now_s();
+    while (true) {
+      if (line_.now_s() - heard_s > kPatience_s) {
+        throw JobError(
+            fmt::format("the glove no longer answers, {} of {} bytes are there: it runs {}; send again",
+                        done_ + static_cast<int>(received), all_,
+                        part == 0 ? "its old model"
+                                  : "the new model in the parts that were whole, the old one in the others"));
+      }
+      say(part, bytes, received);
+      const auto receipt = answer(part);
+      if (!receipt) continue;
+      heard_s = line_.now_s();
+      if (receipt->stage == glove::kRuns) break;
+      if (receipt->stage != 0) {
+        throw JobError(fmt::format("the glove does not take the model: {}; its old one runs",
+                                   reason_of(receipt->stage)));
+      }
+      received = std::min<std::size_t>(receipt->received, bytes.size());
+      tell(received);
+    }
+    done_ += static_cast<int>(bytes.size());
+    tell(0);
+  }
+
+  // The piece that is wanted next; where all have come, the last one once more: the glove answers when it runs.
+  void say(std::uint8_t part, const Bytes& bytes, std::size_t received) {
+    const std::size_t last = (bytes.size() - 1) / link::Piece::kMost * link::Piece::kMost;
+    const std::size_t offset = std::min(received, last);
+    const auto count = std::min<std::size_t>(link::Piece::kMost, bytes.size() - offset);
+    await_turn();
+    link::Packet packet;
+    const std::uint8_t size =
+        link::put_piece({part, static_cast<std::uint16_t>(bytes.size()), static_cast<std::uint16_t>(offset),
+                         static_cast<std::uint8_t>(count), bytes.data() + offset},
+                        packet.body());
+    write(link::Type::coefficients, packet, size, glove_.key ? &session_.key() : nullptr);
+    ++sent_.pieces;
+  }
+
+  std::optional<link::Receipt> answer(std::uint8_t part) {
+    const double until_s = line_.now_s() + kAnswer_s;
+    while (next(until_s)) {
+      if (!is(link::Answer::receipt, link::Receipt::kBytes)) continue;
+      if (glove_.key && !reader_.fits(session_.key(), reader_.sequence())) continue;
+      const link::Receipt receipt = link::get_receipt(reader_.body());
+      if (receipt.part == part) return receipt;
+    }
+    return {};
+  }
+
+  void tell(std::size_t of_part) const {
+    if (progress_ && !progress_(done_ + static_cast<int>(of_part), all_)) {
+      throw JobError("stopped: the glove runs what was whole before");
+    }
+  }
+
+  const Line& line_;
+  const Glove& glove_;
+  const SendProgress& progress_;
+  link::PacketReader reader_;
+  std::vector<std::uint8_t> came_;
+  std::size_t at_ = 0;
+  link::Session session_;
+  std::uint32_t said_ = 0;
+  int all_ = 0;
+  int done_ = 0;
+  Sent sent_;
+};
+
+}  // namespace
+
+Sent send_model(const Line& line, const Glove& glove, const SendProgress& progress) {
+  return Sender(line, glove, progress).run();
+}
+
+}  // namespace flexor::deploy

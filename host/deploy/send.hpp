@@ -1,0 +1,37 @@
+// A model to a glove that runs: the sender's end of what runtime/glove/model_receiver.hpp takes.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "host/deploy/config.hpp"
+
+namespace flexor::deploy {
+
+// A cable, a radio, or a simulated board.
+struct Line {
+  std::function<void(std::span<const std::uint8_t>)> write;
+  std::function<std::vector<std::uint8_t>(double timeout_s)>
+      read;  // what comes first; empty: nothing within the time
+  std::function<double()> now_s;
+};
+
+struct Sent {
+  int parts = 0;
+  int bytes = 0;
+  int pieces = 0;  // with those that were said again
+  double took_s = 0;
+};
+
+// Called with bytes that are there, and all; false: to stop.
+using SendProgress = std::function<bool(int done, int all)>;
+
+// `glove`: the model, its sensors' calibration and the pair's key. The glove goes on with its old model until a part is
+// whole; a part that has come runs from the next sample on. Throws io::InputError, one line with the mend, where the
+// glove takes no models, has another key, rate or calibration, or too little room; io::JobError when it does not answer,
+// with what it runs now.
+Sent send_model(const Line& line, const Glove& glove, const SendProgress& progress);
+
+}  // namespace flexor::deploy

@@ -1,0 +1,167 @@
+#include "host/deploy/send.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "host/deploy/model_block.hpp"
+#include "host/deploy/pair_key.hpp"
+#include "host/io/io.hpp"
+#include "runtime/glove/model_receiver.hpp"
+
+namespace flexor::deploy {
+namespace {
+
+struct Eeprom {
+  std::vector<std::uint8_t> bytes = std::vector<std::uint8_t>(glove::kStoreEnd, 0xff);
+  std::uint8_t read(std::uint16_t address) const { return bytes.at(address); }
+  bool ready() const { return true; }
+  void write(std::uint16_t address, std::uint8_t byte) { bytes.at(address) = byte; }
+};
+
+Glove published() {
+  Glove g;
+  g.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
+  g.sensor.fill(divider(35, 25, 100.0 / 180));
+  g.key = key_from_hex("000102030405060708090a0b0c0d0e0f");
+  return g;
+}
+
+// A glove that takes models, at the other end of a line that loses frames of either direction.
+class FakeGlove {
+ public:
+  static constexpr std::uint8_t kParts = 1;
+
+  explicit FakeGlove(Glove glove, double loss = 0)
+      : glove_(std::move(glove)), loss_(loss), ids_(calibration_ids(glove_tables(glove_))) {}
+
+  Line line() {
+    return {[this](std::span<const std::uint8_t> bytes) { take(bytes); },
+            [this](double timeout_s) { return answer(timeout_s); }, [this] { return now_s_; }};
+  }
+
+  // What is stored, as it was sent.
+  std::vector<std::uint8_t> stored() {
+    const glove::Place place = store_.find(eeprom_, 0);
+    return {eeprom_.bytes.begin() + place.address, eeprom_.bytes.begin() + place.address + place.size};
+  }
+  std::vector<std::vector<std::uint8_t>> heard;  // frames
+  bool deaf = false;
+  std::uint8_t rate_hz = 10;
+
+  void take(std::span<const std::uint8_t> bytes) {
+    heard.emplace_back(bytes.begin(), bytes.end());
+    now_s_ += 0.05;
+    if (deaf || lost()) return;
+    for (const std::uint8_t byte : bytes) {
+      if (reader_.push(byte) != link::Received::pending) continue;
+      if (reader_.type() == link::Type::request) receiver_.challenge(nonces_.next());
+      if (reader_.type() == link::Type::coefficients) receiver_.take(reader_, eeprom_);
+    }
+  }
+
+ private:
+  bool lost() { return std::generate_canonical<double, 32>(random_) < loss_; }
+
+  std::vector<std::uint8_t> answer(double timeout_s) {
+    for (int k = 0; k < 40; ++k) {
+      if (receiver_.work(eeprom_)) receiver_.loaded(0);
+    }
+    now_s_ += std::min(timeout_s, 0.02);
+    std::vector<std::uint8_t> wire(link::kMaxWire);
+    wire.resize(receiver_.speak({rate_hz, ids_.data()}, 0, wire.data()));
+    return deaf || lost() ? std::vector<std::uint8_t>() : wire;
+  }
+
+  Glove glove_;
+  double loss_;
+  std::array<std::uint16_t, kFingers> ids_;
+  Eeprom eeprom_;
+  glove::ModelStore<Eeprom, kParts> store_{7};
+  link::PacketReader reader_;
+  glove::ModelReceiver<Eeprom, kParts> receiver_{glove_.key ? &*glove_.key : nullptr, store_};
+  link::NonceSource nonces_;
+  std::mt19937 random_{1};
+  double now_s_ = 0;
+};
+
+TEST(Send, AModelArrivesWholeWhateverTheLineLoses) {
+  const auto wanted = model_block(published(), BlockPlace::ram, 1).parts.front();
+  for (const double loss : {0.0, 0.3, 0.6}) {
+    FakeGlove board(published(), loss);
+    int last = -1;
+    const Sent sent = send_model(board.line(), published(), [&](int done, int all) {
+      EXPECT_GE(done, last);
+      EXPECT_LE(done, all);
+      last = done;
+      return true;
+    });
+    EXPECT_EQ(board.stored(), wanted) << loss;
+    EXPECT_EQ(sent.bytes, static_cast<int>(wanted.size()));
+    const int pieces = static_cast<int>((wanted.size() + link::Piece::kMost - 1) / link::Piece::kMost);
+    EXPECT_GE(sent.pieces, pieces);
+    EXPECT_LE(sent.pieces, loss == 0 ? 2 * pieces : 100 * pieces);
+  }
+}
+
+TEST(Send, AModelThatWasSentBeforeIsNotTakenAgain) {
+  FakeGlove board(published());
+  (void)send_model(board.line(), published(), {});
+  const auto recorded = board.heard;
+  const auto before = board.stored();
+  Glove other = published();
+  for (auto& joint : other.model.joints) joint.rest_deg += 1;
+  (void)send_model(board.line(), other, {});
+  const auto now = board.stored();
+  EXPECT_NE(now, before);
+  for (const auto& frame : recorded) board.take(frame);
+  const Line line = board.line();
+  for (int k = 0; k < 50; ++k) (void)line.read(0.1);
+  EXPECT_EQ(board.stored(), now);
+}
+
+void expect_refused(const std::function<void()>& call, const std::string& says) {
+  try {
+    call();
+    ADD_FAILURE() << "not refused: " << says;
+  } catch (const std::exception& error) {
+    EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+  }
+}
+
+TEST(Send, RefusesByNameWhatTheGloveDoesNotTake) {
+  Glove foreign = published();
+  foreign.key->bytes[0] ^= 1;
+  FakeGlove board(published());
+  expect_refused([&] { (void)send_model(board.line(), foreign, {}); }, "another key");
+  Glove plain = published();
+  plain.key.reset();
+  expect_refused([&] { (void)send_model(board.line(), plain, {}); }, "the glove has a key: --key");
+  Glove other = published();
+  other.sensor[2] = divider(47, 25, 100.0 / 180);
+  expect_refused([&] { (void)send_model(board.line(), other, {}); },
+                 "middle: the glove's image was made for another calibration");
+  board.rate_hz = 50;
+  expect_refused([&] { (void)send_model(board.line(), published(), {}); }, "--rate 50");
+  board.deaf = true;
+  expect_refused([&] { (void)send_model(board.line(), published(), {}); }, "nothing answers");
+  EXPECT_TRUE(board.stored().empty()) << "and nothing is written";
+}
+
+TEST(Send, AGloveThatFallsSilentKeepsItsModel) {
+  FakeGlove board(published());
+  expect_refused(
+      [&] {
+        (void)send_model(board.line(), published(), [&](int done, int) {
+          board.deaf = done > 40;
+          return true;
+        });
+      },
+      "it runs its old model");
+  EXPECT_TRUE(board.stored().empty());
+}
+
+}  // namespace
+}  // namespace flexor::deploy

@@ -1,0 +1,134 @@
+// Takes a model, piece by piece, from whoever has the pair's key, and has it written down.
+//
+// A request is answered with an offer: what fits here, and a nonce. Only pieces under the key that is made of it are
+// taken, so that no model that was sent before is taken again. Each is answered with how far its part has come; a
+// piece may come twice. Without a key whoever is near can send a model.
+#pragma once
+
+#include "runtime/glove/model_store.hpp"
+#include "runtime/link/receiver.hpp"
+
+namespace flexor {
+namespace glove {
+
+static_assert(kChunk == link::Piece::kMost, "a piece is written at once");
+
+// Stages of a part, beside 0, which goes on, and 2 + compensator::Loaded.
+constexpr uint8_t kRuns = 1;
+constexpr uint8_t kNotWritten = 254;  // what was read back is not what was written
+constexpr uint8_t kNotTaken = 255;    // no such part, or too large
+
+// What an image takes.
+struct Terms {
+  uint8_t rate_hz;
+  const uint16_t* calibration;  // of kFingers strips
+};
+
+template <class Eeprom, uint8_t kParts>
+class ModelReceiver {
+ public:
+  using Store = ModelStore<Eeprom, kParts>;
+
+  ModelReceiver(const link::Key* pair, Store& store) : pair_(pair), store_(store) {}
+
+  // A request came: pieces that answer this nonce are taken from now on. Two SipHashes.
+  void challenge(const link::Nonce& nonce) {
+    session_.start(nonce);
+    while (pair_ != nullptr && !session_.ready()) session_.derive(*pair_);
+    window_.restart();
+    part_ = kParts;
+    count_ = 0;
+    speech_ = link::Answer::offer;
+    speaks_ = true;
+  }
+
+  // A whole frame of coefficients. One SipHash.
+  void take(link::PacketReader& packet, Eeprom& eeprom) {
+    const link::Piece piece = link::get_piece(packet.body(), packet.body_bytes());
+    if (piece.count == 0 || !believed(packet) || count_ > 0) return;
+    if (piece.part != part_ && !begin(piece, eeprom)) return say(kNotTaken);
+    if (stage_ != 0 || piece.offset != store_.received()) return say(stage_);
+    for (uint8_t i = 0; i < piece.count; ++i) bytes_[i] = piece.bytes[i];
+    count_ = piece.count;
+  }
+
+  // Writes one byte at most. True: a part is written; it is to be loaded, and loaded() to be called.
+  bool work(Eeprom& eeprom) {
+    const Stored stored = store_.work(eeprom);
+    if (stage_ != 0 || part_ == kParts) return false;
+    if (stored == Stored::failed) say(stage_ = kNotWritten);
+    if (stored != Stored::ready) return stored == Stored::committed;
+    if (count_ > 0) {
+      // More than the part has room for: answered with what there is.
+      if (!store_.write(store_.received(), bytes_, count_)) stage_ = kNotTaken;
+      count_ = 0;
+      say(stage_);
+    } else if (store_.received() == size_) {
+      store_.commit();
+    }
+    return false;
+  }
+
+  // `reason`: compensator::Loaded.
+  void loaded(uint8_t reason) { say(stage_ = reason == 0 ? kRuns : static_cast<uint8_t>(2 + reason)); }
+
+  // Not to sleep: there is something to write.
+  bool busy() const { return part_ != kParts && stage_ == 0; }
+
+  // What is to be said, to wire; 0: nothing.
+  uint8_t speak(const Terms& terms, uint16_t model, uint8_t* wire) {
+    if (!speaks_) return 0;
+    speaks_ = false;
+    link::Packet packet;
+    uint8_t bytes = 0;
+    if (speech_ == link::Answer::offer) {
+      link::Offer offer = {session_.nonce(), kParts, slot_room(kParts), terms.rate_hz, model, {}};
+      for (uint8_t i = 0; i < link::kFingers; ++i) offer.calibration[i] = terms.calibration[i];
+      bytes = link::put_offer(offer, packet.body());
+    } else {
+      bytes = link::put_receipt({part_, store_.received(), stage_}, packet.body());
+    }
+    const link::Key* session = pair_ == nullptr ? nullptr : &session_.key();
+    const link::Key* key = speech_ == link::Answer::offer ? pair_ : session;
+    return packet.seal({link::Type::coefficients, false, true, said_++}, bytes, key, wire);
+  }
+
+ private:
+  bool believed(link::PacketReader& packet) {
+    if (pair_ == nullptr) return session_.started() && !packet.guarded();
+    if (!session_.ready() || !packet.guarded()) return false;
+    const uint32_t counter = window_.counter_of(packet.sequence());
+    if (counter >= link::kCounters || !packet.fits(session_.key(), counter)) return false;
+    window_.accept(counter);
+    return true;
+  }
+
+  bool begin(const link::Piece& piece, Eeprom& eeprom) {
+    part_ = piece.part;
+    size_ = piece.size;
+    stage_ = store_.begin(eeprom, piece.part, piece.size) ? 0 : kNotTaken;
+    return stage_ == 0;
+  }
+
+  void say(uint8_t stage) {
+    stage_ = stage;
+    speech_ = link::Answer::receipt;
+    speaks_ = true;
+  }
+
+  const link::Key* pair_;
+  Store& store_;
+  link::Session session_;
+  link::Window window_;
+  uint16_t said_ = 0;
+  uint16_t size_ = 0;  // of the part
+  uint8_t part_ = kParts;
+  uint8_t stage_ = 0;
+  uint8_t count_ = 0;  // bytes that wait to be written
+  uint8_t bytes_[kChunk] = {};
+  link::Answer speech_ = link::Answer::offer;
+  bool speaks_ = false;
+};
+
+}  // namespace glove
+}  // namespace flexor

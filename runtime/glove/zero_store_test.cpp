@@ -1,0 +1,71 @@
+#include "runtime/glove/zero_store.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <vector>
+
+namespace flexor::glove {
+namespace {
+
+struct FakeEeprom {
+  std::vector<uint8_t> bytes = std::vector<uint8_t>(64, 0xff);
+  uint8_t read(uint16_t address) const { return bytes.at(address); }
+  bool ready() const { return true; }
+  void write(uint16_t address, uint8_t byte) { bytes.at(address) = byte; }
+};
+
+using Store = ZeroStore<FakeEeprom, 5>;
+using Corrections = std::array<sensor::Correction, 5>;
+
+Corrections corrections(int16_t number) {
+  Corrections out{};
+  for (auto& c : out) c = {static_cast<int16_t>(16384 - number), static_cast<int16_t>(10 * number)};
+  return out;
+}
+
+void write(FakeEeprom& eeprom, Store& store, int16_t number, int bytes) {
+  store.save(corrections(number).data());
+  for (int k = 0; k < bytes && !store.work(eeprom); ++k) {
+  }
+}
+
+int16_t loaded(FakeEeprom& eeprom, uint16_t made_for = 7) {
+  Corrections found{};
+  if (!Store(made_for).load(eeprom, found.data()))
+    return found[0].gain == sensor::kUncorrected.gain ? -1 : -2;
+  return static_cast<int16_t>(found[4].offset / 10);
+}
+
+TEST(ZeroStore, PowerLostAtAnyByteLeavesTheOldOrTheNew) {
+  for (int cut = 0; cut <= Store::kRecordBytes; ++cut) {
+    for (int before = 0; before < 4; ++before) {
+      FakeEeprom eeprom;
+      EXPECT_EQ(loaded(eeprom), -1) << "erased";
+      Store store(7);
+      Corrections none{};
+      (void)store.load(eeprom, none.data());
+      for (int k = 1; k <= before; ++k) write(eeprom, store, static_cast<int16_t>(k), 100);
+      Store later(7);
+      (void)later.load(eeprom, none.data());
+      write(eeprom, later, 50, cut);
+      const int16_t old = before == 0 ? static_cast<int16_t>(-1) : static_cast<int16_t>(before);
+      EXPECT_EQ(loaded(eeprom), cut == Store::kRecordBytes ? 50 : old) << cut << " " << before;
+    }
+  }
+}
+
+TEST(ZeroStore, KeepsTheNewestOfMoreThanItsNumbersAndNoneOfAnotherModel) {
+  FakeEeprom eeprom;
+  Store store(7);
+  Corrections none{};
+  (void)store.load(eeprom, none.data());
+  for (int k = 1; k <= 1000; ++k) {
+    write(eeprom, store, static_cast<int16_t>(k), 100);
+    ASSERT_EQ(loaded(eeprom), k);
+  }
+  EXPECT_EQ(loaded(eeprom, 8), -1);
+}
+
+}  // namespace
+}  // namespace flexor::glove

@@ -80,7 +80,7 @@ void add_lead(Page& page, const Json& r) {
   for (const Json& board : wiring.at("boards")) {
     const auto name = board.at("name").get<std::string>();
     const Figure figure{"wiring_" + name, "Wiring of the " + name,
-                        "Blue wires carry what the board reads or sends."};
+                        "Blue wires carry what the board reads or sends.", true};
     page.figure(figure, wiring_svg(board, wiring.at("divider_kohm").get<double>()));
   }
   TableBlock parts{"Parts", {"what", "count"}, {}, {}};

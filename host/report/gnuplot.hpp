@@ -18,6 +18,7 @@ struct Figure {
   std::string name;  // file name without its ending
   std::string title;
   std::string caption;
+  bool wide = false;  // as large as it is drawn: it scrolls where the page is narrower
 };
 
 // Any text as a text of gnuplot's: in single quotes it reads nothing into it but its end, which a doubled

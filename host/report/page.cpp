@@ -118,8 +118,11 @@ void Page::table(const TableBlock& t) {
 void Page::figure(const Figure& f, const std::string& svg) {
   Json& list = details_.empty() ? blocks_ : inner_;
   if (list.empty() || !list.back().at("figures").is_object()) add("figures", {{"list", Json::array()}});
-  list.back()["figures"]["list"].push_back(
-      {{"title", f.title}, {"caption", f.caption}, {"svg", for_page(svg, f)}, {"jpeg", false}});
+  list.back()["figures"]["list"].push_back({{"title", f.title},
+                                            {"caption", f.caption},
+                                            {"svg", for_page(svg, f)},
+                                            {"wide", f.wide},
+                                            {"jpeg", false}});
 }
 
 void Page::figure(const Figure& f, const Gnuplot& drawn, const std::filesystem::path& folder) {
@@ -132,6 +135,7 @@ void Page::picture(const Figure& f, std::string_view jpeg) {
   add("figures", {{"list", Json::array({{{"title", f.title},
                                          {"caption", f.caption},
                                          {"svg", ""},
+                                         {"wide", false},
                                          {"jpeg", {{"alt", f.title}, {"base64", base64(jpeg)}}}}})}});
 }
 

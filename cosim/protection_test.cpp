@@ -104,7 +104,9 @@ TEST_P(LyingPotentiometer, IsNoticedAndTheFingerGoesLimp) {
       const Outcome o = play(gesture, static_cast<std::uint64_t>(onset_ms), true, GetParam(), onset_ms);
       EXPECT_LE(o.fastest_deg_s, kTop_deg_s) << gesture << ' ' << onset_ms;
       EXPECT_LE(o.pressed_s, kLongest_s) << gesture << ' ' << onset_ms;
-      EXPECT_GE(o.noticed_ms, 0) << gesture << ' ' << onset_ms;
+      // Gesture 4 leaves this finger where it is: what is frozen then is as it should be.
+      const bool moves = std::string(gesture) == "1" || GetParam() != Lie::frozen;
+      EXPECT_TRUE(o.noticed_ms >= 0 || !moves) << gesture << ' ' << onset_ms;
       EXPECT_GT(o.fastest_deg_s, 40) << "the hand moves";
     }
   }

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "host/deploy/deploy.hpp"
+#include "host/deploy/host_chain.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/wiring.hpp"
 #include "host/identify/identify_files.hpp"
@@ -23,6 +24,7 @@
 #include "host/recording/csv.hpp"
 #include "host/study/glove_fit.hpp"
 #include "runtime/link/opengloves.hpp"
+#include "runtime/link/receiver.hpp"
 
 namespace flexor::cosim {
 namespace {
@@ -421,6 +423,57 @@ TEST_F(Replay, StripsOnOtherPinsAreSentToTheBit) {
     EXPECT_EQ(f.mismatches, 0U) << pins;
     EXPECT_GT(f.frames, 900U) << pins;
   }
+}
+
+// The button, an open hand, a fist: the angles are again those of the glove that the model was made with, also after the
+// supply was off.
+TEST_F(Replay, AGloveThatIsZeroedReadsAsTheModelsGloveDid) {
+  Built b{study::glove_for(parameters_, named("published-hw", 50)), {}, nullptr};
+  for (auto& input : b.glove.model.inputs) input.poses = model::Poses{40, 110};
+  b.glove.pins = deploy::pins_from_text("flexor,calibrate=D12");
+  b.glove.key.reset();
+  b.image = deploy::build_glove(b.glove, folder_);
+  const Firmware firmware(b.image.elf);
+  const deploy::GloveTables tables = deploy::glove_tables(b.glove);
+  const auto counts_at = [&](double alpha) {
+    int n = 0;
+    while (n < 1023 && tables.calibration[1](static_cast<std::uint16_t>(n)) < 32 * alpha) ++n;
+    return n;
+  };
+  double alpha = 40;  // of the model's glove; this one has slipped
+  Board board(firmware);
+  board.on_sample = [&](Cycles now, int) {
+    return counts_at((alpha - 9) / 1.15) + static_cast<int>(now / kCyclesPerMs / 20 % 2);
+  };
+  link::Receiver receiver(nullptr);
+  board.on_byte = [&](Cycles, std::uint8_t byte) { (void)receiver.receive(byte); };
+  const auto run_s = [&](double seconds) {
+    board.run_until(board.now() + static_cast<Cycles>(seconds * 1000 * kCyclesPerMs));
+  };
+  const auto index_deg = [&](double at) {
+    alpha = at;
+    run_s(2);
+    return receiver.frame().angle[1] / 16.0;
+  };
+  deploy::HostChain host(b.glove);
+  std::array<int, 5> counts{};
+  double expected_deg = 0;
+  for (int k = 0; k < 200; ++k) {
+    counts.fill(counts_at(60) + k % 2);  // a strip that stands still is stuck
+    expected_deg = host.step(counts).angle[1] / 16.0;
+  }
+  EXPECT_GT(std::abs(index_deg(60) - expected_deg), 5) << "before";
+  alpha = 40;
+  board.set_pin('B', 4, false);
+  run_s(0.2);
+  board.set_pin('B', 4, true);
+  run_s(3);
+  alpha = 110;
+  run_s(3.5);
+  EXPECT_NEAR(index_deg(60), expected_deg, 1.5);
+  board.power_off(board.now() + 100 * kCyclesPerMs);
+  run_s(1);
+  EXPECT_NEAR(index_deg(60), expected_deg, 1.5) << "it is kept";
 }
 
 // With the core of the Arduino IDE, as the user compiles it.

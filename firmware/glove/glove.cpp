@@ -70,6 +70,33 @@ class Models {
 
 #endif
 
+#ifdef FLEXOR_ZERO
+
+class Zero {
+ public:
+  void start() { zeroing_.start(chain.corrections()); }
+  void sample(const uint16_t* now) {
+    int16_t alpha[kFingers];
+    for (uint8_t i = 0; i < kFingers; ++i) alpha[i] = (*config::kChannels[i].calibration)(now[i]);
+    zeroing_.sample(alpha);
+  }
+
+ private:
+  Zeroing<config::ZeroConfig, kFingers> zeroing_;
+};
+
+#else
+
+class Zero {
+ public:
+  void start() {}
+  void sample(const uint16_t*) {}
+};
+
+#endif
+
+Zero zero;
+
 #ifdef FLEXOR_OUTPUT_OPENGLOVES
 
 volatile bool asked = false;  // which glove this is
@@ -243,6 +270,7 @@ ISR(USART_RX_vect) { received.push(UDR0); }
 
 int main() {
   output.start(start_watchdog(WDTO_500MS));
+  zero.start();
   start_uart(config::kUartDivisor, Output::kUart);
   start_sampling();
   sei();
@@ -256,6 +284,7 @@ int main() {
     mark(Marker::sampled);
     uint16_t now[kFingers];
     for (uint8_t i = 0; i < kFingers; ++i) now[i] = counts[i];  // the next are a sample period away
+    zero.sample(now);
     output.sampled(static_cast<uint16_t>(now[0] + 3 * now[1]));
     chain.step(now, frame);
     frame.time_ms = static_cast<uint16_t>(frame.time_ms + 1000 / config::kRate_hz);

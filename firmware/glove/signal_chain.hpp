@@ -6,6 +6,7 @@
 #include "runtime/sensor/calibration.hpp"
 #include "runtime/sensor/guard.hpp"
 #include "runtime/sensor/monitor.hpp"
+#include "runtime/sensor/zero.hpp"
 
 namespace flexor {
 namespace firmware {
@@ -27,8 +28,12 @@ class SignalChain {
   // `settings`: kFingers of them, which outlive this object.
   SignalChain(const ChannelSettings* settings, Compensator& compensator)
       : settings_(settings), compensator_(compensator) {
+    for (sensor::Correction& c : correction_) c = sensor::kUncorrected;
     restart();
   }
+
+  // What a zeroed glove adds to the calibration of each strip.
+  sensor::Correction* corrections() { return correction_; }
 
   // All fingers at rest, as after a start.
   void restart() {
@@ -38,7 +43,7 @@ class SignalChain {
   // counts -> frame.angle and frame.status.
   void step(const uint16_t* counts, link::Frame& frame) {
     for (uint8_t i = 0; i < kFingers; ++i) {
-      compensator_.alpha[i] = (*settings_[i].calibration)(counts[i]);
+      compensator_.alpha[i] = correction_[i]((*settings_[i].calibration)(counts[i]));
       frame.status[i] = static_cast<link::SensorStatus>(monitor_[i].step(settings_[i].monitor, counts[i]));
     }
     uint8_t bad = 0;
@@ -56,6 +61,7 @@ class SignalChain {
  private:
   const ChannelSettings* settings_;
   Compensator& compensator_;
+  sensor::Correction correction_[kFingers];
   sensor::Monitor monitor_[kFingers];
   sensor::Guard guard_[kFingers];
 };

@@ -21,6 +21,7 @@ constexpr double kRail_s = 0.1;   // on a rail for so long: dead. A scratch is f
 constexpr double kStuck_s = 0.5;  // the very same reading for so long: dead
 constexpr double kHold_s = 0.25;
 constexpr double kGuardSpeed_deg_s = 200;
+constexpr std::size_t kCalibrate = 4;    // of buttons()
 constexpr int kPotentiometerMargin = 5;  // counts from either rail
 constexpr double kGap_deg = 2;           // between what the motor must have done and the reading
 constexpr double kForget_deg_s = 12;     // of it: what noise leaves behind
@@ -210,6 +211,12 @@ int samples_per_frame(const Glove& glove) {
                     glove.frame_rate_hz, rate));
   }
   return static_cast<int>(std::lround(every));
+}
+
+bool can_zero(const Glove& glove) {
+  return glove.output == Output::radio && glove.pins.button[kCalibrate].has_value() &&
+         std::string_view(glove.mcu.name) == kAtmega328p.name &&
+         std::ranges::any_of(glove.model.inputs, [](const auto& input) { return input.poses.has_value(); });
 }
 
 Turns turns_of(const Glove& glove) {
@@ -405,6 +412,30 @@ std::string scan_text(const Pins& pins) {
                      numbers(scan.data(), scan.size()), analog);
 }
 
+// The poses in the model's units, as the strips' calibrations give them; equal where the model does not say.
+std::string zero_text(const Glove& glove) {
+  const model::Wiring wiring = model::wiring_of(glove.model);
+  std::string poses;
+  std::uint16_t id = 0;
+  for (const auto& input : wiring.input) {
+    const auto known = input ? glove.model.inputs[*input].poses : std::nullopt;
+    for (const double reading : {known ? known->open : 0, known ? known->fist : 0}) {
+      const auto q5 = static_cast<std::int16_t>(std::lround(32 * std::clamp(reading, -1023.0, 1023.0)));
+      id = core::crc16_add(core::crc16_add(id, static_cast<std::uint8_t>(q5 & 0xff)),
+                           static_cast<std::uint8_t>(q5 >> 8 & 0xff));
+      poses += fmt::format("{}{}", poses.empty() ? "" : ", ", q5);
+    }
+  }
+  const PortBit pin = port_bit(*glove.pins.button[kCalibrate]);
+  return fmt::format(
+      "struct ZeroConfig {{\n  static constexpr uint8_t kRate_hz = config::kRate_hz;\n"
+      "  static constexpr uint16_t kPosesId = {0};\n  static constexpr sensor::Poses kPoses[] = {{{1}}};\n"
+      "  static void start_zero_button() {{ PORT{2} |= {3}; }}\n"
+      "  static bool zero_button() {{ return (PIN{2} & {3}) == 0; }}\n}};\n"
+      "constexpr sensor::Poses ZeroConfig::kPoses[];\n",
+      id, poses, pin.port, 1 << pin.bit);
+}
+
 std::string glove_head(const Glove& glove, const GloveTables& tables) {
   const bool radio = glove.output == Output::radio;
   std::string out = fmt::format(kHead, FLEXOR_VERSION);
@@ -413,6 +444,7 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
   if (glove.assembly) out += "#define FLEXOR_AVR_ASSEMBLY\n";
   if (glove.model_as == ModelAs::data) out += "#define FLEXOR_MODEL_AS_DATA\n";
   if (!radio) out += "#define FLEXOR_OUTPUT_OPENGLOVES\n";
+  if (can_zero(glove)) out += "#define FLEXOR_ZERO\n";
   out +=
       "#include <avr/pgmspace.h>\n\n#include \"firmware/board.hpp\"\n#include "
       "\"firmware/glove/glove_text.hpp\"\n#include \"firmware/glove/signal_chain.hpp\"\n"
@@ -420,6 +452,7 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
       "#include \"runtime/compensator/blocks.hpp\"\n";
   if (glove.model_as == ModelAs::data)
     out += "#include \"runtime/glove/data_model.hpp\"\n#include \"runtime/glove/model_receiver.hpp\"\n";
+  if (can_zero(glove)) out += "#include \"firmware/glove/zeroing.hpp\"\n";
   out += "\nnamespace flexor {\nnamespace config {\n\n";
   out += fmt::format(
       "constexpr uint16_t kRate_hz = {};\nconstexpr uint8_t kSamplesPerFrame = {};\nconstexpr uint16_t "
@@ -432,6 +465,7 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
       "constexpr uint8_t kListenEvery = {};\nconstexpr uint8_t kSeekEvery = {};\nconstexpr uint8_t "
       "kListenSlots = {};\n",
       turns.every, turns.seek_every, turns.slots);
+  if (can_zero(glove)) out += zero_text(glove);
   return out + key_text(glove.key) + "\n";
 }
 

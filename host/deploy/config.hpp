@@ -123,6 +123,10 @@ int sample_rate_hz(const model::Model& model);
 // How many samples make a frame, such that the radio carries the frames.
 int samples_per_frame(const Glove& glove);
 
+// Its button `calibrate` zeroes it: an open hand and a fist against the poses of the model. In VR that button is the
+// driver's.
+bool can_zero(const Glove& glove);
+
 // The radio carries one direction at a time: after every `every`-th frame, twice a second, the glove leaves out
 // `slots` more, so that the hand's longest frame has room; after every `seek_every`-th while it does not hear
 // the hand.

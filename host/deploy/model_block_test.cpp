@@ -231,8 +231,8 @@ TEST(ModelBlock, WholeWhereTwoFitElseAFingerAtATime) {
   for (model::Block& block : glove.model.blocks) {
     auto* curve = std::get_if<model::Curve>(&block.kind);
     if (curve == nullptr) continue;
-    curve->x.resize(20);
-    curve->y.resize(20);
+    curve->x.resize(16);
+    curve->y.resize(16);
   }
   EXPECT_EQ(storable_block(glove).parts.size(), 5U);
 }

@@ -1,0 +1,70 @@
+// The button that zeroes a glove without a computer: pressed, then an open hand for three seconds and a fist for three,
+// each held for the last two. The board's LED says where it is: slow blinks, open; quick ones, fist; on for two seconds, it is set and kept;
+// trembling for two seconds, refused, the old one stays. Pressed once more on the way: given up.
+#pragma once
+
+#include "firmware/board.hpp"
+#include "runtime/glove/zero_store.hpp"
+#include "runtime/sensor/zero.hpp"
+
+namespace flexor {
+namespace firmware {
+
+// Config: kRate_hz, kPoses of kStrips, kPosesId, start_zero_button(), zero_button().
+template <class Config, uint8_t kStrips>
+class Zeroing {
+ public:
+  // Those that are kept take effect.
+  void start(sensor::Correction* corrections) {
+    corrections_ = corrections;
+    Config::start_zero_button();
+    DDRB |= _BV(PB5);
+    store_.load(eeprom_, corrections_);
+  }
+
+  // One sample; alpha before correction.
+  void sample(const int16_t* alpha) {
+    const bool closed = Config::zero_button();
+    if (closed && !closed_) {
+      zero_.press();
+      samples_ = 0;
+    }
+    closed_ = closed;
+    const sensor::ZeroStage before = zero_.stage();
+    const sensor::ZeroStage stage = zero_.step(Config::kPoses, alpha);
+    if (stage != before) samples_ = 0;
+    if (stage != before && stage == sensor::ZeroStage::done) keep();
+    if (samples_ < UINT16_MAX) ++samples_;
+    show(stage);
+    store_.work(eeprom_);
+  }
+
+ private:
+  void keep() {
+    for (uint8_t i = 0; i < kStrips; ++i) {
+      if (Config::kPoses[i].open != Config::kPoses[i].fist) corrections_[i] = zero_.corrections()[i];
+    }
+    store_.save(corrections_);
+  }
+
+  void show(sensor::ZeroStage stage) {
+    constexpr uint16_t kSecond = Config::kRate_hz;
+    const bool recent = samples_ <= 2 * kSecond;
+    bool on = false;
+    if (stage == sensor::ZeroStage::open) on = samples_ / (kSecond / 2) % 2 == 0;
+    if (stage == sensor::ZeroStage::fist) on = samples_ / (kSecond / 5) % 2 == 0;
+    if (stage == sensor::ZeroStage::done) on = recent;
+    if (stage == sensor::ZeroStage::refused) on = recent && samples_ % 2 == 0;
+    PORTB = static_cast<uint8_t>(on ? PORTB | _BV(PB5) : PORTB & ~_BV(PB5));
+  }
+
+  Eeprom eeprom_;
+  sensor::Zero<kStrips> zero_{Config::kRate_hz};
+  glove::ZeroStore<Eeprom, kStrips> store_{Config::kPosesId};
+  sensor::Correction* corrections_ = nullptr;
+  uint16_t samples_ = 0;  // of the stage
+  bool closed_ = false;
+};
+
+}  // namespace firmware
+}  // namespace flexor

@@ -29,7 +29,7 @@ std::array<std::uint16_t, kFingers> calibration_ids(const GloveTables& tables);
 ModelBlock model_block(const Glove& glove, BlockPlace place, int parts);
 
 // RAM of the board that the interpreter may use.
-inline constexpr int kArenaBytes = 960;
+inline constexpr int kArenaBytes = 820;
 
 // As an ATmega328P keeps it in EEPROM so that a swap is whole or not at all: in one part where two fit, else a finger at
 // a time. Throws io::InputError where neither does.

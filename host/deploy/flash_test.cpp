@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void expect_refused(const std::function<void()>& call, const std::string& says) {
+void expect_flash_refused(const std::function<void()>& call, const std::string& says) {
   try {
     call();
     ADD_FAILURE() << "not refused: " << says;
@@ -47,24 +47,25 @@ TEST(IntelHex, IsAsTheSpecificationSays) {
 TEST(IntelHex, WhatIsDamagedIsRefusedByLine) {
   const std::string data = ":10010000214601360121470136007EFE09D2190140\n";
   const std::string end = ":00000001FF\n";
-  expect_refused([&] { parse(data); }, "x.hex: is cut off");
-  expect_refused([&] { parse(end); }, "holds no program");
-  expect_refused([&] { parse(data + data + end); }, "line 2 writes address 0x100 a second time");
-  expect_refused([&] { parse(data + end + data); }, "line 3 goes on after its end");
-  expect_refused([&] { parse(":10010000214601360121470136007EFE09D2190141\n" + end); },
-                 "line 1 has a wrong checksum");
-  expect_refused([&] { parse(":107E0000214601360121470136007EFE09D21901C3\n" + end); }, "lies at 0x7e00");
-  expect_refused([&] { parse(":0100\n" + end); }, "no Intel HEX");
-  expect_refused([&] { parse(":020000000g00FE\n" + end); }, "no Intel HEX");
-  expect_refused(
+  expect_flash_refused([&] { parse(data); }, "x.hex: is cut off");
+  expect_flash_refused([&] { parse(end); }, "holds no program");
+  expect_flash_refused([&] { parse(data + data + end); }, "line 2 writes address 0x100 a second time");
+  expect_flash_refused([&] { parse(data + end + data); }, "line 3 goes on after its end");
+  expect_flash_refused([&] { parse(":10010000214601360121470136007EFE09D2190141\n" + end); },
+                       "line 1 has a wrong checksum");
+  expect_flash_refused([&] { parse(":107E0000214601360121470136007EFE09D21901C3\n" + end); },
+                       "lies at 0x7e00");
+  expect_flash_refused([&] { parse(":0100\n" + end); }, "no Intel HEX");
+  expect_flash_refused([&] { parse(":020000000g00FE\n" + end); }, "no Intel HEX");
+  expect_flash_refused(
       [&] {
         parse(
             "\x7f"
             "ELF\n");
       },
       "no Intel HEX");
-  expect_refused([&] { parse(":0300000000FE\n" + end); }, "has not the size");
-  expect_refused([&] { parse(":00000009F7\n" + end); }, "unknown type 9");
+  expect_flash_refused([&] { parse(":0300000000FE\n" + end); }, "has not the size");
+  expect_flash_refused([&] { parse(":00000009F7\n" + end); }, "unknown type 9");
 }
 
 class Ports : public testing::Test {
@@ -88,12 +89,12 @@ TEST_F(Ports, EachBoardIsFoundOnceByItsLastingName) {
 }
 
 TEST_F(Ports, NoneSeveralAndWhatIsNoPortAreRefused) {
-  expect_refused([&] { choose_port("auto", dev_); }, "no board found");
-  expect_refused([&] { choose_port("/dev/no_such_port", dev_); }, "/dev/no_such_port: no such port");
+  expect_flash_refused([&] { choose_port("auto", dev_); }, "no board found");
+  expect_flash_refused([&] { choose_port("/dev/no_such_port", dev_); }, "/dev/no_such_port: no such port");
   add("ttyUSB0");
-  expect_refused([&] { choose_port("auto", dev_); }, "ttyUSB0: is no serial port");
+  expect_flash_refused([&] { choose_port("auto", dev_); }, "ttyUSB0: is no serial port");
   add("ttyUSB1");
-  expect_refused([&] { choose_port("auto", dev_); }, "2 ports may be the board");
+  expect_flash_refused([&] { choose_port("auto", dev_); }, "2 ports may be the board");
 }
 
 TEST_F(Ports, TheOnlyOneIsTaken) {
@@ -103,9 +104,9 @@ TEST_F(Ports, TheOnlyOneIsTaken) {
 
 TEST_F(Ports, ImagesEndBelowTheBootloaderAndBeginAtZero) {
   io::write_file(dev_ / "late.hex", to_intel_hex({std::vector<std::uint8_t>(600, 1), 512}));
-  expect_refused([&] { read_image(dev_ / "late.hex"); }, "begins at 0x200");
+  expect_flash_refused([&] { read_image(dev_ / "late.hex"); }, "begins at 0x200");
   io::write_file(dev_ / "long.hex", to_intel_hex({std::vector<std::uint8_t>(kOptibootBegin + 1, 1), 0}));
-  expect_refused([&] { read_image(dev_ / "long.hex"); }, "lies at 0x7e00");
+  expect_flash_refused([&] { read_image(dev_ / "long.hex"); }, "lies at 0x7e00");
   io::write_file(dev_ / "fits.hex", to_intel_hex({std::vector<std::uint8_t>(kOptibootBegin, 1), 0}));
   EXPECT_EQ(read_image(dev_ / "fits.hex").bytes.size(), kOptibootBegin);
 }
@@ -138,20 +139,20 @@ TEST_F(KeyRecords, AreFoundAndReplacedWithinTheirPage) {
 }
 
 TEST_F(KeyRecords, NoneTwoDamagedAndMisplacedOnesAreRefused) {
-  expect_refused(
+  expect_flash_refused(
       [&] {
         find_key_record({std::vector<std::uint8_t>(1000, 0xff), 0}, "x");
       },
       "x: holds no key record");
   FlashContent two = with_record(224);
   put(two, 512);
-  expect_refused([&] { find_key_record(two, "x"); }, "holds two");
-  expect_refused([&] { find_key_record(with_record(225), "x"); }, "is not where");
+  expect_flash_refused([&] { find_key_record(two, "x"); }, "holds two");
+  expect_flash_refused([&] { find_key_record(with_record(225), "x"); }, "is not where");
   // Whichever bit falls over.
   for (std::size_t bit = 64; bit < 8 * 26; ++bit) {
     FlashContent damaged = with_record(224);
     damaged.bytes[224 + bit / 8] = static_cast<std::uint8_t>(damaged.bytes[224 + bit / 8] ^ 1U << bit % 8);
-    expect_refused([&] { find_key_record(damaged, "x"); }, "is damaged");
+    expect_flash_refused([&] { find_key_record(damaged, "x"); }, "is damaged");
   }
 }
 

@@ -21,27 +21,27 @@ using io::InputError;
 constexpr const char* kStaging = ".deploy-";
 
 // All that a deployment consists of beside the key.
-struct Part {
+struct OutPart {
   const char* name;
   bool is_folder;
 };
-constexpr std::array<Part, 17> kParts = {{{"glove_config.hpp", false},
-                                          {"hand_config.hpp", false},
-                                          {"glove.elf", false},
-                                          {"hand.elf", false},
-                                          {"glove.hex", false},
-                                          {"hand.hex", false},
-                                          {"arduino/Flexor", true},
-                                          {"arduino/FlexorGlove", true},
-                                          {"arduino/FlexorHand", true},
-                                          {"arduino/flexor_logger", true},
-                                          {"wiring.md", false},
-                                          {"wiring_glove.svg", false},
-                                          {"wiring_hand.svg", false},
-                                          {"report.html", false},
-                                          {"report.json", false},
-                                          {"results.json", false},
-                                          {"time_budget.svg", false}}};
+constexpr std::array<OutPart, 17> kParts = {{{"glove_config.hpp", false},
+                                             {"hand_config.hpp", false},
+                                             {"glove.elf", false},
+                                             {"hand.elf", false},
+                                             {"glove.hex", false},
+                                             {"hand.hex", false},
+                                             {"arduino/Flexor", true},
+                                             {"arduino/FlexorGlove", true},
+                                             {"arduino/FlexorHand", true},
+                                             {"arduino/flexor_logger", true},
+                                             {"wiring.md", false},
+                                             {"wiring_glove.svg", false},
+                                             {"wiring_hand.svg", false},
+                                             {"report.html", false},
+                                             {"report.json", false},
+                                             {"results.json", false},
+                                             {"time_budget.svg", false}}};
 
 bool is_there(const fs::path& path) {
   std::error_code error;
@@ -69,7 +69,7 @@ OutFolder::OutFolder(const fs::path& folder) : folder_(fs::absolute(folder)), um
     made_ = !is_there(folder_);
     io::make_folder(folder_);
     lock();
-    for (const Part& part : kParts) require_replaceable(folder_ / part.name, part.is_folder);
+    for (const OutPart& part : kParts) require_replaceable(folder_ / part.name, part.is_folder);
     std::error_code ignored;
     for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
       if (entry.path().filename().string().starts_with(kStaging)) fs::remove_all(entry.path(), ignored);
@@ -110,11 +110,11 @@ void OutFolder::publish() {
 
 void OutFolder::replace() const {
   const fs::path old = staging() / "old";
-  for (const Part& part : kParts) {
+  for (const OutPart& part : kParts) {
     if (is_there(folder_ / part.name)) move(folder_ / part.name, old / part.name);
   }
   if (is_there(staging() / kKeyFile)) move(staging() / kKeyFile, folder_ / kKeyFile);
-  for (const Part& part : kParts) {
+  for (const OutPart& part : kParts) {
     if (!is_there(staging() / part.name)) continue;
     // Linkers make images executable, which they are not here.
     if (!part.is_folder)

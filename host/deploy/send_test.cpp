@@ -121,7 +121,7 @@ TEST(Send, AModelThatWasSentBeforeIsNotTakenAgain) {
   EXPECT_EQ(board.stored(), now);
 }
 
-void expect_refused(const std::function<void()>& call, const std::string& says) {
+void expect_send_refused(const std::function<void()>& call, const std::string& says) {
   try {
     call();
     ADD_FAILURE() << "not refused: " << says;
@@ -135,24 +135,24 @@ TEST(Send, RefusesByNameWhatTheGloveDoesNotTake) {
   Glove foreign = published();
   foreign.key->bytes[0] ^= 1;
   FakeGlove board(published());
-  expect_refused([&] { (void)send_model(board.line(), foreign, {}); }, "another key");
+  expect_send_refused([&] { (void)send_model(board.line(), foreign, {}); }, "another key");
   Glove plain = published();
   plain.key.reset();
-  expect_refused([&] { (void)send_model(board.line(), plain, {}); }, "the glove has a key: --key");
+  expect_send_refused([&] { (void)send_model(board.line(), plain, {}); }, "the glove has a key: --key");
   Glove other = published();
   other.sensor[2] = divider(47, 25, 100.0 / 180);
-  expect_refused([&] { (void)send_model(board.line(), other, {}); },
-                 "middle: the glove's image was made for another calibration");
+  expect_send_refused([&] { (void)send_model(board.line(), other, {}); },
+                      "middle: the glove's image was made for another calibration");
   board.rate_hz = 50;
-  expect_refused([&] { (void)send_model(board.line(), published(), {}); }, "--rate 50");
+  expect_send_refused([&] { (void)send_model(board.line(), published(), {}); }, "--rate 50");
   board.deaf = true;
-  expect_refused([&] { (void)send_model(board.line(), published(), {}); }, "nothing answers");
+  expect_send_refused([&] { (void)send_model(board.line(), published(), {}); }, "nothing answers");
   EXPECT_TRUE(board.stored().empty()) << "and nothing is written";
 }
 
 TEST(Send, AGloveThatFallsSilentKeepsItsModel) {
   FakeGlove board(published());
-  expect_refused(
+  expect_send_refused(
       [&] {
         (void)send_model(board.line(), published(), [&](int done, int) {
           board.deaf = done > 40;

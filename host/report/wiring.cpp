@@ -23,7 +23,7 @@ constexpr int kTop = 80;
 constexpr int kAnalogRow = 64;
 constexpr int kDigitalRow = 38;
 
-class Drawing {
+class WiringDrawing {
  public:
   void line(int x1, int y1, int x2, int y2, const char* colour = kInk) {
     body_ += fmt::format("<path d='M{},{} L{},{}' stroke='{}' stroke-width='2' fill='none'/>\n", x1, y1, x2,
@@ -80,7 +80,7 @@ ByPin by_pin(const Json& board) {
 }
 
 // 5 V - resistor - strip - ground; the pin reads what is in between. y: of the pin.
-void draw_strip(Drawing& d, int y, const std::string& finger, double divider_kohm) {
+void draw_strip(WiringDrawing& d, int y, const std::string& finger, double divider_kohm) {
   const int chain = y - 24;
   d.text(32, chain + 5, "5 V", "middle");
   d.line(48, chain, 350, chain);
@@ -92,7 +92,7 @@ void draw_strip(Drawing& d, int y, const std::string& finger, double divider_koh
   d.line(176, y, kBoardLeft, y, kSignal);
 }
 
-void draw_potentiometer(Drawing& d, int y, const std::string& name, bool has_pull) {
+void draw_potentiometer(WiringDrawing& d, int y, const std::string& name, bool has_pull) {
   const int chain = y - 30;
   d.text(92, chain + 5, "5 V", "middle");
   d.line(108, chain, 350, chain);
@@ -107,7 +107,7 @@ void draw_potentiometer(Drawing& d, int y, const std::string& name, bool has_pul
   d.ground(36, y);
 }
 
-void draw_digital(Drawing& d, int y, const Connection& c) {
+void draw_digital(WiringDrawing& d, int y, const Connection& c) {
   if (c.kind == "button") {
     d.line(kBoardRight, y, 590, y, kSignal);
     d.ring(594, y);
@@ -123,7 +123,7 @@ void draw_digital(Drawing& d, int y, const Connection& c) {
   d.text(740, y + 5, c.kind == "motor" ? "motor driver" : "radio at 5 V", "start");
 }
 
-void draw_analog_side(Drawing& d, const ByPin& pins, double divider_kohm) {
+void draw_analog_side(WiringDrawing& d, const ByPin& pins, double divider_kohm) {
   const int shown = pins.contains("A6") || pins.contains("A7") ? 8 : 6;
   for (int k = 0; k < shown; ++k) {
     const std::string pin = fmt::format("A{}", k);
@@ -141,7 +141,7 @@ void draw_analog_side(Drawing& d, const ByPin& pins, double divider_kohm) {
   }
 }
 
-void draw_digital_side(Drawing& d, const ByPin& pins) {
+void draw_digital_side(WiringDrawing& d, const ByPin& pins) {
   for (int k = 0; k <= 13; ++k) {
     const std::string pin = fmt::format("D{}", k);
     const int y = kTop + 36 + k * kDigitalRow;
@@ -180,7 +180,7 @@ std::string wiring_text(const Json& wiring) {
 }  // namespace
 
 std::string wiring_svg(const Json& board, double divider_kohm) {
-  Drawing d;
+  WiringDrawing d;
   const auto name = board.at("name").get<std::string>();
   const std::string title = fmt::format("Wiring of the {}: Arduino Nano or Uno", name);
   const ByPin pins = by_pin(board);

@@ -25,15 +25,16 @@ constexpr double kPressing = 0.1;          // as in host/twin
 constexpr double kTop_deg_s = 450;
 constexpr int kLongest_ms = 50;
 
-std::int16_t duty(double share) { return static_cast<std::int16_t>(std::lround(share * kFullDuty)); }
-std::int32_t per_tick(double deg_s) { return static_cast<std::int32_t>(deg_s / 1000 * (1 << 20)); }
+std::int16_t duty_of(double share) { return static_cast<std::int16_t>(std::lround(share * kFullDuty)); }
+std::int32_t in_a_tick(double deg_s) { return static_cast<std::int32_t>(deg_s / 1000 * (1 << 20)); }
 
-FingerSettings settings(bool watched = true) {
+FingerSettings elastic_settings(bool watched = true) {
   FingerSettings c{};
-  c.loop = {30 * 16,     111 * 16, per_tick(400), duty(0.05), 1057, static_cast<std::int32_t>(kFullDuty) << 6,
-            duty(0.387), 25736};
+  c.loop = {30 * 16,        111 * 16, in_a_tick(400),
+            duty_of(0.05),  1057,     static_cast<std::int32_t>(kFullDuty) << 6,
+            duty_of(0.387), 25736};
   c.potentiometer = {256250, 0, 61, 524};  // 250 degrees over 1023 counts
-  c.careful_step = per_tick(150);
+  c.careful_step = in_a_tick(150);
   const double rate = 0.001 / (kTime_s + 0.001);
   c.motor.rate = watched ? static_cast<std::uint16_t>(std::lround(rate * 65536)) : 0;
   c.motor.friction = static_cast<std::int16_t>(std::lround(8192 * kFriction * rate));
@@ -41,8 +42,8 @@ FingerSettings settings(bool watched = true) {
   c.motor.duty_per_q6 = static_cast<std::int16_t>(std::lround(8192 / (64 * kFullSpeed_deg_s / 1000)));
   c.motor.forget = 84;
   c.motor.gap = 128 * c.motor.duty_per_q6;
-  c.motor.breakaway = duty(0.09);
-  c.motor.kick = duty(0.3);
+  c.motor.breakaway = duty_of(0.09);
+  c.motor.kick = duty_of(0.3);
   return c;
 }
 
@@ -80,8 +81,8 @@ struct Motor {
 enum class Lie { none, frozen, slipped_up, slipped_down, reversed, neighbour, noisy };
 
 // Two fingers, of which the first one's potentiometer may lie.
-struct Bench {
-  FingerSettings c = settings();
+struct ElasticBench {
+  FingerSettings c = elastic_settings();
   std::mt19937_64 random{1};
   std::array<Finger, 2> finger;
   std::array<Motor, 2> motor;
@@ -199,8 +200,8 @@ struct Outcome {
 // The first finger's potentiometer begins to lie at a random instant, and lies for six seconds. `together`: both
 // fingers are told the same.
 void lie_to(const Case& lies, std::uint64_t seed, bool together, bool watched, Outcome& out) {
-  Bench bench;
-  bench.c = settings(watched);
+  ElasticBench bench;
+  bench.c = elastic_settings(watched);
   bench.random.seed(seed);
   bench.noise_deg = lies.noise_deg;
   bench.second = seed % 2;
@@ -251,7 +252,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Protection, ASlipThatNobodySawPressesOnlyBrieflyEachTime) {
   for (const Lie lie : {Lie::slipped_up, Lie::slipped_down}) {
     for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-      Bench bench;
+      ElasticBench bench;
       bench.random.seed(seed);
       bench.begin(lie);
       Commands commands(seed);
@@ -279,8 +280,8 @@ struct Honest {
 };
 
 Honest honest(int minutes, bool watched, double speed_share = 1, double friction_share = 1) {
-  Bench bench;
-  bench.c = settings(watched);
+  ElasticBench bench;
+  bench.c = elastic_settings(watched);
   Commands one(11);
   Commands two(12);
   for (Motor& m : bench.motor) {
@@ -325,7 +326,7 @@ TEST(Protection, AMotorOfTheSameKindIsNoFault) {
 }
 
 TEST(Protection, AHeldFingerGivesUpAndComesBackWhenTheCommandDoes) {
-  Bench bench;
+  ElasticBench bench;
   bench.motor[0].wall_deg = 80;
   for (int ms = 0; ms < 1500; ++ms) bench.tick({110, 60});
   EXPECT_EQ(bench.finger[0].fault(), Fault::stalled);
@@ -337,7 +338,7 @@ TEST(Protection, AHeldFingerGivesUpAndComesBackWhenTheCommandDoes) {
 }
 
 TEST(Protection, AFrozenReadingIsFrozenOnceBothWaysWereTriedAndEndsWithAMovement) {
-  Bench bench;
+  ElasticBench bench;
   for (int ms = 0; ms < 500; ++ms) bench.tick({70, 60});
   bench.begin(Lie::frozen);
   for (int ms = 0; ms < 500; ++ms) bench.tick({100, 60});
@@ -358,7 +359,7 @@ TEST(Protection, AFrozenReadingIsFrozenOnceBothWaysWereTriedAndEndsWithAMovement
 }
 
 TEST(Protection, ASlipEndsWhereTheReadingIsBackAndNowhereElse) {
-  Bench bench;
+  ElasticBench bench;
   for (int ms = 0; ms < 1000; ++ms) bench.tick({60, 60});
   bench.begin(Lie::slipped_up);
   for (int ms = 0; ms < 3000; ++ms) bench.tick({90, 60});

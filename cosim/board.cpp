@@ -204,7 +204,8 @@ void Board::power_on() {
 }
 
 void Board::set_pin(char port, int bit, bool high) {
-  avr_raise_irq(avr_io_getirq(avr(avr_), AVR_IOCTL_IOPORT_GETIRQ(port), bit), high ? 1 : 0);
+  avr_raise_irq(avr_io_getirq(avr(avr_), static_cast<std::uint32_t>(AVR_IOCTL_IOPORT_GETIRQ(port)), bit),
+                high ? 1 : 0);
 }
 
 void Board::power_off(Cycles until) {

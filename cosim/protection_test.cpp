@@ -129,7 +129,7 @@ TEST(Protection, WithoutTheWatchAFingerIsPressedAgainstItsStop) {
 
 TEST(Protection, AnHonestHandHasNoFaultInAnyGestureAndTouchesNoStop) {
   for (const char* gesture : {"1", "2", "3", "4", "5", "6"}) {
-    for (const std::uint64_t trial : {1, 2}) {
+    for (const std::uint64_t trial : {std::uint64_t{1}, std::uint64_t{2}}) {
       const Outcome o = play(gesture, trial, true);
       EXPECT_EQ(o.others, 0) << gesture;
       EXPECT_EQ(o.impacts, 0) << gesture;

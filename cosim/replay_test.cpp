@@ -479,7 +479,7 @@ TEST_F(Replay, AGloveThatIsZeroedReadsAsTheModelsGloveDid) {
 // With the core of the Arduino IDE, as the user compiles it.
 TEST_F(Replay, TheLoggingSketchWritesWhatFlexorReads) {
   const fs::path core = "/usr/share/arduino/hardware/arduino/avr";
-  if (!fs::exists(core)) GTEST_SKIP() << "arduino-core-avr is not installed";
+  if (!fs::exists(core)) GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
   deploy::write_logger(deploy::pins_from_text("lucidgloves,thumb=A5"), folder_);
   const std::string elf = (folder_ / "logger.elf").string();
   std::vector<std::string> command = {"avr-g++",

@@ -74,7 +74,8 @@ TEST(Zero, RefusesPosesThatAreTooNearSwappedOrNotHeld) {
   noisy.noise = 20;
   EXPECT_EQ(noisy.run(as_asked), ZeroStage::refused);
   Glove far;
-  far.gain = 0.4;
+  far.gain = 0.45;
+  far.offset = 250;  // within the converter's range
   EXPECT_EQ(far.run(as_asked), ZeroStage::refused) << "another strip, more likely than this one";
 }
 

@@ -38,7 +38,6 @@ class ByteWriter {
 };
 
 // What the structs of graph.hpp take on the microcontroller, where a pointer is two bytes and nothing is aligned.
-constexpr int kKnotsRam = 5;
 constexpr int kSectionRam = 7;
 constexpr int kChainRam = 12;
 constexpr int kDelayRam = 2 * compensator::kMostDelay + 1;
@@ -46,18 +45,19 @@ constexpr int kDelayRam = 2 * compensator::kMostDelay + 1;
 // Some fingers of a model, as one part.
 class PartWriter {
  public:
-  PartWriter(const Glove& glove, const model::FixedModel& fixed, const GloveTables& tables, BlockPlace place,
+  PartWriter(const Glove& glove, const model::FixedModel& fixed, const GloveTables& tables,
              const std::vector<std::size_t>& fingers)
       : model_(glove.model),
         fixed_(fixed),
         wiring_(model::wiring_of(glove.model)),
         tables_(tables),
         ids_(calibration_ids(tables)),
-        in_flash_(place == BlockPlace::flash),
         inputs_(glove.model.inputs.size()) {
     mark_needed(fingers);
     if (fingers.front() == 0) mark_idle_strips();
     number_inputs();
+    knots_begin_ = compensator::kHeaderBytes + compensator::kInputBytes * signals_ +
+                   compensator::kOutputBytes * static_cast<int>(fingers.size());
     for (std::size_t b = 0; b < model_.blocks.size(); ++b) {
       if (needed_[inputs_ + b]) add_block(b, fingers);
     }
@@ -122,8 +122,6 @@ class PartWriter {
     sections_.u16(static_cast<int>(code_.bytes.size()));
     sections_.bytes.insert(sections_.bytes.end(), code_.bytes.begin(), code_.bytes.end());
     code_.bytes.clear();
-    found_.clear();
-    next_segment_ = 0;
     ++section_count_;
     ram_ += kSectionRam;
   }
@@ -139,9 +137,9 @@ class PartWriter {
       number_[signal] = signals_++;
       written = true;
     }
-    if (written) return;
+    if (written || number_.contains(signal)) return;
     std::visit([&](const auto& one) { add_step(b, one.c); }, fixed_.blocks[b]);
-    number_[signal] = signals_++;
+    if (!number_.contains(signal)) number_[signal] = signals_++;
   }
 
   void add_angle(std::size_t b, std::size_t finger, int from) {
@@ -153,32 +151,19 @@ class PartWriter {
     code_.u8(fixed_.signals[inputs_ + b].fraction - core::kOutputFraction);
   }
 
-  // Place of the knots among all that were written.
+  // Where the knots lie in the part, behind what each input and finger takes.
   int knots_of(const model::Curve::Fixed& c) {
     ByteWriter one;
     one.u8(c.knots.count);
     for (int i = 0; i < c.knots.count; ++i) one.u16(c.knots.x[i]);
-    if (in_flash_) {
-      for (int i = 0; i < c.knots.count; ++i) one.u16(c.knots.scale[i]);
+    for (int i = 0; i < c.knots.count; ++i) one.u16(c.knots.scale[i]);
+    int offset = knots_begin_;
+    for (const Bytes& known : knots_) {
+      if (known == one.bytes) return offset;
+      offset += static_cast<int>(known.size());
     }
-    const auto known = std::ranges::find(knots_, one.bytes);
-    if (known != knots_.end()) return static_cast<int>(known - knots_.begin());
     knots_.push_back(one.bytes);
-    ram_ += kKnotsRam + (in_flash_ ? 0 : 2 * (c.knots.count - 1));
-    return static_cast<int>(knots_.size()) - 1;
-  }
-
-  // Curves of one signal on the same knots share the search for the segment.
-  void start_curve(int in, int knots) {
-    const std::pair<int, int> wanted{in, knots};
-    for (const auto& [segment, held] : found_) {
-      if (held == wanted) return code_.operation(Operation::curve, segment);
-    }
-    const int segment = next_segment_++ % compensator::kSegments;
-    found_[segment] = wanted;
-    code_.operation(Operation::search, segment);
-    code_.u8(knots);
-    code_.u8(in);
+    return offset;
   }
 
   int source(std::size_t b) const { return number_.at(fixed_.graph.from[b].front()); }
@@ -188,11 +173,39 @@ class PartWriter {
     ram_ += ram;
   }
 
+  // Of every kind that fixed point holds as one; null: of none.
+  const model::Curve::Fixed* curve_of(std::size_t b) const {
+    return std::visit(
+        []<class K>(const model::FixedCoefficients<K>& one) -> const model::Curve::Fixed* {
+          if constexpr (std::is_same_v<typename K::Fixed, model::Curve::Fixed>) return &one.c;
+          return nullptr;
+        },
+        fixed_.blocks[b]);
+  }
+
+  // With it all other curves of its signal on the same knots: they share the search for the segment.
   void add_step(std::size_t b, const model::Curve::Fixed& c) {
-    start_curve(source(b), knots_of(c));
-    for (int i = 0; i < c.knots.count; ++i) code_.u16(c.values.y[i]);
-    if (!in_flash_) ram_ += 2 * (c.knots.count - 1);
-    for (int i = 0; in_flash_ && i < c.knots.count; ++i) code_.u16(c.values.slope[i]);
+    const int knots = knots_of(c);
+    std::vector<std::size_t> all;
+    for (std::size_t other = b; other < model_.blocks.size() && all.size() < compensator::kMostCurves; ++other) {
+      const model::Curve::Fixed* curve = curve_of(other);
+      if (curve == nullptr || !needed_[inputs_ + other] || number_.contains(inputs_ + other)) continue;
+      if (fixed_.graph.from[other] == fixed_.graph.from[b] && knots_of(*curve) == knots) all.push_back(other);
+    }
+    code_.operation(Operation::curves, static_cast<int>(all.size()));
+    code_.u16(knots);
+    code_.u8(source(b));
+    for (const std::size_t one : all) {
+      add_values(*curve_of(one));
+      number_[inputs_ + one] = signals_++;
+    }
+  }
+
+  void add_values(const model::Curve::Fixed& c) {
+    for (int i = 0; i < c.knots.count; ++i) {
+      code_.u16(c.values.at[i].y);
+      code_.u16(c.values.at[i].slope);
+    }
   }
 
   // Weights of +-1 in steps of the output need no product: the rest of the shift comes out even.
@@ -274,7 +287,7 @@ class PartWriter {
   }
 
   void finish(int rate_hz, const std::vector<std::size_t>& fingers) {
-    out_.u8(in_flash_ ? compensator::kGraphInFlash : compensator::kGraphVersion);
+    out_.u8(compensator::kGraphVersion);
     out_.u16(0);
     out_.u8(rate_hz);
     out_.u8(static_cast<int>(
@@ -298,7 +311,6 @@ class PartWriter {
     std::uint16_t crc = 0;
     for (const std::uint8_t byte : out_.bytes) crc = core::crc16_add(crc, byte);
     out_.u16(crc);
-    if (!in_flash_) ram_ += static_cast<int>(out_.bytes.size());
   }
 
   void add_input(std::size_t i) {
@@ -316,16 +328,14 @@ class PartWriter {
   model::Wiring wiring_;
   const GloveTables& tables_;
   std::array<std::uint16_t, kFingers> ids_;
-  bool in_flash_;
   std::size_t inputs_;
   std::vector<bool> needed_;
   std::map<std::size_t, int> number_;         // of each signal, in this part
-  std::map<int, std::pair<int, int>> found_;  // signal and knots of each segment that the section remembers
   std::vector<Bytes> knots_;
   std::vector<std::size_t> open_;  // inputs of the open section
   bool is_open_ = false;
-  int next_segment_ = 0;
   int section_count_ = 0;
+  int knots_begin_ = 0;
   int signals_ = 0;
   int ram_ = 0;
   ByteWriter code_;      // of the open section
@@ -341,6 +351,12 @@ int ModelBlock::largest() const {
   return static_cast<int>(most);
 }
 
+int ModelBlock::bytes() const {
+  std::size_t sum = 0;
+  for (const Bytes& part : parts) sum += part.size();
+  return static_cast<int>(sum);
+}
+
 std::array<std::uint16_t, kFingers> calibration_ids(const GloveTables& tables) {
   std::array<std::uint16_t, kFingers> out{};
   for (std::size_t i = 0; i < out.size(); ++i) {
@@ -353,7 +369,7 @@ std::array<std::uint16_t, kFingers> calibration_ids(const GloveTables& tables) {
   return out;
 }
 
-ModelBlock model_block(const Glove& glove, BlockPlace place, int parts) {
+ModelBlock model_block(const Glove& glove, int parts) {
   const model::FixedModel fixed(glove.model);
   const GloveTables tables = glove_tables(glove);
   ModelBlock out;
@@ -363,23 +379,24 @@ ModelBlock model_block(const Glove& glove, BlockPlace place, int parts) {
     for (std::size_t f = 0; f < model::kFingers; ++f) {
       if (parts == 1 || static_cast<int>(f) == p) fingers.push_back(f);
     }
-    const PartWriter part(glove, fixed, tables, place, fingers);
+    const PartWriter part(glove, fixed, tables, fingers);
     out.parts.push_back(part.bytes());
-    out.arena_bytes += part.ram();
+    out.state_bytes += part.ram();
     signals = std::max(signals, part.signals());
   }
-  out.arena_bytes += 2 * signals;
+  out.state_bytes += 2 * signals;
   return out;
 }
 
 ModelBlock storable_block(const Glove& glove) {
   std::string refusal;
   for (const int parts : {1, kFingers}) {
-    ModelBlock block = model_block(glove, BlockPlace::ram, parts);
+    ModelBlock block = model_block(glove, parts);
     const int room = glove::slot_room(static_cast<std::uint8_t>(parts));
-    if (block.largest() <= room && block.arena_bytes <= kArenaBytes) return block;
+    const int ram = block.bytes() + block.state_bytes;
+    if (block.largest() <= room && ram <= kArenaBytes) return block;
     refusal = fmt::format("its largest finger takes {} of {} bytes of EEPROM, and all {} of {} bytes of RAM",
-                          block.largest(), room, block.arena_bytes, kArenaBytes);
+                          block.largest(), room, ram, kArenaBytes);
   }
   throw InputError(
       fmt::format("model {:?} is too large to be data on an {}: {}; use fewer knots, or --model-as code",

@@ -12,12 +12,11 @@ namespace flexor::deploy {
 using Bytes = std::vector<std::uint8_t>;
 
 // Where the board keeps them: in RAM, loaded from EEPROM; or in flash, with slopes and scales beside the values.
-enum class BlockPlace { ram, flash };
-
 struct ModelBlock {
   std::vector<Bytes> parts;
-  int arena_bytes = 0;  // that Graph needs on the microcontroller, parts in RAM included
+  int state_bytes = 0;  // RAM that Graph needs on the microcontroller beside the parts
   int largest() const;  // bytes of the largest part
+  int bytes() const;    // of all
 };
 
 // What tells one strip's sensor from another: CRC-16 of its calibration table. Zero for a strip that is not there.
@@ -26,7 +25,7 @@ std::array<std::uint16_t, kFingers> calibration_ids(const GloveTables& tables);
 // As one part, or in as many as there are fingers: then a finger is replaced at a time, and what several share is in
 // each. Only what moves a motor is in them. Throws io::InputError where the model does not fit fixed point, or has what a
 // block cannot say.
-ModelBlock model_block(const Glove& glove, BlockPlace place, int parts);
+ModelBlock model_block(const Glove& glove, int parts);
 
 // RAM of the board that the interpreter may use.
 inline constexpr int kArenaBytes = 820;

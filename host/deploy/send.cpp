@@ -49,12 +49,13 @@ class Sender {
     const double start_s = line_.now_s();
     const link::Offer offer = ask();
     check(offer);
-    const ModelBlock block = model_block(glove_, BlockPlace::ram, offer.parts);
-    if (block.largest() > offer.room || block.arena_bytes > kArenaBytes) {
+    const ModelBlock block = model_block(glove_, offer.parts);
+    const int ram = block.bytes() + block.state_bytes;
+    if (block.largest() > offer.room || ram > kArenaBytes) {
       throw InputError(
           fmt::format("model {:?} does not fit the glove: {} bytes of EEPROM where {} are, {} of RAM where "
                       "{} are: fewer knots",
-                      glove_.model.name, block.largest(), offer.room, block.arena_bytes, kArenaBytes));
+                      glove_.model.name, block.largest(), offer.room, ram, kArenaBytes));
     }
     for (const Bytes& part : block.parts) all_ += static_cast<int>(part.size());
     for (std::size_t p = 0; p < block.parts.size(); ++p)

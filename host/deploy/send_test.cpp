@@ -87,7 +87,7 @@ class FakeGlove {
 };
 
 TEST(Send, AModelArrivesWholeWhateverTheLineLoses) {
-  const auto wanted = model_block(published(), BlockPlace::ram, 1).parts.front();
+  const auto wanted = model_block(published(), 1).parts.front();
   for (const double loss : {0.0, 0.3, 0.6}) {
     FakeGlove board(published(), loss);
     int last = -1;

@@ -80,12 +80,12 @@ Curve::Fixed Curve::fixed(const FixedBlock& block) const {
   for (std::size_t i = 0; i < at.size(); ++i) {
     c.knots.x[i] = at[i];
     c.knots.scale[i] = 1;
-    c.values.y[i] = block.number("its value", f(std::ldexp(at[i], -from)), to);
+    c.values.at[i].y = block.number("its value", f(std::ldexp(at[i], -from)), to);
   }
   for (std::size_t i = 0; i + 1 < at.size(); ++i) {
     const auto width = static_cast<std::uint16_t>(at[i + 1] - at[i]);
     c.knots.scale[i] = compensator::scale_of(width);
-    c.values.slope[i] = compensator::slope_of(static_cast<std::int16_t>(c.values.y[i + 1] - c.values.y[i]),
+    c.values.at[i].slope = compensator::slope_of(static_cast<std::int16_t>(c.values.at[i + 1].y - c.values.at[i].y),
                                               static_cast<std::uint16_t>(width * c.knots.scale[i]));
   }
   return c;
@@ -97,9 +97,11 @@ std::string Curve::knots_text(const Fixed& c) {
 }
 
 Source Curve::source(const Fixed& c) {
-  return {
-      fmt::format("FixedValues<{}>", c.knots.count),
-      fmt::format("{{{}, {}}}", braces(c.values.y, c.knots.count), braces(c.values.slope, c.knots.count))};
+  std::string values;
+  for (std::size_t i = 0; i < c.knots.count; ++i) {
+    values += fmt::format("{}{{{}, {}}}", i > 0 ? ", " : "", c.values.at[i].y, c.values.at[i].slope);
+  }
+  return {fmt::format("FixedValues<{}>", c.knots.count), fmt::format("{{{{{}}}}}", values)};
 }
 
 std::string Curve::text() const {

@@ -8,14 +8,13 @@
 //   input     strip | refinement << 4, calibration u16, low u16, high u16 (counts of the monitor), valid_min i16,
 //             valid_max i16 (Q5)
 //   output    finger | strips << 3 (a bit each), rest i16 (Q4)
-//   knots     count, x i16 each; of a part that stays in flash also the scale u16 of each
+//   knots     count u8, x i16 of each, scale u16 of each
 //   section   strips (a bit each), size u16 of what follows: operations
 //   CRC-16 of all before
 //
 // A section runs when the readings of its strips are all valid, and holds its states else. Signals are numbered: the
 // inputs, then the results of operations in their order. An operation is its code, with a number of its own in the upper
-// four bits, the signals it takes, and its coefficients: see Operation. In flash a curve's slopes follow its values;
-// in RAM they are worked out once, in `arena`.
+// four bits, the signals it takes, and its coefficients: see Operation.
 #pragma once
 
 #include "runtime/compensator/blocks.hpp"
@@ -27,9 +26,8 @@ namespace compensator {
 
 constexpr uint8_t kMaxParts = 5;
 constexpr uint8_t kStrips = 5;
-constexpr uint8_t kGraphVersion = 1;     // of a part in RAM
-constexpr uint8_t kGraphInFlash = 0x81;  // with scales and slopes
-constexpr uint8_t kInputCount = 4;       // places in a part
+constexpr uint8_t kGraphVersion = 1;
+constexpr uint8_t kInputCount = 4;  // places in a part
 constexpr uint8_t kOutputCount = 5;
 constexpr uint8_t kHeaderBytes = 9;
 constexpr uint8_t kInputBytes = 11;
@@ -38,12 +36,11 @@ constexpr uint8_t kCrcBytes = 2;
 constexpr uint8_t kMostKnots = 32;
 constexpr uint8_t kMostPlays = 4;
 constexpr uint8_t kMostDelay = 32;
-constexpr uint8_t kSegments = 4;  // that a section remembers
+constexpr uint8_t kMostCurves = 15;  // of an operation
 
-// In brackets the upper four bits. A weight is its mantissa u16 and its shift u8. Each gives one signal.
+// In brackets the upper four bits. A weight is its mantissa u16 and its shift u8. Each gives one signal, curves one each.
 enum class Operation : uint8_t {
-  search,      // [segment] knots, signal, y i16 of each knot: a curve, whose segment is remembered
-  curve,       // [segment] y i16 of each knot: another on a remembered segment
+  curves,  // [how many] where their knots lie in the part u16, signal, and of each curve y and slope i16 of each knot
   sum,         // shift, offset i32, n, n times signal and weight i16
   plain_sum,   // offset i32, n, n times signal, | 0x80 to subtract
   dead_zone,   // signal, lower i16, upper i16
@@ -75,13 +72,9 @@ template <class Place>
 struct Bytes {
   const uint8_t* at;
 
-  FLEXOR_INLINE uint8_t u8() { return Place::byte(at++); }
+  FLEXOR_INLINE uint8_t u8() { return Place::next_byte(at); }
   FLEXOR_INLINE int8_t i8() { return static_cast<int8_t>(u8()); }
-  FLEXOR_INLINE uint16_t u16() {
-    const uint16_t x = Place::word(at);
-    at += 2;
-    return x;
-  }
+  FLEXOR_INLINE uint16_t u16() { return Place::next_word(at); }
   FLEXOR_INLINE int16_t i16() { return static_cast<int16_t>(u16()); }
   FLEXOR_INLINE int32_t i32() {
     const uint16_t low = u16();
@@ -90,85 +83,6 @@ struct Bytes {
   FLEXOR_INLINE core::Weight weight() {
     const uint16_t mantissa = u16();
     return {mantissa, u8()};
-  }
-};
-
-// Steps that take a block's coefficients where they lie, out of line: `code` behind the signal.
-template <class Place>
-struct Steps {
-  template <class Block>
-  FLEXOR_INLINE static int16_t run(const Block& block, typename Block::State& state, bool first, int16_t u) {
-    if (first) block.start(state, u);
-    return block.step(state, u);
-  }
-
-  FLEXOR_SHARED static int16_t creep(const uint8_t* code, FixedCreep::State& state, bool first, int16_t u) {
-    Bytes<Place> in{code};
-    FixedCreep c;
-    c.radius = in.i32();
-    c.share = in.weight();
-    return run(c, state, first, u);
-  }
-
-  FLEXOR_SHARED static int16_t lag(const uint8_t* code, FixedLag::State& state, bool first, int16_t u) {
-    Bytes<Place> in{code};
-    const FixedLag c{in.weight()};
-    return run(c, state, first, u);
-  }
-
-  using Hysteresis = FixedHysteresis<kMostPlays>;
-  FLEXOR_SHARED static int16_t hysteresis(const uint8_t* code, typename Hysteresis::State& state, bool first,
-                                          int16_t u) {
-    Bytes<Place> in{code};
-    int32_t sum = 0;
-    for (int16_t& p : state.p) {
-      const Play<int16_t> play{in.i16()};
-      Play<int16_t>::State one{p};
-      p = run(play, one, first, u);
-      sum += Hysteresis::term(in.i16(), core::subtract(p, u));
-    }
-    return Hysteresis::total(u, sum);
-  }
-
-  using Chain = FixedLti<kMaxOrder, true>;
-  FLEXOR_SHARED static int16_t lti(const uint8_t* code, Chain::State& state, bool first, int16_t u) {
-    Bytes<Place> in{code};
-    Chain c;
-    c.gain = in.i16();
-    c.gain_shift = in.i8();
-    c.offset = in.i32();
-    for (core::Weight& weight : c.input_weight) weight = in.weight();
-    for (uint8_t i = 0; i < kMaxOrder; ++i) c.chain_weight[i] = in.weight();
-    for (int16_t& tap : c.tap) tap = in.i16();
-    c.tap_fraction = in.u8();
-    c.output_shift = in.u8();
-    c.is_direct = false;
-    return run(c, state, first, u);
-  }
-
-  FLEXOR_SHARED static int16_t direct(const uint8_t* code, Chain::State& state, bool first, int16_t u) {
-    Bytes<Place> in{code};
-    Chain c;
-    c.gain = in.i16();
-    c.gain_shift = in.i8();
-    c.offset = 0;
-    c.is_direct = true;
-    for (uint16_t& b : c.direct.b) b = in.u16();
-    for (uint16_t& a : c.direct.a) a = in.u16();
-    return run(c, state, first, u);
-  }
-
-  FLEXOR_SHARED static int16_t pole_pair(const uint8_t* code, FixedPolePair::State& state, bool first,
-                                         int16_t u) {
-    Bytes<Place> in{code};
-    FixedPolePair c;
-    for (int16_t& change : c.change) change = in.i16();
-    c.change_fraction = in.u8();
-    for (int16_t& tap : c.tap) tap = in.i16();
-    c.tap_fraction = in.u8();
-    c.up = in.u8();
-    c.down = in.u8();
-    return run(c, state, first, u);
   }
 };
 
@@ -211,29 +125,244 @@ class Arena {
   uint8_t* end_;
 };
 
-// Of a part: knots, and sections.
-template <class Place>
-struct Knots {
-  core::Words<Place, int16_t> x;
-  core::Words<Place, uint16_t> scale;
-  uint8_t count;
-};
-
 struct Section {
   const uint8_t* code;
-  uint8_t* own;  // slopes and states of its operations, in their order
+  uint8_t* own;  // states of its operations, in their order
   uint8_t strips;
   uint8_t signal;  // of its first operation
   bool started;
 };
 
-template <class Place>
 struct Part {
-  const uint8_t* inputs;
+  const uint8_t* begin;
   Section* sections;
-  Knots<Place>* knots;
   uint8_t input_count;
   uint8_t section_count;
+};
+
+// Where a section's run is: the states of its next operation, and where its results go.
+template <class Place>
+struct Machine {
+  uint8_t* own;  // state of the next operation
+  int16_t* out;  // the next signal
+  const int16_t* signal;
+  const uint8_t* part;
+  int16_t* angle;
+  bool first;  // sample: states start
+  uint8_t good;
+};
+
+// Operations, each out of line: from what lies behind its code to what lies behind it.
+template <class Place>
+struct Step {
+  using M = Machine<Place>;
+  using In = Bytes<Place>;
+
+  // States lie one behind the other, as the loader has taken them.
+  template <class State>
+  FLEXOR_INLINE static State& next(M& m) {
+    uint8_t* const state = Arena::aligned(m.own);
+    m.own = state + sizeof(State);
+    return *reinterpret_cast<State*>(state);
+  }
+
+  FLEXOR_INLINE static In end(M& m, In in, int16_t result) {
+    *m.out++ = result;
+    return in;
+  }
+
+  template <class Block>
+  FLEXOR_INLINE static In end(M& m, In in, const Block& block, int16_t u) {
+    typename Block::State& state = next<typename Block::State>(m);
+    if (m.first) block.start(state, u);
+    return end(m, in, block.step(state, u));
+  }
+
+  FLEXOR_SHARED static In curves(M& m, In in, uint8_t n) {
+    In knots{m.part + in.u16()};
+    const int16_t u = m.signal[in.u8()];
+    const uint8_t count = knots.u8();
+    const core::Words<Place, int16_t> x{knots.at};
+    const Segment on = segment_of(x, core::Words<Place, uint16_t>{(x + count).at}, count, u);
+    const uint8_t bytes = static_cast<uint8_t>(4 * count);
+    int16_t* out = m.out;
+    for (; n > 0; --n, in.at += bytes) *out++ = value_in<Place>(in.at, on);
+    m.out = out;
+    return in;
+  }
+
+  FLEXOR_SHARED static In sum(M& m, In in) {
+    const uint8_t shift = in.u8();
+    int32_t y = in.i32();
+    for (uint8_t n = in.u8(); n > 0; --n) {
+      const int16_t u = m.signal[in.u8()];
+      y += static_cast<int32_t>(in.i16()) * u;
+    }
+    return end(m, in, core::narrow(core::round_shift(y, shift)));
+  }
+
+  FLEXOR_SHARED static In plain_sum(M& m, In in) {
+    int32_t y = in.i32();
+    for (uint8_t n = in.u8(); n > 0; --n) {
+      const uint8_t term = in.u8();
+      const int16_t u = m.signal[term & 0x7f];
+      if ((term & 0x80) == 0) y += u;
+      if ((term & 0x80) != 0) y -= u;
+    }
+    return end(m, in, core::narrow(y));
+  }
+
+  template <class Block>
+  FLEXOR_INLINE static int16_t limited(M& m, In& in) {
+    const int16_t u = m.signal[in.u8()];
+    const int16_t lower = in.i16();
+    return Block{lower, in.i16()}(u);
+  }
+  FLEXOR_SHARED static In dead_zone(M& m, In in) {
+    const int16_t y = limited<DeadZone<int16_t>>(m, in);
+    return end(m, in, y);
+  }
+  FLEXOR_SHARED static In saturation(M& m, In in) {
+    const int16_t y = limited<Saturation<int16_t>>(m, in);
+    return end(m, in, y);
+  }
+  FLEXOR_SHARED static In angle(M& m, In in, uint8_t finger) {
+    const int16_t y = limited<Saturation<int16_t>>(m, in);
+    m.angle[finger] = core::to_output(y, in.i8());
+    m.good = static_cast<uint8_t>(m.good | 1 << finger);
+    return end(m, in, y);
+  }
+
+  FLEXOR_SHARED static In play(M& m, In in) {
+    const int16_t u = m.signal[in.u8()];
+    const Play<int16_t> c{in.i16()};
+    return end(m, in, c, u);
+  }
+
+  FLEXOR_SHARED static In creep(M& m, In in) {
+    const int16_t u = m.signal[in.u8()];
+    FixedCreep c;
+    c.radius = in.i32();
+    c.share = in.weight();
+    return end(m, in, c, u);
+  }
+
+  FLEXOR_SHARED static In lag(M& m, In in) {
+    const int16_t u = m.signal[in.u8()];
+    const FixedLag c{in.weight()};
+    return end(m, in, c, u);
+  }
+
+  using Hysteresis = FixedHysteresis<kMostPlays>;
+  FLEXOR_SHARED static In hysteresis(M& m, In in) {
+    const int16_t u = m.signal[in.u8()];
+    int32_t sum = 0;
+    for (int16_t& p : next<typename Hysteresis::State>(m).p) {
+      const int16_t radius = in.i16();
+      p = m.first ? u : moved(p, u, radius);
+      sum += Hysteresis::term(in.i16(), core::subtract(p, u));
+    }
+    return end(m, in, Hysteresis::total(u, sum));
+  }
+
+  using Chain = FixedLti<kMaxOrder, true>;
+  FLEXOR_SHARED static In lti(M& m, In in) {
+    const int16_t u = m.signal[in.u8()];
+    Chain c;
+    c.gain = in.i16();
+    c.gain_shift = in.i8();
+    c.offset = in.i32();
+    for (core::Weight& weight : c.input_weight) weight = in.weight();
+    for (uint8_t i = 0; i < kMaxOrder; ++i) c.chain_weight[i] = in.weight();
+    for (int16_t& tap : c.tap) tap = in.i16();
+    c.tap_fraction = in.u8();
+    c.output_shift = in.u8();
+    c.is_direct = false;
+    return end(m, in, c, u);
+  }
+
+  FLEXOR_SHARED static In direct(M& m, In in) {
+    const int16_t u = m.signal[in.u8()];
+    Chain c;
+    c.gain = in.i16();
+    c.gain_shift = in.i8();
+    c.offset = 0;
+    c.is_direct = true;
+    for (uint16_t& b : c.direct.b) b = in.u16();
+    for (uint16_t& a : c.direct.a) a = in.u16();
+    return end(m, in, c, u);
+  }
+
+  FLEXOR_SHARED static In pole_pair(M& m, In in) {
+    const int16_t u = m.signal[in.u8()];
+    FixedPolePair c;
+    for (int16_t& change : c.change) change = in.i16();
+    c.change_fraction = in.u8();
+    for (int16_t& tap : c.tap) tap = in.i16();
+    c.tap_fraction = in.u8();
+    c.up = in.u8();
+    c.down = in.u8();
+    return end(m, in, c, u);
+  }
+
+  FLEXOR_SHARED static In delay(M& m, In in) {
+    const int16_t u = m.signal[in.u8()];
+    const Delay<int16_t, kMostDelay> c{in.u8()};
+    return end(m, in, c, u);
+  }
+
+  // Operations up to the section's end.
+  FLEXOR_INLINE static void run(M& m, In in) {
+    for (;;) {
+      const uint8_t code = in.u8();
+      if (code == static_cast<uint8_t>(Operation::end)) return;
+      in = one(m, in, static_cast<Operation>(code & 15), upper_nibble(code));
+    }
+  }
+
+  FLEXOR_INLINE static In one(M& m, In in, Operation operation, uint8_t number) {
+    switch (operation) {
+      case Operation::curves:
+        return curves(m, in, number);
+      case Operation::sum:
+        return sum(m, in);
+      case Operation::plain_sum:
+        return plain_sum(m, in);
+      case Operation::dead_zone:
+        return dead_zone(m, in);
+      case Operation::saturation:
+        return saturation(m, in);
+      case Operation::play:
+        return play(m, in);
+      case Operation::creep:
+        return creep(m, in);
+      case Operation::hysteresis:
+        return hysteresis(m, in);
+      case Operation::lag:
+        return lag(m, in);
+      case Operation::lti:
+        return lti(m, in);
+      case Operation::direct:
+        return direct(m, in);
+      case Operation::pole_pair:
+        return pole_pair(m, in);
+      case Operation::delay:
+        return delay(m, in);
+      case Operation::angle:
+        return angle(m, in, number);
+      default:
+        return in;
+    }
+  }
+
+ private:
+  FLEXOR_INLINE static uint8_t upper_nibble(uint8_t code) {
+#ifdef __AVR__
+    return __builtin_avr_swap(code) & 15;  // the compiler would shift bit by bit
+#else
+    return static_cast<uint8_t>(code >> 4);
+#endif
+  }
 };
 
 // What a part must have been made for.
@@ -245,7 +374,7 @@ struct MadeFor {
 // What an operation consists of behind its code: so many bytes that may be anything, or one of these.
 namespace field {
 
-constexpr uint8_t kKnots = 32;
+constexpr uint8_t kKnots = 32;         // where they lie
 constexpr uint8_t kSignal = 33;
 constexpr uint8_t kSignedSignal = 34;  // | 0x80
 constexpr uint8_t kTimes = 35;         // what follows comes so often
@@ -267,8 +396,7 @@ const uint8_t kRanges[] FLEXOR_IN_FLASH = {0, 31,         below_zero(16), 15, 0,
 // In the order of Operation. A curve's values are as many as its knots.
 const uint8_t kFields[] FLEXOR_IN_FLASH = {kKnots,
                                            kSignal,
-                                           kEnd,  // search
-                                           kEnd,  // curve
+                                           kEnd,  // curves
                                            kShift,
                                            4,
                                            kTimes,
@@ -351,12 +479,12 @@ inline const uint8_t* of(uint8_t operation) {
 
 // Checks a part, whatever its bytes are, and lays out what it needs: after it no step reads or writes elsewhere. Bytes
 // that Flexor did not write may give any angle.
-template <class Place, bool kWithTables>
+template <class Place>
 class Loader {
  public:
   Loader(const uint8_t* bytes, uint16_t size, Arena& arena) : begin_(bytes), size_(size), arena_(arena) {}
 
-  FLEXOR_SHARED Loaded load(const MadeFor& made_for, Part<Place>& part) {
+  FLEXOR_SHARED Loaded load(const MadeFor& made_for, Part& part) {
     const Loaded head = check_head(made_for);
     if (head != Loaded::ok) return head;
     Bytes<Place> in{begin_ + kInputCount};
@@ -366,19 +494,18 @@ class Loader {
     const uint8_t sections = in.u8();
     end_ = begin_ + size_ - kCrcBytes;
     at_ = in.at + 1;
-    part.inputs = at_;
+    part.begin = begin_;
     part.input_count = inputs_;
     part.section_count = sections;
     signals_ = inputs_;
     const Loaded fits = check_inputs(made_for.calibration);
     if (fits != Loaded::ok) return fits;
     if (!check_outputs(outputs)) return Loaded::malformed;
-    knots_ = part.knots = arena_.template take_all<Knots<Place>>(knots);
     part.sections = arena_.template take_all<Section>(sections);
-    if (part.knots == nullptr || part.sections == nullptr) return Loaded::no_room;
+    if (part.sections == nullptr) return Loaded::no_room;
+    knots_ = at_;
     for (; knot_tables_ < knots; ++knot_tables_) {
-      const Loaded one = load_knots(part.knots[knot_tables_]);
-      if (one != Loaded::ok) return one;
+      if (!check_knots()) return Loaded::malformed;
     }
     for (uint8_t i = 0; i < sections; ++i) {
       const Loaded one = load_section(part.sections[i]);
@@ -393,7 +520,7 @@ class Loader {
   Loaded check_head(const MadeFor& made_for) const {
     if (size_ < kHeaderBytes + kCrcBytes) return Loaded::corrupt;
     Bytes<Place> in{begin_};
-    if (in.u8() != (kWithTables ? kGraphInFlash : kGraphVersion)) return Loaded::wrong_version;
+    if (in.u8() != kGraphVersion) return Loaded::wrong_version;
     if (in.u16() != size_) return Loaded::corrupt;
     uint16_t crc = 0;
     for (uint16_t i = 0; i < size_ - kCrcBytes; ++i) crc = core::crc16_add(crc, Place::byte(begin_ + i));
@@ -428,27 +555,27 @@ class Loader {
     return true;
   }
 
-  Loaded load_knots(Knots<Place>& knots) {
-    if (!has(1)) return Loaded::malformed;
-    const uint8_t count = Place::byte(at_++);
-    if (count < 2 || count > kMostKnots || !has(static_cast<uint16_t>(2 * count))) return Loaded::malformed;
-    knots.count = count;
-    knots.x = {at_};
-    at_ += 2 * count;
+  bool check_knots() {
+    if (!has(1)) return false;
+    const uint8_t count = Place::byte(at_);
+    const core::Words<Place, int16_t> x{at_ + 1};
+    if (count < 2 || count > kMostKnots || !skip(knots_bytes(count))) return false;
     for (uint8_t i = 0; i + 1 < count; ++i) {
-      if (knots.x[i] >= knots.x[static_cast<uint8_t>(i + 1)]) return Loaded::malformed;
+      if (x[i] >= x[static_cast<uint8_t>(i + 1)]) return false;
     }
-    knots.scale = {at_};
-    if (kWithTables) return skip(static_cast<uint16_t>(2 * count)) ? Loaded::ok : Loaded::malformed;
-    uint16_t* scale = arena_.template take_all<uint16_t>(static_cast<uint8_t>(count - 1));
-    if (scale == nullptr) return Loaded::no_room;
-    knots.scale = {reinterpret_cast<const uint8_t*>(scale)};
-    for (uint8_t i = 0; i + 1 < count; ++i) scale[i] = scale_of(width(knots, i));
-    return Loaded::ok;
+    return true;
   }
+  static uint16_t knots_bytes(uint8_t count) { return static_cast<uint16_t>(1 + 4 * count); }
 
-  static uint16_t width(const Knots<Place>& knots, uint8_t i) {
-    return static_cast<uint16_t>(knots.x[static_cast<uint8_t>(i + 1)] - knots.x[i]);
+  // How many knots lie at the offset; 0: none begin there.
+  uint8_t knots_at(uint16_t offset) const {
+    const uint8_t* at = knots_;
+    for (uint8_t i = 0; i < knot_tables_; ++i) {
+      const uint8_t count = Place::byte(at);
+      if (at == begin_ + offset) return count;
+      at += knots_bytes(count);
+    }
+    return 0;
   }
 
   Loaded load_section(Section& section) {
@@ -462,7 +589,6 @@ class Loader {
     section.own = arena_.next();
     section.signal = signals_;
     section.started = false;
-    for (const Knots<Place>*& one : searched_) one = nullptr;
     if (size == 0 || Place::byte(at_ + size - 1) != static_cast<uint8_t>(Operation::end))
       return Loaded::malformed;
     const uint8_t* const end = end_;
@@ -480,8 +606,12 @@ class Loader {
     if (operation == Operation::end) return at_ == end_ ? Loaded::ok : Loaded::malformed;
     if (!check(field::of(code & 15))) return Loaded::malformed;
     if (operation == Operation::angle && n >= kMaxParts) return Loaded::malformed;
-    if (operation == Operation::search && n < kSegments) searched_[n] = knots_ + Place::byte(at_ - 2);
-    if (operation <= Operation::curve) return load_curve(n);
+    if (operation == Operation::curves) {
+      const uint16_t bytes = static_cast<uint16_t>(n * 4 * knots_at(Place::word(at_ - 3)));
+      if (n == 0 || !skip(bytes) || n > 255 - signals_) return Loaded::malformed;
+      signals_ = static_cast<uint8_t>(signals_ + n);
+      return Loaded::ok;
+    }
     if (++signals_ == 0) return Loaded::malformed;  // more than 255
     return arena_.take(state_bytes(operation)) != nullptr ? Loaded::ok : Loaded::no_room;
   }
@@ -493,12 +623,12 @@ class Loader {
       case Operation::creep:
         return sizeof(FixedCreep::State);
       case Operation::hysteresis:
-        return sizeof(typename Steps<Place>::Hysteresis::State);
+        return sizeof(FixedHysteresis<kMostPlays>::State);
       case Operation::lag:
         return sizeof(FixedLag::State);
       case Operation::lti:
       case Operation::direct:
-        return sizeof(typename Steps<Place>::Chain::State);
+        return sizeof(FixedLti<kMaxOrder, true>::State);
       case Operation::pole_pair:
         return sizeof(FixedPolePair::State);
       case Operation::delay:
@@ -506,25 +636,6 @@ class Loader {
       default:
         return 0;
     }
-  }
-
-  Loaded load_curve(uint8_t n) {
-    const Knots<Place>* knots = n < kSegments ? searched_[n] : nullptr;
-    if (knots == nullptr) return Loaded::malformed;
-    const uint8_t count = knots->count;
-    const core::Words<Place, int16_t> y{at_};
-    if (!skip(static_cast<uint16_t>(2 * count))) return Loaded::malformed;
-    if (++signals_ == 0) return Loaded::malformed;
-    if (kWithTables) return skip(static_cast<uint16_t>(2 * count)) ? Loaded::ok : Loaded::malformed;
-    int16_t* slope = arena_.template take_all<int16_t>(static_cast<uint8_t>(count - 1));
-    if (slope == nullptr) return Loaded::no_room;
-    for (uint8_t i = 0; i + 1 < count; ++i) {
-      const int32_t rise = static_cast<int32_t>(y[static_cast<uint8_t>(i + 1)]) - y[i];
-      if (rise > kMostRise || rise < -kMostRise) return Loaded::malformed;
-      const uint16_t share = static_cast<uint16_t>(width(*knots, i) * knots->scale[i]);
-      slope[i] = slope_of(static_cast<int16_t>(rise), share);
-    }
-    return Loaded::ok;
   }
 
   // The numbers of an operation, field after field.
@@ -550,34 +661,31 @@ class Loader {
 
   bool check_field(uint8_t one) {
     if (one < field::kKnots) return skip(one);
+    if (one == field::kKnots) return skip(2) && knots_at(Place::word(at_ - 2)) > 0;
     if (!has(1)) return false;
     const uint8_t byte = Place::byte(at_++);
     if (one == field::kSignal) return byte < signals_;
     if (one == field::kSignedSignal) return (byte & 0x7f) < signals_;
-    if (one == field::kKnots) return byte < knot_tables_;
     const uint8_t* const range = field::kRanges + 2 * (one - field::kRange);
     const int8_t value = static_cast<int8_t>(byte);
     return value >= static_cast<int8_t>(core::Flash::byte(range)) &&
            value <= static_cast<int8_t>(core::Flash::byte(range + 1));
   }
 
-  static constexpr int32_t kMostRise = 16384;
-
   const uint8_t* begin_;
   uint16_t size_;
   const uint8_t* at_ = nullptr;
   const uint8_t* end_ = nullptr;
-  const Knots<Place>* knots_ = nullptr;
-  const Knots<Place>* searched_[kSegments] = {};
+  const uint8_t* knots_ = nullptr;
   Arena& arena_;
   uint8_t inputs_ = 0;
   uint8_t signals_ = 0;
   uint8_t knot_tables_ = 0;
 };
 
-// Place: where the parts lie; kWithTables: they bring scales and slopes. kArena: bytes for everything else that all
-// parts need, and for the parts themselves where they were reserved here.
-template <class Place, bool kWithTables, uint16_t kArena>
+// Place: where the parts lie. kArena: bytes for everything else that all parts need, and for the parts themselves where
+// they were reserved here.
+template <class Place, uint16_t kArena>
 class Graph {
  public:
   int16_t alpha[kStrips] = {};    // Q5, in
@@ -596,7 +704,7 @@ class Graph {
   // `bytes` outlive the part. Unless it is ok, only clear() helps.
   Loaded add(const uint8_t* bytes, uint16_t size, const MadeFor& made_for) {
     if (parts_ == kMaxParts) return Loaded::no_room;
-    Loader<Place, kWithTables> loader(bytes, size, arena_);
+    Loader<Place> loader(bytes, size, arena_);
     const Loaded loaded = loader.load(made_for, part_[parts_]);
     if (loaded != Loaded::ok) return loaded;
     if (loader.signals() > most_signals_) {
@@ -615,17 +723,12 @@ class Graph {
   }
 
  private:
-  struct Found {
-    Segment segment;
-    uint8_t count;
-  };
-
   // At the end of the arena, and the same for all parts: no signal is kept from sample to sample.
   int16_t* signals() { return reinterpret_cast<int16_t*>(memory_ + kArena) - most_signals_; }
 
   // Where its fingers stand before the first good reading.
-  void rest(const Part<Place>& part, uint8_t outputs) {
-    Bytes<Place> in{part.inputs + kInputBytes * part.input_count};
+  void rest(const Part& part, uint8_t outputs) {
+    Bytes<Place> in{part.begin + kHeaderBytes + kInputBytes * part.input_count};
     for (uint8_t i = 0; i < outputs; ++i) {
       const uint8_t finger = in.u8() & 7;
       angle[finger] = in.i16();
@@ -633,9 +736,9 @@ class Graph {
   }
 
   // The strips whose readings are valid.
-  uint8_t read(const Part<Place>& part) {
+  uint8_t read(const Part& part) {
     uint8_t strips = 0;
-    Bytes<Place> in{part.inputs};
+    Bytes<Place> in{part.begin + kHeaderBytes};
     for (uint8_t i = 0; i < part.input_count; ++i) {
       const uint8_t first = in.u8();
       const int16_t u = alpha[first & 15];
@@ -649,160 +752,29 @@ class Graph {
     return strips;
   }
 
-  // States lie one behind the other, as the loader has taken them.
-  template <class State>
-  FLEXOR_INLINE static State& next(uint8_t*& own) {
-    uint8_t* const state = Arena::aligned(own);
-    own = state + sizeof(State);
-    return *reinterpret_cast<State*>(state);
-  }
-
-  FLEXOR_INLINE static int16_t sum(Bytes<Place>& in, const int16_t* s) {
-    const uint8_t shift = in.u8();
-    int32_t y = in.i32();
-    for (uint8_t n = in.u8(); n > 0; --n) {
-      const int16_t u = s[in.u8()];
-      y += static_cast<int32_t>(in.i16()) * u;
-    }
-    return core::narrow(core::round_shift(y, shift));
-  }
-
-  FLEXOR_INLINE static int16_t plain_sum(Bytes<Place>& in, const int16_t* s) {
-    int32_t y = in.i32();
-    for (uint8_t n = in.u8(); n > 0; --n) {
-      const uint8_t term = in.u8();
-      const int16_t u = s[term & 0x7f];
-      if ((term & 0x80) == 0) y += u;
-      if ((term & 0x80) != 0) y -= u;
-    }
-    return core::narrow(y);
-  }
-
-  FLEXOR_INLINE static int16_t curve(Bytes<Place>& in, const Found& found, uint8_t*& own) {
-    const core::Words<Place, int16_t> y{in.at};
-    in.at += 2 * found.count;
-    core::Words<Place, int16_t> slope{in.at};
-    if (kWithTables) {
-      in.at += 2 * found.count;
-    } else {
-      slope.at = Arena::aligned(own);
-      own = Arena::aligned(own) + 2 * (found.count - 1);
-    }
-    return value_at(y, slope, found.segment);
-  }
-
-  FLEXOR_INLINE static int16_t search(Bytes<Place>& in, const Knots<Place>* knots, Found& found,
-                                      const int16_t* s, uint8_t*& own) {
-    const Knots<Place>& on = knots[in.u8()];
-    found.count = on.count;
-    found.segment = segment_of(on.x, on.scale, on.count, s[in.u8()]);
-    return curve(in, found, own);
-  }
-
-  template <class Block>
-  FLEXOR_INLINE static int16_t limited(Bytes<Place>& in, const int16_t* s) {
-    const int16_t u = s[in.u8()];
-    const int16_t lower = in.i16();
-    return Block{lower, in.i16()}(u);
-  }
-
-  FLEXOR_INLINE int16_t finger(Bytes<Place>& in, uint8_t n, const int16_t* s, uint8_t& good) {
-    const int16_t u = limited<Saturation<int16_t>>(in, s);
-    angle[n] = core::to_output(u, in.i8());
-    good = static_cast<uint8_t>(good | 1 << n);
-    return u;
-  }
-
-  // A step that takes `size` bytes of coefficients where they lie.
-  template <class State>
-  FLEXOR_INLINE static int16_t far(int16_t (*step)(const uint8_t*, State&, bool, int16_t), uint8_t size,
-                                   Bytes<Place>& in, uint8_t*& own, bool first, const int16_t* s) {
-    const int16_t u = s[in.u8()];
-    const uint8_t* const code = in.at;
-    in.at += size;
-    return step(code, next<State>(own), first, u);
-  }
-
-  template <class Block>
-  FLEXOR_INLINE static int16_t near(const Block& block, int16_t u, uint8_t*& own, bool first) {
-    return Steps<Place>::run(block, next<typename Block::State>(own), first, u);
-  }
-
-  FLEXOR_INLINE static uint8_t upper_nibble(uint8_t code) {
-#ifdef __AVR__
-    return __builtin_avr_swap(code) & 15;  // the compiler would shift bit by bit
-#else
-    return static_cast<uint8_t>(code >> 4);
-#endif
-  }
-
-  // The result of one operation.
-  FLEXOR_INLINE int16_t result(uint8_t code, Bytes<Place>& in, uint8_t*& own, bool first,
-                               const Knots<Place>* knots, Found* found, const int16_t* s, uint8_t& good) {
-    using Step = Steps<Place>;
-    switch (static_cast<Operation>(code & 15)) {
-      case Operation::search:
-        return search(in, knots, found[upper_nibble(code)], s, own);
-      case Operation::curve:
-        return curve(in, found[upper_nibble(code)], own);
-      case Operation::sum:
-        return sum(in, s);
-      case Operation::plain_sum:
-        return plain_sum(in, s);
-      case Operation::dead_zone:
-        return limited<DeadZone<int16_t>>(in, s);
-      case Operation::saturation:
-        return limited<Saturation<int16_t>>(in, s);
-      case Operation::creep:
-        return far(Step::creep, 7, in, own, first, s);
-      case Operation::hysteresis:
-        return far(Step::hysteresis, 16, in, own, first, s);
-      case Operation::lag:
-        return far(Step::lag, 3, in, own, first, s);
-      case Operation::lti:
-        return far(Step::lti, 33, in, own, first, s);
-      case Operation::direct:
-        return far(Step::direct, 15, in, own, first, s);
-      case Operation::pole_pair:
-        return far(Step::pole_pair, 16, in, own, first, s);
-      case Operation::angle:
-        return finger(in, upper_nibble(code), s, good);
-      default:
-        return with_number(static_cast<Operation>(code & 15), in, own, first, s[in.u8()]);
-    }
-  }
-
-  FLEXOR_INLINE static int16_t with_number(Operation operation, Bytes<Place>& in, uint8_t*& own, bool first,
-                                           int16_t u) {
-    if (operation == Operation::play) return near(Play<int16_t>{in.i16()}, u, own, first);
-    return near(Delay<int16_t, kMostDelay>{in.u8()}, u, own, first);
-  }
-
   // The sections of which all strips are valid.
-  FLEXOR_SHARED uint8_t run(const Part<Place>& part, uint8_t strips) {
-    Found found[kSegments];
+  FLEXOR_SHARED uint8_t run(const Part& part, uint8_t strips) {
+    Machine<Place>& m = machine_;
     int16_t* const s = signals();
-    const Knots<Place>* const knots = part.knots;
-    uint8_t good = 0;
+    m.signal = s;
+    m.part = part.begin;
+    m.angle = angle;
+    m.good = 0;
     Section* section = part.sections;
     for (uint8_t i = part.section_count; i > 0; --i, ++section) {
       if ((section->strips & ~strips) != 0) continue;
-      int16_t* out = s + section->signal;
-      Bytes<Place> in{section->code};
-      uint8_t* own = section->own;
-      const bool first = !section->started;
+      m.own = section->own;
+      m.out = s + section->signal;
+      m.first = !section->started;
       section->started = true;
-      for (;;) {
-        const uint8_t code = in.u8();
-        if (code == static_cast<uint8_t>(Operation::end)) break;
-        *out++ = result(code, in, own, first, knots, found, s, good);
-      }
+      Step<Place>::run(m, {section->code});
     }
-    return good;
+    return m.good;
   }
 
+  Machine<Place> machine_ = {};
   Arena arena_{memory_, kArena};
-  Part<Place> part_[kMaxParts] = {};
+  Part part_[kMaxParts] = {};
   uint8_t parts_ = 0;
   uint8_t most_signals_ = 0;
   alignas(8) uint8_t memory_[kArena];  // last: a sanitizer sees what would run over it

@@ -31,8 +31,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const uint16_t bytes = static_cast<uint16_t>(size - kReadings + compensator::kCrcBytes);
   const std::unique_ptr<uint8_t[]> part(new uint8_t[bytes]);  // nothing lies behind it
   std::memcpy(part.get(), data + kReadings, bytes - compensator::kCrcBytes);
-  const bool in_flash = (part[0] & 1) != 0;
-  part[0] = in_flash ? compensator::kGraphInFlash : compensator::kGraphVersion;
+  part[0] = compensator::kGraphVersion;
   part[1] = static_cast<uint8_t>(bytes);
   part[2] = static_cast<uint8_t>(bytes >> 8);
   part[3] = 50;
@@ -40,11 +39,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   for (uint16_t i = 0; i + compensator::kCrcBytes < bytes; ++i) crc = core::crc16_add(crc, part[i]);
   part[bytes - 2] = static_cast<uint8_t>(crc);
   part[bytes - 1] = static_cast<uint8_t>(crc >> 8);
-  if (in_flash) {
-    run<compensator::Graph<core::Flash, true, 2000>>(part.get(), bytes, data, kReadings);
-  } else {
-    run<compensator::Graph<core::Ram, false, 200>>(part.get(), bytes, data, kReadings);
-    run<compensator::Graph<core::Ram, false, 2000>>(part.get(), bytes, data, kReadings);
-  }
+  run<compensator::Graph<core::Ram, 200>>(part.get(), bytes, data, kReadings);
+  run<compensator::Graph<core::Ram, 2000>>(part.get(), bytes, data, kReadings);
   return 0;
 }

@@ -114,19 +114,54 @@ FLEXOR_INLINE uint16_t upper_half(int32_t value) {
 
 // floor(a * m / 2^16) without a 64-bit product: two 16x16 -> 32 multiplications.
 // Domain: every a, every m; the result always fits.
+#if defined(__AVR__) && defined(FLEXOR_AVR_ASSEMBLY)
+FLEXOR_PRODUCT_INLINE int32_t multiply_q16(int32_t a, uint16_t m) {
+  int32_t product;
+  uint8_t below;
+  asm("mul %B[a], %B[m]\n\tmovw %A[p], r0\n\tmulsu %D[a], %B[m]\n\tmovw %C[p], r0\n\t"
+      "mul %A[a], %A[m]\n\tmov %[b], r1\n\t"
+      "mul %A[a], %B[m]\n\tadd %[b], r0\n\tadc %A[p], r1\n\tadc %B[p], %[z]\n\tadc %C[p], %[z]\n\tadc %D[p], %[z]\n\t"
+      "mul %B[a], %A[m]\n\tadd %[b], r0\n\tadc %A[p], r1\n\tadc %B[p], %[z]\n\tadc %C[p], %[z]\n\tadc %D[p], %[z]\n\t"
+      "mul %C[a], %A[m]\n\tadd %A[p], r0\n\tadc %B[p], r1\n\tadc %C[p], %[z]\n\tadc %D[p], %[z]\n\t"
+      "mul %C[a], %B[m]\n\tadd %B[p], r0\n\tadc %C[p], r1\n\tadc %D[p], %[z]\n\t"
+      "mulsu %D[a], %A[m]\n\tsbc %D[p], %[z]\n\tadd %B[p], r0\n\tadc %C[p], r1\n\tadc %D[p], %[z]\n\t"
+      "clr r1"
+      : [p] "=&r"(product), [b] "=&r"(below)
+      : [a] "a"(a), [m] "a"(m), [z] "r"(static_cast<uint8_t>(0))
+      : "r0");
+  return product;
+}
+#else
 FLEXOR_PRODUCT_INLINE int32_t multiply_q16(int32_t a, uint16_t m) {
   const uint16_t high = upper_half(a);
   uint32_t product = static_cast<uint32_t>(multiply(high, m));
   if (a < 0) product -= static_cast<uint32_t>(m) << 16;  // high is negative
   return static_cast<int32_t>(product + upper_half(multiply(static_cast<uint16_t>(a), m)));
 }
+#endif
 
 // a * m / 2^16 rounded, halves upwards, modulo 2^16.
+#if defined(__AVR__) && defined(FLEXOR_AVR_ASSEMBLY)
+FLEXOR_INLINE int16_t multiply_round_q16(uint16_t a, int16_t m) {
+  int16_t product;
+  uint8_t below;
+  asm("mulsu %B[m], %B[a]\n\tmovw %[p], r0\n\t"
+      "mul %A[a], %A[m]\n\tldi %[b], 0x80\n\tadd %[b], r1\n\tadc %A[p], %[zero]\n\tadc %B[p], %[zero]\n\t"
+      "mul %B[a], %A[m]\n\tadd %[b], r0\n\tadc %A[p], r1\n\tadc %B[p], %[zero]\n\t"
+      "mulsu %B[m], %A[a]\n\tsbc %B[p], %[zero]\n\tadd %[b], r0\n\tadc %A[p], r1\n\tadc %B[p], %[zero]\n\t"
+      "clr r1"
+      : [p] "=&r"(product), [b] "=&d"(below)
+      : [a] "a"(a), [m] "a"(m), [zero] "r"(static_cast<uint8_t>(0))
+      : "r0");
+  return product;
+}
+#else
 FLEXOR_INLINE int16_t multiply_round_q16(uint16_t a, int16_t m) {
   const uint32_t rounded = static_cast<uint32_t>(multiply(a, static_cast<uint16_t>(m))) + 0x8000;
   const uint16_t product = upper_half(static_cast<int32_t>(rounded));
   return static_cast<int16_t>(m < 0 ? product - a : product);
 }
+#endif
 
 // value 2^(16 - kDown). The compiler would shift step by step.
 template <uint8_t kDown>
@@ -142,20 +177,45 @@ FLEXOR_PRODUCT_INLINE int32_t multiply_q16(int32_t a, int16_t m) {
 
 // value / 2^shift rounded to nearest, halves upwards; shift >= 1 and |value| < 2^30.
 FLEXOR_INLINE int32_t round_shift(int32_t value, uint8_t shift) {
-  return (value + (static_cast<int32_t>(1) << (shift - 1))) >> shift;
+  if (shift > 8) {  // a microcontroller shifts by bytes, or step by step
+    value >>= 8;
+    shift = static_cast<uint8_t>(shift - 8);
+  }
+  return ((value >> (shift - 1)) + 1) >> 1;
 }
 
 // Saturates to int16.
 FLEXOR_INLINE int16_t narrow(int32_t value) {
-  return static_cast<int16_t>(clamp(value, static_cast<int32_t>(INT16_MIN), static_cast<int32_t>(INT16_MAX)));
+  const int16_t narrowed = static_cast<int16_t>(value);
+  if (narrowed == value) return narrowed;
+  return value < 0 ? INT16_MIN : INT16_MAX;
+}
+
+// a + b and a - b that stay inside int16; plain for floating point.
+FLEXOR_INLINE int16_t add(int16_t a, int16_t b) {
+  const int16_t sum = static_cast<int16_t>(static_cast<uint16_t>(a) + static_cast<uint16_t>(b));
+  if (((a ^ sum) & (b ^ sum)) >= 0) return sum;
+  return a < 0 ? INT16_MIN : INT16_MAX;
+}
+FLEXOR_INLINE int16_t subtract(int16_t a, int16_t b) {
+  const int16_t difference = static_cast<int16_t>(static_cast<uint16_t>(a) - static_cast<uint16_t>(b));
+  if (((a ^ b) & (a ^ difference)) >= 0) return difference;
+  return a < 0 ? INT16_MIN : INT16_MAX;
+}
+template <class Real>
+constexpr Real add(Real a, Real b) {
+  return a + b;
+}
+template <class Real>
+constexpr Real subtract(Real a, Real b) {
+  return a - b;
 }
 
 // `bits` more fraction bits for an input; what no longer fits saturates, where the host has seen that it changes
 // nothing.
 FLEXOR_INLINE int16_t refine(int16_t v, uint8_t bits) {
-  if (bits == 0) return v;
-  const int16_t limit = static_cast<int16_t>(INT16_MAX >> bits);
-  return static_cast<int16_t>(clamp<int16_t>(v, static_cast<int16_t>(-limit), limit) * (1 << bits));
+  for (; bits > 0; --bits) v = add(v, v);
+  return v;
 }
 
 // An angle with `bits` more fraction bits than the output, or less, as output.
@@ -164,18 +224,6 @@ FLEXOR_INLINE int16_t to_output(int16_t y, int8_t bits) {
   if (bits < 0) return narrow(static_cast<int32_t>(y) * (static_cast<int32_t>(1) << -bits));
   const int16_t half = static_cast<int16_t>(y >> (bits - 1));
   return static_cast<int16_t>((half >> 1) + (half & 1));  // rounds halves upwards, and cannot overflow
-}
-
-// a + b and a - b that stay inside int16; plain for floating point.
-inline int16_t add(int16_t a, int16_t b) { return narrow(static_cast<int32_t>(a) + b); }
-inline int16_t subtract(int16_t a, int16_t b) { return narrow(static_cast<int32_t>(a) - b); }
-template <class Real>
-constexpr Real add(Real a, Real b) {
-  return a + b;
-}
-template <class Real>
-constexpr Real subtract(Real a, Real b) {
-  return a - b;
 }
 
 }  // namespace core

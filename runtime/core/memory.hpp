@@ -15,11 +15,18 @@ namespace core {
 
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are read as they lie");
 
+// byte, word: at an address. next_byte, next_word: and on behind it.
 struct Ram {
   FLEXOR_INLINE static uint8_t byte(const uint8_t* at) { return *at; }
   FLEXOR_INLINE static uint16_t word(const uint8_t* at) {
     uint16_t x;
     __builtin_memcpy(&x, at, sizeof(x));
+    return x;
+  }
+  FLEXOR_INLINE static uint8_t next_byte(const uint8_t*& at) { return *at++; }
+  FLEXOR_INLINE static uint16_t next_word(const uint8_t*& at) {
+    const uint16_t x = word(at);
+    at += 2;
     return x;
   }
 };
@@ -28,6 +35,16 @@ struct Ram {
 struct Flash {
   FLEXOR_INLINE static uint8_t byte(const uint8_t* at) { return pgm_read_byte(at); }
   FLEXOR_INLINE static uint16_t word(const uint8_t* at) { return pgm_read_word(at); }
+  FLEXOR_INLINE static uint8_t next_byte(const uint8_t*& at) {
+    uint8_t x;
+    asm("lpm %0, Z+" : "=r"(x), "+z"(at));
+    return x;
+  }
+  FLEXOR_INLINE static uint16_t next_word(const uint8_t*& at) {
+    uint16_t x;
+    asm("lpm %A0, Z+\n\tlpm %B0, Z+" : "=&r"(x), "+z"(at));
+    return x;
+  }
 };
 #else
 struct Flash : Ram {};
@@ -39,8 +56,8 @@ struct Words {
   const uint8_t* at;
 
   FLEXOR_INLINE Number operator[](uint8_t i) const { return static_cast<Number>(Place::word(at + 2 * i)); }
+  FLEXOR_INLINE Number at_offset(uint8_t bytes) const { return static_cast<Number>(Place::word(at + bytes)); }
   FLEXOR_INLINE Words operator+(uint8_t n) const { return {at + 2 * n}; }
-  FLEXOR_INLINE uint8_t operator-(Words other) const { return static_cast<uint8_t>((at - other.at) / 2); }
 };
 
 // Of a table that is a constant of the program.

@@ -12,7 +12,7 @@ struct Weight {
   uint8_t shift;
 
   // floor of the product, for every difference.
-  FLEXOR_PRODUCT_INLINE int32_t times(int32_t difference) const {
+  FLEXOR_INLINE int32_t times(int32_t difference) const {
     return multiply_q16(difference, mantissa) >> shift;
   }
 };

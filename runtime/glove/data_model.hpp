@@ -16,8 +16,8 @@ struct BuiltIn {
 
 // Settings: of each strip and finger `monitor` (low, high), `guard` (rest) and `strips`, as the chain has them.
 template <class Eeprom, uint8_t kParts, uint16_t kArena>
-class DataModel : public compensator::Graph<core::Ram, false, kArena> {
-  using Graph = compensator::Graph<core::Ram, false, kArena>;
+class DataModel : public compensator::Graph<core::Ram, kArena> {
+  using Graph = compensator::Graph<core::Ram, kArena>;
 
  public:
   // Takes what is stored where all of it can run, else what is built in. Between two samples: every block starts

@@ -15,6 +15,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <thread>
+#include <utility>
 
 #include "cosim/replay.hpp"
 #include "host/deploy/deploy.hpp"
@@ -22,6 +23,7 @@
 #include "host/deploy/intel_hex.hpp"
 #include "host/deploy/key_patch.hpp"
 #include "host/deploy/pair_key.hpp"
+#include "host/deploy/send_pages.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
 
@@ -341,6 +343,65 @@ TEST_F(Pair, AKeyThatIsThereIsNeverReplaced) {
   expect_says(flexor({"pair", "--glove", "/dev/null", "--hand", "/dev/zero", "--out", file}), 2,
               "is there already");
   expect_key(deploy::load_key(file), key_);
+}
+
+// A model that is too large for EEPROM, into the flash of a glove that runs.
+class SendThroughBootloader : public Flash {
+ protected:
+  void SetUp() override {
+    Flash::SetUp();
+    if (IsSkipped()) return;
+    deploy::Glove glove = published();
+    glove.model = with_curves(glove.model, 1);
+    glove.model_as = deploy::ModelAs::data;
+    deploy::build_glove(glove, folder_ / "curves");
+  }
+
+  // The model with a curve of 24 knots before each finger's chain, of which `scale` is the slope.
+  static model::Model with_curves(model::Model model, double scale) {
+    const std::vector<model::Block> blocks = std::exchange(model.blocks, {});
+    for (model::Input& input : model.inputs) {
+      model::Curve curve;
+      for (int k = 0; k < 24; ++k) {
+        curve.x.push_back(input.valid_min + (input.valid_max - input.valid_min) * k / 23);
+        curve.y.push_back(scale * curve.x.back());
+      }
+      model.blocks.push_back({{input.name}, input.name + " curve", curve});
+    }
+    for (model::Block block : blocks) {
+      for (std::string& from : block.from) {
+        if (std::ranges::any_of(model.inputs, [&](const model::Input& i) { return i.name == from; }))
+          from += " curve";
+      }
+      model.blocks.push_back(block);
+    }
+    return model;
+  }
+};
+
+TEST_F(SendThroughBootloader, TheBoardRunsTheNewModelAndThenTheNext) {
+  const fs::path dump = folder_ / "flash";
+  const fs::path hex = folder_ / "curves/glove.hex";
+  deploy::Glove glove = published();
+  deploy::FlashContent before = deploy::read_image(hex);
+  before.bytes.resize(0x7e00, 0xff);
+  UsbHelper board({option("bootloader", boot()), option("program", hex), option("flash", dump)});
+  for (const double scale : {0.9, 0.8}) {
+    glove.model = with_curves(published().model, scale);
+    const fs::path model = folder_ / "model.json";
+    model::save(glove.model, model);
+    const Finished r = flexor({"send", model.string(), "--port", board.port(), "--json"});
+    ASSERT_EQ(r.exit, 0) << r.err;
+    EXPECT_EQ(nlohmann::json::parse(r.out).at("bootloader"), true);
+    const deploy::FlashContent pages = deploy::pages_with_model(before, glove, "the board");
+    std::copy(pages.bytes.begin() + static_cast<long>(pages.begin), pages.bytes.end(),
+              before.bytes.begin() + static_cast<long>(pages.begin));
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(1000));
+  EXPECT_GT(board.finish(), 3) << "the image does not run";
+  const std::string flash = io::read_file(dump);
+  for (std::size_t i = 0; i < 0x7e00; ++i)
+    ASSERT_EQ(static_cast<std::uint8_t>(flash[i]), before.bytes[i]) << "byte " << i;
 }
 
 // Also that patched bytes count: the compiler has folded no key into the code.

@@ -181,7 +181,7 @@ TEST_P(NewModels, AreSentToTheBitAsCodeAndAsData) {
     model.sample_period_s = 1 / rates_hz.at(seed % 4);
     for (std::size_t j = 0; j < model.joints.size(); ++j) model.joints[j].name = model::finger_names()[j];
     try {
-      (void)deploy::storable_block(study::glove_for(parameters_, model));
+      (void)deploy::data_block(study::glove_for(parameters_, model));
     } catch (const io::InputError&) {
       continue;  // fixed point or EEPROM do not hold it
     }
@@ -192,6 +192,23 @@ TEST_P(NewModels, AreSentToTheBitAsCodeAndAsData) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(Forty, NewModels, testing::Range(0U, 8U));
+
+// One that is too large for EEPROM: it is read where it lies, in flash.
+TEST_F(Replay, AModelInFlashIsSentToTheBit) {
+  model::Model model = named("published-hw", 50);
+  for (model::Input& input : model.inputs) {
+    model::Curve curve;
+    for (int k = 0; k < 20; ++k) {
+      curve.x.push_back(input.valid_min + (input.valid_max - input.valid_min) * k / 19);
+      curve.y.push_back(curve.x.back() + 3 * std::sin(k));
+    }
+    const std::string curved = input.name + " curve";
+    for (model::Block& block : model.blocks) std::ranges::replace(block.from, input.name, curved);
+    model.blocks.insert(model.blocks.begin(), {{input.name}, curved, curve});
+  }
+  ASSERT_TRUE(deploy::data_block(study::glove_for(parameters_, model)).in_flash);
+  for (const bool assembly : {true, false}) expect_exact(model, exercise(600, 13), assembly, ModelAs::data);
+}
 
 TEST_F(Replay, AModelThatIsDataIsWithinItsTargets) {
   Counts counts = exercise(600, 7);

@@ -7,8 +7,10 @@
 #include "apps/cli/progress.hpp"
 #include "host/deploy/calibration.hpp"
 #include "host/deploy/flash.hpp"
+#include "host/deploy/model_block.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/deploy/send.hpp"
+#include "host/deploy/send_pages.hpp"
 #include "host/io/json.hpp"
 #include "host/io/serial.hpp"
 #include "host/study/boards.hpp"
@@ -25,6 +27,7 @@ struct Options {
   std::string calibration;
   std::string twin;
   std::vector<std::string> set;
+  bool bootloader = false;
   bool json = false;
 };
 
@@ -38,35 +41,54 @@ deploy::Glove glove_of(const Options& o) {
   return glove;
 }
 
-void run(const Options& o) {
-  const deploy::Glove glove = glove_of(o);
-  const std::string path = deploy::choose_port(o.port);
-  if (o.port == "auto") log(fmt::format("the glove is at {}", path));
+// Over the line on which the glove speaks, while it runs.
+deploy::Sent send_live(const Options& o, const deploy::Glove& glove, const std::string& path) {
   io::SerialPort port(path, o.baud);
   const auto begin = std::chrono::steady_clock::now();
   const deploy::Line line = {
       [&](std::span<const std::uint8_t> bytes) { port.write(bytes); },
       [&](double timeout_s) { return port.read(timeout_s); },
       [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); }};
-  deploy::Sent sent;
-  {
-    ProgressLine progress;
-    sent = deploy::send_model(line, glove, [&](int done, int all) {
-      progress.step("bytes sent:", static_cast<std::size_t>(done), static_cast<std::size_t>(all));
-      return true;
-    });
-  }
+  ProgressLine progress;
+  return deploy::send_model(line, glove, [&](int done, int all) {
+    progress.step("bytes sent:", static_cast<std::size_t>(done), static_cast<std::size_t>(all));
+    return true;
+  });
+}
+
+// Through the board's bootloader, with a pause.
+deploy::Sent send_pages(const deploy::Glove& glove, const std::string& path) {
+  const auto begin = std::chrono::steady_clock::now();
+  ProgressLine progress;
+  deploy::Bootloader bootloader(path, deploy::rates(0), [&](const std::string& what, int percent) {
+    progress.step(what + ":", static_cast<std::size_t>(percent), 100);
+  });
+  const deploy::FlashContent pages = deploy::pages_with_model(bootloader.read(), glove, "the board");
+  bootloader.write(pages);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  return {1, static_cast<int>(pages.bytes.size() - pages.begin), 1, took.count()};
+}
+
+void run(const Options& o) {
+  const deploy::Glove glove = glove_of(o);
+  const bool bootloader = o.bootloader || deploy::data_block(glove).in_flash;
+  const std::string path = deploy::choose_port(o.port);
+  if (o.port == "auto") log(fmt::format("the glove is at {}", path));
+  if (bootloader && !o.bootloader)
+    log("the model is too large for EEPROM: it goes through the bootloader, over USB, and the glove pauses");
+  const deploy::Sent sent = bootloader ? send_pages(glove, path) : send_live(o, glove, path);
   if (o.json) {
     return print(io::dump({{"model", o.model},
                            {"port", path},
                            {"parts", sent.parts},
                            {"bytes", sent.bytes},
                            {"pieces", sent.pieces},
+                           {"bootloader", bootloader},
                            {"took_s", sent.took_s},
                            {"version", FLEXOR_VERSION}}));
   }
-  print(fmt::format("{}: the glove runs {} now, {} bytes in {} pieces, {:.1f} s\n", path, o.model, sent.bytes,
-                    sent.pieces, sent.took_s));
+  print(fmt::format("{}: the glove runs {} now, {} bytes{}, {:.1f} s\n", path, o.model, sent.bytes,
+                    bootloader ? "" : fmt::format(" in {} pieces", sent.pieces), sent.took_s));
 }
 
 }  // namespace
@@ -88,6 +110,10 @@ void add_send(CLI::App& app) {
   command->add_option("--calibration", o->calibration, "as at the deployment");
   command->add_option("--twin", o->twin, "as at the deployment");
   command->add_option("--set", o->set, "as at the deployment; may be repeated");
+  command->add_flag(
+      "--bootloader", o->bootloader,
+      "through the board's bootloader, over USB: for a glove whose model lies in flash, as the larger "
+      "ones do; it pauses for some seconds (default where the model does not fit EEPROM)");
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o] { run(*o); });
 }

@@ -27,7 +27,7 @@ GloveCompensator compensator;
 SignalChain<GloveCompensator> chain(config::kChannels, compensator);
 link::Frame frame;
 
-#ifdef FLEXOR_MODEL_AS_DATA
+#ifdef FLEXOR_MODEL_IN_EEPROM
 
 // The model in EEPROM, and who sends another.
 class Models {
@@ -60,7 +60,11 @@ class Models {
 class Models {
  public:
   explicit Models(const link::Key*) {}
+#ifdef FLEXOR_MODEL_IN_FLASH
+  void load() { compensator.load(config::kModelPages, config::kImage, config::kMadeFor, config::kChannels); }
+#else
   void load() {}
+#endif
   void stir(uint16_t) {}
   void offer() {}
   void take(link::PacketReader&) {}

@@ -10,6 +10,7 @@
 #include "host/deploy/key_patch.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/io/io.hpp"
+#include "runtime/glove/flash_model.hpp"
 #include "runtime/link/opengloves.hpp"
 
 namespace flexor::deploy {
@@ -442,7 +443,10 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
   // No text of the model's: what ends a comment, or goes on after it, would be compiled.
   out += fmt::format("// model {}\n", io::digest(model::to_json(glove.model)));
   if (glove.assembly) out += "#define FLEXOR_AVR_ASSEMBLY\n";
-  if (glove.model_as == ModelAs::data) out += "#define FLEXOR_MODEL_AS_DATA\n";
+  const bool is_data = glove.model_as == ModelAs::data;
+  const bool in_flash = is_data && data_block(glove).in_flash;
+  if (is_data) out += "#define FLEXOR_MODEL_AS_DATA\n";
+  if (is_data) out += in_flash ? "#define FLEXOR_MODEL_IN_FLASH\n" : "#define FLEXOR_MODEL_IN_EEPROM\n";
   if (!radio) out += "#define FLEXOR_OUTPUT_OPENGLOVES\n";
   if (can_zero(glove)) out += "#define FLEXOR_ZERO\n";
   out +=
@@ -450,7 +454,8 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
       "\"firmware/glove/glove_text.hpp\"\n#include \"firmware/glove/signal_chain.hpp\"\n"
       "#include \"runtime/link/key_record.hpp\"\n"
       "#include \"runtime/compensator/blocks.hpp\"\n";
-  if (glove.model_as == ModelAs::data)
+  if (in_flash) out += "#include \"runtime/glove/flash_model.hpp\"\n";
+  if (is_data && !in_flash)
     out += "#include \"runtime/glove/data_model.hpp\"\n#include \"runtime/glove/model_receiver.hpp\"\n";
   if (can_zero(glove)) out += "#include \"firmware/glove/zeroing.hpp\"\n";
   out += "\nnamespace flexor {\nnamespace config {\n\n";
@@ -496,45 +501,78 @@ std::string sensor_tables(const Glove& glove, const GloveTables& tables) {
   return out + "};\n\n";
 }
 
+std::uint16_t image_of(const ModelBlock& block) {
+  std::uint16_t image = 0;
+  for (const Bytes& part : block.parts) {
+    for (const std::uint8_t byte : part) image = core::crc16_add(image, byte);
+  }
+  return image;
+}
+
+std::string made_for(const GloveTables& tables, std::uint16_t image) {
+  const std::array<std::uint16_t, kFingers> ids = calibration_ids(tables);
+  return fmt::format(
+      "constexpr uint16_t kImage = {};\nconstexpr uint16_t kCalibrationId[] = {};\n"
+      "constexpr compensator::MadeFor kMadeFor = {{kCalibrationId, kRate_hz}};\n",
+      image, numbers(ids.data(), ids.size()));
+}
+
 // What the interpreter starts from: the parts in flash, and what the chain gets of whichever model is loaded.
-std::string data_text(const Glove& glove, const GloveTables& tables) {
-  const ModelBlock block = storable_block(glove);
+std::string eeprom_text(const ModelBlock& block, const GloveTables& tables) {
   std::string out;
   std::string built_in;
-  std::uint16_t image = 0;
   for (std::size_t i = 0; i < block.parts.size(); ++i) {
     const Bytes& part = block.parts[i];
     out += fmt::format("constexpr uint8_t kPart{}[] PROGMEM = {};\n", i, numbers(part.data(), part.size()));
     built_in += fmt::format("{}{{kPart{}, {}}}", i > 0 ? ", " : "", i, part.size());
-    for (const std::uint8_t byte : part) image = core::crc16_add(image, byte);
   }
-  const std::array<std::uint16_t, kFingers> ids = calibration_ids(tables);
-  return out + fmt::format(
-                   "constexpr glove::BuiltIn kBuiltIn[] = {{{}}};\nconstexpr uint8_t kParts = {};\n"
-                   "constexpr uint16_t kImage = {};\nconstexpr uint16_t kCalibrationId[] = {};\n"
-                   "constexpr compensator::MadeFor kMadeFor = {{kCalibrationId, kRate_hz}};\n",
-                   built_in, block.parts.size(), image, numbers(ids.data(), ids.size()));
+  return out +
+         fmt::format("constexpr glove::BuiltIn kBuiltIn[] = {{{}}};\nconstexpr uint8_t kParts = {};\n",
+                     built_in, block.parts.size()) +
+         made_for(tables, image_of(block));
 }
 
-std::string data_compensator() {
+// Two copies, of which the second is none yet.
+std::string flash_text(const Glove& glove, const ModelBlock& block, const GloveTables& tables) {
+  const std::uint16_t image = image_of(block);
+  const glove::ModelRecord r = model_record(glove, image);
+  const Bytes copy = model_copy(block, image, 0);
   return fmt::format(
-      "class GloveCompensator : public glove::DataModel<firmware::Eeprom, config::kParts, {}> {{\n public:\n"
+             "const glove::ModelPages<{}> kModelPages PROGMEM __attribute__((used)) = {{{{{}, {}, {}, 0, {}, "
+             "{}, "
+             "{}, {{}}}}, {{{}}}}};\n",
+             kCopyBytes, numbers(r.magic, sizeof(r.magic)), r.image, r.rate_hz,
+             numbers(r.calibration, compensator::kStrips), r.copy_bytes, r.crc,
+             numbers(copy.data(), copy.size())) +
+         made_for(tables, image);
+}
+
+std::string data_compensator(bool in_flash) {
+  const std::string base =
+      in_flash ? fmt::format("glove::FlashModel<{}>", kFlashArenaBytes)
+               : fmt::format("glove::DataModel<firmware::Eeprom, config::kParts, {}>", kArenaBytes);
+  return fmt::format(
+      "class GloveCompensator : public {} {{\n public:\n"
       "  uint8_t step() {{\n    firmware::mark(firmware::Marker::step_begin);\n"
-      "    const uint8_t good = DataModel::step();\n    firmware::mark(firmware::Marker::step_end);\n"
+      "    const uint8_t good = Graph::step();\n    firmware::mark(firmware::Marker::step_end);\n"
       "    return good;\n  }}\n}};\n",
-      kArenaBytes);
+      base);
+}
+
+std::string data_config(const Glove& glove) {
+  if (glove.output == Output::opengloves)
+    throw InputError("--output opengloves takes its ranges from compiled models: use --model-as code");
+  const GloveTables tables = glove_tables(glove);
+  const DataBlock data = data_block(glove);
+  return glove_head(glove, tables) + sensor_tables(glove, tables) +
+         (data.in_flash ? flash_text(glove, data.block, tables) : eeprom_text(data.block, tables)) +
+         "\n}  // namespace config\n\n" + data_compensator(data.in_flash) + "\n}  // namespace flexor\n";
 }
 
 }  // namespace
 
 std::string glove_config(const Glove& glove) {
-  if (glove.model_as == ModelAs::data) {
-    if (glove.output == Output::opengloves)
-      throw InputError("--output opengloves takes its ranges from compiled models: use --model-as code");
-    const GloveTables tables = glove_tables(glove);
-    return glove_head(glove, tables) + sensor_tables(glove, tables) + data_text(glove, tables) +
-           "\n}  // namespace config\n\n" + data_compensator() + "\n}  // namespace flexor\n";
-  }
+  if (glove.model_as == ModelAs::data) return data_config(glove);
   std::vector<std::size_t> more;
   for (const VrJoint& joint : vr_joints(glove)) more.push_back(joint.joint);
   const CompensatorText text = compensator_text(glove.model, more);

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "host/deploy/arduino_library.hpp"
+#include "host/deploy/model_block.hpp"
 #include "host/deploy/sources.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
@@ -136,7 +137,8 @@ void require_toolchain() {
 }
 
 Image build_glove(const Glove& glove, const fs::path& folder) {
-  if (glove.model_as == ModelAs::code) return build_glove(glove_config(glove), folder, glove.mcu);
+  if (glove.model_as == ModelAs::code || data_block(glove).in_flash)
+    return build_glove(glove_config(glove), folder, glove.mcu);
   return build("glove", glove_config(glove), folder, glove.mcu,
                {"-fno-move-loop-invariants", "-mcall-prologues"});
 }

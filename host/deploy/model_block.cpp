@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <map>
 #include <set>
 
 #include "host/io/io.hpp"
 #include "host/model/formats.hpp"
-#include "runtime/compensator/graph.hpp"
+#include "runtime/glove/flash_model.hpp"
 #include "runtime/glove/model_store.hpp"
 
 namespace flexor::deploy {
@@ -187,7 +189,8 @@ class PartWriter {
   void add_step(std::size_t b, const model::Curve::Fixed& c) {
     const int knots = knots_of(c);
     std::vector<std::size_t> all;
-    for (std::size_t other = b; other < model_.blocks.size() && all.size() < compensator::kMostCurves; ++other) {
+    for (std::size_t other = b; other < model_.blocks.size() && all.size() < compensator::kMostCurves;
+         ++other) {
       const model::Curve::Fixed* curve = curve_of(other);
       if (curve == nullptr || !needed_[inputs_ + other] || number_.contains(inputs_ + other)) continue;
       if (fixed_.graph.from[other] == fixed_.graph.from[b] && knots_of(*curve) == knots) all.push_back(other);
@@ -330,7 +333,7 @@ class PartWriter {
   std::array<std::uint16_t, kFingers> ids_;
   std::size_t inputs_;
   std::vector<bool> needed_;
-  std::map<std::size_t, int> number_;         // of each signal, in this part
+  std::map<std::size_t, int> number_;  // of each signal, in this part
   std::vector<Bytes> knots_;
   std::vector<std::size_t> open_;  // inputs of the open section
   bool is_open_ = false;
@@ -388,19 +391,53 @@ ModelBlock model_block(const Glove& glove, int parts) {
   return out;
 }
 
-ModelBlock storable_block(const Glove& glove) {
-  std::string refusal;
+DataBlock data_block(const Glove& glove) {
   for (const int parts : {1, kFingers}) {
     ModelBlock block = model_block(glove, parts);
-    const int room = glove::slot_room(static_cast<std::uint8_t>(parts));
-    const int ram = block.bytes() + block.state_bytes;
-    if (block.largest() <= room && ram <= kArenaBytes) return block;
-    refusal = fmt::format("its largest finger takes {} of {} bytes of EEPROM, and all {} of {} bytes of RAM",
-                          block.largest(), room, ram, kArenaBytes);
+    if (block.largest() > glove::slot_room(static_cast<std::uint8_t>(parts))) continue;
+    if (block.bytes() + block.state_bytes <= kArenaBytes) return {std::move(block), false};
   }
-  throw InputError(
-      fmt::format("model {:?} is too large to be data on an {}: {}; use fewer knots, or --model-as code",
-                  glove.model.name, "atmega328p", refusal));
+  ModelBlock block = model_block(glove, 1);
+  if (block.state_bytes > kFlashArenaBytes || block.bytes() + glove::kCopyHead > kCopyBytes) {
+    throw InputError(fmt::format(
+        "model {:?} is too large to be data on an atmega328p: {} of {} bytes of flash, {} of {} bytes of "
+        "RAM; use "
+        "fewer knots, or --model-as code",
+        glove.model.name, block.bytes(), kCopyBytes - glove::kCopyHead, block.state_bytes, kFlashArenaBytes));
+  }
+  return {std::move(block), true};
+}
+
+std::uint16_t crc_of(const glove::ModelRecord& record) {
+  std::array<std::uint8_t, offsetof(glove::ModelRecord, crc)> bytes{};
+  std::memcpy(bytes.data(), &record, bytes.size());
+  return core::crc16(bytes.data(), bytes.size());
+}
+
+glove::ModelRecord model_record(const Glove& glove, std::uint16_t image) {
+  glove::ModelRecord record{};
+  std::ranges::copy(kModelMagic, record.magic);
+  record.image = image;
+  record.rate_hz = static_cast<std::uint8_t>(sample_rate_hz(glove.model));
+  std::ranges::copy(calibration_ids(glove_tables(glove)), record.calibration);
+  record.copy_bytes = kCopyBytes;
+  record.crc = crc_of(record);
+  return record;
+}
+
+Bytes model_copy(const ModelBlock& block, std::uint16_t image, std::uint16_t generation) {
+  const Bytes& part = block.parts.front();
+  ByteWriter out;
+  out.u16(generation);
+  out.u16(static_cast<int>(part.size()));
+  out.u16(0);
+  out.u16(0);
+  out.bytes.insert(out.bytes.end(), part.begin(), part.end());
+  const std::uint16_t crc =
+      glove::crc_of_copy(image, out.bytes.data(), static_cast<std::uint16_t>(part.size()));
+  out.bytes[4] = static_cast<std::uint8_t>(crc & 0xff);
+  out.bytes[5] = static_cast<std::uint8_t>(crc >> 8);
+  return std::move(out.bytes);
 }
 
 }  // namespace flexor::deploy

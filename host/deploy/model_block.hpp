@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "host/deploy/config.hpp"
+#include "runtime/glove/flash_model.hpp"
 
 namespace flexor::deploy {
 
@@ -27,11 +29,29 @@ std::array<std::uint16_t, kFingers> calibration_ids(const GloveTables& tables);
 // block cannot say.
 ModelBlock model_block(const Glove& glove, int parts);
 
-// RAM of the board that the interpreter may use.
+// RAM of the board that the interpreter may use: for a model in EEPROM, which it copies there, and for the states of one
+// in flash.
 inline constexpr int kArenaBytes = 820;
+inline constexpr int kFlashArenaBytes = 600;
+// Of the model's two copies in flash each.
+inline constexpr int kCopyBytes = 2560;
 
-// As an ATmega328P keeps it in EEPROM so that a swap is whole or not at all: in one part where two fit, else a finger at
-// a time. Throws io::InputError where neither does.
-ModelBlock storable_block(const Glove& glove);
+// Where an ATmega328P keeps a model so that a swap is whole or not at all: in EEPROM, in one part where two fit, or a
+// finger at a time; or, for models too large for that, in pages of flash, whole.
+struct DataBlock {
+  ModelBlock block;
+  bool in_flash = false;
+};
+
+// Throws io::InputError where it fits nowhere.
+DataBlock data_block(const Glove& glove);
+
+inline constexpr std::string_view kModelMagic = "FLXMDL01";
+std::uint16_t crc_of(const glove::ModelRecord& record);
+
+// As pages of flash, see runtime/glove/flash_model.hpp: what a part must have been made for, and a copy of a model with
+// its generation. Throws io::InputError where it is too large.
+glove::ModelRecord model_record(const Glove& glove, std::uint16_t image);
+Bytes model_copy(const ModelBlock& block, std::uint16_t image, std::uint16_t generation);
 
 }  // namespace flexor::deploy

@@ -1,6 +1,7 @@
 // A model as bytes: the interpreter gives the host's bits, whatever the model, the readings and where the bytes lie.
 #include "host/deploy/model_block.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -205,23 +206,32 @@ TEST(ModelBlock, AnArenaThatIsTooSmallIsNoticed) {
   EXPECT_EQ(load(graph, block, glove), Loaded::ok);
 }
 
-TEST(ModelBlock, OneThatIsTooLargeForABoardIsRefusedByName) {
-  EXPECT_EQ(storable_block(plain_glove(50)).parts.size(), 1U);
+TEST(ModelBlock, WhereItLiesGoesByItsSize) {
   Glove glove = plain_glove(50);
-  int fingers = 0;
-  for (model::Block& block : glove.model.blocks) {
-    auto* curve = std::get_if<model::Curve>(&block.kind);
-    if (curve == nullptr) continue;
-    *curve = {};
-    ++fingers;
-    for (int i = 0; i < 32; ++i) {
-      curve->x.push_back(400 + fingers + 15 * i);
-      curve->y.push_back(3 * i);
+  EXPECT_FALSE(data_block(glove).in_flash);
+  EXPECT_EQ(data_block(glove).block.parts.size(), 1U);
+  const auto with_knots = [&](int knots, int curves) {
+    Glove out = plain_glove(50);
+    out.model.blocks.clear();
+    for (const std::string& finger : model::finger_names()) {
+      std::string from = finger;
+      for (int c = 0; c < curves; ++c) {
+        model::Curve curve;
+        for (int i = 0; i < knots; ++i) {
+          curve.x.push_back((c == 0 ? 400 : 0) + i * (c == 0 ? 400.0 : 90.0) / (knots - 1));
+          curve.y.push_back(i * 90.0 / (knots - 1));
+        }
+        out.model.blocks.push_back({{from}, fmt::format("{} curve {}", finger, c), curve});
+        from = fmt::format("{} curve {}", finger, c);
+      }
+      out.model.blocks.push_back({{from}, finger + " angle", model::Saturation{10, 80}});
     }
-  }
+    return out;
+  };
+  EXPECT_TRUE(data_block(with_knots(32, 1)).in_flash) << "its slopes alone do not fit RAM";
   try {
-    (void)storable_block(glove);
-    FAIL() << "150 knots and their slopes do not fit RAM";
+    (void)data_block(with_knots(32, 5));
+    FAIL() << "800 knots do not fit a copy";
   } catch (const io::InputError& error) {
     EXPECT_NE(std::string(error.what()).find("--model-as code"), std::string::npos) << error.what();
   }

@@ -85,8 +85,9 @@ Curve::Fixed Curve::fixed(const FixedBlock& block) const {
   for (std::size_t i = 0; i + 1 < at.size(); ++i) {
     const auto width = static_cast<std::uint16_t>(at[i + 1] - at[i]);
     c.knots.scale[i] = compensator::scale_of(width);
-    c.values.at[i].slope = compensator::slope_of(static_cast<std::int16_t>(c.values.at[i + 1].y - c.values.at[i].y),
-                                              static_cast<std::uint16_t>(width * c.knots.scale[i]));
+    c.values.at[i].slope =
+        compensator::slope_of(static_cast<std::int16_t>(c.values.at[i + 1].y - c.values.at[i].y),
+                              static_cast<std::uint16_t>(width * c.knots.scale[i]));
   }
   return c;
 }

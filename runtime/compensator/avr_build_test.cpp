@@ -10,7 +10,8 @@ constexpr DeadZone<int16_t> kDeadZone = {-320, 640};
 constexpr Play<int16_t> kPlay = {96};
 constexpr FixedCreep kCreep = {96L << 14, {40000, 3}};
 const FixedHysteresis<4> kHysteresis PROGMEM = {{4, {32, 64, 128, 256}}, {1024, -512, 256, 128}};
-const FixedCurve<3> kCurve PROGMEM = {{3, {0, 9600, 32000}, {4, 2, 1}}, {{{0, 1228}, {720, 1054}, {1440, 0}}}};
+const FixedCurve<3> kCurve PROGMEM = {{3, {0, 9600, 32000}, {4, 2, 1}},
+                                      {{{0, 1228}, {720, 1054}, {1440, 0}}}};
 constexpr FixedSum<2> kSum = {2, 12, {2048, 1024}, 512};
 constexpr FixedLti<1, false> kFirst = {16384, -1, 0, {{40000, 3}}, {{0, 0}}, {0}, 15, 16, false, {{0}, {0}}};
 constexpr FixedLti<3, true> kThird = {16384,

@@ -46,7 +46,8 @@ struct Segment {
 
 // Where the knot lies from which the segment goes that u is in: of `left` + 1 segments from `x`, by fours and ones.
 template <class Place>
-FLEXOR_INLINE core::Words<Place, int16_t> segment_from(core::Words<Place, int16_t> x, uint8_t left, int16_t u) {
+FLEXOR_INLINE core::Words<Place, int16_t> segment_from(core::Words<Place, int16_t> x, uint8_t left,
+                                                       int16_t u) {
   constexpr uint8_t kStride = 4;
   for (; left >= kStride && u >= x[kStride]; left = static_cast<uint8_t>(left - kStride)) x = x + kStride;
   for (; left >= 1 && u >= x[1]; --left) x = x + 1;
@@ -55,8 +56,8 @@ FLEXOR_INLINE core::Words<Place, int16_t> segment_from(core::Words<Place, int16_
 
 #if defined(__AVR__) && defined(FLEXOR_AVR_ASSEMBLY)
 // The same in three fifths of the cycles: r30 goes on as it reads.
-FLEXOR_INLINE core::Words<core::Flash, int16_t> segment_from(core::Words<core::Flash, int16_t> x, uint8_t left,
-                                                             int16_t u) {
+FLEXOR_INLINE core::Words<core::Flash, int16_t> segment_from(core::Words<core::Flash, int16_t> x,
+                                                             uint8_t left, int16_t u) {
   int16_t knot;
   asm("subi %[left], 4\n\tbrcs 3f\n"
       "1:\tadiw %[x], 8\n\tlpm %A[knot], Z+\n\tlpm %B[knot], Z+\n\t"

@@ -265,6 +265,17 @@ struct Step {
     return end(m, in, Hysteresis::total(u, sum));
   }
 
+  // Rows of coefficients, out of line: a compiler would write each out.
+  template <class Number>
+  FLEXOR_SHARED static In words(In in, Number* out, uint8_t n) {
+    for (; n > 0; --n) *out++ = static_cast<Number>(in.u16());
+    return in;
+  }
+  FLEXOR_SHARED static In weights(In in, core::Weight* out, uint8_t n) {
+    for (; n > 0; --n) *out++ = in.weight();
+    return in;
+  }
+
   using Chain = FixedLti<kMaxOrder, true>;
   FLEXOR_SHARED static In lti(M& m, In in) {
     const int16_t u = m.signal[in.u8()];
@@ -272,9 +283,9 @@ struct Step {
     c.gain = in.i16();
     c.gain_shift = in.i8();
     c.offset = in.i32();
-    for (core::Weight& weight : c.input_weight) weight = in.weight();
-    for (uint8_t i = 0; i < kMaxOrder; ++i) c.chain_weight[i] = in.weight();
-    for (int16_t& tap : c.tap) tap = in.i16();
+    in = weights(in, c.input_weight, kMaxOrder);
+    in = weights(in, c.chain_weight, kMaxOrder);
+    in = words(in, c.tap, kMaxOrder);
     c.tap_fraction = in.u8();
     c.output_shift = in.u8();
     c.is_direct = false;
@@ -296,9 +307,9 @@ struct Step {
   FLEXOR_SHARED static In pole_pair(M& m, In in) {
     const int16_t u = m.signal[in.u8()];
     FixedPolePair c;
-    for (int16_t& change : c.change) change = in.i16();
+    in = words(in, c.change, 4);
     c.change_fraction = in.u8();
-    for (int16_t& tap : c.tap) tap = in.i16();
+    in = words(in, c.tap, 2);
     c.tap_fraction = in.u8();
     c.up = in.u8();
     c.down = in.u8();
@@ -374,7 +385,7 @@ struct MadeFor {
 // What an operation consists of behind its code: so many bytes that may be anything, or one of these.
 namespace field {
 
-constexpr uint8_t kKnots = 32;         // where they lie
+constexpr uint8_t kKnots = 32;  // where they lie
 constexpr uint8_t kSignal = 33;
 constexpr uint8_t kSignedSignal = 34;  // | 0x80
 constexpr uint8_t kTimes = 35;         // what follows comes so often

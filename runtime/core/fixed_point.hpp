@@ -120,8 +120,10 @@ FLEXOR_PRODUCT_INLINE int32_t multiply_q16(int32_t a, uint16_t m) {
   uint8_t below;
   asm("mul %B[a], %B[m]\n\tmovw %A[p], r0\n\tmulsu %D[a], %B[m]\n\tmovw %C[p], r0\n\t"
       "mul %A[a], %A[m]\n\tmov %[b], r1\n\t"
-      "mul %A[a], %B[m]\n\tadd %[b], r0\n\tadc %A[p], r1\n\tadc %B[p], %[z]\n\tadc %C[p], %[z]\n\tadc %D[p], %[z]\n\t"
-      "mul %B[a], %A[m]\n\tadd %[b], r0\n\tadc %A[p], r1\n\tadc %B[p], %[z]\n\tadc %C[p], %[z]\n\tadc %D[p], %[z]\n\t"
+      "mul %A[a], %B[m]\n\tadd %[b], r0\n\tadc %A[p], r1\n\tadc %B[p], %[z]\n\tadc %C[p], %[z]\n\tadc %D[p], "
+      "%[z]\n\t"
+      "mul %B[a], %A[m]\n\tadd %[b], r0\n\tadc %A[p], r1\n\tadc %B[p], %[z]\n\tadc %C[p], %[z]\n\tadc %D[p], "
+      "%[z]\n\t"
       "mul %C[a], %A[m]\n\tadd %A[p], r0\n\tadc %B[p], r1\n\tadc %C[p], %[z]\n\tadc %D[p], %[z]\n\t"
       "mul %C[a], %B[m]\n\tadd %B[p], r0\n\tadc %C[p], r1\n\tadc %D[p], %[z]\n\t"
       "mulsu %D[a], %A[m]\n\tsbc %D[p], %[z]\n\tadd %B[p], r0\n\tadc %C[p], r1\n\tadc %D[p], %[z]\n\t"

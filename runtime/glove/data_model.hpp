@@ -2,7 +2,7 @@
 // of the signal chain that depends on the model.
 #pragma once
 
-#include "runtime/compensator/graph.hpp"
+#include "runtime/glove/model_settings.hpp"
 #include "runtime/glove/model_store.hpp"
 
 namespace flexor {
@@ -14,11 +14,8 @@ struct BuiltIn {
   uint16_t size;
 };
 
-// Settings: of each strip and finger `monitor` (low, high), `guard` (rest) and `strips`, as the chain has them.
 template <class Eeprom, uint8_t kParts, uint16_t kArena>
 class DataModel : public compensator::Graph<core::Ram, kArena> {
-  using Graph = compensator::Graph<core::Ram, kArena>;
-
  public:
   // Takes what is stored where all of it can run, else what is built in. Between two samples: every block starts
   // anew. Returns what kept the stored one from running; ok also where nothing is stored.
@@ -36,11 +33,7 @@ class DataModel : public compensator::Graph<core::Ram, kArena> {
   compensator::Loaded try_load(Eeprom* eeprom, ModelStore<Eeprom, kParts>& store, const BuiltIn* built_in,
                                const compensator::MadeFor& made_for, Settings* settings) {
     this->clear();
-    for (uint8_t i = 0; i < compensator::kStrips; ++i) {
-      settings[i].monitor.low = settings[i].monitor.high = 0;  // no strip: open, always
-      settings[i].guard.rest = 0;
-      settings[i].strips = 0;
-    }
+    clear_settings(settings);
     for (uint8_t part = 0; part < kParts; ++part) {
       const Place stored = eeprom != nullptr ? store.find(*eeprom, part) : Place();
       const uint16_t size = stored.size > 0 ? stored.size : built_in[part].size;
@@ -52,27 +45,9 @@ class DataModel : public compensator::Graph<core::Ram, kArena> {
       }
       const compensator::Loaded loaded = this->add(bytes, size, made_for);
       if (loaded != compensator::Loaded::ok) return loaded;
-      describe(bytes, settings);
+      describe<core::Ram>(bytes, settings);
     }
     return compensator::Loaded::ok;
-  }
-
-  // A part that has been checked, to the chain.
-  template <class Settings>
-  static void describe(const uint8_t* bytes, Settings* settings) {
-    compensator::Bytes<core::Ram> in{bytes + compensator::kHeaderBytes};
-    for (uint8_t i = 0; i < bytes[compensator::kInputCount]; ++i) {
-      auto& monitor = settings[in.u8() & 15].monitor;
-      in.at += 2;
-      monitor.low = in.u16();
-      monitor.high = in.u16();
-      in.at += 4;
-    }
-    for (uint8_t i = 0; i < bytes[compensator::kOutputCount]; ++i) {
-      const uint8_t first = in.u8();
-      settings[first & 7].guard.rest = in.i16();
-      settings[first & 7].strips = static_cast<uint8_t>(first >> 3);
-    }
   }
 };
 

@@ -1,0 +1,155 @@
+// A model into pages of flash: whatever of it has been written when power goes, a whole model runs.
+#include "host/deploy/send_pages.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <memory>
+
+#include "host/deploy/host_chain.hpp"
+#include "host/deploy/model_block.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::deploy {
+namespace {
+
+constexpr std::size_t kRecordAt = 3 * glove::kFlashPage;
+
+// Five fingers, twelve knots, two curves and a lag each.
+Glove glove_of_curves(double height_deg) {
+  Glove glove;
+  glove.model.name = "curves";
+  glove.model.sample_period_s = 0.02;
+  for (const std::string& finger : model::finger_names()) {
+    glove.model.inputs.push_back({finger, finger, "count", finger, 300, 900});
+    model::Curve curve;
+    for (int k = 0; k < 12; ++k) {
+      curve.x.push_back(350 + 40 * k + k * k);
+      curve.y.push_back(height_deg * k / 12);
+    }
+    glove.model.blocks.push_back({{finger}, finger + " curve", curve});
+    std::ranges::reverse(curve.y);
+    glove.model.blocks.push_back({{finger}, finger + " motion", curve});
+    glove.model.blocks.push_back({{finger + " motion"}, finger + " lag", model::Lag{5}});
+    glove.model.blocks.push_back(
+        {{finger + " curve", finger + " lag"}, finger + " sum", model::Sum{{1, -0.5}, 40}});
+    glove.model.blocks.push_back({{finger + " sum"}, finger + " angle", model::Saturation{0, 120}});
+    glove.model.joints.push_back({finger, finger + " angle", 30, {}});
+  }
+  glove.sensor.fill(counts_as_they_are());
+  return glove;
+}
+
+// A board's flash with this model in its first copy.
+FlashContent flash_with(const Glove& glove) {
+  const DataBlock data = data_block(glove);
+  EXPECT_TRUE(data.in_flash);
+  constexpr std::uint16_t kImage = 4711;
+  const glove::ModelRecord record = model_record(glove, kImage);
+  const Bytes copy = model_copy(data.block, kImage, 0);
+  FlashContent out;
+  out.bytes.assign(kRecordAt, 0x55);
+  out.bytes.resize(kRecordAt + sizeof(record) + 2 * kCopyBytes, 0);
+  std::memcpy(out.bytes.data() + kRecordAt, &record, sizeof(record));
+  std::ranges::copy(copy, out.bytes.begin() + kRecordAt + sizeof(record));
+  return out;
+}
+
+struct Settings {
+  struct Monitor {
+    std::uint16_t low, high;
+  } monitor;
+  struct Guard {
+    std::int16_t rest;
+  } guard;
+  std::uint8_t strips;
+};
+
+// The middle finger's angle, Q4, of whichever model the flash starts; -1: none.
+int angle_of(const FlashContent& flash, const Glove& glove) {
+  using Pages = glove::ModelPages<kCopyBytes>;
+  const auto pages = std::make_unique<Pages>();
+  std::memcpy(pages.get(), flash.bytes.data() + kRecordAt, sizeof(Pages));
+  const auto ids = calibration_ids(glove_tables(glove));
+  glove::FlashModel<20000> model;
+  Settings settings[kFingers] = {};
+  if (model.load(*pages, pages->record.image, {ids.data(), 50}, settings) != compensator::Loaded::ok)
+    return -1;
+  EXPECT_EQ(settings[2].strips, 1 << 2);
+  for (std::int16_t& alpha : model.alpha) alpha = 32 * 600;
+  EXPECT_EQ(model.step(), 31);
+  return model.angle[2];
+}
+
+int angle_of(const Glove& glove) {
+  HostCompensator host(glove.model, {});
+  host.alpha.fill(32 * 600);
+  host.step();
+  return host.angle[2];
+}
+
+TEST(SendPages, PowerThatIsLostAnywhereLeavesTheOldModelOrTheNew) {
+  const Glove old = glove_of_curves(60);
+  const Glove now = glove_of_curves(90);
+  ASSERT_NE(angle_of(old), angle_of(now));
+  const FlashContent before = flash_with(old);
+  const FlashContent pages = pages_with_model(before, now, "the board");
+  EXPECT_EQ(pages.begin % glove::kFlashPage, 0U);
+  EXPECT_EQ(pages.bytes.size() % glove::kFlashPage, 0U);
+  int new_ones = 0;
+  for (std::size_t end = pages.begin; end <= pages.bytes.size(); end += end % 16 == 0 ? 1 : 15) {
+    FlashContent flash = before;
+    // A page is erased as a whole before it is written.
+    const std::size_t page = end / glove::kFlashPage * glove::kFlashPage;
+    if (page < pages.bytes.size())
+      std::fill_n(flash.bytes.begin() + static_cast<long>(page), glove::kFlashPage, 0xff);
+    std::copy(pages.bytes.begin() + static_cast<long>(pages.begin),
+              pages.bytes.begin() + static_cast<long>(end),
+              flash.bytes.begin() + static_cast<long>(pages.begin));
+    const int angle = angle_of(flash, old);
+    ASSERT_TRUE(angle == angle_of(old) || angle == angle_of(now)) << end - pages.begin << " bytes written";
+    new_ones += angle == angle_of(now) ? 1 : 0;
+  }
+  EXPECT_GT(new_ones, 0) << "the last of them are only filling";
+  EXPECT_LT(new_ones, 40);
+}
+
+TEST(SendPages, TheNextOneGoesOverTheOldest) {
+  FlashContent flash = flash_with(glove_of_curves(60));
+  std::size_t last = 0;
+  for (int k = 0; k < 70000; k += k < 4 ? 1 : 9001) {  // generations that wrap around, too
+    const Glove now = glove_of_curves(60 + k % 50);
+    const FlashContent pages = pages_with_model(flash, now, "the board");
+    EXPECT_NE(pages.begin, last);
+    last = pages.begin;
+    std::copy(pages.bytes.begin() + static_cast<long>(pages.begin), pages.bytes.end(),
+              flash.bytes.begin() + static_cast<long>(pages.begin));
+    EXPECT_EQ(angle_of(flash, now), angle_of(now)) << k;
+  }
+}
+
+TEST(SendPages, WhatDoesNotFitIsSaidWithTheMend) {
+  const Glove good = glove_of_curves(60);
+  const auto says = [&](const FlashContent& flash, const Glove& glove, const std::string& what) {
+    try {
+      (void)pages_with_model(flash, glove, "the board");
+      ADD_FAILURE() << what;
+    } catch (const io::InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
+    }
+  };
+  const FlashContent flash = flash_with(good);
+  Glove slow = good;
+  slow.model.sample_period_s = 0.1;
+  says(flash, slow, "--rate 50");
+  Glove other = good;
+  other.sensor[2] = divider(35, 25, 100.0 / 180);
+  says(flash, other, "middle: the board's image was made for another calibration");
+  FlashContent damaged = flash;
+  damaged.bytes[kRecordAt + 10] ^= 1;
+  says(damaged, good, "flash it anew");
+  says({std::vector<std::uint8_t>(32768, 0xff), 0}, good, "--model-as data");
+}
+
+}  // namespace
+}  // namespace flexor::deploy

@@ -1,0 +1,39 @@
+// What a model as data brings for the signal chain around it. Settings: of each strip and finger `monitor` (low, high),
+// `guard` (rest) and `strips`, as the chain has them.
+#pragma once
+
+#include "runtime/compensator/graph.hpp"
+
+namespace flexor {
+namespace glove {
+
+// No strip: open, always.
+template <class Settings>
+void clear_settings(Settings* settings) {
+  for (uint8_t i = 0; i < compensator::kStrips; ++i) {
+    settings[i].monitor.low = settings[i].monitor.high = 0;
+    settings[i].guard.rest = 0;
+    settings[i].strips = 0;
+  }
+}
+
+// Of a part that has been checked.
+template <class Place, class Settings>
+void describe(const uint8_t* bytes, Settings* settings) {
+  compensator::Bytes<Place> in{bytes + compensator::kHeaderBytes};
+  for (uint8_t i = 0; i < Place::byte(bytes + compensator::kInputCount); ++i) {
+    auto& monitor = settings[in.u8() & 15].monitor;
+    in.at += 2;
+    monitor.low = in.u16();
+    monitor.high = in.u16();
+    in.at += 4;
+  }
+  for (uint8_t i = 0; i < Place::byte(bytes + compensator::kOutputCount); ++i) {
+    const uint8_t first = in.u8();
+    settings[first & 7].guard.rest = in.i16();
+    settings[first & 7].strips = static_cast<uint8_t>(first >> 3);
+  }
+}
+
+}  // namespace glove
+}  // namespace flexor

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "host/io/io.hpp"
@@ -130,7 +131,16 @@ class PartWriter {
 
   void add_block(std::size_t b, const std::vector<std::size_t>& fingers) {
     const std::size_t signal = inputs_ + b;
+    if (number_.contains(signal)) return;
     open(fixed_.graph.inputs[signal]);
+    if (const std::optional<std::size_t> finger = finger_behind(b, fingers)) {
+      // Its saturation comes with the sum.
+      add_sum(b, std::get<model::FixedCoefficients<model::Sum>>(fixed_.blocks[b]).c,
+              static_cast<int>(*finger) + 1);
+      add_limits(joint_block(*finger));
+      number_[inputs_ + joint_block(*finger)] = signals_++;
+      return;
+    }
     bool written = false;
     for (const std::size_t f : fingers) {
       if (!wiring_.joint[f] || fixed_.graph.joint[*wiring_.joint[f]] != signal) continue;
@@ -139,15 +149,37 @@ class PartWriter {
       number_[signal] = signals_++;
       written = true;
     }
-    if (written || number_.contains(signal)) return;
+    if (written) return;
     std::visit([&](const auto& one) { add_step(b, one.c); }, fixed_.blocks[b]);
     if (!number_.contains(signal)) number_[signal] = signals_++;
   }
 
+  std::size_t joint_block(std::size_t finger) const {
+    return fixed_.graph.joint[*wiring_.joint[finger]] - inputs_;
+  }
+
+  // Of a sum that nothing takes but the saturation of one finger: which.
+  std::optional<std::size_t> finger_behind(std::size_t b, const std::vector<std::size_t>& fingers) const {
+    if (!std::holds_alternative<model::FixedCoefficients<model::Sum>>(fixed_.blocks[b])) return {};
+    std::optional<std::size_t> found;
+    for (std::size_t taker = b + 1; taker < model_.blocks.size(); ++taker) {
+      const std::vector<std::size_t>& from = fixed_.graph.from[taker];
+      if (!needed_[inputs_ + taker] || std::ranges::find(from, inputs_ + b) == from.end()) continue;
+      const auto own = [&](std::size_t f) { return wiring_.joint[f] && joint_block(f) == taker; };
+      if (found || std::ranges::count_if(fingers, own) != 1) return {};
+      found = *std::ranges::find_if(fingers, own);
+    }
+    return found;
+  }
+
   void add_angle(std::size_t b, std::size_t finger, int from) {
-    const auto& limits = std::get<model::FixedCoefficients<model::Saturation>>(fixed_.blocks[b]).c;
     code_.operation(Operation::angle, static_cast<int>(finger));
     code_.u8(from);
+    add_limits(b);
+  }
+
+  void add_limits(std::size_t b) {
+    const auto& limits = std::get<model::FixedCoefficients<model::Saturation>>(fixed_.blocks[b]).c;
     code_.u16(limits.lower);
     code_.u16(limits.upper);
     code_.u8(fixed_.signals[inputs_ + b].fraction - core::kOutputFraction);
@@ -212,12 +244,15 @@ class PartWriter {
   }
 
   // Weights of +-1 in steps of the output need no product: the rest of the shift comes out even.
-  void add_step(std::size_t b, const model::Sum::Fixed& c) {
+  void add_step(std::size_t b, const model::Sum::Fixed& c) { add_sum(b, c, 0); }
+
+  // finger: one more than that which the sum is the angle of; 0: of none.
+  void add_sum(std::size_t b, const model::Sum::Fixed& c, int finger) {
     const std::vector<std::size_t>& from = fixed_.graph.from[b];
     const int unit = 1 << c.shift;
     const bool plain =
         std::all_of(c.weight, c.weight + from.size(), [&](int w) { return std::abs(w) == unit; });
-    code_.operation(plain ? Operation::plain_sum : Operation::sum);
+    code_.operation(plain ? Operation::plain_sum : Operation::sum, finger);
     if (!plain) code_.u8(c.shift);
     code_.i32(plain ? (c.offset + unit / 2) >> c.shift : c.offset);
     code_.u8(static_cast<int>(from.size()));

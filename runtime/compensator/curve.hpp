@@ -101,6 +101,38 @@ FLEXOR_SHARED int16_t value_at(const uint8_t* values, Segment segment) {
   return value_in<Place>(values, segment);
 }
 
+// Of n curves one behind the other, each of `bytes`; n > 0. To `out`, which goes on; returns what lies behind them.
+template <class Place>
+FLEXOR_INLINE const uint8_t* values_in(const uint8_t* values, uint8_t bytes, Segment segment, int16_t*& out,
+                                       uint8_t n) {
+  for (; n > 0; --n, values += bytes) *out++ = value_in<Place>(values, segment);
+  return values;
+}
+
+#if defined(__AVR__) && defined(FLEXOR_AVR_ASSEMBLY)
+// In the registers that a function need not keep.
+template <>
+FLEXOR_INLINE const uint8_t* values_in<core::Flash>(const uint8_t* values, uint8_t bytes, Segment segment,
+                                                    int16_t*& out, uint8_t n) {
+  const uint8_t offset = static_cast<uint8_t>(2 * segment.offset);
+  values += offset;
+  uint16_t y;
+  int16_t slope;
+  uint8_t below;
+  asm volatile(
+      "1:\tlpm %A[y], Z+\n\tlpm %B[y], Z+\n\tlpm %A[s], Z+\n\tlpm %B[s], Z+\n\t"
+      "mulsu %B[s], %B[u]\n\tadd %A[y], r0\n\tadc %B[y], r1\n\t"
+      "mul %A[u], %A[s]\n\tldi %[b], 0x80\n\tadd %[b], r1\n\tadc %A[y], %[z]\n\tadc %B[y], %[z]\n\t"
+      "mul %B[u], %A[s]\n\tadd %[b], r0\n\tadc %A[y], r1\n\tadc %B[y], %[z]\n\t"
+      "mulsu %B[s], %A[u]\n\tsbc %B[y], %[z]\n\tadd %[b], r0\n\tadc %A[y], r1\n\tadc %B[y], %[z]\n\t"
+      "st X+, %A[y]\n\tst X+, %B[y]\n\tadd r30, %[rest]\n\tadc r31, %[z]\n\tdec %[n]\n\tbrne 1b\n\tclr r1"
+      : [v] "+z"(values), [o] "+x"(out), [n] "+r"(n), [y] "=&r"(y), [s] "=&a"(slope), [b] "=&d"(below)
+      : [u] "a"(segment.share), [rest] "r"(static_cast<uint8_t>(bytes - 4)), [z] "r"(static_cast<uint8_t>(0))
+      : "r0", "memory");
+  return values - offset;
+}
+#endif
+
 // 2^up_i of a segment of this width, 1 or more.
 inline uint16_t scale_of(uint16_t width) {
   uint16_t scale = 1;

@@ -41,8 +41,8 @@ constexpr uint8_t kMostCurves = 15;  // of an operation
 // In brackets the upper four bits. A weight is its mantissa u16 and its shift u8. Each gives one signal, curves one each.
 enum class Operation : uint8_t {
   curves,  // [how many] where their knots lie in the part u16, signal, and of each curve y and slope i16 of each knot
-  sum,         // shift, offset i32, n, n times signal and weight i16
-  plain_sum,   // offset i32, n, n times signal, | 0x80 to subtract
+  sum,         // [0, or finger + 1] shift, offset i32, n, n times signal and weight i16; an angle's limits
+  plain_sum,   // [0, or finger + 1] offset i32, n, n times signal, | 0x80 to subtract; an angle's limits
   dead_zone,   // signal, lower i16, upper i16
   saturation,  // signal, lower i16, upper i16
   play,        // signal, radius i16
@@ -77,8 +77,10 @@ struct Bytes {
   FLEXOR_INLINE uint16_t u16() { return Place::next_word(at); }
   FLEXOR_INLINE int16_t i16() { return static_cast<int16_t>(u16()); }
   FLEXOR_INLINE int32_t i32() {
-    const uint16_t low = u16();
-    return static_cast<int32_t>(static_cast<uint32_t>(u16()) << 16 | low);
+    const uint16_t half[] = {u16(), u16()};
+    int32_t x;
+    __builtin_memcpy(&x, half, sizeof(x));  // a compiler would shift
+    return x;
   }
   FLEXOR_INLINE core::Weight weight() {
     const uint16_t mantissa = u16();
@@ -140,6 +142,17 @@ struct Part {
   uint8_t section_count;
 };
 
+// On a microcontroller one graph runs at a time, and what is at a fixed place is quickly reached.
+#ifdef __AVR__
+#define FLEXOR_PER_THREAD
+#else
+#define FLEXOR_PER_THREAD thread_local
+#endif
+
+const uint8_t kBits[] FLEXOR_IN_FLASH = {1, 2, 4, 8, 16};
+static_assert(sizeof(kBits) == kStrips && kStrips == kMaxParts, "a bit for each strip and finger");
+FLEXOR_INLINE uint8_t bit(uint8_t n) { return core::Flash::byte(kBits + n); }
+
 // Where a section's run is: the states of its next operation, and where its results go.
 template <class Place>
 struct Machine {
@@ -155,53 +168,63 @@ struct Machine {
 // Operations, each out of line: from what lies behind its code to what lies behind it.
 template <class Place>
 struct Step {
-  using M = Machine<Place>;
   using In = Bytes<Place>;
+  static FLEXOR_PER_THREAD Machine<Place> m;
 
   // States lie one behind the other, as the loader has taken them.
   template <class State>
-  FLEXOR_INLINE static State& next(M& m) {
+  FLEXOR_INLINE static State& next() {
     uint8_t* const state = Arena::aligned(m.own);
     m.own = state + sizeof(State);
     return *reinterpret_cast<State*>(state);
   }
 
-  FLEXOR_INLINE static In end(M& m, In in, int16_t result) {
+  FLEXOR_INLINE static In end(In in, int16_t result) {
     *m.out++ = result;
     return in;
   }
 
   template <class Block>
-  FLEXOR_INLINE static In end(M& m, In in, const Block& block, int16_t u) {
-    typename Block::State& state = next<typename Block::State>(m);
+  FLEXOR_INLINE static In end(In in, const Block& block, int16_t u) {
+    typename Block::State& state = next<typename Block::State>();
     if (m.first) block.start(state, u);
-    return end(m, in, block.step(state, u));
+    return end(in, block.step(state, u));
   }
 
-  FLEXOR_SHARED static In curves(M& m, In in, uint8_t n) {
+  FLEXOR_SHARED static In curves(In in, uint8_t n) {
     In knots{m.part + in.u16()};
     const int16_t u = m.signal[in.u8()];
     const uint8_t count = knots.u8();
     const core::Words<Place, int16_t> x{knots.at};
     const Segment on = segment_of(x, core::Words<Place, uint16_t>{(x + count).at}, count, u);
-    const uint8_t bytes = static_cast<uint8_t>(4 * count);
-    int16_t* out = m.out;
-    for (; n > 0; --n, in.at += bytes) *out++ = value_in<Place>(in.at, on);
-    m.out = out;
-    return in;
+    return {values_in<Place>(in.at, static_cast<uint8_t>(4 * count), on, m.out, n)};
   }
 
-  FLEXOR_SHARED static In sum(M& m, In in) {
+  // What leaves as a finger's angle.
+  FLEXOR_SHARED static In end_angle(In in, uint8_t finger, int16_t u) {
+    const int16_t lower = in.i16();
+    const int16_t y = Saturation<int16_t>{lower, in.i16()}(u);
+    m.angle[finger] = core::to_output(y, in.i8());
+    m.good = static_cast<uint8_t>(m.good | bit(finger));
+    return end(in, y);
+  }
+
+  // A sum that is a finger's angle, one more than `number`: limits and shift follow.
+  FLEXOR_INLINE static In end_sum(In in, uint8_t number, int16_t y) {
+    return number > 0 ? end_angle(in, static_cast<uint8_t>(number - 1), y) : end(in, y);
+  }
+
+  FLEXOR_SHARED static In sum(In in, uint8_t number) {
     const uint8_t shift = in.u8();
     int32_t y = in.i32();
     for (uint8_t n = in.u8(); n > 0; --n) {
       const int16_t u = m.signal[in.u8()];
-      y += static_cast<int32_t>(in.i16()) * u;
+      y += core::multiply_signed(in.i16(), u);
     }
-    return end(m, in, core::narrow(core::round_shift(y, shift)));
+    return end_sum(in, number, core::narrow(core::round_shift(y, shift)));
   }
 
-  FLEXOR_SHARED static In plain_sum(M& m, In in) {
+  FLEXOR_SHARED static In plain_sum(In in, uint8_t number) {
     int32_t y = in.i32();
     for (uint8_t n = in.u8(); n > 0; --n) {
       const uint8_t term = in.u8();
@@ -209,60 +232,58 @@ struct Step {
       if ((term & 0x80) == 0) y += u;
       if ((term & 0x80) != 0) y -= u;
     }
-    return end(m, in, core::narrow(y));
+    return end_sum(in, number, core::narrow(y));
   }
 
   template <class Block>
-  FLEXOR_INLINE static int16_t limited(M& m, In& in) {
+  FLEXOR_INLINE static int16_t limited(In& in) {
     const int16_t u = m.signal[in.u8()];
     const int16_t lower = in.i16();
     return Block{lower, in.i16()}(u);
   }
-  FLEXOR_SHARED static In dead_zone(M& m, In in) {
-    const int16_t y = limited<DeadZone<int16_t>>(m, in);
-    return end(m, in, y);
+  FLEXOR_SHARED static In dead_zone(In in, uint8_t) {
+    const int16_t y = limited<DeadZone<int16_t>>(in);
+    return end(in, y);
   }
-  FLEXOR_SHARED static In saturation(M& m, In in) {
-    const int16_t y = limited<Saturation<int16_t>>(m, in);
-    return end(m, in, y);
+  FLEXOR_SHARED static In saturation(In in, uint8_t) {
+    const int16_t y = limited<Saturation<int16_t>>(in);
+    return end(in, y);
   }
-  FLEXOR_SHARED static In angle(M& m, In in, uint8_t finger) {
-    const int16_t y = limited<Saturation<int16_t>>(m, in);
-    m.angle[finger] = core::to_output(y, in.i8());
-    m.good = static_cast<uint8_t>(m.good | 1 << finger);
-    return end(m, in, y);
+  FLEXOR_SHARED static In angle(In in, uint8_t finger) {
+    const int16_t u = m.signal[in.u8()];
+    return end_angle(in, finger, u);
   }
 
-  FLEXOR_SHARED static In play(M& m, In in) {
+  FLEXOR_SHARED static In play(In in, uint8_t) {
     const int16_t u = m.signal[in.u8()];
     const Play<int16_t> c{in.i16()};
-    return end(m, in, c, u);
+    return end(in, c, u);
   }
 
-  FLEXOR_SHARED static In creep(M& m, In in) {
+  FLEXOR_SHARED static In creep(In in, uint8_t) {
     const int16_t u = m.signal[in.u8()];
     FixedCreep c;
     c.radius = in.i32();
     c.share = in.weight();
-    return end(m, in, c, u);
+    return end(in, c, u);
   }
 
-  FLEXOR_SHARED static In lag(M& m, In in) {
+  FLEXOR_SHARED static In lag(In in, uint8_t) {
     const int16_t u = m.signal[in.u8()];
     const FixedLag c{in.weight()};
-    return end(m, in, c, u);
+    return end(in, c, u);
   }
 
   using Hysteresis = FixedHysteresis<kMostPlays>;
-  FLEXOR_SHARED static In hysteresis(M& m, In in) {
+  FLEXOR_SHARED static In hysteresis(In in, uint8_t) {
     const int16_t u = m.signal[in.u8()];
     int32_t sum = 0;
-    for (int16_t& p : next<typename Hysteresis::State>(m).p) {
+    for (int16_t& p : next<typename Hysteresis::State>().p) {
       const int16_t radius = in.i16();
       p = m.first ? u : moved(p, u, radius);
       sum += Hysteresis::term(in.i16(), core::subtract(p, u));
     }
-    return end(m, in, Hysteresis::total(u, sum));
+    return end(in, Hysteresis::total(u, sum));
   }
 
   // Rows of coefficients, out of line: a compiler would write each out.
@@ -277,7 +298,7 @@ struct Step {
   }
 
   using Chain = FixedLti<kMaxOrder, true>;
-  FLEXOR_SHARED static In lti(M& m, In in) {
+  FLEXOR_SHARED static In lti(In in, uint8_t) {
     const int16_t u = m.signal[in.u8()];
     Chain c;
     c.gain = in.i16();
@@ -289,10 +310,10 @@ struct Step {
     c.tap_fraction = in.u8();
     c.output_shift = in.u8();
     c.is_direct = false;
-    return end(m, in, c, u);
+    return end(in, c, u);
   }
 
-  FLEXOR_SHARED static In direct(M& m, In in) {
+  FLEXOR_SHARED static In direct(In in, uint8_t) {
     const int16_t u = m.signal[in.u8()];
     Chain c;
     c.gain = in.i16();
@@ -301,10 +322,10 @@ struct Step {
     c.is_direct = true;
     for (uint16_t& b : c.direct.b) b = in.u16();
     for (uint16_t& a : c.direct.a) a = in.u16();
-    return end(m, in, c, u);
+    return end(in, c, u);
   }
 
-  FLEXOR_SHARED static In pole_pair(M& m, In in) {
+  FLEXOR_SHARED static In pole_pair(In in, uint8_t) {
     const int16_t u = m.signal[in.u8()];
     FixedPolePair c;
     in = words(in, c.change, 4);
@@ -313,60 +334,39 @@ struct Step {
     c.tap_fraction = in.u8();
     c.up = in.u8();
     c.down = in.u8();
-    return end(m, in, c, u);
+    return end(in, c, u);
   }
 
-  FLEXOR_SHARED static In delay(M& m, In in) {
+  FLEXOR_SHARED static In delay(In in, uint8_t) {
     const int16_t u = m.signal[in.u8()];
     const Delay<int16_t, kMostDelay> c{in.u8()};
-    return end(m, in, c, u);
+    return end(in, c, u);
   }
 
   // Operations up to the section's end.
-  FLEXOR_INLINE static void run(M& m, In in) {
+  FLEXOR_INLINE static void run(In in) {
     for (;;) {
       const uint8_t code = in.u8();
       if (code == static_cast<uint8_t>(Operation::end)) return;
-      in = one(m, in, static_cast<Operation>(code & 15), upper_nibble(code));
-    }
-  }
-
-  FLEXOR_INLINE static In one(M& m, In in, Operation operation, uint8_t number) {
-    switch (operation) {
-      case Operation::curves:
-        return curves(m, in, number);
-      case Operation::sum:
-        return sum(m, in);
-      case Operation::plain_sum:
-        return plain_sum(m, in);
-      case Operation::dead_zone:
-        return dead_zone(m, in);
-      case Operation::saturation:
-        return saturation(m, in);
-      case Operation::play:
-        return play(m, in);
-      case Operation::creep:
-        return creep(m, in);
-      case Operation::hysteresis:
-        return hysteresis(m, in);
-      case Operation::lag:
-        return lag(m, in);
-      case Operation::lti:
-        return lti(m, in);
-      case Operation::direct:
-        return direct(m, in);
-      case Operation::pole_pair:
-        return pole_pair(m, in);
-      case Operation::delay:
-        return delay(m, in);
-      case Operation::angle:
-        return angle(m, in, number);
-      default:
-        return in;
+      in = one(static_cast<uint8_t>(code & 15))(in, upper_nibble(code));
     }
   }
 
  private:
+  using Operator = In (*)(In, uint8_t);
+
+  FLEXOR_INLINE static Operator one(uint8_t operation) {
+    // In the order of Operation.
+    static const Operator kOperators[] FLEXOR_IN_FLASH = {
+        curves,     sum, plain_sum, dead_zone, saturation, play,  creep,
+        hysteresis, lag, lti,       direct,    pole_pair,  delay, angle};
+#ifdef __AVR__
+    return reinterpret_cast<Operator>(pgm_read_word(kOperators + operation));
+#else
+    return kOperators[operation];
+#endif
+  }
+
   FLEXOR_INLINE static uint8_t upper_nibble(uint8_t code) {
 #ifdef __AVR__
     return __builtin_avr_swap(code) & 15;  // the compiler would shift bit by bit
@@ -375,6 +375,9 @@ struct Step {
 #endif
   }
 };
+
+template <class Place>
+FLEXOR_PER_THREAD Machine<Place> Step<Place>::m;
 
 // What a part must have been made for.
 struct MadeFor {
@@ -617,6 +620,9 @@ class Loader {
     if (operation == Operation::end) return at_ == end_ ? Loaded::ok : Loaded::malformed;
     if (!check(field::of(code & 15))) return Loaded::malformed;
     if (operation == Operation::angle && n >= kMaxParts) return Loaded::malformed;
+    if ((operation == Operation::sum || operation == Operation::plain_sum) && n > 0) {
+      if (n > kMaxParts || !skip(4) || !check_field(field::kOutputShift)) return Loaded::malformed;
+    }
     if (operation == Operation::curves) {
       const uint16_t bytes = static_cast<uint16_t>(n * 4 * knots_at(Place::word(at_ - 3)));
       if (n == 0 || !skip(bytes) || n > 255 - signals_) return Loaded::malformed;
@@ -750,22 +756,24 @@ class Graph {
   uint8_t read(const Part& part) {
     uint8_t strips = 0;
     Bytes<Place> in{part.begin + kHeaderBytes};
-    for (uint8_t i = 0; i < part.input_count; ++i) {
+    int16_t* signal = signals();
+    for (uint8_t left = part.input_count; left > 0; --left, ++signal) {
       const uint8_t first = in.u8();
       const int16_t u = alpha[first & 15];
       in.at += 6;
       const int16_t least = in.i16();
       const int16_t most = in.i16();
       if (u < least || u > most) continue;
-      strips = static_cast<uint8_t>(strips | 1 << (first & 15));
-      signals()[i] = core::refine(u, static_cast<uint8_t>(first >> 4));
+      strips = static_cast<uint8_t>(strips | bit(first & 15));
+      *signal = core::refine(u, static_cast<uint8_t>(first >> 4));
     }
     return strips;
   }
 
   // The sections of which all strips are valid.
   FLEXOR_SHARED uint8_t run(const Part& part, uint8_t strips) {
-    Machine<Place>& m = machine_;
+    Machine<Place>& m = Step<Place>::m;
+    const uint8_t missing = static_cast<uint8_t>(~strips);
     int16_t* const s = signals();
     m.signal = s;
     m.part = part.begin;
@@ -773,17 +781,16 @@ class Graph {
     m.good = 0;
     Section* section = part.sections;
     for (uint8_t i = part.section_count; i > 0; --i, ++section) {
-      if ((section->strips & ~strips) != 0) continue;
+      if ((section->strips & missing) != 0) continue;
       m.own = section->own;
       m.out = s + section->signal;
       m.first = !section->started;
       section->started = true;
-      Step<Place>::run(m, {section->code});
+      Step<Place>::run({section->code});
     }
     return m.good;
   }
 
-  Machine<Place> machine_ = {};
   Arena arena_{memory_, kArena};
   Part part_[kMaxParts] = {};
   uint8_t parts_ = 0;

@@ -33,7 +33,7 @@ struct FixedLag {
   FLEXOR_INLINE static int32_t wide(int16_t u) { return core::widen<1>(u); }
   FLEXOR_INLINE void start(State& state, int16_t u) const { state.y = wide(u); }
   FLEXOR_INLINE int16_t step(State& state, int16_t u) const {
-    state.y += share.times(wide(u) - state.y);
+    state.y += share.times_here(wide(u) - state.y);
     return static_cast<int16_t>(core::upper_half((state.y + 0x4000) * 2));
   }
 };

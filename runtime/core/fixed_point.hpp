@@ -104,6 +104,22 @@ FLEXOR_INLINE int32_t multiply_subtract(int32_t accumulator, uint16_t a, uint16_
 }
 #endif
 
+// a * b.
+#if defined(__AVR__) && defined(FLEXOR_AVR_ASSEMBLY)
+FLEXOR_INLINE int32_t multiply_signed(int16_t a, int16_t b) {
+  int32_t product;
+  asm("muls %B[a], %B[b]\n\tmovw %C[p], r0\n\tmul %A[a], %A[b]\n\tmovw %A[p], r0\n\t"
+      "mulsu %B[a], %A[b]\n\tsbc %D[p], %[z]\n\tadd %B[p], r0\n\tadc %C[p], r1\n\tadc %D[p], %[z]\n\t"
+      "mulsu %B[b], %A[a]\n\tsbc %D[p], %[z]\n\tadd %B[p], r0\n\tadc %C[p], r1\n\tadc %D[p], %[z]\n\tclr r1"
+      : [p] "=&r"(product)
+      : [a] "a"(a), [b] "a"(b), [z] "r"(static_cast<uint8_t>(0))
+      : "r0");
+  return product;
+}
+#else
+FLEXOR_INLINE int32_t multiply_signed(int16_t a, int16_t b) { return static_cast<int32_t>(a) * b; }
+#endif
+
 // value / 2^16 rounded down, modulo 2^16. A shift would clear two registers that nobody asks for.
 FLEXOR_INLINE uint16_t upper_half(int32_t value) {
   static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "halves are taken as they lie");
@@ -115,7 +131,7 @@ FLEXOR_INLINE uint16_t upper_half(int32_t value) {
 // floor(a * m / 2^16) without a 64-bit product: two 16x16 -> 32 multiplications.
 // Domain: every a, every m; the result always fits.
 #if defined(__AVR__) && defined(FLEXOR_AVR_ASSEMBLY)
-FLEXOR_PRODUCT_INLINE int32_t multiply_q16(int32_t a, uint16_t m) {
+FLEXOR_INLINE int32_t multiply_q16_here(int32_t a, uint16_t m) {
   int32_t product;
   uint8_t below;
   asm("mul %B[a], %B[m]\n\tmovw %A[p], r0\n\tmulsu %D[a], %B[m]\n\tmovw %C[p], r0\n\t"
@@ -134,13 +150,15 @@ FLEXOR_PRODUCT_INLINE int32_t multiply_q16(int32_t a, uint16_t m) {
   return product;
 }
 #else
-FLEXOR_PRODUCT_INLINE int32_t multiply_q16(int32_t a, uint16_t m) {
+FLEXOR_INLINE int32_t multiply_q16_here(int32_t a, uint16_t m) {
   const uint16_t high = upper_half(a);
   uint32_t product = static_cast<uint32_t>(multiply(high, m));
   if (a < 0) product -= static_cast<uint32_t>(m) << 16;  // high is negative
   return static_cast<int32_t>(product + upper_half(multiply(static_cast<uint16_t>(a), m)));
 }
 #endif
+
+FLEXOR_PRODUCT_INLINE int32_t multiply_q16(int32_t a, uint16_t m) { return multiply_q16_here(a, m); }
 
 // a * m / 2^16 rounded, halves upwards, modulo 2^16.
 #if defined(__AVR__) && defined(FLEXOR_AVR_ASSEMBLY)
@@ -222,10 +240,10 @@ FLEXOR_INLINE int16_t refine(int16_t v, uint8_t bits) {
 
 // An angle with `bits` more fraction bits than the output, or less, as output.
 FLEXOR_INLINE int16_t to_output(int16_t y, int8_t bits) {
+  for (; bits < 0; ++bits) y = add(y, y);
   if (bits == 0) return y;
-  if (bits < 0) return narrow(static_cast<int32_t>(y) * (static_cast<int32_t>(1) << -bits));
-  const int16_t half = static_cast<int16_t>(y >> (bits - 1));
-  return static_cast<int16_t>((half >> 1) + (half & 1));  // rounds halves upwards, and cannot overflow
+  for (; bits > 1; --bits) y = static_cast<int16_t>(y >> 1);
+  return static_cast<int16_t>((y >> 1) + (y & 1));  // rounds halves upwards, and cannot overflow
 }
 
 }  // namespace core

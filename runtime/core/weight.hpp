@@ -15,6 +15,10 @@ struct Weight {
   FLEXOR_INLINE int32_t times(int32_t difference) const {
     return multiply_q16(difference, mantissa) >> shift;
   }
+  // The same, never called: where it is the only product.
+  FLEXOR_INLINE int32_t times_here(int32_t difference) const {
+    return multiply_q16_here(difference, mantissa) >> shift;
+  }
 };
 
 }  // namespace core

@@ -33,6 +33,9 @@ class ByteRadio {
   // arrives.
   std::optional<Cycles> pass(Cycles begin, std::uint8_t& byte);
 
+  // Of Gilbert and Elliott's two states, the one that loses frames.
+  bool is_bad() const { return bad_; }
+
  private:
   const twin::Parameters& p_;
   twin::Random random_;

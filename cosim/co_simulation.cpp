@@ -62,8 +62,10 @@ void CoSimulation::on_the_air(From from, Cycles begin, std::uint8_t byte) {
   const auto end = radio_[static_cast<std::size_t>(from)].pass(begin, byte);
   if (!end || collides(from, begin, *end) || !radio_on) return;
   if (from == From::hand) return glove_.receive(*end, byte);
-  if (on_arrival) on_arrival(*end, byte);
-  hand_.receive(std::max(*end, injected_until_), byte);
+  // Two who speak at once come one after the other, a byte at a time.
+  const Cycles at = *end > injected_until_ ? * end : injected_until_ += byte_cycles();
+  if (on_arrival) on_arrival(at, byte);
+  hand_.receive(at, byte);
 }
 
 bool CoSimulation::collides(From from, Cycles begin, Cycles end) {
@@ -110,15 +112,13 @@ HandStatus CoSimulation::hand_status() const {
 }
 
 void CoSimulation::inject(const std::vector<std::uint8_t>& bytes) {
-  const auto byte_cycles = static_cast<Cycles>(10 / input_.parameters.baud * 1000 * kCyclesPerMs);
   injected_until_ = std::max(injected_until_, hand_.now());
-  for (const std::uint8_t byte : bytes) hand_.receive(injected_until_ += byte_cycles, byte);
+  for (const std::uint8_t byte : bytes) hand_.receive(injected_until_ += byte_cycles(), byte);
 }
 
 void CoSimulation::inject_to_glove(const std::vector<std::uint8_t>& bytes) {
-  const auto byte_cycles = static_cast<Cycles>(10 / input_.parameters.baud * 1000 * kCyclesPerMs);
-  Cycles at = glove_.now() + byte_cycles;
-  for (const std::uint8_t byte : bytes) glove_.receive(at += byte_cycles, byte);
+  Cycles at = glove_.now() + byte_cycles();
+  for (const std::uint8_t byte : bytes) glove_.receive(at += byte_cycles(), byte);
 }
 
 link::LinkStatistics CoSimulation::link_statistics() const {

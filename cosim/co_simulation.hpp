@@ -62,6 +62,8 @@ class CoSimulation {
   // Puts bytes on the hand's RX pin, one byte-time apart, from now on.
   void inject(const std::vector<std::uint8_t>& bytes);
   bool radio_on = true;  // false: nothing arrives at either end
+  // Neither is in a burst of losses, as of the last frame that way.
+  bool both_ways_are_good() const { return !radio_[0].is_bad() && !radio_[1].is_bad(); }
 
   static Cycles cycle_of(double t_ms) {
     return static_cast<Cycles>((t_ms - twin::World::kStart_ms) * kCyclesPerMs);
@@ -73,6 +75,9 @@ class CoSimulation {
  private:
   enum class From { glove, hand };
   void on_the_air(From from, Cycles begin, std::uint8_t byte);
+  Cycles byte_cycles() const {
+    return static_cast<Cycles>(10 / input_.parameters.baud * 1000 * kCyclesPerMs);
+  }
   bool collides(From from, Cycles begin, Cycles end);
   void wind_up();
 

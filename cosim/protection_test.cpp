@@ -7,16 +7,15 @@
 #include <memory>
 
 #include "cosim/co_simulation.hpp"
+#include "cosim/lies.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/io/io.hpp"
 #include "host/study/boards.hpp"
-#include "host/twin/random.hpp"
 
 namespace flexor::cosim {
 namespace {
 
-constexpr int kFinger = 2;         // whose potentiometer lies
-constexpr int kSlip_counts = 164;  // 40 degrees
+constexpr int kFinger = 2;  // whose potentiometer lies
 constexpr double kTop_deg_s = 450;
 // 50 ms are asked for; one of these 48 plays, a wiper that reads its neighbour, takes 54.
 constexpr double kLongest_s = 0.06;
@@ -50,8 +49,6 @@ const Images& images(bool watched) {
   return watched ? *guarded : *bare;
 }
 
-enum class Lie { none, frozen, slipped_up, slipped_down, reversed, neighbour, noisy };
-
 struct Outcome {
   double fastest_deg_s = 0;  // of all joints
   double pressed_s = 0;      // of the worst finger
@@ -70,14 +67,7 @@ Outcome play(const std::string& gesture, std::uint64_t trial, bool watched, Lie 
   simulation.on_potentiometer = [&](std::int64_t now, int finger, int counts) {
     if (finger != kFinger || lie == Lie::none || now < onset_ms) return counts;
     if (now == onset_ms) held = counts;
-    const int lies[] = {counts,
-                        held,
-                        counts + kSlip_counts,
-                        counts - kSlip_counts,
-                        2 * held - counts,
-                        simulation.world().potentiometer_counts(kFinger - 1),
-                        counts + static_cast<int>(40 * random.normal())};
-    return std::clamp(lies[static_cast<int>(lie)], 0, 1023);
+    return told(lie, counts, held, simulation.world().potentiometer_counts(kFinger - 1), random);
   };
   simulation.on_ms = [&](std::int64_t now) {
     const HandStatus status = simulation.hand_status();

@@ -59,6 +59,7 @@ class FlexorOutput {
 #else
 
 #include "runtime/link/glove_end.hpp"
+#include "runtime/link/glove_turns.hpp"
 #include "runtime/link/key_record.hpp"
 
 // Frames for the hand's radio, which is silent for a while after some of them to hear the hand. With a damaged key it is
@@ -69,23 +70,19 @@ class FlexorOutput {
 
   template <class Port>
   void listen(Port& port) {
-    while (port.available() > 0) end_.push(static_cast<uint8_t>(port.read()));
+    while (port.available() > 0) {
+      turns_.byte();
+      const flexor::link::Received result = end_.push(static_cast<uint8_t>(port.read()));
+      if (result == flexor::link::Received::pending || result == flexor::link::Received::other) turns_.heard();
+    }
   }
 
   template <class Port>
   void send(Port& port, flexor::link::Frame& frame, const int16_t*, const uint16_t*, uint8_t) {
     if (!key_is_whole_ || ++since_frame_ < flexor::config::kSamplesPerFrame) return;
     since_frame_ = 0;
-    if (silent_ > 0) {
-      --silent_;
-      return;
-    }
-    if (!end_.in_touch()) return;
-    const bool listens = ++since_listening_ >= flexor::config::kListenEvery;
-    if (listens) {
-      since_listening_ = 0;
-      silent_ = flexor::config::kListenSlots;
-    }
+    if (!turns_.take_slot(end_.packet().amid()) || !end_.in_touch()) return;
+    const bool listens = turns_.listens(false);
     uint8_t wire[flexor::link::kMaxWire];
     const uint8_t size = end_.angles(frame, listens, wire);
     port.write(wire, size);
@@ -101,8 +98,8 @@ class FlexorOutput {
   flexor::link::Key key_ = {};
   flexor::link::GloveEnd end_;
   uint8_t since_frame_ = flexor::config::kSamplesPerFrame - 1;
-  uint8_t since_listening_ = 0;
-  uint8_t silent_ = 0;
+  flexor::link::GloveTurns<flexor::config::kListenEvery, flexor::config::kSeekEvery, flexor::config::kListenSlots>
+      turns_;
 };
 
 #endif

@@ -4,6 +4,7 @@
 #include "firmware/board.hpp"
 #include "glove_config.hpp"
 #include "runtime/link/glove_end.hpp"
+#include "runtime/link/glove_turns.hpp"
 
 using namespace flexor;
 using namespace flexor::firmware;
@@ -143,8 +144,6 @@ class Output {
 
 Ring<64> received;
 
-// The radio carries one direction at a time: after each kListenEvery'th frame the glove is silent for
-// kListenSlots more, and the hand may speak; more often while it is not heard.
 class Output {
  public:
   static constexpr uint8_t kUart = _BV(TXEN0) | _BV(RXEN0) | _BV(RXCIE0);
@@ -153,33 +152,26 @@ class Output {
     reset_cause_ = reset_cause;
     models_.load();
     chain.restart();
+    // The hand's challenge, if it comes at once, is there before the first sample.
+    if (!end_.in_touch()) send_state();
   }
   bool busy() const { return !received.empty() || models_.busy(); }
   void sampled(uint16_t reading) { models_.stir(reading); }
   void work() {
     uint8_t byte;
     while (received.pop(byte)) {
+      turns_.byte();
       const link::Received result = end_.push(byte);
-      if (result == link::Received::pending || result == link::Received::other)
-        heard_ = 2 * config::kListenEvery;
+      if (result == link::Received::pending || result == link::Received::other) turns_.heard();
       if (result == link::Received::pending) take();
     }
     uint8_t wire[link::kMaxWire];
     if (const uint8_t size = models_.work(wire)) transmitter.send(wire, size);
   }
   void send_frame() {
-    if (silent_ > 0) {
-      --silent_;
-      return;
-    }
-    if (heard_ > 0) --heard_;
+    if (!turns_.take_slot(end_.packet().amid())) return;
     if (sending_ > 0) --sending_;
-    const uint8_t every = heard_ > 0 ? config::kListenEvery : config::kSeekEvery;
-    const bool listens = ++since_listening_ >= every || sending_ > 0;
-    if (listens) {
-      since_listening_ = 0;
-      silent_ = config::kListenSlots;
-    }
+    const bool listens = turns_.listens(sending_ > 0 || !end_.in_touch());
     if (listens && (wants_state_ || !end_.in_touch())) {
       send_state();
     } else if (end_.in_touch()) {
@@ -238,10 +230,8 @@ class Output {
 
   link::GloveEnd end_{pair_key(config::kKeyRecord)};
   Models models_{end_.pair()};
+  link::GloveTurns<config::kListenEvery, config::kSeekEvery, config::kListenSlots> turns_;
   uint8_t reset_cause_ = 0;
-  uint8_t since_listening_ = config::kSeekEvery - 1;  // frames
-  uint8_t heard_ = 0;                                 // frames for which the hand counts as heard
-  uint8_t silent_ = 0;
   uint8_t readings_left_ = 0;
   uint8_t sending_ = 0;  // slots for which somebody who sends a model gets his turn after each
   bool wants_state_ = false;
@@ -273,9 +263,10 @@ ISR(USART_RX_vect) { received.push(UDR0); }
 #endif
 
 int main() {
-  output.start(start_watchdog(WDTO_500MS));
-  zero.start();
+  const uint8_t reset_cause = start_watchdog(WDTO_500MS);
   start_uart(config::kUartDivisor, Output::kUart);
+  output.start(reset_cause);
+  zero.start();
   start_sampling();
   sei();
   uint8_t since_frame = config::kSamplesPerFrame - 1;

@@ -40,6 +40,9 @@ class World {
     return static_cast<double>(x_.speed[finger]);
   }  // of the motor, behind the gear
 
+  // How long a motor has pressed against a stop so far; see plant.hpp.
+  int pressed_ms(int finger) const { return x_.pressed_ms[finger]; }
+
   // The loop's integral after person.rest_s of this command in the first pose, as LoopState has it.
   std::int32_t settled_integral(int finger, std::int16_t command_q4) const;
 

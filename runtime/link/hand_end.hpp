@@ -3,7 +3,9 @@
 // It challenges after its own start and after kOutage_ms without a frame, until a frame answers; a nonce is
 // given for kNonce_ms at most, so that what was sent before is not believed for longer. The radio carries one
 // direction at a time: this end speaks after a frame that says that its sender listens, or when nothing has
-// come for kSilence_ms.
+// come for kSilence_ms. Challenges do not wait for that: what they could spoil would not be believed. They begin
+// in any gap, by which a glove that hears one begin leaves out its frame; and at no even distance, as two boards
+// that begin at once would else do so for ever.
 #pragma once
 
 #include "runtime/link/receiver.hpp"
@@ -12,10 +14,14 @@ namespace flexor {
 namespace link {
 
 constexpr uint16_t kOutage_ms = 500;
-constexpr uint16_t kMissed_ms = 150;  // without a frame: a glove that says that it has lost touch is believed
+constexpr uint16_t kMissed_ms = 110;  // without a frame: a glove that says that it has lost touch is believed
 constexpr uint16_t kNonce_ms = 1000;
-constexpr uint16_t kChallenge_ms = 200;  // between two: longer than the slowest glove takes to answer
-constexpr uint16_t kTelemetry_ms = 500;
+constexpr uint16_t kAnswer_ms = 90;      // from a challenge after a frame: the answer has begun by then
+constexpr uint16_t kChallenge_ms = 200;  // from a challenge in a silence: longer than the slowest glove takes
+constexpr uint8_t kScatter_ms = 64;      // and up to so many more; a power of two
+constexpr uint8_t kGap_ms = 5;           // without a byte: a frame has ended, and none has begun
+constexpr uint8_t kGapEnd_ms = 15;       // the next may begin before one of ours is heard
+constexpr uint16_t kTelemetry_ms = 450;  // less than from turn to turn
 constexpr uint16_t kSilence_ms = 300;
 constexpr uint8_t kTurn_ms = 5;  // after a frame's end: later, the sender may no longer listen
 
@@ -64,8 +70,8 @@ class HandEnd {
 
   // What is to be said now, if anything.
   Speech due() const {
+    if (seeks()) return may_challenge() ? Speech::challenge : Speech::none;
     if (turn_ms_ == 0 && since_byte_ms_ < kSilence_ms) return Speech::none;
-    if (seeks()) return since_challenge_ms_ >= kChallenge_ms ? Speech::challenge : Speech::none;
     return since_telemetry_ms_ >= kTelemetry_ms ? Speech::telemetry : Speech::none;
   }
 
@@ -73,6 +79,7 @@ class HandEnd {
   uint8_t challenge(uint8_t* wire) {
     if (nonce_ms_ >= kNonce_ms) renew();
     since_challenge_ms_ = 0;
+    scatter_ms_ = nonces_.noise() & (kScatter_ms - 1);
     turn_ms_ = 0;
     Packet packet;
     __builtin_memcpy(packet.body(), receiver_.session().nonce().bytes, kNonceBytes);
@@ -101,6 +108,11 @@ class HandEnd {
     return state.board == BoardKind::glove && !state.in_touch;
   }
   bool seeks() const { return receiver_.pair() != nullptr && !receiver_.answered(); }
+  bool may_challenge() const {
+    const bool gap = since_byte_ms_ >= kGap_ms;
+    if (turn_ms_ > 0 || (gap && since_byte_ms_ < kGapEnd_ms)) return since_challenge_ms_ >= kAnswer_ms;
+    return gap && since_challenge_ms_ >= kChallenge_ms + scatter_ms_;
+  }
   void renew() {
     receiver_.challenge(nonces_.next());
     nonce_ms_ = 0;
@@ -112,6 +124,7 @@ class HandEnd {
   uint16_t since_frame_ms_ = 0;
   uint16_t since_byte_ms_ = 0;
   uint16_t since_challenge_ms_ = kChallenge_ms;
+  uint8_t scatter_ms_ = 0;
   uint16_t since_telemetry_ms_ = 0;
   uint16_t nonce_ms_ = 0;
   uint8_t turn_ms_ = 0;

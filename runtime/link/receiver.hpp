@@ -38,6 +38,9 @@ class PacketReader {
     return size == kMaxWire ? Received::malformed : examine(size);
   }
 
+  // A packet has begun, and may still end well.
+  bool amid() const { return size_ > 0 && size_ < kMaxWire; }
+
   Type type() const { return static_cast<Type>(packet_.first() & 15); }
   bool guarded() const { return (packet_.first() & detail::kGuarded) != 0; }
   bool listens() const { return (packet_.first() & detail::kListens) != 0; }

@@ -70,6 +70,12 @@ class NonceSource {
     return out;
   }
 
+  // The pool, folded.
+  uint8_t noise() const {
+    const uint16_t half = static_cast<uint16_t>(pool_ ^ (pool_ >> 16));
+    return static_cast<uint8_t>(half ^ (half >> 8));
+  }
+
   // To be kept before a nonce of it is given away.
   uint32_t starts() const { return starts_; }
 

@@ -1,0 +1,54 @@
+// When a glove speaks: the radio carries one direction at a time.
+//
+// After each kEvery'th frame the glove is silent for kSlots more, and the hand may speak; after each kSeekEvery'th
+// while it is not heard. A frame whose slot comes while somebody else is speaking is left out, too, kHolds of them in
+// succession at most: a hand that has lost touch speaks wherever it hears a gap, and no rubbish silences this end.
+#pragma once
+
+#include <stdint.h>
+
+namespace flexor {
+namespace link {
+
+template <uint8_t kEvery, uint8_t kSeekEvery, uint8_t kSlots>
+class GloveTurns {
+ public:
+  // A byte came.
+  void byte() { hears_ = true; }
+  // A whole frame of somebody came.
+  void heard() { heard_ = 2 * kEvery; }
+
+  // A slot for a frame has come: whether it is this end's. `amid`: a frame has begun to come, and not ended.
+  bool take_slot(bool amid) {
+    const bool hears = hears_ && amid;
+    hears_ = false;
+    if (silent_ > 0) {
+      --silent_;
+      return false;
+    }
+    held_ = hears && held_ < kHolds ? static_cast<uint8_t>(held_ + 1) : static_cast<uint8_t>(0);
+    return held_ == 0;
+  }
+
+  // For the frame of this slot: whether it says that its sender listens after it. `now`: it shall.
+  bool listens(bool now) {
+    if (heard_ > 0) --heard_;
+    const uint8_t every = heard_ > 0 ? kEvery : kSeekEvery;
+    if (++since_listening_ < every && !now) return false;
+    since_listening_ = 0;
+    silent_ = kSlots;
+    return true;
+  }
+
+ private:
+  static constexpr uint8_t kHolds = 2;  // slots: what is left of a frame that was cut off, and a whole one
+
+  uint8_t since_listening_ = kSeekEvery - 1;  // frames
+  uint8_t heard_ = 0;                         // frames for which the other end counts as heard
+  uint8_t silent_ = 0;                        // slots
+  uint8_t held_ = 0;                          // slots left to who spoke
+  bool hears_ = false;                        // since the last slot
+};
+
+}  // namespace link
+}  // namespace flexor

@@ -1,7 +1,6 @@
 // `flexor flash` against bootloaders that run on simulated boards: what is in the flash afterwards, whether the image
 // starts, and what is said when something is in the way.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -9,15 +8,13 @@
 #include <array>
 #include <atomic>
 #include <chrono>
-#include <csignal>
 #include <filesystem>
-#include <fstream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
 
 #include "cosim/replay.hpp"
+#include "cosim/usb_helper.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/deploy/flash.hpp"
 #include "host/deploy/intel_hex.hpp"
@@ -32,81 +29,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kBootloaders = "/usr/share/arduino/hardware/arduino/avr/bootloaders";
-const fs::path kOld = kBootloaders / "atmega/ATmegaBOOT_168_atmega328.hex";
 constexpr std::size_t kFlashBytes = 32768;
-
-// Optiboot from the package's source: its packaged hex is built with three flashes of the LED, which this compiler does
-// not get into the 512 bytes that are there, so that it runs over the end of the flash.
-void build_optiboot(const std::string& mcu, const std::string& begin, const std::string& version,
-                    const fs::path& hex) {
-  const std::string elf = hex.string() + ".elf";
-  const auto run = [](const std::vector<std::string>& argv) {
-    const io::ProcessResult result = io::run_process(argv);
-    ASSERT_EQ(result.status, 0) << result.err;
-  };
-  run({"avr-gcc", "-Os", "-fno-inline-small-functions", "-fno-split-wide-types", "-mshort-calls",
-       "-mmcu=" + mcu, "-w", "-DF_CPU=16000000L", "-DLED_START_FLASHES=0", "-DBAUD_RATE=115200",
-       "-Wl,--section-start=.text=" + begin, "-Wl,--section-start=.version=" + version, "-Wl,--relax",
-       "-nostartfiles", "-I", kBootloaders / "optiboot", kBootloaders / "optiboot/optiboot.c", "-o", elf});
-  run({"avr-objcopy", "-j", ".text", "-j", ".version", "--set-section-flags", ".version=alloc,load", "-O",
-       "ihex", elf, hex});
-}
-
-// The helper program, with both ends of its pipes.
-class UsbHelper {
- public:
-  explicit UsbHelper(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), "usb_board");
-    process_.emplace(fs::path(FLEXOR_USB_BOARD), arguments,
-                     std::vector<io::HandedOn>{{in_.end(0), STDIN_FILENO}, {out_.end(1), STDOUT_FILENO}});
-    in_.close_end(0);
-    out_.close_end(1);
-    port_ = line();
-  }
-  ~UsbHelper() { finish(); }
-  const std::string& port() const { return port_; }
-
-  // Its end; how many milestones the program had passed.
-  long finish() {
-    if (!process_) return 0;
-    in_.close_end(1);
-    const std::string said = line();
-    process_->wait();
-    process_.reset();
-    return said.empty() ? 0 : std::stol(said);
-  }
-
- private:
-  std::string line() {
-    std::string text;
-    for (char c = 0; read(out_.end(0), &c, 1) == 1 && c != '\n';) text += c;
-    return text;
-  }
-  io::Pipe in_;
-  io::Pipe out_;
-  std::optional<io::Process> process_;
-  std::string port_;
-};
-
-struct Finished {
-  int exit = 0;
-  std::string out;
-  std::string err;
-};
-
-Finished flexor(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), fs::absolute(FLEXOR_PROGRAM).string());
-  const io::ProcessResult result = io::run_process(arguments);
-  return {result.status, result.out, result.err};
-}
 
 class Flash : public testing::Test {
  protected:
   void SetUp() override {
     if (io::find_program("avrdude").empty())
       GTEST_SKIP() << "avrdude is not installed: script/bootstrap tests";
-    if (!fs::exists(kOld)) GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
+    if (!fs::exists(kOldBootloader))
+      GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
     folder_ = fs::path(testing::TempDir()) / ("flexor_flash_" + std::to_string(::getpid()));
     fs::create_directories(folder_);
     build_optiboot("atmega328p", "0x7e00", "0x7ffe", boot());
@@ -127,9 +58,6 @@ class Flash : public testing::Test {
   }
   fs::path boot() const { return folder_ / "boot.hex"; }
   std::string image() const { return (folder_ / "new/glove.hex").string(); }
-  std::string option(const char* name, const fs::path& path) const {
-    return fmt::format("{}={}", name, path.string());
-  }
 
   // The flash that `dump` has is the image, the bootloader, and between them what was there before or nothing.
   void expect_written(const fs::path& dump, const fs::path& bootloader) const {
@@ -160,14 +88,6 @@ class Flash : public testing::Test {
     return milestones > 3;
   }
 
-  void expect_says(const Finished& r, int exit, const std::string& says) const {
-    EXPECT_EQ(r.exit, exit) << r.err;
-    const std::string last =
-        r.err.substr(r.err.rfind("flexor: ") == std::string::npos ? 0 : r.err.rfind("flexor: "));
-    EXPECT_NE(last.find(says), std::string::npos) << r.err;
-    EXPECT_EQ(std::count(last.begin(), last.end(), '\n'), 1) << r.err;
-  }
-
   fs::path folder_;
 };
 
@@ -189,12 +109,12 @@ TEST_F(Flash, TwentyOfTwentyAreWrittenComparedAndRun) {
 
 TEST_F(Flash, AnOldBootloaderIsFoundAtItsRate) {
   const fs::path dump = folder_ / "flash";
-  UsbHelper board({option("bootloader", kOld), option("flash", dump)});
+  UsbHelper board({option("bootloader", kOldBootloader), option("flash", dump)});
   const Finished r = flexor({"flash", (folder_ / "new").string(), "--port", board.port(), "--json"});
   ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_EQ(nlohmann::json::parse(r.out).at("baud"), 57600);
   board.finish();
-  expect_written(dump, kOld);
+  expect_written(dump, kOldBootloader);
 }
 
 TEST_F(Flash, AnotherChipIsNamedAndNotWritten) {

@@ -3,6 +3,8 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
+#include <simavr/avr_adc.h>
+#include <simavr/avr_eeprom.h>
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_core.h>
@@ -31,11 +33,16 @@ constexpr std::uint16_t kUcsr0a = 0xc0;
 constexpr std::uint16_t kUbrr0l = 0xc4;
 constexpr std::uint16_t kUbrr0h = 0xc5;
 constexpr std::uint8_t kU2x0 = 1U << 1;
+constexpr std::uint32_t kSupply_mV = 5000;
+constexpr int kAdcTop = 1023;
+constexpr std::size_t kStrips = 5;
 
 avr_t* avr(void* p) { return static_cast<avr_t*>(p); }
 
+// Noise that comes while nobody reads is lost, and no error.
 void quiet(avr_t*, const int level, const char* format, va_list arguments) {
-  if (level <= LOG_ERROR) std::vfprintf(stderr, format, arguments);
+  if (level <= LOG_ERROR && std::strstr(format, "RX buffer overrun") == nullptr)
+    std::vfprintf(stderr, format, arguments);
 }
 
 double baud_of(speed_t speed) {
@@ -56,6 +63,16 @@ struct UsbBoard::Hooks {
     UsbBoard& b = *static_cast<UsbBoard*>(board);
     if (b.is_open_) b.outgoing_ += static_cast<char>(b.on_the_wire(static_cast<std::uint8_t>(value)));
   }
+  static void conversion(avr_irq_t*, std::uint32_t value, void* board) {
+    UsbBoard& b = *static_cast<UsbBoard*>(board);
+    avr_adc_mux_t mux;
+    std::memcpy(&mux, &value, sizeof(value));
+    const int counts = strip_counts(b.conversions_++ / kStrips, static_cast<int>(mux.src));
+    // The converter gives floor(1023 mV / supply).
+    const std::uint32_t mV = (static_cast<std::uint32_t>(counts) * kSupply_mV + kAdcTop - 1) / kAdcTop;
+    avr_raise_irq(avr_io_getirq(avr(b.avr_), AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + static_cast<int>(mux.src)),
+                  mV);
+  }
   static avr_cycle_count_t deliver(avr_t* a, avr_cycle_count_t, void* board) {
     UsbBoard& b = *static_cast<UsbBoard*>(board);
     if (b.incoming_.empty()) return 0;
@@ -75,6 +92,7 @@ UsbBoard::UsbBoard(const UsbBoardOptions& options) : options_(options) {
   avr_ = a;
   avr_init(a);
   a->frequency = kClock_hz;
+  a->vcc = a->avcc = a->aref = kSupply_mV;
   a->sleep = Hooks::sleep;
   a->codeend = a->flashend;
   std::memset(a->flash, 0xff, a->flashend + 1);
@@ -85,10 +103,16 @@ UsbBoard::UsbBoard(const UsbBoardOptions& options) : options_(options) {
   if (options_.program) load(*options_.program);
   load(options_.bootloader);
   if (options_.frozen) frozen_ = flash();
+  avr_eeprom_desc_t all{};
+  all.ee = reinterpret_cast<std::uint8_t*>(options_.eeprom.data());
+  all.size = static_cast<std::uint32_t>(options_.eeprom.size());
+  if (all.size > 0) avr_ioctl(a, AVR_IOCTL_EEPROM_SET, &all);
   a->reset_pc = static_cast<avr_flashaddr_t>(options_.bootloader.begin);
   std::uint32_t flags = 0;
   avr_ioctl(a, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
   avr_register_io_write(a, kGpior0, Hooks::marker, this);
+  avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), Hooks::conversion,
+                          this);
   avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), Hooks::byte, this);
   open_port();
   reset();
@@ -127,6 +151,7 @@ void UsbBoard::reset() {
   incoming_.clear();
   outgoing_.clear();
   markers_ = 0;
+  conversions_ = 0;
 }
 
 // The wire's time for a byte, 8N1, as the registers say it: simavr's own has eleven bits.
@@ -198,6 +223,13 @@ void UsbBoard::run_ms(int ms) {
 std::string UsbBoard::flash() const {
   const avr_t* a = avr(avr_);
   return {reinterpret_cast<const char*>(a->flash), a->flashend + 1};
+}
+
+std::string UsbBoard::eeprom() const {
+  avr_eeprom_desc_t all{};
+  all.size = avr(avr_)->e2end + 1U;
+  avr_ioctl(avr(avr_), AVR_IOCTL_EEPROM_GET, &all);
+  return {reinterpret_cast<const char*>(all.ee), all.size};
 }
 
 }  // namespace flexor::cosim

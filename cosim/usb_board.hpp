@@ -1,9 +1,11 @@
 // A board as a PC sees it: a microcontroller with its bootloader behind a serial port, here a pseudo-terminal, in real
 // time. Opening the port resets the board, as the capacitor at DTR does; bytes at another rate than the UART's arrive as
-// noise. For tests of what flashes boards.
+// noise. For tests of what flashes boards, and of what speaks with the program behind the bootloader.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <filesystem>
@@ -20,7 +22,15 @@ struct UsbBoardOptions {
   std::optional<deploy::FlashContent> program;  // none: erased flash
   bool frozen = false;                          // what is written does not stay
   std::optional<long> unplugged_after;          // bytes from the PC
+  std::string eeprom;                           // what was there before; empty: erased
 };
+
+// What the strip at A0 + `pin` reads in a program's `sample`-th scan of A0 to A4: a hand that moves slowly.
+inline int strip_counts(std::size_t sample, int pin) {
+  constexpr std::size_t kPeriod = 40;  // samples
+  const std::size_t phase = (sample + 3 * static_cast<std::size_t>(pin)) % kPeriod;
+  return 480 + 10 * static_cast<int>(std::min(phase, kPeriod - phase));
+}
 
 class UsbBoard {
  public:
@@ -37,8 +47,9 @@ class UsbBoard {
 
   bool is_plugged_in() const { return !options_.unplugged_after || received_ < *options_.unplugged_after; }
 
-  // Flash, all of it.
+  // All of them.
   std::string flash() const;
+  std::string eeprom() const;
   // Milestones (firmware/markers.hpp) since the last reset: 0 while the bootloader runs.
   std::uint64_t markers() const { return markers_; }
 
@@ -62,7 +73,8 @@ class UsbBoard {
   std::string outgoing_;
   std::string frozen_;
   std::uint64_t markers_ = 0;
-  long received_ = 0;  // bytes
+  std::size_t conversions_ = 0;  // of the program
+  long received_ = 0;            // bytes
   std::chrono::steady_clock::time_point due_;
 };
 

@@ -1,12 +1,14 @@
 // A simulated board on a pseudo-terminal, for tests: says the port in one line, runs until its standard input ends, then
 // says how many milestones the program has passed since the last reset. GPL-3.0-or-later, because it links simavr.
 //   usb_board bootloader=FILE.hex [mcu=NAME] [program=FILE.hex] [frozen=yes] [unplugged_after=BYTES] [flash=FILE]
-// flash: the flash's content goes there at the end.
+//             [eeprom=FILE]
+// flash: the flash's content goes there at the end; eeprom: likewise, and comes from there where the file is.
 #include <fmt/format.h>
 #include <poll.h>
 #include <unistd.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <string>
 
@@ -28,12 +30,16 @@ void run(const std::map<std::string, std::string>& arguments) {
   options.frozen = arguments.contains("frozen");
   if (arguments.contains("unplugged_after"))
     options.unplugged_after = std::stol(arguments.at("unplugged_after"));
+  const bool keeps = arguments.contains("eeprom");
+  if (keeps && std::filesystem::exists(arguments.at("eeprom")))
+    options.eeprom = io::read_file(arguments.at("eeprom"));
   cosim::UsbBoard board(options);
   fmt::print("{}\n", board.port());
   std::fflush(stdout);
   for (pollfd input{STDIN_FILENO, POLLIN, 0}; poll(&input, 1, 0) == 0 && board.is_plugged_in();)
     board.run_ms(2);
   if (arguments.contains("flash")) io::write_file(arguments.at("flash"), board.flash());
+  if (keeps) io::write_file(arguments.at("eeprom"), board.eeprom());
   fmt::print("{}\n", board.markers());
 }
 

@@ -11,6 +11,7 @@
 #include "host/deploy/pair_key.hpp"
 #include "host/deploy/send.hpp"
 #include "host/deploy/send_pages.hpp"
+#include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/io/serial.hpp"
 #include "host/study/boards.hpp"
@@ -50,10 +51,14 @@ deploy::Sent send_live(const Options& o, const deploy::Glove& glove, const std::
       [&](double timeout_s) { return port.read(timeout_s); },
       [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); }};
   ProgressLine progress;
-  return deploy::send_model(line, glove, [&](int done, int all) {
+  io::set_interruption_note(fmt::format(
+      "interrupted: the glove at {} runs what was whole; to send the rest, run the same command again", path));
+  const deploy::Sent sent = deploy::send_model(line, glove, [&](int done, int all) {
     progress.step("bytes sent:", static_cast<std::size_t>(done), static_cast<std::size_t>(all));
     return true;
   });
+  io::set_interruption_note("");
+  return sent;
 }
 
 // Through the board's bootloader, with a pause.
@@ -87,7 +92,7 @@ void run(const Options& o) {
                            {"took_s", sent.took_s},
                            {"version", FLEXOR_VERSION}}));
   }
-  print(fmt::format("{}: the glove runs {} now, {} bytes{}, {:.1f} s\n", path, o.model, sent.bytes,
+  print(fmt::format("{}: the glove runs {} now: {} bytes{}, written and read back, {:.1f} s\n", path, o.model, sent.bytes,
                     bootloader ? "" : fmt::format(" in {} pieces", sent.pieces), sent.took_s));
 }
 

@@ -67,10 +67,29 @@ class Sender {
   }
 
  private:
+  // A line that breaks says what the glove runs then.
+  auto still_there(const auto& work) const {
+    try {
+      return work();
+    } catch (const JobError& error) {
+      throw JobError(fmt::format("{}: {}", error.what(), left_behind()));
+    }
+  }
+
   void write(link::Type type, link::Packet& packet, std::uint8_t body_bytes, const link::Key* key) {
     std::array<std::uint8_t, link::kMaxWire> wire{};
     const std::uint8_t size = packet.seal({type, false, false, said_++}, body_bytes, key, wire.data());
-    line_.write({wire.data(), size});
+    still_there([&] {
+      line_.write({wire.data(), size});
+      return 0;
+    });
+  }
+
+  std::string left_behind() const {
+    return fmt::format("{} of {} bytes are there: it runs {}; send again",
+                       done_ + static_cast<int>(received_), all_,
+                       part_ == 0 ? "its old model"
+                                  : "the new model in the parts that were whole, the old one in the others");
   }
 
   // The next whole frame until a time; false: none.
@@ -81,7 +100,7 @@ class Sender {
       }
       const double left_s = until_s - line_.now_s();
       if (left_s <= 0) return false;
-      came_ = line_.read(left_s);
+      came_ = still_there([&] { return line_.read(left_s); });
       at_ = 0;
     }
   }
@@ -154,17 +173,14 @@ class Sender {
   }
 
   void send_part(std::uint8_t part, const Bytes& bytes) {
-    std::size_t received = 0;
+    part_ = part;
+    received_ = 0;
     double heard_s = line_.now_s();
     while (true) {
       if (line_.now_s() - heard_s > kPatience_s) {
-        throw JobError(
-            fmt::format("the glove no longer answers, {} of {} bytes are there: it runs {}; send again",
-                        done_ + static_cast<int>(received), all_,
-                        part == 0 ? "its old model"
-                                  : "the new model in the parts that were whole, the old one in the others"));
+        throw JobError("the glove no longer answers, " + left_behind());
       }
-      say(part, bytes, received);
+      say(part, bytes, received_);
       const auto receipt = answer(part);
       if (!receipt) continue;
       heard_s = line_.now_s();
@@ -173,9 +189,10 @@ class Sender {
         throw JobError(fmt::format("the glove does not take the model: {}; its old one runs",
                                    reason_of(receipt->stage)));
       }
-      received = std::min<std::size_t>(receipt->received, bytes.size());
-      tell(received);
+      received_ = std::min<std::size_t>(receipt->received, bytes.size());
+      tell(received_);
     }
+    received_ = 0;
     done_ += static_cast<int>(bytes.size());
     tell(0);
   }
@@ -222,6 +239,8 @@ class Sender {
   std::uint32_t said_ = 0;
   int all_ = 0;
   int done_ = 0;
+  std::uint8_t part_ = 0;
+  std::size_t received_ = 0;  // of this part
   Sent sent_;
 };
 

@@ -1,0 +1,173 @@
+// `flexor send` through a serial port to a board that runs the glove's firmware behind its bootloader: which model the
+// board runs afterwards, to the bit, and what is said when something is in the way.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "cosim/radio_ear.hpp"
+#include "cosim/usb_board.hpp"
+#include "cosim/usb_helper.hpp"
+#include "host/deploy/deploy.hpp"
+#include "host/deploy/host_chain.hpp"
+#include "host/deploy/pair_key.hpp"
+#include "host/io/io.hpp"
+#include "host/io/serial.hpp"
+
+namespace flexor::cosim {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+class SendOverUsb : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(kBootloaders))
+      GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
+    folder_ = fs::path(testing::TempDir()) / ("flexor_send_" + std::to_string(::getpid()));
+    fs::create_directories(folder_);
+    build_optiboot("atmega328p", "0x7e00", "0x7ffe", folder_ / "boot.hex");
+    deploy::Glove glove = of(kBefore);
+    glove.model_as = deploy::ModelAs::data;
+    deploy::build_glove(glove, folder_);
+    deploy::write_key(folder_ / "pair.key", *glove.key);
+  }
+  void TearDown() override {
+    if (!folder_.empty()) fs::remove_all(folder_);
+  }
+
+  static constexpr const char* kBefore = "published_hw";
+  static constexpr const char* kAfter = "published_wiener";
+
+  static std::string path_of(const std::string& model) {
+    return std::string(FLEXOR_SOURCE_DIR) + "/models/" + model + ".json";
+  }
+  static deploy::Glove of(const std::string& model) {
+    deploy::Glove glove;
+    glove.model = model::load(path_of(model));
+    glove.sensor.fill(deploy::divider(35, 25, 100.0 / 180));
+    glove.key = deploy::key_from_hex("000102030405060708090a0b0c0d0e0f");
+    return glove;
+  }
+  // It keeps its EEPROM from one start to the next.
+  std::vector<std::string> board(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> out = {option("bootloader", folder_ / "boot.hex"),
+                                    option("program", folder_ / "glove.hex"),
+                                    option("eeprom", folder_ / "eeprom.bin")};
+    out.insert(out.end(), more.begin(), more.end());
+    return out;
+  }
+  Finished send(const std::string& port, std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), {"send", path_of(kAfter), "--port", port});
+    if (std::ranges::find(more, "--key") == more.end())
+      more.insert(more.end(), {"--key", folder_ / "pair.key"});
+    return flexor(more);
+  }
+
+  struct Compared {
+    int frames = 0;
+    int wrong = 0;
+  };
+  // The board's frames after a start beside what the host computes with this model.
+  static Compared compare(const std::string& port, const std::string& model) {
+    constexpr std::size_t kSamples = 45;
+    const deploy::Glove glove = of(model);
+    deploy::HostChain chain(glove);
+    std::vector<link::Frame> expected;
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      std::array<int, deploy::kFingers> counts{};
+      for (int i = 0; i < deploy::kFingers; ++i) counts[static_cast<std::size_t>(i)] = strip_counts(k, i);
+      expected.push_back(chain.step(counts));
+    }
+    RadioEar ear(glove.key);
+    io::SerialPort line(port, 9600);
+    Compared out;
+    const auto end = Clock::now() + std::chrono::seconds(7);
+    for (auto next = Clock::now(); Clock::now() < end;) {
+      if (out.frames == 0 && Clock::now() > next) {
+        challenge(line, ear, *glove.key);
+        next = Clock::now() + std::chrono::milliseconds(300);
+      }
+      for (const std::uint8_t byte : line.read(0.05)) {
+        if (ear.glove_said(byte) != link::Received::frame) continue;
+        const link::Frame& frame = ear.receiver().frame();
+        const std::size_t sample = frame.time_ms / 100U - 1U;
+        if (sample >= kSamples) return out;
+        ++out.frames;
+        if (!std::ranges::equal(frame.angle, expected[sample].angle)) ++out.wrong;
+      }
+    }
+    return out;
+  }
+  void expect_runs(const std::string& port, const std::string& model) const {
+    const Compared c = compare(port, model);
+    EXPECT_GT(c.frames, 20);
+    EXPECT_EQ(c.wrong, 0) << "of " << c.frames;
+  }
+
+  fs::path folder_;
+
+ private:
+  static void challenge(io::SerialPort& line, RadioEar& ear, const link::Key& key) {
+    link::Packet packet;
+    for (std::uint8_t i = 0; i < link::kNonceBytes; ++i) packet.body()[i] = i;
+    std::vector<std::uint8_t> wire(link::kMaxWire);
+    wire.resize(packet.seal({link::Type::challenge, false, false, 0}, link::kNonceBytes, &key, wire.data()));
+    for (const std::uint8_t byte : wire) ear.hand_said(byte);
+    line.write(wire);
+  }
+};
+
+TEST_F(SendOverUsb, TheNewModelRunsWithinFiveSecondsAndAfterARestart) {
+  UsbHelper helper(board());
+  expect_runs(helper.port(), kBefore);
+  const auto begin = Clock::now();
+  const Finished r = send(helper.port(), {"--json"});
+  const std::chrono::duration<double> took_s = Clock::now() - begin;
+  ASSERT_EQ(r.exit, 0) << r.err;
+  EXPECT_LT(took_s.count(), 5) << "with the bootloader's second";
+  const auto json = nlohmann::json::parse(r.out);
+  EXPECT_GT(json.at("took_s"), 1.0) << "9600 baud are not quicker";
+  EXPECT_NE(r.err.find("bytes sent: "), std::string::npos) << r.err;
+  RecordProperty("figures", r.out);
+  expect_runs(helper.port(), kAfter);
+  helper.finish();
+  UsbHelper again(board());
+  expect_runs(again.port(), kAfter);
+}
+
+TEST_F(SendOverUsb, APlugPulledOnTheWayLeavesTheOldModelAndASecondRunMends) {
+  for (const char* bytes : {"60", "250", "400"}) {
+    UsbHelper helper(board({std::string("unplugged_after=") + bytes}));
+    expect_says(send(helper.port()), 1, "it runs its old model; send again");
+    helper.finish();
+    UsbHelper again(board());
+    expect_runs(again.port(), kBefore);
+  }
+  UsbHelper helper(board());
+  EXPECT_EQ(send(helper.port()).exit, 0);
+  expect_runs(helper.port(), kAfter);
+}
+
+TEST_F(SendOverUsb, AWrongKeyIsOneLineAndChangesNothing) {
+  const fs::path other = folder_ / "other.key";
+  deploy::write_key(other, deploy::key_from_hex("ff0102030405060708090a0b0c0d0e0f"));
+  UsbHelper helper(board());
+  expect_says(send(helper.port(), {"--key", other}), 2, "the glove has another key, or none: --key FILE");
+  expect_runs(helper.port(), kBefore);
+}
+
+TEST_F(SendOverUsb, NobodyThereIsOneLine) {
+  deploy::FlashContent loop{std::vector<std::uint8_t>(0x7e02, 0xff), 0x7e00};
+  loop.bytes[0x7e01] = 0xcf;  // rjmp .-2
+  io::write_file(folder_ / "boot.hex", deploy::to_intel_hex(loop));
+  UsbHelper helper(board());
+  expect_says(send(helper.port()), 1, "nothing answers: is it the glove's port, and --baud its rate?");
+  expect_says(send((folder_ / "ttyNone").string()), 2, "no such port: is the board plugged in?");
+}
+
+}  // namespace
+}  // namespace flexor::cosim

@@ -62,7 +62,7 @@ class FlexorOutput {
 #include "runtime/link/glove_turns.hpp"
 #include "runtime/link/key_record.hpp"
 
-// Frames for the hand's radio, which is silent for a while after some of them to hear the hand. With a damaged key it is
+// Frames for the hand's radio, in turns with the hand, as the glove's own firmware sends them. With a damaged key it is
 // silent for good.
 class FlexorOutput {
  public:
@@ -81,10 +81,11 @@ class FlexorOutput {
   void send(Port& port, flexor::link::Frame& frame, const int16_t*, const uint16_t*, uint8_t) {
     if (!key_is_whole_ || ++since_frame_ < flexor::config::kSamplesPerFrame) return;
     since_frame_ = 0;
-    if (!turns_.take_slot(end_.packet().amid()) || !end_.in_touch()) return;
-    const bool listens = turns_.listens(false);
+    if (!turns_.take_slot(end_.packet().amid())) return;
+    const bool listens = turns_.listens(!end_.in_touch());
+    constexpr uint8_t kNoCause = 0;
     uint8_t wire[flexor::link::kMaxWire];
-    const uint8_t size = end_.angles(frame, listens, wire);
+    const uint8_t size = end_.in_touch() ? end_.angles(frame, listens, wire) : end_.state(kNoCause, wire);
     port.write(wire, size);
   }
 

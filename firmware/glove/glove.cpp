@@ -170,8 +170,7 @@ class Output {
   }
   void send_frame() {
     if (!turns_.take_slot(end_.packet().amid())) return;
-    if (sending_ > 0) --sending_;
-    const bool listens = turns_.listens(sending_ > 0 || !end_.in_touch());
+    const bool listens = turns_.listens(!end_.in_touch());
     if (listens && (wants_state_ || !end_.in_touch())) {
       send_state();
     } else if (end_.in_touch()) {
@@ -184,7 +183,7 @@ class Output {
   void take() {
     const link::Type type = end_.packet().type();
     if (type == link::Type::coefficients) {
-      sending_ = kSlotsPerSecond;
+      turns_.favour(kSlotsPerSecond);
       models_.take(end_.packet());
     }
     if (type != link::Type::request || end_.packet().body_bytes() != 1) return;
@@ -203,14 +202,8 @@ class Output {
 
   void send_state() {
     wants_state_ = false;
-    link::State state = {};
-    state.board = link::BoardKind::glove;
-    state.in_touch = end_.in_touch();
-    state.has_key = end_.pair() != nullptr;
-    state.reset_cause = reset_cause_;
-    state.temperature_C = link::State::kNoTemperature;
-    link::Packet packet;
-    say(link::Type::state, packet, link::put_state(state, packet.body()), true);
+    uint8_t wire[link::kMaxWire];
+    transmitter.send(wire, end_.state(reset_cause_, wire));
   }
 
   void send_readings() {
@@ -218,12 +211,9 @@ class Output {
     uint16_t now[kFingers];
     for (uint8_t i = 0; i < kFingers; ++i) now[i] = counts[i];
     link::Packet packet;
-    say(link::Type::readings, packet, link::put_readings(frame.time_ms, now, kFingers, packet.body()), false);
-  }
-
-  void say(link::Type type, link::Packet& packet, uint8_t body_bytes, bool listens) {
+    const uint8_t body_bytes = link::put_readings(frame.time_ms, now, kFingers, packet.body());
     uint8_t wire[link::kMaxWire];
-    transmitter.send(wire, link::GloveEnd::say(type, packet, body_bytes, listens, wire));
+    transmitter.send(wire, link::GloveEnd::say(link::Type::readings, packet, body_bytes, false, wire));
   }
 
   static constexpr uint8_t kSlotsPerSecond = config::kRate_hz / config::kSamplesPerFrame;
@@ -233,7 +223,6 @@ class Output {
   link::GloveTurns<config::kListenEvery, config::kSeekEvery, config::kListenSlots> turns_;
   uint8_t reset_cause_ = 0;
   uint8_t readings_left_ = 0;
-  uint8_t sending_ = 0;  // slots for which somebody who sends a model gets his turn after each
   bool wants_state_ = false;
 };
 

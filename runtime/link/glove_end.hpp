@@ -33,6 +33,18 @@ class GloveEnd {
     return packet.seal({type, false, listens, 0}, body_bytes, nullptr, wire);
   }
 
+  // How it is, in a turn that it leaves.
+  uint8_t state(uint8_t reset_cause, uint8_t* wire) const {
+    State state = {};
+    state.board = BoardKind::glove;
+    state.in_touch = in_touch();
+    state.has_key = pair_ != nullptr;
+    state.reset_cause = reset_cause;
+    state.temperature_C = State::kNoTemperature;
+    Packet packet;
+    return say(Type::state, packet, put_state(state, packet.body()), true, wire);
+  }
+
   PacketReader& packet() { return reader_; }
   const Key* pair() const { return pair_; }
 

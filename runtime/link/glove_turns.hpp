@@ -17,6 +17,8 @@ class GloveTurns {
   void byte() { hears_ = true; }
   // A whole frame of somebody came.
   void heard() { heard_ = 2 * kEvery; }
+  // For so many slots the other end gets its turn after each frame.
+  void favour(uint8_t slots) { favoured_ = slots; }
 
   // A slot for a frame has come: whether it is this end's. `amid`: a frame has begun to come, and not ended.
   bool take_slot(bool amid) {
@@ -33,8 +35,10 @@ class GloveTurns {
   // For the frame of this slot: whether it says that its sender listens after it. `now`: it shall.
   bool listens(bool now) {
     if (heard_ > 0) --heard_;
+    const bool favoured = favoured_ > 0;
+    if (favoured) --favoured_;
     const uint8_t every = heard_ > 0 ? kEvery : kSeekEvery;
-    if (++since_listening_ < every && !now) return false;
+    if (++since_listening_ < every && !now && !favoured) return false;
     since_listening_ = 0;
     silent_ = kSlots;
     return true;
@@ -46,6 +50,7 @@ class GloveTurns {
   uint8_t since_listening_ = kSeekEvery - 1;  // frames
   uint8_t heard_ = 0;                         // frames for which the other end counts as heard
   uint8_t silent_ = 0;                        // slots
+  uint8_t favoured_ = 0;                      // slots
   uint8_t held_ = 0;                          // slots left to who spoke
   bool hears_ = false;                        // since the last slot
 };

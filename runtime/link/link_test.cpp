@@ -16,6 +16,7 @@
 #include "runtime/link/counter_store.hpp"
 #include "runtime/link/gestures.hpp"
 #include "runtime/link/glove_end.hpp"
+#include "runtime/link/glove_turns.hpp"
 #include "runtime/link/hand_end.hpp"
 #include "runtime/link/latency.hpp"
 #include "runtime/link/opengloves.hpp"
@@ -713,6 +714,37 @@ TEST(Gestures, TheTriggersPullGrowsOverTheUpperHalf) {
   EXPECT_EQ(trigger_pull(511), 0);
   EXPECT_EQ(trigger_pull(512), 1);
   EXPECT_EQ(trigger_pull(1023), 1023);
+}
+
+// On the firmware and in the Arduino library alike.
+TEST(GloveTurns, TheHandGetsItsTurnRarelyWhileItIsHeardAndOftenWhileNot) {
+  using Turns = GloveTurns<10, 3, 2>;
+  const auto turns_in = [](Turns& turns, int slots) {
+    int out = 0;
+    for (int k = 0; k < slots; ++k) out += turns.take_slot(false) && turns.listens(false) ? 1 : 0;
+    return out;
+  };
+  Turns turns;
+  EXPECT_TRUE(turns.take_slot(false));
+  EXPECT_TRUE(turns.listens(false)) << "the first thing of all";
+  EXPECT_FALSE(turns.take_slot(false));
+  EXPECT_FALSE(turns.take_slot(false));
+  EXPECT_EQ(turns_in(turns, 101), 20) << "each third frame, two slots after it";
+  turns.heard();
+  EXPECT_EQ(turns_in(turns, 12), 1);
+  EXPECT_LE(turns_in(turns, 12), 2);
+  EXPECT_EQ(turns_in(turns, 100), 20) << "heard no more";
+  turns.favour(4);
+  EXPECT_EQ(turns_in(turns, 12), 4) << "a turn after each frame";
+}
+
+TEST(GloveTurns, AFrameThatIsComingIsHeardOutAndRubbishIsNot) {
+  GloveTurns<10, 3, 2> turns;
+  for (int k = 0; k < 9; ++k) {
+    turns.byte();
+    EXPECT_EQ(turns.take_slot(true), k % 3 == 2) << "two slots are left out at most";
+  }
+  EXPECT_TRUE(turns.take_slot(true)) << "nothing came since";
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <simavr/sim_elf.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <mutex>
 
@@ -59,6 +60,10 @@ constexpr Motor kMotor[kMotors] = {{'1', 0, kTccr1a, 0x80, kPortB, 1U << 0, 256}
 void quiet(avr_t*, const int level, const char* format, va_list arguments) {
   if (level <= LOG_ERROR) std::vfprintf(stderr, format, arguments);
 }
+
+constexpr int kSharedChannel = 2;  // of an ATmega32U4's, which no pin has
+// Of A0 to A11, pins_arduino.h of the Arduino core's Leonardo.
+constexpr std::array<int, 12> kChannel32u4 = {7, 6, 5, 4, 1, 0, 8, 10, 11, 12, 13, 9};
 
 avr_t* avr(void* p) { return static_cast<avr_t*>(p); }
 
@@ -123,7 +128,7 @@ struct Board::Hooks {
     if (!b.on_sample) return;
     avr_adc_mux_t mux;
     std::memcpy(&mux, &value, sizeof(value));
-    const int pin = b.pin_of(static_cast<int>(mux.src));
+    const int pin = b.pin_of(b.selected(static_cast<int>(mux.src)));
     b.set_counts(pin, b.on_sample(avr(b.avr_)->cycle, pin));
   }
   template <int kMotorIndex>
@@ -162,6 +167,7 @@ Board::Board(const Firmware& firmware) : firmware_(firmware), uart_name_(firmwar
   avr_irq_register_notify(avr_io_getirq(a, uart_irqs(uart_name_), UART_IRQ_OUTPUT), Hooks::byte, this);
   avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), Hooks::conversion,
                           this);
+  if (firmware.is_32u4()) share_upper_channels();
   if (!firmware.is_32u4()) listen_to_motors();  // a glove has none
   power_on();
 }
@@ -238,21 +244,40 @@ void Board::run_until(Cycles end) {
   }
 }
 
+// simavr keeps readings of eight channels and reads past them for those above: they share one that no pin has, which is
+// given anew at each conversion.
+int Board::selected(int source) const {
+  constexpr std::uint16_t kAdmux = 0x7c;
+  const std::uint8_t* data = avr(avr_)->data;
+  return uart_name_ == '1' && source == kSharedChannel ? 8 + (data[kAdmux] & 7) : source;
+}
+
+void Board::share_upper_channels() {
+  constexpr std::size_t kFirst = 0x20;  // MUX5
+  constexpr std::size_t kCount = 6;
+  for (avr_io_t* io = avr(avr_)->io_port; io != nullptr; io = io->next) {
+    if (std::strcmp(io->kind, "adc") != 0) continue;
+    auto* adc = reinterpret_cast<avr_adc_t*>(io);
+    for (std::size_t k = 0; k < kCount; ++k) adc->muxmode[kFirst + k].src = kSharedChannel;
+  }
+}
+
 // As firmware/mcu.hpp has it.
 int Board::pin_of(int channel) const {
   if (uart_name_ == '0') return channel;
-  return channel < 4 ? 5 - channel : 7 - channel;
+  return static_cast<int>(std::ranges::find(kChannel32u4, channel) - kChannel32u4.begin());
 }
 
 int Board::channel_of(int pin) const {
   if (uart_name_ == '0') return pin;
-  return pin < 4 ? 7 - pin : 5 - pin;
+  return kChannel32u4.at(static_cast<std::size_t>(pin));
 }
 
 void Board::set_counts(int pin, int counts) {
   // The converter gives floor(1023 mV / supply).
   const int mV = (std::clamp(counts, 0, kAdcTop) * supply_mV_ + kAdcTop - 1) / kAdcTop;
-  avr_raise_irq(avr_io_getirq(avr(avr_), AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + channel_of(pin)),
+  const int channel = channel_of(pin) < 8 ? channel_of(pin) : kSharedChannel;
+  avr_raise_irq(avr_io_getirq(avr(avr_), AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + channel),
                 static_cast<std::uint32_t>(mV));
 }
 

@@ -97,6 +97,8 @@ class Board {
  private:
   struct Hooks;
   int pin_of(int channel) const;
+  int selected(int source) const;
+  void share_upper_channels();
   int channel_of(int pin) const;
   void listen_to_motors();
   void power_on();

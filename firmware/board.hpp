@@ -121,7 +121,7 @@ class Scan {
  private:
   void convert(uint8_t at) {
     at_ = at;
-    ADMUX = static_cast<uint8_t>(_BV(REFS0) | adc_channel(pgm_read_byte(kScan + at)));
+    select_analog(pgm_read_byte(kScan + at));
     ADCSRA |= _BV(ADSC);
   }
 

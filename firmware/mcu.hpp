@@ -4,6 +4,7 @@
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
+#include <avr/pgmspace.h>
 #include <stdint.h>
 
 #ifdef __AVR_ATmega32U4__
@@ -24,12 +25,25 @@
 namespace flexor {
 namespace firmware {
 
-// Of the pins A0 to A5 the channel of the ADC. A Leonardo has A0 to A3 at ADC7 to ADC4, A4 and A5 at ADC1 and
-// ADC0 (its pins_arduino.h in the Arduino core); an Uno has them in order.
+// Of an analog pin the channel of the ADC, which is its input from the next conversion on. A Leonardo has A0 to A11 at
+// the channels below (its pins_arduino.h in the Arduino core), those from 8 on under a bit of their own; an Uno has
+// them in order. The LED: an Uno's at D13; a Leonardo's, Micro's and Pro Micro's that otherwise shows what USB
+// receives, on while its pin is low, since a Pro Micro has no other.
 #ifdef __AVR_ATmega32U4__
-inline uint8_t adc_channel(uint8_t pin) { return static_cast<uint8_t>(pin < 4 ? 7 - pin : 5 - pin); }
+const uint8_t kAdcChannel[] PROGMEM = {7, 6, 5, 4, 1, 0, 8, 10, 11, 12, 13, 9};
+inline uint8_t adc_channel(uint8_t pin) { return pgm_read_byte(kAdcChannel + pin); }
+inline void select_analog(uint8_t pin) {
+  const uint8_t channel = adc_channel(pin);
+  ADCSRB = channel < 8 ? 0 : _BV(MUX5);
+  ADMUX = static_cast<uint8_t>(_BV(REFS0) | (channel & 7));
+}
+inline void start_led() { DDRB |= _BV(PB0); }
+inline void set_led(bool on) { PORTB = static_cast<uint8_t>(on ? PORTB & ~_BV(PB0) : PORTB | _BV(PB0)); }
 #else
 inline uint8_t adc_channel(uint8_t pin) { return pin; }
+inline void select_analog(uint8_t pin) { ADMUX = static_cast<uint8_t>(_BV(REFS0) | pin); }
+inline void start_led() { DDRB |= _BV(PB5); }
+inline void set_led(bool on) { PORTB = static_cast<uint8_t>(on ? PORTB | _BV(PB5) : PORTB & ~_BV(PB5)); }
 #endif
 
 // A bit for each pin -> a bit for each channel.

@@ -588,6 +588,45 @@ TEST_F(Cli, DeployLeadsWithFingersWiringCalibrationAndWhatToDo) {
   }
 }
 
+// Board, pins, picture and parts are those of the chip.
+TEST_F(Cli, DeployForAnAtmega32u4NamesItsBoard) {
+  const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
+  const Finished r = run("deploy '" + model + "' --plain --target atmega32u4 --pins pinky=A6 --json --out '" +
+                         path("d") + "'");
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const auto json = nlohmann::json::parse(r.out);
+  EXPECT_EQ(json.at("targets").at(0).at("name"), "atmega32u4");
+  EXPECT_EQ(json.at("bit_exact").at("mismatches"), 0);
+  const std::string wiring = content(path("d") + "/wiring.md");
+  EXPECT_NE(wiring.find("## The glove's board: Arduino Leonardo, Micro or Pro Micro"), std::string::npos)
+      << wiring;
+  EXPECT_NE(wiring.find("## The hand's board: Arduino Nano or Uno"), std::string::npos);
+  EXPECT_NE(wiring.find("| A6 | pinky |"), std::string::npos);
+  EXPECT_EQ(wiring.find("a Pro Micro has no"), std::string::npos) << "nothing is at A4";
+  EXPECT_NE(content(path("d") + "/wiring_glove.svg").find("Pro Micro"), std::string::npos);
+  EXPECT_EQ(content(path("d") + "/wiring_hand.svg").find("Pro Micro"), std::string::npos);
+  EXPECT_NE(content(path("d") + "/report.html").find("ATmega32U4"), std::string::npos);
+  const Finished w = run("wiring --target atmega32u4 --json --out '" + path("w") + "'");
+  ASSERT_EQ(w.exit, 0) << w.err;
+  EXPECT_NE(w.out.find("a Pro Micro has no A4"), std::string::npos);
+}
+
+TEST_F(Cli, AButtonThatZeroesAGloveGoesWithARadioAndAModelThatKnowsItsPoses) {
+  model::Model model = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
+  for (model::Input& input : model.inputs) input.poses = model::Poses{40, 110};
+  model::save(model, path("poses.json"));
+  const std::string out = " --plain --out '" + path("d") + "'";
+  const Finished r = run("deploy '" + path("poses.json") + "' --pins flexor,calibrate=D12" + out);
+  EXPECT_EQ(r.exit, 0) << r.err;
+  EXPECT_NE(content(path("d") + "/glove_config.hpp").find("#define FLEXOR_ZERO"), std::string::npos);
+  expect_refused("deploy '" + path("poses.json") + "' --pins flexor,calibrate=D12,menu=D10" + out, 2,
+                 "joystick and buttons but calibrate go to VR drivers");
+  for (model::Input& input : model.inputs) input.poses.reset();
+  model::save(model, path("none.json"));
+  expect_refused("deploy '" + path("none.json") + "' --pins flexor,calibrate=D12" + out, 2,
+                 "does not know what its sensors read at the open hand");
+}
+
 TEST_F(Cli, AGloveForVrWithoutAFingerIsRefusedUnlessAllowed) {
   const model::Model all = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
   model::save(model::with_channels(all, {*model::channel(all, 1), *model::channel(all, 3)}),

@@ -123,12 +123,23 @@ void require_fingers(const Options& o, const deploy::Glove& glove) {
                   o.model, fmt::join(missing, ", ")));
 }
 
-void require_of_vr(const Options& o, const deploy::Pins& pins) {
+// A radio's glove has one button at most, which zeroes it.
+void require_of_vr(const Options& o, const deploy::Glove& glove) {
   if (o.output != "radio") return;
-  const bool has_button = std::ranges::any_of(pins.button, [](const auto& pin) { return pin.has_value(); });
-  if (pins.joystick || has_button)
+  const deploy::Pins& pins = glove.pins;
+  const auto buttons = std::ranges::count_if(pins.button, [](const auto& pin) { return pin.has_value(); });
+  const bool zeroes = pins.button.back().has_value();
+  if (pins.joystick || buttons > (zeroes ? 1 : 0))
     throw io::InputError(
-        "--pins: joystick and buttons go to VR drivers: add --output opengloves, or leave them out");
+        "--pins: joystick and buttons but calibrate go to VR drivers: add --output opengloves, or leave them "
+        "out");
+  if (zeroes && !deploy::can_zero(glove)) {
+    throw io::InputError(
+        fmt::format("--pins: calibrate: {} does not know what its sensors read at the open hand and at the "
+                    "fist: identify it from "
+                    "a recording that has both, or leave the button out",
+                    o.model));
+  }
   if (o.encoding != "alpha")
     throw io::InputError("--encoding: is of text for VR drivers: add --output opengloves");
 }
@@ -143,16 +154,15 @@ study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy
   d.glove = study::glove_for(p, model, own);
   d.calibration = calibration_words(o, model, own, p.divider_kohm);
   d.divider_kohm = p.divider_kohm;
-  d.folder = o.out;
+  d.folder = std::filesystem::path(o.out + "/").parent_path().string();
   d.glove.pins = deploy::pins_from_text(o.pins);
   d.glove.mcu = deploy::mcu(o.target);
-  require_of_vr(o, d.glove.pins);
-  if (o.target != deploy::kAtmega328p.name && std::ranges::max(d.glove.pins.strip) > 5)
-    throw io::InputError("--pins: the strips of an atmega32u4 are at A0 to A5");
+  deploy::require_pins_of(d.glove.mcu, d.glove.pins);
   d.glove.encoding = o.encoding == "beta" ? deploy::Encoding::beta : deploy::Encoding::alpha;
   d.glove.right_hand = o.hand == "right";
   d.glove.key = key;
   d.glove.output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
+  require_of_vr(o, d.glove);
   require_fingers(o, d.glove);
   if (o.baud != 0) d.glove.baud = o.baud;
   if (o.frame_rate_hz) {
@@ -228,20 +238,20 @@ nlohmann::ordered_json build(const Options& o, const study::Boards& boards, cons
   return json;
 }
 
-void say(const Options& o, const study::Deployment& d, const PairKey& pair) {
+void say(const study::Deployment& d, const PairKey& pair) {
   const bool radio = d.glove.output == deploy::Output::radio;
   print(study::deployment_table(d));
   print(
       fmt::format("\nimages    {0}/glove.hex{1}\nwiring    {0}/wiring.md, {0}/wiring_glove.svg{2}\nArduino   "
                   "{0}/arduino\n"
                   "report    {0}/report.html\n",
-                  o.out, radio ? fmt::format(", {}/hand.hex", o.out) : "",
-                  radio ? fmt::format(", {}/wiring_hand.svg", o.out) : ""));
+                  d.folder, radio ? fmt::format(", {}/hand.hex", d.folder) : "",
+                  radio ? fmt::format(", {}/wiring_hand.svg", d.folder) : ""));
   if (pair.origin == nullptr) return;
   const std::string is = pair.origin == std::string("reused")
                              ? "the one that was there, used again; --new-key makes another"
                              : "keep it, --key takes it for one board alone";
-  print(fmt::format("key       {}/{}: {}\n", o.out, deploy::kKeyFile, is));
+  print(fmt::format("key       {}/{}: {}\n", d.folder, deploy::kKeyFile, is));
 }
 
 void run(const Options& o) {
@@ -262,7 +272,7 @@ void run(const Options& o) {
   io::write_file(out.staging() / "report.json", io::dump(json));
   if (pair.key && !pair.is_stored) deploy::write_key(out.staging() / deploy::kKeyFile, *pair.key);
   out.publish();
-  if (!o.json) return say(o, d, pair);
+  if (!o.json) return say(d, pair);
   print(io::dump(json));
 }
 

@@ -5,7 +5,7 @@
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
-#include "host/deploy/config.hpp"
+#include "host/deploy/caterina.hpp"
 #include "host/deploy/flash.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
@@ -20,28 +20,15 @@ struct Options {
   std::string what;
   std::string board;
   std::string port = "auto";
-  int baud = 0;  // 0: both
+  std::string target;  // empty: the image's
+  int baud = 0;        // 0: both
   bool json = false;
 };
-
-// What runs on an ATmega32U4 goes another way (docs/pairing.md).
-void require_328p(const fs::path& folder) {
-  std::error_code error;
-  const fs::path report = folder / "report.json";
-  if (!fs::exists(report, error)) return;
-  const auto json = nlohmann::json::parse(io::read_file(report), nullptr, false);
-  const auto target = nlohmann::json::json_pointer("/targets/0/name");
-  if (!json.contains(target) || json.at(target) == deploy::kAtmega328p.name) return;
-  throw io::InputError(fmt::format(
-      "{}: the glove's image is for another chip than an {}: docs/pairing.md says how it is flashed",
-      folder.string(), deploy::kAtmega328p.name));
-}
 
 fs::path image_of(const Options& o) {
   std::error_code error;
   const fs::path path = o.what;
   if (!fs::is_directory(path, error)) return path;
-  if (o.board != "hand") require_328p(path);
   if (!o.board.empty()) return path / (o.board + ".hex");
   const bool glove = fs::exists(path / "glove.hex", error);
   const bool hand = fs::exists(path / "hand.hex", error);
@@ -56,14 +43,21 @@ fs::path image_of(const Options& o) {
 void run(const Options& o) {
   const fs::path hex = image_of(o);
   const deploy::FlashContent image = deploy::read_image(hex);
-  const std::string port = deploy::choose_port(o.port);
+  const deploy::Mcu mcu = deploy::mcu_of(image);
+  if (!o.target.empty() && o.target != mcu.name) {
+    throw io::InputError(fmt::format("{}: is an image for an {}, not for an {}: flexor deploy --target {}",
+                                     hex.string(), mcu.name, o.target, o.target));
+  }
+  const std::string port =
+      deploy::is_32u4(mcu) ? deploy::caterina_port(o.port, log) : deploy::choose_port(o.port);
   if (o.port == "auto") log(fmt::format("the board is at {}", port));
   const auto begin = std::chrono::steady_clock::now();
   int rate_Bd = 0;
   {
     ProgressLine line;
-    deploy::Bootloader bootloader(port, deploy::rates(o.baud),
-                                  [&](const std::string& what, int percent) { line.percent(what, percent); });
+    deploy::Bootloader bootloader(
+        port, deploy::rates(o.baud, mcu),
+        [&](const std::string& what, int percent) { line.percent(what, percent); }, mcu);
     io::set_interruption_note(fmt::format(
         "interrupted: {} may hold part of the image; its bootloader is whole: run the same command again",
         port));
@@ -76,6 +70,7 @@ void run(const Options& o) {
   if (o.json) {
     return print(io::dump({{"image", hex.string()},
                            {"port", port},
+                           {"target", mcu.name},
                            {"baud", rate_Bd},
                            {"flash_bytes", bytes},
                            {"verified", true},
@@ -99,6 +94,10 @@ void add_flash(CLI::App& app) {
       ->check(CLI::IsMember({"glove", "hand"}));
   command->add_option("--port", o->port, "serial port, or auto: the only one there is")
       ->capture_default_str();
+  command
+      ->add_option("--target", o->target,
+                   "the board's chip; another's image is refused (default: the image's chip)")
+      ->check(CLI::IsMember({deploy::kAtmega328p.name, deploy::kAtmega32u4.name}));
   command->add_option("--baud", o->baud, "of the bootloader (default: 115200, then 57600 as old ones have)")
       ->check(CLI::PositiveNumber);
   command->add_flag("--json", o->json, "one JSON object on standard output");

@@ -52,7 +52,8 @@ deploy::Sent send_live(const Options& o, const deploy::Glove& glove, const std::
       [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); }};
   ProgressLine progress;
   io::set_interruption_note(fmt::format(
-      "interrupted: the glove at {} runs what was whole; to send the rest, run the same command again", path));
+      "interrupted: the glove at {} runs what was whole; to send the rest, run the same command again",
+      path));
   const deploy::Sent sent = deploy::send_model(line, glove, [&](int done, int all) {
     progress.step("bytes sent:", static_cast<std::size_t>(done), static_cast<std::size_t>(all));
     return true;
@@ -92,8 +93,8 @@ void run(const Options& o) {
                            {"took_s", sent.took_s},
                            {"version", FLEXOR_VERSION}}));
   }
-  print(fmt::format("{}: the glove runs {} now: {} bytes{}, written and read back, {:.1f} s\n", path, o.model, sent.bytes,
-                    bootloader ? "" : fmt::format(" in {} pieces", sent.pieces), sent.took_s));
+  print(fmt::format("{}: the glove runs {} now: {} bytes{}, written and read back, {:.1f} s\n", path, o.model,
+                    sent.bytes, bootloader ? "" : fmt::format(" in {} pieces", sent.pieces), sent.took_s));
 }
 
 }  // namespace

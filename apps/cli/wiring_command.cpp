@@ -14,6 +14,7 @@ struct Options {
   std::string out;
   std::string pins = "flexor";
   std::string output = "radio";
+  std::string target = deploy::kAtmega328p.name;
   std::string twin;
   std::vector<std::string> set;
   bool json = false;
@@ -21,9 +22,11 @@ struct Options {
 
 void run(const Options& o) {
   const twin::Parameters p = twin_parameters(o.twin, o.set);
+  const deploy::Mcu mcu = deploy::mcu(o.target);
   const deploy::Pins pins = deploy::pins_from_text(o.pins);
+  deploy::require_pins_of(mcu, pins);
   const deploy::Output output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
-  nlohmann::ordered_json json = to_json(deploy::wiring_plan(pins, output, p.divider_kohm));
+  nlohmann::ordered_json json = to_json(deploy::wiring_plan(pins, output, p.divider_kohm, mcu));
   io::require_folder(o.out);
   io::make_folder(o.out);
   report::save_wiring(json, o.out);
@@ -32,11 +35,12 @@ void run(const Options& o) {
   json["pins"] = deploy::to_text(pins);
   json["version"] = FLEXOR_VERSION;
   if (o.json) return print(io::dump(json));
+  const std::string folder = std::filesystem::path(o.out + "/").parent_path().string();
   print(
       fmt::format("wiring    {0}/wiring.md, {0}/wiring_glove.svg{1}\nlogger    {0}/flexor_logger: a sketch "
                   "for the Arduino IDE\n"
                   "pins      {2}\n",
-                  o.out, output == deploy::Output::radio ? fmt::format(", {}/wiring_hand.svg", o.out) : "",
+                  folder, output == deploy::Output::radio ? fmt::format(", {}/wiring_hand.svg", folder) : "",
                   deploy::to_text(pins)));
 }
 
@@ -48,6 +52,8 @@ void add_wiring(CLI::App& app) {
       "wiring", "What to solder where, with pictures and parts, and the sketch that logs a glove");
   command->add_option("--out", o->out, "write pictures, list and sketch into this folder")->required();
   command->add_option("--pins", o->pins, "as in flexor deploy")->capture_default_str();
+  command->add_option("--target", o->target, "chip of the glove's board: atmega328p or atmega32u4")
+      ->capture_default_str();
   command->add_option("--output", o->output, "of the glove: radio, or opengloves, a cable to the PC")
       ->check(CLI::IsMember({"radio", "opengloves"}))
       ->capture_default_str();

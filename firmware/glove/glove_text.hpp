@@ -3,6 +3,7 @@
 
 #include "runtime/link/gestures.hpp"
 #include "runtime/link/messages.hpp"
+#include "runtime/sensor/guard.hpp"
 
 namespace flexor {
 namespace firmware {
@@ -19,6 +20,7 @@ struct JointSettings {
   uint8_t place;
   uint8_t strips;  // a bit for each strip that the joint's angle needs
   FlexionSettings flexion;
+  sensor::GuardSettings guard;  // as its finger's: what is sent while a strip is broken
 };
 
 // Joysticks rest a little beside their middle.
@@ -36,7 +38,9 @@ class GloveText {
   // fingers: kFingers settings; joints: `count`, at most kMaxJoints; both outlive this object. there: a bit
   // for each finger of the model.
   GloveText(const FlexionSettings* fingers, const JointSettings* joints, uint8_t count, uint8_t there)
-      : fingers_(fingers), joints_(joints), count_(count), gestures_(there) {}
+      : fingers_(fingers), joints_(joints), count_(count), gestures_(there) {
+    for (uint8_t k = 0; k < count_; ++k) guard_[k].reset(joints_[k].guard);
+  }
 
   // joint_angle: `count`, Q4 degrees. joystick: counts of x and y. pressed: of link::glove_button. `text` has
   // kRoom; returns the bytes written.
@@ -52,20 +56,20 @@ class GloveText {
     values.trigger = link::trigger_pull(values.flexion[1]);
     values.buttons = static_cast<uint8_t>(gestures_.step(values.flexion) | pressed);
     link::GloveJoint joints[kMaxJoints + 1];
-    uint8_t count = 0;
     for (uint8_t k = 0; k < count_; ++k) {
       const JointSettings& joint = joints_[k];
-      if ((joint.strips & bad) != 0) continue;  // the driver then takes the finger's flexion
-      joints[count++] = {joint.finger, joint.place,
-                         link::flexion_of(joint_angle[k], joint.flexion.straight, joint.flexion.scale)};
+      const int16_t angle = guard_[k].step(joint.guard, (joint.strips & bad) == 0, joint_angle[k]);
+      joints[k] = {joint.finger, joint.place,
+                   link::flexion_of(angle, joint.flexion.straight, joint.flexion.scale)};
     }
-    return link::encode_gloves(values, joints, count, text);
+    return link::encode_gloves(values, joints, count_, text);
   }
 
  private:
   const FlexionSettings* fingers_;
   const JointSettings* joints_;
   uint8_t count_;
+  sensor::Guard guard_[kMaxJoints + 1];
   link::Gestures gestures_;
 };
 

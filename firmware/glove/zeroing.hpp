@@ -18,7 +18,7 @@ class Zeroing {
   void start(sensor::Correction* corrections) {
     corrections_ = corrections;
     Config::start_zero_button();
-    DDRB |= _BV(PB5);
+    start_led();
     store_.load(eeprom_, corrections_);
   }
 
@@ -55,7 +55,7 @@ class Zeroing {
     if (stage == sensor::ZeroStage::fist) on = samples_ / (kSecond / 5) % 2 == 0;
     if (stage == sensor::ZeroStage::done) on = recent;
     if (stage == sensor::ZeroStage::refused) on = recent && samples_ % 2 == 0;
-    PORTB = static_cast<uint8_t>(on ? PORTB | _BV(PB5) : PORTB & ~_BV(PB5));
+    set_led(on);
   }
 
   Eeprom eeprom_;

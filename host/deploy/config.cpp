@@ -71,14 +71,6 @@ double value_at(const Points& p, double n) {
 
 }  // namespace
 
-Mcu mcu(const std::string& name) {
-  for (const Mcu& known : {kAtmega328p, kAtmega32u4}) {
-    if (name == known.name) return known;
-  }
-  throw InputError(
-      fmt::format("unknown target \"{}\"; known: {}, {}", name, kAtmega328p.name, kAtmega32u4.name));
-}
-
 double Sensor::operator()(double counts) const {
   return std::visit([&](const auto& sensor) { return value_at(sensor, counts); }, kind);
 }
@@ -136,6 +128,13 @@ std::optional<std::uint8_t> place_of(const std::string& finger, const std::strin
   return std::nullopt;
 }
 
+sensor::GuardSettings guard_of(const model::Model& model, const model::Joint& joint) {
+  const int rate = sample_rate_hz(model);
+  const model::Saturation& limits = model::limits(model, joint);
+  return {q4(std::clamp(joint.rest_deg, limits.lower_deg, limits.upper_deg)), q4(kGuardSpeed_deg_s / rate),
+          static_cast<std::uint16_t>(std::ceil(kHold_s * rate))};
+}
+
 std::uint8_t strips_of(const model::Model& model, const model::Wiring& wiring, std::size_t joint) {
   const model::Graph graph(model);
   unsigned out = 0;
@@ -172,7 +171,7 @@ std::vector<VrJoint> vr_joints(const Glove& glove) {
       if (!place || wiring.joint[f] == j) continue;
       out.push_back({j,
                      {static_cast<std::uint8_t>(f), *place, strips_of(glove.model, wiring, j),
-                      flexion_of(model::limits(glove.model, joint))}});
+                      flexion_of(model::limits(glove.model, joint)), guard_of(glove.model, joint)}});
     }
   }
   return out;
@@ -216,7 +215,6 @@ int samples_per_frame(const Glove& glove) {
 
 bool can_zero(const Glove& glove) {
   return glove.output == Output::radio && glove.pins.button[kCalibrate].has_value() &&
-         std::string_view(glove.mcu.name) == kAtmega328p.name &&
          std::ranges::any_of(glove.model.inputs, [](const auto& input) { return input.poses.has_value(); });
 }
 
@@ -299,9 +297,8 @@ GloveTables glove_tables(const Glove& glove) {
       out.strips[i] = static_cast<std::uint8_t>(out.strips[i] | 1U << strip);
     if (!wiring.joint[i]) continue;
     const model::Joint& joint = glove.model.joints[*wiring.joint[i]];
-    const model::Saturation& saturation = model::limits(glove.model, joint);
-    guard.rest = q4(std::clamp(joint.rest_deg, saturation.lower_deg, saturation.upper_deg));
-    out.flexion[i] = flexion_of(saturation);
+    guard = guard_of(glove.model, joint);
+    out.flexion[i] = flexion_of(model::limits(glove.model, joint));
   }
   return out;
 }
@@ -365,12 +362,12 @@ hand::FingerSettings finger_settings(const Hand& hand, int finger) {
 namespace {
 
 // Pull-ups and which buttons are closed.
-std::string button_text(const Pins& pins) {
+std::string button_text(const Mcu& mcu, const Pins& pins) {
   std::string start;
   std::string pressed;
   for (std::size_t i = 0; i < kButtons; ++i) {
     if (!pins.button[i]) continue;
-    const PortBit pin = port_bit(*pins.button[i]);
+    const PortBit pin = port_bit(mcu, *pins.button[i]);
     start += fmt::format("  PORT{} |= {};\n", pin.port, 1 << pin.bit);
     pressed += fmt::format("  if ((PIN{} & {}) == 0) out |= {};\n", pin.port, 1 << pin.bit, buttons()[i].bit);
   }
@@ -387,15 +384,16 @@ std::string vr_tables(const Glove& glove, const GloveTables& tables) {
                      joints.size());
   for (const VrJoint& j : joints) {
     const firmware::JointSettings& s = j.settings;
-    out += fmt::format("{{{}, {}, {}, {{{}, {}}}}}, ", s.finger, s.place, s.strips, s.flexion.straight,
-                       s.flexion.scale);
+    out += fmt::format("{{{}, {}, {}, {{{}, {}}}, {{{}, {}, {}}}}}, ", s.finger, s.place, s.strips,
+                       s.flexion.straight, s.flexion.scale, s.guard.rest, s.guard.max_step,
+                       s.guard.hold_samples);
   }
   if (joints.empty()) out += "{}";
   out += fmt::format(
       "}};\nconstexpr uint8_t kThere = {};\nconstexpr bool kRightHand = {};\nconstexpr bool kJoystick = "
       "{};\n",
       fingers_there(glove.model), glove.right_hand, glove.pins.joystick.has_value());
-  return out + button_text(glove.pins);
+  return out + button_text(glove.mcu, glove.pins);
 }
 
 // The rings' sizes are powers of two, and one place stays empty.
@@ -427,7 +425,7 @@ std::string zero_text(const Glove& glove) {
       poses += fmt::format("{}{}", poses.empty() ? "" : ", ", q5);
     }
   }
-  const PortBit pin = port_bit(*glove.pins.button[kCalibrate]);
+  const PortBit pin = port_bit(glove.mcu, *glove.pins.button[kCalibrate]);
   return fmt::format(
       "struct ZeroConfig {{\n  static constexpr uint8_t kRate_hz = config::kRate_hz;\n"
       "  static constexpr uint16_t kPosesId = {0};\n  static constexpr sensor::Poses kPoses[] = {{{1}}};\n"
@@ -561,7 +559,10 @@ std::string data_compensator(bool in_flash) {
 
 std::string data_config(const Glove& glove) {
   if (glove.output == Output::opengloves)
-    throw InputError("--output opengloves takes its ranges from compiled models: use --model-as code");
+    throw InputError(
+        "--output opengloves: a model that is data is replaced over the radio's link, which a glove for VR "
+        "drivers "
+        "does not speak: use --model-as code");
   const GloveTables tables = glove_tables(glove);
   const DataBlock data = data_block(glove);
   return glove_head(glove, tables) + sensor_tables(glove, tables) +

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "firmware/glove/glove_text.hpp"
+#include "host/deploy/mcu.hpp"
 #include "host/deploy/pins.hpp"
 #include "host/model/model.hpp"
 #include "host/model/wiring.hpp"
@@ -31,17 +32,6 @@ enum class Output { radio, opengloves };
 // from 0.5 on reads.
 enum class Encoding { alpha, beta };
 
-// A microcontroller that there is firmware for; flash without its bootloader's.
-struct Mcu {
-  const char* name;
-  int flash_bytes;
-  int ram_bytes;
-};
-inline constexpr Mcu kAtmega328p = {"atmega328p", 32768, 2048};  // Uno, Nano
-inline constexpr Mcu kAtmega32u4 = {"atmega32u4", 28672,
-                                    2560};  // Leonardo, Micro, Pro Micro: the glove alone
-// Throws io::InputError, which names those that are known.
-Mcu mcu(const std::string& name);
 enum class ModelAs { code, data };  // compiled, or bytes that an interpreter runs and that can be replaced
 
 struct CountsAsTheyAre {};

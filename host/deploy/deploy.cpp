@@ -101,7 +101,7 @@ Image build(const std::string& name, const std::string& config, const fs::path& 
 }
 
 void write_library(const fs::path& folder, const std::string& name, const std::string& room,
-                   const std::string& config, const std::string& what) {
+                   const std::string& config, const std::string& what, const Mcu& mcu) {
   io::make_folder(folder / "src");
   io::make_folder(folder / "examples" / name);
   for (const Source& source : sources()) {
@@ -121,11 +121,11 @@ void write_library(const fs::path& folder, const std::string& name, const std::s
                              "Written by flexor deploy.\n"
                              "category=Device Control\nurl=\narchitectures=avr\nincludes={}.h\n",
                              name, FLEXOR_VERSION, what, name));
-  io::write_file(folder / "examples" / name / (name + ".ino"),
-                 fmt::format("// {}\n// Board: Arduino Uno or Nano (ATmega328P, 16 MHz). The library has its "
-                             "own main(); there is nothing to add here.\n"
-                             "#include <{}.h>\n",
-                             what, name));
+  io::write_file(
+      folder / "examples" / name / (name + ".ino"),
+      fmt::format("// {}\n// Board: {} ({}, 16 MHz). The library has its own main(); there is nothing "
+                  "to add here.\n#include <{}.h>\n",
+                  what, mcu.boards, mcu.printed, name));
 }
 
 }  // namespace
@@ -154,10 +154,10 @@ Image build_hand(const Hand& hand, const fs::path& folder) {
 void write_arduino(const Glove& glove, const Hand& hand, const fs::path& folder) {
   write_arduino_library(glove, folder / "Flexor");
   write_library(folder / "FlexorGlove", "FlexorGlove", "glove", glove_config(glove),
-                "A flex-sensor glove with its compensator");
+                "A flex-sensor glove with its compensator", glove.mcu);
   if (glove.output == Output::radio) {
     write_library(folder / "FlexorHand", "FlexorHand", "hand", hand_config(hand),
-                  "A five-motor hand that follows a glove over a radio");
+                  "A five-motor hand that follows a glove over a radio", kAtmega328p);
   }
 }
 

@@ -103,6 +103,33 @@ Glove every_joint(double rate_hz) {
   return g;
 }
 
+// As a finger: held, then to rest and back at a bounded speed.
+TEST_F(Deploy, BetaJointsAreGuardedWhileAStripIsBroken) {
+  constexpr int kStep = 32;
+  const firmware::FlexionSettings flexion{0, 65536};
+  const std::array<firmware::FlexionSettings, kFingers> fingers{};
+  const firmware::JointSettings joint{1, 2, 1 << 3, flexion, {160, kStep, 25}};
+  firmware::GloveText<1> text(fingers.data(), &joint, 1, 0x1f);
+  link::Frame frame{};
+  const std::uint16_t joystick[2] = {512, 512};
+  const auto sent = [&](std::int16_t angle, bool broken) {
+    frame.status[3] = broken ? link::SensorStatus::open : link::SensorStatus::ok;
+    char line[firmware::GloveText<1>::kRoom];
+    const std::uint8_t size = text.step(frame, &angle, joystick, 0, line);
+    link::GloveLine read{};
+    EXPECT_EQ(link::parse_gloves(line, size, read), link::GloveParse::ok);
+    EXPECT_TRUE(read.has_joint[1][2]);
+    return static_cast<int>(read.joint[1][2]);
+  };
+  for (int k = 0; k < 60; ++k) (void)sent(800, false);
+  EXPECT_EQ(sent(800, false), 800);
+  for (int k = 0; k < 25; ++k) EXPECT_EQ(sent(0, true), 800) << k;
+  EXPECT_EQ(sent(0, true), 800 - kStep);
+  for (int k = 0; k < 60; ++k) (void)sent(0, true);
+  EXPECT_EQ(sent(0, true), 160) << "at rest";
+  EXPECT_EQ(sent(800, false), 160 + kStep) << "and back without a jump";
+}
+
 TEST_F(Deploy, BetaNamesEachJointOfTheDriversHand) {
   Glove g = every_joint(50);
   std::string keys;

@@ -21,9 +21,6 @@ using io::InputError;
 using io::JobError;
 
 constexpr const char* kProgrammer = "avrdude";
-constexpr const char* kChip = "ATmega328P";
-constexpr const char* kPart = "m328p";
-constexpr const char* kSignature = "0x1e950f";
 constexpr int kNewRate_Bd = 115200;
 constexpr int kOldRate_Bd = 57600;
 constexpr int kSilence_ms = 12000;  // twice as long as avrdude waits for an answer
@@ -81,6 +78,12 @@ int percent_in(const std::string& err, std::string& what) {
 
 FlashContent read_image(const fs::path& hex) {
   FlashContent image = read_intel_hex(hex, kOptibootBegin);
+  const Mcu mcu = mcu_of(image);
+  const auto room = static_cast<std::size_t>(mcu.flash_bytes);
+  if (image.bytes.size() > room) {
+    throw InputError(fmt::format("{}: ends at 0x{:x}, the bootloader of an {} begins at 0x{:x}", hex.string(),
+                                 image.bytes.size(), mcu.printed, room));
+  }
   // What a finished board's dump holds, too, and no image of a program does.
   if (image.begin != 0)
     throw InputError(fmt::format("{}: begins at 0x{:x}: an image begins at 0", hex.string(), image.begin));
@@ -125,8 +128,9 @@ std::string choose_port(const std::string& port, const fs::path& dev) {
   return path.string();
 }
 
-std::vector<int> rates(int baud) {
+std::vector<int> rates(int baud, const Mcu& mcu) {
   if (baud != 0) return {baud, baud};
+  if (is_32u4(mcu)) return {kOldRate_Bd, kOldRate_Bd};
   return {kNewRate_Bd, kOldRate_Bd, kNewRate_Bd, kOldRate_Bd};
 }
 
@@ -135,8 +139,8 @@ struct Bootloader::Answer {
   std::string why;
 };
 
-Bootloader::Bootloader(std::string port, std::vector<int> rates_Bd, FlashProgress progress)
-    : port_(std::move(port)), rates_Bd_(std::move(rates_Bd)), progress_(std::move(progress)) {
+Bootloader::Bootloader(std::string port, std::vector<int> rates_Bd, FlashProgress progress, const Mcu& mcu)
+    : port_(std::move(port)), rates_Bd_(std::move(rates_Bd)), progress_(std::move(progress)), mcu_(mcu) {
   if (io::find_program(kProgrammer).empty())
     throw InputError(fmt::format("{0} is missing: install the package {0}", kProgrammer));
 }
@@ -152,15 +156,21 @@ Bootloader::Answer Bootloader::run(const std::string& operation, const fs::path&
     if (percent >= 0) progress_(what, percent);
   };
   progress_(fmt::format("connecting at {} baud", rate), 0);
-  const io::ProcessResult result = io::run_process({kProgrammer, "-c", "arduino", "-p", kPart, "-P", port_,
-                                                    "-b", rate, "-D", "-x", "attempts=1", "-U", operation},
-                                                   folder, {on_err, kSilence_ms});
+  std::vector<std::string> command = {kProgrammer, "-c",  "arduino", "-p", mcu_.part,
+                                      "-P",        port_, "-b",      rate, "-D"};
+  if (is_32u4(mcu_)) {
+    command[2] = "avr109";
+  } else {
+    command.insert(command.end(), {"-x", "attempts=1"});
+  }
+  command.insert(command.end(), {"-U", operation});
+  const io::ProcessResult result = io::run_process(command, folder, {on_err, kSilence_ms});
   if (result.status == 0) return {Answer::done, ""};
   const std::string signature = signature_in(result.err);
   if (result.err.find("xpected signature") != std::string::npos) {
     return {Answer::failed,
             fmt::format("the chip there is {}, the image is for an {} ({}): nothing was written", signature,
-                        kChip, kSignature)};
+                        mcu_.printed, mcu_.signature)};
   }
   const std::string cannot_open = line_with(result.err, "cannot open port");
   if (!cannot_open.empty())
@@ -179,7 +189,7 @@ void Bootloader::run_at_any_rate(const std::string& operation, const fs::path& f
   const std::string tried = fmt::format(
       "{}", fmt::join(std::set<int, std::greater<>>(rates_Bd_.begin(), rates_Bd_.end()), " and "));
   while (!rates_Bd_.empty()) {
-    if (rates_Bd_.front() == kOldRate_Bd && end > kOldBootloaderBegin) {
+    if (!is_32u4(mcu_) && rates_Bd_.front() == kOldRate_Bd && end > kOldBootloaderBegin) {
       throw JobError(
           fmt::format("{}: the image ends at 0x{:x}, an old bootloader begins at 0x{:x}: nothing was written",
                       port_, end, kOldBootloaderBegin));
@@ -189,10 +199,21 @@ void Bootloader::run_at_any_rate(const std::string& operation, const fs::path& f
     if (answer.kind == Answer::failed) throw JobError(fmt::format("{}: {}", port_, answer.why));
     rates_Bd_.erase(rates_Bd_.begin());
   }
-  throw JobError(
-      fmt::format("{}: no bootloader answers at {} baud: is it this port, is the radio unplugged from the "
-                  "board's RX (D0), does the board's reset reach DTR, has it a bootloader?",
-                  port_, tried));
+  throw JobError(nobody(tried));
+}
+
+std::string Bootloader::nobody(const std::string& tried) const {
+  if (is_32u4(mcu_)) {
+    return fmt::format(
+        "{}: no bootloader of an {} answers, which the image is for: is it this port, was reset pressed, "
+        "twice on a "
+        "Pro Micro, within the last eight seconds? On another board: flexor deploy without --target",
+        port_, mcu_.printed);
+  }
+  return fmt::format(
+      "{}: no bootloader answers at {} baud: is it this port, is the radio unplugged from the "
+      "board's RX (D0), does the board's reset reach DTR, has it a bootloader?",
+      port_, tried);
 }
 
 void Bootloader::write(const FlashContent& image) {

@@ -1,5 +1,6 @@
 // A board's flash through its bootloader, by avrdude: no programmer, no compiler. A board with a USB converter of its
-// own (Nano, Uno) is reset when its port is opened and listens for about a second.
+// own (Nano, Uno) is reset when its port is opened and listens for about a second; one with an ATmega32U4 has to be
+// brought to its bootloader first (host/deploy/caterina.hpp).
 #pragma once
 
 #include <filesystem>
@@ -8,14 +9,15 @@
 #include <vector>
 
 #include "host/deploy/intel_hex.hpp"
+#include "host/deploy/mcu.hpp"
 
 namespace flexor::deploy {
 
 inline constexpr std::size_t kOptibootBegin = 0x7e00;       // new bootloader, 115200 baud
 inline constexpr std::size_t kOldBootloaderBegin = 0x7800;  // of Nanos before 2018, 57600 baud
 
-// An image that a bootloader can write: read_intel_hex, and nothing where the bootloader itself lies. Throws
-// io::InputError.
+// An image that the bootloader of its chip, mcu_of(), can write: read_intel_hex, and nothing where the bootloader itself
+// lies. Throws io::InputError.
 FlashContent read_image(const std::filesystem::path& hex);
 
 // Serial ports below `dev` that may be boards, one path for each: names of serial/by-id, then ttyUSB*, ttyACM* that have
@@ -29,15 +31,17 @@ std::string choose_port(const std::string& port, const std::filesystem::path& de
 // "writing" or "verifying" or "reading" at a rate, so many percent; "connecting" with 0.
 using FlashProgress = std::function<void(const std::string& what, int percent)>;
 
-// What to try: `baud`, or for 0 the new bootloader's rate, then the old one's; all twice, since a reset may come late.
-std::vector<int> rates(int baud);
+// What to try: `baud`, or for 0 the new bootloader's rate, then the old one's, of an ATmega32U4 the one that avrdude wants
+// to hear; all twice, since a reset may come late.
+std::vector<int> rates(int baud, const Mcu& mcu = kAtmega328p);
 
 class Bootloader {
  public:
   // At one of `rates_Bd`, tried in order at the first command. Throws io::InputError where avrdude is missing.
-  Bootloader(std::string port, std::vector<int> rates_Bd, FlashProgress progress);
+  Bootloader(std::string port, std::vector<int> rates_Bd, FlashProgress progress,
+             const Mcu& mcu = kAtmega328p);
 
-  // Both throw io::JobError, one line: no answer at any rate, another chip, an image that does not fit this
+  // Both throw io::JobError, one line: no answer at any rate, another chip than the image is for, an image that does not fit this
   // bootloader, a byte that reads back otherwise, a board that falls silent.
   void write(const FlashContent& image);  // and compares
   FlashContent read();                    // up to the last byte that is not erased
@@ -47,11 +51,13 @@ class Bootloader {
  private:
   struct Answer;
   Answer run(const std::string& operation, const std::filesystem::path& folder);
+  std::string nobody(const std::string& tried) const;
   void run_at_any_rate(const std::string& operation, const std::filesystem::path& folder, std::size_t end);
 
   std::string port_;
   std::vector<int> rates_Bd_;
   FlashProgress progress_;
+  Mcu mcu_;
 };
 
 }  // namespace flexor::deploy

@@ -15,7 +15,7 @@ namespace {
 
 using io::InputError;
 
-constexpr int kChannels = 8;
+constexpr int kAnalogPins = 12;
 constexpr int kFirstDigital = 2;
 constexpr int kLastDigital = 12;
 constexpr const char* kJoystick = "joystick";
@@ -37,9 +37,10 @@ std::optional<int> number_of(const std::string& pin, char letter, int first, int
   return number;
 }
 
-int channel_of(const std::string& name, const std::string& pin) {
-  if (const auto channel = number_of(pin, 'A', 0, kChannels - 1)) return *channel;
-  throw InputError(fmt::format("--pins: {}={}: an analog pin is A0 to A7", name, pin));
+int analog_of(const std::string& name, const std::string& pin) {
+  if (const auto channel = number_of(pin, 'A', 0, kAnalogPins - 1)) return *channel;
+  throw InputError(
+      fmt::format("--pins: {}={}: an analog pin is A0 to A7, of an ATmega32U4 A0 to A11", name, pin));
 }
 
 int digital_of(const std::string& name, const std::string& pin) {
@@ -55,7 +56,7 @@ std::array<int, 2> joystick_of(const std::string& pins) {
   if (both.size() != 2)
     throw InputError(
         fmt::format("--pins: joystick={}: give the pins of x and y, as in joystick=A6+A7", pins));
-  return {channel_of(kJoystick, both[0]), channel_of(kJoystick, both[1])};
+  return {analog_of(kJoystick, both[0]), analog_of(kJoystick, both[1])};
 }
 
 std::optional<Pins> preset_of(const std::string& name) {
@@ -70,7 +71,7 @@ void set(Pins& pins, const std::string& name, const std::string& pin) {
   const std::vector<std::string>& fingers = model::finger_names();
   const auto finger = std::ranges::find(fingers, name);
   if (finger != fingers.end()) {
-    pins.strip[static_cast<std::size_t>(finger - fingers.begin())] = channel_of(name, pin);
+    pins.strip[static_cast<std::size_t>(finger - fingers.begin())] = analog_of(name, pin);
     return;
   }
   if (name == kJoystick) {
@@ -164,11 +165,6 @@ std::vector<int> scan_of(const Pins& pins) {
   std::vector<int> out(pins.strip.begin(), pins.strip.end());
   if (pins.joystick) out.insert(out.end(), pins.joystick->begin(), pins.joystick->end());
   return out;
-}
-
-PortBit port_bit(int digital_pin) {
-  if (digital_pin < 8) return {'D', digital_pin};
-  return {'B', digital_pin - 8};
 }
 
 }  // namespace flexor::deploy

@@ -1,8 +1,8 @@
 // What is wired to the glove's board: one table, which firmware, logging sketch, picture and report are made
 // from.
 //
-// Analog pins A0 .. A7 are ADC channels 0 .. 7 of a Nano; an Uno has none beyond A5. Digital pins have the
-// numbers that are printed on the board.
+// Pins have the numbers that are printed on the board: A0 .. A7 of a Nano, an Uno has none beyond A5; A0 .. A11 of a
+// board with an ATmega32U4 (host/deploy/mcu.hpp).
 #pragma once
 
 #include <array>
@@ -24,8 +24,8 @@ struct Button {
 const std::array<Button, kButtons>& buttons();
 
 struct Pins {
-  std::array<int, model::kFingers> strip{0, 1, 2, 3, 4};  // ADC channel of each finger's strip, thumb first
-  std::optional<std::array<int, 2>> joystick;             // ADC channels of x and y
+  std::array<int, model::kFingers> strip{0, 1, 2, 3, 4};  // analog pin of each finger's strip, thumb first
+  std::optional<std::array<int, 2>> joystick;             // analog pins of x and y
   std::array<std::optional<int>, kButtons> button;        // digital pin, closed to ground when pressed
 };
 
@@ -36,14 +36,7 @@ struct Pins {
 Pins pins_from_text(const std::string& text);
 std::string to_text(const Pins& pins);
 
-// Channels in the order that the board reads them: strips thumb to pinky, then the joystick.
+// Analog pins in the order that the board reads them: strips thumb to pinky, then the joystick.
 std::vector<int> scan_of(const Pins& pins);
-
-// A digital pin of an ATmega328P: its port and bit.
-struct PortBit {
-  char port;
-  int bit;
-};
-PortBit port_bit(int digital_pin);
 
 }  // namespace flexor::deploy

@@ -1,4 +1,4 @@
-#include "host/deploy/pins.hpp"
+#include "host/deploy/mcu.hpp"
 
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ TEST(Pins, AreRefusedByNameInOneLine) {
       {"", "is empty"},
       {"toe=A1", "unknown \"toe\"; known: flexor, lucidgloves, or PIN for thumb"},
       {"a=D8,lucidgloves", "unknown \"lucidgloves\""},
-      {"thumb=A8", "thumb=A8: an analog pin is A0 to A7"},
+      {"thumb=A12", "thumb=A12: an analog pin is A0 to A7, of an ATmega32U4 A0 to A11"},
       {"thumb=D4", "an analog pin is A0 to A7"},
       {"thumb", "thumb=: an analog pin"},
       {"thumb=A", "an analog pin"},
@@ -60,10 +60,30 @@ TEST(Pins, AreRefusedByNameInOneLine) {
 }
 
 TEST(Pins, DigitalPinsAreThoseOfThePrintedNumbers) {
-  EXPECT_EQ(port_bit(2).port, 'D');
-  EXPECT_EQ(port_bit(7).bit, 7);
-  EXPECT_EQ(port_bit(8).port, 'B');
-  EXPECT_EQ(port_bit(12).bit, 4);
+  EXPECT_EQ(port_bit(kAtmega328p, 2).port, 'D');
+  EXPECT_EQ(port_bit(kAtmega328p, 7).bit, 7);
+  EXPECT_EQ(port_bit(kAtmega328p, 8).port, 'B');
+  EXPECT_EQ(port_bit(kAtmega328p, 12).bit, 4);
+  EXPECT_EQ(port_bit(kAtmega32u4, 7).port, 'E');
+  EXPECT_EQ(port_bit(kAtmega32u4, 7).bit, 6);
+  EXPECT_EQ(port_bit(kAtmega32u4, 12).port, 'D');
+  EXPECT_EQ(port_bit(kAtmega32u4, 12).bit, 6);
+}
+
+TEST(Pins, OfAnotherChipAreRefusedByName) {
+  const auto refused = [](const Mcu& mcu, const char* pins) -> std::string {
+    try {
+      require_pins_of(mcu, pins_from_text(pins));
+    } catch (const io::InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refused(kAtmega328p, "pinky=A7"), "");
+  EXPECT_EQ(refused(kAtmega328p, "pinky=A8"), "--pins: A8: an ATmega328P has A0 to A7");
+  EXPECT_EQ(refused(kAtmega32u4, "pinky=A8,a=D9"), "");
+  EXPECT_EQ(refused(kAtmega32u4, "pinky=A8,a=D8"),
+            "--pins: A8 and D8 are one pin of an ATmega32U4: give each a pin of its own");
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "host/deploy/wiring.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -12,6 +13,7 @@ namespace flexor::deploy {
 namespace {
 
 constexpr const char* kLogger = "flexor_logger";
+constexpr const char* kOffD0 = "off while flashing over USB";
 
 // Of the hand's board, thumb to pinky: firmware/README.md.
 constexpr std::array<int, kFingers> kMotorPwm = {9, 10, 11, 3, 5};
@@ -19,13 +21,28 @@ constexpr std::array<int, kFingers> kMotorDirection = {8, 12, 2, 4, 7};
 
 const std::string& finger(std::size_t i) { return model::finger_names()[i]; }
 
-void add_radio(std::vector<Connection>& out) {
+// A converter for USB drives D0, too; an ATmega32U4 has USB of its own.
+void add_radio(std::vector<Connection>& out, const Mcu& mcu) {
   out.push_back({"D1", "radio", "HC-12 RXD", "VCC to 5 V, GND to GND"});
-  out.push_back({"D0", "radio", "HC-12 TXD", "off while flashing over USB"});
+  out.push_back({"D0", "radio", "HC-12 TXD", is_32u4(mcu) ? "it may stay while flashing" : kOffD0});
 }
 
-BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm) {
-  BoardWiring out{"glove", {}};
+// What of a Leonardo's pins a Pro Micro does not have at its edge.
+std::string of_pro_micro(const Pins& pins) {
+  std::vector<std::string> out;
+  for (const int pin : scan_of(pins)) {
+    if (pin == 4 || pin == 5 || pin == 11) out.push_back(fmt::format("A{}", pin));
+  }
+  for (const auto& pin : pins.button) {
+    if (pin && *pin > 10) out.push_back(fmt::format("D{}", *pin));
+  }
+  if (out.empty()) return "";
+  return fmt::format(" (a Pro Micro has no {}: choose others with --pins, as pinky=A6 or calibrate=D10)",
+                     fmt::join(out, ", "));
+}
+
+BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm, const Mcu& mcu) {
+  BoardWiring out{"glove", mcu.boards, {}};
   for (std::size_t i = 0; i < kFingers; ++i) {
     out.connections.push_back({fmt::format("A{}", pins.strip[i]), "strip", finger(i),
                                fmt::format("strip to GND, {:g} kOhm to 5 V", divider_kohm)});
@@ -42,7 +59,7 @@ BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm) {
         {fmt::format("D{}", *pins.button[i]), "button", buttons()[i].says, "other end to GND"});
   }
   if (output == Output::radio) {
-    add_radio(out.connections);
+    add_radio(out.connections, mcu);
   } else {
     out.connections.push_back({"USB", "usb", "to the PC", "115200 baud"});
   }
@@ -50,7 +67,7 @@ BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm) {
 }
 
 BoardWiring hand_board() {
-  BoardWiring out{"hand", {}};
+  BoardWiring out{"hand", kAtmega328p.boards, {}};
   for (std::size_t i = 0; i < kFingers; ++i) {
     out.connections.push_back({fmt::format("A{}", i), "potentiometer", finger(i),
                                fmt::format("wiper; {:g} kOhm from the pin to GND", kPull_kohm)});
@@ -61,19 +78,25 @@ BoardWiring hand_board() {
     out.connections.push_back({fmt::format("D{}", kMotorDirection[i]), "motor", finger(i) + " direction",
                                "motor driver, high flexes"});
   }
-  add_radio(out.connections);
+  add_radio(out.connections, kAtmega328p);
   return out;
 }
 
-std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm) {
+std::string board_part(const Mcu& mcu) {
+  return fmt::format("{} ({}, 16 MHz, 5 V) with its USB cable", mcu.boards, mcu.printed);
+}
+
+std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm, const Mcu& mcu) {
   const bool radio = output == Output::radio;
   const auto pressed = static_cast<int>(
       std::ranges::count_if(pins.button, [](const std::optional<int>& pin) { return pin.has_value(); }));
+  const bool two_kinds = radio && is_32u4(mcu);
   std::vector<Part> out = {
-      {radio ? 2 : 1, "Arduino Nano or Uno (ATmega328P, 16 MHz, 5 V) with its USB cable"},
-      {static_cast<int>(kFingers), "flex sensor strip, one for each finger"},
-      {static_cast<int>(kFingers), fmt::format("resistor {:g} kOhm, 1 %, one for each strip", divider_kohm)},
-  };
+      {radio && !two_kinds ? 2 : 1, board_part(mcu) + (is_32u4(mcu) ? of_pro_micro(pins) : "")}};
+  if (two_kinds) out.push_back({1, board_part(kAtmega328p) + ", for the hand"});
+  out.push_back({static_cast<int>(kFingers), "flex sensor strip, one for each finger"});
+  out.push_back(
+      {static_cast<int>(kFingers), fmt::format("resistor {:g} kOhm, 1 %, one for each strip", divider_kohm)});
   if (pins.joystick) out.push_back({1, "thumb joystick: two potentiometers of 10 kOhm"});
   if (pressed > 0) out.push_back({pressed, "push button that closes; the board has the pull-ups"});
   if (!radio) return out;
@@ -88,12 +111,12 @@ std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm)
 
 }  // namespace
 
-WiringPlan wiring_plan(const Pins& pins, Output output, double divider_kohm) {
+WiringPlan wiring_plan(const Pins& pins, Output output, double divider_kohm, const Mcu& mcu) {
   WiringPlan out;
   out.divider_kohm = divider_kohm;
-  out.boards.push_back(glove_board(pins, output, divider_kohm));
+  out.boards.push_back(glove_board(pins, output, divider_kohm, mcu));
   if (output == Output::radio) out.boards.push_back(hand_board());
-  out.parts = parts_of(pins, output, divider_kohm);
+  out.parts = parts_of(pins, output, divider_kohm, mcu);
   return out;
 }
 
@@ -104,7 +127,7 @@ nlohmann::ordered_json to_json(const WiringPlan& plan) {
     Json connections = Json::array();
     for (const Connection& c : board.connections)
       connections.push_back({{"pin", c.pin}, {"kind", c.kind}, {"name", c.name}, {"how", c.how}});
-    boards.push_back({{"name", board.name}, {"connections", std::move(connections)}});
+    boards.push_back({{"name", board.name}, {"board", board.board}, {"connections", std::move(connections)}});
   }
   Json parts = Json::array();
   for (const Part& part : plan.parts) parts.push_back({{"count", part.count}, {"what", part.what}});

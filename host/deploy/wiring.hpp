@@ -26,7 +26,8 @@ struct Part {
 };
 
 struct BoardWiring {
-  std::string name;  // glove, hand
+  std::string name;   // glove, hand
+  std::string board;  // that may be there
   std::vector<Connection> connections;
 };
 
@@ -37,9 +38,10 @@ struct WiringPlan {
 };
 
 // divider_kohm: the resistor between a strip and 5 V. A hand's board comes with output radio.
-WiringPlan wiring_plan(const Pins& pins, Output output, double divider_kohm);
+// mcu: of the glove's board.
+WiringPlan wiring_plan(const Pins& pins, Output output, double divider_kohm, const Mcu& mcu);
 
-// {"divider_kohm", "boards": [{"name", "connections": [{"pin", "kind", "name", "how"}]}], "parts": [{"count",
+// {"divider_kohm", "boards": [{"name", "board", "connections": [{"pin", "kind", "name", "how"}]}], "parts": [{"count",
 // "what"}]}
 nlohmann::ordered_json to_json(const WiringPlan& plan);
 

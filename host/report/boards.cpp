@@ -117,10 +117,10 @@ void render_deployment(const Saved& saved) {
   g.run();
   save_wiring(r.at("wiring"), saved.folder());
   Page page("Firmware of " + saved.text("model_name"));
-  page.paragraph(fmt::format(
-      "For {} with an ATmega328P at 16 MHz. Every figure was measured on the very images in this folder, run "
-      "instruction by instruction.",
-      r.at("boards").get<int>() == 2 ? "two boards" : "one board"));
+  page.paragraph(
+      fmt::format("For {} at 16 MHz. Every figure was measured on the very {} in this folder, run "
+                  "instruction by instruction.",
+                  r.at("chips").get<std::string>(), r.at("boards").get<int>() == 2 ? "images" : "image"));
   add_lead(page, r);
   add_costs(page, r);
   const Figure figure{

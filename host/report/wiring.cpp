@@ -123,9 +123,19 @@ void draw_digital(WiringDrawing& d, int y, const Connection& c) {
   d.text(740, y + 5, c.kind == "motor" ? "motor driver" : "radio at 5 V", "start");
 }
 
+// A0 to A5, or as far as something is wired.
+int analog_rows(const ByPin& pins) {
+  int rows = 6;
+  for (const int upper : {8, 12}) {
+    for (int k = rows; k < upper; ++k) {
+      if (pins.contains(fmt::format("A{}", k))) rows = upper;
+    }
+  }
+  return rows;
+}
+
 void draw_analog_side(WiringDrawing& d, const ByPin& pins, double divider_kohm) {
-  const int shown = pins.contains("A6") || pins.contains("A7") ? 8 : 6;
-  for (int k = 0; k < shown; ++k) {
+  for (int k = 0; k < analog_rows(pins); ++k) {
     const std::string pin = fmt::format("A{}", k);
     const int y = kTop + 50 + k * kAnalogRow;
     const auto it = pins.find(pin);
@@ -163,9 +173,9 @@ std::string wiring_text(const Json& wiring) {
   for (const Json& board : wiring.at("boards")) {
     const auto name = board.at("name").get<std::string>();
     out += fmt::format(
-        "\n## The {0}'s board\n![wiring of the {0}'s board](wiring_{0}.svg)\n\n| pin | what | how "
+        "\n## The {0}'s board: {1}\n![wiring of the {0}'s board](wiring_{0}.svg)\n\n| pin | what | how "
         "|\n|---|---|---|\n",
-        name);
+        name, board.at("board").get<std::string>());
     for (const Json& c : board.at("connections")) {
       out += fmt::format("| {} | {} | {} |\n", c.at("pin").get<std::string>(),
                          c.at("name").get<std::string>(), c.at("how").get<std::string>());
@@ -182,20 +192,24 @@ std::string wiring_text(const Json& wiring) {
 std::string wiring_svg(const Json& board, double divider_kohm) {
   WiringDrawing d;
   const auto name = board.at("name").get<std::string>();
-  const std::string title = fmt::format("Wiring of the {}: Arduino Nano or Uno", name);
+  const std::string title = fmt::format("Wiring of the {}: {}", name, board.at("board").get<std::string>());
   const ByPin pins = by_pin(board);
-  constexpr int kHeight = 14 * kDigitalRow + 40;
+  const int height = std::max(14 * kDigitalRow, analog_rows(pins) * kAnalogRow) + 40;
   d.text(kWidth / 2, 28, title, "middle", kInk, 18);
-  d.box(kBoardLeft, kTop, kBoardRight - kBoardLeft, kHeight, name);
+  d.box(kBoardLeft, kTop, kBoardRight - kBoardLeft, height, name);
   const bool usb = pins.contains("USB");
   d.box((kBoardLeft + kBoardRight) / 2 - 30, kTop - 26, 60, 26, "USB", usb ? kSignal : kInk);
-  d.text((kBoardLeft + kBoardRight) / 2 + 42, kTop - 8, usb ? "to the PC" : "for flashing; then D0 off",
+  const bool shares_d0 = pins.contains("D0") && pins.at("D0").how.starts_with("off");
+  d.text((kBoardLeft + kBoardRight) / 2 + 42, kTop - 8,
+         usb         ? "to the PC"
+         : shares_d0 ? "for flashing; then D0 off"
+                     : "for flashing",
          "start");
   draw_analog_side(d, pins, divider_kohm);
   draw_digital_side(d, pins);
-  d.text(kWidth / 2, kTop + kHeight + 28,
+  d.text(kWidth / 2, kTop + height + 28,
          "5 V and ground are the board's own pins; every ground is one. Grey pins are not used.", "middle");
-  return d.svg(kTop + kHeight + 44, title);
+  return d.svg(kTop + height + 44, title);
 }
 
 void save_wiring(const Json& wiring, const std::filesystem::path& folder) {

@@ -67,7 +67,7 @@ std::string strips_of(const model::Model& model) {
 using Lines = std::vector<std::pair<std::string, std::string>>;  // name and value
 
 std::string pins_of(const deploy::Glove& glove) {
-  const deploy::WiringPlan plan = deploy::wiring_plan(glove.pins, glove.output, 0);
+  const deploy::WiringPlan plan = deploy::wiring_plan(glove.pins, glove.output, 0, glove.mcu);
   std::vector<std::string> out;
   for (const deploy::Connection& c : plan.boards.front().connections) {
     if (c.kind != "radio" && c.kind != "usb") out.push_back(fmt::format("{} {}", c.name, c.pin));
@@ -89,6 +89,12 @@ std::vector<std::string> joints_left_out(const deploy::Glove& glove) {
   return out;
 }
 
+std::string boards_of(const Deployment& d) {
+  const auto named = [](const deploy::Mcu& mcu) { return fmt::format("{} ({})", mcu.boards, mcu.printed); };
+  if (!has_hand(d)) return named(d.glove.mcu);
+  return fmt::format("glove: {}, hand: {}", named(d.glove.mcu), named(deploy::kAtmega328p));
+}
+
 // What a user wants to know first.
 Lines lead(const Deployment& d) {
   Lines out = {
@@ -99,6 +105,7 @@ Lines lead(const Deployment& d) {
     out.emplace_back(has_hand(d) ? "joints without a motor, left out" : "joints left out",
                      fmt::format("{}", fmt::join(left, ", ")));
   out.emplace_back("strips", strips_of(d.glove.model));
+  out.emplace_back("board", boards_of(d));
   out.emplace_back("pins", pins_of(d.glove));
   out.emplace_back("calibration", d.calibration);
   return out;
@@ -145,6 +152,13 @@ std::string budget_sentence(const Deployment& d) {
       "chip's flash: cycles and "
       "bytes below are for those who add to the firmware.",
       100 * time_share(time_budget(d)), 100 * flash_share(d));
+}
+
+std::string chips_of(const Deployment& d) {
+  const std::string hand = deploy::kAtmega328p.printed;
+  if (!has_hand(d)) return fmt::format("one board with an {}", d.glove.mcu.printed);
+  if (d.glove.mcu.printed == hand) return fmt::format("two boards with an {}", hand);
+  return fmt::format("a glove's board with an {} and a hand's with an {}", d.glove.mcu.printed, hand);
 }
 
 // What it costs.
@@ -296,7 +310,7 @@ Json to_json(const Deployment& d) {
   json["joints_left_out"] = joints_left_out(d.glove);
   json["fingers"] = {{"covered", covered_fingers(d.glove.model)},
                      {"missing", deploy::missing_fingers(d.glove.model)}};
-  json["wiring"] = to_json(deploy::wiring_plan(d.glove.pins, d.glove.output, d.divider_kohm));
+  json["wiring"] = to_json(deploy::wiring_plan(d.glove.pins, d.glove.output, d.divider_kohm, d.glove.mcu));
   json["calibration"] = d.calibration;
   json["next"] = next_of(d);
   json["budget"] = {{"time_share", time_share(t)}, {"flash_share", flash_share(d)}};
@@ -316,10 +330,10 @@ void save_results(const Deployment& d, const std::filesystem::path& folder) {
     for (const auto& [name, value] : all) out.push_back({{"name", name}, {"value", value}});
     return out;
   };
-  Json json = {
-      {"kind", "deployment"},     {"model_name", d.glove.model.name},      {"boards", has_hand(d) ? 2 : 1},
-      {"lead", rows(lead(d))},    {"budget_sentence", budget_sentence(d)}, {"table", rows(lines(d))},
-      {"version", FLEXOR_VERSION}};
+  Json json = {{"kind", "deployment"},          {"model_name", d.glove.model.name},
+               {"boards", has_hand(d) ? 2 : 1}, {"chips", chips_of(d)},
+               {"lead", rows(lead(d))},         {"budget_sentence", budget_sentence(d)},
+               {"table", rows(lines(d))},       {"version", FLEXOR_VERSION}};
   json.update(to_json(d));
   io::write_file(folder / "results.json", io::dump(json));
 }

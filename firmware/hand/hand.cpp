@@ -107,16 +107,15 @@ void drive(uint8_t motor, int16_t duty) {
   }
 }
 
-// A bit for each finger whose reading may be the one's before it.
-uint8_t shadows(const uint16_t (&reading)[link::kFingers]) {
-  uint8_t out = 0;
-  for (uint8_t i = 0; i + 1 < link::kFingers; ++i) {
-    if (neighbours[i].tick(reading[i], reading[i + 1])) out |= static_cast<uint8_t>(2 << i);
-  }
-  return out;
+// Out of line, as tick(): in one function there would not be registers enough for all.
+__attribute__((noinline)) int16_t run_finger(hand::Finger& finger, uint8_t i, uint16_t reading,
+                                             bool shadowed) {
+  // The watches take turns: no tick has all of them.
+  const bool turn = ((static_cast<uint8_t>(now_ms) ^ i) & 1) == 0;
+  return finger.tick(config::settings(i), hand_status.link, hand_link.receiver().frame().angle[i],
+                     config::rest(i), reading, turn, shadowed);
 }
 
-// Out of line: inside main its values would not stay in registers.
 __attribute__((noinline)) void tick() {
   mark(Marker::tick_begin);
   uint16_t reading[link::kFingers];
@@ -130,20 +129,16 @@ __attribute__((noinline)) void tick() {
   hand_link.stir(static_cast<uint16_t>(reading[0] ^ reading[4] << 3));
   hand_status.link = watch.tick();
   hand_status.board = broken | (reset_cause & kBadResets);
-  const uint8_t shadowed = shadows(reading);
+  bool shadowed = false;
   for (uint8_t i = 0; i < link::kFingers; ++i) {
-    int16_t duty = 0;
-    if (broken) {
-      hand_finger[i].let_go();
-    } else {
-      duty = hand_finger[i].tick(config::kSettings[config::kSettingsOf[i]], hand_status.link,
-                                 hand_link.receiver().frame().angle[i], config::kRest[i], reading[i],
-                                 (shadowed & (1 << i)) != 0);
-    }
+    if (i > 0) shadowed = neighbours[i - 1].tick(reading[i - 1], reading[i]);
+    hand::Finger& finger = hand_finger[i];
+    if (broken) finger.let_go();
+    const int16_t duty = broken ? 0 : run_finger(finger, i, reading[i], shadowed);
     drive(i, duty);
-    hand_status.duty[i] = static_cast<int8_t>(duty / 256);
-    hand_status.fault[i] = hand_finger[i].fault();
-    hand_status.setpoint[i] = hand_finger[i].setpoint();
+    hand_status.duty[i] = static_cast<int8_t>(duty >> 8);
+    hand_status.fault[i] = finger.fault();
+    hand_status.setpoint[i] = finger.setpoint();
   }
   mark(Marker::tick_end);
 }
@@ -176,8 +171,7 @@ void listen() {
 uint8_t telemetry(uint8_t* wire) {
   link::FingerTelemetry finger[link::kFingers];
   for (uint8_t i = 0; i < link::kFingers; ++i) {
-    finger[i].angle = core::clamp<int16_t>(config::kSettings[config::kSettingsOf[i]].potentiometer(counts[i]),
-                                           0, link::kMaxAngle);
+    finger[i].angle = core::clamp<int16_t>(config::settings(i).potentiometer(counts[i]), 0, link::kMaxAngle);
     finger[i].duty = hand_status.duty[i];
     finger[i].fault = static_cast<uint8_t>(hand_status.fault[i]);
   }

@@ -24,7 +24,7 @@ constexpr double kHold_s = 0.25;
 constexpr double kGuardSpeed_deg_s = 200;
 constexpr std::size_t kCalibrate = 4;    // of buttons()
 constexpr int kPotentiometerMargin = 5;  // counts from either rail
-constexpr double kGap_deg = 2;           // between what the motor must have done and the reading
+constexpr double kGap_deg = 1.25;        // between what the motor must have done and the reading
 constexpr double kForget_deg_s = 12;     // of it: what noise leaves behind
 constexpr double kFrictionShare = 0.4;   // by which friction may differ
 constexpr double kKick = 3.2;            // times the duty that may move a finger: it must
@@ -307,19 +307,20 @@ namespace {
 
 hand::MotorSettings motor_settings(const HandMotor& motor) {
   constexpr double kTick_s = 0.001;
-  constexpr double kFull = hand::kFullDuty >> hand::kWatchShift;
   const auto int16 = [](double v) {
     return static_cast<std::int16_t>(std::lround(std::clamp(v, 0.0, 32767.0)));
   };
-  const double rate = -std::expm1(-kTick_s / motor.time_s);
+  constexpr double kTurn_s = kTick_s * hand::kTurn_ticks;
+  const auto speed = [&](double deg_s) { return int16(deg_s * kTurn_s * (1 << hand::kSumFraction)); };
+  const double rate = -std::expm1(-kTurn_s / motor.time_s);
   const double may_move = motor.friction + motor.load;
   hand::MotorSettings c{};
-  c.rate = static_cast<std::uint16_t>(std::lround(std::clamp(rate * 65536, 1.0, 65535.0)));
-  c.friction = int16(motor.friction * rate * kFull);
-  c.load = int16((motor.load + kFrictionShare * motor.friction + kPwmStep) * kFull);
-  c.duty_per_q6 = int16(kFull / (64 * motor.full_speed_deg_s * kTick_s));
-  c.forget = int16(kForget_deg_s / motor.full_speed_deg_s * kFull);
-  c.gap = static_cast<std::int32_t>(std::lround(64 * kGap_deg)) * c.duty_per_q6;
+  c.rate = std::max<std::int16_t>(int16(rate * 65536), 1);
+  c.gain = int16(rate * motor.full_speed_deg_s * kTurn_s * (1 << (hand::kSpeedFraction + 1)));
+  c.friction = speed(motor.friction * motor.full_speed_deg_s);
+  c.load = speed((motor.load + kFrictionShare * motor.friction + kPwmStep) * motor.full_speed_deg_s);
+  c.forget = speed(kForget_deg_s);
+  c.gap = int16(kGap_deg * (1 << hand::kSumFraction));
   c.breakaway = int16(may_move * hand::kFullDuty);
   c.kick = int16(kKick * may_move * hand::kFullDuty);
   return c;
@@ -582,6 +583,29 @@ std::string glove_config(const Glove& glove) {
          "\n}  // namespace config\n\n" + text.compensator + "\n}  // namespace flexor\n";
 }
 
+namespace {
+
+// What is the same for all fingers: constants of their instructions.
+std::string common_settings(const hand::FingerSettings& c) {
+  return fmt::format(
+      R"(
+FLEXOR_INLINE int16_t rest(uint8_t finger) {{ return core::table(kRest[finger]); }}
+FLEXOR_INLINE hand::FingerSettings settings(uint8_t finger) {{
+  const Reach& r = kReach[pgm_read_byte(&kReachOf[finger])];
+  return {{{{core::table(r.lower), core::table(r.upper), {}L, {}, {}, {}L, {}, {}}},
+          {{{}, {}, core::table(r.low), core::table(r.high)}},
+          {}L,
+          {{{}, {}, {}, {}, {}, {}, {}, {}}}}};
+}}
+)",
+      c.loop.max_step, c.loop.proportional, c.loop.integral, c.loop.integral_limit, c.loop.duty_limit,
+      c.loop.feed_forward, c.potentiometer.scale, c.potentiometer.offset, c.careful_step, c.motor.rate,
+      c.motor.gain, c.motor.friction, c.motor.load, c.motor.forget, c.motor.gap, c.motor.breakaway,
+      c.motor.kick);
+}
+
+}  // namespace
+
 std::string hand_config(const Hand& hand) {
   std::string out = fmt::format(kHead, FLEXOR_VERSION);
   out +=
@@ -589,31 +613,32 @@ std::string hand_config(const Hand& hand) {
       "{\nnamespace config {\n\n";
   out += fmt::format("constexpr uint16_t kUartDivisor = {};\n", uart_divisor(hand.baud));
   out += key_text(hand.key);
-  // Fingers with the same settings share them.
-  std::vector<std::string> settings;
+  // Fingers with the same joint share it.
+  std::vector<std::string> reaches;
   std::array<std::ptrdiff_t, kFingers> of{};
   std::array<std::int16_t, kFingers> rest{};
   for (int i = 0; i < kFingers; ++i) {
     const hand::FingerSettings c = finger_settings(hand, i);
-    const std::string text = fmt::format(
-        "    {{{{{}, {}, {}L, {}, {}, {}L, {}, {}}}, {{{}, {}, {}, {}}}, {}L, {{{}, {}, {}, {}, {}, {}L, {}, "
-        "{}}}}},\n",
-        c.loop.lower, c.loop.upper, c.loop.max_step, c.loop.proportional, c.loop.integral,
-        c.loop.integral_limit, c.loop.duty_limit, c.loop.feed_forward, c.potentiometer.scale,
-        c.potentiometer.offset, c.potentiometer.low, c.potentiometer.high, c.careful_step, c.motor.rate,
-        c.motor.friction, c.motor.load, c.motor.duty_per_q6, c.motor.forget, c.motor.gap, c.motor.breakaway,
-        c.motor.kick);
+    const std::string text = fmt::format("{{{}, {}, {}, {}}}", c.loop.lower, c.loop.upper,
+                                         c.potentiometer.low, c.potentiometer.high);
     const auto f = static_cast<std::size_t>(i);
     rest[f] = q4(std::clamp(hand.rest_deg[f], hand.lower_deg[f], hand.upper_deg[f]));
-    const auto known = std::ranges::find(settings, text);
-    of[f] = known - settings.begin();
-    if (known == settings.end()) settings.push_back(text);
+    const auto known = std::ranges::find(reaches, text);
+    of[f] = known - reaches.begin();
+    if (known == reaches.end()) reaches.push_back(text);
   }
   out += fmt::format(
-      "\nconst hand::FingerSettings kSettings[] = {{\n{}}};\nconst uint8_t kSettingsOf[] = {};  // thumb to "
-      "pinky\n"
-      "const int16_t kRest[] = {};\n",
-      fmt::join(settings, ""), numbers(of.data(), kFingers), numbers(rest.data(), kFingers));
+      R"(
+struct Reach {{
+  int16_t lower, upper;
+  uint16_t low, high;
+}};
+const Reach kReach[] PROGMEM = {{{}}};
+const uint8_t kReachOf[] PROGMEM = {};  // thumb to pinky
+const int16_t kRest[] PROGMEM = {};
+)",
+      fmt::join(reaches, ", "), numbers(of.data(), kFingers), numbers(rest.data(), kFingers));
+  out += common_settings(finger_settings(hand, 0));
   return out + "\n}  // namespace config\n}  // namespace flexor\n";
 }
 

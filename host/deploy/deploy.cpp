@@ -148,7 +148,8 @@ Image build_glove(const std::string& config, const fs::path& folder, const Mcu& 
 }
 
 Image build_hand(const Hand& hand, const fs::path& folder) {
-  return build("hand", hand_config(hand), folder, kAtmega328p, {"-mcall-prologues"});
+  return build("hand", hand_config(hand), folder, kAtmega328p,
+               {"-mcall-prologues", "-mstrict-X", "-fno-move-loop-invariants"});
 }
 
 void write_arduino(const Glove& glove, const Hand& hand, const fs::path& folder) {

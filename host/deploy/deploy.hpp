@@ -12,11 +12,10 @@
 namespace flexor::deploy {
 
 inline constexpr double kWorstError_deg = model::kFixedError_deg;
-inline constexpr int kFlashBudget = 10240;  // bytes of an image: a third of the flash
-inline constexpr int kRamBudget = 640;      // bytes, static: a third of the RAM
-inline constexpr int kHandFlashBudget =
-    11264;  // the hand watches its motors: docs/adr/0015-hand-watches-motors.md
-inline constexpr int kHandRamBudget = 800;
+inline constexpr int kFlashBudget = 10240;      // bytes of an image: a third of the flash
+inline constexpr int kRamBudget = 640;          // bytes, static: a third of the RAM
+inline constexpr int kHandFlashBudget = 10240;  // with its watch: docs/adr/0015-hand-watches-motors.md
+inline constexpr int kHandRamBudget = 640;
 
 struct Image {
   std::filesystem::path elf;

@@ -50,7 +50,10 @@ struct Potentiometer {
 
   bool plausible(uint16_t counts) const { return counts >= low && counts <= high; }
   int16_t operator()(uint16_t counts) const {
-    return static_cast<int16_t>(offset + static_cast<int16_t>((counts * scale + 0x8000) >> 16));
+    // counts scale in two products of 16 bits.
+    const uint16_t small = core::upper_half(core::multiply_add(0x8000, counts, static_cast<uint16_t>(scale)));
+    return static_cast<int16_t>(offset +
+                                static_cast<int16_t>(counts * static_cast<uint8_t>(scale >> 16) + small));
   }
 };
 
@@ -64,22 +67,25 @@ struct FingerSettings {
 class Finger {
  public:
   // `command` and `rest` in Q4 degrees, any value; `counts` are the potentiometer's, and `shadowed` when they are
-  // a neighbour's. Returns the duty, which the motor must get.
+  // a neighbour's. `turn`: every second tick, the watch's. Returns the duty, which the motor must get.
   int16_t tick(const FingerSettings& c, Link link, int16_t command, int16_t rest, uint16_t counts,
-               bool shadowed = false) {
+               bool turn = true, bool shadowed = false) {
     if (!c.potentiometer.plausible(counts)) return give_up(Fault::blind);
     const int16_t measured = c.potentiometer(counts);
-    if (!awake_) wake(c, measured);
-    if (is_limp()) {
-      if (!recovers(measured, shadowed && c.motor.rate != 0)) return 0;
-      wake(c, measured);
-    }
+    if (!awake_ || (is_limp() && recovers(measured, shadowed && c.motor.rate != 0))) wake(c, measured);
+    if (is_limp()) return 0;
+    const bool watched = c.motor.rate != 0;
+    // Before the loop: a microcontroller has not the registers for both at a time.
+    const Verdict verdict = watched ? watch_.tick(c.motor, turn, duty_, measured) : Verdict::good;
     if (link != Link::following) quick_ = false;
     int16_t goal = link == Link::following ? command : rest;
     if (link == Link::waiting) goal = held_;
     const int16_t duty = step(c.loop, loop_, goal, measured, step_limit(c, goal));
     if (setpoint() == core::clamp(goal, c.loop.lower, c.loop.upper)) quick_ = link == Link::following;
-    duty_ = c.motor.rate == 0 ? unguarded(duty, measured) : guarded(c, duty, measured, shadowed);
+    if (shadowed && watched) return give_up(Fault::floating);
+    if (verdict != Verdict::good) return disagree(verdict, measured);
+    trusted_ = measured;
+    duty_ = watched ? guarded(c, duty, measured) : duty;
     return duty_;
   }
 
@@ -98,7 +104,6 @@ class Finger {
  private:
   static constexpr uint8_t kUp = 1;
   static constexpr uint8_t kDown = 2;
-  static constexpr int32_t kApproach = 1 << 8;  // a 32nd of the way left, a tick: 8 times Q4, to Q20
   static constexpr int32_t kLeastStep = static_cast<int32_t>(1) << 16;  // Q20, 62 degrees a second
   static constexpr int16_t kBeyond = 4;           // Q4 past the command's range: no further
   static constexpr int16_t kGentle = 16;          // Q4 before its end: nothing that could press
@@ -140,25 +145,16 @@ class Finger {
     if (c.motor.rate == 0) return most;
     const int16_t at = setpoint();
     const int16_t left = static_cast<int16_t>(goal > at ? c.loop.upper - at : at - c.loop.lower);
-    const int32_t slow = static_cast<int32_t>(static_cast<int16_t>(left * 8)) * kApproach + kLeastStep;
+    const int32_t slow = core::widen<5>(left) + kLeastStep;
     return slow < most ? slow : most;
   }
 
-  int16_t unguarded(int16_t duty, int16_t measured) {
-    trusted_ = measured;
-    return duty;
-  }
-
   // What of the loop's duty the motor gets.
-  int16_t guarded(const FingerSettings& c, int16_t duty, int16_t measured, bool shadowed) {
-    if (shadowed) return give_up(Fault::floating);
-    const Verdict verdict = watch_.tick(c.motor, duty_, measured);
-    if (verdict != Verdict::good) return disagree(verdict, measured);
-    trusted_ = measured;
+  int16_t guarded(const FingerSettings& c, int16_t duty, int16_t measured) {
     if (further(measured, blocked_at_, kAlive)) blocked_ = 0;
     if ((blocked_ & (duty > 0 ? kUp : kDown)) != 0) return hold_back(measured);
     fault_ = Fault::none;
-    const int16_t stops_at = static_cast<int16_t>(measured + watch_.coast());
+    const int16_t stops_at = static_cast<int16_t>(measured + watch_.coast(c.motor));
     const int16_t left = static_cast<int16_t>(duty > 0 ? c.loop.upper - stops_at : stops_at - c.loop.lower);
     return left < -kBeyond ? static_cast<int16_t>(0) : kicked(c.motor, duty, left);
   }
@@ -168,11 +164,13 @@ class Finger {
   // of the range, where nothing begins that could press.
   int16_t kicked(const MotorSettings& c, int16_t duty, int16_t left) {
     const uint8_t way = duty > 0 ? kUp : kDown;
-    if (!watch_.still() || kick_ != way) kick_ = 0;
-    const bool strong = duty >= c.breakaway || duty <= -c.breakaway;
-    if (left < kGentle && kick_ == 0) return strong ? static_cast<int16_t>(limit(duty, c.breakaway)) : duty;
-    if (watch_.still() && strong) kick_ = way;
-    if (kick_ == 0) return duty;
+    if (!watch_.held()) {
+      kick_ = 0;
+      return left < kGentle ? core::clamp<int16_t>(duty, static_cast<int16_t>(-c.breakaway), c.breakaway)
+                            : duty;
+    }
+    if (kick_ == 0 && left >= kGentle) kick_ = way;
+    if (kick_ != way) return core::clamp<int16_t>(duty, static_cast<int16_t>(-c.breakaway), c.breakaway);
     if (way == kUp) return duty < c.kick ? c.kick : duty;
     return duty > -c.kick ? static_cast<int16_t>(-c.kick) : duty;
   }
@@ -188,11 +186,9 @@ class Finger {
   int16_t disagree(Verdict verdict, int16_t measured) {
     loop_.integral = 0;
     if (verdict == Verdict::jumped) return give_up(Fault::slipped);
-    const bool up = verdict == Verdict::behind;
-    const int16_t way = watch_.travel(verdict);
-    if (up ? way < -kStillTravel : way > kStillTravel)
-      return give_up((up ? duty_ > 0 : duty_ < 0) ? Fault::reversed : Fault::slipped);
-    blocked_ = static_cast<uint8_t>(blocked_ | (up ? kUp : kDown));
+    if (verdict == Verdict::against) return give_up(Fault::reversed);
+    if (verdict == Verdict::without) return give_up(Fault::slipped);
+    blocked_ = static_cast<uint8_t>(blocked_ | (duty_ > 0 ? kUp : kDown));
     blocked_at_ = measured;
     watch_.start(measured);
     return give_up(blocked_ == (kUp | kDown) ? Fault::frozen : Fault::stalled);

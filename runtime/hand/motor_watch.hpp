@@ -1,13 +1,14 @@
-// A motor's model beside its potentiometer: what the duty must have done, and what the reading says, each tick.
+// A motor's model beside its potentiometer: what the duty can have done, and what the reading says, each turn of
+// kTurn_ticks.
 //
-// In units of duty, speed as the duty that would hold it against no friction (v), u the duty of the last tick:
-//   v* = v + (u -+ |u|/4 -+ load - v) rate,   v = sign(v*) max(|v*| - friction rate, 0)
-// once with the load against the motor (slow) and once with it (fast): the least and the greatest speed that the
-// motor can have. Two sums of what they and the reading disagree about, never below zero, so that an honest
-// finger's stay near it for ever (Page, Biometrika 41, 1954):
-//   behind = max(behind + slow - moved - forget, 0),   ahead = max(ahead + moved - fast - forget, 0)
-// Nothing here knows an angle from the duty alone: the model only says how far the finger must have moved, and
-// how far it can have, since both last agreed.
+// v is how fast the last duty u would make a finger go that nothing holds back, in a turn:
+//   v = v + (gain u - rate v) 2^-16,   width = |v|/4 + load
+// Friction and load leave of it something between low = held(v - width) and high = held(v + width), where
+// held(x) = sign(x) max(|x| - friction, 0). Two sums of what the reading has moved beyond that, never below zero,
+// so that an honest finger's stay near it for ever (Page, Biometrika 41, 1954):
+//   ahead = max(ahead + moved - high - forget, 0),   behind = max(behind + low - moved - forget, 0)
+// With a duty that only just moves a finger against friction and load, low says nothing for long. There the effort
+// is counted: turns of such a duty, until the reading has gone along with it.
 #pragma once
 
 #include "runtime/core/fixed_point.hpp"
@@ -16,55 +17,53 @@
 namespace flexor {
 namespace hand {
 
-// Duties are 2^-13 of the supply here: differences of two fit 16 bits.
-constexpr int kWatchShift = 2;
-constexpr int kFine = 2;              // bits of smoothed readings beyond Q4
-constexpr int16_t kJump = 24;         // Q4: further than any finger moves in a tick, noise included
-constexpr int16_t kRough = 64;        // Q4: jumps beyond kJump, summed; a tick forgives one
-constexpr int16_t kStillTravel = 12;  // Q4: less is standing still
-constexpr uint8_t kStill_ticks = 12;
+constexpr int kTurn_ticks = 2;      // of the model; readings are looked at in every tick
+constexpr int kFine = 2;            // bits of smoothed readings beyond Q4
+constexpr int kSpeedFraction = 13;  // v: degrees in a turn
+constexpr int kSumFraction = 11;    // sums, load, friction: +-16 degrees
+constexpr int16_t kJump = 24;       // Q4: further than any finger moves in a tick, noise included
+constexpr int16_t kRough = 64;      // Q4: jumps beyond kJump, summed; a tick forgives one
+constexpr int16_t kProgress = 64;   // Q6: less is standing still
+constexpr uint8_t kPatience_turns = 2;
+constexpr uint8_t kEffort_turns = 11;
 
 struct MotorSettings {
-  uint16_t rate;        // h / (tau + h), Q16; 0: nothing is known of the motor, and nothing watched
-  int16_t friction;     // dry, 2^-13 duty in a tick: friction's duty times rate
-  int16_t load;         // greatest, 2^-13 duty
-  int16_t duty_per_q6;  // that holds a 64th of a degree a tick, 2^-13 duty
-  int16_t forget;       // of a disagreement, in a tick; 2^-13 duty ticks
-  int32_t gap;          // disagreement that is a fault, 2^-13 duty ticks
-  int16_t breakaway;    // a finger that stands still with so much duty gets `kick` instead
-  int16_t kick;         // duty that moves it against friction and load
+  int16_t rate;       // 1 - exp(-turn / tau), Q16; 0: nothing is known of the motor, and nothing watched
+  int16_t gain;       // rate times the full speed, Q14 degrees in a turn
+  int16_t friction;   // dry: speed that it takes, Q11 degrees in a turn
+  int16_t load;       // the greatest: likewise
+  int16_t forget;     // of a disagreement, in a turn; likewise
+  int16_t gap;        // disagreement that is a fault, Q11 degrees
+  int16_t breakaway;  // a finger that stands still with so much duty gets `kick` instead
+  int16_t kick;       // duty that moves it against friction and load
 };
 
-enum class Verdict : uint8_t { good, behind, ahead, jumped };
+enum class Verdict : uint8_t {
+  good,
+  jumped,
+  stalled,  // the motor must have moved it, and the reading stands still
+  against,  // the reading moves against the motor
+  without,  // the reading moves without the motor
+};
 
 class MotorWatch {
  public:
   void start(int16_t measured) {
-    slow_ = fast_ = 0;
-    behind_ = ahead_ = 0;
+    other_duty_ = speed_ = ahead_ = behind_ = rough_ = 0;
     last_ = measured;
-    smooth_ = still_at_ = since_behind_ = since_ahead_ = static_cast<int16_t>(measured << kFine);
-    still_ticks_ = 0;
-    rough_ = 0;
+    smooth_ = before_ = from_ = since_behind_ = since_ahead_ = static_cast<int16_t>(measured << kFine);
+    effort_ = 0;
   }
 
-  // The duty of the last tick, and the reading that it led to.
-  Verdict tick(const MotorSettings& c, int16_t duty, int16_t measured) {
-    const int16_t moved = static_cast<int16_t>(measured - last_);
+  // The duty of the last tick, and the reading that it led to. `turn`: every second tick.
+  Verdict tick(const MotorSettings& c, bool turn, int16_t duty, int16_t measured) {
+    const int16_t stepped = static_cast<int16_t>(measured - last_);
     last_ = measured;
-    if (jumps(moved)) return Verdict::jumped;
-    const int16_t u = static_cast<int16_t>(duty >> kWatchShift);
-    const int16_t apart = static_cast<int16_t>(((u < 0 ? -u : u) >> 2) + c.load);
-    slow_ = next(c, slow_, static_cast<int16_t>(u - apart));
-    fast_ = next(c, fast_, static_cast<int16_t>(u + apart));
-    const int16_t before = smooth_;
+    if (jumps(stepped)) return Verdict::jumped;
     smooth_ = static_cast<int16_t>(smooth_ + ((static_cast<int16_t>(measured << kFine) - smooth_) >> 1));
-    const int32_t travel = static_cast<int32_t>(smooth_ - before) * c.duty_per_q6;
-    behind_ = kept(behind_ + slow_ - travel - c.forget, since_behind_);
-    ahead_ = kept(ahead_ + travel - fast_ - c.forget, since_ahead_);
-    watch_standing();
-    if (behind_ > c.gap) return Verdict::behind;
-    return ahead_ > c.gap ? Verdict::ahead : Verdict::good;
+    if (turn) return judge(c, duty);
+    other_duty_ = duty;
+    return Verdict::good;
   }
 
   // While the motor is off, readings only: no jumps, and none for a while.
@@ -78,20 +77,31 @@ class MotorWatch {
   }
   bool jumped_again() const { return again_; }
 
-  bool still() const { return still_ticks_ >= kStill_ticks; }
-  // How far the finger would go on without duty, Q4: by the model, as long as it moves at all.
-  int16_t coast() const { return still() ? 0 : static_cast<int16_t>((slow_ + fast_) >> 7); }
-  // How far the reading has come since the model and it last agreed, Q4.
-  int16_t travel(Verdict verdict) const {
-    return static_cast<int16_t>((smooth_ - (verdict == Verdict::behind ? since_behind_ : since_ahead_)) >>
-                                kFine);
+  // It ought to move, and has not for a while.
+  bool held() const { return effort_ >= kPatience_turns; }
+  // How far the finger would go on without duty, Q4: by the model, a 64th of a second of its speed.
+  int16_t coast(const MotorSettings& c) const {
+    return effort_ > 0 ? 0
+                       : static_cast<int16_t>(
+                             slowed(c, static_cast<int16_t>(speed_ >> (kSpeedFraction - kSumFraction))) >> 4);
   }
 
  private:
-  FLEXOR_SHARED static int16_t next(const MotorSettings& c, int16_t speed, int16_t target) {
-    const int32_t change = static_cast<int32_t>(static_cast<int16_t>(target - speed)) * c.rate;
-    const int16_t pushed = static_cast<int16_t>(speed + static_cast<int16_t>(change >> 16));
-    return static_cast<int16_t>(pushed - core::clamp(pushed, static_cast<int16_t>(-c.friction), c.friction));
+  Verdict judge(const MotorSettings& c, int16_t duty) {
+    const int16_t mean = static_cast<int16_t>((duty >> 1) + (other_duty_ >> 1));
+    speed_ = static_cast<int16_t>(speed_ + core::upper_half(static_cast<int32_t>(c.gain) * mean -
+                                                            static_cast<int32_t>(c.rate) * speed_));
+    compare(c, static_cast<int16_t>((smooth_ - before_) * (1 << (kSumFraction - 6))));
+    before_ = smooth_;
+    count_effort(c, duty);
+    if (behind_ > c.gap) return blame(duty > 0, static_cast<int16_t>(since_behind_ - smooth_));
+    if (ahead_ > c.gap) return blame(duty < 0, static_cast<int16_t>(smooth_ - since_ahead_));
+    return effort_ >= kEffort_turns ? Verdict::stalled : Verdict::good;
+  }
+
+  // What friction leaves of a speed.
+  static int16_t slowed(const MotorSettings& c, int16_t speed) {
+    return static_cast<int16_t>(speed - core::clamp(speed, static_cast<int16_t>(-c.friction), c.friction));
   }
 
   FLEXOR_SHARED bool jumps(int16_t moved) {
@@ -101,33 +111,55 @@ class MotorWatch {
     return rough_ > kRough;
   }
 
-  int32_t kept(int32_t sum, int16_t& since) const {
+  void compare(const MotorSettings& c, int16_t moved) {
+    const int16_t v = static_cast<int16_t>(speed_ >> (kSpeedFraction - kSumFraction));
+    const int16_t width = static_cast<int16_t>(((v < 0 ? -v : v) >> 2) + c.load);
+    const int16_t high = slowed(c, static_cast<int16_t>(v + width));
+    const int16_t low = slowed(c, static_cast<int16_t>(v - width));
+    ahead_ = kept(static_cast<int16_t>(ahead_ + moved - high - c.forget), since_ahead_);
+    behind_ = kept(static_cast<int16_t>(behind_ + low - moved - c.forget), since_behind_);
+  }
+  int16_t kept(int16_t sum, int16_t& since) const {
     if (sum > 0) return sum;
     since = smooth_;
     return 0;
   }
 
-  void watch_standing() {
-    const int16_t moved = static_cast<int16_t>((smooth_ - still_at_) >> kFine);
-    if (moved > kStillTravel || moved < -kStillTravel) {
-      still_at_ = smooth_;
-      still_ticks_ = 0;
-      return;
-    }
-    if (still_ticks_ < kStill_ticks) ++still_ticks_;
+  // `away`: how far the reading has moved away from the model since they agreed. `driven`: against the duty.
+  static Verdict blame(bool driven, int16_t away) {
+    if (away <= kProgress) return Verdict::stalled;
+    return driven ? Verdict::against : Verdict::without;
   }
 
-  int32_t behind_ = 0;
-  int32_t ahead_ = 0;
-  int16_t slow_ = 0;
-  int16_t fast_ = 0;
+  // A finger that is still carried the other way is being slowed down: no effort yet. One that a stop throws back
+  // has to come further than it was.
+  void count_effort(const MotorSettings& c, int16_t duty) {
+    const bool up = duty > 0;
+    if ((up ? duty : -duty) <= c.breakaway || up != (speed_ > 0)) {
+      if (effort_ > 0) --effort_;
+      return;
+    }
+    if (up != upwards_) effort_ = 0;
+    upwards_ = up;
+    if (effort_ == 0) from_ = smooth_;
+    const int16_t moved = static_cast<int16_t>(smooth_ - from_);
+    const bool along = up ? moved > kProgress : moved < -kProgress;
+    effort_ = along ? 0 : static_cast<uint8_t>(effort_ + 1);
+  }
+
+  int16_t other_duty_ = 0;  // of the tick between two turns
+  int16_t speed_ = 0;
+  int16_t ahead_ = 0;
+  int16_t behind_ = 0;
+  int16_t since_ahead_ = 0;
+  int16_t since_behind_ = 0;
   int16_t last_ = 0;
   int16_t smooth_ = 0;  // Q6: half of what a reading's noise is
-  int16_t since_behind_ = 0;
-  int16_t since_ahead_ = 0;
-  int16_t still_at_ = 0;
+  int16_t before_ = 0;  // a turn ago
+  int16_t from_ = 0;    // where the way along with the duty began
   int16_t rough_ = 0;
-  uint8_t still_ticks_ = 0;
+  uint8_t effort_ = 0;
+  bool upwards_ = false;
   bool again_ = false;
 };
 

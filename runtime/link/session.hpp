@@ -59,7 +59,11 @@ class NonceSource {
   void start(uint32_t starts) { starts_ = starts; }
 
   // Any number that nobody can foretell in its last bits.
-  void stir(uint16_t noise) { pool_ = ((pool_ << 7) | (pool_ >> 25)) ^ noise; }
+  // Turned left by seven bits: by eight and back by one, as a microcontroller shifts by bytes at once.
+  void stir(uint16_t noise) {
+    const uint32_t turned = (pool_ << 8) | (pool_ >> 24);
+    pool_ = ((turned >> 1) | ((turned & 1) != 0 ? 0x80000000 : 0)) ^ noise;
+  }
 
   Nonce next() {
     if (++number_ == 0) ++starts_;

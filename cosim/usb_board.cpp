@@ -67,6 +67,7 @@ struct UsbBoard::Hooks {
     UsbBoard& b = *static_cast<UsbBoard*>(board);
     avr_adc_mux_t mux;
     std::memcpy(&mux, &value, sizeof(value));
+    if (mux.kind != ADC_MUX_SINGLE) return;  // the chip's own reference
     const int counts = strip_counts(b.conversions_++ / kStrips, static_cast<int>(mux.src));
     // The converter gives floor(1023 mV / supply).
     const std::uint32_t mV = (static_cast<std::uint32_t>(counts) * kSupply_mV + kAdcTop - 1) / kAdcTop;

@@ -618,6 +618,7 @@ class Loader {
     const uint8_t n = static_cast<uint8_t>(code >> 4);
     const Operation operation = static_cast<Operation>(code & 15);
     if (operation == Operation::end) return at_ == end_ ? Loaded::ok : Loaded::malformed;
+    if (operation > Operation::end) return Loaded::malformed;
     if (!check(field::of(code & 15))) return Loaded::malformed;
     if (operation == Operation::angle && n >= kMaxParts) return Loaded::malformed;
     if ((operation == Operation::sum || operation == Operation::plain_sum) && n > 0) {

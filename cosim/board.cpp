@@ -57,8 +57,10 @@ constexpr Motor kMotor[kMotors] = {{'1', 0, kTccr1a, 0x80, kPortB, 1U << 0, 256}
                                    {'2', 1, kTccr2a, 0x20, kPortD, 1U << 4, 256},
                                    {'0', 1, kTccr0a, 0x20, kPortD, 1U << 7, 250}};
 
+// Bytes that come while nobody reads are lost, and no error.
 void quiet(avr_t*, const int level, const char* format, va_list arguments) {
-  if (level <= LOG_ERROR) std::vfprintf(stderr, format, arguments);
+  if (level <= LOG_ERROR && std::strstr(format, "RX buffer overrun") == nullptr)
+    std::vfprintf(stderr, format, arguments);
 }
 
 constexpr int kSharedChannel = 2;  // of an ATmega32U4's, which no pin has
@@ -199,14 +201,27 @@ void Board::power_on() {
   const Cycles cycle = a->cycle;
   avr_reset(a);
   a->cycle = cycle;
-  a->run_cycle_limit = kRunCycles;
   set_supply(kSupply_mV);
-  // Otherwise a low PD2 or PD3, motor pins here, is polled in every cycle; a reset forgets it.
+  std::fill(a->data + 0x100, a->data + ram_end_ + 1, kPaint);
+  after_reset();
+}
+
+// What simavr forgets with any reset: cycle timers, and how we want it to run.
+void Board::after_reset() {
+  avr_t* a = avr(avr_);
+  a->run_cycle_limit = kRunCycles;
+  // Otherwise a low PD2 or PD3, motor pins here, is polled in every cycle.
   for (std::uint8_t interrupt = 0; interrupt < 2; ++interrupt)
     avr_extint_set_strict_lvl_trig(a, interrupt, 0);
   width_ = {};
-  std::fill(a->data + 0x100, a->data + ram_end_ + 1, kPaint);
   schedule_byte();
+}
+
+// There stands cli, then a jump to itself.
+void Board::hang(bool interrupts) {
+  constexpr avr_flashaddr_t kCliBytes = 2;
+  avr(avr_)->pc = firmware_.address("_exit") + (interrupts ? kCliBytes : 0);
+  avr(avr_)->state = cpu_Running;
 }
 
 void Board::set_pin(char port, int bit, bool high) {
@@ -238,7 +253,14 @@ void Board::run_until(Cycles end) {
   while (a->cycle < end) {
     const bool awake = a->state == cpu_Running;
     const Cycles before = a->cycle;
+    const bool bitten =
+        a->run != avr_callback_run_raw;  // simavr's watchdog has put its reset there, for once
     const int state = avr_run(a);
+    if (bitten) {
+      after_reset();
+      avr_cycle_timer_register(a, end - a->cycle, Hooks::stop, this);
+      if (on_bite) on_bite(a->cycle);
+    }
     if (awake && a->state == cpu_Running) awake_ += a->cycle - before;
     if (state == cpu_Done || state == cpu_Crashed) throw io::JobError("the firmware has stopped");
   }

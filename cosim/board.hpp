@@ -50,6 +50,7 @@ class Board {
   std::function<void(Cycles, std::uint8_t byte)> on_byte;      // the UART began to send it
   std::function<void(Cycles, std::uint8_t marker)> on_marker;  // GPIOR0 was written
   std::function<int(Cycles, int pin)> on_sample;  // an ADC conversion of A0 .. A5 starts: its counts
+  std::function<void(Cycles)> on_bite;            // the watchdog has reset it
 
   void run_until(Cycles end);
   Cycles now() const;
@@ -65,6 +66,8 @@ class Board {
 
   // Supply off until `until`: registers and RAM are lost, EEPROM is not. Also for a late start.
   void power_off(Cycles until);
+  // From now on the program goes round in circles: at the end of avr-libc's exit(), which main never comes to.
+  void hang(bool interrupts);
 
   // -1 .. 1: share of full voltage on motor 0 .. 4 of the hand, by PWM and direction pin.
   double duty(int motor) const;
@@ -102,6 +105,7 @@ class Board {
   int channel_of(int pin) const;
   void listen_to_motors();
   void power_on();
+  void after_reset();
   void schedule_byte();
 
   const Firmware& firmware_;

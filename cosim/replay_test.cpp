@@ -221,6 +221,9 @@ TEST_F(Replay, AModelInFlashIsSentToTheBit) {
   }
   ASSERT_TRUE(deploy::data_block(study::glove_for(parameters_, model)).in_flash);
   for (const bool assembly : {true, false}) expect_exact(model, exercise(600, 13), assembly, ModelAs::data);
+  const Built b = build(model, true, deploy::Output::radio, ModelAs::data);
+  constexpr int kPages = static_cast<int>(sizeof(glove::ModelPages<deploy::kCopyBytes>));
+  EXPECT_LE(b.image.flash_bytes - kPages, 14 * 1024 + 512) << "not yet the 14 KB that were asked for";
 }
 
 TEST_F(Replay, AModelThatIsDataIsWithinItsTargets) {

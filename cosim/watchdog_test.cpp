@@ -33,7 +33,8 @@ const Images& hanging_images() {
     const io::TemporaryFolder folder;
     const auto glove =
         deploy::build_glove(study::glove_for(input.parameters, input.compensator), folder.path());
-    const auto hand = deploy::build_hand(study::safe_hand(input.parameters, input.compensator), folder.path());
+    const auto hand =
+        deploy::build_hand(study::safe_hand(input.parameters, input.compensator), folder.path());
     return std::unique_ptr<Images>(new Images{Firmware(glove.elf), Firmware(hand.elf)});
   }();
   return *built;
@@ -146,9 +147,11 @@ class Hanging {
 
 Aftermath of(Hung board, bool interrupts, std::int64_t now_ms) {
   const Aftermath o = Hanging({board, interrupts, now_ms}).run();
-  std::printf("%s at %d ms, interrupts %s: bitten after %.1f ms, limp for %.0f ms, back after %.0f ms, %.3f s pressed\n",
-              board == Hung::hand ? "hand" : "glove", static_cast<int>(now_ms), interrupts ? "on" : "off",
-              o.bite_after_ms, o.limp_ms, o.back_after_ms, o.pressed_s);
+  std::printf(
+      "%s at %d ms, interrupts %s: bitten after %.1f ms, limp for %.0f ms, back after %.0f ms, %.3f s "
+      "pressed\n",
+      board == Hung::hand ? "hand" : "glove", static_cast<int>(now_ms), interrupts ? "on" : "off",
+      o.bite_after_ms, o.limp_ms, o.back_after_ms, o.pressed_s);
   EXPECT_EQ(o.bites, 1);
   EXPECT_EQ(o.served, interrupts);
   EXPECT_TRUE(o.state_says_so);

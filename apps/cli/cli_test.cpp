@@ -667,7 +667,7 @@ TEST_F(Cli, DeployRefusesTheImpossible) {
   expect_refused("deploy " + model + out + " --baud 100", 2, "raise --baud");
   expect_refused("deploy " + model + out + " --baud 7777777", 2, "cannot be made");
   expect_refused("deploy " + model + out + " --key 1234", 2, "32 hexadecimal digits");
-  expect_refused("deploy " + model + out + " --pins thumb=A9", 2, "an analog pin is A0 to A7");
+  expect_refused("deploy " + model + out + " --pins thumb=A9", 2, "A9: an ATmega328P has A0 to A7");
   expect_refused("deploy " + model + out + " --pins a=D8", 2, "add --output opengloves");
   expect_refused("deploy " + model + out + " --encoding beta", 2, "add --output opengloves");
   expect_refused("deploy '" + path("none.json") + "'" + out, 2, "none.json");

@@ -55,7 +55,7 @@ FLEXOR_INLINE core::Words<Place, int16_t> segment_from(core::Words<Place, int16_
 }
 
 #if defined(__AVR__) && defined(FLEXOR_AVR_ASSEMBLY)
-// The same in three fifths of the cycles: r30 goes on as it reads.
+// The same, with a pointer that goes on as it reads.
 FLEXOR_INLINE core::Words<core::Flash, int16_t> segment_from(core::Words<core::Flash, int16_t> x,
                                                              uint8_t left, int16_t u) {
   int16_t knot;

@@ -88,7 +88,7 @@ struct Bytes {
   }
 };
 
-// Bytes that a section's states and slopes, and everything about a part, are laid out in.
+// Bytes that sections and their states are laid out in, and parts that lie in RAM.
 class Arena {
  public:
   Arena(uint8_t* begin, uint16_t size) : next_(begin), end_(begin + size) {}

@@ -75,7 +75,8 @@ class HandEnd {
     return since_telemetry_ms_ >= kTelemetry_ms ? Speech::telemetry : Speech::none;
   }
 
-  // To wire, which has room for kMaxWire; returns the bytes written. One SipHash.
+  // To wire, which has room for kMaxWire; returns the bytes written. One SipHash. It begins with a delimiter: what a
+  // collision left of the challenge before would else spoil this one, too.
   uint8_t challenge(uint8_t* wire) {
     if (nonce_ms_ >= kNonce_ms) renew();
     since_challenge_ms_ = 0;
@@ -83,7 +84,9 @@ class HandEnd {
     turn_ms_ = 0;
     Packet packet;
     __builtin_memcpy(packet.body(), receiver_.session().nonce().bytes, kNonceBytes);
-    return packet.seal({Type::challenge, false, false, 0}, kNonceBytes, receiver_.pair(), wire);
+    wire[0] = kDelimiter;
+    return static_cast<uint8_t>(
+        1 + packet.seal({Type::challenge, false, false, 0}, kNonceBytes, receiver_.pair(), wire + 1));
   }
   // Telemetry or state: `packet` has the body already. Nobody moves by it: not guarded, so that a tick does not wait
   // for a tag.

@@ -130,6 +130,7 @@ struct Board::Hooks {
     if (!b.on_sample) return;
     avr_adc_mux_t mux;
     std::memcpy(&mux, &value, sizeof(value));
+    if (mux.kind != ADC_MUX_SINGLE) return;  // the chip's own reference
     const int pin = b.pin_of(b.selected(static_cast<int>(mux.src)));
     b.set_counts(pin, b.on_sample(avr(b.avr_)->cycle, pin));
   }

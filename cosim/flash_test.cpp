@@ -117,6 +117,16 @@ TEST_F(Flash, AnOldBootloaderIsFoundAtItsRate) {
   expect_written(dump, kOldBootloader);
 }
 
+// A watchdog that bit goes on with 16 ms. Optiboot stops it and starts the program at once; the old loader waits for a
+// program longer than that, and so for ever.
+TEST_F(Flash, AHungProgramIsBackThroughOptibootAndNotThroughTheOldLoader) {
+  UsbHelper optiboot({option("bootloader", boot()), option("program", image()), "hangs_after=500"});
+  UsbHelper old({option("bootloader", kOldBootloader), option("program", image()), "hangs_after=500"});
+  std::this_thread::sleep_for(std::chrono::milliseconds(3000));
+  EXPECT_GT(optiboot.finish(), 3);
+  EXPECT_EQ(old.finish(), 0);
+}
+
 TEST_F(Flash, AnotherChipIsNamedAndNotWritten) {
   const fs::path other = folder_ / "atmega168.hex";
   const fs::path dump = folder_ / "flash";

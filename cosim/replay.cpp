@@ -133,10 +133,11 @@ Cycles byte_cycles(const deploy::Glove& glove) {
   return static_cast<Cycles>(10 / glove.baud * 1000 * kCyclesPerMs);
 }
 
-// What a glove says that waits for a challenge. COBS: the first byte is a distance, the next the frame's first.
+// What a glove says that waits for a challenge, which begins with a delimiter. COBS: the first byte is a distance, the
+// next the frame's first.
 bool is_state(const deploy::Glove& glove, const std::string& wire) {
-  return glove.output == deploy::Output::radio && wire.size() > 1 &&
-         (wire[1] & 15) == static_cast<int>(link::Type::state);
+  return glove.output == deploy::Output::radio &&
+         (wire.size() == 1 || (wire[1] & 15) == static_cast<int>(link::Type::state));
 }
 
 }  // namespace

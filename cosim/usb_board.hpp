@@ -47,6 +47,9 @@ class UsbBoard {
 
   bool is_plugged_in() const { return !options_.unplugged_after || received_ < *options_.unplugged_after; }
 
+  // The program goes round in circles from now on, deaf to interrupts.
+  void hang();
+
   // All of them.
   std::string flash() const;
   std::string eeprom() const;

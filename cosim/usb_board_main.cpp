@@ -1,7 +1,7 @@
 // A simulated board on a pseudo-terminal, for tests: says the port in one line, runs until its standard input ends, then
 // says how many milestones the program has passed since the last reset. GPL-3.0-or-later, because it links simavr.
 //   usb_board bootloader=FILE.hex [mcu=NAME] [program=FILE.hex] [frozen=yes] [unplugged_after=BYTES] [flash=FILE]
-//             [eeprom=FILE]
+//             [eeprom=FILE] [hangs_after=MS]
 // flash: the flash's content goes there at the end; eeprom: likewise, and comes from there where the file is.
 #include <fmt/format.h>
 #include <poll.h>
@@ -36,6 +36,10 @@ void run(const std::map<std::string, std::string>& arguments) {
   cosim::UsbBoard board(options);
   fmt::print("{}\n", board.port());
   std::fflush(stdout);
+  if (arguments.contains("hangs_after")) {
+    board.run_ms(std::stoi(arguments.at("hangs_after")));
+    board.hang();
+  }
   for (pollfd input{STDIN_FILENO, POLLIN, 0}; poll(&input, 1, 0) == 0 && board.is_plugged_in();)
     board.run_ms(2);
   if (arguments.contains("flash")) io::write_file(arguments.at("flash"), board.flash());

@@ -341,10 +341,10 @@ void add_deploy(CLI::App& app) {
       "configuration with divider, motors and limits of your glove and hand (flexor twin --json)");
   command->add_option("--set", o->set, "change one of them: hand.upper_deg.thumb=150; may be repeated");
   command
-      ->add_option(
-          "--model-as", o->model_as,
-          "code, compiled: the fewest cycles; or data in EEPROM, which an interpreter runs and which can be "
-          "replaced without a compiler: the same bits")
+      ->add_option("--model-as", o->model_as,
+                   "code, compiled: the fewest cycles; or data in EEPROM or, too large for that, in flash, "
+                   "which an interpreter runs and which can be "
+                   "replaced without a compiler: the same bits")
       ->check(CLI::IsMember({"code", "data"}))
       ->capture_default_str();
   command->add_flag("--assembly,!--portable", o->assembly,

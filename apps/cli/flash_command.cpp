@@ -80,6 +80,11 @@ void run(const Options& o) {
   print(fmt::format(
       "{}: {} bytes written through the bootloader at {} baud and read back: the same, {:.1f} s\n", port,
       bytes, rate_Bd, took_s.count()));
+  if (rate_Bd == deploy::kOldRate_Bd)
+    print(
+        "This is an old bootloader: after the watchdog has ended a program that hung, the board stays off "
+        "until its "
+        "supply was. Optiboot (Arduino IDE: Tools, Burn Bootloader, as an Uno) mends that.\n");
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ class FlexorOutput {
     const bool listens = turns_.listens(!end_.in_touch());
     constexpr uint8_t kNoCause = 0;
     uint8_t wire[flexor::link::kMaxWire];
-    const uint8_t size = end_.in_touch() ? end_.angles(frame, listens, wire) : end_.state(kNoCause, wire);
+    const uint8_t size = end_.in_touch() ? end_.angles(frame, listens, wire) : end_.state(kNoCause, millis() / 1000, wire);
     port.write(wire, size);
   }
 

@@ -156,7 +156,10 @@ class Output {
     if (!end_.in_touch()) send_state();
   }
   bool busy() const { return !received.empty() || models_.busy(); }
-  void sampled(uint16_t reading) { models_.stir(reading); }
+  void sampled(uint16_t reading) {
+    ++samples_;
+    models_.stir(reading);
+  }
   void work() {
     uint8_t byte;
     while (received.pop(byte)) {
@@ -203,7 +206,7 @@ class Output {
   void send_state() {
     wants_state_ = false;
     uint8_t wire[link::kMaxWire];
-    transmitter.send(wire, end_.state(reset_cause_, wire));
+    transmitter.send(wire, end_.state(reset_cause_, samples_ / config::kRate_hz, wire));
   }
 
   void send_readings() {
@@ -221,6 +224,7 @@ class Output {
   link::GloveEnd end_{pair_key(config::kKeyRecord)};
   Models models_{end_.pair()};
   link::GloveTurns<config::kListenEvery, config::kSeekEvery, config::kListenSlots> turns_;
+  uint32_t samples_ = 0;
   uint8_t reset_cause_ = 0;
   uint8_t readings_left_ = 0;
   bool wants_state_ = false;

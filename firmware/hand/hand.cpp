@@ -47,6 +47,8 @@ static_assert(hand::kBrownOutReset == _BV(BORF) && hand::kWatchdogReset == _BV(W
 Eeprom eeprom;
 link::CounterStore<Eeprom> store;
 uint16_t now_ms = 0;
+uint16_t of_second_ms = 0;
+uint16_t uptime_s = 0;  // not beyond UINT16_MAX
 uint8_t reset_cause = 0;
 uint32_t starts = 0;  // as kept in EEPROM
 bool kept = false;    // nothing is left to write
@@ -125,6 +127,10 @@ __attribute__((noinline)) void tick() {
   late = false;
   sei();
   ++now_ms;
+  if (++of_second_ms == 1000) {
+    of_second_ms = 0;
+    if (uptime_s < UINT16_MAX) ++uptime_s;
+  }
   hand_link.tick();
   hand_link.stir(static_cast<uint16_t>(reading[0] ^ reading[4] << 3));
   hand_status.link = watch.tick();
@@ -180,6 +186,16 @@ uint8_t telemetry(uint8_t* wire) {
   return hand_link.say(link::Type::telemetry, packet, bytes, wire);
 }
 
+// The bandgap is 1.1 V within a tenth, and so is this.
+uint8_t supply_20mV() {
+  constexpr uint16_t kBandgapAtTop = 56265;  // 1.1 V 1023 / 20 mV
+  cli();
+  const uint16_t now = bandgap;
+  sei();
+  const uint16_t supply = now == 0 ? 0 : kBandgapAtTop / now;
+  return supply < UINT8_MAX ? static_cast<uint8_t>(supply) : UINT8_MAX;
+}
+
 uint8_t state(uint8_t* wire) {
   link::State state = {};
   state.board = link::BoardKind::hand;
@@ -188,6 +204,8 @@ uint8_t state(uint8_t* wire) {
   state.reset_cause = reset_cause;
   state.faults = hand_status.board;
   state.temperature_C = link::State::kNoTemperature;
+  state.supply_20mV = supply_20mV();
+  state.uptime_s = uptime_s;
   link::Packet packet;
   return hand_link.say(link::Type::state, packet, link::put_state(state, packet.body()), wire);
 }
@@ -244,7 +262,7 @@ ISR(USART_RX_vect) {
 }
 
 int main() {
-  reset_cause = start_watchdog(WDTO_120MS);
+  reset_cause = start_watchdog(WDTO_30MS);
   starts = store.load(eeprom);
   hand_link.start(starts + 1);
   start_uart(config::kUartDivisor, _BV(TXEN0) | _BV(RXEN0) | _BV(RXCIE0));

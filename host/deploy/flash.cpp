@@ -22,7 +22,6 @@ using io::JobError;
 
 constexpr const char* kProgrammer = "avrdude";
 constexpr int kNewRate_Bd = 115200;
-constexpr int kOldRate_Bd = 57600;
 constexpr int kSilence_ms = 12000;  // twice as long as avrdude waits for an answer
 
 std::vector<fs::path> entries(const fs::path& folder, const std::string& prefix) {

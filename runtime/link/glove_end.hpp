@@ -34,15 +34,18 @@ class GloveEnd {
   }
 
   // How it is, in a turn that it leaves.
-  uint8_t state(uint8_t reset_cause, uint8_t* wire) const {
+  uint8_t state(uint8_t reset_cause, uint32_t uptime_s, uint8_t* wire) const {
     State state = {};
     state.board = BoardKind::glove;
     state.in_touch = in_touch();
     state.has_key = pair_ != nullptr;
     state.reset_cause = reset_cause;
     state.temperature_C = State::kNoTemperature;
+    state.uptime_s = State::uptime(uptime_s);
     Packet packet;
-    return say(Type::state, packet, put_state(state, packet.body()), true, wire);
+    wire[0] = kDelimiter;  // what a start cut off would else spoil this
+    return static_cast<uint8_t>(1 +
+                                say(Type::state, packet, put_state(state, packet.body()), true, wire + 1));
   }
 
   PacketReader& packet() { return reader_; }

@@ -141,8 +141,9 @@ enum class BoardKind : uint8_t { glove = 0, hand = 1 };
 
 // A board of itself.
 struct State {
-  static constexpr uint8_t kBytes = 8;
+  static constexpr uint8_t kBytes = 6;
   static constexpr int8_t kNoTemperature = -128;
+  static uint16_t uptime(uint32_t s) { return s < UINT16_MAX ? static_cast<uint16_t>(s) : UINT16_MAX; }
 
   BoardKind board;
   bool in_touch;  // with the other end: what it says is believed, or it has been challenged
@@ -151,8 +152,7 @@ struct State {
   uint8_t faults;       // of the board; the hand's README has them
   int8_t temperature_C;
   uint8_t supply_20mV;  // 0: not measured
-  uint16_t uptime_s;
-  uint16_t model;  // glove: CRC of the model that it runs; hand: 0
+  uint16_t uptime_s;    // 65535: that or longer
 };
 
 inline uint8_t put_state(const State& s, uint8_t* body) {
@@ -162,7 +162,6 @@ inline uint8_t put_state(const State& s, uint8_t* body) {
   body[2] = static_cast<uint8_t>(s.temperature_C);
   body[3] = s.supply_20mV;
   detail::put16(body + 4, s.uptime_s);
-  detail::put16(body + 6, s.model);
   return State::kBytes;
 }
 
@@ -174,8 +173,7 @@ inline State get_state(const uint8_t* body) {
           body[1],
           static_cast<int8_t>(body[2]),
           body[3],
-          detail::get16(body + 4),
-          detail::get16(body + 6)};
+          detail::get16(body + 4)};
 }
 
 // One finger of the hand: 12 bits of angle, 4 of fault, 8 of duty.

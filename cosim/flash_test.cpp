@@ -322,7 +322,10 @@ TEST_F(SendThroughBootloader, TheBoardRunsTheNewModelAndThenTheNext) {
     model::save(glove.model, model);
     const Finished r = flexor({"send", model.string(), "--port", board.port(), "--json"});
     ASSERT_EQ(r.exit, 0) << r.err;
-    EXPECT_EQ(nlohmann::json::parse(r.out).at("bootloader"), true);
+    const nlohmann::json said = nlohmann::json::parse(r.out);
+    EXPECT_EQ(said.at("bootloader"), true);
+    std::printf("%d bytes through the bootloader: %.1f s\n", said.at("bytes").get<int>(),
+                said.at("took_s").get<double>());
     const deploy::FlashContent pages = deploy::pages_with_model(before, glove, "the board");
     std::copy(pages.bytes.begin() + static_cast<long>(pages.begin), pages.bytes.end(),
               before.bytes.begin() + static_cast<long>(pages.begin));

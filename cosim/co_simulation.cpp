@@ -126,7 +126,7 @@ link::LinkStatistics CoSimulation::link_statistics() const {
 }
 
 std::uint16_t CoSimulation::worst_late_ms() const {
-  return hand_.peek<std::uint16_t>(static_cast<std::uint16_t>(images_.hand.address("hand_latency") + 2));
+  return hand_status().worst_late_ms;
 }
 
 // The minute of rest before a recording is not run but computed, as in simulate(): a loop whose command lies

@@ -38,8 +38,16 @@ class Models {
   compensator::Loaded load() {
     return compensator.load(eeprom_, store_, config::kBuiltIn, config::kMadeFor, config::kChannels);
   }
-  void stir(uint16_t noise) { nonces_.stir(noise); }
-  void offer() { receiver_.challenge(nonces_.next()); }
+  void stir(uint16_t noise) {
+    nonces_.stir(noise);
+    if (stirred_ < kStirred) ++stirred_;
+  }
+  // Not before there is noise in the nonce: who sends asks again.
+  void offer() {
+    if (stirred_ < kStirred) return;
+    nonces_.start(store_.digest(eeprom_));
+    receiver_.challenge(nonces_.next());
+  }
   void take(link::PacketReader& packet) { receiver_.take(packet, eeprom_); }
   bool busy() const { return receiver_.busy(); }
   // What is to be said; 0: nothing. A part that is whole runs from the next sample on.
@@ -50,10 +58,13 @@ class Models {
   }
 
  private:
+  static constexpr uint8_t kStirred = 8;  // samples
+
   Eeprom eeprom_;
   glove::ModelStore<Eeprom, config::kParts> store_{config::kImage};
   glove::ModelReceiver<Eeprom, config::kParts> receiver_;
   link::NonceSource nonces_;
+  uint8_t stirred_ = 0;
 };
 
 #else

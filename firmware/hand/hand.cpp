@@ -8,7 +8,6 @@
 #include "runtime/hand/finger.hpp"
 #include "runtime/link/counter_store.hpp"
 #include "runtime/link/hand_end.hpp"
-#include "runtime/link/latency.hpp"
 
 using namespace flexor;
 using namespace flexor::firmware;
@@ -22,11 +21,11 @@ struct HandStatus {
   uint16_t overruns;                 // bytes that found no room
   int8_t duty[link::kFingers];       // 127: the supply's whole voltage
   uint8_t board;                     // hand::BoardFault
+  uint16_t worst_late_ms;            // of a frame, against its session's quickest
 };
-HandStatus hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, {}, 0};
+HandStatus hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, {}, 0, 0};
 hand::Finger hand_finger[link::kFingers];
 link::HandEnd hand_link(pair_key(config::kKeyRecord));  // begins with its statistics
-link::Latency hand_latency;  // begins with how late the last frame was, and the latest, ms
 
 namespace {
 
@@ -46,7 +45,6 @@ constexpr uint8_t kBadResets = hand::kBrownOutReset | hand::kWatchdogReset;
 static_assert(hand::kBrownOutReset == _BV(BORF) && hand::kWatchdogReset == _BV(WDRF), "as in MCUSR");
 Eeprom eeprom;
 link::CounterStore<Eeprom> store;
-uint16_t now_ms = 0;
 uint16_t of_second_ms = 0;
 uint16_t uptime_s = 0;  // not beyond UINT16_MAX
 uint8_t reset_cause = 0;
@@ -113,7 +111,7 @@ void drive(uint8_t motor, int16_t duty) {
 __attribute__((noinline)) int16_t run_finger(hand::Finger& finger, uint8_t i, uint16_t reading,
                                              bool shadowed) {
   // The watches take turns: no tick has all of them.
-  const bool turn = ((static_cast<uint8_t>(now_ms) ^ i) & 1) == 0;
+  const bool turn = ((static_cast<uint8_t>(hand_link.now_ms()) ^ i) & 1) == 0;
   return finger.tick(config::settings(i), hand_status.link, hand_link.receiver().frame().angle[i],
                      config::rest(i), reading, turn, shadowed);
 }
@@ -126,7 +124,6 @@ __attribute__((noinline)) void tick() {
   const uint8_t broken = board_watch.tick(!late, bandgap);
   late = false;
   sei();
-  ++now_ms;
   if (++of_second_ms == 1000) {
     of_second_ms = 0;
     if (uptime_s < UINT16_MAX) ++uptime_s;
@@ -157,8 +154,7 @@ void keep() {
 
 void take_frame() {
   mark(Marker::frame_accepted);
-  if (hand_status.link != hand::Link::following) hand_latency.restart();
-  hand_latency.add(now_ms, hand_link.receiver().frame().time_ms);
+  hand_status.worst_late_ms = hand_link.latency().worst_ms();
   watch.frame();
 }
 
@@ -182,7 +178,7 @@ uint8_t telemetry(uint8_t* wire) {
     finger[i].fault = static_cast<uint8_t>(hand_status.fault[i]);
   }
   link::Packet packet;
-  const uint8_t bytes = link::put_telemetry(now_ms, hand_status.board, finger, link::kFingers, packet.body());
+  const uint8_t bytes = link::put_telemetry(hand_link.now_ms(), hand_status.board, finger, link::kFingers, packet.body());
   return hand_link.say(link::Type::telemetry, packet, bytes, wire);
 }
 

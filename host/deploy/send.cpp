@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <optional>
 
 #include "host/deploy/model_block.hpp"
@@ -18,6 +19,7 @@ using io::InputError;
 using io::JobError;
 using link::Received;
 
+constexpr auto kNoRoom = static_cast<std::uint8_t>(2 + static_cast<int>(compensator::Loaded::no_room));
 constexpr double kTurn_s = 0.15;  // until the glove leaves a turn; where it does not, the line is not a radio
 constexpr double kAnswer_s = 0.35;  // a piece, its writing and the answer at 9600 baud
 constexpr double kPatience_s = 10;  // without any answer
@@ -58,8 +60,7 @@ class Sender {
                       glove_.model.name, block.largest(), offer.room, ram, kArenaBytes));
     }
     for (const Bytes& part : block.parts) all_ += static_cast<int>(part.size());
-    for (std::size_t p = 0; p < block.parts.size(); ++p)
-      send_part(static_cast<std::uint8_t>(p), block.parts[p]);
+    send_all(block.parts);
     sent_.parts = static_cast<int>(block.parts.size());
     sent_.bytes = all_;
     sent_.took_s = line_.now_s() - start_s;
@@ -85,11 +86,14 @@ class Sender {
     });
   }
 
+  std::string what_runs() const {
+    return done_ == 0 ? "it runs its old model"
+                      : "it runs the new model in the parts that were whole, the old one in the others";
+  }
+
   std::string left_behind() const {
-    return fmt::format("{} of {} bytes are there: it runs {}; send again",
-                       done_ + static_cast<int>(received_), all_,
-                       part_ == 0 ? "its old model"
-                                  : "the new model in the parts that were whole, the old one in the others");
+    return fmt::format("{} of {} bytes are there: {}; send again", done_ + static_cast<int>(received_), all_,
+                       what_runs());
   }
 
   // The next whole frame until a time; false: none.
@@ -118,6 +122,12 @@ class Sender {
            reader_.body()[0] == static_cast<std::uint8_t>(answer);
   }
 
+  // Of the glove that has this key.
+  bool is_offer() {
+    return is(link::Answer::offer, link::Offer::kBytes) && reader_.guarded() == glove_.key.has_value() &&
+           (!glove_.key || reader_.fits(*glove_.key, reader_.sequence()));
+  }
+
   link::Offer ask() {
     const double until_s = line_.now_s() + kPatience_s;
     bool heard = false;
@@ -130,12 +140,8 @@ class Sender {
       const double answer_s = line_.now_s() + kAnswer_s;
       while (next(answer_s)) {
         heard = true;
-        if (!is(link::Answer::offer, link::Offer::kBytes)) continue;
-        if (reader_.guarded() == glove_.key.has_value() &&
-            (!glove_.key || reader_.fits(*glove_.key, reader_.sequence()))) {
-          return accept(link::get_offer(reader_.body()));
-        }
-        foreign = true;
+        if (is_offer()) return accept(link::get_offer(reader_.body()));
+        foreign = foreign || is(link::Answer::offer, link::Offer::kBytes);
       }
     }
     if (foreign) {
@@ -172,7 +178,23 @@ class Sender {
     }
   }
 
-  void send_part(std::uint8_t part, const Bytes& bytes) {
+  // Parts that are larger than those they replace may find room only when others have shrunk: those come again.
+  void send_all(const std::vector<Bytes>& parts) {
+    std::vector<std::uint8_t> left(parts.size());
+    std::iota(left.begin(), left.end(), std::uint8_t{0});
+    while (!left.empty()) {
+      std::vector<std::uint8_t> refused;
+      for (const std::uint8_t part : left) {
+        if (!send_part(part, parts[part])) refused.push_back(part);
+      }
+      if (refused.size() == left.size())
+        throw JobError(fmt::format("the glove does not take the model: {}; {}", reason_of(kNoRoom), what_runs()));
+      left = refused;
+    }
+  }
+
+  // False: there is no room for it beside the others.
+  bool send_part(std::uint8_t part, const Bytes& bytes) {
     part_ = part;
     received_ = 0;
     double heard_s = line_.now_s();
@@ -185,9 +207,10 @@ class Sender {
       if (!receipt) continue;
       heard_s = line_.now_s();
       if (receipt->stage == glove::kRuns) break;
+      if (receipt->stage == kNoRoom) return false;
       if (receipt->stage != 0) {
-        throw JobError(fmt::format("the glove does not take the model: {}; its old one runs",
-                                   reason_of(receipt->stage)));
+        throw JobError(fmt::format("the glove does not take the model: {}; {}", reason_of(receipt->stage),
+                                   what_runs()));
       }
       received_ = std::min<std::size_t>(receipt->received, bytes.size());
       tell(received_);
@@ -195,6 +218,7 @@ class Sender {
     received_ = 0;
     done_ += static_cast<int>(bytes.size());
     tell(0);
+    return true;
   }
 
   // The piece that is wanted next; where all have come, the last one once more: the glove answers when it runs.
@@ -215,6 +239,12 @@ class Sender {
   std::optional<link::Receipt> answer(std::uint8_t part) {
     const double until_s = line_.now_s() + kAnswer_s;
     while (next(until_s)) {
+      // Somebody has asked again, or the air has doubled the question: what counts now is this offer.
+      if (is_offer()) {
+        (void)accept(link::get_offer(reader_.body()));
+        received_ = 0;
+        return {};
+      }
       if (!is(link::Answer::receipt, link::Receipt::kBytes)) continue;
       if (glove_.key && !reader_.fits(session_.key(), reader_.sequence())) continue;
       const link::Receipt receipt = link::get_receipt(reader_.body());

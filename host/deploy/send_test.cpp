@@ -29,9 +29,9 @@ Glove published() {
 }
 
 // A glove that takes models, at the other end of a line that loses frames of either direction.
+template <std::uint8_t kParts = 1>
 class FakeGlove {
  public:
-  static constexpr std::uint8_t kParts = 1;
 
   explicit FakeGlove(Glove glove, double loss = 0)
       : glove_(std::move(glove)), loss_(loss), ids_(calibration_ids(glove_tables(glove_))) {}
@@ -43,17 +43,23 @@ class FakeGlove {
 
   // What is stored, as it was sent.
   std::vector<std::uint8_t> stored() {
-    const glove::Place place = store_.find(eeprom_, 0);
+    return stored(0);
+  }
+  std::vector<std::uint8_t> stored(std::uint8_t part) {
+    const glove::Place place = store_.find(eeprom_, part);
     return {eeprom_.bytes.begin() + place.address, eeprom_.bytes.begin() + place.address + place.size};
   }
   std::vector<std::vector<std::uint8_t>> heard;  // frames
   bool deaf = false;
+  int room = 1 << 20;       // for all parts together
+  int stranger_at = -1;     // after so many frames somebody without the key asks, too
   std::uint8_t rate_hz = 10;
 
   void take(std::span<const std::uint8_t> bytes) {
     heard.emplace_back(bytes.begin(), bytes.end());
     now_s_ += 0.05;
     if (deaf || lost()) return;
+    if (static_cast<int>(heard.size()) == stranger_at) receiver_.challenge(nonces_.next());
     for (const std::uint8_t byte : bytes) {
       if (reader_.push(byte) != link::Received::pending) continue;
       if (reader_.type() == link::Type::request) receiver_.challenge(nonces_.next());
@@ -62,11 +68,16 @@ class FakeGlove {
   }
 
  private:
+  std::uint8_t load() {
+    int bytes = 0;
+    for (std::uint8_t part = 0; part < kParts; ++part) bytes += store_.find(eeprom_, part).size;
+    return static_cast<std::uint8_t>(bytes <= room ? compensator::Loaded::ok : compensator::Loaded::no_room);
+  }
   bool lost() { return std::generate_canonical<double, 32>(random_) < loss_; }
 
   std::vector<std::uint8_t> answer(double timeout_s) {
     for (int k = 0; k < 40; ++k) {
-      if (receiver_.work(eeprom_)) receiver_.loaded(0);
+      if (receiver_.work(eeprom_)) receiver_.loaded(load());
     }
     now_s_ += std::min(timeout_s, 0.02);
     std::vector<std::uint8_t> wire(link::kMaxWire);
@@ -85,6 +96,63 @@ class FakeGlove {
   std::mt19937 random_{1};
   double now_s_ = 0;
 };
+
+// published-hw of which one finger's curve has more knots: its part is larger.
+Glove with_a_large(std::size_t finger) {
+  Glove glove = published();
+  model::Model& model = glove.model;
+  const std::string name = model.inputs[finger].name;
+  model::Curve curve;
+  for (int k = 0; k < 9; ++k) {
+    curve.x.push_back(model.inputs[finger].valid_min + (model.inputs[finger].valid_max - model.inputs[finger].valid_min) * k / 8);
+    curve.y.push_back(curve.x.back());
+  }
+  for (model::Block& block : model.blocks) {
+    for (std::string& from : block.from) {
+      if (from == name) from = "larger";
+    }
+  }
+  model.blocks.insert(model.blocks.begin(), model::Block{{name}, "larger", curve});
+  return glove;
+}
+
+TEST(Send, APartThatCannotRunLeavesTheOldOneAndIsSaidSo) {
+  FakeGlove board(published());
+  send_model(board.line(), published(), {});
+  const auto before = board.stored();
+  EXPECT_FALSE(before.empty());
+  board.room = static_cast<int>(before.size()) + 10;
+  try {
+    send_model(board.line(), with_a_large(1), {});
+    FAIL() << "it has no room";
+  } catch (const io::JobError& error) {
+    EXPECT_NE(std::string(error.what()).find("more RAM than it has; it runs"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("it runs its old model"), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(board.stored(), before);
+}
+
+// Both models fit; while one replaces the other part by part there is no room for two large parts.
+TEST(Send, PartsTakeTurnsWhereRoomIsScarce) {
+  const Glove last = with_a_large(4);
+  const Glove first = with_a_large(0);
+  FakeGlove<5> board(last);
+  send_model(board.line(), last, {});
+  board.room = model_block(last, 5).bytes();
+  send_model(board.line(), first, {});
+  const ModelBlock wanted = model_block(first, 5);
+  for (std::uint8_t part = 0; part < 5; ++part) EXPECT_EQ(board.stored(part), wanted.parts[part]) << int{part};
+}
+
+TEST(Send, AStrangersQuestionDoesNotEndIt) {
+  const auto wanted = model_block(published(), 1).parts.front();
+  for (const int at : {2, 3, 5, 8}) {
+    FakeGlove board(published());
+    board.stranger_at = at;
+    send_model(board.line(), published(), {});
+    EXPECT_EQ(board.stored(), wanted) << at;
+  }
+}
 
 TEST(Send, AModelArrivesWholeWhateverTheLineLoses) {
   const auto wanted = model_block(published(), 1).parts.front();

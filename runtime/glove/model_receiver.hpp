@@ -1,7 +1,8 @@
 // Takes a model, piece by piece, from whoever has the pair's key, and has it written down.
 //
 // A request is answered with an offer: what fits here, and a nonce. Only pieces under the key that is made of it are
-// taken, so that no model that was sent before is taken again. Each is answered with how far its part has come; a
+// taken, so that no model that was sent before is taken again: its number is
+// the store's checksum. Each is answered with how far its part has come; a
 // piece may come twice. Without a key whoever is near can send a model.
 #pragma once
 
@@ -45,7 +46,7 @@ class ModelReceiver {
   // A whole frame of coefficients. One SipHash.
   void take(link::PacketReader& packet, Eeprom& eeprom) {
     const link::Piece piece = link::get_piece(packet.body(), packet.body_bytes());
-    if (piece.count == 0 || !believed(packet) || count_ > 0) return;
+    if (piece.count == 0 || withdraws_ || !believed(packet) || count_ > 0) return;
     if (piece.part != part_ && !begin(piece, eeprom)) return say(kNotTaken);
     if (stage_ != 0 || piece.offset != store_.received()) return say(stage_);
     for (uint8_t i = 0; i < piece.count; ++i) bytes_[i] = piece.bytes[i];
@@ -55,6 +56,7 @@ class ModelReceiver {
   // Writes one byte at most. True: a part is written; it is to be loaded, and loaded() to be called.
   bool work(Eeprom& eeprom) {
     const Stored stored = store_.work(eeprom);
+    if (withdraws_) return stored == Stored::ready;
     if (stage_ != 0 || part_ == kParts) return false;
     if (stored == Stored::failed) say(stage_ = kNotWritten);
     if (stored != Stored::ready) return stored == Stored::committed;
@@ -69,11 +71,20 @@ class ModelReceiver {
     return false;
   }
 
-  // `reason`: compensator::Loaded.
-  void loaded(uint8_t reason) { say(stage_ = reason == 0 ? kRuns : static_cast<uint8_t>(2 + reason)); }
+  // `reason`: compensator::Loaded. A part that cannot run is withdrawn, and what was there before is to be loaded again.
+  void loaded(uint8_t reason) {
+    if (withdraws_) {
+      withdraws_ = false;
+      return;
+    }
+    say(stage_ = reason == 0 ? kRuns : static_cast<uint8_t>(2 + reason));
+    if (reason == 0) return;
+    withdraws_ = true;
+    store_.withdraw();
+  }
 
   // Not to sleep: there is something to write.
-  bool busy() const { return part_ != kParts && stage_ == 0; }
+  bool busy() const { return withdraws_ || (part_ != kParts && stage_ == 0); }
 
   // What is to be said, to wire; 0: nothing.
   uint8_t speak(const Terms& terms, uint16_t model, uint8_t* wire) {
@@ -128,6 +139,7 @@ class ModelReceiver {
   uint8_t bytes_[kChunk] = {};
   link::Answer speech_ = link::Answer::offer;
   bool speaks_ = false;
+  bool withdraws_ = false;
 };
 
 }  // namespace glove

@@ -56,6 +56,22 @@ class ModelStore {
     return place;
   }
 
+  // A checksum of all slots' heads: another one after each part that was written.
+  uint16_t digest(Eeprom& eeprom) const {
+    uint16_t crc = image_;
+    for (uint8_t slot = 0; slot < kSlots; ++slot) {
+      for (uint8_t i = 0; i < kSlotHead; ++i)
+        crc = core::crc16_add(crc, eeprom.read(static_cast<uint16_t>(begin_of(slot) + i)));
+    }
+    return crc;
+  }
+
+  // The part that was committed last counts no more.
+  void withdraw() {
+    order(kPart, 1);
+    chunk_[0] = kNoPart;
+  }
+
   // Begins with a part anew, whatever was being written before; false: there is no such part, or it is too large.
   bool begin(Eeprom& eeprom, uint8_t part, uint16_t size) {
     if (part >= kParts || size == 0 || size > slot_room(kParts)) return false;

@@ -1,13 +1,15 @@
 // The hand's end of the link: whom it believes, when it challenges, and when it may speak.
 //
 // It challenges after its own start and after kOutage_ms without a frame, until a frame answers; a nonce is
-// given for kNonce_ms at most, so that what was sent before is not believed for longer. The radio carries one
+// given for kNonce_ms at most, and a frame that is kLate_ms later than the session's quickest is followed by a new
+// challenge: who holds frames back and hands them on slowly is not believed for longer. The radio carries one
 // direction at a time: this end speaks after a frame that says that its sender listens, or when nothing has
 // come for kSilence_ms. Challenges do not wait for that: what they could spoil would not be believed. They begin
 // in any gap, by which a glove that hears one begin leaves out its frame; and at no even distance, as two boards
 // that begin at once would else do so for ever.
 #pragma once
 
+#include "runtime/link/latency.hpp"
 #include "runtime/link/receiver.hpp"
 
 namespace flexor {
@@ -15,7 +17,9 @@ namespace link {
 
 constexpr uint16_t kOutage_ms = 500;
 constexpr uint16_t kMissed_ms = 110;  // without a frame: a glove that says that it has lost touch is believed
-constexpr uint16_t kNonce_ms = 1000;
+constexpr uint16_t kNonce_ms = 500;
+constexpr uint16_t kLate_ms = 1000;  // 40 frames a second: with kNonce_ms before, 60 of them
+constexpr uint8_t kStirred = 64;     // readings in the pool before the first nonce is drawn
 constexpr uint16_t kAnswer_ms = 90;      // from a challenge after a frame: the answer has begun by then
 constexpr uint16_t kChallenge_ms = 200;  // from a challenge in a silence: longer than the slowest glove takes
 constexpr uint8_t kScatter_ms = 64;      // and up to so many more; a power of two
@@ -30,12 +34,12 @@ class HandEnd {
   explicit HandEnd(const Key* pair) : receiver_(pair) {}
 
   // `starts`: a count that lasts, of this board.
-  void start(uint32_t starts) {
-    nonces_.start(starts);
-    renew();
-  }
+  void start(uint32_t starts) { nonces_.start(starts); }
 
-  void stir(uint16_t noise) { nonces_.stir(noise); }
+  void stir(uint16_t noise) {
+    nonces_.stir(noise);
+    if (stirred_ < kStirred && ++stirred_ == kStirred) renew();
+  }
   uint32_t starts() const { return nonces_.starts(); }
 
   // Once a millisecond.
@@ -45,8 +49,11 @@ class HandEnd {
     age(since_challenge_ms_);
     age(since_telemetry_ms_);
     age(nonce_ms_);
+    ++now_ms_;
     if (turn_ms_ > 0) --turn_ms_;
-    if (receiver_.answered() && since_frame_ms_ > kOutage_ms) renew();
+    const bool old = receiver_.answered() ? since_frame_ms_ > kOutage_ms : seeks() && nonce_ms_ >= kNonce_ms;
+    if (old) renew();
+    if (since_frame_ms_ > kOutage_ms) latency_.restart();
   }
 
   // As Receiver::push, with verify() after `pending`.
@@ -62,7 +69,9 @@ class HandEnd {
   }
   Received verify() {
     const Received result = receiver_.verify();
-    if (result == Received::frame) since_frame_ms_ = 0;
+    if (result != Received::frame) return result;
+    since_frame_ms_ = 0;
+    if (latency_.add(now_ms_, receiver_.frame().time_ms) > kLate_ms && receiver_.pair() != nullptr) renew();
     return result;
   }
 
@@ -78,7 +87,6 @@ class HandEnd {
   // To wire, which has room for kMaxWire; returns the bytes written. One SipHash. It begins with a delimiter: what a
   // collision left of the challenge before would else spoil this one, too.
   uint8_t challenge(uint8_t* wire) {
-    if (nonce_ms_ >= kNonce_ms) renew();
     since_challenge_ms_ = 0;
     scatter_ms_ = nonces_.noise() & (kScatter_ms - 1);
     turn_ms_ = 0;
@@ -96,8 +104,10 @@ class HandEnd {
     return packet.seal({type, false, false, said_++}, body_bytes, nullptr, wire);
   }
 
+  uint16_t now_ms() const { return now_ms_; }  // since this end began to count, wraps
   bool in_touch() const { return receiver_.answered(); }
   const Receiver& receiver() const { return receiver_; }
+  const Latency& latency() const { return latency_; }  // of this session
 
  private:
   static void age(uint16_t& time_ms) {
@@ -110,7 +120,7 @@ class HandEnd {
     const State state = get_state(packet.body());
     return state.board == BoardKind::glove && !state.in_touch;
   }
-  bool seeks() const { return receiver_.pair() != nullptr && !receiver_.answered(); }
+  bool seeks() const { return receiver_.pair() != nullptr && !receiver_.answered() && stirred_ == kStirred; }
   bool may_challenge() const {
     const bool gap = since_byte_ms_ >= kGap_ms;
     if (turn_ms_ > 0 || (gap && since_byte_ms_ < kGapEnd_ms)) return since_challenge_ms_ >= kAnswer_ms;
@@ -118,11 +128,15 @@ class HandEnd {
   }
   void renew() {
     receiver_.challenge(nonces_.next());
+    latency_.restart();
     nonce_ms_ = 0;
   }
 
   Receiver receiver_;  // first, where a debugger finds its statistics
+  Latency latency_;
   NonceSource nonces_;
+  uint8_t stirred_ = 0;
+  uint16_t now_ms_ = 0;
   uint16_t said_ = 0;
   uint16_t since_frame_ms_ = 0;
   uint16_t since_byte_ms_ = 0;

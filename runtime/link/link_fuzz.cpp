@@ -10,6 +10,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const Key key = {{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16}};
   HandEnd hand(&key);
   hand.start(1);
+  for (int k = 0; k < kStirred; ++k) hand.stir(1);
   GloveEnd glove(&key);
   Receiver plain(nullptr);
   for (size_t i = 0; i < size; ++i) {

@@ -125,9 +125,7 @@ link::LinkStatistics CoSimulation::link_statistics() const {
   return hand_.peek<link::LinkStatistics>(images_.hand.address("hand_link"));
 }
 
-std::uint16_t CoSimulation::worst_late_ms() const {
-  return hand_status().worst_late_ms;
-}
+std::uint16_t CoSimulation::worst_late_ms() const { return hand_status().worst_late_ms; }
 
 // The minute of rest before a recording is not run but computed, as in simulate(): a loop whose command lies
 // behind an end stop has wound up by then.

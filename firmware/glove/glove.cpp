@@ -28,6 +28,35 @@ GloveCompensator compensator;
 SignalChain<GloveCompensator> chain(config::kChannels, compensator);
 link::Frame frame;
 
+#ifdef FLEXOR_ZERO
+
+class Zero {
+ public:
+  void start() { zeroing_.start(); }
+  void load() { zeroing_.load(config::kChannels, chain.corrections()); }
+  void sample(const uint16_t* now) {
+    int16_t alpha[kFingers];
+    for (uint8_t i = 0; i < kFingers; ++i) alpha[i] = (*config::kChannels[i].calibration)(now[i]);
+    zeroing_.sample(alpha);
+  }
+
+ private:
+  Zeroing<config::ZeroConfig, kFingers> zeroing_;
+};
+
+#else
+
+class Zero {
+ public:
+  void start() {}
+  void load() {}
+  void sample(const uint16_t*) {}
+};
+
+#endif
+
+Zero zero;
+
 #ifdef FLEXOR_MODEL_IN_EEPROM
 
 // The model in EEPROM, and who sends another.
@@ -36,7 +65,10 @@ class Models {
   explicit Models(const link::Key* pair) : receiver_(pair, store_) {}
 
   compensator::Loaded load() {
-    return compensator.load(eeprom_, store_, config::kBuiltIn, config::kMadeFor, config::kChannels);
+    const compensator::Loaded loaded =
+        compensator.load(eeprom_, store_, config::kBuiltIn, config::kMadeFor, config::kChannels);
+    zero.load();
+    return loaded;
   }
   void stir(uint16_t noise) {
     nonces_.stir(noise);
@@ -73,9 +105,12 @@ class Models {
  public:
   explicit Models(const link::Key*) {}
 #ifdef FLEXOR_MODEL_IN_FLASH
-  void load() { compensator.load(config::kModelPages, config::kImage, config::kMadeFor, config::kChannels); }
+  void load() {
+    compensator.load(config::kModelPages, config::kImage, config::kMadeFor, config::kChannels);
+    zero.load();
+  }
 #else
-  void load() {}
+  void load() { zero.load(); }
 #endif
   void stir(uint16_t) {}
   void offer() {}
@@ -86,33 +121,6 @@ class Models {
 
 #endif
 
-#ifdef FLEXOR_ZERO
-
-class Zero {
- public:
-  void start() { zeroing_.start(chain.corrections()); }
-  void sample(const uint16_t* now) {
-    int16_t alpha[kFingers];
-    for (uint8_t i = 0; i < kFingers; ++i) alpha[i] = (*config::kChannels[i].calibration)(now[i]);
-    zeroing_.sample(alpha);
-  }
-
- private:
-  Zeroing<config::ZeroConfig, kFingers> zeroing_;
-};
-
-#else
-
-class Zero {
- public:
-  void start() {}
-  void sample(const uint16_t*) {}
-};
-
-#endif
-
-Zero zero;
-
 #ifdef FLEXOR_OUTPUT_OPENGLOVES
 
 volatile bool asked = false;  // which glove this is
@@ -120,7 +128,10 @@ volatile bool asked = false;  // which glove this is
 class Output {
  public:
   static constexpr uint8_t kUart = _BV(TXEN0) | _BV(RXEN0) | _BV(RXCIE0);
-  void start(uint8_t) { config::start_buttons(); }
+  void start(uint8_t) {
+    config::start_buttons();
+    zero.load();
+  }
   bool busy() const { return false; }
   void work() {}
   void sampled(uint16_t) {}

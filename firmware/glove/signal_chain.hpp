@@ -17,7 +17,8 @@ struct ChannelSettings {
   const sensor::Calibration* calibration;  // in flash on the microcontroller
   sensor::MonitorSettings monitor;
   sensor::GuardSettings guard;
-  uint8_t strips;  // a bit for each strip that the finger's angle needs
+  uint8_t strips;       // a bit for each strip that the finger's angle needs
+  sensor::Poses poses;  // of the strip
 };
 
 // Compensator: int16_t alpha[kFingers] in, int16_t angle[kFingers] out, which it keeps, and uint8_t step(), a

@@ -4,22 +4,32 @@
 #pragma once
 
 #include "firmware/board.hpp"
+#include "firmware/glove/signal_chain.hpp"
 #include "runtime/glove/zero_store.hpp"
 #include "runtime/sensor/zero.hpp"
 
 namespace flexor {
 namespace firmware {
 
-// Config: kRate_hz, kPoses of kStrips, kPosesId, start_zero_button(), zero_button().
+// Config: kRate_hz, start_zero_button(), zero_button().
 template <class Config, uint8_t kStrips>
 class Zeroing {
  public:
-  // Those that are kept take effect.
-  void start(sensor::Correction* corrections) {
-    corrections_ = corrections;
+  void start() {
     Config::start_zero_button();
     start_led();
-    store_.load(eeprom_, corrections_);
+  }
+
+  // A model is there, of which `settings` have the poses: those that were kept for it take effect.
+  void load(const ChannelSettings* settings, sensor::Correction* corrections) {
+    settings_ = settings;
+    corrections_ = corrections;
+    uint16_t made_for = 0;
+    for (uint8_t i = 0; i < kStrips; ++i) {
+      made_for = add(made_for, settings[i].poses.open);
+      made_for = add(made_for, settings[i].poses.fist);
+    }
+    store_.load(eeprom_, made_for, corrections_);
   }
 
   // One sample; alpha before correction.
@@ -31,7 +41,7 @@ class Zeroing {
     }
     closed_ = closed;
     const sensor::ZeroStage before = zero_.stage();
-    const sensor::ZeroStage stage = zero_.step(Config::kPoses, alpha);
+    const sensor::ZeroStage stage = zero_.step(settings_, alpha);
     if (stage != before) samples_ = 0;
     if (stage != before && stage == sensor::ZeroStage::done) keep();
     if (samples_ < UINT16_MAX) ++samples_;
@@ -40,27 +50,34 @@ class Zeroing {
   }
 
  private:
+  static uint16_t add(uint16_t crc, int16_t reading) {
+    crc = core::crc16_add(crc, static_cast<uint8_t>(reading));
+    return core::crc16_add(crc, static_cast<uint8_t>(reading >> 8));
+  }
+
   void keep() {
     for (uint8_t i = 0; i < kStrips; ++i) {
-      if (Config::kPoses[i].open != Config::kPoses[i].fist) corrections_[i] = zero_.corrections()[i];
+      if (settings_[i].poses.open != settings_[i].poses.fist) corrections_[i] = zero_.corrections()[i];
     }
     store_.save(corrections_);
   }
 
   void show(sensor::ZeroStage stage) {
     constexpr uint16_t kSecond = Config::kRate_hz;
+    constexpr uint16_t kTremble = (kSecond + 9) / 10;
     const bool recent = samples_ <= 2 * kSecond;
     bool on = false;
     if (stage == sensor::ZeroStage::open) on = samples_ / (kSecond / 2) % 2 == 0;
     if (stage == sensor::ZeroStage::fist) on = samples_ / (kSecond / 5) % 2 == 0;
     if (stage == sensor::ZeroStage::done) on = recent;
-    if (stage == sensor::ZeroStage::refused) on = recent && samples_ % 2 == 0;
+    if (stage == sensor::ZeroStage::refused) on = recent && samples_ / kTremble % 2 == 0;
     set_led(on);
   }
 
   Eeprom eeprom_;
   sensor::Zero<kStrips> zero_{Config::kRate_hz};
-  glove::ZeroStore<Eeprom, kStrips> store_{Config::kPosesId};
+  glove::ZeroStore<Eeprom, kStrips> store_;
+  const ChannelSettings* settings_ = nullptr;
   sensor::Correction* corrections_ = nullptr;
   uint16_t samples_ = 0;  // of the stage
   bool closed_ = false;

@@ -178,7 +178,8 @@ uint8_t telemetry(uint8_t* wire) {
     finger[i].fault = static_cast<uint8_t>(hand_status.fault[i]);
   }
   link::Packet packet;
-  const uint8_t bytes = link::put_telemetry(hand_link.now_ms(), hand_status.board, finger, link::kFingers, packet.body());
+  const uint8_t bytes =
+      link::put_telemetry(hand_link.now_ms(), hand_status.board, finger, link::kFingers, packet.body());
   return hand_link.say(link::Type::telemetry, packet, bytes, wire);
 }
 

@@ -214,7 +214,7 @@ int samples_per_frame(const Glove& glove) {
 }
 
 bool can_zero(const Glove& glove) {
-  return glove.output == Output::radio && glove.pins.button[kCalibrate].has_value() &&
+  return glove.pins.button[kCalibrate].has_value() &&
          std::ranges::any_of(glove.model.inputs, [](const auto& input) { return input.poses.has_value(); });
 }
 
@@ -275,6 +275,14 @@ void add_strip(const Sensor& sensor, const model::Input& input, sensor::Calibrat
   monitor.high = static_cast<std::uint16_t>(std::min(high + 1, static_cast<int>(sensor::kAdcTop)));
 }
 
+sensor::Poses poses_of(const model::Input& input) {
+  if (!input.poses) return {0, 0};
+  const auto q5 = [](double reading) {
+    return static_cast<std::int16_t>(std::lround(32 * std::clamp(reading, -1023.0, 1023.0)));
+  };
+  return {q5(input.poses->open), q5(input.poses->fist)};
+}
+
 }  // namespace
 
 GloveTables glove_tables(const Glove& glove) {
@@ -290,6 +298,7 @@ GloveTables glove_tables(const Glove& glove) {
     guard.max_step = q4(kGuardSpeed_deg_s / rate);
     if (wiring.input[i]) {
       add_strip(glove.sensor[i], glove.model.inputs[*wiring.input[i]], out.calibration[i], monitor);
+      out.poses[i] = poses_of(glove.model.inputs[*wiring.input[i]]);
     } else {
       monitor.high = 0;  // no strip: open, always
     }
@@ -412,28 +421,13 @@ std::string scan_text(const Pins& pins) {
                      numbers(scan.data(), scan.size()), analog);
 }
 
-// The poses in the model's units, as the strips' calibrations give them; equal where the model does not say.
 std::string zero_text(const Glove& glove) {
-  const model::Wiring wiring = model::wiring_of(glove.model);
-  std::string poses;
-  std::uint16_t id = 0;
-  for (const auto& input : wiring.input) {
-    const auto known = input ? glove.model.inputs[*input].poses : std::nullopt;
-    for (const double reading : {known ? known->open : 0, known ? known->fist : 0}) {
-      const auto q5 = static_cast<std::int16_t>(std::lround(32 * std::clamp(reading, -1023.0, 1023.0)));
-      id = core::crc16_add(core::crc16_add(id, static_cast<std::uint8_t>(q5 & 0xff)),
-                           static_cast<std::uint8_t>(q5 >> 8 & 0xff));
-      poses += fmt::format("{}{}", poses.empty() ? "" : ", ", q5);
-    }
-  }
   const PortBit pin = port_bit(glove.mcu, *glove.pins.button[kCalibrate]);
   return fmt::format(
       "struct ZeroConfig {{\n  static constexpr uint8_t kRate_hz = config::kRate_hz;\n"
-      "  static constexpr uint16_t kPosesId = {0};\n  static constexpr sensor::Poses kPoses[] = {{{1}}};\n"
-      "  static void start_zero_button() {{ PORT{2} |= {3}; }}\n"
-      "  static bool zero_button() {{ return (PIN{2} & {3}) == 0; }}\n}};\n"
-      "constexpr sensor::Poses ZeroConfig::kPoses[];\n",
-      id, poses, pin.port, 1 << pin.bit);
+      "  static void start_zero_button() {{ PORT{0} |= {1}; }}\n"
+      "  static bool zero_button() {{ return (PIN{0} & {1}) == 0; }}\n}};\n",
+      pin.port, 1 << pin.bit);
 }
 
 std::string glove_head(const Glove& glove, const GloveTables& tables) {
@@ -493,9 +487,9 @@ std::string sensor_tables(const Glove& glove, const GloveTables& tables) {
   for (std::size_t i = 0; i < kFingers; ++i) {
     const sensor::MonitorSettings& m = tables.monitor[i];
     const sensor::GuardSettings& g = tables.guard[i];
-    out += fmt::format("    {{&kCalibration{}, {{{}, {}, {}, {}}}, {{{}, {}, {}}}, {}}},\n", table[i], m.low,
-                       m.high, m.rail_samples, m.stuck_samples, g.rest, g.max_step, g.hold_samples,
-                       tables.strips[i]);
+    out += fmt::format("    {{&kCalibration{}, {{{}, {}, {}, {}}}, {{{}, {}, {}}}, {}, {{{}, {}}}}},\n",
+                       table[i], m.low, m.high, m.rail_samples, m.stuck_samples, g.rest, g.max_step,
+                       g.hold_samples, tables.strips[i], tables.poses[i].open, tables.poses[i].fist);
   }
   return out + "};\n\n";
 }

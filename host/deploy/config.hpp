@@ -18,6 +18,7 @@
 #include "runtime/sensor/calibration.hpp"
 #include "runtime/sensor/guard.hpp"
 #include "runtime/sensor/monitor.hpp"
+#include "runtime/sensor/zero.hpp"
 
 namespace flexor::deploy {
 
@@ -136,6 +137,7 @@ struct GloveTables {
   std::array<sensor::MonitorSettings, kFingers> monitor{};
   std::array<sensor::GuardSettings, kFingers> guard{};
   std::array<std::uint8_t, kFingers> strips{};  // a bit for each strip that the finger's angle needs
+  std::array<sensor::Poses, kFingers> poses{};  // of each strip; equal where the model does not say
   std::array<firmware::FlexionSettings, kFingers> flexion{};  // from the lower to the upper saturation
 };
 GloveTables glove_tables(const Glove& glove);

@@ -74,7 +74,8 @@ class HostChain {
  private:
   const firmware::ChannelSettings* settings() {
     for (std::size_t i = 0; i < kFingers; ++i)
-      settings_[i] = {&tables_.calibration[i], tables_.monitor[i], tables_.guard[i], tables_.strips[i]};
+      settings_[i] = {&tables_.calibration[i], tables_.monitor[i], tables_.guard[i], tables_.strips[i],
+                      tables_.poses[i]};
     return settings_.data();
   }
 

@@ -359,6 +359,8 @@ class PartWriter {
     out_.u16(tables_.monitor[strip].high);
     out_.u16(fixed_.valid_min[i]);
     out_.u16(fixed_.valid_max[i]);
+    out_.u16(tables_.poses[strip].open);
+    out_.u16(tables_.poses[strip].fist);
   }
 
   const model::Model& model_;

@@ -31,7 +31,7 @@ ModelBlock model_block(const Glove& glove, int parts);
 
 // RAM of the board that the interpreter may use: for a model in EEPROM, which it copies there, and for the states of one
 // in flash.
-inline constexpr int kArenaBytes = 820;
+inline constexpr int kArenaBytes = 760;
 inline constexpr int kFlashArenaBytes = 600;
 // Of the model's two copies in flash each.
 inline constexpr int kCopyBytes = 2560;

@@ -188,7 +188,8 @@ class Sender {
         if (!send_part(part, parts[part])) refused.push_back(part);
       }
       if (refused.size() == left.size())
-        throw JobError(fmt::format("the glove does not take the model: {}; {}", reason_of(kNoRoom), what_runs()));
+        throw JobError(
+            fmt::format("the glove does not take the model: {}; {}", reason_of(kNoRoom), what_runs()));
       left = refused;
     }
   }
@@ -209,8 +210,8 @@ class Sender {
       if (receipt->stage == glove::kRuns) break;
       if (receipt->stage == kNoRoom) return false;
       if (receipt->stage != 0) {
-        throw JobError(fmt::format("the glove does not take the model: {}; {}", reason_of(receipt->stage),
-                                   what_runs()));
+        throw JobError(
+            fmt::format("the glove does not take the model: {}; {}", reason_of(receipt->stage), what_runs()));
       }
       received_ = std::min<std::size_t>(receipt->received, bytes.size());
       tell(received_);

@@ -63,6 +63,7 @@ struct Settings {
     std::int16_t rest;
   } guard;
   std::uint8_t strips;
+  sensor::Poses poses;
 };
 
 // The middle finger's angle, Q4, of whichever model the flash starts; -1: none.

@@ -6,7 +6,7 @@
 //
 //   version u8, size u16, rate_hz u8, inputs u8, outputs u8, knots u8, sections u8, signals u8
 //   input     strip | refinement << 4, calibration u16, low u16, high u16 (counts of the monitor), valid_min i16,
-//             valid_max i16 (Q5)
+//             valid_max i16, open hand i16, fist i16 (Q5; equal: not known)
 //   output    finger | strips << 3 (a bit each), rest i16 (Q4)
 //   knots     count u8, x i16 of each, scale u16 of each
 //   section   strips (a bit each), size u16 of what follows: operations
@@ -30,7 +30,7 @@ constexpr uint8_t kGraphVersion = 1;
 constexpr uint8_t kInputCount = 4;  // places in a part
 constexpr uint8_t kOutputCount = 5;
 constexpr uint8_t kHeaderBytes = 9;
-constexpr uint8_t kInputBytes = 11;
+constexpr uint8_t kInputBytes = 15;
 constexpr uint8_t kOutputBytes = 3;
 constexpr uint8_t kCrcBytes = 2;
 constexpr uint8_t kMostKnots = 32;
@@ -764,6 +764,7 @@ class Graph {
       in.at += 6;
       const int16_t least = in.i16();
       const int16_t most = in.i16();
+      in.at += 4;
       if (u < least || u > most) continue;
       strips = static_cast<uint8_t>(strips | bit(first & 15));
       *signal = core::refine(u, static_cast<uint8_t>(first >> 4));

@@ -1,5 +1,5 @@
 // What a model as data brings for the signal chain around it. Settings: of each strip and finger `monitor` (low, high),
-// `guard` (rest) and `strips`, as the chain has them.
+// `guard` (rest), `strips` and `poses`, as the chain has them.
 #pragma once
 
 #include "runtime/compensator/graph.hpp"
@@ -14,6 +14,7 @@ void clear_settings(Settings* settings) {
     settings[i].monitor.low = settings[i].monitor.high = 0;
     settings[i].guard.rest = 0;
     settings[i].strips = 0;
+    settings[i].poses = {0, 0};
   }
 }
 
@@ -22,11 +23,13 @@ template <class Place, class Settings>
 void describe(const uint8_t* bytes, Settings* settings) {
   compensator::Bytes<Place> in{bytes + compensator::kHeaderBytes};
   for (uint8_t i = 0; i < Place::byte(bytes + compensator::kInputCount); ++i) {
-    auto& monitor = settings[in.u8() & 15].monitor;
+    Settings& of_strip = settings[in.u8() & 15];
     in.at += 2;
-    monitor.low = in.u16();
-    monitor.high = in.u16();
+    of_strip.monitor.low = in.u16();
+    of_strip.monitor.high = in.u16();
     in.at += 4;
+    of_strip.poses.open = in.i16();
+    of_strip.poses.fist = in.i16();
   }
   for (uint8_t i = 0; i < Place::byte(bytes + compensator::kOutputCount); ++i) {
     const uint8_t first = in.u8();

@@ -18,10 +18,9 @@ class ZeroStore {
   static constexpr uint8_t kRecordBytes = 1 + 4 * kStrips + 2;
   static_assert(2 * kRecordBytes <= 64, "before the model's store");
 
-  explicit ZeroStore(uint16_t made_for) : made_for_(made_for) {}
-
-  // The newest record's; false, and none at all, where there is no record.
-  bool load(Eeprom& eeprom, sensor::Correction* correction) {
+  // The newest record's that was made for this; false, and none at all, where there is none.
+  bool load(Eeprom& eeprom, uint16_t made_for, sensor::Correction* correction) {
+    made_for_ = made_for;
     for (uint8_t i = 0; i < kStrips; ++i) correction[i] = sensor::kUncorrected;
     bool found = false;
     for (uint8_t place = 0; place < 2; ++place) {
@@ -73,7 +72,7 @@ class ZeroStore {
     return static_cast<uint16_t>(record.bytes[kRecordBytes - 2] | record.bytes[kRecordBytes - 1] << 8);
   }
 
-  uint16_t made_for_;
+  uint16_t made_for_ = 0;
   uint8_t generation_ = 0;
   uint8_t place_ = 0;
   uint8_t at_ = kRecordBytes;

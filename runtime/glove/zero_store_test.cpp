@@ -32,7 +32,7 @@ void write(FakeEeprom& eeprom, Store& store, int16_t number, int bytes) {
 
 int16_t loaded(FakeEeprom& eeprom, uint16_t made_for = 7) {
   Corrections found{};
-  if (!Store(made_for).load(eeprom, found.data()))
+  if (!Store().load(eeprom, made_for, found.data()))
     return found[0].gain == sensor::kUncorrected.gain ? -1 : -2;
   return static_cast<int16_t>(found[4].offset / 10);
 }
@@ -42,12 +42,12 @@ TEST(ZeroStore, PowerLostAtAnyByteLeavesTheOldOrTheNew) {
     for (int before = 0; before < 4; ++before) {
       FakeEeprom eeprom;
       EXPECT_EQ(loaded(eeprom), -1) << "erased";
-      Store store(7);
+      Store store;
       Corrections none{};
-      (void)store.load(eeprom, none.data());
+      (void)store.load(eeprom, 7, none.data());
       for (int k = 1; k <= before; ++k) write(eeprom, store, static_cast<int16_t>(k), 100);
-      Store later(7);
-      (void)later.load(eeprom, none.data());
+      Store later;
+      (void)later.load(eeprom, 7, none.data());
       write(eeprom, later, 50, cut);
       const int16_t old = before == 0 ? static_cast<int16_t>(-1) : static_cast<int16_t>(before);
       EXPECT_EQ(loaded(eeprom), cut == Store::kRecordBytes ? 50 : old) << cut << " " << before;
@@ -57,9 +57,9 @@ TEST(ZeroStore, PowerLostAtAnyByteLeavesTheOldOrTheNew) {
 
 TEST(ZeroStore, KeepsTheNewestOfMoreThanItsNumbersAndNoneOfAnotherModel) {
   FakeEeprom eeprom;
-  Store store(7);
+  Store store;
   Corrections none{};
-  (void)store.load(eeprom, none.data());
+  (void)store.load(eeprom, 7, none.data());
   for (int k = 1; k <= 1000; ++k) {
     write(eeprom, store, static_cast<int16_t>(k), 100);
     ASSERT_EQ(loaded(eeprom), k);

@@ -49,19 +49,22 @@ class Zero {
     enter(stage_ == ZeroStage::open || stage_ == ZeroStage::fist ? ZeroStage::idle : ZeroStage::open);
   }
 
-  // One sample of all strips, before correction. A strip whose poses are equal is left alone.
-  ZeroStage step(const Poses* poses, const int16_t* alpha) {
+  // One sample of all strips, before correction. `settings`: what the model says of each, its `poses` above all; a strip
+  // whose poses are equal is left alone.
+  template <class Settings>
+  ZeroStage step(const Settings* settings, const int16_t* alpha) {
     if (stage_ != ZeroStage::open && stage_ != ZeroStage::fist) return stage_;
     if (++samples_ <= kSettle_s * second_) return stage_;
     for (uint8_t i = 0; i < kStrips; ++i) hold_[i].add(alpha[i]);
     if (samples_ < (kSettle_s + kHold_s) * second_) return stage_;
     const int16_t held = static_cast<int16_t>(kHold_s * second_);
     for (uint8_t i = 0; i < kStrips; ++i) {
-      if (poses[i].open == poses[i].fist) continue;
-      if (!hold_[i].still(poses[i])) return enter(ZeroStage::refused);
+      const Poses& poses = settings[i].poses;
+      if (poses.open == poses.fist) continue;
+      if (!hold_[i].still(poses)) return enter(ZeroStage::refused);
       const int16_t mean = static_cast<int16_t>(hold_[i].sum / held);
       if (stage_ == ZeroStage::open) open_[i] = mean;
-      if (stage_ == ZeroStage::fist && !correct(i, poses[i], mean)) return enter(ZeroStage::refused);
+      if (stage_ == ZeroStage::fist && !correct(i, poses, mean)) return enter(ZeroStage::refused);
     }
     return enter(stage_ == ZeroStage::open ? ZeroStage::fist : ZeroStage::done);
   }

@@ -18,7 +18,10 @@ struct Glove {
   double gain = 1;
   double offset = 0;
   double noise = 0;
-  std::array<Poses, 2> poses = {{{q5(400), q5(700)}, {q5(600), q5(350)}}};  // rising, falling
+  struct Settings {
+    Poses poses;
+  };
+  std::array<Settings, 2> settings = {{{{q5(400), q5(700)}}, {{q5(600), q5(350)}}}};  // rising, falling
   Zero<2> zero{kRate_hz};
   std::mt19937 random{1};
 
@@ -28,11 +31,12 @@ struct Glove {
     for (int k = 0; k < seconds * kRate_hz; ++k) {
       std::array<int16_t, 2> alpha{};
       for (std::size_t i = 0; i < 2; ++i) {
-        const double model = poses[i].open + (poses[i].fist - poses[i].open) * closed(k / double{kRate_hz});
+        const double model = settings[i].poses.open +
+                             (settings[i].poses.fist - settings[i].poses.open) * closed(k / double{kRate_hz});
         const double read = (model / 32 - offset) / gain + noise * std::normal_distribution<>()(random);
         alpha[i] = q5(read);
       }
-      zero.step(poses.data(), alpha.data());
+      zero.step(settings.data(), alpha.data());
     }
     return zero.stage();
   }

@@ -457,13 +457,13 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
       "kUartDivisor = {};\n",
       sample_rate_hz(glove.model), samples_per_frame(glove), uart_divisor(radio ? glove.baud : kUsbBaud));
   out += fmt::format("constexpr uint16_t kRingBytes = {};\n", ring_bytes(glove)) + scan_text(glove.pins);
+  if (can_zero(glove)) out += zero_text(glove);
   if (!radio) return out + vr_tables(glove, tables) + "\n";
   const Turns turns = turns_of(glove);
   out += fmt::format(
       "constexpr uint8_t kListenEvery = {};\nconstexpr uint8_t kSeekEvery = {};\nconstexpr uint8_t "
       "kListenSlots = {};\n",
       turns.every, turns.seek_every, turns.slots);
-  if (can_zero(glove)) out += zero_text(glove);
   return out + key_text(glove.key) + "\n";
 }
 

@@ -1,0 +1,314 @@
+#include "host/posture/complete.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "host/io/io.hpp"
+
+namespace flexor::posture {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+constexpr double kPiece_s = 0.5;        // of the shown hand, one observation
+constexpr std::size_t kMostPieces = 200;
+constexpr double kStill_deg = 20;       // a resting hand stays within
+constexpr double kBeyond_deg = 15;      // of the limits, before a reading is implausible
+constexpr double kNoisy_deg = 5;        // a reading that shivers by less is taken as it is
+constexpr double kLeast_deg = 0.1;      // no reading is surer than that
+constexpr std::size_t kMostModels = 64;
+
+std::uint32_t bit(std::size_t i) { return std::uint32_t{1} << i; }
+
+void require_inputs(const std::vector<Input>& inputs) {
+  constexpr std::size_t kMost = 30;
+  if (inputs.empty()) throw io::InputError("no input: name the sensed columns with --from");
+  if (inputs.size() > kMost) throw io::InputError(fmt::format("{} inputs; at most {}", inputs.size(), kMost));
+  std::set<std::vector<int>> seen;
+  for (const Input& input : inputs) {
+    if (!seen.insert(input.joints).second) {
+      throw io::InputError(fmt::format("input \"{}\" is there twice; name it once", input.name));
+    }
+  }
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+}  // namespace
+
+void Shiver::push(double reading_deg) {
+  constexpr std::size_t kWindow = 48;
+  if (std::isnan(reading_deg)) return last_.clear();
+  last_.push_back(reading_deg);
+  if (last_.size() < 4) return;
+  size_.push_back(std::abs(last_[3] - 3 * last_[2] + 3 * last_[1] - last_[0]));
+  last_.pop_front();
+  if (size_.size() > kWindow) size_.pop_front();
+}
+
+// White noise of deviation s has third differences of deviation sqrt(20) s, their median size 0.6745 of it.
+double Shiver::variance_deg2() const {
+  constexpr std::size_t kEnough = 12;
+  if (size_.size() < kEnough) return 0;
+  const double deviation = median({size_.begin(), size_.end()}) / (0.6745 * std::sqrt(20.0));
+  return deviation * deviation;
+}
+
+void Personal::learn(const Hand& rest_deg, const std::vector<Hand>& hands, double seconds) {
+  const Regression& r = calibrated_.regression;
+  offset_deg_ = r.offset_deg(rest_deg);
+  std::vector<VectorXd> x;
+  std::vector<Hand> error;
+  shown_ = Hand::Ones();
+  for (const Hand& hand : hands) {
+    const VectorXd inputs = inputs_ * hand.isNaN().select(Hand::Zero(), hand).matrix();
+    const Hand missing = hand.isNaN().cast<double>();
+    if ((inputs_ * missing.matrix()).any()) continue;  // an input of that moment is not known
+    x.push_back(r.scaled(inputs, offset_deg_));
+    error.push_back(hand - r.mean_deg(r.with_cells(x.back()), offset_deg_));
+    shown_ *= 1 - missing;
+  }
+  const auto count = static_cast<Index>(x.size());
+  x_.resize(count, inputs_.rows());
+  if (count == 0) return;
+  MatrixXd with_cells(r.with_cells(x[0]).size(), count);
+  Hands errors(count, kJoints);
+  for (Index i = 0; i < count; ++i) {
+    x_.row(i) = x[static_cast<std::size_t>(i)].transpose();
+    with_cells.col(i) = r.with_cells(x[static_cast<std::size_t>(i)]);
+    errors.row(i) = (shown_ > 0).select(error[static_cast<std::size_t>(i)], Hand::Zero()).transpose();
+  }
+  gain_ = r.solve(with_cells);
+  MatrixXd covariance = -with_cells.transpose() * gain_;
+  for (Index i = 0; i < count; ++i) {
+    for (Index j = 0; j < count; ++j) covariance(i, j) += r.own(x_.row(i), x_.row(j));
+    covariance(i, i) += r.noise_of(seconds);
+  }
+  seen_.compute(covariance);
+  weight_ = seen_.solve(errors);
+}
+
+VectorXd Personal::with_seen(const VectorXd& x, const VectorXd& with_cells) const {
+  VectorXd k = -gain_.transpose() * with_cells;
+  for (Index i = 0; i < x_.rows(); ++i) k[i] += calibrated_.regression.own(x, x_.row(i));
+  return k;
+}
+
+Hand Personal::mean_deg(const VectorXd& inputs_deg) const {
+  const Regression& r = calibrated_.regression;
+  const VectorXd x = r.scaled(inputs_deg, offset_deg_);
+  const VectorXd with_cells = r.with_cells(x);
+  Hand mean = r.mean_deg(with_cells, offset_deg_);
+  if (x_.rows() > 0) mean += (weight_.transpose() * with_seen(x, with_cells)).array();
+  return mean;
+}
+
+Hand Personal::variance_deg2(const VectorXd& inputs_deg) const {
+  const Regression& r = calibrated_.regression;
+  const VectorXd x = r.scaled(inputs_deg, offset_deg_);
+  const VectorXd with_cells = r.with_cells(x);
+  const double everybody = r.own(x, x) - with_cells.dot(VectorXd(r.solve(with_cells))) + r.instant();
+  Hand variance = calibrated_.scale_deg2 * everybody;
+  if (x_.rows() == 0) return variance;
+  const VectorXd k = with_seen(x, with_cells);
+  const double known = std::min(k.dot(VectorXd(seen_.solve(k))), everybody - r.instant());
+  return variance - shown_ * calibrated_.scale_deg2 * known;
+}
+
+Completer::Completer(const Posture& posture, std::vector<Input> inputs, bool rested)
+    : posture_(posture), inputs_(std::move(inputs)), matrix_(input_matrix(inputs_)), shiver_(inputs_.size()) {
+  require_inputs(inputs_);
+  for (const Person& person : posture.people) people_.push_back(&person);
+  shape_ = choose_shape(people_, matrix_, rested);
+  all_ = bit(inputs_.size()) - 1;
+}
+
+VectorXd Completer::picked(Mask mask, const VectorXd& of_all) const {
+  std::vector<Index> rows;
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    if (mask & bit(i)) rows.push_back(static_cast<Index>(i));
+  }
+  return of_all(rows);
+}
+
+Personal& Completer::model(Mask mask) {
+  const auto it = models_.find(mask);
+  if (it != models_.end()) return *it->second;
+  if (models_.size() >= kMostModels) models_.clear();
+  std::vector<Index> rows;
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    if (mask & bit(i)) rows.push_back(static_cast<Index>(i));
+  }
+  const InputMatrix inputs = matrix_(rows, Eigen::all);
+  auto made = std::make_unique<Personal>(calibrate(people_, inputs, shape_, matrix_), inputs);
+  if (rest_rows_ > 0) made->learn(rest_sum_ / rest_rows_, seen_, kPiece_s);
+  return *models_.emplace(mask, std::move(made)).first->second;
+}
+
+void Completer::show(const Hand& hand_deg, double seconds) {
+  const Hand rest = rest_sum_ / std::max(1.0, rest_rows_);
+  const Hand away = (hand_deg - rest).abs();
+  if (rest_rows_ > 0 && (away > kStill_deg).any()) moved_ = true;
+  if (!moved_) {
+    rest_sum_ += hand_deg;
+    ++rest_rows_;
+  }
+  piece_sum_ += hand_deg;
+  ++piece_rows_;
+  piece_s_ += seconds;
+  if (piece_s_ >= kPiece_s) {
+    if (seen_.size() < kMostPieces) seen_.push_back(piece_sum_ / piece_rows_);
+    piece_sum_ = Hand::Zero();
+    piece_rows_ = 0;
+    piece_s_ = 0;
+  } else if (moved_ || !seen_.empty()) {
+    return;  // until the piece is whole
+  }
+  for (auto& [mask, personal] : models_) personal->learn(rest_sum_ / rest_rows_, seen_, kPiece_s);
+}
+
+double Completer::from_others(const Readings& readings, std::size_t input, double& variance_deg2) {
+  const Mask others = readings.mask & ~bit(input);
+  const Personal& personal = model(others);
+  const auto row = static_cast<Index>(input);
+  variance_deg2 = personal.calibrated().target_error_deg2[row];
+  return matrix_.row(row).dot(personal.mean_deg(picked(others, readings.value_deg)).matrix());
+}
+
+void Completer::leave_out_implausible(Readings& readings, std::vector<Quality>& quality) {
+  const auto leave_out = [&](std::size_t i) {
+    quality[i] = Quality::implausible;
+    readings.mask &= ~bit(i);
+  };
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    if (!(readings.mask & bit(i))) continue;
+    const auto row = static_cast<Index>(i);
+    const double low = matrix_.row(row).dot(posture_.limits.low_deg.matrix());
+    const double high = matrix_.row(row).dot(posture_.limits.high_deg.matrix());
+    const double reading = readings.value_deg[row];
+    if (reading < low - kBeyond_deg || reading > high + kBeyond_deg) leave_out(i);
+  }
+  for (;;) {  // the least plausible one first: it spoils what is said of the others
+    std::size_t worst = inputs_.size();
+    double most = kImplausible;
+    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      if (!(readings.mask & bit(i)) || readings.mask == bit(i)) continue;
+      double variance_deg2 = 0;
+      const double said = from_others(readings, i, variance_deg2);
+      const double away = std::abs(readings.value_deg[static_cast<Index>(i)] - said) / std::sqrt(variance_deg2);
+      if (away <= most) continue;
+      most = away;
+      worst = i;
+    }
+    if (worst == inputs_.size()) return;
+    leave_out(worst);
+  }
+}
+
+void Completer::weigh_noisy(Readings& readings, std::vector<Quality>& quality) {
+  const Readings raw = readings;
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    const double noise_deg2 = shiver_[i].variance_deg2();
+    if (!(raw.mask & bit(i)) || noise_deg2 < kNoisy_deg * kNoisy_deg || raw.mask == bit(i)) continue;
+    double said_deg2 = 0;
+    const double said = from_others(raw, i, said_deg2);
+    const double share = said_deg2 / (said_deg2 + noise_deg2);
+    const auto row = static_cast<Index>(i);
+    readings.value_deg[row] = std::lerp(said, raw.value_deg[row], share);
+    readings.variance_deg2[row] = share * noise_deg2;
+    quality[i] = Quality::noisy;
+  }
+}
+
+// By how much the angles move when a noisy input does.
+void Completer::add_noise(const Readings& readings, Hand& variance_deg2) {
+  const Personal& personal = model(readings.mask);
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    const auto row = static_cast<Index>(i);
+    if (!(readings.mask & bit(i)) || readings.variance_deg2[row] == 0) continue;
+    VectorXd up = readings.value_deg;
+    VectorXd down = readings.value_deg;
+    up[row] += std::sqrt(readings.variance_deg2[row]);
+    down[row] -= std::sqrt(readings.variance_deg2[row]);
+    const Hand change =
+        personal.mean_deg(picked(readings.mask, up)) - personal.mean_deg(picked(readings.mask, down));
+    variance_deg2 += (change / 2).square();
+  }
+}
+
+bool Completer::sensed_alone(const Readings& readings, int joint) const {
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    if (readings.mask & bit(i) && inputs_[i].joints == std::vector<int>{joint}) return true;
+  }
+  return false;
+}
+
+// A joint that is sensed by itself is what was read; a sum that is sensed is kept, the joints that are less certain
+// giving way more.
+void Completer::set_sensed(const Readings& readings, Estimate& estimate) {
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    if (!(readings.mask & bit(i))) continue;
+    const auto row = static_cast<Index>(i);
+    const std::vector<int>& joints = inputs_[i].joints;
+    const Hand variance_deg2 = estimate.se_deg.square();
+    double total_deg2 = 0;
+    double lacking = readings.value_deg[row];
+    for (const int joint : joints) {
+      total_deg2 += variance_deg2[joint];
+      lacking -= estimate.angle_deg[joint];
+    }
+    for (const int joint : joints) estimate.angle_deg[joint] += lacking * variance_deg2[joint] / total_deg2;
+    if (joints.size() > 1) continue;
+    estimate.se_deg[joints[0]] = std::max(kLeast_deg, std::sqrt(readings.variance_deg2[row]));
+  }
+}
+
+void Completer::set_coupled(const Readings& readings, Estimate& estimate) const {
+  for (const CoupledCurve& curve : posture_.curves) {
+    const auto [joint, follows] = curve.coupling;
+    if (!sensed_alone(readings, follows) || sensed_alone(readings, joint)) continue;
+    const double angle = estimate.angle_deg[follows];
+    const double se = estimate.se_deg[follows];
+    const double through = (curve.at(angle + se) - curve.at(angle - se)) / 2;
+    estimate.angle_deg[joint] = curve.at(angle);
+    estimate.se_deg[joint] = std::max(kLeast_deg, std::hypot(curve.sd_deg, through));
+  }
+}
+
+Estimate Completer::complete(const VectorXd& readings_deg) {
+  Estimate estimate;
+  estimate.quality.assign(inputs_.size(), Quality::used);
+  Readings readings{readings_deg, VectorXd::Zero(readings_deg.size()), all_};
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    const double reading = readings_deg[static_cast<Index>(i)];
+    shiver_[i].push(reading);
+    if (!std::isnan(reading)) continue;
+    estimate.quality[i] = Quality::missing;
+    readings.mask &= ~bit(i);
+  }
+  leave_out_implausible(readings, estimate.quality);
+  weigh_noisy(readings, estimate.quality);
+  const Personal& personal = model(readings.mask);
+  const VectorXd inputs = picked(readings.mask, readings.value_deg);
+  estimate.angle_deg = personal.mean_deg(inputs);
+  Hand variance_deg2 = personal.variance_deg2(inputs);
+  add_noise(readings, variance_deg2);
+  estimate.se_deg = variance_deg2.max(kLeast_deg * kLeast_deg).sqrt();
+  set_sensed(readings, estimate);
+  set_coupled(readings, estimate);
+  estimate.angle_deg = estimate.angle_deg.max(posture_.limits.low_deg).min(posture_.limits.high_deg);
+  return estimate;
+}
+
+}  // namespace flexor::posture

@@ -1,0 +1,121 @@
+// Readings to all 23 joints with their standard errors, one row after the other, from past rows only.
+//
+// Each row: readings that are missing are left out; a reading that is outside what the joints can do, or further from
+// what the other inputs say than kImplausible standard errors, is left out too; one that shivers is weighed against
+// what the others say. What is left goes through the regression (regression.hpp) for just these inputs. DIP
+// follows PIP where that is sensed by itself. Angles end at the joints' limits.
+//
+// While the person rests, and as long as more than the inputs is shown, the model learns of that person: the resting
+// pose shifts all that follows, and every half second of the hand is one more observation.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "host/posture/regression.hpp"
+
+namespace flexor::posture {
+
+enum class Quality { used = 0, missing = 1, implausible = 2, noisy = 3 };
+
+inline constexpr double kImplausible = 4;
+
+struct Estimate {
+  Hand angle_deg;
+  Hand se_deg;
+  std::vector<Quality> quality;  // of each input
+};
+
+// How far a reading shivers, whatever the finger does: third differences of the last readings, their median.
+class Shiver {
+ public:
+  void push(double reading_deg);  // NaN: starts anew
+  double variance_deg2() const;
+
+ private:
+  std::deque<double> last_;
+  std::deque<double> size_;
+};
+
+// What a Calibrated knows of one person: the observations beyond the codebooks.
+class Personal {
+ public:
+  Personal(Calibrated calibrated, InputMatrix inputs)
+      : calibrated_(std::move(calibrated)), inputs_(std::move(inputs)) {}
+
+  // `hands`: seen of this person, NaN where a joint is not shown; each stands for `seconds`.
+  void learn(const Hand& rest_deg, const std::vector<Hand>& hands, double seconds);
+
+  Hand mean_deg(const Eigen::VectorXd& inputs_deg) const;
+  Hand variance_deg2(const Eigen::VectorXd& inputs_deg) const;
+  const Calibrated& calibrated() const { return calibrated_; }
+
+ private:
+  Eigen::VectorXd with_seen(const Eigen::VectorXd& x, const Eigen::VectorXd& with_cells) const;
+
+  Calibrated calibrated_;
+  InputMatrix inputs_;
+  Hand offset_deg_ = Hand::Zero();
+  Hand shown_ = Hand::Zero();  // 1 where the joint is among what was seen
+  Eigen::MatrixXd x_;          // seen x inputs
+  Eigen::MatrixXd gain_;       // K^-1 of the cells' correlations with them
+  Eigen::LLT<Eigen::MatrixXd> seen_;
+  Hands weight_;
+};
+
+class Completer {
+ public:
+  // `rested`: the person will be shown at rest. The posture must outlive it. Throws io::InputError: no input, the
+  // same twice, more than 30.
+  Completer(const Posture& posture, std::vector<Input> inputs, bool rested);
+
+  // Readings in degrees, NaN where there is none.
+  Estimate complete(const Eigen::VectorXd& readings_deg);
+
+  // Before complete() of the same row, as long as the person is shown: NaN where a joint is not.
+  void show(const Hand& hand_deg, double seconds);
+
+  const Shape& shape() const { return shape_; }
+  double left_out_rmse_deg() { return model(all_).calibrated().rmse_deg; }
+
+ private:
+  using Mask = std::uint32_t;
+  struct Readings {
+    Eigen::VectorXd value_deg;
+    Eigen::VectorXd variance_deg2;
+    Mask mask = 0;
+  };
+
+  Personal& model(Mask mask);
+  Eigen::VectorXd picked(Mask mask, const Eigen::VectorXd& of_all) const;
+  // What the other inputs of the mask say of this one.
+  double from_others(const Readings& readings, std::size_t input, double& variance_deg2);
+  void leave_out_implausible(Readings& readings, std::vector<Quality>& quality);
+  void weigh_noisy(Readings& readings, std::vector<Quality>& quality);
+  void add_noise(const Readings& readings, Hand& variance_deg2);
+  void set_sensed(const Readings& readings, Estimate& estimate);
+  void set_coupled(const Readings& readings, Estimate& estimate) const;
+  bool sensed_alone(const Readings& readings, int joint) const;
+
+  const Posture& posture_;
+  std::vector<Input> inputs_;
+  InputMatrix matrix_;
+  People people_;
+  Shape shape_;
+  Mask all_ = 0;
+  std::map<Mask, std::unique_ptr<Personal>> models_;
+  std::vector<Shiver> shiver_;
+  // Of the person.
+  Hand rest_sum_ = Hand::Zero();
+  double rest_rows_ = 0;
+  bool moved_ = false;
+  Hand piece_sum_ = Hand::Zero();
+  double piece_rows_ = 0;
+  double piece_s_ = 0;
+  std::vector<Hand> seen_;
+};
+
+}  // namespace flexor::posture

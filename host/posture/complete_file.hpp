@@ -1,0 +1,43 @@
+// A table of sensed angles to a table of all 23 joints, row for row.
+//
+// Inputs: columns NAME_deg of joints (`from`), and sums of joints (`bends`), "index=index_mcp+index_pip": its
+// column is index_deg where the table has one, else the sum of its joints' columns, of which then only the sum is used.
+//
+// The first `rest_s` seconds show the person: every NAME_deg that the table has is read there, later only the
+// inputs. The hand rests first; what it does after that within these seconds is learnt as it is seen.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <istream>
+#include <string>
+#include <vector>
+
+#include "host/posture/complete.hpp"
+#include "host/posture/table.hpp"
+
+namespace flexor::posture {
+
+struct CompleteOptions {
+  std::vector<std::string> from;
+  std::vector<std::string> bends;
+  double rest_s = 0;
+};
+
+struct Completion {
+  std::size_t rows = 0;
+  std::vector<std::string> inputs;
+  std::vector<std::array<std::size_t, 4>> quality;  // of each input, rows by Quality
+  double shown_s = 0;
+  std::size_t shown_joints = 0;
+  Hand mean_se_deg = Hand::Zero();
+  Shape shape;
+  double left_out_rmse_deg = 0;  // of the posture's people, each from the others
+};
+
+// Writes a header and a row for each of the table's through `sink`. Throws io::InputError.
+Completion complete_table(const Posture& posture, TableReader& table, const CompleteOptions& options,
+                          const std::function<void(const std::string&)>& sink,
+                          const std::function<void(std::size_t rows)>& progress);
+
+}  // namespace flexor::posture

@@ -1,0 +1,1 @@
+#include "host/posture/complete.hpp"

@@ -1,0 +1,49 @@
+// The 23 joints of a hand, in degrees, as a CyberGlove names and signs them: flexion of the fingers is negative.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace flexor::posture {
+
+inline constexpr int kJoints = 23;
+inline constexpr std::array<std::string_view, kJoints> kJointNames = {
+    "thumb_rot", "thumb_mcp",  "thumb_ip",   "thumb_abd",  "index_mcp",  "index_pip", "index_dip",   "index_abd",
+    "middle_mcp", "middle_pip", "middle_dip", "middle_abd", "ring_mcp",   "ring_pip",  "ring_dip",    "ring_abd",
+    "pinky_mcp",  "pinky_pip",  "pinky_dip",  "pinky_abd",  "palm_arch",  "wrist_pitch", "wrist_yaw"};
+
+using Hand = Eigen::Array<double, kJoints, 1>;               // degrees
+using Hands = Eigen::Matrix<double, Eigen::Dynamic, kJoints>;  // a hand in each row
+
+// Empty: no such joint.
+std::optional<int> find_joint(std::string_view name);
+
+// A joint that follows another through tendons: DIP and PIP of one finger.
+struct Coupling {
+  int joint;
+  int follows;
+};
+inline constexpr std::array<Coupling, 4> kCouplings = {{{6, 5}, {10, 9}, {14, 13}, {18, 17}}};
+
+// How far a joint goes in healthy adults, or infinite where there is no agreed figure. Active ranges of the
+// American Academy of Orthopaedic Surgeons (1965), with 10 degrees for the spread between people.
+struct Limits {
+  Hand low_deg;
+  Hand high_deg;
+};
+Limits anatomical_limits();
+
+// What is sensed: the sum of one or several joints, as a strip that lies over them measures it.
+struct Input {
+  std::string name;
+  std::vector<int> joints;
+};
+
+// One row for each input: inputs = matrix * hand.
+Eigen::Matrix<double, Eigen::Dynamic, kJoints> input_matrix(const std::vector<Input>& inputs);
+
+}  // namespace flexor::posture

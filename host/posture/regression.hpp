@@ -1,0 +1,91 @@
+// All joints from some inputs: a Gaussian process that knows that people differ.
+//
+//   y_j = m_j + o_j + s_j (f_j(x) + g_j(x) + e)     f: everybody's, g: the person's own, e: what x does not tell
+//   x   = (inputs - mean - sum of o) / deviation
+//   cov f(x) f(x') = x'x + exp(-|x - x'|^2 / (2 l^2)),  cov g(x) g(x') = 1 + exp(-|x - x'|^2 / (2 l^2)) for one person
+//   o   = share (rest - mean rest)                   a person's resting pose, which shifts inputs and joints alike
+//
+// A cell of a codebook that stands for t seconds is an observation with the variance noise T / t, T the mean length of
+// the recordings. The kernel is one for all joints, so that all are solved at once; s_j comes from people who were
+// left out (calibrate()). What is seen of the new person's whole hand is further observations, of the same form.
+//
+// Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), 2.2; for personal effects as a
+// second kernel, Goldberg, Williams and Bishop (1998) and the mixed model of Laird and Ware (1982).
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <vector>
+
+#include "host/posture/posture.hpp"
+
+namespace flexor::posture {
+
+// What the inputs' set demands; chosen by leaving people out.
+struct Shape {
+  double length = 1;   // l, for five inputs; grows as the root of their number
+  double noise = 0.03;
+  double share = 0.6;  // of the resting pose's offset; 0: no resting pose
+};
+
+using People = std::vector<const Person*>;
+using InputMatrix = Eigen::Matrix<double, Eigen::Dynamic, kJoints>;
+
+class Regression {
+ public:
+  // At least one person; any number of inputs, none included.
+  Regression(const People& people, const InputMatrix& inputs, const Shape& shape);
+
+  // o of one whose resting pose is this; NaN: not known of that joint.
+  Hand offset_deg(const Hand& rest_deg) const;
+
+  // x of inputs in degrees.
+  Eigen::VectorXd scaled(const Eigen::VectorXd& inputs_deg, const Hand& offset_deg) const;
+
+  // Correlations of x with the codebooks' cells, everybody's part.
+  Eigen::VectorXd with_cells(const Eigen::VectorXd& x) const;
+  // Between two moments of the new person.
+  double own(const Eigen::VectorXd& a, const Eigen::VectorXd& b) const;
+
+  Hand mean_deg(const Eigen::VectorXd& with_cells, const Hand& offset_deg) const;
+  // K^-1 of the cells.
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const { return cells_.solve(right); }
+
+  // Of what e adds in an instant, and of an observation that stands for so many seconds.
+  double instant() const { return instant_; }
+  double noise_of(double seconds) const { return shape_.noise * mean_seconds_ / seconds; }
+
+ private:
+  double near(const Eigen::VectorXd& a, const Eigen::VectorXd& b) const;
+  void take_cells(const People& people);
+
+  InputMatrix inputs_;
+  Shape shape_;
+  Hand mean_rest_deg_ = Hand::Zero();
+  Hand mean_deg_ = Hand::Zero();
+  Eigen::VectorXd input_mean_deg_;
+  Eigen::VectorXd input_sd_deg_;
+  Eigen::MatrixXd x_;       // cells x inputs
+  Eigen::VectorXd seconds_;
+  std::vector<int> who_;
+  Hands weight_;            // K^-1 (y - m - o)
+  Eigen::LLT<Eigen::MatrixXd> cells_;
+  double mean_seconds_ = 1;
+  double instant_ = 0;
+};
+
+// With the scale of its errors, from leaving each person out in turn.
+struct Calibrated {
+  Regression regression;
+  Hand scale_deg2;                   // s_j^2
+  Eigen::VectorXd target_error_deg2;  // mean square error of each row of `targets` times the hand
+  double rmse_deg = 0;               // mean over the joints
+};
+
+// Throws nothing. `targets`: sums of joints whose error is asked for beside the joints'.
+Calibrated calibrate(const People& people, const InputMatrix& inputs, const Shape& shape,
+                     const InputMatrix& targets);
+
+// The shape whose error on people left out is the least.
+Shape choose_shape(const People& people, const InputMatrix& inputs, bool rested);
+
+}  // namespace flexor::posture

@@ -21,6 +21,7 @@ void add_experiment(CLI::App& app);
 void add_flash(CLI::App& app);
 void add_latency(CLI::App& app);
 void add_pair(CLI::App& app);
+void add_posture(CLI::App& app);
 void add_track(CLI::App& app);
 void add_twin(CLI::App& app);
 void add_identify(CLI::App& app);

@@ -125,6 +125,7 @@ int run(int argc, char** argv) {
   add_track(app);
   add_camera(app);
   add_apply(app);
+  add_posture(app);
   add_score(app);
   add_report(app);
   add_show(app);

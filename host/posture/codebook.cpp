@@ -33,7 +33,8 @@ Index nearest(const Hands& centres, const Hands& hands, Index row) {
 }  // namespace
 
 Codebook make_codebook(const Hands& hands, const Eigen::VectorXd& seconds, int cells, std::uint64_t seed) {
-  if (hands.rows() == 0 || !(seconds.sum() > 0)) throw io::InputError("a recording without a second of motion");
+  if (hands.rows() == 0 || !(seconds.sum() > 0))
+    throw io::InputError("a recording without a second of motion");
   constexpr int kRounds = 15;
   Hands centres = first_centres(hands, seconds, cells, seed);
   Eigen::VectorXd weight(cells);

@@ -9,9 +9,9 @@
 namespace flexor::posture {
 
 struct Codebook {
-  Hands centre_deg;            // cells x 23
-  Eigen::VectorXd seconds;     // cells, each above 0
-  Hand within_deg2;            // variance about the centres
+  Hands centre_deg;         // cells x 23
+  Eigen::VectorXd seconds;  // cells, each above 0
+  Hand within_deg2;         // variance about the centres
 };
 
 // `seconds` is how long each hand lasts, at least 0 and not all 0. At most `cells` cells; the same seed, the same

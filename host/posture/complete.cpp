@@ -17,12 +17,12 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-constexpr double kPiece_s = 0.5;        // of the shown hand, one observation
+constexpr double kPiece_s = 0.5;  // of the shown hand, one observation
 constexpr std::size_t kMostPieces = 200;
-constexpr double kStill_deg = 20;       // a resting hand stays within
-constexpr double kBeyond_deg = 15;      // of the limits, before a reading is implausible
-constexpr double kNoisy_deg = 5;        // a reading that shivers by less is taken as it is
-constexpr double kLeast_deg = 0.1;      // no reading is surer than that
+constexpr double kStill_deg = 10;   // a resting hand stays within, mean of its joints
+constexpr double kBeyond_deg = 15;  // of the limits, before a reading is implausible
+constexpr double kNoisy_deg = 5;    // a reading that shivers by less is taken as it is
+constexpr double kLeast_deg = 0.1;  // no reading is surer than that
 constexpr std::size_t kMostModels = 64;
 
 std::uint32_t bit(std::size_t i) { return std::uint32_t{1} << i; }
@@ -159,31 +159,36 @@ Personal& Completer::model(Mask mask) {
 void Completer::show(const Hand& hand_deg, double seconds) {
   const Hand rest = rest_sum_ / std::max(1.0, rest_rows_);
   const Hand away = (hand_deg - rest).abs();
-  if (rest_rows_ > 0 && (away > kStill_deg).any()) moved_ = true;
-  if (!moved_) {
-    rest_sum_ += hand_deg;
-    ++rest_rows_;
+  const Hand shown = (!away.isNaN()).cast<double>();
+  const double away_deg = (shown > 0).select(away, Hand::Zero()).sum() / std::max(1.0, shown.sum());
+  if (rest_rows_ > 0 && away_deg > kStill_deg) {
+    see(hand_deg, seconds);
+    return;
   }
-  piece_sum_ += hand_deg;
-  ++piece_rows_;
-  piece_s_ += seconds;
-  if (piece_s_ >= kPiece_s) {
-    if (seen_.size() < kMostPieces) seen_.push_back(piece_sum_ / piece_rows_);
-    piece_sum_ = Hand::Zero();
-    piece_rows_ = 0;
-    piece_s_ = 0;
-  } else if (moved_ || !seen_.empty()) {
-    return;  // until the piece is whole
-  }
+  rest_sum_ += hand_deg;
+  ++rest_rows_;
   for (auto& [mask, personal] : models_) personal->learn(rest_sum_ / rest_rows_, seen_, kPiece_s);
 }
 
-double Completer::from_others(const Readings& readings, std::size_t input, double& variance_deg2) {
+// Mean hands of half a second each.
+void Completer::see(const Hand& hand_deg, double seconds) {
+  piece_sum_ += hand_deg;
+  ++piece_rows_;
+  piece_s_ += seconds;
+  if (piece_s_ < kPiece_s || seen_.size() >= kMostPieces) return;
+  seen_.push_back(piece_sum_ / piece_rows_);
+  piece_sum_ = Hand::Zero();
+  piece_rows_ = 0;
+  piece_s_ = 0;
+  for (auto& [mask, personal] : models_) personal->learn(rest_sum_ / rest_rows_, seen_, kPiece_s);
+}
+
+Completer::Said Completer::from_others(const Readings& readings, std::size_t input) {
   const Mask others = readings.mask & ~bit(input);
   const Personal& personal = model(others);
   const auto row = static_cast<Index>(input);
-  variance_deg2 = personal.calibrated().target_error_deg2[row];
-  return matrix_.row(row).dot(personal.mean_deg(picked(others, readings.value_deg)).matrix());
+  return {matrix_.row(row).dot(personal.mean_deg(picked(others, readings.value_deg)).matrix()),
+          personal.calibrated().target_error_deg2[row], personal.calibrated().target_worst_deg[row]};
 }
 
 void Completer::leave_out_implausible(Readings& readings, std::vector<Quality>& quality) {
@@ -204,9 +209,9 @@ void Completer::leave_out_implausible(Readings& readings, std::vector<Quality>& 
     double most = kImplausible;
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
       if (!(readings.mask & bit(i)) || readings.mask == bit(i)) continue;
-      double variance_deg2 = 0;
-      const double said = from_others(readings, i, variance_deg2);
-      const double away = std::abs(readings.value_deg[static_cast<Index>(i)] - said) / std::sqrt(variance_deg2);
+      const Said said = from_others(readings, i);
+      const double away =
+          std::abs(readings.value_deg[static_cast<Index>(i)] - said.value_deg) / said.worst_deg;
       if (away <= most) continue;
       most = away;
       worst = i;
@@ -221,11 +226,10 @@ void Completer::weigh_noisy(Readings& readings, std::vector<Quality>& quality) {
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     const double noise_deg2 = shiver_[i].variance_deg2();
     if (!(raw.mask & bit(i)) || noise_deg2 < kNoisy_deg * kNoisy_deg || raw.mask == bit(i)) continue;
-    double said_deg2 = 0;
-    const double said = from_others(raw, i, said_deg2);
-    const double share = said_deg2 / (said_deg2 + noise_deg2);
+    const Said said = from_others(raw, i);
+    const double share = said.variance_deg2 / (said.variance_deg2 + noise_deg2);
     const auto row = static_cast<Index>(i);
-    readings.value_deg[row] = std::lerp(said, raw.value_deg[row], share);
+    readings.value_deg[row] = std::lerp(said.value_deg, raw.value_deg[row], share);
     readings.variance_deg2[row] = share * noise_deg2;
     quality[i] = Quality::noisy;
   }

@@ -1,7 +1,7 @@
 // Readings to all 23 joints with their standard errors, one row after the other, from past rows only.
 //
 // Each row: readings that are missing are left out; a reading that is outside what the joints can do, or further from
-// what the other inputs say than kImplausible standard errors, is left out too; one that shivers is weighed against
+// what the other inputs say than anybody who was left out ever was, is left out too; one that shivers is weighed against
 // what the others say. What is left goes through the regression (regression.hpp) for just these inputs. DIP
 // follows PIP where that is sensed by itself. Angles end at the joints' limits.
 //
@@ -21,7 +21,8 @@ namespace flexor::posture {
 
 enum class Quality { used = 0, missing = 1, implausible = 2, noisy = 3 };
 
-inline constexpr double kImplausible = 4;
+// Times the largest error that was met on people left out.
+inline constexpr double kImplausible = 1.5;
 
 struct Estimate {
   Hand angle_deg;
@@ -89,10 +90,16 @@ class Completer {
     Mask mask = 0;
   };
 
+  void see(const Hand& hand_deg, double seconds);
   Personal& model(Mask mask);
   Eigen::VectorXd picked(Mask mask, const Eigen::VectorXd& of_all) const;
   // What the other inputs of the mask say of this one.
-  double from_others(const Readings& readings, std::size_t input, double& variance_deg2);
+  struct Said {
+    double value_deg;
+    double variance_deg2;
+    double worst_deg;
+  };
+  Said from_others(const Readings& readings, std::size_t input);
   void leave_out_implausible(Readings& readings, std::vector<Quality>& quality);
   void weigh_noisy(Readings& readings, std::vector<Quality>& quality);
   void add_noise(const Readings& readings, Hand& variance_deg2);
@@ -111,7 +118,6 @@ class Completer {
   // Of the person.
   Hand rest_sum_ = Hand::Zero();
   double rest_rows_ = 0;
-  bool moved_ = false;
   Hand piece_sum_ = Hand::Zero();
   double piece_rows_ = 0;
   double piece_s_ = 0;

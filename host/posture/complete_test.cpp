@@ -1,1 +1,209 @@
 #include "host/posture/complete.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "host/io/io.hpp"
+#include "host/posture/complete_file.hpp"
+#include "host/posture/test_people.hpp"
+
+namespace flexor::posture {
+namespace {
+
+using Eigen::Index;
+
+const Posture& known() {
+  static const Posture posture = learn(test::people(5, 1), 1, [](const auto&, auto, auto) {});
+  return posture;
+}
+
+const std::vector<Input>& bends() {
+  static const std::vector<Input> inputs = {
+      {"thumb", {1, 2}}, {"index", {4, 5}}, {"middle", {8, 9}}, {"ring", {12, 13}}, {"pinky", {16, 17}}};
+  return inputs;
+}
+
+// Built once: what an estimate needs beside the readings is the person, and none is shown.
+Completer& stranger() {
+  static Completer completer(known(), bends(), false);
+  return completer;
+}
+
+Eigen::VectorXd readings_of(const Recorded& r, Index row) {
+  return input_matrix(bends()) * r.hands_deg.row(row).transpose();
+}
+
+TEST(Completing, ClaimsErrorsThatStrangersHave) {
+  double inside_68 = 0;
+  double inside_95 = 0;
+  double square = 0;
+  double rows = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    const Recorded r = test::person(900 + seed, "x", 10);
+    for (Index row = 5; row < r.hands_deg.rows(); row += 12, ++rows) {
+      const Estimate e = stranger().complete(readings_of(r, row));
+      const Hand error = (e.angle_deg - r.hands_deg.row(row).transpose().array()).abs();
+      inside_68 += (error <= e.se_deg).cast<double>().mean();
+      inside_95 += (error <= 1.96 * e.se_deg).cast<double>().mean();
+      square += error.square().mean();
+    }
+  }
+  EXPECT_GT(inside_68 / rows, 0.62);
+  EXPECT_LT(inside_68 / rows, 0.76);
+  EXPECT_GT(inside_95 / rows, 0.92);
+  EXPECT_LT(inside_95 / rows, 0.98);
+  EXPECT_LT(std::sqrt(square / rows), 10.5);  // offsets of 6 degrees and splits are not to be told
+  EXPECT_GT(std::sqrt(square / rows), 6);
+}
+
+TEST(Completing, KeepsTheSensedSum) {
+  const Recorded r = test::person(77, "x");
+  const Eigen::VectorXd readings = readings_of(r, 100);
+  const Estimate e = stranger().complete(readings);
+  EXPECT_LT((input_matrix(bends()) * e.angle_deg.matrix() - readings).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(Completing, LearnsThePersonFromARestingPose) {
+  const Recorded r = test::person(78, "x");
+  Completer shown(known(), bends(), true);
+  for (Index row = 0; row < 5; ++row) shown.show(r.hands_deg.row(row).transpose(), 0.1);
+  double before = 0;
+  double after = 0;
+  for (Index row = 30; row < r.hands_deg.rows(); row += 7) {
+    const Hand hand = r.hands_deg.row(row).transpose();
+    before += (stranger().complete(readings_of(r, row)).angle_deg - hand).square().mean();
+    after += (shown.complete(readings_of(r, row)).angle_deg - hand).square().mean();
+  }
+  EXPECT_LT(after, 0.8 * before);
+  EXPECT_GT(after, 0.05 * before);
+}
+
+TEST(Completing, TellsALostFingerFromTheOthers) {
+  const Recorded r = test::person(79, "x");
+  Eigen::VectorXd readings = readings_of(r, 20);
+  const Estimate whole = stranger().complete(readings);
+  readings[2] = std::nan("");
+  const Estimate lost = stranger().complete(readings);
+  EXPECT_EQ(lost.quality[2], Quality::missing);
+  EXPECT_EQ(lost.quality[1], Quality::used);
+  EXPECT_GT(lost.se_deg[8], whole.se_deg[8]);
+  EXPECT_LT(std::abs(lost.angle_deg[8] - r.hands_deg(20, 8)), 4 * lost.se_deg[8]);
+  const Estimate none = stranger().complete(Eigen::VectorXd::Constant(5, std::nan("")));
+  EXPECT_TRUE(none.angle_deg.isFinite().all());
+  EXPECT_GT(none.se_deg[8], lost.se_deg[8]);
+}
+
+TEST(Completing, LeavesOutWhatCannotBe) {
+  const Recorded r = test::person(80, "x");
+  Eigen::VectorXd readings = readings_of(r, 20);
+  const Estimate sound = stranger().complete(readings);
+  for (const double wrong_deg : {-1000.0, 500.0}) {
+    readings[1] = wrong_deg;
+    const Estimate e = stranger().complete(readings);
+    EXPECT_EQ(e.quality[1], Quality::implausible);
+    EXPECT_EQ(e.quality[0], Quality::used);
+    EXPECT_NEAR(e.angle_deg[4], sound.angle_deg[4], 60);
+    EXPECT_TRUE((e.angle_deg >= known().limits.low_deg).all());
+    EXPECT_TRUE((e.angle_deg <= known().limits.high_deg).all());
+  }
+}
+
+TEST(Completing, WeighsANoisyFingerAgainstItsNeighbours) {
+  const Recorded r = test::person(81, "x");
+  Completer completer(known(), bends(), false);
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> noise(0, 40);
+  double taken = 0;
+  double weighed = 0;
+  double noisy = 0;
+  double rows = 0;
+  for (Index row = 5; row < 30; ++row) {
+    for (int again = 0; again < 8; ++again, ++rows) {
+      Eigen::VectorXd readings = readings_of(r, row);
+      const double truth = readings[3];
+      readings[3] += noise(random);
+      const Estimate e = completer.complete(readings);
+      taken += std::pow(readings[3] - truth, 2);
+      weighed += std::pow(e.angle_deg[12] + e.angle_deg[13] - truth, 2);
+      noisy += e.quality[3] == Quality::noisy ? 1 : 0;
+      EXPECT_EQ(e.quality[1], Quality::used);
+    }
+  }
+  EXPECT_GT(noisy / rows, 0.8);
+  EXPECT_LT(weighed, 0.5 * taken);
+}
+
+std::string table_of(const Recorded& r, Index rows, const std::string& hole = "") {
+  std::string text = "t_s";
+  for (const auto name : kJointNames) text += fmt::format(",{}_deg", name);
+  text += "\n";
+  for (Index row = 0; row < rows; ++row) {
+    text += fmt::format("{:.1f}", r.t_s[static_cast<std::size_t>(row)]);
+    for (int j = 0; j < kJoints; ++j) {
+      text += row == 40 && j == 4 && !hole.empty() ? "," : fmt::format(",{:.2f}", r.hands_deg(row, j));
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+const CompleteOptions kFive = {
+    {"index_mcp_deg", "index_pip_deg", "thumb_mcp_deg"},
+    {"thumb=thumb_mcp+thumb_ip", "index=index_mcp+index_pip", "middle=middle_mcp+middle_pip"},
+    0.5};
+
+std::vector<std::string> lines_of(const std::string& content, const CompleteOptions& options) {
+  std::istringstream stream(content);
+  TableReader table(stream, "x.csv");
+  std::vector<std::string> lines;
+  complete_table(
+      known(), table, options, [&](const std::string& line) { lines.push_back(line); }, [](auto) {});
+  return lines;
+}
+
+TEST(CompletingTables, KnowsOnlyThePast) {
+  const Recorded r = test::person(82, "x");
+  const auto whole = lines_of(table_of(r, 90, "hole"), kFive);
+  const auto part = lines_of(table_of(r, 50, "hole"), kFive);
+  ASSERT_EQ(whole.size(), 91U);
+  ASSERT_EQ(part.size(), 51U);
+  for (std::size_t i = 0; i < part.size(); ++i) EXPECT_EQ(part[i], whole[i]) << i;
+  EXPECT_TRUE(whole[41].ends_with(",0,1,0\n")) << "the row with a hole says so: " << whole[41];
+  EXPECT_TRUE(whole[42].ends_with(",0,0,0\n")) << whole[42];
+}
+
+TEST(CompletingTables, TakesABendFromItsColumnOrItsJoints) {
+  const Recorded r = test::person(83, "x");
+  std::string text = "t_s,index_deg\n";
+  for (Index row = 0; row < 40; ++row) {
+    text += fmt::format(
+        "{:.1f},{:.2f}\n", r.t_s[static_cast<std::size_t>(row)],
+        std::round(100 * r.hands_deg(row, 4)) / 100 + std::round(100 * r.hands_deg(row, 5)) / 100);
+  }
+  const auto column = lines_of(text, {{"index_deg"}, {"index=index_mcp+index_pip"}, 0});
+  const auto joints =
+      lines_of(table_of(r, 40), {{"index_mcp_deg", "index_pip_deg"}, {"index=index_mcp+index_pip"}, 0});
+  EXPECT_EQ(column, joints);
+}
+
+TEST(CompletingTables, SaysWhatIsWrong) {
+  const std::string text = table_of(test::person(84, "x"), 3);
+  const auto refusal = [&](const CompleteOptions& options) {
+    try {
+      lines_of(text, options);
+    } catch (const io::InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  EXPECT_NE(refusal({{"toe_deg"}, {}, 0}).find("--from: \"toe\" is no joint; joints are: thumb_rot"),
+            std::string::npos);
+  EXPECT_NE(refusal({{"index_mcp"}, {"index"}, 0}).find("write NAME=JOINT+JOINT"), std::string::npos);
+  EXPECT_NE(refusal({{"index_mcp"}, {"i=index_mcp+index_mcp"}, 0}).find("a joint twice"), std::string::npos);
+  EXPECT_NE(refusal({{"index_mcp", "index_mcp_deg"}, {}, 0}).find("is there twice"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace flexor::posture

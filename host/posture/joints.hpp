@@ -12,11 +12,12 @@ namespace flexor::posture {
 
 inline constexpr int kJoints = 23;
 inline constexpr std::array<std::string_view, kJoints> kJointNames = {
-    "thumb_rot", "thumb_mcp",  "thumb_ip",   "thumb_abd",  "index_mcp",  "index_pip", "index_dip",   "index_abd",
-    "middle_mcp", "middle_pip", "middle_dip", "middle_abd", "ring_mcp",   "ring_pip",  "ring_dip",    "ring_abd",
-    "pinky_mcp",  "pinky_pip",  "pinky_dip",  "pinky_abd",  "palm_arch",  "wrist_pitch", "wrist_yaw"};
+    "thumb_rot", "thumb_mcp", "thumb_ip",   "thumb_abd",   "index_mcp",  "index_pip",
+    "index_dip", "index_abd", "middle_mcp", "middle_pip",  "middle_dip", "middle_abd",
+    "ring_mcp",  "ring_pip",  "ring_dip",   "ring_abd",    "pinky_mcp",  "pinky_pip",
+    "pinky_dip", "pinky_abd", "palm_arch",  "wrist_pitch", "wrist_yaw"};
 
-using Hand = Eigen::Array<double, kJoints, 1>;               // degrees
+using Hand = Eigen::Array<double, kJoints, 1>;                 // degrees
 using Hands = Eigen::Matrix<double, Eigen::Dynamic, kJoints>;  // a hand in each row
 
 // Empty: no such joint.

@@ -21,12 +21,12 @@ constexpr double kKnotStep_deg = 10;
 constexpr double kLowestKnot_deg = -140;
 constexpr int kKnots = 19;
 
+// Every row counts the same, as in a root mean square error over the rows.
 VectorXd seconds_of(const Recorded& recorded) {
-  VectorXd seconds = VectorXd::Zero(recorded.hands_deg.rows());
-  for (std::size_t i = 1; i < recorded.t_s.size(); ++i) {
-    seconds[static_cast<Index>(i)] = step_s(recorded.t_s[i - 1], recorded.t_s[i]);
-  }
-  return seconds;
+  double total_s = 0;
+  for (std::size_t i = 1; i < recorded.t_s.size(); ++i)
+    total_s += step_s(recorded.t_s[i - 1], recorded.t_s[i]);
+  return VectorXd::Constant(recorded.hands_deg.rows(), total_s / static_cast<double>(recorded.t_s.size()));
 }
 
 Hand rest_of(const Recorded& recorded) {
@@ -124,8 +124,8 @@ Limits limits_of(const std::vector<Recorded>& people) {
 
 void require_people(const std::vector<Recorded>& people) {
   if (people.size() < 3) {
-    throw io::InputError(fmt::format("{} recording(s): what holds for others needs three people or more",
-                                     people.size()));
+    throw io::InputError(
+        fmt::format("{} recording(s): what holds for others needs three people or more", people.size()));
   }
   std::set<std::string> digests;
   for (const Recorded& recorded : people) {

@@ -92,7 +92,8 @@ CoupledCurve read_curve(const ordered_json& json, const std::string& place) {
   curve.knot_deg = reader.numbers_within("knot_deg", -kWidest_deg, kWidest_deg);
   curve.value_deg = reader.numbers_within("value_deg", -kWidest_deg, kWidest_deg);
   curve.sd_deg = reader.number_within("sd_deg", 0, kWidest_deg);
-  const bool ascending = std::ranges::adjacent_find(curve.knot_deg, std::greater_equal()) == curve.knot_deg.end();
+  const bool ascending =
+      std::ranges::adjacent_find(curve.knot_deg, std::greater_equal()) == curve.knot_deg.end();
   if (curve.knot_deg.size() < 2 || curve.value_deg.size() != curve.knot_deg.size() || !ascending) {
     reader.fail("needs two or more ascending knots and a value for each");
   }
@@ -102,7 +103,8 @@ CoupledCurve read_curve(const ordered_json& json, const std::string& place) {
 
 void require_joints(io::JsonReader& reader) {
   const ordered_json names(kJointNames);
-  if (reader.list("joints") != names) reader.fail("\"joints\" are not the 23 of this version, in their order");
+  if (reader.list("joints") != names)
+    reader.fail("\"joints\" are not the 23 of this version, in their order");
 }
 
 }  // namespace
@@ -136,10 +138,11 @@ std::string to_json(const Posture& posture) {
 Posture parse(const std::string& text, const std::string& source) {
   const ordered_json json = io::parse_json(text, source);
   io::JsonReader reader(json, source);
-  if (reader.text("kind") != "posture") reader.fail("\"kind\" must be \"posture\": make one with posture learn");
+  if (reader.text("kind") != "posture")
+    reader.fail("\"kind\" must be \"posture\": make one with posture learn");
   if (reader.number("schema") > kSchemaVersion) {
-    reader.fail(fmt::format("schema {:g} is newer than this version's {}; update flexor", reader.number("schema"),
-                            kSchemaVersion));
+    reader.fail(fmt::format("schema {:g} is newer than this version's {}; update flexor",
+                            reader.number("schema"), kSchemaVersion));
   }
   Posture posture;
   posture.written_by = reader.text("written_by");
@@ -147,7 +150,8 @@ Posture parse(const std::string& text, const std::string& source) {
   require_joints(reader);
   posture.limits.low_deg = read_hand(reader, "low_deg", -kWidest_deg, kWidest_deg);
   posture.limits.high_deg = read_hand(reader, "high_deg", -kWidest_deg, kWidest_deg);
-  if (!(posture.limits.low_deg <= posture.limits.high_deg).all()) reader.fail("\"low_deg\" above \"high_deg\"");
+  if (!(posture.limits.low_deg <= posture.limits.high_deg).all())
+    reader.fail("\"low_deg\" above \"high_deg\"");
   for (const ordered_json& curve : reader.member("curves")) {
     posture.curves.push_back(
         read_curve(curve, fmt::format("{}, curve {}", source, posture.curves.size() + 1)));

@@ -1,1 +1,134 @@
 #include "host/posture/posture.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "host/io/io.hpp"
+#include "host/posture/learn.hpp"
+#include "host/posture/table.hpp"
+#include "host/posture/test_people.hpp"
+
+namespace flexor::posture {
+namespace {
+
+std::string refusal(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const io::InputError& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+Posture learnt() {
+  return learn(test::people(3, 1), 7, [](const auto&, auto, auto) {});
+}
+
+TEST(PostureDocument, RoundTripsExactly) {
+  const std::string text = to_json(learnt());
+  const Posture read = parse(text, "p.json");
+  EXPECT_EQ(to_json(read), text);
+  EXPECT_EQ(read.seed, 7U);
+  ASSERT_EQ(read.people.size(), 3U);
+  EXPECT_EQ(read.people[1].source, "person2.csv");
+  EXPECT_GT(read.people[1].book.seconds.size(), 20);
+}
+
+TEST(PostureDocument, IsRefusedByNameWhereItIsWrong) {
+  const std::string text = to_json(learnt());
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string other = text;
+    other.replace(other.find(from), from.size(), to);
+    return refusal([&] { parse(other, "p.json"); });
+  };
+  EXPECT_NE(changed("\"schema\":1", "\"schema\":2").find("newer than this version's 1"), std::string::npos);
+  EXPECT_NE(changed("palm_arch", "palm").find("\"joints\" are not the 23"), std::string::npos);
+  EXPECT_NE(changed("\"kind\":\"posture\"", "\"kind\":\"model\"").find("posture learn"), std::string::npos);
+  EXPECT_NE(changed("\"cells\":[[", "\"cells\":[[1,").find("person 1, cell 1"), std::string::npos);
+}
+
+TEST(Learning, NeedsThreePeople) {
+  auto people = test::people(3, 1);
+  const auto none = [](const auto&, auto, auto) {};
+  people.pop_back();
+  EXPECT_NE(refusal([&] { learn(people, 1, none); }).find("three people"), std::string::npos);
+  people.push_back(people[0]);
+  EXPECT_NE(refusal([&] { learn(people, 1, none); }).find("twice"), std::string::npos);
+}
+
+TEST(Learning, FindsHowDipFollowsPip) {
+  const Posture posture = learnt();
+  for (const CoupledCurve& curve : posture.curves) {
+    EXPECT_NEAR(curve.at(-50), test::coupled_deg(-50), 1.5);
+    EXPECT_NEAR(curve.at(-20), test::coupled_deg(-20), 1.5);
+    EXPECT_GT(curve.sd_deg, 0.5);  // the noise of what it was fitted to
+    EXPECT_LT(curve.sd_deg, 1.5);
+  }
+}
+
+TEST(Learning, RestIsTheStartOfEachTrial) {
+  auto people = test::people(3, 1);
+  const Posture posture = learn(people, 1, [](const auto&, auto, auto) {});
+  Hand sum = Hand::Zero();
+  int count = 0;
+  for (std::size_t i = 0; i < people[0].t_s.size(); ++i) {
+    if (people[0].t_s[i] > kRest_s) continue;  // trials start at 0
+    sum += people[0].hands_deg.row(static_cast<Eigen::Index>(i)).transpose().array();
+    ++count;
+  }
+  EXPECT_LT((posture.people[0].rest_deg - sum / count).abs().maxCoeff(), 1e-9);
+}
+
+TEST(CodebookOfHands, HasTheCentresOfWhatIsThere) {
+  Hands hands(60, kJoints);
+  for (Eigen::Index i = 0; i < 60; ++i)
+    hands.row(i).setConstant(i < 20 ? -50.0 : 30.0 + 0.1 * static_cast<double>(i % 2));
+  const Codebook book = make_codebook(hands, Eigen::VectorXd::Constant(60, 0.5), 4, 3);
+  EXPECT_NEAR(book.seconds.sum(), 30, 1e-9);
+  EXPECT_NEAR((book.centre_deg.transpose() * book.seconds)[0] / 30, hands.col(0).mean(), 1e-9);
+  EXPECT_LT(book.within_deg2.maxCoeff(), 0.003);
+  EXPECT_EQ(book.centre_deg, make_codebook(hands, Eigen::VectorXd::Constant(60, 0.5), 4, 3).centre_deg);
+}
+
+TEST(TablesOfAngles, KeepEveryRow) {
+  std::istringstream text("object;t_s;a_deg;b_deg\ncup;1;2;\ncup;1;nan;4\ncup;0.5;5;6\n");
+  TableReader table(text, "x.csv");
+  table.choose({"b_deg", "a_deg"});
+  TableRow row;
+  ASSERT_TRUE(table.next(row));
+  EXPECT_TRUE(std::isnan(row.value[0]));
+  EXPECT_EQ(row.value[1], 2);
+  ASSERT_TRUE(table.next(row));
+  EXPECT_TRUE(std::isnan(row.value[1]));
+  ASSERT_TRUE(table.next(row));
+  EXPECT_EQ(row.t_s, 0.5);
+  EXPECT_FALSE(table.next(row));
+  EXPECT_EQ(step_s(1, 0.5), 0);
+  EXPECT_EQ(step_s(1, 1.25), 0.25);
+}
+
+TEST(TablesOfAngles, NameRowColumnAndMend) {
+  const auto read = [](const std::string& content) {
+    return refusal([&] {
+      std::istringstream text(content);
+      TableReader table(text, "x.csv");
+      table.choose({"a_deg"});
+      for (TableRow row; table.next(row);) {
+      }
+    });
+  };
+  EXPECT_EQ(read("t_s,a_deg\n1,2\n2,x7\n"),
+            "x.csv: row 3: column \"a_deg\": \"x7\" is no number; mend it, or leave the cell empty where "
+            "nothing was read");
+  EXPECT_EQ(read("t_s,b_deg\n1,2\n"), "x.csv: no column \"a_deg\"; there are: t_s, b_deg");
+  EXPECT_NE(read("t_s,a_deg\n1\n").find("row 2: 1 cells where the header has 2"), std::string::npos);
+  EXPECT_NE(read("t_s,a_deg\n,1\n").find("column \"t_s\": no time"), std::string::npos);
+  EXPECT_NE(read("").find("is empty"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace flexor::posture

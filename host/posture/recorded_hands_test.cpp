@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <filesystem>
 
@@ -16,7 +17,8 @@ constexpr int kPeople = 5;
 
 std::vector<Input> ten_joints() {
   std::vector<Input> inputs;
-  for (const int joint : {1, 2, 4, 5, 8, 9, 12, 13, 16, 17}) inputs.push_back({std::to_string(joint), {joint}});
+  for (const int joint : {1, 2, 4, 5, 8, 9, 12, 13, 16, 17})
+    inputs.push_back({std::to_string(joint), {joint}});
   return inputs;
 }
 
@@ -30,7 +32,7 @@ struct Figures {
   Hand rmse_deg = Hand::Zero();  // mean over people
   double within_68 = 0;          // share of joints and rows
   double within_95 = 0;
-  double refused = 0;            // share of readings
+  double refused = 0;  // share of readings
 };
 
 class RecordedHands : public testing::Test {
@@ -38,7 +40,8 @@ class RecordedHands : public testing::Test {
   static void SetUpTestSuite() {
     const fs::path folder = fs::path(FLEXOR_SOURCE_DIR) / "../shared/data/hands";
     if (!fs::exists(folder)) return;
-    for (int i = 1; i <= kPeople; ++i) people().push_back(read_recorded(folder / fmt::format("subject{}.csv", i)));
+    for (int i = 1; i <= kPeople; ++i)
+      people().push_back(read_recorded(folder / fmt::format("subject{}.csv", i)));
     for (std::size_t i = 0; i < kPeople; ++i) {
       std::vector<Recorded> others = people();
       others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
@@ -57,69 +60,159 @@ class RecordedHands : public testing::Test {
     return all;
   }
 
+  // The first quarter of a second of each trial, or of the first alone; then a second of each trial.
   static void show(Completer& completer, const Recorded& r, Shown shown) {
+    Hand rest = Hand::Zero();
+    double rows = 0;
+    std::vector<std::pair<Hand, double>> pieces;
     double begin_s = r.t_s.front();
     for (std::size_t i = 0; i < r.t_s.size(); ++i) {
       const bool starts = i > 0 && r.t_s[i] < r.t_s[i - 1];
-      if (starts && shown == Shown::first_of_file) return;
+      if (starts && shown == Shown::first_of_file) break;
       if (starts) begin_s = r.t_s[i];
       const double since_s = r.t_s[i] - begin_s;
-      const double step_s = i == 0 || starts ? 0 : r.t_s[i] - r.t_s[i - 1];
-      const bool resting = since_s <= kRest_s;
-      const bool piece = shown == Shown::pieces && since_s >= 5 && since_s < 6;
-      if (resting || piece) completer.show(r.hands_deg.row(static_cast<Eigen::Index>(i)).transpose(), step_s);
+      const Hand hand = r.hands_deg.row(static_cast<Eigen::Index>(i)).transpose();
+      if (since_s <= kRest_s) {
+        rest += hand;
+        ++rows;
+      }
+      if (since_s >= 5 && since_s < 6) pieces.emplace_back(hand, r.t_s[i] - r.t_s[i - 1]);
     }
+    completer.show(rest / rows, kRest_s);
+    if (shown != Shown::pieces) return;
+    for (const auto& [hand, seconds] : pieces) completer.show(hand, seconds);
   }
 
   static void score(const Recorded& r, Completer& completer, const InputMatrix& matrix, Figures& figures,
-                    std::size_t lost) {
-    constexpr Eigen::Index kEvery = 7;
+                    Eigen::Index lost) {
     Hand square = Hand::Zero();
-    double inside_68 = 0;
-    double inside_95 = 0;
-    double refused = 0;
     double rows = 0;
+    Figures one;
     for (Eigen::Index row = 0; row < r.hands_deg.rows(); row += kEvery, ++rows) {
       const Hand hand = r.hands_deg.row(row).transpose();
       Eigen::VectorXd readings = matrix * hand.matrix();
-      if (lost < 5) readings[static_cast<Eigen::Index>(lost)] = std::nan("");
+      if (lost != kNone) readings[lost] = std::nan("");
       const Estimate estimate = completer.complete(readings);
       const Hand error = (estimate.angle_deg - hand).abs();
       square += error.square();
-      inside_68 += (error <= estimate.se_deg).cast<double>().mean();
-      inside_95 += (error <= 1.96 * estimate.se_deg).cast<double>().mean();
-      for (const Quality q : estimate.quality) refused += q == Quality::implausible ? 1 : 0;
+      one.within_68 += (error <= estimate.se_deg).cast<double>().mean();
+      one.within_95 += (error <= 1.96 * estimate.se_deg).cast<double>().mean();
+      for (const Quality q : estimate.quality) one.refused += q == Quality::implausible ? 1 : 0;
     }
     figures.rmse_deg += (square / rows).sqrt() / kPeople;
-    figures.within_68 += inside_68 / rows / kPeople;
-    figures.within_95 += inside_95 / rows / kPeople;
-    figures.refused += refused / rows / static_cast<double>(matrix.rows()) / kPeople;
+    figures.within_68 += one.within_68 / rows / kPeople;
+    figures.within_95 += one.within_95 / rows / kPeople;
+    figures.refused += one.refused / rows / static_cast<double>(matrix.rows()) / kPeople;
   }
 
-  static Figures figures(const std::vector<Input>& inputs, Shown shown, const char* what, std::size_t lost = 9) {
+  static Completer completer(std::size_t person, const std::vector<Input>& inputs, Shown shown) {
+    Completer out(postures()[person], inputs, shown != Shown::nothing);
+    if (shown != Shown::nothing) show(out, people()[person], shown);
+    return out;
+  }
+
+  static Figures figures(const std::vector<Input>& inputs, Shown shown, const char* key) {
     Figures out;
     for (std::size_t i = 0; i < kPeople; ++i) {
-      Completer completer(postures()[i], inputs, shown != Shown::nothing);
-      if (shown != Shown::nothing) show(completer, people()[i], shown);
-      score(people()[i], completer, input_matrix(inputs), out, lost);
+      Completer model = completer(i, inputs, shown);
+      score(people()[i], model, input_matrix(inputs), out, kNone);
     }
-    fmt::print("{}: {:.2f} deg, within one se {:.1f} %, within 1.96 {:.1f} %, refused {:.2f} % of readings\n", what,
-               out.rmse_deg.mean(), 100 * out.within_68, 100 * out.within_95, 100 * out.refused);
+    fmt::print(
+        "posture.{0}.rmse {1:.3f} deg\nposture.{0}.within_68 {2:.2f} %\nposture.{0}.within_95 {3:.2f} %\n",
+        key, out.rmse_deg.mean(), 100 * out.within_68, 100 * out.within_95);
+    fmt::print("posture.{}.refused {:.3f} %\n", key, 100 * out.refused);
     std::fflush(stdout);
     return out;
   }
+
+  static void expect_coverage(const Figures& f) {
+    EXPECT_GT(f.within_68, 0.64);
+    EXPECT_LT(f.within_68, 0.74);
+    EXPECT_GT(f.within_95, 0.92);
+    EXPECT_LT(f.within_95, 0.97);
+    EXPECT_LT(f.refused, 0.002) << "nothing is wrong with these readings";
+  }
+
+  // Mean over people left out, all five bends.
+  static Hand ridge_rmse_deg(const InputMatrix& matrix) {
+    Hand rmse = Hand::Zero();
+    for (std::size_t left_out = 0; left_out < kPeople; ++left_out) {
+      Eigen::MatrixXd second = Eigen::MatrixXd::Zero(kJoints + 1, kJoints + 1);
+      for (std::size_t i = 0; i < kPeople; ++i) {
+        if (i == left_out) continue;
+        Eigen::MatrixXd rows(people()[i].hands_deg.rows(), kJoints + 1);
+        rows << people()[i].hands_deg, Eigen::VectorXd::Ones(rows.rows());
+        second += rows.transpose() * rows;
+      }
+      const Eigen::VectorXd mean = second.col(kJoints).head(kJoints) / second(kJoints, kJoints);
+      const Eigen::MatrixXd covariance =
+          second.topLeftCorner(kJoints, kJoints) / second(kJoints, kJoints) - mean * mean.transpose();
+      Eigen::MatrixXd inputs = matrix * covariance * matrix.transpose();
+      inputs.diagonal() *= 1.01;
+      const Eigen::MatrixXd slope = inputs.ldlt().solve(matrix * covariance);
+      const Hands away = people()[left_out].hands_deg.rowwise() - mean.transpose();
+      const Hands error = away - away * matrix.transpose() * slope;
+      rmse += error.array().square().colwise().mean().sqrt().transpose() / kPeople;
+    }
+    return rmse;
+  }
+
+  static constexpr Eigen::Index kEvery = 13;
+  static constexpr Eigen::Index kNone = -1;
 };
 
-TEST_F(RecordedHands, FiveBends) {
-  figures(five_bends(), Shown::nothing, "five bends");
-  figures(five_bends(), Shown::rest, "five bends after a resting pose");
-  figures(five_bends(), Shown::first_of_file, "five bends after a quarter of a second");
-  figures(five_bends(), Shown::pieces, "five bends after 20 s of the whole hand");
+TEST_F(RecordedHands, FromFiveBends) {
+  const Figures f = figures(five_bends(), Shown::nothing, "bends");
+  EXPECT_LT(f.rmse_deg.mean(), 12.7);  // ridge
+  EXPECT_GT(f.rmse_deg.mean(), 11);
+  expect_coverage(f);
 }
-TEST_F(RecordedHands, TenJoints) {
-  figures(ten_joints(), Shown::nothing, "ten joints");
-  figures(ten_joints(), Shown::rest, "ten joints after a resting pose");
-  figures(ten_joints(), Shown::first_of_file, "ten joints after a quarter of a second");
+
+TEST_F(RecordedHands, FromFiveBendsAfterARestingPose) {
+  const Figures f = figures(five_bends(), Shown::rest, "bends_rest");
+  EXPECT_LT(f.rmse_deg.mean(), 11.5);
+  EXPECT_GT(f.rmse_deg.mean(), 10);
+  expect_coverage(f);
+}
+
+TEST_F(RecordedHands, FromFiveBendsAfterAQuarterOfASecond) {
+  const Figures f = figures(five_bends(), Shown::first_of_file, "bends_first");
+  EXPECT_LT(f.rmse_deg.mean(), 11.8);
+  EXPECT_GT(f.rmse_deg.mean(), 10);
+}
+
+TEST_F(RecordedHands, FromFiveBendsAfterTwentySecondsOfTheHand) {
+  const Figures f = figures(five_bends(), Shown::pieces, "bends_hand");
+  EXPECT_LT(f.rmse_deg.mean(), 9.8);
+  EXPECT_GT(f.rmse_deg.mean(), 7);
+  EXPECT_GT(f.within_68, 0.64);
+  EXPECT_GT(f.within_95, 0.92);
+}
+
+TEST_F(RecordedHands, FromTenJointsAfterARestingPose) {
+  const Figures f = figures(ten_joints(), Shown::rest, "joints_rest");
+  EXPECT_LT(f.rmse_deg.mean(), 4.6);
+  EXPECT_GT(f.rmse_deg.mean(), 3);
+}
+
+TEST_F(RecordedHands, ALostFingerComesFromTheOthers) {
+  const InputMatrix matrix = input_matrix(five_bends());
+  const Hand ridge = ridge_rmse_deg(matrix);
+  fmt::print("posture.ridge.rmse {:.3f} deg\n", ridge.mean());
+  std::array<Figures, 5> lost;
+  for (std::size_t i = 0; i < kPeople; ++i) {
+    Completer model = completer(i, five_bends(), Shown::rest);
+    for (std::size_t finger = 0; finger < 5; ++finger) {
+      score(people()[i], model, matrix, lost[finger], static_cast<Eigen::Index>(finger));
+    }
+  }
+  for (std::size_t finger = 0; finger < 5; ++finger) {
+    const auto first = static_cast<Eigen::Index>(4 * finger);
+    const double ratio = lost[finger].rmse_deg.segment<4>(first).mean() / ridge.segment<4>(first).mean();
+    fmt::print("posture.lost.{} {:.3f} 1\n", five_bends()[finger].name, ratio);
+    EXPECT_LT(ratio, 1.3) << five_bends()[finger].name;
+    EXPECT_GT(ratio, 0.6) << five_bends()[finger].name;
+  }
 }
 
 }  // namespace

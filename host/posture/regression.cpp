@@ -1,5 +1,7 @@
 #include "host/posture/regression.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace flexor::posture {
@@ -9,11 +11,15 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+// -1 / (2 l^2).
+double exponent(Index inputs) { return -2.5 / static_cast<double>(std::max(inputs, Index{1})); }
+
 // Errors of a regression on one person that it has not seen, weighted by time.
 struct LeftOut {
   Hand square_deg2 = Hand::Zero();
   Hand relative_deg2 = Hand::Zero();  // over the variance that it claims in units of s^2
   VectorXd target_deg2;
+  VectorXd target_worst_deg;
 };
 
 double claimed(const Regression& regression, const VectorXd& x, const VectorXd& with_cells) {
@@ -24,6 +30,7 @@ LeftOut errors_on(const Person& person, const Regression& regression, const Inpu
                   const InputMatrix& targets, bool with_variance) {
   LeftOut out;
   out.target_deg2 = VectorXd::Zero(targets.rows());
+  out.target_worst_deg = VectorXd::Zero(targets.rows());
   const Hand offset = regression.offset_deg(person.rest_deg);
   for (Index c = 0; c < person.book.seconds.size(); ++c) {
     const VectorXd hand = person.book.centre_deg.row(c).transpose();
@@ -34,7 +41,9 @@ LeftOut errors_on(const Person& person, const Regression& regression, const Inpu
     const double variance = with_variance ? claimed(regression, x, with_cells) : 1;
     out.square_deg2 += share * error.square();
     out.relative_deg2 += share / variance * (error.square() + person.book.within_deg2);
-    out.target_deg2 += share * (targets * error.matrix()).array().square().matrix();
+    const VectorXd target = (targets * error.matrix()).cwiseAbs();
+    out.target_deg2 += share * target.cwiseAbs2();
+    out.target_worst_deg = out.target_worst_deg.cwiseMax(target);
   }
   return out;
 }
@@ -49,7 +58,8 @@ double left_out_rmse_deg(const People& people, const InputMatrix& inputs, const 
   double sum = 0;
   for (std::size_t i = 0; i < people.size(); ++i) {
     const Regression regression(without(people, i), inputs, shape);
-    sum += errors_on(*people[i], regression, inputs, InputMatrix(0, kJoints), false).square_deg2.sqrt().mean();
+    sum +=
+        errors_on(*people[i], regression, inputs, InputMatrix(0, kJoints), false).square_deg2.sqrt().mean();
   }
   return sum / static_cast<double>(people.size());
 }
@@ -63,7 +73,8 @@ Regression::Regression(const People& people, const InputMatrix& inputs, const Sh
   for (const Person* person : people) {
     mean_rest_deg_ += person->rest_deg / count;
     mean_seconds_ += person->seconds() / count;
-    for (Index c = 0; c < person->book.seconds.size(); ++c) who_.push_back(static_cast<int>(&person - people.data()));
+    for (Index c = 0; c < person->book.seconds.size(); ++c)
+      who_.push_back(static_cast<int>(&person - people.data()));
   }
   instant_ = noise_of(mean_seconds_ * count / static_cast<double>(who_.size()));
   take_cells(people);
@@ -114,21 +125,14 @@ VectorXd Regression::scaled(const VectorXd& inputs_deg, const Hand& offset_deg) 
   return (inputs_deg - inputs_ * offset_deg.matrix() - input_mean_deg_).cwiseQuotient(input_sd_deg_);
 }
 
-double Regression::near(const VectorXd& a, const VectorXd& b) const {
-  constexpr double kInputs = 5;  // that the length is meant for
-  const double inputs = std::max(1.0, static_cast<double>(a.size())) / kInputs;
-  return std::exp(-0.5 * (a - b).squaredNorm() / (shape_.length * shape_.length * inputs));
-}
-
 VectorXd Regression::with_cells(const VectorXd& x) const {
-  constexpr double kInputs = 5;
-  const double inputs = std::max(1.0, static_cast<double>(x.size())) / kInputs;
   const VectorXd square = (x_.rowwise() - x.transpose()).rowwise().squaredNorm();
-  const double scale = -0.5 / (shape_.length * shape_.length * inputs);
-  return x_ * x + (scale * square).array().exp().matrix();
+  return x_ * x + (exponent(x.size()) * square).array().exp().matrix();
 }
 
-double Regression::own(const VectorXd& a, const VectorXd& b) const { return a.dot(b) + 1 + 2 * near(a, b); }
+double Regression::own(const VectorXd& a, const VectorXd& b) const {
+  return a.dot(b) + 1 + 2 * std::exp(exponent(a.size()) * (a - b).squaredNorm());
+}
 
 Hand Regression::mean_deg(const VectorXd& with_cells, const Hand& offset_deg) const {
   return (weight_.transpose() * with_cells).array() + mean_deg_ + offset_deg;
@@ -136,35 +140,31 @@ Hand Regression::mean_deg(const VectorXd& with_cells, const Hand& offset_deg) co
 
 Calibrated calibrate(const People& people, const InputMatrix& inputs, const Shape& shape,
                      const InputMatrix& targets) {
-  Calibrated out{Regression(people, inputs, shape), Hand::Zero(), VectorXd::Zero(targets.rows())};
+  Calibrated out{Regression(people, inputs, shape), Hand::Zero(), VectorXd::Zero(targets.rows()),
+                 VectorXd::Zero(targets.rows())};
   for (std::size_t i = 0; i < people.size(); ++i) {
     const Regression regression(without(people, i), inputs, shape);
     const LeftOut errors = errors_on(*people[i], regression, inputs, targets, true);
     const auto count = static_cast<double>(people.size());
     out.scale_deg2 += errors.relative_deg2 / count;
     out.target_error_deg2 += errors.target_deg2 / count;
+    out.target_worst_deg = out.target_worst_deg.cwiseMax(errors.target_worst_deg);
     out.rmse_deg += errors.square_deg2.sqrt().mean() / count;
   }
   return out;
 }
 
 Shape choose_shape(const People& people, const InputMatrix& inputs, bool rested) {
-  Shape best{1, 0.03, rested ? 0.6 : 0.0};
-  double least_deg = left_out_rmse_deg(people, inputs, best);
-  const auto consider = [&](const Shape& shape) {
-    const double rmse_deg = left_out_rmse_deg(people, inputs, shape);
-    if (rmse_deg >= least_deg) return;
-    least_deg = rmse_deg;
-    best = shape;
-  };
-  for (const double share : {0.4, 0.8}) {
-    if (rested) consider({best.length, best.noise, share});
-  }
-  const double share = best.share;
-  for (const double noise : {0.001, 0.003, 0.01, 0.1}) consider({best.length, noise, share});
-  const double noise = best.noise;
-  for (const double length : {0.7, 1.5, 2.0}) consider({length, noise, share});
-  return best;
+  constexpr double kShare = 0.6;
+  constexpr double kAsGood = 1.01;
+  constexpr std::array<double, 5> kNoise = {0.001, 0.003, 0.01, 0.03, 0.1};
+  const double share = rested ? kShare : 0;
+  std::array<double, kNoise.size()> rmse_deg{};
+  for (std::size_t i = 0; i < kNoise.size(); ++i)
+    rmse_deg[i] = left_out_rmse_deg(people, inputs, {kNoise[i], share});
+  const double bound_deg = kAsGood * *std::ranges::min_element(rmse_deg);
+  const auto good = std::ranges::find_if(rmse_deg, [&](double rmse) { return rmse <= bound_deg; });
+  return {kNoise[static_cast<std::size_t>(good - rmse_deg.begin())], share};
 }
 
 }  // namespace flexor::posture

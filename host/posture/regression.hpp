@@ -3,6 +3,7 @@
 //   y_j = m_j + o_j + s_j (f_j(x) + g_j(x) + e)     f: everybody's, g: the person's own, e: what x does not tell
 //   x   = (inputs - mean - sum of o) / deviation
 //   cov f(x) f(x') = x'x + exp(-|x - x'|^2 / (2 l^2)),  cov g(x) g(x') = 1 + exp(-|x - x'|^2 / (2 l^2)) for one person
+//   l^2 = a fifth of the number of inputs
 //   o   = share (rest - mean rest)                   a person's resting pose, which shifts inputs and joints alike
 //
 // A cell of a codebook that stands for t seconds is an observation with the variance noise T / t, T the mean length of
@@ -20,9 +21,8 @@
 
 namespace flexor::posture {
 
-// What the inputs' set demands; chosen by leaving people out.
+// What the inputs' set demands.
 struct Shape {
-  double length = 1;   // l, for five inputs; grows as the root of their number
   double noise = 0.03;
   double share = 0.6;  // of the resting pose's offset; 0: no resting pose
 };
@@ -55,7 +55,6 @@ class Regression {
   double noise_of(double seconds) const { return shape_.noise * mean_seconds_ / seconds; }
 
  private:
-  double near(const Eigen::VectorXd& a, const Eigen::VectorXd& b) const;
   void take_cells(const People& people);
 
   InputMatrix inputs_;
@@ -64,10 +63,10 @@ class Regression {
   Hand mean_deg_ = Hand::Zero();
   Eigen::VectorXd input_mean_deg_;
   Eigen::VectorXd input_sd_deg_;
-  Eigen::MatrixXd x_;       // cells x inputs
+  Eigen::MatrixXd x_;  // cells x inputs
   Eigen::VectorXd seconds_;
   std::vector<int> who_;
-  Hands weight_;            // K^-1 (y - m - o)
+  Hands weight_;  // K^-1 (y - m - o)
   Eigen::LLT<Eigen::MatrixXd> cells_;
   double mean_seconds_ = 1;
   double instant_ = 0;
@@ -76,16 +75,18 @@ class Regression {
 // With the scale of its errors, from leaving each person out in turn.
 struct Calibrated {
   Regression regression;
-  Hand scale_deg2;                   // s_j^2
+  Hand scale_deg2;                    // s_j^2
   Eigen::VectorXd target_error_deg2;  // mean square error of each row of `targets` times the hand
-  double rmse_deg = 0;               // mean over the joints
+  Eigen::VectorXd target_worst_deg;   // the largest one
+  double rmse_deg = 0;                // mean over the joints
 };
 
 // Throws nothing. `targets`: sums of joints whose error is asked for beside the joints'.
 Calibrated calibrate(const People& people, const InputMatrix& inputs, const Shape& shape,
                      const InputMatrix& targets);
 
-// The shape whose error on people left out is the least.
+// The smallest noise whose error on people left out is within 1 % of the least: one more person, whom it will have,
+// lets it smooth less.
 Shape choose_shape(const People& people, const InputMatrix& inputs, bool rested);
 
 }  // namespace flexor::posture

@@ -27,7 +27,8 @@ bool is_missing(const std::string& cell) { return cell.empty() || cell == "nan" 
 TableReader::TableReader(std::istream& stream, std::string source)
     : lines_(stream), source_(std::move(source)) {
   std::string line;
-  if (!lines_.next(line)) throw io::InputError(fmt::format("{}: is empty; give a table with a header", source_));
+  if (!lines_.next(line))
+    throw io::InputError(fmt::format("{}: is empty; give a table with a header", source_));
   for (const char c : {',', ';', '\t'}) {
     if (line.find(c) == std::string::npos) continue;
     delimiter_ = c;
@@ -50,7 +51,8 @@ std::size_t TableReader::place_of(const std::string& column) const {
     throw io::InputError(
         fmt::format("{}: no column \"{}\"; there are: {}", source_, column, fmt::join(header_, ", ")));
   }
-  if (std::count(it, header_.end(), column) > 1) fail(fmt::format("column \"{}\" stands twice; rename one", column));
+  if (std::count(it, header_.end(), column) > 1)
+    fail(fmt::format("column \"{}\" stands twice; rename one", column));
   return static_cast<std::size_t>(it - header_.begin());
 }
 
@@ -74,8 +76,9 @@ double TableReader::number(std::size_t place) const {
   double value = 0;
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
   if (error == std::errc() && end == cell.data() + cell.size() && std::isfinite(value)) return value;
-  fail(fmt::format("column \"{}\": \"{}\" is no number; mend it, or leave the cell empty where nothing was read",
-                   header_[place], io::start_of(cell, 40)));
+  fail(fmt::format(
+      "column \"{}\": \"{}\" is no number; mend it, or leave the cell empty where nothing was read",
+      header_[place], io::start_of(cell, 40)));
 }
 
 bool TableReader::next(TableRow& row) {

@@ -15,9 +15,9 @@
 namespace flexor::posture {
 
 struct TableRow {
-  std::string time;            // as it is written
+  std::string time;  // as it is written
   double t_s = 0;
-  std::vector<double> value;   // of the columns asked for; NaN: missing
+  std::vector<double> value;  // of the columns asked for; NaN: missing
 };
 
 class TableReader {

@@ -1,0 +1,213 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "apps/cli/commands.hpp"
+#include "apps/cli/progress.hpp"
+#include "host/io/json.hpp"
+#include "host/io/output.hpp"
+#include "host/posture/complete_file.hpp"
+#include "host/posture/learn.hpp"
+
+namespace flexor::cli {
+namespace {
+
+struct LearnOptions {
+  std::vector<std::string> files;
+  std::uint64_t seed = 1;
+  std::string out;
+  bool json = false;
+};
+
+nlohmann::ordered_json json_of(const posture::Posture& learnt) {
+  nlohmann::ordered_json people = nlohmann::ordered_json::array();
+  for (const posture::Person& person : learnt.people) {
+    people.push_back({{"source", io::to_utf8(person.source)},
+                      {"digest", person.digest},
+                      {"rows", person.rows},
+                      {"seconds", person.seconds()},
+                      {"cells", person.book.seconds.size()}});
+  }
+  nlohmann::ordered_json curves = nlohmann::ordered_json::object();
+  for (const posture::CoupledCurve& curve : learnt.curves) {
+    curves[posture::kJointNames[static_cast<std::size_t>(curve.coupling.joint)]] = curve.sd_deg;
+  }
+  return {{"people", people},
+          {"coupled_error_deg", curves},
+          {"seed", learnt.seed},
+          {"version", FLEXOR_VERSION},
+          {"warnings", nlohmann::ordered_json::array()}};
+}
+
+void run_learn(const LearnOptions& o) {
+  io::require_writable(o.out);
+  posture::Posture learnt;
+  {
+    ProgressLine progress;
+    std::vector<posture::Recorded> people;
+    for (const std::string& file : o.files) {
+      progress.step("reading file", people.size(), o.files.size());
+      people.push_back(posture::read_recorded(file));
+    }
+    learnt = posture::learn(people, o.seed, [&](const std::string& what, std::size_t done, std::size_t of) {
+      progress.step(what, done, of);
+    });
+  }
+  io::write_file(o.out, posture::to_json(learnt));
+  if (o.json) return print(io::dump(json_of(learnt)));
+  print("person                 rows  seconds  cells\n");
+  for (const posture::Person& person : learnt.people) {
+    print(fmt::format("{:20} {:6} {:8.1f} {:6}\n", person.source, person.rows, person.seconds(),
+                      person.book.seconds.size()));
+  }
+  for (const posture::CoupledCurve& curve : learnt.curves) {
+    print(fmt::format("{:12} follows {:12} within {:.2f} deg RMSE on people left out\n",
+                      posture::kJointNames[static_cast<std::size_t>(curve.coupling.joint)],
+                      posture::kJointNames[static_cast<std::size_t>(curve.coupling.follows)], curve.sd_deg));
+  }
+  print(fmt::format("written {}\n", o.out));
+}
+
+struct CompleteOptions {
+  std::string posture;
+  std::string file;
+  posture::CompleteOptions job;
+  std::string out;
+  bool json = false;
+};
+
+nlohmann::ordered_json json_of(const posture::Completion& c) {
+  nlohmann::ordered_json inputs = nlohmann::ordered_json::object();
+  for (std::size_t i = 0; i < c.inputs.size(); ++i) {
+    const auto& rows = c.quality[i];
+    inputs[c.inputs[i]] = {
+        {"used", rows[0]}, {"missing", rows[1]}, {"implausible", rows[2]}, {"noisy", rows[3]}};
+  }
+  nlohmann::ordered_json error_deg = nlohmann::ordered_json::object();
+  for (int j = 0; j < posture::kJoints; ++j) {
+    error_deg[posture::kJointNames[static_cast<std::size_t>(j)]] = c.mean_se_deg[j];
+  }
+  return {{"rows", c.rows},
+          {"inputs", inputs},
+          {"shown_s", c.shown_s},
+          {"shown_joints", c.shown_joints},
+          {"mean_se_deg", error_deg},
+          {"left_out_rmse_deg", c.left_out_rmse_deg},
+          {"shape", {{"noise", c.shape.noise}, {"share", c.shape.share}}}};
+}
+
+std::vector<std::string> warnings_of(const CompleteOptions& o, const posture::Completion& c) {
+  std::vector<std::string> warnings;
+  for (std::size_t i = 0; i < c.inputs.size(); ++i) {
+    const auto& rows = c.quality[i];
+    if (rows[1] + rows[2] + rows[3] == 0) continue;
+    warnings.push_back(
+        fmt::format("{}: {}: {} row(s) missing, {} implausible, {} noisy: told by the other inputs", o.file,
+                    c.inputs[i], rows[1], rows[2], rows[3]));
+  }
+  if (o.job.rest_s > 0 && c.shown_joints < posture::kJoints) {
+    warnings.push_back(
+        fmt::format("{}: while at rest {} of 23 joints are shown; of the others the person's own rest is "
+                    "not known",
+                    o.file, c.shown_joints));
+  }
+  return warnings;
+}
+
+posture::Completion complete(const CompleteOptions& o) {
+  const posture::Posture known = posture::load(o.posture);
+  io::require_readable(o.file);
+  std::ifstream stream(o.file, std::ios::binary);
+  posture::TableReader table(stream, o.file);
+  io::Output out(o.out);
+  ProgressLine progress;
+  progress.show("learning what these inputs tell ...");
+  const posture::Completion completion = posture::complete_table(
+      known, table, o.job, [&](const std::string& text) { out.write(text); },
+      [&](std::size_t rows) {
+        if (rows % 256 == 0) progress.show(fmt::format("row {}", rows));
+      });
+  out.commit();
+  return completion;
+}
+
+void run_complete(const CompleteOptions& o) {
+  if (!(o.job.rest_s >= 0 && o.job.rest_s <= 3600)) {
+    throw io::InputError("--rest must be from 0 to 3600 seconds");
+  }
+  io::require_writable(o.out);
+  const posture::Completion c = complete(o);
+  const std::vector<std::string> warnings = warnings_of(o, c);
+  if (o.json) {
+    nlohmann::ordered_json json = json_of(c);
+    json["version"] = FLEXOR_VERSION;
+    json["warnings"] = warnings;
+    return print(io::dump(json));
+  }
+  for (const std::string& warning : warnings) log("warning: " + warning);
+  print(fmt::format("rows      {}\ninputs    {}\n", c.rows, fmt::join(c.inputs, ", ")));
+  if (c.shown_s > 0) print(fmt::format("shown     {:.2f} s of {} joints\n", c.shown_s, c.shown_joints));
+  print(fmt::format("expected  {:.1f} deg, mean standard error of the 23 joints\nwritten   {}\n",
+                    c.mean_se_deg.mean(), o.out));
+}
+
+void add_learn(CLI::App& posture) {
+  auto o = std::make_shared<LearnOptions>();
+  CLI::App* command =
+      posture.add_subcommand("learn", "Learn from recordings of all 23 joints, a file for each person");
+  command->add_option("files", o->files, "CSV: t_s and NAME_deg of all 23 joints, three people or more")
+      ->required();
+  command->add_option("--out", o->out, "the posture document")->required();
+  command->add_option("--seed", o->seed, "of the typical hands' first choice")
+      ->check(seed_fault)
+      ->capture_default_str();
+  command->add_flag("--json", o->json, "one JSON object on standard output");
+  command->callback([o] { run_learn(*o); });
+}
+
+void add_complete(CLI::App& posture) {
+  auto o = std::make_shared<CompleteOptions>();
+  CLI::App* command =
+      posture.add_subcommand("complete", "All 23 joints, with standard errors, from those that are sensed");
+  command->footer(
+      "Writes t_s, NAME_deg and NAME_se_deg of each joint on the rows of FILE, and INPUT_quality of each "
+      "input:\n"
+      "0 used, 1 missing, 2 implausible (told by the others), 3 noisy (weighed against the others).");
+  command->add_option("posture", o->posture, "posture document")->required();
+  command
+      ->add_option("file", o->file, "CSV with t_s and the sensed columns; an empty cell is a missing reading")
+      ->required();
+  command->add_option("--from", o->job.from, "the sensed columns: NAME_deg of a joint, or of a bend")
+      ->delimiter(',')
+      ->required();
+  command
+      ->add_option(
+          "--bends", o->job.bends,
+          "strips that sense the sum of joints: index=index_mcp+index_pip; their column is index_deg "
+          "where FILE has it, else the joints' columns are summed")
+      ->delimiter(',');
+  command
+      ->add_option(
+          "--rest", o->job.rest_s,
+          "seconds at the start in which the person is shown, at rest first: every joint that FILE has is "
+          "read there, later only what is sensed")
+      ->capture_default_str();
+  command->add_option("--out", o->out, "the completed CSV")->required();
+  command->add_flag("--json", o->json, "one JSON object on standard output");
+  command->callback([o] { run_complete(*o); });
+}
+
+}  // namespace
+
+void add_posture(CLI::App& app) {
+  CLI::App* posture = app.add_subcommand("posture", "What sensed joints say of the whole hand");
+  posture->require_subcommand(1);
+  add_learn(*posture);
+  add_complete(*posture);
+}
+
+}  // namespace flexor::cli

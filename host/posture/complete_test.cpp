@@ -25,17 +25,14 @@ const std::vector<Input>& bends() {
   return inputs;
 }
 
-// Built once: what an estimate needs beside the readings is the person, and none is shown.
-Completer& stranger() {
-  static Completer completer(known(), bends(), false);
-  return completer;
-}
+Completer new_stranger() { return Completer(known(), bends(), false); }
 
 Eigen::VectorXd readings_of(const Recorded& r, Index row) {
   return input_matrix(bends()) * r.hands_deg.row(row).transpose();
 }
 
 TEST(Completing, ClaimsErrorsThatStrangersHave) {
+  Completer stranger = new_stranger();
   double inside_68 = 0;
   double inside_95 = 0;
   double square = 0;
@@ -43,7 +40,7 @@ TEST(Completing, ClaimsErrorsThatStrangersHave) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     const Recorded r = test::person(900 + seed, "x", 10);
     for (Index row = 5; row < r.hands_deg.rows(); row += 12, ++rows) {
-      const Estimate e = stranger().complete(readings_of(r, row));
+      const Estimate e = stranger.complete(readings_of(r, row));
       const Hand error = (e.angle_deg - r.hands_deg.row(row).transpose().array()).abs();
       inside_68 += (error <= e.se_deg).cast<double>().mean();
       inside_95 += (error <= 1.96 * e.se_deg).cast<double>().mean();
@@ -59,13 +56,15 @@ TEST(Completing, ClaimsErrorsThatStrangersHave) {
 }
 
 TEST(Completing, KeepsTheSensedSum) {
+  Completer stranger = new_stranger();
   const Recorded r = test::person(77, "x");
   const Eigen::VectorXd readings = readings_of(r, 100);
-  const Estimate e = stranger().complete(readings);
+  const Estimate e = stranger.complete(readings);
   EXPECT_LT((input_matrix(bends()) * e.angle_deg.matrix() - readings).cwiseAbs().maxCoeff(), 1e-6);
 }
 
 TEST(Completing, LearnsThePersonFromARestingPose) {
+  Completer stranger = new_stranger();
   const Recorded r = test::person(78, "x");
   Completer shown(known(), bends(), true);
   for (Index row = 0; row < 5; ++row) shown.show(r.hands_deg.row(row).transpose(), 0.1);
@@ -73,7 +72,7 @@ TEST(Completing, LearnsThePersonFromARestingPose) {
   double after = 0;
   for (Index row = 30; row < r.hands_deg.rows(); row += 7) {
     const Hand hand = r.hands_deg.row(row).transpose();
-    before += (stranger().complete(readings_of(r, row)).angle_deg - hand).square().mean();
+    before += (stranger.complete(readings_of(r, row)).angle_deg - hand).square().mean();
     after += (shown.complete(readings_of(r, row)).angle_deg - hand).square().mean();
   }
   EXPECT_LT(after, 0.8 * before);
@@ -81,27 +80,29 @@ TEST(Completing, LearnsThePersonFromARestingPose) {
 }
 
 TEST(Completing, TellsALostFingerFromTheOthers) {
+  Completer stranger = new_stranger();
   const Recorded r = test::person(79, "x");
   Eigen::VectorXd readings = readings_of(r, 20);
-  const Estimate whole = stranger().complete(readings);
+  const Estimate whole = stranger.complete(readings);
   readings[2] = std::nan("");
-  const Estimate lost = stranger().complete(readings);
+  const Estimate lost = stranger.complete(readings);
   EXPECT_EQ(lost.quality[2], Quality::missing);
   EXPECT_EQ(lost.quality[1], Quality::used);
   EXPECT_GT(lost.se_deg[8], whole.se_deg[8]);
   EXPECT_LT(std::abs(lost.angle_deg[8] - r.hands_deg(20, 8)), 4 * lost.se_deg[8]);
-  const Estimate none = stranger().complete(Eigen::VectorXd::Constant(5, std::nan("")));
+  const Estimate none = stranger.complete(Eigen::VectorXd::Constant(5, std::nan("")));
   EXPECT_TRUE(none.angle_deg.isFinite().all());
   EXPECT_GT(none.se_deg[8], lost.se_deg[8]);
 }
 
 TEST(Completing, LeavesOutWhatCannotBe) {
+  Completer stranger = new_stranger();
   const Recorded r = test::person(80, "x");
   Eigen::VectorXd readings = readings_of(r, 20);
-  const Estimate sound = stranger().complete(readings);
+  const Estimate sound = stranger.complete(readings);
   for (const double wrong_deg : {-1000.0, 500.0}) {
     readings[1] = wrong_deg;
-    const Estimate e = stranger().complete(readings);
+    const Estimate e = stranger.complete(readings);
     EXPECT_EQ(e.quality[1], Quality::implausible);
     EXPECT_EQ(e.quality[0], Quality::used);
     EXPECT_NEAR(e.angle_deg[4], sound.angle_deg[4], 60);

@@ -65,8 +65,8 @@ TEST(Learning, FindsHowDipFollowsPip) {
   for (const CoupledCurve& curve : posture.curves) {
     EXPECT_NEAR(curve.at(-50), test::coupled_deg(-50), 1.5);
     EXPECT_NEAR(curve.at(-20), test::coupled_deg(-20), 1.5);
-    EXPECT_GT(curve.sd_deg, 0.5);  // the noise of what it was fitted to
-    EXPECT_LT(curve.sd_deg, 1.5);
+    EXPECT_GT(curve.sd_deg, 0.9);  // the noise of DIP, and of PIP through the slope
+    EXPECT_LT(curve.sd_deg, 2);
   }
 }
 

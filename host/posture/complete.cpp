@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -23,7 +24,8 @@ constexpr double kStill_deg = 10;   // a resting hand stays within, mean of its 
 constexpr double kBeyond_deg = 15;  // of the limits, before a reading is implausible
 constexpr double kNoisy_deg = 5;    // a reading that shivers by less is taken as it is
 constexpr double kLeast_deg = 0.1;  // no reading is surer than that
-constexpr std::size_t kMostModels = 64;
+constexpr double kLeastCoupled_deg = 0.01;  // a posture document's last digit
+constexpr std::size_t kMostModels = 32;     // some megabytes each
 
 std::uint32_t bit(std::size_t i) { return std::uint32_t{1} << i; }
 
@@ -65,65 +67,33 @@ double Shiver::variance_deg2() const {
   return deviation * deviation;
 }
 
-void Personal::learn(const Hand& rest_deg, const std::vector<Hand>& hands, double seconds) {
-  const Regression& r = calibrated_.regression;
-  offset_deg_ = r.offset_deg(rest_deg);
-  std::vector<VectorXd> x;
-  std::vector<Hand> error;
-  shown_ = Hand::Ones();
-  for (const Hand& hand : hands) {
-    const VectorXd inputs = inputs_ * hand.isNaN().select(Hand::Zero(), hand).matrix();
-    const Hand missing = hand.isNaN().cast<double>();
-    if ((inputs_ * missing.matrix()).any()) continue;  // an input of that moment is not known
-    x.push_back(r.scaled(inputs, offset_deg_));
-    error.push_back(hand - r.mean_deg(r.with_cells(x.back()), offset_deg_));
-    shown_ *= 1 - missing;
-  }
-  const auto count = static_cast<Index>(x.size());
-  x_.resize(count, inputs_.rows());
-  if (count == 0) return;
-  MatrixXd with_cells(r.with_cells(x[0]).size(), count);
-  Hands errors(count, kJoints);
-  for (Index i = 0; i < count; ++i) {
-    x_.row(i) = x[static_cast<std::size_t>(i)].transpose();
-    with_cells.col(i) = r.with_cells(x[static_cast<std::size_t>(i)]);
-    errors.row(i) = (shown_ > 0).select(error[static_cast<std::size_t>(i)], Hand::Zero()).transpose();
-  }
-  gain_ = r.solve(with_cells);
-  MatrixXd covariance = -with_cells.transpose() * gain_;
-  for (Index i = 0; i < count; ++i) {
-    for (Index j = 0; j < count; ++j) covariance(i, j) += r.own(x_.row(i), x_.row(j));
-    covariance(i, i) += r.noise_of(seconds);
-  }
-  seen_.compute(covariance);
-  weight_ = seen_.solve(errors);
-}
+Personal::Personal(Calibrated calibrated, InputMatrix inputs)
+    : calibrated_(std::move(calibrated)),
+      inputs_(std::move(inputs)),
+      seen_(calibrated_.regression, inputs_, offset_deg_, {}),
+      stranger_deg2_(scale_deg2(calibrated_, inputs_, 0)),
+      acquainted_deg2_(stranger_deg2_) {}
 
-VectorXd Personal::with_seen(const VectorXd& x, const VectorXd& with_cells) const {
-  VectorXd k = -gain_.transpose() * with_cells;
-  for (Index i = 0; i < x_.rows(); ++i) k[i] += calibrated_.regression.own(x, x_.row(i));
-  return k;
+// The errors' scale is found again whenever twice as much was seen.
+void Personal::learn(const Hand& rest_deg, const std::vector<Hand>& hands) {
+  offset_deg_ = calibrated_.regression.offset_deg(rest_deg);
+  seen_ = Seen(calibrated_.regression, inputs_, offset_deg_, hands);
+  const std::size_t at = std::bit_floor(hands.size());
+  if (at == seen_at_) return;
+  seen_at_ = at;
+  acquainted_deg2_ = scale_deg2(calibrated_, inputs_, at);
 }
 
 Hand Personal::mean_deg(const VectorXd& inputs_deg) const {
-  const Regression& r = calibrated_.regression;
-  const VectorXd x = r.scaled(inputs_deg, offset_deg_);
-  const VectorXd with_cells = r.with_cells(x);
-  Hand mean = r.mean_deg(with_cells, offset_deg_);
-  if (x_.rows() > 0) mean += (weight_.transpose() * with_seen(x, with_cells)).array();
-  return mean;
+  const VectorXd x = calibrated_.regression.scaled(inputs_deg, offset_deg_);
+  return seen_.mean_deg(x, calibrated_.regression.with_cells(x));
 }
 
 Hand Personal::variance_deg2(const VectorXd& inputs_deg) const {
-  const Regression& r = calibrated_.regression;
-  const VectorXd x = r.scaled(inputs_deg, offset_deg_);
-  const VectorXd with_cells = r.with_cells(x);
-  const double everybody = r.own(x, x) - with_cells.dot(VectorXd(r.solve(with_cells))) + r.instant();
-  Hand variance = calibrated_.scale_deg2 * everybody;
-  if (x_.rows() == 0) return variance;
-  const VectorXd k = with_seen(x, with_cells);
-  const double known = std::min(k.dot(VectorXd(seen_.solve(k))), everybody - r.instant());
-  return variance - shown_ * calibrated_.scale_deg2 * known;
+  const VectorXd x = calibrated_.regression.scaled(inputs_deg, offset_deg_);
+  const Seen::Variance variance = seen_.variance(x, calibrated_.regression.with_cells(x));
+  return (seen_.shown() > 0)
+      .select(variance.shown * acquainted_deg2_, Hand(variance.hidden * stranger_deg2_));
 }
 
 Completer::Completer(const Posture& posture, std::vector<Input> inputs, bool rested)
@@ -152,7 +122,7 @@ Personal& Completer::model(Mask mask) {
   }
   const InputMatrix inputs = matrix_(rows, Eigen::all);
   auto made = std::make_unique<Personal>(calibrate(people_, inputs, shape_, matrix_), inputs);
-  if (rest_rows_ > 0) made->learn(rest_sum_ / rest_rows_, seen_, kPiece_s);
+  if (rest_rows_ > 0) made->learn(rest_sum_ / rest_rows_, seen_);
   return *models_.emplace(mask, std::move(made)).first->second;
 }
 
@@ -167,7 +137,7 @@ void Completer::show(const Hand& hand_deg, double seconds) {
   }
   rest_sum_ += hand_deg;
   ++rest_rows_;
-  for (auto& [mask, personal] : models_) personal->learn(rest_sum_ / rest_rows_, seen_, kPiece_s);
+  for (auto& [mask, personal] : models_) personal->learn(rest_sum_ / rest_rows_, seen_);
 }
 
 // Mean hands of half a second each.
@@ -180,7 +150,7 @@ void Completer::see(const Hand& hand_deg, double seconds) {
   piece_sum_ = Hand::Zero();
   piece_rows_ = 0;
   piece_s_ = 0;
-  for (auto& [mask, personal] : models_) personal->learn(rest_sum_ / rest_rows_, seen_, kPiece_s);
+  for (auto& [mask, personal] : models_) personal->learn(rest_sum_ / rest_rows_, seen_);
 }
 
 Completer::Said Completer::from_others(const Readings& readings, std::size_t input) {
@@ -286,7 +256,7 @@ void Completer::set_coupled(const Readings& readings, Estimate& estimate) const 
     const double se = estimate.se_deg[follows];
     const double through = (curve.at(angle + se) - curve.at(angle - se)) / 2;
     estimate.angle_deg[joint] = curve.at(angle);
-    estimate.se_deg[joint] = std::max(kLeast_deg, std::hypot(curve.sd_deg, through));
+    estimate.se_deg[joint] = std::max(kLeastCoupled_deg, std::hypot(curve.sd_deg, through));
   }
 }
 

@@ -41,30 +41,28 @@ class Shiver {
   std::deque<double> size_;
 };
 
-// What a Calibrated knows of one person: the observations beyond the codebooks.
+// What a Calibrated knows of one person: the resting pose, and the observations beyond the codebooks.
 class Personal {
  public:
-  Personal(Calibrated calibrated, InputMatrix inputs)
-      : calibrated_(std::move(calibrated)), inputs_(std::move(inputs)) {}
+  Personal(Calibrated calibrated, InputMatrix inputs);
+  Personal(const Personal&) = delete;  // what is seen refers to the regression
+  Personal& operator=(const Personal&) = delete;
 
-  // `hands`: seen of this person, NaN where a joint is not shown; each stands for `seconds`.
-  void learn(const Hand& rest_deg, const std::vector<Hand>& hands, double seconds);
+  // `hands`: seen of this person, NaN where a joint is not shown.
+  void learn(const Hand& rest_deg, const std::vector<Hand>& hands);
 
   Hand mean_deg(const Eigen::VectorXd& inputs_deg) const;
   Hand variance_deg2(const Eigen::VectorXd& inputs_deg) const;
   const Calibrated& calibrated() const { return calibrated_; }
 
  private:
-  Eigen::VectorXd with_seen(const Eigen::VectorXd& x, const Eigen::VectorXd& with_cells) const;
-
   Calibrated calibrated_;
   InputMatrix inputs_;
   Hand offset_deg_ = Hand::Zero();
-  Hand shown_ = Hand::Zero();  // 1 where the joint is among what was seen
-  Eigen::MatrixXd x_;          // seen x inputs
-  Eigen::MatrixXd gain_;       // K^-1 of the cells' correlations with them
-  Eigen::LLT<Eigen::MatrixXd> seen_;
-  Hands weight_;
+  Seen seen_;
+  Hand stranger_deg2_;       // s_j^2
+  Hand acquainted_deg2_;     // s_j^2 of joints that were seen
+  std::size_t seen_at_ = 0;  // how many hands that is good for
 };
 
 class Completer {

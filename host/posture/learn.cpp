@@ -8,6 +8,7 @@
 #include <set>
 
 #include "host/io/io.hpp"
+#include "host/posture/standard_error.hpp"
 #include "host/posture/table.hpp"
 
 namespace flexor::posture {
@@ -81,14 +82,14 @@ CoupledCurve solve(const CurveFit& fit, const Coupling& coupling) {
   return curve;
 }
 
-double square_error(const CoupledCurve& curve, const Recorded& recorded) {
-  double sum = 0;
+// Sizes of the errors on a person, in no order.
+std::vector<double> errors_on(const CoupledCurve& curve, const Recorded& recorded) {
+  std::vector<double> out;
   for (Index row = 0; row < recorded.hands_deg.rows(); ++row) {
-    const double error = recorded.hands_deg(row, curve.coupling.joint) -
-                         curve.at(recorded.hands_deg(row, curve.coupling.follows));
-    sum += error * error;
+    out.push_back(std::abs(recorded.hands_deg(row, curve.coupling.joint) -
+                           curve.at(recorded.hands_deg(row, curve.coupling.follows))));
   }
-  return sum / static_cast<double>(recorded.hands_deg.rows());
+  return out;
 }
 
 CoupledCurve coupled_curve(const std::vector<Recorded>& people, const Coupling& coupling) {
@@ -99,13 +100,14 @@ CoupledCurve coupled_curve(const std::vector<Recorded>& people, const Coupling& 
     all.left += fits.back().left;
     all.right += fits.back().right;
   }
-  double left_out = 0;
+  std::vector<Weighted> errors;
   for (std::size_t i = 0; i < people.size(); ++i) {
     const CurveFit others{all.left - fits[i].left, all.right - fits[i].right};
-    left_out += square_error(solve(others, coupling), people[i]);
+    const auto share = 1 / static_cast<double>(people[i].hands_deg.rows());
+    for (const double size : errors_on(solve(others, coupling), people[i])) errors.push_back({size, share});
   }
   CoupledCurve curve = solve(all, coupling);
-  curve.sd_deg = std::sqrt(left_out / static_cast<double>(people.size()));
+  curve.sd_deg = standard_error(std::move(errors));
   return curve;
 }
 

@@ -8,16 +8,19 @@
 //
 // A cell of a codebook that stands for t seconds is an observation with the variance noise T / t, T the mean length of
 // the recordings. The kernel is one for all joints, so that all are solved at once; s_j comes from people who were
-// left out (calibrate()). What is seen of the new person's whole hand is further observations, of the same form.
+// left out (scale_deg2()). What is seen of the new person's whole hand is further observations (Seen), each with the
+// variance of e in an average cell: a moment of it, as a cell is a kind of moment.
 //
 // Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), 2.2; for personal effects as a
 // second kernel, Goldberg, Williams and Bishop (1998) and the mixed model of Laird and Ware (1982).
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <cstddef>
 #include <vector>
 
 #include "host/posture/posture.hpp"
+#include "host/posture/standard_error.hpp"
 
 namespace flexor::posture {
 
@@ -50,7 +53,7 @@ class Regression {
   // K^-1 of the cells.
   Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const { return cells_.solve(right); }
 
-  // Of what e adds in an instant, and of an observation that stands for so many seconds.
+  // Variance of e in a moment, and in a cell that stands for so many seconds.
   double instant() const { return instant_; }
   double noise_of(double seconds) const { return shape_.noise * mean_seconds_ / seconds; }
 
@@ -72,21 +75,56 @@ class Regression {
   double instant_ = 0;
 };
 
-// With the scale of its errors, from leaving each person out in turn.
+// What is seen of one person's whole hand. The regression must outlive it.
+class Seen {
+ public:
+  // `hands`: NaN where a joint is not shown; one whose inputs are not known is left out.
+  Seen(const Regression& regression, const InputMatrix& inputs, const Hand& offset_deg,
+       const std::vector<Hand>& hands);
+
+  Hand mean_deg(const Eigen::VectorXd& x, const Eigen::VectorXd& with_cells) const;
+  // Of joints that were seen, and of those that were not, in units of s_j^2.
+  struct Variance {
+    double shown;
+    double hidden;
+  };
+  Variance variance(const Eigen::VectorXd& x, const Eigen::VectorXd& with_cells) const;
+  // 1 where the joint was seen.
+  const Hand& shown() const { return shown_; }
+
+ private:
+  Eigen::VectorXd correlation(const Eigen::VectorXd& x, const Eigen::VectorXd& with_cells) const;
+
+  const Regression* regression_;
+  Hand offset_deg_;
+  Hand shown_ = Hand::Zero();
+  Eigen::MatrixXd x_;     // seen x inputs
+  Eigen::MatrixXd gain_;  // K^-1 of the cells' correlations with them
+  Eigen::LLT<Eigen::MatrixXd> seen_;
+  Hands weight_;
+};
+
+// With what it says of people whom it was not given: each left out in turn.
 struct Calibrated {
   Regression regression;
-  Hand scale_deg2;                    // s_j^2
+  struct LeftOut {
+    const Person* person;
+    Regression others;
+  };
+  std::vector<LeftOut> left_out;
   Eigen::VectorXd target_error_deg2;  // mean square error of each row of `targets` times the hand
   Eigen::VectorXd target_worst_deg;   // the largest one
   double rmse_deg = 0;                // mean over the joints
 };
 
-// Throws nothing. `targets`: sums of joints whose error is asked for beside the joints'.
+// `targets`: sums of joints whose error is asked for beside the joints'. The people must outlive it.
 Calibrated calibrate(const People& people, const InputMatrix& inputs, const Shape& shape,
                      const InputMatrix& targets);
 
-// The smallest noise whose error on people left out is within 1 % of the least: one more person, whom it will have,
-// lets it smooth less.
+// s_j^2 from the errors on people left out of whom `seen` moments of the whole hand were seen.
+Hand scale_deg2(const Calibrated& calibrated, const InputMatrix& inputs, std::size_t seen);
+
+// The noise of the least error on people left out.
 Shape choose_shape(const People& people, const InputMatrix& inputs, bool rested);
 
 }  // namespace flexor::posture

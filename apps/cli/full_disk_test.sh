@@ -150,6 +150,8 @@ SPARSE=1 file a.mat "${align[@]}" --out "$disk/a.mat" --mat-version 7.3 # HDF5 l
 
 identify=("$flexor" identify --sensor "$glove" --reference "$camera" --structure linear)
 file m.json "${identify[@]}" --model "$disk/m.json"
+printf 't_s,index_deg\n0,-20\n' >"$in/strip.csv"
+file f.csv "$flexor" posture complete "$source/models/posture.json" "$in/strip.csv" --from index_deg --bends index=index_mcp+index_pip --out "$disk/f.csv"
 folder "${identify[@]}" --report "$disk/new"
 # With room for the angles it would go on to fit what it cannot: the video is short.
 FREE="0 1" folder "$flexor" identify --sensor "$glove" --reference "$in/video.mp4" --joints "$in/joints.json" \

@@ -65,7 +65,7 @@ void run_learn(const LearnOptions& o) {
                       person.book.seconds.size()));
   }
   for (const posture::CoupledCurve& curve : learnt.curves) {
-    print(fmt::format("{:12} follows {:12} within {:.2f} deg RMSE on people left out\n",
+    print(fmt::format("{:12} follows {:12} within {:.2f} deg, standard error on people left out\n",
                       posture::kJointNames[static_cast<std::size_t>(curve.coupling.joint)],
                       posture::kJointNames[static_cast<std::size_t>(curve.coupling.follows)], curve.sd_deg));
   }
@@ -84,8 +84,8 @@ nlohmann::ordered_json json_of(const posture::Completion& c) {
   nlohmann::ordered_json inputs = nlohmann::ordered_json::object();
   for (std::size_t i = 0; i < c.inputs.size(); ++i) {
     const auto& rows = c.quality[i];
-    inputs[c.inputs[i]] = {
-        {"used", rows[0]}, {"missing", rows[1]}, {"implausible", rows[2]}, {"noisy", rows[3]}};
+    inputs[c.inputs[i]] = {{"used", rows[0]},  {"missing", rows[1]}, {"implausible", rows[2]},
+                           {"noisy", rows[3]}, {"stuck", rows[4]},   {"beyond", rows[5]}};
   }
   nlohmann::ordered_json error_deg = nlohmann::ordered_json::object();
   for (int j = 0; j < posture::kJoints; ++j) {
@@ -104,10 +104,14 @@ std::vector<std::string> warnings_of(const CompleteOptions& o, const posture::Co
   std::vector<std::string> warnings;
   for (std::size_t i = 0; i < c.inputs.size(); ++i) {
     const auto& rows = c.quality[i];
-    if (rows[1] + rows[2] + rows[3] == 0) continue;
-    warnings.push_back(
-        fmt::format("{}: {}: {} row(s) missing, {} implausible, {} noisy: told by the other inputs", o.file,
-                    c.inputs[i], rows[1], rows[2], rows[3]));
+    if (rows[1] + rows[2] + rows[3] + rows[4] > 0) {
+      warnings.push_back(fmt::format(
+          "{}: {}: {} row(s) missing, {} implausible, {} noisy, {} stuck: told by the other inputs", o.file,
+          c.inputs[i], rows[1], rows[2], rows[3], rows[4]));
+    }
+    if (rows[5] == 0) continue;
+    warnings.push_back(fmt::format("{}: {}: {} row(s) beyond what its joints do: they end at their limits",
+                                   o.file, c.inputs[i], rows[5]));
   }
   if (o.job.rest_s > 0 && c.shown_joints < posture::kJoints) {
     warnings.push_back(
@@ -176,7 +180,8 @@ void add_complete(CLI::App& posture) {
   command->footer(
       "Writes t_s, NAME_deg and NAME_se_deg of each joint on the rows of FILE, and INPUT_quality of each "
       "input:\n"
-      "0 used, 1 missing, 2 implausible (told by the others), 3 noisy (weighed against the others).");
+      "0 used, 1 missing, 2 implausible, 3 noisy (weighed against the others), 4 stuck, 5 beyond its joints' "
+      "limits.");
   command->add_option("posture", o->posture, "posture document")->required();
   command
       ->add_option("file", o->file, "CSV with t_s and the sensed columns; an empty cell is a missing reading")

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -20,10 +19,12 @@ using Eigen::VectorXd;
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPiece_s = 0.5;  // of the shown hand, one observation
 constexpr std::size_t kMostPieces = 200;
-constexpr double kStill_deg = 10;   // a resting hand stays within, mean of its joints
-constexpr double kBeyond_deg = 15;  // of the limits, before a reading is implausible
-constexpr double kNoisy_deg = 5;    // a reading that shivers by less is taken as it is
-constexpr double kLeast_deg = 0.1;  // no reading is surer than that
+constexpr double kStill_deg = 10;           // a resting hand stays within, mean of its joints
+constexpr double kBeyond_deg = 15;          // of the limits, before a reading is implausible
+constexpr int kStillRows = 32;              // of one reading, before it may be stuck
+constexpr double kStuck = 3;                // standard errors of what the others say
+constexpr double kNoisy_deg = 5;            // a reading that shivers by less is taken as it is
+constexpr double kLeast_deg = 0.1;          // no reading is surer than that
 constexpr double kLeastCoupled_deg = 0.01;  // a posture document's last digit
 constexpr std::size_t kMostModels = 32;     // some megabytes each
 
@@ -74,14 +75,12 @@ Personal::Personal(Calibrated calibrated, InputMatrix inputs)
       stranger_deg2_(scale_deg2(calibrated_, inputs_, 0)),
       acquainted_deg2_(stranger_deg2_) {}
 
-// The errors' scale is found again whenever twice as much was seen.
 void Personal::learn(const Hand& rest_deg, const std::vector<Hand>& hands) {
   offset_deg_ = calibrated_.regression.offset_deg(rest_deg);
   seen_ = Seen(calibrated_.regression, inputs_, offset_deg_, hands);
-  const std::size_t at = std::bit_floor(hands.size());
-  if (at == seen_at_) return;
-  seen_at_ = at;
-  acquainted_deg2_ = scale_deg2(calibrated_, inputs_, at);
+  if (hands.size() == seen_at_) return;
+  seen_at_ = hands.size();
+  acquainted_deg2_ = scale_deg2(calibrated_, inputs_, seen_at_);
 }
 
 Hand Personal::mean_deg(const VectorXd& inputs_deg) const {
@@ -97,7 +96,11 @@ Hand Personal::variance_deg2(const VectorXd& inputs_deg) const {
 }
 
 Completer::Completer(const Posture& posture, std::vector<Input> inputs, bool rested)
-    : posture_(posture), inputs_(std::move(inputs)), matrix_(input_matrix(inputs_)), shiver_(inputs_.size()) {
+    : posture_(posture),
+      inputs_(std::move(inputs)),
+      matrix_(input_matrix(inputs_)),
+      shiver_(inputs_.size()),
+      still_(inputs_.size()) {
   require_inputs(inputs_);
   for (const Person& person : posture.people) people_.push_back(&person);
   shape_ = choose_shape(people_, matrix_, rested);
@@ -161,6 +164,30 @@ Completer::Said Completer::from_others(const Readings& readings, std::size_t inp
           personal.calibrated().target_error_deg2[row], personal.calibrated().target_worst_deg[row]};
 }
 
+// A strip that lost its contact keeps one value to the last digit; a finger at rest does so too, but then the others say
+// that it does. What is stuck stays so until it changes.
+void Completer::leave_out_stuck(Readings& readings, std::vector<Quality>& quality) {
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    const Mask others = readings.mask & ~bit(i);
+    const double reading = readings.value_deg[static_cast<Index>(i)];
+    Still& still = still_[i];
+    if (!(readings.mask & bit(i)) || others == 0) continue;
+    const Said said = from_others(readings, i);
+    if (still.rows == 0 || reading != still.reading_deg) {
+      still = {reading, others, said.value_deg, 0, 1};
+      continue;
+    }
+    if (still.others != others) {
+      still.others = others;
+      still.said_deg = said.value_deg;
+    }
+    still.moved_deg = std::max(still.moved_deg, std::abs(said.value_deg - still.said_deg));
+    if (++still.rows < kStillRows || still.moved_deg < kStuck * std::sqrt(said.variance_deg2)) continue;
+    quality[i] = Quality::stuck;
+    readings.mask &= ~bit(i);
+  }
+}
+
 void Completer::leave_out_implausible(Readings& readings, std::vector<Quality>& quality) {
   const auto leave_out = [&](std::size_t i) {
     quality[i] = Quality::implausible;
@@ -188,6 +215,20 @@ void Completer::leave_out_implausible(Readings& readings, std::vector<Quality>& 
     }
     if (worst == inputs_.size()) return;
     leave_out(worst);
+  }
+}
+
+// Up to kBeyond_deg, further is implausible.
+void Completer::mark_beyond(Readings& readings, std::vector<Quality>& quality) const {
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    if (!(readings.mask & bit(i))) continue;
+    const auto row = static_cast<Index>(i);
+    const double low = matrix_.row(row).dot(posture_.limits.low_deg.matrix());
+    const double high = matrix_.row(row).dot(posture_.limits.high_deg.matrix());
+    double& reading = readings.value_deg[row];
+    if (reading >= low && reading <= high) continue;
+    reading = std::clamp(reading, low, high);
+    quality[i] = Quality::beyond;
   }
 }
 
@@ -228,21 +269,37 @@ bool Completer::sensed_alone(const Readings& readings, int joint) const {
   return false;
 }
 
-// A joint that is sensed by itself is what was read; a sum that is sensed is kept, the joints that are less certain
-// giving way more.
-void Completer::set_sensed(const Readings& readings, Estimate& estimate) {
+// The joints that are less certain give way more; one that meets its limit leaves the rest to the others.
+void Completer::keep_sum(const std::vector<int>& joints, double sum_deg, Estimate& estimate) const {
+  const auto& [low_deg, high_deg] = posture_.limits;
+  std::vector<int> free = joints;
+  for (const int joint : joints) {
+    estimate.angle_deg[joint] = std::clamp(estimate.angle_deg[joint], low_deg[joint], high_deg[joint]);
+  }
+  while (!free.empty()) {
+    double lacking_deg = sum_deg;
+    double total_deg2 = 0;
+    for (const int joint : joints) lacking_deg -= estimate.angle_deg[joint];
+    for (const int joint : free) total_deg2 += estimate.se_deg[joint] * estimate.se_deg[joint];
+    std::vector<int> still_free;
+    for (const int joint : free) {
+      const double share = estimate.se_deg[joint] * estimate.se_deg[joint] / total_deg2;
+      const double wanted_deg = estimate.angle_deg[joint] + share * lacking_deg;
+      estimate.angle_deg[joint] = std::clamp(wanted_deg, low_deg[joint], high_deg[joint]);
+      if (estimate.angle_deg[joint] == wanted_deg) still_free.push_back(joint);
+    }
+    if (still_free.size() == free.size()) return;
+    free = still_free;
+  }
+}
+
+// A joint that is sensed by itself is what was read.
+void Completer::set_sensed(const Readings& readings, Estimate& estimate) const {
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     if (!(readings.mask & bit(i))) continue;
     const auto row = static_cast<Index>(i);
     const std::vector<int>& joints = inputs_[i].joints;
-    const Hand variance_deg2 = estimate.se_deg.square();
-    double total_deg2 = 0;
-    double lacking = readings.value_deg[row];
-    for (const int joint : joints) {
-      total_deg2 += variance_deg2[joint];
-      lacking -= estimate.angle_deg[joint];
-    }
-    for (const int joint : joints) estimate.angle_deg[joint] += lacking * variance_deg2[joint] / total_deg2;
+    keep_sum(joints, readings.value_deg[row], estimate);
     if (joints.size() > 1) continue;
     estimate.se_deg[joints[0]] = std::max(kLeast_deg, std::sqrt(readings.variance_deg2[row]));
   }
@@ -272,6 +329,8 @@ Estimate Completer::complete(const VectorXd& readings_deg) {
     readings.mask &= ~bit(i);
   }
   leave_out_implausible(readings, estimate.quality);
+  leave_out_stuck(readings, estimate.quality);
+  mark_beyond(readings, estimate.quality);
   weigh_noisy(readings, estimate.quality);
   const Personal& personal = model(readings.mask);
   const VectorXd inputs = picked(readings.mask, readings.value_deg);

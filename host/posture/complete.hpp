@@ -2,8 +2,10 @@
 //
 // Each row: readings that are missing are left out; a reading that is outside what the joints can do, or further from
 // what the other inputs say than anybody who was left out ever was, is left out too; one that shivers is weighed against
-// what the others say. What is left goes through the regression (regression.hpp) for just these inputs. DIP
-// follows PIP where that is sensed by itself. Angles end at the joints' limits.
+// what the others say; one that does not change at all while the others say that its finger moved is left out. What is left
+// goes through the regression (regression.hpp) for just these inputs. DIP follows PIP where that is sensed by
+// itself. Angles end at the joints' limits: a sum that is sensed is kept by the joints that still can, and a reading
+// that is a little beyond all of them is said to be.
 //
 // While the person rests, and as long as more than the inputs is shown, the model learns of that person: the resting
 // pose shifts all that follows, and every half second of the hand is one more observation.
@@ -19,7 +21,8 @@
 
 namespace flexor::posture {
 
-enum class Quality { used = 0, missing = 1, implausible = 2, noisy = 3 };
+enum class Quality { used = 0, missing = 1, implausible = 2, noisy = 3, stuck = 4, beyond = 5 };
+inline constexpr int kQualities = 6;
 
 // Times the largest error that was met on people left out.
 inline constexpr double kImplausible = 1.5;
@@ -98,10 +101,13 @@ class Completer {
     double worst_deg;
   };
   Said from_others(const Readings& readings, std::size_t input);
+  void leave_out_stuck(Readings& readings, std::vector<Quality>& quality);
+  void mark_beyond(Readings& readings, std::vector<Quality>& quality) const;
   void leave_out_implausible(Readings& readings, std::vector<Quality>& quality);
   void weigh_noisy(Readings& readings, std::vector<Quality>& quality);
   void add_noise(const Readings& readings, Hand& variance_deg2);
-  void set_sensed(const Readings& readings, Estimate& estimate);
+  void set_sensed(const Readings& readings, Estimate& estimate) const;
+  void keep_sum(const std::vector<int>& joints, double sum_deg, Estimate& estimate) const;
   void set_coupled(const Readings& readings, Estimate& estimate) const;
   bool sensed_alone(const Readings& readings, int joint) const;
 
@@ -113,6 +119,15 @@ class Completer {
   Mask all_ = 0;
   std::map<Mask, std::unique_ptr<Personal>> models_;
   std::vector<Shiver> shiver_;
+  // Since a reading last changed.
+  struct Still {
+    double reading_deg = 0;
+    Mask others = 0;
+    double said_deg = 0;  // by them, at first
+    double moved_deg = 0;
+    int rows = 0;
+  };
+  std::vector<Still> still_;
   // Of the person.
   Hand rest_sum_ = Hand::Zero();
   double rest_rows_ = 0;

@@ -27,7 +27,7 @@ struct CompleteOptions {
 struct Completion {
   std::size_t rows = 0;
   std::vector<std::string> inputs;
-  std::vector<std::array<std::size_t, 4>> quality;  // of each input, rows by Quality
+  std::vector<std::array<std::size_t, kQualities>> quality;  // of each input, rows by Quality
   double shown_s = 0;
   std::size_t shown_joints = 0;
   Hand mean_se_deg = Hand::Zero();

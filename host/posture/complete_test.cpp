@@ -57,10 +57,67 @@ TEST(Completing, ClaimsErrorsThatStrangersHave) {
 
 TEST(Completing, KeepsTheSensedSum) {
   Completer stranger = new_stranger();
-  const Recorded r = test::person(77, "x");
-  const Eigen::VectorXd readings = readings_of(r, 100);
-  const Estimate e = stranger.complete(readings);
-  EXPECT_LT((input_matrix(bends()) * e.angle_deg.matrix() - readings).cwiseAbs().maxCoeff(), 1e-6);
+  for (const std::uint64_t seed : {76U, 77U, 78U, 79U}) {
+    const Recorded r = test::person(seed, "x");
+    for (Index row = 0; row < r.hands_deg.rows(); row += 11) {
+      const Eigen::VectorXd readings = readings_of(r, row);
+      const Estimate e = stranger.complete(readings);
+      const Eigen::VectorXd off = input_matrix(bends()) * e.angle_deg.matrix() - readings;
+      for (Index i = 0; i < off.size(); ++i) {
+        if (e.quality[static_cast<std::size_t>(i)] != Quality::used) continue;
+        EXPECT_LT(std::abs(off[i]), 1e-6) << "row " << row << ", bend " << i;
+      }
+    }
+  }
+}
+
+TEST(Completing, AJointAtItsLimitLeavesTheRestToTheOther) {
+  const Limits& limits = known().limits;
+  const double low_deg = limits.low_deg[4] + limits.low_deg[5];
+  const double high_deg = limits.high_deg[4] + limits.high_deg[5];
+  Completer index(known(), {bends()[1]}, false);
+  int at_one = 0;
+  for (double bend_deg = low_deg; bend_deg <= high_deg; bend_deg += 1) {
+    const Estimate e = index.complete(Eigen::VectorXd::Constant(1, bend_deg));
+    EXPECT_EQ(e.quality[0], Quality::used);
+    EXPECT_NEAR(e.angle_deg[4] + e.angle_deg[5], bend_deg, 1e-6);
+    const bool mcp = e.angle_deg[4] <= limits.low_deg[4] || e.angle_deg[4] >= limits.high_deg[4];
+    const bool pip = e.angle_deg[5] <= limits.low_deg[5] || e.angle_deg[5] >= limits.high_deg[5];
+    at_one += mcp != pip ? 1 : 0;
+  }
+  EXPECT_GT(at_one, 10);
+  const Estimate beyond = index.complete(Eigen::VectorXd::Constant(1, high_deg + 5));
+  EXPECT_EQ(beyond.quality[0], Quality::beyond);
+  EXPECT_NEAR(beyond.angle_deg[4], limits.high_deg[4], 1e-9);
+  EXPECT_NEAR(beyond.angle_deg[5], limits.high_deg[5], 1e-9);
+}
+
+TEST(Completing, LeavesOutAStuckFingerUntilItMoves) {
+  Completer stranger = new_stranger();
+  const Recorded r = test::person(85, "x");
+  const double rest_deg = readings_of(r, 0)[2];
+  double stuck = 0;
+  double told = 0;
+  double rows = 0;
+  for (Index row = 0; row < 300; ++row) {
+    Eigen::VectorXd readings = readings_of(r, row);
+    if (row >= 60) readings[2] = rest_deg;
+    const Estimate e = stranger.complete(readings);
+    for (const std::size_t moving : {0U, 1U, 3U, 4U}) EXPECT_EQ(e.quality[moving], Quality::used) << row;
+    if (row < 60) {
+      EXPECT_EQ(e.quality[2], Quality::used) << row;
+    }
+    if (row < 240) continue;
+    stuck += e.quality[2] == Quality::stuck ? 1 : 0;
+    told += e.quality[2] != Quality::used ? 1 : 0;
+    ++rows;
+  }
+  EXPECT_GT(stuck / rows, 0.3);  // or what it says is implausible by then
+  EXPECT_GT(told / rows, 0.95);
+  EXPECT_EQ(stranger.complete(readings_of(r, 20)).quality[2], Quality::used);
+  for (Index row = 0; row < 100; ++row) {  // a whole hand that rests is not stuck
+    EXPECT_EQ(stranger.complete(readings_of(r, 20)).quality[2], Quality::used) << row;
+  }
 }
 
 TEST(Completing, LearnsThePersonFromARestingPose) {

@@ -9,6 +9,8 @@
 
 #include "host/io/io.hpp"
 #include "host/posture/learn.hpp"
+#include "host/posture/regression.hpp"
+#include "host/posture/standard_error.hpp"
 #include "host/posture/table.hpp"
 #include "host/posture/test_people.hpp"
 
@@ -81,6 +83,32 @@ TEST(Learning, RestIsTheStartOfEachTrial) {
     ++count;
   }
   EXPECT_LT((posture.people[0].rest_deg - sum / count).abs().maxCoeff(), 1e-9);
+}
+
+// Ten seconds of one person do not outvote one second of two others: what is common is not what one does most.
+TEST(RegressionOfPeople, CountsPeopleNotSeconds) {
+  std::vector<Person> people(3);
+  for (int i = 0; i < 3; ++i) {
+    Person& person = people[static_cast<std::size_t>(i)];
+    const int cells = i == 0 ? 40 : 4;
+    person.rest_deg = Hand::Zero();
+    person.book = {Hands::Constant(cells, kJoints, i == 0 ? 30.0 : 0.0), Eigen::VectorXd::Ones(cells),
+                   Hand::Zero()};
+  }
+  const Regression regression({&people[0], &people[1], &people[2]}, InputMatrix(0, kJoints), {0.001, 0});
+  const Hand mean = regression.mean_deg(regression.with_cells(Eigen::VectorXd(0)), Hand::Zero());
+  EXPECT_NEAR(mean[5], 10, 0.1);
+}
+
+TEST(StandardErrors, CoverWhatTheyClaim) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal(0, 2);
+  std::vector<Weighted> errors(20000);
+  for (Weighted& error : errors) error = {std::abs(normal(random)), 0.5};
+  EXPECT_NEAR(standard_error(errors), 2, 0.05);
+  EXPECT_EQ(standard_error({}), 0);
+  for (std::size_t i = 0; i < 400; ++i) errors[i].size = 1e6;  // a few wild ones draw it little
+  EXPECT_NEAR(standard_error(errors), 2.08, 0.06);
 }
 
 TEST(CodebookOfHands, HasTheCentresOfWhatIsThere) {

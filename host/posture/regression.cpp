@@ -69,7 +69,8 @@ void add_person(const Calibrated::LeftOut& left_out, const InputMatrix& inputs, 
     const VectorXd with_cells = others.with_cells(x);
     const Hand error = shown.mean_deg(x, with_cells) - hand.array();
     const Seen::Variance claimed = shown.variance(x, with_cells);
-    add_relatives(error, book.within_deg2, shown.shown() * claimed.shown + (1 - shown.shown()) * claimed.hidden,
+    add_relatives(error, book.within_deg2,
+                  shown.shown() * claimed.shown + (1 - shown.shown()) * claimed.hidden,
                   book.seconds[c] / person->seconds(), out);
   }
 }
@@ -240,7 +241,8 @@ Hand scale_deg2(const Calibrated& calibrated, const InputMatrix& inputs, std::si
     add_person(left_out, inputs, std::min(static_cast<Index>(seen), half), relatives);
   }
   Hand scale;
-  for (int j = 0; j < kJoints; ++j) scale[j] = standard_error(std::move(relatives[static_cast<std::size_t>(j)]));
+  for (int j = 0; j < kJoints; ++j)
+    scale[j] = standard_error(std::move(relatives[static_cast<std::size_t>(j)]));
   return scale.square();
 }
 

@@ -1,27 +1,22 @@
 #include "host/posture/standard_error.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace flexor::posture {
-namespace {
 
-double quantile(const std::vector<Weighted>& ascending, double part) {
+double standard_error(std::vector<Weighted> errors) {
+  const std::size_t count = errors.size();
   double left = 0;
-  for (const Weighted& error : ascending) left += part * error.share;
-  for (const Weighted& error : ascending) {
+  for (std::size_t i = 0; i < count; ++i) {
+    left += (0.683 + 0.95) * errors[i].share;
+    errors.push_back({errors[i].size / 1.96, errors[i].share});
+  }
+  std::ranges::sort(errors, {}, &Weighted::size);
+  for (const Weighted& error : errors) {
     left -= error.share;
     if (left <= 0) return error.size;
   }
-  return ascending.back().size;
-}
-
-}  // namespace
-
-double standard_error(std::vector<Weighted> errors) {
-  if (errors.empty()) return 0;
-  std::ranges::sort(errors, {}, &Weighted::size);
-  return std::sqrt(quantile(errors, 0.683) * quantile(errors, 0.95) / 1.96);
+  return 0;
 }
 
 }  // namespace flexor::posture

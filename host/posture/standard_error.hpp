@@ -1,9 +1,9 @@
-// One number for how large errors are, when they need not be normal:
+// One number for how large errors are, when they need not be normal: the se for which
 //
-//   se = sqrt(q68 q95 / 1.96)     q68, q95: sizes that 68.3 and 95 % of the errors do not exceed
+//   share of errors within se + share within 1.96 se = 0.683 + 0.95
 //
-// so that one se covers 68.3 % and 1.96 se cover 95 %, or, where no number does both, each as nearly as the other. A root
-// mean square would be drawn by the few largest errors, and claim too much.
+// Normal errors have both. Of others, what one interval covers too much the other covers too little: both miss by as
+// many points. A root mean square would be drawn by the few largest errors, and claim too much.
 #pragma once
 
 #include <vector>

@@ -1,0 +1,131 @@
+// flexor posture as its users run it: the columns that other tools read, one clear line for bad input, nothing half-written.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "host/posture/test_people.hpp"
+
+namespace flexor::cli {
+namespace {
+namespace fs = std::filesystem;
+using posture::kJointNames;
+
+class PostureCli : public testing::Test {
+ protected:
+  PostureCli()
+      : folder_(fs::path(testing::TempDir()) /
+                (std::string("flexor_posture_") +
+                 testing::UnitTest::GetInstance()->current_test_info()->name() +
+                 std::to_string(::getpid()))) {
+    fs::create_directories(folder_);
+  }
+  ~PostureCli() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  static std::string content(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(path(name), std::ios::binary) << text;
+  }
+
+  static std::string table_of(const posture::Recorded& person, Eigen::Index rows) {
+    std::string text = "t_s";
+    for (const auto name : kJointNames) text += fmt::format(",{}_deg", name);
+    text += "\n";
+    for (Eigen::Index row = 0; row < rows; ++row) {
+      text += fmt::format("{:.1f}", person.t_s[static_cast<std::size_t>(row)]);
+      for (const double angle_deg : person.hands_deg.row(row)) text += fmt::format(",{:.2f}", angle_deg);
+      text += "\n";
+    }
+    return text;
+  }
+
+  int run(const std::string& arguments) {
+    const std::string program = fs::absolute(FLEXOR_PROGRAM).string();
+    const std::string command = fmt::format("cd '{}' && '{}' posture {} < /dev/null > out 2> err",
+                                            folder_.string(), program, arguments);
+    const int status = std::system(command.c_str());
+    said_ = content(path("err"));
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  void learn() {
+    for (const auto& person : posture::test::people(3, 2)) write(person.source, table_of(person, 900));
+    write("new.csv", table_of(posture::test::person(5, "x"), 90));
+    ASSERT_EQ(run("learn person1.csv person2.csv person3.csv --out p.json"), 0) << said_;
+  }
+
+  // Exit 2, one line that holds `what`, and no output.
+  void expect_refusal(const std::string& arguments, const std::string& what) {
+    EXPECT_EQ(run(arguments), 2) << arguments;
+    EXPECT_EQ(std::ranges::count(said_, '\n'), 1) << said_;
+    EXPECT_NE(said_.find(what), std::string::npos) << said_;
+    for (const auto& entry : fs::directory_iterator(folder_)) {
+      const std::string name = entry.path().filename().string();
+      EXPECT_TRUE(name.find("never") == std::string::npos && name.find("part") == std::string::npos) << name;
+    }
+  }
+
+  fs::path folder_;
+  std::string said_;
+};
+
+TEST_F(PostureCli, WritesEveryJointWithItsErrorOnTheRowsOfTheFile) {
+  learn();
+  ASSERT_EQ(run("complete p.json new.csv --from index_mcp_deg,index_pip_deg,thumb_deg "
+                "--bends index=index_mcp+index_pip,thumb=thumb_mcp+thumb_ip --rest 0.5 --out full.csv"),
+            0)
+      << said_;
+  std::istringstream rows(content(path("full.csv")));
+  std::string header = "t_s";
+  for (const auto name : kJointNames) header += fmt::format(",{0}_deg,{0}_se_deg", name);
+  std::string line;
+  std::getline(rows, line);
+  EXPECT_EQ(line, header + ",index_quality,thumb_quality");
+  int count = 0;
+  for (; std::getline(rows, line); ++count) EXPECT_EQ(std::ranges::count(line, ','), 48) << line;
+  EXPECT_EQ(count, 90);  // among them repeated and restarted times
+}
+
+TEST_F(PostureCli, RefusesInOneLineAndLeavesNothing) {
+  learn();
+  const std::string complete = "complete p.json new.csv --out never.csv ";
+  expect_refusal(complete + "--from toe_deg", "\"toe\" is no joint");
+  expect_refusal(complete + "--from index_mcp_deg --bends index", "write NAME=JOINT+JOINT");
+  expect_refusal(complete + "--from index_mcp_deg --rest -1", "--rest must be from 0 to 3600");
+  expect_refusal(complete + "--from index_mcp_deg --rest nan", "--rest");
+  expect_refusal("complete p.json none.csv --from index_mcp_deg --out never.csv", "none.csv");
+  expect_refusal("complete new.csv new.csv --from index_mcp_deg --out never.csv", "new.csv");
+  write("head.csv", "t_s,index_mcp_deg\n");
+  expect_refusal("complete p.json head.csv --from index_mcp_deg --out never.csv", "no row below the header");
+  write("text.csv", "t_s,index_mcp_deg\n1,-20\n2,inf\n");
+  expect_refusal("complete p.json text.csv --from index_mcp_deg --out never.csv",
+                 "row 3: column \"index_mcp_deg\"");
+  expect_refusal("complete p.json text.csv --from ring_mcp_deg --out never.csv",
+                 "no column \"ring_mcp_deg\"");
+  expect_refusal("learn person1.csv person2.csv --out never.json", "three people");
+  expect_refusal("learn person1.csv person2.csv text.csv --out never.json", "no column \"thumb_rot_deg\"");
+}
+
+TEST_F(PostureCli, SaysWhenARestShowsNoMoreThanTheSensors) {
+  learn();
+  write("strip.csv", "t_s,index_deg\n0.0,-5\n0.1,\n0.2,nan\n0.2,-7\n");
+  ASSERT_EQ(run("complete p.json strip.csv --from index_deg --bends index=index_mcp+index_pip --rest 1 --out "
+                "f.csv"),
+            0);
+  EXPECT_NE(said_.find("0 of 23 joints are shown"), std::string::npos) << said_;
+  EXPECT_NE(said_.find("2 row(s) missing"), std::string::npos) << said_;
+}
+
+}  // namespace
+}  // namespace flexor::cli

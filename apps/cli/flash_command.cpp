@@ -28,7 +28,11 @@ struct Options {
 fs::path image_of(const Options& o) {
   std::error_code error;
   const fs::path path = o.what;
-  if (!fs::is_directory(path, error)) return path;
+  if (!fs::is_directory(path, error)) {
+    if (!o.board.empty())
+      throw io::InputError(fmt::format("{}: is one image: --board is for the folder of a deployment", o.what));
+    return path;
+  }
   if (!o.board.empty()) return path / (o.board + ".hex");
   const bool glove = fs::exists(path / "glove.hex", error);
   const bool hand = fs::exists(path / "hand.hex", error);

@@ -32,8 +32,9 @@ void require_sensible(const Options& o) {
   if (boards && (o.glove.empty() || o.hand.empty()) && o.key.empty())
     throw io::InputError(
         "one board alone needs the other's key: --key FILE, as flexor pair or deploy wrote it");
-  if (!o.glove.empty() && o.glove == o.hand) throw io::InputError("--glove and --hand name the same port");
   std::error_code error;
+  if (!o.glove.empty() && (o.glove == o.hand || fs::equivalent(o.glove, o.hand, error)))
+    throw io::InputError("--glove and --hand name the same port");
   if (!boards || !o.key.empty()) return;
   if (fs::exists(o.out, error)) {
     throw io::InputError(

@@ -19,6 +19,8 @@ namespace fs = std::filesystem;
 using io::InputError;
 
 constexpr const char* kStaging = ".deploy-";
+constexpr const char* kWhole = ".whole";      // in it: all files are there
+constexpr const char* kCleared = ".cleared";  // in it: the old ones have gone
 
 // All that a deployment consists of beside the key.
 struct OutPart {
@@ -62,6 +64,12 @@ void require_replaceable(const fs::path& path, bool is_folder) {
       fmt::format("{}: cannot be written: a {} has this name", path.string(), is_folder ? "file" : "folder"));
 }
 
+void mark(const fs::path& path) {
+  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+  if (file < 0) throw InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno)));
+  close(file);
+}
+
 }  // namespace
 
 OutFolder::OutFolder(const fs::path& folder) : folder_(fs::absolute(folder)), umask_before_(umask(0077)) {
@@ -70,10 +78,7 @@ OutFolder::OutFolder(const fs::path& folder) : folder_(fs::absolute(folder)), um
     io::make_folder(folder_);
     lock();
     for (const OutPart& part : kParts) require_replaceable(folder_ / part.name, part.is_folder);
-    std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
-      if (entry.path().filename().string().starts_with(kStaging)) fs::remove_all(entry.path(), ignored);
-    }
+    end_what_was_cut_off();
     staging_.emplace([this] { return make_staging(); });
   } catch (...) {
     if (lock_ >= 0) close(lock_);
@@ -104,22 +109,46 @@ fs::path OutFolder::make_staging() const {
   return pattern;
 }
 
-void OutFolder::publish() {
-  io::uninterrupted([this] { replace(); });
+void OutFolder::stage_what_is_there() const {
+  for (const OutPart& part : kParts) {
+    if (!is_there(folder_ / part.name)) continue;
+    std::error_code error;
+    fs::create_directories((staging() / part.name).parent_path(), error);
+    if (!error) fs::copy(folder_ / part.name, staging() / part.name, fs::copy_options::recursive, error);
+    if (error) throw io::JobError(fmt::format("{}: cannot be copied: {}", (folder_ / part.name).string(), error.message()));
+  }
 }
 
-void OutFolder::replace() const {
-  const fs::path old = staging() / "old";
-  for (const OutPart& part : kParts) {
-    if (is_there(folder_ / part.name)) move(folder_ / part.name, old / part.name);
+void OutFolder::publish() {
+  io::uninterrupted([this] {
+    mark(staging() / kWhole);
+    replace(staging());
+  });
+}
+
+// One that had begun to publish has all its files here, or in their places.
+void OutFolder::end_what_was_cut_off() const {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
+    if (!entry.path().filename().string().starts_with(kStaging)) continue;
+    if (is_there(entry.path() / kWhole)) replace(entry.path());
+    fs::remove_all(entry.path(), ignored);
   }
-  if (is_there(staging() / kKeyFile)) move(staging() / kKeyFile, folder_ / kKeyFile);
+}
+
+// May be cut off anywhere, and done again.
+void OutFolder::replace(const fs::path& staged) const {
+  const fs::path old = staged / "old";
   for (const OutPart& part : kParts) {
-    if (!is_there(staging() / part.name)) continue;
+    if (!is_there(staged / kCleared) && is_there(folder_ / part.name)) move(folder_ / part.name, old / part.name);
+  }
+  mark(staged / kCleared);
+  if (is_there(staged / kKeyFile)) move(staged / kKeyFile, folder_ / kKeyFile);
+  for (const OutPart& part : kParts) {
+    if (!is_there(staged / part.name)) continue;
     // Linkers make images executable, which they are not here.
-    if (!part.is_folder)
-      fs::permissions(staging() / part.name, fs::perms::owner_read | fs::perms::owner_write);
-    move(staging() / part.name, folder_ / part.name);
+    if (!part.is_folder) fs::permissions(staged / part.name, fs::perms::owner_read | fs::perms::owner_write);
+    move(staged / part.name, folder_ / part.name);
   }
 }
 

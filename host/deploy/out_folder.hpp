@@ -1,6 +1,7 @@
 // A deployment's folder. Everything is made in a folder of its own inside, which only its owner can read, and
 // takes the old deployment's place at the end: whenever a run is cut off, images that are there have the key
-// that is there. First the old images go, then the key changes, then the new ones come.
+// that is there. First the old images go, then the key changes, then the new ones come; a run that was cut off in
+// between is ended by the next.
 #pragma once
 
 #include <sys/types.h>
@@ -16,7 +17,7 @@ inline constexpr const char* kKeyFile = "pair.key";
 
 class OutFolder {
  public:
-  // Makes `folder` where there is none, and removes what a run that was cut off has left in it. Throws
+  // Makes `folder` where there is none, and ends or removes what a run that was cut off has left in it. Throws
   // io::InputError when it cannot be made or something else has the name of an image, io::JobError while
   // another run writes there. Until the end, new files of this process are readable by their owner alone.
   explicit OutFolder(const std::filesystem::path& folder);
@@ -28,6 +29,9 @@ class OutFolder {
   // To be filled: images, their configurations, arduino/, reports, and kKeyFile when the key changes.
   const std::filesystem::path& staging() const { return staging_->path(); }
 
+  // Copies the deployment that is there into staging(), but for the key. Throws io::InputError, io::JobError.
+  void stage_what_is_there() const;
+
   // Puts what is in staging() in place of the old deployment; other files in the folder stay. Throws
   // io::InputError.
   void publish();
@@ -35,7 +39,8 @@ class OutFolder {
  private:
   void lock();
   std::filesystem::path make_staging() const;
-  void replace() const;
+  void replace(const std::filesystem::path& staged) const;
+  void end_what_was_cut_off() const;
 
   std::filesystem::path folder_;
   std::optional<io::Temporary> staging_;

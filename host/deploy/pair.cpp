@@ -88,16 +88,13 @@ void pair_boards(const std::vector<PairBoard>& boards, const link::Key& key, con
 
 void pair_folder(const fs::path& folder, const link::Key& key) {
   std::error_code error;
+  if (!fs::is_directory(folder, error)) throw InputError(fmt::format("{}: no such folder", folder.string()));
+  OutFolder out(folder);
   if (!fs::exists(folder / "glove.hex", error) || !fs::exists(folder / "hand.hex", error)) {
     throw InputError(fmt::format(
         "{}: holds no images of a glove and a hand with a radio: flexor deploy makes them", folder.string()));
   }
-  OutFolder out(folder);
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    if (!name.starts_with(".") && name != kKeyFile)
-      fs::copy(entry.path(), out.staging() / name, fs::copy_options::recursive);
-  }
+  out.stage_what_is_there();
   for (const char* board : {"glove", "hand"}) {
     Key before;
     patch_hex(out.staging() / (std::string(board) + ".hex"), key, before);

@@ -81,7 +81,8 @@ void guard_options(CLI::App& app) {
   const auto not_empty = [](const std::string& value) {
     return value.empty() ? std::string("is empty: give a value, or leave the option out") : std::string();
   };
-  const std::set<std::string> outputs = {"--out", "--model", "--report", "--preview", "--save", "--vcd"};
+  const std::set<std::string> outputs = {"OUT",       "--out",  "--model", "--report",
+                                         "--preview", "--save", "--vcd"};
   for (CLI::App* command : app.get_subcommands({})) {
     guard_options(*command);
     for (CLI::Option* option : command->get_options()) {
@@ -119,6 +120,9 @@ int run(int argc, char** argv) {
   add_pair(app);
   add_send(app);
   add_latency(app);
+  add_ports(app);
+  add_monitor(app);
+  add_record(app);
   add_protocol(app);
   add_align(app);
   add_identify(app);

@@ -97,7 +97,7 @@ void record(RecordOptions& o) {
                       {"version", FLEXOR_VERSION}}));
 }
 
-void add_record(CLI::App& twin) {
+void add_twin_record(CLI::App& twin) {
   auto o = std::make_shared<RecordOptions>();
   CLI::App* command = twin.add_subcommand("record",
                                           "Record the twin's glove as a user records a real one: a person "
@@ -129,7 +129,7 @@ void add_twin(CLI::App& app) {
       "The twin's parameters: value, unit and where each comes from; with record, recordings of its glove");
   command->add_flag("--json", *json, "as a configuration file, to edit and give to --twin");
   command->require_subcommand(0, 1);
-  add_record(*command);
+  add_twin_record(*command);
   command->callback([json, command] {
     if (command->get_subcommands().empty()) show_parameters(*json);
   });

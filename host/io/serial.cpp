@@ -43,8 +43,7 @@ SerialPort::SerialPort(const std::string& path, unsigned baud)
   asio_->port.open(path, error);
   if (error) throw InputError(refusal(path, error));
   using Option = asio::serial_port_base;
-  asio_->port.set_option(Option::baud_rate(baud), error);
-  if (error) throw InputError(fmt::format("{}: does not do {} baud", path, baud));
+  if (!set_baud(baud)) throw InputError(fmt::format("{}: does not do {} baud", path, baud));
   asio_->port.set_option(Option::character_size(8), error);
   asio_->port.set_option(Option::parity(Option::parity::none), error);
   asio_->port.set_option(Option::stop_bits(Option::stop_bits::one), error);
@@ -52,6 +51,12 @@ SerialPort::SerialPort(const std::string& path, unsigned baud)
 }
 
 SerialPort::~SerialPort() = default;
+
+bool SerialPort::set_baud(unsigned baud) {
+  error_code error;
+  asio_->port.set_option(asio::serial_port_base::baud_rate(baud), error);
+  return !error;
+}
 
 void SerialPort::write(std::span<const std::uint8_t> bytes) {
   error_code error;

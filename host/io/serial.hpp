@@ -18,6 +18,9 @@ class SerialPort {
   SerialPort(const SerialPort&) = delete;
   SerialPort& operator=(const SerialPort&) = delete;
 
+  // False: the port does not have this rate, and keeps its own.
+  bool set_baud(unsigned baud);
+
   // All of it. Throws JobError when the port has gone.
   void write(std::span<const std::uint8_t> bytes);
   // What comes first, as soon as it comes; empty: nothing within the time. Throws JobError when the port has gone.

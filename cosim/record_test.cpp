@@ -1,0 +1,83 @@
+// `flexor record` and `monitor` on a board that runs its own firmware behind a real bootloader: rate and format are found,
+// and what is recorded is what the strips read.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "cosim/usb_board.hpp"
+#include "cosim/usb_helper.hpp"
+#include "host/deploy/deploy.hpp"
+#include "host/deploy/pair_key.hpp"
+#include "host/io/io.hpp"
+#include "host/recording/csv.hpp"
+
+namespace flexor::cosim {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Record : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(kOldBootloader))
+      GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
+    build_optiboot("atmega328p", "0x7e00", "0x7ffe", boot());
+  }
+  fs::path boot() const { return folder_.path() / "boot.hex"; }
+  fs::path image(const deploy::Key& key) const {
+    deploy::Glove glove;
+    glove.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
+    glove.sensor.fill(deploy::divider(35, 25, 100.0 / 180));
+    glove.key = key;
+    return deploy::build_glove(glove, folder_.path() / (key ? "key" : "plain")).hex;
+  }
+  io::TemporaryFolder folder_;
+};
+
+TEST_F(Record, FindsAGlovesRateAndKeepsItsAngles) {
+  UsbHelper board({option("bootloader", boot()), option("program", image({}))});
+  const fs::path out = folder_.path() / "log.csv";
+  const Finished r = flexor({"record", out.string(), "--port", board.port(), "--for", "2", "--json"});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const nlohmann::json said = nlohmann::json::parse(r.out);
+  EXPECT_EQ(said.at("baud"), 9600);
+  EXPECT_EQ(said.at("format"), "Flexor's frames");
+  EXPECT_EQ(said.at("torn"), 0);
+  const recording::Recording log = recording::read_csv(out, {"thumb_deg", "pinky_deg"});
+  EXPECT_NEAR(static_cast<double>(log.t_s.size()), 21, 3) << "10 Hz";
+  EXPECT_NEAR(log.t_s.back(), 2, 0.11);
+}
+
+TEST_F(Record, GivesTheStripsReadingsOnDemand) {
+  UsbHelper board({option("bootloader", boot()), option("program", image({}))});
+  const fs::path out = folder_.path() / "log.csv";
+  const Finished r = flexor({"record", out.string(), "--port", board.port(), "--for", "2", "--readings"});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const recording::Recording log = recording::read_csv(out, {"thumb_count", "index_count"});
+  ASSERT_GT(log.t_s.size(), 10U);
+  for (const auto& column : log.columns) {
+    for (const double counts : column.value) {
+      EXPECT_GE(counts, strip_counts(0, 0));
+      EXPECT_LE(counts, strip_counts(0, 0) + 200);
+      EXPECT_EQ(std::fmod(counts, 10), 0) << "as the strips read";
+    }
+  }
+}
+
+TEST_F(Record, IsTheHandOfAGloveThatIsPaired) {
+  const link::Key key = {{1, 2, 3}};
+  const fs::path file = folder_.path() / "pair.key";
+  deploy::write_key(file, key);
+  UsbHelper board({option("bootloader", boot()), option("program", image(key))});
+  const Finished alone = flexor({"monitor", "--port", board.port(), "--for", "1"});
+  expect_says(alone, 2, "waits for its hand");
+  const Finished r = flexor({"monitor", "--port", board.port(), "--for", "2", "--key", file.string(), "--json"});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  EXPECT_NEAR(nlohmann::json::parse(r.out).at("rate_hz").get<double>(), 10, 2);
+}
+
+}  // namespace
+}  // namespace flexor::cosim

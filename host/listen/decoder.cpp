@@ -1,0 +1,335 @@
+#include "host/listen/decoder.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <string_view>
+#include <utility>
+
+#include "host/recording/unit.hpp"
+#include "runtime/link/opengloves.hpp"
+#include "runtime/link/receiver.hpp"
+
+namespace flexor::listen {
+namespace {
+
+constexpr std::array<const char*, 5> kFingerNames = {"thumb", "index", "middle", "ring", "pinky"};
+constexpr std::size_t kLongestLine = 4096;  // bytes; beyond it is no line of a glove's
+
+// A clock of 16 bits in milliseconds, which wraps every 65.5 s, made whole by the host's.
+class WrappingClock {
+ public:
+  double seconds(std::uint16_t now_ms, double host_s) {
+    constexpr double kWrap_ms = 65536;
+    if (!started_) {
+      started_ = true;
+      total_ms_ = now_ms;
+    } else {
+      const double step_ms = static_cast<std::uint16_t>(now_ms - last_ms_);
+      const double wraps = std::max(0.0, std::round((1000 * (host_s - host_s_) - step_ms) / kWrap_ms));
+      total_ms_ += step_ms + wraps * kWrap_ms;
+    }
+    last_ms_ = now_ms;
+    host_s_ = host_s;
+    return total_ms_ / 1000;
+  }
+
+ private:
+  bool started_ = false;
+  std::uint16_t last_ms_ = 0;
+  double total_ms_ = 0;
+  double host_s_ = 0;
+};
+
+class FrameDecoder : public Decoder {
+ public:
+  explicit FrameDecoder(bool readings) : wanted_(readings ? link::Type::readings : link::Type::angles) {}
+
+  void push(std::span<const std::uint8_t> bytes, double host_s, std::vector<Sample>& out) override {
+    for (const std::uint8_t byte : bytes) {
+      ++tally_.bytes;
+      ++held_;
+      const link::Received result = packet_.push(byte);
+      if (byte != link::kDelimiter) continue;
+      const std::uint64_t size = held_;
+      held_ = 0;
+      if (size == 1) tally_.understood += 1;  // a delimiter alone
+      if (result == link::Received::nothing) continue;
+      if (result != link::Received::pending) {
+        ++tally_.torn;
+        continue;
+      }
+      tally_.understood += size;
+      if (packet_.type() == wanted_) take(host_s, out);
+    }
+  }
+
+ private:
+  void take(double host_s, std::vector<Sample>& out) {
+    std::uint16_t time_ms = 0;
+    Sample sample;
+    if (wanted_ == link::Type::angles ? !angles(time_ms, sample) : !readings(time_ms, sample)) {
+      ++tally_.torn;
+      return;
+    }
+    sample.host_s = host_s;
+    sample.board_s = clock_.seconds(time_ms, host_s);
+    ++tally_.samples;
+    out.push_back(std::move(sample));
+  }
+
+  bool angles(std::uint16_t& time_ms, Sample& sample) {
+    const std::uint8_t joints = link::joints_in(packet_.body_bytes());
+    if (joints == 0 || !fits(joints, "deg")) return false;
+    std::array<std::int16_t, link::kMaxJoints> angle{};
+    std::array<link::SensorStatus, link::kMaxJoints> status{};
+    link::get_angles(packet_.body(), joints, time_ms, angle.data(), status.data());
+    for (std::size_t i = 0; i < joints; ++i) {
+      sample.value.push_back(angle.at(i) / 16.0);
+      sample.strip.push_back(static_cast<Strip>(status.at(i)));
+    }
+    count_gap();
+    return true;
+  }
+
+  bool readings(std::uint16_t& time_ms, Sample& sample) {
+    if (packet_.body_bytes() != link::readings_bytes(link::kFingers) || !fits(link::kFingers, "count"))
+      return false;
+    std::array<std::uint16_t, link::kFingers> counts{};
+    link::get_readings(packet_.body(), link::kFingers, time_ms, counts.data());
+    sample.value.assign(counts.begin(), counts.end());
+    return true;
+  }
+
+  // The first frame says how many there are.
+  bool fits(std::size_t count, const char* unit) {
+    for (std::size_t i = columns_.size(); tally_.samples == 0 && i < count; ++i) {
+      columns_.push_back(count == kFingerNames.size() ? fmt::format("{}_{}", kFingerNames.at(i), unit)
+                                                      : fmt::format("joint{}_{}", i + 1, unit));
+    }
+    return columns_.size() == count;
+  }
+
+  // A counter that starts anew, as with each challenge, is no gap.
+  void count_gap() {
+    constexpr std::uint16_t kLongestGap = 1000;
+    const std::uint16_t sequence = packet_.sequence();
+    const auto gap = static_cast<std::uint16_t>(sequence - next_);
+    if (tally_.samples > 0 && gap < kLongestGap) tally_.lost += gap;
+    next_ = static_cast<std::uint16_t>(sequence + 1);
+  }
+
+  link::Type wanted_;
+  link::PacketReader packet_;
+  WrappingClock clock_;
+  std::uint64_t held_ = 0;
+  std::uint16_t next_ = 0;
+};
+
+// What comes as lines.
+class TextDecoder : public Decoder {
+ public:
+  void push(std::span<const std::uint8_t> bytes, double host_s, std::vector<Sample>& out) final {
+    for (const std::uint8_t byte : bytes) {
+      ++tally_.bytes;
+      if (byte != '\n') {
+        if (line_.size() <= kLongestLine) line_ += static_cast<char>(byte);
+        continue;
+      }
+      const std::uint64_t size = line_.size() + 1;
+      if (!line_.empty() && line_.back() == '\r') line_.pop_back();
+      if (size <= kLongestLine && take(line_, host_s, out)) {
+        tally_.understood += size;
+      } else {
+        ++tally_.torn;
+      }
+      line_.clear();
+    }
+  }
+
+ protected:
+  virtual bool take(const std::string& line, double host_s, std::vector<Sample>& out) = 0;
+
+  void give(Sample sample, std::vector<Sample>& out) {
+    ++tally_.samples;
+    out.push_back(std::move(sample));
+  }
+
+ private:
+  std::string line_;
+};
+
+class GlovesDecoder : public TextDecoder {
+ protected:
+  bool take(const std::string& line, double host_s, std::vector<Sample>& out) override {
+    const std::string text = line + '\n';
+    link::GloveLine said;
+    const link::GloveParse parse =
+        link::parse_gloves(text.data(), static_cast<std::uint16_t>(text.size()), said);
+    if (parse == link::GloveParse::information) return true;
+    if (parse != link::GloveParse::ok) return false;
+    if (tally_.samples == 0) name_columns(said);
+    Sample sample{host_s, {}, {}, {}};
+    for (const auto& [finger, place] : places_) {
+      const bool there = place < 0 ? said.has[finger] : said.has_joint[finger][place];
+      if (!there) return false;
+      sample.value.push_back(place < 0 ? said.values.flexion[finger] : said.joint[finger][place]);
+    }
+    give(std::move(sample), out);
+    return true;
+  }
+
+ private:
+  void name_columns(const link::GloveLine& said) {
+    for (int finger = 0; finger < link::kGloveFingers; ++finger) {
+      const char* name = kFingerNames.at(static_cast<std::size_t>(finger));
+      if (said.has[finger]) add(finger, -1, fmt::format("{}_count", name));
+      for (int place = 0; place < link::kGlovePlaces; ++place) {
+        if (said.has_joint[finger][place])
+          add(finger, place, fmt::format("{}_joint{}_count", name, place + 1));
+      }
+    }
+  }
+  void add(int finger, int place, std::string column) {
+    places_.emplace_back(finger, place);
+    columns_.push_back(std::move(column));
+  }
+
+  std::vector<std::pair<int, int>> places_;  // finger, joint or -1
+};
+
+// Cells between separators; of blanks, several are one.
+std::vector<std::string_view> cells_of(std::string_view line, char separator) {
+  std::vector<std::string_view> out;
+  while (true) {
+    if (separator == ' ') line.remove_prefix(std::min(line.find_first_not_of(' '), line.size()));
+    if (separator == ' ' && line.empty()) return out;
+    const std::size_t end = std::min(line.find(separator), line.size());
+    out.push_back(recording::trimmed(line.substr(0, end)));
+    if (end == line.size()) return out;
+    line.remove_prefix(end + 1);
+  }
+}
+
+std::optional<double> number(std::string_view text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return {};
+  return value;
+}
+
+class LineDecoder : public TextDecoder {
+ protected:
+  bool take(const std::string& line, double host_s, std::vector<Sample>& out) override {
+    if (recording::trimmed(line).empty()) return true;
+    if (separator_ == 0) separator_ = separator_of(line);
+    const std::vector<std::string_view> cells = cells_of(line, separator_);
+    std::vector<double> numbers;
+    for (const std::string_view cell : cells) {
+      const std::optional<double> value = number(cell);
+      if (!value) return take_header(cells);
+      numbers.push_back(*value);
+    }
+    if (names_.empty() && !take_names(numbers.size())) return true;
+    if (numbers.size() != names_.size()) return false;
+    Sample sample{host_s, {}, {}, {}};
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      if (time_ == i) {
+        sample.board_s = numbers[i] * unit_s_;
+      } else {
+        sample.value.push_back(numbers[i]);
+      }
+    }
+    give(std::move(sample), out);
+    return true;
+  }
+
+ private:
+  static char separator_of(const std::string& line) {
+    for (const char c : {'\t', ';', ','}) {
+      if (line.find(c) != std::string::npos) return c;
+    }
+    return ' ';
+  }
+
+  // The header again, as after a reset of the board, is no sample and nothing torn.
+  bool take_header(const std::vector<std::string_view>& cells) {
+    for (const std::string_view cell : cells) {
+      if (cell.empty() || number(cell)) return false;  // half a line
+    }
+    const std::vector<std::string> names(cells.begin(), cells.end());
+    if (names == names_) return true;
+    if (tally_.samples > 0 || cells.size() < 2) {
+      if (tally_.samples == 0) separator_ = 0;  // a greeting
+      return false;
+    }
+    names_ = names;
+    columns_.clear();
+    time_.reset();
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      if (!time_ && is_time(names_[i])) {
+        time_ = i;
+      } else {
+        columns_.push_back(names_[i]);
+      }
+    }
+    return true;
+  }
+
+  // Without a header nobody knows which is a clock: none is taken for one. The first line may be half a one: two must
+  // agree.
+  bool take_names(std::size_t count) {
+    if (std::exchange(count_before_, count) != count) return false;
+    for (std::size_t i = 0; i < count; ++i) names_.push_back(fmt::format("column{}", i + 1));
+    columns_ = names_;
+    return true;
+  }
+
+  bool is_time(const std::string& column) {
+    const recording::NameAndUnit cut = recording::cut_name(column);
+    if (cut.name == "millis" || cut.name == "micros") {
+      unit_s_ = cut.name == "millis" ? 1e-3 : 1e-6;
+      return true;
+    }
+    if (cut.name != "t" && cut.name != "time" && cut.name != "timestamp") return false;
+    unit_s_ = recording::seconds_in(cut.unit).value_or(1);
+    return true;
+  }
+
+  char separator_ = 0;
+  std::vector<std::string> names_;
+  std::size_t count_before_ = 0;
+  std::optional<std::size_t> time_;
+  double unit_s_ = 1;
+};
+
+}  // namespace
+
+const char* name_of(Format format) {
+  switch (format) {
+    case Format::frames:
+      return "Flexor's frames";
+    case Format::gloves:
+      return "text for VR drivers";
+    case Format::lines:
+      break;
+  }
+  return "lines of numbers";
+}
+
+std::unique_ptr<Decoder> make_decoder(Format format, bool readings) {
+  switch (format) {
+    case Format::frames:
+      return std::make_unique<FrameDecoder>(readings);
+    case Format::gloves:
+      return std::make_unique<GlovesDecoder>();
+    case Format::lines:
+      break;
+  }
+  return std::make_unique<LineDecoder>();
+}
+
+}  // namespace flexor::listen

@@ -1,0 +1,57 @@
+// Bytes from a glove, as they come, to samples.
+//
+// frames  Flexor's frames of joint angles or of readings (runtime/link/PROTOCOL.md); tags are not checked: a PC that
+//         listens moves nothing
+// gloves  text for VR drivers, alpha and beta encodings (runtime/link/opengloves.hpp)
+// lines   numbers separated by comma, semicolon, tab or blanks, a line for each sample, with a header or without one:
+//         what the logging sketch writes, and most sketches that people have
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace flexor::listen {
+
+enum class Format { frames, gloves, lines };
+const char* name_of(Format format);
+
+enum class Strip : std::uint8_t { ok = 0, open = 1, short_circuit = 2, stuck = 3 };
+
+struct Sample {
+  double host_s = 0;              // when its last byte came, monotonic
+  std::optional<double> board_s;  // by the board's own clock, if it says
+  std::vector<double> value;      // in the order of the columns
+  std::vector<Strip> strip;       // of each value; empty: the format does not say
+};
+
+// All since the start.
+struct Tally {
+  std::uint64_t bytes = 0;
+  std::uint64_t understood = 0;  // bytes of whole frames and lines
+  std::uint64_t samples = 0;
+  std::uint64_t torn = 0;  // frames and lines that were no whole ones
+  std::uint64_t lost = 0;  // samples, by the gaps in their counter
+};
+
+class Decoder {
+ public:
+  virtual ~Decoder() = default;
+  // Appends what becomes whole with these bytes, which came at `host_s`, to `out`.
+  virtual void push(std::span<const std::uint8_t> bytes, double host_s, std::vector<Sample>& out) = 0;
+  // Names with units; the same for good from the first sample on.
+  const std::vector<std::string>& columns() const { return columns_; }
+  const Tally& tally() const { return tally_; }
+
+ protected:
+  std::vector<std::string> columns_;
+  Tally tally_;
+};
+
+// `readings`: of frames, those with readings instead of those with angles.
+std::unique_ptr<Decoder> make_decoder(Format format, bool readings = false);
+
+}  // namespace flexor::listen

@@ -1,0 +1,144 @@
+#include "host/listen/decoder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "host/listen/detect.hpp"
+#include "runtime/link/glove_end.hpp"
+
+namespace flexor::listen {
+namespace {
+
+std::vector<std::uint8_t> bytes_of(const std::string& text) { return {text.begin(), text.end()}; }
+
+std::vector<Sample> decoded(Decoder& decoder, const std::vector<std::uint8_t>& bytes, double host_s = 0) {
+  std::vector<Sample> out;
+  decoder.push(bytes, host_s, out);
+  return out;
+}
+
+// Frames of a glove without a key.
+std::vector<std::uint8_t> frame(link::GloveEnd& glove, std::uint16_t time_ms, std::int16_t thumb) {
+  link::Frame f{};
+  f.time_ms = time_ms;
+  f.angle[0] = thumb;
+  f.angle[4] = 1792;
+  f.status[1] = link::SensorStatus::stuck;
+  std::array<std::uint8_t, link::kMaxWire> wire{};
+  const std::uint8_t size = glove.angles(f, false, wire.data());
+  return {wire.begin(), wire.begin() + size};
+}
+
+TEST(Frames, GiveAnglesStatesAndAClockThatGoesOnAfterItsWrap) {
+  const auto decoder = make_decoder(Format::frames);
+  link::GloveEnd glove(nullptr);
+  const std::vector<Sample> first = decoded(*decoder, frame(glove, 65000, 1440), 10);
+  ASSERT_EQ(first.size(), 1U);
+  EXPECT_EQ(decoder->columns(),
+            (std::vector<std::string>{"thumb_deg", "index_deg", "middle_deg", "ring_deg", "pinky_deg"}));
+  EXPECT_EQ(first[0].value, (std::vector<double>{90, 0, 0, 0, 112}));
+  EXPECT_EQ(first[0].strip[1], Strip::stuck);
+  EXPECT_EQ(*first[0].board_s, 65);
+  EXPECT_NEAR(*decoded(*decoder, frame(glove, 464, 0), 11)[0].board_s, 66, 1e-9) << "one wrap";
+  EXPECT_NEAR(*decoded(*decoder, frame(glove, 464, 0), 11 + 2 * 65.536)[0].board_s, 66 + 2 * 65.536, 1e-9)
+      << "two wraps in a silence";
+}
+
+TEST(Frames, LostOnesAreCountedAndTornOnesSkipped) {
+  const auto decoder = make_decoder(Format::frames);
+  link::GloveEnd glove(nullptr);
+  decoded(*decoder, frame(glove, 0, 0));
+  frame(glove, 10, 0);
+  frame(glove, 20, 0);
+  std::vector<std::uint8_t> torn = frame(glove, 30, 0);
+  torn.erase(torn.begin() + 5);
+  EXPECT_TRUE(decoded(*decoder, torn).empty());
+  EXPECT_EQ(decoded(*decoder, frame(glove, 40, 0)).size(), 1U);
+  EXPECT_EQ(decoder->tally().lost, 3U);
+  EXPECT_EQ(decoder->tally().torn, 1U);
+  EXPECT_LT(decoder->tally().understood, decoder->tally().bytes);
+}
+
+TEST(Gloves, GiveFingersAndJointsOfBothEncodings) {
+  const auto alpha = make_decoder(Format::gloves);
+  EXPECT_EQ(decoded(*alpha, bytes_of("A10B20C30D40E1023F512G512P0\n"))[0].value,
+            (std::vector<double>{10, 20, 30, 40, 1023}));
+  EXPECT_TRUE(decoded(*alpha, bytes_of("A10B20C30F512G512P0\n")).empty()) << "a finger less than before";
+  const auto beta = make_decoder(Format::gloves);
+  const auto samples = decoded(*beta, bytes_of("A1B2C3D4E5F512G512(BAB)77\n"));
+  EXPECT_EQ(samples[0].value, (std::vector<double>{1, 2, 77, 3, 4, 5}));
+  EXPECT_EQ(beta->columns()[2], "index_joint2_count");
+}
+
+TEST(Lines, TakeTheClockFromTheHeaderAndSurviveAReset) {
+  const auto decoder = make_decoder(Format::lines);
+  const auto samples = decoded(*decoder, bytes_of("hello\r\nt_s,thumb_count,index_count\r\n0.0100,512,498\r\n"
+                                                  "0.0200,513,4"));
+  ASSERT_EQ(samples.size(), 1U);
+  EXPECT_EQ(*samples[0].board_s, 0.01);
+  EXPECT_EQ(samples[0].value, (std::vector<double>{512, 498}));
+  const auto more = decoded(*decoder, bytes_of("97\nt_s,thumb_count,index_count\n0.0100,512\n0.0,1,2\n"));
+  ASSERT_EQ(more.size(), 2U);
+  EXPECT_EQ(more[0].value[1], 497);
+  EXPECT_EQ(decoder->tally().torn, 2U) << "the greeting and the short line";
+  EXPECT_EQ(decoder->columns(), (std::vector<std::string>{"thumb_count", "index_count"}));
+}
+
+TEST(Lines, WithoutAHeaderHaveNumberedColumnsAndNoClock) {
+  for (const char* text : {"3\n7;8;9\n1;2;3\n4;5;6\n", "1 2   3\n4 5 6\n", "1\t2\t3\n4\t5\t6\n"}) {
+    const auto decoder = make_decoder(Format::lines);
+    const auto samples = decoded(*decoder, bytes_of(text));
+    ASSERT_EQ(samples.size(), 1U) << text;
+    EXPECT_EQ(samples[0].value, (std::vector<double>{4, 5, 6})) << text;
+    EXPECT_FALSE(samples[0].board_s);
+    EXPECT_EQ(decoder->columns()[0], "column1");
+  }
+}
+
+TEST(Lines, MillisAndMicrosAreClocks) {
+  for (const auto& [name, second] :
+       {std::pair{"millis", 1000}, std::pair{"micros", 1000000}, std::pair{"Time (ms)", 1000}}) {
+    const auto decoder = make_decoder(Format::lines);
+    const auto samples =
+        decoded(*decoder, bytes_of(std::string(name) + ",a\n" + std::to_string(second) + ",7\n"));
+    ASSERT_EQ(samples.size(), 1U) << name;
+    EXPECT_EQ(samples[0].board_s.value_or(-1), 1) << name;
+  }
+}
+
+TEST(Detection, KnowsEachFormatFromItsMiddleAndNoiseFromAll) {
+  link::GloveEnd glove(nullptr);
+  std::vector<std::uint8_t> frames;
+  for (int i = 0; i < 5; ++i) {
+    const auto one = frame(glove, static_cast<std::uint16_t>(10 * i), 500);
+    frames.insert(frames.end(), one.begin(), one.end());
+  }
+  frames.erase(frames.begin(), frames.begin() + 7);
+  EXPECT_EQ(guess(frames)->format, Format::frames);
+  EXPECT_EQ(guess(bytes_of("F512G512\nA1B2C3D4E5F512G512\nA1B2C3D4E5F512G512\nA1B2C3D4E5F512G512\n"))->format,
+            Format::gloves);
+  EXPECT_EQ(guess(bytes_of("12,13\n512,498,1\n513,498,1\n514,498,1\n515,498,1\n"))->format, Format::lines);
+  std::vector<std::uint8_t> noise;
+  for (unsigned i = 0, x = 1; i < 4000; ++i)
+    noise.push_back(static_cast<std::uint8_t>((x = x * 1103515245U + 12345U) >> 16));
+  EXPECT_FALSE(guess(noise));
+  EXPECT_FALSE(guess(bytes_of("")));
+}
+
+TEST(Detection, HearsAGloveThatWaitsForItsHand) {
+  const link::Key key = {{1, 2, 3}};
+  const link::GloveEnd glove(&key);
+  std::vector<std::uint8_t> states;
+  std::array<std::uint8_t, link::kMaxWire> wire{};
+  for (int i = 0; i < 4; ++i) {
+    const std::uint8_t size = glove.state(0, 5, wire.data());
+    states.insert(states.end(), wire.begin(), wire.begin() + size);
+  }
+  ASSERT_TRUE(guess(states));
+  EXPECT_EQ(guess(states)->samples, 0U);
+}
+
+}  // namespace
+}  // namespace flexor::listen

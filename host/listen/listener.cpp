@@ -1,0 +1,147 @@
+#include "host/listen/listener.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <random>
+#include <thread>
+
+#include "host/io/io.hpp"
+#include "host/listen/detect.hpp"
+
+namespace flexor::listen {
+namespace {
+
+constexpr unsigned kUsualRates_Bd[] = {115200, 9600,   57600,  38400,   19200,  230400,
+                                       460800, 500000, 921600, 1000000, 2000000};
+constexpr const char* kWaits =
+    "{}: a Flexor glove that waits for its hand: --key pair.key of its deployment lets this program be the "
+    "hand";
+constexpr double kAfterReset_s = 3;  // opening a port resets most boards, and a bootloader listens first
+constexpr double kEachRate_s = 1.2;
+
+}  // namespace
+
+Listener::Listener(ListenerOptions options, const std::function<void(const std::string&)>& says)
+    : options_(std::move(options)) {
+  if (options_.key) {
+    hand_.emplace(&*options_.key);
+    std::random_device random;
+    hand_->start(random());  // nothing here lasts: what repeats with one in 2^32
+    hand_->stir(static_cast<std::uint16_t>(random()));
+  }
+  find(says);
+  decoder_ = make_decoder(*options_.format, options_.readings);
+  std::vector<Sample> before;  // without a time of their own; what is wanted of them is the header
+  decoder_->push(heard_, now_s(), before);
+}
+
+double Listener::now_s() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+// Listens at the port's present rate until the bytes are known.
+std::optional<Format> Listener::hear(double longest_s) {
+  constexpr double kSure = 0.9;
+  const double end_s = now_s() + longest_s;
+  heard_.clear();
+  std::optional<Guess> best;
+  while (now_s() < end_s) {
+    speak();
+    const std::vector<std::uint8_t> bytes = port_->read(0.02);
+    heard_.insert(heard_.end(), bytes.begin(), bytes.end());
+    follow(bytes);
+    best = bytes.empty() ? best : guess(heard_);
+    if (best && best->share > kSure && best->samples > 0) break;
+  }
+  heard_bytes_ += heard_.size();
+  waits_ = best && best->samples == 0;
+  if (!best) return {};
+  return best->format;
+}
+
+void Listener::find(const std::function<void(const std::string&)>& says) {
+  const std::vector<unsigned> rates = options_.baud > 0
+                                          ? std::vector{options_.baud}
+                                          : std::vector(std::begin(kUsualRates_Bd), std::end(kUsualRates_Bd));
+  port_ = std::make_unique<io::SerialPort>(options_.port, rates.front());
+  for (const unsigned rate : rates) {
+    says(fmt::format("listening at {} baud", rate));
+    if (rate != rates.front() && !port_->set_baud(rate)) continue;
+    const std::optional<Format> format = hear(rate == rates.front() ? kAfterReset_s : kEachRate_s);
+    if (waits_) throw io::InputError(fmt::format(kWaits, options_.port));
+    if (format && (!options_.format || *options_.format == *format)) {
+      options_.baud = rate;
+      options_.format = format;
+      return;
+    }
+    if (heard_bytes_ == 0) break;  // at a wrong rate something would come
+  }
+  if (heard_bytes_ == 0) {
+    throw io::InputError(fmt::format(
+        "{}: nothing comes: is a program on the board that sends, and is the port its own?", options_.port));
+  }
+  throw io::InputError(
+      fmt::format("{}: {} bytes came, which are no format that is known at any usual rate: say --baud, or "
+                  "load the logging sketch",
+                  options_.port, heard_bytes_));
+}
+
+// As the hand: whether its challenge was answered.
+void Listener::follow(std::span<const std::uint8_t> bytes) {
+  if (!hand_) return;
+  for (const std::uint8_t byte : bytes) {
+    for (link::Received result = hand_->push(byte); result == link::Received::pending;)
+      result = hand_->verify();
+  }
+}
+
+void Listener::speak() {
+  if (hand_) send_challenge();
+  if (options_.readings) ask_for_readings();
+}
+
+void Listener::send_challenge() {
+  for (const double now = now_s(); ticked_s_ < now; ticked_s_ += 1e-3) hand_->tick();
+  if (hand_->due() != link::HandEnd::Speech::challenge) return;
+  std::array<std::uint8_t, link::kMaxWire> wire{};
+  port_->write({wire.data(), hand_->challenge(wire.data())});
+}
+
+// A glove gives them for a second.
+void Listener::ask_for_readings() {
+  constexpr double kEvery_s = 0.7;
+  if (asked_s_ >= 0 && now_s() - asked_s_ < kEvery_s) return;
+  asked_s_ = now_s();
+  link::Packet packet;
+  packet.body()[0] = static_cast<std::uint8_t>(link::Request::readings);
+  std::array<std::uint8_t, link::kMaxWire> wire{};
+  const std::uint8_t size = packet.seal({link::Type::request, false, false, 0}, 1, nullptr, wire.data());
+  port_->write({wire.data(), size});
+}
+
+Event Listener::wait(double timeout_s, std::vector<Sample>& out) {
+  if (!port_) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(std::min(timeout_s, 0.1)));
+    try {
+      port_ = std::make_unique<io::SerialPort>(options_.port, options_.baud);
+    } catch (const io::InputError&) {
+      return Event::quiet;
+    }
+    return Event::back;
+  }
+  try {
+    speak();
+    const std::vector<std::uint8_t> bytes = port_->read(timeout_s);
+    if (bytes.empty()) return Event::quiet;
+    follow(bytes);
+    decoder_->push(bytes, now_s(), out);
+    return Event::samples;
+  } catch (const io::JobError&) {
+    port_.reset();
+    ++times_gone_;
+    return Event::gone;
+  }
+}
+
+}  // namespace flexor::listen

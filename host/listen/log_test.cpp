@@ -1,0 +1,60 @@
+#include "host/listen/log.hpp"
+
+#include <gtest/gtest.h>
+
+#include "host/io/io.hpp"
+#include "host/recording/csv.hpp"
+
+namespace flexor::listen {
+namespace {
+
+namespace fs = std::filesystem;
+
+Sample at(double host_s, std::optional<double> board_s, double value) {
+  return {host_s, board_s, {value}, {}};
+}
+
+TEST(Log, HasTheBoardsClockBesideTheHosts) {
+  const io::TemporaryFolder folder;
+  const fs::path file = folder.path() / "log.csv";
+  {
+    Log log(file, {"index_count"});
+    log.add(at(100.0, 7.00, 1));
+    log.add(at(100.5, 7.51, 2));
+    log.add(at(101.0, 0.02, 3));  // the board was reset
+    log.add(at(101.5, 0.53, 4));
+    EXPECT_EQ(log.restarts(), 1U);
+  }
+  const recording::Recording r = recording::read_csv(file, {});
+  EXPECT_EQ(io::read_file(file).substr(0, 23), "t_s,host_s,index_count\n");
+  ASSERT_EQ(r.t_s.size(), 4U);
+  EXPECT_NEAR(r.t_s[1], 0.51, 1e-9);
+  EXPECT_NEAR(r.t_s[2], 1.01, 1e-9);
+  EXPECT_NEAR(r.t_s[3], 1.52, 1e-9);
+}
+
+TEST(Log, RisesStrictlyInBursts) {
+  const io::TemporaryFolder folder;
+  const fs::path file = folder.path() / "log.csv";
+  {
+    Log log(file, {"a"});
+    for (int i = 0; i < 100; ++i) log.add(at(5 + i / 5 * 0.05, {}, i));
+  }
+  const recording::Recording r = recording::read_csv(file, {});
+  for (std::size_t i = 1; i < r.t_s.size(); ++i) EXPECT_GT(r.t_s[i], r.t_s[i - 1]);
+  EXPECT_EQ(r.t_s.size(), 100U);
+}
+
+TEST(Log, IsOnTheDiskEachSecondAndNeverWrittenOver) {
+  const io::TemporaryFolder folder;
+  const fs::path file = folder.path() / "log.csv";
+  Log log(file, {"a"});
+  for (int i = 0; i <= 250; ++i) log.add(at(i * 0.01, {}, i));
+  const std::string text = io::read_file(file);
+  EXPECT_GE(std::count(text.begin(), text.end(), '\n'), 150);
+  EXPECT_EQ(text.back(), '\n');
+  EXPECT_THROW(Log(file, {"a"}), io::InputError);
+}
+
+}  // namespace
+}  // namespace flexor::listen

@@ -74,7 +74,8 @@ TEST_F(Record, IsTheHandOfAGloveThatIsPaired) {
   UsbHelper board({option("bootloader", boot()), option("program", image(key))});
   const Finished alone = flexor({"monitor", "--port", board.port(), "--for", "1"});
   expect_says(alone, 2, "waits for its hand");
-  const Finished r = flexor({"monitor", "--port", board.port(), "--for", "2", "--key", file.string(), "--json"});
+  const Finished r =
+      flexor({"monitor", "--port", board.port(), "--for", "2", "--key", file.string(), "--json"});
   ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_NEAR(nlohmann::json::parse(r.out).at("rate_hz").get<double>(), 10, 2);
 }

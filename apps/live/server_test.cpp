@@ -47,6 +47,14 @@ class Client {
     return out;
   }
 
+  // Bytes that are there, or come within a second.
+  std::size_t swallow() const {
+    std::vector<char> buffer(1 << 20);
+    pollfd ready{socket_, POLLIN, 0};
+    if (poll(&ready, 1, 1000) != 1) return 0;
+    return static_cast<std::size_t>(std::max<ssize_t>(0, recv(socket_, buffer.data(), buffer.size(), 0)));
+  }
+
  private:
   int socket_;
   bool open_ = false;
@@ -168,7 +176,7 @@ TEST_F(Served, DropsWhoDoesNotReadAndServesTheOthers) {
   std::size_t heard = 0;
   for (const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
        clients_ > 1 && std::chrono::steady_clock::now() < end;)
-    heard += quick.hear("never" + std::to_string(heard)).size();
+    heard += quick.swallow();
   EXPECT_EQ(clients_, 1U);
   EXPECT_GT(heard, kMostWaiting);
 }

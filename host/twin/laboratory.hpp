@@ -34,6 +34,9 @@ class Strip {
   // ADC counts at time t_s for the cloth's bend; one call a sample.
   int sample(const Divider& divider, double t_s, double bend_deg);
 
+  // It has drifted for so long when t_s is 0.
+  void wear(double seconds) { worn_s_ = seconds; }
+
  private:
   const Parameters* p_ = nullptr;
   Random random_;
@@ -42,6 +45,7 @@ class Strip {
   double offset_deg_ = 0;
   double gain_ = 1;
   double drift_deg_s_ = 0;
+  double worn_s_ = 0;
   double noise_keep_ = 0;
   double noise_ = 0;
   double flutter_cos_ = 0;

@@ -57,7 +57,9 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
         frames_(static_cast<std::size_t>(input.motion.duration_s() * p_.camera_rate_hz) + 1) {
     const Compensators prototype(input.compensator);
     for (int t = 0; t < kTrials; ++t) begin_trial(t, first + static_cast<std::uint64_t>(t), prototype);
-    for (int lane = 0; lane < kLanes; ++lane) begin_lane(lane);
+    if (input.tracking) begin_tracking(*input.tracking);
+    if (input.worn) wear(*input.worn);
+    for (int lane = 0; lane < kLanes; ++lane) begin_lane(lane, input.motion);
     hand_next_ms_ = frame_ms(0, p_.camera_rate_hz, p_.hand_camera_latency_s);
     glove_next_ms_ = frame_ms(0, p_.camera_rate_hz, p_.glove_camera_latency_s);
   }
@@ -107,10 +109,10 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   }
 
   // At rest in the first pose, the hand already there.
-  void begin_lane(int lane) {
+  void begin_lane(int lane, const Motion& motion) {
     const int finger = lane / kTrials;
     const auto i = at(finger);
-    const double start = input_.motion.angle(finger, -1, variation_[at(lane % kTrials)]);
+    const double start = motion.angle(finger, -1, variation_[at(lane % kTrials)]);
     const auto rho = static_cast<float>(start);
     x_.reference[lane] = x_.slipped[lane] = x_.visco[lane] = x_.creep[lane] = rho;
     x_.lower[lane] = static_cast<float>(p_.hand_lower_deg[i]);
@@ -122,13 +124,60 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     reference_[at(lane)] = start;
   }
 
-  void begin_block(std::int64_t now) {
+  void begin_tracking(const Tracking& tracking) {
+    tick_samples_ = std::max(1, static_cast<int>(std::lround(1 / period_s_ / sensor::kTicks_hz)));
+    settings_ = model::tracker_settings<sensor::FixedTracking>(tracking.prior);
+    for (std::size_t i = 0; i < kFingers; ++i)
+      tracked_[i] = model::tracked_strip<sensor::FixedTracking>(tracking.strip[i], tracking.prior);
+    for (auto& tracker : tracker_) tracker.reset(settings_);
+  }
+
+  // What the glove's own side goes through before the trial: cloth, strips and trackers. The hand is off.
+  void wear(const Worn& worn) {
+    const PlantState<kLanes> before = x_;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      begin_lane(lane, worn.motion);
+      strip_[at(lane)].wear(worn.duration_s);
+    }
+    const auto lasts_ms = static_cast<std::int64_t>(worn.duration_s * 1000);
+    const auto period_ms = static_cast<std::int64_t>(std::max(1.0, std::round(period_s_ * 1000)));
+    const auto again_ms = static_cast<std::int64_t>(worn.motion.duration_s() * 1000);
+    for (std::int64_t now = 0; now < lasts_ms; ++now) {
+      if (now % kBlock_ms == 0) move(worn.motion, now % again_ms);
+      for (int lane = 0; now % period_ms == 0 && lane < kLanes; ++lane)
+        read(lane, static_cast<double>(now - lasts_ms) / 1000, now / period_ms);
+      advance(constants_, x_);
+    }
+    x_ = before;
+  }
+
+  // References of the next block.
+  void move(const Motion& motion, std::int64_t now) {
     const double next_s = static_cast<double>(now + kBlock_ms) / 1000;
     for (int lane = 0; lane < kLanes; ++lane) {
-      const double rho = input_.motion.angle(lane / kTrials, next_s, variation_[at(lane % kTrials)]);
+      const double rho = motion.angle(lane / kTrials, next_s, variation_[at(lane % kTrials)]);
       x_.reference[lane] = static_cast<float>(reference_[at(lane)]);
       x_.reference_slope[lane] = static_cast<float>((rho - reference_[at(lane)]) / kBlock_ms);
       reference_[at(lane)] = rho;
+    }
+  }
+
+  // The strip's reading, tracked where it is.
+  double read(int lane, double now_s, std::int64_t k) {
+    const int counts =
+        strip_[at(lane)].sample(divider_, now_s, static_cast<double>(bend(constants_, x_, lane)));
+    const double alpha = divider_.alpha_deg(counts);
+    const sensor::TrackedStrip<sensor::FixedTracking>& strip = tracked_[at(lane / kTrials)];
+    if (strip.half == 0) return alpha;
+    const auto q5 = static_cast<std::int16_t>(std::lround(32 * alpha));
+    sensor::Tracker<sensor::FixedTracking>& tracker = tracker_[at(lane)];
+    if (k % tick_samples_ == 0) tracker.observe(settings_, strip, q5);
+    return tracker.corrected(strip, q5) / 32.0;
+  }
+
+  void begin_block(std::int64_t now) {
+    move(input_.motion, now);
+    for (int lane = 0; lane < kLanes; ++lane) {
       x_.disturbance[lane] = static_cast<float>(disturbance_[at(lane)].next());
       if (now > 0) total_error_[at(lane)] += static_cast<double>(x_.error_deg_ms[lane]);
       x_.error_deg_ms[lane] = 0;
@@ -146,10 +195,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     if (input_.record_samples) trial.sample_s.push_back(now_s);
     std::array<double, kFingers> alpha{};
     for (int i = 0; i < kFingers; ++i) {
-      const int lane = i * kTrials + t;
-      const int counts =
-          strip_[at(lane)].sample(divider_, now_s, static_cast<double>(bend(constants_, x_, lane)));
-      alpha[at(i)] = divider_.alpha_deg(counts);
+      alpha[at(i)] = read(i * kTrials + t, now_s, k);
     }
     for (std::size_t input = 0; input < reading_.size(); ++input)
       reading_[input] = alpha[wiring_.strip[input]];
@@ -239,6 +285,10 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   std::array<double, kLanes> reference_{};
   std::array<double, kLanes> total_error_{};
   std::array<Strip, kLanes> strip_;
+  sensor::TrackerSettings<sensor::FixedTracking> settings_{};
+  std::array<sensor::TrackedStrip<sensor::FixedTracking>, kFingers> tracked_{};  // none
+  std::array<sensor::Tracker<sensor::FixedTracking>, kLanes> tracker_;
+  int tick_samples_ = 1;
   std::array<Disturbance, kLanes> disturbance_;
   std::array<Variation, kTrials> variation_;
   std::array<Radio, kTrials> radio_;

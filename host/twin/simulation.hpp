@@ -7,9 +7,11 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "host/model/model.hpp"
+#include "host/model/tracking.hpp"
 #include "host/twin/motion.hpp"
 #include "host/twin/parameters.hpp"
 
@@ -19,12 +21,26 @@ inline constexpr int kTrialsAtOnce = 16;  // lanes of the vector code are these 
 inline constexpr double kMaxRate_hz = 1000;
 inline constexpr int kMaxPictures = 120000;  // of each camera in a trial: an hour at 33 a second
 
+// The glove follows each strip while it is worn (runtime/sensor/tracker.hpp); strips without a range are left alone.
+struct Tracking {
+  std::array<std::optional<model::TrackedRange>, kFingers> strip;
+  model::TrackingPrior prior;
+};
+
+// What the glove was worn for: a motion, again and again.
+struct Worn {
+  Motion motion;
+  double duration_s = 0;
+};
+
 struct TrialInput {
   Parameters parameters;
   Motion motion;
   model::Model compensator;  // five channels by name, sampled at its own period
   std::uint64_t seed = 1;
   bool record_samples = false;
+  std::optional<Worn> worn = {};  // before the trial
+  std::optional<Tracking> tracking = {};
 };
 
 struct Trial {

@@ -1,0 +1,258 @@
+// A strip's offset and gain, followed while the glove is worn, from whole bends alone.
+//
+//   corrected = x + shift + stretch (x - M)            M: middle of the model's two poses, H: half their distance
+// observe() is called kTicks_hz times a second. A level follows the reading, at most H/8 behind it and by a quarter
+// of the rest a tick, and turns where it has come back by a third of the range. Two turns in a row, low l and
+// high h, are a bend:
+//   d = M - corrected((l + h) / 2)                     what the shift lacks
+//   e = H - (1 + stretch) (h - l) / 2                  what the stretch lacks at the ends; above 0: a short bend
+// A bend with e <= 3/16 H counts as whole: gains differ by so much from donning to donning. A shorter one says only
+// where the ends cannot be, |d| - e: a finger that goes half way, however often, changes nothing. What counts goes
+// through two scalar Kalman filters, p being variances in units of one bend's, N^2:
+//   K = p / (p + 1),   shift += K clamp(d, -b, b),   p = K,     b between 1 and 2 N sqrt(p + 1)
+// Between bends the p of the shift grows by the drift's variance, which moves nothing until there is a bend: time
+// forgets nothing. A bend beyond b leaves its p as it is; three in a row, all to the same side, raise the alarm: the
+// strip drifts more quickly than it is followed. Short bends stretch an eighth as quickly as long ones, which no
+// finger can feign. What is in use goes to what was found by at most `max_step` and kStretchStep H a tick.
+//
+// In int16 (readings Q5, stretch Q14, variances Q8), 23 bytes a strip, and in floating point from the same lines.
+#pragma once
+
+#include "runtime/core/fixed_point.hpp"
+
+namespace flexor {
+namespace sensor {
+
+constexpr uint8_t kTicks_hz = 10;
+
+// Readings Q5, ratios Q14, variances Q8.
+struct FixedTracking {
+  using Reading = int16_t;
+  using Ratio = int16_t;
+  using Variance = uint16_t;
+  using Growth = uint16_t;   // Q16, of a variance in a tick
+  using Inverse = uint16_t;  // 2^21 / half
+  static constexpr Ratio kMostStretch = 1 << 12;
+  static constexpr Ratio kStretchStep = 41;
+  static constexpr Variance kOne = 256;
+  static constexpr Variance kMostVariance = 255 * 256;
+
+  static Reading part(Reading x, uint8_t shift) {
+    return static_cast<Reading>(core::round_shift(x, shift));
+  }
+  static Reading stretched(Reading x, Ratio ratio) {
+    return core::narrow((core::multiply_signed(x, ratio) + (1 << 13)) >> 14);
+  }
+  static Ratio ratio(Reading x, Inverse per_half) {
+    const int32_t magnitude = core::multiply(static_cast<uint16_t>(x < 0 ? -static_cast<int32_t>(x) : x), per_half) >> 7;
+    return core::narrow(x < 0 ? -magnitude : magnitude);
+  }
+  static Variance share(Variance p) { return static_cast<Variance>(kOne - 65535U / static_cast<uint16_t>(p + kOne)); }
+  static Reading shared(Reading x, Variance share) {
+    return static_cast<Reading>(core::round_shift(core::multiply_signed(x, static_cast<int16_t>(share)), 8));
+  }
+  static Variance grown(Variance p, uint16_t ticks, Growth growth) {
+    const uint32_t sum = p + (static_cast<uint32_t>(core::multiply(ticks, growth)) >> 8);
+    return sum > kMostVariance ? kMostVariance : static_cast<Variance>(sum);
+  }
+};
+
+template <class Real>
+struct RealTracking {
+  using Reading = Real;
+  using Ratio = Real;
+  using Variance = Real;
+  using Growth = Real;
+  using Inverse = Real;
+  static constexpr Real kMostStretch = Real(0.25);
+  static constexpr Real kStretchStep = Real(41) / (1 << 14);
+  static constexpr Real kOne = 1;
+  static constexpr Real kMostVariance = 255;
+
+  static Real part(Real x, uint8_t shift) { return x / static_cast<Real>(1 << shift); }
+  static Real stretched(Real x, Real ratio) { return x * ratio; }
+  static Real ratio(Real x, Real per_half) { return x * per_half; }
+  static Real share(Real p) { return p / (p + 1); }
+  static Real shared(Real x, Real share) { return x * share; }
+  static Real grown(Real p, uint16_t ticks, Real growth) {
+    const Real sum = p + static_cast<Real>(ticks) * growth;
+    return sum > kMostVariance ? kMostVariance : sum;
+  }
+};
+
+// The same for all strips.
+template <class A>
+struct TrackerSettings {
+  typename A::Variance shift;    // before the first bend
+  typename A::Variance stretch;  // likewise
+  typename A::Growth growth;     // of the shift's variance in a tick
+};
+
+// Of one strip, in its unit; half 0: it is not tracked.
+template <class A>
+struct TrackedStrip {
+  typename A::Reading middle;
+  typename A::Reading half;      // in int16 33 to 16383
+  typename A::Reading noise;     // N, standard deviation of a whole bend's middle, above 0
+  typename A::Reading max_step;  // of the shift in a tick, above 0
+  typename A::Inverse per_half;
+};
+
+template <class A>
+class Tracker {
+ public:
+  using Reading = typename A::Reading;
+
+  void reset(const TrackerSettings<A>& c) {
+    *this = Tracker();
+    shift_variance_ = c.shift;
+    stretch_variance_ = c.stretch;
+  }
+
+  // Any reading, at any rate.
+  Reading corrected(const TrackedStrip<A>& strip, Reading x) const {
+    return moved(strip, x, shift_, stretch_);
+  }
+
+  // A tick, with a reading of a living sensor.
+  void observe(const TrackerSettings<A>& c, const TrackedStrip<A>& strip, Reading x) {
+    if (since_ < UINT16_MAX) ++since_;
+    approach(strip);
+    follow(strip, x);
+    const Reading back = is_rising() ? core::subtract(peak_, level_) : core::subtract(level_, peak_);
+    if (back <= 0) {
+      peak_ = level_;
+      put(kPeakHeld, held_ >= kHeld);
+    } else if (back > A::part(strip.half, 1) + A::part(strip.half, 3)) {
+      turn(c, strip);
+    }
+  }
+
+  Reading shift() const { return shift_; }
+  typename A::Ratio stretch() const { return stretch_; }
+  typename A::Variance shift_variance() const { return shift_variance_; }
+  typename A::Variance stretch_variance() const { return stretch_variance_; }
+  bool alarm() const { return surprises_ >= kAlarm || surprises_ <= -kAlarm; }
+
+ private:
+  static constexpr uint8_t kHeld = 3;   // ticks within the band: a turn that was rested at
+  static constexpr int8_t kAlarm = 3;
+  enum Flag : uint8_t { kFalling = 1, kPeakHeld = 2, kTurnHeld = 4, kStarted = 8, kTurned = 16, kBent = 32 };
+
+  static Reading moved(const TrackedStrip<A>& strip, Reading x, Reading shift, typename A::Ratio stretch) {
+    return core::add(core::add(x, shift), A::stretched(core::subtract(x, strip.middle), stretch));
+  }
+
+  bool has(uint8_t flag) const { return (flags_ & flag) != 0; }
+  void put(uint8_t flag, bool on) { flags_ = static_cast<uint8_t>(on ? flags_ | flag : flags_ & ~flag); }
+  bool is_rising() const { return !has(kFalling); }
+
+  template <class Number>
+  static Number nearer(Number from, Number to, Number step) {
+    return core::add(from, core::clamp(core::subtract(to, from), static_cast<Number>(-step), step));
+  }
+
+  void approach(const TrackedStrip<A>& strip) {
+    shift_ = nearer(shift_, shift_found_, strip.max_step);
+    stretch_ = nearer(stretch_, stretch_found_, A::kStretchStep);
+  }
+
+  void follow(const TrackedStrip<A>& strip, Reading x) {
+    if (!has(kStarted)) {
+      put(kStarted, true);
+      level_ = peak_ = x;
+    }
+    const Reading band = A::part(strip.half, 3);
+    const Reading ahead = core::subtract(x, level_);
+    const Reading within = core::clamp(ahead, static_cast<Reading>(-band), band);
+    if (ahead != within) {
+      held_ = 0;
+      level_ = core::subtract(x, within);
+      return;
+    }
+    if (held_ < kHeld) ++held_;
+    level_ = core::add(level_, A::part(ahead, 2));
+  }
+
+  // The first turn was none: where the finger was at the start.
+  void turn(const TrackerSettings<A>& c, const TrackedStrip<A>& strip) {
+    if (has(kBent)) {
+      const bool held = has(kPeakHeld) && has(kTurnHeld);
+      is_rising() ? bend(c, strip, turn_, peak_, held) : bend(c, strip, peak_, turn_, held);
+    }
+    put(kBent, has(kTurned));
+    put(kTurned, true);
+    put(kTurnHeld, has(kPeakHeld));
+    put(kFalling, is_rising());
+    put(kPeakHeld, false);
+    turn_ = peak_;
+    peak_ = level_;
+  }
+
+  void bend(const TrackerSettings<A>& c, const TrackedStrip<A>& strip, Reading low, Reading high, bool held) {
+    const Reading half = A::part(core::subtract(high, low), 1);
+    const Reading middle = core::add(low, half);
+    const Reading lacks = core::subtract(strip.half, core::add(half, A::stretched(half, stretch_found_)));
+    Reading off = core::subtract(strip.middle, moved(strip, middle, shift_found_, stretch_found_));
+    const bool whole = lacks <= A::part(strip.half, 3) + A::part(strip.half, 4);
+    if (!whole) {
+      off = core::subtract(off, core::clamp(off, static_cast<Reading>(-lacks), lacks));
+      if (off == 0) return;
+    }
+    learn_shift(c, strip, off);
+    if (whole && (held || lacks < 0)) learn_stretch(strip, lacks);
+  }
+
+  void learn_shift(const TrackerSettings<A>& c, const TrackedStrip<A>& strip, Reading off) {
+    const typename A::Variance p = A::grown(shift_variance_, since_, c.growth);
+    since_ = 0;
+    const Reading bound = reach(strip.noise, p);
+    const Reading taken = core::clamp(off, static_cast<Reading>(-bound), bound);
+    const typename A::Variance share = A::share(p);
+    shift_found_ = core::add(shift_found_, A::shared(taken, share));
+    shift_variance_ = taken == off ? share : p;
+    surprise(taken == off ? 0 : off > 0 ? 1 : -1);
+  }
+
+  void learn_stretch(const TrackedStrip<A>& strip, Reading lacks) {
+    const Reading bound = reach(strip.noise, stretch_variance_);
+    const Reading taken = core::clamp(lacks, static_cast<Reading>(-bound), bound);
+    const typename A::Variance share = A::share(stretch_variance_);
+    const Reading by = A::shared(taken, share);
+    const typename A::Ratio ratio = A::ratio(by, strip.per_half);
+    stretch_found_ = core::clamp(core::add(stretch_found_, lacks > 0 ? A::part(ratio, 3) : ratio),
+                                 static_cast<typename A::Ratio>(-A::kMostStretch), A::kMostStretch);
+    if (lacks <= 0) stretch_variance_ = share;
+  }
+
+  // N sqrt(p + 1) to 2 N sqrt(p + 1).
+  static Reading reach(Reading noise, typename A::Variance p) {
+    typename A::Variance q = static_cast<typename A::Variance>(p + A::kOne);
+    Reading out = core::add(noise, noise);
+    for (; q >= 4 * A::kOne; q = static_cast<typename A::Variance>(q / 4)) out = core::add(out, out);
+    return out;
+  }
+
+  void surprise(int8_t side) {
+    const bool same = (side > 0 && surprises_ > 0) || (side < 0 && surprises_ < 0);
+    if (!same) surprises_ = side;
+    if (same && !alarm()) surprises_ = static_cast<int8_t>(surprises_ + side);
+  }
+
+  Reading level_ = 0;
+  Reading peak_ = 0;  // farthest level since the last turn
+  Reading turn_ = 0;  // the last one
+  Reading shift_ = 0;  // in use
+  Reading shift_found_ = 0;
+  typename A::Ratio stretch_ = 0;
+  typename A::Ratio stretch_found_ = 0;
+  typename A::Variance shift_variance_ = 0;
+  typename A::Variance stretch_variance_ = 0;
+  uint16_t since_ = 0;  // ticks since the shift was last learnt
+  uint8_t held_ = 0;
+  uint8_t flags_ = 0;
+  int8_t surprises_ = 0;  // in a row; below 0: downwards
+};
+
+}  // namespace sensor
+}  // namespace flexor

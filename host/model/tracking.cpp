@@ -9,7 +9,7 @@
 namespace flexor::model {
 namespace {
 
-constexpr double kLeastHalf = 33.0 / 32;   // of a range in Q5
+constexpr double kLeastHalf = 33.0 / 32;  // of a range in Q5
 constexpr double kMostHalf = 16383.0 / 32;
 
 // A number in an arithmetic's fraction, at least one step of it.

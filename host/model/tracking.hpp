@@ -12,10 +12,10 @@ namespace flexor::model {
 
 // Standard deviations, at the joint.
 struct TrackingPrior {
-  double shift_deg = 8;    // of the offset between donnings
-  double stretch = 0.08;   // of the gain
+  double shift_deg = 8;   // of the offset between donnings
+  double stretch = 0.08;  // of the gain
   double drift_deg_per_min = 4;
-  double bend_deg = 1.3;       // of where the middle of a whole bend lies
+  double bend_deg = 1.3;      // of where the middle of a whole bend lies
   double quickest_deg_s = 2;  // the shift follows by no more; not a deviation
 };
 

@@ -60,7 +60,8 @@ int Strip::sample(const Divider& divider, double t_s, double bend_deg) {
   in_burst_ = in_burst_ ? chance >= burst_end_ : chance < burst_begin_;
   const double share = (bend_deg - lower_deg_) / range_deg_;
   double theta = offset_deg_ + gain_ * (bend_deg - lower_deg_) +
-                 p_->knuckle_deg * std::sin(2 * std::numbers::pi * share) + drift_deg_s_ * (t_s + worn_s_) + noise_ + re;
+                 p_->knuckle_deg * std::sin(2 * std::numbers::pi * share) + drift_deg_s_ * (t_s + worn_s_) +
+                 noise_ + re;
   if (in_burst_) theta += p_->burst_deg * jump;
   int counts = divider.counts(theta);
   for (const Fault* fault : faults_) {

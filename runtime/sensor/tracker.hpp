@@ -35,19 +35,20 @@ struct FixedTracking {
   static constexpr Ratio kMostStretch = 1 << 12;
   static constexpr Ratio kStretchStep = 41;
   static constexpr Variance kOne = 256;
-  static constexpr Variance kMostVariance = 255 * 256;
+  static constexpr Variance kMostVariance = 64000;
 
-  static Reading part(Reading x, uint8_t shift) {
-    return static_cast<Reading>(core::round_shift(x, shift));
-  }
+  static Reading part(Reading x, uint8_t shift) { return static_cast<Reading>(core::round_shift(x, shift)); }
   static Reading stretched(Reading x, Ratio ratio) {
     return core::narrow((core::multiply_signed(x, ratio) + (1 << 13)) >> 14);
   }
   static Ratio ratio(Reading x, Inverse per_half) {
-    const int32_t magnitude = core::multiply(static_cast<uint16_t>(x < 0 ? -static_cast<int32_t>(x) : x), per_half) >> 7;
+    const int32_t magnitude =
+        core::multiply(static_cast<uint16_t>(x < 0 ? -static_cast<int32_t>(x) : x), per_half) >> 7;
     return core::narrow(x < 0 ? -magnitude : magnitude);
   }
-  static Variance share(Variance p) { return static_cast<Variance>(kOne - 65535U / static_cast<uint16_t>(p + kOne)); }
+  static Variance share(Variance p) {
+    return static_cast<Variance>(kOne - 65535U / static_cast<uint16_t>(p + kOne));
+  }
   static Reading shared(Reading x, Variance share) {
     return static_cast<Reading>(core::round_shift(core::multiply_signed(x, static_cast<int16_t>(share)), 8));
   }
@@ -67,7 +68,7 @@ struct RealTracking {
   static constexpr Real kMostStretch = Real(0.25);
   static constexpr Real kStretchStep = Real(41) / (1 << 14);
   static constexpr Real kOne = 1;
-  static constexpr Real kMostVariance = 255;
+  static constexpr Real kMostVariance = 250;
 
   static Real part(Real x, uint8_t shift) { return x / static_cast<Real>(1 << shift); }
   static Real stretched(Real x, Real ratio) { return x * ratio; }
@@ -135,7 +136,7 @@ class Tracker {
   bool alarm() const { return surprises_ >= kAlarm || surprises_ <= -kAlarm; }
 
  private:
-  static constexpr uint8_t kHeld = 3;   // ticks within the band: a turn that was rested at
+  static constexpr uint8_t kHeld = 2;  // ticks within the band: a turn that was rested at
   static constexpr int8_t kAlarm = 3;
   enum Flag : uint8_t { kFalling = 1, kPeakHeld = 2, kTurnHeld = 4, kStarted = 8, kTurned = 16, kBent = 32 };
 
@@ -167,18 +168,16 @@ class Tracker {
     const Reading within = core::clamp(ahead, static_cast<Reading>(-band), band);
     if (ahead != within) {
       held_ = 0;
-      level_ = core::subtract(x, within);
-      return;
+    } else if (held_ < kHeld) {
+      ++held_;
     }
-    if (held_ < kHeld) ++held_;
-    level_ = core::add(level_, A::part(ahead, 2));
+    level_ = core::add(core::subtract(x, within), A::part(within, 2));
   }
 
   // The first turn was none: where the finger was at the start.
   void turn(const TrackerSettings<A>& c, const TrackedStrip<A>& strip) {
-    if (has(kBent)) {
-      const bool held = has(kPeakHeld) && has(kTurnHeld);
-      is_rising() ? bend(c, strip, turn_, peak_, held) : bend(c, strip, peak_, turn_, held);
+    if (has(kBent) && has(kPeakHeld) && has(kTurnHeld)) {
+      is_rising() ? bend(c, strip, turn_, peak_) : bend(c, strip, peak_, turn_);
     }
     put(kBent, has(kTurned));
     put(kTurned, true);
@@ -189,18 +188,14 @@ class Tracker {
     peak_ = level_;
   }
 
-  void bend(const TrackerSettings<A>& c, const TrackedStrip<A>& strip, Reading low, Reading high, bool held) {
+  void bend(const TrackerSettings<A>& c, const TrackedStrip<A>& strip, Reading low, Reading high) {
     const Reading half = A::part(core::subtract(high, low), 1);
     const Reading middle = core::add(low, half);
+    if (core::subtract(strip.half, half) > A::part(strip.half, 3) + A::part(strip.half, 4)) return;
     const Reading lacks = core::subtract(strip.half, core::add(half, A::stretched(half, stretch_found_)));
-    Reading off = core::subtract(strip.middle, moved(strip, middle, shift_found_, stretch_found_));
-    const bool whole = lacks <= A::part(strip.half, 3) + A::part(strip.half, 4);
-    if (!whole) {
-      off = core::subtract(off, core::clamp(off, static_cast<Reading>(-lacks), lacks));
-      if (off == 0) return;
-    }
+    const Reading off = core::subtract(strip.middle, moved(strip, middle, shift_found_, stretch_found_));
     learn_shift(c, strip, off);
-    if (whole && (held || lacks < 0)) learn_stretch(strip, lacks);
+    learn_stretch(strip, lacks);
   }
 
   void learn_shift(const TrackerSettings<A>& c, const TrackedStrip<A>& strip, Reading off) {
@@ -209,9 +204,10 @@ class Tracker {
     const Reading bound = reach(strip.noise, p);
     const Reading taken = core::clamp(off, static_cast<Reading>(-bound), bound);
     const typename A::Variance share = A::share(p);
-    shift_found_ = core::add(shift_found_, A::shared(taken, share));
-    shift_variance_ = taken == off ? share : p;
     surprise(taken == off ? 0 : off > 0 ? 1 : -1);
+    shift_variance_ = taken == off ? share : p;
+    if (surprises_ == 1 || surprises_ == -1) return;
+    shift_found_ = core::add(shift_found_, A::shared(taken, share));
   }
 
   void learn_stretch(const TrackedStrip<A>& strip, Reading lacks) {
@@ -240,8 +236,8 @@ class Tracker {
   }
 
   Reading level_ = 0;
-  Reading peak_ = 0;  // farthest level since the last turn
-  Reading turn_ = 0;  // the last one
+  Reading peak_ = 0;   // farthest level since the last turn
+  Reading turn_ = 0;   // the last one
   Reading shift_ = 0;  // in use
   Reading shift_found_ = 0;
   typename A::Ratio stretch_ = 0;

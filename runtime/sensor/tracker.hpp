@@ -37,20 +37,26 @@ struct FixedTracking {
   static constexpr Variance kOne = 256;
   static constexpr Variance kMostVariance = 64000;
 
-  static Reading part(Reading x, uint8_t shift) { return static_cast<Reading>(core::round_shift(x, shift)); }
+  template <uint8_t kShift>
+  static Reading part(Reading x) {
+    return static_cast<Reading>((x >> kShift) + ((x >> (kShift - 1)) & 1));
+  }
   static Reading stretched(Reading x, Ratio ratio) {
-    return core::narrow((core::multiply_signed(x, ratio) + (1 << 13)) >> 14);
+    const uint32_t product = static_cast<uint32_t>(core::multiply_signed(x, ratio));
+    return static_cast<Reading>(core::upper_half(static_cast<int32_t>(product * 4 + 0x8000)));
   }
   static Ratio ratio(Reading x, Inverse per_half) {
-    const int32_t magnitude =
-        core::multiply(static_cast<uint16_t>(x < 0 ? -static_cast<int32_t>(x) : x), per_half) >> 7;
-    return core::narrow(x < 0 ? -magnitude : magnitude);
+    const uint16_t size = static_cast<uint16_t>(x < 0 ? -x : x);
+    const uint32_t ratio = (static_cast<uint32_t>(core::multiply(size, per_half)) << 1) >> 8;
+    const Ratio most = ratio > kMostStretch ? kMostStretch : static_cast<Ratio>(ratio);
+    return x < 0 ? static_cast<Ratio>(-most) : most;
   }
   static Variance share(Variance p) {
     return static_cast<Variance>(kOne - 65535U / static_cast<uint16_t>(p + kOne));
   }
   static Reading shared(Reading x, Variance share) {
-    return static_cast<Reading>(core::round_shift(core::multiply_signed(x, static_cast<int16_t>(share)), 8));
+    const int32_t product = core::multiply_signed(x, static_cast<int16_t>(share));
+    return static_cast<Reading>((product + 128) >> 8);
   }
   static Variance grown(Variance p, uint16_t ticks, Growth growth) {
     const uint32_t sum = p + (static_cast<uint32_t>(core::multiply(ticks, growth)) >> 8);
@@ -70,7 +76,10 @@ struct RealTracking {
   static constexpr Real kOne = 1;
   static constexpr Real kMostVariance = 250;
 
-  static Real part(Real x, uint8_t shift) { return x / static_cast<Real>(1 << shift); }
+  template <uint8_t kShift>
+  static Real part(Real x) {
+    return x / static_cast<Real>(1 << kShift);
+  }
   static Real stretched(Real x, Real ratio) { return x * ratio; }
   static Real ratio(Real x, Real per_half) { return x * per_half; }
   static Real share(Real p) { return p / (p + 1); }
@@ -115,17 +124,20 @@ class Tracker {
     return moved(strip, x, shift_, stretch_);
   }
 
-  // A tick, with a reading of a living sensor.
+  // A tick, with a reading of a living sensor. What a bend says is worked out over the ticks after it, so that none
+  // takes long.
   void observe(const TrackerSettings<A>& c, const TrackedStrip<A>& strip, Reading x) {
     if (since_ < UINT16_MAX) ++since_;
-    approach(strip);
+    if (stage_ != Stage::follow) return work(c, strip);
+    if (shift_ != shift_found_) shift_ = nearer(shift_, shift_found_, strip.max_step);
+    if (stretch_ != stretch_found_) stretch_ = nearer(stretch_, stretch_found_, A::kStretchStep);
     follow(strip, x);
-    const Reading back = is_rising() ? core::subtract(peak_, level_) : core::subtract(level_, peak_);
+    const Reading back = has(kFalling) ? core::subtract(level_, peak_) : core::subtract(peak_, level_);
     if (back <= 0) {
       peak_ = level_;
       put(kPeakHeld, held_ >= kHeld);
-    } else if (back > A::part(strip.half, 1) + A::part(strip.half, 3)) {
-      turn(c, strip);
+    } else if (back > A::template part<1>(strip.half) + A::template part<3>(strip.half)) {
+      turn();
     }
   }
 
@@ -139,23 +151,30 @@ class Tracker {
   static constexpr uint8_t kHeld = 2;  // ticks within the band: a turn that was rested at
   static constexpr int8_t kAlarm = 3;
   enum Flag : uint8_t { kFalling = 1, kPeakHeld = 2, kTurnHeld = 4, kStarted = 8, kTurned = 16, kBent = 32 };
+  enum class Stage : uint8_t {
+    follow,
+    weigh,
+    compare,
+    sharpen_shift,
+    move_shift,
+    weigh_stretch,
+    move_stretch
+  };
 
   static Reading moved(const TrackedStrip<A>& strip, Reading x, Reading shift, typename A::Ratio stretch) {
-    return core::add(core::add(x, shift), A::stretched(core::subtract(x, strip.middle), stretch));
+    const Reading shifted = core::add(x, shift);
+    if (stretch == 0) return shifted;
+    return core::add(shifted, A::stretched(core::subtract(x, strip.middle), stretch));
   }
 
   bool has(uint8_t flag) const { return (flags_ & flag) != 0; }
-  void put(uint8_t flag, bool on) { flags_ = static_cast<uint8_t>(on ? flags_ | flag : flags_ & ~flag); }
-  bool is_rising() const { return !has(kFalling); }
+  void put(uint8_t flag, bool on) {
+    flags_ = static_cast<uint8_t>(on ? flags_ | flag : flags_ & static_cast<uint8_t>(~flag));
+  }
 
   template <class Number>
   static Number nearer(Number from, Number to, Number step) {
     return core::add(from, core::clamp(core::subtract(to, from), static_cast<Number>(-step), step));
-  }
-
-  void approach(const TrackedStrip<A>& strip) {
-    shift_ = nearer(shift_, shift_found_, strip.max_step);
-    stretch_ = nearer(stretch_, stretch_found_, A::kStretchStep);
   }
 
   void follow(const TrackedStrip<A>& strip, Reading x) {
@@ -163,7 +182,7 @@ class Tracker {
       put(kStarted, true);
       level_ = peak_ = x;
     }
-    const Reading band = A::part(strip.half, 3);
+    const Reading band = A::template part<3>(strip.half);
     const Reading ahead = core::subtract(x, level_);
     const Reading within = core::clamp(ahead, static_cast<Reading>(-band), band);
     if (ahead != within) {
@@ -171,54 +190,94 @@ class Tracker {
     } else if (held_ < kHeld) {
       ++held_;
     }
-    level_ = core::add(core::subtract(x, within), A::part(within, 2));
+    level_ = core::add(core::subtract(x, within), A::template part<2>(within));
   }
 
   // The first turn was none: where the finger was at the start.
-  void turn(const TrackerSettings<A>& c, const TrackedStrip<A>& strip) {
-    if (has(kBent) && has(kPeakHeld) && has(kTurnHeld)) {
-      is_rising() ? bend(c, strip, turn_, peak_) : bend(c, strip, peak_, turn_);
-    }
+  void turn() {
+    const bool is_bend = has(kBent) && has(kPeakHeld) && has(kTurnHeld);
+    const Reading before = turn_;
+    turn_ = peak_;
+    peak_ = is_bend ? before : level_;
+    if (is_bend) stage_ = Stage::weigh;
     put(kBent, has(kTurned));
     put(kTurned, true);
     put(kTurnHeld, has(kPeakHeld));
-    put(kFalling, is_rising());
+    put(kFalling, !has(kFalling));
     put(kPeakHeld, false);
-    turn_ = peak_;
-    peak_ = level_;
   }
 
-  void bend(const TrackerSettings<A>& c, const TrackedStrip<A>& strip, Reading low, Reading high) {
-    const Reading half = A::part(core::subtract(high, low), 1);
-    const Reading middle = core::add(low, half);
-    if (core::subtract(strip.half, half) > A::part(strip.half, 3) + A::part(strip.half, 4)) return;
-    const Reading lacks = core::subtract(strip.half, core::add(half, A::stretched(half, stretch_found_)));
-    const Reading off = core::subtract(strip.middle, moved(strip, middle, shift_found_, stretch_found_));
-    learn_shift(c, strip, off);
-    learn_stretch(strip, lacks);
+  // A bend, from peak_ to turn_; nothing is followed meanwhile.
+  void work(const TrackerSettings<A>& c, const TrackedStrip<A>& strip) {
+    switch (stage_) {
+      case Stage::weigh:
+        stage_ = weigh(c, strip);
+        break;
+      case Stage::compare:
+        stage_ = compare(strip);
+        break;
+      case Stage::sharpen_shift:
+        shift_variance_ = A::share(shift_variance_);
+        stage_ = Stage::move_shift;
+        break;
+      case Stage::move_shift:
+        shift_found_ = core::add(shift_found_, A::shared(off(strip), shift_variance_));
+        stage_ = Stage::weigh_stretch;
+        break;
+      case Stage::weigh_stretch:
+        if (lacks(strip) < 0) stretch_variance_ = A::share(stretch_variance_);
+        stage_ = Stage::move_stretch;
+        break;
+      default:
+        move_stretch(strip);
+        stage_ = Stage::follow;
+    }
+    if (stage_ == Stage::follow) peak_ = level_;
   }
 
-  void learn_shift(const TrackerSettings<A>& c, const TrackedStrip<A>& strip, Reading off) {
-    const typename A::Variance p = A::grown(shift_variance_, since_, c.growth);
+  Reading half() const {
+    const Reading reach = core::subtract(turn_, peak_);
+    return A::template part<1>(reach < 0 ? core::subtract(peak_, turn_) : reach);
+  }
+  Reading lacks(const TrackedStrip<A>& strip) const {
+    const Reading now = half();
+    return core::subtract(strip.half, core::add(now, A::stretched(now, stretch_found_)));
+  }
+  Reading off(const TrackedStrip<A>& strip) const {
+    const Reading middle = core::add(turn_ < peak_ ? turn_ : peak_, half());
+    return core::subtract(strip.middle, moved(strip, middle, shift_found_, stretch_found_));
+  }
+
+  Stage weigh(const TrackerSettings<A>& c, const TrackedStrip<A>& strip) {
+    const Reading tolerance = A::template part<3>(strip.half) + A::template part<4>(strip.half);
+    if (core::subtract(strip.half, half()) > tolerance) return Stage::follow;
+    shift_variance_ = A::grown(shift_variance_, since_, c.growth);
     since_ = 0;
-    const Reading bound = reach(strip.noise, p);
-    const Reading taken = core::clamp(off, static_cast<Reading>(-bound), bound);
-    const typename A::Variance share = A::share(p);
-    surprise(taken == off ? 0 : off > 0 ? 1 : -1);
-    shift_variance_ = taken == off ? share : p;
-    if (surprises_ == 1 || surprises_ == -1) return;
-    shift_found_ = core::add(shift_found_, A::shared(taken, share));
+    return Stage::compare;
   }
 
-  void learn_stretch(const TrackedStrip<A>& strip, Reading lacks) {
-    const Reading bound = reach(strip.noise, stretch_variance_);
-    const Reading taken = core::clamp(lacks, static_cast<Reading>(-bound), bound);
-    const typename A::Variance share = A::share(stretch_variance_);
-    const Reading by = A::shared(taken, share);
-    const typename A::Ratio ratio = A::ratio(by, strip.per_half);
-    stretch_found_ = core::clamp(core::add(stretch_found_, lacks > 0 ? A::part(ratio, 3) : ratio),
+  Stage compare(const TrackedStrip<A>& strip) {
+    const Reading lacking = off(strip);
+    const Reading bound = reach(strip.noise, shift_variance_);
+    if (lacking <= bound && lacking >= -bound) {
+      surprises_ = 0;
+      return Stage::sharpen_shift;
+    }
+    const int8_t side = lacking > 0 ? 1 : -1;
+    const bool again = side > 0 ? surprises_ > 0 : surprises_ < 0;
+    if (!again) surprises_ = 0;
+    if (!alarm()) surprises_ = static_cast<int8_t>(surprises_ + side);
+    if (again) shift_found_ = core::add(shift_found_, side > 0 ? bound : static_cast<Reading>(-bound));
+    return Stage::weigh_stretch;
+  }
+
+  void move_stretch(const TrackedStrip<A>& strip) {
+    const Reading bound = core::add(core::add(strip.noise, strip.noise), strip.noise);
+    const Reading lacking = core::clamp(lacks(strip), static_cast<Reading>(-bound), bound);
+    const typename A::Variance share = stretch_variance_ < A::kOne ? stretch_variance_ : A::kOne;
+    const Reading by = A::shared(lacking > 0 ? A::template part<3>(lacking) : lacking, share);
+    stretch_found_ = core::clamp(core::add(stretch_found_, A::ratio(by, strip.per_half)),
                                  static_cast<typename A::Ratio>(-A::kMostStretch), A::kMostStretch);
-    if (lacks <= 0) stretch_variance_ = share;
   }
 
   // N sqrt(p + 1) to 2 N sqrt(p + 1).
@@ -227,12 +286,6 @@ class Tracker {
     Reading out = core::add(noise, noise);
     for (; q >= 4 * A::kOne; q = static_cast<typename A::Variance>(q / 4)) out = core::add(out, out);
     return out;
-  }
-
-  void surprise(int8_t side) {
-    const bool same = (side > 0 && surprises_ > 0) || (side < 0 && surprises_ < 0);
-    if (!same) surprises_ = side;
-    if (same && !alarm()) surprises_ = static_cast<int8_t>(surprises_ + side);
   }
 
   Reading level_ = 0;
@@ -245,6 +298,7 @@ class Tracker {
   typename A::Variance shift_variance_ = 0;
   typename A::Variance stretch_variance_ = 0;
   uint16_t since_ = 0;  // ticks since the shift was last learnt
+  Stage stage_ = Stage::follow;
   uint8_t held_ = 0;
   uint8_t flags_ = 0;
   int8_t surprises_ = 0;  // in a row; below 0: downwards

@@ -37,10 +37,10 @@ std::uint16_t said_by_host() {
 TEST(TrackerOnTheBoard, SaysTheSameBitsInAtMostFourHundredCyclesASample) {
   const io::TemporaryFolder folder;
   const std::string elf = (folder.path() / "tracker.elf").string();
-  const io::ProcessResult built = io::run_process(
-      {"avr-g++", "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-std=c++14", "-Wall", "-Wextra",
-       "-Werror", "-fno-exceptions", "-fno-rtti", "-fshort-enums", "-mrelax", "-DFLEXOR_AVR_ASSEMBLY", "-I.",
-       "cosim/tracker_board.cpp", "-o", elf});
+  const io::ProcessResult built =
+      io::run_process({"avr-g++", "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-std=c++14", "-Wall",
+                       "-Wextra", "-Werror", "-fno-exceptions", "-fno-rtti", "-fshort-enums", "-mrelax",
+                       "-DFLEXOR_AVR_ASSEMBLY", "-I.", "cosim/tracker_board.cpp", "-o", elf});
   ASSERT_EQ(built.status, 0) << built.err;
   const Firmware firmware(elf);
   Board board(firmware);

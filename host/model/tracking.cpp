@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kLeastHalf = 33.0 / 32;  // of a range in Q5
 constexpr double kMostHalf = 16383.0 / 32;
+constexpr double kMostNoise = 511.0 / 32;
 
 // A number in an arithmetic's fraction, at least one step of it.
 template <class Number>
@@ -72,7 +73,7 @@ sensor::TrackedStrip<A> tracked_strip(const std::optional<TrackedRange>& range, 
     out.per_half = static_cast<std::uint16_t>(std::lround(std::ldexp(1 / half, 16)));
   }
   out.half = in_fraction<Reading>(half, 5);
-  out.noise = in_fraction<Reading>(prior.bend_deg * per_deg, 5);
+  out.noise = in_fraction<Reading>(std::min(prior.bend_deg * per_deg, kMostNoise), 5);
   out.max_step = in_fraction<Reading>(prior.quickest_deg_s * per_deg / sensor::kTicks_hz, 5);
   return out;
 }

@@ -103,7 +103,7 @@ template <class A>
 struct TrackedStrip {
   typename A::Reading middle;
   typename A::Reading half;      // in int16 33 to 16383
-  typename A::Reading noise;     // N, standard deviation of a whole bend's middle, above 0
+  typename A::Reading noise;     // N, standard deviation of a whole bend's middle, above 0, in int16 to 511
   typename A::Reading max_step;  // of the shift in a tick, above 0
   typename A::Inverse per_half;
 };
@@ -120,7 +120,7 @@ class Tracker {
   }
 
   // Any reading, at any rate.
-  Reading corrected(const TrackedStrip<A>& strip, Reading x) const {
+  FLEXOR_SHARED Reading corrected(const TrackedStrip<A>& strip, Reading x) const {
     return moved(strip, x, shift_, stretch_);
   }
 
@@ -128,9 +128,12 @@ class Tracker {
   // takes long.
   void observe(const TrackerSettings<A>& c, const TrackedStrip<A>& strip, Reading x) {
     if (since_ < UINT16_MAX) ++since_;
-    if (stage_ != Stage::follow) return work(c, strip);
-    if (shift_ != shift_found_) shift_ = nearer(shift_, shift_found_, strip.max_step);
-    if (stretch_ != stretch_found_) stretch_ = nearer(stretch_, stretch_found_, A::kStretchStep);
+    if (stage_ != Stage::follow) return work(c, strip, x);
+    if (shift_ != shift_found_) {
+      shift_ = nearer(shift_, shift_found_, strip.max_step);
+    } else if (stretch_ != stretch_found_) {
+      stretch_ = nearer(stretch_, stretch_found_, A::kStretchStep);
+    }
     follow(strip, x);
     const Reading back = has(kFalling) ? core::subtract(level_, peak_) : core::subtract(peak_, level_);
     if (back <= 0) {
@@ -158,6 +161,8 @@ class Tracker {
     sharpen_shift,
     move_shift,
     weigh_stretch,
+    sharpen_stretch,
+    share_stretch,
     move_stretch
   };
 
@@ -207,8 +212,9 @@ class Tracker {
     put(kPeakHeld, false);
   }
 
-  // A bend, from peak_ to turn_; nothing is followed meanwhile.
-  void work(const TrackerSettings<A>& c, const TrackedStrip<A>& strip) {
+  // A bend, from peak_ to turn_: nothing is followed meanwhile, and what it needs lies in peak_ and level_. A stage
+  // holds one division or some products.
+  FLEXOR_SHARED void work(const TrackerSettings<A>& c, const TrackedStrip<A>& strip, Reading x) {
     switch (stage_) {
       case Stage::weigh:
         stage_ = weigh(c, strip);
@@ -221,70 +227,71 @@ class Tracker {
         stage_ = Stage::move_shift;
         break;
       case Stage::move_shift:
-        shift_found_ = core::add(shift_found_, A::shared(off(strip), shift_variance_));
+        shift_found_ = core::add(shift_found_, A::shared(level_, shift_variance_));
         stage_ = Stage::weigh_stretch;
         break;
       case Stage::weigh_stretch:
-        if (lacks(strip) < 0) stretch_variance_ = A::share(stretch_variance_);
+        level_ = core::subtract(strip.half, core::add(peak_, A::stretched(peak_, stretch_found_)));
+        stage_ = level_ < 0 ? Stage::sharpen_stretch : Stage::share_stretch;
+        break;
+      case Stage::sharpen_stretch:
+        stretch_variance_ = A::share(stretch_variance_);
+        stage_ = Stage::share_stretch;
+        break;
+      case Stage::share_stretch:
+        level_ = share_stretch(strip);
         stage_ = Stage::move_stretch;
         break;
       default:
-        move_stretch(strip);
+        stretch_found_ = core::clamp(core::add(stretch_found_, A::ratio(level_, strip.per_half)),
+                                     static_cast<typename A::Ratio>(-A::kMostStretch), A::kMostStretch);
         stage_ = Stage::follow;
     }
-    if (stage_ == Stage::follow) peak_ = level_;
+    if (stage_ != Stage::follow) return;
+    level_ = peak_ = x;
+    held_ = 0;
   }
 
-  Reading half() const {
-    const Reading reach = core::subtract(turn_, peak_);
-    return A::template part<1>(reach < 0 ? core::subtract(peak_, turn_) : reach);
-  }
-  Reading lacks(const TrackedStrip<A>& strip) const {
-    const Reading now = half();
-    return core::subtract(strip.half, core::add(now, A::stretched(now, stretch_found_)));
-  }
-  Reading off(const TrackedStrip<A>& strip) const {
-    const Reading middle = core::add(turn_ < peak_ ? turn_ : peak_, half());
-    return core::subtract(strip.middle, moved(strip, middle, shift_found_, stretch_found_));
-  }
-
+  // Half the bend's reach goes to peak_.
   Stage weigh(const TrackerSettings<A>& c, const TrackedStrip<A>& strip) {
+    const Reading reach = has(kFalling) ? core::subtract(turn_, peak_) : core::subtract(peak_, turn_);
+    peak_ = A::template part<1>(reach);
     const Reading tolerance = A::template part<3>(strip.half) + A::template part<4>(strip.half);
-    if (core::subtract(strip.half, half()) > tolerance) return Stage::follow;
+    if (core::subtract(strip.half, peak_) > tolerance) return Stage::follow;
     shift_variance_ = A::grown(shift_variance_, since_, c.growth);
     since_ = 0;
     return Stage::compare;
   }
 
+  // What the shift lacks goes to level_.
   Stage compare(const TrackedStrip<A>& strip) {
-    const Reading lacking = off(strip);
+    const Reading middle = has(kFalling) ? core::subtract(turn_, peak_) : core::add(turn_, peak_);
+    level_ = core::subtract(strip.middle, moved(strip, middle, shift_found_, stretch_found_));
     const Reading bound = reach(strip.noise, shift_variance_);
-    if (lacking <= bound && lacking >= -bound) {
+    if (level_ <= bound && level_ >= -bound) {
       surprises_ = 0;
       return Stage::sharpen_shift;
     }
-    const int8_t side = lacking > 0 ? 1 : -1;
-    const bool again = side > 0 ? surprises_ > 0 : surprises_ < 0;
+    const bool again = level_ > 0 ? surprises_ > 0 : surprises_ < 0;
     if (!again) surprises_ = 0;
-    if (!alarm()) surprises_ = static_cast<int8_t>(surprises_ + side);
-    if (again) shift_found_ = core::add(shift_found_, side > 0 ? bound : static_cast<Reading>(-bound));
+    if (!alarm()) surprises_ = static_cast<int8_t>(level_ > 0 ? surprises_ + 1 : surprises_ - 1);
+    if (again) shift_found_ = core::add(shift_found_, level_ > 0 ? bound : static_cast<Reading>(-bound));
     return Stage::weigh_stretch;
   }
 
-  void move_stretch(const TrackedStrip<A>& strip) {
-    const Reading bound = core::add(core::add(strip.noise, strip.noise), strip.noise);
-    const Reading lacking = core::clamp(lacks(strip), static_cast<Reading>(-bound), bound);
+  Reading share_stretch(const TrackedStrip<A>& strip) const {
+    const Reading bound = 3 * strip.noise;
+    const Reading lacks = core::clamp(level_, static_cast<Reading>(-bound), bound);
     const typename A::Variance share = stretch_variance_ < A::kOne ? stretch_variance_ : A::kOne;
-    const Reading by = A::shared(lacking > 0 ? A::template part<3>(lacking) : lacking, share);
-    stretch_found_ = core::clamp(core::add(stretch_found_, A::ratio(by, strip.per_half)),
-                                 static_cast<typename A::Ratio>(-A::kMostStretch), A::kMostStretch);
+    return A::shared(lacks > 0 ? A::template part<3>(lacks) : lacks, share);
   }
 
   // N sqrt(p + 1) to 2 N sqrt(p + 1).
   static Reading reach(Reading noise, typename A::Variance p) {
     typename A::Variance q = static_cast<typename A::Variance>(p + A::kOne);
-    Reading out = core::add(noise, noise);
-    for (; q >= 4 * A::kOne; q = static_cast<typename A::Variance>(q / 4)) out = core::add(out, out);
+    Reading out = 2 * noise;
+    for (; q >= 4 * A::kOne; q = static_cast<typename A::Variance>(q / 4))
+      out = static_cast<Reading>(2 * out);
     return out;
   }
 

@@ -196,7 +196,7 @@ TEST(Tracker, IsSmall) { EXPECT_LE(sizeof(Tracker<FixedTracking>), 24U); }
 RC_GTEST_PROP(Tracker, NeverJumpsAndNeverLeavesItsBoundsWhateverIsRead, ()) {
   const auto half = *rc::gen::inRange<std::int16_t>(33, 16384);
   const TrackedStrip<FixedTracking> strip = {
-      *rc::gen::arbitrary<std::int16_t>(), half, *rc::gen::inRange<std::int16_t>(1, 32767),
+      *rc::gen::arbitrary<std::int16_t>(), half, *rc::gen::inRange<std::int16_t>(1, 512),
       *rc::gen::inRange<std::int16_t>(1, 32767), static_cast<std::uint16_t>(std::lround(2097152.0 / half))};
   const TrackerSettings<FixedTracking> settings = {*rc::gen::inRange<std::uint16_t>(0, 64000),
                                                    *rc::gen::inRange<std::uint16_t>(0, 64000),

@@ -8,7 +8,7 @@
 
 using Tracking = flexor::sensor::FixedTracking;
 
-volatile uint16_t said;
+volatile uint16_t said __attribute__((used));
 
 // As a configuration has them: constants, which the compiler cannot fold with readings.
 const flexor::sensor::TrackerSettings<Tracking> kSettings = {9472, 1669, 1100};

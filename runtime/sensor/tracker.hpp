@@ -51,8 +51,20 @@ struct FixedTracking {
     const Ratio most = ratio > kMostStretch ? kMostStretch : static_cast<Ratio>(ratio);
     return x < 0 ? static_cast<Ratio>(-most) : most;
   }
+  // 1 - 1 / (p + 1). The quotient has eight bits, for which the compiler's division takes sixteen steps.
   static Variance share(Variance p) {
-    return static_cast<Variance>(kOne - 65535U / static_cast<uint16_t>(p + kOne));
+    const uint16_t divisor = static_cast<uint16_t>(p + kOne);
+    uint16_t rest = 255;
+    uint8_t quotient = 0;
+    for (uint8_t bit = 8; bit > 0; --bit) {
+      const bool beyond = (rest & 0x8000) != 0;
+      rest = static_cast<uint16_t>(rest << 1 | 1);
+      quotient = static_cast<uint8_t>(quotient << 1);
+      if (!beyond && rest < divisor) continue;
+      rest = static_cast<uint16_t>(rest - divisor);
+      ++quotient;
+    }
+    return static_cast<Variance>(kOne - quotient);
   }
   static Reading shared(Reading x, Variance share) {
     const int32_t product = core::multiply_signed(x, static_cast<int16_t>(share));
@@ -136,9 +148,11 @@ class Tracker {
     }
     follow(strip, x);
     const Reading back = has(kFalling) ? core::subtract(level_, peak_) : core::subtract(peak_, level_);
-    if (back <= 0) {
+    const bool rests = held_ >= kHeld;
+    // A rest takes the place of what was farther by less than the band but only passed.
+    if (back <= 0 || (rests && !has(kPeakHeld) && back < A::template part<3>(strip.half))) {
       peak_ = level_;
-      put(kPeakHeld, held_ >= kHeld);
+      put(kPeakHeld, rests);
     } else if (back > A::template part<1>(strip.half) + A::template part<3>(strip.half)) {
       turn();
     }
@@ -157,6 +171,7 @@ class Tracker {
   enum class Stage : uint8_t {
     follow,
     weigh,
+    measure,
     compare,
     sharpen_shift,
     move_shift,
@@ -219,6 +234,10 @@ class Tracker {
       case Stage::weigh:
         stage_ = weigh(c, strip);
         break;
+      case Stage::measure:
+        measure(strip);
+        stage_ = Stage::compare;
+        break;
       case Stage::compare:
         stage_ = compare(strip);
         break;
@@ -260,13 +279,16 @@ class Tracker {
     if (core::subtract(strip.half, peak_) > tolerance) return Stage::follow;
     shift_variance_ = A::grown(shift_variance_, since_, c.growth);
     since_ = 0;
-    return Stage::compare;
+    return Stage::measure;
   }
 
   // What the shift lacks goes to level_.
-  Stage compare(const TrackedStrip<A>& strip) {
+  void measure(const TrackedStrip<A>& strip) {
     const Reading middle = has(kFalling) ? core::subtract(turn_, peak_) : core::add(turn_, peak_);
     level_ = core::subtract(strip.middle, moved(strip, middle, shift_found_, stretch_found_));
+  }
+
+  Stage compare(const TrackedStrip<A>& strip) {
     const Reading bound = reach(strip.noise, shift_variance_);
     if (level_ <= bound && level_ >= -bound) {
       surprises_ = 0;

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "apps/cli/commands.hpp"
 #include "host/identify/estimator.hpp"
@@ -22,6 +23,7 @@ struct Options {
   std::string arithmetic = "double";
   std::string time_unit;
   bool intervals = false;
+  bool track = false;
   bool json = false;
 };
 
@@ -77,15 +79,29 @@ std::vector<std::string> input_columns(const Options& o, const model::Model& mod
   return columns;
 }
 
-// Every row of the log through the model.
+template <class Estimator>
+void start_tracking(const Options& o, Estimator& estimator) {
+  estimator.track({});
+  if (estimator.trackers()->any()) return;
+  throw io::InputError(fmt::format(
+      "{}: no input says what its strip reads at the open hand and at the fist, against which --track works: "
+      "identify the model anew from a recording with both, or leave out --track",
+      o.model));
+}
+
+// Every row of the log through the model. What its strips were corrected by at the end; empty without --track.
 template <class Sink>
-void follow(const Options& o, const model::Model& model, recording::CsvReader& reader, Sink&& sink) {
+std::vector<model::Followed> follow(const Options& o, const model::Model& model, recording::CsvReader& reader,
+                                    Sink&& sink) {
   recording::Stream stream(reader, recording::Resets::follow);
+  std::vector<model::Followed> followed;
   const auto with = [&](auto estimator) {
+    if (o.track) start_tracking(o, estimator);
     recording::Row row;
     bool any = false;
     for (; stream.next(row); any = true) estimator.push(row.t_s, row.value, sink);
     if (!any) throw io::InputError(fmt::format("{}: no row with a reading of every input", reader.name()));
+    if (estimator.trackers()) followed = estimator.trackers()->followed();
   };
   if (o.arithmetic == "fixed") {
     with(identify::Estimator<model::FixedArithmetic>(model));
@@ -95,6 +111,31 @@ void follow(const Options& o, const model::Model& model, recording::CsvReader& r
     with(identify::Estimator<model::DoubleArithmetic>(model));
   }
   for (const std::string& note : stream.notes()) log("note: " + note);
+  return followed;
+}
+
+void say(const std::vector<model::Followed>& followed) {
+  for (const model::Followed& f : followed) {
+    if (!f.is_tracked) {
+      log(fmt::format("tracked: {} not, the model says nothing of its poses", f.input));
+      continue;
+    }
+    log(fmt::format("tracked: {} shifted by {:+.1f} deg (standard error {:.1f}), stretched by {:+.1f} %{}",
+                    f.input, f.shift_deg, f.standard_error_deg, 100 * f.stretch,
+                    f.alarmed ? "; ALARM: it drifted more quickly than it is followed" : ""));
+  }
+}
+
+std::string to_json(const std::vector<model::Followed>& followed) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::object();
+  for (const model::Followed& f : followed) {
+    if (!f.is_tracked) continue;
+    out[f.input] = {{"shift_deg", f.shift_deg},
+                    {"se_deg", f.standard_error_deg},
+                    {"stretch", f.stretch},
+                    {"alarm", f.alarmed}};
+  }
+  return out.dump();
 }
 
 // A list of numbers that may be long, kept in a file without a name until its turn comes.
@@ -133,7 +174,7 @@ void print_json(const Options& o, const model::Model& model, recording::CsvReade
   std::vector<Spool> angle_deg(model.joints.size());
   std::vector<Spool> status(model.joints.size());
   std::vector<Spool> error_deg(o.intervals ? model.joints.size() : 0);
-  follow(o, model, reader, [&](const identify::Estimate& e) {
+  const auto followed = follow(o, model, reader, [&](const identify::Estimate& e) {
     t_s.add(fmt::format("{}", e.t_s));
     for (std::size_t i = 0; i < angle_deg.size(); ++i) {
       angle_deg[i].add(fmt::format("{}", e.angle_deg[i]));
@@ -157,7 +198,9 @@ void print_json(const Options& o, const model::Model& model, recording::CsvReade
     }
     print("]}");
   }
-  print(fmt::format("}},\"version\":\"{}\"}}\n", FLEXOR_VERSION));
+  print("}");
+  if (o.track) print(",\"tracking\":" + to_json(followed));
+  print(fmt::format(",\"version\":\"{}\"}}\n", FLEXOR_VERSION));
 }
 
 void require_accuracy(const Options& o, const model::Model& model) {
@@ -185,8 +228,9 @@ void run(const Options& o) {
     check_unit(model.inputs[i], reader.name(), reader.columns()[i], reader.units()[i]);
   if (o.json) return print_json(o, model, reader);
   CsvSink sink(model, live, o.intervals);
-  follow(o, model, reader, std::ref(sink));
+  const auto followed = follow(o, model, reader, std::ref(sink));
   sink.flush();
+  say(followed);
 }
 
 }  // namespace
@@ -210,6 +254,9 @@ void add_apply(CLI::App& app) {
   command->add_flag(
       "--intervals", o->intervals,
       "also <joint>_se_deg: the root mean square error of such an angle on data that the fit did not see");
+  command->add_flag(
+      "--track", o->track,
+      "follow each strip while the glove is worn, from whole bends; what was corrected is said at the end");
   command->add_flag("--json", o->json, "one JSON object instead, when the recording has ended");
   command->callback([o] { run(*o); });
 }

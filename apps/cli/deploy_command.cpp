@@ -39,6 +39,7 @@ struct Options {
   std::string encoding = "alpha";
   std::string hand = "right";
   std::string model_as = "code";
+  bool track = false;
   bool assembly = true;
   bool json = false;
 };
@@ -170,6 +171,8 @@ study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy
       throw io::InputError("--frame-rate must be a positive number of frames a second");
     d.glove.frame_rate_hz = *o.frame_rate_hz;
   }
+  d.glove.track = o.track;
+  deploy::check_tracking(d.glove);
   d.glove.assembly = o.assembly;
   d.glove.model_as = o.model_as == "data" ? deploy::ModelAs::data : deploy::ModelAs::code;
   (void)deploy::samples_per_frame(d.glove);
@@ -347,6 +350,9 @@ void add_deploy(CLI::App& app) {
                    "replaced without a compiler: the same bits")
       ->check(CLI::IsMember({"code", "data"}))
       ->capture_default_str();
+  command->add_flag(
+      "--track", o->track,
+      "the glove follows its strips while it is worn, from whole bends (not in the Arduino library)");
   command->add_flag("--assembly,!--portable", o->assembly,
                     "products in assembly (default), or in portable C++: the same bits in more cycles");
   command->add_flag("--json", o->json, "one JSON object on standard output");

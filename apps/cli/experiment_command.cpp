@@ -118,11 +118,11 @@ void show_scenarios(const std::vector<study::ScenarioResult>& scenarios) {
     return sum / static_cast<double>(r.motions.size());
   };
   const study::Result& base = scenarios.front().result;
-  print(fmt::format("\n{:<34}", "scenario, mean deg s"));
+  print(fmt::format("\n{:<38}", "scenario, mean deg s"));
   for (const std::string& c : base.compensators) print(fmt::format("{:>23}", c));
   print(fmt::format("{:>18}{:>12}\n", "stop hit", "pressed"));
   for (const study::ScenarioResult& s : scenarios) {
-    print(fmt::format("{:<34}", s.scenario.name));
+    print(fmt::format("{:<38}", s.scenario.name));
     for (std::size_t c = 0; c < base.compensators.size(); ++c) {
       print(fmt::format(
           "{:>23}", fmt::format("{:.1f} (x{:.2f})", mean(s.result, c), mean(s.result, c) / mean(base, c))));
@@ -137,8 +137,12 @@ void show_scenarios(const std::vector<study::ScenarioResult>& scenarios) {
 std::vector<study::ScenarioResult> run_scenarios(const study::Plan& plan,
                                                  const study::TrialProgress& progress) {
   std::vector<study::ScenarioResult> out;
+  const bool tracks = study::tracking_of(plan.compensators).has_value();
   for (const study::Scenario& scenario : study::scenarios()) {
+    // Boards are not worn for minutes, and without poses there is nothing to track.
+    if (scenario.worn_s > 0 && (plan.engine != nullptr || !tracks)) continue;
     study::Plan changed = plan;
+    changed.scenario = scenario;
     for (const std::string& assignment : scenario.set) twin::assign(changed.parameters, assignment);
     if (!plan.folder.empty()) changed.folder = plan.folder / "scenarios" / std::to_string(out.size() + 1);
     changed.lock = nullptr;
@@ -340,7 +344,8 @@ void add_experiment(CLI::App& app) {
                       "with --engine avr: write all signals of the first trial here, for a waveform viewer");
   command->add_flag(
       "--scenarios", o->scenarios,
-      "also with half-open poses, the glove worn anew, another person, drift, lost and late frames");
+      "also with half-open poses, the glove worn anew, another person, drift, lost and late frames; where a "
+      "compensator says its strips' poses, also worn for minutes, tracked and not");
   command->add_option(
       "--ensemble", o->ensemble,
       "in every laboratory of this file (flexor calibrate-twin --ensemble N): one recording of "

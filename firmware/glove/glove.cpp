@@ -25,7 +25,13 @@ void start_sampling() {
 }
 
 GloveCompensator compensator;
+#ifdef FLEXOR_TRACK
+SignalChain<GloveCompensator, Follower<kFingers>> chain(config::kChannels, compensator,
+                                                        {config::kTracker, config::kTracked,
+                                                         config::kSamplesPerTick});
+#else
 SignalChain<GloveCompensator> chain(config::kChannels, compensator);
+#endif
 link::Frame frame;
 
 #ifdef FLEXOR_ZERO
@@ -37,7 +43,7 @@ class Zero {
   void sample(const uint16_t* now) {
     int16_t alpha[kFingers];
     for (uint8_t i = 0; i < kFingers; ++i) alpha[i] = (*config::kChannels[i].calibration)(now[i]);
-    zeroing_.sample(alpha);
+    if (zeroing_.sample(alpha)) chain.zeroed();
   }
 
  private:

@@ -1,7 +1,8 @@
-// From five ADC readings to what a frame says: calibration, monitor, compensator, guard. The same code on the
+// From five ADC readings to what a frame says: calibration, monitor, tracker, compensator, guard. The same code on the
 // glove and on a PC.
 #pragma once
 
+#include "firmware/glove/follower.hpp"
 #include "runtime/link/messages.hpp"
 #include "runtime/sensor/calibration.hpp"
 #include "runtime/sensor/guard.hpp"
@@ -23,18 +24,21 @@ struct ChannelSettings {
 
 // Compensator: int16_t alpha[kFingers] in, int16_t angle[kFingers] out, which it keeps, and uint8_t step(), a
 // bit for each finger whose input it took.
-template <class Compensator>
+template <class Compensator, class Strips = NotFollowed>
 class SignalChain {
  public:
   // `settings`: kFingers of them, which outlive this object.
-  SignalChain(const ChannelSettings* settings, Compensator& compensator)
-      : settings_(settings), compensator_(compensator) {
+  SignalChain(const ChannelSettings* settings, Compensator& compensator, const Strips& strips = Strips())
+      : settings_(settings), compensator_(compensator), strips_(strips) {
     for (sensor::Correction& c : correction_) c = sensor::kUncorrected;
     restart();
   }
 
   // What a zeroed glove adds to the calibration of each strip.
   sensor::Correction* corrections() { return correction_; }
+
+  // They have changed: what was followed on top of the old ones is no more.
+  void zeroed() { strips_.reset(); }
 
   // All fingers at rest, as after a start.
   void restart() {
@@ -43,9 +47,12 @@ class SignalChain {
 
   // counts -> frame.angle and frame.status.
   void step(const uint16_t* counts, link::Frame& frame) {
+    strips_.next_sample();
     for (uint8_t i = 0; i < kFingers; ++i) {
-      compensator_.alpha[i] = correction_[i]((*settings_[i].calibration)(counts[i]));
-      frame.status[i] = static_cast<link::SensorStatus>(monitor_[i].step(settings_[i].monitor, counts[i]));
+      const sensor::Health health = monitor_[i].step(settings_[i].monitor, counts[i]);
+      const int16_t alpha = correction_[i]((*settings_[i].calibration)(counts[i]));
+      compensator_.alpha[i] = strips_.step(i, alpha, health == sensor::Health::ok);
+      frame.status[i] = static_cast<link::SensorStatus>(health);
     }
     uint8_t bad = 0;
     for (uint8_t i = 0; i < kFingers; ++i) {
@@ -62,6 +69,7 @@ class SignalChain {
  private:
   const ChannelSettings* settings_;
   Compensator& compensator_;
+  Strips strips_;
   sensor::Correction correction_[kFingers];
   sensor::Monitor monitor_[kFingers];
   sensor::Guard guard_[kFingers];

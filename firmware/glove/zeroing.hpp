@@ -32,8 +32,8 @@ class Zeroing {
     store_.load(eeprom_, made_for, corrections_);
   }
 
-  // One sample; alpha before correction.
-  void sample(const int16_t* alpha) {
+  // One sample; alpha before correction. Whether the corrections are new.
+  bool sample(const int16_t* alpha) {
     const bool closed = Config::zero_button();
     if (closed && !closed_) {
       zero_.press();
@@ -43,10 +43,12 @@ class Zeroing {
     const sensor::ZeroStage before = zero_.stage();
     const sensor::ZeroStage stage = zero_.step(settings_, alpha);
     if (stage != before) samples_ = 0;
-    if (stage != before && stage == sensor::ZeroStage::done) keep();
+    const bool is_new = stage != before && stage == sensor::ZeroStage::done;
+    if (is_new) keep();
     if (samples_ < UINT16_MAX) ++samples_;
     show(stage);
     store_.work(eeprom_);
+    return is_new;
   }
 
  private:

@@ -16,7 +16,8 @@ constexpr std::string_view kArduino = "firmware/arduino/";
 // What it takes of the firmware as it is.
 bool is_portable(const std::string& source) {
   return source.starts_with("runtime/") || source == "firmware/markers.hpp" ||
-         source == "firmware/glove/signal_chain.hpp" || source == "firmware/glove/glove_text.hpp";
+         source == "firmware/glove/follower.hpp" || source == "firmware/glove/signal_chain.hpp" ||
+         source == "firmware/glove/glove_text.hpp";
 }
 
 // Where a source of this repository lies in the library; empty: it is none of it.
@@ -34,6 +35,7 @@ fs::path place_of(const std::string& source, Output output) {
 
 std::string portable_config(Glove glove) {
   glove.assembly = false;
+  glove.track = false;
   glove.pins.joystick.reset();  // the sketch reads them
   glove.pins.button = {};
   std::string text = glove_config(glove);

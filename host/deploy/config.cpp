@@ -10,6 +10,7 @@
 #include "host/deploy/key_patch.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/io/io.hpp"
+#include "host/model/tracking.hpp"
 #include "runtime/glove/flash_model.hpp"
 #include "runtime/link/opengloves.hpp"
 
@@ -216,6 +217,33 @@ int samples_per_frame(const Glove& glove) {
 bool can_zero(const Glove& glove) {
   return glove.pins.button[kCalibrate].has_value() &&
          std::ranges::any_of(glove.model.inputs, [](const auto& input) { return input.poses.has_value(); });
+}
+
+std::array<firmware::TrackedStrip, kFingers> tracked_strips(const Glove& glove) {
+  std::array<firmware::TrackedStrip, kFingers> out{};
+  if (!glove.track) return out;
+  const model::Wiring wiring = model::wiring_of(glove.model);
+  const std::vector<std::optional<model::TrackedRange>> ranges = model::tracked_ranges(glove.model);
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    if (wiring.input[i]) out[i] = model::tracked_strip<firmware::Tracking>(ranges[*wiring.input[i]], {});
+  }
+  return out;
+}
+
+void check_tracking(const Glove& glove) {
+  if (!glove.track) return;
+  if (glove.model_as == ModelAs::data)
+    throw InputError(
+        "--track with --model-as data: a model that is sent does not bring its strips' poses along; use "
+        "--model-as "
+        "code, or leave out --track");
+  const auto tracked = tracked_strips(glove);
+  if (std::ranges::any_of(tracked, [](const firmware::TrackedStrip& strip) { return strip.half != 0; }))
+    return;
+  throw InputError(
+      "--track: the model does not say what a strip reads at the open hand and at the fist: identify it anew "
+      "from a "
+      "recording with both, or leave out --track");
 }
 
 Turns turns_of(const Glove& glove) {
@@ -430,6 +458,18 @@ std::string zero_text(const Glove& glove) {
       pin.port, 1 << pin.bit);
 }
 
+std::string track_text(const Glove& glove) {
+  const firmware::TrackerSettings c = model::tracker_settings<firmware::Tracking>({});
+  std::string strips;
+  for (const firmware::TrackedStrip& s : tracked_strips(glove))
+    strips += fmt::format("{{{}, {}, {}, {}, {}}}, ", s.middle, s.half, s.noise, s.max_step, s.per_half);
+  return fmt::format(
+      "constexpr firmware::TrackerSettings kTracker = {{{}, {}, {}}};\n"
+      "constexpr firmware::TrackedStrip kTracked[] PROGMEM = {{{}}};\nconstexpr uint8_t kSamplesPerTick = "
+      "{};\n",
+      c.shift, c.stretch, c.growth, strips, model::samples_per_tick(glove.model.sample_period_s));
+}
+
 std::string glove_head(const Glove& glove, const GloveTables& tables) {
   const bool radio = glove.output == Output::radio;
   std::string out = fmt::format(kHead, FLEXOR_VERSION);
@@ -442,6 +482,7 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
   if (is_data) out += in_flash ? "#define FLEXOR_MODEL_IN_FLASH\n" : "#define FLEXOR_MODEL_IN_EEPROM\n";
   if (!radio) out += "#define FLEXOR_OUTPUT_OPENGLOVES\n";
   if (can_zero(glove)) out += "#define FLEXOR_ZERO\n";
+  if (glove.track) out += "#define FLEXOR_TRACK\n";
   out +=
       "#include <avr/pgmspace.h>\n\n#include \"firmware/board.hpp\"\n#include "
       "\"firmware/glove/glove_text.hpp\"\n#include \"firmware/glove/signal_chain.hpp\"\n"
@@ -456,6 +497,7 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
       "constexpr uint16_t kRate_hz = {};\nconstexpr uint8_t kSamplesPerFrame = {};\nconstexpr uint16_t "
       "kUartDivisor = {};\n",
       sample_rate_hz(glove.model), samples_per_frame(glove), uart_divisor(radio ? glove.baud : kUsbBaud));
+  if (glove.track) out += track_text(glove);
   out += fmt::format("constexpr uint16_t kRingBytes = {};\n", ring_bytes(glove)) + scan_text(glove.pins);
   if (can_zero(glove)) out += zero_text(glove);
   if (!radio) return out + vr_tables(glove, tables) + "\n";
@@ -568,6 +610,7 @@ std::string data_config(const Glove& glove) {
 }  // namespace
 
 std::string glove_config(const Glove& glove) {
+  check_tracking(glove);
   if (glove.model_as == ModelAs::data) return data_config(glove);
   std::vector<std::size_t> more;
   for (const VrJoint& joint : vr_joints(glove)) more.push_back(joint.joint);

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "firmware/glove/follower.hpp"
 #include "firmware/glove/glove_text.hpp"
 #include "host/deploy/mcu.hpp"
 #include "host/deploy/pins.hpp"
@@ -75,6 +76,7 @@ struct Glove {
   Encoding encoding = Encoding::alpha;  // with output opengloves
   bool right_hand = true;               // likewise
   ModelAs model_as = ModelAs::code;
+  bool track = false;    // strips are followed while the glove is worn
   bool assembly = true;  // products as the microcontroller has them; the same bits
 };
 
@@ -117,6 +119,12 @@ int samples_per_frame(const Glove& glove);
 // Its button `calibrate` zeroes it: an open hand and a fist against the poses of the model. In VR that button is the
 // driver's.
 bool can_zero(const Glove& glove);
+
+// What the tracker of each strip gets; without `track`, and for strips without poses, none is tracked.
+std::array<firmware::TrackedStrip, kFingers> tracked_strips(const Glove& glove);
+
+// Throws io::InputError where `track` asks for what there is not: poses, a model that is compiled.
+void check_tracking(const Glove& glove);
 
 // The radio carries one direction at a time: after every `every`-th frame, twice a second, the glove leaves out
 // `slots` more, so that the hand's longest frame has room; after every `seek_every`-th while it does not hear

@@ -5,6 +5,7 @@
 #include "host/deploy/config.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/formats.hpp"
+#include "host/model/tracking.hpp"
 
 namespace flexor::deploy {
 
@@ -56,7 +57,11 @@ class HostChain {
   explicit HostChain(const Glove& glove)
       : tables_(glove_tables(glove)),
         compensator_(glove.model, vr_joints(glove)),
-        chain_(settings(), compensator_) {}
+        tracker_(model::tracker_settings<firmware::Tracking>({})),
+        tracked_(tracked_strips(glove)),
+        chain_(settings(), compensator_,
+               {tracker_, tracked_.data(),
+                static_cast<std::uint8_t>(model::samples_per_tick(glove.model.sample_period_s))}) {}
   HostChain(const HostChain&) = delete;
   HostChain& operator=(const HostChain&) = delete;
 
@@ -82,7 +87,9 @@ class HostChain {
   GloveTables tables_;
   std::array<firmware::ChannelSettings, kFingers> settings_{};
   HostCompensator compensator_;
-  firmware::SignalChain<HostCompensator> chain_;
+  firmware::TrackerSettings tracker_;
+  std::array<firmware::TrackedStrip, kFingers> tracked_;
+  firmware::SignalChain<HostCompensator, firmware::Follower<kFingers>> chain_;
   link::Frame frame_{};
 };
 

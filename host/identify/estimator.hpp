@@ -5,11 +5,13 @@
 // after ten seconds without a reading the grid starts anew at the next one.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "host/model/compensator.hpp"
 #include "host/model/model.hpp"
+#include "host/model/tracking.hpp"
 #include "host/recording/resample.hpp"
 
 namespace flexor::identify {
@@ -28,9 +30,14 @@ class Estimator {
  public:
   // Throws io::InputError when the model does not fit the arithmetic.
   explicit Estimator(const model::Model& model)
-      : compensator_(model),
+      : model_(model),
+        compensator_(model),
         resampler_(ranges(model), model.sample_period_s, max_gap_s(model)),
         out_{0, std::vector<double>(model.joints.size()), std::vector<int>(model.joints.size())} {}
+
+  // From now on each strip is followed while it is worn (runtime/sensor/tracker.hpp).
+  void track(const model::TrackingPrior& prior) { trackers_.emplace(model_, prior); }
+  const std::optional<model::Trackers<Arithmetic>>& trackers() const { return trackers_; }
 
   // One reading of each input, t_s never decreasing. Calls sink(const Estimate&) for each grid point that
   // it completes.
@@ -38,7 +45,8 @@ class Estimator {
   void push(double t_s, std::span<const double> reading, Sink&& sink) {
     resampler_.push(t_s, reading, [&](const recording::Sample& sample) {
       out_.t_s = sample.t_s;
-      const auto steps = compensator_.step(sample.value);
+      const auto steps =
+          compensator_.step(trackers_ ? trackers_->step(sample.value, sample.pause) : sample.value);
       for (std::size_t i = 0; i < out_.angle_deg.size(); ++i) {
         const auto& step = steps[i];
         out_.angle_deg[i] = step.angle_deg;
@@ -61,7 +69,9 @@ class Estimator {
     return out;
   }
 
+  model::Model model_;
   model::Compensator<Arithmetic> compensator_;
+  std::optional<model::Trackers<Arithmetic>> trackers_;
   recording::Resampler resampler_;
   Estimate out_;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <type_traits>
 
 #include "host/model/channel.hpp"
@@ -39,7 +40,8 @@ std::vector<std::optional<TrackedRange>> tracked_ranges(const Model& model) {
     for (std::size_t j = 0; j < model.joints.size(); ++j) {
       if (std::ranges::find(graph.inputs[graph.joint[j]], i) == graph.inputs[graph.joint[j]].end()) continue;
       const Saturation& range = limits(model, model.joints[j]);
-      out[i] = {poses, range.upper_deg - range.lower_deg};
+      out[i] = {poses, range.upper_deg - range.lower_deg, model.inputs[i].valid_min,
+                model.inputs[i].valid_max};
       break;
     }
   }
@@ -78,10 +80,93 @@ sensor::TrackedStrip<A> tracked_strip(const std::optional<TrackedRange>& range, 
   return out;
 }
 
+int samples_per_tick(double sample_period_s) {
+  return std::max(1, static_cast<int>(std::lround(1 / sample_period_s / sensor::kTicks_hz)));
+}
+
+namespace {
+
+std::int16_t number_of(double reading, const sensor::Tracker<sensor::FixedTracking>&) {
+  return static_cast<std::int16_t>(std::lround(32 * std::clamp(reading, -1024.0, 1023.96875)));
+}
+template <class Real>
+Real number_of(double reading, const sensor::Tracker<sensor::RealTracking<Real>>&) {
+  return static_cast<Real>(reading);
+}
+
+template <class Number>
+double in_units(Number reading) {
+  return std::is_floating_point_v<Number> ? static_cast<double>(reading) : static_cast<double>(reading) / 32;
+}
+
+}  // namespace
+
+template <class Arithmetic>
+Trackers<Arithmetic>::Trackers(const Model& model, const TrackingPrior& prior)
+    : prior_(prior),
+      settings_(tracker_settings<A>(prior)),
+      corrected_(model.inputs.size()),
+      every_(samples_per_tick(model.sample_period_s)) {
+  const std::vector<std::optional<TrackedRange>> ranges = tracked_ranges(model);
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    inputs_.push_back({model.inputs[i].name, ranges[i], tracked_strip<A>(ranges[i], prior), {}});
+    inputs_.back().tracker.reset(settings_);
+  }
+}
+
+template <class Arithmetic>
+std::span<const double> Trackers<Arithmetic>::step(std::span<const double> reading, bool pause) {
+  const bool tick = until_ == 0;
+  until_ = (until_ + 1) % every_;
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    One& one = inputs_[i];
+    corrected_[i] = reading[i];
+    if (!one.range || !std::isfinite(reading[i])) continue;
+    const auto x = number_of(reading[i], one.tracker);
+    corrected_[i] = in_units(one.tracker.corrected(one.strip, x));
+    const bool alive = corrected_[i] >= one.range->valid_min && corrected_[i] <= one.range->valid_max;
+    if (!tick || pause || !alive) continue;
+    one.tracker.observe(settings_, one.strip, x);
+    one.alarmed = one.alarmed || one.tracker.alarm();
+  }
+  return corrected_;
+}
+
+template <class Arithmetic>
+bool Trackers<Arithmetic>::any() const {
+  return std::ranges::any_of(inputs_, [](const One& one) { return one.range.has_value(); });
+}
+
+template <class Arithmetic>
+std::vector<Followed> Trackers<Arithmetic>::followed() const {
+  std::vector<Followed> out;
+  for (const One& one : inputs_) {
+    Followed& f = out.emplace_back();
+    f.input = one.input;
+    f.is_tracked = one.range.has_value();
+    if (!f.is_tracked) continue;
+    const double deg_per_unit = one.range->range_deg / (one.range->poses.fist - one.range->poses.open);
+    const double one_variance = std::is_floating_point_v<typename A::Variance> ? 1 : 256;
+    const double one_ratio = std::is_floating_point_v<typename A::Ratio> ? 1 : 1 << 14;
+    f.shift_deg = in_units(one.tracker.shift()) * deg_per_unit;
+    f.standard_error_deg =
+        prior_.bend_deg * std::sqrt(static_cast<double>(one.tracker.shift_variance()) / one_variance);
+    f.stretch = static_cast<double>(one.tracker.stretch()) / one_ratio;
+    f.alarmed = one.alarmed;
+  }
+  return out;
+}
+
+template class Trackers<FixedArithmetic>;
+template class Trackers<FloatArithmetic>;
+template class Trackers<DoubleArithmetic>;
+
 template sensor::TrackerSettings<sensor::FixedTracking> tracker_settings(const TrackingPrior&);
 template sensor::TrackerSettings<sensor::RealTracking<double>> tracker_settings(const TrackingPrior&);
 template sensor::TrackedStrip<sensor::FixedTracking> tracked_strip(const std::optional<TrackedRange>&,
                                                                    const TrackingPrior&);
+template sensor::TrackedStrip<sensor::RealTracking<float>> tracked_strip(const std::optional<TrackedRange>&,
+                                                                         const TrackingPrior&);
 template sensor::TrackedStrip<sensor::RealTracking<double>> tracked_strip(const std::optional<TrackedRange>&,
                                                                           const TrackingPrior&);
 

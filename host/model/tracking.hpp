@@ -3,8 +3,12 @@
 #pragma once
 
 #include <optional>
+#include <span>
+#include <string>
+#include <type_traits>
 #include <vector>
 
+#include "host/model/compensator.hpp"
 #include "host/model/model.hpp"
 #include "runtime/sensor/tracker.hpp"
 
@@ -19,10 +23,12 @@ struct TrackingPrior {
   double quickest_deg_s = 2;  // the shift follows by no more; not a deviation
 };
 
-// Of one strip: its poses, and the degrees from one to the other.
+// Of one strip: its poses, the degrees from one to the other, and what of a corrected reading is the hand's.
 struct TrackedRange {
   Poses poses;
   double range_deg = 0;  // above 0
+  double valid_min = 0;
+  double valid_max = 0;
 };
 
 // Of each input: none without poses, or where they are too near to each other for readings in Q5.
@@ -40,5 +46,54 @@ extern template sensor::TrackedStrip<sensor::FixedTracking> tracked_strip(const 
                                                                           const TrackingPrior&);
 extern template sensor::TrackedStrip<sensor::RealTracking<double>> tracked_strip(
     const std::optional<TrackedRange>&, const TrackingPrior&);
+
+// Samples a tick.
+int samples_per_tick(double sample_period_s);
+
+// What one input was corrected by at the end.
+struct Followed {
+  std::string input;
+  bool is_tracked = false;  // else nothing below is said
+  double shift_deg = 0;     // of the joint, at the middle of its range; above 0: more bent
+  double standard_error_deg = 0;
+  double stretch = 0;    // share of the range
+  bool alarmed = false;  // it once drifted more quickly than it is followed
+};
+
+// The trackers of a model's inputs, as the glove has them: in its fixed point, in float or in double.
+template <class Arithmetic>
+class Trackers {
+ public:
+  Trackers(const Model& model, const TrackingPrior& prior);
+
+  // One sample of each input, in the model's units and at its rate, corrected; valid until the next call. What lies
+  // outside of the input's valid range when corrected is a sensor's fault: nothing is learnt from it, nor in a pause.
+  std::span<const double> step(std::span<const double> reading, bool pause);
+
+  bool any() const;  // is tracked
+  std::vector<Followed> followed() const;
+
+ private:
+  using A = std::conditional_t<std::is_same_v<typename Arithmetic::Number, std::int16_t>,
+                               sensor::FixedTracking, sensor::RealTracking<typename Arithmetic::Number>>;
+  struct One {
+    std::string input;
+    std::optional<TrackedRange> range;
+    sensor::TrackedStrip<A> strip;
+    sensor::Tracker<A> tracker;
+    bool alarmed = false;
+  };
+
+  TrackingPrior prior_;
+  sensor::TrackerSettings<A> settings_;
+  std::vector<One> inputs_;
+  std::vector<double> corrected_;
+  int every_ = 1;  // samples a tick
+  int until_ = 0;
+};
+
+extern template class Trackers<FixedArithmetic>;
+extern template class Trackers<FloatArithmetic>;
+extern template class Trackers<DoubleArithmetic>;
 
 }  // namespace flexor::model

@@ -188,6 +188,10 @@ twin::Motion short_motion() {
   return twin::Motion::from_json(builtin("gestures/calibration.json"), "gestures/calibration.json");
 }
 
+twin::Motion ordinary_motion() {
+  return twin::Motion::from_json(builtin("gestures/ordinary.json"), "gestures/ordinary.json");
+}
+
 twin::Motion recommended_motion() {
   return twin::Motion::from_json(builtin("gestures/protocol.json"), "gestures/protocol.json");
 }
@@ -198,14 +202,15 @@ std::vector<Scenario> scenarios() {
   std::vector<Scenario> out;
   const Json json = io::parse_json(builtin("scenarios.json"), "scenarios.json");
   for (const Json& s : json.at("scenarios")) {
-    out.push_back({s.at("name").get<std::string>(), s.at("set").get<std::vector<std::string>>()});
+    out.push_back({s.at("name").get<std::string>(), s.at("set").get<std::vector<std::string>>(),
+                   s.value("worn_s", 0.0), s.value("drift_turns_s", 0.0), s.value("tracked", false)});
   }
   return out;
 }
 
 std::vector<Scenario> changed_scenarios() {
   std::vector<Scenario> out = scenarios();
-  std::erase_if(out, [](const Scenario& s) { return s.set.empty(); });
+  std::erase_if(out, [](const Scenario& s) { return s.set.empty() || s.worn_s > 0; });
   return out;
 }
 

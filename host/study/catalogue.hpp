@@ -38,6 +38,8 @@ std::vector<twin::Motion> motions(const std::string& list, std::vector<std::stri
 std::vector<twin::Motion> motions(const std::string& list);
 // To identify a compensator from: models/gestures/protocol.json.
 twin::Motion recommended_motion();
+// Two minutes of a hand at work: models/gestures/ordinary.json.
+twin::Motion ordinary_motion();
 // Thirty seconds of the same kind, for films: models/gestures/calibration.json.
 twin::Motion short_motion();
 
@@ -47,12 +49,15 @@ twin::Parameters shipped_parameters();
 // The experiment once more with a part of the twin changed.
 struct Scenario {
   std::string name;
-  std::vector<std::string> set;  // "radio.loss=0.05"
+  std::vector<std::string> set = {};  // "radio.loss=0.05"
+  double worn_s = 0;                  // so long before each trial, in ordinary_motion()
+  double drift_turns_s = 0;           // meanwhile strips drift the other way every so often; 0: never
+  bool tracked = false;               // and the glove follows its strips
 };
 
 // models/scenarios.json.
 std::vector<Scenario> scenarios();
-// Without that of ordinary use, which changes nothing.
+// Without that of ordinary use, which changes nothing, and those in which the glove is worn for minutes.
 std::vector<Scenario> changed_scenarios();
 
 inline constexpr std::size_t kPublishedCompensators = 3;

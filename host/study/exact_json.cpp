@@ -50,6 +50,7 @@ Json exact_json(const deploy::Glove& g) {
           {"pins", deploy::to_text(g.pins)},
           {"beta", g.encoding == deploy::Encoding::beta},
           {"right_hand", g.right_hand},
+          {"track", g.track},
           {"assembly", g.assembly}};
 }
 
@@ -64,6 +65,7 @@ deploy::Glove glove_of(const Json& json) {
   g.pins = deploy::pins_from_text(json.at("pins").get<std::string>());
   g.encoding = json.at("beta").get<bool>() ? deploy::Encoding::beta : deploy::Encoding::alpha;
   g.right_hand = json.at("right_hand").get<bool>();
+  g.track = json.at("track").get<bool>();
   g.assembly = json.at("assembly").get<bool>();
   return g;
 }

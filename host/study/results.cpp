@@ -72,6 +72,9 @@ Json to_json(const ScenarioResult& s, const Plan& plan) {
   const Stops stops = stops_of(s.result);
   return {{"name", s.scenario.name},
           {"set", s.scenario.set},
+          {"worn_s", s.scenario.worn_s},
+          {"drift_turns_s", s.scenario.drift_turns_s},
+          {"tracked", s.scenario.tracked},
           {"cells", to_json(s.result, plan).at("cells")},
           {"impact_deg_s", stops.impact_deg_s},
           {"pressed_s", stops.pressed_s}};

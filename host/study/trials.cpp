@@ -10,6 +10,7 @@
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/io/run_in_order.hpp"
+#include "host/model/wiring.hpp"
 #include "host/score/trial.hpp"
 #include "host/study/log_rms.hpp"
 #include "host/study/null_model.hpp"
@@ -353,6 +354,12 @@ void check(const Plan& plan) {
   if (plan.motions.empty() || plan.compensators.empty()) {
     throw InputError("an experiment needs at least one gesture and one compensator");
   }
+  if (plan.scenario.worn_s > 0 && plan.engine != nullptr)
+    throw InputError(fmt::format("engine {}: a glove that has been worn before its trial is the twin's alone",
+                                 plan.engine->name()));
+  if (plan.scenario.tracked && !tracking_of(plan.compensators))
+    throw InputError(
+        "no compensator says what its strips read at the open hand and at the fist: nothing can be tracked");
   std::set<std::string> names;
   for (const twin::Motion& motion : plan.motions) {
     require_name(motion.name(), "motion");
@@ -384,20 +391,44 @@ std::string settings_of(const Plan& plan) {
     names.push_back(m.name());
     motions += twin::exact_json(m).dump();
   }
-  const Json json = {{"version", FLEXOR_VERSION},
-                     {"rows_version", kRowsVersion},
-                     {"engine", plan.engine != nullptr ? plan.engine->name() : "twin"},
-                     {"seed", plan.seed},
-                     {"trials", plan.trials},
-                     {"motions", std::move(names)},
-                     {"motions_digest", io::digest(motions)},
-                     {"compensators", std::move(compensators)},
-                     {"twin", Json::parse(twin::to_json(plan.parameters))}};
+  Json json = {{"version", FLEXOR_VERSION},
+               {"rows_version", kRowsVersion},
+               {"engine", plan.engine != nullptr ? plan.engine->name() : "twin"},
+               {"seed", plan.seed},
+               {"trials", plan.trials},
+               {"motions", std::move(names)},
+               {"motions_digest", io::digest(motions)},
+               {"compensators", std::move(compensators)},
+               {"twin", Json::parse(twin::to_json(plan.parameters))}};
+  if (plan.scenario.worn_s > 0) {
+    json["worn"] = {{"for_s", plan.scenario.worn_s},
+                    {"drift_turns_s", plan.scenario.drift_turns_s},
+                    {"tracked", plan.scenario.tracked}};
+  }
   return io::dump(json);
 }
 
+std::optional<twin::Tracking> tracking_of(const std::vector<Compensator>& compensators) {
+  twin::Tracking out;
+  for (const Compensator& c : compensators) {
+    const model::Wiring wiring = model::wiring_of(c.model);
+    const std::vector<std::optional<model::TrackedRange>> ranges = model::tracked_ranges(c.model);
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      if (wiring.input[i] && !out.strip[i]) out.strip[i] = ranges[*wiring.input[i]];
+    }
+  }
+  if (std::ranges::none_of(out.strip, [](const auto& strip) { return strip.has_value(); }))
+    return std::nullopt;
+  return out;
+}
+
 twin::TrialInput first_input(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
-  return {plan.parameters, motion, compensator.model, seed_of_motion(plan.seed, motion.name()), false};
+  twin::TrialInput input{plan.parameters, motion, compensator.model, seed_of_motion(plan.seed, motion.name()),
+                         false};
+  const Scenario& s = plan.scenario;
+  if (s.worn_s > 0) input.worn = twin::Worn{ordinary_motion(), s.worn_s, s.drift_turns_s};
+  if (s.tracked) input.tracking = tracking_of(plan.compensators);
+  return input;
 }
 
 twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {

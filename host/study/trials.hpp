@@ -43,6 +43,7 @@ struct Plan {
   twin::Parameters parameters;
   std::vector<twin::Motion> motions;
   std::vector<Compensator> compensators;
+  Scenario scenario = {};  // how long the glove is worn before each trial, and whether it tracks
   std::uint64_t seed = 1;
   int trials = 3;
   int threads = 0;               // 0: as many as the machine has
@@ -134,6 +135,10 @@ std::string settings_of(const Plan& plan);
 // Throws as check(); io::InputError: a folder that holds another run, or in which somebody else works;
 // io::JobError: trials.csv cannot be written; io::Cancelled.
 Result run(const Plan& plan, const TrialProgress& progress);
+
+// What the glove follows its strips by: each strip's poses as the first compensator that has them says. All are tracked
+// alike, so that what is compared is what they make of it. None: no compensator says any.
+std::optional<twin::Tracking> tracking_of(const std::vector<Compensator>& compensators);
 
 // Trial 0 of a motion, exactly as run() meets it: what to play, and played.
 twin::TrialInput first_input(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);

@@ -49,6 +49,12 @@ Strip::Strip(const Parameters& p, int finger, double period_s, std::uint64_t see
   }
 }
 
+double Strip::drifted_s(double t_s) const {
+  if (turns_s_ == 0) return t_s + worn_s_;
+  const double phase_s = std::fmod(t_s + worn_s_, 2 * turns_s_);
+  return std::min(phase_s, 2 * turns_s_ - phase_s);
+}
+
 int Strip::sample(const Divider& divider, double t_s, double bend_deg) {
   noise_ = noise_keep_ * noise_ + p_->noise_deg * std::sqrt(1 - noise_keep_ * noise_keep_) * random_.normal();
   const double re = flutter_cos_ * flutter_[0] - flutter_sin_ * flutter_[1] + flutter_new_ * random_.normal();
@@ -60,7 +66,7 @@ int Strip::sample(const Divider& divider, double t_s, double bend_deg) {
   in_burst_ = in_burst_ ? chance >= burst_end_ : chance < burst_begin_;
   const double share = (bend_deg - lower_deg_) / range_deg_;
   double theta = offset_deg_ + gain_ * (bend_deg - lower_deg_) +
-                 p_->knuckle_deg * std::sin(2 * std::numbers::pi * share) + drift_deg_s_ * (t_s + worn_s_) +
+                 p_->knuckle_deg * std::sin(2 * std::numbers::pi * share) + drift_deg_s_ * drifted_s(t_s) +
                  noise_ + re;
   if (in_burst_) theta += p_->burst_deg * jump;
   int counts = divider.counts(theta);

@@ -34,10 +34,15 @@ class Strip {
   // ADC counts at time t_s for the cloth's bend; one call a sample.
   int sample(const Divider& divider, double t_s, double bend_deg);
 
-  // It has drifted for so long when t_s is 0.
-  void wear(double seconds) { worn_s_ = seconds; }
+  // It has drifted for so long when t_s is 0, the other way after every `turns_s`; 0: always the same way.
+  void wear(double seconds, double turns_s) {
+    worn_s_ = seconds;
+    turns_s_ = turns_s;
+  }
 
  private:
+  double drifted_s(double t_s) const;
+
   const Parameters* p_ = nullptr;
   Random random_;
   double lower_deg_ = 0;
@@ -46,6 +51,7 @@ class Strip {
   double gain_ = 1;
   double drift_deg_s_ = 0;
   double worn_s_ = 0;
+  double turns_s_ = 0;
   double noise_keep_ = 0;
   double noise_ = 0;
   double flutter_cos_ = 0;

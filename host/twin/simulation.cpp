@@ -125,7 +125,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   }
 
   void begin_tracking(const Tracking& tracking) {
-    tick_samples_ = std::max(1, static_cast<int>(std::lround(1 / period_s_ / sensor::kTicks_hz)));
+    tick_samples_ = model::samples_per_tick(period_s_);
     settings_ = model::tracker_settings<sensor::FixedTracking>(tracking.prior);
     for (std::size_t i = 0; i < kFingers; ++i)
       tracked_[i] = model::tracked_strip<sensor::FixedTracking>(tracking.strip[i], tracking.prior);
@@ -137,7 +137,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     const PlantState<kLanes> before = x_;
     for (int lane = 0; lane < kLanes; ++lane) {
       begin_lane(lane, worn.motion);
-      strip_[at(lane)].wear(worn.duration_s);
+      strip_[at(lane)].wear(worn.duration_s, worn.drift_turns_s);
     }
     const auto lasts_ms = static_cast<std::int64_t>(worn.duration_s * 1000);
     const auto period_ms = static_cast<std::int64_t>(std::max(1.0, std::round(period_s_ * 1000)));
@@ -167,12 +167,15 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     const int counts =
         strip_[at(lane)].sample(divider_, now_s, static_cast<double>(bend(constants_, x_, lane)));
     const double alpha = divider_.alpha_deg(counts);
+    if (!input_.tracking || !input_.tracking->strip[at(lane / kTrials)]) return alpha;
+    const model::TrackedRange& range = *input_.tracking->strip[at(lane / kTrials)];
     const sensor::TrackedStrip<sensor::FixedTracking>& strip = tracked_[at(lane / kTrials)];
-    if (strip.half == 0) return alpha;
     const auto q5 = static_cast<std::int16_t>(std::lround(32 * alpha));
     sensor::Tracker<sensor::FixedTracking>& tracker = tracker_[at(lane)];
-    if (k % tick_samples_ == 0) tracker.observe(settings_, strip, q5);
-    return tracker.corrected(strip, q5) / 32.0;
+    const double corrected = tracker.corrected(strip, q5) / 32.0;
+    const bool alive = corrected >= range.valid_min && corrected <= range.valid_max;
+    if (alive && k % tick_samples_ == 0) tracker.observe(settings_, strip, q5);
+    return corrected;
   }
 
   void begin_block(std::int64_t now) {

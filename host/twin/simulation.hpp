@@ -31,6 +31,7 @@ struct Tracking {
 struct Worn {
   Motion motion;
   double duration_s = 0;
+  double drift_turns_s = 0;  // strips drift the other way every so often; 0: always the same way
 };
 
 struct TrialInput {

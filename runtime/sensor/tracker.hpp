@@ -2,20 +2,21 @@
 //
 //   corrected = x + shift + stretch (x - M)            M: middle of the model's two poses, H: half their distance
 // observe() is called kTicks_hz times a second. A level follows the reading, at most H/8 behind it and by a quarter
-// of the rest a tick, and turns where it has come back by a third of the range. Two turns in a row, low l and
-// high h, are a bend:
+// of what is left a tick, and turns where it has come back by 5/16 of the range. Two turns in a row, both of which
+// were rested at, low l and high h, are a bend:
 //   d = M - corrected((l + h) / 2)                     what the shift lacks
 //   e = H - (1 + stretch) (h - l) / 2                  what the stretch lacks at the ends; above 0: a short bend
-// A bend with e <= 3/16 H counts as whole: gains differ by so much from donning to donning. A shorter one says only
-// where the ends cannot be, |d| - e: a finger that goes half way, however often, changes nothing. What counts goes
-// through two scalar Kalman filters, p being variances in units of one bend's, N^2:
-//   K = p / (p + 1),   shift += K clamp(d, -b, b),   p = K,     b between 1 and 2 N sqrt(p + 1)
+// A bend counts as whole, and says something, where (h - l) / 2 >= 27/32 H: two standard deviations of the gain
+// between donnings. A finger that goes half way, however often, changes nothing. Two scalar Kalman filters, p being
+// variances in units of one bend's, N^2:
+//   K = p / (p + 1),   shift += K d,   p = K
 // Between bends the p of the shift grows by the drift's variance, which moves nothing until there is a bend: time
-// forgets nothing. A bend beyond b leaves its p as it is; three in a row, all to the same side, raise the alarm: the
-// strip drifts more quickly than it is followed. Short bends stretch an eighth as quickly as long ones, which no
-// finger can feign. What is in use goes to what was found by at most `max_step` and kStretchStep H a tick.
+// forgets nothing. A bend with |d| > b, b between 1 and 2 N sqrt(p + 1), is a surprise: the first moves nothing, those
+// that follow it to the same side move the shift by b, and the third raises the alarm: the strip drifts more quickly
+// than it is followed. Short bends stretch an eighth as quickly as long ones, which no finger can feign. What is in
+// use goes to what was found by at most `max_step` or, the stretch, kStretchStep a tick.
 //
-// In int16 (readings Q5, stretch Q14, variances Q8), 23 bytes a strip, and in floating point from the same lines.
+// In int16 (readings Q5, stretch Q14, variances Q8), 24 bytes a strip, and in floating point from the same lines.
 #pragma once
 
 #include "runtime/core/fixed_point.hpp"
@@ -275,7 +276,7 @@ class Tracker {
   Stage weigh(const TrackerSettings<A>& c, const TrackedStrip<A>& strip) {
     const Reading reach = has(kFalling) ? core::subtract(turn_, peak_) : core::subtract(peak_, turn_);
     peak_ = A::template part<1>(reach);
-    const Reading tolerance = A::template part<3>(strip.half) + A::template part<4>(strip.half);
+    const Reading tolerance = A::template part<3>(strip.half) + A::template part<5>(strip.half);
     if (core::subtract(strip.half, peak_) > tolerance) return Stage::follow;
     shift_variance_ = A::grown(shift_variance_, since_, c.growth);
     since_ = 0;

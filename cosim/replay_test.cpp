@@ -91,6 +91,35 @@ model::Model identified(double rate_hz) {
   return identify::fit_hand(request, study::hand_recordings(study::record_glove(recorded)));
 }
 
+TEST_F(Replay, AGloveThatTracksItsStripsIsTheHostToTheBit) {
+  for (const double rate_hz : {10.0, 50.0}) {
+    Built b{study::glove_for(parameters_, named("published-hw", rate_hz)), {}, nullptr};
+    for (model::Input& input : b.glove.model.inputs) input.poses = model::Poses{40, 110};
+    b.glove.model.inputs[1].poses.reset();
+    b.glove.track = true;
+    b.image = deploy::build_glove(b.glove, folder_);
+    b.firmware = std::make_unique<Firmware>(b.image.elf);
+    // Whole bends of a strip that has moved, each finger by another way.
+    Counts counts(static_cast<std::size_t>(60 * rate_hz));
+    for (std::size_t k = 0; k < counts.size(); ++k) {
+      const double t = std::fmod(static_cast<double>(k) / rate_hz, 6.0);
+      const double closed = t < 1 ? t : t < 3 ? 1 : t < 4 ? 4 - t : 0;
+      for (std::size_t i = 0; i < counts[k].size(); ++i)
+        counts[k][i] =
+            static_cast<int>(595 + 120 * closed) + static_cast<int>(6 * i) + static_cast<int>(k % 3);
+    }
+    const GloveFigures f = replay(*b.firmware, b.glove, counts);
+    EXPECT_GT(f.frames, 100U);
+    EXPECT_EQ(f.mismatches, 0U) << rate_hz;
+    deploy::HostChain tracked(b.glove);
+    b.glove.track = false;
+    deploy::HostChain plain(b.glove);
+    int differ = 0;
+    for (const auto& sample : counts) differ += tracked.step(sample).angle[2] != plain.step(sample).angle[2];
+    EXPECT_GT(differ, 100) << "the strips show the tracker nothing";
+  }
+}
+
 TEST_F(Replay, TheSixGesturesAreSentToTheBit) {
   for (const char* name : {"raw", "published-w", "published-hw"}) {
     const model::Model model = named(name);

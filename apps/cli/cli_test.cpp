@@ -1,4 +1,5 @@
 // The program as its users run it: exit codes, one clear line for bad input, nothing half-written.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -279,6 +280,37 @@ TEST_F(Cli, TheWholeChainRuns) {
           << arithmetic << " row " << row;
     }
   }
+}
+
+TEST_F(Cli, ApplyTracksAStripThatMovesAndSaysByHowMuch) {
+  model::Model model = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
+  for (model::Input& input : model.inputs) input.poses = model::Poses{40, 110};
+  model.inputs[0].poses.reset();
+  model::save(model, path("poses.json"));
+  std::string log = "t_s,thumb_alpha,index_alpha,middle_alpha,ring_alpha,pinky_alpha\n";
+  for (int k = 0; k < 1200; ++k) {
+    const double closed = k % 80 < 10   ? k % 80 / 10.0
+                          : k % 80 < 40 ? 1
+                          : k % 80 < 50 ? (50 - k % 80) / 10.0
+                                        : 0;
+    const double alpha = 40 + 70 * closed;
+    log += fmt::format("{:.1f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}\n", 0.1 * k, alpha, alpha + 9, alpha,
+                       alpha - 6, alpha);
+  }
+  io::write_file(path("log.csv"), log);
+  const std::string apply = "apply '" + path("poses.json") + "' '" + path("log.csv") + "' --track";
+  for (const std::string arithmetic : {"double", "float", "fixed"}) {
+    const Finished r = run(apply + " --arithmetic " + arithmetic);
+    ASSERT_EQ(r.exit, 0) << r.err;
+    EXPECT_NE(r.err.find("tracked: thumb not"), std::string::npos) << r.err;
+    EXPECT_NE(r.err.find("tracked: index shifted by -"), std::string::npos) << r.err;
+    EXPECT_NE(r.err.find("tracked: ring shifted by +"), std::string::npos);
+    EXPECT_EQ(r.err.find("ALARM"), std::string::npos);
+  }
+  const auto json = nlohmann::json::parse(run(apply + " --json").out);
+  EXPECT_EQ(json.at("tracking").size(), 4U);
+  expect_refused("apply '" FLEXOR_SOURCE_DIR "/models/published_hw.json' '" + path("log.csv") + "' --track",
+                 2, "leave out --track");
 }
 
 TEST_F(Cli, ApplyHoldsThroughPausesAndSaysSo) {

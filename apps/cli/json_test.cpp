@@ -92,6 +92,12 @@ TEST_F(Json, OfTheCommandsForTheTwin) {
   EXPECT_EQ(run("show " + path("g") + "/identified.json").at("joints").size(), 5U);
   const auto applied =
       run("apply --intervals " + path("g") + "/identified.json " + pair.at("glove").get<std::string>());
+  const auto tracked =
+      run("apply --track " + path("g") + "/identified.json " + pair.at("glove").get<std::string>());
+  ASSERT_EQ(tracked.at("tracking").size(), 5U);
+  EXPECT_LT(std::abs(tracked.at("tracking").begin()->at("shift_deg").get<double>()), 6)
+      << "another donning of two degrees";
+  EXPECT_FALSE(tracked.at("tracking").begin()->at("alarm").get<bool>());
   const auto& thumb = applied.at("channels").at("thumb");
   ASSERT_EQ(thumb.at("se_deg").size(), thumb.at("angle_deg").size());
   EXPECT_GT(thumb.at("se_deg").at(100).get<double>(), 0);

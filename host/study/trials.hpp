@@ -43,7 +43,6 @@ struct Plan {
   twin::Parameters parameters;
   std::vector<twin::Motion> motions;
   std::vector<Compensator> compensators;
-  Scenario scenario = {};  // how long the glove is worn before each trial, and whether it tracks
   std::uint64_t seed = 1;
   int trials = 3;
   int threads = 0;               // 0: as many as the machine has
@@ -52,6 +51,7 @@ struct Plan {
   // Becomes true when the run shall end: io::Cancelled is thrown, with everything done so far in the folder.
   const std::atomic<bool>* stop = nullptr;
   const FolderLock* lock = nullptr;  // of the folder, where the caller has it already
+  Scenario scenario = {};            // how long the glove is worn before each trial, and whether it tracks
 };
 
 // Mean and 95 % interval (Student's t) of a stream of numbers.

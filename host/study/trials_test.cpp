@@ -53,6 +53,22 @@ TEST(Statistic, MeanAndStudentIntervalOfKnownNumbers) {
   EXPECT_NEAR(*many.ci95(), 1.9623 * 0.50025 / std::sqrt(1000.0), 1e-5);
 }
 
+TEST(Trials, AGloveThatWasWornIsTrackedByTheFirstPosesThatAModelHas) {
+  Plan p = plan("2", 16);
+  p.scenario = {"worn anew", {}, 120, 0, true};
+  EXPECT_NE(refusal([&] { check(p); }).find("nothing can be tracked"), std::string::npos);
+  for (model::Input& input : p.compensators[1].model.inputs) {
+    const bool thumb = input.name.starts_with("thumb");
+    input.poses = thumb ? model::Poses{83, 171} : model::Poses{24, 112};
+  }
+  twin::assign(p.parameters, "placement.spread_deg=12");
+  const double tracked = run(p, {}).cell(0, 1).total_deg_s.mean();
+  p.scenario.tracked = false;
+  const double left_alone = run(p, {}).cell(0, 1).total_deg_s.mean();
+  EXPECT_LT(tracked, 0.9 * left_alone);
+  EXPECT_GT(tracked, 0.1 * left_alone);
+}
+
 TEST(Trials, ThreadsDoNotChangeABit) {
   const fs::path one = trials_folder("one");
   const fs::path four = trials_folder("four");

@@ -1,0 +1,88 @@
+#include "host/model/tracking.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/model/channel.hpp"
+
+namespace flexor::model {
+namespace {
+
+constexpr double kRate_hz = 50;
+
+// A glove of one strip: 300 at the open hand, 700 at the fist, or the other way round.
+Model strip_model(std::optional<Poses> poses) {
+  Model m;
+  m.sample_period_s = 1 / kRate_hz;
+  Channel c;
+  c.name = "index";
+  c.input_column = "index_adc";
+  c.valid_min = 150;
+  c.valid_max = 850;
+  c.saturation = {28, 113};
+  add(m, c);
+  m.inputs[0].poses = poses;
+  return m;
+}
+
+// Whole bends of four seconds each, shifted by what the strip has moved.
+double bend(double t_s, double shift) {
+  const double phase = std::fmod(t_s, 8);
+  const double closed = phase < 1 ? phase : phase < 4 ? 1 : phase < 5 ? 5 - phase : 0;
+  return 300 + 400 * closed + shift;
+}
+
+TEST(Trackers, KnowTheirRangesFromPosesAndLimits) {
+  const auto ranges = tracked_ranges(strip_model(Poses{300, 700}));
+  ASSERT_TRUE(ranges[0].has_value());
+  EXPECT_EQ(ranges[0]->range_deg, 85);
+  EXPECT_FALSE(tracked_ranges(strip_model({}))[0].has_value());
+  EXPECT_FALSE(tracked_ranges(strip_model(Poses{300, 301}))[0].has_value()) << "too near to each other for Q5";
+  EXPECT_FALSE(Trackers<FixedArithmetic>(strip_model({}), {}).any());
+}
+
+template <class Arithmetic>
+Followed followed_after(double shift, Poses poses, double seconds = 120) {
+  Trackers<Arithmetic> trackers(strip_model(poses), {});
+  for (int k = 0; k < seconds * kRate_hz; ++k) {
+    const double reading = bend(k / kRate_hz, shift);
+    trackers.step({&reading, 1}, false);
+  }
+  return trackers.followed().front();
+}
+
+TEST(Trackers, SayDegreesOfTheJointWhicheverWayTheStripReads) {
+  constexpr double kDegPerUnit = 85.0 / 400;
+  for (const double shift : {-50.0, 30.0}) {
+    const Followed rising = followed_after<FixedArithmetic>(shift, {300, 700});
+    EXPECT_NEAR(rising.shift_deg, -shift * kDegPerUnit, 0.4);
+    EXPECT_NEAR(rising.stretch, 0, 0.01);
+    EXPECT_LT(rising.standard_error_deg, 1.5);
+    EXPECT_FALSE(rising.alarmed);
+    EXPECT_NEAR(followed_after<FixedArithmetic>(shift, {700, 300}).shift_deg, shift * kDegPerUnit, 0.4);
+    EXPECT_NEAR(followed_after<DoubleArithmetic>(shift, {300, 700}).shift_deg, rising.shift_deg, 0.2);
+    EXPECT_NEAR(followed_after<FloatArithmetic>(shift, {300, 700}).shift_deg, rising.shift_deg, 0.2);
+  }
+}
+
+TEST(Trackers, LearnNothingFromFaultsAndPauses) {
+  for (const double fault : {1023.0, 0.0, std::nan("")}) {
+    Trackers<FixedArithmetic> trackers(strip_model(Poses{300, 700}), {});
+    for (int k = 0; k < 6000; ++k) {
+      const double reading = k / 100 % 2 == 0 ? 500 : fault;
+      const auto corrected = trackers.step({&reading, 1}, false);
+      if (std::isfinite(fault)) EXPECT_NEAR(corrected[0], reading, 0.02);
+    }
+    EXPECT_EQ(trackers.followed()[0].shift_deg, 0) << fault;
+  }
+  Trackers<FixedArithmetic> trackers(strip_model(Poses{300, 700}), {});
+  for (int k = 0; k < 6000; ++k) {
+    const double reading = bend(k / kRate_hz, 40);
+    trackers.step({&reading, 1}, true);
+  }
+  EXPECT_EQ(trackers.followed()[0].shift_deg, 0);
+}
+
+}  // namespace
+}  // namespace flexor::model

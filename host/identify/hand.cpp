@@ -643,10 +643,8 @@ void add_poses(const HandRequest& request, const std::vector<Sampled>& samples, 
     const auto own =
         std::ranges::find(request.map, input.name, [](const auto& map) { return map.sensors.front(); });
     if (own == request.map.end()) continue;
-    const auto poses = poses_of(sessions_of(samples, static_cast<std::size_t>(own - request.map.begin())), 0);
-    if (poses && std::min(poses->open, poses->fist) >= input.valid_min &&
-        std::max(poses->open, poses->fist) <= input.valid_max)
-      input.poses = poses;
+    add_poses(sessions_of(samples, static_cast<std::size_t>(own - request.map.begin())), 0,
+              model.sample_period_s, input);
   }
 }
 

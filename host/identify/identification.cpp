@@ -12,6 +12,7 @@
 #include "host/identify/estimator.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/motion_check.hpp"
+#include "host/identify/poses.hpp"
 #include "host/identify/structure_text.hpp"
 #include "host/io/json.hpp"
 #include "host/model/channel.hpp"
@@ -477,6 +478,7 @@ Identification identify(recording::Pair pair, const Request& request, const Prog
   const Fitted fitted = fit_structures(r, data, progress);
   r.fit_seconds = fitted.seconds;
   take(fitted, r);
+  add_poses({{data.input, data.angle_deg, data.use}}, 0, data.period_s, r.model.inputs.front());
 
   std::vector<std::uint8_t> use = data.use;
   use.resize(a.size(), 0);

@@ -13,4 +13,8 @@ namespace flexor::identify {
 // tenth of its range; of samples that count. None where there are fewer than ten of either, or both are one.
 std::optional<model::Poses> poses_of(const std::vector<Session>& sessions, Eigen::Index sensor);
 
+// Poses and turns of the input, whose readings are `sensor` of the sessions, where they lie in its valid range.
+void add_poses(const std::vector<Session>& sessions, Eigen::Index sensor, double sample_period_s,
+               model::Input& input);
+
 }  // namespace flexor::identify

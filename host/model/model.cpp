@@ -22,11 +22,15 @@ std::string place_of(const Block& block) { return fmt::format("{}: {}", block.to
 Input read_input(Reader& reader) {
   Input input{reader.text("name"),           reader.text_or_empty("column"), reader.text_or_empty("unit"),
               reader.text_or_empty("strip"), reader.number("valid_min"),     reader.number("valid_max")};
-  if (reader.has("poses")) {
-    Reader poses(reader.member("poses"), reader.place() + ": poses");
-    input.poses = {poses.number("open"), poses.number("fist")};
-    poses.done();
-  }
+  const auto poses = [&](const char* name) -> std::optional<Poses> {
+    if (!reader.has(name)) return {};
+    Reader pair(reader.member(name), reader.place() + ": " + name);
+    const Poses out{pair.number("open"), pair.number("fist")};
+    pair.done();
+    return out;
+  };
+  input.poses = poses("poses");
+  input.turns = poses("turns");
   reader.done();
   return input;
 }
@@ -72,6 +76,7 @@ Json input_json(const Input& input) {
   Json json = {{"name", input.name},   {"column", input.column},       {"unit", input.unit},
                {"strip", input.strip}, {"valid_min", input.valid_min}, {"valid_max", input.valid_max}};
   if (input.poses) json["poses"] = {{"open", input.poses->open}, {"fist", input.poses->fist}};
+  if (input.turns) json["turns"] = {{"open", input.turns->open}, {"fist", input.turns->fist}};
   return json;
 }
 
@@ -103,14 +108,14 @@ void check_name(const std::string& name, const std::string& what) {
   }
 }
 
-void check_poses(const Input& input) {
-  if (!input.poses) return;
-  const auto& [open, fist] = *input.poses;
+void check_poses(const Input& input, const std::optional<Poses>& poses, const char* name) {
+  if (!poses) return;
+  const auto& [open, fist] = *poses;
   const Place place{fmt::format("{}: input", input.name), 0};
   const double low = std::min(open, fist);
   const double high = std::max(open, fist);
   place.require(low < high && low >= input.valid_min && high <= input.valid_max,
-                "poses: \"open\" and \"fist\" must be two readings within the valid range");
+                fmt::format("{}: \"open\" and \"fist\" must be two readings within the valid range", name));
 }
 
 void check_input(const Input& input) {
@@ -127,7 +132,8 @@ void check_input(const Input& input) {
       std::max(kMinRange, kMinRelativeRange * std::max(std::abs(input.valid_min), std::abs(input.valid_max)));
   place.require(input.valid_max - input.valid_min >= least,
                 fmt::format("valid_min and valid_max must be at least {:.3g} apart", least));
-  check_poses(input);
+  check_poses(input, input.poses, "poses");
+  check_poses(input, input.turns, "turns");
 }
 
 void check_accuracy(const Place& place, const Accuracy& accuracy) {

@@ -3,7 +3,7 @@
 // JSON: {"schema": "flexor-model", "schema_version": 2, "written_by", "name", "description",
 //        "sample_period_s", "max_gap_s" (may be left out),
 //        "inputs": [{"name", "column", "unit", "strip", "valid_min", "valid_max",
-//                    "poses": {"open", "fist"} (may be left out)}],   a sensor's signal each
+//                    "poses": {"open", "fist"}, "turns": {"open", "fist"} (both may be left out)}],   a sensor's signal each
 //        "blocks": [{"type", "from": "signal" or ["signal", ...], "to": "signal", ...}],
 //        "joints": [{"name", "from", "rest_deg", "accuracy": {"angle_deg": [], "standard_error_deg": []} (may be left out)}],
 //        "training": {...}, "fit": {...}}
@@ -46,6 +46,7 @@ struct Input {
   double valid_min = 0;  // readings outside are refused with a status
   double valid_max = 1023;
   std::optional<Poses> poses = {};
+  std::optional<Poses> turns = {};  // where whole bends turn, as a tracker sees them (tracking.hpp)
   bool operator==(const Input&) const = default;
 };
 

@@ -33,19 +33,65 @@ std::vector<std::optional<TrackedRange>> tracked_ranges(const Model& model) {
   const Graph graph(model);
   std::vector<std::optional<TrackedRange>> out(model.inputs.size());
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    if (!model.inputs[i].poses) continue;
-    const Poses poses = *model.inputs[i].poses;
+    const Input& input = model.inputs[i];
+    if (!input.poses && !input.turns) continue;
+    const Poses poses = input.turns ? *input.turns : *input.poses;
     const double half = std::abs(poses.fist - poses.open) / 2;
     if (half < kLeastHalf || half > kMostHalf) continue;
     for (std::size_t j = 0; j < model.joints.size(); ++j) {
       if (std::ranges::find(graph.inputs[graph.joint[j]], i) == graph.inputs[graph.joint[j]].end()) continue;
       const Saturation& range = limits(model, model.joints[j]);
-      out[i] = {poses, range.upper_deg - range.lower_deg, model.inputs[i].valid_min,
-                model.inputs[i].valid_max};
+      out[i] = {poses, range.upper_deg - range.lower_deg, input.valid_min, input.valid_max};
       break;
     }
   }
   return out;
+}
+
+namespace {
+
+using Doubles = sensor::RealTracking<double>;
+
+struct Bend {
+  double middle;
+  double half;
+};
+
+std::vector<Bend> whole_bends(const std::vector<std::vector<double>>& recordings, double sample_period_s,
+                              const Poses& poses) {
+  const TrackedRange range{poses, 1, 0, 0};
+  const auto strip = tracked_strip<Doubles>(range, {});
+  const std::size_t every = static_cast<std::size_t>(samples_per_tick(sample_period_s));
+  std::vector<Bend> out;
+  for (const std::vector<double>& readings : recordings) {
+    sensor::Tracker<Doubles> tracker;
+    for (std::size_t k = 0; k < readings.size(); k += every) {
+      tracker.observe({}, strip, readings[k]);
+      if (tracker.has_bend()) out.push_back({tracker.bend_middle(), tracker.bend_half()});
+    }
+  }
+  return out;
+}
+
+double median_of(std::vector<Bend> bends, double Bend::*member) {
+  std::ranges::sort(bends, {}, member);
+  return bends[bends.size() / 2].*member;
+}
+
+}  // namespace
+
+std::optional<Poses> turns_of(const std::vector<std::vector<double>>& recordings, double sample_period_s,
+                              const Poses& poses) {
+  constexpr std::size_t kLeast = 3;
+  Poses turns = poses;
+  for (int round = 0; round < 2; ++round) {  // which bends are whole depends on where they turn
+    const std::vector<Bend> bends = whole_bends(recordings, sample_period_s, turns);
+    if (bends.size() < kLeast) return {};
+    const double middle = median_of(bends, &Bend::middle);
+    const double half = std::copysign(median_of(bends, &Bend::half), poses.fist - poses.open);
+    turns = {middle - half, middle + half};
+  }
+  return turns;
 }
 
 template <class A>

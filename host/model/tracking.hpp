@@ -19,7 +19,7 @@ struct TrackingPrior {
   double shift_deg = 8;   // of the offset between donnings
   double stretch = 0.08;  // of the gain
   double drift_deg_per_min = 4;
-  double bend_deg = 1.3;      // of where the middle of a whole bend lies
+  double bend_deg = 2;        // of where the middle of a whole bend lies
   double quickest_deg_s = 2;  // the shift follows by no more; not a deviation
 };
 
@@ -31,7 +31,12 @@ struct TrackedRange {
   double valid_max = 0;
 };
 
-// Of each input: none without poses, or where they are too near to each other for readings in Q5.
+// Where a strip turns in whole bends, as a tracker sees it: the medians over `readings`, sample by sample of one period.
+// `poses`: what it reads at the open hand and at the fist, about. None of fewer than three whole bends.
+std::optional<Poses> turns_of(const std::vector<std::vector<double>>& recordings, double sample_period_s,
+                              const Poses& poses);
+
+// Of each input, by where it turns or, where the model does not say, by its poses: none without either, or where they are too near to each other for readings in Q5.
 std::vector<std::optional<TrackedRange>> tracked_ranges(const Model& model);
 
 template <class A>

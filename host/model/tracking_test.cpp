@@ -38,7 +38,8 @@ TEST(Trackers, KnowTheirRangesFromPosesAndLimits) {
   ASSERT_TRUE(ranges[0].has_value());
   EXPECT_EQ(ranges[0]->range_deg, 85);
   EXPECT_FALSE(tracked_ranges(strip_model({}))[0].has_value());
-  EXPECT_FALSE(tracked_ranges(strip_model(Poses{300, 301}))[0].has_value()) << "too near to each other for Q5";
+  EXPECT_FALSE(tracked_ranges(strip_model(Poses{300, 301}))[0].has_value())
+      << "too near to each other for Q5";
   EXPECT_FALSE(Trackers<FixedArithmetic>(strip_model({}), {}).any());
 }
 

@@ -163,6 +163,12 @@ class Tracker {
   typename A::Ratio stretch() const { return stretch_; }
   typename A::Variance shift_variance() const { return shift_variance_; }
   typename A::Variance stretch_variance() const { return stretch_variance_; }
+  // A whole bend has just been seen: where its middle lies, and half its reach.
+  bool has_bend() const { return stage_ == Stage::measure; }
+  Reading bend_middle() const {
+    return has(kFalling) ? core::subtract(turn_, peak_) : core::add(turn_, peak_);
+  }
+  Reading bend_half() const { return peak_; }
   bool alarm() const { return surprises_ >= kAlarm || surprises_ <= -kAlarm; }
 
  private:
@@ -285,8 +291,7 @@ class Tracker {
 
   // What the shift lacks goes to level_.
   void measure(const TrackedStrip<A>& strip) {
-    const Reading middle = has(kFalling) ? core::subtract(turn_, peak_) : core::add(turn_, peak_);
-    level_ = core::subtract(strip.middle, moved(strip, middle, shift_found_, stretch_found_));
+    level_ = core::subtract(strip.middle, moved(strip, bend_middle(), shift_found_, stretch_found_));
   }
 
   Stage compare(const TrackedStrip<A>& strip) {

@@ -102,6 +102,37 @@ TEST_F(Arduino, TheExamplesCompileForEachBoardOfTheCore) {
   }
 }
 
+// What an interpreter runs asks for EEPROM that is replaced over the link; the library keeps nothing and is compiled.
+TEST_F(Arduino, ADeploymentWhoseModelIsDataWritesTheSameLibrary) {
+  write("Glove");
+  const std::string compiled = io::read_file(folder_ / "Flexor/src/glove_config.hpp");
+  glove_.model_as = deploy::ModelAs::data;
+  for (const char* name : {"Glove", "GloveRadio"}) {
+    write(name);
+    run(compiler({"atmega328p", "standard", "UNO"}),
+        {"-Wall", "-Wextra", "-Werror", "-c", sketch(name), "-o", folder_ / "sketch.o"});
+  }
+  EXPECT_EQ(io::read_file(folder_ / "Flexor/src/glove_config.hpp"), compiled);
+}
+
+TEST_F(Arduino, TheRadioIsOpenedAtTheDeploymentsRate) {
+  glove_.baud = 38400;
+  write("Glove");
+  EXPECT_NE(io::read_file(folder_ / "Flexor/examples/Glove/Glove.ino").find("Serial1.begin(38400);"),
+            std::string::npos);
+  EXPECT_NE(io::read_file(folder_ / "Flexor/examples/GloveRadio/GloveRadio.ino").find("Serial.begin(38400);"),
+            std::string::npos);
+}
+
+// Arduino.h has a macro of nearly every short name; whoever takes the interpreter into a sketch meets them.
+TEST_F(Arduino, TheInterpreterCompilesBehindArduinoH) {
+  write("Glove");
+  const fs::path source = folder_ / "graph.cpp";
+  io::write_file(source, "#include \"runtime/compensator/graph.hpp\"\n");
+  run(compiler({"atmega328p", "standard", "UNO"}),
+      {"-DFLEXOR_AVR_ASSEMBLY", "-Wall", "-Wextra", "-c", source, "-o", folder_ / "graph.o"});
+}
+
 // No register, no header of an AVR: with this PC's compiler and the few names of Arduino.h that are used.
 TEST_F(Arduino, NothingAsksForAnAvr) {
   io::write_file(

@@ -7,13 +7,16 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "cosim/usb_helper.hpp"
+#include "host/deploy/caterina.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/deploy/flash.hpp"
 #include "host/deploy/intel_hex.hpp"
@@ -45,6 +48,11 @@ class StandIn {
   StandIn& operator=(const StandIn&) = delete;
 
   const std::string& port() const { return port_; }
+  // At 1200 baud.
+  bool touched() const {
+    termios now{};
+    return tcgetattr(kept_open_, &now) == 0 && cfgetospeed(&now) == B1200;
+  }
   std::vector<std::uint8_t> finish() {
     if (thread_.joinable()) {
       thread_.request_stop();
@@ -189,6 +197,15 @@ TEST_F(Caterina, AnotherChipBehindTheSameProtocolIsNamedAndNotWritten) {
   EXPECT_EQ(board.finish(), std::vector<std::uint8_t>(32768, 0xff));
 }
 
+// 57600 baud is an old bootloader's rate, too, but no Optiboot goes into this chip.
+TEST_F(Caterina, ItsRateIsNotTakenForAnOldBootloaders) {
+  StandIn board;
+  const Finished r = flexor({"flash", folder_ / "32u4", "--port", board.port()});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  EXPECT_NE(r.out.find("read back: the same"), std::string::npos) << r.out;
+  EXPECT_EQ(r.out.find("old bootloader"), std::string::npos) << r.out;
+}
+
 // Either bootloader is silent to the other's protocol: nothing is written, and the line says whose image it is.
 TEST_F(Caterina, AnImageOfTheOtherChipIsRefused) {
   const fs::path dump = folder_ / "flash.bin";
@@ -206,6 +223,81 @@ TEST_F(Caterina, AnImageOfTheOtherChipIsRefused) {
   expect_says(flexor({"flash", folder_ / "328p/glove.hex", "--port", micro.port()}), 1,
               "no bootloader answers");
   EXPECT_EQ(micro.finish(), std::vector<std::uint8_t>(32768, 0xff));
+}
+
+// A /dev of its own, in which stand-ins are plugged in.
+class CaterinaPorts : public testing::Test {
+ protected:
+  CaterinaPorts()
+      : dev_(fs::path(testing::TempDir()) / ("flexor_caterina_dev_" + std::to_string(::getpid()))) {
+    fs::create_directories(dev_ / "serial/by-id");
+  }
+  ~CaterinaPorts() override { fs::remove_all(dev_); }
+
+  void plug(const StandIn& board, const std::string& node, const std::string& id) const {
+    fs::create_symlink(board.port(), dev_ / node);
+    fs::create_symlink("../../" + node, dev_ / "serial/by-id" / id);
+  }
+  void unplug(const std::string& node, const std::string& id) const {
+    fs::remove(dev_ / "serial/by-id" / id);
+    fs::remove(dev_ / node);
+  }
+  // Long enough to be seen on a busy machine.
+  static void a_moment() { std::this_thread::sleep_for(std::chrono::seconds(1)); }
+
+  std::string found(const std::string& port, const std::function<void()>& on_say) const {
+    const deploy::CaterinaPatience patience{2, 5, 5};
+    const auto say = [&](const std::string& text) {
+      EXPECT_NE(text.find("press the board's reset button, twice on a Pro Micro"), std::string::npos) << text;
+      on_say();
+    };
+    return fs::canonical(deploy::caterina_port(port, say, dev_, patience)).string();
+  }
+  static void is_silent() { ADD_FAILURE() << "nothing is to be pressed"; }
+  fs::path dev_;
+};
+
+TEST_F(CaterinaPorts, ABootloaderMayHaveTheNamesOfItsSketch) {
+  StandIn board;
+  plug(board, "ttyACM0", "usb-Arduino_LLC_Arduino_Leonardo-if00");
+  const std::jthread user([&](const std::stop_token& stop) {
+    while (!board.touched() && !stop.stop_requested())
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    unplug("ttyACM0", "usb-Arduino_LLC_Arduino_Leonardo-if00");
+    a_moment();
+    plug(board, "ttyACM0", "usb-Arduino_LLC_Arduino_Leonardo-if00");
+  });
+  EXPECT_EQ(found((dev_ / "ttyACM0").string(), is_silent), board.port());
+}
+
+TEST_F(CaterinaPorts, ANamedPortThatStaysIsTheBootloaders) {
+  StandIn board;
+  plug(board, "ttyACM0", "usb-Arduino_LLC_Arduino_Leonardo-if00");
+  EXPECT_EQ(found((dev_ / "ttyACM0").string(), is_silent), board.port());
+}
+
+TEST_F(CaterinaPorts, WithAutoTheHandsBoardIsNotTakenForTheGlove) {
+  StandIn hand;
+  StandIn glove;
+  plug(hand, "ttyUSB0", "usb-1a86_USB_Serial-if00");
+  EXPECT_EQ(found("auto", [&] { plug(glove, "ttyACM0", "usb-Arduino_LLC_Arduino_Leonardo-if00"); }),
+            glove.port());
+  EXPECT_TRUE(hand.touched());
+}
+
+// Reset was pressed too early: the port that stayed is gone by and by, and comes back when it is pressed again.
+TEST_F(CaterinaPorts, WithAutoABoardThatComesBackUnderItsNameIsTaken) {
+  StandIn board;
+  plug(board, "ttyACM0", "usb-Arduino_LLC_Arduino_Leonardo-if00");
+  std::jthread user;
+  const auto press = [&] {
+    user = std::jthread([&] {
+      unplug("ttyACM0", "usb-Arduino_LLC_Arduino_Leonardo-if00");
+      a_moment();
+      plug(board, "ttyACM0", "usb-Arduino_LLC_Arduino_Leonardo-if00");
+    });
+  };
+  EXPECT_EQ(found("auto", press), board.port());
 }
 
 }  // namespace

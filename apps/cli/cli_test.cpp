@@ -651,6 +651,7 @@ TEST_F(Cli, AButtonThatZeroesAGloveGoesWithARadioAndAModelThatKnowsItsPoses) {
   const Finished r = run("deploy '" + path("poses.json") + "' --pins flexor,calibrate=D12" + out);
   EXPECT_EQ(r.exit, 0) << r.err;
   EXPECT_NE(content(path("d") + "/glove_config.hpp").find("#define FLEXOR_ZERO"), std::string::npos);
+  EXPECT_NE(r.out.find("press calibrate, hold the hand open for three seconds"), std::string::npos) << r.out;
   expect_refused("deploy '" + path("poses.json") + "' --pins flexor,calibrate=D12,menu=D10" + out, 2,
                  "joystick and buttons but calibrate go to VR drivers");
   for (model::Input& input : model.inputs) input.poses.reset();

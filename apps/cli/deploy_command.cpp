@@ -9,6 +9,7 @@
 #include "apps/cli/progress.hpp"
 #include "host/deploy/calibration.hpp"
 #include "host/deploy/deploy.hpp"
+#include "host/deploy/model_block.hpp"
 #include "host/deploy/out_folder.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/json.hpp"
@@ -145,6 +146,17 @@ void require_of_vr(const Options& o, const deploy::Glove& glove) {
     throw io::InputError("--encoding: is of text for VR drivers: add --output opengloves");
 }
 
+// What lies in flash is replaced through the bootloader, which `flexor send` does with an ATmega328P's alone.
+void require_replaceable(const Options& o, const deploy::Glove& glove) {
+  if (glove.model_as != deploy::ModelAs::data || !deploy::is_32u4(glove.mcu) ||
+      !deploy::data_block(glove).in_flash)
+    return;
+  throw io::InputError(
+      fmt::format("{}: is too large for EEPROM, and flexor send does not reach an atmega32u4's flash: fewer "
+                  "knots, or --model-as code and a new image for a new model",
+                  o.model));
+}
+
 // What the options ask for. Refuses, before anything is written, what the boards or the radio cannot do.
 study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy::Key& key) {
   model::Model model = model::load(o.model);
@@ -175,6 +187,7 @@ study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy
   deploy::check_tracking(d.glove);
   d.glove.assembly = o.assembly;
   d.glove.model_as = o.model_as == "data" ? deploy::ModelAs::data : deploy::ModelAs::code;
+  require_replaceable(o, d.glove);
   (void)deploy::samples_per_frame(d.glove);
   (void)deploy::uart_divisor(d.glove.output == deploy::Output::radio ? d.glove.baud : deploy::kUsbBaud);
   return d;
@@ -214,8 +227,10 @@ void require_known(const Options& o) {
   (void)deploy::mcu(o.target);
   if (o.output != "radio" && o.target != deploy::kAtmega328p.name)
     throw io::InputError(
-        "--output opengloves is for an atmega328p: an atmega32u4 takes the library that it writes beside, "
-        "arduino/Flexor");
+        "--output opengloves: an atmega32u4's own USB is driven by the Arduino core alone: --target "
+        "atmega328p "
+        "--output opengloves writes arduino/Flexor, a library that a Leonardo, too, takes in the Arduino "
+        "IDE");
   deploy::require_toolchain();
   io::require_folder(o.out);
 }

@@ -278,6 +278,39 @@ TEST_F(DeployFaults, AModelInAnotherUnitNeedsACalibrationThatSaysIt) {
   expect_refused(volts, calibration(R"("unit": "deg", )"), R"(its values are in "deg")");
   EXPECT_EQ(deploy(volts, calibration(R"("unit": "V", )")).exit, 0) << content(path("stderr"));
   EXPECT_EQ(deploy(kPublished, calibration("")).exit, 0) << "alpha: the unit may be left out";
+  write(path("c.json"), R"({"fingers": {}})");
+  expect_refused(kPublished, "--plain --out d --calibration '" + path("c.json") + "'",
+                 R"(begin it with "schema": "flexor-calibration", "schema_version": 1,)");
+}
+
+// Five curves of thirty-two knots go into an ATmega328P's flash, where its bootloader replaces them.
+TEST_F(DeployFaults, AModelThatCouldNeverBeReplacedIsNoDataOfAnAtmega32u4) {
+  const std::string large = model("large.json", [&](nlohmann::ordered_json& m) {
+    for (auto& channel : m["channels"]) {
+      auto blocks = nlohmann::ordered_json::array();
+      nlohmann::ordered_json curve = {
+          {"type", "curve"}, {"x", nlohmann::ordered_json::array()}, {"y", nlohmann::ordered_json::array()}};
+      for (int k = 0; k < 32; ++k) {
+        curve["x"].push_back(5 * k);
+        curve["y"].push_back(4 * k + k % 2);
+      }
+      for (auto& block : channel["blocks"]) blocks.push_back(block["type"] == "dead_zone" ? curve : block);
+      channel["blocks"] = blocks;
+    }
+  });
+  expect_refused(large, "--plain --out d --model-as data --target atmega32u4",
+                 "does not reach an atmega32u4's flash");
+}
+
+TEST_F(DeployFaults, WiringDoesNotWriteOverADeployments) {
+  fs::create_directories(path("d"));
+  write(path("d/glove.hex"), ":00000001FF\n");
+  write(path("d/wiring.md"), "its own");
+  const Finished r = run("wiring --pins lucidgloves --out d");
+  EXPECT_EQ(r.exit, 2);
+  EXPECT_NE(r.err.find("d: holds a deployment"), std::string::npos) << r.err;
+  EXPECT_EQ(content(path("d/wiring.md")), "its own");
+  EXPECT_EQ(run("wiring --pins lucidgloves --out w").exit, 0);
 }
 
 TEST_F(DeployFaults, AGloveForVrIsNotToldToFlashAHand) {

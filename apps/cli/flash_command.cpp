@@ -30,7 +30,8 @@ fs::path image_of(const Options& o) {
   const fs::path path = o.what;
   if (!fs::is_directory(path, error)) {
     if (!o.board.empty())
-      throw io::InputError(fmt::format("{}: is one image: --board is for the folder of a deployment", o.what));
+      throw io::InputError(
+          fmt::format("{}: is one image: --board is for the folder of a deployment", o.what));
     return path;
   }
   if (!o.board.empty()) return path / (o.board + ".hex");
@@ -84,7 +85,7 @@ void run(const Options& o) {
   print(fmt::format(
       "{}: {} bytes written through the bootloader at {} baud and read back: the same, {:.1f} s\n", port,
       bytes, rate_Bd, took_s.count()));
-  if (rate_Bd == deploy::kOldRate_Bd)
+  if (!deploy::is_32u4(mcu) && rate_Bd == deploy::kOldRate_Bd)
     print(
         "This is an old bootloader: after the watchdog has ended a program that hung, the board stays off "
         "until its "

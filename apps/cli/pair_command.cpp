@@ -91,6 +91,9 @@ void run(const Options& o) {
                           : o.glove.empty() != o.hand.empty() ? "the board has"
                                                               : "glove and hand have";
   print(fmt::format("{} the key of {}: keep that file, whoever has it can move the hand\n", who, file));
+  if (!folder)
+    print(fmt::format("later deployments: flexor deploy --key {}, since a folder's own key is the old one\n",
+                      file));
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
 
 #include "apps/cli/commands.hpp"
 #include "host/deploy/wiring.hpp"
+#include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/report/wiring.hpp"
 
@@ -20,6 +22,13 @@ struct Options {
   bool json = false;
 };
 
+void refuse_deployment(const std::string& folder) {
+  std::error_code error;
+  if (!std::filesystem::exists(std::filesystem::path(folder) / "glove.hex", error)) return;
+  throw io::InputError(fmt::format(
+      "{}: holds a deployment, whose own wiring.md and pictures would go: --out another folder", folder));
+}
+
 void run(const Options& o) {
   const twin::Parameters p = twin_parameters(o.twin, o.set);
   const deploy::Mcu mcu = deploy::mcu(o.target);
@@ -28,6 +37,7 @@ void run(const Options& o) {
   const deploy::Output output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
   nlohmann::ordered_json json = to_json(deploy::wiring_plan(pins, output, p.divider_kohm, mcu));
   io::require_folder(o.out);
+  refuse_deployment(o.out);
   io::make_folder(o.out);
   report::save_wiring(json, o.out);
   deploy::write_logger(pins, o.out);

@@ -36,6 +36,8 @@ fs::path place_of(const std::string& source, Output output) {
 std::string portable_config(Glove glove) {
   glove.assembly = false;
   glove.track = false;
+  glove.model_as =
+      ModelAs::code;  // data is replaced in EEPROM or through a bootloader, of which it asks for neither
   glove.pins.joystick.reset();  // the sketch reads them
   glove.pins.button = {};
   std::string text = glove_config(glove);
@@ -45,12 +47,15 @@ std::string portable_config(Glove glove) {
   return text;
 }
 
-// Examples have the strips where they are.
-std::string wired(std::string text, const Pins& pins) {
-  constexpr std::string_view kAsShipped = "{A0, A1, A2, A3, A4}";
-  const std::size_t at = text.find(kAsShipped);
-  if (at != std::string::npos)
-    text.replace(at, kAsShipped.size(), fmt::format("{{A{}}}", fmt::join(pins.strip, ", A")));
+void replace(std::string& text, std::string_view shipped, const std::string& now) {
+  const std::size_t at = text.find(shipped);
+  if (at != std::string::npos) text.replace(at, shipped.size(), now);
+}
+
+// Examples have the strips where they are, and the radio's rate.
+std::string wired(std::string text, const Glove& glove) {
+  replace(text, "{A0, A1, A2, A3, A4}", fmt::format("{{A{}}}", fmt::join(glove.pins.strip, ", A")));
+  replace(text, ".begin(9600);", fmt::format(".begin({:.0f});", glove.baud));
   return text;
 }
 
@@ -64,7 +69,7 @@ void write(const fs::path& path, const std::string& text) {
 void write_arduino_library(const Glove& glove, const fs::path& folder) {
   for (const Source& source : sources()) {
     const fs::path place = place_of(source.path, glove.output);
-    if (!place.empty()) write(folder / place, wired(source.text, glove.pins));
+    if (!place.empty()) write(folder / place, wired(source.text, glove));
   }
   write(folder / "src/glove_config.hpp", portable_config(glove));
   write(

@@ -79,6 +79,9 @@ CalibrationDocument calibration_from_json(const std::string& text, const std::st
   out.source = source;
   const auto json = io::parse_json(text, source);
   io::JsonReader document(json, out.source);
+  if (!document.has("schema") || !document.has("schema_version"))
+    document.fail(fmt::format(R"(begin it with "schema": "flexor-calibration", "schema_version": {},)",
+                              kSchemaVersion));
   if (document.text("schema") != "flexor-calibration")
     document.fail("\"schema\" must be \"flexor-calibration\"");
   if (document.number("schema_version") != kSchemaVersion)

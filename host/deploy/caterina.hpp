@@ -10,14 +10,15 @@
 namespace flexor::deploy {
 
 struct CaterinaPatience {
-  double leaves_s = 1.5;  // until a port that was touched is gone; else it is the bootloader's already
+  double leaves_s = 1.5;  // until a port that was touched is gone
   double comes_s = 8;     // from there until the bootloader's comes
   double button_s = 30;   // for the reset button, where there is no port
 };
 
-// The bootloader's port. `port` is touched where it is there; where it is not, or with "auto" none is, `say` gets what to
-// press and the first port that comes is the bootloader's: an image of flexor deploy has no USB. Throws io::InputError,
-// one line: several ports with "auto", no permission; none came.
+// The bootloader's port. `port` is touched where it is there, with "auto" the only one; if it leaves, what comes next is
+// the bootloader's, whatever its name. A named port that stays is the bootloader's already; one of "auto" is another
+// board. Else, since an image of flexor deploy has no USB, `say` gets what to press and the first port that comes is it.
+// Throws io::InputError, one line: no permission; none came.
 std::string caterina_port(const std::string& port, const std::function<void(const std::string&)>& say,
                           const std::filesystem::path& dev = "/dev", const CaterinaPatience& patience = {});
 

@@ -129,7 +129,7 @@ std::string choose_port(const std::string& port, const fs::path& dev) {
 
 std::vector<int> rates(int baud, const Mcu& mcu) {
   if (baud != 0) return {baud, baud};
-  if (is_32u4(mcu)) return {kOldRate_Bd, kOldRate_Bd};
+  if (is_32u4(mcu)) return {kCaterinaRate_Bd, kCaterinaRate_Bd};
   return {kNewRate_Bd, kOldRate_Bd, kNewRate_Bd, kOldRate_Bd};
 }
 

@@ -15,6 +15,8 @@ namespace flexor::deploy {
 
 inline constexpr std::size_t kOptibootBegin = 0x7e00;  // new bootloader, 115200 baud
 inline constexpr int kOldRate_Bd = 57600;
+inline constexpr int kCaterinaRate_Bd =
+    57600;  // of an ATmega32U4's: over USB any would do, avrdude wants one
 inline constexpr std::size_t kOldBootloaderBegin = 0x7800;  // of Nanos before 2018, 57600 baud
 
 // An image that the bootloader of its chip, mcu_of(), can write: read_intel_hex, and nothing where the bootloader itself

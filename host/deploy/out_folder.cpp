@@ -66,7 +66,8 @@ void require_replaceable(const fs::path& path, bool is_folder) {
 
 void mark(const fs::path& path) {
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
-  if (file < 0) throw InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno)));
+  if (file < 0)
+    throw InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno)));
   close(file);
 }
 
@@ -115,7 +116,9 @@ void OutFolder::stage_what_is_there() const {
     std::error_code error;
     fs::create_directories((staging() / part.name).parent_path(), error);
     if (!error) fs::copy(folder_ / part.name, staging() / part.name, fs::copy_options::recursive, error);
-    if (error) throw io::JobError(fmt::format("{}: cannot be copied: {}", (folder_ / part.name).string(), error.message()));
+    if (error)
+      throw io::JobError(
+          fmt::format("{}: cannot be copied: {}", (folder_ / part.name).string(), error.message()));
   }
 }
 
@@ -140,7 +143,8 @@ void OutFolder::end_what_was_cut_off() const {
 void OutFolder::replace(const fs::path& staged) const {
   const fs::path old = staged / "old";
   for (const OutPart& part : kParts) {
-    if (!is_there(staged / kCleared) && is_there(folder_ / part.name)) move(folder_ / part.name, old / part.name);
+    if (!is_there(staged / kCleared) && is_there(folder_ / part.name))
+      move(folder_ / part.name, old / part.name);
   }
   mark(staged / kCleared);
   if (is_there(staged / kKeyFile)) move(staged / kKeyFile, folder_ / kKeyFile);

@@ -1,6 +1,9 @@
 #include "host/deploy/mcu.hpp"
+#include "host/deploy/wiring.hpp"
 
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "host/io/io.hpp"
 
@@ -84,6 +87,35 @@ TEST(Pins, OfAnotherChipAreRefusedByName) {
   EXPECT_EQ(refused(kAtmega32u4, "pinky=A8,a=D9"), "");
   EXPECT_EQ(refused(kAtmega32u4, "pinky=A8,a=D8"),
             "--pins: A8 and D8 are one pin of an ATmega32U4: give each a pin of its own");
+}
+
+TEST(Wiring, NamesBoardsThatHaveThePins) {
+  const auto board = [](const char* pins) {
+    return wiring_plan(pins_from_text(pins), Output::radio, 10, kAtmega328p).boards.front().board;
+  };
+  EXPECT_EQ(board("flexor"), "Arduino Nano or Uno");
+  EXPECT_EQ(board("pinky=A5"), "Arduino Nano or Uno");
+  EXPECT_EQ(board("pinky=A6"), "Arduino Nano");
+  const WiringPlan plan = wiring_plan(pins_from_text("pinky=A7"), Output::radio, 10, kAtmega328p);
+  EXPECT_EQ(plan.boards.back().board, "Arduino Nano or Uno") << "the hand's";
+  EXPECT_EQ(plan.parts.at(0).what, "Arduino Nano (ATmega328P, 16 MHz, 5 V) with its USB cable");
+  EXPECT_EQ(plan.parts.at(1).what,
+            "Arduino Nano or Uno (ATmega328P, 16 MHz, 5 V) with its USB cable, for the hand");
+}
+
+TEST(Wiring, NamesTheResistorThatIsSold) {
+  const auto resistor = [](double kohm) {
+    const auto parts = wiring_plan({}, Output::opengloves, kohm, kAtmega328p).parts;
+    return std::ranges::find_if(parts, [](const Part& p) { return p.what.starts_with("resistor"); })->what;
+  };
+  EXPECT_EQ(resistor(35),
+            "resistor 35 kOhm, 1 %, one for each strip; the nearest that is sold (E96) is 34.8 kOhm: tell "
+            "Flexor of it, "
+            "or of any other, with --set divider.fixed_kohm=34.8, here and in flexor deploy");
+  for (const double kohm : {10.0, 34.8, 47.0, 47.5, 0.1, 97.6})
+    EXPECT_EQ(resistor(kohm).find("nearest"), std::string::npos) << resistor(kohm);
+  EXPECT_NE(resistor(99).find(" is 100 kOhm"), std::string::npos) << resistor(99);
+  EXPECT_NE(resistor(0.98).find(" is 0.976 kOhm"), std::string::npos) << resistor(0.98);
 }
 
 }  // namespace

@@ -149,7 +149,9 @@ class Sender {
                                   : "the glove has a key: --key FILE, pair.key of its deployment");
     }
     if (heard)
-      throw InputError("the glove takes no models: deploy it with --model-as data and flash it once");
+      throw InputError(
+          "the glove takes no models on this line: if its model lies in flash, add --bootloader (over USB), "
+          "else deploy it with --model-as data and flash it once");
     throw JobError("nothing answers: is it the glove's port, and --baud its rate?");
   }
 

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <string_view>
 
+#include "host/deploy/key_patch.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/io/io.hpp"
 
@@ -64,10 +65,19 @@ void check(const glove::ModelRecord& record, const Glove& glove, const ModelBloc
   }
 }
 
+void check_key(const FlashContent& content, const Key& key, const std::string& name) {
+  if (!key) return;
+  const Key there = key_in(content, find_key_record(content, name));
+  if (there && std::ranges::equal(there->bytes, key->bytes)) return;
+  throw InputError(fmt::format("{} has {} key: --key FILE is that of its deployment, or is left out over USB",
+                               name, there ? "another" : "no"));
+}
+
 }  // namespace
 
 FlashContent pages_with_model(const FlashContent& content, const Glove& glove, const std::string& name) {
   const Board board = find_pages(content, name);
+  check_key(content, glove.key, name);
   const ModelBlock block = model_block(glove, 1);
   check(board.record, glove, block, name);
   const std::size_t bytes = board.record.copy_bytes;

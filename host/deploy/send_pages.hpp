@@ -10,7 +10,7 @@ namespace flexor::deploy {
 
 // What is to be written over a board's flash, whose content this is: the copy that does not run, with the next
 // generation. `name`: of the board, for errors. Throws io::InputError, one line with the mend, where the board's image
-// takes no models in flash, or has another rate or calibration, or the model is too large.
+// takes no models in flash, or has another rate, calibration or key (where the glove has one: over USB none is needed), or the model is too large.
 FlashContent pages_with_model(const FlashContent& content, const Glove& glove, const std::string& name);
 
 }  // namespace flexor::deploy

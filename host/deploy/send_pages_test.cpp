@@ -7,7 +7,9 @@
 #include <memory>
 
 #include "host/deploy/host_chain.hpp"
+#include "host/deploy/key_patch.hpp"
 #include "host/deploy/model_block.hpp"
+#include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::deploy {
@@ -149,6 +151,20 @@ TEST(SendPages, WhatDoesNotFitIsSaidWithTheMend) {
   FlashContent damaged = flash;
   damaged.bytes[kRecordAt + 10] ^= 1;
   says(damaged, good, "flash it anew");
+  Glove with_key = good;
+  with_key.key = key_from_hex("000102030405060708090a0b0c0d0e0f");
+  FlashContent guarded = flash;
+  const auto give = [&](const Key& key) {
+    const link::KeyRecord record = key_record(key);
+    std::memcpy(guarded.bytes.data(), &record, sizeof(record));
+  };
+  give({});
+  says(guarded, with_key, "the board has no key");
+  give(key_from_hex("000102030405060708090a0b0c0d0e0e"));
+  says(guarded, with_key, "the board has another key: --key FILE");
+  EXPECT_NO_THROW((void)pages_with_model(guarded, good, "the board")) << "none was given";
+  give(with_key.key);
+  EXPECT_NO_THROW((void)pages_with_model(guarded, with_key, "the board"));
   says({std::vector<std::uint8_t>(32768, 0xff), 0}, good, "--model-as data");
 }
 

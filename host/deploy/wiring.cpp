@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <stdexcept>
 
 #include "host/deploy/sources.hpp"
@@ -42,7 +44,7 @@ std::string of_pro_micro(const Pins& pins) {
 }
 
 BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm, const Mcu& mcu) {
-  BoardWiring out{"glove", mcu.boards, {}};
+  BoardWiring out{"glove", boards_with(mcu, pins), {}};
   for (std::size_t i = 0; i < kFingers; ++i) {
     out.connections.push_back({fmt::format("A{}", pins.strip[i]), "strip", finger(i),
                                fmt::format("strip to GND, {:g} kOhm to 5 V", divider_kohm)});
@@ -82,21 +84,45 @@ BoardWiring hand_board() {
   return out;
 }
 
-std::string board_part(const Mcu& mcu) {
-  return fmt::format("{} ({}, 16 MHz, 5 V) with its USB cable", mcu.boards, mcu.printed);
+std::string board_part(const Mcu& mcu, const Pins& pins) {
+  return fmt::format("{} ({}, 16 MHz, 5 V) with its USB cable", boards_with(mcu, pins), mcu.printed);
+}
+
+// The nearest of IEC 60063's series E96, three digits a decade; what is of E24 is sold as it is.
+double nearest_sold(double kohm) {
+  static constexpr std::array kOfE24Alone = {1.2, 1.6, 1.8, 2.2, 2.4, 2.7, 3.0, 3.3, 3.6,
+                                             3.9, 4.3, 4.7, 5.1, 5.6, 6.2, 6.8, 8.2, 9.1};
+  const double decade = std::pow(10, std::floor(std::log10(kohm)));
+  const auto is_it = [&](double value) { return std::abs(kohm / decade - value) < 1e-9; };
+  if (std::ranges::any_of(kOfE24Alone, is_it)) return kohm;
+  double best = 0;
+  for (int i = 0; i <= 96; ++i) {
+    const double value = std::round(100 * std::pow(10, i / 96.0)) / 100 * decade;
+    if (std::abs(value - kohm) < std::abs(best - kohm)) best = value;
+  }
+  return best;
+}
+
+std::string divider_part(double kohm) {
+  const std::string out = fmt::format("resistor {:g} kOhm, 1 %, one for each strip", kohm);
+  const double sold = nearest_sold(kohm);
+  if (std::abs(sold / kohm - 1) < 1e-6) return out;
+  return out + fmt::format(
+                   "; the nearest that is sold (E96) is {0:g} kOhm: tell Flexor of it, or of any other, with "
+                   "--set divider.fixed_kohm={0:g}, here and in flexor deploy",
+                   sold);
 }
 
 std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm, const Mcu& mcu) {
   const bool radio = output == Output::radio;
   const auto pressed = static_cast<int>(
       std::ranges::count_if(pins.button, [](const std::optional<int>& pin) { return pin.has_value(); }));
-  const bool two_kinds = radio && is_32u4(mcu);
+  const bool two_kinds = radio && boards_with(mcu, pins) != kAtmega328p.boards;
   std::vector<Part> out = {
-      {radio && !two_kinds ? 2 : 1, board_part(mcu) + (is_32u4(mcu) ? of_pro_micro(pins) : "")}};
-  if (two_kinds) out.push_back({1, board_part(kAtmega328p) + ", for the hand"});
+      {radio && !two_kinds ? 2 : 1, board_part(mcu, pins) + (is_32u4(mcu) ? of_pro_micro(pins) : "")}};
+  if (two_kinds) out.push_back({1, board_part(kAtmega328p, {}) + ", for the hand"});
   out.push_back({static_cast<int>(kFingers), "flex sensor strip, one for each finger"});
-  out.push_back(
-      {static_cast<int>(kFingers), fmt::format("resistor {:g} kOhm, 1 %, one for each strip", divider_kohm)});
+  out.push_back({static_cast<int>(kFingers), divider_part(divider_kohm)});
   if (pins.joystick) out.push_back({1, "thumb joystick: two potentiometers of 10 kOhm"});
   if (pressed > 0) out.push_back({pressed, "push button that closes; the board has the pull-ups"});
   if (!radio) return out;
@@ -110,6 +136,11 @@ std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm,
 }
 
 }  // namespace
+
+std::string boards_with(const Mcu& mcu, const Pins& pins) {
+  const bool beyond_uno = std::ranges::any_of(scan_of(pins), [](int pin) { return pin > 5; });
+  return !is_32u4(mcu) && beyond_uno ? "Arduino Nano" : mcu.boards;
+}
 
 WiringPlan wiring_plan(const Pins& pins, Output output, double divider_kohm, const Mcu& mcu) {
   WiringPlan out;

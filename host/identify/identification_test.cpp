@@ -75,6 +75,22 @@ Request with_structure(const char* structure) {
   return r;
 }
 
+// Of the fitted part: what is held out must not reach the model.
+TEST(IdentifyPoses, AModelOfOneJointKnowsItsOpenHandAndItsFist) {
+  const recording::Pair pair = simulated({50, 1, false, false});
+  for (const char* structure : {"line", "hw"}) {
+    const Identification r = identify(pair, with_structure(structure), {});
+    const auto poses = r.model.inputs.front().poses;
+    ASSERT_TRUE(poses) << structure;
+    // 5 to 15 degrees and 75 to 85 of the sensor's curve, about.
+    EXPECT_GT(poses->open, 200) << structure;
+    EXPECT_LT(poses->open, 270) << structure;
+    EXPECT_GT(poses->fist, 550) << structure;
+    EXPECT_LT(poses->fist, 690) << structure;
+    EXPECT_EQ(model::from_json(model::to_json(r.model), "m").inputs.front().poses->open, poses->open);
+  }
+}
+
 class AppliedIsScored : public testing::TestWithParam<Log> {};
 
 TEST_P(AppliedIsScored, ReadingByReadingTheAnglesAreThoseThatWereScored) {

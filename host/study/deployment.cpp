@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/deploy/model_block.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/model/wiring.hpp"
@@ -67,7 +68,7 @@ std::string strips_of(const model::Model& model) {
 using Lines = std::vector<std::pair<std::string, std::string>>;  // name and value
 
 std::string pins_of(const deploy::Glove& glove) {
-  const deploy::WiringPlan plan = deploy::wiring_plan(glove.pins, glove.output, 0, glove.mcu);
+  const deploy::WiringPlan plan = deploy::wiring_plan(glove.pins, glove.output, 1, glove.mcu);
   std::vector<std::string> out;
   for (const deploy::Connection& c : plan.boards.front().connections) {
     if (c.kind != "radio" && c.kind != "usb") out.push_back(fmt::format("{} {}", c.name, c.pin));
@@ -90,9 +91,12 @@ std::vector<std::string> joints_left_out(const deploy::Glove& glove) {
 }
 
 std::string boards_of(const Deployment& d) {
-  const auto named = [](const deploy::Mcu& mcu) { return fmt::format("{} ({})", mcu.boards, mcu.printed); };
-  if (!has_hand(d)) return named(d.glove.mcu);
-  return fmt::format("glove: {}, hand: {}", named(d.glove.mcu), named(deploy::kAtmega328p));
+  const auto named = [](const deploy::Mcu& mcu, const deploy::Pins& pins) {
+    return fmt::format("{} ({})", deploy::boards_with(mcu, pins), mcu.printed);
+  };
+  const std::string glove = named(d.glove.mcu, d.glove.pins);
+  if (!has_hand(d)) return glove;
+  return fmt::format("glove: {}, hand: {}", glove, named(deploy::kAtmega328p, {}));
 }
 
 // What a user wants to know first.
@@ -115,21 +119,47 @@ std::string flash_command(const Deployment& d, const char* board) {
   return fmt::format("flexor flash {} --board {} --port auto", d.folder, board);
 }
 
+std::string zero_words(const deploy::Glove& glove) {
+  return fmt::format(
+      "Zero the glove, whenever it is put on: press calibrate, hold the hand open for three seconds while "
+      "the "
+      "LED{} blinks slowly, then a fist for three while it blinks quickly; steady light: it is kept, "
+      "trembling: refused, try again.",
+      deploy::is_32u4(glove.mcu) ? " of USB's reception" : "");
+}
+
 std::vector<std::string> next_for_vr(const Deployment& d) {
-  return {"Wire the glove: wiring_glove.svg; parts and pins are in wiring.md.",
-          "Flash it: " + flash_command(d, "glove"),
-          fmt::format("Look: a serial monitor at {:g} baud shows {} lines a second; the number behind a "
-                      "finger's letter, A thumb to E pinky, goes from 0 to {} as it bends.",
-                      deploy::kUsbBaud, deploy::sample_rate_hz(d.glove.model), link::kGloveTop),
-          fmt::format("In the driver: USB serial, this port for the {} hand, and {} for max_analog_value.",
-                      d.glove.right_hand ? "right" : "left", link::kGloveTop)};
+  std::vector<std::string> out = {
+      "Wire the glove: wiring_glove.svg; parts and pins are in wiring.md.",
+      "Flash it: " + flash_command(d, "glove"),
+      fmt::format("Look: a serial monitor at {:g} baud shows {} lines a second; the number behind a "
+                  "finger's letter, A thumb to E pinky, goes from 0 to {} as it bends.",
+                  deploy::kUsbBaud, deploy::sample_rate_hz(d.glove.model), link::kGloveTop)};
+  if (deploy::can_zero(d.glove)) out.push_back(zero_words(d.glove));
+  out.push_back(
+      fmt::format("In the driver: USB serial, this port for the {} hand, and {} for max_analog_value.",
+                  d.glove.right_hand ? "right" : "left", link::kGloveTop));
+  return out;
+}
+
+std::string send_words(const Deployment& d) {
+  const deploy::Glove& g = d.glove;
+  return fmt::format("Another model later, without a compiler: flexor send MODEL --port auto --rate {}{}{}{}",
+                     deploy::sample_rate_hz(g.model),
+                     g.baud == 9600 ? "" : fmt::format(" --baud {:g}", g.baud),
+                     g.key ? fmt::format(" --key {}/pair.key", d.folder) : "",
+                     deploy::data_block(g).in_flash ? " --bootloader" : "");
 }
 
 std::vector<std::string> next_for_hand(const Deployment& d) {
-  return {"Wire both boards: wiring_glove.svg and wiring_hand.svg; parts and pins are in wiring.md.",
-          "Flash the glove: " + flash_command(d, "glove"),
-          "Flash the hand, with its motors' supply off: " + flash_command(d, "hand"),
-          "Look: with both boards on, bend one finger after the other: the hand's follow."};
+  std::vector<std::string> out = {
+      "Wire both boards: wiring_glove.svg and wiring_hand.svg; parts and pins are in wiring.md.",
+      "Flash the glove: " + flash_command(d, "glove"),
+      "Flash the hand, with its motors' supply off: " + flash_command(d, "hand"),
+      "Look: with both boards on, bend one finger after the other: the hand's follow."};
+  if (deploy::can_zero(d.glove)) out.push_back(zero_words(d.glove));
+  if (d.glove.model_as == deploy::ModelAs::data) out.push_back(send_words(d));
+  return out;
 }
 
 std::vector<std::string> next_of(const Deployment& d) {

@@ -151,7 +151,7 @@ struct Part {
 
 const uint8_t kBits[] FLEXOR_IN_FLASH = {1, 2, 4, 8, 16};
 static_assert(sizeof(kBits) == kStrips && kStrips == kMaxParts, "a bit for each strip and finger");
-FLEXOR_INLINE uint8_t bit(uint8_t n) { return core::Flash::byte(kBits + n); }
+FLEXOR_INLINE uint8_t bit_of(uint8_t n) { return core::Flash::byte(kBits + n); }
 
 // Where a section's run is: the states of its next operation, and where its results go.
 template <class Place>
@@ -205,7 +205,7 @@ struct Step {
     const int16_t lower = in.i16();
     const int16_t y = Saturation<int16_t>{lower, in.i16()}(u);
     m.angle[finger] = core::to_output(y, in.i8());
-    m.good = static_cast<uint8_t>(m.good | bit(finger));
+    m.good = static_cast<uint8_t>(m.good | bit_of(finger));
     return end(in, y);
   }
 
@@ -766,7 +766,7 @@ class Graph {
       const int16_t most = in.i16();
       in.at += 4;
       if (u < least || u > most) continue;
-      strips = static_cast<uint8_t>(strips | bit(first & 15));
+      strips = static_cast<uint8_t>(strips | bit_of(first & 15));
       *signal = core::refine(u, static_cast<uint8_t>(first >> 4));
     }
     return strips;

@@ -73,7 +73,9 @@ TEST(Trackers, LearnNothingFromFaultsAndPauses) {
     for (int k = 0; k < 6000; ++k) {
       const double reading = k / 100 % 2 == 0 ? 500 : fault;
       const auto corrected = trackers.step({&reading, 1}, false);
-      if (std::isfinite(fault)) EXPECT_NEAR(corrected[0], reading, 0.02);
+      if (std::isfinite(fault)) {
+        EXPECT_NEAR(corrected[0], reading, 0.02);
+      }
     }
     EXPECT_EQ(trackers.followed()[0].shift_deg, 0) << fault;
   }

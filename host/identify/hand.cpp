@@ -637,6 +637,20 @@ void fit_joints(const HandRequest& request, const std::vector<std::string>& stru
                                 });
 }
 
+// How each sensor's readings spread, over the samples of the first joint that it tells of.
+void add_readings(const HandRequest& request, const std::vector<Sampled>& samples, model::Model& model) {
+  for (model::Input& input : model.inputs) {
+    const auto joint = std::ranges::find_if(request.map, [&](const JointMap& map) {
+      return std::ranges::find(map.sensors, input.name) != map.sensors.end();
+    });
+    if (joint == request.map.end()) continue;
+    const auto sessions = sessions_of(samples, static_cast<std::size_t>(joint - request.map.begin()));
+    const auto sensor = std::ranges::find(joint->sensors, input.name) - joint->sensors.begin();
+    input.readings = readings_of(sessions, sensor);
+    input.donnings = donning_spread(sessions, sensor);
+  }
+}
+
 // Of each sensor by the joint that names it first: its own; one that is no joint's own has none.
 void add_poses(const HandRequest& request, const std::vector<Sampled>& samples, model::Model& model) {
   for (model::Input& input : model.inputs) {
@@ -654,6 +668,7 @@ void fit_model(const HandRequest& request, const std::vector<std::string>& struc
   r.model = start_model(request, files, samples);
   request.refit ? refit_joints(request, samples, r) : fit_joints(request, structures, samples, step, r);
   add_poses(request, samples, r.model);
+  add_readings(request, samples, r.model);
   std::erase_if(r.model.inputs, [&](const model::Input& input) {
     return std::ranges::none_of(r.model.blocks, [&](const auto& block) {
       return std::ranges::find(block.from, input.name) != block.from.end();

@@ -479,6 +479,7 @@ Identification identify(recording::Pair pair, const Request& request, const Prog
   r.fit_seconds = fitted.seconds;
   take(fitted, r);
   add_poses({{data.input, data.angle_deg, data.use}}, 0, data.period_s, r.model.inputs.front());
+  r.model.inputs.front().readings = readings_of({{data.input, data.angle_deg, data.use}}, 0);
 
   std::vector<std::uint8_t> use = data.use;
   use.resize(a.size(), 0);

@@ -1,11 +1,72 @@
 #include "host/identify/poses.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "host/identify/robust.hpp"
 #include "host/model/tracking.hpp"
 
 namespace flexor::identify {
+
+namespace {
+
+constexpr std::array kShares = {0.02, 0.1, 0.5, 0.9, 0.98};
+
+// Of one session; empty where nothing moved.
+std::vector<double> quantiles(const Session& session, Eigen::Index sensor) {
+  std::vector<double> readings;
+  for (Eigen::Index k = 0; k < session.input.rows(); ++k) {
+    if (session.use[static_cast<std::size_t>(k)]) readings.push_back(session.input(k, sensor));
+  }
+  if (readings.empty()) return {};
+  std::ranges::sort(readings);
+  std::vector<double> out;
+  for (const double share : kShares) out.push_back(quantile(readings, share));
+  if (out.front() == out.back()) return {};
+  return out;
+}
+
+std::vector<std::vector<double>> all_quantiles(const std::vector<Session>& sessions, Eigen::Index sensor) {
+  std::vector<std::vector<double>> out;
+  for (const Session& session : sessions) {
+    if (auto one = quantiles(session, sensor); !one.empty()) out.push_back(std::move(one));
+  }
+  return out;
+}
+
+double standard_deviation(const std::vector<double>& values) {
+  double mean = 0;
+  for (const double v : values) mean += v / static_cast<double>(values.size());
+  double sum = 0;
+  for (const double v : values) sum += (v - mean) * (v - mean);
+  return std::sqrt(sum / static_cast<double>(values.size() - 1));
+}
+
+}  // namespace
+
+std::optional<model::Spread> readings_of(const std::vector<Session>& sessions, Eigen::Index sensor) {
+  const auto all = all_quantiles(sessions, sensor);
+  if (all.empty()) return {};
+  model::Spread out{{kShares.begin(), kShares.end()}, std::vector<double>(kShares.size(), 0)};
+  for (const auto& one : all) {
+    for (std::size_t i = 0; i < one.size(); ++i) out.reading[i] += one[i] / static_cast<double>(all.size());
+  }
+  return out;
+}
+
+std::optional<model::DonningSpread> donning_spread(const std::vector<Session>& sessions, Eigen::Index sensor) {
+  const auto all = all_quantiles(sessions, sensor);
+  if (all.size() < 2) return {};
+  std::vector<double> middle;
+  std::vector<double> log_span;
+  for (const auto& one : all) {
+    middle.push_back((one.front() + one.back()) / 2);
+    log_span.push_back(std::log(one.back() - one.front()));
+  }
+  return model::DonningSpread{static_cast<int>(all.size()), standard_deviation(middle),
+                              standard_deviation(log_span)};
+}
 
 std::optional<model::Poses> poses_of(const std::vector<Session>& sessions, Eigen::Index sensor) {
   constexpr double kEnd = 0.1;

@@ -1,4 +1,5 @@
-// What a sensor reads at the open hand and at the fist: for a glove that is zeroed without a computer.
+// What a sensor reads where the model is made: at the open hand and at the fist, for a glove that is zeroed without a
+// computer, and how its readings spread, for one that is calibrated anew (host/donning).
 #pragma once
 
 #include <optional>
@@ -16,5 +17,13 @@ std::optional<model::Poses> poses_of(const std::vector<Session>& sessions, Eigen
 // Poses and turns of the input, whose readings are `sensor` of the sessions, where they lie in its valid range.
 void add_poses(const std::vector<Session>& sessions, Eigen::Index sensor, double sample_period_s,
                model::Input& input);
+
+// Quantiles of the readings of `sensor` in the samples that count, their mean over the sessions. None where the sensor
+// hardly reads two values.
+std::optional<model::Spread> readings_of(const std::vector<Session>& sessions, Eigen::Index sensor);
+
+// What the sessions' own quantiles say of how donnings differ: the shift of their middles and the logarithm of the ratio of
+// their spans. None of fewer than two sessions.
+std::optional<model::DonningSpread> donning_spread(const std::vector<Session>& sessions, Eigen::Index sensor);
 
 }  // namespace flexor::identify

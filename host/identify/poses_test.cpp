@@ -39,5 +39,25 @@ TEST(Poses, AreNoneWhereTheSensorSaysNothingOrAPoseIsMissing) {
   EXPECT_FALSE(poses_of({}, 0));
 }
 
+TEST(Readings, SpreadAsTheSensorReadWhateverASpikeSays) {
+  const auto readings = readings_of({bends(5000)}, 0);
+  ASSERT_TRUE(readings);
+  EXPECT_NEAR(readings->reading.front(), 300, 5);
+  EXPECT_NEAR(readings->reading.back(), 700, 5);
+  EXPECT_NEAR(readings->reading[2], 500, 20);
+  EXPECT_FALSE(readings_of({bends()}, 1)) << "it never moved";
+}
+
+TEST(Readings, OfSeveralSessionsSayHowDonningsDiffer) {
+  Session shifted = bends();
+  shifted.input.array() += 40;
+  EXPECT_FALSE(donning_spread({bends()}, 0));
+  const auto spread = donning_spread({bends(), shifted}, 0);
+  ASSERT_TRUE(spread);
+  EXPECT_EQ(spread->recordings, 2);
+  EXPECT_NEAR(spread->shift_sd, 40 / std::sqrt(2.0), 1e-9);
+  EXPECT_NEAR(spread->log_gain_sd, 0, 1e-9);
+}
+
 }  // namespace
 }  // namespace flexor::identify

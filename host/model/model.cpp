@@ -31,6 +31,18 @@ Input read_input(Reader& reader) {
   };
   input.poses = poses("poses");
   input.turns = poses("turns");
+  if (reader.has("readings")) {
+    Reader readings(reader.member("readings"), reader.place() + ": readings");
+    input.readings = {readings.numbers("share"), readings.numbers("reading")};
+    readings.done();
+  }
+  if (reader.has("donnings")) {
+    Reader donnings(reader.member("donnings"), reader.place() + ": donnings");
+    input.donnings = {donnings.whole_within("recordings", 2, 1000000),
+                      donnings.number_within("shift_sd", 0, kMaxSignal),
+                      donnings.number_within("log_gain_sd", 0, 10)};
+    donnings.done();
+  }
   reader.done();
   return input;
 }
@@ -77,6 +89,13 @@ Json input_json(const Input& input) {
                {"strip", input.strip}, {"valid_min", input.valid_min}, {"valid_max", input.valid_max}};
   if (input.poses) json["poses"] = {{"open", input.poses->open}, {"fist", input.poses->fist}};
   if (input.turns) json["turns"] = {{"open", input.turns->open}, {"fist", input.turns->fist}};
+  if (input.readings)
+    json["readings"] = {{"share", input.readings->share}, {"reading", input.readings->reading}};
+  if (input.donnings) {
+    json["donnings"] = {{"recordings", input.donnings->recordings},
+                        {"shift_sd", input.donnings->shift_sd},
+                        {"log_gain_sd", input.donnings->log_gain_sd}};
+  }
   return json;
 }
 
@@ -118,6 +137,19 @@ void check_poses(const Input& input, const std::optional<Poses>& poses, const ch
                 fmt::format("{}: \"open\" and \"fist\" must be two readings within the valid range", name));
 }
 
+void check_readings(const Input& input) {
+  if (!input.readings) return;
+  const auto& [share, reading] = *input.readings;
+  const Place place{fmt::format("{}: input", input.name), 0};
+  place.require(share.size() >= 2 && share.size() == reading.size() && share.size() <= kMaxKnots,
+                fmt::format("readings: 2 to {} shares, and as many readings", kMaxKnots));
+  place.readings(reading);
+  const bool rising = std::ranges::is_sorted(reading) && reading.back() > reading.front();
+  const bool shares = share.front() > 0 && share.back() < 1 &&
+                      std::ranges::is_sorted(share, std::ranges::less_equal());
+  place.require(rising && shares, "readings: \"share\" must increase between 0 and 1, \"reading\" with it");
+}
+
 void check_input(const Input& input) {
   check_name(input.name, "input");
   const Place place{fmt::format("{}: input", input.name), 0};
@@ -134,6 +166,7 @@ void check_input(const Input& input) {
                 fmt::format("valid_min and valid_max must be at least {:.3g} apart", least));
   check_poses(input, input.poses, "poses");
   check_poses(input, input.turns, "turns");
+  check_readings(input);
 }
 
 void check_accuracy(const Place& place, const Accuracy& accuracy) {

@@ -3,7 +3,9 @@
 // JSON: {"schema": "flexor-model", "schema_version": 2, "written_by", "name", "description",
 //        "sample_period_s", "max_gap_s" (may be left out),
 //        "inputs": [{"name", "column", "unit", "strip", "valid_min", "valid_max",
-//                    "poses": {"open", "fist"}, "turns": {"open", "fist"} (both may be left out)}],   a sensor's signal each
+//                    "poses": {"open", "fist"}, "turns": {"open", "fist"}, "readings": {"share": [], "reading": []},
+//                    "donnings": {"recordings", "shift_sd", "log_gain_sd"}   (these four may be left out)
+//                   }],   a sensor's signal each
 //        "blocks": [{"type", "from": "signal" or ["signal", ...], "to": "signal", ...}],
 //        "joints": [{"name", "from", "rest_deg", "accuracy": {"angle_deg": [], "standard_error_deg": []} (may be left out)}],
 //        "training": {...}, "fit": {...}}
@@ -38,6 +40,25 @@ struct Poses {
   bool operator==(const Poses&) const = default;
 };
 
+// What a sensor read where the model was made: `reading[i]` was not exceeded by `share[i]` of the samples. What later
+// recordings are compared with.
+struct Spread {
+  std::vector<double> share;    // increasing, between 0 and 1
+  std::vector<double> reading;  // not decreasing, the last above the first
+  double span() const { return reading.back() - reading.front(); }
+  double middle() const { return (reading.back() + reading.front()) / 2; }
+  bool operator==(const Spread&) const = default;
+};
+
+// How the recordings of a model of several differ in what a sensor reads: standard deviations over them, of the shift in
+// the input's unit and of the logarithm of the gain.
+struct DonningSpread {
+  int recordings = 0;  // two or more
+  double shift_sd = 0;
+  double log_gain_sd = 0;
+  bool operator==(const DonningSpread&) const = default;
+};
+
 struct Input {
   std::string name;    // of its signal
   std::string column;  // the recording's column that feeds it; empty: the one called like it
@@ -47,6 +68,8 @@ struct Input {
   double valid_max = 1023;
   std::optional<Poses> poses = {};
   std::optional<Poses> turns = {};  // where whole bends turn, as a tracker sees them (tracking.hpp)
+  std::optional<Spread> readings = {};
+  std::optional<DonningSpread> donnings = {};
   bool operator==(const Input&) const = default;
 };
 

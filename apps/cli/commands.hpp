@@ -29,6 +29,7 @@ void add_track(CLI::App& app);
 void add_twin(CLI::App& app);
 void add_identify(CLI::App& app);
 void add_apply(CLI::App& app);
+void add_recalibrate(CLI::App& app);
 void add_report(CLI::App& app);
 void add_score(CLI::App& app);
 void add_send(CLI::App& app);

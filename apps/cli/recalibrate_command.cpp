@@ -1,0 +1,99 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "apps/cli/commands.hpp"
+#include "host/donning/recalibrate_files.hpp"
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+
+namespace flexor::cli {
+namespace {
+
+struct Options {
+  donning::FileRequest request;
+  std::vector<std::string> poses;  // list, log
+  std::vector<std::string> pair;   // glove, camera
+  std::string out;
+  bool json = false;
+};
+
+void show(const donning::Recalibration& r, const std::string& out) {
+  for (const std::string& note : r.notes) log("note: " + note);
+  print(fmt::format("{:<16}{:>18}{:>20}\n", "", "angles change by", "uncertain by"));
+  for (const donning::JointResult& joint : r.joints)
+    print(fmt::format("{:<16}{:>14.1f} deg{:>13.1f} deg\n", joint.name, joint.change_deg, joint.se_deg));
+  print("\n");
+  for (const donning::SensorResult& s : r.sensors) {
+    if (!s.applied) {
+      print(fmt::format("kept: {}\n", s.kept));
+      continue;
+    }
+    print(fmt::format("corrected: {}: {:.4g} times its reading {:+.4g} (+- {:.2g})\n", s.name, s.correction.gain,
+                      s.correction.shift, s.shift_se));
+  }
+  if (r.applied) return print(fmt::format("model    {}\n", out));
+  print(fmt::format("model    {}, the old calibration\n", out));
+}
+
+std::vector<std::string> listed(const std::string& text) {
+  std::vector<std::string> out;
+  for (std::size_t at = 0; at <= text.size();) {
+    const std::size_t end = std::min(text.find(',', at), text.size());
+    out.push_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return out;
+}
+
+void run(Options& o) {
+  if (!o.poses.empty()) {
+    o.request.poses = listed(o.poses.at(0));
+    o.request.poses_log = o.poses.at(1);
+  }
+  if (!o.pair.empty()) {
+    o.request.pair_sensor = o.pair.at(0);
+    o.request.pair_camera = o.pair.at(1);
+  }
+  io::require_writable(o.out);
+  const std::string old = io::read_file(o.request.model);
+  const donning::Recalibration r = donning::recalibrate_files(o.request);
+  // Where nothing is applied the very bytes: what was signed, compared or committed stays as it was.
+  io::write_file(o.out, r.applied ? model::to_json(r.model) : old);
+  if (o.json) return print(io::dump(to_json(r)));
+  show(r, o.out);
+}
+
+}  // namespace
+
+void add_recalibrate(CLI::App& app) {
+  auto o = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("recalibrate", "Fit a model's sensors anew to a glove that was put on again");
+  command->footer(
+      "All evidence goes into one estimate. Without a camera a finger counts once it was opened and closed\n"
+      "over its whole range (three turns of 30 degrees). What the evidence does not tell stays as it was, and\n"
+      "what it lacks is said.");
+  command->add_option("model", o->request.model, "model document")->required();
+  command->add_option("--recording", o->request.recording, "log of ten to thirty seconds of ordinary motion");
+  command
+      ->add_option("--poses", o->poses,
+                   "POSES LOG: a log in which poses are held for two seconds each, and their order: open,fist")
+      ->expected(2)
+      ->type_name("POSES LOG");
+  command->add_option("--pair", o->pair, "GLOVE CAMERA: seconds with measured angles of some of the joints")
+      ->expected(2)
+      ->type_name("GLOVE CAMERA");
+  command->add_option("--map", o->request.map,
+                      "with --pair: columns of the joints' angles, index=COLUMN,... (default: by name)");
+  command->add_option("--input", o->request.inputs,
+                      "columns of the logs, one for each of the model's inputs (default: those in the model)");
+  command->add_option("--time-unit", o->request.time_unit, kTimeUnitHelp);
+  command->add_option("--prior", o->request.prior,
+                      "how donnings of this glove differ, as flexor donning writes it (default: the shipped one)");
+  command->add_option("--out", o->out, "write the new model document here")->required();
+  command->add_flag("--json", o->json, "one JSON object on standard output");
+  command->callback([o] { run(*o); });
+}
+
+}  // namespace flexor::cli

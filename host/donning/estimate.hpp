@@ -1,0 +1,86 @@
+// Where sensors lie and how far they reach since a glove was put on anew: the most probable line of each, from whatever
+// evidence there is.
+//
+//   made = middle + e^g (reading - middle) + s span
+// `made` is what the sensor read where the model was made, `middle` and `span` are those of its readings there. s ~ N(0,
+// shift_sd^2), g ~ N(0, log_gain_sd^2); each piece of evidence adds rows of the form error = J (s, g, ...) + N(0, 1), and
+// the maximum a posteriori is their least-squares solution, by QR of the stacked rows, again and again where they bend.
+// Source: S. Kay, Fundamentals of Statistical Signal Processing (1993), 11.5 (MAP of linear models).
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "host/donning/prior.hpp"
+#include "host/donning/window.hpp"
+#include "host/model/correction.hpp"
+#include "host/model/model.hpp"
+
+namespace flexor::donning {
+
+// Of one sensor, in spans and as a logarithm.
+struct Line {
+  double shift = 0;
+  double log_gain = 0;
+};
+
+model::Correction correction_of(const Line& line, const model::Spread& made);
+
+// Rows of evidence, each with a standard deviation of one; two columns for each sensor, then those of what else is unknown.
+struct Rows {
+  Eigen::MatrixXd jacobian;
+  Eigen::VectorXd error;  // at the lines that were asked about
+};
+
+// A reading of one sensor now, and what it would have been where the model was made; standard error in spans.
+struct Sighting {
+  std::size_t sensor = 0;
+  double reading = 0;
+  double made = 0;
+  double error = 0;
+};
+
+class Evidence {
+ public:
+  virtual ~Evidence() = default;
+  // Unknowns of its own, of unit variance.
+  virtual Eigen::Index unknowns() const { return 0; }
+  virtual Rows rows(const std::vector<Line>& lines, const Eigen::VectorXd& own) const = 0;
+};
+
+// Held poses.
+class Sightings : public Evidence {
+ public:
+  Sightings(std::vector<Sighting> sightings, const std::vector<model::Spread>& made)
+      : sightings_(std::move(sightings)), made_(made) {}
+  Rows rows(const std::vector<Line>& lines, const Eigen::VectorXd& own) const override;
+
+ private:
+  std::vector<Sighting> sightings_;
+  std::vector<model::Spread> made_;
+};
+
+// The quantiles of a stretch of motion, against those of the motion that the model was made from. Another motion lies
+// elsewhere by motion_sd, reaches less or farther by as much as donnings stretch a sensor (so that motion alone never tells
+// a gain), each quantile has reach_sd of its own, and what it lacks of the span may lack on either side.
+class Quantiles : public Evidence {
+ public:
+  Quantiles(std::size_t sensor, Window window, model::Spread made, const Prior& prior);
+  Rows rows(const std::vector<Line>& lines, const Eigen::VectorXd& own) const override;
+
+ private:
+  std::size_t sensor_;
+  Window window_;
+  model::Spread made_;
+  Eigen::MatrixXd whitening_;  // lower triangle of the covariance's Cholesky factor
+};
+
+struct Estimate {
+  std::vector<Line> line;
+  Eigen::MatrixXd covariance;  // of shift and logarithm of the gain, sensor after sensor; of all that is unknown
+  std::vector<std::uint8_t> gain_told;  // the evidence narrows the gain; else it stays as it is
+};
+
+Estimate estimate(const std::vector<Prior>& priors, const std::vector<const Evidence*>& evidence);
+
+}  // namespace flexor::donning

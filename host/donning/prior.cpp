@@ -1,0 +1,66 @@
+#include "host/donning/prior.hpp"
+
+#include <cmath>
+
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+
+namespace flexor::donning {
+namespace {
+
+constexpr const char* kPriorSchema = "flexor-donning-prior";
+constexpr int kPriorVersion = 1;
+constexpr double kGeneralWeight = 4;  // recordings
+constexpr double kLeastSd = 1e-4;
+constexpr double kMostSd = 10;
+
+double pooled(double general, double own, int recordings) {
+  const double freedom = recordings - 1;
+  return std::sqrt((kGeneralWeight * general * general + freedom * own * own) / (kGeneralWeight + freedom));
+}
+
+}  // namespace
+
+Prior shipped_prior() { return {14, 0.18, 0.13, 0.05, 0.05}; }
+
+Prior prior_from_json(const std::string& text, const std::string& source) {
+  const auto json = io::parse_json(text, source);
+  io::JsonReader reader(json, source);
+  if (reader.text("schema") != kPriorSchema)
+    reader.fail(fmt::format("not a prior of donnings: \"schema\" must be \"{}\"", kPriorSchema));
+  (void)reader.whole_within("schema_version", kPriorVersion, kPriorVersion);
+  Prior out;
+  out.sessions = reader.whole_within("sessions", 0, 1000000);
+  out.shift_sd = reader.number_within("shift_sd", kLeastSd, kMostSd);
+  out.log_gain_sd = reader.number_within("log_gain_sd", kLeastSd, kMostSd);
+  out.motion_sd = reader.number_within("motion_sd", kLeastSd, kMostSd);
+  out.reach_sd = reader.number_within("reach_sd", kLeastSd, kMostSd);
+  reader.done();
+  return out;
+}
+
+Prior load_prior(const std::filesystem::path& path) {
+  return prior_from_json(io::read_file(path), path.string());
+}
+
+std::string to_json(const Prior& prior) {
+  return io::dump({{"schema", kPriorSchema},
+                   {"schema_version", kPriorVersion},
+                   {"sessions", prior.sessions},
+                   {"shift_sd", prior.shift_sd},
+                   {"log_gain_sd", prior.log_gain_sd},
+                   {"motion_sd", prior.motion_sd},
+                   {"reach_sd", prior.reach_sd}});
+}
+
+Prior prior_of(const model::Input& input, const Prior& general) {
+  if (!input.donnings || !input.readings) return general;
+  Prior out = general;
+  const double span = input.readings->span();
+  const int recordings = input.donnings->recordings;
+  out.shift_sd = pooled(general.shift_sd, input.donnings->shift_sd / span, recordings);
+  out.log_gain_sd = pooled(general.log_gain_sd, input.donnings->log_gain_sd, recordings);
+  return out;
+}
+
+}  // namespace flexor::donning

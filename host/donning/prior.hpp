@@ -1,0 +1,34 @@
+// How donnings differ, before anything of a new one is seen. Lengths are shares of a sensor's span: from the reading that
+// 2 % of its samples do not exceed to that of 98 %.
+//
+// {"schema": "flexor-donning-prior", "schema_version": 1, "sessions", "shift_sd", "log_gain_sd", "motion_sd", "reach_sd"}
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "host/model/model.hpp"
+
+namespace flexor::donning {
+
+struct Prior {
+  int sessions = 0;        // that it was learnt from
+  double shift_sd = 0;     // of where a sensor's readings lie
+  double log_gain_sd = 0;  // of how far apart they lie
+  // What the quantiles of another stretch of motion differ by though nothing was put on anew:
+  double motion_sd = 0;  // all together
+  double reach_sd = 0;   // each end by itself, besides
+};
+
+// Of 14 sessions of three-finger gloves over 4.5 months: docs/donning.md says how it was learnt.
+Prior shipped_prior();
+
+// Throws io::InputError naming file and place.
+Prior prior_from_json(const std::string& text, const std::string& source);
+Prior load_prior(const std::filesystem::path& path);
+std::string to_json(const Prior& prior);
+
+// Of one sensor: what the model's own recordings say, weighed against `general` as if that were four of them.
+Prior prior_of(const model::Input& input, const Prior& general);
+
+}  // namespace flexor::donning

@@ -1,0 +1,299 @@
+#include "host/donning/recalibrate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "host/donning/camera_evidence.hpp"
+#include "host/donning/pose_evidence.hpp"
+#include "host/donning/still_map.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::donning {
+namespace {
+
+constexpr int kWholeCycle = 3;         // turns
+constexpr double kTurn_deg = 30;
+constexpr double kMostTurn = 0.5;      // of the span, where the joint moves little
+constexpr double kLeastCovered = 0.6;  // of the span
+constexpr double kMostCovered = 1.7;
+constexpr double kStandsStill = 0.01;
+constexpr double kSlipped = 0.3;
+constexpr double kSignificant = 1;     // standard errors
+constexpr double kFarthest = 3;        // of the prior's standard deviations
+constexpr std::size_t kLeastSamples = 20;
+
+// What is known of one sensor before the estimate.
+struct Case {
+  Prior prior;
+  model::Spread made;
+  double turn = 0;
+  Window window;
+  bool informed = false;
+  std::string misfit;
+  std::string wanted;
+};
+
+model::Spread spread_of(const model::Model& model, std::size_t i) {
+  const model::Input& input = model.inputs[i];
+  if (input.readings) return *input.readings;
+  if (!input.poses) {
+    throw io::InputError(fmt::format(
+        "{}: the model does not say what this sensor read where it was made: identify it anew with this version",
+        input.name));
+  }
+  const auto [low, high] = std::minmax(input.poses->open, input.poses->fist);
+  return {{0.05, 0.95}, {low, high}};
+}
+
+double turn_of(const model::Model& model, std::size_t i) {
+  double most_deg = 0;
+  for (const double range : ranges_deg(model, i)) most_deg = std::max(most_deg, range);
+  const double span = model.inputs[i].readings->span();
+  return span * (most_deg > kTurn_deg / kMostTurn ? kTurn_deg / most_deg : kMostTurn);
+}
+
+std::vector<Case> cases_of(model::Model& model, const Prior& prior) {
+  std::vector<Case> out;
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) model.inputs[i].readings = spread_of(model, i);
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    Case& one = out.emplace_back();
+    one.prior = prior_of(model.inputs[i], prior);
+    one.made = *model.inputs[i].readings;
+    one.turn = turn_of(model, i);
+  }
+  return out;
+}
+
+Window window_of(const Case& one, std::span<const double> readings, double period_s) {
+  return donning::window_of(readings, period_s, one.made.share, one.turn);
+}
+
+// Whether the stretch tells this sensor; else what is wrong with it or what is wanted.
+bool judge(const std::string& name, Case& one, std::span<const double> readings) {
+  const double covered = one.window.span() / one.made.span();
+  if (one.window.reversals < kWholeCycle) {
+    const double little = std::max(one.turn / 5, kStandsStill * one.made.span());
+    if (covered < kStandsStill) {
+      one.misfit = fmt::format("{}: it stands still at {:.4g}: is it plugged in, is its strip whole, was it bent?",
+                               name, one.window.middle());
+    } else if (covered < kSlipped && reversals_of(readings, little) >= 2 * kWholeCycle) {
+      one.misfit = fmt::format(
+          "{}: it moves between {:.4g} and {:.4g} only, {:.0f} % of what it did: has its strip slipped or broken?",
+          name, one.window.quantile.front(), one.window.quantile.back(), 100 * covered);
+    }
+    one.wanted = fmt::format("{}: open and close it once more: {} of {} turns of {:g} degrees were seen", name,
+                             one.window.reversals, kWholeCycle, kTurn_deg);
+    return false;
+  }
+  if (covered < kLeastCovered) {
+    one.wanted = fmt::format("{}: bend it from one end to the other: {:.0f} % of its range was seen", name,
+                             100 * covered);
+    return false;
+  }
+  if (covered > kMostCovered) {
+    one.misfit = fmt::format(
+        "{}: it moves {:.1f} times as far as where the model was made: another strip or another hand?", name,
+        covered);
+    return false;
+  }
+  return true;
+}
+
+void look_at_motion(const Request& request, std::vector<Case>& cases) {
+  if (!request.motion) return;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const std::vector<double>& readings = request.motion->reading[i];
+    const std::string& name = request.model.inputs[i].name;
+    if (readings.size() < kLeastSamples) {
+      cases[i].misfit = fmt::format("{}: hardly any reading of it is valid: is it plugged in?", name);
+      cases[i].wanted = fmt::format("{}: readings within {:g} and {:g}", name, request.model.inputs[i].valid_min,
+                                    request.model.inputs[i].valid_max);
+      continue;
+    }
+    cases[i].window = window_of(cases[i], readings, request.model.sample_period_s);
+    cases[i].informed = judge(name, cases[i], readings);
+  }
+}
+
+// Of a stretch's halves those that show a whole cycle lie nearer to where the model was made than before.
+bool halves_agree(const Case& one, const std::vector<double>& readings, double period_s,
+                  const model::Correction& correction) {
+  const std::span all(readings);
+  const std::size_t half = all.size() / 2;
+  for (const auto part : {all.first(half), all.subspan(half)}) {
+    if (part.size() < kLeastSamples) continue;
+    const Window w = window_of(one, part, period_s);
+    if (w.reversals < kWholeCycle || w.span() < kLeastCovered * one.made.span()) continue;
+    double before = 0;
+    double after = 0;
+    for (std::size_t i = 0; i < w.quantile.size(); ++i) {
+      before += std::abs(one.made.reading[i] - w.quantile[i]);
+      after += std::abs(one.made.reading[i] - correction(w.quantile[i]));
+    }
+    if (after >= before) return false;
+  }
+  return true;
+}
+
+struct Variances {
+  double shift;
+  double log_gain;
+  double both;
+
+  // Of what a reading so far from the middle is taken for; in spans.
+  double at(double place) const { return shift + 2 * place * both + place * place * log_gain; }
+};
+
+Variances variances(const Estimate& e, std::size_t i) {
+  const auto at = 2 * static_cast<Eigen::Index>(i);
+  return {e.covariance(at, at), e.covariance(at + 1, at + 1), e.covariance(at, at + 1)};
+}
+
+bool significant(const Estimate& e, std::size_t i) {
+  const Variances v = variances(e, i);
+  const Line& line = e.line[i];
+  if (std::abs(line.shift) > kSignificant * std::sqrt(v.shift)) return true;
+  return e.gain_told[i] && std::abs(line.log_gain) > kSignificant * std::sqrt(v.log_gain);
+}
+
+// Why a sensor stays as it is; empty: it is corrected.
+std::string reason_to_keep(const Request& request, const Estimate& e, Case& one, std::size_t i, bool seen_helps) {
+  const std::string& name = request.model.inputs[i].name;
+  if (!one.misfit.empty()) return one.misfit;
+  if (!one.informed) return one.wanted;
+  const Line& line = e.line[i];
+  if (std::abs(line.shift) > kFarthest * one.prior.shift_sd ||
+      std::abs(line.log_gain) > kFarthest * one.prior.log_gain_sd) {
+    one.misfit = fmt::format(
+        "{}: it lies {:.0f} % of its range off, farther than putting on a glove moves it: has its strip moved, or is "
+        "this another hand?",
+        name, 100 * std::abs(line.shift));
+    return one.misfit;
+  }
+  if (!significant(e, i)) return fmt::format("{}: it reads as it did where the model was made", name);
+  const bool motion_counts = request.motion && one.window.reversals >= kWholeCycle;
+  if (!seen_helps || (motion_counts && !halves_agree(one, request.motion->reading[i],
+                                                     request.model.sample_period_s,
+                                                     correction_of(line, one.made))))
+    return fmt::format("{}: the old calibration is kept: on what was held back the new one is no better", name);
+  return {};
+}
+
+// What a joint's angles change by, and the standard error that is left, over the parts of each sensor's spread.
+std::vector<JointResult> joints_of(const model::Model& old, const std::vector<Case>& cases, const Estimate& e,
+                                   const std::vector<SensorResult>& sensors) {
+  std::vector<JointResult> out(old.joints.size());
+  std::vector<double> square(out.size(), 0);
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const auto all = slopes(old, i);
+    const Variances v = variances(e, i);
+    for (std::size_t j = 0; j < out.size(); ++j) {
+      const auto parts = static_cast<double>(all[j].size());
+      for (std::size_t k = 0; k < all[j].size(); ++k) {
+        const double place = (static_cast<double>(k) + 0.5) / parts - 0.5;
+        const double slope = all[j][k] * cases[i].made.span();
+        square[j] += slope * slope * v.at(place) / parts;
+        const double reading = cases[i].made.middle() + place * cases[i].made.span();
+        out[j].change_deg += all[j][k] * (sensors[i].correction(reading) - reading) / parts;
+      }
+    }
+  }
+  for (std::size_t j = 0; j < out.size(); ++j) {
+    out[j].name = old.joints[j].name;
+    out[j].se_deg = std::sqrt(square[j]);
+  }
+  return out;
+}
+
+std::vector<std::unique_ptr<Evidence>> evidence_of(const Request& request, std::vector<Case>& cases,
+                                                   Recalibration& out) {
+  std::vector<std::unique_ptr<Evidence>> all;
+  std::vector<model::Spread> made;
+  for (const Case& one : cases) made.push_back(one.made);
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    if (cases[i].informed) all.push_back(std::make_unique<Quantiles>(i, cases[i].window, made[i], cases[i].prior));
+  }
+  if (!request.holds.empty()) {
+    PoseReading poses = read_poses(request.model, request.holds, made);
+    out.notes.insert(out.notes.end(), poses.notes.begin(), poses.notes.end());
+    for (const Sighting& s : poses.sightings) cases[s.sensor].informed = true;
+    for (const auto& [sensor, text] : poses.misfits) cases[sensor].misfit = text;
+    all.push_back(std::make_unique<Sightings>(std::move(poses.sightings), made));
+  }
+  if (request.seen) {
+    for (const std::size_t sensor : told_by_camera(request.model, *request.seen)) cases[sensor].informed = true;
+    all.push_back(std::make_unique<CameraEvidence>(request.model, *request.seen, made, 0, 1));
+  }
+  return all;
+}
+
+Estimate estimate_of(const std::vector<Case>& cases, const std::vector<std::unique_ptr<Evidence>>& evidence,
+                     const Evidence* instead_of_last = nullptr) {
+  std::vector<Prior> priors;
+  for (const Case& one : cases) priors.push_back(one.prior);
+  std::vector<const Evidence*> all;
+  for (const auto& one : evidence) all.push_back(one.get());
+  if (instead_of_last != nullptr) all.back() = instead_of_last;
+  return estimate(priors, all);
+}
+
+// The second half of what the camera saw, by an estimate from its first.
+bool camera_agrees(const Request& request, const std::vector<Case>& cases,
+                   const std::vector<std::unique_ptr<Evidence>>& evidence) {
+  if (!request.seen) return true;
+  std::vector<model::Spread> made;
+  for (const Case& one : cases) made.push_back(one.made);
+  const CameraEvidence first(request.model, *request.seen, made, 0, 0.5);
+  const CameraEvidence second(request.model, *request.seen, made, 0.5, 1);
+  const Estimate half = estimate_of(cases, evidence, &first);
+  return second.mean_square_deg2(half.line) < second.mean_square_deg2(std::vector<Line>(cases.size()));
+}
+
+SensorResult result_of(const Request& request, const Estimate& e, const Case& one, std::size_t i) {
+  const Variances v = variances(e, i);
+  SensorResult s;
+  s.name = request.model.inputs[i].name;
+  s.shift_se = std::sqrt(v.shift) * one.made.span();
+  s.gain_se = std::sqrt(v.log_gain) * std::exp(e.line[i].log_gain);
+  s.reversals = one.window.reversals;
+  if (!one.window.quantile.empty()) s.covered = one.window.span() / one.made.span();
+  return s;
+}
+
+void check(const Request& request) {
+  if (!request.motion && request.holds.empty() && !request.seen)
+    throw io::InputError("nothing to calibrate from: --recording SHORT, --poses open,fist LOG or --pair SHORT CAMERA");
+}
+
+}  // namespace
+
+Recalibration recalibrate(const Request& request) {
+  check(request);
+  Recalibration out;
+  Request known = request;
+  std::vector<Case> cases = cases_of(known.model, request.prior);
+  look_at_motion(known, cases);
+  const auto evidence = evidence_of(known, cases, out);
+  const Estimate e = estimate_of(cases, evidence);
+  const bool seen_helps = camera_agrees(known, cases, evidence);
+  out.model = request.model;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    SensorResult s = result_of(known, e, cases[i], i);
+    s.kept = reason_to_keep(known, e, cases[i], i, seen_helps);
+    if (!cases[i].misfit.empty()) out.misfits.push_back(cases[i].misfit);
+    if (!cases[i].informed && !cases[i].wanted.empty()) out.wanted.push_back(cases[i].wanted);
+    if (s.kept.empty()) {
+      s.applied = out.applied = true;
+      s.correction = correction_of(e.line[i], cases[i].made);
+      out.model = model::corrected(std::move(out.model), i, s.correction);
+    }
+    out.sensors.push_back(std::move(s));
+  }
+  out.joints = joints_of(known.model, cases, e, out.sensors);
+  return out;
+}
+
+}  // namespace flexor::donning

@@ -1,0 +1,79 @@
+// A glove that was put on anew: the model that reads it as it was read, from whatever there is.
+//
+// Evidence: seconds of ordinary motion (quantiles of the readings), held poses (readings that are known), a camera (angles).
+// All of it goes into one estimate (estimate.hpp). Shifts come first; a gain is taken only where the evidence narrows it.
+// A stretch without angles counts only where it shows a whole cycle (three turns of 30 degrees) and most of the sensor's
+// span. What is found is taken for a sensor where it is larger than its standard error and where both halves of the stretch
+// (with a camera: the second half, of a fit to the first) agree that it helps; otherwise the sensor stays as it was.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/donning/estimate.hpp"
+#include "host/model/model.hpp"
+
+namespace flexor::donning {
+
+// Readings on the model's grid; of each input those that are good, pauses left out.
+struct Motion {
+  std::vector<std::vector<double>> reading;
+};
+
+// A held pose: the mean reading of each input.
+struct Hold {
+  bool fist = false;
+  std::vector<double> reading;
+};
+
+// Angles of joints beside the readings, every sample of the grid.
+struct Seen {
+  struct Angles {
+    std::size_t joint = 0;
+    std::vector<double> angle_deg;
+    std::vector<std::uint8_t> use;
+  };
+  std::vector<std::vector<double>> reading;  // of each input
+  std::vector<Angles> joints;
+};
+
+struct Request {
+  model::Model model;
+  Prior prior = shipped_prior();
+  std::optional<Motion> motion = {};
+  std::vector<Hold> holds = {};
+  std::optional<Seen> seen = {};
+};
+
+struct SensorResult {
+  std::string name;
+  bool applied = false;
+  model::Correction correction;  // none unless applied
+  double shift_se = 0;           // of what the sensor's middle is taken for, in its unit
+  double gain_se = 0;
+  int reversals = 0;    // of the motion
+  double covered = 0;   // of its span by the motion
+  std::string kept;     // why it was not applied
+};
+
+struct JointResult {
+  std::string name;
+  double change_deg = 0;  // of its angles, over the readings that the model was made from
+  double se_deg = 0;      // that is left
+};
+
+struct Recalibration {
+  model::Model model;  // as it was, where nothing was applied
+  bool applied = false;
+  std::vector<SensorResult> sensors;
+  std::vector<JointResult> joints;
+  std::vector<std::string> wanted;   // what the evidence lacks
+  std::vector<std::string> misfits;  // sensors that no donning explains
+  std::vector<std::string> notes;
+};
+
+// Throws io::InputError: no evidence, a model that does not say what it was made from.
+Recalibration recalibrate(const Request& request);
+
+}  // namespace flexor::donning

@@ -1,0 +1,44 @@
+#include "host/donning/window.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace flexor::donning {
+
+double quantile_of(std::span<const double> sorted, double share) {
+  const double at = share * static_cast<double>(sorted.size() - 1);
+  const auto i = static_cast<std::size_t>(at);
+  if (i + 1 >= sorted.size()) return sorted.back();
+  return sorted[i] + (at - static_cast<double>(i)) * (sorted[i + 1] - sorted[i]);
+}
+
+int reversals_of(std::span<const double> readings, double turn) {
+  int count = 0;
+  int way = 0;  // of the motion: 1 up, -1 down, 0 not known
+  double low = readings.front();
+  double high = readings.front();
+  for (const double u : readings) {
+    low = std::min(low, u);
+    high = std::max(high, u);
+    const bool down = way >= 0 && u <= high - turn;
+    const bool up = way <= 0 && u >= low + turn;
+    if (!down && !up) continue;
+    if (way != 0) ++count;
+    way = up ? 1 : -1;
+    low = high = u;
+  }
+  return count;
+}
+
+Window window_of(std::span<const double> readings, double period_s, std::span<const double> shares,
+                 double turn) {
+  std::vector<double> sorted(readings.begin(), readings.end());
+  std::ranges::sort(sorted);
+  Window out;
+  for (const double share : shares) out.quantile.push_back(quantile_of(sorted, share));
+  out.reversals = reversals_of(readings, turn);
+  out.seconds = period_s * static_cast<double>(readings.size());
+  return out;
+}
+
+}  // namespace flexor::donning

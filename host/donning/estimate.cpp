@@ -142,17 +142,39 @@ Rows Sightings::rows(const std::vector<Line>& lines, const Eigen::VectorXd&) con
   return out;
 }
 
+namespace {
+
+constexpr double kTurnSd = 0.04;  // of one turn's reading, in spans, before any was seen
+constexpr double kEndSd = 0.01;   // of a quantile there
+
+// Of the mean of turns, in spans: what they scatter by, with kTurnSd for one more turn.
+double turn_variance(const std::vector<double>& turns, double span) {
+  const auto n = static_cast<double>(turns.size());
+  double mean = 0;
+  for (const double u : turns) mean += u / n;
+  double squares = kTurnSd * kTurnSd;
+  for (const double u : turns) squares += (u - mean) * (u - mean) / (span * span);
+  return squares / std::max(1.0, n) / std::max(1.0, n);
+}
+
+}  // namespace
+
 Quantiles::Quantiles(std::size_t sensor, Window window, model::Spread made, const Prior& prior)
     : sensor_(sensor), window_(std::move(window)), made_(std::move(made)) {
   const auto n = static_cast<Eigen::Index>(made_.reading.size());
+  const double span = made_.span();
   Eigen::VectorXd place(n);  // about the middle, in spans
-  for (Eigen::Index i = 0; i < n; ++i)
-    place(i) = (made_.reading[static_cast<std::size_t>(i)] - made_.middle()) / made_.span();
-  const double lacking = std::max(0.0, 1 - window_.span() / made_.span());
+  for (Eigen::Index i = 0; i < n; ++i) place(i) = (made_.reading[static_cast<std::size_t>(i)] - made_.middle()) / span;
+  const Eigen::VectorXd low = 0.5 - place.array();
+  const Eigen::VectorXd high = 0.5 + place.array();
+  const double lacking = std::max(0.0, 1 - window_.span() / span - prior.log_gain_sd);
   const double common = prior.motion_sd * prior.motion_sd + lacking * lacking / 4;
-  const double stretch = prior.log_gain_sd * prior.log_gain_sd + lacking * lacking;
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Constant(n, n, common) + stretch * place * place.transpose();
-  covariance.diagonal().array() += prior.reach_sd * prior.reach_sd;
+  const double reach = prior.reach_sd * prior.reach_sd + lacking * lacking;
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Constant(n, n, common) + reach * place * place.transpose();
+  covariance += turn_variance(window_.turns.low, span) * low * low.transpose();
+  covariance += turn_variance(window_.turns.high, span) * high * high.transpose();
+  covariance.diagonal().array() += kEndSd * kEndSd;
+  covariance.diagonal().segment(1, n - 2).array() += prior.density_sd * prior.density_sd;
   whitening_ = covariance.llt().matrixL();
 }
 

@@ -60,9 +60,10 @@ class Sightings : public Evidence {
   std::vector<model::Spread> made_;
 };
 
-// The quantiles of a stretch of motion, against those of the motion that the model was made from. Another motion lies
-// elsewhere by motion_sd, reaches less or farther by as much as donnings stretch a sensor (so that motion alone never tells
-// a gain), each quantile has reach_sd of its own, and what it lacks of the span may lack on either side.
+// The quantiles of a stretch of motion, against those of the motion that the model was made from. Each end is known as well
+// as the turns there repeat; another motion lies elsewhere by motion_sd and reaches farther by reach_sd; what lies between
+// the ends has density_sd of its own besides; and what the stretch lacks of the span, more than a gain makes likely, may
+// lack on either side.
 class Quantiles : public Evidence {
  public:
   Quantiles(std::size_t sensor, Window window, model::Spread made, const Prior& prior);

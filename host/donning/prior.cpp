@@ -21,7 +21,7 @@ double pooled(double general, double own, int recordings) {
 
 }  // namespace
 
-Prior shipped_prior() { return {14, 0.18, 0.13, 0.05, 0.05}; }
+Prior shipped_prior() { return {14, 0.18, 0.13, 0.015, 0.06, 0.1}; }
 
 Prior prior_from_json(const std::string& text, const std::string& source) {
   const auto json = io::parse_json(text, source);
@@ -35,6 +35,7 @@ Prior prior_from_json(const std::string& text, const std::string& source) {
   out.log_gain_sd = reader.number_within("log_gain_sd", kLeastSd, kMostSd);
   out.motion_sd = reader.number_within("motion_sd", kLeastSd, kMostSd);
   out.reach_sd = reader.number_within("reach_sd", kLeastSd, kMostSd);
+  out.density_sd = reader.number_within("density_sd", kLeastSd, kMostSd);
   reader.done();
   return out;
 }
@@ -50,7 +51,8 @@ std::string to_json(const Prior& prior) {
                    {"shift_sd", prior.shift_sd},
                    {"log_gain_sd", prior.log_gain_sd},
                    {"motion_sd", prior.motion_sd},
-                   {"reach_sd", prior.reach_sd}});
+                   {"reach_sd", prior.reach_sd},
+                   {"density_sd", prior.density_sd}});
 }
 
 Prior prior_of(const model::Input& input, const Prior& general) {

@@ -1,7 +1,8 @@
 // How donnings differ, before anything of a new one is seen. Lengths are shares of a sensor's span: from the reading that
 // 2 % of its samples do not exceed to that of 98 %.
 //
-// {"schema": "flexor-donning-prior", "schema_version": 1, "sessions", "shift_sd", "log_gain_sd", "motion_sd", "reach_sd"}
+// {"schema": "flexor-donning-prior", "schema_version": 1, "sessions", "shift_sd", "log_gain_sd", "motion_sd", "reach_sd",
+//  "density_sd"}
 #pragma once
 
 #include <filesystem>
@@ -15,9 +16,10 @@ struct Prior {
   int sessions = 0;        // that it was learnt from
   double shift_sd = 0;     // of where a sensor's readings lie
   double log_gain_sd = 0;  // of how far apart they lie
-  // What the quantiles of another stretch of motion differ by though nothing was put on anew:
-  double motion_sd = 0;  // all together
-  double reach_sd = 0;   // each end by itself, besides
+  // What quantiles of another stretch of motion differ by though nothing was put on anew:
+  double motion_sd = 0;   // all together
+  double reach_sd = 0;    // the distance of the ends
+  double density_sd = 0;  // each quantile between the ends, by itself
 };
 
 // Of 14 sessions of three-finger gloves over 4.5 months: docs/donning.md says how it was learnt.

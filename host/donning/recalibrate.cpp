@@ -15,13 +15,14 @@ namespace flexor::donning {
 namespace {
 
 constexpr int kWholeCycle = 3;         // turns
+constexpr double kBothEnds = 0.85;     // of the span: then one turn less is a whole cycle
 constexpr double kTurn_deg = 30;
 constexpr double kMostTurn = 0.5;      // of the span, where the joint moves little
 constexpr double kLeastCovered = 0.6;  // of the span
 constexpr double kMostCovered = 1.7;
 constexpr double kStandsStill = 0.01;
 constexpr double kSlipped = 0.3;
-constexpr double kSignificant = 1;     // standard errors
+constexpr double kSignificant = 0.7;   // standard errors
 constexpr double kFarthest = 3;        // of the prior's standard deviations
 constexpr std::size_t kLeastSamples = 20;
 
@@ -67,25 +68,29 @@ std::vector<Case> cases_of(model::Model& model, const Prior& prior) {
   return out;
 }
 
-Window window_of(const Case& one, std::span<const double> readings, double period_s) {
-  return donning::window_of(readings, period_s, one.made.share, one.turn);
+Window window_of(const Case& one, std::span<const double> readings) {
+  return donning::window_of(readings, one.made.share, one.turn);
+}
+
+bool whole_cycle(const Window& w, const model::Spread& made) {
+  return w.turns.count() >= kWholeCycle - (w.span() >= kBothEnds * made.span() ? 1 : 0);
 }
 
 // Whether the stretch tells this sensor; else what is wrong with it or what is wanted.
 bool judge(const std::string& name, Case& one, std::span<const double> readings) {
   const double covered = one.window.span() / one.made.span();
-  if (one.window.reversals < kWholeCycle) {
+  if (!whole_cycle(one.window, one.made)) {
     const double little = std::max(one.turn / 5, kStandsStill * one.made.span());
     if (covered < kStandsStill) {
       one.misfit = fmt::format("{}: it stands still at {:.4g}: is it plugged in, is its strip whole, was it bent?",
                                name, one.window.middle());
-    } else if (covered < kSlipped && reversals_of(readings, little) >= 2 * kWholeCycle) {
+    } else if (covered < kSlipped && turns_of(readings, little).count() >= 2 * kWholeCycle) {
       one.misfit = fmt::format(
           "{}: it moves between {:.4g} and {:.4g} only, {:.0f} % of what it did: has its strip slipped or broken?",
           name, one.window.quantile.front(), one.window.quantile.back(), 100 * covered);
     }
     one.wanted = fmt::format("{}: open and close it once more: {} of {} turns of {:g} degrees were seen", name,
-                             one.window.reversals, kWholeCycle, kTurn_deg);
+                             one.window.turns.count(), kWholeCycle, kTurn_deg);
     return false;
   }
   if (covered < kLeastCovered) {
@@ -113,26 +118,22 @@ void look_at_motion(const Request& request, std::vector<Case>& cases) {
                                     request.model.inputs[i].valid_max);
       continue;
     }
-    cases[i].window = window_of(cases[i], readings, request.model.sample_period_s);
+    cases[i].window = window_of(cases[i], readings);
     cases[i].informed = judge(name, cases[i], readings);
   }
 }
 
 // Of a stretch's halves those that show a whole cycle lie nearer to where the model was made than before.
-bool halves_agree(const Case& one, const std::vector<double>& readings, double period_s,
+bool halves_agree(const Case& one, const std::vector<double>& readings,
                   const model::Correction& correction) {
   const std::span all(readings);
   const std::size_t half = all.size() / 2;
   for (const auto part : {all.first(half), all.subspan(half)}) {
     if (part.size() < kLeastSamples) continue;
-    const Window w = window_of(one, part, period_s);
-    if (w.reversals < kWholeCycle || w.span() < kLeastCovered * one.made.span()) continue;
-    double before = 0;
-    double after = 0;
-    for (std::size_t i = 0; i < w.quantile.size(); ++i) {
-      before += std::abs(one.made.reading[i] - w.quantile[i]);
-      after += std::abs(one.made.reading[i] - correction(w.quantile[i]));
-    }
+    const Window w = window_of(one, part);
+    if (!whole_cycle(w, one.made) || w.span() < kLeastCovered * one.made.span()) continue;
+    const double before = std::abs(one.made.middle() - w.middle());
+    const double after = std::abs(one.made.middle() - correction(w.middle()));
     if (after >= before) return false;
   }
   return true;
@@ -174,10 +175,9 @@ std::string reason_to_keep(const Request& request, const Estimate& e, Case& one,
     return one.misfit;
   }
   if (!significant(e, i)) return fmt::format("{}: it reads as it did where the model was made", name);
-  const bool motion_counts = request.motion && one.window.reversals >= kWholeCycle;
-  if (!seen_helps || (motion_counts && !halves_agree(one, request.motion->reading[i],
-                                                     request.model.sample_period_s,
-                                                     correction_of(line, one.made))))
+  const bool motion_counts = request.motion && !one.window.quantile.empty() && whole_cycle(one.window, one.made);
+  if (!seen_helps || (motion_counts &&
+                      !halves_agree(one, request.motion->reading[i], correction_of(line, one.made))))
     return fmt::format("{}: the old calibration is kept: on what was held back the new one is no better", name);
   return {};
 }
@@ -258,7 +258,7 @@ SensorResult result_of(const Request& request, const Estimate& e, const Case& on
   s.name = request.model.inputs[i].name;
   s.shift_se = std::sqrt(v.shift) * one.made.span();
   s.gain_se = std::sqrt(v.log_gain) * std::exp(e.line[i].log_gain);
-  s.reversals = one.window.reversals;
+  s.reversals = one.window.turns.count();
   if (!one.window.quantile.empty()) s.covered = one.window.span() / one.made.span();
   return s;
 }

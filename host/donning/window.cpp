@@ -12,8 +12,8 @@ double quantile_of(std::span<const double> sorted, double share) {
   return sorted[i] + (at - static_cast<double>(i)) * (sorted[i + 1] - sorted[i]);
 }
 
-int reversals_of(std::span<const double> readings, double turn) {
-  int count = 0;
+Turns turns_of(std::span<const double> readings, double turn) {
+  Turns out;
   int way = 0;  // of the motion: 1 up, -1 down, 0 not known
   double low = readings.front();
   double high = readings.front();
@@ -23,21 +23,20 @@ int reversals_of(std::span<const double> readings, double turn) {
     const bool down = way >= 0 && u <= high - turn;
     const bool up = way <= 0 && u >= low + turn;
     if (!down && !up) continue;
-    if (way != 0) ++count;
+    if (way > 0) out.high.push_back(high);
+    if (way < 0) out.low.push_back(low);
     way = up ? 1 : -1;
     low = high = u;
   }
-  return count;
+  return out;
 }
 
-Window window_of(std::span<const double> readings, double period_s, std::span<const double> shares,
-                 double turn) {
+Window window_of(std::span<const double> readings, std::span<const double> shares, double turn) {
   std::vector<double> sorted(readings.begin(), readings.end());
   std::ranges::sort(sorted);
   Window out;
   for (const double share : shares) out.quantile.push_back(quantile_of(sorted, share));
-  out.reversals = reversals_of(readings, turn);
-  out.seconds = period_s * static_cast<double>(readings.size());
+  out.turns = turns_of(readings, turn);
   return out;
 }
 

@@ -23,6 +23,7 @@ constexpr double kMostCovered = 1.7;
 constexpr double kStandsStill = 0.01;
 constexpr double kSlipped = 0.3;
 constexpr double kSignificant = 0.7;   // standard errors
+constexpr double kSignificantOfPart = 2;
 constexpr double kFarthest = 3;        // of the prior's standard deviations
 constexpr std::size_t kLeastSamples = 20;
 
@@ -123,20 +124,19 @@ void look_at_motion(const Request& request, std::vector<Case>& cases) {
   }
 }
 
-// Of a stretch's halves those that show a whole cycle lie nearer to where the model was made than before.
-bool halves_agree(const Case& one, const std::vector<double>& readings,
-                  const model::Correction& correction) {
+// Each half of a stretch is nearer to where the model was made by what the other half says of it than as it is. Halves that do
+// not show a whole cycle say nothing.
+bool halves_agree(const Case& one, const std::vector<double>& readings) {
   const std::span all(readings);
   const std::size_t half = all.size() / 2;
+  std::vector<double> off;
   for (const auto part : {all.first(half), all.subspan(half)}) {
-    if (part.size() < kLeastSamples) continue;
+    if (part.size() < kLeastSamples) return true;
     const Window w = window_of(one, part);
-    if (!whole_cycle(w, one.made) || w.span() < kLeastCovered * one.made.span()) continue;
-    const double before = std::abs(one.made.middle() - w.middle());
-    const double after = std::abs(one.made.middle() - correction(w.middle()));
-    if (after >= before) return false;
+    if (!whole_cycle(w, one.made) || w.span() < kLeastCovered * one.made.span()) return true;
+    off.push_back(one.made.middle() - w.middle());
   }
-  return true;
+  return 2 * std::abs(off[0] - off[1]) < std::abs(off[0]) + std::abs(off[1]);
 }
 
 struct Variances {
@@ -153,11 +153,14 @@ Variances variances(const Estimate& e, std::size_t i) {
   return {e.covariance(at, at), e.covariance(at + 1, at + 1), e.covariance(at, at + 1)};
 }
 
-bool significant(const Estimate& e, std::size_t i) {
+// A stretch that lacks some of the span may lack it at either end: more is asked of it.
+bool significant(const Estimate& e, const Case& one, std::size_t i) {
   const Variances v = variances(e, i);
   const Line& line = e.line[i];
-  if (std::abs(line.shift) > kSignificant * std::sqrt(v.shift)) return true;
-  return e.gain_told[i] && std::abs(line.log_gain) > kSignificant * std::sqrt(v.log_gain);
+  const bool lacks = !one.window.quantile.empty() && one.window.span() < kBothEnds * one.made.span();
+  const double least = lacks && !e.gain_told[i] ? kSignificantOfPart : kSignificant;
+  if (std::abs(line.shift) > least * std::sqrt(v.shift)) return true;
+  return e.gain_told[i] && std::abs(line.log_gain) > least * std::sqrt(v.log_gain);
 }
 
 // Why a sensor stays as it is; empty: it is corrected.
@@ -174,10 +177,9 @@ std::string reason_to_keep(const Request& request, const Estimate& e, Case& one,
         name, 100 * std::abs(line.shift));
     return one.misfit;
   }
-  if (!significant(e, i)) return fmt::format("{}: it reads as it did where the model was made", name);
+  if (!significant(e, one, i)) return fmt::format("{}: it reads as it did where the model was made", name);
   const bool motion_counts = request.motion && !one.window.quantile.empty() && whole_cycle(one.window, one.made);
-  if (!seen_helps || (motion_counts &&
-                      !halves_agree(one, request.motion->reading[i], correction_of(line, one.made))))
+  if (!seen_helps || (motion_counts && !halves_agree(one, request.motion->reading[i])))
     return fmt::format("{}: the old calibration is kept: on what was held back the new one is no better", name);
   return {};
 }

@@ -1,0 +1,48 @@
+#include "host/donning/pose_evidence.hpp"
+
+#include <gtest/gtest.h>
+
+#include "host/donning/prior.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::donning {
+namespace {
+
+TEST(Holds, AreTheLongestRestsInTheirOrder) {
+  std::vector<double> reading(10, 450.0);                             // too short a rest
+  for (int k = 0; k < 20; ++k) reading.push_back(450 - 7.5 * k);      // opens
+  reading.insert(reading.end(), 50, 300.0);
+  for (int k = 0; k < 20; ++k) reading.push_back(300 + 15 * k);
+  reading.insert(reading.end(), 40, 600.0);
+  const std::vector<model::Spread> made = {{{0.05, 0.95}, {300, 600}}};
+  const auto holds = holds_in({reading}, 0.05, made, {false, true});
+  ASSERT_EQ(holds.size(), 2U);
+  EXPECT_NEAR(holds[0].reading[0], 300, 12);
+  EXPECT_FALSE(holds[0].fist);
+  EXPECT_NEAR(holds[1].reading[0], 600, 12);
+  EXPECT_TRUE(holds[1].fist);
+  EXPECT_TRUE(holds_in({std::vector<double>(100, 300.0)}, 0.05, made, {false, true}).empty());
+}
+
+TEST(Prior, RoundTripsAndRefusesWhatIsNone) {
+  const Prior prior{9, 0.2, 0.1, 0.01, 0.05, 0.08};
+  const Prior back = prior_from_json(to_json(prior), "it");
+  EXPECT_EQ(back.sessions, 9);
+  EXPECT_EQ(back.shift_sd, 0.2);
+  EXPECT_EQ(back.density_sd, 0.08);
+  EXPECT_THROW((void)prior_from_json("{\"schema\": \"flexor-model\"}", "it"), io::InputError);
+}
+
+TEST(Prior, OfAModelOfSeveralRecordingsLeansTowardsWhatTheySay) {
+  model::Input input;
+  input.readings = model::Spread{{0.02, 0.98}, {300, 600}};
+  const Prior general = shipped_prior();
+  EXPECT_EQ(prior_of(input, general).shift_sd, general.shift_sd);
+  input.donnings = model::DonningSpread{9, 6, 0.02};  // a glove that hardly moves
+  const Prior own = prior_of(input, general);
+  EXPECT_LT(own.shift_sd, 0.7 * general.shift_sd);
+  EXPECT_GT(own.shift_sd, 0.02);
+}
+
+}  // namespace
+}  // namespace flexor::donning

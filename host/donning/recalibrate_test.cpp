@@ -1,0 +1,237 @@
+#include "host/donning/recalibrate.hpp"
+
+#include <gtest/gtest.h>
+
+#include "host/donning/still_map.hpp"
+#include "host/donning/test_glove.hpp"
+#include "host/io/io.hpp"
+#include "host/model/compensator.hpp"
+
+namespace flexor::donning {
+namespace {
+
+using Corrections = std::vector<model::Correction>;
+
+Request worn(const Corrections& moved, double cycles, double scatter, unsigned seed) {
+  std::mt19937 random(seed);
+  Request out;
+  out.model = test_glove();
+  out.motion.emplace();
+  for (const auto& one : moved) out.motion->reading.push_back(test_moved(test_cycles(cycles, scatter, random), one));
+  return out;
+}
+
+// Root mean square of what the model says of readings that were made at known angles, degrees.
+double error_deg(const model::Model& model, const Corrections& moved) {
+  const model::Model made = test_glove();
+  double sum = 0;
+  int count = 0;
+  for (double u = kTestStraight; u <= kTestFist; u += 20) {
+    std::vector<double> now;
+    for (const auto& one : moved) now.push_back(one.inverse(u));
+    const auto says = still_angles(model, now);
+    const auto is = still_angles(made, std::vector<double>(moved.size(), u));
+    for (std::size_t j = 0; j < is.size(); ++j, ++count) sum += (says[j] - is[j]) * (says[j] - is[j]);
+  }
+  return std::sqrt(sum / count);
+}
+
+const Corrections kShifted = {{1, 40}, {1, -50}, {1, 25}};
+
+TEST(Recalibrate, WholeCyclesFindWhereTheSensorsLie) {
+  const Recalibration r = recalibrate(worn(kShifted, 5, 0.01, 1));
+  ASSERT_TRUE(r.applied);
+  EXPECT_TRUE(r.wanted.empty());
+  for (std::size_t i = 0; i < kShifted.size(); ++i) {
+    EXPECT_TRUE(r.sensors[i].applied);
+    EXPECT_NEAR(r.sensors[i].correction(450), kShifted[i](450), 8) << i;
+  }
+  const double before = error_deg(test_glove(), kShifted);
+  EXPECT_LT(error_deg(r.model, kShifted), 0.25 * before);
+  EXPECT_GT(before, 8);
+}
+
+TEST(Recalibrate, LessThanACycleIsRefusedInWords) {
+  Request request = worn(kShifted, 0.6, 0.01, 2);
+  const Recalibration r = recalibrate(request);
+  EXPECT_FALSE(r.applied);
+  EXPECT_EQ(r.model, request.model);
+  ASSERT_EQ(r.wanted.size(), 3U);
+  EXPECT_NE(r.wanted[0].find("once more"), std::string::npos) << r.wanted[0];
+}
+
+TEST(Recalibrate, AHandThatRestsTellsNothing) {
+  Request request = worn(kShifted, 5, 0.01, 2);
+  for (auto& reading : request.motion->reading) std::ranges::fill(reading, 420.0);
+  const Recalibration r = recalibrate(request);
+  EXPECT_FALSE(r.applied);
+  EXPECT_EQ(r.wanted.size(), 3U);
+}
+
+TEST(Recalibrate, AFingerThatHardlyBendsIsAskedToBend) {
+  Request request = worn(kShifted, 5, 0.01, 2);
+  for (double& u : request.motion->reading[1]) u = 450 + 0.45 * (u - 500);
+  const Recalibration r = recalibrate(request);
+  EXPECT_TRUE(r.sensors[0].applied);
+  EXPECT_FALSE(r.sensors[1].applied);
+  ASSERT_EQ(r.wanted.size(), 1U);
+  EXPECT_NE(r.wanted[0].find("index"), std::string::npos) << r.wanted[0];
+}
+
+TEST(Recalibrate, AGloveThatReadsAsItDidStaysAsItIs) {
+  const Corrections none(3);
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const Recalibration r = recalibrate(worn(none, 6, 0.01, seed));
+    EXPECT_LT(error_deg(r.model, none), 1.5) << seed;
+  }
+}
+
+TEST(Recalibrate, NamesTheFingerWhoseStripNoLongerFits) {
+  const auto broken = [&](auto&& change) {
+    Request request = worn(kShifted, 5, 0.01, 3);
+    for (double& u : request.motion->reading[2]) u = change(u);
+    const Recalibration r = recalibrate(request);
+    EXPECT_FALSE(r.sensors[2].applied);
+    EXPECT_TRUE(r.sensors[0].applied);
+    ASSERT_EQ(r.misfits.size(), 1U);
+    EXPECT_NE(r.misfits[0].find("middle"), std::string::npos) << r.misfits[0];
+  };
+  broken([](double) { return 512.0; });                       // a strip that is broken
+  broken([](double u) { return 400 + 0.15 * (u - 450); });    // one that slipped
+  broken([](double u) { return u - 260; });                   // one that was moved
+  broken([](double u) { return 450 + 1.9 * (u - 450); });     // another hand
+  Request gone = worn(kShifted, 5, 0.01, 3);
+  gone.motion->reading[2].clear();
+  EXPECT_EQ(recalibrate(gone).misfits.size(), 1U);
+}
+
+TEST(Recalibrate, TurnsThatScatterLeaveTheGain) {
+  const Corrections stretched(3, {1.12, -54});  // about the middle
+  const Recalibration sure = recalibrate(worn(stretched, 6, 0.005, 4));
+  EXPECT_NEAR(sure.sensors[1].correction.gain, 1.08, 0.05);
+  const Recalibration unsure = recalibrate(worn(stretched, 2, 0.15, 4));
+  EXPECT_EQ(unsure.sensors[1].correction.gain, 1);
+}
+
+TEST(Recalibrate, SaysHowUncertainTheAnglesAre) {
+  const Recalibration r = recalibrate(worn(kShifted, 5, 0.01, 5));
+  for (const JointResult& joint : r.joints) {
+    EXPECT_GT(joint.se_deg, 0.5);
+    EXPECT_LT(joint.se_deg, 6);
+  }
+  const Recalibration unknown = recalibrate(worn(kShifted, 0.6, 0.01, 5));
+  EXPECT_GT(unknown.joints[0].se_deg, 12);
+}
+
+TEST(Recalibrate, AnotherRecalibrationStartsWhereTheGloveIs) {
+  const Recalibration first = recalibrate(worn(kShifted, 5, 0.01, 6));
+  Request again = worn(kShifted, 5, 0.01, 7);
+  again.model = first.model;
+  const Recalibration second = recalibrate(again);
+  EXPECT_LT(error_deg(second.model, kShifted), 0.25 * error_deg(test_glove(), kShifted));
+}
+
+TEST(Recalibrate, AModelThatDoesNotSayWhatItWasMadeFromIsRefusedByName) {
+  Request request = worn(kShifted, 5, 0.01, 8);
+  request.model.inputs[1].readings.reset();
+  EXPECT_TRUE(recalibrate(request).applied) << "its poses say it";
+  request.model.inputs[1].poses.reset();
+  try {
+    (void)recalibrate(request);
+    FAIL();
+  } catch (const io::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("index"), std::string::npos) << error.what();
+  }
+  EXPECT_THROW((void)recalibrate({test_glove()}), io::InputError) << "nothing to calibrate from";
+}
+
+Request held(const Corrections& moved, const std::vector<std::pair<bool, double>>& poses) {
+  Request out;
+  out.model = test_glove();
+  for (const auto& [fist, made] : poses) {
+    Hold hold{fist, {}};
+    for (const auto& one : moved) hold.reading.push_back(one.inverse(made));
+    out.holds.push_back(hold);
+  }
+  return out;
+}
+
+TEST(RecalibrateFromPoses, TwoPosesTellShiftAndGain) {
+  const Corrections moved(3, {1.15, -30});
+  const Recalibration r = recalibrate(held(moved, {{false, kTestStraight}, {true, kTestFist}}));
+  ASSERT_TRUE(r.applied);
+  EXPECT_LT(error_deg(r.model, moved), 0.45 * error_deg(test_glove(), moved));
+  EXPECT_GT(r.sensors[0].correction.gain, 1.04);
+}
+
+TEST(RecalibrateFromPoses, SwappedTheyAreTakenTheOtherWayRound) {
+  const Recalibration right = recalibrate(held(kShifted, {{false, kTestStraight}, {true, kTestFist}}));
+  const Recalibration swapped = recalibrate(held(kShifted, {{true, kTestStraight}, {false, kTestFist}}));
+  EXPECT_EQ(right.model, swapped.model);
+  EXPECT_EQ(swapped.notes.size(), 1U);
+}
+
+TEST(RecalibrateFromPoses, AFistThatWasNeverClosedDoesNotCount) {
+  const Recalibration r = recalibrate(held(kShifted, {{false, kTestStraight}, {true, 420}}));
+  ASSERT_TRUE(r.applied);
+  EXPECT_EQ(r.notes.size(), 3U);
+  EXPECT_LT(error_deg(r.model, kShifted), 0.5 * error_deg(test_glove(), kShifted));
+}
+
+TEST(RecalibrateFromACamera, SecondsOfAnglesTellShiftAndGain) {
+  const Corrections moved = {{1.15, -100}, {0.9, 60}, {1, 30}};
+  Request request = worn(moved, 5, 0.05, 9);
+  Seen seen;
+  seen.reading = request.motion->reading;
+  for (std::size_t j = 0; j < 3; ++j) {
+    Seen::Angles one{j, {}, std::vector<std::uint8_t>(seen.reading[0].size(), 1)};
+    model::Compensator<model::DoubleArithmetic> made(test_glove());
+    for (std::size_t k = 0; k < one.use.size(); ++k) {
+      std::vector<double> row;
+      for (std::size_t i = 0; i < 3; ++i) row.push_back(moved[i](seen.reading[i][k]));
+      one.angle_deg.push_back(made.step(row)[j].angle_deg);
+    }
+    seen.joints.push_back(std::move(one));
+  }
+  request.motion.reset();
+  request.seen = seen;
+  const Recalibration r = recalibrate(request);
+  ASSERT_TRUE(r.applied);
+  EXPECT_LT(error_deg(r.model, moved), 0.3 * error_deg(test_glove(), moved));
+}
+
+// A random re-donning and a stretch of random use: cycles that end anywhere near the ends, half a cycle only, one finger that
+// is stuck. How many calibrations were accepted, and how many of these made the error worse by more than 5 %.
+struct Tally {
+  int accepted = 0;
+  int worse = 0;
+};
+
+void put_on_anew(std::mt19937& random, Tally& tally) {
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform;
+  Corrections moved;
+  const double span = kTestFist - kTestStraight;
+  for (int i = 0; i < 3; ++i) {
+    const double gain = std::exp(0.08 * normal(random));
+    moved.push_back({gain, 450 * (1 - gain) + 0.12 * span * normal(random)});
+  }
+  Request request = worn(moved, 0.5 + 5 * uniform(random), 0.04 * uniform(random), static_cast<unsigned>(random()));
+  if (uniform(random) < 0.2) std::ranges::fill(request.motion->reading[1], 400 + 100 * uniform(random));
+  const Recalibration r = recalibrate(request);
+  if (!r.applied) return;
+  ++tally.accepted;
+  if (error_deg(r.model, moved) > 1.05 * error_deg(test_glove(), moved)) ++tally.worse;
+}
+
+TEST(Recalibrate, OfAThousandRedonningsHardlyAnyIsMadeWorse) {
+  std::mt19937 random(10);
+  Tally tally;
+  for (int i = 0; i < 1000; ++i) put_on_anew(random, tally);
+  EXPECT_GT(tally.accepted, 500);
+  EXPECT_LE(tally.worse, tally.accepted / 100) << tally.worse << " of " << tally.accepted;
+  std::printf("%d of %d accepted are worse\n", tally.worse, tally.accepted);
+}
+
+}  // namespace
+}  // namespace flexor::donning

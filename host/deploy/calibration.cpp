@@ -1,7 +1,10 @@
 #include "host/deploy/calibration.hpp"
 
+#include <algorithm>
+
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/model/correction.hpp"
 
 namespace flexor::deploy {
 namespace {
@@ -114,6 +117,34 @@ std::array<Sensor, kFingers> sensors_of(const model::Model& model, const Sensor&
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (!wiring.input[i]) continue;
     out[i] = sensor_of(model.inputs[*wiring.input[i]], alpha, calibration, calibration.sensor[i]);
+  }
+  return out;
+}
+
+namespace {
+
+// At every count that a board's table has a knot for, and the last one.
+Sensor corrected(const Sensor& sensor, const model::Correction& correction) {
+  constexpr int kStep = 16;
+  std::vector<double> counts;
+  std::vector<double> value;
+  for (int n = 0; n <= kStep * (sensor::kKnots - 1); n += kStep) {
+    counts.push_back(n);
+    value.push_back(std::clamp(correction(sensor(n)), -model::kMaxSignal, model::kMaxSignal));
+  }
+  return through_points(std::move(counts), std::move(value));
+}
+
+}  // namespace
+
+Corrected with_corrections(const model::Model& model, const std::array<Sensor, kFingers>& sensors) {
+  model::Folded board = model::folded(model);
+  Corrected out{std::move(board.model), sensors};
+  const model::Wiring wiring = model::wiring_of(model);
+  for (std::size_t i = 0; i < out.sensor.size(); ++i) {
+    if (!wiring.input[i]) continue;
+    const model::Correction& one = board.correction[*wiring.input[i]];
+    if (one != model::Correction{}) out.sensor[i] = corrected(sensors[i], one);
   }
   return out;
 }

@@ -10,6 +10,7 @@
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
 #include "host/model/channel.hpp"
+#include "host/model/correction.hpp"
 
 namespace flexor::deploy {
 namespace {
@@ -51,6 +52,20 @@ void expect_refused(const std::function<void()>& call, const std::string& says) 
     EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
     EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
   }
+}
+
+TEST_F(Deploy, ACorrectionOfASensorCostsTheBoardNothing) {
+  const Glove g = glove();
+  const model::Correction moved{1.07, -6};
+  const model::Model anew = model::corrected(g.model, 1, moved);
+  const Corrected board = with_corrections(anew, g.sensor);
+  EXPECT_EQ(board.model.blocks, g.model.blocks);
+  for (int n = 304; n < 900; n += 16) {
+    EXPECT_NEAR(board.sensor[1](n), moved(g.sensor[1](n)), 1e-9) << n;
+    EXPECT_EQ(board.sensor[2](n), g.sensor[2](n)) << n;
+  }
+  const Corrected same = with_corrections(g.model, g.sensor);
+  EXPECT_EQ(same.model, g.model);
 }
 
 TEST_F(Deploy, ImagesAreTheSameBytesEachTime) {

@@ -124,19 +124,25 @@ void look_at_motion(const Request& request, std::vector<Case>& cases) {
   }
 }
 
-// Each half of a stretch is nearer to where the model was made by what the other half says of it than as it is. Halves that do
-// not show a whole cycle say nothing.
-bool halves_agree(const Case& one, const std::vector<double>& readings) {
+// Each half of a stretch is nearer to where the model was made by what the other half says of it than as it is: its middle, or
+// where the gain is told both ends together. Halves that do not show a whole cycle say nothing.
+bool halves_agree(const Case& one, const std::vector<double>& readings, bool gain_told) {
   const std::span all(readings);
   const std::size_t half = all.size() / 2;
-  std::vector<double> off;
+  std::vector<std::pair<double, double>> off;  // of the low end, of the high one
   for (const auto part : {all.first(half), all.subspan(half)}) {
     if (part.size() < kLeastSamples) return true;
     const Window w = window_of(one, part);
     if (!whole_cycle(w, one.made) || w.span() < kLeastCovered * one.made.span()) return true;
-    off.push_back(one.made.middle() - w.middle());
+    off.emplace_back(one.made.reading.front() - w.quantile.front(), one.made.reading.back() - w.quantile.back());
   }
-  return 2 * std::abs(off[0] - off[1]) < std::abs(off[0]) + std::abs(off[1]);
+  const auto agree = [](double apart, double away) { return 2 * apart < away; };
+  const auto middle = [&](std::size_t i) { return off[i].first + off[i].second; };
+  const auto apart = std::abs(off[0].first - off[1].first) + std::abs(off[0].second - off[1].second);
+  double away = 0;
+  for (const auto& [low, high] : off) away += std::abs(low) + std::abs(high);
+  return agree(std::abs(middle(0) - middle(1)), std::abs(middle(0)) + std::abs(middle(1))) ||
+         (gain_told && agree(apart, away));
 }
 
 struct Variances {
@@ -179,7 +185,7 @@ std::string reason_to_keep(const Request& request, const Estimate& e, Case& one,
   }
   if (!significant(e, one, i)) return fmt::format("{}: it reads as it did where the model was made", name);
   const bool motion_counts = request.motion && !one.window.quantile.empty() && whole_cycle(one.window, one.made);
-  if (!seen_helps || (motion_counts && !halves_agree(one, request.motion->reading[i])))
+  if (!seen_helps || (motion_counts && !halves_agree(one, request.motion->reading[i], e.gain_told[i])))
     return fmt::format("{}: the old calibration is kept: on what was held back the new one is no better", name);
   return {};
 }

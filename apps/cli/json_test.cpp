@@ -70,6 +70,24 @@ TEST_F(Json, OfTheCommandsForRecordingsAndModels) {
       run("score " + path("simulated_camera.csv") + " " + path("simulated_camera.csv")).contains("rmse_deg"));
 }
 
+TEST_F(Json, OfRecalibrationAndWhatItLeavesAsItWas) {
+  simulate();
+  run("identify --sensor " + path("simulated_glove.csv") + " --reference " + path("simulated_camera.csv") +
+      " --model " + path("m.json"));
+  const auto done =
+      run("recalibrate " + path("m.json") + " --recording " + path("simulated_glove.csv") + " --out " + path("n.json"));
+  EXPECT_TRUE(done.contains("applied") && done.contains("shift") && done.contains("gain") && done.contains("se_deg"));
+  const std::string log = text("simulated_glove.csv");
+  std::size_t end = 0;
+  for (int line = 0; line < 30; ++line) end = log.find('\n', end) + 1;
+  std::ofstream(file("short.csv"), std::ios::binary) << log.substr(0, end);
+  const auto refused =
+      run("recalibrate " + path("m.json") + " --recording " + path("short.csv") + " --out " + path("n.json"));
+  EXPECT_FALSE(refused.at("applied").get<bool>());
+  EXPECT_FALSE(refused.at("wanted").empty());
+  EXPECT_EQ(text("n.json"), text("m.json")) << "to the byte";
+}
+
 TEST_F(Json, OfTheCommandsForTheTwin) {
   EXPECT_TRUE(run("twin").contains("schema"));
   EXPECT_TRUE(run("experiment --gestures 2 --trials 1 --compensators raw").contains("cells"));

@@ -127,6 +127,7 @@ int run(int argc, char** argv) {
   add_align(app);
   add_identify(app);
   add_recalibrate(app);
+  add_donning(app);
   add_track(app);
   add_camera(app);
   add_apply(app);

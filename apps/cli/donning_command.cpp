@@ -1,0 +1,61 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "apps/cli/commands.hpp"
+#include "host/donning/sessions.hpp"
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+
+namespace flexor::cli {
+namespace {
+
+struct Options {
+  std::vector<std::filesystem::path> files;
+  std::vector<std::string> sensors;
+  std::string time_unit;
+  std::string out;
+  bool json = false;
+};
+
+void show(const donning::Sessions& all) {
+  const auto percent = [](const donning::Change& c) {
+    return fmt::format("{:+.0f} ({:+.0f} .. {:+.0f}) %", 100 * c.value, 100 * c.low, 100 * c.high);
+  };
+  print(fmt::format("{:<26}{:<10}{:>24}{:>24}{:>8}{:>8}\n", "session", "sensor", "shift", "gain", "shape", "noise"));
+  for (const donning::SessionChange& session : all.sessions) {
+    for (const donning::SensorChange& s : session.sensors) {
+      print(fmt::format("{:<26}{:<10}{:>24}{:>24}{:>6.1f} %{:>6.2f} %\n", io::shortened(session.name, 25), s.sensor,
+                        percent(s.shift), percent(s.log_gain), 100 * s.shape, 100 * s.noise));
+    }
+  }
+  print(fmt::format("\nfrom session to session: shift {:.1f} %, gain {:.1f} % (standard deviations; shares of a sensor's span)\n",
+                    100 * all.prior.shift_sd, 100 * all.prior.log_gain_sd));
+}
+
+void run(const Options& o) {
+  if (!o.out.empty()) io::require_writable(o.out);
+  const donning::Sessions all = donning::compare_files(o.files, o.sensors, o.time_unit);
+  if (!o.out.empty()) io::write_file(o.out, to_json(all.prior));
+  if (o.json) return print(io::dump(to_json(all)));
+  show(all);
+  if (!o.out.empty()) print(fmt::format("prior    {}\n", o.out));
+}
+
+}  // namespace
+
+void add_donning(CLI::App& app) {
+  auto o = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("donning", "What changed between sessions of one glove: where its sensors lie and reach");
+  command->footer("Each session is a log of much motion; they are compared by the quantiles of their readings.");
+  command->add_option("sessions", o->files, "logs, one for each time that the glove was put on")->required();
+  command->add_option("--sensors", o->sensors, "columns (default: those that are called like fingers)")
+      ->delimiter(',');
+  command->add_option("--time-unit", o->time_unit, kTimeUnitHelp);
+  command->add_option("--out", o->out, "write how they differ here, for recalibrate --prior");
+  command->add_flag("--json", o->json, "one JSON object on standard output");
+  command->callback([o] { run(*o); });
+}
+
+}  // namespace flexor::cli

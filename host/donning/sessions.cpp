@@ -1,0 +1,191 @@
+#include "host/donning/sessions.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <random>
+
+#include "host/donning/window.hpp"
+#include "host/io/io.hpp"
+#include "host/recording/csv.hpp"
+
+namespace flexor::donning {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::array kSessionShares = {0.02, 0.1, 0.5, 0.9, 0.98};
+constexpr std::size_t kLeastSessions = 3;
+constexpr std::size_t kParts = 10;
+constexpr int kResamples = 200;
+
+std::vector<double> quantiles_of(std::vector<double> readings) {
+  std::ranges::sort(readings);
+  std::vector<double> out;
+  for (const double share : kSessionShares) out.push_back(quantile_of(readings, share));
+  return out;
+}
+
+double span(const std::vector<double>& quantiles) { return quantiles.back() - quantiles.front(); }
+double middle(const std::vector<double>& quantiles) { return (quantiles.back() + quantiles.front()) / 2; }
+
+std::vector<double> mean_of(const std::vector<std::vector<double>>& all) {
+  std::vector<double> out(all.front().size(), 0);
+  for (const auto& one : all) {
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] += one[i] / static_cast<double>(all.size());
+  }
+  return out;
+}
+
+struct ShiftAndGain {
+  double shift;
+  double log_gain;
+};
+
+ShiftAndGain against(const std::vector<double>& quantiles, const std::vector<double>& mean) {
+  return {(middle(quantiles) - middle(mean)) / span(mean), std::log(span(quantiles) / span(mean))};
+}
+
+double shape_of(const std::vector<double>& quantiles, const std::vector<double>& mean) {
+  double sum = 0;
+  for (std::size_t i = 0; i < mean.size(); ++i) {
+    const double place = (quantiles[i] - middle(quantiles)) / span(quantiles);
+    const double at = (mean[i] - middle(mean)) / span(mean);
+    sum += (place - at) * (place - at) / static_cast<double>(mean.size());
+  }
+  return std::sqrt(sum);
+}
+
+// 1.4826 times the median of what a reading is off the line through its neighbours, of which white noise has sqrt(3/2) times
+// its own deviation.
+double noise_of(const std::vector<double>& readings) {
+  std::vector<double> off;
+  for (std::size_t k = 1; k + 1 < readings.size(); ++k)
+    off.push_back(std::abs(readings[k] - (readings[k - 1] + readings[k + 1]) / 2));
+  std::ranges::sort(off);
+  return off.empty() ? 0 : 1.4826 * quantile_of(off, 0.5) / std::sqrt(1.5);
+}
+
+Change interval(double value, std::vector<double> resampled) {
+  std::ranges::sort(resampled);
+  return {value, quantile_of(resampled, 0.025), quantile_of(resampled, 0.975)};
+}
+
+SensorChange change_of(const std::string& sensor, const std::vector<double>& readings,
+                       const std::vector<double>& mean, std::mt19937& random) {
+  const std::vector<double> quantiles = quantiles_of(readings);
+  const ShiftAndGain all = against(quantiles, mean);
+  std::vector<double> shift;
+  std::vector<double> log_gain;
+  std::uniform_int_distribution<std::size_t> part(0, kParts - 1);
+  for (int r = 0; r < kResamples; ++r) {
+    std::vector<double> drawn;
+    for (std::size_t p = 0; p < kParts; ++p) {
+      const std::size_t at = part(random);
+      const auto begin = readings.begin() + static_cast<std::ptrdiff_t>(at * readings.size() / kParts);
+      const auto end = readings.begin() + static_cast<std::ptrdiff_t>((at + 1) * readings.size() / kParts);
+      drawn.insert(drawn.end(), begin, end);
+    }
+    const std::vector<double> again = quantiles_of(std::move(drawn));
+    if (!(span(again) > 0)) continue;
+    const ShiftAndGain one = against(again, mean);
+    shift.push_back(one.shift);
+    log_gain.push_back(one.log_gain);
+  }
+  return {sensor, interval(all.shift, shift), interval(all.log_gain, log_gain), shape_of(quantiles, mean),
+          noise_of(readings) / span(mean)};
+}
+
+double deviation(const Sessions& all, Change SensorChange::*which) {
+  double squares = 0;
+  double freedom = 0;
+  for (std::size_t s = 0; s < all.sessions.front().sensors.size(); ++s) {
+    double mean = 0;
+    const auto n = static_cast<double>(all.sessions.size());
+    for (const auto& one : all.sessions) mean += (one.sensors[s].*which).value / n;
+    for (const auto& one : all.sessions) squares += std::pow((one.sensors[s].*which).value - mean, 2);
+    freedom += n - 1;
+  }
+  return std::sqrt(squares / freedom);
+}
+
+Log read_session(const std::filesystem::path& path, const std::vector<std::string>& sensors,
+                 const std::string& time_unit) {
+  io::require_readable(path);
+  std::ifstream file(path, std::ios::binary);
+  recording::CsvReader reader(file, path.string(), {sensors, time_unit});
+  recording::Stream stream(reader, recording::Resets::follow);
+  Log out{path.stem().string(), {}, std::vector<std::vector<double>>(sensors.size())};
+  recording::Row row;
+  while (stream.next(row)) {
+    out.t_s.push_back(row.t_s);
+    for (std::size_t i = 0; i < sensors.size(); ++i) out.reading[i].push_back(row.value[i]);
+  }
+  return out;
+}
+
+Json change_json(const Change& change) { return {{"value", change.value}, {"low", change.low}, {"high", change.high}}; }
+
+}  // namespace
+
+Sessions compare(const std::vector<Log>& logs, const std::vector<std::string>& sensors, unsigned seed) {
+  if (logs.size() < kLeastSessions)
+    throw io::InputError(fmt::format("{} session(s): at least {} are needed to say how they differ", logs.size(),
+                                     kLeastSessions));
+  std::mt19937 random(seed);
+  Sessions out;
+  for (const Log& log : logs) out.sessions.push_back({log.name, log.t_s.back() - log.t_s.front(), {}});
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    std::vector<std::vector<double>> quantiles;
+    for (const Log& log : logs) {
+      quantiles.push_back(quantiles_of(log.reading[s]));
+      if (!(span(quantiles.back()) > 0))
+        throw io::InputError(fmt::format("{}: {} stands still: leave it out", log.name, sensors[s]));
+    }
+    const std::vector<double> mean = mean_of(quantiles);
+    for (std::size_t i = 0; i < logs.size(); ++i)
+      out.sessions[i].sensors.push_back(change_of(sensors[s], logs[i].reading[s], mean, random));
+  }
+  out.prior = shipped_prior();
+  out.prior.sessions = static_cast<int>(logs.size());
+  out.prior.shift_sd = std::max(1e-3, deviation(out, &SensorChange::shift));
+  out.prior.log_gain_sd = std::max(1e-3, deviation(out, &SensorChange::log_gain));
+  return out;
+}
+
+Sessions compare_files(const std::vector<std::filesystem::path>& files, std::vector<std::string> sensors,
+                       const std::string& time_unit) {
+  if (sensors.empty()) {
+    for (const std::string& column : recording::columns_of(files.at(0), time_unit)) {
+      const std::string start = column.substr(0, column.find('_'));
+      if (std::ranges::find(model::finger_names(), start) != model::finger_names().end()) sensors.push_back(column);
+    }
+    if (sensors.empty())
+      throw io::InputError(fmt::format("{}: no column is called like a finger: --sensors COLUMN,...", files[0].string()));
+  }
+  std::vector<Log> logs;
+  for (const auto& file : files) logs.push_back(read_session(file, sensors, time_unit));
+  return compare(logs, sensors, 1);
+}
+
+Json to_json(const Sessions& all) {
+  Json sessions = Json::array();
+  for (const SessionChange& one : all.sessions) {
+    Json sensors = Json::object();
+    for (const SensorChange& s : one.sensors) {
+      sensors[s.sensor] = {{"shift", change_json(s.shift)},
+                           {"log_gain", change_json(s.log_gain)},
+                           {"shape", s.shape},
+                           {"noise", s.noise}};
+    }
+    sessions.push_back({{"name", one.name}, {"seconds", one.seconds}, {"sensors", std::move(sensors)}});
+  }
+  return {{"sessions", std::move(sessions)},
+          {"prior", {{"shift_sd", all.prior.shift_sd}, {"log_gain_sd", all.prior.log_gain_sd}}},
+          {"version", FLEXOR_VERSION}};
+}
+
+}  // namespace flexor::donning

@@ -1,0 +1,56 @@
+#include "host/donning/sessions.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "host/donning/test_glove.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::donning {
+namespace {
+
+Log log_of(const std::string& name, const model::Correction& moved, unsigned seed) {
+  std::mt19937 random(seed);
+  Log out{name, {}, {test_moved(test_cycles(12, 0.01, random), moved)}};
+  for (std::size_t k = 0; k < out.reading[0].size(); ++k) out.t_s.push_back(kTestPeriod_s * static_cast<double>(k));
+  return out;
+}
+
+TEST(Sessions, SayWhereASensorLiesAndReachesInEach) {
+  const Sessions all = compare({log_of("a", {1, 0}, 1), log_of("b", {1, 60}, 2), log_of("c", {1 / 1.2, 75}, 3)},
+                               {"index"}, 1);
+  const auto& b = all.sessions[1].sensors[0];
+  const auto& a = all.sessions[0].sensors[0];
+  EXPECT_NEAR(a.shift.value - b.shift.value, 0.2 * 300 / 320, 0.02);
+  EXPECT_NEAR(all.sessions[2].sensors[0].log_gain.value - a.log_gain.value, std::log(1.2), 0.02);
+  EXPECT_LT(a.shift.low, a.shift.value);
+  EXPECT_GT(a.shift.high, a.shift.value);
+  EXPECT_LT(a.shape, 0.02);
+  EXPECT_NEAR(a.noise, 1 / 320.0, 0.002);
+  EXPECT_NEAR(all.prior.shift_sd, 0.11, 0.04);
+}
+
+TEST(Sessions, FewOrStillAreRefused) {
+  EXPECT_THROW((void)compare({log_of("a", {}, 1), log_of("b", {}, 2)}, {"index"}, 1), io::InputError);
+  Log still = log_of("c", {}, 3);
+  std::ranges::fill(still.reading[0], 5.0);
+  EXPECT_THROW((void)compare({log_of("a", {}, 1), log_of("b", {}, 2), still}, {"index"}, 1), io::InputError);
+}
+
+// Only where the recordings are.
+TEST(Sessions, OfARealGloveOverMonths) {
+  const std::filesystem::path folder = std::filesystem::path(FLEXOR_SOURCE_DIR) / "../shared/data/donning";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no ../shared/data/donning";
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().filename().string().starts_with("P6_")) files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  const Sessions all = compare_files(files, {}, "");
+  EXPECT_NEAR(all.prior.shift_sd, 0.2, 0.1);
+  EXPECT_NEAR(all.prior.log_gain_sd, 0.1, 0.06);
+}
+
+}  // namespace
+}  // namespace flexor::donning

@@ -22,15 +22,18 @@ void show(const donning::Sessions& all) {
   const auto percent = [](const donning::Change& c) {
     return fmt::format("{:+.0f} ({:+.0f} .. {:+.0f}) %", 100 * c.value, 100 * c.low, 100 * c.high);
   };
-  print(fmt::format("{:<26}{:<10}{:>24}{:>24}{:>8}{:>8}\n", "session", "sensor", "shift", "gain", "shape", "noise"));
+  print(fmt::format("{:<26}{:<10}{:>24}{:>24}{:>8}{:>8}\n", "session", "sensor", "shift", "gain", "shape",
+                    "noise"));
   for (const donning::SessionChange& session : all.sessions) {
     for (const donning::SensorChange& s : session.sensors) {
-      print(fmt::format("{:<26}{:<10}{:>24}{:>24}{:>6.1f} %{:>6.2f} %\n", io::shortened(session.name, 25), s.sensor,
-                        percent(s.shift), percent(s.log_gain), 100 * s.shape, 100 * s.noise));
+      print(fmt::format("{:<26}{:<10}{:>24}{:>24}{:>6.1f} %{:>6.2f} %\n", io::shortened(session.name, 25),
+                        s.sensor, percent(s.shift), percent(s.log_gain), 100 * s.shape, 100 * s.noise));
     }
   }
-  print(fmt::format("\nfrom session to session: shift {:.1f} %, gain {:.1f} % (standard deviations; shares of a sensor's span)\n",
-                    100 * all.prior.shift_sd, 100 * all.prior.log_gain_sd));
+  print(
+      fmt::format("\nfrom session to session: shift {:.1f} %, gain {:.1f} % (standard deviations; shares of "
+                  "a sensor's span)\n",
+                  100 * all.prior.shift_sd, 100 * all.prior.log_gain_sd));
 }
 
 void run(const Options& o) {
@@ -46,9 +49,10 @@ void run(const Options& o) {
 
 void add_donning(CLI::App& app) {
   auto o = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("donning", "What changed between sessions of one glove: where its sensors lie and reach");
-  command->footer("Each session is a log of much motion; they are compared by the quantiles of their readings.");
+  CLI::App* command = app.add_subcommand(
+      "donning", "What changed between sessions of one glove: where its sensors lie and reach");
+  command->footer(
+      "Each session is a log of much motion; they are compared by the quantiles of their readings.");
   command->add_option("sessions", o->files, "logs, one for each time that the glove was put on")->required();
   command->add_option("--sensors", o->sensors, "columns (default: those that are called like fingers)")
       ->delimiter(',');

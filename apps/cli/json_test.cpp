@@ -74,9 +74,10 @@ TEST_F(Json, OfRecalibrationAndWhatItLeavesAsItWas) {
   simulate();
   run("identify --sensor " + path("simulated_glove.csv") + " --reference " + path("simulated_camera.csv") +
       " --model " + path("m.json"));
-  const auto done =
-      run("recalibrate " + path("m.json") + " --recording " + path("simulated_glove.csv") + " --out " + path("n.json"));
-  EXPECT_TRUE(done.contains("applied") && done.contains("shift") && done.contains("gain") && done.contains("se_deg"));
+  const auto done = run("recalibrate " + path("m.json") + " --recording " + path("simulated_glove.csv") +
+                        " --out " + path("n.json"));
+  EXPECT_TRUE(done.contains("applied") && done.contains("shift") && done.contains("gain") &&
+              done.contains("se_deg"));
   const std::string log = text("simulated_glove.csv");
   std::size_t end = 0;
   for (int line = 0; line < 30; ++line) end = log.find('\n', end) + 1;

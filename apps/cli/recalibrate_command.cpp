@@ -29,8 +29,8 @@ void show(const donning::Recalibration& r, const std::string& out) {
       print(fmt::format("kept: {}\n", s.kept));
       continue;
     }
-    print(fmt::format("corrected: {}: {:.4g} times its reading {:+.4g} (+- {:.2g})\n", s.name, s.correction.gain,
-                      s.correction.shift, s.shift_se));
+    print(fmt::format("corrected: {}: {:.4g} times its reading {:+.4g} (+- {:.2g})\n", s.name,
+                      s.correction.gain, s.correction.shift, s.shift_se));
   }
   if (r.applied) return print(fmt::format("model    {}\n", out));
   print(fmt::format("model    {}, the old calibration\n", out));
@@ -72,13 +72,15 @@ void add_recalibrate(CLI::App& app) {
       app.add_subcommand("recalibrate", "Fit a model's sensors anew to a glove that was put on again");
   command->footer(
       "All evidence goes into one estimate. Without a camera a finger counts once it was opened and closed\n"
-      "over its whole range (three turns of 30 degrees). What the evidence does not tell stays as it was, and\n"
+      "over its whole range (three turns of 30 degrees). What the evidence does not tell stays as it was, "
+      "and\n"
       "what it lacks is said.");
   command->add_option("model", o->request.model, "model document")->required();
   command->add_option("--recording", o->request.recording, "log of ten to thirty seconds of ordinary motion");
   command
-      ->add_option("--poses", o->poses,
-                   "POSES LOG: a log in which poses are held for two seconds each, and their order: open,fist")
+      ->add_option(
+          "--poses", o->poses,
+          "POSES LOG: a log in which poses are held for two seconds each, and their order: open,fist")
       ->expected(2)
       ->type_name("POSES LOG");
   command->add_option("--pair", o->pair, "GLOVE CAMERA: seconds with measured angles of some of the joints")
@@ -86,11 +88,13 @@ void add_recalibrate(CLI::App& app) {
       ->type_name("GLOVE CAMERA");
   command->add_option("--map", o->request.map,
                       "with --pair: columns of the joints' angles, index=COLUMN,... (default: by name)");
-  command->add_option("--input", o->request.inputs,
-                      "columns of the logs, one for each of the model's inputs (default: those in the model)");
+  command->add_option(
+      "--input", o->request.inputs,
+      "columns of the logs, one for each of the model's inputs (default: those in the model)");
   command->add_option("--time-unit", o->request.time_unit, kTimeUnitHelp);
-  command->add_option("--prior", o->request.prior,
-                      "how donnings of this glove differ, as flexor donning writes it (default: the shipped one)");
+  command->add_option(
+      "--prior", o->request.prior,
+      "how donnings of this glove differ, as flexor donning writes it (default: the shipped one)");
   command->add_option("--out", o->out, "write the new model document here")->required();
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o] { run(*o); });

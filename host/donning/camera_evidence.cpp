@@ -78,7 +78,8 @@ Rows CameraEvidence::rows(const std::vector<Line>& lines, const Eigen::VectorXd&
   }
   Rows out{Eigen::MatrixXd(std::ssize(error), sensors + own.size()),
            Eigen::Map<Eigen::VectorXd>(error.data(), std::ssize(error))};
-  for (std::size_t r = 0; r < jacobian.size(); ++r) out.jacobian.row(static_cast<Eigen::Index>(r)) = jacobian[r];
+  for (std::size_t r = 0; r < jacobian.size(); ++r)
+    out.jacobian.row(static_cast<Eigen::Index>(r)) = jacobian[r];
   return out;
 }
 

@@ -101,7 +101,8 @@ Eigen::VectorXd minimised(const System& system, Eigen::VectorXd p, const std::ve
     double share = 1;
     for (; share > 1e-3; share /= 2) {
       Eigen::VectorXd next = p + share * step;
-      for (Eigen::Index c = 1; c < system.sensors(); c += 2) next(c) = std::clamp(next(c), -kMostLogGain, kMostLogGain);
+      for (Eigen::Index c = 1; c < system.sensors(); c += 2)
+        next(c) = std::clamp(next(c), -kMostLogGain, kMostLogGain);
       Stacked there = system.at(next);
       if (!(there.error.squaredNorm() <= now.error.squaredNorm())) continue;
       p = next;
@@ -116,8 +117,7 @@ Eigen::VectorXd minimised(const System& system, Eigen::VectorXd p, const std::ve
 Eigen::MatrixXd covariance_at(const System& system, const Eigen::VectorXd& p) {
   const Eigen::MatrixXd jacobian = system.at(p).jacobian;  // of full rank by the prior's rows
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jacobian);
-  const Eigen::MatrixXd upper =
-      qr.matrixQR().topRows(p.size()).triangularView<Eigen::Upper>();
+  const Eigen::MatrixXd upper = qr.matrixQR().topRows(p.size()).triangularView<Eigen::Upper>();
   const Eigen::MatrixXd inverse =
       upper.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(p.size(), p.size()));
   return inverse * inverse.transpose();
@@ -164,7 +164,8 @@ Quantiles::Quantiles(std::size_t sensor, Window window, model::Spread made, cons
   const auto n = static_cast<Eigen::Index>(made_.reading.size());
   const double span = made_.span();
   Eigen::VectorXd place(n);  // about the middle, in spans
-  for (Eigen::Index i = 0; i < n; ++i) place(i) = (made_.reading[static_cast<std::size_t>(i)] - made_.middle()) / span;
+  for (Eigen::Index i = 0; i < n; ++i)
+    place(i) = (made_.reading[static_cast<std::size_t>(i)] - made_.middle()) / span;
   const Eigen::VectorXd low = 0.5 - place.array();
   const Eigen::VectorXd high = 0.5 + place.array();
   const double lacking = std::max(0.0, 1 - window_.span() / span - prior.log_gain_sd);
@@ -184,7 +185,8 @@ Rows Quantiles::rows(const std::vector<Line>& lines, const Eigen::VectorXd&) con
   const Line& line = lines[sensor_];
   for (Eigen::Index i = 0; i < n; ++i) {
     const double reading = window_.quantile[static_cast<std::size_t>(i)];
-    out.error(i) = (made_.reading[static_cast<std::size_t>(i)] - made_of(line, made_, reading)) / made_.span();
+    out.error(i) =
+        (made_.reading[static_cast<std::size_t>(i)] - made_of(line, made_, reading)) / made_.span();
     out.jacobian.block<1, 2>(i, column(sensor_)) = derivative(line, made_, reading);
   }
   const auto lower = whitening_.triangularView<Eigen::Lower>();

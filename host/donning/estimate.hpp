@@ -78,7 +78,8 @@ class Quantiles : public Evidence {
 
 struct Estimate {
   std::vector<Line> line;
-  Eigen::MatrixXd covariance;  // of shift and logarithm of the gain, sensor after sensor; of all that is unknown
+  Eigen::MatrixXd
+      covariance;  // of shift and logarithm of the gain, sensor after sensor; of all that is unknown
   std::vector<std::uint8_t> gain_told;  // the evidence narrows the gain; else it stays as it is
 };
 

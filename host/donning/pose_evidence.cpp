@@ -61,7 +61,8 @@ void read_sensor(const model::Model& model, std::size_t i, Held h, PoseReading& 
     const double share = (*h.fist - *h.open) / wanted(*input.poses);
     if (share < 0) {
       out.misfits.emplace_back(
-          i, fmt::format("{}: it moves the other way than where the model was made: is its strip turned?", input.name));
+          i, fmt::format("{}: it moves the other way than where the model was made: is its strip turned?",
+                         input.name));
       return;
     }
     if (share < kNotReached) {
@@ -80,7 +81,8 @@ void read_sensor(const model::Model& model, std::size_t i, Held h, PoseReading& 
 PoseReading read_poses(const model::Model& model, const std::vector<Hold>& holds,
                        const std::vector<model::Spread>&) {
   if (std::ranges::none_of(model.inputs, [](const auto& input) { return input.poses.has_value(); }))
-    throw io::InputError("the model does not say what its sensors read at the open hand and at the fist: identify it anew");
+    throw io::InputError(
+        "the model does not say what its sensors read at the open hand and at the fist: identify it anew");
   PoseReading out;
   const bool swapped = are_swapped(model, holds);
   if (swapped) out.notes.emplace_back("open hand and fist were held the other way round: taken so");

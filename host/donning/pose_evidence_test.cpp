@@ -9,8 +9,8 @@ namespace flexor::donning {
 namespace {
 
 TEST(Holds, AreTheLongestRestsInTheirOrder) {
-  std::vector<double> reading(10, 450.0);                             // too short a rest
-  for (int k = 0; k < 20; ++k) reading.push_back(450 - 7.5 * k);      // opens
+  std::vector<double> reading(10, 450.0);                         // too short a rest
+  for (int k = 0; k < 20; ++k) reading.push_back(450 - 7.5 * k);  // opens
   reading.insert(reading.end(), 50, 300.0);
   for (int k = 0; k < 20; ++k) reading.push_back(300 + 15 * k);
   reading.insert(reading.end(), 40, 600.0);

@@ -14,17 +14,17 @@
 namespace flexor::donning {
 namespace {
 
-constexpr int kWholeCycle = 3;         // turns
-constexpr double kBothEnds = 0.85;     // of the span: then one turn less is a whole cycle
+constexpr int kWholeCycle = 3;      // turns
+constexpr double kBothEnds = 0.85;  // of the span: then one turn less is a whole cycle
 constexpr double kTurn_deg = 30;
 constexpr double kMostTurn = 0.5;      // of the span, where the joint moves little
 constexpr double kLeastCovered = 0.6;  // of the span
 constexpr double kMostCovered = 1.7;
 constexpr double kStandsStill = 0.01;
 constexpr double kSlipped = 0.3;
-constexpr double kSignificant = 0.7;   // standard errors
+constexpr double kSignificant = 0.7;  // standard errors
 constexpr double kSignificantOfPart = 2;
-constexpr double kFarthest = 3;        // of the prior's standard deviations
+constexpr double kFarthest = 3;  // of the prior's standard deviations
 constexpr std::size_t kLeastSamples = 20;
 
 // What is known of one sensor before the estimate.
@@ -42,9 +42,10 @@ model::Spread spread_of(const model::Model& model, std::size_t i) {
   const model::Input& input = model.inputs[i];
   if (input.readings) return *input.readings;
   if (!input.poses) {
-    throw io::InputError(fmt::format(
-        "{}: the model does not say what this sensor read where it was made: identify it anew with this version",
-        input.name));
+    throw io::InputError(
+        fmt::format("{}: the model does not say what this sensor read where it was made: identify it anew "
+                    "with this version",
+                    input.name));
   }
   const auto [low, high] = std::minmax(input.poses->open, input.poses->fist);
   return {{0.05, 0.95}, {low, high}};
@@ -83,15 +84,17 @@ bool judge(const std::string& name, Case& one, std::span<const double> readings)
   if (!whole_cycle(one.window, one.made)) {
     const double little = std::max(one.turn / 5, kStandsStill * one.made.span());
     if (covered < kStandsStill) {
-      one.misfit = fmt::format("{}: it stands still at {:.4g}: is it plugged in, is its strip whole, was it bent?",
-                               name, one.window.middle());
+      one.misfit =
+          fmt::format("{}: it stands still at {:.4g}: is it plugged in, is its strip whole, was it bent?",
+                      name, one.window.middle());
     } else if (covered < kSlipped && turns_of(readings, little).count() >= 2 * kWholeCycle) {
       one.misfit = fmt::format(
-          "{}: it moves between {:.4g} and {:.4g} only, {:.0f} % of what it did: has its strip slipped or broken?",
+          "{}: it moves between {:.4g} and {:.4g} only, {:.0f} % of what it did: has its strip slipped or "
+          "broken?",
           name, one.window.quantile.front(), one.window.quantile.back(), 100 * covered);
     }
-    one.wanted = fmt::format("{}: open and close it once more: {} of {} turns of {:g} degrees were seen", name,
-                             one.window.turns.count(), kWholeCycle, kTurn_deg);
+    one.wanted = fmt::format("{}: open and close it once more: {} of {} turns of {:g} degrees were seen",
+                             name, one.window.turns.count(), kWholeCycle, kTurn_deg);
     return false;
   }
   if (covered < kLeastCovered) {
@@ -115,8 +118,8 @@ void look_at_motion(const Request& request, std::vector<Case>& cases) {
     const std::string& name = request.model.inputs[i].name;
     if (readings.size() < kLeastSamples) {
       cases[i].misfit = fmt::format("{}: hardly any reading of it is valid: is it plugged in?", name);
-      cases[i].wanted = fmt::format("{}: readings within {:g} and {:g}", name, request.model.inputs[i].valid_min,
-                                    request.model.inputs[i].valid_max);
+      cases[i].wanted = fmt::format("{}: readings within {:g} and {:g}", name,
+                                    request.model.inputs[i].valid_min, request.model.inputs[i].valid_max);
       continue;
     }
     cases[i].window = window_of(cases[i], readings);
@@ -134,7 +137,8 @@ bool halves_agree(const Case& one, const std::vector<double>& readings, bool gai
     if (part.size() < kLeastSamples) return true;
     const Window w = window_of(one, part);
     if (!whole_cycle(w, one.made) || w.span() < kLeastCovered * one.made.span()) return true;
-    off.emplace_back(one.made.reading.front() - w.quantile.front(), one.made.reading.back() - w.quantile.back());
+    off.emplace_back(one.made.reading.front() - w.quantile.front(),
+                     one.made.reading.back() - w.quantile.back());
   }
   const auto agree = [](double apart, double away) { return 2 * apart < away; };
   const auto middle = [&](std::size_t i) { return off[i].first + off[i].second; };
@@ -170,7 +174,8 @@ bool significant(const Estimate& e, const Case& one, std::size_t i) {
 }
 
 // Why a sensor stays as it is; empty: it is corrected.
-std::string reason_to_keep(const Request& request, const Estimate& e, Case& one, std::size_t i, bool seen_helps) {
+std::string reason_to_keep(const Request& request, const Estimate& e, Case& one, std::size_t i,
+                           bool seen_helps) {
   const std::string& name = request.model.inputs[i].name;
   if (!one.misfit.empty()) return one.misfit;
   if (!one.informed) return one.wanted;
@@ -178,15 +183,18 @@ std::string reason_to_keep(const Request& request, const Estimate& e, Case& one,
   if (std::abs(line.shift) > kFarthest * one.prior.shift_sd ||
       std::abs(line.log_gain) > kFarthest * one.prior.log_gain_sd) {
     one.misfit = fmt::format(
-        "{}: it lies {:.0f} % of its range off, farther than putting on a glove moves it: has its strip moved, or is "
+        "{}: it lies {:.0f} % of its range off, farther than putting on a glove moves it: has its strip "
+        "moved, or is "
         "this another hand?",
         name, 100 * std::abs(line.shift));
     return one.misfit;
   }
   if (!significant(e, one, i)) return fmt::format("{}: it reads as it did where the model was made", name);
-  const bool motion_counts = request.motion && !one.window.quantile.empty() && whole_cycle(one.window, one.made);
+  const bool motion_counts =
+      request.motion && !one.window.quantile.empty() && whole_cycle(one.window, one.made);
   if (!seen_helps || (motion_counts && !halves_agree(one, request.motion->reading[i], e.gain_told[i])))
-    return fmt::format("{}: the old calibration is kept: on what was held back the new one is no better", name);
+    return fmt::format("{}: the old calibration is kept: on what was held back the new one is no better",
+                       name);
   return {};
 }
 
@@ -222,7 +230,8 @@ std::vector<std::unique_ptr<Evidence>> evidence_of(const Request& request, std::
   std::vector<model::Spread> made;
   for (const Case& one : cases) made.push_back(one.made);
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    if (cases[i].informed) all.push_back(std::make_unique<Quantiles>(i, cases[i].window, made[i], cases[i].prior));
+    if (cases[i].informed)
+      all.push_back(std::make_unique<Quantiles>(i, cases[i].window, made[i], cases[i].prior));
   }
   if (!request.holds.empty()) {
     PoseReading poses = read_poses(request.model, request.holds, made);
@@ -232,7 +241,8 @@ std::vector<std::unique_ptr<Evidence>> evidence_of(const Request& request, std::
     all.push_back(std::make_unique<Sightings>(std::move(poses.sightings), made));
   }
   if (request.seen) {
-    for (const std::size_t sensor : told_by_camera(request.model, *request.seen)) cases[sensor].informed = true;
+    for (const std::size_t sensor : told_by_camera(request.model, *request.seen))
+      cases[sensor].informed = true;
     all.push_back(std::make_unique<CameraEvidence>(request.model, *request.seen, made, 0, 1));
   }
   return all;
@@ -273,7 +283,8 @@ SensorResult result_of(const Request& request, const Estimate& e, const Case& on
 
 void check(const Request& request) {
   if (!request.motion && request.holds.empty() && !request.seen)
-    throw io::InputError("nothing to calibrate from: --recording SHORT, --poses open,fist LOG or --pair SHORT CAMERA");
+    throw io::InputError(
+        "nothing to calibrate from: --recording SHORT, --poses open,fist LOG or --pair SHORT CAMERA");
 }
 
 }  // namespace

@@ -52,9 +52,9 @@ struct SensorResult {
   model::Correction correction;  // none unless applied
   double shift_se = 0;           // of what the sensor's middle is taken for, in its unit
   double gain_se = 0;
-  int reversals = 0;    // of the motion
-  double covered = 0;   // of its span by the motion
-  std::string kept;     // why it was not applied
+  int reversals = 0;   // of the motion
+  double covered = 0;  // of its span by the motion
+  std::string kept;    // why it was not applied
 };
 
 struct JointResult {

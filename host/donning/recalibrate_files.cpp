@@ -23,26 +23,31 @@ using Columns = std::vector<std::vector<double>>;
 
 std::vector<std::string> columns_for(const FileRequest& request, const model::Model& model) {
   if (!request.inputs.empty() && request.inputs.size() != model.inputs.size()) {
-    throw io::InputError(fmt::format("the model has {} input(s), {} --input given; name one for each, in order",
-                                     model.inputs.size(), request.inputs.size()));
+    throw io::InputError(
+        fmt::format("the model has {} input(s), {} --input given; name one for each, in order",
+                    model.inputs.size(), request.inputs.size()));
   }
   if (!request.inputs.empty()) return request.inputs;
   std::vector<std::string> out;
-  for (const model::Input& input : model.inputs) out.push_back(input.column.empty() ? input.name : input.column);
+  for (const model::Input& input : model.inputs)
+    out.push_back(input.column.empty() ? input.name : input.column);
   return out;
 }
 
-void check_units(const recording::CsvReader& reader, const model::Model& model, std::vector<std::string>& notes) {
+void check_units(const recording::CsvReader& reader, const model::Model& model,
+                 std::vector<std::string>& notes) {
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     const std::string& wanted = model.inputs[i].unit;
     const std::string& unit = reader.units()[i];
     if (unit == wanted || unit.empty()) continue;
     if (recording::known_unit(wanted)) {
-      throw io::InputError(fmt::format("{}: column \"{}\" is in {}, the model's input {} takes {}", reader.name(),
-                                       reader.columns()[i], unit, model.inputs[i].name, wanted));
+      throw io::InputError(fmt::format("{}: column \"{}\" is in {}, the model's input {} takes {}",
+                                       reader.name(), reader.columns()[i], unit, model.inputs[i].name,
+                                       wanted));
     }
-    notes.push_back(fmt::format("{}: column \"{}\" is in {}, the model's input {} states no unit: taken as the same",
-                                reader.name(), reader.columns()[i], unit, model.inputs[i].name));
+    notes.push_back(
+        fmt::format("{}: column \"{}\" is in {}, the model's input {} states no unit: taken as the same",
+                    reader.name(), reader.columns()[i], unit, model.inputs[i].name));
   }
 }
 
@@ -62,7 +67,8 @@ recording::Recording read_log(const std::filesystem::path& path, const FileReque
     out.t_s.push_back(row.t_s);
     for (std::size_t i = 0; i < row.value.size(); ++i) out.columns[i].value.push_back(row.value[i]);
   }
-  if (out.t_s.size() < 2) throw io::InputError(fmt::format("{}: no two rows with a reading of every input", out.source));
+  if (out.t_s.size() < 2)
+    throw io::InputError(fmt::format("{}: no two rows with a reading of every input", out.source));
   for (const std::string& note : stream.notes()) notes.push_back(note);
   return out;
 }
@@ -105,7 +111,8 @@ Motion motion_in(const recording::Recording& log, const model::Model& model) {
   return out;
 }
 
-std::vector<Hold> poses_in(const FileRequest& request, const recording::Recording& log, const model::Model& model) {
+std::vector<Hold> poses_in(const FileRequest& request, const recording::Recording& log,
+                           const model::Model& model) {
   std::vector<bool> fist;
   for (const std::string& pose : request.poses) {
     if (pose != "open" && pose != "fist")
@@ -121,7 +128,8 @@ std::vector<Hold> poses_in(const FileRequest& request, const recording::Recordin
   for (const model::Input& input : model.inputs) {
     if (!input.poses) {
       throw io::InputError(fmt::format(
-          "{}: the model does not say what it read at the open hand and at the fist: identify it anew", input.name));
+          "{}: the model does not say what it read at the open hand and at the fist: identify it anew",
+          input.name));
     }
     const auto [low, high] = std::minmax(input.poses->open, input.poses->fist);
     made.push_back({{0.05, 0.95}, {low, high}});
@@ -129,8 +137,8 @@ std::vector<Hold> poses_in(const FileRequest& request, const recording::Recordin
   std::vector<Hold> holds = holds_in(moving, model.sample_period_s, made, fist);
   if (holds.empty()) {
     throw io::JobError(fmt::format(
-        "{}: {} were to be held, each for a second or more, and are not found: hold still, 2 s each", log.source,
-        fmt::join(request.poses, " and ")));
+        "{}: {} were to be held, each for a second or more, and are not found: hold still, 2 s each",
+        log.source, fmt::join(request.poses, " and ")));
   }
   for (Hold& hold : holds) {
     for (std::size_t i = 0; i < moving.size(); ++i) {
@@ -154,7 +162,8 @@ std::vector<Columned> mapped(const std::string& map, const model::Model& model) 
       throw io::InputError(fmt::format("--map {}: joint=column,joint=column", map));
     const std::string name = model::joint_name(one.substr(0, equal));
     const auto joint = std::ranges::find(model.joints, name, &model::Joint::name);
-    if (joint == model.joints.end()) throw io::InputError(fmt::format("--map: the model has no joint {}", name));
+    if (joint == model.joints.end())
+      throw io::InputError(fmt::format("--map: the model has no joint {}", name));
     out.emplace_back(joint - model.joints.begin(), one.substr(equal + 1));
     at = end + 1;
   }
@@ -176,15 +185,16 @@ std::vector<Columned> by_name(const FileRequest& request, const model::Model& mo
     if (std::ranges::find(columns, column) != columns.end()) out.emplace_back(0, column);
   }
   if (out.empty()) {
-    throw io::InputError(fmt::format("{}: no column is called like a joint of the model: --map {}=COLUMN; it has {}",
-                                     request.pair_camera.string(), model.joints.front().name,
-                                     fmt::join(columns, ", ")));
+    throw io::InputError(
+        fmt::format("{}: no column is called like a joint of the model: --map {}=COLUMN; it has {}",
+                    request.pair_camera.string(), model.joints.front().name, fmt::join(columns, ", ")));
   }
   return out;
 }
 
 // The clock offset by the sensor that tells most.
-double clock_offset(const recording::Recording& log, const recording::Recording& angle, const std::string& column) {
+double clock_offset(const recording::Recording& log, const recording::Recording& angle,
+                    const std::string& column) {
   std::optional<recording::Alignment> best;
   std::string reason;
   for (const recording::Column& sensor : log.columns) {
@@ -217,7 +227,8 @@ Seen seen_in(const FileRequest& request, recording::Recording log, const model::
     seen.joint = joint;
     for (std::size_t i = 0; i < model.inputs.size(); ++i) {
       recording::Aligned a;
-      recording::sample_pair({log, log.columns[i].name, angle, column}, 1 / model.sample_period_s, *offset_s, 0, 1, a);
+      recording::sample_pair({log, log.columns[i].name, angle, column}, 1 / model.sample_period_s, *offset_s,
+                             0, 1, a);
       if (i == 0) seen.angle_deg = a.angle_deg;
       if (i == 0) seen.use.assign(a.size(), 1);
       for (std::size_t k = 0; k < seen.use.size(); ++k) seen.use[k] &= !a.gap[k];
@@ -271,7 +282,7 @@ Json to_json(const Recalibration& r) {
   for (const SensorResult& s : r.sensors) {
     out["shift"][s.name] = s.correction.shift;
     out["gain"][s.name] = s.correction.gain;
-    sensors[s.name] = {{"applied", s.applied},       {"shift_se", s.shift_se}, {"gain_se", s.gain_se},
+    sensors[s.name] = {{"applied", s.applied},     {"shift_se", s.shift_se}, {"gain_se", s.gain_se},
                        {"reversals", s.reversals}, {"covered", s.covered},   {"kept", s.kept}};
   }
   for (const JointResult& joint : r.joints) {

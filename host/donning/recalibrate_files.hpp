@@ -12,15 +12,15 @@ namespace flexor::donning {
 
 struct FileRequest {
   std::filesystem::path model;
-  std::filesystem::path recording;     // empty: none
-  std::vector<std::string> poses;      // of "open", "fist", in their order in poses_log
+  std::filesystem::path recording;  // empty: none
+  std::vector<std::string> poses;   // of "open", "fist", in their order in poses_log
   std::filesystem::path poses_log;
   std::filesystem::path pair_sensor;
   std::filesystem::path pair_camera;
-  std::string map;                     // joint=column,... of the camera's file; empty: by name
-  std::vector<std::string> inputs;     // the logs' columns for the model's inputs; empty: those in the model
+  std::string map;                  // joint=column,... of the camera's file; empty: by name
+  std::vector<std::string> inputs;  // the logs' columns for the model's inputs; empty: those in the model
   std::string time_unit;
-  std::filesystem::path prior;         // empty: the shipped one
+  std::filesystem::path prior;  // empty: the shipped one
 };
 
 // Throws io::InputError and io::JobError.

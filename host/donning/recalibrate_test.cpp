@@ -17,7 +17,8 @@ Request worn(const Corrections& moved, double cycles, double scatter, unsigned s
   Request out;
   out.model = test_glove();
   out.motion.emplace();
-  for (const auto& one : moved) out.motion->reading.push_back(test_moved(test_cycles(cycles, scatter, random), one));
+  for (const auto& one : moved)
+    out.motion->reading.push_back(test_moved(test_cycles(cycles, scatter, random), one));
   return out;
 }
 
@@ -96,10 +97,10 @@ TEST(Recalibrate, NamesTheFingerWhoseStripNoLongerFits) {
     ASSERT_EQ(r.misfits.size(), 1U);
     EXPECT_NE(r.misfits[0].find("middle"), std::string::npos) << r.misfits[0];
   };
-  broken([](double) { return 512.0; });                       // a strip that is broken
-  broken([](double u) { return 400 + 0.15 * (u - 450); });    // one that slipped
-  broken([](double u) { return u - 260; });                   // one that was moved
-  broken([](double u) { return 450 + 1.9 * (u - 450); });     // another hand
+  broken([](double) { return 512.0; });                     // a strip that is broken
+  broken([](double u) { return 400 + 0.15 * (u - 450); });  // one that slipped
+  broken([](double u) { return u - 260; });                 // one that was moved
+  broken([](double u) { return 450 + 1.9 * (u - 450); });   // another hand
   Request gone = worn(kShifted, 5, 0.01, 3);
   gone.motion->reading[2].clear();
   EXPECT_EQ(recalibrate(gone).misfits.size(), 1U);
@@ -216,7 +217,8 @@ void put_on_anew(std::mt19937& random, Tally& tally) {
     const double gain = std::exp(0.08 * normal(random));
     moved.push_back({gain, 450 * (1 - gain) + 0.12 * span * normal(random)});
   }
-  Request request = worn(moved, 0.5 + 5 * uniform(random), 0.04 * uniform(random), static_cast<unsigned>(random()));
+  Request request =
+      worn(moved, 0.5 + 5 * uniform(random), 0.04 * uniform(random), static_cast<unsigned>(random()));
   if (uniform(random) < 0.2) std::ranges::fill(request.motion->reading[1], 400 + 100 * uniform(random));
   const Recalibration r = recalibrate(request);
   if (!r.applied) return;

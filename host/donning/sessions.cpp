@@ -127,14 +127,16 @@ Log read_session(const std::filesystem::path& path, const std::vector<std::strin
   return out;
 }
 
-Json change_json(const Change& change) { return {{"value", change.value}, {"low", change.low}, {"high", change.high}}; }
+Json change_json(const Change& change) {
+  return {{"value", change.value}, {"low", change.low}, {"high", change.high}};
+}
 
 }  // namespace
 
 Sessions compare(const std::vector<Log>& logs, const std::vector<std::string>& sensors, unsigned seed) {
   if (logs.size() < kLeastSessions)
-    throw io::InputError(fmt::format("{} session(s): at least {} are needed to say how they differ", logs.size(),
-                                     kLeastSessions));
+    throw io::InputError(fmt::format("{} session(s): at least {} are needed to say how they differ",
+                                     logs.size(), kLeastSessions));
   std::mt19937 random(seed);
   Sessions out;
   for (const Log& log : logs) out.sessions.push_back({log.name, log.t_s.back() - log.t_s.front(), {}});
@@ -161,10 +163,12 @@ Sessions compare_files(const std::vector<std::filesystem::path>& files, std::vec
   if (sensors.empty()) {
     for (const std::string& column : recording::columns_of(files.at(0), time_unit)) {
       const std::string start = column.substr(0, column.find('_'));
-      if (std::ranges::find(model::finger_names(), start) != model::finger_names().end()) sensors.push_back(column);
+      if (std::ranges::find(model::finger_names(), start) != model::finger_names().end())
+        sensors.push_back(column);
     }
     if (sensors.empty())
-      throw io::InputError(fmt::format("{}: no column is called like a finger: --sensors COLUMN,...", files[0].string()));
+      throw io::InputError(
+          fmt::format("{}: no column is called like a finger: --sensors COLUMN,...", files[0].string()));
   }
   std::vector<Log> logs;
   for (const auto& file : files) logs.push_back(read_session(file, sensors, time_unit));

@@ -13,13 +13,14 @@ namespace {
 Log log_of(const std::string& name, const model::Correction& moved, unsigned seed) {
   std::mt19937 random(seed);
   Log out{name, {}, {test_moved(test_cycles(12, 0.01, random), moved)}};
-  for (std::size_t k = 0; k < out.reading[0].size(); ++k) out.t_s.push_back(kTestPeriod_s * static_cast<double>(k));
+  for (std::size_t k = 0; k < out.reading[0].size(); ++k)
+    out.t_s.push_back(kTestPeriod_s * static_cast<double>(k));
   return out;
 }
 
 TEST(Sessions, SayWhereASensorLiesAndReachesInEach) {
-  const Sessions all = compare({log_of("a", {1, 0}, 1), log_of("b", {1, 60}, 2), log_of("c", {1 / 1.2, 75}, 3)},
-                               {"index"}, 1);
+  const Sessions all =
+      compare({log_of("a", {1, 0}, 1), log_of("b", {1, 60}, 2), log_of("c", {1 / 1.2, 75}, 3)}, {"index"}, 1);
   const auto& b = all.sessions[1].sensors[0];
   const auto& a = all.sessions[0].sensors[0];
   EXPECT_NEAR(a.shift.value - b.shift.value, 0.2 * 300 / 320, 0.02);

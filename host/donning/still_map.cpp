@@ -18,7 +18,8 @@ std::vector<double> medians(const model::Model& model) {
   std::vector<double> out;
   for (const model::Input& input : model.inputs) {
     const auto& spread = input.readings;
-    out.push_back(spread ? spread->reading[spread->reading.size() / 2] : (input.valid_min + input.valid_max) / 2);
+    out.push_back(spread ? spread->reading[spread->reading.size() / 2]
+                         : (input.valid_min + input.valid_max) / 2);
   }
   return out;
 }

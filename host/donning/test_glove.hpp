@@ -23,7 +23,8 @@ inline model::Model test_glove() {
     m.inputs.push_back({name, name, "count", name, 1, 1022});
     m.inputs.back().poses = model::Poses{kTestStraight, kTestFist};
     m.inputs.back().readings = model::Spread{{0.02, 0.1, 0.5, 0.9, 0.98}, {302, 310, 450, 590, 598}};
-    m.blocks.push_back({{name}, name + "_curve", model::Curve{{200, 300, 450, 600, 700}, {-20, 0, 55, 90, 105}}});
+    m.blocks.push_back(
+        {{name}, name + "_curve", model::Curve{{200, 300, 450, 600, 700}, {-20, 0, 55, 90, 105}}});
     m.blocks.push_back({{name + "_curve"}, name + "_angle", model::Saturation{-30, 110}});
     m.joints.push_back({name, name + "_angle", 0});
   }

@@ -55,7 +55,8 @@ std::optional<model::Spread> readings_of(const std::vector<Session>& sessions, E
   return out;
 }
 
-std::optional<model::DonningSpread> donning_spread(const std::vector<Session>& sessions, Eigen::Index sensor) {
+std::optional<model::DonningSpread> donning_spread(const std::vector<Session>& sessions,
+                                                   Eigen::Index sensor) {
   const auto all = all_quantiles(sessions, sensor);
   if (all.size() < 2) return {};
   std::vector<double> middle;

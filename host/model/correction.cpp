@@ -26,8 +26,18 @@ void rename_takers(Model& model, const std::string& from, const std::string& to)
 template <class Map>
 void map_poses_and_readings(Input& input, const Map& map) {
   if (input.poses) input.poses = {map(input.poses->open), map(input.poses->fist)};
+  if (input.turns) input.turns = {map(input.turns->open), map(input.turns->fist)};
   if (!input.readings) return;
   for (double& reading : input.readings->reading) reading = map(reading);
+}
+
+bool between_rails(const Input& input, const Poses& poses) {
+  return std::min(poses.open, poses.fist) >= input.valid_min && std::max(poses.open, poses.fist) <= input.valid_max;
+}
+
+Model checked(Model model) {
+  check(model);
+  return model;
 }
 
 }  // namespace
@@ -57,12 +67,13 @@ Model corrected(Model model, std::size_t at, const Correction& correction) {
   if (input.unit != "count") {
     input.valid_min = now(input.valid_min);
     input.valid_max = now(input.valid_max);
-  } else if (input.poses && (std::min(input.poses->open, input.poses->fist) < input.valid_min ||
-                             std::max(input.poses->open, input.poses->fist) > input.valid_max)) {
-    input.poses.reset();  // a pose beyond the converter's rails is none that a board could be zeroed by
+    return checked(std::move(model));
   }
-  check(model);
-  return model;
+  // A pose beyond the converter's rails is none that a board could be zeroed by.
+  for (std::optional<Poses>* pose : {&input.poses, &input.turns}) {
+    if (*pose && !between_rails(input, **pose)) pose->reset();
+  }
+  return checked(std::move(model));
 }
 
 Folded folded(Model model) {

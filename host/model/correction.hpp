@@ -34,7 +34,7 @@ Correction correction_of(const Model& model, std::size_t input);
 Model corrected(Model model, std::size_t input, const Correction& correction);
 
 struct Folded {
-  Model model;  // takes readings as they were made
+  Model model;                         // takes readings as they were made
   std::vector<Correction> correction;  // of each input
 };
 Folded folded(Model model);

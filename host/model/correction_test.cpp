@@ -44,7 +44,8 @@ TEST(Correction, AnotherOneGoesBeforeTheFirst) {
   const Model twice = corrected(once, 0, {0.9, 20});
   EXPECT_EQ(twice.blocks.size(), once.blocks.size());
   for (const double reading : {350.0, 500.0, 600.0}) {
-    EXPECT_NEAR(angle<DoubleArithmetic>(twice, reading), angle<DoubleArithmetic>(once, 0.9 * reading + 20), 1e-9);
+    EXPECT_NEAR(angle<DoubleArithmetic>(twice, reading), angle<DoubleArithmetic>(once, 0.9 * reading + 20),
+                1e-9);
   }
 }
 

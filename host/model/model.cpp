@@ -145,8 +145,8 @@ void check_readings(const Input& input) {
                 fmt::format("readings: 2 to {} shares, and as many readings", kMaxKnots));
   place.readings(reading);
   const bool rising = std::ranges::is_sorted(reading) && reading.back() > reading.front();
-  const bool shares = share.front() > 0 && share.back() < 1 &&
-                      std::ranges::is_sorted(share, std::ranges::less_equal());
+  const bool shares =
+      share.front() > 0 && share.back() < 1 && std::ranges::is_sorted(share, std::ranges::less_equal());
   place.require(rising && shares, "readings: \"share\" must increase between 0 and 1, \"reading\" with it");
 }
 

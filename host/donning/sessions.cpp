@@ -112,18 +112,23 @@ double deviation(const Sessions& all, Change SensorChange::*which) {
   return std::sqrt(squares / freedom);
 }
 
+// A file may hold many trials, each on a clock of its own: only the order of its rows counts.
 Log read_session(const std::filesystem::path& path, const std::vector<std::string>& sensors,
                  const std::string& time_unit) {
   io::require_readable(path);
   std::ifstream file(path, std::ios::binary);
   recording::CsvReader reader(file, path.string(), {sensors, time_unit});
-  recording::Stream stream(reader, recording::Resets::follow);
   Log out{path.stem().string(), {}, std::vector<std::vector<double>>(sensors.size())};
   recording::Row row;
-  while (stream.next(row)) {
-    out.t_s.push_back(row.t_s);
+  double last_s = 0;
+  for (double clock_s = 0; reader.next(row); last_s = row.t_s) {
+    const double step_s = row.t_s - last_s;
+    if (!out.t_s.empty() && step_s > 0 && step_s < recording::kJump_s) clock_s += step_s;
+    out.t_s.push_back(clock_s);
     for (std::size_t i = 0; i < sensors.size(); ++i) out.reading[i].push_back(row.value[i]);
   }
+  if (out.t_s.empty())
+    throw io::InputError(fmt::format("{}: no row with a reading of every sensor", path.string()));
   return out;
 }
 

@@ -42,7 +42,8 @@ TEST(Sessions, FewOrStillAreRefused) {
 // Only where the recordings are.
 TEST(Sessions, OfARealGloveOverMonths) {
   const std::filesystem::path folder = std::filesystem::path(FLEXOR_SOURCE_DIR) / "../shared/data/donning";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no ../shared/data/donning";
+  if (!std::filesystem::exists(folder))
+    GTEST_SKIP() << "needs ../shared/data/donning, which is not part of the repository";
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().filename().string().starts_with("P6_")) files.push_back(entry.path());

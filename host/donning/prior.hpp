@@ -22,7 +22,7 @@ struct Prior {
   double density_sd = 0;  // each quantile between the ends, by itself
 };
 
-// Of 14 sessions of three-finger gloves over 4.5 months: docs/donning.md says how it was learnt.
+// Somewhat wider than nine sessions of one three-finger glove over 4.5 months: docs/donning.md has the figures.
 Prior shipped_prior();
 
 // Throws io::InputError naming file and place.

@@ -32,7 +32,8 @@ void map_poses_and_readings(Input& input, const Map& map) {
 }
 
 bool between_rails(const Input& input, const Poses& poses) {
-  return std::min(poses.open, poses.fist) >= input.valid_min && std::max(poses.open, poses.fist) <= input.valid_max;
+  return std::min(poses.open, poses.fist) >= input.valid_min &&
+         std::max(poses.open, poses.fist) <= input.valid_max;
 }
 
 Model checked(Model model) {

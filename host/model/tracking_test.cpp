@@ -43,6 +43,24 @@ TEST(Trackers, KnowTheirRangesFromPosesAndLimits) {
   EXPECT_FALSE(Trackers<FixedArithmetic>(strip_model({}), {}).any());
 }
 
+TEST(Trackers, KnowWhereWholeBendsTurnFromTheRecordingThatTheModelWasMadeWith) {
+  std::vector<double> readings;
+  for (int k = 0; k < 80 * kRate_hz; ++k) readings.push_back(bend(k / kRate_hz, 0));
+  // Poses are medians of the outer tenths: nearer to each other.
+  const auto turns = turns_of({readings}, 1 / kRate_hz, {330, 670});
+  ASSERT_TRUE(turns.has_value());
+  EXPECT_NEAR(turns->open, 300, 3);
+  EXPECT_NEAR(turns->fist, 700, 3);
+  const auto falling = turns_of({readings}, 1 / kRate_hz, {670, 330});
+  EXPECT_NEAR(falling->open, 700, 3);
+  EXPECT_FALSE(turns_of({{readings.begin(), readings.begin() + 400}}, 1 / kRate_hz, {330, 670}).has_value())
+      << "one bend is none to go by";
+  Model m = strip_model(Poses{330, 670});
+  m.inputs[0].turns = turns;
+  EXPECT_EQ(from_json(to_json(m), "m"), m);
+  EXPECT_EQ(tracked_ranges(m)[0]->poses, *turns);
+}
+
 template <class Arithmetic>
 Followed followed_after(double shift, Poses poses, double seconds = 120) {
   Trackers<Arithmetic> trackers(strip_model(poses), {});

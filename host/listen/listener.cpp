@@ -28,7 +28,7 @@ Listener::Listener(ListenerOptions options, const std::function<void(const std::
     hand_.emplace(&*options_.key);
     std::random_device random;
     hand_->start(random());  // nothing here lasts: what repeats with one in 2^32
-    hand_->stir(static_cast<std::uint16_t>(random()));
+    for (int k = 0; k < link::kStirred; ++k) hand_->stir(static_cast<std::uint16_t>(random()));
   }
   find(says);
   decoder_ = make_decoder(*options_.format, options_.readings);

@@ -45,7 +45,6 @@ class Log {
   double last_host_s_ = 0;
   double last_s_ = 0;
   double last_board_s_ = 0;
-  double shift_s_ = 0;
 };
 
 }  // namespace flexor::listen

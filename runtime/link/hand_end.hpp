@@ -19,7 +19,7 @@ constexpr uint16_t kOutage_ms = 500;
 constexpr uint16_t kMissed_ms = 110;  // without a frame: a glove that says that it has lost touch is believed
 constexpr uint16_t kNonce_ms = 500;
 constexpr uint16_t kLate_ms = 1000;      // 40 frames a second: with kNonce_ms before, 60 of them
-constexpr uint8_t kStirred = 64;         // readings in the pool before the first nonce is drawn
+constexpr uint8_t kStirred = 48;         // readings in the pool before the first nonce is drawn
 constexpr uint16_t kAnswer_ms = 90;      // from a challenge after a frame: the answer has begun by then
 constexpr uint16_t kChallenge_ms = 200;  // from a challenge in a silence: longer than the slowest glove takes
 constexpr uint8_t kScatter_ms = 64;      // and up to so many more; a power of two
@@ -87,6 +87,7 @@ class HandEnd {
   // To wire, which has room for kMaxWire; returns the bytes written. One SipHash. It begins with a delimiter: what a
   // collision left of the challenge before would else spoil this one, too.
   uint8_t challenge(uint8_t* wire) {
+    if (nonce_ms_ > kNonce_ms / 2) renew();  // there has to be time for the answer
     since_challenge_ms_ = 0;
     scatter_ms_ = nonces_.noise() & (kScatter_ms - 1);
     turn_ms_ = 0;

@@ -9,8 +9,8 @@ namespace flexor::donning {
 namespace {
 
 constexpr double kFaded_s = 10;
-constexpr double kMostSteps = 1000;
-constexpr int kParts = 8;
+constexpr double kMostMapSteps = 1000;
+constexpr int kStillParts = 8;
 
 using Compensator = model::Compensator<model::DoubleArithmetic>;
 
@@ -25,7 +25,7 @@ std::vector<double> medians(const model::Model& model) {
 }
 
 std::vector<double> rested(Compensator compensator, double period_s, const std::vector<double>& readings) {
-  const int steps = static_cast<int>(std::clamp(kFaded_s / period_s, 1.0, kMostSteps));
+  const int steps = static_cast<int>(std::clamp(kFaded_s / period_s, 1.0, kMostMapSteps));
   std::vector<double> out;
   for (int k = 0; k < steps; ++k) {
     const auto angles = compensator.step(readings);
@@ -35,14 +35,14 @@ std::vector<double> rested(Compensator compensator, double period_s, const std::
   return out;
 }
 
-// At the kParts + 1 edges of the parts.
+// At the kStillParts + 1 edges of the parts.
 std::vector<std::vector<double>> along(const model::Model& model, std::size_t input) {
   const Compensator fresh(model);
   const model::Spread& spread = *model.inputs[input].readings;
   std::vector<double> readings = medians(model);
   std::vector<std::vector<double>> out;
-  for (int i = 0; i <= kParts; ++i) {
-    readings[input] = spread.reading.front() + spread.span() * i / kParts;
+  for (int i = 0; i <= kStillParts; ++i) {
+    readings[input] = spread.reading.front() + spread.span() * i / kStillParts;
     out.push_back(rested(fresh, model.sample_period_s, readings));
   }
   return out;
@@ -56,7 +56,7 @@ std::vector<double> still_angles(const model::Model& model, const std::vector<do
 
 std::vector<std::vector<double>> slopes(const model::Model& model, std::size_t input) {
   const auto angles = along(model, input);
-  const double part = model.inputs[input].readings->span() / kParts;
+  const double part = model.inputs[input].readings->span() / kStillParts;
   std::vector<std::vector<double>> out(model.joints.size());
   for (std::size_t i = 0; i + 1 < angles.size(); ++i) {
     for (std::size_t j = 0; j < out.size(); ++j) out[j].push_back((angles[i + 1][j] - angles[i][j]) / part);

@@ -302,9 +302,9 @@ TEST_F(Cli, ApplyTracksAStripThatMovesAndSaysByHowMuch) {
   for (const std::string arithmetic : {"double", "float", "fixed"}) {
     const Finished r = run(apply + " --arithmetic " + arithmetic);
     ASSERT_EQ(r.exit, 0) << r.err;
-    EXPECT_NE(r.err.find("tracked: thumb not"), std::string::npos) << r.err;
-    EXPECT_NE(r.err.find("tracked: index shifted by -"), std::string::npos) << r.err;
-    EXPECT_NE(r.err.find("tracked: ring shifted by +"), std::string::npos);
+    EXPECT_NE(r.err.find("tracked: thumb_alpha not"), std::string::npos) << r.err;
+    EXPECT_NE(r.err.find("tracked: index_alpha shifted by -"), std::string::npos) << r.err;
+    EXPECT_NE(r.err.find("tracked: ring_alpha shifted by +"), std::string::npos);
     EXPECT_EQ(r.err.find("ALARM"), std::string::npos);
   }
   const auto json = nlohmann::json::parse(run(apply + " --json").out);

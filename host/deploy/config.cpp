@@ -234,7 +234,7 @@ void check_tracking(const Glove& glove) {
   if (!glove.track) return;
   if (glove.model_as == ModelAs::data)
     throw InputError(
-        "--track with --model-as data: a model that is sent does not bring its strips' poses along; use "
+        "--track with --model-as data: what a strip is tracked against is compiled into the image; use "
         "--model-as "
         "code, or leave out --track");
   const auto tracked = tracked_strips(glove);

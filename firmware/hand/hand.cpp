@@ -40,6 +40,7 @@ Transmitter<64> transmitter;
 hand::LinkWatch watch;
 hand::BoardWatch board_watch;
 hand::NeighbourWatch neighbours[link::kFingers - 1];
+uint8_t of_windows_ms = 0;
 constexpr uint8_t kBandgap = _BV(REFS0) | 0x0e;
 constexpr uint8_t kBadResets = hand::kBrownOutReset | hand::kWatchdogReset;
 static_assert(hand::kBrownOutReset == _BV(BORF) && hand::kWatchdogReset == _BV(WDRF), "as in MCUSR");
@@ -108,12 +109,19 @@ void drive(uint8_t motor, int16_t duty) {
 }
 
 // Out of line, as tick(): in one function there would not be registers enough for all.
-__attribute__((noinline)) int16_t run_finger(hand::Finger& finger, uint8_t i, uint16_t reading,
-                                             bool shadowed) {
+__attribute__((noinline)) int16_t run_finger(hand::Finger& finger, uint8_t i, uint16_t reading) {
   // The watches take turns: no tick has all of them.
   const bool turn = ((static_cast<uint8_t>(hand_link.now_ms()) ^ i) & 1) == 0;
   return finger.tick(config::settings(i), hand_status.link, hand_link.receiver().frame().angle[i],
-                     config::rest(i), reading, turn, shadowed);
+                     config::rest(i), reading, turn,
+                     i > 0 ? neighbours[i - 1].of_second() : hand::Neighbour{});
+}
+
+// What a finger has to do with the one before. Fingers next to each other are probed by turns.
+__attribute__((noinline)) void meet(uint8_t i, const uint16_t* reading) {
+  const bool turn = (((of_windows_ms / hand::NeighbourWatch::kWindow_ms) ^ i) & 1) == 0;
+  const int16_t told = static_cast<int16_t>(hand_finger[i].setpoint() - hand_finger[i - 1].setpoint());
+  neighbours[i - 1].look(reading[i - 1], reading[i], told, turn);
 }
 
 __attribute__((noinline)) void tick() {
@@ -129,15 +137,15 @@ __attribute__((noinline)) void tick() {
     if (uptime_s < UINT16_MAX) ++uptime_s;
   }
   hand_link.tick();
-  hand_link.stir(static_cast<uint16_t>(reading[0] ^ reading[4] << 3));
+  hand_link.stir(static_cast<uint16_t>(reading[0] ^ reading[4] << 8));
   hand_status.link = watch.tick();
   hand_status.board = broken | (reset_cause & kBadResets);
-  bool shadowed = false;
+  const uint8_t second = ++of_windows_ms & (hand::NeighbourWatch::kWindow_ms - 1);  // one pair in a tick
+  if (second > 0 && second < link::kFingers) meet(second, reading);
   for (uint8_t i = 0; i < link::kFingers; ++i) {
-    if (i > 0) shadowed = neighbours[i - 1].tick(reading[i - 1], reading[i]);
     hand::Finger& finger = hand_finger[i];
     if (broken) finger.let_go();
-    const int16_t duty = broken ? 0 : run_finger(finger, i, reading[i], shadowed);
+    const int16_t duty = broken ? 0 : run_finger(finger, i, reading[i]);
     drive(i, duty);
     hand_status.duty[i] = static_cast<int8_t>(duty >> 8);
     hand_status.fault[i] = finger.fault();

@@ -27,7 +27,6 @@ constexpr std::size_t kCalibrate = 4;    // of buttons()
 constexpr int kPotentiometerMargin = 5;  // counts from either rail
 constexpr double kGap_deg = 1.25;        // between what the motor must have done and the reading
 constexpr double kForget_deg_s = 12;     // of it: what noise leaves behind
-constexpr double kFrictionShare = 0.4;   // by which friction may differ
 constexpr double kKick = 3.2;            // times the duty that may move a finger: it must
 constexpr double kPwmStep = 1.0 / 256;
 
@@ -355,7 +354,7 @@ hand::MotorSettings motor_settings(const HandMotor& motor) {
   c.rate = std::max<std::int16_t>(int16(rate * 65536), 1);
   c.gain = int16(rate * motor.full_speed_deg_s * kTurn_s * (1 << (hand::kSpeedFraction + 1)));
   c.friction = speed(motor.friction * motor.full_speed_deg_s);
-  c.load = speed((motor.load + kFrictionShare * motor.friction + kPwmStep) * motor.full_speed_deg_s);
+  c.load = speed((motor.load + kMotorFrictionShare * motor.friction + kPwmStep) * motor.full_speed_deg_s);
   c.forget = speed(kForget_deg_s);
   c.gap = int16(kGap_deg * (1 << hand::kSumFraction));
   c.breakaway = int16(may_move * hand::kFullDuty);

@@ -80,6 +80,10 @@ struct Glove {
   bool assembly = true;  // products as the microcontroller has them; the same bits
 };
 
+// By how much a motor may differ from its HandMotor without a fault, and within the bound on its speed.
+inline constexpr double kMotorSpeedShare = 0.15;
+inline constexpr double kMotorFrictionShare = 0.4;
+
 // What is known of the motors, behind their gears; duties as shares of the supply. The hand's protection lives on
 // it (runtime/hand/motor_watch.hpp): with full_speed_deg_s 0 there is none.
 struct HandMotor {

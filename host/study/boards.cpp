@@ -103,8 +103,10 @@ deploy::Hand safe_hand(const twin::Parameters& p, const model::Model& model) {
   }
   hand.reach_deg = kReach_deg;
   hand.motor = motor_of(p);
-  hand.duty = std::min(p.loop_duty,
-                       kTopSpeed_deg_s / hand.motor.full_speed_deg_s + hand.motor.friction - hand.motor.load);
+  // The fastest motor of this kind, and the one with the least friction.
+  const double fastest_deg_s = (1 + deploy::kMotorSpeedShare) * hand.motor.full_speed_deg_s;
+  const double least_friction = (1 - deploy::kMotorFrictionShare) * hand.motor.friction;
+  hand.duty = std::min(p.loop_duty, kTopSpeed_deg_s / fastest_deg_s + least_friction - hand.motor.load);
   hand.integral_limit = std::min(p.loop_integral_limit, kSafeIntegralLimit);
   hand.speed_deg_s = std::min(p.loop_speed_deg_s, kSafeSpeed_deg_s);
   hand.feed_forward_s_per_deg =

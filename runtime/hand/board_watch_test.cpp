@@ -42,16 +42,5 @@ TEST(BoardWatch, AConverterThatStopsOrLosesItsReferenceIsStuckUntilItHasBeenWell
   EXPECT_EQ(watch.tick(true, 1023) & kAdcStuck, kAdcStuck);
 }
 
-TEST(Faults, EachHasABitOfTheTelemetryWordOfItsOwn) {
-  uint16_t all = 0;
-  for (uint8_t code = 1; code <= static_cast<uint8_t>(Fault::noisy); ++code) {
-    const uint16_t bit = telemetry_bit(static_cast<Fault>(code));
-    EXPECT_EQ(all & bit, 0) << int{code};
-    all = static_cast<uint16_t>(all | bit);
-  }
-  EXPECT_EQ(telemetry_bit(Fault::none), 0);
-  EXPECT_EQ(all & telemetry_bits(0xff), 0);
-}
-
 }  // namespace
 }  // namespace flexor::hand

@@ -1,4 +1,4 @@
-// What can be wrong with a finger and with the hand's board: codes, and a bit of the telemetry word each.
+// What can be wrong with a finger and with the hand's board: a code of each finger, bits of the board.
 // README.md of this room has the table: what the hand does, and how a fault ends.
 #pragma once
 
@@ -26,12 +26,6 @@ enum BoardFault : uint8_t {
   kBrownOutReset = 1 << 2,  // the last start was the brown-out detector's
   kWatchdogReset = 1 << 3,  // the last start was the watchdog's
 };
-
-// The telemetry word: bits 0 .. 7 the codes of any finger, bit = code - 1; bits 8 .. 15 the board's.
-inline uint16_t telemetry_bit(Fault fault) {
-  return fault == Fault::none ? 0 : static_cast<uint16_t>(1 << (static_cast<uint8_t>(fault) - 1));
-}
-inline uint16_t telemetry_bits(uint8_t board) { return static_cast<uint16_t>(board << 8); }
 
 }  // namespace hand
 }  // namespace flexor

@@ -66,23 +66,25 @@ struct FingerSettings {
 
 class Finger {
  public:
-  // `command` and `rest` in Q4 degrees, any value; `counts` are the potentiometer's, and `shadowed` when they are
-  // a neighbour's. `turn`: every second tick, the watch's. Returns the duty, which the motor must get.
+  // `command` and `rest` in Q4 degrees, any value; `counts` are the potentiometer's, and `neighbour` what is known of
+  // the one before. `turn`: every second tick, the watch's. Returns the duty, which the motor must get.
   int16_t tick(const FingerSettings& c, Link link, int16_t command, int16_t rest, uint16_t counts,
-               bool turn = true, bool shadowed = false) {
+               bool turn = true, Neighbour neighbour = {}) {
+    const bool watched = c.motor.rate != 0;
+    const bool shadowed = watched && neighbour.shadowed;
     if (!c.potentiometer.plausible(counts)) return give_up(Fault::blind);
     const int16_t measured = c.potentiometer(counts);
-    if (!awake_ || (is_limp() && recovers(measured, shadowed && c.motor.rate != 0))) wake(c, measured);
+    if (!awake_ || (is_limp() && recovers(measured, shadowed))) wake(c, measured);
     if (is_limp()) return 0;
-    const bool watched = c.motor.rate != 0;
     // Before the loop: a microcontroller has not the registers for both at a time.
     const Verdict verdict = watched ? watch_.tick(c.motor, turn, duty_, measured) : Verdict::good;
     if (link != Link::following) quick_ = false;
     int16_t goal = link == Link::following ? command : rest;
     if (link == Link::waiting) goal = held_;
+    if (watched) goal = core::add(goal, neighbour.probe);
     const int16_t duty = step(c.loop, loop_, goal, measured, step_limit(c, goal));
     if (setpoint() == core::clamp(goal, c.loop.lower, c.loop.upper)) quick_ = link == Link::following;
-    if (shadowed && watched) return give_up(Fault::floating);
+    if (shadowed) return give_up(Fault::floating);
     if (verdict != Verdict::good) return disagree(verdict, measured);
     trusted_ = measured;
     duty_ = watched ? guarded(c, duty, measured) : duty;
@@ -105,11 +107,14 @@ class Finger {
   static constexpr uint8_t kUp = 1;
   static constexpr uint8_t kDown = 2;
   static constexpr int32_t kLeastStep = static_cast<int32_t>(1) << 16;  // Q20, 62 degrees a second
-  static constexpr int16_t kBeyond = 4;           // Q4 past the command's range: no further
-  static constexpr int16_t kGentle = 16;          // Q4 before its end: nothing that could press
-  static constexpr int16_t kSame = 16;            // Q4: the set-point has come back
-  static constexpr int16_t kAlive = 32;           // Q4: such a movement is none of noise
-  static constexpr int16_t kNear = 160;           // Q4: where it was, and what it coasted since
+  static constexpr int16_t kBeyond = 4;         // Q4 past the command's range: no further
+  static constexpr int16_t kGentle = 16;        // Q4 before its end: nothing that could press
+  static constexpr int16_t kSame = 16;          // Q4: the set-point has come back
+  static constexpr int16_t kAlive = 32;         // Q4: such a movement is none of noise
+  static constexpr int16_t kNear = 160;         // Q4: where it was, and what it coasted since
+  static constexpr uint8_t kPushed_ticks = 60;  // with so little a finger that is free moves by a degree
+  static constexpr uint16_t kGentle_ticks = 8000;
+  static constexpr uint8_t kMostGrudge = 3;       // 64 s
   static constexpr uint8_t kSettled_ticks = 100;  // for a finger to come to rest
   static constexpr uint8_t kRecovered_ticks = 200;
 
@@ -119,6 +124,7 @@ class Finger {
     watch_.start(measured);
     held_ = setpoint();
     blocked_ = 0;
+    if (fault_ == Fault::frozen) stopped_ = 0;  // it lives
     kick_ = 0;
     awake_ = true;
     quick_ = false;
@@ -149,49 +155,100 @@ class Finger {
     return slow < most ? slow : most;
   }
 
+  // A way that it was stopped on is free once the finger has been at its end, or after a time that grows.
+  void forgive(const LoopSettings& c, int16_t measured) {
+    if (stopped_ == 0) return;
+    const uint8_t here = measured > c.upper - kSame ? kUp : measured < c.lower + kSame ? kDown : 0;
+    if ((stopped_ & here) != 0) {
+      stopped_ = static_cast<uint8_t>(stopped_ & ~here);
+      grudge_ = 0;
+    }
+    if (--gentle_ticks_ > 0) return;
+    stopped_ = 0;
+    if (softly_) blocked_ = 0;
+  }
+
   // What of the loop's duty the motor gets.
   int16_t guarded(const FingerSettings& c, int16_t duty, int16_t measured) {
-    if (further(measured, blocked_at_, kAlive)) blocked_ = 0;
+    unblock(measured);
+    forgive(c.loop, measured);
     if ((blocked_ & (duty > 0 ? kUp : kDown)) != 0) return hold_back(measured);
     fault_ = Fault::none;
     const int16_t stops_at = static_cast<int16_t>(measured + watch_.coast(c.motor));
     const int16_t left = static_cast<int16_t>(duty > 0 ? c.loop.upper - stops_at : stops_at - c.loop.lower);
-    return left < -kBeyond ? static_cast<int16_t>(0) : kicked(c.motor, duty, left);
+    return left < -kBeyond ? static_cast<int16_t>(0) : kicked(c.motor, duty, measured, left);
   }
 
   // Between the duty that may move a finger and the one that must, nobody can tell whether it is held: not for
   // long. A kick goes on until the reading has moved, or the watch has seen enough. `left`: of the way to the end
   // of the range, where nothing begins that could press.
-  int16_t kicked(const MotorSettings& c, int16_t duty, int16_t left) {
+  int16_t kicked(const MotorSettings& c, int16_t duty, int16_t measured, int16_t left) {
     const uint8_t way = duty > 0 ? kUp : kDown;
+    const bool gentle = left < kGentle || (stopped_ & way) != 0;
     if (!watch_.held()) {
       kick_ = 0;
-      return left < kGentle ? core::clamp<int16_t>(duty, static_cast<int16_t>(-c.breakaway), c.breakaway)
-                            : duty;
+      return gentle ? gently(c.breakaway, duty, measured) : duty;
     }
-    if (kick_ == 0 && left >= kGentle) kick_ = way;
-    if (kick_ != way) return core::clamp<int16_t>(duty, static_cast<int16_t>(-c.breakaway), c.breakaway);
+    if (kick_ == 0 && !gentle) kick_ = way;
+    if (kick_ != way) return gently(c.breakaway, duty, measured);
     if (way == kUp) return duty < c.kick ? c.kick : duty;
     return duty > -c.kick ? static_cast<int16_t>(-c.kick) : duty;
+  }
+
+  // No more than what may move it, and that not for long where it does not.
+  int16_t gently(int16_t breakaway, int16_t duty, int16_t measured) {
+    const int16_t little = core::clamp<int16_t>(duty, static_cast<int16_t>(-breakaway), breakaway);
+    if (little == duty || further(measured, pushed_at_, kSame)) {
+      pushed_ticks_ = 0;
+      pushed_at_ = measured;
+      return little;
+    }
+    if (++pushed_ticks_ < kPushed_ticks) return little;
+    pushed_ticks_ = 0;
+    softly_ = blocked_ == 0 || softly_;
+    return block(duty > 0 ? kUp : kDown, measured);
+  }
+
+  int16_t block(uint8_t way, int16_t measured) {
+    blocked_ = static_cast<uint8_t>(blocked_ | way);
+    blocked_at_ = measured;
+    return hold_back(measured);
+  }
+
+  // Tried again where it has got past what stopped it, or has moved away with the set-point come back: what gives
+  // throws a finger back without either.
+  void unblock(int16_t measured) {
+    if (blocked_ == 0) return;
+    const int16_t away = static_cast<int16_t>(measured - blocked_at_);
+    const int16_t wanted = static_cast<int16_t>(setpoint() - measured);
+    if (away > kAlive && (blocked_ == kUp || wanted > -kSame)) blocked_ = 0;
+    if (away < -kAlive && (blocked_ == kDown || wanted < kSame)) blocked_ = 0;
   }
 
   // Nothing against what has stopped it, until it has moved.
   int16_t hold_back(int16_t measured) {
     const int16_t left = static_cast<int16_t>(setpoint() - measured);
-    fault_ = left > kSame || left < -kSame ? Fault::stalled : Fault::none;
+    const bool silent = softly_ && (blocked_ & stopped_) == 0;
+    fault_ = !silent && (left > kSame || left < -kSame) ? Fault::stalled : Fault::none;
     loop_.integral = 0;
     return 0;
   }
 
-  int16_t disagree(Verdict verdict, int16_t measured) {
+  FLEXOR_SHARED int16_t disagree(Verdict verdict, int16_t measured) {
     loop_.integral = 0;
     if (verdict == Verdict::jumped) return give_up(Fault::slipped);
     if (verdict == Verdict::against) return give_up(Fault::reversed);
     if (verdict == Verdict::without) return give_up(Fault::slipped);
-    blocked_ = static_cast<uint8_t>(blocked_ | (duty_ > 0 ? kUp : kDown));
-    blocked_at_ = measured;
-    watch_.start(measured);
-    return give_up(blocked_ == (kUp | kDown) ? Fault::frozen : Fault::stalled);
+    const uint8_t way = watch_.upwards() ? kUp : kDown;
+    stopped_ = static_cast<uint8_t>(stopped_ | way);
+    gentle_ticks_ = static_cast<uint16_t>(kGentle_ticks << grudge_);
+    if (grudge_ < kMostGrudge) ++grudge_;
+    watch_.recoil(measured);
+    kick_ = 0;
+    softly_ = false;
+    const int16_t none = block(way, measured);
+    duty_ = none;
+    return blocked_ == (kUp | kDown) ? give_up(Fault::frozen) : none;
   }
 
   // At rest first, then long enough without what was wrong.
@@ -223,9 +280,15 @@ class Finger {
   int16_t limp_at_ = 0;
   uint8_t limp_ticks_ = 0;
   uint8_t blocked_ = 0;
+  int16_t pushed_at_ = 0;
+  uint8_t pushed_ticks_ = 0;
+  uint16_t gentle_ticks_ = 0;
+  uint8_t stopped_ = 0;
+  uint8_t grudge_ = 0;
   uint8_t kick_ = 0;
   bool awake_ = false;
   bool quick_ = false;
+  bool softly_ = false;
   Fault fault_ = Fault::none;
 };
 

@@ -26,6 +26,7 @@ constexpr int16_t kRough = 64;      // Q4: jumps beyond kJump, summed; a tick fo
 constexpr int16_t kProgress = 64;   // Q6: less is standing still
 constexpr uint8_t kPatience_turns = 2;
 constexpr uint8_t kEffort_turns = 11;
+constexpr uint8_t kRecoil_turns = 100;
 
 struct MotorSettings {
   int16_t rate;       // 1 - exp(-turn / tau), Q16; 0: nothing is known of the motor, and nothing watched
@@ -53,6 +54,13 @@ class MotorWatch {
     last_ = measured;
     smooth_ = before_ = from_ = since_behind_ = since_ahead_ = static_cast<int16_t>(measured << kFine);
     effort_ = 0;
+    recoil_ = 0;
+  }
+
+  // What has stopped a finger throws it back: for a while nothing is said of what moves it.
+  void recoil(int16_t measured) {
+    start(measured);
+    recoil_ = kRecoil_turns;
   }
 
   // The duty of the last tick, and the reading that it led to. `turn`: every second tick.
@@ -77,6 +85,8 @@ class MotorWatch {
   }
   bool jumped_again() const { return again_; }
 
+  // Which way it was stalled.
+  bool upwards() const { return upwards_; }
   // It ought to move, and has not for a while.
   bool held() const { return effort_ >= kPatience_turns; }
   // How far the finger would go on without duty, Q4: by the model, a 64th of a second of its speed.
@@ -91,9 +101,15 @@ class MotorWatch {
     const int16_t mean = static_cast<int16_t>((duty >> 1) + (other_duty_ >> 1));
     speed_ = static_cast<int16_t>(speed_ + core::upper_half(static_cast<int32_t>(c.gain) * mean -
                                                             static_cast<int32_t>(c.rate) * speed_));
-    compare(c, static_cast<int16_t>((smooth_ - before_) * (1 << (kSumFraction - 6))));
+    if (recoil_ > 0) {
+      --recoil_;
+    } else {
+      compare(c, static_cast<int16_t>((smooth_ - before_) * (1 << (kSumFraction - 6))));
+    }
     before_ = smooth_;
+    if (along_ > 0) --along_;
     count_effort(c, duty);
+    if (behind_ > c.gap || ahead_ > c.gap) upwards_ = behind_ > c.gap;
     if (behind_ > c.gap) return blame(duty > 0, static_cast<int16_t>(since_behind_ - smooth_));
     if (ahead_ > c.gap) return blame(duty < 0, static_cast<int16_t>(smooth_ - since_ahead_));
     return effort_ >= kEffort_turns ? Verdict::stalled : Verdict::good;
@@ -126,8 +142,8 @@ class MotorWatch {
   }
 
   // `away`: how far the reading has moved away from the model since they agreed. `driven`: against the duty.
-  static Verdict blame(bool driven, int16_t away) {
-    if (away <= kProgress) return Verdict::stalled;
+  Verdict blame(bool driven, int16_t away) const {
+    if (away <= kProgress || (effort_ > 0 && along_ > 0)) return Verdict::stalled;
     return driven ? Verdict::against : Verdict::without;
   }
 
@@ -145,6 +161,7 @@ class MotorWatch {
     const int16_t moved = static_cast<int16_t>(smooth_ - from_);
     const bool along = up ? moved > kProgress : moved < -kProgress;
     effort_ = along ? 0 : static_cast<uint8_t>(effort_ + 1);
+    if (along) along_ = kRecoil_turns;
   }
 
   int16_t other_duty_ = 0;  // of the tick between two turns
@@ -159,36 +176,86 @@ class MotorWatch {
   int16_t from_ = 0;    // where the way along with the duty began
   int16_t rough_ = 0;
   uint8_t effort_ = 0;
+  uint8_t recoil_ = 0;
+  uint8_t along_ = 0;
   bool upwards_ = false;
   bool again_ = false;
 };
 
-// An input that hangs in the air keeps the charge of the one that was read before it: two neighbours that are
-// equal to a count while they move. Which of both hangs cannot be told, nor need it: with the second finger
-// limp, either its reading follows the first's all the same, or the first's stands still against its duty.
+// An input that hangs in the air keeps the charge of the one that was read before it: two neighbours that move alike. Good
+// fingers that are told the same do so, too. Those are told something else by turns, 1.5 degrees to either side, and looked
+// at in windows of time: whose readings go on alike is one and the same. Which of both hangs cannot be told, nor need it:
+// with the second finger limp, either its reading follows the first's still, or the first's stands still against its duty.
+struct Neighbour {
+  int8_t probe;   // to be added to the goal, Q4 degrees
+  bool shadowed;  // one of both readings is the other's
+};
 class NeighbourWatch {
  public:
-  // Readings of the pair, a tick. True: one of them may be the other's shadow.
-  bool tick(uint16_t a, uint16_t b) {
-    const int16_t apart = static_cast<int16_t>(a - b);
-    if (apart > 1 || apart < -1) {
-      ticks_ = 0;
-      shadow_ = false;
-      return false;
-    }
-    if (ticks_ == 0) from_ = a;
-    if (ticks_ < kTicks) ++ticks_;
-    const int16_t moved = static_cast<int16_t>(a - from_);
-    if (ticks_ == kTicks && (moved > kMoved || moved < -kMoved)) shadow_ = true;
-    return shadow_;
+  // At the end of each window of kWindow_ms: the readings of the pair, and by how much more the second is told than the
+  // first, Q4 degrees. `turn` changes with each window.
+  void look(uint16_t a, uint16_t b, int16_t told, bool turn) {
+    const int16_t moved = static_cast<int16_t>(a - a_);
+    const int16_t other = static_cast<int16_t>(b - b_);
+    const bool near = within(static_cast<int16_t>(a - b), kNear);
+    if (!near && !shadowed()) alike_ = 0;
+    if (near || shadowed()) weigh(moved, other, static_cast<int16_t>(told - told_));
+    a_ = a;
+    b_ = b;
+    told_ = told;
+    probe_ = alike_ == 0 || shadowed() || lasting_ == 0 ? 0 : turn ? kProbe : -kProbe;
   }
+  bool shadowed() const { return alike_ == kCertain; }
+  // Of the second.
+  Neighbour of_second() const { return {probe_, shadowed()}; }
+
+  static constexpr uint8_t kWindow_ms = 64;
 
  private:
-  static constexpr uint8_t kTicks = 100;
-  static constexpr int16_t kMoved = 5;  // counts, a bit more than a degree
-  uint16_t from_ = 0;
-  uint8_t ticks_ = 0;
-  bool shadow_ = false;
+  static bool within(int16_t x, int16_t bound) { return x <= bound && x >= -bound; }
+
+  void weigh(int16_t moved, int16_t other, int16_t told) {
+    const int16_t apart = static_cast<int16_t>(other - moved);
+    const bool both = !within(moved, kMoved) && !within(other, kMoved);
+    if (shadowed()) {
+      if (!within(apart, kAlike)) alike_ = 0;
+      return;
+    }
+    if (both) lasting_ = kLasting;
+    if (!both && lasting_ > 0) --lasting_;
+    if (!both) return;
+    if (!within(apart, kAlike)) {
+      if (alike_ > 0) --alike_;
+      return;
+    }
+    if (alike_ == 0) {
+      alike_ = 1;
+      return;
+    }
+    if (within(told, kTold) || !within(moved, kQuick)) return;
+    const int16_t followed = static_cast<int16_t>(told > 0 ? apart : -apart);
+    if (followed < kFollowed) {
+      ++alike_;
+    } else {
+      alike_ = alike_ > 3 ? static_cast<uint8_t>(alike_ - 2) : 1;
+    }
+  }
+
+  static constexpr int8_t kProbe = 24;     // Q4 degrees
+  static constexpr int16_t kTold = 40;     // Q4 degrees, told to go apart
+  static constexpr int16_t kNear = 24;     // counts between both: a shadow says what the other says
+  static constexpr int16_t kMoved = 7;     // counts, two degrees
+  static constexpr int16_t kQuick = 50;    // counts: a motor that does what it can follows no probe
+  static constexpr int16_t kAlike = 12;    // counts
+  static constexpr int16_t kFollowed = 5;  // counts, less than half of what it was told
+  static constexpr uint8_t kCertain = 4;
+  static constexpr uint8_t kLasting = 12;
+  uint16_t a_ = 0;
+  uint16_t b_ = 0;
+  int16_t told_ = 0;
+  int8_t probe_ = 0;
+  uint8_t alike_ = 0;
+  uint8_t lasting_ = 0;  // windows since they moved, downwards
 };
 
 }  // namespace hand

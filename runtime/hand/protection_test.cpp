@@ -20,7 +20,7 @@ constexpr double kFriction = 0.051;  // of full duty
 constexpr double kLoad = 0.0426;     // the greatest
 constexpr double kLower_deg = 28;    // the stops
 constexpr double kUpper_deg = 113;
-constexpr double kStopDuty_per_deg = 0.4;  // what the stop pushes back with
+constexpr double kStopDuty_per_deg = 0.4;  // what a stop pushes back with
 constexpr double kPressing = 0.1;          // as in host/twin
 constexpr double kTop_deg_s = 450;
 constexpr int kLongest_ms = 50;
@@ -32,7 +32,7 @@ FingerSettings elastic_settings(bool watched = true) {
   FingerSettings c{};
   c.loop = {30 * 16,        111 * 16, in_a_tick(400),
             duty_of(0.05),  1057,     static_cast<std::int32_t>(kFullDuty) << 6,
-            duty_of(0.387), 25736};
+            duty_of(0.317), 25736};        // 440 degrees a second of the fastest motor that is accepted
   c.potentiometer = {256250, 0, 61, 524};  // 250 degrees over 1023 counts
   c.careful_step = in_a_tick(150);
   const auto speed = [](double deg_s) {
@@ -58,6 +58,7 @@ struct Motor {
   double speed_deg_s = 0;
   double load = 0;  // share of the supply
   double wall_deg = 1e9;
+  double wall_duty_per_deg = kStopDuty_per_deg;
   double fastest_deg_s = 0;
   int impacts = 0;
   int pressed_ms = 0;
@@ -68,7 +69,10 @@ struct Motor {
     const double past = angle_deg - std::clamp(angle_deg, kLower_deg, std::min(kUpper_deg, wall_deg));
     const double rate = 0.001 / (kTime_s + 0.001);
     const double pushed =
-        speed_deg_s + ((u + load - kStopDuty_per_deg * past) * full_speed_deg_s - speed_deg_s) * rate;
+        speed_deg_s + ((u + load - (angle_deg > wall_deg ? wall_duty_per_deg : kStopDuty_per_deg) * past) *
+                           full_speed_deg_s -
+                       speed_deg_s) *
+                          rate;
     const double dry = friction * full_speed_deg_s * rate;
     speed_deg_s = pushed - std::clamp(pushed, -dry, dry);
     angle_deg += speed_deg_s / 1000;
@@ -82,7 +86,21 @@ struct Motor {
   }
 };
 
-enum class Lie { none, frozen, slipped_up, slipped_down, reversed, neighbour, noisy };
+enum class Lie {
+  none,
+  frozen,
+  slipped_up,
+  slipped_down,
+  slips_up,
+  slips_down,
+  reversed,
+  neighbour,
+  noisy,
+  half,
+  lags
+};
+constexpr double kSlipSpeed_deg_s = 20;  // of what slips slowly
+constexpr double kLag_ms = 80;
 
 // Two fingers, of which the first one's potentiometer may lie.
 struct ElasticBench {
@@ -95,6 +113,11 @@ struct ElasticBench {
   Lie lie = Lie::none;
   double lie_from_deg = 0;
   double noise_deg = 10;
+  double honest_noise_deg = 0.15;
+  double slip_deg = 40;
+  double lagging_deg = 0;
+  double factor = 1;  // of a neighbour's reading, and what is added
+  int offset_counts = 0;
   std::size_t second = 1;  // in the order of the scan
   int lied_ms = 0;
   int noticed_ms = -1;
@@ -108,33 +131,41 @@ struct ElasticBench {
   }
   void begin(Lie now) {
     lie = now;
-    lie_from_deg = motor[0].angle_deg;
+    lagging_deg = lie_from_deg = motor[0].angle_deg;
+  }
+  // What the first one's potentiometer says instead of its angle, degrees.
+  double told_deg() {
+    const double slowly_deg = std::min(slip_deg, lied_ms * kSlipSpeed_deg_s / 1000);
+    lagging_deg += (motor[0].angle_deg - lagging_deg) / kLag_ms;
+    switch (lie) {
+      case Lie::slipped_up:
+        return motor[0].angle_deg + slip_deg;
+      case Lie::slipped_down:
+        return motor[0].angle_deg - slip_deg;
+      case Lie::slips_up:
+        return motor[0].angle_deg + slowly_deg;
+      case Lie::slips_down:
+        return motor[0].angle_deg - slowly_deg;
+      case Lie::reversed:
+        return 2 * lie_from_deg - motor[0].angle_deg;
+      case Lie::half:
+        return (lie_from_deg + motor[0].angle_deg) / 2;
+      case Lie::lags:
+        return lagging_deg;
+      case Lie::noisy:
+        return motor[0].angle_deg + noise_deg * normal();
+      default:
+        return motor[0].angle_deg;
+    }
   }
   std::array<std::uint16_t, 2> readings() {
     std::array<std::uint16_t, 2> out{};
-    for (std::size_t i = 0; i < 2; ++i) out[i] = counts(motor[i].angle_deg + 0.15 * normal());
-    switch (lie) {
-      case Lie::none:
-        break;
-      case Lie::frozen:
-        out[0] = counts(lie_from_deg);
-        break;
-      case Lie::slipped_up:
-        out[0] = counts(motor[0].angle_deg + 40 + 0.15 * normal());
-        break;
-      case Lie::slipped_down:
-        out[0] = counts(motor[0].angle_deg - 40 + 0.15 * normal());
-        break;
-      case Lie::reversed:
-        out[0] = counts(2 * lie_from_deg - motor[0].angle_deg + 0.15 * normal());
-        break;
-      case Lie::neighbour:
-        out[0] = out[1];
-        break;
-      case Lie::noisy:
-        out[0] = counts(motor[0].angle_deg + noise_deg * normal());
-        break;
-    }
+    for (std::size_t i = 0; i < 2; ++i)
+      out[i] = counts((i == 0 ? told_deg() : motor[1].angle_deg) + honest_noise_deg * normal());
+    if (lie == Lie::frozen) out[0] = counts(lie_from_deg);
+    if (lie == Lie::neighbour)
+      out[0] =
+          static_cast<std::uint16_t>(std::clamp(std::lround(out[1] * factor) + offset_counts, 0L, 1023L));
     return out;
   }
   // The article's disturbance: slow, and bounded.
@@ -146,13 +177,17 @@ struct ElasticBench {
     link.frame();
     (void)link.tick();
     const auto reading = readings();
-    const bool shadowed = neighbours.tick(reading[0], reading[1]);
+    const std::size_t first = 1 - second;
+    if (now_ms % NeighbourWatch::kWindow_ms == 0)
+      neighbours.look(reading[first], reading[second],
+                      static_cast<std::int16_t>(finger[second].setpoint() - finger[first].setpoint()),
+                      now_ms / NeighbourWatch::kWindow_ms % 2 == 0);
     for (std::size_t i = 0; i < 2; ++i) {
       const auto command = static_cast<std::int16_t>(std::lround(16 * command_deg[i]));
       const Fault before = finger[i].fault();
-      const std::int16_t now =
-          finger[i].tick(c, Link::following, command, 30 * 16, reading[i],
-                         (now_ms + static_cast<int>(i)) % kTurn_ticks == 0, shadowed && i == second);
+      const std::int16_t now = finger[i].tick(c, Link::following, command, 30 * 16, reading[i],
+                                              (now_ms + static_cast<int>(i)) % kTurn_ticks == 0,
+                                              i == second ? neighbours.of_second() : Neighbour{});
       faults += before == Fault::none && finger[i].fault() != Fault::none;
       motor[i].step(now);
     }
@@ -191,28 +226,46 @@ struct Commands {
 struct Case {
   const char* name;
   Lie lie;
-  double noise_deg;
-  int unguarded_ms;  // of pressing, at least, in the worst run without the watch
+  int unguarded_ms;      // of pressing, at least, in the worst run without the watch
+  double noise_deg = 0;  // of Lie::noisy
+  double slip_deg = 40;
+  double factor = 1;
+  int offset_counts = 0;
+  double noticed = 0.97;         // of all runs
+  int longest_ms = kLongest_ms;  // more than kLongest_ms in one run of a hundred: README.md
+};
+
+struct Kind {  // of motor, as shares of what is known of it
+  double speed = 1;
+  double friction = 1;
 };
 
 struct Outcome {
   double fastest_deg_s = 0;
   int pressed_ms = 0;
+  int beyond = 0;  // runs that pressed for longer than kLongest_ms
   int noticed = 0;
   int runs = 0;
 };
 
 // The first finger's potentiometer begins to lie at a random instant, and lies for six seconds. `together`: both
 // fingers are told the same.
-void lie_to(const Case& lies, std::uint64_t seed, bool together, bool watched, Outcome& out) {
+void lie_to(const Case& lies, std::uint64_t seed, bool together, bool watched, Kind kind, Outcome& out) {
   ElasticBench bench;
   bench.c = elastic_settings(watched);
   bench.random.seed(seed);
   bench.noise_deg = lies.noise_deg;
+  bench.slip_deg = lies.slip_deg;
+  bench.factor = lies.factor;
+  bench.offset_counts = lies.offset_counts;
   bench.second = seed % 2;
   Commands one(seed * 2 + 1);
   Commands two(together ? seed * 2 + 1 : seed * 2 + 2);
-  for (Motor& m : bench.motor) m.angle_deg = bench.uniform(31, 110);
+  for (Motor& m : bench.motor) {
+    m.angle_deg = bench.uniform(31, 110);
+    m.full_speed_deg_s *= kind.speed;
+    m.friction *= kind.friction;
+  }
   if (together) bench.motor[1].angle_deg = bench.motor[0].angle_deg;
   const int onset_ms = static_cast<int>(bench.uniform(500, 5000));
   for (int ms = 0; ms < onset_ms + 6000; ++ms) {
@@ -221,6 +274,7 @@ void lie_to(const Case& lies, std::uint64_t seed, bool together, bool watched, O
   }
   out.fastest_deg_s = std::max(out.fastest_deg_s, bench.motor[0].fastest_deg_s);
   out.pressed_ms = std::max(out.pressed_ms, bench.motor[0].pressed_ms);
+  out.beyond += bench.motor[0].pressed_ms > kLongest_ms;
   out.noticed += bench.noticed_ms >= 0;
   ++out.runs;
 }
@@ -230,27 +284,68 @@ class Lies : public testing::TestWithParam<Case> {};
 TEST_P(Lies, AreNoticedAndNeitherSpeedNorPressingGoesBeyondItsBound) {
   Outcome out;
   for (std::uint64_t seed = 1; seed <= 150; ++seed) {
-    for (const bool together : {false, true}) lie_to(GetParam(), seed, together, true, out);
+    for (const bool together : {false, true}) lie_to(GetParam(), seed, together, true, {}, out);
   }
   EXPECT_LE(out.fastest_deg_s, kTop_deg_s);
   EXPECT_GT(out.fastest_deg_s, 200) << "it does move";
-  EXPECT_LE(out.pressed_ms, kLongest_ms);
-  EXPECT_GE(out.noticed, out.runs * 97 / 100) << "the rest did nothing within six seconds that could show it";
+  EXPECT_LE(out.pressed_ms, GetParam().longest_ms);
+  EXPECT_LE(out.beyond, out.runs / 100);
+  EXPECT_GE(out.noticed, out.runs * GetParam().noticed)
+      << "the rest did nothing within six seconds that could show it";
+}
+
+TEST_P(Lies, DoNoWorseToAnyMotorThatIsAccepted) {
+  Outcome out;
+  for (const double speed : {0.85, 1.15}) {
+    for (const double friction : {0.6, 1.4}) {
+      for (std::uint64_t seed = 1; seed <= 15; ++seed) {
+        for (const bool together : {false, true})
+          lie_to(GetParam(), seed, together, true, {speed, friction}, out);
+      }
+    }
+  }
+  EXPECT_LE(out.fastest_deg_s, kTop_deg_s);
+  EXPECT_LE(out.pressed_ms, GetParam().longest_ms);
+  EXPECT_LE(out.beyond, out.runs / 100);
 }
 
 TEST_P(Lies, PressOnWithoutTheWatch) {
   Outcome out;
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) lie_to(GetParam(), seed, false, false, out);
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) lie_to(GetParam(), seed, false, false, {}, out);
   EXPECT_GE(out.pressed_ms, GetParam().unguarded_ms);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Protection, Lies,
-    testing::Values(Case{"frozen", Lie::frozen, 0, 2000}, Case{"slipped_up", Lie::slipped_up, 0, 2000},
-                    Case{"slipped_down", Lie::slipped_down, 0, 2000},
-                    Case{"reversed", Lie::reversed, 0, 2000}, Case{"neighbour", Lie::neighbour, 0, 2000},
-                    Case{"noise_of_2", Lie::noisy, 2, 0}, Case{"noise_of_10", Lie::noisy, 10, 0},
-                    Case{"noise_of_60", Lie::noisy, 60, 0}),
+    testing::Values(
+        Case{"frozen", Lie::frozen, 2000}, Case{"slipped_up", Lie::slipped_up, 2000},
+        Case{"slipped_down", Lie::slipped_down, 2000},
+        Case{.name = "slipped_up_9", .lie = Lie::slipped_up, .unguarded_ms = 500, .slip_deg = 9},
+        Case{.name = "slipped_down_9", .lie = Lie::slipped_down, .unguarded_ms = 500, .slip_deg = 9},
+        Case{.name = "slips_up", .lie = Lie::slips_up, .unguarded_ms = 500, .noticed = 0.8},
+        Case{.name = "slips_down", .lie = Lie::slips_down, .unguarded_ms = 500, .noticed = 0.8},
+        Case{.name = "half", .lie = Lie::half, .unguarded_ms = 500, .noticed = 0.9, .longest_ms = 60},
+        Case{.name = "lags", .lie = Lie::lags, .unguarded_ms = 0, .longest_ms = 80},
+        Case{"reversed", Lie::reversed, 2000},
+        Case{.name = "neighbour", .lie = Lie::neighbour, .unguarded_ms = 2000, .longest_ms = 80},
+        Case{.name = "neighbour_and_5",
+             .lie = Lie::neighbour,
+             .unguarded_ms = 2000,
+             .offset_counts = 5,
+             .longest_ms = 80},
+        Case{.name = "neighbour_less_5",
+             .lie = Lie::neighbour,
+             .unguarded_ms = 2000,
+             .offset_counts = -5,
+             .longest_ms = 80},
+        Case{.name = "nearly_neighbour",
+             .lie = Lie::neighbour,
+             .unguarded_ms = 2000,
+             .factor = 0.97,
+             .longest_ms = 80},
+        Case{.name = "half_neighbour", .lie = Lie::neighbour, .unguarded_ms = 2000, .factor = 0.5},
+        Case{"noise_of_2", Lie::noisy, 0, 2}, Case{"noise_of_10", Lie::noisy, 0, 10},
+        Case{"noise_of_60", Lie::noisy, 0, 60}),
     [](const auto& one) { return one.param.name; });
 
 // A slip from before the start: nothing jumps. Each time that it comes to a stop, it gives up there.
@@ -284,11 +379,13 @@ struct Honest {
   double fastest_deg_s = 0;
 };
 
-Honest honest(int minutes, bool watched, double speed_share = 1, double friction_share = 1) {
+Honest honest(int minutes, bool watched, double speed_share = 1, double friction_share = 1,
+              bool together = false, double noise_deg = 0.15) {
   ElasticBench bench;
+  bench.honest_noise_deg = noise_deg;
   bench.c = elastic_settings(watched);
   Commands one(11);
-  Commands two(12);
+  Commands two(together ? 11 : 12);
   for (Motor& m : bench.motor) {
     m.full_speed_deg_s *= speed_share;
     m.friction *= friction_share;
@@ -315,7 +412,7 @@ TEST(Protection, AnHonestHandOfHalfAnHourHasNoFaultAndTracksNoWorse) {
   EXPECT_LE(guarded.impacts, 1) << "soft stops";
   EXPECT_EQ(guarded.pressed_ms, 0);
   EXPECT_LE(guarded.fastest_deg_s, kTop_deg_s);
-  EXPECT_GT(guarded.fastest_deg_s, 350);
+  EXPECT_GT(guarded.fastest_deg_s, 300);
   const Honest bare = honest(30, false);
   EXPECT_LT(guarded.error_deg, 1.02 * bare.error_deg);
   EXPECT_GT(guarded.error_deg, 0.7 * bare.error_deg) << "too good";
@@ -325,8 +422,11 @@ TEST(Protection, AnHonestHandOfHalfAnHourHasNoFaultAndTracksNoWorse) {
 // Motors differ from their data sheets.
 TEST(Protection, AMotorOfTheSameKindIsNoFault) {
   for (const double speed : {0.85, 1.0, 1.15}) {
-    for (const double friction : {0.6, 1.4})
-      EXPECT_EQ(honest(10, true, speed, friction).faults, 0) << speed << friction;
+    for (const double friction : {0.6, 1.4}) {
+      const Honest one = honest(10, true, speed, friction);
+      EXPECT_EQ(one.faults, 0) << speed << ' ' << friction;
+      EXPECT_LE(one.fastest_deg_s, kTop_deg_s) << speed << ' ' << friction;
+    }
   }
 }
 
@@ -376,20 +476,100 @@ TEST(Protection, ASlipEndsWhereTheReadingIsBackAndNowhereElse) {
   EXPECT_NEAR(bench.motor[0].angle_deg, 90, 1.5);
 }
 
-TEST(NeighbourWatch, AShadowIsOneThatMoves) {
-  NeighbourWatch still;
-  NeighbourWatch moving;
-  NeighbourWatch apart;
-  bool seen = false;
-  for (int k = 0; k < 1000; ++k) {
-    const auto counts = static_cast<std::uint16_t>(300 + k / 20);
-    EXPECT_FALSE(still.tick(300, 301));
-    EXPECT_FALSE(apart.tick(counts, static_cast<std::uint16_t>(counts + (k % 50 == 0 ? 2 : 0))));
-    seen = moving.tick(counts, counts);
-    EXPECT_EQ(seen, k >= 120) << k;
+// Good potentiometers of two fingers that are told the same may agree to a count for as long as they move.
+TEST(Protection, FingersThatMoveAsOneAreNoFault) {
+  for (const double noise_deg : {0., 0.03, 0.06, 0.1, 0.15})
+    EXPECT_EQ(honest(10, true, 1, 1, true, noise_deg).faults, 0) << noise_deg;
+}
+
+struct Grip {
+  int pressed_ms = 0;  // at worst
+  int lies = 0;        // times that a thing was taken for a potentiometer that lies
+  int runs = 0;
+  int opened = 0;
+  int closed = 0;  // once the thing is gone
+};
+
+// Ten seconds told to close on a thing at 80 degrees, two to open, twenty to close again without it.
+void grip(double duty_per_deg, double friction, std::uint64_t seed, Grip& out) {
+  ElasticBench bench;
+  bench.random.seed(seed);
+  Motor& m = bench.motor[0];
+  m.friction *= friction;
+  m.wall_deg = 80;
+  m.wall_duty_per_deg = duty_per_deg;
+  const double speeds[] = {20, 83, 300, 1e6};
+  double at = m.angle_deg = bench.uniform(31, 78);
+  for (int ms = 0; ms < 10000; ++ms) {
+    at = std::min(110.0, at + speeds[seed % 4] / 1000);
+    bench.tick({at, 60});
+    out.lies += bench.finger[0].fault() > Fault::stalled;
   }
-  EXPECT_TRUE(seen);
-  EXPECT_FALSE(moving.tick(400, 410));
+  out.pressed_ms = std::max(out.pressed_ms, m.pressed_ms);
+  for (int ms = 0; ms < 2000; ++ms) bench.tick({40, 60});
+  out.opened += std::abs(m.angle_deg - 40) < 2;
+  m.wall_deg = 1e9;
+  for (int ms = 0; ms < 20000; ++ms) bench.tick({105, 60});
+  out.closed += std::abs(m.angle_deg - 105) < 3;
+  ++out.runs;
+}
+
+TEST(Protection, AHeldThingIsGivenWayToWhateverItsStiffnessAndIsNoLie) {
+  const struct {
+    double duty_per_deg;
+    int pressed_ms;
+  } things[] = {{0.02, 180}, {0.05, 100},        {0.1, 85},          {0.2, 60},
+                {0.3, 60},   {0.4, kLongest_ms}, {0.6, kLongest_ms}, {0.8, kLongest_ms}};
+  for (const auto& thing : things) {
+    for (const double friction : {0.6, 1.0, 1.4}) {
+      Grip out;
+      for (std::uint64_t seed = 1; seed <= 20; ++seed) grip(thing.duty_per_deg, friction, seed, out);
+      EXPECT_LE(out.pressed_ms, thing.pressed_ms) << thing.duty_per_deg << ' ' << friction;
+      EXPECT_GT(out.pressed_ms, 10) << "a touch is no stall";
+      EXPECT_EQ(out.lies, 0) << thing.duty_per_deg << ' ' << friction;
+      EXPECT_EQ(out.opened, out.runs) << thing.duty_per_deg << ' ' << friction;
+      EXPECT_EQ(out.closed, out.runs) << thing.duty_per_deg << ' ' << friction;
+    }
+  }
+}
+
+// Windows of a pair that moves by 20 counts each: `follows` of what the second is told besides, 4 counts a degree.
+int windows_until_shadowed(double follows, int moved = 20) {
+  NeighbourWatch pair;
+  double a = 300;
+  double b = 300;
+  int probe = 0;
+  for (int k = 0; k < 100; ++k) {
+    pair.look(static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), static_cast<std::int16_t>(probe),
+              k % 2 == 0);
+    if (pair.shadowed()) return k;
+    const int next = pair.of_second().probe;
+    a += k % 40 < 20 ? moved : -moved;
+    b += (k % 40 < 20 ? moved : -moved) + follows * (next - probe) / 16 * 4;
+    probe = next;
+  }
+  return -1;
+}
+
+TEST(NeighbourWatch, AShadowIsOneThatMovesAlthoughItIsToldOtherwise) {
+  EXPECT_GE(windows_until_shadowed(0), 4);
+  EXPECT_LE(windows_until_shadowed(0), 10);
+  EXPECT_EQ(windows_until_shadowed(1), -1);
+  EXPECT_EQ(windows_until_shadowed(0.6), -1);
+  EXPECT_EQ(windows_until_shadowed(0, 1), -1) << "both stand";
+}
+
+TEST(NeighbourWatch, AShadowEndsWhereOneMovesWithoutTheOther) {
+  NeighbourWatch pair;
+  std::uint16_t at = 300;
+  for (int k = 0; k < 20; ++k) {
+    pair.look(at, at, static_cast<std::int16_t>(k % 2 == 0 ? 24 : -24), k % 2 == 0);
+    at = static_cast<std::uint16_t>(at + 15);
+  }
+  EXPECT_TRUE(pair.shadowed());
+  EXPECT_EQ(pair.of_second().probe, 0);
+  pair.look(at, static_cast<std::uint16_t>(at - 15), 0, true);
+  EXPECT_FALSE(pair.shadowed());
 }
 
 }  // namespace

@@ -128,12 +128,13 @@ void Regression::take_cells(const People& people) {
   x_.array().rowwise() /= input_sd_deg_.transpose().array();
   hands.rowwise() -= mean_deg_.matrix().transpose();
   MatrixXd kernel(cells, cells);
+  const MatrixXd x_of = x_.transpose();  // a row of a matrix without columns, where nothing is sensed, is nowhere
   for (Index a = 0; a < cells; ++a) {
-    const VectorXd x = x_.row(a).transpose();
+    const VectorXd x = x_of.col(a);
     kernel.col(a) = with_cells(x);
     for (Index b = 0; b < cells; ++b) {
       if (who_[static_cast<std::size_t>(a)] == who_[static_cast<std::size_t>(b)]) {
-        kernel(b, a) = own(x, x_.row(b).transpose());
+        kernel(b, a) = own(x, x_of.col(b));
       }
     }
     kernel(a, a) += noise_of(seconds_[a]);

@@ -12,6 +12,7 @@ constexpr double kTold = 0.6;  // of the prior's deviation; a gain that is known
 constexpr int kMostSteps = 30;
 constexpr double kSettled = 1e-7;
 constexpr double kMostLogGain = 1.5;
+constexpr double kFreedom = 4;  // of the tails of a sensor's own shift
 
 Eigen::Index column(std::size_t sensor) { return 2 * static_cast<Eigen::Index>(sensor); }
 
@@ -29,10 +30,23 @@ struct Stacked {
   Eigen::VectorXd error;
 };
 
+// Minus twice the logarithm of Student's density, as the square of a row's error; and what its slope is of the plain row's.
+struct Tailed {
+  double error;
+  double slope;
+};
+
+Tailed tailed(double error) {
+  if (std::abs(error) < 1e-6) return {error, 1};
+  const double out = std::copysign(std::sqrt(kFreedom * std::log1p(error * error / kFreedom)), error);
+  return {out, error / (1 + error * error / kFreedom) / out};
+}
+
+// Unknown: shift and logarithm of the gain of each sensor, what all shifts have in common, what the evidence adds.
 class System {
  public:
   System(const std::vector<Prior>& priors, const std::vector<const Evidence*>& evidence)
-      : priors_(priors), evidence_(evidence), sensors_(column(priors.size())), size_(sensors_) {
+      : priors_(priors), evidence_(evidence), sensors_(column(priors.size())), size_(sensors_ + 1) {
     for (const Evidence* one : evidence) size_ += one->unknowns();
   }
 
@@ -50,20 +64,16 @@ class System {
     const std::vector<Line> now = lines(p, priors_.size());
     std::vector<Rows> all;
     Eigen::Index rows = size_;
-    Eigen::Index own = sensors_;
+    Eigen::Index own = sensors_ + 1;
     for (const Evidence* one : evidence_) {
       all.push_back(one->rows(now, p.segment(own, one->unknowns())));
       own += one->unknowns();
       rows += all.back().error.size();
     }
     Stacked out{Eigen::MatrixXd::Zero(rows, size_), Eigen::VectorXd::Zero(rows)};
-    for (Eigen::Index i = 0; i < size_; ++i) {
-      const double sd = deviation(i);
-      out.jacobian(i, i) = 1 / sd;
-      out.error(i) = -p(i) / sd;
-    }
+    add_prior(p, out);
     Eigen::Index row = size_;
-    own = sensors_;
+    own = sensors_ + 1;
     for (std::size_t e = 0; e < all.size(); ++e) {
       const Eigen::Index n = all[e].error.size();
       const Eigen::Index unknowns = evidence_[e]->unknowns();
@@ -76,13 +86,29 @@ class System {
     return out;
   }
 
-  double deviation(Eigen::Index i) const {
-    if (i >= sensors_) return 1;
-    const Prior& prior = priors_[static_cast<std::size_t>(i / 2)];
-    return i % 2 == 0 ? prior.shift_sd : prior.log_gain_sd;
+ private:
+  // The common shift, in its standard deviations; of one sensor alone it is all of the shift's.
+  void add_prior(const Eigen::VectorXd& p, Stacked& out) const {
+    for (Eigen::Index i = sensors_; i < size_; ++i) {
+      out.jacobian(i, i) = 1;
+      out.error(i) = -p(i);
+    }
+    for (std::size_t s = 0; s < priors_.size(); ++s) {
+      const Prior& prior = priors_[s];
+      const Eigen::Index i = column(s);
+      const double alike = priors_.size() > 1 ? prior.alike : 0;
+      const double common = prior.shift_sd * std::sqrt(alike);
+      const double own_sd = prior.shift_sd * std::sqrt(1 - alike);
+      const double off = (common * p(sensors_) - p(i)) / own_sd;
+      const Tailed row = priors_.size() > 1 ? tailed(off) : Tailed{off, 1};
+      out.error(i) = row.error;
+      out.jacobian(i, i) = row.slope / own_sd;
+      out.jacobian(i, sensors_) = -row.slope * common / own_sd;
+      out.error(i + 1) = -p(i + 1) / prior.log_gain_sd;
+      out.jacobian(i + 1, i + 1) = 1 / prior.log_gain_sd;
+    }
   }
 
- private:
   const std::vector<Prior>& priors_;
   const std::vector<const Evidence*>& evidence_;
   Eigen::Index sensors_;
@@ -146,6 +172,7 @@ namespace {
 
 constexpr double kTurnSd = 0.04;  // of one turn's reading, in spans, before any was seen
 constexpr double kEndSd = 0.01;   // of a quantile there
+constexpr double kSameMotion = 0.6;  // of the variance of where a motion lies: all fingers together
 
 // Of the mean of turns, in spans: what they scatter by, with kTurnSd for one more turn.
 double turn_variance(const std::vector<double>& turns, double span) {
@@ -159,39 +186,58 @@ double turn_variance(const std::vector<double>& turns, double span) {
 
 }  // namespace
 
-Quantiles::Quantiles(std::size_t sensor, Window window, model::Spread made, const Prior& prior)
-    : sensor_(sensor), window_(std::move(window)), made_(std::move(made)) {
-  const auto n = static_cast<Eigen::Index>(made_.reading.size());
-  const double span = made_.span();
+namespace {
+
+Eigen::MatrixXd covariance_of(const Stretch& s) {
+  const auto n = static_cast<Eigen::Index>(s.made.reading.size());
+  const double span = s.made.span();
   Eigen::VectorXd place(n);  // about the middle, in spans
   for (Eigen::Index i = 0; i < n; ++i)
-    place(i) = (made_.reading[static_cast<std::size_t>(i)] - made_.middle()) / span;
+    place(i) = (s.made.reading[static_cast<std::size_t>(i)] - s.made.middle()) / span;
   const Eigen::VectorXd low = 0.5 - place.array();
   const Eigen::VectorXd high = 0.5 + place.array();
-  const double lacking = std::max(0.0, 1 - window_.span() / span - prior.log_gain_sd);
-  const double common = prior.motion_sd * prior.motion_sd + lacking * lacking / 4;
-  const double reach = prior.reach_sd * prior.reach_sd + lacking * lacking;
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Constant(n, n, common) + reach * place * place.transpose();
-  covariance += turn_variance(window_.turns.low, span) * low * low.transpose();
-  covariance += turn_variance(window_.turns.high, span) * high * high.transpose();
-  covariance.diagonal().array() += kEndSd * kEndSd;
-  covariance.diagonal().segment(1, n - 2).array() += prior.density_sd * prior.density_sd;
-  whitening_ = covariance.llt().matrixL();
+  const double lacking = std::max(0.0, 1 - s.window.span() / span - s.prior.log_gain_sd);
+  const double common =
+      (1 - kSameMotion) * s.prior.motion_sd * s.prior.motion_sd + lacking * lacking / 4;
+  const double reach = s.prior.reach_sd * s.prior.reach_sd + lacking * lacking;
+  Eigen::MatrixXd out = Eigen::MatrixXd::Constant(n, n, common) + reach * place * place.transpose();
+  out += turn_variance(s.window.turns.low, span) * low * low.transpose();
+  out += turn_variance(s.window.turns.high, span) * high * high.transpose();
+  out.diagonal().array() += kEndSd * kEndSd;
+  out.diagonal().segment(1, n - 2).array() += s.prior.density_sd * s.prior.density_sd;
+  return out;
 }
 
-Rows Quantiles::rows(const std::vector<Line>& lines, const Eigen::VectorXd&) const {
-  const auto n = static_cast<Eigen::Index>(made_.reading.size());
-  Rows out{Eigen::MatrixXd::Zero(n, column(lines.size())), Eigen::VectorXd(n)};
-  const Line& line = lines[sensor_];
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double reading = window_.quantile[static_cast<std::size_t>(i)];
-    out.error(i) =
-        (made_.reading[static_cast<std::size_t>(i)] - made_of(line, made_, reading)) / made_.span();
-    out.jacobian.block<1, 2>(i, column(sensor_)) = derivative(line, made_, reading);
+}  // namespace
+
+Quantiles::Quantiles(std::vector<Stretch> stretches) : stretches_(std::move(stretches)) {
+  for (const Stretch& one : stretches_) whitening_.emplace_back(covariance_of(one).llt().matrixL());
+}
+
+Rows Quantiles::rows(const std::vector<Line>& lines, const Eigen::VectorXd& own) const {
+  Eigen::Index rows = 0;
+  for (const Stretch& one : stretches_) rows += std::ssize(one.made.reading);
+  Rows out{Eigen::MatrixXd::Zero(rows, column(lines.size()) + 1), Eigen::VectorXd(rows)};
+  Eigen::Index row = 0;
+  for (std::size_t k = 0; k < stretches_.size(); ++k) {
+    const Stretch& one = stretches_[k];
+    const Line& line = lines[one.sensor];
+    const auto n = static_cast<Eigen::Index>(one.made.reading.size());
+    auto error = out.error.segment(row, n);
+    auto jacobian = out.jacobian.middleRows(row, n);
+    const double motion = one.prior.motion_sd * std::sqrt(kSameMotion);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double reading = one.window.quantile[static_cast<std::size_t>(i)];
+      const double made = one.made.reading[static_cast<std::size_t>(i)];
+      error(i) = (made - made_of(line, one.made, reading)) / one.made.span() - motion * own(0);
+      jacobian.block<1, 2>(i, column(one.sensor)) = derivative(line, one.made, reading);
+    }
+    jacobian.rightCols(1).setConstant(motion);
+    const auto lower = whitening_[k].triangularView<Eigen::Lower>();
+    lower.solveInPlace(error);
+    lower.solveInPlace(jacobian);
+    row += n;
   }
-  const auto lower = whitening_.triangularView<Eigen::Lower>();
-  out.error = lower.solve(out.error);
-  out.jacobian = lower.solve(out.jacobian);
   return out;
 }
 

@@ -2,10 +2,13 @@
 // evidence there is.
 //
 //   made = middle + e^g (reading - middle) + s span
-// `made` is what the sensor read where the model was made, `middle` and `span` are those of its readings there. s ~ N(0,
-// shift_sd^2), g ~ N(0, log_gain_sd^2); each piece of evidence adds rows of the form error = J (s, g, ...) + N(0, 1), and
-// the maximum a posteriori is their least-squares solution, by QR of the stacked rows, again and again where they bend.
-// Source: S. Kay, Fundamentals of Statistical Signal Processing (1993), 11.5 (MAP of linear models).
+// `made` is what the sensor read where the model was made, `middle` and `span` are those of its readings there. A glove moves
+// as a whole: s = c + a, of which c ~ N(0, alike shift_sd^2) is one for all sensors and a is each one's own, of variance
+// (1 - alike) shift_sd^2 with the tails of Student's t; g ~ N(0, log_gain_sd^2). Each piece of evidence adds rows of the form
+// error = J (s, g, ...) + N(0, 1), and the maximum a posteriori is their least-squares solution, by QR of the stacked rows,
+// again and again where they bend.
+// Source: S. Kay, Fundamentals of Statistical Signal Processing (1993), 11.5 (MAP of linear models); the tails: K. Lange and
+// others, Robust statistical modeling using the t distribution, JASA 84 (1989).
 #pragma once
 
 #include <Eigen/Core>
@@ -60,20 +63,27 @@ class Sightings : public Evidence {
   std::vector<model::Spread> made_;
 };
 
+// What a stretch of motion shows of one sensor.
+struct Stretch {
+  std::size_t sensor = 0;
+  Window window;
+  model::Spread made;
+  Prior prior;
+};
+
 // The quantiles of a stretch of motion, against those of the motion that the model was made from. Each end is known as well
-// as the turns there repeat; another motion lies elsewhere by motion_sd and reaches farther by reach_sd; what lies between
-// the ends has density_sd of its own besides; and what the stretch lacks of the span, more than a gain makes likely, may
-// lack on either side.
+// as the turns there repeat; another motion lies elsewhere by motion_sd, of whose variance a part is one for all sensors (the
+// hand does the same with all of its fingers), and reaches farther by reach_sd; what lies between the ends has density_sd of
+// its own besides; and what the stretch lacks of the span, more than a gain makes likely, may lack on either side.
 class Quantiles : public Evidence {
  public:
-  Quantiles(std::size_t sensor, Window window, model::Spread made, const Prior& prior);
+  explicit Quantiles(std::vector<Stretch> stretches);
+  Eigen::Index unknowns() const override { return 1; }  // where this motion lies, for all sensors
   Rows rows(const std::vector<Line>& lines, const Eigen::VectorXd& own) const override;
 
  private:
-  std::size_t sensor_;
-  Window window_;
-  model::Spread made_;
-  Eigen::MatrixXd whitening_;  // lower triangle of the covariance's Cholesky factor
+  std::vector<Stretch> stretches_;
+  std::vector<Eigen::MatrixXd> whitening_;  // lower triangles of the covariances' Cholesky factors
 };
 
 struct Estimate {

@@ -25,11 +25,15 @@ TEST(Holds, AreTheLongestRestsInTheirOrder) {
 }
 
 TEST(Prior, RoundTripsAndRefusesWhatIsNone) {
-  const Prior prior{9, 0.2, 0.1, 0.01, 0.05, 0.08};
+  const Prior prior{9, 0.2, 0.1, 0.5, 0.01, 0.05, 0.08};
   const Prior back = prior_from_json(to_json(prior), "it");
   EXPECT_EQ(back.sessions, 9);
   EXPECT_EQ(back.shift_sd, 0.2);
   EXPECT_EQ(back.density_sd, 0.08);
+  EXPECT_EQ(back.alike, 0.5);
+  std::string before = to_json(prior);
+  before.erase(before.rfind(','), before.rfind('}') - before.rfind(','));
+  EXPECT_EQ(prior_from_json(before, "it").alike, shipped_prior().alike) << before;
   EXPECT_THROW((void)prior_from_json("{\"schema\": \"flexor-model\"}", "it"), io::InputError);
 }
 

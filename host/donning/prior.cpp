@@ -13,6 +13,7 @@ constexpr int kPriorVersion = 1;
 constexpr double kGeneralWeight = 4;  // recordings
 constexpr double kLeastSd = 1e-4;
 constexpr double kMostSd = 10;
+constexpr double kMostAlike = 0.95;
 
 double pooled(double general, double own, int recordings) {
   const double freedom = recordings - 1;
@@ -21,7 +22,7 @@ double pooled(double general, double own, int recordings) {
 
 }  // namespace
 
-Prior shipped_prior() { return {9, 0.18, 0.13, 0.015, 0.08, 0.1}; }
+Prior shipped_prior() { return {9, 0.18, 0.13, 0.8, 0.06, 0.08, 0.1}; }
 
 Prior prior_from_json(const std::string& text, const std::string& source) {
   const auto json = io::parse_json(text, source);
@@ -36,6 +37,8 @@ Prior prior_from_json(const std::string& text, const std::string& source) {
   out.motion_sd = reader.number_within("motion_sd", kLeastSd, kMostSd);
   out.reach_sd = reader.number_within("reach_sd", kLeastSd, kMostSd);
   out.density_sd = reader.number_within("density_sd", kLeastSd, kMostSd);
+  out.alike = shipped_prior().alike;
+  if (reader.has("alike")) out.alike = reader.number_within("alike", 0, kMostAlike);
   reader.done();
   return out;
 }
@@ -52,7 +55,8 @@ std::string to_json(const Prior& prior) {
                    {"log_gain_sd", prior.log_gain_sd},
                    {"motion_sd", prior.motion_sd},
                    {"reach_sd", prior.reach_sd},
-                   {"density_sd", prior.density_sd}});
+                   {"density_sd", prior.density_sd},
+                   {"alike", prior.alike}});
 }
 
 Prior prior_of(const model::Input& input, const Prior& general) {

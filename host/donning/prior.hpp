@@ -2,7 +2,7 @@
 // 2 % of its samples do not exceed to that of 98 %.
 //
 // {"schema": "flexor-donning-prior", "schema_version": 1, "sessions", "shift_sd", "log_gain_sd", "motion_sd", "reach_sd",
-//  "density_sd"}
+//  "density_sd", "alike"}; files without "alike" are of before it was known, and have the shipped one.
 #pragma once
 
 #include <filesystem>
@@ -16,6 +16,7 @@ struct Prior {
   int sessions = 0;        // that it was learnt from
   double shift_sd = 0;     // of where a sensor's readings lie
   double log_gain_sd = 0;  // of how far apart they lie
+  double alike = 0;        // correlation of the shifts of one glove's sensors
   // What quantiles of another stretch of motion differ by though nothing was put on anew:
   double motion_sd = 0;   // all together
   double reach_sd = 0;    // the distance of the ends

@@ -22,8 +22,8 @@ constexpr double kLeastCovered = 0.6;  // of the span
 constexpr double kMostCovered = 1.7;
 constexpr double kStandsStill = 0.01;
 constexpr double kSlipped = 0.3;
-constexpr double kSignificant = 0.7;  // standard errors
-constexpr double kSignificantOfPart = 2;
+constexpr double kSignificantShift = 1;  // standard errors
+constexpr double kSignificantGain = 0.7;
 constexpr double kFarthest = 3;  // of the prior's standard deviations
 constexpr std::size_t kLeastSamples = 20;
 
@@ -127,28 +127,6 @@ void look_at_motion(const Request& request, std::vector<Case>& cases) {
   }
 }
 
-// Each half of a stretch is nearer to where the model was made by what the other half says of it than as it is: its middle, or
-// where the gain is told both ends together. Halves that do not show a whole cycle say nothing.
-bool halves_agree(const Case& one, const std::vector<double>& readings, bool gain_told) {
-  const std::span all(readings);
-  const std::size_t half = all.size() / 2;
-  std::vector<std::pair<double, double>> off;  // of the low end, of the high one
-  for (const auto part : {all.first(half), all.subspan(half)}) {
-    if (part.size() < kLeastSamples) return true;
-    const Window w = window_of(one, part);
-    if (!whole_cycle(w, one.made) || w.span() < kLeastCovered * one.made.span()) return true;
-    off.emplace_back(one.made.reading.front() - w.quantile.front(),
-                     one.made.reading.back() - w.quantile.back());
-  }
-  const auto agree = [](double apart, double away) { return 2 * apart < away; };
-  const auto middle = [&](std::size_t i) { return off[i].first + off[i].second; };
-  const auto apart = std::abs(off[0].first - off[1].first) + std::abs(off[0].second - off[1].second);
-  double away = 0;
-  for (const auto& [low, high] : off) away += std::abs(low) + std::abs(high);
-  return agree(std::abs(middle(0) - middle(1)), std::abs(middle(0)) + std::abs(middle(1))) ||
-         (gain_told && agree(apart, away));
-}
-
 struct Variances {
   double shift;
   double log_gain;
@@ -163,14 +141,11 @@ Variances variances(const Estimate& e, std::size_t i) {
   return {e.covariance(at, at), e.covariance(at + 1, at + 1), e.covariance(at, at + 1)};
 }
 
-// A stretch that lacks some of the span may lack it at either end: more is asked of it.
-bool significant(const Estimate& e, const Case& one, std::size_t i) {
+bool significant(const Estimate& e, std::size_t i) {
   const Variances v = variances(e, i);
   const Line& line = e.line[i];
-  const bool lacks = !one.window.quantile.empty() && one.window.span() < kBothEnds * one.made.span();
-  const double least = lacks && !e.gain_told[i] ? kSignificantOfPart : kSignificant;
-  if (std::abs(line.shift) > least * std::sqrt(v.shift)) return true;
-  return e.gain_told[i] && std::abs(line.log_gain) > least * std::sqrt(v.log_gain);
+  if (std::abs(line.shift) > kSignificantShift * std::sqrt(v.shift)) return true;
+  return e.gain_told[i] && std::abs(line.log_gain) > kSignificantGain * std::sqrt(v.log_gain);
 }
 
 // Why a sensor stays as it is; empty: it is corrected.
@@ -189,10 +164,8 @@ std::string reason_to_keep(const Request& request, const Estimate& e, Case& one,
         name, 100 * std::abs(line.shift));
     return one.misfit;
   }
-  if (!significant(e, one, i)) return fmt::format("{}: it reads as it did where the model was made", name);
-  const bool motion_counts =
-      request.motion && !one.window.quantile.empty() && whole_cycle(one.window, one.made);
-  if (!seen_helps || (motion_counts && !halves_agree(one, request.motion->reading[i], e.gain_told[i])))
+  if (!significant(e, i)) return fmt::format("{}: it reads as it did where the model was made", name);
+  if (!seen_helps)
     return fmt::format("{}: the old calibration is kept: on what was held back the new one is no better",
                        name);
   return {};
@@ -229,10 +202,11 @@ std::vector<std::unique_ptr<Evidence>> evidence_of(const Request& request, std::
   std::vector<std::unique_ptr<Evidence>> all;
   std::vector<model::Spread> made;
   for (const Case& one : cases) made.push_back(one.made);
+  std::vector<Stretch> stretches;
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    if (cases[i].informed)
-      all.push_back(std::make_unique<Quantiles>(i, cases[i].window, made[i], cases[i].prior));
+    if (cases[i].informed) stretches.push_back({i, cases[i].window, made[i], cases[i].prior});
   }
+  if (!stretches.empty()) all.push_back(std::make_unique<Quantiles>(std::move(stretches)));
   if (!request.holds.empty()) {
     PoseReading poses = read_poses(request.model, request.holds, made);
     out.notes.insert(out.notes.end(), poses.notes.begin(), poses.notes.end());

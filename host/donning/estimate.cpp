@@ -170,8 +170,8 @@ Rows Sightings::rows(const std::vector<Line>& lines, const Eigen::VectorXd&) con
 
 namespace {
 
-constexpr double kTurnSd = 0.04;  // of one turn's reading, in spans, before any was seen
-constexpr double kEndSd = 0.01;   // of a quantile there
+constexpr double kTurnSd = 0.04;     // of one turn's reading, in spans, before any was seen
+constexpr double kEndSd = 0.01;      // of a quantile there
 constexpr double kSameMotion = 0.6;  // of the variance of where a motion lies: all fingers together
 
 // Of the mean of turns, in spans: what they scatter by, with kTurnSd for one more turn.
@@ -196,9 +196,9 @@ Eigen::MatrixXd covariance_of(const Stretch& s) {
     place(i) = (s.made.reading[static_cast<std::size_t>(i)] - s.made.middle()) / span;
   const Eigen::VectorXd low = 0.5 - place.array();
   const Eigen::VectorXd high = 0.5 + place.array();
+  const double differs = std::log(s.window.span() / span);
   const double lacking = std::max(0.0, 1 - s.window.span() / span - s.prior.log_gain_sd);
-  const double common =
-      (1 - kSameMotion) * s.prior.motion_sd * s.prior.motion_sd + lacking * lacking / 4;
+  const double common = (1 - kSameMotion) * s.prior.motion_sd * s.prior.motion_sd + differs * differs / 4;
   const double reach = s.prior.reach_sd * s.prior.reach_sd + lacking * lacking;
   Eigen::MatrixXd out = Eigen::MatrixXd::Constant(n, n, common) + reach * place * place.transpose();
   out += turn_variance(s.window.turns.low, span) * low * low.transpose();

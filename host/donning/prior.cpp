@@ -22,7 +22,7 @@ double pooled(double general, double own, int recordings) {
 
 }  // namespace
 
-Prior shipped_prior() { return {9, 0.18, 0.13, 0.8, 0.06, 0.08, 0.1}; }
+Prior shipped_prior() { return {9, 0.18, 0.13, 0.8, 0.05, 0.08, 0.1}; }
 
 Prior prior_from_json(const std::string& text, const std::string& source) {
   const auto json = io::parse_json(text, source);

@@ -172,6 +172,7 @@ namespace {
 
 constexpr double kTurnSd = 0.04;     // of one turn's reading, in spans, before any was seen
 constexpr double kEndSd = 0.01;      // of a quantile there
+constexpr double kDiffers = 0.5;     // of what the span differs by: where the middle may lie
 constexpr double kSameMotion = 0.6;  // of the variance of where a motion lies: all fingers together
 
 // Of the mean of turns, in spans: what they scatter by, with kTurnSd for one more turn.
@@ -198,7 +199,8 @@ Eigen::MatrixXd covariance_of(const Stretch& s) {
   const Eigen::VectorXd high = 0.5 + place.array();
   const double differs = std::log(s.window.span() / span);
   const double lacking = std::max(0.0, 1 - s.window.span() / span - s.prior.log_gain_sd);
-  const double common = (1 - kSameMotion) * s.prior.motion_sd * s.prior.motion_sd + differs * differs / 4;
+  const double common =
+      (1 - kSameMotion) * s.prior.motion_sd * s.prior.motion_sd + kDiffers * kDiffers * differs * differs;
   const double reach = s.prior.reach_sd * s.prior.reach_sd + lacking * lacking;
   Eigen::MatrixXd out = Eigen::MatrixXd::Constant(n, n, common) + reach * place * place.transpose();
   out += turn_variance(s.window.turns.low, span) * low * low.transpose();
@@ -241,10 +243,26 @@ Rows Quantiles::rows(const std::vector<Line>& lines, const Eigen::VectorXd& own)
   return out;
 }
 
+namespace {
+
+// The last piece, a camera's where there is one, bends most: its steps start where the others lead.
+Eigen::VectorXd start_of(const std::vector<Prior>& priors, std::vector<const Evidence*> evidence,
+                         Eigen::Index size) {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(size);
+  if (evidence.size() < 2) return out;
+  evidence.pop_back();
+  const System fewer(priors, evidence);
+  const std::vector<bool> all(static_cast<std::size_t>(fewer.size()), true);
+  out.head(fewer.size()) = minimised(fewer, Eigen::VectorXd::Zero(fewer.size()), all);
+  return out;
+}
+
+}  // namespace
+
 Estimate estimate(const std::vector<Prior>& priors, const std::vector<const Evidence*>& evidence) {
   const System system(priors, evidence);
   std::vector<bool> free(static_cast<std::size_t>(system.size()), true);
-  Eigen::VectorXd p = minimised(system, Eigen::VectorXd::Zero(system.size()), free);
+  Eigen::VectorXd p = minimised(system, start_of(priors, evidence, system.size()), free);
   Estimate out;
   out.covariance = covariance_at(system, p);
   bool all_told = true;

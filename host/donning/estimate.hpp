@@ -74,8 +74,8 @@ struct Stretch {
 // The quantiles of a stretch of motion, against those of the motion that the model was made from. Each end is known as well
 // as the turns there repeat; another motion lies elsewhere by motion_sd, of whose variance a part is one for all sensors (the
 // hand does the same with all of its fingers), and reaches farther by reach_sd; what lies between the ends has density_sd of
-// its own besides. What the stretch lacks of the span, or goes beyond it, may all be at one end: half of it is where the middle
-// may lie, and what is more than a gain makes likely counts as reach.
+// its own besides. What the stretch lacks of the span, or goes beyond it, may be at either end: half of it is how far
+// the middle may lie off, and what is more than a gain makes likely counts as reach.
 class Quantiles : public Evidence {
  public:
   explicit Quantiles(std::vector<Stretch> stretches);

@@ -22,9 +22,8 @@ constexpr double kLeastCovered = 0.6;  // of the span
 constexpr double kMostCovered = 1.7;
 constexpr double kStandsStill = 0.01;
 constexpr double kSlipped = 0.3;
-constexpr double kSignificantShift = 1;  // standard errors
-constexpr double kSignificantGain = 0.7;
-constexpr double kFarthest = 3;  // of the prior's standard deviations
+constexpr double kSignificant = 0.7;  // standard errors
+constexpr double kFarthest = 3;       // of the prior's standard deviations
 constexpr std::size_t kLeastSamples = 20;
 
 // What is known of one sensor before the estimate.
@@ -144,8 +143,8 @@ Variances variances(const Estimate& e, std::size_t i) {
 bool significant(const Estimate& e, std::size_t i) {
   const Variances v = variances(e, i);
   const Line& line = e.line[i];
-  if (std::abs(line.shift) > kSignificantShift * std::sqrt(v.shift)) return true;
-  return e.gain_told[i] && std::abs(line.log_gain) > kSignificantGain * std::sqrt(v.log_gain);
+  if (std::abs(line.shift) > kSignificant * std::sqrt(v.shift)) return true;
+  return e.gain_told[i] && std::abs(line.log_gain) > kSignificant * std::sqrt(v.log_gain);
 }
 
 // Why a sensor stays as it is; empty: it is corrected.

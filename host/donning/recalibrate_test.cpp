@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 #include "host/donning/still_map.hpp"
 #include "host/donning/test_glove.hpp"
 #include "host/io/io.hpp"
@@ -229,8 +231,10 @@ void put_on_anew(std::mt19937& random, Tally& tally) {
 TEST(Recalibrate, OfAThousandRedonningsHardlyAnyIsMadeWorse) {
   std::mt19937 random(10);
   Tally tally;
-  for (int i = 0; i < 1000; ++i) put_on_anew(random, tally);
-  EXPECT_GT(tally.accepted, 500);
+  const char* asked = std::getenv("FLEXOR_REDONNINGS");  // for a longer run by hand
+  const int count = asked != nullptr ? std::atoi(asked) : 1000;
+  for (int i = 0; i < count; ++i) put_on_anew(random, tally);
+  EXPECT_GT(tally.accepted, count / 2);
   EXPECT_LE(tally.worse, tally.accepted / 100) << tally.worse << " of " << tally.accepted;
   std::printf("%d of %d accepted are worse\n", tally.worse, tally.accepted);
 }

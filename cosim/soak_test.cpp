@@ -1,8 +1,10 @@
 // Hours of wear: a radio that fails in bursts, restarts of either board at any instant, wrong senders, strips and
-// potentiometers that break, supplies that dip. FLEXOR_SOAK_S sets how long: 7200 takes a quarter of an hour.
+// potentiometers that break, supplies that dip. FLEXOR_SOAK_S sets how long: script/soak runs two hours of it.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <deque>
@@ -105,6 +107,35 @@ class Dice {
   std::mt19937 random_{7};
 };
 
+// How far it is and how long it will take, on standard error: a line that rewrites itself for a person, one in ten
+// seconds in a log.
+class SoakProgress {
+ public:
+  explicit SoakProgress(double length_s) : length_s_(length_s) {}
+
+  void show(double done_s) {
+    const Clock::time_point now = Clock::now();
+    if (done_s <= 0 || now - shown_ < kEvery_s[terminal_]) return;
+    shown_ = now;
+    const double left_s = std::chrono::duration<double>(now - begin_).count() * (length_s_ - done_s) / done_s;
+    std::fprintf(stderr, "%ssoak: %.0f of %.0f simulated seconds, about %.0f s left%s",
+                 terminal_ ? "\r\033[K" : "", done_s, length_s_, left_s, terminal_ ? "" : "\n");
+  }
+
+  void end() const {
+    if (terminal_) std::fputs("\r\033[K", stderr);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds kEvery_s[] = {std::chrono::seconds(10), std::chrono::seconds(1)};
+
+  double length_s_;
+  bool terminal_ = ::isatty(STDERR_FILENO) != 0;
+  Clock::time_point begin_ = Clock::now();
+  Clock::time_point shown_ = begin_;
+};
+
 // A finger, a kind of fault, and until when.
 struct Fault {
   int finger = 0;
@@ -166,7 +197,8 @@ class Worn {
       : input_(wear(study::shipped_parameters(), length_s)),
         images_(build(input_)),
         simulation_(images_, input_, 0, bursts()),
-        forger_(simulation_) {
+        forger_(simulation_),
+        progress_(length_s) {
     simulation_.on_hand_marker = [this](Cycles now, std::uint8_t marker) { mark(now, marker); };
     simulation_.on_potentiometer = [this](std::int64_t now, int finger, int counts) {
       return potentiometer(now, finger, counts);
@@ -180,6 +212,7 @@ class Worn {
 
   Wear run() {
     const twin::Trial trial = simulation_.run();
+    progress_.end();
     for (const int n : trial.impacts) w_.impacts += n;
     w_.impact_deg_s = *std::ranges::max_element(trial.impact_deg_s);
     return w_;
@@ -190,6 +223,7 @@ class Worn {
   static constexpr double kSetpoint_deg_s = 400;
 
   void step(std::int64_t now) {
+    if (now % 1000 == 0) progress_.show(static_cast<double>(now) / 1000);
     watch_joints();
     if (now >= hand_on_ms_) hear(now);
     if (now < on_ms_) return;
@@ -311,6 +345,7 @@ class Worn {
   Images images_;
   CoSimulation simulation_;
   Forger forger_;
+  SoakProgress progress_;
   Dice dice_;
   twin::Random noise_{7};
   Wear w_;
@@ -335,17 +370,19 @@ class Worn {
 
 void print(double length_s, const Wear& w) {
   std::printf(
-      "%.0f s: %d restarts of the glove, %d of the hand, %d lying potentiometers, %d broken strips, %d dips, "
-      "%d frames of wrong senders, %d of them believed\n",
-      length_s, w.glove_restarts, w.hand_restarts, w.lies, w.strips, w.dips, w.forged, w.believed_of_them);
-  std::printf(
-      "%u frames believed, longest silence %.2f s of a radio that works, %.2f s with its bursts, worst tick "
-      "gap %.2f ms\n",
-      w.received, w.good_silence_s, w.silence_s, w.worst_tick_gap_ms);
-  std::printf(
-      "joints at most %.0f deg/s, %d impacts at up to %.0f deg/s, pressed for at most %d ms; set-points: %d "
-      "ms outside, %d too quick\n",
-      w.fastest_deg_s, w.impacts, w.impact_deg_s, w.longest_press_ms, w.beyond_limits, w.too_quick);
+      "in %.0f s: %d restarts of the glove, %d of the hand, %d lying potentiometers, %d broken strips, %d "
+      "dips\n",
+      length_s, w.glove_restarts, w.hand_restarts, w.lies, w.strips, w.dips);
+  std::printf("frames believed          %u, %.1f a second\n", w.received, w.received / length_s);
+  std::printf("frames of wrong senders  %d, of which believed %d\n", w.forged, w.believed_of_them);
+  std::printf("longest silence          %.2f s of a radio that works, %.2f s with its bursts\n",
+              w.good_silence_s, w.silence_s);
+  std::printf("worst tick gap           %.2f ms\n", w.worst_tick_gap_ms);
+  std::printf("set-points               %d ms outside their limits, %d too quick\n", w.beyond_limits,
+              w.too_quick);
+  std::printf("joints                   at most %.0f deg/s\n", w.fastest_deg_s);
+  std::printf("end stops                %d impacts at up to %.0f deg/s, pressed for at most %d ms\n",
+              w.impacts, w.impact_deg_s, w.longest_press_ms);
 }
 
 TEST(Soak, NeitherRestartsNorAFailingRadioLockTheLinkOrMoveTheHandBeyondItsLimits) {

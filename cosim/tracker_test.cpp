@@ -4,6 +4,7 @@
 #include "cosim/board.hpp"
 #include "cosim/tracker_exercise.hpp"
 #include "firmware/markers.hpp"
+#include "host/deploy/deploy.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
 #include "runtime/core/crc16.hpp"
@@ -37,26 +38,9 @@ std::uint16_t said_by_host() {
 TEST(TrackerOnTheBoard, SaysTheSameBitsInAtMostFourHundredCyclesASample) {
   const io::TemporaryFolder folder;
   const std::string elf = (folder.path() / "tracker.elf").string();
-  const io::ProcessResult built = io::run_process({"avr-g++",
-                                                   "-mmcu=atmega328p",
-                                                   "-DF_CPU=16000000UL",
-                                                   "-Os",
-                                                   "-std=c++14",
-                                                   "-Wall",
-                                                   "-Wextra",
-                                                   "-Werror",
-                                                   "-fno-exceptions",
-                                                   "-fno-rtti",
-                                                   "-fshort-enums",
-                                                   "-mrelax",
-                                                   "-flto",
-                                                   "-flto-partition=none",
-                                                   "-fwhole-program",
-                                                   "-DFLEXOR_AVR_ASSEMBLY",
-                                                   "-I.",
-                                                   "cosim/tracker_board.cpp",
-                                                   "-o",
-                                                   elf});
+  std::vector<std::string> compile = deploy::compiler_for(deploy::kAtmega328p);
+  compile.insert(compile.end(), {"-DFLEXOR_AVR_ASSEMBLY", "-I.", "cosim/tracker_board.cpp", "-o", elf});
+  const io::ProcessResult built = io::run_process(compile);
   ASSERT_EQ(built.status, 0) << built.err;
   const Firmware firmware(elf);
   Board board(firmware);

@@ -85,20 +85,22 @@ inline void start_adc(uint8_t analog = 0x1f) {
   ADCSRA = _BV(ADEN) | _BV(ADIE) | 7;
 }
 
-// One conversion of each channel after the other: begun by a timer's interrupt, continued by the ADC's until
-// it is true.
-inline void begin_scan() {
-  ADMUX = _BV(REFS0);
+// Begins to convert an analog pin; the ADC's interrupt says when it is done.
+inline void convert(uint8_t pin) {
+  select_analog(pin);
   ADCSRA |= _BV(ADSC);
 }
+
+// One conversion of each of the first pins after the other: begun by a timer's interrupt, continued by the ADC's until
+// it is true. Whoever converts something else in between (the hand's bandgap) finds the pin in ADMUX.
+inline void begin_scan() { convert(0); }
 
 template <uint8_t kChannels>
 inline bool continue_scan(volatile uint16_t (&counts)[kChannels]) {
   const uint8_t channel = ADMUX & 7;
   counts[channel] = ADC;
   if (channel + 1 == kChannels) return true;
-  ADMUX = static_cast<uint8_t>(_BV(REFS0) | (channel + 1));
-  ADCSRA |= _BV(ADSC);
+  convert(static_cast<uint8_t>(channel + 1));
   return false;
 }
 
@@ -106,23 +108,22 @@ inline bool continue_scan(volatile uint16_t (&counts)[kChannels]) {
 template <const uint8_t* kScan, uint8_t kCount>
 class Scan {
  public:
-  void begin() { convert(0); }
+  void begin() { next(0); }
 
   bool go_on() {
     const uint8_t at = at_;
     counts_[at] = ADC;
     if (at + 1 == kCount) return true;
-    convert(static_cast<uint8_t>(at + 1));
+    next(static_cast<uint8_t>(at + 1));
     return false;
   }
 
   uint16_t operator[](uint8_t i) const { return counts_[i]; }
 
  private:
-  void convert(uint8_t at) {
+  void next(uint8_t at) {
     at_ = at;
-    select_analog(pgm_read_byte(kScan + at));
-    ADCSRA |= _BV(ADSC);
+    convert(pgm_read_byte(kScan + at));
   }
 
   volatile uint16_t counts_[kCount];

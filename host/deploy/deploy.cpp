@@ -51,29 +51,10 @@ Image build(const std::string& name, const std::string& config, const fs::path& 
   // The tools write where there is room: what a full disk does to them, they tell as an error of their own.
   const fs::path elf = source.path() / image.elf.filename();
   const fs::path hex = source.path() / image.hex.filename();
-  std::vector<std::string> compile = {kCompiler,
-                                      std::string("-mmcu=") + mcu.name,
-                                      "-DF_CPU=16000000UL",
-                                      "-Os",
-                                      "-std=c++14",
-                                      "-Wall",
-                                      "-Wextra",
-                                      "-Werror",
-                                      "-fno-exceptions",
-                                      "-fno-rtti",
-                                      "-fno-threadsafe-statics",
-                                      "-ffunction-sections",
-                                      "-fdata-sections",
-                                      "-fshort-enums",
-                                      "-mrelax",
-                                      "-flto",
-                                      "-flto-partition=none",
-                                      "-fwhole-program",
-                                      "-Wl,--gc-sections",
-                                      "-I" + source.path().string(),
-                                      (source.path() / "firmware" / name / (name + ".cpp")).string(),
-                                      "-o",
-                                      elf.string()};
+  std::vector<std::string> compile = compiler_for(mcu);
+  compile.insert(compile.end(),
+                 {"-I" + source.path().string(),
+                  (source.path() / "firmware" / name / (name + ".cpp")).string(), "-o", elf.string()});
   compile.insert(compile.end(), options.begin(), options.end());
   checked(compile, source.path());
   checked({"avr-objcopy", "-O", "ihex", "-R", ".eeprom", elf.string(), hex.string()}, source.path());
@@ -134,6 +115,28 @@ void require_toolchain() {
   for (const char* program : {kCompiler, "avr-objcopy", "avr-size"}) {
     if (io::find_program(program).empty()) throw InputError(fmt::format("{} is missing: {}", program, kHint));
   }
+}
+
+std::vector<std::string> compiler_for(const Mcu& mcu) {
+  return {kCompiler,
+          std::string("-mmcu=") + mcu.name,
+          "-DF_CPU=16000000UL",
+          "-Os",
+          "-std=c++14",
+          "-Wall",
+          "-Wextra",
+          "-Werror",
+          "-fno-exceptions",
+          "-fno-rtti",
+          "-fno-threadsafe-statics",
+          "-ffunction-sections",
+          "-fdata-sections",
+          "-fshort-enums",
+          "-mrelax",
+          "-flto",
+          "-flto-partition=none",
+          "-fwhole-program",
+          "-Wl,--gc-sections"};
 }
 
 Image build_glove(const Glove& glove, const fs::path& folder) {

@@ -27,6 +27,9 @@ struct Image {
 // avr-g++ is there and works, or io::InputError that says what to install.
 void require_toolchain();
 
+// The compiler with the options of every image; what it compiles, and from where, is to be appended.
+std::vector<std::string> compiler_for(const Mcu& mcu);
+
 // Writes the configuration and the images NAME.elf and NAME.hex into `folder`. Throws io::InputError when an
 // image does not fit the microcontroller, io::JobError when the compiler fails.
 Image build_glove(const Glove& glove, const std::filesystem::path& folder);

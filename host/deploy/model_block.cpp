@@ -409,6 +409,24 @@ std::array<std::uint16_t, kFingers> calibration_ids(const GloveTables& tables) {
   return out;
 }
 
+void check_made_for(const Glove& glove, int rate_hz, const std::uint16_t* calibration,
+                    const std::string& name) {
+  const int model_rate_hz = sample_rate_hz(glove.model);
+  if (model_rate_hz != rate_hz) {
+    throw InputError(fmt::format("the model is for {} Hz, {} samples at {} Hz: --rate {}", model_rate_hz,
+                                 name, rate_hz, rate_hz));
+  }
+  const auto ids = calibration_ids(glove_tables(glove));
+  const model::Wiring wiring = model::wiring_of(glove.model);
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    if (!wiring.input[i] || ids[i] == calibration[i]) continue;
+    throw InputError(
+        fmt::format("{}: {}'s image was made for another calibration of this strip: --calibration as at its "
+                    "deployment, or deploy and flash it anew",
+                    model::finger_names()[i], name));
+  }
+}
+
 ModelBlock model_block(const Glove& glove, int parts) {
   const model::FixedModel fixed(glove.model);
   const GloveTables tables = glove_tables(glove);

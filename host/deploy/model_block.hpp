@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -23,6 +24,11 @@ struct ModelBlock {
 
 // What tells one strip's sensor from another: CRC-16 of its calibration table. Zero for a strip that is not there.
 std::array<std::uint16_t, kFingers> calibration_ids(const GloveTables& tables);
+
+// Throws io::InputError, with the mend, where a board (`name`, for errors) samples at another rate than the model, or was
+// made for another calibration of a strip that the model has; calibration: of kFingers strips.
+void check_made_for(const Glove& glove, int rate_hz, const std::uint16_t* calibration,
+                    const std::string& name);
 
 // As one part, or in as many as there are fingers: then a finger is replaced at a time, and what several share is in
 // each. Only what moves a motor is in them. Throws io::InputError where the model does not fit fixed point, or has what a

@@ -50,7 +50,7 @@ class Sender {
   Sent run() {
     const double start_s = line_.now_s();
     const link::Offer offer = ask();
-    check(offer);
+    check_made_for(glove_, offer.rate_hz, offer.calibration, "the glove");
     const ModelBlock block = model_block(glove_, offer.parts);
     const int ram = block.bytes() + block.state_bytes;
     if (block.largest() > offer.room || ram > kArenaBytes) {
@@ -160,24 +160,6 @@ class Sender {
     while (glove_.key && !session_.ready()) session_.derive(*glove_.key);
     said_ = 0;
     return offer;
-  }
-
-  void check(const link::Offer& offer) const {
-    const int rate_hz = sample_rate_hz(glove_.model);
-    if (rate_hz != offer.rate_hz) {
-      throw InputError(fmt::format("the model is for {} Hz, the glove samples at {} Hz: --rate {}", rate_hz,
-                                   offer.rate_hz, offer.rate_hz));
-    }
-    const auto ids = calibration_ids(glove_tables(glove_));
-    const model::Wiring wiring = model::wiring_of(glove_.model);
-    for (std::size_t i = 0; i < kFingers; ++i) {
-      if (!wiring.input[i] || ids[i] == offer.calibration[i]) continue;
-      throw InputError(
-          fmt::format("{}: the glove's image was made for another calibration of this strip: --calibration "
-                      "as at its deployment, or "
-                      "deploy and flash it anew",
-                      model::finger_names()[i]));
-    }
   }
 
   // Parts that are larger than those they replace may find room only when others have shrunk: those come again.

@@ -42,21 +42,7 @@ Board find_pages(const FlashContent& content, const std::string& name) {
 
 void check(const glove::ModelRecord& record, const Glove& glove, const ModelBlock& block,
            const std::string& name) {
-  const int rate_hz = sample_rate_hz(glove.model);
-  if (rate_hz != record.rate_hz) {
-    throw InputError(fmt::format("the model is for {} Hz, {} samples at {} Hz: --rate {}", rate_hz, name,
-                                 record.rate_hz, record.rate_hz));
-  }
-  const auto ids = calibration_ids(glove_tables(glove));
-  const model::Wiring wiring = model::wiring_of(glove.model);
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    if (wiring.input[i] && ids[i] != record.calibration[i]) {
-      throw InputError(fmt::format(
-          "{}: {}'s image was made for another calibration of this strip: --calibration as at its "
-          "deployment, or deploy and flash it anew",
-          model::finger_names()[i], name));
-    }
-  }
+  check_made_for(glove, record.rate_hz, record.calibration, name);
   if (block.bytes() + glove::kCopyHead > record.copy_bytes || block.state_bytes > kFlashArenaBytes) {
     throw InputError(fmt::format(
         "model {:?} does not fit {}: {} bytes of flash where {} are, {} of RAM where {} are: fewer knots",

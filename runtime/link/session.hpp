@@ -25,7 +25,6 @@ class Session {
     nonce_ = nonce;
     halves_ = 0;
   }
-  void stop() { halves_ = kNone; }
 
   // One SipHash; two are needed.
   void derive(const Key& pair) {

@@ -188,7 +188,8 @@ class Output {
     ++samples_;
     models_.stir(reading);
   }
-  void work() {
+  // Neither is part of main, which would keep room for the frames of both at once.
+  FLEXOR_SHARED void work() {
     uint8_t byte;
     while (received.pop(byte)) {
       turns_.byte();
@@ -199,7 +200,7 @@ class Output {
     uint8_t wire[link::kMaxWire];
     if (const uint8_t size = models_.work(wire)) transmitter.send(wire, size);
   }
-  void send_frame() {
+  FLEXOR_SHARED void send_frame() {
     if (!turns_.take_slot(end_.packet().amid())) return;
     const bool listens = turns_.listens(!end_.in_touch());
     if (listens && (wants_state_ || !end_.in_touch())) {

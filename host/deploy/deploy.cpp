@@ -143,7 +143,8 @@ Image build_glove(const Glove& glove, const fs::path& folder) {
   if (glove.model_as == ModelAs::code || data_block(glove).in_flash)
     return build_glove(glove_config(glove), folder, glove.mcu);
   return build("glove", glove_config(glove), folder, glove.mcu,
-               {"-fno-move-loop-invariants", "-fno-tree-loop-optimize", "-mcall-prologues", "-mstrict-X"});
+               {"-fno-move-loop-invariants", "-fno-tree-loop-optimize", "-fno-gcse", "-mcall-prologues",
+                "-mstrict-X"});
 }
 
 Image build_glove(const std::string& config, const fs::path& folder, const Mcu& mcu) {

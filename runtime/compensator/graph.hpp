@@ -94,7 +94,7 @@ class Arena {
   Arena(uint8_t* begin, uint16_t size) : next_(begin), end_(begin + size) {}
 
   // Null where it does not fit.
-  uint8_t* take(uint16_t bytes) {
+  FLEXOR_SHARED uint8_t* take(uint16_t bytes) {
     uint8_t* const taken = aligned(next_);
     if (taken > end_ || bytes > static_cast<uint16_t>(end_ - taken)) return nullptr;
     next_ = taken + bytes;
@@ -292,25 +292,36 @@ struct Step {
     for (; n > 0; --n) *out++ = static_cast<Number>(in.u16());
     return in;
   }
-  FLEXOR_SHARED static In weights(In in, core::Weight* out, uint8_t n) {
-    for (; n > 0; --n) *out++ = in.weight();
-    return in;
+
+  FLEXOR_INLINE static int32_t weighted(const uint8_t* weights, uint8_t n, int32_t difference) {
+    return Bytes<Place>{weights + 3 * n}.weight().times(difference);
   }
 
+  // FixedLti of kMaxOrder in loops: each coefficient is read where it lies.
   using Chain = FixedLti<kMaxOrder, true>;
   FLEXOR_SHARED static In lti(In in, uint8_t) {
     const int16_t u = m.signal[in.u8()];
-    Chain c;
-    c.gain = in.i16();
-    c.gain_shift = in.i8();
-    c.offset = in.i32();
-    in = weights(in, c.input_weight, kMaxOrder);
-    in = weights(in, c.chain_weight, kMaxOrder);
-    in = words(in, c.tap, kMaxOrder);
-    c.tap_fraction = in.u8();
-    c.output_shift = in.u8();
-    c.is_direct = false;
-    return end(in, c, u);
+    const int16_t gain = in.i16();
+    int32_t w = scaled_by(u, gain, in.i8());
+    w += in.i32();
+    int32_t* const x = next<typename Chain::State>().x;
+    for (uint8_t i = 0; m.first && i < kMaxOrder; ++i) x[i] = w;
+    const uint8_t* weights = in.at;
+    in.at += 3 * (kMaxOrder + kMaxOrder);
+    // From the last state to the first: a state needs the old values of those before it.
+    for (uint8_t i = kMaxOrder; i-- > 0;) {
+      int32_t way = weighted(weights, i, w - x[i]);
+      for (uint8_t j = 0; j < i; ++j)
+        way += weighted(weights, static_cast<uint8_t>(kMaxOrder + chain_index(i, j)), x[j] - x[i]);
+      x[i] += way;
+    }
+    const int32_t last = x[kMaxOrder - 1];
+    int32_t y = last;
+    int32_t from = w;
+    const uint8_t fraction = Place::byte(in.at + 2 * kMaxOrder);
+    for (uint8_t i = 0; i < kMaxOrder; from = x[i++]) y += Chain::tapped(in.i16(), fraction, from - last);
+    in.u8();
+    return end(in, core::narrow(core::round_shift(y, in.u8())));
   }
 
   FLEXOR_SHARED static In direct(In in, uint8_t) {
@@ -543,7 +554,7 @@ class Loader {
   }
 
   bool has(uint16_t count) const { return count <= static_cast<uint16_t>(end_ - at_); }
-  bool skip(uint16_t count) {
+  FLEXOR_SHARED bool skip(uint16_t count) {
     if (!has(count)) return false;
     at_ += count;
     return true;

@@ -117,6 +117,12 @@ struct DirectForm {
   }
 };
 
+// v * gain / 2^shift, by a shift to the left where it is negative.
+FLEXOR_PRODUCT_INLINE int32_t scaled_by(int16_t v, int16_t gain, int8_t shift) {
+  const int32_t product = static_cast<int32_t>(v) * gain;
+  return shift < 0 ? product * (static_cast<int32_t>(1) << -shift) : product >> shift;
+}
+
 // Input int16 in any fraction; states int32 in Q20, every value and difference below 2048; the output is
 // int16, `output_shift` bits less, and saturates. w = gain * v / 2^gain_shift + offset (gain_shift < 0 shifts
 // left); taps are tap / 2^tap_fraction.
@@ -140,11 +146,13 @@ struct FixedLti {
     typename DirectForm<kOrder>::State direct;
   };
 
-  FLEXOR_INLINE int32_t scaled(int16_t v) const {
-    const int32_t product = static_cast<int32_t>(v) * gain;
-    return (gain_shift < 0 ? product * (static_cast<int32_t>(1) << -gain_shift) : product >> gain_shift) +
-           offset;
+  // c 2^-fraction of it.
+  FLEXOR_PRODUCT_INLINE static int32_t tapped(int16_t c, uint8_t fraction, int32_t difference) {
+    if (c == 0) return 0;  // most are: saves the product on the microcontroller
+    return core::multiply_q16(difference, c) * (static_cast<int32_t>(1) << (16 - fraction));
   }
+
+  FLEXOR_INLINE int32_t scaled(int16_t v) const { return scaled_by(v, gain, gain_shift) + offset; }
 
   FLEXOR_INLINE void start(State& state, int16_t v) const {
     const int32_t w = scaled(v);
@@ -176,9 +184,9 @@ struct FixedLti {
     state.x[0] += input_weight[0].times(w - state.x[0]);
     const int32_t last = state.x[kOrder - 1];
     if (!kTaps) return last;
-    int32_t y = last + tapped(tap[0], w - last);
-    if (kOrder > 1) y += tapped(tap[kX1], state.x[0] - last);
-    if (kOrder > 2) y += tapped(tap[kX2], state.x[kX1] - last);
+    int32_t y = last + tapped(tap[0], tap_fraction, w - last);
+    if (kOrder > 1) y += tapped(tap[kX1], tap_fraction, state.x[0] - last);
+    if (kOrder > 2) y += tapped(tap[kX2], tap_fraction, state.x[kX1] - last);
     return y;
   }
 
@@ -188,11 +196,6 @@ struct FixedLti {
   static constexpr int kA10 = kOrder > 1 ? chain_index(1, 0) : 0;
   static constexpr int kA20 = kOrder > 2 ? chain_index(2, 0) : 0;
   static constexpr int kA21 = kOrder > 2 ? chain_index(2, 1) : 0;
-
-  FLEXOR_INLINE int32_t tapped(int16_t c, int32_t difference) const {
-    if (c == 0) return 0;  // most are: saves the product on the microcontroller
-    return core::multiply_q16(difference, c) * (static_cast<int32_t>(1) << (16 - tap_fraction));
-  }
 };
 
 }  // namespace compensator

@@ -6,6 +6,10 @@
 namespace flexor {
 namespace core {
 
+FLEXOR_PRODUCT_INLINE int32_t multiply_weight(int32_t difference, uint16_t mantissa, uint8_t shift) {
+  return multiply_q16(difference, mantissa) >> shift;
+}
+
 // mantissa / 2^(16 + shift).
 struct Weight {
   uint16_t mantissa;
@@ -13,7 +17,7 @@ struct Weight {
 
   // floor of the product, for every difference.
   FLEXOR_INLINE int32_t times(int32_t difference) const {
-    return multiply_q16(difference, mantissa) >> shift;
+    return multiply_weight(difference, mantissa, shift);
   }
   // The same, never called: where it is the only product.
   FLEXOR_INLINE int32_t times_here(int32_t difference) const {

@@ -38,10 +38,10 @@ class Guard {
   }
 
  private:
-  int16_t approach(const GuardSettings& c, int16_t goal) {
-    const int32_t way = static_cast<int32_t>(goal) - output_;
-    const int32_t reach = c.max_step;
-    return output_ = static_cast<int16_t>(output_ + core::clamp(way, -reach, reach));
+  FLEXOR_SHARED int16_t approach(const GuardSettings& c, int16_t goal) {
+    const int16_t way = core::subtract(goal, output_);
+    const int16_t back = static_cast<int16_t>(-c.max_step);
+    return output_ = static_cast<int16_t>(output_ + core::clamp(way, back, c.max_step));
   }
 
   int16_t output_ = 0;

@@ -1,5 +1,8 @@
 // The glove's end of the link: it answers whoever proves to have the pair's key, and keeps nothing.
 //
+// A challenge that another has followed is not answered again, the last kLeft of them: the hand never goes back to one,
+// and who plays a taped challenge again and again costs it one outage, not one each time.
+//
 // With a key it sends angles only once it has been challenged, and starts its counter anew with each new
 // nonce; until then, and at times after, it says how it is. Without a key it sends them from the start.
 #pragma once
@@ -57,14 +60,31 @@ class GloveEnd {
     if (!reader_.fits(*pair_, reader_.sequence())) return;
     Nonce nonce;
     __builtin_memcpy(nonce.bytes, reader_.body(), kNonceBytes);
-    if (session_.started() && nonce == session_.nonce()) return;
+    if (session_.started() && (nonce == session_.nonce() || was_left(nonce))) return;
+    left_[oldest_] = session_.nonce();
+    forget_another();
     session_.start(nonce);
     while (!session_.ready()) session_.derive(*pair_);
     counter_ = 0;
   }
 
+  // One that is still being played is not the next to be forgotten.
+  bool was_left(const Nonce& nonce) {
+    for (uint8_t i = 0; i < kLeft; ++i) {
+      if (!(nonce == left_[i])) continue;
+      if (i == oldest_) forget_another();
+      return true;
+    }
+    return false;
+  }
+  void forget_another() { oldest_ = static_cast<uint8_t>((oldest_ + 1) % kLeft); }
+
+  static constexpr uint8_t kLeft = 2;
+
   const Key* pair_;
   Session session_;
+  Nonce left_[kLeft] = {};
+  uint8_t oldest_ = 0;
   uint32_t counter_ = 0;
   PacketReader reader_;
 };

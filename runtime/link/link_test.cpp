@@ -417,6 +417,7 @@ class Air {
     uint8_t bytes = 0;
     if (glove.in_touch()) {
       Frame frame = frame_number(0);
+      frame.time_ms = static_cast<uint16_t>(now);
       bytes = glove.angles(frame, true, wire);
       recorded.emplace_back(wire, wire + bytes);
       if (jams && jams(frames++)) return;
@@ -579,6 +580,44 @@ TEST(Freshness, AForgedOrOldChallengeDoesNotStopTheGloveForLong) {
   bytes = old.challenge(wire);
   for (uint8_t i = 0; i < bytes; ++i) (void)air.glove.push(wire[i]);
   EXPECT_NE(air.until_accepted(2000), -1);
+}
+
+// Milliseconds of 20 000 in which the newest believed frame was at most two periods old, while one challenge of long ago
+// is played to the glove again and again.
+int in_touch_ms(int every_ms) {
+  constexpr int kLong_ms = 20000;
+  Air air(&kKey, &kKey);
+  air.run(1000);
+  HandEnd old(&kKey);
+  old.start(0);
+  for (int k = 0; k < kStirred; ++k) old.stir(0);
+  uint8_t wire[kMaxWire];
+  const uint8_t bytes = old.challenge(wire);
+  int out = 0;
+  for (int k = 0; k < kLong_ms; ++k) {
+    for (uint8_t i = 0; k % every_ms == 0 && i < bytes; ++i) (void)air.glove.push(wire[i]);
+    air.step();
+    out += air.now - air.last_accepted_ms <= 2 * air.period_ms;
+  }
+  return out;
+}
+
+// A challenge takes 22 ms on the air: who plays it every 20 speaks all the time. That is jamming, which no memory helps
+// against.
+TEST(Freshness, OneTapedChallengeCostsAnOutageHoweverOftenItIsPlayed) {
+  const auto least_ms = [](int from_ms, int to_ms) {
+    int least = 20000;
+    for (int every_ms = from_ms; every_ms <= to_ms; ++every_ms)
+      least = std::min(least, in_touch_ms(every_ms));
+    std::printf("a challenge every %d to %d ms: in touch for %.1f %% of 20 s at least\n", from_ms, to_ms,
+                least / 200.);
+    return least;
+  };
+  const int rare_ms = least_ms(100, 1000);
+  EXPECT_GE(rare_ms, 19400) << "one outage";
+  EXPECT_LT(rare_ms, 19700) << "which it does cost";
+  EXPECT_GE(least_ms(25, 99), 18400) << "and some of the hand's challenges";
+  EXPECT_LT(least_ms(20, 20), 1000) << "jamming";
 }
 
 TEST(Freshness, AGloveThatHasUsedUpItsCountersIsChallengedAnew) {

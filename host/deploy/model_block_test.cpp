@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <cmath>
+
 #include "host/deploy/host_chain.hpp"
 #include "host/io/io.hpp"
 #include "host/model/random_glove.hpp"
@@ -235,6 +237,43 @@ TEST(ModelBlock, WhereItLiesGoesByItsSize) {
   } catch (const io::InputError& error) {
     EXPECT_NE(std::string(error.what()).find("--model-as code"), std::string::npos) << error.what();
   }
+}
+
+// Five fingers, each a sum of curves on the same knots of its strip, and of a lag behind the first.
+Glove glove_of_shared_knots(int knots, int curves) {
+  Glove glove = plain_glove(50);
+  glove.model.blocks.clear();
+  for (const std::string& finger : model::finger_names()) {
+    model::Sum sum;
+    std::vector<std::string> from;
+    for (int c = 0; c < curves; ++c) {
+      model::Curve curve;
+      for (int i = 0; i < knots; ++i) {
+        curve.x.push_back(400 + i * 400.0 / (knots - 1));
+        curve.y.push_back(i * 90.0 / (knots - 1) / curves + std::sin(i + c));
+      }
+      from.push_back(fmt::format("{} curve {}", finger, c));
+      glove.model.blocks.push_back({{finger}, from.back(), curve});
+    }
+    glove.model.blocks.push_back({{from[0]}, finger + " lag", model::Lag{5}});
+    from[0] = finger + " lag";
+    sum.weights.assign(from.size(), 1);
+    glove.model.blocks.push_back({from, finger + " sum", sum});
+    glove.model.blocks.push_back({{finger + " sum"}, finger + " angle", model::Saturation{10, 80}});
+  }
+  return glove;
+}
+
+// As docs/adr/0016-model-as-data.md says which fit.
+TEST(ModelBlock, SixCurvesOfTwelveKnotsFitFlashAndNoMoreThanTheCopyHolds) {
+  for (const int curves : {2, 6}) {
+    const DataBlock data = data_block(glove_of_shared_knots(12, curves));
+    std::printf("12 shared knots, %d curves, a lag: %d bytes, %d of RAM\n", curves, data.block.bytes(),
+                data.block.state_bytes);
+    EXPECT_TRUE(data.in_flash) << curves;
+  }
+  EXPECT_FALSE(data_block(glove_of_shared_knots(4, 1)).in_flash);
+  EXPECT_THROW((void)data_block(glove_of_shared_knots(24, 6)), io::InputError);
 }
 
 }  // namespace

@@ -128,7 +128,8 @@ void Regression::take_cells(const People& people) {
   x_.array().rowwise() /= input_sd_deg_.transpose().array();
   hands.rowwise() -= mean_deg_.matrix().transpose();
   MatrixXd kernel(cells, cells);
-  const MatrixXd x_of = x_.transpose();  // a row of a matrix without columns, where nothing is sensed, is nowhere
+  const MatrixXd x_of =
+      x_.transpose();  // a row of a matrix without columns, where nothing is sensed, is nowhere
   for (Index a = 0; a < cells; ++a) {
     const VectorXd x = x_of.col(a);
     kernel.col(a) = with_cells(x);

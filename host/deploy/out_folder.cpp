@@ -125,7 +125,13 @@ void OutFolder::stage_what_is_there() const {
 void OutFolder::publish() {
   io::uninterrupted([this] {
     mark(staging() / kWhole);
-    replace(staging());
+    try {
+      replace(staging());
+    } catch (...) {
+      staging_
+          ->keep();  // what was there is in it as well: the next that opens this folder ends what was begun
+      throw;
+    }
   });
 }
 

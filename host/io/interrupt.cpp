@@ -216,6 +216,12 @@ int Temporary::rename_to(const std::filesystem::path& path) {
   return 0;
 }
 
+void Temporary::keep() {
+  const Section section;
+  live().paths.erase(entry_);
+  live_ = false;
+}
+
 void uninterrupted(const std::function<void()>& work) {
   const Section section;
   work();

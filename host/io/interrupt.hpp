@@ -38,6 +38,8 @@ class Temporary {
   const std::filesystem::path& path() const { return path_; }
   // Gives it its name for good in one step: 0, and there is nothing to remove any more, or errno.
   int rename_to(const std::filesystem::path& path);
+  // It stays where it is.
+  void keep();
 
  private:
   std::filesystem::path path_;

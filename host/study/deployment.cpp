@@ -154,8 +154,8 @@ std::string send_words(const Deployment& d) {
 std::vector<std::string> next_for_hand(const Deployment& d) {
   std::vector<std::string> out = {
       "Wire both boards: wiring_glove.svg and wiring_hand.svg; parts and pins are in wiring.md.",
-      "Flash the glove: " + flash_command(d, "glove"),
-      "Flash the hand, with its motors' supply off: " + flash_command(d, "hand"),
+      "Flash the glove, with its radio unplugged from D0: " + flash_command(d, "glove"),
+      "Flash the hand, with its radio unplugged and its motors' supply off: " + flash_command(d, "hand"),
       "Look: with both boards on, bend one finger after the other: the hand's follow."};
   if (deploy::can_zero(d.glove)) out.push_back(zero_words(d.glove));
   if (d.glove.model_as == deploy::ModelAs::data) out.push_back(send_words(d));

@@ -254,7 +254,10 @@ class Finger {
   // At rest first, then long enough without what was wrong.
   bool recovers(int16_t measured, bool shadowed) {
     const bool calm = watch_.calm(measured);
-    if (shadowed) fault_ = Fault::floating;
+    if (shadowed && !needs_a_bend()) {
+      fault_ = Fault::floating;
+      limp_ticks_ = kSettled_ticks;
+    }
     if (watch_.jumped_again() && fault_ != Fault::noisy)
       fault_ = fault_ == Fault::slipped ? Fault::noisy : Fault::slipped;
     if (limp_ticks_ < kSettled_ticks) limp_at_ = measured;
@@ -266,8 +269,10 @@ class Finger {
     return limp_ticks_ >= kRecovered_ticks;
   }
 
+  bool needs_a_bend() const { return fault_ == Fault::frozen || fault_ == Fault::reversed; }
+
   bool is_well(int16_t measured, bool calm) const {
-    if (fault_ == Fault::frozen || fault_ == Fault::reversed) return further(measured, limp_at_, kAlive);
+    if (needs_a_bend()) return further(measured, limp_at_, kAlive);
     return calm && (fault_ == Fault::floating || !further(measured, trusted_, kNear));
   }
 

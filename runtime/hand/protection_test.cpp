@@ -463,6 +463,40 @@ TEST(Protection, AFrozenReadingIsFrozenOnceBothWaysWereTriedAndEndsWithAMovement
   EXPECT_NEAR(bench.motor[0].angle_deg, 100, 1.5);
 }
 
+// A neighbour that moves alike for a window is no hand that bends it.
+TEST(Protection, AReversedReadingStaysSoWhateverItsNeighbourSays) {
+  ElasticBench bench;
+  Finger& finger = bench.finger[1];
+  const auto run = [&](int ms, Neighbour neighbour) {
+    for (int k = 0; k < ms; ++k) {
+      const double deg = 140 - bench.motor[1].angle_deg;
+      bench.motor[1].step(finger.tick(bench.c, Link::following, 100 * 16, 30 * 16, ElasticBench::counts(deg),
+                                      k % kTurn_ticks == 0, neighbour));
+    }
+  };
+  run(300, {});
+  ASSERT_EQ(finger.fault(), Fault::reversed);
+  run(64, {0, true});
+  run(2000, {});
+  EXPECT_EQ(finger.fault(), Fault::reversed);
+}
+
+TEST(Protection, AShadowIsOverAFifthOfASecondAfterItsEndAndNoSooner) {
+  for (const int shadowed_ms : {150, 175, 200, 225}) {
+    ElasticBench bench;
+    Finger& finger = bench.finger[1];
+    int ended_ms = 0;
+    for (int k = 0; k < 1000 + shadowed_ms && ended_ms == 0; ++k) {
+      const bool shadowed = k >= 500 && k < 500 + shadowed_ms;
+      (void)finger.tick(bench.c, Link::following, 70 * 16, 30 * 16, ElasticBench::counts(70),
+                        k % kTurn_ticks == 0, {0, shadowed});
+      if (k >= 500 + shadowed_ms && finger.fault() == Fault::none) ended_ms = k - 500 - shadowed_ms;
+    }
+    EXPECT_GE(ended_ms, 90) << shadowed_ms;
+    EXPECT_LE(ended_ms, 210) << shadowed_ms;
+  }
+}
+
 TEST(Protection, ASlipEndsWhereTheReadingIsBackAndNowhereElse) {
   ElasticBench bench;
   for (int ms = 0; ms < 1000; ++ms) bench.tick({60, 60});

@@ -572,10 +572,11 @@ std::string flash_text(const Glove& glove, const ModelBlock& block, const GloveT
   const glove::ModelRecord r = model_record(glove, image);
   const Bytes copy = model_copy(block, image, 0);
   return fmt::format(
-             "const glove::ModelPages<{}> kModelPages PROGMEM __attribute__((used)) = {{{{{}, {}, {}, 0, {}, "
+             "const glove::ModelPages<{}> kModelPages PROGMEM __attribute__((used)) = {{{{{}, {}, {}, {}, "
+             "{}, "
              "{}, "
              "{}, {{}}}}, {{{}}}}};\n",
-             kCopyBytes, numbers(r.magic, sizeof(r.magic)), r.image, r.rate_hz,
+             kCopyBytes, numbers(r.magic, sizeof(r.magic)), r.image, r.rate_hz, r.version,
              numbers(r.calibration, compensator::kStrips), r.copy_bytes, r.crc,
              numbers(copy.data(), copy.size())) +
          made_for(tables, image);

@@ -474,6 +474,7 @@ glove::ModelRecord model_record(const Glove& glove, std::uint16_t image) {
   std::ranges::copy(kModelMagic, record.magic);
   record.image = image;
   record.rate_hz = static_cast<std::uint8_t>(sample_rate_hz(glove.model));
+  record.version = compensator::kGraphVersion;
   std::ranges::copy(calibration_ids(glove_tables(glove)), record.calibration);
   record.copy_bytes = kCopyBytes;
   record.crc = crc_of(record);

@@ -116,6 +116,20 @@ TEST(ModelBlock, RandomModelsGiveTheHostsBits) {
   EXPECT_GT(compared, 50);
 }
 
+// A board that was flashed with this version reads what a later program sends. Where these bytes change, so does
+// compensator::kGraphVersion.
+TEST(ModelBlock, TheLayoutIsThatOfItsVersion) {
+  Glove glove;
+  glove.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
+  glove.sensor.fill(divider(35, 25, 100.0 / 180));
+  const Bytes part = model_block(glove, 1).parts.front();
+  EXPECT_EQ(compensator::kGraphVersion, 2);
+  EXPECT_EQ(part.size(), 271U);
+  std::uint16_t crc = 0;
+  for (const std::uint8_t byte : part) crc = core::crc16_add(crc, byte);
+  EXPECT_EQ(crc, 1260);
+}
+
 TEST(ModelBlock, EveryKindOfBlockGivesTheHostsBits) {
   std::size_t compared = 0;
   for (std::size_t kind = 0; kind < std::variant_size_v<model::Kind>; ++kind) {

@@ -20,6 +20,7 @@ using io::InputError;
 
 constexpr const char* kStaging = ".deploy-";
 constexpr const char* kWhole = ".whole";      // in it: all files are there
+constexpr const char* kOld = "old";           // in it: those that were there
 constexpr const char* kCleared = ".cleared";  // in it: the old ones have gone
 
 // All that a deployment consists of beside the key.
@@ -123,16 +124,16 @@ void OutFolder::stage_what_is_there() const {
 }
 
 void OutFolder::publish() {
-  io::uninterrupted([this] {
-    mark(staging() / kWhole);
-    try {
+  try {
+    io::uninterrupted([this] {
+      mark(staging() / kWhole);
       replace(staging());
-    } catch (...) {
-      staging_
-          ->keep();  // what was there is in it as well: the next that opens this folder ends what was begun
-      throw;
-    }
-  });
+    });
+  } catch (...) {
+    // What was there is in it: the next that opens this folder ends what was begun.
+    if (!put_back()) staging_->keep();
+    throw;
+  }
 }
 
 // One that had begun to publish has all its files here, or in their places.
@@ -145,9 +146,21 @@ void OutFolder::end_what_was_cut_off() const {
   }
 }
 
+// False: new files are in their places already, or the old ones do not go back.
+bool OutFolder::put_back() const {
+  if (is_there(staging() / kCleared)) return false;
+  std::error_code error;
+  for (const OutPart& part : kParts) {
+    if (is_there(folder_ / part.name)) continue;
+    fs::rename(staging() / kOld / part.name, folder_ / part.name, error);
+    if (error && is_there(staging() / kOld / part.name)) return false;
+  }
+  return true;
+}
+
 // May be cut off anywhere, and done again.
 void OutFolder::replace(const fs::path& staged) const {
-  const fs::path old = staged / "old";
+  const fs::path old = staged / kOld;
   for (const OutPart& part : kParts) {
     if (!is_there(staged / kCleared) && is_there(folder_ / part.name))
       move(folder_ / part.name, old / part.name);

@@ -40,6 +40,7 @@ class OutFolder {
   void lock();
   std::filesystem::path make_staging() const;
   void replace(const std::filesystem::path& staged) const;
+  bool put_back() const;
   void end_what_was_cut_off() const;
 
   std::filesystem::path folder_;

@@ -96,6 +96,29 @@ TEST_F(OutFolderTest, WithoutPublishingNothingHasHappened) {
   EXPECT_EQ(expect_matching(), 6);
 }
 
+TEST_F(OutFolderTest, APublishThatFailsLosesNothing) {
+  deploy_once(folder_);
+  const std::string before = io::read_file(folder_ / "glove.elf");
+  const auto in_the_way = [&] {
+    for (const auto& entry : fs::directory_iterator(folder_)) {
+      const fs::path path = entry.path();
+      if (path.filename().string().starts_with(".")) fs::create_directories(path / "old/hand.hex/full");
+    }
+  };
+  EXPECT_THROW(deploy_once(folder_, in_the_way), io::InputError);
+  EXPECT_EQ(io::read_file(folder_ / "glove.elf"), before);
+  EXPECT_EQ(expect_matching(), 6);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 7) << "and nothing is left over";
+}
+
+TEST_F(OutFolderTest, APublishThatFailsBetweenOldAndNewIsEndedByTheNext) {
+  EXPECT_THROW(deploy_once(folder_, [&] { io::write_file(folder_ / "arduino", "in the way"); }),
+               io::InputError);
+  fs::remove(folder_ / "arduino");
+  { OutFolder next(folder_); }
+  EXPECT_EQ(expect_matching(), 6);
+}
+
 TEST_F(OutFolderTest, TwoRunsInOneFolderAreRefused) {
   OutFolder one(folder_);
   EXPECT_THROW(OutFolder{folder_}, io::JobError);

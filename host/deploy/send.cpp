@@ -22,7 +22,9 @@ using link::Received;
 constexpr auto kNoRoom = static_cast<std::uint8_t>(2 + static_cast<int>(compensator::Loaded::no_room));
 constexpr double kTurn_s = 0.15;  // until the glove leaves a turn; where it does not, the line is not a radio
 constexpr double kAnswer_s = 0.35;  // a piece, its writing and the answer at 9600 baud
+constexpr double kDoubt_s = 3;      // without a receipt since an offer
 constexpr double kPatience_s = 10;  // without any answer
+constexpr double kStuck_s = 60;     // of answers, without a further piece
 
 // Why a part that has come does not run.
 std::string reason_of(std::uint8_t stage) {
@@ -128,15 +130,19 @@ class Sender {
            (!glove_.key || reader_.fits(*glove_.key, reader_.sequence()));
   }
 
+  void request() {
+    await_turn();
+    link::Packet packet;
+    packet.body()[0] = static_cast<std::uint8_t>(link::Request::coefficients);
+    write(link::Type::request, packet, 1, nullptr);
+  }
+
   link::Offer ask() {
     const double until_s = line_.now_s() + kPatience_s;
     bool heard = false;
     bool foreign = false;
     while (line_.now_s() < until_s) {
-      await_turn();
-      link::Packet packet;
-      packet.body()[0] = static_cast<std::uint8_t>(link::Request::coefficients);
-      write(link::Type::request, packet, 1, nullptr);
+      request();
       const double answer_s = line_.now_s() + kAnswer_s;
       while (next(answer_s)) {
         heard = true;
@@ -159,6 +165,8 @@ class Sender {
     session_.start(offer.nonce);
     while (glove_.key && !session_.ready()) session_.derive(*glove_.key);
     said_ = 0;
+    received_ = 0;
+    offered_s_ = line_.now_s();
     return offer;
   }
 
@@ -183,14 +191,25 @@ class Sender {
     part_ = part;
     received_ = 0;
     double heard_s = line_.now_s();
+    double further_s = heard_s;
+    std::size_t most = 0;
     while (true) {
       if (line_.now_s() - heard_s > kPatience_s) {
         throw JobError("the glove no longer answers, " + left_behind());
       }
-      say(part, bytes, received_);
+      if (line_.now_s() - further_s > kStuck_s) {
+        throw JobError("somebody else speaks to the glove again and again, " + left_behind());
+      }
+      // The offer may have been the tape of an old one, whose session the glove has left.
+      if (offered_s_ && line_.now_s() - *offered_s_ > kDoubt_s) {
+        request();
+      } else {
+        say(part, bytes, received_);
+      }
       const auto receipt = answer(part);
       if (!receipt) continue;
       heard_s = line_.now_s();
+      offered_s_.reset();
       if (receipt->stage == glove::kRuns) break;
       if (receipt->stage == kNoRoom) return false;
       if (receipt->stage != 0) {
@@ -198,6 +217,8 @@ class Sender {
             fmt::format("the glove does not take the model: {}; {}", reason_of(receipt->stage), what_runs()));
       }
       received_ = std::min<std::size_t>(receipt->received, bytes.size());
+      if (received_ > most) further_s = line_.now_s();
+      most = std::max(most, received_);
       tell(received_);
     }
     received_ = 0;
@@ -227,7 +248,6 @@ class Sender {
       // Somebody has asked again, or the air has doubled the question: what counts now is this offer.
       if (is_offer()) {
         (void)accept(link::get_offer(reader_.body()));
-        received_ = 0;
         return {};
       }
       if (!is(link::Answer::receipt, link::Receipt::kBytes)) continue;
@@ -255,7 +275,8 @@ class Sender {
   int all_ = 0;
   int done_ = 0;
   std::uint8_t part_ = 0;
-  std::size_t received_ = 0;  // of this part
+  std::size_t received_ = 0;         // of this part
+  std::optional<double> offered_s_;  // when an offer came that no receipt has followed
   Sent sent_;
 };
 

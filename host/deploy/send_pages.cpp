@@ -42,6 +42,10 @@ Board find_pages(const FlashContent& content, const std::string& name) {
 
 void check(const glove::ModelRecord& record, const Glove& glove, const ModelBlock& block,
            const std::string& name) {
+  if (record.version != compensator::kGraphVersion) {
+    throw InputError(
+        fmt::format("{}: its image is of another version: deploy the model anew, then flexor flash", name));
+  }
   check_made_for(glove, record.rate_hz, record.calibration, name);
   if (block.bytes() + glove::kCopyHead > record.copy_bytes || block.state_bytes > kFlashArenaBytes) {
     throw InputError(fmt::format(

@@ -151,12 +151,18 @@ TEST(SendPages, WhatDoesNotFitIsSaidWithTheMend) {
   FlashContent damaged = flash;
   damaged.bytes[kRecordAt + 10] ^= 1;
   says(damaged, good, "flash it anew");
+  FlashContent older = flash;
+  glove::ModelRecord record = model_record(good, 4711);
+  record.version = static_cast<std::uint8_t>(compensator::kGraphVersion - 1);
+  record.crc = crc_of(record);
+  std::memcpy(older.bytes.data() + kRecordAt, &record, sizeof(record));
+  says(older, good, "another version: deploy the model anew");
   Glove with_key = good;
   with_key.key = key_from_hex("000102030405060708090a0b0c0d0e0f");
   FlashContent guarded = flash;
   const auto give = [&](const Key& key) {
-    const link::KeyRecord record = key_record(key);
-    std::memcpy(guarded.bytes.data(), &record, sizeof(record));
+    const link::KeyRecord stored = key_record(key);
+    std::memcpy(guarded.bytes.data(), &stored, sizeof(stored));
   };
   give({});
   says(guarded, with_key, "the board has no key");

@@ -47,6 +47,9 @@ class FakeGlove {
     return {eeprom_.bytes.begin() + place.address, eeprom_.bytes.begin() + place.address + place.size};
   }
   std::vector<std::vector<std::uint8_t>> heard;  // frames
+  std::vector<std::vector<std::uint8_t>> said;
+  std::vector<std::uint8_t> taped;  // somebody sends this at every tenth frame,
+  int tapes = 0;                    // so often
   bool deaf = false;
   int room = 1 << 20;    // for all parts together
   int stranger_at = -1;  // after so many frames somebody without the key asks, too
@@ -89,6 +92,11 @@ class FakeGlove {
     now_s_ += std::min(timeout_s, 0.02);
     std::vector<std::uint8_t> wire(link::kMaxWire);
     wire.resize(receiver_->speak({rate_hz, ids_.data()}, 0, wire.data()));
+    if (!wire.empty()) said.push_back(wire);
+    if (tapes > 0 && heard.size() % 10 == 5) {
+      --tapes;
+      return taped;
+    }
     return deaf || lost() ? std::vector<std::uint8_t>() : wire;
   }
 
@@ -123,6 +131,16 @@ Glove with_a_large(std::size_t finger) {
   }
   model.blocks.insert(model.blocks.begin(), model::Block{{name}, "larger", curve});
   return glove;
+}
+
+void expect_send_refused(const std::function<void()>& call, const std::string& says) {
+  try {
+    call();
+    ADD_FAILURE() << "not refused: " << says;
+  } catch (const std::exception& error) {
+    EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+  }
 }
 
 TEST(Send, APartThatCannotRunLeavesTheOldOneAndIsSaidSo) {
@@ -165,6 +183,22 @@ TEST(Send, AStrangersQuestionDoesNotEndIt) {
   }
 }
 
+// The sender believes an old offer: its frames then mean nothing to the glove.
+TEST(Send, AnOfferThatWasTapedDoesNotEndIt) {
+  FakeGlove board(published());
+  send_model(board.line(), published(), {});
+  ASSERT_FALSE(board.said.empty());
+  board.taped = board.said.front();
+  board.tapes = 3;
+  const Glove other = with_a_large(2);
+  send_model(board.line(), other, {});
+  EXPECT_EQ(board.tapes, 0);
+  EXPECT_EQ(board.stored(), model_block(other, 1).parts.front());
+  board.tapes = 1'000'000;
+  expect_send_refused([&] { (void)send_model(board.line(), published(), {}); },
+                      "somebody else speaks to the glove again and again");
+}
+
 TEST(Send, AModelArrivesWholeWhateverTheLineLoses) {
   const auto wanted = model_block(published(), 1).parts.front();
   for (const double loss : {0.0, 0.3, 0.6}) {
@@ -202,16 +236,6 @@ TEST(Send, AModelThatWasSentBeforeIsNotTakenAgain) {
       for (int k = 0; k < 50; ++k) (void)line.read(0.1);
     }
     EXPECT_EQ(board.stored(), now) << restarts;
-  }
-}
-
-void expect_send_refused(const std::function<void()>& call, const std::string& says) {
-  try {
-    call();
-    ADD_FAILURE() << "not refused: " << says;
-  } catch (const std::exception& error) {
-    EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
   }
 }
 

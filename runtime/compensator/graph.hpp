@@ -26,7 +26,7 @@ namespace compensator {
 
 constexpr uint8_t kMaxParts = 5;
 constexpr uint8_t kStrips = 5;
-constexpr uint8_t kGraphVersion = 1;
+constexpr uint8_t kGraphVersion = 2;
 constexpr uint8_t kInputCount = 4;  // places in a part
 constexpr uint8_t kOutputCount = 5;
 constexpr uint8_t kHeaderBytes = 9;
@@ -321,7 +321,8 @@ struct Step {
     const uint8_t fraction = Place::byte(in.at + 2 * kMaxOrder);
     for (uint8_t i = 0; i < kMaxOrder; from = x[i++]) y += Chain::tapped(in.i16(), fraction, from - last);
     in.u8();
-    return end(in, core::narrow(core::round_shift(y, in.u8())));
+    const uint8_t shift = in.u8();  // before `in` is passed on: arguments have no order
+    return end(in, core::narrow(core::round_shift(y, shift)));
   }
 
   FLEXOR_SHARED static In direct(In in, uint8_t) {

@@ -2,7 +2,7 @@
 // bootloader writes them, over USB, one while the other stays: power that is lost at any instant leaves the old model or
 // the new one, and RAM holds no more of it than its states.
 //
-//   magic "FLXMDL01", image u16, rate_hz u8, 0, calibration u16 of each strip, bytes of a copy u16, CRC-16; to a page's end
+//   magic "FLXMDL01", image u16, rate_hz u8, version of parts u8, calibration u16 of each strip, bytes of a copy u16, CRC-16; to a page's end
 //   copy     generation u16, size u16, CRC-16 of image, these and the part, 0 u16; the part; twice
 //
 // image: CRC-16 of the model that was built in: copies that were sent to another image count no more.
@@ -21,7 +21,7 @@ struct ModelRecord {
   uint8_t magic[kModelMagicBytes];
   uint16_t image;
   uint8_t rate_hz;
-  uint8_t zero;
+  uint8_t version;  // compensator::kGraphVersion
   uint16_t calibration[compensator::kStrips];
   uint16_t copy_bytes;
   uint16_t crc;

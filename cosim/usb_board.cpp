@@ -8,6 +8,7 @@
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_core.h>
+#include <sys/inotify.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -62,7 +63,7 @@ struct UsbBoard::Hooks {
   }
   static void byte(avr_irq_t*, std::uint32_t value, void* board) {
     UsbBoard& b = *static_cast<UsbBoard*>(board);
-    if (b.is_open_) b.outgoing_ += static_cast<char>(b.on_the_wire(static_cast<std::uint8_t>(value)));
+    if (b.open_by_ > 0) b.outgoing_ += static_cast<char>(b.on_the_wire(static_cast<std::uint8_t>(value)));
   }
   static void conversion(avr_irq_t*, std::uint32_t value, void* board) {
     UsbBoard& b = *static_cast<UsbBoard*>(board);
@@ -122,6 +123,7 @@ UsbBoard::UsbBoard(const UsbBoardOptions& options) : options_(options) {
 }
 
 UsbBoard::~UsbBoard() {
+  close(openings_);
   close(terminal_);
   avr_terminate(avr(avr_));
   free(avr_);
@@ -141,6 +143,9 @@ void UsbBoard::open_port() {
   cfmakeraw(&raw);
   tcsetattr(once, TCSANOW, &raw);
   close(once);
+  openings_ = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+  if (openings_ < 0 || inotify_add_watch(openings_, port_.c_str(), IN_OPEN | IN_CLOSE) < 0)
+    throw io::JobError(fmt::format("{}: inotify: {}", port_, std::strerror(errno)));
 }
 
 void UsbBoard::reset() {
@@ -175,12 +180,17 @@ std::uint8_t UsbBoard::on_the_wire(std::uint8_t byte) const {
   return rates_agree() ? byte : static_cast<std::uint8_t>(byte * 37 + 0x81);
 }
 
+// Each opening counts, also one right after a closing: a capacitor at DTR misses none.
 void UsbBoard::look_at_port() {
-  pollfd waiting{terminal_, POLLIN, 0};
-  (void)poll(&waiting, 1, 0);
-  const bool open_now = (waiting.revents & POLLHUP) == 0;
-  if (open_now && !is_open_) reset();
-  is_open_ = open_now;
+  alignas(inotify_event) std::array<char, 4096> buffer{};
+  const ssize_t n = read(openings_, buffer.data(), buffer.size());
+  inotify_event event{};
+  for (ssize_t at = 0; at < n; at += static_cast<ssize_t>(sizeof(event)) + event.len) {
+    std::memcpy(&event, buffer.data() + at, sizeof(event));
+    const bool opened = (event.mask & IN_OPEN) != 0;
+    if (opened && open_by_ == 0) reset();
+    open_by_ += opened ? 1 : -1;
+  }
 }
 
 void UsbBoard::exchange() {

@@ -71,7 +71,8 @@ class UsbBoard {
   void* avr_ = nullptr;  // avr_t: simavr stays inside usb_board.cpp
   int terminal_ = -1;
   std::string port_;
-  bool is_open_ = false;
+  int openings_ = -1;  // inotify of the port
+  int open_by_ = 0;    // so many
   std::deque<std::uint8_t> incoming_;
   std::string outgoing_;
   std::string frozen_;

@@ -21,10 +21,10 @@ using link::Received;
 
 constexpr auto kNoRoom = static_cast<std::uint8_t>(2 + static_cast<int>(compensator::Loaded::no_room));
 constexpr double kTurn_s = 0.15;  // until the glove leaves a turn; where it does not, the line is not a radio
-constexpr double kAnswer_s = 0.35;  // a piece, its writing and the answer at 9600 baud
-constexpr double kDoubt_s = 3;      // without a receipt since an offer
-constexpr double kPatience_s = 10;  // without any answer
-constexpr double kStuck_s = 60;     // of answers, without a further piece
+constexpr double kAnswer_s = 0.35;   // a piece, its writing and the answer at 9600 baud
+constexpr double kDoubt_s = 3;       // without a receipt since an offer
+constexpr double kPatience_s = 10;   // without any answer
+constexpr double kNoFurther_s = 60;  // of answers, without a further piece
 
 // Why a part that has come does not run.
 std::string reason_of(std::uint8_t stage) {
@@ -197,7 +197,7 @@ class Sender {
       if (line_.now_s() - heard_s > kPatience_s) {
         throw JobError("the glove no longer answers, " + left_behind());
       }
-      if (line_.now_s() - further_s > kStuck_s) {
+      if (line_.now_s() - further_s > kNoFurther_s) {
         throw JobError("somebody else speaks to the glove again and again, " + left_behind());
       }
       // The offer may have been the tape of an old one, whose session the glove has left.

@@ -6,6 +6,7 @@
 #include "host/donning/sessions.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/report/render.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -15,6 +16,7 @@ struct Options {
   std::vector<std::string> sensors;
   std::string time_unit;
   std::string out;
+  std::string report;
   bool json = false;
 };
 
@@ -22,27 +24,34 @@ void show(const donning::Sessions& all) {
   const auto percent = [](const donning::Change& c) {
     return fmt::format("{:+.0f} ({:+.0f} .. {:+.0f}) %", 100 * c.value, 100 * c.low, 100 * c.high);
   };
-  print(fmt::format("{:<26}{:<10}{:>24}{:>24}{:>8}{:>8}\n", "session", "sensor", "shift", "gain", "shape",
+  print(fmt::format("{:<26}{:<17}{:>20}{:>20}{:>8}{:>8}\n", "session", "sensor", "shift", "gain", "shape",
                     "noise"));
   for (const donning::SessionChange& session : all.sessions) {
     for (const donning::SensorChange& s : session.sensors) {
-      print(fmt::format("{:<26}{:<10}{:>24}{:>24}{:>6.1f} %{:>6.2f} %\n", io::shortened(session.name, 25),
-                        s.sensor, percent(s.shift), percent(s.log_gain), 100 * s.shape, 100 * s.noise));
+      print(fmt::format("{:<26}{:<17}{:>20}{:>20}{:>6.1f} %{:>6.2f} %\n", io::shortened(session.name, 25),
+                        io::shortened(s.sensor, 16), percent(s.shift), percent(s.log_gain), 100 * s.shape,
+                        100 * s.noise));
     }
   }
   print(
       fmt::format("\nfrom session to session: shift {:.1f} %, gain {:.1f} % (standard deviations; shares of "
-                  "a sensor's span)\n",
-                  100 * all.prior.shift_sd, 100 * all.prior.log_gain_sd));
+                  "a sensor's span); shifts of two sensors correlate by {:.2f}\n",
+                  100 * all.prior.shift_sd, 100 * all.prior.log_gain_sd, all.prior.alike));
 }
 
 void run(const Options& o) {
   if (!o.out.empty()) io::require_writable(o.out);
+  if (!o.report.empty()) io::require_folder(o.report);
   const donning::Sessions all = donning::compare_files(o.files, o.sensors, o.time_unit);
   if (!o.out.empty()) io::write_file(o.out, to_json(all.prior));
+  if (!o.report.empty()) {
+    donning::save_results(all, o.report);
+    report::render(o.report);
+  }
   if (o.json) return print(io::dump(to_json(all)));
   show(all);
   if (!o.out.empty()) print(fmt::format("prior    {}\n", o.out));
+  if (!o.report.empty()) print(fmt::format("report   {}/report.html\n", o.report));
 }
 
 }  // namespace
@@ -58,6 +67,7 @@ void add_donning(CLI::App& app) {
       ->delimiter(',');
   command->add_option("--time-unit", o->time_unit, kTimeUnitHelp);
   command->add_option("--out", o->out, "write how they differ here, for recalibrate --prior");
+  command->add_option("--report", o->report, "write report.html and changes.svg into this folder");
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o] { run(*o); });
 }

@@ -22,6 +22,8 @@ mkdir "$work/inputs"
 "$flexor" deploy "$root/models/published_hw.json" --rate 10 --out "$work/deployment" >/dev/null 2>&1
 "$flexor" track "$work/inputs/video.mp4" --joints "$work/inputs/joints.json" --out "$work/angles.csv" \
   --report "$work/tracking" >/dev/null 2>&1
+"$flexor" twin record --donnings 3 --out "$work/worn" >/dev/null 2>&1
+"$flexor" donning "$work"/worn/glove*.csv --report "$work/donning" >/dev/null 2>&1
 "$flexor" calibrate-twin --ensemble 8 --evaluations 320 --trials 1 --out "$work/laboratories.json" >/dev/null 2>&1
 "$flexor" experiment --ensemble "$work/laboratories.json" --trials 1 --gestures 2,4 --out "$work/ensemble" >/dev/null 2>&1
 
@@ -34,7 +36,7 @@ for kind in $(sed -n 's/.*{"\([a-z]*\)", render_[a-z]*}.*/\1/p' "$root/host/repo
   diff -r "$work/drawn" "$work/$kind" || { echo "$kind: flexor report does not draw what the command drew"; exit 1; }
   rm -r "$work/drawn"
 done
-[ ${#pages[@]} -ge 9 ] || { echo "kinds found: ${pages[*]}"; exit 1; }
+[ ${#pages[@]} -ge 10 ] || { echo "kinds found: ${pages[*]}"; exit 1; }
 cd "$root/web"
 node check_reports.mjs "${pages[@]}"
 

@@ -8,8 +8,10 @@
 #include <algorithm>
 #include <cstdlib>
 #include <map>
+#include <random>
 #include <set>
 
+#include "host/donning/sessions.hpp"
 #include "host/identify/hand.hpp"
 #include "host/identify/hand_results.hpp"
 #include "host/identify/identify_files.hpp"
@@ -396,6 +398,25 @@ TEST_F(ReportTest, OfLatencyIsDrawnFromWhatWasSaved) {
   expect_the_same_once_more();
   EXPECT_NE(read("report.html").find("1 more were lost"), std::string::npos);
   EXPECT_NE(read("latency.csv").find("total,84.0000,67.0000,101.0000"), std::string::npos);
+}
+
+TEST_F(ReportTest, OfDonningsIsDrawnFromWhatWasSaved) {
+  std::mt19937 random(1);
+  std::vector<donning::Log> logs;
+  for (const double shift : {0.0, 40.0, 20.0}) {
+    donning::Log log{fmt::format("worn <{}>", shift), {}, {{}, {}}};
+    for (int k = 0; k < 2000; ++k) {
+      log.t_s.push_back(0.05 * k);
+      const double bend = std::abs(k % 80 - 40) * 10 + static_cast<double>(random() % 5);
+      for (auto& reading : log.reading) reading.push_back(300 + shift + bend);
+    }
+    logs.push_back(std::move(log));
+  }
+  donning::save_results(donning::compare(logs, {"index", "middle"}, 1), folder_);
+  expect_the_same_once_more();
+  EXPECT_NE(read("report.html").find("worn &lt;40&gt;"), std::string::npos);
+  EXPECT_NE(read("report.html").find("+5 ("), std::string::npos) << "20 of 400 counts above the mean";
+  EXPECT_NE(read("changes.svg").find("middle"), std::string::npos);
 }
 
 // Of `experiment --ensemble --compensators raw`.

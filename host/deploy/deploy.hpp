@@ -12,7 +12,7 @@
 namespace flexor::deploy {
 
 inline constexpr double kWorstError_deg = model::kFixedError_deg;
-inline constexpr int kFlashBudget = 10240;      // bytes of an image: a third of the flash
+inline constexpr int kFlashBudget = 10240;      // bytes of an image whose model is code: a third of the flash
 inline constexpr int kRamBudget = 640;          // bytes, static: a third of the RAM
 inline constexpr int kHandFlashBudget = 12288;  // with its watch: docs/adr/0015-hand-watches-motors.md
 inline constexpr int kHandRamBudget = 720;

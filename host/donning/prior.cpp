@@ -10,10 +10,8 @@ namespace {
 
 constexpr const char* kPriorSchema = "flexor-donning-prior";
 constexpr int kPriorVersion = 1;
-constexpr double kGeneralWeight = 4;  // recordings
 constexpr double kLeastSd = 1e-4;
 constexpr double kMostSd = 10;
-constexpr double kMostAlike = 0.95;
 
 double pooled(double general, double own, int recordings) {
   const double freedom = recordings - 1;

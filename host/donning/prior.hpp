@@ -23,6 +23,9 @@ struct Prior {
   double density_sd = 0;  // each quantile between the ends, by itself
 };
 
+inline constexpr double kGeneralWeight = 4;  // recordings that a general prior counts as
+inline constexpr double kMostAlike = 0.95;
+
 // Somewhat wider than nine sessions of one three-finger glove over 4.5 months: docs/donning.md has the figures.
 Prior shipped_prior();
 
@@ -31,7 +34,7 @@ Prior prior_from_json(const std::string& text, const std::string& source);
 Prior load_prior(const std::filesystem::path& path);
 std::string to_json(const Prior& prior);
 
-// Of one sensor: what the model's own recordings say, weighed against `general` as if that were four of them.
+// Of one sensor: what the model's own recordings say, weighed against `general`, which counts as kGeneralWeight.
 Prior prior_of(const model::Input& input, const Prior& general);
 
 }  // namespace flexor::donning

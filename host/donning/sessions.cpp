@@ -10,6 +10,7 @@
 
 #include "host/donning/window.hpp"
 #include "host/io/io.hpp"
+#include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::donning {
@@ -112,6 +113,27 @@ double deviation(const Sessions& all, Change SensorChange::*which) {
   return std::sqrt(squares / freedom);
 }
 
+// How the shifts of two sensors correlate, over all pairs; of few sessions drawn towards `general`.
+double alike_of(const Sessions& all, double general) {
+  const auto sensors = static_cast<double>(all.sessions.front().sensors.size());
+  const auto freedom = static_cast<double>(all.sessions.size() - 1);
+  if (sensors < 2) return general;
+  double products = 0;  // of all pairs, each in both orders
+  double squares = 0;
+  for (const SessionChange& session : all.sessions) {
+    double sum = 0;
+    double own = 0;
+    for (const SensorChange& s : session.sensors) {
+      sum += s.shift.value;
+      own += s.shift.value * s.shift.value;
+    }
+    products += sum * sum - own;
+    squares += own;
+  }
+  const double here = std::clamp(products / (squares * (sensors - 1)), 0.0, kMostAlike);
+  return (kGeneralWeight * general + freedom * here) / (kGeneralWeight + freedom);
+}
+
 // A file may hold many trials, each on a clock of its own: only the order of its rows counts.
 Log read_session(const std::filesystem::path& path, const std::vector<std::string>& sensors,
                  const std::string& time_unit) {
@@ -160,6 +182,7 @@ Sessions compare(const std::vector<Log>& logs, const std::vector<std::string>& s
   out.prior.sessions = static_cast<int>(logs.size());
   out.prior.shift_sd = std::max(1e-3, deviation(out, &SensorChange::shift));
   out.prior.log_gain_sd = std::max(1e-3, deviation(out, &SensorChange::log_gain));
+  out.prior.alike = alike_of(out, shipped_prior().alike);
   return out;
 }
 
@@ -193,8 +216,18 @@ Json to_json(const Sessions& all) {
     sessions.push_back({{"name", one.name}, {"seconds", one.seconds}, {"sensors", std::move(sensors)}});
   }
   return {{"sessions", std::move(sessions)},
-          {"prior", {{"shift_sd", all.prior.shift_sd}, {"log_gain_sd", all.prior.log_gain_sd}}},
+          {"prior",
+           {{"shift_sd", all.prior.shift_sd},
+            {"log_gain_sd", all.prior.log_gain_sd},
+            {"alike", all.prior.alike}}},
           {"version", FLEXOR_VERSION}};
+}
+
+void save_results(const Sessions& sessions, const std::filesystem::path& folder) {
+  Json json = {{"kind", "donning"}};
+  json.update(to_json(sessions));
+  io::make_folder(folder);
+  io::write_file(folder / "results.json", io::dump(json));
 }
 
 }  // namespace flexor::donning

@@ -34,7 +34,7 @@ struct SessionChange {
 
 struct Sessions {
   std::vector<SessionChange> sessions;
-  Prior prior;  // the shipped one, with the shifts and gains of these sessions
+  Prior prior;  // the shipped one, with the shifts and gains of these sessions, and how alike they are
 };
 
 struct Log {
@@ -51,5 +51,8 @@ Sessions compare_files(const std::vector<std::filesystem::path>& files, std::vec
                        const std::string& time_unit);
 
 nlohmann::ordered_json to_json(const Sessions& sessions);
+
+// For a report: results.json in `folder`, which is made.
+void save_results(const Sessions& sessions, const std::filesystem::path& folder);
 
 }  // namespace flexor::donning

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <filesystem>
 
 #include "host/donning/test_glove.hpp"
@@ -30,6 +31,27 @@ TEST(Sessions, SayWhereASensorLiesAndReachesInEach) {
   EXPECT_LT(a.shape, 0.02);
   EXPECT_NEAR(a.noise, 1 / 320.0, 0.002);
   EXPECT_NEAR(all.prior.shift_sd, 0.11, 0.04);
+}
+
+// Together, against each other, and each on its own: two sessions' worth of evidence beside the shipped prior.
+TEST(Sessions, SayHowAlikeTheShiftsOfTheSensorsAre) {
+  const auto alike = [](std::array<double, 3> other) {
+    const std::array<double, 3> one = {-60, 0, 60};
+    std::vector<Log> logs;
+    for (unsigned i = 0; i < 3; ++i) {
+      Log log = log_of("it", {1, one[i]}, 1 + i);
+      log.reading.push_back(log_of("it", {1, other[i]}, 11 + i).reading[0]);
+      logs.push_back(std::move(log));
+    }
+    return compare(logs, {"index", "middle"}, 1).prior.alike;
+  };
+  const double general = shipped_prior().alike;
+  EXPECT_NEAR(alike({-60, 0, 60}), (4 * general + 2 * kMostAlike) / 6, 0.01);
+  EXPECT_NEAR(alike({60, 0, -60}), 4 * general / 6, 0.01);
+  EXPECT_NEAR(alike({60, -120, 60}), 4 * general / 6, 0.02);
+  EXPECT_EQ(compare({log_of("a", {1, 0}, 1), log_of("b", {1, 60}, 2), log_of("c", {1, 75}, 3)}, {"index"}, 1)
+                .prior.alike,
+            general);
 }
 
 TEST(Sessions, FewOrStillAreRefused) {

@@ -17,6 +17,7 @@ constexpr Kind kKinds[] = {{"identification", render_identification},
                            {"experiment", render_experiment},
                            {"ensemble", render_ensemble},
                            {"tracking", render_tracking},
+                           {"donning", render_donning},
                            {"deployment", render_deployment},
                            {"latency", render_latency}};
 

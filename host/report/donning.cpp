@@ -8,32 +8,32 @@
 namespace flexor::report {
 namespace {
 
-struct Quantity {
+struct Change {
   const char* key;
   const char* name;
 };
-constexpr Quantity kQuantities[] = {{"shift", "shift"}, {"log_gain", "gain"}};
+constexpr Change kChanges[] = {{"shift", "shift"}, {"log_gain", "gain"}};
 
-double percent(const Json& share) { return 100 * share.get<double>(); }
+double percent_of(const Json& share) { return 100 * share.get<double>(); }
 
-std::vector<std::string> sensors_of(const Json& r) {
+std::vector<std::string> sensors_worn(const Json& r) {
   std::vector<std::string> out;
   for (const auto& sensor : r.at("sessions").at(0).at("sensors").items()) out.push_back(sensor.key());
   return out;
 }
 
 // A panel for each quantity: sessions in their order, each sensor a little beside the others, with its interval.
-void changes(Gnuplot& g, const Json& r) {
+void draw_changes(Gnuplot& g, const Json& r) {
   const Json& sessions = r.at("sessions");
-  const std::vector<std::string> sensors = sensors_of(r);
+  const std::vector<std::string> sensors = sensors_worn(r);
   const std::vector<std::string> colours = colours_of(sensors);
-  for (const Quantity& quantity : kQuantities) {
+  for (const Change& quantity : kChanges) {
     for (std::size_t s = 0; s < sensors.size(); ++s) {
       const double beside = 0.5 * (static_cast<double>(s) + 0.5) / static_cast<double>(sensors.size()) - 0.25;
       g.data(fmt::format("{}{}", quantity.key, s), sessions.size(), [&](std::size_t i) {
         const Json& c = sessions.at(i).at("sensors").at(sensors[s]).at(quantity.key);
-        return fmt::format("{} {} {} {}", static_cast<double>(i) + beside, percent(c.at("value")),
-                           percent(c.at("low")), percent(c.at("high")));
+        return fmt::format("{} {} {} {}", static_cast<double>(i) + beside, percent_of(c.at("value")),
+                           percent_of(c.at("low")), percent_of(c.at("high")));
       });
     }
   }
@@ -42,8 +42,8 @@ void changes(Gnuplot& g, const Json& r) {
   g.add("set xrange [-0.6:{}]; set xzeroaxis lw 1 lc rgb '#888888'",
         static_cast<double>(sessions.size()) - 0.4);
   g.add("set key above");
-  for (const Quantity& quantity : kQuantities) {
-    const bool last = &quantity == &kQuantities[1];
+  for (const Change& quantity : kChanges) {
+    const bool last = &quantity == &kChanges[1];
     std::string tics;
     for (std::size_t i = 0; i < sessions.size(); ++i) {
       tics += fmt::format("{}{} {}", i > 0 ? ", " : "",
@@ -63,21 +63,21 @@ void changes(Gnuplot& g, const Json& r) {
   g.add("unset multiplot");
 }
 
-std::string with_interval(const Json& c) {
-  return fmt::format("{:+.0f} ({:+.0f} to {:+.0f})", percent(c.at("value")), percent(c.at("low")),
-                     percent(c.at("high")));
+std::string change_text(const Json& c) {
+  return fmt::format("{:+.0f} ({:+.0f} to {:+.0f})", percent_of(c.at("value")), percent_of(c.at("low")),
+                     percent_of(c.at("high")));
 }
 
-TableBlock table_of(const Json& r) {
+TableBlock changes_table(const Json& r) {
   TableBlock out{"Percent of the sensor's span, against the mean of all sessions, with 95 % intervals",
                  {"session", "sensor", "shift", "gain", "shape", "noise"},
                  {},
                  {}};
   for (const Json& session : r.at("sessions")) {
     for (const auto& [sensor, s] : session.at("sensors").items()) {
-      out.rows.push_back({session.at("name").get<std::string>(), sensor, with_interval(s.at("shift")),
-                          with_interval(s.at("log_gain")), fmt::format("{:.1f}", percent(s.at("shape"))),
-                          fmt::format("{:.2f}", percent(s.at("noise")))});
+      out.rows.push_back({session.at("name").get<std::string>(), sensor, change_text(s.at("shift")),
+                          change_text(s.at("log_gain")), fmt::format("{:.1f}", percent_of(s.at("shape"))),
+                          fmt::format("{:.2f}", percent_of(s.at("noise")))});
     }
   }
   return out;
@@ -89,23 +89,23 @@ void render_donning(const Saved& saved) {
   const Json& r = saved.results();
   const Json& prior = r.at("prior");
   Gnuplot g;
-  changes(g, r);
+  draw_changes(g, r);
   g.run();
   saved.go_on();
   Page page("What changed from session to session");
-  page.cards(
-      {{fmt::format("{:.0f} %", percent(prior.at("shift_sd"))), "standard deviation of where a sensor lies"},
-       {fmt::format("{:.0f} %", percent(prior.at("log_gain_sd"))), "of how far it reaches"},
-       {fmt::format("{:.2f}", prior.at("alike").get<double>()),
-        "correlation of the shifts of two sensors, drawn towards the shipped one", true},
-       {fmt::format("{}", r.at("sessions").size()), "sessions", true}});
+  page.cards({{fmt::format("{:.0f} %", percent_of(prior.at("shift_sd"))),
+               "standard deviation of where a sensor lies"},
+              {fmt::format("{:.0f} %", percent_of(prior.at("log_gain_sd"))), "of how far it reaches"},
+              {fmt::format("{:.2f}", prior.at("alike").get<double>()),
+               "correlation of the shifts of two sensors, drawn towards the shipped one", true},
+              {fmt::format("{}", r.at("sessions").size()), "sessions", true}});
   page.figure(
       {"changes", "Where each sensor lies, and how far it reaches",
        "Each session against the mean of all, with 95 % intervals. Sensors that go up and down together "
        "are a glove that moved as a whole.",
        true},
       g, saved.folder());
-  page.table(table_of(r));
+  page.table(changes_table(r));
   page.paragraph(
       "Shift: of the middle between the reading that 2 % of the samples stay below and that of 98 %. Gain: "
       "of the "

@@ -1,4 +1,5 @@
 // The Arduino library: compiled with the packaged core for each of its boards, and run on a simulated Uno.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -102,6 +103,20 @@ TEST_F(Arduino, TheExamplesCompileForEachBoardOfTheCore) {
   }
 }
 
+TEST_F(Arduino, TheVrSketchReadsButtonsAndJoystickWhereTheyAreWired) {
+  glove_.pins = deploy::pins_from_text("lucidgloves,joystick=A5+A7,joystick_button=D7,a=D8,calibrate=D12");
+  write("GloveVr");
+  const std::string text = io::read_file(folder_ / "Flexor/examples/GloveVr/GloveVr.ino");
+  namespace button = link::glove_button;
+  EXPECT_NE(text.find("kPins[FlexorGlove::kFingers] = {A4, A3, A2, A1, A0};"), std::string::npos) << text;
+  EXPECT_NE(text.find("kJoystick[] = {A5, A7};"), std::string::npos) << text;
+  for (const auto& [pin, bit] : {std::pair{7, button::kJoystick}, {8, button::kA}, {12, button::kCalibrate}})
+    EXPECT_NE(text.find(fmt::format("{{{}, {}}}", pin, bit)), std::string::npos) << text;
+  for (const Kind& board : {Kind{"atmega32u4", "micro", "MICRO"}, Kind{"atmega2560", "mega", "MEGA2560"}})
+    run(compiler(board),
+        {"-Wall", "-Wextra", "-Werror", "-c", sketch("GloveVr"), "-o", folder_ / "sketch.o"});
+}
+
 // What an interpreter runs asks for EEPROM that is replaced over the link; the library keeps nothing and is compiled.
 TEST_F(Arduino, ADeploymentWhoseModelIsDataWritesTheSameLibrary) {
   write("Glove");
@@ -140,6 +155,7 @@ TEST_F(Arduino, NothingAsksForAnAvr) {
       "#pragma once\n#include <stdint.h>\n#include <stddef.h>\n"
       "#define round(x) ((long)((x)+0.5))\n#define min(a, b) ((a) < (b) ? (a) : (b))\n"
       "enum { A0, A1, A2, A3, A4 };\nint analogRead(uint8_t);\nunsigned long millis();\n"
+      "enum { LOW, HIGH, INPUT_PULLUP };\nvoid pinMode(uint8_t, uint8_t);\nint digitalRead(uint8_t);\n"
       "struct Port {\n  void begin(long);\n  int available();\n  int read();\n"
       "  size_t write(const uint8_t*, size_t);\n  void print(float, int);\n  void print(char);\n};\n"
       "extern Port Serial, Serial1;\n#define HAVE_HWSERIAL1\n");

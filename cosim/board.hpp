@@ -10,6 +10,7 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -98,7 +99,12 @@ class Board {
   Cycles awake_cycles() const { return awake_; }
 
  private:
+  struct Held {  // of a port, a bit each
+    unsigned pins = 0;
+    unsigned high = 0;
+  };
   struct Hooks;
+  void hold(char port, int bit, bool high);
   int pin_of(int channel) const;
   int selected(int source) const;
   void share_upper_channels();
@@ -124,6 +130,7 @@ class Board {
   };
   std::deque<Byte> incoming_;
   std::array<int, 5> width_{};
+  std::map<char, Held> held_;
 };
 
 }  // namespace flexor::cosim

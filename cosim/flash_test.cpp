@@ -155,7 +155,8 @@ TEST_F(Flash, WithoutABootloaderBothRatesAreTriedAndTheCausesSaid) {
 
 TEST_F(Flash, APulledPlugEndsIt) {
   UsbHelper board({option("bootloader", boot()), "unplugged_after=3000"});
-  expect_says(flexor({"flash", image(), "--port", board.port()}), 1, "check cable and supply, flash again");
+  expect_says(flexor({"flash", image(), "--port", board.port()}), 1,
+              "the bootloader is whole: check cable and supply, then the same once more");
 }
 
 TEST_F(Flash, AnInterruptSaysWhatTheBoardHoldsAndASecondRunMends) {

@@ -429,6 +429,22 @@ TEST_F(Gloves, ButtonsAndJoystickComeFromTheirPins) {
   EXPECT_EQ(most[1], 512);
 }
 
+// Its light on D13 is of the buttons' port.
+TEST_F(Gloves, AZeroThatIsSetByAButtonLeavesTheOtherButtonsAlone) {
+  model::Model model = named("published-hw", 100);
+  for (model::Input& input : model.inputs) input.poses = model::Poses{24, 112};
+  const deploy::Glove g = glove(model, "lucidgloves,joystick_button=D7,a=D8,b=D9,menu=D10,calibrate=D12");
+  std::array<int, 8> pressed{};
+  const std::vector<std::string> lines = sent(g, exercise(1000, 6));
+  for (const std::string& line : lines) {
+    for (unsigned k = 0; k < 8; ++k) pressed[k] += (parsed(line).values.buttons >> k) & 1;
+  }
+  for (const deploy::Button& button : deploy::buttons()) {
+    const int count = pressed[static_cast<std::size_t>(std::countr_zero(button.bit))];
+    EXPECT_NEAR(count, static_cast<double>(lines.size()) / 4, 10) << button.name << ": a quarter of the time";
+  }
+}
+
 TEST_F(Gloves, OnlyWiredButtonsCount) {
   const deploy::Glove g = glove(named("published-hw", 100), "lucidgloves,calibrate=D12");
   unsigned buttons = 0;

@@ -29,6 +29,7 @@ fs::path image_of(const Options& o) {
   std::error_code error;
   const fs::path path = o.what;
   if (!fs::is_directory(path, error)) {
+    if (!fs::exists(path, error)) throw io::InputError(fmt::format("{}: no such file or folder", o.what));
     if (!o.board.empty())
       throw io::InputError(
           fmt::format("{}: is one image: --board is for the folder of a deployment", o.what));

@@ -52,8 +52,20 @@ void replace(std::string& text, std::string_view shipped, const std::string& now
   if (at != std::string::npos) text.replace(at, shipped.size(), now);
 }
 
-// Examples have the strips where they are, and the radio's rate.
+std::string buttons_of(const Pins& pins) {
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < kButtons; ++i) {
+    if (pins.button[i]) out.push_back(fmt::format("{{{}, {}}}", *pins.button[i], buttons()[i].bit));
+  }
+  return fmt::format("{{{}}}", fmt::join(out, ", "));
+}
+
+// Examples have everything where it is wired, and the radio's rate.
 std::string wired(std::string text, const Glove& glove) {
+  const Pins& pins = glove.pins;
+  if (buttons_of(pins) != "{}") replace(text, "{{kNone, 0}}", buttons_of(pins));
+  if (pins.joystick)
+    replace(text, "{kNone, kNone}", fmt::format("{{A{}}}", fmt::join(*pins.joystick, ", A")));
   replace(text, "{A0, A1, A2, A3, A4}", fmt::format("{{A{}}}", fmt::join(glove.pins.strip, ", A")));
   replace(text, ".begin(9600);", fmt::format(".begin({:.0f});", glove.baud));
   return text;

@@ -19,8 +19,8 @@ namespace {
 
 using io::InputError;
 
-constexpr double kRail_s = 0.1;   // on a rail for so long: dead. A scratch is forgiven
-constexpr double kStuck_s = 0.5;  // the very same reading for so long: dead
+constexpr double kRail_s = 0.1;  // on a rail for so long: dead. A scratch is forgiven
+constexpr double kStuck_s = 2;   // the very same reading for so long: dead
 constexpr double kHold_s = 0.25;
 constexpr double kGuardSpeed_deg_s = 200;
 constexpr std::size_t kCalibrate = 4;    // of buttons()

@@ -175,13 +175,15 @@ Bootloader::Answer Bootloader::run(const std::string& operation, const fs::path&
   if (!cannot_open.empty())
     return {Answer::failed, cannot_open + ": is it still there, and has no other program it open?"};
   if (signature.empty()) return {Answer::nobody, ""};
-  constexpr const char* kMend =
-      "the board holds part of an image, its bootloader is whole: check cable and supply, flash again";
+  const bool reads = operation.starts_with("flash:r");
+  const char* mend = reads ? "nothing was written: check cable and supply, try again"
+                           : "part of it was written, the bootloader is whole: check cable and supply, then "
+                             "the same once more";
   std::string mismatch = line_with(result.err, " != ");
   if (!mismatch.empty())
-    return {Answer::failed, fmt::format("what was written reads back otherwise ({}): {}", mismatch, kMend)};
-  if (result.status > 128) return {Answer::failed, fmt::format("it fell silent while {}: {}", what, kMend)};
-  return {Answer::failed, fmt::format("{} failed while {}: {}", kProgrammer, what, kMend)};
+    return {Answer::failed, fmt::format("what was written reads back otherwise ({}): {}", mismatch, mend)};
+  if (result.status > 128) return {Answer::failed, fmt::format("it fell silent while {}: {}", what, mend)};
+  return {Answer::failed, fmt::format("{} failed while {}: {}", kProgrammer, what, mend)};
 }
 
 void Bootloader::run_at_any_rate(const std::string& operation, const fs::path& folder, std::size_t end) {

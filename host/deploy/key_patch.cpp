@@ -45,7 +45,9 @@ std::size_t find_key_record(const FlashContent& content, const std::string& name
   const std::size_t none = content.bytes.size();
   if (at == none) {
     throw InputError(fmt::format(
-        "{}: holds no key record: it is no image of this Flexor; deploy it and flash it anew", name));
+        "{}: holds no key record: a glove for VR drivers has no radio and needs none; else it is no image of "
+        "this Flexor: deploy it and flash it anew",
+        name));
   }
   if (find(at + 1) != none) throw InputError(fmt::format("{}: holds two key records: flash it anew", name));
   link::Key ignored{};

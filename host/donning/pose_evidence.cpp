@@ -16,6 +16,7 @@ constexpr double kPose_deg = 5;
 constexpr double kMostPoseError = 0.3;  // of the span, where the joint hardly moves
 constexpr double kNotReached = 0.5;
 constexpr double kStill_s = 1;
+constexpr double kMedian_s = 0.5;
 constexpr double kStill = 0.125;  // of the span: the range of what rests
 constexpr double kApart = 0.3;    // of the span: holds that are nearer are one
 
@@ -106,6 +107,22 @@ double mean(const std::vector<double>& readings, std::size_t begin, std::size_t 
   return sum / static_cast<double>(end - begin);
 }
 
+// The running median over kMedian_s: neither a loose contact's spike nor a tremor ends a hold.
+std::vector<double> steadied(const std::vector<double>& readings, double period_s) {
+  const auto half = static_cast<std::size_t>(kMedian_s / period_s / 2);
+  std::vector<double> out;
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const std::size_t begin = k - std::min(k, half);
+    std::vector<double> window(
+        readings.begin() + static_cast<std::ptrdiff_t>(begin),
+        readings.begin() + static_cast<std::ptrdiff_t>(std::min(k + half + 1, readings.size())));
+    const auto middle = window.begin() + std::ssize(window) / 2;
+    std::ranges::nth_element(window, middle);
+    out.push_back(*middle);
+  }
+  return out;
+}
+
 // The longest stretch from `begin` on in which no sensor moves.
 std::size_t still_until(const std::vector<std::vector<double>>& readings, std::size_t begin,
                         const std::vector<model::Spread>& made) {
@@ -155,7 +172,9 @@ std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, dou
 
 std::vector<Hold> holds_in(const std::vector<std::vector<double>>& readings, double period_s,
                            const std::vector<model::Spread>& made, const std::vector<bool>& fist) {
-  std::vector<Rest> rests = rests_in(readings, period_s, made);
+  std::vector<std::vector<double>> steady;
+  for (const auto& one : readings) steady.push_back(steadied(one, period_s));
+  std::vector<Rest> rests = rests_in(steady, period_s, made);
   if (rests.size() < fist.size()) return {};
   // The longest ones, in their order in time.
   std::ranges::stable_sort(rests, std::ranges::greater(), &Rest::length);

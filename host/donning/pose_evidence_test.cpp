@@ -24,6 +24,20 @@ TEST(Holds, AreTheLongestRestsInTheirOrder) {
   EXPECT_TRUE(holds_in({std::vector<double>(100, 300.0)}, 0.05, made, {false, true}).empty());
 }
 
+TEST(Holds, AreNotEndedByALooseContactNorByATremor) {
+  std::vector<double> reading;
+  for (int k = 0; k < 100; ++k) {
+    const double tremor = k % 5 == 0 ? 30 : -8;  // of a span of 300: an eighth of it
+    const double spike = k % 25 == 12 || k % 25 == 13 ? 200 : 0;
+    reading.push_back((k < 50 ? 300 : 600) + tremor + spike);
+  }
+  const std::vector<model::Spread> made = {{{0.05, 0.95}, {300, 600}}};
+  const auto holds = holds_in({reading}, 0.05, made, {false, true});
+  ASSERT_EQ(holds.size(), 2U);
+  EXPECT_NEAR(holds[0].reading[0], 292, 5);
+  EXPECT_NEAR(holds[1].reading[0], 592, 5);
+}
+
 TEST(Prior, RoundTripsAndRefusesWhatIsNone) {
   const Prior prior{9, 0.2, 0.1, 0.5, 0.01, 0.05, 0.08};
   const Prior back = prior_from_json(to_json(prior), "it");

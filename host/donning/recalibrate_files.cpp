@@ -99,56 +99,6 @@ Sampled sampled(const recording::Recording& log, const model::Model& model) {
   return out;
 }
 
-Motion motion_in(const recording::Recording& log, const model::Model& model) {
-  const Sampled all = sampled(log, model);
-  Motion out;
-  for (std::size_t i = 0; i < all.reading.size(); ++i) {
-    auto& reading = out.reading.emplace_back();
-    for (std::size_t k = 0; k < all.reading[i].size(); ++k) {
-      if (all.good[i][k]) reading.push_back(all.reading[i][k]);
-    }
-  }
-  return out;
-}
-
-std::vector<Hold> poses_in(const FileRequest& request, const recording::Recording& log,
-                           const model::Model& model) {
-  std::vector<bool> fist;
-  for (const std::string& pose : request.poses) {
-    if (pose != "open" && pose != "fist")
-      throw io::InputError(fmt::format("unknown pose \"{}\"; known: open, fist", pose));
-    fist.push_back(pose == "fist");
-  }
-  const Sampled all = sampled(log, model);
-  Columns moving = all.reading;
-  for (std::size_t i = 0; i < moving.size(); ++i) {  // a sensor that reads nothing must not end a hold
-    if (std::ranges::count(all.good[i], 1) * 2 < std::ssize(all.good[i])) std::ranges::fill(moving[i], 0.0);
-  }
-  std::vector<model::Spread> made;
-  for (const model::Input& input : model.inputs) {
-    if (!input.poses) {
-      throw io::InputError(fmt::format(
-          "{}: the model does not say what it read at the open hand and at the fist: identify it anew",
-          input.name));
-    }
-    const auto [low, high] = std::minmax(input.poses->open, input.poses->fist);
-    made.push_back({{0.05, 0.95}, {low, high}});
-  }
-  std::vector<Hold> holds = holds_in(moving, model.sample_period_s, made, fist);
-  if (holds.empty()) {
-    throw io::JobError(fmt::format(
-        "{}: {} were to be held, each for a second or more, and are not found: hold still, 2 s each",
-        log.source, fmt::join(request.poses, " and ")));
-  }
-  for (Hold& hold : holds) {
-    for (std::size_t i = 0; i < moving.size(); ++i) {
-      if (std::ranges::count(all.good[i], 1) * 2 < std::ssize(all.good[i]))
-        hold.reading[i] = std::numeric_limits<double>::quiet_NaN();
-    }
-  }
-  return holds;
-}
-
 // Joint and its column in the camera's file.
 using Columned = std::pair<std::size_t, std::string>;
 
@@ -257,6 +207,56 @@ void add_motion(Motion more, std::optional<Motion>& motion) {
 
 }  // namespace
 
+Motion motion_in(const recording::Recording& log, const model::Model& model) {
+  const Sampled all = sampled(log, model);
+  Motion out;
+  for (std::size_t i = 0; i < all.reading.size(); ++i) {
+    auto& reading = out.reading.emplace_back();
+    for (std::size_t k = 0; k < all.reading[i].size(); ++k) {
+      if (all.good[i][k]) reading.push_back(all.reading[i][k]);
+    }
+  }
+  return out;
+}
+
+std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recording::Recording& log,
+                           const model::Model& model) {
+  std::vector<bool> fist;
+  for (const std::string& pose : poses) {
+    if (pose != "open" && pose != "fist")
+      throw io::InputError(fmt::format("unknown pose \"{}\"; known: open, fist", pose));
+    fist.push_back(pose == "fist");
+  }
+  const Sampled all = sampled(log, model);
+  Columns moving = all.reading;
+  for (std::size_t i = 0; i < moving.size(); ++i) {  // a sensor that reads nothing must not end a hold
+    if (std::ranges::count(all.good[i], 1) * 2 < std::ssize(all.good[i])) std::ranges::fill(moving[i], 0.0);
+  }
+  std::vector<model::Spread> made;
+  for (const model::Input& input : model.inputs) {
+    if (!input.poses) {
+      throw io::InputError(fmt::format(
+          "{}: the model does not say what it read at the open hand and at the fist: identify it anew",
+          input.name));
+    }
+    const auto [low, high] = std::minmax(input.poses->open, input.poses->fist);
+    made.push_back({{0.05, 0.95}, {low, high}});
+  }
+  std::vector<Hold> holds = holds_in(moving, model.sample_period_s, made, fist);
+  if (holds.empty()) {
+    throw io::JobError(fmt::format(
+        "{}: {} were to be held, each for a second or more, and are not found: hold still, 2 s each",
+        log.source, fmt::join(poses, " and ")));
+  }
+  for (Hold& hold : holds) {
+    for (std::size_t i = 0; i < moving.size(); ++i) {
+      if (std::ranges::count(all.good[i], 1) * 2 < std::ssize(all.good[i]))
+        hold.reading[i] = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  return holds;
+}
+
 Recalibration recalibrate_files(const FileRequest& files) {
   Request request;
   request.model = model::load(files.model);
@@ -265,7 +265,8 @@ Recalibration recalibrate_files(const FileRequest& files) {
   if (!files.recording.empty())
     request.motion = motion_in(read_log(files.recording, files, request.model, notes), request.model);
   if (!files.poses_log.empty())
-    request.holds = poses_in(files, read_log(files.poses_log, files, request.model, notes), request.model);
+    request.holds =
+        poses_in(files.poses, read_log(files.poses_log, files, request.model, notes), request.model);
   if (!files.pair_sensor.empty()) {
     const recording::Recording log = read_log(files.pair_sensor, files, request.model, notes);
     request.seen = seen_in(files, log, request.model, notes);

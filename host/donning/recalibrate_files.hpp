@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/donning/recalibrate.hpp"
+#include "host/recording/recording.hpp"
 
 namespace flexor::donning {
 
@@ -22,6 +23,13 @@ struct FileRequest {
   std::string time_unit;
   std::filesystem::path prior;  // empty: the shipped one
 };
+
+// A log with a column for each input of the model, in their order.
+Motion motion_in(const recording::Recording& log, const model::Model& model);
+// `poses`: of "open", "fist", as they were held. Throws io::InputError: another pose, a model without poses; io::JobError:
+// they are not found.
+std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recording::Recording& log,
+                           const model::Model& model);
 
 // Throws io::InputError and io::JobError.
 Recalibration recalibrate_files(const FileRequest& request);

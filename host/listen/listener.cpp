@@ -31,6 +31,13 @@ Listener::Listener(ListenerOptions options, const std::function<void(const std::
     for (int k = 0; k < link::kStirred; ++k) hand_->stir(static_cast<std::uint16_t>(random()));
   }
   find(says);
+  if (options_.readings && options_.format == Format::gloves) {
+    throw io::InputError(
+        fmt::format("{}: lines for VR drivers carry what the firmware made of the strips, no readings: "
+                    "upload the logging "
+                    "sketch of the deployment",
+                    options_.port));
+  }
   decoder_ = make_decoder(*options_.format, options_.readings);
   std::vector<Sample> before;  // without a time of their own; what is wanted of them is the header
   decoder_->push(heard_, now_s(), before);

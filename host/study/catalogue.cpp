@@ -203,7 +203,8 @@ std::vector<Scenario> scenarios() {
   const Json json = io::parse_json(builtin("scenarios.json"), "scenarios.json");
   for (const Json& s : json.at("scenarios")) {
     out.push_back({s.at("name").get<std::string>(), s.at("set").get<std::vector<std::string>>(),
-                   s.value("worn_s", 0.0), s.value("drift_turns_s", 0.0), s.value("tracked", false)});
+                   s.value("worn_s", 0.0), s.value("drift_turns_s", 0.0), s.value("tracked", false),
+                   s.value("recalibrated", "")});
   }
   return out;
 }

@@ -53,6 +53,7 @@ struct Scenario {
   double worn_s = 0;                  // so long before each trial, in ordinary_motion()
   double drift_turns_s = 0;           // meanwhile strips drift the other way every so often; 0: never
   bool tracked = false;               // and the glove follows its strips
+  std::string recalibrated = {};      // and is recalibrated by what it read: "poses" or "motion"; empty: not
 };
 
 // models/scenarios.json.

@@ -75,6 +75,7 @@ Json to_json(const ScenarioResult& s, const Plan& plan) {
           {"worn_s", s.scenario.worn_s},
           {"drift_turns_s", s.scenario.drift_turns_s},
           {"tracked", s.scenario.tracked},
+          {"recalibrated", s.scenario.recalibrated},
           {"cells", to_json(s.result, plan).at("cells")},
           {"impact_deg_s", stops.impact_deg_s},
           {"pressed_s", stops.pressed_s}};

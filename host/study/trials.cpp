@@ -14,6 +14,7 @@
 #include "host/score/trial.hpp"
 #include "host/study/log_rms.hpp"
 #include "host/study/null_model.hpp"
+#include "host/study/recalibrated.hpp"
 #include "host/study/shape_check.hpp"
 #include "host/study/trial_row.hpp"
 #include "host/twin/exact_json.hpp"
@@ -183,11 +184,20 @@ class Runner {
       go_on();
       const twin::TrialInput input = first_input(plan_, plan_.motions[job.motion], c);
       std::vector<TrialRow>& out = rows.emplace_back();
-      for (const twin::Trial& trial : play(plan_, input, static_cast<std::uint64_t>(job.first), job.count)) {
-        out.push_back(row(trial));
-      }
+      for (const twin::Trial& trial : trials(input, job)) out.push_back(row(trial));
     }
     return rows;
+  }
+
+  std::vector<twin::Trial> trials(const twin::TrialInput& input, const Job& job) const {
+    const auto first = static_cast<std::uint64_t>(job.first);
+    if (plan_.scenario.recalibrated.empty()) return play(plan_, input, first, job.count);
+    std::vector<twin::Trial> out;
+    for (std::uint64_t n = first; n < first + static_cast<std::uint64_t>(job.count); ++n) {
+      go_on();
+      out.push_back(twin::simulate_scalar(recalibrated(input, plan_.scenario.recalibrated, n), n, 1).front());
+    }
+    return out;
   }
 
   TrialRow row(const twin::Trial& trial) const {
@@ -403,7 +413,8 @@ std::string settings_of(const Plan& plan) {
   if (plan.scenario.worn_s > 0) {
     json["worn"] = {{"for_s", plan.scenario.worn_s},
                     {"drift_turns_s", plan.scenario.drift_turns_s},
-                    {"tracked", plan.scenario.tracked}};
+                    {"tracked", plan.scenario.tracked},
+                    {"recalibrated", plan.scenario.recalibrated}};
   }
   return io::dump(json);
 }
@@ -428,6 +439,8 @@ twin::TrialInput first_input(const Plan& plan, const twin::Motion& motion, const
   const Scenario& s = plan.scenario;
   if (s.worn_s > 0) input.worn = twin::Worn{ordinary_motion(), s.worn_s, s.drift_turns_s};
   if (s.tracked) input.tracking = tracking_of(plan.compensators);
+  if (!s.recalibrated.empty())
+    input.compensator = with_readings_of(plan.compensators, std::move(input.compensator));
   return input;
 }
 

@@ -69,6 +69,26 @@ TEST(Trials, AGloveThatWasWornIsTrackedByTheFirstPosesThatAModelHas) {
   EXPECT_GT(tracked, 0.1 * left_alone);
 }
 
+TEST(Trials, AGloveThatWasPutOnAnewIsRecalibratedBeforeItsTrial) {
+  GloveRequest request{shipped_parameters(), 10, 1, 1001};
+  Plan p = plan("1,5", 4);
+  p.compensators[1] = {"identified", fit_glove(request, record_glove(request)).identified};
+  const auto error = [&] {
+    return (run(p, {}).cell(0, 1).total_deg_s.mean() + run(p, {}).cell(1, 1).total_deg_s.mean()) / 2;
+  };
+  const double as_calibrated = error();
+  twin::assign(p.parameters, "placement.spread_deg=12");
+  const double left_alone = error();
+  for (const char* by : {"poses", "motion"}) {
+    p.scenario = {by, {}, 0, 0, false, by};
+    EXPECT_LT(error(), 1.35 * as_calibrated) << by;
+    EXPECT_LT(error(), 0.7 * left_alone) << by;
+    EXPECT_GT(error(), 0.5 * as_calibrated) << by;
+  }
+  p.scenario.recalibrated = "song";
+  EXPECT_NE(refusal([&] { run(p, {}); }).find("known are poses, motion"), std::string::npos);
+}
+
 TEST(Trials, ThreadsDoNotChangeABit) {
   const fs::path one = trials_folder("one");
   const fs::path four = trials_folder("four");

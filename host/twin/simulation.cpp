@@ -9,6 +9,7 @@
 
 #include "host/io/io.hpp"
 #include "host/model/compensator.hpp"
+#include "host/model/correction.hpp"
 #include "host/model/wiring.hpp"
 #include "host/twin/glove.hpp"
 #include "host/twin/laboratory.hpp"
@@ -49,13 +50,14 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
         constants_(p_),
         divider_(p_),
         wiring_(full_wiring(input.compensator)),
+        folded_(model::folded(input.compensator)),
         reading_(input.compensator.inputs.size()),
         period_s_(input.compensator.sample_period_s),
         frame_every_s_(p_.frame_rate_hz > 0 ? 1 / p_.frame_rate_hz : 0),
         count_(count),
         end_ms_(std::lround(input.motion.duration_s() * 1000)),
         frames_(static_cast<std::size_t>(input.motion.duration_s() * p_.camera_rate_hz) + 1) {
-    const Compensators prototype(input.compensator);
+    const Compensators prototype(folded_.model);
     for (int t = 0; t < kTrials; ++t) begin_trial(t, first + static_cast<std::uint64_t>(t), prototype);
     if (input.tracking) begin_tracking(*input.tracking);
     if (input.worn) wear(*input.worn);
@@ -79,6 +81,9 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     trials_.resize(static_cast<std::size_t>(count_));
     return std::move(trials_);
   }
+
+  // Of each lane.
+  const std::vector<double>& worn(int lane) const { return worn_[at(lane)]; }
 
  private:
   static constexpr int kLanes = kFingers * kTrials;
@@ -145,7 +150,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     for (std::int64_t now = 0; now < lasts_ms; ++now) {
       if (now % kBlock_ms == 0) move(worn.motion, now % again_ms);
       for (int lane = 0; now % period_ms == 0 && lane < kLanes; ++lane)
-        read(lane, static_cast<double>(now - lasts_ms) / 1000, now / period_ms);
+        worn_[at(lane)].push_back(read(lane, static_cast<double>(now - lasts_ms) / 1000, now / period_ms));
       advance(constants_, x_);
     }
     x_ = before;
@@ -201,7 +206,8 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
       alpha[at(i)] = read(i * kTrials + t, now_s, k);
     }
     for (std::size_t input = 0; input < reading_.size(); ++input)
-      reading_[input] = alpha[wiring_.strip[input]];
+      reading_[input] =
+          std::clamp(folded_.correction[input](alpha[wiring_.strip[input]]), -kAlphaTop_deg, kAlphaTop_deg);
     const auto betas = compensator_[at(t)].step(reading_);
     for (int i = 0; i < kFingers; ++i) {
       const int lane = i * kTrials + t;
@@ -277,6 +283,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   PlantConstants constants_;
   Divider divider_;
   model::Wiring wiring_;
+  model::Folded folded_;  // as on the board, where a recalibration lies in the table of counts
   std::vector<double> reading_;
   double period_s_;
   double frame_every_s_;
@@ -288,6 +295,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   std::array<double, kLanes> reference_{};
   std::array<double, kLanes> total_error_{};
   std::array<Strip, kLanes> strip_;
+  std::array<std::vector<double>, kLanes> worn_;
   sensor::TrackerSettings<sensor::FixedTracking> settings_{};
   std::array<sensor::TrackedStrip<sensor::FixedTracking>, kFingers> tracked_{};  // none
   std::array<sensor::Tracker<sensor::FixedTracking>, kLanes> tracker_;
@@ -353,6 +361,13 @@ std::vector<Trial> simulate_scalar(const TrialInput& input, std::uint64_t first,
   for (int t = 0; t < count; ++t) {
     out.push_back(std::make_unique<Batch<1>>(input, first + static_cast<std::uint64_t>(t), 1)->run().front());
   }
+  return out;
+}
+
+std::array<std::vector<double>, kFingers> worn_readings(const TrialInput& input, std::uint64_t trial) {
+  const auto batch = std::make_unique<Batch<1>>(input, trial, 1);
+  std::array<std::vector<double>, kFingers> out;
+  for (int i = 0; i < kFingers; ++i) out[static_cast<std::size_t>(i)] = batch->worn(i);
   return out;
 }
 

@@ -72,6 +72,9 @@ std::vector<Trial> simulate(const TrialInput& input, std::uint64_t first, int co
 // The same, trial by trial and finger by finger: equal to the bit, and the yardstick for speed.
 std::vector<Trial> simulate_scalar(const TrialInput& input, std::uint64_t first, int count);
 
+// What the glove reads of each finger while it is worn before that trial, degrees, at the compensator's rate.
+std::array<std::vector<double>, kFingers> worn_readings(const TrialInput& input, std::uint64_t trial);
+
 // Joints of a finger in degrees when its MCP is at mcp_deg; eqs. 4 and 5 of the article.
 struct Posture {
   double mcp_deg;

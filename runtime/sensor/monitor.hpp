@@ -2,8 +2,8 @@
 //
 // open:  `rail_samples` readings in a row at or above `high`     the strip or a wire is off: infinite
 // resistance short: `rail_samples` readings in a row at or below `low` stuck: the very same reading for
-// `stuck_samples`. A living strip does not do that: on the recordings of a real glove no
-//        reading stayed the same for half a second outside pauses of the log.
+// `stuck_samples`. A hand that is held still does that for a while: up to a second in three hours of recordings of a real
+//        glove, so two are asked.
 // A sensor is alive again with the first good reading, which for `stuck` is another one.
 #pragma once
 
@@ -18,7 +18,7 @@ struct MonitorSettings {
   uint16_t low;  // counts
   uint16_t high;
   uint8_t rail_samples;   // at least 1; a tenth of a second forgives a scratch
-  uint8_t stuck_samples;  // at least 2; half a second
+  uint8_t stuck_samples;  // at least 2; two seconds
 };
 
 class Monitor {

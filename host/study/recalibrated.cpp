@@ -14,12 +14,13 @@ namespace {
 
 constexpr double kPoseError_deg = 2;
 constexpr double kHeld_s = 2;
+constexpr double kLongestHeld_s = 8;
 constexpr double kBetween_s = 1;
 constexpr double kMotion_s = 30;
 constexpr std::uint64_t kPoseErrors = 0x706f7365;  // draws of their own
 
 // Open hand, then fist, as somebody holds them who was told to.
-twin::Motion poses(const twin::Parameters& p, std::uint64_t seed) {
+twin::Motion poses(const twin::Parameters& p, std::uint64_t seed, double held_s) {
   twin::Random random(twin::seed_of(seed, kPoseErrors));
   std::array<std::vector<double>, kFingers> angle;
   for (std::size_t i = 0; i < kFingers; ++i) {
@@ -27,8 +28,7 @@ twin::Motion poses(const twin::Parameters& p, std::uint64_t seed) {
     const double fist = p.hand_upper_deg[i] + kPoseError_deg * (2 * random.uniform() - 1);
     angle[i] = {open, open, fist, fist};
   }
-  return twin::Motion::from_samples("poses", {0, kHeld_s, kHeld_s + kBetween_s, 2 * kHeld_s + kBetween_s},
-                                    angle);
+  return twin::Motion::from_samples("poses", {0, held_s, held_s + kBetween_s, 2 * held_s + kBetween_s}, angle);
 }
 
 // As the glove's log has it: a column for each input.
@@ -42,6 +42,20 @@ recording::Recording log_of(const twin::TrialInput& input, std::uint64_t number)
   for (std::size_t i = 0; i < input.compensator.inputs.size(); ++i)
     out.columns.push_back({input.compensator.inputs[i].name, reading[wiring.strip[i]]});
   return out;
+}
+
+// A wearer who is told that a pose was not held still holds both again, twice as long; empty: he gave it up.
+std::vector<donning::Hold> held(twin::TrialInput& input, std::uint64_t number) {
+  for (double held_s = kHeld_s; held_s <= kLongestHeld_s; held_s *= 2) {
+    input.worn = twin::Worn{poses(input.parameters, twin::seed_of(input.seed, number), held_s),
+                            2 * held_s + kBetween_s};
+    try {
+      return donning::poses_in({"open", "fist"}, log_of(input, number), input.compensator);
+    } catch (const io::JobError&) {
+      continue;
+    }
+  }
+  return {};
 }
 
 }  // namespace
@@ -64,15 +78,15 @@ model::Model with_readings_of(const std::vector<Compensator>& compensators, mode
 twin::TrialInput recalibrated(twin::TrialInput input, const std::string& by, std::uint64_t number) {
   if (by != "poses" && by != "motion")
     throw io::InputError(fmt::format("recalibrated \"{}\": known are poses, motion", by));
-  const bool still = by == "poses";
-  input.worn = twin::Worn{still ? poses(input.parameters, twin::seed_of(input.seed, number)) : short_motion(),
-                          still ? 2 * kHeld_s + kBetween_s : kMotion_s};
-  const recording::Recording log = log_of(input, number);
   donning::Request request;
   request.model = input.compensator;
-  if (still) request.holds = donning::poses_in({"open", "fist"}, log, request.model);
-  if (!still) request.motion = donning::motion_in(log, request.model);
-  input.compensator = donning::recalibrate(request).model;
+  if (by == "motion") {
+    input.worn = twin::Worn{short_motion(), kMotion_s};
+    request.motion = donning::motion_in(log_of(input, number), request.model);
+  } else {
+    request.holds = held(input, number);
+  }
+  if (request.motion || !request.holds.empty()) input.compensator = donning::recalibrate(request).model;
   return input;
 }
 

@@ -89,6 +89,23 @@ TEST(Trials, AGloveThatWasPutOnAnewIsRecalibratedBeforeItsTrial) {
   EXPECT_NE(refusal([&] { run(p, {}); }).find("known are poses, motion"), std::string::npos);
 }
 
+// Loose contacts spoil a hold of two seconds now and then.
+TEST(Trials, AHoldThatWasNotStillIsHeldAgainAndLonger) {
+  GloveRequest request{shipped_parameters(), 10, 1, 1001};
+  Plan p = plan("1", 1);
+  const Compensator c = {"identified", fit_glove(request, record_glove(request)).identified};
+  twin::assign(p.parameters, "placement.spread_deg=8");
+  const twin::TrialInput input = first_input(p, p.motions[0], c);
+  int again = 0;
+  for (std::uint64_t n = 0; n < 400; ++n) {
+    const twin::TrialInput out = recalibrated(input, "poses", n);
+    again += out.worn->lasts_s > 5 ? 1 : 0;
+    EXPECT_TRUE(std::ranges::all_of(out.compensator.inputs, [](const auto& i) { return i.donning > 0; })) << n;
+  }
+  EXPECT_GE(again, 1);
+  EXPECT_LE(again, 40);
+}
+
 TEST(Trials, ThreadsDoNotChangeABit) {
   const fs::path one = trials_folder("one");
   const fs::path four = trials_folder("four");

@@ -28,7 +28,8 @@ twin::Motion poses(const twin::Parameters& p, std::uint64_t seed, double held_s)
     const double fist = p.hand_upper_deg[i] + kPoseError_deg * (2 * random.uniform() - 1);
     angle[i] = {open, open, fist, fist};
   }
-  return twin::Motion::from_samples("poses", {0, held_s, held_s + kBetween_s, 2 * held_s + kBetween_s}, angle);
+  return twin::Motion::from_samples("poses", {0, held_s, held_s + kBetween_s, 2 * held_s + kBetween_s},
+                                    angle);
 }
 
 // As the glove's log has it: a column for each input.

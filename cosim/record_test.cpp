@@ -34,6 +34,11 @@ class Record : public testing::Test {
     glove.key = key;
     return deploy::build_glove(glove, folder_.path() / (key ? "key" : "plain")).hex;
   }
+  fs::path hand_image(const deploy::Key& key) const {
+    deploy::Hand hand;
+    hand.key = key;
+    return deploy::build_hand(hand, folder_.path() / (key ? "key" : "plain")).hex;
+  }
   io::TemporaryFolder folder_;
 };
 
@@ -78,6 +83,31 @@ TEST_F(Record, IsTheHandOfAGloveThatIsPaired) {
       flexor({"monitor", "--port", board.port(), "--for", "2", "--key", file.string(), "--json"});
   ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_NEAR(nlohmann::json::parse(r.out).at("rate_hz").get<double>(), 10, 2);
+}
+
+TEST_F(Record, ReadsWhatAHandSaysOfItsFingers) {
+  UsbHelper board({option("bootloader", boot()), option("program", hand_image({}))});
+  const Finished r = flexor({"monitor", "--port", board.port(), "--for", "3", "--json"});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const nlohmann::json said = nlohmann::json::parse(r.out);
+  EXPECT_EQ(said.at("format"), "a hand's telemetry");
+  EXPECT_NEAR(said.at("rate_hz").get<double>(), 2, 0.7);
+  EXPECT_EQ(said.at("torn"), 0);
+  ASSERT_EQ(said.at("columns").size(), 16U);
+  EXPECT_EQ(said.at("columns").at(5).at("name"), "thumb_duty_percent");
+  for (std::size_t i = 0; i < 5; ++i) {
+    const nlohmann::json& angle = said.at("columns").at(i);
+    EXPECT_GT(angle.at("most").get<double>(), angle.at("least").get<double>() + 1);
+    const nlohmann::json& duty = said.at("columns").at(5 + i);
+    EXPECT_GE(duty.at("least").get<double>(), -100);
+    EXPECT_LE(duty.at("most").get<double>(), 100);
+    EXPECT_LT(duty.at("most").get<double>(), -50) << "back to where it began, which nothing is below";
+  }
+}
+
+TEST_F(Record, TellsAHandThatWaitsForItsGlove) {
+  UsbHelper board({option("bootloader", boot()), option("program", hand_image(link::Key{{1, 2, 3}}))});
+  expect_says(flexor({"monitor", "--port", board.port(), "--for", "1"}), 2, "waits for its glove");
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ struct Range {
   double least = INFINITY;
   double most = -INFINITY;
   double now = NAN;
-  listen::Strip strip = listen::Strip::ok;
+  std::string remark;
 
   void add(double value) {
     now = value;
@@ -44,20 +44,6 @@ std::string bar(const Range& range) {
   return out;
 }
 
-const char* complaint(listen::Strip strip) {
-  switch (strip) {
-    case listen::Strip::ok:
-      return "";
-    case listen::Strip::open:
-      return "  broken wire";
-    case listen::Strip::short_circuit:
-      return "  short circuit";
-    case listen::Strip::stuck:
-      break;
-  }
-  return "  stuck";
-}
-
 class View {
  public:
   explicit View(const listen::Listener& listener) : listener_(listener) {}
@@ -67,7 +53,7 @@ class View {
       ranges_.resize(sample.value.size());
       for (std::size_t i = 0; i < sample.value.size(); ++i) {
         ranges_[i].add(sample.value[i]);
-        if (!sample.strip.empty()) ranges_[i].strip = sample.strip[i];
+        if (!sample.remark.empty()) ranges_[i].remark = sample.remark[i];
       }
     }
     samples_ += samples.size();
@@ -79,8 +65,9 @@ class View {
     std::string out = again ? fmt::format("\033[{}A", ranges_.size() + 1) : "";
     for (std::size_t i = 0; i < ranges_.size(); ++i) {
       const Range& r = ranges_[i];
-      out += fmt::format("{}{:<18} {:8.1f} {} {:.1f} to {:.1f}{}\n", clear, listener_.decoder().columns()[i],
-                         r.now, bar(r), r.least, r.most, complaint(r.strip));
+      out +=
+          fmt::format("{}{:<18} {:8.1f} {} {:.1f} to {:.1f}{}{}\n", clear, listener_.decoder().columns()[i],
+                      r.now, bar(r), r.least, r.most, r.remark.empty() ? "" : "  ", r.remark);
     }
     const listen::Tally& tally = listener_.decoder().tally();
     out += fmt::format("{}{:.1f} samples a second, {} torn, {} lost{}\n", clear, rate_hz(), tally.torn,
@@ -99,7 +86,8 @@ class View {
       columns.push_back({{"name", listener_.decoder().columns()[i]},
                          {"now", ranges_[i].now},
                          {"least", ranges_[i].least},
-                         {"most", ranges_[i].most}});
+                         {"most", ranges_[i].most},
+                         {"remark", ranges_[i].remark}});
     }
     return columns;
   }
@@ -148,8 +136,9 @@ void run(const Options& o) {
 
 void add_monitor(CLI::App& app) {
   auto o = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("monitor", "A glove in the terminal, as it moves: a bar for each finger");
+  CLI::App* command = app.add_subcommand(
+      "monitor",
+      "A glove in the terminal, as it moves: a bar for each finger; or a hand, with its duties and faults");
   add_options(*command, o->glove);
   command->add_option("--for", o->for_s, "seconds (default: until Ctrl-C)")->check(CLI::PositiveNumber);
   command->add_flag("--json", o->json, "one JSON object on standard output, at the end");

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -44,11 +45,10 @@ class WrappingClock {
   double host_s_ = 0;
 };
 
+// What one of both boards says in frames, of which some are samples.
 class FrameDecoder : public Decoder {
  public:
-  explicit FrameDecoder(bool readings) : wanted_(readings ? link::Type::readings : link::Type::angles) {}
-
-  void push(std::span<const std::uint8_t> bytes, double host_s, std::vector<Sample>& out) override {
+  void push(std::span<const std::uint8_t> bytes, double host_s, std::vector<Sample>& out) final {
     for (const std::uint8_t byte : bytes) {
       ++tally_.bytes;
       ++held_;
@@ -62,16 +62,38 @@ class FrameDecoder : public Decoder {
         ++tally_.torn;
         continue;
       }
+      if (!is_its_own()) continue;
       tally_.understood += size;
-      if (packet_.type() == wanted_) take(host_s, out);
+      if (is_sample()) take(host_s, out);
     }
   }
+
+ protected:
+  virtual bool is_its_own() = 0;  // the frame is of this board
+  virtual bool is_sample() const = 0;
+  virtual bool read(std::uint16_t& time_ms, Sample& sample) = 0;
+
+  bool is_state_of(link::BoardKind board) const {
+    return packet_.type() == link::Type::state && packet_.body_bytes() == link::State::kBytes &&
+           link::get_state(packet_.body()).board == board;
+  }
+
+  // A counter that starts anew, as with each challenge, is no gap.
+  void count_gap() {
+    constexpr std::uint16_t kLongestGap = 1000;
+    const std::uint16_t sequence = packet_.sequence();
+    const auto gap = static_cast<std::uint16_t>(sequence - next_);
+    if (tally_.samples > 0 && gap < kLongestGap) tally_.lost += gap;
+    next_ = static_cast<std::uint16_t>(sequence + 1);
+  }
+
+  link::PacketReader packet_;
 
  private:
   void take(double host_s, std::vector<Sample>& out) {
     std::uint16_t time_ms = 0;
     Sample sample;
-    if (wanted_ == link::Type::angles ? !angles(time_ms, sample) : !readings(time_ms, sample)) {
+    if (!read(time_ms, sample)) {
       ++tally_.torn;
       return;
     }
@@ -81,6 +103,41 @@ class FrameDecoder : public Decoder {
     out.push_back(std::move(sample));
   }
 
+  WrappingClock clock_;
+  std::uint64_t held_ = 0;
+  std::uint16_t next_ = 0;
+};
+
+const char* remark_of(link::SensorStatus status) {
+  switch (status) {
+    case link::SensorStatus::ok:
+      return "";
+    case link::SensorStatus::open:
+      return "broken wire";
+    case link::SensorStatus::short_circuit:
+      return "short circuit";
+    case link::SensorStatus::stuck:
+      break;
+  }
+  return "stuck";
+}
+
+class GloveFrames : public FrameDecoder {
+ public:
+  explicit GloveFrames(bool readings) : wanted_(readings ? link::Type::readings : link::Type::angles) {}
+
+ protected:
+  bool is_its_own() override {
+    const link::Type type = packet_.type();
+    return type == link::Type::angles || type == link::Type::readings || type == link::Type::coefficients ||
+           is_state_of(link::BoardKind::glove);
+  }
+  bool is_sample() const override { return packet_.type() == wanted_; }
+  bool read(std::uint16_t& time_ms, Sample& sample) override {
+    return wanted_ == link::Type::angles ? angles(time_ms, sample) : readings(time_ms, sample);
+  }
+
+ private:
   bool angles(std::uint16_t& time_ms, Sample& sample) {
     const std::uint8_t joints = link::joints_in(packet_.body_bytes());
     if (joints == 0 || !fits(joints, "deg")) return false;
@@ -89,7 +146,7 @@ class FrameDecoder : public Decoder {
     link::get_angles(packet_.body(), joints, time_ms, angle.data(), status.data());
     for (std::size_t i = 0; i < joints; ++i) {
       sample.value.push_back(angle.at(i) / 16.0);
-      sample.strip.push_back(static_cast<Strip>(status.at(i)));
+      sample.remark.emplace_back(remark_of(status.at(i)));
     }
     count_gap();
     return true;
@@ -113,20 +170,60 @@ class FrameDecoder : public Decoder {
     return columns_.size() == count;
   }
 
-  // A counter that starts anew, as with each challenge, is no gap.
-  void count_gap() {
-    constexpr std::uint16_t kLongestGap = 1000;
-    const std::uint16_t sequence = packet_.sequence();
-    const auto gap = static_cast<std::uint16_t>(sequence - next_);
-    if (tally_.samples > 0 && gap < kLongestGap) tally_.lost += gap;
-    next_ = static_cast<std::uint16_t>(sequence + 1);
+  link::Type wanted_;
+};
+
+std::string remark_of_finger(std::uint8_t fault) {
+  static constexpr std::array kNames = {"",        "stalled",  "blind",    "frozen",
+                                        "slipped", "reversed", "floating", "noisy"};
+  return fault < kNames.size() ? kNames.at(fault) : "a fault that this version does not know";
+}
+
+std::string remark_of_board(std::uint8_t faults) {
+  static constexpr std::array kNames = {"supply dip", "converter stuck", "started by a brown-out",
+                                        "started by the watchdog"};
+  std::string out;
+  for (std::size_t bit = 0; bit < kNames.size(); ++bit) {
+    if ((faults >> bit & 1) != 0) out += (out.empty() ? "" : ", ") + std::string(kNames.at(bit));
+  }
+  return out;
+}
+
+class HandFrames : public FrameDecoder {
+ public:
+  HandFrames() {
+    for (const char* unit : {"deg", "duty_percent", "fault"}) {
+      for (const char* finger : kFingerNames) columns_.push_back(fmt::format("{}_{}", finger, unit));
+    }
+    columns_.emplace_back("board_faults");
   }
 
-  link::Type wanted_;
-  link::PacketReader packet_;
-  WrappingClock clock_;
-  std::uint64_t held_ = 0;
-  std::uint16_t next_ = 0;
+ protected:
+  bool is_its_own() override {
+    const link::Type type = packet_.type();
+    const bool state = is_state_of(link::BoardKind::hand);
+    if (state) count_gap();
+    return state || type == link::Type::telemetry || type == link::Type::challenge;
+  }
+  bool is_sample() const override { return packet_.type() == link::Type::telemetry; }
+  bool read(std::uint16_t& time_ms, Sample& sample) override {
+    if (packet_.body_bytes() != link::telemetry_bytes(link::kFingers)) return false;
+    const std::uint8_t* body = packet_.body();
+    time_ms = static_cast<std::uint16_t>(body[0] | body[1] << 8);
+    sample.value.resize(columns_.size());
+    sample.remark.resize(columns_.size());
+    for (std::uint8_t i = 0; i < link::kFingers; ++i) {
+      const link::FingerTelemetry finger = link::get_telemetry(body, i);
+      sample.value[i] = finger.angle / 16.0;
+      sample.value[i + link::kFingers] = std::max(-100.0, 100 * finger.duty / 127.0);
+      sample.value[i + 2 * link::kFingers] = finger.fault;
+      sample.remark[i + 2 * link::kFingers] = remark_of_finger(finger.fault);
+    }
+    sample.value.back() = body[2];
+    sample.remark.back() = remark_of_board(body[2]);
+    count_gap();
+    return true;
+  }
 };
 
 // What comes as lines.
@@ -312,6 +409,8 @@ const char* name_of(Format format) {
   switch (format) {
     case Format::frames:
       return "Flexor's frames";
+    case Format::hand:
+      return "a hand's telemetry";
     case Format::gloves:
       return "text for VR drivers";
     case Format::lines:
@@ -323,7 +422,9 @@ const char* name_of(Format format) {
 std::unique_ptr<Decoder> make_decoder(Format format, bool readings) {
   switch (format) {
     case Format::frames:
-      return std::make_unique<FrameDecoder>(readings);
+      return std::make_unique<GloveFrames>(readings);
+    case Format::hand:
+      return std::make_unique<HandFrames>();
     case Format::gloves:
       return std::make_unique<GlovesDecoder>();
     case Format::lines:

@@ -1,7 +1,9 @@
-// Bytes from a glove, as they come, to samples.
+// Bytes from a glove or a hand, as they come, to samples.
 //
-// frames  Flexor's frames of joint angles or of readings (runtime/link/PROTOCOL.md); tags are not checked: a PC that
+// frames  a glove's frames of joint angles or of readings (runtime/link/PROTOCOL.md); tags are not checked: a PC that
 //         listens moves nothing
+// hand    a hand's telemetry: of each finger its angle, the motor's duty in percent of the supply, positive to flex, and
+//         its fault; and the board's faults, as bits (runtime/hand/README.md)
 // gloves  text for VR drivers, alpha and beta encodings (runtime/link/opengloves.hpp)
 // lines   numbers separated by comma, semicolon, tab or blanks, a line for each sample, with a header or without one:
 //         what the logging sketch writes, and most sketches that people have
@@ -16,16 +18,15 @@
 
 namespace flexor::listen {
 
-enum class Format { frames, gloves, lines };
+enum class Format { frames, hand, gloves, lines };
 const char* name_of(Format format);
-
-enum class Strip : std::uint8_t { ok = 0, open = 1, short_circuit = 2, stuck = 3 };
 
 struct Sample {
   double host_s = 0;              // when its last byte came, monotonic
   std::optional<double> board_s;  // by the board's own clock, if it says
   std::vector<double> value;      // in the order of the columns
-  std::vector<Strip> strip;       // of each value; empty: the format does not say
+  std::vector<std::string>
+      remark;  // of each value what is wrong, "" if nothing; empty: the format does not say
 };
 
 // All since the start.

@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "host/listen/detect.hpp"
 #include "runtime/link/glove_end.hpp"
+#include "runtime/link/hand_end.hpp"
 
 namespace flexor::listen {
 namespace {
@@ -39,7 +41,7 @@ TEST(Frames, GiveAnglesStatesAndAClockThatGoesOnAfterItsWrap) {
   EXPECT_EQ(decoder->columns(),
             (std::vector<std::string>{"thumb_deg", "index_deg", "middle_deg", "ring_deg", "pinky_deg"}));
   EXPECT_EQ(first[0].value, (std::vector<double>{90, 0, 0, 0, 112}));
-  EXPECT_EQ(first[0].strip[1], Strip::stuck);
+  EXPECT_EQ(first[0].remark[1], "stuck");
   EXPECT_EQ(*first[0].board_s, 65);
   EXPECT_NEAR(*decoded(*decoder, frame(glove, 464, 0), 11)[0].board_s, 66, 1e-9) << "one wrap";
   EXPECT_NEAR(*decoded(*decoder, frame(glove, 464, 0), 11 + 2 * 65.536)[0].board_s, 66 + 2 * 65.536, 1e-9)
@@ -59,6 +61,50 @@ TEST(Frames, LostOnesAreCountedAndTornOnesSkipped) {
   EXPECT_EQ(decoder->tally().lost, 3U);
   EXPECT_EQ(decoder->tally().torn, 1U);
   EXPECT_LT(decoder->tally().understood, decoder->tally().bytes);
+}
+
+// What a hand says, of which one finger is stalled.
+std::vector<std::uint8_t> telemetry(link::HandEnd& hand, bool state) {
+  link::Packet packet;
+  std::array<std::uint8_t, link::kMaxWire> wire{};
+  std::uint8_t size = 0;
+  if (state) {
+    link::State said{};
+    said.board = link::BoardKind::hand;
+    const std::uint8_t bytes = link::put_state(said, packet.body());
+    size = hand.say(link::Type::state, packet, bytes, wire.data());
+  } else {
+    std::array<link::FingerTelemetry, link::kFingers> finger{};
+    finger[1] = {720, -127, 1};
+    const std::uint8_t bytes =
+        link::put_telemetry(2500, 0b1001, finger.data(), link::kFingers, packet.body());
+    size = hand.say(link::Type::telemetry, packet, bytes, wire.data());
+  }
+  return {wire.begin(), wire.begin() + size};
+}
+
+TEST(Hand, GivesAngleDutyAndFaultInWords) {
+  const auto decoder = make_decoder(Format::hand);
+  link::HandEnd hand(nullptr);
+  const std::vector<Sample> out = decoded(*decoder, telemetry(hand, false));
+  ASSERT_EQ(out.size(), 1U);
+  ASSERT_EQ(decoder->columns().size(), 16U);
+  const auto at = [&](const char* name) {
+    return static_cast<std::size_t>(std::ranges::find(decoder->columns(), name) - decoder->columns().begin());
+  };
+  EXPECT_EQ(*out[0].board_s, 2.5);
+  EXPECT_EQ(out[0].value.at(at("index_deg")), 45);
+  EXPECT_EQ(out[0].value.at(at("index_duty_percent")), -100);
+  EXPECT_EQ(out[0].value.at(at("index_fault")), 1);
+  EXPECT_EQ(out[0].remark.at(at("index_fault")), "stalled");
+  EXPECT_EQ(out[0].remark.at(at("thumb_fault")), "");
+  EXPECT_EQ(out[0].remark.at(at("board_faults")), "supply dip, started by the watchdog");
+  decoded(*decoder, telemetry(hand, true));
+  decoded(*decoder, telemetry(hand, false));
+  EXPECT_EQ(decoder->tally().lost, 0U) << "a state is no gap";
+  telemetry(hand, false);
+  decoded(*decoder, telemetry(hand, false));
+  EXPECT_EQ(decoder->tally().lost, 1U);
 }
 
 TEST(Gloves, GiveFingersAndJointsOfBothEncodings) {
@@ -127,6 +173,25 @@ TEST(Detection, KnowsEachFormatFromItsMiddleAndNoiseFromAll) {
   EXPECT_FALSE(guess(bytes_of("")));
 }
 
+TEST(Detection, TellsAHandFromAGlove) {
+  const link::Key key = {{1, 2, 3}};
+  link::HandEnd alone(&key);
+  alone.start(1);
+  std::vector<std::uint8_t> challenges;
+  for (int i = 0; i < 3; ++i) {
+    std::array<std::uint8_t, link::kMaxWire> wire{};
+    const std::uint8_t size = alone.challenge(wire.data());
+    challenges.insert(challenges.end(), wire.begin(), wire.begin() + size);
+  }
+  ASSERT_TRUE(guess(challenges));
+  EXPECT_EQ(guess(challenges)->format, Format::hand);
+  EXPECT_EQ(guess(challenges)->samples, 0U);
+  link::HandEnd hand(nullptr);
+  ASSERT_TRUE(guess(telemetry(hand, false)));
+  EXPECT_EQ(guess(telemetry(hand, false))->format, Format::hand);
+  EXPECT_EQ(guess(telemetry(hand, false))->samples, 1U);
+}
+
 TEST(Detection, HearsAGloveThatWaitsForItsHand) {
   const link::Key key = {{1, 2, 3}};
   const link::GloveEnd glove(&key);
@@ -138,6 +203,7 @@ TEST(Detection, HearsAGloveThatWaitsForItsHand) {
   }
   ASSERT_TRUE(guess(states));
   EXPECT_EQ(guess(states)->samples, 0U);
+  EXPECT_EQ(guess(states)->format, Format::frames);
 }
 
 }  // namespace

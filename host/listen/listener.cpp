@@ -15,8 +15,11 @@ namespace {
 constexpr unsigned kUsualRates_Bd[] = {115200, 9600,   57600,  38400,   19200,  230400,
                                        460800, 500000, 921600, 1000000, 2000000};
 constexpr const char* kWaits =
-    "{}: a Flexor glove that waits for its hand: --key pair.key of its deployment lets this program be the "
+    ": a Flexor glove that waits for its hand: --key pair.key of its deployment lets this program be the "
     "hand";
+constexpr const char* kHandWaits =
+    ": a Flexor hand that waits for its glove: switch the glove on, and pair both if they were never "
+    "(flexor pair)";
 constexpr double kAfterReset_s = 3;  // opening a port resets most boards, and a bootloader listens first
 constexpr double kEachRate_s = 1.2;
 
@@ -31,6 +34,8 @@ Listener::Listener(ListenerOptions options, const std::function<void(const std::
     for (int k = 0; k < link::kStirred; ++k) hand_->stir(static_cast<std::uint16_t>(random()));
   }
   find(says);
+  if (options_.readings && options_.format == Format::hand)
+    throw io::InputError(fmt::format("{}: a hand, which has no strips: leave out --readings", options_.port));
   if (options_.readings && options_.format == Format::gloves) {
     throw io::InputError(
         fmt::format("{}: lines for VR drivers carry what the firmware made of the strips, no readings: "
@@ -50,10 +55,11 @@ double Listener::now_s() const {
 // Listens at the port's present rate until the bytes are known.
 std::optional<Format> Listener::hear(double longest_s) {
   constexpr double kSure = 0.9;
-  const double end_s = now_s() + longest_s;
+  const double begin_s = now_s();
   heard_.clear();
   std::optional<Guess> best;
-  while (now_s() < end_s) {
+  // A board that waits may just have been started by the port's opening.
+  while (now_s() - begin_s < (best && best->samples == 0 ? kAfterReset_s : longest_s)) {
     speak();
     const std::vector<std::uint8_t> bytes = port_->read(0.02);
     heard_.insert(heard_.end(), bytes.begin(), bytes.end());
@@ -76,7 +82,7 @@ void Listener::find(const std::function<void(const std::string&)>& says) {
     says(fmt::format("listening at {} baud", rate));
     if (rate != rates.front() && !port_->set_baud(rate)) continue;
     const std::optional<Format> format = hear(rate == rates.front() ? kAfterReset_s : kEachRate_s);
-    if (waits_) throw io::InputError(fmt::format(kWaits, options_.port));
+    if (waits_) throw io::InputError(options_.port + (format == Format::hand ? kHandWaits : kWaits));
     if (format && (!options_.format || *options_.format == *format)) {
       options_.baud = rate;
       options_.format = format;

@@ -1,4 +1,4 @@
-// A glove's serial port: rate and format found by listening, samples as they come, also after the plug was pulled.
+// A glove's or a hand's serial port: rate and format found by listening, samples as they come, also after the plug was pulled.
 #pragma once
 
 #include <chrono>
@@ -33,7 +33,7 @@ enum class Event {
 class Listener {
  public:
   // `says` hears what is tried. Throws io::InputError, one line with the mend: no port, nothing comes, nothing that is
-  // understood at any rate, a glove that waits for its hand.
+  // understood at any rate, a glove that waits for its hand, or a hand for its glove.
   Listener(ListenerOptions options, const std::function<void(const std::string&)>& says);
 
   // Waits for bytes, `timeout_s` at most; appends what they complete.
@@ -62,7 +62,7 @@ class Listener {
   double asked_s_ = -1;
   std::vector<std::uint8_t> heard_;  // at the present rate, before the format was known
   std::size_t heard_bytes_ = 0;
-  bool waits_ = false;  // only states came
+  bool waits_ = false;  // frames came, and no samples
   int times_gone_ = 0;
 };
 

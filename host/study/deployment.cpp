@@ -150,12 +150,22 @@ std::string send_words(const Deployment& d) {
                      deploy::data_block(g).in_flash ? " --bootloader" : "");
 }
 
+// A radio at D0 drives the same pin as a USB converter; an ATmega32U4 has USB of its own, and its bootloader waits for
+// the button.
+std::string flash_glove_words(const Deployment& d) {
+  return deploy::is_32u4(d.glove.mcu)
+             ? "Flash the glove, and press its reset button, twice on a Pro Micro, when it says so: " +
+                   flash_command(d, "glove")
+             : "Flash the glove, with its radio unplugged from D0: " + flash_command(d, "glove");
+}
+
 std::vector<std::string> next_for_hand(const Deployment& d) {
   std::vector<std::string> out = {
       "Wire both boards: wiring_glove.svg and wiring_hand.svg; parts and pins are in wiring.md.",
-      "Flash the glove, with its radio unplugged from D0: " + flash_command(d, "glove"),
+      flash_glove_words(d),
       "Flash the hand, with its radio unplugged and its motors' supply off: " + flash_command(d, "hand"),
-      "Look: with both boards on, bend one finger after the other: the hand's follow."};
+      "Look: with both boards on, bend one finger after the other: the hand's follow. If one does not, "
+      "flexor monitor on the hand's port says what is wrong with it: angle, duty and fault of each."};
   if (deploy::can_zero(d.glove)) out.push_back(zero_words(d.glove));
   if (d.glove.model_as == deploy::ModelAs::data) out.push_back(send_words(d));
   return out;

@@ -14,8 +14,9 @@
 namespace flexor::donning {
 namespace {
 
-constexpr int kWholeCycle = 3;      // turns
-constexpr double kBothEnds = 0.85;  // of the span: then one turn less is a whole cycle
+constexpr int kWholeCycle = 3;         // turns
+constexpr double kBothEnds = 0.85;     // of the span: then one turn less is a whole cycle
+constexpr double kThereAndBack = 0.8;  // of the span, both ways: one turn is enough
 constexpr double kTurn_deg = 30;
 constexpr double kMostTurn = 0.5;      // of the span, where the joint moves little
 constexpr double kLeastCovered = 0.6;  // of the span
@@ -74,6 +75,7 @@ Window window_of(const Case& one, std::span<const double> readings) {
 }
 
 bool whole_cycle(const Window& w, const model::Spread& made) {
+  if (w.turns.there_and_back >= kThereAndBack * made.span()) return true;
   return w.turns.count() >= kWholeCycle - (w.span() >= kBothEnds * made.span() ? 1 : 0);
 }
 

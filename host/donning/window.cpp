@@ -17,6 +17,7 @@ Turns turns_of(std::span<const double> readings, double turn) {
   int way = 0;  // of the motion: 1 up, -1 down, 0 not known
   double low = readings.front();
   double high = readings.front();
+  std::vector<double> end;  // of each way
   for (const double u : readings) {
     low = std::min(low, u);
     high = std::max(high, u);
@@ -25,8 +26,14 @@ Turns turns_of(std::span<const double> readings, double turn) {
     if (!down && !up) continue;
     if (way > 0) out.high.push_back(high);
     if (way < 0) out.low.push_back(low);
+    end.push_back(up ? low : high);
     way = up ? 1 : -1;
     low = high = u;
+  }
+  if (way != 0) end.push_back(way > 0 ? high : low);
+  for (std::size_t i = 2; i < end.size(); ++i) {
+    const double shorter = std::min(std::abs(end[i] - end[i - 1]), std::abs(end[i - 1] - end[i - 2]));
+    out.there_and_back = std::max(out.there_and_back, shorter);
   }
   return out;
 }

@@ -12,6 +12,7 @@ namespace flexor::donning {
 struct Turns {
   std::vector<double> low;
   std::vector<double> high;
+  double there_and_back = 0;  // the farthest that the readings went one way and then the other
 
   int count() const { return static_cast<int>(low.size() + high.size()); }
 };

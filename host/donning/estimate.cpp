@@ -170,10 +170,12 @@ Rows Sightings::rows(const std::vector<Line>& lines, const Eigen::VectorXd&) con
 
 namespace {
 
-constexpr double kTurnSd = 0.04;     // of one turn's reading, in spans, before any was seen
-constexpr double kEndSd = 0.01;      // of a quantile there
-constexpr double kDiffers = 0.5;     // of what the span differs by: where the middle may lie
-constexpr double kSameMotion = 0.6;  // of the variance of where a motion lies: all fingers together
+constexpr double kTurnSd = 0.04;        // of one turn's reading, in spans, before any was seen
+constexpr double kEndSd = 0.01;         // of a quantile there
+constexpr double kDiffers = 0.5;        // of what the span differs by: where the middle may lie
+constexpr double kDiffersAtFist = 0.3;  // the same where the open hand repeats
+constexpr double kRepeats = 0.015;      // of the span: what its readings scatter by then
+constexpr double kSameMotion = 0.6;     // of the variance of where a motion lies: all fingers together
 
 // Of the mean of turns, in spans: what they scatter by, with kTurnSd for one more turn.
 double turn_variance(const std::vector<double>& turns, double span) {
@@ -189,6 +191,20 @@ double turn_variance(const std::vector<double>& turns, double span) {
 
 namespace {
 
+// From 0 to 1: how surely the open end is where the hand is straight. Straight fingers can go no farther, a fist is as
+// tight as the wearer likes: where the open end comes back to one reading, what differs in reach differs at the fist.
+double open_repeats(const Stretch& s) {
+  if (s.bends == 0) return 0;
+  const std::vector<double>& ends = s.bends > 0 ? s.window.turns.low_ends : s.window.turns.high_ends;
+  const auto n = static_cast<double>(ends.size());
+  if (n < 2) return 0;
+  double mean = 0;
+  for (const double u : ends) mean += u / n;
+  double variance = 0;
+  for (const double u : ends) variance += (u - mean) * (u - mean) / (n - 1);
+  return 1 / (1 + variance / std::pow(kRepeats * s.made.span(), 2));
+}
+
 Eigen::MatrixXd covariance_of(const Stretch& s) {
   const auto n = static_cast<Eigen::Index>(s.made.reading.size());
   const double span = s.made.span();
@@ -199,10 +215,12 @@ Eigen::MatrixXd covariance_of(const Stretch& s) {
   const Eigen::VectorXd high = 0.5 + place.array();
   const double differs = std::log(s.window.span() / span);
   const double lacking = std::max(0.0, 1 - s.window.span() / span - s.prior.log_gain_sd);
-  const double common =
-      (1 - kSameMotion) * s.prior.motion_sd * s.prior.motion_sd + kDiffers * kDiffers * differs * differs;
+  const double repeats = open_repeats(s);
+  const double differs_sd = std::abs(differs) * (kDiffers + repeats * (kDiffersAtFist - kDiffers));
+  const double common = (1 - kSameMotion) * s.prior.motion_sd * s.prior.motion_sd + differs_sd * differs_sd;
   const double reach = s.prior.reach_sd * s.prior.reach_sd + lacking * lacking;
-  Eigen::MatrixXd out = Eigen::MatrixXd::Constant(n, n, common) + reach * place * place.transpose();
+  const Eigen::VectorXd from_stay = place.array() + s.bends * 0.5 * repeats;
+  Eigen::MatrixXd out = Eigen::MatrixXd::Constant(n, n, common) + reach * from_stay * from_stay.transpose();
   out += turn_variance(s.window.turns.low, span) * low * low.transpose();
   out += turn_variance(s.window.turns.high, span) * high * high.transpose();
   out.diagonal().array() += kEndSd * kEndSd;

@@ -69,6 +69,7 @@ struct Stretch {
   Window window;
   model::Spread made;
   Prior prior;
+  int bends = 0;  // 1: readings rise as the finger bends, -1: they fall, 0: not known
 };
 
 // The quantiles of a stretch of motion, against those of the motion that the model was made from. Each end is known as well

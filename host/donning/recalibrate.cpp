@@ -58,6 +58,17 @@ double turn_of(const model::Model& model, std::size_t i) {
   return span * (most_deg > kTurn_deg / kMostTurn ? kTurn_deg / most_deg : kMostTurn);
 }
 
+// How readings go as the joint that they tell most of bends: Stretch::bends.
+int bends_of(const model::Model& model, std::size_t i) {
+  double most_deg = 0;
+  for (const auto& slope : slopes(model, i)) {
+    double all = 0;
+    for (const double one : slope) all += one;
+    if (std::abs(all) > std::abs(most_deg)) most_deg = all;
+  }
+  return most_deg > 0 ? 1 : most_deg < 0 ? -1 : 0;
+}
+
 std::vector<Case> cases_of(model::Model& model, const Prior& prior) {
   std::vector<Case> out;
   for (std::size_t i = 0; i < model.inputs.size(); ++i) model.inputs[i].readings = spread_of(model, i);
@@ -205,7 +216,8 @@ std::vector<std::unique_ptr<Evidence>> evidence_of(const Request& request, std::
   for (const Case& one : cases) made.push_back(one.made);
   std::vector<Stretch> stretches;
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    if (cases[i].informed) stretches.push_back({i, cases[i].window, made[i], cases[i].prior});
+    if (cases[i].informed)
+      stretches.push_back({i, cases[i].window, made[i], cases[i].prior, bends_of(request.model, i)});
   }
   if (!stretches.empty()) all.push_back(std::make_unique<Quantiles>(std::move(stretches)));
   if (!request.holds.empty()) {

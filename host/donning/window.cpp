@@ -27,10 +27,14 @@ Turns turns_of(std::span<const double> readings, double turn) {
     if (way > 0) out.high.push_back(high);
     if (way < 0) out.low.push_back(low);
     end.push_back(up ? low : high);
+    (up ? out.low_ends : out.high_ends).push_back(up ? low : high);
     way = up ? 1 : -1;
     low = high = u;
   }
-  if (way != 0) end.push_back(way > 0 ? high : low);
+  if (way != 0) {
+    end.push_back(way > 0 ? high : low);
+    (way > 0 ? out.high_ends : out.low_ends).push_back(way > 0 ? high : low);
+  }
   for (std::size_t i = 2; i < end.size(); ++i) {
     const double shorter = std::min(std::abs(end[i] - end[i - 1]), std::abs(end[i - 1] - end[i - 2]));
     out.there_and_back = std::max(out.there_and_back, shorter);

@@ -12,6 +12,9 @@ namespace flexor::donning {
 struct Turns {
   std::vector<double> low;
   std::vector<double> high;
+  // The same and where the first way began and the last one ended, as far as the stretch shows it.
+  std::vector<double> low_ends;
+  std::vector<double> high_ends;
   double there_and_back = 0;  // the farthest that the readings went one way and then the other
 
   int count() const { return static_cast<int>(low.size() + high.size()); }

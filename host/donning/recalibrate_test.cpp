@@ -54,6 +54,23 @@ TEST(Recalibrate, WholeCyclesFindWhereTheSensorsLie) {
   EXPECT_GT(before, 8);
 }
 
+TEST(Recalibrate, OneBendThereAndBackIsEnough) {
+  const Recalibration r = recalibrate(worn(kShifted, 1, 0.01, 1));
+  EXPECT_TRUE(r.applied);
+  EXPECT_TRUE(r.wanted.empty());
+  EXPECT_LT(error_deg(r.model, kShifted), 0.3 * error_deg(test_glove(), kShifted));
+}
+
+// The sensors stay; the hand no longer closes its fist.
+TEST(Recalibrate, AFistThatIsLessTightMovesLittleWhereTheOpenHandRepeats) {
+  const Corrections none = {{1, 0}, {1, 0}, {1, 0}};
+  Request request = worn(none, 5, 0.002, 3);
+  for (auto& readings : request.motion->reading) {
+    for (double& u : readings) u = kTestStraight + 0.88 * (u - kTestStraight);
+  }
+  EXPECT_LT(error_deg(recalibrate(request).model, none), 4.2) << "6 by the middle of its range";
+}
+
 TEST(Recalibrate, LessThanACycleIsRefusedInWords) {
   Request request = worn(kShifted, 0.6, 0.01, 2);
   const Recalibration r = recalibrate(request);

@@ -13,8 +13,10 @@ namespace flexor::donning {
 namespace {
 
 constexpr double kPose_deg = 5;
-constexpr double kMostPoseError = 0.3;  // of the span, where the joint hardly moves
-constexpr double kNotReached = 0.5;
+constexpr double kMostPoseError = 0.3;    // of the span, where the joint hardly moves
+constexpr double kNotReached = 0.5;       // of what the poses were apart, by one sensor
+constexpr double kUsuallyReached = 0.75;  // by most
+constexpr double kStandsStill = 0.15;
 constexpr double kStill_s = 1;
 constexpr double kMedian_s = 0.5;
 constexpr double kStill = 0.125;  // of the span: the range of what rests
@@ -54,23 +56,62 @@ double pose_error(const model::Model& model, std::size_t sensor) {
   return most_deg > 0 ? std::min(kMostPoseError, kPose_deg / most_deg) : kMostPoseError;
 }
 
-void read_sensor(const model::Model& model, std::size_t i, Held h, PoseReading& out) {
+struct Ends {
+  Held held;
+  double share = 0;  // of what the poses were apart where the model was made
+};
+
+// Most sensors that were held in both poses and moved: how far they went.
+double usual_share(const std::vector<Ends>& all) {
+  std::vector<double> shares;
+  for (const Ends& one : all) {
+    if (one.held.open && one.held.fist && std::abs(one.share) > kStandsStill) shares.push_back(one.share);
+  }
+  if (shares.empty()) return 0;
+  const auto middle = shares.begin() + std::ssize(shares) / 2;
+  std::ranges::nth_element(shares, middle);
+  return *middle;
+}
+
+// The end that was not reached is the one that fits worse, all sensors together.
+bool fist_was_reached(const model::Model& model, const std::vector<Ends>& all) {
+  double open = 0;
+  double fist = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Held& h = all[i].held;
+    if (!h.open || !h.fist || !model.inputs[i].poses || std::abs(all[i].share) <= kStandsStill) continue;
+    const model::Poses& made = *model.inputs[i].poses;
+    open += std::abs((*h.open - made.open) / wanted(made));
+    fist += std::abs((*h.fist - made.fist) / wanted(made));
+  }
+  return fist < open;
+}
+
+void read_sensor(const model::Model& model, std::size_t i, const std::vector<Ends>& all, PoseReading& out) {
   const model::Input& input = model.inputs[i];
   if (!input.poses) return;
   const double error = pose_error(model, i);
+  Held h = all[i].held;
   if (h.open && h.fist) {
-    const double share = (*h.fist - *h.open) / wanted(*input.poses);
-    if (share < 0) {
+    const double share = all[i].share;
+    if (share < -kStandsStill) {
       out.misfits.emplace_back(
           i, fmt::format("{}: it moves the other way than where the model was made: is its strip turned?",
                          input.name));
       return;
     }
-    if (share < kNotReached) {
-      const bool open_fits = std::abs(*h.open - input.poses->open) <= std::abs(*h.fist - input.poses->fist);
-      (open_fits ? h.fist : h.open).reset();
+    const double usual = usual_share(all);
+    if (share < kStandsStill && usual > 2 * kStandsStill) {
+      out.misfits.emplace_back(i, fmt::format("{}: it stands still at {:.4g} where the others moved: is it "
+                                              "plugged in, is its strip whole, was it bent?",
+                                              input.name, *h.open));
+      return;
+    }
+    if (share < kNotReached || usual < kUsuallyReached) {
+      const bool fist_fits = fist_was_reached(model, all);
+      (fist_fits ? h.open : h.fist).reset();
       out.notes.push_back(fmt::format("{}: its {} was not reached and does not count", input.name,
-                                      open_fits ? "fist" : "open hand"));
+                                      fist_fits ? "open hand" : "fist"));
     }
   }
   if (h.open) out.sightings.push_back({i, *h.open, input.poses->open, error});
@@ -87,7 +128,13 @@ PoseReading read_poses(const model::Model& model, const std::vector<Hold>& holds
   PoseReading out;
   const bool swapped = are_swapped(model, holds);
   if (swapped) out.notes.emplace_back("open hand and fist were held the other way round: taken so");
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) read_sensor(model, i, held(holds, i, swapped), out);
+  std::vector<Ends> all;
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    Ends& one = all.emplace_back(held(holds, i, swapped));
+    if (one.held.open && one.held.fist && model.inputs[i].poses)
+      one.share = (*one.held.fist - *one.held.open) / wanted(*model.inputs[i].poses);
+  }
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) read_sensor(model, i, all, out);
   return out;
 }
 

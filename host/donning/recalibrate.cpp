@@ -24,6 +24,7 @@ constexpr double kMostCovered = 1.7;
 constexpr double kStandsStill = 0.01;
 constexpr double kSlipped = 0.3;
 constexpr double kSignificant = 0.7;  // standard errors
+constexpr double kSure = 1.4;         // standard errors
 constexpr double kFarthest = 3;       // of the prior's standard deviations
 constexpr std::size_t kLeastSamples = 20;
 
@@ -160,6 +161,25 @@ bool significant(const Estimate& e, std::size_t i) {
   return e.gain_told[i] && std::abs(line.log_gain) > kSignificant * std::sqrt(v.log_gain);
 }
 
+// By how many standard errors the mean square of the angles becomes smaller by what was found of some sensors, m, with the
+// covariance C that is left: the true lines x are nearer to m than to none where 2 m'Wx > m'Wm, of which the left side is
+// normal with mean 2 m'Wm and variance 4 m'WCWm. W weighs shift and gain by what they move the angles.
+double surely_better(const model::Model& model, const Estimate& e, const std::vector<bool>& of) {
+  Eigen::VectorXd weighed = Eigen::VectorXd::Zero(e.covariance.rows());
+  double square = 0;
+  for (std::size_t i = 0; i < of.size(); ++i) {
+    if (!of[i]) continue;
+    double weight = 0;
+    for (const double range : ranges_deg(model, i)) weight += range * range;
+    const auto at = 2 * static_cast<Eigen::Index>(i);
+    weighed(at) = weight * e.line[i].shift;
+    weighed(at + 1) = weight * e.line[i].log_gain / 12;  // the variance of places in a span
+    square += weighed(at) * e.line[i].shift + weighed(at + 1) * e.line[i].log_gain;
+  }
+  const double variance = weighed.dot(e.covariance * weighed);
+  return variance > 0 ? square / 2 / std::sqrt(variance) : 0;
+}
+
 // Why a sensor stays as it is; empty: it is corrected.
 std::string reason_to_keep(const Request& request, const Estimate& e, Case& one, std::size_t i,
                            bool seen_helps) {
@@ -286,9 +306,19 @@ Recalibration recalibrate(const Request& request) {
   const Estimate e = estimate_of(cases, evidence);
   const bool seen_helps = camera_agrees(known, cases, evidence);
   out.model = request.model;
+  std::vector<bool> found;
+  std::vector<std::string> kept;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    kept.push_back(reason_to_keep(known, e, cases[i], i, seen_helps));
+    found.push_back(kept.back().empty());
+  }
+  // A wearer holds poses as well as he does; a stretch of motion says by itself how well it repeats.
+  const bool sure = request.holds.empty() || surely_better(known.model, e, found) > kSure;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     SensorResult s = result_of(known, e, cases[i], i);
-    s.kept = reason_to_keep(known, e, cases[i], i, seen_helps);
+    s.kept = kept[i];
+    if (s.kept.empty() && !sure)
+      s.kept = fmt::format("{}: what was found may be chance: the old calibration is kept", s.name);
     if (!cases[i].misfit.empty()) out.misfits.push_back(cases[i].misfit);
     if (!cases[i].informed && !cases[i].wanted.empty()) out.wanted.push_back(cases[i].wanted);
     if (s.kept.empty()) {

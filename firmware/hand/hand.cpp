@@ -181,7 +181,10 @@ void listen() {
 uint8_t telemetry(uint8_t* wire) {
   link::FingerTelemetry finger[link::kFingers];
   for (uint8_t i = 0; i < link::kFingers; ++i) {
-    finger[i].angle = core::clamp<int16_t>(config::settings(i).potentiometer(counts[i]), 0, link::kMaxAngle);
+    cli();
+    const uint16_t reading = counts[i];
+    sei();
+    finger[i].angle = core::clamp<int16_t>(config::settings(i).potentiometer(reading), 0, link::kMaxAngle);
     finger[i].duty = hand_status.duty[i];
     finger[i].fault = static_cast<uint8_t>(hand_status.fault[i]);
   }

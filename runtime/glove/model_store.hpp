@@ -14,7 +14,7 @@
 namespace flexor {
 namespace glove {
 
-constexpr uint16_t kStoreBegin = 64;  // before it lie the zero and the pairing
+constexpr uint16_t kStoreBegin = 64;  // before it lies the zero
 constexpr uint16_t kStoreEnd = 1024;  // of the ATmega328P's EEPROM
 constexpr uint8_t kSlotHead = 6;
 constexpr uint8_t kChunk = 24;  // bytes of a write at most

@@ -18,8 +18,13 @@ class ZeroStore {
   static constexpr uint8_t kRecordBytes = 1 + 4 * kStrips + 2;
   static_assert(2 * kRecordBytes <= 64, "before the model's store");
 
-  // The newest record's that was made for this; false, and none at all, where there is none.
+  // Those that are being written, else the newest record's, if made for this; false, and none at all, where there are none.
   bool load(Eeprom& eeprom, uint16_t made_for, sensor::Correction* correction) {
+    if (at_ < kRecordBytes && made_for == made_for_) {
+      __builtin_memcpy(correction, record_.bytes + 1, 4 * kStrips);
+      return true;
+    }
+    at_ = kRecordBytes;
     made_for_ = made_for;
     for (uint8_t i = 0; i < kStrips; ++i) correction[i] = sensor::kUncorrected;
     bool found = false;

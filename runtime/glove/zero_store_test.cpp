@@ -55,6 +55,37 @@ TEST(ZeroStore, PowerLostAtAnyByteLeavesTheOldOrTheNew) {
   }
 }
 
+// As a model does whose last part arrives meanwhile.
+TEST(ZeroStore, LoadedWhileItIsWrittenGivesWhatIsWritten) {
+  for (int written = 0; written <= Store::kRecordBytes; ++written) {
+    FakeEeprom eeprom;
+    Store store;
+    Corrections found{};
+    (void)store.load(eeprom, 7, found.data());
+    write(eeprom, store, 1, 100);
+    write(eeprom, store, 2, written);
+    EXPECT_TRUE(store.load(eeprom, 7, found.data()));
+    EXPECT_EQ(found[4].offset, corrections(2)[4].offset) << written;
+    while (!store.work(eeprom)) {
+    }
+    EXPECT_EQ(loaded(eeprom), 2) << written;
+    write(eeprom, store, 3, 100);
+    EXPECT_EQ(loaded(eeprom), 3) << written;
+  }
+}
+
+TEST(ZeroStore, LoadedForAnotherModelWhileItIsWrittenItIsGivenUp) {
+  FakeEeprom eeprom;
+  Store store;
+  Corrections found{};
+  (void)store.load(eeprom, 7, found.data());
+  write(eeprom, store, 1, 100);
+  write(eeprom, store, 2, 5);
+  EXPECT_FALSE(store.load(eeprom, 8, found.data()));
+  EXPECT_TRUE(store.work(eeprom)) << "nothing is left to write";
+  EXPECT_EQ(loaded(eeprom), 1);
+}
+
 TEST(ZeroStore, KeepsTheNewestOfMoreThanItsNumbersAndNoneOfAnotherModel) {
   FakeEeprom eeprom;
   Store store;

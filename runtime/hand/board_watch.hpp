@@ -2,7 +2,7 @@
 //
 // The converter measures its own bandgap against the supply: counts = 1023 V_bandgap / V_supply. The bandgap is
 // anything from 1.0 to 1.2 V, but the same for life: the supply has dipped when the counts exceed those of the
-// start by an eighth (5 V: below 4.44 V), or kLowest.
+// start by a ninth (5 V: below 4.44 V), or kLowest.
 #pragma once
 
 #include <stdint.h>

@@ -2,9 +2,10 @@
 //
 //   s_k = s_{k-1} + clamp(clamp(command, lower, upper) - s_{k-1}, -max_step, max_step)     set-point
 //   e_k = clamp(s_k - measured_k, -128, 128)
-//   u_k = clamp(K_p e_k + I_k + K_v (s_k - s_{k-1}), -duty_limit, duty_limit)            feed-forward of the
-//   set-point's speed I_k = clamp(I_{k-1} + K_i e_k, -integral_limit, integral_limit) anti-windup by clamping
+//   u_k = clamp(K_p e_k + I_k + K_v (s_k - s_{k-1}), -duty_limit, duty_limit)
+//   I_k = clamp(I_{k-1} + K_i e_k, -integral_limit, integral_limit)
 //
+// K_v feeds the set-point's speed forward; the clamp on I is the anti-windup.
 // With [lower, upper] the Psi of Sensors 2019, 19(18), 3896, eq. 6, no command drives a finger into its end
 // stop, and an integral_limit below the full duty bounds what a finger that is held can wind up. The article
 // names a PI controller and gives neither gains nor limits.

@@ -110,6 +110,24 @@ def main():
         body = struct.pack("<HB", time_ms, faults)
         body += b"".join(struct.pack("<Hb", angle | fault << 12, duty) for angle, duty, fault in fingers)
         print("telemetry", time_ms, faults, ",".join("/".join(map(str, f)) for f in fingers), frame(4, body).hex())
+    for board, touch, has_key, cause, temperature, uptime_s in ((0, 0, 1, 1, -128, 0), (1, 1, 0, 8, -7, 65535)):
+        faults, supply = draw.randrange(256), draw.randrange(256)
+        body = struct.pack("<BBbBH", board | touch << 1 | has_key << 2 | cause << 4, faults, temperature, supply, uptime_s)
+        print("state", board, touch, has_key, cause, faults, temperature, supply, uptime_s, frame(3, body).hex())
+    for what in (1, 2, 3):
+        print("request", what, frame(7, bytes([what])).hex())
+    for length in (1, 24):
+        pair, nonce, counter = draw.randbytes(16), draw.randbytes(8), draw.randrange(1 << 24)
+        part, size, offset, data = draw.randrange(5), draw.randrange(1 << 16), draw.randrange(1 << 16), draw.randbytes(length)
+        body = struct.pack("<BHH", part, size, offset) + data
+        print("piece", pair.hex(), nonce.hex(), counter, part, size, offset, data.hex(),
+              frame(5, body, session(pair, nonce), counter).hex())
+    nonce, crcs = draw.randbytes(8), [draw.randrange(1 << 16) for _ in range(5)]
+    parts, room, rate_hz, model = 5, draw.randrange(1 << 16), 10, draw.randrange(1 << 16)
+    body = b"\0" + nonce + struct.pack("<BHBH5H", parts, room, rate_hz, model, *crcs)
+    print("offer", nonce.hex(), parts, room, rate_hz, model, ",".join(map(str, crcs)), frame(5, body).hex())
+    for part, received, stage in ((0, 0, 0), (4, 65535, 1), (2, 300, 254)):
+        print("receipt", part, received, stage, frame(5, b"\1" + struct.pack("<BHB", part, received, stage)).hex())
 
 
 if __name__ == "__main__":

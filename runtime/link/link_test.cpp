@@ -6,6 +6,7 @@
 #include <deque>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <random>
 #include <set>
 #include <sstream>
@@ -172,7 +173,88 @@ void check_golden_telemetry(std::istringstream& fields) {
   }
 }
 
+int number_in(std::istringstream& fields) {
+  int out = 0;
+  fields >> out;
+  return out;
+}
+
+std::string rest_of(std::istringstream& fields) {
+  std::string out;
+  fields >> out;
+  return out;
+}
+
+void check_golden_state(std::istringstream& fields) {
+  State state{};
+  state.board = static_cast<BoardKind>(number_in(fields));
+  state.in_touch = number_in(fields) != 0;
+  state.has_key = number_in(fields) != 0;
+  state.reset_cause = static_cast<uint8_t>(number_in(fields));
+  state.faults = static_cast<uint8_t>(number_in(fields));
+  state.temperature_C = static_cast<int8_t>(number_in(fields));
+  state.supply_20mV = static_cast<uint8_t>(number_in(fields));
+  state.uptime_s = static_cast<uint16_t>(number_in(fields));
+  Packet packet;
+  const uint8_t bytes = put_state(state, packet.body());
+  EXPECT_EQ(sealed(packet, {Type::state, false, false, 0}, bytes, nullptr), bytes_of(rest_of(fields)));
+}
+
+void check_golden_request(std::istringstream& fields) {
+  Packet packet;
+  packet.body()[0] = static_cast<uint8_t>(static_cast<Request>(number_in(fields)));
+  EXPECT_EQ(sealed(packet, {Type::request, false, false, 0}, 1, nullptr), bytes_of(rest_of(fields)));
+}
+
+void check_golden_piece(std::istringstream& fields) {
+  const Key pair = key_of(rest_of(fields));
+  const Key key = session_of(pair, nonce_of(rest_of(fields))).key();
+  const auto counter = static_cast<uint32_t>(number_in(fields));
+  Piece piece{};
+  piece.part = static_cast<uint8_t>(number_in(fields));
+  piece.size = static_cast<uint16_t>(number_in(fields));
+  piece.offset = static_cast<uint16_t>(number_in(fields));
+  const std::vector<uint8_t> data = bytes_of(rest_of(fields));
+  piece.count = static_cast<uint8_t>(data.size());
+  piece.bytes = data.data();
+  Packet packet;
+  const uint8_t bytes = put_piece(piece, packet.body());
+  EXPECT_EQ(sealed(packet, {Type::coefficients, false, false, counter}, bytes, &key),
+            bytes_of(rest_of(fields)));
+}
+
+void check_golden_offer(std::istringstream& fields) {
+  Offer offer{};
+  offer.nonce = nonce_of(rest_of(fields));
+  offer.parts = static_cast<uint8_t>(number_in(fields));
+  offer.room = static_cast<uint16_t>(number_in(fields));
+  offer.rate_hz = static_cast<uint8_t>(number_in(fields));
+  offer.model = static_cast<uint16_t>(number_in(fields));
+  const auto crcs = table_of(rest_of(fields));
+  for (std::size_t i = 0; i < kFingers; ++i) offer.calibration[i] = static_cast<uint16_t>(crcs.at(i).at(0));
+  Packet packet;
+  const uint8_t bytes = put_offer(offer, packet.body());
+  EXPECT_EQ(sealed(packet, {Type::coefficients, false, false, 0}, bytes, nullptr), bytes_of(rest_of(fields)));
+}
+
+void check_golden_receipt(std::istringstream& fields) {
+  Receipt receipt{};
+  receipt.part = static_cast<uint8_t>(number_in(fields));
+  receipt.received = static_cast<uint16_t>(number_in(fields));
+  receipt.stage = static_cast<uint8_t>(number_in(fields));
+  Packet packet;
+  const uint8_t bytes = put_receipt(receipt, packet.body());
+  EXPECT_EQ(sealed(packet, {Type::coefficients, false, false, 0}, bytes, nullptr), bytes_of(rest_of(fields)));
+}
+
 TEST(Link, SpeaksTheGoldenVectors) {
+  using Check = void (*)(std::istringstream&);
+  const std::map<std::string, Check> checks = {
+      {"angles", check_golden_angles},     {"challenge", check_golden_challenge},
+      {"readings", check_golden_readings}, {"telemetry", check_golden_telemetry},
+      {"state", check_golden_state},       {"request", check_golden_request},
+      {"piece", check_golden_piece},       {"offer", check_golden_offer},
+      {"receipt", check_golden_receipt}};
   std::ifstream file(std::string(FLEXOR_SOURCE_DIR) + "/runtime/link/golden.txt");
   std::set<std::string> seen;
   for (std::string line; std::getline(file, line);) {
@@ -182,12 +264,10 @@ TEST(Link, SpeaksTheGoldenVectors) {
     fields >> what;
     if (what == "#") continue;
     seen.insert(what);
-    if (what == "angles") check_golden_angles(fields);
-    if (what == "challenge") check_golden_challenge(fields);
-    if (what == "readings") check_golden_readings(fields);
-    if (what == "telemetry") check_golden_telemetry(fields);
+    ASSERT_TRUE(checks.contains(what));
+    checks.at(what)(fields);
   }
-  EXPECT_EQ(seen, (std::set<std::string>{"angles", "challenge", "readings", "telemetry"}));
+  EXPECT_EQ(seen.size(), checks.size());
 }
 
 TEST(Link, AFrameIsAsLongAsTheProtocolSays) {

@@ -243,7 +243,7 @@ struct Offer {
   uint8_t parts;
   uint16_t room;  // bytes of a part
   uint8_t rate_hz;
-  uint16_t model;                  // CRC-16 of the one that runs
+  uint16_t model;                  // CRC-16 of the one that the image was built with
   uint16_t calibration[kFingers];  // of each strip, as the image has it
 };
 

@@ -1,9 +1,11 @@
 // Is the sensor alive? One call a sample.
 //
-// open:  `rail_samples` readings in a row at or above `high`     the strip or a wire is off: infinite
-// resistance short: `rail_samples` readings in a row at or below `low` stuck: the very same reading for
-// `stuck_samples`. A hand that is held still does that for a while: up to a second in three hours of recordings of a real
-//        glove, so two are asked.
+// - open, `rail_samples` readings in a row at or above `high`: the strip or a wire is off, of infinite resistance
+// - short_circuit, as many at or below `low`
+// - stuck, the very same reading for `stuck_samples`
+//
+// A hand that is held still reads the same for a while: up to a second in three hours of recordings of a real glove, so two
+// are asked.
 // A sensor is alive again with the first good reading, which for `stuck` is another one.
 #pragma once
 

@@ -16,7 +16,7 @@ constexpr double kPose_deg = 5;
 constexpr double kMostPoseError = 0.3;    // of the span, where the joint hardly moves
 constexpr double kNotReached = 0.5;       // of what the poses were apart, by one sensor
 constexpr double kUsuallyReached = 0.75;  // by most
-constexpr double kStandsStill = 0.15;
+constexpr double kUnmoved = 0.15;
 constexpr double kStill_s = 1;
 constexpr double kMedian_s = 0.5;
 constexpr double kStill = 0.125;  // of the span: the range of what rests
@@ -65,7 +65,7 @@ struct Ends {
 double usual_share(const std::vector<Ends>& all) {
   std::vector<double> shares;
   for (const Ends& one : all) {
-    if (one.held.open && one.held.fist && std::abs(one.share) > kStandsStill) shares.push_back(one.share);
+    if (one.held.open && one.held.fist && std::abs(one.share) > kUnmoved) shares.push_back(one.share);
   }
   if (shares.empty()) return 0;
   const auto middle = shares.begin() + std::ssize(shares) / 2;
@@ -79,7 +79,7 @@ bool fist_was_reached(const model::Model& model, const std::vector<Ends>& all) {
   double fist = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Held& h = all[i].held;
-    if (!h.open || !h.fist || !model.inputs[i].poses || std::abs(all[i].share) <= kStandsStill) continue;
+    if (!h.open || !h.fist || !model.inputs[i].poses || std::abs(all[i].share) <= kUnmoved) continue;
     const model::Poses& made = *model.inputs[i].poses;
     open += std::abs((*h.open - made.open) / wanted(made));
     fist += std::abs((*h.fist - made.fist) / wanted(made));
@@ -94,14 +94,14 @@ void read_sensor(const model::Model& model, std::size_t i, const std::vector<End
   Held h = all[i].held;
   if (h.open && h.fist) {
     const double share = all[i].share;
-    if (share < -kStandsStill) {
+    if (share < -kUnmoved) {
       out.misfits.emplace_back(
           i, fmt::format("{}: it moves the other way than where the model was made: is its strip turned?",
                          input.name));
       return;
     }
     const double usual = usual_share(all);
-    if (share < kStandsStill && usual > 2 * kStandsStill) {
+    if (share < kUnmoved && usual > 2 * kUnmoved) {
       out.misfits.emplace_back(i, fmt::format("{}: it stands still at {:.4g} where the others moved: is it "
                                               "plugged in, is its strip whole, was it bent?",
                                               input.name, *h.open));
@@ -130,7 +130,8 @@ PoseReading read_poses(const model::Model& model, const std::vector<Hold>& holds
   if (swapped) out.notes.emplace_back("open hand and fist were held the other way round: taken so");
   std::vector<Ends> all;
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    Ends& one = all.emplace_back(held(holds, i, swapped));
+    Ends& one = all.emplace_back();
+    one.held = held(holds, i, swapped);
     if (one.held.open && one.held.fist && model.inputs[i].poses)
       one.share = (*one.held.fist - *one.held.open) / wanted(*model.inputs[i].poses);
   }

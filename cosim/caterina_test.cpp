@@ -158,6 +158,7 @@ class StandIn {
 class Caterina : public testing::Test {
  protected:
   void SetUp() override {
+    FLEXOR_NEEDS_TERMINALS();
     if (io::find_program("avrdude").empty())
       GTEST_SKIP() << "avrdude is not installed: script/bootstrap tests";
     folder_ = fs::path(testing::TempDir()) / ("flexor_caterina_" + std::to_string(::getpid()));
@@ -228,6 +229,7 @@ TEST_F(Caterina, AnImageOfTheOtherChipIsRefused) {
 // A /dev of its own, in which stand-ins are plugged in.
 class CaterinaPorts : public testing::Test {
  protected:
+  void SetUp() override { FLEXOR_NEEDS_TERMINALS(); }
   CaterinaPorts()
       : dev_(fs::path(testing::TempDir()) / ("flexor_caterina_dev_" + std::to_string(::getpid()))) {
     fs::create_directories(dev_ / "serial/by-id");

@@ -34,6 +34,7 @@ constexpr std::size_t kFlashBytes = 32768;
 class Flash : public testing::Test {
  protected:
   void SetUp() override {
+    FLEXOR_NEEDS_TERMINALS();
     if (io::find_program("avrdude").empty())
       GTEST_SKIP() << "avrdude is not installed: script/bootstrap tests";
     if (!fs::exists(kOldBootloader))

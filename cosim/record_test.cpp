@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 class Record : public testing::Test {
  protected:
   void SetUp() override {
+    FLEXOR_NEEDS_TERMINALS();
     if (!fs::exists(kOldBootloader))
       GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
     build_optiboot("atmega328p", "0x7e00", "0x7ffe", boot());

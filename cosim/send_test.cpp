@@ -25,6 +25,7 @@ using Clock = std::chrono::steady_clock;
 class SendOverUsb : public testing::Test {
  protected:
   void SetUp() override {
+    FLEXOR_NEEDS_TERMINALS();
     if (!fs::exists(kBootloaders))
       GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
     folder_ = fs::path(testing::TempDir()) / ("flexor_send_" + std::to_string(::getpid()));

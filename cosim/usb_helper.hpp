@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "host/io/process.hpp"
+#include "host/io/test_terminal.hpp"
 
 namespace flexor::cosim {
 

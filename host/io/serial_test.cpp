@@ -8,6 +8,7 @@
 #include <string>
 
 #include "host/io/io.hpp"
+#include "host/io/test_terminal.hpp"
 
 namespace flexor::io {
 namespace {
@@ -15,7 +16,9 @@ namespace {
 // A pseudo-terminal: what is written to one end comes out of the other.
 class SerialPortTest : public testing::Test {
  protected:
-  SerialPortTest() : board_(::posix_openpt(O_RDWR | O_NOCTTY)) {
+  void SetUp() override {
+    FLEXOR_NEEDS_TERMINALS();
+    board_ = ::posix_openpt(O_RDWR | O_NOCTTY);
     ::grantpt(board_);
     ::unlockpt(board_);
     path_ = ::ptsname(board_);
@@ -25,7 +28,7 @@ class SerialPortTest : public testing::Test {
     if (board_ >= 0) ::close(board_);
     board_ = -1;
   }
-  int board_;
+  int board_ = -1;
   std::string path_;
 };
 

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "host/io/io.hpp"
+#include "host/io/test_terminal.hpp"
 #include "runtime/link/glove_end.hpp"
 
 namespace flexor::listen {
@@ -62,6 +63,7 @@ std::vector<Sample> listen_for(Listener& listener, double s) {
 }
 
 TEST(Listening, FindsTheFormatAndGivesEverySample) {
+  FLEXOR_NEEDS_TERMINALS();
   std::atomic<int> said = 0;
   Glove glove([&] { return std::to_string(said++) + ",2,3\n"; });
   Listener listener({.port = glove.port()}, kQuiet);
@@ -73,6 +75,7 @@ TEST(Listening, FindsTheFormatAndGivesEverySample) {
 }
 
 TEST(Listening, TellsAPulledPlug) {
+  FLEXOR_NEEDS_TERMINALS();
   Glove glove([] { return "1,2,3\n"; });
   Listener listener({.port = glove.port()}, kQuiet);
   glove.unplug();
@@ -94,6 +97,7 @@ std::string refusal(const ListenerOptions& options) {
 }
 
 TEST(Listening, SaysWhyItHearsNothing) {
+  FLEXOR_NEEDS_TERMINALS();
   Glove silent([] { return ""; });
   EXPECT_NE(refusal({.port = silent.port()}).find("nothing comes"), std::string::npos);
   Glove noise([] { return std::string(20, '\x81'); });
@@ -102,6 +106,7 @@ TEST(Listening, SaysWhyItHearsNothing) {
 }
 
 TEST(Listening, IsTheHandOfAGloveWithAKey) {
+  FLEXOR_NEEDS_TERMINALS();
   const link::Key key = {{1, 2, 3}};
   link::GloveEnd end(&key);
   int line = -1;

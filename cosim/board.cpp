@@ -218,6 +218,33 @@ void Board::after_reset() {
   schedule_byte();
 }
 
+void Board::put_bootloader(const deploy::FlashContent& bootloader) {
+  avr_t* a = avr(avr_);
+  std::copy(bootloader.bytes.begin() + static_cast<std::ptrdiff_t>(bootloader.begin), bootloader.bytes.end(),
+            a->flash + bootloader.begin);
+  a->codeend = a->flashend;
+  a->reset_pc = static_cast<avr_flashaddr_t>(bootloader.begin);
+  power_on();
+}
+
+void Board::reset() {
+  constexpr std::uint16_t kMcusr = 0x54;
+  constexpr std::uint8_t kExternal = 1U << 1;
+  incoming_.clear();
+  power_on();
+  avr(avr_)->data[kMcusr] |= kExternal;
+}
+
+double Board::baud() const {
+  constexpr std::uint16_t kUcsr0a = 0xc0;
+  constexpr std::uint16_t kUbrr0l = 0xc4;
+  constexpr std::uint8_t kDouble = 1U << 1;
+  const std::uint16_t at = uart_name_ == '1' ? 8 : 0;  // of the ATmega32U4's UART
+  const unsigned divisor = read(kUbrr0l + at) + 256U * (read(kUbrr0l + 1 + at) & 0xfU) + 1;
+  const unsigned cycles = (read(kUcsr0a + at) & kDouble) != 0 ? 8 : 16;
+  return 1000.0 * static_cast<double>(kCyclesPerMs) / (cycles * divisor);
+}
+
 // There stands cli, then a jump to itself.
 void Board::hang(bool interrupts) {
   constexpr avr_flashaddr_t kCliBytes = 2;

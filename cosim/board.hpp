@@ -15,6 +15,8 @@
 #include <string>
 #include <vector>
 
+#include "host/deploy/intel_hex.hpp"
+
 namespace flexor::cosim {
 
 using Cycles = std::uint64_t;
@@ -64,6 +66,13 @@ class Board {
   void set_supply(int mV);
   // The byte is complete on the RX pin at `end`; calls come in order.
   void receive(Cycles end, std::uint8_t byte);
+
+  // Beside the program, at the flash's end: where a reset goes from now on, as fuse BOOTRST says. The board starts anew.
+  void put_bootloader(const deploy::FlashContent& bootloader);
+  // The reset pin, as the capacitor at DTR pulls it.
+  void reset();
+  // The UART's, by its registers.
+  double baud() const;
 
   // Supply off until `until`: registers and RAM are lost, EEPROM is not. Also for a late start.
   void power_off(Cycles until);

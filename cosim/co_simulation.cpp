@@ -41,7 +41,7 @@ CoSimulation::CoSimulation(const Images& images, const twin::TrialInput& input, 
   };
   glove_.on_byte = [this](Cycles cycle, std::uint8_t byte) {
     if (on_air) on_air(cycle, byte);
-    on_the_air(From::glove, cycle, byte);
+    if (glove_has_radio) on_the_air(From::glove, cycle, byte);
   };
   hand_.on_byte = [this](Cycles cycle, std::uint8_t byte) {
     if (on_answer) on_answer(cycle, byte);
@@ -61,7 +61,7 @@ CoSimulation::CoSimulation(const Images& images, const twin::TrialInput& input, 
 void CoSimulation::on_the_air(From from, Cycles begin, std::uint8_t byte) {
   const auto end = radio_[static_cast<std::size_t>(from)].pass(begin, byte);
   if (!end || collides(from, begin, *end) || !radio_on) return;
-  if (from == From::hand) return glove_.receive(*end, byte);
+  if (from == From::hand) return on_glove_air ? on_glove_air(*end, byte) : glove_.receive(*end, byte);
   // Two who speak at once come one after the other, a byte at a time.
   const Cycles at = *end > injected_until_ ? * end : injected_until_ += byte_cycles();
   if (on_arrival) on_arrival(at, byte);
@@ -77,26 +77,28 @@ bool CoSimulation::collides(From from, Cycles begin, Cycles end) {
   return begin < collided_until_;
 }
 
-twin::Trial CoSimulation::run() {
-  while (world_.now_ms() <= world_.end_ms()) {
-    const std::int64_t now = world_.now_ms();
-    if (on_ms) on_ms(now);
-    if (now == kSettled_ms) wind_up();
-    for (int i = 0; i < twin::kFingers; ++i) {
-      const int counts = world_.potentiometer_counts(i);
-      hand_.set_counts(i, on_potentiometer ? on_potentiometer(now, i, counts) : counts);
-    }
-    // The glove first: what it sends within this millisecond may arrive within it.
-    const Cycles end = cycle_of(static_cast<double>(now + 1));
-    glove_.run_until(end);
-    hand_.run_until(end);
-    std::array<std::int16_t, twin::kFingers> duty{};
-    for (int i = 0; i < twin::kFingers; ++i) {
-      duty[static_cast<std::size_t>(i)] =
-          static_cast<std::int16_t>(std::lround(hand_.duty(i) * hand::kFullDuty));
-    }
-    world_.step(duty);
+void CoSimulation::step() {
+  const std::int64_t now = world_.now_ms();
+  if (on_ms) on_ms(now);
+  if (now == kSettled_ms) wind_up();
+  for (int i = 0; i < twin::kFingers; ++i) {
+    const int counts = world_.potentiometer_counts(i);
+    hand_.set_counts(i, on_potentiometer ? on_potentiometer(now, i, counts) : counts);
   }
+  // The glove first: what it sends within this millisecond may arrive within it.
+  const Cycles end = cycle_of(static_cast<double>(now + 1));
+  glove_.run_until(end);
+  hand_.run_until(end);
+  std::array<std::int16_t, twin::kFingers> duty{};
+  for (int i = 0; i < twin::kFingers; ++i) {
+    duty[static_cast<std::size_t>(i)] =
+        static_cast<std::int16_t>(std::lround(hand_.duty(i) * hand::kFullDuty));
+  }
+  world_.step(duty);
+}
+
+twin::Trial CoSimulation::run() {
+  while (world_.now_ms() <= world_.end_ms()) step();
   twin::Trial trial = world_.finish();
   trial.frames_sent = sent_;
   trial.frames_lost = static_cast<int>(link_statistics().lost);

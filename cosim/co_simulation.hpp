@@ -49,12 +49,21 @@ class CoSimulation {
   // Likewise a potentiometer's.
   std::function<int(std::int64_t now_ms, int finger, int counts)> on_potentiometer;
 
+  // What arrives at the glove's radio, complete at `end`; without it the glove's pin gets it.
+  std::function<void(Cycles end, std::uint8_t byte)> on_glove_air;
+
   // Runs to the end and returns what the cameras saw.
   twin::Trial run();
+  // One millisecond of it, on_ms included.
+  void step();
+  // The minute of rest before a recording, in no time: loops have wound up as they do in it.
+  void wind_up();
 
   Board& glove() { return glove_; }
   Board& hand() { return hand_; }
+  const Board& hand() const { return hand_; }
   const twin::World& world() const { return world_; }
+  twin::World& world() { return world_; }
   HandStatus hand_status() const;  // set-points: of the last tick
   link::LinkStatistics link_statistics() const;
   std::uint16_t worst_late_ms() const;  // as the hand sees it
@@ -62,7 +71,8 @@ class CoSimulation {
   void inject_to_glove(const std::vector<std::uint8_t>& bytes);
   // Puts bytes on the hand's RX pin, one byte-time apart, from now on.
   void inject(const std::vector<std::uint8_t>& bytes);
-  bool radio_on = true;  // false: nothing arrives at either end
+  bool glove_has_radio = true;  // false: what its UART sends goes nowhere else than to on_air
+  bool radio_on = true;         // false: nothing arrives at either end
   // Neither is in a burst of losses, as of the last frame that way.
   bool both_ways_are_good() const { return !radio_[0].is_bad() && !radio_[1].is_bad(); }
 
@@ -80,7 +90,6 @@ class CoSimulation {
     return static_cast<Cycles>(10 / input_.parameters.baud * 1000 * kCyclesPerMs);
   }
   bool collides(From from, Cycles begin, Cycles end);
-  void wind_up();
 
   const Images& images_;
   const twin::TrialInput& input_;

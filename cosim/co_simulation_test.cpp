@@ -406,6 +406,141 @@ TEST(Freshness, NoInstantOfAStartKeepsTheBoardsApart) {
   }
 }
 
+Images own_images(const twin::TrialInput& input, deploy::ModelAs model_as = deploy::ModelAs::code) {
+  const io::TemporaryFolder folder;
+  deploy::Glove glove = study::glove_for(input.parameters, input.compensator);
+  glove.model_as = model_as;
+  return {
+      Firmware(deploy::build_glove(glove, folder.path()).elf),
+      Firmware(deploy::build_hand(study::safe_hand(input.parameters, input.compensator), folder.path()).elf)};
+}
+
+twin::TrialInput still_input(double rate_hz, double baud, double length_s) {
+  twin::TrialInput input = trial_input_of("published-hw", rate_hz);
+  input.parameters.baud = baud;
+  input.parameters.frame_rate_hz = 0;
+  std::array<std::vector<double>, 5> still;
+  for (auto& finger : still) finger.assign(2, 100);
+  input.motion = twin::Motion::from_samples("still", {0, length_s}, still);
+  return input;
+}
+
+// Either board or both, off for any time up to 0.2 s, again as soon as they are in touch: seconds until a frame is
+// believed, the longest of a minute.
+double slowest_of_random_starts_s(double rate_hz, double baud, unsigned seed, double length_s) {
+  const twin::TrialInput input = still_input(rate_hz, baud, length_s);
+  const Images own = own_images(input);
+  CoSimulation simulation(own, input, 0);
+  std::mt19937 random(seed);
+  std::int64_t next_ms = 200;
+  std::int64_t on_ms = 0;
+  std::int64_t worst_ms = 0;
+  std::uint32_t before = 0;
+  bool waits = false;
+  int starts = 0;
+  simulation.on_ms = [&](std::int64_t now) {
+    const std::uint32_t received = simulation.link_statistics().received;
+    if (waits && now == on_ms + 2) before = received;
+    if (waits && now > on_ms + 2) {
+      worst_ms = std::max(worst_ms, now - on_ms);
+      waits = received == before;
+      if (!waits) next_ms = now + static_cast<std::int64_t>(random() % 300);
+    }
+    if (waits || now < next_ms) return;
+    const auto who = static_cast<unsigned>(1 + random() % 3);
+    const auto off_ms = static_cast<std::int64_t>(1 + random() % 200);
+    if ((who & 1U) != 0)
+      simulation.glove().power_off(simulation.glove().now() + static_cast<Cycles>(off_ms) * kCyclesPerMs);
+    if ((who & 2U) != 0)
+      simulation.hand().power_off(simulation.hand().now() + static_cast<Cycles>(off_ms) * kCyclesPerMs);
+    on_ms = now + off_ms;
+    waits = true;
+    ++starts;
+  };
+  (void)simulation.run();
+  std::printf("%g Hz, %g baud: %d starts, worst %lld ms\n", rate_hz, baud, starts,
+              static_cast<long long>(worst_ms));
+  EXPECT_GT(starts, length_s);
+  return static_cast<double>(worst_ms) / 1000;
+}
+
+// At these rates a glove that waits is silent for as long as its hand waited between two challenges.
+TEST(Freshness, NoRateKeepsTheBoardsApart) {
+  EXPECT_LT(slowest_of_random_starts_s(50, 19200, 1, 120), 2);
+  EXPECT_LT(slowest_of_random_starts_s(100, 57600, 1, 60), 2);
+}
+
+// Share of 12 seconds in which the hand follows, while somebody without the key says this to both boards every 60 ms.
+double followed(const Images& own, const twin::TrialInput& input, const std::vector<std::uint8_t>& said) {
+  CoSimulation simulation(own, input, 0);
+  std::mt19937 random(60);
+  int followed_ms = 0;
+  int all_ms = 0;
+  std::int64_t next_ms = 500;
+  simulation.on_ms = [&](std::int64_t now) {
+    if (now < 0) return;
+    ++all_ms;
+    followed_ms += simulation.hand_status().link == 1;
+    if (now < next_ms) return;
+    simulation.inject(said);
+    simulation.inject_to_glove(said);
+    next_ms = now + 45 + static_cast<std::int64_t>(random() % 30);
+  };
+  (void)simulation.run();
+  return static_cast<double>(followed_ms) / all_ms;
+}
+
+std::vector<std::uint8_t> unguarded(link::Type type, const std::vector<std::uint8_t>& body) {
+  link::Packet packet;
+  std::copy(body.begin(), body.end(), packet.body());
+  std::vector<std::uint8_t> wire(link::kMaxWire + 1, link::kDelimiter);
+  wire.resize(1U + packet.seal({type, false, false, 0}, static_cast<std::uint8_t>(body.size()), nullptr,
+                               wire.data() + 1));
+  return wire;
+}
+
+std::vector<std::uint8_t> rubbish_like(std::vector<std::uint8_t> wire) {
+  std::fill(wire.begin() + 1, wire.end() - 1, 0x55);
+  return wire;
+}
+
+// What nobody guards costs the time on the air that it takes, and little more.
+TEST(Link, WhoHasNoKeyIsWorthLittleMoreThanRubbish) {
+  const twin::TrialInput input = still_input(20, 9600, 12);
+  const Images own = own_images(input, deploy::ModelAs::data);
+  const auto request = unguarded(link::Type::request, {3});
+  const double rubbish = followed(own, input, rubbish_like(request));
+  const double asked = followed(own, input, request);
+  const double pieces = followed(own, input, unguarded(link::Type::coefficients, {9}));
+  link::State lost{};
+  std::vector<std::uint8_t> body(link::State::kBytes);
+  link::put_state(lost, body.data());
+  const double lost_touch = followed(own, input, unguarded(link::Type::state, body));
+  std::printf(
+      "the hand follows for %.3f with rubbish, %.3f with requests, %.3f with pieces, %.3f with lost touch\n",
+      rubbish, asked, pieces, lost_touch);
+  EXPECT_GT(rubbish, 0.9);
+  EXPECT_GE(asked, 0.9 * rubbish);
+  EXPECT_GE(pieces, 0.95 * rubbish);
+  EXPECT_GE(lost_touch, 0.7 * rubbish);
+}
+
+// Once a second a byte that says that a model comes: no frame is left out for it.
+TEST(Link, APieceThatIsNotBelievedGetsNoTurn) {
+  const twin::TrialInput input = still_input(20, 9600, 6);
+  const Images own = own_images(input, deploy::ModelAs::data);
+  CoSimulation simulation(own, input, 0);
+  std::uint32_t first = 0;
+  simulation.on_ms = [&](std::int64_t now) {
+    if (now == 0) first = simulation.link_statistics().received;
+    if (now % 1000 == 500) simulation.inject_to_glove(unguarded(link::Type::coefficients, {9}));
+  };
+  (void)simulation.run();
+  const double frames_hz = (simulation.link_statistics().received - first) / 6.;
+  EXPECT_GT(frames_hz, 16);
+  EXPECT_LT(frames_hz, 20);
+}
+
 TEST(Freshness, AHandWhoseCountOfStartsWrapsIsBackInTouch) {
   for (const std::uint32_t starts : {0xfffeU, 0xfffffeU, 0xffffffU, 0xfffffffeU, 0xffffffffU}) {
     Watched w;

@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 
+#include "cosim/bench.hpp"
 #include "cosim/latency.hpp"
 #include "cosim/replay.hpp"
 #include "cosim/trace.hpp"
@@ -64,6 +65,44 @@ Json trace(const Json& arguments, const io::JobProgress&) {
   return nullptr;
 }
 
+// One at a time.
+std::unique_ptr<cosim::Bench>& bench() {
+  static std::unique_ptr<cosim::Bench> one;
+  return one;
+}
+
+cosim::Bench& open_bench() {
+  if (bench() == nullptr) throw io::InputError("no bench is open: bench_open comes first");
+  return *bench();
+}
+
+std::filesystem::path path_or_none(const Json& arguments, const char* name) {
+  return arguments.contains(name) ? io::bytes_from_json(arguments.at(name)) : std::string();
+}
+
+Json bench_open(const Json& arguments, const io::JobProgress&) {
+  const Json& images = arguments.at("images");
+  bench().reset();
+  bench() = std::make_unique<cosim::Bench>(
+      cosim::BenchSetup{io::bytes_from_json(images.at("glove")), io::bytes_from_json(images.at("hand")),
+                        path_or_none(arguments, "bootloader"), twin::trial_input_of(arguments.at("input")),
+                        path_or_none(arguments, "link")});
+  return {{"port", bench()->terminal()}};
+}
+
+Json bench_advance(const Json& arguments, const io::JobProgress&) {
+  return study::exact_json(open_bench().advance(study::bench_change_of(arguments)));
+}
+
+Json bench_score(const Json& arguments, const io::JobProgress& progress) {
+  return open_bench().score(arguments.at("gestures").get<std::vector<int>>(), progress);
+}
+
+Json bench_close(const Json&, const io::JobProgress&) {
+  bench().reset();
+  return nullptr;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -72,5 +111,9 @@ int main(int argc, char** argv) {
                     {"run_glove", run_glove},
                     {"run_hand", run_hand},
                     {"latency", latency},
-                    {"trace", trace}});
+                    {"trace", trace},
+                    {"bench_open", bench_open},
+                    {"bench_advance", bench_advance},
+                    {"bench_score", bench_score},
+                    {"bench_close", bench_close}});
 }

@@ -1,25 +1,18 @@
 #include "cosim/usb_board.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <poll.h>
 #include <simavr/avr_adc.h>
 #include <simavr/avr_eeprom.h>
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_core.h>
-#include <sys/inotify.h>
-#include <termios.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
-#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <string_view>
 #include <thread>
+#include <vector>
 
 #include "host/io/io.hpp"
 
@@ -47,12 +40,6 @@ void quiet(avr_t*, const int level, const char* format, va_list arguments) {
     std::vfprintf(stderr, format, arguments);
 }
 
-double baud_of(speed_t speed) {
-  if (speed == B57600) return 57600;
-  if (speed == B115200) return 115200;
-  return speed == B9600 ? 9600 : 0;
-}
-
 }  // namespace
 
 // Free functions for simavr, with the board as parameter.
@@ -63,7 +50,8 @@ struct UsbBoard::Hooks {
   }
   static void byte(avr_irq_t*, std::uint32_t value, void* board) {
     UsbBoard& b = *static_cast<UsbBoard*>(board);
-    if (b.open_by_ > 0) b.outgoing_ += static_cast<char>(b.on_the_wire(static_cast<std::uint8_t>(value)));
+    if (b.port_.is_open())
+      b.outgoing_ += static_cast<char>(b.port_.on_the_wire(static_cast<std::uint8_t>(value), b.baud()));
   }
   static void conversion(avr_irq_t*, std::uint32_t value, void* board) {
     UsbBoard& b = *static_cast<UsbBoard*>(board);
@@ -79,7 +67,7 @@ struct UsbBoard::Hooks {
   static avr_cycle_count_t deliver(avr_t* a, avr_cycle_count_t, void* board) {
     UsbBoard& b = *static_cast<UsbBoard*>(board);
     if (b.incoming_.empty()) return 0;
-    const std::uint8_t value = b.on_the_wire(b.incoming_.front());
+    const std::uint8_t value = b.port_.on_the_wire(b.incoming_.front(), b.baud());
     b.incoming_.pop_front();
     avr_raise_irq(avr_io_getirq(a, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT), value);
     return b.incoming_.empty() ? 0 : a->cycle + b.byte_cycles();
@@ -117,35 +105,13 @@ UsbBoard::UsbBoard(const UsbBoardOptions& options) : options_(options) {
   avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), Hooks::conversion,
                           this);
   avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), Hooks::byte, this);
-  open_port();
   reset();
   due_ = std::chrono::steady_clock::now();
 }
 
 UsbBoard::~UsbBoard() {
-  close(openings_);
-  close(terminal_);
   avr_terminate(avr(avr_));
   free(avr_);
-}
-
-void UsbBoard::open_port() {
-  terminal_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  std::array<char, 128> name{};
-  if (terminal_ < 0 || grantpt(terminal_) != 0 || unlockpt(terminal_) != 0 ||
-      ptsname_r(terminal_, name.data(), name.size()) != 0)
-    throw io::JobError(fmt::format("pseudo-terminal: {}", std::strerror(errno)));
-  port_ = name.data();
-  // Until it was opened and closed once, the terminal does not say that nobody has it open.
-  const int once = open(port_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
-  termios raw{};
-  tcgetattr(once, &raw);
-  cfmakeraw(&raw);
-  tcsetattr(once, TCSANOW, &raw);
-  close(once);
-  openings_ = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
-  if (openings_ < 0 || inotify_add_watch(openings_, port_.c_str(), IN_OPEN | IN_CLOSE) < 0)
-    throw io::JobError(fmt::format("{}: inotify: {}", port_, std::strerror(errno)));
 }
 
 void UsbBoard::reset() {
@@ -161,6 +127,8 @@ void UsbBoard::reset() {
   conversions_ = 0;
 }
 
+double UsbBoard::baud() const { return 10.0 * kClock_hz / static_cast<double>(byte_cycles()); }
+
 // The wire's time for a byte, 8N1, as the registers say it: simavr's own has eleven bits.
 std::uint64_t UsbBoard::byte_cycles() const {
   const std::uint8_t* data = avr(avr_)->data;
@@ -168,43 +136,13 @@ std::uint64_t UsbBoard::byte_cycles() const {
   return 10 * ((data[kUcsr0a] & kU2x0) != 0 ? 8 : 16) * divisor;
 }
 
-bool UsbBoard::rates_agree() const {
-  constexpr double kReceiverTakes = 0.045;  // off by half a bit at the tenth
-  termios settings{};
-  if (tcgetattr(terminal_, &settings) != 0) return false;
-  const double ours = 10.0 * kClock_hz / static_cast<double>(byte_cycles());
-  return std::abs(baud_of(cfgetospeed(&settings)) / ours - 1) < kReceiverTakes;
-}
-
-std::uint8_t UsbBoard::on_the_wire(std::uint8_t byte) const {
-  return rates_agree() ? byte : static_cast<std::uint8_t>(byte * 37 + 0x81);
-}
-
-// Each opening counts, also one right after a closing: a capacitor at DTR misses none.
-void UsbBoard::look_at_port() {
-  alignas(inotify_event) std::array<char, 4096> buffer{};
-  const ssize_t n = read(openings_, buffer.data(), buffer.size());
-  inotify_event event{};
-  for (ssize_t at = 0; at < n; at += static_cast<ssize_t>(sizeof(event)) + event.len) {
-    std::memcpy(&event, buffer.data() + at, sizeof(event));
-    const bool opened = (event.mask & IN_OPEN) != 0;
-    if (opened && open_by_ == 0) reset();
-    open_by_ += opened ? 1 : -1;
-  }
-}
-
 void UsbBoard::exchange() {
-  std::array<std::uint8_t, 1024> buffer{};
-  const ssize_t n = read(terminal_, buffer.data(), buffer.size());
+  const std::vector<std::uint8_t> bytes = port_.read();
   const bool idle = incoming_.empty();
-  if (n > 0) {
-    incoming_.insert(incoming_.end(), buffer.begin(), buffer.begin() + n);
-    received_ += n;
-  }
+  incoming_.insert(incoming_.end(), bytes.begin(), bytes.end());
+  received_ += static_cast<long>(bytes.size());
   if (idle && !incoming_.empty()) avr_cycle_timer_register(avr(avr_), 1, Hooks::deliver, this);
-  if (outgoing_.empty()) return;
-  const ssize_t written = write(terminal_, outgoing_.data(), outgoing_.size());
-  if (written > 0) outgoing_.erase(0, static_cast<std::size_t>(written));
+  if (!outgoing_.empty()) outgoing_.erase(0, port_.write(outgoing_));
 }
 
 void UsbBoard::run_millisecond() {
@@ -223,7 +161,7 @@ void UsbBoard::run_millisecond() {
 
 void UsbBoard::run_ms(int ms) {
   for (; ms > 0; --ms) {
-    look_at_port();
+    if (port_.was_opened()) reset();
     exchange();
     run_millisecond();
     due_ = std::max(due_ + std::chrono::milliseconds(1),

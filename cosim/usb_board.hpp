@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 
+#include "cosim/usb_port.hpp"
 #include "host/deploy/intel_hex.hpp"
 
 namespace flexor::cosim {
@@ -40,7 +41,7 @@ class UsbBoard {
   UsbBoard(const UsbBoard&) = delete;
   UsbBoard& operator=(const UsbBoard&) = delete;
 
-  const std::string& port() const { return port_; }
+  const std::string& port() const { return port_.name(); }
 
   // So much simulated time, and at least as much real time.
   void run_ms(int ms);
@@ -58,21 +59,15 @@ class UsbBoard {
 
  private:
   struct Hooks;
-  void open_port();
   void reset();
-  void look_at_port();
   void exchange();
   void run_millisecond();
-  bool rates_agree() const;
   std::uint64_t byte_cycles() const;
-  std::uint8_t on_the_wire(std::uint8_t byte) const;
+  double baud() const;
 
   UsbBoardOptions options_;
   void* avr_ = nullptr;  // avr_t: simavr stays inside usb_board.cpp
-  int terminal_ = -1;
-  std::string port_;
-  int openings_ = -1;  // inotify of the port
-  int open_by_ = 0;    // so many
+  UsbPort port_;
   std::deque<std::uint8_t> incoming_;
   std::string outgoing_;
   std::string frozen_;

@@ -13,27 +13,16 @@
 
 #include "host/io/process.hpp"
 #include "host/io/test_terminal.hpp"
+#include "host/study/bench.hpp"
 
 namespace flexor::cosim {
 
 inline const std::filesystem::path kBootloaders = "/usr/share/arduino/hardware/arduino/avr/bootloaders";
 inline const std::filesystem::path kOldBootloader = kBootloaders / "atmega/ATmegaBOOT_168_atmega328.hex";
 
-// Optiboot from the package's source: its packaged hex is built with three flashes of the LED, which this compiler does
-// not get into the 512 bytes that are there, so that it runs over the end of the flash.
 inline void build_optiboot(const std::string& mcu, const std::string& begin, const std::string& version,
                            const std::filesystem::path& hex) {
-  const std::string elf = hex.string() + ".elf";
-  const auto run = [](const std::vector<std::string>& argv) {
-    const io::ProcessResult result = io::run_process(argv);
-    ASSERT_EQ(result.status, 0) << result.err;
-  };
-  run({"avr-gcc", "-Os", "-fno-inline-small-functions", "-fno-split-wide-types", "-mshort-calls",
-       "-mmcu=" + mcu, "-w", "-DF_CPU=16000000L", "-DLED_START_FLASHES=0", "-DBAUD_RATE=115200",
-       "-Wl,--section-start=.text=" + begin, "-Wl,--section-start=.version=" + version, "-Wl,--relax",
-       "-nostartfiles", "-I", kBootloaders / "optiboot", kBootloaders / "optiboot/optiboot.c", "-o", elf});
-  run({"avr-objcopy", "-j", ".text", "-j", ".version", "--set-section-flags", ".version=alloc,load", "-O",
-       "ihex", elf, hex});
+  ASSERT_TRUE(study::build_optiboot(hex, mcu, begin, version));
 }
 
 // As usb_board takes it.

@@ -10,6 +10,7 @@
 #include "apps/camera/film.hpp"
 #include "apps/camera/results.hpp"
 #include "host/camera/draw.hpp"
+#include "host/camera/jpeg.hpp"
 #include "host/camera/video.hpp"
 #include "host/io/io.hpp"
 #include "host/io/output.hpp"
@@ -284,13 +285,18 @@ std::size_t film(const FilmRequest& request, const TrackProgress& progress) {
   io::make_folder(request.folder);
   HandFilm hand(request.seed);
   camera::VideoWriter video(request.folder / "video.mp4", HandFilm::kWidth, HandFilm::kHeight, frame_rate_hz);
+  std::optional<io::Output> mjpeg;
+  if (request.mjpeg) mjpeg.emplace(request.folder / "video.mjpeg");
   for (std::size_t k = 0; k < truth.t_s.size(); ++k) {
     twin::PerFinger pose{};
     for (std::size_t i = 0; i < twin::kFingers; ++i) pose[i] = truth.columns[i].value[k];
-    video.add(hand.shoot(pose, k, twin::kGreen));
+    const camera::Picture& picture = hand.shoot(pose, k, twin::kGreen);
+    video.add(picture);
+    if (mjpeg) mjpeg->write(camera::to_jpeg(picture));
     if (progress && !progress(k + 1, truth.t_s.size())) throw io::Cancelled("stopped");
   }
   video.finish();
+  if (mjpeg) mjpeg->commit();
   io::write_file(request.folder / "glove.csv", recording::to_csv(glove));
   io::write_file(request.folder / "truth.csv", recording::to_csv(truth));
   io::write_file(request.folder / "joints.json", camera::to_json(request.joints));

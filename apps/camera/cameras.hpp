@@ -60,6 +60,7 @@ struct FilmRequest {
   camera::Joints joints;                 // of what is drawn
   std::uint64_t seed = 1;
   std::filesystem::path folder;
+  bool mjpeg = false;  // the pictures also as video.mjpeg
 };
 
 // Writes t_s, and for each angle NAME_deg, NAME_se_deg, NAME_quality (camera::Quality as a number); the report
@@ -69,7 +70,8 @@ Tracked track(const TrackRequest& request, const TrackProgress& progress);
 camera::MarkProposal propose_marks(const MarkProposalRequest& request);
 camera::LensFit fit_lens(const LensFitRequest& request);
 // The twin wears the glove and is filmed: glove.csv (readings), video.mp4, truth.csv (exact angles at the
-// video's frames) and joints.json. The glove's clock is seconds away from the video's. How many frames. Throws
+// video's frames) and joints.json; video.mjpeg, if asked for, is JPEGs one after the other and nothing else, as a
+// browser takes it in place of a camera. The glove's clock is seconds away from the video's. How many frames. Throws
 // io::Cancelled.
 std::size_t film(const FilmRequest& request, const TrackProgress& progress);
 

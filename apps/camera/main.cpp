@@ -5,6 +5,7 @@
 
 #include "apps/camera/cameras.hpp"
 #include "apps/camera/film.hpp"
+#include "apps/camera/live_jobs.hpp"
 #include "host/io/json.hpp"
 #include "host/io/worker.hpp"
 #include "host/twin/exact_json.hpp"
@@ -102,6 +103,7 @@ Json film(const Json& json, const io::JobProgress& progress) {
   request.joints = joints_of(arguments);
   request.seed = arguments.member("seed").get<std::uint64_t>();
   request.folder = path_of(arguments, "folder");
+  request.mjpeg = arguments.has("mjpeg") && arguments.member("mjpeg").get<bool>();
   arguments.done();
   return {{"folder", request.folder.string()},
           {"frames", filming::film(request, progress)},
@@ -124,10 +126,12 @@ Json see(const Json& json, const io::JobProgress&) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return io::serve(argc, argv, "flexor-camera: tracks hands in videos",
-                   {{"track", track},
-                    {"propose_marks", propose_marks},
-                    {"fit_lens", fit_lens},
-                    {"film", film},
-                    {"see", see}});
+  filming::LiveJobs live;
+  std::map<std::string, io::Job> jobs = live.jobs();
+  jobs.insert({{"track", track},
+               {"propose_marks", propose_marks},
+               {"fit_lens", fit_lens},
+               {"film", film},
+               {"see", see}});
+  return io::serve(argc, argv, "flexor-camera: tracks hands in videos", jobs);
 }

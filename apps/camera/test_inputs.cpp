@@ -1,13 +1,15 @@
 // Makes small inputs for the tests that run every command: test_inputs FOLDER -> video.mp4 with joints.json,
-// board0.png to board5.png.
+// board0.png to board5.png. test_inputs VIDEO OUT.mjpeg makes of a film what a browser takes in place of a camera.
 #include <fmt/format.h>
 
 #include <cmath>
 #include <filesystem>
 
 #include "apps/camera/film.hpp"
+#include "host/camera/jpeg.hpp"
 #include "host/camera/video.hpp"
 #include "host/io/io.hpp"
+#include "host/io/output.hpp"
 #include "host/twin/hand_view.hpp"
 
 namespace {
@@ -67,11 +69,23 @@ Picture board(double about_x_rad, double about_y_rad) {
   return out;
 }
 
+void to_mjpeg(const fs::path& video, const fs::path& out) {
+  flexor::camera::VideoReader film(video);
+  flexor::io::Output mjpeg(out);
+  Picture picture;
+  for (double t_s = 0; film.next(picture, t_s);) mjpeg.write(flexor::camera::to_jpeg(picture));
+  mjpeg.commit();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc == 3) {
+    to_mjpeg(argv[1], argv[2]);
+    return 0;
+  }
   if (argc != 2) {
-    fmt::print(stderr, "usage: test_inputs FOLDER\n");
+    fmt::print(stderr, "usage: test_inputs FOLDER, or test_inputs VIDEO OUT.mjpeg\n");
     return 2;
   }
   const fs::path folder = argv[1];

@@ -101,8 +101,10 @@ class Cli : public testing::Test {
 TEST_F(Cli, HelpIsThereForEveryCommand) {
   EXPECT_EQ(run("--help").exit, 0);
   for (const char* command :
-       {"align", "identify", "apply", "score", "show", "experiment", "twin", "calibrate-twin", "twin record",
-        "protocol", "wiring", "deploy", "latency", "track", "camera calibrate", "camera film"}) {
+       {"align",       "identify",       "apply",       "score",     "show",     "experiment",
+        "twin",        "calibrate-twin", "twin record", "twin wear", "protocol", "wiring",
+        "deploy",      "latency",        "live",        "sessions",  "track",    "camera calibrate",
+        "camera film", "export"}) {
     const Finished r = run(std::string(command) + " --help");
     EXPECT_EQ(r.exit, 0) << command;
     EXPECT_NE(r.out.find("Usage"), std::string::npos) << command;
@@ -689,6 +691,37 @@ TEST_F(Cli, WiringIsThereBeforeAModelIs) {
   expect_refused("wiring --pins thumb=A4 --out '" + path("v") + "'", 2, "thumb and pinky are both on A4");
 }
 
+TEST_F(Cli, ExportRefusesInOneLineWhatItCannotWrite) {
+  io::write_file(path("a.csv"), "t_s,a_deg\n0,1\n1,2\n2,3\n");
+  io::write_file(path("none.csv"), "t_s,a_deg\n");
+  io::write_file(path("flex.csv"), "t_s,flex\n0,1\n1,2\n");
+  const std::string a = "export '" + path("a.csv") + "' ";
+  const std::string out = " --out '" + path("out") + "'";
+  expect_refused(a + "--to xml" + out, 2, "--to");
+  expect_refused(a + "--to mcap", 2, "--out is required");
+  expect_refused(a + "--to mcap --out '" + path("a.csv") + "'", 2, "it is an input of this command");
+  expect_refused(a + "--to mcap --out '" + path("no/out") + "'", 2, "there is no folder");
+  expect_refused(a + "--to mot --topic /t" + out, 2, "--topic is for --to mcap alone");
+  expect_refused(a + "--to mcap --subject 2" + out, 2, "--subject is for --to bids alone");
+  expect_refused(a + "--to mcap --start yesterday" + out, 2, "--start yesterday");
+  expect_refused(a + "--to mcap --start 5/6/2026" + out, 2, "--start 5/6/2026");
+  expect_refused(a + "--to bids --subject a_b" + out, 2, "letters and digits");
+  expect_refused(a + "--to mcap --rate 0" + out, 2, "--rate");
+  expect_refused(a + "'" + path("a.csv") + "' --to mot" + out, 2, "takes one recording, 2 are given");
+  expect_refused("export '" + path("none.csv") + "' --to mcap" + out, 2, "none.csv");
+  expect_refused("export '" + path("no.csv") + "' --to mcap" + out, 2, "no.csv");
+  expect_refused("export '" + path("flex.csv") + "' --to mcap" + out, 2, "name angles with --columns");
+  expect_refused("export - --to mot" + out, 2, "save it as a file first");
+}
+
+TEST_F(Cli, ExportTakesARecordingFromStandardInputAndWritesIntoAPipe) {
+  io::write_file(path("a.csv"), "t_s,a_deg\n0,1\n1,2\n2,3\n");
+  const Finished r = run("export - --to mcap --start 2026-05-01T12:00:00Z --out /dev/stderr", path("a.csv"));
+  EXPECT_EQ(r.exit, 0);
+  EXPECT_TRUE(r.err.starts_with("\x89MCAP0\r\n")) << r.err;
+  EXPECT_EQ(r.out, "/dev/stderr: 3 rows, 2.0 s, 1 joint(s): a\n");
+}
+
 TEST_F(Cli, DeployRefusesTheImpossible) {
   const std::string model = "'" FLEXOR_SOURCE_DIR "/models/published_hw.json'";
   const std::string out = " --out '" + path("d") + "'";
@@ -698,6 +731,14 @@ TEST_F(Cli, DeployRefusesTheImpossible) {
   expect_refused("deploy " + model + out + " --rate 100 --frame-rate 50", 2,
                  "do not fit a radio of 9600 baud");
   expect_refused("deploy " + model + out + " --baud 100", 2, "raise --baud");
+  for (const char* rate : {"nan", "-5", "0", "inf"}) {
+    expect_refused("deploy " + model + out + " --rate " + rate, 2, "--rate must be a positive number");
+    expect_refused("send " + model + " --rate " + rate, 2, "--rate must be a positive number");
+  }
+  for (const char* baud : {"1200", "2400"})
+    expect_refused("deploy " + model + out + " --baud " + baud, 2, "to 4800");
+  expect_refused("experiment --engine avr --set radio.baud=2400", 2, "radio.baud of the twin, to 4800");
+  expect_refused("flash /dev/zero", 2, "no plain file");
   expect_refused("deploy " + model + out + " --baud 7777777", 2, "cannot be made");
   expect_refused("deploy " + model + out + " --key 1234", 2, "32 hexadecimal digits");
   expect_refused("deploy " + model + out + " --pins thumb=A9", 2, "A9: an ATmega328P has A0 to A7");

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "host/io/worker.hpp"
@@ -19,8 +20,10 @@ void add_calibrate_twin(CLI::App& app);
 void add_deploy(CLI::App& app);
 void add_donning(CLI::App& app);
 void add_experiment(CLI::App& app);
+void add_export(CLI::App& app);
 void add_flash(CLI::App& app);
 void add_latency(CLI::App& app);
+void add_live(CLI::App& app);
 void add_monitor(CLI::App& app);
 void add_pair(CLI::App& app);
 void add_posture(CLI::App& app);
@@ -28,17 +31,22 @@ void add_ports(CLI::App& app);
 void add_record(CLI::App& app);
 void add_track(CLI::App& app);
 void add_twin(CLI::App& app);
+void add_twin_wear(CLI::App& twin);
 void add_identify(CLI::App& app);
 void add_apply(CLI::App& app);
 void add_recalibrate(CLI::App& app);
 void add_report(CLI::App& app);
 void add_score(CLI::App& app);
 void add_send(CLI::App& app);
+void add_sessions(CLI::App& app);
 void add_show(CLI::App& app);
 void add_wiring(CLI::App& app);
 
 // The twin as shipped or from a file, with parameters set. Throws io::InputError.
 twin::Parameters twin_parameters(const std::string& file, const std::vector<std::string>& set);
+
+// The sample rate of --rate, where it is given. Throws io::InputError.
+void set_rate(model::Model& model, std::optional<double> rate_hz);
 
 inline constexpr const char* kTimeUnitHelp =
     "s, ms, us or ns: of a time column that states no unit (default: s)";
@@ -50,6 +58,9 @@ std::string seed_fault(const std::string& text);
 // either states none, a note says so. `unit` is that of the column for the model's channel.
 void check_unit(const model::Input& input, const std::string& file, const std::string& column,
                 const std::string& unit);
+
+// `given`, or the folder that flexor live keeps its sessions in. Throws io::InputError.
+std::filesystem::path sessions_folder(const std::string& given);
 
 // The workers beside this program.
 inline constexpr const char* kCameraWorker = "flexor-camera";
@@ -70,7 +81,7 @@ struct TrackOptions {
 nlohmann::ordered_json track_video(io::Worker& camera, const TrackOptions& options,
                                    const std::function<bool()>& goes_on);
 
-// Prints to standard output; throws io::JobError when it is closed or full.
+// Prints to standard output, control characters but line ends and tabs as question marks; throws io::JobError when it is closed or full.
 void print(const std::string& text);
 
 // One line on standard error.

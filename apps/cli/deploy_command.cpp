@@ -23,7 +23,7 @@ namespace {
 struct Options {
   std::string model;
   std::string target = deploy::kAtmega328p.name;
-  double rate_hz = 0;
+  std::optional<double> rate_hz;
   std::string out;
   std::string output = "radio";
   double baud = 0;  // 0: the configuration's
@@ -160,7 +160,7 @@ void require_replaceable(const Options& o, const deploy::Glove& glove) {
 // What the options ask for. Refuses, before anything is written, what the boards or the radio cannot do.
 study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy::Key& key) {
   model::Model model = model::load(o.model);
-  if (o.rate_hz > 0) model.sample_period_s = 1 / o.rate_hz;
+  set_rate(model, o.rate_hz);
   study::Deployment d;
   const deploy::CalibrationDocument own =
       o.calibration.empty() ? deploy::CalibrationDocument() : deploy::load_calibration(o.calibration);
@@ -257,19 +257,20 @@ nlohmann::ordered_json build(const Options& o, const study::Boards& boards, cons
 }
 
 void say(const study::Deployment& d, const PairKey& pair) {
+  const std::string folder = io::one_line(d.folder);
   const bool radio = d.glove.output == deploy::Output::radio;
   print(study::deployment_table(d));
   print(
       fmt::format("\nimages    {0}/glove.hex{1}\nwiring    {0}/wiring.md, {0}/wiring_glove.svg{2}\nArduino   "
                   "{0}/arduino\n"
                   "report    {0}/report.html\n",
-                  d.folder, radio ? fmt::format(", {}/hand.hex", d.folder) : "",
-                  radio ? fmt::format(", {}/wiring_hand.svg", d.folder) : ""));
+                  folder, radio ? fmt::format(", {}/hand.hex", folder) : "",
+                  radio ? fmt::format(", {}/wiring_hand.svg", folder) : ""));
   if (pair.origin == nullptr) return;
   const std::string is = pair.origin == std::string("reused")
                              ? "the one that was there, used again; --new-key makes another"
                              : "keep it, --key takes it for one board alone";
-  print(fmt::format("key       {}/{}: {}\n", d.folder, deploy::kKeyFile, is));
+  print(fmt::format("key       {}/{}: {}\n", folder, deploy::kKeyFile, is));
 }
 
 void run(const Options& o) {

@@ -324,6 +324,19 @@ TEST_F(DeployFaults, AGloveForVrIsNotToldToFlashAHand) {
 
 // Names of files are names of motions and compensators; gnuplot would run what stands in backquotes, and read
 // _ and {} as commands.
+// What it says to do next is a command for a shell.
+TEST_F(DeployFaults, WhatItProposesIsQuotedAndNothingIsObeyed) {
+  const Finished r = deploy(kPublished, "--rate 20 --model-as data --out \"two words; it's\"");
+  ASSERT_EQ(r.exit, 0) << r.err;
+  EXPECT_NE(r.out.find(R"(flexor flash 'two words; it'\''s' --board glove)"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find(R"(--key 'two words; it'\''s/pair.key')"), std::string::npos) << r.out;
+  const Finished hidden = deploy(kPublished, "--rate 20 --out \"$(printf 'a\\033[2Jb\\nc')\"");
+  ASSERT_EQ(hidden.exit, 0) << hidden.err;
+  EXPECT_EQ(hidden.out.find('\033'), std::string::npos);
+  EXPECT_NE(hidden.out.find("report    a?[2Jb?c/report.html"), std::string::npos) << hidden.out;
+  EXPECT_NE(hidden.out.find("flexor flash 'a?[2Jb?c' --board glove"), std::string::npos) << hidden.out;
+}
+
 TEST_F(DeployFaults, NamesAreDrawnAsTheyAre) {
   std::string rows = "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n";
   for (int k = 0; k < 20; ++k)

@@ -80,6 +80,7 @@ TEST_F(Documents, HostileJsonIsRefusedInOneLineWhereverJsonIsRead) {
       "experiment --trials 1 --twin x.json",
       "experiment --trials 1 --ensemble x.json",
       "twin record --twin x.json --out out",
+      "twin wear --twin x.json",
       "camera film --twin x.json --out out",
       "camera film --gestures x.json --out out",
       "track video.mp4 --joints x.json --out a.csv",

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -292,6 +293,13 @@ std::string seed_fault(const std::string& text) {
   const auto [at, error] = std::from_chars(text.data(), end, seed);
   if (error == std::errc() && at == end) return {};
   return fmt::format("{} is no whole number from 0 to {}", text, UINT64_MAX);
+}
+
+void set_rate(model::Model& model, std::optional<double> rate_hz) {
+  if (!rate_hz) return;
+  if (!(*rate_hz > 0) || !std::isfinite(*rate_hz))
+    throw io::InputError("--rate must be a positive number of samples a second: 10, 20, 50 or 100");
+  model.sample_period_s = 1 / *rate_hz;
 }
 
 twin::Parameters twin_parameters(const std::string& file, const std::vector<std::string>& set) {

@@ -157,6 +157,12 @@ folder "${identify[@]}" --report "$disk/new"
 FREE="0 1" folder "$flexor" identify --sensor "$glove" --reference "$in/video.mp4" --joints "$in/joints.json" \
   --output index_mcp_deg --structure linear --report "$disk/new"
 
+printf 't_s,a_deg,b_deg\n' >"$in/angles.csv"
+for k in {100..999}; do echo "$k.5,1.25,$k.125" >>"$in/angles.csv"; done
+file a.mcap "$flexor" export "$in/angles.csv" --to mcap --start 2026-05-01T12:00:00Z --out "$disk/a.mcap"
+file a.mot "$flexor" export "$in/angles.csv" --to mot --out "$disk/a.mot"
+folder "$flexor" export "$in/angles.csv" --to bids --out "$disk/new"
+
 track=("$flexor" track "$in/video.mp4" --joints "$in/joints.json")
 file a.csv "${track[@]}" --out "$disk/a.csv"
 file p.mp4 "${track[@]}" --out "$work/a.csv" --preview "$disk/p.mp4"
@@ -202,6 +208,7 @@ for json in "" --json; do
   stdout "$target" "$flexor" twin $json
   stdout "$target" "$flexor" show "$hw" $json
   stdout "$target" "$flexor" score "$in/a.csv" "$in/a.csv" $json
+  stdout "$target" "$flexor" export "$in/a.csv" --to mot --out "$work/a.mot" $json
   stdout "$target" "$flexor" apply "$hw" "$in/log.csv" $json
 done
 stdout /dev/full "$flexor" --help

@@ -1,27 +1,34 @@
 #include "apps/cli/glove_port.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
+#include "apps/live/bench_source.hpp"
+#include "apps/live/camera_source.hpp"
+#include "apps/live/twin_source.hpp"
 #include "host/deploy/flash.hpp"
 #include "host/deploy/pair_key.hpp"
+#include "host/io/json.hpp"
+#include "host/listen/replay_source.hpp"
+#include "host/recording/unit.hpp"
 
 namespace flexor::cli {
+namespace {
 
-void add_options(CLI::App& command, GlovePort& o) {
-  command.add_option("--port", o.port, "serial port of the glove or of a radio; auto: the only one there is")
-      ->capture_default_str();
-  command.add_option("--baud", o.baud, "of the port (default: found by listening)")
-      ->check(CLI::PositiveNumber);
-  command.add_flag("--readings", o.readings,
-                   "of a glove with Flexor's firmware: readings of its strips instead of angles");
-  command.add_option(
-      "--key", o.key,
-      "pair.key of the deployment: a glove that is paired with a hand speaks to this program instead");
+bool is_camera(const std::string& from) {
+  constexpr std::array kVideos = {".mp4", ".m4v", ".avi", ".mkv", ".mov", ".webm", ".mjpeg"};
+  if (std::filesystem::is_character_file(from)) return true;
+  const std::string extension = recording::lower(std::filesystem::path(from).extension().string());
+  return std::ranges::find(kVideos, extension) != kVideos.end();
 }
 
-std::unique_ptr<listen::Listener> open_glove(const GlovePort& o) {
+std::unique_ptr<listen::Listener> open_port(const GlovePort& o) {
   listen::ListenerOptions options;
   options.port = deploy::choose_port(o.port);
   options.baud = o.baud;
@@ -33,8 +40,106 @@ std::unique_ptr<listen::Listener> open_glove(const GlovePort& o) {
     listener = std::make_unique<listen::Listener>(
         options, [&](const std::string& what) { line.show(options.port + ": " + what + " ..."); });
   }
-  log(fmt::format("{}: {} at {} baud", options.port, listen::name_of(listener->format()), listener->baud()));
+  log(fmt::format("{}: {}", options.port, listener->says()));
   return listener;
+}
+
+std::unique_ptr<listen::Source> open_camera(const GlovePort& o) {
+  if (o.joints.empty()) {
+    throw io::InputError(fmt::format("--from {}: a camera needs --joints: a joint file, or {}", o.from,
+                                     fmt::join(live::joint_files(), ", ")));
+  }
+  return std::make_unique<live::CameraSource>(o.from, o.joints, o.lens, io::program_beside(kCameraWorker));
+}
+
+// As `flexor twin wear` has them.
+std::unique_ptr<listen::Source> open_boards(const GlovePort& o) {
+  study::BenchOptions bench;
+  bench.model = study::compensator("published-hw", study::kPublishedRate_hz).model;
+  study::BenchChange begin;
+  begin.motion = "ordinary";
+  ProgressLine line;
+  return std::make_unique<live::BenchSource>(
+      io::program_beside(kBoardsWorker), std::move(bench), begin, o.readings,
+      [&](const std::string& what) { line.show("simulated boards: " + what + " ..."); });
+}
+
+std::unique_ptr<listen::Source> open_recording(const GlovePort& o) {
+  auto replay = std::make_unique<listen::ReplaySource>(o.from, o.speed);
+  for (const std::string& warning : replay->warnings()) log("warning: " + warning);
+  return replay;
+}
+
+std::unique_ptr<listen::Source> open_instead(const GlovePort& o) {
+  const bool camera = is_camera(o.from);
+  const bool simulated = o.from == "twin" || o.from == "boards";
+  if (o.speed != 1 && (camera || simulated))
+    throw io::InputError(
+        fmt::format("--from {}: goes as fast as it goes; --speed is for recordings", o.from));
+  if (!camera && !(o.joints.empty() && o.lens.empty()))
+    throw io::InputError(
+        fmt::format("--from {}: no camera or video, which --joints and --lens are for", o.from));
+  if (o.readings && o.from != "boards") {
+    throw io::InputError(
+        fmt::format("--from {}: --readings is for a glove with Flexor's firmware, or boards", o.from));
+  }
+  if (camera) return open_camera(o);
+  if (o.from == "boards") return open_boards(o);
+  if (o.from == "twin") return std::make_unique<live::TwinSource>();
+  return open_recording(o);
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, GlovePort& o) {
+  auto* port =
+      command
+          .add_option("--port", o.port, "serial port of the glove or of a radio; auto: the only one there is")
+          ->capture_default_str();
+  auto* baud = command.add_option("--baud", o.baud, "of the port (default: found by listening)")
+                   ->check(CLI::PositiveNumber);
+  command.add_flag("--readings", o.readings,
+                   "of a glove with Flexor's firmware: readings of its strips instead of angles");
+  auto* key = command.add_option(
+      "--key", o.key,
+      "pair.key of the deployment: a glove that is paired with a hand speaks to this program instead");
+  auto* from =
+      command
+          .add_option("--from", o.from,
+                      "instead of a port: a recording (CSV), played again at its own speed; a camera "
+                      "(/dev/video0) or a video of a hand, with --joints; twin, the simulated glove, which "
+                      "tells its readings in counts; or boards, both boards with their firmware, simulated. "
+                      "A file of such a name: ./twin")
+          ->excludes(port)
+          ->excludes(baud)
+          ->excludes(key);
+  command
+      .add_option("--joints", o.joints, "of a camera: its joint file, or the name of one in models/joints")
+      ->needs(from);
+  command.add_option("--lens", o.lens, "of a camera: lens file of flexor camera calibrate")->needs(from);
+}
+
+void add_speed(CLI::App& command, GlovePort& o) {
+  command.add_option("--speed", o.speed, "of a recording with --from: 2 plays it in half the time")
+      ->capture_default_str()
+      ->needs("--from");
+}
+
+std::unique_ptr<listen::Source> open_glove(const GlovePort& o) {
+  if (o.from.empty()) return open_port(o);
+  std::unique_ptr<listen::Source> source = open_instead(o);
+  log(source->says());
+  return source;
+}
+
+nlohmann::ordered_json source_json(const GlovePort& o, const listen::Source& source) {
+  using Json = nlohmann::ordered_json;
+  const auto* port = dynamic_cast<const listen::Listener*>(&source);
+  const bool has_port = port != nullptr && o.from.empty();
+  return {{"port", has_port ? Json(o.port) : Json(nullptr)},
+          {"format", has_port ? Json(listen::name_of(port->format())) : Json(nullptr)},
+          {"baud", has_port ? Json(port->baud()) : Json(nullptr)},
+          {"source", o.from.empty() ? Json(nullptr) : Json(io::to_utf8(source.says()))}};
 }
 
 }  // namespace flexor::cli

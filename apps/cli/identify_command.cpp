@@ -9,11 +9,13 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "apps/cli/stop.hpp"
+#include "host/identify/from_poses.hpp"
 #include "host/identify/hand.hpp"
 #include "host/identify/hand_results.hpp"
 #include "host/identify/identify_files.hpp"
 #include "host/identify/results.hpp"
 #include "host/io/json.hpp"
+#include "host/recording/csv.hpp"
 #include "host/report/render.hpp"
 
 namespace flexor::cli {
@@ -27,8 +29,10 @@ struct Options {
   std::string lens;
   std::vector<std::pair<std::string, std::string>> pairs;  // sensor, reference
   std::string map;
+  std::vector<std::string> reference_error;  // JOINT=DEG
   bool fit_all = false;
   std::string refit;
+  std::string poses;
   std::optional<double> time_limit_s;
   bool json = false;
 };
@@ -149,6 +153,18 @@ void refuse_mixture(const Options& o) {
   }
 }
 
+std::map<std::string, double> reference_errors(const std::vector<std::string>& items) {
+  std::map<std::string, double> out;
+  for (const std::string& item : items) {
+    const std::size_t equals = item.find('=');
+    const auto error_deg = recording::to_number(equals == std::string::npos ? "" : item.substr(equals + 1));
+    if (!error_deg)
+      throw io::InputError(fmt::format("--reference-error {}: write JOINT=DEGREES, as index_mcp=6", item));
+    out[model::joint_name(item.substr(0, equals))] = *error_deg;
+  }
+  return out;
+}
+
 identify::HandRequest hand_request(const Options& o) {
   refuse_mixture(o);
   const identify::FileRequest& r = o.request;
@@ -161,6 +177,7 @@ identify::HandRequest hand_request(const Options& o) {
   out.map = o.map.empty() ? identify::map_by_name(out.pairs.front(), r.files.time_unit)
                           : identify::parse_map(o.map);
   out.fit_all = o.fit_all;
+  out.reference_error_deg = reference_errors(o.reference_error);
   out.structure = r.structure;
   if (!o.refit.empty()) {
     if (r.structure != "auto")
@@ -196,9 +213,44 @@ void run_hand(const Options& o) {
   if (!o.report.empty()) print(fmt::format("report   {}/report.html\n", o.report));
 }
 
+// Without a camera.
+void run_poses(const Options& o) {
+  if (!o.map.empty() || !o.pairs.empty() || !o.request.files.sensor.empty() || !o.report.empty())
+    throw io::InputError(
+        "--poses is a log of held poses alone: leave out --pair, --sensor, --map and --report");
+  if (o.model.empty()) throw io::InputError("--poses: say with --model where the model goes");
+  io::require_writable(o.model);
+  const identify::FromPoses r = identify::model_from_poses(
+      recording::read_csv(o.poses, {}, o.request.files.time_unit), o.request.rate_hz);
+  model::save(r.model, o.model);
+  if (o.json) {
+    nlohmann::ordered_json joints = nlohmann::ordered_json::object();
+    for (std::size_t j = 0; j < r.model.joints.size(); ++j) {
+      joints[r.model.joints[j].name] = {{"open", r.model.inputs[j].poses->open},
+                                        {"fist", r.model.inputs[j].poses->fist},
+                                        {"expected_error_deg", identify::kPosesError_deg}};
+    }
+    return print(io::dump({{"joints", std::move(joints)},
+                           {"open_holds", r.open_holds},
+                           {"fist_holds", r.fist_holds},
+                           {"warnings", r.warnings},
+                           {"version", FLEXOR_VERSION}}));
+  }
+  for (const std::string& warning : r.warnings) log("warning: " + warning);
+  for (std::size_t j = 0; j < r.model.joints.size(); ++j) {
+    print(fmt::format("{:<16}open {:.5g}, fist {:.5g} {}\n", r.model.joints[j].name,
+                      r.model.inputs[j].poses->open, r.model.inputs[j].poses->fist, r.model.inputs[j].unit));
+  }
+  print(fmt::format(
+      "a straight line for each: nothing was measured, about {:.0f} deg are to be expected\nmodel    {}\n",
+      identify::kPosesError_deg, o.model));
+}
+
 void run(Options& o) {
+  if (!o.poses.empty()) return run_poses(o);
   if (!o.map.empty() || !o.pairs.empty()) return run_hand(o);
-  if (o.fit_all || !o.refit.empty()) throw io::InputError("--fit-all and --refit go with --pair");
+  if (o.fit_all || !o.refit.empty() || !o.reference_error.empty())
+    throw io::InputError("--fit-all, --refit and --reference-error go with --pair");
   if (o.request.files.sensor.empty() || o.request.files.reference.empty()) {
     throw io::InputError("--sensor and --reference are needed, or --pair and --map");
   }
@@ -251,6 +303,32 @@ void add_structure(CLI::App& command, identify::FileRequest& r) {
   command.add_flag("--monotone", r.monotone, "curves may not turn back");
 }
 
+// What several joints or recordings take.
+void add_pairs(CLI::App& command, Options& o) {
+  command
+      .add_option("--pair", o.pairs,
+                  "GLOVE CAMERA: a log and its measured angles; may be repeated, one for each donning")
+      ->type_name("GLOVE CAMERA");
+  command.add_option(
+      "--poses", o.poses,
+      "LOG of held poses, for a glove without a camera: the open hand for three seconds, a fist for "
+      "three, and again; a straight line for each sensor, its angles not measured");
+  command.add_option("--map", o.map,
+                     "joints from sensors: thumb=SensorA0:thumb_deg,index=SensorA1+SensorA2:index_deg (own "
+                     "sensor first; default: by "
+                     "name, index_adc with index_deg)");
+  command.add_flag("--fit-all", o.fit_all,
+                   "with --pair: once proven on held-out data, fit the model in the same way to all of it");
+  command
+      .add_option(
+          "--reference-error", o.reference_error,
+          "with --pair: RMS error of the measured angles themselves, index_mcp=6,index_pip=11; the model "
+          "then states it too")
+      ->delimiter(',');
+  command.add_option("--refit", o.refit,
+                     "with --pair: a model of which only gains and dead zones are fitted to the wearer");
+}
+
 }  // namespace
 
 void add_identify(CLI::App& app) {
@@ -261,14 +339,7 @@ void add_identify(CLI::App& app) {
   command->add_option("--sensor", r.files.sensor, "CSV log of the glove");
   command->add_option("--reference", r.files.reference,
                       "CSV of the measured angle, or with --joints the video itself");
-  command
-      ->add_option("--pair", o->pairs,
-                   "GLOVE CAMERA: a log and its measured angles; may be repeated, one for each donning")
-      ->type_name("GLOVE CAMERA");
-  command->add_option("--map", o->map,
-                      "joints from sensors: thumb=SensorA0:thumb_deg,index=SensorA1+SensorA2:index_deg (own "
-                      "sensor first; default: by "
-                      "name, index_adc with index_deg)");
+  add_pairs(*command, *o);
   command->add_option("--joints", o->joints,
                       "joint file (models/joints): the reference is a video, which is tracked first");
   command->add_option("--lens", o->lens, "lens file of flexor camera calibrate, for the video");
@@ -277,10 +348,6 @@ void add_identify(CLI::App& app) {
   command->add_option("--rate", r.rate_hz, "sample rate of the compensator, Hz")->capture_default_str();
   command->add_option("--split", r.split, "share of the recording, from its start, that is fitted")
       ->capture_default_str();
-  command->add_flag("--fit-all", o->fit_all,
-                    "with --pair: once proven on held-out data, fit the model in the same way to all of it");
-  command->add_option("--refit", o->refit,
-                      "with --pair: a model of which only gains and dead zones are fitted to the wearer");
   add_structure(*command, r);
   command->add_option(
       "--time-limit", o->time_limit_s,

@@ -6,7 +6,8 @@ set -uo pipefail
 programs=$1 source=$2
 shift 2
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+clean='rm -rf "$work"'
+trap "$clean" EXIT
 in=$work/in
 mkdir "$in"
 for make in "$@"; do "$make" "$in" || exit 1; done
@@ -26,13 +27,16 @@ once() {
   shift 2
   rm -rf "$work/out" "$work/tmp"
   mkdir "$work/out" "$work/tmp"
-  # A shell's background jobs ignore SIGINT; env undoes that.
+  # A shell's background jobs ignore SIGINT; env undoes that. A job that gets its signal before it has become the program
+  # runs the trap that it was started with.
+  trap - EXIT
   TMPDIR=$work/tmp env --default-signal=INT "$@" >"$work/stdout" 2>"$work/err" </dev/null &
   pid=$!
   sleep "$(printf '%d.%03d' $((delay_ms / 1000)) $((delay_ms % 1000)))"
   kill -s "$signal" "$pid" 2>/dev/null
   wait "$pid" 2>/dev/null
   status=$?
+  trap "$clean" EXIT
   expected=$((128 + $(kill -l "$signal")))
   if [ "$status" != "$expected" ]; then
     # Over before the signal, or before the program had begun to listen.

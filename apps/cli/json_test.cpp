@@ -66,6 +66,8 @@ TEST_F(Json, OfTheCommandsForRecordingsAndModels) {
                   .contains("holdout"));
   EXPECT_TRUE(run("apply " + path("m.json") + " " + path("simulated_glove.csv")).contains("channels"));
   EXPECT_TRUE(run("show " + path("m.json")).contains("schema"));
+  EXPECT_TRUE(run("export " + path("simulated_camera.csv") + " --to mcap --out " + path("a.mcap"))
+                  .contains("joints"));
   EXPECT_TRUE(
       run("score " + path("simulated_camera.csv") + " " + path("simulated_camera.csv")).contains("rmse_deg"));
 }
@@ -191,6 +193,16 @@ TEST_F(Json, OfTheCommandsForTheCamera) {
   EXPECT_EQ(filmed.at("frames"), 80);  // 30 s of a short motion and 10 s of gesture
   EXPECT_EQ(filmed.at("seed"), 1);
   EXPECT_TRUE(filmed.contains("version") && filmed.contains("folder"));
+
+  // A browser finds the pictures by where they begin.
+  EXPECT_EQ(run("camera film --motion 4 --mjpeg --set camera.rate_hz=2 --out " + path("fake")).at("frames"),
+            20);
+  const std::string fake = io::read_file(file("fake/video.mjpeg"));
+  int pictures = 0;
+  for (std::size_t at = 0; (at = fake.find("\xff\xd8\xff", at)) != std::string::npos; ++at) ++pictures;
+  EXPECT_EQ(pictures, 20);
+  EXPECT_EQ(fake.substr(0, 3), "\xff\xd8\xff");
+  EXPECT_EQ(fake.substr(fake.size() - 2), "\xff\xd9");
 
   const std::string video = " " + path("film/video.mp4") + " --joints " + path("film/joints.json");
   EXPECT_TRUE(run("track --setup" + video + " --out " + path("s.png")).contains("candidates"));

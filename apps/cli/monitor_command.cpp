@@ -46,7 +46,7 @@ std::string bar(const Range& range) {
 
 class View {
  public:
-  explicit View(const listen::Listener& listener) : listener_(listener) {}
+  explicit View(const listen::Source& source) : source_(source) {}
 
   void add(const std::vector<listen::Sample>& samples) {
     for (const listen::Sample& sample : samples) {
@@ -62,14 +62,18 @@ class View {
   // The same place of the terminal again and again; in a pipe only the last.
   void draw(bool terminal, bool again) const {
     const char* clear = terminal ? "\033[K" : "";
-    std::string out = again ? fmt::format("\033[{}A", ranges_.size() + 1) : "";
+    std::string out;
+    int lines = 1;
     for (std::size_t i = 0; i < ranges_.size(); ++i) {
       const Range& r = ranges_[i];
-      out +=
-          fmt::format("{}{:<18} {:8.1f} {} {:.1f} to {:.1f}{}{}\n", clear, listener_.decoder().columns()[i],
-                      r.now, bar(r), r.least, r.most, r.remark.empty() ? "" : "  ", r.remark);
+      const std::string& name = source_.columns()[i];
+      if (name.ends_with("_quality")) continue;  // the remark says it
+      out += fmt::format("{}{:<18} {:8.1f} {} {:.1f} to {:.1f}{}{}\n", clear, name, r.now, bar(r), r.least,
+                         r.most, r.remark.empty() ? "" : "  ", r.remark);
+      ++lines;
     }
-    const listen::Tally& tally = listener_.decoder().tally();
+    if (again) out.insert(0, fmt::format("\033[{}A", lines));
+    const listen::Tally& tally = source_.tally();
     out += fmt::format("{}{:.1f} samples a second, {} torn, {} lost{}\n", clear, rate_hz(), tally.torn,
                        tally.lost, terminal ? "; Ctrl-C ends this" : "");
     print(out);
@@ -77,13 +81,13 @@ class View {
 
   bool has_rows() const { return !ranges_.empty(); }
   double rate_hz() const {
-    return static_cast<double>(samples_) / std::max(listener_.now_s() - begin_s_, 1e-3);
+    return static_cast<double>(samples_) / std::max(source_.now_s() - begin_s_, 1e-3);
   }
 
   nlohmann::ordered_json json() const {
     nlohmann::ordered_json columns = nlohmann::ordered_json::array();
     for (std::size_t i = 0; i < ranges_.size(); ++i) {
-      columns.push_back({{"name", listener_.decoder().columns()[i]},
+      columns.push_back({{"name", source_.columns()[i]},
                          {"now", ranges_[i].now},
                          {"least", ranges_[i].least},
                          {"most", ranges_[i].most},
@@ -93,41 +97,41 @@ class View {
   }
 
  private:
-  const listen::Listener& listener_;
-  double begin_s_ = listener_.now_s();
+  const listen::Source& source_;
+  double begin_s_ = source_.now_s();
   std::vector<Range> ranges_;
   std::uint64_t samples_ = 0;
 };
 
 void run(const Options& o) {
-  const std::unique_ptr<listen::Listener> listener = open_glove(o.glove);
+  const std::unique_ptr<listen::Source> source = open_glove(o.glove);
   StopOnSignal stop;
-  View view(*listener);
+  View view(*source);
   const bool live = !o.json && isatty(STDOUT_FILENO) != 0;
-  const double begin_s = listener->now_s();
+  const double begin_s = source->now_s();
   double drawn_s = -1;
   bool drawn = false;
-  while (!*stop.flag() && (o.for_s == 0 || listener->now_s() - begin_s < o.for_s)) {
+  while (!*stop.flag() && (o.for_s == 0 || source->now_s() - begin_s < o.for_s)) {
     std::vector<listen::Sample> samples;
-    const listen::Event event = listener->wait(kRefresh_s, samples);
+    const listen::Event event = source->wait(kRefresh_s, samples);
     if (event == listen::Event::gone) log("the port has gone: plug the board in again");
     if (event == listen::Event::back) log("the port is back");
+    if (event == listen::Event::ended) break;
     view.add(samples);
-    if (!live || !view.has_rows() || listener->now_s() - drawn_s < kRefresh_s) continue;
+    if (!live || !view.has_rows() || source->now_s() - drawn_s < kRefresh_s) continue;
     view.draw(true, std::exchange(drawn, event != listen::Event::gone && event != listen::Event::back) &&
                         drawn_s >= 0);
-    drawn_s = listener->now_s();
+    drawn_s = source->now_s();
   }
   if (o.json) {
-    const listen::Tally& tally = listener->decoder().tally();
-    return print(io::dump({{"port", o.glove.port},
-                           {"format", listen::name_of(listener->format())},
-                           {"baud", listener->baud()},
-                           {"rate_hz", view.rate_hz()},
-                           {"columns", view.json()},
-                           {"torn", tally.torn},
-                           {"lost", tally.lost},
-                           {"version", FLEXOR_VERSION}}));
+    const listen::Tally& tally = source->tally();
+    nlohmann::ordered_json json = source_json(o.glove, *source);
+    json.update({{"rate_hz", view.rate_hz()},
+                 {"columns", view.json()},
+                 {"torn", tally.torn},
+                 {"lost", tally.lost},
+                 {"version", FLEXOR_VERSION}});
+    return print(io::dump(json));
   }
   if (!live) view.draw(false, false);
 }
@@ -136,10 +140,12 @@ void run(const Options& o) {
 
 void add_monitor(CLI::App& app) {
   auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "monitor",
-      "A glove in the terminal, as it moves: a bar for each finger; or a hand, with its duties and faults");
+  CLI::App* command = app.add_subcommand("monitor",
+                                         "A glove in the terminal, as it moves: a bar for each finger; or a "
+                                         "hand, with its duties and faults; or, "
+                                         "with --from, a recording, a simulated glove or a camera");
   add_options(*command, o->glove);
+  add_speed(*command, o->glove);
   command->add_option("--for", o->for_s, "seconds (default: until Ctrl-C)")->check(CLI::PositiveNumber);
   command->add_flag("--json", o->json, "one JSON object on standard output, at the end");
   command->callback([o] { run(*o); });

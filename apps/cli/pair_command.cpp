@@ -38,9 +38,9 @@ void require_sensible(const Options& o) {
   if (!boards || !o.key.empty()) return;
   if (fs::exists(o.out, error)) {
     throw io::InputError(
-        fmt::format("{0}: is there already: --key {0} gives both boards that key, --out writes the new "
+        fmt::format("{}: is there already: --key {} gives both boards that key, --out writes the new "
                     "one elsewhere",
-                    o.out));
+                    o.out, io::shell_word(o.out)));
   }
   io::require_writable(o.out);
 }
@@ -49,7 +49,7 @@ void pair(const Options& o, const link::Key& key) {
   ProgressLine line;
   std::vector<std::unique_ptr<deploy::Bootloader>> bootloaders;
   std::vector<deploy::PairBoard> boards;
-  std::string mend = fmt::format("flexor pair --key {}", o.key.empty() ? o.out : o.key);
+  std::string mend = "flexor pair --key " + io::shell_word(o.key.empty() ? o.out : o.key);
   for (const auto& [name, port] : {std::pair{"glove", o.glove}, std::pair{"hand", o.hand}}) {
     if (port.empty()) continue;
     const std::string board = name;
@@ -59,7 +59,7 @@ void pair(const Options& o, const link::Key& key) {
                                                line.percent(board + ": " + what, percent);
                                              }));
     boards.push_back({name, bootloaders.back().get()});
-    mend += fmt::format(" --{} {}", name, port);
+    mend += fmt::format(" --{} {}", name, io::shell_word(port));
   }
   const auto keep_key = [&] {
     if (o.key.empty()) deploy::write_key(o.out, key);
@@ -90,10 +90,11 @@ void run(const Options& o) {
   const std::string who = folder                              ? "both images have"
                           : o.glove.empty() != o.hand.empty() ? "the board has"
                                                               : "glove and hand have";
-  print(fmt::format("{} the key of {}: keep that file, whoever has it can move the hand\n", who, file));
+  print(fmt::format("{} the key of {}: keep that file, whoever has it can move the hand\n", who,
+                    io::one_line(file)));
   if (!folder)
     print(fmt::format("later deployments: flexor deploy --key {}, since a folder's own key is the old one\n",
-                      file));
+                      io::shell_word(file)));
 }
 
 }  // namespace

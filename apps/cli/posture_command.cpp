@@ -76,6 +76,7 @@ struct CompleteOptions {
   std::string posture;
   std::string file;
   posture::CompleteOptions job;
+  std::string flexion = "negative";
   std::string out;
   bool json = false;
 };
@@ -113,6 +114,17 @@ std::vector<std::string> warnings_of(const CompleteOptions& o, const posture::Co
     warnings.push_back(fmt::format("{}: {}: {} row(s) beyond what its joints do: they end at their limits",
                                    o.file, c.inputs[i], rows[5]));
   }
+  if (!c.extended.empty()) {
+    const bool positive = o.job.flexion_is_positive;
+    warnings.push_back(fmt::format(
+        "{}: {}: mostly further extended than straight: is flexion {} there? then --flexion {}", o.file,
+        fmt::join(c.extended, ", "), positive ? "negative" : "positive", positive ? "negative" : "positive"));
+  }
+  if (o.job.rest_s > 0 && !c.rest_ended) {
+    warnings.push_back(
+        fmt::format("{}: it ends before the {:g} s of --rest: all of it was taken for what shows the person",
+                    o.file, o.job.rest_s));
+  }
   if (o.job.rest_s > 0 && c.shown_joints < posture::kJoints) {
     warnings.push_back(
         fmt::format("{}: while at rest {} of 23 joints are shown; of the others the person's own rest is "
@@ -139,7 +151,10 @@ posture::Completion complete(const CompleteOptions& o) {
   return completion;
 }
 
-void run_complete(const CompleteOptions& o) {
+void run_complete(CompleteOptions& o) {
+  if (o.flexion != "negative" && o.flexion != "positive")
+    throw io::InputError(fmt::format("--flexion {}: positive or negative", o.flexion));
+  o.job.flexion_is_positive = o.flexion == "positive";
   if (!(o.job.rest_s >= 0 && o.job.rest_s <= 3600)) {
     throw io::InputError("--rest must be from 0 to 3600 seconds");
   }
@@ -180,7 +195,9 @@ void add_complete(CLI::App& posture) {
   command->footer(
       "Writes t_s, NAME_deg and NAME_se_deg of each joint on the rows of FILE, and INPUT_quality of each "
       "input:\n"
-      "0 used, 1 missing, 2 implausible, 3 noisy (weighed against the others), 4 stuck, 5 beyond its joints' "
+      "Flexion of fingers is negative in both, unless --flexion says positive.\n"
+      "Quality: 0 used, 1 missing, 2 implausible, 3 noisy (weighed against the others), 4 stuck, 5 beyond "
+      "its joints' "
       "limits.");
   command->add_option("posture", o->posture, "posture document")->required();
   command
@@ -200,6 +217,12 @@ void add_complete(CLI::App& posture) {
           "--rest", o->job.rest_s,
           "seconds at the start in which the person is shown, at rest first: every joint that FILE has is "
           "read there, later only what is sensed")
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--flexion", o->flexion,
+          "sign of bent fingers (MCP, PIP, IP, DIP), in FILE and in what is written: negative, as in posture "
+          "documents, or positive, as flexor apply writes angles")
       ->capture_default_str();
   command->add_option("--out", o->out, "the completed CSV")->required();
   command->add_flag("--json", o->json, "one JSON object on standard output");

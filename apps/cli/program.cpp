@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -25,9 +26,17 @@ namespace {
   throw io::JobError(fmt::format("standard output: cannot be written: {}", std::strerror(errno)));
 }
 
+// What a terminal may obey.
+bool is_hidden(unsigned char c) {
+  constexpr unsigned char kDelete = 127;
+  return c == kDelete || (c < ' ' && c != '\n' && c != '\r' && c != '\t');
+}
+
 }  // namespace
 
-void print(const std::string& text) {
+void print(const std::string& given) {
+  std::string text = given;
+  std::ranges::replace_if(text, is_hidden, '?');
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
     standard_output_failed();
   }
@@ -121,6 +130,8 @@ int run(int argc, char** argv) {
   add_send(app);
   add_latency(app);
   add_ports(app);
+  add_live(app);
+  add_sessions(app);
   add_monitor(app);
   add_record(app);
   add_protocol(app);
@@ -132,6 +143,7 @@ int run(int argc, char** argv) {
   add_camera(app);
   add_apply(app);
   add_posture(app);
+  add_export(app);
   add_score(app);
   add_report(app);
   add_show(app);

@@ -32,6 +32,10 @@ void show(const donning::Recalibration& r, const std::string& out) {
     print(fmt::format("corrected: {}: {:.4g} times its reading {:+.4g} (+- {:.2g})\n", s.name,
                       s.correction.gain, s.correction.shift, s.shift_se));
   }
+  for (const std::string& wanted : r.wanted) print(fmt::format("wanted: {}\n", wanted));
+  if (r.clock)
+    print(fmt::format("clock    camera minus glove {:+.3f} s, confidence {:.2f}\n", r.clock->offset_s,
+                      r.clock->confidence));
   if (r.applied) return print(fmt::format("model    {}\n", out));
   print(fmt::format("model    {}, the old calibration\n", out));
 }

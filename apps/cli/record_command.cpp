@@ -21,15 +21,15 @@ struct Options {
 
 constexpr double kPatience_s = 10;  // without a sample since the port was opened
 
-void take(std::vector<listen::Sample>& samples, const listen::Listener& listener, const std::string& out,
+void take(std::vector<listen::Sample>& samples, const listen::Source& source, const std::string& out,
           std::unique_ptr<listen::Log>& log) {
-  if (!log && !samples.empty()) log = std::make_unique<listen::Log>(out, listener.decoder().columns());
+  if (!log && !samples.empty()) log = std::make_unique<listen::Log>(out, source.columns());
   for (const listen::Sample& sample : samples) log->add(sample);
   samples.clear();
 }
 
-std::string how_it_goes(const listen::Listener& listener, const listen::Log& log, double for_s) {
-  const listen::Tally& tally = listener.decoder().tally();
+std::string how_it_goes(const listen::Source& source, const listen::Log& log, double for_s) {
+  const listen::Tally& tally = source.tally();
   std::string text = fmt::format("{:.0f} s, {} rows", log.duration_s(), log.rows());
   if (tally.torn > 0) text += fmt::format(", {} torn", tally.torn);
   if (tally.lost > 0) text += fmt::format(", {} lost", tally.lost);
@@ -37,56 +37,60 @@ std::string how_it_goes(const listen::Listener& listener, const listen::Log& log
                            : ", Ctrl-C ends it");
 }
 
-// Until the time is over, or a signal.
-std::unique_ptr<listen::Log> record(const Options& o, listen::Listener& listener,
-                                    const std::atomic<bool>& stop) {
+struct Recorded {
   std::unique_ptr<listen::Log> log;
+  int unplugged = 0;  // times
+};
+
+// Until the time is over, the source is at its end, or a signal.
+Recorded record(const Options& o, listen::Source& source, const std::atomic<bool>& stop) {
+  Recorded out;
   std::vector<listen::Sample> samples;
   ProgressLine line;
-  while (!stop && !(log && o.for_s > 0 && log->duration_s() >= o.for_s)) {
-    switch (listener.wait(0.1, samples)) {
-      case listen::Event::gone:
-        cli::log("the port has gone: plug the board in again, the recording goes on");
-        break;
-      case listen::Event::back:
-        cli::log("the port is back");
-        break;
-      default:
-        take(samples, listener, o.out, log);
+  std::unique_ptr<listen::Log>& log = out.log;
+  listen::Event event = listen::Event::quiet;
+  while (!stop && event != listen::Event::ended && !(log && o.for_s > 0 && log->duration_s() >= o.for_s)) {
+    event = source.wait(0.1, samples);
+    if (event == listen::Event::gone) {
+      cli::log("the port has gone: plug the board in again, the recording goes on");
+      ++out.unplugged;
     }
-    if (!log && listener.now_s() > kPatience_s)
+    if (event == listen::Event::back) cli::log("the port is back");
+    take(samples, source, o.out, log);
+    if (log) log->flush_if_due(source.now_s());
+    if (!log && (event == listen::Event::ended || source.now_s() > kPatience_s))
       throw io::JobError("no sample came: the glove is heard but says nothing that can be recorded");
-    if (log) line.show(how_it_goes(listener, *log, o.for_s));
+    if (log) line.show(how_it_goes(source, *log, o.for_s));
   }
   if (log) log->flush();
-  return log;
+  return out;
 }
 
 void run(const Options& o) {
   io::require_writable(o.out);
   if (std::filesystem::exists(o.out))
     throw io::InputError(o.out + ": is there already: a recording is never written over, name another");
-  const std::unique_ptr<listen::Listener> listener = open_glove(o.glove);
+  const std::unique_ptr<listen::Source> source = open_glove(o.glove);
   StopOnSignal stop;
-  const std::unique_ptr<listen::Log> log = record(o, *listener, *stop.flag());
+  const auto [log, unplugged] = record(o, *source, *stop.flag());
   if (!log) stop.end();
-  const listen::Tally& tally = listener->decoder().tally();
+  const listen::Tally& tally = source->tally();
   if (o.json) {
-    return print(io::dump({{"out", o.out},
-                           {"format", listen::name_of(listener->format())},
-                           {"baud", listener->baud()},
-                           {"columns", listener->decoder().columns()},
-                           {"rows", log->rows()},
-                           {"duration_s", log->duration_s()},
-                           {"torn", tally.torn},
-                           {"lost", tally.lost},
-                           {"board_restarts", log->restarts()},
-                           {"unplugged", listener->times_gone()},
-                           {"version", FLEXOR_VERSION}}));
+    nlohmann::ordered_json json = {{"out", o.out}};
+    json.update(source_json(o.glove, *source));
+    json.update({{"columns", source->columns()},
+                 {"rows", log->rows()},
+                 {"duration_s", log->duration_s()},
+                 {"torn", tally.torn},
+                 {"lost", tally.lost},
+                 {"board_restarts", log->restarts()},
+                 {"unplugged", unplugged},
+                 {"version", FLEXOR_VERSION}});
+    return print(io::dump(json));
   }
-  print(fmt::format(
-      "{}: {} rows in {:.1f} s, {} torn, {} lost, {} restarts of the board, {} times unplugged\n", o.out,
-      log->rows(), log->duration_s(), tally.torn, tally.lost, log->restarts(), listener->times_gone()));
+  print(
+      fmt::format("{}: {} rows in {:.1f} s, {} torn, {} lost, {} restarts of the board, {} times unplugged\n",
+                  o.out, log->rows(), log->duration_s(), tally.torn, tally.lost, log->restarts(), unplugged));
 }
 
 }  // namespace
@@ -94,7 +98,9 @@ void run(const Options& o) {
 void add_record(CLI::App& app) {
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
-      "record", "What a glove says, as a recording: wide CSV with the board's clock and this machine's");
+      "record",
+      "What a glove says, or with --from a simulated one or a camera, as a recording: wide CSV with "
+      "the board's clock and this machine's");
   command->add_option("OUT", o->out, "CSV file, whole lines at any instant; Ctrl-C ends the recording")
       ->required();
   add_options(*command, o->glove);

@@ -24,7 +24,7 @@ struct Options {
   std::string port = "auto";
   unsigned baud = 9600;
   std::string key;
-  double rate_hz = 0;
+  std::optional<double> rate_hz;
   std::string calibration;
   std::string twin;
   std::vector<std::string> set;
@@ -34,8 +34,8 @@ struct Options {
 
 deploy::Glove glove_of(const Options& o) {
   model::Model model = model::load(o.model);
-  if (o.rate_hz > 0) model.sample_period_s = 1 / o.rate_hz;
-  deploy::Glove glove = study::glove_for(
+  set_rate(model, o.rate_hz);
+  deploy::Glove glove = study::glove_that_runs(
       twin_parameters(o.twin, o.set), model,
       o.calibration.empty() ? deploy::CalibrationDocument() : deploy::load_calibration(o.calibration));
   glove.key = o.key.empty() ? deploy::Key() : deploy::load_key(o.key);
@@ -93,8 +93,9 @@ void run(const Options& o) {
                            {"took_s", sent.took_s},
                            {"version", FLEXOR_VERSION}}));
   }
-  print(fmt::format("{}: the glove runs {} now: {} bytes{}, written and read back, {:.1f} s\n", path, o.model,
-                    sent.bytes, bootloader ? "" : fmt::format(" in {} pieces", sent.pieces), sent.took_s));
+  print(fmt::format("{}: the glove runs {} now: {} bytes{}, written and read back, {:.1f} s\n", path,
+                    io::one_line(o.model), sent.bytes,
+                    bootloader ? "" : fmt::format(" in {} pieces", sent.pieces), sent.took_s));
 }
 
 }  // namespace

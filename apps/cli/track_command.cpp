@@ -193,16 +193,28 @@ struct FilmOptions {
   double rate_hz = 50;
   std::uint64_t seed = 1;
   std::string gestures = "1-6";
+  std::string motion;
+  bool mjpeg = false;
   std::string twin;
   std::vector<std::string> set;
   bool json = false;
 };
 
+// One after the other.
+std::vector<twin::Motion> filmed(const FilmOptions& o) {
+  if (o.motion == "calibration") return {study::short_motion()};
+  if (o.motion == "ordinary") return {study::ordinary_motion()};
+  if (o.motion == "protocol") return {study::recommended_motion()};
+  if (!o.motion.empty()) return study::motions(o.motion);
+  std::vector<twin::Motion> out = study::motions(o.gestures);
+  out.insert(out.begin(), study::short_motion());
+  return out;
+}
+
 void run_film(const FilmOptions& o) {
   const twin::Parameters parameters = twin_parameters(o.twin, o.set);
   io::require_folder(o.folder);
-  std::vector<twin::Motion> motions = study::motions(o.gestures);
-  motions.insert(motions.begin(), study::short_motion());
+  const std::vector<twin::Motion> motions = filmed(o);
   const model::Model raw = study::compensator("raw", o.rate_hz).model;
   Json inputs = Json::array();
   for (const twin::Motion& motion : motions)
@@ -215,7 +227,8 @@ void run_film(const FilmOptions& o) {
                         {{"inputs", std::move(inputs)},
                          {"joints", Json::parse(study::builtin("joints/paper_hand.json"))},
                          {"seed", o.seed},
-                         {"folder", io::bytes_to_json(o.folder)}},
+                         {"folder", io::bytes_to_json(o.folder)},
+                         {"mjpeg", o.mjpeg}},
                         [&](std::size_t frame, std::size_t of) {
                           line.step("filming: frame", frame, of);
                           return true;
@@ -225,7 +238,8 @@ void run_film(const FilmOptions& o) {
     print(io::dump(result));
     return;
   }
-  print(fmt::format("glove.csv, video.mp4, truth.csv and joints.json are in {}\n", o.folder));
+  print(fmt::format("glove.csv, video.mp4{}, truth.csv and joints.json are in {}\n",
+                    o.mjpeg ? ", video.mjpeg" : "", o.folder));
 }
 
 }  // namespace
@@ -294,8 +308,15 @@ void add_camera(CLI::App& app) {
   CLI::App* film = camera->add_subcommand(
       "film", "The twin wears its glove before a camera: a log, a video, and the exact angles");
   film->add_option("--out", f->folder, "folder for glove.csv, video.mp4, truth.csv, joints.json")->required();
-  film->add_option("--gestures", f->gestures, "what follows the calibration motion, as for flexor experiment")
-      ->capture_default_str();
+  auto* gestures = film->add_option("--gestures", f->gestures,
+                                    "what follows the calibration motion, as for flexor experiment")
+                       ->capture_default_str();
+  film->add_option("--motion", f->motion,
+                   "one motion alone: calibration, ordinary, protocol, or gestures as for --gestures")
+      ->excludes(gestures);
+  film->add_flag("--mjpeg", f->mjpeg,
+                 "also video.mjpeg, which a browser takes in place of a camera "
+                 "(Chromium: --use-file-for-fake-video-capture)");
   film->add_option("--rate", f->rate_hz, "of the glove's log, Hz")->capture_default_str();
   film->add_option("--seed", f->seed, "everything random follows from it")
       ->check(seed_fault)

@@ -50,11 +50,12 @@ void refuse_others_logs(const RecordOptions& o) {
 std::string next_command(const RecordOptions& o, double lead_s) {
   std::string out = "flexor identify";
   for (int n = 1; n <= o.request.donnings; ++n) {
-    out += fmt::format(" --pair {0}/glove-{1}.csv {0}/camera-{1}.csv", o.folder, n);
+    out += fmt::format(" --pair {} {}", io::shell_word(fmt::format("{}/glove-{}.csv", o.folder, n)),
+                       io::shell_word(fmt::format("{}/camera-{}.csv", o.folder, n)));
   }
   out += fmt::format(" --rate {}", o.request.rate_hz);
   if (lead_s > 0) out += fmt::format(" --lead {:.3f}", lead_s);
-  return out + fmt::format(" --fit-all --model {}/identified.json", o.folder);
+  return out + " --fit-all --model " + io::shell_word(o.folder + "/identified.json");
 }
 
 void record(RecordOptions& o) {
@@ -73,11 +74,11 @@ void record(RecordOptions& o) {
   const std::string next = next_command(o, lag ? lag->lead_s() : 0);
   if (!o.json) {
     print(fmt::format("{} donning(s) of {:.0f} s in {}\nlag from finger to hand {}\nnext: {}\n",
-                      o.request.donnings, study::recommended_motion().duration_s(), o.folder,
+                      o.request.donnings, study::recommended_motion().duration_s(), io::one_line(o.folder),
                       lag ? fmt::format("{:.0f} ms, of these {:.0f} ms to the reading",
                                         1000 * lag->finger_to_hand_s, 1000 * lag->sensor_s)
                           : "outside the search",
-                      next));
+                      io::one_line(next)));
     return;
   }
   Json pairs = Json::array();
@@ -124,12 +125,14 @@ void add_twin_record(CLI::App& twin) {
 
 void add_twin(CLI::App& app) {
   auto json = std::make_shared<bool>(false);
-  CLI::App* command = app.add_subcommand(
-      "twin",
-      "The twin's parameters: value, unit and where each comes from; with record, recordings of its glove");
+  CLI::App* command =
+      app.add_subcommand("twin",
+                         "The twin's parameters: value, unit and where each comes from; with record, "
+                         "recordings of its glove, with wear, its glove for other commands");
   command->add_flag("--json", *json, "as a configuration file, to edit and give to --twin");
   command->require_subcommand(0, 1);
   add_twin_record(*command);
+  add_twin_wear(*command);
   command->callback([json, command] {
     if (command->get_subcommands().empty()) show_parameters(*json);
   });

@@ -79,14 +79,17 @@ class Models {
   void stir(uint16_t noise) {
     nonces_.stir(noise);
     if (stirred_ < kStirred) ++stirred_;
+    if (until_offer_ > 0) --until_offer_;
   }
-  // Not before there is noise in the nonce: who sends asks again.
+  // Not before there is noise in the nonce, nor again and again: anybody may ask, and an offer takes the line for
+  // as long as two frames. Who sends asks again.
   void offer() {
-    if (stirred_ < kStirred) return;
+    if (stirred_ < kStirred || until_offer_ > 0) return;
+    until_offer_ = kBetweenOffers;
     nonces_.start(store_.digest(eeprom_));
     receiver_.challenge(nonces_.next());
   }
-  void take(link::PacketReader& packet) { receiver_.take(packet, eeprom_); }
+  bool take(link::PacketReader& packet) { return receiver_.take(packet, eeprom_); }
   bool busy() const { return receiver_.busy(); }
   // What is to be said; 0: nothing. A part that is whole runs from the next sample on.
   uint8_t work(uint8_t* wire) {
@@ -96,8 +99,10 @@ class Models {
   }
 
  private:
-  static constexpr uint8_t kStirred = 8;  // samples
+  static constexpr uint8_t kStirred = 8;                                                     // samples
+  static constexpr uint8_t kBetweenOffers = static_cast<uint8_t>(config::kRate_hz * 2 / 5);  // samples, 0.4 s
 
+  uint8_t until_offer_ = 0;
   Eeprom eeprom_;
   glove::ModelStore<Eeprom, config::kParts> store_{config::kImage};
   glove::ModelReceiver<Eeprom, config::kParts> receiver_;
@@ -120,7 +125,7 @@ class Models {
 #endif
   void stir(uint16_t) {}
   void offer() {}
-  void take(link::PacketReader&) {}
+  bool take(link::PacketReader&) { return false; }
   bool busy() const { return false; }
   uint8_t work(uint8_t*) { return 0; }
 };
@@ -203,21 +208,18 @@ class Output {
   FLEXOR_SHARED void send_frame() {
     if (!turns_.take_slot(end_.packet().amid())) return;
     const bool listens = turns_.listens(!end_.in_touch());
+    if (readings_left_ > 0) send_readings();  // first: after a frame that listens the hand speaks
     if (listens && (wants_state_ || !end_.in_touch())) {
       send_state();
     } else if (end_.in_touch()) {
       send_angles(listens);
     }
-    if (readings_left_ > 0) send_readings();
   }
 
  private:
   void take() {
     const link::Type type = end_.packet().type();
-    if (type == link::Type::coefficients) {
-      turns_.favour(kSlotsPerSecond);
-      models_.take(end_.packet());
-    }
+    if (type == link::Type::coefficients && models_.take(end_.packet())) turns_.favour(kSlotsPerSecond);
     if (type != link::Type::request || end_.packet().body_bytes() != 1) return;
     const link::Request request = static_cast<link::Request>(end_.packet().body()[0]);
     if (request == link::Request::coefficients) models_.offer();

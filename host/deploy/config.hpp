@@ -26,6 +26,7 @@ namespace flexor::deploy {
 inline constexpr int kFingers = link::kFingers;
 inline constexpr double kClock_hz = 16e6;
 inline constexpr double kUsbBaud = 115200;
+inline constexpr double kLeastBaudWithKey = 4800;  // of the radio
 
 using Key = std::optional<link::Key>;  // none: plain frames
 
@@ -76,6 +77,8 @@ struct Glove {
   Encoding encoding = Encoding::alpha;  // with output opengloves
   bool right_hand = true;               // likewise
   ModelAs model_as = ModelAs::code;
+  bool in_flash =
+      false;  // a model that is data lies in flash also where EEPROM has room: larger ones can follow it
   bool track = false;    // strips are followed while the glove is worn
   bool assembly = true;  // products as the microcontroller has them; the same bits
 };

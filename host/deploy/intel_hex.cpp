@@ -126,6 +126,15 @@ FlashContent parse_intel_hex(std::string_view text, const std::string& name, std
 }
 
 FlashContent read_intel_hex(const std::filesystem::path& path, std::size_t flash_bytes) {
+  // What has no end is not read at all.
+  constexpr std::uintmax_t kMost = 4 << 20;
+  io::require_readable(path);
+  if (!std::filesystem::is_regular_file(path))
+    throw InputError(fmt::format("{}: is no plain file, as an image in Intel HEX is", path.string()));
+  const std::uintmax_t size = std::filesystem::file_size(path);
+  if (size > kMost)
+    throw InputError(
+        fmt::format("{}: has {} bytes: an image in Intel HEX has {} at most", path.string(), size, kMost));
   return parse_intel_hex(io::read_file(path), path.string(), flash_bytes);
 }
 

@@ -448,6 +448,7 @@ ModelBlock model_block(const Glove& glove, int parts) {
 
 DataBlock data_block(const Glove& glove) {
   for (const int parts : {1, kFingers}) {
+    if (glove.in_flash) break;
     ModelBlock block = model_block(glove, parts);
     if (block.largest() > glove::slot_room(static_cast<std::uint8_t>(parts))) continue;
     if (block.bytes() + block.state_bytes <= kArenaBytes) return {std::move(block), false};

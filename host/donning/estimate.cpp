@@ -156,14 +156,42 @@ model::Correction correction_of(const Line& line, const model::Spread& made) {
   return {gain, made.middle() * (1 - gain) + line.shift * made.span()};
 }
 
-Rows Sightings::rows(const std::vector<Line>& lines, const Eigen::VectorXd&) const {
+namespace {
+
+// Standard deviations of where a pose lies, of the way from the open hand to the fist.
+constexpr double kOpenBent = 0.035;
+constexpr double kOpenBeyond = 0.02;
+constexpr double kFistShort = 0.3;
+constexpr double kFistBeyond = 0.02;
+
+struct Place {
+  double at;
+  double slope;
+};
+
+// Of an unknown of unit variance: straight lines of either slope far from 0, smooth between them.
+Place sided(double x, double below, double above) {
+  const double root = std::hypot(x, 1.0);
+  return {(above + below) / 2 * x + (above - below) / 2 * (root - 1),
+          (above + below) / 2 + (above - below) / 2 * x / root};
+}
+
+}  // namespace
+
+Rows Sightings::rows(const std::vector<Line>& lines, const Eigen::VectorXd& own) const {
   const auto n = static_cast<Eigen::Index>(sightings_.size());
-  Rows out{Eigen::MatrixXd::Zero(n, column(lines.size())), Eigen::VectorXd(n)};
+  const Eigen::Index sensors = column(lines.size());
+  Rows out{Eigen::MatrixXd::Zero(n, sensors + 2), Eigen::VectorXd(n)};
+  const Place open = sided(own(0), kOpenBeyond, kOpenBent);
+  const Place fist = sided(own(1), kFistShort, kFistBeyond);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Sighting& s = sightings_[static_cast<std::size_t>(i)];
     const model::Spread& made = made_[s.sensor];
-    out.error(i) = (s.made - made_of(lines[s.sensor], made, s.reading)) / (made.span() * s.error);
+    const Place& place = s.fist ? fist : open;
+    const double off = (s.made - made_of(lines[s.sensor], made, s.reading)) / made.span();
+    out.error(i) = (off + s.pose * place.at) / s.error;
     out.jacobian.block<1, 2>(i, column(s.sensor)) = derivative(lines[s.sensor], made, s.reading) / s.error;
+    out.jacobian(i, sensors + (s.fist ? 1 : 0)) = -s.pose * place.slope / s.error;
   }
   return out;
 }

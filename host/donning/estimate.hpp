@@ -41,6 +41,8 @@ struct Sighting {
   double reading = 0;
   double made = 0;
   double error = 0;
+  double pose = 0;  // from the open hand to the fist where the model was made, in spans
+  bool fist = false;
 };
 
 class Evidence {
@@ -51,11 +53,13 @@ class Evidence {
   virtual Rows rows(const std::vector<Line>& lines, const Eigen::VectorXd& own) const = 0;
 };
 
-// Held poses.
+// Held poses. A hand errs as a whole as well: all of its fingers may be less open, or less closed, than they were. A fist that is
+// not as tight is common, one that is tighter is not: how far a pose lies towards the open hand is broad, beyond the pose narrow.
 class Sightings : public Evidence {
  public:
   Sightings(std::vector<Sighting> sightings, const std::vector<model::Spread>& made)
       : sightings_(std::move(sightings)), made_(made) {}
+  Eigen::Index unknowns() const override { return 2; }  // of the open hand and of the fist
   Rows rows(const std::vector<Line>& lines, const Eigen::VectorXd& own) const override;
 
  private:

@@ -45,7 +45,7 @@ bool are_swapped(const model::Model& model, const std::vector<Hold>& holds) {
     const Held h = held(holds, i, false);
     if (!h.open || !h.fist || !model.inputs[i].poses) continue;
     const double share = (*h.fist - *h.open) / wanted(*model.inputs[i].poses);
-    turned += share < -kNotReached ? 1 : share > 0 ? -1 : 0;
+    turned += share < -kUnmoved ? 1 : share > 0 ? -1 : 0;
   }
   return turned > 0;
 }
@@ -59,13 +59,27 @@ double pose_error(const model::Model& model, std::size_t sensor) {
 struct Ends {
   Held held;
   double share = 0;  // of what the poses were apart where the model was made
+
+  bool both() const { return held.open && held.fist; }
+  bool moved() const { return both() && std::abs(share) > kUnmoved; }
 };
+
+std::vector<Ends> ends_of(const model::Model& model, const std::vector<Hold>& holds, bool swapped) {
+  std::vector<Ends> out;
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    Ends& one = out.emplace_back();
+    if (!model.inputs[i].poses) continue;
+    one.held = held(holds, i, swapped);
+    if (one.both()) one.share = (*one.held.fist - *one.held.open) / wanted(*model.inputs[i].poses);
+  }
+  return out;
+}
 
 // Most sensors that were held in both poses and moved: how far they went.
 double usual_share(const std::vector<Ends>& all) {
   std::vector<double> shares;
   for (const Ends& one : all) {
-    if (one.held.open && one.held.fist && std::abs(one.share) > kUnmoved) shares.push_back(one.share);
+    if (one.moved()) shares.push_back(one.share);
   }
   if (shares.empty()) return 0;
   const auto middle = shares.begin() + std::ssize(shares) / 2;
@@ -78,64 +92,76 @@ bool fist_was_reached(const model::Model& model, const std::vector<Ends>& all) {
   double open = 0;
   double fist = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const Held& h = all[i].held;
-    if (!h.open || !h.fist || !model.inputs[i].poses || std::abs(all[i].share) <= kUnmoved) continue;
+    if (!all[i].moved()) continue;
     const model::Poses& made = *model.inputs[i].poses;
-    open += std::abs((*h.open - made.open) / wanted(made));
-    fist += std::abs((*h.fist - made.fist) / wanted(made));
+    open += std::abs((*all[i].held.open - made.open) / wanted(made));
+    fist += std::abs((*all[i].held.fist - made.fist) / wanted(made));
   }
   return fist < open;
 }
 
-void read_sensor(const model::Model& model, std::size_t i, const std::vector<Ends>& all, PoseReading& out) {
+// A strip that no donning explains, where most others moved from pose to pose.
+std::string misfit_of(const model::Input& input, const Ends& ends) {
+  if (!ends.both()) return {};
+  if (ends.share < -kUnmoved) {
+    return fmt::format("{}: it moves the other way than where the model was made: is its strip turned?",
+                       input.name);
+  }
+  if (ends.share < kUnmoved) {
+    return fmt::format(
+        "{}: it stands still at {:.4g} where the others moved: is it plugged in, is its strip whole, "
+        "was it bent?",
+        input.name, *ends.held.open);
+  }
+  return {};
+}
+
+void read_sensor(const model::Model& model, std::size_t i, const Ends& ends, bool fist_counts,
+                 PoseReading& out) {
   const model::Input& input = model.inputs[i];
   if (!input.poses) return;
-  const double error = pose_error(model, i);
-  Held h = all[i].held;
-  if (h.open && h.fist) {
-    const double share = all[i].share;
-    if (share < -kUnmoved) {
-      out.misfits.emplace_back(
-          i, fmt::format("{}: it moves the other way than where the model was made: is its strip turned?",
-                         input.name));
-      return;
-    }
-    const double usual = usual_share(all);
-    if (share < kUnmoved && usual > 2 * kUnmoved) {
-      out.misfits.emplace_back(i, fmt::format("{}: it stands still at {:.4g} where the others moved: is it "
-                                              "plugged in, is its strip whole, was it bent?",
-                                              input.name, *h.open));
-      return;
-    }
-    if (share < kNotReached || usual < kUsuallyReached) {
-      const bool fist_fits = fist_was_reached(model, all);
-      (fist_fits ? h.open : h.fist).reset();
-      out.notes.push_back(fmt::format("{}: its {} was not reached and does not count", input.name,
-                                      fist_fits ? "open hand" : "fist"));
-    }
+  if (std::string misfit = misfit_of(input, ends); !misfit.empty()) {
+    out.misfits.emplace_back(i, std::move(misfit));
+    return;
   }
-  if (h.open) out.sightings.push_back({i, *h.open, input.poses->open, error});
-  if (h.fist) out.sightings.push_back({i, *h.fist, input.poses->fist, error});
+  const double error = pose_error(model, i);
+  const double pose = wanted(*input.poses) / model.inputs[i].readings->span();
+  if (ends.held.open) out.sightings.push_back({i, *ends.held.open, input.poses->open, error, pose, false});
+  if (!ends.held.fist) return;
+  if (!fist_counts || (ends.both() && ends.share < kNotReached)) {
+    out.notes.push_back(fmt::format("{}: its fist was not reached and does not count", input.name));
+    return;
+  }
+  out.sightings.push_back({i, *ends.held.fist, input.poses->fist, error, pose, true});
 }
 
 }  // namespace
 
-PoseReading read_poses(const model::Model& model, const std::vector<Hold>& holds,
-                       const std::vector<model::Spread>&) {
+PoseReading read_poses(const model::Model& model, const std::vector<Hold>& holds) {
   if (std::ranges::none_of(model.inputs, [](const auto& input) { return input.poses.has_value(); }))
     throw io::InputError(
         "the model does not say what its sensors read at the open hand and at the fist: identify it anew");
   PoseReading out;
   const bool swapped = are_swapped(model, holds);
   if (swapped) out.notes.emplace_back("open hand and fist were held the other way round: taken so");
-  std::vector<Ends> all;
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    Ends& one = all.emplace_back();
-    one.held = held(holds, i, swapped);
-    if (one.held.open && one.held.fist && model.inputs[i].poses)
-      one.share = (*one.held.fist - *one.held.open) / wanted(*model.inputs[i].poses);
+  const std::vector<Ends> all = ends_of(model, holds, swapped);
+  const auto live = std::ranges::count_if(all, &Ends::both);
+  const auto moved = std::ranges::count_if(all, &Ends::moved);
+  if (live > 0 && 2 * moved <= live) {
+    out.wanted.push_back(fmt::format(
+        "open hand and fist with all fingers: {} of {} sensors moved from one to the other", moved, live));
+    return out;
   }
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) read_sensor(model, i, all, out);
+  const bool closed = live == 0 || usual_share(all) >= kUsuallyReached;
+  if (!closed && fist_was_reached(model, all)) {
+    out.wanted.emplace_back(
+        "open hand and fist once more, the hand wholly open and wholly closed: they lie too "
+        "near to each other to say which of them was not reached");
+    return out;
+  }
+  if (!closed)
+    out.wanted.emplace_back("the fist once more, wholly closed: it was not reached and does not count");
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) read_sensor(model, i, all[i], closed, out);
   return out;
 }
 

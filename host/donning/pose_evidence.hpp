@@ -12,14 +12,15 @@ namespace flexor::donning {
 struct PoseReading {
   std::vector<Sighting> sightings;
   std::vector<std::pair<std::size_t, std::string>> misfits;  // sensor, and what is wrong with it
+  std::vector<std::string> wanted;
   std::vector<std::string> notes;
 };
 
-// A pose errs by some degrees (5). Poses that most sensors read the other way round were swapped. Where a sensor's poses lie
-// nearer to each other than half of what they did, one was not reached: that which lies farther from where it was.
+// Poses that most sensors read the other way round were swapped. Of sensors without poses in the model nothing is said; where
+// no more than half of the others moved from one pose to the other, nothing of any: these were not the poses. A fist that most
+// sensors read far from where it was does not count; where it is the open hand that lies farther off, neither does.
 // Throws io::InputError for a model without poses.
-PoseReading read_poses(const model::Model& model, const std::vector<Hold>& holds,
-                       const std::vector<model::Spread>& made);
+PoseReading read_poses(const model::Model& model, const std::vector<Hold>& holds);
 
 // The stretches of a log in which all sensors rest for a second or more, as poses in the order of `fist`; readings evenly
 // spaced, of each input as many. Empty where there are fewer.

@@ -274,7 +274,7 @@ Scored scored(const std::vector<Fold>& folds, Draw draw, double seconds, int dra
     Request request;
     request.model = model_of_others(fold);
     for (int i = 0; i < draws; ++i, ++count) {
-      request.motion = draw(fold.front(), seconds, random);
+      request.motion = {draw(fold.front(), seconds, random)};
       const Recalibration r = recalibrate(request);
       double lost = 0;
       for (std::size_t c = 0; c < 3; ++c) {

@@ -24,16 +24,24 @@ constexpr double kMostCovered = 1.7;
 constexpr double kStandsStill = 0.01;
 constexpr double kSlipped = 0.3;
 constexpr double kSignificant = 0.7;  // standard errors
-constexpr double kSure = 1.4;         // standard errors
+constexpr double kSure = 1.3;         // standard errors
 constexpr double kFarthest = 3;       // of the prior's standard deviations
 constexpr std::size_t kLeastSamples = 20;
+
+// What one log says of one sensor.
+struct Verdict {
+  bool tells = false;
+  std::string misfit;
+  std::string wanted;
+};
 
 // What is known of one sensor before the estimate.
 struct Case {
   Prior prior;
   model::Spread made;
   double turn = 0;
-  Window window;
+  std::vector<std::optional<Window>> windows;  // of each log, where it tells
+  std::optional<Window> shown;                 // of the log that shows most
   bool informed = false;
   std::string misfit;
   std::string wanted;
@@ -82,62 +90,72 @@ std::vector<Case> cases_of(model::Model& model, const Prior& prior) {
   return out;
 }
 
-Window window_of(const Case& one, std::span<const double> readings) {
-  return donning::window_of(readings, one.made.share, one.turn);
-}
-
 bool whole_cycle(const Window& w, const model::Spread& made) {
   if (w.turns.there_and_back >= kThereAndBack * made.span()) return true;
   return w.turns.count() >= kWholeCycle - (w.span() >= kBothEnds * made.span() ? 1 : 0);
 }
 
 // Whether the stretch tells this sensor; else what is wrong with it or what is wanted.
-bool judge(const std::string& name, Case& one, std::span<const double> readings) {
-  const double covered = one.window.span() / one.made.span();
-  if (!whole_cycle(one.window, one.made)) {
+Verdict judge(const std::string& name, const Case& one, const Window& window,
+              std::span<const double> readings) {
+  const double covered = window.span() / one.made.span();
+  if (!whole_cycle(window, one.made)) {
+    Verdict out;
     const double little = std::max(one.turn / 5, kStandsStill * one.made.span());
     if (covered < kStandsStill) {
-      one.misfit =
+      out.misfit =
           fmt::format("{}: it stands still at {:.4g}: is it plugged in, is its strip whole, was it bent?",
-                      name, one.window.middle());
+                      name, window.middle());
     } else if (covered < kSlipped && turns_of(readings, little).count() >= 2 * kWholeCycle) {
-      one.misfit = fmt::format(
+      out.misfit = fmt::format(
           "{}: it moves between {:.4g} and {:.4g} only, {:.0f} % of what it did: has its strip slipped or "
           "broken?",
-          name, one.window.quantile.front(), one.window.quantile.back(), 100 * covered);
+          name, window.quantile.front(), window.quantile.back(), 100 * covered);
     }
-    one.wanted = fmt::format("{}: open and close it once more: {} of {} turns of {:g} degrees were seen",
-                             name, one.window.turns.count(), kWholeCycle, kTurn_deg);
-    return false;
+    out.wanted = fmt::format("{}: open and close it once more: {} of {} turns of {:g} degrees were seen",
+                             name, window.turns.count(), kWholeCycle, kTurn_deg);
+    return out;
   }
   if (covered < kLeastCovered) {
-    one.wanted = fmt::format("{}: bend it from one end to the other: {:.0f} % of its range was seen", name,
-                             100 * covered);
-    return false;
+    return {false, "",
+            fmt::format("{}: bend it from one end to the other: {:.0f} % of its range was seen", name,
+                        100 * covered)};
   }
   if (covered > kMostCovered) {
-    one.misfit = fmt::format(
-        "{}: it moves {:.1f} times as far as where the model was made: another strip or another hand?", name,
-        covered);
-    return false;
+    return {false,
+            fmt::format("{}: it moves {:.1f} times as far as where the model was made: another strip or "
+                        "another hand?",
+                        name, covered),
+            ""};
   }
-  return true;
+  return {true, "", ""};
+}
+
+// Each log by itself; what is wrong or wanted is said by that which shows most, unless one tells.
+void look_at_sensor(const Request& request, std::size_t i, Case& one) {
+  const model::Input& input = request.model.inputs[i];
+  for (const Motion& motion : request.motion) {
+    const std::vector<double>& readings = motion.reading[i];
+    auto& told = one.windows.emplace_back();
+    if (readings.size() < kLeastSamples) continue;
+    Window window = window_of(readings, one.made.share, one.turn);
+    const Verdict verdict = judge(input.name, one, window, readings);
+    if (verdict.tells) told = window;
+    const bool most = !one.shown || (verdict.tells && !one.informed) ||
+                      (verdict.tells == one.informed && window.span() > one.shown->span());
+    one.informed = one.informed || verdict.tells;
+    if (!most) continue;
+    one.misfit = verdict.misfit;
+    one.wanted = verdict.wanted;
+    one.shown = std::move(window);
+  }
+  if (one.shown || request.motion.empty()) return;
+  one.misfit = fmt::format("{}: hardly any reading of it is valid: is it plugged in?", input.name);
+  one.wanted = fmt::format("{}: readings within {:g} and {:g}", input.name, input.valid_min, input.valid_max);
 }
 
 void look_at_motion(const Request& request, std::vector<Case>& cases) {
-  if (!request.motion) return;
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    const std::vector<double>& readings = request.motion->reading[i];
-    const std::string& name = request.model.inputs[i].name;
-    if (readings.size() < kLeastSamples) {
-      cases[i].misfit = fmt::format("{}: hardly any reading of it is valid: is it plugged in?", name);
-      cases[i].wanted = fmt::format("{}: readings within {:g} and {:g}", name,
-                                    request.model.inputs[i].valid_min, request.model.inputs[i].valid_max);
-      continue;
-    }
-    cases[i].window = window_of(cases[i], readings);
-    cases[i].informed = judge(name, cases[i], readings);
-  }
+  for (std::size_t i = 0; i < cases.size(); ++i) look_at_sensor(request, i, cases[i]);
 }
 
 struct Variances {
@@ -185,7 +203,8 @@ std::string reason_to_keep(const Request& request, const Estimate& e, Case& one,
                            bool seen_helps) {
   const std::string& name = request.model.inputs[i].name;
   if (!one.misfit.empty()) return one.misfit;
-  if (!one.informed) return one.wanted;
+  if (!one.informed && !one.wanted.empty()) return one.wanted;
+  if (!one.informed) return fmt::format("{}: nothing that was given tells it", name);
   const Line& line = e.line[i];
   if (std::abs(line.shift) > kFarthest * one.prior.shift_sd ||
       std::abs(line.log_gain) > kFarthest * one.prior.log_gain_sd) {
@@ -208,6 +227,7 @@ std::vector<JointResult> joints_of(const model::Model& old, const std::vector<Ca
                                    const std::vector<SensorResult>& sensors) {
   std::vector<JointResult> out(old.joints.size());
   std::vector<double> square(out.size(), 0);
+  std::vector<double> change_square(out.size(), 0);
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const auto all = slopes(old, i);
     const Variances v = variances(e, i);
@@ -216,37 +236,80 @@ std::vector<JointResult> joints_of(const model::Model& old, const std::vector<Ca
       for (std::size_t k = 0; k < all[j].size(); ++k) {
         const double place = (static_cast<double>(k) + 0.5) / parts - 0.5;
         const double slope = all[j][k] * cases[i].made.span();
-        square[j] += slope * slope * v.at(place) / parts;
+        // A line that was found and not taken is still there.
+        const double left = sensors[i].applied ? 0 : e.line[i].shift + place * e.line[i].log_gain;
+        square[j] += slope * slope * (v.at(place) + left * left) / parts;
         const double reading = cases[i].made.middle() + place * cases[i].made.span();
-        out[j].change_deg += all[j][k] * (sensors[i].correction(reading) - reading) / parts;
+        const double change_deg = all[j][k] * (sensors[i].correction(reading) - reading);
+        out[j].change_deg += change_deg / parts;
+        change_square[j] += change_deg * change_deg / parts;
       }
     }
   }
   for (std::size_t j = 0; j < out.size(); ++j) {
     out[j].name = old.joints[j].name;
     out[j].se_deg = std::sqrt(square[j]);
+    out[j].change_rms_deg = std::sqrt(change_square[j]);
   }
   return out;
 }
 
-std::vector<std::unique_ptr<Evidence>> evidence_of(const Request& request, std::vector<Case>& cases,
-                                                   Recalibration& out) {
-  std::vector<std::unique_ptr<Evidence>> all;
+using AllEvidence = std::vector<std::unique_ptr<Evidence>>;
+
+void add_motion(const Request& request, const std::vector<Case>& cases, AllEvidence& all) {
+  for (std::size_t m = 0; m < request.motion.size(); ++m) {
+    std::vector<Stretch> stretches;
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      const Case& one = cases[i];
+      if (one.windows[m])
+        stretches.push_back({i, *one.windows[m], one.made, one.prior, bends_of(request.model, i)});
+    }
+    if (!stretches.empty()) all.push_back(std::make_unique<Quantiles>(std::move(stretches)));
+  }
+}
+
+// Of a sensor that the poses do not tell, where motion does not either.
+void say_what_poses_lack(const Request& request, std::size_t i, Case& one) {
+  const model::Input& input = request.model.inputs[i];
+  if (!input.poses) {
+    one.wanted =
+        fmt::format("{}: motion or a camera: the model does not say what it reads at the poses", input.name);
+    return;
+  }
+  const auto missing = [&](const Hold& hold) { return std::isnan(hold.reading[i]); };
+  if (std::ranges::all_of(request.holds, missing))
+    one.misfit = fmt::format("{}: no reading of it is valid in the poses: is it plugged in?", input.name);
+}
+
+void add_poses(const Request& request, const std::vector<model::Spread>& made, std::vector<Case>& cases,
+               AllEvidence& all, Recalibration& out) {
+  PoseReading poses = read_poses(request.model, request.holds);
+  out.notes.insert(out.notes.end(), poses.notes.begin(), poses.notes.end());
+  out.wanted.insert(out.wanted.end(), poses.wanted.begin(), poses.wanted.end());
+  for (const auto& [sensor, text] : poses.misfits) {
+    if (!cases[sensor].informed) {
+      cases[sensor].misfit = text;
+    } else {
+      out.notes.push_back(text);  // motion tells it all the same
+    }
+  }
+  std::vector<int> sighted(cases.size(), 0);
+  for (const Sighting& s : poses.sightings) ++sighted[s.sensor];
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    if (sighted[i] > 1 && !cases[i].informed) cases[i].misfit.clear();  // it moved from one to the other
+    if (sighted[i] == 0 && !cases[i].informed && cases[i].misfit.empty())
+      say_what_poses_lack(request, i, cases[i]);
+    cases[i].informed = cases[i].informed || sighted[i] > 0;
+  }
+  if (!poses.sightings.empty()) all.push_back(std::make_unique<Sightings>(std::move(poses.sightings), made));
+}
+
+AllEvidence evidence_of(const Request& request, std::vector<Case>& cases, Recalibration& out) {
+  AllEvidence all;
   std::vector<model::Spread> made;
   for (const Case& one : cases) made.push_back(one.made);
-  std::vector<Stretch> stretches;
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    if (cases[i].informed)
-      stretches.push_back({i, cases[i].window, made[i], cases[i].prior, bends_of(request.model, i)});
-  }
-  if (!stretches.empty()) all.push_back(std::make_unique<Quantiles>(std::move(stretches)));
-  if (!request.holds.empty()) {
-    PoseReading poses = read_poses(request.model, request.holds, made);
-    out.notes.insert(out.notes.end(), poses.notes.begin(), poses.notes.end());
-    for (const Sighting& s : poses.sightings) cases[s.sensor].informed = true;
-    for (const auto& [sensor, text] : poses.misfits) cases[sensor].misfit = text;
-    all.push_back(std::make_unique<Sightings>(std::move(poses.sightings), made));
-  }
+  add_motion(request, cases, all);
+  if (!request.holds.empty()) add_poses(request, made, cases, all, out);
   if (request.seen) {
     for (const std::size_t sensor : told_by_camera(request.model, *request.seen))
       cases[sensor].informed = true;
@@ -255,7 +318,7 @@ std::vector<std::unique_ptr<Evidence>> evidence_of(const Request& request, std::
   return all;
 }
 
-Estimate estimate_of(const std::vector<Case>& cases, const std::vector<std::unique_ptr<Evidence>>& evidence,
+Estimate estimate_of(const std::vector<Case>& cases, const AllEvidence& evidence,
                      const Evidence* instead_of_last = nullptr) {
   std::vector<Prior> priors;
   for (const Case& one : cases) priors.push_back(one.prior);
@@ -266,8 +329,7 @@ Estimate estimate_of(const std::vector<Case>& cases, const std::vector<std::uniq
 }
 
 // The second half of what the camera saw, by an estimate from its first.
-bool camera_agrees(const Request& request, const std::vector<Case>& cases,
-                   const std::vector<std::unique_ptr<Evidence>>& evidence) {
+bool camera_agrees(const Request& request, const std::vector<Case>& cases, const AllEvidence& evidence) {
   if (!request.seen) return true;
   std::vector<model::Spread> made;
   for (const Case& one : cases) made.push_back(one.made);
@@ -283,15 +345,31 @@ SensorResult result_of(const Request& request, const Estimate& e, const Case& on
   s.name = request.model.inputs[i].name;
   s.shift_se = std::sqrt(v.shift) * one.made.span();
   s.gain_se = std::sqrt(v.log_gain) * std::exp(e.line[i].log_gain);
-  s.reversals = one.window.turns.count();
-  if (!one.window.quantile.empty()) s.covered = one.window.span() / one.made.span();
+  if (one.shown) s.reversals = one.shown->turns.count();
+  if (one.shown) s.covered = one.shown->span() / one.made.span();
   return s;
 }
 
 void check(const Request& request) {
-  if (!request.motion && request.holds.empty() && !request.seen)
+  if (request.motion.empty() && request.holds.empty() && !request.seen && request.lacking.empty())
     throw io::InputError(
         "nothing to calibrate from: --recording SHORT, --poses open,fist LOG or --pair SHORT CAMERA");
+}
+
+// Where nothing was applied though no sensor said what it wants.
+std::string wanted_instead(const Recalibration& r, bool sure, bool seen_helps) {
+  if (!r.misfits.empty())
+    return "strips as they were where the model was made: see what does not fit; or identify a model anew";
+  if (!sure)
+    return "open hand and fist once more, held as they were where the model was made, or motion: what the "
+           "poses "
+           "tell may be chance";
+  if (!seen_helps)
+    return "a longer stretch with the camera: what was held back of this one is no better with a new "
+           "calibration";
+  return "nothing where the angles are right; else more of it: no change that it tells is larger than its "
+         "own "
+         "error";
 }
 
 }  // namespace
@@ -299,10 +377,11 @@ void check(const Request& request) {
 Recalibration recalibrate(const Request& request) {
   check(request);
   Recalibration out;
+  out.wanted = request.lacking;
   Request known = request;
   std::vector<Case> cases = cases_of(known.model, request.prior);
   look_at_motion(known, cases);
-  const auto evidence = evidence_of(known, cases, out);
+  const AllEvidence evidence = evidence_of(known, cases, out);
   const Estimate e = estimate_of(cases, evidence);
   const bool seen_helps = camera_agrees(known, cases, evidence);
   out.model = request.model;
@@ -328,6 +407,9 @@ Recalibration recalibrate(const Request& request) {
     }
     out.sensors.push_back(std::move(s));
   }
+  const bool nothing_found = std::ranges::none_of(found, [](bool f) { return f; });
+  if (!out.applied && out.wanted.empty())
+    out.wanted.push_back(wanted_instead(out, sure || nothing_found, seen_helps));
   out.joints = joints_of(known.model, cases, e, out.sensors);
   return out;
 }

@@ -5,7 +5,8 @@
 // A stretch without angles counts only where it shows a whole cycle (three turns of 30 degrees; two, or one bend there and
 // back, where they go nearly from end to end) and most of the sensor's span. What is found is taken for a sensor where it is larger than 0.7 of its standard errors and, with a camera, where the second
 // half agrees that a fit to the first helps; otherwise the sensor stays as it was. What held poses tell is taken only where it
-// makes the angles better by 1.4 standard errors, all sensors together: poses are as good as their wearer.
+// makes the angles better by 1.3 standard errors, all sensors together: poses are as good as their wearer. Each log of motion
+// is looked at by itself: of a finger that shows no whole cycle in one, that one says nothing.
 #pragma once
 
 #include <optional>
@@ -42,9 +43,16 @@ struct Seen {
 struct Request {
   model::Model model;
   Prior prior = shipped_prior();
-  std::optional<Motion> motion = {};
+  std::vector<Motion> motion = {};  // of each log
   std::vector<Hold> holds = {};
   std::optional<Seen> seen = {};
+  std::vector<std::string> lacking = {};  // evidence that was given and cannot be used, in words
+};
+
+// Of the camera's file against the glove's.
+struct CameraClock {
+  double offset_s = 0;    // reference time minus sensor time
+  double confidence = 0;  // 0 to 1
 };
 
 struct SensorResult {
@@ -53,15 +61,16 @@ struct SensorResult {
   model::Correction correction;  // none unless applied
   double shift_se = 0;           // of what the sensor's middle is taken for, in its unit
   double gain_se = 0;
-  int reversals = 0;   // of the motion
-  double covered = 0;  // of its span by the motion
+  int reversals = 0;   // of the motion, in the log that shows most
+  double covered = 0;  // of its span there
   std::string kept;    // why it was not applied
 };
 
 struct JointResult {
   std::string name;
-  double change_deg = 0;  // of its angles, over the readings that the model was made from
-  double se_deg = 0;      // that is left
+  double change_deg = 0;      // mean of its angles' change, over the readings that the model was made from
+  double change_rms_deg = 0;  // likewise its root mean square
+  double se_deg = 0;          // that is left
 };
 
 struct Recalibration {
@@ -69,9 +78,10 @@ struct Recalibration {
   bool applied = false;
   std::vector<SensorResult> sensors;
   std::vector<JointResult> joints;
-  std::vector<std::string> wanted;   // what the evidence lacks
+  std::vector<std::string> wanted;   // what the evidence lacks; never empty unless something was applied
   std::vector<std::string> misfits;  // sensors that no donning explains
   std::vector<std::string> notes;
+  std::optional<CameraClock> clock;  // of files with a camera
 };
 
 // Throws io::InputError: no evidence, a model that does not say what it was made from.

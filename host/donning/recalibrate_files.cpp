@@ -10,6 +10,7 @@
 
 #include "host/donning/pose_evidence.hpp"
 #include "host/io/io.hpp"
+#include "host/recording/clock.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/pair.hpp"
 #include "host/recording/resample.hpp"
@@ -56,7 +57,7 @@ recording::Recording read_log(const std::filesystem::path& path, const FileReque
                               const model::Model& model, std::vector<std::string>& notes) {
   io::require_readable(path);
   std::ifstream file(path, std::ios::binary);
-  recording::CsvReader reader(file, path.string(), {columns_for(request, model), request.time_unit});
+  recording::CsvReader reader(file, path.string(), {columns_for(request, model), request.time_unit, true});
   check_units(reader, model, notes);
   recording::Stream stream(reader, recording::Resets::follow);
   recording::Recording out;
@@ -70,13 +71,21 @@ recording::Recording read_log(const std::filesystem::path& path, const FileReque
   if (out.t_s.size() < 2)
     throw io::InputError(fmt::format("{}: no two rows with a reading of every input", out.source));
   for (const std::string& note : stream.notes()) notes.push_back(note);
+  out.digest = reader.digest();
   return out;
+}
+
+std::vector<double> without_holes(std::vector<double> values) {
+  std::erase_if(values, [](double v) { return std::isnan(v); });
+  return values;
 }
 
 // Counts between the converter's rails; of anything else what was read, without spikes.
 recording::Range range_of(const model::Input& input, const std::vector<double>& values) {
   if (input.unit == "count") return {input.valid_min, input.valid_max};
-  return recording::without_spikes(values);
+  const std::vector<double> read = without_holes(values);
+  if (read.empty()) return {1, 0};
+  return recording::without_spikes(read);
 }
 
 struct Sampled {
@@ -101,6 +110,7 @@ Sampled sampled(const recording::Recording& log, const model::Model& model) {
 
 // Joint and its column in the camera's file.
 using Columned = std::pair<std::size_t, std::string>;
+using Angles = std::vector<std::pair<Columned, recording::Recording>>;
 
 std::vector<Columned> mapped(const std::string& map, const model::Model& model) {
   std::vector<Columned> out;
@@ -142,46 +152,96 @@ std::vector<Columned> by_name(const FileRequest& request, const model::Model& mo
   return out;
 }
 
-// The clock offset by the sensor that tells most.
-double clock_offset(const recording::Recording& log, const recording::Recording& angle,
-                    const std::string& column) {
-  std::optional<recording::Alignment> best;
-  std::string reason;
-  for (const recording::Column& sensor : log.columns) {
+constexpr double kUnsure = 0.1;  // confidence: a clock that is not told
+
+// What the surest of a joint's own sensors says of the clock; another finger's may move alike, but earlier or later.
+// `why`: what the others say, where none does.
+std::optional<recording::ClockOpinion> opinion_of(const recording::Recording& log,
+                                                  const std::vector<std::size_t>& sensors,
+                                                  const recording::Series& angle, std::string& why) {
+  std::optional<recording::ClockOpinion> best;
+  for (const std::size_t sensor : sensors) {
+    std::vector<double> t_s;
+    for (std::size_t k = 0; k < log.t_s.size(); ++k) {
+      if (!std::isnan(log.columns[sensor].value[k])) t_s.push_back(log.t_s[k]);
+    }
+    const std::vector<double> read = without_holes(log.columns[sensor].value);
+    if (read.size() < 2) continue;
     try {
-      recording::Alignment a = recording::align({log.t_s, sensor.value}, angle.series(column));
-      if (!best || a.confidence > best->confidence) best = std::move(a);
+      const auto one = recording::opinion_of(recording::align({t_s, read}, angle), sensor);
+      if (!best || one.confidence > best->confidence) best = one;
     } catch (const io::JobError& error) {
-      reason = error.what();
+      why = error.what();
     }
   }
-  if (!best) throw io::JobError(reason);
-  return best->clock_offset_s;
+  return best;
 }
 
-Seen seen_in(const FileRequest& request, recording::Recording log, const model::Model& model,
-             std::vector<std::string>& notes) {
-  const auto joints = request.map.empty() ? by_name(request, model) : mapped(request.map, model);
+// By all joints that the camera saw; a sensor that several of them depend on has one opinion, its surest.
+CameraClock clock_of(const recording::Recording& log, const model::Model& model, const Angles& angles) {
+  if (!log.digest.empty() && log.digest == angles.front().second.digest) return {0, 1};  // one file
+  const model::Graph graph(model);
+  std::vector<recording::ClockOpinion> opinions;
+  std::string why = "no reading of its sensors is valid";
+  for (const auto& [seen, angle] : angles) {
+    const auto one = opinion_of(log, graph.inputs[graph.joint[seen.first]], angle.series(seen.second), why);
+    if (!one) continue;
+    const auto known = std::ranges::find(opinions, one->of, &recording::ClockOpinion::of);
+    if (known == opinions.end()) {
+      opinions.push_back(*one);
+    } else if (one->confidence > known->confidence) {
+      *known = *one;
+    }
+  }
+  if (opinions.empty()) throw io::JobError(why);
+  recording::keep_agreeing(opinions);
+  const recording::AgreedClock agreed = recording::agreed_clock(opinions);
+  return {agreed.offset_s, agreed.confidence};
+}
+
+// A hole is what was read before it; what comes of it does not count.
+recording::Recording filled(recording::Recording log, const model::Model& model) {
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    std::vector<double>& values = log.columns[i].value;
+    const auto first = std::ranges::find_if(values, [](double v) { return !std::isnan(v); });
+    double last = first == values.end() ? model.inputs[i].valid_min : *first;
+    for (double& v : values) last = v = std::isnan(v) ? last : v;
     log.columns[i].unit = model.inputs[i].unit;
     log.columns[i].name = fmt::format("{}", i);  // two inputs may have one column
   }
-  Seen out;
-  std::optional<double> offset_s;
-  for (const auto& [joint, column] : joints) {
-    recording::Recording angle = recording::read_angle(request.pair_camera, column, request.time_unit);
-    recording::to_degrees(angle, column, {});
+  return log;
+}
+
+Angles angles_of(const FileRequest& request, const model::Model& model, std::vector<std::string>& notes) {
+  Angles out;
+  for (const Columned& one : request.map.empty() ? by_name(request, model) : mapped(request.map, model)) {
+    recording::Recording angle = recording::read_angle(request.pair_camera, one.second, request.time_unit);
+    recording::to_degrees(angle, one.second, {});
     notes.insert(notes.end(), angle.warnings.begin(), angle.warnings.end());
-    if (!offset_s) offset_s = clock_offset(log, angle, column);
+    out.emplace_back(one, std::move(angle));
+  }
+  return out;
+}
+
+Seen seen_in(const recording::Recording& log, const Angles& angles, double clock_offset_s,
+             const model::Model& model) {
+  const Sampled known = sampled(log, model);
+  const recording::Recording whole = filled(log, model);
+  const model::Graph graph(model);
+  Seen out;
+  for (const auto& [columned, angle] : angles) {
     Seen::Angles& seen = out.joints.emplace_back();
-    seen.joint = joint;
+    seen.joint = columned.first;
+    const auto& own = graph.inputs[graph.joint[seen.joint]];
     for (std::size_t i = 0; i < model.inputs.size(); ++i) {
       recording::Aligned a;
-      recording::sample_pair({log, log.columns[i].name, angle, column}, 1 / model.sample_period_s, *offset_s,
-                             0, 1, a);
+      recording::sample_pair({whole, whole.columns[i].name, angle, columned.second},
+                             1 / model.sample_period_s, clock_offset_s, 0, 1, a);
       if (i == 0) seen.angle_deg = a.angle_deg;
       if (i == 0) seen.use.assign(a.size(), 1);
-      for (std::size_t k = 0; k < seen.use.size(); ++k) seen.use[k] &= !a.gap[k];
+      const bool is_own = std::ranges::find(own, i) != own.end();
+      for (std::size_t k = 0; k < seen.use.size(); ++k)
+        seen.use[k] &= !a.gap[k] && (!is_own || (k < known.good[i].size() && known.good[i][k]));
       if (out.reading.size() < model.inputs.size()) out.reading.push_back(a.input);
     }
   }
@@ -196,13 +256,45 @@ Seen seen_in(const FileRequest& request, recording::Recording log, const model::
   return out;
 }
 
-void add_motion(Motion more, std::optional<Motion>& motion) {
-  if (!motion) {
-    motion = std::move(more);
-    return;
+void lacks(Request& request, std::vector<std::string>& notes, const std::string& wanted,
+           const std::string& why) {
+  request.lacking.push_back(wanted);
+  notes.push_back(why);
+}
+
+void add_poses(const FileRequest& files, Request& request, std::vector<std::string>& notes) {
+  const recording::Recording log = read_log(files.poses_log, files, request.model, notes);
+  try {
+    request.holds = poses_in(files.poses, log, request.model);
+  } catch (const io::JobError& error) {
+    lacks(request, notes, "the poses once more: hold each for two seconds, and still", error.what());
   }
-  for (std::size_t i = 0; i < more.reading.size(); ++i)
-    motion->reading[i].insert(motion->reading[i].end(), more.reading[i].begin(), more.reading[i].end());
+}
+
+// The glove's log of a pair that cannot be put on one clock says nothing either: it was given for the camera.
+std::optional<CameraClock> add_pair(const FileRequest& files, Request& request,
+                                    std::vector<std::string>& notes) {
+  const recording::Recording log = read_log(files.pair_sensor, files, request.model, notes);
+  const std::string wanted =
+      "glove and camera of one motion once more: twenty seconds in which the joints that the camera sees "
+      "bend, "
+      "not evenly";
+  try {
+    const Angles angles = angles_of(files, request.model, notes);
+    const CameraClock clock = clock_of(log, request.model, angles);
+    if (clock.confidence < kUnsure) {
+      lacks(request, notes, wanted,
+            fmt::format("{}: its clock is not told by what moved (confidence {:.2f}): it does not count",
+                        files.pair_camera.string(), clock.confidence));
+      return clock;
+    }
+    request.seen = seen_in(log, angles, clock.offset_s, request.model);
+    request.motion.push_back(motion_in(log, request.model));
+    return clock;
+  } catch (const io::JobError& error) {
+    lacks(request, notes, wanted, error.what());
+  }
+  return {};
 }
 
 }  // namespace
@@ -219,6 +311,18 @@ Motion motion_in(const recording::Recording& log, const model::Model& model) {
   return out;
 }
 
+namespace {
+
+// In place of a reading that is not good, the one before.
+std::vector<double> held_over(std::vector<double> readings, const std::vector<std::uint8_t>& good) {
+  const auto first = std::ranges::find(good, 1);
+  double last = readings[static_cast<std::size_t>(first - good.begin())];
+  for (std::size_t k = 0; k < readings.size(); ++k) last = readings[k] = good[k] ? readings[k] : last;
+  return readings;
+}
+
+}  // namespace
+
 std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recording::Recording& log,
                            const model::Model& model) {
   std::vector<bool> fist;
@@ -228,31 +332,33 @@ std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recordin
     fist.push_back(pose == "fist");
   }
   const Sampled all = sampled(log, model);
-  Columns moving = all.reading;
-  for (std::size_t i = 0; i < moving.size(); ++i) {  // a sensor that reads nothing must not end a hold
-    if (std::ranges::count(all.good[i], 1) * 2 < std::ssize(all.good[i])) std::ranges::fill(moving[i], 0.0);
-  }
+  Columns moving;
   std::vector<model::Spread> made;
-  for (const model::Input& input : model.inputs) {
-    if (!input.poses) {
-      throw io::InputError(fmt::format(
-          "{}: the model does not say what it read at the open hand and at the fist: identify it anew",
-          input.name));
-    }
+  std::vector<std::size_t> live;  // a sensor that reads nothing must not end a hold
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    const model::Input& input = model.inputs[i];
+    if (!input.poses || std::ranges::count(all.good[i], 1) * 2 < std::ssize(all.good[i])) continue;
     const auto [low, high] = std::minmax(input.poses->open, input.poses->fist);
     made.push_back({{0.05, 0.95}, {low, high}});
+    moving.push_back(held_over(all.reading[i], all.good[i]));
+    live.push_back(i);
   }
-  std::vector<Hold> holds = holds_in(moving, model.sample_period_s, made, fist);
-  if (holds.empty()) {
+  if (std::ranges::none_of(model.inputs, [](const auto& input) { return input.poses.has_value(); }))
+    throw io::InputError(fmt::format(
+        "{}: the model does not say what its sensors read at the open hand and at the fist: identify it anew",
+        log.source));
+  const std::vector<Hold> found =
+      moving.empty() ? std::vector<Hold>{} : holds_in(moving, model.sample_period_s, made, fist);
+  if (found.empty()) {
     throw io::JobError(fmt::format(
         "{}: {} were to be held, each for a second or more, and are not found: hold still, 2 s each",
         log.source, fmt::join(poses, " and ")));
   }
-  for (Hold& hold : holds) {
-    for (std::size_t i = 0; i < moving.size(); ++i) {
-      if (std::ranges::count(all.good[i], 1) * 2 < std::ssize(all.good[i]))
-        hold.reading[i] = std::numeric_limits<double>::quiet_NaN();
-    }
+  std::vector<Hold> holds;
+  for (const Hold& one : found) {
+    Hold& hold = holds.emplace_back(
+        Hold{one.fist, std::vector<double>(model.inputs.size(), std::numeric_limits<double>::quiet_NaN())});
+    for (std::size_t k = 0; k < live.size(); ++k) hold.reading[live[k]] = one.reading[k];
   }
   return holds;
 }
@@ -263,17 +369,14 @@ Recalibration recalibrate_files(const FileRequest& files) {
   if (!files.prior.empty()) request.prior = load_prior(files.prior);
   std::vector<std::string> notes;
   if (!files.recording.empty())
-    request.motion = motion_in(read_log(files.recording, files, request.model, notes), request.model);
-  if (!files.poses_log.empty())
-    request.holds =
-        poses_in(files.poses, read_log(files.poses_log, files, request.model, notes), request.model);
-  if (!files.pair_sensor.empty()) {
-    const recording::Recording log = read_log(files.pair_sensor, files, request.model, notes);
-    request.seen = seen_in(files, log, request.model, notes);
-    add_motion(motion_in(log, request.model), request.motion);
-  }
+    request.motion.push_back(
+        motion_in(read_log(files.recording, files, request.model, notes), request.model));
+  if (!files.poses_log.empty()) add_poses(files, request, notes);
+  std::optional<CameraClock> clock;
+  if (!files.pair_sensor.empty()) clock = add_pair(files, request, notes);
   Recalibration out = recalibrate(request);
   out.notes.insert(out.notes.begin(), notes.begin(), notes.end());
+  out.clock = clock;
   return out;
 }
 
@@ -289,10 +392,13 @@ Json to_json(const Recalibration& r) {
   for (const JointResult& joint : r.joints) {
     out["se_deg"][joint.name] = joint.se_deg;
     out["change_deg"][joint.name] = joint.change_deg;
+    out["change_rms_deg"][joint.name] = joint.change_rms_deg;
   }
   out["wanted"] = r.wanted;
   out["misfits"] = r.misfits;
   out["sensors"] = std::move(sensors);
+  out["clock_offset_s"] = r.clock ? Json(r.clock->offset_s) : Json();
+  out["alignment_confidence"] = r.clock ? Json(r.clock->confidence) : Json();
   out["warnings"] = r.notes;
   out["version"] = FLEXOR_VERSION;
   return out;

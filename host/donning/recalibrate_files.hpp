@@ -26,12 +26,13 @@ struct FileRequest {
 
 // A log with a column for each input of the model, in their order.
 Motion motion_in(const recording::Recording& log, const model::Model& model);
-// `poses`: of "open", "fist", as they were held. Throws io::InputError: another pose, a model without poses; io::JobError:
-// they are not found.
+// `poses`: of "open", "fist", as they were held. Inputs without poses in the model do not count. Throws io::InputError: another
+// pose, a model without poses; io::JobError: they are not found.
 std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recording::Recording& log,
                            const model::Model& model);
 
-// Throws io::InputError and io::JobError.
+// Poses that are not found, a camera whose clock is not: what the other evidence tells, and in `wanted` what that one lacks.
+// Throws io::InputError: files that cannot be read as what they are given as.
 Recalibration recalibrate_files(const FileRequest& request);
 
 // See docs/json.md.

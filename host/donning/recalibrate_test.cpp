@@ -19,9 +19,9 @@ Request worn(const Corrections& moved, double cycles, double scatter, unsigned s
   std::mt19937 random(seed);
   Request out;
   out.model = test_glove();
-  out.motion.emplace();
+  out.motion.emplace_back();
   for (const auto& one : moved)
-    out.motion->reading.push_back(test_moved(test_cycles(cycles, scatter, random), one));
+    out.motion[0].reading.push_back(test_moved(test_cycles(cycles, scatter, random), one));
   return out;
 }
 
@@ -66,7 +66,7 @@ TEST(Recalibrate, OneBendThereAndBackIsEnough) {
 TEST(Recalibrate, AFistThatIsLessTightMovesLittleWhereTheOpenHandRepeats) {
   const Corrections none = {{1, 0}, {1, 0}, {1, 0}};
   Request request = worn(none, 5, 0.002, 3);
-  for (auto& readings : request.motion->reading) {
+  for (auto& readings : request.motion[0].reading) {
     for (double& u : readings) u = kTestStraight + 0.88 * (u - kTestStraight);
   }
   EXPECT_LT(error_deg(recalibrate(request).model, none), 4.2) << "6 by the middle of its range";
@@ -83,7 +83,7 @@ TEST(Recalibrate, LessThanACycleIsRefusedInWords) {
 
 TEST(Recalibrate, AHandThatRestsTellsNothing) {
   Request request = worn(kShifted, 5, 0.01, 2);
-  for (auto& reading : request.motion->reading) std::ranges::fill(reading, 420.0);
+  for (auto& reading : request.motion[0].reading) std::ranges::fill(reading, 420.0);
   const Recalibration r = recalibrate(request);
   EXPECT_FALSE(r.applied);
   EXPECT_EQ(r.wanted.size(), 3U);
@@ -91,7 +91,7 @@ TEST(Recalibrate, AHandThatRestsTellsNothing) {
 
 TEST(Recalibrate, AFingerThatHardlyBendsIsAskedToBend) {
   Request request = worn(kShifted, 5, 0.01, 2);
-  for (double& u : request.motion->reading[1]) u = 450 + 0.45 * (u - 500);
+  for (double& u : request.motion[0].reading[1]) u = 450 + 0.45 * (u - 500);
   const Recalibration r = recalibrate(request);
   EXPECT_TRUE(r.sensors[0].applied);
   EXPECT_FALSE(r.sensors[1].applied);
@@ -110,7 +110,7 @@ TEST(Recalibrate, AGloveThatReadsAsItDidStaysAsItIs) {
 TEST(Recalibrate, NamesTheFingerWhoseStripNoLongerFits) {
   const auto broken = [&](auto&& change) {
     Request request = worn(kShifted, 5, 0.01, 3);
-    for (double& u : request.motion->reading[2]) u = change(u);
+    for (double& u : request.motion[0].reading[2]) u = change(u);
     const Recalibration r = recalibrate(request);
     EXPECT_FALSE(r.sensors[2].applied);
     EXPECT_TRUE(r.sensors[0].applied);
@@ -122,7 +122,7 @@ TEST(Recalibrate, NamesTheFingerWhoseStripNoLongerFits) {
   broken([](double u) { return u - 260; });                 // one that was moved
   broken([](double u) { return 450 + 1.9 * (u - 450); });   // another hand
   Request gone = worn(kShifted, 5, 0.01, 3);
-  gone.motion->reading[2].clear();
+  gone.motion[0].reading[2].clear();
   EXPECT_EQ(recalibrate(gone).misfits.size(), 1U);
 }
 
@@ -177,26 +177,42 @@ Request held(const Corrections& moved, const std::vector<std::pair<bool, double>
   return out;
 }
 
-TEST(RecalibrateFromPoses, TwoPosesTellShiftAndGain) {
-  const Corrections moved(3, {1.15, -30});
+const Corrections kFar = {{1, 80}, {1, -50}, {1, 90}};
+
+TEST(RecalibrateFromPoses, TwoPosesTellWhereTheSensorsLie) {
+  const Corrections moved = {{1.2, -30}, {0.9, 120}, {1, 80}};
   const Recalibration r = recalibrate(held(moved, {{false, kTestStraight}, {true, kTestFist}}));
   ASSERT_TRUE(r.applied);
   EXPECT_LT(error_deg(r.model, moved), 0.45 * error_deg(test_glove(), moved));
-  EXPECT_GT(r.sensors[0].correction.gain, 1.04);
+}
+
+// Three sensors that all reach less: so would a fist that is less tight.
+TEST(RecalibrateFromPoses, AFistThatIsLessTightIsNoGain) {
+  const Corrections moved(3, {1, 80});
+  for (const double reach : {0.8, 0.9}) {
+    const double fist = kTestStraight + reach * (kTestFist - kTestStraight);
+    const Recalibration r = recalibrate(held(moved, {{false, kTestStraight}, {true, fist}}));
+    ASSERT_TRUE(r.applied) << reach;
+    EXPECT_LT(error_deg(r.model, moved), 0.3 * error_deg(test_glove(), moved)) << reach;
+    for (const SensorResult& s : r.sensors) EXPECT_NEAR(s.correction.gain, 1, 0.04) << reach;
+  }
 }
 
 TEST(RecalibrateFromPoses, SwappedTheyAreTakenTheOtherWayRound) {
-  const Recalibration right = recalibrate(held(kShifted, {{false, kTestStraight}, {true, kTestFist}}));
-  const Recalibration swapped = recalibrate(held(kShifted, {{true, kTestStraight}, {false, kTestFist}}));
+  const Recalibration right = recalibrate(held(kFar, {{false, kTestStraight}, {true, kTestFist}}));
+  const Recalibration swapped = recalibrate(held(kFar, {{true, kTestStraight}, {false, kTestFist}}));
+  EXPECT_TRUE(right.applied);
   EXPECT_EQ(right.model, swapped.model);
   EXPECT_EQ(swapped.notes.size(), 1U);
 }
 
 TEST(RecalibrateFromPoses, AFistThatWasNeverClosedDoesNotCount) {
-  const Corrections moved = {{1, 60}, {1, 50}, {1, 45}};
+  const Corrections moved = {{1, 90}, {1, 80}, {1, 75}};
   const Recalibration r = recalibrate(held(moved, {{false, kTestStraight}, {true, 420}}));
   ASSERT_TRUE(r.applied);
   EXPECT_EQ(r.notes.size(), 3U);
+  ASSERT_EQ(r.wanted.size(), 1U);
+  EXPECT_NE(r.wanted[0].find("the fist once more"), std::string::npos) << r.wanted[0];
   EXPECT_LT(error_deg(r.model, moved), 0.5 * error_deg(test_glove(), moved));
 }
 
@@ -208,7 +224,7 @@ TEST(RecalibrateFromPoses, OneThatMayBeChanceKeepsTheOldCalibration) {
 }
 
 TEST(RecalibrateFromPoses, ASensorThatStandsStillIsNamedAndTheOthersCount) {
-  Request request = held(kShifted, {{false, kTestStraight}, {true, kTestFist}});
+  Request request = held(kFar, {{false, kTestStraight}, {true, kTestFist}});
   for (Hold& hold : request.holds) hold.reading[1] = 470;
   const Recalibration r = recalibrate(request);
   EXPECT_TRUE(r.sensors[0].applied);
@@ -217,11 +233,104 @@ TEST(RecalibrateFromPoses, ASensorThatStandsStillIsNamedAndTheOthersCount) {
   EXPECT_NE(r.misfits[0].find("index: it stands still at 470"), std::string::npos) << r.misfits[0];
 }
 
+TEST(RecalibrateFromPoses, ADeadSensorIsNamedAndTheOthersCount) {
+  Request request = held(kFar, {{false, kTestStraight}, {true, kTestFist}});
+  for (Hold& hold : request.holds) hold.reading[1] = std::nan("");
+  const Recalibration r = recalibrate(request);
+  EXPECT_TRUE(r.sensors[0].applied);
+  EXPECT_FALSE(r.sensors[1].applied);
+  EXPECT_EQ(r.sensors[1].correction.shift, 0);
+  ASSERT_EQ(r.misfits.size(), 1U);
+  EXPECT_NE(r.misfits[0].find("index: no reading of it is valid"), std::string::npos) << r.misfits[0];
+}
+
+TEST(RecalibrateFromPoses, OneFingerThatMovesBreaksNoStrip) {
+  Request request = held(kFar, {{false, kTestStraight}, {true, kTestFist}});
+  request.holds[1].reading[1] = request.holds[0].reading[1];
+  request.holds[1].reading[2] = request.holds[0].reading[2];
+  const Recalibration r = recalibrate(request);
+  EXPECT_FALSE(r.applied);
+  EXPECT_TRUE(r.misfits.empty()) << r.misfits[0];
+  ASSERT_EQ(r.wanted.size(), 1U);
+  EXPECT_NE(r.wanted[0].find("1 of 3 sensors moved"), std::string::npos) << r.wanted[0];
+}
+
+TEST(RecalibrateFromPoses, ASensorWithoutPosesLeavesTheOthers) {
+  Request request = held(kFar, {{false, kTestStraight}, {true, kTestFist}});
+  request.model.inputs[1].poses.reset();
+  const Recalibration r = recalibrate(request);
+  EXPECT_TRUE(r.sensors[0].applied);
+  EXPECT_FALSE(r.sensors[1].applied);
+  ASSERT_EQ(r.wanted.size(), 1U);
+  EXPECT_NE(r.wanted[0].find("index"), std::string::npos) << r.wanted[0];
+}
+
+// Other tools depend on it: where nothing is applied, what is wanted is said.
+TEST(Recalibrate, WhatDoesNotSufficeIsSaid) {
+  const double straight = kTestStraight;
+  const Corrections none(3);
+  std::vector<Request> all = {
+      held(none, {{false, straight}, {true, straight + 60}}),  // never closed
+      held(none, {{false, straight}}),
+      held(none, {{true, kTestFist}}),
+      held(none, {{false, straight}, {true, straight}}),
+      held(none, {{false, straight}, {true, kTestFist}}),  // nothing is off
+      held(Corrections(3, {1, 12}), {{false, straight}, {true, kTestFist}}),
+      held(Corrections(3, {1, 260}), {{false, straight}, {true, kTestFist}}),  // all strips far off
+      worn(kShifted, 0.5, 0.01, 1),
+      worn(none, 5, 0.002, 1),
+      worn(Corrections(3, {1, 260}), 5, 0.01, 1),
+  };
+  Request unusable;
+  unusable.model = test_glove();
+  unusable.lacking = {"the poses once more"};
+  all.push_back(unusable);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Recalibration r = recalibrate(all[i]);
+    EXPECT_FALSE(r.applied) << i;
+    EXPECT_EQ(r.model, all[i].model) << i;
+    EXPECT_FALSE(r.wanted.empty()) << i;
+  }
+}
+
+TEST(Recalibrate, WhatOneEvidenceLacksDoesNotLoseTheOther) {
+  Request request = worn(kShifted, 5, 0.01, 1);
+  const Recalibration alone = recalibrate(request);
+  request.lacking = {"a camera that moves"};
+  const Recalibration r = recalibrate(request);
+  EXPECT_EQ(r.model, alone.model);
+  EXPECT_TRUE(r.applied);
+  EXPECT_EQ(r.wanted, request.lacking);
+}
+
+// A finger that rests while a camera sees another is not broken, and its rest is no motion.
+TEST(Recalibrate, ALogInWhichAFingerRestsSaysNothingOfIt) {
+  Request request = worn(kShifted, 5, 0.01, 1);
+  const Recalibration alone = recalibrate(request);
+  Motion rests = worn(kShifted, 5, 0.01, 2).motion[0];
+  for (auto& readings : rests.reading) std::ranges::fill(readings, readings[0] + 60);
+  request.motion.push_back(rests);
+  const Recalibration r = recalibrate(request);
+  EXPECT_EQ(r.model, alone.model);
+  EXPECT_TRUE(r.misfits.empty());
+  std::swap(request.motion[0], request.motion[1]);
+  EXPECT_EQ(recalibrate(request).model, alone.model);
+}
+
+TEST(Recalibrate, ASensorThatIsKeptThoughFarOffIsNotCalledCertain) {
+  Request request = worn(kShifted, 5, 0.01, 3);
+  for (double& u : request.motion[0].reading[2]) u -= 260;
+  const Recalibration r = recalibrate(request);
+  EXPECT_FALSE(r.sensors[2].applied);
+  EXPECT_GT(r.joints[2].se_deg, 40);
+  EXPECT_LT(r.joints[0].se_deg, 8);
+}
+
 TEST(RecalibrateFromACamera, SecondsOfAnglesTellShiftAndGain) {
   const Corrections moved = {{1.15, -100}, {0.9, 60}, {1, 30}};
   Request request = worn(moved, 5, 0.05, 9);
   Seen seen;
-  seen.reading = request.motion->reading;
+  seen.reading = request.motion[0].reading;
   for (std::size_t j = 0; j < 3; ++j) {
     Seen::Angles one{j, {}, std::vector<std::uint8_t>(seen.reading[0].size(), 1)};
     model::Compensator<model::DoubleArithmetic> made(test_glove());
@@ -232,26 +341,29 @@ TEST(RecalibrateFromACamera, SecondsOfAnglesTellShiftAndGain) {
     }
     seen.joints.push_back(std::move(one));
   }
-  request.motion.reset();
+  request.motion.clear();
   request.seen = seen;
   const Recalibration r = recalibrate(request);
   ASSERT_TRUE(r.applied);
   EXPECT_LT(error_deg(r.model, moved), 0.3 * error_deg(test_glove(), moved));
 }
 
-// Holds of a wearer: each finger up to ten degrees off, in one of five the other way round, in one of ten with a fist that is
-// closed by half at most.
+// Holds of a wearer: up to ten degrees off, each finger by itself or, in one of five, all alike; in one of five the other way round; the fist
+// closed by a fifth or wholly, or anything between.
 std::vector<Hold> random_holds(const Corrections& moved, std::mt19937& random) {
   constexpr double kTen_deg = 30;  // counts
   std::uniform_real_distribution<double> uniform;
   const bool swapped = uniform(random) < 0.2;
-  const double reach = uniform(random) < 0.1 ? 0.2 + 0.3 * uniform(random) : 1;
+  const bool alike = uniform(random) < 0.2;
+  const double reach = 0.2 + 0.8 * uniform(random);
   std::vector<Hold> out;
   for (const bool fist : {false, true}) {
     Hold hold{fist != swapped, {}};
+    const double common = 2 * uniform(random) - 1;
     for (const auto& one : moved) {
       const double made = kTestStraight + (fist ? reach * (kTestFist - kTestStraight) : 0);
-      hold.reading.push_back(one.inverse(made + kTen_deg * (2 * uniform(random) - 1)));
+      const double own = 2 * uniform(random) - 1;
+      hold.reading.push_back(one.inverse(made + kTen_deg * (alike ? common : own)));
     }
     out.push_back(std::move(hold));
   }
@@ -261,6 +373,7 @@ std::vector<Hold> random_holds(const Corrections& moved, std::mt19937& random) {
 // A random re-donning; a stretch of random use, cycles that end anywhere near the ends or half a cycle only, or held poses, or both;
 // one finger in five is stuck. How many calibrations were accepted, and how many of these made the error worse by more than 5 %.
 struct Tally {
+  int tries = 0;
   int accepted = 0;
   int worse = 0;
 };
@@ -280,11 +393,13 @@ void put_on_anew(std::mt19937& random, std::array<Tally, 3>& tallies) {
   if (kind > 0) request.holds = random_holds(moved, random);
   if (uniform(random) < 0.2) {
     const double stuck = 400 + 100 * uniform(random);
-    std::ranges::fill(request.motion->reading[1], stuck);
+    std::ranges::fill(request.motion[0].reading[1], stuck);
     for (Hold& hold : request.holds) hold.reading[1] = stuck;
   }
-  if (kind == 1) request.motion.reset();
+  if (kind == 1) request.motion.clear();
   const Recalibration r = recalibrate(request);
+  ++tallies.at(kind).tries;
+  EXPECT_TRUE(r.applied || !r.wanted.empty());
   if (!r.applied) return;
   ++tallies.at(kind).accepted;
   if (error_deg(r.model, moved) > 1.05 * error_deg(test_glove(), moved)) ++tallies.at(kind).worse;
@@ -299,13 +414,15 @@ TEST(Recalibrate, OfThousandsOfRedonningsHardlyAnyIsMadeWorse) {
   Tally all;
   for (std::size_t kind = 0; kind < tallies.size(); ++kind) {
     constexpr std::array kKinds = {"motion", "poses", "both"};
-    std::printf("%s: %d of %d accepted are worse\n", kKinds.at(kind), tallies.at(kind).worse,
-                tallies.at(kind).accepted);
+    std::printf("%s: %d worse of %d accepted of %d\n", kKinds.at(kind), tallies.at(kind).worse,
+                tallies.at(kind).accepted, tallies.at(kind).tries);
+    EXPECT_LE(tallies.at(kind).worse, tallies.at(kind).tries / 100) << kKinds.at(kind);
+    EXPECT_GT(tallies.at(kind).accepted, count / 10) << kKinds.at(kind);
     all.accepted += tallies.at(kind).accepted;
     all.worse += tallies.at(kind).worse;
   }
-  EXPECT_GT(all.accepted, count / 2);
   EXPECT_LE(all.worse, all.accepted / 100) << all.worse << " of " << all.accepted;
+  EXPECT_GT(all.accepted, count / 2);
 }
 
 }  // namespace

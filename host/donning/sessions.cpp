@@ -22,6 +22,7 @@ constexpr std::array kSessionShares = {0.02, 0.1, 0.5, 0.9, 0.98};
 constexpr std::size_t kLeastSessions = 3;
 constexpr std::size_t kParts = 10;
 constexpr int kResamples = 200;
+constexpr std::size_t kLeastRows = 10 * kParts;
 
 std::vector<double> quantiles_of(std::vector<double> readings) {
   std::ranges::sort(readings);
@@ -100,14 +101,21 @@ SensorChange change_of(const std::string& sensor, const std::vector<double>& rea
           noise_of(readings) / span(mean)};
 }
 
-double deviation(const Sessions& all, Change SensorChange::*which) {
+// Over the sessions in which each sensor was read.
+double deviation(const Sessions& all, const std::vector<std::string>& sensors, Change SensorChange::*which) {
   double squares = 0;
   double freedom = 0;
-  for (std::size_t s = 0; s < all.sessions.front().sensors.size(); ++s) {
+  for (const std::string& sensor : sensors) {
+    std::vector<double> values;
+    for (const auto& session : all.sessions) {
+      for (const SensorChange& s : session.sensors) {
+        if (s.sensor == sensor) values.push_back((s.*which).value);
+      }
+    }
+    const auto n = static_cast<double>(values.size());
     double mean = 0;
-    const auto n = static_cast<double>(all.sessions.size());
-    for (const auto& one : all.sessions) mean += (one.sensors[s].*which).value / n;
-    for (const auto& one : all.sessions) squares += std::pow((one.sensors[s].*which).value - mean, 2);
+    for (const double v : values) mean += v / n;
+    for (const double v : values) squares += (v - mean) * (v - mean);
     freedom += n - 1;
   }
   return std::sqrt(squares / freedom);
@@ -115,11 +123,9 @@ double deviation(const Sessions& all, Change SensorChange::*which) {
 
 // How the shifts of two sensors correlate, over all pairs; of few sessions drawn towards `general`.
 double alike_of(const Sessions& all, double general) {
-  const auto sensors = static_cast<double>(all.sessions.front().sensors.size());
   const auto freedom = static_cast<double>(all.sessions.size() - 1);
-  if (sensors < 2) return general;
   double products = 0;  // of all pairs, each in both orders
-  double squares = 0;
+  double squares = 0;   // what they would be, were all alike
   for (const SessionChange& session : all.sessions) {
     double sum = 0;
     double own = 0;
@@ -128,9 +134,10 @@ double alike_of(const Sessions& all, double general) {
       own += s.shift.value * s.shift.value;
     }
     products += sum * sum - own;
-    squares += own;
+    squares += own * (static_cast<double>(session.sensors.size()) - 1);
   }
-  const double here = std::clamp(products / (squares * (sensors - 1)), 0.0, kMostAlike);
+  if (!(squares > 0)) return general;
+  const double here = std::clamp(products / squares, 0.0, kMostAlike);
   return (kGeneralWeight * general + freedom * here) / (kGeneralWeight + freedom);
 }
 
@@ -139,7 +146,7 @@ Log read_session(const std::filesystem::path& path, const std::vector<std::strin
                  const std::string& time_unit) {
   io::require_readable(path);
   std::ifstream file(path, std::ios::binary);
-  recording::CsvReader reader(file, path.string(), {sensors, time_unit});
+  recording::CsvReader reader(file, path.string(), {sensors, time_unit, true});
   Log out{path.stem().string(), {}, std::vector<std::vector<double>>(sensors.size())};
   recording::Row row;
   double last_s = 0;
@@ -149,8 +156,9 @@ Log read_session(const std::filesystem::path& path, const std::vector<std::strin
     out.t_s.push_back(clock_s);
     for (std::size_t i = 0; i < sensors.size(); ++i) out.reading[i].push_back(row.value[i]);
   }
-  if (out.t_s.empty())
-    throw io::InputError(fmt::format("{}: no row with a reading of every sensor", path.string()));
+  if (out.t_s.size() < kLeastRows)
+    throw io::InputError(fmt::format("{}: {} row(s) with a reading of every sensor: at least {} are needed",
+                                     path.string(), out.t_s.size(), kLeastRows));
   return out;
 }
 
@@ -168,20 +176,31 @@ Sessions compare(const std::vector<Log>& logs, const std::vector<std::string>& s
   Sessions out;
   for (const Log& log : logs) out.sessions.push_back({log.name, log.t_s.back() - log.t_s.front(), {}});
   for (std::size_t s = 0; s < sensors.size(); ++s) {
+    std::vector<std::size_t> read;
+    std::vector<std::vector<double>> readings;
     std::vector<std::vector<double>> quantiles;
-    for (const Log& log : logs) {
-      quantiles.push_back(quantiles_of(log.reading[s]));
+    for (std::size_t i = 0; i < logs.size(); ++i) {
+      std::vector<double> known = logs[i].reading[s];
+      std::erase_if(known, [](double u) { return std::isnan(u); });
+      if (known.size() * 2 < logs[i].reading[s].size()) continue;  // it was not plugged in
+      read.push_back(i);
+      quantiles.push_back(quantiles_of(known));
+      readings.push_back(std::move(known));
       if (!(span(quantiles.back()) > 0))
-        throw io::InputError(fmt::format("{}: {} stands still: leave it out", log.name, sensors[s]));
+        throw io::InputError(fmt::format("{}: {} stands still: leave it out", logs[i].name, sensors[s]));
     }
+    if (read.size() < kLeastSessions)
+      throw io::InputError(
+          fmt::format("{}: it was read in {} session(s), at least {} are needed: leave it out", sensors[s],
+                      read.size(), kLeastSessions));
     const std::vector<double> mean = mean_of(quantiles);
-    for (std::size_t i = 0; i < logs.size(); ++i)
-      out.sessions[i].sensors.push_back(change_of(sensors[s], logs[i].reading[s], mean, random));
+    for (std::size_t k = 0; k < read.size(); ++k)
+      out.sessions[read[k]].sensors.push_back(change_of(sensors[s], readings[k], mean, random));
   }
   out.prior = shipped_prior();
   out.prior.sessions = static_cast<int>(logs.size());
-  out.prior.shift_sd = std::max(1e-3, deviation(out, &SensorChange::shift));
-  out.prior.log_gain_sd = std::max(1e-3, deviation(out, &SensorChange::log_gain));
+  out.prior.shift_sd = std::max(1e-3, deviation(out, sensors, &SensorChange::shift));
+  out.prior.log_gain_sd = std::max(1e-3, deviation(out, sensors, &SensorChange::log_gain));
   out.prior.alike = alike_of(out, shipped_prior().alike);
   return out;
 }
@@ -189,7 +208,7 @@ Sessions compare(const std::vector<Log>& logs, const std::vector<std::string>& s
 Sessions compare_files(const std::vector<std::filesystem::path>& files, std::vector<std::string> sensors,
                        const std::string& time_unit) {
   if (sensors.empty()) {
-    for (const std::string& column : recording::columns_of(files.at(0), time_unit)) {
+    for (const std::string& column : recording::columns_of(files.at(0), time_unit, true)) {
       const std::string start = column.substr(0, column.find('_'));
       if (std::ranges::find(model::finger_names(), start) != model::finger_names().end())
         sensors.push_back(column);

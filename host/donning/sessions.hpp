@@ -29,7 +29,7 @@ struct SensorChange {
 struct SessionChange {
   std::string name;
   double seconds = 0;
-  std::vector<SensorChange> sensors;
+  std::vector<SensorChange> sensors;  // that were read in it
 };
 
 struct Sessions {
@@ -40,7 +40,7 @@ struct Sessions {
 struct Log {
   std::string name;
   std::vector<double> t_s;
-  std::vector<std::vector<double>> reading;  // of each sensor
+  std::vector<std::vector<double>> reading;  // of each sensor; NaN: missing
 };
 
 // Throws io::InputError for fewer than three sessions, or a sensor that stands still in one. `seed` of the resampling.

@@ -1,5 +1,6 @@
 #include "host/donning/sessions.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -59,6 +60,61 @@ TEST(Sessions, FewOrStillAreRefused) {
   Log still = log_of("c", {}, 3);
   std::ranges::fill(still.reading[0], 5.0);
   EXPECT_THROW((void)compare({log_of("a", {}, 1), log_of("b", {}, 2), still}, {"index"}, 1), io::InputError);
+}
+
+// Sessions that are the same: nothing says how alike the shifts are.
+TEST(Sessions, ThatNeverMovedHaveThePriorOfOthers) {
+  Log log = log_of("it", {}, 1);
+  log.reading.push_back(log.reading[0]);
+  const Prior prior = compare({log, log, log}, {"index", "middle"}, 1).prior;
+  EXPECT_EQ(prior.alike, shipped_prior().alike);
+  EXPECT_GT(prior.shift_sd, 0);
+  EXPECT_EQ(prior_from_json(to_json(prior), "it").alike, prior.alike);
+}
+
+class SessionFiles : public testing::Test {
+ protected:
+  std::filesystem::path write(const std::string& name, std::size_t rows, double add,
+                              const std::string& middle = "") {
+    std::mt19937 random(static_cast<unsigned>(rows));
+    const std::vector<double> readings = test_cycles(12, 0.01, random);
+    std::string text = "t_s,index,middle\n";
+    for (std::size_t k = 0; k < std::min(rows, readings.size()); ++k) {
+      text += fmt::format("{},{},{}\n", kTestPeriod_s * static_cast<double>(k), readings[k] + add,
+                          middle.empty() ? fmt::format("{}", readings[k]) : middle);
+    }
+    io::write_file(folder_.path() / name, text);
+    return folder_.path() / name;
+  }
+
+  io::TemporaryFolder folder_;
+};
+
+TEST_F(SessionFiles, OfFewRowsAreRefusedByName) {
+  const auto a = write("a.csv", 900, 0);
+  const auto b = write("b.csv", 900, 20);
+  for (const std::size_t rows : {2U, 3U, 5U, 10U, 20U}) {
+    try {
+      (void)compare_files({a, b, write("short.csv", rows, 0)}, {}, "");
+      FAIL() << rows;
+    } catch (const io::InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("short.csv"), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST_F(SessionFiles, OneSensorThatWasNotReadLeavesTheOthers) {
+  const auto a = write("a.csv", 900, 0);
+  const auto b = write("b.csv", 900, 20);
+  const auto c = write("c.csv", 900, 40);
+  const Sessions whole = compare_files({a, b, c}, {"index"}, "");
+  for (const std::string hole : {"nan", " "}) {
+    const Sessions all = compare_files({a, b, write("d.csv", 900, 40, hole), c}, {}, "");
+    ASSERT_EQ(all.sessions[2].sensors.size(), 1U);
+    EXPECT_EQ(all.sessions[2].sensors[0].sensor, "index");
+    EXPECT_EQ(all.sessions[0].sensors.size(), 2U);
+    EXPECT_NEAR(all.prior.shift_sd, whole.prior.shift_sd, 0.03);
+  }
 }
 
 // Only where the recordings are.

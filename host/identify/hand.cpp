@@ -26,6 +26,7 @@
 #include "host/io/json.hpp"
 #include "host/io/run_in_order.hpp"
 #include "host/model/formats.hpp"
+#include "host/recording/clock.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/sensor_lag.hpp"
 #include "host/score/least_squares.hpp"
@@ -36,8 +37,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using io::InputError;
 
-constexpr double kSameClock_s = 0.5;      // offsets of two joints further apart are two opinions
-constexpr double kVelocityError_s = 0.1;  // of an offset from velocities alone
 constexpr double kUnsure = 0.1;
 constexpr double kMostOffset_s = 1e10;
 constexpr std::size_t kLeastHeldOut = 20;
@@ -75,31 +74,13 @@ Files read_files(const PairFiles& files, const HandRequest& request) {
   return out;
 }
 
-struct Opinion {
-  std::size_t joint;
-  double offset_s;
-  double confidence;
-  double error_s;
-  double lag_s;  // of the sensor, in what the velocities said
-
-  double weight() const { return std::max(confidence, 1e-3) / (error_s * error_s); }
-};
-
-double mean_offset_s(const std::vector<Opinion>& opinions) {
-  double weight = 0;
-  double sum = 0;
-  for (const Opinion& o : opinions) {
-    weight += o.weight();
-    sum += o.weight() * o.offset_s;
-  }
-  return sum / weight;
-}
+using Opinion = recording::ClockOpinion;
 
 // A sensor that several joints bend has one opinion, from all of them.
 std::vector<Opinion> one_of_each_sensor(const std::vector<Opinion>& of_joints, const Files& files,
                                         const HandRequest& request) {
   std::map<std::string, std::vector<Opinion>> of_sensors;
-  for (const Opinion& o : of_joints) of_sensors[request.map[o.joint].sensors.front()].push_back(o);
+  for (const Opinion& o : of_joints) of_sensors[request.map[o.of].sensors.front()].push_back(o);
   std::vector<Opinion> out;
   for (const auto& [sensor, opinions] : of_sensors) {
     Opinion one = *std::ranges::max_element(opinions, {}, &Opinion::confidence);
@@ -107,7 +88,7 @@ std::vector<Opinion> one_of_each_sensor(const std::vector<Opinion>& of_joints, c
       std::vector<recording::Series> angles;
       double velocities_s = 0;
       for (const Opinion& o : opinions) {
-        angles.push_back(files.reference[o.joint].series(request.map[o.joint].reference));
+        angles.push_back(files.reference[o.of].series(request.map[o.of].reference));
         velocities_s += (o.offset_s - o.lag_s) / static_cast<double>(opinions.size());
       }
       const auto told = recording::sensor_lag(files.sensor.series(sensor), angles, velocities_s);
@@ -132,8 +113,7 @@ Clock clock_of(const Files& files, const HandRequest& request, std::vector<std::
     try {
       const recording::Alignment a = recording::align(files.sensor.series(joint.sensors.front()),
                                                       files.reference[j].series(joint.reference));
-      opinions.push_back({j, a.clock_offset_s, a.confidence, a.clock_offset_se_s.value_or(kVelocityError_s),
-                          a.sensor_lag_s.value_or(0)});
+      opinions.push_back(recording::opinion_of(a, j));
       if (a.drift_warning) drifts.emplace_back(a.confidence, *a.drift_warning);
       if (request.clock_offset_s && !disagreement)
         disagreement = recording::disagreement(*request.clock_offset_s, a);
@@ -147,29 +127,17 @@ Clock clock_of(const Files& files, const HandRequest& request, std::vector<std::
     if (disagreement && request.clock_offset_s) warnings.push_back(*disagreement);
     double confidence = 0;
     for (const Opinion& o : opinions) {
-      if (std::abs(o.offset_s - given) < kSameClock_s) confidence = std::max(confidence, o.confidence);
+      if (std::abs(o.offset_s - given) < recording::kSameClock_s)
+        confidence = std::max(confidence, o.confidence);
     }
     return {given, 0, confidence};
   }
   if (opinions.empty()) throw io::JobError(reason);
   if (!drifts.empty())
     warnings.push_back(fmt::format("{}: {}", files.sensor.source, std::ranges::max_element(drifts)->second));
-  const Opinion best = *std::ranges::max_element(opinions, {}, &Opinion::confidence);
-  std::erase_if(opinions,
-                [&](const Opinion& o) { return std::abs(o.offset_s - best.offset_s) > kSameClock_s; });
-  opinions = one_of_each_sensor(opinions, files, request);
-  Clock clock{mean_offset_s(opinions), 0, 0};
-  double weight = 0;
-  double squares = 0;
-  double doubt = 1;
-  for (const Opinion& o : opinions) {
-    weight += o.weight();
-    const double error_s = o.weight() * std::max(o.error_s, std::abs(o.offset_s - clock.offset_s));
-    squares += error_s * error_s;
-    doubt *= 1 - o.confidence;
-  }
-  clock.standard_error_s = std::sqrt(squares) / weight;
-  clock.confidence = 1 - doubt;
+  recording::keep_agreeing(opinions);
+  const recording::AgreedClock agreed = recording::agreed_clock(one_of_each_sensor(opinions, files, request));
+  const Clock clock{agreed.offset_s, agreed.standard_error_s, agreed.confidence};
   if (clock.confidence < kUnsure) {
     warnings.push_back(
         fmt::format("{}: the clock offset of {:+.2f} s is unsure (confidence {:.2f}): are these recordings "
@@ -244,10 +212,11 @@ void add_inputs(const HandRequest& request, const std::vector<Files>& files,
 struct Held {
   std::vector<double> t_s;
   std::vector<double> measured;
+  std::vector<std::uint8_t> unseen;
   double max_step_s = 0;
 
   score::Score score(const std::vector<double>& estimated) const {
-    return score::score(t_s, measured, estimated, max_step_s);
+    return score::score_seen(t_s, measured, estimated, unseen, max_step_s);
   }
 };
 
@@ -260,6 +229,7 @@ Held held_of(const std::vector<Sampled>& samples, std::size_t joint) {
     for (std::size_t k = a.holdout_begin; k < a.size(); ++k) {
       out.t_s.push_back(a.t_s[k] + shift);
       out.measured.push_back(a.angle_deg[k]);
+      out.unseen.push_back(a.unseen[k]);
     }
     out.max_step_s = std::max({out.max_step_s, a.max_gap_s, 1.5 * a.period_s});
   }
@@ -405,6 +375,8 @@ void score_published_form(const std::vector<Sampled>& samples, std::size_t j, Jo
 // What the held-out part says against the compensator.
 void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& samples, std::size_t j,
                      const JointResult& joint, std::vector<std::string>& warnings) {
+  if (const auto text = score::in_words_left_out(joint.holdout))
+    warnings.push_back(fmt::format("{}: {}", joint.name, *text));
   for (const auto& [name, words] : {std::pair("line", "a straight line"),
                                     std::pair("least_squares_line", "a straight line by least squares"),
                                     std::pair("line_lead", "a straight line with a lead"),
@@ -711,6 +683,32 @@ void check(const HandRequest& request) {
   if (!(request.lead_s >= 0 && request.lead_s <= 1)) throw InputError("the lead must lie between 0 and 1 s");
 }
 
+void check_reference_error(const HandRequest& request) {
+  for (const auto& [name, error_deg] : request.reference_error_deg) {
+    if (std::ranges::find(request.map, name, &JointMap::joint) == request.map.end())
+      throw InputError(fmt::format("the error of the angles of \"{}\", which is no joint of the map", name));
+    if (!(error_deg > 0 && error_deg < 90))
+      throw InputError(fmt::format("{}: the error of the angles must lie between 0 and 90 degrees", name));
+  }
+}
+
+// What the fit is off by and what its angles are off by, as if they had nothing in common: a bound, since noise of the angles is
+// in both.
+void state_reference_error(const HandRequest& request, HandIdentification& r) {
+  for (model::Joint& joint : r.model.joints) {
+    const auto found = request.reference_error_deg.find(joint.name);
+    if (found == request.reference_error_deg.end()) continue;
+    if (joint.accuracy) {
+      for (double& error_deg : joint.accuracy->standard_error_deg)
+        error_deg = std::hypot(error_deg, found->second);
+    }
+    r.warnings.push_back(
+        fmt::format("{}: the measured angles themselves err by about {:g} deg: every figure is against them, "
+                    "not against the hand",
+                    joint.name, found->second));
+  }
+}
+
 // A few samples prove nothing.
 void check_held_out(const recording::Aligned& a) {
   if (a.size() - a.holdout_begin >= kLeastHeldOut) return;
@@ -723,6 +721,7 @@ void check_held_out(const recording::Aligned& a) {
 
 HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   check(request);
+  check_reference_error(request);
   HandIdentification r;
   r.request = request;
   std::vector<Files> files;
@@ -757,6 +756,7 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   score_joints(request, files, samples, r);
   r.proven = r.model;
   if (request.fit_all) fit_again(request, files, r);
+  state_reference_error(request, r);
   warn_of_readings(r.model, files, r.warnings);
   describe(request, files, r);
   return r;

@@ -42,6 +42,9 @@ struct HandRequest {
       false;  // once proven on a part, the model is fitted in the same way to all of the recordings
   double lead_s = 0;
   std::optional<double> clock_offset_s;
+  // RMS error of the measured angles themselves, by joint. The model's stated error then holds it too; no figure against those
+  // angles does.
+  std::map<std::string, double> reference_error_deg;
   std::string input_unit;
   std::string output_unit;
   std::string time_unit;

@@ -202,6 +202,24 @@ TEST_F(Hand, StatedAccuracyIsThatOfUnseenData) {
   EXPECT_LT(stated, 1.5 * r.joints[0].holdout.rmse_deg);
 }
 
+// What is measured with angles that err states no less than they do; the figures against them stay as they are.
+TEST_F(Hand, TheReferencesOwnErrorIsStated) {
+  HandRequest exact = request({write("acc", 160, 32)}, "index=a_adc:index_deg");
+  HandRequest erring = exact;
+  erring.reference_error_deg = {{"index", 6}};
+  const HandIdentification before = identify_hand(exact, {});
+  const HandIdentification after = identify_hand(erring, {});
+  EXPECT_EQ(after.joints[0].holdout.rmse_deg, before.joints[0].holdout.rmse_deg);
+  const auto& stated = after.model.joints[0].accuracy->standard_error_deg;
+  const auto& own = before.model.joints[0].accuracy->standard_error_deg;
+  for (std::size_t i = 0; i < stated.size(); ++i) EXPECT_DOUBLE_EQ(stated[i], std::hypot(own[i], 6));
+  EXPECT_NE(after.warnings.back().find("err by about 6 deg"), std::string::npos);
+  erring.reference_error_deg = {{"ring", 6}};
+  EXPECT_NE(refusal([&] { identify_hand(erring, {}); }).find("no joint of the map"), std::string::npos);
+  erring.reference_error_deg = {{"index", -1}};
+  EXPECT_NE(refusal([&] { identify_hand(erring, {}); }).find("between 0 and 90"), std::string::npos);
+}
+
 TEST_F(Hand, ALineIsALine) {
   HandRequest line = request({write("line", 60, 33)}, "index=a_adc:index_deg");
   line.structure = "line";

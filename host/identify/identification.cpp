@@ -112,6 +112,7 @@ class Scorer {
   Scorer(const recording::Aligned& aligned, std::size_t begin)
       : angle_(aligned.angle_deg),
         gap_(aligned.gap),
+        unseen_(aligned.unseen),
         begin_(begin),
         t_(aligned.t_s.begin() + static_cast<std::ptrdiff_t>(begin), aligned.t_s.end()),
         max_step_s_(std::max(aligned.max_gap_s, 1.5 * aligned.period_s)) {}
@@ -119,7 +120,7 @@ class Scorer {
   score::Score all(const std::vector<double>& estimate) const {
     const std::span measured(angle_.begin() + static_cast<std::ptrdiff_t>(begin_), angle_.end());
     const std::span estimated(estimate.begin() + static_cast<std::ptrdiff_t>(begin_), estimate.end());
-    return score::score(t_, measured, estimated, max_step_s_);
+    return score::score_seen(t_, measured, estimated, std::span(unseen_).subspan(begin_), max_step_s_);
   }
 
   // None where less than two samples are left, or the finger stands still in all of them.
@@ -140,6 +141,7 @@ class Scorer {
  private:
   const std::vector<double>& angle_;
   const std::vector<std::uint8_t>& gap_;
+  const std::vector<std::uint8_t>& unseen_;
   std::size_t begin_;
   std::vector<double> t_;
   double max_step_s_;
@@ -224,6 +226,7 @@ void warn_of_fit(const Identification& r, Warnings& warnings) {
                     "line ({:.2f} deg)",
                     r.holdout.rmse_deg, r.baseline.rmse_deg));
   }
+  if (const auto text = score::in_words_left_out(r.holdout)) warnings.push_back(*text);
   if (!r.holdout_without_gaps) {
     warnings.emplace_back("all of the held-out part lies in pauses of a log: its figures say little");
   } else if (r.holdout_without_gaps->rmse_deg > kMuchWorse * r.fit.rmse_deg) {

@@ -3,7 +3,8 @@
 // clock offset from the signals -> the sensor on the compensator's grid, with past readings only -> the first
 // part (in time) is fitted, the rest held out -> the model document runs over the whole log, as apply runs
 // it, and is scored on the held-out part, beside a straight line through the fitted part. Samples in pauses
-// of either log are not fitted. They are scored: the compensator must answer there too. The clock offset is a
+// of either log are not fitted. In those of the sensor they are scored, since the compensator must answer there too; in those of
+// the reference nothing is known, and nothing is scored. The clock offset is a
 // property of the two recordings and uses all of both; nothing else looks at the held-out part.
 #pragma once
 

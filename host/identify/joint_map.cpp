@@ -32,7 +32,7 @@ std::vector<JointMap> map_by_name(const PairFiles& files, const std::string& tim
   };
   std::vector<JointMap> out;
   for (const std::string& angle : names(reference)) {
-    if (angle.ends_with("_quality")) continue;
+    if (angle.ends_with("_quality") || angle == "host_s") continue;  // of flexor track and record
     const std::string joint = angle.substr(0, angle.rfind('_'));
     auto input = sensor_of(joint);
     if (!input) input = sensor_of(joint.substr(0, joint.find('_')));  // index_adc for index_pip_deg

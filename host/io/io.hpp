@@ -15,6 +15,9 @@ namespace flexor::io {
 // ends, and what a terminal obeys.
 std::string one_line(std::string_view text);
 
+// The same text as one word of a command for a POSIX shell: as it is where nothing in it needs quotes.
+std::string shell_word(std::string_view text);
+
 // The first bytes of a text, `longest` at most, no letter cut in two.
 std::string start_of(std::string_view text, std::size_t longest);
 

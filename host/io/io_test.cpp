@@ -59,6 +59,14 @@ TEST_F(Io, OutputsAreCheckedBeforeTheWork) {
   EXPECT_THROW(require_folder(folder_ / "file"), InputError);
 }
 
+TEST(ShellWord, IsQuotedOnlyWhereItMustBe) {
+  EXPECT_EQ(shell_word("runs/a-1_b.csv"), "runs/a-1_b.csv");
+  EXPECT_EQ(shell_word(""), "''");
+  EXPECT_EQ(shell_word("~x"), "'~x'");
+  EXPECT_EQ(shell_word("a b; $(c)"), "'a b; $(c)'");
+  EXPECT_EQ(shell_word("it's"), R"('it'\''s')");
+}
+
 TEST(Digest, IsTheKnownFnv1a) { EXPECT_EQ(digest("a"), "fnv1a64:af63dc4c8601ec8c"); }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -92,7 +93,12 @@ Process::Process(const std::filesystem::path& program, const std::vector<std::st
     : child_([&](const sigset_t& mask) {
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
-        for (const HandedOn& d : descriptors) posix_spawn_file_actions_adddup2(&actions, d.ours, d.theirs);
+        int last = STDERR_FILENO;
+        for (const HandedOn& d : descriptors) {
+          posix_spawn_file_actions_adddup2(&actions, d.ours, d.theirs);
+          last = std::max(last, d.theirs);
+        }
+        posix_spawn_file_actions_addclosefrom_np(&actions, last + 1);  // libraries open what they like
         pid_t child = 0;
         const int failed = start(child, program, actions, mask, argv, environment(temporaries));
         posix_spawn_file_actions_destroy(&actions);

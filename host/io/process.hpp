@@ -36,7 +36,7 @@ struct HandedOn {
 class Process {
  public:
   // `temporaries`: where it keeps its own, if not where this process does; what it leaves there when it is
-  // killed goes with the folder. Throws JobError when it cannot be started.
+  // killed goes with the folder. It gets no other descriptor of this process. Throws JobError when it cannot be started.
   Process(const std::filesystem::path& program, const std::vector<std::string>& argv,
           const std::vector<HandedOn>& descriptors, const std::filesystem::path& temporaries = {});
 

@@ -1,6 +1,7 @@
 #include "host/io/serial.hpp"
 
 #include <fmt/format.h>
+#include <sys/file.h>
 
 #include <array>
 #include <boost/asio/io_context.hpp>
@@ -42,6 +43,10 @@ SerialPort::SerialPort(const std::string& path, unsigned baud)
   error_code error;
   asio_->port.open(path, error);
   if (error) throw InputError(refusal(path, error));
+  // Two that read one port would each get a part of what it says.
+  if (::flock(asio_->port.native_handle(), LOCK_EX | LOCK_NB) != 0)
+    throw InputError(
+        fmt::format("{}: another flexor listens to it: end that one, or record in its page", path));
   using Option = asio::serial_port_base;
   if (!set_baud(baud)) throw InputError(fmt::format("{}: does not do {} baud", path, baud));
   asio_->port.set_option(Option::character_size(8), error);
@@ -57,6 +62,8 @@ bool SerialPort::set_baud(unsigned baud) {
   asio_->port.set_option(asio::serial_port_base::baud_rate(baud), error);
   return !error;
 }
+
+int SerialPort::descriptor() const { return asio_->port.native_handle(); }
 
 void SerialPort::write(std::span<const std::uint8_t> bytes) {
   error_code error;

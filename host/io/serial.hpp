@@ -25,6 +25,7 @@ class SerialPort {
   void write(std::span<const std::uint8_t> bytes);
   // What comes first, as soon as it comes; empty: nothing within the time. Throws JobError when the port has gone.
   std::vector<std::uint8_t> read(double timeout_s);
+  int descriptor() const;  // readable once read() has something
 
  private:
   struct Asio;

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <random>
 #include <thread>
+#include <utility>
 
 #include "host/io/io.hpp"
 #include "host/listen/detect.hpp"
@@ -23,6 +25,18 @@ constexpr const char* kHandWaits =
 constexpr double kAfterReset_s = 3;  // opening a port resets most boards, and a bootloader listens first
 constexpr double kEachRate_s = 1.2;
 
+// A whole line of plain text among the bytes, if there is one: whoever wrote the sketch knows it again.
+std::string quoted_line(const std::vector<std::uint8_t>& bytes) {
+  constexpr std::size_t kLongest = 60;
+  const std::string text(bytes.begin(), bytes.end());
+  const std::size_t begin = text.find('\n') + 1;
+  const std::string line = text.substr(begin, std::min(kLongest, text.find_first_of("\r\n", begin) - begin));
+  const bool is_plain = !line.empty() && std::ranges::all_of(line, [](unsigned char c) {
+    return c == '\t' || (c >= 0x20 && c < 0x7f);
+  });
+  return is_plain ? fmt::format(" (\"{}\")", line) : "";
+}
+
 }  // namespace
 
 Listener::Listener(ListenerOptions options, const std::function<void(const std::string&)>& says)
@@ -34,6 +48,7 @@ Listener::Listener(ListenerOptions options, const std::function<void(const std::
     for (int k = 0; k < link::kStirred; ++k) hand_->stir(static_cast<std::uint16_t>(random()));
   }
   find(says);
+  if (options_.angles_will_do && options_.format != Format::frames) options_.readings = false;
   if (options_.readings && options_.format == Format::hand)
     throw io::InputError(fmt::format("{}: a hand, which has no strips: leave out --readings", options_.port));
   if (options_.readings && options_.format == Format::gloves) {
@@ -60,6 +75,7 @@ std::optional<Format> Listener::hear(double longest_s) {
   std::optional<Guess> best;
   // A board that waits may just have been started by the port's opening.
   while (now_s() - begin_s < (best && best->samples == 0 ? kAfterReset_s : longest_s)) {
+    if (options_.stop && *options_.stop) throw io::InputError(options_.port + ": is listened to no longer");
     speak();
     const std::vector<std::uint8_t> bytes = port_->read(0.02);
     heard_.insert(heard_.end(), bytes.begin(), bytes.end());
@@ -74,6 +90,7 @@ std::optional<Format> Listener::hear(double longest_s) {
 }
 
 void Listener::find(const std::function<void(const std::string&)>& says) {
+  const bool is_told = options_.baud > 0 && options_.format;  // and believed, where something comes
   const std::vector<unsigned> rates = options_.baud > 0
                                           ? std::vector{options_.baud}
                                           : std::vector(std::begin(kUsualRates_Bd), std::end(kUsualRates_Bd));
@@ -83,6 +100,7 @@ void Listener::find(const std::function<void(const std::string&)>& says) {
     if (rate != rates.front() && !port_->set_baud(rate)) continue;
     const std::optional<Format> format = hear(rate == rates.front() ? kAfterReset_s : kEachRate_s);
     if (waits_) throw io::InputError(options_.port + (format == Format::hand ? kHandWaits : kWaits));
+    if (is_told && !format && heard_bytes_ > 0) return;
     if (format && (!options_.format || *options_.format == *format)) {
       options_.baud = rate;
       options_.format = format;
@@ -95,9 +113,9 @@ void Listener::find(const std::function<void(const std::string&)>& says) {
         "{}: nothing comes: is a program on the board that sends, and is the port its own?", options_.port));
   }
   throw io::InputError(
-      fmt::format("{}: {} bytes came, which are no format that is known at any usual rate: say --baud, or "
-                  "load the logging sketch",
-                  options_.port, heard_bytes_));
+      fmt::format("{}: {} bytes came, which are no format that is known at any usual rate{}: send numbers "
+                  "separated by commas, say --baud, or load the logging sketch",
+                  options_.port, heard_bytes_, quoted_line(heard_)));
 }
 
 // As the hand: whether its challenge was answered.
@@ -133,14 +151,21 @@ void Listener::ask_for_readings() {
   port_->write({wire.data(), size});
 }
 
+std::string Listener::says() const { return fmt::format("{} at {} baud", name_of(format()), baud()); }
+
+int Listener::descriptor() const { return port_ ? port_->descriptor() : -1; }
+
 Event Listener::wait(double timeout_s, std::vector<Sample>& out) {
   if (!port_) {
     std::this_thread::sleep_for(std::chrono::duration<double>(std::min(timeout_s, 0.1)));
     try {
       port_ = std::make_unique<io::SerialPort>(options_.port, options_.baud);
-    } catch (const io::InputError&) {
-      return Event::quiet;
+    } catch (const io::InputError&) {  // what was let go is missed once
+      if (!std::exchange(was_let_go_, false)) return Event::quiet;
+      ++times_gone_;
+      return Event::gone;
     }
+    was_let_go_ = false;
     return Event::back;
   }
   try {

@@ -1,6 +1,7 @@
 // A glove's or a hand's serial port: rate and format found by listening, samples as they come, also after the plug was pulled.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -10,7 +11,7 @@
 #include <vector>
 
 #include "host/io/serial.hpp"
-#include "host/listen/decoder.hpp"
+#include "host/listen/source.hpp"
 #include "runtime/link/hand_end.hpp"
 
 namespace flexor::listen {
@@ -20,29 +21,31 @@ struct ListenerOptions {
   unsigned baud = 0;                  // 0: to be found
   std::optional<Format> format = {};  // none: to be found
   bool readings = false;              // of Flexor's gloves: readings instead of angles, which are asked for
+  bool angles_will_do = false;        // with `readings`: of what gives none, what it gives
   std::optional<link::Key> key = {};  // of the pair: the glove is challenged, as its hand does
+  std::shared_ptr<const std::atomic<bool>> stop = {};  // set: finding ends at once, with an io::InputError
 };
 
-enum class Event {
-  quiet,    // nothing within the time
-  samples,  // bytes came, and perhaps samples
-  gone,     // the port is not there any more; wait() looks for it from now on
-  back,
-};
-
-class Listener {
+class Listener : public Source {
  public:
   // `says` hears what is tried. Throws io::InputError, one line with the mend: no port, nothing comes, nothing that is
   // understood at any rate, a glove that waits for its hand, or a hand for its glove.
   Listener(ListenerOptions options, const std::function<void(const std::string&)>& says);
 
-  // Waits for bytes, `timeout_s` at most; appends what they complete.
-  Event wait(double timeout_s, std::vector<Sample>& out);
+  Event wait(double timeout_s, std::vector<Sample>& out) override;
+  const std::vector<std::string>& columns() const override { return decoder_->columns(); }
+  const Tally& tally() const override { return decoder_->tally(); }
+  double now_s() const override;
+  std::string says() const override;
+  int descriptor() const override;
+  void let_go() override {
+    port_.reset();
+    was_let_go_ = true;
+  }
 
   unsigned baud() const { return options_.baud; }
   Format format() const { return *options_.format; }
   const Decoder& decoder() const { return *decoder_; }
-  double now_s() const;  // the clock of Sample::host_s: since this listener was made
   int times_gone() const { return times_gone_; }
 
  private:
@@ -62,6 +65,7 @@ class Listener {
   double asked_s_ = -1;
   std::vector<std::uint8_t> heard_;  // at the present rate, before the format was known
   std::size_t heard_bytes_ = 0;
+  bool was_let_go_ = false;
   bool waits_ = false;  // frames came, and no samples
   int times_gone_ = 0;
 };

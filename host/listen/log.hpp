@@ -1,18 +1,17 @@
 // Samples as a wide CSV that grows: t_s, host_s, then the columns.
 //
-// t_s is the board's clock where it has one, from 0 at the first sample, else the host's, and rises strictly; host_s is
-// the host's monotonic clock of the same instant. A board that starts anew goes on where the host's clock says. Only
-// whole lines are written, each second or so: after a crash or `kill -9` the file is a recording without its last
-// second, and a full disk leaves the lines that it had room for.
+// t_s is the samples' clock (sample_clock.hpp), host_s the host's monotonic clock of the same instant. Only whole lines are written,
+// each second or so: after a crash or `kill -9` the file is a recording without its last second, and a full disk leaves the
+// lines that it had room for.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "host/listen/decoder.hpp"
+#include "host/io/growing_file.hpp"
+#include "host/listen/sample_clock.hpp"
 
 namespace flexor::listen {
 
@@ -24,27 +23,22 @@ class Log {
   Log(const Log&) = delete;
   Log& operator=(const Log&) = delete;
 
-  // Throws io::JobError, one line: the disk is full or gone.
+  // Throws io::JobError, one line: the disk is full or gone; another number of columns.
   void add(const Sample& sample);
   void flush();
+  void flush_if_due(double host_s);  // likewise, also where no sample comes
 
   std::uint64_t rows() const { return rows_; }
-  std::uint64_t restarts() const { return restarts_; }  // of the board's clock
-  double duration_s() const { return last_s_; }
+  std::uint64_t restarts() const { return clock_.restarts(); }  // of the board's clock
+  double duration_s() const { return clock_.last_s(); }
 
  private:
-  double time_s(const Sample& sample);
-
-  std::filesystem::path path_;
-  int file_ = -1;
+  io::GrowingFile file_;
   std::string lines_;
+  std::size_t columns_;
   double flushed_s_ = 0;  // host's
   std::uint64_t rows_ = 0;
-  std::uint64_t restarts_ = 0;
-  double first_host_s_ = 0;
-  double last_host_s_ = 0;
-  double last_s_ = 0;
-  double last_board_s_ = 0;
+  SampleClock clock_;
 };
 
 }  // namespace flexor::listen

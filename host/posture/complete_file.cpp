@@ -54,6 +54,7 @@ struct Plan {
   std::vector<std::vector<std::size_t>> parts;
   std::vector<std::string> columns;
   std::vector<std::pair<int, std::size_t>> shown;  // joint and its column
+  Hand sign = Hand::Ones();                        // of the table's angles, against the document's
 
   std::size_t place(const std::string& column) {
     const auto it = std::ranges::find(columns, column);
@@ -62,6 +63,38 @@ struct Plan {
     return columns.size() - 1;
   }
 };
+
+// Joints whose flexion has a sign: MCP, PIP, DIP and the thumb's IP.
+bool flexes(int joint) {
+  const std::string_view name = kJointNames[static_cast<std::size_t>(joint)];
+  return name.ends_with("_mcp") || name.ends_with("_pip") || name.ends_with("_dip") || name.ends_with("_ip");
+}
+
+double sign_of(const Plan& plan, const Input& input) { return plan.sign[input.joints.front()]; }
+
+void require_one_sign(const Plan& plan, const Input& bend) {
+  for (const int joint : bend.joints) {
+    if (plan.sign[joint] == sign_of(plan, bend)) continue;
+    throw io::InputError(
+        fmt::format("--bends {}: with --flexion positive only joints that flex can be summed", bend.name));
+  }
+}
+
+// A bend is sensed where --from names it, or the columns of all of its joints.
+void require_named(const Input& bend, const CompleteOptions& options) {
+  const auto named = [&](std::string_view name) {
+    return std::ranges::any_of(options.from, [&](const std::string& c) { return without_unit(c) == name; });
+  };
+  if (named(bend.name)) return;
+  for (const int joint : bend.joints) {
+    const std::string_view name = kJointNames[static_cast<std::size_t>(joint)];
+    if (named(name)) continue;
+    throw io::InputError(
+        fmt::format("--bends {0}: --from names neither {0}_deg nor {1}_deg: name the bend, or all of its "
+                    "joints' columns",
+                    bend.name, name));
+  }
+}
 
 void add_bend(Plan& plan, const Input& bend, const TableReader& table) {
   std::vector<std::size_t> parts;
@@ -79,8 +112,15 @@ void add_bend(Plan& plan, const Input& bend, const TableReader& table) {
 Plan plan_of(const CompleteOptions& options, const TableReader& table) {
   Plan plan;
   std::vector<Input> bends;
+  for (int joint = 0; joint < kJoints; ++joint) {
+    if (options.flexion_is_positive && flexes(joint)) plan.sign[joint] = -1;
+  }
   for (const std::string& text : options.bends) bends.push_back(bend_of(text));
-  for (const Input& bend : bends) add_bend(plan, bend, table);
+  for (const Input& bend : bends) {
+    require_named(bend, options);
+    require_one_sign(plan, bend);
+    add_bend(plan, bend, table);
+  }
   for (const std::string& column : options.from) {
     const std::string name = without_unit(column);
     if (std::ranges::count(bends, name, &Input::name) > 0) continue;
@@ -106,11 +146,12 @@ std::string header_of(const Plan& plan) {
   return text + "\n";
 }
 
-std::string text_of(const std::string& time, const Estimate& estimate) {
+std::string text_of(const Plan& plan, const std::string& time, const Estimate& estimate) {
   fmt::memory_buffer out;
   fmt::format_to(std::back_inserter(out), "{}", time);
   for (int j = 0; j < kJoints; ++j) {
-    fmt::format_to(std::back_inserter(out), ",{:.3f},{:.3f}", estimate.angle_deg[j], estimate.se_deg[j]);
+    fmt::format_to(std::back_inserter(out), ",{:.3f},{:.3f}", plan.sign[j] * estimate.angle_deg[j],
+                   estimate.se_deg[j]);
   }
   for (const Quality quality : estimate.quality) {
     fmt::format_to(std::back_inserter(out), ",{}", static_cast<int>(quality));
@@ -122,7 +163,8 @@ std::string text_of(const std::string& time, const Estimate& estimate) {
 Eigen::VectorXd readings_of(const Plan& plan, const TableRow& row) {
   Eigen::VectorXd readings = Eigen::VectorXd::Zero(static_cast<Index>(plan.parts.size()));
   for (std::size_t i = 0; i < plan.parts.size(); ++i) {
-    for (const std::size_t part : plan.parts[i]) readings[static_cast<Index>(i)] += row.value[part];
+    for (const std::size_t part : plan.parts[i])
+      readings[static_cast<Index>(i)] += sign_of(plan, plan.inputs[i]) * row.value[part];
   }
   return readings;
 }
@@ -132,10 +174,38 @@ std::optional<Hand> shown_hand(const Plan& plan, const TableRow& row) {
   Hand hand = Hand::Constant(std::numeric_limits<double>::quiet_NaN());
   for (const auto& [joint, column] : plan.shown) {
     if (std::isnan(row.value[column])) return std::nullopt;
-    hand[joint] = row.value[column];
+    hand[joint] = plan.sign[joint] * row.value[column];
   }
   return hand;
 }
+
+// Rows of each input that read further extended than a straight finger does.
+class Extended {
+ public:
+  explicit Extended(std::size_t inputs) : rows_(inputs, 0), known_(inputs, 0) {}
+
+  void add(const Plan& plan, const Eigen::VectorXd& readings) {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const double reading = readings[static_cast<Index>(i)];
+      if (!std::ranges::all_of(plan.inputs[i].joints, flexes) || std::isnan(reading)) continue;
+      ++known_[i];
+      if (reading > kStraight_deg) ++rows_[i];
+    }
+  }
+
+  std::vector<std::string> names(const Plan& plan) const {
+    std::vector<std::string> out;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (2 * rows_[i] > known_[i]) out.push_back(plan.inputs[i].name);
+    }
+    return out;
+  }
+
+ private:
+  static constexpr double kStraight_deg = 15;
+  std::vector<std::size_t> rows_;
+  std::vector<std::size_t> known_;
+};
 
 void count(const Estimate& estimate, Completion& completion) {
   ++completion.rows;
@@ -158,22 +228,28 @@ Completion complete_table(const Posture& posture, TableReader& table, const Comp
   completion.quality.resize(plan.inputs.size());
   completion.shown_joints = plan.shown.size();
   sink(header_of(plan));
+  Extended extended(plan.inputs.size());
   double elapsed_s = 0;
   double last_s = 0;
   for (TableRow row; table.next(row); last_s = row.t_s) {
     const double step = completion.rows > 0 ? step_s(last_s, row.t_s) : 0;
-    elapsed_s += step;
+    if (completion.rows > 0) elapsed_s += std::max(0.0, row.t_s - last_s);  // pauses and slow tables too
     if (elapsed_s < options.rest_s) {
       completion.shown_s = elapsed_s;
       if (const auto hand = shown_hand(plan, row)) completer.show(*hand, step);
+    } else {
+      completion.rest_ended = true;
     }
-    const Estimate estimate = completer.complete(readings_of(plan, row));
+    const Eigen::VectorXd readings = readings_of(plan, row);
+    const Estimate estimate = completer.complete(readings);
+    extended.add(plan, readings);
     count(estimate, completion);
-    sink(text_of(row.time, estimate));
+    sink(text_of(plan, row.time, estimate));
     progress(completion.rows);
   }
   if (completion.rows == 0) throw io::InputError(fmt::format("{}: no row below the header", table.source()));
   completion.mean_se_deg /= static_cast<double>(completion.rows);
+  completion.extended = extended.names(plan);
   completion.shape = completer.shape();
   completion.left_out_rmse_deg = completer.left_out_rmse_deg();
   return completion;

@@ -5,6 +5,9 @@
 //
 // The first `rest_s` seconds show the person: every NAME_deg that the table has is read there, later only the
 // inputs. The hand rests first; what it does after that within these seconds is learnt as it is seen.
+//
+// Flexion of fingers is negative, as in a posture document, or positive, as flexor apply writes it: then MCP, PIP, IP and DIP have
+// the other sign in the table and in what is written. Whether the table has the sign that is said, its bends tell.
 #pragma once
 
 #include <filesystem>
@@ -22,6 +25,7 @@ struct CompleteOptions {
   std::vector<std::string> from;
   std::vector<std::string> bends;
   double rest_s = 0;
+  bool flexion_is_positive = false;
 };
 
 struct Completion {
@@ -29,6 +33,9 @@ struct Completion {
   std::vector<std::string> inputs;
   std::vector<std::array<std::size_t, kQualities>> quality;  // of each input, rows by Quality
   double shown_s = 0;
+  bool rest_ended = false;  // a row came after it
+  std::vector<std::string>
+      extended;  // bends and joints that mostly read further extended than straight: has the table the other sign?
   std::size_t shown_joints = 0;
   Hand mean_se_deg = Hand::Zero();
   Shape shape;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <sstream>
 
@@ -208,7 +209,7 @@ std::string table_of(const Recorded& r, Index rows, const std::string& hole = ""
 }
 
 const CompleteOptions kFive = {
-    {"index_mcp_deg", "index_pip_deg", "thumb_mcp_deg"},
+    {"index_mcp_deg", "index_pip_deg", "thumb", "middle"},
     {"thumb=thumb_mcp+thumb_ip", "index=index_mcp+index_pip", "middle=middle_mcp+middle_pip"},
     0.5};
 
@@ -246,6 +247,63 @@ TEST(CompletingTables, TakesABendFromItsColumnOrItsJoints) {
   EXPECT_EQ(column, joints);
 }
 
+// The first rows of a slow table: what comes later does not show the person.
+TEST(CompletingTables, ARestEndsInASlowTableToo) {
+  Recorded r = test::person(86, "x");
+  for (std::size_t i = 0; i < r.t_s.size(); ++i) r.t_s[i] = static_cast<double>(i);
+  const CompleteOptions options = {{"index_mcp_deg", "index_pip_deg"}, {}, 2};
+  const auto before = lines_of(table_of(r, 60), options);
+  r.hands_deg.col(0).segment(20, 20).array() -= 40;  // thumb_rot, which is not sensed
+  const auto after = lines_of(table_of(r, 60), options);
+  EXPECT_EQ(before, after);
+  std::istringstream stream(table_of(r, 60));
+  TableReader table(stream, "x.csv");
+  const Completion c = complete_table(
+      known(), table, options, [](const auto&) {}, [](auto) {});
+  EXPECT_TRUE(c.rest_ended);
+  EXPECT_NEAR(c.shown_s, 1, 1e-9);
+}
+
+TEST(CompletingTables, FlexionMayBePositiveInBothTables) {
+  const Recorded r = test::person(87, "x");
+  CompleteOptions options = {{"index", "middle_mcp", "wrist_yaw"}, {"index=index_mcp+index_pip"}, 0.5};
+  const auto negative = lines_of(table_of(r, 60), options);
+  Recorded turned = r;
+  for (const int j : {1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, 16, 17, 18}) turned.hands_deg.col(j) *= -1;
+  options.flexion_is_positive = true;
+  const auto positive = lines_of(table_of(turned, 60), options);
+  ASSERT_EQ(positive.size(), negative.size());
+  const auto cell = [](const std::string& line, int place) {
+    std::istringstream cells(line);
+    std::string text;
+    for (int i = 0; i <= place; ++i) std::getline(cells, text, ',');
+    return std::stod(text);
+  };
+  for (std::size_t row = 1; row < positive.size(); ++row) {
+    for (int j = 0; j < kJoints; ++j) {
+      const bool flexes = std::ranges::count(std::array{0, 3, 7, 11, 15, 19, 20, 21, 22}, j) == 0;
+      EXPECT_EQ(cell(positive[row], 1 + 2 * j), (flexes ? -1 : 1) * cell(negative[row], 1 + 2 * j));
+      EXPECT_EQ(cell(positive[row], 2 + 2 * j), cell(negative[row], 2 + 2 * j));
+    }
+  }
+}
+
+TEST(CompletingTables, ATableOfTheOtherSignIsNoticed) {
+  Recorded r = test::person(88, "x");
+  const CompleteOptions options = {
+      {"index_mcp", "index_pip", "middle_pip"}, {"index=index_mcp+index_pip"}, 0};
+  const auto extended = [&] {
+    std::istringstream stream(table_of(r, 300));
+    TableReader table(stream, "x.csv");
+    return complete_table(
+               known(), table, options, [](const auto&) {}, [](auto) {})
+        .extended;
+  };
+  EXPECT_TRUE(extended().empty());
+  r.hands_deg *= -1;
+  EXPECT_EQ(extended(), (std::vector<std::string>{"index", "middle_pip"}));
+}
+
 TEST(CompletingTables, SaysWhatIsWrong) {
   const std::string text = table_of(test::person(84, "x"), 3);
   const auto refusal = [&](const CompleteOptions& options) {
@@ -260,6 +318,12 @@ TEST(CompletingTables, SaysWhatIsWrong) {
             std::string::npos);
   EXPECT_NE(refusal({{"index_mcp"}, {"index"}, 0}).find("write NAME=JOINT+JOINT"), std::string::npos);
   EXPECT_NE(refusal({{"index_mcp"}, {"i=index_mcp+index_mcp"}, 0}).find("a joint twice"), std::string::npos);
+  EXPECT_NE(refusal({{"index_mcp_deg"}, {"index=index_mcp+index_pip"}, 0})
+                .find("neither index_deg nor index_pip_deg"),
+            std::string::npos);
+  EXPECT_EQ(refusal({{"index_deg"}, {"index=index_mcp+index_pip"}, 0}), "none");
+  EXPECT_NE(refusal({{"i"}, {"i=index_mcp+wrist_yaw"}, 0, true}).find("only joints that flex"),
+            std::string::npos);
   EXPECT_NE(refusal({{"index_mcp", "index_mcp_deg"}, {}, 0}).find("is there twice"), std::string::npos);
 }
 

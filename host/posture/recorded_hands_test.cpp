@@ -60,27 +60,34 @@ class RecordedHands : public testing::Test {
     return all;
   }
 
-  // The first quarter of a second of each trial, or of the first alone; then a second of each trial.
-  static void show(Completer& completer, const Recorded& r, Shown shown) {
+  // The first quarter of a second of each trial, or of the first alone; or then a second of every other trial, of which none is
+  // scored. Returns the rows that are.
+  static std::vector<bool> show(Completer& completer, const Recorded& r, Shown shown) {
     Hand rest = Hand::Zero();
     double rows = 0;
     std::vector<std::pair<Hand, double>> pieces;
+    std::vector<bool> scored;
     double begin_s = r.t_s.front();
+    int trial = 0;
     for (std::size_t i = 0; i < r.t_s.size(); ++i) {
-      const bool starts = i > 0 && r.t_s[i] < r.t_s[i - 1];
-      if (starts && shown == Shown::first_of_file) break;
-      if (starts) begin_s = r.t_s[i];
+      if (i > 0 && r.t_s[i] < r.t_s[i - 1]) {
+        begin_s = r.t_s[i];
+        ++trial;
+      }
       const double since_s = r.t_s[i] - begin_s;
       const Hand hand = r.hands_deg.row(static_cast<Eigen::Index>(i)).transpose();
-      if (since_s <= kRest_s) {
+      const bool rests = since_s <= kRest_s && (trial == 0 || shown != Shown::first_of_file);
+      if (rests) {
         rest += hand;
         ++rows;
       }
-      if (since_s >= 5 && since_s < 6) pieces.emplace_back(hand, r.t_s[i] - r.t_s[i - 1]);
+      const bool of_shown = shown == Shown::pieces && trial % 2 == 0;
+      if (of_shown && since_s >= 5 && since_s < 6) pieces.emplace_back(hand, r.t_s[i] - r.t_s[i - 1]);
+      scored.push_back(!rests && !of_shown);
     }
     completer.show(rest / rows, kRest_s);
-    if (shown != Shown::pieces) return;
     for (const auto& [hand, seconds] : pieces) completer.show(hand, seconds);
+    return scored;
   }
 
   // 1 for the joints that no input reads by itself.
@@ -92,17 +99,19 @@ class RecordedHands : public testing::Test {
     return told;
   }
 
-  static void score(const Recorded& r, Completer& completer, const InputMatrix& matrix, Figures& figures,
-                    Eigen::Index lost) {
+  static void score(const Recorded& r, Completer& completer, const std::vector<bool>& scored,
+                    const InputMatrix& matrix, Figures& figures, Eigen::Index lost) {
     const Hand told = not_sensed_alone(matrix);
     Hand square = Hand::Zero();
     double rows = 0;
     Figures one;
-    for (Eigen::Index row = 0; row < r.hands_deg.rows(); row += kEvery, ++rows) {
+    for (Eigen::Index row = 0; row < r.hands_deg.rows(); row += kEvery) {
       const Hand hand = r.hands_deg.row(row).transpose();
       Eigen::VectorXd readings = matrix * hand.matrix();
       if (lost != kNone) readings[lost] = std::nan("");
       const Estimate estimate = completer.complete(readings);
+      if (!scored[static_cast<std::size_t>(row)]) continue;
+      ++rows;
       const Hand error = (estimate.angle_deg - hand).abs();
       square += error.square();
       const Hand inside_68 = (error <= estimate.se_deg).cast<double>();
@@ -117,17 +126,22 @@ class RecordedHands : public testing::Test {
     figures.refused += one.refused / rows / static_cast<double>(matrix.rows()) / kPeople;
   }
 
-  static Completer completer(std::size_t person, const std::vector<Input>& inputs, Shown shown) {
-    Completer out(postures()[person], inputs, shown != Shown::nothing);
-    if (shown != Shown::nothing) show(out, people()[person], shown);
+  // The completer and the rows that are scored.
+  static std::pair<Completer, std::vector<bool>> completer(std::size_t person,
+                                                           const std::vector<Input>& inputs, Shown shown) {
+    const Recorded& r = people()[person];
+    std::pair<Completer, std::vector<bool>> out{
+        Completer(postures()[person], inputs, shown != Shown::nothing),
+        std::vector<bool>(r.t_s.size(), true)};
+    if (shown != Shown::nothing) out.second = show(out.first, r, shown);
     return out;
   }
 
   static Figures figures(const std::vector<Input>& inputs, Shown shown, const char* key) {
     Figures out;
     for (std::size_t i = 0; i < kPeople; ++i) {
-      Completer model = completer(i, inputs, shown);
-      score(people()[i], model, input_matrix(inputs), out, kNone);
+      auto [model, scored] = completer(i, inputs, shown);
+      score(people()[i], model, scored, input_matrix(inputs), out, kNone);
     }
     fmt::print(
         "posture.{0}.rmse {1:.3f} deg\nposture.{0}.within_68 {2:.2f} %\nposture.{0}.within_95 {3:.2f} %\n",
@@ -194,10 +208,10 @@ TEST_F(RecordedHands, FromFiveBendsAfterAQuarterOfASecond) {
   expect_coverage(f);
 }
 
-TEST_F(RecordedHands, FromFiveBendsAfterTwentySecondsOfTheHand) {
+TEST_F(RecordedHands, FromFiveBendsAfterSecondsOfOtherTrials) {
   const Figures f = figures(five_bends(), Shown::pieces, "bends_hand");
-  EXPECT_LT(f.rmse_deg.mean(), 7.8);  // 9.8 is wanted
-  EXPECT_GT(f.rmse_deg.mean(), 6);
+  EXPECT_LT(f.rmse_deg.mean(), 9.0);  // 9.8 is wanted; of what was shown itself 7.1
+  EXPECT_GT(f.rmse_deg.mean(), 8);
   expect_coverage(f);
 }
 
@@ -214,9 +228,9 @@ TEST_F(RecordedHands, ALostFingerComesFromTheOthers) {
   fmt::print("posture.ridge.rmse {:.3f} deg\n", ridge.mean());
   std::array<Figures, 5> lost;
   for (std::size_t i = 0; i < kPeople; ++i) {
-    Completer model = completer(i, five_bends(), Shown::rest);
+    auto [model, scored] = completer(i, five_bends(), Shown::rest);
     for (std::size_t finger = 0; finger < 5; ++finger) {
-      score(people()[i], model, matrix, lost[finger], static_cast<Eigen::Index>(finger));
+      score(people()[i], model, scored, matrix, lost[finger], static_cast<Eigen::Index>(finger));
     }
   }
   for (std::size_t finger = 0; finger < 5; ++finger) {

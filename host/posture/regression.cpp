@@ -55,7 +55,7 @@ void add_relatives(const Hand& error, const Hand& within_deg2, const Hand& claim
   }
 }
 
-// Of whom the first `seen` cells are shown. They count as well: what is shown is done again.
+// Of whom the first `seen` cells are shown; how well the others are told counts.
 void add_person(const Calibrated::LeftOut& left_out, const InputMatrix& inputs, Index seen, Relatives& out) {
   const auto& [person, others] = left_out;
   const Codebook& book = person->book;
@@ -63,7 +63,8 @@ void add_person(const Calibrated::LeftOut& left_out, const InputMatrix& inputs, 
   std::vector<Hand> hands;
   for (Index c = 0; c < seen; ++c) hands.emplace_back(book.centre_deg.row(c).transpose());
   const Seen shown(others, inputs, offset, hands);
-  for (Index c = 0; c < book.seconds.size(); ++c) {
+  const double unseen_s = book.seconds.tail(book.seconds.size() - seen).sum();
+  for (Index c = seen; c < book.seconds.size(); ++c) {
     const VectorXd hand = book.centre_deg.row(c).transpose();
     const VectorXd x = others.scaled(inputs * hand, offset);
     const VectorXd with_cells = others.with_cells(x);
@@ -71,7 +72,7 @@ void add_person(const Calibrated::LeftOut& left_out, const InputMatrix& inputs, 
     const Seen::Variance claimed = shown.variance(x, with_cells);
     add_relatives(error, book.within_deg2,
                   shown.shown() * claimed.shown + (1 - shown.shown()) * claimed.hidden,
-                  book.seconds[c] / person->seconds(), out);
+                  book.seconds[c] / unseen_s, out);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <cctype>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 #include "host/io/io.hpp"
@@ -128,7 +129,7 @@ const char* spelt(char delimiter) {
 }  // namespace
 
 CsvReader::CsvReader(std::istream& stream, std::string source, const CsvOptions& options)
-    : lines_(stream), source_(std::move(source)) {
+    : lines_(stream), source_(std::move(source)), holes_(options.holes) {
   if (!options.time_unit.empty() && !seconds_in(options.time_unit)) {
     throw InputError(fmt::format("unknown unit of time \"{}\"; known: s, ms, us, ns", options.time_unit));
   }
@@ -352,7 +353,7 @@ void CsvReader::find_columns(const std::vector<std::string>& wanted) {
   };
   for (const std::string& name : wanted) take(place_of(name));
   for (std::size_t i = 0; wanted.empty() && i < std::min(header_.size(), cells_.size()); ++i) {
-    if (time_place_ != i && parse(cells_[i])) take(place_of(header_[i]));
+    if (time_place_ != i && (parse(cells_[i]) || is_hole(cells_[i]))) take(place_of(header_[i]));
   }
   if (!columns_.empty()) return;
   for (std::size_t i = 0; i < std::min(header_.size(), cells_.size()); ++i) {
@@ -388,8 +389,13 @@ double CsvReader::checked(const Parsed& parsed, const std::string& column, const
   return parsed.value;
 }
 
+bool CsvReader::is_hole(const std::string& cell) const {
+  return holes_ && (cell.empty() || lower(cell) == "nan");
+}
+
 double CsvReader::number(std::size_t cell, const std::string& column) {
   const std::string& text = cells_[cell];
+  if (is_hole(text)) return std::numeric_limits<double>::quiet_NaN();
   const auto parsed = parse(text);
   if (!parsed) {
     fail(fmt::format("column \"{}\": \"{}\" is not a number; mend or remove the row", column,
@@ -431,7 +437,7 @@ bool CsvReader::is_torn() {
   if (arrow_ && line_.time.empty()) return true;  // a line without a time of its own
   while (cells_.size() > header_.size() && cells_.back().empty()) cells_.pop_back();
   const auto not_a_number = [&](std::size_t place) {
-    return place >= cells_.size() || !parse(cells_[place]);
+    return place >= cells_.size() || (!parse(cells_[place]) && !is_hole(cells_[place]));
   };
   const bool odd = cells_.size() != header_.size() || std::ranges::any_of(places_, not_a_number);
   if (odd && has_header_ && line_.text.find(header_.front() + delimiter_) != std::string::npos) {
@@ -444,7 +450,7 @@ bool CsvReader::is_torn() {
   }
   if (cells_.size() < header_.size()) return true;
   const auto empty = [&](std::size_t place) { return cells_[place].empty(); };
-  return std::ranges::any_of(places_, empty) || (time_place_ && empty(*time_place_));
+  return (!holes_ && std::ranges::any_of(places_, empty)) || (time_place_ && empty(*time_place_));
 }
 
 void CsvReader::leave_out() {
@@ -530,10 +536,11 @@ Recording read_csv(const std::filesystem::path& path, const std::vector<std::str
   return recording;
 }
 
-std::vector<std::string> columns_of(const std::filesystem::path& path, const std::string& time_unit) {
+std::vector<std::string> columns_of(const std::filesystem::path& path, const std::string& time_unit,
+                                    bool holes) {
   io::require_readable(path);
   std::ifstream file(path, std::ios::binary);
-  return CsvReader(file, path.string(), {{}, time_unit}).columns();
+  return CsvReader(file, path.string(), {{}, time_unit, holes}).columns();
 }
 
 std::string quoted(const std::string& name) {

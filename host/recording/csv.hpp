@@ -31,8 +31,10 @@
 namespace flexor::recording {
 
 struct CsvOptions {
-  std::vector<std::string> columns;  // to read; none: every column whose first cell is a number
-  std::string time_unit;             // s, ms, us, ns: of a time column that states none
+  std::vector<std::string>
+      columns;  // to read; none: every column whose first cell is a number, or a hole where these may be
+  std::string time_unit;  // s, ms, us, ns: of a time column that states none
+  bool holes = false;     // an empty cell or "nan" is a missing reading, NaN; else it is a fault of its row
 };
 
 class CsvReader : public Source {
@@ -47,6 +49,10 @@ class CsvReader : public Source {
   // A last line that was cut off while it was being written (short, without an end) counts as the end.
   bool next(Row& row) override;
   double wrap_s() const override { return wrap_s_; }
+  // Once a row was read: its times are dates, in seconds since 1970.
+  bool is_dated() const {
+    return time_format_ && *time_format_ != TimeFormat::number && *time_format_ != TimeFormat::clock;
+  }
   std::vector<std::string> notes() const override;
   std::string digest() const { return lines_.digest(); }
 
@@ -71,6 +77,7 @@ class CsvReader : public Source {
   void find_columns(const std::vector<std::string>& wanted);
   std::size_t place_of(const std::string& name) const;
   bool is_torn();
+  bool is_hole(const std::string& cell) const;
   void leave_out();
   struct Parsed {
     double value;
@@ -98,6 +105,7 @@ class CsvReader : public Source {
   std::vector<std::string> columns_;
   std::vector<std::string> units_;
   std::vector<std::size_t> places_;
+  bool holes_ = false;
   std::optional<std::size_t> time_place_;
   double time_unit_s_ = 1;
   std::optional<TimeFormat> time_format_;
@@ -117,7 +125,8 @@ Recording parse_csv(const std::string& text, const std::string& source,
                     const std::vector<std::string>& columns);
 
 // The columns that a file has to offer, or throws as above.
-std::vector<std::string> columns_of(const std::filesystem::path& path, const std::string& time_unit);
+std::vector<std::string> columns_of(const std::filesystem::path& path, const std::string& time_unit,
+                                    bool holes = false);
 
 // Wide CSV: t_s, then every column, shortest text that reads back to the same double.
 std::string to_csv(const Recording& recording);

@@ -56,13 +56,13 @@ void sample_reference(const Series& reference, double shift_s, double max_gap_s,
     while (next < t.size() && t[next] < now) ++next;
     if (next == 0 || next == t.size()) {
       a.angle_deg.push_back(reference.value[next == 0 ? 0 : t.size() - 1]);
-      a.gap.push_back(1);
+      a.unseen.push_back(1);
       continue;
     }
     const double share = (now - t[next - 1]) / (t[next] - t[next - 1]);
     a.angle_deg.push_back(reference.value[next - 1] +
                           share * (reference.value[next] - reference.value[next - 1]));
-    a.gap.push_back(t[next] - t[next - 1] > max_gap_s);
+    a.unseen.push_back(t[next] - t[next - 1] > max_gap_s);
   }
 }
 
@@ -270,6 +270,7 @@ void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double
   samples.value.resize(size);
   a.input = std::move(samples.value);
   sample_reference(reference, shift_s, default_max_gap_s(until(reference, end_s + shift_s).t_s), a);
+  a.gap = a.unseen;
   for (std::size_t k = 0; k < size; ++k) a.gap[k] |= samples.pause[k];
 }
 

@@ -55,6 +55,8 @@ struct Aligned {
   std::vector<double> input;
   std::vector<double> angle_deg;
   std::vector<std::uint8_t> gap;  // a pause of either log; 1 before overlap_begin
+  std::vector<std::uint8_t>
+      unseen;  // of these, a pause of the reference: the angle is a guess between its neighbours
   std::size_t overlap_begin = 0;  // first sample that the reference saw
   std::size_t holdout_begin = 0;  // first sample of the part that is held out
   std::vector<std::string> warnings;

@@ -18,7 +18,11 @@ double percent_of(const Json& share) { return 100 * share.get<double>(); }
 
 std::vector<std::string> sensors_worn(const Json& r) {
   std::vector<std::string> out;
-  for (const auto& sensor : r.at("sessions").at(0).at("sensors").items()) out.push_back(sensor.key());
+  for (const Json& session : r.at("sessions")) {  // a sensor may be missing in some
+    for (const auto& sensor : session.at("sensors").items()) {
+      if (std::ranges::find(out, sensor.key()) == out.end()) out.push_back(sensor.key());
+    }
+  }
   return out;
 }
 
@@ -31,7 +35,9 @@ void draw_changes(Gnuplot& g, const Json& r) {
     for (std::size_t s = 0; s < sensors.size(); ++s) {
       const double beside = 0.5 * (static_cast<double>(s) + 0.5) / static_cast<double>(sensors.size()) - 0.25;
       g.data(fmt::format("{}{}", quantity.key, s), sessions.size(), [&](std::size_t i) {
-        const Json& c = sessions.at(i).at("sensors").at(sensors[s]).at(quantity.key);
+        const Json& read = sessions.at(i).at("sensors");
+        if (!read.contains(sensors[s])) return fmt::format("{} NaN NaN NaN", i);
+        const Json& c = read.at(sensors[s]).at(quantity.key);
         return fmt::format("{} {} {} {}", static_cast<double>(i) + beside, percent_of(c.at("value")),
                            percent_of(c.at("low")), percent_of(c.at("high")));
       });

@@ -134,6 +134,33 @@ Score score(std::span<const double> t_s, std::span<const double> measured_deg,
   return s;
 }
 
+Score score_seen(std::span<const double> t_s, std::span<const double> measured_deg,
+                 std::span<const double> estimated_deg, std::span<const std::uint8_t> unseen,
+                 double max_step_s) {
+  std::vector<double> t;
+  std::vector<double> measured;
+  std::vector<double> estimated;
+  for (std::size_t k = 0; k < t_s.size(); ++k) {
+    if (unseen[k] != 0) continue;
+    t.push_back(t_s[k]);
+    measured.push_back(measured_deg[k]);
+    estimated.push_back(estimated_deg[k]);
+  }
+  if (t.size() < 2 || std::ranges::min(measured) == std::ranges::max(measured))
+    return score(t_s, measured_deg, estimated_deg, max_step_s);
+  Score out = score(t, measured, estimated, max_step_s);
+  out.left_out = t_s.size() - t.size();
+  return out;
+}
+
+std::optional<std::string> in_words_left_out(const Score& score) {
+  const double share =
+      static_cast<double>(score.left_out) / static_cast<double>(score.samples + score.left_out);
+  if (share < 0.01) return {};
+  return fmt::format("in {:.0f} % of the held-out part nothing was measured: that is not scored",
+                     100 * share);
+}
+
 Score compare(const Angles& measured, const Angles& estimated) {
   std::vector<double> reference_t_s;
   std::vector<double> reference_deg;

@@ -13,9 +13,12 @@
 // interpolation smooths, and would take an estimate's noise for a lag of half a sample.
 #pragma once
 
+#include <cstdint>
 #include <limits>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
+#include <string>
 
 namespace flexor::score {
 
@@ -40,6 +43,15 @@ struct Score {
 Score score(std::span<const double> t_s, std::span<const double> measured_deg,
             std::span<const double> estimated_deg,
             double max_step_s = std::numeric_limits<double>::infinity());
+
+// The same where `unseen` is 0; the others, at which nothing was measured, count as left out. Where the angle that was measured
+// never changes all count, as if it had been.
+Score score_seen(std::span<const double> t_s, std::span<const double> measured_deg,
+                 std::span<const double> estimated_deg, std::span<const std::uint8_t> unseen,
+                 double max_step_s = std::numeric_limits<double>::infinity());
+
+// In words, where more than a hundredth was left out.
+std::optional<std::string> in_words_left_out(const Score& score);
 
 // Angles as they stand in a log. Neighbours further apart than max_gap_s have nothing known between them.
 struct Angles {

@@ -184,6 +184,26 @@ TEST(Score, AConstantReferenceIsRefused) {
   EXPECT_THROW((void)score(t, std::vector<double>(10, 5), std::vector<double>(10, 6)), io::JobError);
 }
 
+// Whatever stands where nothing was measured.
+TEST(Score, WhatWasNotSeenIsNotScored) {
+  std::vector<double> t, measured, estimated;
+  std::vector<std::uint8_t> unseen;
+  for (int k = 0; k < 400; ++k) {
+    t.push_back(0.05 * k);
+    measured.push_back(40 * std::sin(t.back()));
+    estimated.push_back(measured.back() + (k % 2 == 0 ? 1 : -1));
+    unseen.push_back(k >= 100 && k < 200);
+    if (unseen.back() != 0) measured.back() = 1000;
+  }
+  const flexor::score::Score s = score_seen(t, measured, estimated, unseen);
+  EXPECT_NEAR(s.rmse_deg, 1, 1e-9);
+  EXPECT_EQ(s.left_out, 100U);
+  EXPECT_EQ(s.samples, 300U);
+  ASSERT_TRUE(in_words_left_out(s));
+  EXPECT_NE(in_words_left_out(s)->find("25 %"), std::string::npos);
+  EXPECT_GT(score(t, measured, estimated).rmse_deg, 100);
+}
+
 TEST(Interpolate, HoldsItsEnds) {
   const std::vector<double> t = {1, 2, 4};
   const std::vector<double> x = {10, 20, 0};

@@ -63,17 +63,24 @@ bool is_sane(const twin::Trial& trial) {
 
 deploy::Key bench_key() { return deploy::key_from_hex("000102030405060708090a0b0c0d0e0f"); }
 
-deploy::Glove glove_for(const twin::Parameters& p, const model::Model& model,
-                        const deploy::CalibrationDocument& calibration) {
-  deploy::Corrected corrected = deploy::with_corrections(
-      model,
-      deploy::sensors_of(model, deploy::divider(p.divider_kohm, p.flat_kohm, p.kohm_per_deg), calibration));
+deploy::Glove glove_that_runs(const twin::Parameters& p, const model::Model& model,
+                              const deploy::CalibrationDocument& calibration) {
   deploy::Glove glove;
-  glove.model = std::move(corrected.model);
-  glove.sensor = std::move(corrected.sensor);
+  glove.model = model;
+  glove.sensor =
+      deploy::sensors_of(model, deploy::divider(p.divider_kohm, p.flat_kohm, p.kohm_per_deg), calibration);
   glove.baud = p.baud;
   glove.frame_rate_hz = p.frame_rate_hz;
   glove.key = bench_key();
+  return glove;
+}
+
+deploy::Glove glove_for(const twin::Parameters& p, const model::Model& model,
+                        const deploy::CalibrationDocument& calibration) {
+  deploy::Glove glove = glove_that_runs(p, model, calibration);
+  deploy::Corrected corrected = deploy::with_corrections(model, glove.sensor);
+  glove.model = std::move(corrected.model);
+  glove.sensor = std::move(corrected.sensor);
   return glove;
 }
 

@@ -26,6 +26,9 @@ deploy::Key bench_key();
 // io::InputError.
 deploy::Glove glove_for(const twin::Parameters& parameters, const model::Model& model,
                         const deploy::CalibrationDocument& calibration = {});
+// The same for a glove that runs: what corrects its sensors stays in the model, since the board's tables are those of its image.
+deploy::Glove glove_that_runs(const twin::Parameters& parameters, const model::Model& model,
+                              const deploy::CalibrationDocument& calibration = {});
 
 // The twin's hand as it is: loop, limits and end stops of the published system.
 deploy::Hand twin_hand(const twin::Parameters& parameters, const model::Model& model);

@@ -115,7 +115,7 @@ Lines lead(const Deployment& d) {
 }
 
 std::string flash_command(const Deployment& d, const char* board) {
-  return fmt::format("flexor flash {} --board {} --port auto", d.folder, board);
+  return fmt::format("flexor flash {} --board {} --port auto", io::shell_word(d.folder), board);
 }
 
 std::string zero_words(const deploy::Glove& glove) {
@@ -146,7 +146,7 @@ std::string send_words(const Deployment& d) {
   return fmt::format("Another model later, without a compiler: flexor send MODEL --port auto --rate {}{}{}{}",
                      deploy::sample_rate_hz(g.model),
                      g.baud == 9600 ? "" : fmt::format(" --baud {:g}", g.baud),
-                     g.key ? fmt::format(" --key {}/pair.key", d.folder) : "",
+                     g.key ? " --key " + io::shell_word(d.folder + "/pair.key") : "",
                      deploy::data_block(g).in_flash ? " --bootloader" : "");
 }
 
@@ -311,11 +311,12 @@ TimeBudget time_budget(const Deployment& d) {
 
 std::string deployment_table(const Deployment& d) {
   std::string out;
-  for (const auto& [name, value] : lead(d)) out += fmt::format("{:<33} {}\n", name, value);
+  for (const auto& [name, value] : lead(d)) out += fmt::format("{:<33} {}\n", name, io::one_line(value));
   out += "\nnext\n";
-  for (std::size_t i = 0; i < next_of(d).size(); ++i) out += fmt::format("  {}. {}\n", i + 1, next_of(d)[i]);
+  for (std::size_t i = 0; i < next_of(d).size(); ++i)
+    out += fmt::format("  {}. {}\n", i + 1, io::one_line(next_of(d)[i]));
   out += "\n" + budget_sentence(d) + "\n";
-  for (const auto& [name, value] : lines(d)) out += fmt::format("{:<40}  {}\n", name, value);
+  for (const auto& [name, value] : lines(d)) out += fmt::format("{:<40}  {}\n", name, io::one_line(value));
   return out;
 }
 

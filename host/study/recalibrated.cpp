@@ -83,11 +83,12 @@ twin::TrialInput recalibrated(twin::TrialInput input, const std::string& by, std
   request.model = input.compensator;
   if (by == "motion") {
     input.worn = twin::Worn{short_motion(), kMotion_s};
-    request.motion = donning::motion_in(log_of(input, number), request.model);
+    request.motion.push_back(donning::motion_in(log_of(input, number), request.model));
   } else {
     request.holds = held(input, number);
   }
-  if (request.motion || !request.holds.empty()) input.compensator = donning::recalibrate(request).model;
+  if (!request.motion.empty() || !request.holds.empty())
+    input.compensator = donning::recalibrate(request).model;
   return input;
 }
 

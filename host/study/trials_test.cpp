@@ -99,13 +99,14 @@ TEST(Trials, AHoldThatWasNotStillIsHeldAgainAndLonger) {
   twin::assign(p.parameters, "placement.spread_deg=8");
   const twin::TrialInput input = first_input(p, p.motions[0], c);
   int again = 0;
-  int kept = 0;  // what the poses told may have been chance
+  int kept =
+      0;  // what the poses told may have been chance: a hand that opens a little less looks like a shift
   for (std::uint64_t n = 0; n < 400; ++n) {
     const twin::TrialInput out = recalibrated(input, "poses", n);
     again += out.worn->duration_s > 5 ? 1 : 0;
     kept += out.compensator == c.model ? 1 : 0;
   }
-  EXPECT_LE(kept, 40);
+  EXPECT_LE(kept, 120);
   EXPECT_GE(again, 1);
   EXPECT_LE(again, 40);
 }

@@ -67,7 +67,7 @@ int Strip::sample(const Divider& divider, double t_s, double bend_deg) {
   const double share = (bend_deg - lower_deg_) / range_deg_;
   double theta = offset_deg_ + gain_ * (bend_deg - lower_deg_) +
                  p_->knuckle_deg * std::sin(2 * std::numbers::pi * share) + drift_deg_s_ * drifted_s(t_s) +
-                 noise_ + re;
+                 noise_ + re + shift_deg_;
   if (in_burst_) theta += p_->burst_deg * jump;
   int counts = divider.counts(theta);
   for (const Fault* fault : faults_) {

@@ -34,6 +34,9 @@ class Strip {
   // ADC counts at time t_s for the cloth's bend; one call a sample.
   int sample(const Divider& divider, double t_s, double bend_deg);
 
+  // On the finger, degrees of bend beside what the donning drew; until the next call.
+  void shift(double bend_deg) { shift_deg_ = bend_deg; }
+
   // It has drifted for so long when t_s is 0, the other way after every `turns_s`; 0: always the same way.
   void wear(double seconds, double turns_s) {
     worn_s_ = seconds;
@@ -48,6 +51,7 @@ class Strip {
   double lower_deg_ = 0;
   double range_deg_ = 1;
   double offset_deg_ = 0;
+  double shift_deg_ = 0;
   double gain_ = 1;
   double drift_deg_s_ = 0;
   double worn_s_ = 0;

@@ -52,6 +52,10 @@ int World::glove_counts(int finger, double t_s) {
   return strip_[at(finger)].sample(divider_, t_s, static_cast<double>(bend(constants_, x_, finger)));
 }
 
+void World::settle() {
+  for (int i = 0; i < kFingers; ++i) x_.slipped[i] = x_.visco[i] = x_.creep[i] = x_.reference[i];
+}
+
 void World::step(const std::array<std::int16_t, kFingers>& duty) {
   if ((now_ms_ - kStart_ms) % kBlock_ms == 0) begin_block();
   for (int i = 0; i < kFingers; ++i) {
@@ -66,7 +70,8 @@ void World::step(const std::array<std::int16_t, kFingers>& duty) {
 void World::begin_block() {
   const double next_s = static_cast<double>(now_ms_ + kBlock_ms) / 1000;
   for (int i = 0; i < kFingers; ++i) {
-    const double rho = input_.motion.angle(i, next_s, variation_);
+    const double rho =
+        finger_at ? finger_at(i, now_ms_ + kBlock_ms) : input_.motion.angle(i, next_s, variation_);
     x_.reference[i] = static_cast<float>(reference_[at(i)]);
     x_.reference_slope[i] = static_cast<float>((rho - reference_[at(i)]) / kBlock_ms);
     reference_[at(i)] = rho;

@@ -5,6 +5,8 @@
 // run.
 #pragma once
 
+#include <functional>
+
 #include "host/twin/laboratory.hpp"
 #include "host/twin/plant.hpp"
 #include "host/twin/simulation.hpp"
@@ -30,6 +32,15 @@ class World {
 
   // ADC counts of the potentiometer over the next step.
   int potentiometer_counts(int finger) const { return potentiometer_[static_cast<std::size_t>(finger)]; }
+
+  // Where the fingers are, instead of in the input's motion: degrees at a time, asked for each block's end.
+  std::function<double(int finger, std::int64_t t_ms)> finger_at;
+
+  // A strip moves on its finger: degrees of bend beside what the donning drew, until the next call.
+  void shift_strip(int finger, double bend_deg) { strip_[static_cast<std::size_t>(finger)].shift(bend_deg); }
+
+  // The rest before a trial, in no time: what creeps has crept, and the cloth is where the finger is.
+  void settle();
 
   // One millisecond with these duties, each as hand::step gives it.
   void step(const std::array<std::int16_t, kFingers>& duty);

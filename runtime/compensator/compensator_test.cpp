@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "runtime/compensator/blocks.hpp"
+#include "runtime/compensator/graph.hpp"
 #include "runtime/compensator/smooth.hpp"
 
 namespace flexor::compensator {
@@ -205,6 +206,46 @@ TEST(Delay, GivesWhatCameSoManySamplesBeforeAndAtFirstTheFirst) {
   const std::vector<int16_t> inputs = {5, 1, 2, 3, 4, 5, 6, 7, 8};
   EXPECT_EQ(run(delay, inputs), (std::vector<int16_t>{5, 5, 5, 5, 1, 2, 3, 4, 5}));
   EXPECT_EQ(run(Delay<int16_t, 1>{1}, inputs), (std::vector<int16_t>{5, 5, 1, 2, 3, 4, 5, 6, 7}));
+}
+
+// One strip, one finger, and a section of these operations.
+std::vector<uint8_t> part_of(const std::vector<uint8_t>& code) {
+  std::vector<uint8_t> part = {kGraphVersion, 0, 0, 50, 1, 1, 0, 1, 2};
+  const auto add = [&](int value) {
+    part.push_back(static_cast<uint8_t>(value));
+    part.push_back(static_cast<uint8_t>(value >> 8));
+  };
+  part.push_back(0);
+  for (const int value : {0, 0, 1023, -30000, 30000, 0, 0}) add(value);
+  part.push_back(1 << 3);
+  add(0);
+  part.push_back(1);
+  add(static_cast<int>(code.size()));
+  part.insert(part.end(), code.begin(), code.end());
+  const auto size = static_cast<uint8_t>(part.size() + 2);
+  part[1] = size;
+  uint16_t crc = 0;
+  for (const uint8_t byte : part) crc = core::crc16_add(crc, byte);
+  add(crc);
+  return part;
+}
+
+// The number of the last operation has the value of an end: who runs it goes on beyond the part.
+TEST(Graph, ASectionWithoutAnEndIsRefused) {
+  constexpr uint8_t kDelay = static_cast<uint8_t>(Operation::delay);
+  constexpr uint8_t kEnd = static_cast<uint8_t>(Operation::end);
+  const auto load = [](const std::vector<uint8_t>& code) {
+    const std::vector<uint8_t> part = part_of(code);
+    Graph<core::Ram, 800> graph;
+    graph.clear();
+    const uint16_t calibration[kStrips] = {};
+    return graph.add(part.data(), static_cast<uint16_t>(part.size()), {calibration, 50});
+  };
+  EXPECT_EQ(load({kDelay, 0, kEnd, kEnd}), Loaded::ok);
+  EXPECT_EQ(load({kDelay, 0, kEnd}), Loaded::malformed);
+  EXPECT_EQ(load({kDelay, 0, 3}), Loaded::malformed);
+  EXPECT_EQ(load({kEnd, kEnd}), Loaded::malformed);
+  EXPECT_EQ(load({}), Loaded::malformed);
 }
 
 template <class Block>

@@ -618,10 +618,12 @@ class Loader {
     if (size == 0 || Place::byte(at_ + size - 1) != static_cast<uint8_t>(Operation::end))
       return Loaded::malformed;
     const uint8_t* const end = end_;
-    end_ = at_ + size;
+    // Up to that byte, which no operation before it may take for a number of its own.
+    end_ = at_ + size - 1;
     Loaded loaded = Loaded::ok;
     while (at_ < end_ && loaded == Loaded::ok) loaded = load_operation();
     end_ = end;
+    ++at_;
     return loaded;
   }
 
@@ -629,8 +631,7 @@ class Loader {
     const uint8_t code = Place::byte(at_++);
     const uint8_t n = static_cast<uint8_t>(code >> 4);
     const Operation operation = static_cast<Operation>(code & 15);
-    if (operation == Operation::end) return at_ == end_ ? Loaded::ok : Loaded::malformed;
-    if (operation > Operation::end) return Loaded::malformed;
+    if (operation >= Operation::end) return Loaded::malformed;
     if (!check(field::of(code & 15))) return Loaded::malformed;
     if (operation == Operation::angle && n >= kMaxParts) return Loaded::malformed;
     if ((operation == Operation::sum || operation == Operation::plain_sum) && n > 0) {

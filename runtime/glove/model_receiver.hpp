@@ -43,23 +43,31 @@ class ModelReceiver {
     speaks_ = true;
   }
 
-  // A whole frame of coefficients. One SipHash.
-  void take(link::PacketReader& packet, Eeprom& eeprom) {
+  // A whole frame of coefficients; whether it is believed. One SipHash.
+  bool take(link::PacketReader& packet, Eeprom& eeprom) {
     const link::Piece piece = link::get_piece(packet.body(), packet.body_bytes());
-    if (piece.count == 0 || withdraws_ || !believed(packet) || count_ > 0) return;
-    if (piece.part != part_ && !begin(piece, eeprom)) return say(kNotTaken);
-    if (stage_ != 0 || piece.offset != store_.received()) return say(stage_);
-    for (uint8_t i = 0; i < piece.count; ++i) bytes_[i] = piece.bytes[i];
-    count_ = piece.count;
+    if (piece.count == 0 || !believed(packet)) return false;
+    if (reloads_ || count_ > 0) return true;
+    if (piece.part != part_ && !begin(piece, eeprom)) {
+      say(kNotTaken);
+    } else if (stage_ != 0 || piece.offset != store_.received()) {
+      say(stage_);
+    } else {
+      for (uint8_t i = 0; i < piece.count; ++i) bytes_[i] = piece.bytes[i];
+      count_ = piece.count;
+    }
+    return true;
   }
 
-  // Writes one byte at most. True: a part is written; it is to be loaded, and loaded() to be called.
+  // Writes one byte at most. True: what the store has now is to be loaded, and loaded() to be called. A part is tried
+  // before it counts: power that is lost meanwhile leaves the old one.
   bool work(Eeprom& eeprom) {
     const Stored stored = store_.work(eeprom);
-    if (withdraws_) return stored == Stored::ready;
+    if (reloads_) return true;
     if (stage_ != 0 || part_ == kParts) return false;
-    if (stored == Stored::failed) say(stage_ = kNotWritten);
-    if (stored != Stored::ready) return stored == Stored::committed;
+    if (stored == Stored::failed) refuse(kNotWritten);
+    if (stored == Stored::committed) say(kRuns);
+    if (stored != Stored::ready) return stored == Stored::whole;
     if (count_ > 0) {
       // More than the part has room for: answered with what there is.
       if (!store_.write(store_.received(), bytes_, count_)) stage_ = kNotTaken;
@@ -71,20 +79,20 @@ class ModelReceiver {
     return false;
   }
 
-  // `reason`: compensator::Loaded. A part that cannot run is withdrawn, and what was there before is to be loaded again.
+  // `reason`: compensator::Loaded. A part that cannot run never counts, and what was there before is to be loaded again.
   void loaded(uint8_t reason) {
-    if (withdraws_) {
-      withdraws_ = false;
-      return;
+    if (reloads_) {
+      reloads_ = false;
+    } else if (reason == 0) {
+      store_.keep();
+    } else {
+      store_.drop();
+      refuse(static_cast<uint8_t>(2 + reason));
     }
-    say(stage_ = reason == 0 ? kRuns : static_cast<uint8_t>(2 + reason));
-    if (reason == 0) return;
-    withdraws_ = true;
-    store_.withdraw();
   }
 
   // Not to sleep: there is something to write.
-  bool busy() const { return withdraws_ || (part_ != kParts && stage_ == 0); }
+  bool busy() const { return reloads_ || (part_ != kParts && stage_ == 0); }
 
   // What is to be said, to wire; 0: nothing.
   uint8_t speak(const Terms& terms, uint16_t model, uint8_t* wire) {
@@ -121,6 +129,11 @@ class ModelReceiver {
     return stage_ == 0;
   }
 
+  void refuse(uint8_t stage) {
+    say(stage);
+    reloads_ = true;
+  }
+
   void say(uint8_t stage) {
     stage_ = stage;
     speech_ = link::Answer::receipt;
@@ -139,7 +152,7 @@ class ModelReceiver {
   uint8_t bytes_[kChunk] = {};
   link::Answer speech_ = link::Answer::offer;
   bool speaks_ = false;
-  bool withdraws_ = false;
+  bool reloads_ = false;
 };
 
 }  // namespace glove

@@ -4,7 +4,8 @@
 //
 //   slot   part u8, generation u8, size u16, CRC-16 of image, these and the bytes, bytes
 //
-// `part` is made invalid before anything else of a slot changes, and written last, once the rest has been read back.
+// `part` is made invalid before anything else of a slot changes, and written last, once the rest has been read back and
+// has been tried: find() gives what is whole from then on, and the next start only once it counts.
 // The CRC starts with the identity of the image: models that were sent to another image, whose own is another, count
 // no more.
 #pragma once
@@ -29,6 +30,7 @@ enum class Stored : uint8_t {
   idle,
   writing,
   ready,      // for the next write, or commit
+  whole,      // read back, but for the byte that makes it count: keep(), or drop()
   committed,  // in EEPROM, and read back
   failed,     // what was read back is not what was sent
 };
@@ -46,9 +48,9 @@ class ModelStore {
   // image: CRC-16 of the model that is built in.
   explicit ModelStore(uint16_t image) : image_(image) {}
 
-  // The newest valid `part`; size 0: there is none.
+  // The one that is whole, else the newest valid `part`; size 0: there is none.
   Place find(Eeprom& eeprom, uint8_t part) const {
-    const uint8_t slot = newest(eeprom, part);
+    const uint8_t slot = state_ == Stored::whole && part == part_ ? slot_ : newest(eeprom, part);
     Place place;
     if (slot == kNone) return place;
     place.address = static_cast<uint16_t>(begin_of(slot) + kSlotHead);
@@ -66,11 +68,13 @@ class ModelStore {
     return crc;
   }
 
-  // The part that was committed last counts no more.
-  void withdraw() {
+  // Of what is whole: it counts, as soon as it is committed; or never.
+  void keep() {
+    chunk_[0] = part_;
     order(kPart, 1);
-    chunk_[0] = kNoPart;
+    committing_ = true;
   }
+  void drop() { state_ = Stored::idle; }
 
   // Begins with a part anew, whatever was being written before; false: there is no such part, or it is too large.
   bool begin(Eeprom& eeprom, uint8_t part, uint16_t size) {
@@ -130,11 +134,7 @@ class ModelStore {
     }
     if (!committing_) return state_ = Stored::ready;
     if (offset_ == kPart) return state_ = Stored::committed;
-    if (!is_sound(eeprom, slot_, part_)) return state_ = Stored::failed;
-    chunk_[0] = part_;
-    order(kPart, 1);
-    committing_ = true;
-    return state_;
+    return state_ = is_sound(eeprom, slot_, part_) ? Stored::whole : Stored::failed;
   }
 
  private:

@@ -8,6 +8,9 @@
 #include <random>
 #include <vector>
 
+#include "runtime/glove/data_model.hpp"
+#include "runtime/glove/model_receiver.hpp"
+
 namespace flexor::glove {
 namespace {
 
@@ -61,6 +64,8 @@ void send(ModelStore<Eeprom, kParts>& store, Eeprom& eeprom, std::uint8_t part, 
     ASSERT_EQ(finish(store, eeprom), Stored::ready);
   }
   ASSERT_TRUE(store.commit());
+  ASSERT_EQ(finish(store, eeprom), Stored::whole);
+  store.keep();
   ASSERT_EQ(finish(store, eeprom), Stored::committed);
 }
 
@@ -179,6 +184,186 @@ TEST(ModelStore, OrdersThatDoNotBelongAreRefused) {
   EXPECT_FALSE(store.write(0, bytes.data(), kChunk)) << "again";
   EXPECT_FALSE(store.write(kChunk, bytes.data(), 40 - kChunk + 1)) << "more than was announced";
   EXPECT_TRUE(store.write(kChunk, bytes.data(), 40 - kChunk));
+}
+
+TEST(ModelStore, WhatIsWholeIsFoundAndCountsOnlyOnceItIsKept) {
+  Eeprom eeprom;
+  ModelStore<Eeprom, 1> store(7);
+  const Bytes before = random_bytes(20, 1);
+  const Bytes after = random_bytes(20, 2);
+  send(store, eeprom, 0, before);
+  ASSERT_TRUE(store.begin(eeprom, 0, 20));
+  ASSERT_EQ(finish(store, eeprom), Stored::ready);
+  ASSERT_TRUE(store.write(0, after.data(), 20));
+  ASSERT_EQ(finish(store, eeprom), Stored::ready);
+  ASSERT_TRUE(store.commit());
+  ASSERT_EQ(finish(store, eeprom), Stored::whole);
+  const Place tried = store.find(eeprom, 0);
+  EXPECT_EQ(Bytes(eeprom.bytes.begin() + tried.address, eeprom.bytes.begin() + tried.address + tried.size),
+            after);
+  EXPECT_EQ(stored<1>(eeprom, 0), before) << "after a start";
+  store.drop();
+  const Place kept = store.find(eeprom, 0);
+  EXPECT_EQ(Bytes(eeprom.bytes.begin() + kept.address, eeprom.bytes.begin() + kept.address + kept.size),
+            before);
+}
+
+// A part of one finger, whose angle is always `angle`; `padding` makes it larger: so many signals more.
+Bytes part_of(std::uint8_t finger, int angle, int padding) {
+  Bytes part = {compensator::kGraphVersion, 0, 0, 50, 1, 1, 0, 1, static_cast<std::uint8_t>(padding + 2)};
+  Bytes code;
+  const auto add = [](Bytes& to, int value) {
+    to.push_back(static_cast<std::uint8_t>(value));
+    to.push_back(static_cast<std::uint8_t>(value >> 8));
+  };
+  part.push_back(finger);  // its strip
+  for (const int value : {0, 0, 1023, -30000, 30000, 0, 0}) add(part, value);
+  part.push_back(static_cast<std::uint8_t>(finger | 1 << finger << 3));
+  add(part, 0);
+  for (int i = 0; i < padding; ++i) {
+    code.insert(code.end(), {4, 0});
+    add(code, -100);
+    add(code, 100);
+  }
+  code.insert(code.end(), {static_cast<std::uint8_t>(1 | (finger + 1) << 4), 1});
+  add(code, 2 * angle);
+  add(code, 0);
+  code.push_back(0);
+  for (const int value : {-30000, 30000}) add(code, value);
+  code.insert(code.end(), {0, 14});
+  part.push_back(static_cast<std::uint8_t>(1 << finger));
+  add(part, static_cast<int>(code.size()));
+  part.insert(part.end(), code.begin(), code.end());
+  const auto size = static_cast<std::uint16_t>(part.size() + 2);
+  part[1] = static_cast<std::uint8_t>(size);
+  part[2] = static_cast<std::uint8_t>(size >> 8);
+  std::uint16_t crc = 0;
+  for (const std::uint8_t byte : part) crc = core::crc16_add(crc, byte);
+  add(part, crc);
+  return part;
+}
+
+// A glove of five parts whose RAM holds any four large ones and a small one.
+class Glove {
+ public:
+  static constexpr std::uint8_t kParts = 5;
+
+  explicit Glove(Eeprom& eeprom) : eeprom_(eeprom) {
+    for (std::uint8_t k = 0; k < kParts; ++k) own_.at(k) = part_of(k, 3000 + k, 0);
+    (void)load();
+    receiver_.challenge({});
+  }
+  std::array<std::int16_t, kParts> angles() {
+    std::array<std::int16_t, kParts> out{};
+    model_.step();
+    std::copy_n(model_.angle, kParts, out.begin());
+    return out;
+  }
+  // As the sender does it, one piece after the other; what became of it.
+  std::uint8_t take(std::uint8_t part, const Bytes& bytes) {
+    link::Receipt receipt{};
+    for (std::size_t at = 0; at < bytes.size() && receipt.stage == 0; at += kChunk) {
+      const auto count = static_cast<std::uint8_t>(std::min<std::size_t>(kChunk, bytes.size() - at));
+      link::Packet packet;
+      const std::uint8_t body = link::put_piece({part, static_cast<std::uint16_t>(bytes.size()),
+                                                 static_cast<std::uint16_t>(at), count, bytes.data() + at},
+                                                packet.body());
+      std::array<std::uint8_t, link::kMaxWire> wire{};
+      const std::uint8_t size =
+          packet.seal({link::Type::coefficients, false, false, 0}, body, nullptr, wire.data());
+      for (std::uint8_t i = 0; i < size; ++i) {
+        if (reader_.push(wire.at(i)) != link::Received::pending) continue;
+        EXPECT_TRUE(receiver_.take(reader_, eeprom_));
+      }
+      receipt = work();
+    }
+    return receipt.stage;
+  }
+
+ private:
+  static constexpr std::uint16_t kArena = 840;
+  struct Settings {
+    struct {
+      std::uint16_t low, high;
+    } monitor;
+    struct {
+      std::int16_t rest;
+    } guard;
+    std::uint8_t strips;
+    struct {
+      std::int16_t open, fist;
+    } poses;
+  };
+
+  compensator::Loaded load() {
+    std::array<BuiltIn, kParts> own{};
+    for (std::size_t k = 0; k < kParts; ++k)
+      own.at(k) = {own_.at(k).data(), static_cast<std::uint16_t>(own_.at(k).size())};
+    std::array<Settings, compensator::kStrips> settings{};
+    return model_.load(eeprom_, store_, own.data(), {calibration_.data(), 50}, settings.data());
+  }
+  link::Receipt work() {
+    link::Receipt receipt{};
+    for (int k = 0; k < 200; ++k) {
+      if (receiver_.work(eeprom_)) receiver_.loaded(static_cast<std::uint8_t>(load()));
+      std::array<std::uint8_t, link::kMaxWire> wire{};
+      const std::uint8_t size = receiver_.speak({50, calibration_.data()}, 7, wire.data());
+      for (std::uint8_t i = 0; i < size; ++i) {
+        if (said_.push(wire.at(i)) == link::Received::pending && said_.body()[0] == 1)
+          receipt = link::get_receipt(said_.body());
+      }
+    }
+    return receipt;
+  }
+
+  Eeprom& eeprom_;
+  std::array<Bytes, kParts> own_;
+  std::array<std::uint16_t, compensator::kStrips> calibration_{};
+  DataModel<Eeprom, kParts, kArena> model_;
+  ModelStore<Eeprom, kParts> store_{7};
+  ModelReceiver<Eeprom, kParts> receiver_{nullptr, store_};
+  link::PacketReader reader_;
+  link::PacketReader said_;
+};
+
+using Angles = std::array<std::int16_t, Glove::kParts>;
+
+// What does not fit beside the other parts was once written down before it was tried: who lost power then had what is
+// built in, neither old nor new.
+TEST(ModelStore, PowerLostWhileAPartIsTriedLeavesTheOldModelOrTheNew) {
+  Eeprom full;
+  {
+    Glove glove(full);
+    for (std::uint8_t k = 0; k < Glove::kParts; ++k)
+      ASSERT_EQ(glove.take(k, part_of(k, 1000 + k, k == 0 ? 1 : 16)), kRuns);
+  }
+  const Angles old_ones = {1000, 1001, 1002, 1003, 1004};
+  ASSERT_EQ(Glove(full).angles(), old_ones);
+  for (const bool fits : {false, true}) {
+    const Angles new_ones = fits ? Angles{2000, 1001, 1002, 1003, 1004} : old_ones;
+    const Bytes part = part_of(0, 2000, fits ? 2 : 16);
+    Eeprom whole = full;
+    whole.writes = 0;
+    {
+      Glove glove(whole);
+      EXPECT_EQ(glove.take(0, part), fits ? kRuns : 2 + static_cast<int>(compensator::Loaded::no_room));
+      EXPECT_EQ(glove.angles(), new_ones) << "while it is worn";
+    }
+    EXPECT_EQ(Glove(whole).angles(), new_ones);
+    const int writes = whole.writes;
+    ASSERT_GT(writes, static_cast<int>(part.size()));
+    for (int cut = 0; cut < writes; ++cut) {
+      for (const int garbage : {0x00, 0x02, 0xff}) {
+        Eeprom eeprom = full;
+        eeprom.writes = 0;
+        eeprom.lost_at = cut;
+        eeprom.garbage = static_cast<std::uint8_t>(garbage);
+        EXPECT_THROW(Glove(eeprom).take(0, part), NoPower);
+        const Angles now = Glove(eeprom).angles();
+        ASSERT_TRUE(now == old_ones || now == new_ones) << "cut in write " << cut << ": " << now[0];
+      }
+    }
+  }
 }
 
 TEST(ModelStore, AWornOutCellIsNoticed) {

@@ -17,10 +17,13 @@ namespace link {
 
 constexpr uint16_t kOutage_ms = 500;
 constexpr uint16_t kMissed_ms = 110;  // without a frame: a glove that says that it has lost touch is believed
+constexpr uint8_t kProven = 10;       // frames of a session, before that may end it
 constexpr uint16_t kNonce_ms = 500;
-constexpr uint16_t kLate_ms = 1000;      // 40 frames a second: with kNonce_ms before, 60 of them
-constexpr uint8_t kStirred = 48;         // readings in the pool before the first nonce is drawn
-constexpr uint16_t kAnswer_ms = 90;      // from a challenge after a frame: the answer has begun by then
+constexpr uint16_t kLate_ms = 1000;  // 40 frames a second: with kNonce_ms before, 60 of them
+constexpr uint8_t kStirred = 48;     // readings in the pool before the first nonce is drawn
+constexpr uint16_t kAnswer_ms = 90;  // from a challenge after a frame: the answer has begun by then
+constexpr uint16_t kTurnAgain_ms =
+    40;  // from a challenge to one in a turn: what it may have cut short is over
 constexpr uint16_t kChallenge_ms = 200;  // from a challenge in a silence: longer than the slowest glove takes
 constexpr uint8_t kScatter_ms = 64;      // and up to so many more; a power of two
 constexpr uint8_t kGap_ms = 5;           // without a byte: a frame has ended, and none has begun
@@ -63,14 +66,14 @@ class HandEnd {
     const bool whole =
         result == Received::pending || result == Received::other || result == Received::not_trusted;
     if (whole && receiver_.packet().listens()) turn_ms_ = kTurn_ms;
-    if (result == Received::other && receiver_.answered() && since_frame_ms_ > kMissed_ms && lost_touch())
-      renew();
+    if (result == Received::other && may_have_lost_touch() && lost_touch()) renew();
     return result;
   }
   Received verify() {
     const Received result = receiver_.verify();
     if (result != Received::frame) return result;
     since_frame_ms_ = 0;
+    if (proven_ < kProven) ++proven_;
     if (latency_.add(now_ms_, receiver_.frame().time_ms) > kLate_ms && receiver_.pair() != nullptr) renew();
     return result;
   }
@@ -114,6 +117,11 @@ class HandEnd {
   static void age(uint16_t& time_ms) {
     if (time_ms < UINT16_MAX) ++time_ms;
   }
+  // Nothing guards what a board says of itself. Who says again and again that the glove has lost touch shall not end
+  // each session as soon as it stands.
+  bool may_have_lost_touch() const {
+    return receiver_.answered() && since_frame_ms_ > kMissed_ms && proven_ == kProven;
+  }
   // The frame that came is a glove's state: it has started anew.
   bool lost_touch() const {
     const PacketReader& packet = receiver_.packet();
@@ -124,13 +132,16 @@ class HandEnd {
   bool seeks() const { return receiver_.pair() != nullptr && !receiver_.answered() && stirred_ == kStirred; }
   bool may_challenge() const {
     const bool gap = since_byte_ms_ >= kGap_ms;
-    if (turn_ms_ > 0 || (gap && since_byte_ms_ < kGapEnd_ms)) return since_challenge_ms_ >= kAnswer_ms;
+    // A turn is never in the glove's way. Gaps at an even distance would be: a glove that begins in the same moment.
+    if (turn_ms_ > 0) return since_challenge_ms_ >= kTurnAgain_ms;
+    if (gap && since_byte_ms_ < kGapEnd_ms) return since_challenge_ms_ >= kAnswer_ms + scatter_ms_;
     return gap && since_challenge_ms_ >= kChallenge_ms + scatter_ms_;
   }
   void renew() {
     receiver_.challenge(nonces_.next());
     latency_.restart();
     nonce_ms_ = 0;
+    proven_ = 0;
   }
 
   Receiver receiver_;  // first, where a debugger finds its statistics
@@ -146,6 +157,7 @@ class HandEnd {
   uint16_t since_telemetry_ms_ = 0;
   uint16_t nonce_ms_ = 0;
   uint8_t turn_ms_ = 0;
+  uint8_t proven_ = 0;  // frames of this session, kProven at most
 };
 
 }  // namespace link

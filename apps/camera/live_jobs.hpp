@@ -1,0 +1,44 @@
+// Jobs that keep something between them: a watch, picture by picture, and the drawn hand that stands in for a camera.
+//
+//   watch_open     {"joints": PATH or a joint file's JSON, "lens": PATH or "", "drawn": true, of the twin's hand}
+//                  -> {"angles": [NAME, ...]}
+//   watch_picture  {"t_s", "jpeg": base64}
+//                  -> {"rows": [{"t_s", "deg": {NAME: 34.1 or null}, "se_deg": {...}, "quality": {NAME: 0 to 3}}, ...],
+//                      "marks_found", "marks", "width", "height"}
+//   watch_camera   {"device": a camera or a video file, "pictures": 1 to 100, "jpeg": true}
+//                  -> the same, and "t_s" of the newest, "taken", "ended", and with "jpeg" the newest, at most 640 wide
+//   watch_close    {} -> {"rows", "frames", "frames_labelled", "frames_dropped", "trouble": [...], "never_found": [...]}
+//   draw_picture   {"mcp_deg": [5 angles], "frame": n} -> {"jpeg": base64}
+//
+// Rows are camera::kLag pictures old. A picture that is refused, an "input" error, ends nothing.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "apps/camera/film.hpp"
+#include "apps/camera/watch.hpp"
+#include "host/io/worker.hpp"
+
+namespace flexor::filming {
+
+class LiveJobs {
+ public:
+  nlohmann::ordered_json open(const nlohmann::ordered_json& json);
+  nlohmann::ordered_json picture(const nlohmann::ordered_json& json);
+  nlohmann::ordered_json camera(const nlohmann::ordered_json& json, const io::JobProgress& progress);
+  nlohmann::ordered_json close(const nlohmann::ordered_json& json);
+  nlohmann::ordered_json draw(const nlohmann::ordered_json& json);
+
+  // By name, for io::serve(). This object outlives them.
+  std::map<std::string, io::Job> jobs();
+
+ private:
+  Watch& watch();
+
+  std::optional<Watch> watch_;
+  std::optional<HandFilm> film_;
+};
+
+}  // namespace flexor::filming

@@ -1,0 +1,161 @@
+// The worker's live jobs as a program sees them: drawn pictures in, their angles out.
+#include "apps/camera/live_jobs.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include <cmath>
+#include <functional>
+
+#include "host/camera/jpeg.hpp"
+#include "host/camera/video.hpp"
+#include "host/io/base64.hpp"
+#include "host/io/io.hpp"
+#include "host/model/model.hpp"
+#include "host/twin/hand_view.hpp"
+
+namespace flexor::filming {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kRate_hz = 15;
+
+Json joints() { return Json::parse(io::read_file(FLEXOR_SOURCE_DIR "/models/joints/paper_hand.json")); }
+
+std::vector<double> pose(double t_s) {
+  std::vector<double> out;
+  for (int i = 0; i < twin::kFingers; ++i)
+    out.push_back((i == 0 ? 115 : 60) + (i == 0 ? 20 : 30) * std::sin(1.5 * t_s + 0.4 * i));
+  return out;
+}
+
+Json picture(LiveJobs& jobs, int k) {
+  const Json drawn = jobs.draw({{"mcp_deg", pose(k / kRate_hz)}, {"frame", k}});
+  return {{"t_s", k / kRate_hz}, {"jpeg", drawn.at("jpeg")}};
+}
+
+std::string fault(const std::function<void()>& job) {
+  try {
+    job();
+  } catch (const io::InputError& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+void expect_fault(const std::function<void()>& job, const std::string& says) {
+  const std::string text = fault(job);
+  EXPECT_NE(text.find(says), std::string::npos) << text;
+}
+
+TEST(LiveJobs, WhatIsDrawnIsSeen) {
+  LiveJobs jobs;
+  const Json names = jobs.open({{"joints", joints()}, {"lens", ""}}).at("angles");
+  EXPECT_EQ(names.size(), 14U);
+  std::vector<Json> rows;
+  constexpr int kFrames = 45;
+  for (int k = 0; k < kFrames; ++k) {
+    const Json seen = jobs.picture(picture(jobs, k));
+    EXPECT_EQ(seen.at("width"), HandFilm::kWidth);
+    EXPECT_EQ(seen.at("marks"), 24);
+    EXPECT_EQ(seen.at("marks_found"), 24) << k;
+    rows.insert(rows.end(), seen.at("rows").begin(), seen.at("rows").end());
+  }
+  EXPECT_GE(rows.size(), kFrames - camera::kLag - 1);
+  const Json end = jobs.close(Json::object());
+  rows.insert(rows.end(), end.at("rows").begin(), end.at("rows").end());
+  ASSERT_EQ(rows.size(), static_cast<std::size_t>(kFrames));
+  EXPECT_EQ(end.at("frames_labelled"), kFrames);
+  double squares = 0;
+  for (const Json& row : rows) {
+    const std::vector<double> truth = pose(row.at("t_s"));
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      const std::string name = model::finger_names()[i] + "_mcp";
+      EXPECT_EQ(row.at("quality").at(name), 0);
+      const double error = row.at("deg").at(name).get<double>() - truth[i];
+      EXPECT_LT(std::abs(error), 1) << name << " at " << row.at("t_s");
+      squares += error * error / static_cast<double>(truth.size() * rows.size());
+    }
+  }
+  EXPECT_LT(std::sqrt(squares), 0.35);
+  EXPECT_GT(std::sqrt(squares), 0.005);  // noise and JPEG leave something
+}
+
+TEST(LiveJobs, WhatIsRefusedEndsNothing) {
+  LiveJobs jobs;
+  expect_fault([&] { jobs.picture(picture(jobs, 0)); }, "watch_open comes first");
+  jobs.open({{"joints", joints()}});
+  for (int k = 0; k < 3; ++k) jobs.picture(picture(jobs, k));
+  Json bad = picture(jobs, 3);
+  bad["jpeg"] = "no base64";
+  expect_fault([&] { jobs.picture(bad); }, "base64");
+  bad["jpeg"] = io::base64("hello");
+  expect_fault([&] { jobs.picture(bad); }, "no JPEG");
+  bad["jpeg"] = std::string(3 * camera::kMostJpegBytes, 'A');
+  expect_fault([&] { jobs.picture(bad); }, "base64");
+  const Json small = {{"t_s", 3 / kRate_hz},
+                      {"jpeg", io::base64(camera::to_jpeg(camera::Picture(640, 360)))}};
+  expect_fault([&] { jobs.picture(small); }, "640 x 360 pixels, those before it 960 x 540");
+  expect_fault([&] { jobs.picture(picture(jobs, 2)); }, "grow by a millisecond");
+  Json early = picture(jobs, 3);
+  early["t_s"] = -1;
+  expect_fault([&] { jobs.picture(early); }, "between 0 and");
+  for (int k = 3; k < 6; ++k) jobs.picture(picture(jobs, k));
+  EXPECT_EQ(jobs.close(Json::object()).at("frames"), 6);
+  expect_fault([&] { jobs.close(Json::object()); }, "watch_open comes first");
+}
+
+TEST(LiveJobs, APictureWithoutAHandHasNoAngles) {
+  LiveJobs jobs;
+  jobs.open({{"joints", joints()}});
+  camera::Picture grey(640, 360);
+  std::ranges::fill(grey.bgr, std::uint8_t{128});
+  for (int k = 0; k < 20; ++k) {
+    const Json seen = jobs.picture({{"t_s", k / kRate_hz}, {"jpeg", io::base64(camera::to_jpeg(grey))}});
+    EXPECT_EQ(seen.at("marks_found"), 0);
+    for (const Json& row : seen.at("rows")) EXPECT_TRUE(row.at("deg").at("index_mcp").is_null());
+  }
+  EXPECT_EQ(jobs.close(Json::object()).at("trouble").size(), 5U);
+}
+
+TEST(LiveJobs, AVideoIsWatchedAtItsOwnSpeed) {
+  const io::TemporaryFolder folder;
+  const std::string path = (folder.path() / "video.mp4").string();
+  constexpr int kFrames = 30;
+  {
+    HandFilm film(1);
+    camera::VideoWriter video(path, HandFilm::kWidth, HandFilm::kHeight, 30);
+    for (int k = 0; k < kFrames; ++k) {
+      twin::PerFinger mcp_deg{};
+      std::ranges::copy(pose(k / 30.0), mcp_deg.begin());
+      video.add(film.shoot(mcp_deg, static_cast<std::uint64_t>(k), twin::kGreen));
+    }
+    video.finish();
+  }
+  LiveJobs jobs;
+  jobs.open({{"joints", joints()}, {"drawn", true}});
+  const auto goes_on = [](std::size_t, std::size_t) { return true; };
+  const auto begin = std::chrono::steady_clock::now();
+  int taken = 0;
+  std::size_t rows = 0;
+  bool ended = false;
+  while (!ended) {
+    const Json some = jobs.camera({{"device", path}, {"pictures", 7}, {"jpeg", true}}, goes_on);
+    taken += some.at("taken").get<int>();
+    rows += some.at("rows").size();
+    ended = some.at("ended");
+    if (some.at("taken") == 0) continue;
+    EXPECT_EQ(camera::from_jpeg(*io::from_base64(some.at("jpeg").get<std::string>())).width, 640);
+  }
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  EXPECT_EQ(taken, kFrames);
+  EXPECT_GE(took.count(), (kFrames - 1) / 30.0 - 0.05);
+  EXPECT_LT(took.count(), 10);
+  EXPECT_EQ(rows + jobs.close(Json::object()).at("rows").size(), static_cast<std::size_t>(kFrames));
+}
+
+}  // namespace
+}  // namespace flexor::filming

@@ -1,0 +1,151 @@
+// `flexor monitor` and `record` with --from: a file, the twin or a camera in place of a port.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "host/io/io.hpp"
+#include "host/io/process.hpp"
+#include "host/io/test_terminal.hpp"
+#include "host/recording/csv.hpp"
+
+namespace flexor::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+class From : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+
+  static io::ProcessResult flexor(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), FLEXOR_PROGRAM);
+    return io::run_process(arguments);
+  }
+
+  // A recording of a second and a half, 50 rows a second.
+  std::string log() const {
+    std::ofstream file(path("log.csv"));
+    file.precision(12);
+    file << "time (ms),index (count),middle (count)\n";
+    for (int k = 0; k <= 75; ++k)
+      file << 7000 + 20 * k << ',' << 400 + k << ',' << 512 + std::round(100 * std::sin(0.1 * k)) << '\n';
+    return path("log.csv");
+  }
+
+  static void expect_refused(const std::vector<std::string>& arguments, const std::string& says) {
+    const io::ProcessResult r = flexor(arguments);
+    EXPECT_EQ(r.status, 2) << r.err;
+    EXPECT_NE(r.err.find(says), std::string::npos) << r.err;
+    EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
+  }
+
+  io::TemporaryFolder folder_;
+};
+
+TEST_F(From, ARecordingIsRecordedAsItWas) {
+  const auto begin = std::chrono::steady_clock::now();
+  const io::ProcessResult r = flexor({"record", path("again.csv"), "--from", log(), "--json"});
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  ASSERT_EQ(r.status, 0) << r.err;
+  EXPECT_GT(took.count(), 1.5);
+  EXPECT_LT(took.count(), 10);
+  const nlohmann::json said = nlohmann::json::parse(r.out);
+  EXPECT_EQ(said.at("rows"), 76);
+  EXPECT_EQ(said.at("unplugged"), 0);
+  EXPECT_EQ(said.at("board_restarts"), 0);
+  EXPECT_TRUE(said.at("port").is_null() && said.at("baud").is_null() && said.at("format").is_null());
+  EXPECT_NE(said.at("source").get<std::string>().find("76 rows in 1.5 s"), std::string::npos);
+  const recording::Recording first = recording::read_csv(log(), {});
+  const recording::Recording again = recording::read_csv(path("again.csv"), {});
+  ASSERT_EQ(again.t_s.size(), first.t_s.size());
+  for (std::size_t k = 0; k < first.t_s.size(); ++k)
+    EXPECT_NEAR(again.t_s[k], first.t_s[k] - first.t_s[0], 2e-6);
+  for (const recording::Column& column : first.columns) {
+    EXPECT_EQ(again.column(column.name).value, column.value);
+    EXPECT_EQ(again.column(column.name).unit, column.unit);
+  }
+}
+
+TEST_F(From, ARecordingIsShownFaster) {
+  const auto begin = std::chrono::steady_clock::now();
+  const io::ProcessResult r = flexor({"monitor", "--from", log(), "--speed", "10", "--json"});
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  ASSERT_EQ(r.status, 0) << r.err;
+  EXPECT_LT(took.count(), 1.4);
+  const nlohmann::json said = nlohmann::json::parse(r.out);
+  EXPECT_EQ(said.at("columns").size(), 2U);
+  EXPECT_EQ(said.at("columns")[0].at("now"), 475);
+  EXPECT_EQ(said.at("columns")[0].at("least"), 400);
+  EXPECT_EQ(said.at("columns")[0].at("most"), 475);
+}
+
+TEST_F(From, TheTwinsGlove) {
+  const io::ProcessResult r = flexor({"record", path("twin.csv"), "--from", "twin", "--for", "4", "--json"});
+  ASSERT_EQ(r.status, 0) << r.err;
+  const nlohmann::json said = nlohmann::json::parse(r.out);
+  EXPECT_EQ(said.at("columns").size(), 5U);
+  EXPECT_NEAR(said.at("rows").get<double>(), 401, 12);
+  const recording::Recording log = recording::read_csv(path("twin.csv"), {});
+  for (const recording::Column& column : log.columns) {
+    if (column.name == "host_s") continue;
+    EXPECT_EQ(column.unit, "count");
+    EXPECT_GT(*std::ranges::min_element(column.value), 0);
+    EXPECT_LT(*std::ranges::max_element(column.value), 1023);
+  }
+}
+
+TEST_F(From, AVideoOfAHand) {
+  ASSERT_EQ(io::run_process({FLEXOR_TEST_INPUTS, folder_.path().string()}).status, 0);
+  const io::ProcessResult r = flexor(
+      {"record", path("angles.csv"), "--from", path("video.mp4"), "--joints", path("joints.json"), "--json"});
+  ASSERT_EQ(r.status, 0) << r.err;
+  EXPECT_EQ(nlohmann::json::parse(r.out).at("rows"), 20);
+  const recording::Recording log = recording::read_csv(path("angles.csv"), {});
+  const std::vector<double>& index = log.column("index_mcp_deg").value;
+  for (std::size_t k = 0; k < index.size(); ++k) {
+    EXPECT_NEAR(index[k], 10 + static_cast<double>(k), 1);
+    EXPECT_NEAR(log.t_s[k], static_cast<double>(k) / 30, 2e-3);
+  }
+  const io::ProcessResult shown = flexor({"monitor", "--from", path("video.mp4"), "--joints", "paper_hand"});
+  EXPECT_EQ(shown.status, 0) << shown.err;
+  EXPECT_NE(shown.out.find("index_mcp_deg"), std::string::npos);
+  EXPECT_EQ(shown.out.find("_quality"), std::string::npos);
+}
+
+TEST_F(From, BothSimulatedBoards) {
+  FLEXOR_NEEDS_TERMINALS();
+  const io::ProcessResult r =
+      flexor({"record", path("boards.csv"), "--from", "boards", "--for", "2", "--json"});
+  ASSERT_EQ(r.status, 0) << r.err;
+  const nlohmann::json said = nlohmann::json::parse(r.out);
+  EXPECT_EQ(said.at("columns")[1], "index_deg");
+  EXPECT_NEAR(said.at("rows").get<double>(), 21, 5);
+  EXPECT_NE(said.at("source").get<std::string>().find("Flexor's frames"), std::string::npos);
+  const recording::Recording log = recording::read_csv(path("boards.csv"), {"index_deg"});
+  EXPECT_GT(*std::ranges::min_element(log.columns[0].value), 10);
+  EXPECT_LT(*std::ranges::max_element(log.columns[0].value), 110);
+}
+
+TEST_F(From, WhatDoesNotFitIsRefused) {
+  expect_refused({"monitor", "--from", log(), "--port", "/dev/null"}, "excludes");
+  expect_refused({"record", path("x.csv"), "--from", "twin", "--baud", "9600"}, "excludes");
+  expect_refused({"monitor", "--from", path("none.csv")}, "no such file");
+  expect_refused({"monitor", "--from", path("none.mp4"), "--joints", "paper_hand"}, "none.mp4");
+  expect_refused({"monitor", "--from", path("none.mp4")}, "needs --joints");
+  expect_refused({"monitor", "--from", "twin", "--joints", "paper_hand"}, "no camera");
+  expect_refused({"monitor", "--from", "twin", "--readings"}, "--readings is for");
+  expect_refused({"monitor", "--from", "twin", "--speed", "2"}, "for recordings");
+  expect_refused({"monitor", "--from", log(), "--speed", "0"}, "must lie between");
+  expect_refused({"monitor", "--joints", "paper_hand"}, "requires --from");
+  io::write_file(path("timeless.csv"), "index,middle\n1,2\n3,4\n");
+  expect_refused({"record", path("x.csv"), "--from", path("timeless.csv")}, "no time column");
+  EXPECT_FALSE(fs::exists(path("x.csv")));
+}
+
+}  // namespace
+}  // namespace flexor::cli

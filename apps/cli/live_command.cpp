@@ -1,0 +1,185 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "apps/cli/commands.hpp"
+#include "apps/cli/progress.hpp"
+#include "apps/cli/stop.hpp"
+#include "apps/live/live.hpp"
+#include "apps/live/worn_gloves.hpp"
+#include "host/export/joint_state.hpp"
+#include "host/export/lsl.hpp"
+#include "host/export/opengloves.hpp"
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+
+namespace flexor::cli {
+namespace {
+
+struct Options {
+  std::string port = "auto";
+  unsigned baud = 0;
+  std::string key;
+  std::string sessions;
+  std::string model;
+  std::string from;
+  double rate_hz = 0;
+  double lead_s = 0;
+  std::string address = "127.0.0.1";
+  unsigned short http_port = 0;
+  std::string opengloves;
+  bool lsl = false;
+  std::string lsl_library;
+  std::string mcap;
+  std::string certificate;
+  std::string private_key;
+  bool demo = false;
+  bool json = false;
+};
+
+// Each finger's first joint, from limit to limit.
+exports::OpenGlovesOptions curls_of(const model::Model& model) {
+  exports::OpenGlovesOptions out;
+  for (std::size_t f = 0; f < out.fingers.size(); ++f) {
+    for (std::size_t j = 0; j < model.joints.size() && !out.fingers[f]; ++j) {
+      if (!model.joints[j].name.starts_with(model::finger_names()[f])) continue;
+      const model::Saturation& limits = model::limits(model, model.joints[j]);
+      out.fingers[f] = exports::FingerRange{j, limits.lower_deg, limits.upper_deg};
+    }
+  }
+  return out;
+}
+
+std::vector<std::string> joints_of(const model::Model& model) {
+  std::vector<std::string> out;
+  for (const model::Joint& joint : model.joints) out.push_back(joint.name);
+  return out;
+}
+
+// Models with other joints go into files of their own: angles.mcap, angles-2.mcap.
+std::filesystem::path not_there_yet(const std::filesystem::path& path) {
+  std::filesystem::path out = path;
+  for (int n = 2; std::filesystem::exists(out); ++n) {
+    out = path;
+    out.replace_filename(fmt::format("{}-{}{}", path.stem().string(), n, path.extension().string()));
+  }
+  return out;
+}
+
+void add_outs(const Options& o, live::LiveOptions& out) {
+  if (!o.opengloves.empty()) {
+    out.outs.emplace_back([path = o.opengloves](const model::Model& model) {
+      return std::make_unique<exports::OpenGloves>(path, curls_of(model));
+    });
+  }
+  if (o.lsl || !o.lsl_library.empty()) {
+    out.outs.emplace_back([library = o.lsl_library](const model::Model& model) {
+      exports::LslOptions options;
+      options.library = library;
+      return std::make_unique<exports::LslStream>(joints_of(model), options);
+    });
+  }
+  if (!o.mcap.empty()) {
+    if (std::filesystem::exists(o.mcap))
+      throw io::InputError(o.mcap + ": is there already: a recording is never written over, name another");
+    out.outs.emplace_back([path = o.mcap](const model::Model& model) {
+      return std::make_unique<exports::JointStateFile>(not_there_yet(path), joints_of(model),
+                                                       exports::JointStateOptions());
+    });
+  }
+}
+
+live::LiveOptions live_options(const Options& o) {
+  live::LiveOptions out;
+  out.sessions = sessions_folder(o.sessions);
+  out.program = io::program_beside("flexor");
+  out.port = o.port;
+  out.baud = o.baud;
+  out.key = o.key;
+  out.model = o.model;
+  out.rate_hz = o.rate_hz;
+  out.lead_s = o.lead_s;
+  out.server.address = o.address;
+  out.server.port = o.http_port;
+  out.server.certificate = o.certificate;
+  out.server.key = o.private_key;
+  const std::string from = o.demo ? "boards" : o.from;
+  if (from == "boards") {
+    ProgressLine line;
+    out.worn = live::worn_boards([&line](const std::string& what) { line.show(what + " ..."); });
+  } else if (from == "twin") {
+    out.worn = live::worn_twin();
+  }
+  add_outs(o, out);
+  return out;
+}
+
+void run(const Options& o) {
+  live::Live live(live_options(o));
+  StopOnSignal stop;
+  if (o.json) {
+    print(io::dump_line({{"url", live.url()},
+                         {"sessions", sessions_folder(o.sessions).string()},
+                         {"version", FLEXOR_VERSION}}) +
+          "\n");
+  } else {
+    print(fmt::format("{}\nOpen this address in a browser. Sessions are kept in {}. Ctrl-C ends it.\n",
+                      live.url(), sessions_folder(o.sessions).string()));
+  }
+  live.run(*stop.flag());
+}
+
+}  // namespace
+
+void add_live(CLI::App& app) {
+  auto o = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "live", "One page in a browser: the hand as it moves, a guided calibration, scopes, sessions");
+  command->footer(
+      "Whoever has the address it prints, which holds a secret, can use the glove; nobody else can. It is "
+      "for this\n"
+      "machine alone unless --address names another one of its addresses, which takes a certificate.");
+  command
+      ->add_option("--port", o->port,
+                   "serial port of the glove or of a radio; auto: the only one there is, also one that is "
+                   "plugged in later")
+      ->capture_default_str();
+  command->add_option("--baud", o->baud, "of the port (default: found by listening)")
+      ->check(CLI::PositiveNumber);
+  command->add_option(
+      "--key", o->key,
+      "pair.key of the deployment: a glove that is paired with a hand speaks to this program instead");
+  command->add_option("--sessions", o->sessions,
+                      "folder of recordings, models and reports (default: flexor in the home folder)");
+  command->add_option("--model", o->model,
+                      "model that is worn at first (default: the one that was accepted last for this glove)");
+  command
+      ->add_option("--rate", o->rate_hz,
+                   "sample rate of models that are identified, Hz (default: what suits the glove)")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option(
+          "--lead", o->lead_s,
+          "seconds by which what follows the glove comes after it: models that are identified are so "
+          "much ahead (flexor identify --lead)")
+      ->check(CLI::Range(0.0, 2.0));
+  command->add_flag(
+      "--demo", o->demo,
+      "without any hardware: both boards are simulated, the twin wears the glove, a drawn hand is filmed");
+  command->add_option("--from", o->from, "boards: as --demo; twin: the twin's glove alone, without boards")
+      ->check(CLI::IsMember({"boards", "twin"}));
+  command->add_option("--opengloves", o->opengloves,
+                      "serial port or FIFO of an OpenGloves driver, which gets the fingers' bends as text");
+  command->add_flag("--lsl", o->lsl, "the angles as a stream of the Lab Streaming Layer");
+  command->add_option("--lsl-library", o->lsl_library,
+                      "liblsl, where the system does not find it; implies --lsl");
+  command->add_option("--mcap", o->mcap, "file that gets the angles as ROS 2 JointState; a new one");
+  command->add_option("--http", o->http_port, "port of the page (default: any that is free)");
+  command->add_option("--address", o->address, "address that the page is served at")->capture_default_str();
+  command->add_option("--certificate", o->certificate, "PEM file, for TLS");
+  command->add_option("--private-key", o->private_key, "PEM file of the certificate's key");
+  command->add_flag("--json", o->json, "the address as one JSON object on standard output, at the start");
+  command->callback([o] { run(*o); });
+}
+
+}  // namespace flexor::cli

@@ -1,0 +1,65 @@
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <memory>
+
+#include "apps/cli/commands.hpp"
+#include "apps/live/sessions.hpp"
+#include "host/io/json.hpp"
+
+namespace flexor::cli {
+namespace {
+
+struct Options {
+  std::string folder;
+  bool json = false;
+};
+
+void run(const Options& o) {
+  const std::filesystem::path folder = sessions_folder(o.folder);
+  if (!std::filesystem::is_directory(folder))
+    throw io::InputError(
+        fmt::format("{}: there are no sessions yet: flexor live makes them", folder.string()));
+  const std::vector<live::Session> sessions = live::Sessions(folder).list();
+  if (o.json) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const live::Session& s : sessions) {
+      list.push_back({{"folder", (folder / s.name).string()},
+                      {"person", s.person},
+                      {"side", s.side},
+                      {"glove", s.glove},
+                      {"made", s.made},
+                      {"seconds", s.seconds},
+                      {"model", s.model},
+                      {"files", s.files}});
+    }
+    return print(io::dump({{"sessions", list}, {"version", FLEXOR_VERSION}}));
+  }
+  for (const live::Session& s : sessions) {
+    print(fmt::format("{}  {:>5.0f} s  {}{}\n", (folder / s.name).string(), s.seconds,
+                      s.person.empty() ? "" : s.person + ", " + s.side + " hand  ",
+                      s.model.empty() ? "" : "model " + s.model));
+    for (const std::string& file : s.files) print(fmt::format("    {}\n", file));
+  }
+}
+
+}  // namespace
+
+std::filesystem::path sessions_folder(const std::string& given) {
+  if (!given.empty()) return given;
+  const char* home = std::getenv("HOME");
+  if (home == nullptr || *home == '\0')
+    throw io::InputError("--sessions: say where, there is no home folder");
+  return std::filesystem::path(home) / "flexor";
+}
+
+void add_sessions(CLI::App& app) {
+  auto o = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("sessions", "Recordings, models and reports that flexor live keeps, newest first");
+  command->add_option("--sessions", o->folder, "their folder (default: flexor in the home folder)");
+  command->add_flag("--json", o->json, "one JSON object on standard output");
+  command->callback([o] { run(*o); });
+}
+
+}  // namespace flexor::cli

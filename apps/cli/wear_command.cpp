@@ -1,0 +1,124 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "apps/cli/commands.hpp"
+#include "apps/cli/stop.hpp"
+#include "host/deploy/pair_key.hpp"
+#include "host/io/json.hpp"
+#include "host/study/bench.hpp"
+
+namespace flexor::cli {
+namespace {
+
+struct Options {
+  std::string model = "published-hw";
+  double rate_hz = 10;
+  std::string model_as = "flash";
+  std::string motion = "ordinary";
+  double slip_deg = 0;
+  double for_s = 0;
+  std::string link;
+  std::string key;
+  std::uint64_t seed = 1;
+  std::string twin;
+  std::vector<std::string> set;
+  bool json = false;
+};
+
+study::BenchOptions bench_of(const Options& o) {
+  study::BenchOptions bench;
+  bench.parameters = twin_parameters(o.twin, o.set);
+  bench.model = study::compensator(o.model, o.rate_hz).model;
+  bench.model_as = o.model_as == "code" ? deploy::ModelAs::code : deploy::ModelAs::data;
+  bench.in_flash = o.model_as == "flash";
+  bench.seed = o.seed;
+  bench.port_link = o.link;
+  return bench;
+}
+
+void say(const Options& o, const study::Bench& bench) {
+  if (!o.key.empty()) deploy::write_key(o.key, *bench.key());
+  if (o.json) {
+    const nlohmann::ordered_json key =
+        o.key.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(o.key);
+    return print(io::dump({{"port", bench.port()},
+                           {"key", key},
+                           {"bootloader", bench.has_bootloader()},
+                           {"in_flash", bench.in_flash()},
+                           {"rate_hz", o.rate_hz},
+                           {"seed", o.seed},
+                           {"version", FLEXOR_VERSION}}));
+  }
+  print(fmt::format("a glove is at {}: flexor monitor --port {}\n", bench.port(), bench.port()));
+  if (!bench.has_bootloader())
+    log("without a bootloader, since Debian's arduino-core-avr is not installed: flexor flash does not reach "
+        "it");
+}
+
+void run(const Options& o) {
+  constexpr int kStep_ms = 20;
+  if (!std::isfinite(o.slip_deg)) throw io::InputError("--slip must be a number of degrees");
+  (void)study::bench_motion(o.motion);
+  const study::BenchOptions options = bench_of(o);
+  if (!o.json) log("images are built ...");
+  study::Bench bench(io::program_beside(kBoardsWorker), options);
+  StopOnSignal stop;
+  say(o, bench);
+  study::BenchChange change;
+  change.ms = kStep_ms;
+  change.motion = o.motion;
+  change.slip_deg = o.slip_deg;
+  const study::BenchView begin = bench.advance(change);
+  study::BenchChange on;
+  on.ms = kStep_ms;
+  while (!*stop.flag()) {
+    const study::BenchView now = bench.advance(on);
+    if (o.for_s > 0 && static_cast<double>(now.now_ms - begin.now_ms) >= 1000 * o.for_s) return;
+  }
+}
+
+}  // namespace
+
+void add_twin_wear(CLI::App& twin) {
+  auto o = std::make_shared<Options>();
+  CLI::App* command = twin.add_subcommand("wear",
+                                          "A glove without hardware: both boards simulated in real time with "
+                                          "their own firmware, worn by the twin, "
+                                          "the glove's USB on a pseudo-terminal. Leave it running and use "
+                                          "flexor monitor, record, send or flash in "
+                                          "another terminal. Ctrl-C ends it");
+  command->add_option("--port-link", o->link,
+                      "a name for the port that stays (default: the pseudo-terminal's own, /dev/pts/N)");
+  command
+      ->add_option("--motion", o->motion,
+                   "what the hand does, again and again: rest, calibration, ordinary, protocol, or 1 to 6 "
+                   "of the published gestures")
+      ->capture_default_str();
+  command->add_option("--slip", o->slip_deg, "every strip has slipped by so many degrees of bend")
+      ->capture_default_str();
+  command->add_option("--for", o->for_s, "seconds (default: until Ctrl-C)")->check(CLI::PositiveNumber);
+  command->add_option("--compensator", o->model, "raw, published-w, published-hw, or a model file")
+      ->capture_default_str();
+  command->add_option("--rate", o->rate_hz, "sample rate of the glove: 10, 20, 50 or 100 Hz")
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--model-as", o->model_as,
+          "flash: data, with room for identified models of five fingers, sent through the "
+          "bootloader; eeprom: data, where small models are sent while it runs; code: no other model")
+      ->check(CLI::IsMember({"flash", "eeprom", "code"}))
+      ->capture_default_str();
+  command->add_option("--key", o->key, "write the pair's key into this file, for flexor send");
+  command->add_option("--seed", o->seed, "everything random follows from it")
+      ->check(seed_fault)
+      ->capture_default_str();
+  command->add_option("--twin", o->twin, "configuration of the twin (default: the shipped one)");
+  command->add_option("--set", o->set, "change one parameter of the twin; may be repeated");
+  command->add_flag("--json", o->json, "one JSON object on standard output, as soon as the glove is there");
+  command->callback([o] { run(*o); });
+}
+
+}  // namespace flexor::cli

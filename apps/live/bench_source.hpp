@@ -1,0 +1,60 @@
+// Both simulated boards in real time (host/study/bench.hpp) and a listener on the glove's port.
+#pragma once
+
+#include <exception>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "host/listen/listener.hpp"
+#include "host/listen/source.hpp"
+#include "host/study/bench.hpp"
+
+namespace flexor::live {
+
+class BenchSource : public listen::Source {
+ public:
+  // `begin` is what is so from the start, the motion above all. Builds the boards' images where they are not there:
+  // seconds; then as long as a Listener. `readings` as of listen::ListenerOptions. Throws as study::Bench and
+  // listen::Listener.
+  BenchSource(const std::filesystem::path& program, study::BenchOptions options,
+              const study::BenchChange& begin, bool readings,
+              const std::function<void(const std::string&)>& says);
+  ~BenchSource() override;
+
+  // Throws what went wrong with the boards meanwhile.
+  listen::Event wait(double timeout_s, std::vector<listen::Sample>& out) override;
+  const std::vector<std::string>& columns() const override { return listener_->columns(); }
+  const listen::Tally& tally() const override { return listener_->tally(); }
+  double now_s() const override { return listener_->now_s(); }
+  std::string says() const override { return "simulated boards: " + listener_->says(); }
+  int descriptor() const override { return listener_->descriptor(); }
+  void let_go() override { listener_->let_go(); }
+
+  // Before the next 20 ms; from any thread.
+  void change(const study::BenchChange& change);
+  // As it was at most 20 ms ago, or before a score.
+  study::BenchView view() const;
+  // study::Bench::score, of the boards with all that change() was told before.
+  std::vector<double> score(const std::vector<int>& gestures, const io::JobProgress& progress);
+  const study::Bench& bench() const { return bench_; }
+
+ private:
+  void advance();
+  void run(const std::stop_token& stop);
+
+  study::Bench bench_;
+  std::mutex turn_;
+  mutable std::mutex mutex_;
+  study::BenchChange next_;
+  study::BenchView view_;
+  std::exception_ptr fault_;
+  std::unique_ptr<listen::Listener> listener_;
+  std::jthread thread_;
+};
+
+}  // namespace flexor::live

@@ -1,0 +1,483 @@
+#include "apps/live/calibration.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+#include "host/recording/csv.hpp"
+#include "host/recording/unit.hpp"
+
+namespace flexor::live {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kLong_s = 90;   // of motion, is asked for
+constexpr double kPoses_s = 16;  // likewise of held poses
+constexpr double kShort_s = 30;  // less is refused: a fit takes 100 samples and as many to prove it
+constexpr double kPosesShort_s = 8;
+constexpr const char* kArticlesHand = "paper_hand";
+constexpr std::size_t kMostPoints = 1200;  // of a plot
+constexpr double kSeen = 0.5;              // share of marks, below which the camera does not see the hand
+constexpr std::uint64_t kLeastRows = 100;  // with every angle
+constexpr double kUnseen_s = 3;            // without a row: it is said
+constexpr double kFollows_percent = 50;    // of the fit: less is no model
+constexpr double kGood = 0.85;             // of a straight line's error
+// Of markerless angles themselves, RMS with their mean, against marks on a film of one hand from the side (docs/live.md):
+// hypot(6, 13) and hypot(11, 6).
+constexpr double kMarkerlessKnuckle_deg = 14;
+constexpr double kMarkerlessOther_deg = 13;
+
+struct Instruction {
+  double until_s;
+  const char* text;
+};
+
+constexpr std::array<Instruction, 8> kMotion = {{
+    {5, "Hold your hand open and still."},
+    {15, "Close and open it quickly, three times; then hold it open."},
+    {30, "Close it slowly to a fist, hold it, and open it slowly."},
+    {40, "Close it half, hold it, then close it, hold it."},
+    {55, "Bend one finger after the other, thumb first, each from end to end."},
+    {70, "Open and close as you always do, the fingers a little after one another."},
+    {80, "Stop at three places on the way, a second each."},
+    {kLong_s, "Move as you like."},
+}};
+
+constexpr std::array<Instruction, 4> kPoses = {{
+    {4, "Hold your hand open and still."},
+    {8, "Make a fist and hold it."},
+    {12, "Open it again and hold it."},
+    {kPoses_s, "Make a fist once more and hold it."},
+}};
+
+template <std::size_t N>
+const char* at(const std::array<Instruction, N>& list, double t_s) {
+  for (const Instruction& i : list) {
+    if (t_s < i.until_s) return i.text;
+  }
+  return nullptr;
+}
+
+Json number_or_null(const Json& object, const char* key) {
+  const auto it = object.find(key);
+  return it != object.end() && it->is_number() ? *it : Json(nullptr);
+}
+
+std::string verdict_on(double error_deg, double fit_percent, const Json& line_deg) {
+  if (fit_percent < kFollows_percent)
+    return "does not follow the finger: was it the same hand, seen all the time? Repeat";
+  if (!line_deg.is_number()) return "no straight line could be fitted beside it";
+  const double share = error_deg / line_deg.get<double>();
+  if (share < kGood) return fmt::format("{:.0f} % of a straight line's error", 100 * share);
+  return "hardly better than a straight line: repeat with slower bends and holds, or accept it as it is";
+}
+
+double markerless_error_deg(const std::string& joint) {
+  return joint.ends_with("_mcp") ? kMarkerlessKnuckle_deg : kMarkerlessOther_deg;
+}
+
+}  // namespace
+
+const char* name_of(Step step) {
+  constexpr std::array<const char*, 6> kNames = {"glove",    "reference", "motion",
+                                                 "identify", "result",    "send"};
+  return kNames.at(static_cast<std::size_t>(step));
+}
+
+const char* name_of(Reference reference) {
+  constexpr std::array<const char*, 4> kNames = {"marks", "poses", "markerless", "drawn"};
+  return kNames.at(static_cast<std::size_t>(reference));
+}
+
+Reference reference_of(const std::string& name) {
+  for (const Reference r : {Reference::marks, Reference::poses, Reference::markerless, Reference::drawn}) {
+    if (name == name_of(r)) return r;
+  }
+  throw io::InputError(fmt::format("\"reference\" is \"{}\"; known: marks, poses, markerless, drawn", name));
+}
+
+Calibration::Calibration(CalibrationSetup setup, Session session, std::filesystem::path folder)
+    : setup_(std::move(setup)), session_(std::move(session)), folder_(std::move(folder)) {}
+
+Json Calibration::kept() const {
+  return {{"step", name_of(step_)},
+          {"reference", name_of(setup_.reference)},
+          {"joints", setup_.joints},
+          {"rate_hz", setup_.rate_hz},
+          {"attempt", attempt_}};
+}
+
+Calibration Calibration::resumed(const Session& session, const std::filesystem::path& folder) {
+  io::JsonReader reader(session.calibration, (folder / "session.json").string());
+  CalibrationSetup setup;
+  setup.person = session.person;
+  setup.side = session.side;
+  setup.reference = reference_of(reader.text("reference"));
+  setup.joints = reader.text("joints");
+  setup.rate_hz = reader.number_within("rate_hz", 0, 1000);
+  Calibration out(setup, session, folder);
+  out.attempt_ = reader.whole_within("attempt", 1, 10000);
+  const std::string step = reader.text("step");
+  const bool is_seen = step == name_of(Step::reference) || step == name_of(Step::motion);
+  if (is_seen && setup.reference != Reference::poses) out.step_ = Step::reference;
+  if (step == name_of(Step::identify) || step == name_of(Step::result)) out.read_motion();
+  return out;
+}
+
+// What is known of a motion that was over, from its files.
+void Calibration::read_motion() {
+  const auto names = [](const std::filesystem::path& path) {
+    recording::CsvOptions options;
+    options.holes = true;
+    std::ifstream file(path);
+    return recording::CsvReader(file, path.string(), options).columns();
+  };
+  columns_ = names(file("log.csv"));
+  if (setup_.reference != Reference::poses) angles_ = names(file("camera.csv"));
+  step_ = Step::identify;
+}
+
+std::filesystem::path Calibration::file(const std::string& name) const {
+  if (attempt_ == 1) return folder_ / name;
+  const std::filesystem::path path(name);
+  return folder_ / fmt::format("{}-{}{}", path.stem().string(), attempt_, path.extension().string());
+}
+
+bool Calibration::wants_pictures() const {
+  if (setup_.reference == Reference::poses) return false;
+  return step_ == Step::reference || step_ == Step::motion;
+}
+
+void Calibration::add(const listen::Sample& sample, const std::vector<std::string>& columns) {
+  if (step_ != Step::motion) return;
+  if (!log_) {
+    columns_ = columns;
+    log_ = std::make_unique<listen::Log>(file("log.csv"), columns);
+    std::vector<std::string> names;
+    for (const std::string& column : columns) names.push_back(recording::cut_name(column).name);
+    coverage_.emplace(names);
+    begun_s_ = sample.host_s;
+  }
+  seconds_ = sample.host_s - begun_s_;
+  coverage_->add(sample.host_s, sample.value);
+  log_->add(sample);
+}
+
+// The article's hand has one angle for each sensor; elsewhere every angle counts.
+bool Calibration::is_needed(const std::string& angle) const {
+  return setup_.joints != kArticlesHand || angle.ends_with("_mcp_deg");
+}
+
+// Rows in which what is needed was seen: a fit takes no others.
+void Calibration::add(const SeenAngles& seen, const std::vector<std::string>& names) {
+  if (step_ != Step::motion) return;
+  if (!camera_) camera_ = std::make_unique<listen::Log>(file("camera.csv"), names);
+  angles_ = names;
+  if (seen.t_s <= newest_angle_s_ || seen.angle_deg.size() != names.size()) return;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (is_needed(names[i]) && !std::isfinite(seen.angle_deg[i])) return;
+  }
+  newest_angle_s_ = seen.t_s;
+  angle_came_s_ = seconds_;
+  ++angle_rows_;
+  camera_->add({seen.t_s, {}, seen.angle_deg, {}});
+}
+
+void Calibration::saw(int marks_found, int marks) {
+  ++pictures_;
+  const double share = marks > 0 ? static_cast<double>(marks_found) / marks : 0;
+  recent_share_ += (share - recent_share_) / std::min<double>(20, static_cast<double>(pictures_));
+}
+
+void Calibration::begin_motion() {
+  log_.reset();
+  camera_.reset();
+  coverage_.reset();
+  begun_s_ = -1;
+  newest_angle_s_ = -1e9;
+  angle_rows_ = 0;
+  angle_came_s_ = 0;
+  seconds_ = 0;
+  failure_.clear();
+  while (std::filesystem::exists(file("log.csv"))) ++attempt_;
+  step_ = Step::motion;
+}
+
+void Calibration::end_motion() {
+  const bool poses = setup_.reference == Reference::poses;
+  const double least_s = poses ? kPosesShort_s : kShort_s;
+  if (seconds_ < least_s)
+    throw io::InputError(
+        fmt::format("{:.0f} s of motion so far, {:.0f} s are the least: keep moving", seconds_, least_s));
+  if (!poses && angle_rows_ < kLeastRows)
+    throw io::InputError(
+        fmt::format("the camera has measured the angles {} times, {} are the least: turn the {} towards it "
+                    "and keep moving",
+                    angle_rows_, kLeastRows, is_markerless() ? "hand's side" : "marks"));
+  if (log_) log_->flush();
+  if (camera_) camera_->flush();
+  log_.reset();
+  camera_.reset();
+  session_.seconds = seconds_;
+  step_ = Step::identify;
+}
+
+void Calibration::next(bool glove_is_there) {
+  switch (step_) {
+    case Step::glove:
+      if (!glove_is_there) throw io::InputError("no glove is heard yet: plug it in");
+      if (setup_.reference == Reference::poses) return begin_motion();
+      step_ = Step::reference;
+      return;
+    case Step::reference:
+      if (!glove_is_there) throw io::InputError("the glove has gone: plug it in again");
+      return begin_motion();
+    case Step::motion:
+      return end_motion();
+    case Step::identify:
+      throw io::InputError(failure_.empty() ? "the model is being identified: wait for it, or cancel"
+                                            : "nothing was identified: repeat the motion");
+    case Step::result:
+      throw io::InputError("accept the model, or repeat the motion");
+    case Step::send:
+      return;  // live.cpp ends it
+  }
+}
+
+void Calibration::back() {
+  if (step_ == Step::glove) throw io::InputError("this is the first step");
+  if (step_ == Step::motion) return end_short();
+  if (step_ == Step::identify || step_ == Step::result) return repeat();
+  step_ = step_ == Step::send ? Step::result : Step::glove;
+}
+
+void Calibration::end_short() {
+  log_.reset();
+  camera_.reset();
+  if (step_ == Step::motion) step_ = setup_.reference == Reference::poses ? Step::glove : Step::reference;
+}
+
+void Calibration::repeat() {
+  if (step_ != Step::identify && step_ != Step::result)
+    throw io::InputError("there is nothing to repeat yet");
+  fingers_ = nullptr;
+  plot_ = nullptr;
+  begin_motion();
+}
+
+// The article's hand has one joint for each finger, which is what a bionic hand of five motors takes: the knuckle, called like
+// its finger. Empty: by name.
+std::string Calibration::map() const {
+  if (setup_.joints != kArticlesHand) return "";
+  std::string out;
+  for (const std::string& column : columns_) {
+    const std::string finger = recording::cut_name(column).name;
+    const std::string angle = finger + "_mcp_deg";
+    if (std::ranges::find(angles_, angle) == angles_.end()) continue;
+    out += fmt::format("{}{}={}:{}", out.empty() ? "" : ",", finger, column, angle);
+  }
+  return out;
+}
+
+// "index_mcp=14,index_pip=13" of the joints that will be fitted.
+std::string Calibration::reference_error() const {
+  std::string out;
+  for (const std::string& angle : angles_) {
+    const std::string joint = angle.substr(0, angle.rfind('_'));
+    const std::string finger = joint.substr(0, joint.find('_'));
+    const bool is_sensed = std::ranges::any_of(
+        columns_, [&](const std::string& column) { return recording::cut_name(column).name == finger; });
+    if (is_sensed)
+      out += fmt::format("{}{}={:g}", out.empty() ? "" : ",", joint, markerless_error_deg(joint));
+  }
+  return out;
+}
+
+std::vector<std::string> Calibration::identify_arguments(double lead_s) const {
+  std::vector<std::string> out = {"identify"};
+  if (setup_.reference == Reference::poses) {
+    out.insert(out.end(), {"--poses", file("log.csv").string()});
+  } else {
+    out.insert(out.end(), {"--pair", file("log.csv").string(), file("camera.csv").string(), "--fit-all",
+                           "--report", file("report").string()});
+    if (!map().empty()) out.insert(out.end(), {"--map", map()});
+    if (is_markerless()) out.insert(out.end(), {"--reference-error", reference_error()});
+    if (lead_s > 0) out.insert(out.end(), {"--lead", fmt::format("{}", lead_s)});
+  }
+  out.insert(out.end(), {"--rate", fmt::format("{:g}", setup_.rate_hz), "--model", model().string()});
+  return out;
+}
+
+void Calibration::identified(const Json& result, std::vector<std::string> warnings) {
+  warnings_ = std::move(warnings);
+  fingers_ = Json::array();
+  joints_.clear();
+  for (const auto& [name, joint] : result.at("joints").items()) {
+    joints_.push_back(name);
+    Json finger = {{"name", name}};
+    if (!joint.contains("holdout")) {  // of poses alone
+      finger.update({{"error_deg", joint.at("expected_error_deg")},
+                     {"line_deg", nullptr},
+                     {"published_deg", nullptr},
+                     {"fit_percent", nullptr},
+                     {"verdict", "from two poses: not measured, to be expected"}});
+    } else {
+      const Json& holdout = joint.at("holdout");
+      const Json& baselines = joint.at("baselines");
+      const auto baseline = [&](const char* which) {
+        return baselines.contains(which) ? number_or_null(baselines.at(which), "rmse_deg") : Json(nullptr);
+      };
+      const Json line = baseline("line_lead").is_null() ? baseline("line") : baseline("line_lead");
+      finger.update({{"error_deg", holdout.at("rmse_deg")},
+                     {"line_deg", line},
+                     {"published_deg", baseline("published_form")},
+                     {"fit_percent", holdout.at("fit_percent")},
+                     {"verdict", verdict_on(holdout.at("rmse_deg").get<double>(),
+                                            holdout.at("fit_percent").get<double>(), line)}});
+    }
+    const Json reference_deg = is_markerless() ? Json(markerless_error_deg(name)) : Json(nullptr);
+    finger["reference_error_deg"] = reference_deg;
+    fingers_.push_back(std::move(finger));
+  }
+  plot_ = setup_.reference == Reference::poses || joints_.empty() ? Json(nullptr) : plot_of(0);
+  step_ = Step::result;
+}
+
+void Calibration::failed(const std::string& why) { failure_ = why; }
+
+// The held-out part, thinned.
+Json Calibration::plot_of(std::size_t joint) const {
+  const std::filesystem::path path = file("report") / fmt::format("samples-{}.csv", joint + 1);
+  const bool has_line = !fingers_.at(joint).at("line_deg").is_null();
+  std::vector<std::string> columns = {"measured_deg", "estimated_deg", "held_out"};
+  if (has_line) columns.emplace_back("straight_line_deg");
+  const recording::Recording r = recording::read_csv(path, columns);
+  const auto& held_out = r.column("held_out").value;
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < held_out.size(); ++i) {
+    if (held_out[i] != 0) rows.push_back(i);
+  }
+  const std::size_t stride = rows.size() / kMostPoints + 1;
+  Json out = {{"finger", joints_[joint]},
+              {"t_s", Json::array()},
+              {"reference_deg", Json::array()},
+              {"model_deg", Json::array()},
+              {"line_deg", Json::array()}};
+  for (std::size_t k = 0; k < rows.size(); k += stride) {
+    out["t_s"].push_back(r.t_s[rows[k]]);
+    out["reference_deg"].push_back(r.column("measured_deg").value[rows[k]]);
+    out["model_deg"].push_back(r.column("estimated_deg").value[rows[k]]);
+    out["line_deg"].push_back(has_line ? Json(r.column("straight_line_deg").value[rows[k]]) : Json(nullptr));
+  }
+  return out;
+}
+
+void Calibration::plot(const std::string& finger) {
+  const auto found = std::ranges::find(joints_, finger);
+  if (step_ != Step::result || found == joints_.end() || plot_.is_null())
+    throw io::InputError(fmt::format("there is no plot of \"{}\"", finger));
+  plot_ = plot_of(static_cast<std::size_t>(found - joints_.begin()));
+}
+
+std::string Calibration::what_is_missing() const {
+  if (!coverage_) return "";
+  for (const Covered& c : coverage_->covered()) {
+    if (!c.is_enough()) return fmt::format("{}: {}.", c.name, c.missing);
+  }
+  return "";
+}
+
+std::string Calibration::what_to_do() const {
+  switch (step_) {
+    case Step::glove:
+      return "Put the glove on. Go on when its fingers move on the screen.";
+    case Step::reference:
+      if (pictures_ == 0) return "Let the camera see your hand.";
+      if (is_markerless())
+        return recent_share_ < kSeen ? "Show the whole hand to the camera, from the side."
+                                     : "The camera sees a hand. Keep its side to the camera, and go on.";
+      return recent_share_ < kSeen ? "Turn the hand so that the camera sees every mark."
+                                   : "The camera sees the marks. Go on.";
+    case Step::motion: {
+      if (!log_) return "Waiting for the glove's readings.";
+      if (setup_.reference == Reference::poses) {
+        const char* pose = at(kPoses, seconds_);
+        return pose != nullptr ? pose : "Enough. Go on.";
+      }
+      if (pictures_ > 20 && recent_share_ < kSeen)
+        return is_markerless() ? "The camera finds no hand: turn its side towards it."
+                               : "The camera does not see the marks: turn your hand towards it.";
+      if (seconds_ - angle_came_s_ > kUnseen_s)
+        return is_markerless() ? "The camera sees no angles: turn the hand's side towards it."
+                               : "The camera does not see every mark: turn your hand towards it.";
+      const char* motion = at(kMotion, seconds_);
+      if (motion != nullptr) return motion;
+      const std::string missing = what_is_missing();
+      return missing.empty() ? "Enough. Go on, or keep moving." : missing;
+    }
+    case Step::identify:
+      return failure_.empty() ? "The model is being identified." : "Nothing was identified: " + failure_;
+    case Step::result:
+      if (is_markerless())
+        return "This is the difference from the camera's angles on the part that the fit never saw. They err "
+               "themselves, as said beside it. Accept the model, or repeat the motion.";
+      if (setup_.reference == Reference::poses)
+        return "A straight line through both poses. Nothing was measured: the error is what is to be "
+               "expected. Accept it, "
+               "or repeat.";
+      return "This is the error on the part that the fit never saw. Accept the model, or repeat the motion.";
+    case Step::send:
+      return "The model is worn here now. Send it to the glove, or finish.";
+  }
+  return "";
+}
+
+Json Calibration::result_state() const {
+  if (fingers_.is_null()) return nullptr;
+  const bool is_measured = setup_.reference != Reference::poses;
+  const std::string report = session_.name + "/" + file("report").filename().string() + "/report.html";
+  return {{"fingers", fingers_},
+          {"plot", plot_},
+          {"warnings", warnings_},
+          {"report", is_measured ? Json(report) : Json(nullptr)}};
+}
+
+Json Calibration::state() const {
+  Json covered = Json::array();
+  if (coverage_ && setup_.reference != Reference::poses) {
+    for (const Covered& c : coverage_->covered()) {
+      covered.push_back({{"name", c.name},
+                         {"range", c.range},
+                         {"slow", c.slow},
+                         {"fast", c.quick},
+                         {"holds", c.holds},
+                         {"missing", c.missing}});
+    }
+  }
+  const bool none = setup_.reference == Reference::poses;
+  const char* camera = none ? "none" : setup_.reference == Reference::drawn ? "server" : "page";
+  return {{"step", name_of(step_)},
+          {"reference", name_of(setup_.reference)},
+          {"camera", camera},
+          {"joints", setup_.joints},
+          {"person", setup_.person},
+          {"side", setup_.side},
+          {"session", session_.name},
+          {"say", what_to_do()},
+          {"seconds", seconds_},
+          {"of_seconds", none ? kPoses_s : kLong_s},
+          {"covered", std::move(covered)},
+          {"pictures", pictures_},
+          {"angles", angle_rows_},
+          {"tracked", recent_share_},
+          {"failed", failure_.empty() ? Json(nullptr) : Json(failure_)},
+          {"result", result_state()}};
+}
+
+}  // namespace flexor::live

@@ -1,0 +1,125 @@
+// A guided calibration, step by step: what to do now, what the motion has shown so far, and the files that it leaves in its
+// session. It knows no sockets and starts no programs; live.cpp does what it asks for.
+//
+//   glove      a glove that gives readings is heard
+//   reference  the camera sees the marks (or there is none)
+//   motion     readings go into log.csv, the camera's angles into camera.csv; it goes on as long as the person likes
+//   identify   the log and the angles become model.json and report/
+//   result     the error on the part that was held out, beside the baselines: accept, or repeat the motion
+//   send       the model is worn here; it may go into the glove
+// A step ends when the person says so; what is not there yet is said, and nothing is thrown away for a bad second.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/live/coverage.hpp"
+#include "apps/live/sessions.hpp"
+#include "host/listen/log.hpp"
+
+namespace flexor::live {
+
+enum class Step { glove, reference, motion, identify, result, send };
+
+// How the angles are known: marks by the goniometer, held poses alone, a markerless tracker in the page, marks on a drawn hand.
+enum class Reference { marks, poses, markerless, drawn };
+
+struct CalibrationSetup {
+  std::string person;
+  std::string side = "right";
+  Reference reference = Reference::marks;
+  std::string joints;  // joint file; of marks
+  double rate_hz = 0;  // of the model; 0: not known yet
+};
+
+// Angles at a time, in the order of names that is always the same; NaN: not seen.
+struct SeenAngles {
+  double t_s = 0;  // the camera's clock
+  std::vector<double> angle_deg;
+};
+
+class Calibration {
+ public:
+  // `columns` of the glove. The session is there already.
+  Calibration(CalibrationSetup setup, Session session, std::filesystem::path folder);
+  // One that was open when the program ended, at its step: a motion is made anew, and so is a model. Throws io::InputError.
+  static Calibration resumed(const Session& session, const std::filesystem::path& folder);
+  // What that takes, as Session::calibration.
+  nlohmann::ordered_json kept() const;
+
+  Step step() const { return step_; }
+  const CalibrationSetup& setup() const { return setup_; }
+  Session& session() { return session_; }
+  bool wants_pictures() const;
+
+  void add(const listen::Sample& sample, const std::vector<std::string>& columns);
+  void add(const SeenAngles& seen, const std::vector<std::string>& names);
+  void saw(int marks_found, int marks);  // of one picture; without marks: whether there was a hand
+
+  // To the next step or the one before. Throws io::InputError: what this step still needs.
+  void next(bool glove_is_there);
+  void back();
+  void repeat();
+  void end_short();  // a motion that cannot be written: back to the step before it
+
+  void set_rate(double rate_hz) { setup_.rate_hz = rate_hz; }
+  // `flexor` with these identifies. `lead_s` of what follows the glove.
+  std::vector<std::string> identify_arguments(double lead_s) const;
+  // Of `identify --json`; reads the report's samples.
+  void identified(const nlohmann::ordered_json& result, std::vector<std::string> warnings);
+  void failed(const std::string& why);
+  void accepted() { step_ = Step::send; }
+  void plot(const std::string& finger);  // throws io::InputError
+  std::filesystem::path model() const { return file("model.json"); }
+
+  std::string what_to_do() const;
+  nlohmann::ordered_json state() const;
+
+ private:
+  std::filesystem::path file(const std::string& name) const;
+  void read_motion();
+  void begin_motion();
+  void end_motion();
+  bool is_needed(const std::string& angle) const;
+  std::string what_is_missing() const;
+  nlohmann::ordered_json result_state() const;
+  std::string map() const;
+  bool is_markerless() const { return setup_.reference == Reference::markerless; }
+  std::string reference_error() const;
+  nlohmann::ordered_json plot_of(std::size_t joint) const;
+
+  CalibrationSetup setup_;
+  Session session_;
+  std::filesystem::path folder_;
+  Step step_ = Step::glove;
+  int attempt_ = 1;
+  std::unique_ptr<listen::Log> log_;
+  std::unique_ptr<listen::Log> camera_;
+  std::vector<std::string> columns_;  // of log.csv
+  std::vector<std::string> angles_;   // of camera.csv
+  std::optional<Coverage> coverage_;
+  double begun_s_ = -1;  // host's
+  double seconds_ = 0;
+  std::uint64_t pictures_ = 0;
+  double recent_share_ = 0;  // of marks that were found, lately
+  double newest_angle_s_ = -1e9;
+  std::uint64_t angle_rows_ = 0;
+  double angle_came_s_ = 0;  // seconds_ when the newest row came
+  std::string failure_;
+  nlohmann::ordered_json fingers_;  // of the result
+  nlohmann::ordered_json plot_;
+  std::vector<std::string> warnings_;
+  std::vector<std::string> joints_;
+};
+
+// Throws io::InputError listing the known.
+Reference reference_of(const std::string& name);
+const char* name_of(Reference reference);
+const char* name_of(Step step);
+
+}  // namespace flexor::live

@@ -1,0 +1,209 @@
+#include "apps/live/calibration.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "host/io/io.hpp"
+#include "host/recording/csv.hpp"
+
+namespace flexor::live {
+namespace {
+
+class Guided : public testing::Test {
+ protected:
+  Calibration start(Reference reference) {
+    CalibrationSetup setup;
+    setup.person = "anna";
+    setup.reference = reference;
+    setup.joints = reference == Reference::marks ? "paper_hand" : "";
+    const Session session = sessions_.create("anna", "right", "glove", "calibration");
+    return Calibration(setup, session, sessions_.folder(session));
+  }
+  // So long at 20 Hz, with the camera beside it.
+  static void move(Calibration& c, double seconds, bool seen, double from_s = 0) {
+    for (int k = 0; k < 20 * seconds; ++k) {
+      const double t_s = from_s + 0.05 * k;
+      const double angle = 45 + 40 * std::sin(t_s);
+      c.add(listen::Sample{t_s, {}, {500 + angle, 600 - angle}, {}}, {"index_count", "thumb_count"});
+      if (seen) c.add(SeenAngles{t_s, {angle, k % 7 == 0 ? NAN : angle}}, {"index_mcp_deg", "thumb_mcp_deg"});
+    }
+  }
+  io::TemporaryFolder folder_;
+  Sessions sessions_{folder_.path()};
+};
+
+TEST_F(Guided, GoesStepByStepAndSaysWhatIsMissing) {
+  Calibration c = start(Reference::marks);
+  EXPECT_THROW(c.next(false), io::InputError);
+  c.next(true);
+  EXPECT_EQ(c.step(), Step::reference);
+  EXPECT_TRUE(c.wants_pictures());
+  c.next(true);
+  EXPECT_EQ(c.step(), Step::motion);
+  move(c, 5, true);
+  EXPECT_THROW(c.next(true), io::InputError) << "too short";
+  move(c, 40, true, 5);
+  c.next(true);
+  EXPECT_EQ(c.step(), Step::identify);
+  EXPECT_FALSE(c.wants_pictures());
+  EXPECT_THROW(c.next(true), io::InputError);
+  EXPECT_EQ(c.state().at("step"), "identify");
+}
+
+TEST_F(Guided, ItsFilesAreWholeRecordings) {
+  Calibration c = start(Reference::marks);
+  c.next(true);
+  c.next(true);
+  move(c, 45, true);
+  c.next(true);
+  c.set_rate(10);
+  const auto arguments = c.identify_arguments(0.1);
+  const auto pair = std::ranges::find(arguments, "--pair");
+  ASSERT_NE(pair, arguments.end());
+  const recording::Recording log = recording::read_csv(*(pair + 1), {"index_count"});
+  const recording::Recording camera = recording::read_csv(*(pair + 2), {"index_mcp_deg", "thumb_mcp_deg"});
+  EXPECT_EQ(log.t_s.size(), 900U);
+  EXPECT_NEAR(static_cast<double>(camera.t_s.size()), 900.0 * 6 / 7, 2) << "rows with a hole are left out";
+  const auto map = std::ranges::find(arguments, "--map");
+  ASSERT_NE(map, arguments.end());
+  EXPECT_EQ(*(map + 1), "index=index_count:index_mcp_deg,thumb=thumb_count:thumb_mcp_deg");
+}
+
+TEST_F(Guided, ACameraThatSeesNothingIsSaidBeforeTheFit) {
+  Calibration c = start(Reference::marks);
+  c.next(true);
+  c.next(true);
+  move(c, 45, false);
+  EXPECT_THROW(c.next(true), io::InputError);
+  EXPECT_EQ(c.step(), Step::motion) << "and nothing is thrown away";
+}
+
+TEST_F(Guided, ARepeatedMotionHasFilesOfItsOwn) {
+  Calibration c = start(Reference::marks);
+  c.next(true);
+  c.next(true);
+  move(c, 45, true);
+  c.next(true);
+  const auto first = c.model();
+  c.failed("no angle is related");
+  EXPECT_NE(c.state().at("say").get<std::string>().find("no angle is related"), std::string::npos);
+  c.repeat();
+  EXPECT_EQ(c.step(), Step::motion);
+  EXPECT_NE(c.model(), first);
+  move(c, 45, true);
+  c.next(true);
+  EXPECT_TRUE(std::filesystem::exists(first.parent_path() / "log.csv"));
+  EXPECT_TRUE(std::filesystem::exists(first.parent_path() / "log-2.csv"));
+}
+
+TEST_F(Guided, PosesNeedNoCamera) {
+  Calibration c = start(Reference::poses);
+  c.next(true);
+  EXPECT_EQ(c.step(), Step::motion);
+  EXPECT_FALSE(c.wants_pictures());
+  move(c, 16, false);
+  c.next(true);
+  EXPECT_EQ(c.identify_arguments(0).at(1), "--poses");
+}
+
+// As after `kill -9`: what is left is the session.
+TEST_F(Guided, GoesOnAfterTheProgramHasEnded) {
+  Calibration c = start(Reference::marks);
+  c.next(true);
+  c.next(true);
+  move(c, 45, true);
+  const auto goes_on = [&] {
+    c.session().calibration = c.kept();
+    sessions_.save(c.session());
+    const Session read = sessions_.list().at(0);
+    return Calibration::resumed(read, sessions_.folder(read));
+  };
+  EXPECT_EQ(goes_on().step(), Step::reference) << "a motion is made anew";
+  c.next(true);
+  c.set_rate(20);
+  const Calibration identifies = goes_on();
+  EXPECT_EQ(identifies.step(), Step::identify);
+  EXPECT_EQ(identifies.setup().person, "anna");
+  EXPECT_EQ(identifies.identify_arguments(0.1), c.identify_arguments(0.1));
+}
+
+TEST_F(Guided, ASessionThatWasTamperedWithIsRefusedInOneLine) {
+  Calibration c = start(Reference::marks);
+  Session session = c.session();
+  for (const char* wrong :
+       {R"(5)", R"({"step": "glove"})",
+        R"({"step": "identify", "reference": "marks", "joints": "", "rate_hz": 10, "attempt": 1})"}) {
+    session.calibration = nlohmann::ordered_json::parse(wrong);
+    EXPECT_THROW(Calibration::resumed(session, sessions_.folder(session)), io::InputError) << wrong;
+  }
+}
+
+// What was measured against angles that err says so beside the figure, and in the model.
+TEST_F(Guided, AMarkerlessReferenceStatesItsOwnError) {
+  Calibration c = start(Reference::markerless);
+  c.next(true);
+  EXPECT_TRUE(c.wants_pictures());
+  c.next(true);
+  for (int k = 0; k < 900; ++k) {
+    const double t_s = 0.05 * k;
+    const double angle = 45 + 40 * std::sin(t_s);
+    c.add(listen::Sample{t_s, {}, {500 + angle}, {}}, {"index_count"});
+    c.add(SeenAngles{t_s, {angle, angle, angle}}, {"index_mcp_deg", "index_pip_deg", "middle_mcp_deg"});
+  }
+  c.next(true);
+  c.set_rate(10);
+  const auto arguments = c.identify_arguments(0);
+  const auto error = std::ranges::find(arguments, "--reference-error");
+  ASSERT_NE(error, arguments.end());
+  EXPECT_EQ(*(error + 1), "index_mcp=14,index_pip=13") << "of the fingers that have a sensor";
+  EXPECT_EQ(std::ranges::find(arguments, "--map"), arguments.end());
+
+  const std::filesystem::path report = c.model().parent_path() / "report";
+  std::filesystem::create_directory(report);
+  io::write_file(report / "samples-1.csv",
+                 "t_s,measured_deg,estimated_deg,held_out\n0,1,2,0\n1,2,3,1\n2,3,4,1\n");
+  const auto joint = [](double rmse_deg) {
+    return nlohmann::ordered_json{{"holdout", {{"rmse_deg", rmse_deg}, {"fit_percent", 80}}},
+                                  {"baselines", nlohmann::ordered_json::object()}};
+  };
+  c.identified({{"joints", {{"index_mcp", joint(2)}, {"index_pip", joint(3)}}}}, {});
+  const auto fingers = c.state().at("result").at("fingers");
+  EXPECT_EQ(fingers.at(0).at("reference_error_deg"), 14);
+  EXPECT_EQ(fingers.at(1).at("reference_error_deg"), 13);
+  EXPECT_NE(c.state().at("say").get<std::string>().find("err themselves"), std::string::npos);
+}
+
+TEST_F(Guided, AHandThatIsNotFoundIsSaid) {
+  Calibration c = start(Reference::markerless);
+  c.next(true);
+  const auto says = [&](const char* words) {
+    return c.state().at("say").get<std::string>().find(words) != std::string::npos;
+  };
+  EXPECT_TRUE(says("Let the camera see"));
+  c.saw(0, 1);
+  EXPECT_TRUE(says("from the side"));
+  for (int k = 0; k < 100; ++k) c.saw(1, 1);
+  EXPECT_TRUE(says("sees a hand"));
+  c.next(true);
+  move(c, 5, true);
+  for (int k = 0; k < 100; ++k) c.saw(0, 1);
+  EXPECT_TRUE(says("finds no hand"));
+}
+
+TEST_F(Guided, AStepMayBeLeftAndTakenAgain) {
+  Calibration c = start(Reference::marks);
+  EXPECT_THROW(c.back(), io::InputError);
+  c.next(true);
+  c.next(true);
+  move(c, 10, true);
+  c.back();
+  EXPECT_EQ(c.step(), Step::reference);
+  c.next(true);
+  EXPECT_EQ(c.step(), Step::motion);
+}
+
+}  // namespace
+}  // namespace flexor::live

@@ -1,0 +1,74 @@
+// The camera worker flexor-camera (apps/camera/live_jobs.hpp) as a class: pictures in, angles out, a few pictures later.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "host/io/worker.hpp"
+#include "host/twin/parameters.hpp"
+
+namespace flexor::live {
+
+// The joint files that the program carries with it: "green_markers", "paper_hand", "printed_finger".
+const std::vector<std::string>& joint_files();
+
+struct SeenRow {
+  double t_s = 0;
+  std::vector<double> deg;     // in the order of Camera::angles(); NaN: lost
+  std::vector<double> se_deg;  // likewise
+  std::vector<int> quality;    // 0 good, 1 doubtful, 2 hidden, 3 lost
+};
+
+struct Seen {
+  std::vector<SeenRow> rows;  // that have become final
+  std::size_t marks_found = 0;
+  std::size_t marks = 0;
+  int width = 0;
+  int height = 0;
+};
+
+struct Grabbed : Seen {
+  double t_s = 0;    // of the newest picture
+  int pictures = 0;  // taken
+  bool ended = false;
+  std::string jpeg;  // the newest picture; empty: none was taken, or not asked for
+};
+
+struct Closed {
+  std::vector<SeenRow> rows;  // that were still on their way
+  std::size_t frames = 0;
+  std::size_t labelled = 0;  // every mark measured
+  std::vector<std::string> trouble;
+  std::vector<std::string> never_found;
+};
+
+// Every call waits for the worker: milliseconds, but grab(), which waits for pictures. For one thread at a time.
+class Camera {
+ public:
+  // Throws io::InputError when there is no such program.
+  explicit Camera(const std::filesystem::path& program = io::program_beside("flexor-camera"));
+
+  // `joints` is one of joint_files(), or a path; `lens` a path, or empty. `drawn`: of the hand that draw() draws. A watch
+  // that was open ends. Throws io::InputError.
+  void open(const std::string& joints, const std::string& lens = {}, bool drawn = false);
+  const std::vector<std::string>& angles() const { return angles_; }
+
+  // Throws io::InputError, and the watch goes on: no JPEG, too large or too small, another size than before, a time that
+  // is not a millisecond after the one before.
+  Seen picture(double t_s, std::string_view jpeg);
+  // The next `pictures` of a camera, or of a video file at its own speed.
+  Grabbed grab(const std::string& device, int pictures, bool with_jpeg);
+  Closed close();
+
+  // The twin's hand as it is: a JPEG of 960 x 540 pixels.
+  std::string draw(const twin::PerFinger& mcp_deg, std::uint64_t frame);
+
+ private:
+  io::Worker worker_;
+  std::vector<std::string> angles_;
+};
+
+}  // namespace flexor::live

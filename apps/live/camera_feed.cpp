@@ -1,0 +1,81 @@
+#include "apps/live/camera_feed.hpp"
+
+#include <utility>
+
+#include "apps/live/camera.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::live {
+namespace {
+
+constexpr std::size_t kMostWaiting = 4;
+
+PictureSeen with_names(Seen seen, const std::vector<std::string>& names) {
+  PictureSeen out;
+  for (const std::string& name : names) out.names.push_back(name.ends_with("_deg") ? name : name + "_deg");
+  out.marks_found = static_cast<int>(seen.marks_found);
+  out.marks = static_cast<int>(seen.marks);
+  for (SeenRow& row : seen.rows) out.rows.push_back({row.t_s, std::move(row.deg)});
+  return out;
+}
+
+}  // namespace
+
+CameraFeed::CameraFeed(CameraSetup setup, std::function<void(PictureSeen)> seen,
+                       std::function<void(std::string)> failed)
+    : setup_(std::move(setup)),
+      seen_(std::move(seen)),
+      failed_(std::move(failed)),
+      thread_([this] { run(); }) {}
+
+CameraFeed::~CameraFeed() {
+  {
+    const std::lock_guard lock(mutex_);
+    ends_ = true;
+  }
+  changed_.notify_one();
+  thread_.join();
+}
+
+void CameraFeed::take(double t_s, std::string jpeg) { add({t_s, std::move(jpeg), {}}); }
+
+void CameraFeed::draw(double t_s, const twin::PerFinger& mcp_deg) { add({t_s, "", mcp_deg}); }
+
+void CameraFeed::add(Work work) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (waiting_.size() >= kMostWaiting) waiting_.pop_front();
+    waiting_.push_back(std::move(work));
+  }
+  changed_.notify_one();
+}
+
+std::optional<CameraFeed::Work> CameraFeed::next() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return ends_ || !waiting_.empty(); });
+  if (ends_) return {};
+  Work work = std::move(waiting_.front());
+  waiting_.pop_front();
+  return work;
+}
+
+void CameraFeed::run() try {
+  Camera camera;
+  camera.open(setup_.joints, {}, setup_.drawn);
+  for (std::uint64_t frame = 0;; ++frame) {
+    std::optional<Work> work = next();
+    if (!work) return;
+    try {
+      if (work->mcp_deg) work->jpeg = camera.draw(*work->mcp_deg, frame);
+      PictureSeen seen = with_names(camera.picture(work->t_s, work->jpeg), camera.angles());
+      if (work->mcp_deg) seen.jpeg = std::move(work->jpeg);
+      seen_(std::move(seen));
+    } catch (const io::InputError& error) {  // this picture, and no other
+      failed_(error.what());
+    }
+  }
+} catch (const std::exception& error) {
+  failed_(std::string("the camera: ") + error.what());
+}
+
+}  // namespace flexor::live

@@ -1,0 +1,66 @@
+// Pictures to angles beside the server's thread: the page's webcam, or the twin's hand as it is drawn.
+#pragma once
+
+#include <array>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "apps/live/calibration.hpp"
+#include "host/twin/parameters.hpp"
+
+namespace flexor::live {
+
+// What one picture brought.
+struct PictureSeen {
+  std::vector<std::string> names;  // of the angles, NAME_deg
+  std::vector<SeenAngles> rows;    // that became final
+  int marks_found = 0;
+  int marks = 0;
+  std::string jpeg;  // what was drawn; empty: it was the page's
+};
+
+struct CameraSetup {
+  std::string joints;  // of joint_files(), or a path
+  bool drawn = false;  // of the twin's hand, whose lengths are known
+};
+
+class CameraFeed {
+ public:
+  // `seen` and `failed` are called on this feed's thread. A picture that cannot be read is left out.
+  CameraFeed(CameraSetup setup, std::function<void(PictureSeen)> seen,
+             std::function<void(std::string)> failed);
+  ~CameraFeed();
+  CameraFeed(const CameraFeed&) = delete;
+  CameraFeed& operator=(const CameraFeed&) = delete;
+
+  // Never waits; where four pictures wait already the oldest goes.
+  void take(double t_s, std::string jpeg);
+  void draw(double t_s, const twin::PerFinger& mcp_deg);
+
+ private:
+  struct Work {
+    double t_s = 0;
+    std::string jpeg;
+    std::optional<twin::PerFinger> mcp_deg;
+  };
+  void add(Work work);
+  std::optional<Work> next();  // none: it ends
+  void run();
+
+  CameraSetup setup_;
+  std::function<void(PictureSeen)> seen_;
+  std::function<void(std::string)> failed_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Work> waiting_;
+  bool ends_ = false;
+  std::thread thread_;
+};
+
+}  // namespace flexor::live

@@ -1,0 +1,113 @@
+#include "apps/live/camera_source.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+namespace flexor::live {
+namespace {
+
+constexpr double kLeastStep_s = 1e-4;
+constexpr std::array kRemarks = {"", "doubtful", "hidden", "lost"};
+
+}  // namespace
+
+CameraSource::CameraSource(std::string device, const std::string& joints, const std::string& lens,
+                           const std::filesystem::path& program)
+    : device_(std::move(device)), camera_(program) {
+  camera_.open(joints, lens);
+  for (const std::string& name : camera_.angles()) columns_.push_back(name + "_deg");
+  for (const std::string& name : camera_.angles()) columns_.push_back(name + "_quality");
+  last_deg_.resize(camera_.angles().size());
+  Grabbed first = camera_.grab(device_, 1, true);
+  says_ = fmt::format("{}: {} x {} pixels", device_, first.width, first.height);
+  take(std::move(first));
+  thread_ = std::jthread([this](const std::stop_token& stop) { watch(stop); });
+}
+
+CameraSource::~CameraSource() {
+  thread_.request_stop();
+  thread_.join();
+}
+
+void CameraSource::watch(const std::stop_token& stop) {
+  try {
+    bool ended = false;
+    while (!stop.stop_requested() && !ended) {
+      Grabbed grabbed = camera_.grab(device_, 1, true);
+      ended = grabbed.ended;
+      take(std::move(grabbed));
+    }
+    if (!ended) return;
+    give(camera_.close().rows);
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    fault_ = std::current_exception();
+  }
+  came_.notify_all();
+}
+
+void CameraSource::take(Grabbed grabbed) {
+  if (grabbed.pictures > 0) {
+    const double behind_s = now_s() - grabbed.t_s;
+    behind_s_ = has_clock_ ? std::min(behind_s_, behind_s) : behind_s;
+    has_clock_ = true;
+  }
+  give(grabbed.rows);
+  if (grabbed.jpeg.empty()) return;
+  const std::lock_guard lock(mutex_);
+  picture_ = std::move(grabbed.jpeg);
+}
+
+void CameraSource::give(const std::vector<SeenRow>& rows) {
+  if (rows.empty()) return;
+  const std::lock_guard lock(mutex_);
+  const std::size_t n = last_deg_.size();
+  for (const SeenRow& row : rows) {
+    listen::Sample& sample = waiting_.emplace_back();
+    sample.host_s = last_host_s_ = std::max(behind_s_ + row.t_s, last_host_s_ + kLeastStep_s);
+    sample.board_s = row.t_s;
+    sample.remark.resize(2 * n);
+    for (std::size_t k = 0; k < n; ++k) {
+      if (!std::isnan(row.deg[k])) last_deg_[k] = row.deg[k];
+      sample.remark[k] = kRemarks.at(static_cast<std::size_t>(row.quality[k]));
+    }
+    sample.value = last_deg_;
+    sample.value.insert(sample.value.end(), row.quality.begin(), row.quality.end());
+  }
+  came_.notify_all();
+}
+
+double CameraSource::now_s() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+std::string CameraSource::says() const { return says_; }
+
+std::string CameraSource::picture() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(picture_, {});
+}
+
+listen::Event CameraSource::wait(double timeout_s, std::vector<listen::Sample>& out) {
+  std::unique_lock lock(mutex_);
+  came_.wait_for(lock, std::chrono::duration<double>(timeout_s),
+                 [this] { return !waiting_.empty() || fault_ || ended_; });
+  if (!waiting_.empty()) {
+    tally_.samples += waiting_.size();
+    std::ranges::move(waiting_, std::back_inserter(out));
+    waiting_.clear();
+    return listen::Event::samples;
+  }
+  if (fault_) std::rethrow_exception(fault_);
+  return ended_ ? listen::Event::ended : listen::Event::quiet;
+}
+
+}  // namespace flexor::live

@@ -1,0 +1,65 @@
+// A camera, or a video of a hand at its own speed, as a source of angles.
+//
+// Columns: NAME_deg of every angle of the joint file, then NAME_quality of each (0 good, 1 doubtful, 2 hidden, 3 lost), as
+// flexor track writes them: a lost angle keeps its last value. Rows come camera::kLag pictures late; their host_s is when
+// the picture was taken.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <filesystem>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "apps/live/camera.hpp"
+#include "host/listen/source.hpp"
+
+namespace flexor::live {
+
+class CameraSource : public listen::Source {
+ public:
+  // `device` is /dev/videoN or a video file; `joints` and `lens` as of Camera::open(). Takes the first picture. Throws
+  // io::InputError.
+  CameraSource(std::string device, const std::string& joints, const std::string& lens,
+               const std::filesystem::path& program = io::program_beside("flexor-camera"));
+  ~CameraSource() override;  // within the time of a picture
+
+  // Throws what went wrong with the camera meanwhile. ended: of a file.
+  listen::Event wait(double timeout_s, std::vector<listen::Sample>& out) override;
+  const std::vector<std::string>& columns() const override { return columns_; }
+  const listen::Tally& tally() const override { return tally_; }
+  double now_s() const override;
+  std::string says() const override;
+
+  // The newest picture as a JPEG at most 640 pixels wide, once each; empty: none since the last call.
+  std::string picture();
+
+ private:
+  void watch(const std::stop_token& stop);
+  void take(Grabbed grabbed);
+  void give(const std::vector<SeenRow>& rows);
+
+  std::string device_;
+  std::string says_;
+  Camera camera_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::vector<std::string> columns_;
+  std::vector<double> last_deg_;
+  double behind_s_ = 0;  // the host's clock less the pictures', by the picture that came soonest
+  bool has_clock_ = false;
+  double last_host_s_ = 0;
+  listen::Tally tally_;  // of what wait() gave
+
+  std::mutex mutex_;
+  std::condition_variable came_;
+  std::vector<listen::Sample> waiting_;
+  std::string picture_;
+  std::exception_ptr fault_;
+  bool ended_ = false;
+  std::jthread thread_;
+};
+
+}  // namespace flexor::live

@@ -1,0 +1,69 @@
+#include "apps/live/camera_source.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+
+#include "host/io/io.hpp"
+
+namespace flexor::live {
+namespace {
+
+using listen::Event;
+using listen::Sample;
+
+// Twenty pictures at 30 a second: mcp angles 10 + k of the fingers, 100 + k of the thumb (test_inputs).
+std::string video() {
+  static const io::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "video.mp4";
+  if (!std::filesystem::exists(file)) {
+    const std::string command = std::string(FLEXOR_TEST_INPUTS) + " " + folder.path().string();
+    EXPECT_EQ(std::system(command.c_str()), 0);  // NOLINT(cert-env33-c): a command of this test's own
+  }
+  return file.string();
+}
+
+TEST(CameraSource, GivesTheAnglesOfAVideoAtItsOwnSpeed) {
+  CameraSource source(video(), "paper_hand", {}, FLEXOR_CAMERA);
+  ASSERT_EQ(source.columns().size(), 28U);
+  EXPECT_EQ(source.columns()[2], "index_mcp_deg");
+  EXPECT_EQ(source.columns()[16], "index_mcp_quality");
+  EXPECT_NE(source.says().find("960 x 540"), std::string::npos);
+  std::vector<Sample> samples;
+  std::size_t pictures = 0;
+  while (source.wait(0.1, samples) != Event::ended) pictures += source.picture().empty() ? 0 : 1;
+  ASSERT_EQ(samples.size(), 20U);
+  EXPECT_EQ(source.tally().samples, 20U);
+  EXPECT_GE(pictures, 5U);
+  EXPECT_LE(pictures, 20U);
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const auto number = static_cast<double>(k);
+    EXPECT_NEAR(samples[k].value[2], 10 + number, 1);
+    EXPECT_EQ(samples[k].value[16], 0);
+    EXPECT_EQ(samples[k].remark[2], "");
+    EXPECT_NEAR(*samples[k].board_s, number / 30, 1e-3);
+    EXPECT_LE(samples[k].host_s, source.now_s());
+    EXPECT_NEAR(samples[k].host_s - samples[0].host_s, number / 30,
+                0.15);  // when it was taken, not when it came
+    EXPECT_GT(samples[k].host_s, k > 0 ? samples[k - 1].host_s : 0);
+  }
+  EXPECT_GT(source.now_s(), 0.6);
+}
+
+TEST(CameraSource, SaysWhatItCannotWatch) {
+  EXPECT_THROW(CameraSource("no_such_video.mp4", "paper_hand", {}, FLEXOR_CAMERA), io::InputError);
+  EXPECT_THROW(CameraSource(video(), "no_such_joints.json", {}, FLEXOR_CAMERA), io::InputError);
+  EXPECT_THROW(CameraSource(video(), "paper_hand", "no_such_lens.json", FLEXOR_CAMERA), io::InputError);
+}
+
+// Long before the video is over.
+TEST(CameraSource, EndsWhenItIsLeft) {
+  const auto begin = std::chrono::steady_clock::now();
+  { CameraSource source(video(), "paper_hand", {}, FLEXOR_CAMERA); }
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), 5);
+}
+
+}  // namespace
+}  // namespace flexor::live

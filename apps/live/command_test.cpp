@@ -1,0 +1,49 @@
+#include "apps/live/command.hpp"
+
+#include <gtest/gtest.h>
+
+#include <future>
+
+namespace flexor::live {
+namespace {
+
+CommandResult run(std::vector<std::string> arguments, bool cancel = false) {
+  std::promise<CommandResult> promise;
+  Command command(
+      FLEXOR_PROGRAM, std::move(arguments), [](const Progress&) {},
+      [&](CommandResult result) { promise.set_value(std::move(result)); });
+  if (cancel) command.cancel();
+  return promise.get_future().get();
+}
+
+TEST(Command, GivesWhatTheProgramSays) {
+  const CommandResult r = run({"protocol"});
+  ASSERT_TRUE(r.ok) << r.text;
+  EXPECT_GT(r.json.at("duration_s"), 60);
+}
+
+TEST(Command, AFailureIsItsLastLine) {
+  const CommandResult r = run({"show", "/none/there.json"});
+  EXPECT_FALSE(r.ok);
+  EXPECT_NE(r.text.find("/none/there.json"), std::string::npos) << r.text;
+  EXPECT_EQ(r.text.find("flexor: "), std::string::npos);
+}
+
+TEST(Command, IsEndedAtOnce) {
+  const auto begin = std::chrono::steady_clock::now();
+  const CommandResult r = run({"experiment", "--trials", "10000"}, true);
+  EXPECT_FALSE(r.ok);
+  EXPECT_EQ(r.text, "ended before its time");
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
+}
+
+TEST(Command, ProgressIsReadAsTheProgressLineSaysIt) {
+  const Progress p = progress_of("candidates 3 of 12, about 40 s left");
+  EXPECT_EQ(p.stage, "candidates");
+  EXPECT_DOUBLE_EQ(p.share.value_or(0), 0.25);
+  EXPECT_EQ(p.left_s, 40);
+  EXPECT_FALSE(progress_of("warning: something").share);
+}
+
+}  // namespace
+}  // namespace flexor::live

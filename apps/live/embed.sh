@@ -1,0 +1,56 @@
+#!/usr/bin/env bash
+# Writes OUT, C++ that carries every file of FOLDER, and its gzip where that is smaller. Arguments: FOLDER OUT.
+set -euo pipefail
+folder=$1
+out=$2
+packed=$out.gz.d
+rm -rf "$packed"
+mkdir -p "$packed"
+
+type_of() {
+  case $1 in
+    *.html) echo "text/html; charset=utf-8" ;;
+    *.js | *.mjs) echo "text/javascript; charset=utf-8" ;;
+    *.css) echo "text/css; charset=utf-8" ;;
+    *.json | *.map) echo application/json ;;
+    *.webmanifest) echo application/manifest+json ;;
+    *.svg) echo image/svg+xml ;;
+    *.png) echo image/png ;;
+    *.jpg | *.jpeg) echo image/jpeg ;;
+    *.ico) echo image/x-icon ;;
+    *.glb) echo model/gltf-binary ;;
+    *.wasm) echo application/wasm ;;
+    *.woff2) echo font/woff2 ;;
+    *.txt) echo "text/plain; charset=utf-8" ;;
+    *) echo application/octet-stream ;;
+  esac
+}
+
+# The bytes of a file between two symbols.
+carried() {  # symbol, file
+  printf 'asm(".section .rodata\\n.balign 16\\n.hidden %s\\n.global %s\\n%s:\\n.incbin \\"%s\\"\\n.hidden %s_end\\n.global %s_end\\n%s_end:\\n.byte 0\\n.previous");\n' \
+    "$1" "$1" "$1" "$2" "$1" "$1" "$1"
+  printf 'extern "C" const char %s[], %s_end[];\n' "$1" "$1"
+}
+text_of() { printf '{%s, static_cast<std::size_t>(%s_end - %s)}' "$1" "$1" "$1"; }
+
+cd "$folder"
+mapfile -t names < <(find . -type f | sed 's,^\./,,' | LC_ALL=C sort)
+{
+  printf '// Written by apps/live/embed.sh.\n#include "apps/live/assets.hpp"\n\n'
+  rows=
+  for i in "${!names[@]}"; do
+    name=${names[i]}
+    [[ $name != *[\"\\]* ]] || { echo "embed.sh: a name that cannot be carried: $name" >&2; exit 1; }
+    carried "flexor_asset_$i" "$PWD/$name"
+    gzip=
+    gzip -9 -n -c "$name" >"$packed/$i"
+    if [ "$(stat -c %s "$packed/$i")" -lt $(($(stat -c %s "$name") * 9 / 10)) ]; then
+      carried "flexor_packed_$i" "$packed/$i"
+      gzip=$(text_of "flexor_packed_$i")
+    fi
+    rows+="    {\"$name\", \"$(type_of "$name")\", $(text_of "flexor_asset_$i"), ${gzip:-{\}}},"$'\n'
+  done
+  printf '\nnamespace flexor::live {\n\nstd::span<const Asset> assets() {\n  static const Asset all[] = {\n%s  };\n  return all;\n}\n\n}  // namespace flexor::live\n' "$rows"
+} >"$out.part"
+mv "$out.part" "$out"

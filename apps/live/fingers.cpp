@@ -1,0 +1,176 @@
+#include "apps/live/fingers.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "host/io/io.hpp"
+#include "host/recording/unit.hpp"
+
+namespace flexor::live {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kSilent_s = 1;
+constexpr double kUncertain_deg = 5;
+constexpr double kBeyond = 0.1;  // of the span, beyond what the model was made from
+
+double median(const std::array<double, 3>& v) {
+  return std::max(std::min(v[0], v[1]), std::min(std::max(v[0], v[1]), v[2]));
+}
+
+// "index" of "index_deg", as models name their joints.
+std::string shown_name(const std::string& column) {
+  const std::string name = recording::cut_name(column).name;
+  return name.empty() ? column : name;
+}
+
+}  // namespace
+
+Fingers::Fingers(std::vector<std::string> columns) : names_(std::move(columns)) {
+  for (const std::string& name : names_) {
+    Column column;
+    column.name = shown_name(name);
+    column.unit = recording::unit_of(name);
+    columns_.push_back(column);
+  }
+  take_off();
+}
+
+void Fingers::take_off() {
+  model_.reset();
+  estimator_.reset();
+  fingers_.clear();
+  joints_deg_.clear();
+  for (std::size_t c = 0; c < columns_.size(); ++c) fingers_.push_back({columns_[c].name, c, {}, {}});
+}
+
+std::size_t Fingers::column_of(const model::Input& input) const {
+  const std::string& wanted = input.column.empty() ? input.name : input.column;
+  for (std::size_t c = 0; c < names_.size(); ++c) {
+    if (names_[c] == wanted) return c;
+  }
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    const bool same_unit = columns_[c].unit == input.unit || columns_[c].unit.empty() || input.unit.empty();
+    if (same_unit && columns_[c].name == recording::cut_name(wanted).name) return c;
+  }
+  throw io::InputError(
+      fmt::format("the model reads \"{}\"{}, and this glove says {}: choose the model that was made with it",
+                  wanted, input.unit.empty() ? "" : " in " + input.unit, fmt::join(names_, ", ")));
+}
+
+void Fingers::wear(const model::Model& model, bool tracked) {
+  std::vector<std::size_t> inputs;
+  for (const model::Input& input : model.inputs) inputs.push_back(column_of(input));
+  estimator_.emplace(model);
+  if (tracked) estimator_->track({});
+  model_ = model;
+  inputs_ = inputs;
+  reading_.assign(inputs.size(), kNone);
+  joints_deg_.assign(model.joints.size(), kNone);
+  status_.assign(model.joints.size(), 0);
+  clock_ = {};
+  fingers_.clear();
+  const model::Graph graph(model);
+  for (std::size_t j = 0; j < model.joints.size(); ++j) {
+    // Its own sensor: the one that is called like it, else its first.
+    const std::vector<std::size_t>& of = graph.inputs[graph.joint[j]];
+    const auto own = std::ranges::find_if(
+        of, [&](std::size_t i) { return model.joints[j].name.starts_with(columns_[inputs[i]].name); });
+    const std::size_t input = own != of.end() ? *own : of.front();
+    fingers_.push_back({model.joints[j].name, inputs[input], j, input});
+  }
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    if (std::ranges::find(inputs, c) == inputs.end()) fingers_.push_back({columns_[c].name, c, {}, {}});
+  }
+}
+
+void Fingers::remember(Column& column, double reading) {
+  column.last = {reading, column.last[0], column.last[1]};
+  if (++column.count < 3) return;
+  const double middle = median(column.last);
+  const bool first = column.count == 3;
+  column.least = first ? middle : std::min(column.least, middle);
+  column.most = first ? middle : std::max(column.most, middle);
+}
+
+void Fingers::add(const listen::Sample& sample) {
+  newest_s_ = sample.host_s;
+  for (std::size_t c = 0; c < columns_.size() && c < sample.value.size(); ++c) {
+    remember(columns_[c], sample.value[c]);
+    columns_[c].remark = c < sample.remark.size() ? sample.remark[c] : "";
+  }
+  if (!estimator_) return;
+  for (std::size_t i = 0; i < inputs_.size(); ++i) reading_[i] = columns_[inputs_[i]].last[0];
+  estimator_->push(clock_.time_s(sample), reading_, [this](const identify::Estimate& estimate) {
+    joints_deg_ = estimate.angle_deg;
+    status_ = estimate.status;
+  });
+}
+
+float Fingers::raw(std::size_t finger) const {
+  const auto& column = fingers_[finger].column;
+  return static_cast<float>(column && columns_[*column].count > 0 ? columns_[*column].last[0] : kNone);
+}
+
+double Fingers::angle_of(const Finger& finger) const {
+  if (finger.joint) return joints_deg_[*finger.joint];
+  if (finger.column && columns_[*finger.column].unit == "deg") return columns_[*finger.column].last[0];
+  return kNone;
+}
+
+float Fingers::angle_deg(std::size_t finger) const { return static_cast<float>(angle_of(fingers_[finger])); }
+
+FingerView Fingers::view_of(const Finger& finger, bool recent) const {
+  FingerView out{finger.name, "", kNone, kNone, kNone, kNone, kNone, kNone, "none", ""};
+  const Column& column = columns_[*finger.column];
+  out.unit = column.unit;
+  out.raw = column.count > 0 ? column.last[0] : kNone;
+  if (column.count >= 3) {
+    out.least = column.least;
+    out.most = column.most;
+  }
+  out.angle_deg = angle_of(finger);
+  out.remark = column.remark;
+  if (!recent) {
+    out.remark = "nothing comes";
+    return out;
+  }
+  out.quality = out.remark.empty() ? "good" : "poor";
+  if (!finger.joint) return out;
+  const model::Joint& joint = model_->joints[*finger.joint];
+  if (joint.accuracy && std::isfinite(out.angle_deg)) out.sd_deg = joint.accuracy->at(out.angle_deg);
+  if (out.sd_deg > kUncertain_deg && out.remark.empty()) out.quality = "fair";
+  const auto& spread = model_->inputs[*finger.input].readings;
+  if (spread && column.count >= 3) {
+    const double span = spread->span();
+    out.covered = std::clamp((column.most - column.least) / span, 0.0, 1.0);
+    const double beyond = std::max(spread->reading.front() - out.raw, out.raw - spread->reading.back());
+    if (beyond > kBeyond * span && out.remark.empty()) {
+      out.quality = "fair";
+      out.remark = "reads beyond what it was calibrated for: put on anew?";
+    }
+  }
+  if (status_[*finger.joint] != 0) {
+    out.quality = "poor";
+    out.remark = "no good reading: the last good angle is held";
+  }
+  return out;
+}
+
+std::vector<FingerView> Fingers::view(double now_s) const {
+  std::vector<FingerView> out;
+  const bool recent = newest_s_ >= 0 && now_s - newest_s_ < kSilent_s;
+  for (const Finger& finger : fingers_) out.push_back(view_of(finger, recent));
+  return out;
+}
+
+std::vector<model::Followed> Fingers::followed() const {
+  if (!estimator_ || !estimator_->trackers()) return {};
+  return estimator_->trackers()->followed();
+}
+
+}  // namespace flexor::live

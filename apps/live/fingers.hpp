@@ -1,0 +1,87 @@
+// What a source's columns and a model make of each sample: the fingers that the live view shows.
+//
+// Without a model there is a finger for each column. With one there is a finger for each joint, with the reading of its own
+// sensor, and one for each column that the model does not take. The angles are those that `flexor apply` would give for the
+// recording: the same clock, resampler and runtime, causal.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/identify/estimator.hpp"
+#include "host/listen/sample_clock.hpp"
+
+namespace flexor::live {
+
+struct FingerView {
+  std::string name;
+  std::string unit;
+  double raw = 0;
+  double angle_deg = 0;  // NaN: not known
+  double sd_deg = 0;     // likewise
+  double least = 0;      // reading so far, single outliers left out
+  double most = 0;
+  double covered = 0;            // share of the range that the model was made from, at most 1; NaN: not known
+  const char* quality = "none";  // good, fair, poor, none
+  std::string remark;            // what is wrong, in words
+};
+
+class Fingers {
+ public:
+  explicit Fingers(std::vector<std::string> columns);
+
+  // From now on. Throws io::InputError naming the column that the model needs and is not there.
+  void wear(const model::Model& model, bool tracked);
+  void take_off();
+
+  void add(const listen::Sample& sample);
+
+  std::size_t size() const { return fingers_.size(); }
+  // Of the newest sample.
+  float raw(std::size_t finger) const;
+  float angle_deg(std::size_t finger) const;
+  std::vector<FingerView> view(double now_s) const;
+  bool is_worn() const { return estimator_.has_value(); }
+  // The joints' angles of the newest sample, in the model's order; empty without a model.
+  const std::vector<double>& joints_deg() const { return joints_deg_; }
+  std::vector<model::Followed> followed() const;  // of trackers; empty without
+
+ private:
+  struct Column {
+    std::string name;  // as recording::cut_name says it
+    std::string unit;
+    std::array<double, 3> last{};  // newest first
+    int count = 0;
+    double least = 0;
+    double most = 0;
+    std::string remark;
+  };
+  struct Finger {
+    std::string name;
+    std::optional<std::size_t> column;
+    std::optional<std::size_t> joint;
+    std::optional<std::size_t> input;
+  };
+
+  std::size_t column_of(const model::Input& input) const;
+  void remember(Column& column, double reading);
+  double angle_of(const Finger& finger) const;
+  FingerView view_of(const Finger& finger, bool recent) const;
+
+  std::vector<std::string> names_;
+  std::vector<Column> columns_;
+  std::vector<Finger> fingers_;
+  std::optional<model::Model> model_;
+  std::vector<std::size_t> inputs_;  // the model's, as columns
+  std::optional<identify::Estimator<model::DoubleArithmetic>> estimator_;
+  std::vector<double> reading_;
+  std::vector<double> joints_deg_;
+  std::vector<int> status_;
+  listen::SampleClock clock_;
+  double newest_s_ = -1;  // host's
+};
+
+}  // namespace flexor::live

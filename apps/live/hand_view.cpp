@@ -1,0 +1,91 @@
+#include "apps/live/hand_view.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "host/study/builtin.hpp"
+
+namespace flexor::live {
+namespace {
+
+constexpr auto kPeriod = std::chrono::milliseconds(50);
+constexpr double kThumbStraight_deg = 90;   // in the article's convention
+constexpr double kArticlesThumb_deg = 120;  // a thumb whose limit lies beyond is in that convention
+
+bool flexes_negatively(std::string_view joint) {
+  if (joint.starts_with("thumb")) return false;
+  return joint.ends_with("_mcp") || joint.ends_with("_pip") || joint.ends_with("_dip");
+}
+
+}  // namespace
+
+std::vector<HandInput> hand_inputs(const model::Model& model) {
+  std::vector<HandInput> out;
+  for (std::size_t j = 0; j < model.joints.size(); ++j) {
+    const std::string& name = model.joints[j].name;
+    const bool bare = name.find('_') == std::string::npos;
+    const std::optional<int> joint = posture::find_joint(bare ? name + "_mcp" : name);
+    if (!joint) continue;
+    HandInput input;
+    input.joint = j;
+    input.input = {name, {*joint}};
+    input.sign = flexes_negatively(posture::kJointNames[static_cast<std::size_t>(*joint)]) ? -1 : 1;
+    const bool articles_thumb =
+        name == "thumb" && model::limits(model, model.joints[j]).upper_deg > kArticlesThumb_deg;
+    input.offset_deg = articles_thumb ? kThumbStraight_deg : 0;
+    out.push_back(input);
+  }
+  return out;
+}
+
+HandView::HandView(const model::Model& model, std::function<void(const WholeHand&)> ready)
+    : inputs_(hand_inputs(model)), ready_(std::move(ready)) {
+  if (!inputs_.empty()) thread_ = std::thread([this] { run(); });
+}
+
+HandView::~HandView() {
+  {
+    const std::lock_guard lock(mutex_);
+    ends_ = true;
+  }
+  changed_.notify_one();
+  if (thread_.joinable()) thread_.join();
+}
+
+void HandView::add(double host_s, const std::vector<double>& joints_deg) {
+  const std::lock_guard lock(mutex_);
+  newest_ = {host_s, joints_deg};
+  changed_.notify_one();
+}
+
+void HandView::run() {
+  static const posture::Posture known = posture::parse(study::builtin("posture.json"), "posture.json");
+  std::vector<posture::Input> inputs;
+  for (const HandInput& input : inputs_) inputs.push_back(input.input);
+  posture::Completer completer(known, inputs, false);
+  for (auto due = std::chrono::steady_clock::now();; due += kPeriod) {
+    Newest newest;
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [this] { return ends_ || newest_; });
+      if (ends_) return;
+      newest = *std::exchange(newest_, {});
+    }
+    Eigen::VectorXd readings(std::ssize(inputs_));
+    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      const double angle = newest.joints_deg[inputs_[i].joint];
+      readings[static_cast<Eigen::Index>(i)] = inputs_[i].sign * (angle - inputs_[i].offset_deg);
+    }
+    posture::Estimate estimate = completer.complete(readings);
+    for (int j = 0; j < posture::kJoints; ++j) {
+      if (flexes_negatively(posture::kJointNames[static_cast<std::size_t>(j)])) estimate.angle_deg[j] *= -1;
+    }
+    ready_({newest.host_s, estimate.angle_deg, estimate.se_deg});
+    due = std::max(due, std::chrono::steady_clock::now() - kPeriod);
+    std::this_thread::sleep_until(due + kPeriod);
+  }
+}
+
+}  // namespace flexor::live

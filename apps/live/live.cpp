@@ -1,0 +1,382 @@
+#include "apps/live/live.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "host/deploy/flash.hpp"
+#include "host/deploy/pair_key.hpp"
+#include "host/io/io.hpp"
+#include "host/listen/listener.hpp"
+
+namespace flexor::live {
+namespace {
+
+constexpr double kTick_s = 0.004;
+constexpr double kState_s = 0.2;
+constexpr double kLook_s = 1;
+constexpr double kTogether_s = 0.002;  // samples that come closer go in one message
+constexpr double kAnew_s = 10;
+constexpr double kPause_s = 0.5;  // of the glove: what is longer is not worn
+constexpr double kLinkWindow_s = 2;
+constexpr double kDrawEvery_s = 1.0 / 15;
+
+}  // namespace
+
+Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(options_.sessions) {
+  options_.server.files = sessions_.root();
+  Handlers handlers;
+  handlers.opened = [this](Client client) {
+    server_->send(client, text_of({{"event", "hello"},
+                                   {"schema", 1},
+                                   {"version", FLEXOR_VERSION},
+                                   {"demo", options_.worn != nullptr}}));
+    server_->send(client, text_of(state()));
+    for (const Json& marker : recording_ ? recording_->markers : std::vector<Json>())
+      server_->send(client, text_of(marker));
+  };
+  handlers.text = [this](Client client, std::string_view text) { hear(client, text); };
+  handlers.binary = [this](Client, std::span<const std::uint8_t> bytes) { hear(bytes); };
+  handlers.closed = [](Client) {};
+  server_ = std::make_unique<Server>(options_.server, std::move(handlers));
+  if (!options_.model.empty()) wear_model({}, options_.model);
+  if (options_.worn) {
+    attach(options_.worn->source(), options_.worn->port(), options_.worn->has_boards() ? "boards" : "twin");
+  } else if (options_.port != "auto") {
+    connect(options_.port);
+  }
+  model_is_chosen_ = !options_.model.empty();
+  resume_calibration();
+  server_->every(kTick_s, [this] { guard("glove", [this] { tick(); }); });
+  server_->every(kLook_s, [this] { guard("port", [this] { look_for_port(); }); });
+  server_->every(kState_s, [this] { guard("state", [this] { send_state(); }); });
+}
+
+Live::~Live() {
+  ++search_;
+  camera_.reset();
+  hand_.reset();
+  if (job_) {
+    job_->cancelled = true;
+    job_->command.reset();
+    if (job_->thread.joinable()) job_->thread.join();
+  }
+  stop_finder();
+}
+
+void Live::stop_finder() {
+  if (finder_stops_) *finder_stops_ = true;
+  if (finder_.joinable()) finder_.join();
+}
+
+void Live::run(const std::atomic<bool>& stop) {
+  server_->every(0.05, [this, &stop] {
+    if (stop) server_->stop();
+  });
+  server_->run();
+  if (recording_) stop_recording();
+}
+
+void Live::say_failed(const char* what, const std::exception& error) {
+  last_ = Json{{"job", what}, {"ok", false}, {"text", io::one_line(error.what())}};
+}
+
+void Live::post(const char* what, std::function<void()> work) {
+  server_->post([this, what, work = std::move(work)] { guard(what, work); });
+}
+
+double Live::now_s() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+}
+
+// Finding a rate and a format takes seconds.
+void Live::connect(const std::string& port) {
+  const std::string path = deploy::choose_port(port);
+  detach();
+  stop_finder();
+  finder_stops_ = std::make_shared<std::atomic<bool>>(false);
+  const int search = ++search_;
+  is_searching_ = true;
+  status_ = "listening";
+  port_ = path;
+  says_ = path + ": listening";
+  finder_ = std::thread([this, path, search, stops = finder_stops_] {
+    std::shared_ptr<listen::Source> found;
+    std::string trouble;
+    try {
+      listen::ListenerOptions options;
+      options.port = path;
+      options.baud = options_.baud;
+      options.readings = true;
+      options.angles_will_do = true;
+      options.stop = stops;
+      if (!options_.key.empty()) options.key = deploy::load_key(options_.key);
+      found = std::make_shared<listen::Listener>(options, [this, search, path](const std::string& what) {
+        post("port", [this, search, path, what] {
+          if (search == search_) says_ = path + ": " + what;
+        });
+      });
+    } catch (const std::exception& error) {
+      trouble = error.what();
+    }
+    post("port", [this, search, path, found, trouble] {
+      if (search != search_) return;
+      is_searching_ = false;
+      if (found) return attach(found, path, "glove");
+      status_ = "none";
+      says_ = trouble;
+      is_misunderstood_ = true;
+    });
+  });
+}
+
+// The only port there is, also when it is plugged in later. One that said nothing that is known is tried again when others come.
+void Live::look_for_port() {
+  if (options_.worn || source_ || is_searching_ || options_.port != "auto") return;
+  const std::vector<std::string> ports = deploy::find_ports("/dev");
+  if (ports == tried_ports_) return;
+  tried_ports_ = ports;
+  if (ports.size() == 1) connect(ports.front());
+}
+
+void Live::attach(std::shared_ptr<listen::Source> source, const std::string& port,
+                  const std::string& status) {
+  detach();
+  source_ = std::move(source);
+  source_begin_s_ = now_s() - source_->now_s();
+  port_ = port;
+  status_ = status;
+  says_ = source_->says();
+  link_ = {};
+  watch();
+}
+
+void Live::detach() {
+  if (watched_ >= 0) server_->unwatch(watched_);
+  watched_ = -1;
+  source_.reset();
+  fingers_.reset();
+  hand_.reset();
+  columns_.clear();
+  rows_.reset();
+  status_ = "none";
+  says_ = "no glove";
+  is_misunderstood_ = false;
+  replay_.reset();
+  replayed_.clear();
+}
+
+// A port that was plugged in again has another descriptor.
+void Live::watch() {
+  const int descriptor = source_ ? source_->descriptor() : -1;
+  if (descriptor == watched_) return;
+  if (watched_ >= 0) server_->unwatch(watched_);
+  watched_ = descriptor;
+  if (watched_ >= 0) server_->watch(watched_, [this] { guard("glove", [this] { listen(); }); });
+}
+
+void Live::listen() {
+  if (!source_ || held_) return;
+  std::vector<listen::Sample> samples;
+  listen::Event event = listen::Event::quiet;
+  try {
+    event = source_->wait(0, samples);
+  } catch (const std::exception& error) {  // not of a port: that would have gone
+    const std::string why = error.what();
+    detach();
+    says_ = why;
+    return;
+  }
+  if (event == listen::Event::gone) {
+    says_ = "the glove has gone: plug it in again, everything goes on";
+    if (status_ == "glove" || status_ == "hand") status_ = "gone";
+  }
+  if (event == listen::Event::back) {
+    says_ = source_->says();
+    if (status_ == "gone") status_ = "glove";
+  }
+  watch();
+  take(samples);
+}
+
+// What the model needs is known once the first sample is there. A recording that is played again keeps the model that is worn.
+void Live::learn_columns() {
+  columns_ = source_->columns();
+  fingers_.emplace(columns_);
+  guard("model", [this] {
+    if (!model_is_chosen_ && !replay_) {
+      model_.reset();
+      model_path_.clear();
+      model_session_ = {};
+      if (const std::optional<Session> known = sessions_.newest_with_model(glove_id())) {
+        model_path_ = model_of(known->name + "/" + known->model);
+        model_ = model::load(model_path_);
+        model_session_ = *known;
+      }
+    }
+    if (model_) wear();
+  });
+}
+
+void Live::wear() {
+  if (!fingers_) return;
+  fingers_->wear(*model_, tracked_);
+  rows_.reset();
+  open_outs();
+  hand_.reset();
+  hand_.emplace(*model_, [this](const WholeHand& hand) {
+    Rows rows(Kind::posture, posture::kJoints);
+    rows.add(
+        hand.host_s, [&](std::size_t i) { return hand.se_deg[static_cast<Eigen::Index>(i)]; },
+        [&](std::size_t i) { return hand.angle_deg[static_cast<Eigen::Index>(i)]; });
+    server_->post([this, rows = std::move(rows)] { server_->send_all(rows.bytes()); });
+  });
+}
+
+// What hears the angles stays as long as the joints are the same.
+void Live::open_outs() {
+  std::vector<std::string> joints;
+  for (const model::Joint& joint : model_->joints) joints.push_back(joint.name);
+  if (joints == out_joints_) return;
+  out_joints_ = joints;
+  outs_.clear();
+  for (const auto& open : options_.outs) guard("out", [&] { outs_.push_back(open(*model_)); });
+}
+
+// One that can take no more ends, and nothing else.
+void Live::send_out(double t_s) {
+  std::erase_if(outs_, [&](const std::unique_ptr<exports::Sink>& out) {
+    try {
+      out->add(t_s, fingers_->joints_deg());
+      return false;
+    } catch (const std::exception& error) {
+      say_failed("out", error);
+      return true;
+    }
+  });
+}
+
+void Live::take(const std::vector<listen::Sample>& samples) {
+  for (listen::Sample sample : samples) {
+    sample.host_s += source_begin_s_;
+    take(sample);
+  }
+  if (rows_ && !rows_->is_empty() && now_s() - sent_s_ >= kTogether_s) send_rows();
+}
+
+void Live::take(const listen::Sample& sample) {
+  if (!fingers_) learn_columns();
+  fingers_->add(sample);
+  link_.arrival_s.push_back(sample.host_s);
+  write(sample);
+  if (model_ && fingers_->is_worn()) {
+    send_out(sample.host_s);
+    if (hand_) hand_->add(sample.host_s, fingers_->joints_deg());
+  }
+  if (!rows_ || rows_->is_full()) send_rows();
+  rows_->add(
+      sample.host_s, [this](std::size_t i) { return fingers_->raw(i); },
+      [this](std::size_t i) { return fingers_->angle_deg(i); });
+}
+
+// A disk that is full ends what wrote to it, and nothing else.
+void Live::write(const listen::Sample& sample) {
+  try {
+    if (recording_) add_to(*recording_, sample);
+  } catch (const std::exception& error) {
+    say_failed("record", error);
+    recording_.reset();
+  }
+  try {
+    if (calibration_) calibration_->add(sample, columns_);
+  } catch (const std::exception& error) {
+    say_failed("calibration", error);
+    calibration_->end_short();
+  }
+  try {
+    if (anew_ && !anew_->is_over) {
+      const double before_s = anew_->seconds;
+      add_to(*anew_, sample);
+      anew_->worn_s += std::min(anew_->seconds - before_s, kPause_s);
+      if (anew_->worn_s >= kAnew_s) finish_anew();
+    }
+  } catch (const std::exception& error) {
+    say_failed("put on anew", error);
+    anew_.reset();
+  }
+}
+
+void Live::add_to(Recording& recording, const listen::Sample& sample) {
+  if (!recording.log) {
+    recording.log = std::make_unique<listen::Log>(sessions_.folder(recording.session) / "log.csv", columns_);
+    recording.begun_s = sample.host_s;
+  }
+  recording.log->add(sample);
+  recording.seconds = sample.host_s - recording.begun_s;
+}
+
+void Live::send_rows() {
+  if (rows_ && !rows_->is_empty()) {
+    server_->send_all(rows_->bytes());
+    sent_s_ = now_s();
+    link_.latency_s += 0.05 * (sent_s_ - link_.arrival_s.back() - link_.latency_s);
+  }
+  rows_.emplace(Kind::samples, fingers_ ? fingers_->size() : 0);
+}
+
+void Live::tick() {
+  if (source_) listen();
+  if (rows_ && !rows_->is_empty()) send_rows();
+  const double now = now_s();
+  while (!link_.arrival_s.empty() && link_.arrival_s.front() < now - kLinkWindow_s)
+    link_.arrival_s.pop_front();
+  if (options_.worn) look_at_worn();
+  try {
+    if (recording_ && recording_->log) recording_->log->flush_if_due(now);
+  } catch (const std::exception& error) {
+    say_failed("record", error);
+    recording_.reset();
+  }
+}
+
+// The twin's hands, thirty times a second, and their pictures for a calibration.
+void Live::look_at_worn() {
+  const double now = now_s();
+  if (now - worn_sent_s_ < kDrawEvery_s / 2) return;
+  worn_sent_s_ = now;
+  const WornNow worn = options_.worn->now();
+  if (options_.worn->has_boards()) {
+    Rows rows(Kind::hand, twin::kFingers);
+    rows.add(
+        now, [&](std::size_t i) { return worn.duty_percent[i]; },
+        [&](std::size_t i) { return worn.joint_deg[i]; });
+    server_->send_all(rows.bytes());
+  }
+  const bool draws = calibration_ && calibration_->setup().reference == Reference::drawn && camera_;
+  if (!draws || !calibration_->wants_pictures() || now - drawn_s_ < kDrawEvery_s) return;
+  drawn_s_ = now;
+  camera_->draw(now, worn.finger_deg);
+}
+
+std::string Live::glove_id() const {
+  const bool is_named = port_.find("/by-id/") != std::string::npos;
+  std::string out = is_named ? std::filesystem::path(port_).filename().string()
+                    : status_ == "boards" || status_ == "twin" ? status_
+                                                               : "glove";
+  for (const std::string& column : columns_) out += " " + column;
+  return out;
+}
+
+double Live::model_rate_hz() const {
+  if (options_.worn) return options_.worn->rate_hz();
+  if (options_.rate_hz > 0) return options_.rate_hz;
+  const double seen_hz = static_cast<double>(link_.arrival_s.size()) / kLinkWindow_s;
+  for (const double rate_hz : {100.0, 50.0, 20.0}) {
+    if (seen_hz > 0.9 * rate_hz) return rate_hz;
+  }
+  return 10;
+}
+
+}  // namespace flexor::live

@@ -1,0 +1,257 @@
+// `flexor live`: a glove, its fingers, recordings, a guided calibration and the page that shows them, around one server.
+//
+// Samples, logs and sockets are of the server's thread. What takes long runs elsewhere and comes back through Server::post:
+// finding a port, pictures (camera_feed.hpp), and every job, which is a command of `flexor` in a process of its own
+// (command.hpp).
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "apps/live/calibration.hpp"
+#include "apps/live/camera_feed.hpp"
+#include "apps/live/command.hpp"
+#include "apps/live/fingers.hpp"
+#include "apps/live/hand_view.hpp"
+#include "apps/live/messages.hpp"
+#include "apps/live/server.hpp"
+#include "apps/live/sessions.hpp"
+#include "apps/live/worn_glove.hpp"
+#include "host/export/sink.hpp"
+#include "host/io/json.hpp"
+#include "host/listen/log.hpp"
+#include "host/listen/replay_source.hpp"
+#include "host/listen/source.hpp"
+
+namespace flexor::live {
+
+struct LiveOptions {
+  ServerOptions server;
+  std::filesystem::path sessions;
+  std::filesystem::path program;  // flexor itself
+  std::string port = "auto";      // the only one there is, also when it is plugged in later; or a path
+  unsigned baud = 0;              // 0: found by listening
+  std::string key;                // file of the pair's key; empty: none
+  std::string model;              // worn from the start; empty: the one that was accepted for this glove
+  double rate_hz = 0;             // of models; 0: what suits the glove
+  double lead_s = 0;  // of models that are identified: by which what follows the glove comes after it
+  std::unique_ptr<WornGlove> worn;
+  // What hears the angles of a model's joints, opened when it is worn.
+  std::vector<std::function<std::unique_ptr<exports::Sink>(const model::Model&)>> outs;
+};
+
+// What is written while the glove is worn.
+struct Recording {
+  Session session;
+  std::unique_ptr<listen::Log> log = {};
+  double begun_s = -1;
+  double seconds = 0;
+  std::vector<nlohmann::ordered_json> markers = {};  // as they were sent
+};
+// Ten seconds of a glove that was put on anew, and what came of them.
+struct Anew : Recording {
+  bool is_over = false;                 // the ten seconds
+  double worn_s = 0;                    // of samples, without pauses
+  bool applied = false;                 // there is a model that fits better
+  nlohmann::ordered_json fingers = {};  // null: not yet
+  std::string wanted = {};
+};
+
+class Live {
+ public:
+  // Throws io::InputError.
+  explicit Live(LiveOptions options);
+  ~Live();
+
+  std::string url() const { return server_->url(); }
+  // Until `stop`.
+  void run(const std::atomic<bool>& stop);
+
+ private:
+  using Json = nlohmann::ordered_json;
+
+  struct Job {
+    std::string name;
+    std::unique_ptr<Command> command;
+    std::thread thread;  // of what is no command
+    std::atomic<bool> cancelled = false;
+    Progress progress;
+  };
+  struct Link {
+    std::deque<double> arrival_s;  // of the last two seconds
+    double latency_s = 0;          // smoothed
+  };
+
+  // live.cpp: device and samples
+  double now_s() const;
+  double camera_time_s(double page_s);
+  void connect(const std::string& port);
+  void look_for_port();
+  void attach(std::shared_ptr<listen::Source> source, const std::string& port, const std::string& status);
+  void detach();
+  void watch();
+  void listen();
+  void say_failed(const char* what, const std::exception& error);
+  // Whatever fails is said, and ends nothing else.
+  template <class Work>
+  void guard(const char* what, const Work& work) {
+    try {
+      work();
+    } catch (const std::exception& error) {
+      say_failed(what, error);
+    }
+  }
+  void post(const char* what, std::function<void()> work);
+  void take(const std::vector<listen::Sample>& samples);
+  void take(const listen::Sample& sample);
+  void learn_columns();
+  void open_outs();
+  void send_out(double t_s);
+  void wear();
+  void write(const listen::Sample& sample);
+  void add_to(Recording& recording, const listen::Sample& sample);
+  void send_rows();
+  void tick();
+  void look_at_worn();
+  std::string glove_id() const;
+  double model_rate_hz() const;
+
+  // live_words.cpp: what a page may ask for. Each throws io::InputError or io::JobError: the answer, one line with the mend.
+  void hear(Client client, std::string_view text);
+  void hear(std::span<const std::uint8_t> bytes);
+  void obey(const std::string& word, io::JsonReader& parts);
+  static const std::map<std::string, void (Live::*)(io::JsonReader&)>& words();
+  void device_connect(io::JsonReader& parts);
+  void device_leave(io::JsonReader& parts);
+  void model_choose(io::JsonReader& parts);
+  void record_start(io::JsonReader& parts);
+  void record_stop(io::JsonReader& parts);
+  void marker(io::JsonReader& parts);
+  void tracking_set(io::JsonReader& parts);
+  void twin_set(io::JsonReader& parts);
+  void score_run(io::JsonReader& parts);
+  void experiment_run(io::JsonReader& parts);
+  void replay_open(io::JsonReader& parts);
+  void replay_seek(io::JsonReader& parts);
+  void replay_play(io::JsonReader& parts);
+  void job_cancel(io::JsonReader& parts);
+  void send(io::JsonReader& parts);
+  void flash(io::JsonReader& parts);
+  void angles(io::JsonReader& parts);
+
+  // live_calibration.cpp
+  void calibrate_start(io::JsonReader& parts);
+  void calibrate_next(io::JsonReader& parts);
+  void calibrate_back(io::JsonReader& parts);
+  void calibrate_repeat(io::JsonReader& parts);
+  void calibrate_cancel(io::JsonReader& parts);
+  void calibrate_accept(io::JsonReader& parts);
+  void calibrate_plot(io::JsonReader& parts);
+  Calibration& calibration();
+  void require_no_calibration();
+  void require_no_recording() const;
+  void entered_step();
+  void keep_calibration();
+  void resume_calibration();
+  void open_camera();
+  void see(const PictureSeen& seen);
+  void identify();
+  void anew_start(io::JsonReader& parts);
+  void anew_accept(io::JsonReader& parts);
+  void anew_keep(io::JsonReader& parts);
+  void finish_anew();
+  void recalibrated(const CommandResult& result);
+  Json anew_fingers(const Json& result) const;
+
+  void wear_model(const Session& session, const std::filesystem::path& path);
+  void play(const std::string& motion);
+  void stop_recording();
+  std::filesystem::path file_of(const std::string& relative) const;
+  std::filesystem::path model_of(const std::string& relative) const;
+  std::string side_of_model() const;
+
+  // live_jobs.cpp
+  void require_no_job() const;
+  Job& begin_job(const std::string& name);
+  void start(const std::string& name, std::vector<std::string> arguments,
+             std::function<void(const CommandResult&)> done);
+  void start_without_glove(const std::string& name, std::vector<std::string> arguments);
+  void end_job(bool ok, const std::string& text);
+  void stop_finder();
+  std::vector<std::string> port_arguments() const;
+
+  // live_state.cpp
+  void send_state();
+  static std::string text_of(const Json& message);
+  Json state() const;
+  Json device_state() const;
+  Json fingers_state() const;
+  Json link_state() const;
+  Json sessions_state() const;
+  std::string what_next() const;
+  void add_worn(Json& state) const;
+
+  LiveOptions options_;
+  Sessions sessions_;
+  std::unique_ptr<Server> server_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+
+  std::shared_ptr<listen::Source> source_;
+  int watched_ = -1;
+  double source_begin_s_ = 0;  // the server's clock when the source's was 0
+  std::string port_;
+  std::string status_ = "none";
+  std::string says_;
+  std::thread finder_;
+  std::shared_ptr<std::atomic<bool>> finder_stops_;
+  std::atomic<int> search_ = 0;  // the newest; an older one's result is forgotten
+  bool is_searching_ = false;
+  bool is_misunderstood_ = false;  // the port that was listened to last
+  std::vector<std::string> tried_ports_;
+  std::vector<std::string> columns_;
+  std::optional<Fingers> fingers_;
+  std::optional<HandView> hand_;
+  std::optional<model::Model> model_;
+  std::filesystem::path model_path_;
+  bool model_is_chosen_ = false;  // by a person: it stays when another glove comes
+  Session model_session_;
+  bool tracked_ = false;
+  Link link_;
+  std::optional<Rows> rows_;
+  double sent_s_ = 0;
+
+  std::optional<Recording> recording_;
+  std::optional<Calibration> calibration_;
+  std::shared_ptr<void> calibration_held_;
+  std::unique_ptr<CameraFeed> camera_;
+  double newest_picture_s_ = -1e9;         // of the page
+  std::optional<double> camera_offset_s_;  // the server's clock minus the page's
+  double picture_sent_s_ = -1;
+  double drawn_s_ = -1;
+  double worn_sent_s_ = -1;
+  std::optional<Anew> anew_;
+  std::shared_ptr<Job> job_;
+  std::optional<Json> last_;
+  WornChange worn_change_;
+  Json scores_ = Json::array();
+  std::shared_ptr<listen::ReplaySource> replay_;
+  std::string replayed_;
+  std::vector<std::string> markerless_names_;
+  std::vector<std::unique_ptr<exports::Sink>> outs_;
+  std::vector<std::string> out_joints_;
+  bool held_ = false;    // the port is another program's for now
+  mutable Json listed_;  // sessions; listing reads the disk
+  mutable double listed_s_ = -1e9;
+};
+
+}  // namespace flexor::live

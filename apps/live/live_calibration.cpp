@@ -1,0 +1,257 @@
+// A guided calibration, and a glove that was put on anew.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/live/camera.hpp"
+#include "apps/live/live.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::live {
+namespace {
+
+constexpr double kPreviewEvery_s = 0.2;
+
+void require_joints(const std::string& name) {
+  if (std::ranges::find(joint_files(), name) != joint_files().end()) return;
+  throw io::InputError(fmt::format("\"joints\" is \"{}\"; known: {}", name, fmt::join(joint_files(), ", ")));
+}
+
+}  // namespace
+
+// One that only waits for its model to be sent is over.
+void Live::require_no_calibration() {
+  if (calibration_ && calibration_->step() == Step::send) calibration_.reset();
+  if (calibration_)
+    throw io::InputError("a calibration is open, perhaps in another tab: go on with it, or cancel it");
+}
+
+Calibration& Live::calibration() {
+  if (!calibration_) throw io::InputError("no calibration is open: start one");
+  return *calibration_;
+}
+
+void Live::calibrate_start(io::JsonReader& parts) {
+  require_no_calibration();
+  require_no_job();
+  if (anew_)
+    throw io::InputError("put on anew waits for an answer: take its calibration, or keep the old one");
+  if (replay_) throw io::InputError("a recording is played again: leave it first");
+  CalibrationSetup setup;
+  setup.person = parts.text("person");
+  setup.side = parts.text("side");
+  if (setup.side != "left" && setup.side != "right") parts.fail("\"side\" must be left or right");
+  setup.reference = reference_of(parts.text("reference"));
+  if (setup.reference == Reference::drawn && !options_.worn)
+    throw io::InputError("a drawn hand is the twin's: with a real glove choose marks, poses or markerless");
+  if (setup.reference == Reference::marks || setup.reference == Reference::drawn) {
+    setup.joints = setup.reference == Reference::drawn ? "paper_hand" : parts.text_or_empty("joints");
+    if (setup.joints.empty()) setup.joints = options_.worn ? "paper_hand" : "green_markers";
+    require_joints(setup.joints);
+  }
+  const Session session = sessions_.create(setup.person, setup.side, glove_id(), "calibration");
+  calibration_.emplace(setup, session, sessions_.folder(session));
+  calibration_held_ = sessions_.hold(session);
+  markerless_names_.clear();
+  camera_offset_s_.reset();
+  keep_calibration();
+  if (fingers_) calibrate_next(parts);  // a glove that is heard needs no step of its own
+  listed_s_ = -1e9;
+}
+
+// After the program was killed, or the machine was, it goes on with the same step.
+void Live::keep_calibration() {
+  calibration_->session().calibration = calibration_->kept();
+  sessions_.save(calibration_->session());
+}
+
+void Live::resume_calibration() {
+  for (const Session& session : sessions_.list()) {
+    if (session.calibration.is_null()) continue;
+    calibration_held_ = sessions_.hold(session);
+    if (!calibration_held_) continue;  // another program's
+    try {
+      calibration_.emplace(Calibration::resumed(session, sessions_.folder(session)));
+      return entered_step();
+    } catch (const std::exception& error) {
+      calibration_.reset();
+      say_failed("calibration", error);
+    }
+  }
+}
+
+void Live::open_camera() {
+  const CalibrationSetup& setup = calibration_->setup();
+  if (setup.joints.empty()) return;
+  camera_ = std::make_unique<CameraFeed>(
+      CameraSetup{setup.joints, options_.worn != nullptr},
+      [this](PictureSeen seen) { post("camera", [this, seen = std::move(seen)] { see(seen); }); },
+      [this](std::string why) {
+        server_->post([this, why = std::move(why)] {
+          last_ = Json{{"job", "camera"}, {"ok", false}, {"text", why}};
+        });
+      });
+}
+
+void Live::see(const PictureSeen& seen) {
+  if (!calibration_ || !calibration_->wants_pictures()) return;
+  calibration_->saw(seen.marks_found, seen.marks);
+  try {
+    for (const SeenAngles& row : seen.rows) calibration_->add(row, seen.names);
+  } catch (const std::exception& error) {
+    say_failed("calibration", error);
+    calibration_->end_short();
+  }
+  if (seen.jpeg.empty() || now_s() - picture_sent_s_ < kPreviewEvery_s) return;
+  picture_sent_s_ = now_s();
+  server_->send_all(picture_message(picture_sent_s_, seen.jpeg));
+}
+
+// What a step needs is there as soon as it begins. The twin's wearer does what the page says.
+void Live::entered_step() {
+  const Step step = calibration_->step();
+  if (!calibration_->wants_pictures()) camera_.reset();
+  if (step == Step::reference) {
+    open_camera();
+    play("ordinary");
+  }
+  if (step == Step::motion) {
+    if (!camera_) open_camera();
+    play(calibration_->setup().reference == Reference::poses ? "held" : "protocol");
+  }
+  if (step == Step::identify) {
+    camera_.reset();
+    play("ordinary");
+    if (fingers_) calibration_->set_rate(model_rate_hz());
+  }
+  keep_calibration();
+  if (step == Step::identify) identify();
+}
+
+void Live::calibrate_next(io::JsonReader&) {
+  if (calibration().step() == Step::send) return calibration_.reset();
+  if (calibration_->step() == Step::motion) require_no_job();
+  calibration_->next(fingers_.has_value() && status_ != "gone");
+  entered_step();
+}
+
+void Live::calibrate_back(io::JsonReader&) {
+  if (calibration().step() == Step::identify) require_no_job();
+  calibration_->back();
+  entered_step();
+}
+
+void Live::calibrate_repeat(io::JsonReader&) {
+  require_no_job();
+  calibration().repeat();
+  entered_step();
+}
+
+// What was recorded stays in its session.
+void Live::calibrate_cancel(io::JsonReader& parts) {
+  calibration().session().calibration = nullptr;
+  sessions_.save(calibration_->session());
+  if (job_ && job_->name == "identify") job_cancel(parts);
+  camera_.reset();
+  calibration_.reset();
+  play("ordinary");
+  listed_s_ = -1e9;
+}
+
+void Live::identify() {
+  const double lead_s = options_.worn ? options_.worn->lead_s() : options_.lead_s;
+  start("identify", calibration_->identify_arguments(lead_s), [this](const CommandResult& result) {
+    if (!calibration_ || calibration_->step() != Step::identify) return;
+    if (!result.ok) return calibration_->failed(result.text);
+    calibration_->identified(result.json, result.warnings);
+  });
+}
+
+void Live::calibrate_accept(io::JsonReader&) {
+  if (calibration().step() != Step::result) throw io::InputError("there is no model to accept yet");
+  Session& session = calibration_->session();
+  session.model = calibration_->model().filename().string();
+  session.calibration = nullptr;
+  wear_model(session, calibration_->model());
+  sessions_.save(session);
+  calibration_->accepted();
+  listed_s_ = -1e9;
+}
+
+void Live::calibrate_plot(io::JsonReader& parts) { calibration().plot(parts.text("finger")); }
+
+// Ten seconds of opening and closing.
+void Live::anew_start(io::JsonReader&) {
+  require_no_job();
+  require_no_calibration();
+  if (!model_ || model_path_.empty())
+    throw io::InputError("no model is worn: calibrate first, or choose one");
+  if (!fingers_ || replay_) throw io::InputError("no glove is heard yet");
+  if (anew_)
+    throw io::InputError("put on anew waits for an answer: take its calibration, or keep the old one");
+  anew_.emplace();
+  anew_->session = sessions_.create(model_session_.person, side_of_model(), glove_id(), "anew");
+  play("bends");
+}
+
+void Live::finish_anew() {
+  anew_->is_over = true;
+  anew_->session.seconds = anew_->worn_s;
+  anew_->log->flush();
+  sessions_.save(anew_->session);
+  play("ordinary");
+  const std::filesystem::path folder = sessions_.folder(anew_->session);
+  start("recalibrate",
+        {"recalibrate", model_path_.string(), "--recording", (folder / "log.csv").string(), "--out",
+         (folder / "model.json").string()},
+        [this](const CommandResult& result) {
+          if (anew_) recalibrated(result);
+        });
+}
+
+// Before: how far off the old calibration is, by the new one, root mean square. After: the standard error that is left.
+Live::Json Live::anew_fingers(const Json& result) const {
+  Json out = Json::array();
+  for (const auto& [joint, se_deg] : result.at("se_deg").items()) {
+    std::string verdict = "fitted";
+    for (const auto& [sensor, said] : result.at("sensors").items()) {
+      if (joint.starts_with(sensor) && !said.at("applied").get<bool>())
+        verdict = said.at("kept").get<std::string>();
+    }
+    out.push_back({{"name", joint},
+                   {"before_deg", result.at("change_rms_deg").at(joint)},
+                   {"after_deg", se_deg},
+                   {"verdict", verdict}});
+  }
+  return out;
+}
+
+void Live::recalibrated(const CommandResult& result) {
+  if (!result.ok) return anew_.reset();
+  anew_->applied = result.json.at("applied").get<bool>();
+  anew_->fingers = anew_fingers(result.json);
+  for (const Json& line : result.json.at("wanted"))
+    anew_->wanted += (anew_->wanted.empty() ? "" : "; ") + line.get<std::string>();
+}
+
+void Live::anew_accept(io::JsonReader&) {
+  if (!anew_ || anew_->fingers.is_null()) throw io::InputError("there is no new calibration to accept yet");
+  if (anew_->applied) {
+    anew_->session.model = "model.json";
+    wear_model(anew_->session, sessions_.folder(anew_->session) / "model.json");
+    sessions_.save(anew_->session);
+  }
+  anew_.reset();
+  listed_s_ = -1e9;
+}
+
+void Live::anew_keep(io::JsonReader& parts) {
+  if (!anew_) throw io::InputError("nothing was put on anew");
+  if (job_ && job_->name == "recalibrate") job_cancel(parts);
+  anew_.reset();
+  play("ordinary");
+}
+
+}  // namespace flexor::live

@@ -1,0 +1,174 @@
+// Jobs: commands of `flexor` in processes of their own, one at a time.
+#include <fmt/format.h>
+
+#include <numeric>
+
+#include "apps/live/live.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::live {
+
+void Live::require_no_job() const {
+  if (job_) throw io::InputError(fmt::format("{} runs: wait for it, or cancel it", job_->name));
+  if (anew_ && !anew_->is_over)
+    throw io::InputError("ten seconds of a glove that was put on anew are recorded: wait for them");
+}
+
+Live::Job& Live::begin_job(const std::string& name) {
+  require_no_job();
+  job_ = std::make_shared<Job>();
+  job_->name = name;
+  job_->progress.stage = name;
+  last_.reset();
+  return *job_;
+}
+
+void Live::start(const std::string& name, std::vector<std::string> arguments,
+                 std::function<void(const CommandResult&)> done) {
+  Job& job = begin_job(name);
+  try {
+    job.command = std::make_unique<Command>(
+        options_.program, std::move(arguments),
+        [this](const Progress& progress) {
+          post("job", [this, progress] {
+            if (job_) job_->progress = progress;
+          });
+        },
+        [this, done = std::move(done)](CommandResult result) {
+          post("job", [this, done, result = std::move(result)] {
+            const std::string warnings =
+                std::accumulate(result.warnings.begin(), result.warnings.end(), std::string(),
+                                [](const std::string& all, const std::string& one) {
+                                  return all + (all.empty() ? "" : "; ") + one;
+                                });
+            const std::string good = warnings.empty() ? "done" : warnings;
+            end_job(result.ok, result.ok ? good : result.text);
+            done(result);
+            send_state();
+          });
+        });
+  } catch (...) {
+    job_.reset();
+    throw;
+  }
+}
+
+void Live::end_job(bool ok, const std::string& text) {
+  last_ = Json{{"job", job_->name}, {"ok", ok}, {"text", text}};
+  if (job_->thread.joinable()) job_->thread.join();
+  job_.reset();
+  listed_s_ = -1e9;
+}
+
+void Live::job_cancel(io::JsonReader&) {
+  if (!job_) throw io::InputError("nothing runs");
+  job_->cancelled = true;
+  if (job_->command) job_->command->cancel();
+}
+
+std::vector<std::string> Live::port_arguments() const {
+  std::vector<std::string> out = {"--port", options_.worn ? options_.worn->port() : port_};
+  const std::string key = options_.worn ? options_.worn->key_file() : options_.key;
+  if (!key.empty()) out.insert(out.end(), {"--key", key});
+  return out;
+}
+
+// Programs that speak with a board need its port for themselves; a recording goes on afterwards, as after a pulled plug.
+void Live::start_without_glove(const std::string& name, std::vector<std::string> arguments) {
+  require_no_job();
+  if (watched_ >= 0) server_->unwatch(watched_);
+  watched_ = -1;
+  if (source_) source_->let_go();
+  held_ = true;
+  try {
+    start(name, std::move(arguments), [this](const CommandResult&) { held_ = false; });
+  } catch (...) {
+    held_ = false;
+    throw;
+  }
+}
+
+void Live::send(io::JsonReader&) {
+  if (!model_) throw io::InputError("no model is worn: calibrate first, or choose one");
+  if (port_.empty()) throw io::InputError("no glove is connected: plug it in, and choose its port");
+  if (source_ && source_->says().find("frames") == std::string::npos)
+    throw io::InputError(
+        "this glove has no Flexor program, and takes no models: the model is worn here; flexor deploy "
+        "makes a program for the glove");
+  std::vector<std::string> arguments = {"send", model_path_.string()};
+  for (const std::string& part : port_arguments()) arguments.push_back(part);
+  arguments.insert(arguments.end(), {"--rate", fmt::format("{:g}", model_rate_hz())});
+  if (options_.worn && options_.worn->in_flash()) arguments.emplace_back("--bootloader");
+  start_without_glove("send", std::move(arguments));
+}
+
+// The model that is worn, as firmware of its own; then through the board's bootloader.
+void Live::flash(io::JsonReader& parts) {
+  const std::string board = parts.text("board");
+  if (board != "glove" && board != "hand") parts.fail("\"board\" must be glove or hand");
+  if (!model_) throw io::InputError("no model is worn: calibrate first, or choose one");
+  const std::string port = parts.has("port") ? parts.text("port") : port_;
+  if (port.empty()) throw io::InputError("no board is connected: plug one in, and choose its port");
+  // One folder for good, so that the pair keeps its key; the server does not show it.
+  const std::string folder = (sessions_.root() / ".firmware").string();
+  const std::vector<std::string> flash = {"flash", folder, "--board", board, "--port", port};
+  std::vector<std::string> deploy = {"deploy",     model_path_.string(),
+                                     "--rate",     fmt::format("{:g}", model_rate_hz()),
+                                     "--model-as", "data",
+                                     "--out",      folder};
+  if (!options_.key.empty()) deploy.insert(deploy.end(), {"--key", options_.key});
+  start("deploy", std::move(deploy), [this, flash](const CommandResult& result) {
+    if (!result.ok) return;
+    try {
+      start_without_glove("flash", flash);
+    } catch (const std::exception& error) {
+      last_ = Json{{"job", "flash"}, {"ok", false}, {"text", error.what()}};
+    }
+  });
+}
+
+void Live::score_run(io::JsonReader& parts) {
+  if (!options_.worn)
+    throw io::InputError(
+        "a score needs both hands: the twin's (flexor live --demo), or two cameras (flexor score)");
+  if (calibration_ && calibration_->step() == Step::motion)
+    throw io::InputError("a calibration records its motion: finish it first");
+  const std::string label = parts.text_or_empty("label").substr(0, 40);
+  Job& job = begin_job("score");
+  const std::shared_ptr<Job> kept = job_;
+  job.thread = std::thread([this, label, kept] {
+    Json score;
+    std::string trouble;
+    try {
+      const std::vector<double> gestures = options_.worn->score([&](double share) {
+        post("score", [this, share] {
+          if (job_) job_->progress = {"six gestures", share, {}};
+        });
+        return !kept->cancelled;
+      });
+      score = {{"label", label},
+               {"total_deg_s", std::accumulate(gestures.begin(), gestures.end(), 0.0)},
+               {"gestures_deg_s", gestures}};
+    } catch (const std::exception& error) {
+      trouble = error.what();
+    }
+    post("score", [this, score, trouble] {
+      if (!score.is_null()) scores_.push_back(score);
+      end_job(trouble.empty(), trouble);
+      send_state();
+    });
+  });
+}
+
+void Live::experiment_run(io::JsonReader& parts) {
+  const int trials = parts.whole_within("trials", 1, 10000);
+  const Session session = sessions_.create(model_session_.person, side_of_model(), glove_id(), "experiment");
+  std::string compensators = "raw,published-w,published-hw";
+  if (model_ && model_->joints.size() == twin::kFingers) compensators += "," + model_path_.string();
+  start("experiment",
+        {"experiment", "--trials", std::to_string(trials), "--compensators", compensators, "--out",
+         (sessions_.folder(session) / "experiment").string()},
+        [](const CommandResult&) {});
+}
+
+}  // namespace flexor::live

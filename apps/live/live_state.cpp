@@ -1,0 +1,222 @@
+// The state that a page shows.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "apps/live/camera.hpp"
+#include "apps/live/live.hpp"
+#include "host/deploy/flash.hpp"
+#include "host/io/json.hpp"
+
+namespace flexor::live {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kListEvery_s = 2;
+constexpr std::size_t kMostListed = 200;  // sessions, the newest
+
+Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+}  // namespace
+
+void Live::send_state() {
+  if (server_->counts().clients > 0) server_->send_all(text_of(state()));
+}
+
+// Names come from boards and folders, in whatever letters.
+std::string Live::text_of(const Json& message) {
+  return message.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Live::Json Live::device_state() const {
+  const bool has = source_ != nullptr;
+  std::string format = has ? source_->says() : "";
+  return {{"status", status_},
+          {"name", status_ == "boards" ? "both boards, simulated"
+                   : status_ == "twin" ? "the twin's glove"
+                                       : "glove"},
+          {"port", port_},
+          {"format", format},
+          {"says", says_}};
+}
+
+Live::Json Live::fingers_state() const {
+  Json out = Json::array();
+  if (!fingers_) return out;
+  for (const FingerView& f : fingers_->view(now_s())) {
+    out.push_back({{"name", f.name},
+                   {"unit", f.unit},
+                   {"raw", finite(f.raw)},
+                   {"angle_deg", finite(f.angle_deg)},
+                   {"sd_deg", finite(f.sd_deg)},
+                   {"least", finite(f.least)},
+                   {"most", finite(f.most)},
+                   {"covered", finite(f.covered)},
+                   {"quality", f.quality},
+                   {"remark", f.remark}});
+  }
+  return out;
+}
+
+Live::Json Live::link_state() const {
+  const auto& arrival = link_.arrival_s;
+  double jitter_s = 0;
+  const std::size_t n = arrival.size();
+  if (n > 2) {
+    const double step_s = (arrival.back() - arrival.front()) / static_cast<double>(n - 1);
+    for (std::size_t i = 1; i < n; ++i) jitter_s += std::pow(arrival[i] - arrival[i - 1] - step_s, 2);
+    jitter_s = std::sqrt(jitter_s / static_cast<double>(n - 1));
+  }
+  const double seconds = n > 1 ? arrival.back() - arrival.front() : 0;
+  return {{"rate_hz", seconds > 0 ? static_cast<double>(n - 1) / seconds : 0.0},
+          {"torn", source_ ? source_->tally().torn : 0},
+          {"lost", source_ ? source_->tally().lost : 0},
+          {"jitter_ms", 1000 * jitter_s},
+          {"latency_ms", 1000 * link_.latency_s}};
+}
+
+// Listing reads the disk: not at every state.
+Live::Json Live::sessions_state() const {
+  if (now_s() - listed_s_ < kListEvery_s) return listed_;
+  listed_s_ = now_s();
+  Json sessions = Json::array();
+  Json models = Json::array();
+  for (const Session& s : sessions_.list()) {
+    if (sessions.size() == kMostListed) break;
+    sessions.push_back({{"name", s.name},
+                        {"person", s.person},
+                        {"side", s.side},
+                        {"files", s.files},
+                        {"seconds", s.seconds}});
+    if (!s.model.empty()) {
+      const std::string name = s.person.empty() ? s.name : s.person + ", " + s.side;
+      models.push_back(
+          {{"path", s.name + "/" + s.model}, {"name", name}, {"person", s.person}, {"side", s.side}});
+    }
+  }
+  Json ports = Json::array();
+  if (options_.worn) {
+    ports.push_back({{"path", options_.worn->port()}, {"name", "the twin's glove"}});
+  } else {
+    for (const std::string& port : deploy::find_ports("/dev"))
+      ports.push_back({{"path", port}, {"name", std::filesystem::path(port).filename().string()}});
+  }
+  listed_ = {{"sessions", std::move(sessions)}, {"models", std::move(models)}, {"ports", std::move(ports)}};
+  return listed_;
+}
+
+std::string Live::what_next() const {
+  if (job_) return fmt::format("{} runs.", job_->name);
+  if (status_ == "gone") return "The glove has gone: plug it in again.";
+  if (calibration_) return calibration_->what_to_do();
+  if (anew_) {
+    if (!anew_->is_over)
+      return "Open your hand, make a fist, open it: again and again, all fingers from end to end.";
+    if (anew_->fingers.is_null()) return "The glove is fitted to how it lies now.";
+    if (!anew_->applied) return "Nothing is changed, the old calibration stays: " + anew_->wanted;
+    const bool is_off = std::ranges::any_of(anew_->fingers, [](const Json& finger) {
+      return finger.at("before_deg").get<double>() > finger.at("after_deg").get<double>();
+    });
+    return is_off ? "Take the new calibration, or keep the old one."
+                  : "The glove lies about as it did: the new calibration changes less than it is sure of.";
+  }
+  if (status_ == "listening") return "Listening to the port.";
+  if (replay_) return "A recording is played again: Look has its time line.";
+  if (!source_ && is_misunderstood_) return "What comes from the port is not understood: " + says_;
+  if (!source_) return "Plug in the glove, and choose its port.";
+  if (!fingers_) return "Waiting for the glove's first reading.";
+  if (!model_) return "The glove moves. Calibrate it: three minutes with a camera, or one without.";
+  for (const FingerView& f : fingers_->view(now_s())) {
+    if (std::string(f.quality) == "poor" || std::string(f.quality) == "none")
+      return fmt::format("Look at {}: {}.", f.name, f.remark.empty() ? "no good reading" : f.remark);
+  }
+  for (const FingerView& f : fingers_->view(now_s())) {
+    if (!f.remark.empty()) return "The glove lies otherwise than it did: put on anew, ten seconds.";
+  }
+  return "Wear it. Put it on anew whenever it has been off.";
+}
+
+Live::Json Live::state() const {
+  Json out = {
+      {"event", "state"}, {"device", device_state()}, {"next", what_next()}, {"fingers", fingers_state()}};
+  out["model"] = nullptr;
+  if (model_) {
+    Json joints = Json::array();
+    for (const model::Joint& joint : model_->joints) joints.push_back(joint.name);
+    const std::string name = model_session_.person.empty()
+                                 ? model_path_.filename().string()
+                                 : model_session_.person + ", " + model_session_.side;
+    out["model"] = {
+        {"name", name},
+        {"person", model_session_.person},
+        {"side", side_of_model()},
+        {"path", model_session_.name.empty() ? model_path_.filename().string()
+                                             : model_session_.name + "/" + model_path_.filename().string()},
+        {"joints", std::move(joints)}};
+  }
+  out["recording"] = nullptr;
+  if (recording_) {
+    out["recording"] = {{"file", recording_->session.name + "/log.csv"},
+                        {"rows", recording_->log ? recording_->log->rows() : 0},
+                        {"seconds", recording_->seconds}};
+  }
+  out["job"] = nullptr;
+  if (job_) {
+    const Progress& p = job_->progress;
+    out["job"] = {{"name", job_->name},
+                  {"stage", p.stage},
+                  {"share", p.share ? Json(*p.share) : Json(nullptr)},
+                  {"left_s", p.left_s ? Json(*p.left_s) : Json(nullptr)}};
+  }
+  out["last"] = last_ ? *last_ : Json(nullptr);
+  out["link"] = link_state();
+  out["calibration"] = calibration_ ? calibration_->state() : Json(nullptr);
+  out["tracking"] = tracked_;
+  out["anew"] = nullptr;
+  if (anew_) {
+    out["anew"] = {{"seconds", anew_->worn_s},
+                   {"of_seconds", 10},
+                   {"fingers", anew_->fingers.is_null() ? Json::array() : anew_->fingers}};
+  }
+  add_worn(out);
+  const Json listed = sessions_state();
+  for (const char* key : {"sessions", "models", "ports"}) out[key] = listed.at(key);
+  return out;
+}
+
+// The twin, its hand, what is replayed.
+void Live::add_worn(Json& out) const {
+  out["twin"] = nullptr;
+  out["hand"] = nullptr;
+  if (options_.worn) {
+    out["twin"] = {{"slip_deg", worn_change_.slip_deg},
+                   {"drift_deg_per_min", worn_change_.drift_deg_per_min},
+                   {"noise_counts", worn_change_.noise_counts},
+                   {"loss", worn_change_.loss}};
+    if (options_.worn->has_boards()) {
+      out["hand"] = {{"names", {"thumb", "index", "middle", "ring", "pinky"}},
+                     {"status", "simulated"},
+                     {"faults", options_.worn->now().fault}};
+    }
+  }
+  out["posture"] = nullptr;
+  if (hand_) {
+    Json names = Json::array();
+    for (const std::string_view name : posture::kJointNames) names.push_back(name);
+    out["posture"] = {{"names", std::move(names)}};
+  }
+  out["scores"] = scores_;
+  out["joint_files"] = joint_files();
+  out["replay"] = nullptr;
+  if (replay_) {
+    out["replay"] = {{"file", replayed_},
+                     {"t_s", replay_->position_s()},
+                     {"of_s", replay_->duration_s()},
+                     {"playing", !replay_->is_paused()}};
+  }
+}
+
+}  // namespace flexor::live

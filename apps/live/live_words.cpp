@@ -1,0 +1,294 @@
+// What a page may ask for.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "apps/live/live.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::live {
+namespace {
+
+constexpr std::size_t kLongestMarker = 200;
+constexpr double kOtherClock_s = 5;  // off by more is another page
+
+}  // namespace
+
+const std::map<std::string, void (Live::*)(io::JsonReader&)>& Live::words() {
+  static const std::map<std::string, void (Live::*)(io::JsonReader&)> all = {
+      {"device.connect", &Live::device_connect},
+      {"device.leave", &Live::device_leave},
+      {"model.choose", &Live::model_choose},
+      {"record.start", &Live::record_start},
+      {"record.stop", &Live::record_stop},
+      {"marker", &Live::marker},
+      {"tracking.set", &Live::tracking_set},
+      {"twin.set", &Live::twin_set},
+      {"score.run", &Live::score_run},
+      {"experiment.run", &Live::experiment_run},
+      {"replay.open", &Live::replay_open},
+      {"replay.seek", &Live::replay_seek},
+      {"replay.play", &Live::replay_play},
+      {"job.cancel", &Live::job_cancel},
+      {"send", &Live::send},
+      {"flash", &Live::flash},
+      {"angles", &Live::angles},
+      {"calibrate.start", &Live::calibrate_start},
+      {"calibrate.next", &Live::calibrate_next},
+      {"calibrate.back", &Live::calibrate_back},
+      {"calibrate.repeat", &Live::calibrate_repeat},
+      {"calibrate.cancel", &Live::calibrate_cancel},
+      {"calibrate.accept", &Live::calibrate_accept},
+      {"calibrate.plot", &Live::calibrate_plot},
+      {"anew.start", &Live::anew_start},
+      {"anew.accept", &Live::anew_accept},
+      {"anew.keep", &Live::anew_keep},
+  };
+  return all;
+}
+
+void Live::obey(const std::string& word, io::JsonReader& parts) {
+  const auto found = words().find(word);
+  if (found == words().end()) throw io::InputError(fmt::format("\"{}\" is no word that is known", word));
+  (this->*found->second)(parts);
+}
+
+// Every message but one that says so is answered, whatever it holds.
+void Live::hear(Client client, std::string_view text) {
+  Json id = nullptr;
+  bool answers = true;
+  std::string error;
+  try {
+    const Json message = io::parse_json(std::string(text), "message");
+    io::JsonReader parts(message, "message");
+    if (parts.has("id")) id = parts.member("id");
+    const std::string word = parts.text("do");
+    answers = word != "angles";
+    obey(word, parts);
+  } catch (const std::exception& caught) {
+    error = io::one_line(caught.what());
+  }
+  if (answers || !error.empty()) {
+    Json answer = {{"id", id}, {"ok", error.empty()}};
+    if (!error.empty()) answer["error"] = error;
+    server_->send(client, text_of(answer));
+  }
+  if (answers) send_state();
+}
+
+// On the server's clock, from the page's, which begins anew when the page is opened anew.
+double Live::camera_time_s(double page_s) {
+  const double offset_s = now_s() - page_s;
+  if (!camera_offset_s_ || std::abs(offset_s - *camera_offset_s_) > kOtherClock_s)
+    camera_offset_s_ = offset_s;
+  return page_s + *camera_offset_s_;
+}
+
+void Live::hear(std::span<const std::uint8_t> bytes) {
+  const std::optional<PictureIn> picture = picture_of(bytes);
+  const bool wanted = camera_ && calibration_ && calibration_->wants_pictures() &&
+                      calibration_->setup().reference == Reference::marks;
+  if (!picture || !wanted || picture->t_s == newest_picture_s_) return;
+  newest_picture_s_ = picture->t_s;
+  camera_->take(camera_time_s(picture->t_s), std::string(picture->jpeg));
+}
+
+void Live::device_connect(io::JsonReader& parts) {
+  const std::string port = parts.text("port");
+  require_no_job();
+  require_no_calibration();
+  require_no_recording();
+  if (options_.worn) {
+    if (port != options_.worn->port() && port != "auto")
+      throw io::InputError("the twin wears the glove: start flexor live without --demo for a real one");
+    detach();
+    return attach(options_.worn->source(), options_.worn->port(),
+                  options_.worn->has_boards() ? "boards" : "twin");
+  }
+  connect(port);
+}
+
+void Live::device_leave(io::JsonReader&) {
+  require_no_job();
+  require_no_calibration();
+  require_no_recording();
+  ++search_;
+  detach();
+}
+
+// Inside the sessions' folder, whatever the text holds.
+std::filesystem::path Live::file_of(const std::string& relative) const {
+  const std::filesystem::path root = std::filesystem::canonical(sessions_.root());
+  std::error_code error;
+  std::filesystem::path path = std::filesystem::canonical(root / relative, error);
+  const auto [end, none] = std::mismatch(root.begin(), root.end(), path.begin(), path.end());
+  if (error || end != root.end() || !std::filesystem::is_regular_file(path))
+    throw io::InputError(fmt::format("there is no file \"{}\" in the sessions' folder", relative));
+  return path;
+}
+
+std::filesystem::path Live::model_of(const std::string& relative) const {
+  constexpr std::uintmax_t kMostBytes = 1U << 24U;
+  std::filesystem::path path = file_of(relative);
+  if (std::filesystem::file_size(path) > kMostBytes)
+    throw io::InputError(fmt::format("\"{}\" is larger than a model", relative));
+  return path;
+}
+
+void Live::wear_model(const Session& session, const std::filesystem::path& path) {
+  model::Model model = model::load(path);
+  const std::optional<model::Model> before = std::exchange(model_, std::move(model));
+  try {
+    wear();
+  } catch (...) {
+    model_ = before;
+    if (model_) wear();
+    throw;
+  }
+  model_path_ = path;
+  model_session_ = session;
+}
+
+void Live::model_choose(io::JsonReader& parts) {
+  const Json& path = parts.member("path");
+  if (path.is_null()) {
+    model_.reset();
+    model_path_.clear();
+    hand_.reset();
+    if (fingers_) fingers_->take_off();
+    model_is_chosen_ = true;
+    return rows_.reset();
+  }
+  const std::string name = parts.text("path");
+  const std::filesystem::path file = model_of(name);
+  Session of;
+  for (const Session& session : sessions_.list()) {
+    if (name.starts_with(session.name + "/")) of = session;
+  }
+  wear_model(of, file);
+  model_is_chosen_ = true;
+}
+
+std::string Live::side_of_model() const {
+  return model_session_.side.empty() ? "right" : model_session_.side;
+}
+
+void Live::record_start(io::JsonReader&) {
+  if (recording_) throw io::InputError("a recording runs already");
+  if (!fingers_ || replay_) throw io::InputError("no glove is heard yet: nothing could be recorded");
+  recording_.emplace(
+      Recording{sessions_.create(model_session_.person, side_of_model(), glove_id(), "recording")});
+}
+
+void Live::require_no_recording() const {
+  if (recording_) throw io::InputError("a recording runs: stop it first");
+}
+
+void Live::stop_recording() {
+  Recording recording = std::move(*recording_);
+  recording_.reset();
+  last_ = Json{{"job", "record"},
+               {"ok", true},
+               {"text", fmt::format("{} rows in {}", recording.log ? recording.log->rows() : 0,
+                                    (sessions_.folder(recording.session) / "log.csv").string())}};
+  recording.session.seconds = recording.seconds;
+  if (recording.log) recording.log->flush();
+  sessions_.save(recording.session);
+  listed_s_ = -1e9;
+}
+
+void Live::record_stop(io::JsonReader&) {
+  if (!recording_) throw io::InputError("no recording runs");
+  stop_recording();
+}
+
+void Live::marker(io::JsonReader& parts) {
+  const std::string text = parts.text("text");
+  if (text.size() > kLongestMarker) throw io::InputError("a marker has at most 200 letters");
+  if (!recording_) throw io::InputError("no recording runs: a marker lies in one");
+  const std::filesystem::path path = sessions_.folder(recording_->session) / "markers.csv";
+  const bool is_new = !std::filesystem::exists(path);
+  std::ofstream file(path, std::ios::app);
+  if (is_new) file << "host_s,text\n";
+  std::string quoted = io::one_line(text);
+  for (std::size_t at = 0; (at = quoted.find('"', at)) != std::string::npos; at += 2)
+    quoted.insert(at, 1, '"');
+  file << fmt::format("{:.6f},\"{}\"\n", now_s(), quoted) << std::flush;
+  if (!file) throw io::JobError("the marker cannot be written: is the disk full?");
+  recording_->markers.push_back({{"event", "marker"}, {"host_s", now_s()}, {"text", text}});
+  server_->send_all(text_of(recording_->markers.back()));
+}
+
+void Live::tracking_set(io::JsonReader& parts) {
+  const Json& on = parts.member("on");
+  if (!on.is_boolean()) parts.fail("\"on\" must be true or false");
+  tracked_ = on.get<bool>();
+  if (model_) wear();
+}
+
+void Live::play(const std::string& motion) {
+  if (options_.worn) options_.worn->play(motion);
+}
+
+void Live::twin_set(io::JsonReader& parts) {
+  if (!options_.worn) throw io::InputError("no twin wears the glove: start flexor live --demo");
+  WornChange change = worn_change_;
+  const auto set = [&](const char* key, double& value, double low, double high) {
+    if (parts.has(key)) value = parts.number_within(key, low, high);
+  };
+  set("slip_deg", change.slip_deg, -30, 30);
+  set("drift_deg_per_min", change.drift_deg_per_min, -30, 30);
+  set("noise_counts", change.noise_counts, 0, 50);
+  set("loss", change.loss, 0, 1);
+  worn_change_ = change;
+  options_.worn->set(change);
+}
+
+void Live::replay_open(io::JsonReader& parts) {
+  require_no_job();
+  require_no_calibration();
+  require_no_recording();
+  const std::string name = parts.text("session") + "/" + parts.text("file");
+  const std::filesystem::path file = file_of(name);
+  ++search_;
+  std::shared_ptr<listen::ReplaySource> source = std::make_shared<listen::ReplaySource>(file);
+  attach(source, "", "replay");
+  replay_ = source;
+  replayed_ = name;
+}
+
+void Live::replay_seek(io::JsonReader& parts) {
+  if (!replay_) throw io::InputError("nothing is replayed");
+  replay_->seek(parts.number_within("t_s", 0, 1e7));
+  if (model_) wear();
+}
+
+void Live::replay_play(io::JsonReader& parts) {
+  if (!replay_) throw io::InputError("nothing is replayed");
+  const Json& on = parts.member("on");
+  if (!on.is_boolean()) parts.fail("\"on\" must be true or false");
+  replay_->pause(!on.get<bool>());
+}
+
+// What a markerless tracker in the page saw; without angles: no hand.
+void Live::angles(io::JsonReader& parts) {
+  if (!calibration_ || calibration_->setup().reference != Reference::markerless ||
+      !calibration_->wants_pictures())
+    throw io::InputError("no angles are wanted now");
+  const double page_s = parts.number_within("t_s", -1e9, 1e9);
+  const Json seen = parts.object_or_empty("angles");
+  std::vector<std::string> names;
+  SeenAngles row{camera_time_s(page_s), {}};
+  for (const auto& [name, value] : seen.items()) {
+    if (!value.is_number() || names.size() > 30)
+      throw io::InputError("\"angles\" must be numbers, of thirty joints at most");
+    names.push_back(model::joint_name(name) + "_deg");
+    row.angle_deg.push_back(value.get<double>());
+  }
+  if (markerless_names_.empty()) markerless_names_ = names;
+  calibration_->saw(names == markerless_names_ && !names.empty() ? 1 : 0, 1);
+  if (names == markerless_names_ && !names.empty()) calibration_->add(row, names);
+}
+
+}  // namespace flexor::live

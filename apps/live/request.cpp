@@ -1,0 +1,142 @@
+#include "apps/live/request.hpp"
+
+#include <array>
+#include <optional>
+#include <utility>
+
+namespace flexor::live {
+namespace {
+
+int hexadecimal(char digit) {
+  if (digit >= '0' && digit <= '9') return digit - '0';
+  if (digit >= 'a' && digit <= 'f') return digit - 'a' + 10;
+  if (digit >= 'A' && digit <= 'F') return digit - 'A' + 10;
+  return -1;
+}
+
+// Once: what is encoded twice stays a name with a percent sign.
+std::optional<std::string> decoded(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '%') {
+      if (static_cast<unsigned char>(text[i]) >= 0x80) return std::nullopt;
+      out += text[i];
+      continue;
+    }
+    const int high = i + 2 < text.size() ? hexadecimal(text[i + 1]) : -1;
+    const int low = high >= 0 ? hexadecimal(text[i + 2]) : -1;
+    if (low < 0) return std::nullopt;
+    const char byte = static_cast<char>(high * 16 + low);
+    if (byte == '/') return std::nullopt;
+    out += byte;
+    i += 2;
+  }
+  return out;
+}
+
+// Letters and signs that a name may hold; none that begins with a dot, as what is hidden and what is not yet whole does.
+bool is_plain_part(std::string_view part) {
+  if (part.empty() || part.front() == '.') return false;
+  for (const char letter : part) {
+    const auto byte = static_cast<unsigned char>(letter);
+    if (byte < 0x20 || byte == 0x7f || letter == '\\') return false;
+  }
+  return true;
+}
+
+bool is_plain_path(std::string_view path) {
+  if (path.size() > kLongestName) return false;
+  while (true) {
+    const auto slash = path.find('/');
+    if (!is_plain_part(path.substr(0, slash))) return false;
+    if (slash == path.npos) return true;
+    path.remove_prefix(slash + 1);
+  }
+}
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+  return text;
+}
+
+}  // namespace
+
+bool same_in_constant_time(std::string_view one, std::string_view other) {
+  if (one.size() != other.size()) return false;
+  unsigned difference = 0;
+  for (std::size_t i = 0; i < one.size(); ++i)
+    difference |=
+        static_cast<unsigned>(static_cast<unsigned char>(one[i]) ^ static_cast<unsigned char>(other[i]));
+  return difference == 0;
+}
+
+Target read_target(std::string_view target, std::string_view token) {
+  using Kind = Target::Kind;
+  if (target.empty() || target.front() != '/') return {Kind::foreign, {}};
+  const std::string_view path = target.substr(1, target.find('?') - 1);
+  const auto slash = path.find('/');
+  if (token.empty() || !same_in_constant_time(path.substr(0, slash), token)) return {Kind::foreign, {}};
+  if (slash == path.npos) return {Kind::bare, {}};
+
+  const std::string_view rest = path.substr(slash + 1);
+  if (rest.empty()) return {Kind::asset, "index.html"};
+  if (rest == "socket") return {Kind::socket, {}};
+  auto name = decoded(rest);
+  if (!name || !is_plain_path(*name)) return {Kind::nothing, {}};
+  constexpr std::string_view kFiles = "files/";
+  if (name->starts_with(kFiles)) return {Kind::file, name->substr(kFiles.size())};
+  return {Kind::asset, std::move(*name)};
+}
+
+bool is_origin_of(std::string_view origin, std::string_view scheme, std::string_view host) {
+  constexpr std::string_view kBetween = "://";
+  return origin.size() == scheme.size() + kBetween.size() + host.size() && origin.starts_with(scheme) &&
+         origin.substr(scheme.size()).starts_with(kBetween) && origin.ends_with(host);
+}
+
+bool accepts_gzip(std::string_view accepted) {
+  while (!accepted.empty()) {
+    const auto comma = accepted.find(',');
+    const std::string_view one = trimmed(accepted.substr(0, comma));
+    const auto semicolon = one.find(';');
+    if (trimmed(one.substr(0, semicolon)) == "gzip") {
+      const std::string_view weight =
+          semicolon == one.npos ? std::string_view{} : trimmed(one.substr(semicolon + 1));
+      return weight.find_first_not_of("q=0.") != weight.npos || weight.empty();
+    }
+    if (comma == accepted.npos) return false;
+    accepted.remove_prefix(comma + 1);
+  }
+  return false;
+}
+
+std::string_view type_of_file(std::string_view name) {
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kTypes{{
+      {".csv", "text/csv; charset=utf-8"},
+      {".json", "application/json"},
+      {".html", "text/html; charset=utf-8"},
+      {".svg", "image/svg+xml"},
+      {".png", "image/png"},
+      {".jpg", "image/jpeg"},
+      {".jpeg", "image/jpeg"},
+      {".mp4", "video/mp4"},
+      {".webm", "video/webm"},
+      {".avi", "video/x-msvideo"},
+      {".pdf", "application/pdf"},
+      {".zip", "application/zip"},
+      {".gz", "application/gzip"},
+      {".txt", "text/plain; charset=utf-8"},
+      {".log", "text/plain; charset=utf-8"},
+      {".md", "text/plain; charset=utf-8"},
+      {".tsv", "text/plain; charset=utf-8"},
+      {".mot", "text/plain; charset=utf-8"},
+      {".js", "text/plain; charset=utf-8"},
+      {".css", "text/plain; charset=utf-8"},
+  }};
+  for (const auto& [ending, type] : kTypes)
+    if (name.ends_with(ending)) return type;
+  return "application/octet-stream";
+}
+
+}  // namespace flexor::live

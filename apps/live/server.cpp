@@ -1,0 +1,930 @@
+#include "apps/live/server.hpp"
+
+#include <fmt/format.h>
+#include <openssl/x509v3.h>
+#include <sys/random.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/ssl/stream.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <cmath>
+#include <deque>
+#include <list>
+#include <map>
+#include <optional>
+#include <type_traits>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "apps/live/assets.hpp"
+#include "apps/live/beneath.hpp"
+#include "apps/live/request.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::live {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using boost::system::error_code;
+using std::chrono::seconds;
+using Tcp = asio::ip::tcp;
+
+constexpr std::uint32_t kLongestHead = 8192;
+constexpr std::size_t kMostTurnedAway =
+    64;                            // connections that are being told so; more are closed without a word
+constexpr seconds kHeadTime{10};   // to send a head, and to agree on TLS or a WebSocket
+constexpr seconds kIdleTime{30};   // between two requests
+constexpr seconds kStallTime{30};  // for a part of an answer
+constexpr seconds kSilence{30};    // of a socket, which is asked after half of it
+constexpr seconds kFarewell{1};
+static_assert(kLongestText == kLongestBinary, "the limit is set before the kind is known");
+
+// wasm-unsafe-eval: what runs the markerless model is WebAssembly. It allows that alone, no eval of text.
+constexpr const char* kPagePolicy =
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' blob: data:; "
+    "connect-src 'self' "
+    "blob:; "
+    "media-src 'self' blob:; font-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'";
+// What lies in the sessions' folder may come from anybody: it is shown, runs nothing, and has no origin to ask from.
+constexpr const char* kFilePolicy =
+    "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; media-src 'self'; base-uri "
+    "'none'; "
+    "form-action 'none'; frame-ancestors 'none'";
+
+template <class Fields>
+void set_headers(Fields& fields, const char* policy) {
+  fields.set("Content-Security-Policy", policy);
+  fields.set("X-Content-Type-Options", "nosniff");
+  fields.set("Referrer-Policy", "no-referrer");
+  fields.set("Cache-Control", "no-store");
+  fields.set("Cross-Origin-Opener-Policy", "same-origin");
+  fields.set("Cross-Origin-Resource-Policy", "same-origin");
+  fields.set("Permissions-Policy", "camera=(self)");
+}
+
+struct Message {
+  std::shared_ptr<const std::string> bytes;  // one for all that it goes to
+  bool text = true;
+};
+
+class AnyConnection {
+ public:
+  AnyConnection() = default;
+  virtual ~AnyConnection() = default;
+  AnyConnection(const AnyConnection&) = delete;
+  AnyConnection& operator=(const AnyConnection&) = delete;
+  virtual void send(const Message&) {}
+  virtual void give_up() = 0;      // at once
+  virtual void farewell() = 0;     // the program ends
+  virtual bool known() const = 0;  // has shown the token
+};
+
+struct Watch {
+  Watch(asio::io_context& context, int descriptor) : stream(context, descriptor) {}
+  asio::posix::stream_descriptor stream;
+  std::function<void()> readable;
+  bool ended = false;
+};
+
+struct Timer {
+  explicit Timer(asio::io_context& context) : timer(context) {}
+  asio::steady_timer timer;
+  std::chrono::steady_clock::duration period{};
+  std::function<void()> tick;
+};
+
+std::string random_token() {
+  std::array<unsigned char, 16> bits{};
+  if (getrandom(bits.data(), bits.size(), 0) != static_cast<ssize_t>(bits.size()))
+    throw io::JobError("the system gives no random bits for the address of the page");
+  std::string token;
+  for (const unsigned char byte : bits) token += fmt::format("{:02x}", byte);
+  return token;
+}
+
+std::string checked_token(const std::string& token) {
+  if (token.empty()) return random_token();
+  constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_";
+  if (token.find_first_not_of(kLetters) != token.npos)
+    throw io::InputError("the token may hold letters, digits, - and _ only");
+  return token;
+}
+
+asio::ip::address parsed_address(const std::string& text) {
+  if (text == "localhost") return asio::ip::address_v4::loopback();
+  error_code error;
+  const auto address = asio::ip::make_address(text, error);
+  if (error)
+    throw io::InputError(
+        fmt::format("{}: is no address: give 127.0.0.1 for this machine alone, or one of "
+                    "the machine's own addresses",
+                    text));
+  return address;
+}
+
+// The program that runs: its sockets, its requests, what it watches.
+class Hub {
+ public:
+  Hub(const ServerOptions& options, Handlers handlers);
+
+  std::string url() const;
+  const std::string& token() const { return token_; }
+  const std::filesystem::path& files() const { return files_; }
+  const char* scheme() const { return tls_ ? "https" : "http"; }
+  bool is_ours(std::string_view host, const Tcp::endpoint& here) const;
+
+  void enter(std::uint64_t id, AnyConnection* connection) { connections_[id] = connection; }
+  void leave(std::uint64_t id, const AnyConnection* connection);
+  void opened(Client client, AnyConnection* connection);
+  void closed(Client client);
+  void text(Client client, std::string_view text) {
+    if (handlers_.text) handlers_.text(client, text);
+  }
+  void binary(Client client, std::span<const std::uint8_t> bytes) {
+    if (handlers_.binary) handlers_.binary(client, bytes);
+  }
+
+  void send(Client to, const Message& message);
+  void send_all(const Message& message);
+  void watch(int descriptor, std::function<void()> readable);
+  void unwatch(int descriptor);
+  void unwatch_all() {
+    while (!watches_.empty()) unwatch(watches_.begin()->first);
+  }
+  void every(double period_s, std::function<void()> tick);
+  void stop();
+
+  std::atomic<std::uint64_t> refused{0};
+  std::atomic<std::uint64_t> dropped{0};
+  std::atomic<int> clients{0};
+
+ private:
+  void use_certificate(const ServerOptions& options);
+  void listen(const ServerOptions& options);
+  void accept();
+  void accepted(Tcp::socket socket);
+  void turn_away(Tcp::socket socket);
+  bool make_room();
+  void wait(const std::shared_ptr<Watch>& watch);
+  void wait(const std::shared_ptr<Timer>& timer);
+
+  // Before the context: what ends with it leaves these.
+  std::map<std::uint64_t, AnyConnection*> connections_;  // oldest first
+  std::map<Client, AnyConnection*> sockets_;             // those among them that are open sockets
+  std::size_t turned_away_ = 0;
+  Handlers handlers_;
+  std::string token_;
+  std::filesystem::path files_;
+  std::string listening_on_;  // the address as it was given
+  Tcp::endpoint here_;
+  std::optional<asio::ssl::context> tls_;
+  X509* certificate_ = nullptr;  // of tls_
+
+ public:
+  asio::io_context context{1};
+
+ private:
+  Tcp::acceptor acceptor_{context};
+  asio::steady_timer pause_{context};
+  std::map<int, std::shared_ptr<Watch>> watches_;
+  std::vector<std::shared_ptr<Timer>> timers_;
+  std::uint64_t last_id_ = 0;
+  bool stopping_ = false;
+};
+
+// The bytes of a connection, plain or by TLS. Which it is, and what waits for them, is no part of a type: Beast's machinery is
+// compiled once.
+class Line {
+ public:
+  using executor_type = beast::tcp_stream::executor_type;
+  using next_layer_type = beast::tcp_stream;
+  using Done = std::function<void(error_code, std::size_t)>;
+
+  Line(Tcp::socket&& socket, asio::ssl::context* tls) : ends_(std::make_unique<Ends>(std::move(socket))) {
+    if (tls != nullptr) ends_->tls.emplace(ends_->tcp, *tls);
+  }
+
+  executor_type get_executor() noexcept { return ends_->tcp.get_executor(); }
+  beast::tcp_stream& next_layer() noexcept { return ends_->tcp; }
+  const beast::tcp_stream& next_layer() const noexcept { return ends_->tcp; }
+  bool is_tls() const { return ends_->tls.has_value(); }
+
+  template <class Buffers, class Token>
+  auto async_read_some(const Buffers& buffers, Token&& token) {
+    return asio::async_initiate<Token, void(error_code, std::size_t)>(
+        [this](auto handler, const Buffers& into) { read(first_of(into), held(std::move(handler))); }, token,
+        buffers);
+  }
+
+  template <class Buffers, class Token>
+  auto async_write_some(const Buffers& buffers, Token&& token) {
+    return asio::async_initiate<Token, void(error_code, std::size_t)>(
+        [this](auto handler, const Buffers& from) {
+          ends_->parts.assign(asio::buffer_sequence_begin(from), asio::buffer_sequence_end(from));
+          write(held(std::move(handler)));
+        },
+        token, buffers);
+  }
+
+  void handshake(const std::function<void(error_code)>& done) {
+    ends_->tls->async_handshake(asio::ssl::stream_base::server, done);
+  }
+  void end(const std::function<void()>& done);  // in good order, within kFarewell
+
+ private:
+  struct Ends {
+    explicit Ends(Tcp::socket&& socket) : tcp(std::move(socket)) {}
+    beast::tcp_stream tcp;
+    std::optional<asio::ssl::stream<beast::tcp_stream&>> tls;
+    std::vector<asio::const_buffer> parts;  // of what is being written
+    std::vector<char> record;               // the same in one piece
+  };
+
+  // What handlers need not be, copyable, std::function's are.
+  template <class Handler>
+  static Done held(Handler&& handler) {
+    auto kept = std::make_shared<std::decay_t<Handler>>(std::forward<Handler>(handler));
+    return [kept](error_code error, std::size_t count) {
+      auto once = std::move(*kept);
+      once(error, count);
+    };
+  }
+
+  template <class Buffers>
+  static asio::mutable_buffer first_of(const Buffers& buffers) {
+    for (auto at = asio::buffer_sequence_begin(buffers); at != asio::buffer_sequence_end(buffers); ++at)
+      if (asio::mutable_buffer(*at).size() > 0) return *at;
+    return {};
+  }
+
+  void read(asio::mutable_buffer into, Done done);
+  void write(Done done);
+
+  std::unique_ptr<Ends> ends_;
+};
+
+void Line::read(asio::mutable_buffer into, Done done) {
+  if (is_tls())
+    ends_->tls->async_read_some(into, std::move(done));
+  else
+    ends_->tcp.async_read_some(into, std::move(done));
+}
+
+// A message's head and body leave together: in one call, or in one record of TLS.
+void Line::write(Done done) {
+  if (!is_tls()) return ends_->tcp.async_write_some(ends_->parts, std::move(done));
+  constexpr std::size_t kLongestRecord = 16384;
+  ends_->record.resize(std::min(kLongestRecord, asio::buffer_size(ends_->parts)));
+  asio::buffer_copy(asio::buffer(ends_->record), ends_->parts);
+  ends_->tls->async_write_some(asio::buffer(ends_->record), std::move(done));
+}
+
+// After our last word: what the other side still sends is let go for a moment, so that it gets to read that word, and the line
+// ends with it, or without.
+void discard(beast::tcp_stream& stream, const std::shared_ptr<std::array<char, 4096>>& into,
+             const std::function<void()>& done) {
+  stream.async_read_some(asio::buffer(*into), [&stream, into, done](error_code error, std::size_t) {
+    if (error) return done();
+    discard(stream, into, done);
+  });
+}
+
+void Line::end(const std::function<void()>& done) {
+  beast::tcp_stream& tcp = ends_->tcp;
+  tcp.expires_after(kFarewell);
+  const auto finish = [&tcp, done](error_code) {
+    error_code ignored;
+    tcp.socket().shutdown(Tcp::socket::shutdown_send, ignored);
+    discard(tcp, std::make_shared<std::array<char, 4096>>(), done);
+  };
+  if (is_tls()) return ends_->tls->async_shutdown(finish);
+  finish({});
+}
+
+// Found by Beast, which ends a WebSocket with it.
+template <class Handler>
+void async_teardown(beast::role_type, Line& line, Handler&& handler) {
+  auto kept = std::make_shared<std::decay_t<Handler>>(std::forward<Handler>(handler));
+  line.end([kept] {
+    auto once = std::move(*kept);
+    once(error_code());
+  });
+}
+
+void close_at_once(beast::tcp_stream& stream) {
+  error_code ignored;
+  stream.socket().set_option(asio::socket_base::linger(true, 0),
+                             ignored);  // the kernel keeps nothing for it either
+  stream.close();
+}
+
+// One WebSocket.
+class Socket : public AnyConnection, public std::enable_shared_from_this<Socket> {
+ public:
+  Socket(Hub& hub, Client id, Line&& line) : hub_(hub), id_(id), socket_(std::move(line)) {
+    hub_.enter(id_, this);
+  }
+  ~Socket() override {
+    if (open_) --hub_.clients;  // the program ends, or a handler threw
+    hub_.leave(id_, this);
+  }
+
+  void accept(http::request<http::empty_body> request) {
+    request_ = std::move(request);
+    beast::get_lowest_layer(socket_).expires_never();
+    socket_.set_option(websocket::stream_base::timeout{kHeadTime, kSilence, true});
+    socket_.read_message_max(kLongestText);
+    socket_.auto_fragment(false);
+    socket_.async_accept(request_, [self = shared_from_this()](error_code error) {
+      if (error) return;
+      self->open_ = true;
+      self->hub_.opened(self->id_, self.get());
+      self->read();
+    });
+  }
+
+  void send(const Message& message) override {
+    if (!open_ || dropped_ || ending_) return;
+    if (waiting_bytes_ + message.bytes->size() > kLongestQueue) {
+      dropped_ = true;
+      ++hub_.dropped;
+      return give_up();
+    }
+    waiting_bytes_ += message.bytes->size();
+    queue_.push_back(message);
+    if (queue_.size() == 1) write();
+  }
+
+  void give_up() override { close_at_once(beast::get_lowest_layer(socket_)); }
+
+  void farewell() override {
+    if (!open_ || dropped_) return give_up();
+    ending_ = true;
+    if (queue_.empty()) close();
+  }
+
+  bool known() const override { return true; }
+
+ private:
+  void read() {
+    socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) return self->gone();
+      self->take();
+      self->read();
+    });
+  }
+
+  void take() {
+    const auto* bytes = static_cast<const std::uint8_t*>(buffer_.data().data());
+    const std::size_t size = buffer_.size();
+    if (socket_.got_text())
+      hub_.text(id_, {reinterpret_cast<const char*>(bytes), size});
+    else
+      hub_.binary(id_, {bytes, size});
+    buffer_.consume(size);
+  }
+
+  void write() {
+    socket_.text(queue_.front().text);
+    socket_.async_write(asio::buffer(*queue_.front().bytes),
+                        [self = shared_from_this()](error_code error, std::size_t) {
+                          if (error) return self->give_up();
+                          self->written();
+                        });
+  }
+
+  void written() {
+    waiting_bytes_ -= queue_.front().bytes->size();
+    queue_.pop_front();
+    if (dropped_) return;
+    if (!queue_.empty()) return write();
+    if (ending_) close();
+  }
+
+  void close() {
+    socket_.async_close(websocket::close_code::going_away, [self = shared_from_this()](error_code) {});
+  }
+
+  void gone() {
+    open_ = false;
+    hub_.closed(id_);
+  }
+
+  Hub& hub_;
+  const Client id_;
+  websocket::stream<Line> socket_;
+  http::request<http::empty_body> request_;
+  beast::flat_buffer buffer_;
+  std::deque<Message> queue_;  // the first is being written
+  std::size_t waiting_bytes_ = 0;
+  bool open_ = false;
+  bool dropped_ = false;
+  bool ending_ = false;  // once what waits is written
+};
+
+// One connection, request after request, until it becomes a socket.
+class Connection : public AnyConnection, public std::enable_shared_from_this<Connection> {
+ public:
+  Connection(Hub& hub, std::uint64_t id, Tcp::socket&& socket, asio::ssl::context* tls)
+      : hub_(hub), id_(id), here_(local_end(socket)), line_(std::move(socket), tls) {
+    hub_.enter(id_, this);
+  }
+  ~Connection() override { hub_.leave(id_, this); }
+
+  void start() {
+    if (!line_.is_tls()) return read_head(kHeadTime);
+    tcp().expires_after(kHeadTime);
+    line_.handshake([self = shared_from_this()](error_code error) {
+      if (!error) self->read_head(kHeadTime);
+    });
+  }
+
+  void give_up() override { close_at_once(tcp()); }
+  void farewell() override { give_up(); }
+  bool known() const override { return known_; }
+
+ private:
+  template <class Body>
+  struct Answer {
+    explicit Answer(http::response<Body>&& what) : response(std::move(what)) {}
+    http::response<Body> response;
+    http::response_serializer<Body> serializer{response};
+  };
+
+  static Tcp::endpoint local_end(const Tcp::socket& socket) {
+    error_code ignored;
+    return socket.local_endpoint(ignored);
+  }
+
+  beast::tcp_stream& tcp() { return line_.next_layer(); }
+
+  void read_head(seconds time) {
+    parser_.emplace();
+    parser_->header_limit(kLongestHead);
+    parser_->body_limit(boost::none);  // a body is refused, not read
+    tcp().expires_after(time);
+    http::async_read_header(
+        line_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
+          if (!error) return self->answer();
+          if (error == http::error::header_limit || error == http::error::buffer_overflow)
+            return self->refuse(http::status::request_header_fields_too_large,
+                                "the head is too long: 8192 bytes at most");
+          if (error.category() == make_error_code(http::error::bad_target).category() &&
+              error != http::error::end_of_stream && error != http::error::partial_message)
+            self->refuse(http::status::bad_request, "this is no request that HTTP knows");
+        });
+  }
+
+  void answer() {
+    const auto& head = parser_->get();
+    if (const char* why = foreign()) return refuse(http::status::forbidden, why);
+    Target target = read_target({head.target().data(), head.target().size()}, hub_.token());
+    if (target.kind == Target::Kind::foreign)
+      return refuse(http::status::forbidden,
+                    "the token is missing or another: open the address that the program printed");
+    known_ = true;
+    if (head.method() != http::verb::get && head.method() != http::verb::head)
+      return refuse(http::status::method_not_allowed,
+                    "only GET and HEAD: everything else goes through the socket");
+    if (!parser_->is_done()) return refuse(http::status::payload_too_large, "a request holds no body");
+    route(std::move(target));
+  }
+
+  // Why the request is not from our own page or a program of this machine; null where it may be.
+  const char* foreign() {
+    const auto& head = parser_->get();
+    if (head.count(http::field::host) != 1) return "there must be one Host";
+    const auto host = head[http::field::host];
+    if (!hub_.is_ours({host.data(), host.size()}, here_))
+      return "another Host than the one that listens: open the address that the program printed";
+    const auto origins = head.count(http::field::origin);
+    if (origins == 0) return nullptr;
+    const auto origin = head[http::field::origin];
+    if (origins > 1 ||
+        !is_origin_of({origin.data(), origin.size()}, hub_.scheme(), {host.data(), host.size()}))
+      return "a page of another Origin has no access";
+    return nullptr;
+  }
+
+  void route(Target target) {
+    switch (target.kind) {
+      case Target::Kind::bare:
+        return redirect();
+      case Target::Kind::asset:
+        return give_asset(target.name);
+      case Target::Kind::file:
+        return give_file(target.name);
+      case Target::Kind::socket:
+        return upgrade();
+      default:
+        return say(http::status::not_found, "there is no such file", keeps_alive());
+    }
+  }
+
+  bool keeps_alive() const { return parser_->get().keep_alive(); }
+
+  template <class Body>
+  http::response<Body> response(http::status status, std::string_view type, bool keep_alive) {
+    http::response<Body> out{status, parser_->get().version() == 10 ? 10U : 11U};
+    set_headers(out, kPagePolicy);
+    out.set(http::field::content_type, {type.data(), type.size()});
+    out.keep_alive(keep_alive);
+    return out;
+  }
+
+  void refuse(http::status status, const char* why) {
+    ++hub_.refused;
+    say(status, why, false);
+  }
+
+  void say(http::status status, const char* why, bool keep_alive) {
+    auto out = response<http::string_body>(status, "text/plain; charset=utf-8", keep_alive);
+    if (status == http::status::method_not_allowed) out.set(http::field::allow, "GET, HEAD");
+    if (status == http::status::upgrade_required) out.set(http::field::upgrade, "websocket");
+    out.body() = fmt::format("{}: {}\n", static_cast<unsigned>(status), why);
+    give(std::move(out));
+  }
+
+  void redirect() {
+    auto out = response<http::string_body>(http::status::permanent_redirect, "text/plain", keeps_alive());
+    out.set(http::field::location, fmt::format("/{}/", hub_.token()));
+    give(std::move(out));
+  }
+
+  void give_asset(const std::string& name) {
+    const auto all = assets();
+    const auto found =
+        std::find_if(all.begin(), all.end(), [&](const Asset& asset) { return asset.name == name; });
+    if (found == all.end()) return say(http::status::not_found, "there is no such file", keeps_alive());
+    auto out = response<http::span_body<const char>>(http::status::ok, found->type, keeps_alive());
+    const auto accepted = parser_->get()[http::field::accept_encoding];
+    const bool gzip = !found->gzip.empty() && accepts_gzip({accepted.data(), accepted.size()});
+    if (gzip) out.set(http::field::content_encoding, "gzip");
+    if (!found->gzip.empty()) out.set(http::field::vary, "Accept-Encoding");
+    const std::string_view bytes = gzip ? found->gzip : found->bytes;
+    out.body() = {bytes.data(), bytes.size()};
+    give(std::move(out));
+  }
+
+  void give_file(const std::string& name) {
+    const int descriptor = hub_.files().empty() ? -1 : open_beneath(hub_.files(), name);
+    if (descriptor < 0) return say(http::status::not_found, "there is no such file", keeps_alive());
+    beast::file_posix file;
+    file.native_handle(descriptor);
+    auto out = response<http::basic_file_body<beast::file_posix>>(http::status::ok, type_of_file(name),
+                                                                  keeps_alive());
+    out.set("Content-Security-Policy", kFilePolicy);
+    error_code error;
+    out.body().reset(std::move(file), error);
+    if (error) return say(http::status::not_found, "the file cannot be read", keeps_alive());
+    give(std::move(out));
+  }
+
+  void upgrade() {
+    const auto& head = parser_->get();
+    if (!websocket::is_upgrade(head))
+      return say(http::status::upgrade_required, "this is the WebSocket", false);
+    if (buffer_.size() > 0)
+      return refuse(http::status::bad_request, "nothing is sent before the socket is open");
+    std::make_shared<Socket>(hub_, id_, std::move(line_))->accept(parser_->release());
+  }
+
+  template <class Body>
+  void give(http::response<Body>&& response) {
+    response.prepare_payload();
+    const bool head_only = parser_->is_header_done() && parser_->get().method() == http::verb::head;
+    auto answer = std::make_shared<Answer<Body>>(std::move(response));
+    answer->serializer.split(head_only);
+    write(answer, head_only);
+  }
+
+  template <class Body>
+  void write(const std::shared_ptr<Answer<Body>>& answer, bool head_only) {
+    tcp().expires_after(kStallTime);
+    http::async_write_some(line_, answer->serializer,
+                           [self = shared_from_this(), answer, head_only](error_code error, std::size_t) {
+                             if (error) return;
+                             auto& serializer = answer->serializer;
+                             if (!(head_only ? serializer.is_header_done() : serializer.is_done()))
+                               return self->write(answer, head_only);
+                             if (answer->response.keep_alive()) return self->read_head(kIdleTime);
+                             self->line_.end([self] {});
+                           });
+  }
+
+  Hub& hub_;
+  const std::uint64_t id_;
+  const Tcp::endpoint here_;
+  Line line_;
+  beast::flat_buffer buffer_{2 * kLongestHead};
+  std::optional<http::request_parser<http::empty_body>> parser_;
+  bool known_ = false;
+};
+
+// One more connection than there may be.
+class TurnedAway : public std::enable_shared_from_this<TurnedAway> {
+ public:
+  TurnedAway(Tcp::socket&& socket, std::size_t& count) : stream_(std::move(socket)), count_(count) {
+    ++count_;
+  }
+  ~TurnedAway() { --count_; }
+  TurnedAway(const TurnedAway&) = delete;
+  TurnedAway& operator=(const TurnedAway&) = delete;
+
+  void start() {
+    http::response<http::string_body> out{http::status::service_unavailable, 11};
+    set_headers(out, kPagePolicy);
+    out.set(http::field::content_type, "text/plain; charset=utf-8");
+    out.keep_alive(false);
+    out.body() = "503: too many connections: close a tab of this page\n";
+    out.prepare_payload();
+    response_ = std::move(out);
+    stream_.expires_after(kFarewell);
+    http::async_write(stream_, response_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) return;
+      error_code ignored;
+      self->stream_.socket().shutdown(Tcp::socket::shutdown_send, ignored);
+      self->discard();
+    });
+  }
+
+ private:
+  void discard() {
+    stream_.async_read_some(asio::buffer(bytes_), [self = shared_from_this()](error_code error, std::size_t) {
+      if (!error) self->discard();
+    });
+  }
+
+  beast::tcp_stream stream_;
+  std::size_t& count_;
+  http::response<http::string_body> response_;
+  std::array<char, 1024> bytes_{};
+};
+
+Hub::Hub(const ServerOptions& options, Handlers handlers)
+    : handlers_(std::move(handlers)),
+      token_(checked_token(options.token)),
+      files_(options.files),
+      listening_on_(options.address) {
+  use_certificate(options);
+  listen(options);
+  accept();
+}
+
+void Hub::use_certificate(const ServerOptions& options) {
+  if (options.certificate.empty() != options.key.empty())
+    throw io::InputError("TLS needs a certificate and its key: give both");
+  if (options.certificate.empty()) return;
+  io::require_readable(options.certificate);
+  io::require_readable(options.key);
+  tls_.emplace(asio::ssl::context::tls_server);
+  SSL_CTX_set_min_proto_version(tls_->native_handle(), TLS1_2_VERSION);
+  error_code error;
+  tls_->set_password_callback([](std::size_t, auto) { return std::string(); }, error);
+  tls_->use_certificate_chain_file(options.certificate, error);
+  if (error)
+    throw io::InputError(fmt::format("{}: is no certificate ({}): give one in PEM",
+                                     options.certificate.string(), error.message()));
+  tls_->use_private_key_file(options.key, asio::ssl::context::pem, error);
+  if (error)
+    throw io::InputError(fmt::format("{}: is not the key of {} ({}): give it in PEM, without a passphrase",
+                                     options.key.string(), options.certificate.string(), error.message()));
+  certificate_ = SSL_CTX_get0_certificate(tls_->native_handle());
+}
+
+void Hub::listen(const ServerOptions& options) {
+  const auto address = parsed_address(options.address);
+  if (!address.is_loopback() && !tls_)
+    throw io::InputError(
+        fmt::format("{}: is reached from other machines, for which TLS is needed: give a certificate and "
+                    "its key, or listen on 127.0.0.1",
+                    options.address));
+  error_code error;
+  const Tcp::endpoint end(address, options.port);
+  acceptor_.open(end.protocol(), error);
+  if (!error) acceptor_.set_option(asio::socket_base::reuse_address(true), error);
+  if (!error) acceptor_.bind(end, error);
+  if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
+  if (error == asio::error::address_in_use)
+    throw io::InputError(
+        fmt::format("port {} of {} is in use: close the program that listens there, or give another port, "
+                    "or 0 for any",
+                    options.port, options.address));
+  if (error == asio::error::access_denied)
+    throw io::InputError(
+        fmt::format("port {}: permission denied: give a port above 1023, or 0 for any", options.port));
+  if (error)
+    throw io::InputError(
+        fmt::format("{}: cannot be listened on ({}): give 127.0.0.1, or one of the machine's own addresses",
+                    options.address, error.message()));
+  here_ = acceptor_.local_endpoint();
+}
+
+std::string in_url(const asio::ip::address& address) {
+  return address.is_v6() ? fmt::format("[{}]", address.to_string()) : address.to_string();
+}
+
+std::string Hub::url() const {
+  const std::string host = here_.address().is_unspecified() ? "localhost" : in_url(here_.address());
+  return fmt::format("{}://{}:{}/{}/", scheme(), host, here_.port(), token_);
+}
+
+// The name in Host, without its port: this machine's to itself, the address that the connection came in on, or one that the
+// certificate vouches for. A name that somebody else points at this machine is none of these.
+bool Hub::is_ours(std::string_view host, const Tcp::endpoint& here) const {
+  const std::string port = fmt::format(":{}", here_.port());
+  const bool usual_port = here_.port() == (tls_ ? 443 : 80);
+  std::string_view name = host;
+  if (name.ends_with(port))
+    name.remove_suffix(port.size());
+  else if (!usual_port)
+    return false;
+  if (name.empty()) return false;
+  if (here.address().is_loopback() && (name == "127.0.0.1" || name == "localhost" || name == "[::1]"))
+    return true;
+  if (name == in_url(here.address())) return true;
+  return certificate_ != nullptr && name.front() != '.' &&
+         X509_check_host(certificate_, name.data(), name.size(), 0, nullptr) == 1;
+}
+
+void Hub::accept() {
+  acceptor_.async_accept([this](error_code error, Tcp::socket socket) {
+    if (stopping_ || error == asio::error::operation_aborted) return;
+    if (!error) {
+      accepted(std::move(socket));
+      return accept();
+    }
+    pause_.expires_after(std::chrono::milliseconds(100));  // no descriptors are left, say
+    pause_.async_wait([this](error_code ended) {
+      if (!ended) accept();
+    });
+  });
+}
+
+// Where all places are taken, the oldest connection that has not shown the token goes.
+bool Hub::make_room() {
+  if (connections_.size() < static_cast<std::size_t>(kMostClients)) return true;
+  const auto unknown = std::find_if(connections_.begin(), connections_.end(),
+                                    [](const auto& entry) { return !entry.second->known(); });
+  if (unknown == connections_.end()) return false;
+  AnyConnection* connection = unknown->second;
+  connections_.erase(unknown);
+  connection->give_up();
+  return true;
+}
+
+void Hub::accepted(Tcp::socket socket) {
+  error_code ignored;
+  socket.set_option(Tcp::no_delay(true), ignored);
+  if (!make_room()) return turn_away(std::move(socket));
+  const auto id = ++last_id_;
+  std::make_shared<Connection>(*this, id, std::move(socket), tls_ ? &*tls_ : nullptr)->start();
+}
+
+void Hub::turn_away(Tcp::socket socket) {
+  ++refused;
+  if (tls_ || turned_away_ >= kMostTurnedAway) return;
+  std::make_shared<TurnedAway>(std::move(socket), turned_away_)->start();
+}
+
+void Hub::leave(std::uint64_t id, const AnyConnection* connection) {
+  const auto found = connections_.find(id);
+  if (found != connections_.end() && found->second == connection) connections_.erase(found);
+  const auto socket = sockets_.find(id);
+  if (socket != sockets_.end() && socket->second == connection) sockets_.erase(socket);
+}
+
+void Hub::opened(Client client, AnyConnection* connection) {
+  sockets_[client] = connection;
+  ++clients;
+  if (handlers_.opened) handlers_.opened(client);
+}
+
+void Hub::closed(Client client) {
+  sockets_.erase(client);
+  --clients;
+  if (handlers_.closed) handlers_.closed(client);
+  if (stopping_ && sockets_.empty()) context.stop();
+}
+
+void Hub::send(Client to, const Message& message) {
+  const auto found = sockets_.find(to);
+  if (found != sockets_.end()) found->second->send(message);
+}
+
+void Hub::send_all(const Message& message) {
+  for (const auto& [client, socket] : sockets_) socket->send(message);
+}
+
+void Hub::watch(int descriptor, std::function<void()> readable) {
+  unwatch(descriptor);
+  auto watch = std::make_shared<Watch>(context, descriptor);
+  watch->readable = std::move(readable);
+  watches_[descriptor] = watch;
+  wait(watch);
+}
+
+void Hub::unwatch(int descriptor) {
+  const auto found = watches_.find(descriptor);
+  if (found == watches_.end()) return;
+  found->second->ended = true;
+  found->second->stream.release();  // the descriptor stays the caller's
+  watches_.erase(found);
+}
+
+void Hub::wait(const std::shared_ptr<Watch>& watch) {
+  watch->stream.async_wait(asio::posix::stream_descriptor::wait_read, [this, watch](error_code error) {
+    if (error || watch->ended) return;
+    watch->readable();
+    if (!watch->ended) wait(watch);
+  });
+}
+
+void Hub::every(double period_s, std::function<void()> tick) {
+  auto timer = std::make_shared<Timer>(context);
+  timer->period = std::chrono::nanoseconds(std::llround(std::max(period_s, 1e-3) * 1e9));
+  timer->tick = std::move(tick);
+  timer->timer.expires_after(timer->period);
+  timers_.push_back(timer);
+  wait(timer);
+}
+
+// Ticks that the thread had no time for are left out.
+void Hub::wait(const std::shared_ptr<Timer>& timer) {
+  timer->timer.async_wait([this, timer](error_code error) {
+    if (error) return;
+    timer->tick();
+    timer->timer.expires_at(
+        std::max(timer->timer.expiry() + timer->period, std::chrono::steady_clock::now()));
+    wait(timer);
+  });
+}
+
+void Hub::stop() {
+  if (std::exchange(stopping_, true)) return;
+  error_code ignored;
+  acceptor_.close(ignored);
+  const auto all = connections_;
+  for (const auto& [id, connection] : all) connection->farewell();
+  pause_.expires_after(sockets_.empty() ? std::chrono::milliseconds(0) : std::chrono::milliseconds(200));
+  pause_.async_wait([this](error_code) { context.stop(); });
+}
+
+Message shared(std::string bytes, bool text) {
+  return {std::make_shared<const std::string>(std::move(bytes)), text};
+}
+
+}  // namespace
+
+struct Server::Inside {
+  Hub hub;
+};
+
+Server::Server(const ServerOptions& options, Handlers handlers)
+    : inside_(new Inside{{options, std::move(handlers)}}) {}
+
+// The caller's descriptors stay open.
+Server::~Server() { inside_->hub.unwatch_all(); }
+
+std::string Server::url() const { return inside_->hub.url(); }
+void Server::send(Client to, std::string text) { inside_->hub.send(to, shared(std::move(text), true)); }
+void Server::send(Client to, std::span<const std::uint8_t> bytes) {
+  inside_->hub.send(to, shared(std::string(bytes.begin(), bytes.end()), false));
+}
+void Server::send_all(std::string text) { inside_->hub.send_all(shared(std::move(text), true)); }
+void Server::send_all(std::span<const std::uint8_t> bytes) {
+  inside_->hub.send_all(shared(std::string(bytes.begin(), bytes.end()), false));
+}
+void Server::watch(int descriptor, std::function<void()> readable) {
+  inside_->hub.watch(descriptor, std::move(readable));
+}
+void Server::unwatch(int descriptor) { inside_->hub.unwatch(descriptor); }
+void Server::every(double period_s, std::function<void()> tick) {
+  inside_->hub.every(period_s, std::move(tick));
+}
+void Server::post(std::function<void()> work) { asio::post(inside_->hub.context, std::move(work)); }
+void Server::run() { inside_->hub.context.run(); }
+void Server::stop() {
+  asio::post(inside_->hub.context, [hub = &inside_->hub] { hub->stop(); });
+}
+Server::Counts Server::counts() const {
+  return {inside_->hub.refused, inside_->hub.dropped, inside_->hub.clients};
+}
+
+}  // namespace flexor::live

@@ -1,0 +1,85 @@
+// The server of the live view: one page, files of the sessions' folder, and a WebSocket (SOCKET.md), on one thread.
+//
+// Every request and every socket is checked: the token, first part of the path; Host, which must be where the server
+// listens (this machine's own names on the loopback; elsewhere the address that the connection came in on, or a name that the
+// certificate vouches for); Origin, where there is one, which must be its own. GET and HEAD are all there is, and they change
+// nothing. A path that leaves the sessions' folder, by dots, by links or by bytes that are no name, is not found. Heads, bodies,
+// messages and queues are bounded; a client that does not read is dropped, not waited for. Where all places are taken, the
+// oldest connection that has not shown the token makes room. Everything of Boost.Beast is in server.cpp.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace flexor::live {
+
+using Client = std::uint64_t;  // a socket; never used twice
+
+inline constexpr std::size_t kLongestText = 1 << 20;    // bytes of a message to the server
+inline constexpr std::size_t kLongestBinary = 1 << 20;  // likewise
+inline constexpr std::size_t kLongestQueue = 4
+                                             << 20;  // bytes that wait for a client, which is dropped beyond
+inline constexpr int kMostClients = 64;              // connections; one more is answered 503
+
+struct ServerOptions {
+  std::string address = "127.0.0.1";
+  unsigned short port = 0;            // 0: any
+  std::string token;                  // empty: 128 random bits, as hexadecimal digits
+  std::filesystem::path files;        // the sessions' folder; empty: none are served
+  std::filesystem::path certificate;  // PEM; both or none. Needed for an address that is not the loopback
+  std::filesystem::path key;
+};
+
+struct Handlers {
+  std::function<void(Client)> opened;
+  std::function<void(Client, std::string_view)> text;
+  std::function<void(Client, std::span<const std::uint8_t>)> binary;
+  std::function<void(Client)> closed;
+};
+
+class Server {
+ public:
+  // Listens. Throws io::InputError, one line with the mend: the port is taken, no such address, an address beyond this
+  // machine without TLS, a certificate that cannot be used.
+  Server(const ServerOptions& options, Handlers handlers);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  std::string url() const;  // with the token
+
+  // Queued, in order; on the server's thread, that is from handlers and what follows here, or before run(). What goes to a
+  // client that has gone is forgotten. One copy serves all clients. Text must be UTF-8.
+  void send(Client to, std::string text);
+  void send(Client to, std::span<const std::uint8_t> bytes);
+  void send_all(std::string text);
+  void send_all(std::span<const std::uint8_t> bytes);
+
+  // On the server's thread: once `descriptor` is readable or has ended, again and again until unwatch, which comes before its
+  // close; every so often; as soon as it can, from any thread. The descriptor stays the caller's.
+  void watch(int descriptor, std::function<void()> readable);
+  void unwatch(int descriptor);
+  void every(double period_s, std::function<void()> tick);
+  void post(std::function<void()> work);
+
+  void run();   // until stop(). What a handler throws comes out of it
+  void stop();  // from any thread, also from a signal's thread
+
+  struct Counts {
+    std::uint64_t refused = 0;  // requests and sockets
+    std::uint64_t dropped = 0;  // clients that did not read
+    int clients = 0;            // open sockets
+  };
+  Counts counts() const;
+
+ private:
+  struct Inside;
+  std::unique_ptr<Inside> inside_;
+};
+
+}  // namespace flexor::live

@@ -1,0 +1,638 @@
+#include "apps/live/server.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <atomic>
+#include <filesystem>
+#include <mutex>
+#include <set>
+#include <vector>
+
+#include "apps/live/assets.hpp"
+#include "apps/live/test_wire.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::live {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string body_of(const std::string& answer) {
+  const auto end = answer.find("\r\n\r\n");
+  return end == answer.npos ? "" : answer.substr(end + 4);
+}
+
+std::string refusal(const ServerOptions& options) {
+  try {
+    Server server(options, {});
+  } catch (const io::InputError& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+// A sessions' folder beside a file that nobody may have.
+struct Sessions {
+  Sessions() : folder(outside.path() / "sessions") {
+    fs::create_directories(folder / "one" / "deep");
+    io::write_file(outside.path() / "secret.txt", "SECRET");
+    io::write_file(folder / "one" / "log.csv", "t_s,a\n0,1\n");
+    io::write_file(folder / "one" / "report.html", "<p>report</p>");
+    io::write_file(folder / "one" / "run.js", "alert(1)");
+    io::write_file(folder / "one" / ".hidden", "SECRET");
+    io::write_file(folder / "one" / "Zo\xc3\xab left.csv", "name");
+    fs::create_symlink(outside.path() / "secret.txt", folder / "one" / "link.txt");
+    fs::create_directory_symlink(outside.path(), folder / "way");
+    mkfifo((folder / "one" / "pipe.csv").c_str(), 0600);
+  }
+  ServerOptions options() const {
+    ServerOptions out;
+    out.files = folder;
+    return out;
+  }
+  io::TemporaryFolder outside;
+  fs::path folder;
+};
+
+// What the handlers were called with.
+struct Heard {
+  Handlers handlers() {
+    Handlers out;
+    out.opened = [this](Client client) { note(fmt::format("opened {}", client), client); };
+    out.text = [this](Client, std::string_view text) { note(fmt::format("text {}", text)); };
+    out.binary = [this](Client, std::span<const std::uint8_t> bytes) {
+      note(fmt::format("binary {}", bytes.size()));
+    };
+    out.closed = [this](Client client) { note(fmt::format("closed {}", client)); };
+    return out;
+  }
+  void note(std::string what, Client client = 0) {
+    const std::lock_guard lock(mutex);
+    if (client != 0) last = client;
+    said.push_back(std::move(what));
+  }
+  std::vector<std::string> all() {
+    const std::lock_guard lock(mutex);
+    return said;
+  }
+  std::mutex mutex;
+  std::vector<std::string> said;
+  Client last = 0;
+};
+
+TEST(Server, GivesThePageAndItsAssetsWithTheHeadersOfASafePage) {
+  const Running running;
+  for (const Asset& asset : assets()) {
+    const std::string answer = get(running.place, running.path(asset.name == "index.html" ? "" : asset.name));
+    ASSERT_EQ(status_of(answer), 200) << asset.name;
+    EXPECT_EQ(body_of(answer), asset.bytes) << asset.name;
+    EXPECT_NE(answer.find(fmt::format("Content-Type: {}\r\n", asset.type)), answer.npos);
+    for (const char* header :
+         {"Content-Security-Policy: default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; ",
+          "frame-ancestors 'none'\r\n", "X-Content-Type-Options: nosniff\r\n",
+          "Referrer-Policy: no-referrer\r\n", "Cache-Control: no-store\r\n",
+          "Cross-Origin-Opener-Policy: same-origin\r\n", "Cross-Origin-Resource-Policy: same-origin\r\n",
+          "Permissions-Policy: camera=(self)\r\n"})
+      EXPECT_NE(answer.find(header), answer.npos) << header;
+    EXPECT_EQ(answer.substr(0, answer.find("\r\n\r\n")).find("Content-Encoding"), answer.npos);
+    if (asset.gzip.empty()) continue;
+    const std::string packed = get(running.place, running.path(asset.name), "Accept-Encoding: br, gzip\r\n");
+    EXPECT_NE(packed.find("Content-Encoding: gzip\r\n"), packed.npos);
+    EXPECT_EQ(body_of(packed), asset.gzip);
+  }
+  EXPECT_EQ(status_of(get(running.place, running.path("none.js"))), 404);
+  const std::string bare = get(running.place, "/" + running.place.token);
+  EXPECT_EQ(status_of(bare), 308);
+  EXPECT_NE(bare.find("Location: " + running.path("") + "\r\n"), bare.npos);
+  EXPECT_EQ(running.server.counts().refused, 0U);
+}
+
+TEST(Server, HeadIsTheSameWithoutTheBody) {
+  const Sessions sessions;
+  const Running running(sessions.options());
+  for (const char* path : {"", "files/one/log.csv", "none"}) {
+    const std::string whole = get(running.place, running.path(path));
+    const std::string head = get(running.place, running.path(path), "", "HEAD");
+    EXPECT_EQ(head, whole.substr(0, whole.size() - body_of(whole).size()));
+    EXPECT_FALSE(body_of(whole).empty());
+  }
+}
+
+TEST(Server, AConnectionServesOneRequestAfterAnother) {
+  const Running running;
+  Wire wire(running.place.port);
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(wire.put(
+        fmt::format("GET {} HTTP/1.1\r\nHost: {}\r\n\r\n", running.path("none"), running.place.host)));
+    EXPECT_EQ(status_of(wire.until("no such file\n")), 404);
+  }
+}
+
+TEST(Server, AnotherHostIsRefused) {
+  const Running running;
+  const auto ask = [&](const std::string& hosts) {
+    Wire wire(running.place.port);
+    wire.put(fmt::format("GET {} HTTP/1.1\r\n{}Connection: close\r\n\r\n", running.path(""), hosts));
+    return wire.rest();
+  };
+  const int port = running.place.port;
+  for (const char* own : {"127.0.0.1", "localhost", "[::1]"})
+    EXPECT_EQ(status_of(ask(fmt::format("Host: {}:{}\r\n", own, port))), 200) << own;
+  for (const std::string& other :
+       {std::string("evil.example"), fmt::format("evil.example:{}", port), std::string("127.0.0.1"),
+        fmt::format("127.0.0.1:{}", port + 1), fmt::format("127.0.0.1.evil.example:{}", port),
+        fmt::format("127.0.0.1:{}.", port), fmt::format("127.0.0.2:{}", port), fmt::format(":{}", port),
+        fmt::format("localhost:{0}@evil.example:{0}", port), std::string()}) {
+    const std::string answer = ask(fmt::format("Host: {}\r\n", other));
+    EXPECT_EQ(status_of(answer), 403) << other;
+    EXPECT_EQ(std::count(answer.begin(), answer.end(), '\n') - 1,
+              std::count(answer.begin(), answer.end(), '\r'))
+        << answer;
+  }
+  EXPECT_EQ(status_of(ask("")), 403);
+  EXPECT_EQ(status_of(ask(fmt::format("Host: {0}\r\nHost: {0}\r\n", running.place.host))), 403);
+  EXPECT_EQ(running.server.counts().refused, 12U);
+  EXPECT_TRUE(running.answers());
+}
+
+TEST(Server, AForeignOriginIsRefusedAlsoAtTheSocket) {
+  const Running running;
+  const std::string own = fmt::format("Origin: http://{}\r\n", running.place.host);
+  EXPECT_EQ(status_of(get(running.place, running.path(""), own)), 200);
+  EXPECT_EQ(Tab(running.place, own).status, 101);
+  EXPECT_EQ(Tab(running.place).status, 101);  // a program, which has none
+  for (const std::string& other :
+       {std::string("null"), std::string("http://evil.example"), "https://" + running.place.host,
+        "http://" + running.place.host + "/", fmt::format("http://localhost:{}", running.place.port),
+        std::string("http://127.0.0.1"), std::string()}) {
+    const std::string field = fmt::format("Origin: {}\r\n", other);
+    EXPECT_EQ(status_of(get(running.place, running.path(""), field)), 403) << other;
+    EXPECT_EQ(Tab(running.place, field).status, 403) << other;
+  }
+  EXPECT_EQ(Tab(running.place, own + own).status, 403);
+  EXPECT_TRUE(running.answers());
+}
+
+TEST(Server, WithoutTheTokenNothingIsThere) {
+  const Sessions sessions;
+  const Running running(sessions.options());
+  std::string wrong = running.place.token;
+  wrong.back() = wrong.back() == '0' ? '1' : '0';
+  for (const std::string& path :
+       {std::string("/"), std::string("/index.html"), std::string("/socket"), std::string("//"),
+        "/" + wrong + "/", "/" + wrong + "/files/one/log.csv", running.path("").substr(0, 20) + "/",
+        "/" + running.place.token + "0/", "/x/" + running.place.token + "/", "//" + running.place.token + "/",
+        "http://" + running.place.host + running.path(""), std::string("*"),
+        "/%" + fmt::format("{:02x}", static_cast<int>(running.place.token[0])) +
+            running.place.token.substr(1) + "/"})
+    EXPECT_EQ(status_of(get(running.place, path)), 403) << path;
+  Place other = running.place;
+  other.token = wrong;
+  EXPECT_EQ(Tab(other).status, 403);
+  EXPECT_TRUE(running.answers());
+}
+
+TEST(Server, TokensAreRandomAndCanBeGiven) {
+  std::set<std::string> tokens;
+  for (int i = 0; i < 20; ++i) {
+    const Server server({}, {});
+    tokens.insert(Place(server.url()).token);
+    EXPECT_EQ(Place(server.url()).token.size(), 32U);
+  }
+  EXPECT_EQ(tokens.size(), 20U);
+  ServerOptions options;
+  options.token = "given-1";
+  EXPECT_EQ(Place(Server(options, {}).url()).token, "given-1");
+  options.token = "a/b";
+  EXPECT_NE(refusal(options).find("letters"), std::string::npos);
+}
+
+TEST(Server, GivesFilesOfTheSessions) {
+  const Sessions sessions;
+  const Running running(sessions.options());
+  const std::string log = get(running.place, running.path("files/one/log.csv"));
+  EXPECT_EQ(status_of(log), 200);
+  EXPECT_EQ(body_of(log), "t_s,a\n0,1\n");
+  EXPECT_NE(log.find("Content-Type: text/csv"), log.npos);
+  EXPECT_EQ(body_of(get(running.place, running.path("files/one/Zo%C3%AB%20left.csv?x=1"))), "name");
+  const std::string report = get(running.place, running.path("files/one/report.html"));
+  EXPECT_EQ(body_of(report), "<p>report</p>");
+  EXPECT_NE(report.find("Content-Security-Policy: sandbox; default-src 'none'; style-src 'unsafe-inline'"),
+            report.npos);
+  EXPECT_EQ(report.find("script-src"), report.npos);
+  EXPECT_NE(get(running.place, running.path("files/one/run.js")).find("Content-Type: text/plain"),
+            std::string::npos);
+  io::write_file(sessions.folder / "one" / "large.csv", std::string(30'000'000, 'x'));
+  EXPECT_EQ(body_of(get(running.place, running.path("files/one/large.csv"))), std::string(30'000'000, 'x'));
+}
+
+TEST(Server, NoPathLeadsOutOfTheSessions) {
+  const Sessions sessions;
+  const Running running(sessions.options());
+  for (const char* path : {"files/../secret.txt",
+                           "files/one/../../secret.txt",
+                           "files/%2e%2e/secret.txt",
+                           "files/%2E%2e/secret.txt",
+                           "files/.%2e/secret.txt",
+                           "files/..%2fsecret.txt",
+                           "files/one/..%2f..%2fsecret.txt",
+                           "files/one%2f..%2f..%2fsecret.txt",
+                           "files/%252e%252e/secret.txt",
+                           "files/..%5csecret.txt",
+                           "files/..\\secret.txt",
+                           "files/%c0%ae%c0%ae/secret.txt",
+                           "files/..;/secret.txt",
+                           "files//etc/passwd",
+                           "files/%2fetc/passwd",
+                           "files//secret.txt",
+                           "files/one/link.txt",
+                           "files/way/secret.txt",
+                           "files/way/sessions/one/log.csv",
+                           "files/one/.hidden",
+                           "files/./one/log.csv",
+                           "files/one//log.csv",
+                           "files/one/log.csv/",
+                           "files/one/log.csv%00.txt",
+                           "files/one/log.csv%",
+                           "files/one/log.csv%2",
+                           "files/one/%zz",
+                           "files/one",
+                           "files/one/",
+                           "files/",
+                           "files",
+                           "files/one/pipe.csv",
+                           "../secret.txt",
+                           "assets/../files/../secret.txt",
+                           "%66iles/../secret.txt",
+                           "socket/../files/one/log.csv"}) {
+    const std::string answer = get(running.place, running.path(path));
+    EXPECT_EQ(status_of(answer), 404) << path;
+    EXPECT_EQ(answer.find("SECRET"), answer.npos) << path;
+    EXPECT_EQ(answer.find("root:"), answer.npos) << path;
+  }
+  const std::string long_name(5000, 'a');
+  EXPECT_EQ(status_of(get(running.place, running.path("files/" + long_name))), 404);
+  EXPECT_EQ(status_of(get(Running().place, "/x/files/one/log.csv")), 403);
+  const Running without;
+  EXPECT_EQ(status_of(get(without.place, without.path("files/one/log.csv"))), 404);
+  EXPECT_TRUE(running.answers());
+}
+
+TEST(Server, OnlyGetAndHeadAndNoBody) {
+  const Running running;
+  for (const char* method : {"POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE", "CONNECT", "PROPFIND"})
+    EXPECT_EQ(status_of(get(running.place, running.path(""), "Content-Length: 0\r\n", method)), 405)
+        << method;
+  EXPECT_EQ(status_of(get(running.place, running.path(""), "Content-Length: 5\r\n")), 413);
+  EXPECT_EQ(status_of(get(running.place, running.path(""), "Content-Length: 99999999999\r\n")), 413);
+  EXPECT_EQ(status_of(get(running.place, running.path(""), "Transfer-Encoding: chunked\r\n")), 413);
+  EXPECT_TRUE(running.answers());
+}
+
+TEST(Server, AHeadHasAnEnd) {
+  const Running running;
+  EXPECT_EQ(status_of(get(running.place, running.path(""), fmt::format("X: {}\r\n", std::string(7000, 'x')))),
+            200);
+  EXPECT_EQ(status_of(get(running.place, running.path(""), fmt::format("X: {}\r\n", std::string(9000, 'x')))),
+            431);
+  std::string many;
+  for (int i = 0; i < 3000; ++i) many += "X: y\r\n";
+  EXPECT_EQ(status_of(get(running.place, running.path(""), many)), 431);
+  EXPECT_TRUE(running.answers());
+}
+
+TEST(Server, GarbageIsAnsweredOrClosed) {
+  const Running running;
+  std::string zeros(4000, '\0');
+  for (const std::string& bytes :
+       {std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc", 9) + zeros, std::string("\xff\xfe\n\n\n\n"),
+        zeros, std::string("GET\r\n\r\n"), std::string("GET / HTTP/9.9\r\n\r\n"),
+        std::string("GET / HTTP/1.1\nHost\n\n"), frame(kText, "hello"),
+        fmt::format("GET {} HTTP/1.1\r\nHost: {}\r\nContent-Length: x\r\n\r\n", running.path(""),
+                    running.place.host)}) {
+    Wire wire(running.place.port);
+    wire.put(bytes);
+    shutdown(wire.descriptor(), SHUT_WR);
+    const std::string answer = wire.rest();
+    EXPECT_TRUE(answer.empty() || status_of(answer) == 400) << answer;
+    EXPECT_TRUE(wire.ended());
+  }
+  Wire early(running.place.port);
+  early.put(handshake(running.place) + frame(kText, "too early"));
+  EXPECT_EQ(status_of(early.rest()), 400);
+  EXPECT_EQ(status_of(get(running.place, running.path("socket"))), 426);
+  EXPECT_TRUE(running.answers());
+}
+
+TEST(Server, MessagesGoBothWaysInOrder) {
+  Heard heard;
+  Running running({}, heard.handlers());
+  Tab one(running.place);
+  ASSERT_TRUE(soon([&] { return heard.all().size() == 1; }));
+  const Client first = heard.last;
+  Tab two(running.place);
+  ASSERT_TRUE(soon([&] { return running.server.counts().clients == 2; }));
+  running.server.post([&] {
+    running.server.send(first, "for one");
+    running.server.send(first, std::vector<std::uint8_t>(3, 'x'));
+    const std::vector<std::uint8_t> samples(70000, 7);
+    running.server.send_all(samples);
+    running.server.send_all("for all");
+    running.server.send(99, "for nobody");
+  });
+  EXPECT_EQ(one.hear(), std::pair(kText, std::string("for one")));
+  EXPECT_EQ(one.hear(), std::pair(kBinary, std::string("xxx")));
+  for (Tab* tab : {&one, &two}) {
+    EXPECT_EQ(tab->hear(), std::pair(kBinary, std::string(70000, '\7')));
+    EXPECT_EQ(tab->hear(), std::pair(kText, std::string("for all")));
+  }
+  one.say("hello");
+  one.put(frame(kBinary, std::string(kLongestBinary, 'x')));
+  one.say(std::string(kLongestText, 'y'));
+  one.put(frame(kPing, "?"));
+  EXPECT_EQ(one.hear(), std::pair(10, std::string("?")));
+  const auto said = heard.all();
+  ASSERT_EQ(said.size(), 5U);
+  EXPECT_EQ(said[2], "text hello");
+  EXPECT_EQ(said[3], fmt::format("binary {}", kLongestBinary));
+  EXPECT_EQ(said[4].size(), kLongestText + 5);
+  one.put(frame(kClose, "\x03\xe8"));
+  EXPECT_EQ(one.hear(), std::pair(kClose, std::string("\x03\xe8")));
+  EXPECT_TRUE(soon([&] { return heard.all().back() == fmt::format("closed {}", first); }));
+  EXPECT_EQ(running.server.counts().clients, 1);
+  EXPECT_EQ(running.server.counts().dropped, 0U);
+}
+
+TEST(Server, AMessageBeyondTheLimitEndsItsSocketOnly) {
+  Heard heard;
+  Running running({}, heard.handlers());
+  Tab other(running.place);
+  Tab large(running.place);
+  ASSERT_TRUE(soon([&] { return heard.all().size() == 2; }));
+  std::thread sending([&] { large.put(frame(kBinary, std::string(100 << 20, 'x'))); });
+  const auto [opcode, why] = large.hear();
+  EXPECT_EQ(opcode, kClose);
+  EXPECT_EQ(why.substr(0, 2), "\x03\xf1");  // 1009
+  large.rest(2);
+  sending.join();
+  ASSERT_TRUE(soon([&] { return heard.all().size() == 3; }));
+  EXPECT_TRUE(heard.all().back().starts_with("closed"));
+  other.say("still here");
+  EXPECT_TRUE(soon([&] { return heard.all().back() == "text still here"; }));
+
+  Tab pieces(running.place);  // likewise in pieces
+  std::string piece = frame(kBinary, std::string(60000, 'x'));
+  piece[0] = kBinary;
+  for (int i = 0; i < 30; ++i) {
+    pieces.put(piece);
+    piece[0] = 0;
+  }
+  EXPECT_EQ(pieces.hear().first, kClose);
+  EXPECT_TRUE(running.answers());
+}
+
+TEST(Server, GarbageInASocketEndsItOnly) {
+  Heard heard;
+  Running running({}, heard.handlers());
+  Tab other(running.place);
+  for (const std::string& bytes :
+       {std::string(40, '\xff'), frame(kText, "unmasked", false), frame(kText, "\xc3\x28\xff"), frame(3, "x"),
+        frame(kPing, std::string(200, 'x')),
+        std::string("\x82\xff\xff\xff\xff\xff\xff\xff\xff\xff\0\0\0\0", 14),
+        std::string("GET / HTTP/1.1\r\n\r\n"), frame(0, "goes on from nothing")}) {
+    Tab tab(running.place);
+    ASSERT_EQ(tab.status, 101);
+    tab.put(bytes);
+    EXPECT_EQ(tab.hear().first, kClose);
+    tab.rest(3);
+    EXPECT_TRUE(tab.ended());
+  }
+  EXPECT_TRUE(soon([&] { return running.server.counts().clients == 1; }));
+  for (const std::string& said : heard.all()) EXPECT_FALSE(said.starts_with("text")) << said;
+  other.say("still here");
+  EXPECT_TRUE(soon([&] { return heard.all().back() == "text still here"; }));
+}
+
+TEST(Server, AThousandConnectionsThatSayNothingKeepNobodyOut) {
+  rlimit limit{};
+  getrlimit(RLIMIT_NOFILE, &limit);
+  if (limit.rlim_cur < 3000) {
+    limit.rlim_cur = std::min<rlim_t>(3000, limit.rlim_max);
+    setrlimit(RLIMIT_NOFILE, &limit);
+  }
+  Heard heard;
+  Running running({}, heard.handlers());
+  Tab tab(running.place);
+  std::vector<Wire> idle;
+  for (int i = 0; i < 1000; ++i) idle.emplace_back(running.place.port);
+  EXPECT_TRUE(running.answers());
+  tab.say("still here");
+  EXPECT_TRUE(soon([&] { return heard.all().back() == "text still here"; }));
+  EXPECT_EQ(running.server.counts().clients, 1);
+}
+
+TEST(Server, OneSocketMoreThanThereMayBeIsTold) {
+  Running running;
+  std::vector<std::unique_ptr<Tab>> tabs;
+  for (int i = 0; i < kMostClients; ++i) {
+    tabs.push_back(std::make_unique<Tab>(running.place));
+    ASSERT_EQ(tabs.back()->status, 101);
+  }
+  EXPECT_EQ(Tab(running.place).status, 503);
+  EXPECT_EQ(status_of(get(running.place, running.path(""))), 503);
+  for (int i = 0; i < 300; ++i) Wire(running.place.port).put("GET");
+  tabs.pop_back();
+  EXPECT_TRUE(soon([&] { return running.answers(); }));
+  EXPECT_EQ(running.server.counts().clients, kMostClients - 1);
+}
+
+TEST(Server, WhoDoesNotReadIsDroppedAndTheOthersGetEverything) {
+  Heard heard;
+  Running running({}, heard.handlers());
+  Tab slow(running.place, "", 4096);
+  ASSERT_EQ(slow.status, 101);
+  Tab fast(running.place);
+  ASSERT_TRUE(soon([&] { return running.server.counts().clients == 2; }));
+  constexpr int kMessages = 400;
+  std::atomic<int> got{0};
+  int sent = 0;
+  running.server.post([&] {
+    running.server.every(0.001, [&] {
+      if (sent < kMessages && sent - got < 20)
+        running.server.send_all(fmt::format("{:06} {}", sent++, std::string(65536, 'x')));
+    });
+  });
+  for (; got < kMessages; ++got) {
+    const auto [opcode, text] = fast.hear();
+    ASSERT_EQ(opcode, kText);
+    ASSERT_EQ(text.substr(0, 6), fmt::format("{:06}", got.load()));
+    ASSERT_EQ(text.size(), 65536U + 7);
+  }
+  EXPECT_EQ(running.server.counts().dropped, 1U);
+  EXPECT_EQ(running.server.counts().clients, 1);
+  EXPECT_TRUE(heard.all().back().starts_with("closed"));
+  slow.rest(3);
+  EXPECT_TRUE(slow.ended());
+  EXPECT_TRUE(running.answers());
+}
+
+TEST(Server, AHeadThatNeverEndsIsGivenUp) {
+  Running running;
+  const auto start = std::chrono::steady_clock::now();
+  Wire slow(running.place.port);
+  Wire idle(running.place.port);
+  slow.put("GET / HTTP/1.1\r\n");
+  while (slow.put("X: y\r\n") && !slow.more(0.5) && !slow.ended()) {
+    EXPECT_TRUE(running.answers());
+    if (std::chrono::steady_clock::now() - start > std::chrono::seconds(20)) break;
+  }
+  EXPECT_TRUE(slow.ended());
+  idle.rest(5);
+  EXPECT_TRUE(idle.ended());
+  const auto took = std::chrono::steady_clock::now() - start;
+  EXPECT_GT(took, std::chrono::seconds(9));
+  EXPECT_LT(took, std::chrono::seconds(18));
+}
+
+TEST(Server, LivesWithoutDescriptors) {
+  Running running;
+  Tab tab(running.place);
+  std::vector<int> taken;
+  Wire waiting(running.place.port);
+  ASSERT_TRUE(running.answers());
+  const int late = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  rlimit few = before;
+  few.rlim_cur = static_cast<rlim_t>(late) + 8;
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+  for (int copy = dup(late); copy >= 0; copy = dup(late)) taken.push_back(copy);
+  sockaddr_in end{};
+  end.sin_family = AF_INET;
+  end.sin_port = htons(running.place.port);
+  end.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  EXPECT_EQ(connect(late, reinterpret_cast<const sockaddr*>(&end), sizeof end), 0);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  for (const int copy : taken) close(copy);
+  setrlimit(RLIMIT_NOFILE, &before);
+  EXPECT_FALSE(taken.empty());
+  EXPECT_TRUE(running.answers());
+  EXPECT_EQ(running.server.counts().clients, 1);
+  close(late);
+}
+
+TEST(Server, WatchesTicksAndWorksOnItsThread) {
+  Running running;
+  int pipe_ends[2];
+  ASSERT_EQ(pipe(pipe_ends), 0);
+  std::atomic<int> read_bytes{0};
+  std::atomic<int> ticks{0};
+  std::set<std::thread::id> threads;
+  running.server.post([&] {
+    running.server.watch(pipe_ends[0], [&] {
+      threads.insert(std::this_thread::get_id());
+      char byte = 0;
+      if (read(pipe_ends[0], &byte, 1) == 1) ++read_bytes;  // one of several: it is readable still
+    });
+    running.server.every(0.01, [&] {
+      threads.insert(std::this_thread::get_id());
+      ++ticks;
+    });
+  });
+  ASSERT_EQ(write(pipe_ends[1], "abcde", 5), 5);
+  EXPECT_TRUE(soon([&] { return read_bytes == 5; }));
+  ASSERT_EQ(write(pipe_ends[1], "fg", 2), 2);
+  EXPECT_TRUE(soon([&] { return read_bytes == 7; }));
+  std::atomic<bool> unwatched{false};
+  running.server.post([&] {
+    running.server.unwatch(pipe_ends[0]);
+    unwatched = true;
+  });
+  ASSERT_TRUE(soon([&] { return unwatched.load(); }));
+  ASSERT_EQ(write(pipe_ends[1], "h", 1), 1);
+  const int before = ticks;
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_EQ(read_bytes, 7);
+  EXPECT_GE(ticks - before, 10);
+  EXPECT_LE(ticks - before, 55);
+  running.stop();
+  EXPECT_EQ(threads.size(), 1U);
+  EXPECT_EQ(write(pipe_ends[1], "i", 1), 1);  // the descriptor is still the caller's
+  close(pipe_ends[0]);
+  close(pipe_ends[1]);
+}
+
+TEST(Server, AWatchMayEndItselfAndItsDescriptor) {
+  Running running;
+  int pipe_ends[2];
+  ASSERT_EQ(pipe(pipe_ends), 0);
+  std::atomic<bool> over{false};
+  running.server.post([&] {
+    running.server.watch(pipe_ends[0], [&] {
+      running.server.unwatch(pipe_ends[0]);
+      close(pipe_ends[0]);
+      over = true;
+    });
+  });
+  close(pipe_ends[1]);  // the end of a pipe is readable too
+  EXPECT_TRUE(soon([&] { return over.load(); }));
+  EXPECT_TRUE(running.answers());
+}
+
+TEST(Server, StopsFromAnotherThreadAndSaysGoodbye) {
+  Heard heard;
+  Running running({}, heard.handlers());
+  Tab tab(running.place);
+  Wire idle(running.place.port);
+  ASSERT_TRUE(soon([&] { return running.server.counts().clients == 1; }));
+  running.server.post([&] { running.server.send_all("last words " + std::string(1'000'000, '.')); });
+  const auto start = std::chrono::steady_clock::now();
+  std::thread reading([&] { EXPECT_EQ(tab.hear().second.substr(0, 10), "last words"); });
+  running.stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2));
+  reading.join();
+  const auto [opcode, why] = tab.hear();
+  EXPECT_EQ(opcode, kClose);
+  EXPECT_EQ(why.substr(0, 2), "\x03\xe9");  // 1001
+  idle.rest(2);
+  EXPECT_TRUE(idle.ended());
+  EXPECT_THROW(Wire(running.place.port), std::runtime_error);
+}
+
+TEST(Server, TwoServersAreApart) {
+  const Running one;
+  const Running two;
+  EXPECT_NE(one.place.port, two.place.port);
+  EXPECT_TRUE(one.answers());
+  EXPECT_TRUE(two.answers());
+  EXPECT_EQ(status_of(get(two.place, one.path(""))), 403);
+  Place crossed = two.place;
+  crossed.host = one.place.host;
+  EXPECT_EQ(status_of(get(crossed, two.path(""))), 403);
+}
+
+TEST(Server, SaysWhyItCannotListen) {
+  const Running running;
+  ServerOptions options;
+  options.port = running.place.port;
+  EXPECT_EQ(
+      refusal(options),
+      fmt::format("port {} of 127.0.0.1 is in use: close the program that listens there, or give another "
+                  "port, or 0 for any",
+                  running.place.port));
+  options = {};
+  for (const char* address : {"0.0.0.0", "::", "192.168.1.2", "8.8.8.8"}) {
+    options.address = address;
+    EXPECT_NE(refusal(options).find("TLS is needed: give a certificate"), std::string::npos) << address;
+  }
+  for (const char* address : {"", "glove", "127.0.0.1:80", "127.0.0"}) {
+    options.address = address;
+    EXPECT_NE(refusal(options).find("is no address: give 127.0.0.1"), std::string::npos) << address;
+  }
+  EXPECT_TRUE(running.answers());
+}
+
+}  // namespace
+}  // namespace flexor::live

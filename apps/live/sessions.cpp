@@ -1,0 +1,184 @@
+#include "apps/live/sessions.hpp"
+
+#include <fcntl.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <ctime>
+
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+
+namespace flexor::live {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kLongestName = 60;
+constexpr std::uintmax_t kMostBytes = 1U << 16U;  // of a session.json
+
+std::tm local_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm out{};
+  localtime_r(&now, &out);
+  return out;
+}
+
+// Letters, digits and what is plain in a path.
+std::string as_file_name(const std::string& text) {
+  std::string out;
+  for (const char c : text) out += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '-';
+  return out;
+}
+
+void require_plain(const std::string& person) {
+  const bool control = std::ranges::any_of(person, [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+  if (control || person.size() > kLongestName || io::to_utf8(person) != person) {
+    throw io::InputError(
+        fmt::format("the person's name must be at most {} letters of UTF-8 without line ends", kLongestName));
+  }
+}
+
+Json to_json(const Session& s) {
+  return {{"schema", "flexor-session"},
+          {"schema_version", 1},
+          {"person", s.person},
+          {"side", s.side},
+          {"glove", s.glove},
+          {"made", s.made},
+          {"seconds", s.seconds},
+          {"model", s.model.empty() ? Json(nullptr) : Json(s.model)},
+          {"calibration", s.calibration}};
+}
+
+// What is no session of ours is left alone.
+std::optional<Session> load(const fs::path& folder) {
+  try {
+    const fs::path file = folder / "session.json";
+    if (!fs::is_regular_file(file) || fs::file_size(file) > kMostBytes) return {};
+    const Json json = io::parse_json(io::read_file(file), file.string());
+    io::JsonReader reader(json, file.string());
+    if (reader.text("schema") != "flexor-session" || reader.number("schema_version") != 1) return {};
+    Session s;
+    s.name = folder.filename().string();
+    s.person = reader.text("person");
+    require_plain(s.person);
+    s.side = reader.text("side");
+    s.glove = reader.text("glove");
+    s.made = reader.text("made");
+    s.seconds = reader.number("seconds");
+    if (!reader.member("model").is_null()) s.model = reader.text("model");
+    if (s.model.find('/') != std::string::npos) return {};
+    if (reader.has("calibration")) s.calibration = reader.member("calibration");
+    return s;
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
+std::vector<std::string> files_in(const fs::path& folder) {
+  std::vector<std::string> out;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = io::to_utf8(entry.path().filename().string());
+    if (entry.is_regular_file(error) && name != "session.json") out.push_back(name);
+    if (entry.is_directory(error) && fs::is_regular_file(entry.path() / "report.html", error))
+      out.push_back(name + "/report.html");
+  }
+  std::ranges::sort(out);
+  return out;
+}
+
+}  // namespace
+
+Sessions::Sessions(fs::path root) : root_(std::move(root)) { io::make_folder(root_); }
+
+std::shared_ptr<void> Sessions::hold(const Session& session) const {
+  const int held = ::open(folder(session).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (held < 0) return {};
+  if (::flock(held, LOCK_EX | LOCK_NB) != 0) {
+    ::close(held);
+    return {};
+  }
+  return std::shared_ptr<int>(new int(held), [](const int* descriptor) {
+    ::close(*descriptor);
+    delete descriptor;
+  });
+}
+
+std::vector<Session> Sessions::list() const {
+  std::vector<Session> out;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(root_, error)) {
+    if (!entry.is_directory(error)) continue;
+    std::optional<Session> session = load(entry.path());
+    if (!session) continue;
+    session->files = files_in(entry.path());
+    out.push_back(std::move(*session));
+  }
+  std::ranges::sort(out, [](const Session& a, const Session& b) { return a.name > b.name; });
+  return out;
+}
+
+Session Sessions::create(const std::string& person, const std::string& side, const std::string& glove,
+                         const std::string& what) {
+  require_plain(person);
+  Session s;
+  s.person = person;
+  s.side = side;
+  s.glove = glove;
+  const std::tm now = local_now();
+  s.made = fmt::format("{:%Y-%m-%dT%H:%M:%S}", now);
+  const std::string stem =
+      fmt::format("{:%Y-%m-%d_%H%M%S}_{}", now, as_file_name(person.empty() ? what : person));
+  s.name = stem;
+  for (int n = 2; fs::exists(root_ / s.name); ++n) s.name = fmt::format("{}-{}", stem, n);
+  io::make_folder(root_ / s.name);
+  try {
+    save(s);
+  } catch (...) {  // nothing is left of what could not be made
+    std::error_code error;
+    fs::remove_all(root_ / s.name, error);
+    throw;
+  }
+  return s;
+}
+
+void Sessions::save(const Session& session) const {
+  io::write_file(folder(session) / "session.json", io::dump(to_json(session)));
+  write_index();
+}
+
+void Sessions::write_index() const {
+  Json sessions = Json::array();
+  Json gloves = Json::object();
+  for (const Session& s : list()) {
+    Json entry = to_json(s);
+    entry.erase("schema");
+    entry.erase("schema_version");
+    entry.erase("calibration");
+    entry["name"] = s.name;
+    entry["files"] = s.files;
+    sessions.push_back(std::move(entry));
+    if (!s.model.empty() && !gloves.contains(s.glove)) gloves[s.glove] = s.name + "/" + s.model;
+  }
+  io::write_file(root_ / "index.json", io::dump({{"schema", "flexor-sessions"},
+                                                 {"schema_version", 1},
+                                                 {"gloves", std::move(gloves)},
+                                                 {"sessions", std::move(sessions)}}));
+}
+
+std::optional<Session> Sessions::newest_with_model(const std::string& glove,
+                                                   const std::string& person) const {
+  for (const Session& s : list()) {
+    if (s.glove == glove && !s.model.empty() && (person.empty() || s.person == person)) return s;
+  }
+  return {};
+}
+
+}  // namespace flexor::live

@@ -1,0 +1,62 @@
+// Sessions as a folder of plain files, which every other command reads:
+//
+//   FOLDER/index.json                    sessions and gloves at a glance; made anew from the rest
+//   FOLDER/2026-11-24_153012_anna/       one session
+//     session.json                       {"schema": "flexor-session", "schema_version": 1, "person", "side", "glove",
+//                                         "made", "seconds", "model", "calibration"}; model: the one that was accepted,
+//                                         or null; calibration: one that is open, or null
+//     log.csv camera.csv model.json report/ ...
+//
+// A glove is known by its columns and, where the system has one, the name of its USB adapter, which holds a serial number if
+// the adapter has one: two gloves alike on adapters alike cannot be told apart.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace flexor::live {
+
+struct Session {
+  std::string name;
+  std::string person;
+  std::string side = "right";
+  std::string glove;
+  std::string made;    // local time, ISO 8601
+  double seconds = 0;  // of its log
+  std::string model;   // file in it; empty: none was accepted
+  nlohmann::ordered_json calibration =
+      {};  // one that is open: what it takes to go on (Calibration::kept); null: none
+  std::vector<std::string> files = {};  // in it, its folders' reports as FOLDER/report.html; when listed
+};
+
+class Sessions {
+ public:
+  // Makes the folder. Throws io::InputError.
+  explicit Sessions(std::filesystem::path root);
+
+  const std::filesystem::path& root() const { return root_; }
+  // For as long as it lives no other program holds this session; empty: another one does.
+  std::shared_ptr<void> hold(const Session& session) const;
+  // Newest first. Folders without a session.json that can be read, and is no larger than 64 KiB, are left out.
+  std::vector<Session> list() const;
+  // A new one with a name of its own, from its time and `person`, or `what` where nobody is named. Throws io::InputError for
+  // a name that no folder can have.
+  Session create(const std::string& person, const std::string& side, const std::string& glove,
+                 const std::string& what);
+  // Its session.json and the index. Throws io::InputError, io::JobError.
+  void save(const Session& session) const;
+  std::filesystem::path folder(const Session& session) const { return root_ / session.name; }
+
+  // The model that was accepted last for this glove; of `person` alone where one is named.
+  std::optional<Session> newest_with_model(const std::string& glove, const std::string& person = {}) const;
+
+ private:
+  void write_index() const;
+  std::filesystem::path root_;
+};
+
+}  // namespace flexor::live

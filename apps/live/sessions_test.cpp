@@ -1,0 +1,77 @@
+#include "apps/live/sessions.hpp"
+
+#include <gtest/gtest.h>
+
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+
+namespace flexor::live {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(Sessions, AreFoundAgainWithTheirFiles) {
+  const io::TemporaryFolder folder;
+  Sessions sessions(folder.path() / "all");
+  Session made = sessions.create("Änne O'Neil", "left", "glove index_count", "calibration");
+  io::write_file(sessions.folder(made) / "log.csv", "t_s,index_count\n0,1\n");
+  made.seconds = 12;
+  made.model = "model.json";
+  sessions.save(made);
+  const std::vector<Session> list = Sessions(folder.path() / "all").list();
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_EQ(list[0].person, "Änne O'Neil");
+  EXPECT_EQ(list[0].side, "left");
+  EXPECT_EQ(list[0].seconds, 12);
+  EXPECT_EQ(list[0].files, std::vector<std::string>{"log.csv"});
+  const auto index = io::parse_json(io::read_file(folder.path() / "all/index.json"), "index.json");
+  EXPECT_EQ(index.at("gloves").at("glove index_count"), list[0].name + "/model.json");
+}
+
+TEST(Sessions, TwoInOneSecondHaveNamesOfTheirOwn) {
+  const io::TemporaryFolder folder;
+  Sessions sessions(folder.path());
+  EXPECT_NE(sessions.create("a", "right", "g", "x").name, sessions.create("a", "right", "g", "x").name);
+  EXPECT_EQ(sessions.list().size(), 2U);
+}
+
+TEST(Sessions, AGloveHasItsNewestAcceptedModel) {
+  const io::TemporaryFolder folder;
+  Sessions sessions(folder.path());
+  Session first = sessions.create("anna", "right", "this glove", "x");
+  first.model = "model.json";
+  sessions.save(first);
+  Session second = sessions.create("anna", "right", "this glove", "x");
+  sessions.save(second);
+  Session other = sessions.create("bert", "right", "another", "x");
+  other.model = "model.json";
+  sessions.save(other);
+  ASSERT_TRUE(sessions.newest_with_model("this glove"));
+  EXPECT_EQ(sessions.newest_with_model("this glove")->name, first.name);
+  EXPECT_FALSE(sessions.newest_with_model("this glove", "bert"));
+  EXPECT_FALSE(sessions.newest_with_model("none"));
+}
+
+TEST(Sessions, WhatIsNoSessionIsLeftAlone) {
+  const io::TemporaryFolder folder;
+  Sessions sessions(folder.path());
+  fs::create_directory(folder.path() / "holiday");
+  fs::create_directory(folder.path() / "torn");
+  io::write_file(folder.path() / "torn/session.json", "{\"schema\": \"flexor-session\"");
+  EXPECT_TRUE(sessions.list().empty());
+  EXPECT_TRUE(fs::exists(folder.path() / "torn/session.json"));
+}
+
+TEST(Sessions, ANameCannotLeaveTheFolder) {
+  const io::TemporaryFolder folder;
+  Sessions sessions(folder.path() / "all");
+  const Session made = sessions.create("../../etc/passwd", "right", "g", "x");
+  EXPECT_EQ(made.name.find('/'), std::string::npos);
+  EXPECT_TRUE(fs::exists(folder.path() / "all" / made.name / "session.json"));
+  EXPECT_THROW(sessions.create("a\nb", "right", "g", "x"), io::InputError);
+  EXPECT_THROW(sessions.create(std::string(100, 'a'), "right", "g", "x"), io::InputError);
+  EXPECT_THROW(sessions.create("\xff\xfe", "right", "g", "x"), io::InputError);
+}
+
+}  // namespace
+}  // namespace flexor::live

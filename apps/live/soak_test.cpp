@@ -1,0 +1,355 @@
+// A glove at a port for as long as FLEXOR_SOAK_S says (script/soak_live), pulled out and plugged in again, with four tabs that
+// read and one that never does: what reaches the recording, how late the tabs hear it, what it costs.
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <termios.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <cstring>
+#include <deque>
+#include <fstream>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <sstream>
+
+#include "apps/live/test_wire.hpp"
+#include "host/io/io.hpp"
+#include "host/io/process.hpp"
+#include "host/io/test_terminal.hpp"
+
+namespace flexor::live {
+namespace {
+
+using Json = nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+double now_s() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
+
+double soak_s() {
+  const char* text = std::getenv("FLEXOR_SOAK_S");
+  return text != nullptr ? std::stod(text) : 6;
+}
+
+constexpr int kChannels = 5;
+constexpr int kWrap = 100000;  // of the first channel, which counts the rows
+
+// A glove that says a line of five numbers `rate_hz` times a second, at a path that stays.
+class Board {
+ public:
+  Board(std::filesystem::path port, double rate_hz) : port_(std::move(port)), rate_hz_(rate_hz) { plug(); }
+  ~Board() { unplug(); }
+
+  void plug() {
+    end_ = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+    grantpt(end_);
+    unlockpt(end_);
+    name_ = ptsname(end_);
+    // Held open: what was written before anybody listens stays in the line, and raw.
+    held_ = open(name_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+    termios raw{};
+    tcgetattr(held_, &raw);
+    cfmakeraw(&raw);
+    tcsetattr(held_, TCSANOW, &raw);
+    put("thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n");
+    std::filesystem::create_symlink(name_, port_);
+    thread_ = std::jthread([this](const std::stop_token& stop) { say(stop); });
+  }
+  // At the end of a line that has been read: what is lost then is nobody's but the board's.
+  void unplug() {
+    if (end_ < 0) return;
+    thread_.request_stop();
+    thread_.join();
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    std::filesystem::remove(port_);
+    close(held_);
+    close(end_);
+    end_ = -1;
+  }
+  std::uint64_t rows() const { return rows_; }
+  // When the row that counts `count` was written, of the last ones; NaN: too long ago.
+  double written_s(int count) const {
+    const std::lock_guard lock(mutex_);
+    return written_[static_cast<std::size_t>(count) % written_.size()];
+  }
+
+ private:
+  void put(std::string_view text) const {
+    while (!text.empty()) {
+      const auto count = write(end_, text.data(), text.size());
+      if (count > 0) text.remove_prefix(static_cast<std::size_t>(count));
+    }
+  }
+  void say(const std::stop_token& stop) {
+    const auto begin = Clock::now();
+    const double together = std::max(1.0, rate_hz_ / 1000);  // a thousand writes a second are enough
+    for (double said = 0; !stop.stop_requested(); said += together) {
+      std::string text;
+      {
+        const std::lock_guard lock(mutex_);
+        for (int i = 0; i < static_cast<int>(together); ++i, ++rows_) {
+          const int count = static_cast<int>(rows_ % kWrap);
+          const double t_s = static_cast<double>(rows_) / rate_hz_;
+          text += std::to_string(count);
+          for (int k = 1; k < kChannels; ++k)
+            text += ',' + std::to_string(std::lround(500 + 300 * std::sin(t_s * k)));
+          text += '\n';
+          written_[static_cast<std::size_t>(count) % written_.size()] = now_s();
+        }
+      }
+      put(text);
+      std::this_thread::sleep_until(begin + std::chrono::duration<double>((said + together) / rate_hz_));
+    }
+  }
+
+  std::filesystem::path port_;
+  double rate_hz_;
+  int end_ = -1;
+  int held_ = -1;
+  std::string name_;
+  std::atomic<std::uint64_t> rows_ = 0;
+  mutable std::mutex mutex_;
+  std::array<double, 8192> written_{};
+  std::jthread thread_;
+};
+
+// `flexor live` at that port, in a process of its own.
+class Program {
+ public:
+  Program(const std::filesystem::path& port, const std::filesystem::path& sessions) {
+    process_.emplace(
+        std::filesystem::absolute(FLEXOR_PROGRAM).string(),
+        std::vector<std::string>{"flexor", "live", "--port", port.string(), "--json", "--sessions",
+                                 sessions.string(), "--model", FLEXOR_SOURCE_DIR "/models/published_hw.json"},
+        std::vector<io::HandedOn>{{out_.end(1), STDOUT_FILENO}});
+    out_.close_end(1);
+    std::string line;
+    for (char c = 0; read(out_.end(0), &c, 1) == 1 && c != '\n';) line += c;
+    place.emplace(Json::parse(line).at("url").get<std::string>());
+    std::ifstream("/proc/thread-self/children") >> id_;
+  }
+  ~Program() {
+    process_->kill();
+    process_->wait();
+  }
+  // Seconds of processor time so far.
+  double processor_s() const {
+    std::istringstream fields(io::read_file("/proc/" + std::to_string(id_) + "/stat"));
+    std::string field;
+    double ticks = 0;
+    for (int i = 1; fields >> field && i <= 15; ++i)
+      if (i >= 14) ticks += std::stod(field);
+    return ticks / static_cast<double>(sysconf(_SC_CLK_TCK));
+  }
+  double memory_mb() const {
+    std::istringstream fields(io::read_file("/proc/" + std::to_string(id_) + "/statm"));
+    double all = 0;
+    double resident = 0;
+    fields >> all >> resident;
+    return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+  }
+
+  std::optional<Place> place;
+
+ private:
+  io::Pipe out_;
+  std::optional<io::Process> process_;
+  int id_ = 0;
+};
+
+// A tab that reads: how late each row is, and how many came.
+class Reader {
+ public:
+  Reader(const Place& place, const Board& board)
+      : tab_(place), thread_([this, &board](const std::stop_token& stop) { read(stop, board); }) {}
+  void stop() {
+    thread_.request_stop();
+    if (thread_.joinable()) thread_.join();
+  }
+  std::vector<double> late_s;
+  std::uint64_t angles = 0;  // of the first finger that the model made
+  bool dropped = false;
+
+ private:
+  void read(const std::stop_token& stop, const Board& board) {
+    constexpr std::size_t kRow = 8 + kChannels * 8;
+    while (!stop.stop_requested()) {
+      const auto [opcode, bytes] = tab_.hear(1);
+      if (tab_.ended()) dropped = true;
+      if (dropped) return;
+      if (opcode == kPing) tab_.put(frame(kPong, bytes));
+      if (opcode != kBinary || bytes.size() < 4 + kRow || bytes[0] != 1 || bytes[1] != kChannels) continue;
+      const double heard_s = now_s();
+      for (std::size_t at = 4; at + kRow <= bytes.size(); at += kRow) {
+        float count = 0;
+        float angle_deg = NAN;
+        std::memcpy(&count, bytes.data() + at + 8, sizeof count);
+        std::memcpy(&angle_deg, bytes.data() + at + 8 + 4 * kChannels, sizeof angle_deg);
+        angles += std::isfinite(angle_deg) ? 1 : 0;
+        if (late_s.size() < 1000000) late_s.push_back(heard_s - board.written_s(static_cast<int>(count)));
+      }
+    }
+  }
+  Tab tab_;
+  std::jthread thread_;
+};
+
+// The words until their answer, at a tab of its own.
+Json ask(const Place& place, const Json& words) {
+  Tab tab(place);
+  Json message = words;
+  message["id"] = 1;
+  tab.say(message.dump());
+  for (;;) {
+    const auto [opcode, payload] = tab.hear();
+    if (opcode == 0) return nullptr;
+    if (opcode != kText) continue;
+    const Json heard = Json::parse(payload);
+    if (heard.contains("id")) return heard;
+  }
+}
+
+bool has_fingers(const Place& place) {
+  Tab tab(place);
+  for (const double end_s = now_s() + 20; now_s() < end_s;) {
+    const auto [opcode, payload] = tab.hear();
+    if (opcode == kText && Json::parse(payload).value("/fingers/0/name"_json_pointer, std::string()) != "")
+      return true;
+  }
+  return false;
+}
+
+// Rows of the log whose first value does not follow the one before, and all of them.
+struct Logged {
+  std::uint64_t rows = 0;
+  std::uint64_t gaps = 0;
+  int first = -1;
+  int last = -1;
+};
+Logged read_log(const std::filesystem::path& sessions) {
+  Logged out;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(sessions)) {
+    if (entry.path().filename() != "log.csv") continue;
+    std::ifstream file(entry.path());
+    std::string line;
+    std::getline(file, line);  // names
+    while (std::getline(file, line)) {
+      std::istringstream cells(line);
+      std::string cell;
+      for (int i = 0; i < 3; ++i) std::getline(cells, cell, ',');
+      const int count = static_cast<int>(std::lround(std::stod(cell)));
+      if (out.last >= 0 && count != (out.last + 1) % kWrap) ++out.gaps;
+      if (out.first < 0) out.first = count;
+      out.last = count;
+      ++out.rows;
+    }
+  }
+  return out;
+}
+
+struct Soaked {
+  Logged log;
+  std::uint64_t said = 0;      // while it was recorded
+  std::vector<double> late_s;  // sorted
+  double processor_share = 0;
+  double memory_mb = 0;       // once it runs
+  double memory_more_mb = 0;  // at the end
+  std::uint64_t angles = 0;   // heard
+  int dropped = 0;            // of the tabs that read
+  int replugged = 0;
+};
+
+Soaked soak(double rate_hz, double seconds, double replug_every_s) {
+  const io::TemporaryFolder folder;
+  const auto port = folder.path() / "port";
+  const auto sessions = folder.path() / "sessions";
+  Board board(port, rate_hz);
+  Program program(port, sessions);
+  Soaked out;
+  if (!has_fingers(*program.place)) return out;
+  std::vector<std::unique_ptr<Reader>> readers;
+  for (int i = 0; i < 4; ++i) readers.push_back(std::make_unique<Reader>(*program.place, board));
+  auto never_reads = std::make_unique<Tab>(*program.place, "", 4096);
+  EXPECT_TRUE(ask(*program.place, {{"do", "record.start"}}).value("ok", false));
+  std::this_thread::sleep_for(std::chrono::duration<double>(std::min(20.0, seconds / 4)));
+  out.memory_mb = program.memory_mb();
+  const double processor_s = program.processor_s();
+  const double begin_s = now_s();
+  double replug_s = begin_s + replug_every_s;
+  while (now_s() < begin_s + seconds) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    if (replug_every_s <= 0 || now_s() < replug_s) continue;
+    replug_s += replug_every_s;
+    board.unplug();
+    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    board.plug();
+    never_reads = std::make_unique<Tab>(*program.place, "", 4096);  // the one before was dropped
+    ++out.replugged;
+  }
+  out.processor_share = (program.processor_s() - processor_s) / (now_s() - begin_s);
+  out.memory_more_mb = program.memory_mb() - out.memory_mb;
+  board.unplug();
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_TRUE(ask(*program.place, {{"do", "record.stop"}}).value("ok", false));
+  for (auto& reader : readers) {
+    reader->stop();
+    out.dropped += reader->dropped ? 1 : 0;
+    out.angles += reader->angles;
+    out.late_s.insert(out.late_s.end(), reader->late_s.begin(), reader->late_s.end());
+  }
+  std::sort(out.late_s.begin(), out.late_s.end());
+  out.log = read_log(sessions);
+  out.said = board.rows();
+  return out;
+}
+
+void print(const char* what, const Soaked& soaked) {
+  const auto at = [&](double share) {
+    const auto& all = soaked.late_s;
+    return all.empty() ? NAN
+                       : 1e3 * all[static_cast<std::size_t>(share * static_cast<double>(all.size() - 1))];
+  };
+  printf(
+      "%s: %llu rows logged, %llu gaps, plugged in again %d times; written to heard by four tabs: median "
+      "%.2f ms, "
+      "99th percentile %.2f ms; %.1f %% of a core; %.1f MB and %+.1f MB\n",
+      what, static_cast<unsigned long long>(soaked.log.rows),
+      static_cast<unsigned long long>(soaked.log.gaps), soaked.replugged, at(0.5), at(0.99),
+      100 * soaked.processor_share, soaked.memory_mb, soaked.memory_more_mb);
+}
+
+// Everything that the board said from the first logged row on.
+void expect_nothing_lost(const Soaked& soaked) {
+  EXPECT_GT(soaked.log.rows, 0U);
+  EXPECT_EQ(soaked.log.gaps, 0U);
+  EXPECT_EQ(soaked.log.last, static_cast<int>((soaked.said - 1) % kWrap));
+  EXPECT_EQ(soaked.dropped, 0);
+  EXPECT_LT(soaked.memory_more_mb, 8);
+  EXPECT_GT(soaked.angles, soaked.log.rows) << "the model is worn";
+}
+
+TEST(LiveSoak, PluggedInAgainNothingIsLost) {
+  FLEXOR_NEEDS_TERMINALS();
+  const double seconds = soak_s();
+  const Soaked soaked = soak(100, seconds, std::min(60.0, seconds / 4));
+  print("100 rows/s", soaked);
+  expect_nothing_lost(soaked);
+  EXPECT_GE(soaked.replugged, 3);
+}
+
+TEST(LiveSoak, TenThousandRowsASecond) {
+  FLEXOR_NEEDS_TERMINALS();
+  const double seconds = std::min(600.0, soak_s());
+  const Soaked soaked = soak(10000, seconds, 0);
+  print("10000 rows/s", soaked);
+  expect_nothing_lost(soaked);
+  EXPECT_GT(static_cast<double>(soaked.log.rows), 9000 * seconds);
+  EXPECT_LT(soaked.processor_share, 0.3);
+}
+
+}  // namespace
+}  // namespace flexor::live

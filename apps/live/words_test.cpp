@@ -1,0 +1,263 @@
+// The program as a page sees it: `flexor live --from twin` over its socket.
+#include <gtest/gtest.h>
+
+#include <sys/resource.h>
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+
+#include "apps/live/test_wire.hpp"
+#include "host/io/io.hpp"
+#include "host/io/process.hpp"
+
+namespace flexor::live {
+namespace {
+
+using Json = nlohmann::json;
+
+class Words : public testing::Test {
+ protected:
+  void SetUp() override { begin(); }
+  void begin() {
+    io::Pipe out;
+    const std::string program = std::filesystem::absolute(FLEXOR_PROGRAM).string();
+    process_.emplace(program,
+                     std::vector<std::string>{"flexor", "live", "--from", "twin", "--json", "--sessions",
+                                              (folder_.path() / "sessions").string()},
+                     std::vector<io::HandedOn>{{out.end(1), STDOUT_FILENO}});
+    out.close_end(1);
+    std::string line;
+    for (char c = 0; read(out.end(0), &c, 1) == 1 && c != '\n';) line += c;
+    place_.emplace(Json::parse(line).at("url").get<std::string>());
+    tab_.emplace(*place_);
+    ASSERT_EQ(tab_->status, 101);
+  }
+  void TearDown() override { end(); }
+  void end() {
+    tab_.reset();
+    if (process_) process_->kill();
+    if (process_) process_->wait();
+  }
+
+  // The answer to these words.
+  Json ask(Json message) {
+    message["id"] = ++id_;
+    tab_->say(message.dump());
+    for (;;) {
+      const auto [opcode, payload] = tab_->hear();
+      if (opcode == 0) return nullptr;
+      if (opcode != kText) continue;
+      const Json heard = Json::parse(payload);
+      if (heard.contains("event")) state_ = heard;
+      if (heard.contains("id") && heard["id"] == id_) return heard;
+    }
+  }
+  // The next state for which this holds; null after ten seconds.
+  template <class Holds>
+  Json state_when(Holds&& holds) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (std::chrono::steady_clock::now() < end) {
+      const auto [opcode, payload] = tab_->hear();
+      if (opcode == 0) return nullptr;
+      if (opcode != kText) continue;
+      const Json heard = Json::parse(payload);
+      if (heard.value("event", "") == "state" && holds(heard)) return heard;
+    }
+    return nullptr;
+  }
+  void expect_refused(const Json& message, const std::string& says) {
+    const Json answer = ask(message);
+    EXPECT_FALSE(answer.at("ok").get<bool>()) << message;
+    EXPECT_NE(answer.at("error").get<std::string>().find(says), std::string::npos) << answer;
+  }
+
+  io::TemporaryFolder folder_;
+  std::optional<io::Process> process_;
+  std::optional<Place> place_;
+  std::optional<Tab> tab_;
+  Json state_;
+  int id_ = 0;
+};
+
+TEST_F(Words, AGloveMovesAndIsRecorded) {
+  const Json moving = state_when([](const Json& s) { return s.at("fingers").size() == 5; });
+  ASSERT_FALSE(moving.is_null());
+  EXPECT_TRUE(ask({{"do", "record.start"}}).at("ok").get<bool>());
+  expect_refused({{"do", "record.start"}}, "already");
+  EXPECT_TRUE(ask({{"do", "marker"}, {"text", "a \"knock\""}}).at("ok").get<bool>());
+  ASSERT_FALSE(state_when([](const Json& s) {
+                 return s.at("recording").is_object() && s["recording"]["rows"] > 20;
+               }).is_null());
+  EXPECT_TRUE(ask({{"do", "record.stop"}}).at("ok").get<bool>());
+  const Json listed =
+      state_when([](const Json& s) { return !s.at("sessions").empty() && s["recording"].is_null(); });
+  ASSERT_FALSE(listed.is_null());
+  const std::string path = "files/" + listed["sessions"][0]["name"].get<std::string>() + "/log.csv";
+  const std::string file = get(*place_, "/" + place_->token + "/" + path);
+  EXPECT_EQ(status_of(file), 200);
+  EXPECT_NE(file.find("t_s,host_s,thumb_count"), std::string::npos);
+}
+
+TEST_F(Words, WhatIsWrongIsAnsweredInOneLine) {
+  expect_refused({{"do", "dance"}}, "no word");
+  expect_refused({{"do", 5}}, "text");
+  expect_refused({{"do", "model.choose"}, {"path", "../../etc/passwd"}}, "no file");
+  expect_refused({{"do", "replay.open"}, {"session", ".."}, {"file", "passwd"}}, "no file");
+  expect_refused({{"do", "twin.set"}, {"slip_deg", 1e9}}, "between");
+  expect_refused({{"do", "calibrate.next"}}, "no calibration");
+  expect_refused({{"do", "calibrate.start"}, {"person", "a\nb"}, {"side", "left"}, {"reference", "poses"}},
+                 "name");
+  expect_refused({{"do", "calibrate.start"}, {"person", "a"}, {"side", "up"}, {"reference", "poses"}},
+                 "side");
+  expect_refused({{"do", "send"}}, "calibrate first");
+  expect_refused({{"do", "flash"}, {"board", "toaster"}}, "glove or hand");
+  expect_refused({{"do", "anew.start"}}, "no model");
+  tab_->say("{\"do\": [[[[[[[[[[[[");
+  tab_->say("not even JSON");
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  EXPECT_TRUE(ask({{"do", "record.start"}}).at("ok").get<bool>()) << "and it goes on";
+}
+
+TEST_F(Words, TwoTabsCannotCalibrateAtOnce) {
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  const Json start = {
+      {"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "poses"}};
+  EXPECT_TRUE(ask(start).at("ok").get<bool>());
+  Tab other(*place_);
+  other.say(
+      R"({"id": "x", "do": "calibrate.start", "person": "bert", "side": "left", "reference": "poses"})");
+  std::string answer;
+  for (int k = 0; k < 500 && answer.find("\"id\":\"x\"") == answer.npos; ++k) {
+    const auto [opcode, payload] = other.hear();
+    if (opcode == kText) answer = payload;
+  }
+  EXPECT_NE(answer.find("another tab"), std::string::npos) << answer;
+  const Json state = state_when([](const Json& s) { return s.at("calibration").is_object(); });
+  EXPECT_EQ(state["calibration"]["person"], "anna");
+  EXPECT_TRUE(ask({{"do", "calibrate.cancel"}}).at("ok").get<bool>());
+}
+
+TEST_F(Words, ACalibrationGoesOnAfterAKill) {
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  ASSERT_TRUE(ask({{"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "drawn"}})
+                  .at("ok")
+                  .get<bool>());
+  ASSERT_TRUE(ask({{"do", "calibrate.next"}}).at("ok").get<bool>());
+  const auto step_is = [](const char* step) {
+    return
+        [step](const Json& s) { return s.at("calibration").is_object() && s["calibration"]["step"] == step; };
+  };
+  ASSERT_FALSE(state_when(step_is("motion")).is_null());
+  end();  // by SIGKILL
+  begin();
+  const Json state = state_when(step_is("reference"));
+  ASSERT_FALSE(state.is_null());
+  EXPECT_EQ(state["calibration"]["person"], "anna");
+  EXPECT_TRUE(ask({{"do", "calibrate.cancel"}}).at("ok").get<bool>());
+  end();
+  begin();
+  EXPECT_TRUE(
+      state_when([](const Json& s) { return s.at("fingers").size() == 5; }).at("calibration").is_null());
+}
+
+// A disk that is full, as a limit on files.
+TEST_F(Words, WhatCannotBeWrittenEndsAloneAndTheServerGoesOn) {
+  end();
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit small{20000, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  begin();
+  setrlimit(RLIMIT_FSIZE, &before);
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  const Json start = {
+      {"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "poses"}};
+  ASSERT_TRUE(ask(start).at("ok").get<bool>());
+  const auto cannot_be_written = [](const Json& s) {
+    return s.at("last").is_object() &&
+           s["last"]["text"].get<std::string>().find("cannot be written") != std::string::npos;
+  };
+  const Json full = state_when(cannot_be_written);
+  ASSERT_FALSE(full.is_null());
+  EXPECT_EQ(full["calibration"]["step"], "glove") << "the motion is over, the calibration is not";
+  EXPECT_TRUE(ask({{"do", "calibrate.cancel"}}).at("ok").get<bool>()) << "and it goes on";
+}
+
+TEST_F(Words, ASourceIsNotChangedUnderARecording) {
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  EXPECT_TRUE(ask({{"do", "record.start"}}).at("ok").get<bool>());
+  expect_refused({{"do", "device.connect"}, {"port", "auto"}}, "recording runs");
+  expect_refused({{"do", "device.leave"}}, "recording runs");
+  EXPECT_TRUE(ask({{"do", "record.stop"}}).at("ok").get<bool>());
+}
+
+TEST_F(Words, AMarkerIsSeenInEveryTab) {
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  EXPECT_TRUE(ask({{"do", "record.start"}}).at("ok").get<bool>());
+  EXPECT_TRUE(ask({{"do", "marker"}, {"text", "thumb out"}}).at("ok").get<bool>());
+  Tab later(*place_);
+  Json heard = Json::object();
+  for (int k = 0; k < 200 && heard.value("event", "") != "marker"; ++k) {
+    const auto [opcode, payload] = later.hear();
+    if (opcode == kText) heard = Json::parse(payload);
+  }
+  EXPECT_EQ(heard.value("text", ""), "thumb out");
+  EXPECT_GT(heard.value("host_s", 0.0), 0);
+}
+
+// Angles that the page saw itself become camera.csv, also those of a page that was opened anew and has another clock.
+TEST_F(Words, AMarkerlessTrackersAnglesAreWritten) {
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  expect_refused({{"do", "angles"}, {"t_s", 1}, {"angles", {{"index_mcp", 20}}}}, "no angles are wanted");
+  ASSERT_TRUE(
+      ask({{"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "markerless"}})
+          .at("ok")
+          .get<bool>());
+  ASSERT_TRUE(ask({{"do", "calibrate.next"}}).at("ok").get<bool>());
+  const auto see = [&](double t_s, const Json& angles) {
+    tab_->say(Json({{"do", "angles"}, {"t_s", t_s}, {"angles", angles}}).dump());
+  };
+  for (int k = 0; k < 20; ++k) see(900 + 0.05 * k, {{"index_mcp", k}, {"index_pip", 2 * k}});
+  for (int k = 0; k < 5; ++k) see(901 + 0.05 * k, Json::object());
+  const auto opened = std::chrono::steady_clock::now();
+  while (std::chrono::steady_clock::now() - opened < std::chrono::milliseconds(1500)) (void)tab_->hear();
+  for (int k = 0; k < 10; ++k) see(0.05 * k, {{"index_mcp", 50 + k}, {"index_pip", 60}});
+  const Json seen = state_when(
+      [](const Json& s) { return s.at("calibration").is_object() && s["calibration"]["pictures"] == 35; });
+  ASSERT_FALSE(seen.is_null());
+  EXPECT_EQ(seen["calibration"]["camera"], "page");
+  ASSERT_TRUE(ask({{"do", "calibrate.back"}}).at("ok").get<bool>());
+  const std::string session = seen["calibration"]["session"].get<std::string>();
+  const std::string text = io::read_file(folder_.path() / "sessions" / session / "camera.csv");
+  EXPECT_EQ(text.substr(0, text.find('\n')), "t_s,host_s,index_mcp_deg,index_pip_deg");
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1 + 20 + 10) << text;
+}
+
+TEST_F(Words, RubbishInBinaryChangesNothing) {
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  for (int kind = 0; kind < 256; ++kind) {
+    std::string rubbish(40, static_cast<char>(kind * 37));
+    rubbish[0] = static_cast<char>(kind);
+    tab_->put(frame(kBinary, rubbish));
+  }
+  tab_->put(frame(kBinary, ""));
+  EXPECT_TRUE(ask({{"do", "twin.set"}, {"noise_counts", 1}}).at("ok").get<bool>());
+}
+
+TEST_F(Words, ARecordingIsWholeAfterAKill) {
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  EXPECT_TRUE(ask({{"do", "record.start"}}).at("ok").get<bool>());
+  const Json grown =
+      state_when([](const Json& s) { return s.at("recording").is_object() && s["recording"]["rows"] > 250; });
+  ASSERT_FALSE(grown.is_null());
+  const std::string name = grown["recording"]["file"].get<std::string>();
+  process_->kill();
+  process_->wait();
+  process_.reset();
+  const std::string text = io::read_file(folder_.path() / "sessions" / name);
+  EXPECT_EQ(text.back(), '\n');
+  EXPECT_GT(std::count(text.begin(), text.end(), '\n'), 100);
+}
+
+}  // namespace
+}  // namespace flexor::live

@@ -1,0 +1,52 @@
+// A glove that the digital twin wears, so that everything can be tried without hardware: with both simulated boards, or the
+// glove alone.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host/listen/source.hpp"
+#include "host/twin/parameters.hpp"
+
+namespace flexor::live {
+
+struct WornChange {
+  double slip_deg = 0;  // by which the glove is put on anew, at every finger
+  double drift_deg_per_min = 0;
+  double noise_counts = 0;  // standard deviation, on top of the strip's own
+  double loss = 0;          // share of the radio's frames
+};
+
+struct WornNow {
+  twin::PerFinger finger_deg{};
+  twin::PerFinger joint_deg{};     // of the bionic hand
+  twin::PerFinger duty_percent{};  // of its motors
+  std::array<std::string, twin::kFingers> fault;
+};
+
+class WornGlove {
+ public:
+  virtual ~WornGlove() = default;
+  // What the glove says.
+  virtual std::shared_ptr<listen::Source> source() = 0;
+  virtual void set(const WornChange& change) = 0;
+  // A motion by name (study::bench_motion), from its start, again and again. Throws io::InputError.
+  virtual void play(const std::string& motion) = 0;
+  virtual WornNow now() const = 0;
+
+  virtual bool has_boards() const = 0;
+  virtual std::string port() const = 0;      // of the boards; empty: none
+  virtual std::string key_file() const = 0;  // likewise
+  virtual bool in_flash() const = 0;         // models go through the bootloader
+  virtual double rate_hz() const = 0;        // at which a model runs
+  virtual double lead_s() const = 0;         // by which the hand comes after the reading
+
+  // With boards: integrals of absolute error of the six gestures on what runs now, degree seconds. `progress` may say
+  // false: stop. Called on a thread of its own; nothing comes from the source meanwhile.
+  virtual std::vector<double> score(const std::function<bool(double share)>& progress) = 0;
+};
+
+}  // namespace flexor::live

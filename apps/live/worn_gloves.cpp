@@ -1,0 +1,154 @@
+#include "apps/live/worn_gloves.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+
+#include "apps/live/bench_source.hpp"
+#include "apps/live/twin_source.hpp"
+#include "host/deploy/pair_key.hpp"
+#include "host/io/io.hpp"
+#include "host/io/worker.hpp"
+#include "host/study/bench.hpp"
+#include "host/twin/glove.hpp"
+
+namespace flexor::live {
+namespace {
+
+constexpr double kRate_hz = 10;
+// From a reading to the hand that follows it, as `flexor twin record` finds it for the shipped twin.
+constexpr double kLead_s = 0.099;
+constexpr const char* kBoards = "flexor-cosim";
+
+// A published compensator behind the divider's own curve: a board of which the strips' counts are not converted takes models of
+// counts, as they are identified from a glove's readings.
+model::Model of_counts(model::Model m, const twin::Parameters& parameters) {
+  constexpr double kLeast_deg = -10;
+  constexpr double kMost_deg = 220;
+  constexpr int kKnots = 24;
+  const twin::Divider divider(parameters);
+  model::Curve curve;
+  for (int k = 0; k < kKnots; ++k) {
+    const int counts = divider.counts(kLeast_deg + (kMost_deg - kLeast_deg) * k / (kKnots - 1));
+    curve.x.push_back(counts);
+    curve.y.push_back(divider.alpha_deg(counts));
+  }
+  std::vector<model::Block> blocks;
+  for (model::Input& input : m.inputs) {
+    const std::string alpha = input.name + " alpha";
+    for (model::Block& block : m.blocks) std::ranges::replace(block.from, input.name, alpha);
+    blocks.push_back({{input.name}, alpha, curve});
+    input.unit = "count";
+    input.column = input.name + "_count";
+    input.valid_min = curve.x.front();
+    input.valid_max = curve.x.back();
+  }
+  m.blocks.insert(m.blocks.begin(), blocks.begin(), blocks.end());
+  m.name += " of counts";
+  model::check(m);
+  return m;
+}
+
+std::string in_words(int fault) { return fault == 0 ? "" : fmt::format("fault {}", fault); }
+
+class WornBoards : public WornGlove {
+ public:
+  explicit WornBoards(const std::function<void(const std::string&)>& says) {
+    study::BenchOptions options;
+    options.model = of_counts(study::compensator("published-hw", kRate_hz).model, options.parameters);
+    options.port_link = folder_.path() / "glove";
+    study::BenchChange begin;
+    begin.motion = "ordinary";
+    source_ = std::make_shared<BenchSource>(io::program_beside(kBoards), options, begin, true, says);
+    if (const deploy::Key& key = source_->bench().key()) {
+      key_ = folder_.path() / "pair.key";
+      deploy::write_key(key_, *key);
+    }
+  }
+
+  std::shared_ptr<listen::Source> source() override { return source_; }
+
+  void set(const WornChange& change) override {
+    study::BenchChange out;
+    out.slip_deg = change.slip_deg;
+    out.drift_deg_per_min = change.drift_deg_per_min;
+    out.noise_counts = change.noise_counts;
+    out.loss = change.loss;
+    source_->change(out);
+  }
+
+  void play(const std::string& motion) override {
+    (void)study::bench_motion(motion);  // whether there is one
+    study::BenchChange out;
+    out.motion = motion;
+    out.restart = true;
+    source_->change(out);
+  }
+
+  WornNow now() const override {
+    const study::BenchView view = source_->view();
+    WornNow out;
+    for (std::size_t f = 0; f < twin::kFingers; ++f) {
+      out.finger_deg[f] = view.finger_deg[f];
+      out.joint_deg[f] = view.joint_deg[f];
+      out.duty_percent[f] = 100 * view.duty[f];
+      out.fault[f] = in_words(view.fault[f]);
+    }
+    return out;
+  }
+
+  bool has_boards() const override { return true; }
+  std::string port() const override { return source_->bench().port(); }
+  std::string key_file() const override { return key_.string(); }
+  bool in_flash() const override { return source_->bench().in_flash(); }
+  double rate_hz() const override { return kRate_hz; }
+  double lead_s() const override { return kLead_s; }
+
+  std::vector<double> score(const std::function<bool(double)>& progress) override {
+    return source_->score({1, 2, 3, 4, 5, 6}, [&](std::size_t done, std::size_t of) {
+      return progress(of > 0 ? static_cast<double>(done) / static_cast<double>(of) : 0);
+    });
+  }
+
+ private:
+  io::TemporaryFolder folder_;
+  std::filesystem::path key_;
+  std::shared_ptr<BenchSource> source_;
+};
+
+// The glove alone. All on one thread.
+class WornTwin : public WornGlove {
+ public:
+  std::shared_ptr<listen::Source> source() override { return twin_; }
+  void set(const WornChange& change) override {
+    twin_->set({change.slip_deg, change.drift_deg_per_min, change.noise_counts, change.loss});
+  }
+  void play(const std::string& motion) override { twin_->play(study::bench_motion(motion)); }
+  WornNow now() const override { return {twin_->finger_deg(), {}, {}, {}}; }
+
+  bool has_boards() const override { return false; }
+  std::string port() const override { return ""; }
+  std::string key_file() const override { return ""; }
+  bool in_flash() const override { return false; }
+  double rate_hz() const override { return kTwinRate_hz; }
+  double lead_s() const override { return 0; }
+  std::vector<double> score(const std::function<bool(double)>&) override {
+    throw io::InputError("a score needs the hand: flexor live --demo");
+  }
+
+ private:
+  static constexpr double kTwinRate_hz = 100;
+  std::shared_ptr<TwinSource> twin_ = std::make_shared<TwinSource>();
+};
+
+}  // namespace
+
+std::unique_ptr<WornGlove> worn_twin() { return std::make_unique<WornTwin>(); }
+
+std::unique_ptr<WornGlove> worn_boards(const std::function<void(const std::string&)>& says) {
+  return std::make_unique<WornBoards>(says);
+}
+
+}  // namespace flexor::live

@@ -1,0 +1,320 @@
+#include "cosim/bench.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+#include <utility>
+
+#include "firmware/markers.hpp"
+#include "host/deploy/flash.hpp"
+#include "host/io/io.hpp"
+#include "host/score/trial.hpp"
+
+namespace flexor::cosim {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::chrono::milliseconds kMostBehind(50);
+constexpr std::size_t kFlashBytes = 32768;
+constexpr std::int64_t kBenchSettled_ms = -300;  // as CoSimulation before a trial
+constexpr std::int64_t kStill_ms = 2000;         // as a trial before its t = 0
+constexpr double kAround_s = 4.5;                // to a gesture's beginning, and at rest there; about
+constexpr int kInTouch_ms = 1000;
+constexpr int kRestart_ms = 4000;        // through a bootloader that is spoken to
+constexpr std::size_t kMostSaid = 4096;  // that a PC has not read
+
+fs::path point(const fs::path& link, const std::string& terminal) {
+  std::error_code error;
+  const fs::file_type type = fs::symlink_status(link, error).type();
+  if (type != fs::file_type::not_found && type != fs::file_type::symlink)
+    throw io::InputError(
+        fmt::format("{}: is there and no link: choose another name for the port", link.string()));
+  fs::remove(link, error);
+  fs::create_symlink(terminal, link, error);
+  if (error) throw io::InputError(fmt::format("{}: {}", link.string(), error.message()));
+  return link;
+}
+
+// As the world of a trial has them.
+class Cameras {
+ public:
+  Cameras(const twin::Parameters& parameters, double duration_s, twin::Random& noise)
+      : p_(parameters),
+        noise_(noise),
+        frames_(static_cast<std::size_t>(duration_s * parameters.camera_rate_hz) + 1) {}
+
+  // After the step that began at `t_ms`.
+  void look(const twin::World& world, std::int64_t t_ms) {
+    shoot(glove_deg_, t_ms, p_.glove_camera_latency_s, [&](int i) { return world.finger_deg(i); });
+    shoot(hand_deg_, t_ms, p_.hand_camera_latency_s, [&](int i) { return world.joint_deg(i); });
+  }
+  double score() const {
+    return score::score_trial(glove_deg_, hand_deg_, 1 / p_.camera_rate_hz).total_error_deg_s;
+  }
+
+ private:
+  using Film = std::array<std::vector<float>, twin::kFingers>;
+
+  template <class Angle>
+  void shoot(Film& film, std::int64_t t_ms, double latency_s, const Angle& angle) {
+    const std::size_t frame = film[0].size();
+    if (frame >= frames_ || t_ms < twin::frame_ms(frame, p_.camera_rate_hz, latency_s)) return;
+    for (int i = 0; i < twin::kFingers; ++i) {
+      film[static_cast<std::size_t>(i)].push_back(
+          static_cast<float>(angle(i) + p_.camera_noise_deg * noise_.normal()));
+    }
+  }
+
+  const twin::Parameters& p_;
+  twin::Random& noise_;
+  std::size_t frames_;
+  Film glove_deg_;
+  Film hand_deg_;
+};
+
+}  // namespace
+
+// Out of real time: nobody hears the glove, and what was said to it is forgotten.
+class Bench::Unheard {
+ public:
+  explicit Unheard(Bench& bench) : bench_(bench), motion_(bench.motion_) { bench.is_heard_ = false; }
+  ~Unheard() {
+    bench_.is_heard_ = true;
+    if (bench_.port_) (void)bench_.port_->read();
+    bench_.due_ = Clock::now();
+    bench_.play(motion_);
+  }
+  Unheard(const Unheard&) = delete;
+  Unheard& operator=(const Unheard&) = delete;
+
+ private:
+  Bench& bench_;
+  std::string motion_;
+};
+
+Bench::Bench(BenchSetup setup)
+    : setup_(std::move(setup)),
+      images_{Firmware(setup_.glove), Firmware(setup_.hand)},
+      radio_loss_(setup_.input.parameters.loss),
+      simulation_(images_, setup_.input, 0),
+      wearer_(twin::draw_variation(setup_.input.parameters, twin::seed_of(setup_.input.seed, 0)),
+              setup_.input.motion),
+      noise_(twin::seed_of(setup_.input.seed, 1)),
+      due_(Clock::now()) {
+  if (!setup_.bootloader.empty())
+    simulation_.glove().put_bootloader(deploy::read_intel_hex(setup_.bootloader, kFlashBytes));
+  connect();
+  plug_in();
+  while (simulation_.world().now_ms() < 0) step();
+}
+
+void Bench::connect() {
+  simulation_.world().finger_at = [this](int finger, std::int64_t t_ms) {
+    return wearer_.angle(finger, t_ms);
+  };
+  simulation_.on_air = [this](Cycles, std::uint8_t byte) { hear_glove(byte); };
+  simulation_.on_glove_air = [this](Cycles end, std::uint8_t byte) {
+    if (program_runs_) radio_.push_back({end, byte});
+  };
+  simulation_.on_glove_marker = [this](Cycles cycle, std::uint8_t marker) {
+    program_runs_ = true;
+    if (marker == static_cast<std::uint8_t>(firmware::Marker::sampled)) sampled_ = cycle;
+  };
+  simulation_.glove().on_bite = [this](Cycles) { program_runs_ = false; };
+  simulation_.on_strip = [this](std::int64_t, int finger, int counts) {
+    return counts_[static_cast<std::size_t>(finger)] = noisy(counts);
+  };
+}
+
+void Bench::plug_in() {
+  port_.emplace();
+  terminal_ = port_->name();
+  if (!setup_.link.empty()) link_.emplace([this] { return point(setup_.link, terminal_); });
+}
+
+void Bench::unplug() {
+  link_.reset();
+  port_.reset();
+  typed_.clear();
+  said_.clear();
+}
+
+// Nothing is read of what a strip has after the converter's end.
+int Bench::noisy(int counts) {
+  if (noise_counts_ == 0) return counts;
+  return std::clamp(counts + static_cast<int>(std::lround(noise_counts_ * noise_.normal())), 0,
+                    twin::kAdcTop);
+}
+
+void Bench::move_strips() {
+  for (int i = 0; i < twin::kFingers; ++i) simulation_.world().shift_strip(i, slip_deg_ + drifted_deg_);
+}
+
+// The world has asked for the fingers up to there.
+std::int64_t Bench::next_block_ms() const {
+  const std::int64_t now = simulation_.world().now_ms() - twin::World::kStart_ms;
+  return (now + twin::kBlock_ms - 1) / twin::kBlock_ms * twin::kBlock_ms + twin::World::kStart_ms;
+}
+
+void Bench::play(const std::string& motion) {
+  const std::optional<twin::Motion> next = study::bench_motion(motion);
+  motion_ = motion;
+  if (next) {
+    wearer_.play(*next, next_block_ms());
+  } else {
+    wearer_.rest(next_block_ms());
+  }
+}
+
+void Bench::change(const study::BenchChange& c) {
+  slip_deg_ = c.slip_deg.value_or(slip_deg_);
+  drift_deg_per_min_ = c.drift_deg_per_min.value_or(drift_deg_per_min_);
+  noise_counts_ = c.noise_counts.value_or(noise_counts_);
+  if (c.loss) setup_.input.parameters.loss = std::min(1.0, radio_loss_ + *c.loss);
+  const std::string motion = c.motion.value_or(motion_);
+  if (motion != motion_ || c.restart) play(motion);
+  if (!c.unplugged) return;
+  if (*c.unplugged && port_) unplug();
+  if (!*c.unplugged && !port_) plug_in();
+}
+
+study::BenchView Bench::advance(const study::BenchChange& c) {
+  change(c);
+  for (int ms = 0; ms < c.ms; ++ms) {
+    look_at_port();
+    step();
+    due_ = std::max(due_ + std::chrono::milliseconds(1), Clock::now() - kMostBehind);
+    std::this_thread::sleep_until(due_);
+  }
+  return view();
+}
+
+void Bench::step() {
+  drifted_deg_ += drift_deg_per_min_ / 60000;
+  move_strips();
+  feed_glove();
+  simulation_.glove_has_radio = program_runs_;
+  simulation_.step();
+}
+
+void Bench::look_at_port() {
+  if (!port_) return;
+  if (port_->was_opened()) {
+    simulation_.glove().reset();
+    program_runs_ = false;
+    typed_.clear();
+    said_.clear();
+    radio_.clear();
+  }
+  const double baud = simulation_.glove().baud();
+  if (typed_.empty()) typed_until_ = std::max(typed_until_, simulation_.glove().now());
+  for (const std::uint8_t byte : port_->read()) typed_.push_back(port_->on_the_wire(byte, baud));
+  said_.erase(0, port_->write(said_));
+}
+
+// The glove's UART has begun to send it.
+void Bench::hear_glove(std::uint8_t byte) {
+  if (!port_ || !port_->is_open() || !is_heard_ || said_.size() >= kMostSaid) return;
+  said_ += static_cast<char>(port_->on_the_wire(byte, simulation_.glove().baud()));
+}
+
+// What is complete at the glove's pin in the next millisecond, in order.
+void Bench::feed_glove() {
+  const Cycles end = CoSimulation::cycle_of(static_cast<double>(simulation_.world().now_ms() + 1));
+  const auto byte_cycles =
+      static_cast<Cycles>(10 * 1000.0 * static_cast<double>(kCyclesPerMs) / simulation_.glove().baud());
+  const auto next = [&](Cycles at, std::uint8_t byte) {
+    if (at < line_busy_until_ + byte_cycles) return;  // it began before the one before was over
+    line_busy_until_ = at;
+    simulation_.glove().receive(at, byte);
+  };
+  while (true) {
+    const Cycles typed = typed_.empty() ? end + 1 : typed_until_ + byte_cycles;
+    const Cycles heard = radio_.empty() ? end + 1 : radio_.front().end;
+    if (std::min(typed, heard) > end) return;
+    if (typed <= heard) {
+      typed_until_ = typed;
+      next(typed, typed_.front());
+      typed_.pop_front();
+    } else {
+      next(heard, radio_.front().byte);
+      radio_.pop_front();
+    }
+  }
+}
+
+// How much later the motion has to begin for the glove to sample it when a trial's does: a sample takes part of the lag
+// with it, up to a period.
+std::int64_t Bench::until_phase_ms() const {
+  const double period_ms = 1000 * setup_.input.compensator.sample_period_s;
+  const double sample_ms = CoSimulation::time_ms(sampled_);
+  const double phase_ms =
+      sample_ms - static_cast<double>(*wearer_.start_ms()) - 1000 * simulation_.world().sample_phase_s();
+  const double later_ms = phase_ms - period_ms * std::floor(phase_ms / period_ms);
+  return twin::kBlock_ms * std::lround(later_ms / twin::kBlock_ms);
+}
+
+double Bench::score_one(int gesture, const std::function<void()>& each) {
+  play(fmt::format("{}", gesture));
+  wearer_.postpone(kStill_ms);
+  wearer_.postpone(until_phase_ms());
+  const twin::Motion motion = *study::bench_motion(motion_);
+  const std::int64_t start_ms = *wearer_.start_ms();
+  const std::int64_t end_ms = start_ms + std::lround(motion.duration_s() * 1000);
+  twin::World& world = simulation_.world();
+  Cameras cameras(setup_.input.parameters, motion.duration_s(), noise_);
+  while (world.now_ms() <= end_ms) {
+    const std::int64_t t_ms = world.now_ms() - start_ms;
+    if (t_ms == -kStill_ms) world.settle();
+    if (t_ms == kBenchSettled_ms) simulation_.wind_up();
+    step();
+    cameras.look(world, t_ms);
+    each();
+  }
+  return cameras.score();
+}
+
+std::vector<double> Bench::score(const std::vector<int>& gestures, const io::JobProgress& progress) {
+  const Unheard unheard(*this);
+  double all_s = 0;
+  for (const int gesture : gestures)
+    all_s += kAround_s + study::bench_motion(fmt::format("{}", gesture))->duration_s();
+  std::size_t done_ms = 0;
+  const auto each = [&] {
+    constexpr std::size_t kApart_ms = 100;
+    const auto of_ms = static_cast<std::size_t>(1000 * all_s);
+    if (++done_ms % kApart_ms == 0 && !progress(std::min(done_ms, of_ms), of_ms))
+      throw io::Cancelled("stopped");
+  };
+  // Somebody may just have opened the port.
+  for (int ms = 0; ms < kInTouch_ms || (!program_runs_ && ms < kRestart_ms); ++ms) step();
+  std::vector<double> out;
+  for (const int gesture : gestures) out.push_back(score_one(gesture, each));
+  return out;
+}
+
+study::BenchView Bench::view() const {
+  study::BenchView out;
+  const twin::World& world = simulation_.world();
+  const HandStatus status = simulation_.hand_status();
+  out.now_ms = world.now_ms();
+  out.port = port_ ? terminal_ : "";
+  out.is_open = port_ && port_->is_open();
+  out.motion = motion_;
+  if (const auto start_ms = wearer_.start_ms())
+    out.motion_s = static_cast<double>(world.now_ms() - *start_ms) / 1000;
+  for (int i = 0; i < twin::kFingers; ++i) {
+    const auto finger = static_cast<std::size_t>(i);
+    out.finger_deg[finger] = world.finger_deg(i);
+    out.joint_deg[finger] = world.joint_deg(i);
+    out.duty[finger] = simulation_.hand().duty(i);
+    out.fault[finger] = status.fault[i];
+  }
+  out.counts = counts_;
+  return out;
+}
+
+}  // namespace flexor::cosim

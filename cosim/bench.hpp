@@ -1,0 +1,93 @@
+// Both boards in the twin's world for as long as one likes, in step with real time, and the glove's USB on a
+// pseudo-terminal (host/study/bench.hpp says what for).
+//
+// The glove has one UART, as on the real board: what it says goes to the PC and to the radio, what comes from either comes
+// to the same pin, and of two bytes at the same time one is lost. While its bootloader runs the radio does not reach
+// that pin: docs/pairing.md has it unplugged for that. Opening the port resets the glove.
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cosim/co_simulation.hpp"
+#include "cosim/usb_port.hpp"
+#include "host/io/interrupt.hpp"
+#include "host/io/worker.hpp"
+#include "host/study/bench.hpp"
+#include "host/twin/wearer.hpp"
+
+namespace flexor::cosim {
+
+struct BenchSetup {
+  std::filesystem::path glove;       // ELF
+  std::filesystem::path hand;        // ELF
+  std::filesystem::path bootloader;  // Intel hex; empty: none
+  twin::TrialInput input;            // its motion's beginning is how the hand rests
+  std::filesystem::path link;        // to the pseudo-terminal; empty: none
+};
+
+class Bench {
+ public:
+  // Throws io::InputError, io::JobError.
+  explicit Bench(BenchSetup setup);
+
+  const std::string& terminal() const { return terminal_; }
+  study::BenchView advance(const study::BenchChange& change);
+  std::vector<double> score(const std::vector<int>& gestures, const io::JobProgress& progress);
+
+ private:
+  class Unheard;
+  using Clock = std::chrono::steady_clock;
+  struct Coming {
+    Cycles end;
+    std::uint8_t byte;
+  };
+
+  void connect();
+  void plug_in();
+  void unplug();
+  void play(const std::string& motion);
+  void change(const study::BenchChange& change);
+  void step();
+  void look_at_port();
+  void feed_glove();
+  void hear_glove(std::uint8_t byte);
+  void move_strips();
+  int noisy(int counts);
+  std::int64_t next_block_ms() const;
+  std::int64_t until_phase_ms() const;
+  double score_one(int gesture, const std::function<void()>& each);
+  study::BenchView view() const;
+
+  BenchSetup setup_;
+  Images images_;
+  double radio_loss_;  // of the configuration
+  CoSimulation simulation_;
+  twin::Wearer wearer_;
+  twin::Random noise_;
+  std::string motion_ = "rest";
+  std::array<int, twin::kFingers> counts_{};
+  double slip_deg_ = 0;
+  double drift_deg_per_min_ = 0;
+  double drifted_deg_ = 0;
+  double noise_counts_ = 0;
+
+  std::optional<UsbPort> port_;
+  std::optional<io::Temporary> link_;
+  std::string terminal_;
+  bool program_runs_ = false;       // not the bootloader
+  Cycles sampled_ = 0;              // the glove, last
+  bool is_heard_ = true;            // by the PC
+  std::deque<std::uint8_t> typed_;  // by the PC, not yet on the wire
+  Cycles typed_until_ = 0;
+  std::deque<Coming> radio_;
+  Cycles line_busy_until_ = 0;  // the glove's RX
+  std::string said_;            // to the PC
+  Clock::time_point due_;
+};
+
+}  // namespace flexor::cosim

@@ -1,0 +1,413 @@
+// The bench as its users meet it: `flexor` in other processes speaks with a glove on a pseudo-terminal that a thread here
+// keeps worn.
+#include "host/study/bench.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "cosim/usb_helper.hpp"
+#include "host/deploy/host_chain.hpp"
+#include "host/deploy/pair_key.hpp"
+#include "host/io/io.hpp"
+#include "host/io/serial.hpp"
+#include "host/recording/csv.hpp"
+#include "host/score/trial.hpp"
+#include "host/study/boards.hpp"
+#include "host/twin/laboratory.hpp"
+#include "runtime/link/receiver.hpp"
+
+namespace flexor::cosim {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+using study::BenchChange;
+using study::BenchView;
+
+constexpr std::size_t kThumb = 0;
+constexpr std::size_t kIndex = 1;
+
+fs::path images() {
+  static const io::TemporaryFolder folder;  // built once for all tests
+  return folder.path();
+}
+
+study::BenchOptions options(bool in_flash) {
+  study::BenchOptions out;
+  out.model = study::compensator("published-hw", 10).model;
+  out.in_flash = in_flash;
+  out.images = images();
+  return out;
+}
+
+// Worn by a thread until the end; what was seen each 20 ms.
+class Worn {
+ public:
+  explicit Worn(const study::BenchOptions& o, const std::string& motion = "ordinary")
+      : bench(fs::absolute(FLEXOR_COSIM), o) {
+    BenchChange first;
+    first.motion = motion;
+    change(first);
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      while (!stop.stop_requested()) change({});
+    });
+  }
+  BenchView change(const BenchChange& what) {
+    const BenchView view = bench.advance(what);
+    const std::lock_guard lock(mutex_);
+    views_.push_back(view);
+    return view;
+  }
+  std::vector<BenchView> views() const {
+    const std::lock_guard lock(mutex_);
+    return views_;
+  }
+  // Means over so much simulated time from now on.
+  std::array<double, 5> mean_counts(std::int64_t ms) {
+    std::array<double, 5> sum{};
+    const std::int64_t begin_ms = views().back().now_ms;
+    std::int64_t now_ms = begin_ms;
+    int n = 0;
+    for (; now_ms < begin_ms + ms; ++n) {
+      const BenchView view = change({});
+      now_ms = view.now_ms;
+      for (std::size_t i = 0; i < 5; ++i) sum[i] += view.counts[i];
+    }
+    for (double& s : sum) s /= n;
+    return sum;
+  }
+
+  study::Bench bench;
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<BenchView> views_;
+  std::jthread thread_;
+};
+
+// What the glove says on the port, and that this end asks it for its readings.
+struct Heard {
+  std::map<int, std::array<int, 5>> counts;  // by the board's time, ms
+  std::map<int, std::array<std::int16_t, 5>> angle;
+};
+
+void ask_for_readings(io::SerialPort& line) {
+  link::Packet packet;
+  packet.body()[0] = static_cast<std::uint8_t>(link::Request::readings);
+  std::array<std::uint8_t, link::kMaxWire> wire{};
+  line.write({wire.data(), packet.seal({link::Type::request, false, false, 0}, 1, nullptr, wire.data())});
+}
+
+Heard hear(const std::string& port, double seconds) {
+  io::SerialPort line(port, 9600);
+  link::PacketReader packet;
+  Heard out;
+  bool asked = false;
+  const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+  for (auto next = end; Clock::now() < end;) {
+    for (const std::uint8_t byte : line.read(0.02)) {
+      if (packet.push(byte) != link::Received::pending) continue;
+      std::uint16_t time_ms = 0;
+      // At its start, before the first sample; the turns after the next ones are the hand's.
+      if (packet.type() == link::Type::state && out.counts.empty() && !std::exchange(asked, true))
+        next = Clock::now();
+      if (!out.counts.empty() && !out.counts.contains(100)) return out;  // the first one was not heard
+      if (packet.type() == link::Type::readings) {
+        std::array<std::uint16_t, 5> counts{};
+        link::get_readings(packet.body(), 5, time_ms, counts.data());
+        std::ranges::copy(counts, out.counts[time_ms].begin());
+      }
+      if (packet.type() == link::Type::angles) {
+        std::array<std::int16_t, 5> angle{};
+        std::array<link::SensorStatus, 5> status{};
+        link::get_angles(packet.body(), 5, time_ms, angle.data(), status.data());
+        out.angle[time_ms] = angle;
+      }
+    }
+    if (Clock::now() < next) continue;
+    ask_for_readings(line);
+    next = Clock::now() + std::chrono::milliseconds(600);
+  }
+  return out;
+}
+
+// The frames say what the host makes of the same readings with this model, to the bit; so many frames, from the board's
+// start on without a gap.
+int compare(const Heard& heard, const deploy::Glove& glove) {
+  deploy::HostChain chain(glove);
+  int frames = 0;
+  for (int t_ms = 100; heard.counts.contains(t_ms); t_ms += 100) {
+    const link::Frame expected = chain.step(heard.counts.at(t_ms));
+    const auto angle = heard.angle.find(t_ms);
+    if (angle == heard.angle.end()) continue;
+    ++frames;
+    EXPECT_TRUE(std::ranges::equal(angle->second, expected.angle)) << t_ms;
+  }
+  return frames;
+}
+
+// A request may meet the hand's own on the glove's line: then once more.
+void expect_runs(const std::string& port, const deploy::Glove& glove) {
+  constexpr int kEnough = 15;
+  int frames = 0;
+  for (int attempt = 0; attempt < 5 && frames < kEnough; ++attempt) frames = compare(hear(port, 4), glove);
+  EXPECT_GE(frames, kEnough);
+}
+
+class Bench : public testing::Test {
+ protected:
+  void SetUp() override { FLEXOR_NEEDS_TERMINALS(); }
+  void need_bootloader(const study::Bench& bench) const {
+    if (!bench.has_bootloader() || io::find_program("avrdude").empty())
+      GTEST_SKIP() << "arduino-core-avr or avrdude is not installed: script/bootstrap tests";
+  }
+  // As `flexor send`.
+  Finished send(const study::Bench& bench, const fs::path& model) const {
+    const fs::path key = folder_.path() / "pair.key";
+    deploy::write_key(key, *bench.key());
+    return flexor(
+        {"send", model.string(), "--port", bench.port(), "--key", key.string(), "--rate", "10", "--json"});
+  }
+  fs::path file(const char* name) const { return folder_.path() / name; }
+  io::TemporaryFolder folder_;
+};
+
+double correlation(const std::vector<double>& a, const std::vector<double>& b) {
+  double ma = 0;
+  double mb = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    ma += a[k] / static_cast<double>(a.size());
+    mb += b[k] / static_cast<double>(a.size());
+  }
+  double ab = 0;
+  double aa = 0;
+  double bb = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    ab += (a[k] - ma) * (b[k] - mb);
+    aa += (a[k] - ma) * (a[k] - ma);
+    bb += (b[k] - mb) * (b[k] - mb);
+  }
+  return ab / std::sqrt(aa * bb);
+}
+
+TEST_F(Bench, RecordSeesReadingsThatFollowTheFingersAndTheHandGoesOn) {
+  Worn worn(options(true), "calibration");
+  const Finished r = flexor({"record", file("log.csv").string(), "--port", worn.bench.port(), "--readings",
+                             "--for", "6", "--json"});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const auto said = nlohmann::json::parse(r.out);
+  EXPECT_EQ(said.at("torn"), 0);
+  const recording::Recording log = recording::read_csv(file("log.csv"), {"thumb_count", "index_count"});
+  EXPECT_GT(log.t_s.size(), 45U) << "10 Hz";
+  const std::vector<BenchView> views = worn.views();
+  std::map<std::pair<int, int>, double> finger_deg;
+  for (const BenchView& view : views)
+    finger_deg.try_emplace({view.counts[kThumb], view.counts[kIndex]}, view.finger_deg[kThumb]);
+  std::vector<double> counts;
+  std::vector<double> angle;
+  for (std::size_t k = 0; k < log.t_s.size(); ++k) {
+    const auto there =
+        finger_deg.find({std::lround(log.columns[0].value[k]), std::lround(log.columns[1].value[k])});
+    if (there == finger_deg.end()) continue;  // between two views
+    counts.push_back(log.columns[0].value[k]);
+    angle.push_back(there->second);
+  }
+  EXPECT_GT(counts.size(), 9 * log.t_s.size() / 10) << "what was recorded is what the converter gave";
+  EXPECT_GT(correlation(counts, angle), 0.97);
+  // The hand follows meanwhile, and believes the glove: opened, it restarts once.
+  double worst_deg = 0;
+  double moved_deg = 0;
+  for (const BenchView& view : views) {
+    EXPECT_EQ(view.fault, (std::array<int, 5>{}));
+    if (view.now_ms < views.back().now_ms - 4000) continue;
+    worst_deg = std::max(worst_deg, std::abs(view.finger_deg[kThumb] - view.joint_deg[kThumb]));
+    moved_deg = std::max(moved_deg, std::abs(view.joint_deg[kThumb] - views.back().joint_deg[kThumb]));
+  }
+  EXPECT_GT(moved_deg, 20);
+  EXPECT_LT(worst_deg, 45) << "0.2 s at 130 deg/s, and the glove's own error";
+}
+
+TEST_F(Bench, TakesASmallModelWhileItRuns) {
+  Worn worn(options(false));
+  expect_runs(worn.bench.port(), worn.bench.glove());
+  deploy::Glove glove = worn.bench.glove();
+  glove.model = study::compensator("published-w", 10).model;
+  model::save(glove.model, file("model.json"));
+  const Finished r = send(worn.bench, file("model.json"));
+  ASSERT_EQ(r.exit, 0) << r.err;
+  EXPECT_EQ(nlohmann::json::parse(r.out).at("bootloader"), false);
+  expect_runs(worn.bench.port(), glove);
+}
+
+TEST_F(Bench, TakesAnIdentifiedModelThroughTheBootloader) {
+  Worn worn(options(true));
+  need_bootloader(worn.bench);
+  ASSERT_EQ(flexor({"twin", "record", "--out", folder_.path().string()}).exit, 0);
+  const Finished fit =
+      flexor({"identify", "--pair", file("glove-1.csv").string(), file("camera-1.csv").string(), "--rate",
+              "10", "--fit-all", "--model", file("model.json").string()});
+  ASSERT_EQ(fit.exit, 0) << fit.err;
+  const Finished r = send(worn.bench, file("model.json"));
+  ASSERT_EQ(r.exit, 0) << r.err;
+  EXPECT_EQ(nlohmann::json::parse(r.out).at("bootloader"), true);
+  deploy::Glove glove = worn.bench.glove();
+  glove.model = model::load(file("model.json"));
+  expect_runs(worn.bench.port(), glove);
+}
+
+TEST_F(Bench, IsUnpluggedAndPluggedInAgainUnderTheSameName) {
+  study::BenchOptions o = options(true);
+  o.port_link = file("glove");
+  Worn worn(o);
+  EXPECT_EQ(worn.bench.port(), file("glove").string());
+  std::jthread plug([&] {
+    std::this_thread::sleep_for(std::chrono::seconds(4));
+    BenchChange out;
+    out.unplugged = true;
+    EXPECT_EQ(worn.change(out).port, "");
+    EXPECT_FALSE(fs::exists(fs::symlink_status(file("glove"))));
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    BenchChange in;
+    in.unplugged = false;
+    EXPECT_EQ(worn.change(in).port, file("glove").string());
+  });
+  const Finished r = flexor({"record", file("log.csv").string(), "--port", worn.bench.port(), "--readings",
+                             "--for", "6", "--json"});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const auto said = nlohmann::json::parse(r.out);
+  EXPECT_EQ(said.at("unplugged"), 1);
+  EXPECT_GT(said.at("rows"), 15);
+  EXPECT_LT(said.at("rows"), 55);
+}
+
+TEST_F(Bench, ASlipOfEightDegreesShowsInTheReadings) {
+  Worn worn(options(true), "rest");
+  const twin::Divider divider(options(true).parameters);
+  (void)worn.mean_counts(2500);
+  const auto before = worn.mean_counts(1500);
+  BenchChange slip;
+  slip.slip_deg = 8;
+  worn.change(slip);
+  (void)worn.mean_counts(200);
+  const auto after = worn.mean_counts(1500);
+  for (std::size_t i = 0; i < 5; ++i) {
+    const double moved = divider.alpha_deg(static_cast<int>(std::lround(after[i]))) -
+                         divider.alpha_deg(static_cast<int>(std::lround(before[i])));
+    EXPECT_NEAR(moved, 8, 1.5) << i;
+  }
+}
+
+TEST_F(Bench, AMotionIsTheSameEachTime) {
+  study::Bench bench(fs::absolute(FLEXOR_COSIM), options(true));
+  const twin::Motion grab = *study::bench_motion("calibration");
+  const twin::Variation person = twin::draw_variation(options(true).parameters, twin::seed_of(1, 0));
+  for (int round = 0; round < 2; ++round) {
+    BenchChange begin;
+    begin.ms = 10;
+    begin.motion = "calibration";
+    begin.restart = true;
+    BenchChange on;
+    on.ms = 10;
+    int seen = 0;
+    for (BenchView view = bench.advance(begin); seen < 150; view = bench.advance(on)) {
+      if (view.motion_s.value() < 1) continue;  // nothing moves before
+      if (std::llround(1000 * *view.motion_s) % 10 != 0) continue;
+      ++seen;
+      for (int i = 0; i < 5; ++i) {
+        EXPECT_NEAR(view.finger_deg[static_cast<std::size_t>(i)], grab.angle(i, *view.motion_s, person),
+                    1e-3);
+      }
+    }
+  }
+}
+
+TEST_F(Bench, ScoresAsTheExperimentDoesOnSimulatedBoards) {
+  study::BenchOptions o = options(true);
+  twin::assign(o.parameters, "sensor.drift_deg_per_min=0");  // there every gesture is the first
+  study::Bench bench(fs::absolute(FLEXOR_COSIM), o);
+  const auto begin = Clock::now();
+  std::size_t steps = 0;
+  const std::vector<double> scores = bench.score({1, 2, 3, 4, 5, 6}, [&](std::size_t done, std::size_t of) {
+    EXPECT_LE(done, of);
+    ++steps;
+    return true;
+  });
+  const std::chrono::duration<double> took = Clock::now() - begin;
+  std::printf("six gestures in %.1f s\n", took.count());
+  EXPECT_GT(steps, 10U);
+  study::Boards boards(fs::absolute(FLEXOR_COSIM));
+  ASSERT_EQ(scores.size(), 6U);
+  double all = 0;
+  double all_experiment = 0;
+  for (std::size_t g = 0; g < 6; ++g) {
+    // The experiment draws another donning for each gesture; here it is the bench's.
+    const twin::TrialInput input{o.parameters, *study::bench_motion(std::to_string(g + 1)), o.model, 1};
+    boards.prepare(input);
+    const twin::Trial trial = boards.simulate(input, 0, 1).front();
+    const double experiment =
+        score::score_trial(trial.glove_deg, trial.hand_deg, 1 / input.parameters.camera_rate_hz)
+            .total_error_deg_s;
+    std::printf("gesture %zu: %.1f here, %.1f in the experiment\n", g + 1, scores[g], experiment);
+    all += scores[g];
+    all_experiment += experiment;
+    // Of the same gesture again and again: up to a tenth to either side, by the radio's jitter.
+    EXPECT_NEAR(scores[g], experiment, 0.18 * experiment) << g + 1;
+  }
+  EXPECT_NEAR(all, all_experiment, 0.04 * all_experiment);
+  // It is still there, and in touch.
+  EXPECT_EQ(bench.advance({}).fault, (std::array<int, 5>{}));
+}
+
+TEST_F(Bench, AScoreThatIsStoppedLeavesTheBenchAsItWas) {
+  study::Bench bench(fs::absolute(FLEXOR_COSIM), options(true));
+  EXPECT_THROW((void)bench.score({1, 2, 3, 4, 5, 6}, [](std::size_t, std::size_t) { return false; }),
+               io::Cancelled);
+  const BenchView before = bench.advance({});
+  EXPECT_EQ(before.motion, "rest");
+  EXPECT_EQ(bench.advance({}).now_ms, before.now_ms + 20);
+}
+
+TEST_F(Bench, EndsWithWhoeverStartedIt) {
+  const io::Pipe out;
+  const std::string link = file("glove").string();
+  const std::string program = fs::absolute(FLEXOR_PROGRAM).string();
+  io::Process wear(program, {program, "twin", "wear", "--model-as", "eeprom", "--port-link", link}, {});
+  const auto until = [](const auto& is, double seconds) {
+    const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+    while (!is() && Clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    return is();
+  };
+  ASSERT_TRUE(until([&] { return fs::exists(link); }, 30));
+  const fs::path terminal = fs::read_symlink(link);
+  wear.kill();
+  (void)wear.wait();
+  EXPECT_TRUE(until([&] { return !fs::exists(terminal); }, 5)) << terminal;
+}
+
+TEST_F(Bench, SaysWhatMotionsThereAre) {
+  try {
+    (void)study::bench_motion("wave");
+    FAIL();
+  } catch (const io::InputError& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "no motion \"wave\": rest, bends, calibration, held, ordinary, protocol, or 1 to 6 of the published "
+        "gestures");
+  }
+  study::BenchOptions o = options(true);
+  io::write_file(file("glove"), "mine");
+  o.port_link = file("glove");
+  EXPECT_THROW(study::Bench(fs::absolute(FLEXOR_COSIM), o), io::InputError);
+  EXPECT_EQ(io::read_file(file("glove")), "mine");
+}
+
+}  // namespace
+}  // namespace flexor::cosim

@@ -1,0 +1,99 @@
+#include "cosim/usb_port.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/inotify.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <utility>
+
+#include "host/io/io.hpp"
+
+namespace flexor::cosim {
+namespace {
+
+constexpr std::array<std::pair<speed_t, double>, 11> kRates = {{{B9600, 9600},
+                                                                {B19200, 19200},
+                                                                {B38400, 38400},
+                                                                {B57600, 57600},
+                                                                {B115200, 115200},
+                                                                {B230400, 230400},
+                                                                {B460800, 460800},
+                                                                {B500000, 500000},
+                                                                {B921600, 921600},
+                                                                {B1000000, 1000000},
+                                                                {B2000000, 2000000}}};
+
+}  // namespace
+
+UsbPort::UsbPort() {
+  terminal_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  std::array<char, 128> name{};
+  if (terminal_ < 0 || grantpt(terminal_) != 0 || unlockpt(terminal_) != 0 ||
+      ptsname_r(terminal_, name.data(), name.size()) != 0)
+    throw io::JobError(fmt::format("pseudo-terminal: {}", std::strerror(errno)));
+  name_ = name.data();
+  // Until it was opened and closed once, the terminal does not say that nobody has it open.
+  const int once = open(name_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  termios raw{};
+  tcgetattr(once, &raw);
+  cfmakeraw(&raw);
+  tcsetattr(once, TCSANOW, &raw);
+  close(once);
+  openings_ = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+  if (openings_ < 0 || inotify_add_watch(openings_, name_.c_str(), IN_OPEN | IN_CLOSE) < 0)
+    throw io::JobError(fmt::format("{}: inotify: {}", name_, std::strerror(errno)));
+}
+
+UsbPort::~UsbPort() {
+  close(openings_);
+  close(terminal_);
+}
+
+bool UsbPort::was_opened() {
+  alignas(inotify_event) std::array<char, 4096> buffer{};
+  bool out = false;
+  const ssize_t n = ::read(openings_, buffer.data(), buffer.size());
+  inotify_event event{};
+  for (ssize_t at = 0; at < n; at += static_cast<ssize_t>(sizeof(event)) + event.len) {
+    std::memcpy(&event, buffer.data() + at, sizeof(event));
+    const bool opened = (event.mask & IN_OPEN) != 0;
+    out = out || (opened && open_by_ == 0);
+    open_by_ += opened ? 1 : -1;
+  }
+  return out;
+}
+
+std::vector<std::uint8_t> UsbPort::read() {
+  std::array<std::uint8_t, 1024> buffer{};
+  const ssize_t n = ::read(terminal_, buffer.data(), buffer.size());
+  return {buffer.begin(), buffer.begin() + std::max<ssize_t>(n, 0)};
+}
+
+std::size_t UsbPort::write(std::string_view bytes) {
+  const ssize_t n = ::write(terminal_, bytes.data(), bytes.size());
+  return n > 0 ? static_cast<std::size_t>(n) : 0;
+}
+
+double UsbPort::baud() const {
+  termios settings{};
+  if (tcgetattr(terminal_, &settings) != 0) return 0;
+  const auto* const rate =
+      std::ranges::find(kRates, cfgetospeed(&settings), &std::pair<speed_t, double>::first);
+  return rate == kRates.end() ? 0 : rate->second;
+}
+
+std::uint8_t UsbPort::on_the_wire(std::uint8_t byte, double board_baud) const {
+  constexpr double kReceiverTakes = 0.045;  // off by half a bit at the tenth
+  const bool agree = std::abs(baud() / board_baud - 1) < kReceiverTakes;
+  return agree ? byte : static_cast<std::uint8_t>(byte * 37 + 0x81);
+}
+
+}  // namespace flexor::cosim

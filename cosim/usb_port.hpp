@@ -1,0 +1,43 @@
+// A board's serial port as a PC has it: a pseudo-terminal. Bytes between ends whose rates differ arrive as noise.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace flexor::cosim {
+
+class UsbPort {
+ public:
+  // Throws io::JobError.
+  UsbPort();
+  ~UsbPort();
+  UsbPort(const UsbPort&) = delete;
+  UsbPort& operator=(const UsbPort&) = delete;
+
+  const std::string& name() const { return name_; }
+
+  // Whether the first of whoever has it open has opened it since the last call, which resets a board. An opening counts
+  // also right after a closing: a capacitor at DTR misses none.
+  bool was_opened();
+  bool is_open() const { return open_by_ > 0; }
+
+  // What the PC sent.
+  std::vector<std::uint8_t> read();
+  // How much of it there is room for.
+  std::size_t write(std::string_view bytes);
+
+  // The PC's rate; 0: none of the usual.
+  double baud() const;
+  // A byte between the PC and a board of this rate.
+  std::uint8_t on_the_wire(std::uint8_t byte, double board_baud) const;
+
+ private:
+  int terminal_ = -1;
+  std::string name_;
+  int openings_ = -1;  // inotify of the port
+  int open_by_ = 0;    // so many
+};
+
+}  // namespace flexor::cosim

@@ -1,0 +1,104 @@
+#include "host/camera/jpeg.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+#include "host/camera/opencv.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::camera {
+namespace {
+
+constexpr std::uint8_t kFill = 0xff;
+constexpr std::uint8_t kStart = 0xd8;
+constexpr std::uint8_t kScan = 0xda;
+constexpr std::uint8_t kEnd = 0xd9;
+
+struct Size {
+  int width = 0;
+  int height = 0;
+};
+
+[[noreturn]] void refuse(const std::string& what) { throw io::InputError("picture: " + what); }
+
+// SOF0 to SOF15, of which three codes are something else.
+bool states_size(std::uint8_t marker) {
+  return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+}
+
+// By the segments before the first scan; ITU-T T.81, B.1 and B.2.
+Size size_of(std::string_view bytes) {
+  const auto byte = [&](std::size_t i) {
+    return i < bytes.size() ? static_cast<std::uint8_t>(bytes[i]) : std::uint8_t{0};
+  };
+  const auto word = [&](std::size_t i) { return byte(i) << 8 | byte(i + 1); };
+  if (byte(0) != kFill || byte(1) != kStart) refuse("no JPEG");
+  std::optional<Size> out;
+  for (std::size_t at = 2; at + 4 <= bytes.size();) {
+    if (byte(at) != kFill) refuse("no JPEG behind its first bytes");
+    const std::uint8_t marker = byte(at + 1);
+    if (marker == kFill) {
+      ++at;
+      continue;
+    }
+    if (marker == kScan || marker == kEnd) break;
+    if (states_size(marker)) {
+      if (out) refuse("a JPEG that states its size twice");
+      if (marker > 0xc1) refuse("a progressive JPEG; only baseline ones are taken, as a canvas makes them");
+      out = Size{word(at + 7), word(at + 5)};
+    }
+    at += 2 + static_cast<std::size_t>(word(at + 2));
+  }
+  if (!out) refuse("a JPEG that is cut off before its size");
+  return *out;
+}
+
+}  // namespace
+
+Picture from_jpeg(std::string_view bytes) {
+  if (bytes.size() > kMostJpegBytes)
+    refuse(fmt::format("{} bytes; at most {} are taken", bytes.size(), kMostJpegBytes));
+  const Size size = size_of(bytes);
+  for (const int side : {size.width, size.height}) {
+    if (side < kLeastJpeg_px || side > kMostJpeg_px) {
+      refuse(fmt::format("{} x {} pixels; each side must have {} to {}", size.width, size.height,
+                         kLeastJpeg_px, kMostJpeg_px));
+    }
+  }
+  Picture out(size.width, size.height);
+  cv::Mat decoded;
+  try {
+    // As the camera took it: marks are tracked in its pixels, whichever way it was held.
+    decoded = cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
+                           cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {
+  }
+  if (decoded.cols != size.width || decoded.rows != size.height || decoded.type() != CV_8UC3)
+    refuse("a JPEG that cannot be decoded");
+  decoded.copyTo(mat(out));
+  return out;
+}
+
+std::string to_jpeg(const Picture& picture, int quality) {
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".jpg", mat(picture), bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
+  return {bytes.begin(), bytes.end()};
+}
+
+Picture shrunk(const Picture& picture, int longest_px) {
+  const double scale = static_cast<double>(longest_px) / std::max(picture.width, picture.height);
+  if (scale >= 1) return picture;
+  const auto side = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(scale * pixels))); };
+  Picture out(side(picture.width), side(picture.height));
+  cv::Mat to = mat(out);
+  cv::resize(mat(picture), to, to.size(), 0, 0, cv::INTER_AREA);
+  return out;
+}
+
+}  // namespace flexor::camera

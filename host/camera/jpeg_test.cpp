@@ -1,0 +1,101 @@
+#include "host/camera/jpeg.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+
+#include "host/camera/opencv.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::camera {
+namespace {
+
+Picture slope(int width, int height) {
+  Picture out(width, height);
+  for (std::size_t i = 0; i < out.bgr.size(); ++i)
+    out.bgr[i] = static_cast<std::uint8_t>(i / 3 % static_cast<std::size_t>(width) * 200 /
+                                           static_cast<std::size_t>(width));
+  return out;
+}
+
+std::string fault(std::string_view bytes) {
+  try {
+    from_jpeg(bytes);
+  } catch (const io::InputError& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+void expect_fault(std::string_view bytes, const std::string& says) {
+  const std::string text = fault(bytes);
+  EXPECT_NE(text.find(says), std::string::npos) << text;
+  EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+}
+
+TEST(Jpeg, APictureComesBack) {
+  const Picture picture = slope(320, 200);
+  const std::string bytes = to_jpeg(picture);
+  EXPECT_LT(bytes.size(), picture.bgr.size() / 10);
+  const Picture back = from_jpeg(bytes);
+  ASSERT_EQ(back.width, 320);
+  ASSERT_EQ(back.height, 200);
+  double worst = 0;
+  for (std::size_t i = 0; i < back.bgr.size(); ++i)
+    worst = std::max(worst, std::abs(static_cast<double>(back.bgr[i]) - picture.bgr[i]));
+  EXPECT_LT(worst, 12);
+}
+
+TEST(Jpeg, WhatIsNoPictureOrOutOfBoundsIsRefused) {
+  const std::string good = to_jpeg(slope(64, 64));
+  EXPECT_EQ(fault(good), "none");
+  expect_fault("", "no JPEG");
+  expect_fault("hello", "no JPEG");
+  expect_fault(std::string(10000, '\xff'), "no JPEG");
+  expect_fault(good.substr(0, 20), "cut off");
+  expect_fault(good + std::string(kMostJpegBytes, '\0'), "at most 2097152");
+  expect_fault(to_jpeg(slope(63, 64)), "each side must have 64 to 4096");
+  expect_fault(to_jpeg(slope(64, 4097)), "each side must have 64 to 4096");
+}
+
+// The size is what the header says: nothing of it is allocated before it was looked at.
+TEST(Jpeg, AStatedSizeAloneAllocatesNothing) {
+  std::string huge = to_jpeg(slope(64, 64));
+  const std::size_t at = huge.find("\xff\xc0");
+  ASSERT_NE(at, std::string::npos);
+  for (std::size_t i = 5; i < 9; ++i) huge[at + i] = '\xff';
+  expect_fault(huge, "65535 x 65535");
+  // A second size behind a good first one.
+  std::string twice = to_jpeg(slope(64, 64));
+  twice.insert(at, huge.substr(at, 2 + 17));
+  expect_fault(twice, "twice");
+}
+
+TEST(Jpeg, APictureIsMadeSmallerWhereItIsTooLarge) {
+  const Picture small = shrunk(slope(1280, 720), 640);
+  EXPECT_EQ(small.width, 640);
+  EXPECT_EQ(small.height, 360);
+  EXPECT_NEAR(small.at(320, 180)[0], 100, 2);
+  EXPECT_EQ(shrunk(slope(320, 200), 640).width, 320);
+}
+
+TEST(Jpeg, AProgressiveOneIsRefused) {
+  const Picture picture = slope(64, 64);
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".jpg", mat(picture), bytes, {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
+  expect_fault({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "progressive");
+}
+
+TEST(Jpeg, TheOrientationThatAPhoneNotesIsLeftAlone) {
+  std::string bytes = to_jpeg(slope(128, 64));
+  const std::string turned(
+      "\xff\xe1\x00\x22"
+      "Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0",
+      36);
+  bytes.insert(2, turned);
+  EXPECT_EQ(from_jpeg(bytes).width, 128);
+}
+
+}  // namespace
+}  // namespace flexor::camera

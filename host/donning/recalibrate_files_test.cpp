@@ -1,0 +1,170 @@
+// recalibrate on files: what other tools depend on, whatever the files hold.
+#include "host/donning/recalibrate_files.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "host/donning/test_glove.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::donning {
+namespace {
+
+constexpr double kCameraAhead_s = 7.3;
+constexpr double kMovedBy = 60;  // counts, each sensor
+
+// A hand that never bends twice alike: 0 straight, 1 a fist, each finger a third of a second after the one before.
+double bend(double t_s, std::size_t finger) {
+  const double t = t_s - 0.35 * static_cast<double>(finger);
+  const double slow = 0.5 - 0.5 * std::cos(1.7 * t + 0.8 * std::sin(0.31 * t));
+  return std::clamp(slow * (1.05 + 0.1 * std::sin(0.9 * t)), 0.0, 1.0);
+}
+
+double reading(double share) { return kTestStraight + share * (kTestFist - kTestStraight) - kMovedBy; }
+
+using Cell = std::function<std::string(std::size_t row, std::size_t finger, double value)>;
+
+std::string plain(std::size_t, std::size_t, double value) { return fmt::format("{:.0f}", value); }
+
+class RecalibrateFiles : public testing::Test {
+ protected:
+  RecalibrateFiles() {
+    model::save(test_glove(), path("model.json"));
+    request_.model = path("model.json");
+  }
+
+  std::filesystem::path path(const std::string& name) const { return folder_.path() / name; }
+
+  std::filesystem::path write(const std::string& name, const std::string& header, std::size_t columns,
+                              double begin_s, double end_s,
+                              const std::function<double(double, std::size_t)>& value,
+                              const Cell& cell = plain, double clock_s = 0) {
+    std::string text = "t_s," + header + "\n";
+    std::size_t row = 0;
+    for (double t = begin_s; t < end_s; t += kTestPeriod_s, ++row) {
+      text += fmt::format("{:.3f}", t + clock_s);
+      for (std::size_t i = 0; i < columns; ++i) text += "," + cell(row, i, value(t, i));
+      text += "\n";
+    }
+    io::write_file(path(name), text);
+    return path(name);
+  }
+
+  std::filesystem::path glove(const std::string& name, double begin_s, double end_s,
+                              const Cell& cell = plain) {
+    return write(
+        name, "thumb,index,middle", 3, begin_s, end_s,
+        [](double t, std::size_t i) { return reading(bend(t, i)); }, cell);
+  }
+
+  std::filesystem::path camera(double begin_s, double end_s) {
+    return write(
+        "camera.csv", "thumb_deg,index_deg", 2, begin_s, end_s,
+        [](double t, std::size_t i) { return 90 * bend(t, i); },
+        [](std::size_t, std::size_t, double v) { return fmt::format("{:.2f}", v); }, kCameraAhead_s);
+  }
+
+  void expect_kept(const Recalibration& r, const std::string& what) {
+    EXPECT_FALSE(r.applied) << what;
+    EXPECT_FALSE(r.wanted.empty()) << what;
+    EXPECT_EQ(model::to_json(r.model), io::read_file(path("model.json"))) << what;
+  }
+
+  io::TemporaryFolder folder_;
+  FileRequest request_;
+};
+
+TEST_F(RecalibrateFiles, ACamerasClockIsToldByTheJointsOwnSensors) {
+  request_.pair_sensor = glove("pair.csv", 0, 25);
+  request_.pair_camera = camera(0, 25);
+  const Recalibration r = recalibrate_files(request_);
+  ASSERT_TRUE(r.clock);
+  EXPECT_NEAR(r.clock->offset_s, kCameraAhead_s, 0.06) << "another finger's is a third of a second off";
+  EXPECT_GT(r.clock->confidence, 0.9);
+  EXPECT_TRUE(r.applied);
+  const auto json = to_json(r);
+  EXPECT_EQ(json.at("clock_offset_s").get<double>(), r.clock->offset_s);
+  EXPECT_EQ(json.at("alignment_confidence").get<double>(), r.clock->confidence);
+}
+
+TEST_F(RecalibrateFiles, ACameraOfAnotherTimeDoesNotCountAndLosesNothing) {
+  request_.recording = glove("motion.csv", 0, 30);
+  const Recalibration alone = recalibrate_files(request_);
+  ASSERT_TRUE(alone.applied);
+  EXPECT_TRUE(to_json(alone).at("clock_offset_s").is_null());
+  request_.pair_sensor = glove("pair.csv", 0, 20);
+  request_.pair_camera = camera(133, 153);
+  const Recalibration r = recalibrate_files(request_);
+  EXPECT_EQ(r.model, alone.model);
+  ASSERT_EQ(r.wanted.size(), 1U);
+  EXPECT_NE(r.wanted[0].find("camera"), std::string::npos) << r.wanted[0];
+  EXPECT_GT(r.notes.size(), alone.notes.size()) << "and why";
+  request_.recording.clear();
+  expect_kept(recalibrate_files(request_), "another time");
+}
+
+TEST_F(RecalibrateFiles, ACameraThatSeesNoMotionIsWantedAnew) {
+  request_.pair_sensor = glove("pair.csv", 0, 20);
+  request_.pair_camera = write("flat.csv", "index_deg", 1, 0, 20, [](double, std::size_t) { return 30.0; });
+  expect_kept(recalibrate_files(request_), "flat camera");
+  request_.recording = glove("motion.csv", 0, 30);
+  EXPECT_TRUE(recalibrate_files(request_).applied);
+}
+
+TEST_F(RecalibrateFiles, PosesThatAreNotFoundAreWantedAnew) {
+  request_.poses = {"open", "fist"};
+  request_.poses_log =
+      write("held.csv", "thumb,index,middle", 3, 0, 6, [](double, std::size_t) { return reading(0); });
+  expect_kept(recalibrate_files(request_), "both the same");
+  request_.recording = glove("motion.csv", 0, 30);
+  EXPECT_TRUE(recalibrate_files(request_).applied);
+}
+
+TEST_F(RecalibrateFiles, ASensorThatReadsNothingLeavesTheOthers) {
+  for (const std::string hole : {"nan", "", "NaN"}) {
+    request_.recording = glove("motion.csv", 0, 30, [&](std::size_t row, std::size_t i, double v) {
+      return i == 1 || (i == 2 && row == 40) ? hole : plain(row, i, v);
+    });
+    const Recalibration r = recalibrate_files(request_);
+    EXPECT_TRUE(r.sensors[0].applied) << hole;
+    EXPECT_FALSE(r.sensors[1].applied) << hole;
+    EXPECT_TRUE(r.sensors[2].applied) << hole;
+    ASSERT_EQ(r.misfits.size(), 1U) << hole;
+    EXPECT_NE(r.misfits[0].find("index"), std::string::npos) << r.misfits[0];
+  }
+}
+
+TEST_F(RecalibrateFiles, ACameraTellsWhatOneDeadSensorDoesNot) {
+  request_.pair_sensor = glove("pair.csv", 0, 25, [&](std::size_t row, std::size_t i, double v) {
+    return i == 1 ? "nan" : plain(row, i, v);
+  });
+  request_.pair_camera = camera(0, 25);
+  const Recalibration r = recalibrate_files(request_);
+  EXPECT_NEAR(r.clock->offset_s, kCameraAhead_s, 0.06);
+  EXPECT_TRUE(r.sensors[0].applied);
+  EXPECT_FALSE(r.sensors[1].applied);
+}
+
+TEST_F(RecalibrateFiles, PosesOfADeadSensorAndOneWithoutPosesLeaveTheOthers) {
+  const auto held = [](double t, std::size_t) { return reading(t < 3 ? 0 : 1); };
+  request_.poses = {"open", "fist"};
+  request_.poses_log =
+      write("held.csv", "thumb,index,middle", 3, 0, 6, held, [](std::size_t row, std::size_t i, double v) {
+        return i == 1 ? "0" : plain(row, i, v - (v > 400 ? 20 : 10));
+      });
+  const Recalibration r = recalibrate_files(request_);
+  EXPECT_EQ(r.sensors[1].correction.shift, 0) << "0 of many corrected";
+  ASSERT_EQ(r.misfits.size(), 1U);
+  EXPECT_NE(r.misfits[0].find("index"), std::string::npos) << r.misfits[0];
+  model::Model fewer = test_glove();
+  fewer.inputs[1].poses.reset();
+  model::save(fewer, path("fewer.json"));
+  request_.model = path("fewer.json");
+  EXPECT_TRUE(recalibrate_files(request_).misfits.empty());
+}
+
+}  // namespace
+}  // namespace flexor::donning

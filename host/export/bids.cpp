@@ -1,0 +1,272 @@
+#include "host/export/bids.hpp"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "host/io/json.hpp"
+#include "host/io/output.hpp"
+
+namespace flexor::exports {
+namespace {
+
+namespace fs = std::filesystem;
+using io::InputError;
+
+constexpr double kUneven = 0.15;  // of the mean step
+constexpr const char* kParticipants = "participants.tsv";
+constexpr const char* kDescription = "dataset_description.json";
+
+constexpr const char* kReadme =
+    R"(# Joint angles of a hand
+
+Angles of finger joints, in degrees, as a flex-sensor glove measured them and Flexor exported them. Each sample is a row
+of a motion.tsv, each joint a column; channels.tsv beside it names the columns, motion.json has the rate.
+
+An angle that is not known, as in a pause of the log, is n/a.
+)";
+
+void require_label(const char* option, const std::string& label) {
+  const auto good = [](unsigned char c) { return std::isalnum(c) != 0 && c < 0x80; };
+  if (!label.empty() && std::ranges::all_of(label, good)) return;
+  throw InputError(fmt::format("{} {}: BIDS takes letters and digits alone", option, label));
+}
+
+std::string cell(std::string text) {
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return c < ' ' || c == 0x7f; }, '_');
+  return text;
+}
+
+// A new folder beside the dataset, or inside of one that is there: on the same disk.
+fs::path make_staging(const fs::path& folder, bool is_there) {
+  const fs::path parent = is_there ? folder : folder.has_parent_path() ? folder.parent_path() : ".";
+  std::string pattern = (parent / ".flexor-export-XXXXXX").string();
+  if (mkdtemp(pattern.data()) == nullptr)
+    throw InputError(fmt::format("{}: cannot be written: {}", folder.string(), std::strerror(errno)));
+  return pattern;
+}
+
+struct Sampled {
+  std::uint64_t rows = 0;
+  double first_s = 0;
+  double last_s = 0;
+  double least_step_s = 0;
+  double most_step_s = 0;
+};
+
+Sampled write_samples(Angles& angles, const fs::path& path) {
+  io::Output output(path);
+  Sampled all;
+  AngleRow row;
+  std::string line;
+  while (angles.next(row)) {
+    const double step_s = row.t_s - all.last_s;
+    if (all.rows == 0) all.first_s = row.t_s;
+    if (all.rows > 0) {
+      all.least_step_s = all.rows == 1 ? step_s : std::min(all.least_step_s, step_s);
+      all.most_step_s = std::max(all.most_step_s, step_s);
+    }
+    all.last_s = row.t_s;
+    ++all.rows;
+    line.clear();
+    for (const double angle : row.angle_deg)
+      line += (line.empty() ? "" : "\t") + (std::isnan(angle) ? "n/a" : fmt::format("{}", angle));
+    output.write(line + "\n");
+  }
+  if (all.rows == 0) throw InputError(fmt::format("{}: no row with an angle", angles.source()));
+  output.commit();
+  return all;
+}
+
+double rate_of(const Sampled& all, double wanted_hz, const std::string& source) {
+  if (wanted_hz > 0) return wanted_hz;
+  if (all.rows < 2)
+    throw InputError(fmt::format("{}: one row has no sampling rate: say it with --rate", source));
+  const double mean_s = (all.last_s - all.first_s) / static_cast<double>(all.rows - 1);
+  if (all.most_step_s <= (1 + kUneven) * mean_s && all.least_step_s >= (1 - kUneven) * mean_s)
+    return 1 / mean_s;
+  throw InputError(
+      fmt::format("{}: unevenly sampled, its steps are {:.4g} to {:.4g} s: BIDS needs an even rate, such as "
+                  "--rate {:.3g}",
+                  source, all.least_step_s, all.most_step_s, 1 / mean_s));
+}
+
+void write_channels(const std::vector<std::string>& joints, const fs::path& path) {
+  std::string text = "name\tcomponent\ttype\ttracked_point\tunits\n";
+  for (const std::string& joint : joints) text += fmt::format("{0}\tn/a\tJNTANG\t{0}\tdeg\n", joint);
+  io::write_file(path, text);
+}
+
+void write_sidecar(const BidsOptions& o, const Written& run, bool resampled, const fs::path& path) {
+  nlohmann::ordered_json json = {{"TaskName", o.task},
+                                 {"TaskDescription", "Motion of the fingers of one hand"},
+                                 {"SamplingFrequency", run.rate_hz},
+                                 {"TrackingSystemName", "glove"},
+                                 {"TrackedPointsCount", run.joints.size()},
+                                 {"MotionChannelCount", run.joints.size()},
+                                 {"JNTANGChannelCount", run.joints.size()},
+                                 {"RecordingDuration", static_cast<double>(run.rows) / run.rate_hz},
+                                 {"MissingValues", "n/a"},
+                                 {"SoftwareVersions", "Flexor " FLEXOR_VERSION}};
+  if (resampled)
+    json["SamplingNote"] =
+        "Uneven readings were put onto an even grid: each sample is the mean of the readings since the one "
+        "before, and "
+        "without any it stays as it was.";
+  io::write_file(path, io::dump(json));
+}
+
+void write_description(const fs::path& folder, const std::string& subject) {
+  const nlohmann::ordered_json json = {{"Name", "Joint angles of a hand"},
+                                       {"BIDSVersion", "1.10.0"},
+                                       {"DatasetType", "raw"},
+                                       {"GeneratedBy", {{{"Name", "Flexor"}, {"Version", FLEXOR_VERSION}}}}};
+  io::write_file(folder / kDescription, io::dump(json));
+  io::write_file(folder / "README.md", kReadme);
+  io::write_file(folder / kParticipants, "participant_id\n" + subject + "\n");
+}
+
+// A line for the subject, where it has none.
+void add_participant(const fs::path& path, const std::string& subject) {
+  std::error_code error;
+  std::string text = fs::exists(path, error) ? io::read_file(path) : "participant_id\n";
+  if (text.back() != '\n') text += '\n';
+  for (const char* end : {"\t", "\n", "\r"}) {
+    if (text.find("\n" + subject + end) != std::string::npos) return;
+  }
+  const std::size_t first_line = text.find('\n');
+  text += subject;
+  for (std::size_t i = 0; i < first_line; ++i) text += text[i] == '\t' ? "\tn/a" : "";
+  io::write_file(path, text + "\n");
+}
+
+// What was said of the folder in which the dataset is made, said of the dataset.
+std::string as_if_in(const fs::path& folder, const fs::path& made, std::string text) {
+  const std::size_t at = text.find(made.string());
+  if (at != std::string::npos) text.replace(at, made.string().size(), folder.string());
+  return text;
+}
+
+// Writes one recording's three files into `folder`, which are called NAME_motion.tsv and so on.
+Written write_run(const fs::path& recording, const AngleOptions& angle_options, const BidsOptions& o,
+                  const fs::path& folder, const std::string& name) {
+  Angles angles(recording, angle_options);
+  Written done;
+  for (const std::string& joint : angles.joints()) done.joints.push_back(cell(joint));
+  const std::string stem = (folder / name).string();
+  const Sampled all = write_samples(angles, stem + "_motion.tsv");
+  done.rows = all.rows;
+  done.seconds = all.last_s - all.first_s;
+  done.rate_hz = rate_of(all, angle_options.rate_hz, angles.source());
+  write_channels(done.joints, stem + "_channels.tsv");
+  write_sidecar(o, done, angle_options.rate_hz > 0, stem + "_motion.json");
+  for (const char* end : {"_motion.tsv", "_motion.json", "_channels.tsv"}) done.files.push_back(name + end);
+  done.notes = angles.notes();
+  return done;
+}
+
+void take(Written& all, Written run, const std::string& source) {
+  if (!all.joints.empty() && all.joints != run.joints)
+    throw InputError(fmt::format(
+        "{}: has other joints than the recordings before: export it with a --task of its own", source));
+  all.joints = run.joints;
+  all.rate_hz = run.rate_hz;
+  all.rows += run.rows;
+  all.seconds += run.seconds;
+  std::ranges::move(run.files, std::back_inserter(all.files));
+  std::ranges::move(run.notes, std::back_inserter(all.notes));
+}
+
+[[noreturn]] void cannot_write(const fs::path& path, const std::error_code& error) {
+  throw io::JobError(fmt::format("{}: cannot be written: {}", path.string(), error.message()));
+}
+
+// Files from there to here, all or none of them.
+void move_all(const std::vector<std::string>& files, const fs::path& from, const fs::path& to) {
+  std::vector<fs::path> moved;
+  std::error_code error;
+  fs::create_directories(to, error);
+  for (const std::string& file : files) {
+    if (!error) fs::rename(from / file, to / file, error);
+    if (error) {
+      std::error_code ignored;
+      for (const fs::path& path : moved) fs::remove(path, ignored);
+      cannot_write(to / file, error);
+    }
+    moved.push_back(to / file);
+  }
+}
+
+bool is_dataset(const fs::path& folder) {
+  std::error_code error;
+  if (fs::symlink_status(folder, error).type() == fs::file_type::not_found) return false;
+  if (!fs::is_directory(folder, error))
+    throw InputError(fmt::format("{}: is a file: BIDS needs a folder", folder.string()));
+  if (fs::exists(folder / kDescription, error)) return true;
+  if (fs::is_empty(folder, error)) return false;
+  throw InputError(
+      fmt::format("{}: is there already and is no BIDS dataset ({} is missing): choose another folder",
+                  folder.string(), kDescription));
+}
+
+std::string name_of(const BidsOptions& o, std::size_t index, std::size_t count) {
+  std::string name = fmt::format("sub-{}_task-{}_tracksys-glove", o.subject, o.task);
+  if (o.run > 0 || count > 1)
+    name += fmt::format("_run-{}", static_cast<std::size_t>(std::max(o.run, 1)) + index);
+  return name;
+}
+
+void require_new(const fs::path& folder, const std::string& name) {
+  std::error_code error;
+  for (const char* end : {"_motion.tsv", "_motion.json", "_channels.tsv"}) {
+    if (fs::exists(folder / (name + end), error))
+      throw InputError(fmt::format("{}: is there already: choose another --subject, --task or --run",
+                                   (folder / (name + end)).string()));
+  }
+}
+
+}  // namespace
+
+Written write_bids(const std::vector<fs::path>& recordings, const AngleOptions& angles, const BidsOptions& o,
+                   const fs::path& folder_as_given) {
+  require_label("--subject", o.subject);
+  require_label("--task", o.task);
+  const fs::path folder = folder_as_given.has_filename() ? folder_as_given : folder_as_given.parent_path();
+  const bool adds = is_dataset(folder);
+  const std::string subject = "sub-" + o.subject;
+  const fs::path motion = fs::path(subject) / "motion";
+  for (std::size_t i = 0; i < recordings.size(); ++i)
+    require_new(folder / motion, name_of(o, i, recordings.size()));
+  const io::Temporary staging([&] { return make_staging(folder, adds); });
+  const fs::path set = staging.path() / "set";
+  Written all;
+  try {
+    io::make_folder(set / motion);
+    for (std::size_t i = 0; i < recordings.size(); ++i) {
+      take(all, write_run(recordings[i], angles, o, set / motion, name_of(o, i, recordings.size())),
+           recordings[i].string());
+    }
+    if (!adds) write_description(set, subject);
+  } catch (const io::JobError& error) {
+    throw io::JobError(as_if_in(folder, set, error.what()));
+  }
+  if (adds) {
+    move_all(all.files, set / motion, folder / motion);
+    add_participant(folder / kParticipants, subject);
+  } else {
+    std::error_code error;
+    fs::rename(set, folder, error);
+    if (error) cannot_write(folder, error);
+  }
+  for (std::string& file : all.files) file = (folder / motion / file).string();
+  return all;
+}
+
+}  // namespace flexor::exports

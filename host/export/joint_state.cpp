@@ -1,0 +1,191 @@
+#include "host/export/joint_state.hpp"
+
+#include <fmt/format.h>
+
+#include <cassert>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include "host/export/little_endian.hpp"
+#include "host/io/output.hpp"
+
+namespace flexor::exports {
+namespace {
+
+constexpr double kFlush_s = 1;
+constexpr std::size_t kEncapsulation = 4;  // bytes, which alignment does not count
+constexpr std::uint64_t kSecond_ns = 1'000'000'000;
+
+void align(std::string& out, std::size_t to) {
+  while ((out.size() - kEncapsulation) % to != 0) out += '\0';
+}
+
+void put_string(std::string& out, const std::string& text) {
+  align(out, 4);
+  put_text(out, text + '\0');
+}
+
+std::uint64_t now_ns() {
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                        std::chrono::system_clock::now().time_since_epoch())
+                                        .count());
+}
+
+// A double tells microseconds of such times.
+std::uint64_t since_1970_ns(double t_s, const std::string& source) {
+  if (t_s < 0) throw io::InputError(source + ": times before 1970 do not fit into MCAP: say --start");
+  return static_cast<std::uint64_t>(std::llround(t_s * 1e6)) * 1000;
+}
+
+McapChannel channel_of(const std::string& topic) {
+  return {topic, "cdr", "sensor_msgs/msg/JointState", "ros2msg", kJointStateSchema};
+}
+
+}  // namespace
+
+// The definitions alone: their comments are in ROS.
+const char* const kJointStateSchema =
+    "std_msgs/Header header\n"
+    "string[] name\n"
+    "float64[] position\n"
+    "float64[] velocity\n"
+    "float64[] effort\n"
+    "================================================================================\n"
+    "MSG: std_msgs/Header\n"
+    "builtin_interfaces/Time stamp\n"
+    "string frame_id\n"
+    "================================================================================\n"
+    "MSG: builtin_interfaces/Time\n"
+    "int32 sec\n"
+    "uint32 nanosec\n";
+
+JointStateMessage::JointStateMessage(const std::vector<std::string>& joints, const std::string& frame_id)
+    : joints_(joints.size()) {
+  bytes_ = std::string("\x00\x01\x00\x00", kEncapsulation);  // CDR, little endian
+  put(bytes_, std::uint64_t{0});                             // the stamp
+  put_string(bytes_, frame_id);
+  align(bytes_, 4);
+  put(bytes_, static_cast<std::uint32_t>(joints_));
+  for (const std::string& joint : joints) put_string(bytes_, joint);
+  align(bytes_, 4);
+  put(bytes_, static_cast<std::uint32_t>(joints_));
+  if (joints_ > 0) align(bytes_, 8);
+  positions_ = bytes_.size();
+}
+
+const std::string& JointStateMessage::encode(std::uint64_t time_ns, std::span<const double> angle_deg) {
+  assert(angle_deg.size() == joints_);
+  if (time_ns / kSecond_ns > INT32_MAX)
+    throw io::JobError("times after the year 2038 do not fit into a ROS 2 stamp: choose another --start");
+  bytes_.resize(positions_);
+  for (std::size_t i = 0; i < joints_; ++i) put_double(bytes_, angle_deg[i] * (std::numbers::pi / 180));
+  put(bytes_, std::uint32_t{0});  // velocity
+  put(bytes_, std::uint32_t{0});  // effort
+  std::string stamp;
+  put(stamp, static_cast<std::uint32_t>(time_ns / kSecond_ns));
+  put(stamp, static_cast<std::uint32_t>(time_ns % kSecond_ns));
+  bytes_.replace(kEncapsulation, stamp.size(), stamp);
+  return bytes_;
+}
+
+JointStates::JointStates(McapWriter::Write write, const std::vector<std::string>& joints,
+                         const JointStateOptions& options)
+    : message_(joints, options.frame_id),
+      writer_(std::move(write), "ros2", channel_of(options.topic)),
+      start_ns_(options.start_ns) {}
+
+void JointStates::add(double t_s, std::span<const double> angle_deg) {
+  if (messages() == 0) {
+    first_s_ = t_s;
+    if (!start_ns_) start_ns_ = now_ns();
+  }
+  const std::uint64_t time_ns = *start_ns_ + static_cast<std::uint64_t>(std::llround((t_s - first_s_) * 1e9));
+  writer_.add(time_ns, message_.encode(time_ns, angle_deg));
+}
+
+Written write_joint_states(const std::filesystem::path& recording, const AngleOptions& angle_options,
+                           const JointStateOptions& options, const std::filesystem::path& out) {
+  Angles angles(recording, angle_options);
+  io::Output output(out);
+  Written done;
+  done.files = {out.string()};
+  done.joints = angles.joints();
+  JointStateOptions with_start = options;
+  std::unique_ptr<JointStates> states;
+  AngleRow row;
+  double first_s = 0;
+  while (angles.next(row)) {
+    if (!states) {
+      first_s = row.t_s;
+      if (angles.is_dated() && !options.start_ns)
+        with_start.start_ns = since_1970_ns(row.t_s, angles.source());
+      states = std::make_unique<JointStates>([&](std::string_view bytes) { output.write(bytes); },
+                                             done.joints, with_start);
+    }
+    states->add(row.t_s, row.angle_deg);
+  }
+  if (!states) throw io::InputError(fmt::format("{}: no row with an angle", angles.source()));
+  states->writer().close();
+  output.commit();
+  done.rows = states->messages();
+  done.seconds = row.t_s - first_s;
+  done.notes = angles.notes();
+  return done;
+}
+
+JointStateFile::JointStateFile(const std::filesystem::path& path, const std::vector<std::string>& joints,
+                               const JointStateOptions& options)
+    : path_(path), file_(path) {
+  try {
+    states_ =
+        std::make_unique<JointStates>([this](std::string_view bytes) { write(bytes); }, joints, options);
+  } catch (...) {
+    file_.remove();
+    throw;
+  }
+}
+
+JointStateFile::~JointStateFile() {
+  try {
+    close();
+  } catch (const std::exception&) {  // what could not be written, add() has said or the caller has asked
+  }
+}
+
+void JointStateFile::write(std::string_view chunk) {
+  try {
+    file_.append(chunk);
+  } catch (const io::JobError& error) {
+    failure_ = error.what();
+    throw;
+  }
+}
+
+void JointStateFile::add(double t_s, std::span<const double> angle_deg) {
+  assert(!ended_);
+  if (!failure_.empty()) throw io::JobError(failure_);
+  if (states_->messages() == 0) flushed_s_ = t_s;
+  states_->add(t_s, angle_deg);
+  if (t_s - flushed_s_ < kFlush_s) return;
+  flushed_s_ = t_s;
+  flush();
+}
+
+void JointStateFile::flush() {
+  if (!failure_.empty()) throw io::JobError(failure_);
+  states_->writer().flush();
+}
+
+void JointStateFile::close() {
+  if (ended_ || !failure_.empty()) return;
+  ended_ = true;
+  states_->writer().close();
+}
+
+std::string JointStateFile::says() const {
+  if (!failure_.empty()) return failure_;
+  return fmt::format("{}: {} samples{}", path_.string(), states_->messages(), ended_ ? ", closed" : "");
+}
+
+}  // namespace flexor::exports

@@ -1,0 +1,95 @@
+// Angles as the ROS 2 message sensor_msgs/msg/JointState, in MCAP: what ROS 2, Foxglove and Rerun open.
+//
+// Radians; velocity and effort are empty. A file is written whole or not at all; the live one grows by a chunk each
+// second, and what was given out can be read whatever happens then.
+//
+// Source: sensor_msgs and std_msgs of ROS 2; OMG CDR (XCDR1, little endian), as Fast-CDR writes it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "host/export/angles.hpp"
+#include "host/export/mcap.hpp"
+#include "host/export/sink.hpp"
+#include "host/export/written.hpp"
+#include "host/io/growing_file.hpp"
+
+namespace flexor::exports {
+
+struct JointStateOptions {
+  std::string topic = "/flexor/joint_states";
+  std::string frame_id;
+  std::optional<std::uint64_t> start_ns;  // of the first sample, since 1970; none: now
+};
+
+// sensor_msgs/msg/JointState with the definitions that it needs, as the schema encoding ros2msg has them.
+extern const char* const kJointStateSchema;
+
+// One message of it, CDR.
+class JointStateMessage {
+ public:
+  JointStateMessage(const std::vector<std::string>& joints, const std::string& frame_id);
+  // Valid until the next. Throws io::JobError after the year 2038, which a ROS 2 stamp ends with.
+  const std::string& encode(std::uint64_t time_ns, std::span<const double> angle_deg);
+
+ private:
+  std::size_t joints_;
+  std::size_t positions_ = 0;  // where they begin
+  std::string bytes_;
+};
+
+// Samples into an MCAP writer, t_s on the wall's clock.
+class JointStates {
+ public:
+  JointStates(McapWriter::Write write, const std::vector<std::string>& joints,
+              const JointStateOptions& options);
+  void add(double t_s, std::span<const double> angle_deg);
+  McapWriter& writer() { return writer_; }
+  std::uint64_t messages() const { return writer_.messages(); }
+
+ private:
+  JointStateMessage message_;
+  McapWriter writer_;
+  std::optional<std::uint64_t> start_ns_;
+  double first_s_ = 0;
+};
+
+// A whole file, as the recording comes: "-" too. A recording with dates begins at its own, unless told. Throws
+// io::InputError and io::JobError.
+Written write_joint_states(const std::filesystem::path& recording, const AngleOptions& angles,
+                           const JointStateOptions& options, const std::filesystem::path& out);
+
+// A file that grows while samples come.
+class JointStateFile : public Sink {
+ public:
+  // Throws io::InputError: there is such a file, no such folder, no permission.
+  JointStateFile(const std::filesystem::path& path, const std::vector<std::string>& joints,
+                 const JointStateOptions& options);
+  ~JointStateFile() override;  // closes it, errors or not
+  JointStateFile(const JointStateFile&) = delete;
+  JointStateFile& operator=(const JointStateFile&) = delete;
+
+  // Throws io::JobError, one line: the disk is full or gone. What came before is whole, and nothing comes after.
+  void add(double t_s, std::span<const double> angle_deg) override;
+  void flush();
+  void close();  // writes the summary; likewise
+  std::string says() const override;
+
+ private:
+  void write(std::string_view chunk);
+
+  std::filesystem::path path_;
+  io::GrowingFile file_;
+  bool ended_ = false;
+  std::string failure_;
+  double flushed_s_ = 0;
+  std::unique_ptr<JointStates> states_;
+};
+
+}  // namespace flexor::exports

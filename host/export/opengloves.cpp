@@ -1,0 +1,159 @@
+#include "host/export/opengloves.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+
+#include "host/io/io.hpp"
+
+namespace flexor::exports {
+namespace {
+
+constexpr double kRetry_s = 0.5;
+constexpr int kPipeBytes = 4096;  // a second or so of lines: who comes back does not see an old hand for long
+constexpr std::uint16_t kVersion = 1;
+
+std::uint8_t fingers_of(const OpenGlovesOptions& options) {
+  unsigned bits = 0;
+  for (std::size_t i = 0; i < options.fingers.size(); ++i) bits |= options.fingers[i] ? 1u << i : 0u;
+  return static_cast<std::uint8_t>(bits);
+}
+
+void require_ranges(const OpenGlovesOptions& options) {
+  for (const auto& finger : options.fingers) {
+    if (!finger) continue;
+    const double span = finger->bent_deg - finger->straight_deg;
+    if (!std::isfinite(span) || span == 0)
+      throw io::InputError(fmt::format("a finger of {:g} to {:g} deg: straight and bent must be two angles",
+                                       finger->straight_deg, finger->bent_deg));
+  }
+}
+
+bool make_raw(int file) {
+  termios settings{};
+  if (tcgetattr(file, &settings) != 0) return false;
+  cfmakeraw(&settings);
+  settings.c_cflag |= CLOCAL | CREAD;
+  cfsetspeed(&settings, B115200);
+  return tcsetattr(file, TCSANOW, &settings) == 0;
+}
+
+}  // namespace
+
+OpenGloves::OpenGloves(const std::filesystem::path& path, const OpenGlovesOptions& options)
+    : path_(path), options_(options), gestures_(fingers_of(options)) {
+  require_ranges(options);
+  values_.joystick[0] = values_.joystick[1] = link::kGloveMiddle;
+  const int error = open_it();
+  // A FIFO without a reader: one comes.
+  if (error == 0 || error == ENXIO) return;
+  close_it();
+  if (error == ENOENT)
+    throw io::InputError(
+        fmt::format("{0}: there is none: plug the port in, or make a FIFO with `mkfifo {0}`", path.string()));
+  if (error == ENOTTY)
+    throw io::InputError(
+        fmt::format("{}: is neither a serial port nor a FIFO (mkfifo makes one)", path.string()));
+  throw io::InputError(fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(error)));
+}
+
+OpenGloves::~OpenGloves() { close_it(); }
+
+int OpenGloves::open_it() {
+  struct stat status {};
+  if (::stat(path_.c_str(), &status) != 0) return errno;
+  if (!S_ISCHR(status.st_mode) && !S_ISFIFO(status.st_mode)) return ENOTTY;
+  is_port_ = S_ISCHR(status.st_mode);
+  file_ = ::open(path_.c_str(), (is_port_ ? O_RDWR : O_WRONLY) | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (file_ < 0) return errno;
+  if (is_port_ && !make_raw(file_)) return ENOTTY;
+  if (!is_port_) (void)::fcntl(file_, F_SETPIPE_SZ, kPipeBytes);
+  return 0;
+}
+
+void OpenGloves::close_it() {
+  if (file_ >= 0) ::close(file_);
+  file_ = -1;
+  reads_ = false;
+  pending_.clear();
+}
+
+std::string OpenGloves::line(std::span<const double> angle_deg) {
+  for (std::size_t i = 0; i < options_.fingers.size(); ++i) {
+    const auto& finger = options_.fingers[i];
+    if (!finger || finger->joint >= angle_deg.size() || std::isnan(angle_deg[finger->joint])) continue;
+    const double bend =
+        (angle_deg[finger->joint] - finger->straight_deg) / (finger->bent_deg - finger->straight_deg);
+    values_.flexion[i] =
+        static_cast<std::uint16_t>(std::lround(std::clamp(bend, 0.0, 1.0) * link::kGloveTop));
+  }
+  values_.trigger = link::trigger_pull(values_.flexion[1]);
+  values_.buttons = gestures_.step(values_.flexion);
+  char text[link::kMaxGloveText];
+  return {text, link::encode_gloves(values_, nullptr, 0, text)};
+}
+
+// What the driver asks; everything else it says, forces among them, is passed over.
+void OpenGloves::answer() {
+  char asked[256];
+  const ssize_t n = ::read(file_, asked, sizeof asked);
+  if (n <= 0 || std::find(asked, asked + n, 'Z') == asked + n) return;
+  char text[link::kMaxInformationText];
+  pending_ += std::string(text, link::encode_glove_information(kVersion, options_.right, text));
+}
+
+// What is pending, as far as it goes without waiting.
+void OpenGloves::send() {
+  while (!pending_.empty()) {
+    const ssize_t n = ::write(file_, pending_.data(), pending_.size());
+    if (n > 0) {
+      pending_.erase(0, static_cast<std::size_t>(n));
+    } else if (n < 0 && errno != EINTR && errno != EAGAIN) {
+      return close_it();  // the reader or the port has gone
+    } else if (n == 0 || errno == EAGAIN) {
+      return;
+    }
+  }
+}
+
+void OpenGloves::add(double t_s, std::span<const double> angle_deg) {
+  const std::string text = line(angle_deg);
+  if (file_ < 0 && (!tried_s_ || t_s - *tried_s_ >= kRetry_s)) {
+    tried_s_ = t_s;
+    if (open_it() != 0) close_it();
+  }
+  if (file_ >= 0) send();  // the rest of the last line
+  reads_ = file_ >= 0 && pending_.empty();
+  if (!reads_) {
+    ++left_out_;
+    return;
+  }
+  if (is_port_) answer();
+  pending_ += text;
+  const std::size_t size = pending_.size();
+  send();
+  reads_ = file_ >= 0 && pending_.size() < size;
+  if (reads_) {
+    ++lines_;
+    return;
+  }
+  pending_.clear();  // nothing of it went out
+  ++left_out_;
+}
+
+std::string OpenGloves::says() const {
+  if (file_ < 0)
+    return fmt::format("OpenGloves to {}: {}", path_.string(),
+                       is_port_ ? "the port has gone, and is waited for" : "nobody reads yet");
+  return fmt::format("OpenGloves to {}: {} lines, {} left out{}", path_.string(), lines_, left_out_,
+                     reads_ || lines_ + left_out_ == 0 ? "" : ", nobody reads at the moment");
+}
+
+}  // namespace flexor::exports

@@ -1,0 +1,207 @@
+#include "host/export/opengloves.hpp"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "host/export/test_recording.hpp"
+#include "host/io/test_terminal.hpp"
+
+namespace flexor::exports {
+namespace {
+
+OpenGlovesOptions index_and_thumb() {
+  ::signal(SIGPIPE, SIG_IGN);
+  OpenGlovesOptions options;
+  options.fingers[1] = FingerRange{0, 10, 110};
+  options.fingers[0] = FingerRange{1, 60, 0};  // the other way round
+  options.right = false;
+  return options;
+}
+
+std::string read_now(int file) {
+  std::string out;
+  char buffer[4096];
+  pollfd ready{file, POLLIN, 0};
+  while (::poll(&ready, 1, 100) > 0 && (ready.revents & POLLIN) != 0) {
+    const ssize_t n = ::read(file, buffer, sizeof buffer);
+    if (n <= 0) break;
+    out.append(buffer, static_cast<std::size_t>(n));
+  }
+  return out;
+}
+
+// Every line, as the driver reads it; fails where one is no whole frame.
+std::vector<link::GloveLine> lines_of(const std::string& text) {
+  std::vector<link::GloveLine> lines;
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    const std::size_t end = text.find('\n', begin);
+    EXPECT_NE(end, std::string::npos) << "half a line";
+    if (end == std::string::npos) break;
+    const std::string line = text.substr(begin, end + 1 - begin);
+    link::GloveLine parsed{};
+    EXPECT_EQ(link::parse_gloves(line.data(), static_cast<std::uint16_t>(line.size()), parsed),
+              link::GloveParse::ok)
+        << line;
+    lines.push_back(parsed);
+    begin = end + 1;
+  }
+  return lines;
+}
+
+class ToFifo : public testing::Test {
+ protected:
+  ToFifo() { ::mkfifo(fifo().c_str(), 0600); }
+  std::filesystem::path fifo() const { return place_.beside("gloves"); }
+  int reader() const { return ::open(fifo().c_str(), O_RDONLY | O_NONBLOCK); }
+  TestRecording place_{"x"};
+};
+
+TEST_F(ToFifo, AnglesBecomeBend) {
+  const int in = reader();
+  OpenGloves out(fifo(), index_and_thumb());
+  const double half[] = {60, 15};
+  out.add(0, half);
+  const double beyond[] = {-500, -1};
+  out.add(0.01, beyond);
+  const double unknown[] = {NAN, 60};
+  out.add(0.02, unknown);
+  const auto lines = lines_of(read_now(in));
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_NEAR(lines[0].values.flexion[1], 512, 1);
+  EXPECT_NEAR(lines[0].values.flexion[0], 767, 1);
+  EXPECT_EQ(lines[0].values.flexion[2], 0) << "no range, straight";
+  EXPECT_EQ(lines[1].values.flexion[1], 0);
+  EXPECT_EQ(lines[1].values.flexion[0], 1023);
+  EXPECT_EQ(lines[2].values.flexion[1], 0) << "not known: as it was";
+  EXPECT_EQ(lines[2].values.flexion[0], 0);
+  ::close(in);
+}
+
+TEST_F(ToFifo, AFistMakesTheGesturesOfTheGlovesFirmware) {
+  const int in = reader();
+  OpenGloves out(fifo(), index_and_thumb());
+  const double fist[] = {110, 0};
+  out.add(0, fist);
+  const auto lines = lines_of(read_now(in));
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_EQ(lines[0].values.buttons,
+            link::glove_button::kTrigger | link::glove_button::kPinch | link::glove_button::kGrab);
+  EXPECT_EQ(lines[0].values.trigger, 1023);
+  ::close(in);
+}
+
+TEST_F(ToFifo, NobodyWhoDoesNotReadHoldsItUpAndWhoComesBackIsServed) {
+  OpenGloves out(fifo(), index_and_thumb());
+  const double open[] = {10, 60};
+  const double bent[] = {110, 60};
+  double t_s = 0;
+  const auto begin = std::chrono::steady_clock::now();
+  const auto send = [&](const double(&angles)[2], int count) {
+    for (int i = 0; i < count; ++i) out.add(t_s += 0.01, angles);
+  };
+  send(open, 100);  // there is no reader at all
+  EXPECT_EQ(out.lines(), 0u);
+  EXPECT_NE(out.says().find("nobody reads"), std::string::npos);
+  int in = reader();
+  send(open, 10'000);  // one that does not read
+  EXPECT_GT(out.lines(), 50u);
+  EXPECT_LT(out.lines(), 400u) << "no old hand is kept for long";
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+  EXPECT_EQ(lines_of(read_now(in)).size(), out.lines());
+  send(bent, 10);  // it reads again
+  const auto lines = lines_of(read_now(in));
+  ASSERT_EQ(lines.size(), 10u);
+  EXPECT_EQ(lines.back().values.flexion[1], 1023);
+  ::close(in);
+  send(open, 100);
+  in = reader();  // another one
+  send(bent, 100);
+  const auto again = lines_of(read_now(in));
+  ASSERT_GE(again.size(), 40u);
+  EXPECT_EQ(again.back().values.flexion[1], 1023);
+  ::close(in);
+}
+
+// A pseudo-terminal: ours is the driver's end.
+class Terminal {
+ public:
+  Terminal() : master_(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {
+    ::grantpt(master_);
+    ::unlockpt(master_);
+    name_ = ::ptsname(master_);
+  }
+  ~Terminal() { hang_up(); }
+  void hang_up() {
+    if (master_ >= 0) ::close(master_);
+    master_ = -1;
+  }
+  int master() const { return master_; }
+  const std::string& name() const { return name_; }
+
+ private:
+  int master_;
+  std::string name_;
+};
+
+TEST(ToPort, ADriverThatAsksIsAnswered) {
+  FLEXOR_NEEDS_TERMINALS();
+  const Terminal terminal;
+  OpenGloves out(terminal.name(), index_and_thumb());
+  const double open[] = {10, 60};
+  out.add(0, open);
+  const std::string frame = read_now(terminal.master());
+  EXPECT_EQ(lines_of(frame).size(), 1u);
+  ASSERT_EQ(::write(terminal.master(), "A0B0C0D0E0\nZ\n", 13), 13);
+  out.add(0.01, open);
+  EXPECT_EQ(read_now(terminal.master()), "Z(ZV)1(ZG)0(ZH)0\n" + frame);
+}
+
+TEST(ToPort, ThatIsNotReadOrHasGoneDoesNotHoldItUp) {
+  FLEXOR_NEEDS_TERMINALS();
+  Terminal terminal;
+  OpenGloves out(terminal.name(), index_and_thumb());
+  const double open[] = {10, 60};
+  double t_s = 0;
+  for (int i = 0; i < 10'000; ++i) out.add(t_s += 0.01, open);
+  EXPECT_GT(out.left_out(), 9'000u);
+  const std::string text = read_now(terminal.master());
+  EXPECT_GT(lines_of(text.substr(0, text.rfind('\n') + 1)).size(), 50u);
+  for (int i = 0; i < 10; ++i) out.add(t_s += 0.01, open);
+  const std::string rest = text.substr(text.rfind('\n') + 1) + read_now(terminal.master());
+  EXPECT_GE(lines_of(rest).size(), 9u) << "it is served again, from the rest of the line that was cut";
+  terminal.hang_up();
+  for (int i = 0; i < 200; ++i) out.add(t_s += 0.01, open);
+  EXPECT_NE(out.says().find("has gone"), std::string::npos) << out.says();
+}
+
+void expect_refused(const std::filesystem::path& path, const OpenGlovesOptions& options,
+                    const std::string& part) {
+  try {
+    const OpenGloves out(path, options);
+    ADD_FAILURE() << "taken: " << path;
+  } catch (const io::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+  }
+}
+
+TEST(OpenGloves, RefusesWhatIsNoPort) {
+  const TestRecording place("x");
+  expect_refused(place.beside("none"), index_and_thumb(), "mkfifo");
+  expect_refused(place.path(), index_and_thumb(), "neither a serial port nor a FIFO");
+  expect_refused("/dev/null", index_and_thumb(), "neither a serial port nor a FIFO");
+  OpenGlovesOptions flat;
+  flat.fingers[0] = FingerRange{0, 5, 5};
+  expect_refused("/dev/null", flat, "two angles");
+}
+
+}  // namespace
+}  // namespace flexor::exports

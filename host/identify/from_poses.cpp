@@ -1,0 +1,191 @@
+#include "host/identify/from_poses.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+
+#include "host/io/io.hpp"
+#include "host/recording/unit.hpp"
+
+namespace flexor::identify {
+namespace {
+
+constexpr double kRest_s = 1;
+constexpr double kStill = 0.1;      // of the span, within which a sensor rests
+constexpr double kSamePose = 0.3;   // of the span: the same pose
+constexpr double kOtherPose = 0.6;  // and the other one
+// Of the span, which readings may lie beyond the poses where the unit says nothing.
+constexpr double kBeyondPoses = 0.5;
+constexpr double kSameHold = 0.15;  // of the range, by which two holds of a pose may differ unsaid
+constexpr double kRoom_deg = 20;    // beyond the poses
+
+struct Sensor {
+  std::string column;
+  std::string name;
+  std::string unit;
+  const std::vector<double>* value = nullptr;
+  std::vector<double> sorted;
+  double span() const { return at(0.98) - at(0.02); }
+  double at(double share) const {
+    return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+  }
+};
+
+std::vector<Sensor> sensors_of(const recording::Recording& log) {
+  std::vector<Sensor> out;
+  for (const recording::Column& column : log.columns) {
+    if (column.name == "host_s") continue;
+    Sensor sensor{column.name, recording::cut_name(column.name).name, column.unit, &column.value,
+                  column.value};
+    std::ranges::sort(sensor.sorted);
+    if (!sensor.sorted.empty() && sensor.span() > 0) out.push_back(std::move(sensor));
+  }
+  if (out.empty())
+    throw io::JobError(fmt::format("{}: no sensor moves: open and close the hand", log.source));
+  return out;
+}
+
+// Mean readings of a second in which nothing moved.
+struct Rest {
+  std::vector<double> reading;
+};
+
+std::optional<Rest> rest_at(const std::vector<Sensor>& sensors, std::size_t begin, std::size_t end) {
+  Rest rest;
+  for (const Sensor& s : sensors) {
+    const auto from = s.value->begin() + static_cast<std::ptrdiff_t>(begin);
+    const auto to = s.value->begin() + static_cast<std::ptrdiff_t>(end);
+    const auto [least, most] = std::minmax_element(from, to);
+    if (*most - *least > kStill * s.span()) return {};
+    double sum = 0;
+    for (auto it = from; it != to; ++it) sum += *it;
+    rest.reading.push_back(sum / static_cast<double>(end - begin));
+  }
+  return rest;
+}
+
+std::vector<Rest> rests_in(const recording::Recording& log, const std::vector<Sensor>& sensors) {
+  std::vector<Rest> out;
+  for (std::size_t begin = 0; begin < log.t_s.size();) {
+    std::size_t end = begin;
+    while (end < log.t_s.size() && log.t_s[end] - log.t_s[begin] < kRest_s) ++end;
+    if (end == log.t_s.size()) break;
+    const std::optional<Rest> rest = end - begin >= 5 ? rest_at(sensors, begin, end) : std::nullopt;
+    if (rest) out.push_back(*rest);
+    begin = rest ? end : begin + std::max<std::size_t>(1, (end - begin) / 10);
+  }
+  return out;
+}
+
+// Mean over the half of the sensors that moved most: one that does not follow says nothing.
+double distance(const Rest& a, const Rest& b, const std::vector<Sensor>& sensors) {
+  std::vector<double> away;
+  for (std::size_t i = 0; i < sensors.size(); ++i)
+    away.push_back(std::abs(a.reading[i] - b.reading[i]) / sensors[i].span());
+  std::ranges::sort(away, std::greater());
+  const std::size_t half = (away.size() + 1) / 2;
+  double sum = 0;
+  for (std::size_t i = 0; i < half; ++i) sum += away[i];
+  return sum / static_cast<double>(half);
+}
+
+double median_of(const std::vector<Rest>& rests, std::size_t sensor) {
+  std::vector<double> v;
+  for (const Rest& rest : rests) v.push_back(rest.reading[sensor]);
+  std::ranges::nth_element(v, v.begin() + std::ssize(v) / 2);
+  return v[v.size() / 2];
+}
+
+double spread_of(const std::vector<Rest>& rests, std::size_t sensor) {
+  const auto [least, most] =
+      std::ranges::minmax(rests, {}, [sensor](const Rest& rest) { return rest.reading[sensor]; });
+  return most.reading[sensor] - least.reading[sensor];
+}
+
+// Of a converter that reads as much: 1023, 4095 ...
+double full_scale(double greatest) {
+  double out = 1023;
+  while (out < greatest) out = 2 * out + 1;
+  return out;
+}
+
+void add_joint(model::Model& m, const Sensor& sensor, double open, double fist) {
+  const std::string joint = model::joint_name(sensor.name);
+  const double fist_deg = joint.starts_with("thumb") ? kThumbFist_deg : kFist_deg;
+  model::Input input;
+  input.name = joint;
+  input.column = sensor.column;
+  input.unit = sensor.unit;
+  if (std::ranges::find(model::finger_names(), joint) != model::finger_names().end()) input.strip = joint;
+  const double span = std::abs(fist - open);
+  const bool counts = sensor.unit == "count";
+  input.valid_min = counts ? 1 : std::min(open, fist) - kBeyondPoses * span;
+  input.valid_max =
+      counts ? full_scale(sensor.sorted.back()) - 1 : std::max(open, fist) + kBeyondPoses * span;
+  input.poses = model::Poses{open, fist};
+  input.readings = model::Spread{{0.02, 0.1, 0.5, 0.9, 0.98}, {}};
+  for (const double share : input.readings->share) input.readings->reading.push_back(sensor.at(share));
+  m.inputs.push_back(input);
+  model::Curve line{{open, fist}, {0, fist_deg}};
+  if (fist < open) line = model::Curve{{fist, open}, {fist_deg, 0}};
+  m.blocks.push_back({{joint}, joint + " line", line});
+  m.blocks.push_back(
+      {{joint + " line"}, joint + " angle", model::Saturation{-kRoom_deg, fist_deg + kRoom_deg}});
+  m.joints.push_back(
+      {joint, joint + " angle", 0, model::Accuracy{{0, fist_deg}, {kPosesError_deg, kPosesError_deg}}});
+}
+
+}  // namespace
+
+FromPoses model_from_poses(const recording::Recording& log, double rate_hz) {
+  const std::vector<Sensor> sensors = sensors_of(log);
+  const std::vector<Rest> rests = rests_in(log, sensors);
+  if (rests.empty())
+    throw io::JobError(fmt::format(
+        "{}: no second in which all sensors rest: hold the open hand, then a fist, each for three "
+        "seconds; a sensor that only trembles is to be unplugged",
+        log.source));
+  std::vector<Rest> open;
+  std::vector<Rest> fist;
+  for (const Rest& rest : rests) {
+    const double away = distance(rest, rests.front(), sensors);
+    if (away < kSamePose) open.push_back(rest);
+    if (away > kOtherPose) fist.push_back(rest);
+  }
+  if (fist.empty())
+    throw io::JobError(
+        fmt::format("{}: only one pose is held: begin with the open hand, then hold a fist", log.source));
+  FromPoses out;
+  out.open_holds = static_cast<int>(open.size());
+  out.fist_holds = static_cast<int>(fist.size());
+  out.model.name = "from held poses";
+  out.model.description =
+      "A straight line from the open hand to a fist; the fist's angle is that of an ordinary hand, not "
+      "measured.";
+  out.model.written_by = "flexor " FLEXOR_VERSION;
+  out.model.sample_period_s = 1 / rate_hz;
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    const double from = median_of(open, i);
+    const double to = median_of(fist, i);
+    if (std::abs(to - from) < kOtherPose * sensors[i].span()) {
+      out.warnings.push_back(fmt::format("{} tells the two poses not apart: left out", sensors[i].column));
+      continue;
+    }
+    for (const auto& [pose, rests_of] : {std::pair("open hand", &open), std::pair("fist", &fist)}) {
+      const double apart = spread_of(*rests_of, i) / std::abs(to - from);
+      if (apart > kSameHold)
+        out.warnings.push_back(fmt::format("{}: the {} was held in ways that differ by {:.0f} % of the range",
+                                           sensors[i].column, pose, 100 * apart));
+    }
+    add_joint(out.model, sensors[i], from, to);
+  }
+  if (out.model.joints.empty())
+    throw io::JobError(fmt::format("{}: no sensor tells the two poses apart", log.source));
+  model::check(out.model);
+  return out;
+}
+
+}  // namespace flexor::identify

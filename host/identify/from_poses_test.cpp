@@ -1,0 +1,68 @@
+#include "host/identify/from_poses.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "host/io/io.hpp"
+#include "host/model/compensator.hpp"
+
+namespace flexor::identify {
+namespace {
+
+// 20 Hz: three seconds at each of these shares of the way to the fist, half a second in between.
+recording::Recording log_of(const std::vector<double>& poses, double noise) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  recording::Recording log;
+  log.source = "log.csv";
+  log.columns = {{"index_count", {}, "count"}, {"thumb_count", {}, "count"}, {"host_s", {}, ""}};
+  double before = poses.front();
+  for (const double pose : poses) {
+    for (int k = 0; k < 70; ++k) {
+      const double at = k < 10 ? before + (pose - before) * k / 10 : pose;
+      log.columns[0].value.push_back(std::round(300 + 200 * at + noise * normal(random)));
+      log.columns[1].value.push_back(std::round(700 - 150 * at + noise * normal(random)));
+      log.columns[2].value.push_back(log.t_s.empty() ? 0 : log.t_s.back());
+      log.t_s.push_back(0.05 * static_cast<double>(log.t_s.size()));
+    }
+    before = pose;
+  }
+  return log;
+}
+
+TEST(FromPoses, IsTheLineThroughBothPoses) {
+  const FromPoses r = model_from_poses(log_of({0, 1, 0, 1}, 1), 20);
+  ASSERT_EQ(r.model.joints.size(), 2U);
+  EXPECT_NEAR(r.model.inputs[0].poses->open, 300, 1);
+  EXPECT_NEAR(r.model.inputs[0].poses->fist, 500, 1);
+  EXPECT_NEAR(r.model.inputs[1].poses->open, 700, 1);
+  EXPECT_NEAR(r.model.inputs[1].poses->fist, 550, 1);
+  EXPECT_GE(r.open_holds, 2);
+  EXPECT_GE(r.fist_holds, 2);
+  model::Compensator<model::DoubleArithmetic> compensator(r.model);
+  const double middle[] = {400, 625};
+  EXPECT_NEAR(compensator.step(middle)[0].angle_deg, 45, 0.6);
+  EXPECT_NEAR(compensator.step(middle)[1].angle_deg, 30, 0.6);
+}
+
+TEST(FromPoses, RefusesWhatHoldsNoTwoPoses) {
+  EXPECT_THROW(model_from_poses(log_of({0, 0, 0}, 1), 20), io::JobError);
+  recording::Recording restless = log_of({0, 1}, 0);
+  for (std::size_t k = 0; k < restless.t_s.size(); ++k)
+    restless.columns[0].value[k] = restless.columns[1].value[k] = k % 10 < 5 ? 300 : 500;
+  EXPECT_THROW(model_from_poses(restless, 20), io::JobError);
+}
+
+TEST(FromPoses, LeavesASensorOutThatDoesNotFollow) {
+  recording::Recording log = log_of({0, 1, 0, 1}, 1);
+  for (std::size_t k = 0; k < log.t_s.size(); ++k) log.columns[1].value[k] = k % 70 < 10 ? 700.0 : 650.0;
+  const FromPoses r = model_from_poses(log, 20);
+  ASSERT_EQ(r.model.joints.size(), 1U);
+  EXPECT_EQ(r.model.joints[0].name, "index");
+  EXPECT_EQ(r.warnings.size(), 1U);
+}
+
+}  // namespace
+}  // namespace flexor::identify

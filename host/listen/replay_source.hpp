@@ -1,0 +1,57 @@
+// A recording that is played again, at its own speed: rows as samples when their time has come.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/listen/source.hpp"
+#include "host/recording/recording.hpp"
+
+namespace flexor::listen {
+
+class ReplaySource : public Source {
+ public:
+  // CSV as host/recording reads it; a column host_s, this machine's clock of that time, is left out. `speed` 2: in half the
+  // time. Throws io::InputError: what read_csv() throws, a speed that is not from 0.01 to 1000.
+  explicit ReplaySource(const std::filesystem::path& file, double speed = 1);
+
+  // ended: every row was given; wait() does not wait then. host_s is the instant at which a row was due.
+  Event wait(double timeout_s, std::vector<Sample>& out) override;
+  const std::vector<std::string>& columns() const override { return columns_; }
+  const Tally& tally() const override { return tally_; }
+  double now_s() const override;
+  std::string says() const override;
+
+  // Where it is, from 0 at the first row to duration_s() at the last.
+  double position_s() const;
+  double duration_s() const { return t_s_.empty() ? 0 : t_s_.back(); }
+  bool is_paused() const { return paused_; }
+  // Rows from there on are given, those before it are not; out of bounds: the nearest end.
+  void seek(double t_s);
+  void pause(bool on);
+
+  const std::vector<std::string>& warnings() const { return warnings_; }  // of reading the file
+  const std::string& unit(std::size_t column) const { return units_[column]; }
+
+ private:
+  void go_on_from(double t_s);
+  bool take(std::vector<Sample>& out);
+
+  std::string name_;
+  double speed_;
+  std::vector<std::string> columns_;
+  std::vector<std::string> units_;
+  std::vector<double> t_s_;                 // since the first row
+  std::vector<std::vector<double>> value_;  // by column
+  std::vector<std::string> warnings_;
+  std::size_t next_ = 0;
+  bool paused_ = false;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double from_s_ = 0;      // the position ...
+  double from_now_s_ = 0;  // ... at this time of now_s()
+  Tally tally_;
+};
+
+}  // namespace flexor::listen

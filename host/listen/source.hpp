@@ -1,0 +1,35 @@
+// Where samples come from: a serial port, a file that is played again, a simulated glove, a camera.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host/listen/decoder.hpp"
+
+namespace flexor::listen {
+
+enum class Event {
+  quiet,    // nothing within the time
+  samples,  // bytes came, and perhaps samples
+  gone,     // the source is not there any more; wait() looks for it from now on
+  back,
+  ended,  // a file is at its end: nothing comes any more
+};
+
+class Source {
+ public:
+  virtual ~Source() = default;
+  // Waits for samples, `timeout_s` at most; appends them.
+  virtual Event wait(double timeout_s, std::vector<Sample>& out) = 0;
+  // Names with units; the same for good from the first sample on.
+  virtual const std::vector<std::string>& columns() const = 0;
+  virtual const Tally& tally() const = 0;
+  virtual double now_s() const = 0;      // the clock of Sample::host_s: since the source was made
+  virtual std::string says() const = 0;  // what it is, in a few words: "frames at 115200 baud"
+  // Gives up what it holds, for another program's sake; the next wait() takes it again.
+  virtual void let_go() {}
+  // Readable once wait() has something to do; -1: there is no such descriptor now, ask every 5 ms.
+  virtual int descriptor() const { return -1; }
+};
+
+}  // namespace flexor::listen

@@ -1,0 +1,209 @@
+#include "host/study/bench.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "host/deploy/deploy.hpp"
+#include "host/deploy/model_block.hpp"
+#include "host/deploy/sources.hpp"
+#include "host/io/json.hpp"
+#include "host/io/process.hpp"
+#include "host/study/boards.hpp"
+#include "host/study/builtin.hpp"
+#include "host/twin/exact_json.hpp"
+
+namespace flexor::study {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+template <class T>
+void put(Json& json, const char* name, const std::optional<T>& value) {
+  if (value) json[name] = *value;
+}
+
+template <class T>
+void get(const Json& json, const char* name, std::optional<T>& value) {
+  if (json.contains(name)) value = json.at(name).get<T>();
+}
+
+// What may be left as it is, by name.
+template <class Change, class Visit>
+void each_value(Change& change, const Visit& visit) {
+  visit("slip_deg", change.slip_deg);
+  visit("drift_deg_per_min", change.drift_deg_per_min);
+  visit("noise_counts", change.noise_counts);
+  visit("loss", change.loss);
+  visit("motion", change.motion);
+  visit("unplugged", change.unplugged);
+}
+
+// An image is named by all that goes into it, and made once.
+class ImageFolder {
+ public:
+  explicit ImageFolder(fs::path folder) : folder_(std::move(folder)) { io::make_folder(folder_); }
+
+  // `build` makes it in the folder that it is given.
+  template <class Build>
+  fs::path of(const std::string& content, const Build& build) const {
+    std::string all = content;
+    for (const deploy::Source& source : deploy::sources()) all += source.path + source.text;
+    const std::string digest = io::digest(all);
+    const fs::path folder = folder_ / digest.substr(digest.find(':') + 1);
+    if (fs::exists(folder)) return folder;
+    const fs::path half = folder_ / fmt::format("half-{}", getpid());
+    io::make_folder(half);
+    build(half);
+    std::error_code error;
+    fs::rename(half, folder, error);
+    if (error) fs::remove_all(half);  // somebody else was quicker
+    return folder;
+  }
+
+ private:
+  fs::path folder_;
+};
+
+deploy::Glove glove_of(const BenchOptions& o) {
+  deploy::Glove glove = glove_for(o.parameters, o.model);
+  glove.model_as = o.model_as;
+  glove.in_flash = o.model_as == deploy::ModelAs::data && o.in_flash;
+  return glove;
+}
+
+}  // namespace
+
+std::optional<twin::Motion> bench_motion(const std::string& name) {
+  if (name == "rest") return std::nullopt;
+  if (name == "calibration") return short_motion();
+  if (name == "ordinary") return ordinary_motion();
+  if (name == "protocol") return recommended_motion();
+  if (name == "bends" || name == "held") {
+    const std::string file = "gestures/" + name + ".json";
+    return twin::Motion::from_json(builtin(file), file);
+  }
+  if (name.size() == 1 && name[0] >= '1' && name[0] <= '6') return motions(name).front();
+  throw io::InputError(
+      fmt::format("no motion \"{}\": rest, bends, calibration, held, ordinary, protocol, or 1 to 6 of the "
+                  "published gestures",
+                  name));
+}
+
+Json exact_json(const BenchChange& change) {
+  Json json = {{"ms", change.ms}, {"restart", change.restart}};
+  each_value(change, [&](const char* name, const auto& value) { put(json, name, value); });
+  return json;
+}
+
+BenchChange bench_change_of(const Json& json) {
+  BenchChange out;
+  out.ms = json.at("ms").get<int>();
+  out.restart = json.value("restart", false);
+  each_value(out, [&](const char* name, auto& value) { get(json, name, value); });
+  return out;
+}
+
+Json exact_json(const BenchView& view) {
+  Json json = {{"now_ms", view.now_ms},
+               {"port", view.port},
+               {"is_open", view.is_open},
+               {"motion", view.motion},
+               {"finger_deg", view.finger_deg},
+               {"joint_deg", view.joint_deg},
+               {"duty", view.duty},
+               {"fault", view.fault},
+               {"counts", view.counts}};
+  put(json, "motion_s", view.motion_s);
+  return json;
+}
+
+BenchView bench_view_of(const Json& json) {
+  BenchView out;
+  json.at("now_ms").get_to(out.now_ms);
+  json.at("port").get_to(out.port);
+  json.at("is_open").get_to(out.is_open);
+  json.at("motion").get_to(out.motion);
+  json.at("finger_deg").get_to(out.finger_deg);
+  json.at("joint_deg").get_to(out.joint_deg);
+  json.at("duty").get_to(out.duty);
+  json.at("fault").get_to(out.fault);
+  json.at("counts").get_to(out.counts);
+  get(json, "motion_s", out.motion_s);
+  return out;
+}
+
+bool build_optiboot(const fs::path& hex, const std::string& mcu, const std::string& begin,
+                    const std::string& version) {
+  const fs::path source = "/usr/share/arduino/hardware/arduino/avr/bootloaders/optiboot";
+  if (!fs::exists(source / "optiboot.c")) return false;
+  const std::string elf = hex.string() + ".elf";
+  const auto run = [](const std::vector<std::string>& argv) {
+    const io::ProcessResult result = io::run_process(argv);
+    if (result.status != 0)
+      throw io::JobError(fmt::format("{} failed on Optiboot: {}", argv.front(), io::one_line(result.err)));
+  };
+  // Without the LED's three flashes, which this compiler does not get into the 512 bytes that are there.
+  run({"avr-gcc", "-Os", "-fno-inline-small-functions", "-fno-split-wide-types", "-mshort-calls",
+       "-mmcu=" + mcu, "-w", "-DF_CPU=16000000L", "-DLED_START_FLASHES=0", "-DBAUD_RATE=115200",
+       "-Wl,--section-start=.text=" + begin, "-Wl,--section-start=.version=" + version, "-Wl,--relax",
+       "-nostartfiles", "-I", source.string(), (source / "optiboot.c").string(), "-o", elf});
+  run({"avr-objcopy", "-j", ".text", "-j", ".version", "--set-section-flags", ".version=alloc,load", "-O",
+       "ihex", elf, hex.string()});
+  return true;
+}
+
+Bench::Bench(fs::path program, const BenchOptions& options)
+    : glove_(glove_of(options)), link_(options.port_link), worker_(std::move(program)) {
+  in_flash_ = options.model_as == deploy::ModelAs::data && deploy::data_block(glove_).in_flash;
+  deploy::require_toolchain();
+  const deploy::Hand hand = twin_hand(options.parameters, options.model);
+  const ImageFolder images(options.images.empty() ? folder_.path() : options.images);
+  const fs::path glove_folder = images.of(deploy::glove_config(glove_), [&](const fs::path& folder) {
+    (void)deploy::build_glove(glove_, folder);
+  });
+  const fs::path hand_folder = images.of(
+      deploy::hand_config(hand), [&](const fs::path& folder) { (void)deploy::build_hand(hand, folder); });
+  const fs::path boot = images.of("Optiboot 0", [&](const fs::path& folder) {
+    (void)build_optiboot(folder / "boot.hex");
+  }) / "boot.hex";
+  has_bootloader_ = fs::exists(boot);
+  const twin::TrialInput input{options.parameters, short_motion(), options.model, options.seed};
+  Json arguments = {{"images",
+                     {{"glove", io::bytes_to_json((glove_folder / "glove.elf").string())},
+                      {"hand", io::bytes_to_json((hand_folder / "hand.elf").string())}}},
+                    {"input", twin::exact_json(input)}};
+  if (has_bootloader_) arguments["bootloader"] = io::bytes_to_json(boot.string());
+  if (!link_.empty()) arguments["link"] = io::bytes_to_json(fs::absolute(link_).string());
+  terminal_ = worker_.run("bench_open", arguments).at("port").get<std::string>();
+}
+
+Bench::~Bench() {
+  try {
+    const std::lock_guard lock(mutex_);
+    if (worker_.is_usable()) (void)worker_.run("bench_close", Json::object());
+  } catch (const std::exception&) {  // it has ended before
+  }
+}
+
+std::string Bench::port() const {
+  const std::lock_guard lock(mutex_);
+  return link_.empty() ? terminal_ : link_.string();
+}
+
+BenchView Bench::advance(const BenchChange& change) {
+  const std::lock_guard lock(mutex_);
+  BenchView view = bench_view_of(worker_.run("bench_advance", exact_json(change)));
+  if (!view.port.empty()) {
+    terminal_ = view.port;
+    if (!link_.empty()) view.port = link_.string();
+  }
+  return view;
+}
+
+std::vector<double> Bench::score(const std::vector<int>& gestures, const io::JobProgress& progress) {
+  const std::lock_guard lock(mutex_);
+  return worker_.run("bench_score", {{"gestures", gestures}}, progress).get<std::vector<double>>();
+}
+
+}  // namespace flexor::study

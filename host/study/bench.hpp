@@ -1,0 +1,113 @@
+// Both simulated boards, worn by the twin in real time, with the glove's USB on a pseudo-terminal: a glove and its hand
+// for whoever has none. The boards run in a worker, flexor-cosim (cosim/bench.hpp).
+//
+// The glove runs its real image behind Optiboot, where Debian's arduino-core-avr is there to build it from, else without
+// a bootloader. The hand is the published one (twin_hand), on the radio all the time.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/deploy/config.hpp"
+#include "host/io/interrupt.hpp"
+#include "host/io/io.hpp"
+#include "host/io/worker.hpp"
+#include "host/study/catalogue.hpp"
+
+namespace flexor::study {
+
+// "rest", "bends", "calibration", "held", "ordinary", "protocol" or "1" to "6"; none: rest. Throws io::InputError, listing them.
+std::optional<twin::Motion> bench_motion(const std::string& name);
+
+// What is to change before the next milliseconds; what is left out stays as it is.
+struct BenchChange {
+  int ms = 20;
+  std::optional<double> slip_deg = {};  // each strip, the same way, beside what the donning drew
+  std::optional<double> drift_deg_per_min =
+      {};  // each strip, the same way, from now on, beside the configuration's
+  std::optional<double> noise_counts = {};  // standard deviation of each reading, beside the configuration's
+  std::optional<double> loss = {};          // share of frames, both ways, beside the configuration's
+  std::optional<std::string> motion = {};   // bench_motion(); another one begins anew
+  bool restart = false;                     // and so does the same one
+  std::optional<bool> unplugged = {};       // the port is not there
+};
+
+struct BenchView {
+  std::int64_t now_ms = 0;  // simulated, since the boards were switched on
+  std::string port;         // empty: unplugged
+  bool is_open = false;     // somebody has the port open
+  std::string motion;
+  std::optional<double> motion_s;  // since its t = 0; negative before; none: at rest
+  std::array<double, kFingers> finger_deg{};
+  std::array<double, kFingers> joint_deg{};  // of the bionic hand
+  std::array<double, kFingers> duty{};       // -1 to 1 of the supply
+  std::array<int, kFingers> fault{};         // hand::Fault
+  std::array<int, kFingers> counts{};        // the glove's last conversions
+};
+
+// Through the pipe.
+nlohmann::ordered_json exact_json(const BenchChange& change);
+BenchChange bench_change_of(const nlohmann::ordered_json& json);
+nlohmann::ordered_json exact_json(const BenchView& view);
+BenchView bench_view_of(const nlohmann::ordered_json& json);
+
+// Optiboot for a chip, where it lies and where its version, at 115200 baud as an Intel hex, built from the package's
+// source: the packaged one is too long for where it lies. False: the source is not there.
+bool build_optiboot(const std::filesystem::path& hex, const std::string& mcu = "atmega328p",
+                    const std::string& begin = "0x7e00", const std::string& version = "0x7ffe");
+
+struct BenchOptions {
+  twin::Parameters parameters = shipped_parameters();
+  model::Model model;  // five fingers; the glove's first
+  deploy::ModelAs model_as = deploy::ModelAs::data;
+  bool in_flash = true;    // of data: room for identified models of five fingers, through the bootloader
+  std::uint64_t seed = 1;  // whoever wears it is that of the experiment's trial 0 with this seed
+  std::filesystem::path images =
+      {};  // a folder in which images are kept from one bench to the next; empty: not kept
+  std::filesystem::path port_link =
+      {};  // a name for the port that stays; empty: the pseudo-terminal's own, which changes
+};
+
+// Calls may come from any thread; one waits for another.
+class Bench {
+ public:
+  // Builds what is not there yet: seconds. Throws io::InputError: no such worker, no avr-gcc, a model that does not fit,
+  // a port_link that is something else; io::JobError.
+  Bench(std::filesystem::path program, const BenchOptions& options);
+  ~Bench();
+
+  // As it is opened: the link, or the pseudo-terminal; of that the last where it is unplugged.
+  std::string port() const;
+  const deploy::Key& key() const { return glove_.key; }
+  // What the glove was deployed as, for deploy::send_model and pages_with_model.
+  const deploy::Glove& glove() const { return glove_; }
+  // Models are sent through the bootloader.
+  bool in_flash() const { return in_flash_; }
+  bool has_bootloader() const { return has_bootloader_; }
+
+  // So much simulated time and, but for at most 50 ms that it lags behind, as much real time.
+  BenchView advance(const BenchChange& change);
+
+  // Integral of the absolute error of each of these gestures, all fingers, deg s, as the experiment has it, on the boards
+  // as they are now; in no real time. What the glove says meanwhile goes nowhere. Afterwards the present motion begins
+  // anew. Throws io::Cancelled where `progress` says stop.
+  std::vector<double> score(const std::vector<int>& gestures, const io::JobProgress& progress);
+
+ private:
+  deploy::Glove glove_;
+  bool in_flash_ = false;
+  bool has_bootloader_ = false;
+  io::TemporaryFolder folder_;
+  std::filesystem::path link_;
+  mutable std::mutex mutex_;
+  std::string terminal_;
+  io::Worker worker_;
+};
+
+}  // namespace flexor::study

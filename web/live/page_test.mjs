@@ -1,0 +1,458 @@
+// Opens the built page in Chromium against mock.mjs, as a phone and a desktop would, light and dark, and walks through it by
+// keyboard. It looks for axe-core's serious findings, a page wider than its screen, anything fetched from elsewhere, anything
+// that the Content-Security-Policy stopped; it measures weight, time to the first picture, and from message to drawn frame.
+// Usage: node page_test.mjs [--pictures FOLDER]        CHROMIUM names another browser.
+import { existsSync, mkdirSync, readdirSync, readFileSync, statSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { gzipSync } from 'node:zlib';
+import { chromium } from 'playwright-core';
+import { startMock } from './mock.mjs';
+
+const require = createRequire(import.meta.url);
+const dist = process.env.FLEXOR_PAGE_OUT ?? fileURLToPath(new URL('./dist', import.meta.url));
+const heaviest_bytes = 1.5e6; // without what is loaded for the markerless reference alone
+const hasMarkerless = existsSync(join(dist, 'markerless/hand_landmarker.task'));
+const firstPicture_ms = 1000;
+const frame_ms = 1000 / 60;
+const pictures = process.argv[2] === '--pictures' ? process.argv[3] : undefined;
+if (pictures) mkdirSync(pictures, { recursive: true });
+
+const findings = [];
+function check(what, good) {
+  console.log(`${good ? 'ok  ' : 'BAD '} ${what}`);
+  if (!good) findings.push(what);
+}
+
+function filesOf(folder) {
+  return readdirSync(folder).flatMap((name) => {
+    const path = join(folder, name);
+    return statSync(path).isDirectory() ? filesOf(path) : [path];
+  });
+}
+
+function weigh() {
+  const gzipped = (files) => files.reduce((sum, file) => sum + gzipSync(readFileSync(file)).length, 0);
+  const isApart = (file) => file.startsWith(join(dist, 'markerless/'));
+  const bytes = gzipped(filesOf(dist).filter((file) => !isApart(file)));
+  console.log(`     the markerless reference: ${Math.round(gzipped(filesOf(dist).filter(isApart)) / 1000)} kB more`);
+  check(
+    `weighs ${Math.round(bytes / 1000)} kB gzipped, at most ${heaviest_bytes / 1000}`,
+    bytes > 50e3 && bytes <= heaviest_bytes,
+  );
+}
+
+// ---- a page under watch
+
+async function open(browser, mock, { width, height, colorScheme, reducedMotion = 'no-preference' }) {
+  const context = await browser.newContext({
+    viewport: { width, height },
+    colorScheme,
+    reducedMotion,
+    permissions: ['camera'],
+  });
+  const page = await context.newPage();
+  const where = `${width} px, ${colorScheme}`;
+  const origin = new URL(mock.url).origin;
+  page.on('request', (request) => {
+    const { protocol } = new URL(request.url());
+    if (!['blob:', 'data:'].includes(protocol) && !request.url().startsWith(mock.url))
+      findings.push(`${where}: fetches ${request.url()}`);
+  });
+  page.on('websocket', (socket) => {
+    if (!socket.url().startsWith(mock.url.replace('http', 'ws'))) findings.push(`${where}: opens ${socket.url()}`);
+  });
+  page.on('pageerror', (error) => findings.push(`${where}: ${error.message}`));
+  page.on('console', (message) => {
+    if (message.type() === 'error' && !message.text().includes('WebSocket connection'))
+      findings.push(`${where}: ${message.text()}`);
+  });
+  await page.addInitScript(() => {
+    document.addEventListener('securitypolicyviolation', (event) => {
+      console.error(`policy stops ${event.violatedDirective} ${event.blockedURI}`);
+    });
+  });
+  await page.goto(mock.url, { waitUntil: 'commit' });
+  return { context, page, where, origin };
+}
+
+async function axe(page, where) {
+  // Over the debugger and not as a script of the page, which the policy would stop.
+  await page.evaluate(readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8'));
+  const { violations } = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ['violations'] }));
+  const serious = violations.filter((v) => v.impact === 'serious' || v.impact === 'critical');
+  for (const v of serious)
+    findings.push(
+      `${where}: ${v.impact}: ${v.id}: ${v.help}: ${v.nodes[0].target.join(' ')}: ${v.nodes[0].failureSummary ?? ''}`,
+    );
+  check(`${where}: axe finds nothing serious`, serious.length === 0);
+}
+
+async function layout(page, where) {
+  const [wide, screen] = await page.evaluate(() => [
+    document.documentElement.scrollWidth,
+    document.documentElement.clientWidth,
+  ]);
+  check(`${where}: ${wide} px wide on ${screen} px`, wide <= screen);
+}
+
+async function inspect({ page, where }, name) {
+  await layout(page, `${where}, ${name}`);
+  await axe(page, `${where}, ${name}`);
+  if (pictures)
+    await page.screenshot({ path: join(pictures, `${name}_${where.replace(/[^a-z0-9]+/g, '_')}.png`), fullPage: true });
+}
+
+const by = (page, id) => page.getByTestId(id);
+async function until(page, what, condition, argument) {
+  try {
+    await page.waitForFunction(condition, argument, { timeout: 20000 });
+    check(what, true);
+  } catch {
+    check(what, false);
+  }
+}
+
+async function eventually(condition, wait_s = 5) {
+  for (let i = 0; i < 10 * wait_s && !condition(); ++i) await new Promise((done) => setTimeout(done, 100));
+  return condition();
+}
+
+// ---- what a person does
+
+async function firstPicture({ page, where }, limit_ms) {
+  await by(page, 'card-index').waitFor();
+  const paint_ms = await page.evaluate(
+    () => performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? Infinity,
+  );
+  const fits = limit_ms === null || paint_ms <= limit_ms;
+  check(`${where}: first picture after ${Math.round(paint_ms)} ms`, fits);
+  await page.locator('[data-testid=hand-canvas]').waitFor();
+  await until(page, `${where}: the hand is drawn`, () => document.querySelector('.stage-message')?.hidden === true);
+  const hand_ms = await page.evaluate(() => performance.now());
+  check(`${where}: a moving hand ${Math.round(hand_ms)} ms after opening, at most 5000`, hand_ms <= 5000);
+}
+
+async function latency({ page, where }) {
+  await by(page, 'tab-look').click();
+  await page.waitForTimeout(6000);
+  const screen = async () => Number((await by(page, 'link-screen').textContent())?.replace(/[^0-9.]/g, ''));
+  await by(page, 'tab-wear').click();
+  await page.waitForTimeout(6000); // so that its frames alone are counted
+  await by(page, 'tab-look').click();
+  await page.waitForTimeout(250);
+  const ms = await screen();
+  check(
+    `${where}: from message to drawn frame ${ms} ms at the median, at most two frames (${(2 * frame_ms).toFixed(1)} ms)`,
+    ms > 0 && ms <= 2 * frame_ms,
+  );
+  await by(page, 'tab-wear').click();
+}
+
+async function tabsByKeyboard({ page, where }) {
+  const selected = () => page.evaluate(() => document.querySelector('[role=tab][aria-selected=true]')?.id);
+  await by(page, 'tab-wear').focus();
+  const seen = [await selected()];
+  for (const key of ['ArrowRight', 'ArrowRight', 'ArrowRight', 'ArrowLeft', 'Home', 'End', 'Home']) {
+    await page.keyboard.press(key);
+    seen.push(await selected());
+  }
+  const wanted = ['wear', 'calibrate', 'look', 'wear', 'look', 'wear', 'look', 'wear'].map((name) => `tab-${name}`);
+  check(`${where}: arrow keys, Home and End go through the places`, JSON.stringify(seen) === JSON.stringify(wanted));
+  const outline = await page.evaluate(() => getComputedStyle(document.activeElement).outlineStyle);
+  check(`${where}: the focus can be seen`, outline !== 'none');
+}
+
+async function wear({ page, where }, mock) {
+  const pressed = async (id, key = 'Enter') => {
+    await by(page, id).focus();
+    await page.keyboard.press(key);
+  };
+  const before = await by(page, 'angle-index').textContent();
+  await until(
+    page,
+    `${where}: the index card moves`,
+    (was) => document.querySelector('[data-testid=angle-index]')?.textContent !== was,
+    before,
+  );
+  check(`${where}: says what to do next`, ((await by(page, 'next').textContent()) ?? '').length > 10);
+  await pressed('record');
+  await until(page, `${where}: records`, () =>
+    document.querySelector('[data-testid=record]')?.textContent?.startsWith('Stop'),
+  );
+  await pressed('record', 'Space');
+  await until(
+    page,
+    `${where}: stops recording`,
+    () => document.querySelector('[data-testid=record]')?.textContent === 'Start recording',
+  );
+  await pressed('anew-start');
+  await by(page, 'anew-index').waitFor({ timeout: 15000 });
+  check(
+    `${where}: before and after in degrees`,
+    /8\.\d° ± 2\.\d°/.test((await by(page, 'anew-middle').textContent()) ?? ''),
+  );
+  await inspect({ page, where }, 'wear_anew');
+  await pressed('anew-accept');
+  await until(
+    page,
+    `${where}: accepted`,
+    () => document.querySelector('[data-testid=anew-accept]')?.checkVisibility() === false,
+  );
+  await pressed('tracking', 'Space');
+  await until(
+    page,
+    `${where}: follows slow changes`,
+    () => document.querySelector('[data-testid=tracking]')?.getAttribute('aria-checked') === 'true',
+  );
+  await pressed('tracking', 'Space');
+  await pressed('send');
+  await until(page, `${where}: says that it was sent`, () =>
+    document.querySelector('[data-testid=job]')?.textContent?.includes('runs anna-left'),
+  );
+  check(
+    `${where}: the program heard each word`,
+    ['record.start', 'record.stop', 'anew.start', 'anew.accept', 'tracking.set', 'send'].every((word) =>
+      mock.world.done.includes(word),
+    ),
+  );
+}
+
+async function calibrate(view, mock, reference) {
+  const { page, where } = view;
+  const step = async (name) =>
+    until(
+      page,
+      `${where}: step ${name}`,
+      (id) => document.querySelector(`[data-testid=step-${id}]`)?.getAttribute('aria-current') === 'step',
+      name,
+    );
+  await by(page, 'tab-calibrate').click();
+  await by(page, 'calibrate-start').focus();
+  await page.keyboard.press('Enter');
+  await until(
+    page,
+    `${where}: asks for a name`,
+    () => document.querySelector('[data-testid=calibrate-start-error]')?.checkVisibility() === true,
+  );
+  await by(page, 'calibrate-person').focus();
+  await page.keyboard.type('anna');
+  check(
+    `${where}: the markerless reference is ${hasMarkerless ? '' : 'not '}offered`,
+    (await by(page, 'calibrate-reference-markerless').isEnabled()) === hasMarkerless,
+  );
+  await by(page, `calibrate-reference-${reference}`).check();
+  await inspect(view, `calibrate_start_${reference}`);
+  await by(page, 'calibrate-start').focus();
+  await page.keyboard.press('Enter');
+  await step('glove');
+  await by(page, 'calibrate-next').focus();
+  await page.keyboard.press('Enter');
+  await step('reference');
+  await page.keyboard.press('Enter');
+  await step('motion');
+  await page.waitForTimeout(2500);
+  await inspect(view, `calibrate_motion_${reference}`);
+  await until(
+    page,
+    `${where}: says what is missing`,
+    () => (document.querySelector('[data-testid=missing-index]')?.textContent ?? '').length > 5,
+  );
+  if (reference === 'marks') {
+    const { pictures: sent } = mock.world;
+    const times = sent.map((p) => p.captured_s);
+    const rate = (sent.length - 1) / (times[times.length - 1] - times[0]);
+    check(
+      `${where}: ${sent.length} JPEGs sent, ${rate.toFixed(1)} a second, in time's order`,
+      sent.length > 10 &&
+        rate > 3 && // a machine that does much else takes fewer
+        rate < 21 &&
+        sent.every((p) => p.jpeg && p.bytes < 512 * 1024) &&
+        times.every((t, i) => i === 0 || t > times[i - 1]),
+    );
+  } else if (reference === 'markerless') {
+    check(`${where}: pictures are looked at in the page`, await eventually(() => mock.world.looked > 10, 30));
+    check(`${where}: no picture leaves the page`, mock.world.pictures.length === 0);
+  } else if (reference === 'drawn') {
+    await until(
+      page,
+      `${where}: shows the program's picture`,
+      () => document.querySelector('[data-testid=server-picture]')?.naturalWidth > 100,
+    );
+  }
+  await page.reload();
+  await step('motion');
+  check(
+    `${where}: opened again in the place where it was`,
+    (await page.evaluate(() => document.querySelector('[role=tab][aria-selected=true]')?.id)) === 'tab-calibrate',
+  );
+  await by(page, 'calibrate-back').click();
+  await step('reference');
+  await by(page, 'calibrate-next').click();
+  await step('motion');
+  await by(page, 'calibrate-next').click();
+  await step('identify');
+  await inspect(view, `calibrate_identify_${reference}`);
+  await step('result');
+  await by(page, 'result-index').waitFor();
+  if (reference === 'poses') {
+    check(`${where}: nothing measured has no plot`, !(await by(page, 'plot-ring').isVisible()));
+  } else {
+    await by(page, 'plot-ring').click();
+    await until(page, `${where}: another finger's plot`, () =>
+      document.querySelector('[data-testid=result-plot-caption]')?.textContent?.startsWith('Ring'),
+    );
+  }
+  await page.waitForTimeout(400);
+  await inspect(view, `calibrate_result_${reference}`);
+  await by(page, 'calibrate-accept').click();
+  await step('send');
+  await by(page, 'calibrate-send').click();
+  await inspect(view, `calibrate_send_${reference}`);
+  await by(page, 'calibrate-next').click();
+  await by(page, 'calibrate-start').waitFor();
+}
+
+async function look(view, mock) {
+  const { page, where } = view;
+  await by(page, 'tab-look').click();
+  await by(page, 'scope-angle-index').waitFor();
+  await page.waitForTimeout(1500);
+  await by(page, 'marker-text').fill('thumb out');
+  await by(page, 'marker').click();
+  await until(page, `${where}: marker taken`, () => document.querySelector('[data-testid=marker-text]')?.value === '');
+  await by(page, 'scope-pause').click();
+  const frozen = await by(page, 'scope-angle-index').textContent();
+  await page.waitForTimeout(500);
+  check(`${where}: a paused scope stands still`, (await by(page, 'scope-angle-index').textContent()) === frozen);
+  await by(page, 'scope-in').click();
+  await by(page, 'scope-pause').click();
+  await by(page, 'twin-slip_deg').focus();
+  for (let i = 0; i < 16; ++i) await page.keyboard.press('ArrowRight');
+  check(`${where}: slip of 8 degrees reaches the twin`, await eventually(() => mock.world.twin.slip_deg === 8));
+  await by(page, 'score-label').fill('worn 8 degrees off');
+  const rows = await by(page, 'score-row').count();
+  await by(page, 'score-run').click();
+  await until(
+    page,
+    `${where}: a score more`,
+    (n) => document.querySelectorAll('[data-testid=score-row]').length === n,
+    rows + 1,
+  );
+  await by(page, 'experiment-run').click();
+  await by(page, 'experiment-progress').waitFor();
+  await by(page, 'strip-cancel').click();
+  await by(page, 'flash').click();
+  await until(page, `${where}: what goes wrong stands at its control`, () =>
+    document.querySelector('[data-testid=flash-error]')?.textContent?.includes('no board answers'),
+  );
+  const link = await page.locator('.files a').first().getAttribute('href');
+  check(`${where}: files lie under files/`, link?.startsWith('files/2026-11-24_1530_anna/') === true);
+  await by(page, 'replay-2026-11-24_1530_anna').click();
+  await by(page, 'replay-line').waitFor();
+  await by(page, 'replay-line').focus();
+  await page.keyboard.press('End');
+  check(`${where}: the time line seeks`, await eventually(() => mock.world.done.includes('replay.seek')));
+  await inspect(view, 'look');
+  await by(page, 'replay-leave').click();
+  mock.world.twin.slip_deg = 0;
+}
+
+async function lostAndFound({ page, where }, mock) {
+  await by(page, 'tab-wear').click();
+  mock.drop();
+  await page.waitForTimeout(1500);
+  await until(
+    page,
+    `${where}: connected again after the program was gone`,
+    () =>
+      document.querySelector('[data-testid=lost]')?.hidden === true &&
+      document.querySelector('[data-testid=status]')?.textContent === 'Simulated boards',
+  );
+  mock.world.device = 'none';
+  await until(
+    page,
+    `${where}: says that there is no glove`,
+    () => document.querySelector('[data-testid=next]')?.textContent === 'Plug in the glove.',
+  );
+  await inspect({ page, where }, 'wear_no_glove');
+  await by(page, 'device-connect').click();
+  await until(
+    page,
+    `${where}: connects`,
+    () => document.querySelector('[data-testid=status]')?.textContent === 'Simulated boards',
+  );
+}
+
+// ---- the whole walk
+
+async function gone(browser) {
+  const mock = await startMock({ dist });
+  const view = await open(browser, mock, { width: 1280, height: 800, colorScheme: 'light' });
+  await by(view.page, 'card-index').waitFor();
+  await until(view.page, 'draws the hand', () => document.querySelector('.stage-message')?.hidden === true);
+  await mock.close();
+  await until(
+    view.page,
+    'says that the program is gone',
+    () => document.querySelector('[data-testid=lost]')?.checkVisibility() === true,
+  );
+  if (pictures) await view.page.screenshot({ path: join(pictures, 'wear_lost.png') });
+  await view.context.close();
+}
+
+async function main() {
+  weigh();
+  const browser = await chromium.launch({
+    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
+    args: [
+      '--no-sandbox',
+      '--enable-unsafe-swiftshader',
+      '--use-fake-ui-for-media-stream',
+      '--use-fake-device-for-media-stream',
+    ],
+  });
+  await (await browser.newPage()).goto('about:blank'); // a browser in use has long started
+  const screens = [
+    { width: 1280, height: 800, colorScheme: 'light', reference: 'marks' },
+    { width: 390, height: 844, colorScheme: 'dark', reference: 'drawn', reducedMotion: 'reduce' },
+    { width: 1280, height: 800, colorScheme: 'dark', reference: 'poses' },
+    { width: 390, height: 844, colorScheme: 'light', reference: hasMarkerless ? 'markerless' : 'marks' },
+  ];
+  for (const screen of screens) {
+    const mock = await startMock({ dist, speed: 5, camera: 'page' });
+    const view = await open(browser, mock, screen);
+    try {
+      await firstPicture(view, firstPicture_ms);
+      if (screen === screens[0]) await latency(view);
+      await tabsByKeyboard(view);
+      await page_settles(view);
+      await inspect(view, 'wear');
+      await wear(view, mock);
+      await calibrate(view, mock, screen.reference);
+      await look(view, mock);
+      await lostAndFound(view, mock);
+    } catch (error) {
+      check(`${view.where}: ${String(error).split('\n').slice(0, 3).join(' ')}`, false);
+      if (pictures)
+        await view.page.screenshot({
+          path: join(pictures, `failed_${view.where.replace(/[^a-z0-9]+/g, '_')}.png`),
+          fullPage: true,
+        });
+    }
+    await view.context.close();
+    await mock.close();
+  }
+  await gone(browser);
+  await browser.close();
+  for (const finding of findings) console.log(finding);
+  console.log(findings.length === 0 ? 'nothing serious' : `${findings.length} findings`);
+  process.exit(findings.length > 0 ? 1 : 0);
+}
+
+async function page_settles({ page }) {
+  await page.waitForTimeout(1200);
+}
+
+await main();

@@ -1,0 +1,41 @@
+// A control that asks the program for something: it waits while it waits, and what went wrong stands beside it.
+import { h, setText, show } from './dom';
+
+export type Do = (what: string, parts?: Record<string, unknown>) => Promise<string | null>;
+
+// One line under a group of controls. Empty while all is well.
+export function errorLine(testId: string): HTMLParagraphElement {
+  return h('p', { class: 'error', role: 'alert', 'data-testid': testId, hidden: true });
+}
+
+export function say(line: HTMLElement, error: string | null): void {
+  setText(line, error ?? '');
+  show(line, error !== null);
+}
+
+export interface ButtonOptions {
+  label: string;
+  testId: string;
+  kind?: 'primary' | 'quiet' | 'danger';
+  error: HTMLElement;
+  ask: () => Promise<string | null>;
+}
+
+export function button(options: ButtonOptions): HTMLButtonElement {
+  const element: HTMLButtonElement = h(
+    'button',
+    { type: 'button', class: `button ${options.kind ?? ''}`, 'data-testid': options.testId },
+    options.label,
+  );
+  element.addEventListener('click', async () => {
+    if (element.dataset['busy'] === 'yes') return;
+    element.dataset['busy'] = 'yes';
+    element.setAttribute('aria-busy', 'true');
+    say(options.error, null);
+    const error = await options.ask();
+    say(options.error, error);
+    delete element.dataset['busy'];
+    element.removeAttribute('aria-busy');
+  });
+  return element;
+}

@@ -1,0 +1,39 @@
+import { readFileSync } from 'node:fs';
+import { describe, expect, it } from 'vitest';
+import { fingerColour, kFingerColours, kQualityColours, known } from './colours';
+
+function luminance(hex: string): number {
+  const part = (at: number): number => {
+    const v = parseInt(hex.slice(at, at + 2), 16) / 255;
+    return v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
+  };
+  return 0.2126 * part(1) + 0.7152 * part(3) + 0.0722 * part(5);
+}
+
+function contrast(a: string, b: string): number {
+  const [low, high] = [luminance(a), luminance(b)].sort((x, y) => x - y) as [number, number];
+  return (high + 0.05) / (low + 0.05);
+}
+
+const css = readFileSync(new URL('./style.css', import.meta.url), 'utf8');
+const surfaces = [...css.matchAll(/--surface: (#[0-9a-f]{6})/g)].map((match) => match[1]!);
+
+describe('colours', () => {
+  it('reads both surfaces of the style sheet', () => expect(surfaces.length).toBe(2));
+  it.each(Object.entries({ ...kFingerColours, ...kQualityColours }))(
+    '%s can be seen on the light and on the dark surface',
+    (_, colour) => {
+      for (const surface of surfaces) expect(contrast(colour, surface)).toBeGreaterThanOrEqual(3);
+    },
+  );
+  it('belong to fingers, whatever joint is sensed', () => {
+    expect(fingerColour('index_pip')).toBe(kFingerColours['index']);
+    expect(fingerColour('little')).toBe(kFingerColours['pinky']);
+    expect(Object.values(kFingerColours)).not.toContain(fingerColour('temperature'));
+  });
+  it('take a quality that this page does not know for none', () => {
+    expect(known('splendid')).toBe('none');
+    expect(known(undefined)).toBe('none');
+    expect(known('fair')).toBe('fair');
+  });
+});

@@ -1,0 +1,46 @@
+// Colours that mean something, the same everywhere. Each finger's has a contrast of at least 3 to the light and to the dark
+// surface (colours.test.ts), so that it need not change with the scheme.
+import { fingerOf } from './mapping';
+import type { Quality } from './state';
+import { svg } from './dom';
+
+export const kFingerColours: Record<string, string> = {
+  thumb: '#d55e00',
+  index: '#1f83d6',
+  middle: '#0a9a72',
+  ring: '#b565c4',
+  pinky: '#b58900',
+};
+
+export function fingerColour(channel: string): string {
+  const at = fingerOf(channel);
+  return at ? kFingerColours[at.finger]! : '#7a828c';
+}
+
+export const kQualityColours: Record<Quality, string> = {
+  good: '#1a9b5f',
+  fair: '#c98500',
+  poor: '#d6453d',
+  none: '#7a828c',
+};
+
+export const kQualityWords: Record<Quality, string> = {
+  good: 'good',
+  fair: 'fair',
+  poor: 'poor',
+  none: 'no reading',
+};
+
+export function known(quality: string | null | undefined): Quality {
+  return quality === 'good' || quality === 'fair' || quality === 'poor' ? quality : 'none';
+}
+
+// The mark of a quality: disc, triangle, square on its corner, ring. Drawn here for cards and in hand.ts in space.
+export function qualityShape(quality: Quality): SVGElement {
+  const picture = svg('svg', { viewBox: '0 0 16 16', class: `quality quality-${quality}`, 'aria-hidden': 'true' });
+  if (quality === 'good') picture.append(svg('circle', { cx: 8, cy: 8, r: 6 }));
+  else if (quality === 'fair') picture.append(svg('path', { d: 'M8 1.5 15 14H1z' }));
+  else if (quality === 'poor') picture.append(svg('path', { d: 'M8 .8 15.2 8 8 15.2.8 8z' }));
+  else picture.append(svg('circle', { cx: 8, cy: 8, r: 5.5, class: 'hollow' }));
+  return picture;
+}

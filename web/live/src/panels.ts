@@ -1,0 +1,248 @@
+// What one does while wearing: record, connect, choose a model and send it, put the glove on anew.
+import { button, errorLine, say } from './action';
+import type { App } from './app';
+import {
+  degrees,
+  enable,
+  h,
+  keyed,
+  number,
+  setAttribute,
+  setOptions,
+  setText,
+  show,
+  tableOf,
+  time,
+  title,
+} from './dom';
+import type { AnewFinger, Device } from './state';
+
+function panel(name: string, ...children: (Node | string | false)[]): HTMLElement {
+  const id = `panel-${name.toLowerCase().replaceAll(' ', '-')}`;
+  return h('section', { class: 'panel', 'aria-labelledby': id }, h('h2', { id }, name), ...children);
+}
+
+const kStatus: Record<Device['status'], string> = {
+  none: 'No glove',
+  listening: 'Listening',
+  glove: 'Glove connected',
+  hand: 'Hand connected',
+  gone: 'Unplugged',
+  replay: 'Replaying a recording',
+  twin: 'Simulated glove',
+  boards: 'Simulated boards',
+};
+
+export function statusWord(device: Device | null): string {
+  return device ? (kStatus[device.status] ?? device.status) : 'No glove';
+}
+
+export function createGlove(app: App) {
+  const error = errorLine('device-error');
+  const status = h('p', { class: 'lead', 'data-testid': 'device-status' });
+  const says = h('p', { class: 'muted', 'data-testid': 'device-says' });
+  const facts = h('p', { class: 'facts' });
+  const port = h('select', { id: 'port', 'data-testid': 'port' });
+  const connect = button({
+    label: 'Connect',
+    testId: 'device-connect',
+    error,
+    ask: () => app.do('device.connect', { port: port.value }),
+  });
+  const leave = button({
+    label: 'Disconnect',
+    testId: 'device-leave',
+    kind: 'quiet',
+    error,
+    ask: () => app.do('device.leave'),
+  });
+  const choose = h('div', { class: 'row' }, h('label', { for: 'port', class: 'sr' }, 'Port'), port, connect);
+  const element = h(
+    'section',
+    { class: 'panel', 'aria-labelledby': 'panel-glove' },
+    h('div', { class: 'panel-head' }, h('h2', { id: 'panel-glove' }, 'Glove'), leave),
+    status,
+    says,
+    facts,
+    choose,
+    error,
+  );
+  return {
+    element,
+    update() {
+      const { device, ports } = app.store.state;
+      const here = device !== null && !['none', 'gone'].includes(device.status);
+      setText(status, [statusWord(device), device?.name].filter(Boolean).join(': '));
+      setText(says, device?.says ?? '');
+      show(says, !!device?.says);
+      setText(
+        facts,
+        here
+          ? [device.port, device.format].filter(Boolean).join(' · ')
+          : '',
+      );
+      show(facts, facts.textContent !== '');
+      setOptions(port, [
+        { value: 'auto', text: 'The only one' },
+        ...ports.map((p) => ({ value: p.path, text: p.name ? `${p.path} (${p.name})` : p.path })),
+      ]);
+      show(choose, !here);
+      show(leave, here);
+    },
+  };
+}
+
+export function createRecord(app: App) {
+  const error = errorLine('record-error');
+  const label = h('span', {}, 'Record');
+  const record = button({
+    label: '',
+    testId: 'record',
+    kind: 'primary',
+    error,
+    ask: () => app.do(app.store.state.recording ? 'record.stop' : 'record.start'),
+  });
+  record.replaceChildren(h('span', { class: 'record-dot', 'aria-hidden': 'true' }), label);
+  record.classList.add('record');
+  const file = h('p', { class: 'muted', 'data-testid': 'record-file' });
+  const element = panel('Record', record, file, error);
+  return {
+    element,
+    update() {
+      const { recording, device } = app.store.state;
+      record.classList.toggle('on', recording !== null);
+      setText(label, recording ? `Stop ${time(recording.seconds)}` : 'Start recording');
+      setText(file, recording ? `${recording.rows} rows in ${recording.file}` : '');
+      show(file, recording !== null);
+      enable(record, recording !== null || (device !== null && !['none', 'gone', 'listening'].includes(device.status)));
+    },
+  };
+}
+
+export function createModel(app: App) {
+  const error = errorLine('model-error');
+  const sendError = errorLine('send-error');
+  const select = h('select', {
+    id: 'model',
+    'data-testid': 'model',
+    change: async () => {
+      say(error, await app.do('model.choose', { path: select.value === '' ? null : select.value }));
+    },
+  });
+  const send = button({ label: 'Send to the glove', testId: 'send', error: sendError, ask: () => app.do('send') });
+  const hint = h('p', { class: 'muted' });
+  const element = panel(
+    'Person and model',
+    h('label', { for: 'model', class: 'sr' }, 'Person and model'),
+    select,
+    error,
+    send,
+    hint,
+    sendError,
+  );
+  return {
+    element,
+    update() {
+      const { model, models, device } = app.store.state;
+      const known = model && !models.some((m) => m.path === model.path) ? [model, ...models] : models;
+      setOptions(select, [
+        { value: '', text: 'No model: readings as they are' },
+        ...known.map((m) => ({
+          value: m.path,
+          text: `${m.person ?? 'Nobody'}, ${m.side ?? 'either'} hand: ${m.name ?? m.path}`,
+        })),
+      ]);
+      if (document.activeElement !== select) select.value = model?.path ?? '';
+      const glove = device !== null && ['glove', 'boards'].includes(device.status);
+      enable(send, model !== null);
+      setText(
+        hint,
+        model === null
+          ? 'Choose a model, or calibrate, before there is something to send.'
+          : glove
+            ? ''
+            : 'Needs a glove with Flexor’s program.',
+      );
+      show(hint, hint.textContent !== '');
+    },
+  };
+}
+
+export function createAnew(app: App) {
+  const error = errorLine('anew-error');
+  const ask = (label: string, word: string, kind?: 'primary' | 'quiet'): HTMLButtonElement =>
+    button({ label, testId: `anew-${word}`, ...(kind ? { kind } : {}), error, ask: () => app.do(`anew.${word}`) });
+  const start = ask('Ten seconds of motion', 'start');
+  const decide = h('div', { class: 'row' }, ask('Accept', 'accept', 'primary'), ask('Keep as it was', 'keep', 'quiet'));
+  const intro = h(
+    'p',
+    { class: 'muted' },
+    'Glove put on again? Open and close every finger for ten seconds. Nothing changes before you accept.',
+  );
+  const bar = h('progress', { max: 10, value: 0, 'aria-label': 'Seconds of motion', 'data-testid': 'anew-progress' });
+  const clock = h('p', { class: 'facts' });
+  const { table, body } = tableOf('anew-table', 'How far off, degrees, by the new calibration', [
+    'Finger',
+    'Before',
+    'After',
+    'Verdict',
+  ]);
+  const tracking = createTracking(app, error);
+  const element = panel('Put on anew', intro, start, bar, clock, table, decide, tracking.element, error);
+  return {
+    element,
+    update() {
+      const { anew, model, tracking: isTracking } = app.store.state;
+      const fingers = anew?.fingers ?? [];
+      const seconds = anew?.seconds ?? 0;
+      const of = anew?.of_seconds ?? 10;
+      const done = fingers.some((finger) => finger.after_deg !== null || finger.verdict);
+      const running = !done && seconds > 0 && seconds < of;
+      tracking.update(isTracking);
+      enable(start, model !== null && !running);
+      for (const part of [table, decide]) show(part, done);
+      for (const part of [bar, clock]) show(part, running);
+      show(start, !done);
+      show(intro, !running && !done);
+      bar.max = of;
+      bar.value = Math.min(of, seconds);
+      setText(clock, `Keep moving: ${number(seconds)} of ${number(of)} s`);
+      keyed(body, done ? fingers : [], (finger) => finger.name, makeAnewRow, fillAnewRow);
+    },
+  };
+}
+
+function makeAnewRow({ name }: AnewFinger): HTMLTableRowElement {
+  const cells = [h('td', {}), h('td', {}), h('td', { class: 'wrap' })];
+  return h('tr', { 'data-testid': `anew-${name}` }, h('th', { scope: 'row' }, title(name)), ...cells);
+}
+
+function fillAnewRow(row: HTMLTableRowElement, finger: AnewFinger): void {
+  const uncertain = finger.after_deg === null ? '' : `± ${finger.after_deg.toFixed(1)}°`;
+  setText(row.cells[1]!, `${degrees(finger.before_deg, 1)} ${uncertain}`);
+  setText(row.cells[2]!, uncertain);
+  setText(row.cells[3]!, finger.verdict ?? '');
+}
+
+// On or off as the program says; where it does not say, as it was last asked for.
+function createTracking(app: App, error: HTMLElement) {
+  const element = h(
+    'button',
+    { type: 'button', role: 'switch', class: 'switch', 'data-testid': 'tracking', 'aria-checked': 'false' },
+    h('span', { class: 'switch-knob', 'aria-hidden': 'true' }),
+    'Follow slow changes while worn',
+  );
+  element.addEventListener('click', () => void turn());
+  async function turn(): Promise<void> {
+    const on = element.getAttribute('aria-checked') !== 'true';
+    const wrong = await app.do('tracking.set', { on });
+    say(error, wrong);
+    if (wrong === null) setAttribute(element, 'aria-checked', String(on));
+  }
+  return {
+    element,
+    update(on: boolean | null) {
+      if (on !== null) setAttribute(element, 'aria-checked', String(on));
+    },
+  };
+}

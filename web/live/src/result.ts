@@ -1,0 +1,112 @@
+// What was identified: the error of each finger's model beside a straight line's and the published form's, all on the held-out part.
+import { errorLine, say } from './action';
+import type { App } from './app';
+import { fingerColour } from './colours';
+import { degrees, h, keyed, number, setAttribute, setProperty, setText, show, tableOf, title } from './dom';
+import { createResultPlot } from './result_plot';
+import type { Calibration, FingerResult } from './state';
+
+export function createResult(app: App) {
+  const error = errorLine('plot-error');
+  const { table, body } = tableOf('result-table', 'Error on the held-out part, degrees RMS', [
+    'Finger',
+    'Model',
+    'Straight line',
+    'Published form',
+    'Fit',
+  ]);
+  table.classList.add('result-table');
+  const verdicts = h('ul', { class: 'verdicts' });
+  const warnings = h('ul', { class: 'verdicts', 'data-testid': 'result-warnings' });
+  const report = h('a', { class: 'button quiet', target: '_blank', 'data-testid': 'result-report' }, 'The whole report');
+  const fingers = h('div', { class: 'segmented', role: 'group', 'aria-label': 'Finger in the plot' });
+  const plot = createResultPlot();
+  const element = h(
+    'div',
+    { class: 'result', 'data-testid': 'result' },
+    h('div', { class: 'scroll', tabindex: '0', role: 'region', 'aria-label': 'Result for each finger' }, table),
+    verdicts,
+    warnings,
+    report,
+    fingers,
+    error,
+    plot.element,
+  );
+  const choice = ({ name }: FingerResult): HTMLButtonElement => {
+    const click = async (): Promise<void> => say(error, await app.do('calibrate.plot', { finger: name }));
+    return h('button', { type: 'button', 'data-testid': `plot-${name}`, click: () => void click() }, title(name));
+  };
+  return {
+    element,
+    update({ step, result, reference }: Calibration) {
+      show(element, step === 'result' && result !== null);
+      if (element.hidden || !result) return;
+      const isMeasured = reference !== 'poses';
+      setText(
+        table.caption!,
+        isMeasured ? 'Error on the held-out part, degrees RMS' : 'What is to be expected, degrees RMS: nothing was measured',
+      );
+      for (const part of [fingers, plot.element]) show(part, isMeasured);
+      show(report, !!result.report);
+      if (result.report) report.setAttribute('href', `files/${result.report}`);
+      keyed(
+        warnings,
+        (result.warnings ?? []).map((text) => ({ text })),
+        ({ text }) => text,
+        ({ text }) => h('li', {}, text),
+      );
+      const most = Math.max(1, ...result.fingers.flatMap(baselinesOf));
+      const nameOf = (finger: FingerResult): string => finger.name;
+      keyed(body, result.fingers, nameOf, makeRow, (row, finger) => fillRow(row, finger, most));
+      keyed(
+        verdicts,
+        result.fingers,
+        nameOf,
+        () => h('li', {}),
+        (item, finger) => setText(item, verdictOf(finger)),
+      );
+      keyed(fingers, result.fingers, nameOf, choice, (button, { name }) => {
+        setAttribute(button, 'aria-pressed', String(name === result.plot?.finger));
+      });
+      plot.set(result.plot);
+    },
+  };
+}
+
+function makeRow({ name }: FingerResult): HTMLTableRowElement {
+  const bar = (style: string): HTMLElement => {
+    const drawn = h('span', { class: `bar ${style}`, 'aria-hidden': 'true' });
+    return h('td', { class: 'bar-cell' }, h('span', { class: 'bar-number' }), drawn);
+  };
+  const row = h(
+    'tr',
+    { 'data-testid': `result-${name}` },
+    h('th', { scope: 'row' }, title(name)),
+    bar('bar-model'),
+    bar('bar-line'),
+    bar('bar-published'),
+    h('td', {}),
+  );
+  setProperty(row, '--finger', fingerColour(name));
+  return row;
+}
+
+function fillRow(row: HTMLTableRowElement, finger: FingerResult, most: number): void {
+  const set = (cell: Element, value: number | null): void => {
+    setText(cell.querySelector('.bar-number')!, degrees(value, 1));
+    setProperty(cell.querySelector<HTMLElement>('.bar')!, 'width', `${Math.round((100 * (value ?? 0)) / most)}%`);
+  };
+  set(row.cells[1]!, finger.error_deg);
+  set(row.cells[2]!, finger.line_deg);
+  set(row.cells[3]!, finger.published_deg);
+  setText(row.cells[4]!, finger.fit_percent === null ? '–' : `${number(finger.fit_percent)} %`);
+}
+
+function baselinesOf({ error_deg, line_deg, published_deg }: FingerResult): number[] {
+  return [error_deg ?? 0, line_deg ?? 0, published_deg ?? 0];
+}
+
+function verdictOf({ name, verdict, reference_error_deg: reference }: FingerResult): string {
+  const errs = reference ? `The camera’s angles err by about ${degrees(reference)} themselves.` : '';
+  return `${title(name)}: ${[verdict, errs].filter(Boolean).join('. ')}`;
+}

@@ -1,0 +1,162 @@
+// What the server says, as apps/live/SOCKET.md has it. Everything may be missing: a value that is not known is null.
+
+export type Quality = 'good' | 'fair' | 'poor' | 'none';
+export type Side = 'left' | 'right';
+export type Maybe = number | null;
+
+export interface Device {
+  status: 'none' | 'listening' | 'glove' | 'hand' | 'gone' | 'replay' | 'twin' | 'boards';
+  name: string | null;
+  port: string | null;
+  format: string | null;
+  says: string | null;
+}
+
+export interface Finger {
+  name: string;
+  unit: string | null;
+  raw: Maybe;
+  angle_deg: Maybe;
+  sd_deg: Maybe;
+  least: Maybe;
+  most: Maybe;
+  covered: Maybe;
+  quality: Quality;
+  remark: string | null;
+}
+
+export interface Coverage {
+  name: string;
+  range: Maybe;
+  slow: Maybe;
+  fast: Maybe;
+  holds: Maybe;
+  missing: string | null;
+}
+
+export interface FingerResult {
+  name: string;
+  error_deg: Maybe;
+  line_deg: Maybe;
+  published_deg: Maybe;
+  fit_percent: Maybe;
+  verdict: string | null;
+  reference_error_deg?: Maybe; // of the reference itself, where it is known to err
+}
+
+export interface ResultPlot {
+  t_s: Maybe[];
+  finger: string;
+  reference_deg: Maybe[];
+  model_deg: Maybe[];
+  line_deg: Maybe[];
+}
+
+export const kSteps = ['glove', 'reference', 'motion', 'identify', 'result', 'send'] as const;
+export type Step = (typeof kSteps)[number];
+export type Reference = 'marks' | 'poses' | 'markerless' | 'drawn';
+
+export interface Calibration {
+  step: Step;
+  reference: Reference;
+  camera: 'page' | 'server' | 'none';
+  joints: string | null;
+  say: string | null;
+  seconds: Maybe;
+  of_seconds: Maybe;
+  covered: Coverage[] | null;
+  pictures: Maybe;
+  tracked: Maybe;
+  failed?: string | null;
+  result: {
+    fingers: FingerResult[];
+    plot: ResultPlot | null;
+    warnings?: string[] | null;
+    report?: string | null;
+  } | null;
+}
+
+export interface AnewFinger {
+  name: string;
+  before_deg: Maybe;
+  after_deg: Maybe;
+  verdict: string | null;
+}
+
+export interface Model {
+  path: string;
+  name: string | null;
+  person: string | null;
+  side: Side | null;
+  joints?: string[] | null;
+}
+
+export interface Session {
+  name: string;
+  person: string | null;
+  side: Side | null;
+  files: string[];
+  seconds: Maybe;
+}
+
+export interface Score {
+  label: string;
+  total_deg_s: Maybe;
+  gestures_deg_s: Maybe[];
+}
+
+export interface Job {
+  name: string;
+  stage: string | null;
+  share: Maybe;
+  left_s: Maybe;
+}
+
+export interface State {
+  device: Device | null;
+  next: string | null;
+  fingers: Finger[];
+  model: Model | null;
+  recording: { file: string; rows: number; seconds: number } | null;
+  job: Job | null;
+  last: { job: string; ok: boolean; text: string } | null;
+  link: { rate_hz: Maybe; torn: Maybe; lost: Maybe; jitter_ms: Maybe; latency_ms: Maybe } | null;
+  calibration: Calibration | null;
+  tracking: boolean | null;
+  anew: { seconds: Maybe; of_seconds: Maybe; fingers: AnewFinger[] | null } | null;
+  twin: { slip_deg: Maybe; drift_deg_per_min: Maybe; noise_counts: Maybe; loss: Maybe } | null;
+  posture: { names: string[] } | null;
+  hand: { names: string[]; status: string; faults: string[] | null } | null;
+  scores: Score[];
+  joint_files: string[];
+  replay: { file: string; t_s: Maybe; of_s: Maybe; playing: boolean } | null;
+  sessions: Session[];
+  models: Model[];
+  ports: { path: string; name: string | null }[];
+}
+
+// A state in which every list is a list, so that no drawing has to ask.
+export function completed(from: Partial<State>): State {
+  return {
+    device: from.device ?? null,
+    next: from.next ?? null,
+    fingers: from.fingers ?? [],
+    model: from.model ?? null,
+    recording: from.recording ?? null,
+    job: from.job ?? null,
+    last: from.last ?? null,
+    link: from.link ?? null,
+    calibration: from.calibration ?? null,
+    tracking: from.tracking ?? null,
+    anew: from.anew ?? null,
+    twin: from.twin ?? null,
+    posture: from.posture ?? null,
+    hand: from.hand ?? null,
+    scores: from.scores ?? [],
+    joint_files: from.joint_files ?? [],
+    replay: from.replay ?? null,
+    sessions: from.sessions ?? [],
+    models: from.models ?? [],
+    ports: from.ports ?? [],
+  };
+}

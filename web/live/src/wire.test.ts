@@ -1,0 +1,85 @@
+import { describe, expect, it } from 'vitest';
+import { decode, encodePicture, kHandSamples, kPosture, kSamples, type Samples } from './wire';
+
+function message(kind: number, rows: [number, number[], number[]][]): ArrayBuffer {
+  const n = rows[0]?.[1].length ?? 0;
+  const buffer = new ArrayBuffer(4 + rows.length * (8 + 8 * n));
+  const view = new DataView(buffer);
+  view.setUint8(0, kind);
+  view.setUint8(1, n);
+  view.setUint16(2, rows.length, true);
+  let at = 4;
+  for (const [t, raw, angle] of rows) {
+    view.setFloat64(at, t, true);
+    at += 8;
+    for (const v of [...raw, ...angle]) {
+      view.setFloat32(at, v, true);
+      at += 4;
+    }
+  }
+  return buffer;
+}
+
+describe('decode', () => {
+  it('reads rows in order, each with its channels', () => {
+    const samples = decode(
+      message(kSamples, [
+        [1.25, [512, 300], [34.5, NaN]],
+        [1.26, [513, 301], [35, 2]],
+      ]),
+    ) as Samples;
+    expect(samples.kind).toBe(kSamples);
+    expect(samples.channels).toBe(2);
+    expect(samples.rows).toBe(2);
+    expect([...samples.host_s]).toEqual([1.25, 1.26]);
+    expect([...samples.first]).toEqual([512, 300, 513, 301]);
+    expect([...samples.angle_deg]).toEqual([34.5, NaN, 35, 2]);
+  });
+
+  it('reads the bytes of the document, little endian', () => {
+    const bytes = new Uint8Array([1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0xf8, 0x3f, 0, 0, 0, 0x44, 0, 0, 0x20, 0x42]);
+    const samples = decode(bytes.buffer) as Samples;
+    expect([samples.host_s[0], samples.first[0], samples.angle_deg[0]]).toEqual([1.5, 512, 40]);
+  });
+
+  it('knows the hand and the posture by the first byte', () => {
+    expect(decode(message(kHandSamples, [[0, [1], [2]]]))?.kind).toBe(kHandSamples);
+    expect(decode(message(kPosture, [[0, [1], [2]]]))?.kind).toBe(kPosture);
+  });
+
+  it('takes no rows and no fingers', () => {
+    expect((decode(message(kSamples, [])) as Samples).rows).toBe(0);
+  });
+
+  it('refuses what is cut, too long, empty or unknown', () => {
+    const whole = message(kSamples, [[0, [1], [2]]]);
+    expect(decode(whole.slice(0, -1))).toBeNull();
+    expect(decode(new ArrayBuffer(0))).toBeNull();
+    expect(decode(new ArrayBuffer(3))).toBeNull();
+    const longer = new Uint8Array(whole.byteLength + 1);
+    longer.set(new Uint8Array(whole));
+    expect(decode(longer.buffer)).toBeNull();
+    expect(decode(message(9, [[0, [1], [2]]]))).toBeNull();
+  });
+
+  it('reads a picture of the server', () => {
+    const bytes = new Uint8Array(18);
+    bytes[0] = 4;
+    new DataView(bytes.buffer).setFloat64(8, 2.5, true);
+    bytes.set([0xff, 0xd8], 16);
+    const picture = decode(bytes.buffer);
+    expect(picture && 'jpeg' in picture && [picture.host_s, ...picture.jpeg]).toEqual([2.5, 0xff, 0xd8]);
+    expect(decode(bytes.buffer.slice(0, 16))).toBeNull();
+  });
+});
+
+describe('encodePicture', () => {
+  it('puts kind, time and JPEG where the document has them', () => {
+    const view = new DataView(encodePicture(12.5, new Uint8Array([7, 8]).buffer));
+    expect(view.byteLength).toBe(18);
+    expect(view.getUint8(0)).toBe(3);
+    expect([1, 2, 3, 4, 5, 6, 7].map((i) => view.getUint8(i))).toEqual([0, 0, 0, 0, 0, 0, 0]);
+    expect(view.getFloat64(8, true)).toBe(12.5);
+    expect([view.getUint8(16), view.getUint8(17)]).toEqual([7, 8]);
+  });
+});

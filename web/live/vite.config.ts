@@ -1,0 +1,66 @@
+import { existsSync, readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { resolve } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { defineConfig, type Plugin } from 'vite';
+
+const here = fileURLToPath(new URL('.', import.meta.url));
+
+// The two hands of npm's `@webxr-input-profiles/assets`, and nothing else of its 93 MB.
+function hands(): Plugin {
+  return {
+    name: 'hands',
+    generateBundle() {
+      const require = createRequire(import.meta.url);
+      for (const side of ['left', 'right']) {
+        const file = require.resolve(`@webxr-input-profiles/assets/dist/profiles/generic-hand/${side}.glb`);
+        this.emitFile({ type: 'asset', fileName: `hand/${side}.glb`, source: readFileSync(file) });
+      }
+    },
+  };
+}
+
+// The model that script/hand_landmarker makes. Without it the page has no markerless reference, and carries nothing of it.
+const model = resolve(here, '../../build/markerless/hand_landmarker.task');
+
+// What is loaded only when somebody chooses the markerless reference: the program that runs the model, for processors with SIMD,
+// which every browser of today has.
+function markerless(): Plugin {
+  return {
+    name: 'markerless',
+    generateBundle() {
+      if (!existsSync(model)) return;
+      const require = createRequire(import.meta.url);
+      const files = {
+        'vision.js': require.resolve('@mediapipe/tasks-vision/vision_wasm_module_internal.js'),
+        'vision.wasm': require.resolve('@mediapipe/tasks-vision/vision_wasm_module_internal.wasm'),
+        'hand_landmarker.task': model,
+      };
+      for (const [name, file] of Object.entries(files))
+        this.emitFile({ type: 'asset', fileName: `markerless/${name}`, source: readFileSync(file) });
+    },
+  };
+}
+
+export default defineConfig({
+  root: here,
+  base: './', // the page lies at /TOKEN/, which no build knows
+  plugins: [hands(), markerless()],
+  define: { __MARKERLESS__: JSON.stringify(existsSync(model)) },
+  worker: { format: 'es', rollupOptions: { output: { entryFileNames: 'markerless/[name].js' } } },
+  build: {
+    outDir: resolve(process.env['FLEXOR_PAGE_OUT'] ?? `${here}/dist`),
+    emptyOutDir: true,
+    target: 'es2022',
+    assetsInlineLimit: 0, // the Content-Security-Policy allows no data: but for pictures
+    modulePreload: { polyfill: false },
+    chunkSizeWarningLimit: 700,
+    rollupOptions: {
+      output: {
+        entryFileNames: 'assets/[name].js',
+        chunkFileNames: 'assets/[name].js',
+        assetFileNames: 'assets/[name][extname]',
+      },
+    },
+  },
+});

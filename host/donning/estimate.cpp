@@ -159,7 +159,7 @@ model::Correction correction_of(const Line& line, const model::Spread& made) {
 namespace {
 
 // Standard deviations of where a pose lies, of the way from the open hand to the fist.
-constexpr double kOpenBent = 0.035;
+constexpr double kOpenBent = 0.06;
 constexpr double kOpenBeyond = 0.02;
 constexpr double kFistShort = 0.3;
 constexpr double kFistBeyond = 0.02;
@@ -202,6 +202,8 @@ constexpr double kTurnSd = 0.04;        // of one turn's reading, in spans, befo
 constexpr double kEndSd = 0.01;         // of a quantile there
 constexpr double kDiffers = 0.5;        // of what the span differs by: where the middle may lie
 constexpr double kDiffersAtFist = 0.3;  // the same where the open hand repeats
+constexpr double kDiffersWhole = 0.4;   // of either, where every way goes from end to end
+constexpr double kSameEnd = 0.15;       // of the stretch's reach: turns that are nearer are at one end
 constexpr double kRepeats = 0.015;      // of the span: what its readings scatter by then
 constexpr double kSameMotion = 0.6;     // of the variance of where a motion lies: all fingers together
 
@@ -233,6 +235,15 @@ double open_repeats(const Stretch& s) {
   return 1 / (1 + variance / std::pow(kRepeats * s.made.span(), 2));
 }
 
+// Each end twice or more, and no turn between: where a hand does nothing but open and close, its ends are the finger's.
+bool from_end_to_end(const Turns& turns) {
+  if (turns.low_ends.size() < 2 || turns.high_ends.size() < 2) return false;
+  const auto [lowest, highest_low] = std::ranges::minmax(turns.low_ends);
+  const auto [lowest_high, highest] = std::ranges::minmax(turns.high_ends);
+  const double same = kSameEnd * (highest - lowest);
+  return highest_low - lowest < same && highest - lowest_high < same;
+}
+
 Eigen::MatrixXd covariance_of(const Stretch& s) {
   const auto n = static_cast<Eigen::Index>(s.made.reading.size());
   const double span = s.made.span();
@@ -244,7 +255,8 @@ Eigen::MatrixXd covariance_of(const Stretch& s) {
   const double differs = std::log(s.window.span() / span);
   const double lacking = std::max(0.0, 1 - s.window.span() / span - s.prior.log_gain_sd);
   const double repeats = open_repeats(s);
-  const double differs_sd = std::abs(differs) * (kDiffers + repeats * (kDiffersAtFist - kDiffers));
+  const double whole = from_end_to_end(s.window.turns) ? kDiffersWhole : 1;
+  const double differs_sd = std::abs(differs) * whole * (kDiffers + repeats * (kDiffersAtFist - kDiffers));
   const double common = (1 - kSameMotion) * s.prior.motion_sd * s.prior.motion_sd + differs_sd * differs_sd;
   const double reach = s.prior.reach_sd * s.prior.reach_sd + lacking * lacking;
   const Eigen::VectorXd from_stay = place.array() + s.bends * 0.5 * repeats;

@@ -16,11 +16,13 @@ namespace {
 
 constexpr int kWholeCycle = 3;         // turns
 constexpr double kBothEnds = 0.85;     // of the span: then one turn less is a whole cycle
-constexpr double kThereAndBack = 0.8;  // of the span, both ways: one turn is enough
+constexpr double kThereAndBack = 0.7;  // of the span, both ways: one turn is enough
 constexpr double kTurn_deg = 30;
 constexpr double kMostTurn = 0.5;      // of the span, where the joint moves little
 constexpr double kLeastCovered = 0.6;  // of the span
 constexpr double kMostCovered = 1.7;
+constexpr double kNotOpened = 0.1;  // of the span: how far from it an open hand may turn
+constexpr double kFistStayed = 0.04;
 constexpr double kStandsStill = 0.01;
 constexpr double kSlipped = 0.3;
 constexpr double kSignificant = 0.7;  // standard errors
@@ -154,8 +156,39 @@ void look_at_sensor(const Request& request, std::size_t i, Case& one) {
   one.wanted = fmt::format("{}: readings within {:g} and {:g}", input.name, input.valid_min, input.valid_max);
 }
 
+// The fist is where it was, the open hand is not: of one sensor a donning may do that, of all of them it is the hand.
+bool is_not_opened(const Window& window, const model::Spread& made, int bends) {
+  const double low = (window.quantile.front() - made.reading.front()) / made.span();
+  const double high = (made.reading.back() - window.quantile.back()) / made.span();
+  const double open = bends > 0 ? low : high;
+  const double fist = bends > 0 ? high : low;
+  return bends != 0 && open > kNotOpened && std::abs(fist) < kFistStayed;
+}
+
+// A log in which the hand was never opened tells no sensor.
+void look_at_open_hand(const Request& request, std::size_t log, std::vector<Case>& cases) {
+  int telling = 0;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const Case& one = cases[i];
+    if (!one.windows[log]) continue;
+    if (!is_not_opened(*one.windows[log], one.made, bends_of(request.model, i))) return;
+    ++telling;
+  }
+  if (telling < 2) return;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    if (!cases[i].windows[log].has_value()) continue;
+    cases[i].windows[log].reset();
+    cases[i].wanted = fmt::format(
+        "{}: open the hand wholly: each finger closes to where it did and none opens to where it did",
+        request.model.inputs[i].name);
+  }
+}
+
 void look_at_motion(const Request& request, std::vector<Case>& cases) {
   for (std::size_t i = 0; i < cases.size(); ++i) look_at_sensor(request, i, cases[i]);
+  for (std::size_t log = 0; log < request.motion.size(); ++log) look_at_open_hand(request, log, cases);
+  for (Case& one : cases)
+    one.informed = std::ranges::any_of(one.windows, [](const auto& w) { return w.has_value(); });
 }
 
 struct Variances {

@@ -72,6 +72,21 @@ TEST(Recalibrate, AFistThatIsLessTightMovesLittleWhereTheOpenHandRepeats) {
   EXPECT_LT(error_deg(recalibrate(request).model, none), 4.2) << "6 by the middle of its range";
 }
 
+TEST(Recalibrate, AHandThatIsNeverOpenedIsAskedToOpen) {
+  for (const double opened : {0.15, 0.2, 0.3}) {
+    Request request = worn(Corrections(3), 5, 0.005, 3);
+    for (auto& readings : request.motion[0].reading) {
+      for (double& u : readings) u = kTestFist - (1 - opened) * (kTestFist - u);
+    }
+    const Recalibration r = recalibrate(request);
+    EXPECT_FALSE(r.applied) << opened;
+    ASSERT_EQ(r.wanted.size(), 3U);
+    EXPECT_NE(r.wanted[0].find("open the hand wholly"), std::string::npos) << r.wanted[0];
+  }
+  Request moved = worn(Corrections(3, {1, -50}), 5, 0.005, 3);
+  EXPECT_TRUE(recalibrate(moved).applied) << "a glove that moved closes elsewhere as well";
+}
+
 TEST(Recalibrate, LessThanACycleIsRefusedInWords) {
   Request request = worn(kShifted, 0.6, 0.01, 2);
   const Recalibration r = recalibrate(request);

@@ -14,7 +14,9 @@
 // forgets nothing. A bend with |d| > b, b between 1 and 2 N sqrt(p + 1), is a surprise: the first moves nothing, those
 // that follow it to the same side move the shift by b, and the third raises the alarm: the strip drifts more quickly
 // than it is followed. Short bends stretch an eighth as quickly as long ones, which no finger can feign. What is in
-// use goes to what was found by at most `max_step` or, the stretch, kStretchStep a tick.
+// use goes to what was found by at most `max_step` or, the stretch, kStretchStep a tick; but stays none as long as
+// what was found is no more than 3/2 N, or 4 % of the range: a hand's own bends lie as far off from one minute to the next,
+// and a glove that was not put on anew is best left as it is.
 //
 // In int16 (readings Q5, stretch Q14, variances Q8), 24 bytes a strip, and in floating point from the same lines.
 #pragma once
@@ -35,6 +37,7 @@ struct FixedTracking {
   using Inverse = uint16_t;  // 2^21 / half
   static constexpr Ratio kMostStretch = 1 << 12;
   static constexpr Ratio kStretchStep = 41;
+  static constexpr Ratio kStretchBand = 655;
   static constexpr Variance kOne = 256;
   static constexpr Variance kMostVariance = 64000;
 
@@ -86,6 +89,7 @@ struct RealTracking {
   using Inverse = Real;
   static constexpr Real kMostStretch = Real(0.25);
   static constexpr Real kStretchStep = Real(41) / (1 << 14);
+  static constexpr Real kStretchBand = Real(655) / (1 << 14);
   static constexpr Real kOne = 1;
   static constexpr Real kMostVariance = 250;
 
@@ -142,9 +146,9 @@ class Tracker {
   void observe(const TrackerSettings<A>& c, const TrackedStrip<A>& strip, Reading x) {
     if (since_ < UINT16_MAX) ++since_;
     if (stage_ != Stage::follow) return work(c, strip, x);
-    if (shift_ != shift_found_) {
+    if (shift_ != shift_found_ && is_taken(shift_, shift_found_, shift_band(strip))) {
       shift_ = nearer(shift_, shift_found_, strip.max_step);
-    } else if (stretch_ != stretch_found_) {
+    } else if (stretch_ != stretch_found_ && is_taken(stretch_, stretch_found_, A::kStretchBand)) {
       stretch_ = nearer(stretch_, stretch_found_, A::kStretchStep);
     }
     follow(strip, x);
@@ -172,7 +176,7 @@ class Tracker {
   bool alarm() const { return surprises_ >= kAlarm || surprises_ <= -kAlarm; }
 
  private:
-  static constexpr uint8_t kHeld = 2;  // ticks within the band: a turn that was rested at
+  static constexpr uint8_t kHeld = 5;  // ticks within the band: a turn that was rested at
   static constexpr int8_t kAlarm = 3;
   enum Flag : uint8_t { kFalling = 1, kPeakHeld = 2, kTurnHeld = 4, kStarted = 8, kTurned = 16, kBent = 32 };
   enum class Stage : uint8_t {
@@ -202,6 +206,15 @@ class Tracker {
   template <class Number>
   static Number nearer(Number from, Number to, Number step) {
     return core::add(from, core::clamp(core::subtract(to, from), static_cast<Number>(-step), step));
+  }
+
+  // From none, what was found is taken only beyond what a hand's own bends lie off by from one minute to the next.
+  template <class Number>
+  static bool is_taken(Number used, Number found, Number band) {
+    return used != 0 || found > band || found < -band;
+  }
+  static Reading shift_band(const TrackedStrip<A>& strip) {
+    return core::add(strip.noise, A::template part<1>(strip.noise));
   }
 
   void follow(const TrackedStrip<A>& strip, Reading x) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <type_traits>
 #include <vector>
@@ -104,6 +105,33 @@ TEST(Tracker, LeavesAGloveThatIsAsItWas) {
   EXPECT_LT(f.worst, 1.5);
 }
 
+// A hand's own bends lie off by as much from one minute to the next.
+TEST(Tracker, LeavesWhatIsNoMoreThanAHandsOwnBends) {
+  Worn worn{1.6, 1.03};
+  worn.noise = 0.3;
+  Followed f;
+  f.wear(worn, cycles(100, 0, 1));
+  EXPECT_EQ(f.fixed.shift(), 0);
+  EXPECT_EQ(f.fixed.stretch(), 0);
+  Worn more{2.6, 1};
+  f.wear(more, cycles(20, 0, 1));
+  EXPECT_NEAR(f.fixed.shift() / 32.0, -2.6, 0.5);
+}
+
+// It turns before the level has come up to it.
+TEST(Tracker, QuickBendsThatDoNotRestStretchNothing) {
+  for (const int ticks : {8, 12, 16, 20, 30}) {
+    Worn worn;
+    Bends bends;
+    for (int k = 0; k < 100 * ticks; ++k)
+      bends.push_back(0.5 - 0.5 * std::cos(2 * std::numbers::pi * k / ticks));
+    Followed f;
+    f.wear(worn, bends);
+    EXPECT_EQ(f.fixed.stretch(), 0) << ticks;
+    EXPECT_EQ(f.fixed.shift(), 0) << ticks;
+  }
+}
+
 TEST(Tracker, FiftyHalfBendsChangeNothing) {
   for (const double closed : {0.4, 0.5, 0.7}) {
     Worn worn;
@@ -187,8 +215,13 @@ TEST(Tracker, FixedPointAndFloatFindTheSame) {
     Worn worn{20 * share(random) - 10, 0.9 + 0.2 * share(random), 4 * share(random) - 2};
     Followed f;
     f.wear(worn, cycles(30, 0, 1));
-    EXPECT_NEAR(f.fixed.shift() / 32.0, f.real.shift(), 0.3) << n;
-    EXPECT_NEAR(f.fixed.stretch() / 16384.0, f.real.stretch(), 0.005) << n;
+    // What lies at the edge of the band may be taken by one alone.
+    if (f.fixed.shift() != 0 || std::abs(f.real.shift()) > 2.25) {
+      EXPECT_NEAR(f.fixed.shift() / 32.0, f.real.shift(), 0.3) << n;
+    }
+    if (f.fixed.stretch() != 0 || std::abs(f.real.stretch()) > 0.045) {
+      EXPECT_NEAR(f.fixed.stretch() / 16384.0, f.real.stretch(), 0.005) << n;
+    }
   }
 }
 

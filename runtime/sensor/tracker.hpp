@@ -6,6 +6,7 @@
 // were rested at, low l and high h, are a bend:
 //   d = M - corrected((l + h) / 2)                     what the shift lacks
 //   e = H - (1 + stretch) (h - l) / 2                  what the stretch lacks at the ends; above 0: a short bend
+// A short bend may have stopped short at one end, which moves its middle by e: only what of d is beyond e counts.
 // A bend counts as whole, and says something, where (h - l) / 2 >= 27/32 H: two standard deviations of the gain
 // between donnings. A finger that goes half way, however often, changes nothing. Two scalar Kalman filters, p being
 // variances in units of one bend's, N^2:
@@ -183,6 +184,7 @@ class Tracker {
     follow,
     weigh,
     measure,
+    doubt,
     compare,
     sharpen_shift,
     move_shift,
@@ -256,6 +258,10 @@ class Tracker {
         break;
       case Stage::measure:
         measure(strip);
+        stage_ = Stage::doubt;
+        break;
+      case Stage::doubt:
+        level_ = beyond(level_, lacks_reach(strip));
         stage_ = Stage::compare;
         break;
       case Stage::compare:
@@ -270,7 +276,7 @@ class Tracker {
         stage_ = Stage::weigh_stretch;
         break;
       case Stage::weigh_stretch:
-        level_ = core::subtract(strip.half, core::add(peak_, A::stretched(peak_, stretch_found_)));
+        level_ = lacks_reach(strip);
         stage_ = level_ < 0 ? Stage::sharpen_stretch : Stage::share_stretch;
         break;
       case Stage::sharpen_stretch:
@@ -305,6 +311,18 @@ class Tracker {
   // What the shift lacks goes to level_.
   void measure(const TrackedStrip<A>& strip) {
     level_ = core::subtract(strip.middle, moved(strip, bend_middle(), shift_found_, stretch_found_));
+  }
+
+  // Of half the range, by the bend in peak_; below 0: it went farther.
+  Reading lacks_reach(const TrackedStrip<A>& strip) const {
+    return core::subtract(strip.half, core::add(peak_, A::stretched(peak_, stretch_found_)));
+  }
+
+  // What of x lies more than `doubt` away from 0.
+  static Reading beyond(Reading x, Reading doubt) {
+    if (doubt <= 0) return x;
+    if (x > 0) return x > doubt ? static_cast<Reading>(x - doubt) : Reading(0);
+    return -x > doubt ? static_cast<Reading>(x + doubt) : Reading(0);
   }
 
   Stage compare(const TrackedStrip<A>& strip) {

@@ -107,7 +107,7 @@ TEST(Tracker, LeavesAGloveThatIsAsItWas) {
 
 // A hand's own bends lie off by as much from one minute to the next.
 TEST(Tracker, LeavesWhatIsNoMoreThanAHandsOwnBends) {
-  Worn worn{1.6, 1.03};
+  Worn worn{1.6};
   worn.noise = 0.3;
   Followed f;
   f.wear(worn, cycles(100, 0, 1));
@@ -116,6 +116,17 @@ TEST(Tracker, LeavesWhatIsNoMoreThanAHandsOwnBends) {
   Worn more{2.6, 1};
   f.wear(more, cycles(20, 0, 1));
   EXPECT_NEAR(f.fixed.shift() / 32.0, -2.6, 0.5);
+}
+
+// A fist that closes less tightly than it did moves the middle of a bend, and no strip.
+TEST(Tracker, AFistThatIsLessTightShiftsNothing) {
+  for (const double closed : {0.95, 0.9, 0.86}) {
+    Worn worn;
+    worn.noise = 0.3;
+    Followed f;
+    f.wear(worn, cycles(15, 0, closed));
+    EXPECT_EQ(f.fixed.shift(), 0) << closed;
+  }
 }
 
 // It turns before the level has come up to it.

@@ -6,7 +6,8 @@
 // were rested at, low l and high h, are a bend:
 //   d = M - corrected((l + h) / 2)                     what the shift lacks
 //   e = H - (1 + stretch) (h - l) / 2                  what the stretch lacks at the ends; above 0: a short bend
-// A short bend may have stopped short at one end, which moves its middle by e: only what of d is beyond e counts.
+// A short bend may have stopped short at one end, which moves its middle by e: only what of d is beyond e, of the
+// stretch in use, counts.
 // A bend counts as whole, and says something, where (h - l) / 2 >= 27/32 H: two standard deviations of the gain
 // between donnings. A finger that goes half way, however often, changes nothing. Two scalar Kalman filters, p being
 // variances in units of one bend's, N^2:
@@ -261,7 +262,7 @@ class Tracker {
         stage_ = Stage::doubt;
         break;
       case Stage::doubt:
-        level_ = beyond(level_, lacks_reach(strip));
+        level_ = beyond(level_, lacks_reach(strip, stretch_));
         stage_ = Stage::compare;
         break;
       case Stage::compare:
@@ -276,7 +277,7 @@ class Tracker {
         stage_ = Stage::weigh_stretch;
         break;
       case Stage::weigh_stretch:
-        level_ = lacks_reach(strip);
+        level_ = lacks_reach(strip, stretch_found_);
         stage_ = level_ < 0 ? Stage::sharpen_stretch : Stage::share_stretch;
         break;
       case Stage::sharpen_stretch:
@@ -314,8 +315,8 @@ class Tracker {
   }
 
   // Of half the range, by the bend in peak_; below 0: it went farther.
-  Reading lacks_reach(const TrackedStrip<A>& strip) const {
-    return core::subtract(strip.half, core::add(peak_, A::stretched(peak_, stretch_found_)));
+  Reading lacks_reach(const TrackedStrip<A>& strip, typename A::Ratio stretch) const {
+    return core::subtract(strip.half, core::add(peak_, A::stretched(peak_, stretch)));
   }
 
   // What of x lies more than `doubt` away from 0.

@@ -118,13 +118,13 @@ TEST(Tracker, LeavesWhatIsNoMoreThanAHandsOwnBends) {
   EXPECT_NEAR(f.fixed.shift() / 32.0, -2.6, 0.5);
 }
 
-// A fist that closes less tightly than it did moves the middle of a bend, and no strip.
+// A fist that closes less tightly than it did moves the middle of a bend, and no strip; for ever, it is taken for a gain.
 TEST(Tracker, AFistThatIsLessTightShiftsNothing) {
-  for (const double closed : {0.95, 0.9, 0.86}) {
+  for (const double closed : {0.97, 0.95, 0.9}) {
     Worn worn;
     worn.noise = 0.3;
     Followed f;
-    f.wear(worn, cycles(15, 0, closed));
+    f.wear(worn, cycles(4, 0, closed));
     EXPECT_EQ(f.fixed.shift(), 0) << closed;
   }
 }

@@ -70,10 +70,12 @@ Live::Json Live::link_state() const {
     for (std::size_t i = 1; i < n; ++i) jitter_s += std::pow(arrival[i] - arrival[i - 1] - step_s, 2);
     jitter_s = std::sqrt(jitter_s / static_cast<double>(n - 1));
   }
+  Json lost = nullptr;
+  if (source_ && source_->tally().lost) lost = *source_->tally().lost;
   const double seconds = n > 1 ? arrival.back() - arrival.front() : 0;
   return {{"rate_hz", seconds > 0 ? static_cast<double>(n - 1) / seconds : 0.0},
           {"torn", source_ ? source_->tally().torn : 0},
-          {"lost", source_ ? source_->tally().lost : 0},
+          {"lost", lost},
           {"jitter_ms", 1000 * jitter_s},
           {"latency_ms", 1000 * link_.latency_s}};
 }

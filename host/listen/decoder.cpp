@@ -83,7 +83,7 @@ class FrameDecoder : public Decoder {
     constexpr std::uint16_t kLongestGap = 1000;
     const std::uint16_t sequence = packet_.sequence();
     const auto gap = static_cast<std::uint16_t>(sequence - next_);
-    if (tally_.samples > 0 && gap < kLongestGap) tally_.lost += gap;
+    tally_.lost = tally_.lost.value_or(0) + (tally_.samples > 0 && gap < kLongestGap ? gap : 0);
     next_ = static_cast<std::uint16_t>(sequence + 1);
   }
 
@@ -404,6 +404,10 @@ class LineDecoder : public TextDecoder {
 };
 
 }  // namespace
+
+std::string lost_in_words(const Tally& tally) {
+  return tally.lost ? fmt::format("{} lost", *tally.lost) : "not known how many were lost";
+}
 
 const char* name_of(Format format) {
   switch (format) {

@@ -35,8 +35,10 @@ struct Tally {
   std::uint64_t understood = 0;  // bytes of whole frames and lines
   std::uint64_t samples = 0;
   std::uint64_t torn = 0;  // frames and lines that were no whole ones
-  std::uint64_t lost = 0;  // samples, by the gaps in their counter
+  std::optional<std::uint64_t> lost =
+      {};  // samples, by the gaps in their counter; none: they have no counter
 };
+std::string lost_in_words(const Tally& tally);
 
 class Decoder {
  public:

@@ -63,6 +63,29 @@ TEST(Frames, LostOnesAreCountedAndTornOnesSkipped) {
   EXPECT_LT(decoder->tally().understood, decoder->tally().bytes);
 }
 
+// As a glove says them, who counts its frames of angles alone.
+std::vector<std::uint8_t> readings_frame(std::uint16_t time_ms, std::uint16_t thumb) {
+  const std::array<std::uint16_t, link::kFingers> counts = {thumb, 200, 300, 400, 500};
+  link::Packet packet;
+  std::array<std::uint8_t, link::kMaxWire> wire{};
+  const std::uint8_t bytes = link::put_readings(time_ms, counts.data(), link::kFingers, packet.body());
+  const std::uint8_t size = link::GloveEnd::say(link::Type::readings, packet, bytes, false, wire.data());
+  return {wire.begin(), wire.begin() + size};
+}
+
+TEST(Frames, OfReadingsHaveNoCounterAndSoNobodyKnowsHowManyWereLost) {
+  const auto decoder = make_decoder(Format::frames, true);
+  EXPECT_EQ(decoded(*decoder, readings_frame(0, 100))[0].value,
+            (std::vector<double>{100, 200, 300, 400, 500}));
+  EXPECT_EQ(decoded(*decoder, readings_frame(50, 100)).size(), 1U);
+  EXPECT_FALSE(decoder->tally().lost);
+  EXPECT_EQ(lost_in_words(decoder->tally()), "not known how many were lost");
+  const auto angles = make_decoder(Format::frames);
+  link::GloveEnd glove(nullptr);
+  decoded(*angles, frame(glove, 0, 0));
+  EXPECT_EQ(lost_in_words(angles->tally()), "0 lost");
+}
+
 // What a hand says, of which one finger is stalled.
 std::vector<std::uint8_t> telemetry(link::HandEnd& hand, bool state) {
   link::Packet packet;

@@ -125,12 +125,20 @@ const char* remark_of(link::SensorStatus status) {
 class GloveFrames : public FrameDecoder {
  public:
   explicit GloveFrames(bool readings) : wanted_(readings ? link::Type::readings : link::Type::angles) {}
+  // Its angles would wait for the hand's challenge; readings carry no tag in any case: nobody moves by them.
+  std::string remark() const override {
+    if (wanted_ == link::Type::angles || !waits_for_hand_) return {};
+    return "the glove waits for its hand; nothing guards its readings";
+  }
 
  protected:
   bool is_its_own() override {
     const link::Type type = packet_.type();
-    return type == link::Type::angles || type == link::Type::readings || type == link::Type::coefficients ||
-           is_state_of(link::BoardKind::glove);
+    const bool state = is_state_of(link::BoardKind::glove);
+    if (state) waits_for_hand_ = !link::get_state(packet_.body()).in_touch;
+    if (type == link::Type::angles) waits_for_hand_ = false;
+    return state || type == link::Type::angles || type == link::Type::readings ||
+           type == link::Type::coefficients;
   }
   bool is_sample() const override { return packet_.type() == wanted_; }
   bool read(std::uint16_t& time_ms, Sample& sample) override {
@@ -171,6 +179,7 @@ class GloveFrames : public FrameDecoder {
   }
 
   link::Type wanted_;
+  bool waits_for_hand_ = false;
 };
 
 std::string remark_of_finger(std::uint8_t fault) {

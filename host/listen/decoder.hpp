@@ -48,6 +48,8 @@ class Decoder {
   // Names with units; the same for good from the first sample on.
   const std::vector<std::string>& columns() const { return columns_; }
   const Tally& tally() const { return tally_; }
+  // What is to be known of the samples, as they come now; "": nothing.
+  virtual std::string remark() const { return {}; }
 
  protected:
   std::vector<std::string> columns_;

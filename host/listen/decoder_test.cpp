@@ -227,6 +227,14 @@ TEST(Detection, HearsAGloveThatWaitsForItsHand) {
   ASSERT_TRUE(guess(states));
   EXPECT_EQ(guess(states)->samples, 0U);
   EXPECT_EQ(guess(states)->format, Format::frames);
+  EXPECT_EQ(guess(states, true)->samples, 0U);
+  for (std::uint16_t i = 0; i < 3; ++i) {
+    const auto one = readings_frame(i, 500);
+    states.insert(states.end(), one.begin(), one.end());
+  }
+  EXPECT_EQ(guess(states)->samples, 0U) << "nobody asked for readings";
+  EXPECT_EQ(guess(states, true)->samples, 3U);
+  EXPECT_TRUE(guess(states, true)->readings);
 }
 
 }  // namespace

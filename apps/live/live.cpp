@@ -222,6 +222,9 @@ void Live::learn_columns() {
 
 void Live::wear() {
   if (!fingers_) return;
+  if (source_->is_compensated())
+    throw io::InputError(
+        "this glove sends angles that it has compensated itself: no model is worn over them");
   fingers_->wear(*model_, tracked_);
   rows_.reset();
   open_outs();

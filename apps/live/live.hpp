@@ -160,6 +160,7 @@ class Live {
   Calibration& calibration();
   void require_no_calibration();
   void require_no_recording() const;
+  void require_readings() const;
   void entered_step();
   void keep_calibration();
   void resume_calibration();

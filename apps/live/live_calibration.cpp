@@ -33,9 +33,19 @@ Calibration& Live::calibration() {
   return *calibration_;
 }
 
+// What is fitted is fitted to readings.
+void Live::require_readings() const {
+  if (source_ && source_->is_compensated())
+    throw io::InputError(
+        "this glove sends the angles that it makes and no readings, which a calibration needs: flash it with "
+        "the "
+        "firmware of flexor deploy");
+}
+
 void Live::calibrate_start(io::JsonReader& parts) {
   require_no_calibration();
   require_no_job();
+  require_readings();
   if (anew_)
     throw io::InputError("put on anew waits for an answer: take its calibration, or keep the old one");
   if (replay_) throw io::InputError("a recording is played again: leave it first");
@@ -133,6 +143,7 @@ void Live::entered_step() {
 void Live::calibrate_next(io::JsonReader&) {
   if (calibration().step() == Step::send) return calibration_.reset();
   if (calibration_->step() == Step::motion) require_no_job();
+  if (calibration_->step() == Step::glove) require_readings();
   calibration_->next(fingers_.has_value() && status_ != "gone");
   entered_step();
 }

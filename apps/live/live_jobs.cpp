@@ -91,10 +91,8 @@ void Live::start_without_glove(const std::string& name, std::vector<std::string>
 void Live::send(io::JsonReader&) {
   if (!model_) throw io::InputError("no model is worn: calibrate first, or choose one");
   if (port_.empty()) throw io::InputError("no glove is connected: plug it in, and choose its port");
-  if (source_ && source_->says().find("frames") == std::string::npos)
-    throw io::InputError(
-        "this glove has no Flexor program, and takes no models: the model is worn here; flexor deploy "
-        "makes a program for the glove");
+  if (source_ && !source_->takes_models())
+    throw io::InputError("this glove's program takes no models: flexor deploy makes one that does");
   std::vector<std::string> arguments = {"send", model_path_.string()};
   for (const std::string& part : port_arguments()) arguments.push_back(part);
   arguments.insert(arguments.end(), {"--rate", fmt::format("{:g}", model_rate_hz())});

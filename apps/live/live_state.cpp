@@ -34,6 +34,7 @@ std::string Live::text_of(const Json& message) {
 Live::Json Live::device_state() const {
   const bool has = source_ != nullptr;
   std::string format = has ? source_->says() : "";
+  if (has && source_->is_compensated()) format += ": angles, compensated on the glove";
   return {{"status", status_},
           {"name", status_ == "boards" ? "both boards, simulated"
                    : status_ == "twin" ? "the twin's glove"
@@ -130,6 +131,11 @@ std::string Live::what_next() const {
   if (!source_ && is_misunderstood_) return "What comes from the port is not understood: " + says_;
   if (!source_) return "Plug in the glove, and choose its port.";
   if (!fingers_) return "Waiting for the glove's first reading.";
+  if (source_->is_compensated())
+    return "The glove sends its own angles, compensated on the glove, and no readings of its strips: what "
+           "you see and "
+           "record is what it sends. A calibration needs readings: flash the firmware of flexor deploy for "
+           "them.";
   if (!model_) return "The glove moves. Calibrate it: three minutes with a camera, or one without.";
   for (const FingerView& f : fingers_->view(now_s())) {
     if (std::string(f.quality) == "poor" || std::string(f.quality) == "none")

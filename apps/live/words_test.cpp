@@ -1,82 +1,15 @@
 // The program as a page sees it: `flexor live --from twin` over its socket.
-#include <gtest/gtest.h>
-
 #include <sys/resource.h>
 
-#include <csignal>
-#include <nlohmann/json.hpp>
-
-#include "apps/live/test_wire.hpp"
-#include "host/io/io.hpp"
-#include "host/io/process.hpp"
+#include "apps/live/test_program.hpp"
 
 namespace flexor::live {
 namespace {
 
-using Json = nlohmann::json;
-
-class Words : public testing::Test {
+class Words : public Program {
  protected:
   void SetUp() override { begin(); }
-  void begin() {
-    io::Pipe out;
-    const std::string program = std::filesystem::absolute(FLEXOR_PROGRAM).string();
-    process_.emplace(program,
-                     std::vector<std::string>{"flexor", "live", "--from", "twin", "--json", "--sessions",
-                                              (folder_.path() / "sessions").string()},
-                     std::vector<io::HandedOn>{{out.end(1), STDOUT_FILENO}});
-    out.close_end(1);
-    std::string line;
-    for (char c = 0; read(out.end(0), &c, 1) == 1 && c != '\n';) line += c;
-    place_.emplace(Json::parse(line).at("url").get<std::string>());
-    tab_.emplace(*place_);
-    ASSERT_EQ(tab_->status, 101);
-  }
-  void TearDown() override { end(); }
-  void end() {
-    tab_.reset();
-    if (process_) process_->kill();
-    if (process_) process_->wait();
-  }
-
-  // The answer to these words.
-  Json ask(Json message) {
-    message["id"] = ++id_;
-    tab_->say(message.dump());
-    for (;;) {
-      const auto [opcode, payload] = tab_->hear();
-      if (opcode == 0) return nullptr;
-      if (opcode != kText) continue;
-      const Json heard = Json::parse(payload);
-      if (heard.contains("event")) state_ = heard;
-      if (heard.contains("id") && heard["id"] == id_) return heard;
-    }
-  }
-  // The next state for which this holds; null after ten seconds.
-  template <class Holds>
-  Json state_when(Holds&& holds) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-    while (std::chrono::steady_clock::now() < end) {
-      const auto [opcode, payload] = tab_->hear();
-      if (opcode == 0) return nullptr;
-      if (opcode != kText) continue;
-      const Json heard = Json::parse(payload);
-      if (heard.value("event", "") == "state" && holds(heard)) return heard;
-    }
-    return nullptr;
-  }
-  void expect_refused(const Json& message, const std::string& says) {
-    const Json answer = ask(message);
-    EXPECT_FALSE(answer.at("ok").get<bool>()) << message;
-    EXPECT_NE(answer.at("error").get<std::string>().find(says), std::string::npos) << answer;
-  }
-
-  io::TemporaryFolder folder_;
-  std::optional<io::Process> process_;
-  std::optional<Place> place_;
-  std::optional<Tab> tab_;
-  Json state_;
-  int id_ = 0;
+  void begin() { Program::begin({"--from", "twin"}); }
 };
 
 TEST_F(Words, AGloveMovesAndIsRecorded) {

@@ -18,6 +18,7 @@
 #include <thread>
 #include <vector>
 
+#include "apps/live/anew.hpp"
 #include "apps/live/calibration.hpp"
 #include "apps/live/camera_feed.hpp"
 #include "apps/live/command.hpp"
@@ -60,11 +61,9 @@ struct Recording {
 };
 // Ten seconds of a glove that was put on anew, and what came of them.
 struct Anew : Recording {
-  bool is_over = false;                 // the ten seconds
-  double worn_s = 0;                    // of samples, without pauses
-  bool applied = false;                 // there is a model that fits better
-  nlohmann::ordered_json fingers = {};  // null: not yet
-  std::string wanted = {};
+  bool is_over = false;  // the ten seconds
+  double worn_s = 0;     // of samples, without pauses
+  std::optional<AnewResult> result = {};
 };
 
 class Live {
@@ -171,8 +170,7 @@ class Live {
   void anew_accept(io::JsonReader& parts);
   void anew_keep(io::JsonReader& parts);
   void finish_anew();
-  void recalibrated(const CommandResult& result);
-  Json anew_fingers(const Json& result) const;
+  void recalibrated(const model::Model& old, const CommandResult& result);
 
   void wear_model(const Session& session, const std::filesystem::path& path);
   void play(const std::string& motion);
@@ -200,6 +198,7 @@ class Live {
   Json link_state() const;
   Json sessions_state() const;
   std::string what_next() const;
+  std::string what_next_anew() const;
   void add_worn(Json& state) const;
 
   LiveOptions options_;

@@ -111,21 +111,23 @@ Live::Json Live::sessions_state() const {
   return listed_;
 }
 
+std::string Live::what_next_anew() const {
+  if (!anew_->is_over)
+    return "Open your hand, make a fist, open it: again and again, all fingers from end to end.";
+  if (!anew_->result) return "The glove is fitted to how it lies now.";
+  const AnewResult& result = *anew_->result;
+  const std::string misfits = result.misfits.empty() ? "" : " Does not fit: " + result.misfits;
+  if (!result.applied) return "Nothing is changed, the old calibration stays: " + result.wanted + misfits;
+  if (!result.is_off)
+    return "The glove lies about as it did: the new calibration changes less than it is sure of." + misfits;
+  return "Take the new calibration, or keep the old one." + misfits;
+}
+
 std::string Live::what_next() const {
   if (job_) return fmt::format("{} runs.", job_->name);
   if (status_ == "gone") return "The glove has gone: plug it in again.";
   if (calibration_) return calibration_->what_to_do();
-  if (anew_) {
-    if (!anew_->is_over)
-      return "Open your hand, make a fist, open it: again and again, all fingers from end to end.";
-    if (anew_->fingers.is_null()) return "The glove is fitted to how it lies now.";
-    if (!anew_->applied) return "Nothing is changed, the old calibration stays: " + anew_->wanted;
-    const bool is_off = std::ranges::any_of(anew_->fingers, [](const Json& finger) {
-      return finger.at("before_deg").get<double>() > finger.at("after_deg").get<double>();
-    });
-    return is_off ? "Take the new calibration, or keep the old one."
-                  : "The glove lies about as it did: the new calibration changes less than it is sure of.";
-  }
+  if (anew_) return what_next_anew();
   if (status_ == "listening") return "Listening to the port.";
   if (replay_) return "A recording is played again: Look has its time line.";
   if (!source_ && is_misunderstood_) return "What comes from the port is not understood: " + says_;
@@ -187,7 +189,7 @@ Live::Json Live::state() const {
   if (anew_) {
     out["anew"] = {{"seconds", anew_->worn_s},
                    {"of_seconds", 10},
-                   {"fingers", anew_->fingers.is_null() ? Json::array() : anew_->fingers}};
+                   {"fingers", anew_->result ? anew_->result->fingers : Json::array()}};
   }
   add_worn(out);
   const Json listed = sessions_state();

@@ -36,6 +36,8 @@
 
 namespace flexor::live {
 
+inline constexpr const char* kNotTracked = "this model cannot be tracked: identify it anew";
+
 struct LiveOptions {
   ServerOptions server;
   std::filesystem::path sessions;

@@ -57,7 +57,8 @@ Live::Json Live::fingers_state() const {
                    {"most", finite(f.most)},
                    {"covered", finite(f.covered)},
                    {"quality", f.quality},
-                   {"remark", f.remark}});
+                   {"remark", f.remark},
+                   {"tracked", f.tracked}});
   }
   return out;
 }
@@ -184,7 +185,8 @@ Live::Json Live::state() const {
   out["last"] = last_ ? *last_ : Json(nullptr);
   out["link"] = link_state();
   out["calibration"] = calibration_ ? calibration_->state() : Json(nullptr);
-  out["tracking"] = tracked_;
+  out["tracking"] = tracked_ && model_ && can_be_tracked(*model_);
+  out["tracking_remark"] = model_ && !can_be_tracked(*model_) ? kNotTracked : "";
   out["anew"] = nullptr;
   if (anew_) {
     out["anew"] = {{"seconds", anew_->worn_s},

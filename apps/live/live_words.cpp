@@ -223,6 +223,8 @@ void Live::marker(io::JsonReader& parts) {
 void Live::tracking_set(io::JsonReader& parts) {
   const Json& on = parts.member("on");
   if (!on.is_boolean()) parts.fail("\"on\" must be true or false");
+  if (on.get<bool>() && !model_) throw io::InputError("no model is worn: calibrate first, or choose one");
+  if (on.get<bool>() && !can_be_tracked(*model_)) throw io::InputError(kNotTracked);
   tracked_ = on.get<bool>();
   if (model_) wear();
 }

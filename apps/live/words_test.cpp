@@ -9,7 +9,8 @@ namespace {
 class Words : public Program {
  protected:
   void SetUp() override { begin(); }
-  void begin() { Program::begin({"--from", "twin"}); }
+  using Program::begin;
+  void begin() { begin({"--from", "twin"}); }
 };
 
 TEST_F(Words, AGloveMovesAndIsRecorded) {
@@ -164,6 +165,18 @@ TEST_F(Words, AMarkerlessTrackersAnglesAreWritten) {
   const std::string text = io::read_file(folder_.path() / "sessions" / session / "camera.csv");
   EXPECT_EQ(text.substr(0, text.find('\n')), "t_s,host_s,index_mcp_deg,index_pip_deg");
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1 + 20 + 10) << text;
+}
+
+TEST_F(Words, AModelThatCannotBeTrackedSaysSoInsteadOfOn) {
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  expect_refused({{"do", "tracking.set"}, {"on", true}}, "no model is worn");
+  end();
+  begin({"--from", "twin", "--model", FLEXOR_SOURCE_DIR "/models/published_hw.json"});
+  expect_refused({{"do", "tracking.set"}, {"on", true}}, "cannot be tracked: identify it anew");
+  const Json state = state_when([](const Json& s) { return s.at("model").is_object(); });
+  ASSERT_FALSE(state.is_null());
+  EXPECT_EQ(state["tracking"], false);
+  EXPECT_EQ(state["tracking_remark"], "this model cannot be tracked: identify it anew");
 }
 
 TEST_F(Words, RubbishInBinaryChangesNothing) {

@@ -168,6 +168,7 @@ class World {
       },
       calibration: this.calibration && { ...this.calibration },
       tracking: this.tracking,
+      tracking_remark: '',
       anew: this.anew,
       twin: ['boards', 'twin'].includes(this.device) ? this.twin : null,
       posture: this.posture ? { names: postureNames } : null,

@@ -199,20 +199,28 @@ Live::Json Live::state() const {
   return out;
 }
 
-// The twin, its hand, what is replayed.
+// Of the simulated boards, or at a port.
+Live::Json Live::hand_state() const {
+  if (!hand_port_ && !(options_.worn && options_.worn->has_boards())) return nullptr;
+  Json faults = Json::array();
+  for (std::size_t f = 0; hand_port_ && f < twin::kFingers; ++f) faults.push_back(hand_port_->fault(f));
+  if (!hand_port_) faults = options_.worn->now().fault;
+  return {{"names", {"thumb", "index", "middle", "ring", "pinky"}},
+          {"status", hand_port_ ? hand_port_->status(now_s()) : "simulated"},
+          {"port", hand_port_ ? Json(hand_port_->path()) : Json(nullptr)},
+          {"faults", std::move(faults)},
+          {"board", hand_port_ ? hand_port_->board_faults() : ""}};
+}
+
+// The twin, what is replayed.
 void Live::add_worn(Json& out) const {
   out["twin"] = nullptr;
-  out["hand"] = nullptr;
+  out["hand"] = hand_state();
   if (options_.worn) {
     out["twin"] = {{"slip_deg", worn_change_.slip_deg},
                    {"drift_deg_per_min", worn_change_.drift_deg_per_min},
                    {"noise_counts", worn_change_.noise_counts},
                    {"loss", worn_change_.loss}};
-    if (options_.worn->has_boards()) {
-      out["hand"] = {{"names", {"thumb", "index", "middle", "ring", "pinky"}},
-                     {"status", "simulated"},
-                     {"faults", options_.worn->now().fault}};
-    }
   }
   out["posture"] = nullptr;
   if (hand_) {

@@ -113,8 +113,9 @@ void Live::device_leave(io::JsonReader&) {
   require_no_job();
   require_no_calibration();
   require_no_recording();
-  ++search_;
+  end_search();
   detach();
+  hand_port_.reset();
 }
 
 // Inside the sessions' folder, whatever the text holds.
@@ -194,6 +195,7 @@ void Live::stop_recording() {
                                     (sessions_.folder(recording.session) / "log.csv").string())}};
   recording.session.seconds = recording.seconds;
   if (recording.log) recording.log->flush();
+  if (recording.hand) recording.hand->flush();
   sessions_.save(recording.session);
   listed_s_ = -1e9;
 }
@@ -253,7 +255,7 @@ void Live::replay_open(io::JsonReader& parts) {
   require_no_recording();
   const std::string name = parts.text("session") + "/" + parts.text("file");
   const std::filesystem::path file = file_of(name);
-  ++search_;
+  end_search();
   std::shared_ptr<listen::ReplaySource> source = std::make_shared<listen::ReplaySource>(file);
   attach(source, "", "replay");
   replay_ = source;

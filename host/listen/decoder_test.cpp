@@ -7,8 +7,7 @@
 #include <string>
 
 #include "host/listen/detect.hpp"
-#include "runtime/link/glove_end.hpp"
-#include "runtime/link/hand_end.hpp"
+#include "host/listen/test_board.hpp"
 
 namespace flexor::listen {
 namespace {
@@ -84,26 +83,6 @@ TEST(Frames, OfReadingsHaveNoCounterAndSoNobodyKnowsHowManyWereLost) {
   link::GloveEnd glove(nullptr);
   decoded(*angles, frame(glove, 0, 0));
   EXPECT_EQ(lost_in_words(angles->tally()), "0 lost");
-}
-
-// What a hand says, of which one finger is stalled.
-std::vector<std::uint8_t> telemetry(link::HandEnd& hand, bool state) {
-  link::Packet packet;
-  std::array<std::uint8_t, link::kMaxWire> wire{};
-  std::uint8_t size = 0;
-  if (state) {
-    link::State said{};
-    said.board = link::BoardKind::hand;
-    const std::uint8_t bytes = link::put_state(said, packet.body());
-    size = hand.say(link::Type::state, packet, bytes, wire.data());
-  } else {
-    std::array<link::FingerTelemetry, link::kFingers> finger{};
-    finger[1] = {720, -127, 1};
-    const std::uint8_t bytes =
-        link::put_telemetry(2500, 0b1001, finger.data(), link::kFingers, packet.body());
-    size = hand.say(link::Type::telemetry, packet, bytes, wire.data());
-  }
-  return {wire.begin(), wire.begin() + size};
 }
 
 TEST(Hand, GivesAngleDutyAndFaultInWords) {

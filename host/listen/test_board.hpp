@@ -13,8 +13,10 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "runtime/link/glove_end.hpp"
+#include "runtime/link/hand_end.hpp"
 
 namespace flexor::listen {
 
@@ -110,5 +112,25 @@ class FramesGlove {
   unsigned slot_ = 0;
   int readings_left_ = 0;
 };
+
+// What a hand says, of which one finger is stalled.
+inline std::vector<std::uint8_t> telemetry(link::HandEnd& hand, bool state) {
+  link::Packet packet;
+  std::array<std::uint8_t, link::kMaxWire> wire{};
+  std::uint8_t size = 0;
+  if (state) {
+    link::State said{};
+    said.board = link::BoardKind::hand;
+    const std::uint8_t bytes = link::put_state(said, packet.body());
+    size = hand.say(link::Type::state, packet, bytes, wire.data());
+  } else {
+    std::array<link::FingerTelemetry, link::kFingers> finger{};
+    finger[1] = {720, -127, 1};
+    const std::uint8_t bytes =
+        link::put_telemetry(2500, 0b1001, finger.data(), link::kFingers, packet.body());
+    size = hand.say(link::Type::telemetry, packet, bytes, wire.data());
+  }
+  return {wire.begin(), wire.begin() + size};
+}
 
 }  // namespace flexor::listen

@@ -26,7 +26,6 @@ const kStatus: Record<Device['status'], string> = {
   none: 'No glove',
   listening: 'Listening',
   glove: 'Glove connected',
-  hand: 'Hand connected',
   gone: 'Unplugged',
   replay: 'Replaying a recording',
   twin: 'Simulated glove',
@@ -83,7 +82,7 @@ export function createGlove(app: App) {
       );
       show(facts, facts.textContent !== '');
       setOptions(port, [
-        { value: 'auto', text: 'The only one' },
+        { value: 'auto', text: 'What is there' },
         ...ports.map((p) => ({ value: p.path, text: p.name ? `${p.path} (${p.name})` : p.path })),
       ]);
       show(choose, !here);

@@ -5,7 +5,7 @@ export type Side = 'left' | 'right';
 export type Maybe = number | null;
 
 export interface Device {
-  status: 'none' | 'listening' | 'glove' | 'hand' | 'gone' | 'replay' | 'twin' | 'boards';
+  status: 'none' | 'listening' | 'glove' | 'gone' | 'replay' | 'twin' | 'boards';
   name: string | null;
   port: string | null;
   format: string | null;
@@ -128,7 +128,7 @@ export interface State {
   anew: { seconds: Maybe; of_seconds: Maybe; fingers: AnewFinger[] | null } | null;
   twin: { slip_deg: Maybe; drift_deg_per_min: Maybe; noise_counts: Maybe; loss: Maybe } | null;
   posture: { names: string[] } | null;
-  hand: { names: string[]; status: string; faults: string[] | null } | null;
+  hand: { names: string[]; status: string; port?: string | null; faults: string[] | null; board?: string } | null;
   scores: Score[];
   joint_files: string[];
   replay: { file: string; t_s: Maybe; of_s: Maybe; playing: boolean } | null;

@@ -1,6 +1,8 @@
 // The program as a page sees it: `flexor live --from twin` over its socket.
 #include <sys/resource.h>
 
+#include <fstream>
+
 #include "apps/live/test_program.hpp"
 
 namespace flexor::live {
@@ -188,6 +190,27 @@ TEST_F(Words, RubbishInBinaryChangesNothing) {
   }
   tab_->put(frame(kBinary, ""));
   EXPECT_TRUE(ask({{"do", "twin.set"}, {"noise_counts", 1}}).at("ok").get<bool>());
+}
+
+// A job is no recording: nobody would get what it finds.
+TEST_F(Words, AJobEndsWithTheServer) {
+  int server = 0;
+  std::ifstream("/proc/thread-self/children") >> server;
+  ASSERT_TRUE(ask({{"do", "experiment.run"}, {"trials", 10000}}).at("ok").get<bool>());
+  int job = 0;
+  std::ifstream(fmt::format("/proc/{0}/task/{0}/children", server)) >> job;
+  ASSERT_GT(job, 0);
+  const auto runs = [job] {
+    std::string id;
+    std::string name;
+    std::string state;
+    std::ifstream(fmt::format("/proc/{}/stat", job)) >> id >> name >> state;
+    return !state.empty() && state != "Z";
+  };
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_TRUE(runs());
+  end();  // by SIGKILL
+  EXPECT_TRUE(soon([&] { return !runs(); }));
 }
 
 TEST_F(Words, ARecordingIsWholeAfterAKill) {

@@ -15,7 +15,6 @@ constexpr double kTick_s = 0.004;
 constexpr double kState_s = 0.2;
 constexpr double kLook_s = 1;
 constexpr double kTogether_s = 0.002;  // samples that come closer go in one message
-constexpr double kAnew_s = 10;
 constexpr double kPause_s = 0.5;  // of the glove: what is longer is not worn
 constexpr double kLinkWindow_s = 2;
 constexpr double kDrawEvery_s = 1.0 / 15;

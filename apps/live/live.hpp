@@ -68,9 +68,10 @@ struct Recording {
   double seconds = 0;
   std::vector<nlohmann::ordered_json> markers = {};  // as they were sent
 };
-// Ten seconds of a glove that was put on anew, and what came of them.
+inline constexpr double kAnew_s = 10;
+// So long of a glove that was put on anew, and what came of it.
 struct Anew : Recording {
-  bool is_over = false;  // the ten seconds
+  bool is_over = false;  // kAnew_s
   double worn_s = 0;     // of samples, without pauses
   std::optional<AnewResult> result = {};
 };

@@ -190,7 +190,7 @@ Live::Json Live::state() const {
   out["anew"] = nullptr;
   if (anew_) {
     out["anew"] = {{"seconds", anew_->worn_s},
-                   {"of_seconds", 10},
+                   {"of_seconds", kAnew_s},
                    {"fingers", anew_->result ? anew_->result->fingers : Json::array()}};
   }
   add_worn(out);

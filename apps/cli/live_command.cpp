@@ -111,6 +111,8 @@ live::LiveOptions live_options(const Options& o) {
     out.worn = live::worn_boards([&line](const std::string& what) { line.show(what + " ..."); });
   } else if (from == "twin") {
     out.worn = live::worn_twin();
+  } else {
+    out.recording = from;
   }
   add_outs(o, out);
   return out;
@@ -172,8 +174,10 @@ void add_live(CLI::App& app) {
           "--demo", o->demo,
           "without any hardware: both boards are simulated, the twin wears the glove, a drawn hand is filmed")
       ->excludes(hand);
-  command->add_option("--from", o->from, "boards: as --demo; twin: the twin's glove alone, without boards")
-      ->check(CLI::IsMember({"boards", "twin"}))
+  command
+      ->add_option("--from", o->from,
+                   "instead of a port: a recording (CSV), played again; boards: as --demo; twin: the twin's "
+                   "glove alone, without boards")
       ->excludes(hand);
   command->add_option("--opengloves", o->opengloves,
                       "serial port or FIFO of an OpenGloves driver, which gets the fingers' bends as text");

@@ -15,7 +15,7 @@ constexpr double kTick_s = 0.004;
 constexpr double kState_s = 0.2;
 constexpr double kLook_s = 1;
 constexpr double kTogether_s = 0.002;  // samples that come closer go in one message
-constexpr double kPause_s = 0.5;  // of the glove: what is longer is not worn
+constexpr double kPause_s = 0.5;       // of the glove: what is longer is not worn
 constexpr double kLinkWindow_s = 2;
 constexpr double kDrawEvery_s = 1.0 / 15;
 
@@ -40,6 +40,8 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
   if (!options_.model.empty()) wear_model({}, options_.model);
   if (options_.worn) {
     attach(options_.worn->source(), options_.worn->port(), options_.worn->has_boards() ? "boards" : "twin");
+  } else if (!options_.recording.empty()) {
+    play_again(options_.recording, io::to_utf8(options_.recording.filename().string()));
   } else {
     connect_named();
   }

@@ -55,6 +55,7 @@ struct LiveOptions {
   double rate_hz = 0;             // of models; 0: what suits the glove
   double lead_s = 0;  // of models that are identified: by which what follows the glove comes after it
   std::unique_ptr<WornGlove> worn;
+  std::filesystem::path recording;  // played again at first, instead of a port
   // What hears the angles of a model's joints, opened when it is worn.
   std::vector<std::function<std::unique_ptr<exports::Sink>(const model::Model&)>> outs;
 };
@@ -169,6 +170,7 @@ class Live {
   void score_run(io::JsonReader& parts);
   void experiment_run(io::JsonReader& parts);
   void replay_open(io::JsonReader& parts);
+  void play_again(const std::filesystem::path& file, const std::string& name);
   void replay_seek(io::JsonReader& parts);
   void replay_play(io::JsonReader& parts);
   void job_cancel(io::JsonReader& parts);

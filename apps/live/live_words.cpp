@@ -255,6 +255,10 @@ void Live::replay_open(io::JsonReader& parts) {
   require_no_recording();
   const std::string name = parts.text("session") + "/" + parts.text("file");
   const std::filesystem::path file = file_of(name);
+  play_again(file, name);
+}
+
+void Live::play_again(const std::filesystem::path& file, const std::string& name) {
   end_search();
   std::shared_ptr<listen::ReplaySource> source = std::make_shared<listen::ReplaySource>(file);
   attach(source, "", "replay");

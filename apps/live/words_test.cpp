@@ -169,6 +169,19 @@ TEST_F(Words, AMarkerlessTrackersAnglesAreWritten) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1 + 20 + 10) << text;
 }
 
+TEST_F(Words, ARecordingIsPlayedFromTheStart) {
+  end();
+  std::string text = "t_s,index_count\n";
+  for (int k = 0; k < 500; ++k) text += fmt::format("{:.2f},{}\n", 0.02 * k, 300 + k);
+  io::write_file(folder_.path() / "log.csv", text);
+  begin({"--from", (folder_.path() / "log.csv").string()});
+  const Json state = state_when([](const Json& s) { return s.at("fingers").size() == 1; });
+  ASSERT_FALSE(state.is_null());
+  EXPECT_EQ(state["replay"]["file"], "log.csv");
+  EXPECT_EQ(state["device"]["status"], "replay");
+  EXPECT_TRUE(ask({{"do", "replay.seek"}, {"t_s", 0}}).at("ok").get<bool>());
+}
+
 TEST_F(Words, AModelThatCannotBeTrackedSaysSoInsteadOfOn) {
   ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
   expect_refused({{"do", "tracking.set"}, {"on", true}}, "no model is worn");

@@ -18,6 +18,7 @@ namespace {
 
 struct Options {
   std::string port = "auto";
+  std::string hand;
   unsigned baud = 0;
   std::string key;
   std::string sessions;
@@ -94,6 +95,7 @@ live::LiveOptions live_options(const Options& o) {
   out.sessions = sessions_folder(o.sessions);
   out.program = io::program_beside("flexor");
   out.port = o.port;
+  out.hand = o.hand;
   out.baud = o.baud;
   out.key = o.key;
   out.model = o.model;
@@ -109,6 +111,8 @@ live::LiveOptions live_options(const Options& o) {
     out.worn = live::worn_boards([&line](const std::string& what) { line.show(what + " ..."); });
   } else if (from == "twin") {
     out.worn = live::worn_twin();
+  } else {
+    out.recording = from;
   }
   add_outs(o, out);
   return out;
@@ -141,9 +145,11 @@ void add_live(CLI::App& app) {
       "machine alone unless --address names another one of its addresses, which takes a certificate.");
   command
       ->add_option("--port", o->port,
-                   "serial port of the glove or of a radio; auto: the only one there is, also one that is "
-                   "plugged in later")
+                   "serial port of the glove or of a radio; auto: what there is of a glove and a hand, also "
+                   "when it is plugged in later")
       ->capture_default_str();
+  CLI::Option* hand =
+      command->add_option("--hand", o->hand, "serial port of the bionic hand, shown beside the glove");
   command->add_option("--baud", o->baud, "of the port (default: found by listening)")
       ->check(CLI::PositiveNumber);
   command->add_option(
@@ -163,11 +169,16 @@ void add_live(CLI::App& app) {
           "seconds by which what follows the glove comes after it: models that are identified are so "
           "much ahead (flexor identify --lead)")
       ->check(CLI::Range(0.0, 2.0));
-  command->add_flag(
-      "--demo", o->demo,
-      "without any hardware: both boards are simulated, the twin wears the glove, a drawn hand is filmed");
-  command->add_option("--from", o->from, "boards: as --demo; twin: the twin's glove alone, without boards")
-      ->check(CLI::IsMember({"boards", "twin"}));
+  command
+      ->add_flag(
+          "--demo", o->demo,
+          "without any hardware: both boards are simulated, the twin wears the glove, a drawn hand is filmed")
+      ->excludes(hand);
+  command
+      ->add_option("--from", o->from,
+                   "instead of a port: a recording (CSV), played again; boards: as --demo; twin: the twin's "
+                   "glove alone, without boards")
+      ->excludes(hand);
   command->add_option("--opengloves", o->opengloves,
                       "serial port or FIFO of an OpenGloves driver, which gets the fingers' bends as text");
   command->add_flag("--lsl", o->lsl, "the angles as a stream of the Lab Streaming Layer");

@@ -74,8 +74,8 @@ class View {
     }
     if (again) out.insert(0, fmt::format("\033[{}A", lines));
     const listen::Tally& tally = source_.tally();
-    out += fmt::format("{}{:.1f} samples a second, {} torn, {} lost{}\n", clear, rate_hz(), tally.torn,
-                       tally.lost, terminal ? "; Ctrl-C ends this" : "");
+    out += fmt::format("{}{:.1f} samples a second, {} torn, {}{}\n", clear, rate_hz(), tally.torn,
+                       listen::lost_in_words(tally), terminal ? "; Ctrl-C ends this" : "");
     print(out);
   }
 
@@ -129,7 +129,7 @@ void run(const Options& o) {
     json.update({{"rate_hz", view.rate_hz()},
                  {"columns", view.json()},
                  {"torn", tally.torn},
-                 {"lost", tally.lost},
+                 {"lost", tally.lost ? nlohmann::ordered_json(*tally.lost) : nlohmann::ordered_json(nullptr)},
                  {"version", FLEXOR_VERSION}});
     return print(io::dump(json));
   }

@@ -16,6 +16,7 @@
 #include "apps/cli/program.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
+#include "host/io/process.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::cli {
@@ -120,6 +121,7 @@ int run(int argc, char** argv) {
   CLI::App app("Flexor: turn a flex-sensor glove into a measuring instrument", "flexor");
   app.set_version_flag("--version", std::string("flexor ") + FLEXOR_VERSION);
   app.require_subcommand(1);
+  app.add_option_function<int>("--ends-with", io::end_with)->group("");  // a job of the live view, with it
   add_experiment(app);
   add_calibrate_twin(app);
   add_twin(app);

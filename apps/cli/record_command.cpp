@@ -32,7 +32,7 @@ std::string how_it_goes(const listen::Source& source, const listen::Log& log, do
   const listen::Tally& tally = source.tally();
   std::string text = fmt::format("{:.0f} s, {} rows", log.duration_s(), log.rows());
   if (tally.torn > 0) text += fmt::format(", {} torn", tally.torn);
-  if (tally.lost > 0) text += fmt::format(", {} lost", tally.lost);
+  if (tally.lost.value_or(0) > 0) text += ", " + listen::lost_in_words(tally);
   return text + (for_s > 0 ? fmt::format(", {:.0f} s left", std::max(0.0, for_s - log.duration_s()))
                            : ", Ctrl-C ends it");
 }
@@ -82,15 +82,15 @@ void run(const Options& o) {
                  {"rows", log->rows()},
                  {"duration_s", log->duration_s()},
                  {"torn", tally.torn},
-                 {"lost", tally.lost},
+                 {"lost", tally.lost ? nlohmann::ordered_json(*tally.lost) : nlohmann::ordered_json(nullptr)},
                  {"board_restarts", log->restarts()},
                  {"unplugged", unplugged},
                  {"version", FLEXOR_VERSION}});
     return print(io::dump(json));
   }
-  print(
-      fmt::format("{}: {} rows in {:.1f} s, {} torn, {} lost, {} restarts of the board, {} times unplugged\n",
-                  o.out, log->rows(), log->duration_s(), tally.torn, tally.lost, log->restarts(), unplugged));
+  print(fmt::format("{}: {} rows in {:.1f} s, {} torn, {}, {} restarts of the board, {} times unplugged\n",
+                    o.out, log->rows(), log->duration_s(), tally.torn, listen::lost_in_words(tally),
+                    log->restarts(), unplugged));
 }
 
 }  // namespace

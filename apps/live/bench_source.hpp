@@ -33,6 +33,7 @@ class BenchSource : public listen::Source {
   double now_s() const override { return listener_->now_s(); }
   std::string says() const override { return "simulated boards: " + listener_->says(); }
   int descriptor() const override { return listener_->descriptor(); }
+  bool takes_models() const override { return listener_->takes_models(); }
   void let_go() override { listener_->let_go(); }
 
   // Before the next 20 ms; from any thread.

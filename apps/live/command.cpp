@@ -16,8 +16,9 @@ namespace {
 
 constexpr std::size_t kLongestOutput = 64 << 20;
 
-std::vector<std::string> with_json(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), "flexor");
+// A job that nobody waits for any more ends.
+std::vector<std::string> as_job(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), {"flexor", "--ends-with", std::to_string(getpid())});
   arguments.emplace_back("--json");
   return arguments;
 }
@@ -52,7 +53,7 @@ Progress progress_of(const std::string& line) {
 
 Command::Command(const std::filesystem::path& program, std::vector<std::string> arguments,
                  std::function<void(const Progress&)> progress, std::function<void(CommandResult)> done)
-    : process_(program, with_json(std::move(arguments)),
+    : process_(program, as_job(std::move(arguments)),
                {{out_.end(1), STDOUT_FILENO}, {err_.end(1), STDERR_FILENO}}) {
   out_.close_end(1);
   err_.close_end(1);

@@ -31,7 +31,7 @@ struct CommandResult {
 
 class Command {
  public:
-  // Runs `program` with these and --json. `progress` and, at the end, `done` are called on a thread of the command's.
+  // Runs `program` with these and --json; it ends with the thread that makes this. `progress` and, at the end, `done` are called on a thread of the command's.
   Command(const std::filesystem::path& program, std::vector<std::string> arguments,
           std::function<void(const Progress&)> progress, std::function<void(CommandResult)> done);
   ~Command();  // ends it

@@ -66,7 +66,7 @@ void Fingers::wear(const model::Model& model, bool tracked) {
   std::vector<std::size_t> inputs;
   for (const model::Input& input : model.inputs) inputs.push_back(column_of(input));
   estimator_.emplace(model);
-  if (tracked) estimator_->track({});
+  if (tracked && can_be_tracked(model)) estimator_->track({});
   model_ = model;
   inputs_ = inputs;
   reading_.assign(inputs.size(), kNone);
@@ -125,7 +125,7 @@ double Fingers::angle_of(const Finger& finger) const {
 float Fingers::angle_deg(std::size_t finger) const { return static_cast<float>(angle_of(fingers_[finger])); }
 
 FingerView Fingers::view_of(const Finger& finger, bool recent) const {
-  FingerView out{finger.name, "", kNone, kNone, kNone, kNone, kNone, kNone, "none", ""};
+  FingerView out{finger.name, "", kNone, kNone, kNone, kNone, kNone, kNone, "none", "", ""};
   const Column& column = columns_[*finger.column];
   out.unit = column.unit;
   out.raw = column.count > 0 ? column.last[0] : kNone;
@@ -161,16 +161,37 @@ FingerView Fingers::view_of(const Finger& finger, bool recent) const {
   return out;
 }
 
+void Fingers::add_tracking(const model::Followed& followed, FingerView& view) const {
+  if (!followed.is_tracked) {
+    view.tracked =
+        "not tracked: the model does not say what its strip reads at the open hand and at the fist";
+    return;
+  }
+  view.tracked = fmt::format("tracked: shifted by {:+.1f} ± {:.1f} degrees", followed.shift_deg,
+                             followed.standard_error_deg);
+  if (!followed.alarmed) return;
+  view.tracked += "; it drifted more quickly than it is tracked";
+  if (!view.remark.empty()) return;
+  view.quality = "fair";
+  view.remark = "drifted more quickly than it is tracked: put on anew?";
+}
+
 std::vector<FingerView> Fingers::view(double now_s) const {
   std::vector<FingerView> out;
   const bool recent = newest_s_ >= 0 && now_s - newest_s_ < kSilent_s;
-  for (const Finger& finger : fingers_) out.push_back(view_of(finger, recent));
+  const bool tracked = estimator_ && estimator_->trackers();
+  const std::vector<model::Followed> followed =
+      tracked ? estimator_->trackers()->followed() : std::vector<model::Followed>();
+  for (const Finger& finger : fingers_) {
+    out.push_back(view_of(finger, recent));
+    if (tracked && finger.input) add_tracking(followed[*finger.input], out.back());
+  }
   return out;
 }
 
-std::vector<model::Followed> Fingers::followed() const {
-  if (!estimator_ || !estimator_->trackers()) return {};
-  return estimator_->trackers()->followed();
+bool can_be_tracked(const model::Model& model) {
+  return std::ranges::any_of(model::tracked_ranges(model),
+                             [](const auto& range) { return range.has_value(); });
 }
 
 }  // namespace flexor::live

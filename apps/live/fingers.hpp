@@ -27,7 +27,11 @@ struct FingerView {
   double covered = 0;            // share of the range that the model was made from, at most 1; NaN: not known
   const char* quality = "none";  // good, fair, poor, none
   std::string remark;            // what is wrong, in words
+  std::string tracked;           // how its strip is followed while it is worn, in words; "": it is not
 };
+
+// Whether any strip of it can be followed while it is worn (host/model/tracking.hpp).
+bool can_be_tracked(const model::Model& model);
 
 class Fingers {
  public:
@@ -47,7 +51,6 @@ class Fingers {
   bool is_worn() const { return estimator_.has_value(); }
   // The joints' angles of the newest sample, in the model's order; empty without a model.
   const std::vector<double>& joints_deg() const { return joints_deg_; }
-  std::vector<model::Followed> followed() const;  // of trackers; empty without
 
  private:
   struct Column {
@@ -70,6 +73,7 @@ class Fingers {
   void remember(Column& column, double reading);
   double angle_of(const Finger& finger) const;
   FingerView view_of(const Finger& finger, bool recent) const;
+  void add_tracking(const model::Followed& followed, FingerView& view) const;
 
   std::vector<std::string> names_;
   std::vector<Column> columns_;

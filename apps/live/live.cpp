@@ -6,10 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "host/deploy/flash.hpp"
-#include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
-#include "host/listen/listener.hpp"
 
 namespace flexor::live {
 namespace {
@@ -18,8 +15,7 @@ constexpr double kTick_s = 0.004;
 constexpr double kState_s = 0.2;
 constexpr double kLook_s = 1;
 constexpr double kTogether_s = 0.002;  // samples that come closer go in one message
-constexpr double kAnew_s = 10;
-constexpr double kPause_s = 0.5;  // of the glove: what is longer is not worn
+constexpr double kPause_s = 0.5;       // of the glove: what is longer is not worn
 constexpr double kLinkWindow_s = 2;
 constexpr double kDrawEvery_s = 1.0 / 15;
 
@@ -44,8 +40,10 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
   if (!options_.model.empty()) wear_model({}, options_.model);
   if (options_.worn) {
     attach(options_.worn->source(), options_.worn->port(), options_.worn->has_boards() ? "boards" : "twin");
-  } else if (options_.port != "auto") {
-    connect(options_.port);
+  } else if (!options_.recording.empty()) {
+    play_again(options_.recording, io::to_utf8(options_.recording.filename().string()));
+  } else {
+    connect_named();
   }
   model_is_chosen_ = !options_.model.empty();
   resume_calibration();
@@ -66,11 +64,6 @@ Live::~Live() {
   stop_finder();
 }
 
-void Live::stop_finder() {
-  if (finder_stops_) *finder_stops_ = true;
-  if (finder_.joinable()) finder_.join();
-}
-
 void Live::run(const std::atomic<bool>& stop) {
   server_->every(0.05, [this, &stop] {
     if (stop) server_->stop();
@@ -89,56 +82,6 @@ void Live::post(const char* what, std::function<void()> work) {
 
 double Live::now_s() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-}
-
-// Finding a rate and a format takes seconds.
-void Live::connect(const std::string& port) {
-  const std::string path = deploy::choose_port(port);
-  detach();
-  stop_finder();
-  finder_stops_ = std::make_shared<std::atomic<bool>>(false);
-  const int search = ++search_;
-  is_searching_ = true;
-  status_ = "listening";
-  port_ = path;
-  says_ = path + ": listening";
-  finder_ = std::thread([this, path, search, stops = finder_stops_] {
-    std::shared_ptr<listen::Source> found;
-    std::string trouble;
-    try {
-      listen::ListenerOptions options;
-      options.port = path;
-      options.baud = options_.baud;
-      options.readings = true;
-      options.angles_will_do = true;
-      options.stop = stops;
-      if (!options_.key.empty()) options.key = deploy::load_key(options_.key);
-      found = std::make_shared<listen::Listener>(options, [this, search, path](const std::string& what) {
-        post("port", [this, search, path, what] {
-          if (search == search_) says_ = path + ": " + what;
-        });
-      });
-    } catch (const std::exception& error) {
-      trouble = error.what();
-    }
-    post("port", [this, search, path, found, trouble] {
-      if (search != search_) return;
-      is_searching_ = false;
-      if (found) return attach(found, path, "glove");
-      status_ = "none";
-      says_ = trouble;
-      is_misunderstood_ = true;
-    });
-  });
-}
-
-// The only port there is, also when it is plugged in later. One that said nothing that is known is tried again when others come.
-void Live::look_for_port() {
-  if (options_.worn || source_ || is_searching_ || options_.port != "auto") return;
-  const std::vector<std::string> ports = deploy::find_ports("/dev");
-  if (ports == tried_ports_) return;
-  tried_ports_ = ports;
-  if (ports.size() == 1) connect(ports.front());
 }
 
 void Live::attach(std::shared_ptr<listen::Source> source, const std::string& port,
@@ -191,7 +134,7 @@ void Live::listen() {
   }
   if (event == listen::Event::gone) {
     says_ = "the glove has gone: plug it in again, everything goes on";
-    if (status_ == "glove" || status_ == "hand") status_ = "gone";
+    if (status_ == "glove") status_ = "gone";
   }
   if (event == listen::Event::back) {
     says_ = source_->says();
@@ -222,6 +165,9 @@ void Live::learn_columns() {
 
 void Live::wear() {
   if (!fingers_) return;
+  if (source_->is_compensated())
+    throw io::InputError(
+        "this glove sends angles that it has compensated itself: no model is worn over them");
   fingers_->wear(*model_, tracked_);
   rows_.reset();
   open_outs();
@@ -333,8 +279,10 @@ void Live::tick() {
   while (!link_.arrival_s.empty() && link_.arrival_s.front() < now - kLinkWindow_s)
     link_.arrival_s.pop_front();
   if (options_.worn) look_at_worn();
+  guard("hand", [this] { hear_hand(); });
   try {
     if (recording_ && recording_->log) recording_->log->flush_if_due(now);
+    if (recording_ && recording_->hand) recording_->hand->flush_if_due(now);
   } catch (const std::exception& error) {
     say_failed("record", error);
     recording_.reset();

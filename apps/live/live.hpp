@@ -18,10 +18,12 @@
 #include <thread>
 #include <vector>
 
+#include "apps/live/anew.hpp"
 #include "apps/live/calibration.hpp"
 #include "apps/live/camera_feed.hpp"
 #include "apps/live/command.hpp"
 #include "apps/live/fingers.hpp"
+#include "apps/live/hand_port.hpp"
 #include "apps/live/hand_view.hpp"
 #include "apps/live/messages.hpp"
 #include "apps/live/server.hpp"
@@ -33,19 +35,27 @@
 #include "host/listen/replay_source.hpp"
 #include "host/listen/source.hpp"
 
+namespace flexor::listen {
+class Listener;
+}
+
 namespace flexor::live {
+
+inline constexpr const char* kNotTracked = "this model cannot be tracked: identify it anew";
 
 struct LiveOptions {
   ServerOptions server;
   std::filesystem::path sessions;
   std::filesystem::path program;  // flexor itself
-  std::string port = "auto";      // the only one there is, also when it is plugged in later; or a path
+  std::string port = "auto";      // of the glove: what there is, also when it is plugged in later; or a path
+  std::string hand;               // the hand's; empty: with `port` auto, what there is
   unsigned baud = 0;              // 0: found by listening
   std::string key;                // file of the pair's key; empty: none
   std::string model;              // worn from the start; empty: the one that was accepted for this glove
   double rate_hz = 0;             // of models; 0: what suits the glove
   double lead_s = 0;  // of models that are identified: by which what follows the glove comes after it
   std::unique_ptr<WornGlove> worn;
+  std::filesystem::path recording;  // played again at first, instead of a port
   // What hears the angles of a model's joints, opened when it is worn.
   std::vector<std::function<std::unique_ptr<exports::Sink>(const model::Model&)>> outs;
 };
@@ -54,17 +64,17 @@ struct LiveOptions {
 struct Recording {
   Session session;
   std::unique_ptr<listen::Log> log = {};
+  std::unique_ptr<listen::Log> hand = {};  // what a hand at a port says meanwhile
   double begun_s = -1;
   double seconds = 0;
   std::vector<nlohmann::ordered_json> markers = {};  // as they were sent
 };
-// Ten seconds of a glove that was put on anew, and what came of them.
+inline constexpr double kAnew_s = 10;
+// So long of a glove that was put on anew, and what came of it.
 struct Anew : Recording {
-  bool is_over = false;                 // the ten seconds
-  double worn_s = 0;                    // of samples, without pauses
-  bool applied = false;                 // there is a model that fits better
-  nlohmann::ordered_json fingers = {};  // null: not yet
-  std::string wanted = {};
+  bool is_over = false;  // kAnew_s
+  double worn_s = 0;     // of samples, without pauses
+  std::optional<AnewResult> result = {};
 };
 
 class Live {
@@ -92,11 +102,29 @@ class Live {
     double latency_s = 0;          // smoothed
   };
 
+  struct Found {
+    std::string path;
+    std::shared_ptr<listen::Listener> listener;
+    std::string trouble;  // without
+  };
+
+  // live_ports.cpp
+  void stop_finder();
+  void end_search();
+  void connect_named();
+  void connect(const std::string& port);
+  void look_for_port();
+  std::vector<std::string> free_ports(std::vector<std::string> ports) const;
+  void listen_to(std::vector<std::string> paths, bool is_chosen);
+  Found find(const std::string& path, int search, const std::shared_ptr<std::atomic<bool>>& stops);
+  void found_port(const Found& found, bool is_chosen);
+  void searched();
+  void hear_hand();
+  void write_hand(const std::vector<listen::Sample>& samples);
+
   // live.cpp: device and samples
   double now_s() const;
   double camera_time_s(double page_s);
-  void connect(const std::string& port);
-  void look_for_port();
   void attach(std::shared_ptr<listen::Source> source, const std::string& port, const std::string& status);
   void detach();
   void watch();
@@ -142,6 +170,7 @@ class Live {
   void score_run(io::JsonReader& parts);
   void experiment_run(io::JsonReader& parts);
   void replay_open(io::JsonReader& parts);
+  void play_again(const std::filesystem::path& file, const std::string& name);
   void replay_seek(io::JsonReader& parts);
   void replay_play(io::JsonReader& parts);
   void job_cancel(io::JsonReader& parts);
@@ -160,6 +189,7 @@ class Live {
   Calibration& calibration();
   void require_no_calibration();
   void require_no_recording() const;
+  void require_readings() const;
   void entered_step();
   void keep_calibration();
   void resume_calibration();
@@ -170,8 +200,7 @@ class Live {
   void anew_accept(io::JsonReader& parts);
   void anew_keep(io::JsonReader& parts);
   void finish_anew();
-  void recalibrated(const CommandResult& result);
-  Json anew_fingers(const Json& result) const;
+  void recalibrated(const model::Model& old, const CommandResult& result);
 
   void wear_model(const Session& session, const std::filesystem::path& path);
   void play(const std::string& motion);
@@ -187,7 +216,6 @@ class Live {
              std::function<void(const CommandResult&)> done);
   void start_without_glove(const std::string& name, std::vector<std::string> arguments);
   void end_job(bool ok, const std::string& text);
-  void stop_finder();
   std::vector<std::string> port_arguments() const;
 
   // live_state.cpp
@@ -198,7 +226,9 @@ class Live {
   Json fingers_state() const;
   Json link_state() const;
   Json sessions_state() const;
+  Json hand_state() const;
   std::string what_next() const;
+  std::string what_next_anew() const;
   void add_worn(Json& state) const;
 
   LiveOptions options_;
@@ -209,7 +239,8 @@ class Live {
   std::shared_ptr<listen::Source> source_;
   int watched_ = -1;
   double source_begin_s_ = 0;  // the server's clock when the source's was 0
-  std::string port_;
+  std::string port_;           // the glove's
+  std::optional<HandPort> hand_port_;
   std::string status_ = "none";
   std::string says_;
   std::thread finder_;

@@ -33,9 +33,19 @@ Calibration& Live::calibration() {
   return *calibration_;
 }
 
+// What is fitted is fitted to readings.
+void Live::require_readings() const {
+  if (source_ && source_->is_compensated())
+    throw io::InputError(
+        "this glove sends the angles that it makes and no readings, which a calibration needs: flash it with "
+        "the "
+        "firmware of flexor deploy");
+}
+
 void Live::calibrate_start(io::JsonReader& parts) {
   require_no_calibration();
   require_no_job();
+  require_readings();
   if (anew_)
     throw io::InputError("put on anew waits for an answer: take its calibration, or keep the old one");
   if (replay_) throw io::InputError("a recording is played again: leave it first");
@@ -133,6 +143,7 @@ void Live::entered_step() {
 void Live::calibrate_next(io::JsonReader&) {
   if (calibration().step() == Step::send) return calibration_.reset();
   if (calibration_->step() == Step::motion) require_no_job();
+  if (calibration_->step() == Step::glove) require_readings();
   calibration_->next(fingers_.has_value() && status_ != "gone");
   entered_step();
 }
@@ -197,6 +208,7 @@ void Live::anew_start(io::JsonReader&) {
 }
 
 void Live::finish_anew() {
+  if (!model_) throw io::InputError("no model is worn any more");
   anew_->is_over = true;
   anew_->session.seconds = anew_->worn_s;
   anew_->log->flush();
@@ -206,39 +218,19 @@ void Live::finish_anew() {
   start("recalibrate",
         {"recalibrate", model_path_.string(), "--recording", (folder / "log.csv").string(), "--out",
          (folder / "model.json").string()},
-        [this](const CommandResult& result) {
-          if (anew_) recalibrated(result);
+        [this, old = *model_](const CommandResult& result) {
+          if (anew_) recalibrated(old, result);
         });
 }
 
-// Before: how far off the old calibration is, by the new one, root mean square. After: the standard error that is left.
-Live::Json Live::anew_fingers(const Json& result) const {
-  Json out = Json::array();
-  for (const auto& [joint, se_deg] : result.at("se_deg").items()) {
-    std::string verdict = "fitted";
-    for (const auto& [sensor, said] : result.at("sensors").items()) {
-      if (joint.starts_with(sensor) && !said.at("applied").get<bool>())
-        verdict = said.at("kept").get<std::string>();
-    }
-    out.push_back({{"name", joint},
-                   {"before_deg", result.at("change_rms_deg").at(joint)},
-                   {"after_deg", se_deg},
-                   {"verdict", verdict}});
-  }
-  return out;
-}
-
-void Live::recalibrated(const CommandResult& result) {
+void Live::recalibrated(const model::Model& old, const CommandResult& result) {
   if (!result.ok) return anew_.reset();
-  anew_->applied = result.json.at("applied").get<bool>();
-  anew_->fingers = anew_fingers(result.json);
-  for (const Json& line : result.json.at("wanted"))
-    anew_->wanted += (anew_->wanted.empty() ? "" : "; ") + line.get<std::string>();
+  anew_->result = anew_result(old, result.json);
 }
 
 void Live::anew_accept(io::JsonReader&) {
-  if (!anew_ || anew_->fingers.is_null()) throw io::InputError("there is no new calibration to accept yet");
-  if (anew_->applied) {
+  if (!anew_ || !anew_->result) throw io::InputError("there is no new calibration to accept yet");
+  if (anew_->result->applied) {
     anew_->session.model = "model.json";
     wear_model(anew_->session, sessions_.folder(anew_->session) / "model.json");
     sessions_.save(anew_->session);

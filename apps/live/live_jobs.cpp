@@ -79,6 +79,7 @@ void Live::start_without_glove(const std::string& name, std::vector<std::string>
   if (watched_ >= 0) server_->unwatch(watched_);
   watched_ = -1;
   if (source_) source_->let_go();
+  if (hand_port_) hand_port_->let_go();
   held_ = true;
   try {
     start(name, std::move(arguments), [this](const CommandResult&) { held_ = false; });
@@ -91,10 +92,8 @@ void Live::start_without_glove(const std::string& name, std::vector<std::string>
 void Live::send(io::JsonReader&) {
   if (!model_) throw io::InputError("no model is worn: calibrate first, or choose one");
   if (port_.empty()) throw io::InputError("no glove is connected: plug it in, and choose its port");
-  if (source_ && source_->says().find("frames") == std::string::npos)
-    throw io::InputError(
-        "this glove has no Flexor program, and takes no models: the model is worn here; flexor deploy "
-        "makes a program for the glove");
+  if (source_ && !source_->takes_models())
+    throw io::InputError("this glove's program takes no models: flexor deploy makes one that does");
   std::vector<std::string> arguments = {"send", model_path_.string()};
   for (const std::string& part : port_arguments()) arguments.push_back(part);
   arguments.insert(arguments.end(), {"--rate", fmt::format("{:g}", model_rate_hz())});
@@ -107,8 +106,10 @@ void Live::flash(io::JsonReader& parts) {
   const std::string board = parts.text("board");
   if (board != "glove" && board != "hand") parts.fail("\"board\" must be glove or hand");
   if (!model_) throw io::InputError("no model is worn: calibrate first, or choose one");
-  const std::string port = parts.has("port") ? parts.text("port") : port_;
-  if (port.empty()) throw io::InputError("no board is connected: plug one in, and choose its port");
+  const std::string hand = hand_port_ ? hand_port_->path() : "";
+  const std::string port = parts.has("port") ? parts.text("port") : board == "hand" ? hand : port_;
+  if (port.empty())
+    throw io::InputError(fmt::format("no {} is connected: plug it in, and choose its port", board));
   // One folder for good, so that the pair keeps its key; the server does not show it.
   const std::string folder = (sessions_.root() / ".firmware").string();
   const std::vector<std::string> flash = {"flash", folder, "--board", board, "--port", port};

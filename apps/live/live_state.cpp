@@ -34,6 +34,7 @@ std::string Live::text_of(const Json& message) {
 Live::Json Live::device_state() const {
   const bool has = source_ != nullptr;
   std::string format = has ? source_->says() : "";
+  if (has && source_->is_compensated()) format += ": angles, compensated on the glove";
   return {{"status", status_},
           {"name", status_ == "boards" ? "both boards, simulated"
                    : status_ == "twin" ? "the twin's glove"
@@ -56,7 +57,8 @@ Live::Json Live::fingers_state() const {
                    {"most", finite(f.most)},
                    {"covered", finite(f.covered)},
                    {"quality", f.quality},
-                   {"remark", f.remark}});
+                   {"remark", f.remark},
+                   {"tracked", f.tracked}});
   }
   return out;
 }
@@ -70,10 +72,12 @@ Live::Json Live::link_state() const {
     for (std::size_t i = 1; i < n; ++i) jitter_s += std::pow(arrival[i] - arrival[i - 1] - step_s, 2);
     jitter_s = std::sqrt(jitter_s / static_cast<double>(n - 1));
   }
+  Json lost = nullptr;
+  if (source_ && source_->tally().lost) lost = *source_->tally().lost;
   const double seconds = n > 1 ? arrival.back() - arrival.front() : 0;
   return {{"rate_hz", seconds > 0 ? static_cast<double>(n - 1) / seconds : 0.0},
           {"torn", source_ ? source_->tally().torn : 0},
-          {"lost", source_ ? source_->tally().lost : 0},
+          {"lost", lost},
           {"jitter_ms", 1000 * jitter_s},
           {"latency_ms", 1000 * link_.latency_s}};
 }
@@ -108,26 +112,33 @@ Live::Json Live::sessions_state() const {
   return listed_;
 }
 
+std::string Live::what_next_anew() const {
+  if (!anew_->is_over)
+    return "Open your hand, make a fist, open it: again and again, all fingers from end to end.";
+  if (!anew_->result) return "The glove is fitted to how it lies now.";
+  const AnewResult& result = *anew_->result;
+  const std::string misfits = result.misfits.empty() ? "" : " Does not fit: " + result.misfits;
+  if (!result.applied) return "Nothing is changed, the old calibration stays: " + result.wanted + misfits;
+  if (!result.is_off)
+    return "The glove lies about as it did: the new calibration changes less than it is sure of." + misfits;
+  return "Take the new calibration, or keep the old one." + misfits;
+}
+
 std::string Live::what_next() const {
   if (job_) return fmt::format("{} runs.", job_->name);
   if (status_ == "gone") return "The glove has gone: plug it in again.";
   if (calibration_) return calibration_->what_to_do();
-  if (anew_) {
-    if (!anew_->is_over)
-      return "Open your hand, make a fist, open it: again and again, all fingers from end to end.";
-    if (anew_->fingers.is_null()) return "The glove is fitted to how it lies now.";
-    if (!anew_->applied) return "Nothing is changed, the old calibration stays: " + anew_->wanted;
-    const bool is_off = std::ranges::any_of(anew_->fingers, [](const Json& finger) {
-      return finger.at("before_deg").get<double>() > finger.at("after_deg").get<double>();
-    });
-    return is_off ? "Take the new calibration, or keep the old one."
-                  : "The glove lies about as it did: the new calibration changes less than it is sure of.";
-  }
+  if (anew_) return what_next_anew();
   if (status_ == "listening") return "Listening to the port.";
   if (replay_) return "A recording is played again: Look has its time line.";
   if (!source_ && is_misunderstood_) return "What comes from the port is not understood: " + says_;
   if (!source_) return "Plug in the glove, and choose its port.";
   if (!fingers_) return "Waiting for the glove's first reading.";
+  if (source_->is_compensated())
+    return "The glove sends its own angles, compensated on the glove, and no readings of its strips: what "
+           "you see and "
+           "record is what it sends. A calibration needs readings: flash the firmware of flexor deploy for "
+           "them.";
   if (!model_) return "The glove moves. Calibrate it: three minutes with a camera, or one without.";
   for (const FingerView& f : fingers_->view(now_s())) {
     if (std::string(f.quality) == "poor" || std::string(f.quality) == "none")
@@ -174,12 +185,13 @@ Live::Json Live::state() const {
   out["last"] = last_ ? *last_ : Json(nullptr);
   out["link"] = link_state();
   out["calibration"] = calibration_ ? calibration_->state() : Json(nullptr);
-  out["tracking"] = tracked_;
+  out["tracking"] = tracked_ && model_ && can_be_tracked(*model_);
+  out["tracking_remark"] = model_ && !can_be_tracked(*model_) ? kNotTracked : "";
   out["anew"] = nullptr;
   if (anew_) {
     out["anew"] = {{"seconds", anew_->worn_s},
-                   {"of_seconds", 10},
-                   {"fingers", anew_->fingers.is_null() ? Json::array() : anew_->fingers}};
+                   {"of_seconds", kAnew_s},
+                   {"fingers", anew_->result ? anew_->result->fingers : Json::array()}};
   }
   add_worn(out);
   const Json listed = sessions_state();
@@ -187,20 +199,28 @@ Live::Json Live::state() const {
   return out;
 }
 
-// The twin, its hand, what is replayed.
+// Of the simulated boards, or at a port.
+Live::Json Live::hand_state() const {
+  if (!hand_port_ && !(options_.worn && options_.worn->has_boards())) return nullptr;
+  Json faults = Json::array();
+  for (std::size_t f = 0; hand_port_ && f < twin::kFingers; ++f) faults.push_back(hand_port_->fault(f));
+  if (!hand_port_) faults = options_.worn->now().fault;
+  return {{"names", {"thumb", "index", "middle", "ring", "pinky"}},
+          {"status", hand_port_ ? hand_port_->status(now_s()) : "simulated"},
+          {"port", hand_port_ ? Json(hand_port_->path()) : Json(nullptr)},
+          {"faults", std::move(faults)},
+          {"board", hand_port_ ? hand_port_->board_faults() : ""}};
+}
+
+// The twin, what is replayed.
 void Live::add_worn(Json& out) const {
   out["twin"] = nullptr;
-  out["hand"] = nullptr;
+  out["hand"] = hand_state();
   if (options_.worn) {
     out["twin"] = {{"slip_deg", worn_change_.slip_deg},
                    {"drift_deg_per_min", worn_change_.drift_deg_per_min},
                    {"noise_counts", worn_change_.noise_counts},
                    {"loss", worn_change_.loss}};
-    if (options_.worn->has_boards()) {
-      out["hand"] = {{"names", {"thumb", "index", "middle", "ring", "pinky"}},
-                     {"status", "simulated"},
-                     {"faults", options_.worn->now().fault}};
-    }
   }
   out["posture"] = nullptr;
   if (hand_) {

@@ -113,8 +113,9 @@ void Live::device_leave(io::JsonReader&) {
   require_no_job();
   require_no_calibration();
   require_no_recording();
-  ++search_;
+  end_search();
   detach();
+  hand_port_.reset();
 }
 
 // Inside the sessions' folder, whatever the text holds.
@@ -194,6 +195,7 @@ void Live::stop_recording() {
                                     (sessions_.folder(recording.session) / "log.csv").string())}};
   recording.session.seconds = recording.seconds;
   if (recording.log) recording.log->flush();
+  if (recording.hand) recording.hand->flush();
   sessions_.save(recording.session);
   listed_s_ = -1e9;
 }
@@ -223,6 +225,8 @@ void Live::marker(io::JsonReader& parts) {
 void Live::tracking_set(io::JsonReader& parts) {
   const Json& on = parts.member("on");
   if (!on.is_boolean()) parts.fail("\"on\" must be true or false");
+  if (on.get<bool>() && !model_) throw io::InputError("no model is worn: calibrate first, or choose one");
+  if (on.get<bool>() && !can_be_tracked(*model_)) throw io::InputError(kNotTracked);
   tracked_ = on.get<bool>();
   if (model_) wear();
 }
@@ -251,7 +255,11 @@ void Live::replay_open(io::JsonReader& parts) {
   require_no_recording();
   const std::string name = parts.text("session") + "/" + parts.text("file");
   const std::filesystem::path file = file_of(name);
-  ++search_;
+  play_again(file, name);
+}
+
+void Live::play_again(const std::filesystem::path& file, const std::string& name) {
+  end_search();
   std::shared_ptr<listen::ReplaySource> source = std::make_shared<listen::ReplaySource>(file);
   attach(source, "", "replay");
   replay_ = source;

@@ -449,15 +449,15 @@ TEST(Server, OneSocketMoreThanThereMayBeIsTold) {
 }
 
 TEST(Server, WhoDoesNotReadIsDroppedAndTheOthersGetEverything) {
+  constexpr int kMessages = 400;
+  std::atomic<int> got{0};  // before the server, whose ticks read both until it ends
+  int sent = 0;
   Heard heard;
   Running running({}, heard.handlers());
   Tab slow(running.place, "", 4096);
   ASSERT_EQ(slow.status, 101);
   Tab fast(running.place);
   ASSERT_TRUE(soon([&] { return running.server.counts().clients == 2; }));
-  constexpr int kMessages = 400;
-  std::atomic<int> got{0};
-  int sent = 0;
   running.server.post([&] {
     running.server.every(0.001, [&] {
       if (sent < kMessages && sent - got < 20)

@@ -102,7 +102,7 @@ void TwinSource::sample(std::vector<listen::Sample>& out) {
     finger_deg_[static_cast<std::size_t>(i)] = world_.finger_deg(i);
   }
   if (random_.uniform() < *set_.loss) {
-    ++tally_.lost;
+    ++*tally_.lost;
     return;
   }
   ++tally_.samples;

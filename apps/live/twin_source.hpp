@@ -64,7 +64,7 @@ class TwinSource : public listen::Source {
   twin::Wearer wearer_;
   twin::Random random_;
   std::vector<std::string> columns_;
-  listen::Tally tally_;
+  listen::Tally tally_{.lost = 0};
   TwinChange set_;
   double drifted_deg_ = 0;
   twin::PerFinger finger_deg_{};

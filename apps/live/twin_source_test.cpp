@@ -109,7 +109,7 @@ TEST(TwinSource, LosesTheShareThatItIsTold) {
   TwinSource source(options);
   source.set({.loss = 0.3});
   const auto kept = static_cast<double>(play(source, 1).size());
-  const auto lost = static_cast<double>(source.tally().lost);
+  const auto lost = static_cast<double>(source.tally().lost.value());
   EXPECT_NEAR(lost / (lost + kept), 0.3, 0.1);
   source.set({.loss = 1});
   EXPECT_TRUE(play(source, 0.2).empty());

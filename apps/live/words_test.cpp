@@ -1,82 +1,18 @@
 // The program as a page sees it: `flexor live --from twin` over its socket.
-#include <gtest/gtest.h>
-
 #include <sys/resource.h>
 
-#include <csignal>
-#include <nlohmann/json.hpp>
+#include <fstream>
 
-#include "apps/live/test_wire.hpp"
-#include "host/io/io.hpp"
-#include "host/io/process.hpp"
+#include "apps/live/test_program.hpp"
 
 namespace flexor::live {
 namespace {
 
-using Json = nlohmann::json;
-
-class Words : public testing::Test {
+class Words : public Program {
  protected:
   void SetUp() override { begin(); }
-  void begin() {
-    io::Pipe out;
-    const std::string program = std::filesystem::absolute(FLEXOR_PROGRAM).string();
-    process_.emplace(program,
-                     std::vector<std::string>{"flexor", "live", "--from", "twin", "--json", "--sessions",
-                                              (folder_.path() / "sessions").string()},
-                     std::vector<io::HandedOn>{{out.end(1), STDOUT_FILENO}});
-    out.close_end(1);
-    std::string line;
-    for (char c = 0; read(out.end(0), &c, 1) == 1 && c != '\n';) line += c;
-    place_.emplace(Json::parse(line).at("url").get<std::string>());
-    tab_.emplace(*place_);
-    ASSERT_EQ(tab_->status, 101);
-  }
-  void TearDown() override { end(); }
-  void end() {
-    tab_.reset();
-    if (process_) process_->kill();
-    if (process_) process_->wait();
-  }
-
-  // The answer to these words.
-  Json ask(Json message) {
-    message["id"] = ++id_;
-    tab_->say(message.dump());
-    for (;;) {
-      const auto [opcode, payload] = tab_->hear();
-      if (opcode == 0) return nullptr;
-      if (opcode != kText) continue;
-      const Json heard = Json::parse(payload);
-      if (heard.contains("event")) state_ = heard;
-      if (heard.contains("id") && heard["id"] == id_) return heard;
-    }
-  }
-  // The next state for which this holds; null after ten seconds.
-  template <class Holds>
-  Json state_when(Holds&& holds) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-    while (std::chrono::steady_clock::now() < end) {
-      const auto [opcode, payload] = tab_->hear();
-      if (opcode == 0) return nullptr;
-      if (opcode != kText) continue;
-      const Json heard = Json::parse(payload);
-      if (heard.value("event", "") == "state" && holds(heard)) return heard;
-    }
-    return nullptr;
-  }
-  void expect_refused(const Json& message, const std::string& says) {
-    const Json answer = ask(message);
-    EXPECT_FALSE(answer.at("ok").get<bool>()) << message;
-    EXPECT_NE(answer.at("error").get<std::string>().find(says), std::string::npos) << answer;
-  }
-
-  io::TemporaryFolder folder_;
-  std::optional<io::Process> process_;
-  std::optional<Place> place_;
-  std::optional<Tab> tab_;
-  Json state_;
-  int id_ = 0;
+  using Program::begin;
+  void begin() { begin({"--from", "twin"}); }
 };
 
 TEST_F(Words, AGloveMovesAndIsRecorded) {
@@ -233,6 +169,31 @@ TEST_F(Words, AMarkerlessTrackersAnglesAreWritten) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1 + 20 + 10) << text;
 }
 
+TEST_F(Words, ARecordingIsPlayedFromTheStart) {
+  end();
+  std::string text = "t_s,index_count\n";
+  for (int k = 0; k < 500; ++k) text += fmt::format("{:.2f},{}\n", 0.02 * k, 300 + k);
+  io::write_file(folder_.path() / "log.csv", text);
+  begin({"--from", (folder_.path() / "log.csv").string()});
+  const Json state = state_when([](const Json& s) { return s.at("fingers").size() == 1; });
+  ASSERT_FALSE(state.is_null());
+  EXPECT_EQ(state["replay"]["file"], "log.csv");
+  EXPECT_EQ(state["device"]["status"], "replay");
+  EXPECT_TRUE(ask({{"do", "replay.seek"}, {"t_s", 0}}).at("ok").get<bool>());
+}
+
+TEST_F(Words, AModelThatCannotBeTrackedSaysSoInsteadOfOn) {
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  expect_refused({{"do", "tracking.set"}, {"on", true}}, "no model is worn");
+  end();
+  begin({"--from", "twin", "--model", FLEXOR_SOURCE_DIR "/models/published_hw.json"});
+  expect_refused({{"do", "tracking.set"}, {"on", true}}, "cannot be tracked: identify it anew");
+  const Json state = state_when([](const Json& s) { return s.at("model").is_object(); });
+  ASSERT_FALSE(state.is_null());
+  EXPECT_EQ(state["tracking"], false);
+  EXPECT_EQ(state["tracking_remark"], "this model cannot be tracked: identify it anew");
+}
+
 TEST_F(Words, RubbishInBinaryChangesNothing) {
   ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
   for (int kind = 0; kind < 256; ++kind) {
@@ -242,6 +203,27 @@ TEST_F(Words, RubbishInBinaryChangesNothing) {
   }
   tab_->put(frame(kBinary, ""));
   EXPECT_TRUE(ask({{"do", "twin.set"}, {"noise_counts", 1}}).at("ok").get<bool>());
+}
+
+// A job is no recording: nobody would get what it finds.
+TEST_F(Words, AJobEndsWithTheServer) {
+  int server = 0;
+  std::ifstream("/proc/thread-self/children") >> server;
+  ASSERT_TRUE(ask({{"do", "experiment.run"}, {"trials", 10000}}).at("ok").get<bool>());
+  int job = 0;
+  std::ifstream(fmt::format("/proc/{0}/task/{0}/children", server)) >> job;
+  ASSERT_GT(job, 0);
+  const auto runs = [job] {
+    std::string id;
+    std::string name;
+    std::string state;
+    std::ifstream(fmt::format("/proc/{}/stat", job)) >> id >> name >> state;
+    return !state.empty() && state != "Z";
+  };
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_TRUE(runs());
+  end();  // by SIGKILL
+  EXPECT_TRUE(soon([&] { return !runs(); }));
 }
 
 TEST_F(Words, ARecordingIsWholeAfterAKill) {

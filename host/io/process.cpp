@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -105,6 +106,11 @@ Process::Process(const std::filesystem::path& program, const std::vector<std::st
         if (failed != 0) throw JobError(fmt::format("{}: {}", program.string(), std::strerror(failed)));
         return child;
       }) {}
+
+void end_with(int parent) {
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != parent) std::raise(SIGTERM);
+}
 
 int Process::wait() {
   int status = 0;

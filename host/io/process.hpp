@@ -50,6 +50,9 @@ class Process {
   Child child_;
 };
 
+// This process gets SIGTERM when the thread that started it ends, and now if `parent`, who started it, has ended already.
+void end_with(int parent);
+
 struct ProcessResult {
   int status = 0;  // exit status; 128 + signal
   std::string out;

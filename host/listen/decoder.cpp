@@ -83,7 +83,7 @@ class FrameDecoder : public Decoder {
     constexpr std::uint16_t kLongestGap = 1000;
     const std::uint16_t sequence = packet_.sequence();
     const auto gap = static_cast<std::uint16_t>(sequence - next_);
-    if (tally_.samples > 0 && gap < kLongestGap) tally_.lost += gap;
+    tally_.lost = tally_.lost.value_or(0) + (tally_.samples > 0 && gap < kLongestGap ? gap : 0);
     next_ = static_cast<std::uint16_t>(sequence + 1);
   }
 
@@ -125,12 +125,20 @@ const char* remark_of(link::SensorStatus status) {
 class GloveFrames : public FrameDecoder {
  public:
   explicit GloveFrames(bool readings) : wanted_(readings ? link::Type::readings : link::Type::angles) {}
+  // Its angles would wait for the hand's challenge; readings carry no tag in any case: nobody moves by them.
+  std::string remark() const override {
+    if (wanted_ == link::Type::angles || !waits_for_hand_) return {};
+    return "the glove waits for its hand; nothing guards its readings";
+  }
 
  protected:
   bool is_its_own() override {
     const link::Type type = packet_.type();
-    return type == link::Type::angles || type == link::Type::readings || type == link::Type::coefficients ||
-           is_state_of(link::BoardKind::glove);
+    const bool state = is_state_of(link::BoardKind::glove);
+    if (state) waits_for_hand_ = !link::get_state(packet_.body()).in_touch;
+    if (type == link::Type::angles) waits_for_hand_ = false;
+    return state || type == link::Type::angles || type == link::Type::readings ||
+           type == link::Type::coefficients;
   }
   bool is_sample() const override { return packet_.type() == wanted_; }
   bool read(std::uint16_t& time_ms, Sample& sample) override {
@@ -171,6 +179,7 @@ class GloveFrames : public FrameDecoder {
   }
 
   link::Type wanted_;
+  bool waits_for_hand_ = false;
 };
 
 std::string remark_of_finger(std::uint8_t fault) {
@@ -404,6 +413,10 @@ class LineDecoder : public TextDecoder {
 };
 
 }  // namespace
+
+std::string lost_in_words(const Tally& tally) {
+  return tally.lost ? fmt::format("{} lost", *tally.lost) : "not known how many were lost";
+}
 
 const char* name_of(Format format) {
   switch (format) {

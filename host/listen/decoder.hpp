@@ -35,8 +35,10 @@ struct Tally {
   std::uint64_t understood = 0;  // bytes of whole frames and lines
   std::uint64_t samples = 0;
   std::uint64_t torn = 0;  // frames and lines that were no whole ones
-  std::uint64_t lost = 0;  // samples, by the gaps in their counter
+  std::optional<std::uint64_t> lost =
+      {};  // samples, by the gaps in their counter; none: they have no counter
 };
+std::string lost_in_words(const Tally& tally);
 
 class Decoder {
  public:
@@ -46,6 +48,8 @@ class Decoder {
   // Names with units; the same for good from the first sample on.
   const std::vector<std::string>& columns() const { return columns_; }
   const Tally& tally() const { return tally_; }
+  // What is to be known of the samples, as they come now; "": nothing.
+  virtual std::string remark() const { return {}; }
 
  protected:
   std::vector<std::string> columns_;

@@ -7,8 +7,7 @@
 #include <string>
 
 #include "host/listen/detect.hpp"
-#include "runtime/link/glove_end.hpp"
-#include "runtime/link/hand_end.hpp"
+#include "host/listen/test_board.hpp"
 
 namespace flexor::listen {
 namespace {
@@ -63,24 +62,27 @@ TEST(Frames, LostOnesAreCountedAndTornOnesSkipped) {
   EXPECT_LT(decoder->tally().understood, decoder->tally().bytes);
 }
 
-// What a hand says, of which one finger is stalled.
-std::vector<std::uint8_t> telemetry(link::HandEnd& hand, bool state) {
+// As a glove says them, who counts its frames of angles alone.
+std::vector<std::uint8_t> readings_frame(std::uint16_t time_ms, std::uint16_t thumb) {
+  const std::array<std::uint16_t, link::kFingers> counts = {thumb, 200, 300, 400, 500};
   link::Packet packet;
   std::array<std::uint8_t, link::kMaxWire> wire{};
-  std::uint8_t size = 0;
-  if (state) {
-    link::State said{};
-    said.board = link::BoardKind::hand;
-    const std::uint8_t bytes = link::put_state(said, packet.body());
-    size = hand.say(link::Type::state, packet, bytes, wire.data());
-  } else {
-    std::array<link::FingerTelemetry, link::kFingers> finger{};
-    finger[1] = {720, -127, 1};
-    const std::uint8_t bytes =
-        link::put_telemetry(2500, 0b1001, finger.data(), link::kFingers, packet.body());
-    size = hand.say(link::Type::telemetry, packet, bytes, wire.data());
-  }
+  const std::uint8_t bytes = link::put_readings(time_ms, counts.data(), link::kFingers, packet.body());
+  const std::uint8_t size = link::GloveEnd::say(link::Type::readings, packet, bytes, false, wire.data());
   return {wire.begin(), wire.begin() + size};
+}
+
+TEST(Frames, OfReadingsHaveNoCounterAndSoNobodyKnowsHowManyWereLost) {
+  const auto decoder = make_decoder(Format::frames, true);
+  EXPECT_EQ(decoded(*decoder, readings_frame(0, 100))[0].value,
+            (std::vector<double>{100, 200, 300, 400, 500}));
+  EXPECT_EQ(decoded(*decoder, readings_frame(50, 100)).size(), 1U);
+  EXPECT_FALSE(decoder->tally().lost);
+  EXPECT_EQ(lost_in_words(decoder->tally()), "not known how many were lost");
+  const auto angles = make_decoder(Format::frames);
+  link::GloveEnd glove(nullptr);
+  decoded(*angles, frame(glove, 0, 0));
+  EXPECT_EQ(lost_in_words(angles->tally()), "0 lost");
 }
 
 TEST(Hand, GivesAngleDutyAndFaultInWords) {
@@ -204,6 +206,14 @@ TEST(Detection, HearsAGloveThatWaitsForItsHand) {
   ASSERT_TRUE(guess(states));
   EXPECT_EQ(guess(states)->samples, 0U);
   EXPECT_EQ(guess(states)->format, Format::frames);
+  EXPECT_EQ(guess(states, true)->samples, 0U);
+  for (std::uint16_t i = 0; i < 3; ++i) {
+    const auto one = readings_frame(i, 500);
+    states.insert(states.end(), one.begin(), one.end());
+  }
+  EXPECT_EQ(guess(states)->samples, 0U) << "nobody asked for readings";
+  EXPECT_EQ(guess(states, true)->samples, 3U);
+  EXPECT_TRUE(guess(states, true)->readings);
 }
 
 }  // namespace

@@ -51,6 +51,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (const Format format : {Format::frames, Format::hand, Format::gloves, Format::lines})
     decode(format, false, bytes);
   decode(Format::frames, true, bytes);
-  if (const auto guessed = guess(bytes)) require(guessed->share >= 0.5 && guessed->share <= 1);
+  for (const bool readings : {false, true}) {
+    if (const auto guessed = guess(bytes, readings)) require(guessed->share >= 0.5 && guessed->share <= 1);
+  }
   return 0;
 }

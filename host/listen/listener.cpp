@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "host/io/io.hpp"
-#include "host/listen/detect.hpp"
 
 namespace flexor::listen {
 namespace {
@@ -48,7 +47,6 @@ Listener::Listener(ListenerOptions options, const std::function<void(const std::
     for (int k = 0; k < link::kStirred; ++k) hand_->stir(static_cast<std::uint16_t>(random()));
   }
   find(says);
-  if (options_.angles_will_do && options_.format != Format::frames) options_.readings = false;
   if (options_.readings && options_.format == Format::hand)
     throw io::InputError(fmt::format("{}: a hand, which has no strips: leave out --readings", options_.port));
   if (options_.readings && options_.format == Format::gloves) {
@@ -67,26 +65,27 @@ double Listener::now_s() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }
 
-// Listens at the port's present rate until the bytes are known.
-std::optional<Format> Listener::hear(double longest_s) {
+// Listens at the port's present rate until the bytes are known. A board that waits, or has not heard yet that it is asked for
+// readings, may just have been started by the port's opening.
+std::optional<Guess> Listener::hear(double longest_s) {
   constexpr double kSure = 0.9;
   const double begin_s = now_s();
   heard_.clear();
   std::optional<Guess> best;
-  // A board that waits may just have been started by the port's opening.
-  while (now_s() - begin_s < (best && best->samples == 0 ? kAfterReset_s : longest_s)) {
+  const auto lacks = [&] {
+    return best->samples == 0 || (options_.readings && best->format == Format::frames && !best->readings);
+  };
+  while (now_s() - begin_s < (best && lacks() ? kAfterReset_s : longest_s)) {
     if (options_.stop && *options_.stop) throw io::InputError(options_.port + ": is listened to no longer");
     speak();
     const std::vector<std::uint8_t> bytes = port_->read(0.02);
     heard_.insert(heard_.end(), bytes.begin(), bytes.end());
     follow(bytes);
-    best = bytes.empty() ? best : guess(heard_);
-    if (best && best->share > kSure && best->samples > 0) break;
+    best = bytes.empty() ? best : guess(heard_, options_.readings);
+    if (best && best->share > kSure && !lacks()) break;
   }
   heard_bytes_ += heard_.size();
-  waits_ = best && best->samples == 0;
-  if (!best) return {};
-  return best->format;
+  return best;
 }
 
 void Listener::find(const std::function<void(const std::string&)>& says) {
@@ -98,12 +97,15 @@ void Listener::find(const std::function<void(const std::string&)>& says) {
   for (const unsigned rate : rates) {
     says(fmt::format("listening at {} baud", rate));
     if (rate != rates.front() && !port_->set_baud(rate)) continue;
-    const std::optional<Format> format = hear(rate == rates.front() ? kAfterReset_s : kEachRate_s);
-    if (waits_) throw io::InputError(options_.port + (format == Format::hand ? kHandWaits : kWaits));
-    if (is_told && !format && heard_bytes_ > 0) return;
-    if (format && (!options_.format || *options_.format == *format)) {
+    const std::optional<Guess> heard = hear(rate == rates.front() ? kAfterReset_s : kEachRate_s);
+    const bool will_do = heard && heard->format == Format::hand && options_.waiting_hand_will_do;
+    if (heard && heard->samples == 0 && !will_do)
+      throw io::InputError(options_.port + (heard->format == Format::hand ? kHandWaits : kWaits));
+    if (is_told && !heard && heard_bytes_ > 0) return;
+    if (heard && (!options_.format || *options_.format == heard->format)) {
       options_.baud = rate;
-      options_.format = format;
+      options_.format = heard->format;
+      if (options_.angles_will_do) options_.readings = heard->readings;
       return;
     }
     if (heard_bytes_ == 0) break;  // at a wrong rate something would come
@@ -151,7 +153,10 @@ void Listener::ask_for_readings() {
   port_->write({wire.data(), size});
 }
 
-std::string Listener::says() const { return fmt::format("{} at {} baud", name_of(format()), baud()); }
+std::string Listener::says() const {
+  const std::string remark = decoder_->remark();
+  return fmt::format("{} at {} baud{}", name_of(format()), baud(), remark.empty() ? "" : ": " + remark);
+}
 
 int Listener::descriptor() const { return port_ ? port_->descriptor() : -1; }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "host/io/serial.hpp"
+#include "host/listen/detect.hpp"
 #include "host/listen/source.hpp"
 #include "runtime/link/hand_end.hpp"
 
@@ -21,7 +22,8 @@ struct ListenerOptions {
   unsigned baud = 0;                  // 0: to be found
   std::optional<Format> format = {};  // none: to be found
   bool readings = false;              // of Flexor's gloves: readings instead of angles, which are asked for
-  bool angles_will_do = false;        // with `readings`: of what gives none, what it gives
+  bool angles_will_do = false;        // with `readings`: of what gives none within seconds, what it gives
+  bool waiting_hand_will_do = false;  // a hand that waits for its glove: its samples come with the glove
   std::optional<link::Key> key = {};  // of the pair: the glove is challenged, as its hand does
   std::shared_ptr<const std::atomic<bool>> stop = {};  // set: finding ends at once, with an io::InputError
 };
@@ -29,7 +31,7 @@ struct ListenerOptions {
 class Listener : public Source {
  public:
   // `says` hears what is tried. Throws io::InputError, one line with the mend: no port, nothing comes, nothing that is
-  // understood at any rate, a glove that waits for its hand, or a hand for its glove.
+  // understood at any rate, a glove that waits for its hand and gives no readings, or a hand that waits for its glove.
   Listener(ListenerOptions options, const std::function<void(const std::string&)>& says);
 
   Event wait(double timeout_s, std::vector<Sample>& out) override;
@@ -37,6 +39,8 @@ class Listener : public Source {
   const Tally& tally() const override { return decoder_->tally(); }
   double now_s() const override;
   std::string says() const override;
+  bool takes_models() const override { return format() == Format::frames && options_.readings; }
+  bool is_compensated() const override { return format() == Format::frames && !options_.readings; }
   int descriptor() const override;
   void let_go() override {
     port_.reset();
@@ -50,7 +54,7 @@ class Listener : public Source {
 
  private:
   void find(const std::function<void(const std::string&)>& says);
-  std::optional<Format> hear(double longest_s);
+  std::optional<Guess> hear(double longest_s);
   void follow(std::span<const std::uint8_t> bytes);
   void speak();
   void send_challenge();
@@ -66,7 +70,6 @@ class Listener : public Source {
   std::vector<std::uint8_t> heard_;  // at the present rate, before the format was known
   std::size_t heard_bytes_ = 0;
   bool was_let_go_ = false;
-  bool waits_ = false;  // frames came, and no samples
   int times_gone_ = 0;
 };
 

@@ -26,6 +26,10 @@ class Source {
   virtual const Tally& tally() const = 0;
   virtual double now_s() const = 0;      // the clock of Sample::host_s: since the source was made
   virtual std::string says() const = 0;  // what it is, in a few words: "frames at 115200 baud"
+  // A glove with Flexor's firmware, into which models can be sent.
+  virtual bool takes_models() const { return false; }
+  // Its samples are angles that the glove has made of readings which it does not give: nothing can be fitted to them.
+  virtual bool is_compensated() const { return false; }
   // Gives up what it holds, for another program's sake; the next wait() takes it again.
   virtual void let_go() {}
   // Readable once wait() has something to do; -1: there is no such descriptor now, ask every 5 ms.

@@ -168,6 +168,7 @@ class World {
       },
       calibration: this.calibration && { ...this.calibration },
       tracking: this.tracking,
+      tracking_remark: '',
       anew: this.anew,
       twin: ['boards', 'twin'].includes(this.device) ? this.twin : null,
       posture: this.posture ? { names: postureNames } : null,
@@ -229,7 +230,7 @@ class World {
           name,
           before_deg: 7.1 + f * 0.8,
           after_deg: 1.6 + 0.3 * f,
-          verdict: f === 3 ? 'kept: moved too little' : 'fitted',
+          verdict: f === 3 ? 'wanted: open and close it once more: 1 of 3 turns of 30 degrees were seen' : 'fitted',
         }));
     }
     if (this.replay?.playing) this.replay.t_s = Math.min(this.replay.of_s, this.replay.t_s + passed_s);

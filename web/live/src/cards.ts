@@ -18,6 +18,7 @@ function createCard(app: App, name: string): Card {
   const meter = h('span', { class: 'meter-fill' });
   const covered = h('span', { class: 'card-covered' });
   const remark = h('p', { class: 'card-remark', hidden: true });
+  const tracked = h('p', { class: 'card-tracked muted', 'data-testid': `tracked-${name}`, hidden: true });
   const trace = h('canvas', { class: 'card-trace', 'aria-hidden': 'true' });
   const raw = h('span', { class: 'card-raw' });
   const element = h(
@@ -38,6 +39,7 @@ function createCard(app: App, name: string): Card {
       h('p', { class: 'card-foot' }, covered, raw),
     ),
     remark,
+    tracked,
   );
   setProperty(element, '--finger', fingerColour(name));
   let quality: Quality | null = null;
@@ -55,6 +57,8 @@ function createCard(app: App, name: string): Card {
       setText(covered, `Range ${percent(finger.covered)}`);
       setText(remark, finger.remark ?? '');
       show(remark, !!finger.remark);
+      setText(tracked, finger.tracked ?? '');
+      show(tracked, !!finger.tracked);
       setText(raw, finger.raw === null ? '' : `raw ${number(finger.raw)}`);
       setAttribute(raw, 'title', finger.unit);
       if (app.store.glove.angle.rows === 0) setText(angle, degrees(finger.angle_deg));

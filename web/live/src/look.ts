@@ -96,7 +96,7 @@ function createLink(app: App) {
       setAttribute(screen.value, 'title', `99th percentile ${number(drawn.p99_ms)} ms of ${drawn.frames} frames`);
       setAttribute(screen.value, 'data-p99', String(drawn.p99_ms));
       setText(jitter.value, unit(link?.jitter_ms, 1, 'ms'));
-      setText(lost.value, number(link?.lost));
+      setText(lost.value, link && link.lost === null ? 'not known' : number(link?.lost));
       setText(torn.value, number(link?.torn));
     },
   };

@@ -26,7 +26,6 @@ const kStatus: Record<Device['status'], string> = {
   none: 'No glove',
   listening: 'Listening',
   glove: 'Glove connected',
-  hand: 'Hand connected',
   gone: 'Unplugged',
   replay: 'Replaying a recording',
   twin: 'Simulated glove',
@@ -83,7 +82,7 @@ export function createGlove(app: App) {
       );
       show(facts, facts.textContent !== '');
       setOptions(port, [
-        { value: 'auto', text: 'The only one' },
+        { value: 'auto', text: 'What is there' },
         ...ports.map((p) => ({ value: p.path, text: p.name ? `${p.path} (${p.name})` : p.path })),
       ]);
       show(choose, !here);
@@ -192,13 +191,13 @@ export function createAnew(app: App) {
   return {
     element,
     update() {
-      const { anew, model, tracking: isTracking } = app.store.state;
+      const { anew, model, tracking: isTracking, tracking_remark: why } = app.store.state;
       const fingers = anew?.fingers ?? [];
       const seconds = anew?.seconds ?? 0;
       const of = anew?.of_seconds ?? 10;
       const done = fingers.some((finger) => finger.after_deg !== null || finger.verdict);
       const running = !done && seconds > 0 && seconds < of;
-      tracking.update(isTracking);
+      tracking.update(isTracking, why);
       enable(start, model !== null && !running);
       for (const part of [table, decide]) show(part, done);
       for (const part of [bar, clock]) show(part, running);
@@ -226,23 +225,28 @@ function fillAnewRow(row: HTMLTableRowElement, finger: AnewFinger): void {
 
 // On or off as the program says; where it does not say, as it was last asked for.
 function createTracking(app: App, error: HTMLElement) {
-  const element = h(
+  const turnOn = h(
     'button',
     { type: 'button', role: 'switch', class: 'switch', 'data-testid': 'tracking', 'aria-checked': 'false' },
     h('span', { class: 'switch-knob', 'aria-hidden': 'true' }),
     'Follow slow changes while worn',
   );
-  element.addEventListener('click', () => void turn());
+  const remark = h('p', { class: 'muted', 'data-testid': 'tracking-remark', hidden: true });
+  const element = h('div', {}, turnOn, remark);
+  turnOn.addEventListener('click', () => void turn());
   async function turn(): Promise<void> {
-    const on = element.getAttribute('aria-checked') !== 'true';
+    const on = turnOn.getAttribute('aria-checked') !== 'true';
     const wrong = await app.do('tracking.set', { on });
     say(error, wrong);
-    if (wrong === null) setAttribute(element, 'aria-checked', String(on));
+    if (wrong === null) setAttribute(turnOn, 'aria-checked', String(on));
   }
   return {
     element,
-    update(on: boolean | null) {
-      if (on !== null) setAttribute(element, 'aria-checked', String(on));
+    update(on: boolean | null, why: string | null) {
+      if (on !== null) setAttribute(turnOn, 'aria-checked', String(on));
+      enable(turnOn, !why);
+      setText(remark, why ?? '');
+      show(remark, !!why);
     },
   };
 }

@@ -71,7 +71,7 @@ export class Stage {
     show(this.bionicLabel, two);
     const still = state.fingers.length > 0 && state.fingers.every(({ angle_deg }) => angle_deg === null);
     setText(this.ownLabel, still ? 'Your hand, not calibrated: it stands still' : 'Your hand');
-    setText(this.bionicLabel, state.hand?.status === 'simulated' ? 'Bionic hand, simulated' : 'Bionic hand');
+    setText(this.bionicLabel, `Bionic hand${kHandWords[state.hand?.status ?? ''] ?? ''}`);
     const faults = faultsOf(state);
     setText(this.fault, faults);
     show(this.fault, faults !== '');
@@ -157,10 +157,15 @@ function legend(): HTMLElement {
   return h('ul', { class: 'legend', 'aria-label': 'Marks on the joints' }, ...marks, estimated);
 }
 
+const kHandWords: Record<string, string> = {
+  simulated: ', simulated',
+  gone: ', unplugged',
+  waits: ', which waits for its glove',
+};
+
 function faultsOf(state: State): string {
   const faults = state.hand?.faults ?? [];
-  return faults
-    .map((text, i) => (text ? `${title(state.hand?.names[i] ?? '')}: ${text}` : ''))
+  return [...faults.map((text, i) => (text ? `${title(state.hand?.names[i] ?? '')}: ${text}` : '')), state.hand?.board]
     .filter(Boolean)
     .join(' ');
 }

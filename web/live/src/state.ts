@@ -5,7 +5,7 @@ export type Side = 'left' | 'right';
 export type Maybe = number | null;
 
 export interface Device {
-  status: 'none' | 'listening' | 'glove' | 'hand' | 'gone' | 'replay' | 'twin' | 'boards';
+  status: 'none' | 'listening' | 'glove' | 'gone' | 'replay' | 'twin' | 'boards';
   name: string | null;
   port: string | null;
   format: string | null;
@@ -23,6 +23,7 @@ export interface Finger {
   covered: Maybe;
   quality: Quality;
   remark: string | null;
+  tracked?: string | null;
 }
 
 export interface Coverage {
@@ -123,10 +124,11 @@ export interface State {
   link: { rate_hz: Maybe; torn: Maybe; lost: Maybe; jitter_ms: Maybe; latency_ms: Maybe } | null;
   calibration: Calibration | null;
   tracking: boolean | null;
+  tracking_remark: string | null;
   anew: { seconds: Maybe; of_seconds: Maybe; fingers: AnewFinger[] | null } | null;
   twin: { slip_deg: Maybe; drift_deg_per_min: Maybe; noise_counts: Maybe; loss: Maybe } | null;
   posture: { names: string[] } | null;
-  hand: { names: string[]; status: string; faults: string[] | null } | null;
+  hand: { names: string[]; status: string; port?: string | null; faults: string[] | null; board?: string } | null;
   scores: Score[];
   joint_files: string[];
   replay: { file: string; t_s: Maybe; of_s: Maybe; playing: boolean } | null;
@@ -148,6 +150,7 @@ export function completed(from: Partial<State>): State {
     link: from.link ?? null,
     calibration: from.calibration ?? null,
     tracking: from.tracking ?? null,
+    tracking_remark: from.tracking_remark ?? null,
     anew: from.anew ?? null,
     twin: from.twin ?? null,
     posture: from.posture ?? null,

@@ -1,0 +1,64 @@
+#include "apps/live/anew.hpp"
+
+#include <algorithm>
+
+namespace flexor::live {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string joined(const Json& lines) {
+  std::string out;
+  for (const Json& line : lines) out += (out.empty() ? "" : "; ") + line.get<std::string>();
+  return out;
+}
+
+bool holds(const Json& lines, const std::string& line) {
+  return std::ranges::find(lines, Json(line)) != lines.end();
+}
+
+// Lines on a sensor begin with its name.
+std::string verdict_on(const std::string& sensor, const Json& said) {
+  const Json& of = said.at("sensors").at(sensor);
+  if (of.at("applied").get<bool>()) return "fitted";
+  const std::string line = of.at("kept").get<std::string>();
+  const std::string name = sensor + ": ";
+  const std::string why = line.starts_with(name) ? line.substr(name.size()) : line;
+  if (holds(said.at("misfits"), line)) return "does not fit: " + why;
+  if (holds(said.at("wanted"), line)) return "wanted: " + why;
+  return "kept: " + why;
+}
+
+std::string verdict_on(const std::vector<std::string>& sensors, const Json& said) {
+  if (sensors.size() == 1) return verdict_on(sensors.front(), said);
+  std::string out;
+  for (const std::string& sensor : sensors)
+    out += (out.empty() ? "" : "; ") + sensor + " " + verdict_on(sensor, said);
+  return out;
+}
+
+}  // namespace
+
+AnewResult anew_result(const model::Model& old, const Json& said) {
+  AnewResult out;
+  out.applied = said.at("applied").get<bool>();
+  out.wanted = joined(said.at("wanted"));
+  out.misfits = joined(said.at("misfits"));
+  const model::Graph graph(old);
+  for (std::size_t j = 0; j < old.joints.size(); ++j) {
+    const std::string& joint = old.joints[j].name;
+    std::vector<std::string> sensors;
+    for (const std::size_t i : graph.inputs[graph.joint[j]]) sensors.push_back(old.inputs[i].name);
+    const Json& before = said.at("change_rms_deg").at(joint);
+    const Json& after = said.at("se_deg").at(joint);
+    if (before.is_number() && after.is_number() && before.get<double>() > after.get<double>())
+      out.is_off = true;
+    out.fingers.push_back({{"name", joint},
+                           {"before_deg", before},
+                           {"after_deg", after},
+                           {"verdict", verdict_on(sensors, said)}});
+  }
+  return out;
+}
+
+}  // namespace flexor::live

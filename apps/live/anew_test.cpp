@@ -1,0 +1,77 @@
+#include "apps/live/anew.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "host/donning/recalibrate_files.hpp"
+
+namespace flexor::live {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Its sensors are called as the columns of a glove's log, its joints as fingers.
+model::Model five() {
+  model::Model out = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
+  for (std::size_t i = 0; i < out.inputs.size(); ++i) {
+    const std::string before = std::exchange(out.inputs[i].name, out.joints[i].name + "_count");
+    for (model::Block& block : out.blocks) std::ranges::replace(block.from, before, out.inputs[i].name);
+  }
+  model::check(out);
+  return out;
+}
+
+donning::Recalibration answer(const model::Model& model) {
+  donning::Recalibration out;
+  out.applied = true;
+  for (const model::Input& input : model.inputs) {
+    donning::SensorResult& sensor = out.sensors.emplace_back();
+    sensor.name = input.name;
+    sensor.applied = true;
+  }
+  for (const model::Joint& joint : model.joints) out.joints.push_back({joint.name, 8, 8, 2});
+  return out;
+}
+
+std::string verdict(const AnewResult& result, std::size_t finger) {
+  return result.fingers.at(finger).at("verdict").get<std::string>();
+}
+
+TEST(Anew, SaysOfEachFingerWhatCameOfItsOwnSensor) {
+  const model::Model model = five();
+  donning::Recalibration said = answer(model);
+  const auto keep = [&](std::size_t i, const std::string& why) {
+    said.sensors[i].applied = false;
+    said.sensors[i].kept = why;
+  };
+  keep(1, "index_count: it stands still at 470");
+  said.misfits.push_back(said.sensors[1].kept);
+  keep(2, "middle_count: open and close it once more");
+  said.wanted.push_back(said.sensors[2].kept);
+  keep(3, "ring_count: it reads as it did where the model was made");
+  const AnewResult result = anew_result(model, donning::to_json(said));
+  EXPECT_TRUE(result.applied);
+  EXPECT_TRUE(result.is_off);
+  EXPECT_EQ(result.fingers.at(0).at("name"), "thumb");
+  EXPECT_EQ(result.fingers.at(0).at("before_deg"), 8);
+  EXPECT_EQ(result.fingers.at(0).at("after_deg"), 2);
+  EXPECT_EQ(verdict(result, 0), "fitted");
+  EXPECT_EQ(verdict(result, 1), "does not fit: it stands still at 470");
+  EXPECT_EQ(verdict(result, 2), "wanted: open and close it once more");
+  EXPECT_EQ(verdict(result, 3), "kept: it reads as it did where the model was made");
+  EXPECT_EQ(verdict(result, 4), "fitted");
+  EXPECT_EQ(result.misfits, "index_count: it stands still at 470");
+  EXPECT_EQ(result.wanted, "middle_count: open and close it once more");
+}
+
+TEST(Anew, AnErrorThatIsNotKnownIsNull) {
+  const model::Model model = five();
+  Json said = donning::to_json(answer(model));
+  said["se_deg"]["thumb"] = nullptr;
+  EXPECT_TRUE(anew_result(model, said).fingers.at(0).at("after_deg").is_null());
+}
+
+}  // namespace
+}  // namespace flexor::live

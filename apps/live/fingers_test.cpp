@@ -1,0 +1,82 @@
+#include "apps/live/fingers.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/model/channel.hpp"
+
+namespace flexor::live {
+namespace {
+
+constexpr double kRate_hz = 50;
+
+// A glove of one strip: 300 at the open hand, 700 at the fist.
+model::Model strip_model(std::optional<model::Poses> poses) {
+  model::Model m;
+  m.sample_period_s = 1 / kRate_hz;
+  model::Channel c;
+  c.name = "index";
+  c.input_column = "index_count";
+  c.valid_min = 150;
+  c.valid_max = 850;
+  c.saturation = {28, 113};
+  model::add(m, c);
+  m.inputs[0].poses = poses;
+  return m;
+}
+
+// Whole bends of eight seconds each, of a strip that drifts by so much.
+double wear(Fingers& fingers, double from_s, double seconds, double drift_per_s) {
+  const double to_s = from_s + seconds;
+  for (double t_s = from_s; t_s < to_s; t_s += 1 / kRate_hz) {
+    const double phase = std::fmod(t_s, 8);
+    const double closed = phase < 1 ? phase : phase < 4 ? 1 : phase < 5 ? 5 - phase : 0;
+    fingers.add({t_s, t_s, {300 + 400 * closed + drift_per_s * (t_s - from_s)}, {}});
+  }
+  return to_s;
+}
+
+bool holds(const std::string& text, const char* what) { return text.find(what) != std::string::npos; }
+
+TEST(Fingers, SayHowAStripIsTrackedAndWhenItDriftsMoreQuickly) {
+  Fingers fingers({"index_count"});
+  fingers.wear(strip_model(model::Poses{300, 700}), true);
+  double now_s = wear(fingers, 0, 160, 0);
+  FingerView view = fingers.view(now_s).front();
+  EXPECT_TRUE(holds(view.tracked, "tracked: shifted by")) << view.tracked;
+  EXPECT_EQ(view.remark, "");
+  now_s = wear(fingers, now_s, 40, 7);
+  view = fingers.view(now_s).front();
+  EXPECT_TRUE(holds(view.tracked, "drifted more quickly")) << view.tracked;
+  EXPECT_FALSE(view.remark.empty());
+  EXPECT_STREQ(view.quality, "fair");
+}
+
+TEST(Fingers, OfAModelThatCannotBeTrackedAreNot) {
+  EXPECT_TRUE(can_be_tracked(strip_model(model::Poses{300, 700})));
+  EXPECT_FALSE(can_be_tracked(strip_model({})));
+  Fingers fingers({"index_count"});
+  fingers.wear(strip_model({}), true);
+  EXPECT_EQ(fingers.view(wear(fingers, 0, 1, 0)).front().tracked, "");
+}
+
+TEST(Fingers, SayWhichStripIsNotTrackedBesideOthers) {
+  model::Model two = strip_model(model::Poses{300, 700});
+  model::Channel c;
+  c.name = "middle";
+  c.input_column = "middle_count";
+  c.valid_min = 150;
+  c.valid_max = 850;
+  c.saturation = {28, 113};
+  model::add(two, c);
+  Fingers fingers({"index_count", "middle_count"});
+  fingers.wear(two, true);
+  fingers.add({0, 0, {300, 300}, {}});
+  const std::vector<FingerView> view = fingers.view(0);
+  EXPECT_TRUE(holds(view[0].tracked, "tracked: shifted")) << view[0].tracked;
+  EXPECT_TRUE(holds(view[1].tracked, "not tracked")) << view[1].tracked;
+}
+
+}  // namespace
+}  // namespace flexor::live

@@ -1,0 +1,40 @@
+#include "apps/live/hand_port.hpp"
+
+#include <utility>
+
+namespace flexor::live {
+namespace {
+
+constexpr double kSilent_s = 2;  // it speaks several times a second
+
+}  // namespace
+
+HandPort::HandPort(std::shared_ptr<listen::Source> source, std::string path, double begin_s)
+    : source_(std::move(source)), path_(std::move(path)), begin_s_(begin_s), newest_s_(begin_s - kSilent_s) {}
+
+std::vector<listen::Sample> HandPort::poll() {
+  std::vector<listen::Sample> out;
+  const listen::Event event = source_->wait(0, out);
+  if (event == listen::Event::gone) is_gone_ = true;
+  if (event == listen::Event::back) is_gone_ = false;
+  for (listen::Sample& sample : out) sample.host_s += begin_s_;
+  if (out.empty()) return out;
+  newest_ = out.back();
+  newest_s_ = newest_.host_s;
+  return out;
+}
+
+const char* HandPort::status(double now_s) const {
+  if (is_gone_) return "gone";
+  return now_s - newest_s_ < kSilent_s ? "connected" : "waits";
+}
+
+std::string HandPort::remark(std::size_t column) const {
+  return column < newest_.remark.size() ? newest_.remark[column] : "";
+}
+
+std::string HandPort::fault(std::size_t finger) const { return remark(2 * twin::kFingers + finger); }
+
+std::string HandPort::board_faults() const { return remark(3 * twin::kFingers); }
+
+}  // namespace flexor::live

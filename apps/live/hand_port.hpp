@@ -1,0 +1,49 @@
+// The bionic hand at a port of its own, beside the glove: what it says of its fingers.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host/listen/source.hpp"
+#include "host/twin/parameters.hpp"
+
+namespace flexor::live {
+
+class HandPort {
+ public:
+  // `source` gives a hand's telemetry (listen::Format::hand); `begin_s`: the server's clock when its own was 0.
+  HandPort(std::shared_ptr<listen::Source> source, std::string path, double begin_s);
+
+  // Samples that came since the last time, on the server's clock; never waits.
+  std::vector<listen::Sample> poll();
+  // Another program may have the port, until the next poll().
+  void let_go() { source_->let_go(); }
+
+  const std::string& path() const { return path_; }
+  const std::vector<std::string>& columns() const { return source_->columns(); }
+  // connected; gone: unplugged; waits: for its glove, and says nothing of its fingers.
+  const char* status(double now_s) const;
+  // Of the newest sample, in words; "": nothing.
+  std::string fault(std::size_t finger) const;
+  std::string board_faults() const;
+
+ private:
+  std::string remark(std::size_t column) const;
+
+  std::shared_ptr<listen::Source> source_;
+  std::string path_;
+  double begin_s_;
+  bool is_gone_ = false;
+  listen::Sample newest_;
+  double newest_s_;
+};
+
+// Of a sample of telemetry.
+inline double hand_deg(const listen::Sample& sample, std::size_t finger) { return sample.value[finger]; }
+inline double hand_duty_percent(const listen::Sample& sample, std::size_t finger) {
+  return sample.value[twin::kFingers + finger];
+}
+
+}  // namespace flexor::live

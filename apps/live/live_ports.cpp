@@ -1,0 +1,171 @@
+// Ports: which there are, who speaks at them, the place of the glove and that of the hand.
+#include <algorithm>
+
+#include "apps/live/live.hpp"
+#include "host/deploy/flash.hpp"
+#include "host/deploy/pair_key.hpp"
+#include "host/io/io.hpp"
+#include "host/listen/listener.hpp"
+
+namespace flexor::live {
+namespace {
+
+constexpr std::size_t kMostTried = 2;  // ports that nobody has named: a glove's and a hand's
+
+bool is_same_port(const std::string& a, const std::string& b) {
+  std::error_code error;
+  return a == b || std::filesystem::equivalent(a, b, error);
+}
+
+}  // namespace
+
+void Live::stop_finder() {
+  if (finder_stops_) *finder_stops_ = true;
+  if (finder_.joinable()) finder_.join();
+}
+
+// What is looked for is wanted no longer.
+void Live::end_search() {
+  ++search_;
+  is_searching_ = false;
+  stop_finder();
+}
+
+// Those that the options name.
+void Live::connect_named() {
+  std::vector<std::string> named;
+  if (options_.port != "auto") named.push_back(deploy::choose_port(options_.port));
+  if (!options_.hand.empty()) named.push_back(deploy::choose_port(options_.hand));
+  if (!named.empty()) listen_to(named, true);
+}
+
+void Live::connect(const std::string& port) {
+  const std::vector<std::string> free = free_ports(deploy::find_ports("/dev"));
+  const bool any = port == "auto" && !free.empty() && free.size() <= kMostTried;
+  listen_to(any ? free : std::vector{deploy::choose_port(port)}, true);
+}
+
+// The ports there are, also when they are plugged in later. One that said nothing that is known is tried again when others
+// come. A board that is being written comes and goes: nobody takes its port meanwhile.
+void Live::look_for_port() {
+  const bool is_whole = source_ && hand_port_;
+  if (options_.worn || replay_ || job_ || is_whole || is_searching_ || options_.port != "auto") return;
+  const std::vector<std::string> ports = deploy::find_ports("/dev");
+  if (ports == tried_ports_) return;
+  tried_ports_ = ports;
+  const std::vector<std::string> free = free_ports(ports);
+  if (!free.empty() && free.size() <= kMostTried) listen_to(free, false);
+}
+
+std::vector<std::string> Live::free_ports(std::vector<std::string> ports) const {
+  std::erase_if(ports, [this](const std::string& path) {
+    return (source_ && is_same_port(path, port_)) || (hand_port_ && is_same_port(path, hand_port_->path()));
+  });
+  return ports;
+}
+
+// One after the other. The glove and the hand stay until another one is found, but at a port that is listened to anew.
+void Live::listen_to(std::vector<std::string> paths, bool is_chosen) {
+  end_search();
+  for (const std::string& path : paths) {
+    const bool is_over = is_chosen && (replay_ || status_ == "gone");
+    if (source_ && (is_over || is_same_port(path, port_))) detach();
+    if (hand_port_ && is_same_port(path, hand_port_->path())) hand_port_.reset();
+  }
+  is_searching_ = true;
+  if (!source_) {
+    status_ = "listening";
+    port_ = paths.front();
+    says_ = port_ + ": listening";
+    is_misunderstood_ = false;
+  }
+  finder_stops_ = std::make_shared<std::atomic<bool>>(false);
+  finder_ = std::thread(
+      [this, paths = std::move(paths), is_chosen, search = search_.load(), stops = finder_stops_] {
+        for (const std::string& path : paths) {
+          const Found found = find(path, search, stops);
+          post("port", [this, found, is_chosen, search] {
+            if (search == search_) found_port(found, is_chosen);
+          });
+        }
+        post("port", [this, search] {
+          if (search == search_) searched();
+        });
+      });
+}
+
+// On the finder's thread: finding a rate and a format takes seconds.
+Live::Found Live::find(const std::string& path, int search, const std::shared_ptr<std::atomic<bool>>& stops) {
+  const auto says = [this, search, path](const std::string& what) {
+    post("port", [this, search, path, what] {
+      if (search == search_ && !source_) says_ = path + ": " + what;
+    });
+  };
+  try {
+    listen::ListenerOptions options;
+    options.port = path;
+    options.baud = options_.baud;
+    options.readings = true;
+    options.angles_will_do = true;
+    options.waiting_hand_will_do = true;
+    options.stop = stops;
+    if (!options_.key.empty()) options.key = deploy::load_key(options_.key);
+    return {path, std::make_shared<listen::Listener>(options, says), ""};
+  } catch (const std::exception& error) {
+    return {path, nullptr, error.what()};
+  }
+}
+
+// What is chosen takes the place of who is there.
+void Live::found_port(const Found& found, bool is_chosen) {
+  if (!found.listener) {
+    if (source_ && is_chosen) last_ = Json{{"job", "port"}, {"ok", false}, {"text", found.trouble}};
+    if (source_) return;
+    says_ = found.trouble;
+    is_misunderstood_ = true;
+    return;
+  }
+  if (found.listener->format() != listen::Format::hand) {
+    if (is_chosen || !source_) attach(found.listener, found.path, "glove");
+  } else if (is_chosen || !hand_port_) {
+    hand_port_.emplace(found.listener, found.path, now_s() - found.listener->now_s());
+  }
+}
+
+void Live::searched() {
+  is_searching_ = false;
+  if (status_ != "listening") return;
+  status_ = "none";
+  port_.clear();
+  if (!is_misunderstood_) says_ = "no glove";
+}
+
+void Live::hear_hand() {
+  if (!hand_port_ || held_) return;
+  const std::vector<listen::Sample> samples = hand_port_->poll();
+  if (samples.empty()) return;
+  Rows rows(Kind::hand, twin::kFingers);
+  for (const listen::Sample& sample : samples) {
+    rows.add(
+        sample.host_s, [&](std::size_t i) { return hand_duty_percent(sample, i); },
+        [&](std::size_t i) { return hand_deg(sample, i); });
+  }
+  server_->send_all(rows.bytes());
+  write_hand(samples);
+}
+
+void Live::write_hand(const std::vector<listen::Sample>& samples) {
+  if (!recording_) return;
+  try {
+    if (!recording_->hand) {
+      const std::filesystem::path file = sessions_.folder(recording_->session) / "hand.csv";
+      recording_->hand = std::make_unique<listen::Log>(file, hand_port_->columns());
+    }
+    for (const listen::Sample& sample : samples) recording_->hand->add(sample);
+  } catch (const std::exception& error) {
+    say_failed("record", error);
+    recording_.reset();
+  }
+}
+
+}  // namespace flexor::live

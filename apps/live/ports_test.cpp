@@ -1,0 +1,149 @@
+// Gloves at serial ports as a page sees them.
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+
+#include "apps/live/messages.hpp"
+#include "apps/live/test_program.hpp"
+#include "host/io/test_terminal.hpp"
+#include "host/listen/test_board.hpp"
+
+namespace flexor::live {
+namespace {
+
+using listen::Board;
+using listen::FramesGlove;
+
+class Ports : public Program {
+ protected:
+  void SetUp() override { FLEXOR_NEEDS_TERMINALS(); }
+};
+
+bool says(const Json& text, const char* what) {
+  return text.is_string() && text.get<std::string>().find(what) != std::string::npos;
+}
+
+TEST_F(Ports, AGloveThatSendsAnglesAloneMovesAndSaysWhatItLacks) {
+  FramesGlove frames({}, false);
+  Board glove(std::ref(frames));
+  begin({"--port", glove.port()});
+  const Json state = state_when([](const Json& s) { return s.at("fingers").size() == 5; });
+  ASSERT_FALSE(state.is_null());
+  EXPECT_EQ(state["fingers"][0]["unit"], "deg");
+  const double first_deg = state["fingers"][0]["angle_deg"];
+  EXPECT_FALSE(
+      state_when([&](const Json& s) { return s["fingers"][0]["angle_deg"] != first_deg; }).is_null());
+  EXPECT_TRUE(says(state["device"]["format"], "compensated on the glove")) << state["device"];
+  EXPECT_TRUE(says(state["next"], "A calibration needs readings")) << state["next"];
+  EXPECT_TRUE(state["link"]["lost"].is_number()) << "its angles have a counter";
+  expect_refused({{"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "poses"}},
+                 "no readings");
+  EXPECT_TRUE(ask({{"do", "record.start"}}).at("ok").get<bool>());
+}
+
+TEST_F(Ports, AGloveThatWaitsForItsHandGivesItsReadings) {
+  FramesGlove frames(link::Key{{1, 2, 3}}, true);
+  Board glove(std::ref(frames));
+  begin({"--port", glove.port()});
+  const Json state = state_when([](const Json& s) { return s.at("fingers").size() == 5; });
+  ASSERT_FALSE(state.is_null());
+  EXPECT_EQ(state["fingers"][0]["unit"], "count");
+  EXPECT_TRUE(says(state["device"]["format"], "nothing guards its readings")) << state["device"];
+  EXPECT_TRUE(state["link"]["lost"].is_null()) << "readings have no counter";
+  EXPECT_TRUE(ask({{"do", "record.start"}}).at("ok").get<bool>());
+}
+
+// A hand in touch with its glove, one finger of it stalled.
+std::string hand_says(link::HandEnd& hand) {
+  const std::vector<std::uint8_t> bytes = listen::telemetry(hand, false);
+  return {bytes.begin(), bytes.end()};
+}
+
+TEST_F(Ports, AHandIsShownAndRecordedBesideTheGlove) {
+  FramesGlove frames({}, true);
+  Board glove(std::ref(frames));
+  link::HandEnd end(nullptr);
+  Board hand([&](const std::string&) { return hand_says(end); });
+  begin({"--port", glove.port(), "--hand", hand.port()});
+  const auto both = [](const Json& s) { return s.at("fingers").size() == 5 && s.at("hand").is_object(); };
+  const Json state = state_when(both);
+  ASSERT_FALSE(state.is_null());
+  EXPECT_EQ(state["device"]["port"], glove.port());
+  EXPECT_EQ(state["hand"]["port"], hand.port());
+  const Json told = state_when([](const Json& s) { return s["hand"]["status"] == "connected"; });
+  ASSERT_FALSE(told.is_null());
+  EXPECT_EQ(told["hand"]["faults"], Json({"", "stalled", "", "", ""}));
+  EXPECT_TRUE(says(told["hand"]["board"], "supply dip"));
+
+  std::string rows;
+  while (rows.empty() || rows[0] != static_cast<char>(Kind::hand)) rows = tab_->hear().second;
+  ASSERT_EQ(rows.size(), 4U + 8 + 2 * 5 * 4);
+  float index_deg = 0;
+  std::memcpy(&index_deg, rows.data() + 4 + 8 + (5 + 1) * sizeof index_deg, sizeof index_deg);
+  EXPECT_EQ(index_deg, 45);
+
+  ASSERT_TRUE(ask({{"do", "record.start"}}).at("ok").get<bool>());
+  const Json grown =
+      state_when([](const Json& s) { return s.at("recording").is_object() && s["recording"]["rows"] > 30; });
+  ASSERT_FALSE(grown.is_null());
+  ASSERT_TRUE(ask({{"do", "record.stop"}}).at("ok").get<bool>());
+  const auto log = folder_.path() / "sessions" / grown["recording"]["file"].get<std::string>();
+  const std::string text = io::read_file(log.parent_path() / "hand.csv");
+  EXPECT_TRUE(text.starts_with("t_s,host_s,thumb_deg,index_deg")) << text.substr(0, text.find('\n'));
+  EXPECT_GT(std::count(text.begin(), text.end(), '\n'), 10);
+
+  hand.unplug();
+  const Json gone = state_when([](const Json& s) { return s["hand"]["status"] == "gone"; });
+  ASSERT_FALSE(gone.is_null());
+  EXPECT_EQ(gone["device"]["status"], "glove");
+  ASSERT_TRUE(ask({{"do", "device.leave"}}).at("ok").get<bool>());
+  EXPECT_FALSE(state_when([](const Json& s) {
+                 return s.at("hand").is_null() && s["device"]["status"] == "none";
+               }).is_null());
+}
+
+TEST_F(Ports, AHandThatIsChosenLaterLeavesTheGloveWhereItIs) {
+  FramesGlove frames({}, true);
+  Board glove(std::ref(frames));
+  const link::Key key = {{1, 2, 3}};
+  link::HandEnd end(&key);
+  end.start(1);
+  std::atomic<bool> in_touch = false;
+  link::HandEnd open(nullptr);
+  Board hand([&](const std::string&) {
+    if (in_touch) return hand_says(open);
+    std::array<std::uint8_t, link::kMaxWire> wire{};
+    const std::uint8_t size = end.challenge(wire.data());
+    return std::string(wire.begin(), wire.begin() + size);
+  });
+  begin({"--port", glove.port(), "--model", FLEXOR_SOURCE_DIR "/models/published_hw.json"});
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  expect_refused({{"do", "flash"}, {"board", "hand"}}, "no hand is connected");
+  ASSERT_TRUE(ask({{"do", "device.connect"}, {"port", hand.port()}}).at("ok").get<bool>());
+  const Json waits = state_when([](const Json& s) {
+    EXPECT_EQ(s["device"]["status"], "glove") << "all the time";
+    return s.at("hand").is_object();
+  });
+  ASSERT_FALSE(waits.is_null());
+  EXPECT_EQ(waits["hand"]["status"], "waits");
+  EXPECT_EQ(waits["device"]["port"], glove.port());
+  in_touch = true;
+  EXPECT_FALSE(state_when([](const Json& s) { return s["hand"]["status"] == "connected"; }).is_null());
+}
+
+TEST_F(Ports, WhatIsChosenAndNotUnderstoodChangesNothing) {
+  FramesGlove frames({}, true);
+  Board glove(std::ref(frames));
+  Board silent([](const std::string&) { return std::string(); });
+  begin({"--port", glove.port()});
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  ASSERT_TRUE(ask({{"do", "device.connect"}, {"port", silent.port()}}).at("ok").get<bool>());
+  const Json told = state_when([](const Json& s) { return s.at("last").is_object(); });
+  ASSERT_FALSE(told.is_null());
+  EXPECT_TRUE(says(told["last"]["text"], "nothing comes")) << told["last"];
+  EXPECT_EQ(told["device"]["status"], "glove");
+  EXPECT_EQ(told["fingers"].size(), 5U);
+}
+
+}  // namespace
+}  // namespace flexor::live

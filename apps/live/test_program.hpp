@@ -1,0 +1,84 @@
+// The program as a page sees it: `flexor live` over its socket.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/live/test_wire.hpp"
+#include "host/io/io.hpp"
+#include "host/io/process.hpp"
+
+namespace flexor::live {
+
+using Json = nlohmann::json;
+
+class Program : public testing::Test {
+ protected:
+  // With these arguments of its own.
+  void begin(const std::vector<std::string>& arguments) {
+    io::Pipe out;
+    const std::string program = std::filesystem::absolute(FLEXOR_PROGRAM).string();
+    std::vector<std::string> all = {"flexor", "live", "--json", "--sessions",
+                                    (folder_.path() / "sessions").string()};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    process_.emplace(program, all, std::vector<io::HandedOn>{{out.end(1), STDOUT_FILENO}});
+    out.close_end(1);
+    std::string line;
+    for (char c = 0; read(out.end(0), &c, 1) == 1 && c != '\n';) line += c;
+    place_.emplace(Json::parse(line).at("url").get<std::string>());
+    tab_.emplace(*place_);
+    ASSERT_EQ(tab_->status, 101);
+  }
+  void TearDown() override { end(); }
+  void end() {
+    tab_.reset();
+    if (process_) process_->kill();
+    if (process_) process_->wait();
+  }
+
+  // The answer to these words.
+  Json ask(Json message) {
+    message["id"] = ++id_;
+    tab_->say(message.dump());
+    for (;;) {
+      const auto [opcode, payload] = tab_->hear();
+      if (opcode == 0) return nullptr;
+      if (opcode != kText) continue;
+      const Json heard = Json::parse(payload);
+      if (heard.contains("event")) state_ = heard;
+      if (heard.contains("id") && heard["id"] == id_) return heard;
+    }
+  }
+  // The next state for which this holds; null after ten seconds.
+  template <class Holds>
+  Json state_when(Holds&& holds) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (std::chrono::steady_clock::now() < end) {
+      const auto [opcode, payload] = tab_->hear();
+      if (opcode == 0) return nullptr;
+      if (opcode != kText) continue;
+      const Json heard = Json::parse(payload);
+      if (heard.value("event", "") == "state" && holds(heard)) return heard;
+    }
+    return nullptr;
+  }
+  void expect_refused(const Json& message, const std::string& says) {
+    const Json answer = ask(message);
+    EXPECT_FALSE(answer.at("ok").get<bool>()) << message;
+    EXPECT_NE(answer.at("error").get<std::string>().find(says), std::string::npos) << answer;
+  }
+
+  io::TemporaryFolder folder_;
+  std::optional<io::Process> process_;
+  std::optional<Place> place_;
+  std::optional<Tab> tab_;
+  Json state_;
+  int id_ = 0;
+};
+
+}  // namespace flexor::live

@@ -1,0 +1,136 @@
+// For tests only: a board on a pseudo-terminal, and what gloves say.
+#pragma once
+
+#include <fcntl.h>
+#include <stdlib.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "runtime/link/glove_end.hpp"
+#include "runtime/link/hand_end.hpp"
+
+namespace flexor::listen {
+
+// The board's end of the line; says what `says` gives every 10 ms. `heard` gets what came since.
+class Board {
+ public:
+  using Says = std::function<std::string(const std::string& heard)>;
+
+  explicit Board(Says says) : end_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
+    grantpt(end_);
+    unlockpt(end_);
+    port_ = ptsname(end_);
+    termios raw{};
+    tcgetattr(end_, &raw);
+    cfmakeraw(&raw);
+    tcsetattr(end_, TCSANOW, &raw);
+    thread_ = std::jthread([this, says = std::move(says)](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        const std::string text = says(heard());
+        (void)!write(end_, text.data(), text.size());
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      }
+    });
+  }
+  ~Board() { unplug(); }
+  Board(const Board&) = delete;
+  Board& operator=(const Board&) = delete;
+  void unplug() {
+    if (end_ < 0) return;
+    thread_.request_stop();
+    thread_.join();
+    close(end_);
+    end_ = -1;
+  }
+  const std::string& port() const { return port_; }
+
+ private:
+  std::string heard() const {
+    std::array<char, 256> bytes{};
+    const ssize_t count = read(end_, bytes.data(), bytes.size());
+    return count > 0 ? std::string(bytes.data(), static_cast<std::size_t>(count)) : std::string();
+  }
+
+  int end_;
+  std::string port_;
+  std::jthread thread_;
+};
+
+// A glove's frames, as its firmware says them: angles in touch with its hand, else how it is; readings before, for a second,
+// where it gives them and is asked. Angles and readings move.
+class FramesGlove {
+ public:
+  FramesGlove(std::optional<link::Key> key, bool gives_readings)
+      : key_(key), end_(key_ ? &*key_ : nullptr), gives_readings_(gives_readings) {}
+  FramesGlove(const FramesGlove&) = delete;
+  FramesGlove& operator=(const FramesGlove&) = delete;
+
+  std::string operator()(const std::string& heard) {
+    for (const char byte : heard) {
+      if (end_.push(static_cast<std::uint8_t>(byte)) != link::Received::pending) continue;
+      if (end_.packet().type() == link::Type::request && gives_readings_) readings_left_ = kASecond;
+    }
+    ++slot_;
+    std::string out;
+    if (readings_left_ > 0) out = readings();
+    std::array<std::uint8_t, link::kMaxWire> wire{};
+    link::Frame frame{};
+    frame.time_ms = static_cast<std::uint16_t>(10 * slot_);
+    for (std::int16_t& angle : frame.angle) angle = static_cast<std::int16_t>(16 * (slot_ % 90));
+    const std::uint8_t size =
+        end_.in_touch() ? end_.angles(frame, false, wire.data()) : end_.state(0, 0, wire.data());
+    return out + std::string(wire.begin(), wire.begin() + size);
+  }
+
+ private:
+  std::string readings() {
+    --readings_left_;
+    std::array<std::uint16_t, link::kFingers> counts{};
+    counts.fill(static_cast<std::uint16_t>(300 + slot_ % 400));
+    link::Packet packet;
+    std::array<std::uint8_t, link::kMaxWire> wire{};
+    const std::uint8_t bytes = link::put_readings(static_cast<std::uint16_t>(10 * slot_), counts.data(),
+                                                  link::kFingers, packet.body());
+    const std::uint8_t size = link::GloveEnd::say(link::Type::readings, packet, bytes, false, wire.data());
+    return {wire.begin(), wire.begin() + size};
+  }
+
+  static constexpr int kASecond = 100;  // slots
+
+  std::optional<link::Key> key_;
+  link::GloveEnd end_;
+  bool gives_readings_;
+  unsigned slot_ = 0;
+  int readings_left_ = 0;
+};
+
+// What a hand says, of which one finger is stalled.
+inline std::vector<std::uint8_t> telemetry(link::HandEnd& hand, bool state) {
+  link::Packet packet;
+  std::array<std::uint8_t, link::kMaxWire> wire{};
+  std::uint8_t size = 0;
+  if (state) {
+    link::State said{};
+    said.board = link::BoardKind::hand;
+    const std::uint8_t bytes = link::put_state(said, packet.body());
+    size = hand.say(link::Type::state, packet, bytes, wire.data());
+  } else {
+    std::array<link::FingerTelemetry, link::kFingers> finger{};
+    finger[1] = {720, -127, 1};
+    const std::uint8_t bytes =
+        link::put_telemetry(2500, 0b1001, finger.data(), link::kFingers, packet.body());
+    size = hand.say(link::Type::telemetry, packet, bytes, wire.data());
+  }
+  return {wire.begin(), wire.begin() + size};
+}
+
+}  // namespace flexor::listen

@@ -25,6 +25,7 @@
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/io/run_in_order.hpp"
+#include "host/model/correction.hpp"
 #include "host/model/formats.hpp"
 #include "host/recording/clock.hpp"
 #include "host/recording/csv.hpp"
@@ -473,11 +474,13 @@ void add_warnings(const Files& files, std::vector<std::string>& warnings) {
 // Readings that are left out, and those that no board takes.
 void warn_of_readings(const model::Model& model, const std::vector<Files>& files,
                       std::vector<std::string>& warnings) {
-  for (const model::Input& input : model.inputs) {
+  const model::Model board = model::folded(model).model;
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    const model::Input& input = model.inputs[i];
     std::vector<std::span<const double>> readings;
     for (const Files& one : files) readings.emplace_back(one.sensor.column(input.name).value);
     if (const auto text = refused_readings(input, readings)) warnings.push_back(*text);
-    if (!model::holds_readings(input)) {
+    if (!model::holds_readings(board.inputs[i])) {
       warnings.push_back(fmt::format(
           "{}: the boards take readings from -1024 to 1023, not {:g} to {:g}: this model runs on a "
           "PC, and deploy refuses it",

@@ -8,12 +8,15 @@
 #include <functional>
 #include <random>
 
+#include "host/identify/estimator.hpp"
 #include "host/identify/hand_results.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/motion_check.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/model/compensator.hpp"
+#include "host/model/correction.hpp"
+#include "host/model/fixed_error.hpp"
 #include "host/model/formats.hpp"
 #include "host/recording/csv.hpp"
 
@@ -274,6 +277,42 @@ TEST_F(Hand, ReadingsThatNoBoardTakesAreFittedForAPC) {
   EXPECT_LT(wide.joints[0].holdout.rmse_deg, wide.joints[0].baselines.at("line").rmse_deg);
   EXPECT_TRUE(warned(wide, "runs on a PC"));
   EXPECT_THROW(model::check_fixed(wide.model), io::InputError);
+}
+
+// The board has the gain in its table of counts, so its integers are no coarser.
+TEST_F(Hand, VoltsAreFittedAndHeldAsFinelyAsCounts) {
+  const PairFiles files = write("volts", 60, 1);
+  HandRequest r = request({files}, "index=a_adc:index_deg,thumb=b_adc+a_adc:thumb_deg");
+  r.input_unit = "count";
+  r.rate_hz = 10;
+  const HandIdentification counts = identify_hand(r, {});
+  recording::Recording log = recording::read_csv(files.sensor, {}, "");
+  for (recording::Column& column : log.columns) {
+    column.name = column.name.substr(0, 1) + "_V";
+    for (double& u : column.value) u *= 5.0 / 1023;
+  }
+  io::write_file(files.sensor, recording::to_csv(log));
+  r = request({files}, "index=a_V:index_deg,thumb=b_V+a_V:thumb_deg");
+  r.rate_hz = 10;
+  const HandIdentification volts = identify_hand(r, {});
+  for (std::size_t j = 0; j < 2; ++j) {
+    const double ratio = volts.joints[j].holdout.rmse_deg / counts.joints[j].holdout.rmse_deg;
+    EXPECT_NEAR(ratio, 1, 0.02) << volts.joints[j].name;
+  }
+  const model::Folded board = model::folded(volts.model);
+  EXPECT_LT(model::worst_fixed_error_deg(board.model), model::kFixedError_deg);
+  EXPECT_EQ(board.model.blocks.size() + 2, volts.model.blocks.size()) << "one gain for each sensor";
+  EXPECT_LT(volts.model.inputs[0].valid_max, 5);
+  Estimator<model::DoubleArithmetic> exact(volts.model);
+  Estimator<model::FixedArithmetic> fixed(volts.model);
+  for (std::size_t k = 0; k < log.t_s.size(); ++k) {
+    const std::vector<double> row = {log.columns[0].value[k], log.columns[1].value[k]};
+    double angle_deg = 0;
+    exact.push(log.t_s[k], row, [&](const Estimate& e) { angle_deg = e.angle_deg[0]; });
+    fixed.push(log.t_s[k], row, [&](const Estimate& e) { ASSERT_NEAR(e.angle_deg[0], angle_deg, 0.15); });
+  }
+  EXPECT_EQ(model::from_json(model::to_json(volts.model), "it"), volts.model);
+  EXPECT_FALSE(warned(volts, "runs on a PC"));
 }
 
 TEST_F(Hand, TheSensorThatTellsAJointBetterIsNamed) {

@@ -51,10 +51,11 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
 // `inputs` with the joint's own alone.
 model::Model own_inputs(model::Model inputs, const JointMap& joint);
 
-// A model of this joint alone.
+// A model of this joint alone. Readings in a unit of other size than counts pass a gain first (host/model/correction.hpp),
+// which a board has in its table of counts: its integers are as fine as with counts.
 model::Model joint_model(const model::Model& inputs, const Additive& fit, const JointMap& joint);
 
-// Blocks and joints of `one` behind those that the model has.
+// Blocks and joints of `one` behind those that the model has; a sensor's gain, which joints share, once.
 void append(const model::Model& one, model::Model& model);
 
 }  // namespace flexor::identify

@@ -730,7 +730,7 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   std::vector<Files> files;
   for (const PairFiles& pair : request.pairs) {
     files.push_back(read_files(pair, request));
-    if (const auto text = seen_before(files)) r.warnings.push_back(*text);
+    refuse_seen_before(files);
     add_warnings(files.back(), r.warnings);
   }
   for (std::size_t p = 0; p < files.size(); ++p) {

@@ -144,6 +144,20 @@ TEST_F(Hand, SeveralRecordingsAreOneFitWithAClockEach) {
   EXPECT_GT(r.joints[0].fitted_samples, 2 * 25 * 20) << "both first halves are fitted";
 }
 
+// Nothing differs between them, so that each may say it as well as both.
+TEST_F(Hand, ARecordingThatStandsThereTwiceWithADifferenceSpoilsNothing) {
+  const PairFiles one = write("once", 90, 5);
+  PairFiles again = one;
+  again.sensor = folder_ / "again_glove.csv";
+  recording::Recording log = recording::read_csv(one.sensor, {}, "");
+  log.columns[0].value[700] += 1;
+  io::write_file(again.sensor, recording::to_csv(log));
+  const double alone = identify_hand(request({one}, "index=a_adc:index_deg"), {}).joints[0].holdout.rmse_deg;
+  const double both =
+      identify_hand(request({one, again}, "index=a_adc:index_deg"), {}).joints[0].holdout.rmse_deg;
+  EXPECT_LT(both, 1.15 * alone);
+}
+
 TEST_F(Hand, WhatVariesBetweenDonningsIsToldAndWritten) {
   std::vector<PairFiles> pairs;
   constexpr double kOffsets_deg[] = {-6, 0, 6};
@@ -380,7 +394,10 @@ TEST_F(Hand, AHoldIsNoHoldAcrossAPause) {
 TEST_F(Hand, RecordingsThatDoNotBelongTogetherAreRefused) {
   const PairFiles one = write("one", 40, 1);
   PairFiles two = write("two", 40, 2);
-  EXPECT_TRUE(warned(identify_hand(request({one, one}, "index=a_adc:index_deg"), {}), "stands in two pairs"));
+  EXPECT_NE(refusal([&] {
+              identify_hand(request({one, one}, "index=a_adc:index_deg"), {});
+            }).find("give it once"),
+            std::string::npos);
   const recording::Recording glove = recording::read_csv(two.sensor, {}, "");
   two.sensor = folder_ / "other_glove.csv";
   const auto refused_at = [&](double gain) {
@@ -653,6 +670,33 @@ struct RealHand {
 };
 
 void PrintTo(const RealHand& c, std::ostream* out) { *out << c.folder << ' ' << c.map; }
+
+// Two halves of one recording: together as good as it is, though each may have had its own line.
+TEST(RealDonnings, RecordingsOfOneDonningAreAsGoodTogether) {
+  const fs::path folder = fs::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove/index_ind2";
+  if (!fs::exists(folder))
+    GTEST_SKIP() << "needs the recordings in ../shared/data/glove, which are not part of the repository";
+  const io::TemporaryFolder parts;
+  HandRequest request;
+  const recording::Recording log = recording::read_csv(folder / "sensor_log.csv", {"SensorA1"}, "");
+  for (const std::size_t half : {0U, 1U}) {
+    recording::Recording part = log;
+    const auto middle = static_cast<std::ptrdiff_t>(log.t_s.size() / 2);
+    const auto cut = [&](std::vector<double>& v) {
+      half == 0 ? v.erase(v.begin() + middle, v.end()) : v.erase(v.begin(), v.begin() + middle);
+    };
+    cut(part.t_s);
+    cut(part.columns[0].value);
+    const fs::path file = parts.path() / (half == 0 ? "first.csv" : "second.csv");
+    io::write_file(file, recording::to_csv(part));
+    request.pairs.push_back({file, folder / "camera_angles.csv"});
+  }
+  request.map = parse_map("index=SensorA1:∠ABC");
+  request.input_unit = "count";
+  const HandIdentification r = identify_hand(request, {});
+  EXPECT_LT(r.joints[0].holdout.rmse_deg, 1.2);
+  EXPECT_GT(r.joints[0].holdout.rmse_deg, 0.9);
+}
 
 class RealHands : public testing::TestWithParam<RealHand> {};
 

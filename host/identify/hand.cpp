@@ -452,6 +452,7 @@ void describe(const HandRequest& request, const std::vector<Files>& files, HandI
   Json joints = Json::object();
   for (const JointResult& joint : r.joints) {
     joints[joint.name] = {{"structure", joint.structure},
+                          {"verdict", verdict_of(joint.holdout.rmse_deg, joint.line_rmse_deg())},
                           {"fitted_rmse_deg", fitted(joint.fitted_rmse_deg)},
                           {"cross_validated_deg", fitted(joint.cross_validated_deg)},
                           {"hold_drift_deg", joint.hold_drift_deg},
@@ -722,6 +723,15 @@ void check_held_out(const recording::Aligned& a) {
 
 }  // namespace
 
+double JointResult::line_rmse_deg() const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const char* which : {"line", "least_squares_line"}) {
+    if (const auto line = baselines.find(which); line != baselines.end())
+      least = std::min(least, line->second.rmse_deg);
+  }
+  return least;
+}
+
 HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   check(request);
   check_reference_error(request);
@@ -803,7 +813,8 @@ Json to_json(const HandIdentification& r) {
            {"standard_error", p.refused ? Json(nullptr) : Json(p.standard_error)},
            {"interval95", p.refused ? Json(nullptr) : Json({p.value - reach, p.value + reach})}});
     }
-    joints[joint.name] = {{"holdout", score::to_json(joint.holdout)},
+    joints[joint.name] = {{"verdict", verdict_of(joint.holdout.rmse_deg, joint.line_rmse_deg())},
+                          {"holdout", score::to_json(joint.holdout)},
                           {"baselines", std::move(baselines)},
                           {"structure", joint.structure},
                           {"structure_text", r.request.refit ? Json(nullptr) : Json(joint.text)},

@@ -593,6 +593,18 @@ TEST_F(Hand, TheJsonHasWhatOtherToolsRead) {
   EXPECT_TRUE(json.at("warnings").is_array());
 }
 
+TEST_F(Hand, WhatIsNoBetterThanALineSaysSo) {
+  HandRequest r = request({write("line", 60, 8)}, "index=a_adc:index_deg");
+  const auto verdict = [&] {
+    const HandIdentification found = identify_hand(r, {});
+    EXPECT_EQ(found.model.fit["joints"]["index"]["verdict"], to_json(found)["joints"]["index"]["verdict"]);
+    return to_json(found)["joints"]["index"]["verdict"].get<std::string>();
+  };
+  EXPECT_EQ(verdict(), "better_than_line");
+  r.structure = "line";
+  EXPECT_EQ(verdict(), "no_better_than_line");
+}
+
 // Scores the held-out rows of a table that was saved, pair by pair.
 double saved_rmse_deg(const recording::Recording& samples, const std::string& estimate) {
   double squares = 0;

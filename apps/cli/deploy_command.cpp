@@ -351,7 +351,7 @@ void add_deploy(CLI::App& app) {
   add_key_options(*command, *o);
   command->add_option(
       "--calibration", o->calibration,
-      "JSON: for each finger \"counts\" and \"value\", two or more points, and their \"unit\" "
+      "JSON (docs/calibration.md): for each finger \"counts\" and \"value\", two or more points, and their \"unit\" "
       "(default: the article's divider for a model of its alpha, counts for one of counts)");
   command->add_option("--recording", o->recording,
                       "CSV with the model's input columns: also measure the error over it");

@@ -5,9 +5,9 @@
 //           one separator too many at the end of each row; a first line that is half a line, or a greeting
 // Names     a header, with a row of units below it or not; none: column1, column2, ... in their order, the
 //           first is the time; a header in the last comment before the numbers
-// Time      a column called t, time, timestamp, datetime, millis, micros, ... with or without a unit: (ms),
-//           [ms], _ms ...; without one seconds; or ISO 8601, 12:03:11.123, 1.5.2026 12:03:11,
-//           13/5/2026 12:03:11
+// Time      a column called t, time, timestamp, datetime, millis, Uhrzeit, ... with or without a unit: (ms),
+//           [ms], _ms ...; without one seconds; or ISO 8601, 12:03:11.123, 3:11.5, 1.5.2026 12:03:11,
+//           13/5/2026 12:03:11.
 // Monitors  12:03:11.123 -> 356,323,446 as the Arduino IDE writes it, and behind the arrow also text for VR
 //           drivers (A356B323C446D350E360...: thumb, index, middle, ring, pinky)
 // Torn rows (too short, an empty cell, the header again, as after a reset of the board) are left out and
@@ -51,13 +51,14 @@ class CsvReader : public Source {
   double wrap_s() const override { return wrap_s_; }
   // Once a row was read: its times are dates, in seconds since 1970.
   bool is_dated() const {
-    return time_format_ && *time_format_ != TimeFormat::number && *time_format_ != TimeFormat::clock;
+    return time_format_ && *time_format_ != TimeFormat::number && *time_format_ != TimeFormat::clock &&
+           *time_format_ != TimeFormat::minutes;
   }
   std::vector<std::string> notes() const override;
   std::string digest() const { return lines_.digest(); }
 
  private:
-  enum class Layout { table, keyed };  // cells in columns, or letters before numbers
+  enum class Layout { table, keyed, labelled };  // cells in columns, letters before numbers, label:value
   struct Line {
     std::string time;  // before an arrow; empty: in a cell
     std::string text;
@@ -66,6 +67,7 @@ class CsvReader : public Source {
 
   bool next_line(Line& line);
   void split_line();
+  void split_labelled();
   void put_back();
   void leave_out_fragment();
   void read_layout();

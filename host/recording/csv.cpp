@@ -443,9 +443,7 @@ double CsvReader::checked(const Parsed& parsed, const std::string& column, const
   return parsed.value;
 }
 
-bool CsvReader::is_hole(const std::string& cell) const {
-  return holes_ && (cell.empty() || lower(cell) == "nan");
-}
+bool CsvReader::is_hole(const std::string& cell) const { return holes_ && is_missing(cell); }
 
 double CsvReader::number(std::size_t cell, const std::string& column) {
   const std::string& text = cells_[cell];
@@ -509,17 +507,18 @@ bool CsvReader::is_torn() {
                     delimiter_ == ',' ? "; decimal commas need another separator, such as a semicolon" : ""));
   }
   if (cells_.size() < header_.size()) return true;
-  const auto empty = [&](std::size_t place) { return cells_[place].empty(); };
-  return (!holes_ && std::ranges::any_of(places_, empty)) || (time_place_ && empty(*time_place_));
+  const auto missing = [&](std::size_t place) { return is_missing(cells_[place]); };
+  return (!holes_ && std::ranges::any_of(places_, missing)) || (time_place_ && missing(*time_place_));
 }
 
 void CsvReader::leave_out() {
   if (torn_++ == 0) first_torn_ = line_.number;
   const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_);
   if (static_cast<double>(torn_) > forgiven) {
-    throw InputError(fmt::format(
-        "{}: row {}: {} of {} rows are torn: too short, or with an empty cell; mend or remove them", source_,
-        first_torn_, torn_, rows_ + torn_));
+    throw InputError(
+        fmt::format("{}: row {}: {} of {} rows are torn: too short, or with a cell that is empty or nan; "
+                    "mend or remove them",
+                    source_, first_torn_, torn_, rows_ + torn_));
   }
 }
 
@@ -548,8 +547,9 @@ std::vector<std::string> CsvReader::notes() const {
     say(fmt::format("{} separate the columns", spelt(delimiter_)));
   if (decimal_ == ',') say("commas in numbers are decimal commas");
   if (torn_ > 0) {
-    say(fmt::format("{} row(s) are too short or have an empty cell and were left out, the first is row {}",
-                    torn_, first_torn_));
+    say(fmt::format(
+        "{} row(s) are too short or have a cell that is empty or nan and were left out, the first is row {}",
+        torn_, first_torn_));
   }
   return out;
 }

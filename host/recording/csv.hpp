@@ -10,7 +10,8 @@
 //           13/5/2026 12:03:11.
 // Monitors  12:03:11.123 -> 356,323,446 as the Arduino IDE writes it, and behind the arrow also text for VR
 //           drivers (A356B323C446D350E360...: thumb, index, middle, ring, pinky)
-// Torn rows (too short, an empty cell, the header again, as after a reset of the board) are left out and
+// Plotters  index:512,middle:300 as the Arduino IDE's takes it, behind an arrow or with a label for the time (t_ms)
+// Torn rows (too short, a cell that is empty or nan, the header again, as after a reset of the board) are left out and
 //           counted; at most one in ten.
 // Each assumption is one line of notes(). What could be read in two ways is refused.
 //
@@ -34,7 +35,7 @@ struct CsvOptions {
   std::vector<std::string>
       columns;  // to read; none: every column whose first cell is a number, or a hole where these may be
   std::string time_unit;  // s, ms, us, ns: of a time column that states none
-  bool holes = false;     // an empty cell or "nan" is a missing reading, NaN; else it is a fault of its row
+  bool holes = false;     // an empty cell or "nan" is a missing reading, NaN; else its row is torn
 };
 
 class CsvReader : public Source {

@@ -74,6 +74,7 @@ const std::vector<Shape>& shapes() {
       {"Greeting", "Glove v2 ready\nt_s,flex\n0,10\n0.05,11\n0.1,12\n", "flex", kT, kX, "left out", ""},
       {"OneNameOverDecimalCommas", "flex\n1,5\n1,6\n1,7\n", "flex", {}, {}, "", "no time column"},
       {"EmptyCell", "t_s,flex\n0,10\n0.02,\n0.05,11\n0.1,12\n", "flex", kT, kX, "1 row(s)", ""},
+      {"NoNumber", "t_s,flex\n0,10\n0.02,NaN\n0.05,11\n0.1,12\n", "flex", kT, kX, "1 row(s)", ""},
       {"HalfLineAfterAReset", "t_s,flex,b\n0,10,1\n0.0\n0.05,11,1\n0.06,1t_s,flex,b\n0.1,12,1\n", "flex", kT,
        kX, "2 row(s)", ""},
       {"HeaderAgain", "t_s,flex\n0,10\nt_s,flex\n0.05,11\n0.1,12\n", "flex", kT, kX, "1 row(s)", ""},

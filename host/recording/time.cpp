@@ -161,6 +161,8 @@ std::optional<double> to_number(std::string_view text) {
   return value;
 }
 
+bool is_missing(std::string_view cell) { return cell.empty() || (cell.size() == 3 && lower(cell) == "nan"); }
+
 bool is_ambiguous_date(std::string_view text) {
   const auto date = to_date(trimmed(text), '/');
   return date && date->first <= 12 && date->second <= 12 && date->first != date->second;

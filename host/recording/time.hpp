@@ -31,4 +31,7 @@ bool is_ambiguous_date(std::string_view text);
 // A plain decimal number, all of the text.
 std::optional<double> to_number(std::string_view text);
 
+// A cell in which nothing was read: empty or nan, however that is written.
+bool is_missing(std::string_view cell);
+
 }  // namespace flexor::recording

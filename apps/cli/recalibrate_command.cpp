@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
 
 #include "apps/cli/commands.hpp"
@@ -60,6 +61,9 @@ void run(Options& o) {
     o.request.pair_camera = o.pair.at(1);
   }
   io::require_writable(o.out);
+  std::error_code none;
+  if (o.json && std::filesystem::equivalent(o.out, "/dev/stdout", none))
+    throw io::InputError("--json goes to standard output: another --out, or leave out --json");
   const std::string old = io::read_file(o.request.model);
   const donning::Recalibration r = donning::recalibrate_files(o.request);
   // Where nothing is applied the very bytes: what was signed, compared or committed stays as it was.

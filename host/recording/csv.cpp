@@ -523,6 +523,11 @@ void CsvReader::leave_out() {
 }
 
 bool CsvReader::next(Row& row) {
+  return seconds_.next(
+      row, [this](Row& read) { return read_row(read); }, source_);
+}
+
+bool CsvReader::read_row(Row& row) {
   for (;;) {
     if (!next_line(line_)) return false;
     split_line();
@@ -545,6 +550,10 @@ std::vector<std::string> CsvReader::notes() const {
   if (lines_.saw_latin1()) say("is not UTF-8 and is read as Latin-1");
   if (delimiter_ != ',' && layout_ == Layout::table)
     say(fmt::format("{} separate the columns", spelt(delimiter_)));
+  if (seconds_.per_second() > 0) {
+    say(fmt::format("the times are whole seconds: the rows of each, {} in most, are spread evenly over it",
+                    seconds_.per_second()));
+  }
   if (decimal_ == ',') say("commas in numbers are decimal commas");
   if (torn_ > 0) {
     say(fmt::format(

@@ -7,7 +7,7 @@
 //           first is the time; a header in the last comment before the numbers
 // Time      a column called t, time, timestamp, datetime, millis, Uhrzeit, ... with or without a unit: (ms),
 //           [ms], _ms ...; without one seconds; or ISO 8601, 12:03:11.123, 3:11.5, 1.5.2026 12:03:11,
-//           13/5/2026 12:03:11.
+//           13/5/2026 12:03:11. Rows that share whole seconds are spread over them (whole_seconds.hpp)
 // Monitors  12:03:11.123 -> 356,323,446 as the Arduino IDE writes it, and behind the arrow also text for VR
 //           drivers (A356B323C446D350E360...: thumb, index, middle, ring, pinky)
 // Plotters  index:512,middle:300 as the Arduino IDE's takes it, behind an arrow or with a label for the time (t_ms)
@@ -28,6 +28,7 @@
 #include "host/recording/recording.hpp"
 #include "host/recording/stream.hpp"
 #include "host/recording/time.hpp"
+#include "host/recording/whole_seconds.hpp"
 
 namespace flexor::recording {
 
@@ -66,6 +67,7 @@ class CsvReader : public Source {
     std::size_t number = 0;
   };
 
+  bool read_row(Row& row);
   bool next_line(Line& line);
   void split_line();
   void split_labelled();
@@ -112,6 +114,7 @@ class CsvReader : public Source {
   std::optional<std::size_t> time_place_;
   double time_unit_s_ = 1;
   std::optional<TimeFormat> time_format_;
+  WholeSeconds seconds_;
   double wrap_s_ = 0;
   char decimal_ = 0;  // what separates the fractions, once one was seen
   std::size_t rows_ = 0;

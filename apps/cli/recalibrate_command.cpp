@@ -1,12 +1,12 @@
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <memory>
 
 #include "apps/cli/commands.hpp"
 #include "host/donning/recalibrate_files.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/io/output.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -61,8 +61,7 @@ void run(Options& o) {
     o.request.pair_camera = o.pair.at(1);
   }
   io::require_writable(o.out);
-  std::error_code none;
-  if (o.json && std::filesystem::equivalent(o.out, "/dev/stdout", none))
+  if (o.json && io::is_standard_output(o.out))
     throw io::InputError("--json goes to standard output: another --out, or leave out --json");
   const std::string old = io::read_file(o.request.model);
   const donning::Recalibration r = donning::recalibrate_files(o.request);

@@ -349,10 +349,10 @@ void add_deploy(CLI::App& app) {
   command->add_option("--frame-rate", o->frame_rate_hz,
                       "frames a second (default: as many as the radio carries, at most one a sample)");
   add_key_options(*command, *o);
-  command->add_option(
-      "--calibration", o->calibration,
-      "JSON: for each finger \"counts\" and \"value\", two or more points, and their \"unit\" "
-      "(default: the article's divider for a model of its alpha, counts for one of counts)");
+  command->add_option("--calibration", o->calibration,
+                      "JSON (docs/calibration.md): for each finger \"counts\" and \"value\", two or more "
+                      "points, and their \"unit\" "
+                      "(default: the article's divider for a model of its alpha, counts for one of counts)");
   command->add_option("--recording", o->recording,
                       "CSV with the model's input columns: also measure the error over it");
   command->add_option(

@@ -95,6 +95,14 @@ std::filesystem::path angles_of_video(const Options& o, io::Worker& camera,
   return track.out;
 }
 
+void show_verdict(const std::string& joint, double compensator_deg, double line_deg) {
+  if (compensator_deg < line_deg) return;
+  print(fmt::format(
+      "verdict  {}: on data it never saw no better than a straight line ({:.2f} deg, the line {:.2f}): "
+      "record more, or take the line (--structure line)\n",
+      joint, compensator_deg, line_deg));
+}
+
 void show(const identify::Identification& r) {
   for (const std::string& warning : r.warnings) log("warning: " + warning);
   print(fmt::format("clock offset      {:+.2f} s, {}\n", r.aligned.clock_offset_s,
@@ -118,6 +126,7 @@ void show(const identify::Identification& r) {
                   "   (straight line: {:.2f} deg, static curve: {:.2f})\n",
                   r.holdout.rmse_deg, r.holdout.fit_percent, r.holdout.r2, r.holdout.max_abs_deg,
                   r.holdout.iae_deg_s, r.baseline.rmse_deg, r.static_curve.rmse_deg));
+  show_verdict(r.model.joints.front().name, r.holdout.rmse_deg, r.baseline.rmse_deg);
 }
 
 void show(const identify::HandIdentification& r) {
@@ -138,6 +147,8 @@ void show(const identify::HandIdentification& r) {
                       joint.holdout.rmse_deg, baseline("line"), baseline("line_lead"),
                       baseline("published_form"), joint.hold_drift_deg, joint.structure));
   }
+  for (const identify::JointResult& joint : r.joints)
+    show_verdict(joint.name, joint.holdout.rmse_deg, joint.line_rmse_deg());
 }
 
 // What only one of the two ways knows.

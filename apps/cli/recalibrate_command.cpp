@@ -6,6 +6,7 @@
 #include "host/donning/recalibrate_files.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/io/output.hpp"
 
 namespace flexor::cli {
 namespace {
@@ -60,6 +61,8 @@ void run(Options& o) {
     o.request.pair_camera = o.pair.at(1);
   }
   io::require_writable(o.out);
+  if (o.json && io::is_standard_output(o.out))
+    throw io::InputError("--json goes to standard output: another --out, or leave out --json");
   const std::string old = io::read_file(o.request.model);
   const donning::Recalibration r = donning::recalibrate_files(o.request);
   // Where nothing is applied the very bytes: what was signed, compared or committed stays as it was.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <numbers>
 
 #include "host/donning/pose_evidence.hpp"
 #include "host/io/io.hpp"
@@ -52,6 +53,34 @@ void check_units(const recording::CsvReader& reader, const model::Model& model,
   }
 }
 
+std::vector<double> without_holes(std::vector<double> values) {
+  std::erase_if(values, [](double v) { return std::isnan(v); });
+  return values;
+}
+
+// Volts where counts are read, or the like: nobody's glove reads twenty times as much, or a twentieth, once it is put on anew.
+void refuse_other_unit(const recording::Recording& log, const model::Model& model) {
+  constexpr double kTimes = 20;
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    const model::Input& input = model.inputs[i];
+    const std::vector<double> read = without_holes(log.columns[i].value);
+    if (!input.readings || read.empty()) continue;
+    const recording::Range range = recording::without_spikes(read);
+    const bool whole = std::ranges::all_of(read, [](double u) { return u == std::floor(u); });
+    if (!(range.max > range.min) || (whole && input.unit == "count")) continue;
+    const double now = std::max(std::abs(range.min), std::abs(range.max));
+    const double made =
+        std::max(std::abs(input.readings->reading.front()), std::abs(input.readings->reading.back()));
+    if (now * kTimes > made && now < kTimes * made) continue;
+    throw io::InputError(
+        fmt::format("{}: column \"{}\" reads {:.3g} to {:.3g}, where the model was made {} read {:.3g} to "
+                    "{:.3g} {}: is it in "
+                    "another unit? Log what the model takes",
+                    log.source, log.columns[i].name, range.min, range.max, input.name,
+                    input.readings->reading.front(), input.readings->reading.back(), input.unit));
+  }
+}
+
 // A log through the clock repair that apply has, a reset of the board included.
 recording::Recording read_log(const std::filesystem::path& path, const FileRequest& request,
                               const model::Model& model, std::vector<std::string>& notes) {
@@ -70,14 +99,13 @@ recording::Recording read_log(const std::filesystem::path& path, const FileReque
   }
   if (out.t_s.size() < 2)
     throw io::InputError(fmt::format("{}: no two rows with a reading of every input", out.source));
+  if (out.t_s.front() == out.t_s.back())
+    throw io::InputError(
+        fmt::format("{}: time does not increase: it is {:g} s in every row", out.source, out.t_s.front()));
+  refuse_other_unit(out, model);
   for (const std::string& note : stream.notes()) notes.push_back(note);
   out.digest = reader.digest();
   return out;
-}
-
-std::vector<double> without_holes(std::vector<double> values) {
-  std::erase_if(values, [](double v) { return std::isnan(v); });
-  return values;
 }
 
 // Counts between the converter's rails; of anything else what was read, without spikes.
@@ -124,6 +152,11 @@ std::vector<Columned> mapped(const std::string& map, const model::Model& model) 
     const auto joint = std::ranges::find(model.joints, name, &model::Joint::name);
     if (joint == model.joints.end())
       throw io::InputError(fmt::format("--map: the model has no joint {}", name));
+    const bool twice = std::ranges::any_of(out, [&](const Columned& before) {
+      return before.first == static_cast<std::size_t>(joint - model.joints.begin()) ||
+             before.second == one.substr(equal + 1);
+    });
+    if (twice) throw io::InputError(fmt::format("--map {}: {} names a joint or a column again", map, one));
     out.emplace_back(joint - model.joints.begin(), one.substr(equal + 1));
     at = end + 1;
   }
@@ -152,7 +185,22 @@ std::vector<Columned> by_name(const FileRequest& request, const model::Model& mo
   return out;
 }
 
-constexpr double kUnsure = 0.1;  // confidence: a clock that is not told
+constexpr double kUnsure = 0.1;   // confidence: a clock that is not told
+constexpr double kSwapped = 0.3;  // of two joints' explained motion
+
+// What a sensor read, without holes.
+struct Known {
+  Known(const recording::Recording& log, std::size_t sensor)
+      : value(without_holes(log.columns[sensor].value)) {
+    for (std::size_t k = 0; k < log.t_s.size(); ++k) {
+      if (!std::isnan(log.columns[sensor].value[k])) t_s.push_back(log.t_s[k]);
+    }
+  }
+  recording::Series series() const { return {t_s, value}; }
+
+  std::vector<double> t_s;
+  std::vector<double> value;
+};
 
 // What the surest of a joint's own sensors says of the clock; another finger's may move alike, but earlier or later.
 // `why`: what the others say, where none does.
@@ -161,14 +209,10 @@ std::optional<recording::ClockOpinion> opinion_of(const recording::Recording& lo
                                                   const recording::Series& angle, std::string& why) {
   std::optional<recording::ClockOpinion> best;
   for (const std::size_t sensor : sensors) {
-    std::vector<double> t_s;
-    for (std::size_t k = 0; k < log.t_s.size(); ++k) {
-      if (!std::isnan(log.columns[sensor].value[k])) t_s.push_back(log.t_s[k]);
-    }
-    const std::vector<double> read = without_holes(log.columns[sensor].value);
-    if (read.size() < 2) continue;
+    const Known read(log, sensor);
+    if (read.value.size() < 2) continue;
     try {
-      const auto one = recording::opinion_of(recording::align({t_s, read}, angle), sensor);
+      const auto one = recording::opinion_of(recording::align(read.series(), angle), sensor);
       if (!best || one.confidence > best->confidence) best = one;
     } catch (const io::JobError& error) {
       why = error.what();
@@ -199,6 +243,47 @@ CameraClock clock_of(const recording::Recording& log, const model::Model& model,
   return {agreed.offset_s, agreed.confidence};
 }
 
+// How much of the angles their joints' sensors explain on this clock, each by its best; every joint counts one.
+double explained(const recording::Recording& log, const model::Model& model, const Angles& angles,
+                 double clock_offset_s) {
+  const model::Graph graph(model);
+  double sum = 0;
+  for (const auto& [seen, angle] : angles) {
+    double most = 0;
+    for (const std::size_t sensor : graph.inputs[graph.joint[seen.first]]) {
+      const Known read(log, sensor);
+      if (read.value.size() < 2) continue;
+      most = std::max(most, recording::explained(read.series(), angle.series(seen.second), clock_offset_s));
+    }
+    sum += most;
+  }
+  return sum;
+}
+
+// Two joints whose angles fit better the other way round, on the clock that they have then.
+void refuse_swapped(const recording::Recording& log, const model::Model& model, const Angles& angles,
+                    double clock_offset_s) {
+  const double as_given = explained(log, model, angles, clock_offset_s);
+  for (std::size_t b = 0; b < angles.size(); ++b) {
+    for (std::size_t a = 0; a < b; ++a) {
+      Angles swapped = angles;
+      std::swap(swapped[a].first.first, swapped[b].first.first);
+      double other = 0;
+      try {
+        other = explained(log, model, swapped, clock_of(log, model, swapped).offset_s);
+      } catch (const io::JobError&) {
+        continue;
+      }
+      if (other < as_given + kSwapped) continue;
+      const auto joint = [&](std::size_t i) { return model.joints[angles[i].first.first].name; };
+      throw io::InputError(
+          fmt::format("{}: \"{}\" moves as {} does and \"{}\" as {}: swap the two, with --map {}={},{}={}",
+                      angles[a].second.source, angles[a].first.second, joint(b), angles[b].first.second,
+                      joint(a), joint(a), angles[b].first.second, joint(b), angles[a].first.second));
+    }
+  }
+}
+
 // A hole is what was read before it; what comes of it does not count.
 recording::Recording filled(recording::Recording log, const model::Model& model) {
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
@@ -212,10 +297,23 @@ recording::Recording filled(recording::Recording log, const model::Model& model)
   return log;
 }
 
+// An angle that states no unit and never leaves what a turn has of radians.
+void refuse_radians(const recording::Recording& angle, const std::string& column) {
+  const recording::Column& values = angle.column(column);
+  const auto [low, high] = std::ranges::minmax(values.value);
+  if (!values.unit.empty() || !(high > low) || std::max(std::abs(low), std::abs(high)) > std::numbers::pi)
+    return;
+  throw io::InputError(
+      fmt::format("{}: column \"{}\" goes from {:.2f} to {:.2f}, which looks like radians: call it {}_rad, "
+                  "or {}_deg if not",
+                  angle.source, column, low, high, column, column));
+}
+
 Angles angles_of(const FileRequest& request, const model::Model& model, std::vector<std::string>& notes) {
   Angles out;
   for (const Columned& one : request.map.empty() ? by_name(request, model) : mapped(request.map, model)) {
     recording::Recording angle = recording::read_angle(request.pair_camera, one.second, request.time_unit);
+    refuse_radians(angle, one.second);
     recording::to_degrees(angle, one.second, {});
     notes.insert(notes.end(), angle.warnings.begin(), angle.warnings.end());
     out.emplace_back(one, std::move(angle));
@@ -282,6 +380,7 @@ std::optional<CameraClock> add_pair(const FileRequest& files, Request& request,
   try {
     const Angles angles = angles_of(files, request.model, notes);
     const CameraClock clock = clock_of(log, request.model, angles);
+    refuse_swapped(log, request.model, angles, clock.offset_s);
     if (clock.confidence < kUnsure) {
       lacks(request, notes, wanted,
             fmt::format("{}: its clock is not told by what moved (confidence {:.2f}): it does not count",
@@ -364,6 +463,8 @@ std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recordin
 }
 
 Recalibration recalibrate_files(const FileRequest& files) {
+  if (!files.map.empty() && files.pair_sensor.empty())
+    throw io::InputError("--map names the columns of a camera's file: give --pair GLOVE CAMERA as well");
   Request request;
   request.model = model::load(files.model);
   if (!files.prior.empty()) request.prior = load_prior(files.prior);

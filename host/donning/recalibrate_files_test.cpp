@@ -114,6 +114,66 @@ TEST_F(RecalibrateFiles, ACameraThatSeesNoMotionIsWantedAnew) {
   EXPECT_TRUE(recalibrate_files(request_).applied);
 }
 
+TEST_F(RecalibrateFiles, AnglesOfSwappedJointsAreRefusedByName) {
+  request_.pair_sensor = glove("pair.csv", 0, 25);
+  request_.pair_camera = camera(0, 25);
+  EXPECT_NO_THROW((void)recalibrate_files(request_));
+  request_.map = "index=thumb_deg,thumb=index_deg";
+  try {
+    (void)recalibrate_files(request_);
+    ADD_FAILURE();
+  } catch (const io::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("with --map index=index_deg,thumb=thumb_deg"), std::string::npos)
+        << error.what();
+  }
+}
+
+TEST_F(RecalibrateFiles, MapsThatMeanNothingAreRefused) {
+  const auto refusal = [&] {
+    try {
+      (void)recalibrate_files(request_);
+    } catch (const io::InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  request_.recording = glove("motion.csv", 0, 30);
+  request_.map = "index=index_deg";
+  EXPECT_NE(refusal().find("give --pair"), std::string::npos);
+  request_.pair_sensor = glove("pair.csv", 0, 20);
+  request_.pair_camera = camera(0, 20);
+  for (const char* map : {"index=index_deg,index=thumb_deg", "index=index_deg,thumb=index_deg"}) {
+    request_.map = map;
+    EXPECT_NE(refusal().find("again"), std::string::npos) << map;
+  }
+}
+
+TEST_F(RecalibrateFiles, WhatIsWrongWithALogIsSaidAsWhatItIs) {
+  const auto refusal = [&] {
+    try {
+      (void)recalibrate_files(request_);
+    } catch (const io::InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  request_.recording = glove("volts.csv", 0, 30, [](std::size_t, std::size_t, double v) {
+    return fmt::format("{:.4f}", v * 5 / 1023);
+  });
+  EXPECT_NE(refusal().find("is it in another unit?"), std::string::npos) << refusal();
+  std::string still = "t_s,thumb,index,middle\n";
+  for (int row = 0; row < 90; ++row) still += fmt::format("7,{0},{0},{0}\n", 300 + row);
+  io::write_file(path("still.csv"), still);
+  request_.recording = path("still.csv");
+  EXPECT_NE(refusal().find("time does not increase: it is 7 s in every row"), std::string::npos) << refusal();
+  request_.recording.clear();
+  request_.pair_sensor = glove("pair.csv", 0, 20);
+  request_.pair_camera = write(
+      "radians.csv", "index", 1, 0, 20, [](double t, std::size_t i) { return 1.57 * bend(t, i); },
+      [](std::size_t, std::size_t, double v) { return fmt::format("{:.4f}", v); });
+  EXPECT_NE(refusal().find("looks like radians: call it index_rad"), std::string::npos) << refusal();
+}
+
 TEST_F(RecalibrateFiles, PosesThatAreNotFoundAreWantedAnew) {
   request_.poses = {"open", "fist"};
   request_.poses_log =

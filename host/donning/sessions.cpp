@@ -141,13 +141,31 @@ double alike_of(const Sessions& all, double general) {
   return (kGeneralWeight * general + freedom * here) / (kGeneralWeight + freedom);
 }
 
+// Put on anew a glove reaches a few times as far at most.
+void refuse_other_units(const std::string& sensor, const std::vector<std::string>& sessions,
+                        const std::vector<std::vector<double>>& quantiles) {
+  constexpr double kTimes = 10;
+  std::vector<double> spans;
+  for (const auto& one : quantiles) spans.push_back(span(one));
+  std::vector<double> sorted = spans;
+  std::ranges::sort(sorted);
+  const double usual = quantile_of(sorted, 0.5);
+  for (std::size_t i = 0; i < spans.size(); ++i) {
+    if (spans[i] * kTimes > usual && spans[i] < kTimes * usual) continue;
+    throw io::InputError(
+        fmt::format("{}: {} spans {:.3g}, in most sessions {:.3g}: is it in another unit, or hardly moved? "
+                    "Leave the session out",
+                    sessions[i], sensor, spans[i], usual));
+  }
+}
+
 // A file may hold many trials, each on a clock of its own: only the order of its rows counts.
 Log read_session(const std::filesystem::path& path, const std::vector<std::string>& sensors,
                  const std::string& time_unit) {
   io::require_readable(path);
   std::ifstream file(path, std::ios::binary);
   recording::CsvReader reader(file, path.string(), {sensors, time_unit, true});
-  Log out{path.stem().string(), {}, std::vector<std::vector<double>>(sensors.size())};
+  Log out{path.stem().string(), {}, std::vector<std::vector<double>>(sensors.size()), reader.units()};
   recording::Row row;
   double last_s = 0;
   for (double clock_s = 0; reader.next(row); last_s = row.t_s) {
@@ -193,6 +211,9 @@ Sessions compare(const std::vector<Log>& logs, const std::vector<std::string>& s
       throw io::InputError(
           fmt::format("{}: it was read in {} session(s), at least {} are needed: leave it out", sensors[s],
                       read.size(), kLeastSessions));
+    std::vector<std::string> names;
+    for (const std::size_t i : read) names.push_back(logs[i].name);
+    refuse_other_units(sensors[s], names, quantiles);
     const std::vector<double> mean = mean_of(quantiles);
     for (std::size_t k = 0; k < read.size(); ++k)
       out.sessions[read[k]].sensors.push_back(change_of(sensors[s], readings[k], mean, random));
@@ -218,7 +239,16 @@ Sessions compare_files(const std::vector<std::filesystem::path>& files, std::vec
           fmt::format("{}: no column is called like a finger: --sensors COLUMN,...", files[0].string()));
   }
   std::vector<Log> logs;
-  for (const auto& file : files) logs.push_back(read_session(file, sensors, time_unit));
+  for (const auto& file : files) {
+    logs.push_back(read_session(file, sensors, time_unit));
+    for (std::size_t s = 0; s < sensors.size(); ++s) {
+      const std::string& first = logs.front().unit[s];
+      const std::string& unit = logs.back().unit[s];
+      if (first.empty() || unit.empty() || unit == first) continue;
+      throw io::InputError(fmt::format("{}: {} is in {}, in {} it is in {}: leave the session out",
+                                       file.string(), sensors[s], unit, files[0].string(), first));
+    }
+  }
   return compare(logs, sensors, 1);
 }
 

@@ -41,9 +41,11 @@ struct Log {
   std::string name;
   std::vector<double> t_s;
   std::vector<std::vector<double>> reading;  // of each sensor; NaN: missing
+  std::vector<std::string> unit = {};        // likewise; empty: not said
 };
 
-// Throws io::InputError for fewer than three sessions, or a sensor that stands still in one. `seed` of the resampling.
+// Throws io::InputError for fewer than three sessions, a sensor that stands still in one, or that spans ten times as much
+// there as in most, or a tenth. `seed` of the resampling.
 Sessions compare(const std::vector<Log>& logs, const std::vector<std::string>& sensors, unsigned seed);
 
 // Columns by name; none: those that are called like fingers. Throws as the readers do.

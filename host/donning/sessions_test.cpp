@@ -62,6 +62,17 @@ TEST(Sessions, FewOrStillAreRefused) {
   EXPECT_THROW((void)compare({log_of("a", {}, 1), log_of("b", {}, 2), still}, {"index"}, 1), io::InputError);
 }
 
+TEST(Sessions, InAnotherUnitAreRefusedByName) {
+  Log volts = log_of("c", {1, 75}, 3);
+  for (double& u : volts.reading[0]) u *= 5.0 / 1023;
+  try {
+    (void)compare({log_of("a", {}, 1), log_of("b", {1, 60}, 2), volts}, {"index"}, 1);
+    ADD_FAILURE();
+  } catch (const io::InputError& error) {
+    EXPECT_TRUE(std::string(error.what()).starts_with("c: index spans")) << error.what();
+  }
+}
+
 // Sessions that are the same: nothing says how alike the shifts are.
 TEST(Sessions, ThatNeverMovedHaveThePriorOfOthers) {
   Log log = log_of("it", {}, 1);

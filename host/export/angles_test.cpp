@@ -108,7 +108,7 @@ TEST(Angles, RefuseInOneLineWhatIsNoAngle) {
   expect_refused("t_s,a_deg,a_rad\n0,1,1\n1,2,1\n", {}, "two columns are the joint a");
   expect_refused("t_s,a_deg\n0,1\n1,2\n", {{}, {"b=c"}, {}, 0}, "no joint b; there are a");
   expect_refused("t_s,a_deg\n0,1\n1,2\n", {{}, {"a="}, {}, 0}, "OLD=NEW");
-  expect_refused("t_s,a_deg\n0,1\n1,nan\n", {}, "nan");
+  expect_refused("t_s,a_deg\n0,1\n1,inf\n", {}, "inf");
   std::string pause = "t_s,a_deg\n";
   for (int i = 0; i < 9; ++i) pause += std::to_string(i) + ",1\n";
   for (int i = 0; i < 9; ++i) pause += std::to_string(8000 + i) + ",1\n";

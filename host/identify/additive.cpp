@@ -168,33 +168,53 @@ double mean(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-// Blocks of samples in time, or whole sessions where there are several.
-std::vector<std::size_t> folds_of(const Stack& stack) {
-  const std::size_t sessions = stack.begin.size() - 1;
-  const std::size_t n = stack.used.size();
-  std::vector<std::size_t> out = {0};
-  if (sessions > 2) {
-    const std::size_t folds = std::min(sessions, kMostFolds);
-    for (std::size_t f = 1; f < folds; ++f) {
-      const Index from = stack.begin[f * sessions / folds];
-      out.push_back(
-          static_cast<std::size_t>(std::ranges::lower_bound(stack.used, from) - stack.used.begin()));
+// Used samples that follow one another.
+struct Stretch {
+  std::size_t from;
+  std::size_t to;
+};
+
+// The used samples of each session.
+std::vector<Stretch> sessions_of(const Stack& stack) {
+  std::vector<Stretch> out;
+  const auto place = [&](Index sample) {
+    return static_cast<std::size_t>(std::ranges::lower_bound(stack.used, sample) - stack.used.begin());
+  };
+  for (std::size_t s = 0; s + 1 < stack.begin.size(); ++s)
+    out.push_back({place(stack.begin[s]), place(stack.begin[s + 1])});
+  return out;
+}
+
+// Blocks of samples in time, of two sessions the same parts, since they may be one motion; whole sessions where there are
+// several.
+std::vector<std::vector<Stretch>> folds_of(const Stack& stack) {
+  const std::vector<Stretch> sessions = sessions_of(stack);
+  const std::size_t n = sessions.size();
+  std::vector<std::vector<Stretch>> out(n > 2 ? std::min(n, kMostFolds) : kFolds);
+  for (std::size_t f = 0; f < out.size(); ++f) {
+    if (n > 2) {
+      out[f] = {{sessions[f * n / out.size()].from, sessions[(f + 1) * n / out.size() - 1].to}};
+      continue;
     }
-  } else {
-    for (std::size_t f = 1; f < kFolds; ++f) out.push_back(n * f / kFolds);
+    for (const Stretch& s : sessions) {
+      const std::size_t size = s.to - s.from;
+      out[f].push_back({s.from + size * f / out.size(), s.from + size * (f + 1) / out.size()});
+    }
   }
-  out.push_back(n);
   return out;
 }
 
 // What may be drawn in any order: whole recordings, or seconds enough for errors to forget each other.
 std::vector<std::size_t> blocks_of(const Stack& stack, double period_s) {
-  if (stack.begin.size() > 3) return folds_of(stack);
+  std::vector<std::size_t> out = {0};
+  if (stack.begin.size() > 3) {
+    for (const std::vector<Stretch>& fold : folds_of(stack)) out.push_back(fold.front().to);
+    return out;
+  }
   const std::size_t n = stack.used.size();
   const auto blocks =
       std::max(kFolds, static_cast<std::size_t>(static_cast<double>(n) * period_s / kBlock_s));
-  std::vector<std::size_t> out;
-  for (std::size_t b = 0; b <= blocks; ++b) out.push_back(n * b / blocks);
+  for (std::size_t b = 1; b <= blocks; ++b) out.push_back(n * b / blocks);
   return out;
 }
 
@@ -213,20 +233,23 @@ class CrossValidation {
     const VectorXd weighted = fit.weight().cwiseProduct(fit.target());
     const MatrixXd& all = fit.gram();
     const VectorXd all_right = system.project(0, weighted);
-    const std::vector<std::size_t> folds = folds_of(stack);
-    for (std::size_t f = 0; f + 1 < folds.size(); ++f) {
-      if (folds[f] == folds[f + 1]) continue;
-      const auto near = [&](Index sample) {
-        return static_cast<std::size_t>(std::ranges::lower_bound(stack.used, sample) - stack.used.begin());
-      };
-      const std::size_t from = near(stack.used[folds[f]] - guard);
-      const std::size_t to = near(stack.used[folds[f + 1] - 1] + guard + 1);
-      const Index first = system.first()[from];
-      const Index count = system.first()[to] - first;
-      Fold fold{system.first()[folds[f]], system.first()[folds[f + 1]], all, all_right};
-      system.add_gram(first, fit.weight().segment(first, count), -1, fold.gram);
-      fold.right -= system.project(first, weighted.segment(first, count));
-      folds_.push_back(std::move(fold));
+    for (const std::vector<Stretch>& stretches : folds_of(stack)) {
+      Fold fold{{}, all, all_right};
+      std::size_t gone = 0;  // the guards of two stretches may meet
+      for (const Stretch& one : stretches) {
+        if (one.from == one.to) continue;
+        const auto near = [&](Index sample) {
+          return static_cast<std::size_t>(std::ranges::lower_bound(stack.used, sample) - stack.used.begin());
+        };
+        const std::size_t from = std::max(gone, near(stack.used[one.from] - guard));
+        gone = near(stack.used[one.to - 1] + guard + 1);
+        const Index first = system.first()[from];
+        const Index count = system.first()[gone] - first;
+        fold.rows.emplace_back(system.first()[one.from], system.first()[one.to]);
+        system.add_gram(first, fit.weight().segment(first, count), -1, fold.gram);
+        fold.right -= system.project(first, weighted.segment(first, count));
+      }
+      if (!fold.rows.empty()) folds_.push_back(std::move(fold));
     }
   }
 
@@ -238,17 +261,19 @@ class CrossValidation {
     for (const Fold& fold : folds_) {
       gram = fold.gram + penalty;
       const VectorXd c = gram.selfadjointView<Eigen::Lower>().llt().solve(fold.right);
-      const VectorXd estimate = system.estimate(fold.begin, fold.end - fold.begin, c);
       double loss = 0;
       double weight = 0;
-      for (Index r = fold.begin; r < fold.end; ++r) {
-        const double angle = fit_.clamped(estimate(r - fold.begin) + fit_.centre());
-        const double e = angle - system.angle()(r);
-        if (system.as_it_was()(r) != 0) out.estimate.emplace_back(angle, e);
-        loss += system.weight()(r) * loss_of(e);
-        out.rmse_deg += system.as_it_was()(r) * e * e;
-        weight += system.weight()(r);
-        count += system.as_it_was()(r);
+      for (const auto& [begin, end] : fold.rows) {
+        const VectorXd estimate = system.estimate(begin, end - begin, c);
+        for (Index r = begin; r < end; ++r) {
+          const double angle = fit_.clamped(estimate(r - begin) + fit_.centre());
+          const double e = angle - system.angle()(r);
+          if (system.as_it_was()(r) != 0) out.estimate.emplace_back(angle, e);
+          loss += system.weight()(r) * loss_of(e);
+          out.rmse_deg += system.as_it_was()(r) * e * e;
+          weight += system.weight()(r);
+          count += system.as_it_was()(r);
+        }
       }
       out.fold_loss.push_back(loss / weight);
     }
@@ -258,8 +283,7 @@ class CrossValidation {
 
  private:
   struct Fold {
-    Index begin;
-    Index end;
+    std::vector<std::pair<Index, Index>> rows;  // begin and end
     MatrixXd gram;  // of the samples that are fitted when this fold is not, lower triangle
     VectorXd right;
   };
@@ -340,6 +364,7 @@ void solve(const Fit& fit, Additive& out) {
   out.condition = diagonal.maxCoeff() / diagonal.minCoeff();
   out.value =
       Eigen::Map<const MatrixXd>(w.data(), out.branches.knots, system.shared_columns() / out.branches.knots);
+  out.donning = w.tail(columns - system.shared_columns());
 }
 
 // Of the motions of a sensor together.

@@ -18,7 +18,7 @@
 // cloth glove differ by: it rests then, too.
 //
 // Of several recordings each is a donning, with an offset and a slope of its own by each sensor, drawn from normal
-// distributions about zero: they take what differs between recordings, and the curves keep what all share.
+// distributions about zero, together zero: they take what differs between recordings, and the curves keep what all share.
 //
 // Radii, time constants, knots and the strength of the priors are chosen by cross-validation: over blocks of the
 // fitted samples, or over recordings where there are more than two. Of candidates that are as good within 3 %, in

@@ -20,6 +20,7 @@ constexpr double kStraight = 1;     // prior weight of a bend at the outermost k
 constexpr double kEnd_deg = 1;      // nearer to a limit than this, the finger rests at its end
 constexpr double kRests = 0.05;     // of the time: an end that it is less at is a pose like others
 constexpr double kDonning = 0.03;   // standard deviation of a reading from donning to donning, in ranges
+constexpr double kCommon = 1e5;     // prior weight of what all donnings share: that is the curves'
 constexpr double kTail = 0.002;     // share of the readings outside the knots' range
 constexpr double kGrid = 1.0 / 32;  // knots lie on the steps of Q5 where the readings are that coarse
 
@@ -335,6 +336,13 @@ void System::make_penalties(const Branches& branches) {
   motion_.segment(still_columns_, shared_columns() - still_columns_).setOnes();
   donning_ = VectorXd::Zero(columns());
   donning_.tail(donning_columns_).setOnes();
+  common_ = MatrixXd::Zero(columns(), columns());
+  const Index per_donning = 1 + std::ssize(knots_);
+  const Index donnings = donning_columns_ / per_donning;
+  for (Index a = shared_columns(); a < columns(); ++a) {
+    for (Index b = shared_columns() + (a - shared_columns()) % per_donning; b < columns(); b += per_donning)
+      common_(a, b) = 1 / static_cast<double>(donnings);
+  }
   const Index n = branches.knots;
   const Index still = still_columns_ / n;
   for (Index b = 0; b < shared_columns() / n; ++b) {
@@ -351,7 +359,7 @@ void System::make_penalties(const Branches& branches) {
 }
 
 MatrixXd System::penalty(const Priors& priors) const {
-  MatrixXd out = priors.smooth * smooth_ + kStraight * straight_;
+  MatrixXd out = priors.smooth * smooth_ + kStraight * straight_ + kCommon * common_;
   out.diagonal() += priors.plays * plays_ + priors.motion * motion_ + priors.donning * donning_;
   out.diagonal().array() += kAnchor;
   return out;

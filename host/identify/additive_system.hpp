@@ -88,6 +88,7 @@ class System {
   Eigen::VectorXd plays_;  // ones where the prior counts
   Eigen::VectorXd motion_;
   Eigen::VectorXd donning_;
+  Eigen::MatrixXd common_;
 };
 
 }  // namespace flexor::identify

@@ -1,15 +1,17 @@
 // A compensator over a stream of readings: what apply runs on a log as it comes, and what identify scores.
 //
-// Readings -> recording::Resampler on the grid of the model's period -> runtime/compensator. Past readings
-// only; what is kept does not grow with the log. In a pause the last reading is held, and the angle with it;
+// Readings -> recording::Resampler on the grid of the model's period -> runtime/compensator. In fixed point a sensor's
+// correction comes before the integers, as in a board's table of counts. Past readings only; what is kept does not grow with the log. In a pause the last reading is held, and the angle with it;
 // after ten seconds without a reading the grid starts anew at the next one.
 #pragma once
 
 #include <optional>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "host/model/compensator.hpp"
+#include "host/model/correction.hpp"
 #include "host/model/model.hpp"
 #include "host/model/tracking.hpp"
 #include "host/recording/resample.hpp"
@@ -30,13 +32,13 @@ class Estimator {
  public:
   // Throws io::InputError when the model does not fit the arithmetic.
   explicit Estimator(const model::Model& model)
-      : model_(model),
-        compensator_(model),
+      : board_(kFixed ? model::folded(model) : model::Folded{model, {}}),
+        compensator_(board_.model),
         resampler_(ranges(model), model.sample_period_s, max_gap_s(model)),
         out_{0, std::vector<double>(model.joints.size()), std::vector<int>(model.joints.size())} {}
 
   // From now on each strip is followed while it is worn (runtime/sensor/tracker.hpp).
-  void track(const model::TrackingPrior& prior) { trackers_.emplace(model_, prior); }
+  void track(const model::TrackingPrior& prior) { trackers_.emplace(board_.model, prior); }
   const std::optional<model::Trackers<Arithmetic>>& trackers() const { return trackers_; }
 
   // One reading of each input, t_s never decreasing. Calls sink(const Estimate&) for each grid point that
@@ -45,8 +47,10 @@ class Estimator {
   void push(double t_s, std::span<const double> reading, Sink&& sink) {
     resampler_.push(t_s, reading, [&](const recording::Sample& sample) {
       out_.t_s = sample.t_s;
-      const auto steps =
-          compensator_.step(trackers_ ? trackers_->step(sample.value, sample.pause) : sample.value);
+      reading_.assign(sample.value.begin(), sample.value.end());
+      for (std::size_t i = 0; i < board_.correction.size(); ++i)
+        reading_[i] = board_.correction[i](reading_[i]);
+      const auto steps = compensator_.step(trackers_ ? trackers_->step(reading_, sample.pause) : reading_);
       for (std::size_t i = 0; i < out_.angle_deg.size(); ++i) {
         const auto& step = steps[i];
         out_.angle_deg[i] = step.angle_deg;
@@ -63,16 +67,19 @@ class Estimator {
   }
 
  private:
+  static constexpr bool kFixed = std::is_same_v<Arithmetic, model::FixedArithmetic>;
+
   static std::vector<recording::Range> ranges(const model::Model& model) {
     std::vector<recording::Range> out;
     for (const model::Input& input : model.inputs) out.push_back({input.valid_min, input.valid_max});
     return out;
   }
 
-  model::Model model_;
+  model::Folded board_;
   model::Compensator<Arithmetic> compensator_;
   std::optional<model::Trackers<Arithmetic>> trackers_;
   recording::Resampler resampler_;
+  std::vector<double> reading_;
   Estimate out_;
 };
 

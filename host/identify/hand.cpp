@@ -25,6 +25,7 @@
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/io/run_in_order.hpp"
+#include "host/model/correction.hpp"
 #include "host/model/formats.hpp"
 #include "host/recording/clock.hpp"
 #include "host/recording/csv.hpp"
@@ -451,6 +452,7 @@ void describe(const HandRequest& request, const std::vector<Files>& files, HandI
   Json joints = Json::object();
   for (const JointResult& joint : r.joints) {
     joints[joint.name] = {{"structure", joint.structure},
+                          {"verdict", verdict_of(joint.holdout.rmse_deg, joint.line_rmse_deg())},
                           {"fitted_rmse_deg", fitted(joint.fitted_rmse_deg)},
                           {"cross_validated_deg", fitted(joint.cross_validated_deg)},
                           {"hold_drift_deg", joint.hold_drift_deg},
@@ -473,11 +475,13 @@ void add_warnings(const Files& files, std::vector<std::string>& warnings) {
 // Readings that are left out, and those that no board takes.
 void warn_of_readings(const model::Model& model, const std::vector<Files>& files,
                       std::vector<std::string>& warnings) {
-  for (const model::Input& input : model.inputs) {
+  const model::Model board = model::folded(model).model;
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    const model::Input& input = model.inputs[i];
     std::vector<std::span<const double>> readings;
     for (const Files& one : files) readings.emplace_back(one.sensor.column(input.name).value);
     if (const auto text = refused_readings(input, readings)) warnings.push_back(*text);
-    if (!model::holds_readings(input)) {
+    if (!model::holds_readings(board.inputs[i])) {
       warnings.push_back(fmt::format(
           "{}: the boards take readings from -1024 to 1023, not {:g} to {:g}: this model runs on a "
           "PC, and deploy refuses it",
@@ -719,6 +723,15 @@ void check_held_out(const recording::Aligned& a) {
 
 }  // namespace
 
+double JointResult::line_rmse_deg() const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const char* which : {"line", "least_squares_line"}) {
+    if (const auto line = baselines.find(which); line != baselines.end())
+      least = std::min(least, line->second.rmse_deg);
+  }
+  return least;
+}
+
 HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   check(request);
   check_reference_error(request);
@@ -727,7 +740,7 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   std::vector<Files> files;
   for (const PairFiles& pair : request.pairs) {
     files.push_back(read_files(pair, request));
-    if (const auto text = seen_before(files)) r.warnings.push_back(*text);
+    refuse_seen_before(files);
     add_warnings(files.back(), r.warnings);
   }
   for (std::size_t p = 0; p < files.size(); ++p) {
@@ -800,7 +813,8 @@ Json to_json(const HandIdentification& r) {
            {"standard_error", p.refused ? Json(nullptr) : Json(p.standard_error)},
            {"interval95", p.refused ? Json(nullptr) : Json({p.value - reach, p.value + reach})}});
     }
-    joints[joint.name] = {{"holdout", score::to_json(joint.holdout)},
+    joints[joint.name] = {{"verdict", verdict_of(joint.holdout.rmse_deg, joint.line_rmse_deg())},
+                          {"holdout", score::to_json(joint.holdout)},
                           {"baselines", std::move(baselines)},
                           {"structure", joint.structure},
                           {"structure_text", r.request.refit ? Json(nullptr) : Json(joint.text)},

@@ -76,6 +76,8 @@ struct JointResult : JointFit {
   std::map<std::string, score::Score> baselines;  // line, line_lead, published_form
   std::vector<std::string> baseline_refusals;
   std::vector<JointSamples> samples;  // of each pair; the estimates are of what the scores are of
+
+  double line_rmse_deg() const;  // of the better straight line
 };
 
 struct HandIdentification {

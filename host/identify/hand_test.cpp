@@ -8,12 +8,15 @@
 #include <functional>
 #include <random>
 
+#include "host/identify/estimator.hpp"
 #include "host/identify/hand_results.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/motion_check.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/model/compensator.hpp"
+#include "host/model/correction.hpp"
+#include "host/model/fixed_error.hpp"
 #include "host/model/formats.hpp"
 #include "host/recording/csv.hpp"
 
@@ -139,6 +142,20 @@ TEST_F(Hand, SeveralRecordingsAreOneFitWithAClockEach) {
   for (const Clock& clock : r.clocks) EXPECT_NEAR(clock.offset_s, kOffset_s, 0.1);
   EXPECT_LT(r.joints[0].holdout.rmse_deg, 2.5);
   EXPECT_GT(r.joints[0].fitted_samples, 2 * 25 * 20) << "both first halves are fitted";
+}
+
+// Nothing differs between them, so that each may say it as well as both.
+TEST_F(Hand, ARecordingThatStandsThereTwiceWithADifferenceSpoilsNothing) {
+  const PairFiles one = write("once", 90, 5);
+  PairFiles again = one;
+  again.sensor = folder_ / "again_glove.csv";
+  recording::Recording log = recording::read_csv(one.sensor, {}, "");
+  log.columns[0].value[700] += 1;
+  io::write_file(again.sensor, recording::to_csv(log));
+  const double alone = identify_hand(request({one}, "index=a_adc:index_deg"), {}).joints[0].holdout.rmse_deg;
+  const double both =
+      identify_hand(request({one, again}, "index=a_adc:index_deg"), {}).joints[0].holdout.rmse_deg;
+  EXPECT_LT(both, 1.15 * alone);
 }
 
 TEST_F(Hand, WhatVariesBetweenDonningsIsToldAndWritten) {
@@ -276,6 +293,42 @@ TEST_F(Hand, ReadingsThatNoBoardTakesAreFittedForAPC) {
   EXPECT_THROW(model::check_fixed(wide.model), io::InputError);
 }
 
+// The board has the gain in its table of counts, so its integers are no coarser.
+TEST_F(Hand, VoltsAreFittedAndHeldAsFinelyAsCounts) {
+  const PairFiles files = write("volts", 60, 1);
+  HandRequest r = request({files}, "index=a_adc:index_deg,thumb=b_adc+a_adc:thumb_deg");
+  r.input_unit = "count";
+  r.rate_hz = 10;
+  const HandIdentification counts = identify_hand(r, {});
+  recording::Recording log = recording::read_csv(files.sensor, {}, "");
+  for (recording::Column& column : log.columns) {
+    column.name = column.name.substr(0, 1) + "_V";
+    for (double& u : column.value) u *= 5.0 / 1023;
+  }
+  io::write_file(files.sensor, recording::to_csv(log));
+  r = request({files}, "index=a_V:index_deg,thumb=b_V+a_V:thumb_deg");
+  r.rate_hz = 10;
+  const HandIdentification volts = identify_hand(r, {});
+  for (std::size_t j = 0; j < 2; ++j) {
+    const double ratio = volts.joints[j].holdout.rmse_deg / counts.joints[j].holdout.rmse_deg;
+    EXPECT_NEAR(ratio, 1, 0.02) << volts.joints[j].name;
+  }
+  const model::Folded board = model::folded(volts.model);
+  EXPECT_LT(model::worst_fixed_error_deg(board.model), model::kFixedError_deg);
+  EXPECT_EQ(board.model.blocks.size() + 2, volts.model.blocks.size()) << "one gain for each sensor";
+  EXPECT_LT(volts.model.inputs[0].valid_max, 5);
+  Estimator<model::DoubleArithmetic> exact(volts.model);
+  Estimator<model::FixedArithmetic> fixed(volts.model);
+  for (std::size_t k = 0; k < log.t_s.size(); ++k) {
+    const std::vector<double> row = {log.columns[0].value[k], log.columns[1].value[k]};
+    double angle_deg = 0;
+    exact.push(log.t_s[k], row, [&](const Estimate& e) { angle_deg = e.angle_deg[0]; });
+    fixed.push(log.t_s[k], row, [&](const Estimate& e) { ASSERT_NEAR(e.angle_deg[0], angle_deg, 0.15); });
+  }
+  EXPECT_EQ(model::from_json(model::to_json(volts.model), "it"), volts.model);
+  EXPECT_FALSE(warned(volts, "runs on a PC"));
+}
+
 TEST_F(Hand, TheSensorThatTellsAJointBetterIsNamed) {
   const PairFiles files = write("map", 60, 3);
   EXPECT_TRUE(warned(identify_hand(request({files}, "index=b_adc:index_deg"), {}), "index: a_adc explains"));
@@ -341,7 +394,10 @@ TEST_F(Hand, AHoldIsNoHoldAcrossAPause) {
 TEST_F(Hand, RecordingsThatDoNotBelongTogetherAreRefused) {
   const PairFiles one = write("one", 40, 1);
   PairFiles two = write("two", 40, 2);
-  EXPECT_TRUE(warned(identify_hand(request({one, one}, "index=a_adc:index_deg"), {}), "stands in two pairs"));
+  EXPECT_NE(refusal([&] {
+              identify_hand(request({one, one}, "index=a_adc:index_deg"), {});
+            }).find("give it once"),
+            std::string::npos);
   const recording::Recording glove = recording::read_csv(two.sensor, {}, "");
   two.sensor = folder_ / "other_glove.csv";
   const auto refused_at = [&](double gain) {
@@ -537,6 +593,18 @@ TEST_F(Hand, TheJsonHasWhatOtherToolsRead) {
   EXPECT_TRUE(json.at("warnings").is_array());
 }
 
+TEST_F(Hand, WhatIsNoBetterThanALineSaysSo) {
+  HandRequest r = request({write("line", 60, 8)}, "index=a_adc:index_deg");
+  const auto verdict = [&] {
+    const HandIdentification found = identify_hand(r, {});
+    EXPECT_EQ(found.model.fit["joints"]["index"]["verdict"], to_json(found)["joints"]["index"]["verdict"]);
+    return to_json(found)["joints"]["index"]["verdict"].get<std::string>();
+  };
+  EXPECT_EQ(verdict(), "better_than_line");
+  r.structure = "line";
+  EXPECT_EQ(verdict(), "no_better_than_line");
+}
+
 // Scores the held-out rows of a table that was saved, pair by pair.
 double saved_rmse_deg(const recording::Recording& samples, const std::string& estimate) {
   double squares = 0;
@@ -614,6 +682,33 @@ struct RealHand {
 };
 
 void PrintTo(const RealHand& c, std::ostream* out) { *out << c.folder << ' ' << c.map; }
+
+// Two halves of one recording: together as good as it is, though each may have had its own line.
+TEST(RealDonnings, RecordingsOfOneDonningAreAsGoodTogether) {
+  const fs::path folder = fs::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove/index_ind2";
+  if (!fs::exists(folder))
+    GTEST_SKIP() << "needs the recordings in ../shared/data/glove, which are not part of the repository";
+  const io::TemporaryFolder parts;
+  HandRequest request;
+  const recording::Recording log = recording::read_csv(folder / "sensor_log.csv", {"SensorA1"}, "");
+  for (const std::size_t half : {0U, 1U}) {
+    recording::Recording part = log;
+    const auto middle = static_cast<std::ptrdiff_t>(log.t_s.size() / 2);
+    const auto cut = [&](std::vector<double>& v) {
+      half == 0 ? v.erase(v.begin() + middle, v.end()) : v.erase(v.begin(), v.begin() + middle);
+    };
+    cut(part.t_s);
+    cut(part.columns[0].value);
+    const fs::path file = parts.path() / (half == 0 ? "first.csv" : "second.csv");
+    io::write_file(file, recording::to_csv(part));
+    request.pairs.push_back({file, folder / "camera_angles.csv"});
+  }
+  request.map = parse_map("index=SensorA1:∠ABC");
+  request.input_unit = "count";
+  const HandIdentification r = identify_hand(request, {});
+  EXPECT_LT(r.joints[0].holdout.rmse_deg, 1.2);
+  EXPECT_GT(r.joints[0].holdout.rmse_deg, 0.9);
+}
 
 class RealHands : public testing::TestWithParam<RealHand> {};
 

@@ -405,6 +405,7 @@ void document(Identification& r) {
   r.model.fit = {{"structure", r.structure_detail},
                  {"fitted_rmse_deg", r.fit.rmse_deg},
                  {"condition", r.fit.condition},
+                 {"verdict", verdict_of(r.holdout.rmse_deg, r.baseline.rmse_deg)},
                  {"holdout", score::to_json(r.holdout)},
                  {"parameters", std::move(parameters)}};
 }

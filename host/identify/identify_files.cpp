@@ -71,6 +71,7 @@ Json to_json(const Identification& r) {
       {"channel", r.model.joints.front().name},
       {"structure", r.structure},
       {"structure_detail", r.structure_detail},
+      {"verdict", verdict_of(r.holdout.rmse_deg, r.baseline.rmse_deg)},
       {"holdout", score::to_json(r.holdout)},
       {"holdout_without_gaps", r.holdout_without_gaps ? score::to_json(*r.holdout_without_gaps) : Json()},
       {"baseline_linear", score::to_json(r.baseline)},

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "host/identify/chain_fit.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/structure_text.hpp"
 #include "host/io/io.hpp"
+#include "host/model/correction.hpp"
 #include "host/model/fixed_error.hpp"
 #include "host/model/formats.hpp"
 
@@ -22,22 +24,34 @@ constexpr int kReadings = 5000;
 constexpr double kNearly = 0.5;               // what a short search finds is less than what there is
 constexpr double kMostFixedError_deg = 0.06;  // deploy refuses 1/16
 constexpr double kMostOfOne_deg = 0.055;      // of one sensor: deploy searches all joints with other readings
+constexpr double kFewCounts = 64;             // readings below: a board's steps are too coarse for them
+constexpr double kMostCounts = 1023;
+
+// What brings readings in volts, kilohms or ohms to about what a converter counts, for in steps of that size a board
+// computes: a power of two, which rounds nothing. Counts stay as they are.
+double gain_to_counts(const model::Input& input) {
+  const double most = std::max(std::abs(input.valid_min), std::abs(input.valid_max));
+  if (input.unit == "count" || !(most > 0) || (most >= kFewCounts && most <= kMostCounts)) return 1;
+  return std::exp2(std::floor(std::log2(kMostCounts / most)));
+}
 
 // Why this candidate cannot be worn; empty: it can.
 std::string refusal_of(const model::Model& model, double drift_deg) {
   if (drift_deg > kMostDrift_deg) {
     return fmt::format("held still, its angle drifts by {:.1f} degrees within a minute", drift_deg);
   }
-  if (!std::ranges::all_of(model.inputs, model::holds_readings)) return "";
+  const model::Model board = model::folded(model).model;
+  if (!std::ranges::all_of(board.inputs, model::holds_readings)) return "";
   try {
-    model::check_fixed(model);
+    model::check_fixed(board);
   } catch (const InputError& error) {
     return error.what();
   }
   return "";
 }
 
-std::string imprecision_of(const model::Model& model) {
+std::string imprecision_of(const model::Model& identified) {
+  const model::Model model = model::folded(identified).model;
   if (!std::ranges::all_of(model.inputs, model::holds_readings)) return "";
   model::ErrorSearch search;
   search.attacks = kAttacks;
@@ -148,12 +162,30 @@ model::Model own_inputs(model::Model inputs, const JointMap& joint) {
 
 model::Model joint_model(const model::Model& inputs, const Additive& fit, const JointMap& joint) {
   model::Model own = own_inputs(inputs, joint);
-  add_to(own, fit, joint.sensors, joint.joint);
+  Additive board = fit;
+  std::vector<double> gains;
+  for (model::Input& input : own.inputs) {
+    const double gain = gain_to_counts(input);
+    gains.push_back(gain);
+    input.valid_min *= gain;
+    input.valid_max *= gain;
+    const auto s =
+        static_cast<std::size_t>(std::ranges::find(joint.sensors, input.name) - joint.sensors.begin());
+    for (double& knot : board.knots[s]) knot *= gain;
+    for (double& radius : board.radii[s]) radius *= gain;
+  }
+  add_to(own, board, joint.sensors, joint.joint);
+  for (std::size_t i = 0; i < gains.size(); ++i) {
+    if (gains[i] != 1) own = model::corrected(std::move(own), i, {gains[i], 0});
+  }
   return own;
 }
 
 void append(const model::Model& one, model::Model& model) {
-  model.blocks.insert(model.blocks.end(), one.blocks.begin(), one.blocks.end());
+  for (const model::Block& block : one.blocks) {
+    if (std::ranges::find(model.blocks, block.to, &model::Block::to) == model.blocks.end())
+      model.blocks.push_back(block);
+  }
   model.joints.insert(model.joints.end(), one.joints.begin(), one.joints.end());
 }
 

@@ -43,6 +43,11 @@ struct JointFit {
   std::size_t untried = 0;  // structures of the search that was stopped
 };
 
+// What data that the fit did not see say of a compensator; it is in the model, the result and what the program prints.
+inline const char* verdict_of(double compensator_deg, double line_deg) {
+  return compensator_deg < line_deg ? "better_than_line" : "no_better_than_line";
+}
+
 // `inputs` is a model without blocks and joints; the sessions' columns are the joint's sensors; `structure` is the text of
 // structure_text.hpp. Where `step` stops the search of a sum, the best so far is taken, of one structure at least. Throws io::InputError and io::JobError.
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
@@ -51,10 +56,11 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
 // `inputs` with the joint's own alone.
 model::Model own_inputs(model::Model inputs, const JointMap& joint);
 
-// A model of this joint alone.
+// A model of this joint alone. Readings in a unit of other size than counts pass a gain first (host/model/correction.hpp),
+// which a board has in its table of counts: its integers are as fine as with counts.
 model::Model joint_model(const model::Model& inputs, const Additive& fit, const JointMap& joint);
 
-// Blocks and joints of `one` behind those that the model has.
+// Blocks and joints of `one` behind those that the model has; a sensor's gain, which joints share, once.
 void append(const model::Model& one, model::Model& model);
 
 }  // namespace flexor::identify

@@ -131,14 +131,14 @@ void check_map(const HandRequest& request, const PairFiles& files, const HandRec
   }
 }
 
-std::optional<std::string> seen_before(const std::vector<HandRecordings>& files) {
+void refuse_seen_before(const std::vector<HandRecordings>& files) {
   const HandRecordings& last = files.back();
   for (std::size_t p = 0; p + 1 < files.size(); ++p) {
-    if (!last.sensor.digest.empty() && files[p].sensor.digest == last.sensor.digest)
-      return fmt::format("{}: the same log stands in two pairs and counts as two donnings",
-                         last.sensor.source);
+    if (last.sensor.digest.empty() || files[p].sensor.digest != last.sensor.digest) continue;
+    throw InputError(
+        fmt::format("{}: the same log as {} of another pair, and no second recording: give it once",
+                    last.sensor.source, files[p].sensor.source));
   }
-  return std::nullopt;
 }
 
 void check_gloves(const HandRequest& request, std::size_t j, const std::vector<Session>& sessions) {

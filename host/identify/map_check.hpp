@@ -14,8 +14,8 @@ namespace flexor::identify {
 void check_map(const HandRequest& request, const PairFiles& files, const HandRecordings& read,
                double clock_offset_s, std::vector<std::string>& warnings);
 
-// The warning that a log deserves which is that of an earlier pair.
-std::optional<std::string> seen_before(const std::vector<HandRecordings>& files);
+// Throws io::InputError where the last log is that of an earlier pair: nothing would differ between these donnings.
+void refuse_seen_before(const std::vector<HandRecordings>& files);
 
 // Of joint j, a session for each pair: throws io::InputError where one's sensor moves the other way, or 2.5 times as far.
 void check_gloves(const HandRequest& request, std::size_t j, const std::vector<Session>& sessions);

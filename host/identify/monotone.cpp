@@ -129,6 +129,7 @@ void make_monotone(const MatrixXd& gram, const MatrixXd& penalty, Additive& fit)
     w = free - moved * (constraint * moved).completeOrthogonalDecomposition().solve(constraint * free);
   }
   fit.value = w.head(fit.value.size()).reshaped(fit.value.rows(), fit.value.cols());
+  fit.donning = w.tail(fit.donning.size());
 }
 
 }  // namespace flexor::identify

@@ -220,6 +220,12 @@ struct Output::Open {
   std::optional<Temporary> temporary;
 };
 
+bool is_standard_output(const fs::path& path) {
+  Target target{.named = path, .file = path, .own_descriptor = {}, .existing = {}};
+  follow_links(target);
+  return target.own_descriptor == STDOUT_FILENO;
+}
+
 Output::Output(const fs::path& path, Access access) : open_(std::make_unique<Open>()) {
   Open& o = *open_;
   o.target = target_of(path);

@@ -20,6 +20,9 @@
 
 namespace flexor::io {
 
+// Whether `path` is this process's standard output: /dev/stdout, /proc/self/fd/1 or a link to them.
+bool is_standard_output(const std::filesystem::path& path);
+
 // Bytes as they come: tables, documents.
 class Output {
  public:

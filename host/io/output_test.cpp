@@ -167,6 +167,13 @@ TEST_F(Outputs, StandardOutputIsWrittenWhereItStands) {
   EXPECT_THROW(require_writable(name), InputError);  // closed by now
 }
 
+TEST_F(Outputs, StandardOutputIsKnownByAnyName) {
+  for (const char* name : {"/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"})
+    EXPECT_TRUE(is_standard_output(name)) << name;
+  for (const fs::path& other : {fs::path("/dev/null"), fs::path("/dev/stderr"), folder_ / "none"})
+    EXPECT_FALSE(is_standard_output(other)) << other;
+}
+
 TEST_F(Outputs, FoldersAndMissingFoldersAreRefusedBeforeAndDuringTheWork) {
   for (const fs::path& path :
        {folder_, folder_ / "none/x", folder_ / "none/", folder_ / "file/x", fs::path("")}) {

@@ -2,6 +2,8 @@
 //
 //   reading as it was made = gain reading + shift        in the input's unit
 //
+// identify also brings volts or ohms to the size of counts by such a gain.
+//
 // In a document this is a gain block behind the input, called "calibrated INPUT", before everything else that takes it:
 // whatever runs the document runs it corrected. A board needs no block: it has the line in its table of counts
 // (host/deploy), for which folded() takes it out again.

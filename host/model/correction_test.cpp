@@ -83,5 +83,16 @@ TEST(Readings, ThatAreNoneAreRefused) {
   EXPECT_NO_THROW(check(m));
 }
 
+// A limit between two steps of Q5: both arithmetics refuse the same readings.
+TEST(Correction, FixedPointRefusesWhatDoubleRefusesAtLimitsBetweenItsSteps) {
+  Model m = falling("V");
+  m.inputs[0].valid_min = 321.467;
+  m.inputs[0].valid_max = 629.5584;
+  Compensator<DoubleArithmetic> exact(m);
+  Compensator<FixedArithmetic> fixed(m);
+  for (int step = 32 * 321; step < 32 * 631; ++step)
+    ASSERT_EQ(fixed.step(step / 32.0).status, exact.step(step / 32.0).status) << step / 32.0;
+}
+
 }  // namespace
 }  // namespace flexor::model

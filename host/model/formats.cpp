@@ -1,6 +1,7 @@
 #include "host/model/formats.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "host/io/io.hpp"
@@ -91,8 +92,12 @@ FixedModel::FixedModel(const Model& model) : graph(model) {
   for (std::size_t i = 0; i < count; ++i) {
     const Input& input = model.inputs[i];
     const FixedFormat format{input_place(input)};
-    valid_min.push_back(format.number("valid_min", input.valid_min, core::kInputFraction));
-    valid_max.push_back(format.number("valid_max", input.valid_max, core::kInputFraction));
+    // Of the steps of Q5 those within, as double has them: rounded to the nearest, a limit would let in one that it refuses.
+    constexpr double kSteps = 1 << core::kInputFraction;
+    valid_min.push_back(
+        format.number("valid_min", std::ceil(input.valid_min * kSteps) / kSteps, core::kInputFraction));
+    valid_max.push_back(
+        format.number("valid_max", std::floor(input.valid_max * kSteps) / kSteps, core::kInputFraction));
     constexpr int kFiner = 4;
     const bool finer = needs[i].need && needs[i].need->finer;
     const int high = finer ? std::clamp(needs[i].most, core::kInputFraction, core::kInputFraction + kFiner)

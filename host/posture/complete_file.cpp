@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 
 #include "host/io/io.hpp"
+#include "host/recording/stream.hpp"
 
 namespace flexor::posture {
 namespace {
@@ -179,6 +181,22 @@ std::optional<Hand> shown_hand(const Plan& plan, const TableRow& row) {
   return hand;
 }
 
+// Of each shown joint the middle one of three rows, so that a single wrong angle shows nothing. None of the first two.
+class MiddleOfThree {
+ public:
+  std::optional<Hand> of(const Hand& hand) {
+    last_.push_back(hand);
+    if (last_.size() < 3) return std::nullopt;
+    const Hand low = last_[0].min(last_[1]);
+    const Hand high = last_[0].max(last_[1]);
+    last_.pop_front();
+    return hand.max(low).min(high);
+  }
+
+ private:
+  std::deque<Hand> last_;
+};
+
 // Rows of each input that read further extended than a straight finger does.
 class Extended {
  public:
@@ -207,6 +225,12 @@ class Extended {
   std::vector<std::size_t> known_;
 };
 
+// Pauses and slow tables too; a clock that jumps, as from the first row to the second where it was set in between, is none.
+double rest_step_s(double before_s, double now_s) {
+  const double step = now_s - before_s;
+  return step > 0 && step <= recording::kJump_s ? step : 0;
+}
+
 void count(const Estimate& estimate, Completion& completion) {
   ++completion.rows;
   completion.mean_se_deg += estimate.se_deg;
@@ -229,14 +253,17 @@ Completion complete_table(const Posture& posture, TableReader& table, const Comp
   completion.shown_joints = plan.shown.size();
   sink(header_of(plan));
   Extended extended(plan.inputs.size());
+  MiddleOfThree shown;
   double elapsed_s = 0;
   double last_s = 0;
   for (TableRow row; table.next(row); last_s = row.t_s) {
     const double step = completion.rows > 0 ? step_s(last_s, row.t_s) : 0;
-    if (completion.rows > 0) elapsed_s += std::max(0.0, row.t_s - last_s);  // pauses and slow tables too
+    if (completion.rows > 0) elapsed_s += rest_step_s(last_s, row.t_s);
     if (elapsed_s < options.rest_s) {
       completion.shown_s = elapsed_s;
-      if (const auto hand = shown_hand(plan, row)) completer.show(*hand, step);
+      if (const auto hand = shown_hand(plan, row)) {
+        if (const auto sound = shown.of(*hand)) completer.show(*sound, step);
+      }
     } else {
       completion.rest_ended = true;
     }

@@ -21,6 +21,7 @@ using Eigen::VectorXd;
 constexpr double kKnotStep_deg = 10;
 constexpr double kLowestKnot_deg = -140;
 constexpr int kKnots = 19;
+constexpr double kMostAngle_deg = 360;
 
 // Every row counts the same, as in a root mean square error over the rows.
 VectorXd seconds_of(const Recorded& recorded) {
@@ -149,9 +150,11 @@ Recorded read_recorded(const std::filesystem::path& file) {
   std::vector<double> values;
   for (TableRow row; reader.next(row);) {
     for (std::size_t j = 0; j < kJoints; ++j) {
-      if (!std::isnan(row.value[j])) continue;
-      throw io::InputError(fmt::format("{}: data row {}: column \"{}\": no angle; take the row out",
-                                       file.string(), recorded.t_s.size() + 1, columns[j]));
+      if (std::abs(row.value[j]) <= kMostAngle_deg) continue;
+      throw io::InputError(
+          fmt::format("{}: row {}: column \"{}\": {} is no angle of a joint; take the row out", file.string(),
+                      reader.row(), columns[j],
+                      std::isnan(row.value[j]) ? "nothing" : fmt::format("{:g}", row.value[j])));
     }
     values.insert(values.end(), row.value.begin(), row.value.end());
     recorded.t_s.push_back(row.t_s);

@@ -140,10 +140,12 @@ Posture parse(const std::string& text, const std::string& source) {
   io::JsonReader reader(json, source);
   if (reader.text("kind") != "posture")
     reader.fail("\"kind\" must be \"posture\": make one with posture learn");
-  if (reader.number("schema") > kSchemaVersion) {
-    reader.fail(fmt::format("schema {:g} is newer than this version's {}; update flexor",
-                            reader.number("schema"), kSchemaVersion));
-  }
+  const double schema = reader.number("schema");
+  if (schema > kSchemaVersion)
+    reader.fail(
+        fmt::format("schema {:g} is newer than this version's {}; update flexor", schema, kSchemaVersion));
+  if (schema != kSchemaVersion)
+    reader.fail(fmt::format("there is no schema {:g}: make the document with posture learn", schema));
   Posture posture;
   posture.written_by = reader.text("written_by");
   posture.seed = static_cast<std::uint64_t>(reader.number_within("seed", 0, 9007199254740992.0));

@@ -139,6 +139,20 @@ TEST(TablesOfAngles, KeepEveryRow) {
   EXPECT_EQ(step_s(1, 1.25), 0.25);
 }
 
+TEST(TablesOfAngles, TakeDecimalCommasAndMilliseconds) {
+  std::istringstream text("time_ms;a_deg\n1500;1,25\n1510,5;nan\n");
+  TableReader table(text, "x.csv");
+  table.choose({"a_deg"});
+  TableRow row;
+  ASSERT_TRUE(table.next(row));
+  EXPECT_EQ(row.t_s, 1.5);
+  EXPECT_EQ(row.time, "1.5");
+  EXPECT_EQ(row.value[0], 1.25);
+  ASSERT_TRUE(table.next(row));
+  EXPECT_EQ(row.time, "1.5105");
+  EXPECT_TRUE(std::isnan(row.value[0]));
+}
+
 TEST(TablesOfAngles, NameRowColumnAndMend) {
   const auto read = [](const std::string& content) {
     return refusal([&] {

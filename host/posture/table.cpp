@@ -4,11 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
 #include "host/io/io.hpp"
+#include "host/recording/time.hpp"
+#include "host/recording/unit.hpp"
 
 namespace flexor::posture {
 namespace {
@@ -19,8 +20,6 @@ std::string trimmed(std::string_view text) {
   if (begin == std::string_view::npos) return {};
   return std::string(text.substr(begin, text.find_last_not_of(kBlank) - begin + 1));
 }
-
-bool is_missing(const std::string& cell) { return cell.empty() || cell == "nan" || cell == "NaN"; }
 
 }  // namespace
 
@@ -36,7 +35,17 @@ TableReader::TableReader(std::istream& stream, std::string source)
   }
   split(line);
   header_ = cells_;
-  time_place_ = place_of("t_s");
+  find_time();
+}
+
+void TableReader::find_time() {
+  const auto times = [](const std::string& column) {
+    const recording::NameAndUnit cut = recording::cut_name(column);
+    return (cut.name == "t" || cut.name == "time") && recording::seconds_in(cut.unit);
+  };
+  const auto it = has("t_s") ? header_.end() : std::ranges::find_if(header_, times);
+  time_place_ = place_of(it == header_.end() ? "t_s" : *it);
+  time_unit_s_ = *recording::seconds_in(recording::cut_name(header_[time_place_]).unit);
 }
 
 void TableReader::fail(const std::string& what) const {
@@ -72,10 +81,11 @@ void TableReader::split(const std::string& line) {
 
 double TableReader::number(std::size_t place) const {
   const std::string& cell = cells_[place];
-  if (is_missing(cell)) return std::numeric_limits<double>::quiet_NaN();
-  double value = 0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (error == std::errc() && end == cell.data() + cell.size() && std::isfinite(value)) return value;
+  if (recording::is_missing(cell)) return std::numeric_limits<double>::quiet_NaN();
+  std::string text = cell;
+  if (delimiter_ != ',') std::ranges::replace(text, ',', '.');
+  const auto value = recording::to_number(text);
+  if (value && std::isfinite(*value)) return *value;
   fail(fmt::format(
       "column \"{}\": \"{}\" is no number; mend it, or leave the cell empty where nothing was read",
       header_[place], io::start_of(cell, 40)));
@@ -91,9 +101,11 @@ bool TableReader::next(TableRow& row) {
     fail(fmt::format("{} cells where the header has {}; mend the row or take it out", cells_.size(),
                      header_.size()));
   }
-  row.time = cells_[time_place_];
-  row.t_s = number(time_place_);
-  if (std::isnan(row.t_s)) fail("column \"t_s\": no time; give one in seconds, or take the row out");
+  row.t_s = number(time_place_) * time_unit_s_;
+  if (std::isnan(row.t_s))
+    fail(fmt::format("column \"{}\": no time; give one, or take the row out", header_[time_place_]));
+  const bool plain = time_unit_s_ == 1 && cells_[time_place_].find(',') == std::string::npos;
+  row.time = plain ? cells_[time_place_] : fmt::format("{}", row.t_s);
   row.value.clear();
   for (const std::size_t place : places_) row.value.push_back(number(place));
   return true;

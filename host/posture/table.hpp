@@ -15,14 +15,15 @@
 namespace flexor::posture {
 
 struct TableRow {
-  std::string time;  // as it is written
+  std::string time;  // in seconds, as it is written there
   double t_s = 0;
   std::vector<double> value;  // of the columns asked for; NaN: missing
 };
 
 class TableReader {
  public:
-  // Reads the header. Cells are separated by comma, semicolon or tab. The stream must outlive the reader.
+  // Reads the header. Cells are separated by comma, semicolon or tab; where by no comma, numbers may have decimal commas. The
+  // time is t_s, or t or time with another unit: time_ms, t (us). The stream must outlive the reader.
   TableReader(std::istream& stream, std::string source);
 
   const std::string& source() const { return source_; }
@@ -30,11 +31,13 @@ class TableReader {
   // Which columns next() gives, in order.
   void choose(const std::vector<std::string>& columns);
   bool next(TableRow& row);
+  std::size_t row() const { return lines_.number(); }  // the newest, as an editor counts
   std::string digest() const { return lines_.digest(); }
 
  private:
   [[noreturn]] void fail(const std::string& what) const;
   std::size_t place_of(const std::string& column) const;
+  void find_time();
   void split(const std::string& line);
   double number(std::size_t place) const;
 
@@ -44,6 +47,7 @@ class TableReader {
   std::vector<std::string> header_;
   std::vector<std::string> cells_;
   std::size_t time_place_ = 0;
+  double time_unit_s_ = 1;
   std::vector<std::size_t> places_;
 };
 

@@ -25,6 +25,7 @@ constexpr std::size_t kTornRows = 5;
 constexpr double kTornShare = 0.1;
 constexpr double kCounter = 4294967296.0;  // ticks of a 32-bit counter
 constexpr double kDay_s = 86400;
+constexpr double kHour_s = 3600;
 
 // RFC 4180 within one line; blanks separate as many at a time as there are. Reuses the strings of `cells`.
 void split(const std::string& line, char delimiter, std::vector<std::string>& cells) {
@@ -95,11 +96,35 @@ bool read_keyed(std::string_view text, std::array<std::string, 5>& value) {
   return !value[0].empty() && !value[1].empty();
 }
 
+// label:value, label:value, ... as the Arduino IDE's plotter takes it, separated by commas, tabs or blanks. A label begins
+// with a letter. False where the text is something else.
+bool read_labelled(const std::string& text, std::vector<std::string>& label,
+                   std::vector<std::string>& value) {
+  label.clear();
+  value.clear();
+  std::size_t at = text.find_first_not_of(", \t");
+  while (at != std::string::npos) {
+    const std::size_t colon = text.find(':', at);
+    const std::string name(trimmed(std::string_view(text).substr(at, std::min(colon, text.size()) - at)));
+    const bool is_label = !name.empty() && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
+                          name.find_first_of(",\"") == std::string::npos;
+    if (colon == std::string::npos || !is_label) return false;
+    const std::size_t begin = text.find_first_not_of(" \t", colon + 1);
+    const std::size_t end = std::min(text.find_first_of(", \t", begin), text.size());
+    label.push_back(name);
+    value.push_back(begin == std::string::npos ? "" : text.substr(begin, end - begin));
+    if (!value.back().empty() && !to_number(value.back())) return false;
+    at = text.find_first_not_of(", \t", end);
+  }
+  return !label.empty();
+}
+
 bool is_time_name(const std::string& column, std::optional<double>& unit_s) {
   const NameAndUnit cut = cut_name(column);
   unit_s = seconds_in(cut.unit);
-  static constexpr std::array kNames = {"t",     "time",    "timestamp", "datetime", "date",
-                                        "clock", "elapsed", "zeit",      "timems",   "elapsedtime"};
+  static constexpr std::array kNames = {"t",       "time",        "timestamp", "datetime",
+                                        "date",    "clock",       "elapsed",   "zeit",
+                                        "uhrzeit", "zeitstempel", "timems",    "elapsedtime"};
   if (std::ranges::any_of(kNames, [&](const char* n) { return cut.name == n; })) {
     if (cut.name == "timems") unit_s = 1e-3;
     return cut.unit.empty() || unit_s.has_value();
@@ -169,9 +194,24 @@ bool CsvReader::next_line(Line& line) {
 // line_ into cells_.
 void CsvReader::split_line() {
   if (layout_ == Layout::table) return split(line_.text, delimiter_, cells_);
+  if (layout_ == Layout::labelled) return split_labelled();
   std::array<std::string, 5> value;
   if (!read_keyed(trimmed(line_.text), value)) value.fill("");
   cells_.assign(value.begin(), value.end());
+}
+
+// In the order of the first line's labels; a torn line is none.
+void CsvReader::split_labelled() {
+  std::vector<std::string> label;
+  std::vector<std::string> value;
+  cells_.clear();
+  if (!read_labelled(line_.text, label, value)) return;
+  cells_.assign(header_.size(), "");
+  for (std::size_t i = 0; i < label.size(); ++i) {
+    const auto column = std::ranges::find(header_, label[i]);
+    if (column == header_.end()) fail(fmt::format("\"{}\" is no label of the first row", label[i]));
+    cells_[static_cast<std::size_t>(column - header_.begin())] = value[i];
+  }
 }
 
 // line_ will be read once more.
@@ -242,6 +282,13 @@ void CsvReader::read_layout() {
     throw InputError(
         fmt::format("{}: has no times; record with time stamps, as 12:03:11.123 -> A356B323...", source_));
   }
+  std::vector<std::string> label;
+  std::vector<std::string> number;
+  if (layout_ == Layout::table && read_labelled(line_.text, label, number) &&
+      std::ranges::none_of(number, &std::string::empty)) {
+    layout_ = Layout::labelled;
+    header_ = label;
+  }
   std::optional<Line> second;
   if (Line line; next_line(line)) second = std::move(line);
   if (layout_ == Layout::table) find_delimiter(line_, second);
@@ -257,6 +304,7 @@ void CsvReader::read_header() {
     has_header_ = false;
     return put_back();
   }
+  if (layout_ == Layout::labelled) return put_back();  // the labels name the columns
   split_line();
   if (!arrow_ && delimiter_ == ' ' && cells_.size() > 1 && to_time(cells_[0] + " " + cells_[1])) {
     fail("date and clock are separated like columns; quote them, or separate the columns with commas");
@@ -317,6 +365,12 @@ void CsvReader::find_time(const CsvOptions& options) {
     if (time_place_ && (!holds_time(i) || holds_time(*time_place_))) continue;
     time_place_ = i;
     unit_s = stated_s ? stated_s : seconds_in(header_units_[i]);
+  }
+  if (!time_place_ && !arrow_ && layout_ == Layout::labelled) {
+    throw InputError(
+        fmt::format("{}: has no times: {}; record with time stamps, as 12:03:11.123 -> {}:{}, or "
+                    "print t_ms:{{millis()}} as well",
+                    source_, fmt::join(header_, ", "), header_.front(), cells_.front()));
   }
   if (!time_place_ && !arrow_) {
     throw InputError(
@@ -389,9 +443,7 @@ double CsvReader::checked(const Parsed& parsed, const std::string& column, const
   return parsed.value;
 }
 
-bool CsvReader::is_hole(const std::string& cell) const {
-  return holes_ && (cell.empty() || lower(cell) == "nan");
-}
+bool CsvReader::is_hole(const std::string& cell) const { return holes_ && is_missing(cell); }
 
 double CsvReader::number(std::size_t cell, const std::string& column) {
   const std::string& text = cells_[cell];
@@ -407,6 +459,11 @@ double CsvReader::number(std::size_t cell, const std::string& column) {
 double CsvReader::time(const std::string& text) {
   const std::string& column = time_place_ ? header_[*time_place_] : line_.time;
   const auto parsed = parse(text);
+  if (!parsed && !to_time(text) && to_time(text + ".0")) {
+    fail(fmt::format(
+        "column \"{}\": \"{}\" may be hours and minutes, or minutes and seconds; write it as 0:{}", column,
+        text, text));
+  }
   const auto found =
       parsed ? std::optional(Time{TimeFormat::number, checked(*parsed, column, text)}) : to_time(text);
   if (!found) {
@@ -418,6 +475,7 @@ double CsvReader::time(const std::string& text) {
   if (!time_format_) {
     time_format_ = found->format;
     if (found->format == TimeFormat::clock) wrap_s_ = kDay_s;
+    if (found->format == TimeFormat::minutes) wrap_s_ = kHour_s;
     if (found->format == TimeFormat::number && time_unit_s_ < 1) wrap_s_ = kCounter * time_unit_s_;
   }
   if (found->format != *time_format_) {
@@ -449,21 +507,27 @@ bool CsvReader::is_torn() {
                     delimiter_ == ',' ? "; decimal commas need another separator, such as a semicolon" : ""));
   }
   if (cells_.size() < header_.size()) return true;
-  const auto empty = [&](std::size_t place) { return cells_[place].empty(); };
-  return (!holes_ && std::ranges::any_of(places_, empty)) || (time_place_ && empty(*time_place_));
+  const auto missing = [&](std::size_t place) { return is_missing(cells_[place]); };
+  return (!holes_ && std::ranges::any_of(places_, missing)) || (time_place_ && missing(*time_place_));
 }
 
 void CsvReader::leave_out() {
   if (torn_++ == 0) first_torn_ = line_.number;
   const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_);
   if (static_cast<double>(torn_) > forgiven) {
-    throw InputError(fmt::format(
-        "{}: row {}: {} of {} rows are torn: too short, or with an empty cell; mend or remove them", source_,
-        first_torn_, torn_, rows_ + torn_));
+    throw InputError(
+        fmt::format("{}: row {}: {} of {} rows are torn: too short, or with a cell that is empty or nan; "
+                    "mend or remove them",
+                    source_, first_torn_, torn_, rows_ + torn_));
   }
 }
 
 bool CsvReader::next(Row& row) {
+  return seconds_.next(
+      row, [this](Row& read) { return read_row(read); }, source_);
+}
+
+bool CsvReader::read_row(Row& row) {
   for (;;) {
     if (!next_line(line_)) return false;
     split_line();
@@ -486,10 +550,15 @@ std::vector<std::string> CsvReader::notes() const {
   if (lines_.saw_latin1()) say("is not UTF-8 and is read as Latin-1");
   if (delimiter_ != ',' && layout_ == Layout::table)
     say(fmt::format("{} separate the columns", spelt(delimiter_)));
+  if (seconds_.per_second() > 0) {
+    say(fmt::format("the times are whole seconds: the rows of each, {} in most, are spread evenly over it",
+                    seconds_.per_second()));
+  }
   if (decimal_ == ',') say("commas in numbers are decimal commas");
   if (torn_ > 0) {
-    say(fmt::format("{} row(s) are too short or have an empty cell and were left out, the first is row {}",
-                    torn_, first_torn_));
+    say(fmt::format(
+        "{} row(s) are too short or have a cell that is empty or nan and were left out, the first is row {}",
+        torn_, first_torn_));
   }
   return out;
 }

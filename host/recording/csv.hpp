@@ -5,12 +5,13 @@
 //           one separator too many at the end of each row; a first line that is half a line, or a greeting
 // Names     a header, with a row of units below it or not; none: column1, column2, ... in their order, the
 //           first is the time; a header in the last comment before the numbers
-// Time      a column called t, time, timestamp, datetime, millis, micros, ... with or without a unit: (ms),
-//           [ms], _ms ...; without one seconds; or ISO 8601, 12:03:11.123, 1.5.2026 12:03:11,
-//           13/5/2026 12:03:11
+// Time      a column called t, time, timestamp, datetime, millis, Uhrzeit, ... with or without a unit: (ms),
+//           [ms], _ms ...; without one seconds; or ISO 8601, 12:03:11.123, 3:11.5, 1.5.2026 12:03:11,
+//           13/5/2026 12:03:11. Rows that share whole seconds are spread over them (whole_seconds.hpp)
 // Monitors  12:03:11.123 -> 356,323,446 as the Arduino IDE writes it, and behind the arrow also text for VR
 //           drivers (A356B323C446D350E360...: thumb, index, middle, ring, pinky)
-// Torn rows (too short, an empty cell, the header again, as after a reset of the board) are left out and
+// Plotters  index:512,middle:300 as the Arduino IDE's takes it, behind an arrow or with a label for the time (t_ms)
+// Torn rows (too short, a cell that is empty or nan, the header again, as after a reset of the board) are left out and
 //           counted; at most one in ten.
 // Each assumption is one line of notes(). What could be read in two ways is refused.
 //
@@ -27,6 +28,7 @@
 #include "host/recording/recording.hpp"
 #include "host/recording/stream.hpp"
 #include "host/recording/time.hpp"
+#include "host/recording/whole_seconds.hpp"
 
 namespace flexor::recording {
 
@@ -34,7 +36,7 @@ struct CsvOptions {
   std::vector<std::string>
       columns;  // to read; none: every column whose first cell is a number, or a hole where these may be
   std::string time_unit;  // s, ms, us, ns: of a time column that states none
-  bool holes = false;     // an empty cell or "nan" is a missing reading, NaN; else it is a fault of its row
+  bool holes = false;     // an empty cell or "nan" is a missing reading, NaN; else its row is torn
 };
 
 class CsvReader : public Source {
@@ -51,21 +53,24 @@ class CsvReader : public Source {
   double wrap_s() const override { return wrap_s_; }
   // Once a row was read: its times are dates, in seconds since 1970.
   bool is_dated() const {
-    return time_format_ && *time_format_ != TimeFormat::number && *time_format_ != TimeFormat::clock;
+    return time_format_ && *time_format_ != TimeFormat::number && *time_format_ != TimeFormat::clock &&
+           *time_format_ != TimeFormat::minutes;
   }
   std::vector<std::string> notes() const override;
   std::string digest() const { return lines_.digest(); }
 
  private:
-  enum class Layout { table, keyed };  // cells in columns, or letters before numbers
+  enum class Layout { table, keyed, labelled };  // cells in columns, letters before numbers, label:value
   struct Line {
     std::string time;  // before an arrow; empty: in a cell
     std::string text;
     std::size_t number = 0;
   };
 
+  bool read_row(Row& row);
   bool next_line(Line& line);
   void split_line();
+  void split_labelled();
   void put_back();
   void leave_out_fragment();
   void read_layout();
@@ -109,6 +114,7 @@ class CsvReader : public Source {
   std::optional<std::size_t> time_place_;
   double time_unit_s_ = 1;
   std::optional<TimeFormat> time_format_;
+  WholeSeconds seconds_;
   double wrap_s_ = 0;
   char decimal_ = 0;  // what separates the fractions, once one was seen
   std::size_t rows_ = 0;

@@ -76,9 +76,8 @@ TEST(Csv, DropsAFewBackwardRowsAndRefusesMany) {
 TEST(Csv, NamesRowAndColumnOfABadCell) {
   EXPECT_NE(reason("t_s,a\n0,1\n1,x7\n").find("log.csv: row 3: column \"a\": \"x7\" is not a number"),
             std::string::npos);
-  EXPECT_NE(reason("t_s,a\n0,1\n1,nan\n").find("row 3: column \"a\": nan is not a measurement"),
+  EXPECT_NE(reason("t_s,a\n0,1\n1,-inf\n").find("row 3: column \"a\": -inf is not a measurement"),
             std::string::npos);
-  EXPECT_NE(reason("t_s,a\n0,1\n1,-inf\n").find("is not a measurement"), std::string::npos);
   EXPECT_NE(reason("t_s,a\n0,1\nbad,2\n").find("row 3: column \"t_s\""), std::string::npos);
   EXPECT_NE(reason("t_s,a\n0,1\n1,2,3\n").find("row 3: 3 cells, the header has 2"), std::string::npos);
 }

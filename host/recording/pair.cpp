@@ -166,9 +166,14 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
                                  recording.source, name, it->unit, *wanted));
   }
   if (const std::string other = unknown_angle_unit(name); it->unit.empty() && !other.empty()) {
-    throw InputError(
-        fmt::format("{}: column \"{}\" is in \"{}\" by its name: an angle in deg or rad is needed",
-                    recording.source, name, other));
+    const bool grad = lower(other) == "grad";
+    if (!grad || !wanted)
+      throw InputError(fmt::format(
+          "{}: column \"{}\" is in \"{}\" by its name: an angle in deg or rad is needed{}", recording.source,
+          name, other,
+          grad ? "; degrees in German, gon in English: --output-unit deg where the command has it, or "
+                 "rename the column to end in _deg"
+               : ""));
   }
   if (it->unit.empty() && !wanted) {
     const auto [low, high] = std::ranges::minmax(it->value);

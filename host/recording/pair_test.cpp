@@ -89,6 +89,19 @@ TEST(Pair, AnAngleInAUnitThatNobodyKnowsIsRefusedByName) {
   }
 }
 
+TEST(Pair, GradAreDegreesWhereSomebodySaysSo) {
+  Recording r{"c.csv", {0, 1}, {{"Winkel_Grad", {0, 90}, ""}}, {}, ""};
+  try {
+    to_degrees(r, "Winkel_Grad", "");
+    ADD_FAILURE();
+  } catch (const io::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("rename the column to end in _deg"), std::string::npos)
+        << error.what();
+  }
+  to_degrees(r, "Winkel_Grad", "deg");
+  EXPECT_EQ(r.columns[0].value.back(), 90);
+}
+
 TEST(Pair, WhatIsHeldOutDecidesNeitherWhatAPauseIsNorWhatAReadingIs) {
   const Pair slow = simulated(0.5);
   Pair pair = slow;

@@ -51,8 +51,19 @@ class Scanner {
     double second = 0;
     if (!digits(hour, 1, 2) || !one(':') || !digits(minute, 2, 2) || !one(':') || !seconds(second))
       return false;
-    if (hour > 24 || minute > 59 || second >= 61) return false;
+    if (hour > 24 || minute > 59 || second >= 61 || !half_of_day(hour)) return false;
     value_s = hour * 3600 + minute * 60 + second;
+    return true;
+  }
+
+  // mm:ss.fff
+  bool minutes(double& value_s) {
+    int minute = 0;
+    double second = 0;
+    if (!digits(minute, 1, 2) || !one(':') || rest_.find_first_of(".,") != 2 || !seconds(second))
+      return false;
+    if (minute > 59 || second >= 61) return false;
+    value_s = minute * 60 + second;
     return true;
   }
 
@@ -73,6 +84,16 @@ class Scanner {
   bool at_end() const { return rest_.empty(); }
 
  private:
+  // AM or PM, if it stands there; false where the hour is none of it.
+  bool half_of_day(int& hour) {
+    const std::string text = lower(trimmed(rest_));
+    if (text != "am" && text != "pm") return true;
+    rest_ = {};
+    if (hour < 1 || hour > 12) return false;
+    hour = hour % 12 + (text == "pm" ? 12 : 0);
+    return true;
+  }
+
   std::string_view rest_;
 };
 
@@ -140,6 +161,8 @@ std::optional<double> to_number(std::string_view text) {
   return value;
 }
 
+bool is_missing(std::string_view cell) { return cell.empty() || (cell.size() == 3 && lower(cell) == "nan"); }
+
 bool is_ambiguous_date(std::string_view text) {
   const auto date = to_date(trimmed(text), '/');
   return date && date->first <= 12 && date->second <= 12 && date->first != date->second;
@@ -157,6 +180,8 @@ std::optional<Time> to_time(std::string_view text) {
   Scanner s(text);
   double clock_s = 0;
   if (s.clock(clock_s) && s.at_end()) return Time{TimeFormat::clock, clock_s};
+  Scanner short_one(text);
+  if (short_one.minutes(clock_s) && short_one.at_end()) return Time{TimeFormat::minutes, clock_s};
   return std::nullopt;
 }
 

@@ -7,12 +7,14 @@
 
 namespace flexor::recording {
 
+// Behind every clock AM or PM may stand.
 enum class TimeFormat {
-  number,  // in a unit that the column states
-  iso,     // 2026-05-01T12:03:11.123, a blank for the T, Z or +hh:mm behind it
-  dotted,  // 1.5.2026 12:03:11.123: day first, nobody writes it otherwise
-  clock,   // 12:03:11.123: since midnight
-  slashed  // 13/5/2026 12:03:11 where one of the two numbers is above 12, so that the order is plain
+  number,   // in a unit that the column states
+  iso,      // 2026-05-01T12:03:11.123, a blank for the T, Z or +hh:mm behind it
+  dotted,   // 1.5.2026 12:03:11.123: day first, nobody writes it otherwise
+  clock,    // 12:03:11.123: since midnight
+  minutes,  // 03:11.123: since the hour. With a fraction, for 03:11 may be hours and minutes
+  slashed   // 13/5/2026 12:03:11 where one of the two numbers is above 12, so that the order is plain
 };
 
 struct Time {
@@ -28,5 +30,8 @@ bool is_ambiguous_date(std::string_view text);
 
 // A plain decimal number, all of the text.
 std::optional<double> to_number(std::string_view text);
+
+// A cell in which nothing was read: empty or nan, however that is written.
+bool is_missing(std::string_view cell);
 
 }  // namespace flexor::recording

@@ -656,7 +656,7 @@ TEST(Send, ARunningGloveTakesAModelInLessThanFiveSeconds) {
   Board board(firmware);
   Cable cable(board, 0, 1);
   const deploy::Sent sent = deploy::send_model(cable.line(), data_glove(1), {});
-  std::printf("%d bytes in %d pieces, %.2f s\n", sent.bytes, sent.pieces, sent.took_s);
+  std::printf("%d bytes in %d pieces, %.2f s\n", sent.bytes, sent.pieces.value(), sent.took_s);
   EXPECT_LT(sent.took_s, 5);
   EXPECT_GT(sent.took_s, sent.bytes * 0.0034) << "what its EEPROM takes";
 }

@@ -326,6 +326,7 @@ TEST_F(SendThroughBootloader, TheBoardRunsTheNewModelAndThenTheNext) {
     ASSERT_EQ(r.exit, 0) << r.err;
     const nlohmann::json said = nlohmann::json::parse(r.out);
     EXPECT_EQ(said.at("bootloader"), true);
+    EXPECT_FALSE(said.contains("pieces"));
     std::printf("%d bytes through the bootloader: %.1f s\n", said.at("bytes").get<int>(),
                 said.at("took_s").get<double>());
     const deploy::FlashContent pages = deploy::pages_with_model(before, glove, "the board");

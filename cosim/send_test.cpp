@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "cosim/radio_ear.hpp"
 #include "cosim/usb_board.hpp"
@@ -132,6 +135,7 @@ TEST_F(SendOverUsb, TheNewModelRunsWithinFiveSecondsAndAfterARestart) {
   EXPECT_LT(took_s.count(), 5) << "with the bootloader's second";
   const auto json = nlohmann::json::parse(r.out);
   EXPECT_GT(json.at("took_s"), 1.0) << "9600 baud are not quicker";
+  EXPECT_GE(json.at("pieces"), 10) << "of 24 bytes";
   EXPECT_NE(r.err.find("bytes sent: "), std::string::npos) << r.err;
   RecordProperty("figures", r.out);
   expect_runs(helper.port(), kAfter);
@@ -159,6 +163,22 @@ TEST_F(SendOverUsb, AWrongKeyIsOneLineAndChangesNothing) {
   UsbHelper helper(board());
   expect_says(send(helper.port(), {"--key", other}), 2, "the glove has another key, or none: --key FILE");
   expect_runs(helper.port(), kBefore);
+}
+
+TEST_F(SendOverUsb, OfManyAtOnceOneGetsThePortAndTheBoardIsReachableAfterwards) {
+  UsbHelper helper(board());
+  for (int round = 0; round < 2; ++round) {
+    std::array<Finished, 4> all;
+    {
+      std::vector<std::jthread> threads;
+      for (Finished& one : all) threads.emplace_back([&] { one = send(helper.port()); });
+    }
+    EXPECT_EQ(std::ranges::count(all, 0, &Finished::exit), 1) << round;
+    for (const Finished& one : all) {
+      if (one.exit != 0) expect_says(one, 2, "another flexor listens to it");
+    }
+    expect_runs(helper.port(), kAfter);
+  }
 }
 
 TEST_F(SendOverUsb, NobodyThereIsOneLine) {

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/inotify.h>
 #include <termios.h>
 #include <unistd.h>
@@ -57,7 +58,15 @@ UsbPort::~UsbPort() {
   close(terminal_);
 }
 
+bool UsbPort::is_open() const {
+  pollfd end{terminal_, 0, 0};
+  return ::poll(&end, 1, 0) == 0;
+}
+
+// Two openings at once may come as one event, and so may two closings: once nothing more comes, the terminal says
+// whether anybody is left.
 bool UsbPort::was_opened() {
+  const bool open = is_open();
   alignas(inotify_event) std::array<char, 4096> buffer{};
   bool out = false;
   const ssize_t n = ::read(openings_, buffer.data(), buffer.size());
@@ -66,8 +75,10 @@ bool UsbPort::was_opened() {
     std::memcpy(&event, buffer.data() + at, sizeof(event));
     const bool opened = (event.mask & IN_OPEN) != 0;
     out = out || (opened && open_by_ == 0);
-    open_by_ += opened ? 1 : -1;
+    open_by_ = opened ? open_by_ + 1 : std::max(open_by_ - 1, 0);
   }
+  if (n <= 0 && open == was_open_) open_by_ = open ? std::max(open_by_, 1) : 0;
+  was_open_ = open;
   return out;
 }
 

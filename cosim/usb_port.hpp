@@ -21,7 +21,7 @@ class UsbPort {
   // Whether the first of whoever has it open has opened it since the last call, which resets a board. An opening counts
   // also right after a closing: a capacitor at DTR misses none.
   bool was_opened();
-  bool is_open() const { return open_by_ > 0; }
+  bool is_open() const;
 
   // What the PC sent.
   std::vector<std::uint8_t> read();
@@ -37,7 +37,8 @@ class UsbPort {
   int terminal_ = -1;
   std::string name_;
   int openings_ = -1;  // inotify of the port
-  int open_by_ = 0;    // so many
+  int open_by_ = 0;    // so many, as far as the events say
+  bool was_open_ = false;
 };
 
 }  // namespace flexor::cosim

@@ -65,20 +65,6 @@ class CsvSink {
   fmt::memory_buffer out_;
 };
 
-std::vector<std::string> input_columns(const Options& o, const model::Model& model) {
-  if (!o.inputs.empty() && o.inputs.size() != model.inputs.size()) {
-    throw io::InputError(
-        fmt::format("the model has {} input(s), {} --input given; name one for each, in order",
-                    model.inputs.size(), o.inputs.size()));
-  }
-  if (!o.inputs.empty()) return o.inputs;
-  std::vector<std::string> columns;
-  for (const model::Input& input : model.inputs) {
-    columns.push_back(input.column.empty() ? input.name : input.column);
-  }
-  return columns;
-}
-
 template <class Estimator>
 void start_tracking(const Options& o, Estimator& estimator) {
   estimator.track({});
@@ -223,7 +209,7 @@ void run(const Options& o) {
     file.open(o.file, std::ios::binary);
   }
   recording::CsvReader reader(live ? std::cin : file, live ? "standard input" : o.file,
-                              {input_columns(o, model), o.time_unit});
+                              {model::columns_of(model, o.inputs), o.time_unit});
   for (std::size_t i = 0; i < model.inputs.size(); ++i)
     check_unit(model.inputs[i], reader.name(), reader.columns()[i], reader.units()[i]);
   if (o.json) return print_json(o, model, reader);

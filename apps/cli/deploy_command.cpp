@@ -289,7 +289,13 @@ void run(const Options& o) {
   nlohmann::ordered_json json = build(o, boards, p, counts, d, out.staging());
   json["key"] = pair.origin != nullptr ? nlohmann::ordered_json(pair.origin) : nullptr;
   io::write_file(out.staging() / "report.json", io::dump(json));
-  if (pair.key && !pair.is_stored) deploy::write_key(out.staging() / deploy::kKeyFile, *pair.key);
+  if (pair.key && !pair.is_stored) {
+    deploy::write_key(out.staging() / deploy::kKeyFile, *pair.key);
+    const auto kept = deploy::keep_old_key(std::filesystem::path(o.out) / deploy::kKeyFile, *pair.key);
+    if (!kept.empty())
+      log(fmt::format("the key that was there is kept in {}: boards have it until they are flashed",
+                      kept.string()));
+  }
   out.publish();
   if (!o.json) return say(d, pair);
   print(io::dump(json));

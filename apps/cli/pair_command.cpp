@@ -72,8 +72,9 @@ void run(const Options& o) {
   require_sensible(o);
   const link::Key key = o.key.empty() ? deploy::new_key() : deploy::load_key(o.key);
   const bool folder = !o.folder.empty();
+  std::string kept;
   if (folder) {
-    deploy::pair_folder(o.folder, key);
+    kept = deploy::pair_folder(o.folder, key).string();
   } else {
     pair(o, key);
   }
@@ -81,8 +82,11 @@ void run(const Options& o) {
                            : o.key.empty() ? o.out
                                            : o.key;
   if (o.json) {
+    nlohmann::ordered_json old;  // null
+    if (!kept.empty()) old = kept;
     return print(io::dump({{"key_file", file},
                            {"key", o.key.empty() ? "new" : "given"},
+                           {"old_key_file", old},
                            {"glove", folder || !o.glove.empty()},
                            {"hand", folder || !o.hand.empty()},
                            {"version", FLEXOR_VERSION}}));
@@ -92,6 +96,9 @@ void run(const Options& o) {
                                                               : "glove and hand have";
   print(fmt::format("{} the key of {}: keep that file, whoever has it can move the hand\n", who,
                     io::one_line(file)));
+  if (!kept.empty())
+    print(fmt::format("the key that was there is kept in {}: boards have it until they are flashed\n",
+                      io::one_line(kept)));
   if (!folder)
     print(fmt::format("later deployments: flexor deploy --key {}, since a folder's own key is the old one\n",
                       io::shell_word(file)));

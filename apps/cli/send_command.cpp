@@ -72,7 +72,7 @@ deploy::Sent send_pages(const deploy::Glove& glove, const std::string& path) {
   const deploy::FlashContent pages = deploy::pages_with_model(bootloader.read(), glove, "the board");
   bootloader.write(pages);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  return {1, static_cast<int>(pages.bytes.size() - pages.begin), 1, took.count()};
+  return {1, static_cast<int>(pages.bytes.size() - pages.begin), {}, took.count()};
 }
 
 void run(const Options& o) {
@@ -84,18 +84,17 @@ void run(const Options& o) {
     log("the model is too large for EEPROM: it goes through the bootloader, over USB, and the glove pauses");
   const deploy::Sent sent = bootloader ? send_pages(glove, path) : send_live(o, glove, path);
   if (o.json) {
-    return print(io::dump({{"model", o.model},
-                           {"port", path},
-                           {"parts", sent.parts},
-                           {"bytes", sent.bytes},
-                           {"pieces", sent.pieces},
-                           {"bootloader", bootloader},
-                           {"took_s", sent.took_s},
-                           {"version", FLEXOR_VERSION}}));
+    nlohmann::ordered_json json = {
+        {"model", o.model}, {"port", path}, {"parts", sent.parts}, {"bytes", sent.bytes}};
+    if (sent.pieces) json["pieces"] = *sent.pieces;
+    json["bootloader"] = bootloader;
+    json["took_s"] = sent.took_s;
+    json["version"] = FLEXOR_VERSION;
+    return print(io::dump(json));
   }
   print(fmt::format("{}: the glove runs {} now: {} bytes{}, written and read back, {:.1f} s\n", path,
                     io::one_line(o.model), sent.bytes,
-                    bootloader ? "" : fmt::format(" in {} pieces", sent.pieces), sent.took_s));
+                    sent.pieces ? fmt::format(" in {} pieces", *sent.pieces) : "", sent.took_s));
 }
 
 }  // namespace

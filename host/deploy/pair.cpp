@@ -86,7 +86,7 @@ void pair_boards(const std::vector<PairBoard>& boards, const link::Key& key, con
   says("");
 }
 
-void pair_folder(const fs::path& folder, const link::Key& key) {
+fs::path pair_folder(const fs::path& folder, const link::Key& key) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) throw InputError(fmt::format("{}: no such folder", folder.string()));
   OutFolder out(folder);
@@ -109,7 +109,9 @@ void pair_folder(const fs::path& folder, const link::Key& key) {
     }
   }
   write_key(out.staging() / kKeyFile, key);
+  const fs::path kept = keep_old_key(folder / kKeyFile, key);
   out.publish();
+  return kept;
 }
 
 }  // namespace flexor::deploy

@@ -64,6 +64,7 @@ class Sender {
     for (const Bytes& part : block.parts) all_ += static_cast<int>(part.size());
     send_all(block.parts);
     sent_.parts = static_cast<int>(block.parts.size());
+    sent_.pieces = pieces_;
     sent_.bytes = all_;
     sent_.took_s = line_.now_s() - start_s;
     return sent_;
@@ -188,7 +189,6 @@ class Sender {
 
   // False: there is no room for it beside the others.
   bool send_part(std::uint8_t part, const Bytes& bytes) {
-    part_ = part;
     received_ = 0;
     double heard_s = line_.now_s();
     double further_s = heard_s;
@@ -239,7 +239,7 @@ class Sender {
                          static_cast<std::uint8_t>(count), bytes.data() + offset},
                         packet.body());
     write(link::Type::coefficients, packet, size, glove_.key ? &session_.key() : nullptr);
-    ++sent_.pieces;
+    ++pieces_;
   }
 
   std::optional<link::Receipt> answer(std::uint8_t part) {
@@ -274,7 +274,7 @@ class Sender {
   std::uint32_t said_ = 0;
   int all_ = 0;
   int done_ = 0;
-  std::uint8_t part_ = 0;
+  int pieces_ = 0;
   std::size_t received_ = 0;         // of this part
   std::optional<double> offered_s_;  // when an offer came that no receipt has followed
   Sent sent_;

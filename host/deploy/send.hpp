@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -21,7 +22,7 @@ struct Line {
 struct Sent {
   int parts = 0;
   int bytes = 0;
-  int pieces = 0;  // with those that were said again
+  std::optional<int> pieces;  // over the line, with those that were said again
   double took_s = 0;
 };
 

@@ -23,19 +23,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Columns = std::vector<std::vector<double>>;
 
-std::vector<std::string> columns_for(const FileRequest& request, const model::Model& model) {
-  if (!request.inputs.empty() && request.inputs.size() != model.inputs.size()) {
-    throw io::InputError(
-        fmt::format("the model has {} input(s), {} --input given; name one for each, in order",
-                    model.inputs.size(), request.inputs.size()));
-  }
-  if (!request.inputs.empty()) return request.inputs;
-  std::vector<std::string> out;
-  for (const model::Input& input : model.inputs)
-    out.push_back(input.column.empty() ? input.name : input.column);
-  return out;
-}
-
 void check_units(const recording::CsvReader& reader, const model::Model& model,
                  std::vector<std::string>& notes) {
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
@@ -86,7 +73,8 @@ recording::Recording read_log(const std::filesystem::path& path, const FileReque
                               const model::Model& model, std::vector<std::string>& notes) {
   io::require_readable(path);
   std::ifstream file(path, std::ios::binary);
-  recording::CsvReader reader(file, path.string(), {columns_for(request, model), request.time_unit, true});
+  recording::CsvReader reader(file, path.string(),
+                              {model::columns_of(model, request.inputs), request.time_unit, true});
   check_units(reader, model, notes);
   recording::Stream stream(reader, recording::Resets::follow);
   recording::Recording out;

@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <cstring>
 #include <optional>
 #include <utility>
@@ -137,11 +139,36 @@ Target target_of(const fs::path& path) {
   return target;
 }
 
+// The process in the name of a file that make_beside() made for `stem`.
+std::optional<pid_t> writer_of(std::string_view name, const std::string& stem) {
+  const std::string prefix = stem + ".part-";
+  if (!name.starts_with(prefix)) return {};
+  name.remove_prefix(prefix.size());
+  pid_t process = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), process);
+  const bool ends = end == name.data() + name.size() || *end == '-' || *end == '.';
+  return error == std::errc() && ends && process > 0 ? std::optional(process) : std::nullopt;
+}
+
+// What processes that were killed have left of it.
+void remove_stale(const Target& target, const std::string& stem) {
+  const fs::path folder = target.file.has_parent_path() ? target.file.parent_path() : ".";
+  std::error_code error;
+  std::error_code ignored;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    const auto process = writer_of(at->path().filename().string(), stem);
+    if (!process || !fs::is_regular_file(fs::symlink_status(at->path(), ignored))) continue;
+    if (::kill(*process, 0) != 0 && errno == ESRCH) ::unlink(at->path().c_str());
+  }
+}
+
 // A new file beside the target. `extension` is repeated at its end, for libraries that go by it.
 fs::path make_beside(const Target& target, Access who, std::string_view extension, Descriptor& descriptor) {
   constexpr std::size_t kLongest = 200;  // file systems end at 255
-  constexpr int kAttempts = 1000;        // killed processes leave theirs
+  constexpr int kAttempts =
+      1000;  // several outputs of one process, or one that was killed and had its number
   const std::string stem = target.file.filename().string().substr(0, kLongest);
+  remove_stale(target, stem);
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const std::string more = attempt > 0 ? fmt::format("-{}", attempt) : "";
     const fs::path name =

@@ -1,9 +1,10 @@
 // The one way to write an output.
 //
 // A file is written beside its name, brought to the disk, and renamed: nobody ever finds half of one, and
-// what was there before stays until then. A link is followed, and the file it points to is replaced. A file
-// keeps its permissions. What is no file, as /dev/null, /dev/stdout or a FIFO, is never replaced: the bytes
-// go into it as they come. Folders, disks and sockets are refused.
+// what was there before stays until then. What a process that was killed has left beside it goes with the next
+// write to that name. A link is followed, and the file it points to is replaced. A file keeps its permissions.
+// What is no file, as /dev/null, /dev/stdout or a FIFO, is never replaced: the bytes go into it as they come.
+// Folders, disks and sockets are refused.
 //
 // A file that note_input() was told of is refused: an output must not take its own input's place.
 //

@@ -219,6 +219,30 @@ TEST_F(Outputs, WhatAKilledProcessLeftIsNotInTheWay) {
   EXPECT_EQ(read_file(file), "new");
 }
 
+TEST_F(Outputs, WhatAKilledProcessLeftGoesWithTheNextWriteToThatName) {
+  const fs::path file = old_file("table.csv");
+  const auto killed_while = [&](const auto& writes) {
+    const pid_t child = fork();
+    if (child == 0) {
+      writes();
+      raise(SIGKILL);
+    }
+    waitpid(child, nullptr, 0);
+    EXPECT_GT(entries(), 1);
+  };
+  killed_while([&] {
+    new Output(file);  // NOLINT: killed
+    new StagedOutput(file);
+  });
+  const auto left = [&](const std::string& name) { std::ofstream(folder_ / name) << "left"; };
+  left("table.csv.part-" + std::to_string(::getppid()));  // of a process that may still write
+  left("table.csv.part-99x");
+  left("another.csv.part-4194999");
+  write_both_ways(file, "new");
+  EXPECT_EQ(read_file(file), "new");
+  EXPECT_EQ(entries(), 4) << "nobody else's";
+}
+
 // A limit on the size of files stands for a disk that is full in the middle of a write.
 TEST_F(Outputs, AWriteThatStopsHalfwayLeavesTheOldFileAndNothingElse) {
   const fs::path file = old_file();

@@ -287,6 +287,17 @@ std::string joint_name(std::string_view name) {
   return std::string(name);
 }
 
+std::vector<std::string> columns_of(const Model& model, const std::vector<std::string>& given) {
+  if (!given.empty() && given.size() != model.inputs.size()) {
+    throw InputError(fmt::format("the model has {} input(s), {} --input given; name one for each, in order",
+                                 model.inputs.size(), given.size()));
+  }
+  if (!given.empty()) return given;
+  std::vector<std::string> out;
+  for (const Input& input : model.inputs) out.push_back(input.column.empty() ? input.name : input.column);
+  return out;
+}
+
 Graph::Graph(const Model& model) {
   std::map<std::string, std::size_t> signals;
   const auto name = [&](const std::string& signal, const std::string& what) {

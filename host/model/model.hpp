@@ -117,6 +117,10 @@ bool is_name(std::string_view name);
 // underscore. Throws io::InputError.
 std::string joint_name(std::string_view name);
 
+// The column of a recording that feeds each input: as `given` names them in order, or where it is empty as the model does.
+// Throws io::InputError where `given` has another number.
+std::vector<std::string> columns_of(const Model& model, const std::vector<std::string>& given);
+
 // A graph in numbers: block b takes `from[b]`, signal inputs.size() + b is its own.
 struct Graph {
   explicit Graph(const Model& model);  // throws io::InputError for names that do not fit together

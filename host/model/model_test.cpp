@@ -32,6 +32,18 @@ Channel chain() {
   return c;
 }
 
+TEST(Model, SaysWhichColumnFeedsEachInputUnlessOneIsGivenForEach) {
+  Model m;
+  m.inputs.resize(2);
+  m.inputs[0].name = "index";
+  m.inputs[1].name = "middle";
+  m.inputs[1].column = "SensorA2";
+  EXPECT_EQ(columns_of(m, {}), (std::vector<std::string>{"index", "SensorA2"}));
+  EXPECT_EQ(columns_of(m, {"b", "a"}), (std::vector<std::string>{"b", "a"}));
+  EXPECT_THROW((void)columns_of(m, {"a"}), io::InputError);
+  EXPECT_THROW((void)columns_of(m, {"a", "b", "c"}), io::InputError);
+}
+
 // Two sensors, two joints, and every kind once.
 Model example() {
   Model m;

@@ -9,9 +9,8 @@ namespace flexor {
 namespace link {
 
 constexpr uint8_t kDelimiter = 0;
-constexpr uint8_t kMaxCobsPayload = 253;
 
-// `out` has room for size + 2; returns the bytes written, delimiter included. size <= kMaxCobsPayload.
+// `out` has room for size + 2; returns the bytes written, delimiter included. size is 253 at most.
 inline uint8_t cobs_encode(const uint8_t* payload, uint8_t size, uint8_t* out) {
   uint8_t code_at = 0;
   uint8_t at = 1;

@@ -80,7 +80,7 @@ struct Stretch {
 // as the turns there repeat; another motion lies elsewhere by motion_sd, of whose variance a part is one for all sensors (the
 // hand does the same with all of its fingers), and reaches farther by reach_sd; what lies between the ends has density_sd of
 // its own besides. What the stretch lacks of the span, or goes beyond it, may be at either end: half of it is how far
-// the middle may lie off, and what is more than a gain makes likely counts as reach.
+// the middle may lie off (less where every turn is at one of two ends), and what is more than a gain makes likely counts as reach.
 class Quantiles : public Evidence {
  public:
   explicit Quantiles(std::vector<Stretch> stretches);

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <vector>
 
@@ -189,6 +190,12 @@ TEST_F(Arduino, OnASimulatedUnoItSendsTheHostsAnglesToTheBit) {
 
   const Firmware firmware(elf);
   Board board(firmware);
+  // As `flexor record --readings`: it asks again before the second is over.
+  link::Packet packet;
+  packet.body()[0] = static_cast<std::uint8_t>(link::Request::readings);
+  std::array<std::uint8_t, link::kMaxWire> request{};
+  const std::uint8_t request_bytes =
+      packet.seal({link::Type::request, false, false, 0}, 1, nullptr, request.data());
   std::size_t conversions = 0;
   board.on_sample = [&](Cycles, int channel) {
     const std::size_t k = std::min(conversions++ / deploy::kFingers, counts.size() - 1);
@@ -196,9 +203,20 @@ TEST_F(Arduino, OnASimulatedUnoItSendsTheHostsAnglesToTheBit) {
   };
   link::Receiver receiver(nullptr);
   std::size_t frames = 0;
+  std::size_t readings = 0;
+  const auto hear_readings = [&] {
+    std::uint16_t time_ms = 0;
+    std::array<std::uint16_t, deploy::kFingers> said{};
+    link::get_readings(receiver.packet().body(), deploy::kFingers, time_ms, said.data());
+    const std::size_t k = time_ms / 100U - 1U;
+    if (k >= counts.size()) return;
+    ++readings;
+    EXPECT_TRUE(std::ranges::equal(said, counts[k])) << "sample " << k;
+  };
   board.on_byte = [&](Cycles, std::uint8_t byte) {
     link::Received result = receiver.push(byte);
     while (result == link::Received::pending) result = receiver.verify();
+    if (result == link::Received::other && receiver.packet().type() == link::Type::readings) hear_readings();
     if (result != link::Received::frame) return;
     const std::size_t k = receiver.frame().time_ms / 100U - 1U;
     if (k >= expected.size()) return;
@@ -208,8 +226,17 @@ TEST_F(Arduino, OnASimulatedUnoItSendsTheHostsAnglesToTheBit) {
       ASSERT_EQ(receiver.frame().status[i], expected[k].status[i]) << "sample " << k << ", finger " << i;
     }
   };
-  while (conversions < deploy::kFingers * counts.size()) board.run_until(board.now() + kCyclesPerMs);
+  constexpr Cycles kAsks = 800 * kCyclesPerMs;
+  constexpr Cycles kByte = 104 * kCyclesPerMs / 100;  // at 9600 baud
+  for (Cycles asked = kAsks; conversions < deploy::kFingers * counts.size();) {
+    board.run_until(board.now() + kCyclesPerMs);
+    if (board.now() < asked) continue;
+    asked += kAsks;
+    for (std::uint8_t i = 0; i < request_bytes; ++i)
+      board.receive(board.now() + static_cast<Cycles>(i + 1) * kByte, request[i]);
+  }
   EXPECT_GT(frames, counts.size() / 2) << "between them the glove listens";
+  EXPECT_GT(readings, counts.size() / 2) << "where it was asked";
 }
 
 }  // namespace

@@ -98,7 +98,7 @@ class Expected {
   }
 
  private:
-  using Text = firmware::GloveText<link::kGloveFingers * link::kGlovePlaces>;
+  using Text = glove::GloveText<link::kGloveFingers * link::kGlovePlaces>;
 
   std::string encoded(bool listens) const {
     std::array<std::uint8_t, link::kMaxWire> wire{};
@@ -120,7 +120,7 @@ class Expected {
   link::Session session_;
   deploy::GloveTables tables_;
   deploy::HostChain chain_;
-  std::vector<firmware::JointSettings> joints_;
+  std::vector<glove::JointSettings> joints_;
   std::optional<Text> text_;
   link::Frame frame_{};
   long samples_ = 0;

@@ -37,8 +37,8 @@ class FlexorOutput {
 
   // joystick: x and y of 10 bits; pressed: of flexor::link::glove_button.
   template <class Port>
-  void send(Port& port, const flexor::link::Frame& frame, const int16_t* joint_angles, const uint16_t* joystick,
-            uint8_t pressed) {
+  void send(Port& port, const flexor::link::Frame& frame, const uint16_t*, const int16_t* joint_angles,
+            const uint16_t* joystick, uint8_t pressed) {
     char text[Text::kRoom];
     uint8_t size = 0;
     if (asked_) {
@@ -51,45 +51,47 @@ class FlexorOutput {
   }
 
  private:
-  using Text = flexor::firmware::GloveText<flexor::config::kJoints>;
+  using Text = flexor::glove::GloveText<flexor::config::kJoints>;
   bool asked_ = false;
   Text text_{flexor::config::kFlexion, flexor::config::kJoint, flexor::config::kJoints, flexor::config::kThere};
 };
 
 #else
 
-#include "runtime/link/glove_end.hpp"
-#include "runtime/link/glove_turns.hpp"
+#include "runtime/link/glove_speech.hpp"
 #include "runtime/link/key_record.hpp"
 
 // Frames for the hand's radio, in turns with the hand, as the glove's own firmware sends them. With a damaged key it is
 // silent for good.
 class FlexorOutput {
  public:
-  FlexorOutput() : end_(load_key()) {}
+  FlexorOutput() : speech_(load_key()) {}
 
   template <class Port>
   void listen(Port& port) {
-    while (port.available() > 0) {
-      turns_.byte();
-      const flexor::link::Received result = end_.push(static_cast<uint8_t>(port.read()));
-      if (result == flexor::link::Received::pending || result == flexor::link::Received::other) turns_.heard();
-    }
+    flexor::link::NoModels models;
+    while (port.available() > 0) speech_.push(static_cast<uint8_t>(port.read()), models);
   }
 
   template <class Port>
-  void send(Port& port, flexor::link::Frame& frame, const int16_t*, const uint16_t*, uint8_t) {
+  void send(Port& port, flexor::link::Frame& frame, const uint16_t* counts, const int16_t*, const uint16_t*, uint8_t) {
     if (!key_is_whole_ || ++since_frame_ < flexor::config::kSamplesPerFrame) return;
     since_frame_ = 0;
-    if (!turns_.take_slot(end_.packet().amid())) return;
-    const bool listens = turns_.listens(!end_.in_touch());
-    constexpr uint8_t kNoCause = 0;
-    uint8_t wire[flexor::link::kMaxWire];
-    const uint8_t size = end_.in_touch() ? end_.angles(frame, listens, wire) : end_.state(kNoCause, millis() / 1000, wire);
-    port.write(wire, size);
+    Board<Port> board = {port};
+    speech_.speak(frame, counts, board);
   }
 
  private:
+  template <class Port>
+  struct Board {
+    Port& port;
+    uint8_t reset_cause() const { return 0; }
+    uint32_t uptime_s() const { return millis() / 1000; }
+    void send(flexor::link::Type, const uint8_t* wire, uint8_t bytes) { port.write(wire, bytes); }
+  };
+  using Turns =
+      flexor::link::GloveTurns<flexor::config::kListenEvery, flexor::config::kSeekEvery, flexor::config::kListenSlots>;
+
   const flexor::link::Key* load_key() {
     key_is_whole_ = flexor::link::load(&flexor::config::kKeyRecord, key_);
     return flexor::link::is_plain(key_) ? nullptr : &key_;
@@ -97,23 +99,22 @@ class FlexorOutput {
 
   bool key_is_whole_ = false;
   flexor::link::Key key_ = {};
-  flexor::link::GloveEnd end_;
+  flexor::link::GloveSpeech<Turns, flexor::config::kRate_hz / flexor::config::kSamplesPerFrame> speech_;
   uint8_t since_frame_ = flexor::config::kSamplesPerFrame - 1;
-  flexor::link::GloveTurns<flexor::config::kListenEvery, flexor::config::kSeekEvery, flexor::config::kListenSlots>
-      turns_;
 };
 
 #endif
 
 class FlexorGlove {
  public:
-  static constexpr uint8_t kFingers = flexor::firmware::kFingers;  // thumb to pinky
+  static constexpr uint8_t kFingers = flexor::glove::kFingers;  // thumb to pinky
   static constexpr uint16_t kPeriod_ms = 1000 / flexor::config::kRate_hz;
 
   FlexorGlove() : chain_(flexor::config::kChannels, compensator_) {}
 
   // A sample: kFingers readings of 10 bits, 0 to 1023, thumb to pinky, kPeriod_ms after the last ones.
   void step(const uint16_t* counts) {
+    for (uint8_t i = 0; i < kFingers; ++i) counts_[i] = counts[i];
     chain_.step(counts, frame_);
     frame_.time_ms = static_cast<uint16_t>(frame_.time_ms + kPeriod_ms);
   }
@@ -129,7 +130,7 @@ class FlexorGlove {
   void send(Port& port, uint8_t pressed = 0, uint16_t joystick_x = 512, uint16_t joystick_y = 512) {
     listen(port);
     const uint16_t joystick[2] = {joystick_x, joystick_y};
-    output_.send(port, frame_, compensator_.angle + kFingers, joystick, pressed);
+    output_.send(port, frame_, counts_, compensator_.angle + kFingers, joystick, pressed);
   }
 
   // Hears the other side: more often than step() where the serial port's buffer is small.
@@ -140,8 +141,9 @@ class FlexorGlove {
 
  private:
   flexor::GloveCompensator compensator_;
-  flexor::firmware::SignalChain<flexor::GloveCompensator> chain_;
+  flexor::glove::SignalChain<flexor::GloveCompensator> chain_;
   flexor::link::Frame frame_ = {};
+  uint16_t counts_[kFingers] = {};
   FlexorOutput output_;
 };
 

@@ -3,11 +3,11 @@
 // everything else happens in main, which sleeps.
 #include "firmware/board.hpp"
 #include "glove_config.hpp"
-#include "runtime/link/glove_end.hpp"
-#include "runtime/link/glove_turns.hpp"
+#include "runtime/link/glove_speech.hpp"
 
 using namespace flexor;
 using namespace flexor::firmware;
+using link::kFingers;
 
 namespace {
 
@@ -26,11 +26,11 @@ void start_sampling() {
 
 GloveCompensator compensator;
 #ifdef FLEXOR_TRACK
-SignalChain<GloveCompensator, Follower<kFingers>> chain(config::kChannels, compensator,
-                                                        {config::kTracker, config::kTracked,
-                                                         config::kSamplesPerTick});
+glove::SignalChain<GloveCompensator, glove::Follower<kFingers>> chain(config::kChannels, compensator,
+                                                                      {config::kTracker, config::kTracked,
+                                                                       config::kSamplesPerTick});
 #else
-SignalChain<GloveCompensator> chain(config::kChannels, compensator);
+glove::SignalChain<GloveCompensator> chain(config::kChannels, compensator);
 #endif
 link::Frame frame;
 
@@ -112,7 +112,7 @@ class Models {
 
 #else
 
-class Models {
+class Models : public link::NoModels {
  public:
   explicit Models(const link::Key*) {}
 #ifdef FLEXOR_MODEL_IN_FLASH
@@ -124,8 +124,6 @@ class Models {
   void load() { zero.load(); }
 #endif
   void stir(uint16_t) {}
-  void offer() {}
-  bool take(link::PacketReader&) { return false; }
   bool busy() const { return false; }
   uint8_t work(uint8_t*) { return 0; }
 };
@@ -146,7 +144,7 @@ class Output {
   bool busy() const { return false; }
   void work() {}
   void sampled(uint16_t) {}
-  void send_frame() {
+  void send_frame(const uint16_t*) {
     char text[Text::kRoom];
     const uint8_t size = asked ? information(text) : line(text);
     mark(Marker::frame_sealed);
@@ -154,7 +152,7 @@ class Output {
   }
 
  private:
-  using Text = GloveText<config::kJoints>;
+  using Text = glove::GloveText<config::kJoints>;
 
   uint8_t line(char* text) {
     uint16_t joystick[2] = {link::kGloveMiddle, link::kGloveMiddle};
@@ -185,8 +183,7 @@ class Output {
     reset_cause_ = reset_cause;
     models_.load();
     chain.restart();
-    // The hand's challenge, if it comes at once, is there before the first sample.
-    if (!end_.in_touch()) send_state();
+    speech_.start(*this);
   }
   bool busy() const { return !received.empty() || models_.busy(); }
   void sampled(uint16_t reading) {
@@ -196,69 +193,27 @@ class Output {
   // Neither is part of main, which would keep room for the frames of both at once.
   FLEXOR_SHARED void work() {
     uint8_t byte;
-    while (received.pop(byte)) {
-      turns_.byte();
-      const link::Received result = end_.push(byte);
-      if (result == link::Received::pending || result == link::Received::other) turns_.heard();
-      if (result == link::Received::pending) take();
-    }
+    while (received.pop(byte)) speech_.push(byte, models_);
     uint8_t wire[link::kMaxWire];
     if (const uint8_t size = models_.work(wire)) transmitter.send(wire, size);
   }
-  FLEXOR_SHARED void send_frame() {
-    if (!turns_.take_slot(end_.packet().amid())) return;
-    const bool listens = turns_.listens(!end_.in_touch());
-    if (readings_left_ > 0) send_readings();  // first: after a frame that listens the hand speaks
-    if (listens && (wants_state_ || !end_.in_touch())) {
-      send_state();
-    } else if (end_.in_touch()) {
-      send_angles(listens);
-    }
+  FLEXOR_SHARED void send_frame(const uint16_t* now) { speech_.speak(frame, now, *this); }
+
+  // What the line asks of its board.
+  uint8_t reset_cause() const { return reset_cause_; }
+  uint32_t uptime_s() const { return samples_ / config::kRate_hz; }
+  void send(link::Type type, const uint8_t* wire, uint8_t bytes) {
+    if (type == link::Type::angles) mark(Marker::frame_sealed);
+    transmitter.send(wire, bytes);
   }
 
  private:
-  void take() {
-    const link::Type type = end_.packet().type();
-    if (type == link::Type::coefficients && models_.take(end_.packet())) turns_.favour(kSlotsPerSecond);
-    if (type != link::Type::request || end_.packet().body_bytes() != 1) return;
-    const link::Request request = static_cast<link::Request>(end_.packet().body()[0]);
-    if (request == link::Request::coefficients) models_.offer();
-    if (request == link::Request::state) wants_state_ = true;
-    if (request == link::Request::readings) readings_left_ = kSlotsPerSecond;
-  }
+  using Turns = link::GloveTurns<config::kListenEvery, config::kSeekEvery, config::kListenSlots>;
 
-  void send_angles(bool listens) {
-    uint8_t wire[link::kMaxWire];
-    const uint8_t size = end_.angles(frame, listens, wire);
-    mark(Marker::frame_sealed);
-    transmitter.send(wire, size);
-  }
-
-  void send_state() {
-    wants_state_ = false;
-    uint8_t wire[link::kMaxWire];
-    transmitter.send(wire, end_.state(reset_cause_, samples_ / config::kRate_hz, wire));
-  }
-
-  void send_readings() {
-    --readings_left_;
-    uint16_t now[kFingers];
-    for (uint8_t i = 0; i < kFingers; ++i) now[i] = counts[i];
-    link::Packet packet;
-    const uint8_t body_bytes = link::put_readings(frame.time_ms, now, kFingers, packet.body());
-    uint8_t wire[link::kMaxWire];
-    transmitter.send(wire, link::GloveEnd::say(link::Type::readings, packet, body_bytes, false, wire));
-  }
-
-  static constexpr uint8_t kSlotsPerSecond = config::kRate_hz / config::kSamplesPerFrame;
-
-  link::GloveEnd end_{pair_key(config::kKeyRecord)};
-  Models models_{end_.pair()};
-  link::GloveTurns<config::kListenEvery, config::kSeekEvery, config::kListenSlots> turns_;
+  link::GloveSpeech<Turns, config::kRate_hz / config::kSamplesPerFrame> speech_{pair_key(config::kKeyRecord)};
+  Models models_{speech_.pair()};
   uint32_t samples_ = 0;
   uint8_t reset_cause_ = 0;
-  uint8_t readings_left_ = 0;
-  bool wants_state_ = false;
 };
 
 #endif
@@ -310,7 +265,7 @@ int main() {
     // A transmitter that is still busy skips a frame: the newest angle matters, not every one.
     if (++since_frame >= config::kSamplesPerFrame && transmitter.idle()) {
       since_frame = 0;
-      output.send_frame();
+      output.send_frame(now);
     }
   }
 }

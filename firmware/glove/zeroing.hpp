@@ -4,7 +4,7 @@
 #pragma once
 
 #include "firmware/board.hpp"
-#include "firmware/glove/signal_chain.hpp"
+#include "runtime/glove/signal_chain.hpp"
 #include "runtime/glove/zero_store.hpp"
 #include "runtime/sensor/zero.hpp"
 
@@ -21,7 +21,7 @@ class Zeroing {
   }
 
   // A model is there, of which `settings` have the poses: those that were kept for it take effect.
-  void load(const ChannelSettings* settings, sensor::Correction* corrections) {
+  void load(const glove::ChannelSettings* settings, sensor::Correction* corrections) {
     settings_ = settings;
     corrections_ = corrections;
     uint16_t made_for = 0;
@@ -79,7 +79,7 @@ class Zeroing {
   Eeprom eeprom_;
   sensor::Zero<kStrips> zero_{Config::kRate_hz};
   glove::ZeroStore<Eeprom, kStrips> store_;
-  const ChannelSettings* settings_ = nullptr;
+  const glove::ChannelSettings* settings_ = nullptr;
   sensor::Correction* corrections_ = nullptr;
   uint16_t samples_ = 0;  // of the stage
   bool closed_ = false;

@@ -15,9 +15,7 @@ constexpr std::string_view kArduino = "firmware/arduino/";
 
 // What it takes of the firmware as it is.
 bool is_portable(const std::string& source) {
-  return source.starts_with("runtime/") || source == "firmware/markers.hpp" ||
-         source == "firmware/glove/follower.hpp" || source == "firmware/glove/signal_chain.hpp" ||
-         source == "firmware/glove/glove_text.hpp";
+  return source.starts_with("runtime/") || source == "firmware/markers.hpp";
 }
 
 // Where a source of this repository lies in the library; empty: it is none of it.

@@ -43,7 +43,7 @@ class Writer {
 
   CompensatorText text() const {
     return {coefficients_,
-            "class GloveCompensator {\n public:\n  int16_t alpha[firmware::kFingers] = {};\n"
+            "class GloveCompensator {\n public:\n  int16_t alpha[glove::kFingers] = {};\n"
             "  int16_t angle[" +
                 angles() + "] = {};\n\n  GloveCompensator() {\n" + rests_ +
                 "  }\n\n  uint8_t step() {\n    firmware::mark(firmware::Marker::step_begin);\n"
@@ -55,7 +55,7 @@ class Writer {
 
  private:
   std::string angles() const {
-    return more_.empty() ? "firmware::kFingers" : fmt::format("firmware::kFingers + {}", more_.size());
+    return more_.empty() ? "glove::kFingers" : fmt::format("glove::kFingers + {}", more_.size());
   }
 
   // What only joints without a motor ask for stays on the PC.

@@ -111,7 +111,7 @@ void require_room_for_lines(const Glove& glove) {
       line_bytes(glove), 1000 * line_s, kUsbBaud, 1000 * glove.model.sample_period_s));
 }
 
-firmware::FlexionSettings flexion_of(const model::Saturation& limits) {
+glove::FlexionSettings flexion_of(const model::Saturation& limits) {
   const std::int16_t straight = q4(std::max(limits.lower_deg, 0.0));
   const double range = std::max(1.0, 16 * limits.upper_deg - straight);
   return {straight, static_cast<std::uint32_t>(std::ceil(link::kGloveTop * 65536 / range))};
@@ -224,13 +224,13 @@ bool can_zero(const Glove& glove) {
          std::ranges::any_of(glove.model.inputs, [](const auto& input) { return input.poses.has_value(); });
 }
 
-std::array<firmware::TrackedStrip, kFingers> tracked_strips(const Glove& glove) {
-  std::array<firmware::TrackedStrip, kFingers> out{};
+std::array<glove::TrackedStrip, kFingers> tracked_strips(const Glove& glove) {
+  std::array<glove::TrackedStrip, kFingers> out{};
   if (!glove.track) return out;
   const model::Wiring wiring = model::wiring_of(glove.model);
   const std::vector<std::optional<model::TrackedRange>> ranges = model::tracked_ranges(glove.model);
   for (std::size_t i = 0; i < kFingers; ++i) {
-    if (wiring.input[i]) out[i] = model::tracked_strip<firmware::Tracking>(ranges[*wiring.input[i]], {});
+    if (wiring.input[i]) out[i] = model::tracked_strip<glove::Tracking>(ranges[*wiring.input[i]], {});
   }
   return out;
 }
@@ -243,8 +243,7 @@ void check_tracking(const Glove& glove) {
         "--model-as "
         "code, or leave out --track");
   const auto tracked = tracked_strips(glove);
-  if (std::ranges::any_of(tracked, [](const firmware::TrackedStrip& strip) { return strip.half != 0; }))
-    return;
+  if (std::ranges::any_of(tracked, [](const glove::TrackedStrip& strip) { return strip.half != 0; })) return;
   throw InputError(
       "--track: the model does not say what a strip reads at the open hand and at the fist: identify it anew "
       "from a "
@@ -419,14 +418,14 @@ std::string button_text(const Mcu& mcu, const Pins& pins) {
 }
 
 std::string vr_tables(const Glove& glove, const GloveTables& tables) {
-  std::string out = "constexpr firmware::FlexionSettings kFlexion[] = {";
-  for (const firmware::FlexionSettings& f : tables.flexion)
+  std::string out = "constexpr glove::FlexionSettings kFlexion[] = {";
+  for (const glove::FlexionSettings& f : tables.flexion)
     out += fmt::format("{{{}, {}}}, ", f.straight, f.scale);
   const std::vector<VrJoint> joints = vr_joints(glove);
-  out += fmt::format("}};\nconstexpr uint8_t kJoints = {};\nconstexpr firmware::JointSettings kJoint[] = {{",
+  out += fmt::format("}};\nconstexpr uint8_t kJoints = {};\nconstexpr glove::JointSettings kJoint[] = {{",
                      joints.size());
   for (const VrJoint& j : joints) {
-    const firmware::JointSettings& s = j.settings;
+    const glove::JointSettings& s = j.settings;
     out += fmt::format("{{{}, {}, {}, {{{}, {}}}, {{{}, {}, {}}}}}, ", s.finger, s.place, s.strips,
                        s.flexion.straight, s.flexion.scale, s.guard.rest, s.guard.max_step,
                        s.guard.hold_samples);
@@ -464,13 +463,13 @@ std::string zero_text(const Glove& glove) {
 }
 
 std::string track_text(const Glove& glove) {
-  const firmware::TrackerSettings c = model::tracker_settings<firmware::Tracking>({});
+  const glove::TrackerSettings c = model::tracker_settings<glove::Tracking>({});
   std::string strips;
-  for (const firmware::TrackedStrip& s : tracked_strips(glove))
+  for (const glove::TrackedStrip& s : tracked_strips(glove))
     strips += fmt::format("{{{}, {}, {}, {}, {}}}, ", s.middle, s.half, s.noise, s.max_step, s.per_half);
   return fmt::format(
-      "constexpr firmware::TrackerSettings kTracker = {{{}, {}, {}}};\n"
-      "constexpr firmware::TrackedStrip kTracked[] PROGMEM = {{{}}};\nconstexpr uint8_t kSamplesPerTick = "
+      "constexpr glove::TrackerSettings kTracker = {{{}, {}, {}}};\n"
+      "constexpr glove::TrackedStrip kTracked[] PROGMEM = {{{}}};\nconstexpr uint8_t kSamplesPerTick = "
       "{};\n",
       c.shift, c.stretch, c.growth, strips, model::samples_per_tick(glove.model.sample_period_s));
 }
@@ -490,7 +489,7 @@ std::string glove_head(const Glove& glove, const GloveTables& tables) {
   if (glove.track) out += "#define FLEXOR_TRACK\n";
   out +=
       "#include <avr/pgmspace.h>\n\n#include \"firmware/board.hpp\"\n#include "
-      "\"firmware/glove/glove_text.hpp\"\n#include \"firmware/glove/signal_chain.hpp\"\n"
+      "\"runtime/glove/glove_text.hpp\"\n#include \"runtime/glove/signal_chain.hpp\"\n"
       "#include \"runtime/link/key_record.hpp\"\n"
       "#include \"runtime/compensator/blocks.hpp\"\n";
   if (in_flash) out += "#include \"runtime/glove/flash_model.hpp\"\n";
@@ -529,7 +528,7 @@ std::string sensor_tables(const Glove& glove, const GloveTables& tables) {
     }
   }
   // A model that is data brings its own.
-  out += fmt::format("\n{} firmware::ChannelSettings kChannels[] = {{\n",
+  out += fmt::format("\n{} glove::ChannelSettings kChannels[] = {{\n",
                      glove.model_as == ModelAs::data ? "static" : "constexpr");
   for (std::size_t i = 0; i < kFingers; ++i) {
     const sensor::MonitorSettings& m = tables.monitor[i];

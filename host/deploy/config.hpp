@@ -8,12 +8,12 @@
 #include <variant>
 #include <vector>
 
-#include "firmware/glove/follower.hpp"
-#include "firmware/glove/glove_text.hpp"
 #include "host/deploy/mcu.hpp"
 #include "host/deploy/pins.hpp"
 #include "host/model/model.hpp"
 #include "host/model/wiring.hpp"
+#include "runtime/glove/follower.hpp"
+#include "runtime/glove/glove_text.hpp"
 #include "runtime/hand/finger.hpp"
 #include "runtime/link/messages.hpp"
 #include "runtime/sensor/calibration.hpp"
@@ -128,7 +128,7 @@ int samples_per_frame(const Glove& glove);
 bool can_zero(const Glove& glove);
 
 // What the tracker of each strip gets; without `track`, and for strips without poses, none is tracked.
-std::array<firmware::TrackedStrip, kFingers> tracked_strips(const Glove& glove);
+std::array<glove::TrackedStrip, kFingers> tracked_strips(const Glove& glove);
 
 // Throws io::InputError where `track` asks for what there is not: poses, a model that is compiled.
 void check_tracking(const Glove& glove);
@@ -153,7 +153,7 @@ struct GloveTables {
   std::array<sensor::GuardSettings, kFingers> guard{};
   std::array<std::uint8_t, kFingers> strips{};  // a bit for each strip that the finger's angle needs
   std::array<sensor::Poses, kFingers> poses{};  // of each strip; equal where the model does not say
-  std::array<firmware::FlexionSettings, kFingers> flexion{};  // from the lower to the upper saturation
+  std::array<glove::FlexionSettings, kFingers> flexion{};  // from the lower to the upper saturation
 };
 GloveTables glove_tables(const Glove& glove);
 
@@ -165,7 +165,7 @@ std::vector<std::string> missing_fingers(const model::Model& model);
 // _dip, of the thumb in _cmc, _mcp, _ip, and are not their finger's own. None with encoding alpha.
 struct VrJoint {
   std::size_t joint;  // of the model
-  firmware::JointSettings settings;
+  glove::JointSettings settings;
 };
 std::vector<VrJoint> vr_joints(const Glove& glove);
 

@@ -121,15 +121,15 @@ Glove every_joint(double rate_hz) {
 // As a finger: held, then to rest and back at a bounded speed.
 TEST_F(Deploy, BetaJointsAreGuardedWhileAStripIsBroken) {
   constexpr int kStep = 32;
-  const firmware::FlexionSettings flexion{0, 65536};
-  const std::array<firmware::FlexionSettings, kFingers> fingers{};
-  const firmware::JointSettings joint{1, 2, 1 << 3, flexion, {160, kStep, 25}};
-  firmware::GloveText<1> text(fingers.data(), &joint, 1, 0x1f);
+  const glove::FlexionSettings flexion{0, 65536};
+  const std::array<glove::FlexionSettings, kFingers> fingers{};
+  const glove::JointSettings joint{1, 2, 1 << 3, flexion, {160, kStep, 25}};
+  glove::GloveText<1> text(fingers.data(), &joint, 1, 0x1f);
   link::Frame frame{};
   const std::uint16_t joystick[2] = {512, 512};
   const auto sent = [&](std::int16_t angle, bool broken) {
     frame.status[3] = broken ? link::SensorStatus::open : link::SensorStatus::ok;
-    char line[firmware::GloveText<1>::kRoom];
+    char line[glove::GloveText<1>::kRoom];
     const std::uint8_t size = text.step(frame, &angle, joystick, 0, line);
     link::GloveLine read{};
     EXPECT_EQ(link::parse_gloves(line, size, read), link::GloveParse::ok);

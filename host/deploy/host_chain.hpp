@@ -1,11 +1,11 @@
 // The glove's signal chain on a PC: the yardstick for what the board sends, to the bit.
 #pragma once
 
-#include "firmware/glove/signal_chain.hpp"
 #include "host/deploy/config.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/formats.hpp"
 #include "host/model/tracking.hpp"
+#include "runtime/glove/signal_chain.hpp"
 
 namespace flexor::deploy {
 
@@ -57,7 +57,7 @@ class HostChain {
   explicit HostChain(const Glove& glove)
       : tables_(glove_tables(glove)),
         compensator_(glove.model, vr_joints(glove)),
-        tracker_(model::tracker_settings<firmware::Tracking>({})),
+        tracker_(model::tracker_settings<glove::Tracking>({})),
         tracked_(tracked_strips(glove)),
         chain_(settings(), compensator_,
                {tracker_, tracked_.data(),
@@ -77,7 +77,7 @@ class HostChain {
   const std::int16_t* joint_angles() const { return compensator_.angle.data() + kFingers; }
 
  private:
-  const firmware::ChannelSettings* settings() {
+  const glove::ChannelSettings* settings() {
     for (std::size_t i = 0; i < kFingers; ++i)
       settings_[i] = {&tables_.calibration[i], tables_.monitor[i], tables_.guard[i], tables_.strips[i],
                       tables_.poses[i]};
@@ -85,11 +85,11 @@ class HostChain {
   }
 
   GloveTables tables_;
-  std::array<firmware::ChannelSettings, kFingers> settings_{};
+  std::array<glove::ChannelSettings, kFingers> settings_{};
   HostCompensator compensator_;
-  firmware::TrackerSettings tracker_;
-  std::array<firmware::TrackedStrip, kFingers> tracked_;
-  firmware::SignalChain<HostCompensator, firmware::Follower<kFingers>> chain_;
+  glove::TrackerSettings tracker_;
+  std::array<glove::TrackedStrip, kFingers> tracked_;
+  glove::SignalChain<HostCompensator, glove::Follower<kFingers>> chain_;
   link::Frame frame_{};
 };
 

@@ -1,8 +1,9 @@
 // The hand's end of the link: whom it believes, when it challenges, and when it may speak.
 //
 // It challenges after its own start and after kOutage_ms without a frame, until a frame answers; a nonce is
-// given for kNonce_ms at most, and a frame that is kLate_ms later than the session's quickest is followed by a new
-// challenge: who holds frames back and hands them on slowly is not believed for longer. The radio carries one
+// given for kNonce_ms at most, and a frame that is kLate_ms later than the session's quickest, or as old as kHeldBack of
+// its glove's frames take, is followed by a new challenge: who holds frames back and hands them on slowly has no more of
+// them. The radio carries one
 // direction at a time: this end speaks after a frame that says that its sender listens, or when nothing has
 // come for kSilence_ms. Challenges do not wait for that: what they could spoil would not be believed. They begin
 // in any gap, by which a glove that hears one begin leaves out its frame; and at no even distance, as two boards
@@ -19,7 +20,8 @@ constexpr uint16_t kOutage_ms = 500;
 constexpr uint16_t kMissed_ms = 110;  // without a frame: a glove that says that it has lost touch is believed
 constexpr uint8_t kProven = 10;       // frames of a session, before that may end it
 constexpr uint16_t kNonce_ms = 500;
-constexpr uint16_t kLate_ms = 1000;  // 40 frames a second: with kNonce_ms before, 60 of them
+constexpr uint16_t kLate_ms = 1000;
+constexpr uint8_t kHeldBack = 62;    // frames; the next and the one that tells are believed, too: 64
 constexpr uint8_t kStirred = 48;     // readings in the pool before the first nonce is drawn
 constexpr uint16_t kAnswer_ms = 90;  // from a challenge after a frame: the answer has begun by then
 constexpr uint16_t kTurnAgain_ms =
@@ -70,11 +72,13 @@ class HandEnd {
     return result;
   }
   Received verify() {
+    const Moment before = moment();
     const Received result = receiver_.verify();
     if (result != Received::frame) return result;
     since_frame_ms_ = 0;
     if (proven_ < kProven) ++proven_;
-    if (latency_.add(now_ms_, receiver_.frame().time_ms) > kLate_ms && receiver_.pair() != nullptr) renew();
+    if (is_old(before, latency_.add(now_ms_, receiver_.frame().time_ms)) && receiver_.pair() != nullptr)
+      renew();
     return result;
   }
 
@@ -114,8 +118,34 @@ class HandEnd {
   const Latency& latency() const { return latency_; }
 
  private:
+  // Of the frame that was believed last, by the glove.
+  struct Moment {
+    uint16_t sequence;
+    uint16_t time_ms;
+  };
+  Moment moment() const {
+    return {static_cast<uint16_t>(receiver_.frame().counter), receiver_.frame().time_ms};
+  }
   static void age(uint16_t& time_ms) {
     if (time_ms < UINT16_MAX) ++time_ms;
+  }
+  // Of a frame that has come, `before` it the last one: the session's first is as old as its nonce at most, each other by
+  // `late_ms` more, and
+  //   period = min_k floor((t_k - t_{k-1}) / (n_k - n_{k-1}))
+  // by the glove's clock and counter: what it leaves out, or what gets lost, makes no difference as soon as two have come
+  // that follow each other.
+  bool is_old(const Moment& before, uint16_t late_ms) {
+    const Moment now = moment();
+    const uint16_t frames = static_cast<uint16_t>(now.sequence - before.sequence);
+    if (proven_ == 1) {
+      first_age_ms_ = nonce_ms_;
+      period_ms_ = UINT8_MAX;
+    } else if (frames > 0) {
+      uint16_t ms = static_cast<uint16_t>(now.time_ms - before.time_ms);
+      if (frames > 1) ms = static_cast<uint16_t>(ms / frames);  // a microcontroller divides slowly
+      if (ms < period_ms_) period_ms_ = static_cast<uint8_t>(ms);
+    }
+    return late_ms > kLate_ms || first_age_ms_ + late_ms > static_cast<uint16_t>(kHeldBack * period_ms_);
   }
   // Nothing guards what a board says of itself. Who says again and again that the glove has lost touch shall not end
   // each session as soon as it stands.
@@ -156,6 +186,8 @@ class HandEnd {
   uint8_t scatter_ms_ = 0;
   uint16_t since_telemetry_ms_ = 0;
   uint16_t nonce_ms_ = 0;
+  uint16_t first_age_ms_ = 0;  // of the session's first frame, at most
+  uint8_t period_ms_ = 0;      // of the session's frames
   uint8_t turn_ms_ = 0;
   uint8_t proven_ = 0;  // frames of this session, kProven at most
 };

@@ -607,6 +607,44 @@ TEST(Freshness, FramesThatAreHeldBackDoNotPileUp) {
   }
 }
 
+// Somebody hears every frame, jams it, and hands each `nth` on `first_ms` later from the session's start on, then slowly up to
+// `more_ms` later still. Then the glove is switched off: how many that it has said before are believed.
+int believed_of_the_past(int period_ms, std::size_t nth, int first_ms, int more_ms) {
+  constexpr int kMore_ms = 2000;
+  constexpr int kOff_ms = 5000;
+  Air air(&kKey, &kKey);
+  air.period_ms = period_ms;
+  air.jams = [](int) { return true; };
+  std::vector<int> said_ms;
+  std::size_t handed_on = 0;
+  while (air.now < kOff_ms) {
+    air.step();
+    said_ms.resize(air.recorded.size(), air.now);
+    const int held_ms = first_ms + std::clamp((air.now - kMore_ms) / 2, 0, more_ms);
+    for (; handed_on < said_ms.size() && said_ms[handed_on] <= air.now - held_ms; ++handed_on) {
+      if (handed_on % nth == 0) air.replay(air.recorded[handed_on]);
+    }
+  }
+  const int sound = air.accepted;
+  while (handed_on < air.recorded.size()) air.replay(air.recorded[handed_on++]);
+  return air.accepted - sound;
+}
+
+TEST(Freshness, NoMoreThanSixtyFourFramesOfThePastAreBelievedAtAnyRate) {
+  for (const int period_ms : {10, 20, 25, 50, 100}) {
+    int most = 0;
+    for (const std::size_t nth : {1, 3}) {
+      for (int first_ms = 0; first_ms <= 500; first_ms += 20) {
+        for (int more_ms = 0; more_ms <= 1100; more_ms += 20)
+          most = std::max(most, believed_of_the_past(period_ms, nth, first_ms, more_ms));
+      }
+    }
+    std::printf("a frame each %d ms: %d of the past are believed at most\n", period_ms, most);
+    EXPECT_LE(most, 64) << period_ms;
+    EXPECT_GE(most, std::min(50, 1000 / period_ms)) << "what a radio that is slow may do";
+  }
+}
+
 // A channel in which the hand never finds a gap does not keep a nonce alive.
 TEST(Freshness, ANonceIsGoodForHalfASecondWhateverIsOnTheAir) {
   Air air(&kKey, &kKey);

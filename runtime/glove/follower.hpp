@@ -5,7 +5,7 @@
 #include "runtime/sensor/tracker.hpp"
 
 namespace flexor {
-namespace firmware {
+namespace glove {
 
 using Tracking = sensor::FixedTracking;
 using TrackedStrip = sensor::TrackedStrip<Tracking>;
@@ -56,5 +56,5 @@ class Follower {
   sensor::Tracker<Tracking> tracker_[kStrips];
 };
 
-}  // namespace firmware
+}  // namespace glove
 }  // namespace flexor

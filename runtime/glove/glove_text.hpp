@@ -6,7 +6,7 @@
 #include "runtime/sensor/guard.hpp"
 
 namespace flexor {
-namespace firmware {
+namespace glove {
 
 // A joint's flexion is 0 at `straight`, Q4 degrees, and grows by scale / 2^16 with each step of the angle.
 struct FlexionSettings {
@@ -73,5 +73,5 @@ class GloveText {
   link::Gestures gestures_;
 };
 
-}  // namespace firmware
+}  // namespace glove
 }  // namespace flexor

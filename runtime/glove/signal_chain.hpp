@@ -2,7 +2,7 @@
 // glove and on a PC.
 #pragma once
 
-#include "firmware/glove/follower.hpp"
+#include "runtime/glove/follower.hpp"
 #include "runtime/link/messages.hpp"
 #include "runtime/sensor/calibration.hpp"
 #include "runtime/sensor/guard.hpp"
@@ -10,9 +10,9 @@
 #include "runtime/sensor/zero.hpp"
 
 namespace flexor {
-namespace firmware {
+namespace glove {
 
-constexpr uint8_t kFingers = link::kFingers;
+using link::kFingers;
 
 struct ChannelSettings {
   const sensor::Calibration* calibration;  // in flash on the microcontroller
@@ -75,5 +75,5 @@ class SignalChain {
   sensor::Guard guard_[kFingers];
 };
 
-}  // namespace firmware
+}  // namespace glove
 }  // namespace flexor

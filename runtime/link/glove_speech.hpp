@@ -1,0 +1,98 @@
+// What a glove says on its line, and when: frames in its slots, how it is, its readings where somebody has asked for them,
+// and turns for the other end. It hears challenges and requests; the caller says how bytes leave the board.
+#pragma once
+
+#include "runtime/link/glove_end.hpp"
+#include "runtime/link/glove_turns.hpp"
+
+namespace flexor {
+namespace link {
+
+// Of a glove that takes no models.
+struct NoModels {
+  bool take(PacketReader&) { return false; }
+  void offer() {}
+};
+
+// Turns: a GloveTurns. kSlotsPerSecond: so often it calls speak().
+// Board: uint8_t reset_cause(), uint32_t uptime_s(), void send(Type, const uint8_t* wire, uint8_t bytes).
+// Models: bool take(PacketReader&), whether a frame of coefficients is believed, and void offer(), one is asked for.
+template <class Turns, uint8_t kSlotsPerSecond>
+class GloveSpeech {
+ public:
+  explicit GloveSpeech(const Key* pair) : end_(pair) {}
+
+  // At its start: the hand's challenge, if it comes at once, is there before the first sample.
+  template <class Board>
+  void start(Board& board) {
+    if (!end_.in_touch()) say_state(board);
+  }
+
+  // A byte came.
+  template <class Models>
+  void push(uint8_t byte, Models& models) {
+    turns_.byte();
+    const Received result = end_.push(byte);
+    if (result == Received::pending || result == Received::other) turns_.heard();
+    if (result == Received::pending) take(models);
+  }
+
+  // A slot for a frame. counts: kFingers readings of its sample.
+  template <class Board>
+  void speak(Frame& frame, const uint16_t* counts, Board& board) {
+    if (!turns_.take_slot(end_.packet().amid())) return;
+    const bool listens = turns_.listens(!end_.in_touch());
+    if (readings_left_ > 0)
+      say_readings(frame, counts, board);  // first: after a frame that listens the hand speaks
+    if (listens && (wants_state_ || !end_.in_touch())) {
+      say_state(board);
+    } else if (end_.in_touch()) {
+      say_angles(frame, listens, board);
+    }
+  }
+
+  const Key* pair() const { return end_.pair(); }
+
+ private:
+  template <class Models>
+  void take(Models& models) {
+    const Type type = end_.packet().type();
+    if (type == Type::coefficients && models.take(end_.packet())) turns_.favour(kSlotsPerSecond);
+    if (type != Type::request || end_.packet().body_bytes() != 1) return;
+    const Request request = static_cast<Request>(end_.packet().body()[0]);
+    if (request == Request::coefficients) models.offer();
+    if (request == Request::state) wants_state_ = true;
+    if (request == Request::readings) readings_left_ = kSlotsPerSecond;
+  }
+
+  template <class Board>
+  void say_angles(Frame& frame, bool listens, Board& board) {
+    uint8_t wire[kMaxWire];
+    const uint8_t bytes = end_.angles(frame, listens, wire);
+    board.send(Type::angles, wire, bytes);
+  }
+
+  template <class Board>
+  void say_state(Board& board) {
+    wants_state_ = false;
+    uint8_t wire[kMaxWire];
+    board.send(Type::state, wire, end_.state(board.reset_cause(), board.uptime_s(), wire));
+  }
+
+  template <class Board>
+  void say_readings(const Frame& frame, const uint16_t* counts, Board& board) {
+    --readings_left_;
+    Packet packet;
+    const uint8_t body_bytes = put_readings(frame.time_ms, counts, kFingers, packet.body());
+    uint8_t wire[kMaxWire];
+    board.send(Type::readings, wire, GloveEnd::say(Type::readings, packet, body_bytes, false, wire));
+  }
+
+  GloveEnd end_;
+  Turns turns_;
+  uint8_t readings_left_ = 0;  // slots
+  bool wants_state_ = false;
+};
+
+}  // namespace link
+}  // namespace flexor

@@ -45,6 +45,7 @@ class Arduino : public testing::Test {
     glove_.output = example == "GloveVr" ? deploy::Output::opengloves : deploy::Output::radio;
     deploy::write_arduino_library(glove_, folder_ / "Flexor");
   }
+  fs::path with_core(const std::string& example);
   void TearDown() override {
     if (!folder_.empty()) fs::remove_all(folder_);
   }
@@ -168,9 +169,10 @@ TEST_F(Arduino, NothingAsksForAnAvr) {
   }
 }
 
-TEST_F(Arduino, OnASimulatedUnoItSendsTheHostsAnglesToTheBit) {
-  write("GloveRadio");
-  std::vector<std::string> sources = {sketch("GloveRadio")};
+// The sketch with the core that Debian packages.
+fs::path Arduino::with_core(const std::string& name) {
+  write(name);
+  std::vector<std::string> sources = {sketch(name)};
   for (const auto& entry : fs::directory_iterator(kCore / "cores/arduino")) {
     const std::string kind = entry.path().extension();
     if (kind == ".c" || kind == ".cpp" || kind == ".S") sources.push_back(entry.path());
@@ -182,7 +184,11 @@ TEST_F(Arduino, OnASimulatedUnoItSendsTheHostsAnglesToTheBit) {
   command.resize(command.size() - 2);
   command.insert(command.end(), {"-w", "-DDECIMAL_DIG=__DECIMAL_DIG__", "-Wl,--gc-sections", "-o", elf});
   run(command, sources);
+  return elf;
+}
 
+TEST_F(Arduino, OnASimulatedUnoItSendsTheHostsAnglesToTheBit) {
+  const fs::path elf = with_core("GloveRadio");
   const Counts counts = exercise(150, 3);
   deploy::HostChain host(glove_);
   std::vector<link::Frame> expected;

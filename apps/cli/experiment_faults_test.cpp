@@ -547,7 +547,11 @@ TEST_F(Motions, AStrayTimeStampIsNamedByItsRow) {
   for (int k = 0; k < 300; ++k) hours += std::to_string(k * 50) + ",100,40,50,60,70\n";
   refused(file("hours.csv", hours), "hours.csv");
   refused(file("instant.csv", std::string(kHeader) + "0,100,40,50,60,70\n1e-9,100,40,50,60,70\n"), "lasts");
-  for (const char* cell : {"nan", "inf", "1e308", "1e999", "x"}) {
+  const Finished missing = run({"experiment", "--trials", "1", "--compensators", "raw", "--gestures",
+                                file("missing.csv", text + "7,nan,40,50,60,70\n8,100,40,50,60,70\n")});
+  EXPECT_EQ(missing.exit, 0);
+  EXPECT_NE(missing.err.find("left out, the first is row 302"), std::string::npos) << missing.err;
+  for (const char* cell : {"inf", "1e308", "1e999", "x"}) {
     refused(file("cell.csv", text + "7," + cell + ",40,50,60,70\n8,100,40,50,60,70\n"), "cell.csv");
     refused(file("time.csv", text + cell + ",100,40,50,60,70\n8,100,40,50,60,70\n"), "time.csv");
   }

@@ -32,9 +32,9 @@ struct Options {
   bool json = false;
 };
 
-deploy::Glove glove_of(const Options& o) {
+deploy::Glove glove_of(const Options& o, std::optional<double> rate_hz) {
   model::Model model = model::load(o.model);
-  set_rate(model, o.rate_hz);
+  set_rate(model, rate_hz);
   deploy::Glove glove = study::glove_that_runs(
       twin_parameters(o.twin, o.set), model,
       o.calibration.empty() ? deploy::CalibrationDocument() : deploy::load_calibration(o.calibration));
@@ -54,10 +54,13 @@ deploy::Sent send_live(const Options& o, const deploy::Glove& glove, const std::
   io::set_interruption_note(fmt::format(
       "interrupted: the glove at {} runs what was whole; to send the rest, run the same command again",
       path));
-  const deploy::Sent sent = deploy::send_model(line, glove, [&](int done, int all) {
+  const auto step = [&](int done, int all) {
     progress.step("bytes sent:", static_cast<std::size_t>(done), static_cast<std::size_t>(all));
     return true;
-  });
+  };
+  deploy::AtRate at_rate;
+  if (!o.rate_hz) at_rate = [&](double rate_hz) { return glove_of(o, rate_hz); };
+  const deploy::Sent sent = deploy::send_model(line, glove, step, at_rate);
   io::set_interruption_note("");
   return sent;
 }
@@ -76,7 +79,7 @@ deploy::Sent send_pages(const deploy::Glove& glove, const std::string& path) {
 }
 
 void run(const Options& o) {
-  const deploy::Glove glove = glove_of(o);
+  const deploy::Glove glove = glove_of(o, o.rate_hz);
   const bool bootloader = o.bootloader || deploy::data_block(glove).in_flash;
   const std::string path = deploy::choose_port(o.port);
   if (o.port == "auto") log(fmt::format("the glove is at {}", path));
@@ -112,7 +115,9 @@ void add_send(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--key", o->key, "file with the pair's key: pair.key of the deployment");
   command->add_option("--rate", o->rate_hz,
-                      "sample rate of the glove: 10, 20, 50 or 100 Hz (default: the model's)");
+                      "sample rate of the glove: 10, 20, 50 or 100 Hz (default: the one that the glove says; "
+                      "with --bootloader the "
+                      "model's)");
   command->add_option("--calibration", o->calibration, "as at the deployment");
   command->add_option("--twin", o->twin, "as at the deployment");
   command->add_option("--set", o->set, "as at the deployment; may be repeated");

@@ -70,6 +70,7 @@ std::vector<std::string> Live::port_arguments() const {
   std::vector<std::string> out = {"--port", options_.worn ? options_.worn->port() : port_};
   const std::string key = options_.worn ? options_.worn->key_file() : options_.key;
   if (!key.empty()) out.insert(out.end(), {"--key", key});
+  if (source_ && source_->baud() > 0) out.insert(out.end(), {"--baud", std::to_string(source_->baud())});
   return out;
 }
 
@@ -96,7 +97,9 @@ void Live::send(io::JsonReader&) {
     throw io::InputError("this glove's program takes no models: flexor deploy makes one that does");
   std::vector<std::string> arguments = {"send", model_path_.string()};
   for (const std::string& part : port_arguments()) arguments.push_back(part);
-  arguments.insert(arguments.end(), {"--rate", fmt::format("{:g}", model_rate_hz())});
+  // The glove says its own: on a radio fewer frames come than it takes samples.
+  if (options_.worn || options_.rate_hz > 0)
+    arguments.insert(arguments.end(), {"--rate", fmt::format("{:g}", model_rate_hz())});
   if (options_.worn && options_.worn->in_flash()) arguments.emplace_back("--bootloader");
   start_without_glove("send", std::move(arguments));
 }
@@ -118,6 +121,8 @@ void Live::flash(io::JsonReader& parts) {
                                      "--model-as", "data",
                                      "--out",      folder};
   if (!options_.key.empty()) deploy.insert(deploy.end(), {"--key", options_.key});
+  if (source_ && source_->baud() > 0)
+    deploy.insert(deploy.end(), {"--baud", std::to_string(source_->baud())});
   start("deploy", std::move(deploy), [this, flash](const CommandResult& result) {
     if (!result.ok) return;
     try {

@@ -6,6 +6,7 @@
 #include <array>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "host/deploy/model_block.hpp"
 #include "host/io/io.hpp"
@@ -46,12 +47,13 @@ std::string reason_of(std::uint8_t stage) {
 
 class Sender {
  public:
-  Sender(const Line& line, const Glove& glove, const SendProgress& progress)
-      : line_(line), glove_(glove), progress_(progress) {}
+  Sender(const Line& line, Glove glove, const SendProgress& progress)
+      : line_(line), glove_(std::move(glove)), progress_(progress) {}
 
-  Sent run() {
+  Sent run(const AtRate& at_rate) {
     const double start_s = line_.now_s();
     const link::Offer offer = ask();
+    if (at_rate) glove_ = at_rate(offer.rate_hz);
     check_made_for(glove_, offer.rate_hz, offer.calibration, "the glove");
     const ModelBlock block = model_block(glove_, offer.parts);
     const int ram = block.bytes() + block.state_bytes;
@@ -265,7 +267,7 @@ class Sender {
   }
 
   const Line& line_;
-  const Glove& glove_;
+  Glove glove_;
   const SendProgress& progress_;
   link::PacketReader reader_;
   std::vector<std::uint8_t> came_;
@@ -282,8 +284,8 @@ class Sender {
 
 }  // namespace
 
-Sent send_model(const Line& line, const Glove& glove, const SendProgress& progress) {
-  return Sender(line, glove, progress).run();
+Sent send_model(const Line& line, const Glove& glove, const SendProgress& progress, const AtRate& at_rate) {
+  return Sender(line, glove, progress).run(at_rate);
 }
 
 }  // namespace flexor::deploy

@@ -239,6 +239,21 @@ TEST(Send, AModelThatWasSentBeforeIsNotTakenAgain) {
   }
 }
 
+TEST(Send, AGloveOfAnotherRateGetsItsModelAtThatRate) {
+  FakeGlove board(published());
+  board.rate_hz = 50;
+  double asked_hz = 0;
+  const auto at_rate = [&](double rate_hz) {
+    asked_hz = rate_hz;
+    Glove glove = published();
+    glove.model.sample_period_s = 1 / rate_hz;
+    return glove;
+  };
+  EXPECT_NO_THROW((void)send_model(board.line(), published(), {}, at_rate));
+  EXPECT_EQ(asked_hz, 50);
+  EXPECT_FALSE(board.stored().empty());
+}
+
 TEST(Send, RefusesByNameWhatTheGloveDoesNotTake) {
   Glove foreign = published();
   foreign.key->bytes[0] ^= 1;

@@ -41,15 +41,14 @@ class Listener : public Source {
   std::string says() const override;
   bool takes_models() const override { return format() == Format::frames && options_.readings; }
   bool is_compensated() const override { return format() == Format::frames && !options_.readings; }
+  unsigned baud() const override { return options_.baud; }
   int descriptor() const override;
   void let_go() override {
     port_.reset();
     was_let_go_ = true;
   }
 
-  unsigned baud() const { return options_.baud; }
   Format format() const { return *options_.format; }
-  const Decoder& decoder() const { return *decoder_; }
   int times_gone() const { return times_gone_; }
 
  private:

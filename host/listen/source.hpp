@@ -30,6 +30,8 @@ class Source {
   virtual bool takes_models() const { return false; }
   // Its samples are angles that the glove has made of readings which it does not give: nothing can be fitted to them.
   virtual bool is_compensated() const { return false; }
+  // Of a serial port; 0: it is none.
+  virtual unsigned baud() const { return 0; }
   // Gives up what it holds, for another program's sake; the next wait() takes it again.
   virtual void let_go() {}
   // Readable once wait() has something to do; -1: there is no such descriptor now, ask every 5 ms.

@@ -161,7 +161,11 @@ class HandReport : public ReportTest {
     EXPECT_EQ(std::system(("'" FLEXOR_SIMULATE "' '" + logs.string() + "'").c_str()), 0);
     identify::HandRequest r;
     const identify::PairFiles pair{logs / "simulated_glove.csv", logs / "simulated_camera.csv"};
-    r.pairs = {pair, pair};
+    identify::PairFiles shorter = pair;
+    shorter.sensor = logs / "shorter_glove.csv";
+    const std::string glove = io::read_file(pair.sensor);
+    io::write_file(shorter.sensor, glove.substr(0, glove.rfind('\n', glove.size() - 2) + 1));
+    r.pairs = {pair, shorter};
     r.map = identify::parse_map(
         "index=simulated_index_adc:∠simulated_index_deg,thumb=simulated_index_adc:∠simulated_index_deg");
     r.structure = "curve";

@@ -17,7 +17,7 @@
 // that follow it to the same side move the shift by b, and the third raises the alarm: the strip drifts more quickly
 // than it is followed. Short bends stretch an eighth as quickly as long ones, which no finger can feign. What is in
 // use goes to what was found by at most `max_step` or, the stretch, kStretchStep a tick; but stays none as long as
-// what was found is no more than 3/2 N, or 4 % of the range: a hand's own bends lie as far off from one minute to the next,
+// what was found is no more than N, or 4 % of the range: a hand's own bends lie as far off from one minute to the next,
 // and a glove that was not put on anew is best left as it is.
 //
 // In int16 (readings Q5, stretch Q14, variances Q8), 24 bytes a strip, and in floating point from the same lines.
@@ -148,11 +148,6 @@ class Tracker {
   void observe(const TrackerSettings<A>& c, const TrackedStrip<A>& strip, Reading x) {
     if (since_ < UINT16_MAX) ++since_;
     if (stage_ != Stage::follow) return work(c, strip, x);
-    if (shift_ != shift_found_ && is_taken(shift_, shift_found_, shift_band(strip))) {
-      shift_ = nearer(shift_, shift_found_, strip.max_step);
-    } else if (stretch_ != stretch_found_ && is_taken(stretch_, stretch_found_, A::kStretchBand)) {
-      stretch_ = nearer(stretch_, stretch_found_, A::kStretchStep);
-    }
     follow(strip, x);
     const Reading back = has(kFalling) ? core::subtract(level_, peak_) : core::subtract(peak_, level_);
     const bool rests = held_ >= kHeld;
@@ -161,8 +156,9 @@ class Tracker {
       peak_ = level_;
       put(kPeakHeld, rests);
     } else if (back > A::template part<1>(strip.half) + A::template part<3>(strip.half)) {
-      turn();
+      return turn();
     }
+    use(strip);
   }
 
   Reading shift() const { return shift_; }
@@ -187,6 +183,7 @@ class Tracker {
     measure,
     doubt,
     compare,
+    surprise,
     sharpen_shift,
     move_shift,
     weigh_stretch,
@@ -211,15 +208,19 @@ class Tracker {
     return core::add(from, core::clamp(core::subtract(to, from), static_cast<Number>(-step), step));
   }
 
-  // From none, what was found is taken only beyond what a hand's own bends lie off by from one minute to the next.
-  template <class Number>
-  static bool is_taken(Number used, Number found, Number band) {
-    return used != 0 || found > band || found < -band;
-  }
-  static Reading shift_band(const TrackedStrip<A>& strip) {
-    return core::add(strip.noise, A::template part<1>(strip.noise));
+  void use(const TrackedStrip<A>& strip) {
+    if (shift_ != shift_found_ && (shift_ != 0 || is_beyond(shift_found_, strip.noise))) {
+      shift_ = nearer(shift_, shift_found_, strip.max_step);
+    } else if (stretch_ != stretch_found_ && (stretch_ != 0 || is_beyond(stretch_found_, A::kStretchBand))) {
+      stretch_ = nearer(stretch_, stretch_found_, A::kStretchStep);
+    }
   }
 
+  // From none, what was found is taken only beyond what a hand's own bends lie off by from one minute to the next.
+  template <class Number>
+  static bool is_beyond(Number found, Number band) {
+    return found > band || found < -band;
+  }
   void follow(const TrackedStrip<A>& strip, Reading x) {
     if (!has(kStarted)) {
       put(kStarted, true);
@@ -267,6 +268,10 @@ class Tracker {
         break;
       case Stage::compare:
         stage_ = compare(strip);
+        break;
+      case Stage::surprise:
+        surprise(strip);
+        stage_ = Stage::weigh_stretch;
         break;
       case Stage::sharpen_shift:
         shift_variance_ = A::share(shift_variance_);
@@ -328,15 +333,19 @@ class Tracker {
 
   Stage compare(const TrackedStrip<A>& strip) {
     const Reading bound = reach(strip.noise, shift_variance_);
-    if (level_ <= bound && level_ >= -bound) {
-      surprises_ = 0;
-      return Stage::sharpen_shift;
-    }
+    if (level_ > bound || level_ < -bound) return Stage::surprise;
+    surprises_ = 0;
+    return Stage::sharpen_shift;
+  }
+
+  // The second to one side is believed, up to the bound.
+  void surprise(const TrackedStrip<A>& strip) {
     const bool again = level_ > 0 ? surprises_ > 0 : surprises_ < 0;
     if (!again) surprises_ = 0;
     if (!alarm()) surprises_ = static_cast<int8_t>(level_ > 0 ? surprises_ + 1 : surprises_ - 1);
-    if (again) shift_found_ = core::add(shift_found_, level_ > 0 ? bound : static_cast<Reading>(-bound));
-    return Stage::weigh_stretch;
+    if (!again) return;
+    const Reading bound = reach(strip.noise, shift_variance_);
+    shift_found_ = core::add(shift_found_, level_ > 0 ? bound : static_cast<Reading>(-bound));
   }
 
   Reading share_stretch(const TrackedStrip<A>& strip) const {

@@ -107,7 +107,7 @@ TEST(Tracker, LeavesAGloveThatIsAsItWas) {
 
 // A hand's own bends lie off by as much from one minute to the next.
 TEST(Tracker, LeavesWhatIsNoMoreThanAHandsOwnBends) {
-  Worn worn{1.6};
+  Worn worn{1.0};
   worn.noise = 0.3;
   Followed f;
   f.wear(worn, cycles(100, 0, 1));

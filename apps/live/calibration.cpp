@@ -349,6 +349,16 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
   step_ = Step::result;
 }
 
+std::string Calibration::who_does_not_follow() const {
+  std::string out;
+  for (const Json& finger : fingers_) {
+    const Json& fit = finger.at("fit_percent");
+    if (!fit.is_number() || fit.get<double>() >= kFollows_percent) continue;
+    out += (out.empty() ? "" : ", ") + finger.at("name").get<std::string>();
+  }
+  return out;
+}
+
 void Calibration::failed(const std::string& why) { failure_ = why; }
 
 // The held-out part, thinned.
@@ -424,6 +434,11 @@ std::string Calibration::what_to_do() const {
     case Step::identify:
       return failure_.empty() ? "The model is being identified." : "Nothing was identified: " + failure_;
     case Step::result:
+      if (const std::string astray = who_does_not_follow(); !astray.empty())
+        return fmt::format(
+            "The model does not follow {}: repeat the motion, with the hand in the camera's view all the "
+            "time.",
+            astray);
       if (is_markerless())
         return "This is the difference from the camera's angles on the part that the fit never saw. They err "
                "themselves, as said beside it. Accept the model, or repeat the motion.";

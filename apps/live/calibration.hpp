@@ -87,6 +87,7 @@ class Calibration {
   void end_motion();
   bool is_needed(const std::string& angle) const;
   std::string what_is_missing() const;
+  std::string who_does_not_follow() const;  // of the result; "": all do
   nlohmann::ordered_json result_state() const;
   std::string map() const;
   bool is_markerless() const { return setup_.reference == Reference::markerless; }

@@ -165,8 +165,8 @@ TEST_F(Guided, AMarkerlessReferenceStatesItsOwnError) {
   std::filesystem::create_directory(report);
   io::write_file(report / "samples-1.csv",
                  "t_s,measured_deg,estimated_deg,held_out\n0,1,2,0\n1,2,3,1\n2,3,4,1\n");
-  const auto joint = [](double rmse_deg) {
-    return nlohmann::ordered_json{{"holdout", {{"rmse_deg", rmse_deg}, {"fit_percent", 80}}},
+  const auto joint = [](double rmse_deg, double fit_percent = 80) {
+    return nlohmann::ordered_json{{"holdout", {{"rmse_deg", rmse_deg}, {"fit_percent", fit_percent}}},
                                   {"baselines", nlohmann::ordered_json::object()}};
   };
   c.identified({{"joints", {{"index_mcp", joint(2)}, {"index_pip", joint(3)}}}}, {});
@@ -174,6 +174,9 @@ TEST_F(Guided, AMarkerlessReferenceStatesItsOwnError) {
   EXPECT_EQ(fingers.at(0).at("reference_error_deg"), 14);
   EXPECT_EQ(fingers.at(1).at("reference_error_deg"), 13);
   EXPECT_NE(c.state().at("say").get<std::string>().find("err themselves"), std::string::npos);
+  c.identified({{"joints", {{"index_mcp", joint(2)}, {"index_pip", joint(40, -60)}}}}, {});
+  EXPECT_NE(c.state().at("say").get<std::string>().find("does not follow index_pip: repeat"),
+            std::string::npos);
 }
 
 TEST_F(Guided, AHandThatIsNotFoundIsSaid) {

@@ -115,6 +115,7 @@ void Live::device_leave(io::JsonReader&) {
   require_no_recording();
   end_search();
   detach();
+  port_.clear();
   hand_port_.reset();
 }
 
@@ -189,14 +190,14 @@ void Live::require_no_recording() const {
 void Live::stop_recording() {
   Recording recording = std::move(*recording_);
   recording_.reset();
-  last_ = Json{{"job", "record"},
-               {"ok", true},
-               {"text", fmt::format("{} rows in {}", recording.log ? recording.log->rows() : 0,
-                                    (sessions_.folder(recording.session) / "log.csv").string())}};
   recording.session.seconds = recording.seconds;
   if (recording.log) recording.log->flush();
   if (recording.hand) recording.hand->flush();
   sessions_.save(recording.session);
+  last_ = Json{{"job", "record"},
+               {"ok", true},
+               {"text", fmt::format("{} rows in {}", recording.log ? recording.log->rows() : 0,
+                                    (sessions_.folder(recording.session) / "log.csv").string())}};
   listed_s_ = -1e9;
 }
 

@@ -633,7 +633,7 @@ int believed_of_the_past(int period_ms, std::size_t nth, int first_ms, int more_
 TEST(Freshness, NoMoreThanSixtyFourFramesOfThePastAreBelievedAtAnyRate) {
   for (const int period_ms : {10, 20, 25, 50, 100}) {
     int most = 0;
-    for (const std::size_t nth : {1, 3}) {
+    for (const std::size_t nth : {1U, 3U}) {
       for (int first_ms = 0; first_ms <= 500; first_ms += 20) {
         for (int more_ms = 0; more_ms <= 1100; more_ms += 20)
           most = std::max(most, believed_of_the_past(period_ms, nth, first_ms, more_ms));

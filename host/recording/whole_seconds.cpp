@@ -11,7 +11,7 @@ namespace flexor::recording {
 namespace {
 
 constexpr std::size_t kSeconds = 6;       // that are looked at, the first and the last of them not whole
-constexpr std::size_t kMostRows = 20000;  // of a second
+constexpr std::size_t kMostRowsASecond = 20000;  // of a second
 constexpr std::size_t kUnlike = 2;        // times the rows of most seconds, or a part of them
 
 bool is_whole(double t_s) { return t_s == std::floor(t_s); }
@@ -49,7 +49,7 @@ bool WholeSeconds::take(Row& row, const Read& read) {
 
 // All rows of one time.
 bool WholeSeconds::take_second(Second& second, const Read& read) {
-  for (Row row; second.size() < kMostRows && take(row, read);) {
+  for (Row row; second.size() < kMostRowsASecond && take(row, read);) {
     if (!second.empty() && row.t_s != second.front().t_s) {
       ahead_.push_front(std::move(row));
       break;
@@ -66,7 +66,7 @@ void WholeSeconds::look_ahead(Row row, const Read& read, const std::string& sour
   std::vector<Second> seconds;
   bool whole = true;
   for (Second one; whole && seconds.size() < kSeconds && take_second(one, read); one.clear()) {
-    whole = is_whole(one.front().t_s) && one.size() < kMostRows;
+    whole = is_whole(one.front().t_s) && one.size() < kMostRowsASecond;
     seconds.push_back(one);
   }
   std::vector<std::size_t> rows;

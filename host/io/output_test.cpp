@@ -231,7 +231,8 @@ TEST_F(Outputs, WhatAKilledProcessLeftGoesWithTheNextWriteToThatName) {
     EXPECT_GT(entries(), 1);
   };
   killed_while([&] {
-    new Output(file);  // NOLINT: killed
+    new Output(
+        file);  // NOLINT(cppcoreguidelines-owning-memory): the process is killed before it could be freed
     new StagedOutput(file);
   });
   const auto left = [&](const std::string& name) { std::ofstream(folder_ / name) << "left"; };

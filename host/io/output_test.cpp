@@ -231,8 +231,8 @@ TEST_F(Outputs, WhatAKilledProcessLeftGoesWithTheNextWriteToThatName) {
     EXPECT_GT(entries(), 1);
   };
   killed_while([&] {
-    new Output(
-        file);  // NOLINT(cppcoreguidelines-owning-memory): the process is killed before it could be freed
+    // The process is killed before they could be freed.
+    new Output(file);  // NOLINT
     new StagedOutput(file);
   });
   const auto left = [&](const std::string& name) { std::ofstream(folder_ / name) << "left"; };

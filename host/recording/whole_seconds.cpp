@@ -10,9 +10,9 @@
 namespace flexor::recording {
 namespace {
 
-constexpr std::size_t kSeconds = 6;       // that are looked at, the first and the last of them not whole
+constexpr std::size_t kSeconds = 6;  // that are looked at, the first and the last of them not whole
 constexpr std::size_t kMostRowsASecond = 20000;  // of a second
-constexpr std::size_t kUnlike = 2;        // times the rows of most seconds, or a part of them
+constexpr std::size_t kUnlike = 2;               // times the rows of most seconds, or a part of them
 
 bool is_whole(double t_s) { return t_s == std::floor(t_s); }
 

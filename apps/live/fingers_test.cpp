@@ -9,12 +9,12 @@
 namespace flexor::live {
 namespace {
 
-constexpr double kRate_hz = 50;
+constexpr double kFingersRate_hz = 50;
 
 // A glove of one strip: 300 at the open hand, 700 at the fist.
 model::Model strip_model(std::optional<model::Poses> poses) {
   model::Model m;
-  m.sample_period_s = 1 / kRate_hz;
+  m.sample_period_s = 1 / kFingersRate_hz;
   model::Channel c;
   c.name = "index";
   c.input_column = "index_count";
@@ -29,7 +29,7 @@ model::Model strip_model(std::optional<model::Poses> poses) {
 // Whole bends of eight seconds each, of a strip that drifts by so much.
 double wear(Fingers& fingers, double from_s, double seconds, double drift_per_s) {
   const double to_s = from_s + seconds;
-  for (double t_s = from_s; t_s < to_s; t_s += 1 / kRate_hz) {
+  for (double t_s = from_s; t_s < to_s; t_s += 1 / kFingersRate_hz) {
     const double phase = std::fmod(t_s, 8);
     const double closed = phase < 1 ? phase : phase < 4 ? 1 : phase < 5 ? 5 - phase : 0;
     fingers.add({t_s, t_s, {300 + 400 * closed + drift_per_s * (t_s - from_s)}, {}});

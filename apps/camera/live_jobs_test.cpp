@@ -157,5 +157,33 @@ TEST(LiveJobs, AVideoIsWatchedAtItsOwnSpeed) {
   EXPECT_EQ(rows + jobs.close(Json::object()).at("rows").size(), static_cast<std::size_t>(kFrames));
 }
 
+// What a browser's canvas sends of a camera: at 640 pixels a mark's green runs into the skin that it lies on.
+TEST(LiveJobs, MarksInSmallPicturesAreFollowedWhereverTheyBegin) {
+  constexpr int kPictures = 60;
+  constexpr int kWidth_px = 640;
+  constexpr int kQuality = 82;
+  for (const double begin_s : {0.0, 0.7, 1.9, 2.6}) {
+    LiveJobs jobs;
+    jobs.open({{"joints", joints()}, {"drawn", true}});
+    double worst_deg = 0;
+    for (int k = 0; k < kPictures; ++k) {
+      const double t_s = begin_s + k / kRate_hz;
+      const Json drawn = jobs.draw({{"mcp_deg", pose(t_s)}, {"frame", k}});
+      const camera::Picture large = camera::from_jpeg(*io::from_base64(drawn.at("jpeg").get<std::string>()));
+      const std::string small = camera::to_jpeg(camera::shrunk(large, kWidth_px), kQuality);
+      const Json seen = jobs.picture({{"t_s", t_s}, {"jpeg", io::base64(small)}});
+      for (const Json& row : seen.at("rows")) {
+        for (std::size_t i = 0; i < twin::kFingers; ++i) {
+          const Json& deg = row.at("deg").at(model::finger_names()[i] + "_mcp");
+          ASSERT_FALSE(deg.is_null()) << "begun at " << begin_s << ", lost at " << row.at("t_s");
+          worst_deg = std::max(worst_deg, std::abs(deg.get<double>() - pose(row.at("t_s"))[i]));
+        }
+      }
+    }
+    EXPECT_LT(worst_deg, 3) << "begun at " << begin_s;
+    EXPECT_GT(worst_deg, 0.05);
+  }
+}
+
 }  // namespace
 }  // namespace flexor::filming

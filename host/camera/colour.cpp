@@ -87,14 +87,31 @@ double quantile(const cv::Mat& score, const cv::Mat& mask, double share) {
   return static_cast<double>(*at);
 }
 
-// Fisher's discriminant of the pixels of `marks` against all others that are not near them.
+cv::Mat grown(const cv::Mat& mask, int by_px) {
+  cv::Mat out;
+  cv::dilate(mask, out, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * by_px + 1, 2 * by_px + 1}));
+  return out;
+}
+
+// Of both together, as if either had half of the pixels.
+Statistics even(const Statistics& a, const Statistics& b) {
+  const Eigen::Vector3d between = a.mean - b.mean;
+  return {(a.mean + b.mean) / 2, (a.covariance + b.covariance) / 2 + between * between.transpose() / 4,
+          a.count + b.count};
+}
+
+// Fisher's discriminant of the pixels of `marks` against all others, of which those around the marks count as much as the
+// many more that are farther away: a mark is told from the skin that it lies on, not from the wall.
 ColourModel learn(const cv::Mat& bgr, const cv::Mat& marks) {
-  cv::Mat near;
-  cv::dilate(marks, near, cv::getStructuringElement(cv::MORPH_ELLIPSE, {9, 9}));
-  cv::Mat others;
-  cv::bitwise_not(near, others);
+  constexpr int kRim_px = 4;
+  constexpr int kAround_px = 10;
+  const cv::Mat near = grown(marks, kRim_px);
+  const cv::Mat around = grown(marks, kAround_px) & ~near;
+  const cv::Mat others = ~near;
   const Statistics m = statistics(bgr, marks);
-  const Statistics b = statistics(bgr, others);
+  const Statistics far = statistics(bgr, others);
+  const Statistics close = statistics(bgr, around);
+  const Statistics b = close.count > 0 ? even(close, far) : far;
   if (m.count < 4 || b.count < 16) {
     throw io::InputError("the mark fills the picture: there is nothing beside it to tell it from");
   }

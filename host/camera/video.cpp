@@ -18,6 +18,7 @@ namespace flexor::camera {
 namespace {
 
 constexpr double kMaxPixels = 1e8;
+constexpr double kMost_s = 1e9;
 
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -95,8 +96,8 @@ double VideoReader::time_s() {
     return now_s() - start_s_;
   }
   const double t = capture_->capture.get(cv::CAP_PROP_POS_MSEC) / 1000;
-  // Streams without a container say 0 for ever.
-  if (read_ == 2 && t == last_s_) no_clock_ = true;
+  // Streams without a container say 0 for ever, or FFmpeg's mark for "no time", the least 64-bit number.
+  if (t < -kMost_s || (read_ == 2 && t == last_s_)) no_clock_ = true;
   const double rate = nominal_rate_hz() > 0 ? nominal_rate_hz() : 25;
   return no_clock_ ? static_cast<double>(read_ - 1) / rate : t;
 }

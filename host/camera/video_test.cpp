@@ -5,6 +5,7 @@
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
+#include "host/camera/jpeg.hpp"
 #include "host/camera/opencv.hpp"
 #include "host/camera/test_pictures.hpp"
 #include "host/io/io.hpp"
@@ -109,6 +110,22 @@ TEST_F(Video, TimesAreTheContainersAtAVariableRateAndDroppedFramesAreCounted) {
   EXPECT_FALSE(reader.next(picture, t));
   EXPECT_EQ(drops.dropped(), 2);
   EXPECT_EQ(missing[7], 2);
+}
+
+TEST_F(Video, PicturesWithoutAContainerHaveTheTimesOfTheNominalRate) {
+  constexpr int kPictures = 5;
+  constexpr double kNominal_hz = 25;
+  std::string film;
+  for (int k = 0; k < kPictures; ++k) film += to_jpeg(grey(64, 64, 100 + 10 * k));
+  VideoReader reader(file("bare.mjpeg", film));
+  Picture picture;
+  double t = -1;
+  for (int k = 0; k < kPictures; ++k) {
+    ASSERT_TRUE(reader.next(picture, t));
+    EXPECT_NEAR(t, k / kNominal_hz, 1e-9);
+  }
+  ASSERT_FALSE(reader.warnings().empty());
+  EXPECT_NE(reader.warnings().front().find("no clock of its own"), std::string::npos);
 }
 
 TEST_F(Video, FramesThatGoBackInTimeAreLeftOutWithAWarning) {

@@ -141,9 +141,10 @@ void Listener::send_challenge() {
   port_->write({wire.data(), hand_->challenge(wire.data())});
 }
 
-// A glove gives them for a second.
+// A glove gives them for a second. Two requests may be lost, since the hand speaks on the same line, and never two running at
+// the same point of its half second.
 void Listener::ask_for_readings() {
-  constexpr double kEvery_s = 0.7;
+  constexpr double kEvery_s = 0.3;
   if (asked_s_ >= 0 && now_s() - asked_s_ < kEvery_s) return;
   asked_s_ = now_s();
   link::Packet packet;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <string>
 
@@ -87,6 +88,20 @@ TEST(Listening, TakesTheReadingsOfAGloveThatWaitsForItsHand) {
       << listener.says();
   EXPECT_TRUE(listener.takes_models());
   EXPECT_FALSE(listener.is_compensated());
+}
+
+TEST(Listening, MissesNoReadingWhereTwoOfThreeRequestsAreLost) {
+  FLEXOR_NEEDS_TERMINALS();
+  FramesGlove says({}, true);
+  says.hear_one_request_of(3);
+  Board glove(std::ref(says));
+  Listener listener({.port = glove.port(), .readings = true}, kQuiet);
+  const std::vector<Sample> out = listen_for(listener, 2.5);
+  ASSERT_GT(out.size(), 100U);
+  double longest_s = 0;
+  for (std::size_t i = 1; i < out.size(); ++i)
+    longest_s = std::max(longest_s, *out[i].board_s - *out[i - 1].board_s);
+  EXPECT_LT(longest_s, 0.015) << "10 ms lie between two";
 }
 
 TEST(Listening, TakesAnglesWhereNoReadingsComeAndTheyWillDo) {

@@ -35,6 +35,7 @@ void run(const Options& o) {
     }
     return print(io::dump({{"sessions", list}, {"version", FLEXOR_VERSION}}));
   }
+  if (sessions.empty()) print(fmt::format("{}: no sessions yet: flexor live makes them\n", folder.string()));
   for (const live::Session& s : sessions) {
     print(fmt::format("{}  {:>5.0f} s  {}{}\n", (folder / s.name).string(), s.seconds,
                       s.person.empty() ? "" : s.person + ", " + s.side + " hand  ",

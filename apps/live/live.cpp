@@ -11,6 +11,7 @@
 namespace flexor::live {
 namespace {
 
+constexpr std::size_t kMostColumns = 255;  // a message says how many in a byte
 constexpr double kTick_s = 0.004;
 constexpr double kState_s = 0.2;
 constexpr double kLook_s = 1;
@@ -86,6 +87,9 @@ double Live::now_s() const {
 
 void Live::attach(std::shared_ptr<listen::Source> source, const std::string& port,
                   const std::string& status) {
+  if (source->columns().size() > kMostColumns)
+    throw io::InputError(
+        fmt::format("{} columns: the page shows {} at most", source->columns().size(), kMostColumns));
   detach();
   source_ = std::move(source);
   source_begin_s_ = now_s() - source_->now_s();

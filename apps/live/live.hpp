@@ -112,6 +112,7 @@ class Live {
   void stop_finder();
   void end_search();
   void connect_named();
+  void look_at_named();
   void connect(const std::string& port);
   void look_for_port();
   std::vector<std::string> free_ports(std::vector<std::string> ports) const;
@@ -241,6 +242,10 @@ class Live {
   double source_begin_s_ = 0;  // the server's clock when the source's was 0
   std::string port_;           // the glove's
   std::optional<HandPort> hand_port_;
+  std::vector<std::string> named_;  // by the options
+  std::string hand_path_;           // likewise
+  double named_tried_s_ = -1e9;
+  bool has_left_ = false;  // a person did: nobody is looked for
   std::string status_ = "none";
   std::string says_;
   std::thread finder_;

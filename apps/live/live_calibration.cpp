@@ -71,10 +71,13 @@ void Live::calibrate_start(io::JsonReader& parts) {
   listed_s_ = -1e9;
 }
 
-// After the program was killed, or the machine was, it goes on with the same step.
+// After the program was killed, or the machine was, it goes on with the same step. Where the disk is full it goes on
+// without that.
 void Live::keep_calibration() {
-  calibration_->session().calibration = calibration_->kept();
-  sessions_.save(calibration_->session());
+  guard("calibration", [this] {
+    calibration_->session().calibration = calibration_->kept();
+    sessions_.save(calibration_->session());
+  });
 }
 
 void Live::resume_calibration() {
@@ -162,13 +165,14 @@ void Live::calibrate_repeat(io::JsonReader&) {
 
 // What was recorded stays in its session.
 void Live::calibrate_cancel(io::JsonReader& parts) {
-  calibration().session().calibration = nullptr;
-  sessions_.save(calibration_->session());
+  Session session = calibration().session();
   if (job_ && job_->name == "identify") job_cancel(parts);
   camera_.reset();
   calibration_.reset();
   play("ordinary");
   listed_s_ = -1e9;
+  session.calibration = nullptr;
+  sessions_.save(session);
 }
 
 void Live::identify() {

@@ -139,6 +139,7 @@ void Live::score_run(io::JsonReader& parts) {
         "a score needs both hands: the twin's (flexor live --demo), or two cameras (flexor score)");
   if (calibration_ && calibration_->step() == Step::motion)
     throw io::InputError("a calibration records its motion: finish it first");
+  require_no_recording();  // the boards stand still for everybody else meanwhile
   const std::string label = parts.text_or_empty("label").substr(0, 40);
   Job& job = begin_job("score");
   const std::shared_ptr<Job> kept = job_;

@@ -33,13 +33,29 @@ void Live::end_search() {
 
 // Those that the options name.
 void Live::connect_named() {
-  std::vector<std::string> named;
-  if (options_.port != "auto") named.push_back(deploy::choose_port(options_.port));
-  if (!options_.hand.empty()) named.push_back(deploy::choose_port(options_.hand));
-  if (!named.empty()) listen_to(named, true);
+  if (options_.port != "auto") named_.push_back(deploy::choose_port(options_.port));
+  if (!options_.hand.empty()) named_.push_back(hand_path_ = deploy::choose_port(options_.hand));
+  if (named_.size() == 2 && is_same_port(named_.front(), named_.back()))
+    throw io::InputError(hand_path_ + ": --port and --hand name the same port");
+  if (!named_.empty()) listen_to(named_, true);
+}
+
+// Where nothing was said, something may be later.
+void Live::look_at_named() {
+  constexpr double kEvery_s = 5;
+  if (now_s() - named_tried_s_ < kEvery_s) return;
+  named_tried_s_ = now_s();
+  std::vector<std::string> silent;
+  for (const std::string& path : free_ports(named_)) {
+    const bool has_place = path == hand_path_ ? !hand_port_ : !source_;
+    if (has_place && std::filesystem::exists(path)) silent.push_back(path);
+  }
+  if (!silent.empty()) listen_to(silent, false);
 }
 
 void Live::connect(const std::string& port) {
+  has_left_ = false;
+  if (port.empty()) throw io::InputError("no port is chosen: plug the glove in, and choose its port");
   const std::vector<std::string> free = free_ports(deploy::find_ports("/dev"));
   const bool any = port == "auto" && !free.empty() && free.size() <= kMostTried;
   listen_to(any ? free : std::vector{deploy::choose_port(port)}, true);
@@ -49,7 +65,9 @@ void Live::connect(const std::string& port) {
 // come. A board that is being written comes and goes: nobody takes its port meanwhile.
 void Live::look_for_port() {
   const bool is_whole = source_ && hand_port_;
-  if (options_.worn || replay_ || job_ || is_whole || is_searching_ || options_.port != "auto") return;
+  if (options_.worn || replay_ || job_ || is_whole || is_searching_ || has_left_) return;
+  look_at_named();
+  if (options_.port != "auto" || is_searching_) return;
   const std::vector<std::string> ports = deploy::find_ports("/dev");
   if (ports == tried_ports_) return;
   tried_ports_ = ports;
@@ -125,7 +143,13 @@ void Live::found_port(const Found& found, bool is_chosen) {
     is_misunderstood_ = true;
     return;
   }
-  if (found.listener->format() != listen::Format::hand) {
+  const bool is_hand = found.listener->format() == listen::Format::hand;
+  if (!is_hand && found.path == hand_path_) {
+    if (is_chosen)
+      last_ = Json{{"job", "port"}, {"ok", false}, {"text", found.path + ": --hand names a glove's port"}};
+    return;
+  }
+  if (!is_hand) {
     if (is_chosen || !source_) attach(found.listener, found.path, "glove");
   } else if (is_chosen || !hand_port_) {
     hand_port_.emplace(found.listener, found.path, now_s() - found.listener->now_s());

@@ -235,7 +235,7 @@ void Live::add_worn(Json& out) const {
     out["replay"] = {{"file", replayed_},
                      {"t_s", replay_->position_s()},
                      {"of_s", replay_->duration_s()},
-                     {"playing", !replay_->is_paused()}};
+                     {"playing", replay_->is_playing()}};
   }
 }
 

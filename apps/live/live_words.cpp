@@ -11,7 +11,8 @@ namespace flexor::live {
 namespace {
 
 constexpr std::size_t kLongestMarker = 200;
-constexpr double kOtherClock_s = 5;  // off by more is another page
+constexpr std::size_t kMostMarkers = 500;  // who opens the page gets them all
+constexpr double kOtherClock_s = 5;        // off by more is another page
 
 }  // namespace
 
@@ -114,6 +115,7 @@ void Live::device_leave(io::JsonReader&) {
   require_no_calibration();
   require_no_recording();
   end_search();
+  has_left_ = true;
   detach();
   port_.clear();
   hand_port_.reset();
@@ -210,6 +212,8 @@ void Live::marker(io::JsonReader& parts) {
   const std::string text = parts.text("text");
   if (text.size() > kLongestMarker) throw io::InputError("a marker has at most 200 letters");
   if (!recording_) throw io::InputError("no recording runs: a marker lies in one");
+  if (recording_->markers.size() >= kMostMarkers)
+    throw io::InputError(fmt::format("a recording has at most {} markers", kMostMarkers));
   const std::filesystem::path path = sessions_.folder(recording_->session) / "markers.csv";
   const bool is_new = !std::filesystem::exists(path);
   std::ofstream file(path, std::ios::app);

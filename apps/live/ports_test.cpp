@@ -145,5 +145,29 @@ TEST_F(Ports, WhatIsChosenAndNotUnderstoodChangesNothing) {
   EXPECT_EQ(told["fingers"].size(), 5U);
 }
 
+TEST_F(Ports, AGloveThatIsSwitchedOnLaterIsHeardAtTheNamedPort) {
+  FramesGlove frames({}, true);
+  std::atomic<bool> is_on = false;
+  Board glove([&](const std::string& heard) { return is_on ? frames(heard) : std::string(); });
+  begin({"--port", glove.port()});
+  const Json silent = state_when([](const Json& s) { return says(s["device"]["says"], "nothing comes"); });
+  ASSERT_FALSE(silent.is_null());
+  is_on = true;
+  EXPECT_FALSE(state_when([](const Json& s) { return s["device"]["status"] == "glove"; }).is_null());
+}
+
+TEST_F(Ports, AGloveAtTheHandsPortDoesNotTakeTheGlovesPlace) {
+  FramesGlove frames({}, true);
+  Board glove(std::ref(frames));
+  FramesGlove others({}, true);
+  Board other(std::ref(others));
+  begin({"--port", glove.port(), "--hand", other.port()});
+  const Json told = state_when([](const Json& s) { return s["last"].is_object(); });
+  ASSERT_FALSE(told.is_null());
+  EXPECT_TRUE(says(told["last"]["text"], "--hand names a glove's port")) << told["last"];
+  EXPECT_EQ(told["device"]["port"], glove.port());
+  EXPECT_TRUE(told["hand"].is_null());
+}
+
 }  // namespace
 }  // namespace flexor::live

@@ -141,6 +141,38 @@ TEST_F(Words, AMarkerIsSeenInEveryTab) {
   EXPECT_GT(heard.value("host_s", 0.0), 0);
 }
 
+TEST_F(Words, MarkersAreBounded) {
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  EXPECT_TRUE(ask({{"do", "record.start"}}).at("ok").get<bool>());
+  constexpr int kMost = 500;
+  for (int k = 0; k < kMost; ++k)
+    ASSERT_TRUE(ask({{"do", "marker"}, {"text", std::string(200, 'm')}}).at("ok").get<bool>()) << k;
+  expect_refused({{"do", "marker"}, {"text", "one more"}}, "500 markers");
+  Tab later(*place_);
+  int heard = 0;
+  for (int k = 0; k < 10 * kMost && heard < kMost; ++k) {
+    const auto [opcode, payload] = later.hear();
+    if (opcode == kText && Json::parse(payload).value("event", "") == "marker") ++heard;
+  }
+  EXPECT_EQ(heard, kMost);
+}
+
+TEST_F(Words, ARecordingOfMoreColumnsThanAMessageHoldsIsRefused) {
+  const std::filesystem::path folder = folder_.path() / "sessions" / "wide";
+  std::filesystem::create_directories(folder);
+  std::ofstream file(folder / "log.csv");
+  file << "t_s";
+  for (int k = 0; k < 256; ++k) file << ",c" << k;
+  for (int row = 0; row < 3; ++row) {
+    file << "\n" << row;
+    for (int k = 0; k < 256; ++k) file << "," << k;
+  }
+  file << std::endl;
+  expect_refused({{"do", "replay.open"}, {"session", "wide"}, {"file", "log.csv"}}, "256 columns");
+  EXPECT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null())
+      << "the glove stays";
+}
+
 // Angles that the page saw itself become camera.csv, also those of a page that was opened anew and has another clock.
 TEST_F(Words, AMarkerlessTrackersAnglesAreWritten) {
   ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());

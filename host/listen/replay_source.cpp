@@ -20,7 +20,6 @@ ReplaySource::ReplaySource(const std::filesystem::path& file, double speed)
   for (recording::Column& column : recording.columns) {
     if (column.name == "host_s") continue;
     columns_.push_back(std::move(column.name));
-    units_.push_back(std::move(column.unit));
     value_.push_back(std::move(column.value));
   }
   if (columns_.empty()) throw io::InputError(name_ + ": has no column beside its times");

@@ -738,6 +738,8 @@ TEST_F(Cli, DeployRefusesTheImpossible) {
     expect_refused("deploy " + model + out + " --baud " + baud, 2, "to 4800");
   expect_refused("experiment --engine avr --set radio.baud=2400", 2, "radio.baud of the twin, to 4800");
   expect_refused("flash /dev/zero", 2, "no plain file");
+  expect_refused("live --from twin --opengloves " + path("none"), 2, "make a FIFO");
+  expect_refused("live --from twin --lsl-library " + path("none"), 2, "cannot be loaded");
   expect_refused("deploy " + model + out + " --baud 7777777", 2, "cannot be made");
   expect_refused("deploy " + model + out + " --key 1234", 2, "32 hexadecimal digits");
   expect_refused("deploy " + model + out + " --pins thumb=A9", 2, "A9: an ATmega328P has A0 to A7");

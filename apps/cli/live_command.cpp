@@ -68,15 +68,18 @@ std::filesystem::path not_there_yet(const std::filesystem::path& path) {
 }
 
 void add_outs(const Options& o, live::LiveOptions& out) {
+  // What cannot be opened is told now, not when a model is worn.
   if (!o.opengloves.empty()) {
+    (void)exports::OpenGloves(o.opengloves, {});
     out.outs.emplace_back([path = o.opengloves](const model::Model& model) {
       return std::make_unique<exports::OpenGloves>(path, curls_of(model));
     });
   }
   if (o.lsl || !o.lsl_library.empty()) {
-    out.outs.emplace_back([library = o.lsl_library](const model::Model& model) {
-      exports::LslOptions options;
-      options.library = library;
+    exports::LslOptions options;
+    options.library = o.lsl_library;
+    exports::LslStream::require_library(options);
+    out.outs.emplace_back([options](const model::Model& model) {
       return std::make_unique<exports::LslStream>(joints_of(model), options);
     });
   }

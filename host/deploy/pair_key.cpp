@@ -50,7 +50,7 @@ link::Key key_from_hex(const std::string& hex) {
   for (std::size_t i = 0; i < sizeof(key.bytes); ++i)
     key.bytes[i] = static_cast<std::uint8_t>(std::stoi(hex.substr(2 * i, 2), nullptr, 16));
   if (std::ranges::all_of(key.bytes, [](std::uint8_t b) { return b == 0; }))
-    throw io::InputError("not a key: all its digits are 0; --new-key makes a random one");
+    throw io::InputError("not a key: all its digits are 0; without --key a random one is made");
   return key;
 }
 

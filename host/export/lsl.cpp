@@ -119,6 +119,8 @@ LslStream::LslStream(const std::vector<std::string>& joints, const LslOptions& o
     : library_(std::make_unique<Library>(options)),
       outlet_(std::make_unique<Outlet>(*library_, joints, options)) {}
 
+void LslStream::require_library(const LslOptions& options) { (void)Library(options); }
+
 LslStream::~LslStream() = default;
 
 void LslStream::add(double t_s, std::span<const double> angle_deg) {

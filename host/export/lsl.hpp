@@ -26,9 +26,12 @@ struct LslOptions {
 
 class LslStream : public Sink {
  public:
-  // Throws io::InputError where there is no liblsl, with the mend, and io::JobError where it makes no stream.
+  // Throws what require_library() throws, and io::JobError where it makes no stream.
   LslStream(const std::vector<std::string>& joints, const LslOptions& options);
   ~LslStream() override;
+
+  // Throws io::InputError where there is no liblsl, with the mend.
+  static void require_library(const LslOptions& options);
 
   void add(double t_s, std::span<const double> angle_deg) override;
   std::string says() const override;

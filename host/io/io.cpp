@@ -56,6 +56,8 @@ void require_readable(const fs::path& path) {
 std::string read_file(const fs::path& path) {
   if (path == "-") return {std::istreambuf_iterator<char>(std::cin), {}};
   require_readable(path);
+  if (fs::is_character_file(path) && path != "/dev/stdin")
+    throw InputError(fmt::format("{}: is a device, which may never end; name a file", path.string()));
   std::ifstream file(path, std::ios::binary);
   std::string content{std::istreambuf_iterator<char>(file), {}};
   if (file.bad()) throw InputError(fmt::format("{}: reading failed", path.string()));

@@ -38,6 +38,7 @@ TEST_F(Io, WhatIsWrittenIsReadBack) {
 TEST_F(Io, ReadingNamesTheFileAndTheReason) {
   EXPECT_NE(message_of_reading(folder_ / "none").find("none: no such file"), std::string::npos);
   EXPECT_NE(message_of_reading(folder_).find("is a directory"), std::string::npos);
+  EXPECT_NE(message_of_reading("/dev/zero").find("is a device, which may never end"), std::string::npos);
   std::ofstream(folder_ / "empty").close();
   EXPECT_NE(message_of_reading(folder_ / "empty").find("is empty"), std::string::npos);
 }

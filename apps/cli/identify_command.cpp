@@ -33,6 +33,7 @@ struct Options {
   bool fit_all = false;
   std::string refit;
   std::string poses;
+  std::vector<std::string> pose_angles;  // JOINT=OPEN:FIST
   std::optional<double> time_limit_s;
   bool json = false;
 };
@@ -176,6 +177,22 @@ std::map<std::string, double> reference_errors(const std::vector<std::string>& i
   return out;
 }
 
+std::map<std::string, identify::PoseAngles> pose_angles(const std::vector<std::string>& items) {
+  std::map<std::string, identify::PoseAngles> out;
+  for (const std::string& item : items) {
+    const std::size_t equals = std::min(item.find('='), item.size());
+    const std::size_t colon = std::min(item.find(':', equals), item.size());
+    const auto open_deg =
+        recording::to_number(equals < colon ? item.substr(equals + 1, colon - equals - 1) : "");
+    const auto fist_deg = recording::to_number(colon < item.size() ? item.substr(colon + 1) : "");
+    if (!open_deg || !fist_deg)
+      throw io::InputError(
+          fmt::format("--pose-angles {}: write JOINT=OPEN:FIST in degrees, as thumb=90:170", item));
+    out[model::joint_name(item.substr(0, equals))] = {*open_deg, *fist_deg};
+  }
+  return out;
+}
+
 identify::HandRequest hand_request(const Options& o) {
   refuse_mixture(o);
   const identify::FileRequest& r = o.request;
@@ -231,8 +248,9 @@ void run_poses(const Options& o) {
         "--poses is a log of held poses alone: leave out --pair, --sensor, --map and --report");
   if (o.model.empty()) throw io::InputError("--poses: say with --model where the model goes");
   io::require_writable(o.model);
-  const identify::FromPoses r = identify::model_from_poses(
-      recording::read_csv(o.poses, {}, o.request.files.time_unit), o.request.rate_hz);
+  const identify::FromPoses r =
+      identify::model_from_poses(recording::read_csv(o.poses, {}, o.request.files.time_unit),
+                                 o.request.rate_hz, pose_angles(o.pose_angles));
   model::save(r.model, o.model);
   if (o.json) {
     nlohmann::ordered_json joints = nlohmann::ordered_json::object();
@@ -259,6 +277,7 @@ void run_poses(const Options& o) {
 
 void run(Options& o) {
   if (!o.poses.empty()) return run_poses(o);
+  if (!o.pose_angles.empty()) throw io::InputError("--pose-angles goes with --poses");
   if (!o.map.empty() || !o.pairs.empty()) return run_hand(o);
   if (o.fit_all || !o.refit.empty() || !o.reference_error.empty())
     throw io::InputError("--fit-all, --refit and --reference-error go with --pair");
@@ -324,6 +343,11 @@ void add_pairs(CLI::App& command, Options& o) {
       "--poses", o.poses,
       "LOG of held poses, for a glove without a camera: the open hand for three seconds, a fist for "
       "three, and again; a straight line for each sensor, its angles not measured");
+  command
+      .add_option("--pose-angles", o.pose_angles,
+                  "with --poses: JOINT=OPEN:FIST, the angles of both poses, for a bionic hand its ends: "
+                  "thumb=90:170,index=28:113 (default: 0:90, the thumb's 0:60)")
+      ->delimiter(',');
   command.add_option("--map", o.map,
                      "joints from sensors: thumb=SensorA0:thumb_deg,index=SensorA1+SensorA2:index_deg (own "
                      "sensor first; default: by "

@@ -299,10 +299,12 @@ std::string Calibration::reference_error() const {
   return out;
 }
 
-std::vector<std::string> Calibration::identify_arguments(double lead_s) const {
+std::vector<std::string> Calibration::identify_arguments(double lead_s,
+                                                         const std::string& pose_angles) const {
   std::vector<std::string> out = {"identify"};
   if (setup_.reference == Reference::poses) {
     out.insert(out.end(), {"--poses", file("log.csv").string()});
+    if (!pose_angles.empty()) out.insert(out.end(), {"--pose-angles", pose_angles});
   } else {
     out.insert(out.end(), {"--pair", file("log.csv").string(), file("camera.csv").string(), "--fit-all",
                            "--report", file("report").string()});

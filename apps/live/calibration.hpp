@@ -69,7 +69,7 @@ class Calibration {
 
   void set_rate(double rate_hz) { setup_.rate_hz = rate_hz; }
   // `flexor` with these identifies. `lead_s` of what follows the glove.
-  std::vector<std::string> identify_arguments(double lead_s) const;
+  std::vector<std::string> identify_arguments(double lead_s, const std::string& pose_angles = "") const;
   // Of `identify --json`; reads the report's samples.
   void identified(const nlohmann::ordered_json& result, std::vector<std::string> warnings);
   void failed(const std::string& why);

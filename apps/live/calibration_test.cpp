@@ -107,6 +107,7 @@ TEST_F(Guided, PosesNeedNoCamera) {
   move(c, 16, false);
   c.next(true);
   EXPECT_EQ(c.identify_arguments(0).at(1), "--poses");
+  EXPECT_EQ(c.identify_arguments(0, "thumb=90:170").at(4), "thumb=90:170");
 }
 
 // As after `kill -9`: what is left is the session.

@@ -177,11 +177,13 @@ void Live::calibrate_cancel(io::JsonReader& parts) {
 
 void Live::identify() {
   const double lead_s = options_.worn ? options_.worn->lead_s() : options_.lead_s;
-  start("identify", calibration_->identify_arguments(lead_s), [this](const CommandResult& result) {
-    if (!calibration_ || calibration_->step() != Step::identify) return;
-    if (!result.ok) return calibration_->failed(result.text);
-    calibration_->identified(result.json, result.warnings);
-  });
+  const std::string pose_angles = options_.worn ? options_.worn->pose_angles() : "";
+  start("identify", calibration_->identify_arguments(lead_s, pose_angles),
+        [this](const CommandResult& result) {
+          if (!calibration_ || calibration_->step() != Step::identify) return;
+          if (!result.ok) return calibration_->failed(result.text);
+          calibration_->identified(result.json, result.warnings);
+        });
 }
 
 void Live::calibrate_accept(io::JsonReader&) {

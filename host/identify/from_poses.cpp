@@ -112,9 +112,23 @@ double full_scale(double greatest) {
   return out;
 }
 
-void add_joint(model::Model& m, const Sensor& sensor, double open, double fist) {
+void check_angles(const std::map<std::string, PoseAngles>& angles, const std::vector<Sensor>& sensors) {
+  for (const auto& [joint, at] : angles) {
+    const bool is_sensed =
+        std::ranges::any_of(sensors, [&](const Sensor& s) { return model::joint_name(s.name) == joint; });
+    if (!is_sensed)
+      throw io::InputError(fmt::format("--pose-angles {}: no column that moves is called so", joint));
+    if (!(std::abs(at.fist_deg - at.open_deg) >= 1))
+      throw io::InputError(
+          fmt::format("--pose-angles {}: open hand and fist must be a degree apart or more", joint));
+  }
+}
+
+void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
+               const std::map<std::string, PoseAngles>& angles) {
   const std::string joint = model::joint_name(sensor.name);
-  const double fist_deg = joint.starts_with("thumb") ? kThumbFist_deg : kFist_deg;
+  const auto told = angles.find(joint);
+  const PoseAngles at = told != angles.end() ? told->second : joint.starts_with("thumb") ? kThumb : kFinger;
   model::Input input;
   input.name = joint;
   input.column = sensor.column;
@@ -129,19 +143,22 @@ void add_joint(model::Model& m, const Sensor& sensor, double open, double fist) 
   input.readings = model::Spread{{0.02, 0.1, 0.5, 0.9, 0.98}, {}};
   for (const double share : input.readings->share) input.readings->reading.push_back(sensor.at(share));
   m.inputs.push_back(input);
-  model::Curve line{{open, fist}, {0, fist_deg}};
-  if (fist < open) line = model::Curve{{fist, open}, {fist_deg, 0}};
+  model::Curve line{{open, fist}, {at.open_deg, at.fist_deg}};
+  if (fist < open) line = model::Curve{{fist, open}, {at.fist_deg, at.open_deg}};
   m.blocks.push_back({{joint}, joint + " line", line});
+  const auto [least_deg, most_deg] = std::minmax(at.open_deg, at.fist_deg);
   m.blocks.push_back(
-      {{joint + " line"}, joint + " angle", model::Saturation{-kRoom_deg, fist_deg + kRoom_deg}});
-  m.joints.push_back(
-      {joint, joint + " angle", 0, model::Accuracy{{0, fist_deg}, {kPosesError_deg, kPosesError_deg}}});
+      {{joint + " line"}, joint + " angle", model::Saturation{least_deg - kRoom_deg, most_deg + kRoom_deg}});
+  m.joints.push_back({joint, joint + " angle", at.open_deg,
+                      model::Accuracy{{least_deg, most_deg}, {kPosesError_deg, kPosesError_deg}}});
 }
 
 }  // namespace
 
-FromPoses model_from_poses(const recording::Recording& log, double rate_hz) {
+FromPoses model_from_poses(const recording::Recording& log, double rate_hz,
+                           const std::map<std::string, PoseAngles>& angles) {
   const std::vector<Sensor> sensors = sensors_of(log);
+  check_angles(angles, sensors);
   const std::vector<Rest> rests = rests_in(log, sensors);
   if (rests.empty())
     throw io::JobError(fmt::format(
@@ -180,7 +197,7 @@ FromPoses model_from_poses(const recording::Recording& log, double rate_hz) {
         out.warnings.push_back(fmt::format("{}: the {} was held in ways that differ by {:.0f} % of the range",
                                            sensors[i].column, pose, 100 * apart));
     }
-    add_joint(out.model, sensors[i], from, to);
+    add_joint(out.model, sensors[i], from, to, angles);
   }
   if (out.model.joints.empty())
     throw io::JobError(fmt::format("{}: no sensor tells the two poses apart", log.source));

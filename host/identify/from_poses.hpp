@@ -1,11 +1,12 @@
 // A compensator from two held poses, for somebody without a camera: a straight line from the open hand to the fist.
 //
-//   angle = (reading - open) / (fist - open) angle of the fist
+//   angle = open_deg + (reading - open) / (fist - open) (fist_deg - open_deg)
 // The log begins with the open hand held; every rest of a second in which all sensors lie where they lay then is the open hand,
-// every one in which they lie at the other end is the fist. Nothing is measured: the angle of a fist is that of an ordinary hand
-// (90 degrees, the thumb's 60), and so is the error that the model states.
+// every one in which they lie at the other end is the fist. Nothing is measured: unless others are told, the angles are
+// those of an ordinary hand (0 open, a fist 90, the thumb's 60), and so is the error that the model states.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -14,8 +15,12 @@
 
 namespace flexor::identify {
 
-inline constexpr double kFist_deg = 90;
-inline constexpr double kThumbFist_deg = 60;
+struct PoseAngles {
+  double open_deg = 0;
+  double fist_deg = 90;
+};
+inline constexpr PoseAngles kFinger = {0, 90};
+inline constexpr PoseAngles kThumb = {0, 60};
 inline constexpr double kPosesError_deg = 20;  // expected: an ordinary hand's fist is not everybody's
 
 struct FromPoses {
@@ -26,7 +31,9 @@ struct FromPoses {
 };
 
 // `log` has a column for each sensor; one that is called host_s is none. Throws io::JobError, one line with the mend: no rest, no
-// two poses, no sensor that tells them apart.
-FromPoses model_from_poses(const recording::Recording& log, double rate_hz);
+// two poses, no sensor that tells them apart; and io::InputError: `angles`, by joint, of a joint that has no sensor, or both the
+// same.
+FromPoses model_from_poses(const recording::Recording& log, double rate_hz,
+                           const std::map<std::string, PoseAngles>& angles = {});
 
 }  // namespace flexor::identify

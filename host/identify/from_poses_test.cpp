@@ -47,6 +47,20 @@ TEST(FromPoses, IsTheLineThroughBothPoses) {
   EXPECT_NEAR(compensator.step(middle)[1].angle_deg, 30, 0.6);
 }
 
+TEST(FromPoses, ABionicHandsAnglesAreThoseThatAreTold) {
+  const recording::Recording log = log_of({0, 1, 0, 1}, 1);
+  const FromPoses r = model_from_poses(log, 20, {{"index", {28, 113}}, {"thumb", {170, 90}}});
+  model::Compensator<model::DoubleArithmetic> compensator(r.model);
+  const double open[] = {300, 700};
+  EXPECT_NEAR(compensator.step(open)[0].angle_deg, 28, 1);
+  EXPECT_NEAR(compensator.step(open)[1].angle_deg, 170, 1);
+  const double fist[] = {500, 550};
+  EXPECT_NEAR(compensator.step(fist)[0].angle_deg, 113, 1);
+  EXPECT_NEAR(compensator.step(fist)[1].angle_deg, 90, 1);
+  EXPECT_THROW(model_from_poses(log, 20, {{"ring", {0, 90}}}), io::InputError);
+  EXPECT_THROW(model_from_poses(log, 20, {{"index", {30, 30}}}), io::InputError);
+}
+
 TEST(FromPoses, RefusesWhatHoldsNoTwoPoses) {
   EXPECT_THROW(model_from_poses(log_of({0, 0, 0}, 1), 20), io::JobError);
   recording::Recording restless = log_of({0, 1}, 0);

@@ -153,12 +153,11 @@ void on_halt(int) {
 void on_signal(int signal) {
   if (ending.exchange(true)) wait_for_the_end();
   constexpr int kPatience_ms = 1000;
+  // Whoever is in one for longer waits for what this thread holds, the allocator's lock perhaps: the lists are whole then.
   for (int ms = 0; ms < kPatience_ms && sections > 0; ++ms) pause_ms(1);
-  if (sections == 0) {
-    halt_other_threads();
-    for (const pid_t child : live().children) end_child(child);
-    for (const std::string& path : live().paths) remove_tree(AT_FDCWD, path.c_str(), 0);
-  }
+  halt_other_threads();
+  for (const pid_t child : live().children) end_child(child);
+  for (const std::string& path : live().paths) remove_tree(AT_FDCWD, path.c_str(), 0);
   if (last_word == LastWord::interrupted) {
     say(terminal ? "\r\033[Kflexor: " : "flexor: ");
     say(note[0] != '\0' ? note.data() : "interrupted");

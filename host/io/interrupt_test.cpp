@@ -118,7 +118,8 @@ TEST_F(Interrupt, AtAnyInstantNothingIsLeftBehind) {
     std::this_thread::sleep_for(std::chrono::microseconds(random() % 5000));
     ::kill(child, round % 2 == 0 ? SIGINT : SIGTERM);
     ASSERT_EQ(signal_that_ended(child), round % 2 == 0 ? SIGINT : SIGTERM) << said();
-    EXPECT_EQ(said(), "flexor: interrupted\n");
+    // Before it a sanitizer may say that it saw a thread at its birth.
+    EXPECT_TRUE(said().ends_with("flexor: interrupted\n")) << said();
     EXPECT_EQ(temporaries(), 0);
     EXPECT_EQ(fs::file_size(file), 100000u);
     fs::remove(file);

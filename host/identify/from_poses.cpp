@@ -114,8 +114,8 @@ double full_scale(double greatest) {
 
 void check_angles(const std::map<std::string, PoseAngles>& angles, const std::vector<Sensor>& sensors) {
   for (const auto& [joint, at] : angles) {
-    const bool is_sensed =
-        std::ranges::any_of(sensors, [&](const Sensor& s) { return model::joint_name(s.name) == joint; });
+    const bool is_sensed = std::ranges::any_of(
+        sensors, [&name = joint](const Sensor& s) { return model::joint_name(s.name) == name; });
     if (!is_sensed)
       throw io::InputError(fmt::format("--pose-angles {}: no column that moves is called so", joint));
     if (!(std::abs(at.fist_deg - at.open_deg) >= 1))

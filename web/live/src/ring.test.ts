@@ -74,6 +74,15 @@ describe('slice', () => {
     expect(ring.slice(0, 0, 2, 100).value).toEqual([1, null, 3]);
   });
 
+  it('shows a pause as a gap', () => {
+    const ring = new Ring(1);
+    [0, 0.1, 10, 10.1].forEach((t_s) => ring.push(t_s, new Float32Array([t_s]), 0));
+    const { t_s, value } = ring.slice(0, 0, 11, 100);
+    expect(t_s).toEqual([0, 0.1, 1.1, 10, 10.1]);
+    expect(value[2]).toBeNull();
+    expect(ring.last(0)).toBeCloseTo(10.1);
+  });
+
   it('reads on over the end of its memory', () => {
     const ring = filled(1500, 0.05, new Ring(1, 60, 1201)); // 75 s, so the newest have wrapped
     const { value } = ring.slice(0, 70, 74.96, 10000);

@@ -3,6 +3,8 @@
 // A ring holds at most `capacity` rows: of rows that come faster than capacity / length_s, the later of two near ones
 // takes the place of the earlier, so that a minute stays a minute at any rate and memory stays flat.
 
+const kPause_s = 2; // longer without a row is a gap
+
 export class Ring {
   readonly capacity: number;
   readonly channels: number;
@@ -44,6 +46,7 @@ export class Ring {
   // A clock that goes back is another clock: what was before goes.
   push(t_s: number, values: Float32Array, offset: number): void {
     if (t_s < this.newest_s) this.clear();
+    if (t_s - this.newest_s > kPause_s) this.push(this.newest_s + kPause_s / 2, new Float32Array(this.channels).fill(NaN), 0);
     // A hair of tolerance, so that rows that come at just this rate are not halved by rounding.
     const near = this.rows_ > 0 && t_s - this.kept_s_ < this.spacing_s * 0.999;
     if (!near) {

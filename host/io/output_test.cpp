@@ -231,8 +231,7 @@ TEST_F(Outputs, WhatAKilledProcessLeftGoesWithTheNextWriteToThatName) {
     EXPECT_GT(entries(), 1);
   };
   killed_while([&] {
-    // The process is killed before they could be freed.
-    new Output(file);  // NOLINT
+    new Output(file);  // NOLINT: the process is killed before it could be freed
     new StagedOutput(file);
   });
   const auto left = [&](const std::string& name) { std::ofstream(folder_ / name) << "left"; };

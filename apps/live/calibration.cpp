@@ -450,7 +450,8 @@ std::string Calibration::what_to_do() const {
                "or repeat.";
       return "This is the error on the part that the fit never saw. Accept the model, or repeat the motion.";
     case Step::send:
-      return "The model is worn here now. Send it to the glove, or finish.";
+      return is_sent_ ? "The model is in the glove. Finish."
+                      : "The model is worn here now. Send it to the glove, or finish.";
   }
   return "";
 }

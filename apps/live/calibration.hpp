@@ -74,6 +74,8 @@ class Calibration {
   void identified(const nlohmann::ordered_json& result, std::vector<std::string> warnings);
   void failed(const std::string& why);
   void accepted() { step_ = Step::send; }
+  void sent() { is_sent_ = step_ == Step::send; }  // into the glove
+  bool is_sent() const { return is_sent_; }
   void plot(const std::string& finger);  // throws io::InputError
   std::filesystem::path model() const { return file("model.json"); }
 
@@ -99,6 +101,7 @@ class Calibration {
   std::filesystem::path folder_;
   Step step_ = Step::glove;
   int attempt_ = 1;
+  bool is_sent_ = false;
   std::unique_ptr<listen::Log> log_;
   std::unique_ptr<listen::Log> camera_;
   std::vector<std::string> columns_;  // of log.csv

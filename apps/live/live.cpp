@@ -163,7 +163,13 @@ void Live::learn_columns() {
         model_session_ = *known;
       }
     }
-    if (model_) wear();
+    misfit_.clear();
+    try {
+      if (model_) wear();
+    } catch (const io::InputError& error) {
+      misfit_ = error.what();
+      throw;
+    }
   });
 }
 

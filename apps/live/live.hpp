@@ -48,12 +48,13 @@ struct LiveOptions {
   std::filesystem::path sessions;
   std::filesystem::path program;  // flexor itself
   std::string port = "auto";      // of the glove: what there is, also when it is plugged in later; or a path
-  std::string hand;               // the hand's; empty: with `port` auto, what there is
-  unsigned baud = 0;              // 0: found by listening
-  std::string key;                // file of the pair's key; empty: none
-  std::string model;              // worn from the start; empty: the one that was accepted for this glove
-  double rate_hz = 0;             // of models; 0: what suits the glove
-  double lead_s = 0;  // of models that are identified: by which what follows the glove comes after it
+  std::filesystem::path devices = "/dev";  // where ports are
+  std::string hand;                        // the hand's; empty: with `port` auto, what there is
+  unsigned baud = 0;                       // 0: found by listening
+  std::string key;                         // file of the pair's key; empty: none
+  std::string model;   // worn from the start; empty: the one that was accepted for this glove
+  double rate_hz = 0;  // of models; 0: what suits the glove
+  double lead_s = 0;   // of models that are identified: by which what follows the glove comes after it
   std::unique_ptr<WornGlove> worn;
   std::filesystem::path recording;  // played again at first, instead of a port
   // What hears the angles of a model's joints, opened when it is worn.
@@ -215,7 +216,8 @@ class Live {
   Job& begin_job(const std::string& name);
   void start(const std::string& name, std::vector<std::string> arguments,
              std::function<void(const CommandResult&)> done);
-  void start_without_glove(const std::string& name, std::vector<std::string> arguments);
+  void start_without_glove(const std::string& name, std::vector<std::string> arguments,
+                           std::function<void(const CommandResult&)> done);
   void end_job(bool ok, const std::string& text);
   std::vector<std::string> port_arguments() const;
 
@@ -260,6 +262,7 @@ class Live {
   std::optional<model::Model> model_;
   std::filesystem::path model_path_;
   bool model_is_chosen_ = false;  // by a person: it stays when another glove comes
+  std::string misfit_;            // why it is not worn on this one
   Session model_session_;
   bool tracked_ = false;
   Link link_;

@@ -75,7 +75,8 @@ std::vector<std::string> Live::port_arguments() const {
 }
 
 // Programs that speak with a board need its port for themselves; a recording goes on afterwards, as after a pulled plug.
-void Live::start_without_glove(const std::string& name, std::vector<std::string> arguments) {
+void Live::start_without_glove(const std::string& name, std::vector<std::string> arguments,
+                               std::function<void(const CommandResult&)> done) {
   require_no_job();
   if (watched_ >= 0) server_->unwatch(watched_);
   watched_ = -1;
@@ -83,7 +84,10 @@ void Live::start_without_glove(const std::string& name, std::vector<std::string>
   if (hand_port_) hand_port_->let_go();
   held_ = true;
   try {
-    start(name, std::move(arguments), [this](const CommandResult&) { held_ = false; });
+    start(name, std::move(arguments), [this, done = std::move(done)](const CommandResult& result) {
+      held_ = false;
+      done(result);
+    });
   } catch (...) {
     held_ = false;
     throw;
@@ -101,7 +105,9 @@ void Live::send(io::JsonReader&) {
   if (options_.worn || options_.rate_hz > 0)
     arguments.insert(arguments.end(), {"--rate", fmt::format("{:g}", model_rate_hz())});
   if (options_.worn && options_.worn->in_flash()) arguments.emplace_back("--bootloader");
-  start_without_glove("send", std::move(arguments));
+  start_without_glove("send", std::move(arguments), [this](const CommandResult& result) {
+    if (result.ok && calibration_) calibration_->sent();
+  });
 }
 
 // The model that is worn, as firmware of its own; then through the board's bootloader.
@@ -126,7 +132,7 @@ void Live::flash(io::JsonReader& parts) {
   start("deploy", std::move(deploy), [this, flash](const CommandResult& result) {
     if (!result.ok) return;
     try {
-      start_without_glove("flash", flash);
+      start_without_glove("flash", flash, [](const CommandResult&) {});
     } catch (const std::exception& error) {
       last_ = Json{{"job", "flash"}, {"ok", false}, {"text", error.what()}};
     }

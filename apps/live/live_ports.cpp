@@ -56,9 +56,9 @@ void Live::look_at_named() {
 void Live::connect(const std::string& port) {
   has_left_ = false;
   if (port.empty()) throw io::InputError("no port is chosen: plug the glove in, and choose its port");
-  const std::vector<std::string> free = free_ports(deploy::find_ports("/dev"));
+  const std::vector<std::string> free = free_ports(deploy::find_ports(options_.devices));
   const bool any = port == "auto" && !free.empty() && free.size() <= kMostTried;
-  listen_to(any ? free : std::vector{deploy::choose_port(port)}, true);
+  listen_to(any ? free : std::vector{deploy::choose_port(port, options_.devices)}, true);
 }
 
 // The ports there are, also when they are plugged in later. One that said nothing that is known is tried again when others
@@ -68,7 +68,7 @@ void Live::look_for_port() {
   if (options_.worn || replay_ || job_ || is_whole || is_searching_ || has_left_) return;
   look_at_named();
   if (options_.port != "auto" || is_searching_) return;
-  const std::vector<std::string> ports = deploy::find_ports("/dev");
+  const std::vector<std::string> ports = deploy::find_ports(options_.devices);
   if (ports == tried_ports_) return;
   tried_ports_ = ports;
   const std::vector<std::string> free = free_ports(ports);

@@ -88,6 +88,10 @@ Live::Json Live::sessions_state() const {
   listed_s_ = now_s();
   Json sessions = Json::array();
   Json models = Json::array();
+  if (!options_.model.empty()) {
+    const std::string file = std::filesystem::path(options_.model).filename().string();
+    models.push_back({{"path", file}, {"name", file}, {"person", ""}, {"side", "right"}});
+  }
   for (const Session& s : sessions_.list()) {
     if (sessions.size() == kMostListed) break;
     sessions.push_back({{"name", s.name},
@@ -105,7 +109,7 @@ Live::Json Live::sessions_state() const {
   if (options_.worn) {
     ports.push_back({{"path", options_.worn->port()}, {"name", "the twin's glove"}});
   } else {
-    for (const std::string& port : deploy::find_ports("/dev"))
+    for (const std::string& port : deploy::find_ports(options_.devices))
       ports.push_back({{"path", port}, {"name", std::filesystem::path(port).filename().string()}});
   }
   listed_ = {{"sessions", std::move(sessions)}, {"models", std::move(models)}, {"ports", std::move(ports)}};
@@ -127,7 +131,7 @@ std::string Live::what_next_anew() const {
 std::string Live::what_next() const {
   if (job_) return fmt::format("{} runs.", job_->name);
   if (status_ == "gone") return "The glove has gone: plug it in again.";
-  if (calibration_) return calibration_->what_to_do();
+  if (calibration_ && !calibration_->is_sent()) return calibration_->what_to_do();
   if (anew_) return what_next_anew();
   if (status_ == "listening") return "Listening to the port.";
   if (replay_) return "A recording is played again: Look has its time line.";
@@ -140,6 +144,7 @@ std::string Live::what_next() const {
            "record is what it sends. A calibration needs readings: flash the firmware of flexor deploy for "
            "them.";
   if (!model_) return "The glove moves. Calibrate it: three minutes with a camera, or one without.";
+  if (!misfit_.empty()) return "The model that was chosen is not worn: " + misfit_;
   for (const FingerView& f : fingers_->view(now_s())) {
     if (std::string(f.quality) == "poor" || std::string(f.quality) == "none")
       return fmt::format("Look at {}: {}.", f.name, f.remark.empty() ? "no good reading" : f.remark);

@@ -147,9 +147,10 @@ void Live::wear_model(const Session& session, const std::filesystem::path& path)
     wear();
   } catch (...) {
     model_ = before;
-    if (model_) wear();
+    if (model_ && misfit_.empty()) wear();
     throw;
   }
+  misfit_.clear();
   model_path_ = path;
   model_session_ = session;
 }
@@ -160,12 +161,14 @@ void Live::model_choose(io::JsonReader& parts) {
     model_.reset();
     model_path_.clear();
     hand_.reset();
+    misfit_.clear();
     if (fingers_) fingers_->take_off();
     model_is_chosen_ = true;
     return rows_.reset();
   }
   const std::string name = parts.text("path");
-  const std::filesystem::path file = model_of(name);
+  const bool is_of_options = !name.empty() && name == std::filesystem::path(options_.model).filename();
+  const std::filesystem::path file = is_of_options ? std::filesystem::path(options_.model) : model_of(name);
   Session of;
   for (const Session& session : sessions_.list()) {
     if (name.starts_with(session.name + "/")) of = session;

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstring>
 
+#include "apps/live/live.hpp"
 #include "apps/live/messages.hpp"
 #include "apps/live/test_program.hpp"
 #include "host/io/test_terminal.hpp"
@@ -167,6 +168,33 @@ TEST_F(Ports, AGloveAtTheHandsPortDoesNotTakeTheGlovesPlace) {
   EXPECT_TRUE(says(told["last"]["text"], "--hand names a glove's port")) << told["last"];
   EXPECT_EQ(told["device"]["port"], glove.port());
   EXPECT_TRUE(told["hand"].is_null());
+}
+
+// Plugged in one after the other; neither port was named.
+TEST_F(Ports, AGloveAndAHandAreFoundByThemselves) {
+  const std::filesystem::path devices = folder_.path() / "dev";
+  std::filesystem::create_directories(devices);
+  LiveOptions options;
+  options.devices = devices;
+  options.sessions = folder_.path() / "sessions";
+  std::atomic<bool> stop = false;
+  Live live(std::move(options));
+  std::jthread server([&] { live.run(stop); });
+  tab_.emplace(Place(live.url()));
+  EXPECT_FALSE(state_when([](const Json& s) { return says(s["next"], "Plug in the glove"); }).is_null());
+
+  FramesGlove frames({}, true);
+  Board glove(std::ref(frames));
+  std::filesystem::create_symlink(glove.port(), devices / "ttyUSB0");
+  EXPECT_FALSE(state_when([](const Json& s) { return s["device"]["status"] == "glove"; }).is_null());
+  link::HandEnd end(nullptr);
+  Board hand([&](const std::string&) { return hand_says(end); });
+  std::filesystem::create_symlink(hand.port(), devices / "ttyACM0");
+  const Json both = state_when([](const Json& s) { return s["hand"].is_object(); });
+  stop = true;
+  ASSERT_FALSE(both.is_null());
+  EXPECT_EQ(both["device"]["port"], (devices / "ttyUSB0").string());
+  EXPECT_EQ(both["hand"]["port"], (devices / "ttyACM0").string());
 }
 
 }  // namespace

@@ -226,6 +226,45 @@ TEST_F(Words, AModelThatCannotBeTrackedSaysSoInsteadOfOn) {
   EXPECT_EQ(state["tracking_remark"], "this model cannot be tracked: identify it anew");
 }
 
+TEST_F(Words, AModelThatDoesNotFitTheGloveIsNotWornAndIsSaid) {
+  end();
+  begin({"--from", "twin", "--model", FLEXOR_SOURCE_DIR "/models/published_hw.json"});
+  const Json misfit = state_when([](const Json& s) {
+    return s["next"].get<std::string>().find("is not worn: the model reads \"thumb_alpha\"") !=
+           std::string::npos;
+  });
+  ASSERT_FALSE(misfit.is_null());
+  EXPECT_TRUE(misfit["fingers"][0]["angle_deg"].is_null());
+  ASSERT_TRUE(ask({{"do", "model.choose"}, {"path", nullptr}}).at("ok").get<bool>());
+  const Json none = state_when([](const Json& s) { return s["model"].is_null(); });
+  ASSERT_FALSE(none.is_null());
+  EXPECT_NE(none["next"].get<std::string>().find("Calibrate it"), std::string::npos) << none["next"];
+  EXPECT_EQ(none["models"][0]["path"], "published_hw.json") << "it may be chosen again, for its glove";
+  expect_refused({{"do", "model.choose"}, {"path", "published_hw.json"}}, "the model reads");
+  EXPECT_FALSE(state_when([](const Json& s) { return s["model"].is_null(); }).is_null());
+}
+
+TEST_F(Words, AChosenModelIsWornAndAMisfitLeavesItOn) {
+  std::string text = io::read_file(FLEXOR_SOURCE_DIR "/models/published_hw.json");
+  for (const auto& [from, to] :
+       {std::pair{"_alpha\"", "_count\""}, {"\"unit\": \"deg\"", "\"unit\": \"count\""}}) {
+    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; ++at)
+      text.replace(at, std::string(from).size(), to);
+  }
+  const std::filesystem::path folder = folder_.path() / "sessions" / "anna";
+  std::filesystem::create_directories(folder);
+  io::write_file(folder / "model.json", text);
+  std::filesystem::copy(FLEXOR_SOURCE_DIR "/models/published_hw.json", folder / "misfit.json");
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  ASSERT_TRUE(ask({{"do", "model.choose"}, {"path", "anna/model.json"}}).at("ok").get<bool>());
+  const auto is_worn = [](const Json& s) {
+    return s["model"].is_object() && s["fingers"][1]["angle_deg"].is_number();
+  };
+  EXPECT_FALSE(state_when(is_worn).is_null());
+  expect_refused({{"do", "model.choose"}, {"path", "anna/misfit.json"}}, "the model reads");
+  EXPECT_FALSE(state_when(is_worn).is_null()) << "the one before stays";
+}
+
 TEST_F(Words, RubbishInBinaryChangesNothing) {
   ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
   for (int kind = 0; kind < 256; ++kind) {

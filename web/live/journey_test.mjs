@@ -50,15 +50,14 @@ class Walk {
     await this.page.screenshot({ path: join(pictures, `${String(this.pictures).padStart(2, '0')}_${name}.png`) });
   }
 
-  async says(id, words, wait_s) {
-    await this.at(id).filter({ hasText: words }).waitFor({ timeout: wait_s * 1000 });
+  async says(id, words) {
+    await this.at(id).filter({ hasText: words }).waitFor();
   }
 
-  async step(name, wait_s) {
+  async step(name) {
     await this.page.waitForFunction(
       (id) => document.querySelector(`[data-testid="${id}"]`)?.getAttribute('aria-current') === 'step',
       `step-${name}`,
-      { timeout: wait_s * 1000 },
     );
   }
 
@@ -68,9 +67,7 @@ class Walk {
     const before = await this.page.getByTestId('score-row').count();
     await this.at('score-label').fill(label);
     await this.at('score-run').click();
-    await this.page.waitForFunction((n) => document.querySelectorAll('[data-testid="score-row"]').length > n, before, {
-      timeout: 90000,
-    });
+    await this.page.waitForFunction((n) => document.querySelectorAll('[data-testid="score-row"]').length > n, before);
     const row = await this.page.getByTestId('score-row').filter({ hasText: label }).first().innerText();
     const total = Number(row.replace(label, '').match(/[\d.]+/)[0]);
     console.log(`${seconds()} s  score ${label}: ${total} degree-seconds`);
@@ -82,7 +79,7 @@ class Walk {
   async send() {
     await this.at('tab-wear').click();
     await this.at('send').click();
-    await this.at('job').filter({ hasText: /[✓✕] Send/ }).waitFor({ timeout: 60000 });
+    await this.at('job').filter({ hasText: /[✓✕] Send/ }).waitFor();
     const end = await this.at('job').innerText();
     check(`the model is in the glove: ${end.replaceAll('\n', ' ')}`, end.includes('✓'));
     await this.picture('sent');
@@ -100,7 +97,7 @@ async function firstVisit(walk) {
   );
   const moving_s = (Date.now() - opened) / 1000;
   check(`the glove moves ${moving_s.toFixed(1)} s after the page is opened, at most 5`, moving_s <= 5);
-  await walk.says('next', 'Calibrate it', 10);
+  await walk.says('next', 'Calibrate it');
   await walk.picture('first_visit');
 }
 
@@ -111,21 +108,21 @@ async function calibrate(walk) {
   await walk.at('calibrate-joints').selectOption('paper_hand');
   await walk.picture('calibrate');
   await walk.at('calibrate-start').click();
-  await walk.step('reference', 5);
-  await walk.says('calibrate-say', 'The camera sees the marks', 20);
+  await walk.step('reference');
+  await walk.says('calibrate-say', 'The camera sees the marks');
   await walk.picture('reference');
   await walk.at('calibrate-next').click();
-  await walk.step('motion', 5);
+  await walk.step('motion');
   await walk.page.waitForTimeout((filmed_s * 1000) / 2);
   await walk.picture('motion');
   await walk.page.waitForTimeout((filmed_s * 1000) / 2);
   await walk.at('calibrate-next').click();
-  await walk.step('result', 90);
+  await walk.step('result');
   const rows = await walk.at('result-table').innerText();
   console.log(rows);
   await walk.picture('result');
   await walk.at('calibrate-accept').click();
-  await walk.step('send', 10);
+  await walk.step('send');
 }
 
 async function putOnAnew(walk) {
@@ -134,7 +131,7 @@ async function putOnAnew(walk) {
   const slipped = await walk.score('slipped');
   await walk.at('tab-wear').click();
   await walk.at('anew-start').click();
-  await walk.at('anew-accept').waitFor({ timeout: 40000 });
+  await walk.at('anew-accept').waitFor();
   console.log(await walk.at('anew-table').innerText());
   await walk.picture('anew');
   await walk.at('anew-accept').click();
@@ -168,6 +165,7 @@ const { live, url } = await start(sessions);
 const browser = await launchWithFilm(film);
 try {
   const page = await browser.newPage({ viewport: { width: 1280, height: 900 } });
+  page.setDefaultTimeout(90000); // the whole is timed
   page.on('request', (request) => {
     const { protocol } = new URL(request.url());
     if (!['blob:', 'data:'].includes(protocol) && !request.url().startsWith(url)) findings.push(`fetches ${request.url()}`);

@@ -15,6 +15,7 @@ if (pictures) mkdirSync(pictures, { recursive: true });
 
 const webcam_hz = 30; // at which Chromium plays an MJPEG file, over and over
 const filmed_s = 35;
+const patience_s = 60;
 // From this picture on the index finger is stretched beside a fist: the landmarker takes it for closed (docs/live.md).
 const stretched = 280;
 const leastFound = 0.7;
@@ -72,7 +73,7 @@ async function step(page, name) {
   await page.waitForFunction(
     (id) => document.querySelector(`[data-testid="${id}"]`)?.getAttribute('aria-current') === 'step',
     `step-${name}`,
-    { timeout: 10000 },
+    { timeout: patience_s * 1000 },
   );
 }
 
@@ -95,7 +96,7 @@ async function calibrate(page, asked) {
   );
   await at('calibrate-start').click();
   await step(page, 'reference');
-  await at('camera-facts').filter({ hasText: 'hand found' }).waitFor({ timeout: 30000 });
+  await at('camera-facts').filter({ hasText: 'hand found' }).waitFor({ timeout: patience_s * 1000 });
   check(`the model is loaded from the page's own folder: ${model().join(' ')}`, model().length === 4);
   await at('calibrate-next').click();
   await step(page, 'motion');

@@ -77,6 +77,7 @@ class World {
     this.twin = { slip_deg: 0, drift_deg_per_min: 0, noise_counts: 1, loss: 0 };
     this.recording = null;
     this.job = null;
+    this.isHeld = false; // no job goes on
     this.last = null;
     this.calibration = null;
     this.anew = { seconds: 0, of_seconds: 10, fingers: [] };
@@ -219,7 +220,7 @@ class World {
 
   tick(passed_s) {
     const s = passed_s * this.options.speed;
-    if (this.job) {
+    if (this.job && !this.isHeld) {
       this.job.share += s / this.job.of_s;
       if (this.job.share >= 1) this.job.end();
     }

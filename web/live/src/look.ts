@@ -190,19 +190,28 @@ function createTwin(app: App) {
     });
     const value = h('output', { for: input.id });
     let touched_ms = -Infinity;
-    let timer = 0;
+    let isUnderWay = false;
+    let isStale = false;
     const write = (): void => {
       setText(value, `${number(Number(input.value), s.digits)} ${s.unit}`.replace(' °', '°'));
       setAttribute(input, 'aria-valuetext', value.textContent);
     };
+    // At once, so that a score that is asked for next is one of the new value; while a hand is moving it, one at a time.
+    const send = async (): Promise<void> => {
+      isStale = isUnderWay;
+      if (isUnderWay) return;
+      isUnderWay = true;
+      do {
+        isStale = false;
+        say(error, await app.do('twin.set', { [s.part]: Number(input.value) / s.scale }));
+      } while (isStale);
+      isUnderWay = false;
+      touched_ms = performance.now();
+    };
     input.addEventListener('input', () => {
       touched_ms = performance.now();
       write();
-      window.clearTimeout(timer);
-      timer = window.setTimeout(async () => {
-        say(error, await app.do('twin.set', { [s.part]: Number(input.value) / s.scale }));
-        touched_ms = performance.now();
-      }, 120);
+      void send();
     });
     return {
       element: h('div', { class: 'slider' }, h('label', { for: input.id }, s.name), value, input),
@@ -431,7 +440,11 @@ function createFlash(app: App) {
   const element = panel(
     'flash',
     'Flash a board',
-    h('p', { class: 'muted' }, 'Makes firmware of the model that is worn, and writes it through the board’s bootloader.'),
+    h(
+      'p',
+      { class: 'muted' },
+      'Makes firmware of the model that is worn, for the pins of the wiring table and without tracking, and writes it through the board’s bootloader. For another wiring: flexor deploy, then flexor flash.',
+    ),
     h('div', { class: 'row' }, field('Board', board), field('Port', port)),
     h('div', { class: 'row' }, flash),
     none,

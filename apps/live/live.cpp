@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::live {
@@ -38,6 +39,7 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
   handlers.binary = [this](Client, std::span<const std::uint8_t> bytes) { hear(bytes); };
   handlers.closed = [](Client) {};
   server_ = std::make_unique<Server>(options_.server, std::move(handlers));
+  if (!options_.key.empty()) (void)deploy::load_key(options_.key);
   if (!options_.model.empty()) wear_model({}, options_.model);
   if (options_.worn) {
     attach(options_.worn->source(), options_.worn->port(), options_.worn->has_boards() ? "boards" : "twin");
@@ -54,15 +56,8 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
 }
 
 Live::~Live() {
-  ++search_;
   camera_.reset();
   hand_.reset();
-  if (job_) {
-    job_->cancelled = true;
-    job_->command.reset();
-    if (job_->thread.joinable()) job_->thread.join();
-  }
-  stop_finder();
 }
 
 void Live::run(const std::atomic<bool>& stop) {
@@ -180,7 +175,7 @@ void Live::wear() {
         "this glove sends angles that it has compensated itself: no model is worn over them");
   fingers_->wear(*model_, tracked_);
   rows_.reset();
-  open_outs();
+  outs_.wear(*model_);
   hand_.reset();
   hand_.emplace(*model_, [this](const WholeHand& hand) {
     Rows rows(Kind::posture, posture::kJoints);
@@ -188,29 +183,6 @@ void Live::wear() {
         hand.host_s, [&](std::size_t i) { return hand.se_deg[static_cast<Eigen::Index>(i)]; },
         [&](std::size_t i) { return hand.angle_deg[static_cast<Eigen::Index>(i)]; });
     server_->post([this, rows = std::move(rows)] { server_->send_all(rows.bytes()); });
-  });
-}
-
-// What hears the angles stays as long as the joints are the same.
-void Live::open_outs() {
-  std::vector<std::string> joints;
-  for (const model::Joint& joint : model_->joints) joints.push_back(joint.name);
-  if (joints == out_joints_) return;
-  out_joints_ = joints;
-  outs_.clear();
-  for (const auto& open : options_.outs) guard("out", [&] { outs_.push_back(open(*model_)); });
-}
-
-// One that can take no more ends, and nothing else.
-void Live::send_out(double t_s) {
-  std::erase_if(outs_, [&](const std::unique_ptr<exports::Sink>& out) {
-    try {
-      out->add(t_s, fingers_->joints_deg());
-      return false;
-    } catch (const std::exception& error) {
-      say_failed("out", error);
-      return true;
-    }
   });
 }
 
@@ -228,7 +200,7 @@ void Live::take(const listen::Sample& sample) {
   link_.arrival_s.push_back(sample.host_s);
   write(sample);
   if (model_ && fingers_->is_worn()) {
-    send_out(sample.host_s);
+    outs_.add(sample.host_s, fingers_->joints_deg());
     if (hand_) hand_->add(sample.host_s, fingers_->joints_deg());
   }
   if (!rows_ || rows_->is_full()) send_rows();

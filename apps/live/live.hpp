@@ -1,11 +1,9 @@
 // `flexor live`: a glove, its fingers, recordings, a guided calibration and the page that shows them, around one server.
 //
 // Samples, logs and sockets are of the server's thread. What takes long runs elsewhere and comes back through Server::post:
-// finding a port, pictures (camera_feed.hpp), and every job, which is a command of `flexor` in a process of its own
-// (command.hpp).
+// finding a port (port_search.hpp), pictures (camera_feed.hpp), and every job (jobs.hpp).
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <deque>
@@ -15,29 +13,25 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "apps/live/anew.hpp"
 #include "apps/live/calibration.hpp"
 #include "apps/live/camera_feed.hpp"
-#include "apps/live/command.hpp"
 #include "apps/live/fingers.hpp"
 #include "apps/live/hand_port.hpp"
 #include "apps/live/hand_view.hpp"
+#include "apps/live/jobs.hpp"
 #include "apps/live/messages.hpp"
+#include "apps/live/outs.hpp"
+#include "apps/live/port_search.hpp"
 #include "apps/live/server.hpp"
 #include "apps/live/sessions.hpp"
 #include "apps/live/worn_glove.hpp"
-#include "host/export/sink.hpp"
 #include "host/io/json.hpp"
 #include "host/listen/log.hpp"
 #include "host/listen/replay_source.hpp"
 #include "host/listen/source.hpp"
-
-namespace flexor::listen {
-class Listener;
-}
 
 namespace flexor::live {
 
@@ -58,7 +52,7 @@ struct LiveOptions {
   std::unique_ptr<WornGlove> worn;
   std::filesystem::path recording;  // played again at first, instead of a port
   // What hears the angles of a model's joints, opened when it is worn.
-  std::vector<std::function<std::unique_ptr<exports::Sink>(const model::Model&)>> outs;
+  std::vector<Outs::Open> outs;
 };
 
 // What is written while the glove is worn.
@@ -91,35 +85,19 @@ class Live {
  private:
   using Json = nlohmann::ordered_json;
 
-  struct Job {
-    std::string name;
-    std::unique_ptr<Command> command;
-    std::thread thread;  // of what is no command
-    std::atomic<bool> cancelled = false;
-    Progress progress;
-  };
   struct Link {
     std::deque<double> arrival_s;  // of the last two seconds
     double latency_s = 0;          // smoothed
   };
 
-  struct Found {
-    std::string path;
-    std::shared_ptr<listen::Listener> listener;
-    std::string trouble;  // without
-  };
-
   // live_ports.cpp
-  void stop_finder();
-  void end_search();
   void connect_named();
   void look_at_named();
   void connect(const std::string& port);
   void look_for_port();
   std::vector<std::string> free_ports(std::vector<std::string> ports) const;
   void listen_to(std::vector<std::string> paths, bool is_chosen);
-  Found find(const std::string& path, int search, const std::shared_ptr<std::atomic<bool>>& stops);
-  void found_port(const Found& found, bool is_chosen);
+  void found_port(const FoundPort& found, bool is_chosen);
   void searched();
   void hear_hand();
   void write_hand(const std::vector<listen::Sample>& samples);
@@ -145,8 +123,6 @@ class Live {
   void take(const std::vector<listen::Sample>& samples);
   void take(const listen::Sample& sample);
   void learn_columns();
-  void open_outs();
-  void send_out(double t_s);
   void wear();
   void write(const listen::Sample& sample);
   void add_to(Recording& recording, const listen::Sample& sample);
@@ -213,12 +189,11 @@ class Live {
 
   // live_jobs.cpp
   void require_no_job() const;
-  Job& begin_job(const std::string& name);
   void start(const std::string& name, std::vector<std::string> arguments,
              std::function<void(const CommandResult&)> done);
   void start_without_glove(const std::string& name, std::vector<std::string> arguments,
                            std::function<void(const CommandResult&)> done);
-  void end_job(bool ok, const std::string& text);
+  void ended(const std::string& name, bool ok, const std::string& text);
   std::vector<std::string> port_arguments() const;
 
   // live_state.cpp
@@ -250,10 +225,6 @@ class Live {
   bool has_left_ = false;  // a person did: nobody is looked for
   std::string status_ = "none";
   std::string says_;
-  std::thread finder_;
-  std::shared_ptr<std::atomic<bool>> finder_stops_;
-  std::atomic<int> search_ = 0;  // the newest; an older one's result is forgotten
-  bool is_searching_ = false;
   bool is_misunderstood_ = false;  // the port that was listened to last
   std::vector<std::string> tried_ports_;
   std::vector<std::string> columns_;
@@ -279,18 +250,20 @@ class Live {
   double drawn_s_ = -1;
   double worn_sent_s_ = -1;
   std::optional<Anew> anew_;
-  std::shared_ptr<Job> job_;
   std::optional<Json> last_;
   WornChange worn_change_;
   Json scores_ = Json::array();
   std::shared_ptr<listen::ReplaySource> replay_;
   std::string replayed_;
   std::vector<std::string> markerless_names_;
-  std::vector<std::unique_ptr<exports::Sink>> outs_;
-  std::vector<std::string> out_joints_;
+  Outs outs_{std::move(options_.outs), [this](const std::exception& error) { say_failed("out", error); }};
   bool held_ = false;    // the port is another program's for now
   mutable Json listed_;  // sessions; listing reads the disk
   mutable double listed_s_ = -1e9;
+
+  // Last, so that they end first: they have threads.
+  Jobs jobs_{options_.program, [this](std::function<void()> work) { post("job", std::move(work)); }};
+  PortSearch search_{[this](std::function<void()> work) { post("port", std::move(work)); }};
 };
 
 }  // namespace flexor::live

@@ -164,9 +164,9 @@ void Live::calibrate_repeat(io::JsonReader&) {
 }
 
 // What was recorded stays in its session.
-void Live::calibrate_cancel(io::JsonReader& parts) {
+void Live::calibrate_cancel(io::JsonReader&) {
   Session session = calibration().session();
-  if (job_ && job_->name == "identify") job_cancel(parts);
+  if (jobs_.is_running("identify")) jobs_.cancel();
   camera_.reset();
   calibration_.reset();
   play("ordinary");
@@ -245,9 +245,9 @@ void Live::anew_accept(io::JsonReader&) {
   listed_s_ = -1e9;
 }
 
-void Live::anew_keep(io::JsonReader& parts) {
+void Live::anew_keep(io::JsonReader&) {
   if (!anew_) throw io::InputError("nothing was put on anew");
-  if (job_ && job_->name == "recalibrate") job_cancel(parts);
+  if (jobs_.is_running("recalibrate")) jobs_.cancel();
   anew_.reset();
   play("ordinary");
 }

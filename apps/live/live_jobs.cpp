@@ -1,5 +1,6 @@
 // Jobs: commands of `flexor` in processes of their own, one at a time.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <numeric>
 
@@ -9,62 +10,31 @@
 namespace flexor::live {
 
 void Live::require_no_job() const {
-  if (job_) throw io::InputError(fmt::format("{} runs: wait for it, or cancel it", job_->name));
+  jobs_.require_none();
   if (anew_ && !anew_->is_over)
     throw io::InputError("ten seconds of a glove that was put on anew are recorded: wait for them");
 }
 
-Live::Job& Live::begin_job(const std::string& name) {
-  require_no_job();
-  job_ = std::make_shared<Job>();
-  job_->name = name;
-  job_->progress.stage = name;
-  last_.reset();
-  return *job_;
-}
-
 void Live::start(const std::string& name, std::vector<std::string> arguments,
                  std::function<void(const CommandResult&)> done) {
-  Job& job = begin_job(name);
-  try {
-    job.command = std::make_unique<Command>(
-        options_.program, std::move(arguments),
-        [this](const Progress& progress) {
-          post("job", [this, progress] {
-            if (job_) job_->progress = progress;
-          });
-        },
-        [this, done = std::move(done)](CommandResult result) {
-          post("job", [this, done, result = std::move(result)] {
-            const std::string warnings =
-                std::accumulate(result.warnings.begin(), result.warnings.end(), std::string(),
-                                [](const std::string& all, const std::string& one) {
-                                  return all + (all.empty() ? "" : "; ") + one;
-                                });
-            const std::string good = warnings.empty() ? "done" : warnings;
-            end_job(result.ok, result.ok ? good : result.text);
-            done(result);
-            send_state();
-          });
-        });
-  } catch (...) {
-    job_.reset();
-    throw;
-  }
+  require_no_job();
+  last_.reset();
+  jobs_.run_command(name, std::move(arguments),
+                    [this, name, done = std::move(done)](const CommandResult& result) {
+                      const std::string warnings = fmt::format("{}", fmt::join(result.warnings, "; "));
+                      const std::string good = warnings.empty() ? "done" : warnings;
+                      ended(name, result.ok, result.ok ? good : result.text);
+                      done(result);
+                      send_state();
+                    });
 }
 
-void Live::end_job(bool ok, const std::string& text) {
-  last_ = Json{{"job", job_->name}, {"ok", ok}, {"text", text}};
-  if (job_->thread.joinable()) job_->thread.join();
-  job_.reset();
+void Live::ended(const std::string& name, bool ok, const std::string& text) {
+  last_ = Json{{"job", name}, {"ok", ok}, {"text", text}};
   listed_s_ = -1e9;
 }
 
-void Live::job_cancel(io::JsonReader&) {
-  if (!job_) throw io::InputError("nothing runs");
-  job_->cancelled = true;
-  if (job_->command) job_->command->cancel();
-}
+void Live::job_cancel(io::JsonReader&) { jobs_.cancel(); }
 
 std::vector<std::string> Live::port_arguments() const {
   std::vector<std::string> out = {"--port", options_.worn ? options_.worn->port() : port_};
@@ -147,30 +117,20 @@ void Live::score_run(io::JsonReader& parts) {
     throw io::InputError("a calibration records its motion: finish it first");
   require_no_recording();  // the boards stand still for everybody else meanwhile
   const std::string label = parts.text_or_empty("label").substr(0, 40);
-  Job& job = begin_job("score");
-  const std::shared_ptr<Job> kept = job_;
-  job.thread = std::thread([this, label, kept] {
-    Json score;
-    std::string trouble;
-    try {
-      const std::vector<double> gestures = options_.worn->score([&](double share) {
-        post("score", [this, share] {
-          if (job_) job_->progress = {"six gestures", share, {}};
-        });
-        return !kept->cancelled;
+  require_no_job();
+  last_.reset();
+  const auto gestures = std::make_shared<std::vector<double>>();
+  jobs_.run(
+      "score", "six gestures",
+      [this, gestures](const Jobs::Goes& goes) { *gestures = options_.worn->score(goes); },
+      [this, label, gestures](const std::string& trouble) {
+        if (trouble.empty())
+          scores_.push_back({{"label", label},
+                             {"total_deg_s", std::accumulate(gestures->begin(), gestures->end(), 0.0)},
+                             {"gestures_deg_s", *gestures}});
+        ended("score", trouble.empty(), trouble);
+        send_state();
       });
-      score = {{"label", label},
-               {"total_deg_s", std::accumulate(gestures.begin(), gestures.end(), 0.0)},
-               {"gestures_deg_s", gestures}};
-    } catch (const std::exception& error) {
-      trouble = error.what();
-    }
-    post("score", [this, score, trouble] {
-      if (!score.is_null()) scores_.push_back(score);
-      end_job(trouble.empty(), trouble);
-      send_state();
-    });
-  });
 }
 
 void Live::experiment_run(io::JsonReader& parts) {

@@ -19,18 +19,6 @@ bool is_same_port(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-void Live::stop_finder() {
-  if (finder_stops_) *finder_stops_ = true;
-  if (finder_.joinable()) finder_.join();
-}
-
-// What is looked for is wanted no longer.
-void Live::end_search() {
-  ++search_;
-  is_searching_ = false;
-  stop_finder();
-}
-
 // Those that the options name.
 void Live::connect_named() {
   if (options_.port != "auto") named_.push_back(deploy::choose_port(options_.port));
@@ -65,9 +53,9 @@ void Live::connect(const std::string& port) {
 // come. A board that is being written comes and goes: nobody takes its port meanwhile.
 void Live::look_for_port() {
   const bool is_whole = source_ && hand_port_;
-  if (options_.worn || replay_ || job_ || is_whole || is_searching_ || has_left_) return;
+  if (options_.worn || replay_ || jobs_.is_running() || is_whole || search_.is_running() || has_left_) return;
   look_at_named();
-  if (options_.port != "auto" || is_searching_) return;
+  if (options_.port != "auto" || search_.is_running()) return;
   const std::vector<std::string> ports = deploy::find_ports(options_.devices);
   if (ports == tried_ports_) return;
   tried_ports_ = ports;
@@ -84,58 +72,34 @@ std::vector<std::string> Live::free_ports(std::vector<std::string> ports) const 
 
 // One after the other. The glove and the hand stay until another one is found, but at a port that is listened to anew.
 void Live::listen_to(std::vector<std::string> paths, bool is_chosen) {
-  end_search();
+  listen::ListenerOptions options;
+  options.baud = options_.baud;
+  options.readings = true;
+  options.angles_will_do = true;
+  options.waiting_hand_will_do = true;
+  if (!options_.key.empty()) options.key = deploy::load_key(options_.key);
+  search_.end();
   for (const std::string& path : paths) {
     const bool is_over = is_chosen && (replay_ || status_ == "gone");
     if (source_ && (is_over || is_same_port(path, port_))) detach();
     if (hand_port_ && is_same_port(path, hand_port_->path())) hand_port_.reset();
   }
-  is_searching_ = true;
   if (!source_) {
     status_ = "listening";
     port_ = paths.front();
     says_ = port_ + ": listening";
     is_misunderstood_ = false;
   }
-  finder_stops_ = std::make_shared<std::atomic<bool>>(false);
-  finder_ = std::thread(
-      [this, paths = std::move(paths), is_chosen, search = search_.load(), stops = finder_stops_] {
-        for (const std::string& path : paths) {
-          const Found found = find(path, search, stops);
-          post("port", [this, found, is_chosen, search] {
-            if (search == search_) found_port(found, is_chosen);
-          });
-        }
-        post("port", [this, search] {
-          if (search == search_) searched();
-        });
-      });
-}
-
-// On the finder's thread: finding a rate and a format takes seconds.
-Live::Found Live::find(const std::string& path, int search, const std::shared_ptr<std::atomic<bool>>& stops) {
-  const auto says = [this, search, path](const std::string& what) {
-    post("port", [this, search, path, what] {
-      if (search == search_ && !source_) says_ = path + ": " + what;
-    });
-  };
-  try {
-    listen::ListenerOptions options;
-    options.port = path;
-    options.baud = options_.baud;
-    options.readings = true;
-    options.angles_will_do = true;
-    options.waiting_hand_will_do = true;
-    options.stop = stops;
-    if (!options_.key.empty()) options.key = deploy::load_key(options_.key);
-    return {path, std::make_shared<listen::Listener>(options, says), ""};
-  } catch (const std::exception& error) {
-    return {path, nullptr, error.what()};
-  }
+  search_.begin(
+      std::move(paths), std::move(options),
+      {[this](const std::string& path, const std::string& what) {
+         if (!source_) says_ = path + ": " + what;
+       },
+       [this, is_chosen](const FoundPort& found) { found_port(found, is_chosen); }, [this] { searched(); }});
 }
 
 // What is chosen takes the place of who is there.
-void Live::found_port(const Found& found, bool is_chosen) {
+void Live::found_port(const FoundPort& found, bool is_chosen) {
   if (!found.listener) {
     if (source_ && is_chosen) last_ = Json{{"job", "port"}, {"ok", false}, {"text", found.trouble}};
     if (source_) return;
@@ -157,7 +121,6 @@ void Live::found_port(const Found& found, bool is_chosen) {
 }
 
 void Live::searched() {
-  is_searching_ = false;
   if (status_ != "listening") return;
   status_ = "none";
   port_.clear();

@@ -129,7 +129,7 @@ std::string Live::what_next_anew() const {
 }
 
 std::string Live::what_next() const {
-  if (job_) return fmt::format("{} runs.", job_->name);
+  if (jobs_.is_running()) return fmt::format("{} runs.", jobs_.name());
   if (status_ == "gone") return "The glove has gone: plug it in again.";
   if (calibration_ && !calibration_->is_sent()) return calibration_->what_to_do();
   if (anew_) return what_next_anew();
@@ -180,9 +180,9 @@ Live::Json Live::state() const {
                         {"seconds", recording_->seconds}};
   }
   out["job"] = nullptr;
-  if (job_) {
-    const Progress& p = job_->progress;
-    out["job"] = {{"name", job_->name},
+  if (jobs_.is_running()) {
+    const Progress& p = jobs_.progress();
+    out["job"] = {{"name", jobs_.name()},
                   {"stage", p.stage},
                   {"share", p.share ? Json(*p.share) : Json(nullptr)},
                   {"left_s", p.left_s ? Json(*p.left_s) : Json(nullptr)}};

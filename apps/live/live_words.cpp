@@ -114,7 +114,7 @@ void Live::device_leave(io::JsonReader&) {
   require_no_job();
   require_no_calibration();
   require_no_recording();
-  end_search();
+  search_.end();
   has_left_ = true;
   detach();
   port_.clear();
@@ -267,7 +267,7 @@ void Live::replay_open(io::JsonReader& parts) {
 }
 
 void Live::play_again(const std::filesystem::path& file, const std::string& name) {
-  end_search();
+  search_.end();
   std::shared_ptr<listen::ReplaySource> source = std::make_shared<listen::ReplaySource>(file);
   attach(source, "", "replay");
   replay_ = source;

@@ -28,8 +28,8 @@ class Jobs {
 
   bool is_running() const { return job_ != nullptr; }
   bool is_running(const std::string& name) const { return job_ && job_->name == name; }
-  const std::string& name() const { return job_->name; }          // of what runs
-  const Progress& progress() const { return job_->progress; }    // likewise
+  const std::string& name() const { return job_->name; }       // of what runs
+  const Progress& progress() const { return job_->progress; }  // likewise
 
   void require_none() const;  // throws io::InputError
   // `done` is called when nothing runs any more. Throws io::InputError where something does, io::JobError where a process cannot

@@ -32,7 +32,7 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
                                    {"version", FLEXOR_VERSION},
                                    {"demo", options_.worn != nullptr}}));
     server_->send(client, text_of(state()));
-    for (const Json& marker : recording_ ? recording_->markers : std::vector<Json>())
+    for (const Json& marker : recording_ ? recording_->markers() : std::vector<Json>())
       server_->send(client, text_of(marker));
   };
   handlers.text = [this](Client client, std::string_view text) { hear(client, text); };
@@ -212,7 +212,7 @@ void Live::take(const listen::Sample& sample) {
 // A disk that is full ends what wrote to it, and nothing else.
 void Live::write(const listen::Sample& sample) {
   try {
-    if (recording_) add_to(*recording_, sample);
+    if (recording_) recording_->add(sample, columns_);
   } catch (const std::exception& error) {
     say_failed("record", error);
     recording_.reset();
@@ -225,24 +225,15 @@ void Live::write(const listen::Sample& sample) {
   }
   try {
     if (anew_ && !anew_->is_over) {
-      const double before_s = anew_->seconds;
-      add_to(*anew_, sample);
-      anew_->worn_s += std::min(anew_->seconds - before_s, kPause_s);
+      const double before_s = anew_->recording.seconds();
+      anew_->recording.add(sample, columns_);
+      anew_->worn_s += std::min(anew_->recording.seconds() - before_s, kPause_s);
       if (anew_->worn_s >= kAnew_s) finish_anew();
     }
   } catch (const std::exception& error) {
     say_failed("put on anew", error);
     anew_.reset();
   }
-}
-
-void Live::add_to(Recording& recording, const listen::Sample& sample) {
-  if (!recording.log) {
-    recording.log = std::make_unique<listen::Log>(sessions_.folder(recording.session) / "log.csv", columns_);
-    recording.begun_s = sample.host_s;
-  }
-  recording.log->add(sample);
-  recording.seconds = sample.host_s - recording.begun_s;
 }
 
 void Live::send_rows() {
@@ -263,8 +254,7 @@ void Live::tick() {
   if (options_.worn) look_at_worn();
   guard("hand", [this] { hear_hand(); });
   try {
-    if (recording_ && recording_->log) recording_->log->flush_if_due(now);
-    if (recording_ && recording_->hand) recording_->hand->flush_if_due(now);
+    if (recording_) recording_->flush_if_due(now);
   } catch (const std::exception& error) {
     say_failed("record", error);
     recording_.reset();

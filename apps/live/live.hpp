@@ -26,10 +26,10 @@
 #include "apps/live/outs.hpp"
 #include "apps/live/port_search.hpp"
 #include "apps/live/server.hpp"
+#include "apps/live/session_recording.hpp"
 #include "apps/live/sessions.hpp"
 #include "apps/live/worn_glove.hpp"
 #include "host/io/json.hpp"
-#include "host/listen/log.hpp"
 #include "host/listen/replay_source.hpp"
 #include "host/listen/source.hpp"
 
@@ -55,18 +55,10 @@ struct LiveOptions {
   std::vector<Outs::Open> outs;
 };
 
-// What is written while the glove is worn.
-struct Recording {
-  Session session;
-  std::unique_ptr<listen::Log> log = {};
-  std::unique_ptr<listen::Log> hand = {};  // what a hand at a port says meanwhile
-  double begun_s = -1;
-  double seconds = 0;
-  std::vector<nlohmann::ordered_json> markers = {};  // as they were sent
-};
 inline constexpr double kAnew_s = 10;
 // So long of a glove that was put on anew, and what came of it.
-struct Anew : Recording {
+struct Anew {
+  SessionRecording recording;
   bool is_over = false;  // kAnew_s
   double worn_s = 0;     // of samples, without pauses
   std::optional<AnewResult> result = {};
@@ -125,7 +117,6 @@ class Live {
   void learn_columns();
   void wear();
   void write(const listen::Sample& sample);
-  void add_to(Recording& recording, const listen::Sample& sample);
   void send_rows();
   void tick();
   void look_at_worn();
@@ -240,7 +231,7 @@ class Live {
   std::optional<Rows> rows_;
   double sent_s_ = 0;
 
-  std::optional<Recording> recording_;
+  std::optional<SessionRecording> recording_;
   std::optional<Calibration> calibration_;
   std::shared_ptr<void> calibration_held_;
   std::unique_ptr<CameraFeed> camera_;

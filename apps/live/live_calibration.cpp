@@ -208,21 +208,22 @@ void Live::anew_start(io::JsonReader&) {
   if (!fingers_ || replay_) throw io::InputError("no glove is heard yet");
   if (anew_)
     throw io::InputError("put on anew waits for an answer: take its calibration, or keep the old one");
-  anew_.emplace();
-  anew_->session = sessions_.create(model_session_.person, side_of_model(), glove_id(), "anew");
+  const Session session = sessions_.create(model_session_.person, side_of_model(), glove_id(), "anew");
+  anew_.emplace(Anew{SessionRecording(session, sessions_.folder(session))});
   play("bends");
 }
 
 void Live::finish_anew() {
   if (!model_) throw io::InputError("no model is worn any more");
+  Session& session = anew_->recording.session;
   anew_->is_over = true;
-  anew_->session.seconds = anew_->worn_s;
-  anew_->log->flush();
-  sessions_.save(anew_->session);
+  session.seconds = anew_->worn_s;
+  anew_->recording.flush();
+  sessions_.save(session);
   play("ordinary");
-  const std::filesystem::path folder = sessions_.folder(anew_->session);
+  const std::filesystem::path folder = sessions_.folder(session);
   start("recalibrate",
-        {"recalibrate", model_path_.string(), "--recording", (folder / "log.csv").string(), "--out",
+        {"recalibrate", model_path_.string(), "--recording", anew_->recording.log_file().string(), "--out",
          (folder / "model.json").string()},
         [this, old = *model_](const CommandResult& result) {
           if (anew_) recalibrated(old, result);
@@ -237,9 +238,10 @@ void Live::recalibrated(const model::Model& old, const CommandResult& result) {
 void Live::anew_accept(io::JsonReader&) {
   if (!anew_ || !anew_->result) throw io::InputError("there is no new calibration to accept yet");
   if (anew_->result->applied) {
-    anew_->session.model = "model.json";
-    wear_model(anew_->session, sessions_.folder(anew_->session) / "model.json");
-    sessions_.save(anew_->session);
+    Session& session = anew_->recording.session;
+    session.model = "model.json";
+    wear_model(session, sessions_.folder(session) / session.model);
+    sessions_.save(session);
   }
   anew_.reset();
   listed_s_ = -1e9;

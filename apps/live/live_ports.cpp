@@ -144,11 +144,7 @@ void Live::hear_hand() {
 void Live::write_hand(const std::vector<listen::Sample>& samples) {
   if (!recording_) return;
   try {
-    if (!recording_->hand) {
-      const std::filesystem::path file = sessions_.folder(recording_->session) / "hand.csv";
-      recording_->hand = std::make_unique<listen::Log>(file, hand_port_->columns());
-    }
-    for (const listen::Sample& sample : samples) recording_->hand->add(sample);
+    for (const listen::Sample& sample : samples) recording_->add_hand(sample, hand_port_->columns());
   } catch (const std::exception& error) {
     say_failed("record", error);
     recording_.reset();

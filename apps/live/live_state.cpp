@@ -176,8 +176,8 @@ Live::Json Live::state() const {
   out["recording"] = nullptr;
   if (recording_) {
     out["recording"] = {{"file", recording_->session.name + "/log.csv"},
-                        {"rows", recording_->log ? recording_->log->rows() : 0},
-                        {"seconds", recording_->seconds}};
+                        {"rows", recording_->rows()},
+                        {"seconds", recording_->seconds()}};
   }
   out["job"] = nullptr;
   if (jobs_.is_running()) {

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
 
 #include "apps/live/live.hpp"
 #include "host/io/io.hpp"
@@ -10,9 +9,7 @@
 namespace flexor::live {
 namespace {
 
-constexpr std::size_t kLongestMarker = 200;
-constexpr std::size_t kMostMarkers = 500;  // who opens the page gets them all
-constexpr double kOtherClock_s = 5;        // off by more is another page
+constexpr double kOtherClock_s = 5;  // off by more is another page
 
 }  // namespace
 
@@ -184,8 +181,8 @@ std::string Live::side_of_model() const {
 void Live::record_start(io::JsonReader&) {
   if (recording_) throw io::InputError("a recording runs already");
   if (!fingers_ || replay_) throw io::InputError("no glove is heard yet: nothing could be recorded");
-  recording_.emplace(
-      Recording{sessions_.create(model_session_.person, side_of_model(), glove_id(), "recording")});
+  const Session session = sessions_.create(model_session_.person, side_of_model(), glove_id(), "recording");
+  recording_.emplace(session, sessions_.folder(session));
 }
 
 void Live::require_no_recording() const {
@@ -193,17 +190,12 @@ void Live::require_no_recording() const {
 }
 
 void Live::stop_recording() {
-  Recording recording = std::move(*recording_);
+  SessionRecording recording = std::move(*recording_);
   recording_.reset();
-  recording.session.seconds = recording.seconds;
-  if (recording.log) recording.log->flush();
-  if (recording.hand) recording.hand->flush();
+  recording.session.seconds = recording.seconds();
+  recording.flush();
   sessions_.save(recording.session);
-  last_ = Json{{"job", "record"},
-               {"ok", true},
-               {"text", fmt::format("{} rows in {}", recording.log ? recording.log->rows() : 0,
-                                    (sessions_.folder(recording.session) / "log.csv").string())}};
-  listed_s_ = -1e9;
+  ended("record", true, fmt::format("{} rows in {}", recording.rows(), recording.log_file().string()));
 }
 
 void Live::record_stop(io::JsonReader&) {
@@ -213,21 +205,9 @@ void Live::record_stop(io::JsonReader&) {
 
 void Live::marker(io::JsonReader& parts) {
   const std::string text = parts.text("text");
-  if (text.size() > kLongestMarker) throw io::InputError("a marker has at most 200 letters");
   if (!recording_) throw io::InputError("no recording runs: a marker lies in one");
-  if (recording_->markers.size() >= kMostMarkers)
-    throw io::InputError(fmt::format("a recording has at most {} markers", kMostMarkers));
-  const std::filesystem::path path = sessions_.folder(recording_->session) / "markers.csv";
-  const bool is_new = !std::filesystem::exists(path);
-  std::ofstream file(path, std::ios::app);
-  if (is_new) file << "host_s,text\n";
-  std::string quoted = io::one_line(text);
-  for (std::size_t at = 0; (at = quoted.find('"', at)) != std::string::npos; at += 2)
-    quoted.insert(at, 1, '"');
-  file << fmt::format("{:.6f},\"{}\"\n", now_s(), quoted) << std::flush;
-  if (!file) throw io::JobError("the marker cannot be written: is the disk full?");
-  recording_->markers.push_back({{"event", "marker"}, {"host_s", now_s()}, {"text", text}});
-  server_->send_all(text_of(recording_->markers.back()));
+  recording_->mark(now_s(), text);
+  server_->send_all(text_of(recording_->markers().back()));
 }
 
 void Live::tracking_set(io::JsonReader& parts) {

@@ -14,7 +14,8 @@ namespace flexor::live {
 class Outs {
  public:
   using Open = std::function<std::unique_ptr<exports::Sink>(const model::Model&)>;
-  using Failed = std::function<void(const std::exception&)>;  // one that can take no more ends, and nothing else
+  using Failed =
+      std::function<void(const std::exception&)>;  // one that can take no more ends, and nothing else
 
   Outs(std::vector<Open> open, Failed failed) : open_(std::move(open)), failed_(std::move(failed)) {}
 

@@ -31,9 +31,8 @@ void PortSearch::begin(std::vector<std::string> paths, listen::ListenerOptions o
                          hears = std::move(hears)]() mutable {
     for (const std::string& path : paths) {
       options.port = path;
-      const FoundPort found = find(options, [&](const std::string& what) {
-        post([hears, path, what] { hears.says(path, what); });
-      });
+      const FoundPort found = find(
+          options, [&](const std::string& what) { post([hears, path, what] { hears.says(path, what); }); });
       post([hears, found] { hears.found(found); });
     }
     post([this, hears] {

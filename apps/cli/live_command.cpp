@@ -70,7 +70,8 @@ std::filesystem::path not_there_yet(const std::filesystem::path& path) {
 void add_outs(const Options& o, live::LiveOptions& out) {
   // What cannot be opened is told now, not when a model is worn.
   if (!o.opengloves.empty()) {
-    (void)exports::OpenGloves(o.opengloves, {});
+    if (!std::filesystem::is_fifo(o.opengloves))
+      (void)exports::OpenGloves(o.opengloves, {});  // whose reader would take it for the end
     out.outs.emplace_back([path = o.opengloves](const model::Model& model) {
       return std::make_unique<exports::OpenGloves>(path, curls_of(model));
     });
@@ -86,6 +87,7 @@ void add_outs(const Options& o, live::LiveOptions& out) {
   if (!o.mcap.empty()) {
     if (std::filesystem::exists(o.mcap))
       throw io::InputError(o.mcap + ": is there already: a recording is never written over, name another");
+    io::require_writable(o.mcap);
     out.outs.emplace_back([path = o.mcap](const model::Model& model) {
       return std::make_unique<exports::JointStateFile>(not_there_yet(path), joints_of(model),
                                                        exports::JointStateOptions());

@@ -49,7 +49,10 @@ AnewResult anew_result(const model::Model& old, const Json& said) {
     const std::string& joint = old.joints[j].name;
     std::vector<std::string> sensors;
     for (const std::size_t i : graph.inputs[graph.joint[j]]) sensors.push_back(old.inputs[i].name);
-    const Json& before = said.at("change_rms_deg").at(joint);
+    const bool is_kept = std::ranges::none_of(sensors, [&](const std::string& sensor) {
+      return said.at("sensors").at(sensor).at("applied").get<bool>();
+    });
+    const Json before = is_kept ? Json(nullptr) : said.at("change_rms_deg").at(joint);  // not 0: not known
     const Json& after = said.at("se_deg").at(joint);
     if (before.is_number() && after.is_number() && before.get<double>() > after.get<double>())
       out.is_off = true;

@@ -62,6 +62,8 @@ TEST(Anew, SaysOfEachFingerWhatCameOfItsOwnSensor) {
   EXPECT_EQ(verdict(result, 2), "wanted: open and close it once more");
   EXPECT_EQ(verdict(result, 3), "kept: it reads as it did where the model was made");
   EXPECT_EQ(verdict(result, 4), "fitted");
+  for (const std::size_t kept : {1U, 2U, 3U})
+    EXPECT_TRUE(result.fingers.at(kept).at("before_deg").is_null()) << "not changed is not right";
   EXPECT_EQ(result.misfits, "index_count: it stands still at 470");
   EXPECT_EQ(result.wanted, "middle_count: open and close it once more");
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "host/identify/hand.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
@@ -27,7 +28,7 @@ constexpr double kSeen = 0.5;              // share of marks, below which the ca
 constexpr std::uint64_t kLeastRows = 100;  // with every angle
 constexpr double kUnseen_s = 3;            // without a row: it is said
 constexpr double kFollows_percent = 50;    // of the fit: less is no model
-constexpr double kGood = 0.85;             // of a straight line's error
+constexpr double kPause_s = 0.5;           // of the glove: what is longer counts for no rate
 // Of markerless angles themselves, RMS with their mean, against marks on a film of one hand from the side (docs/live.md):
 // hypot(6, 13) and hypot(11, 6).
 constexpr double kMarkerlessKnuckle_deg = 14;
@@ -69,13 +70,33 @@ Json number_or_null(const Json& object, const char* key) {
   return it != object.end() && it->is_number() ? *it : Json(nullptr);
 }
 
-std::string verdict_on(double error_deg, double fit_percent, const Json& line_deg) {
+struct Rival {
+  std::string words;
+  double error_deg = 0;
+};
+
+// The best of what anybody would try first.
+Rival rival_of(const Json& baselines) {
+  Rival best;
+  for (const auto& [name, words] : identify::kBaselines) {
+    const auto found = baselines.find(name);
+    if (found == baselines.end() || !found->at("rmse_deg").is_number()) continue;
+    const double error_deg = found->at("rmse_deg").get<double>();
+    if (best.words.empty() || error_deg < best.error_deg) best = {words, error_deg};
+  }
+  return best;
+}
+
+std::string verdict_on(double error_deg, double fit_percent, const Rival& rival) {
   if (fit_percent < kFollows_percent)
     return "does not follow the finger: was it the same hand, seen all the time? Repeat";
-  if (!line_deg.is_number()) return "no straight line could be fitted beside it";
-  const double share = error_deg / line_deg.get<double>();
-  if (share < kGood) return fmt::format("{:.0f} % of a straight line's error", 100 * share);
-  return "hardly better than a straight line: repeat with slower bends and holds, or accept it as it is";
+  if (rival.words.empty()) return "nothing could be fitted beside it";
+  if (error_deg >= rival.error_deg)
+    return fmt::format(
+        "no better than {} ({:.1f} degrees): repeat with slower bends and holds, or accept it as it is",
+        rival.words, rival.error_deg);
+  return fmt::format("{:.0f} % of the error of {}, the next best", 100 * error_deg / rival.error_deg,
+                     rival.words);
 }
 
 double markerless_error_deg(const std::string& joint) {
@@ -133,6 +154,8 @@ Calibration Calibration::resumed(const Session& session, const std::filesystem::
 // What is known of a motion that was over, from its files.
 void Calibration::read_motion() {
   const auto names = [](const std::filesystem::path& path) {
+    if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(path)))
+      throw io::InputError(path.string() + ": is no plain file");
     recording::CsvOptions options;
     options.holes = true;
     std::ifstream file(path);
@@ -164,6 +187,7 @@ void Calibration::add(const listen::Sample& sample, const std::vector<std::strin
     coverage_.emplace(names);
     begun_s_ = sample.host_s;
   }
+  worn_s_ += std::min(sample.host_s - begun_s_ - seconds_, kPause_s);
   seconds_ = sample.host_s - begun_s_;
   coverage_->add(sample.host_s, sample.value);
   log_->add(sample);
@@ -195,6 +219,11 @@ void Calibration::saw(int marks_found, int marks) {
   recent_share_ += (share - recent_share_) / std::min<double>(20, static_cast<double>(pictures_));
 }
 
+void Calibration::saw_no_camera() {
+  pictures_ = 0;
+  recent_share_ = 0;
+}
+
 void Calibration::begin_motion() {
   log_.reset();
   camera_.reset();
@@ -204,6 +233,7 @@ void Calibration::begin_motion() {
   angle_rows_ = 0;
   angle_came_s_ = 0;
   seconds_ = 0;
+  worn_s_ = 0;
   failure_.clear();
   while (std::filesystem::exists(file("log.csv"))) ++attempt_;
   step_ = Step::motion;
@@ -213,14 +243,15 @@ void Calibration::end_motion() {
   const bool poses = setup_.reference == Reference::poses;
   const double least_s = poses ? kPosesShort_s : kShort_s;
   if (seconds_ < least_s)
-    throw io::InputError(
-        fmt::format("{:.0f} s of motion so far, {:.0f} s are the least: keep moving", seconds_, least_s));
+    throw io::InputError(fmt::format("{:.0f} s so far, {:.0f} s are the least: {}", seconds_, least_s,
+                                     poses ? "go on with the poses" : "keep moving"));
   if (!poses && angle_rows_ < kLeastRows)
     throw io::InputError(
         fmt::format("the camera has measured the angles {} times, {} are the least: turn the {} towards it "
                     "and keep moving",
                     angle_rows_, kLeastRows, is_markerless() ? "hand's side" : "marks"));
   if (log_) log_->flush();
+  glove_hz_ = log_ && worn_s_ > 0 ? static_cast<double>(log_->rows()) / worn_s_ : 0;
   if (camera_) camera_->flush();
   log_.reset();
   camera_.reset();
@@ -246,7 +277,7 @@ void Calibration::next(bool glove_is_there) {
     case Step::result:
       throw io::InputError("accept the model, or repeat the motion");
     case Step::send:
-      return;  // live.cpp ends it
+      return;  // live_calibration.cpp ends it
   }
 }
 
@@ -320,6 +351,7 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
   warnings_ = std::move(warnings);
   fingers_ = Json::array();
   joints_.clear();
+  lines_.clear();
   for (const auto& [name, joint] : result.at("joints").items()) {
     joints_.push_back(name);
     Json finger = {{"name", name}};
@@ -335,13 +367,15 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
       const auto baseline = [&](const char* which) {
         return baselines.contains(which) ? number_or_null(baselines.at(which), "rmse_deg") : Json(nullptr);
       };
-      const Json line = baseline("line_lead").is_null() ? baseline("line") : baseline("line_lead");
+      const bool has_lead = !baseline("line_lead").is_null();
+      const Json line = has_lead ? baseline("line_lead") : baseline("line");
+      lines_.push_back(line.is_null() ? "" : has_lead ? "line_lead_deg" : "straight_line_deg");
       finger.update({{"error_deg", holdout.at("rmse_deg")},
                      {"line_deg", line},
                      {"published_deg", baseline("published_form")},
                      {"fit_percent", holdout.at("fit_percent")},
                      {"verdict", verdict_on(holdout.at("rmse_deg").get<double>(),
-                                            holdout.at("fit_percent").get<double>(), line)}});
+                                            holdout.at("fit_percent").get<double>(), rival_of(baselines))}});
     }
     const Json reference_deg = is_markerless() ? Json(markerless_error_deg(name)) : Json(nullptr);
     finger["reference_error_deg"] = reference_deg;
@@ -366,9 +400,9 @@ void Calibration::failed(const std::string& why) { failure_ = why; }
 // The held-out part, thinned.
 Json Calibration::plot_of(std::size_t joint) const {
   const std::filesystem::path path = file("report") / fmt::format("samples-{}.csv", joint + 1);
-  const bool has_line = !fingers_.at(joint).at("line_deg").is_null();
+  const std::string& line = lines_.at(joint);
   std::vector<std::string> columns = {"measured_deg", "estimated_deg", "held_out"};
-  if (has_line) columns.emplace_back("straight_line_deg");
+  if (!line.empty()) columns.push_back(line);
   const recording::Recording r = recording::read_csv(path, columns);
   const auto& held_out = r.column("held_out").value;
   std::vector<std::size_t> rows;
@@ -385,7 +419,7 @@ Json Calibration::plot_of(std::size_t joint) const {
     out["t_s"].push_back(r.t_s[rows[k]]);
     out["reference_deg"].push_back(r.column("measured_deg").value[rows[k]]);
     out["model_deg"].push_back(r.column("estimated_deg").value[rows[k]]);
-    out["line_deg"].push_back(has_line ? Json(r.column("straight_line_deg").value[rows[k]]) : Json(nullptr));
+    out["line_deg"].push_back(line.empty() ? Json(nullptr) : Json(r.column(line).value[rows[k]]));
   }
   return out;
 }

@@ -1,5 +1,5 @@
 // A guided calibration, step by step: what to do now, what the motion has shown so far, and the files that it leaves in its
-// session. It knows no sockets and starts no programs; live.cpp does what it asks for.
+// session. It knows no sockets and starts no programs; live_calibration.cpp does what it asks for.
 //
 //   glove      a glove that gives readings is heard
 //   reference  the camera sees the marks (or there is none)
@@ -45,7 +45,7 @@ struct SeenAngles {
 
 class Calibration {
  public:
-  // `columns` of the glove. The session is there already.
+  // The session is there already.
   Calibration(CalibrationSetup setup, Session session, std::filesystem::path folder);
   // One that was open when the program ended, at its step: a motion is made anew, and so is a model. Throws io::InputError.
   static Calibration resumed(const Session& session, const std::filesystem::path& folder);
@@ -59,7 +59,9 @@ class Calibration {
 
   void add(const listen::Sample& sample, const std::vector<std::string>& columns);
   void add(const SeenAngles& seen, const std::vector<std::string>& names);
-  void saw(int marks_found, int marks);  // of one picture; without marks: whether there was a hand
+  void saw(int marks_found, int marks);          // of one picture; without marks: whether there was a hand
+  void saw_no_camera();                          // it ended by itself
+  double glove_hz() const { return glove_hz_; }  // samples a second of the motion that was recorded
 
   // To the next step or the one before. Throws io::InputError: what this step still needs.
   void next(bool glove_is_there);
@@ -109,6 +111,8 @@ class Calibration {
   std::optional<Coverage> coverage_;
   double begun_s_ = -1;  // host's
   double seconds_ = 0;
+  double worn_s_ = 0;  // likewise, without the glove's pauses
+  double glove_hz_ = 0;
   std::uint64_t pictures_ = 0;
   double recent_share_ = 0;  // of marks that were found, lately
   double newest_angle_s_ = -1e9;
@@ -119,6 +123,8 @@ class Calibration {
   nlohmann::ordered_json plot_;
   std::vector<std::string> warnings_;
   std::vector<std::string> joints_;
+  std::vector<std::string>
+      lines_;  // of each the column of the report's samples that is the line's; empty: none
 };
 
 // Throws io::InputError listing the known.

@@ -22,10 +22,11 @@ PictureSeen with_names(Seen seen, const std::vector<std::string>& names) {
 }  // namespace
 
 CameraFeed::CameraFeed(CameraSetup setup, std::function<void(PictureSeen)> seen,
-                       std::function<void(std::string)> failed)
+                       std::function<void(std::string)> failed, std::function<void(std::string)> ended)
     : setup_(std::move(setup)),
       seen_(std::move(seen)),
       failed_(std::move(failed)),
+      ended_(std::move(ended)),
       thread_([this] { run(); }) {}
 
 CameraFeed::~CameraFeed() {
@@ -75,7 +76,7 @@ void CameraFeed::run() try {
     }
   }
 } catch (const std::exception& error) {
-  failed_(std::string("the camera: ") + error.what());
+  ended_(std::string("the camera: ") + error.what());
 }
 
 }  // namespace flexor::live

@@ -32,9 +32,10 @@ struct CameraSetup {
 
 class CameraFeed {
  public:
-  // `seen` and `failed` are called on this feed's thread. A picture that cannot be read is left out.
+  // All are called on this feed's thread: `failed` of a picture that cannot be read and is left out, `ended` where the camera's worker
+  // has gone and nothing is seen any more.
   CameraFeed(CameraSetup setup, std::function<void(PictureSeen)> seen,
-             std::function<void(std::string)> failed);
+             std::function<void(std::string)> failed, std::function<void(std::string)> ended);
   ~CameraFeed();
   CameraFeed(const CameraFeed&) = delete;
   CameraFeed& operator=(const CameraFeed&) = delete;
@@ -56,6 +57,7 @@ class CameraFeed {
   CameraSetup setup_;
   std::function<void(PictureSeen)> seen_;
   std::function<void(std::string)> failed_;
+  std::function<void(std::string)> ended_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Work> waiting_;

@@ -79,7 +79,6 @@ CommandResult Command::follow(const std::function<void(const Progress&)>& progre
   const auto take_lines = [&] {
     for (std::size_t end = 0; (end = err.find('\n')) != std::string::npos; err.erase(0, end + 1)) {
       last = err.substr(0, end);
-      if (last.starts_with("warning: ")) result.warnings.push_back(last.substr(9));
       progress(progress_of(last));
     }
   };
@@ -99,6 +98,8 @@ CommandResult Command::follow(const std::function<void(const Progress&)>& progre
   if (!result.ok) return result;
   try {
     result.json = io::parse_json(out, "its result");
+    for (const auto& warning : result.json.value("warnings", nlohmann::ordered_json::array()))
+      result.warnings.push_back(warning.get<std::string>());
   } catch (const std::exception& error) {
     result.ok = false;
     result.text = error.what();

@@ -6,6 +6,7 @@
 namespace flexor::live {
 namespace {
 
+constexpr double kStep_s = 0.05;
 constexpr double kBends = 3;
 constexpr double kSlow_s = 6;
 constexpr double kQuick_s = 1;
@@ -84,7 +85,6 @@ Covered covered_by(const std::string& name, const std::vector<float>& readings) 
   const std::vector<double> x = in_spans(readings);
   int slow = 0;
   int quick = 0;
-  constexpr double kStep_s = 0.05;
   for (std::size_t i = kWindow; i < x.size(); ++i) {
     const double speed = std::abs(x[i] - x[i - kWindow]) / (kWindow * kStep_s);
     slow += speed > kStill && speed < kSlowest ? 1 : 0;
@@ -106,7 +106,7 @@ void Coverage::add(double t_s, const std::vector<double>& reading) {
   if (!begun_) due_s_ = t_s;
   begun_ = true;
   if (t_s - due_s_ > 1) due_s_ = t_s;  // a pause shows nothing
-  for (; due_s_ <= t_s; due_s_ += kStep_s) {
+  for (; due_s_ <= t_s; due_s_ += kStep_s, ++steps_) {
     for (std::size_t i = 0; i < kept_.size() && i < reading.size(); ++i) {
       if (kept_[i].size() < kLongest && std::isfinite(reading[i]))
         kept_[i].push_back(static_cast<float>(reading[i]));
@@ -114,10 +114,12 @@ void Coverage::add(double t_s, const std::vector<double>& reading) {
   }
 }
 
-std::vector<Covered> Coverage::covered() const {
-  std::vector<Covered> out;
-  for (std::size_t i = 0; i < names_.size(); ++i) out.push_back(covered_by(names_[i], kept_[i]));
-  return out;
+const std::vector<Covered>& Coverage::covered() const {
+  if (!covered_.empty() && steps_ - covered_at_ < kHold) return covered_;
+  covered_at_ = steps_;
+  covered_.clear();
+  for (std::size_t i = 0; i < names_.size(); ++i) covered_.push_back(covered_by(names_[i], kept_[i]));
+  return covered_;
 }
 
 }  // namespace flexor::live

@@ -26,15 +26,17 @@ class Coverage {
   // One reading of each; times never decrease.
   void add(double t_s, const std::vector<double>& reading);
 
-  std::vector<Covered> covered() const;
+  // As it was at most a second ago: it takes a while.
+  const std::vector<Covered>& covered() const;
 
  private:
-  static constexpr double kStep_s = 0.05;
-
   std::vector<std::string> names_;
   std::vector<std::vector<float>> kept_;  // of each finger, every 50 ms
   double due_s_ = 0;
   bool begun_ = false;
+  std::size_t steps_ = 0;
+  mutable std::size_t covered_at_ = 0;  // likewise
+  mutable std::vector<Covered> covered_;
 };
 
 }  // namespace flexor::live

@@ -54,7 +54,7 @@ TEST(Coverage, APauseOfTheLogShowsNothing) {
   Coverage coverage({"index"});
   for (double t_s = 0; t_s < 3; t_s += 0.05) coverage.add(t_s, {500 + 100 * std::sin(t_s)});
   const Covered before = coverage.covered().front();
-  coverage.add(500, {500});
+  for (int k = 0; k < 25; ++k) coverage.add(500 + 0.05 * k, {500 + 100 * std::sin(k)});
   EXPECT_EQ(coverage.covered().front().holds, before.holds);
 }
 

@@ -28,6 +28,9 @@ std::string shown_name(const std::string& column) {
   return name.empty() ? column : name;
 }
 
+// Of a converter of ten bits or twelve.
+bool is_at_an_end(double counts) { return counts <= 1 || counts == 1023 || counts == 4095; }
+
 }  // namespace
 
 Fingers::Fingers(std::vector<std::string> columns) : names_(std::move(columns)) {
@@ -139,7 +142,14 @@ FingerView Fingers::view_of(const Finger& finger, bool recent) const {
     out.remark = "nothing comes";
     return out;
   }
+  const bool stands = column.unit == "count" && column.most - column.least <= kMoves_counts;
+  if (out.remark.empty() && stands && is_at_an_end(out.raw))
+    out.remark = "stands at the end of what a board can read: is a wire loose?";
   out.quality = out.remark.empty() ? "good" : "poor";
+  if (!model_ && stands && out.remark.empty()) {
+    out.quality = "fair";
+    out.remark = "has not moved yet";
+  }
   if (!finger.joint) return out;
   const model::Joint& joint = model_->joints[*finger.joint];
   if (joint.accuracy && std::isfinite(out.angle_deg)) out.sd_deg = joint.accuracy->at(out.angle_deg);

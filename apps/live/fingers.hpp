@@ -16,6 +16,8 @@
 
 namespace flexor::live {
 
+inline constexpr double kMoves_counts = 3;  // a reading that has changed by no more has not moved
+
 struct FingerView {
   std::string name;
   std::string unit;

@@ -1,5 +1,6 @@
 #include "apps/live/hand_view.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -28,6 +29,9 @@ std::vector<HandInput> hand_inputs(const model::Model& model) {
     const bool bare = name.find('_') == std::string::npos;
     const std::optional<int> joint = posture::find_joint(bare ? name + "_mcp" : name);
     if (!joint) continue;
+    const bool is_known = std::ranges::any_of(
+        out, [&](const HandInput& other) { return other.input.joints == std::vector<int>{*joint}; });
+    if (is_known) continue;  // index and index_mcp are one: the first counts
     HandInput input;
     input.joint = j;
     input.input = {name, {*joint}};
@@ -40,8 +44,9 @@ std::vector<HandInput> hand_inputs(const model::Model& model) {
   return out;
 }
 
-HandView::HandView(const model::Model& model, std::function<void(const WholeHand&)> ready)
-    : inputs_(hand_inputs(model)), ready_(std::move(ready)) {
+HandView::HandView(const model::Model& model, std::function<void(const WholeHand&)> ready,
+                   std::function<void(const std::exception&)> failed)
+    : inputs_(hand_inputs(model)), ready_(std::move(ready)), failed_(std::move(failed)) {
   if (!inputs_.empty()) thread_ = std::thread([this] { run(); });
 }
 
@@ -60,7 +65,7 @@ void HandView::add(double host_s, const std::vector<double>& joints_deg) {
   changed_.notify_one();
 }
 
-void HandView::run() {
+void HandView::run() try {
   static const posture::Posture known = posture::parse(study::builtin("posture.json"), "posture.json");
   std::vector<posture::Input> inputs;
   for (const HandInput& input : inputs_) inputs.push_back(input.input);
@@ -79,13 +84,21 @@ void HandView::run() {
       readings[static_cast<Eigen::Index>(i)] = inputs_[i].sign * (angle - inputs_[i].offset_deg);
     }
     posture::Estimate estimate = completer.complete(readings);
+    // What a sensor says is drawn, also where it is unlikely: who looks at it shall see what is measured.
+    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      const double reading = readings[static_cast<Eigen::Index>(i)];
+      if (std::isfinite(reading)) estimate.angle_deg[inputs_[i].input.joints.front()] = reading;
+    }
     for (int j = 0; j < posture::kJoints; ++j) {
       if (flexes_negatively(posture::kJointNames[static_cast<std::size_t>(j)])) estimate.angle_deg[j] *= -1;
     }
     ready_({newest.host_s, estimate.angle_deg, estimate.se_deg});
     due = std::max(due, std::chrono::steady_clock::now() - kPeriod);
-    std::this_thread::sleep_until(due + kPeriod);
+    std::unique_lock lock(mutex_);
+    if (changed_.wait_until(lock, due + kPeriod, [this] { return ends_; })) return;
   }
+} catch (const std::exception& error) {
+  failed_(error);
 }
 
 }  // namespace flexor::live

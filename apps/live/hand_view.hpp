@@ -33,8 +33,9 @@ std::vector<HandInput> hand_inputs(const model::Model& model);
 
 class HandView {
  public:
-  // `ready` is called on its thread. A model of which no joint is known gives nothing.
-  HandView(const model::Model& model, std::function<void(const WholeHand&)> ready);
+  // `ready` and, where no hand can be made of it, `failed` are called on its thread. A model of which no joint is known gives nothing.
+  HandView(const model::Model& model, std::function<void(const WholeHand&)> ready,
+           std::function<void(const std::exception&)> failed);
   ~HandView();
   HandView(const HandView&) = delete;
   HandView& operator=(const HandView&) = delete;
@@ -50,6 +51,7 @@ class HandView {
 
   std::vector<HandInput> inputs_;
   std::function<void(const WholeHand&)> ready_;
+  std::function<void(const std::exception&)> failed_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<Newest> newest_;

@@ -18,7 +18,6 @@ constexpr double kState_s = 0.2;
 constexpr double kLook_s = 1;
 constexpr double kTogether_s = 0.002;  // samples that come closer go in one message
 constexpr double kPause_s = 0.5;       // of the glove: what is longer is not worn
-constexpr double kLinkWindow_s = 2;
 constexpr double kDrawEvery_s = 1.0 / 15;
 
 }  // namespace
@@ -26,17 +25,13 @@ constexpr double kDrawEvery_s = 1.0 / 15;
 Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(options_.sessions) {
   options_.server.files = sessions_.root();
   Handlers handlers;
-  handlers.opened = [this](Client client) {
-    server_->send(client, text_of({{"event", "hello"},
-                                   {"schema", 1},
-                                   {"version", FLEXOR_VERSION},
-                                   {"demo", options_.worn != nullptr}}));
-    server_->send(client, text_of(state()));
-    for (const Json& marker : recording_ ? recording_->markers() : std::vector<Json>())
-      server_->send(client, text_of(marker));
+  handlers.opened = [this](Client client) { guard("page", [&] { welcome(client); }); };
+  handlers.text = [this](Client client, std::string_view text) {
+    guard("page", [&] { hear(client, text); });
   };
-  handlers.text = [this](Client client, std::string_view text) { hear(client, text); };
-  handlers.binary = [this](Client, std::span<const std::uint8_t> bytes) { hear(bytes); };
+  handlers.binary = [this](Client, std::span<const std::uint8_t> bytes) {
+    guard("page", [&] { hear(bytes); });
+  };
   handlers.closed = [](Client) {};
   server_ = std::make_unique<Server>(options_.server, std::move(handlers));
   if (!options_.key.empty()) (void)deploy::load_key(options_.key);
@@ -53,6 +48,16 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
   server_->every(kTick_s, [this] { guard("glove", [this] { tick(); }); });
   server_->every(kLook_s, [this] { guard("port", [this] { look_for_port(); }); });
   server_->every(kState_s, [this] { guard("state", [this] { send_state(); }); });
+}
+
+void Live::welcome(Client client) {
+  server_->send(client, text_of({{"event", "hello"},
+                                 {"schema", 1},
+                                 {"version", FLEXOR_VERSION},
+                                 {"demo", options_.worn != nullptr}}));
+  server_->send(client, text_of(state()));
+  for (const Json& marker : recording_ ? recording_->markers() : std::vector<Json>())
+    server_->send(client, text_of(marker));
 }
 
 Live::~Live() {
@@ -177,13 +182,18 @@ void Live::wear() {
   rows_.reset();
   outs_.wear(*model_);
   hand_.reset();
-  hand_.emplace(*model_, [this](const WholeHand& hand) {
-    Rows rows(Kind::posture, posture::kJoints);
-    rows.add(
-        hand.host_s, [&](std::size_t i) { return hand.se_deg[static_cast<Eigen::Index>(i)]; },
-        [&](std::size_t i) { return hand.angle_deg[static_cast<Eigen::Index>(i)]; });
-    server_->post([this, rows = std::move(rows)] { server_->send_all(rows.bytes()); });
-  });
+  hand_.emplace(
+      *model_,
+      [this](const WholeHand& hand) {
+        Rows rows(Kind::posture, posture::kJoints);
+        rows.add(
+            hand.host_s, [&](std::size_t i) { return hand.se_deg[static_cast<Eigen::Index>(i)]; },
+            [&](std::size_t i) { return hand.angle_deg[static_cast<Eigen::Index>(i)]; });
+        server_->post([this, rows = std::move(rows)] { server_->send_all(rows.bytes()); });
+      },
+      [this](const std::exception& error) {
+        post("hand", [why = io::JobError(io::one_line(error.what()))] { throw why; });
+      });
 }
 
 void Live::take(const std::vector<listen::Sample>& samples) {
@@ -197,6 +207,7 @@ void Live::take(const std::vector<listen::Sample>& samples) {
 void Live::take(const listen::Sample& sample) {
   if (!fingers_) learn_columns();
   fingers_->add(sample);
+  if (link_.begun_s < 0) link_.begun_s = sample.host_s;
   link_.arrival_s.push_back(sample.host_s);
   write(sample);
   if (model_ && fingers_->is_worn()) {
@@ -214,8 +225,7 @@ void Live::write(const listen::Sample& sample) {
   try {
     if (recording_) recording_->add(sample, columns_);
   } catch (const std::exception& error) {
-    say_failed("record", error);
-    recording_.reset();
+    end_recording(error);
   }
   try {
     if (calibration_) calibration_->add(sample, columns_);
@@ -256,8 +266,7 @@ void Live::tick() {
   try {
     if (recording_) recording_->flush_if_due(now);
   } catch (const std::exception& error) {
-    say_failed("record", error);
-    recording_.reset();
+    end_recording(error);
   }
 }
 
@@ -289,12 +298,18 @@ std::string Live::glove_id() const {
   return out;
 }
 
-double Live::model_rate_hz() const {
+// What comes, over the last two seconds: bursts and all.
+double Live::link_rate_hz() const {
+  const double worn_s = std::min(kLinkWindow_s, now_s() - link_.begun_s);
+  return link_.arrival_s.size() > 1 && worn_s > 0 ? static_cast<double>(link_.arrival_s.size()) / worn_s : 0;
+}
+
+// Of a glove that gives so many samples a second.
+double Live::model_rate_hz(double glove_hz) const {
   if (options_.worn) return options_.worn->rate_hz();
   if (options_.rate_hz > 0) return options_.rate_hz;
-  const double seen_hz = static_cast<double>(link_.arrival_s.size()) / kLinkWindow_s;
   for (const double rate_hz : {100.0, 50.0, 20.0}) {
-    if (seen_hz > 0.9 * rate_hz) return rate_hz;
+    if (glove_hz > 0.9 * rate_hz) return rate_hz;
   }
   return 10;
 }

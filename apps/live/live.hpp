@@ -77,7 +77,9 @@ class Live {
  private:
   using Json = nlohmann::ordered_json;
 
+  static constexpr double kLinkWindow_s = 2;
   struct Link {
+    double begun_s = -1;
     std::deque<double> arrival_s;  // of the last two seconds
     double latency_s = 0;          // smoothed
   };
@@ -121,9 +123,11 @@ class Live {
   void tick();
   void look_at_worn();
   std::string glove_id() const;
-  double model_rate_hz() const;
+  double link_rate_hz() const;
+  double model_rate_hz(double glove_hz) const;
 
   // live_words.cpp: what a page may ask for. Each throws io::InputError or io::JobError: the answer, one line with the mend.
+  void welcome(Client client);
   void hear(Client client, std::string_view text);
   void hear(std::span<const std::uint8_t> bytes);
   void obey(const std::string& word, io::JsonReader& parts);
@@ -174,12 +178,14 @@ class Live {
   void wear_model(const Session& session, const std::filesystem::path& path);
   void play(const std::string& motion);
   void stop_recording();
+  void end_recording(const std::exception& why);
   std::filesystem::path file_of(const std::string& relative) const;
   std::filesystem::path model_of(const std::string& relative) const;
   std::string side_of_model() const;
 
   // live_jobs.cpp
   void require_no_job() const;
+  void require_model() const;
   void start(const std::string& name, std::vector<std::string> arguments,
              std::function<void(const CommandResult&)> done);
   void start_without_glove(const std::string& name, std::vector<std::string> arguments,
@@ -198,6 +204,7 @@ class Live {
   Json hand_state() const;
   std::string what_next() const;
   std::string what_next_anew() const;
+  std::string what_next_without_model() const;
   void add_worn(Json& state) const;
 
   LiveOptions options_;
@@ -235,6 +242,7 @@ class Live {
   std::optional<Calibration> calibration_;
   std::shared_ptr<void> calibration_held_;
   std::unique_ptr<CameraFeed> camera_;
+  double camera_opened_s_ = 0;
   double newest_picture_s_ = -1e9;         // of the page
   std::optional<double> camera_offset_s_;  // the server's clock minus the page's
   double picture_sent_s_ = -1;

@@ -13,6 +13,7 @@ namespace flexor::live {
 namespace {
 
 constexpr double kPreviewEvery_s = 0.2;
+constexpr double kCameraLives_s = 3;  // one that ended sooner is not opened again by itself
 
 void require_joints(const std::string& name) {
   if (std::ranges::find(joint_files(), name) != joint_files().end()) return;
@@ -67,7 +68,7 @@ void Live::calibrate_start(io::JsonReader& parts) {
   markerless_names_.clear();
   camera_offset_s_.reset();
   keep_calibration();
-  if (fingers_) calibrate_next(parts);  // a glove that is heard needs no step of its own
+  if (fingers_ && status_ != "gone") calibrate_next(parts);  // a glove that is heard needs no step of its own
   listed_s_ = -1e9;
 }
 
@@ -98,12 +99,22 @@ void Live::resume_calibration() {
 void Live::open_camera() {
   const CalibrationSetup& setup = calibration_->setup();
   if (setup.joints.empty()) return;
+  camera_opened_s_ = now_s();
   camera_ = std::make_unique<CameraFeed>(
       CameraSetup{setup.joints, options_.worn != nullptr},
       [this](PictureSeen seen) { post("camera", [this, seen = std::move(seen)] { see(seen); }); },
       [this](std::string why) {
-        server_->post([this, why = std::move(why)] {
+        post("camera", [this, why = std::move(why)] {
           last_ = Json{{"job", "camera"}, {"ok", false}, {"text", why}};
+        });
+      },
+      [this](std::string why) {
+        post("camera", [this, why = std::move(why)] {
+          last_ = Json{{"job", "camera"}, {"ok", false}, {"text", why}};
+          camera_.reset();
+          if (!calibration_ || !calibration_->wants_pictures()) return;
+          calibration_->saw_no_camera();
+          if (now_s() - camera_opened_s_ > kCameraLives_s) open_camera();
         });
       });
 }
@@ -137,7 +148,7 @@ void Live::entered_step() {
   if (step == Step::identify) {
     camera_.reset();
     play("ordinary");
-    if (fingers_) calibration_->set_rate(model_rate_hz());
+    if (calibration_->glove_hz() > 0) calibration_->set_rate(model_rate_hz(calibration_->glove_hz()));
   }
   keep_calibration();
   if (step == Step::identify) identify();
@@ -188,11 +199,12 @@ void Live::identify() {
 
 void Live::calibrate_accept(io::JsonReader&) {
   if (calibration().step() != Step::result) throw io::InputError("there is no model to accept yet");
-  Session& session = calibration_->session();
+  Session session = calibration_->session();
   session.model = calibration_->model().filename().string();
   session.calibration = nullptr;
   wear_model(session, calibration_->model());
   sessions_.save(session);
+  calibration_->session() = session;
   calibration_->accepted();
   listed_s_ = -1e9;
 }
@@ -203,8 +215,7 @@ void Live::calibrate_plot(io::JsonReader& parts) { calibration().plot(parts.text
 void Live::anew_start(io::JsonReader&) {
   require_no_job();
   require_no_calibration();
-  if (!model_ || model_path_.empty())
-    throw io::InputError("no model is worn: calibrate first, or choose one");
+  require_model();
   if (!fingers_ || replay_) throw io::InputError("no glove is heard yet");
   if (anew_)
     throw io::InputError("put on anew waits for an answer: take its calibration, or keep the old one");
@@ -238,7 +249,7 @@ void Live::recalibrated(const model::Model& old, const CommandResult& result) {
 void Live::anew_accept(io::JsonReader&) {
   if (!anew_ || !anew_->result) throw io::InputError("there is no new calibration to accept yet");
   if (anew_->result->applied) {
-    Session& session = anew_->recording.session;
+    Session session = anew_->recording.session;
     session.model = "model.json";
     wear_model(session, sessions_.folder(session) / session.model);
     sessions_.save(session);

@@ -15,6 +15,11 @@ void Live::require_no_job() const {
     throw io::InputError("ten seconds of a glove that was put on anew are recorded: wait for them");
 }
 
+void Live::require_model() const {
+  if (!model_) throw io::InputError("no model is worn: calibrate first, or choose one");
+  if (!misfit_.empty()) throw io::InputError("the model that was chosen is not worn: " + misfit_);
+}
+
 void Live::start(const std::string& name, std::vector<std::string> arguments,
                  std::function<void(const CommandResult&)> done) {
   require_no_job();
@@ -65,7 +70,7 @@ void Live::start_without_glove(const std::string& name, std::vector<std::string>
 }
 
 void Live::send(io::JsonReader&) {
-  if (!model_) throw io::InputError("no model is worn: calibrate first, or choose one");
+  require_model();
   if (port_.empty()) throw io::InputError("no glove is connected: plug it in, and choose its port");
   if (source_ && !source_->takes_models())
     throw io::InputError("this glove's program takes no models: flexor deploy makes one that does");
@@ -73,7 +78,7 @@ void Live::send(io::JsonReader&) {
   for (const std::string& part : port_arguments()) arguments.push_back(part);
   // The glove says its own: on a radio fewer frames come than it takes samples.
   if (options_.worn || options_.rate_hz > 0)
-    arguments.insert(arguments.end(), {"--rate", fmt::format("{:g}", model_rate_hz())});
+    arguments.insert(arguments.end(), {"--rate", fmt::format("{:g}", model_rate_hz(link_rate_hz()))});
   if (options_.worn && options_.worn->in_flash()) arguments.emplace_back("--bootloader");
   start_without_glove("send", std::move(arguments), [this](const CommandResult& result) {
     if (result.ok && calibration_) calibration_->sent();
@@ -92,10 +97,10 @@ void Live::flash(io::JsonReader& parts) {
   // One folder for good, so that the pair keeps its key; the server does not show it.
   const std::string folder = (sessions_.root() / ".firmware").string();
   const std::vector<std::string> flash = {"flash", folder, "--board", board, "--port", port};
-  std::vector<std::string> deploy = {"deploy",     model_path_.string(),
-                                     "--rate",     fmt::format("{:g}", model_rate_hz()),
-                                     "--model-as", "data",
-                                     "--out",      folder};
+  std::vector<std::string> deploy = {"deploy", model_path_.string(), "--model-as", "data", "--out", folder};
+  // A board that says nothing yet gets the model's own.
+  if (options_.worn || options_.rate_hz > 0 || link_rate_hz() > 0)
+    deploy.insert(deploy.end(), {"--rate", fmt::format("{:g}", model_rate_hz(link_rate_hz()))});
   if (!options_.key.empty()) deploy.insert(deploy.end(), {"--key", options_.key});
   if (source_ && source_->baud() > 0)
     deploy.insert(deploy.end(), {"--baud", std::to_string(source_->baud())});
@@ -135,9 +140,12 @@ void Live::score_run(io::JsonReader& parts) {
 
 void Live::experiment_run(io::JsonReader& parts) {
   const int trials = parts.whole_within("trials", 1, 10000);
+  const bool is_compared = model_ && model_->joints.size() == twin::kFingers;
+  if (is_compared && model_path_.string().find(',') != std::string::npos)
+    throw io::InputError(model_path_.string() + ": flexor experiment takes no path with a comma: move it");
   const Session session = sessions_.create(model_session_.person, side_of_model(), glove_id(), "experiment");
   std::string compensators = "raw,published-w,published-hw";
-  if (model_ && model_->joints.size() == twin::kFingers) compensators += "," + model_path_.string();
+  if (is_compared) compensators += "," + model_path_.string();
   start("experiment",
         {"experiment", "--trials", std::to_string(trials), "--compensators", compensators, "--out",
          (sessions_.folder(session) / "experiment").string()},

@@ -146,8 +146,7 @@ void Live::write_hand(const std::vector<listen::Sample>& samples) {
   try {
     for (const listen::Sample& sample : samples) recording_->add_hand(sample, hand_port_->columns());
   } catch (const std::exception& error) {
-    say_failed("record", error);
-    recording_.reset();
+    end_recording(error);
   }
 }
 

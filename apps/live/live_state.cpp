@@ -74,8 +74,7 @@ Live::Json Live::link_state() const {
   }
   Json lost = nullptr;
   if (source_ && source_->tally().lost) lost = *source_->tally().lost;
-  const double seconds = n > 1 ? arrival.back() - arrival.front() : 0;
-  return {{"rate_hz", seconds > 0 ? static_cast<double>(n - 1) / seconds : 0.0},
+  return {{"rate_hz", link_rate_hz()},
           {"torn", source_ ? source_->tally().torn : 0},
           {"lost", lost},
           {"jitter_ms", 1000 * jitter_s},
@@ -128,6 +127,23 @@ std::string Live::what_next_anew() const {
   return "Take the new calibration, or keep the old one." + misfits;
 }
 
+std::string Live::what_next_without_model() const {
+  const std::vector<FingerView> fingers = fingers_->view(now_s());
+  const auto moves = [](const FingerView& f) {
+    return f.most - f.least > kMoves_counts || f.unit != "count";
+  };
+  if (std::ranges::none_of(fingers, moves)) return "Move your fingers: no reading has changed yet.";
+  const auto has_name = [](const FingerView& f) {
+    return std::ranges::any_of(model::finger_names(),
+                               [&](const std::string& name) { return f.name.starts_with(name); });
+  };
+  if (std::ranges::none_of(fingers, has_name))
+    return "No column is called like a finger, so no hand can be drawn: let the glove's program print a "
+           "first line, as "
+           "thumb,index,middle,ring,pinky.";
+  return "The glove moves. Calibrate it: three minutes with a camera, or one without.";
+}
+
 std::string Live::what_next() const {
   if (jobs_.is_running()) return fmt::format("{} runs.", jobs_.name());
   if (status_ == "gone") return "The glove has gone: plug it in again.";
@@ -135,7 +151,7 @@ std::string Live::what_next() const {
   if (anew_) return what_next_anew();
   if (status_ == "listening") return "Listening to the port.";
   if (replay_) return "A recording is played again: Look has its time line.";
-  if (!source_ && is_misunderstood_) return "What comes from the port is not understood: " + says_;
+  if (!source_ && is_misunderstood_) return "No glove is heard: " + says_;
   if (!source_) return "Plug in the glove, and choose its port.";
   if (!fingers_) return "Waiting for the glove's first reading.";
   if (source_->is_compensated())
@@ -143,7 +159,7 @@ std::string Live::what_next() const {
            "you see and "
            "record is what it sends. A calibration needs readings: flash the firmware of flexor deploy for "
            "them.";
-  if (!model_) return "The glove moves. Calibrate it: three minutes with a camera, or one without.";
+  if (!model_) return what_next_without_model();
   if (!misfit_.empty()) return "The model that was chosen is not worn: " + misfit_;
   for (const FingerView& f : fingers_->view(now_s())) {
     if (std::string(f.quality) == "poor" || std::string(f.quality) == "none")

@@ -193,9 +193,15 @@ void Live::stop_recording() {
   SessionRecording recording = std::move(*recording_);
   recording_.reset();
   recording.session.seconds = recording.seconds();
+  sessions_.save(recording.session);  // before what may find no room
   recording.flush();
-  sessions_.save(recording.session);
   ended("record", true, fmt::format("{} rows in {}", recording.rows(), recording.log_file().string()));
+}
+
+// What came before is kept, and its session says how long it is.
+void Live::end_recording(const std::exception& why) {
+  guard("record", [this] { stop_recording(); });
+  say_failed("record", why);
 }
 
 void Live::record_stop(io::JsonReader&) {

@@ -17,7 +17,8 @@ namespace flexor::live {
 
 class SessionRecording {
  public:
-  SessionRecording(Session of, std::filesystem::path folder) : session(std::move(of)), folder_(std::move(folder)) {}
+  SessionRecording(Session of, std::filesystem::path folder)
+      : session(std::move(of)), folder_(std::move(folder)) {}
 
   // Each file begins with its first sample, which says what columns there are.
   void add(const listen::Sample& sample, const std::vector<std::string>& columns);

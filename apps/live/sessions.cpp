@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <ctime>
 
@@ -21,6 +22,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kLongestName = 60;
 constexpr std::uintmax_t kMostBytes = 1U << 16U;  // of a session.json
+constexpr std::size_t kMostFiles = 40;            // of a session that are listed
 
 std::tm local_now() {
   const std::time_t now = std::time(nullptr);
@@ -29,10 +31,13 @@ std::tm local_now() {
   return out;
 }
 
-// Letters, digits and what is plain in a path.
+// Letters of every script, digits and what is plain in a path.
 std::string as_file_name(const std::string& text) {
   std::string out;
-  for (const char c : text) out += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '-';
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    out += byte >= 0x80 || std::isalnum(byte) != 0 ? c : '-';
+  }
   return out;
 }
 
@@ -56,11 +61,25 @@ Json to_json(const Session& s) {
           {"calibration", s.calibration}};
 }
 
+// A link or a FIFO of this name is nobody's of ours.
+bool is_plain_file(const fs::path& path) {
+  std::error_code error;
+  return fs::is_regular_file(fs::symlink_status(path, error));
+}
+
+// Never through a link to somewhere else, nor into what waits for a reader.
+void write_plain(const fs::path& file, const std::string& text) {
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(file, error)) && !is_plain_file(file))
+    throw io::InputError(file.string() + ": is no plain file: remove it");
+  io::write_file(file, text);
+}
+
 // What is no session of ours is left alone.
 std::optional<Session> load(const fs::path& folder) {
   try {
     const fs::path file = folder / "session.json";
-    if (!fs::is_regular_file(file) || fs::file_size(file) > kMostBytes) return {};
+    if (!is_plain_file(file) || fs::file_size(file) > kMostBytes) return {};
     const Json json = io::parse_json(io::read_file(file), file.string());
     io::JsonReader reader(json, file.string());
     if (reader.text("schema") != "flexor-session" || reader.number("schema_version") != 1) return {};
@@ -81,16 +100,23 @@ std::optional<Session> load(const fs::path& folder) {
   }
 }
 
+// Its own first.
 std::vector<std::string> files_in(const fs::path& folder) {
   std::vector<std::string> out;
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     const std::string name = io::to_utf8(entry.path().filename().string());
-    if (entry.is_regular_file(error) && name != "session.json") out.push_back(name);
-    if (entry.is_directory(error) && fs::is_regular_file(entry.path() / "report.html", error))
+    if (is_plain_file(entry.path()) && name != "session.json") out.push_back(name);
+    if (fs::is_directory(entry.symlink_status(error)) && is_plain_file(entry.path() / "report.html"))
       out.push_back(name + "/report.html");
   }
-  std::ranges::sort(out);
+  const auto rank = [](const std::string& name) {
+    constexpr std::array kOwn = {"log.csv",     "hand.csv",   "camera.csv",
+                                 "markers.csv", "model.json", "report/report.html"};
+    return std::ranges::find(kOwn, name) - kOwn.begin();
+  };
+  std::ranges::sort(out, {}, [&](const std::string& name) { return std::pair(rank(name), name); });
+  if (out.size() > kMostFiles) out.resize(kMostFiles);
   return out;
 }
 
@@ -115,7 +141,7 @@ std::vector<Session> Sessions::list() const {
   std::vector<Session> out;
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(root_, error)) {
-    if (!entry.is_directory(error)) continue;
+    if (!fs::is_directory(entry.symlink_status(error))) continue;  // a link leads elsewhere
     std::optional<Session> session = load(entry.path());
     if (!session) continue;
     session->files = files_in(entry.path());
@@ -137,12 +163,15 @@ Session Sessions::create(const std::string& person, const std::string& side, con
   const std::string stem =
       fmt::format("{:%Y-%m-%d_%H%M%S}_{}", now, as_file_name(person.empty() ? what : person));
   s.name = stem;
-  for (int n = 2; fs::exists(root_ / s.name); ++n) s.name = fmt::format("{}-{}", stem, n);
-  io::make_folder(root_ / s.name);
+  std::error_code error;
+  for (int n = 2; !fs::create_directory(root_ / s.name, error); ++n) {  // another program may be as quick
+    if (error)
+      throw io::InputError(fmt::format("{}: cannot make this folder: {}", root_.string(), error.message()));
+    s.name = fmt::format("{}-{}", stem, n);
+  }
   try {
     save(s);
   } catch (...) {  // nothing is left of what could not be made
-    std::error_code error;
     fs::remove_all(root_ / s.name, error);
     throw;
   }
@@ -150,7 +179,7 @@ Session Sessions::create(const std::string& person, const std::string& side, con
 }
 
 void Sessions::save(const Session& session) const {
-  io::write_file(folder(session) / "session.json", io::dump(to_json(session)));
+  write_plain(folder(session) / "session.json", io::dump(to_json(session)));
   write_index();
 }
 
@@ -167,10 +196,10 @@ void Sessions::write_index() const {
     sessions.push_back(std::move(entry));
     if (!s.model.empty() && !gloves.contains(s.glove)) gloves[s.glove] = s.name + "/" + s.model;
   }
-  io::write_file(root_ / "index.json", io::dump({{"schema", "flexor-sessions"},
-                                                 {"schema_version", 1},
-                                                 {"gloves", std::move(gloves)},
-                                                 {"sessions", std::move(sessions)}}));
+  write_plain(root_ / "index.json", io::dump({{"schema", "flexor-sessions"},
+                                              {"schema_version", 1},
+                                              {"gloves", std::move(gloves)},
+                                              {"sessions", std::move(sessions)}}));
 }
 
 std::optional<Session> Sessions::newest_with_model(const std::string& glove,

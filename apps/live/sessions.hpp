@@ -41,7 +41,8 @@ class Sessions {
   const std::filesystem::path& root() const { return root_; }
   // For as long as it lives no other program holds this session; empty: another one does.
   std::shared_ptr<void> hold(const Session& session) const;
-  // Newest first. Folders without a session.json that can be read, and is no larger than 64 KiB, are left out.
+  // Newest first, with 40 files of each at most. Folders without a session.json that can be read, and is no larger than 64 KiB, are
+  // left out, and so are links: nothing is read or written outside the folder.
   std::vector<Session> list() const;
   // A new one with a name of its own, from its time and `person`, or `what` where nobody is named. Throws io::InputError for
   // a name that no folder can have.

@@ -330,8 +330,10 @@ void score_baseline(const std::string& name, const std::string& structure, const
     const auto estimated = estimates(joint_model(inputs, fit, own), files, samples, {j});
     const PairsDegrees& all = estimated.front();
     joint.baselines.emplace(name, held_of(samples, j).score(held_out(all, samples, j)));
-    for (std::size_t p = 0; p < all.size() && name == "line"; ++p)
-      joint.samples[p].line_deg = shared(all[p], samples[p].sensor[j].front());
+    for (std::size_t p = 0; p < all.size(); ++p) {
+      JointSamples& of = joint.samples[p];
+      (name == "line" ? of.line_deg : of.line_lead_deg) = shared(all[p], samples[p].sensor[j].front());
+    }
   } catch (const io::JobError& error) {
     joint.baseline_refusals.push_back(fmt::format("{}: {}", name, error.what()));
   }
@@ -378,11 +380,7 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
                      const JointResult& joint, std::vector<std::string>& warnings) {
   if (const auto text = score::in_words_left_out(joint.holdout))
     warnings.push_back(fmt::format("{}: {}", joint.name, *text));
-  for (const auto& [name, words] : {std::pair("line", "a straight line"),
-                                    std::pair("least_squares_line", "a straight line by least squares"),
-                                    std::pair("line_lead", "a straight line with a lead"),
-                                    std::pair("static_curve", "a static curve by least squares"),
-                                    std::pair("published_form", "the published form")}) {
+  for (const auto& [name, words] : kBaselines) {
     const auto baseline = joint.baselines.find(name);
     if (request.structure != "auto" || baseline == joint.baselines.end() ||
         joint.holdout.rmse_deg < baseline->second.rmse_deg)

@@ -8,6 +8,7 @@
 // form with its parameters fitted.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -63,17 +64,29 @@ struct JointSamples {
   std::vector<std::vector<double>> reading;  // of each of its sensors, the own one first
   std::vector<double> measured_deg;
   std::vector<double> estimated_deg;
-  std::vector<double> line_deg;   // of the baseline; empty: it could not be fitted
-  std::vector<std::uint8_t> gap;  // a pause of a log
+  std::vector<double> line_deg;       // of the baseline; empty: it could not be fitted
+  std::vector<double> line_lead_deg;  // likewise, of the line with a lead
+  std::vector<std::uint8_t> gap;      // a pause of a log
   std::size_t holdout_begin = 0;
 };
+
+struct Baseline {
+  const char* name;
+  const char* words;
+};
+inline constexpr std::array<Baseline, 5> kBaselines = {
+    {{"line", "a straight line"},
+     {"least_squares_line", "a straight line by least squares"},
+     {"line_lead", "a straight line with a lead"},
+     {"static_curve", "a static curve by least squares"},
+     {"published_form", "the published form"}}};
 
 // Of a refitted model there are no rows and no fit.
 struct JointResult : JointFit {
   std::string name;
   std::optional<Donnings> donnings;  // of two recordings or more
   score::Score holdout;
-  std::map<std::string, score::Score> baselines;  // line, line_lead, published_form
+  std::map<std::string, score::Score> baselines;  // by the names of kBaselines
   std::vector<std::string> baseline_refusals;
   std::vector<JointSamples> samples;  // of each pair; the estimates are of what the scores are of
 

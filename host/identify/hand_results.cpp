@@ -101,18 +101,21 @@ Json results(const HandIdentification& r) {
 
 recording::Recording samples(const JointResult& joint) {
   recording::Recording out;
-  for (const char* name :
-       {"pair", "reading", "measured_deg", "estimated_deg", "straight_line_deg", "gap", "held_out"})
+  for (const char* name : {"pair", "reading", "measured_deg", "estimated_deg", "straight_line_deg",
+                           "line_lead_deg", "gap", "held_out"})
     out.columns.push_back({name, {}});
   for (std::size_t p = 0; p < joint.samples.size(); ++p) {
     const JointSamples& s = joint.samples[p];
     for (std::size_t k = 0; k < s.t_s.size(); ++k) {
-      const double line = s.line_deg.empty() ? std::numeric_limits<double>::quiet_NaN() : s.line_deg[k];
+      const auto at = [k](const std::vector<double>& line) {
+        return line.empty() ? std::numeric_limits<double>::quiet_NaN() : line[k];
+      };
       const double row[] = {static_cast<double>(p + 1),
                             s.reading.front()[k],
                             s.measured_deg[k],
                             s.estimated_deg[k],
-                            line,
+                            at(s.line_deg),
+                            at(s.line_lead_deg),
                             static_cast<double>(s.gap[k]),
                             k >= s.holdout_begin ? 1.0 : 0.0};
       out.t_s.push_back(s.t_s[k]);

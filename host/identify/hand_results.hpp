@@ -1,6 +1,6 @@
 // What an identification of a hand found, as files that its report is drawn from: results.json, and beside it for
 // the joint number N, from 1, samples-N.csv: t_s (since both logs of that pair run), pair (from 1), reading (of the own
-// sensor), measured_deg, estimated_deg, straight_line_deg (NaN: no line could be fitted), gap, held_out.
+// sensor), measured_deg, estimated_deg, straight_line_deg, line_lead_deg (NaN: no such line could be fitted), gap, held_out.
 #pragma once
 
 #include <filesystem>

@@ -21,7 +21,7 @@ const kinds = {
   '.task': 'application/octet-stream',
 };
 export const policy =
-  "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; media-src 'self' blob:; font-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+  "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self' blob:; media-src 'self' blob:; font-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 const fingers = ['thumb', 'index', 'middle', 'ring', 'pinky'];
 const steps = ['glove', 'reference', 'motion', 'identify', 'result', 'send'];
 const drawnPicture = Buffer.from(
@@ -189,14 +189,14 @@ class World {
           name: '2026-11-24_1530_anna',
           person: 'anna',
           side: 'left',
-          files: ['log.csv', 'model.json', 'report.html', 'markers.csv'],
+          files: ['log.csv', 'model.json', 'markers.csv', 'report/report.html'],
           seconds: 92,
         },
         {
           name: '2026-11-23_0911_ben',
           person: 'ben',
           side: 'right',
-          files: ['log.csv', 'reference.csv', 'model.json', 'report.html'],
+          files: ['log.csv', 'reference.csv', 'model.json', 'report/report.html'],
           seconds: 140,
         },
       ],

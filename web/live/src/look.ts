@@ -73,11 +73,11 @@ function createLink(app: App) {
     return { element: h('div', { class: 'tile' }, h('dt', {}, name), value), value };
   };
   const rate = tile('Rate', 'rate');
-  const latency = tile('Glove to program', 'latency');
+  const latency = tile('Read to sent', 'latency');
   const screen = tile('Message to screen', 'screen');
-  const jitter = tile('Jitter', 'jitter');
+  const jitter = tile('Jitter of arrival', 'jitter');
   const lost = tile('Frames lost', 'lost');
-  const torn = tile('Lines torn', 'torn');
+  const torn = tile('Torn, of them', 'torn');
   const element = panel(
     'link',
     'Link',
@@ -413,7 +413,7 @@ function fillSession(item: Element, session: Session): void {
     session.files,
     (name) => name,
     (name) => {
-      const href = `files/${encodeURIComponent(session.name)}/${encodeURIComponent(name)}`;
+      const href = ['files', session.name, ...name.split('/')].map(encodeURIComponent).join('/');
       return h('li', {}, h('a', { href, target: '_blank', rel: 'noopener' }, name));
     },
   );
@@ -432,7 +432,7 @@ function createFlash(app: App) {
     label: 'Write the board',
     testId: 'flash',
     error,
-    ask: () => app.do('flash', { board: board.value, port: port.value }),
+    ask: () => app.do('flash', { board: board.value, ...(port.value === '' ? {} : { port: port.value }) }),
   });
   const none = h('p', { class: 'muted' }, 'No port is there. Plug in a board.');
   const field = (name: string, control: HTMLElement): HTMLElement =>
@@ -456,7 +456,7 @@ function createFlash(app: App) {
       const { ports } = app.store.state;
       setOptions(
         port,
-        ports.map((p) => ({ value: p.path, text: p.path })),
+        [{ value: '', text: 'Where it was heard' }, ...ports.map((p) => ({ value: p.path, text: p.path }))],
       );
       show(none, ports.length === 0);
     },

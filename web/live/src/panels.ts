@@ -77,7 +77,7 @@ export function createGlove(app: App) {
       setText(
         facts,
         here
-          ? [device.port, device.format].filter(Boolean).join(' · ')
+          ? [device.port, device.format].filter((fact) => fact && !device.says?.includes(fact)).join(' · ')
           : '',
       );
       show(facts, facts.textContent !== '');
@@ -218,7 +218,7 @@ function makeAnewRow({ name }: AnewFinger): HTMLTableRowElement {
 
 function fillAnewRow(row: HTMLTableRowElement, finger: AnewFinger): void {
   const uncertain = finger.after_deg === null ? '' : `± ${finger.after_deg.toFixed(1)}°`;
-  setText(row.cells[1]!, `${degrees(finger.before_deg, 1)} ${uncertain}`);
+  setText(row.cells[1]!, finger.before_deg === null ? 'not known' : `${degrees(finger.before_deg, 1)} ${uncertain}`);
   setText(row.cells[2]!, uncertain);
   setText(row.cells[3]!, finger.verdict ?? '');
 }

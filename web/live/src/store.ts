@@ -5,7 +5,7 @@ import type { Marker } from './socket';
 import { completed, type State } from './state';
 import { kHandSamples, kPosture, kSamples, type Samples } from './wire';
 
-const kMostMarkers = 200;
+const kMostMarkers = 500; // as the program
 
 class Channels {
   first = new Ring(0);

@@ -1,5 +1,6 @@
 #include "host/export/bids.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -21,13 +22,18 @@ TEST(Bids, IsADatasetOfItsOwn) {
   const TestRecording log(kEven);
   const fs::path set = log.beside("set");
   const Written done = write_bids({log.path()}, {}, {}, set.string() + "/");
-  EXPECT_EQ(io::read_file(set / name("01", "_motion.tsv")), "1.5\nn/a\n3\n4\n");
+  EXPECT_EQ(io::read_file(set / name("01", "_motion.tsv")),
+            "1.5\t0.000000\nn/a\t0.010000\n3\t0.020000\n4\t0.030000\n");
   EXPECT_EQ(io::read_file(set / name("01", "_channels.tsv")),
-            "name\tcomponent\ttype\ttracked_point\tunits\nindex\tn/a\tJNTANG\tindex\tdeg\n");
+            "name\tcomponent\ttype\ttracked_point\tunits\nindex\tn/a\tJNTANG\tindex\tdeg\n"
+            "latency\tn/a\tLATENCY\tn/a\ts\n");
   EXPECT_EQ(io::read_file(set / "participants.tsv"), "participant_id\nsub-01\n");
   const auto json = nlohmann::json::parse(io::read_file(set / name("01", "_motion.json")));
   EXPECT_NEAR(json.at("SamplingFrequency").get<double>(), 100, 1e-9);
   EXPECT_EQ(json.at("JNTANGChannelCount"), 1);
+  EXPECT_EQ(json.at("LATENCYChannelCount"), 1);
+  EXPECT_EQ(json.at("MotionChannelCount"), 2) << "as many as motion.tsv has columns";
+  EXPECT_EQ(json.at("TrackedPointsCount"), 1) << "time is no point";
   EXPECT_EQ(done.files.size(), 3u);
   EXPECT_EQ(log.files(), 10u) << "the recording, three folders and six files, and nothing of the staging";
 }
@@ -57,7 +63,8 @@ TEST(Bids, PutsUnevenLogsOntoAGridWhenToldARate) {
   AngleOptions options;
   options.rate_hz = 50;
   (void)write_bids({log.path()}, options, {}, log.beside("set"));
-  EXPECT_EQ(io::read_file(log.beside("set") / name("01", "_motion.tsv")), "1\n2\n3\n4.5\n");
+  EXPECT_EQ(io::read_file(log.beside("set") / name("01", "_motion.tsv")),
+            "1\t0.000000\n2\t0.020000\n3\t0.040000\n4.5\t0.060000\n");
   const auto json = nlohmann::json::parse(io::read_file(log.beside("set") / name("01", "_motion.json")));
   EXPECT_EQ(json.at("SamplingFrequency"), 50);
 }
@@ -65,6 +72,36 @@ TEST(Bids, PutsUnevenLogsOntoAGridWhenToldARate) {
 TEST(Bids, TakesAClockInWholeMillisecondsForEven) {
   const TestRecording log("time_ms,a_deg\n0,1\n17,2\n33,3\n50,4\n67,5\n83,6\n100,7\n");
   EXPECT_NEAR(write_bids({log.path()}, {}, {}, log.beside("set")).rate_hz, 60, 1e-9);
+}
+
+// Rows whose steps are `first_ms` in the first half, `second_ms` in the second.
+std::string of_two_rates(int rows, double first_ms, double second_ms) {
+  std::string text = "time_ms,a_deg\n";
+  double t_ms = 2000;
+  for (int k = 0; k < rows; ++k) {
+    text += fmt::format("{:.3f},{}\n", t_ms, k);
+    t_ms += 2 * k < rows ? first_ms : second_ms;
+  }
+  return text;
+}
+
+TEST(Bids, RefusesStepsThatAreEvenEnoughAndAddUpToSeconds) {
+  const TestRecording log(of_two_rates(6000, 11.2, 8.8));
+  try {
+    (void)write_bids({log.path()}, {}, {}, log.beside("set"));
+    ADD_FAILURE() << "by the rate alone a sample would be 3.6 s off";
+  } catch (const io::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("3.6 s from its place"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("--rate 100"), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(log.files(), 1u) << "nothing is left of it";
+}
+
+TEST(Bids, KeepsTheTimesOfARecordingWhoseRateDriftsALittle) {
+  const TestRecording log(of_two_rates(6, 10.5, 9.5));
+  (void)write_bids({log.path()}, {}, {}, log.beside("set"));
+  EXPECT_EQ(io::read_file(log.beside("set") / name("01", "_motion.tsv")),
+            "0\t0.000000\n1\t0.010500\n2\t0.021000\n3\t0.031500\n4\t0.041000\n5\t0.050500\n");
 }
 
 TEST(Bids, RefusesInOneLine) {
@@ -86,6 +123,9 @@ TEST(Bids, RefusesInOneLine) {
   fs::create_directory(log.beside("other"));
   io::write_file(log.beside("other") / "mine.txt", "x");
   refused({}, {}, log.beside("other"), "no BIDS dataset");
+  AngleOptions latency;
+  latency.names = {"index=latency"};
+  refused(latency, {}, log.beside("set"), "a joint is called latency");
   EXPECT_EQ(log.files(), 3u);
 }
 

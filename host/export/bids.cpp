@@ -1,7 +1,10 @@
 #include "host/export/bids.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <stdlib.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
@@ -189,6 +192,10 @@ std::string as_if_in(const fs::path& folder, const fs::path& made, std::string t
   return text;
 }
 
+std::vector<std::string> files_of(const std::string& name) {
+  return {name + "_motion.tsv", name + "_motion.json", name + "_channels.tsv"};
+}
+
 // Writes one recording's three files into `folder`, which are called NAME_motion.tsv and so on.
 Written write_run(const fs::path& recording, const AngleOptions& angle_options, const BidsOptions& o,
                   const fs::path& folder, const std::string& name) {
@@ -205,7 +212,7 @@ Written write_run(const fs::path& recording, const AngleOptions& angle_options, 
   done.rate_hz = wanted_hz > 0 ? wanted_hz : rate_of(all, samples, angles.source());
   write_channels(done.joints, stem + "_channels.tsv");
   write_sidecar(o, done, wanted_hz > 0, stem + "_motion.json");
-  for (const char* end : {"_motion.tsv", "_motion.json", "_channels.tsv"}) done.files.push_back(name + end);
+  done.files = files_of(name);
   done.notes = angles.notes();
   return done;
 }
@@ -247,8 +254,9 @@ bool is_dataset(const fs::path& folder) {
   if (fs::symlink_status(folder, error).type() == fs::file_type::not_found) return false;
   if (!fs::is_directory(folder, error))
     throw InputError(fmt::format("{}: is a file: BIDS needs a folder", folder.string()));
-  if (fs::exists(folder / kDescription, error)) return true;
+  // In this order: another export may make a dataset of an empty folder meanwhile.
   if (fs::is_empty(folder, error)) return false;
+  if (fs::exists(folder / kDescription, error)) return true;
   throw InputError(
       fmt::format("{}: is there already and is no BIDS dataset ({} is missing): choose another folder",
                   folder.string(), kDescription));
@@ -261,13 +269,47 @@ std::string name_of(const BidsOptions& o, std::size_t index, std::size_t count) 
   return name;
 }
 
-void require_new(const fs::path& folder, const std::string& name) {
+void require_new(const fs::path& folder, const std::vector<std::string>& files) {
   std::error_code error;
-  for (const char* end : {"_motion.tsv", "_motion.json", "_channels.tsv"}) {
-    if (fs::exists(folder / (name + end), error))
+  for (const std::string& file : files) {
+    if (fs::exists(folder / file, error))
       throw InputError(fmt::format("{}: is there already: choose another --subject, --task or --run",
-                                   (folder / (name + end)).string()));
+                                   (folder / file).string()));
   }
+}
+
+// A dataset that one process adds to at a time, the others wait for a moment. Where the disk knows no locks, nobody waits.
+class DatasetLock {
+ public:
+  explicit DatasetLock(const fs::path& folder)
+      : file_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    while (file_ >= 0 && flock(file_, LOCK_EX) != 0 && errno == EINTR) continue;
+  }
+  ~DatasetLock() {
+    if (file_ >= 0) close(file_);
+  }
+  DatasetLock(const DatasetLock&) = delete;
+  DatasetLock& operator=(const DatasetLock&) = delete;
+
+ private:
+  int file_;
+};
+
+// False where there is a dataset by now, which another export has made meanwhile.
+bool becomes(const fs::path& set, const fs::path& folder) {
+  std::error_code error;
+  fs::rename(set, folder, error);
+  if (error && !is_dataset(folder)) cannot_write(folder, error);
+  return !error;
+}
+
+void add(const std::vector<std::string>& files, const fs::path& set, const fs::path& folder,
+         const std::string& subject) {
+  const fs::path motion = fs::path(subject) / "motion";
+  const DatasetLock lock(folder);
+  require_new(folder / motion, files);
+  move_all(files, set / motion, folder / motion);
+  add_participant(folder / kParticipants, subject);
 }
 
 }  // namespace
@@ -281,7 +323,7 @@ Written write_bids(const std::vector<fs::path>& recordings, const AngleOptions& 
   const std::string subject = "sub-" + o.subject;
   const fs::path motion = fs::path(subject) / "motion";
   for (std::size_t i = 0; i < recordings.size(); ++i)
-    require_new(folder / motion, name_of(o, i, recordings.size()));
+    require_new(folder / motion, files_of(name_of(o, i, recordings.size())));
   const io::Temporary staging([&] { return make_staging(folder, adds); });
   const fs::path set = staging.path() / "set";
   Written all;
@@ -295,14 +337,7 @@ Written write_bids(const std::vector<fs::path>& recordings, const AngleOptions& 
   } catch (const io::JobError& error) {
     throw io::JobError(as_if_in(folder, set, error.what()));
   }
-  if (adds) {
-    move_all(all.files, set / motion, folder / motion);
-    add_participant(folder / kParticipants, subject);
-  } else {
-    std::error_code error;
-    fs::rename(set, folder, error);
-    if (error) cannot_write(folder, error);
-  }
+  if (adds || !becomes(set, folder)) add(all.files, set, folder, subject);
   for (std::string& file : all.files) file = (folder / motion / file).string();
   return all;
 }

@@ -3,7 +3,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <iostream>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+#include <utility>
 
 #include "host/export/test_recording.hpp"
 
@@ -54,6 +59,71 @@ TEST(Bids, TakesSubjectsAndRunsOneByOneAndChangesNothingThatIsThere) {
   EXPECT_THROW((void)write_bids({log.path()}, {}, {}, set), io::InputError);
   EXPECT_THROW((void)write_bids({log.path()}, {}, {"02", "motion", 2}, set), io::InputError);
   EXPECT_EQ(log.files(), before);
+}
+
+// Standard input before whose first byte something else happens.
+class LateInput : public std::stringbuf {
+ public:
+  LateInput(const std::string& text, std::function<void()> before)
+      : std::stringbuf(text), before_(std::move(before)), cin_(std::cin.rdbuf(this)) {
+    setg(eback(), egptr(), egptr());
+  }
+  ~LateInput() override {
+    std::cin.rdbuf(cin_);
+    std::cin.clear();
+  }
+
+ protected:
+  int_type underflow() override {
+    if (!before_) return traits_type::eof();
+    std::exchange(before_, nullptr)();
+    setg(eback(), eback(), egptr());
+    return traits_type::to_int_type(*gptr());
+  }
+
+ private:
+  std::function<void()> before_;
+  std::streambuf* cin_;
+};
+
+TEST(Bids, AddsToADatasetThatAnotherExportHasMadeMeanwhile) {
+  const TestRecording log(kEven);
+  const fs::path set = log.beside("set");
+  {
+    const LateInput input(kEven, [&] { (void)write_bids({log.path()}, {}, {"02", "motion", 0}, set); });
+    (void)write_bids({"-"}, {}, {}, set);
+  }
+  EXPECT_EQ(io::read_file(set / "participants.tsv"), "participant_id\nsub-02\nsub-01\n");
+  for (const char* subject : {"01", "02"})
+    EXPECT_TRUE(fs::exists(set / name(subject, "_motion.tsv"))) << subject;
+  EXPECT_EQ(log.files(), 15u) << "the recording, five folders and nine files, and nothing of the staging";
+}
+
+TEST(Bids, DoesNotReplaceTheSameRunOfAnotherExportMeanwhile) {
+  const TestRecording log("t_s,index_deg\n0,7\n0.01,7\n");
+  const fs::path set = log.beside("set");
+  const LateInput input(kEven, [&] { (void)write_bids({log.path()}, {}, {}, set); });
+  EXPECT_THROW((void)write_bids({"-"}, {}, {}, set), io::InputError);
+  EXPECT_EQ(io::read_file(set / name("01", "_motion.tsv")), "7\t0.000000\n7\t0.010000\n");
+}
+
+TEST(Bids, TakesSixSubjectsAtOnce) {
+  const TestRecording log(kEven);
+  for (int round = 0; round < 10; ++round) {
+    const fs::path set = log.beside("set" + std::to_string(round));
+    std::vector<std::jthread> exports;
+    for (int k = 1; k <= 6; ++k) {
+      exports.emplace_back([&log, set, k] {
+        EXPECT_NO_THROW((void)write_bids({log.path()}, {}, {std::to_string(k), "motion", 0}, set));
+      });
+    }
+    exports.clear();
+    const std::string participants = io::read_file(set / "participants.tsv");
+    for (int k = 1; k <= 6; ++k) {
+      EXPECT_TRUE(fs::exists(set / name(std::to_string(k), "_motion.tsv"))) << k;
+      EXPECT_NE(participants.find(fmt::format("\nsub-{}\n", k)), std::string::npos) << participants;
+    }
+  }
 }
 
 TEST(Bids, PutsUnevenLogsOntoAGridWhenToldARate) {

@@ -278,7 +278,8 @@ void require_new(const fs::path& folder, const std::vector<std::string>& files) 
   }
 }
 
-// A dataset that one process adds to at a time, the others wait for a moment. Where the disk knows no locks, nobody waits.
+// One process at a time adds to a dataset, the others wait for a moment. Where the disk knows no locks, nobody
+// waits.
 class DatasetLock {
  public:
   explicit DatasetLock(const fs::path& folder)

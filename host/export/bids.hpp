@@ -10,8 +10,8 @@
 // causal resampler.
 //
 // A new folder is there whole or not at all. Into a dataset that is there already a subject, a task or a run is added;
-// nothing that is there is changed, but for a line in participants.tsv. Several may do so at once, into a new folder too:
-// whoever finds that another one has made it meanwhile adds to it.
+// nothing that is there is changed, but for a line in participants.tsv. Several may do so at once, into a new folder
+// too: whoever finds that another one has made it meanwhile adds to it.
 //
 // Source: BIDS 1.10.0, Motion; JNTANG is its type of joint angles, LATENCY of times. MotionChannelCount counts both, as
 // the columns of motion.tsv are counted and as the standard's own example motion_dualtask has it.

@@ -1,13 +1,18 @@
 #include "host/export/bids.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <stdlib.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "host/io/json.hpp"
@@ -20,6 +25,8 @@ namespace fs = std::filesystem;
 using io::InputError;
 
 constexpr double kUneven = 0.15;  // of the mean step
+constexpr double kAstray = 1;     // mean steps between a sample and its place at an even rate
+constexpr const char* kLatency = "latency";
 constexpr const char* kParticipants = "participants.tsv";
 constexpr const char* kDescription = "dataset_description.json";
 
@@ -27,7 +34,8 @@ constexpr const char* kReadme =
     R"(# Joint angles of a hand
 
 Angles of finger joints, in degrees, as a flex-sensor glove measured them and Flexor exported them. Each sample is a row
-of a motion.tsv, each joint a column; channels.tsv beside it names the columns, motion.json has the rate.
+of a motion.tsv, each joint a column; channels.tsv beside it names the columns, motion.json has the rate. The last
+column, latency, has the seconds from the first sample on.
 
 An angle that is not known, as in a pause of the log, is n/a.
 )";
@@ -61,11 +69,18 @@ struct Sampled {
   double most_step_s = 0;
 };
 
+// The latency in the form that BIDS wants: whole seconds, up to six decimals.
+std::string line_of(const AngleRow& row, double first_s) {
+  std::string line;
+  for (const double angle : row.angle_deg)
+    line += (std::isnan(angle) ? "n/a" : fmt::format("{}", angle)) + "\t";
+  return line + fmt::format("{:.6f}\n", row.t_s - first_s);
+}
+
 Sampled write_samples(Angles& angles, const fs::path& path) {
   io::Output output(path);
   Sampled all;
   AngleRow row;
-  std::string line;
   while (angles.next(row)) {
     const double step_s = row.t_s - all.last_s;
     if (all.rows == 0) all.first_s = row.t_s;
@@ -75,32 +90,54 @@ Sampled write_samples(Angles& angles, const fs::path& path) {
     }
     all.last_s = row.t_s;
     ++all.rows;
-    line.clear();
-    for (const double angle : row.angle_deg)
-      line += (line.empty() ? "" : "\t") + (std::isnan(angle) ? "n/a" : fmt::format("{}", angle));
-    output.write(line + "\n");
+    output.write(line_of(row, all.first_s));
   }
   if (all.rows == 0) throw InputError(fmt::format("{}: no row with an angle", angles.source()));
   output.commit();
   return all;
 }
 
-double rate_of(const Sampled& all, double wanted_hz, const std::string& source) {
-  if (wanted_hz > 0) return wanted_hz;
+// How far a sample lies from its place at an even rate, at most. Only the last sample tells the rate, and a long
+// recording is not kept in memory: the latencies are read back.
+double astray_s(const fs::path& samples, double step_s) {
+  std::ifstream file(samples);
+  std::string line;
+  double most_s = 0;
+  for (std::uint64_t row = 0; std::getline(file, line); ++row) {
+    const double latency_s = std::strtod(line.c_str() + line.rfind('\t') + 1, nullptr);
+    most_s = std::max(most_s, std::abs(latency_s - static_cast<double>(row) * step_s));
+  }
+  return most_s;
+}
+
+double rate_of(const Sampled& all, const fs::path& samples, const std::string& source) {
   if (all.rows < 2)
     throw InputError(fmt::format("{}: one row has no sampling rate: say it with --rate", source));
   const double mean_s = (all.last_s - all.first_s) / static_cast<double>(all.rows - 1);
-  if (all.most_step_s <= (1 + kUneven) * mean_s && all.least_step_s >= (1 - kUneven) * mean_s)
-    return 1 / mean_s;
+  const auto refuse = [&](const std::string& why) {
+    throw InputError(fmt::format("{}: unevenly sampled, {}: BIDS needs an even rate, such as --rate {:.3g}",
+                                 source, why, 1 / mean_s));
+  };
+  if (all.most_step_s > (1 + kUneven) * mean_s || all.least_step_s < (1 - kUneven) * mean_s)
+    refuse(fmt::format("its steps are {:.4g} to {:.4g} s", all.least_step_s, all.most_step_s));
+  const double most_s = astray_s(samples, mean_s);
+  if (most_s > kAstray * mean_s)
+    refuse(fmt::format("a sample is {:.3g} s from its place at an even rate", most_s));
+  return 1 / mean_s;
+}
+
+// BIDS knows a column by its name.
+void require_no_latency(const std::vector<std::string>& joints, const std::string& source) {
+  if (std::ranges::find(joints, kLatency) == joints.end()) return;
   throw InputError(
-      fmt::format("{}: unevenly sampled, its steps are {:.4g} to {:.4g} s: BIDS needs an even rate, such as "
-                  "--rate {:.3g}",
-                  source, all.least_step_s, all.most_step_s, 1 / mean_s));
+      fmt::format("{}: a joint is called {}, as the column of times is: call it otherwise with --names",
+                  source, kLatency));
 }
 
 void write_channels(const std::vector<std::string>& joints, const fs::path& path) {
   std::string text = "name\tcomponent\ttype\ttracked_point\tunits\n";
   for (const std::string& joint : joints) text += fmt::format("{0}\tn/a\tJNTANG\t{0}\tdeg\n", joint);
+  text += fmt::format("{}\tn/a\tLATENCY\tn/a\ts\n", kLatency);
   io::write_file(path, text);
 }
 
@@ -110,8 +147,9 @@ void write_sidecar(const BidsOptions& o, const Written& run, bool resampled, con
                                  {"SamplingFrequency", run.rate_hz},
                                  {"TrackingSystemName", "glove"},
                                  {"TrackedPointsCount", run.joints.size()},
-                                 {"MotionChannelCount", run.joints.size()},
+                                 {"MotionChannelCount", run.joints.size() + 1},
                                  {"JNTANGChannelCount", run.joints.size()},
+                                 {"LATENCYChannelCount", 1},
                                  {"RecordingDuration", static_cast<double>(run.rows) / run.rate_hz},
                                  {"MissingValues", "n/a"},
                                  {"SoftwareVersions", "Flexor " FLEXOR_VERSION}};
@@ -154,20 +192,27 @@ std::string as_if_in(const fs::path& folder, const fs::path& made, std::string t
   return text;
 }
 
+std::vector<std::string> files_of(const std::string& name) {
+  return {name + "_motion.tsv", name + "_motion.json", name + "_channels.tsv"};
+}
+
 // Writes one recording's three files into `folder`, which are called NAME_motion.tsv and so on.
 Written write_run(const fs::path& recording, const AngleOptions& angle_options, const BidsOptions& o,
                   const fs::path& folder, const std::string& name) {
   Angles angles(recording, angle_options);
   Written done;
   for (const std::string& joint : angles.joints()) done.joints.push_back(cell(joint));
+  require_no_latency(done.joints, angles.source());
   const std::string stem = (folder / name).string();
-  const Sampled all = write_samples(angles, stem + "_motion.tsv");
+  const std::string samples = stem + "_motion.tsv";
+  const Sampled all = write_samples(angles, samples);
   done.rows = all.rows;
   done.seconds = all.last_s - all.first_s;
-  done.rate_hz = rate_of(all, angle_options.rate_hz, angles.source());
+  const double wanted_hz = angle_options.rate_hz;
+  done.rate_hz = wanted_hz > 0 ? wanted_hz : rate_of(all, samples, angles.source());
   write_channels(done.joints, stem + "_channels.tsv");
-  write_sidecar(o, done, angle_options.rate_hz > 0, stem + "_motion.json");
-  for (const char* end : {"_motion.tsv", "_motion.json", "_channels.tsv"}) done.files.push_back(name + end);
+  write_sidecar(o, done, wanted_hz > 0, stem + "_motion.json");
+  done.files = files_of(name);
   done.notes = angles.notes();
   return done;
 }
@@ -209,8 +254,9 @@ bool is_dataset(const fs::path& folder) {
   if (fs::symlink_status(folder, error).type() == fs::file_type::not_found) return false;
   if (!fs::is_directory(folder, error))
     throw InputError(fmt::format("{}: is a file: BIDS needs a folder", folder.string()));
-  if (fs::exists(folder / kDescription, error)) return true;
+  // In this order: another export may make a dataset of an empty folder meanwhile.
   if (fs::is_empty(folder, error)) return false;
+  if (fs::exists(folder / kDescription, error)) return true;
   throw InputError(
       fmt::format("{}: is there already and is no BIDS dataset ({} is missing): choose another folder",
                   folder.string(), kDescription));
@@ -223,13 +269,48 @@ std::string name_of(const BidsOptions& o, std::size_t index, std::size_t count) 
   return name;
 }
 
-void require_new(const fs::path& folder, const std::string& name) {
+void require_new(const fs::path& folder, const std::vector<std::string>& files) {
   std::error_code error;
-  for (const char* end : {"_motion.tsv", "_motion.json", "_channels.tsv"}) {
-    if (fs::exists(folder / (name + end), error))
+  for (const std::string& file : files) {
+    if (fs::exists(folder / file, error))
       throw InputError(fmt::format("{}: is there already: choose another --subject, --task or --run",
-                                   (folder / (name + end)).string()));
+                                   (folder / file).string()));
   }
+}
+
+// One process at a time adds to a dataset, the others wait for a moment. Where the disk knows no locks, nobody
+// waits.
+class DatasetLock {
+ public:
+  explicit DatasetLock(const fs::path& folder)
+      : file_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    while (file_ >= 0 && flock(file_, LOCK_EX) != 0 && errno == EINTR) continue;
+  }
+  ~DatasetLock() {
+    if (file_ >= 0) close(file_);
+  }
+  DatasetLock(const DatasetLock&) = delete;
+  DatasetLock& operator=(const DatasetLock&) = delete;
+
+ private:
+  int file_;
+};
+
+// False where there is a dataset by now, which another export has made meanwhile.
+bool becomes(const fs::path& set, const fs::path& folder) {
+  std::error_code error;
+  fs::rename(set, folder, error);
+  if (error && !is_dataset(folder)) cannot_write(folder, error);
+  return !error;
+}
+
+void add(const std::vector<std::string>& files, const fs::path& set, const fs::path& folder,
+         const std::string& subject) {
+  const fs::path motion = fs::path(subject) / "motion";
+  const DatasetLock lock(folder);
+  require_new(folder / motion, files);
+  move_all(files, set / motion, folder / motion);
+  add_participant(folder / kParticipants, subject);
 }
 
 }  // namespace
@@ -243,7 +324,7 @@ Written write_bids(const std::vector<fs::path>& recordings, const AngleOptions& 
   const std::string subject = "sub-" + o.subject;
   const fs::path motion = fs::path(subject) / "motion";
   for (std::size_t i = 0; i < recordings.size(); ++i)
-    require_new(folder / motion, name_of(o, i, recordings.size()));
+    require_new(folder / motion, files_of(name_of(o, i, recordings.size())));
   const io::Temporary staging([&] { return make_staging(folder, adds); });
   const fs::path set = staging.path() / "set";
   Written all;
@@ -257,14 +338,7 @@ Written write_bids(const std::vector<fs::path>& recordings, const AngleOptions& 
   } catch (const io::JobError& error) {
     throw io::JobError(as_if_in(folder, set, error.what()));
   }
-  if (adds) {
-    move_all(all.files, set / motion, folder / motion);
-    add_participant(folder / kParticipants, subject);
-  } else {
-    std::error_code error;
-    fs::rename(set, folder, error);
-    if (error) cannot_write(folder, error);
-  }
+  if (adds || !becomes(set, folder)) add(all.files, set, folder, subject);
   for (std::string& file : all.files) file = (folder / motion / file).string();
   return all;
 }

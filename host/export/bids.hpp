@@ -3,14 +3,18 @@
 //   dataset_description.json, README.md, participants.tsv
 //   sub-01/motion/sub-01_task-motion_tracksys-glove[_run-1]_{motion.tsv, motion.json, channels.tsv}
 //
-// A row for each sample, evenly spaced, degrees; `n/a` where an angle is not known. A recording is even where no step
-// differs from the mean by more than 15 % (clocks are written in whole milliseconds); otherwise a rate is to be given,
-// for the causal resampler.
+// A row for each sample, evenly spaced, degrees; `n/a` where an angle is not known. The last column is `latency`, the
+// seconds from the first sample on by the recording's own times, to the microsecond: the rate alone would lose them.
+// A recording is even where no step differs from the mean by more than 15 % (clocks are written in whole milliseconds)
+// and no sample lies more than one mean step from its place at an even rate; otherwise a rate is to be given, for the
+// causal resampler.
 //
 // A new folder is there whole or not at all. Into a dataset that is there already a subject, a task or a run is added;
-// nothing that is there is changed, but for a line in participants.tsv.
+// nothing that is there is changed, but for a line in participants.tsv. Several may do so at once, into a new folder
+// too: whoever finds that another one has made it meanwhile adds to it.
 //
-// Source: BIDS 1.10.0, Motion; JNTANG is its type of joint angles.
+// Source: BIDS 1.10.0, Motion; JNTANG is its type of joint angles, LATENCY of times. MotionChannelCount counts both, as
+// the columns of motion.tsv are counted and as the standard's own example motion_dualtask has it.
 #pragma once
 
 #include <filesystem>

@@ -1,8 +1,14 @@
 #include "host/export/bids.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <iostream>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+#include <utility>
 
 #include "host/export/test_recording.hpp"
 
@@ -21,13 +27,18 @@ TEST(Bids, IsADatasetOfItsOwn) {
   const TestRecording log(kEven);
   const fs::path set = log.beside("set");
   const Written done = write_bids({log.path()}, {}, {}, set.string() + "/");
-  EXPECT_EQ(io::read_file(set / name("01", "_motion.tsv")), "1.5\nn/a\n3\n4\n");
+  EXPECT_EQ(io::read_file(set / name("01", "_motion.tsv")),
+            "1.5\t0.000000\nn/a\t0.010000\n3\t0.020000\n4\t0.030000\n");
   EXPECT_EQ(io::read_file(set / name("01", "_channels.tsv")),
-            "name\tcomponent\ttype\ttracked_point\tunits\nindex\tn/a\tJNTANG\tindex\tdeg\n");
+            "name\tcomponent\ttype\ttracked_point\tunits\nindex\tn/a\tJNTANG\tindex\tdeg\n"
+            "latency\tn/a\tLATENCY\tn/a\ts\n");
   EXPECT_EQ(io::read_file(set / "participants.tsv"), "participant_id\nsub-01\n");
   const auto json = nlohmann::json::parse(io::read_file(set / name("01", "_motion.json")));
   EXPECT_NEAR(json.at("SamplingFrequency").get<double>(), 100, 1e-9);
   EXPECT_EQ(json.at("JNTANGChannelCount"), 1);
+  EXPECT_EQ(json.at("LATENCYChannelCount"), 1);
+  EXPECT_EQ(json.at("MotionChannelCount"), 2) << "as many as motion.tsv has columns";
+  EXPECT_EQ(json.at("TrackedPointsCount"), 1) << "time is no point";
   EXPECT_EQ(done.files.size(), 3u);
   EXPECT_EQ(log.files(), 10u) << "the recording, three folders and six files, and nothing of the staging";
 }
@@ -50,6 +61,71 @@ TEST(Bids, TakesSubjectsAndRunsOneByOneAndChangesNothingThatIsThere) {
   EXPECT_EQ(log.files(), before);
 }
 
+// Standard input before whose first byte something else happens.
+class LateInput : public std::stringbuf {
+ public:
+  LateInput(const std::string& text, std::function<void()> before)
+      : std::stringbuf(text), before_(std::move(before)), cin_(std::cin.rdbuf(this)) {
+    setg(eback(), egptr(), egptr());
+  }
+  ~LateInput() override {
+    std::cin.rdbuf(cin_);
+    std::cin.clear();
+  }
+
+ protected:
+  int_type underflow() override {
+    if (!before_) return traits_type::eof();
+    std::exchange(before_, nullptr)();
+    setg(eback(), eback(), egptr());
+    return traits_type::to_int_type(*gptr());
+  }
+
+ private:
+  std::function<void()> before_;
+  std::streambuf* cin_;
+};
+
+TEST(Bids, AddsToADatasetThatAnotherExportHasMadeMeanwhile) {
+  const TestRecording log(kEven);
+  const fs::path set = log.beside("set");
+  {
+    const LateInput input(kEven, [&] { (void)write_bids({log.path()}, {}, {"02", "motion", 0}, set); });
+    (void)write_bids({"-"}, {}, {}, set);
+  }
+  EXPECT_EQ(io::read_file(set / "participants.tsv"), "participant_id\nsub-02\nsub-01\n");
+  for (const char* subject : {"01", "02"})
+    EXPECT_TRUE(fs::exists(set / name(subject, "_motion.tsv"))) << subject;
+  EXPECT_EQ(log.files(), 15u) << "the recording, five folders and nine files, and nothing of the staging";
+}
+
+TEST(Bids, DoesNotReplaceTheSameRunOfAnotherExportMeanwhile) {
+  const TestRecording log("t_s,index_deg\n0,7\n0.01,7\n");
+  const fs::path set = log.beside("set");
+  const LateInput input(kEven, [&] { (void)write_bids({log.path()}, {}, {}, set); });
+  EXPECT_THROW((void)write_bids({"-"}, {}, {}, set), io::InputError);
+  EXPECT_EQ(io::read_file(set / name("01", "_motion.tsv")), "7\t0.000000\n7\t0.010000\n");
+}
+
+TEST(Bids, TakesSixSubjectsAtOnce) {
+  const TestRecording log(kEven);
+  for (int round = 0; round < 10; ++round) {
+    const fs::path set = log.beside("set" + std::to_string(round));
+    std::vector<std::jthread> exports;
+    for (int k = 1; k <= 6; ++k) {
+      exports.emplace_back([&log, set, k] {
+        EXPECT_NO_THROW((void)write_bids({log.path()}, {}, {std::to_string(k), "motion", 0}, set));
+      });
+    }
+    exports.clear();
+    const std::string participants = io::read_file(set / "participants.tsv");
+    for (int k = 1; k <= 6; ++k) {
+      EXPECT_TRUE(fs::exists(set / name(std::to_string(k), "_motion.tsv"))) << k;
+      EXPECT_NE(participants.find(fmt::format("\nsub-{}\n", k)), std::string::npos) << participants;
+    }
+  }
+}
+
 TEST(Bids, PutsUnevenLogsOntoAGridWhenToldARate) {
   const TestRecording log("t_s,a_deg\n0,1\n0.01,2\n0.04,3\n0.05,4\n0.06,5\n");
   EXPECT_THROW((void)write_bids({log.path()}, {}, {}, log.beside("set")), io::InputError);
@@ -57,7 +133,8 @@ TEST(Bids, PutsUnevenLogsOntoAGridWhenToldARate) {
   AngleOptions options;
   options.rate_hz = 50;
   (void)write_bids({log.path()}, options, {}, log.beside("set"));
-  EXPECT_EQ(io::read_file(log.beside("set") / name("01", "_motion.tsv")), "1\n2\n3\n4.5\n");
+  EXPECT_EQ(io::read_file(log.beside("set") / name("01", "_motion.tsv")),
+            "1\t0.000000\n2\t0.020000\n3\t0.040000\n4.5\t0.060000\n");
   const auto json = nlohmann::json::parse(io::read_file(log.beside("set") / name("01", "_motion.json")));
   EXPECT_EQ(json.at("SamplingFrequency"), 50);
 }
@@ -65,6 +142,36 @@ TEST(Bids, PutsUnevenLogsOntoAGridWhenToldARate) {
 TEST(Bids, TakesAClockInWholeMillisecondsForEven) {
   const TestRecording log("time_ms,a_deg\n0,1\n17,2\n33,3\n50,4\n67,5\n83,6\n100,7\n");
   EXPECT_NEAR(write_bids({log.path()}, {}, {}, log.beside("set")).rate_hz, 60, 1e-9);
+}
+
+// Rows whose steps are `first_ms` in the first half, `second_ms` in the second.
+std::string of_two_rates(int rows, double first_ms, double second_ms) {
+  std::string text = "time_ms,a_deg\n";
+  double t_ms = 2000;
+  for (int k = 0; k < rows; ++k) {
+    text += fmt::format("{:.3f},{}\n", t_ms, k);
+    t_ms += 2 * k < rows ? first_ms : second_ms;
+  }
+  return text;
+}
+
+TEST(Bids, RefusesStepsThatAreEvenEnoughAndAddUpToSeconds) {
+  const TestRecording log(of_two_rates(6000, 11.2, 8.8));
+  try {
+    (void)write_bids({log.path()}, {}, {}, log.beside("set"));
+    ADD_FAILURE() << "by the rate alone a sample would be 3.6 s off";
+  } catch (const io::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("3.6 s from its place"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("--rate 100"), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(log.files(), 1u) << "nothing is left of it";
+}
+
+TEST(Bids, KeepsTheTimesOfARecordingWhoseRateDriftsALittle) {
+  const TestRecording log(of_two_rates(6, 10.5, 9.5));
+  (void)write_bids({log.path()}, {}, {}, log.beside("set"));
+  EXPECT_EQ(io::read_file(log.beside("set") / name("01", "_motion.tsv")),
+            "0\t0.000000\n1\t0.010500\n2\t0.021000\n3\t0.031500\n4\t0.041000\n5\t0.050500\n");
 }
 
 TEST(Bids, RefusesInOneLine) {
@@ -86,6 +193,9 @@ TEST(Bids, RefusesInOneLine) {
   fs::create_directory(log.beside("other"));
   io::write_file(log.beside("other") / "mine.txt", "x");
   refused({}, {}, log.beside("other"), "no BIDS dataset");
+  AngleOptions latency;
+  latency.names = {"index=latency"};
+  refused(latency, {}, log.beside("set"), "a joint is called latency");
   EXPECT_EQ(log.files(), 3u);
 }
 

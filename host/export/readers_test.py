@@ -180,11 +180,16 @@ def bids(folder):
     broken = subprocess.run([validator, "--json", dataset], capture_output=True, text=True,
                             env={**os.environ, "NO_COLOR": "1", "DENO_DIR": f"{folder}/deno"})
     expect(broken.returncode != 0, "a dataset without motion.json is taken")
-    with open(f"{dataset}/sub-01/motion/sub-01_task-motion_tracksys-glove_motion.tsv", encoding="utf-8") as file:
+    stem = f"{dataset}/sub-01/motion/sub-01_task-motion_tracksys-glove"
+    with open(f"{stem}_channels.tsv", encoding="utf-8") as file:
+        types = [line.split("\t")[2] for line in file][1:]
+    expect(types == ["JNTANG"] * len(NAMES) + ["LATENCY"], f"channels {types}")
+    with open(f"{stem}_motion.tsv", encoding="utf-8") as file:
         rows = [[math.nan if c == "n/a" else float(c) for c in line.rstrip("\n").split("\t")] for line in file]
     expect(len(rows) == ROWS, f"{len(rows)} rows")
     for k, row in enumerate(rows):
-        expect_angles(k, row)
+        expect_angles(k, row[:-1])
+        expect(abs(row[-1] - 0.01 * k) < 1e-6, f"row {k}: {row[-1]} s")
 
 
 def lsl(folder):

@@ -1,5 +1,6 @@
 #include "apps/live/camera_feed.hpp"
 
+#include <limits>
 #include <utility>
 
 #include "apps/live/camera.hpp"
@@ -9,13 +10,19 @@ namespace flexor::live {
 namespace {
 
 constexpr std::size_t kMostWaiting = 4;
+constexpr double kUnsure_deg = 3;  // of a standard error: no reference
 
 PictureSeen with_names(Seen seen, const std::vector<std::string>& names) {
   PictureSeen out;
   for (const std::string& name : names) out.names.push_back(name.ends_with("_deg") ? name : name + "_deg");
   out.marks_found = static_cast<int>(seen.marks_found);
   out.marks = static_cast<int>(seen.marks);
-  for (SeenRow& row : seen.rows) out.rows.push_back({row.t_s, std::move(row.deg)});
+  for (SeenRow& row : seen.rows) {
+    for (std::size_t i = 0; i < row.deg.size(); ++i) {  // made up from before and after, over too long a time
+      if (row.se_deg[i] > kUnsure_deg) row.deg[i] = std::numeric_limits<double>::quiet_NaN();
+    }
+    out.rows.push_back({row.t_s, std::move(row.deg)});
+  }
   return out;
 }
 

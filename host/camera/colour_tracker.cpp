@@ -196,15 +196,33 @@ std::optional<std::size_t> ColourTracker::only_candidate(std::size_t mark,
   return fitting.front();
 }
 
+// Of its length now to what it was; none: not both ends are seen by themselves.
+std::optional<double> ColourTracker::bone_ratio(std::size_t link) const {
+  const Followed& a = marks_[skeleton_.links[link].from];
+  const Followed& b = marks_[skeleton_.links[link].to];
+  if (bone_px_[link] <= 0 || !a.seen || !b.seen || a.seen->touching || b.seen->touching) return std::nullopt;
+  return distance(a.seen->centre, b.seen->centre) / bone_px_[link];
+}
+
+// Between two pictures a bone keeps its length: one mark has taken another's place.
+bool ColourTracker::looks_wrong() const {
+  for (std::size_t l = 0; l < skeleton_.links.size(); ++l) {
+    const std::optional<double> ratio = bone_ratio(l);
+    if (ratio && std::abs(*ratio - 1) > kBoneOfJump) return true;
+  }
+  return false;
+}
+
 void ColourTracker::find_missing(const Picture& picture, double t_s) {
-  if (std::ranges::all_of(marks_, [](const Followed& m) { return m.seen.has_value(); })) return;
+  const bool all_seen = std::ranges::all_of(marks_, [](const Followed& m) { return m.seen.has_value(); });
+  if (all_seen && !looks_wrong()) return;
   const std::vector<Mark> candidates =
       find_marks(picture, *colour_, region_of(skeleton_, picture), least_area_px(*colour_));
   name_anew(candidates, t_s);
   find_lost(candidates, t_s);
 }
 
-// All marks at once, if every bone has the length that it had; marks that were seen stay where they are.
+// All marks at once, if every bone has the length that it had; marks that were seen stay where they are, unless that is wrong.
 void ColourTracker::name_anew(const std::vector<Mark>& candidates, double t_s) {
   if (std::ranges::any_of(bone_px_, [](double b) { return b <= 0; })) return;
   const auto found = assign(skeleton_, bone_px_, kKnownLength, candidates);
@@ -214,11 +232,15 @@ void ColourTracker::name_anew(const std::vector<Mark>& candidates, double t_s) {
     const Link& link = skeleton_.links[l];
     if (std::abs(distance(place(link.from), place(link.to)) / bone_px_[l] - 1) > kBoneOfJump) return;
   }
+  const auto stays = [&](std::size_t m) {
+    return marks_[m].seen && distance(marks_[m].seen->centre, place(m)) <= kSame_px;
+  };
+  const bool is_wrong = looks_wrong();
   for (std::size_t m = 0; m < marks_.size(); ++m) {
-    if (marks_[m].seen && distance(marks_[m].seen->centre, place(m)) > kSame_px) return;
+    if (!is_wrong && marks_[m].seen && !stays(m)) return;
   }
   for (std::size_t m = 0; m < marks_.size(); ++m) {
-    if (marks_[m].seen) continue;
+    if (stays(m)) continue;
     marks_[m].predictor.begin(t_s, place(m));
     take(m, candidates[found->candidate[m]], t_s);
   }

@@ -6,7 +6,8 @@
 // following -> each mark is measured around where it is predicted. One that is not there, has lost more than
 // half of its area, or is too far from the prediction is hidden. After kMaxHidden pictures it is lost and
 // looked for in the whole picture, at the distances that its bones allow; when more than half are lost, all
-// are searched for anew, now with the bone lengths of this video.
+// are searched for anew, now with the bone lengths of this video. Where a bone has another length than before,
+// a mark has taken another's place: all are named anew, if that gives each bone its length.
 #pragma once
 
 #include <optional>
@@ -68,6 +69,8 @@ class ColourTracker {
   void name_anew(const std::vector<Mark>& candidates, double t_s);
   void find_lost(const std::vector<Mark>& candidates, double t_s);
   void find_missing(const Picture& picture, double t_s);
+  std::optional<double> bone_ratio(std::size_t link) const;
+  bool looks_wrong() const;
   std::optional<std::size_t> only_candidate(std::size_t mark, const std::vector<Mark>& candidates) const;
   void learn_bones();
   Observation report(double t_s);

@@ -1,6 +1,9 @@
 #include "host/listen/log.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
 
 #include "host/io/io.hpp"
 #include "host/recording/csv.hpp"
@@ -54,6 +57,22 @@ TEST(Log, IsOnTheDiskEachSecondAndNeverWrittenOver) {
   EXPECT_GE(std::count(text.begin(), text.end(), '\n'), 150);
   EXPECT_EQ(text.back(), '\n');
   EXPECT_THROW(Log(file, {"a"}), io::InputError);
+}
+
+// A limit on the size of files stands for a disk that is full.
+TEST(Log, ThatHasNoRoomForItsHeaderLeavesNoFile) {
+  const io::TemporaryFolder folder;
+  const fs::path file = folder.path() / "log.csv";
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit none{0, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &none);
+  EXPECT_THROW(Log(file, {"a"}), io::JobError);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_FALSE(fs::exists(file));
+  EXPECT_NO_THROW(Log(file, {"a"})) << "the same name, once there is room";
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "host/recording/time.hpp"
 #include "host/recording/unit.hpp"
 #include "runtime/link/opengloves.hpp"
 #include "runtime/link/receiver.hpp"
@@ -323,7 +324,8 @@ std::vector<std::string_view> cells_of(std::string_view line, char separator) {
 std::optional<double> number(std::string_view text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return {};
+  if (error != std::errc() || end != text.data() + text.size() || !recording::is_measurement(value))
+    return {};
   return value;
 }
 

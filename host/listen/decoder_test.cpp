@@ -156,6 +156,15 @@ TEST(Lines, MillisAndMicrosAreClocks) {
   }
 }
 
+// As host/recording refuses them: one such value, and nothing could read the whole recording.
+TEST(Lines, WithAValueThatIsNoMeasurementAreTorn) {
+  const auto decoder = make_decoder(Format::lines);
+  const auto samples = decoded(*decoder, bytes_of("a,b\n1e308,1\n-1.0001e30,1\ninf,1\n1e30,2\n"));
+  ASSERT_EQ(samples.size(), 1U);
+  EXPECT_EQ(samples[0].value, (std::vector<double>{1e30, 2}));
+  EXPECT_EQ(decoder->tally().torn, 3U);
+}
+
 TEST(Detection, KnowsEachFormatFromItsMiddleAndNoiseFromAll) {
   link::GloveEnd glove(nullptr);
   std::vector<std::uint8_t> frames;

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -329,6 +330,20 @@ std::optional<double> number(std::string_view text) {
   return value;
 }
 
+// A recording has a t_s and a host_s of its own, and is read by names: one that is taken gets a number.
+std::vector<std::string> without_clashes(const std::vector<std::string>& names) {
+  std::set<std::string> given = {"t_s", "host_s"};
+  std::vector<std::string> out;
+  for (const std::string& name : names) {
+    std::string own = name;
+    for (int k = 2; given.contains(own) || (own != name && std::ranges::find(names, own) != names.end()); ++k)
+      own = fmt::format("{}-{}", name, k);
+    given.insert(own);
+    out.push_back(own);
+  }
+  return out;
+}
+
 class LineDecoder : public TextDecoder {
  protected:
   bool take(const std::string& line, double host_s, std::vector<Sample>& out) override {
@@ -384,6 +399,7 @@ class LineDecoder : public TextDecoder {
         columns_.push_back(names_[i]);
       }
     }
+    columns_ = without_clashes(columns_);
     return true;
   }
 

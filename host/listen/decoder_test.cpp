@@ -156,6 +156,21 @@ TEST(Lines, MillisAndMicrosAreClocks) {
   }
 }
 
+std::vector<std::string> columns_of(const std::string& header) {
+  const auto decoder = make_decoder(Format::lines);
+  decoded(*decoder, bytes_of(header + "\n"));
+  return decoder->columns();
+}
+
+TEST(Lines, HaveColumnsThatNoOtherColumnOfARecordingIsCalled) {
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(columns_of("millis,t_s,index_count"), (Names{"t_s-2", "index_count"}));
+  EXPECT_EQ(columns_of("millis,index,host_s"), (Names{"index", "host_s-2"}));
+  EXPECT_EQ(columns_of("millis,index,index"), (Names{"index", "index-2"}));
+  EXPECT_EQ(columns_of("index,index,index-2,index"), (Names{"index", "index-3", "index-2", "index-4"}));
+  EXPECT_EQ(columns_of("t_s,t_s,t_s-2"), (Names{"t_s-3", "t_s-2"}));
+}
+
 // As host/recording refuses them: one such value, and nothing could read the whole recording.
 TEST(Lines, WithAValueThatIsNoMeasurementAreTorn) {
   const auto decoder = make_decoder(Format::lines);

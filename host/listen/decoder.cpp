@@ -20,6 +20,7 @@ namespace flexor::listen {
 namespace {
 
 constexpr std::array<const char*, 5> kFingerNames = {"thumb", "index", "middle", "ring", "pinky"};
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kLongestLine = 4096;  // bytes; beyond it is no line of a glove's
 
 // A clock of 16 bits in milliseconds, which wraps every 65.5 s, made whole by the host's.
@@ -330,6 +331,8 @@ std::optional<double> number(std::string_view text) {
   return value;
 }
 
+bool is_name(std::string_view cell) { return !recording::is_missing(cell) && !recording::to_number(cell); }
+
 // A recording has a t_s and a host_s of its own, and is read by names: one that is taken gets a number.
 std::vector<std::string> without_clashes(const std::vector<std::string>& names) {
   std::set<std::string> given = {"t_s", "host_s"};
@@ -350,14 +353,11 @@ class LineDecoder : public TextDecoder {
     if (recording::trimmed(line).empty()) return true;
     if (separator_ == 0) separator_ = separator_of(line);
     const std::vector<std::string_view> cells = cells_of(line, separator_);
-    std::vector<double> numbers;
-    for (const std::string_view cell : cells) {
-      const std::optional<double> value = number(cell);
-      if (!value) return take_header(cells);
-      numbers.push_back(*value);
-    }
+    if (std::ranges::all_of(cells, is_name)) return take_header(cells);
+    const std::vector<double> numbers = numbers_in(cells);
+    if (numbers.empty()) return false;
     if (names_.empty() && !take_names(numbers.size())) return true;
-    if (numbers.size() != names_.size()) return false;
+    if (numbers.size() != names_.size() || (time_ && std::isnan(numbers[*time_]))) return false;
     Sample sample{host_s, {}, {}, {}};
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       if (time_ == i) {
@@ -378,11 +378,21 @@ class LineDecoder : public TextDecoder {
     return ' ';
   }
 
+  // A strip that is dead is missing, NaN, beside others that are not, once it is known what the columns are. Empty: torn.
+  std::vector<double> numbers_in(const std::vector<std::string_view>& cells) const {
+    std::vector<double> out;
+    for (const std::string_view cell : cells) {
+      const bool is_missing = !names_.empty() && recording::is_missing(cell);
+      const std::optional<double> value = is_missing ? kMissing : number(cell);
+      if (!value) return {};
+      out.push_back(*value);
+    }
+    return std::ranges::all_of(out, [](double value) { return std::isnan(value); }) ? std::vector<double>()
+                                                                                   : out;
+  }
+
   // The header again, as after a reset of the board, is no sample and nothing torn.
   bool take_header(const std::vector<std::string_view>& cells) {
-    for (const std::string_view cell : cells) {
-      if (cell.empty() || number(cell)) return false;  // half a line
-    }
     const std::vector<std::string> names(cells.begin(), cells.end());
     if (names == names_) return true;
     if (tally_.samples > 0 || cells.size() < 2) {

@@ -6,7 +6,8 @@
 //         its fault; and the board's faults, as bits (runtime/hand/README.md)
 // gloves  text for VR drivers, alpha and beta encodings (runtime/link/opengloves.hpp)
 // lines   numbers separated by comma, semicolon, tab or blanks, a line for each sample, with a header or without one:
-//         what the logging sketch writes, and most sketches that people have
+//         what the logging sketch writes, and most sketches that people have. nan, or nothing between two separators, is
+//         a reading that is missing, where the columns are known
 #pragma once
 
 #include <cstdint>
@@ -24,7 +25,7 @@ const char* name_of(Format format);
 struct Sample {
   double host_s = 0;              // when its last byte came, monotonic
   std::optional<double> board_s;  // by the board's own clock, if it says
-  std::vector<double> value;      // in the order of the columns
+  std::vector<double> value;      // in the order of the columns; NaN: nothing was read
   std::vector<std::string>
       remark;  // of each value what is wrong, "" if nothing; empty: the format does not say
 };

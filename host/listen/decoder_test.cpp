@@ -156,6 +156,32 @@ TEST(Lines, MillisAndMicrosAreClocks) {
   }
 }
 
+TEST(Lines, WithADeadStripKeepTheOtherFingers) {
+  const auto decoder = make_decoder(Format::lines);
+  const auto samples = decoded(*decoder, bytes_of("millis,a,b\n10,NaN,7\n20,8,\n30,nan,nan\n40,1,2\n"));
+  ASSERT_EQ(samples.size(), 4U);
+  EXPECT_TRUE(std::isnan(samples[0].value[0]));
+  EXPECT_EQ(samples[0].value[1], 7);
+  EXPECT_EQ(samples[1].value[0], 8);
+  EXPECT_TRUE(std::isnan(samples[1].value[1]));
+  EXPECT_EQ(samples[2].board_s, 0.03);
+  EXPECT_EQ(samples[3].value, (std::vector<double>{1, 2}));
+  EXPECT_EQ(decoder->tally().torn, 0U);
+  EXPECT_TRUE(decoded(*decoder, bytes_of("nan,1,2\n,1,2\n50,1,x\n")).empty()) << "no time; no number";
+  EXPECT_EQ(decoder->tally().torn, 3U);
+}
+
+TEST(Lines, ThatLackAllReadingsNameNoColumnsAndAreNoSamples) {
+  const auto decoder = make_decoder(Format::lines);
+  const auto samples = decoded(*decoder, bytes_of("nan nan\n1 2\n3 nan\nnan nan\n1e308 1e308\n"));
+  EXPECT_EQ(decoder->columns(), std::vector<std::string>()) << "the columns are not known yet";
+  EXPECT_TRUE(samples.empty());
+  const auto more = decoded(*decoder, bytes_of("1 2\n3 nan\nnan nan\n"));
+  EXPECT_EQ(decoder->columns(), (std::vector<std::string>{"column1", "column2"}));
+  ASSERT_EQ(more.size(), 2U);
+  EXPECT_TRUE(std::isnan(more[1].value[1]));
+}
+
 std::vector<std::string> columns_of(const std::string& header) {
   const auto decoder = make_decoder(Format::lines);
   decoded(*decoder, bytes_of(header + "\n"));

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <cmath>
 #include <csignal>
 
 #include "host/io/io.hpp"
+#include "host/listen/replay_source.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::listen {
@@ -75,6 +77,24 @@ TEST(Log, OfLinesWhoseHeaderRepeatsANameIsRead) {
     EXPECT_EQ(r.column(decoder->columns().at(0)).value, (std::vector<double>{1, 3})) << header;
     EXPECT_EQ(r.column(decoder->columns().at(1)).value, (std::vector<double>{2, 4})) << header;
   }
+}
+
+TEST(Log, WithMissingReadingsIsReadWhereTheyAreNotAskedForAndIsPlayedAgain) {
+  const io::TemporaryFolder folder;
+  const fs::path file = folder.path() / "log.csv";
+  {
+    Log log(file, {"thumb", "index"});
+    for (int i = 0; i < 40; ++i) log.add({i * 0.01, {}, {std::nan(""), 100.0 + i}, {}});
+  }
+  EXPECT_EQ(recording::read_csv(file, {"index"}).t_s.size(), 40U);
+  ReplaySource source(file, 1000);
+  EXPECT_EQ(source.columns(), (std::vector<std::string>{"thumb", "index"}));
+  std::vector<Sample> samples;
+  while (source.wait(0.1, samples) != Event::ended) {
+  }
+  ASSERT_EQ(samples.size(), 40U);
+  EXPECT_TRUE(std::isnan(samples[9].value[0]));
+  EXPECT_EQ(samples[9].value[1], 109);
 }
 
 // A limit on the size of files stands for a disk that is full.

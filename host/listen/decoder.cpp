@@ -71,6 +71,12 @@ class FrameDecoder : public Decoder {
     }
   }
 
+  void cut() final {
+    if (held_ > 0) ++tally_.torn;
+    held_ = 0;
+    (void)packet_.push(link::kDelimiter);
+  }
+
  protected:
   virtual bool is_its_own() = 0;  // the frame is of this board
   virtual bool is_sample() const = 0;
@@ -250,7 +256,9 @@ class TextDecoder : public Decoder {
       }
       const std::uint64_t size = line_.size() + 1;
       if (!line_.empty() && line_.back() == '\r') line_.pop_back();
-      if (size <= kLongestLine && take(line_, host_s, out)) {
+      if (std::exchange(is_piece_, false)) {
+        if (size <= kLongestLine) take_piece(line_);
+      } else if (size <= kLongestLine && take(line_, host_s, out)) {
         tally_.understood += size;
       } else {
         ++tally_.torn;
@@ -259,8 +267,16 @@ class TextDecoder : public Decoder {
     }
   }
 
+  void cut() override {
+    if (!is_piece_ && !line_.empty()) ++tally_.torn;
+    line_.clear();
+    is_piece_ = true;
+  }
+
  protected:
   virtual bool take(const std::string& line, double host_s, std::vector<Sample>& out) = 0;
+  // The first line of a port, which as a rule is the end of one.
+  virtual void take_piece(const std::string& /*line*/) {}
 
   void give(Sample sample, std::vector<Sample>& out) {
     ++tally_.samples;
@@ -269,6 +285,7 @@ class TextDecoder : public Decoder {
 
  private:
   std::string line_;
+  bool is_piece_ = false;
 };
 
 class GlovesDecoder : public TextDecoder {
@@ -368,6 +385,15 @@ class LineDecoder : public TextDecoder {
     }
     give(std::move(sample), out);
     return true;
+  }
+
+  // A board that starts when its port is opened begins with its header.
+  void take_piece(const std::string& line) override {
+    const char separator = separator_ == 0 ? separator_of(line) : separator_;
+    const std::vector<std::string_view> cells = cells_of(line, separator);
+    if (cells.size() < 2 || !std::ranges::all_of(cells, is_name)) return;
+    separator_ = separator;
+    take_header(cells);
   }
 
  private:

@@ -46,6 +46,9 @@ class Decoder {
   virtual ~Decoder() = default;
   // Appends what becomes whole with these bytes, which came at `host_s`, to `out`.
   virtual void push(std::span<const std::uint8_t> bytes, double host_s, std::vector<Sample>& out) = 0;
+  // The port has gone: what is half is dropped and counted as torn. What comes next may begin in mid-line: until the line's
+  // end it is no sample.
+  virtual void cut() = 0;
   // Names with units; the same for good from the first sample on.
   const std::vector<std::string>& columns() const { return columns_; }
   const Tally& tally() const { return tally_; }

@@ -156,6 +156,33 @@ TEST(Lines, MillisAndMicrosAreClocks) {
   }
 }
 
+TEST(Lines, AreDroppedWhereTheyWereCut) {
+  const auto decoder = make_decoder(Format::lines);
+  decoded(*decoder, bytes_of("1,2,3\n1,2,3\n100,200,3"));
+  decoder->cut();
+  EXPECT_EQ(decoder->tally().torn, 1U);
+  const auto samples = decoded(*decoder, bytes_of("77,88,99\n4,5,6\n"));
+  ASSERT_EQ(samples.size(), 1U) << "the first may be the end of a line";
+  EXPECT_EQ(samples[0].value, (std::vector<double>{4, 5, 6}));
+  decoder->cut();
+  decoded(*decoder, bytes_of("half of the end"));
+  decoder->cut();
+  EXPECT_EQ(decoder->tally().torn, 1U) << "nothing was half, and of an end nobody knows how much was lost";
+}
+
+TEST(Frames, AreDroppedWhereTheyWereCut) {
+  const auto decoder = make_decoder(Format::frames);
+  link::GloveEnd glove(nullptr);
+  std::vector<std::uint8_t> half = frame(glove, 0, 0);
+  half.resize(half.size() / 2);
+  decoded(*decoder, half);
+  decoder->cut();
+  EXPECT_EQ(decoder->tally().torn, 1U);
+  EXPECT_EQ(decoded(*decoder, frame(glove, 10, 0)).size(), 1U);
+  decoder->cut();
+  EXPECT_EQ(decoder->tally().torn, 1U);
+}
+
 TEST(Lines, WithADeadStripKeepTheOtherFingers) {
   const auto decoder = make_decoder(Format::lines);
   const auto samples = decoded(*decoder, bytes_of("millis,a,b\n10,NaN,7\n20,8,\n30,nan,nan\n40,1,2\n"));

@@ -39,7 +39,9 @@ struct Range {
 std::string bar(const Range& range) {
   constexpr int kWidth = 40;
   const double span = range.most - range.least;
-  const int filled = span > 0 && !std::isnan(range.now) ? static_cast<int>(std::lround(kWidth * (range.now - range.least) / span)) : 0;
+  const int filled = span > 0 && !std::isnan(range.now)
+                         ? static_cast<int>(std::lround(kWidth * (range.now - range.least) / span))
+                         : 0;
   std::string out;
   for (int i = 0; i < kWidth; ++i) out += i < filled ? "█" : "·";
   return out;

@@ -1,6 +1,7 @@
 #include "host/listen/decoder.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -365,16 +366,27 @@ std::vector<std::string> without_clashes(const std::vector<std::string>& names) 
 }
 
 class LineDecoder : public TextDecoder {
+ public:
+  void cut() override {
+    TextDecoder::cut();
+    is_fresh_ = true;
+  }
+  std::string refusal() const override { return refusal_; }
+
  protected:
   bool take(const std::string& line, double host_s, std::vector<Sample>& out) override {
-    if (recording::trimmed(line).empty()) return true;
+    if (recording::trimmed(line).empty() || !refusal_.empty()) return true;
     if (separator_ == 0) separator_ = separator_of(line);
     const std::vector<std::string_view> cells = cells_of(line, separator_);
     if (std::ranges::all_of(cells, is_name)) return take_header(cells);
-    const std::vector<double> numbers = numbers_in(cells);
+    std::vector<double> numbers = numbers_in(cells);
     if (numbers.empty()) return false;
     if (names_.empty() && !take_names(numbers.size())) return true;
-    if (numbers.size() != names_.size() || (time_ && std::isnan(numbers[*time_]))) return false;
+    if (is_anothers(numbers.size())) return true;
+    if (numbers.size() != names_.size()) return false;
+    is_fresh_ = false;
+    numbers = in_own_order(numbers);
+    if (time_ && std::isnan(numbers[*time_])) return false;
     Sample sample{host_s, {}, {}, {}};
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       if (time_ == i) {
@@ -414,18 +426,20 @@ class LineDecoder : public TextDecoder {
       out.push_back(*value);
     }
     return std::ranges::all_of(out, [](double value) { return std::isnan(value); }) ? std::vector<double>()
-                                                                                   : out;
+                                                                                    : out;
   }
 
   // The header again, as after a reset of the board, is no sample and nothing torn.
   bool take_header(const std::vector<std::string_view>& cells) {
     const std::vector<std::string> names(cells.begin(), cells.end());
+    if (tally_.samples > 0) return take_later_header(names);
     if (names == names_) return true;
-    if (tally_.samples > 0 || cells.size() < 2) {
-      if (tally_.samples == 0) separator_ = 0;  // a greeting
+    if (cells.size() < 2) {
+      separator_ = 0;  // a greeting
       return false;
     }
     names_ = names;
+    has_header_ = true;
     columns_.clear();
     time_.reset();
     for (std::size_t i = 0; i < names_.size(); ++i) {
@@ -437,6 +451,57 @@ class LineDecoder : public TextDecoder {
     }
     columns_ = without_clashes(columns_);
     return true;
+  }
+
+  // Of the glove that was plugged in again, or another. A greeting shares no name with a header, and where nothing was
+  // plugged in a greeting is all that it can be. Without a header before, no name is wrong.
+  bool take_later_header(const std::vector<std::string>& names) {
+    if (std::vector<std::size_t> places = places_of(names); !places.empty()) {
+      places_ = std::move(places);
+      other_.clear();
+      return true;
+    }
+    const bool shares = std::ranges::any_of(
+        names, [this](const std::string& name) { return std::ranges::find(names_, name) != names_.end(); });
+    if (has_header_ && names.size() > 1 && (is_fresh_ || shares)) other_ = names;
+    return false;
+  }
+
+  // Where each of them stands in the header that was first; empty: they are not the same. The first one may be torn, or
+  // stand behind half a row.
+  std::vector<std::size_t> places_of(const std::vector<std::string>& names) const {
+    const std::size_t n = names_.size();
+    if (names.size() != n) return {};
+    std::vector<std::size_t> out(n, n);
+    std::vector<bool> is_given(n);
+    for (std::size_t i = n; i-- > 0;) {
+      for (std::size_t k = 0; k < n; ++k) {
+        const bool is_torn = i == 0 && (names[i].ends_with(names_[k]) || names_[k].ends_with(names[i]));
+        const bool fits = !is_given[k] && (names[i] == names_[k] || is_torn);
+        if (fits && (out[i] == n || k == i)) out[i] = k;
+      }
+      if (out[i] == n) return {};
+      is_given[out[i]] = true;
+    }
+    return out;
+  }
+
+  std::vector<double> in_own_order(const std::vector<double>& numbers) const {
+    if (places_.empty()) return numbers;
+    std::vector<double> out(numbers.size());
+    for (std::size_t i = 0; i < numbers.size(); ++i) out[places_[i]] = numbers[i];
+    return out;
+  }
+
+  // Whether a row of so many numbers is of the other header that came last.
+  bool is_anothers(std::size_t count) {
+    if (other_.empty()) return false;
+    if (count == other_.size()) {
+      refusal_ = fmt::format("another glove speaks: its columns are {}, and they were {}",
+                             fmt::join(other_, ","), fmt::join(names_, ","));
+    }
+    other_.clear();
+    return !refusal_.empty();
   }
 
   // Without a header nobody knows which is a clock: none is taken for one. The first line may be half a one: two must
@@ -463,6 +528,11 @@ class LineDecoder : public TextDecoder {
   std::vector<std::string> names_;
   std::size_t count_before_ = 0;
   std::optional<std::size_t> time_;
+  bool has_header_ = false;
+  bool is_fresh_ = false;            // plugged in, and no row came yet
+  std::vector<std::size_t> places_;  // of a row's cells, in names_; empty: in their order
+  std::vector<std::string> other_;   // a header with other names; no row came yet
+  std::string refusal_;
   double unit_s_ = 1;
 };
 

@@ -7,7 +7,8 @@
 // gloves  text for VR drivers, alpha and beta encodings (runtime/link/opengloves.hpp)
 // lines   numbers separated by comma, semicolon, tab or blanks, a line for each sample, with a header or without one:
 //         what the logging sketch writes, and most sketches that people have. nan, or nothing between two separators, is
-//         a reading that is missing, where the columns are known
+//         a reading that is missing, where the columns are known. A header that comes again may have its names in another order:
+//         the values keep their columns. One with other names is another glove's, of which nothing is taken
 #pragma once
 
 #include <cstdint>
@@ -54,6 +55,8 @@ class Decoder {
   const Tally& tally() const { return tally_; }
   // What is to be known of the samples, as they come now; "": nothing.
   virtual std::string remark() const { return {}; }
+  // Why nothing is taken any more, in a line; "": it is.
+  virtual std::string refusal() const { return {}; }
 
  protected:
   std::vector<std::string> columns_;

@@ -170,6 +170,58 @@ TEST(Lines, AreDroppedWhereTheyWereCut) {
   EXPECT_EQ(decoder->tally().torn, 1U) << "nothing was half, and of an end nobody knows how much was lost";
 }
 
+std::vector<std::vector<double>> values_of(const std::vector<Sample>& samples) {
+  std::vector<std::vector<double>> out;
+  for (const Sample& sample : samples) out.push_back(sample.value);
+  return out;
+}
+
+TEST(Lines, KeepTheirColumnsWhereTheHeaderComesInAnotherOrder) {
+  using Values = std::vector<std::vector<double>>;
+  const auto decoder = make_decoder(Format::lines);
+  decoded(*decoder, bytes_of("millis,thumb,index,middle\n10,1,2,3\n"));
+  decoder->cut();
+  const auto other = decoded(*decoder, bytes_of("millis,middle,index,thumb\n20,3,2,1\n"));
+  EXPECT_EQ(values_of(other), (Values{{1, 2, 3}}));
+  EXPECT_EQ(other.at(0).board_s, 0.02);
+  EXPECT_EQ(values_of(decoded(*decoder, bytes_of("12index,millis,thumb,middle\n2,30,1,3\n"))),
+            (Values{{1, 2, 3}}))
+      << "behind half a row";
+  decoder->cut();
+  EXPECT_EQ(values_of(decoded(*decoder, bytes_of("lis,thumb,index,middle\n40,1,2,3\n"))), (Values{{1, 2, 3}}))
+      << "a torn header, in the order that was first";
+  EXPECT_EQ(decoder->columns(), (std::vector<std::string>{"thumb", "index", "middle"}));
+  EXPECT_EQ(decoder->refusal(), "");
+}
+
+TEST(Lines, OfAnotherGloveAreNotTakenUnderTheNamesOfTheFirst) {
+  for (const char* header : {"t_s,flex1,flex2", "millis,thumb,ring", "millis,thumb,index,middle"}) {
+    const auto decoder = make_decoder(Format::lines);
+    decoded(*decoder, bytes_of("millis,thumb,index\n10,1,2\n"));
+    decoder->cut();
+    const std::string row =
+        std::string(header).find("middle") == std::string::npos ? "20,3,4\n" : "20,3,4,5\n";
+    EXPECT_TRUE(
+        decoded(*decoder, bytes_of("hello\n" + std::string(header) + "\n" + row + "30,1,2\n")).empty());
+    EXPECT_EQ(decoder->refusal(), "another glove speaks: its columns are " + std::string(header) +
+                                      ", and they were millis,thumb,index");
+  }
+}
+
+TEST(Lines, GoOnAfterWhatIsNoOtherGlovesHeader) {
+  const auto decoder = make_decoder(Format::lines);
+  decoded(*decoder, bytes_of("millis,thumb,index\n10,1,2\n"));
+  EXPECT_EQ(decoded(*decoder, bytes_of("please,wait,now\n20,1,2\n")).size(), 1U) << "a word in between";
+  decoder->cut();
+  EXPECT_EQ(decoded(*decoder, bytes_of("good,morning,all\nmillis,thumb,index\n20,1,2\n")).size(), 1U)
+      << "a greeting, then its header";
+  const auto nameless = make_decoder(Format::lines);
+  decoded(*nameless, bytes_of("1,2\n1,2\n"));
+  nameless->cut();
+  EXPECT_EQ(decoded(*nameless, bytes_of("thumb,index\n1,2\n")).size(), 1U)
+      << "a header that was missed before: column1 and column2 are no wrong names";
+}
+
 TEST(Frames, AreDroppedWhereTheyWereCut) {
   const auto decoder = make_decoder(Format::frames);
   link::GloveEnd glove(nullptr);

@@ -175,6 +175,8 @@ Event Listener::wait(double timeout_s, std::vector<Sample>& out) {
     was_let_go_ = false;
     return Event::back;
   }
+  if (const std::string why = decoder_->refusal(); !why.empty())
+    throw io::JobError(fmt::format("{}: {}", options_.port, why));
   try {
     speak();
     const std::vector<std::uint8_t> bytes = port_->read(timeout_s);

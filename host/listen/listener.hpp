@@ -35,6 +35,7 @@ class Listener : public Source {
   Listener(ListenerOptions options, const std::function<void(const std::string&)>& says);
 
   // What was half when the port went is dropped, as is the first line of it when it is back, which may be the end of one.
+  // Throws io::JobError, one line with both headers: another glove of lines was plugged in, whose columns are called otherwise.
   Event wait(double timeout_s, std::vector<Sample>& out) override;
   const std::vector<std::string>& columns() const override { return decoder_->columns(); }
   const Tally& tally() const override { return decoder_->tally(); }

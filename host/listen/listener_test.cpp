@@ -99,6 +99,31 @@ TEST(Listening, GluesNoLinesTogetherAcrossAPulledPlug) {
   for (const Sample& sample : out) EXPECT_EQ(sample.value, (std::vector<double>{100, 200, 301}));
 }
 
+TEST(Listening, EndsWithBothHeadersWhereAnotherGloveIsPluggedIn) {
+  FLEXOR_NEEDS_TERMINALS();
+  Socket socket;
+  Board before(once_then("millis,thumb,index\n", "1,10,20\n"));
+  socket.plug_in(before);
+  Listener listener({.port = socket.port()}, kQuiet);
+  std::vector<Sample> out;
+  before.unplug();
+  ASSERT_EQ(listen_until(listener, Event::gone, out), Event::gone);
+  Board after(once_then("millis,ring,pinky\n", "1,30,40\n"));
+  socket.plug_in(after);
+  ASSERT_EQ(listen_until(listener, Event::back, out), Event::back);
+  out.clear();
+  std::string why;
+  try {
+    listen_for(listener, 2);
+  } catch (const io::JobError& error) {
+    why = error.what();
+  }
+  EXPECT_EQ(
+      why, socket.port() +
+               ": another glove speaks: its columns are millis,ring,pinky, and they were millis,thumb,index");
+  EXPECT_TRUE(out.empty());
+}
+
 // "0B20" is an end of a line as good as a line: every finger of a later one would be left out but these.
 TEST(Listening, LearnsNoColumnsFromTheEndOfALine) {
   FLEXOR_NEEDS_TERMINALS();

@@ -30,6 +30,7 @@ struct Range {
 
   void add(double value) {
     now = value;
+    if (std::isnan(value)) return;  // of a missing reading
     least = std::min(least, value);
     most = std::max(most, value);
   }
@@ -38,10 +39,17 @@ struct Range {
 std::string bar(const Range& range) {
   constexpr int kWidth = 40;
   const double span = range.most - range.least;
-  const int filled = span > 0 ? static_cast<int>(std::lround(kWidth * (range.now - range.least) / span)) : 0;
+  const int filled = span > 0 && !std::isnan(range.now)
+                         ? static_cast<int>(std::lround(kWidth * (range.now - range.least) / span))
+                         : 0;
   std::string out;
   for (int i = 0; i < kWidth; ++i) out += i < filled ? "█" : "·";
   return out;
+}
+
+std::string ends_of(const Range& range) {
+  if (range.least > range.most) return "no reading";
+  return fmt::format("{:.1f} to {:.1f}", range.least, range.most);
 }
 
 class View {
@@ -68,8 +76,8 @@ class View {
       const Range& r = ranges_[i];
       const std::string& name = source_.columns()[i];
       if (name.ends_with("_quality")) continue;  // the remark says it
-      out += fmt::format("{}{:<18} {:8.1f} {} {:.1f} to {:.1f}{}{}\n", clear, name, r.now, bar(r), r.least,
-                         r.most, r.remark.empty() ? "" : "  ", r.remark);
+      out += fmt::format("{}{:<18} {:8.1f} {} {}{}{}\n", clear, name, r.now, bar(r), ends_of(r),
+                         r.remark.empty() ? "" : "  ", r.remark);
       ++lines;
     }
     if (again) out.insert(0, fmt::format("\033[{}A", lines));

@@ -187,6 +187,8 @@ void Calibration::add(const listen::Sample& sample, const std::vector<std::strin
     coverage_.emplace(names);
     begun_s_ = sample.host_s;
   }
+  if (columns != columns_)
+    throw io::JobError("another glove was plugged in: what the one before said is kept");
   worn_s_ += std::min(sample.host_s - begun_s_ - seconds_, kPause_s);
   seconds_ = sample.host_s - begun_s_;
   coverage_->add(sample.host_s, sample.value);

@@ -53,6 +53,14 @@ TEST_F(Guided, GoesStepByStepAndSaysWhatIsMissing) {
   EXPECT_EQ(c.state().at("step"), "identify");
 }
 
+TEST_F(Guided, AMotionTakesNothingOfAnotherGlove) {
+  Calibration c = start(Reference::poses);
+  c.next(true);
+  ASSERT_EQ(c.step(), Step::motion);
+  move(c, 1, false);
+  EXPECT_THROW(c.add(listen::Sample{1, {}, {1, 2}, {}}, {"thumb_count", "index_count"}), io::JobError);
+}
+
 TEST_F(Guided, ItsFilesAreWholeRecordings) {
   Calibration c = start(Reference::marks);
   c.next(true);

@@ -92,6 +92,8 @@ void Fingers::wear(const model::Model& model, bool tracked) {
 }
 
 void Fingers::remember(Column& column, double reading) {
+  column.now = reading;
+  if (std::isnan(reading)) return;
   column.last = {reading, column.last[0], column.last[1]};
   if (++column.count < 3) return;
   const double middle = median(column.last);
@@ -107,7 +109,7 @@ void Fingers::add(const listen::Sample& sample) {
     columns_[c].remark = c < sample.remark.size() ? sample.remark[c] : "";
   }
   if (!estimator_) return;
-  for (std::size_t i = 0; i < inputs_.size(); ++i) reading_[i] = columns_[inputs_[i]].last[0];
+  for (std::size_t i = 0; i < inputs_.size(); ++i) reading_[i] = columns_[inputs_[i]].now;
   estimator_->push(clock_.time_s(sample), reading_, [this](const identify::Estimate& estimate) {
     joints_deg_ = estimate.angle_deg;
     status_ = estimate.status;
@@ -116,12 +118,12 @@ void Fingers::add(const listen::Sample& sample) {
 
 float Fingers::raw(std::size_t finger) const {
   const auto& column = fingers_[finger].column;
-  return static_cast<float>(column && columns_[*column].count > 0 ? columns_[*column].last[0] : kNone);
+  return static_cast<float>(column ? columns_[*column].now : kNone);
 }
 
 double Fingers::angle_of(const Finger& finger) const {
   if (finger.joint) return joints_deg_[*finger.joint];
-  if (finger.column && columns_[*finger.column].unit == "deg") return columns_[*finger.column].last[0];
+  if (finger.column && columns_[*finger.column].unit == "deg") return columns_[*finger.column].now;
   return kNone;
 }
 
@@ -131,7 +133,7 @@ FingerView Fingers::view_of(const Finger& finger, bool recent) const {
   FingerView out{finger.name, "", kNone, kNone, kNone, kNone, kNone, kNone, "none", "", ""};
   const Column& column = columns_[*finger.column];
   out.unit = column.unit;
-  out.raw = column.count > 0 ? column.last[0] : kNone;
+  out.raw = column.now;
   if (column.count >= 3) {
     out.least = column.least;
     out.most = column.most;
@@ -142,6 +144,7 @@ FingerView Fingers::view_of(const Finger& finger, bool recent) const {
     out.remark = "nothing comes";
     return out;
   }
+  if (std::isnan(out.raw) && out.remark.empty()) out.remark = "no reading";
   const bool stands = column.unit == "count" && column.most - column.least <= kMoves_counts;
   if (out.remark.empty() && stands && is_at_an_end(out.raw))
     out.remark = "stands at the end of what a board can read: is a wire loose?";

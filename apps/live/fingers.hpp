@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -58,8 +59,9 @@ class Fingers {
   struct Column {
     std::string name;  // as recording::cut_name says it
     std::string unit;
-    std::array<double, 3> last{};  // newest first
-    int count = 0;
+    double now = std::numeric_limits<double>::quiet_NaN();  // NaN: no reading came, or the newest is missing
+    std::array<double, 3> last{};                           // readings that were not missing, newest first
+    int count = 0;                                          // of them
     double least = 0;
     double most = 0;
     std::string remark;

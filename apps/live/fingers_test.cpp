@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "host/model/channel.hpp"
 
@@ -10,6 +11,7 @@ namespace flexor::live {
 namespace {
 
 constexpr double kFingersRate_hz = 50;
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
 // A glove of one strip: 300 at the open hand, 700 at the fist.
 model::Model strip_model(std::optional<model::Poses> poses) {
@@ -88,6 +90,31 @@ TEST(Fingers, SayWhichStripIsNotTrackedBesideOthers) {
   const std::vector<FingerView> view = fingers.view(0);
   EXPECT_TRUE(holds(view[0].tracked, "tracked: shifted")) << view[0].tracked;
   EXPECT_TRUE(holds(view[1].tracked, "not tracked")) << view[1].tracked;
+}
+
+// A dead strip says nan: least and most are those of its readings, and the angle is held.
+TEST(Fingers, WithoutAReadingKeepTheirRangeAndSaySo) {
+  Fingers fingers({"index_count"});
+  for (const double reading : {300.0, 400.0, kMissing, 350.0, kMissing, 500.0, 500.0, 500.0, kMissing})
+    fingers.add({0, 0, {reading}, {}});
+  const FingerView bare = fingers.view(0).front();
+  EXPECT_EQ(bare.least, 350);
+  EXPECT_EQ(bare.most, 500);
+  EXPECT_TRUE(std::isnan(bare.raw));
+  EXPECT_TRUE(std::isnan(fingers.raw(0)));
+  EXPECT_EQ(bare.remark, "no reading");
+  EXPECT_STREQ(bare.quality, "poor");
+
+  fingers.wear(strip_model({}), false);
+  double now_s = wear(fingers, 1, 4, 0);
+  const double held_deg = fingers.view(now_s).front().angle_deg;
+  EXPECT_TRUE(std::isfinite(held_deg));
+  for (int k = 0; k < 20; ++k, now_s += 1 / kFingersRate_hz) fingers.add({now_s, now_s, {kMissing}, {}});
+  const FingerView dead = fingers.view(now_s).front();
+  EXPECT_NEAR(dead.angle_deg, held_deg, 1);
+  EXPECT_EQ(dead.remark, "no good reading: the last good angle is held");
+  wear(fingers, now_s, 1, 0);
+  EXPECT_EQ(fingers.view(now_s + 1).front().remark, "") << "it reads again";
 }
 
 }  // namespace

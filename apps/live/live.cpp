@@ -134,6 +134,7 @@ void Live::listen() {
     const std::string why = error.what();
     detach();
     says_ = why;
+    tried_ports_.clear();  // another glove that was plugged in is listened to anew
     return;
   }
   if (event == listen::Event::gone) {

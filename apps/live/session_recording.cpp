@@ -8,6 +8,7 @@
 namespace flexor::live {
 namespace {
 
+constexpr const char* kAnotherGlove = "another glove was plugged in: what the one before said is kept";
 constexpr std::size_t kLongestMarker = 200;
 constexpr std::size_t kMostMarkers = 500;  // who opens the page gets them all
 
@@ -16,8 +17,10 @@ constexpr std::size_t kMostMarkers = 500;  // who opens the page gets them all
 void SessionRecording::add(const listen::Sample& sample, const std::vector<std::string>& columns) {
   if (!log_) {
     log_ = std::make_unique<listen::Log>(log_file(), columns);
+    columns_ = columns;
     begun_s_ = sample.host_s;
   }
+  if (columns != columns_) throw io::JobError(kAnotherGlove);
   log_->add(sample);
   newest_s_ = sample.host_s;
 }

@@ -20,7 +20,7 @@ class SessionRecording {
   SessionRecording(Session of, std::filesystem::path folder)
       : session(std::move(of)), folder_(std::move(folder)) {}
 
-  // Each file begins with its first sample, which says what columns there are.
+  // Each file begins with its first sample, which says what columns there are. Another glove's are refused.
   void add(const listen::Sample& sample, const std::vector<std::string>& columns);
   void add_hand(const listen::Sample& sample, const std::vector<std::string>& columns);
   void mark(double host_s, const std::string& text);
@@ -38,6 +38,7 @@ class SessionRecording {
  private:
   std::filesystem::path folder_;
   std::unique_ptr<listen::Log> log_;
+  std::vector<std::string> columns_;  // of log_
   std::unique_ptr<listen::Log> hand_;
   std::unique_ptr<io::GrowingFile> marks_;
   std::vector<nlohmann::ordered_json> markers_;

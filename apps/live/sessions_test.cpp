@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "apps/live/session_recording.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 
@@ -71,6 +72,16 @@ TEST(Sessions, ANameCannotLeaveTheFolder) {
   EXPECT_THROW(sessions.create("a\nb", "right", "g", "x"), io::InputError);
   EXPECT_THROW(sessions.create(std::string(100, 'a'), "right", "g", "x"), io::InputError);
   EXPECT_THROW(sessions.create("\xff\xfe", "right", "g", "x"), io::InputError);
+}
+
+TEST(Sessions, ARecordingTakesNothingOfAnotherGlove) {
+  const io::TemporaryFolder folder;
+  SessionRecording recording({}, folder.path());
+  recording.add({0, {}, {1, 2}, {}}, {"index", "middle"});
+  EXPECT_THROW(recording.add({1, {}, {3, 4}, {}}, {"middle", "index"}), io::JobError);
+  recording.flush();
+  EXPECT_EQ(recording.rows(), 1U);
+  EXPECT_EQ(io::read_file(recording.log_file()), "t_s,host_s,index,middle\n0.000000,0.000000,1,2\n");
 }
 
 }  // namespace

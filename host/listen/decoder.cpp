@@ -1,15 +1,18 @@
 #include "host/listen/decoder.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <string_view>
 #include <utility>
 
+#include "host/recording/time.hpp"
 #include "host/recording/unit.hpp"
 #include "runtime/link/opengloves.hpp"
 #include "runtime/link/receiver.hpp"
@@ -18,6 +21,7 @@ namespace flexor::listen {
 namespace {
 
 constexpr std::array<const char*, 5> kFingerNames = {"thumb", "index", "middle", "ring", "pinky"};
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kLongestLine = 4096;  // bytes; beyond it is no line of a glove's
 
 // A clock of 16 bits in milliseconds, which wraps every 65.5 s, made whole by the host's.
@@ -66,6 +70,12 @@ class FrameDecoder : public Decoder {
       tally_.understood += size;
       if (is_sample()) take(host_s, out);
     }
+  }
+
+  void cut() final {
+    if (held_ > 0) ++tally_.torn;
+    held_ = 0;
+    (void)packet_.push(link::kDelimiter);
   }
 
  protected:
@@ -247,7 +257,9 @@ class TextDecoder : public Decoder {
       }
       const std::uint64_t size = line_.size() + 1;
       if (!line_.empty() && line_.back() == '\r') line_.pop_back();
-      if (size <= kLongestLine && take(line_, host_s, out)) {
+      if (std::exchange(is_piece_, false)) {
+        if (size <= kLongestLine) take_piece(line_);
+      } else if (size <= kLongestLine && take(line_, host_s, out)) {
         tally_.understood += size;
       } else {
         ++tally_.torn;
@@ -256,8 +268,16 @@ class TextDecoder : public Decoder {
     }
   }
 
+  void cut() override {
+    if (!is_piece_ && !line_.empty()) ++tally_.torn;
+    line_.clear();
+    is_piece_ = true;
+  }
+
  protected:
   virtual bool take(const std::string& line, double host_s, std::vector<Sample>& out) = 0;
+  // The first line of a port, which as a rule is the end of one.
+  virtual void take_piece(const std::string& /*line*/) {}
 
   void give(Sample sample, std::vector<Sample>& out) {
     ++tally_.samples;
@@ -266,6 +286,7 @@ class TextDecoder : public Decoder {
 
  private:
   std::string line_;
+  bool is_piece_ = false;
 };
 
 class GlovesDecoder : public TextDecoder {
@@ -323,24 +344,49 @@ std::vector<std::string_view> cells_of(std::string_view line, char separator) {
 std::optional<double> number(std::string_view text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return {};
+  if (error != std::errc() || end != text.data() + text.size() || !recording::is_measurement(value))
+    return {};
   return value;
 }
 
+bool is_name(std::string_view cell) { return !recording::is_missing(cell) && !recording::to_number(cell); }
+
+// A recording has a t_s and a host_s of its own, and is read by names: one that is taken gets a number.
+std::vector<std::string> without_clashes(const std::vector<std::string>& names) {
+  std::set<std::string> given = {"t_s", "host_s"};
+  std::vector<std::string> out;
+  for (const std::string& name : names) {
+    std::string own = name;
+    for (int k = 2; given.contains(own) || (own != name && std::ranges::find(names, own) != names.end()); ++k)
+      own = fmt::format("{}-{}", name, k);
+    given.insert(own);
+    out.push_back(own);
+  }
+  return out;
+}
+
 class LineDecoder : public TextDecoder {
+ public:
+  void cut() override {
+    TextDecoder::cut();
+    is_fresh_ = true;
+  }
+  std::string refusal() const override { return refusal_; }
+
  protected:
   bool take(const std::string& line, double host_s, std::vector<Sample>& out) override {
-    if (recording::trimmed(line).empty()) return true;
+    if (recording::trimmed(line).empty() || !refusal_.empty()) return true;
     if (separator_ == 0) separator_ = separator_of(line);
     const std::vector<std::string_view> cells = cells_of(line, separator_);
-    std::vector<double> numbers;
-    for (const std::string_view cell : cells) {
-      const std::optional<double> value = number(cell);
-      if (!value) return take_header(cells);
-      numbers.push_back(*value);
-    }
+    if (std::ranges::all_of(cells, is_name)) return take_header(cells);
+    std::vector<double> numbers = numbers_in(cells);
+    if (numbers.empty()) return false;
     if (names_.empty() && !take_names(numbers.size())) return true;
+    if (is_anothers(numbers.size())) return true;
     if (numbers.size() != names_.size()) return false;
+    is_fresh_ = false;
+    numbers = in_own_order(numbers);
+    if (time_ && std::isnan(numbers[*time_])) return false;
     Sample sample{host_s, {}, {}, {}};
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       if (time_ == i) {
@@ -353,6 +399,15 @@ class LineDecoder : public TextDecoder {
     return true;
   }
 
+  // A board that starts when its port is opened begins with its header.
+  void take_piece(const std::string& line) override {
+    const char separator = separator_ == 0 ? separator_of(line) : separator_;
+    const std::vector<std::string_view> cells = cells_of(line, separator);
+    if (cells.size() < 2 || !std::ranges::all_of(cells, is_name)) return;
+    separator_ = separator;
+    take_header(cells);
+  }
+
  private:
   static char separator_of(const std::string& line) {
     for (const char c : {'\t', ';', ','}) {
@@ -361,18 +416,30 @@ class LineDecoder : public TextDecoder {
     return ' ';
   }
 
+  // A strip that is dead is missing, NaN, beside others that are not, once it is known what the columns are. Empty: torn.
+  std::vector<double> numbers_in(const std::vector<std::string_view>& cells) const {
+    std::vector<double> out;
+    for (const std::string_view cell : cells) {
+      const bool is_missing = !names_.empty() && recording::is_missing(cell);
+      const std::optional<double> value = is_missing ? kMissing : number(cell);
+      if (!value) return {};
+      out.push_back(*value);
+    }
+    return std::ranges::all_of(out, [](double value) { return std::isnan(value); }) ? std::vector<double>()
+                                                                                    : out;
+  }
+
   // The header again, as after a reset of the board, is no sample and nothing torn.
   bool take_header(const std::vector<std::string_view>& cells) {
-    for (const std::string_view cell : cells) {
-      if (cell.empty() || number(cell)) return false;  // half a line
-    }
     const std::vector<std::string> names(cells.begin(), cells.end());
+    if (tally_.samples > 0) return take_later_header(names);
     if (names == names_) return true;
-    if (tally_.samples > 0 || cells.size() < 2) {
-      if (tally_.samples == 0) separator_ = 0;  // a greeting
+    if (cells.size() < 2) {
+      separator_ = 0;  // a greeting
       return false;
     }
     names_ = names;
+    has_header_ = true;
     columns_.clear();
     time_.reset();
     for (std::size_t i = 0; i < names_.size(); ++i) {
@@ -382,7 +449,59 @@ class LineDecoder : public TextDecoder {
         columns_.push_back(names_[i]);
       }
     }
+    columns_ = without_clashes(columns_);
     return true;
+  }
+
+  // Of the glove that was plugged in again, or another. A greeting shares no name with a header, and where nothing was
+  // plugged in a greeting is all that it can be. Without a header before, no name is wrong.
+  bool take_later_header(const std::vector<std::string>& names) {
+    if (std::vector<std::size_t> places = places_of(names); !places.empty()) {
+      places_ = std::move(places);
+      other_.clear();
+      return true;
+    }
+    const bool shares = std::ranges::any_of(
+        names, [this](const std::string& name) { return std::ranges::find(names_, name) != names_.end(); });
+    if (has_header_ && names.size() > 1 && (is_fresh_ || shares)) other_ = names;
+    return false;
+  }
+
+  // Where each of them stands in the header that was first; empty: they are not the same. The first one may be torn, or
+  // stand behind half a row.
+  std::vector<std::size_t> places_of(const std::vector<std::string>& names) const {
+    const std::size_t n = names_.size();
+    if (names.size() != n) return {};
+    std::vector<std::size_t> out(n, n);
+    std::vector<bool> is_given(n);
+    for (std::size_t i = n; i-- > 0;) {
+      for (std::size_t k = 0; k < n; ++k) {
+        const bool is_torn = i == 0 && (names[i].ends_with(names_[k]) || names_[k].ends_with(names[i]));
+        const bool fits = !is_given[k] && (names[i] == names_[k] || is_torn);
+        if (fits && (out[i] == n || k == i)) out[i] = k;
+      }
+      if (out[i] == n) return {};
+      is_given[out[i]] = true;
+    }
+    return out;
+  }
+
+  std::vector<double> in_own_order(const std::vector<double>& numbers) const {
+    if (places_.empty()) return numbers;
+    std::vector<double> out(numbers.size());
+    for (std::size_t i = 0; i < numbers.size(); ++i) out[places_[i]] = numbers[i];
+    return out;
+  }
+
+  // Whether a row of so many numbers is of the other header that came last.
+  bool is_anothers(std::size_t count) {
+    if (other_.empty()) return false;
+    if (count == other_.size()) {
+      refusal_ = fmt::format("another glove speaks: its columns are {}, and they were {}",
+                             fmt::join(other_, ","), fmt::join(names_, ","));
+    }
+    other_.clear();
+    return !refusal_.empty();
   }
 
   // Without a header nobody knows which is a clock: none is taken for one. The first line may be half a one: two must
@@ -409,6 +528,11 @@ class LineDecoder : public TextDecoder {
   std::vector<std::string> names_;
   std::size_t count_before_ = 0;
   std::optional<std::size_t> time_;
+  bool has_header_ = false;
+  bool is_fresh_ = false;            // plugged in, and no row came yet
+  std::vector<std::size_t> places_;  // of a row's cells, in names_; empty: in their order
+  std::vector<std::string> other_;   // a header with other names; no row came yet
+  std::string refusal_;
   double unit_s_ = 1;
 };
 

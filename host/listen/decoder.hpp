@@ -6,7 +6,9 @@
 //         its fault; and the board's faults, as bits (runtime/hand/README.md)
 // gloves  text for VR drivers, alpha and beta encodings (runtime/link/opengloves.hpp)
 // lines   numbers separated by comma, semicolon, tab or blanks, a line for each sample, with a header or without one:
-//         what the logging sketch writes, and most sketches that people have
+//         what the logging sketch writes, and most sketches that people have. nan, or nothing between two separators, is
+//         a reading that is missing, where the columns are known. A header that comes again may have its names in another order:
+//         the values keep their columns. One with other names is another glove's, of which nothing is taken
 #pragma once
 
 #include <cstdint>
@@ -24,7 +26,7 @@ const char* name_of(Format format);
 struct Sample {
   double host_s = 0;              // when its last byte came, monotonic
   std::optional<double> board_s;  // by the board's own clock, if it says
-  std::vector<double> value;      // in the order of the columns
+  std::vector<double> value;      // in the order of the columns; NaN: nothing was read
   std::vector<std::string>
       remark;  // of each value what is wrong, "" if nothing; empty: the format does not say
 };
@@ -45,11 +47,16 @@ class Decoder {
   virtual ~Decoder() = default;
   // Appends what becomes whole with these bytes, which came at `host_s`, to `out`.
   virtual void push(std::span<const std::uint8_t> bytes, double host_s, std::vector<Sample>& out) = 0;
+  // The port has gone: what is half is dropped and counted as torn. What comes next may begin in mid-line: until the line's
+  // end it is no sample.
+  virtual void cut() = 0;
   // Names with units; the same for good from the first sample on.
   const std::vector<std::string>& columns() const { return columns_; }
   const Tally& tally() const { return tally_; }
   // What is to be known of the samples, as they come now; "": nothing.
   virtual std::string remark() const { return {}; }
+  // Why nothing is taken any more, in a line; "": it is.
+  virtual std::string refusal() const { return {}; }
 
  protected:
   std::vector<std::string> columns_;

@@ -156,6 +156,135 @@ TEST(Lines, MillisAndMicrosAreClocks) {
   }
 }
 
+TEST(Lines, AreDroppedWhereTheyWereCut) {
+  const auto decoder = make_decoder(Format::lines);
+  decoded(*decoder, bytes_of("1,2,3\n1,2,3\n100,200,3"));
+  decoder->cut();
+  EXPECT_EQ(decoder->tally().torn, 1U);
+  const auto samples = decoded(*decoder, bytes_of("77,88,99\n4,5,6\n"));
+  ASSERT_EQ(samples.size(), 1U) << "the first may be the end of a line";
+  EXPECT_EQ(samples[0].value, (std::vector<double>{4, 5, 6}));
+  decoder->cut();
+  decoded(*decoder, bytes_of("half of the end"));
+  decoder->cut();
+  EXPECT_EQ(decoder->tally().torn, 1U) << "nothing was half, and of an end nobody knows how much was lost";
+}
+
+std::vector<std::vector<double>> values_of(const std::vector<Sample>& samples) {
+  std::vector<std::vector<double>> out;
+  for (const Sample& sample : samples) out.push_back(sample.value);
+  return out;
+}
+
+TEST(Lines, KeepTheirColumnsWhereTheHeaderComesInAnotherOrder) {
+  using Values = std::vector<std::vector<double>>;
+  const auto decoder = make_decoder(Format::lines);
+  decoded(*decoder, bytes_of("millis,thumb,index,middle\n10,1,2,3\n"));
+  decoder->cut();
+  const auto other = decoded(*decoder, bytes_of("millis,middle,index,thumb\n20,3,2,1\n"));
+  EXPECT_EQ(values_of(other), (Values{{1, 2, 3}}));
+  EXPECT_EQ(other.at(0).board_s, 0.02);
+  EXPECT_EQ(values_of(decoded(*decoder, bytes_of("12index,millis,thumb,middle\n2,30,1,3\n"))),
+            (Values{{1, 2, 3}}))
+      << "behind half a row";
+  decoder->cut();
+  EXPECT_EQ(values_of(decoded(*decoder, bytes_of("lis,thumb,index,middle\n40,1,2,3\n"))), (Values{{1, 2, 3}}))
+      << "a torn header, in the order that was first";
+  EXPECT_EQ(decoder->columns(), (std::vector<std::string>{"thumb", "index", "middle"}));
+  EXPECT_EQ(decoder->refusal(), "");
+}
+
+TEST(Lines, OfAnotherGloveAreNotTakenUnderTheNamesOfTheFirst) {
+  for (const char* header : {"t_s,flex1,flex2", "millis,thumb,ring", "millis,thumb,index,middle"}) {
+    const auto decoder = make_decoder(Format::lines);
+    decoded(*decoder, bytes_of("millis,thumb,index\n10,1,2\n"));
+    decoder->cut();
+    const std::string row =
+        std::string(header).find("middle") == std::string::npos ? "20,3,4\n" : "20,3,4,5\n";
+    EXPECT_TRUE(
+        decoded(*decoder, bytes_of("hello\n" + std::string(header) + "\n" + row + "30,1,2\n")).empty());
+    EXPECT_EQ(decoder->refusal(), "another glove speaks: its columns are " + std::string(header) +
+                                      ", and they were millis,thumb,index");
+  }
+}
+
+TEST(Lines, GoOnAfterWhatIsNoOtherGlovesHeader) {
+  const auto decoder = make_decoder(Format::lines);
+  decoded(*decoder, bytes_of("millis,thumb,index\n10,1,2\n"));
+  EXPECT_EQ(decoded(*decoder, bytes_of("please,wait,now\n20,1,2\n")).size(), 1U) << "a word in between";
+  decoder->cut();
+  EXPECT_EQ(decoded(*decoder, bytes_of("good,morning,all\nmillis,thumb,index\n20,1,2\n")).size(), 1U)
+      << "a greeting, then its header";
+  const auto nameless = make_decoder(Format::lines);
+  decoded(*nameless, bytes_of("1,2\n1,2\n"));
+  nameless->cut();
+  EXPECT_EQ(decoded(*nameless, bytes_of("thumb,index\n1,2\n")).size(), 1U)
+      << "a header that was missed before: column1 and column2 are no wrong names";
+}
+
+TEST(Frames, AreDroppedWhereTheyWereCut) {
+  const auto decoder = make_decoder(Format::frames);
+  link::GloveEnd glove(nullptr);
+  std::vector<std::uint8_t> half = frame(glove, 0, 0);
+  half.resize(half.size() / 2);
+  decoded(*decoder, half);
+  decoder->cut();
+  EXPECT_EQ(decoder->tally().torn, 1U);
+  EXPECT_EQ(decoded(*decoder, frame(glove, 10, 0)).size(), 1U);
+  decoder->cut();
+  EXPECT_EQ(decoder->tally().torn, 1U);
+}
+
+TEST(Lines, WithADeadStripKeepTheOtherFingers) {
+  const auto decoder = make_decoder(Format::lines);
+  const auto samples = decoded(*decoder, bytes_of("millis,a,b\n10,NaN,7\n20,8,\n30,nan,nan\n40,1,2\n"));
+  ASSERT_EQ(samples.size(), 4U);
+  EXPECT_TRUE(std::isnan(samples[0].value[0]));
+  EXPECT_EQ(samples[0].value[1], 7);
+  EXPECT_EQ(samples[1].value[0], 8);
+  EXPECT_TRUE(std::isnan(samples[1].value[1]));
+  EXPECT_EQ(samples[2].board_s, 0.03);
+  EXPECT_EQ(samples[3].value, (std::vector<double>{1, 2}));
+  EXPECT_EQ(decoder->tally().torn, 0U);
+  EXPECT_TRUE(decoded(*decoder, bytes_of("nan,1,2\n,1,2\n50,1,x\n")).empty()) << "no time; no number";
+  EXPECT_EQ(decoder->tally().torn, 3U);
+}
+
+TEST(Lines, ThatLackAllReadingsNameNoColumnsAndAreNoSamples) {
+  const auto decoder = make_decoder(Format::lines);
+  const auto samples = decoded(*decoder, bytes_of("nan nan\n1 2\n3 nan\nnan nan\n1e308 1e308\n"));
+  EXPECT_EQ(decoder->columns(), std::vector<std::string>()) << "the columns are not known yet";
+  EXPECT_TRUE(samples.empty());
+  const auto more = decoded(*decoder, bytes_of("1 2\n3 nan\nnan nan\n"));
+  EXPECT_EQ(decoder->columns(), (std::vector<std::string>{"column1", "column2"}));
+  ASSERT_EQ(more.size(), 2U);
+  EXPECT_TRUE(std::isnan(more[1].value[1]));
+}
+
+std::vector<std::string> columns_of(const std::string& header) {
+  const auto decoder = make_decoder(Format::lines);
+  decoded(*decoder, bytes_of(header + "\n"));
+  return decoder->columns();
+}
+
+TEST(Lines, HaveColumnsThatNoOtherColumnOfARecordingIsCalled) {
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(columns_of("millis,t_s,index_count"), (Names{"t_s-2", "index_count"}));
+  EXPECT_EQ(columns_of("millis,index,host_s"), (Names{"index", "host_s-2"}));
+  EXPECT_EQ(columns_of("millis,index,index"), (Names{"index", "index-2"}));
+  EXPECT_EQ(columns_of("index,index,index-2,index"), (Names{"index", "index-3", "index-2", "index-4"}));
+  EXPECT_EQ(columns_of("t_s,t_s,t_s-2"), (Names{"t_s-3", "t_s-2"}));
+}
+
+// As host/recording refuses them: one such value, and nothing could read the whole recording.
+TEST(Lines, WithAValueThatIsNoMeasurementAreTorn) {
+  const auto decoder = make_decoder(Format::lines);
+  const auto samples = decoded(*decoder, bytes_of("a,b\n1e308,1\n-1.0001e30,1\ninf,1\n1e30,2\n"));
+  ASSERT_EQ(samples.size(), 1U);
+  EXPECT_EQ(samples[0].value, (std::vector<double>{1e30, 2}));
+  EXPECT_EQ(decoder->tally().torn, 3U);
+}
+
 TEST(Detection, KnowsEachFormatFromItsMiddleAndNoiseFromAll) {
   link::GloveEnd glove(nullptr);
   std::vector<std::uint8_t> frames;

@@ -1,5 +1,5 @@
 // Bytes from anybody's port in each of the formats: samples as wide as the columns, in the order of time, and the same ones
-// whether the bytes come together or one by one.
+// whether the bytes come together or one by one, also where they were cut.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -33,14 +33,18 @@ void decode(Format format, bool readings, std::span<const std::uint8_t> bytes) {
   std::vector<Sample> one_by_one;
   whole->push(bytes, 1, at_once);
   for (const std::uint8_t& byte : bytes) parts->push({&byte, 1}, 1, one_by_one);
+  whole->cut();
+  parts->cut();
+  whole->push(bytes, 2, at_once);
+  for (const std::uint8_t& byte : bytes) parts->push({&byte, 1}, 2, one_by_one);
   require_same(at_once, one_by_one);
   for (const Sample& sample : at_once) {
     require(sample.value.size() == whole->columns().size());
     require(sample.remark.empty() || sample.remark.size() == sample.value.size());
     require(!sample.board_s || std::isfinite(*sample.board_s));
   }
-  require(whole->tally().bytes == bytes.size());
-  require(whole->tally().understood <= bytes.size());
+  require(whole->tally().bytes == 2 * bytes.size());
+  require(whole->tally().understood <= 2 * bytes.size());
   require(whole->tally().samples == at_once.size());
 }
 

@@ -57,6 +57,7 @@ Listener::Listener(ListenerOptions options, const std::function<void(const std::
                     options_.port));
   }
   decoder_ = make_decoder(*options_.format, options_.readings);
+  decoder_->cut();
   std::vector<Sample> before;  // without a time of their own; what is wanted of them is the header
   decoder_->push(heard_, now_s(), before);
 }
@@ -174,6 +175,8 @@ Event Listener::wait(double timeout_s, std::vector<Sample>& out) {
     was_let_go_ = false;
     return Event::back;
   }
+  if (const std::string why = decoder_->refusal(); !why.empty())
+    throw io::JobError(fmt::format("{}: {}", options_.port, why));
   try {
     speak();
     const std::vector<std::uint8_t> bytes = port_->read(timeout_s);
@@ -183,6 +186,7 @@ Event Listener::wait(double timeout_s, std::vector<Sample>& out) {
     return Event::samples;
   } catch (const io::JobError&) {
     port_.reset();
+    decoder_->cut();
     ++times_gone_;
     return Event::gone;
   }

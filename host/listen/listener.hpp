@@ -34,6 +34,8 @@ class Listener : public Source {
   // understood at any rate, a glove that waits for its hand and gives no readings, or a hand that waits for its glove.
   Listener(ListenerOptions options, const std::function<void(const std::string&)>& says);
 
+  // What was half when the port went is dropped, as is the first line of it when it is back, which may be the end of one.
+  // Throws io::JobError, one line with both headers: another glove of lines was plugged in, whose columns are called otherwise.
   Event wait(double timeout_s, std::vector<Sample>& out) override;
   const std::vector<std::string>& columns() const override { return decoder_->columns(); }
   const Tally& tally() const override { return decoder_->tally(); }
@@ -45,6 +47,7 @@ class Listener : public Source {
   int descriptor() const override;
   void let_go() override {
     port_.reset();
+    decoder_->cut();
     was_let_go_ = true;
   }
 

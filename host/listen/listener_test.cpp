@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <filesystem>
 #include <string>
+#include <utility>
 
 #include "host/io/io.hpp"
 #include "host/io/test_terminal.hpp"
@@ -45,6 +47,90 @@ TEST(Listening, TellsAPulledPlug) {
   EXPECT_EQ(event, Event::gone);
   EXPECT_EQ(listener.wait(0.02, out), Event::quiet) << "it looks for the port";
   EXPECT_EQ(listener.times_gone(), 1);
+}
+
+// A port that stays where it is, whatever board is behind it.
+class Socket {
+ public:
+  std::string port() const { return (folder_.path() / "glove").string(); }
+  void plug_in(const Board& board) {
+    std::filesystem::remove(port());
+    std::filesystem::create_symlink(board.port(), port());
+  }
+
+ private:
+  io::TemporaryFolder folder_;
+};
+
+Event listen_until(Listener& listener, Event wanted, std::vector<Sample>& out) {
+  Event event = Event::quiet;
+  for (int i = 0; i < 200 && event != wanted; ++i) event = listener.wait(0.02, out);
+  return event;
+}
+
+// What a board says once, then again and again.
+Board::Says once_then(const std::string& first, const std::string& again) {
+  return [first, again, said = false](const std::string&) mutable {
+    return std::exchange(said, true) ? again : first;
+  };
+}
+
+TEST(Listening, GluesNoLinesTogetherAcrossAPulledPlug) {
+  FLEXOR_NEEDS_TERMINALS();
+  Socket socket;
+  std::atomic<int> said = 0;
+  Board before([&](const std::string&) {
+    const int n = said++;
+    return n < 100 ? "100,200,300\n" : n == 100 ? "100,200,3" : "";
+  });
+  socket.plug_in(before);
+  Listener listener({.port = socket.port()}, kQuiet);
+  std::vector<Sample> out;
+  while (said < 110) listener.wait(0.02, out);
+  listener.wait(0.05, out);
+  before.unplug();
+  ASSERT_EQ(listen_until(listener, Event::gone, out), Event::gone);
+  EXPECT_EQ(listener.tally().torn, 1U) << "what was half";
+  Board after(once_then("77\n9,", "100,200,301\n"));
+  socket.plug_in(after);
+  ASSERT_EQ(listen_until(listener, Event::back, out), Event::back);
+  out = listen_for(listener, 0.3);
+  ASSERT_GT(out.size(), 5U);
+  for (const Sample& sample : out) EXPECT_EQ(sample.value, (std::vector<double>{100, 200, 301}));
+}
+
+TEST(Listening, EndsWithBothHeadersWhereAnotherGloveIsPluggedIn) {
+  FLEXOR_NEEDS_TERMINALS();
+  Socket socket;
+  Board before(once_then("millis,thumb,index\n", "1,10,20\n"));
+  socket.plug_in(before);
+  Listener listener({.port = socket.port()}, kQuiet);
+  std::vector<Sample> out;
+  before.unplug();
+  ASSERT_EQ(listen_until(listener, Event::gone, out), Event::gone);
+  Board after(once_then("millis,ring,pinky\n", "1,30,40\n"));
+  socket.plug_in(after);
+  ASSERT_EQ(listen_until(listener, Event::back, out), Event::back);
+  out.clear();
+  std::string why;
+  try {
+    listen_for(listener, 2);
+  } catch (const io::JobError& error) {
+    why = error.what();
+  }
+  EXPECT_EQ(
+      why, socket.port() +
+               ": another glove speaks: its columns are millis,ring,pinky, and they were millis,thumb,index");
+  EXPECT_TRUE(out.empty());
+}
+
+// "0B20" is an end of a line as good as a line: every finger of a later one would be left out but these.
+TEST(Listening, LearnsNoColumnsFromTheEndOfALine) {
+  FLEXOR_NEEDS_TERMINALS();
+  Board glove(once_then("D40E50F512G512P0\n", "A10B20C30D40E50F512G512P0\n"));
+  Listener listener({.port = glove.port()}, kQuiet);
+  EXPECT_GT(listen_for(listener, 0.3).size(), 5U);
+  EXPECT_EQ(listener.columns().size(), 5U);
 }
 
 std::string refusal(const ListenerOptions& options) {

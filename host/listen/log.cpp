@@ -17,7 +17,12 @@ Log::Log(const std::filesystem::path& path, const std::vector<std::string>& colu
   lines_ = "t_s,host_s";
   for (const std::string& column : columns) lines_ += "," + recording::quoted(column);
   lines_ += '\n';
-  flush();
+  try {
+    flush();
+  } catch (const io::JobError&) {  // an empty file would only stand in the way of the next recording
+    file_.remove();
+    throw;
+  }
 }
 
 Log::~Log() {

@@ -17,7 +17,8 @@ namespace flexor::listen {
 
 class Log {
  public:
-  // Throws io::InputError: there is such a file, no such folder, no permission.
+  // Throws io::InputError: there is such a file, no such folder, no permission; io::JobError: no room even for the header,
+  // and then there is no file either.
   Log(const std::filesystem::path& path, const std::vector<std::string>& columns);
   ~Log();  // flushes, errors or not
   Log(const Log&) = delete;

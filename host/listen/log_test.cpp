@@ -1,8 +1,13 @@
 #include "host/listen/log.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <cmath>
+#include <csignal>
 
 #include "host/io/io.hpp"
+#include "host/listen/replay_source.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::listen {
@@ -54,6 +59,58 @@ TEST(Log, IsOnTheDiskEachSecondAndNeverWrittenOver) {
   EXPECT_GE(std::count(text.begin(), text.end(), '\n'), 150);
   EXPECT_EQ(text.back(), '\n');
   EXPECT_THROW(Log(file, {"a"}), io::InputError);
+}
+
+TEST(Log, OfLinesWhoseHeaderRepeatsANameIsRead) {
+  const io::TemporaryFolder folder;
+  for (const char* header : {"millis,t_s,index", "millis,index,index", "millis,host_s,host_s"}) {
+    const fs::path file = folder.path() / header;
+    const auto decoder = make_decoder(Format::lines);
+    const std::string text = std::string(header) + "\n1000,1,2\n1020,3,4\n";
+    std::vector<Sample> samples;
+    decoder->push({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, 0, samples);
+    {
+      Log log(file, decoder->columns());
+      for (const Sample& sample : samples) log.add(sample);
+    }
+    const recording::Recording r = recording::read_csv(file, {});
+    EXPECT_EQ(r.column(decoder->columns().at(0)).value, (std::vector<double>{1, 3})) << header;
+    EXPECT_EQ(r.column(decoder->columns().at(1)).value, (std::vector<double>{2, 4})) << header;
+  }
+}
+
+TEST(Log, WithMissingReadingsIsReadWhereTheyAreNotAskedForAndIsPlayedAgain) {
+  const io::TemporaryFolder folder;
+  const fs::path file = folder.path() / "log.csv";
+  {
+    Log log(file, {"thumb", "index"});
+    for (int i = 0; i < 40; ++i) log.add({i * 0.01, {}, {std::nan(""), 100.0 + i}, {}});
+  }
+  EXPECT_EQ(recording::read_csv(file, {"index"}).t_s.size(), 40U);
+  ReplaySource source(file, 1000);
+  EXPECT_EQ(source.columns(), (std::vector<std::string>{"thumb", "index"}));
+  std::vector<Sample> samples;
+  while (source.wait(0.1, samples) != Event::ended) {
+  }
+  ASSERT_EQ(samples.size(), 40U);
+  EXPECT_TRUE(std::isnan(samples[9].value[0]));
+  EXPECT_EQ(samples[9].value[1], 109);
+}
+
+// A limit on the size of files stands for a disk that is full.
+TEST(Log, ThatHasNoRoomForItsHeaderLeavesNoFile) {
+  const io::TemporaryFolder folder;
+  const fs::path file = folder.path() / "log.csv";
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit none{0, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &none);
+  EXPECT_THROW(Log(file, {"a"}), io::JobError);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_FALSE(fs::exists(file));
+  EXPECT_NO_THROW(Log(file, {"a"})) << "the same name, once there is room";
 }
 
 }  // namespace

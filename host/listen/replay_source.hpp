@@ -13,7 +13,8 @@ namespace flexor::listen {
 
 class ReplaySource : public Source {
  public:
-  // CSV as host/recording reads it; a column host_s, this machine's clock of that time, is left out. `speed` 2: in half the
+  // CSV as host/recording reads it; a column host_s, this machine's clock of that time, is left out; an empty cell
+  // or nan is a missing reading. `speed` 2: in half the
   // time. Throws io::InputError: what read_csv() throws, a speed that is not from 0.01 to 1000.
   explicit ReplaySource(const std::filesystem::path& file, double speed = 1);
 

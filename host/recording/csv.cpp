@@ -19,7 +19,6 @@ namespace {
 
 using io::InputError;
 
-constexpr double kLargest = 1e30;            // of a reading: beyond, sums and squares would overflow
 constexpr std::size_t kLongestExcerpt = 40;  // of a cell in a message
 constexpr std::size_t kTornRows = 5;
 constexpr double kTornShare = 0.1;
@@ -431,7 +430,7 @@ std::optional<CsvReader::Parsed> CsvReader::parse(std::string_view text) const {
 }
 
 double CsvReader::checked(const Parsed& parsed, const std::string& column, const std::string& text) {
-  if (!std::isfinite(parsed.value) || std::abs(parsed.value) > kLargest) {
+  if (!is_measurement(parsed.value)) {
     fail(fmt::format("column \"{}\": {} is not a measurement; mend or remove the row", column, text));
   }
   if (parsed.decimal != 0 && decimal_ != 0 && parsed.decimal != decimal_) {
@@ -485,7 +484,7 @@ double CsvReader::time(const std::string& text) {
     fail(fmt::format("column \"{}\": \"{}\" can be read as two dates; write it as 2026-05-01", column, text));
   }
   const double seconds = found->format == TimeFormat::number ? found->value * time_unit_s_ : found->value;
-  if (std::abs(seconds) > kLargest) fail(fmt::format("column \"{}\": {} is no time", column, text));
+  if (!is_measurement(seconds)) fail(fmt::format("column \"{}\": {} is no time", column, text));
   return seconds;
 }
 

@@ -161,6 +161,11 @@ std::optional<double> to_number(std::string_view text) {
   return value;
 }
 
+bool is_measurement(double value) {
+  constexpr double kLargest = 1e30;
+  return std::abs(value) <= kLargest;
+}
+
 bool is_missing(std::string_view cell) { return cell.empty() || (cell.size() == 3 && lower(cell) == "nan"); }
 
 bool is_ambiguous_date(std::string_view text) {

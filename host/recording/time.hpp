@@ -31,6 +31,9 @@ bool is_ambiguous_date(std::string_view text);
 // A plain decimal number, all of the text.
 std::optional<double> to_number(std::string_view text);
 
+// What a reading can be: finite, and at most 1e30 from 0; beyond, sums and squares would overflow.
+bool is_measurement(double value);
+
 // A cell in which nothing was read: empty or nan, however that is written.
 bool is_missing(std::string_view cell);
 

@@ -13,6 +13,7 @@
 namespace flexor::listen {
 namespace {
 
+constexpr double kTryEvery_s = 0.1;  // to open a port that has gone
 constexpr unsigned kUsualRates_Bd[] = {115200, 9600,   57600,  38400,   19200,  230400,
                                        460800, 500000, 921600, 1000000, 2000000};
 constexpr const char* kWaits =
@@ -164,7 +165,10 @@ int Listener::descriptor() const { return port_ ? port_->descriptor() : -1; }
 
 Event Listener::wait(double timeout_s, std::vector<Sample>& out) {
   if (!port_) {
-    std::this_thread::sleep_for(std::chrono::duration<double>(std::min(timeout_s, 0.1)));
+    const double due_s = tried_s_ + kTryEvery_s - now_s();
+    std::this_thread::sleep_for(std::chrono::duration<double>(std::clamp(due_s, 0.0, timeout_s)));
+    if (due_s > timeout_s) return Event::quiet;
+    tried_s_ = now_s();
     try {
       port_ = std::make_unique<io::SerialPort>(options_.port, options_.baud);
     } catch (const io::InputError&) {  // what was let go is missed once

@@ -72,6 +72,7 @@ class Listener : public Source {
   std::vector<std::uint8_t> heard_;  // at the present rate, before the format was known
   std::size_t heard_bytes_ = 0;
   bool was_let_go_ = false;
+  double tried_s_ = -1;  // to open a port that has gone
   int times_gone_ = 0;
 };
 

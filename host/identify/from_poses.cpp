@@ -21,6 +21,7 @@ constexpr double kOtherPose = 0.6;  // and the other one
 constexpr double kBeyondPoses = 0.5;
 constexpr double kSameHold = 0.15;  // of the range, by which two holds of a pose may differ unsaid
 constexpr double kRoom_deg = 20;    // beyond the poses
+constexpr double kTrembles_counts = 6;
 
 struct Sensor {
   std::string column;
@@ -34,14 +35,23 @@ struct Sensor {
   }
 };
 
-std::vector<Sensor> sensors_of(const recording::Recording& log) {
+// One that is not connected would let no second count as rest.
+bool only_trembles(const Sensor& s) { return s.unit == "count" && s.span() <= kTrembles_counts; }
+
+std::vector<Sensor> sensors_of(const recording::Recording& log, std::vector<std::string>& warnings) {
   std::vector<Sensor> out;
   for (const recording::Column& column : log.columns) {
     if (column.name == "host_s") continue;
     Sensor sensor{column.name, recording::cut_name(column.name).name, column.unit, &column.value,
                   column.value};
     std::ranges::sort(sensor.sorted);
-    if (!sensor.sorted.empty() && sensor.span() > 0) out.push_back(std::move(sensor));
+    if (sensor.sorted.empty() || !(sensor.span() > 0)) continue;
+    if (only_trembles(sensor)) {
+      warnings.push_back(fmt::format("{} hardly moves, by {:.0f} counts: left out; is its strip connected?",
+                                     sensor.column, sensor.span()));
+    } else {
+      out.push_back(std::move(sensor));
+    }
   }
   if (out.empty())
     throw io::JobError(fmt::format("{}: no sensor moves: open and close the hand", log.source));
@@ -157,7 +167,8 @@ void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
 
 FromPoses model_from_poses(const recording::Recording& log, double rate_hz,
                            const std::map<std::string, PoseAngles>& angles) {
-  const std::vector<Sensor> sensors = sensors_of(log);
+  FromPoses out;
+  const std::vector<Sensor> sensors = sensors_of(log, out.warnings);
   check_angles(angles, sensors);
   const std::vector<Rest> rests = rests_in(log, sensors);
   if (rests.empty())
@@ -175,7 +186,6 @@ FromPoses model_from_poses(const recording::Recording& log, double rate_hz,
   if (fist.empty())
     throw io::JobError(
         fmt::format("{}: only one pose is held: begin with the open hand, then hold a fist", log.source));
-  FromPoses out;
   out.open_holds = static_cast<int>(open.size());
   out.fist_holds = static_cast<int>(fist.size());
   out.model.name = "from held poses";

@@ -47,6 +47,17 @@ TEST(FromPoses, IsTheLineThroughBothPoses) {
   EXPECT_NEAR(compensator.step(middle)[1].angle_deg, 30, 0.6);
 }
 
+TEST(FromPoses, AStripThatOnlyTremblesIsNamedAndTheOthersAreFitted) {
+  recording::Recording log = log_of({0, 1, 0, 1}, 1);
+  recording::Column dead{"middle_count", {}, "count"};
+  for (std::size_t k = 0; k < log.t_s.size(); ++k) dead.value.push_back(360 + static_cast<double>(k % 3) - 1);
+  log.columns.push_back(dead);
+  const FromPoses r = model_from_poses(log, 20, {});
+  EXPECT_EQ(r.model.joints.size(), 2U);
+  ASSERT_EQ(r.warnings.size(), 1U);
+  EXPECT_EQ(r.warnings[0], "middle_count hardly moves, by 2 counts: left out; is its strip connected?");
+}
+
 TEST(FromPoses, ABionicHandsAnglesAreThoseThatAreTold) {
   const recording::Recording log = log_of({0, 1, 0, 1}, 1);
   const FromPoses r = model_from_poses(log, 20, {{"index", {28, 113}}, {"thumb", {170, 90}}});

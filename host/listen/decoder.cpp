@@ -376,8 +376,12 @@ class LineDecoder : public TextDecoder {
  protected:
   bool take(const std::string& line, double host_s, std::vector<Sample>& out) override {
     if (recording::trimmed(line).empty() || !refusal_.empty()) return true;
-    if (separator_ == 0) separator_ = separator_of(line);
-    const std::vector<std::string_view> cells = cells_of(line, separator_);
+    std::string text = without_clock(line);
+    if (separator_ == 0) separator_ = separator_of(text);
+    if (separator_ == ';') std::ranges::replace(text, ',', '.');  // decimal commas
+    std::vector<std::string_view> cells = cells_of(text, separator_);
+    const std::vector<std::string_view> labels = take_labels(cells);
+    if (!labels.empty() && !std::ranges::equal(labels, names_) && !take_header(labels)) return false;
     if (std::ranges::all_of(cells, is_name)) return take_header(cells);
     std::vector<double> numbers = numbers_in(cells);
     if (numbers.empty()) return false;
@@ -409,6 +413,26 @@ class LineDecoder : public TextDecoder {
   }
 
  private:
+  // "17:03:50.753 -> 512,498", as the Arduino IDE shows it.
+  static std::string without_clock(const std::string& line) {
+    const std::size_t arrow = line.find(" -> ");
+    return arrow == std::string::npos ? line : line.substr(arrow + 4);
+  }
+
+  // "thumb:512,index:498", as serial plotters take it: the names, which are cut off the cells. Empty: not all have one.
+  static std::vector<std::string_view> take_labels(std::vector<std::string_view>& cells) {
+    std::vector<std::string_view> names;
+    std::vector<std::string_view> values;
+    for (const std::string_view cell : cells) {
+      const std::size_t colon = std::min(cell.find(':'), cell.size());
+      names.push_back(recording::trimmed(cell.substr(0, colon)));
+      values.push_back(recording::trimmed(cell.substr(std::min(colon + 1, cell.size()))));
+      if (!is_name(names.back()) || !number(values.back())) return {};
+    }
+    cells = values;
+    return names;
+  }
+
   static char separator_of(const std::string& line) {
     for (const char c : {'\t', ';', ','}) {
       if (line.find(c) != std::string::npos) return c;

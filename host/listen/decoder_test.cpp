@@ -145,6 +145,21 @@ TEST(Lines, WithoutAHeaderHaveNumberedColumnsAndNoClock) {
   }
 }
 
+TEST(Lines, AreReadAsPlottersMonitorsAndSpreadsheetsHaveThem) {
+  for (const char* text :
+       {"thumb:512.5,index:498\nthumb:513.5,index:497\n", "thumb:512.5 index:498\nthumb:513.5 index:497\n",
+        "17:03:50.753 -> thumb,index\n17:03:50.763 -> 512.5,498\n17:03:50.773 -> 513.5,497\n",
+        "thumb;index\n512,5;498\n513,5;497\n"}) {
+    const auto decoder = make_decoder(Format::lines);
+    const auto samples = decoded(*decoder, bytes_of(text));
+    ASSERT_EQ(samples.size(), 2U) << text;
+    EXPECT_EQ(decoder->columns(), (std::vector<std::string>{"thumb", "index"})) << text;
+    EXPECT_EQ(samples[0].value, (std::vector<double>{512.5, 498})) << text;
+    EXPECT_EQ(samples[1].value, (std::vector<double>{513.5, 497})) << text;
+    EXPECT_EQ(decoder->tally().torn, 0U) << text;
+  }
+}
+
 TEST(Lines, MillisAndMicrosAreClocks) {
   for (const auto& [name, second] :
        {std::pair{"millis", 1000}, std::pair{"micros", 1000000}, std::pair{"Time (ms)", 1000}}) {

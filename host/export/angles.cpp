@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iostream>
 #include <limits>
@@ -36,6 +37,13 @@ std::string joint_of(const std::string& column) {
 bool is_angle(const std::string& column) {
   const std::string unit = unit_of(column);
   return (unit == "deg" || unit == "rad") && !joint_of(column).ends_with("_se");
+}
+
+// Says no unit, and is nothing that `flexor` itself writes beside angles.
+bool may_be_an_angle(const std::string& column) {
+  constexpr std::array kOther = {"host_s", "_status", "_quality", "_se"};
+  return unit_of(column).empty() &&
+         std::ranges::none_of(kOther, [&](const char* end) { return column.ends_with(end); });
 }
 
 std::string list_of(const std::vector<std::string>& names) {
@@ -76,7 +84,12 @@ Angles::Angles(const std::filesystem::path& path, const AngleOptions& options)
 
 void Angles::choose(const std::vector<std::string>& there, const AngleOptions& options) {
   chosen_ = options.columns;
-  if (chosen_.empty()) std::ranges::copy_if(there, std::back_inserter(chosen_), is_angle);
+  if (!chosen_.empty()) return;
+  std::ranges::copy_if(there, std::back_inserter(chosen_), is_angle);
+  std::vector<std::string> left;
+  std::ranges::copy_if(there, std::back_inserter(left), may_be_an_angle);
+  if (!chosen_.empty() && !left.empty())
+    notes_.push_back(fmt::format("{}: left out, as no unit is stated: {}; --columns names them", source_, list_of(left)));
   if (!chosen_.empty()) return;
   throw InputError(
       fmt::format("{}: no column is called NAME_deg or NAME_rad: name angles with --columns; there are {}",

@@ -101,6 +101,16 @@ void expect_refused(const std::string& text, const AngleOptions& options, const 
   }
 }
 
+TEST(Angles, ThatStateNoUnitAreLeftOutAloud) {
+  const io::TemporaryFolder folder;
+  const auto path = folder.path() / "angles.csv";
+  io::write_file(path, "t_s,a_deg,bend,a_status,host_s,flex_count\n0,1,2,0,0,5\n1,2,3,0,1,5\n");
+  Angles angles(path, {});
+  EXPECT_EQ(angles.joints(), std::vector<std::string>{"a"});
+  ASSERT_EQ(angles.notes().size(), 1U);
+  EXPECT_EQ(angles.notes()[0], path.string() + ": left out, as no unit is stated: bend; --columns names them");
+}
+
 TEST(Angles, RefuseInOneLineWhatIsNoAngle) {
   expect_refused("t_s,flex\n0,1\n1,2\n", {}, "--columns; there are flex");
   expect_refused("t_s,flex_V\n0,1\n1,2\n", {{"flex_V"}, {}, {}, 0}, "is in V");

@@ -8,7 +8,7 @@
 // lines   numbers separated by comma, semicolon, tab or blanks, a line for each sample, with a header or without one:
 //         what the logging sketch writes, and most sketches that people have. nan, or nothing between two separators, is
 //         a reading that is missing, where the columns are known. A header that comes again may have its names in another order:
-//         the values keep their columns. One with other names is another glove's, of which nothing is taken
+//         the values keep their columns. One with other names is another glove's, of which nothing is taken.
 //         Also with labels, as serial plotters take them (thumb:512,index:498), behind the Arduino IDE's clock
 //         (17:03:50.753 -> 512,498), and with decimal commas between semicolons
 #pragma once

@@ -433,6 +433,13 @@ void Calibration::plot(const std::string& finger) {
   plot_ = plot_of(static_cast<std::size_t>(found - joints_.begin()));
 }
 
+// Of some strip at two places.
+bool Calibration::has_rested() const {
+  constexpr double kTwoOfThree = 0.6;
+  return coverage_ &&
+         std::ranges::any_of(coverage_->covered(), [](const Covered& c) { return c.holds > kTwoOfThree; });
+}
+
 std::string Calibration::what_is_missing() const {
   if (!coverage_) return "";
   for (const Covered& c : coverage_->covered()) {
@@ -456,7 +463,10 @@ std::string Calibration::what_to_do() const {
       if (!log_) return "Waiting for the glove's readings.";
       if (setup_.reference == Reference::poses) {
         const char* pose = at(kPoses, seconds_);
-        return pose != nullptr ? pose : "Enough. Go on.";
+        if (pose != nullptr) return pose;
+        return has_rested()
+                   ? "Enough. Go on."
+                   : "No rest was seen: hold the open hand, then a fist, each still for three seconds.";
       }
       if (pictures_ > 20 && recent_share_ < kSeen)
         return is_markerless() ? "The camera finds no hand: turn its side towards it."

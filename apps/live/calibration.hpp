@@ -90,6 +90,7 @@ class Calibration {
   void begin_motion();
   void end_motion();
   bool is_needed(const std::string& angle) const;
+  bool has_rested() const;
   std::string what_is_missing() const;
   std::string who_does_not_follow() const;  // of the result; "": all do
   nlohmann::ordered_json result_state() const;

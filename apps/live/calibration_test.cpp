@@ -118,6 +118,21 @@ TEST_F(Guided, PosesNeedNoCamera) {
   EXPECT_EQ(c.identify_arguments(0, "thumb=90:170").at(4), "thumb=90:170");
 }
 
+TEST_F(Guided, PosesAreEnoughWhereTheyAreHeld) {
+  const auto said = [this](bool held) {
+    Calibration c = start(Reference::poses);
+    c.next(true);
+    for (int k = 0; k < 20 * 17; ++k) {
+      const double t_s = 0.05 * k;
+      const double share = held ? (std::fmod(t_s, 8) < 4 ? 0 : 1) : 0.5 + 0.5 * std::sin(t_s);
+      c.add(listen::Sample{t_s, {}, {500 + 100 * share}, {}}, {"index_count"});
+    }
+    return c.state().at("say").get<std::string>();
+  };
+  EXPECT_EQ(said(true), "Enough. Go on.");
+  EXPECT_NE(said(false).find("No rest was seen"), std::string::npos);
+}
+
 // As after `kill -9`: what is left is the session.
 TEST_F(Guided, GoesOnAfterTheProgramHasEnded) {
   Calibration c = start(Reference::marks);

@@ -263,7 +263,7 @@ void Live::play_again(const std::filesystem::path& file, const std::string& name
 void Live::replay_seek(io::JsonReader& parts) {
   if (!replay_) throw io::InputError("nothing is replayed");
   replay_->seek(parts.number_within("t_s", 0, 1e7));
-  if (model_) wear();
+  if (fingers_ && fingers_->is_worn()) fingers_->wear(*model_, tracked_);  // its past is another now
 }
 
 void Live::replay_play(io::JsonReader& parts) {

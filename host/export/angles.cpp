@@ -89,7 +89,8 @@ void Angles::choose(const std::vector<std::string>& there, const AngleOptions& o
   std::vector<std::string> left;
   std::ranges::copy_if(there, std::back_inserter(left), may_be_an_angle);
   if (!chosen_.empty() && !left.empty())
-    notes_.push_back(fmt::format("{}: left out, as no unit is stated: {}; --columns names them", source_, list_of(left)));
+    notes_.push_back(
+        fmt::format("{}: left out, as no unit is stated: {}; --columns names them", source_, list_of(left)));
   if (!chosen_.empty()) return;
   throw InputError(
       fmt::format("{}: no column is called NAME_deg or NAME_rad: name angles with --columns; there are {}",

@@ -108,7 +108,8 @@ TEST(Angles, ThatStateNoUnitAreLeftOutAloud) {
   Angles angles(path, {});
   EXPECT_EQ(angles.joints(), std::vector<std::string>{"a"});
   ASSERT_EQ(angles.notes().size(), 1U);
-  EXPECT_EQ(angles.notes()[0], path.string() + ": left out, as no unit is stated: bend; --columns names them");
+  EXPECT_EQ(angles.notes()[0],
+            path.string() + ": left out, as no unit is stated: bend; --columns names them");
 }
 
 TEST(Angles, RefuseInOneLineWhatIsNoAngle) {

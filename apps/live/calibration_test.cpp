@@ -203,6 +203,44 @@ TEST_F(Guided, AMarkerlessReferenceStatesItsOwnError) {
             std::string::npos);
 }
 
+// The plot's line is the table's, and the verdict is against the best of what anybody would try first.
+TEST_F(Guided, AResultStandsBesideItsStrongestBaseline) {
+  using Json = nlohmann::ordered_json;
+  Calibration c = start(Reference::marks);
+  c.next(true);
+  c.next(true);
+  move(c, 45, true);
+  c.next(true);
+  const std::filesystem::path report = c.model().parent_path() / "report";
+  std::filesystem::create_directory(report);
+  io::write_file(report / "samples-1.csv",
+                 "t_s,measured_deg,estimated_deg,straight_line_deg,line_lead_deg,held_out\n"
+                 "0,1,2,7,8,0\n1,2,3,7,8,1\n2,3,4,7,8,1\n");
+  const auto result = [](double rmse_deg) {
+    const auto of = [](double error_deg) { return Json{{"rmse_deg", error_deg}}; };
+    return Json{{"joints",
+                 {{"index",
+                   {{"holdout", {{"rmse_deg", rmse_deg}, {"fit_percent", 80}}},
+                    {"baselines", {{"line", of(8)}, {"line_lead", of(4)}, {"static_curve", of(2.5)}}}}}}}};
+  };
+  c.identified(result(2), {"index: something"});
+  const Json good = c.state().at("result");
+  EXPECT_EQ(good.at("fingers").at(0).at("line_deg"), 4);
+  EXPECT_EQ(good.at("plot").at("line_deg"), Json({8, 8}));
+  EXPECT_EQ(good.at("fingers").at(0).at("verdict"),
+            "80 % of the error of a static curve by least squares, the next best");
+  EXPECT_EQ(good.at("warnings"), Json({"index: something"}));
+  c.repeat();
+  move(c, 45, true, 100);
+  c.next(true);
+  std::filesystem::rename(report, c.model().parent_path() / "report-2");
+  c.identified(result(3), {});
+  const Json bad = c.state().at("result");
+  EXPECT_TRUE(bad.at("fingers").at(0).at("verdict").get<std::string>().starts_with(
+      "no better than a static curve by least squares (2.5 degrees)"))
+      << bad;
+}
+
 TEST_F(Guided, AHandThatIsNotFoundIsSaid) {
   Calibration c = start(Reference::markerless);
   c.next(true);

@@ -1,8 +1,11 @@
 #include "apps/live/command.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <future>
+
+#include "host/io/io.hpp"
 
 namespace flexor::live {
 namespace {
@@ -27,6 +30,19 @@ TEST(Command, AFailureIsItsLastLine) {
   EXPECT_FALSE(r.ok);
   EXPECT_NE(r.text.find("/none/there.json"), std::string::npos) << r.text;
   EXPECT_EQ(r.text.find("flexor: "), std::string::npos);
+}
+
+TEST(Command, WhatItWarnsOfIsKept) {
+  const io::TemporaryFolder folder;
+  std::string text = "t_s,index_count,middle_count\n";
+  for (int k = 0; k < 320; ++k)
+    text += fmt::format("{:.2f},{},{}\n", 0.05 * k, k / 80 % 2 == 0 ? 300 : 500, 360 + k % 3);
+  io::write_file(folder.path() / "log.csv", text);
+  const CommandResult r = run({"identify", "--poses", (folder.path() / "log.csv").string(), "--rate", "20",
+                               "--model", (folder.path() / "model.json").string()});
+  ASSERT_TRUE(r.ok) << r.text;
+  ASSERT_EQ(r.warnings.size(), 1U);
+  EXPECT_NE(r.warnings[0].find("middle_count hardly moves"), std::string::npos) << r.warnings[0];
 }
 
 TEST(Command, IsEndedAtOnce) {

@@ -1,6 +1,5 @@
 // Jobs: commands of `flexor` in processes of their own, one at a time.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <numeric>
 
@@ -8,6 +7,17 @@
 #include "host/io/io.hpp"
 
 namespace flexor::live {
+
+namespace {
+
+// In one line: the result page lists those of a calibration.
+std::string in_words(const std::vector<std::string>& warnings) {
+  if (warnings.empty()) return "done";
+  if (warnings.size() == 1) return "done. " + warnings.front();
+  return fmt::format("done, with {} warnings", warnings.size());
+}
+
+}  // namespace
 
 void Live::require_no_job() const {
   jobs_.require_none();
@@ -26,9 +36,7 @@ void Live::start(const std::string& name, std::vector<std::string> arguments,
   last_.reset();
   jobs_.run_command(name, std::move(arguments),
                     [this, name, done = std::move(done)](const CommandResult& result) {
-                      const std::string warnings = fmt::format("{}", fmt::join(result.warnings, "; "));
-                      const std::string good = warnings.empty() ? "done" : warnings;
-                      ended(name, result.ok, result.ok ? good : result.text);
+                      ended(name, result.ok, result.ok ? in_words(result.warnings) : result.text);
                       done(result);
                       send_state();
                     });

@@ -1,6 +1,11 @@
 #include "apps/live/sessions.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <set>
+#include <thread>
 
 #include "apps/live/session_recording.hpp"
 #include "host/io/io.hpp"
@@ -72,6 +77,46 @@ TEST(Sessions, ANameCannotLeaveTheFolder) {
   EXPECT_THROW(sessions.create("a\nb", "right", "g", "x"), io::InputError);
   EXPECT_THROW(sessions.create(std::string(100, 'a'), "right", "g", "x"), io::InputError);
   EXPECT_THROW(sessions.create("\xff\xfe", "right", "g", "x"), io::InputError);
+}
+
+// Whoever can write into the folder leads nobody out of it, and lets nobody wait.
+TEST(Sessions, LinksAndFifosAreNotFollowed) {
+  const io::TemporaryFolder folder;
+  Sessions outside(folder.path() / "outside");
+  const Session foreign = outside.create("eve", "right", "g", "x");
+  Sessions sessions(folder.path() / "all");
+  fs::create_symlink(outside.folder(foreign), folder.path() / "all/linked");
+  EXPECT_TRUE(sessions.list().empty());
+  fs::create_symlink(folder.path() / "precious", folder.path() / "all/index.json");
+  io::write_file(folder.path() / "precious", "mine");
+  EXPECT_THROW(sessions.create("anna", "right", "g", "x"), io::InputError);
+  EXPECT_EQ(io::read_file(folder.path() / "precious"), "mine");
+  fs::remove(folder.path() / "all/index.json");
+  ASSERT_EQ(mkfifo((folder.path() / "all/index.json").c_str(), 0600), 0);
+  EXPECT_THROW(sessions.create("anna", "right", "g", "x"), io::InputError);
+  EXPECT_TRUE(sessions.list().empty()) << "nothing is left of one that could not be made";
+}
+
+TEST(Sessions, OfManyFilesItsOwnAreListed) {
+  const io::TemporaryFolder folder;
+  Sessions sessions(folder.path());
+  const Session made = sessions.create("anna", "right", "g", "x");
+  for (int k = 0; k < 50; ++k) io::write_file(sessions.folder(made) / fmt::format("a{}.png", k), "");
+  io::write_file(sessions.folder(made) / "log.csv", "");
+  const std::vector<std::string> files = sessions.list().at(0).files;
+  EXPECT_EQ(files.size(), 40U);
+  EXPECT_EQ(files.front(), "log.csv");
+}
+
+TEST(Sessions, OfManyProgramsEachGetsOneOfItsOwn) {
+  const io::TemporaryFolder folder;
+  std::vector<std::string> names(8);
+  {
+    std::vector<std::jthread> programs;
+    for (std::string& name : names)
+      programs.emplace_back([&] { name = Sessions(folder.path()).create("anna", "right", "g", "x").name; });
+  }
+  EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), names.size());
 }
 
 TEST(Sessions, ARecordingTakesNothingOfAnotherGlove) {

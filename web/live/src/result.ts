@@ -18,6 +18,8 @@ export function createResult(app: App) {
   table.classList.add('result-table');
   const verdicts = h('ul', { class: 'verdicts' });
   const warnings = h('ul', { class: 'verdicts', 'data-testid': 'result-warnings' });
+  const howMany = h('summary', {});
+  const warned = h('details', { 'data-testid': 'result-warned' }, howMany, warnings);
   const report = h('a', { class: 'button quiet', target: '_blank', 'data-testid': 'result-report' }, 'The whole report');
   const fingers = h('div', { class: 'segmented', role: 'group', 'aria-label': 'Finger in the plot' });
   const plot = createResultPlot();
@@ -26,7 +28,7 @@ export function createResult(app: App) {
     { class: 'result', 'data-testid': 'result' },
     h('div', { class: 'scroll', tabindex: '0', role: 'region', 'aria-label': 'Result for each finger' }, table),
     verdicts,
-    warnings,
+    warned,
     report,
     fingers,
     error,
@@ -49,6 +51,9 @@ export function createResult(app: App) {
       for (const part of [fingers, plot.element]) show(part, isMeasured);
       show(report, !!result.report);
       if (result.report) report.setAttribute('href', `files/${result.report}`);
+      const count = result.warnings?.length ?? 0;
+      show(warned, count > 0);
+      setText(howMany, count === 1 ? 'One warning' : `${count} warnings`);
       keyed(
         warnings,
         (result.warnings ?? []).map((text) => ({ text })),

@@ -36,7 +36,9 @@ WholeHand hand_of(const model::Model& model, const std::vector<double>& joints_d
   return promise.get_future().get();
 }
 
-double knuckle_deg(const WholeHand& hand, const char* joint) { return hand.angle_deg[*posture::find_joint(joint)]; }
+double knuckle_deg(const WholeHand& hand, const char* joint) {
+  return hand.angle_deg[*posture::find_joint(joint)];
+}
 
 TEST(HandView, DrawsWhatIsMeasuredAlsoWhereItIsUnlikely) {
   const WholeHand hand = hand_of(model_of({"index", "middle", "ring", "pinky"}), {0, 90, 0, 0});

@@ -77,7 +77,7 @@ function createLink(app: App) {
   const screen = tile('Message to screen', 'screen');
   const jitter = tile('Jitter of arrival', 'jitter');
   const lost = tile('Frames lost', 'lost');
-  const torn = tile('Torn, of them', 'torn');
+  const torn = tile('Torn', 'torn');
   const element = panel(
     'link',
     'Link',

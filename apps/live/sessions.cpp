@@ -90,7 +90,7 @@ std::optional<Session> load(const fs::path& folder) {
     s.side = reader.text("side");
     s.glove = reader.text("glove");
     s.made = reader.text("made");
-    s.seconds = reader.number("seconds");
+    s.seconds = reader.number_within("seconds", 0, 1e9);
     if (!reader.member("model").is_null()) s.model = reader.text("model");
     if (s.model.find('/') != std::string::npos) return {};
     if (reader.has("calibration")) s.calibration = reader.member("calibration");

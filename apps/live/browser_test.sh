@@ -4,7 +4,6 @@
 #   markerless  the markerless reference on a film of a real hand
 #   journey     the whole way against the program with both simulated boards and a film as webcam
 # KEEP names a folder that keeps the pictures.
-# Page, boards and film run in real time: on a machine that does something else meanwhile a second try counts, and is said.
 set -euo pipefail
 part=$1
 build=$2
@@ -20,16 +19,10 @@ trap 'rm -rf "$work"' EXIT
 pictures=${KEEP:-$work/pictures}/$part
 cd "$root/web"
 
-try() {
-  "$@" && return
-  echo "the first try failed; load $(cut -d' ' -f1-3 /proc/loadavg) on $(nproc) cores; the second:"
-  "$@"
-}
-
 case $part in
   page)
     npm test --silent
-    FLEXOR_PAGE_OUT=$build/apps/live/page try node live/page_test.mjs --pictures "$pictures"
+    FLEXOR_PAGE_OUT=$build/apps/live/page node live/page_test.mjs --pictures "$pictures"
     ;;
   markerless)
     real=$root/../shared/data/video/green_markers.mp4
@@ -38,12 +31,12 @@ case $part in
     "$build/apps/camera/test_inputs" "$real" "$work/real.mjpeg"
     "$flexor" track "$real" --joints "$root/models/joints/green_markers.json" --out "$work/real.csv" 2>"$work/errors" ||
       { cat "$work/errors"; exit 1; }
-    try node live/markerless_test.mjs "$flexor" "$work/real.mjpeg" "$work/real.csv" --pictures "$pictures"
+    node live/markerless_test.mjs "$flexor" "$work/real.mjpeg" "$work/real.csv" --pictures "$pictures"
     ;;
   journey)
     python3 -c 'import os; os.openpty()' 2>/dev/null || { echo "skipped: no pseudo-terminals"; exit 77; }
     [ -e /usr/share/arduino/hardware/arduino/avr/bootloaders/optiboot ] || { echo "skipped: arduino-core-avr is missing"; exit 77; }
     "$flexor" camera film --motion protocol --mjpeg --out "$work/film" 2>"$work/errors" || { cat "$work/errors"; exit 1; }
-    try node live/journey_test.mjs "$flexor" "$work/film/video.mjpeg" --pictures "$pictures"
+    node live/journey_test.mjs "$flexor" "$work/film/video.mjpeg" --pictures "$pictures"
     ;;
 esac

@@ -193,7 +193,7 @@ void Live::wear() {
         server_->post([this, rows = std::move(rows)] { server_->send_all(rows.bytes()); });
       },
       [this](const std::exception& error) {
-        post("hand", [why = io::JobError(io::one_line(error.what()))] { throw why; });
+        post("hand", [this, why = io::JobError(error.what())] { say_failed("hand", why); });
       });
 }
 

@@ -196,19 +196,19 @@ std::optional<std::size_t> ColourTracker::only_candidate(std::size_t mark,
   return fitting.front();
 }
 
-// Of its length now to what it was; none: not both ends are seen by themselves.
-std::optional<double> ColourTracker::bone_ratio(std::size_t link) const {
+// None: not both ends are seen by themselves.
+std::optional<double> ColourTracker::bone_now_px(std::size_t link) const {
   const Followed& a = marks_[skeleton_.links[link].from];
   const Followed& b = marks_[skeleton_.links[link].to];
-  if (bone_px_[link] <= 0 || !a.seen || !b.seen || a.seen->touching || b.seen->touching) return std::nullopt;
-  return distance(a.seen->centre, b.seen->centre) / bone_px_[link];
+  if (!a.seen || !b.seen || a.seen->touching || b.seen->touching) return std::nullopt;
+  return distance(a.seen->centre, b.seen->centre);
 }
 
 // Between two pictures a bone keeps its length: one mark has taken another's place.
 bool ColourTracker::looks_wrong() const {
   for (std::size_t l = 0; l < skeleton_.links.size(); ++l) {
-    const std::optional<double> ratio = bone_ratio(l);
-    if (ratio && std::abs(*ratio - 1) > kBoneOfJump) return true;
+    const std::optional<double> now = bone_now_px(l);
+    if (now && bone_px_[l] > 0 && std::abs(*now / bone_px_[l] - 1) > kBoneOfJump) return true;
   }
   return false;
 }
@@ -263,11 +263,8 @@ void ColourTracker::find_lost(const std::vector<Mark>& candidates, double t_s) {
 
 void ColourTracker::learn_bones() {
   for (std::size_t l = 0; l < skeleton_.links.size(); ++l) {
-    const Followed& a = marks_[skeleton_.links[l].from];
-    const Followed& b = marks_[skeleton_.links[l].to];
-    if (!a.seen || !b.seen || a.seen->touching || b.seen->touching) continue;
-    const double now = distance(a.seen->centre, b.seen->centre);
-    bone_px_[l] = bone_px_[l] > 0 ? bone_px_[l] + kBone * (now - bone_px_[l]) : now;
+    const std::optional<double> now = bone_now_px(l);
+    if (now) bone_px_[l] = bone_px_[l] > 0 ? bone_px_[l] + kBone * (*now - bone_px_[l]) : *now;
   }
 }
 

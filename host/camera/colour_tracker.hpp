@@ -69,7 +69,7 @@ class ColourTracker {
   void name_anew(const std::vector<Mark>& candidates, double t_s);
   void find_lost(const std::vector<Mark>& candidates, double t_s);
   void find_missing(const Picture& picture, double t_s);
-  std::optional<double> bone_ratio(std::size_t link) const;
+  std::optional<double> bone_now_px(std::size_t link) const;
   bool looks_wrong() const;
   std::optional<std::size_t> only_candidate(std::size_t mark, const std::vector<Mark>& candidates) const;
   void learn_bones();

@@ -1,7 +1,7 @@
 // Opens the built page in Chromium against mock.mjs, as a phone and a desktop would, light and dark, and walks through it by
 // keyboard. It looks for axe-core's serious findings, a page wider than its screen, anything fetched from elsewhere, anything
 // that the Content-Security-Policy stopped; it measures weight, time to the first picture, and from message to drawn frame.
-// A time is the best of three, as whatever else a machine does only adds to it; a wait ends when what is waited for is there.
+// A wait ends when what is waited for is there.
 // Usage: node page_test.mjs [--pictures FOLDER]        CHROMIUM names another browser.
 import { existsSync, mkdirSync, readdirSync, readFileSync, statSync } from 'node:fs';
 import { createRequire } from 'node:module';
@@ -124,43 +124,32 @@ async function eventually(condition) {
 
 // ---- what a person does
 
-// The least of up to three measurements, or the first that is within the limit.
-async function best(limit, measure) {
-  let least = Infinity;
-  for (let i = 0; i < 3 && !(least <= limit); ++i) least = Math.min(least, await measure());
-  return least;
-}
-
 async function firstPicture({ page, where }) {
-  let hand_ms = Infinity;
-  const paint_ms = await best(firstPicture_ms, async () => {
-    if (hand_ms < Infinity) await page.reload({ waitUntil: 'commit' });
-    await by(page, 'card-index').waitFor();
-    await page.locator('[data-testid=hand-canvas]').waitFor();
-    await until(page, `${where}: the hand is drawn`, () => document.querySelector('.stage-message')?.hidden === true);
-    hand_ms = Math.min(hand_ms, await page.evaluate(() => performance.now()));
-    return page.evaluate(() => performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? Infinity);
-  });
+  await by(page, 'card-index').waitFor();
+  const paint_ms = await page.evaluate(
+    () => performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? Infinity,
+  );
   check(
     `${where}: first picture after ${Math.round(paint_ms)} ms, at most ${firstPicture_ms}`,
     paint_ms <= firstPicture_ms,
   );
+  await page.locator('[data-testid=hand-canvas]').waitFor();
+  await until(page, `${where}: the hand is drawn`, () => document.querySelector('.stage-message')?.hidden === true);
+  const hand_ms = await page.evaluate(() => performance.now());
   check(`${where}: a moving hand ${Math.round(hand_ms)} ms after opening, at most 5000`, hand_ms <= 5000);
 }
 
 async function latency({ page, where }) {
-  const ms = await best(2 * frame_ms, async () => {
-    await by(page, 'tab-look').click();
-    await page.waitForTimeout(6000);
-    await by(page, 'tab-wear').click();
-    await page.waitForTimeout(6000); // so that its frames alone are counted
-    await by(page, 'tab-look').click();
-    await page.waitForTimeout(250);
-    return Number((await by(page, 'link-screen').textContent())?.replace(/[^0-9.]/g, '')) || Infinity;
-  });
+  await by(page, 'tab-look').click();
+  await page.waitForTimeout(6000);
+  await by(page, 'tab-wear').click();
+  await page.waitForTimeout(6000); // so that its frames alone are counted
+  await by(page, 'tab-look').click();
+  await page.waitForTimeout(250);
+  const ms = Number((await by(page, 'link-screen').textContent())?.replace(/[^0-9.]/g, ''));
   check(
     `${where}: from message to drawn frame ${ms} ms at the median, at most two frames (${(2 * frame_ms).toFixed(1)} ms)`,
-    ms <= 2 * frame_ms,
+    ms > 0 && ms <= 2 * frame_ms,
   );
   await by(page, 'tab-wear').click();
 }
@@ -281,7 +270,7 @@ async function calibrate(view, mock, reference) {
     check(
       `${where}: ${sent.length} JPEGs sent, ${rate.toFixed(1)} a second, in time's order`,
       sent.length > 10 &&
-        rate > 1 && // a machine that does much else takes fewer
+        rate > 3 && // a machine that does much else takes fewer
         rate < 21 &&
         sent.every((p) => p.jpeg && p.bytes < 512 * 1024) &&
         times.every((t, i) => i === 0 || t > times[i - 1]),

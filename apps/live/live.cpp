@@ -34,7 +34,7 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
   };
   handlers.closed = [](Client) {};
   server_ = std::make_unique<Server>(options_.server, std::move(handlers));
-  if (!options_.key.empty()) (void)deploy::load_key(options_.key);
+  if (!options_.key.empty()) key_ = deploy::load_key(options_.key);
   if (!options_.model.empty()) wear_model({}, options_.model);
   if (options_.worn) {
     attach(options_.worn->source(), options_.worn->port(), options_.worn->has_boards() ? "boards" : "twin");

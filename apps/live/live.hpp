@@ -217,6 +217,7 @@ class Live {
   double source_begin_s_ = 0;  // the server's clock when the source's was 0
   std::string port_;           // the glove's
   std::optional<HandPort> hand_port_;
+  decltype(listen::ListenerOptions::key) key_;
   std::vector<std::string> named_;  // by the options
   std::string hand_path_;           // likewise
   double named_tried_s_ = -1e9;
@@ -243,6 +244,7 @@ class Live {
   std::shared_ptr<void> calibration_held_;
   std::unique_ptr<CameraFeed> camera_;
   double camera_opened_s_ = 0;
+  int camera_number_ = 0;                  // the newest: what an older one says of its end is forgotten
   double newest_picture_s_ = -1e9;         // of the page
   std::optional<double> camera_offset_s_;  // the server's clock minus the page's
   double picture_sent_s_ = -1;

@@ -108,8 +108,9 @@ void Live::open_camera() {
           last_ = Json{{"job", "camera"}, {"ok", false}, {"text", why}};
         });
       },
-      [this](std::string why) {
-        post("camera", [this, why = std::move(why)] {
+      [this, number = ++camera_number_](std::string why) {
+        post("camera", [this, number, why = std::move(why)] {
+          if (number != camera_number_) return;
           last_ = Json{{"job", "camera"}, {"ok", false}, {"text", why}};
           camera_.reset();
           if (!calibration_ || !calibration_->wants_pictures()) return;

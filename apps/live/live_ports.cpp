@@ -77,7 +77,9 @@ void Live::listen_to(std::vector<std::string> paths, bool is_chosen) {
   options.readings = true;
   options.angles_will_do = true;
   options.waiting_hand_will_do = true;
-  if (!options_.key.empty()) options.key = deploy::load_key(options_.key);
+  // Of a file it may be another by now; standard input is read once.
+  if (std::filesystem::is_regular_file(options_.key)) key_ = deploy::load_key(options_.key);
+  options.key = key_;
   search_.end();
   for (const std::string& path : paths) {
     const bool is_over = is_chosen && (replay_ || status_ == "gone");

@@ -163,6 +163,7 @@ Session Sessions::create(const std::string& person, const std::string& side, con
   const std::string stem =
       fmt::format("{:%Y-%m-%d_%H%M%S}_{}", now, as_file_name(person.empty() ? what : person));
   s.name = stem;
+  io::make_folder(root_);
   std::error_code error;
   for (int n = 2; !fs::create_directory(root_ / s.name, error); ++n) {  // another program may be as quick
     if (error)

@@ -654,8 +654,24 @@ std::vector<std::string> asked_for(const HandRequest& request) {
   return std::vector(request.map.size(), request.structure);
 }
 
-// What was proven on a part, the same structures once more from all; the figures stay those of the part.
-void fit_again(const HandRequest& request, const std::vector<Files>& files, HandIdentification& r) {
+double rmse_deg(const std::vector<JointSamples>& pairs) {
+  double squares = 0;
+  double count = 0;
+  for (const JointSamples& s : pairs) {
+    for (std::size_t k = 0; k < s.gap.size(); ++k) {
+      const double error_deg = s.estimated_deg[k] - s.measured_deg[k];
+      if (s.gap[k] != 0 || !std::isfinite(error_deg)) continue;
+      squares += error_deg * error_deg;
+      ++count;
+    }
+  }
+  return count > 0 ? std::sqrt(squares / count) : 0;
+}
+
+// What was proven on a part, the same structures once more from all; the figures stay those of the part. False: some joint of it
+// errs more on all than what was proven, which stays then.
+bool fit_again(const HandRequest& request, const std::vector<Files>& files, HandIdentification& r) {
+  constexpr double kWorse = 1.3;
   HandRequest all = request;
   all.split = 1;
   HandIdentification again;
@@ -666,11 +682,25 @@ void fit_again(const HandRequest& request, const std::vector<Files>& files, Hand
   }
   const std::vector<Sampled> samples = sample_all(files, r.clocks, all);
   fit_model(all, proven, files, samples, {}, again);
+  std::vector<std::size_t> joints(r.joints.size());
+  std::iota(joints.begin(), joints.end(), 0);
+  const auto estimated = estimates(again.model, files, samples, joints);
+  for (const std::size_t j : joints) {
+    const double part_deg = rmse_deg(r.joints[j].samples);
+    const double all_deg = rmse_deg(series_of(samples, j, estimated[j]));
+    if (all_deg <= kWorse * part_deg) continue;
+    r.warnings.push_back(fmt::format(
+        "{}: fitted to all it errs by {:.1f} deg, fitted to the first part by {:.1f}: the model is "
+        "the one of the first part",
+        r.joints[j].name, all_deg, part_deg));
+    return false;
+  }
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     r.joints[j].donnings = again.joints[j].donnings;
     r.joints[j].hold_drift_deg = again.joints[j].hold_drift_deg;  // of what is worn
   }
   r.model = std::move(again.model);
+  return true;
 }
 
 void check(const HandRequest& request) {
@@ -766,10 +796,11 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   }
   score_joints(request, files, samples, r);
   r.proven = r.model;
-  if (request.fit_all) fit_again(request, files, r);
+  HandRequest done = request;
+  done.fit_all = request.fit_all && fit_again(request, files, r);
   state_reference_error(request, r);
   warn_of_readings(r.model, files, r.warnings);
-  describe(request, files, r);
+  describe(done, files, r);
   return r;
 }
 

@@ -381,7 +381,7 @@ class LineDecoder : public TextDecoder {
     if (separator_ == ';') std::ranges::replace(text, ',', '.');  // decimal commas
     std::vector<std::string_view> cells = cells_of(text, separator_);
     const std::vector<std::string_view> labels = take_labels(cells);
-    if (!labels.empty() && !std::ranges::equal(labels, names_) && !take_header(labels)) return false;
+    if (!labels.empty() && !take_labelled(labels)) return false;
     if (std::ranges::all_of(cells, is_name)) return take_header(cells);
     std::vector<double> numbers = numbers_in(cells);
     if (numbers.empty()) return false;
@@ -431,6 +431,19 @@ class LineDecoder : public TextDecoder {
     }
     cells = values;
     return names;
+  }
+
+  // A labelled row says itself whose it is; another glove's are known by two alike, for a label may be torn.
+  bool take_labelled(const std::vector<std::string_view>& labels) {
+    if (std::ranges::equal(labels, names_)) {
+      places_.clear();
+      other_.clear();
+      return true;
+    }
+    const bool is_again = !other_.empty() && std::ranges::equal(labels, other_);
+    if (take_header(labels)) return true;
+    if (is_again) is_anothers(labels.size());
+    return false;
   }
 
   static char separator_of(const std::string& line) {

@@ -160,6 +160,21 @@ TEST(Lines, AreReadAsPlottersMonitorsAndSpreadsheetsHaveThem) {
   }
 }
 
+TEST(Lines, WithLabelsBearATornOneAndKnowAnotherGlove) {
+  const auto decoder = make_decoder(Format::lines);
+  decoded(*decoder, bytes_of("thumb:1,index:2\nthumb:1,indxx:2\n"));
+  EXPECT_EQ(decoded(*decoder, bytes_of("thumb:3,index:4\n")).size(), 1U);
+  EXPECT_EQ(decoder->refusal(), "");
+  const auto turned = decoded(*decoder, bytes_of("index:6,thumb:5\nthumb:7,index:8\n"));
+  ASSERT_EQ(turned.size(), 2U);
+  EXPECT_EQ(turned[0].value, (std::vector<double>{5, 6}));
+  EXPECT_EQ(turned[1].value, (std::vector<double>{7, 8}));
+  decoder->cut();
+  EXPECT_TRUE(
+      decoded(*decoder, bytes_of("ring:1\nring:1,pinky:2\nring:1,pinky:2\nring:1,pinky:2\n")).empty());
+  EXPECT_NE(decoder->refusal().find("ring,pinky"), std::string::npos);
+}
+
 TEST(Lines, MillisAndMicrosAreClocks) {
   for (const auto& [name, second] :
        {std::pair{"millis", 1000}, std::pair{"micros", 1000000}, std::pair{"Time (ms)", 1000}}) {

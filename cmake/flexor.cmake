@@ -20,7 +20,6 @@ if(FLEXOR_SANITIZE STREQUAL "thread")
 elseif(FLEXOR_SANITIZE)
   add_compile_options(-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize=null,vptr,object-size,alignment
                       -fno-sanitize-recover=all -fno-omit-frame-pointer)
-  set(unity_warnings -Wno-shadow)
   add_link_options(-fsanitize=address,undefined)
   add_custom_target(fuzzers)
 endif()
@@ -78,7 +77,11 @@ function(flexor_embed name folder)
 endfunction()
 
 add_library(flexor_warnings INTERFACE)
-target_compile_options(flexor_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror ${unity_warnings})
+target_compile_options(flexor_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror)
+if(FLEXOR_UNITY)
+  # Of a room as one file, where one source's names meet another's; script/lint has them for each source alone.
+  target_compile_options(flexor_warnings INTERFACE -Wno-shadow $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # False alarms of GCC 12 inside the standard library's string and vector (GCC bugs 105329, 105562).
   target_compile_options(flexor_warnings INTERFACE -Wno-restrict -Wno-stringop-overflow)
@@ -92,11 +95,11 @@ function(flexor_runtime name)
   flexor_headers_compile_alone(${name} ${ARG_HEADERS})
 endfunction()
 
-# What a target compiles of its sources. Under the sanitizers those of a room are one file, in a third of the time, where one
-# file's names meet another's; the release build compiles every file alone. The file names the sources from the root, so that
-# every clone compiles the same text, which CMake's own unity build does not.
+# What a target compiles of its sources: with FLEXOR_UNITY one file that includes them, in a third of the time. It names the
+# sources from the root, so that every clone compiles the same text, which CMake's own unity build does not; names in the
+# unnamed namespaces of one room must therefore differ.
 function(flexor_sources name out)
-  if(NOT FLEXOR_SANITIZE OR FLEXOR_SANITIZE STREQUAL "thread")
+  if(NOT FLEXOR_UNITY)
     set(${out} ${ARGN} PARENT_SCOPE)
     return()
   endif()
@@ -114,15 +117,12 @@ function(flexor_sources name out)
   set(${out} ${CMAKE_CURRENT_BINARY_DIR}/${name}_room.cpp ${generated} PARENT_SCOPE)
 endfunction()
 
-# PRIVATE_USES are libraries that must not show in the room's headers (Ceres, matio, ...). APART: no two of its files are
-# ever compiled as one.
+# PRIVATE_USES are libraries that must not show in the room's headers (Ceres, matio, ...). APART are sources that are always
+# compiled alone, for options of their own.
 function(flexor_library name)
-  cmake_parse_arguments(ARG "APART" "" "HEADERS;SOURCES;USES;PRIVATE_USES" ${ARGN})
-  set(sources ${ARG_SOURCES})
-  if(NOT ARG_APART)
-    flexor_sources(${name} sources ${ARG_SOURCES})
-  endif()
-  add_library(${name} STATIC ${sources})
+  cmake_parse_arguments(ARG "" "" "HEADERS;SOURCES;APART;USES;PRIVATE_USES" ${ARGN})
+  flexor_sources(${name} sources ${ARG_SOURCES})
+  add_library(${name} STATIC ${sources} ${ARG_APART})
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PUBLIC ${ARG_USES} PRIVATE flexor_warnings ${ARG_PRIVATE_USES})
   target_compile_definitions(${name} PRIVATE FLEXOR_VERSION="${PROJECT_VERSION}")
@@ -132,7 +132,7 @@ endfunction()
 # A header that leans on its includer must fail. One that its own .cpp or _test.cpp includes first is proven by that;
 # every other gets a translation unit of its own.
 function(flexor_headers_compile_alone library)
-  if(FLEXOR_SANITIZE)
+  if(FLEXOR_UNITY)
     return()
   endif()
   file(RELATIVE_PATH room ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})

@@ -10,7 +10,7 @@
 #include "host/recording/mat.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace align_command {
 
 struct Options {
   identify::SourceFiles files;
@@ -97,9 +97,10 @@ void run(const Options& o) {
   if (!o.out.empty()) print(fmt::format("written        {}\n", o.out));
 }
 
-}  // namespace
+}  // namespace align_command
 
 void add_align(CLI::App& app) {
+  using namespace align_command;
   auto o = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("align", "Find the clock offset of two logs of one motion from their signals");

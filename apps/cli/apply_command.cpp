@@ -14,7 +14,7 @@
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace apply_command {
 
 struct Options {
   std::string model;
@@ -219,9 +219,10 @@ void run(const Options& o) {
   say(followed);
 }
 
-}  // namespace
+}  // namespace apply_command
 
 void add_apply(CLI::App& app) {
+  using namespace apply_command;
   auto o = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("apply", "Turn sensor readings into angles: wide CSV on standard output");

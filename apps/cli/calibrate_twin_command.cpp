@@ -15,7 +15,7 @@
 #include "host/study/twin_fit.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace calibrate_twin_command {
 
 using Json = nlohmann::ordered_json;
 
@@ -184,9 +184,10 @@ void run_twin(const TwinOptions& o) {
   o.ensemble ? draw_twins(o) : fit_twin(o);
 }
 
-}  // namespace
+}  // namespace calibrate_twin_command
 
 void add_calibrate_twin(CLI::App& app) {
+  using namespace calibrate_twin_command;
   auto o = std::make_shared<TwinOptions>();
   CLI::App* command = app.add_subcommand(
       "calibrate-twin",

@@ -18,7 +18,7 @@
 #include "host/study/deployment.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace deploy_command {
 
 struct Options {
   std::string model;
@@ -331,9 +331,10 @@ void add_key_options(CLI::App& command, Options& o) {
       ->excludes(new_key);
 }
 
-}  // namespace
+}  // namespace deploy_command
 
 void add_deploy(CLI::App& app) {
+  using namespace deploy_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "deploy", "A model file as firmware for glove and hand, with what it costs measured");

@@ -9,7 +9,7 @@
 #include "host/report/render.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace donning_command {
 
 struct Options {
   std::vector<std::filesystem::path> files;
@@ -54,9 +54,10 @@ void run(const Options& o) {
   if (!o.report.empty()) print(fmt::format("report   {}/report.html\n", o.report));
 }
 
-}  // namespace
+}  // namespace donning_command
 
 void add_donning(CLI::App& app) {
+  using namespace donning_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "donning", "What changed between sessions of one glove: where its sensors lie and reach");

@@ -20,7 +20,7 @@
 #include "host/study/shape_check.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace experiment_command {
 
 struct Options {
   std::string gestures = "1-6";
@@ -285,9 +285,10 @@ void run(Options& o) {
   }
 }
 
-}  // namespace
+}  // namespace experiment_command
 
 std::string seed_fault(const std::string& text) {
+  using namespace experiment_command;
   std::uint64_t seed = 0;
   const char* const end = text.data() + text.size();
   const auto [at, error] = std::from_chars(text.data(), end, seed);
@@ -296,6 +297,7 @@ std::string seed_fault(const std::string& text) {
 }
 
 void set_rate(model::Model& model, std::optional<double> rate_hz) {
+  using namespace experiment_command;
   if (!rate_hz) return;
   if (!(*rate_hz > 0) || !std::isfinite(*rate_hz))
     throw io::InputError("--rate must be a positive number of samples a second: 10, 20, 50 or 100");
@@ -303,6 +305,7 @@ void set_rate(model::Model& model, std::optional<double> rate_hz) {
 }
 
 twin::Parameters twin_parameters(const std::string& file, const std::vector<std::string>& set) {
+  using namespace experiment_command;
   twin::Parameters p = file.empty() ? study::shipped_parameters() : twin::load(file);
   for (const std::string& assignment : set) twin::assign(p, assignment);
   twin::check(p);
@@ -310,6 +313,7 @@ twin::Parameters twin_parameters(const std::string& file, const std::vector<std:
 }
 
 void add_experiment(CLI::App& app) {
+  using namespace experiment_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "experiment", "The published experiment in the twin: gestures x compensators x trials");

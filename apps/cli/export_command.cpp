@@ -12,7 +12,7 @@
 #include "host/recording/time.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace export_command {
 
 struct Options {
   std::vector<std::string> files;
@@ -92,9 +92,10 @@ void add_format_options(CLI::App& command, Options& o) {
       ->check(CLI::Range(1, 9999));
 }
 
-}  // namespace
+}  // namespace export_command
 
 void add_export(CLI::App& app) {
+  using namespace export_command;
   auto o = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("export", "Recorded angles for other programs: ROS 2 and Foxglove, OpenSim, BIDS");

@@ -12,7 +12,7 @@
 #include "host/io/json.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace flash_command {
 
 namespace fs = std::filesystem;
 
@@ -93,9 +93,10 @@ void run(const Options& o) {
         "supply was. Optiboot (Arduino IDE: Tools, Burn Bootloader, as an Uno) mends that.\n");
 }
 
-}  // namespace
+}  // namespace flash_command
 
 void add_flash(CLI::App& app) {
+  using namespace flash_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "flash", "Writes a deployment's image into a board through its bootloader, and compares");

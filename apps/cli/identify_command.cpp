@@ -19,7 +19,7 @@
 #include "host/report/render.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace identify_command {
 
 struct Options {
   identify::FileRequest request;
@@ -364,9 +364,10 @@ void add_pairs(CLI::App& command, Options& o) {
                      "with --pair: a model of which only gains and dead zones are fitted to the wearer");
 }
 
-}  // namespace
+}  // namespace identify_command
 
 void add_identify(CLI::App& app) {
+  using namespace identify_command;
   auto o = std::make_shared<Options>();
   identify::FileRequest& r = o->request;
   CLI::App* command = app.add_subcommand(

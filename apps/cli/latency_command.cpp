@@ -8,7 +8,7 @@
 #include "host/study/deployment.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace latency_command {
 
 struct Options {
   std::string model = "published-hw";
@@ -53,9 +53,10 @@ void run(const Options& o) {
   if (!o.folder.empty()) print(fmt::format("\nreport {}/report.html\n", o.folder));
 }
 
-}  // namespace
+}  // namespace latency_command
 
 void add_latency(CLI::App& app) {
+  using namespace latency_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "latency", "Time from a sensor's edge to the motor, stage by stage, on simulated boards");

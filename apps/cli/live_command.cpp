@@ -14,7 +14,7 @@
 #include "host/io/json.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace live_command {
 
 struct Options {
   std::string port = "auto";
@@ -138,9 +138,10 @@ void run(const Options& o) {
   live.run(*stop.flag());
 }
 
-}  // namespace
+}  // namespace live_command
 
 void add_live(CLI::App& app) {
+  using namespace live_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "live", "One page in a browser: the hand as it moves, a guided calibration, scopes, sessions");

@@ -11,7 +11,7 @@
 #include "host/io/json.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace monitor_command {
 
 struct Options {
   GlovePort glove;
@@ -144,9 +144,10 @@ void run(const Options& o) {
   if (!live) view.draw(false, false);
 }
 
-}  // namespace
+}  // namespace monitor_command
 
 void add_monitor(CLI::App& app) {
+  using namespace monitor_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("monitor",
                                          "A glove in the terminal, as it moves: a bar for each finger; or a "

@@ -11,7 +11,7 @@
 #include "host/io/json.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace pair_command {
 
 namespace fs = std::filesystem;
 
@@ -104,9 +104,10 @@ void run(const Options& o) {
                       io::shell_word(file)));
 }
 
-}  // namespace
+}  // namespace pair_command
 
 void add_pair(CLI::App& app) {
+  using namespace pair_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("pair", "One key for glove and hand over USB, without a compiler");
   command->add_option(

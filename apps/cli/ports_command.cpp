@@ -9,7 +9,7 @@
 #include "host/listen/listener.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace ports_command {
 
 struct Options {
   bool listen = false;
@@ -57,9 +57,10 @@ void run(const Options& o) {
   }
 }
 
-}  // namespace
+}  // namespace ports_command
 
 void add_ports(CLI::App& app) {
+  using namespace ports_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("ports", "Serial ports that may be gloves or hands");
   command->add_flag("--listen", o->listen,

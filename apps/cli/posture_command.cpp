@@ -14,7 +14,7 @@
 #include "host/posture/learn.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace posture_command {
 
 struct LearnOptions {
   std::vector<std::string> files;
@@ -229,9 +229,10 @@ void add_complete(CLI::App& posture) {
   command->callback([o] { run_complete(*o); });
 }
 
-}  // namespace
+}  // namespace posture_command
 
 void add_posture(CLI::App& app) {
+  using namespace posture_command;
   CLI::App* posture = app.add_subcommand("posture", "What sensed joints say of the whole hand");
   posture->require_subcommand(1);
   add_learn(*posture);

@@ -9,7 +9,7 @@
 #include "host/study/catalogue.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace protocol_command {
 
 using Json = nlohmann::ordered_json;
 
@@ -67,9 +67,10 @@ void run(bool json) {
       "creep;\nthe full range shows where the strip goes blind; poses in no order show what is no script.\n");
 }
 
-}  // namespace
+}  // namespace protocol_command
 
 void add_protocol(CLI::App& app) {
+  using namespace protocol_command;
   auto json = std::make_shared<bool>(false);
   CLI::App* command =
       app.add_subcommand("protocol", "The motion to record a glove and a camera with, second by second");

@@ -9,7 +9,7 @@
 #include "host/io/output.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace recalibrate_command {
 
 struct Options {
   donning::FileRequest request;
@@ -71,9 +71,10 @@ void run(Options& o) {
   show(r, o.out);
 }
 
-}  // namespace
+}  // namespace recalibrate_command
 
 void add_recalibrate(CLI::App& app) {
+  using namespace recalibrate_command;
   auto o = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("recalibrate", "Fit a model's sensors anew to a glove that was put on again");

@@ -10,7 +10,7 @@
 #include "host/listen/log.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace record_command {
 
 struct Options {
   std::string out;
@@ -93,9 +93,10 @@ void run(const Options& o) {
                     log->restarts(), unplugged));
 }
 
-}  // namespace
+}  // namespace record_command
 
 void add_record(CLI::App& app) {
+  using namespace record_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "record",

@@ -10,7 +10,7 @@
 #include "host/study/journal.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace report_command {
 
 struct Options {
   std::string folder;
@@ -26,9 +26,10 @@ void run(const Options& o) {
                : fmt::format("report   {}\n", page));
 }
 
-}  // namespace
+}  // namespace report_command
 
 void add_report(CLI::App& app) {
+  using namespace report_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "report", "Draw a job's report once more, from the results that it saved in its folder");

@@ -12,7 +12,7 @@
 #include "host/score/score.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace score_command {
 
 struct Options {
   std::string reference;
@@ -101,9 +101,10 @@ void run(const Options& o) {
                   s.best_lag_s, s.lag_removed_rmse_deg, s.lag_removed_iae_deg_s));
 }
 
-}  // namespace
+}  // namespace score_command
 
 void add_score(CLI::App& app) {
+  using namespace score_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("score", "Compare two CSV files of angles");
   command->add_option("reference", o->reference, "CSV with the measured angle")->required();

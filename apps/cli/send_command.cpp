@@ -17,7 +17,7 @@
 #include "host/study/boards.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace send_command {
 
 struct Options {
   std::string model;
@@ -100,9 +100,10 @@ void run(const Options& o) {
                     sent.pieces ? fmt::format(" in {} pieces", *sent.pieces) : "", sent.took_s));
 }
 
-}  // namespace
+}  // namespace send_command
 
 void add_send(CLI::App& app) {
+  using namespace send_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "send",

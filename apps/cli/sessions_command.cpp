@@ -8,7 +8,7 @@
 #include "host/io/json.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace sessions_command {
 
 struct Options {
   std::string folder;
@@ -44,9 +44,10 @@ void run(const Options& o) {
   }
 }
 
-}  // namespace
+}  // namespace sessions_command
 
 std::filesystem::path sessions_folder(const std::string& given) {
+  using namespace sessions_command;
   if (!given.empty()) return given;
   const char* home = std::getenv("HOME");
   if (home == nullptr || *home == '\0')
@@ -55,6 +56,7 @@ std::filesystem::path sessions_folder(const std::string& given) {
 }
 
 void add_sessions(CLI::App& app) {
+  using namespace sessions_command;
   auto o = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("sessions", "Recordings, models and reports that flexor live keeps, newest first");

@@ -7,7 +7,7 @@
 #include "host/model/model.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace show_command {
 
 using nlohmann::literals::operator""_json_pointer;
 
@@ -71,9 +71,10 @@ void run(const Options& o) {
   }
 }
 
-}  // namespace
+}  // namespace show_command
 
 void add_show(CLI::App& app) {
+  using namespace show_command;
   auto o = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("show", "Show a model document: a diagram of its blocks, and its limits");

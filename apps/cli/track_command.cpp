@@ -19,7 +19,7 @@ namespace flexor::cli {
 
 using Json = nlohmann::ordered_json;
 
-namespace {
+namespace track_command {
 
 struct Options {
   TrackOptions track;
@@ -242,9 +242,10 @@ void run_film(const FilmOptions& o) {
                     o.mjpeg ? ", video.mjpeg" : "", o.folder));
 }
 
-}  // namespace
+}  // namespace track_command
 
 Json track_video(io::Worker& camera, const TrackOptions& o, const std::function<bool()>& goes_on) {
+  using namespace track_command;
   ProgressLine line;
   return camera.run("track",
                     {{"video", bytes(o.video)},
@@ -261,6 +262,7 @@ Json track_video(io::Worker& camera, const TrackOptions& o, const std::function<
 }
 
 void add_track(CLI::App& app) {
+  using namespace track_command;
   auto o = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("track", "Angles of a hand from a video or a camera: marks on its joints");
@@ -293,6 +295,7 @@ void add_track(CLI::App& app) {
 }
 
 void add_camera(CLI::App& app) {
+  using namespace track_command;
   CLI::App* camera = app.add_subcommand("camera", "Calibrate a lens; film the twin's hand");
   camera->require_subcommand(1);
   auto c = std::make_shared<CalibrateOptions>();

@@ -10,7 +10,7 @@
 #include "host/study/glove_recording.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace twin_command {
 
 using Json = nlohmann::ordered_json;
 
@@ -121,9 +121,10 @@ void add_twin_record(CLI::App& twin) {
   command->callback([o] { record(*o); });
 }
 
-}  // namespace
+}  // namespace twin_command
 
 void add_twin(CLI::App& app) {
+  using namespace twin_command;
   auto json = std::make_shared<bool>(false);
   CLI::App* command =
       app.add_subcommand("twin",

@@ -11,7 +11,7 @@
 #include "host/study/bench.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace wear_command {
 
 struct Options {
   std::string model = "published-hw";
@@ -80,9 +80,10 @@ void run(const Options& o) {
   }
 }
 
-}  // namespace
+}  // namespace wear_command
 
 void add_twin_wear(CLI::App& twin) {
+  using namespace wear_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = twin.add_subcommand("wear",
                                           "A glove without hardware: both boards simulated in real time with "

@@ -10,7 +10,7 @@
 #include "host/report/wiring.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace wiring_command {
 
 struct Options {
   std::string out;
@@ -54,9 +54,10 @@ void run(const Options& o) {
                   deploy::to_text(pins)));
 }
 
-}  // namespace
+}  // namespace wiring_command
 
 void add_wiring(CLI::App& app) {
+  using namespace wiring_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "wiring", "What to solder where, with pictures and parts, and the sketch that logs a glove");

@@ -5,12 +5,15 @@
 namespace flexor::live {
 namespace {
 
-constexpr double kSilent_s = 2;  // it speaks several times a second
+constexpr double kHandSilent_s = 2;  // it speaks several times a second
 
 }  // namespace
 
 HandPort::HandPort(std::shared_ptr<listen::Source> source, std::string path, double begin_s)
-    : source_(std::move(source)), path_(std::move(path)), begin_s_(begin_s), newest_s_(begin_s - kSilent_s) {}
+    : source_(std::move(source)),
+      path_(std::move(path)),
+      begin_s_(begin_s),
+      newest_s_(begin_s - kHandSilent_s) {}
 
 std::vector<listen::Sample> HandPort::poll() {
   std::vector<listen::Sample> out;
@@ -26,7 +29,7 @@ std::vector<listen::Sample> HandPort::poll() {
 
 const char* HandPort::status(double now_s) const {
   if (is_gone_) return "gone";
-  return now_s - newest_s_ < kSilent_s ? "connected" : "waits";
+  return now_s - newest_s_ < kHandSilent_s ? "connected" : "waits";
 }
 
 std::string HandPort::remark(std::size_t column) const {

@@ -17,7 +17,7 @@ constexpr double kTick_s = 0.004;
 constexpr double kState_s = 0.2;
 constexpr double kLook_s = 1;
 constexpr double kTogether_s = 0.002;  // samples that come closer go in one message
-constexpr double kPause_s = 0.5;       // of the glove: what is longer is not worn
+constexpr double kGlovePause_s = 0.5;  // of the glove: what is longer is not worn
 constexpr double kDrawEvery_s = 1.0 / 15;
 
 }  // namespace
@@ -238,7 +238,7 @@ void Live::write(const listen::Sample& sample) {
     if (anew_ && !anew_->is_over) {
       const double before_s = anew_->recording.seconds();
       anew_->recording.add(sample, columns_);
-      anew_->worn_s += std::min(anew_->recording.seconds() - before_s, kPause_s);
+      anew_->worn_s += std::min(anew_->recording.seconds() - before_s, kGlovePause_s);
       if (anew_->worn_s >= kAnew_s) finish_anew();
     }
   } catch (const std::exception& error) {

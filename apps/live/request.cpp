@@ -72,21 +72,21 @@ bool same_in_constant_time(std::string_view one, std::string_view other) {
 }
 
 Target read_target(std::string_view target, std::string_view token) {
-  using Kind = Target::Kind;
-  if (target.empty() || target.front() != '/') return {Kind::foreign, {}};
+  using enum Target::Kind;
+  if (target.empty() || target.front() != '/') return {foreign, {}};
   const std::string_view path = target.substr(1, target.find('?') - 1);
   const auto slash = path.find('/');
-  if (token.empty() || !same_in_constant_time(path.substr(0, slash), token)) return {Kind::foreign, {}};
-  if (slash == path.npos) return {Kind::bare, {}};
+  if (token.empty() || !same_in_constant_time(path.substr(0, slash), token)) return {foreign, {}};
+  if (slash == path.npos) return {bare, {}};
 
   const std::string_view rest = path.substr(slash + 1);
-  if (rest.empty()) return {Kind::asset, "index.html"};
-  if (rest == "socket") return {Kind::socket, {}};
+  if (rest.empty()) return {asset, "index.html"};
+  if (rest == "socket") return {socket, {}};
   auto name = decoded(rest);
-  if (!name || !is_plain_path(*name)) return {Kind::nothing, {}};
+  if (!name || !is_plain_path(*name)) return {nothing, {}};
   constexpr std::string_view kFiles = "files/";
-  if (name->starts_with(kFiles)) return {Kind::file, name->substr(kFiles.size())};
-  return {Kind::asset, std::move(*name)};
+  if (name->starts_with(kFiles)) return {file, name->substr(kFiles.size())};
+  return {asset, std::move(*name)};
 }
 
 bool is_origin_of(std::string_view origin, std::string_view scheme, std::string_view host) {

@@ -173,6 +173,7 @@ function(flexor_test name)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_USES} flexor_warnings GTest::gtest_main rapidcheck)
   target_compile_definitions(${name} PRIVATE FLEXOR_SOURCE_DIR=".")
+  target_compile_options(${name} PRIVATE -O1)  # the work that takes time is in the libraries
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
     PROPERTIES TIMEOUT 300 COST ${cost})
 endfunction()

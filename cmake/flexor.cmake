@@ -1,7 +1,8 @@
 # Helpers that keep every room's CMakeLists.txt to a few lines.
 #   flexor_runtime(NAME HEADERS ... USES ...)           header-only, C++14
 #   flexor_library(NAME HEADERS ... SOURCES ... USES)   host library, C++20
-#   flexor_test(NAME SOURCES ... USES ...)              GoogleTest program, one ctest entry per test; runs in the root
+#   flexor_test(NAME SOURCES ... USES ...)              GoogleTest program; runs in the root
+#   flexor_script_test(NAME COMMAND ...)                any other program that tests
 #   flexor_test_runs(NAME DEFINITION TARGET ...)        a program that it runs, as DEFINITION
 #   flexor_avr_test(NAME SOURCE file VARIANTS ...)      builds for the ATmega328P
 #   flexor_fuzzer(NAME SOURCES ... USES ...)            libFuzzer program (preset asan)
@@ -23,6 +24,7 @@ elseif(FLEXOR_SANITIZE)
   add_link_options(-fsanitize=address,undefined)
   add_custom_target(fuzzers)
 endif()
+add_custom_target(sanitized)
 
 # A program loads the libraries that it calls, not those that something beside it calls: OpenCV brings two hundred.
 add_link_options(-Wl,--as-needed)
@@ -161,12 +163,13 @@ function(flexor_headers_compile_alone library)
   endif()
 endfunction()
 
-# LONG: its tests start before the others, also where none was ever timed, so that no core waits for one at the end.
+# A program of GoogleTest's: one ctest entry, or SHARDS of them, which share its tests. Under the sanitizers there are those
+# alone that are SANITIZED: parsers, the link, the runtime, threads. LONG names tests, as --gtest_filter does, that need real
+# time, thousands of fits or minutes: script/test --all has them, as NAME_long.
 function(flexor_test name)
-  cmake_parse_arguments(ARG "LONG" "" "SOURCES;USES" ${ARGN})
-  set(cost 0)
-  if(ARG_LONG)
-    set(cost 100)
+  cmake_parse_arguments(ARG "SANITIZED" "SHARDS;LONG" "SOURCES;USES" ${ARGN})
+  if(FLEXOR_SANITIZE AND NOT ARG_SANITIZED)
+    return()
   endif()
   flexor_sources(${name} sources ${ARG_SOURCES})
   add_executable(${name} ${sources})
@@ -174,12 +177,47 @@ function(flexor_test name)
   target_link_libraries(${name} PRIVATE ${ARG_USES} flexor_warnings GTest::gtest_main rapidcheck)
   target_compile_definitions(${name} PRIVATE FLEXOR_SOURCE_DIR=".")
   target_compile_options(${name} PRIVATE -O1)  # the work that takes time is in the libraries
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
-    PROPERTIES TIMEOUT 300 COST ${cost})
+  set_property(GLOBAL APPEND_STRING PROPERTY FLEXOR_TESTS "$<TARGET_FILE:${name}>\n")
+  if(FLEXOR_SANITIZE)
+    add_dependencies(sanitized ${name})
+  endif()
+  if(ARG_LONG)
+    add_test(NAME ${name}_long COMMAND ${name} --gtest_filter=${ARG_LONG} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+    set_tests_properties(${name}_long PROPERTIES LABELS long TIMEOUT 1800)
+    if(ARG_LONG STREQUAL "*")
+      return()
+    endif()
+  endif()
+  if(NOT ARG_SHARDS)
+    set(ARG_SHARDS 1)
+  endif()
+  foreach(shard RANGE 1 ${ARG_SHARDS})
+    math(EXPR index "${shard} - 1")
+    set(entry ${name})
+    if(ARG_SHARDS GREATER 1)
+      set(entry ${name}_${shard}_of_${ARG_SHARDS})
+    endif()
+    add_test(NAME ${entry} COMMAND ${name} --gtest_filter=-${ARG_LONG} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+    set_tests_properties(${entry} PROPERTIES TIMEOUT 600 COST ${ARG_SHARDS}
+      ENVIRONMENT "GTEST_TOTAL_SHARDS=${ARG_SHARDS};GTEST_SHARD_INDEX=${index}")
+  endforeach()
+endfunction()
+
+# Another program that tests: NAME COMMAND..., LONG as above where it stands first. Exit status 77: skipped.
+function(flexor_script_test name)
+  cmake_parse_arguments(ARG "LONG;ALONE" "" "COMMAND" ${ARGN})
+  add_test(NAME ${name} COMMAND ${ARG_COMMAND} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+  set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 1500 COST 9 RUN_SERIAL ${ARG_ALONE})
+  if(ARG_LONG)
+    set_tests_properties(${name} PROPERTIES LABELS long)
+  endif()
 endfunction()
 
 # Its path from the repository's root, so that every clone compiles the same text.
 function(flexor_test_runs name)
+  if(NOT TARGET ${name})
+    return()
+  endif()
   while(ARGN)
     list(POP_FRONT ARGN definition target)
     target_compile_definitions(${name}

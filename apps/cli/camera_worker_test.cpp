@@ -18,7 +18,7 @@
 #include "host/twin/exact_json.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace camera_worker_test {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
@@ -153,5 +153,5 @@ TEST_F(Rendered, CtrlCAndEvenAKillLeaveNothingHalfWrittenAndNoWorker) {
   }
 }
 
-}  // namespace
+}  // namespace camera_worker_test
 }  // namespace flexor::cli

@@ -14,7 +14,6 @@
 #include "host/deploy/pair_key.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
-#include "host/report/render.hpp"
 #include "host/study/deployment.hpp"
 
 namespace flexor::cli {
@@ -248,7 +247,7 @@ nlohmann::ordered_json build(const Options& o, const study::Boards& boards, cons
   deploy::write_logger(d.glove.pins, folder / "arduino");
   measure(d, boards, counts);
   study::save_results(d, folder);
-  report::render(folder);
+  draw_report(folder);
   nlohmann::ordered_json json = to_json(d);
   json["folder"] = o.out;
   json["model"] = o.model;

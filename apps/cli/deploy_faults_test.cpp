@@ -17,7 +17,7 @@
 #include <set>
 
 namespace flexor::cli {
-namespace {
+namespace deploy_faults_test {
 namespace fs = std::filesystem;
 
 struct Finished {
@@ -362,5 +362,5 @@ TEST_F(DeployFaults, NamesAreDrawnAsTheyAre) {
   EXPECT_EQ(content(path("e/report.html")).find("<b>&'"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace deploy_faults_test
 }  // namespace flexor::cli

@@ -13,7 +13,7 @@
 #include "host/io/json.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace documents_test {
 namespace fs = std::filesystem;
 
 // The program runs in a folder of the test's.
@@ -201,5 +201,5 @@ TEST_F(Documents, ALogWhoseHeaderIsLatin1) {
   EXPECT_EQ(std::count(err_.begin(), err_.end(), '\n'), 1) << err_;
 }
 
-}  // namespace
+}  // namespace documents_test
 }  // namespace flexor::cli

@@ -6,7 +6,6 @@
 #include "host/donning/sessions.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
-#include "host/report/render.hpp"
 
 namespace flexor::cli {
 namespace donning_command {
@@ -46,7 +45,7 @@ void run(const Options& o) {
   if (!o.out.empty()) io::write_file(o.out, to_json(all.prior));
   if (!o.report.empty()) {
     donning::save_results(all, o.report);
-    report::render(o.report);
+    draw_report(o.report);
   }
   if (o.json) return print(io::dump(to_json(all)));
   show(all);

@@ -12,7 +12,6 @@
 #include "apps/cli/stop.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
-#include "host/report/render.hpp"
 #include "host/study/boards.hpp"
 #include "host/study/null_model.hpp"
 #include "host/study/rendered_cameras.hpp"
@@ -179,7 +178,7 @@ void draw(const study::Plan& plan, const study::Result& result,
   log("drawing figures ...");
   try {
     study::save_results(plan, result, scenarios, plan.folder);
-    report::render(plan.folder, plan.stop);
+    draw_report(plan.folder, plan.stop);
   } catch (const std::exception&) {
     if (!plan.stop->load()) throw;  // an interruption ends gnuplot, too, which then fails
     throw io::Cancelled(fmt::format(
@@ -239,7 +238,7 @@ void play_ensemble(const Options& o) {
   if (!o.folder.empty()) {
     io::write_file(std::filesystem::path(o.folder) / "results.json", io::dump(json));
     log("drawing figures ...");
-    report::render(o.folder, o.plan.stop);
+    draw_report(o.folder, o.plan.stop);
   }
   if (o.json) {
     json["wall_s"] = result.wall_s;

@@ -23,7 +23,7 @@
 #include "host/io/io.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace experiment_faults_test {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 using Arguments = std::vector<std::string>;
@@ -642,5 +642,5 @@ TEST_F(ExperimentFaults, HowTheStopsAreHitStandsInEveryOutput) {
   EXPECT_NE(content(path("run/report.html")).find("fastest hit"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace experiment_faults_test
 }  // namespace flexor::cli

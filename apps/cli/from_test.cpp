@@ -14,7 +14,7 @@
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace from_test {
 
 namespace fs = std::filesystem;
 
@@ -147,5 +147,5 @@ TEST_F(From, WhatDoesNotFitIsRefused) {
   EXPECT_FALSE(fs::exists(path("x.csv")));
 }
 
-}  // namespace
+}  // namespace from_test
 }  // namespace flexor::cli

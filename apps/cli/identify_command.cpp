@@ -16,7 +16,6 @@
 #include "host/identify/results.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
-#include "host/report/render.hpp"
 
 namespace flexor::cli {
 namespace identify_command {
@@ -233,7 +232,7 @@ void run_hand(const Options& o) {
   if (!o.model.empty()) model::save(result.model, o.model);
   if (!o.report.empty()) {
     identify::save_hand_results(result, o.report);
-    report::render(o.report);
+    draw_report(o.report);
   }
   if (o.json) return print(io::dump(to_json(result)));
   show(result);
@@ -306,7 +305,7 @@ void run(Options& o) {
   if (!o.model.empty()) model::save(result.model, o.model);
   if (!o.report.empty()) {
     identify::save_results(result, o.report);
-    report::render(o.report);
+    draw_report(o.report);
   }
   if (o.json) {
     print(io::dump(to_json(result)));

@@ -13,7 +13,7 @@
 #include "host/io/io.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace json_test {
 namespace fs = std::filesystem;
 
 class Json : public testing::Test {
@@ -209,5 +209,5 @@ TEST_F(Json, OfTheCommandsForTheCamera) {
   EXPECT_TRUE(run("track" + video + " --seconds 1 --out " + path("a.csv")).contains("frames_labelled"));
 }
 
-}  // namespace
+}  // namespace json_test
 }  // namespace flexor::cli

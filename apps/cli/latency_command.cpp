@@ -4,7 +4,6 @@
 
 #include "apps/cli/commands.hpp"
 #include "host/io/json.hpp"
-#include "host/report/render.hpp"
 #include "host/study/deployment.hpp"
 
 namespace flexor::cli {
@@ -36,7 +35,7 @@ void run(const Options& o) {
       fmt::format("{:g} samples and {:g} frames a second, {:g} baud", o.rate_hz, frames_hz, p.baud);
   if (!o.folder.empty()) {
     study::save_results(budget, title, o.folder);
-    report::render(o.folder);
+    draw_report(o.folder);
   }
   if (o.json) {
     nlohmann::ordered_json json = to_json(budget);

@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace flexor::cli {
-namespace {
+namespace memory_test {
 namespace fs = std::filesystem;
 
 struct Finished {
@@ -179,5 +179,5 @@ TEST_F(Memory, TrialsAreNotKept) {
   EXPECT_LE(many.peak_mb, 200);
 }
 
-}  // namespace
+}  // namespace memory_test
 }  // namespace flexor::cli

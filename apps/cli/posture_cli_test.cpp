@@ -15,7 +15,7 @@
 #include "host/posture/test_people.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace posture_cli_test {
 namespace fs = std::filesystem;
 using posture::kJointNames;
 
@@ -189,5 +189,5 @@ TEST_F(PostureCli, SaysWhenARestShowsNoMoreThanTheSensors) {
   EXPECT_NE(said_.find("2 row(s) missing"), std::string::npos) << said_;
 }
 
-}  // namespace
+}  // namespace posture_cli_test
 }  // namespace flexor::cli

@@ -18,6 +18,8 @@
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
 #include "host/recording/unit.hpp"
+#include "host/report/gnuplot.hpp"
+#include "host/report/render.hpp"
 
 namespace flexor::cli {
 
@@ -83,6 +85,12 @@ void check_unit(const model::Input& input, const std::string& file, const std::s
 
 // Losing a line of a log is no reason to lose the work.
 void log(const std::string& line) { (void)std::fputs((line + "\n").c_str(), stderr); }
+
+void draw_report(const std::filesystem::path& folder, const std::atomic<bool>* stop) {
+  report::render(folder, stop);
+  if (const std::string why = report::gnuplot_missing(); !why.empty())
+    log("warning: the report has no figures: " + why);
+}
 
 namespace {
 

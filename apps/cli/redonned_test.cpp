@@ -16,7 +16,7 @@
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace redonned_test {
 
 namespace fs = std::filesystem;
 const fs::path kRealData = fs::path(FLEXOR_SOURCE_DIR) / "../shared/data";
@@ -269,5 +269,5 @@ TEST_F(Redonned, WholeBendsBringARealFingerBack) {
   }
 }
 
-}  // namespace
+}  // namespace redonned_test
 }  // namespace flexor::cli

@@ -6,7 +6,6 @@
 
 #include "apps/cli/commands.hpp"
 #include "host/io/json.hpp"
-#include "host/report/render.hpp"
 #include "host/study/journal.hpp"
 
 namespace flexor::cli {
@@ -20,7 +19,7 @@ struct Options {
 void run(const Options& o) {
   std::optional<study::FolderLock> lock;  // a run that goes on there would mix its results with these
   if (std::filesystem::exists(std::filesystem::path(o.folder) / "results.json")) lock.emplace(o.folder);
-  report::render(o.folder);
+  draw_report(o.folder);
   const std::string page = o.folder + "/report.html";
   print(o.json ? io::dump({{"report", page}, {"version", FLEXOR_VERSION}})
                : fmt::format("report   {}\n", page));

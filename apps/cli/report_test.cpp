@@ -24,7 +24,7 @@
 #include "host/study/results.hpp"
 
 namespace flexor {
-namespace {
+namespace report_test {
 namespace fs = std::filesystem;
 
 class ReportTest : public testing::Test {
@@ -456,5 +456,5 @@ TEST_F(ReportTest, OfADeploymentIsDrawnFromWhatWasSaved) {
   EXPECT_NE(html.find("&lt;/title&gt;it&apos;s 5 % &lt;i&gt;"), std::string::npos) << html.substr(0, 400);
 }
 
-}  // namespace
+}  // namespace report_test
 }  // namespace flexor

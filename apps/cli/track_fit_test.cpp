@@ -13,7 +13,7 @@
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
-namespace {
+namespace track_fit_test {
 namespace fs = std::filesystem;
 
 class TrackFit : public testing::Test {
@@ -110,5 +110,5 @@ TEST_F(TrackFit, AFiveFingerFileOnTwoFingersIsRefusedThoughSomeDotsLookLikeAFing
   expect_misfit("'" + video + "'", "'" FLEXOR_SOURCE_DIR "/models/joints/paper_hand.json'", "thumb: ", "");
 }
 
-}  // namespace
+}  // namespace track_fit_test
 }  // namespace flexor::cli

@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
-# The page of flexor live in a real browser. Usage: browser_test.sh PART BUILD REPOSITORY, where PART is
-#   page        units, then the page against a stand-in for the program, on phone and desktop
+# The page of flexor live in a real browser. Usage: browser_test.sh BUILD REPOSITORY PART, where PART is
+#   short       units, then one screen of the next with a clock that the test steps
+#   page        the page against a stand-in for the program, on phone and desktop
 #   markerless  the markerless reference on a film of a real hand
 #   journey     the whole way against the program with both simulated boards and a film as webcam
 # KEEP names a folder that keeps the pictures.
 set -euo pipefail
-part=$1
-build=$2
-root=$3
+build=$1
+root=$2
+part=$3
 flexor=$build/flexor
 command -v node >/dev/null || { echo "skipped: node is missing"; exit 77; }
 [ -d "$root/web/node_modules/playwright-core" ] || { echo "skipped: web/node_modules is missing: script/bootstrap tests"; exit 77; }
@@ -20,8 +21,11 @@ pictures=${KEEP:-$work/pictures}/$part
 cd "$root/web"
 
 case $part in
-  page)
+  short)
     npm test --silent
+    FLEXOR_PAGE_OUT=$build/apps/live/page node live/page_test.mjs --short --pictures "$pictures"
+    ;;
+  page)
     FLEXOR_PAGE_OUT=$build/apps/live/page node live/page_test.mjs --pictures "$pictures"
     ;;
   markerless)

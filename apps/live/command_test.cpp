@@ -8,7 +8,7 @@
 #include "host/io/io.hpp"
 
 namespace flexor::live {
-namespace {
+namespace command_test {
 
 CommandResult run(std::vector<std::string> arguments, bool cancel = false) {
   std::promise<CommandResult> promise;
@@ -61,5 +61,5 @@ TEST(Command, ProgressIsReadAsTheProgressLineSaysIt) {
   EXPECT_FALSE(progress_of("warning: something").share);
 }
 
-}  // namespace
+}  // namespace command_test
 }  // namespace flexor::live

@@ -10,7 +10,7 @@
 #include "host/listen/test_board.hpp"
 
 namespace flexor::live {
-namespace {
+namespace ports_test {
 
 using listen::Board;
 using listen::FramesGlove;
@@ -197,5 +197,5 @@ TEST_F(Ports, AGloveAndAHandAreFoundByThemselves) {
   EXPECT_EQ(both["hand"]["port"], (devices / "ttyACM0").string());
 }
 
-}  // namespace
+}  // namespace ports_test
 }  // namespace flexor::live

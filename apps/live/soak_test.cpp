@@ -23,7 +23,7 @@
 #include "host/io/test_terminal.hpp"
 
 namespace flexor::live {
-namespace {
+namespace soak_test {
 
 using Json = nlohmann::json;
 using Clock = std::chrono::steady_clock;
@@ -351,5 +351,5 @@ TEST(LiveSoak, TenThousandRowsASecond) {
   EXPECT_LT(soaked.processor_share, 0.3);
 }
 
-}  // namespace
+}  // namespace soak_test
 }  // namespace flexor::live

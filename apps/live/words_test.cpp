@@ -6,7 +6,7 @@
 #include "apps/live/test_program.hpp"
 
 namespace flexor::live {
-namespace {
+namespace words_test {
 
 class Words : public Program {
  protected:
@@ -313,5 +313,5 @@ TEST_F(Words, ARecordingIsWholeAfterAKill) {
   EXPECT_GT(std::count(text.begin(), text.end(), '\n'), 100);
 }
 
-}  // namespace
+}  // namespace words_test
 }  // namespace flexor::live

@@ -236,9 +236,9 @@ void render_experiment(const Saved& saved) {
   shape_table(page, e.results.at("shapes"));
   finger_table(page, e);
   for (const DrawnFigure& f : draw_experiment(saved, e)) {
-    io::write_file(saved.folder() / (f.figure.name + ".svg"), f.svg);
-    io::write_file(saved.folder() / (f.figure.name + ".pdf"), f.pdf);
-    page.figure(f.figure, f.svg);
+    if (!f.svg.empty()) io::write_file(saved.folder() / (f.figure.name + ".svg"), f.svg);
+    if (!f.pdf.empty()) io::write_file(saved.folder() / (f.figure.name + ".pdf"), f.pdf);
+    page.figure(f.figure, f.svg, f.undrawn);
   }
   page.paragraph(fmt::format(
       "A simulation: person, glove, radio, hand and cameras follow the configuration in results.json. {:g} "

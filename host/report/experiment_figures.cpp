@@ -83,7 +83,7 @@ class Drawing {
     g_.run();
     std::vector<DrawnFigure> out;
     for (const Figure& f : figures_) {
-      DrawnFigure& drawn = out.emplace_back(DrawnFigure{f, {}, {}});
+      DrawnFigure& drawn = out.emplace_back(DrawnFigure{f, {}, {}, g_.undrawn()});
       if (g_.paper() == Paper::pdf) {
         drawn.pdf = g_.bytes(f.name);
       } else {

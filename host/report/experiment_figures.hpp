@@ -29,6 +29,7 @@ struct DrawnFigure {
   Figure figure;
   std::string svg;
   std::string pdf;
+  std::string undrawn;  // why both are empty
 };
 std::vector<DrawnFigure> draw_experiment(const Saved& saved, const Experiment& experiment);
 

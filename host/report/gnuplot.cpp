@@ -39,6 +39,10 @@ std::string gnuplot_tic(std::string_view text) {
   return gnuplot_text(out);
 }
 
+std::string gnuplot_missing() {
+  return io::find_program("gnuplot").empty() ? "gnuplot is missing (script/bootstrap installs it)" : "";
+}
+
 void Gnuplot::begin(const std::string& name, int height, int width) {
   add("reset");
   if (paper_ == Paper::pdf) {
@@ -66,24 +70,21 @@ std::string Gnuplot::data_file(const std::filesystem::path& path) const {
   return gnuplot_text(std::filesystem::absolute(link).string());
 }
 
-void Gnuplot::run() const {
+void Gnuplot::run() {
   const std::filesystem::path script = folder_.path() / "script";
   io::write_file(script, {script_.data(), script_.size()});
-  const std::filesystem::path gnuplot = io::find_program("gnuplot");
-  if (gnuplot.empty())
-    throw io::JobError("gnuplot is missing, no figure can be drawn: script/bootstrap installs it");
+  if (undrawn_ = gnuplot_missing(); !undrawn_.empty()) return;
   // Neither the reader's own settings nor the time zone, which a PDF carries, change a figure.
   const io::ProcessResult result = io::run_process(
-      {"/usr/bin/env", "TZ=UTC", gnuplot.string(), "--default-settings", script.string()}, folder_.path());
+      {"/usr/bin/env", "TZ=UTC", "gnuplot", "--default-settings", script.string()}, folder_.path());
   if (result.status == 0) return;
   std::string reason = result.err.empty() ? "no output" : result.err;
   std::ranges::replace(reason, '\n', ' ');
-  throw io::JobError(fmt::format("gnuplot could not draw the figures: {}", reason.substr(0, 200)));
+  undrawn_ = fmt::format("gnuplot could not draw them: {}", io::to_utf8(reason.substr(0, 200)));
 }
 
 std::string Gnuplot::bytes(const std::string& name) const {
-  if (!std::filesystem::exists(folder_.path() / name))
-    throw io::JobError("gnuplot could not draw the figures, and says nothing: does it run?");
+  if (!std::filesystem::exists(folder_.path() / name)) return {};
   std::string out = io::read_file(folder_.path() / name);
   // The same data are the same bytes: an SVG names the file that was plotted, a PDF the date.
   const std::string here = std::filesystem::absolute(folder_.path()).string() + "/";
@@ -97,7 +98,8 @@ std::string Gnuplot::bytes(const std::string& name) const {
 
 std::string Gnuplot::svg(const std::string& name) const {
   const std::string text = bytes(name);
-  return io::to_utf8(text.substr(text.find("<svg")));  // it names the files that were plotted
+  const auto element = text.find("<svg");
+  return element == std::string::npos ? "" : io::to_utf8(text.substr(element));
 }
 
 namespace {

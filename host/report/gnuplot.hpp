@@ -33,6 +33,9 @@ std::string gnuplot_tic(std::string_view text);
 // caption its name and description.
 std::string for_page(std::string svg, const Figure& figure);
 
+// Why nothing can be drawn on this machine; empty: gnuplot is there.
+std::string gnuplot_missing();
+
 enum class Paper { svg, pdf };
 
 // One gnuplot process draws all figures; each writes into a folder of its own that is removed at the end.
@@ -60,19 +63,21 @@ class Gnuplot {
   // A file as gnuplot is to name it, whatever its own name: a name that begins with < would be a command.
   std::string data_file(const std::filesystem::path& path) const;
 
-  // Throws io::JobError when gnuplot is missing or fails.
-  void run() const;
+  // Where gnuplot is missing or fails, there are no figures: undrawn() says why.
+  void run();
+  const std::string& undrawn() const { return undrawn_; }
 
-  // What was drawn, as it is.
+  // What was drawn, as it is; empty where nothing was.
   std::string bytes(const std::string& name) const;
 
-  // The element alone.
+  // The element alone, or nothing.
   std::string svg(const std::string& name) const;
 
  private:
   Paper paper_;
   io::TemporaryFolder folder_;
   fmt::memory_buffer script_;
+  std::string undrawn_;
 };
 
 }  // namespace flexor::report

@@ -115,7 +115,12 @@ void Page::table(const TableBlock& t) {
   add("table", {{"name", t.caption}, {"columns", texts(t.columns)}, {"rows", std::move(rows)}});
 }
 
-void Page::figure(const Figure& f, const std::string& svg) {
+void Page::figure(const Figure& f, const std::string& svg, const std::string& undrawn) {
+  if (svg.empty()) {
+    if (!lacks_figures_) warnings({"This report has no figures: " + undrawn});
+    lacks_figures_ = true;
+    return;
+  }
   Json& list = details_.empty() ? blocks_ : inner_;
   if (list.empty() || !list.back().at("figures").is_object()) add("figures", {{"list", Json::array()}});
   list.back()["figures"]["list"].push_back({{"title", f.title},
@@ -127,8 +132,8 @@ void Page::figure(const Figure& f, const std::string& svg) {
 
 void Page::figure(const Figure& f, const Gnuplot& drawn, const std::filesystem::path& folder) {
   const std::string svg = drawn.svg(f.name);
-  io::write_file(folder / (f.name + ".svg"), svg);
-  figure(f, svg);
+  if (!svg.empty()) io::write_file(folder / (f.name + ".svg"), svg);
+  figure(f, svg, drawn.undrawn());
 }
 
 void Page::picture(const Figure& f, std::string_view jpeg) {

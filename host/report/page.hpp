@@ -49,8 +49,9 @@ class Page {
   void code(const std::string& text);
   // A list of its own; `name` is what a screen reader calls it.
   void links(const std::string& name, const std::vector<Link>& links);
-  // Figures that follow one another stand side by side where there is room.
-  void figure(const Figure& figure, const std::string& svg);
+  // Figures that follow one another stand side by side where there is room. Without `svg` the page says once that its
+  // figures are missing, and why.
+  void figure(const Figure& figure, const std::string& svg, const std::string& undrawn = {});
   // What `drawn` holds of that name, also as NAME.svg in `folder`.
   void figure(const Figure& figure, const Gnuplot& drawn, const std::filesystem::path& folder);
   void picture(const Figure& figure, std::string_view jpeg);
@@ -68,6 +69,7 @@ class Page {
   Json blocks_ = Json::array();
   std::string details_;  // summary, while open
   Json inner_ = Json::array();
+  bool lacks_figures_ = false;  // and says so
 };
 
 }  // namespace flexor::report

@@ -9,9 +9,9 @@
 
 namespace flexor::report {
 
-// Writes report.html, for a hand also joint-N.html for each joint, N from 1, and each figure as SVG, some as PDF. A page holds its figures. Every file appears whole or not
-// at all. Throws io::InputError for a folder without results or with other ones than this version writes,
-// io::JobError when gnuplot is missing or fails.
+// Writes report.html, for a hand also joint-N.html for each joint, N from 1, and each figure as SVG, some as PDF. A page
+// holds its figures, or says why there are none. Every file appears whole or not at all. Throws io::InputError for a folder
+// without results or with other ones than this version writes.
 // Where `stop` is given and becomes true, io::Cancelled is thrown between two figures.
 void render(const std::filesystem::path& folder, const std::atomic<bool>* stop = nullptr);
 

@@ -14,13 +14,12 @@
 #include "host/model/play.hpp"
 #include "host/model/pole_pair.hpp"
 #include "host/model/saturation.hpp"
-#include "host/model/smooth.hpp"
 #include "host/model/sum.hpp"
 
 namespace flexor::model {
 
-using Kind = std::variant<Gain, DeadZone, Curve, Spline, Polynomial, Play, Creep, Hysteresis, Lag, Lti,
-                          PolePair, Delay, Saturation, Sum>;
+using Kind =
+    std::variant<Gain, DeadZone, Curve, Play, Creep, Hysteresis, Lag, Lti, PolePair, Delay, Saturation, Sum>;
 
 // One block: signals in by name, one signal out.
 struct Block {

@@ -59,14 +59,12 @@ Model example() {
               {{"bank"}, "curve", Curve{{0, 300, 700.7}, {10, 20, 95.3}}},
               {{"b"}, "creep", Creep{0.3, 2}},
               {{"creep"}, "gain", Gain{-7, 1.0 / 7.0}},
-              {{"a"}, "spline", Spline{{0, 500, 1000.1}, {0, 50, 80}}},
-              {{"b"}, "polynomial", Polynomial{-5, 5.5, {1, 2.1, -0.3}}},
               {{"curve", "gain", "curve"}, "both", Sum{{0.5, 0.25, 1.0 / 3.0}, -2}},
               {{"both"}, "lag", Lti{1, 0, {-12, -0.7}, {0, 1.25}}},
               {{"lag"}, "swing", PolePair{9, 0.3, {0.1, -0.2}}},
               {{"swing"}, "late", Delay{3}},
               {{"late"}, "angle", Saturation{5, 101}},
-              {{"polynomial"}, "other", Saturation{0, 90}},
+              {{"gain"}, "other", Saturation{0, 90}},
               {{"creep"}, "slow", Lag{0.7}}};
   m.joints = {{"index_mcp", "angle", 10}, {"wrist", "other", 0}, {"pinky", "angle", 7}};
   m.training = {{"split", 0.5}};
@@ -260,7 +258,7 @@ TEST(Model, NamesSignalBlockAndRule) {
   expect_says(edited([](auto& j) { j["joints"][1].erase("rest_deg"); }),
               "m.json: joints[1]: \"rest_deg\" is missing");
   expect_says(edited([](auto& j) { j["blocks"][1]["type"] = "friction"; }),
-              "m.json: blocks[1]: unknown block \"friction\"; known: gain, dead_zone, curve, spline");
+              "m.json: blocks[1]: unknown block \"friction\"; known: gain, dead_zone, curve, play");
   expect_says(edited([](auto& j) {
                 j["blocks"][1]["from"] = Json::array({"a", 3});
               }),

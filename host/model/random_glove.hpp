@@ -21,7 +21,6 @@ class RandomGlove {
   // One joint from one sensor, with this kind (its place in Kind) before or behind the step to degrees; a sum
   // takes three sensors.
   Model make_with(std::size_t kind) {
-    smooth_ = false;
     // A bank of plays takes the ends of a range past it: counts to 1023 leave it no room in Q5.
     const bool first = kind != Kind(Hysteresis{}).index() && coin();
     start(1);
@@ -38,10 +37,8 @@ class RandomGlove {
     return model_;
   }
 
-  // Several sensors; joints of several of them, and joints that follow others. `smooth`: also with shapes that fixed
-  // point only comes near to.
-  Model make(bool smooth = true) {
-    smooth_ = smooth;
+  // Several sensors; joints of several of them, and joints that follow others.
+  Model make() {
     start(1 + below(4));
     std::vector<std::string> angles;
     for (const Input& input : model_.inputs) {
@@ -82,7 +79,7 @@ class RandomGlove {
  private:
   inline static const std::size_t kSum = Kind(Sum{}).index();
   inline static const std::vector<Kind> kOfCounts = {DeadZone{}, Play{}, Creep{}, Delay{}};
-  inline static const std::vector<Kind> kToDegrees = {Gain{}, Curve{}, Lti{}, Spline{}, Polynomial{}};
+  inline static const std::vector<Kind> kToDegrees = {Gain{}, Curve{}, Lti{}};
   inline static const std::vector<Kind> kPlain = {Gain{}, Curve{}};
   inline static const std::vector<Kind> kOfDegrees = {Gain{},  DeadZone{},   Curve{},     Play{},
                                                       Creep{}, Hysteresis{}, Saturation{}};
@@ -106,9 +103,7 @@ class RandomGlove {
     model_.blocks.push_back({{from}, to, kind});
     return to;
   }
-  std::string degrees(const std::string& counts) {
-    return signal_of(counts, of_kind(any_of(smooth_ ? kToDegrees : kPlain), true));
-  }
+  std::string degrees(const std::string& counts) { return signal_of(counts, of_kind(any_of(kPlain), true)); }
   std::string sum(const std::vector<std::string>& from) {
     const std::string to = fmt::format("v{}", model_.blocks.size());
     model_.blocks.push_back(
@@ -125,9 +120,6 @@ class RandomGlove {
     if (kind == Kind(Gain{}).index()) return Gain{uniform(0.5, 1.2) * 90 / top, uniform(-10, 10)};
     if (kind == Kind(DeadZone{}).index()) return DeadZone{-steps(0.02 * top), steps(0.1 * top)};
     if (kind == Kind(Curve{}).index()) return Curve{knots(top), ordinates()};
-    if (kind == Kind(Spline{}).index()) return Spline{knots(top), ordinates()};
-    if (kind == Kind(Polynomial{}).index())
-      return Polynomial{0, top, {uniform(40, 50), uniform(30, 45), uniform(-8, 8), uniform(-4, 4)}};
     if (kind == Kind(Play{}).index()) return Play{uniform(0, 0.04) * top};
     if (kind == Kind(Creep{}).index()) return Creep{uniform(0, 0.04) * top, uniform(0.2, 20)};
     if (kind == Kind(Hysteresis{}).index())
@@ -172,7 +164,6 @@ class RandomGlove {
 
   std::mt19937 random_;
   Model model_;
-  bool smooth_ = true;
 };
 
 }  // namespace flexor::model

@@ -57,10 +57,6 @@ class RandomModel {
         return dead_zone(largest);
       case kPlace<Curve>:
         return Curve{knots(largest), ordinates()};
-      case kPlace<Spline>:
-        return Spline{knots(largest), ordinates()};
-      case kPlace<Polynomial>:
-        return polynomial(largest);
       case kPlace<Play>:
         return Play{coin() ? 0 : uniform(0, largest)};
       case kPlace<Creep>:
@@ -148,12 +144,6 @@ class RandomModel {
   Kind dead_zone(double largest) {
     const double lower = uniform(-largest, largest);
     return DeadZone{lower, coin() ? lower : lower + uniform(0, largest - lower)};
-  }
-
-  Kind polynomial(double largest) {
-    Polynomial p{-uniform(0, largest), uniform(0.1, 1) * largest, {}};
-    for (int n = 1 + below(kMaxCoefficients); n > 0; --n) p.coefficients.push_back(angle());
-    return p;
   }
 
   Kind hysteresis(double largest) {

@@ -7,7 +7,6 @@
 
 #include "runtime/compensator/blocks.hpp"
 #include "runtime/compensator/graph.hpp"
-#include "runtime/compensator/smooth.hpp"
 
 namespace flexor::compensator {
 namespace {
@@ -113,16 +112,6 @@ TEST(Curve, InterpolatesAndHoldsItsEnds) {
   const std::vector<double> inputs = {-100, 0, 4, 10, 20, 30, 100};
   const std::vector<double> expected = {5, 5, 9, 15, 5, -5, -5};
   for (std::size_t i = 0; i < inputs.size(); ++i) EXPECT_NEAR(curve(inputs[i]), expected[i], 1e-12) << i;
-}
-
-TEST(Smooth, APolynomialIsOneOfTheShareOfItsRange) {
-  const Polynomial<double, 4> cubic{4, 100, 300, {10, 20, -5, 2}};
-  for (const double t : {-1.0, -0.3, 0.0, 0.5, 1.0}) {
-    EXPECT_NEAR(cubic(200 + 100 * t), 10 + 20 * t - 5 * t * t + 2 * t * t * t, 1e-12) << t;
-  }
-  EXPECT_EQ(cubic(-1e6), cubic(100));
-  EXPECT_EQ(cubic(1e6), cubic(300));
-  EXPECT_EQ((Polynomial<double, 4>{1, 0, 1, {7}}(0.4)), 7);
 }
 
 TEST(Lti, StepResponseIsTheExactHoldWithoutAHiddenSample) {

@@ -592,10 +592,8 @@ TEST(Server, StopsFromAnotherThreadAndSaysGoodbye) {
   Wire idle(running.place.port);
   ASSERT_TRUE(soon([&] { return running.server.counts().clients == 1; }));
   running.server.post([&] { running.server.send_all("last words " + std::string(1'000'000, '.')); });
-  const auto start = std::chrono::steady_clock::now();
   std::thread reading([&] { EXPECT_EQ(tab.hear().second.substr(0, 10), "last words"); });
   running.stop();
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2));
   reading.join();
   const auto [opcode, why] = tab.hear();
   EXPECT_EQ(opcode, kClose);

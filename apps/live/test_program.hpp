@@ -54,10 +54,10 @@ class Program : public testing::Test {
       if (heard.contains("id") && heard["id"] == id_) return heard;
     }
   }
-  // The next state for which this holds; null after ten seconds.
+  // The next state for which this holds; null after two minutes.
   template <class Holds>
   Json state_when(Holds&& holds) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(2);
     while (std::chrono::steady_clock::now() < end) {
       const auto [opcode, payload] = tab_->hear();
       if (opcode == 0) return nullptr;

@@ -203,7 +203,7 @@ class Running {
 };
 
 template <class Condition>
-bool soon(Condition condition, double patience_s = 10) {
+bool soon(Condition condition, double patience_s = 60) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(patience_s);
   while (!condition()) {
     if (std::chrono::steady_clock::now() > end) return false;

@@ -104,7 +104,6 @@ TEST_F(ToFifo, NobodyWhoDoesNotReadHoldsItUpAndWhoComesBackIsServed) {
   const double open[] = {10, 60};
   const double bent[] = {110, 60};
   double t_s = 0;
-  const auto begin = std::chrono::steady_clock::now();
   const auto send = [&](const double(&angles)[2], int count) {
     for (int i = 0; i < count; ++i) out.add(t_s += 0.01, angles);
   };
@@ -115,7 +114,6 @@ TEST_F(ToFifo, NobodyWhoDoesNotReadHoldsItUpAndWhoComesBackIsServed) {
   send(open, 10'000);  // one that does not read
   EXPECT_GT(out.lines(), 50u);
   EXPECT_LT(out.lines(), 400u) << "no old hand is kept for long";
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
   EXPECT_EQ(lines_of(read_now(in)).size(), out.lines());
   send(bent, 10);  // it reads again
   const auto lines = lines_of(read_now(in));

@@ -60,7 +60,7 @@ CoSimulation::CoSimulation(const Images& images, const twin::TrialInput& input, 
 
 void CoSimulation::on_the_air(From from, Cycles begin, std::uint8_t byte) {
   const auto end = radio_[static_cast<std::size_t>(from)].pass(begin, byte);
-  if (!end || collides(from, begin, *end) || !radio_on) return;
+  if (collides(from, begin) || !end || !radio_on) return;
   if (from == From::hand) return on_glove_air ? on_glove_air(*end, byte) : glove_.receive(*end, byte);
   // Two who speak at once come one after the other, a byte at a time.
   const Cycles at = *end > injected_until_ ? * end : injected_until_ += byte_cycles();
@@ -68,11 +68,12 @@ void CoSimulation::on_the_air(From from, Cycles begin, std::uint8_t byte) {
   hand_.receive(at, byte);
 }
 
-bool CoSimulation::collides(From from, Cycles begin, Cycles end) {
+// A byte takes the air while it is sent: what it waits in the modules does not.
+bool CoSimulation::collides(From from, Cycles begin) {
   Burst& mine = air_[static_cast<std::size_t>(from)];
   const Burst& other = air_[1 - static_cast<std::size_t>(from)];
-  if (begin > mine.end) mine.begin = begin;
-  mine.end = end;
+  if (begin > mine.end + byte_cycles()) mine.begin = begin;
+  mine.end = begin + byte_cycles();
   if (mine.begin < other.end && other.begin < mine.end) collided_until_ = std::max(mine.end, other.end);
   return begin < collided_until_;
 }
@@ -101,7 +102,8 @@ twin::Trial CoSimulation::run() {
   while (world_.now_ms() <= world_.end_ms()) step();
   twin::Trial trial = world_.finish();
   trial.frames_sent = sent_;
-  trial.frames_lost = static_cast<int>(link_statistics().lost);
+  const link::LinkStatistics link = link_statistics();
+  trial.frames_lost = link.received > 0 ? static_cast<int>(link.lost) : sent_;
   return trial;
 }
 

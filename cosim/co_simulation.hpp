@@ -89,7 +89,7 @@ class CoSimulation {
   Cycles byte_cycles() const {
     return static_cast<Cycles>(10 / input_.parameters.baud * 1000 * kCyclesPerMs);
   }
-  bool collides(From from, Cycles begin, Cycles end);
+  bool collides(From from, Cycles begin);
 
   const Images& images_;
   const twin::TrialInput& input_;

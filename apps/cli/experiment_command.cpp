@@ -199,6 +199,7 @@ void play(Options& o, study::Boards* boards) {
     result = study::run(plan, progress);
     if (o.scenarios) scenarios = run_scenarios(plan, progress);
   }
+  if (const std::string silent = study::silence(result); !silent.empty()) log("warning: " + silent);
   if (!o.vcd.empty()) {
     log("tracing one trial ...");
     boards->trace(study::first_input(plan, plan.motions.front(), plan.compensators.front()), o.vcd);

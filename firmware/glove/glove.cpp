@@ -100,7 +100,7 @@ class Models {
 
  private:
   static constexpr uint8_t kStirred = 8;                                                     // samples
-  static constexpr uint8_t kBetweenOffers = static_cast<uint8_t>(config::kRate_hz * 2 / 5);  // samples, 0.4 s
+  static constexpr uint8_t kBetweenOffers = static_cast<uint8_t>(config::kRate_hz * 3 / 5);  // samples, 0.6 s
 
   uint8_t until_offer_ = 0;
   Eeprom eeprom_;
@@ -211,7 +211,7 @@ class Output {
   using Turns = link::GloveTurns<config::kListenEvery, config::kSeekEvery, config::kListenSlots>;
 
   link::GloveSpeech<Turns, config::kRate_hz / config::kSamplesPerFrame> speech_{pair_key(config::kKeyRecord)};
-  Models models_{speech_.pair()};
+  Models models_{speech_.end().pair()};
   uint32_t samples_ = 0;
   uint8_t reset_cause_ = 0;
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <ctime>
 #include <random>
 #include <thread>
 #include <utility>
@@ -44,7 +45,8 @@ Listener::Listener(ListenerOptions options, const std::function<void(const std::
   if (options_.key) {
     hand_.emplace(&*options_.key);
     std::random_device random;
-    hand_->start(random());  // nothing here lasts: what repeats with one in 2^32
+    // A later one than any before: the glove answers no earlier one at once.
+    hand_->start(static_cast<std::uint32_t>(std::time(nullptr)));
     for (int k = 0; k < link::kStirred; ++k) hand_->stir(static_cast<std::uint16_t>(random()));
   }
   find(says);

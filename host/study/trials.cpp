@@ -240,6 +240,7 @@ class Runner {
         }
         cell.frames_sent += r.sent;
         cell.frames_lost += r.lost;
+        cell.silent_trials += r.lost >= r.sent;
       }
     }
   }
@@ -343,6 +344,15 @@ double Cell::total_pressed_s() const {
   double sum = 0;
   for (const Statistic& finger : pressed_s) sum += finger.mean();
   return sum;
+}
+
+std::string silence(const Result& result) {
+  const auto cell = std::ranges::find_if(result.cells, [](const Cell& c) { return c.silent_trials > 0; });
+  if (cell == result.cells.end()) return {};
+  return fmt::format(
+      "{} with {}: no frame reached the hand in {} of {} trials, which waited at rest: its error is no "
+      "compensator's; see radio.* of the twin, and runtime/link/PROTOCOL.md for the greatest delay",
+      cell->motion, cell->compensator, cell->silent_trials, cell->total_deg_s.count());
 }
 
 std::string describe(const Distance& d) {
@@ -464,6 +474,8 @@ Json to_json(const Result& r, const Plan& plan) {
   };
   Json cells = Json::array();
   for (const Cell& c : r.cells) cells.push_back(cell_json(c, r.compensators));
+  Json warnings = Json::array();
+  if (const std::string silent = silence(r); !silent.empty()) warnings.push_back(silent);
   return {{"cells", std::move(cells)},
           {"log_rms",
            {{"gestures_1_to_4", whole(r.distance.fitted)},
@@ -476,6 +488,7 @@ Json to_json(const Result& r, const Plan& plan) {
           {"engine", plan.engine != nullptr ? plan.engine->name() : "twin"},
           {"rate_hz", 1 / plan.compensators.front().model.sample_period_s},
           {"seed", plan.seed},
+          {"warnings", std::move(warnings)},
           {"version", FLEXOR_VERSION}};
 }
 

@@ -86,6 +86,7 @@ struct Cell {
   std::array<Statistic, kFingers> pressed_s;
   std::int64_t frames_sent = 0;
   std::int64_t frames_lost = 0;
+  int silent_trials = 0;  // in which no frame reached the hand
 
   double fastest_impact_deg_s() const;
   double total_pressed_s() const;  // mean of a trial, five fingers together
@@ -128,6 +129,9 @@ using TrialProgress = std::function<void(std::size_t done, std::size_t of)>;  //
 // Throws io::InputError: a model with other channels, an impossible configuration, names that a table cannot
 // hold apart.
 void check(const Plan& plan);
+
+// Of the first cell with silent trials, one line; empty: there is none.
+std::string silence(const Result& result);
 
 // What must be the same for a run to go on in its folder, as JSON.
 std::string settings_of(const Plan& plan);

@@ -192,6 +192,15 @@ TEST(Trials, ATrialWithoutABestLagIsCountedNowhere) {
   EXPECT_LT(r.cells[1].lag_removed_deg_s.mean(), r.cells[1].total_deg_s.mean());
 }
 
+TEST(Trials, ARunInWhichNothingArrivesSaysSo) {
+  Plan p = plan("2", 2);
+  EXPECT_TRUE(to_json(run(p, {}), p).at("warnings").empty());
+  p.parameters.loss = 1;
+  const Result lost = run(p, {});
+  EXPECT_EQ(lost.cells[0].silent_trials, 2);
+  EXPECT_EQ(to_json(lost, p).at("warnings").size(), 1U);
+}
+
 TEST(Trials, BoardsThatAnswerOtherTrialsThanAskedForEndTheRun) {
   Boards boards(FLEXOR_TEST_WORKER);
   Plan p = plan("2", 2);

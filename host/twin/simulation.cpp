@@ -266,7 +266,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     for (int t = 0; t < kTrials; ++t) {
       Trial& trial = trials_[at(t)];
       trial.frames_sent = radio_[at(t)].sent();
-      trial.frames_lost = radio_[at(t)].lost();
+      trial.frames_lost = settled_[at(t)] ? radio_[at(t)].lost() : radio_[at(t)].sent();
       for (int i = 0; i < kFingers; ++i) {
         const int lane = i * kTrials + t;
         trial.error_deg_s[at(i)] =

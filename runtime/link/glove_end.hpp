@@ -1,7 +1,8 @@
 // The glove's end of the link: it answers whoever proves to have the pair's key, and keeps nothing.
 //
-// A challenge that another has followed is not answered again, the last kLeft of them: the hand never goes back to one,
-// and who plays a taped challenge again and again costs it one outage, not one each time.
+// A session ends for a challenge that the hand gave later, at once. An earlier one is a recording, or the first of a hand
+// whose memory was erased: it ends the session only when no telemetry, which a hand sends in touch alone, has come for
+// `settled_frames`.
 //
 // With a key it sends angles only once it has been challenged, and starts its counter anew with each new
 // nonce; until then, and at times after, it says how it is. Without a key it sends them from the start.
@@ -14,11 +15,13 @@ namespace link {
 
 class GloveEnd {
  public:
-  explicit GloveEnd(const Key* pair) : pair_(pair) {}
+  explicit GloveEnd(const Key* pair, uint16_t settled_frames = 1000)
+      : pair_(pair), settled_frames_(settled_frames) {}
 
   // One byte. pending: a whole frame for the caller, challenges aside, which are answered here (three SipHashes).
   Received push(uint8_t byte) {
     const Received result = reader_.push(byte);
+    if (result == Received::pending && reader_.type() == Type::telemetry) quiet_frames_ = 0;
     if (result != Received::pending || reader_.type() != Type::challenge) return result;
     take_challenge();
     return Received::other;
@@ -29,6 +32,7 @@ class GloveEnd {
   // To wire, which has room for kMaxWire; returns the bytes written. Only while in_touch().
   uint8_t angles(Frame& frame, bool listens, uint8_t* wire) {
     frame.counter = counter_++;
+    if (quiet_frames_ < settled_frames_) ++quiet_frames_;
     return encode(frame, listens, pair_ == nullptr ? nullptr : &session_.key(), wire);
   }
   // Anything else that nobody moves by: not guarded.
@@ -36,8 +40,7 @@ class GloveEnd {
     return packet.seal({type, false, listens, 0}, body_bytes, nullptr, wire);
   }
 
-  // How it is, in a turn that it leaves.
-  uint8_t state(uint8_t reset_cause, uint32_t uptime_s, uint8_t* wire) const {
+  uint8_t state(uint8_t reset_cause, uint32_t uptime_s, uint8_t* wire, bool listens = true) const {
     State state = {};
     state.board = BoardKind::glove;
     state.in_touch = in_touch();
@@ -48,7 +51,7 @@ class GloveEnd {
     Packet packet;
     wire[0] = kDelimiter;  // what a start cut off would else spoil this
     return static_cast<uint8_t>(1 +
-                                say(Type::state, packet, put_state(state, packet.body()), true, wire + 1));
+                                say(Type::state, packet, put_state(state, packet.body()), listens, wire + 1));
   }
 
   PacketReader& packet() { return reader_; }
@@ -57,35 +60,25 @@ class GloveEnd {
  private:
   void take_challenge() {
     if (pair_ == nullptr || !reader_.guarded() || reader_.body_bytes() != kNonceBytes) return;
-    if (!reader_.fits(*pair_, reader_.sequence())) return;
     Nonce nonce;
     __builtin_memcpy(nonce.bytes, reader_.body(), kNonceBytes);
-    if (session_.started() && (nonce == session_.nonce() || was_left(nonce))) return;
-    left_[oldest_] = session_.nonce();
-    forget_another();
+    if (session_.started() && (nonce == session_.nonce() || !may_follow(nonce))) return;
+    if (!reader_.fits(*pair_, reader_.sequence())) return;
     session_.start(nonce);
     while (!session_.ready()) session_.derive(*pair_);
     counter_ = 0;
+    quiet_frames_ = 0;
   }
 
-  // One that is still being played is not the next to be forgotten.
-  bool was_left(const Nonce& nonce) {
-    for (uint8_t i = 0; i < kLeft; ++i) {
-      if (!(nonce == left_[i])) continue;
-      if (i == oldest_) forget_another();
-      return true;
-    }
-    return false;
+  bool may_follow(const Nonce& nonce) const {
+    return nonce.is_newer_than(session_.nonce()) || quiet_frames_ == settled_frames_ || !in_touch();
   }
-  void forget_another() { oldest_ = static_cast<uint8_t>((oldest_ + 1) % kLeft); }
-
-  static constexpr uint8_t kLeft = 2;
 
   const Key* pair_;
+  uint16_t settled_frames_;
   Session session_;
-  Nonce left_[kLeft] = {};
-  uint8_t oldest_ = 0;
   uint32_t counter_ = 0;
+  uint16_t quiet_frames_ = 0;  // since telemetry, of this session
   PacketReader reader_;
 };
 

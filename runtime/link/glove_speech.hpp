@@ -1,5 +1,6 @@
-// What a glove says on its line, and when: frames in its slots, how it is, its readings where somebody has asked for them,
-// and turns for the other end. It hears challenges and requests; the caller says how bytes leave the board.
+// What a glove says on its line, and when: frames in its slots, its state and its readings before them where somebody has
+// asked, and turns for the other end. It hears challenges and requests; the caller says how bytes leave the board. No request
+// takes a frame's place: anybody may ask.
 #pragma once
 
 #include "runtime/link/glove_end.hpp"
@@ -20,12 +21,12 @@ struct NoModels {
 template <class Turns, uint8_t kSlotsPerSecond>
 class GloveSpeech {
  public:
-  explicit GloveSpeech(const Key* pair) : end_(pair) {}
+  explicit GloveSpeech(const Key* pair) : end_(pair, kSettled_s * kSlotsPerSecond) {}
 
   // At its start: the hand's challenge, if it comes at once, is there before the first sample.
   template <class Board>
   void start(Board& board) {
-    if (!end_.in_touch()) say_state(board);
+    if (!end_.in_touch()) say_state(true, board);
   }
 
   // A byte came.
@@ -42,16 +43,18 @@ class GloveSpeech {
   void speak(Frame& frame, const uint16_t* counts, Board& board) {
     if (!turns_.take_slot(end_.packet().amid())) return;
     const bool listens = turns_.listens(!end_.in_touch());
-    if (readings_left_ > 0)
-      say_readings(frame, counts, board);  // first: after a frame that listens the hand speaks
-    if (listens && (wants_state_ || !end_.in_touch())) {
-      say_state(board);
-    } else if (end_.in_touch()) {
-      say_angles(frame, listens, board);
+    if (until_state_ > 0) --until_state_;
+    // First: after a frame that listens the hand speaks.
+    if (readings_left_ > 0) say_readings(frame, counts, board);
+    if (!end_.in_touch()) {
+      if (listens) say_state(true, board);
+      return;
     }
+    if (wants_state_ && until_state_ == 0) say_state(false, board);
+    say_angles(frame, listens, board);
   }
 
-  const Key* pair() const { return end_.pair(); }
+  GloveEnd& end() { return end_; }
 
  private:
   template <class Models>
@@ -73,10 +76,11 @@ class GloveSpeech {
   }
 
   template <class Board>
-  void say_state(Board& board) {
+  void say_state(bool listens, Board& board) {
     wants_state_ = false;
+    until_state_ = kSlotsPerSecond;
     uint8_t wire[kMaxWire];
-    board.send(Type::state, wire, end_.state(board.reset_cause(), board.uptime_s(), wire));
+    board.send(Type::state, wire, end_.state(board.reset_cause(), board.uptime_s(), wire, listens));
   }
 
   template <class Board>
@@ -88,9 +92,12 @@ class GloveSpeech {
     board.send(Type::readings, wire, GloveEnd::say(Type::readings, packet, body_bytes, false, wire));
   }
 
+  static constexpr uint16_t kSettled_s = 30;
+
   GloveEnd end_;
   Turns turns_;
   uint8_t readings_left_ = 0;  // slots
+  uint8_t until_state_ = 0;    // slots: one a second is answered
   bool wants_state_ = false;
 };
 

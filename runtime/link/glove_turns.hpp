@@ -2,7 +2,8 @@
 //
 // After each kEvery'th frame the glove is silent for kSlots more, and the hand may speak; after each kSeekEvery'th
 // while it is not heard. A frame whose slot comes while somebody else is speaking is left out, too, kHolds of them in
-// succession at most: a hand that has lost touch speaks wherever it hears a gap, and no rubbish silences this end.
+// succession at most, and kBetween are not before the next: a hand that has lost touch speaks wherever it hears a gap, and no
+// rubbish silences this end, nor parts its frames by more than the hand bridges.
 #pragma once
 
 #include <stdint.h>
@@ -28,8 +29,13 @@ class GloveTurns {
       --silent_;
       return false;
     }
-    held_ = hears && held_ < kHolds ? static_cast<uint8_t>(held_ + 1) : static_cast<uint8_t>(0);
-    return held_ == 0;
+    if (hears && held_ < kHolds) {
+      ++held_;
+      taken_ = 0;
+      return false;
+    }
+    if (++taken_ >= kBetween) held_ = taken_ = 0;
+    return true;
   }
 
   // For the frame of this slot: whether it says that its sender listens after it. `now`: it shall.
@@ -45,13 +51,17 @@ class GloveTurns {
   }
 
  private:
-  static constexpr uint8_t kHolds = 2;  // slots: what is left of a frame that was cut off, and a whole one
+  static constexpr bool kFast = kSeekEvery > 1;  // a slot is shorter than 70 ms, and than a frame of the hand
+  static constexpr uint8_t kHolds =
+      kFast ? 2 : 1;  // slots: what is left of a frame that was cut off, and a whole one
+  static constexpr uint8_t kBetween = kFast ? 1 : 2;  // slots
 
   uint8_t since_listening_ = kSeekEvery - 1;  // frames
   uint8_t heard_ = 0;                         // frames for which the other end counts as heard
   uint8_t silent_ = 0;                        // slots
   uint8_t favoured_ = 0;                      // slots
   uint8_t held_ = 0;                          // slots left to who spoke
+  uint8_t taken_ = 0;                         // slots since
   bool hears_ = false;                        // since the last slot
 };
 

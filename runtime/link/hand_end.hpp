@@ -19,9 +19,10 @@ namespace link {
 constexpr uint16_t kOutage_ms = 500;
 constexpr uint16_t kMissed_ms = 110;  // without a frame: a glove that says that it has lost touch is believed
 constexpr uint8_t kProven = 10;       // frames of a session, before that may end it
-constexpr uint16_t kNonce_ms = 500;
+constexpr uint16_t kNonce_ms =
+    2000;  // a challenge and its answer at 0.75 s each way, and a slot of the slowest glove
 constexpr uint16_t kLate_ms = 1000;
-constexpr uint8_t kHeldBack = 62;    // frames; the next and the one that tells are believed, too: 64
+constexpr uint8_t kHeldBack = 126;   // frames; the next and the one that tells are believed, too: 128
 constexpr uint8_t kStirred = 48;     // readings in the pool before the first nonce is drawn
 constexpr uint16_t kAnswer_ms = 90;  // from a challenge after a frame: the answer has begun by then
 constexpr uint16_t kTurnAgain_ms =
@@ -56,9 +57,10 @@ class HandEnd {
     age(nonce_ms_);
     ++now_ms_;
     if (turn_ms_ > 0) --turn_ms_;
-    const bool old = receiver_.answered() ? since_frame_ms_ > kOutage_ms : seeks() && nonce_ms_ >= kNonce_ms;
-    if (old) renew();
-    if (since_frame_ms_ > kOutage_ms) latency_.restart();
+    // A session that took long to come about is given up later: the next one takes as long.
+    const bool out = since_frame_ms_ > kOutage_ms + first_age_ms_ / 8;
+    if (receiver_.answered() ? out : seeks() && nonce_ms_ >= kNonce_ms) renew();
+    if (out) latency_.restart();
   }
 
   // As Receiver::push, with verify() after `pending`.
@@ -94,7 +96,6 @@ class HandEnd {
   // To wire, which has room for kMaxWire; returns the bytes written. One SipHash. It begins with a delimiter: what a
   // collision left of the challenge before would else spoil this one, too.
   uint8_t challenge(uint8_t* wire) {
-    if (nonce_ms_ > kNonce_ms / 2) renew();  // there has to be time for the answer
     since_challenge_ms_ = 0;
     scatter_ms_ = nonces_.noise() & (kScatter_ms - 1);
     turn_ms_ = 0;
@@ -162,9 +163,12 @@ class HandEnd {
   bool seeks() const { return receiver_.pair() != nullptr && !receiver_.answered() && stirred_ == kStirred; }
   bool may_challenge() const {
     const bool gap = since_byte_ms_ >= kGap_ms;
-    // A turn is never in the glove's way. Gaps at an even distance would be: a glove that begins in the same moment.
-    if (turn_ms_ > 0) return since_challenge_ms_ >= kTurnAgain_ms;
-    if (gap && since_byte_ms_ < kGapEnd_ms) return since_challenge_ms_ >= kAnswer_ms + scatter_ms_;
+    // A turn is never in the glove's way, except over a radio that delays, where each may be. So every other challenge, drawn,
+    // goes by no frame. Nor are gaps at an even distance: a glove might begin in the same moment.
+    if ((scatter_ms_ & 1) == 0) {
+      if (turn_ms_ > 0) return since_challenge_ms_ >= kTurnAgain_ms;
+      if (gap && since_byte_ms_ < kGapEnd_ms) return since_challenge_ms_ >= kAnswer_ms + scatter_ms_;
+    }
     return gap && since_challenge_ms_ >= kChallenge_ms + scatter_ms_;
   }
   void renew() {

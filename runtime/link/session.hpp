@@ -17,6 +17,15 @@ struct Nonce {
   uint8_t bytes[kNonceBytes];
 
   bool operator==(const Nonce& other) const { return __builtin_memcmp(bytes, other.bytes, kNonceBytes) == 0; }
+  // Of one NonceSource's: given after `other`. The count wraps.
+  bool is_newer_than(const Nonce& other) const { return static_cast<int32_t>(count() - other.count()) > 0; }
+
+ private:
+  uint32_t count() const {
+    uint32_t out;
+    __builtin_memcpy(&out, bytes, sizeof(out));
+    return out;
+  }
 };
 
 class Session {

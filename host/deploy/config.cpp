@@ -26,7 +26,7 @@ constexpr double kGuardSpeed_deg_s = 200;
 constexpr std::size_t kCalibrate = 4;    // of buttons()
 constexpr int kPotentiometerMargin = 5;  // counts from either rail
 constexpr double kGap_deg = 1.25;        // between what the motor must have done and the reading
-constexpr double kForget_deg_s = 12;     // of it: what noise leaves behind
+constexpr double kForget_deg_s = 4;      // of it: what noise leaves behind
 constexpr double kKick = 3.2;            // times the duty that may move a finger: it must
 constexpr double kPwmStep = 1.0 / 256;
 

@@ -82,6 +82,7 @@ class Finger {
     int16_t goal = link == Link::following ? command : rest;
     if (link == Link::waiting) goal = held_;
     if (watched) goal = core::add(goal, neighbour.probe);
+    if (neighbour.probe != 0) standing_ticks_ = 0;
     const int16_t duty = step(c.loop, loop_, goal, measured, step_limit(c, goal));
     if (setpoint() == core::clamp(goal, c.loop.lower, c.loop.upper)) quick_ = link == Link::following;
     if (shadowed) return give_up(Fault::floating);
@@ -113,6 +114,9 @@ class Finger {
   static constexpr int16_t kAlive = 32;         // Q4: such a movement is none of noise
   static constexpr int16_t kNear = 160;         // Q4: where it was, and what it coasted since
   static constexpr uint8_t kPushed_ticks = 60;  // with so little a finger that is free moves by a degree
+  static constexpr int16_t kEnd = 40;           // Q4 before its end: no standing against what may be a stop
+  static constexpr uint8_t kStanding_ticks =
+      40;  // a free finger has moved by a degree, or is where it may stay
   static constexpr uint16_t kGentle_ticks = 8000;
   static constexpr uint8_t kMostGrudge = 3;       // 64 s
   static constexpr uint8_t kSettled_ticks = 100;  // for a finger to come to rest
@@ -125,6 +129,11 @@ class Finger {
     held_ = setpoint();
     blocked_ = 0;
     if (fault_ == Fault::frozen) stopped_ = 0;  // it lives
+    if (fault_ == Fault::reversed) {            // who bent it, nobody knows
+      stopped_ = kUp | kDown;
+      gentle_ticks_ = kGentle_ticks;
+    }
+    standing_ticks_ = 0;
     kick_ = 0;
     awake_ = true;
     quick_ = false;
@@ -170,7 +179,7 @@ class Finger {
 
   // What of the loop's duty the motor gets.
   int16_t guarded(const FingerSettings& c, int16_t duty, int16_t measured) {
-    unblock(measured);
+    if (unblock(measured)) return lie(Fault::slipped);
     forgive(c.loop, measured);
     if ((blocked_ & (duty > 0 ? kUp : kDown)) != 0) return hold_back(measured);
     fault_ = Fault::none;
@@ -183,6 +192,7 @@ class Finger {
   // long. A kick goes on until the reading has moved, or the watch has seen enough. `left`: of the way to the end
   // of the range, where nothing begins that could press.
   int16_t kicked(const MotorSettings& c, int16_t duty, int16_t measured, int16_t left) {
+    if (stands(c.breakaway, duty, measured, left)) return 0;
     const uint8_t way = duty > 0 ? kUp : kDown;
     const bool gentle = left < kGentle || (stopped_ & way) != 0;
     if (!watch_.held()) {
@@ -193,6 +203,20 @@ class Finger {
     if (kick_ != way) return gently(c.breakaway, duty, measured);
     if (way == kUp) return duty < c.kick ? c.kick : duty;
     return duty > -c.kick ? static_cast<int16_t>(-c.kick) : duty;
+  }
+
+  // Before its end, with more than half of what may move it: there it rests until its reading moves by a degree, or
+  // the set-point turns.
+  bool stands(int16_t breakaway, int16_t duty, int16_t measured, int16_t left) {
+    if (left > kEnd || further(measured, still_at_, kSame)) {
+      still_at_ = measured;
+      standing_ticks_ = 0;
+    } else if (standing_ticks_ == kStanding_ticks) {
+      loop_.integral = 0;
+    } else if (further(duty, 0, static_cast<int16_t>(breakaway >> 1))) {
+      ++standing_ticks_;
+    }
+    return standing_ticks_ == kStanding_ticks;
   }
 
   // No more than what may move it, and that not for long where it does not.
@@ -215,14 +239,16 @@ class Finger {
     return hold_back(measured);
   }
 
-  // Tried again where it has got past what stopped it, or has moved away with the set-point come back: what gives
-  // throws a finger back without either.
-  void unblock(int16_t measured) {
-    if (blocked_ == 0) return;
+  // Tried again where it has moved away with the set-point come back: what gives throws a finger back without.
+  // Returns whether the reading went on the way that the finger was stopped on: without its motor none does.
+  bool unblock(int16_t measured) {
+    if (blocked_ == 0) return false;
     const int16_t away = static_cast<int16_t>(measured - blocked_at_);
     const int16_t wanted = static_cast<int16_t>(setpoint() - measured);
-    if (away > kAlive && (blocked_ == kUp || wanted > -kSame)) blocked_ = 0;
-    if (away < -kAlive && (blocked_ == kDown || wanted < kSame)) blocked_ = 0;
+    if (away <= kAlive && away >= -kAlive) return false;
+    const bool on = blocked_ == (away > 0 ? kUp : kDown);
+    if (on || (away > 0 ? wanted > -kSame : wanted < kSame)) blocked_ = 0;
+    return on;
   }
 
   // Nothing against what has stopped it, until it has moved.
@@ -234,15 +260,22 @@ class Finger {
     return 0;
   }
 
+  void resent() {
+    if (grudge_ < kMostGrudge) ++grudge_;
+  }
+  int16_t lie(Fault fault) {
+    resent();
+    return give_up(fault);
+  }
+
   FLEXOR_SHARED int16_t disagree(Verdict verdict, int16_t measured) {
     loop_.integral = 0;
-    if (verdict == Verdict::jumped) return give_up(Fault::slipped);
-    if (verdict == Verdict::against) return give_up(Fault::reversed);
-    if (verdict == Verdict::without) return give_up(Fault::slipped);
+    if (verdict == Verdict::against) return lie(Fault::reversed);
+    if (verdict != Verdict::stalled) return lie(Fault::slipped);
     const uint8_t way = watch_.upwards() ? kUp : kDown;
     stopped_ = static_cast<uint8_t>(stopped_ | way);
     gentle_ticks_ = static_cast<uint16_t>(kGentle_ticks << grudge_);
-    if (grudge_ < kMostGrudge) ++grudge_;
+    resent();
     watch_.recoil(measured);
     kick_ = 0;
     softly_ = false;
@@ -251,7 +284,7 @@ class Finger {
     return blocked_ == (kUp | kDown) ? give_up(Fault::frozen) : none;
   }
 
-  // At rest first, then long enough without what was wrong.
+  // At rest first, then long enough without what was wrong, and still: the longer, the more often it lied.
   bool recovers(int16_t measured, bool shadowed) {
     const bool calm = watch_.calm(measured);
     if (shadowed && !needs_a_bend()) {
@@ -260,11 +293,13 @@ class Finger {
     }
     if (watch_.jumped_again() && fault_ != Fault::noisy)
       fault_ = fault_ == Fault::slipped ? Fault::noisy : Fault::slipped;
-    if (limp_ticks_ < kSettled_ticks) limp_at_ = measured;
-    if (limp_ticks_ < kSettled_ticks || is_well(measured, calm)) {
-      ++limp_ticks_;
-    } else {
+    if (limp_ticks_ < kSettled_ticks) limp_at_ = still_at_ = measured;
+    const bool still = !further(measured, still_at_, kSame);
+    if (!still) still_at_ = measured;
+    if (limp_ticks_ >= kSettled_ticks && !(still && is_well(measured, calm))) {
       limp_ticks_ = kSettled_ticks;
+    } else if ((++standing_ticks_ & ((1 << grudge_) - 1)) == 0) {
+      ++limp_ticks_;
     }
     return limp_ticks_ >= kRecovered_ticks;
   }
@@ -283,7 +318,9 @@ class Finger {
   int16_t trusted_ = 0;
   int16_t blocked_at_ = 0;
   int16_t limp_at_ = 0;
+  int16_t still_at_ = 0;
   uint8_t limp_ticks_ = 0;
+  uint8_t standing_ticks_ = 0;
   uint8_t blocked_ = 0;
   int16_t pushed_at_ = 0;
   uint8_t pushed_ticks_ = 0;

@@ -2,7 +2,7 @@
 // kTurn_ticks.
 //
 // v is how fast the last duty u would make a finger go that nothing holds back, in a turn:
-//   v = v + (gain u - rate v) 2^-16,   width = |v|/4 + load
+//   v = v + (gain u - rate v) 2^-16,   width = |v|/8 + load
 // Friction and load leave of it something between low = held(v - width) and high = held(v + width), where
 // held(x) = sign(x) max(|x| - friction, 0). Two sums of what the reading has moved beyond that, never below zero,
 // so that an honest finger's stay near it for ever (Page, Biometrika 41, 1954):
@@ -129,9 +129,11 @@ class MotorWatch {
 
   void compare(const MotorSettings& c, int16_t moved) {
     const int16_t v = static_cast<int16_t>(speed_ >> (kSpeedFraction - kSumFraction));
-    const int16_t width = static_cast<int16_t>(((v < 0 ? -v : v) >> 2) + c.load);
-    const int16_t high = slowed(c, static_cast<int16_t>(v + width));
-    const int16_t low = slowed(c, static_cast<int16_t>(v - width));
+    const int16_t size = static_cast<int16_t>(v < 0 ? -v : v);
+    const int16_t quick = static_cast<int16_t>(size + size * 3 / 16);
+    const int16_t slow = static_cast<int16_t>(size - (size >> 3));
+    const int16_t high = slowed(c, static_cast<int16_t>((v < 0 ? -slow : quick) + c.load));
+    const int16_t low = slowed(c, static_cast<int16_t>((v < 0 ? -quick : slow) - c.load));
     ahead_ = kept(static_cast<int16_t>(ahead_ + moved - high - c.forget), since_ahead_);
     behind_ = kept(static_cast<int16_t>(behind_ + low - moved - c.forget), since_behind_);
   }

@@ -44,7 +44,7 @@ FingerSettings elastic_settings(bool watched = true) {
       static_cast<std::int16_t>(std::lround(rate * kFullSpeed_deg_s / 1000 * kTurn_ticks * (1 << 14)));
   c.motor.friction = speed(kFriction * kFullSpeed_deg_s);
   c.motor.load = speed(0.067 * kFullSpeed_deg_s);
-  c.motor.forget = speed(12);
+  c.motor.forget = speed(4);
   c.motor.gap = static_cast<std::int16_t>(1.25 * (1 << kSumFraction));
   c.motor.breakaway = duty_of(0.09);
   c.motor.kick = duty_of(0.3);
@@ -62,6 +62,7 @@ struct Motor {
   double fastest_deg_s = 0;
   int impacts = 0;
   int pressed_ms = 0;
+  int lain_ms = 0;  // with half of that duty
   bool touching = false;
 
   void step(std::int16_t duty_now) {
@@ -83,6 +84,7 @@ struct Motor {
     touching = now;
     const bool towards = angle_deg <= kLower_deg ? u < 0 : u > 0;
     pressed_ms += now && towards && std::abs(u) >= kPressing;
+    lain_ms += now && towards && std::abs(u) >= kPressing / 2;
   }
 };
 
@@ -97,10 +99,14 @@ enum class Lie {
   neighbour,
   noisy,
   half,
-  lags
+  lags,
+  creeps,
+  wanders,
+  sticks
 };
 constexpr double kSlipSpeed_deg_s = 20;  // of what slips slowly
-constexpr double kLag_ms = 80;
+constexpr double kCreep_deg_s = 83;      // with the command
+constexpr double kStick_deg = 3;
 
 // Two fingers, of which the first one's potentiometer may lie.
 struct ElasticBench {
@@ -115,6 +121,9 @@ struct ElasticBench {
   double noise_deg = 10;
   double honest_noise_deg = 0.15;
   double slip_deg = 40;
+  double lag_ms = 80;
+  double wander_Hz = 0;
+  double wander_deg = 0;
   double lagging_deg = 0;
   double factor = 1;  // of a neighbour's reading, and what is added
   int offset_counts = 0;
@@ -134,9 +143,13 @@ struct ElasticBench {
     lagging_deg = lie_from_deg = motor[0].angle_deg;
   }
   // What the first one's potentiometer says instead of its angle, degrees.
-  double told_deg() {
+  double told_deg(double command_deg) {
     const double slowly_deg = std::min(slip_deg, lied_ms * kSlipSpeed_deg_s / 1000);
-    lagging_deg += (motor[0].angle_deg - lagging_deg) / kLag_ms;
+    const double at_deg = motor[0].angle_deg;
+    if (lie == Lie::lags) lagging_deg += (at_deg - lagging_deg) / lag_ms;
+    if (lie == Lie::creeps)
+      lagging_deg += std::clamp(command_deg - lagging_deg, -kCreep_deg_s / 1000, kCreep_deg_s / 1000);
+    if (lie == Lie::sticks && std::abs(at_deg - lagging_deg) > kStick_deg) lagging_deg = at_deg;
     switch (lie) {
       case Lie::slipped_up:
         return motor[0].angle_deg + slip_deg;
@@ -150,7 +163,11 @@ struct ElasticBench {
         return 2 * lie_from_deg - motor[0].angle_deg;
       case Lie::half:
         return (lie_from_deg + motor[0].angle_deg) / 2;
+      case Lie::wanders:
+        return at_deg + wander_deg * std::sin(2 * 3.14159 * wander_Hz * lied_ms / 1000);
       case Lie::lags:
+      case Lie::creeps:
+      case Lie::sticks:
         return lagging_deg;
       case Lie::noisy:
         return motor[0].angle_deg + noise_deg * normal();
@@ -158,10 +175,10 @@ struct ElasticBench {
         return motor[0].angle_deg;
     }
   }
-  std::array<std::uint16_t, 2> readings() {
+  std::array<std::uint16_t, 2> readings(double command_deg) {
     std::array<std::uint16_t, 2> out{};
     for (std::size_t i = 0; i < 2; ++i)
-      out[i] = counts((i == 0 ? told_deg() : motor[1].angle_deg) + honest_noise_deg * normal());
+      out[i] = counts((i == 0 ? told_deg(command_deg) : motor[1].angle_deg) + honest_noise_deg * normal());
     if (lie == Lie::frozen) out[0] = counts(lie_from_deg);
     if (lie == Lie::neighbour)
       out[0] =
@@ -176,7 +193,7 @@ struct ElasticBench {
     if (now_ms++ % 100 == 0) change_loads();
     link.frame();
     (void)link.tick();
-    const auto reading = readings();
+    const auto reading = readings(command_deg[0]);
     const std::size_t first = 1 - second;
     if (now_ms % NeighbourWatch::kWindow_ms == 0)
       neighbours.look(reading[first], reading[second],
@@ -233,6 +250,10 @@ struct Case {
   int offset_counts = 0;
   double noticed = 0.97;         // of all runs
   int longest_ms = kLongest_ms;  // more than kLongest_ms in one run of a hundred: README.md
+  int lain_ms = 1 << 20;         // likewise, with half of that duty
+  double lag_ms = 80;
+  double wander_deg = 0;
+  double wander_Hz = 0;
 };
 
 struct Kind {  // of motor, as shares of what is known of it
@@ -243,6 +264,7 @@ struct Kind {  // of motor, as shares of what is known of it
 struct Outcome {
   double fastest_deg_s = 0;
   int pressed_ms = 0;
+  int lain_ms = 0;
   int beyond = 0;  // runs that pressed for longer than kLongest_ms
   int noticed = 0;
   int runs = 0;
@@ -258,6 +280,9 @@ void lie_to(const Case& lies, std::uint64_t seed, bool together, bool watched, K
   bench.slip_deg = lies.slip_deg;
   bench.factor = lies.factor;
   bench.offset_counts = lies.offset_counts;
+  bench.lag_ms = lies.lag_ms;
+  bench.wander_deg = lies.wander_deg;
+  bench.wander_Hz = lies.wander_Hz;
   bench.second = seed % 2;
   Commands one(seed * 2 + 1);
   Commands two(together ? seed * 2 + 1 : seed * 2 + 2);
@@ -274,6 +299,7 @@ void lie_to(const Case& lies, std::uint64_t seed, bool together, bool watched, K
   }
   out.fastest_deg_s = std::max(out.fastest_deg_s, bench.motor[0].fastest_deg_s);
   out.pressed_ms = std::max(out.pressed_ms, bench.motor[0].pressed_ms);
+  out.lain_ms = std::max(out.lain_ms, bench.motor[0].lain_ms);
   out.beyond += bench.motor[0].pressed_ms > kLongest_ms;
   out.noticed += bench.noticed_ms >= 0;
   ++out.runs;
@@ -289,6 +315,7 @@ TEST_P(Lies, AreNoticedAndNeitherSpeedNorPressingGoesBeyondItsBound) {
   EXPECT_LE(out.fastest_deg_s, kTop_deg_s);
   EXPECT_GT(out.fastest_deg_s, 200) << "it does move";
   EXPECT_LE(out.pressed_ms, GetParam().longest_ms);
+  EXPECT_LE(out.lain_ms, GetParam().lain_ms);
   EXPECT_LE(out.beyond, out.runs / 100);
   EXPECT_GE(out.noticed, out.runs * GetParam().noticed)
       << "the rest did nothing within six seconds that could show it";
@@ -306,6 +333,7 @@ TEST_P(Lies, DoNoWorseToAnyMotorThatIsAccepted) {
   }
   EXPECT_LE(out.fastest_deg_s, kTop_deg_s);
   EXPECT_LE(out.pressed_ms, GetParam().longest_ms);
+  EXPECT_LE(out.lain_ms, GetParam().lain_ms);
   EXPECT_LE(out.beyond, out.runs / 100);
 }
 
@@ -344,6 +372,24 @@ INSTANTIATE_TEST_SUITE_P(
              .factor = 0.97,
              .longest_ms = 80},
         Case{.name = "half_neighbour", .lie = Lie::neighbour, .unguarded_ms = 2000, .factor = 0.5},
+        Case{.name = "lags_400", .lie = Lie::lags, .unguarded_ms = 0, .lain_ms = kLongest_ms, .lag_ms = 400},
+        Case{.name = "sticks", .lie = Lie::sticks, .unguarded_ms = 0, .lain_ms = kLongest_ms},
+        Case{.name = "creeps", .lie = Lie::creeps, .unguarded_ms = 500, .longest_ms = 70},
+        Case{.name = "wanders_10_at_2_Hz",
+             .lie = Lie::wanders,
+             .unguarded_ms = 50,
+             .wander_deg = 10,
+             .wander_Hz = 2},
+        Case{.name = "wanders_10_at_4_Hz",
+             .lie = Lie::wanders,
+             .unguarded_ms = 50,
+             .wander_deg = 10,
+             .wander_Hz = 4},
+        Case{.name = "wanders_40_at_half_a_Hz",
+             .lie = Lie::wanders,
+             .unguarded_ms = 500,
+             .wander_deg = 40,
+             .wander_Hz = 0.5},
         Case{"noise_of_2", Lie::noisy, 0, 2}, Case{"noise_of_10", Lie::noisy, 0, 10},
         Case{"noise_of_60", Lie::noisy, 0, 60}),
     [](const auto& one) { return one.param.name; });

@@ -83,6 +83,8 @@ nlohmann::ordered_json track_video(io::Worker& camera, const TrackOptions& optio
 
 // Prints to standard output, control characters but line ends and tabs as question marks; throws io::JobError when it is closed or full.
 void print(const std::string& text);
+// Likewise with our own escapes: what is foreign in it was given to io::one_line.
+void print_as_it_is(const std::string& text);
 
 // One line on standard error.
 void log(const std::string& line);

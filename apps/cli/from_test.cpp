@@ -84,6 +84,24 @@ TEST_F(From, ARecordingIsShownFaster) {
   EXPECT_EQ(said.at("columns")[0].at("most"), 475);
 }
 
+// On a terminal a bar is drawn over the one before, by escapes of ours; those of a name are none.
+TEST_F(From, AMonitorDrawsWithItsOwnEscapesAlone) {
+  FLEXOR_NEEDS_TERMINALS();
+  std::ofstream(path("log.csv")) << "t_s,in\x1b[2Jdex\xc2\x9b\n0,1\n0.1,2\n0.2,3\n";
+  const int end = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+  ASSERT_EQ(::grantpt(end) | ::unlockpt(end), 0);
+  const int terminal = ::open(::ptsname(end), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  io::Process monitor(FLEXOR_PROGRAM, {"flexor", "monitor", "--from", path("log.csv")},
+                      {{terminal, STDOUT_FILENO}});
+  ::close(terminal);
+  std::string shown;
+  for (char c = 0; ::read(end, &c, 1) == 1;) shown += c;
+  ::close(end);
+  EXPECT_EQ(monitor.wait(), 0);
+  EXPECT_NE(shown.find("\x1b[Kin?[2Jdex?"), std::string::npos) << shown;
+  EXPECT_EQ(shown.find("?[K"), std::string::npos) << shown;
+}
+
 TEST_F(From, TheTwinsGlove) {
   const io::ProcessResult r = flexor({"record", path("twin.csv"), "--from", "twin", "--for", "4", "--json"});
   ASSERT_EQ(r.status, 0) << r.err;

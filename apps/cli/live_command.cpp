@@ -114,6 +114,7 @@ live::LiveOptions live_options(const Options& o) {
   if (from == "boards") {
     ProgressLine line;
     out.worn = live::worn_boards([&line](const std::string& what) { line.show(what + " ..."); });
+    out.note = out.worn->why_not_written();
   } else if (from == "twin") {
     out.worn = live::worn_twin();
   } else {
@@ -124,7 +125,9 @@ live::LiveOptions live_options(const Options& o) {
 }
 
 void run(const Options& o) {
-  live::Live live(live_options(o));
+  live::LiveOptions options = live_options(o);
+  if (!options.note.empty()) log(options.note);
+  live::Live live(std::move(options));
   StopOnSignal stop;
   if (o.json) {
     print(io::dump_line({{"url", live.url()},

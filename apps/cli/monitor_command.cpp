@@ -76,15 +76,15 @@ class View {
       const Range& r = ranges_[i];
       const std::string& name = source_.columns()[i];
       if (name.ends_with("_quality")) continue;  // the remark says it
-      out += fmt::format("{}{:<18} {:8.1f} {} {}{}{}\n", clear, name, r.now, bar(r), ends_of(r),
-                         r.remark.empty() ? "" : "  ", r.remark);
+      out += fmt::format("{}{:<18} {:8.1f} {} {}{}{}\n", clear, io::one_line(name), r.now, bar(r), ends_of(r),
+                         r.remark.empty() ? "" : "  ", io::one_line(r.remark));
       ++lines;
     }
     if (again) out.insert(0, fmt::format("\033[{}A", lines));
     const listen::Tally& tally = source_.tally();
     out += fmt::format("{}{:.1f} samples a second, {} torn, {}{}\n", clear, rate_hz(), tally.torn,
                        listen::lost_in_words(tally), terminal ? "; Ctrl-C ends this" : "");
-    print(out);
+    print_as_it_is(out);
   }
 
   bool has_rows() const { return !ranges_.empty(); }

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -29,17 +28,11 @@ namespace {
   throw io::JobError(fmt::format("standard output: cannot be written: {}", std::strerror(errno)));
 }
 
-// What a terminal may obey.
-bool is_hidden(unsigned char c) {
-  constexpr unsigned char kDelete = 127;
-  return c == kDelete || (c < ' ' && c != '\n' && c != '\r' && c != '\t');
-}
-
 }  // namespace
 
-void print(const std::string& given) {
-  std::string text = given;
-  std::ranges::replace_if(text, is_hidden, '?');
+void print(const std::string& text) { print_as_it_is(io::without_controls(text, "\n\r\t")); }
+
+void print_as_it_is(const std::string& text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
     standard_output_failed();
   }

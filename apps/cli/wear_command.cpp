@@ -53,9 +53,7 @@ void say(const Options& o, const study::Bench& bench) {
                            {"version", FLEXOR_VERSION}}));
   }
   print(fmt::format("a glove is at {}: flexor monitor --port {}\n", bench.port(), bench.port()));
-  if (!bench.has_bootloader())
-    log("without a bootloader, since Debian's arduino-core-avr is not installed: flexor flash does not reach "
-        "it");
+  if (!bench.has_bootloader()) log(study::why_no_bootloader());
 }
 
 void run(const Options& o) {

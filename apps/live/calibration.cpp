@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
+#include <sstream>
 
+#include "apps/live/camera.hpp"
 #include "host/identify/hand.hpp"
+#include "host/io/beneath.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
@@ -141,6 +143,7 @@ Calibration Calibration::resumed(const Session& session, const std::filesystem::
   setup.side = session.side;
   setup.reference = reference_of(reader.text("reference"));
   setup.joints = reader.text("joints");
+  if (!setup.joints.empty()) require_carried(setup.joints);  // a path leads elsewhere
   setup.rate_hz = reader.number_within("rate_hz", 0, 1000);
   Calibration out(setup, session, folder);
   out.attempt_ = reader.whole_within("attempt", 1, 10000);
@@ -153,13 +156,13 @@ Calibration Calibration::resumed(const Session& session, const std::filesystem::
 
 // What is known of a motion that was over, from its files.
 void Calibration::read_motion() {
-  const auto names = [](const std::filesystem::path& path) {
-    if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(path)))
-      throw io::InputError(path.string() + ": is no plain file");
+  const auto names = [this](const std::filesystem::path& path) {
+    constexpr std::uint64_t kHeader = 1U << 16U;
     recording::CsvOptions options;
     options.holes = true;
-    std::ifstream file(path);
-    return recording::CsvReader(file, path.string(), options).columns();
+    std::istringstream begin(
+        io::FileBeneath(folder_, path.filename().string(), kMostLogBytes).read(0, kHeader));
+    return recording::CsvReader(begin, path.string(), options).columns();
   };
   columns_ = names(file("log.csv"));
   if (setup_.reference != Reference::poses) angles_ = names(file("camera.csv"));
@@ -401,11 +404,13 @@ void Calibration::failed(const std::string& why) { failure_ = why; }
 
 // The held-out part, thinned.
 Json Calibration::plot_of(std::size_t joint) const {
-  const std::filesystem::path path = file("report") / fmt::format("samples-{}.csv", joint + 1);
+  const std::string name = fmt::format("{}/samples-{}.csv", file("report").filename().string(), joint + 1);
   const std::string& line = lines_.at(joint);
   std::vector<std::string> columns = {"measured_deg", "estimated_deg", "held_out"};
   if (!line.empty()) columns.push_back(line);
-  const recording::Recording r = recording::read_csv(path, columns);
+  std::istringstream samples(io::FileBeneath(folder_, name, kMostLogBytes).all());
+  recording::CsvReader reader(samples, name, {columns, {}, false});
+  const recording::Recording r = recording::read(reader);
   const auto& held_out = r.column("held_out").value;
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < held_out.size(); ++i) {

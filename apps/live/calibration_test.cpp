@@ -159,6 +159,7 @@ TEST_F(Guided, ASessionThatWasTamperedWithIsRefusedInOneLine) {
   Session session = c.session();
   for (const char* wrong :
        {R"(5)", R"({"step": "glove"})",
+        R"({"step": "motion", "reference": "marks", "joints": "/dev/zero", "rate_hz": 0, "attempt": 1})",
         R"({"step": "identify", "reference": "marks", "joints": "", "rate_hz": 10, "attempt": 1})"}) {
     session.calibration = nlohmann::ordered_json::parse(wrong);
     EXPECT_THROW(Calibration::resumed(session, sessions_.folder(session)), io::InputError) << wrong;

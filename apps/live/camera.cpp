@@ -1,5 +1,8 @@
 #include "apps/live/camera.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -49,6 +52,11 @@ std::string bytes_of(const Json& json) {
 const std::vector<std::string>& joint_files() {
   static const std::vector<std::string> names = {"green_markers", "paper_hand", "printed_finger"};
   return names;
+}
+
+void require_carried(const std::string& joints) {
+  if (std::ranges::find(joint_files(), joints) != joint_files().end()) return;
+  throw io::InputError(fmt::format("\"joints\" names none of {}", fmt::join(joint_files(), ", ")));
 }
 
 Camera::Camera(const std::filesystem::path& program) : worker_(program) {}

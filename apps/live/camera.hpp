@@ -14,6 +14,7 @@ namespace flexor::live {
 
 // The joint files that the program carries with it: "green_markers", "paper_hand", "printed_finger".
 const std::vector<std::string>& joint_files();
+void require_carried(const std::string& joints);  // throws io::InputError, listing them
 
 struct SeenRow {
   double t_s = 0;

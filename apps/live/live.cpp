@@ -44,6 +44,7 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
     connect_named();
   }
   model_is_chosen_ = !options_.model.empty();
+  if (!options_.note.empty()) ended("demo", false, options_.note);
   resume_calibration();
   server_->every(kTick_s, [this] { guard("glove", [this] { tick(); }); });
   server_->every(kLook_s, [this] { guard("port", [this] { look_for_port(); }); });
@@ -128,6 +129,7 @@ void Live::listen() {
   if (!source_ || held_) return;
   std::vector<listen::Sample> samples;
   listen::Event event = listen::Event::quiet;
+  const std::uint64_t torn = source_->tally().torn;
   try {
     event = source_->wait(0, samples);
   } catch (const std::exception& error) {  // not of a port: that would have gone
@@ -137,6 +139,7 @@ void Live::listen() {
     tried_ports_.clear();  // another glove that was plugged in is listened to anew
     return;
   }
+  if (recording_) recording_->leave_out(source_->tally().torn - torn);
   if (event == listen::Event::gone) {
     says_ = "the glove has gone: plug it in again, everything goes on";
     if (status_ == "glove") status_ = "gone";
@@ -159,8 +162,8 @@ void Live::learn_columns() {
       model_path_.clear();
       model_session_ = {};
       if (const std::optional<Session> known = sessions_.newest_with_model(glove_id())) {
-        model_path_ = model_of(known->name + "/" + known->model);
-        model_ = model::load(model_path_);
+        model_path_ = sessions_.folder(*known) / known->model;
+        model_ = load_model(*known, model_path_);
         model_session_ = *known;
       }
     }

@@ -50,6 +50,7 @@ struct LiveOptions {
   double rate_hz = 0;  // of models; 0: what suits the glove
   double lead_s = 0;   // of models that are identified: by which what follows the glove comes after it
   std::unique_ptr<WornGlove> worn;
+  std::string note;                 // what a page shows first; empty: nothing
   std::filesystem::path recording;  // played again at first, instead of a port
   // What hears the angles of a model's joints, opened when it is worn.
   std::vector<Outs::Open> outs;
@@ -179,13 +180,14 @@ class Live {
   void play(const std::string& motion);
   void stop_recording();
   void end_recording(const std::exception& why);
-  std::filesystem::path file_of(const std::string& relative) const;
-  std::filesystem::path model_of(const std::string& relative) const;
+  std::filesystem::path file_of(const std::string& relative, std::uint64_t most_bytes) const;
+  model::Model load_model(const Session& session, const std::filesystem::path& path) const;
   std::string side_of_model() const;
 
   // live_jobs.cpp
   void require_no_job() const;
   void require_model() const;
+  void require_written() const;
   void start(const std::string& name, std::vector<std::string> arguments,
              std::function<void(const CommandResult&)> done);
   void start_without_glove(const std::string& name, std::vector<std::string> arguments,
@@ -202,6 +204,7 @@ class Live {
   Json link_state() const;
   Json sessions_state() const;
   Json hand_state() const;
+  std::string misfit() const;
   std::string what_next() const;
   std::string what_next_anew() const;
   std::string what_next_without_model() const;

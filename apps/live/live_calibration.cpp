@@ -15,11 +15,6 @@ namespace {
 constexpr double kPreviewEvery_s = 0.2;
 constexpr double kCameraLives_s = 3;  // one that ended sooner is not opened again by itself
 
-void require_joints(const std::string& name) {
-  if (std::ranges::find(joint_files(), name) != joint_files().end()) return;
-  throw io::InputError(fmt::format("\"joints\" is \"{}\"; known: {}", name, fmt::join(joint_files(), ", ")));
-}
-
 }  // namespace
 
 // One that only waits for its model to be sent is over.
@@ -60,7 +55,7 @@ void Live::calibrate_start(io::JsonReader& parts) {
   if (setup.reference == Reference::marks || setup.reference == Reference::drawn) {
     setup.joints = setup.reference == Reference::drawn ? "paper_hand" : parts.text_or_empty("joints");
     if (setup.joints.empty()) setup.joints = options_.worn ? "paper_hand" : "green_markers";
-    require_joints(setup.joints);
+    require_carried(setup.joints);
   }
   const Session session = sessions_.create(setup.person, setup.side, glove_id(), "calibration");
   calibration_.emplace(setup, session, sessions_.folder(session));
@@ -201,10 +196,8 @@ void Live::identify() {
 void Live::calibrate_accept(io::JsonReader&) {
   if (calibration().step() != Step::result) throw io::InputError("there is no model to accept yet");
   Session session = calibration_->session();
-  session.model = calibration_->model().filename().string();
-  session.calibration = nullptr;
   wear_model(session, calibration_->model());
-  sessions_.save(session);
+  sessions_.accept(session, calibration_->model().filename().string());
   calibration_->session() = session;
   calibration_->accepted();
   listed_s_ = -1e9;
@@ -251,9 +244,8 @@ void Live::anew_accept(io::JsonReader&) {
   if (!anew_ || !anew_->result) throw io::InputError("there is no new calibration to accept yet");
   if (anew_->result->applied) {
     Session session = anew_->recording.session;
-    session.model = "model.json";
-    wear_model(session, sessions_.folder(session) / session.model);
-    sessions_.save(session);
+    wear_model(session, sessions_.folder(session) / "model.json");
+    sessions_.accept(session, "model.json");
   }
   anew_.reset();
   listed_s_ = -1e9;

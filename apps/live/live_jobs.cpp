@@ -25,6 +25,11 @@ void Live::require_no_job() const {
     throw io::InputError("ten seconds of a glove that was put on anew are recorded: wait for them");
 }
 
+// What the twin wears can be written.
+void Live::require_written() const {
+  if (const std::string why = options_.worn->why_not_written(); !why.empty()) throw io::InputError(why);
+}
+
 void Live::require_model() const {
   if (!model_) throw io::InputError("no model is worn: calibrate first, or choose one");
   if (!misfit_.empty()) throw io::InputError("the model that was chosen is not worn: " + misfit_);
@@ -79,6 +84,7 @@ void Live::start_without_glove(const std::string& name, std::vector<std::string>
 
 void Live::send(io::JsonReader&) {
   require_model();
+  if (options_.worn && (options_.worn->in_flash() || !options_.worn->has_boards())) require_written();
   if (port_.empty()) throw io::InputError("no glove is connected: plug it in, and choose its port");
   if (source_ && !source_->takes_models())
     throw io::InputError("this glove's program takes no models: flexor deploy makes one that does");
@@ -98,6 +104,7 @@ void Live::flash(io::JsonReader& parts) {
   const std::string board = parts.text("board");
   if (board != "glove" && board != "hand") parts.fail("\"board\" must be glove or hand");
   if (!model_) throw io::InputError("no model is worn: calibrate first, or choose one");
+  if (options_.worn) require_written();
   const std::string hand = hand_port_ ? hand_port_->path() : "";
   const std::string port = parts.has("port") ? parts.text("port") : board == "hand" ? hand : port_;
   if (port.empty())

@@ -41,7 +41,16 @@ Live::Json Live::device_state() const {
                                        : "glove"},
           {"port", port_},
           {"format", format},
-          {"says", says_}};
+          {"says", misfit().empty() ? says_ : misfit()}};
+}
+
+// Why nothing of what comes is taken; "": it is.
+std::string Live::misfit() const {
+  const auto found = source_ && status_ != "gone" ? source_->tally().misfit : std::nullopt;
+  if (!found) return "";
+  return fmt::format(
+      "Nothing is shown or recorded: {}. Mend the glove's program, or stop and choose the port again.",
+      listen::misfit_in_words(*found));
 }
 
 Live::Json Live::fingers_state() const {
@@ -147,6 +156,7 @@ std::string Live::what_next_without_model() const {
 std::string Live::what_next() const {
   if (jobs_.is_running()) return fmt::format("{} runs.", jobs_.name());
   if (status_ == "gone") return "The glove has gone: plug it in again.";
+  if (const std::string why = misfit(); !why.empty()) return why;
   if (calibration_ && !calibration_->is_sent()) return calibration_->what_to_do();
   if (anew_) return what_next_anew();
   if (status_ == "listening") return "Listening to the port.";

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "apps/live/live.hpp"
+#include "host/io/beneath.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::live {
@@ -119,26 +120,24 @@ void Live::device_leave(io::JsonReader&) {
 }
 
 // Inside the sessions' folder, whatever the text holds.
-std::filesystem::path Live::file_of(const std::string& relative) const {
-  const std::filesystem::path root = std::filesystem::canonical(sessions_.root());
-  std::error_code error;
-  std::filesystem::path path = std::filesystem::canonical(root / relative, error);
-  const auto [end, none] = std::mismatch(root.begin(), root.end(), path.begin(), path.end());
-  if (error || end != root.end() || !std::filesystem::is_regular_file(path))
-    throw io::InputError(fmt::format("there is no file \"{}\" in the sessions' folder", relative));
-  return path;
+std::filesystem::path Live::file_of(const std::string& relative, std::uint64_t most_bytes) const {
+  try {
+    (void)io::FileBeneath(sessions_.root(), relative, most_bytes);
+  } catch (const io::InputError&) {
+    throw io::InputError(fmt::format("there is no file \"{}\" of at most {} bytes in the sessions' folder",
+                                     relative, most_bytes));
+  }
+  return sessions_.root() / relative;
 }
 
-std::filesystem::path Live::model_of(const std::string& relative) const {
-  constexpr std::uintmax_t kMostBytes = 1U << 24U;
-  std::filesystem::path path = file_of(relative);
-  if (std::filesystem::file_size(path) > kMostBytes)
-    throw io::InputError(fmt::format("\"{}\" is larger than a model", relative));
-  return path;
+model::Model Live::load_model(const Session& session, const std::filesystem::path& path) const {
+  if (session.name.empty()) return model::load(path);
+  const std::string name = session.name + "/" + path.filename().string();
+  return model::from_json(io::FileBeneath(sessions_.root(), name, kMostModelBytes).all(), path.string());
 }
 
 void Live::wear_model(const Session& session, const std::filesystem::path& path) {
-  model::Model model = model::load(path);
+  model::Model model = load_model(session, path);
   const std::optional<model::Model> before = std::exchange(model_, std::move(model));
   try {
     wear();
@@ -165,7 +164,8 @@ void Live::model_choose(io::JsonReader& parts) {
   }
   const std::string name = parts.text("path");
   const bool is_of_options = !name.empty() && name == std::filesystem::path(options_.model).filename();
-  const std::filesystem::path file = is_of_options ? std::filesystem::path(options_.model) : model_of(name);
+  const std::filesystem::path file =
+      is_of_options ? std::filesystem::path(options_.model) : file_of(name, kMostModelBytes);
   Session of;
   for (const Session& session : sessions_.list()) {
     if (name.starts_with(session.name + "/")) of = session;
@@ -195,7 +195,8 @@ void Live::stop_recording() {
   recording.session.seconds = recording.seconds();
   sessions_.save(recording.session);  // before what may find no room
   recording.flush();
-  ended("record", true, fmt::format("{} rows in {}", recording.rows(), recording.log_file().string()));
+  const std::string why = misfit();
+  ended("record", why.empty(), recording.in_words(now_s()) + (why.empty() ? "" : ". " + why));
 }
 
 // What came before is kept, and its session says how long it is.
@@ -248,7 +249,7 @@ void Live::replay_open(io::JsonReader& parts) {
   require_no_calibration();
   require_no_recording();
   const std::string name = parts.text("session") + "/" + parts.text("file");
-  const std::filesystem::path file = file_of(name);
+  const std::filesystem::path file = file_of(name, kMostLogBytes);
   play_again(file, name);
 }
 

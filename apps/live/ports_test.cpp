@@ -6,8 +6,10 @@
 #include "apps/live/live.hpp"
 #include "apps/live/messages.hpp"
 #include "apps/live/test_program.hpp"
+#include "apps/live/worn_gloves.hpp"
 #include "host/io/test_terminal.hpp"
 #include "host/listen/test_board.hpp"
+#include "host/study/bench.hpp"
 
 namespace flexor::live {
 namespace ports_test {
@@ -168,6 +170,59 @@ TEST_F(Ports, AGloveAtTheHandsPortDoesNotTakeTheGlovesPlace) {
   EXPECT_TRUE(says(told["last"]["text"], "--hand names a glove's port")) << told["last"];
   EXPECT_EQ(told["device"]["port"], glove.port());
   EXPECT_TRUE(told["hand"].is_null());
+}
+
+TEST_F(Ports, RowsThatFitNoLongerAreShownAndReportedAtTheStop) {
+  std::atomic<bool> is_short = false;
+  Board glove([&](const std::string&) { return is_short ? "1,2,3\n" : "1,2,3,4,5\n"; });
+  begin({"--port", glove.port()});
+  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  ASSERT_TRUE(ask({{"do", "record.start"}}).at("ok").get<bool>());
+  is_short = true;
+  const Json told = state_when([](const Json& s) { return says(s["next"], "3 values, and 5 are expected"); });
+  ASSERT_FALSE(told.is_null());
+  EXPECT_TRUE(says(told["device"]["says"], "3 values, and 5 are expected")) << told["device"];
+  ASSERT_TRUE(ask({{"do", "record.stop"}}).at("ok").get<bool>());
+  const Json stopped = state_when([](const Json& s) { return s["last"].is_object(); });
+  EXPECT_FALSE(stopped["last"]["ok"].get<bool>());
+  EXPECT_TRUE(says(stopped["last"]["text"], "left out")) << stopped["last"];
+}
+
+// A machine without a compiler for boards: a PATH of nothing.
+TEST(Demo, WithoutACompilerForBoardsTheTwinWearsItsGloveAloneAndTheReasonIsGiven) {
+  const io::TemporaryFolder folder;
+  LiveOptions options;
+  options.sessions = folder.path() / "sessions";
+  options.model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
+  options.worn = worn_boards([](const std::string&) {}, folder.path().c_str());
+  ASSERT_FALSE(options.worn->has_boards());
+  const std::string why = options.note = options.worn->why_not_written();
+  EXPECT_TRUE(says(why, "install gcc-avr")) << why;
+  std::atomic<bool> stop = false;
+  Live live(std::move(options));
+  std::jthread server([&] { live.run(stop); });
+  Tab tab(Place(live.url()));
+  tab.say(R"({"id": 1, "do": "flash", "board": "glove"})");
+  Json state;
+  Json answer;
+  while (answer.is_null() || state.is_null()) {
+    const auto [opcode, payload] = tab.hear();
+    ASSERT_NE(opcode, 0);
+    if (opcode != kText) continue;
+    const Json heard = Json::parse(payload);
+    if (heard.contains("id")) answer = heard;
+    if (heard.value("event", "") == "state") state = heard;
+  }
+  stop = true;
+  EXPECT_EQ(state["last"]["text"], why);
+  EXPECT_EQ(answer["error"], why);
+}
+
+TEST(Demo, AMissingBootloaderIsNamedByItsPackage) {
+  const io::TemporaryFolder folder;
+  EXPECT_TRUE(says(study::why_no_bootloader(folder.path()), "arduino-core-avr"));
+  io::write_file(folder.path() / "optiboot.c", "");
+  EXPECT_EQ(study::why_no_bootloader(folder.path()), "");
 }
 
 // Plugged in one after the other; neither port was named.

@@ -29,8 +29,8 @@
 #include <vector>
 
 #include "apps/live/assets.hpp"
-#include "apps/live/beneath.hpp"
 #include "apps/live/request.hpp"
+#include "host/io/beneath.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::live {
@@ -583,7 +583,7 @@ class Connection : public AnyConnection, public std::enable_shared_from_this<Con
   }
 
   void give_file(const std::string& name) {
-    const int descriptor = hub_.files().empty() ? -1 : open_beneath(hub_.files(), name);
+    const int descriptor = hub_.files().empty() ? -1 : io::open_beneath(hub_.files(), name);
     if (descriptor < 0) return say(http::status::not_found, "there is no such file", keeps_alive());
     beast::file_posix file;
     file.native_handle(descriptor);

@@ -24,11 +24,14 @@ class SessionRecording {
   void add(const listen::Sample& sample, const std::vector<std::string>& columns);
   void add_hand(const listen::Sample& sample, const std::vector<std::string>& columns);
   void mark(double host_s, const std::string& text);
+  void leave_out(std::uint64_t rows) { left_out_ += rows; }  // that came and are not to be understood
   void flush();
   void flush_if_due(double host_s);
 
   std::uint64_t rows() const { return log_ ? log_->rows() : 0; }
   double seconds() const { return newest_s_ - begun_s_; }  // from the first sample to the newest
+  // What is in its log, and what is not: rows that were left out, a silence before `now_s`.
+  std::string in_words(double now_s) const;
   std::filesystem::path log_file() const { return folder_ / "log.csv"; }
   // As they are sent; who opens the page later gets them too.
   const std::vector<nlohmann::ordered_json>& markers() const { return markers_; }
@@ -44,6 +47,7 @@ class SessionRecording {
   std::vector<nlohmann::ordered_json> markers_;
   double begun_s_ = 0;
   double newest_s_ = 0;
+  std::uint64_t left_out_ = 0;
 };
 
 }  // namespace flexor::live

@@ -9,8 +9,12 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
+#include <chrono>
 #include <ctime>
+#include <map>
 
+#include "host/io/beneath.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 
@@ -21,8 +25,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kLongestName = 60;
-constexpr std::uintmax_t kMostBytes = 1U << 16U;  // of a session.json
-constexpr std::size_t kMostFiles = 40;            // of a session that are listed
+constexpr std::uint64_t kMostBytes = 1U << 16U;  // of a session.json
+constexpr std::size_t kMostFiles = 40;           // of a session that are listed
 
 std::tm local_now() {
   const std::time_t now = std::time(nullptr);
@@ -58,6 +62,7 @@ Json to_json(const Session& s) {
           {"made", s.made},
           {"seconds", s.seconds},
           {"model", s.model.empty() ? Json(nullptr) : Json(s.model)},
+          {"accepted_unix_s", s.accepted_unix_s},
           {"calibration", s.calibration}};
 }
 
@@ -75,12 +80,34 @@ void write_plain(const fs::path& file, const std::string& text) {
   io::write_file(file, text);
 }
 
+double unix_s(std::chrono::system_clock::time_point time) {
+  return std::chrono::duration<double>(time.time_since_epoch()).count();
+}
+
+// From the first row of its log to the last whole one.
+double written_s(const fs::path& folder) {
+  constexpr std::uint64_t kLongestRow = 1U << 14U;
+  constexpr std::uint64_t kLongestLog = 1ULL << 40U;
+  const io::FileBeneath log(folder, "log.csv", kLongestLog);
+  const std::string head = log.read(0, 2 * kLongestRow);
+  std::string tail = log.read(log.bytes() - std::min(log.bytes(), 2 * kLongestRow), 2 * kLongestRow);
+  const auto time_s = [](const std::string& text, std::size_t line_end) {
+    double out = 0;
+    std::from_chars(text.data() + std::min(text.size(), line_end + 1), text.data() + text.size(), out);
+    return out;
+  };
+  tail.resize(tail.rfind('\n') + 1);  // half a row
+  if (tail.size() < 2) return 0;
+  return std::clamp(time_s(tail, tail.rfind('\n', tail.size() - 2)) - time_s(head, head.find('\n')), 0.0,
+                    1e9);
+}
+
 // What is no session of ours is left alone.
 std::optional<Session> load(const fs::path& folder) {
   try {
     const fs::path file = folder / "session.json";
-    if (!is_plain_file(file) || fs::file_size(file) > kMostBytes) return {};
-    const Json json = io::parse_json(io::read_file(file), file.string());
+    const Json json =
+        io::parse_json(io::FileBeneath(folder, "session.json", kMostBytes).all(), file.string());
     io::JsonReader reader(json, file.string());
     if (reader.text("schema") != "flexor-session" || reader.number("schema_version") != 1) return {};
     Session s;
@@ -93,7 +120,11 @@ std::optional<Session> load(const fs::path& folder) {
     s.seconds = reader.number_within("seconds", 0, 1e9);
     if (!reader.member("model").is_null()) s.model = reader.text("model");
     if (s.model.find('/') != std::string::npos) return {};
+    s.accepted_unix_s = reader.has("accepted_unix_s")
+                            ? reader.number_within("accepted_unix_s", 0, 1e11)
+                            : unix_s(std::chrono::file_clock::to_sys(fs::last_write_time(file)));
     if (reader.has("calibration")) s.calibration = reader.member("calibration");
+    if (s.seconds == 0 && is_plain_file(folder / "log.csv")) s.seconds = written_s(folder);
     return s;
   } catch (const std::exception&) {
     return {};
@@ -118,6 +149,11 @@ std::vector<std::string> files_in(const fs::path& folder) {
   std::ranges::sort(out, {}, [&](const std::string& name) { return std::pair(rank(name), name); });
   if (out.size() > kMostFiles) out.resize(kMostFiles);
   return out;
+}
+
+// Not by their names, which repeat an hour once a year.
+bool is_newer(const Session& a, const Session& b) {
+  return b.model.empty() || a.accepted_unix_s > b.accepted_unix_s;
 }
 
 }  // namespace
@@ -179,6 +215,13 @@ Session Sessions::create(const std::string& person, const std::string& side, con
   return s;
 }
 
+void Sessions::accept(Session& session, const std::string& model) const {
+  session.model = model;
+  session.accepted_unix_s = unix_s(std::chrono::system_clock::now());
+  session.calibration = nullptr;
+  save(session);
+}
+
 void Sessions::save(const Session& session) const {
   write_plain(folder(session) / "session.json", io::dump(to_json(session)));
   write_index();
@@ -186,7 +229,7 @@ void Sessions::save(const Session& session) const {
 
 void Sessions::write_index() const {
   Json sessions = Json::array();
-  Json gloves = Json::object();
+  std::map<std::string, Session> newest;  // with a model, of each glove
   for (const Session& s : list()) {
     Json entry = to_json(s);
     entry.erase("schema");
@@ -195,7 +238,11 @@ void Sessions::write_index() const {
     entry["name"] = s.name;
     entry["files"] = s.files;
     sessions.push_back(std::move(entry));
-    if (!s.model.empty() && !gloves.contains(s.glove)) gloves[s.glove] = s.name + "/" + s.model;
+    if (const Session& known = newest[s.glove]; !s.model.empty() && is_newer(s, known)) newest[s.glove] = s;
+  }
+  Json gloves = Json::object();
+  for (const auto& [glove, s] : newest) {
+    if (!s.model.empty()) gloves[glove] = s.name + "/" + s.model;
   }
   write_plain(root_ / "index.json", io::dump({{"schema", "flexor-sessions"},
                                               {"schema_version", 1},
@@ -205,10 +252,12 @@ void Sessions::write_index() const {
 
 std::optional<Session> Sessions::newest_with_model(const std::string& glove,
                                                    const std::string& person) const {
-  for (const Session& s : list()) {
-    if (s.glove == glove && !s.model.empty() && (person.empty() || s.person == person)) return s;
+  std::optional<Session> newest;
+  for (Session& s : list()) {
+    const bool is_meant = s.glove == glove && !s.model.empty() && (person.empty() || s.person == person);
+    if (is_meant && (!newest || is_newer(s, *newest))) newest = std::move(s);
   }
-  return {};
+  return newest;
 }
 
 }  // namespace flexor::live

@@ -3,14 +3,15 @@
 //   FOLDER/index.json                    sessions and gloves at a glance; made anew from the rest
 //   FOLDER/2026-11-24_153012_anna/       one session
 //     session.json                       {"schema": "flexor-session", "schema_version": 1, "person", "side", "glove",
-//                                         "made", "seconds", "model", "calibration"}; model: the one that was accepted,
-//                                         or null; calibration: one that is open, or null
+//                                         "made", "seconds", "model", "accepted_unix_s", "calibration"}; model: the
+//                                         one that was accepted, or null; calibration: one that is open, or null
 //     log.csv camera.csv model.json report/ ...
 //
 // A glove is known by its columns and, where the system has one, the name of its USB adapter, which holds a serial number if
 // the adapter has one: two gloves alike on adapters alike cannot be told apart.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -20,14 +21,19 @@
 
 namespace flexor::live {
 
+// Of a log that is read whole: eleven hours of five sensors at 100 Hz.
+inline constexpr std::uint64_t kMostLogBytes = 256U << 20U;
+inline constexpr std::uint64_t kMostModelBytes = 16U << 20U;
+
 struct Session {
   std::string name;
   std::string person;
   std::string side = "right";
   std::string glove;
-  std::string made;    // local time, ISO 8601
-  double seconds = 0;  // of its log
-  std::string model;   // file in it; empty: none was accepted
+  std::string made;            // local time, ISO 8601
+  double seconds = 0;          // of its log; of a recording that was killed: what was written
+  std::string model;           // file in it; empty: none was accepted
+  double accepted_unix_s = 0;  // when it was; of a document that does not say: when that was written
   nlohmann::ordered_json calibration =
       {};  // one that is open: what it takes to go on (Calibration::kept); null: none
   std::vector<std::string> files = {};  // in it, its folders' reports as FOLDER/report.html; when listed
@@ -48,6 +54,8 @@ class Sessions {
   // a name that no folder can have.
   Session create(const std::string& person, const std::string& side, const std::string& glove,
                  const std::string& what);
+  // Saves it with this model, accepted now, and no calibration that is open.
+  void accept(Session& session, const std::string& model) const;
   // Its session.json and the index. Throws io::InputError, io::JobError.
   void save(const Session& session) const;
   std::filesystem::path folder(const Session& session) const { return root_ / session.name; }

@@ -58,6 +58,36 @@ TEST(Sessions, AGloveHasItsNewestAcceptedModel) {
   EXPECT_FALSE(sessions.newest_with_model("none"));
 }
 
+// In the hour that repeats when summer time ends, the later one has the smaller name.
+TEST(Sessions, AModelIsNewestByWhenItWasAccepted) {
+  const io::TemporaryFolder folder;
+  Sessions sessions(folder.path());
+  Session first = sessions.create("anna", "right", "this glove", "x");
+  Session second = sessions.create("anna", "right", "this glove", "x");
+  sessions.accept(second, "model.json");
+  sessions.accept(first, "model.json");
+  ASSERT_GT(first.accepted_unix_s, second.accepted_unix_s);
+  EXPECT_EQ(sessions.newest_with_model("this glove")->name, first.name);
+  const auto index = io::parse_json(io::read_file(folder.path() / "index.json"), "index.json");
+  EXPECT_EQ(index.at("gloves").at("this glove"), first.name + "/model.json");
+}
+
+TEST(Sessions, ARecordingThatWasKilledIsAsLongAsItsWholeRows) {
+  const io::TemporaryFolder folder;
+  Sessions sessions(folder.path());
+  const Session made = sessions.create("anna", "right", "g", "x");
+  const auto seconds_of = [&](const std::string& log) {
+    io::write_file(sessions.folder(made) / "log.csv", log);
+    return sessions.list().at(0).seconds;
+  };
+  EXPECT_EQ(seconds_of("t_s,host_s,index\n0.5,7,1\n1,7.5,1\n9.75,16,1\n11,1"), 9.25);
+  std::string longer = "t_s,host_s,index\n";
+  for (int k = 0; k <= 9000; ++k) longer += fmt::format("{},{},1\n", 0.25 * k, 0.25 * k);
+  EXPECT_EQ(seconds_of(longer), 2250);
+  for (const char* log : {"t", "t_s,host_s\n", "t_s,host_s\n3,3\n", "\n\n", "t_s\nnan\ninf\n"})
+    EXPECT_EQ(seconds_of(log), 0) << log;
+}
+
 TEST(Sessions, WhatIsNoSessionIsLeftAlone) {
   const io::TemporaryFolder folder;
   Sessions sessions(folder.path());
@@ -127,6 +157,31 @@ TEST(Sessions, ARecordingTakesNothingOfAnotherGlove) {
   recording.flush();
   EXPECT_EQ(recording.rows(), 1U);
   EXPECT_EQ(io::read_file(recording.log_file()), "t_s,host_s,index,middle\n0.000000,0.000000,1,2\n");
+}
+
+TEST(Sessions, ARecordingOfWhichTheFolderWasRemovedEnds) {
+  const io::TemporaryFolder folder;
+  fs::create_directory(folder.path() / "session");
+  SessionRecording recording({}, folder.path() / "session");
+  recording.add({0, {}, {1}, {}}, {"index"});
+  recording.flush_if_due(1.5);
+  fs::remove_all(folder.path() / "session");
+  EXPECT_NO_THROW(recording.flush_if_due(2));
+  EXPECT_THROW(recording.flush_if_due(2.5), io::JobError) << "a second later, also where no sample comes";
+}
+
+TEST(Sessions, ARecordingNamesWhatItLacks) {
+  const io::TemporaryFolder folder;
+  SessionRecording recording({}, folder.path());
+  recording.add({0, {}, {1}, {}}, {"index"});
+  recording.add({5, {}, {1}, {}}, {"index"});
+  const std::string whole = fmt::format("2 rows in {}", recording.log_file().string());
+  EXPECT_EQ(recording.in_words(5.5), whole);
+  recording.leave_out(360);
+  EXPECT_EQ(recording.in_words(23),
+            whole +
+                "; 360 rows that came were torn or did not fit, and are left out; nothing was "
+                "recorded in the last 18 s");
 }
 
 }  // namespace

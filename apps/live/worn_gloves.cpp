@@ -8,6 +8,7 @@
 
 #include "apps/live/bench_source.hpp"
 #include "apps/live/twin_source.hpp"
+#include "host/deploy/deploy.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
 #include "host/io/worker.hpp"
@@ -110,6 +111,9 @@ class WornBoards : public WornGlove {
   bool has_boards() const override { return true; }
   std::string port() const override { return source_->bench().port(); }
   std::string key_file() const override { return key_.string(); }
+  std::string why_not_written() const override {
+    return source_->bench().has_bootloader() ? "" : study::why_no_bootloader();
+  }
   bool in_flash() const override { return source_->bench().in_flash(); }
   double rate_hz() const override { return kRate_hz; }
   double lead_s() const override { return kLead_s; }
@@ -130,6 +134,7 @@ class WornBoards : public WornGlove {
 // The glove alone. All on one thread.
 class WornTwin : public WornGlove {
  public:
+  explicit WornTwin(std::string why_alone) : why_alone_(std::move(why_alone)) {}
   std::shared_ptr<listen::Source> source() override { return twin_; }
   void set(const WornChange& change) override {
     twin_->set({change.slip_deg, change.drift_deg_per_min, change.noise_counts, change.loss});
@@ -140,24 +145,35 @@ class WornTwin : public WornGlove {
   bool has_boards() const override { return false; }
   std::string port() const override { return ""; }
   std::string key_file() const override { return ""; }
+  std::string why_not_written() const override { return why_alone_; }
   bool in_flash() const override { return false; }
   double rate_hz() const override { return kTwinRate_hz; }
   double lead_s() const override { return 0; }
   std::string pose_angles() const override { return ends_of({}); }
   std::vector<double> score(const std::function<bool(double)>&) override {
-    throw io::InputError("a score needs the hand: flexor live --demo");
+    throw io::InputError("a score needs the hand: " + why_alone_);
   }
 
  private:
   static constexpr double kTwinRate_hz = 100;
+  std::string why_alone_;
   std::shared_ptr<TwinSource> twin_ = std::make_shared<TwinSource>();
 };
 
 }  // namespace
 
-std::unique_ptr<WornGlove> worn_twin() { return std::make_unique<WornTwin>(); }
+std::unique_ptr<WornGlove> worn_twin() {
+  return std::make_unique<WornTwin>("the twin's glove has no board: flexor live --demo simulates both");
+}
 
-std::unique_ptr<WornGlove> worn_boards(const std::function<void(const std::string&)>& says) {
+std::unique_ptr<WornGlove> worn_boards(const std::function<void(const std::string&)>& says,
+                                       const char* path) {
+  try {
+    deploy::require_toolchain(path);
+  } catch (const io::InputError& error) {
+    return std::make_unique<WornTwin>(
+        fmt::format("no boards are simulated, the twin wears its glove alone: {}", error.what()));
+  }
   return std::make_unique<WornBoards>(says);
 }
 

@@ -111,9 +111,10 @@ void write_library(const fs::path& folder, const std::string& name, const std::s
 
 }  // namespace
 
-void require_toolchain() {
+void require_toolchain(const char* path) {
   for (const char* program : {kCompiler, "avr-objcopy", "avr-size"}) {
-    if (io::find_program(program).empty()) throw InputError(fmt::format("{} is missing: {}", program, kHint));
+    if (io::find_program(program, path).empty())
+      throw InputError(fmt::format("{} is missing: {}", program, kHint));
   }
 }
 

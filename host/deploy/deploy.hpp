@@ -1,6 +1,7 @@
 // Model -> firmware: configuration, both images, folders for the Arduino IDE, and what was measured of them.
 #pragma once
 
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -24,8 +25,8 @@ struct Image {
   int ram_bytes = 0;    // static
 };
 
-// avr-g++ is there and works, or io::InputError that says what to install.
-void require_toolchain();
+// avr-g++ is in the folders of `path`, or io::InputError that says what to install.
+void require_toolchain(const char* path = std::getenv("PATH"));
 
 // The compiler with the options of every image; what it compiles, and from where, is to be appended.
 std::vector<std::string> compiler_for(const Mcu& mcu);

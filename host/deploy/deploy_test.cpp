@@ -260,11 +260,7 @@ TEST_F(Deploy, TakesKeysOf32HexadecimalDigitsOnly) {
 }
 
 TEST_F(Deploy, SaysWhatToInstallWithoutAToolchain) {
-  const char* path = std::getenv("PATH");
-  const std::string before = path != nullptr ? path : "";
-  setenv("PATH", folder_.c_str(), 1);
-  expect_refused([] { require_toolchain(); }, "avr-g++ is missing: install gcc-avr");
-  setenv("PATH", before.c_str(), 1);
+  expect_refused([&] { require_toolchain(folder_.c_str()); }, "avr-g++ is missing: install gcc-avr");
 }
 
 // The folders as the Arduino IDE would build them: its dialect, every source of the library, the include that

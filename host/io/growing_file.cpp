@@ -27,6 +27,9 @@ GrowingFile::~GrowingFile() { ::close(file_); }
 void GrowingFile::append(std::string_view piece) {
   struct stat before {};
   ::fstat(file_, &before);
+  if (before.st_nlink == 0)
+    throw JobError(
+        fmt::format("{}: was removed while it was written: nothing of it is kept", path_.string()));
   while (!piece.empty()) {
     const ssize_t n = ::write(file_, piece.data(), piece.size());
     if (n < 0 && errno == EINTR) continue;

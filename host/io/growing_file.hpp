@@ -17,7 +17,7 @@ class GrowingFile {
   GrowingFile(const GrowingFile&) = delete;
   GrowingFile& operator=(const GrowingFile&) = delete;
 
-  // All of it or nothing. Throws JobError, one line: the disk is full or gone.
+  // All of it or nothing. Throws JobError, one line: the disk is full or gone, the file was removed.
   void append(std::string_view piece);
   void remove();  // it holds nothing worth keeping
 

@@ -15,13 +15,27 @@
 namespace flexor::io {
 namespace fs = std::filesystem;
 
-std::string one_line(std::string_view text) {
+std::string without_controls(std::string_view text, std::string_view kept) {
   constexpr unsigned char kDelete = 127;
-  std::string out(text);
-  std::ranges::replace_if(
-      out, [](unsigned char c) { return c < ' ' || c == kDelete; }, '?');
+  const auto is_second_set = [](unsigned char c) { return c >= 0x80 && c < 0xA0; };
+  std::string out;
+  int following = 0;  // bytes of this letter of UTF-8 that are to come
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    const bool continues = (c & 0xC0U) == 0x80 && following > 0;
+    following = continues ? following - 1 : c >= 0xF0 ? 3 : c >= 0xE0 ? 2 : c >= 0xC0 ? 1 : 0;
+    const bool is_pair =
+        c == 0xC2 && i + 1 < text.size() && is_second_set(static_cast<unsigned char>(text[i + 1]));
+    const bool is_control = is_pair || c < ' ' || c == kDelete || (is_second_set(c) && !continues);
+    out += is_control && kept.find(text[i]) == kept.npos ? '?' : text[i];
+    if (!is_pair) continue;
+    ++i;
+    following = 0;
+  }
   return out;
 }
+
+std::string one_line(std::string_view text) { return without_controls(text, ""); }
 
 std::string shell_word(std::string_view text) {
   constexpr std::string_view kPlain =

@@ -11,9 +11,10 @@
 
 namespace flexor::io {
 
-// The same text with every control character replaced by a question mark: names in documents may hold line
-// ends, and what a terminal obeys.
-std::string one_line(std::string_view text);
+// The same text with every control character but those in `kept` replaced by a question mark, U+0080 to U+009F and such bytes
+// alone among them: names in documents may hold line ends, and what a terminal obeys.
+std::string without_controls(std::string_view text, std::string_view kept);
+std::string one_line(std::string_view text);  // none is kept
 
 // The same text as one word of a command for a POSIX shell: as it is where nothing in it needs quotes.
 std::string shell_word(std::string_view text);

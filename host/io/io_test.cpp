@@ -1,9 +1,12 @@
 #include "host/io/io.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <fstream>
+
+#include "host/io/beneath.hpp"
 
 namespace flexor::io {
 namespace {
@@ -33,6 +36,42 @@ TEST_F(Io, WhatIsWrittenIsReadBack) {
   const std::string content("a\0b\n", 4);
   write_file(folder_ / "x", content);
   EXPECT_EQ(read_file(folder_ / "x"), content);
+}
+
+// Whoever can write into the folder lets nobody wait, fills no memory and shows nothing from elsewhere.
+TEST_F(Io, OnlyABoundedFileOfTheFolderIsRead) {
+  write_file(folder_ / "secret", "secret");
+  fs::create_directories(folder_ / "in");
+  write_file(folder_ / "in/file", "content");
+  fs::create_symlink("../secret", folder_ / "in/link");
+  ASSERT_EQ(mkfifo((folder_ / "in/fifo").c_str(), 0600), 0);
+  std::ofstream(folder_ / "in/sparse").close();
+  fs::resize_file(folder_ / "in/sparse", std::uintmax_t{11} << 30U);
+  EXPECT_EQ(FileBeneath(folder_ / "in", "file", 7).all(), "content");
+  EXPECT_EQ(FileBeneath(folder_, "in/file", 7).read(5, 100), "nt");
+  EXPECT_EQ(FileBeneath(folder_, "in/file", 7).read(9, 1), "");
+  for (const char* name : {"link", "fifo", "sparse", "../secret", "", ".", "none", "file/x"}) {
+    try {
+      FileBeneath(folder_ / "in", name, 1000);
+      ADD_FAILURE() << name;
+    } catch (const InputError& error) {
+      EXPECT_EQ(std::string(error.what()).find("secret:"), std::string::npos);
+    }
+  }
+}
+
+TEST_F(Io, WhatATerminalObeysIsNotPrinted) {
+  EXPECT_EQ(one_line("a\x1b[2J\nb\x7f"), "a?[2J?b?");
+  EXPECT_EQ(one_line("a\xc2\x9b"
+                     "2Jb\xc2\x80\xc2\x9f"),
+            "a?2Jb??");
+  EXPECT_EQ(one_line("\x9b"
+                     "2J"),
+            "?2J")
+      << "as a byte alone";
+  EXPECT_EQ(one_line("\xc2\xa0Ä€\xe2\x82\x9b\xf0\x9f\x98\x80"), "\xc2\xa0Ä€\xe2\x82\x9b\xf0\x9f\x98\x80")
+      << "letters";
+  EXPECT_EQ(without_controls("a\t\n\x1b", "\n\t"), "a\t\n?");
 }
 
 TEST_F(Io, ReadingNamesTheFileAndTheReason) {

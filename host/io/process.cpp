@@ -149,9 +149,8 @@ bool in_a_silent_process(const std::function<bool()>& work) {
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-std::filesystem::path find_program(const std::string& name) {
+std::filesystem::path find_program(const std::string& name, const char* path) {
   if (name.find('/') != std::string::npos) return access(name.c_str(), X_OK) == 0 ? name : "";
-  const char* path = std::getenv("PATH");
   std::istringstream folders(path != nullptr ? path : "");
   for (std::string folder; std::getline(folders, folder, ':');) {
     auto candidate = std::filesystem::path(folder) / name;

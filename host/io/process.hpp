@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -76,6 +77,6 @@ ProcessResult run_process(const std::vector<std::string>& argv, const std::files
 bool in_a_silent_process(const std::function<bool()>& work);
 
 // Empty if PATH has no such program.
-std::filesystem::path find_program(const std::string& name);
+std::filesystem::path find_program(const std::string& name, const char* path = std::getenv("PATH"));
 
 }  // namespace flexor::io

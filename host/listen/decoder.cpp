@@ -109,7 +109,7 @@ class FrameDecoder : public Decoder {
     }
     sample.host_s = host_s;
     sample.board_s = clock_.seconds(time_ms, host_s);
-    ++tally_.samples;
+    count_sample();
     out.push_back(std::move(sample));
   }
 
@@ -185,6 +185,7 @@ class GloveFrames : public FrameDecoder {
       columns_.push_back(count == kFingerNames.size() ? fmt::format("{}_{}", kFingerNames.at(i), unit)
                                                       : fmt::format("joint{}_{}", i + 1, unit));
     }
+    if (columns_.size() != count) count_misfit(count, columns_.size());
     return columns_.size() == count;
   }
 
@@ -280,7 +281,7 @@ class TextDecoder : public Decoder {
   virtual void take_piece(const std::string& /*line*/) {}
 
   void give(Sample sample, std::vector<Sample>& out) {
-    ++tally_.samples;
+    count_sample();
     out.push_back(std::move(sample));
   }
 
@@ -300,6 +301,8 @@ class GlovesDecoder : public TextDecoder {
     if (parse != link::GloveParse::ok) return false;
     if (tally_.samples == 0) name_columns(said);
     Sample sample{host_s, {}, {}, {}};
+    if (tally_.samples > 0 && values_in(said) != places_.size())
+      count_misfit(values_in(said), places_.size());
     for (const auto& [finger, place] : places_) {
       const bool there = place < 0 ? said.has[finger] : said.has_joint[finger][place];
       if (!there) return false;
@@ -310,6 +313,15 @@ class GlovesDecoder : public TextDecoder {
   }
 
  private:
+  static std::size_t values_in(const link::GloveLine& said) {
+    std::size_t out = 0;
+    for (int finger = 0; finger < link::kGloveFingers; ++finger) {
+      out += said.has[finger] ? 1 : 0;
+      out += static_cast<std::size_t>(
+          std::count(said.has_joint[finger], said.has_joint[finger] + link::kGlovePlaces, true));
+    }
+    return out;
+  }
   void name_columns(const link::GloveLine& said) {
     for (int finger = 0; finger < link::kGloveFingers; ++finger) {
       const char* name = kFingerNames.at(static_cast<std::size_t>(finger));
@@ -384,6 +396,8 @@ class LineDecoder : public TextDecoder {
     if (!labels.empty() && !take_labelled(labels)) return false;
     if (std::ranges::all_of(cells, is_name)) return take_header(cells);
     std::vector<double> numbers = numbers_in(cells);
+    if (tally_.samples > 0 && cells.size() != names_.size() && cells.size() != other_.size())
+      count_misfit(cells.size(), names_.size());
     if (numbers.empty()) return false;
     if (names_.empty() && !take_names(numbers.size())) return true;
     if (is_anothers(numbers.size())) return true;
@@ -577,6 +591,10 @@ class LineDecoder : public TextDecoder {
 
 std::string lost_in_words(const Tally& tally) {
   return tally.lost ? fmt::format("{} lost", *tally.lost) : "not known how many were lost";
+}
+
+std::string misfit_in_words(const Misfit& misfit) {
+  return fmt::format("the rows that come have {} values, and {} are expected", misfit.found, misfit.expected);
 }
 
 const char* name_of(Format format) {

@@ -18,6 +18,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace flexor::listen {
@@ -33,6 +34,12 @@ struct Sample {
       remark;  // of each value what is wrong, "" if nothing; empty: the format does not say
 };
 
+// Whole rows of another number of values than the first had.
+struct Misfit {
+  std::size_t found = 0;
+  std::size_t expected = 0;
+};
+
 // All since the start.
 struct Tally {
   std::uint64_t bytes = 0;
@@ -41,8 +48,11 @@ struct Tally {
   std::uint64_t torn = 0;  // frames and lines that were no whole ones
   std::optional<std::uint64_t> lost =
       {};  // samples, by the gaps in their counter; none: they have no counter
+  std::optional<Misfit> misfit =
+      {};  // of the rows that come now: two alike, since one may be torn; none: they fit
 };
 std::string lost_in_words(const Tally& tally);
+std::string misfit_in_words(const Misfit& misfit);  // "the rows that come have 3 values, and 5 are expected"
 
 class Decoder {
  public:
@@ -61,8 +71,20 @@ class Decoder {
   virtual std::string refusal() const { return {}; }
 
  protected:
+  void count_sample() {
+    ++tally_.samples;
+    tally_.misfit.reset();
+    other_values_ = 0;
+  }
+  void count_misfit(std::size_t found, std::size_t expected) {
+    if (std::exchange(other_values_, found) == found) tally_.misfit = Misfit{found, expected};
+  }
+
   std::vector<std::string> columns_;
   Tally tally_;
+
+ private:
+  std::size_t other_values_ = 0;  // of the row before; 0: it fitted
 };
 
 // `readings`: of frames, those with readings instead of those with angles.

@@ -47,6 +47,24 @@ TEST(Frames, GiveAnglesStatesAndAClockThatGoesOnAfterItsWrap) {
       << "two wraps in a silence";
 }
 
+TEST(Lines, RowsOfAnotherNumberOfValuesAreToldWhileTheyCome) {
+  const auto decoder = make_decoder(Format::lines);
+  decoded(*decoder, bytes_of("a,b,c,d,e\n1,2,3,4,5\n1,2\n1,2,3,4,5\n"));
+  EXPECT_FALSE(decoder->tally().misfit) << "one was torn";
+  decoded(*decoder, bytes_of("1,2,3\n"));
+  EXPECT_FALSE(decoder->tally().misfit);
+  decoded(*decoder, bytes_of("4,5,6\n"));
+  ASSERT_TRUE(decoder->tally().misfit);
+  EXPECT_EQ(decoder->tally().misfit->found, 3U);
+  EXPECT_EQ(decoder->tally().misfit->expected, 5U);
+  EXPECT_EQ(decoder->tally().torn, 3U);
+  decoded(*decoder, bytes_of("1,2,3,4,5\n"));
+  EXPECT_FALSE(decoder->tally().misfit);
+  decoded(*decoder, bytes_of("1;2;3;4;5\n1;2;3;4;5\n"));
+  ASSERT_TRUE(decoder->tally().misfit) << "other separators";
+  EXPECT_EQ(decoder->tally().misfit->found, 1U);
+}
+
 TEST(Frames, LostOnesAreCountedAndTornOnesSkipped) {
   const auto decoder = make_decoder(Format::frames);
   link::GloveEnd glove(nullptr);

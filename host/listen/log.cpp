@@ -55,11 +55,11 @@ void Log::flush() {
     file_.append(lines_);
     lines_.clear();
   } catch (const io::JobError&) {
-    while (!lines_.empty()) {
+    do {
       const std::size_t line = lines_.find('\n') + 1;
       file_.append(std::string_view(lines_).substr(0, line));
       lines_.erase(0, line);
-    }
+    } while (!lines_.empty());
   }
 }
 

@@ -133,10 +133,17 @@ BenchView bench_view_of(const Json& json) {
   return out;
 }
 
+std::string why_no_bootloader(const fs::path& optiboot) {
+  if (fs::exists(optiboot / "optiboot.c")) return "";
+  return "the simulated glove has no bootloader, through which models and firmware are written, since "
+         "Debian's package "
+         "arduino-core-avr is not installed: install it, and start this command again";
+}
+
 bool build_optiboot(const fs::path& hex, const std::string& mcu, const std::string& begin,
                     const std::string& version) {
-  const fs::path source = "/usr/share/arduino/hardware/arduino/avr/bootloaders/optiboot";
-  if (!fs::exists(source / "optiboot.c")) return false;
+  const fs::path source = kOptiboot;
+  if (!why_no_bootloader(source).empty()) return false;
   const std::string elf = hex.string() + ".elf";
   const auto run = [](const std::vector<std::string>& argv) {
     const io::ProcessResult result = io::run_process(argv);

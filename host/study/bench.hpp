@@ -62,6 +62,11 @@ BenchView bench_view_of(const nlohmann::ordered_json& json);
 bool build_optiboot(const std::filesystem::path& hex, const std::string& mcu = "atmega328p",
                     const std::string& begin = "0x7e00", const std::string& version = "0x7ffe");
 
+// Debian's source of Optiboot.
+inline constexpr const char* kOptiboot = "/usr/share/arduino/hardware/arduino/avr/bootloaders/optiboot";
+// Why a simulated glove has no bootloader, with the mend; "": it has.
+std::string why_no_bootloader(const std::filesystem::path& optiboot = kOptiboot);
+
 struct BenchOptions {
   twin::Parameters parameters = shipped_parameters();
   model::Model model;  // five fingers; the glove's first

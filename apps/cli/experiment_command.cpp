@@ -224,7 +224,7 @@ void require_ensemble_options(const Options& o) {
 
 void play_ensemble(const Options& o) {
   study::EnsemblePlan plan{
-      study::ensemble_from_json(io::read_file(o.ensemble), o.ensemble), o.plan, {}, o.rate_hz};
+      study::ensemble_from_json(io::read_document(o.ensemble), o.ensemble), o.plan, {}, o.rate_hz};
   if (const std::string doubt = plan.ensemble.doubt(); !doubt.empty()) log("warning: " + doubt);
   if (o.scenarios) plan.scenarios = study::changed_scenarios();
   std::optional<study::FolderLock> lock;
@@ -302,6 +302,7 @@ void set_rate(model::Model& model, std::optional<double> rate_hz) {
   if (!(*rate_hz > 0) || !std::isfinite(*rate_hz))
     throw io::InputError("--rate must be a positive number of samples a second: 10, 20, 50 or 100");
   model.sample_period_s = 1 / *rate_hz;
+  model::check(model);
 }
 
 twin::Parameters twin_parameters(const std::string& file, const std::vector<std::string>& set) {

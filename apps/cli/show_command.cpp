@@ -9,8 +9,6 @@
 namespace flexor::cli {
 namespace show_command {
 
-using nlohmann::literals::operator""_json_pointer;
-
 struct Options {
   std::string model;
   bool json = false;
@@ -22,13 +20,20 @@ class Diagram {
  public:
   explicit Diagram(const model::Model& m) : model_(m), graph_(m), shown_(graph_.values.size(), false) {}
 
+  std::string text() {
+    for (std::size_t j = 0; j < model_.joints.size(); ++j) show(j);
+    return std::move(out_);
+  }
+
+ private:
   void show(std::size_t joint) {
     const model::Joint& j = model_.joints[joint];
     print(fmt::format("\n{}, rests at {:.1f} deg\n", j.name, j.rest_deg));
     branch(graph_.joint[joint], "", true);
   }
 
- private:
+  void print(const std::string& text) { out_ += text; }
+
   void branch(std::size_t signal, const std::string& indent, bool last) {
     const std::string stem = indent + (last ? "└─ " : "├─ ");
     if (signal < model_.inputs.size()) return leaf(stem, model_.inputs[signal]);
@@ -42,7 +47,7 @@ class Diagram {
     }
   }
 
-  static void leaf(const std::string& stem, const model::Input& input) {
+  void leaf(const std::string& stem, const model::Input& input) {
     print(fmt::format("{}{}{}, valid {:g} to {:g}\n", stem, input.column.empty() ? input.name : input.column,
                       input.unit.empty() ? "" : fmt::format(" ({})", input.unit), input.valid_min,
                       input.valid_max));
@@ -51,27 +56,29 @@ class Diagram {
   const model::Model& model_;
   model::Graph graph_;
   std::vector<bool> shown_;
+  std::string out_;
 };
 
 void run(const Options& o) {
   const model::Model m = model::load(o.model);
-  if (o.json) {
-    print(model::to_json(m));
-    return;
-  }
-  print(fmt::format(
-      "{}: {}\n{:g} ms a sample, {} input(s), {} block(s), {} joint(s), schema {}, written by {}\n", m.name,
-      m.description, 1000 * m.sample_period_s, m.inputs.size(), m.blocks.size(), m.joints.size(),
-      model::kSchemaVersion, m.written_by));
-  Diagram diagram(m);
-  for (std::size_t j = 0; j < m.joints.size(); ++j) diagram.show(j);
-  const auto error_deg = m.fit.value("/holdout/rmse_deg"_json_pointer, nlohmann::ordered_json());
-  if (error_deg.is_number()) {
-    print(fmt::format("\nheld-out error {:.2f} deg RMSE when it was fitted\n", error_deg.get<double>()));
-  }
+  print(o.json ? model::to_json(m) : diagram(m));
 }
 
 }  // namespace show_command
+
+std::string diagram(const model::Model& m) {
+  std::string out = fmt::format(
+      "{}: {}\n{:g} ms a sample, {} input(s), {} block(s), {} joint(s), schema {}, written by {}\n",
+      io::one_line(m.name), io::one_line(m.description), 1000 * m.sample_period_s, m.inputs.size(),
+      m.blocks.size(), m.joints.size(), model::kSchemaVersion, io::one_line(m.written_by));
+  out += show_command::Diagram(m).text();
+  const auto holdout = m.fit.find("holdout");
+  if (holdout != m.fit.end() && holdout->contains("rmse_deg") && !holdout->at("rmse_deg").is_null()) {
+    out += fmt::format("\nheld-out error {:.2f} deg RMSE when it was fitted\n",
+                       holdout->at("rmse_deg").get<double>());
+  }
+  return out;
+}
 
 void add_show(CLI::App& app) {
   using namespace show_command;

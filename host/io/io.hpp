@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -42,8 +43,8 @@ void note_input(const std::filesystem::path& path);
 // Throws InputError: missing, a directory, unreadable.
 void require_readable(const std::filesystem::path& path);
 
-// The whole file; "-" is standard input. Throws InputError as above, or empty.
-std::string read_file(const std::filesystem::path& path);
+// The whole file; "-" is standard input. Throws InputError as above, or empty, or longer than `most_bytes`.
+std::string read_file(const std::filesystem::path& path, std::size_t most_bytes = SIZE_MAX);
 
 // Throws InputError when a file could not be written to `path`, by the rules of host/io/output.hpp: its
 // folder is missing, it is a folder itself, or it may not be written. For failing before the work rather than

@@ -148,6 +148,11 @@ nlohmann::ordered_json parse_json(const std::string& text, const std::string& so
   }
 }
 
+std::string read_document(const std::filesystem::path& path) {
+  constexpr std::size_t kMostDocument_bytes = 16 << 20;
+  return read_file(path, kMostDocument_bytes);
+}
+
 std::string dump(const nlohmann::ordered_json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -86,9 +86,6 @@ struct OutOfRange : std::runtime_error {
   explicit OutOfRange(std::string_view what) : std::runtime_error(io::one_line(what)) {}
 };
 
-// A model's blocks as a tree before each joint, and its limits.
-std::string diagram(const model::Model& model);
-
 // Prints to standard output, control characters but line ends and tabs as question marks; throws io::JobError when it is closed or full.
 void print(const std::string& text);
 

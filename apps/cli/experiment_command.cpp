@@ -224,7 +224,7 @@ void require_ensemble_options(const Options& o) {
 
 void play_ensemble(const Options& o) {
   study::EnsemblePlan plan{
-      study::ensemble_from_json(io::read_document(o.ensemble), o.ensemble), o.plan, {}, o.rate_hz};
+      study::ensemble_from_json(io::read_file(o.ensemble), o.ensemble), o.plan, {}, o.rate_hz};
   if (const std::string doubt = plan.ensemble.doubt(); !doubt.empty()) log("warning: " + doubt);
   if (o.scenarios) plan.scenarios = study::changed_scenarios();
   std::optional<study::FolderLock> lock;

@@ -63,7 +63,7 @@ void run(Options& o) {
   io::require_writable(o.out);
   if (o.json && io::is_standard_output(o.out))
     throw io::InputError("--json goes to standard output: another --out, or leave out --json");
-  const std::string old = io::read_document(o.request.model);
+  const std::string old = io::read_file(o.request.model);
   const donning::Recalibration r = donning::recalibrate_files(o.request);
   // Where nothing is applied the very bytes: what was signed, compared or committed stays as it was.
   io::write_file(o.out, r.applied ? model::to_json(r.model) : old);

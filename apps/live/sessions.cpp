@@ -80,7 +80,7 @@ std::optional<Session> load(const fs::path& folder) {
   try {
     const fs::path file = folder / "session.json";
     if (!is_plain_file(file) || fs::file_size(file) > kMostBytes) return {};
-    const Json json = io::parse_json(io::read_document(file), file.string());
+    const Json json = io::parse_json(io::read_file(file), file.string());
     io::JsonReader reader(json, file.string());
     if (reader.text("schema") != "flexor-session" || reader.number("schema_version") != 1) return {};
     Session s;

@@ -261,8 +261,7 @@ void VideoWriter::finish() {
 
 Picture read_picture(const std::filesystem::path& path) {
   be_silent();
-  constexpr std::size_t kMostPicture_bytes = 256 << 20;
-  const std::string bytes = io::read_file(path, kMostPicture_bytes);
+  const std::string bytes = io::read_file(path);
   if (!states_few_pixels(bytes, path.string()))
     throw io::InputError(
         fmt::format("{}: no picture that can be read: is it a PNG or a JPEG?", path.string()));

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -43,8 +42,8 @@ void note_input(const std::filesystem::path& path);
 // Throws InputError: missing, a directory, unreadable.
 void require_readable(const std::filesystem::path& path);
 
-// The whole file; "-" is standard input. Throws InputError as above, or empty, or longer than `most_bytes`.
-std::string read_file(const std::filesystem::path& path, std::size_t most_bytes = SIZE_MAX);
+// The whole file; "-" is standard input. Throws InputError as above, empty, or above 256 MB.
+std::string read_file(const std::filesystem::path& path);
 
 // Throws InputError when a file could not be written to `path`, by the rules of host/io/output.hpp: its
 // folder is missing, it is a folder itself, or it may not be written. For failing before the work rather than

@@ -15,12 +15,9 @@
 
 namespace flexor::io {
 
-// `source` names the text in errors. Throws InputError, one line with the place: no JSON, nested deeper than
+// `source` names the text in errors. Throws InputError, one line with the place: no JSON, more than 16 MB or
 // 64 levels, a key twice in one object, a number out of range, NaN or Infinity, text that is not UTF-8.
 nlohmann::ordered_json parse_json(const std::string& text, const std::string& source);
-
-// A document's text for parse_json: read_file, at most 16 MB, which take less than 1 GB when parsed.
-std::string read_document(const std::filesystem::path& path);
 
 // As a document: indented, UTF-8 whatever the texts in it hold, with a newline at its end.
 std::string dump(const nlohmann::ordered_json& json);

@@ -34,7 +34,8 @@ class RangeCount {
 
   std::vector<std::pair<double, double>> ranges_;
   std::vector<InputCount> counts_;
-  std::vector<std::vector<std::uint64_t>> crossed_;  // [i][j]: readings of column i outside of input j's range
+  std::vector<std::vector<std::uint64_t>>
+      crossed_;  // [i][j]: readings of column i outside of input j's range
 };
 
 }  // namespace flexor::model

@@ -7,14 +7,15 @@
 #include <cstdlib>
 #include <random>
 
-#include "apps/cli/commands.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/identify/estimator.hpp"
 #include "host/io/json.hpp"
+#include "host/model/diagram.hpp"
 #include "host/model/random_model.hpp"
+#include "host/study/boards.hpp"
 #include "host/study/catalogue.hpp"
 
-namespace flexor::cli {
+namespace flexor::study {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -25,7 +26,8 @@ Json shipped(const char* name) {
 
 // With everything that identify writes.
 Json identified() {
-  Json json = io::parse_json(model::to_json(model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json")), "hw");
+  Json json =
+      io::parse_json(model::to_json(model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json")), "hw");
   json["max_gap_s"] = 0.5;
   for (Json& input : json["inputs"]) {
     input["poses"] = {{"open", 100}, {"fist", 400}};
@@ -33,7 +35,8 @@ Json identified() {
     input["readings"] = {{"share", {0.1, 0.5, 0.9}}, {"reading", {100, 200, 400}}};
     input["donnings"] = {{"recordings", 3}, {"shift_sd", 4}, {"log_gain_sd", 0.1}};
   }
-  for (Json& joint : json["joints"]) joint["accuracy"] = {{"angle_deg", {30, 90}}, {"standard_error_deg", {2, 3}}};
+  for (Json& joint : json["joints"])
+    joint["accuracy"] = {{"angle_deg", {30, 90}}, {"standard_error_deg", {2, 3}}};
   json["training"] = {{"output_column", "index_deg"}, {"sensor", {{"file", "a.csv"}}}};
   json["fit"] = {{"parameters", Json::array()}, {"holdout", {{"rmse_deg", 2.5}, {"samples", 100}}}};
   return json;
@@ -63,21 +66,57 @@ class Mutator {
   }
 
   Json odd() {
-    static const std::vector<Json> values = {
-        nullptr, true, "", "a\nb\u001b[2J", "\xef\xbf\xbd \u0085", std::string(5000, 'x'), Json::array(),
-        Json::object(), Json::array({1, "a", nullptr}), {{"rmse_deg", Json::array()}}, 0, -0.0, -1, 1, 2, 0.5,
-        1e308, -1e308, 1e-308, 5e-324, 1e9, 1e18, -9223372036854775807LL, 1e5, 1e-5, 500, 70000, "index", "gain"};
+    static const std::vector<Json> values = {nullptr,
+                                             true,
+                                             "",
+                                             "a\nb\u001b[2J",
+                                             "\xef\xbf\xbd \u0085",
+                                             std::string(5000, 'x'),
+                                             Json::array(),
+                                             Json::object(),
+                                             Json::array({1, "a", nullptr}),
+                                             {{"rmse_deg", Json::array()}},
+                                             0,
+                                             -0.0,
+                                             -1,
+                                             1,
+                                             2,
+                                             0.5,
+                                             1e308,
+                                             -1e308,
+                                             1e-308,
+                                             5e-324,
+                                             1e9,
+                                             1e18,
+                                             -9223372036854775807LL,
+                                             1e5,
+                                             1e-5,
+                                             500,
+                                             70000,
+                                             "index",
+                                             "gain"};
     return values[below(values.size())];
   }
 
   void mutate(Json& at) {
     switch (below(6)) {
-      case 0: at = Json::array({at}); break;
-      case 1: at = Json::object({{"value", at}}); break;
-      case 2: if (at.is_number()) at = at.get<double>() * std::pow(10, static_cast<double>(below(40)) - 20); break;
-      case 3: if (at.is_structured() && !at.empty()) remove_or_double(at); break;
-      case 4: if (at.is_object()) at["extra\n"] = odd(); break;
-      default: at = odd();
+      case 0:
+        at = Json::array({at});
+        break;
+      case 1:
+        at = Json::object({{"value", at}});
+        break;
+      case 2:
+        if (at.is_number()) at = at.get<double>() * std::pow(10, static_cast<double>(below(40)) - 20);
+        break;
+      case 3:
+        if (at.is_structured() && !at.empty()) remove_or_double(at);
+        break;
+      case 4:
+        if (at.is_object()) at["extra\n"] = odd();
+        break;
+      default:
+        at = odd();
     }
   }
 
@@ -115,18 +154,18 @@ void apply(const model::Model& m) {
 }
 
 void deploy_it(const model::Model& m) {
-  const twin::Parameters p = study::shipped_parameters();
-  deploy::Glove glove = study::glove_for(p, m);
+  const twin::Parameters p = shipped_parameters();
+  deploy::Glove glove = glove_for(p, m);
   (void)deploy::samples_per_frame(glove);
   (void)deploy::data_block(glove);
   (void)deploy::glove_config(glove);
-  (void)study::safe_hand(p, glove.model);
+  (void)safe_hand(p, glove.model);
 }
 
 void experiment(model::Model m, const twin::Motion& motion) {
   m.sample_period_s = 0.1;
   model::check(m);
-  const twin::TrialInput input{study::shipped_parameters(), motion, m};
+  const twin::TrialInput input{shipped_parameters(), motion, m};
   twin::check(input);
   const twin::Trial trial = twin::simulate(input, 0, 1).front();
   for (const auto& finger : trial.hand_deg) {
@@ -159,7 +198,7 @@ void judge(const std::string& text, const twin::Motion& motion, Verdicts& verdic
     return;
   }
   ++verdicts.loaded;
-  const std::string shown = diagram(*m);
+  const std::string shown = model::diagram(*m);
   EXPECT_EQ(shown.find("nan"), std::string::npos) << shown;
   EXPECT_EQ(model::from_json(model::to_json(*m), "again"), *m);
   EXPECT_NO_THROW(apply<model::DoubleArithmetic>(*m)) << text;
@@ -198,9 +237,11 @@ TEST(Mutants, OfAModelGetOneVerdictFromAllCommands) {
 }
 
 TEST(Mutants, WhatCommandsReadOfProvenanceIsCheckedByTheLoader) {
-  for (const auto& [where, wrong] : std::vector<std::pair<const char*, Json>>{
-           {"/fit/holdout", Json::array({1})}, {"/fit/holdout/rmse_deg", "2"}, {"/fit/holdout/rmse_deg", 1e308},
-           {"/training/output_column", 3}}) {
+  for (const auto& [where, wrong] :
+       std::vector<std::pair<const char*, Json>>{{"/fit/holdout", Json::array({1})},
+                                                 {"/fit/holdout/rmse_deg", "2"},
+                                                 {"/fit/holdout/rmse_deg", 1e308},
+                                                 {"/training/output_column", 3}}) {
     Json json = identified();
     json[Json::json_pointer(where)] = wrong;
     EXPECT_THROW((void)model::from_json(json.dump(), "x.json"), io::InputError) << where;
@@ -209,4 +250,4 @@ TEST(Mutants, WhatCommandsReadOfProvenanceIsCheckedByTheLoader) {
 }
 
 }  // namespace
-}  // namespace flexor::cli
+}  // namespace flexor::study

@@ -11,6 +11,7 @@
 #include "apps/cli/commands.hpp"
 #include "host/identify/estimator.hpp"
 #include "host/io/io.hpp"
+#include "host/model/range_count.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
@@ -75,19 +76,27 @@ void start_tracking(const Options& o, Estimator& estimator) {
       o.model));
 }
 
-// Every row of the log through the model. What its strips were corrected by at the end; empty without --track.
+struct Done {
+  std::vector<model::Followed>
+      followed;  // by what the strips are corrected at the end; empty without --track
+  model::RangeCount ranges;
+};
+
+// Every row of the log through the model.
 template <class Sink>
-std::vector<model::Followed> follow(const Options& o, const model::Model& model, recording::CsvReader& reader,
-                                    Sink&& sink) {
+Done follow(const Options& o, const model::Model& model, recording::CsvReader& reader, Sink&& sink) {
   recording::Stream stream(reader, recording::Resets::follow);
-  std::vector<model::Followed> followed;
+  Done done{{}, model::RangeCount(model)};
   const auto with = [&](auto estimator) {
     if (o.track) start_tracking(o, estimator);
     recording::Row row;
     bool any = false;
-    for (; stream.next(row); any = true) estimator.push(row.t_s, row.value, sink);
+    for (; stream.next(row); any = true) {
+      done.ranges.add(row.value);
+      estimator.push(row.t_s, row.value, sink);
+    }
     if (!any) throw io::InputError(fmt::format("{}: no row with a reading of every input", reader.name()));
-    if (estimator.trackers()) followed = estimator.trackers()->followed();
+    if (estimator.trackers()) done.followed = estimator.trackers()->followed();
   };
   if (o.arithmetic == "fixed") {
     with(identify::Estimator<model::FixedArithmetic>(model));
@@ -97,7 +106,7 @@ std::vector<model::Followed> follow(const Options& o, const model::Model& model,
     with(identify::Estimator<model::DoubleArithmetic>(model));
   }
   for (const std::string& note : stream.notes()) log("note: " + note);
-  return followed;
+  return done;
 }
 
 void say(const std::vector<model::Followed>& followed) {
@@ -122,6 +131,28 @@ std::string to_json(const std::vector<model::Followed>& followed) {
                     {"alarm", f.alarmed}};
   }
   return out.dump();
+}
+
+// Throws OutOfRange, one line, where the model hardly knows what the log holds.
+void check_ranges(const model::Model& model, const recording::CsvReader& reader,
+                  const model::RangeCount& ranges) {
+  std::vector<std::string> columns;
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    const model::InputCount& count = ranges.counts()[i];
+    if (!count.mostly_outside()) continue;
+    columns.push_back(
+        fmt::format("column \"{}\": {} of {} readings, which span {:g} to {:g}, lie outside of the "
+                    "model's range {:g} to {:g}",
+                    reader.columns()[i], count.outside, count.readings, count.low, count.high,
+                    model.inputs[i].valid_min, model.inputs[i].valid_max));
+  }
+  if (columns.empty()) return;
+  std::string mend = "another board or divider, or a sensor that is not plugged in?";
+  if (const auto pair = ranges.exchanged()) {
+    mend = fmt::format("\"{}\" and \"{}\" seem to be exchanged: exchange them with --input",
+                       reader.columns()[pair->first], reader.columns()[pair->second]);
+  }
+  throw OutOfRange(fmt::format("{}: {}: {}", reader.name(), fmt::join(columns, "; "), mend));
 }
 
 // A list of numbers that may be long, kept in a file without a name until its turn comes.
@@ -160,7 +191,7 @@ void print_json(const Options& o, const model::Model& model, recording::CsvReade
   std::vector<Spool> angle_deg(model.joints.size());
   std::vector<Spool> status(model.joints.size());
   std::vector<Spool> error_deg(o.intervals ? model.joints.size() : 0);
-  const auto followed = follow(o, model, reader, [&](const identify::Estimate& e) {
+  const Done done = follow(o, model, reader, [&](const identify::Estimate& e) {
     t_s.add(fmt::format("{}", e.t_s));
     for (std::size_t i = 0; i < angle_deg.size(); ++i) {
       angle_deg[i].add(fmt::format("{}", e.angle_deg[i]));
@@ -185,8 +216,9 @@ void print_json(const Options& o, const model::Model& model, recording::CsvReade
     print("]}");
   }
   print("}");
-  if (o.track) print(",\"tracking\":" + to_json(followed));
+  if (o.track) print(",\"tracking\":" + to_json(done.followed));
   print(fmt::format(",\"version\":\"{}\"}}\n", FLEXOR_VERSION));
+  check_ranges(model, reader, done.ranges);
 }
 
 void require_accuracy(const Options& o, const model::Model& model) {
@@ -214,9 +246,10 @@ void run(const Options& o) {
     check_unit(model.inputs[i], reader.name(), reader.columns()[i], reader.units()[i]);
   if (o.json) return print_json(o, model, reader);
   CsvSink sink(model, live, o.intervals);
-  const auto followed = follow(o, model, reader, std::ref(sink));
+  const Done done = follow(o, model, reader, std::ref(sink));
   sink.flush();
-  say(followed);
+  say(done.followed);
+  check_ranges(model, reader, done.ranges);
 }
 
 }  // namespace apply_command
@@ -229,7 +262,9 @@ void add_apply(CLI::App& app) {
   command->footer(
       "For each channel a column <finger>_deg and <finger>_status: 0 ok, 1 below and 2 above the valid "
       "range,\n"
-      "3 not a number, 4 pause of the log. With anything but 0 the last good reading is held.");
+      "3 not a number, 4 pause of the log. With anything but 0 the last good reading is held.\n"
+      "Exit status 3: all is written, but half or more of a column's readings lie outside of the model's "
+      "range.");
   command->add_option("model", o->model, "model document")->required();
   command->add_option("file", o->file, "CSV recording; - reads standard input row by row")->required();
   command->add_option("--input", o->inputs,

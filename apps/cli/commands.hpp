@@ -81,6 +81,11 @@ struct TrackOptions {
 nlohmann::ordered_json track_video(io::Worker& camera, const TrackOptions& options,
                                    const std::function<bool()>& goes_on);
 
+// The result is written, but it means little. Exit 3.
+struct OutOfRange : std::runtime_error {
+  explicit OutOfRange(std::string_view what) : std::runtime_error(io::one_line(what)) {}
+};
+
 // Prints to standard output, control characters but line ends and tabs as question marks; throws io::JobError when it is closed or full.
 void print(const std::string& text);
 // Likewise with our own escapes: what is foreign in it was given to io::one_line.

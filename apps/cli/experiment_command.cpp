@@ -302,6 +302,7 @@ void set_rate(model::Model& model, std::optional<double> rate_hz) {
   if (!(*rate_hz > 0) || !std::isfinite(*rate_hz))
     throw io::InputError("--rate must be a positive number of samples a second: 10, 20, 50 or 100");
   model.sample_period_s = 1 / *rate_hz;
+  model::check(model);
 }
 
 twin::Parameters twin_parameters(const std::string& file, const std::vector<std::string>& set) {

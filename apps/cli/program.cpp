@@ -115,6 +115,7 @@ void guard_options(CLI::App& app) {
 int run(int argc, char** argv) {
   constexpr int kFailed = 1;
   constexpr int kBadInput = 2;
+  constexpr int kOutOfRange = 3;
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
   occupy_standard_streams();
@@ -160,6 +161,9 @@ int run(int argc, char** argv) {
   } catch (const io::InputError& error) {
     log(fmt::format("flexor: {}", error.what()));
     return kBadInput;
+  } catch (const OutOfRange& error) {
+    log(fmt::format("flexor: {}", error.what()));
+    return kOutOfRange;
   } catch (const io::JobError& error) {
     log(fmt::format("flexor: {}", error.what()));
     return kFailed;

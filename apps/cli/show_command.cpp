@@ -1,74 +1,19 @@
-#include <fmt/format.h>
-
-#include <cmath>
 #include <memory>
 
 #include "apps/cli/commands.hpp"
-#include "host/model/model.hpp"
+#include "host/model/diagram.hpp"
 
 namespace flexor::cli {
 namespace show_command {
-
-using nlohmann::literals::operator""_json_pointer;
 
 struct Options {
   std::string model;
   bool json = false;
 };
 
-// The blocks before a joint as a tree, the joint at its root: what each takes stands indented below it. A signal
-// that was shown before is only named.
-class Diagram {
- public:
-  explicit Diagram(const model::Model& m) : model_(m), graph_(m), shown_(graph_.values.size(), false) {}
-
-  void show(std::size_t joint) {
-    const model::Joint& j = model_.joints[joint];
-    print(fmt::format("\n{}, rests at {:.1f} deg\n", j.name, j.rest_deg));
-    branch(graph_.joint[joint], "", true);
-  }
-
- private:
-  void branch(std::size_t signal, const std::string& indent, bool last) {
-    const std::string stem = indent + (last ? "└─ " : "├─ ");
-    if (signal < model_.inputs.size()) return leaf(stem, model_.inputs[signal]);
-    const std::size_t b = signal - model_.inputs.size();
-    const model::Block& block = model_.blocks[b];
-    if (shown_[signal]) return print(fmt::format("{}{} (above)\n", stem, block.to));
-    shown_[signal] = true;
-    print(fmt::format("{}{}: {}\n", stem, model::type_of(block.kind), model::text_of(block.kind)));
-    for (const std::size_t from : graph_.from[b]) {
-      branch(from, indent + (last ? "   " : "│  "), from == graph_.from[b].back());
-    }
-  }
-
-  static void leaf(const std::string& stem, const model::Input& input) {
-    print(fmt::format("{}{}{}, valid {:g} to {:g}\n", stem, input.column.empty() ? input.name : input.column,
-                      input.unit.empty() ? "" : fmt::format(" ({})", input.unit), input.valid_min,
-                      input.valid_max));
-  }
-
-  const model::Model& model_;
-  model::Graph graph_;
-  std::vector<bool> shown_;
-};
-
 void run(const Options& o) {
   const model::Model m = model::load(o.model);
-  if (o.json) {
-    print(model::to_json(m));
-    return;
-  }
-  print(fmt::format(
-      "{}: {}\n{:g} ms a sample, {} input(s), {} block(s), {} joint(s), schema {}, written by {}\n", m.name,
-      m.description, 1000 * m.sample_period_s, m.inputs.size(), m.blocks.size(), m.joints.size(),
-      model::kSchemaVersion, m.written_by));
-  Diagram diagram(m);
-  for (std::size_t j = 0; j < m.joints.size(); ++j) diagram.show(j);
-  const auto error_deg = m.fit.value("/holdout/rmse_deg"_json_pointer, nlohmann::ordered_json());
-  if (error_deg.is_number()) {
-    print(fmt::format("\nheld-out error {:.2f} deg RMSE when it was fitted\n", error_deg.get<double>()));
-  }
+  print(o.json ? model::to_json(m) : model::diagram(m));
 }
 
 }  // namespace show_command

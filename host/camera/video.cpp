@@ -6,18 +6,19 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
 #include "host/camera/container.hpp"
+#include "host/camera/jpeg.hpp"
 #include "host/camera/opencv.hpp"
 #include "host/io/output.hpp"
 
 namespace flexor::camera {
 namespace {
 
-constexpr double kMaxPixels = 1e8;
 constexpr double kMost_s = 1e9;
 
 double now_s() {
@@ -39,6 +40,14 @@ void copy(const cv::Mat& from, Picture& to) {
   from.copyTo(mat(to));
 }
 
+std::string first_bytes(const std::filesystem::path& path) {
+  std::string out(1 << 20, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(out.data(), static_cast<std::streamsize>(out.size()));
+  out.resize(static_cast<std::size_t>(file.gcount()));
+  return out;
+}
+
 }  // namespace
 
 struct VideoReader::Capture {
@@ -55,6 +64,8 @@ VideoReader::VideoReader(const std::filesystem::path& path)
     if (std::filesystem::is_regular_file(path) && std::filesystem::file_size(path) == 0) {
       throw io::InputError(fmt::format("{}: is empty", source_));
     }
+    // FFmpeg decodes a picture that is given as a video while it is opened.
+    if (std::filesystem::is_regular_file(path)) (void)states_few_pixels(first_bytes(path), source_);
   }
   bool open = false;
   try {
@@ -72,9 +83,9 @@ VideoReader::VideoReader(const std::filesystem::path& path)
   }
   const double pixels =
       capture_->capture.get(cv::CAP_PROP_FRAME_WIDTH) * capture_->capture.get(cv::CAP_PROP_FRAME_HEIGHT);
-  if (pixels > kMaxPixels) {
-    throw io::InputError(
-        fmt::format("{}: pictures of {:.0f} million pixels are too large", source_, pixels / 1e6));
+  if (pixels > kMostPixels) {
+    throw io::InputError(fmt::format("{}: frames of {:.0f} million pixels; at most {:.0f} million are taken",
+                                     source_, pixels / 1e6, kMostPixels / 1e6));
   }
 }
 
@@ -251,6 +262,9 @@ void VideoWriter::finish() {
 Picture read_picture(const std::filesystem::path& path) {
   be_silent();
   const std::string bytes = io::read_file(path);
+  if (!states_few_pixels(bytes, path.string()))
+    throw io::InputError(
+        fmt::format("{}: no picture that can be read: is it a PNG or a JPEG?", path.string()));
   cv::Mat picture;
   try {
     picture = cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),

@@ -289,5 +289,47 @@ TEST_F(Video, SixteenBitsBecomeEightAndOnePixelIsAPicture) {
   EXPECT_THROW(write_picture(path("picture.xyz"), Picture(4, 4)), io::InputError);
 }
 
+std::string big_endian_4(std::uint32_t value) {
+  std::string out;
+  for (int shift = 24; shift >= 0; shift -= 8) out += static_cast<char>(value >> shift & 255U);
+  return out;
+}
+
+// A header of 33 bytes that states a size, and no picture.
+std::string png_of(std::uint32_t width, std::uint32_t height) {
+  return "\x89PNG\r\n\x1a\n" + big_endian_4(13) + "IHDR" + big_endian_4(width) + big_endian_4(height) +
+         std::string("\x08\x02\0\0\0", 5) + big_endian_4(0);
+}
+
+TEST(PictureSize, IsReadBeforeAnythingIsDecoded) {
+  using std::literals::operator""s;
+  const std::string jpeg = "\xff\xd8\xff\xc2\0\x11\x08\xff\xff\xff\xff\x03"s;
+  const std::string bmp = "BM" + std::string(12, '\0') + "\x28\0\0\0\0\0\1\0\0\0\xff\xff"s;
+  const std::string webp = "RIFF\0\0\0\0WEBPVP8X\x0a\0\0\0\0\0\0\0\xff\xff\0\xff\xff\0"s;
+  const std::string tiff = "II*\0\x08\0\0\0\2\0\0\1\4\0\1\0\0\0\0\0\1\0\1\1\3\0\1\0\0\0\xff\xff\0\0"s;
+  for (const std::string& huge : {png_of(50000, 50000), jpeg, bmp, webp, tiff}) {
+    EXPECT_THROW((void)states_few_pixels(huge, "a"), io::InputError) << huge.substr(0, 4);
+  }
+  EXPECT_THROW((void)states_few_pixels(png_of(8000, 8001), "a"), io::InputError);
+  EXPECT_TRUE(states_few_pixels(png_of(8000, 8000), "a"));
+  EXPECT_FALSE(
+      states_few_pixels("\0\0\0\x18"
+                        "ftypmp42"s,
+                        "a"));
+}
+
+TEST(PictureSize, OfAPictureAndOfAPictureThatIsGivenAsAVideo) {
+  const fs::path path = fs::path(testing::TempDir()) / ("flexor_huge_" + std::to_string(::getpid()) + ".png");
+  io::write_file(path, png_of(50000, 50000));
+  EXPECT_THROW((void)read_picture(path), io::InputError);
+  try {
+    (void)VideoReader(path);
+    ADD_FAILURE() << "opened";
+  } catch (const io::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("2500 million pixels"), std::string::npos) << error.what();
+  }
+  fs::remove(path);
+}
+
 }  // namespace
 }  // namespace flexor::camera

@@ -29,6 +29,8 @@ constexpr double kSignificant = 0.7;  // standard errors
 constexpr double kSure = 1.3;         // standard errors
 constexpr double kFarthest = 3;       // of the prior's standard deviations
 constexpr std::size_t kLeastSamples = 20;
+constexpr const char* kTellsGain =
+    "the open hand and the fist held (--poses), or a camera (--pair), would tell it";
 
 // What one log says of one sensor.
 struct Verdict {
@@ -212,6 +214,27 @@ bool significant(const Estimate& e, std::size_t i) {
   return e.gain_told[i] && std::abs(line.log_gain) > kSignificant * std::sqrt(v.log_gain);
 }
 
+// What a stretch of motion alone says where the hand reached as far as it did where the model was made: the sensor has the
+// gain. The estimate holds a hand that reached less far for likelier; motion cannot tell the two apart. None: it is told.
+std::optional<Line> other_line(const Request& request, const Estimate& e, const Case& one, std::size_t i) {
+  if (!request.holds.empty() || request.seen || e.gain_told[i] || !one.informed || !one.shown) return {};
+  const double gain = one.made.span() / one.shown->span();
+  return Line{gain * (one.made.middle() - one.shown->middle()) / one.made.span(), std::log(gain)};
+}
+
+// Mean square of what one line makes of readings against what the other does, in spans.
+double distance2(const Line& a, const Line& b) {
+  return std::pow(a.shift - b.shift, 2) + std::pow(std::exp(a.log_gain) - std::exp(b.log_gain), 2) / 12;
+}
+
+// The old angles are right to a thirtieth of the range, by the estimate's error and by the other explanation.
+bool is_known_unchanged(const Estimate& e, std::size_t i, const std::optional<Line>& other) {
+  constexpr double kSame = 1.0 / 30;
+  const Variances v = variances(e, i);
+  const double left2 = v.shift + v.log_gain / 12 + distance2(e.line[i], {});
+  return std::max(left2, other ? distance2({}, *other) : 0) < kSame * kSame;
+}
+
 // By how many standard errors the mean square of the angles becomes smaller by what was found of some sensors, m, with the
 // covariance C that is left: the true lines x are nearer to m than to none where 2 m'Wx > m'Wm, of which the left side is
 // normal with mean 2 m'Wm and variance 4 m'WCWm. W weighs shift and gain by what they move the angles.
@@ -248,7 +271,19 @@ std::string reason_to_keep(const Request& request, const Estimate& e, Case& one,
         name, 100 * std::abs(line.shift));
     return one.misfit;
   }
-  if (!significant(e, i)) return fmt::format("{}: it reads as it did where the model was made", name);
+  const std::optional<Line> other = other_line(request, e, one, i);
+  if (!significant(e, i)) {
+    if (is_known_unchanged(e, i, other))
+      return fmt::format("{}: it reads as it did where the model was made", name);
+    return fmt::format("{}: no change was found that is larger than its own error{}", name,
+                       other ? "; its gain is not told: " + std::string(kTellsGain) : "");
+  }
+  if (other && distance2(line, *other) > distance2({}, *other)) {
+    one.wanted = fmt::format("{}: {}", name, kTellsGain);
+    return fmt::format(
+        "{}: motion alone does not tell a sensor of another gain from a hand that reached less far: {}", name,
+        kTellsGain);
+  }
   if (!seen_helps)
     return fmt::format("{}: the old calibration is kept: on what was held back the new one is no better",
                        name);
@@ -256,14 +291,17 @@ std::string reason_to_keep(const Request& request, const Estimate& e, Case& one,
 }
 
 // What a joint's angles change by, and the standard error that is left, over the parts of each sensor's spread.
-std::vector<JointResult> joints_of(const model::Model& old, const std::vector<Case>& cases, const Estimate& e,
+std::vector<JointResult> joints_of(const Request& request, const std::vector<Case>& cases, const Estimate& e,
                                    const std::vector<SensorResult>& sensors) {
+  const model::Model& old = request.model;
   std::vector<JointResult> out(old.joints.size());
   std::vector<double> square(out.size(), 0);
   std::vector<double> change_square(out.size(), 0);
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const auto all = slopes(old, i);
     const Variances v = variances(e, i);
+    const std::optional<Line> other = other_line(request, e, cases[i], i);
+    const Line taken = sensors[i].applied ? e.line[i] : Line{};
     for (std::size_t j = 0; j < out.size(); ++j) {
       const auto parts = static_cast<double>(all[j].size());
       for (std::size_t k = 0; k < all[j].size(); ++k) {
@@ -271,7 +309,10 @@ std::vector<JointResult> joints_of(const model::Model& old, const std::vector<Ca
         const double slope = all[j][k] * cases[i].made.span();
         // A line that was found and not taken is still there.
         const double left = sensors[i].applied ? 0 : e.line[i].shift + place * e.line[i].log_gain;
-        square[j] += slope * slope * (v.at(place) + left * left) / parts;
+        const double off = other ? other->shift - taken.shift +
+                                       place * (std::exp(other->log_gain) - std::exp(taken.log_gain))
+                                 : 0;
+        square[j] += slope * slope * std::max(v.at(place) + left * left, off * off) / parts;
         const double reading = cases[i].made.middle() + place * cases[i].made.span();
         const double change_deg = all[j][k] * (sensors[i].correction(reading) - reading);
         out[j].change_deg += change_deg / parts;
@@ -432,7 +473,9 @@ Recalibration recalibrate(const Request& request) {
     if (s.kept.empty() && !sure)
       s.kept = fmt::format("{}: what was found may be chance: the old calibration is kept", s.name);
     if (!cases[i].misfit.empty()) out.misfits.push_back(cases[i].misfit);
-    if (!cases[i].informed && !cases[i].wanted.empty()) out.wanted.push_back(cases[i].wanted);
+    s.gain_is_told = !other_line(known, e, cases[i], i);
+    if ((!cases[i].informed || !s.gain_is_told) && !cases[i].wanted.empty())
+      out.wanted.push_back(cases[i].wanted);
     if (s.kept.empty()) {
       s.applied = out.applied = true;
       s.correction = correction_of(e.line[i], cases[i].made);
@@ -443,7 +486,7 @@ Recalibration recalibrate(const Request& request) {
   const bool nothing_found = std::ranges::none_of(found, [](bool f) { return f; });
   if (!out.applied && out.wanted.empty())
     out.wanted.push_back(wanted_instead(out, sure || nothing_found, seen_helps));
-  out.joints = joints_of(known.model, cases, e, out.sensors);
+  out.joints = joints_of(known, cases, e, out.sensors);
   return out;
 }
 

@@ -61,9 +61,10 @@ struct SensorResult {
   model::Correction correction;  // none unless applied
   double shift_se = 0;           // of what the sensor's middle is taken for, in its unit
   double gain_se = 0;
-  int reversals = 0;   // of the motion, in the log that shows most
-  double covered = 0;  // of its span there
-  std::string kept;    // why it was not applied
+  bool gain_is_told = true;  // false: motion alone, which may be a hand that reached less far
+  int reversals = 0;         // of the motion, in the log that shows most
+  double covered = 0;        // of its span there
+  std::string kept;          // why it was not applied
 };
 
 struct JointResult {

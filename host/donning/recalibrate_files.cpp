@@ -475,8 +475,13 @@ Json to_json(const Recalibration& r) {
   for (const SensorResult& s : r.sensors) {
     out["shift"][s.name] = s.correction.shift;
     out["gain"][s.name] = s.correction.gain;
-    sensors[s.name] = {{"applied", s.applied},     {"shift_se", s.shift_se}, {"gain_se", s.gain_se},
-                       {"reversals", s.reversals}, {"covered", s.covered},   {"kept", s.kept}};
+    sensors[s.name] = {{"applied", s.applied},
+                       {"shift_se", s.shift_se},
+                       {"gain_se", s.gain_se},
+                       {"gain_is_told", s.gain_is_told},
+                       {"reversals", s.reversals},
+                       {"covered", s.covered},
+                       {"kept", s.kept}};
   }
   for (const JointResult& joint : r.joints) {
     out["se_deg"][joint.name] = joint.se_deg;

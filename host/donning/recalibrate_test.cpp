@@ -122,6 +122,22 @@ TEST(Recalibrate, AGloveThatReadsAsItDidStaysAsItIs) {
   }
 }
 
+// All sensors read with another gain about their middle: motion alone cannot tell, and nothing is made worse nor called right.
+TEST(Recalibrate, AGainThatMotionDoesNotTellIsSaidAndNothingIsMadeWorse) {
+  for (const double gain : {0.65, 0.7, 0.75, 0.8, 0.9, 1.15, 1.3}) {
+    const Corrections moved(3, {1 / gain, 450 * (1 - 1 / gain)});
+    const double before = error_deg(test_glove(), moved);
+    for (unsigned seed = 0; seed < 5; ++seed) {
+      const Recalibration r = recalibrate(worn(moved, 5, 0.01, seed));
+      EXPECT_LE(error_deg(r.model, moved), before + 0.05) << gain;
+      for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(r.sensors[i].kept.find("as it did"), std::string::npos) << gain << r.sensors[i].kept;
+        if (!r.sensors[i].applied) EXPECT_GT(r.joints[i].se_deg, 0.6 * before) << gain;
+      }
+    }
+  }
+}
+
 TEST(Recalibrate, NamesTheFingerWhoseStripNoLongerFits) {
   const auto broken = [&](auto&& change) {
     Request request = worn(kShifted, 5, 0.01, 3);

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <sys/file.h>
 #include <unistd.h>
@@ -13,6 +14,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "host/io/json.hpp"
@@ -52,13 +54,70 @@ std::string cell(std::string text) {
   return text;
 }
 
-// A new folder beside the dataset, or inside of one that is there: on the same disk.
-fs::path make_staging(const fs::path& folder, bool is_there) {
-  const fs::path parent = is_there ? folder : folder.has_parent_path() ? folder.parent_path() : ".";
-  std::string pattern = (parent / ".flexor-export-XXXXXX").string();
-  if (mkdtemp(pattern.data()) == nullptr)
-    throw InputError(fmt::format("{}: cannot be written: {}", folder.string(), std::strerror(errno)));
-  return pattern;
+constexpr const char* kStaging = ".flexor-export-";
+
+// One process at a time, the others wait for a moment or, with `tries`, go on without it. Where the disk knows no locks,
+// nobody waits.
+class FolderLock {
+ public:
+  explicit FolderLock(const fs::path& folder, bool tries = false)
+      : file_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC)) {
+    do {
+      is_held_ = file_ >= 0 && flock(file_, tries ? LOCK_EX | LOCK_NB : LOCK_EX) == 0;
+    } while (!is_held_ && file_ >= 0 && errno == EINTR);
+  }
+  ~FolderLock() {
+    if (file_ >= 0) close(file_);
+  }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+  bool is_held() const { return is_held_; }
+
+ private:
+  int file_;
+  bool is_held_ = false;
+};
+
+// What exports that were killed have left there: whoever lives holds the lock of their own.
+void remove_left(const fs::path& parent) {
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(parent, error)) {
+    if (!entry.path().filename().string().starts_with(kStaging)) continue;
+    const FolderLock lock(entry.path(), true);
+    if (lock.is_held()) fs::remove_all(entry.path(), error);
+  }
+}
+
+// A new folder in `parent`, locked and removed with all that is in it.
+class Staging {
+ public:
+  explicit Staging(const fs::path& parent, const fs::path& folder)
+      : temporary_([&] { return make(parent, folder); }), lock_(temporary_.path()) {}
+  const fs::path& path() const { return temporary_.path(); }
+  // Not where another export has taken it for one that was left, before it was locked.
+  bool is_there() const { return fs::exists(temporary_.path()); }
+
+ private:
+  static fs::path make(const fs::path& parent, const fs::path& folder) {
+    std::string pattern = (parent / (std::string(kStaging) + "XXXXXX")).string();
+    if (mkdtemp(pattern.data()) == nullptr)
+      throw InputError(fmt::format("{}: cannot be written: {}", folder.string(), std::strerror(errno)));
+    return pattern;
+  }
+
+  io::Temporary temporary_;
+  FolderLock lock_;
+};
+
+// Beside the dataset, or inside of one that is there: on the same disk.
+std::unique_ptr<Staging> make_staging(const fs::path& folder, bool is_dataset_there) {
+  const fs::path beside = folder.has_parent_path() ? folder.parent_path() : ".";
+  remove_left(beside);
+  if (is_dataset_there) remove_left(folder);
+  for (;;) {
+    auto staging = std::make_unique<Staging>(is_dataset_there ? folder : beside, folder);
+    if (staging->is_there()) return staging;
+  }
 }
 
 struct Sampled {
@@ -278,24 +337,6 @@ void require_new(const fs::path& folder, const std::vector<std::string>& files) 
   }
 }
 
-// One process at a time adds to a dataset, the others wait for a moment. Where the disk knows no locks, nobody
-// waits.
-class DatasetLock {
- public:
-  explicit DatasetLock(const fs::path& folder)
-      : file_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    while (file_ >= 0 && flock(file_, LOCK_EX) != 0 && errno == EINTR) continue;
-  }
-  ~DatasetLock() {
-    if (file_ >= 0) close(file_);
-  }
-  DatasetLock(const DatasetLock&) = delete;
-  DatasetLock& operator=(const DatasetLock&) = delete;
-
- private:
-  int file_;
-};
-
 // False where there is a dataset by now, which another export has made meanwhile.
 bool becomes(const fs::path& set, const fs::path& folder) {
   std::error_code error;
@@ -304,13 +345,35 @@ bool becomes(const fs::path& set, const fs::path& folder) {
   return !error;
 }
 
+// The new files in one step: by renaming the subject's folder, or its folder of motions, or by exchanging the latter for one
+// that also has links to what is there. Only a disk that cannot exchange or link gets them one by one.
+void publish(const std::vector<std::string>& files, const fs::path& set, const fs::path& folder,
+             const std::string& subject) {
+  const fs::path motion = fs::path(subject) / "motion";
+  std::error_code error;
+  for (const fs::path& level : {fs::path(subject), motion}) {
+    if (fs::exists(folder / level, error)) continue;
+    fs::rename(set / level, folder / level, error);
+    if (error) cannot_write(folder / level, error);
+    return;
+  }
+  const auto links =
+      fs::copy_options::recursive | fs::copy_options::create_hard_links | fs::copy_options::copy_symlinks;
+  fs::copy(folder / motion, set / motion, links, error);
+  if (!error) fs::permissions(set / motion, fs::status(folder / motion).permissions(), error);
+  const fs::path from = set / motion;
+  const fs::path to = folder / motion;
+  if (!error && renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_EXCHANGE) == 0) return;
+  move_all(files, from, to);
+}
+
+// The dataset's own files first: a repeat finds them as they are to be.
 void add(const std::vector<std::string>& files, const fs::path& set, const fs::path& folder,
          const std::string& subject) {
-  const fs::path motion = fs::path(subject) / "motion";
-  const DatasetLock lock(folder);
-  require_new(folder / motion, files);
-  move_all(files, set / motion, folder / motion);
+  const FolderLock lock(folder);
+  require_new(folder / subject / "motion", files);
   add_participant(folder / kParticipants, subject);
+  publish(files, set, folder, subject);
 }
 
 }  // namespace
@@ -323,10 +386,10 @@ Written write_bids(const std::vector<fs::path>& recordings, const AngleOptions& 
   const bool adds = is_dataset(folder);
   const std::string subject = "sub-" + o.subject;
   const fs::path motion = fs::path(subject) / "motion";
+  const auto staging = make_staging(folder, adds);
   for (std::size_t i = 0; i < recordings.size(); ++i)
     require_new(folder / motion, files_of(name_of(o, i, recordings.size())));
-  const io::Temporary staging([&] { return make_staging(folder, adds); });
-  const fs::path set = staging.path() / "set";
+  const fs::path set = staging->path() / "set";
   Written all;
   try {
     io::make_folder(set / motion);

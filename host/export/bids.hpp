@@ -9,7 +9,9 @@
 // and no sample lies more than one mean step from its place at an even rate; otherwise a rate is to be given, for the
 // causal resampler.
 //
-// A new folder is there whole or not at all. Into a dataset that is there already a subject, a task or a run is added;
+// A new folder is there whole or not at all, and so is what is added: dataset_description.json and participants.tsv come
+// first, then the subject in one step. An export that was killed leaves a folder .flexor-export-* there or beside, which
+// the next one removes. Into a dataset that is there already a subject, a task or a run is added;
 // nothing that is there is changed, but for a line in participants.tsv. Several may do so at once, into a new folder
 // too: whoever finds that another one has made it meanwhile adds to it.
 //

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <functional>
 #include <iostream>
@@ -124,6 +125,44 @@ TEST(Bids, TakesSixSubjectsAtOnce) {
       EXPECT_NE(participants.find(fmt::format("\nsub-{}\n", k)), std::string::npos) << participants;
     }
   }
+}
+
+// What a kill leaves at each step: files not yet whole, a participant without a folder, all but the cleaning.
+TEST(Bids, ARepeatCompletesAndCleansWhatAKilledExportLeft) {
+  const TestRecording log(kEven);
+  const fs::path set = log.beside("set");
+  const fs::path left_beside = log.beside(".flexor-export-aaaaaa/set/sub-01/motion");
+  fs::create_directories(left_beside);
+  io::write_file(left_beside / "sub-01_task-motion_tracksys-glove_motion.tsv", "1");
+  (void)write_bids({log.path()}, {}, {}, set);
+  EXPECT_EQ(log.files(), 10u);
+  const fs::path left = set / ".flexor-export-bbbbbb/set/sub-02/motion";
+  fs::create_directories(left);
+  io::write_file(set / "participants.tsv", "participant_id\nsub-01\nsub-02\n");
+  (void)write_bids({log.path()}, {}, {"02", "motion", 1}, set);
+  EXPECT_EQ(io::read_file(set / "participants.tsv"), "participant_id\nsub-01\nsub-02\n");
+  EXPECT_EQ(log.files(), 15u);
+  fs::create_directories(left);
+  EXPECT_THROW((void)write_bids({log.path()}, {}, {"02", "motion", 1}, set), io::InputError);
+  EXPECT_EQ(log.files(), 15u) << "the subject was whole; what was left is gone";
+}
+
+// Every state that another process can see has all files of a run or none.
+TEST(Bids, RunsAreAddedToASubjectInOneStep) {
+  const TestRecording log(kEven);
+  const fs::path set = log.beside("set");
+  (void)write_bids({log.path()}, {}, {"01", "motion", 1}, set);
+  const fs::path motion = set / "sub-01/motion";
+  fs::create_symlink("elsewhere", motion / "mine");
+  struct stat before {};
+  ASSERT_EQ(stat(motion.c_str(), &before), 0);
+  (void)write_bids({log.path(), log.path()}, {}, {"01", "motion", 2}, set);
+  struct stat after {};
+  ASSERT_EQ(stat(motion.c_str(), &after), 0);
+  EXPECT_NE(after.st_ino, before.st_ino) << "one folder takes the other's place";
+  EXPECT_EQ(after.st_mode, before.st_mode);
+  EXPECT_EQ(fs::read_symlink(motion / "mine"), "elsewhere");
+  EXPECT_EQ(std::distance(fs::directory_iterator(motion), {}), 10);
 }
 
 TEST(Bids, PutsUnevenLogsOntoAGridWhenToldARate) {

@@ -10,7 +10,6 @@
 #include <cstring>
 #include <fstream>
 #include <iostream>
-#include <iterator>
 
 namespace flexor::io {
 namespace fs = std::filesystem;
@@ -67,14 +66,34 @@ void require_readable(const fs::path& path) {
   }
 }
 
+namespace {
+
+// By read(), which sets badbit where an iterator lets the buffer's exception through.
+std::string read_all(std::istream& stream, const std::string& name) {
+  constexpr std::size_t kPiece_bytes = 1 << 16;
+  constexpr std::size_t kMost_bytes = 256 << 20;
+  std::string content;
+  while (stream && content.size() <= kMost_bytes) {
+    const std::size_t before = content.size();
+    content.resize(before + kPiece_bytes);
+    stream.read(content.data() + before, kPiece_bytes);
+    content.resize(before + static_cast<std::size_t>(stream.gcount()));
+  }
+  if (stream.bad()) throw InputError(fmt::format("{}: reading failed", name));
+  if (content.size() > kMost_bytes)
+    throw InputError(fmt::format("{}: is larger than {} MB; is it the right file?", name, kMost_bytes >> 20));
+  return content;
+}
+
+}  // namespace
+
 std::string read_file(const fs::path& path) {
-  if (path == "-") return {std::istreambuf_iterator<char>(std::cin), {}};
+  if (path == "-") return read_all(std::cin, "standard input");
   require_readable(path);
   if (fs::is_character_file(path) && path != "/dev/stdin")
     throw InputError(fmt::format("{}: is a device, which may never end; name a file", path.string()));
   std::ifstream file(path, std::ios::binary);
-  std::string content{std::istreambuf_iterator<char>(file), {}};
-  if (file.bad()) throw InputError(fmt::format("{}: reading failed", path.string()));
+  std::string content = read_all(file, path.string());
   if (content.empty()) throw InputError(fmt::format("{}: is empty", path.string()));
   return content;
 }

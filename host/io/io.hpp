@@ -43,7 +43,7 @@ void note_input(const std::filesystem::path& path);
 // Throws InputError: missing, a directory, unreadable.
 void require_readable(const std::filesystem::path& path);
 
-// The whole file; "-" is standard input. Throws InputError as above, or empty.
+// The whole file; "-" is standard input. Throws InputError as above, empty, or above 256 MB.
 std::string read_file(const std::filesystem::path& path);
 
 // Throws InputError when a file could not be written to `path`, by the rules of host/io/output.hpp: its

@@ -8,6 +8,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kDeepest = 64;
+constexpr std::size_t kMost_bytes = 16 << 20;  // which take up to 0.7 GB when parsed
 constexpr std::size_t kLongestExcerpt = 60;
 
 // Bytes of the character at `at`; 0: no UTF-8. RFC 3629, section 4.
@@ -131,6 +132,10 @@ class UniqueKeys {
 }  // namespace
 
 nlohmann::ordered_json parse_json(const std::string& text, const std::string& source) {
+  if (text.size() > kMost_bytes) {
+    throw InputError(fmt::format("{}: a document of {} MB; at most {} are read", source, text.size() >> 20,
+                                 kMost_bytes >> 20));
+  }
   Scan(text, source).run();
   UniqueKeys unique(source);
   try {

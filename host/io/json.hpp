@@ -15,7 +15,7 @@
 
 namespace flexor::io {
 
-// `source` names the text in errors. Throws InputError, one line with the place: no JSON, nested deeper than
+// `source` names the text in errors. Throws InputError, one line with the place: no JSON, more than 16 MB or
 // 64 levels, a key twice in one object, a number out of range, NaN or Infinity, text that is not UTF-8.
 nlohmann::ordered_json parse_json(const std::string& text, const std::string& source);
 

@@ -35,6 +35,11 @@ TEST(Json, SixtyFourLevelsAreReadAndMoreAreRefusedWithTheirLine) {
       2u);
 }
 
+TEST(Json, ADocumentOfMoreThanSixteenMegabytesIsRefusedBeforeItIsParsed) {
+  EXPECT_EQ(parse_json("[" + std::string((16 << 20) - 2, ' ') + "]", "x").size(), 0u);
+  EXPECT_EQ(refusal(std::string((17 << 20), ' ')), "x.json: a document of 17 MB; at most 16 are read");
+}
+
 TEST(Json, AKeyThatComesTwiceIsNamed) {
   EXPECT_EQ(refusal(R"({"a": 1, "b": {"c": 1}, "a": 2})"),
             "x.json: key \"a\" comes twice in one object; remove one");

@@ -240,6 +240,17 @@ Model schema_1(Reader& reader, Model model) {
   return model;
 }
 
+// What commands read of these two; the rest is for people.
+void check_provenance(const Model& model, const std::string& source) {
+  Reader training(model.training, source + ": training");
+  (void)training.text_or_empty("output_column");
+  Reader fit(model.fit, source + ": fit");
+  const Json figures = fit.object_or_empty("holdout");
+  Reader holdout(figures, source + ": fit: holdout");
+  if (holdout.has("rmse_deg") && !figures.at("rmse_deg").is_null())
+    (void)holdout.number_within("rmse_deg", 0, kMaxUnlimited_deg);
+}
+
 }  // namespace
 
 double Accuracy::at(double angle) const {
@@ -418,6 +429,7 @@ Model from_json(const std::string& text, const std::string& source) {
   model.training = reader.object_or_empty("training");
   model.fit = reader.object_or_empty("fit");
   reader.done();
+  check_provenance(model, source);
   try {
     check(model);
   } catch (const InputError& error) {

@@ -66,7 +66,13 @@ std::string latin1_to_utf8(std::string_view text) {
 }
 
 int LineReader::byte() {
-  const int c = stream_.rdbuf()->sbumpc();
+  const int c = [&] {
+    try {
+      return stream_.rdbuf()->sbumpc();
+    } catch (const std::ios_base::failure&) {  // such as that of a directory
+      throw io::InputError(fmt::format("line {}: reading failed", number_ + 1));
+    }
+  }();
   if (c != std::char_traits<char>::eof()) hash_ = (hash_ ^ static_cast<unsigned char>(c)) * kFnvPrime;
   return c;
 }

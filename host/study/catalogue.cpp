@@ -113,6 +113,7 @@ Compensator compensator(const std::string& name, double rate_hz) {
   }
   // Poles are continuous-time: the same compensator at another rate is discretised anew.
   out.model.sample_period_s = 1 / rate_hz;
+  model::check(out.model);
   return out;
 }
 

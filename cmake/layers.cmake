@@ -58,9 +58,8 @@ set(FOLDER_examples examples)
 set(FOLDER_benchmarks benchmarks)
 
 # Libraries that few rooms keep to themselves, by the start of their includes.
-set(KEPT_INCLUDES ceres matio CLI nlopt simavr opencv2 kainjow boost/beast)
+set(KEPT_INCLUDES ceres CLI nlopt simavr opencv2 kainjow boost/beast)
 set(KEEPER_ceres identify)
-set(KEEPER_matio recording)
 set(KEEPER_CLI cli)
 set(KEEPER_nlopt study)
 set(KEEPER_simavr cosim)

@@ -7,7 +7,6 @@
 #include "host/identify/identify_files.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
-#include "host/recording/mat.hpp"
 
 namespace flexor::cli {
 namespace align_command {
@@ -17,20 +16,8 @@ struct Options {
   double rate_hz = 20;
   std::optional<double> clock_offset_s;
   std::string out;
-  std::string mat_version = "5";
   bool json = false;
 };
-
-bool is_mat(const Options& o) { return o.out.ends_with(".mat"); }
-
-void write_aligned(const Options& o, const recording::Recording& aligned) {
-  if (!is_mat(o)) {
-    io::write_file(o.out, recording::to_csv(aligned));
-    return;
-  }
-  recording::write_mat(aligned, o.out,
-                       o.mat_version == "5" ? recording::MatVersion::v5 : recording::MatVersion::v7_3);
-}
 
 void check_output(const Options& o) {
   if (o.out.empty()) return;
@@ -38,9 +25,8 @@ void check_output(const Options& o) {
   std::error_code error;
   const bool device =
       std::filesystem::exists(o.out, error) && !std::filesystem::is_regular_file(o.out, error);
-  if (ending != ".csv" && ending != ".mat" && !device) {
-    throw io::InputError(fmt::format("{}: aligned recordings are written as .csv or .mat", o.out));
-  }
+  if (ending != ".csv" && !device)
+    throw io::InputError(fmt::format("{}: aligned recordings are written as .csv", o.out));
   io::require_writable(o.out);
 }
 
@@ -53,7 +39,7 @@ void run(const Options& o) {
   const recording::Pair pair = identify::load_pair(o.files);
   const recording::Aligned aligned = recording::align_pair(pair, o.rate_hz, o.clock_offset_s, 0);
   const recording::Alignment a = aligned.alignment.value_or(recording::Alignment());
-  if (!o.out.empty()) write_aligned(o, recording::to_recording(aligned, pair));
+  if (!o.out.empty()) io::write_file(o.out, recording::to_csv(recording::to_recording(aligned, pair)));
   const double overlap_s = aligned.t_s.back() - aligned.t_s[aligned.overlap_begin];
   if (o.json) {
     nlohmann::ordered_json quarters = nlohmann::ordered_json::array();
@@ -116,10 +102,7 @@ void add_align(CLI::App& app) {
   command->add_option("--output-unit", o->files.output_unit,
                       "deg or rad: of the angle, where its column's name states none (default: deg)");
   command->add_option("--time-unit", o->files.time_unit, kTimeUnitHelp);
-  command->add_option("--out", o->out, "write the aligned recording: .csv or .mat");
-  command->add_option("--mat-version", o->mat_version, "5 or 7.3")
-      ->check(CLI::IsMember({"5", "7.3"}))
-      ->capture_default_str();
+  command->add_option("--out", o->out, "write the aligned recording: .csv");
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o] { run(*o); });
 }

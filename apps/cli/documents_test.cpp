@@ -136,7 +136,6 @@ TEST_F(Documents, FilesWhoseNamesAreLatin1) {
   const std::string files = "--sensor " + name + ".csv --reference " + name + "_camera.csv";
   for (const std::string& command : {
            "align " + files + " --out out_" + name + ".csv --json",
-           "align " + files + " --out out_" + name + ".mat --json",
            "identify " + files + " --structure linear --model m_" + name + ".json --report r_" + name +
                " --json",
            "show " + name + "_hw.json --json",

@@ -32,8 +32,6 @@ struct Options {
   bool lsl = false;
   std::string lsl_library;
   std::string mcap;
-  std::string certificate;
-  std::string private_key;
   bool demo = false;
   bool json = false;
 };
@@ -108,8 +106,6 @@ live::LiveOptions live_options(const Options& o) {
   out.lead_s = o.lead_s;
   out.server.address = o.address;
   out.server.port = o.http_port;
-  out.server.certificate = o.certificate;
-  out.server.key = o.private_key;
   const std::string from = o.demo ? "boards" : o.from;
   if (from == "boards") {
     ProgressLine line;
@@ -151,7 +147,7 @@ void add_live(CLI::App& app) {
   command->footer(
       "Whoever has the address it prints, which holds a secret, can use the glove; nobody else can. It is "
       "for this\n"
-      "machine alone unless --address names another one of its addresses, which takes a certificate.");
+      "machine alone; for others a reverse proxy with TLS goes before it (docs/live.md).");
   command
       ->add_option("--port", o->port,
                    "serial port of the glove or of a radio; auto: what there is of a glove and a hand, also "
@@ -195,9 +191,8 @@ void add_live(CLI::App& app) {
                       "liblsl, where the system does not find it; implies --lsl");
   command->add_option("--mcap", o->mcap, "file that gets the angles as ROS 2 JointState; a new one");
   command->add_option("--http", o->http_port, "port of the page (default: any that is free)");
-  command->add_option("--address", o->address, "address that the page is served at")->capture_default_str();
-  command->add_option("--certificate", o->certificate, "PEM file, for TLS");
-  command->add_option("--private-key", o->private_key, "PEM file of the certificate's key");
+  command->add_option("--address", o->address, "loopback address that the page is served at")
+      ->capture_default_str();
   command->add_flag("--json", o->json, "the address as one JSON object on standard output, at the start");
   command->callback([o] { run(*o); });
 }

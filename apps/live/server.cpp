@@ -1,7 +1,6 @@
 #include "apps/live/server.hpp"
 
 #include <fmt/format.h>
-#include <openssl/x509v3.h>
 #include <sys/random.h>
 
 #include <algorithm>
@@ -11,8 +10,6 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/ssl/context.hpp>
-#include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
@@ -47,7 +44,7 @@ using Tcp = asio::ip::tcp;
 constexpr std::uint32_t kLongestHead = 8192;
 constexpr std::size_t kMostTurnedAway =
     64;                            // connections that are being told so; more are closed without a word
-constexpr seconds kHeadTime{10};   // to send a head, and to agree on TLS or a WebSocket
+constexpr seconds kHeadTime{10};   // to send a head, and to agree on a WebSocket
 constexpr seconds kIdleTime{30};   // between two requests
 constexpr seconds kStallTime{30};  // for a part of an answer
 constexpr seconds kSilence{30};    // of a socket, which is asked after half of it
@@ -146,7 +143,6 @@ class Hub {
   std::string url() const;
   const std::string& token() const { return token_; }
   const std::filesystem::path& files() const { return files_; }
-  const char* scheme() const { return tls_ ? "https" : "http"; }
   bool is_ours(std::string_view host, const Tcp::endpoint& here) const;
 
   void enter(std::uint64_t id, AnyConnection* connection) { connections_[id] = connection; }
@@ -175,7 +171,6 @@ class Hub {
   std::atomic<int> clients{0};
 
  private:
-  void use_certificate(const ServerOptions& options);
   void listen(const ServerOptions& options);
   void accept();
   void accepted(Tcp::socket socket);
@@ -193,8 +188,6 @@ class Hub {
   std::filesystem::path files_;
   std::string listening_on_;  // the address as it was given
   Tcp::endpoint here_;
-  std::optional<asio::ssl::context> tls_;
-  X509* certificate_ = nullptr;  // of tls_
 
  public:
   asio::io_context context{1};
@@ -208,22 +201,18 @@ class Hub {
   bool stopping_ = false;
 };
 
-// The bytes of a connection, plain or by TLS. Which it is, and what waits for them, is no part of a type: Beast's machinery is
-// compiled once.
+// The bytes of a connection. What waits for them is no part of a type: Beast's machinery is compiled once.
 class Line {
  public:
   using executor_type = beast::tcp_stream::executor_type;
   using next_layer_type = beast::tcp_stream;
   using Done = std::function<void(error_code, std::size_t)>;
 
-  Line(Tcp::socket&& socket, asio::ssl::context* tls) : ends_(std::make_unique<Ends>(std::move(socket))) {
-    if (tls != nullptr) ends_->tls.emplace(ends_->tcp, *tls);
-  }
+  explicit Line(Tcp::socket&& socket) : ends_(std::make_unique<Ends>(std::move(socket))) {}
 
   executor_type get_executor() noexcept { return ends_->tcp.get_executor(); }
   beast::tcp_stream& next_layer() noexcept { return ends_->tcp; }
   const beast::tcp_stream& next_layer() const noexcept { return ends_->tcp; }
-  bool is_tls() const { return ends_->tls.has_value(); }
 
   template <class Buffers, class Token>
   auto async_read_some(const Buffers& buffers, Token&& token) {
@@ -242,18 +231,13 @@ class Line {
         token, buffers);
   }
 
-  void handshake(const std::function<void(error_code)>& done) {
-    ends_->tls->async_handshake(asio::ssl::stream_base::server, done);
-  }
   void end(const std::function<void()>& done);  // in good order, within kFarewell
 
  private:
   struct Ends {
     explicit Ends(Tcp::socket&& socket) : tcp(std::move(socket)) {}
     beast::tcp_stream tcp;
-    std::optional<asio::ssl::stream<beast::tcp_stream&>> tls;
     std::vector<asio::const_buffer> parts;  // of what is being written
-    std::vector<char> record;               // the same in one piece
   };
 
   // What handlers need not be, copyable, std::function's are.
@@ -279,21 +263,10 @@ class Line {
   std::unique_ptr<Ends> ends_;
 };
 
-void Line::read(asio::mutable_buffer into, Done done) {
-  if (is_tls())
-    ends_->tls->async_read_some(into, std::move(done));
-  else
-    ends_->tcp.async_read_some(into, std::move(done));
-}
+void Line::read(asio::mutable_buffer into, Done done) { ends_->tcp.async_read_some(into, std::move(done)); }
 
-// A message's head and body leave together: in one call, or in one record of TLS.
-void Line::write(Done done) {
-  if (!is_tls()) return ends_->tcp.async_write_some(ends_->parts, std::move(done));
-  constexpr std::size_t kLongestRecord = 16384;
-  ends_->record.resize(std::min(kLongestRecord, asio::buffer_size(ends_->parts)));
-  asio::buffer_copy(asio::buffer(ends_->record), ends_->parts);
-  ends_->tls->async_write_some(asio::buffer(ends_->record), std::move(done));
-}
+// A message's head and body leave together.
+void Line::write(Done done) { ends_->tcp.async_write_some(ends_->parts, std::move(done)); }
 
 // After our last word: what the other side still sends is let go for a moment, so that it gets to read that word, and the line
 // ends with it, or without.
@@ -308,13 +281,9 @@ void discard(beast::tcp_stream& stream, const std::shared_ptr<std::array<char, 4
 void Line::end(const std::function<void()>& done) {
   beast::tcp_stream& tcp = ends_->tcp;
   tcp.expires_after(kFarewell);
-  const auto finish = [&tcp, done](error_code) {
-    error_code ignored;
-    tcp.socket().shutdown(Tcp::socket::shutdown_send, ignored);
-    discard(tcp, std::make_shared<std::array<char, 4096>>(), done);
-  };
-  if (is_tls()) return ends_->tls->async_shutdown(finish);
-  finish({});
+  error_code ignored;
+  tcp.socket().shutdown(Tcp::socket::shutdown_send, ignored);
+  discard(tcp, std::make_shared<std::array<char, 4096>>(), done);
 }
 
 // Found by Beast, which ends a WebSocket with it.
@@ -441,19 +410,13 @@ class Socket : public AnyConnection, public std::enable_shared_from_this<Socket>
 // One connection, request after request, until it becomes a socket.
 class Connection : public AnyConnection, public std::enable_shared_from_this<Connection> {
  public:
-  Connection(Hub& hub, std::uint64_t id, Tcp::socket&& socket, asio::ssl::context* tls)
-      : hub_(hub), id_(id), here_(local_end(socket)), line_(std::move(socket), tls) {
+  Connection(Hub& hub, std::uint64_t id, Tcp::socket&& socket)
+      : hub_(hub), id_(id), here_(local_end(socket)), line_(std::move(socket)) {
     hub_.enter(id_, this);
   }
   ~Connection() override { hub_.leave(id_, this); }
 
-  void start() {
-    if (!line_.is_tls()) return read_head(kHeadTime);
-    tcp().expires_after(kHeadTime);
-    line_.handshake([self = shared_from_this()](error_code error) {
-      if (!error) self->read_head(kHeadTime);
-    });
-  }
+  void start() { read_head(kHeadTime); }
 
   void give_up() override { close_at_once(tcp()); }
   void farewell() override { give_up(); }
@@ -516,8 +479,7 @@ class Connection : public AnyConnection, public std::enable_shared_from_this<Con
     const auto origins = head.count(http::field::origin);
     if (origins == 0) return nullptr;
     const auto origin = head[http::field::origin];
-    if (origins > 1 ||
-        !is_origin_of({origin.data(), origin.size()}, hub_.scheme(), {host.data(), host.size()}))
+    if (origins > 1 || !is_origin_of({origin.data(), origin.size()}, "http", {host.data(), host.size()}))
       return "a page of another Origin has no access";
     return nullptr;
   }
@@ -682,39 +644,17 @@ Hub::Hub(const ServerOptions& options, Handlers handlers)
       token_(checked_token(options.token)),
       files_(options.files),
       listening_on_(options.address) {
-  use_certificate(options);
   listen(options);
   accept();
 }
 
-void Hub::use_certificate(const ServerOptions& options) {
-  if (options.certificate.empty() != options.key.empty())
-    throw io::InputError("TLS needs a certificate and its key: give both");
-  if (options.certificate.empty()) return;
-  io::require_readable(options.certificate);
-  io::require_readable(options.key);
-  tls_.emplace(asio::ssl::context::tls_server);
-  SSL_CTX_set_min_proto_version(tls_->native_handle(), TLS1_2_VERSION);
-  error_code error;
-  tls_->set_password_callback([](std::size_t, auto) { return std::string(); }, error);
-  tls_->use_certificate_chain_file(options.certificate, error);
-  if (error)
-    throw io::InputError(fmt::format("{}: is no certificate ({}): give one in PEM",
-                                     options.certificate.string(), error.message()));
-  tls_->use_private_key_file(options.key, asio::ssl::context::pem, error);
-  if (error)
-    throw io::InputError(fmt::format("{}: is not the key of {} ({}): give it in PEM, without a passphrase",
-                                     options.key.string(), options.certificate.string(), error.message()));
-  certificate_ = SSL_CTX_get0_certificate(tls_->native_handle());
-}
-
 void Hub::listen(const ServerOptions& options) {
   const auto address = parsed_address(options.address);
-  if (!address.is_loopback() && !tls_)
-    throw io::InputError(
-        fmt::format("{}: is reached from other machines, for which TLS is needed: give a certificate and "
-                    "its key, or listen on 127.0.0.1",
-                    options.address));
+  if (!address.is_loopback())
+    throw io::InputError(fmt::format(
+        "{}: is reached from other machines: listen on 127.0.0.1, behind a reverse proxy with TLS "
+        "(docs/live.md)",
+        options.address));
   error_code error;
   const Tcp::endpoint end(address, options.port);
   acceptor_.open(end.protocol(), error);
@@ -742,14 +682,14 @@ std::string in_url(const asio::ip::address& address) {
 
 std::string Hub::url() const {
   const std::string host = here_.address().is_unspecified() ? "localhost" : in_url(here_.address());
-  return fmt::format("{}://{}:{}/{}/", scheme(), host, here_.port(), token_);
+  return fmt::format("http://{}:{}/{}/", host, here_.port(), token_);
 }
 
-// The name in Host, without its port: this machine's to itself, the address that the connection came in on, or one that the
-// certificate vouches for. A name that somebody else points at this machine is none of these.
+// The name in Host, without its port: this machine's to itself, or the address that the connection came in on. A name that
+// somebody else points at this machine is none of these.
 bool Hub::is_ours(std::string_view host, const Tcp::endpoint& here) const {
   const std::string port = fmt::format(":{}", here_.port());
-  const bool usual_port = here_.port() == (tls_ ? 443 : 80);
+  const bool usual_port = here_.port() == 80;
   std::string_view name = host;
   if (name.ends_with(port))
     name.remove_suffix(port.size());
@@ -758,9 +698,7 @@ bool Hub::is_ours(std::string_view host, const Tcp::endpoint& here) const {
   if (name.empty()) return false;
   if (here.address().is_loopback() && (name == "127.0.0.1" || name == "localhost" || name == "[::1]"))
     return true;
-  if (name == in_url(here.address())) return true;
-  return certificate_ != nullptr && name.front() != '.' &&
-         X509_check_host(certificate_, name.data(), name.size(), 0, nullptr) == 1;
+  return name == in_url(here.address());
 }
 
 void Hub::accept() {
@@ -794,12 +732,12 @@ void Hub::accepted(Tcp::socket socket) {
   socket.set_option(Tcp::no_delay(true), ignored);
   if (!make_room()) return turn_away(std::move(socket));
   const auto id = ++last_id_;
-  std::make_shared<Connection>(*this, id, std::move(socket), tls_ ? &*tls_ : nullptr)->start();
+  std::make_shared<Connection>(*this, id, std::move(socket))->start();
 }
 
 void Hub::turn_away(Tcp::socket socket) {
   ++refused;
-  if (tls_ || turned_away_ >= kMostTurnedAway) return;
+  if (turned_away_ >= kMostTurnedAway) return;
   std::make_shared<TurnedAway>(std::move(socket), turned_away_)->start();
 }
 

@@ -1,8 +1,7 @@
 // The server of the live view: one page, files of the sessions' folder, and a WebSocket (SOCKET.md), on one thread.
 //
 // Every request and every socket is checked: the token, first part of the path; Host, which must be where the server
-// listens (this machine's own names on the loopback; elsewhere the address that the connection came in on, or a name that the
-// certificate vouches for); Origin, where there is one, which must be its own. GET and HEAD are all there is, and they change
+// listens (this machine's own names on the loopback, or the address that the connection came in on); Origin, where there is one, which must be its own. GET and HEAD are all there is, and they change
 // nothing. A path that leaves the sessions' folder, by dots, by links or by bytes that are no name, is not found. Heads, bodies,
 // messages and queues are bounded; a client that does not read is dropped, not waited for. Where all places are taken, the
 // oldest connection that has not shown the token makes room. Everything of Boost.Beast is in server.cpp.
@@ -27,12 +26,10 @@ inline constexpr std::size_t kLongestQueue = 4
 inline constexpr int kMostClients = 64;              // connections; one more is answered 503
 
 struct ServerOptions {
-  std::string address = "127.0.0.1";
+  std::string address = "127.0.0.1";  // a loopback
   unsigned short port = 0;            // 0: any
   std::string token;                  // empty: 128 random bits, as hexadecimal digits
   std::filesystem::path files;        // the sessions' folder; empty: none are served
-  std::filesystem::path certificate;  // PEM; both or none. Needed for an address that is not the loopback
-  std::filesystem::path key;
 };
 
 struct Handlers {
@@ -45,7 +42,7 @@ struct Handlers {
 class Server {
  public:
   // Listens. Throws io::InputError, one line with the mend: the port is taken, no such address, an address beyond this
-  // machine without TLS, a certificate that cannot be used.
+  // machine.
   Server(const ServerOptions& options, Handlers handlers);
   ~Server();
   Server(const Server&) = delete;

@@ -627,7 +627,7 @@ TEST(Server, SaysWhyItCannotListen) {
   options = {};
   for (const char* address : {"0.0.0.0", "::", "192.168.1.2", "8.8.8.8"}) {
     options.address = address;
-    EXPECT_NE(refusal(options).find("TLS is needed: give a certificate"), std::string::npos) << address;
+    EXPECT_NE(refusal(options).find("behind a reverse proxy with TLS"), std::string::npos) << address;
   }
   for (const char* address : {"", "glove", "127.0.0.1:80", "127.0.0"}) {
     options.address = address;

@@ -14,8 +14,6 @@
 #include <utility>
 
 #include "cosim/radio_ear.hpp"
-#include "cosim/trace.hpp"
-#include "cosim/vcd.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/deploy/send.hpp"
 #include "host/io/io.hpp"
@@ -769,30 +767,6 @@ TEST(Latency, LostFramesAreLostAndNotLate) {
   }
   EXPECT_LE(edges.size(), kEdges - 2U);
   EXPECT_GE(edges.size(), kEdges - 20U);
-}
-
-TEST(Trace, IsAValueChangeDumpWithTimeGoingForward) {
-  study::Boards boards(FLEXOR_COSIM);
-  const fs::path path =
-      fs::path(testing::TempDir()) / ("flexor_trace_" + std::to_string(::getpid()) + ".vcd");
-  twin::TrialInput input = trial_input_of("published-hw", 10);
-  std::array<std::vector<double>, 5> still;
-  for (auto& finger : still) finger.assign(2, 100);
-  input.motion = twin::Motion::from_samples("still", {0, 0.5}, still);
-  boards.trace(input, path);
-  const std::string text = io::read_file(path);
-  fs::remove(path);
-  EXPECT_TRUE(text.starts_with("$timescale 1 ns $end"));
-  EXPECT_NE(text.find("$var real 64"), std::string::npos);
-  long long last = -1;
-  int changes = 0;
-  for (std::size_t at = text.find("\n#"); at != std::string::npos; at = text.find("\n#", at + 1)) {
-    const long long now = std::stoll(text.substr(at + 2, 20));
-    ASSERT_GT(now, last);
-    last = now;
-    ++changes;
-  }
-  EXPECT_GT(changes, 1000);
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include "cosim/bench.hpp"
 #include "cosim/latency.hpp"
 #include "cosim/replay.hpp"
-#include "cosim/trace.hpp"
 #include "host/io/worker.hpp"
 #include "host/study/exact_json.hpp"
 #include "host/twin/exact_json.hpp"
@@ -59,12 +58,6 @@ Json latency(const Json& arguments, const io::JobProgress&) {
                         arguments.at("edges").get<int>(), arguments.at("seed").get<std::uint64_t>());
 }
 
-Json trace(const Json& arguments, const io::JobProgress&) {
-  cosim::trace(images_of(arguments), twin::trial_input_of(arguments.at("input")),
-               io::bytes_from_json(arguments.at("vcd")));
-  return nullptr;
-}
-
 // One at a time.
 std::unique_ptr<cosim::Bench>& bench() {
   static std::unique_ptr<cosim::Bench> one;
@@ -111,7 +104,6 @@ int main(int argc, char** argv) {
                     {"run_glove", run_glove},
                     {"run_hand", run_hand},
                     {"latency", latency},
-                    {"trace", trace},
                     {"bench_open", bench_open},
                     {"bench_advance", bench_advance},
                     {"bench_score", bench_score},

@@ -32,7 +32,6 @@ struct Options {
   std::string folder;
   std::string engine = "twin";
   std::string camera = "angles";
-  std::string vcd;
   std::string ensemble;
   bool scenarios = false;
   bool json = false;
@@ -200,10 +199,6 @@ void play(Options& o, study::Boards* boards) {
     if (o.scenarios) scenarios = run_scenarios(plan, progress);
   }
   if (const std::string silent = study::silence(result); !silent.empty()) log("warning: " + silent);
-  if (!o.vcd.empty()) {
-    log("tracing one trial ...");
-    boards->trace(study::first_input(plan, plan.motions.front(), plan.compensators.front()), o.vcd);
-  }
   if (!o.folder.empty()) {
     draw(plan, result, scenarios);
   }
@@ -219,7 +214,6 @@ void require_ensemble_options(const Options& o) {
   refuse(!o.set.empty(), "--set");
   refuse(o.engine != "twin", "--engine");
   refuse(o.camera != "angles", "--camera");
-  refuse(!o.vcd.empty(), "--vcd");
 }
 
 void play_ensemble(const Options& o) {
@@ -262,8 +256,6 @@ void run(Options& o) {
     plan.engine = &cameras.emplace(io::program_beside(kCameraWorker), plan.engine);
     log("both hands are filmed and tracked, frame by frame: some seconds a trial");
   }
-  if (!o.vcd.empty() && o.engine != "avr") throw io::InputError("--vcd records the boards: add --engine avr");
-  if (!o.vcd.empty()) io::require_writable(o.vcd);
   plan.trials = o.trials.value_or(o.ensemble.empty() ? plan.trials : twin::kTrialsAtOnce);
   plan.parameters = twin_parameters(o.twin, o.set);
   std::vector<std::string> notes;
@@ -353,8 +345,6 @@ void add_experiment(CLI::App& app) {
                    "which are tracked")
       ->check(CLI::IsMember({"angles", "rendered"}))
       ->capture_default_str();
-  command->add_option("--vcd", o->vcd,
-                      "with --engine avr: write all signals of the first trial here, for a waveform viewer");
   command->add_flag(
       "--scenarios", o->scenarios,
       "also with half-open poses, the glove worn anew, another person, drift, lost and late frames; where a "

@@ -176,7 +176,6 @@ FREE=0 folder "${film[@]}" --out "$disk/new"
 
 raw=(--trials 1 --threads 1 --compensators raw)
 folder "$flexor" experiment --gestures 1 "${raw[@]}" --out "$disk/new"
-file t.vcd "$flexor" experiment --gestures "$in/motion.csv" "${raw[@]}" --engine avr --vcd "$disk/t.vcd"
 folder "$flexor" twin record --out "$disk/new"
 file twin.json "$flexor" calibrate-twin --evaluations 1 --trials 1 --out "$disk/twin.json"
 FREE=4 file laboratories.json "${laboratories[@]}" --out "$disk/laboratories.json"

@@ -92,8 +92,7 @@ void guard_options(CLI::App& app) {
   const auto not_empty = [](const std::string& value) {
     return value.empty() ? std::string("is empty: give a value, or leave the option out") : std::string();
   };
-  const std::set<std::string> outputs = {"OUT",       "--out",  "--model", "--report",
-                                         "--preview", "--save", "--vcd"};
+  const std::set<std::string> outputs = {"OUT", "--out", "--model", "--report", "--preview", "--save"};
   for (CLI::App* command : app.get_subcommands({})) {
     guard_options(*command);
     for (CLI::Option* option : command->get_options()) {
@@ -124,33 +123,13 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", std::string("flexor ") + FLEXOR_VERSION);
   app.require_subcommand(1);
   app.add_option_function<int>("--ends-with", io::end_with)->group("");  // a job of the live view, with it
-  add_experiment(app);
-  add_calibrate_twin(app);
-  add_twin(app);
-  add_wiring(app);
-  add_deploy(app);
-  add_flash(app);
-  add_pair(app);
-  add_send(app);
-  add_latency(app);
-  add_ports(app);
-  add_live(app);
-  add_sessions(app);
-  add_monitor(app);
-  add_record(app);
-  add_protocol(app);
-  add_align(app);
-  add_identify(app);
-  add_recalibrate(app);
-  add_donning(app);
-  add_track(app);
-  add_camera(app);
-  add_apply(app);
-  add_posture(app);
-  add_export(app);
-  add_score(app);
-  add_report(app);
-  add_show(app);
+  for (const auto add :
+       {add_experiment, add_calibrate_twin, add_twin,     add_wiring, add_deploy,   add_flash,
+        add_pair,       add_send,           add_latency,  add_ports,  add_live,     add_sessions,
+        add_monitor,    add_record,         add_protocol, add_align,  add_identify, add_recalibrate,
+        add_donning,    add_track,          add_camera,   add_apply,  add_posture,  add_export,
+        add_score,      add_report,         add_show})
+    add(app);
   guard_options(app);
   try {
     parse(app, argc, argv);

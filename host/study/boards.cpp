@@ -212,11 +212,4 @@ std::vector<Latency> Boards::latency(const twin::Parameters& parameters, const m
   return stages.get<std::vector<Latency>>();
 }
 
-void Boards::trace(const twin::TrialInput& input, const std::filesystem::path& vcd) {
-  prepare(input);
-  (void)workers_.run("trace", {{"images", images_of(input)},
-                               {"input", twin::exact_json(input)},
-                               {"vcd", io::bytes_to_json(vcd.string())}});
-}
-
 }  // namespace flexor::study

@@ -101,8 +101,6 @@ class Boards : public Engine {
   // loses is left out.
   std::vector<Latency> latency(const twin::Parameters& parameters, const model::Model& model, int edges,
                                std::uint64_t seed) const;
-  // Trial 0 with all signals as a value change dump.
-  void trace(const twin::TrialInput& input, const std::filesystem::path& vcd);
 
  private:
   struct Images {

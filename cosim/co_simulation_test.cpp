@@ -596,26 +596,18 @@ TEST(Link, TheHandSpeaksOnlyWhileTheGloveListens) {
 
 // Share of a minute for which the hand follows, over a radio that delays both ways.
 double followed(double rate_hz, double one_way_s, double loss) {
-  twin::TrialInput input = trial_input_of("published-hw", rate_hz);
+  twin::TrialInput input = still_input(rate_hz, 9600, 60);
+  const Images own = own_images(input);
   input.parameters.module_latency_s = one_way_s;
   input.parameters.jitter_s = one_way_s / 2;
   input.parameters.loss = loss;
-  std::array<std::vector<double>, 5> still;
-  for (auto& finger : still) finger.assign(2, 100);
-  input.motion = twin::Motion::from_samples("still", {0, 60}, still);
-  const io::TemporaryFolder folder;
-  const Images own{
-      Firmware(deploy::build_glove(study::glove_for(parameters(), input.compensator), folder.path()).elf),
-      Firmware(deploy::build_hand(study::safe_hand(parameters(), input.compensator), folder.path()).elf)};
   CoSimulation simulation(own, input, 0);
   int following = 0;
   simulation.on_ms = [&](std::int64_t now) {
     following += now > 0 && simulation.hand_status().link == static_cast<std::uint8_t>(hand::Link::following);
   };
   (void)simulation.run();
-  const double share = static_cast<double>(following) / static_cast<double>(simulation.world().end_ms());
-  std::printf("%g Hz, %g s one way, %g lost: followed for %.1f %%\n", rate_hz, one_way_s, loss, 100 * share);
-  return share;
+  return static_cast<double>(following) / static_cast<double>(simulation.world().end_ms());
 }
 
 TEST(Link, ASlowRadioIsNoOutage) {

@@ -592,6 +592,27 @@ TEST(Link, TheHandSpeaksOnlyWhileTheGloveListens) {
   }
 }
 
+// Share of a minute for which the hand follows, over a radio that delays both ways.
+double followed(double rate_hz, double one_way_s, double loss) {
+  twin::TrialInput input = still_input(rate_hz, 9600, 60);
+  const Images own = own_images(input);
+  input.parameters.module_latency_s = one_way_s;
+  input.parameters.jitter_s = one_way_s / 2;
+  input.parameters.loss = loss;
+  CoSimulation simulation(own, input, 0);
+  int following = 0;
+  simulation.on_ms = [&](std::int64_t now) {
+    following += now > 0 && simulation.hand_status().link == static_cast<std::uint8_t>(hand::Link::following);
+  };
+  (void)simulation.run();
+  return static_cast<double>(following) / static_cast<double>(simulation.world().end_ms());
+}
+
+TEST(Link, ASlowRadioIsNoOutage) {
+  EXPECT_GE(followed(10, 0.08, 0), 0.94) << "each turn comes when the next frame does";
+  EXPECT_GE(followed(20, 0.5, 0.1), 0.95);
+}
+
 TEST(Fault, AnUnpluggedPotentiometerStopsItsMotor) {
   Watched w;
   bool blind = false;

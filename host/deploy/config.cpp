@@ -188,10 +188,10 @@ int samples_per_frame(const Glove& glove) {
     return 1;
   }
   if (glove.key && glove.baud < kLeastBaudWithKey) {
-    throw InputError(fmt::format(
-        "a radio of {:g} baud is too slow for a key: a challenge and its answer take longer than they are "
-        "good for, and glove and hand never get in touch: raise --baud, or radio.baud of the twin, to {:g}",
-        glove.baud, kLeastBaudWithKey));
+    throw InputError(
+        fmt::format("a radio of {:g} baud is too slow for a key, which wants {:g}: raise --baud, or "
+                    "radio.baud of the twin",
+                    glove.baud, kLeastBaudWithKey));
   }
   const int bytes = frame_bytes(glove.key);
   const double carried_hz = glove.baud / 10 / bytes;

@@ -19,8 +19,10 @@ namespace link {
 constexpr uint16_t kOutage_ms = 500;
 constexpr uint16_t kMissed_ms = 110;  // without a frame: a glove that says that it has lost touch is believed
 constexpr uint8_t kProven = 10;       // frames of a session, before that may end it
-constexpr uint16_t kNonce_ms =
-    2000;  // a challenge and its answer at 0.75 s each way, and a slot of the slowest glove
+constexpr uint16_t kGreatestDelay_ms = 750;  // of the radio, one way, jitter included
+// A challenge, its answer, and what the slowest glove waits for a slot.
+constexpr uint16_t kNonce_ms = 2 * kGreatestDelay_ms + 500;
+constexpr uint16_t kInVain_ms = 1000;
 constexpr uint16_t kLate_ms = 1000;
 constexpr uint8_t kHeldBack = 126;   // frames; the next and the one that tells are believed, too: 128
 constexpr uint8_t kStirred = 48;     // readings in the pool before the first nonce is drawn
@@ -163,9 +165,10 @@ class HandEnd {
   bool seeks() const { return receiver_.pair() != nullptr && !receiver_.answered() && stirred_ == kStirred; }
   bool may_challenge() const {
     const bool gap = since_byte_ms_ >= kGap_ms;
-    // A turn is never in the glove's way, except over a radio that delays, where each may be. So every other challenge, drawn,
-    // goes by no frame. Nor are gaps at an even distance: a glove might begin in the same moment.
-    if ((scatter_ms_ & 1) == 0) {
+    // A turn is never in the glove's way, except over a radio that delays, where each may be: once a nonce has long been in
+    // vain every other challenge, drawn, goes by no frame. Nor are gaps at an even distance: a glove might begin in the same
+    // moment.
+    if (nonce_ms_ < kInVain_ms || (scatter_ms_ & 1) == 0) {
       if (turn_ms_ > 0) return since_challenge_ms_ >= kTurnAgain_ms;
       if (gap && since_byte_ms_ < kGapEnd_ms) return since_challenge_ms_ >= kAnswer_ms + scatter_ms_;
     }

@@ -753,28 +753,6 @@ TEST(Freshness, AnErasedHandsFirstNonceHasNoiseInIt) {
   EXPECT_EQ(seen.size(), 20U);
 }
 
-TEST(Freshness, AForgedOrOldChallengeDoesNotStopTheGloveForLong) {
-  Air air(&kKey, &kKey);
-  air.run(1000);
-  Key other = kKey;
-  other.bytes[3] ^= 8;
-  HandEnd forger(&other);
-  forger.start(9);
-  for (int k = 0; k < kStirred; ++k) forger.stir(0);
-  uint8_t wire[kMaxWire];
-  uint8_t bytes = forger.challenge(wire);
-  for (uint8_t i = 0; i < bytes; ++i) air.push_to_glove(wire + i, 1);
-  const int before = air.accepted;
-  air.run(500);
-  EXPECT_GE(air.accepted, before + 9) << "a foreign challenge changes nothing";
-  HandEnd old(&kKey);  // the pair's own, heard long ago
-  old.start(0);
-  for (int k = 0; k < kStirred; ++k) old.stir(0);
-  bytes = old.challenge(wire);
-  for (uint8_t i = 0; i < bytes; ++i) air.push_to_glove(wire + i, 1);
-  EXPECT_NE(air.until_accepted(2000), -1);
-}
-
 using Wire = std::vector<uint8_t>;
 
 std::vector<Wire> taped_challenges(int count) {
@@ -858,16 +836,12 @@ TEST(Freshness, NothingThatAnybodyCanMakeTakesAnglesPlace) {
 TEST(Freshness, AnOlderCountIsAnsweredOnceTheHandIsSilent) {
   Air air(&kKey, &kKey);
   air.run(60'000);
-  HandEnd other(&kKey);
-  other.start(0);
-  for (int k = 0; k < kStirred; ++k) other.stir(5);
-  uint8_t wire[kMaxWire];
-  const uint8_t bytes = other.challenge(wire);
-  air.push_to_glove(wire, bytes);
+  const Wire other = taped_challenges(1).front();
+  air.push_to_glove(other.data(), other.size());
   EXPECT_LT(air.until_accepted(100), 60);
   air.to_glove.loss = 1;
   air.run(31'000);
-  air.push_to_glove(wire, bytes);
+  air.push_to_glove(other.data(), other.size());
   air.run(100);
   EXPECT_EQ(air.until_accepted(1000), -1) << "the session is the other's";
 }

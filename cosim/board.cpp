@@ -48,6 +48,8 @@ struct Motor {
 };
 constexpr std::uint16_t kPortB = 0x25;
 constexpr std::uint16_t kPortD = 0x2b;
+constexpr std::uint16_t kDdrD = 0x2a;
+constexpr std::uint8_t kEnable = 1U << 6;
 constexpr std::uint16_t kTccr0a = 0x44;
 constexpr std::uint16_t kTccr1a = 0x80;
 constexpr std::uint16_t kTccr2a = 0xb0;
@@ -364,9 +366,10 @@ void Board::schedule_byte() {
 }
 
 double Board::duty(int motor) const {
-  if (off_) return 0;
-  const Motor& m = kMotor[motor];
   const std::uint8_t* data = avr(avr_)->data;
+  if (off_ || (data[kDdrD] & data[kPortD] & kEnable) == 0) return 0;
+  if (const auto stuck = stuck_.find(motor); stuck != stuck_.end()) return stuck->second;
+  const Motor& m = kMotor[motor];
   if ((data[m.control] & m.connected) == 0) return 0;
   const double share = (width_[static_cast<std::size_t>(motor)] + 1.0) / m.steps;
   return (data[m.port] & m.direction) != 0 ? share : -share;

@@ -79,8 +79,10 @@ class Board {
   // From now on the program goes round in circles: at the end of avr-libc's exit(), which main never comes to.
   void hang(bool interrupts);
 
-  // -1 .. 1: share of full voltage on motor 0 .. 4 of the hand, by PWM and direction pin.
+  // -1 .. 1: share of full voltage on motor 0 .. 4 of the hand, by PWM, direction and enable pin.
   double duty(int motor) const;
+  // The motor's driver gives this share whatever its PWM and direction say; its enable input works on.
+  void stick(int motor, double share) { stuck_[motor] = share; }
 
   std::uint8_t read(std::uint16_t address) const;
   void write(std::uint16_t address, std::uint8_t byte);
@@ -140,6 +142,7 @@ class Board {
   std::deque<Byte> incoming_;
   std::array<int, 5> width_{};
   std::map<char, Held> held_;
+  std::map<int, double> stuck_;
 };
 
 }  // namespace flexor::cosim

@@ -129,6 +129,25 @@ INSTANTIATE_TEST_SUITE_P(Protection, LyingPotentiometer,
                          testing::Values(Lie::frozen, Lie::slipped_up, Lie::slipped_down, Lie::reversed,
                                          Lie::neighbour, Lie::noisy));
 
+// The drivers' enable is all that ends this: PWM at 0 does not.
+TEST(Protection, ADriverThatSticksIsSwitchedOffWithAllOthersUntilTheNextStart) {
+  const twin::TrialInput input = input_of("1");
+  for (const double share : {1.0, -1.0}) {
+    for (const int onset_ms : {300, 1234, 3456, 5005}) {
+      CoSimulation simulation(images(true), input, 5);
+      simulation.on_ms = [&](std::int64_t now) {
+        if (now == onset_ms) simulation.hand().stick(kFinger, share);
+        if (now < onset_ms + 100) return;
+        for (int i = 0; i < twin::kFingers; ++i)
+          ASSERT_EQ(simulation.hand().duty(i), 0) << share << ' ' << onset_ms;
+      };
+      const twin::Trial done = simulation.run();
+      EXPECT_LE(done.pressed_s[kFinger], kLongest_s) << share << ' ' << onset_ms;
+      EXPECT_EQ(simulation.hand_status().board, hand::kRunaway);
+    }
+  }
+}
+
 // What the watch is there for.
 TEST(Protection, WithoutTheWatchAFingerIsPressedAgainstItsStop) {
   for (const Lie lie : {Lie::frozen, Lie::slipped_up, Lie::reversed}) {

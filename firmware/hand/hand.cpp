@@ -1,6 +1,7 @@
 // The hand's board: timer 0 is the millisecond and the fifth PWM, the ADC reads five potentiometers, the UART
 // speaks to the radio. Pins: ADC PC0..PC4 thumb to pinky; PWM OC1A PB1, OC1B PB2, OC2A PB3, OC2B PD3, OC0B
-// PD5; direction PB0, PB4, PD2, PD4, PD7, high to flex. Interrupts move samples and bytes; everything else
+// PD5; direction PB0, PB4, PD2, PD4, PD7, high to flex; the drivers' enable PD6, high while no motor must stand
+// still, low without a program. Interrupts move samples and bytes; everything else
 // happens in main, which sleeps. A tick comes first: between two of them main computes at most one tag.
 #include "firmware/board.hpp"
 #include "hand_config.hpp"
@@ -41,6 +42,7 @@ hand::LinkWatch watch;
 hand::BoardWatch board_watch;
 hand::NeighbourWatch neighbours[link::kFingers - 1];
 uint8_t of_windows_ms = 0;
+constexpr uint8_t kEnable = _BV(PD6);
 constexpr uint8_t kBandgap = _BV(REFS0) | 0x0e;
 constexpr uint8_t kBadResets = hand::kBrownOutReset | hand::kWatchdogReset;
 static_assert(hand::kBrownOutReset == _BV(BORF) && hand::kWatchdogReset == _BV(WDRF), "as in MCUSR");
@@ -49,6 +51,7 @@ link::CounterStore<Eeprom> store;
 uint16_t of_second_ms = 0;
 uint16_t uptime_s = 0;  // not beyond UINT16_MAX
 uint8_t reset_cause = 0;
+uint8_t runaway = 0;  // hand::kRunaway until the next start: what duty 0 did not stop may still be driven
 uint32_t starts = 0;  // as kept in EEPROM
 bool kept = false;    // nothing is left to write
 bool pending = false;
@@ -56,7 +59,7 @@ uint8_t said = 0;  // telemetry since the last state
 
 void start_motors() {
   DDRB = _BV(PB0) | _BV(PB1) | _BV(PB2) | _BV(PB3) | _BV(PB4);
-  DDRD = _BV(PD2) | _BV(PD3) | _BV(PD4) | _BV(PD5) | _BV(PD7);
+  DDRD = _BV(PD2) | _BV(PD3) | _BV(PD4) | _BV(PD5) | _BV(PD6) | _BV(PD7);
   // Fast PWM of eight bits at 977 Hz, like the fifth. Outputs stay disconnected, and low, at duty 0: it has
   // no width of nothing.
   TCCR1A = _BV(WGM10);
@@ -129,7 +132,7 @@ __attribute__((noinline)) void tick() {
   uint16_t reading[link::kFingers];
   cli();
   for (uint8_t i = 0; i < link::kFingers; ++i) reading[i] = counts[i];
-  const uint8_t broken = board_watch.tick(!late, bandgap);
+  const uint8_t broken = board_watch.tick(!late, bandgap) | runaway;
   late = false;
   sei();
   if (++of_second_ms == 1000) {
@@ -140,6 +143,7 @@ __attribute__((noinline)) void tick() {
   hand_link.stir(static_cast<uint16_t>(reading[0] ^ reading[4] << 8));
   hand_status.link = watch.tick();
   hand_status.board = broken | (reset_cause & kBadResets);
+  put(PORTD, kEnable, broken == 0);
   const uint8_t second = ++of_windows_ms & (hand::NeighbourWatch::kWindow_ms - 1);  // one pair in a tick
   if (second > 0 && second < link::kFingers) meet(second, reading);
   for (uint8_t i = 0; i < link::kFingers; ++i) {
@@ -150,6 +154,7 @@ __attribute__((noinline)) void tick() {
     hand_status.duty[i] = static_cast<int8_t>(duty >> 8);
     hand_status.fault[i] = finger.fault();
     hand_status.setpoint[i] = finger.setpoint();
+    if (finger.runs_away()) runaway = hand::kRunaway;
   }
   mark(Marker::tick_end);
 }

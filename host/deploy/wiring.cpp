@@ -20,6 +20,7 @@ constexpr const char* kOffD0 = "off while flashing over USB";
 // Of the hand's board, thumb to pinky: firmware/README.md.
 constexpr std::array<int, kFingers> kMotorPwm = {9, 10, 11, 3, 5};
 constexpr std::array<int, kFingers> kMotorDirection = {8, 12, 2, 4, 7};
+constexpr int kMotorEnable = 6;
 
 const std::string& finger(std::size_t i) { return model::finger_names()[i]; }
 
@@ -80,6 +81,9 @@ BoardWiring hand_board() {
     out.connections.push_back({fmt::format("D{}", kMotorDirection[i]), "motor", finger(i) + " direction",
                                "motor driver, high flexes"});
   }
+  out.connections.push_back(
+      {fmt::format("D{}", kMotorEnable), "motor", "enable",
+       fmt::format("all drivers' nSLEEP, STBY or EN, high runs; {:g} kOhm to GND", kEnablePull_kohm)});
   add_radio(out.connections, kAtmega328p);
   return out;
 }
@@ -128,9 +132,10 @@ std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm,
   if (!radio) return out;
   out.push_back({2, "HC-12 radio module with its antenna"});
   out.push_back({static_cast<int>(kFingers), "motor with its potentiometer, for the hand"});
-  out.push_back({3, "driver for two motors, PWM and direction"});
+  out.push_back({3, "driver for two motors: PWM, direction, enable"});
   out.push_back({static_cast<int>(kFingers),
                  fmt::format("resistor {:g} kOhm, one for each potentiometer", kPull_kohm)});
+  out.push_back({1, fmt::format("resistor {:g} kOhm from the drivers' enable to GND", kEnablePull_kohm)});
   out.push_back({1, "supply for the motors, its ground joined with the board's"});
   return out;
 }

@@ -12,6 +12,8 @@ namespace flexor::deploy {
 
 // Pull resistor of each of the hand's potentiometers: a wiper that came off reads a rail, not its neighbour.
 inline constexpr double kPull_kohm = 100;
+// Of the drivers' enable: a board without a program leaves the motors limp, also against a driver's own pull-up.
+inline constexpr double kEnablePull_kohm = 4.7;
 
 struct Connection {
   std::string pin;   // as printed on the board

@@ -201,7 +201,7 @@ std::string remark_of_finger(std::uint8_t fault) {
 
 std::string remark_of_board(std::uint8_t faults) {
   static constexpr std::array kNames = {"supply dip", "converter stuck", "started by a brown-out",
-                                        "started by the watchdog"};
+                                        "started by the watchdog", "a driver that did not stop"};
   std::string out;
   for (std::size_t bit = 0; bit < kNames.size(); ++bit) {
     if ((faults >> bit & 1) != 0) out += (out.empty() ? "" : ", ") + std::string(kNames.at(bit));

@@ -25,6 +25,7 @@ enum BoardFault : uint8_t {
   kAdcStuck = 1 << 1,       // a scan of the potentiometers did not end; all motors are off
   kBrownOutReset = 1 << 2,  // the last start was the brown-out detector's
   kWatchdogReset = 1 << 3,  // the last start was the watchdog's
+  kRunaway = 1 << 4,  // a finger ran on although its motor was off; the drivers are off until the next start
 };
 
 }  // namespace hand

@@ -74,15 +74,17 @@ class Finger {
     const bool shadowed = watched && neighbour.shadowed;
     if (!c.potentiometer.plausible(counts)) return give_up(Fault::blind);
     const int16_t measured = c.potentiometer(counts);
-    if (!awake_ || (is_limp() && recovers(measured, shadowed))) wake(c, measured);
+    if (!awake_ || (is_limp() && recovers(c.loop, measured, shadowed))) wake(c, measured);
     if (is_limp()) return 0;
     // Before the loop: a microcontroller has not the registers for both at a time.
     const Verdict verdict = watched ? watch_.tick(c.motor, turn, duty_, measured) : Verdict::good;
     if (link != Link::following) quick_ = false;
     int16_t goal = link == Link::following ? command : rest;
-    if (link == Link::waiting) goal = held_;
-    if (watched) goal = core::add(goal, neighbour.probe);
-    if (neighbour.probe != 0) standing_ticks_ = 0;
+    if (watched && neighbour.probe != 0) {
+      goal = core::add(goal, neighbour.probe);
+      standing_ticks_ = 0;
+    }
+    if (link == Link::waiting) goal = setpoint();
     const int16_t duty = step(c.loop, loop_, goal, measured, step_limit(c, goal));
     if (setpoint() == core::clamp(goal, c.loop.lower, c.loop.upper)) quick_ = link == Link::following;
     if (shadowed) return give_up(Fault::floating);
@@ -100,6 +102,9 @@ class Finger {
   }
 
   Fault fault() const { return fault_; }
+  // Its motor is off, and its reading runs as no finger coasts and nobody bends one, or it was carried beyond its range
+  // since: what drives it obeys no duty.
+  bool runs_away() const { return runs_away_; }
   int16_t setpoint() const {
     return static_cast<int16_t>(loop_.setpoint >> (core::kStateFraction - core::kOutputFraction));
   }
@@ -118,7 +123,11 @@ class Finger {
   static constexpr uint8_t kStanding_ticks =
       40;  // a free finger has moved by a degree, or is where it may stay
   static constexpr uint16_t kGentle_ticks = 8000;
-  static constexpr uint8_t kMostGrudge = 3;       // 64 s
+  static constexpr uint8_t kMostGrudge = 3;   // 64 s
+  static constexpr uint8_t kLook_ticks = 16;  // the first is for coasting
+  static constexpr int16_t kRun = 80;         // Q4 in kLook_ticks: 312 degrees a second
+  static constexpr int16_t kCarried = 20;     // Q4 beyond the range
+  static constexpr int16_t kThrown = 320;  // Q4: what a kick into the softest thing that is felt gives back
   static constexpr uint8_t kSettled_ticks = 100;  // for a finger to come to rest
   static constexpr uint8_t kRecovered_ticks = 200;
 
@@ -126,7 +135,6 @@ class Finger {
   void wake(const FingerSettings& c, int16_t measured) {
     start(c.loop, loop_, measured);
     watch_.start(measured);
-    held_ = setpoint();
     blocked_ = 0;
     if (fault_ == Fault::frozen) stopped_ = 0;  // it lives
     if (fault_ == Fault::reversed) {            // who bent it, nobody knows
@@ -143,13 +151,17 @@ class Finger {
   int16_t give_up(Fault fault) {
     fault_ = fault;
     duty_ = 0;
-    limp_ticks_ = 0;
+    limp_ticks_ = standing_ticks_ = 0;
     return 0;
   }
 
   static bool further(int16_t a, int16_t b, int16_t than) {
     const int16_t apart = static_cast<int16_t>(a - b);
     return apart > than || apart < -than;
+  }
+
+  static bool beyond(const LoopSettings& c, int16_t measured) {
+    return measured > c.upper + kCarried || measured < c.lower - kCarried;
   }
 
   bool is_limp() const { return fault_ >= Fault::blind; }
@@ -179,7 +191,7 @@ class Finger {
 
   // What of the loop's duty the motor gets.
   int16_t guarded(const FingerSettings& c, int16_t duty, int16_t measured) {
-    if (unblock(measured)) return lie(Fault::slipped);
+    if (unblock(c.loop, measured)) return lie(Fault::slipped);
     forgive(c.loop, measured);
     if ((blocked_ & (duty > 0 ? kUp : kDown)) != 0) return hold_back(measured);
     fault_ = Fault::none;
@@ -208,15 +220,18 @@ class Finger {
   // Before its end, with more than half of what may move it: there it rests until its reading moves by a degree, or
   // the set-point turns.
   bool stands(int16_t breakaway, int16_t duty, int16_t measured, int16_t left) {
+    if (!further(duty, 0, static_cast<int16_t>(breakaway >> 1))) return false;
     if (left > kEnd || further(measured, still_at_, kSame)) {
       still_at_ = measured;
       standing_ticks_ = 0;
-    } else if (standing_ticks_ == kStanding_ticks) {
-      loop_.integral = 0;
-    } else if (further(duty, 0, static_cast<int16_t>(breakaway >> 1))) {
-      ++standing_ticks_;
+      return false;
     }
-    return standing_ticks_ == kStanding_ticks;
+    if (standing_ticks_ < kStanding_ticks) {
+      ++standing_ticks_;
+      return false;
+    }
+    loop_.integral = 0;
+    return true;
   }
 
   // No more than what may move it, and that not for long where it does not.
@@ -235,20 +250,21 @@ class Finger {
 
   int16_t block(uint8_t way, int16_t measured) {
     blocked_ = static_cast<uint8_t>(blocked_ | way);
-    blocked_at_ = measured;
+    stopped_at_ = measured;
     return hold_back(measured);
   }
 
   // Tried again where it has moved away with the set-point come back: what gives throws a finger back without.
-  // Returns whether the reading went on the way that the finger was stopped on: without its motor none does.
-  bool unblock(int16_t measured) {
+  // Returns whether the reading went on the way that the finger was stopped on, further back than any thing throws it,
+  // or beyond its range: without its motor none does.
+  bool unblock(const LoopSettings& c, int16_t measured) {
     if (blocked_ == 0) return false;
-    const int16_t away = static_cast<int16_t>(measured - blocked_at_);
+    const int16_t away = static_cast<int16_t>(measured - stopped_at_);
     const int16_t wanted = static_cast<int16_t>(setpoint() - measured);
     if (away <= kAlive && away >= -kAlive) return false;
     const bool on = blocked_ == (away > 0 ? kUp : kDown);
     if (on || (away > 0 ? wanted > -kSame : wanted < kSame)) blocked_ = 0;
-    return on;
+    return on || further(away, 0, kThrown) || beyond(c, measured);
   }
 
   // Nothing against what has stopped it, until it has moved.
@@ -284,21 +300,31 @@ class Finger {
     return blocked_ == (kUp | kDown) ? give_up(Fault::frozen) : none;
   }
 
+  void look_for_runaway(const LoopSettings& c, int16_t measured) {
+    if (standing_ticks_ % kLook_ticks != 0 || watch_.is_rough() || fault_ == Fault::floating) return;
+    const bool soon = standing_ticks_ == 2 * kLook_ticks && limp_ticks_ <= 2 * kLook_ticks;
+    runs_away_ = standing_ticks_ != kLook_ticks &&
+                 ((soon && beyond(c, measured)) || further(measured, pushed_at_, kRun));
+    pushed_at_ = measured;
+  }
+
   // At rest first, then long enough without what was wrong, and still: the longer, the more often it lied.
-  bool recovers(int16_t measured, bool shadowed) {
+  bool recovers(const LoopSettings& c, int16_t measured, bool shadowed) {
     const bool calm = watch_.calm(measured);
+    ++standing_ticks_;
+    look_for_runaway(c, measured);
     if (shadowed && !needs_a_bend()) {
       fault_ = Fault::floating;
       limp_ticks_ = kSettled_ticks;
     }
     if (watch_.jumped_again() && fault_ != Fault::noisy)
       fault_ = fault_ == Fault::slipped ? Fault::noisy : Fault::slipped;
-    if (limp_ticks_ < kSettled_ticks) limp_at_ = still_at_ = measured;
+    if (limp_ticks_ < kSettled_ticks) stopped_at_ = still_at_ = measured;
     const bool still = !further(measured, still_at_, kSame);
     if (!still) still_at_ = measured;
     if (limp_ticks_ >= kSettled_ticks && !(still && is_well(measured, calm))) {
       limp_ticks_ = kSettled_ticks;
-    } else if ((++standing_ticks_ & ((1 << grudge_) - 1)) == 0) {
+    } else if ((standing_ticks_ & ((1 << grudge_) - 1)) == 0) {
       ++limp_ticks_;
     }
     return limp_ticks_ >= kRecovered_ticks;
@@ -307,17 +333,15 @@ class Finger {
   bool needs_a_bend() const { return fault_ == Fault::frozen || fault_ == Fault::reversed; }
 
   bool is_well(int16_t measured, bool calm) const {
-    if (needs_a_bend()) return further(measured, limp_at_, kAlive);
+    if (needs_a_bend()) return further(measured, stopped_at_, kAlive);
     return calm && (fault_ == Fault::floating || !further(measured, trusted_, kNear));
   }
 
   LoopState loop_ = {};
   MotorWatch watch_;
   int16_t duty_ = 0;
-  int16_t held_ = 0;
   int16_t trusted_ = 0;
-  int16_t blocked_at_ = 0;
-  int16_t limp_at_ = 0;
+  int16_t stopped_at_ = 0;  // while limp: where it came to rest
   int16_t still_at_ = 0;
   uint8_t limp_ticks_ = 0;
   uint8_t standing_ticks_ = 0;
@@ -331,6 +355,7 @@ class Finger {
   bool awake_ = false;
   bool quick_ = false;
   bool softly_ = false;
+  bool runs_away_ = false;
   Fault fault_ = Fault::none;
 };
 

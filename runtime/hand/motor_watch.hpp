@@ -2,8 +2,8 @@
 // kTurn_ticks.
 //
 // v is how fast the last duty u would make a finger go that nothing holds back, in a turn:
-//   v = v + (gain u - rate v) 2^-16,   width = |v|/8 + load
-// Friction and load leave of it something between low = held(v - width) and high = held(v + width), where
+//   v = v + (gain u - rate v) 2^-16
+// Friction and load leave of it, where v > 0, something between low = held(7/8 v - load) and high = held(19/16 v + load),
 // held(x) = sign(x) max(|x| - friction, 0). Two sums of what the reading has moved beyond that, never below zero,
 // so that an honest finger's stay near it for ever (Page, Biometrika 41, 1954):
 //   ahead = max(ahead + moved - high - forget, 0),   behind = max(behind + low - moved - forget, 0)
@@ -24,6 +24,8 @@ constexpr int kSumFraction = 11;    // sums, load, friction: +-16 degrees
 constexpr int16_t kJump = 24;       // Q4: further than any finger moves in a tick, noise included
 constexpr int16_t kRough = 64;      // Q4: jumps beyond kJump, summed; a tick forgives one
 constexpr int16_t kProgress = 64;   // Q6: less is standing still
+constexpr int16_t kTooFast =
+    96;  // Q6 in a turn, 750 degrees a second: no duty that is allowed, noise included
 constexpr uint8_t kPatience_turns = 2;
 constexpr uint8_t kEffort_turns = 11;
 constexpr uint8_t kRecoil_turns = 100;
@@ -83,6 +85,7 @@ class MotorWatch {
     again_ = rough_ > before;
     return rough_ == 0;
   }
+  bool is_rough() const { return rough_ > kRough; }
   bool jumped_again() const { return again_; }
 
   // Which way it was stalled.
@@ -103,6 +106,8 @@ class MotorWatch {
                                                             static_cast<int32_t>(c.rate) * speed_));
     if (recoil_ > 0) {
       --recoil_;
+      const int16_t moved = static_cast<int16_t>(smooth_ - before_);
+      if (moved > kTooFast || moved < -kTooFast) return Verdict::without;
     } else {
       compare(c, static_cast<int16_t>((smooth_ - before_) * (1 << (kSumFraction - 6))));
     }
@@ -129,13 +134,16 @@ class MotorWatch {
 
   void compare(const MotorSettings& c, int16_t moved) {
     const int16_t v = static_cast<int16_t>(speed_ >> (kSpeedFraction - kSumFraction));
-    const int16_t size = static_cast<int16_t>(v < 0 ? -v : v);
-    const int16_t quick = static_cast<int16_t>(size + size * 3 / 16);
-    const int16_t slow = static_cast<int16_t>(size - (size >> 3));
-    const int16_t high = slowed(c, static_cast<int16_t>((v < 0 ? -slow : quick) + c.load));
-    const int16_t low = slowed(c, static_cast<int16_t>((v < 0 ? -quick : slow) - c.load));
-    ahead_ = kept(static_cast<int16_t>(ahead_ + moved - high - c.forget), since_ahead_);
-    behind_ = kept(static_cast<int16_t>(behind_ + low - moved - c.forget), since_behind_);
+    const bool down = v < 0;
+    const int16_t size = static_cast<int16_t>(down ? -v : v);
+    const int16_t eighth = static_cast<int16_t>(size >> 3);
+    const int16_t way = static_cast<int16_t>(down ? -moved : moved);
+    const int16_t high = slowed(c, static_cast<int16_t>(size + eighth + (eighth >> 1) + c.load));
+    const int16_t low = slowed(c, static_cast<int16_t>(size - eighth - c.load));
+    const int16_t more = static_cast<int16_t>(way - high - c.forget);
+    const int16_t less = static_cast<int16_t>(low - way - c.forget);
+    ahead_ = kept(static_cast<int16_t>(ahead_ + (down ? less : more)), since_ahead_);
+    behind_ = kept(static_cast<int16_t>(behind_ + (down ? more : less)), since_behind_);
   }
   int16_t kept(int16_t sum, int16_t& since) const {
     if (sum > 0) return sum;

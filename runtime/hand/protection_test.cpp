@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <optional>
 #include <random>
 
 #include "runtime/hand/finger.hpp"
@@ -127,7 +128,8 @@ struct ElasticBench {
   double lagging_deg = 0;
   double factor = 1;  // of a neighbour's reading, and what is added
   int offset_counts = 0;
-  std::size_t second = 1;  // in the order of the scan
+  std::size_t second = 1;             // in the order of the scan
+  std::optional<std::int16_t> stuck;  // what the first one's driver gives
   int lied_ms = 0;
   int noticed_ms = -1;
   int faults = 0;
@@ -206,7 +208,7 @@ struct ElasticBench {
                                               (now_ms + static_cast<int>(i)) % kTurn_ticks == 0,
                                               i == second ? neighbours.of_second() : Neighbour{});
       faults += before == Fault::none && finger[i].fault() != Fault::none;
-      motor[i].step(now);
+      motor[i].step(i == 0 && stuck ? *stuck : now);
     }
     if (lie != Lie::none && noticed_ms < 0 && finger[0].fault() != Fault::none) noticed_ms = lied_ms;
     lied_ms += lie != Lie::none;
@@ -393,6 +395,30 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"noise_of_2", Lie::noisy, 0, 2}, Case{"noise_of_10", Lie::noisy, 0, 10},
         Case{"noise_of_60", Lie::noisy, 0, 60}),
     [](const auto& one) { return one.param.name; });
+
+// Its motor gets the whole supply whatever its duty, from a random instant on, until the drivers are switched off.
+TEST(Protection, ADriverThatSticksIsSwitchedOffSoonAndAnHonestHandNever) {
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    ElasticBench bench;
+    bench.random.seed(seed);
+    Commands commands(seed);
+    Motor& m = bench.motor[0];
+    m.angle_deg = bench.uniform(31, 110);
+    bool off = false;
+    for (int ms = 0; ms < 3000; ++ms) {
+      bench.tick({commands.next(), 60});
+      ASSERT_FALSE(bench.finger[0].runs_away() || bench.finger[1].runs_away()) << seed;
+    }
+    const std::int16_t stuck = seed % 2 == 0 ? kFullDuty : -kFullDuty;
+    for (int ms = 0; ms < 1000; ++ms) {
+      bench.stuck = off ? std::int16_t{0} : stuck;
+      bench.tick({commands.next(), 60});
+      off = off || bench.finger[0].runs_away();
+    }
+    EXPECT_TRUE(off) << seed;
+    EXPECT_LE(m.pressed_ms, kLongest_ms) << seed;
+  }
+}
 
 // A slip from before the start: nothing jumps. Each time that it comes to a stop, it gives up there.
 TEST(Protection, ASlipThatNobodySawPressesOnlyBrieflyEachTime) {

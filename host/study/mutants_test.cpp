@@ -147,7 +147,9 @@ void apply(const model::Model& m) {
     estimator.push(0.05 * k, reading, [&](const identify::Estimate& e) {
       for (std::size_t j = 0; j < m.joints.size(); ++j) {
         ASSERT_TRUE(std::isfinite(e.angle_deg[j]));
-        if (m.joints[j].accuracy) ASSERT_TRUE(std::isfinite(m.joints[j].accuracy->at(e.angle_deg[j])));
+        if (m.joints[j].accuracy) {
+          ASSERT_TRUE(std::isfinite(m.joints[j].accuracy->at(e.angle_deg[j])));
+        }
       }
     });
   }

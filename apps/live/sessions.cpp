@@ -98,8 +98,8 @@ double written_s(const fs::path& folder) {
   };
   tail.resize(tail.rfind('\n') + 1);  // half a row
   if (tail.size() < 2) return 0;
-  return std::clamp(time_s(tail, tail.rfind('\n', tail.size() - 2)) - time_s(head, head.find('\n')), 0.0,
-                    1e9);
+  const double seconds = time_s(tail, tail.rfind('\n', tail.size() - 2)) - time_s(head, head.find('\n'));
+  return seconds > 0 && seconds < 1e9 ? seconds : 0;  // nan, too
 }
 
 // What is no session of ours is left alone.

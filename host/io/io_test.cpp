@@ -40,7 +40,7 @@ TEST_F(Io, WhatIsWrittenIsReadBack) {
 
 // Whoever can write into the folder lets nobody wait, fills no memory and shows nothing from elsewhere.
 TEST_F(Io, OnlyABoundedFileOfTheFolderIsRead) {
-  write_file(folder_ / "secret", "secret");
+  write_file(folder_ / "secret", "content of another");
   fs::create_directories(folder_ / "in");
   write_file(folder_ / "in/file", "content");
   fs::create_symlink("../secret", folder_ / "in/link");
@@ -55,7 +55,7 @@ TEST_F(Io, OnlyABoundedFileOfTheFolderIsRead) {
       FileBeneath(folder_ / "in", name, 1000);
       ADD_FAILURE() << name;
     } catch (const InputError& error) {
-      EXPECT_EQ(std::string(error.what()).find("secret:"), std::string::npos);
+      EXPECT_EQ(std::string(error.what()).find("content"), std::string::npos) << error.what();
     }
   }
 }

@@ -394,10 +394,13 @@ class LineDecoder : public TextDecoder {
     std::vector<std::string_view> cells = cells_of(text, separator_);
     const std::vector<std::string_view> labels = take_labels(cells);
     if (!labels.empty() && !take_labelled(labels)) return false;
-    if (std::ranges::all_of(cells, is_name)) return take_header(cells);
-    std::vector<double> numbers = numbers_in(cells);
-    if (tally_.samples > 0 && cells.size() != names_.size() && cells.size() != other_.size())
+    const bool is_header = std::ranges::all_of(cells, is_name);
+    const bool is_row =
+        !is_header || (!cells[0].empty() && number(cells[0].substr(0, 1)));  // "1;2" is a name, too
+    if (tally_.samples > 0 && is_row && cells.size() != names_.size() && cells.size() != other_.size())
       count_misfit(cells.size(), names_.size());
+    if (is_header) return take_header(cells);
+    std::vector<double> numbers = numbers_in(cells);
     if (numbers.empty()) return false;
     if (names_.empty() && !take_names(numbers.size())) return true;
     if (is_anothers(numbers.size())) return true;

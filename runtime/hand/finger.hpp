@@ -119,6 +119,7 @@ class Finger {
   static constexpr int16_t kAlive = 32;         // Q4: such a movement is none of noise
   static constexpr int16_t kNear = 160;         // Q4: where it was, and what it coasted since
   static constexpr uint8_t kPushed_ticks = 60;  // with so little a finger that is free moves by a degree
+  static constexpr int16_t kLeans = kFullDuty / 22;  // of the supply: less than dry friction
   static constexpr int16_t kEnd = 40;           // Q4 before its end: no standing against what may be a stop
   static constexpr uint8_t kStanding_ticks =
       40;  // a free finger has moved by a degree, or is where it may stay
@@ -127,7 +128,7 @@ class Finger {
   static constexpr uint8_t kLook_ticks = 16;  // the first is for coasting
   static constexpr int16_t kRun = 80;         // Q4 in kLook_ticks: 312 degrees a second
   static constexpr int16_t kCarried = 20;     // Q4 beyond the range
-  static constexpr int16_t kThrown = 320;  // Q4: what a kick into the softest thing that is felt gives back
+  static constexpr int16_t kThrown = 640;  // Q4: what a kick into the softest thing that is felt gives back
   static constexpr uint8_t kSettled_ticks = 100;  // for a finger to come to rest
   static constexpr uint8_t kRecovered_ticks = 200;
 
@@ -191,7 +192,7 @@ class Finger {
 
   // What of the loop's duty the motor gets.
   int16_t guarded(const FingerSettings& c, int16_t duty, int16_t measured) {
-    if (unblock(c.loop, measured)) return lie(Fault::slipped);
+    if (blocked_ != 0 && unblock(c.loop, measured)) return lie(Fault::slipped);
     forgive(c.loop, measured);
     if ((blocked_ & (duty > 0 ? kUp : kDown)) != 0) return hold_back(measured);
     fault_ = Fault::none;
@@ -204,7 +205,7 @@ class Finger {
   // long. A kick goes on until the reading has moved, or the watch has seen enough. `left`: of the way to the end
   // of the range, where nothing begins that could press.
   int16_t kicked(const MotorSettings& c, int16_t duty, int16_t measured, int16_t left) {
-    if (stands(c.breakaway, duty, measured, left)) return 0;
+    if (stands(duty, measured, left)) return 0;
     const uint8_t way = duty > 0 ? kUp : kDown;
     const bool gentle = left < kGentle || (stopped_ & way) != 0;
     if (!watch_.held()) {
@@ -217,10 +218,10 @@ class Finger {
     return duty > -c.kick ? static_cast<int16_t>(-c.kick) : duty;
   }
 
-  // Before its end, with more than half of what may move it: there it rests until its reading moves by a degree, or
+  // Before its end, with more than kLeans: there it rests until its reading moves by a degree, or
   // the set-point turns.
-  bool stands(int16_t breakaway, int16_t duty, int16_t measured, int16_t left) {
-    if (!further(duty, 0, static_cast<int16_t>(breakaway >> 1))) return false;
+  bool stands(int16_t duty, int16_t measured, int16_t left) {
+    if (!further(duty, 0, kLeans)) return false;
     if (left > kEnd || further(measured, still_at_, kSame)) {
       still_at_ = measured;
       standing_ticks_ = 0;
@@ -258,7 +259,6 @@ class Finger {
   // Returns whether the reading went on the way that the finger was stopped on, further back than any thing throws it,
   // or beyond its range: without its motor none does.
   bool unblock(const LoopSettings& c, int16_t measured) {
-    if (blocked_ == 0) return false;
     const int16_t away = static_cast<int16_t>(measured - stopped_at_);
     const int16_t wanted = static_cast<int16_t>(setpoint() - measured);
     if (away <= kAlive && away >= -kAlive) return false;

@@ -80,10 +80,7 @@ class Finger {
     const Verdict verdict = watched ? watch_.tick(c.motor, turn, duty_, measured) : Verdict::good;
     if (link != Link::following) quick_ = false;
     int16_t goal = link == Link::following ? command : rest;
-    if (watched && neighbour.probe != 0) {
-      goal = core::add(goal, neighbour.probe);
-      standing_ticks_ = 0;
-    }
+    if (watched) goal = core::add(goal, neighbour.probe);
     if (link == Link::waiting) goal = setpoint();
     const int16_t duty = step(c.loop, loop_, goal, measured, step_limit(c, goal));
     if (setpoint() == core::clamp(goal, c.loop.lower, c.loop.upper)) quick_ = link == Link::following;
@@ -119,10 +116,6 @@ class Finger {
   static constexpr int16_t kAlive = 32;         // Q4: such a movement is none of noise
   static constexpr int16_t kNear = 160;         // Q4: where it was, and what it coasted since
   static constexpr uint8_t kPushed_ticks = 60;  // with so little a finger that is free moves by a degree
-  static constexpr int16_t kLeans = kFullDuty / 22;  // of the supply: less than dry friction
-  static constexpr int16_t kEnd = 40;           // Q4 before its end: no standing against what may be a stop
-  static constexpr uint8_t kStanding_ticks =
-      40;  // a free finger has moved by a degree, or is where it may stay
   static constexpr uint16_t kGentle_ticks = 8000;
   static constexpr uint8_t kMostGrudge = 3;   // 64 s
   static constexpr uint8_t kLook_ticks = 16;  // the first is for coasting
@@ -205,7 +198,6 @@ class Finger {
   // long. A kick goes on until the reading has moved, or the watch has seen enough. `left`: of the way to the end
   // of the range, where nothing begins that could press.
   int16_t kicked(const MotorSettings& c, int16_t duty, int16_t measured, int16_t left) {
-    if (stands(duty, measured, left)) return 0;
     const uint8_t way = duty > 0 ? kUp : kDown;
     const bool gentle = left < kGentle || (stopped_ & way) != 0;
     if (!watch_.held()) {
@@ -216,23 +208,6 @@ class Finger {
     if (kick_ != way) return gently(c.breakaway, duty, measured);
     if (way == kUp) return duty < c.kick ? c.kick : duty;
     return duty > -c.kick ? static_cast<int16_t>(-c.kick) : duty;
-  }
-
-  // Before its end, with more than kLeans: there it rests until its reading moves by a degree, or
-  // the set-point turns.
-  bool stands(int16_t duty, int16_t measured, int16_t left) {
-    if (!further(duty, 0, kLeans)) return false;
-    if (left > kEnd || further(measured, still_at_, kSame)) {
-      still_at_ = measured;
-      standing_ticks_ = 0;
-      return false;
-    }
-    if (standing_ticks_ < kStanding_ticks) {
-      ++standing_ticks_;
-      return false;
-    }
-    loop_.integral = 0;
-    return true;
   }
 
   // No more than what may move it, and that not for long where it does not.

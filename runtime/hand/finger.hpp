@@ -80,10 +80,7 @@ class Finger {
     const Verdict verdict = watched ? watch_.tick(c.motor, turn, duty_, measured) : Verdict::good;
     if (link != Link::following) quick_ = false;
     int16_t goal = link == Link::following ? command : rest;
-    if (watched && neighbour.probe != 0) {
-      goal = core::add(goal, neighbour.probe);
-      standing_ticks_ = 0;
-    }
+    if (watched) goal = core::add(goal, neighbour.probe);
     if (link == Link::waiting) goal = setpoint();
     const int16_t duty = step(c.loop, loop_, goal, measured, step_limit(c, goal));
     if (setpoint() == core::clamp(goal, c.loop.lower, c.loop.upper)) quick_ = link == Link::following;
@@ -119,15 +116,12 @@ class Finger {
   static constexpr int16_t kAlive = 32;         // Q4: such a movement is none of noise
   static constexpr int16_t kNear = 160;         // Q4: where it was, and what it coasted since
   static constexpr uint8_t kPushed_ticks = 60;  // with so little a finger that is free moves by a degree
-  static constexpr int16_t kEnd = 40;           // Q4 before its end: no standing against what may be a stop
-  static constexpr uint8_t kStanding_ticks =
-      40;  // a free finger has moved by a degree, or is where it may stay
   static constexpr uint16_t kGentle_ticks = 8000;
   static constexpr uint8_t kMostGrudge = 3;   // 64 s
   static constexpr uint8_t kLook_ticks = 16;  // the first is for coasting
   static constexpr int16_t kRun = 80;         // Q4 in kLook_ticks: 312 degrees a second
   static constexpr int16_t kCarried = 20;     // Q4 beyond the range
-  static constexpr int16_t kThrown = 320;  // Q4: what a kick into the softest thing that is felt gives back
+  static constexpr int16_t kThrown = 640;  // Q4: what a kick into the softest thing that is felt gives back
   static constexpr uint8_t kSettled_ticks = 100;  // for a finger to come to rest
   static constexpr uint8_t kRecovered_ticks = 200;
 
@@ -191,7 +185,7 @@ class Finger {
 
   // What of the loop's duty the motor gets.
   int16_t guarded(const FingerSettings& c, int16_t duty, int16_t measured) {
-    if (unblock(c.loop, measured)) return lie(Fault::slipped);
+    if (blocked_ != 0 && unblock(c.loop, measured)) return lie(Fault::slipped);
     forgive(c.loop, measured);
     if ((blocked_ & (duty > 0 ? kUp : kDown)) != 0) return hold_back(measured);
     fault_ = Fault::none;
@@ -204,7 +198,6 @@ class Finger {
   // long. A kick goes on until the reading has moved, or the watch has seen enough. `left`: of the way to the end
   // of the range, where nothing begins that could press.
   int16_t kicked(const MotorSettings& c, int16_t duty, int16_t measured, int16_t left) {
-    if (stands(c.breakaway, duty, measured, left)) return 0;
     const uint8_t way = duty > 0 ? kUp : kDown;
     const bool gentle = left < kGentle || (stopped_ & way) != 0;
     if (!watch_.held()) {
@@ -215,23 +208,6 @@ class Finger {
     if (kick_ != way) return gently(c.breakaway, duty, measured);
     if (way == kUp) return duty < c.kick ? c.kick : duty;
     return duty > -c.kick ? static_cast<int16_t>(-c.kick) : duty;
-  }
-
-  // Before its end, with more than half of what may move it: there it rests until its reading moves by a degree, or
-  // the set-point turns.
-  bool stands(int16_t breakaway, int16_t duty, int16_t measured, int16_t left) {
-    if (!further(duty, 0, static_cast<int16_t>(breakaway >> 1))) return false;
-    if (left > kEnd || further(measured, still_at_, kSame)) {
-      still_at_ = measured;
-      standing_ticks_ = 0;
-      return false;
-    }
-    if (standing_ticks_ < kStanding_ticks) {
-      ++standing_ticks_;
-      return false;
-    }
-    loop_.integral = 0;
-    return true;
   }
 
   // No more than what may move it, and that not for long where it does not.
@@ -258,7 +234,6 @@ class Finger {
   // Returns whether the reading went on the way that the finger was stopped on, further back than any thing throws it,
   // or beyond its range: without its motor none does.
   bool unblock(const LoopSettings& c, int16_t measured) {
-    if (blocked_ == 0) return false;
     const int16_t away = static_cast<int16_t>(measured - stopped_at_);
     const int16_t wanted = static_cast<int16_t>(setpoint() - measured);
     if (away <= kAlive && away >= -kAlive) return false;

@@ -185,7 +185,7 @@ void draw(const study::Plan& plan, const study::Result& result,
   }
 }
 
-void play(Options& o, study::Boards* boards) {
+void play(Options& o) {
   const study::Plan& plan = o.plan;
   study::check(plan);
   std::optional<study::FolderLock> lock;  // until the report is written
@@ -267,7 +267,7 @@ void run(Options& o) {
   plan.stop = stop.flag();
   try {
     if (o.ensemble.empty()) {
-      play(o, boards ? &*boards : nullptr);
+      play(o);
     } else {
       play_ensemble(o);
     }

@@ -1,64 +1,33 @@
 // Every command with --json: standard output is one JSON object, nothing before it, nothing after it.
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <array>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
-#include "host/io/io.hpp"
+#include "apps/cli/command_test.hpp"
 
 namespace flexor::cli {
 namespace json_test {
-namespace fs = std::filesystem;
 
-class Json : public testing::Test {
+class Json : public Command {
  protected:
-  Json()
-      : folder_(fs::path(testing::TempDir()) /
-                (std::string("flexor_json_") + testing::UnitTest::GetInstance()->current_test_info()->name() +
-                 std::to_string(::getpid()))) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~Json() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return "'" + (folder_ / name).string() + "'"; }
-  fs::path file(const std::string& name) const { return folder_ / name; }
-
-  void simulate() const { ASSERT_EQ(std::system(("'" FLEXOR_SIMULATE "' " + path("")).c_str()), 0); }
+  std::string path(const std::string& name) const { return quoted(Command::path(name)); }
 
   // What the command printed, parsed; null when that is anything but one object.
   nlohmann::json run(const std::string& arguments) const {
-    const std::string command = "'" FLEXOR_PROGRAM "' " + arguments + " --json < /dev/null > " +
-                                path("stdout") + " 2> " + path("stderr");
-    const int status = std::system(command.c_str());
-    EXPECT_EQ(WIFEXITED(status) ? WEXITSTATUS(status) : -1, 0) << arguments << "\n" << text("stderr");
-    const std::string out = text("stdout");
-    const auto json = nlohmann::json::parse(out, nullptr, false);
-    EXPECT_TRUE(json.is_object()) << arguments << " printed\n" << out.substr(0, 500);
-    EXPECT_TRUE(out.ends_with("}\n")) << arguments;
-    EXPECT_EQ(text("stderr").find('{'), std::string::npos) << arguments << ": the object is no log";
+    const Finished r = Command::run(arguments + " --json");
+    EXPECT_EQ(r.exit, 0) << arguments << "\n" << r.err;
+    const auto json = nlohmann::json::parse(r.out, nullptr, false);
+    EXPECT_TRUE(json.is_object()) << arguments << " printed\n" << r.out.substr(0, 500);
+    EXPECT_TRUE(r.out.ends_with("}\n")) << arguments;
+    EXPECT_EQ(r.err.find('{'), std::string::npos) << arguments << ": the object is no log";
     return json;
   }
 
-  std::string text(const std::string& name) const {
-    std::ifstream stream(file(name), std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-
   static inline const std::string kModel = "'" FLEXOR_SOURCE_DIR "/models/published_hw.json'";
-
- private:
-  fs::path folder_;
 };
 
 TEST_F(Json, OfTheCommandsForRecordingsAndModels) {
-  simulate();
+  make(FLEXOR_SIMULATE);
   const std::string recordings =
       " --sensor " + path("simulated_glove.csv") + " --reference " + path("simulated_camera.csv");
   EXPECT_TRUE(run("align" + recordings).contains("clock_offset_s"));
@@ -73,22 +42,22 @@ TEST_F(Json, OfTheCommandsForRecordingsAndModels) {
 }
 
 TEST_F(Json, OfRecalibrationAndWhatItLeavesAsItWas) {
-  simulate();
+  make(FLEXOR_SIMULATE);
   run("identify --sensor " + path("simulated_glove.csv") + " --reference " + path("simulated_camera.csv") +
       " --model " + path("m.json"));
   const auto done = run("recalibrate " + path("m.json") + " --recording " + path("simulated_glove.csv") +
                         " --out " + path("n.json"));
   EXPECT_TRUE(done.contains("applied") && done.contains("shift") && done.contains("gain") &&
               done.contains("se_deg"));
-  const std::string log = text("simulated_glove.csv");
+  const std::string log = content(folder_ / "simulated_glove.csv");
   std::size_t end = 0;
   for (int line = 0; line < 30; ++line) end = log.find('\n', end) + 1;
-  std::ofstream(file("short.csv"), std::ios::binary) << log.substr(0, end);
+  write("short.csv", log.substr(0, end));
   const auto refused =
       run("recalibrate " + path("m.json") + " --recording " + path("short.csv") + " --out " + path("n.json"));
   EXPECT_FALSE(refused.at("applied").get<bool>());
   EXPECT_FALSE(refused.at("wanted").empty());
-  EXPECT_EQ(text("n.json"), text("m.json")) << "to the byte";
+  EXPECT_EQ(content(folder_ / "n.json"), content(folder_ / "m.json")) << "to the byte";
 }
 
 TEST_F(Json, OfTheCommandsForTheTwin) {
@@ -183,7 +152,7 @@ TEST_F(Json, OfTheCommandsForTheCamera) {
   std::string boards;
   for (int i = 0; i < 6; ++i) {
     const std::string name = "board" + std::to_string(i) + ".pgm";
-    write_board(file(name), 0.5 * std::cos(i), 0.5 * std::sin(i));
+    write_board(folder_ / name, 0.5 * std::cos(i), 0.5 * std::sin(i));
     boards += " " + path(name);
   }
   EXPECT_TRUE(run("camera calibrate" + boards + " --out " + path("lens.json")).contains("used"));
@@ -197,7 +166,7 @@ TEST_F(Json, OfTheCommandsForTheCamera) {
   // A browser finds the pictures by where they begin.
   EXPECT_EQ(run("camera film --motion 4 --mjpeg --set camera.rate_hz=2 --out " + path("fake")).at("frames"),
             20);
-  const std::string fake = io::read_file(file("fake/video.mjpeg"));
+  const std::string fake = content(folder_ / "fake/video.mjpeg");
   int pictures = 0;
   for (std::size_t at = 0; (at = fake.find("\xff\xd8\xff", at)) != std::string::npos; ++at) ++pictures;
   EXPECT_EQ(pictures, 20);

@@ -1,5 +1,4 @@
 // What comes out of the camera's worker: as good as exact angles, whole or not at all, and gone with its caller.
-
 #include <chrono>
 #include <thread>
 

@@ -61,7 +61,7 @@ class Command : public testing::Test {
     return out;
   }
 
-  // `make`, one of the programs that write a test's inputs, into the folder.
+  // The inputs that one of the programs for tests writes.
   void make(const std::string& program) const {
     ASSERT_EQ(std::system((quoted(program) + " " + quoted(folder_.string())).c_str()), 0);
   }

@@ -1,6 +1,5 @@
 // Foreign documents and foreign file names, through the program: hostile JSON at every option that reads
 // JSON, and files whose names are Latin-1.
-
 #include "apps/cli/command_test.hpp"
 #include "host/io/json.hpp"
 

@@ -1,5 +1,4 @@
 // `flexor monitor` and `record` with --from: a file, the twin or a camera in place of a port.
-
 #include <chrono>
 #include <cmath>
 

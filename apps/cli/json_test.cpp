@@ -1,6 +1,4 @@
 // Every command with --json: standard output is one JSON object, nothing before it, nothing after it.
-
-#include <array>
 #include <cmath>
 
 #include "apps/cli/command_test.hpp"
@@ -118,43 +116,10 @@ TEST_F(Json, OfTheCommandsForTheBoards) {
   EXPECT_TRUE(run("experiment --engine avr --gestures 4 --trials 1 --compensators raw").contains("cells"));
 }
 
-// A board of 10 x 7 squares before a lens without distortion, turned about its own axes: a grey picture.
-void write_board(const fs::path& file, double about_x, double about_y) {
-  constexpr int kWidth = 640;
-  constexpr int kHeight = 480;
-  constexpr double kFocal_px = 600;
-  const double cx = std::cos(about_x);
-  const double sx = std::sin(about_x);
-  const double cy = std::cos(about_y);
-  const double sy = std::sin(about_y);
-  // Columns of the rotation: the board's two directions and its normal.
-  const std::array<double, 3> u = {cy, sx * sy, -cx * sy};
-  const std::array<double, 3> v = {0, cx, sx};
-  const std::array<double, 3> n = {sy, -sx * cy, cx * cy};
-  constexpr double kDistance = 16;
-  std::string out = "P5 640 480 255\n";
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      const std::array<double, 3> ray = {(x - 320) / kFocal_px, (y - 240) / kFocal_px, 1};
-      const double along = kDistance * n[2] / (ray[0] * n[0] + ray[1] * n[1] + ray[2] * n[2]);
-      const std::array<double, 3> at = {ray[0] * along, ray[1] * along, along - kDistance};
-      const double a = at[0] * u[0] + at[1] * u[1] + at[2] * u[2] + 5;
-      const double b = at[0] * v[0] + at[1] * v[1] + at[2] * v[2] + 3.5;
-      const bool inside = a > 0 && a < 10 && b > 0 && b < 7;
-      const bool black = inside && (static_cast<int>(a) + static_cast<int>(b)) % 2 == 0;
-      out.push_back(static_cast<char>(black ? 20 : 230));
-    }
-  }
-  io::write_file(file, out);
-}
-
 TEST_F(Json, OfTheCommandsForTheCamera) {
+  make(FLEXOR_TEST_INPUTS);
   std::string boards;
-  for (int i = 0; i < 6; ++i) {
-    const std::string name = "board" + std::to_string(i) + ".pgm";
-    write_board(folder_ / name, 0.5 * std::cos(i), 0.5 * std::sin(i));
-    boards += " " + path(name);
-  }
+  for (int i = 0; i < 6; ++i) boards += " " + path("board" + std::to_string(i) + ".png");
   EXPECT_TRUE(run("camera calibrate" + boards + " --out " + path("lens.json")).contains("used"));
 
   const auto filmed = run("camera film --gestures 4 --set camera.rate_hz=2 --out " + path("film"));

@@ -1,5 +1,4 @@
 // Memory follows the size of the input, never the numbers in it: at most 200 MB and three times the input.
-
 #include <cmath>
 
 #include "apps/cli/command_test.hpp"

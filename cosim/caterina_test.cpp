@@ -15,7 +15,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "cosim/usb_helper.hpp"
+#include "cosim/usb_helper_test.hpp"
 #include "host/deploy/caterina.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/deploy/flash.hpp"

@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "cosim/replay.hpp"
-#include "cosim/usb_helper.hpp"
+#include "cosim/usb_helper_test.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/deploy/flash.hpp"
 #include "host/deploy/intel_hex.hpp"

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cosim/usb_board.hpp"
-#include "cosim/usb_helper.hpp"
+#include "cosim/usb_helper_test.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"

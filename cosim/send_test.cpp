@@ -12,7 +12,7 @@
 
 #include "cosim/radio_ear.hpp"
 #include "cosim/usb_board.hpp"
-#include "cosim/usb_helper.hpp"
+#include "cosim/usb_helper_test.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/deploy/host_chain.hpp"
 #include "host/deploy/pair_key.hpp"

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "host/io/test_terminal.hpp"
+#include "host/io/terminal_test.hpp"
 
 namespace flexor::cosim {
 namespace {

@@ -1,16 +1,9 @@
 // What comes out of the camera's worker: as good as exact angles, whole or not at all, and gone with its caller.
-#include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <chrono>
-#include <filesystem>
-#include <fstream>
 #include <thread>
 
+#include "apps/cli/command_test.hpp"
 #include "host/identify/identify_files.hpp"
-#include "host/io/io.hpp"
 #include "host/io/worker.hpp"
 #include "host/study/builtin.hpp"
 #include "host/study/catalogue.hpp"
@@ -19,23 +12,10 @@
 
 namespace flexor::cli {
 namespace camera_worker_test {
-namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-class Rendered : public testing::Test {
+class Rendered : public Command {
  protected:
-  Rendered()
-      : folder_(fs::path(testing::TempDir()) /
-                (std::string("flexor_camera_") +
-                 testing::UnitTest::GetInstance()->current_test_info()->name() +
-                 std::to_string(::getpid()))) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_ / "tmp");
-  }
-  ~Rendered() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
   // The calibration motion, and these gestures if any.
   void film(const std::string& gestures, double rate_hz) const {
     std::vector<twin::Motion> motions = {study::short_motion()};
@@ -63,15 +43,8 @@ class Rendered : public testing::Test {
 
   // `flexor track` of that video, which has begun to write.
   pid_t start_track() const {
-    const pid_t child = ::fork();
-    if (child == 0) {
-      ::setenv("TMPDIR", path("tmp").c_str(), 1);
-      if (std::freopen(path("stderr").c_str(), "w", stderr) == nullptr) ::_exit(98);
-      ::execl(FLEXOR_PROGRAM, FLEXOR_PROGRAM, "track", path("video.mp4").c_str(), "--joints",
-              path("joints.json").c_str(), "--out", path("angles.csv").c_str(), "--preview",
-              path("preview.mp4").c_str(), nullptr);
-      ::_exit(99);
-    }
+    const pid_t child = start("track " + quoted({path("video.mp4"), "--joints", path("joints.json"), "--out",
+                                                 path("angles.csv"), "--preview", path("preview.mp4")}));
     for (int i = 0; i < 60000 && parts() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     EXPECT_GT(parts(), 0);
     return child;
@@ -83,8 +56,6 @@ class Rendered : public testing::Test {
       out += entry.path().filename().string().find(".part-") != std::string::npos;
     return out;
   }
-
-  fs::path folder_;
 };
 
 // Log and video of one motion on two clocks, straight to a compensator; beside it the one from exact angles.
@@ -143,9 +114,7 @@ TEST_F(Rendered, CtrlCAndEvenAKillLeaveNothingHalfWrittenAndNoWorker) {
   for (const int signal : {SIGINT, SIGKILL}) {
     const pid_t flexor = start_track();
     ::kill(flexor, signal);
-    int status = 0;
-    ::waitpid(flexor, &status, 0);
-    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == signal);
+    EXPECT_EQ(wait(flexor).signal, signal);
     for (int i = 0; i < 10000 && parts() > 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     EXPECT_EQ(parts(), 0) << "after signal " << signal;
     EXPECT_FALSE(fs::exists(path("angles.csv")) || fs::exists(path("preview.mp4")));

@@ -1,85 +1,33 @@
 // The program as its users run it: exit codes, one clear line for bad input, nothing half-written.
 #include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <functional>
-#include <nlohmann/json.hpp>
 
-#include "host/io/io.hpp"
+#include "apps/cli/command_test.hpp"
 #include "host/model/channel.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
 namespace cli_test {
-namespace fs = std::filesystem;
 
-struct Finished {
-  int exit = 0;
-  std::string out;
-  std::string err;
-};
-
-class Cli : public testing::Test {
+class Cli : public Command {
  protected:
-  Cli()
-      : folder_(fs::path(testing::TempDir()) /
-                (std::string("flexor_cli_") + testing::UnitTest::GetInstance()->current_test_info()->name() +
-                 std::to_string(::getpid()))) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-    EXPECT_EQ(std::system(("'" FLEXOR_SIMULATE "' '" + folder_.string() + "'").c_str()), 0);
-  }
-  ~Cli() override { fs::remove_all(folder_); }
+  Cli() { make(FLEXOR_SIMULATE); }
 
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
   std::string glove() const { return path("simulated_glove.csv"); }
   std::string camera() const { return path("simulated_camera.csv"); }
-
-  static std::string content(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-
-  // Arguments and environment are handed to a shell: quote what needs it.
-  Finished run(const std::string& arguments, const std::string& input = "/dev/null",
-               const std::string& environment = "") const {
-    const std::string command = environment + " '" FLEXOR_PROGRAM "' " + arguments + " < '" + input +
-                                "' > '" + path("stdout") + "' 2> '" + path("stderr") + "'";
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(path("stdout")), content(path("stderr"))};
-  }
 
   std::string identify_arguments(const std::string& sensor, const std::string& reference) const {
     return "identify --sensor '" + sensor + "' --reference '" + reference +
            "' --structure linear-dynamic --model '" + path("m.json") + "' --report '" + path("report") + "'";
   }
 
-  // Exit code, one line that says `expected`, and no file that was not there before.
-  void expect_refused(const std::string& arguments, int exit, const std::string& expected) const {
-    const auto count = [&] { return std::distance(fs::recursive_directory_iterator(folder_), {}); };
-    const Finished warm_up = run("--version");  // so that the capture files exist
-    const auto before = count();
-    const Finished r = run(arguments);
-    EXPECT_EQ(r.exit, exit) << arguments << "\n" << r.err;
-    EXPECT_NE(r.err.find(expected), std::string::npos) << arguments << "\n" << r.err;
-    EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
-    EXPECT_EQ(r.out, "");
-    EXPECT_EQ(count(), before) << arguments;
-  }
-
   // The glove's log (or the camera's) with its text changed, as a new file.
   std::string edited(const std::string& file, const std::function<void(std::string&)>& edit) const {
     std::string text = content(file);
     edit(text);
-    const std::string name = path("edited.csv");
-    io::write_file(name, text);
-    return name;
+    write("edited.csv", text);
+    return path("edited.csv");
   }
 
   static std::string line(const std::string& text, int number) {
@@ -94,8 +42,6 @@ class Cli : public testing::Test {
     const std::string fresh = old.substr(0, old.rfind(',') + 1) + cell;
     text.replace(text.find(old), old.size(), fresh);
   }
-
-  fs::path folder_;
 };
 
 TEST_F(Cli, HelpIsThereForEveryCommand) {
@@ -723,8 +669,9 @@ TEST_F(Cli, DeployRefusesTheImpossible) {
     expect_refused("send " + model + " --rate " + rate, 2, "--rate must be a positive number");
   }
   for (const char* baud : {"1200", "2400"})
-    expect_refused("deploy " + model + out + " --baud " + baud, 2, "to 4800");
-  expect_refused("experiment --engine avr --set radio.baud=2400", 2, "radio.baud of the twin, to 4800");
+    expect_refused("deploy " + model + out + " --baud " + baud, 2, "which wants 4800: raise --baud");
+  expect_refused("experiment --engine avr --set radio.baud=2400", 2,
+                 "which wants 4800: raise --baud, or radio.baud of the twin");
   expect_refused("flash /dev/zero", 2, "no plain file");
   expect_refused("live --from twin --opengloves " + path("none"), 2, "make a FIFO");
   expect_refused("live --from twin --lsl-library " + path("none"), 2, "cannot be loaded");

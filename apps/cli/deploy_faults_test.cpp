@@ -1,75 +1,31 @@
 // What may go wrong around `deploy`: hostile texts, keys in the open, runs that are cut off, units that do
 // not fit.
-#include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <functional>
 #include <future>
-#include <nlohmann/json.hpp>
 #include <random>
 #include <set>
 
+#include "apps/cli/command_test.hpp"
+
 namespace flexor::cli {
 namespace deploy_faults_test {
-namespace fs = std::filesystem;
 
-struct Finished {
-  int exit = 0;
-  std::string out;
-  std::string err;
-};
-
-std::string content(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-void write(const fs::path& file, const std::string& text) { std::ofstream(file, std::ios::binary) << text; }
-
-// The program runs in a folder of the test's.
-const std::string kProgram = fs::absolute(FLEXOR_PROGRAM).string();
 const std::string kPublished = fs::absolute(FLEXOR_SOURCE_DIR "/models/published_hw.json").string();
 const std::string kKey = "00112233445566778899aabbccddeeff";
 const std::string kOtherKey = "ffeeddccbbaa99887766554433221100";
 
-class DeployFaults : public testing::Test {
+class DeployFaults : public Command {
  protected:
-  DeployFaults()
-      : folder_(fs::path(testing::TempDir()) /
-                (std::string("flexor_deploy_") +
-                 testing::UnitTest::GetInstance()->current_test_info()->name() +
-                 std::to_string(::getpid()))) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~DeployFaults() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
-  // Arguments are handed to a shell: quote what needs it.
-  Finished run(const std::string& arguments, const std::string& input = "/dev/null") const {
-    const std::string command = "cd '" + folder_.string() + "' && '" + kProgram + "' " + arguments + " < '" +
-                                input + "' > '" + path("stdout") + "' 2> '" + path("stderr") + "'";
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(path("stdout")), content(path("stderr"))};
-  }
+  DeployFaults() { runs_in_ = folder_; }
 
   Finished deploy(const std::string& model, const std::string& options) const {
     return run("deploy '" + model + "' " + options);
   }
 
-  void expect_refused(const std::string& model, const std::string& options, const std::string& says) const {
-    const Finished r = deploy(model, options);
-    EXPECT_EQ(r.exit, 2) << options << "\n" << r.err;
-    EXPECT_NE(r.err.find(says), std::string::npos) << options << "\n" << r.err;
-    EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
+  void expect_refused(const std::string& model, const std::string& options, const std::string& reason) const {
+    Command::expect_refused("deploy '" + model + "' " + options, 2, reason);
   }
 
   // The published model with its text changed.
@@ -79,8 +35,6 @@ class DeployFaults : public testing::Test {
     write(path(name), json.dump());
     return path(name);
   }
-
-  fs::path folder_;
 };
 
 // As glove_config.hpp says it: the second list of the record.
@@ -194,14 +148,11 @@ struct Watched {
 };
 
 TEST_F(DeployFaults, NobodyElseCanReadAKeyWhileItIsWritten) {
-  for (const char* folder : {"tmp", "d"}) {
-    fs::create_directories(path(folder));
-    fs::permissions(path(folder), fs::perms::all);
-  }
-  const std::string command = "cd '" + folder_.string() + "' && umask 000 && TMPDIR='" + path("tmp") + "' '" +
-                              kProgram + "' deploy '" + kPublished +
-                              "' --out d > stdout 2> stderr < /dev/null";
-  auto done = std::async(std::launch::async, [&] { return std::system(command.c_str()); });
+  fs::create_directories(path("d"));
+  for (const char* folder : {"tmp", "d"}) fs::permissions(path(folder), fs::perms::all);
+  auto done = std::async(std::launch::async, [&] {
+    return run("deploy '" + kPublished + "' --out d", "/dev/null", "umask 000;").exit;
+  });
   Watched watched;
   do {
     watched.look(path("tmp"));
@@ -211,7 +162,7 @@ TEST_F(DeployFaults, NobodyElseCanReadAKeyWhileItIsWritten) {
   watched.look(path("d"));
   EXPECT_EQ(watched.open, std::set<std::string>());
   for (const char* file : {"glove_config.hpp", "hand_config.hpp", "glove.elf", "hand.hex"}) {
-    EXPECT_TRUE(watched.saw("/tmp/flexor-", file)) << file;
+    EXPECT_TRUE(watched.saw(path("tmp/flexor-"), file)) << file;
     EXPECT_TRUE(watched.saw("/d/.deploy-", file)) << file;
   }
   EXPECT_TRUE(watched.saw("/d", "pair.key"));

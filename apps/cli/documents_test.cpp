@@ -1,65 +1,28 @@
 // Foreign documents and foreign file names, through the program: hostile JSON at every option that reads
 // JSON, and files whose names are Latin-1.
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <algorithm>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
-
+#include "apps/cli/command_test.hpp"
 #include "host/io/json.hpp"
 
 namespace flexor::cli {
 namespace documents_test {
-namespace fs = std::filesystem;
 
 // The program runs in a folder of the test's.
 std::string quoted(const char* file) { return "'" + fs::absolute(file).string() + "'"; }
 
-const std::string kProgram = quoted(FLEXOR_PROGRAM);
 const std::string kModel = quoted(FLEXOR_SOURCE_DIR "/models/published_hw.json");
 const std::string kJoints = quoted(FLEXOR_SOURCE_DIR "/models/joints/paper_hand.json");
 
-class Documents : public testing::Test {
+class Documents : public Command {
  protected:
-  Documents()
-      : folder_(fs::path(testing::TempDir()) /
-                (std::string("flexor_documents_") +
-                 testing::UnitTest::GetInstance()->current_test_info()->name() +
-                 std::to_string(::getpid()))) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~Documents() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return "'" + (folder_ / name).string() + "'"; }
-
-  static std::string content(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
+  Documents() { runs_in_ = folder_; }
 
   int run(const std::string& arguments) {
-    const std::string command = "cd " + path("") + " && " + kProgram + " " + arguments + " < /dev/null > " +
-                                path("stdout") + " 2> " + path("stderr");
-    const int status = std::system(command.c_str());
-    out_ = content(folder_ / "stdout");
-    err_ = content(folder_ / "stderr");
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    const Finished r = Command::run(arguments);
+    out_ = r.out;
+    err_ = r.err;
+    return r.exit;
   }
 
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-  }
-
-  void make(const char* program) const {
-    ASSERT_EQ(std::system(("'" + std::string(program) + "' " + path("")).c_str()), 0);
-  }
-
-  fs::path folder_;
   std::string out_;
   std::string err_;
 };
@@ -98,12 +61,7 @@ TEST_F(Documents, HostileJsonIsRefusedInOneLineWhereverJsonIsRead) {
   };
   for (const auto& [text, expected] : documents) {
     write("x.json", text);
-    for (const std::string& option : options) {
-      EXPECT_EQ(run(option), 2) << option << "\n" << err_.substr(0, 500);
-      EXPECT_NE(err_.find(expected), std::string::npos) << option << "\n" << err_.substr(0, 500);
-      EXPECT_EQ(std::count(err_.begin(), err_.end(), '\n'), 1) << option;
-      EXPECT_EQ(out_, "") << option;
-    }
+    for (const std::string& option : options) expect_refused(option, 2, expected);
   }
 }
 

@@ -1,32 +1,16 @@
 // `flexor experiment` when things go wrong around it: killed at any instant, stopped, twice in one folder, no
 // room on the disk, and input that nobody could have meant. Real processes of the real program.
-#include <fcntl.h>
-#include <gtest/gtest.h>
 #include <sys/mount.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
-#include <csignal>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <functional>
-#include <nlohmann/json.hpp>
 #include <random>
-#include <string>
 #include <thread>
-#include <vector>
 
-#include "host/io/io.hpp"
+#include "apps/cli/command_test.hpp"
 
 namespace flexor::cli {
 namespace experiment_faults_test {
-namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
-using Arguments = std::vector<std::string>;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -38,69 +22,10 @@ int kills(int usual) {
   return wanted != nullptr ? std::atoi(wanted) : usual;
 }
 
-struct Finished {
-  int exit = -1;
-  int signal = 0;
-  std::string out;
-  std::string err;
-};
-
-class ExperimentFaults : public testing::Test {
+class ExperimentFaults : public CommandOfWords {
  protected:
-  ExperimentFaults()
-      : folder_(fs::path(testing::TempDir()) /
-                (std::string("flexor_faults_") +
-                 testing::UnitTest::GetInstance()->current_test_info()->name() +
-                 std::to_string(::getpid()))) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_ / "tmp");
-    fs::create_directories(folder_ / "streams");
-  }
-  ~ExperimentFaults() override {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
-  static std::string content(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-
-  // `prepare` runs in the new process.
   pid_t start(const Arguments& arguments, const std::function<void()>& prepare = {}) const {
-    const std::string out = path("streams/out");
-    const std::string err = path("streams/err");
-    const std::string temporary = path("tmp");
-    std::vector<std::string> words = {FLEXOR_PROGRAM};
-    words.insert(words.end(), arguments.begin(), arguments.end());
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    const pid_t child = ::fork();
-    if (child != 0) return child;
-    ::setenv("TMPDIR", temporary.c_str(), 1);  // what a killed process leaves behind
-    const int in = ::open("/dev/null", O_RDONLY);
-    const int to = ::open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-    const int log = ::open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-    ::dup2(in, 0);
-    ::dup2(to, 1);
-    ::dup2(log, 2);
-    if (prepare) prepare();
-    ::execv(argv[0], argv.data());
-    ::_exit(127);
-  }
-
-  Finished wait(pid_t child) const {
-    int status = 0;
-    ::waitpid(child, &status, 0);
-    Finished r;
-    if (WIFEXITED(status)) r.exit = WEXITSTATUS(status);
-    if (WIFSIGNALED(status)) r.signal = WTERMSIG(status);
-    r.out = content(path("streams/out"));
-    r.err = content(path("streams/err"));
-    return r;
+    return Command::start(quoted(arguments), "/dev/null", "", prepare);
   }
 
   Finished run(const Arguments& arguments, const std::function<void()>& prepare = {}) const {
@@ -124,8 +49,6 @@ class ExperimentFaults : public testing::Test {
     return text.substr(before == std::string::npos ? 0 : before + 1,
                        end - (before == std::string::npos ? 0 : before + 1) + 1);
   }
-
-  static std::ptrdiff_t lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
 
   // What a run must leave, whatever happened on the way: every trials.csv, and results.json.
   static std::string kept(const fs::path& run) {
@@ -178,22 +101,6 @@ class ExperimentFaults : public testing::Test {
     EXPECT_EQ(kept(path("killed")), whole);
     std::printf("%d kills over %d runs, %.1f s each undisturbed\n", killed, finished + 1, whole_s);
   }
-
-  // Exit 2, one line, nothing new in the folder.
-  void expect_refused(const Arguments& arguments, const std::string& expected) const {
-    const auto count = [&] { return std::distance(fs::recursive_directory_iterator(folder_), {}); };
-    (void)run({"--version"});
-    const auto before = count();
-    const Finished r = run(arguments);
-    std::string all;
-    for (const std::string& word : arguments) all += word + " ";
-    EXPECT_EQ(r.exit, 2) << all << "\n" << r.err << r.out;
-    EXPECT_NE(r.err.find(expected), std::string::npos) << all << "\n" << r.err;
-    EXPECT_EQ(lines(r.err), 1) << all << "\n" << r.err;
-    EXPECT_EQ(count(), before) << all;
-  }
-
-  fs::path folder_;
 };
 
 const Arguments kSmall = {"experiment", "--gestures", "4", "--compensators", "raw", "--trials", "48"};
@@ -296,11 +203,9 @@ TEST_F(ExperimentFaults, ASecondRunInTheFolderFailsAtOnceAndSaysWhoIsThere) {
   const pid_t first = start(into(many, path("run")));
   ASSERT_TRUE(until([&] { return content(path("run/lock")).ends_with("\n"); }));
   ASSERT_TRUE(until([&] { return fs::exists(path("run/trials.csv")); }));
-  fs::create_directories(path("second"));
-  const fs::path out = path("streams");
   const auto begin = Clock::now();
-  fs::rename(path("streams/err"), path("streams/err_of_first"));  // the first goes on writing to it
-  fs::rename(path("streams/out"), path("streams/out_of_first"));
+  fs::rename(path("stderr"), path("stderr_of_first"));  // the first goes on writing to it
+  fs::rename(path("stdout"), path("stdout_of_first"));
   const Finished second = run(into(many, path("run")));
   EXPECT_LT(seconds_since(begin), 10);
   EXPECT_EQ(second.exit, 2) << second.err;
@@ -509,7 +414,7 @@ class Motions : public ExperimentFaults {
   }
 
   std::string file(const std::string& name, const std::string& text) const {
-    std::ofstream(path(name), std::ios::binary) << text;
+    write(name, text);
     return path(name);
   }
 

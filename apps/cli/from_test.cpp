@@ -1,32 +1,17 @@
 // `flexor monitor` and `record` with --from: a file, the twin or a camera in place of a port.
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
-#include "host/io/io.hpp"
+#include "apps/cli/command_test.hpp"
 #include "host/io/process.hpp"
-#include "host/io/test_terminal.hpp"
+#include "host/io/terminal_test.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
 namespace from_test {
 
-namespace fs = std::filesystem;
-
-class From : public testing::Test {
+class From : public CommandOfWords {
  protected:
-  std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
-
-  static io::ProcessResult flexor(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), FLEXOR_PROGRAM);
-    return io::run_process(arguments);
-  }
-
   // A recording of a second and a half, 50 rows a second.
   std::string log() const {
     std::ofstream file(path("log.csv"));
@@ -36,22 +21,13 @@ class From : public testing::Test {
       file << 7000 + 20 * k << ',' << 400 + k << ',' << 512 + std::round(100 * std::sin(0.1 * k)) << '\n';
     return path("log.csv");
   }
-
-  static void expect_refused(const std::vector<std::string>& arguments, const std::string& says) {
-    const io::ProcessResult r = flexor(arguments);
-    EXPECT_EQ(r.status, 2) << r.err;
-    EXPECT_NE(r.err.find(says), std::string::npos) << r.err;
-    EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
-  }
-
-  io::TemporaryFolder folder_;
 };
 
 TEST_F(From, ARecordingIsRecordedAsItWas) {
   const auto begin = std::chrono::steady_clock::now();
-  const io::ProcessResult r = flexor({"record", path("again.csv"), "--from", log(), "--json"});
+  const Finished r = run({"record", path("again.csv"), "--from", log(), "--json"});
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  ASSERT_EQ(r.status, 0) << r.err;
+  ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_GT(took.count(), 1.5);
   EXPECT_LT(took.count(), 10);
   const nlohmann::json said = nlohmann::json::parse(r.out);
@@ -73,9 +49,9 @@ TEST_F(From, ARecordingIsRecordedAsItWas) {
 
 TEST_F(From, ARecordingIsShownFaster) {
   const auto begin = std::chrono::steady_clock::now();
-  const io::ProcessResult r = flexor({"monitor", "--from", log(), "--speed", "10", "--json"});
+  const Finished r = run({"monitor", "--from", log(), "--speed", "10", "--json"});
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  ASSERT_EQ(r.status, 0) << r.err;
+  ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_LT(took.count(), 1.4);
   const nlohmann::json said = nlohmann::json::parse(r.out);
   EXPECT_EQ(said.at("columns").size(), 2U);
@@ -103,8 +79,8 @@ TEST_F(From, AMonitorDrawsWithItsOwnEscapesAlone) {
 }
 
 TEST_F(From, TheTwinsGlove) {
-  const io::ProcessResult r = flexor({"record", path("twin.csv"), "--from", "twin", "--for", "4", "--json"});
-  ASSERT_EQ(r.status, 0) << r.err;
+  const Finished r = run({"record", path("twin.csv"), "--from", "twin", "--for", "4", "--json"});
+  ASSERT_EQ(r.exit, 0) << r.err;
   const nlohmann::json said = nlohmann::json::parse(r.out);
   EXPECT_EQ(said.at("columns").size(), 5U);
   EXPECT_NEAR(said.at("rows").get<double>(), 401, 12);
@@ -118,10 +94,10 @@ TEST_F(From, TheTwinsGlove) {
 }
 
 TEST_F(From, AVideoOfAHand) {
-  ASSERT_EQ(io::run_process({FLEXOR_TEST_INPUTS, folder_.path().string()}).status, 0);
-  const io::ProcessResult r = flexor(
+  make(FLEXOR_TEST_INPUTS);
+  const Finished r = run(
       {"record", path("angles.csv"), "--from", path("video.mp4"), "--joints", path("joints.json"), "--json"});
-  ASSERT_EQ(r.status, 0) << r.err;
+  ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_EQ(nlohmann::json::parse(r.out).at("rows"), 20);
   const recording::Recording log = recording::read_csv(path("angles.csv"), {});
   const std::vector<double>& index = log.column("index_mcp_deg").value;
@@ -129,17 +105,16 @@ TEST_F(From, AVideoOfAHand) {
     EXPECT_NEAR(index[k], 10 + static_cast<double>(k), 1);
     EXPECT_NEAR(log.t_s[k], static_cast<double>(k) / 30, 2e-3);
   }
-  const io::ProcessResult shown = flexor({"monitor", "--from", path("video.mp4"), "--joints", "paper_hand"});
-  EXPECT_EQ(shown.status, 0) << shown.err;
+  const Finished shown = run({"monitor", "--from", path("video.mp4"), "--joints", "paper_hand"});
+  EXPECT_EQ(shown.exit, 0) << shown.err;
   EXPECT_NE(shown.out.find("index_mcp_deg"), std::string::npos);
   EXPECT_EQ(shown.out.find("_quality"), std::string::npos);
 }
 
 TEST_F(From, BothSimulatedBoards) {
   FLEXOR_NEEDS_TERMINALS();
-  const io::ProcessResult r =
-      flexor({"record", path("boards.csv"), "--from", "boards", "--for", "2", "--json"});
-  ASSERT_EQ(r.status, 0) << r.err;
+  const Finished r = run({"record", path("boards.csv"), "--from", "boards", "--for", "2", "--json"});
+  ASSERT_EQ(r.exit, 0) << r.err;
   const nlohmann::json said = nlohmann::json::parse(r.out);
   EXPECT_EQ(said.at("columns")[1], "index_deg");
   EXPECT_NEAR(said.at("rows").get<double>(), 21, 5);

@@ -1,64 +1,31 @@
 // Every command with --json: standard output is one JSON object, nothing before it, nothing after it.
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <array>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
-#include "host/io/io.hpp"
+#include "apps/cli/command_test.hpp"
 
 namespace flexor::cli {
 namespace json_test {
-namespace fs = std::filesystem;
 
-class Json : public testing::Test {
+class Json : public Command {
  protected:
-  Json()
-      : folder_(fs::path(testing::TempDir()) /
-                (std::string("flexor_json_") + testing::UnitTest::GetInstance()->current_test_info()->name() +
-                 std::to_string(::getpid()))) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~Json() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return "'" + (folder_ / name).string() + "'"; }
-  fs::path file(const std::string& name) const { return folder_ / name; }
-
-  void simulate() const { ASSERT_EQ(std::system(("'" FLEXOR_SIMULATE "' " + path("")).c_str()), 0); }
+  std::string path(const std::string& name) const { return quoted(Command::path(name)); }
 
   // What the command printed, parsed; null when that is anything but one object.
   nlohmann::json run(const std::string& arguments) const {
-    const std::string command = "'" FLEXOR_PROGRAM "' " + arguments + " --json < /dev/null > " +
-                                path("stdout") + " 2> " + path("stderr");
-    const int status = std::system(command.c_str());
-    EXPECT_EQ(WIFEXITED(status) ? WEXITSTATUS(status) : -1, 0) << arguments << "\n" << text("stderr");
-    const std::string out = text("stdout");
-    const auto json = nlohmann::json::parse(out, nullptr, false);
-    EXPECT_TRUE(json.is_object()) << arguments << " printed\n" << out.substr(0, 500);
-    EXPECT_TRUE(out.ends_with("}\n")) << arguments;
-    EXPECT_EQ(text("stderr").find('{'), std::string::npos) << arguments << ": the object is no log";
+    const Finished r = Command::run(arguments + " --json");
+    EXPECT_EQ(r.exit, 0) << arguments << "\n" << r.err;
+    const auto json = nlohmann::json::parse(r.out, nullptr, false);
+    EXPECT_TRUE(json.is_object()) << arguments << " printed\n" << r.out.substr(0, 500);
+    EXPECT_TRUE(r.out.ends_with("}\n")) << arguments;
+    EXPECT_EQ(r.err.find('{'), std::string::npos) << arguments << ": the object is no log";
     return json;
   }
 
-  std::string text(const std::string& name) const {
-    std::ifstream stream(file(name), std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-
   static inline const std::string kModel = "'" FLEXOR_SOURCE_DIR "/models/published_hw.json'";
-
- private:
-  fs::path folder_;
 };
 
 TEST_F(Json, OfTheCommandsForRecordingsAndModels) {
-  simulate();
+  make(FLEXOR_SIMULATE);
   const std::string recordings =
       " --sensor " + path("simulated_glove.csv") + " --reference " + path("simulated_camera.csv");
   EXPECT_TRUE(run("align" + recordings).contains("clock_offset_s"));
@@ -73,22 +40,22 @@ TEST_F(Json, OfTheCommandsForRecordingsAndModels) {
 }
 
 TEST_F(Json, OfRecalibrationAndWhatItLeavesAsItWas) {
-  simulate();
+  make(FLEXOR_SIMULATE);
   run("identify --sensor " + path("simulated_glove.csv") + " --reference " + path("simulated_camera.csv") +
       " --model " + path("m.json"));
   const auto done = run("recalibrate " + path("m.json") + " --recording " + path("simulated_glove.csv") +
                         " --out " + path("n.json"));
   EXPECT_TRUE(done.contains("applied") && done.contains("shift") && done.contains("gain") &&
               done.contains("se_deg"));
-  const std::string log = text("simulated_glove.csv");
+  const std::string log = content(folder_ / "simulated_glove.csv");
   std::size_t end = 0;
   for (int line = 0; line < 30; ++line) end = log.find('\n', end) + 1;
-  std::ofstream(file("short.csv"), std::ios::binary) << log.substr(0, end);
+  write("short.csv", log.substr(0, end));
   const auto refused =
       run("recalibrate " + path("m.json") + " --recording " + path("short.csv") + " --out " + path("n.json"));
   EXPECT_FALSE(refused.at("applied").get<bool>());
   EXPECT_FALSE(refused.at("wanted").empty());
-  EXPECT_EQ(text("n.json"), text("m.json")) << "to the byte";
+  EXPECT_EQ(content(folder_ / "n.json"), content(folder_ / "m.json")) << "to the byte";
 }
 
 TEST_F(Json, OfTheCommandsForTheTwin) {
@@ -149,43 +116,10 @@ TEST_F(Json, OfTheCommandsForTheBoards) {
   EXPECT_TRUE(run("experiment --engine avr --gestures 4 --trials 1 --compensators raw").contains("cells"));
 }
 
-// A board of 10 x 7 squares before a lens without distortion, turned about its own axes: a grey picture.
-void write_board(const fs::path& file, double about_x, double about_y) {
-  constexpr int kWidth = 640;
-  constexpr int kHeight = 480;
-  constexpr double kFocal_px = 600;
-  const double cx = std::cos(about_x);
-  const double sx = std::sin(about_x);
-  const double cy = std::cos(about_y);
-  const double sy = std::sin(about_y);
-  // Columns of the rotation: the board's two directions and its normal.
-  const std::array<double, 3> u = {cy, sx * sy, -cx * sy};
-  const std::array<double, 3> v = {0, cx, sx};
-  const std::array<double, 3> n = {sy, -sx * cy, cx * cy};
-  constexpr double kDistance = 16;
-  std::string out = "P5 640 480 255\n";
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      const std::array<double, 3> ray = {(x - 320) / kFocal_px, (y - 240) / kFocal_px, 1};
-      const double along = kDistance * n[2] / (ray[0] * n[0] + ray[1] * n[1] + ray[2] * n[2]);
-      const std::array<double, 3> at = {ray[0] * along, ray[1] * along, along - kDistance};
-      const double a = at[0] * u[0] + at[1] * u[1] + at[2] * u[2] + 5;
-      const double b = at[0] * v[0] + at[1] * v[1] + at[2] * v[2] + 3.5;
-      const bool inside = a > 0 && a < 10 && b > 0 && b < 7;
-      const bool black = inside && (static_cast<int>(a) + static_cast<int>(b)) % 2 == 0;
-      out.push_back(static_cast<char>(black ? 20 : 230));
-    }
-  }
-  io::write_file(file, out);
-}
-
 TEST_F(Json, OfTheCommandsForTheCamera) {
+  make(FLEXOR_TEST_INPUTS);
   std::string boards;
-  for (int i = 0; i < 6; ++i) {
-    const std::string name = "board" + std::to_string(i) + ".pgm";
-    write_board(file(name), 0.5 * std::cos(i), 0.5 * std::sin(i));
-    boards += " " + path(name);
-  }
+  for (int i = 0; i < 6; ++i) boards += " " + path("board" + std::to_string(i) + ".png");
   EXPECT_TRUE(run("camera calibrate" + boards + " --out " + path("lens.json")).contains("used"));
 
   const auto filmed = run("camera film --gestures 4 --set camera.rate_hz=2 --out " + path("film"));
@@ -197,7 +131,7 @@ TEST_F(Json, OfTheCommandsForTheCamera) {
   // A browser finds the pictures by where they begin.
   EXPECT_EQ(run("camera film --motion 4 --mjpeg --set camera.rate_hz=2 --out " + path("fake")).at("frames"),
             20);
-  const std::string fake = io::read_file(file("fake/video.mjpeg"));
+  const std::string fake = content(folder_ / "fake/video.mjpeg");
   int pictures = 0;
   for (std::size_t at = 0; (at = fake.find("\xff\xd8\xff", at)) != std::string::npos; ++at) ++pictures;
   EXPECT_EQ(pictures, 20);

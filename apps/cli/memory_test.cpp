@@ -1,59 +1,13 @@
 // Memory follows the size of the input, never the numbers in it: at most 200 MB and three times the input.
-#include <fcntl.h>
-#include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <string>
-#include <vector>
+
+#include "apps/cli/command_test.hpp"
 
 namespace flexor::cli {
 namespace memory_test {
-namespace fs = std::filesystem;
 
-struct Finished {
-  int exit = 0;
-  double peak_mb = 0;
-};
-
-class Memory : public testing::Test {
+class Memory : public CommandOfWords {
  protected:
-  Memory()
-      : folder_(fs::path(testing::TempDir()) /
-                ("flexor_memory_" + std::to_string(::getpid()) + "_" +
-                 testing::UnitTest::GetInstance()->current_test_info()->name())) {
-    fs::create_directories(folder_);
-  }
-  ~Memory() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
-  // The program with its output thrown away, and what it had in memory at most.
-  Finished run(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), FLEXOR_PROGRAM);
-    std::vector<char*> argv;
-    for (std::string& a : arguments) argv.push_back(a.data());
-    argv.push_back(nullptr);
-    const pid_t child = ::fork();
-    if (child == 0) {
-      const int out = ::open(path("out").c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
-      const int err = ::open(path("err").c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
-      ::dup2(out, 1);
-      ::dup2(err, 2);
-      ::execv(argv[0], argv.data());
-      ::_exit(127);
-    }
-    int status = 0;
-    rusage used{};
-    ::wait4(child, &status, 0, &used);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
-            static_cast<double>(used.ru_maxrss) / 1024};
-  }
-
   static double megabytes(const std::vector<std::string>& files) {
     double sum = 0;
     for (const std::string& f : files) sum += static_cast<double>(fs::file_size(f)) / 1e6;
@@ -61,10 +15,10 @@ class Memory : public testing::Test {
   }
 
   // Bounded memory, and an end that a program may have: done, failed, or refused; never killed.
-  void expect_bounded(const std::vector<std::string>& arguments,
-                      const std::vector<std::string>& inputs) const {
+  void expect_bounded(const Arguments& arguments, const std::vector<std::string>& inputs) const {
     const Finished r = run(arguments);
     EXPECT_LE(r.peak_mb, 200 + 3 * megabytes(inputs)) << arguments.front();
+    EXPECT_EQ(r.signal, 0) << arguments.front();
     EXPECT_LE(r.exit, 2) << arguments.front();
   }
 
@@ -105,8 +59,6 @@ class Memory : public testing::Test {
     apply.emplace_back("--json");
     expect_bounded(apply, both);
   }
-
-  fs::path folder_;
 };
 
 TEST_F(Memory, AnHourAtAHundredHertz) {
@@ -150,14 +102,13 @@ TEST_F(Memory, OneStrayTimeIsNamedAndChangesNothingElse) {
   const auto apply = [&](const std::string& file) {
     std::vector<std::string> arguments = {"apply", model, file};
     for (int i = 0; i < 5; ++i) arguments.insert(arguments.end(), {"--input", "index_alpha"});
-    EXPECT_EQ(run(arguments).exit, 0);
-    std::ifstream out(path("out"));
-    return std::string{std::istreambuf_iterator<char>(out), {}};
+    const Finished r = run(arguments);
+    EXPECT_EQ(r.exit, 0);
+    return r.out;
   };
   const std::string whole = apply(log("steady.csv", "index_alpha", 2000, 2, steady));
   const std::string mended = apply(log("stray.csv", "index_alpha", 2000, 2, stray));
-  std::ifstream err(path("err"));
-  const std::string said{std::istreambuf_iterator<char>(err), {}};
+  const std::string said = content(path("stderr"));
   EXPECT_NE(said.find("row 502"), std::string::npos) << said;
   EXPECT_EQ(std::count(whole.begin(), whole.end(), '\n'), std::count(mended.begin(), mended.end(), '\n'));
   EXPECT_EQ(whole.substr(whole.size() - 200), mended.substr(mended.size() - 200));

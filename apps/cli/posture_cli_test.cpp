@@ -1,45 +1,20 @@
 // flexor posture as its users run it: the columns that other tools read, one clear line for bad input, nothing half-written.
 #include <fmt/ranges.h>
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <sstream>
-#include <string>
-#include <vector>
 
+#include "apps/cli/command_test.hpp"
 #include "host/posture/test_people.hpp"
 
 namespace flexor::cli {
 namespace posture_cli_test {
-namespace fs = std::filesystem;
 using posture::kJointNames;
 
-class PostureCli : public testing::Test {
+class PostureCli : public Command {
  protected:
-  PostureCli()
-      : folder_(fs::path(testing::TempDir()) /
-                (std::string("flexor_posture_") +
-                 testing::UnitTest::GetInstance()->current_test_info()->name() +
-                 std::to_string(::getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~PostureCli() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
-  static std::string content(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(path(name), std::ios::binary) << text;
-  }
+  PostureCli() { runs_in_ = folder_; }
 
   static std::string table_of(const posture::Recorded& person, Eigen::Index rows) {
     std::string text = "t_s";
@@ -54,12 +29,9 @@ class PostureCli : public testing::Test {
   }
 
   int run(const std::string& arguments) {
-    const std::string program = fs::absolute(FLEXOR_PROGRAM).string();
-    const std::string command = fmt::format("cd '{}' && '{}' posture {} < /dev/null > out 2> err",
-                                            folder_.string(), program, arguments);
-    const int status = std::system(command.c_str());
-    said_ = content(path("err"));
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    const Finished r = Command::run("posture " + arguments);
+    said_ = r.err;
+    return r.exit;
   }
 
   void learn() {
@@ -68,18 +40,10 @@ class PostureCli : public testing::Test {
     ASSERT_EQ(run("learn person1.csv person2.csv person3.csv --out p.json"), 0) << said_;
   }
 
-  // Exit 2, one line that holds `what`, and no output.
   void expect_refusal(const std::string& arguments, const std::string& what) {
-    EXPECT_EQ(run(arguments), 2) << arguments;
-    EXPECT_EQ(std::ranges::count(said_, '\n'), 1) << said_;
-    EXPECT_NE(said_.find(what), std::string::npos) << said_;
-    for (const auto& entry : fs::directory_iterator(folder_)) {
-      const std::string name = entry.path().filename().string();
-      EXPECT_TRUE(name.find("never") == std::string::npos && name.find("part") == std::string::npos) << name;
-    }
+    expect_refused("posture " + arguments, 2, what);
   }
 
-  fs::path folder_;
   std::string said_;
 };
 

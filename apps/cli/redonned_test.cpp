@@ -1,16 +1,11 @@
 // A real finger with angles, its sensor moved as a real glove moved from session to session: what flexor recalibrate makes of
 // one to three whole bends without a camera, from open hand to open hand and from fist to fist. Fitted on the first half of a recording, bends from and score on the second.
 #include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
-#include "host/io/io.hpp"
+#include "apps/cli/command_test.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/model.hpp"
 #include "host/recording/csv.hpp"
@@ -18,7 +13,6 @@
 namespace flexor::cli {
 namespace redonned_test {
 
-namespace fs = std::filesystem;
 const fs::path kRealData = fs::path(FLEXOR_SOURCE_DIR) / "../shared/data";
 
 // Of a sensor against the mean of all sessions, shares of its span.
@@ -57,8 +51,10 @@ struct Ends {
   double span() const { return high - low; }
 };
 
-class Redonned : public testing::Test {
+class Redonned : public Command {
  protected:
+  Redonned() { runs_in_ = folder_; }
+
   void SetUp() override {
     if (!fs::exists(kRealData / "donning"))
       GTEST_SKIP() << "needs ../shared/data, which is not part of the repository";
@@ -77,15 +73,13 @@ class Redonned : public testing::Test {
   }
 
   std::string run(const std::string& arguments) {
-    const std::string command = fmt::format("cd '{}' && '{}' {} > out 2> err", folder_.path().string(),
-                                            fs::absolute(FLEXOR_PROGRAM).string(), arguments);
-    const int status = std::system(command.c_str());
-    EXPECT_EQ(WEXITSTATUS(status), 0) << arguments << "\n" << io::read_file(folder_.path() / "err");
-    return io::read_file(folder_.path() / "out");
+    const Finished r = Command::run(arguments);
+    EXPECT_EQ(r.exit, 0) << arguments << "\n" << r.err;
+    return r.out;
   }
 
   void write(const std::string& name, const std::vector<double>& reading, double from_s, double to_s) {
-    std::ofstream out(folder_.path() / name);
+    std::ofstream out(folder_ / name);
     out << "t_s,index_adc\n";
     for (std::size_t i = 0; i < t_s_.size(); ++i) {
       if (t_s_[i] >= from_s && t_s_[i] <= to_s) out << fmt::format("{},{}\n", t_s_[i], reading[i]);
@@ -107,7 +101,7 @@ class Redonned : public testing::Test {
       reference += fmt::format("{},{}\n", t_s_.back(), angle_deg_.back());
     }
     half_s_ = t_s_.back() / 2;
-    io::write_file(folder_.path() / "reference.csv", reference);
+    io::write_file(folder_ / "reference.csv", reference);
     write("sensor.csv", reading_, 0, t_s_.back());
     run("identify --sensor sensor.csv --reference reference.csv --clock-offset 0 --model model.json");
     made_ = ends({reading_.begin(), reading_.begin() + static_cast<std::ptrdiff_t>(reading_.size() / 2)});
@@ -163,8 +157,8 @@ class Redonned : public testing::Test {
 
   // The same of what the program writes.
   double applied_deg(const std::string& options) {
-    io::write_file(folder_.path() / "angles.csv", run("apply model.json sensor.csv" + options));
-    const auto out = recording::read_csv(folder_.path() / "angles.csv", {"index_deg"});
+    io::write_file(folder_ / "angles.csv", run("apply model.json sensor.csv" + options));
+    const auto out = recording::read_csv(folder_ / "angles.csv", {"index_deg"});
     double sum = 0;
     double count = 0;
     for (std::size_t i = 0, k = 0; i < out.t_s.size(); ++i) {
@@ -186,7 +180,7 @@ class Redonned : public testing::Test {
   }
 
   void add(const Moved& moved, const Bends& seen, Errors& sums) {
-    const model::Model made = model::load(folder_.path() / "model.json");
+    const model::Model made = model::load(folder_ / "model.json");
     const std::vector<double> now = put_on_anew(moved);
     std::vector<double> shown;
     for (std::size_t i = 0; i < t_s_.size(); ++i) {
@@ -200,7 +194,7 @@ class Redonned : public testing::Test {
     write("bends.csv", now, seen.begin_s, seen.end_s);
     run("recalibrate model.json --recording bends.csv --out today.json");
     const double raw = mean_square_deg2(made, now);
-    const double flexor = mean_square_deg2(model::load(folder_.path() / "today.json"), now);
+    const double flexor = mean_square_deg2(model::load(folder_ / "today.json"), now);
     sums.raw += raw;
     sums.middle += mean_square_deg2(made, middle);
     sums.ends += mean_square_deg2(made, both);
@@ -224,7 +218,6 @@ class Redonned : public testing::Test {
     return out;
   }
 
-  io::TemporaryFolder folder_;
   std::vector<Moved> moved_;
   std::vector<double> t_s_;
   std::vector<double> reading_;
@@ -251,7 +244,7 @@ TEST_F(Redonned, WholeBendsBringARealFingerBack) {
   const std::vector<std::vector<double>> most = {{6.8, 3.6, 2.9}, {7.6, 5, 4.7}};  // degrees
   for (std::size_t f = 0; f < kRealFingers.size(); ++f) {
     identify(kRealFingers[f]);
-    const double before = std::sqrt(mean_square_deg2(model::load(folder_.path() / "model.json"), reading_));
+    const double before = std::sqrt(mean_square_deg2(model::load(folder_ / "model.json"), reading_));
     for (std::size_t count = 1; count <= 3; ++count) {
       const Errors e = errors(count);
       std::printf(

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -29,13 +28,6 @@ namespace fs = std::filesystem;
 
 class ReportTest : public testing::Test {
  protected:
-  ReportTest()
-      : folder_(fs::path(testing::TempDir()) / ("flexor_report_test_" + std::to_string(::getpid()))) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~ReportTest() override { fs::remove_all(folder_); }
-
   std::string read(const std::string& name) const { return io::read_file(folder_ / name); }
 
   std::map<std::string, std::string> files() const {
@@ -67,13 +59,15 @@ class ReportTest : public testing::Test {
     }
   }
 
-  fs::path folder_;
+  const io::TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
 };
 
 class IdentificationReport : public ReportTest {
  protected:
   IdentificationReport() {
-    const fs::path logs = folder_.string() + "_logs";
+    const io::TemporaryFolder simulated;
+    const fs::path& logs = simulated.path();
     EXPECT_EQ(std::system(("'" FLEXOR_SIMULATE "' '" + logs.string() + "'").c_str()), 0);
     identify::FileRequest r;
     r.files = {logs / "simulated_glove.csv", logs / "simulated_camera.csv", "", ""};
@@ -81,7 +75,6 @@ class IdentificationReport : public ReportTest {
     r.split = 0.6;           // what is fitted reaches one end stop only,
     r.clock_offset_s = 7.4;  // on the true clock
     result_ = identify::identify_files(r, {});
-    fs::remove_all(logs);
   }
   identify::Identification result_;
 };
@@ -157,7 +150,8 @@ void spoil(nlohmann::ordered_json& json, const std::string& evil, const std::str
 class HandReport : public ReportTest {
  protected:
   HandReport() {
-    const fs::path logs = folder_.string() + "_logs";
+    const io::TemporaryFolder simulated;
+    const fs::path& logs = simulated.path();
     EXPECT_EQ(std::system(("'" FLEXOR_SIMULATE "' '" + logs.string() + "'").c_str()), 0);
     identify::HandRequest r;
     const identify::PairFiles pair{logs / "simulated_glove.csv", logs / "simulated_camera.csv"};
@@ -170,7 +164,6 @@ class HandReport : public ReportTest {
         "index=simulated_index_adc:∠simulated_index_deg,thumb=simulated_index_adc:∠simulated_index_deg");
     r.structure = "curve";
     result_ = identify::identify_hand(r, {});
-    fs::remove_all(logs);
   }
 
   nlohmann::ordered_json results() const { return nlohmann::ordered_json::parse(read("results.json")); }

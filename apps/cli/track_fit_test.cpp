@@ -1,49 +1,20 @@
 // A joint file that does not fit the video gives no angles instead of zeros.
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
-#include "host/io/io.hpp"
+#include "apps/cli/command_test.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
 namespace track_fit_test {
-namespace fs = std::filesystem;
 
-class TrackFit : public testing::Test {
+class TrackFit : public Command {
  protected:
-  TrackFit()
-      : folder_(fs::path(testing::TempDir()) /
-                (std::string("flexor_track_") +
-                 testing::UnitTest::GetInstance()->current_test_info()->name() +
-                 std::to_string(::getpid()))) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~TrackFit() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return "'" + (folder_ / name).string() + "'"; }
-  fs::path file(const std::string& name) const { return folder_ / name; }
-  std::string text(const std::string& name) const {
-    std::ifstream stream(file(name), std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-
-  int run(const std::string& arguments) const {
-    const int status = std::system(
-        ("'" FLEXOR_PROGRAM "' " + arguments + " > " + path("stdout") + " 2> " + path("stderr")).c_str());
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
+  std::string path(const std::string& name) const { return quoted(Command::path(name)); }
+  int run(const std::string& arguments) const { return Command::run(arguments).exit; }
 
   // What was said beside the progress, which says "tracking: frame".
   std::vector<std::string> lines() const {
-    std::istringstream stream(text("stderr"));
+    std::istringstream stream(content(folder_ / "stderr"));
     std::vector<std::string> out;
     for (std::string line; std::getline(stream, line);) {
       if (!line.starts_with("tracking: ")) out.push_back(line);
@@ -56,11 +27,11 @@ class TrackFit : public testing::Test {
     EXPECT_EQ(run("track " + video + " --joints " + joints + " --out " + path("a.csv") + " --preview " +
                   path("p.mp4") + options),
               1);
-    ASSERT_EQ(lines().size(), 1u) << text("stderr");
+    ASSERT_EQ(lines().size(), 1u) << content(folder_ / "stderr");
     EXPECT_NE(lines()[0].find("does not fit"), std::string::npos) << lines()[0];
     EXPECT_NE(lines()[0].find(missing), std::string::npos) << lines()[0];
     EXPECT_NE(lines()[0].find("--setup"), std::string::npos) << lines()[0];
-    EXPECT_EQ(text("stdout"), "");
+    EXPECT_EQ(content(folder_ / "stdout"), "");
     for (const auto& entry : fs::directory_iterator(folder_)) {
       const std::string name = entry.path().filename().string();
       EXPECT_TRUE(name.find("a.csv") == std::string::npos && name.find("p.mp4") == std::string::npos) << name;
@@ -73,18 +44,15 @@ class TrackFit : public testing::Test {
 
   // The film's joint file with the marks of some skeletons said to be blue.
   std::string blue(const std::string& name, const std::vector<std::string>& skeletons) const {
-    auto json = nlohmann::json::parse(text("film/joints.json"));
+    auto json = nlohmann::json::parse(content(folder_ / "film/joints.json"));
     for (auto& s : json.at("skeletons")) {
       if (std::ranges::find(skeletons, s.at("name").get<std::string>()) == skeletons.end()) continue;
       s.at("marks")["colour"] = "#1010f0";
       s.at("marks").erase("start");
     }
-    io::write_file(file(name), json.dump());
+    write(name, json.dump());
     return path(name);
   }
-
- private:
-  fs::path folder_;
 };
 
 TEST_F(TrackFit, MarksOfAnotherColourAreNamedAndNothingIsWritten) {
@@ -99,7 +67,7 @@ TEST_F(TrackFit, MarksOfAnotherColourAreNamedAndNothingIsWritten) {
             0);
   EXPECT_TRUE(
       std::ranges::any_of(lines(), [](const std::string& l) { return l.starts_with("warning: pinky:"); }));
-  const auto angles = recording::read_csv(file("a.csv"), {"pinky_mcp_quality", "index_mcp_quality"});
+  const auto angles = recording::read_csv(folder_ / "a.csv", {"pinky_mcp_quality", "index_mcp_quality"});
   EXPECT_TRUE(std::ranges::all_of(angles.column("pinky_mcp_quality").value, [](double q) { return q == 3; }));
   EXPECT_TRUE(std::ranges::all_of(angles.column("index_mcp_quality").value, [](double q) { return q < 3; }));
 }

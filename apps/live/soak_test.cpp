@@ -1,6 +1,5 @@
 // A glove at a port for as long as FLEXOR_SOAK_S says (script/soak_live), pulled out and plugged in again, with four tabs that
 // read and one that never does: what reaches the recording, how late the tabs hear it, what it costs.
-#include <gtest/gtest.h>
 #include <stdlib.h>
 #include <termios.h>
 
@@ -13,19 +12,14 @@
 #include <deque>
 #include <fstream>
 #include <mutex>
-#include <nlohmann/json.hpp>
-#include <optional>
 #include <sstream>
 
-#include "apps/live/test_wire.hpp"
-#include "host/io/io.hpp"
-#include "host/io/process.hpp"
-#include "host/io/test_terminal.hpp"
+#include "apps/live/program_test.hpp"
+#include "host/io/terminal_test.hpp"
 
 namespace flexor::live {
 namespace soak_test {
 
-using Json = nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
 double now_s() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
@@ -117,50 +111,6 @@ class Board {
   std::jthread thread_;
 };
 
-// `flexor live` at that port, in a process of its own.
-class Program {
- public:
-  Program(const std::filesystem::path& port, const std::filesystem::path& sessions) {
-    process_.emplace(
-        std::filesystem::absolute(FLEXOR_PROGRAM).string(),
-        std::vector<std::string>{"flexor", "live", "--port", port.string(), "--json", "--sessions",
-                                 sessions.string(), "--model", FLEXOR_SOURCE_DIR "/models/published_hw.json"},
-        std::vector<io::HandedOn>{{out_.end(1), STDOUT_FILENO}});
-    out_.close_end(1);
-    std::string line;
-    for (char c = 0; read(out_.end(0), &c, 1) == 1 && c != '\n';) line += c;
-    place.emplace(Json::parse(line).at("url").get<std::string>());
-    std::ifstream("/proc/thread-self/children") >> id_;
-  }
-  ~Program() {
-    process_->kill();
-    process_->wait();
-  }
-  // Seconds of processor time so far.
-  double processor_s() const {
-    std::istringstream fields(io::read_file("/proc/" + std::to_string(id_) + "/stat"));
-    std::string field;
-    double ticks = 0;
-    for (int i = 1; fields >> field && i <= 15; ++i)
-      if (i >= 14) ticks += std::stod(field);
-    return ticks / static_cast<double>(sysconf(_SC_CLK_TCK));
-  }
-  double memory_mb() const {
-    std::istringstream fields(io::read_file("/proc/" + std::to_string(id_) + "/statm"));
-    double all = 0;
-    double resident = 0;
-    fields >> all >> resident;
-    return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
-  }
-
-  std::optional<Place> place;
-
- private:
-  io::Pipe out_;
-  std::optional<io::Process> process_;
-  int id_ = 0;
-};
-
 // A tab that reads: how late each row is, and how many came.
 class Reader {
  public:
@@ -197,31 +147,6 @@ class Reader {
   Tab tab_;
   std::jthread thread_;
 };
-
-// The words until their answer, at a tab of its own.
-Json ask(const Place& place, const Json& words) {
-  Tab tab(place);
-  Json message = words;
-  message["id"] = 1;
-  tab.say(message.dump());
-  for (;;) {
-    const auto [opcode, payload] = tab.hear();
-    if (opcode == 0) return nullptr;
-    if (opcode != kText) continue;
-    const Json heard = Json::parse(payload);
-    if (heard.contains("id")) return heard;
-  }
-}
-
-bool has_fingers(const Place& place) {
-  Tab tab(place);
-  for (const double end_s = now_s() + 20; now_s() < end_s;) {
-    const auto [opcode, payload] = tab.hear();
-    if (opcode == kText && Json::parse(payload).value("/fingers/0/name"_json_pointer, std::string()) != "")
-      return true;
-  }
-  return false;
-}
 
 // Rows of the log whose first value does not follow the one before, and all of them.
 struct Logged {
@@ -263,21 +188,51 @@ struct Soaked {
   int replugged = 0;
 };
 
-Soaked soak(double rate_hz, double seconds, double replug_every_s) {
-  const io::TemporaryFolder folder;
-  const auto port = folder.path() / "port";
-  const auto sessions = folder.path() / "sessions";
+class LiveSoak : public Program {
+ protected:
+  void SetUp() override { FLEXOR_NEEDS_TERMINALS(); }
+
+  // By a tab of its own: one that does not read would be dropped.
+  bool done(const char* what) {
+    tab_.emplace(*place_);
+    const bool ok = ask({{"do", what}}).value("ok", false);
+    tab_.reset();
+    return ok;
+  }
+  // Field `number` of a file that /proc has of the program, counted from 0.
+  double field(const char* file, int number) const {
+    std::istringstream fields(io::read_file("/proc/" + std::to_string(child_) + "/" + file));
+    std::string field;
+    for (int i = 0; i <= number; ++i) fields >> field;
+    return std::stod(field);
+  }
+  // Seconds of processor time so far.
+  double processor_s() const {
+    return (field("stat", 13) + field("stat", 14)) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  }
+  double memory_mb() const { return field("statm", 1) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6; }
+  Soaked soak(double rate_hz, double seconds, double replug_every_s);
+
+  int child_ = 0;
+};
+
+Soaked LiveSoak::soak(double rate_hz, double seconds, double replug_every_s) {
+  const auto port = folder_.path() / "port";
   Board board(port, rate_hz);
-  Program program(port, sessions);
+  begin({"--port", port.string(), "--model", FLEXOR_SOURCE_DIR "/models/published_hw.json"});
+  std::ifstream("/proc/thread-self/children") >> child_;
   Soaked out;
-  if (!has_fingers(*program.place)) return out;
+  if (state_when([](const Json& s) {
+        return s.value("/fingers/0/name"_json_pointer, "") != std::string();
+      }).is_null())
+    return out;
   std::vector<std::unique_ptr<Reader>> readers;
-  for (int i = 0; i < 4; ++i) readers.push_back(std::make_unique<Reader>(*program.place, board));
-  auto never_reads = std::make_unique<Tab>(*program.place, "", 4096);
-  EXPECT_TRUE(ask(*program.place, {{"do", "record.start"}}).value("ok", false));
+  for (int i = 0; i < 4; ++i) readers.push_back(std::make_unique<Reader>(*place_, board));
+  auto never_reads = std::make_unique<Tab>(*place_, "", 4096);
+  EXPECT_TRUE(done("record.start"));
   std::this_thread::sleep_for(std::chrono::duration<double>(std::min(20.0, seconds / 4)));
-  out.memory_mb = program.memory_mb();
-  const double processor_s = program.processor_s();
+  out.memory_mb = memory_mb();
+  const double used_s = processor_s();
   const double begin_s = now_s();
   double replug_s = begin_s + replug_every_s;
   while (now_s() < begin_s + seconds) {
@@ -287,14 +242,14 @@ Soaked soak(double rate_hz, double seconds, double replug_every_s) {
     board.unplug();
     std::this_thread::sleep_for(std::chrono::milliseconds(700));
     board.plug();
-    never_reads = std::make_unique<Tab>(*program.place, "", 4096);  // the one before was dropped
+    never_reads = std::make_unique<Tab>(*place_, "", 4096);  // the one before was dropped
     ++out.replugged;
   }
-  out.processor_share = (program.processor_s() - processor_s) / (now_s() - begin_s);
-  out.memory_more_mb = program.memory_mb() - out.memory_mb;
+  out.processor_share = (processor_s() - used_s) / (now_s() - begin_s);
+  out.memory_more_mb = memory_mb() - out.memory_mb;
   board.unplug();
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
-  EXPECT_TRUE(ask(*program.place, {{"do", "record.stop"}}).value("ok", false));
+  EXPECT_TRUE(done("record.stop"));
   for (auto& reader : readers) {
     reader->stop();
     out.dropped += reader->dropped ? 1 : 0;
@@ -302,7 +257,7 @@ Soaked soak(double rate_hz, double seconds, double replug_every_s) {
     out.late_s.insert(out.late_s.end(), reader->late_s.begin(), reader->late_s.end());
   }
   std::sort(out.late_s.begin(), out.late_s.end());
-  out.log = read_log(sessions);
+  out.log = read_log(folder_.path() / "sessions");
   out.said = board.rows();
   return out;
 }
@@ -332,8 +287,7 @@ void expect_nothing_lost(const Soaked& soaked) {
   EXPECT_GT(soaked.angles, soaked.log.rows) << "the model is worn";
 }
 
-TEST(LiveSoak, PluggedInAgainNothingIsLost) {
-  FLEXOR_NEEDS_TERMINALS();
+TEST_F(LiveSoak, PluggedInAgainNothingIsLost) {
   const double seconds = soak_s();
   const Soaked soaked = soak(100, seconds, std::min(60.0, seconds / 4));
   print("100 rows/s", soaked);
@@ -341,8 +295,7 @@ TEST(LiveSoak, PluggedInAgainNothingIsLost) {
   EXPECT_GE(soaked.replugged, 3);
 }
 
-TEST(LiveSoak, TenThousandRowsASecond) {
-  FLEXOR_NEEDS_TERMINALS();
+TEST_F(LiveSoak, TenThousandRowsASecond) {
   const double seconds = std::min(600.0, soak_s());
   const Soaked soaked = soak(10000, seconds, 0);
   print("10000 rows/s", soaked);

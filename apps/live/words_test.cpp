@@ -3,7 +3,7 @@
 
 #include <fstream>
 
-#include "apps/live/test_program.hpp"
+#include "apps/live/program_test.hpp"
 
 namespace flexor::live {
 namespace words_test {

@@ -12,7 +12,7 @@
 #include <cmath>
 
 #include "host/export/test_recording.hpp"
-#include "host/io/test_terminal.hpp"
+#include "host/io/terminal_test.hpp"
 
 namespace flexor::exports {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "host/io/io.hpp"
-#include "host/io/test_terminal.hpp"
+#include "host/io/terminal_test.hpp"
 
 namespace flexor::io {
 namespace {

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "host/io/io.hpp"
-#include "host/io/test_terminal.hpp"
+#include "host/io/terminal_test.hpp"
 #include "host/listen/test_board.hpp"
 
 namespace flexor::listen {

@@ -96,7 +96,8 @@ std::pair<int, int> gesture_range(const std::string& item) {
 }  // namespace
 
 Compensator compensator(const std::string& name, double rate_hz) {
-  if (!(rate_hz > 0) || !std::isfinite(rate_hz)) throw InputError("the rate must be positive");
+  if (!(rate_hz >= 0.01 && rate_hz <= 1e5))  // what a model's period may be
+    throw InputError(fmt::format("a rate of {:g} Hz must lie between 0.01 and 100000 Hz", rate_hz));
   Compensator out{name, {}};
   if (name == "raw") {
     out.model = raw_model();

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "host/io/process.hpp"
-#include "host/io/test_terminal.hpp"
+#include "host/io/terminal_test.hpp"
 #include "host/study/bench.hpp"
 
 namespace flexor::cosim {

@@ -1,0 +1,124 @@
+// The program as its users run it, in a folder that ends with the test.
+#pragma once
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "host/io/io.hpp"
+
+namespace flexor::cli {
+
+namespace fs = std::filesystem;
+using Arguments = std::vector<std::string>;
+
+inline std::string content(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+inline std::ptrdiff_t lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
+
+struct Finished {
+  int exit = -1;
+  int signal = 0;
+  std::string out;
+  std::string err;
+  double peak_mb = 0;
+};
+
+class Command : public testing::Test {
+ protected:
+  Command() {
+    fs::create_directories(folder_ / "tmp");
+    write("stdout", "");
+    write("stderr", "");
+  }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  }
+
+  // For a shell.
+  static std::string quoted(const std::string& word) { return "'" + word + "'"; }
+  static std::string quoted(const Arguments& words) {
+    std::string out;
+    for (const std::string& word : words) out += quoted(word) + " ";
+    return out;
+  }
+
+  // The inputs that one of the programs for tests writes.
+  void make(const std::string& program) const {
+    ASSERT_EQ(std::system((quoted(program) + " " + quoted(folder_.string())).c_str()), 0);
+  }
+
+  // A shell takes the arguments and the assignments of `environment`; `prepare` runs in the new process.
+  pid_t start(const std::string& arguments, const std::string& input = "/dev/null",
+              const std::string& environment = "", const std::function<void()>& prepare = {}) const {
+    const std::string command = environment + " exec " + quoted(fs::absolute(FLEXOR_PROGRAM).string()) + " " +
+                                arguments + " < " + quoted(input);
+    const pid_t child = ::fork();
+    if (child != 0) return child;
+    ::setenv("TMPDIR", path("tmp").c_str(), 1);  // what a killed process leaves behind
+    ::dup2(::open(path("stdout").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), 1);
+    ::dup2(::open(path("stderr").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), 2);
+    fs::current_path(runs_in_);
+    if (prepare) prepare();
+    ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+    ::_exit(127);
+  }
+
+  Finished wait(pid_t child) const {
+    int status = 0;
+    rusage used{};
+    ::wait4(child, &status, 0, &used);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, WIFSIGNALED(status) ? WTERMSIG(status) : 0,
+            content(path("stdout")), content(path("stderr")), static_cast<double>(used.ru_maxrss) / 1024};
+  }
+
+  Finished run(const std::string& arguments, const std::string& input = "/dev/null",
+               const std::string& environment = "") const {
+    return wait(start(arguments, input, environment));
+  }
+
+  // Exit status, one line that has `expected`, and no file that was not there before.
+  void expect_refused(const std::string& arguments, int exit, const std::string& expected) const {
+    const auto count = [&] { return std::distance(fs::recursive_directory_iterator(folder_), {}); };
+    const auto before = count();
+    const Finished r = run(arguments);
+    EXPECT_EQ(r.exit, exit) << arguments << "\n" << r.err.substr(0, 500);
+    EXPECT_NE(r.err.find(expected), std::string::npos) << arguments << "\n" << r.err.substr(0, 500);
+    EXPECT_EQ(lines(r.err), 1) << arguments << "\n" << r.err.substr(0, 500);
+    EXPECT_EQ(r.out, "") << arguments;
+    EXPECT_EQ(count(), before) << arguments;
+  }
+
+  const io::TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
+  fs::path runs_in_ = ".";
+};
+
+// With its arguments as words.
+class CommandOfWords : public Command {
+ protected:
+  Finished run(const Arguments& arguments) const { return Command::run(quoted(arguments)); }
+  void expect_refused(const Arguments& arguments, const std::string& expected) const {
+    Command::expect_refused(quoted(arguments), 2, expected);
+  }
+};
+
+}  // namespace flexor::cli

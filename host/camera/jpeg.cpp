@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -127,6 +128,11 @@ std::optional<double> stated_pixels(std::string_view bytes) {
     return bytes.size() < 30 ? std::optional<double>() : webp_pixels(bytes);
   }
   if (bytes.starts_with("II*\0"sv) || bytes.starts_with("MM\0*"sv)) return tiff_pixels(bytes);
+  int width = 0;
+  int height = 0;
+  if (std::sscanf(std::string(bytes.substr(0, 40)).c_str(), "P%*1[1-6] %d %d", &width, &height) ==
+      2)  // Netpbm
+    return std::abs(static_cast<double>(width) * height);
   if (!is_jpeg(bytes)) return {};
   std::optional<double> most;
   each_size(bytes, [&](std::uint8_t, const Size& size) {

@@ -263,9 +263,9 @@ TEST(Model, NamesSignalBlockAndRule) {
                 j["blocks"][1]["from"] = Json::array({"a", 3});
               }),
               "m.json: blocks[1]: \"from\" must be a signal's name");
-  expect_says(edited([](auto& j) { j["blocks"][11]["samples"] = 1.5; }),
-              "m.json: blocks[11]: \"samples\" is 1.5");
-  expect_says(edited([](auto& j) { j["blocks"][9]["poles_rad_s"][0] = 12; }),
+  expect_says(edited([](auto& j) { j["blocks"][9]["samples"] = 1.5; }),
+              "m.json: blocks[9]: \"samples\" is 1.5");
+  expect_says(edited([](auto& j) { j["blocks"][7]["poles_rad_s"][0] = 12; }),
               "m.json: lag: lti: poles must be negative");
   expect_says(edited([](auto& j) { j["channels"] = Json::array(); }), "m.json: unknown key \"channels\"");
 }
@@ -295,12 +295,12 @@ TEST(Model, RefusesAGraphThatDoesNotFitTogether) {
               }),
               "m.json: zone: dead_zone: takes 1 to 1 signals");
   expect_says(edited([](auto& j) {
-                j["blocks"][8]["from"] = {"a", "b"};
+                j["blocks"][6]["from"] = {"a", "b"};
               }),
               fmt::format("m.json: both: sum: takes 1 to {} signals", kMaxTerms));
   expect_says(edited([](auto& j) {
-                j["blocks"][8]["from"] = std::vector<std::string>(kMaxTerms + 1, "a");
-                j["blocks"][8]["weights"] = std::vector<double>(kMaxTerms + 1, 0.1);
+                j["blocks"][6]["from"] = std::vector<std::string>(kMaxTerms + 1, "a");
+                j["blocks"][6]["weights"] = std::vector<double>(kMaxTerms + 1, 0.1);
               }),
               fmt::format("m.json: both: sum: takes 1 to {} signals", kMaxTerms));
   expect_says(edited([](auto& j) { j["joints"] = Json::array(); }),

@@ -143,7 +143,8 @@ __attribute__((noinline)) void tick() {
   hand_link.stir(static_cast<uint16_t>(reading[0] ^ reading[4] << 8));
   hand_status.link = watch.tick();
   hand_status.board = broken | (reset_cause & kBadResets);
-  put(PORTD, kEnable, broken == 0);
+  if (broken) PORTD &= static_cast<uint8_t>(~kEnable);
+  if (!broken) PORTD |= kEnable;
   const uint8_t second = ++of_windows_ms & (hand::NeighbourWatch::kWindow_ms - 1);  // one pair in a tick
   if (second > 0 && second < link::kFingers) meet(second, reading);
   for (uint8_t i = 0; i < link::kFingers; ++i) {
@@ -152,9 +153,10 @@ __attribute__((noinline)) void tick() {
     const int16_t duty = broken ? 0 : run_finger(finger, i, reading[i]);
     drive(i, duty);
     hand_status.duty[i] = static_cast<int8_t>(duty >> 8);
-    hand_status.fault[i] = finger.fault();
+    const hand::Fault fault = finger.fault();
+    hand_status.fault[i] = fault;
     hand_status.setpoint[i] = finger.setpoint();
-    if (finger.runs_away()) runaway = hand::kRunaway;
+    if (fault != hand::Fault::none && finger.runs_away()) runaway = hand::kRunaway;
   }
   mark(Marker::tick_end);
 }

@@ -114,9 +114,12 @@ class MotorWatch {
     before_ = smooth_;
     if (along_ > 0) --along_;
     count_effort(c, duty);
-    if (behind_ > c.gap || ahead_ > c.gap) upwards_ = behind_ > c.gap;
-    if (behind_ > c.gap) return blame(duty > 0, static_cast<int16_t>(since_behind_ - smooth_));
-    if (ahead_ > c.gap) return blame(duty < 0, static_cast<int16_t>(smooth_ - since_ahead_));
+    const bool behind = behind_ > c.gap;
+    if (behind || ahead_ > c.gap) {
+      upwards_ = behind;
+      return behind ? blame(duty > 0, static_cast<int16_t>(since_behind_ - smooth_))
+                    : blame(duty < 0, static_cast<int16_t>(smooth_ - since_ahead_));
+    }
     return effort_ >= kEffort_turns ? Verdict::stalled : Verdict::good;
   }
 
@@ -138,17 +141,25 @@ class MotorWatch {
     const int16_t size = static_cast<int16_t>(down ? -v : v);
     const int16_t eighth = static_cast<int16_t>(size >> 3);
     const int16_t way = static_cast<int16_t>(down ? -moved : moved);
-    const int16_t high = slowed(c, static_cast<int16_t>(size + eighth + (eighth >> 1) + c.load));
+    const int16_t fastest = static_cast<int16_t>(size + eighth + (eighth >> 1) + c.load);  // not below 0
+    const int16_t high =
+        fastest > c.friction ? static_cast<int16_t>(fastest - c.friction) : static_cast<int16_t>(0);
     const int16_t low = slowed(c, static_cast<int16_t>(size - eighth - c.load));
     const int16_t more = static_cast<int16_t>(way - high - c.forget);
     const int16_t less = static_cast<int16_t>(low - way - c.forget);
-    ahead_ = kept(static_cast<int16_t>(ahead_ + (down ? less : more)), since_ahead_);
-    behind_ = kept(static_cast<int16_t>(behind_ + (down ? more : less)), since_behind_);
+    if (down) {
+      add(ahead_, less, since_ahead_);
+      add(behind_, more, since_behind_);
+    } else {
+      add(ahead_, more, since_ahead_);
+      add(behind_, less, since_behind_);
+    }
   }
-  int16_t kept(int16_t sum, int16_t& since) const {
-    if (sum > 0) return sum;
+  void add(int16_t& sum, int16_t step, int16_t& since) const {
+    sum = static_cast<int16_t>(sum + step);
+    if (sum > 0) return;
+    sum = 0;
     since = smooth_;
-    return 0;
   }
 
   // `away`: how far the reading has moved away from the model since they agreed. `driven`: against the duty.

@@ -5,7 +5,6 @@
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
-#include "host/deploy/caterina.hpp"
 #include "host/deploy/flash.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
@@ -20,8 +19,7 @@ struct Options {
   std::string what;
   std::string board;
   std::string port = "auto";
-  std::string target;  // empty: the image's
-  int baud = 0;        // 0: both
+  int baud = 0;  // 0: both
   bool json = false;
 };
 
@@ -50,20 +48,19 @@ void run(const Options& o) {
   const fs::path hex = image_of(o);
   const deploy::FlashContent image = deploy::read_image(hex);
   const deploy::Mcu mcu = deploy::mcu_of(image);
-  if (!o.target.empty() && o.target != mcu.name) {
-    throw io::InputError(fmt::format("{}: is an image for an {}, not for an {}: flexor deploy --target {}",
-                                     hex.string(), mcu.name, o.target, o.target));
-  }
-  const std::string port =
-      deploy::is_32u4(mcu) ? deploy::caterina_port(o.port, log) : deploy::choose_port(o.port);
+  if (deploy::is_32u4(mcu))
+    throw io::InputError(
+        fmt::format("{}: is an image for an {}, which flexor flash does not write: press the board's reset "
+                    "button, then {}",
+                    hex.string(), mcu.printed, deploy::avr109_command(hex.string())));
+  const std::string port = deploy::choose_port(o.port);
   if (o.port == "auto") log(fmt::format("the board is at {}", port));
   const auto begin = std::chrono::steady_clock::now();
   int rate_Bd = 0;
   {
     ProgressLine line;
-    deploy::Bootloader bootloader(
-        port, deploy::rates(o.baud, mcu),
-        [&](const std::string& what, int percent) { line.percent(what, percent); }, mcu);
+    deploy::Bootloader bootloader(port, deploy::rates(o.baud),
+                                  [&](const std::string& what, int percent) { line.percent(what, percent); });
     io::set_interruption_note(fmt::format(
         "interrupted: {} may hold part of the image; its bootloader is whole: run the same command again",
         port));
@@ -86,7 +83,7 @@ void run(const Options& o) {
   print(fmt::format(
       "{}: {} bytes written through the bootloader at {} baud and read back: the same, {:.1f} s\n", port,
       bytes, rate_Bd, took_s.count()));
-  if (!deploy::is_32u4(mcu) && rate_Bd == deploy::kOldRate_Bd)
+  if (rate_Bd == deploy::kOldRate_Bd)
     print(
         "This is an old bootloader: after the watchdog has ended a program that hung, the board stays off "
         "until its "
@@ -106,10 +103,6 @@ void add_flash(CLI::App& app) {
       ->check(CLI::IsMember({"glove", "hand"}));
   command->add_option("--port", o->port, "serial port, or auto: the only one there is")
       ->capture_default_str();
-  command
-      ->add_option("--target", o->target,
-                   "the board's chip; another's image is refused (default: the image's chip)")
-      ->check(CLI::IsMember({deploy::kAtmega328p.name, deploy::kAtmega32u4.name}));
   command->add_option("--baud", o->baud, "of the bootloader (default: 115200, then 57600 as old ones have)")
       ->check(CLI::PositiveNumber);
   command->add_flag("--json", o->json, "one JSON object on standard output");

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/live/wire_test.hpp"
+#include "apps/live/test_wire.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "apps/live/assets.hpp"
-#include "apps/live/wire_test.hpp"
+#include "apps/live/test_wire.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::live {

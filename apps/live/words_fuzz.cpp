@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "apps/live/live.hpp"
-#include "apps/live/wire_test.hpp"
+#include "apps/live/test_wire.hpp"
 #include "host/io/io.hpp"
 
 namespace {

@@ -127,9 +127,8 @@ std::string choose_port(const std::string& port, const fs::path& dev) {
   return path.string();
 }
 
-std::vector<int> rates(int baud, const Mcu& mcu) {
+std::vector<int> rates(int baud) {
   if (baud != 0) return {baud, baud};
-  if (is_32u4(mcu)) return {kCaterinaRate_Bd, kCaterinaRate_Bd};
   return {kNewRate_Bd, kOldRate_Bd, kNewRate_Bd, kOldRate_Bd};
 }
 
@@ -138,8 +137,8 @@ struct Bootloader::Answer {
   std::string why;
 };
 
-Bootloader::Bootloader(std::string port, std::vector<int> rates_Bd, FlashProgress progress, const Mcu& mcu)
-    : port_(std::move(port)), rates_Bd_(std::move(rates_Bd)), progress_(std::move(progress)), mcu_(mcu) {
+Bootloader::Bootloader(std::string port, std::vector<int> rates_Bd, FlashProgress progress)
+    : port_(std::move(port)), rates_Bd_(std::move(rates_Bd)), progress_(std::move(progress)) {
   if (io::find_program(kProgrammer).empty())
     throw InputError(fmt::format("{0} is missing: install the package {0}", kProgrammer));
 }
@@ -155,21 +154,16 @@ Bootloader::Answer Bootloader::run(const std::string& operation, const fs::path&
     if (percent >= 0) progress_(what, percent);
   };
   progress_(fmt::format("connecting at {} baud", rate), 0);
-  std::vector<std::string> command = {kProgrammer, "-c",  "arduino", "-p", mcu_.part,
-                                      "-P",        port_, "-b",      rate, "-D"};
-  if (is_32u4(mcu_)) {
-    command[2] = "avr109";
-  } else {
-    command.insert(command.end(), {"-x", "attempts=1"});
-  }
-  command.insert(command.end(), {"-U", operation});
+  const std::vector<std::string> command = {kProgrammer, "-c",         "arduino", "-p",     kAtmega328p.part,
+                                            "-P",        port_,        "-b",      rate,     "-D",
+                                            "-x",        "attempts=1", "-U",      operation};
   const io::ProcessResult result = io::run_process(command, folder, {on_err, kSilence_ms});
   if (result.status == 0) return {Answer::done, ""};
   const std::string signature = signature_in(result.err);
   if (result.err.find("xpected signature") != std::string::npos) {
     return {Answer::failed,
             fmt::format("the chip there is {}, the image is for an {} ({}): nothing was written", signature,
-                        mcu_.printed, mcu_.signature)};
+                        kAtmega328p.printed, kAtmega328p.signature)};
   }
   const std::string cannot_open = line_with(result.err, "cannot open port");
   if (!cannot_open.empty())
@@ -190,7 +184,7 @@ void Bootloader::run_at_any_rate(const std::string& operation, const fs::path& f
   const std::string tried = fmt::format(
       "{}", fmt::join(std::set<int, std::greater<>>(rates_Bd_.begin(), rates_Bd_.end()), " and "));
   while (!rates_Bd_.empty()) {
-    if (!is_32u4(mcu_) && rates_Bd_.front() == kOldRate_Bd && end > kOldBootloaderBegin) {
+    if (rates_Bd_.front() == kOldRate_Bd && end > kOldBootloaderBegin) {
       throw JobError(
           fmt::format("{}: the image ends at 0x{:x}, an old bootloader begins at 0x{:x}: nothing was written",
                       port_, end, kOldBootloaderBegin));
@@ -204,13 +198,6 @@ void Bootloader::run_at_any_rate(const std::string& operation, const fs::path& f
 }
 
 std::string Bootloader::nobody(const std::string& tried) const {
-  if (is_32u4(mcu_)) {
-    return fmt::format(
-        "{}: no bootloader of an {} answers, which the image is for: is it this port, was reset pressed, "
-        "twice on a "
-        "Pro Micro, within the last eight seconds? On another board: flexor deploy without --target",
-        port_, mcu_.printed);
-  }
   return fmt::format(
       "{}: no bootloader answers at {} baud: is it this port, is the radio unplugged from the "
       "board's RX (D0), does the board's reset reach DTR, has it a bootloader?",

@@ -1,6 +1,5 @@
 // A board's flash through its bootloader, by avrdude: no programmer, no compiler. A board with a USB converter of its
-// own (Nano, Uno) is reset when its port is opened and listens for about a second; one with an ATmega32U4 has to be
-// brought to its bootloader first (host/deploy/caterina.hpp).
+// own (Nano, Uno) is reset when its port is opened and listens for about a second.
 #pragma once
 
 #include <filesystem>
@@ -15,8 +14,6 @@ namespace flexor::deploy {
 
 inline constexpr std::size_t kOptibootBegin = 0x7e00;  // new bootloader, 115200 baud
 inline constexpr int kOldRate_Bd = 57600;
-inline constexpr int kCaterinaRate_Bd =
-    57600;  // of an ATmega32U4's: over USB any would do, avrdude wants one
 inline constexpr std::size_t kOldBootloaderBegin = 0x7800;  // of Nanos before 2018, 57600 baud
 
 // An image that the bootloader of its chip, mcu_of(), can write: read_intel_hex, and nothing where the bootloader itself
@@ -34,15 +31,14 @@ std::string choose_port(const std::string& port, const std::filesystem::path& de
 // "writing" or "verifying" or "reading" at a rate, so many percent; "connecting" with 0.
 using FlashProgress = std::function<void(const std::string& what, int percent)>;
 
-// What to try: `baud`, or for 0 the new bootloader's rate, then the old one's, of an ATmega32U4 the one that avrdude wants
-// to hear; all twice, since a reset may come late.
-std::vector<int> rates(int baud, const Mcu& mcu = kAtmega328p);
+// What to try: `baud`, or for 0 the new bootloader's rate, then the old one's; all twice, since a reset
+// may come late.
+std::vector<int> rates(int baud);
 
 class Bootloader {
  public:
   // At one of `rates_Bd`, tried in order at the first command. Throws io::InputError where avrdude is missing.
-  Bootloader(std::string port, std::vector<int> rates_Bd, FlashProgress progress,
-             const Mcu& mcu = kAtmega328p);
+  Bootloader(std::string port, std::vector<int> rates_Bd, FlashProgress progress);
 
   // Both throw io::JobError, one line: no answer at any rate, another chip than the image is for, an image that does not fit this
   // bootloader, a byte that reads back otherwise, a board that falls silent.
@@ -60,7 +56,6 @@ class Bootloader {
   std::string port_;
   std::vector<int> rates_Bd_;
   FlashProgress progress_;
-  Mcu mcu_;
 };
 
 }  // namespace flexor::deploy

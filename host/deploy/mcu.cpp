@@ -20,6 +20,10 @@ constexpr std::array<std::pair<int, int>, 6> kSamePin = {
 
 }  // namespace
 
+std::string avr109_command(const std::string& hex) {
+  return fmt::format("avrdude -c avr109 -p m32u4 -P PORT -U flash:w:{}:i", hex);
+}
+
 bool is_32u4(const Mcu& mcu) { return std::string_view(mcu.name) == kAtmega32u4.name; }
 
 Mcu mcu(const std::string& name) {

@@ -27,6 +27,9 @@ inline constexpr Mcu kAtmega32u4 = {
 
 bool is_32u4(const Mcu& mcu);
 
+// What writes an ATmega32U4's image through its own bootloader, which is there for eight seconds after a reset.
+std::string avr109_command(const std::string& hex);
+
 // Throws io::InputError, which names those that are known.
 Mcu mcu(const std::string& name);
 

@@ -151,12 +151,11 @@ std::string send_words(const Deployment& d) {
                      deploy::data_block(g).in_flash ? " --bootloader" : "");
 }
 
-// A radio at D0 drives the same pin as a USB converter; an ATmega32U4 has USB of its own, and its bootloader waits for
-// the button.
+// A radio at D0 drives the same pin as a USB converter; an ATmega32U4 has USB of its own.
 std::string flash_glove_words(const Deployment& d) {
   return deploy::is_32u4(d.glove.mcu)
-             ? "Flash the glove, and press its reset button, twice on a Pro Micro, when it says so: " +
-                   flash_command(d, "glove")
+             ? "Flash the glove: press its reset button, twice on a Pro Micro, and within eight seconds " +
+                   deploy::avr109_command(io::shell_word(d.folder + "/glove.hex"))
              : "Flash the glove, with its radio unplugged from D0: " + flash_command(d, "glove");
 }
 

@@ -84,7 +84,7 @@ void Gnuplot::run() {
 }
 
 std::string Gnuplot::bytes(const std::string& name) const {
-  if (!std::filesystem::exists(folder_.path() / name)) return {};
+  if (!undrawn_.empty() || !std::filesystem::exists(folder_.path() / name)) return {};
   std::string out = io::read_file(folder_.path() / name);
   // The same data are the same bytes: an SVG names the file that was plotted, a PDF the date.
   const std::string here = std::filesystem::absolute(folder_.path()).string() + "/";

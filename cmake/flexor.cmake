@@ -164,10 +164,10 @@ function(flexor_headers_compile_alone library)
 endfunction()
 
 # A program of GoogleTest's: one ctest entry, or SHARDS of them, which share its tests. Under the sanitizers there are those
-# alone that are SANITIZED: parsers, the link, the runtime, threads. LONG names tests, as --gtest_filter does, that need real
+# alone that are SANITIZED: parsers, the link, the runtime, threads; without those that STATISTICS names. LONG names tests, as --gtest_filter does, that need real
 # time, thousands of fits or minutes: script/test --all has them, as NAME_long.
 function(flexor_test name)
-  cmake_parse_arguments(ARG "SANITIZED" "SHARDS;LONG" "SOURCES;USES" ${ARGN})
+  cmake_parse_arguments(ARG "SANITIZED" "SHARDS;LONG;STATISTICS" "SOURCES;USES" ${ARGN})
   if(FLEXOR_SANITIZE AND NOT ARG_SANITIZED)
     return()
   endif()
@@ -180,8 +180,9 @@ function(flexor_test name)
   set_property(GLOBAL APPEND_STRING PROPERTY FLEXOR_TESTS "$<TARGET_FILE:${name}>\n")
   if(FLEXOR_SANITIZE)
     add_dependencies(sanitized ${name})
+    set(ARG_LONG "${ARG_LONG}:${ARG_STATISTICS}")
   endif()
-  if(ARG_LONG)
+  if(ARG_LONG AND NOT FLEXOR_SANITIZE)
     add_test(NAME ${name}_long COMMAND ${name} --gtest_filter=${ARG_LONG} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
     set_tests_properties(${name}_long PROPERTIES LABELS long TIMEOUT 1800)
     if(ARG_LONG STREQUAL "*")

@@ -46,6 +46,7 @@ class Worn : public live::WornGlove {
   bool has_boards() const override { return true; }
   std::string port() const override { return "/dev/null"; }
   std::string key_file() const override { return {}; }
+  std::string why_not_written() const override { return {}; }
   bool in_flash() const override { return false; }
   double rate_hz() const override { return 100; }
   double lead_s() const override { return 0.1; }

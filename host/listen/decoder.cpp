@@ -395,8 +395,8 @@ class LineDecoder : public TextDecoder {
     const std::vector<std::string_view> labels = take_labels(cells);
     if (!labels.empty() && !take_labelled(labels)) return false;
     const bool is_header = std::ranges::all_of(cells, is_name);
-    const bool is_row =
-        !is_header || (!cells[0].empty() && number(cells[0].substr(0, 1)));  // "1;2" is a name, too
+    const bool is_row = !is_header || (!cells.empty() && !cells[0].empty() &&
+                                       number(cells[0].substr(0, 1)));  // "1;2" is a name, too
     if (tally_.samples > 0 && is_row && cells.size() != names_.size() && cells.size() != other_.size())
       count_misfit(cells.size(), names_.size());
     if (is_header) return take_header(cells);

@@ -47,6 +47,13 @@ TEST(Frames, GiveAnglesStatesAndAClockThatGoesOnAfterItsWrap) {
       << "two wraps in a silence";
 }
 
+// Found by the fuzzer.
+TEST(Lines, ALineWithoutValuesBehindItsTimeIsNoRow) {
+  const auto decoder = make_decoder(Format::lines);
+  decoded(*decoder, bytes_of("1\n2\n12:03:11.123 -> \n"));
+  EXPECT_EQ(decoder->tally().samples, 1U);
+}
+
 TEST(Lines, RowsOfAnotherNumberOfValuesAreToldWhileTheyCome) {
   const auto decoder = make_decoder(Format::lines);
   decoded(*decoder, bytes_of("a,b,c,d,e\n1,2,3,4,5\n1,2\n1,2,3,4,5\n"));

@@ -139,19 +139,26 @@ void check_ranges(const model::Model& model, const recording::CsvReader& reader,
   std::vector<std::string> columns;
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     const model::InputCount& count = ranges.counts()[i];
-    if (!count.mostly_outside()) continue;
-    columns.push_back(
-        fmt::format("column \"{}\": {} of {} readings, which span {:g} to {:g}, lie outside of the "
-                    "model's range {:g} to {:g}",
-                    reader.columns()[i], count.outside, count.readings, count.low, count.high,
-                    model.inputs[i].valid_min, model.inputs[i].valid_max));
+    const model::Input& input = model.inputs[i];
+    const std::string read = fmt::format("of {} readings, which span {:g} to {:g}, lie outside of the",
+                                         count.readings, count.low, count.high);
+    if (count.mostly_outside()) {
+      columns.push_back(fmt::format("column \"{}\": {} {} model's range {:g} to {:g}", reader.columns()[i],
+                                    count.outside, read, input.valid_min, input.valid_max));
+    } else if (count.mostly_beyond()) {
+      columns.push_back(fmt::format("column \"{}\": {} {} {:g} to {:g} that the model was made from",
+                                    reader.columns()[i], count.beyond, read, input.readings->reading.front(),
+                                    input.readings->reading.back()));
+    }
   }
-  if (columns.empty()) return;
   std::string mend = "another board or divider, or a sensor that is not plugged in?";
   if (const auto pair = ranges.exchanged()) {
-    mend = fmt::format("\"{}\" and \"{}\" seem to be exchanged: exchange them with --input",
-                       reader.columns()[pair->first], reader.columns()[pair->second]);
+    const std::string& one = reader.columns()[pair->first];
+    const std::string& other = reader.columns()[pair->second];
+    mend = fmt::format("\"{}\" and \"{}\" seem to be exchanged: exchange them with --input", one, other);
+    if (columns.empty()) columns.push_back("each reads as the other did when the model was made");
   }
+  if (columns.empty()) return;
   throw OutOfRange(fmt::format("{}: {}: {}", reader.name(), fmt::join(columns, "; "), mend));
 }
 
@@ -263,8 +270,8 @@ void add_apply(CLI::App& app) {
       "For each channel a column <finger>_deg and <finger>_status: 0 ok, 1 below and 2 above the valid "
       "range,\n"
       "3 not a number, 4 pause of the log. With anything but 0 the last good reading is held.\n"
-      "Exit status 3: all is written, but half or more of a column's readings lie outside of the model's "
-      "range.");
+      "Exit status 3: all is written, but readings of a column are not what the model knows; the message "
+      "says how.");
   command->add_option("model", o->model, "model document")->required();
   command->add_option("file", o->file, "CSV recording; - reads standard input row by row")->required();
   command->add_option("--input", o->inputs,

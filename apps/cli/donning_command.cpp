@@ -27,8 +27,8 @@ void show(const donning::Sessions& all) {
                     "noise"));
   for (const donning::SessionChange& session : all.sessions) {
     for (const donning::SensorChange& s : session.sensors) {
-      print(fmt::format("{:<26}{:<17}{:>20}{:>20}{:>6.1f} %{:>6.2f} %\n", io::shortened(session.name, 25),
-                        io::shortened(s.sensor, 16), percent(s.shift), percent(s.log_gain), 100 * s.shape,
+      print(fmt::format("{:<26}{:<17}{:>20}{:>20}{:>6.1f} %{:>6.2f} %\n", io::start_of(session.name, 25),
+                        io::start_of(s.sensor, 16), percent(s.shift), percent(s.log_gain), 100 * s.shape,
                         100 * s.noise));
     }
   }

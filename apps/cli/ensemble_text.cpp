@@ -25,7 +25,7 @@ std::string errors(const study::EnsembleResult& r) {
       const std::string name =
           r.gestures[m] > 0 ? fmt::format("{} {}", r.gestures[m], r.motions[m]) : r.motions[m];
       const auto published = study::published_error_deg_s(r.gestures[m], r.compensators[c]);
-      out += fmt::format(fmt::runtime(kRow), c > 0 ? "" : io::shortened(name, 21), r.compensators[c],
+      out += fmt::format(fmt::runtime(kRow), c > 0 ? "" : io::start_of(name, 21), r.compensators[c],
                          interval(r.errors(m, c), 0), published ? fmt::format("{:.0f}", *published) : "-",
                          hw < r.compensators.size() ? interval(r.ratios(m, c, hw), 2) : "-");
     }

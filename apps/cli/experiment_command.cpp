@@ -89,7 +89,7 @@ void table(const study::Result& r, const study::Plan& plan) {
       const study::Cell& cell = r.cell(m, c);
       const std::string gesture =
           c > 0 ? "" : (cell.gesture > 0 ? fmt::format("{} {}", cell.gesture, cell.motion) : cell.motion);
-      print(fmt::format(fmt::runtime(kRow), io::shortened(gesture, 21), cell.compensator,
+      print(fmt::format(fmt::runtime(kRow), io::start_of(gesture, 21), cell.compensator,
                         with_interval(cell.total_deg_s),
                         cell.published_deg_s ? fmt::format("{:.1f}", *cell.published_deg_s) : "-",
                         ratio(m, raw, cell), ratio(m, wiener, cell), with_interval(cell.lag_removed_deg_s),
@@ -218,7 +218,7 @@ void require_ensemble_options(const Options& o) {
 
 void play_ensemble(const Options& o) {
   study::EnsemblePlan plan{
-      study::ensemble_from_json(io::read_file(o.ensemble), o.ensemble), o.plan, {}, o.rate_hz};
+      study::ensemble_from_json(io::read_document(o.ensemble), o.ensemble), o.plan, {}, o.rate_hz};
   if (const std::string doubt = plan.ensemble.doubt(); !doubt.empty()) log("warning: " + doubt);
   if (o.scenarios) plan.scenarios = study::changed_scenarios();
   std::optional<study::FolderLock> lock;

@@ -359,7 +359,7 @@ Joints joints_from_json(const std::string& text, const std::string& source) {
 }
 
 Joints load_joints(const std::filesystem::path& path) {
-  return joints_from_json(io::read_file(path), path.string());
+  return joints_from_json(io::read_document(path), path.string());
 }
 
 std::string to_json(const Joints& joints) {

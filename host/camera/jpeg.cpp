@@ -151,7 +151,7 @@ bool states_few_pixels(std::string_view start, const std::string& source) {
   }
   if (pixels && *pixels > kMostPixels) {
     throw io::InputError(
-        fmt::format("{}: a picture of {:.0f} million pixels; at most {:.0f} million are taken", source,
+        fmt::format("{}: a picture of {:.4g} million pixels; at most {:.0f} million are taken", source,
                     *pixels / 1e6, kMostPixels / 1e6));
   }
   return pixels.has_value();

@@ -91,7 +91,7 @@ Lens lens_from_json(const std::string& text, const std::string& source) {
 }
 
 Lens load_lens(const std::filesystem::path& path) {
-  return lens_from_json(io::read_file(path), path.string());
+  return lens_from_json(io::read_document(path), path.string());
 }
 
 std::string to_json(const Lens& lens) {

@@ -84,7 +84,7 @@ VideoReader::VideoReader(const std::filesystem::path& path)
   const double pixels =
       capture_->capture.get(cv::CAP_PROP_FRAME_WIDTH) * capture_->capture.get(cv::CAP_PROP_FRAME_HEIGHT);
   if (pixels > kMostPixels) {
-    throw io::InputError(fmt::format("{}: frames of {:.0f} million pixels; at most {:.0f} million are taken",
+    throw io::InputError(fmt::format("{}: frames of {:.4g} million pixels; at most {:.0f} million are taken",
                                      source_, pixels / 1e6, kMostPixels / 1e6));
   }
 }

@@ -106,7 +106,7 @@ CalibrationDocument calibration_from_json(const std::string& text, const std::st
 }
 
 CalibrationDocument load_calibration(const std::filesystem::path& path) {
-  return calibration_from_json(io::read_file(path), path.string());
+  return calibration_from_json(io::read_document(path), path.string());
 }
 
 std::array<Sensor, kFingers> sensors_of(const model::Model& model, const Sensor& alpha,

@@ -42,7 +42,7 @@ Prior prior_from_json(const std::string& text, const std::string& source) {
 }
 
 Prior load_prior(const std::filesystem::path& path) {
-  return prior_from_json(io::read_file(path), path.string());
+  return prior_from_json(io::read_document(path), path.string());
 }
 
 std::string to_json(const Prior& prior) {

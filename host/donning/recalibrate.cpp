@@ -278,7 +278,8 @@ std::string reason_to_keep(const Request& request, const Estimate& e, Case& one,
     return fmt::format("{}: no change was found that is larger than its own error{}", name,
                        other ? "; its gain is not told: " + std::string(kTellsGain) : "");
   }
-  if (other && distance2(line, *other) > distance2({}, *other)) {
+  constexpr double kClearly = 0.5;  // the other explanation is itself known from one stretch alone
+  if (other && distance2(line, *other) > kClearly * distance2({}, *other)) {
     one.wanted = fmt::format("{}: {}", name, kTellsGain);
     return fmt::format(
         "{}: motion alone does not tell a sensor of another gain from a hand that reached less far: {}", name,
@@ -483,6 +484,14 @@ Recalibration recalibrate(const Request& request) {
     }
     out.sensors.push_back(std::move(s));
   }
+  std::string shifted_alone;
+  for (const SensorResult& sensor : out.sensors) {
+    if (sensor.applied && !sensor.gain_is_told)
+      shifted_alone += (shifted_alone.empty() ? "" : ", ") + sensor.name;
+  }
+  if (!shifted_alone.empty())
+    out.notes.push_back(
+        fmt::format("{}: shifted alone, the gain is not told: {}", shifted_alone, kTellsGain));
   const bool nothing_found = std::ranges::none_of(found, [](bool f) { return f; });
   if (!out.applied && out.wanted.empty())
     out.wanted.push_back(wanted_instead(out, sure || nothing_found, seen_helps));

@@ -10,12 +10,14 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "host/io/json.hpp"
 #include "host/io/output.hpp"
@@ -55,16 +57,21 @@ std::string cell(std::string text) {
 }
 
 constexpr const char* kStaging = ".flexor-export-";
+constexpr const char* kOwn = "this-is-flexor's-and-goes";  // an empty file, which says whose folder it is
 
-// One process at a time, the others wait for a moment or, with `tries`, go on without it. Where the disk knows no locks,
-// nobody waits.
+// One process at a time. Where the disk knows no locks, nobody waits.
 class FolderLock {
  public:
-  explicit FolderLock(const fs::path& folder, bool tries = false)
+  explicit FolderLock(const fs::path& folder, std::chrono::seconds longest = {})
       : file_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC)) {
-    do {
-      is_held_ = file_ >= 0 && flock(file_, tries ? LOCK_EX | LOCK_NB : LOCK_EX) == 0;
-    } while (!is_held_ && file_ >= 0 && errno == EINTR);
+    constexpr std::chrono::milliseconds kStep(20);
+    if (file_ < 0) return;
+    for (std::chrono::milliseconds waited{}; !is_held_ && waited <= longest; waited += kStep) {
+      if (waited.count() > 0) std::this_thread::sleep_for(kStep);
+      is_held_ = flock(file_, LOCK_EX | LOCK_NB) == 0;
+      if (!is_held_ && errno != EWOULDBLOCK) return;
+      is_busy_ = !is_held_;
+    }
   }
   ~FolderLock() {
     if (file_ >= 0) close(file_);
@@ -72,10 +79,12 @@ class FolderLock {
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
   bool is_held() const { return is_held_; }
+  bool is_busy() const { return is_busy_; }  // another process holds it
 
  private:
   int file_;
   bool is_held_ = false;
+  bool is_busy_ = false;
 };
 
 // What exports that were killed have left there: whoever lives holds the lock of their own.
@@ -83,8 +92,9 @@ void remove_left(const fs::path& parent) {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(parent, error)) {
     if (!entry.path().filename().string().starts_with(kStaging)) continue;
-    const FolderLock lock(entry.path(), true);
-    if (lock.is_held()) fs::remove_all(entry.path(), error);
+    const FolderLock lock(entry.path());
+    const bool is_ours = fs::exists(entry.path() / kOwn, error) || fs::is_empty(entry.path(), error);
+    if (lock.is_held() && is_ours) fs::remove_all(entry.path(), error);
   }
 }
 
@@ -92,10 +102,12 @@ void remove_left(const fs::path& parent) {
 class Staging {
  public:
   explicit Staging(const fs::path& parent, const fs::path& folder)
-      : temporary_([&] { return make(parent, folder); }), lock_(temporary_.path()) {}
+      : temporary_([&] { return make(parent, folder); }), lock_(temporary_.path()) {
+    std::ofstream(temporary_.path() / kOwn).close();
+  }
   const fs::path& path() const { return temporary_.path(); }
   // Not where another export has taken it for one that was left, before it was locked.
-  bool is_there() const { return fs::exists(temporary_.path()); }
+  bool is_there() const { return !lock_.is_busy() && fs::exists(temporary_.path() / kOwn); }
 
  private:
   static fs::path make(const fs::path& parent, const fs::path& folder) {
@@ -370,7 +382,10 @@ void publish(const std::vector<std::string>& files, const fs::path& set, const f
 // The dataset's own files first: a repeat finds them as they are to be.
 void add(const std::vector<std::string>& files, const fs::path& set, const fs::path& folder,
          const std::string& subject) {
-  const FolderLock lock(folder);
+  const FolderLock lock(folder, std::chrono::seconds(30));
+  if (lock.is_busy())
+    throw io::JobError(
+        fmt::format("{}: another program holds this folder: try again when it is done", folder.string()));
   require_new(folder / subject / "motion", files);
   add_participant(folder / kParticipants, subject);
   publish(files, set, folder, subject);

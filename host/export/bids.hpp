@@ -11,7 +11,7 @@
 //
 // A new folder is there whole or not at all, and so is what is added: dataset_description.json and participants.tsv come
 // first, then the subject in one step. An export that was killed leaves a folder .flexor-export-* there or beside, which
-// the next one removes. Into a dataset that is there already a subject, a task or a run is added;
+// the next one removes, and perhaps a participant without a subject, which a repeat makes. Into a dataset that is there already a subject, a task or a run is added;
 // nothing that is there is changed, but for a line in participants.tsv. Several may do so at once, into a new folder
 // too: whoever finds that another one has made it meanwhile adds to it.
 //

@@ -56,7 +56,7 @@ std::vector<JointMap> parse_map(const std::string& text) {
     throw InputError(
         fmt::format("--map: {} at \"{}\"; write JOINT=SENSOR:ANGLE,... as index=SensorA1:index_deg, several "
                     "sensors with +",
-                    what, io::shortened(text.substr(where), 30)));
+                    what, io::start_of(text.substr(where), 30)));
   };
   while (at <= text.size()) {
     const std::size_t end = std::min(text.find(',', at), text.size());

@@ -63,8 +63,7 @@ class Parser {
   [[noreturn]] void fail(std::size_t at, const std::string& what) const {
     throw InputError(fmt::format(
         "--structure: {} at character {}{}", what, at + 1,
-        at < text_.size() ? fmt::format(", \"{}\"", io::shortened(std::string(text_.substr(at)), 30))
-                          : ", the end"));
+        at < text_.size() ? fmt::format(", \"{}\"", io::start_of(text_.substr(at), 30)) : ", the end"));
   }
 
   double number(const Block& block, double least, double most, double otherwise) const {
@@ -96,7 +95,7 @@ class Parser {
       std::vector<std::string> known = kSums;
       for (const auto& [name, text] : kShorthands) known.push_back(name);
       fail(out.at, fmt::format("unknown block {} (blocks are {}; whole structures {})",
-                               io::shortened(out.name, 30), fmt::join(kNames, ", "), fmt::join(known, ", ")));
+                               io::start_of(out.name, 30), fmt::join(kNames, ", "), fmt::join(known, ", ")));
     }
     skip_spaces();
     if (at_ < text_.size() && text_[at_] == '(') read_number(out);

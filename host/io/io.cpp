@@ -14,22 +14,52 @@
 namespace flexor::io {
 namespace fs = std::filesystem;
 
+std::size_t utf8_length(std::string_view text, std::size_t at) {
+  const auto byte = [&](std::size_t i) -> std::uint8_t {
+    return at + i < text.size() ? static_cast<std::uint8_t>(text[at + i]) : 0;
+  };
+  const auto within = [&](std::size_t i, std::uint8_t low, std::uint8_t high) {
+    return byte(i) >= low && byte(i) <= high;
+  };
+  const auto tail = [&](std::size_t i) { return within(i, 0x80, 0xBF); };
+  const std::uint8_t first = byte(0);
+  if (first < 0x80) return 1;
+  if (first < 0xC2 || first > 0xF4) return 0;
+  if (first < 0xE0) return tail(1) ? 2 : 0;
+  if (first < 0xF0) {
+    // No overlong forms, no surrogates.
+    const bool second = within(1, first == 0xE0 ? 0xA0 : 0x80, first == 0xED ? 0x9F : 0xBF);
+    return second && tail(2) ? 3 : 0;
+  }
+  const bool second = within(1, first == 0xF0 ? 0x90 : 0x80, first == 0xF4 ? 0x8F : 0xBF);
+  return second && tail(2) && tail(3) ? 4 : 0;
+}
+
+namespace {
+
+// Of a terminal: ASCII's and U+0080 to U+009F, and what turns or breaks a line: U+061C, U+200E, U+200F, U+2028 to U+202E
+// and U+2066 to U+2069.
+bool is_obeyed(std::string_view letter) {
+  constexpr char kDelete = 127;
+  if (letter.size() == 1) return static_cast<unsigned char>(letter[0]) < ' ' || letter[0] == kDelete;
+  const auto within = [&](std::string_view first, std::string_view last) {
+    return first <= letter && letter <= last;
+  };
+  return within("\u0080", "\u009f") || letter == "\u061c" || within("\u200e", "\u200f") ||
+         within("\u2028", "\u202e") || within("\u2066", "\u2069");
+}
+
+}  // namespace
+
 std::string without_controls(std::string_view text, std::string_view kept) {
-  constexpr unsigned char kDelete = 127;
-  const auto is_second_set = [](unsigned char c) { return c >= 0x80 && c < 0xA0; };
   std::string out;
-  int following = 0;  // bytes of this letter of UTF-8 that are to come
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto c = static_cast<unsigned char>(text[i]);
-    const bool continues = (c & 0xC0U) == 0x80 && following > 0;
-    following = continues ? following - 1 : c >= 0xF0 ? 3 : c >= 0xE0 ? 2 : c >= 0xC0 ? 1 : 0;
-    const bool is_pair =
-        c == 0xC2 && i + 1 < text.size() && is_second_set(static_cast<unsigned char>(text[i + 1]));
-    const bool is_control = is_pair || c < ' ' || c == kDelete || (is_second_set(c) && !continues);
-    out += is_control && kept.find(text[i]) == kept.npos ? '?' : text[i];
-    if (!is_pair) continue;
-    ++i;
-    following = 0;
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t length = utf8_length(text, i);
+    const std::string_view letter = text.substr(i, std::max<std::size_t>(length, 1));
+    const bool is_kept = length == 0 ? static_cast<unsigned char>(text[i]) >= 0xA0
+                                     : !is_obeyed(letter) || kept.find(letter) != kept.npos;
+    out += is_kept ? letter : "?";
+    i += letter.size();
   }
   return out;
 }
@@ -69,31 +99,30 @@ void require_readable(const fs::path& path) {
 namespace {
 
 // By read(), which sets badbit where an iterator lets the buffer's exception through.
-std::string read_all(std::istream& stream, const std::string& name) {
+std::string read_all(std::istream& stream, const std::string& name, std::size_t most_bytes) {
   constexpr std::size_t kPiece_bytes = 1 << 16;
-  constexpr std::size_t kMost_bytes = 256 << 20;
   std::string content;
-  while (stream && content.size() <= kMost_bytes) {
+  while (stream && content.size() <= most_bytes) {
     const std::size_t before = content.size();
     content.resize(before + kPiece_bytes);
     stream.read(content.data() + before, kPiece_bytes);
     content.resize(before + static_cast<std::size_t>(stream.gcount()));
   }
   if (stream.bad()) throw InputError(fmt::format("{}: reading failed", name));
-  if (content.size() > kMost_bytes)
-    throw InputError(fmt::format("{}: is larger than {} MB; is it the right file?", name, kMost_bytes >> 20));
+  if (content.size() > most_bytes)
+    throw InputError(fmt::format("{}: is larger than {} MB; is it the right file?", name, most_bytes >> 20));
   return content;
 }
 
 }  // namespace
 
-std::string read_file(const fs::path& path) {
-  if (path == "-") return read_all(std::cin, "standard input");
+std::string read_file(const fs::path& path, std::size_t most_bytes) {
+  if (path == "-") return read_all(std::cin, "standard input", most_bytes);
   require_readable(path);
   if (fs::is_character_file(path) && path != "/dev/stdin")
     throw InputError(fmt::format("{}: is a device, which may never end; name a file", path.string()));
   std::ifstream file(path, std::ios::binary);
-  std::string content = read_all(file, path.string());
+  std::string content = read_all(file, path.string(), most_bytes);
   if (content.empty()) throw InputError(fmt::format("{}: is empty", path.string()));
   return content;
 }

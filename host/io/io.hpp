@@ -11,8 +11,11 @@
 
 namespace flexor::io {
 
-// The same text with every control character but those in `kept` replaced by a question mark, U+0080 to U+009F and such bytes
-// alone among them: names in documents may hold line ends, and what a terminal obeys.
+// Bytes of the letter at `at`; 0: no UTF-8. RFC 3629, section 4.
+std::size_t utf8_length(std::string_view text, std::size_t at);
+
+// The same text with all but those in `kept` of what a terminal obeys replaced by a question mark, bytes 80 to 9F
+// alone among it: names in documents may hold line ends, escapes, and marks that turn a line's order round.
 std::string without_controls(std::string_view text, std::string_view kept);
 std::string one_line(std::string_view text);  // none is kept
 
@@ -43,8 +46,8 @@ void note_input(const std::filesystem::path& path);
 // Throws InputError: missing, a directory, unreadable.
 void require_readable(const std::filesystem::path& path);
 
-// The whole file; "-" is standard input. Throws InputError as above, empty, or above 256 MB.
-std::string read_file(const std::filesystem::path& path);
+// The whole file; "-" is standard input. Throws InputError as above, empty, or larger.
+std::string read_file(const std::filesystem::path& path, std::size_t most_bytes = 256 << 20);
 
 // Throws InputError when a file could not be written to `path`, by the rules of host/io/output.hpp: its
 // folder is missing, it is a folder itself, or it may not be written. For failing before the work rather than

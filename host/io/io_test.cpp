@@ -71,6 +71,10 @@ TEST_F(Io, WhatATerminalObeysIsNotPrinted) {
       << "as a byte alone";
   EXPECT_EQ(one_line("\xc2\xa0Ä€\xe2\x82\x9b\xf0\x9f\x98\x80"), "\xc2\xa0Ä€\xe2\x82\x9b\xf0\x9f\x98\x80")
       << "letters";
+  EXPECT_EQ(one_line("\xff\x9b"
+                     "2J\u202ea\u2069"),
+            "\xff?2J?a?")
+      << "after a byte that is no UTF-8, and what turns a line round";
   EXPECT_EQ(without_controls("a\t\n\x1b", "\n\t"), "a\t\n?");
 }
 

@@ -1,7 +1,5 @@
 #include "host/io/json.hpp"
 
-#include <cstdint>
-
 namespace flexor::io {
 namespace {
 
@@ -9,29 +7,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kDeepest = 64;
 constexpr std::size_t kMost_bytes = 16 << 20;  // which take up to 0.7 GB when parsed
+constexpr std::size_t kMostKeys = 512;         // each is looked for among those before it
 constexpr std::size_t kLongestExcerpt = 60;
-
-// Bytes of the character at `at`; 0: no UTF-8. RFC 3629, section 4.
-std::size_t utf8_length(std::string_view text, std::size_t at) {
-  const auto byte = [&](std::size_t i) -> std::uint8_t {
-    return at + i < text.size() ? static_cast<std::uint8_t>(text[at + i]) : 0;
-  };
-  const auto within = [&](std::size_t i, std::uint8_t low, std::uint8_t high) {
-    return byte(i) >= low && byte(i) <= high;
-  };
-  const auto tail = [&](std::size_t i) { return within(i, 0x80, 0xBF); };
-  const std::uint8_t first = byte(0);
-  if (first < 0x80) return 1;
-  if (first < 0xC2 || first > 0xF4) return 0;
-  if (first < 0xE0) return tail(1) ? 2 : 0;
-  if (first < 0xF0) {
-    // No overlong forms, no surrogates.
-    const bool second = within(1, first == 0xE0 ? 0xA0 : 0x80, first == 0xED ? 0x9F : 0xBF);
-    return second && tail(2) ? 3 : 0;
-  }
-  const bool second = within(1, first == 0xF0 ? 0x90 : 0x80, first == 0xF4 ? 0x8F : 0xBF);
-  return second && tail(2) && tail(3) ? 4 : 0;
-}
 
 // What the parser does not say, or says by running out of stack: how deep, which word is no JSON, which byte
 // no UTF-8.
@@ -117,10 +94,14 @@ class UniqueKeys {
   bool operator()(Json::parse_event_t event, const Json& parsed) {
     if (event == Json::parse_event_t::object_start) open_.emplace_back();
     if (event == Json::parse_event_t::object_end) open_.pop_back();
-    if (event == Json::parse_event_t::key && !open_.back().insert(parsed.get<std::string>()).second) {
+    if (event != Json::parse_event_t::key) return true;
+    if (!open_.back().insert(parsed.get<std::string>()).second) {
       throw InputError(fmt::format("{}: key {} comes twice in one object; remove one", source_,
                                    start_of(dump_line(parsed), kLongestExcerpt)));
     }
+    if (open_.back().size() > kMostKeys)
+      throw InputError(
+          fmt::format("{}: an object of more than {} keys; is it the right file?", source_, kMostKeys));
     return true;
   }
 
@@ -130,6 +111,8 @@ class UniqueKeys {
 };
 
 }  // namespace
+
+std::string read_document(const std::filesystem::path& path) { return read_file(path, kMost_bytes); }
 
 nlohmann::ordered_json parse_json(const std::string& text, const std::string& source) {
   if (text.size() > kMost_bytes) {
@@ -159,12 +142,6 @@ std::string dump(const nlohmann::ordered_json& json) {
 
 std::string dump_line(const nlohmann::ordered_json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-std::string shortened(const std::string& text, std::size_t bytes) {
-  std::size_t end = std::min(text.size(), bytes);
-  while (end > 0 && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xc0U) == 0x80) --end;
-  return text.substr(0, end);
 }
 
 std::string to_utf8(std::string_view bytes) {

@@ -15,8 +15,11 @@
 
 namespace flexor::io {
 
-// `source` names the text in errors. Throws InputError, one line with the place: no JSON, more than 16 MB or
-// 64 levels, a key twice in one object, a number out of range, NaN or Infinity, text that is not UTF-8.
+// The text of a file that is to be parsed. Throws InputError as read_file does, and above 16 MB.
+std::string read_document(const std::filesystem::path& path);
+
+// `source` names the text in errors. Throws InputError, one line with the place: no JSON, more than 16 MB, 64 levels or
+// 512 keys in one object, a key twice, a number out of range, NaN or Infinity, text that is not UTF-8.
 nlohmann::ordered_json parse_json(const std::string& text, const std::string& source);
 
 // As a document: indented, UTF-8 whatever the texts in it hold, with a newline at its end.
@@ -27,9 +30,6 @@ std::string dump_line(const nlohmann::ordered_json& json);
 // The same text with every byte that is not UTF-8 replaced by U+FFFD: file names are bytes, documents are
 // text.
 std::string to_utf8(std::string_view bytes);
-
-// At most so many of its first bytes, and no letter of UTF-8 cut in two.
-std::string shortened(const std::string& text, std::size_t bytes);
 
 // Reads one JSON object's members and says which are missing, wrong or unknown, with their place.
 class JsonReader {

@@ -45,6 +45,9 @@ TEST(Json, AKeyThatComesTwiceIsNamed) {
             "x.json: key \"a\" comes twice in one object; remove one");
   EXPECT_EQ(refusal(R"({"b": {"c": 1, "c": 1}})"), "x.json: key \"c\" comes twice in one object; remove one");
   EXPECT_EQ(refusal(R"({"a": {"c": 1}, "b": [{"c": 1}, {"c": 1}]})"), "accepted");
+  std::string many = "{";
+  for (int k = 0; k <= 512; ++k) many += fmt::format("\"{}\":0,", k);
+  EXPECT_EQ(refusal(many), "x.json: an object of more than 512 keys; is it the right file?");
 }
 
 TEST(Json, ALongKeyIsShownWithoutCuttingALetterInTwo) {

@@ -438,7 +438,7 @@ Model from_json(const std::string& text, const std::string& source) {
   return model;
 }
 
-Model load(const std::filesystem::path& path) { return from_json(io::read_file(path), path.string()); }
+Model load(const std::filesystem::path& path) { return from_json(io::read_document(path), path.string()); }
 
 void save(const Model& model, const std::filesystem::path& path) {
   check(model);

@@ -4,42 +4,65 @@
 #include <cmath>
 
 namespace flexor::model {
+namespace {
 
-RangeCount::RangeCount(const Model& model) : counts_(model.inputs.size()) {
-  constexpr std::size_t kMostCrossed = 32;  // a square of them is counted in each row
-  for (const Input& input : model.inputs) ranges_.emplace_back(input.valid_min, input.valid_max);
-  if (counts_.size() > kMostCrossed) return;
-  crossed_.assign(counts_.size(), std::vector<std::uint64_t>(counts_.size()));
+constexpr std::size_t kMostKept = 1024;  // rows; then every other goes
+
+Spread known(const Input& input) {
+  return input.readings.value_or(Spread{{0, 1}, {input.valid_min, input.valid_max}});
 }
 
-bool RangeCount::is_outside(double reading, std::size_t input) const {
-  return reading < ranges_[input].first || reading > ranges_[input].second;
-}
+}  // namespace
+
+RangeCount::RangeCount(const Model& model) : inputs_(model.inputs), counts_(model.inputs.size()) {}
 
 void RangeCount::add(std::span<const double> reading) {
   for (std::size_t i = 0; i < counts_.size(); ++i) {
-    if (std::isnan(reading[i])) continue;
+    const double u = reading[i];
+    if (std::isnan(u)) continue;
     InputCount& count = counts_[i];
-    count.low = count.readings > 0 ? std::min(count.low, reading[i]) : reading[i];
-    count.high = count.readings > 0 ? std::max(count.high, reading[i]) : reading[i];
+    count.low = count.readings > 0 ? std::min(count.low, u) : u;
+    count.high = count.readings > 0 ? std::max(count.high, u) : u;
     ++count.readings;
-    if (is_outside(reading[i], i)) ++count.outside;
-    for (std::size_t j = 0; j < crossed_.size(); ++j) {
-      if (is_outside(reading[i], j)) ++crossed_[i][j];
-    }
+    if (u < inputs_[i].valid_min || u > inputs_[i].valid_max) ++count.outside;
+    const auto& made = inputs_[i].readings;
+    if (made && std::abs(u - made->middle()) > 0.6 * made->span()) ++count.beyond;
   }
+  if (rows_++ % stride_ != 0) return;
+  kept_.emplace_back(reading.begin(), reading.end());
+  if (kept_.size() < kMostKept) return;
+  for (std::size_t k = 1; k < kMostKept / 2; ++k) kept_[k] = std::move(kept_[2 * k]);
+  kept_.resize(kMostKept / 2);
+  stride_ *= 2;
+}
+
+// Mean difference of the column's quantiles from those of the input's readings, in spans of these.
+double RangeCount::distance(std::size_t column, std::size_t input) const {
+  std::vector<double> sorted;
+  for (const auto& row : kept_) {
+    if (!std::isnan(row[column])) sorted.push_back(row[column]);
+  }
+  if (sorted.empty()) return 0;
+  std::ranges::sort(sorted);
+  const Spread spread = known(inputs_[input]);
+  double sum = 0;
+  for (std::size_t k = 0; k < spread.share.size(); ++k) {
+    const double place = spread.share[k] * static_cast<double>(sorted.size() - 1);
+    sum += std::abs(sorted[static_cast<std::size_t>(std::lround(place))] - spread.reading[k]);
+  }
+  return sum / static_cast<double>(spread.share.size()) / spread.span();
 }
 
 std::optional<std::pair<std::size_t, std::size_t>> RangeCount::exchanged() const {
-  constexpr std::uint64_t kFewer = 10;
+  constexpr double kCloser = 3;
+  constexpr double kFar = 0.3;  // both together; a glove that was put on anew moves each by a seventh
   std::optional<std::pair<std::size_t, std::size_t>> best;
-  std::uint64_t most_saved = 0;
-  for (std::size_t i = 0; i < crossed_.size(); ++i) {
-    for (std::size_t j = i + 1; j < crossed_.size(); ++j) {
-      if (!counts_[i].mostly_outside() && !counts_[j].mostly_outside()) continue;
-      const std::uint64_t before = counts_[i].outside + counts_[j].outside;
-      const std::uint64_t after = crossed_[i][j] + crossed_[j][i];
-      if (kFewer * after > before || before - after <= most_saved) continue;
+  double most_saved = 0;
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    for (std::size_t j = i + 1; j < inputs_.size(); ++j) {
+      const double before = distance(i, i) + distance(j, j);
+      const double after = distance(i, j) + distance(j, i);
+      if (before < kFar || kCloser * after > before || before - after <= most_saved) continue;
       most_saved = before - after;
       best = {i, j};
     }

@@ -1,4 +1,5 @@
-// How much of a log lies outside of the ranges that a model's inputs take, and which two columns were exchanged.
+// Whether a log's readings are those that a model knows: within its inputs' ranges and where they lay when it was made, and
+// which two columns were exchanged.
 #pragma once
 
 #include <cstdint>
@@ -13,10 +14,12 @@ namespace flexor::model {
 
 struct InputCount {
   std::uint64_t readings = 0;
-  std::uint64_t outside = 0;
-  double low = 0;  // what was read
+  std::uint64_t outside = 0;  // of the valid range
+  std::uint64_t beyond = 0;   // a tenth of their span beyond those that the model was made from
+  double low = 0;             // what was read
   double high = 0;
   bool mostly_outside() const { return readings > 0 && 2 * outside >= readings; }
+  bool mostly_beyond() const { return readings > 0 && 20 * beyond >= 19 * readings; }
 };
 
 class RangeCount {
@@ -25,17 +28,18 @@ class RangeCount {
   void add(std::span<const double> reading);  // of each input; NaN is none
 
   const std::vector<InputCount>& counts() const { return counts_; }
-  // Two inputs of which one is mostly outside, and of which at most a tenth as much is with their columns exchanged. Not
-  // looked for in more than 32 inputs.
+  // Two inputs whose readings lie where the other's lay when the model was made: their columns' quantiles are three times
+  // closer to it so. Where the model says nothing of its readings, where the valid range ends takes their place.
   std::optional<std::pair<std::size_t, std::size_t>> exchanged() const;
 
  private:
-  bool is_outside(double reading, std::size_t input) const;
+  double distance(std::size_t column, std::size_t input) const;
 
-  std::vector<std::pair<double, double>> ranges_;
+  const std::vector<Input> inputs_;
   std::vector<InputCount> counts_;
-  std::vector<std::vector<std::uint64_t>>
-      crossed_;  // [i][j]: readings of column i outside of input j's range
+  std::vector<std::vector<double>> kept_;  // every `stride_`th row's readings
+  std::uint64_t stride_ = 1;
+  std::uint64_t rows_ = 0;
 };
 
 }  // namespace flexor::model

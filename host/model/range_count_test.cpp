@@ -28,11 +28,32 @@ TEST(RangeCount, HalfOfTheReadingsOutsideIsMostlyOutsideAndLessIsNot) {
   EXPECT_FALSE(counted({{1, 10}}, {}).counts().front().mostly_outside());
 }
 
-TEST(RangeCount, ExchangedColumnsAreFoundWhereThatExplainsWhatLiesOutside) {
+TEST(RangeCount, ExchangedColumnsAreFoundWhereTheirReadingsLieWhereTheOthersLay) {
   using Pair = std::optional<std::pair<std::size_t, std::size_t>>;
-  EXPECT_EQ(counted({{1, 10}, {4, 6}, {20, 30}}, {{25, 5, 5}, {22, 5, 9}}).exchanged(), Pair({0, 2}));
+  EXPECT_EQ(counted({{1, 10}, {4, 6}, {20, 30}}, {{28, 5, 2}, {22, 5, 9}}).exchanged(), Pair({0, 2}));
   EXPECT_EQ(counted({{1, 10}, {20, 30}}, {{25, 25}, {22, 22}}).exchanged(), Pair()) << "one is still outside";
   EXPECT_EQ(counted({{1, 10}, {20, 30}}, {{5, 25}, {5, 25}}).exchanged(), Pair());
+}
+
+// Of two sensors of the same valid range.
+TEST(RangeCount, WhatTheModelWasMadeFromTellsReadingsThatAreWithinTheValidRange) {
+  Model model;
+  model.inputs = {{"a", "", "", "", 1, 1022}, {"b", "", "", "", 1, 1022}};
+  model.inputs[0].readings = Spread{{0, 0.5, 1}, {200, 400, 600}};
+  model.inputs[1].readings = Spread{{0, 0.5, 1}, {500, 600, 700}};
+  const auto read = [&](auto&& at) {
+    RangeCount count(model);
+    for (int k = 0; k <= 5000; ++k) count.add(at(k / 5000.0));
+    return count;
+  };
+  using Row = std::vector<double>;
+  const auto fine = read([](double x) { return Row{250 + 400 * x, 530 + 200 * x}; });
+  EXPECT_FALSE(fine.exchanged()) << "both a seventh off";
+  EXPECT_FALSE(fine.counts()[1].mostly_beyond());
+  EXPECT_TRUE(read([](double x) { return Row{500 + 200 * x, 200 + 400 * x}; }).exchanged());
+  const auto eight_bits = read([](double x) { return Row{50 + 100 * x, 125 + 50 * x}; });
+  EXPECT_TRUE(eight_bits.counts()[0].mostly_beyond());
+  EXPECT_FALSE(eight_bits.exchanged());
 }
 
 }  // namespace

@@ -167,6 +167,6 @@ Posture parse(const std::string& text, const std::string& source) {
   return posture;
 }
 
-Posture load(const std::filesystem::path& path) { return parse(io::read_file(path), path.string()); }
+Posture load(const std::filesystem::path& path) { return parse(io::read_document(path), path.string()); }
 
 }  // namespace flexor::posture

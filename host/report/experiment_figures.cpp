@@ -44,9 +44,9 @@ class Drawing {
     }
     std::string tics;
     for (std::size_t m = 0; m < experiment_.motions.size(); ++m) {
-      tics += fmt::format(
-          "{}{} {}", m == 0 ? "" : ", ",
-          gnuplot_tic(io::shortened(experiment_.motions[m].at("name").get<std::string>(), 18)), m);
+      tics +=
+          fmt::format("{}{} {}", m == 0 ? "" : ", ",
+                      gnuplot_tic(io::start_of(experiment_.motions[m].at("name").get<std::string>(), 18)), m);
     }
     g_.add(
         "set logscale y; set ylabel 'total error E_T (deg s)' noenhanced; set xtics ({}) noenhanced rotate "

@@ -43,7 +43,7 @@ Saved::Saved(std::filesystem::path folder, const std::atomic<bool>* stop)
                     "latency --out has written",
                     folder_.string()));
   }
-  results_ = io::parse_json(io::read_file(path), path.string());
+  results_ = io::parse_json(io::read_document(path), path.string());
   if (!results_.is_object() || !results_.contains("kind") || !results_.at("kind").is_string()) {
     throw io::InputError(fmt::format(
         "{}: says of no kind of job that its results are: it was written by another version of flexor; "

@@ -66,7 +66,7 @@ model::Model raw_model() {
 
 twin::Motion motion_file(const std::string& name, std::vector<std::string>& notes) {
   const std::filesystem::path path(name);
-  if (path.extension() == ".json") return twin::Motion::from_json(io::read_file(path), name);
+  if (path.extension() == ".json") return twin::Motion::from_json(io::read_document(path), name);
   if (path.extension() == ".csv") return csv_motion(io::read_file(path), path, notes);
   if (path.extension() == ".txt") return grasp_motion(io::read_file(path), path);
   throw InputError(

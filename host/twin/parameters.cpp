@@ -300,7 +300,9 @@ Parameters from_json(const std::string& text, const std::string& source) {
   return p;
 }
 
-Parameters load(const std::filesystem::path& path) { return from_json(io::read_file(path), path.string()); }
+Parameters load(const std::filesystem::path& path) {
+  return from_json(io::read_document(path), path.string());
+}
 
 std::string to_json(const Parameters& p) {
   Json parameters = Json::object();

@@ -1,5 +1,6 @@
 // Any bytes as a log: rows that hold what Stream and Resampler promise, or an InputError of one line of
 // UTF-8.
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -53,7 +54,8 @@ void read_whole(const std::string& text) {
     require(column.value.size() == r.t_s.size());
     for (const double v : column.value) require(std::isfinite(v));
   }
-  if (r.columns.empty()) return;
+  const bool whole = std::ranges::all_of(r.t_s, [](double t_s) { return t_s == std::floor(t_s); });
+  if (r.columns.empty() || whole) return;  // rows that share whole seconds would be spread over them
   // What was written reads back the same.
   recording::Recording named = r;
   for (std::size_t i = 0; i < named.columns.size(); ++i) named.columns[i].name = "c" + std::to_string(i);

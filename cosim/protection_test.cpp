@@ -109,7 +109,8 @@ TEST_P(LyingPotentiometer, IsNoticedAndTheFingerGoesLimp) {
       // What is frozen shows where the finger is driven; gesture 4 leaves it where it is, see the test below.
       const bool shows = std::string(gesture) == "1" || GetParam() != Lie::frozen;
       EXPECT_EQ(o.noticed_ms >= 0, shows) << gesture << ' ' << onset_ms;
-      EXPECT_GT(o.fastest_deg_s, 40) << "the hand moves";
+      // Whoever lies earlier may stop the whole hand before it has moved.
+      EXPECT_TRUE(onset_ms < 5000 || o.fastest_deg_s > 40) << gesture;
     }
   }
 }

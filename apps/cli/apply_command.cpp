@@ -155,7 +155,9 @@ void check_ranges(const model::Model& model, const recording::CsvReader& reader,
   if (const auto pair = ranges.exchanged()) {
     const std::string& one = reader.columns()[pair->first];
     const std::string& other = reader.columns()[pair->second];
-    mend = fmt::format("\"{}\" and \"{}\" seem to be exchanged: exchange them with --input", one, other);
+    mend = fmt::format(
+        "\"{}\" and \"{}\" seem to be exchanged: exchange them with --input, and check the others", one,
+        other);
     if (columns.empty()) columns.push_back("each reads as the other did when the model was made");
   }
   if (columns.empty()) return;

@@ -77,7 +77,9 @@ void check_unit(const model::Input& input, const std::string& file, const std::s
 }
 
 // Losing a line of a log is no reason to lose the work.
-void log(const std::string& line) { (void)std::fputs((line + "\n").c_str(), stderr); }
+void log(const std::string& line) {
+  (void)std::fputs((io::without_controls(line, "\n\r\t") + "\n").c_str(), stderr);
+}
 
 void draw_report(const std::filesystem::path& folder, const std::atomic<bool>* stop) {
   report::render(folder, stop);

@@ -38,8 +38,8 @@ void run(const Options& o) {
   if (sessions.empty()) print(fmt::format("{}: no sessions yet: flexor live makes them\n", folder.string()));
   for (const live::Session& s : sessions) {
     print(fmt::format("{}  {:>5.0f} s  {}{}\n", io::one_line((folder / s.name).string()), s.seconds,
-                      s.person.empty() ? "" : s.person + ", " + s.side + " hand  ",
-                      s.model.empty() ? "" : "model " + s.model));
+                      s.person.empty() ? "" : io::one_line(s.person + ", " + s.side + " hand  "),
+                      s.model.empty() ? "" : io::one_line("model " + s.model)));
     for (const std::string& file : s.files) print(fmt::format("    {}\n", io::one_line(file)));
   }
 }

@@ -349,10 +349,12 @@ double Cell::total_pressed_s() const {
 std::string silence(const Result& result) {
   const auto cell = std::ranges::find_if(result.cells, [](const Cell& c) { return c.silent_trials > 0; });
   if (cell == result.cells.end()) return {};
+  const auto silent = std::ranges::count_if(result.cells, [](const Cell& c) { return c.silent_trials > 0; });
   return fmt::format(
-      "{} with {}: no frame reached the hand in {} of {} trials, which waited at rest: its error is no "
+      "{} with {}{}: no frame reached the hand in {} of {} trials, which waited at rest: its error is no "
       "compensator's; see radio.* of the twin, and runtime/link/PROTOCOL.md for the greatest delay",
-      cell->motion, cell->compensator, cell->silent_trials, cell->total_deg_s.count());
+      cell->motion, cell->compensator, silent > 1 ? fmt::format(" and {} others", silent - 1) : "",
+      cell->silent_trials, cell->total_deg_s.count());
 }
 
 std::string describe(const Distance& d) {

@@ -42,7 +42,8 @@ class Radio {
 
   const Parameters* parameters_ = nullptr;
   Random random_;
-  std::array<Frame, 16> in_air_{};  // more than jitter can hold back at any rate that fits the baud rate
+  std::array<Frame, 64>
+      in_air_{};  // 0.75 s, the greatest delay that a link bears, at any rate that fits the baud rate
   FrameAngles latest_{};
   std::int64_t next_ms_ = kNever;
   double busy_until_s_ = -1e9;

@@ -497,11 +497,12 @@ double followed(const Images& own, const twin::TrialInput& input, const std::vec
   return sum / kSenders;
 }
 
-std::vector<std::uint8_t> unguarded(link::Type type, const std::vector<std::uint8_t>& body) {
+std::vector<std::uint8_t> unguarded(link::Type type, const std::vector<std::uint8_t>& body,
+                                    bool listens = false) {
   link::Packet packet;
   std::copy(body.begin(), body.end(), packet.body());
   std::vector<std::uint8_t> wire(link::kMaxWire + 1, link::kDelimiter);
-  wire.resize(1U + packet.seal({type, false, false, 0}, static_cast<std::uint8_t>(body.size()), nullptr,
+  wire.resize(1U + packet.seal({type, false, listens, 0}, static_cast<std::uint8_t>(body.size()), nullptr,
                                wire.data() + 1));
   return wire;
 }
@@ -523,13 +524,15 @@ TEST(Link, WhoHasNoKeyIsWorthLittleMoreThanRubbish) {
   std::vector<std::uint8_t> body(link::State::kBytes);
   link::put_state(lost, body.data());
   const double lost_touch = followed(own, input, unguarded(link::Type::state, body));
-  std::printf(
-      "the hand follows for %.3f with rubbish, %.3f with requests, %.3f with pieces, %.3f with lost touch\n",
-      rubbish, asked, pieces, lost_touch);
+  const double turns = followed(own, input, unguarded(link::Type::state, body, true));
+  std::printf("the hand follows for %.3f with rubbish, %.3f with requests, %.3f with pieces, %.3f with lost touch, "
+              "%.3f with turns\n",
+              rubbish, asked, pieces, lost_touch, turns);
   EXPECT_GT(rubbish, 0.9);
   EXPECT_GE(asked, 0.9 * rubbish);
   EXPECT_GE(pieces, 0.95 * rubbish);
-  EXPECT_GE(lost_touch, 0.6 * rubbish);
+  EXPECT_GE(lost_touch, 0.95 * rubbish);
+  EXPECT_GE(turns, 0.95 * rubbish);
 }
 
 // Once a second a byte that says that a model comes: no frame is left out for it.
@@ -592,25 +595,33 @@ TEST(Link, TheHandSpeaksOnlyWhileTheGloveListens) {
   }
 }
 
-// Share of a minute for which the hand follows, over a radio that delays both ways.
-double followed(double rate_hz, double one_way_s, double loss) {
+struct OverSlowRadio {
+  double follows;  // share of a minute
+  double lost;     // share of the frames
+};
+OverSlowRadio over_slow_radio(double rate_hz, double one_way_s, double jitter_s, double loss) {
   twin::TrialInput input = still_input(rate_hz, 9600, 60);
   const Images own = own_images(input);
   input.parameters.module_latency_s = one_way_s;
-  input.parameters.jitter_s = one_way_s / 2;
+  input.parameters.jitter_s = jitter_s;
   input.parameters.loss = loss;
   CoSimulation simulation(own, input, 0);
   int following = 0;
   simulation.on_ms = [&](std::int64_t now) {
     following += now > 0 && simulation.hand_status().link == static_cast<std::uint8_t>(hand::Link::following);
   };
-  (void)simulation.run();
-  return static_cast<double>(following) / static_cast<double>(simulation.world().end_ms());
+  const twin::Trial trial = simulation.run();
+  return {static_cast<double>(following) / static_cast<double>(simulation.world().end_ms()),
+          static_cast<double>(trial.frames_lost) / trial.frames_sent};
 }
 
 TEST(Link, ASlowRadioIsNoOutage) {
-  EXPECT_GE(followed(10, 0.08, 0), 0.94) << "each turn comes when the next frame does";
-  EXPECT_GE(followed(20, 0.5, 0.1), 0.95);
+  EXPECT_GE(over_slow_radio(20, 0.5, 0.25, 0.1).follows, 0.95);
+  for (const double one_way_s : {0.05, 0.08, 0.17, 0.38}) {
+    const OverSlowRadio radio = over_slow_radio(10, one_way_s, 0, 0);
+    EXPECT_GE(radio.follows, 0.95) << one_way_s;
+    EXPECT_LE(radio.lost, 0.05) << one_way_s << ": each turn comes when the next frame does";
+  }
 }
 
 TEST(Fault, AnUnpluggedPotentiometerStopsItsMotor) {

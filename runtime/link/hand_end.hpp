@@ -17,8 +17,6 @@ namespace flexor {
 namespace link {
 
 constexpr uint16_t kOutage_ms = 500;
-constexpr uint16_t kMissed_ms = 110;  // without a frame: a glove that says that it has lost touch is believed
-constexpr uint8_t kProven = 10;       // frames of a session, before that may end it
 constexpr uint16_t kGreatestDelay_ms = 750;  // of the radio, one way, jitter included
 // A challenge, its answer, and what the slowest glove waits for a slot.
 constexpr uint16_t kNonce_ms = 2 * kGreatestDelay_ms + 500;
@@ -36,6 +34,9 @@ constexpr uint8_t kGapEnd_ms = 15;       // the next may begin before one of our
 constexpr uint16_t kTelemetry_ms = 450;  // less than from turn to turn
 constexpr uint16_t kSilence_ms = 300;
 constexpr uint8_t kTurn_ms = 5;  // after a frame's end: later, the sender may no longer listen
+// Telemetries in succession that each cost a frame: a radio that delays brings the turn when the next frame is on the air.
+// The hand then waits for a part of the period in it: 0, 1/2, 1/4, 3/4, by turns.
+constexpr uint8_t kCostly = 3;
 
 class HandEnd {
  public:
@@ -71,18 +72,21 @@ class HandEnd {
     const Received result = receiver_.push(byte);
     const bool whole =
         result == Received::pending || result == Received::other || result == Received::not_trusted;
-    if (whole && receiver_.packet().listens()) turn_ms_ = kTurn_ms;
-    if (result == Received::other && may_have_lost_touch() && lost_touch()) renew();
+    // In a session only a frame that is believed gives the turn: anybody can say that he listens.
+    if (whole && !in_touch()) take_turn();
     return result;
   }
   Received verify() {
+    const bool first = !in_touch();
     const Moment before = moment();
     const Received result = receiver_.verify();
     if (result != Received::frame) return result;
     since_frame_ms_ = 0;
-    if (proven_ < kProven) ++proven_;
-    if (is_old(before, latency_.add(now_ms_, receiver_.frame().time_ms)) && receiver_.pair() != nullptr)
-      renew();
+    take_turn();
+    const uint16_t frames = static_cast<uint16_t>(moment().sequence - before.sequence);
+    if (frames > 1 && !first) missed_ = true;
+    keep_time(first, frames, static_cast<uint16_t>(moment().time_ms - before.time_ms));
+    if (is_old(latency_.add(now_ms_, receiver_.frame().time_ms)) && receiver_.pair() != nullptr) renew();
     return result;
   }
 
@@ -91,7 +95,8 @@ class HandEnd {
   // What is to be said now, if anything.
   Speech due() const {
     if (seeks()) return may_challenge() ? Speech::challenge : Speech::none;
-    if (turn_ms_ == 0 && since_byte_ms_ < kSilence_ms) return Speech::none;
+    const bool turn = turn_ms_ > 0 && turn_ms_ <= kTurn_ms;
+    if (!turn && since_byte_ms_ < kSilence_ms) return Speech::none;
     return since_telemetry_ms_ >= kTelemetry_ms ? Speech::telemetry : Speech::none;
   }
 
@@ -112,6 +117,13 @@ class HandEnd {
   uint8_t say(Type type, Packet& packet, uint8_t body_bytes, uint8_t* wire) {
     since_telemetry_ms_ = 0;
     turn_ms_ = 0;
+    costly_ = missed_ ? costly_ + 1 : 0;
+    missed_ = false;
+    if (costly_ == kCostly) {
+      costly_ = 0;
+      const uint8_t half = period_ms_ / 2;
+      wait_ms_ = wait_ms_ < half ? wait_ms_ + half : wait_ms_ == half ? half / 2 : 0;
+    }
     return packet.seal({type, false, false, said_++}, body_bytes, nullptr, wire);
   }
 
@@ -132,35 +144,25 @@ class HandEnd {
   static void age(uint16_t& time_ms) {
     if (time_ms < UINT16_MAX) ++time_ms;
   }
-  // Of a frame that has come, `before` it the last one: the session's first is as old as its nonce at most, each other by
+  // Of the frame that has come: the session's first is as old as its nonce at most, each other by
   // `late_ms` more, and
   //   period = min_k floor((t_k - t_{k-1}) / (n_k - n_{k-1}))
   // by the glove's clock and counter: what it leaves out, or what gets lost, makes no difference as soon as two have come
   // that follow each other.
-  bool is_old(const Moment& before, uint16_t late_ms) {
-    const Moment now = moment();
-    const uint16_t frames = static_cast<uint16_t>(now.sequence - before.sequence);
-    if (proven_ == 1) {
+  bool is_old(uint16_t late_ms) const {
+    return late_ms > kLate_ms || first_age_ms_ + late_ms > static_cast<uint16_t>(kHeldBack * period_ms_);
+  }
+  void keep_time(bool first, uint16_t frames, uint16_t ms) {
+    if (first) {
       first_age_ms_ = nonce_ms_;
       period_ms_ = UINT8_MAX;
     } else if (frames > 0) {
-      uint16_t ms = static_cast<uint16_t>(now.time_ms - before.time_ms);
       if (frames > 1) ms = static_cast<uint16_t>(ms / frames);  // a microcontroller divides slowly
       if (ms < period_ms_) period_ms_ = static_cast<uint8_t>(ms);
     }
-    return late_ms > kLate_ms || first_age_ms_ + late_ms > static_cast<uint16_t>(kHeldBack * period_ms_);
   }
-  // Nothing guards what a board says of itself. Who says again and again that the glove has lost touch shall not end
-  // each session as soon as it stands.
-  bool may_have_lost_touch() const {
-    return receiver_.answered() && since_frame_ms_ > kMissed_ms && proven_ == kProven;
-  }
-  // The frame that came is a glove's state: it has started anew.
-  bool lost_touch() const {
-    const PacketReader& packet = receiver_.packet();
-    if (packet.type() != Type::state || packet.body_bytes() != State::kBytes) return false;
-    const State state = get_state(packet.body());
-    return state.board == BoardKind::glove && !state.in_touch;
+  void take_turn() {
+    if (receiver_.packet().listens()) turn_ms_ = static_cast<uint8_t>(kTurn_ms + wait_ms_);
   }
   bool seeks() const { return receiver_.pair() != nullptr && !receiver_.answered() && stirred_ == kStirred; }
   bool may_challenge() const {
@@ -178,7 +180,7 @@ class HandEnd {
     receiver_.challenge(nonces_.next());
     latency_.restart();
     nonce_ms_ = 0;
-    proven_ = 0;
+    wait_ms_ = 0;
   }
 
   Receiver receiver_;  // first, where a debugger finds its statistics
@@ -196,7 +198,9 @@ class HandEnd {
   uint16_t first_age_ms_ = 0;  // of the session's first frame, at most
   uint8_t period_ms_ = 0;      // of the session's frames
   uint8_t turn_ms_ = 0;
-  uint8_t proven_ = 0;  // frames of this session, kProven at most
+  uint8_t wait_ms_ = 0;  // in its turn, before telemetry
+  bool missed_ = false;  // a frame, since the last telemetry
+  uint8_t costly_ = 0;   // telemetries in succession
 };
 
 }  // namespace link

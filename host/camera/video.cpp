@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <fstream>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -30,6 +29,11 @@ void be_silent() {
   static const bool done = [] {
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
     setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // AV_LOG_QUIET
+    // No pictures: FFmpeg decodes them while they are opened, and their metadata without a bound.
+    setenv("OPENCV_FFMPEG_CAPTURE_OPTIONS",
+           "format_whitelist;mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,asf,flv,gif,h264,hevc,ivf,mjpeg,mpeg,mpegts,"
+           "mpegvideo,mxf,ogg,yuv4mpegpipe",
+           1);
     return true;
   }();
   (void)done;
@@ -38,14 +42,6 @@ void be_silent() {
 void copy(const cv::Mat& from, Picture& to) {
   if (to.width != from.cols || to.height != from.rows) to = Picture(from.cols, from.rows);
   from.copyTo(mat(to));
-}
-
-std::string first_bytes(const std::filesystem::path& path) {
-  std::string out(1 << 20, '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.read(out.data(), static_cast<std::streamsize>(out.size()));
-  out.resize(static_cast<std::size_t>(file.gcount()));
-  return out;
 }
 
 }  // namespace
@@ -61,11 +57,8 @@ VideoReader::VideoReader(const std::filesystem::path& path)
   live_ = std::filesystem::is_character_file(path);
   if (!live_) {
     io::require_readable(path);
-    if (std::filesystem::is_regular_file(path) && std::filesystem::file_size(path) == 0) {
+    if (std::filesystem::is_regular_file(path) && std::filesystem::file_size(path) == 0)
       throw io::InputError(fmt::format("{}: is empty", source_));
-    }
-    // FFmpeg decodes a picture that is given as a video while it is opened.
-    if (std::filesystem::is_regular_file(path)) (void)states_few_pixels(first_bytes(path), source_);
   }
   bool open = false;
   try {

@@ -46,8 +46,7 @@ std::string as_file_name(const std::string& text) {
 }
 
 void require_plain(const std::string& person) {
-  const bool control = std::ranges::any_of(person, [](unsigned char c) { return c < 0x20 || c == 0x7f; });
-  if (control || person.size() > kLongestName || io::to_utf8(person) != person) {
+  if (io::one_line(person) != person || person.size() > kLongestName || io::to_utf8(person) != person) {
     throw io::InputError(
         fmt::format("the person's name must be at most {} letters of UTF-8 without line ends", kLongestName));
   }

@@ -136,13 +136,19 @@ nlohmann::ordered_json parse_json(const std::string& text, const std::string& so
   }
 }
 
-std::string dump(const nlohmann::ordered_json& json) {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+namespace {
+
+// Letters that a terminal obeys are escaped, and all others beside them.
+std::string dump_with(const nlohmann::ordered_json& json, int indent) {
+  const std::string out = json.dump(indent, ' ', false, Json::error_handler_t::replace);
+  return without_controls(out, "\n") == out ? out
+                                            : json.dump(indent, ' ', true, Json::error_handler_t::replace);
 }
 
-std::string dump_line(const nlohmann::ordered_json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
+}  // namespace
+
+std::string dump(const nlohmann::ordered_json& json) { return dump_with(json, 2) + "\n"; }
+std::string dump_line(const nlohmann::ordered_json& json) { return dump_with(json, -1); }
 
 std::string to_utf8(std::string_view bytes) {
   std::string out;

@@ -19,6 +19,7 @@ namespace flexor::camera {
 namespace {
 
 constexpr double kMost_s = 1e9;
+constexpr std::uintmax_t kMostPictureBytes = 256 << 20;
 
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -29,7 +30,7 @@ void be_silent() {
   static const bool done = [] {
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
     setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // AV_LOG_QUIET
-    // No pictures: FFmpeg decodes them while they are opened, and their metadata without a bound.
+    // Pictures are read_picture()'s: FFmpeg decodes them while they are opened, and their metadata without a bound.
     setenv("OPENCV_FFMPEG_CAPTURE_OPTIONS",
            "format_whitelist;mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,asf,flv,gif,h264,hevc,ivf,mjpeg,mpeg,mpegts,"
            "mpegvideo,mxf,ogg,yuv4mpegpipe",
@@ -49,6 +50,7 @@ void copy(const cv::Mat& from, Picture& to) {
 struct VideoReader::Capture {
   cv::VideoCapture capture;
   cv::Mat frame;
+  Picture still;  // of a file that is no video, but a picture
 };
 
 VideoReader::VideoReader(const std::filesystem::path& path)
@@ -65,7 +67,12 @@ VideoReader::VideoReader(const std::filesystem::path& path)
     open = capture_->capture.open(source_, live_ ? cv::CAP_V4L2 : cv::CAP_FFMPEG);
   } catch (const cv::Exception&) {
   }
-  if (!open) {
+  try {
+    if (!open && !live_ && std::filesystem::file_size(path) < kMostPictureBytes)
+      capture_->still = read_picture(path);
+  } catch (const std::exception&) {
+  }
+  if (!open && capture_->still.width == 0) {
     throw io::InputError(
         live_ ? fmt::format("{}: this camera cannot be opened: is it plugged in, free, and yours to read?",
                             source_)
@@ -110,7 +117,9 @@ bool VideoReader::next(Picture& picture, double& t_s) {
   while (!ended_) {
     bool got = false;
     try {
-      got = capture_->capture.read(capture_->frame) && !capture_->frame.empty();
+      const bool still = frames_ == 0 && capture_->still.width > 0;
+      if (still) capture_->frame = mat(capture_->still);
+      got = still || (capture_->capture.read(capture_->frame) && !capture_->frame.empty());
     } catch (const cv::Exception&) {
     }
     if (!got) {

@@ -319,14 +319,19 @@ TEST(PictureSize, IsReadBeforeAnythingIsDecoded) {
 }
 
 // What FFmpeg does with a picture, its metadata too, has no bound.
-TEST_F(Video, APicturesSizeIsBoundedAndNoPictureIsAVideo) {
+TEST_F(Video, APicturesSizeIsBoundedAndAPictureIsAVideoOfOneFrame) {
   const fs::path huge = path("huge.png");
   io::write_file(huge, png_of(50000, 50000));
   EXPECT_THROW((void)read_picture(huge), io::InputError);
+  EXPECT_THROW((void)VideoReader(huge), io::InputError);
   const fs::path small = path("small.png");
-  write_picture(small, Picture(64, 64));
-  EXPECT_EQ(read_picture(small).width, 64);
-  EXPECT_THROW((void)VideoReader(small), io::InputError);
+  write_picture(small, Picture(64, 48));
+  VideoReader reader(small);
+  Picture picture;
+  double t_s = -1;
+  EXPECT_TRUE(reader.next(picture, t_s));
+  EXPECT_EQ(picture.width, 64);
+  EXPECT_FALSE(reader.next(picture, t_s));
 }
 
 }  // namespace

@@ -84,7 +84,7 @@ class HandEnd {
     since_frame_ms_ = 0;
     take_turn();
     const uint16_t frames = static_cast<uint16_t>(moment().sequence - before.sequence);
-    if (frames > 1 && !first) missed_ = true;
+    if (frames > 1 && !first) costly_ |= 1;
     keep_time(first, frames, static_cast<uint16_t>(moment().time_ms - before.time_ms));
     if (is_old(latency_.add(now_ms_, receiver_.frame().time_ms)) && receiver_.pair() != nullptr) renew();
     return result;
@@ -117,9 +117,8 @@ class HandEnd {
   uint8_t say(Type type, Packet& packet, uint8_t body_bytes, uint8_t* wire) {
     since_telemetry_ms_ = 0;
     turn_ms_ = 0;
-    costly_ = missed_ ? costly_ + 1 : 0;
-    missed_ = false;
-    if (costly_ == kCostly) {
+    costly_ = (costly_ & 1) != 0 ? costly_ + 1 : 0;
+    if (costly_ == 2 * kCostly) {
       costly_ = 0;
       const uint8_t half = period_ms_ / 2;
       wait_ms_ = wait_ms_ < half ? wait_ms_ + half : wait_ms_ == half ? half / 2 : 0;
@@ -199,8 +198,7 @@ class HandEnd {
   uint8_t period_ms_ = 0;      // of the session's frames
   uint8_t turn_ms_ = 0;
   uint8_t wait_ms_ = 0;  // in its turn, before telemetry
-  bool missed_ = false;  // a frame, since the last telemetry
-  uint8_t costly_ = 0;   // telemetries in succession
+  uint8_t costly_ = 0;   // twice as many telemetries in succession; odd: and a frame was missed since the last
 };
 
 }  // namespace link

@@ -25,7 +25,7 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kFolds = 6;      // of the cross-validation
 constexpr std::size_t kMostFolds = 8;  // where whole recordings are left out
-constexpr double kFoldGuard_s = 1;     // beside each block
+constexpr double kFoldGuard_s = 1;     // beside each block, a quarter of it at most
 constexpr double kClamped = 1e-4;      // weight of what of an estimate lies beyond the limits, squared
 constexpr double kEnds = 0.01;         // share of the angles beyond the first guess of either limit
 constexpr double kLeastAtEnd = 20;     // samples that tell a limit
@@ -36,7 +36,8 @@ constexpr std::size_t kGroups = 10;    // of estimates, whose errors are told ap
 constexpr double kApart_deg = 0.5;
 constexpr double kLeastError_deg = 0.01;
 constexpr int kLeastSamples = 100;
-constexpr int kShrinks = 6;  // of motion that drifts
+constexpr int kShrinks = 6;            // of motion that drifts
+constexpr double kCostsNothing = 1.03;  // of the fitted error
 constexpr int kFineKnots = 20;
 constexpr double kTallest_deg = 250;  // a taller curve has not the eight fraction bits in 16
 constexpr double kLevel = 0.2;
@@ -228,7 +229,6 @@ struct Validated {
 class CrossValidation {
  public:
   CrossValidation(const Fit& fit, const Stack& stack, double period_s) : fit_(fit) {
-    const auto guard = static_cast<Index>(std::lround(kFoldGuard_s / period_s));
     const System& system = fit.system();
     const VectorXd weighted = fit.weight().cwiseProduct(fit.target());
     const MatrixXd& all = fit.gram();
@@ -238,6 +238,8 @@ class CrossValidation {
       std::size_t gone = 0;  // the guards of two stretches may meet
       for (const Stretch& one : stretches) {
         if (one.from == one.to) continue;
+        const auto guard = std::min(static_cast<Index>(std::lround(kFoldGuard_s / period_s)),
+                                    static_cast<Index>(one.to - one.from) / 4);
         const auto near = [&](Index sample) {
           return static_cast<std::size_t>(std::ranges::lower_bound(stack.used, sample) - stack.used.begin());
         };
@@ -253,14 +255,17 @@ class CrossValidation {
     }
   }
 
-  Validated error(const MatrixXd& penalty) const {
+  // `shape` is given what a fold's fit left, with its squares.
+  using Shape = std::function<VectorXd(const MatrixXd& gram, VectorXd coefficients)>;
+  Validated error(const MatrixXd& penalty, const Shape& shape = {}) const {
     const System& system = fit_.system();
     Validated out;
     double count = 0;
     MatrixXd gram;
     for (const Fold& fold : folds_) {
       gram = fold.gram + penalty;
-      const VectorXd c = gram.selfadjointView<Eigen::Lower>().llt().solve(fold.right);
+      VectorXd c = gram.selfadjointView<Eigen::Lower>().llt().solve(fold.right);
+      if (shape) c = shape(fold.gram, std::move(c));
       double loss = 0;
       double weight = 0;
       for (const auto& [begin, end] : fold.rows) {
@@ -291,7 +296,8 @@ class CrossValidation {
   std::vector<Fold> folds_;
 };
 
-// Each searched along its own axis in steps of a factor, from coarse to fine; those that the branches have.
+// From the best of several starts, one of them nearly a line, each searched along its own axis in steps of a factor, from coarse
+// to fine; those that the branches have.
 Priors best_priors(const Branches& branches, bool by_recording, Priors best,
                    const std::function<double(const Priors&)>& error) {
   struct Axis {
@@ -304,6 +310,13 @@ Priors best_priors(const Branches& branches, bool by_recording, Priors best,
   if (!branches.lags_s.empty()) axes.push_back({&Priors::motion, 1e-5, 1e3});
   if (by_recording) axes.push_back({&Priors::donning, 1e-2, 1e4});
   double least = error(best);
+  for (const Priors& start : {Priors{}, Priors{.smooth = 10}, Priors{.smooth = 10, .motion = 0.1},
+                              Priors{.smooth = 1000, .motion = 0.1}, Priors{.smooth = 1, .plays = 0.1}}) {
+    const double e = error(start);
+    if (!(e < least)) continue;
+    least = e;
+    best = start;
+  }
   for (const double factor : {10.0, 3.0}) {
     for (const Axis& axis : axes) {
       for (const double step : {factor, 1 / factor}) {
@@ -416,8 +429,9 @@ MatrixXd bootstrap(const Fit& fit, const Stack& stack, double period_s, const Ad
   return spread * spread.transpose() / kDraws;
 }
 
-void validate(const CrossValidation& validation, const System& system, Additive& out) {
-  const Validated error = validation.error(system.penalty(out.priors));
+void validate(const CrossValidation& validation, const System& system, Additive& out,
+              const CrossValidation::Shape& shape = {}) {
+  const Validated error = validation.error(system.penalty(out.priors), shape);
   out.fold_loss = error.fold_loss;
   out.accuracy = accuracy_of(error.estimate);
   out.cross_validated_deg = error.rmse_deg;
@@ -455,38 +469,63 @@ class Search {
     return out;
   }
 
-  // Solved to the last digit, its drift measured; what drifts too far has its motion shrunk until it does not, if
-  // that is enough.
+  // As it ships: solved to the last digit, level where nothing was read, without turns that are in doubt, its drift measured.
+  // Where it drifts too far its motion is shrunk, as long as that costs the fit nothing. What is validated is that.
   void finish(const Drift& drift, double most_drift_deg, Additive& out) const {
-    const Limits ends = limits_of(stack_, kEnds);
-    const System system(stack_, out.branches, period_s_, ends);
+    const System system(stack_, out.branches, period_s_, limits_of(stack_, kEnds));
     Fit fit(system, {out.lower_deg, out.upper_deg}, out.offset_deg);
-    VectorXd all(system.columns());
-    all << out.value.reshaped(), out.donning;
-    fit.start(all);
+    fit.start(coefficients_of(out));
+    const double free_deg = out.fitted_rmse_deg;
     for (int tries = 0;; ++tries) {
-      const auto drifts = [&] {
-        level_off(out);
-        out.hold_drift_deg = drift(out);
-        return !out.branches.lags_s.empty() && *out.hold_drift_deg > most_drift_deg && tries < kShrinks;
-      };
-      if (!drifts()) {
-        validate(CrossValidation(fit, stack_, period_s_), system, out);
-        out.covariance = bootstrap(fit, stack_, period_s_, out);
-        solve(fit, out);
-        make_monotone(fit.gram(), system.penalty(out.priors), out);
-        if (!drifts()) break;
+      Additive next = out;
+      if (tries > 0) {
+        next.priors.motion *= 10;
+        fit.descend(system.penalty(next.priors), false);
+        take(fit, next);
       }
-      out.priors.motion *= 10;
-      fit.descend(system.penalty(out.priors), false);
-      take(fit, out);
+      finish_once(fit, free_deg, next);
+      next.hold_drift_deg = drift(next);
+      if (tries > 0 && next.fitted_rmse_deg > kCostsNothing * free_deg) return;
+      out = std::move(next);
+      if (out.branches.lags_s.empty() || *out.hold_drift_deg <= most_drift_deg || tries == kShrinks) return;
     }
-    all << out.value.reshaped(), out.donning;
-    fit.start(all);
-    take(fit, out);
   }
 
  private:
+  static VectorXd coefficients_of(const Additive& one) {
+    VectorXd out(one.value.size() + one.donning.size());
+    out << one.value.reshaped(), one.donning;
+    return out;
+  }
+
+  void finish_once(const Fit& fit, double free_deg, Additive& out) const {
+    const System& system = fit.system();
+    const MatrixXd penalty = system.penalty(out.priors);
+    out.covariance = bootstrap(fit, stack_, period_s_, out);
+    solve(fit, out);
+    const VectorXd free = coefficients_of(out);
+    const auto shipped = [&](bool turns) {
+      const auto shape = [&](const MatrixXd& gram, const VectorXd& coefficients) {
+        Additive one = out;
+        one.value = coefficients.head(out.value.size()).reshaped(out.value.rows(), out.value.cols());
+        one.donning = coefficients.tail(out.donning.size());
+        if (!turns) make_monotone(gram, penalty, one);
+        level_off(one);
+        return coefficients_of(one);
+      };
+      Fit done = fit;
+      done.start(shape(fit.gram(), free));
+      Additive one = out;
+      take(done, one);
+      validate(CrossValidation(fit, stack_, period_s_), system, one, shape);
+      return one;
+    };
+    out = shipped(false);
+    if (out.fitted_rmse_deg <= kCostsNothing * free_deg) return;
+    Additive turning = shipped(true);
+    if (kCostsNothing * mean(turning.fold_loss) < mean(out.fold_loss)) out = std::move(turning);
+  }
+
   struct End {
     VectorXd estimate;
     Limits limits;

@@ -14,7 +14,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kDoubt = 8;  // standard errors
-constexpr double kTurned_deg = 1e-9;
 
 // What the angle gains from point to point of a reading that goes up (sign 1) or down (-1) slowly, `plays` of the plays moving
 // with it: row by row, of the coefficients. Between two points all curves are straight.
@@ -55,7 +54,8 @@ Ways ways_of(const Additive& fit, Index columns) {
   const auto total = [&](Index k) {
     return fit.value.row(k).head(static_cast<Index>(fit.branches.still())).sum();
   };
-  const double direction = total(fit.value.rows() - 1) > total(0) ? 1 : -1;
+  // Not by the outermost knots, beyond any reading.
+  const double direction = total(fit.value.rows() - 2) > total(1) ? 1 : -1;
   Ways out{MatrixXd(0, columns), {}};
   for (std::size_t plays = 0; plays < fit.branches.still(); ++plays) {
     for (const double sign : {1.0, -1.0}) {
@@ -94,16 +94,45 @@ std::vector<bool> doubts(const Ways& ways, const VectorXd& gain,
   return out;
 }
 
+// min_x x'Dx / 2 - b'x, x >= 0; D positive semidefinite (C. Lawson, R. Hanson, Solving Least Squares Problems, 1974, 23.3).
+VectorXd nonnegative(const MatrixXd& d, const VectorXd& b) {
+  const double least = 1e-9 * b.cwiseAbs().maxCoeff();
+  VectorXd x = VectorXd::Zero(b.size());
+  std::vector<Index> free;
+  for (Index step = 0; step < 3 * b.size(); ++step) {
+    VectorXd slope = b - d * x;
+    slope(free).setZero();
+    Index most = 0;
+    if (!(slope.maxCoeff(&most) > least)) break;
+    free.push_back(most);
+    while (!free.empty()) {
+      const VectorXd to = MatrixXd(d(free, free)).completeOrthogonalDecomposition().solve(b(free));
+      const VectorXd at = x(free);
+      double share = 1;
+      for (Index k = 0; k < to.size(); ++k) {
+        if (to(k) <= 0) share = std::min(share, at(k) / (at(k) - to(k)));
+      }
+      x(free) = at + share * (to - at);
+      if (share == 1) break;
+      std::erase_if(free, [&](Index k) {
+        const bool gone = x(k) <= 1e-12 * x.maxCoeff();
+        if (gone) x(k) = 0;
+        return gone;
+      });
+    }
+  }
+  return x;
+}
+
 }  // namespace
 
 void make_monotone(const MatrixXd& gram, const MatrixXd& penalty, Additive& fit) {
-  if (fit.knots.size() > 1) return;
+  if (fit.knots.size() > 1 || fit.branches.knots == 2) return;
   const Ways ways = ways_of(fit, gram.cols());
   VectorXd free(gram.cols());
   free << fit.value.reshaped(), fit.donning;
   const MatrixXd all = gram.selfadjointView<Eigen::Lower>();
-  const auto factored = MatrixXd(all + penalty).llt();
-  const MatrixXd spread = factored.solve(ways.gain.transpose());
+  const MatrixXd spread = MatrixXd(all + penalty).llt().solve(ways.gain.transpose());
   const MatrixXd known = ways.gain.leftCols(fit.value.size());
   const auto error = [&](const VectorXd& steps) {
     const VectorXd of = known.transpose() * steps;
@@ -111,23 +140,15 @@ void make_monotone(const MatrixXd& gram, const MatrixXd& penalty, Additive& fit)
     return std::sqrt(of.dot(fit.covariance * of) / moved.dot(all * moved) *
                      (ways.gain.transpose() * steps).dot(moved));
   };
-  const std::vector<bool> doubtful = doubts(ways, ways.gain * free, error);
-  VectorXd w = free;
-  std::vector<Index> level;
-  for (bool more = true; more;) {
-    more = false;
-    const VectorXd gain = ways.gain * w;
-    for (Index k = 0; k < gain.size(); ++k) {
-      if (gain(k) >= -kTurned_deg || !doubtful[static_cast<std::size_t>(k)]) continue;
-      if (std::ranges::find(level, k) != level.end()) continue;
-      level.push_back(k);
-      more = true;
-    }
-    if (!more) break;
-    const MatrixXd constraint = ways.gain(level, Eigen::all);
-    const MatrixXd moved = factored.solve(constraint.transpose());
-    w = free - moved * (constraint * moved).completeOrthogonalDecomposition().solve(constraint * free);
+  const VectorXd gain = ways.gain * free;
+  const std::vector<bool> doubtful = doubts(ways, gain, error);
+  std::vector<Index> kept;
+  for (Index k = 0; k < gain.size(); ++k) {
+    if (doubtful[static_cast<std::size_t>(k)]) kept.push_back(k);
   }
+  if (kept.empty() || gain(kept).minCoeff() >= 0) return;
+  const MatrixXd moves = spread(Eigen::all, kept);
+  const VectorXd w = free + moves * nonnegative(ways.gain(kept, Eigen::all) * moves, -gain(kept));
   fit.value = w.head(fit.value.size()).reshaped(fit.value.rows(), fit.value.cols());
   fit.donning = w.tail(fit.donning.size());
 }

@@ -15,7 +15,7 @@
 #include "host/deploy/host_chain.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/wiring.hpp"
-#include "host/identify/identify_files.hpp"
+#include "host/identify/hand.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
 #include "host/model/channel.hpp"
@@ -308,12 +308,12 @@ TEST_F(RealReplay, RealRecordingsAreSentToTheBit) {
     ASSERT_GT(counts.size(), 1000U);
     for (const char* name : {"published-w", "published-hw"}) expect_exact(named(name), counts);
     // And the compensator that these very recordings give: curve, poles and hysteresis in ADC counts.
-    identify::FileRequest request;
-    request.files = {log, data() / folder / "camera_angles.csv", column, reference};
+    identify::HandRequest request;
+    request.pairs = {{log, data() / folder / "camera_angles.csv"}};
+    request.map = {{"index", {column}, reference}};
     request.input_unit = "count";
-    request.structure = "hw-hysteresis";
-    request.plays = 1;
-    const model::Model model = identify::identify_files(request, {}).model;
+    request.structure = "hysteresis(1) > curve(10) > lti(2) > saturation";
+    const model::Model model = identify::identify_hand(request, {}).model;
     expect_exact(model, counts);
   }
 }

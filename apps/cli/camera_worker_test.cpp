@@ -3,7 +3,7 @@
 #include <thread>
 
 #include "apps/cli/command_test.hpp"
-#include "host/identify/identify_files.hpp"
+#include "host/identify/hand.hpp"
 #include "host/io/worker.hpp"
 #include "host/study/builtin.hpp"
 #include "host/study/catalogue.hpp"
@@ -67,12 +67,13 @@ TEST_F(Rendered, ACompensatorFromAVideoIsAsGoodAsOneFromExactAngles) {
   std::array<double, 2> fit{};
   std::array<double, 2> offset{};
   for (std::size_t i = 0; i < 2; ++i) {
-    identify::FileRequest r;
-    r.files = {path("glove.csv"), path(i == 0 ? "truth.csv" : "angles.csv"), "index_alpha", "index_mcp_deg"};
+    identify::HandRequest r;
+    r.pairs = {{path("glove.csv"), path(i == 0 ? "truth.csv" : "angles.csv")}};
+    r.map = {{"index", {"index_alpha"}, "index_mcp_deg"}};
     r.structure = "hammerstein";
-    const identify::Identification result = identify::identify_files(r, {});
-    fit[i] = result.holdout.fit_percent;
-    offset[i] = result.aligned.clock_offset_s;
+    const identify::HandIdentification result = identify::identify_hand(r, {});
+    fit[i] = result.joints[0].holdout.fit_percent;
+    offset[i] = result.clocks[0].offset_s;
   }
   EXPECT_NEAR(fit[1], fit[0], 1);
   EXPECT_GT(fit[1], 90);

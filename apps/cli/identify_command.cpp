@@ -13,7 +13,6 @@
 #include "host/identify/hand.hpp"
 #include "host/identify/hand_results.hpp"
 #include "host/identify/identify_files.hpp"
-#include "host/identify/results.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 
@@ -21,7 +20,10 @@ namespace flexor::cli {
 namespace identify_command {
 
 struct Options {
-  identify::FileRequest request;
+  identify::SourceFiles files;
+  std::optional<std::string> channel;
+  bool is_named = true;  // by it or by a column
+  identify::HandRequest request;
   std::string model;
   std::string report;
   std::string joints;
@@ -29,7 +31,6 @@ struct Options {
   std::vector<std::pair<std::string, std::string>> pairs;  // sensor, reference
   std::string map;
   std::vector<std::string> reference_error;  // JOINT=DEG
-  bool fit_all = false;
   std::string refit;
   std::string poses;
   std::vector<std::string> pose_angles;  // JOINT=OPEN:FIST
@@ -84,7 +85,7 @@ class Search {
 // The video's angles as a file: in the report's folder, or in `folder` for the time being.
 std::filesystem::path angles_of_video(const Options& o, io::Worker& camera,
                                       const std::filesystem::path& folder) {
-  const std::filesystem::path video = o.request.files.reference;
+  const std::filesystem::path video = o.files.reference;
   TrackOptions track;
   track.video = video;
   track.joints = o.joints;
@@ -103,30 +104,14 @@ void show_verdict(const std::string& joint, double compensator_deg, double line_
       joint, compensator_deg, line_deg));
 }
 
-void show(const identify::Identification& r) {
-  for (const std::string& warning : r.warnings) log("warning: " + warning);
-  print(fmt::format("clock offset      {:+.2f} s, {}\n", r.aligned.clock_offset_s,
-                    r.aligned.alignment ? fmt::format("confidence {:.2f}", r.aligned.alignment->confidence)
-                                        : "as given: the signals alone do not tell"));
-  print(fmt::format("\n{:<34}{:>6}{:>12}{:>12}{:>12}\n", "structure", "par.", "fitted", "cross-val.",
-                    "held out"));
-  for (const identify::TableRow& row : r.rows) {
-    const std::string name = (row.chosen ? "* " : "  ") + row.name;
-    if (!row.refusal.empty()) {
-      print(fmt::format("{:<34}  refused: {}\n", name, row.refusal));
-      continue;
-    }
-    const std::string cross =
-        row.cross_validated_deg ? fmt::format("{:.2f} deg", *row.cross_validated_deg) : "-";
-    print(fmt::format("{:<34}{:>6}{:>8.2f} deg{:>12}{:>8.2f} deg\n", name, row.parameters,
-                      row.fitted_rmse_deg, cross, row.holdout.rmse_deg));
+// All candidates of a joint that stands alone.
+void show_structures(const identify::JointFit& joint) {
+  print(fmt::format("\n{:>4}{:>12}{:>12}    {}\n", "par.", "fitted", "cross-val.", "structure"));
+  for (const identify::CandidateRow& row : joint.rows) {
+    print(fmt::format("{:>4.0f}{:>8.2f} deg{:>8.2f} deg  {} {}\n", row.parameters, row.fitted_rmse_deg,
+                      row.cross_validated_deg, row.chosen ? "*" : " ", row.structure));
+    if (!row.refusal.empty()) print(fmt::format("{:32}refused: {}\n", "", row.refusal));
   }
-  print(
-      fmt::format("\nheld out: {:.2f} deg RMSE, fit {:.1f} %, R2 {:.3f}, largest {:.1f} deg, {:.1f} deg s"
-                  "   (straight line: {:.2f} deg, static curve: {:.2f})\n",
-                  r.holdout.rmse_deg, r.holdout.fit_percent, r.holdout.r2, r.holdout.max_abs_deg,
-                  r.holdout.iae_deg_s, r.baseline.rmse_deg, r.static_curve.rmse_deg));
-  show_verdict(r.model.joints.front().name, r.holdout.rmse_deg, r.baseline.rmse_deg);
 }
 
 void show(const identify::HandIdentification& r) {
@@ -136,6 +121,7 @@ void show(const identify::HandIdentification& r) {
                       r.request.pairs[p].sensor.filename().string(), r.clocks[p].offset_s,
                       r.clocks[p].standard_error_s, r.clocks[p].confidence));
   }
+  if (r.joints.size() == 1) show_structures(r.joints.front());
   print(fmt::format("\n{:<16}{:>12}{:>10}{:>14}{:>12}{:>12}  {}\n", "held out, RMSE", "compensator", "line",
                     "line + lead", "published", "hold drift", "structure"));
   for (const identify::JointResult& joint : r.joints) {
@@ -144,24 +130,12 @@ void show(const identify::HandIdentification& r) {
       return it == joint.baselines.end() ? std::string("-") : fmt::format("{:.2f} deg", it->second.rmse_deg);
     };
     print(fmt::format("{:<16}{:>8.2f} deg{:>10}{:>14}{:>12}{:>8.2f} deg  {}\n", joint.name,
-                      joint.holdout.rmse_deg, baseline("line"), baseline("line_lead"),
-                      baseline("published_form"), joint.hold_drift_deg, joint.structure));
+                      joint.holdout.rmse_deg, fmt::format("{:.2f} deg", joint.line_rmse_deg()),
+                      baseline("line_lead"), baseline("published_form"), joint.hold_drift_deg,
+                      joint.structure));
   }
   for (const identify::JointResult& joint : r.joints)
     show_verdict(joint.name, joint.holdout.rmse_deg, joint.line_rmse_deg());
-}
-
-// What only one of the two ways knows.
-void refuse_mixture(const Options& o) {
-  const identify::FileRequest& r = o.request;
-  const bool single = !r.files.input.empty() || !r.files.output.empty() || r.channel || r.order || r.knots ||
-                      r.plays || r.dead_zone || r.monotone || !o.joints.empty();
-  if (single) {
-    throw io::InputError(
-        "--pair and --map say which sensors and angles belong together, and choose the size of a structure: "
-        "leave out "
-        "--input, --output, --channel and what goes with --structure");
-  }
 }
 
 std::map<std::string, double> reference_errors(const std::vector<std::string>& items) {
@@ -192,64 +166,45 @@ std::map<std::string, identify::PoseAngles> pose_angles(const std::vector<std::s
   return out;
 }
 
-identify::HandRequest hand_request(const Options& o) {
-  refuse_mixture(o);
-  const identify::FileRequest& r = o.request;
-  identify::HandRequest out;
+// Pairs and map, as they are or as one pair and its columns.
+void add_takes(Options& o) {
+  identify::HandRequest& r = o.request;
+  const bool mapped = !o.map.empty() || !o.pairs.empty();
+  if (mapped && (!o.files.input.empty() || !o.files.output.empty() || o.channel || !o.joints.empty())) {
+    throw io::InputError(
+        "--pair and --map say which sensors and angles belong together: leave out --input, --output, "
+        "--channel and "
+        "--joints");
+  }
+  if (o.pairs.empty() && (o.files.sensor.empty() || o.files.reference.empty()))
+    throw io::InputError("--sensor and --reference are needed, or --pair and --map");
   for (const auto& [sensor, reference] : o.pairs) {
     if (reference.empty()) throw io::InputError(fmt::format("--pair {}: its second file is missing", sensor));
-    out.pairs.push_back({sensor, reference});
+    r.pairs.push_back({sensor, reference});
   }
-  if (!r.files.sensor.empty()) out.pairs.push_back({r.files.sensor, r.files.reference});
-  out.map = o.map.empty() ? identify::map_by_name(out.pairs.front(), r.files.time_unit)
-                          : identify::parse_map(o.map);
-  out.fit_all = o.fit_all;
-  out.reference_error_deg = reference_errors(o.reference_error);
-  out.structure = r.structure;
-  if (!o.refit.empty()) {
-    if (r.structure != "auto")
-      throw io::InputError("--refit is a structure of its own: leave out --structure");
-    out.refit = model::load(o.refit);
+  if (!o.files.sensor.empty()) r.pairs.push_back({o.files.sensor, o.files.reference});
+  if (!mapped) {
+    const auto [map, is_named] = identify::one_joint(o.files, o.channel);
+    o.is_named = is_named;
+    r.map = {map};
+  } else {
+    r.map = o.map.empty() ? identify::map_by_name(r.pairs.front(), r.time_unit) : identify::parse_map(o.map);
   }
-  out.rate_hz = r.rate_hz;
-  out.split = r.split;
-  out.lead_s = r.lead_s;
-  out.clock_offset_s = r.clock_offset_s;
-  out.input_unit = r.input_unit;
-  out.output_unit = r.files.output_unit;
-  out.time_unit = r.files.time_unit;
-  return out;
-}
-
-void run_hand(const Options& o) {
-  const identify::HandRequest request = hand_request(o);
-  if (!o.model.empty()) io::require_writable(o.model);
-  if (!o.report.empty()) io::require_folder(o.report);
-  Search search(o.time_limit_s);
-  const identify::HandIdentification result =
-      search.run([&] { return identify::identify_hand(request, std::ref(search)); });
-  // The model first: a report that cannot be drawn must not cost the fit.
-  if (!o.model.empty()) model::save(result.model, o.model);
-  if (!o.report.empty()) {
-    identify::save_hand_results(result, o.report);
-    draw_report(o.report);
-  }
-  if (o.json) return print(io::dump(to_json(result)));
-  show(result);
-  if (!o.model.empty()) print(fmt::format("model    {}\n", o.model));
-  if (!o.report.empty()) print(fmt::format("report   {}/report.html\n", o.report));
+  r.reference_error_deg = reference_errors(o.reference_error);
+  if (o.refit.empty()) return;
+  if (r.structure != "auto") throw io::InputError("--refit is a structure of its own: leave out --structure");
+  r.refit = model::load(o.refit);
 }
 
 // Without a camera.
 void run_poses(const Options& o) {
-  if (!o.map.empty() || !o.pairs.empty() || !o.request.files.sensor.empty() || !o.report.empty())
+  if (!o.map.empty() || !o.pairs.empty() || !o.files.sensor.empty() || !o.report.empty())
     throw io::InputError(
         "--poses is a log of held poses alone: leave out --pair, --sensor, --map and --report");
   if (o.model.empty()) throw io::InputError("--poses: say with --model where the model goes");
   io::require_writable(o.model);
-  const identify::FromPoses r =
-      identify::model_from_poses(recording::read_csv(o.poses, {}, o.request.files.time_unit),
-                                 o.request.rate_hz, pose_angles(o.pose_angles));
+  const identify::FromPoses r = identify::model_from_poses(
+      recording::read_csv(o.poses, {}, o.request.time_unit), o.request.rate_hz, pose_angles(o.pose_angles));
   model::save(r.model, o.model);
   if (o.json) {
     nlohmann::ordered_json joints = nlohmann::ordered_json::object();
@@ -274,49 +229,46 @@ void run_poses(const Options& o) {
       identify::kPosesError_deg, o.model));
 }
 
+// The reference is a video, which is tracked first: its angles lie beside the report, or in `temporary` until the end.
+void track_reference(Options& o, std::optional<io::TemporaryFolder>& temporary) {
+  if (o.joints.empty()) {
+    if (!o.lens.empty()) throw io::InputError("--lens goes with a video: add --joints");
+    return;
+  }
+  io::Worker camera(io::program_beside(kCameraWorker));
+  o.report.empty() ? void(temporary.emplace()) : io::make_folder(o.report);
+  o.files.reference =
+      angles_of_video(o, camera, temporary ? temporary->path() : std::filesystem::path(o.report));
+}
+
 void run(Options& o) {
+  o.files.time_unit = o.request.time_unit;
   if (!o.poses.empty()) return run_poses(o);
   if (!o.pose_angles.empty()) throw io::InputError("--pose-angles goes with --poses");
-  if (!o.map.empty() || !o.pairs.empty()) return run_hand(o);
-  if (o.fit_all || !o.refit.empty() || !o.reference_error.empty())
-    throw io::InputError("--fit-all, --refit and --reference-error go with --pair");
-  if (o.request.files.sensor.empty() || o.request.files.reference.empty()) {
-    throw io::InputError("--sensor and --reference are needed, or --pair and --map");
-  }
   if (!o.model.empty()) io::require_writable(o.model);
   if (!o.report.empty()) io::require_folder(o.report);
   std::optional<io::TemporaryFolder> temporary;
-  if (!o.joints.empty()) {
-    io::Worker camera(io::program_beside(kCameraWorker));
-    if (o.report.empty()) {
-      temporary.emplace();
-    } else {
-      io::make_folder(o.report);
-    }
-    o.request.files.reference =
-        angles_of_video(o, camera, temporary ? temporary->path() : std::filesystem::path(o.report));
-  } else if (!o.lens.empty()) {
-    throw io::InputError("--lens goes with a video: add --joints");
-  }
+  track_reference(o, temporary);
+  add_takes(o);
   Search search(o.time_limit_s);
-  const identify::Identification result =
-      search.run([&] { return identify::identify_files(o.request, std::ref(search)); });
+  identify::HandIdentification result =
+      search.run([&] { return identify::identify_hand(o.request, std::ref(search)); });
+  if (!o.is_named)
+    result.warnings.emplace_back(
+        "no column names a finger: the channel is called index; --channel says otherwise");
   // The model first: a report that cannot be drawn must not cost the fit.
   if (!o.model.empty()) model::save(result.model, o.model);
   if (!o.report.empty()) {
-    identify::save_results(result, o.report);
+    identify::save_hand_results(result, o.report);
     draw_report(o.report);
   }
-  if (o.json) {
-    print(io::dump(to_json(result)));
-    return;
-  }
+  if (o.json) return print(io::dump(to_json(result)));
   show(result);
   if (!o.model.empty()) print(fmt::format("model    {}\n", o.model));
   if (!o.report.empty()) print(fmt::format("report   {}/report.html\n", o.report));
 }
 
-void add_structure(CLI::App& command, identify::FileRequest& r) {
+void add_structure(CLI::App& command, identify::HandRequest& r) {
   command
       .add_option("--structure", r.structure,
                   "auto; a sum of curves: line, line-lead, curve, hysteresis or e.g. \"curve(20) + "
@@ -325,11 +277,6 @@ void add_structure(CLI::App& command, identify::FileRequest& r) {
                   "hysteresis-hw or e.g. "
                   "\"hysteresis(2) > curve(10) > lti(2) > saturation\"")
       ->capture_default_str();
-  command.add_option("--order", r.order, "poles, 1 to 3 (default 2)");
-  command.add_option("--knots", r.knots, "knots of the curve, 2 to 16 (default 10)");
-  command.add_option("--plays", r.plays, "play operators of hw-hysteresis, 1 to 4 (default 2)");
-  command.add_flag("--dead-zone", r.dead_zone, "hw with a dead zone, gain and offset in place of the curve");
-  command.add_flag("--monotone", r.monotone, "curves may not turn back");
 }
 
 // What several joints or recordings take.
@@ -351,16 +298,15 @@ void add_pairs(CLI::App& command, Options& o) {
                      "joints from sensors: thumb=SensorA0:thumb_deg,index=SensorA1+SensorA2:index_deg (own "
                      "sensor first; default: by "
                      "name, index_adc with index_deg)");
-  command.add_flag("--fit-all", o.fit_all,
-                   "with --pair: once proven on held-out data, fit the model in the same way to all of it");
+  command.add_flag("--fit-all", o.request.fit_all,
+                   "once proven on held-out data, fit the model in the same way to all of it");
   command
-      .add_option(
-          "--reference-error", o.reference_error,
-          "with --pair: RMS error of the measured angles themselves, index_mcp=6,index_pip=11; the model "
-          "then states it too")
+      .add_option("--reference-error", o.reference_error,
+                  "RMS error of the measured angles themselves, index_mcp=6,index_pip=11; the model "
+                  "then states it too")
       ->delimiter(',');
   command.add_option("--refit", o.refit,
-                     "with --pair: a model of which only gains and dead zones are fitted to the wearer");
+                     "a model of which only gains and dead zones are fitted to the wearer");
 }
 
 }  // namespace identify_command
@@ -368,18 +314,19 @@ void add_pairs(CLI::App& command, Options& o) {
 void add_identify(CLI::App& app) {
   using namespace identify_command;
   auto o = std::make_shared<Options>();
-  identify::FileRequest& r = o->request;
+  identify::HandRequest& r = o->request;
   CLI::App* command = app.add_subcommand(
       "identify", "From a glove log and measured angles to a compensator proven on unseen data");
-  command->add_option("--sensor", r.files.sensor, "CSV log of the glove");
-  command->add_option("--reference", r.files.reference,
+  command->add_option("--sensor", o->files.sensor, "CSV log of the glove");
+  command->add_option("--reference", o->files.reference,
                       "CSV of the measured angle, or with --joints the video itself");
   add_pairs(*command, *o);
   command->add_option("--joints", o->joints,
                       "joint file (models/joints): the reference is a video, which is tracked first");
   command->add_option("--lens", o->lens, "lens file of flexor camera calibrate, for the video");
-  command->add_option("--input", r.files.input, "column of the sensor log (default: its only one)");
-  command->add_option("--output", r.files.output, "column of the reference, degrees (default: its only one)");
+  command->add_option("--input", o->files.input, "column of the sensor log (default: its only one)");
+  command->add_option("--output", o->files.output,
+                      "column of the reference, degrees (default: its only one)");
   command->add_option("--rate", r.rate_hz, "sample rate of the compensator, Hz")->capture_default_str();
   command->add_option("--split", r.split, "share of the recording, from its start, that is fitted")
       ->capture_default_str();
@@ -394,18 +341,17 @@ void add_identify(CLI::App& app) {
       "--lead", r.lead_s,
       "estimate the angle this many seconds ahead, to make up for lag behind the compensator");
   command->add_option(
-      "--channel", r.channel,
+      "--channel", o->channel,
       "finger: thumb, index, middle, ring or pinky (default: from the column's name, else index)");
   command->add_option(
       "--input-unit", r.input_unit,
       "count, V, mV, ohm, kohm, deg or rad: of the sensor, where its column's name states none");
-  command->add_option("--output-unit", r.files.output_unit,
+  command->add_option("--output-unit", r.output_unit,
                       "deg or rad: of the angle, where its column's name states none (default: deg)");
-  command->add_option("--time-unit", r.files.time_unit, kTimeUnitHelp);
+  command->add_option("--time-unit", r.time_unit, kTimeUnitHelp);
   command->add_option("--model", o->model, "write the model document here");
-  command->add_option(
-      "--report", o->report,
-      "write report.html, figures and samples into this folder; with --pair a page for each joint, too");
+  command->add_option("--report", o->report,
+                      "write report.html, a page for each joint, figures and samples into this folder");
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o] { run(*o); });
 }

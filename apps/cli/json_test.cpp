@@ -30,7 +30,7 @@ TEST_F(Json, OfTheCommandsForRecordingsAndModels) {
       " --sensor " + path("simulated_glove.csv") + " --reference " + path("simulated_camera.csv");
   EXPECT_TRUE(run("align" + recordings).contains("clock_offset_s"));
   EXPECT_TRUE(run("identify" + recordings + " --structure linear-dynamic --model " + path("m.json"))
-                  .contains("holdout"));
+                  .contains("joints"));
   EXPECT_TRUE(run("apply " + path("m.json") + " " + path("simulated_glove.csv")).contains("channels"));
   EXPECT_TRUE(run("show " + path("m.json")).contains("schema"));
   EXPECT_TRUE(run("export " + path("simulated_camera.csv") + " --to mcap --out " + path("a.mcap"))

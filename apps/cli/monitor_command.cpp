@@ -37,7 +37,7 @@ struct Range {
 };
 
 std::string bar(const Range& range) {
-  constexpr int kWidth = 40;
+  constexpr int kWidth = 32;
   const double span = range.most - range.least;
   const int filled = span > 0 && !std::isnan(range.now)
                          ? static_cast<int>(std::lround(kWidth * (range.now - range.least) / span))
@@ -84,7 +84,8 @@ class View {
     const listen::Tally& tally = source_.tally();
     out += fmt::format("{}{:.1f} samples a second, {} torn, {}{}\n", clear, rate_hz(), tally.torn,
                        listen::lost_in_words(tally), terminal ? "; Ctrl-C ends this" : "");
-    print_as_it_is(out);
+    // A line that the terminal would break is cut off by it.
+    print_as_it_is(terminal ? "\033[?7l" + out + "\033[?7h" : out);
   }
 
   bool has_rows() const { return !ranges_.empty(); }

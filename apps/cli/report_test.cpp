@@ -13,8 +13,6 @@
 #include "host/donning/sessions.hpp"
 #include "host/identify/hand.hpp"
 #include "host/identify/hand_results.hpp"
-#include "host/identify/identify_files.hpp"
-#include "host/identify/results.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
@@ -63,74 +61,6 @@ class ReportTest : public testing::Test {
   const fs::path folder_ = temporary_.path();
 };
 
-class IdentificationReport : public ReportTest {
- protected:
-  IdentificationReport() {
-    const io::TemporaryFolder simulated;
-    const fs::path& logs = simulated.path();
-    EXPECT_EQ(std::system(("'" FLEXOR_SIMULATE "' '" + logs.string() + "'").c_str()), 0);
-    identify::FileRequest r;
-    r.files = {logs / "simulated_glove.csv", logs / "simulated_camera.csv", "", ""};
-    r.structure = "hw";
-    r.split = 0.6;           // what is fitted reaches one end stop only,
-    r.clock_offset_s = 7.4;  // on the true clock
-    result_ = identify::identify_files(r, {});
-  }
-  identify::Identification result_;
-};
-
-TEST_F(IdentificationReport, IsDrawnFromWhatWasSaved) {
-  ASSERT_FALSE(result_.fit.refusals.empty());
-  identify::save_results(result_, folder_);
-  expect_the_same_once_more();
-  const std::string html = read("report.html");
-  for (const char* name :
-       {"alignment", "clock_offset", "curve", "dynamics", "holdout", "errors", "error_correlation"}) {
-    EXPECT_TRUE(read(std::string(name) + ".svg").starts_with("<svg")) << name;
-    EXPECT_NE(html.find(std::string(name) + "_title"), std::string::npos) << name << " is not in the page";
-  }
-  for (const char* part : {"On data it never saw", "All structures side by side", "standard error",
-                           "Residual check", "the finger never reached an end stop there"}) {
-    EXPECT_NE(html.find(part), std::string::npos) << part;
-  }
-}
-
-TEST_F(IdentificationReport, HoldoutCsvIsTheScoredPart) {
-  identify::save_results(result_, folder_);
-  const auto r = recording::read_csv(folder_ / "holdout.csv", {});
-  EXPECT_EQ(r.t_s.size(), result_.holdout.samples);
-  const auto s = score::score(r.t_s, r.column("measured_deg").value, r.column("estimated_deg").value);
-  EXPECT_NEAR(s.rmse_deg, result_.holdout.rmse_deg, 1e-9);
-}
-
-TEST_F(IdentificationReport, ClocksThatWereGivenNeedNoAlignment) {
-  result_.aligned.alignment.reset();
-  identify::save_results(result_, folder_);
-  report::render(folder_);
-  EXPECT_NE(read("report.html").find("given by the user; the signals alone do not tell"), std::string::npos);
-}
-
-TEST_F(IdentificationReport, NothingOutsidePausesHasNoResidualsToDraw) {
-  std::ranges::fill(result_.aligned.gap, 1);
-  identify::save_results(result_, folder_);
-  report::render(folder_);
-  EXPECT_EQ(read("report.html").find("Residual check"), std::string::npos);
-}
-
-TEST_F(IdentificationReport, NamesWithMarkupAreShownNotObeyed) {
-  result_.pair.input = "<b>&\"";
-  identify::save_results(result_, folder_);
-  report::render(folder_);
-  const std::string html = read("report.html");
-  EXPECT_EQ(html.find("<b>&\""), std::string::npos);
-  EXPECT_NE(html.find("&lt;b&gt;&amp;&quot;"), std::string::npos);
-}
-
-TEST_F(IdentificationReport, AnUnwritableFolderIsAnInputError) {
-  io::write_file(folder_ / "file", "x");
-  EXPECT_THROW(identify::save_results(result_, folder_ / "file"), io::InputError);
-}
-
 // Every text in `json` but the kind of job and names of files, spoilt; names of members, too, where they are fingers.
 void spoil(nlohmann::ordered_json& json, const std::string& evil, const std::string& key = "") {
   if (json.is_string() && key != "kind" && key != "file") json = json.get<std::string>() + evil;
@@ -170,6 +100,11 @@ class HandReport : public ReportTest {
 
   identify::HandIdentification result_;
 };
+
+TEST_F(HandReport, AnUnwritableFolderIsAnInputError) {
+  io::write_file(folder_ / "file", "x");
+  EXPECT_THROW(identify::save_hand_results(result_, folder_ / "file"), io::InputError);
+}
 
 TEST_F(HandReport, HasAPageForEachJointDrawnFromWhatWasSaved) {
   identify::save_hand_results(result_, folder_);

@@ -196,7 +196,8 @@ void Live::stop_recording() {
   sessions_.save(recording.session);  // before what may find no room
   recording.flush();
   const std::string why = misfit();
-  ended("record", why.empty(), recording.in_words(now_s()) + (why.empty() ? "" : ". " + why));
+  ended("record", why.empty() && !recording.is_silent(now_s()),
+        recording.in_words(now_s()) + (why.empty() ? "" : ". " + why));
 }
 
 // What came before is kept, and its session says how long it is.

@@ -43,13 +43,16 @@ void SessionRecording::mark(double host_s, const std::string& text) {
   markers_.push_back({{"event", "marker"}, {"host_s", host_s}, {"text", text}});
 }
 
-std::string SessionRecording::in_words(double now_s) const {
+bool SessionRecording::is_silent(double now_s) const {
   constexpr double kSilent_s = 1;
+  return rows() > 0 && now_s - newest_s_ > kSilent_s;
+}
+
+std::string SessionRecording::in_words(double now_s) const {
   std::string out = fmt::format("{} rows in {}", rows(), log_file().string());
   if (left_out_ > 0)
     out += fmt::format("; {} rows that came were torn or did not fit, and are left out", left_out_);
-  if (rows() > 0 && now_s - newest_s_ > kSilent_s)
-    out += fmt::format("; nothing was recorded in the last {:.0f} s", now_s - newest_s_);
+  if (is_silent(now_s)) out += fmt::format("; nothing was recorded in the last {:.0f} s", now_s - newest_s_);
   return out;
 }
 

@@ -32,6 +32,7 @@ class SessionRecording {
   double seconds() const { return newest_s_ - begun_s_; }  // from the first sample to the newest
   // What is in its log, and what is not: rows that were left out, a silence before `now_s`.
   std::string in_words(double now_s) const;
+  bool is_silent(double now_s) const;  // nothing came for a second
   std::filesystem::path log_file() const { return folder_ / "log.csv"; }
   // As they are sent; who opens the page later gets them too.
   const std::vector<nlohmann::ordered_json>& markers() const { return markers_; }

@@ -1,6 +1,6 @@
 """One table from one run: time and held-out error of `flexor identify` and of what others would take, on real recordings.
 
-The samples are the program's own (`identify --pair --report` writes samples-1.csv): its clock offset, its grid of 20 Hz with the
+The samples are the program's own (`identify --report` writes samples-1.csv): its clock offset, its grid of 20 Hz with the
 last reading held, the first half fitted, the second half scored, pauses included. Everybody has the own finger's sensor alone and
 one thread on one core. Run by `script/bench --with-peers`.
 """
@@ -61,9 +61,10 @@ class Program:
     """`flexor` on one joint, and what it writes."""
 
     def __init__(self, program: Path, data: Path, joint: str):
-        folder, self.sensor, self.angle = JOINTS[joint]
-        self.program, self.logs = program, [str(data / folder / name) for name in ("sensor_log.csv", "camera_angles.csv")]
-        self.pair = ["identify", "--pair", *self.logs, "--map", f"joint={self.sensor}:{self.angle}", "--input-unit", "count"]
+        folder, sensor, angle = JOINTS[joint]
+        logs, self.program = data / folder, program
+        self.identify = ["identify", "--sensor", f"{logs}/sensor_log.csv", "--reference", f"{logs}/camera_angles.csv",
+                         "--input", sensor, "--output", angle, "--channel", "index", "--input-unit", "count"]
 
     def run(self, *options: str) -> tuple[str, float, float]:
         """Standard output, processor time, wall time."""
@@ -76,33 +77,17 @@ class Program:
 
     def samples(self) -> np.ndarray:
         with tempfile.TemporaryDirectory() as folder:
-            self.run(*self.pair, "--report", folder)
-            return np.genfromtxt(Path(folder) / "samples-1.csv", delimiter=",", names=True)
-
-    def auto(self, samples: np.ndarray) -> Row:
-        output, cpu, wall = self.run(*self.pair, "--json")
-        told = json.loads(output)
-        joint = told["joints"]["joint"]
-        if abs(joint["holdout"]["rmse_deg"] - rmse_deg(samples["estimated_deg"], samples)) > 1e-6:
+            result = json.loads(self.run(*self.identify, "--json", "--report", folder)[0])
+            samples = np.genfromtxt(Path(folder) / "samples-1.csv", delimiter=",", names=True)
+        if abs(result["joints"]["index"]["holdout"]["rmse_deg"] - rmse_deg(samples["estimated_deg"], samples)) > 1e-6:
             sys.exit("peers: identify scored other samples than it wrote")
-        return Row(told["fit_seconds"], cpu, wall, joint["holdout"]["rmse_deg"], joint["hold_drift_deg"])
+        return samples
 
-    def hw(self, samples: np.ndarray) -> Row:
-        with tempfile.TemporaryDirectory() as folder:
-            model, log = f"{folder}/model.json", Path(folder) / "log.csv"
-            output, cpu, wall = self.run(
-                "identify", "--sensor", self.logs[0], "--reference", self.logs[1], "--input", self.sensor, "--output", self.angle,
-                "--structure", "hw", "--input-unit", "count", "--json", "--model", model)
-            told = json.loads(output)
-
-            def predict(reading: np.ndarray) -> np.ndarray:
-                rows = (f"{k * methods.PERIOD_S:.2f},{u:g}" for k, u in enumerate(np.r_[reading, reading[-1]]))
-                log.write_text("\n".join([f"t_s,{self.sensor}", *rows]))
-                lines = self.run("apply", model, str(log))[0].splitlines()[1 : len(reading) + 1]
-                return np.array([float(line.split(",")[1]) for line in lines])
-
-            drift = drift_deg(predict, samples["reading"][samples["held_out"] == 0])
-        return Row(told["fit_seconds"], cpu, wall, told["holdout"]["rmse_deg"], drift)
+    def fit(self, structure: str) -> Row:
+        output, cpu, wall = self.run(*self.identify, "--structure", structure, "--json")
+        result = json.loads(output)
+        joint = result["joints"]["index"]
+        return Row(result["fit_seconds"], cpu, wall, joint["holdout"]["rmse_deg"], joint["hold_drift_deg"])
 
 
 def rmse_deg(angle: np.ndarray, samples: np.ndarray) -> float:
@@ -132,8 +117,8 @@ def main() -> None:
     for at, joint in enumerate(JOINTS):
         program = Program(options.program.resolve(), options.data, joint)
         samples = program.samples()
-        jobs: dict[str, Callable[[], Row]] = {"flexor, structure auto": lambda: program.auto(samples),
-                                              "flexor, structure hw": lambda: program.hw(samples)}
+        jobs: dict[str, Callable[[], Row]] = {"flexor, structure auto": lambda: program.fit("auto"),
+                                              "flexor, structure hw": lambda: program.fit("hw")}
         jobs |= {name: lambda fit=fit, seeds=seeds: peer(fit, seeds, samples) for name, (fit, seeds) in PEERS.items()}
         for name, job in jobs.items():
             gone = time.perf_counter() - start

@@ -117,7 +117,8 @@ std::optional<double> stated_pixels(std::string_view bytes) {
     const auto side = static_cast<std::int32_t>(little_endian(bytes, at, 4));
     return std::abs(static_cast<double>(side));
   };
-  if (bytes.starts_with("\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR"sv)) return area(big_endian(bytes, 16, 4), big_endian(bytes, 20, 4));
+  if (bytes.starts_with("\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR"sv))
+    return area(big_endian(bytes, 16, 4), big_endian(bytes, 20, 4));
   if (bytes.starts_with("GIF8"sv)) return area(little_endian(bytes, 6, 2), little_endian(bytes, 8, 2));
   if (bytes.starts_with("BM"sv)) {
     if (little_endian(bytes, 14, 4) == 12)

@@ -50,7 +50,8 @@ std::vector<std::vector<cv::Point2f>> find_corners(const std::vector<std::filesy
     cv::Mat grey;
     cv::cvtColor(mat(picture), grey, cv::COLOR_BGR2GRAY);
     std::vector<cv::Point2f> corners;
-    if (!cv::findChessboardCorners(grey, size, corners)) {
+    constexpr int kLeast_px = 32;  // OpenCV fails on less
+    if (std::min(s.width, s.height) < kLeast_px || !cv::findChessboardCorners(grey, size, corners)) {
       out.refused.push_back(fmt::format("{}: no board of {} x {} inner corners in sight", path.string(),
                                         board.columns, board.rows));
       continue;

@@ -32,8 +32,13 @@ void be_silent() {
     setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // AV_LOG_QUIET
     // Pictures are read_picture()'s: FFmpeg decodes them while they are opened, and their metadata without a bound.
     setenv("OPENCV_FFMPEG_CAPTURE_OPTIONS",
-           "format_whitelist;mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,asf,flv,gif,h264,hevc,ivf,mjpeg,mpeg,mpegts,"
-           "mpegvideo,mxf,ogg,yuv4mpegpipe",
+           "format_whitelist;mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,asf,dv,flv,gif,h264,hevc,ivf,jpeg_"
+           "pipe,m4v,mjpeg,"
+           "mpeg,mpegts,mpegvideo,mxf,nut,ogg,yuv4mpegpipe|codec_whitelist;h264,hevc,mpeg1video,mpeg2video,"
+           "mpeg4,"
+           "mjpeg,vp8,vp9,libvpx-vp9,libdav1d,av1,rawvideo,msmpeg4,msmpeg4v1,msmpeg4v2,wmv1,wmv2,wmv3,vc1,"
+           "h263,flv,"
+           "gif,theora,dvvideo,prores,ffv1,huffyuv,wrapped_avframe",
            1);
     return true;
   }();
@@ -81,6 +86,12 @@ VideoReader::VideoReader(const std::filesystem::path& path)
                     "with H.264 always works",
                     source_));
   }
+  const auto codec = static_cast<std::uint32_t>(capture_->capture.get(cv::CAP_PROP_FOURCC));
+  constexpr std::uint32_t kCase = 0x20202020;
+  if ((codec | kCase) == ('m' | 'p' << 8 | 'n' << 16 | 'g' << 24) ||
+      (codec | kCase) == ('p' | 'n' << 8 | 'g' << 16 | ' ' << 24))
+    throw io::InputError(fmt::format(
+        "{}: its frames are PNG pictures, which are not taken: MP4 with H.264 always works", source_));
   const double pixels =
       capture_->capture.get(cv::CAP_PROP_FRAME_WIDTH) * capture_->capture.get(cv::CAP_PROP_FRAME_HEIGHT);
   if (pixels > kMostPixels) {

@@ -84,14 +84,14 @@ TEST_F(Deploy, HasBuildsForFourRatesAndNoOthers) {
 TEST_F(Deploy, SendsAsManyFramesAsTheRadioCarries) {
   EXPECT_EQ(samples_per_frame(glove(10)), 1);
   EXPECT_EQ(samples_per_frame(glove(20)), 1);
-  EXPECT_EQ(samples_per_frame(glove(50)), 2);   // 25 of at most 40
+  EXPECT_EQ(samples_per_frame(glove(50)), 2);   // 25 of at most 38
   EXPECT_EQ(samples_per_frame(glove(100)), 4);  // 25
   Glove g = glove(100);
   g.frame_rate_hz = 20;
   EXPECT_EQ(samples_per_frame(g), 5);
   g.frame_rate_hz = 50;
-  expect_refused([&] { (void)samples_per_frame(g); }, "do not fit a radio of 9600 baud, which carries 40.0");
-  g.key.reset();  // 17 bytes: 56 frames a second
+  expect_refused([&] { (void)samples_per_frame(g); }, "do not fit a radio of 9600 baud, which carries 38.4");
+  g.key.reset();  // 19 bytes: 50 frames a second
   EXPECT_EQ(samples_per_frame(g), 2);
   g.frame_rate_hz = 30;
   expect_refused([&] { (void)samples_per_frame(g); }, "must divide");

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "host/identify/folds.hpp"
 #include "host/identify/hold.hpp"
-#include "host/identify/select.hpp"
 #include "host/io/io.hpp"
 #include "host/model/channel.hpp"
 

@@ -3,7 +3,7 @@
 // Several recordings are fitted one behind the other; the first two seconds of each but the first do not count. A lag before
 // the chain is a first-order low-pass of the reading; its time constant is searched for the least fitted error, and
 // it is left out where that is no less without it. Poles that would
-// let a held angle drift by more than `most_drift_deg` are made quicker until it does not. Cross-validation as in select.hpp.
+// let a held angle drift by more than `most_drift_deg` are made quicker until it does not. Cross-validation as in folds.hpp.
 // A stop before the first fit is io::Cancelled; after it the chain is there and is finished.
 #pragma once
 

@@ -20,7 +20,6 @@
 #include "host/identify/poses.hpp"
 #include "host/identify/published_form.hpp"
 #include "host/identify/refit.hpp"
-#include "host/identify/select.hpp"
 #include "host/identify/structure_text.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
@@ -42,6 +41,8 @@ constexpr double kUnsure = 0.1;
 constexpr double kMostOffset_s = 1e10;
 constexpr std::size_t kLeastHeldOut = 20;
 constexpr double kNormal95 = 1.96;
+constexpr double kMuchWorse = 1.5;
+constexpr double kLittle = 0.2;
 
 using Files = HandRecordings;
 
@@ -122,8 +123,7 @@ Clock clock_of(const Files& files, const HandRequest& request, std::vector<std::
       reason = fmt::format("{}: {}", joint.joint, error.what());
     }
   }
-  const bool one_file = !files.sensor.digest.empty() && files.sensor.digest == files.reference.front().digest;
-  if (request.clock_offset_s || one_file) {
+  if (request.clock_offset_s || on_one_clock(files)) {
     const double given = request.clock_offset_s.value_or(0);
     if (disagreement && request.clock_offset_s) warnings.push_back(*disagreement);
     double confidence = 0;
@@ -375,6 +375,18 @@ void score_published_form(const std::vector<Sampled>& samples, std::size_t j, Jo
   }
 }
 
+// Of the measured angle outside pauses.
+double span_deg(const JointSamples& s, std::size_t begin, std::size_t end) {
+  std::optional<std::pair<double, double>> seen;
+  for (std::size_t k = begin; k < end; ++k) {
+    if (s.gap[k] != 0) continue;
+    const double angle = s.measured_deg[k];
+    seen = seen ? std::pair(std::min(seen->first, angle), std::max(seen->second, angle))
+                : std::pair(angle, angle);
+  }
+  return seen ? seen->second - seen->first : 0;
+}
+
 // What the held-out part says against the compensator.
 void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& samples, std::size_t j,
                      const JointResult& joint, std::vector<std::string>& warnings) {
@@ -389,8 +401,26 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
         fmt::format("{}: on data it never saw the compensator ({:.2f} deg) is no better than {} ({:.2f} deg)",
                     joint.name, joint.holdout.rmse_deg, words, baseline->second.rmse_deg));
   }
+  if (joint.holdout.rmse_deg > kMuchWorse * joint.fitted_rmse_deg && !request.refit) {
+    warnings.push_back(
+        fmt::format("{}: the error on unseen data is {:.1f} times the error on the fitted part: the glove "
+                    "changed during the recording, or the motion did",
+                    joint.name, joint.holdout.rmse_deg / joint.fitted_rmse_deg));
+  }
   for (const std::string& refusal : joint.baseline_refusals)
     warnings.push_back(fmt::format("{}: baseline {}", joint.name, refusal));
+  double moved_deg = 0;
+  double taught_deg = 0;
+  for (const JointSamples& s : joint.samples) {
+    moved_deg = std::max(moved_deg, span_deg(s, s.holdout_begin, s.t_s.size()));
+    taught_deg = std::max(taught_deg, span_deg(s, 0, s.holdout_begin));
+  }
+  if (moved_deg < kLittle * taught_deg) {
+    warnings.push_back(fmt::format(
+        "{}: the finger moves by {:.1f} deg in the held-out part and by {:.0f} in the fitted one: nothing "
+        "is proven; move through the whole range all the time, or choose another --split",
+        joint.name, moved_deg, taught_deg));
+  }
   std::vector<recording::Halves> readings;
   for (const Sampled& sampled : samples) {
     const recording::Aligned& own = sampled.sensor[j].front();
@@ -446,6 +476,7 @@ void describe(const HandRequest& request, const std::vector<Files>& files, HandI
                       {"split", request.split},
                       {"fit_all", request.fit_all},
                       {"lead_s", request.lead_s}};
+  if (request.map.size() == 1) r.model.training["output_column"] = request.map.front().reference;
   const auto fitted = [&](double value) { return request.refit ? Json(nullptr) : Json(value); };
   Json joints = Json::object();
   for (const JointResult& joint : r.joints) {
@@ -479,6 +510,12 @@ void warn_of_readings(const model::Model& model, const std::vector<Files>& files
     std::vector<std::span<const double>> readings;
     for (const Files& one : files) readings.emplace_back(one.sensor.column(input.name).value);
     if (const auto text = refused_readings(input, readings)) warnings.push_back(*text);
+    if (input.unit.empty()) {
+      warnings.push_back(fmt::format(
+          "column \"{}\" states no unit: the model runs on logs like this one; for the boards say it with "
+          "--input-unit: count, V, ...",
+          input.name));
+    }
     if (!model::holds_readings(board.inputs[i])) {
       warnings.push_back(fmt::format(
           "{}: the boards take readings from -1024 to 1023, not {:g} to {:g}: this model runs on a "

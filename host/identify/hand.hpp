@@ -32,6 +32,11 @@ struct HandRecordings {
   std::vector<recording::Recording> reference;
 };
 
+// Both in one file, whose clock they share.
+inline bool on_one_clock(const HandRecordings& one) {
+  return !one.sensor.digest.empty() && one.sensor.digest == one.reference.front().digest;
+}
+
 struct HandRequest {
   std::vector<PairFiles> pairs;
   std::vector<JointMap> map;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "host/identify/select.hpp"
+#include "host/identify/folds.hpp"
 
 namespace flexor::identify {
 namespace {

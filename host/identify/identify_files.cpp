@@ -6,14 +6,13 @@
 #include <algorithm>
 #include <array>
 
-#include "host/io/json.hpp"
+#include "host/io/io.hpp"
+#include "host/model/model.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::identify {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // Twice is a file read: for its columns, then for its rows.
 void require_file(const std::filesystem::path& path, const char* option) {
@@ -28,9 +27,7 @@ void require_file(const std::filesystem::path& path, const char* option) {
   }
 }
 
-}  // namespace
-
-recording::Pair load_pair(SourceFiles files) {
+void name_columns(SourceFiles& files) {
   const auto only_column = [&](const std::filesystem::path& path, const char* option) {
     require_file(path, option);
     const std::vector<std::string> columns = recording::columns_of(path, files.time_unit);
@@ -40,49 +37,28 @@ recording::Pair load_pair(SourceFiles files) {
   };
   if (files.input.empty()) files.input = only_column(files.sensor, "--input");
   if (files.output.empty()) files.output = only_column(files.reference, "--output");
+}
+
+}  // namespace
+
+recording::Pair load_pair(SourceFiles files) {
+  name_columns(files);
   recording::Pair pair{recording::read_csv(files.sensor, {files.input}, files.time_unit), files.input,
                        recording::read_angle(files.reference, files.output, files.time_unit), files.output};
   recording::to_degrees(pair.reference, pair.output, files.output_unit);
   return pair;
 }
 
-Identification identify_files(const FileRequest& request, const Progress& progress) {
-  check(request);
-  return identify(load_pair(request.files), request, progress);
-}
-
-Json to_json(const Identification& r) {
-  Json rows = Json::array();
-  for (const TableRow& row : r.rows) {
-    Json entry = {{"structure", row.name}, {"chosen", row.chosen}};
-    if (!row.refusal.empty()) {
-      entry["refusal"] = row.refusal;
-    } else {
-      entry["parameters"] = row.parameters;
-      entry["fitted_rmse_deg"] = row.fitted_rmse_deg;
-      if (row.cross_validated_deg) entry["cross_validated_rmse_deg"] = *row.cross_validated_deg;
-      entry["holdout_rmse_deg"] = row.holdout.rmse_deg;
+OneJoint one_joint(SourceFiles files, const std::optional<std::string>& channel) {
+  name_columns(files);
+  if (channel) return {{model::finger(*channel), {files.input}, files.output}, true};
+  for (const std::string& column : {files.input, files.output}) {
+    for (const char* name : {"thumb", "index", "pointer", "middle", "ring", "pinky", "little"}) {
+      if (recording::lower(column).find(name) != std::string::npos)
+        return {{model::finger(name), {files.input}, files.output}, true};
     }
-    rows.push_back(std::move(entry));
   }
-  return {
-      {"clock_offset_s", r.aligned.clock_offset_s},
-      {"alignment_confidence", r.aligned.alignment ? Json(r.aligned.alignment->confidence) : Json(nullptr)},
-      {"channel", r.model.joints.front().name},
-      {"structure", r.structure},
-      {"structure_detail", r.structure_detail},
-      {"verdict", verdict_of(r.holdout.rmse_deg, r.baseline.rmse_deg)},
-      {"holdout", score::to_json(r.holdout)},
-      {"holdout_without_gaps", r.holdout_without_gaps ? score::to_json(*r.holdout_without_gaps) : Json()},
-      {"baseline_linear", score::to_json(r.baseline)},
-      {"baseline_static_curve", score::to_json(r.static_curve)},
-      {"fitted_rmse_deg", r.fit.rmse_deg},
-      {"hold_drift_deg", r.hold_drift_deg ? Json(*r.hold_drift_deg) : Json(nullptr)},
-      {"structures", std::move(rows)},
-      {"parameters", r.model.fit.at("parameters")},
-      {"fit_seconds", r.fit_seconds},
-      {"version", FLEXOR_VERSION},
-      {"warnings", r.warnings}};
+  return {{"index", {files.input}, files.output}, false};
 }
 
 }  // namespace flexor::identify

@@ -1,11 +1,13 @@
-// identify on files: two logs in, the machine-readable result out.
+// Two logs and a column of each, named or the only one.
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
-#include "host/identify/identification.hpp"
+#include "host/identify/joint_map.hpp"
+#include "host/recording/pair.hpp"
 
 namespace flexor::identify {
 
@@ -21,13 +23,12 @@ struct SourceFiles {
 // Throws io::InputError, listing the columns where one has to be named.
 recording::Pair load_pair(SourceFiles files);
 
-struct FileRequest : Request {
-  SourceFiles files;
+// The same as a map of one joint: `channel`, or the finger that a column names, or index; and whether one of the first two
+// says so. Throws as above.
+struct OneJoint {
+  JointMap map;
+  bool is_named;
 };
-
-Identification identify_files(const FileRequest& request, const Progress& progress);
-
-// The machine-readable result; see docs/json.md.
-nlohmann::ordered_json to_json(const Identification& result);
+OneJoint one_joint(SourceFiles files, const std::optional<std::string>& channel);
 
 }  // namespace flexor::identify

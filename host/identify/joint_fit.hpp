@@ -16,6 +16,8 @@
 
 namespace flexor::identify {
 
+inline constexpr const char* kStopped = "stopped before all structures were tried: the best so far is taken";
+
 struct CandidateRow {
   std::string structure;
   double cross_validated_deg = 0;

@@ -26,10 +26,11 @@ GrowingFile::~GrowingFile() { ::close(file_); }
 
 void GrowingFile::append(std::string_view piece) {
   struct stat before {};
+  struct stat there {};
   ::fstat(file_, &before);
-  if (before.st_nlink == 0)
+  if (::stat(path_.c_str(), &there) != 0 || there.st_ino != before.st_ino)
     throw JobError(
-        fmt::format("{}: was removed while it was written: nothing of it is kept", path_.string()));
+        fmt::format("{}: was removed while it was written: nothing of it is kept there", path_.string()));
   while (!piece.empty()) {
     const ssize_t n = ::write(file_, piece.data(), piece.size());
     if (n < 0 && errno == EINTR) continue;

@@ -101,7 +101,8 @@ TEST(Json, BytesOfAFileNameBecomeText) {
   const nlohmann::ordered_json json = {{"file", "gl\xf6ve.csv"}};
   EXPECT_EQ(dump(json), "{\n  \"file\": \"gl\uFFFDve.csv\"\n}\n");
   EXPECT_EQ(dump_line(json), "{\"file\":\"gl\uFFFDve.csv\"}");
-  EXPECT_EQ(dump_line({{"a", "\u202e\u009b\x7f"}}), R"({"a":"\u202e\u009b\u007f"})") << "a terminal obeys them";
+  EXPECT_EQ(dump_line({{"a", "\u202e\u009b\x7f"}}), R"({"a":"\u202e\u009b\u007f"})")
+      << "a terminal obeys them";
 }
 
 }  // namespace

@@ -62,10 +62,15 @@ std::string diagram(const Model& m) {
       io::one_line(m.name), io::one_line(m.description), 1000 * m.sample_period_s, m.inputs.size(),
       m.blocks.size(), m.joints.size(), kSchemaVersion, io::one_line(m.written_by));
   out += Diagram(m).text();
-  const auto holdout = m.fit.find("holdout");
-  if (holdout != m.fit.end() && holdout->contains("rmse_deg") && !holdout->at("rmse_deg").is_null()) {
-    out += fmt::format("\nheld-out error {:.2f} deg RMSE when it was fitted\n",
-                       holdout->at("rmse_deg").get<double>());
+  const auto add_error = [&](const std::string& of, const nlohmann::ordered_json& fit) {
+    if (fit.contains("holdout") && fit.at("holdout").contains("rmse_deg") &&
+        !fit.at("holdout").at("rmse_deg").is_null())
+      out += fmt::format("\nheld-out error{} {:.2f} deg RMSE when it was fitted\n", of,
+                         fit.at("holdout").at("rmse_deg").get<double>());
+  };
+  add_error("", m.fit);  // of models before 0.2
+  if (m.fit.contains("joints")) {
+    for (const auto& [name, fit] : m.fit.at("joints").items()) add_error(" of " + io::one_line(name), fit);
   }
   return out;
 }

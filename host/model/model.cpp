@@ -245,10 +245,15 @@ void check_provenance(const Model& model, const std::string& source) {
   Reader training(model.training, source + ": training");
   (void)training.text_or_empty("output_column");
   Reader fit(model.fit, source + ": fit");
-  const Json figures = fit.object_or_empty("holdout");
-  Reader holdout(figures, source + ": fit: holdout");
-  if (holdout.has("rmse_deg") && !figures.at("rmse_deg").is_null())
-    (void)holdout.number_within("rmse_deg", 0, kMaxUnlimited_deg);
+  const auto check_error = [&](const Json& one, const std::string& place) {
+    const Json figures = Reader(one, place).object_or_empty("holdout");
+    Reader holdout(figures, place + ": holdout");
+    if (holdout.has("rmse_deg") && !figures.at("rmse_deg").is_null())
+      (void)holdout.number_within("rmse_deg", 0, kMaxUnlimited_deg);
+  };
+  check_error(model.fit, source + ": fit");
+  const Json joints = fit.object_or_empty("joints");
+  for (const auto& [name, one] : joints.items()) check_error(one, source + ": fit: joints: " + name);
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 
 namespace flexor::report {
 
-void render_identification(const Saved& saved);
 void render_hand(const Saved& saved);
 void render_experiment(const Saved& saved);
 void render_ensemble(const Saved& saved);

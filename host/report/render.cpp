@@ -12,13 +12,9 @@ struct Kind {
   const char* name;
   void (*render)(const Saved&);
 };
-constexpr Kind kKinds[] = {{"identification", render_identification},
-                           {"hand", render_hand},
-                           {"experiment", render_experiment},
-                           {"ensemble", render_ensemble},
-                           {"tracking", render_tracking},
-                           {"donning", render_donning},
-                           {"deployment", render_deployment},
+constexpr Kind kKinds[] = {{"hand", render_hand},         {"experiment", render_experiment},
+                           {"ensemble", render_ensemble}, {"tracking", render_tracking},
+                           {"donning", render_donning},   {"deployment", render_deployment},
                            {"latency", render_latency}};
 
 }  // namespace

@@ -50,7 +50,7 @@ TEST_F(SavedTest, WhatIsNoJobsFolderIsRefusedInOneLine) {
   EXPECT_NE(refusal().find("another version"), std::string::npos);
   write("results.json", R"({"kind": "poetry"})");
   EXPECT_NE(refusal().find("unknown job \"poetry\""), std::string::npos);
-  for (const char* kind : {"identification", "hand", "experiment", "tracking", "deployment", "latency"}) {
+  for (const char* kind : {"hand", "experiment", "tracking", "deployment", "latency"}) {
     write("results.json", std::string(R"({"kind": ")") + kind + R"(", "angles": 3, "cells": []})");
     write("samples.csv", "t_s\n0\n");
     const std::string said = refusal();

@@ -229,7 +229,8 @@ Lines lines(const Deployment& d) {
       fmt::format("{:.1f} ms: ADC {:.2f}, compute at most {:.2f}", t.period_ms, t.adc_ms, t.compute_ms));
   add("frame period", fmt::format("{:.1f} ms, of which {:.1f} on the wire", t.frame_period_ms, t.uart_ms));
   if (has_hand(d) && d.glove.key)
-    add("radio: greatest delay", fmt::format("{} ms one way, jitter included", link::kGreatestDelay_ms));
+    add("radio: greatest delay",
+        fmt::format("{} ms one way, jitter included", link::greatest_delay_ms(t.frame_period_ms)));
   return out;
 }
 
@@ -345,7 +346,8 @@ Json to_json(const Deployment& d) {
                  {"compute_worst", t.compute_ms},
                  {"frame_period", t.frame_period_ms},
                  {"frame_on_wire", t.uart_ms}}}};
-  json["greatest_delay_ms"] = has_hand(d) && d.glove.key ? Json(link::kGreatestDelay_ms) : Json(nullptr);
+  json["greatest_delay_ms"] =
+      has_hand(d) && d.glove.key ? Json(link::greatest_delay_ms(t.frame_period_ms)) : Json(nullptr);
   json["joints_left_out"] = joints_left_out(d.glove);
   json["fingers"] = {{"covered", covered_fingers(d.glove.model)},
                      {"missing", deploy::missing_fingers(d.glove.model)}};

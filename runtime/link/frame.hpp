@@ -15,7 +15,8 @@ constexpr uint8_t kHeadBytes = 3;  // what it is, and the low 16 bits of its cou
 constexpr uint8_t kTagBytes = 6;
 constexpr uint8_t kCrcBytes = 2;
 constexpr uint8_t kMaxBody = 40;
-constexpr uint8_t kMaxWire = kHeadBytes + kMaxBody + kTagBytes + kCrcBytes + 2;
+constexpr uint8_t kMaxWire =
+    kHeadBytes + kMaxBody + kTagBytes + kCrcBytes + 2;  // angles end before kMaxBody: their delimiter fits
 constexpr uint32_t kCounters = static_cast<uint32_t>(1) << 24;  // frames that one challenge is good for
 
 constexpr uint8_t wire_bytes(uint8_t body_bytes, bool guarded) {

@@ -21,7 +21,7 @@ struct NoModels {
 template <class Turns, uint8_t kSlotsPerSecond>
 class GloveSpeech {
  public:
-  explicit GloveSpeech(const Key* pair) : end_(pair) {}
+  explicit GloveSpeech(const Key* pair) : end_(pair, kSettled_s * kSlotsPerSecond) {}
 
   // At its start: the hand's challenge, if it comes at once, is there before the first sample.
   template <class Board>
@@ -91,6 +91,8 @@ class GloveSpeech {
     uint8_t wire[kMaxWire];
     board.send(Type::readings, wire, GloveEnd::say(Type::readings, packet, body_bytes, false, wire));
   }
+
+  static constexpr uint16_t kSettled_s = 30;
 
   GloveEnd end_;
   Turns turns_;

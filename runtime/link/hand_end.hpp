@@ -17,12 +17,17 @@ namespace flexor {
 namespace link {
 
 constexpr uint16_t kOutage_ms = 500;
+constexpr uint8_t kHeldBack = 126;           // frames; the next and the one that tells are believed, too: 128
 constexpr uint16_t kGreatestDelay_ms = 750;  // of the radio, one way, jitter included
+// At this distance of frames: a session's first is two ways old, one that is late a way more, and it may be kHeldBack old.
+constexpr uint16_t greatest_delay_ms(double period_ms) {
+  return kHeldBack * period_ms / 3 < kGreatestDelay_ms ? static_cast<uint16_t>(kHeldBack * period_ms / 3)
+                                                       : kGreatestDelay_ms;
+}
 // A challenge, its answer, and what the slowest glove waits for a slot.
 constexpr uint16_t kNonce_ms = 2 * kGreatestDelay_ms + 500;
 constexpr uint16_t kInVain_ms = 1000;
 constexpr uint16_t kLate_ms = 1000;
-constexpr uint8_t kHeldBack = 126;   // frames; the next and the one that tells are believed, too: 128
 constexpr uint8_t kStirred = 48;     // readings in the pool before the first nonce is drawn
 constexpr uint16_t kAnswer_ms = 90;  // from a challenge after a frame: the answer has begun by then
 constexpr uint16_t kTurnAgain_ms =
@@ -179,7 +184,6 @@ class HandEnd {
     receiver_.challenge(nonces_.next());
     latency_.restart();
     nonce_ms_ = 0;
-    wait_ms_ = 0;
   }
 
   Receiver receiver_;  // first, where a debugger finds its statistics
@@ -198,7 +202,7 @@ class HandEnd {
   uint8_t period_ms_ = 0;      // of the session's frames
   uint8_t turn_ms_ = 0;
   uint8_t wait_ms_ = 0;  // in its turn, before telemetry
-  uint8_t costly_ = 0;   // twice as many telemetries in succession; odd: and a frame was missed since the last
+  uint8_t costly_ = 0;  // twice as many telemetries in succession; odd: and a frame was missed since the last
 };
 
 }  // namespace link

@@ -564,20 +564,19 @@ TEST(Freshness, ComesAboutAfterAnyStart) {
   }
 }
 
-// The hand has forgotten how often it started, or its count is at its end: the glove, which keeps nothing, is to start anew.
-TEST(Freshness, AnOlderCountIsAnsweredOnceTheGloveStartsAnew) {
+// The glove keeps nothing; the hand has forgotten how often it started, or its count is at its end.
+TEST(Freshness, DoesNotDependOnWhatEitherEndRemembers) {
   Air air(&kKey, &kKey);
-  air.restart_hand(1000);
-  air.run(2000);
-  air.restart_hand(1, 77);  // erased, other noise
-  EXPECT_EQ(air.until_accepted(60'000), -1);
+  EXPECT_NE(air.until_accepted(1000), -1);
   air.restart_glove();
   EXPECT_NE(air.until_accepted(1000), -1);
   air.restart_hand(0xffffff);  // the last count that a nonce holds
-  air.restart_glove();
-  EXPECT_NE(air.until_accepted(1000), -1);
+  EXPECT_NE(air.until_accepted(31'000), -1)
+      << "before this one's by half the circle: the session settles first";
   air.restart_hand(0x1000000);
   EXPECT_NE(air.until_accepted(1000), -1);
+  air.restart_hand(1, 77);  // erased, other noise
+  EXPECT_NE(air.until_accepted(31'000), -1);
 }
 
 struct InTouch {
@@ -816,9 +815,26 @@ double least_followed(const std::vector<Wire>& wires, int from_ms, int to_ms) {
   return least;
 }
 
+// A challenge takes 21 ms on the air: where about as much is left between two of them neither telemetry nor the hand's
+// challenge gets through. That is jamming.
 TEST(Freshness, TapedChallengesEndNoSessionHoweverManyAndHoweverOften) {
   for (const int count : {1, 2, 3, 8}) {
-    EXPECT_GE(least_followed(taped_challenges(count), 10, 2000), 0.99) << count;
+    EXPECT_GE(least_followed(taped_challenges(count), 60, 2000), 0.95) << count;
+  }
+  EXPECT_LT(least_followed(taped_challenges(1), 25, 43), 0.9) << "jamming";
+}
+
+// Of somebody on the hand's side, while the glove is silent.
+TEST(Freshness, AByteInTheGapSpoilsNoFrame) {
+  for (const uint8_t byte : {uint8_t{1}, uint8_t{5}, uint8_t{255}}) {
+    Air air(&kKey, &kKey);
+    air.run(1000);
+    const int before = air.accepted;
+    for (int k = 0; k < 400; ++k) {
+      air.run(air.period_ms);
+      air.replay({byte});
+    }
+    EXPECT_GE(air.accepted - before, 390) << int{byte};
   }
 }
 
@@ -827,7 +843,21 @@ TEST(Freshness, NothingThatAnybodyCanMakeTakesAnglesPlace) {
   for (const Wire& wire : all) EXPECT_GE(least_followed({wire}, 10, 1000), 0.99) << wire.size();
   EXPECT_GE(least_followed(all, 10, 1000), 0.99);
   std::ranges::copy(taped_challenges(3), std::back_inserter(all));
-  EXPECT_GE(least_followed(all, 10, 1000), 0.99);
+  EXPECT_GE(least_followed(all, 60, 1000), 0.95);
+}
+
+// An older count than that of the present session: of a hand whose memory was erased, or of a computer.
+TEST(Freshness, AnOlderCountIsAnsweredOnceTheHandIsSilent) {
+  Air air(&kKey, &kKey);
+  air.run(60'000);
+  const Wire other = taped_challenges(1).front();
+  air.push_to_glove(other.data(), other.size());
+  EXPECT_LT(air.until_accepted(100), 60);
+  air.to_glove.loss = 1;
+  air.run(31'000);
+  air.push_to_glove(other.data(), other.size());
+  air.run(100);
+  EXPECT_EQ(air.until_accepted(1000), -1) << "the session is the other's";
 }
 
 TEST(Freshness, AGloveThatHasUsedUpItsCountersIsChallengedAnew) {

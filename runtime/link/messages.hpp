@@ -294,7 +294,7 @@ inline uint8_t put_receipt(const Receipt& r, uint8_t* body) {
 inline Receipt get_receipt(const uint8_t* body) { return {body[1], detail::get16(body + 2), body[4]}; }
 
 // Of a frame of five angles on the wire.
-constexpr uint8_t frame_bytes(bool guarded) { return wire_bytes(angles_bytes(kFingers), guarded); }
+constexpr uint8_t frame_bytes(bool guarded) { return 1 + wire_bytes(angles_bytes(kFingers), guarded); }
 
 // Frame to wire; `key` null: not guarded.
 inline uint8_t encode(const Frame& frame, bool listens, const Key* key, uint8_t* wire) {

@@ -577,7 +577,7 @@ Candidates candidates(const std::string& name, std::size_t sensors) {
   if (name != "auto") throw io::InputError(fmt::format("no structure is called \"{}\"", name));
   // What several sensors say together needs less of each, and is slower to fit.
   if (sensors > 1) return {{{{}, {}}, {{}, slow}, {plays, {}}, {plays, slow}, {plays, quick}}};
-  return {{{{}, {}}, {{}, one}, {{}, quick}, {{}, slow}, {plays, {}}, {plays, quick}, {plays, slow}}, true};
+  return {{{{}, {}, 2}, {{}, {0.1}, 2}, {{}, {0.4}, 2}, {{}, {}}, {{}, one}, {{}, quick}, {{}, slow}, {plays, {}}, {plays, quick}, {plays, slow}}, true};
 }
 
 std::string describe(const Branches& b) {

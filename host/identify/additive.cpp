@@ -577,7 +577,18 @@ Candidates candidates(const std::string& name, std::size_t sensors) {
   if (name != "auto") throw io::InputError(fmt::format("no structure is called \"{}\"", name));
   // What several sensors say together needs less of each, and is slower to fit.
   if (sensors > 1) return {{{{}, {}}, {{}, slow}, {plays, {}}, {plays, slow}, {plays, quick}}};
-  return {{{{}, {}, 2}, {{}, {0.1}, 2}, {{}, {0.4}, 2}, {{}, {}}, {{}, one}, {{}, quick}, {{}, slow}, {plays, {}}, {plays, quick}, {plays, slow}}, true};
+  // The curve first: a search that is stopped has that at least.
+  return {{{{}, {}},
+           {{}, {}, 2},
+           {{}, {0.1}, 2},
+           {{}, {0.4}, 2},
+           {{}, one},
+           {{}, quick},
+           {{}, slow},
+           {plays, {}},
+           {plays, quick},
+           {plays, slow}},
+          true};
 }
 
 std::string describe(const Branches& b) {

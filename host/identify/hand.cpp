@@ -705,10 +705,10 @@ double rmse_deg(const std::vector<JointSamples>& pairs) {
   return count > 0 ? std::sqrt(squares / count) : 0;
 }
 
-// What was proven on a part, the same structures once more from all; the figures stay those of the part. False: some joint of it
-// errs more on all than what was proven, which stays then.
+// What was proven on a part, the same structures once more from all; the figures stay those of the part. A joint of it that errs
+// more on all than what was proven stays as that is; of a refitted model all do: false.
 bool fit_again(const HandRequest& request, const std::vector<Files>& files, HandIdentification& r) {
-  constexpr double kWorse = 1.3;
+  constexpr double kWorse = 1.03;
   HandRequest all = request;
   all.split = 1;
   HandIdentification again;
@@ -722,19 +722,25 @@ bool fit_again(const HandRequest& request, const std::vector<Files>& files, Hand
   std::vector<std::size_t> joints(r.joints.size());
   std::iota(joints.begin(), joints.end(), 0);
   const auto estimated = estimates(again.model, files, samples, joints);
+  if (!request.refit) {  // joint by joint below
+    again.model.blocks.clear();
+    again.model.joints.clear();
+  }
   for (const std::size_t j : joints) {
     const double part_deg = rmse_deg(r.joints[j].samples);
     const double all_deg = rmse_deg(series_of(samples, j, estimated[j]));
-    if (all_deg <= kWorse * part_deg) continue;
+    if (all_deg <= kWorse * part_deg) {
+      append(again.joints[j].model, again.model);
+      r.joints[j].donnings = again.joints[j].donnings;
+      r.joints[j].hold_drift_deg = again.joints[j].hold_drift_deg;  // of what is worn
+      continue;
+    }
+    append(r.joints[j].model, again.model);
     r.warnings.push_back(fmt::format(
         "{}: fitted to all it errs by {:.1f} deg, fitted to the first part by {:.1f}: the model is "
         "the one of the first part",
         r.joints[j].name, all_deg, part_deg));
-    return false;
-  }
-  for (std::size_t j = 0; j < r.joints.size(); ++j) {
-    r.joints[j].donnings = again.joints[j].donnings;
-    r.joints[j].hold_drift_deg = again.joints[j].hold_drift_deg;  // of what is worn
+    if (request.refit) return false;
   }
   r.model = std::move(again.model);
   return true;

@@ -96,14 +96,6 @@ std::filesystem::path angles_of_video(const Options& o, io::Worker& camera,
   return track.out;
 }
 
-void show_verdict(const std::string& joint, double compensator_deg, double line_deg) {
-  if (compensator_deg < line_deg) return;
-  print(fmt::format(
-      "verdict  {}: on data it never saw no better than a straight line ({:.2f} deg, the line {:.2f}): "
-      "record more, or take the line (--structure line)\n",
-      joint, compensator_deg, line_deg));
-}
-
 // All candidates of a joint that stands alone.
 void show_structures(const identify::JointFit& joint) {
   print(fmt::format("\n{:>4}{:>12}{:>12}    {}\n", "par.", "fitted", "cross-val.", "structure"));
@@ -135,7 +127,7 @@ void show(const identify::HandIdentification& r) {
                       joint.structure));
   }
   for (const identify::JointResult& joint : r.joints)
-    show_verdict(joint.name, joint.holdout.rmse_deg, joint.line_rmse_deg());
+    print(fmt::format("{}: {}\n", joint.name, score::in_words(joint.verdict)));
 }
 
 std::map<std::string, double> reference_errors(const std::vector<std::string>& items) {

@@ -72,33 +72,10 @@ Json number_or_null(const Json& object, const char* key) {
   return it != object.end() && it->is_number() ? *it : Json(nullptr);
 }
 
-struct Rival {
-  std::string words;
-  double error_deg = 0;
-};
-
-// The best of what anybody would try first.
-Rival rival_of(const Json& baselines) {
-  Rival best;
-  for (const auto& [name, words] : identify::kBaselines) {
-    const auto found = baselines.find(name);
-    if (found == baselines.end() || !found->at("rmse_deg").is_number()) continue;
-    const double error_deg = found->at("rmse_deg").get<double>();
-    if (best.words.empty() || error_deg < best.error_deg) best = {words, error_deg};
-  }
-  return best;
-}
-
-std::string verdict_on(double error_deg, double fit_percent, const Rival& rival) {
-  if (fit_percent < kFollows_percent)
-    return "does not follow the finger: was it the same hand, seen all the time? Repeat";
-  if (rival.words.empty()) return "nothing could be fitted beside it";
-  if (error_deg >= rival.error_deg)
-    return fmt::format(
-        "no better than {} ({:.1f} degrees): repeat with slower bends and holds, or accept it as it is",
-        rival.words, rival.error_deg);
-  return fmt::format("{:.0f} % of the error of {}, the next best", 100 * error_deg / rival.error_deg,
-                     rival.words);
+std::string verdict_on(double fit_percent, const std::string& words) {
+  return fit_percent < kFollows_percent
+             ? "does not follow the finger: was it the same hand, seen all the time? Repeat"
+             : words;
 }
 
 double markerless_error_deg(const std::string& joint) {
@@ -379,8 +356,8 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
                      {"line_deg", line},
                      {"published_deg", baseline("published_form")},
                      {"fit_percent", holdout.at("fit_percent")},
-                     {"verdict", verdict_on(holdout.at("rmse_deg").get<double>(),
-                                            holdout.at("fit_percent").get<double>(), rival_of(baselines))}});
+                     {"verdict", verdict_on(holdout.at("fit_percent").get<double>(),
+                                            joint.at("verdict").at("words").get<std::string>())}});
     }
     const Json reference_deg = is_markerless() ? Json(markerless_error_deg(name)) : Json(nullptr);
     finger["reference_error_deg"] = reference_deg;

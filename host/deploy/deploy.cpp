@@ -116,6 +116,10 @@ void require_toolchain(const char* path) {
     if (io::find_program(program, path).empty())
       throw InputError(fmt::format("{} is missing: {}", program, kHint));
   }
+  const std::vector<std::string> headers = {kCompiler, "-E",  "-include", "avr/eeprom.h",
+                                            "-x",      "c++", "/dev/null"};
+  if (io::run_process(headers, fs::temp_directory_path()).status != 0)  // Debian's gcc-avr comes without
+    throw InputError(fmt::format("avr-libc is missing: {}", kHint));
 }
 
 std::vector<std::string> compiler_for(const Mcu& mcu) {

@@ -219,6 +219,15 @@ struct Held {
   score::Score score(const std::vector<double>& estimated) const {
     return score::score_seen(t_s, measured, estimated, unseen, max_step_s);
   }
+  // Of what was seen; of all where nothing was.
+  std::vector<double> errors(const std::vector<double>& estimated) const {
+    const bool none = std::ranges::count(unseen, 0) == 0;
+    std::vector<double> out;
+    for (std::size_t k = 0; k < measured.size(); ++k) {
+      if (none || unseen[k] == 0) out.push_back(estimated[k] - measured[k]);
+    }
+    return out;
+  }
 };
 
 Held held_of(const std::vector<Sampled>& samples, std::size_t joint) {
@@ -312,11 +321,13 @@ model::Model start_model(const HandRequest& request, const std::vector<Files>& f
   return out;
 }
 
+using HeldOut = std::map<std::string, std::vector<double>>;  // a baseline's estimates
+
 // One of a joint's baselines by the same estimator and the same road, whether it can be worn or not; a joint that it
 // cannot be fitted to lacks it.
 void score_baseline(const std::string& name, const std::string& structure, const JointMap& map,
                     const model::Model& inputs, const std::vector<Files>& files,
-                    const std::vector<Sampled>& samples, std::size_t j, JointResult& joint) {
+                    const std::vector<Sampled>& samples, std::size_t j, JointResult& joint, HeldOut& held) {
   const JointMap own{map.joint, {map.sensors.front()}, map.reference};
   std::vector<Session> sessions;
   for (const Sampled& sampled : samples) sessions.push_back(session_of({sampled.sensor[j].front()}));
@@ -329,7 +340,7 @@ void score_baseline(const std::string& name, const std::string& structure, const
             .front();
     const auto estimated = estimates(joint_model(inputs, fit, own), files, samples, {j});
     const PairsDegrees& all = estimated.front();
-    joint.baselines.emplace(name, held_of(samples, j).score(held_out(all, samples, j)));
+    held[name] = held_out(all, samples, j);
     for (std::size_t p = 0; p < all.size(); ++p) {
       JointSamples& of = joint.samples[p];
       (name == "line" ? of.line_deg : of.line_lead_deg) = shared(all[p], samples[p].sensor[j].front());
@@ -340,7 +351,7 @@ void score_baseline(const std::string& name, const std::string& structure, const
 }
 
 // Line and curve without limits, by least squares: what anybody would draw first.
-void score_least_squares(const std::vector<Sampled>& samples, std::size_t j, JointResult& joint) {
+void score_least_squares(const std::vector<Sampled>& samples, std::size_t j, HeldOut& held) {
   std::vector<double> reading;
   std::vector<double> angle;
   for (const Sampled& sampled : samples) {
@@ -352,24 +363,23 @@ void score_least_squares(const std::vector<Sampled>& samples, std::size_t j, Joi
     }
   }
   const auto [offset, gain] = score::least_squares_line(reading, angle);
-  std::vector<double> held;
+  std::vector<double>& line = held["least_squares_line"];
   for (const Sampled& sampled : samples) {
     const recording::Aligned& own = sampled.sensor[j].front();
     for (std::size_t k = own.holdout_begin; k < own.size(); ++k)
-      held.push_back(std::clamp(own.input[k], own.valid.min, own.valid.max));
+      line.push_back(std::clamp(own.input[k], own.valid.min, own.valid.max));
   }
-  joint.baselines.emplace("static_curve",
-                          held_of(samples, j).score(score::least_squares_curve(reading, angle, held)));
-  for (double& u : held) u = offset + gain * u;
-  joint.baselines.emplace("least_squares_line", held_of(samples, j).score(held));
+  held["static_curve"] = score::least_squares_curve(reading, angle, line);
+  for (double& u : line) u = offset + gain * u;
 }
 
-void score_published_form(const std::vector<Sampled>& samples, std::size_t j, JointResult& joint) {
+void score_published_form(const std::vector<Sampled>& samples, std::size_t j, JointResult& joint,
+                          HeldOut& held) {
   std::vector<const recording::Aligned*> own;
   for (const Sampled& sampled : samples) own.push_back(&sampled.sensor[j].front());
   const PublishedForm form = published_form(own);
   if (form.refusal.empty()) {
-    joint.baselines.emplace("published_form", held_of(samples, j).score(form.held_out_deg));
+    held["published_form"] = form.held_out_deg;
   } else {
     joint.baseline_refusals.push_back("published_form: " + form.refusal);
   }
@@ -392,15 +402,8 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
                      const JointResult& joint, std::vector<std::string>& warnings) {
   if (const auto text = score::in_words_left_out(joint.holdout))
     warnings.push_back(fmt::format("{}: {}", joint.name, *text));
-  for (const auto& [name, words] : kBaselines) {
-    const auto baseline = joint.baselines.find(name);
-    if (request.structure != "auto" || baseline == joint.baselines.end() ||
-        joint.holdout.rmse_deg < baseline->second.rmse_deg)
-      continue;
-    warnings.push_back(
-        fmt::format("{}: on data it never saw the compensator ({:.2f} deg) is no better than {} ({:.2f} deg)",
-                    joint.name, joint.holdout.rmse_deg, words, baseline->second.rmse_deg));
-  }
+  if (request.structure == "auto" && joint.verdict.word != score::Verdict::Word::better)
+    warnings.push_back(fmt::format("{}: {}", joint.name, score::in_words(joint.verdict)));
   if (joint.holdout.rmse_deg > kMuchWorse * joint.fitted_rmse_deg && !request.refit) {
     warnings.push_back(
         fmt::format("{}: the error on unseen data is {:.1f} times the error on the fitted part: the glove "
@@ -441,11 +444,19 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
   const auto score = [&](std::size_t j) {
     JointResult joint = r.joints[j];
     joint.samples = series_of(samples, j, estimated[j]);
-    joint.holdout = held_of(samples, j).score(held_out(estimated[j], samples, j));
-    score_least_squares(samples, j, joint);
-    score_baseline("line", "line", request.map[j], inputs, files, samples, j, joint);
-    score_baseline("line_lead", "line-lead", request.map[j], inputs, files, samples, j, joint);
-    score_published_form(samples, j, joint);
+    HeldOut baselines;
+    score_least_squares(samples, j, baselines);
+    score_baseline("line", "line", request.map[j], inputs, files, samples, j, joint, baselines);
+    score_baseline("line_lead", "line-lead", request.map[j], inputs, files, samples, j, joint, baselines);
+    score_published_form(samples, j, joint, baselines);
+    const Held held = held_of(samples, j);
+    const std::vector<double> own = held_out(estimated[j], samples, j);
+    joint.holdout = held.score(own);
+    for (auto& [name, estimates] : baselines) {
+      joint.baselines.emplace(name, held.score(estimates));
+      estimates = held.errors(estimates);
+    }
+    joint.verdict = score::judge(held.errors(own), baselines, 1 / request.rate_hz);
     return joint;
   };
   const auto take = [&](std::size_t j, JointResult& joint) {
@@ -481,7 +492,7 @@ void describe(const HandRequest& request, const std::vector<Files>& files, HandI
   Json joints = Json::object();
   for (const JointResult& joint : r.joints) {
     joints[joint.name] = {{"structure", joint.structure},
-                          {"verdict", verdict_of(joint.holdout.rmse_deg, joint.line_rmse_deg())},
+                          {"verdict", score::to_json(joint.verdict)},
                           {"fitted_rmse_deg", fitted(joint.fitted_rmse_deg)},
                           {"cross_validated_deg", fitted(joint.cross_validated_deg)},
                           {"hold_drift_deg", joint.hold_drift_deg},
@@ -885,7 +896,7 @@ Json to_json(const HandIdentification& r) {
            {"standard_error", p.refused ? Json(nullptr) : Json(p.standard_error)},
            {"interval95", p.refused ? Json(nullptr) : Json({p.value - reach, p.value + reach})}});
     }
-    joints[joint.name] = {{"verdict", verdict_of(joint.holdout.rmse_deg, joint.line_rmse_deg())},
+    joints[joint.name] = {{"verdict", score::to_json(joint.verdict)},
                           {"holdout", score::to_json(joint.holdout)},
                           {"baselines", std::move(baselines)},
                           {"structure", joint.structure},

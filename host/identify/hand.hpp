@@ -8,7 +8,6 @@
 // form with its parameters fitted.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -22,6 +21,7 @@
 #include "host/identify/joint_map.hpp"
 #include "host/model/model.hpp"
 #include "host/recording/pair.hpp"
+#include "host/score/judge.hpp"
 #include "host/score/score.hpp"
 
 namespace flexor::identify {
@@ -75,23 +75,13 @@ struct JointSamples {
   std::size_t holdout_begin = 0;
 };
 
-struct Baseline {
-  const char* name;
-  const char* words;
-};
-inline constexpr std::array<Baseline, 5> kBaselines = {
-    {{"line", "a straight line"},
-     {"least_squares_line", "a straight line by least squares"},
-     {"line_lead", "a straight line with a lead"},
-     {"static_curve", "a static curve by least squares"},
-     {"published_form", "the published form"}}};
-
 // Of a refitted model there are no rows and no fit.
 struct JointResult : JointFit {
   std::string name;
   std::optional<Donnings> donnings;  // of two recordings or more
   score::Score holdout;
-  std::map<std::string, score::Score> baselines;  // by the names of kBaselines
+  score::Verdict verdict;
+  std::map<std::string, score::Score> baselines;  // by their names in judge.hpp
   std::vector<std::string> baseline_refusals;
   std::vector<JointSamples> samples;  // of each pair; the estimates are of what the scores are of
 

@@ -45,11 +45,6 @@ struct JointFit {
   std::size_t untried = 0;  // structures of the search that was stopped
 };
 
-// What data that the fit did not see say of a compensator; it is in the model, the result and what the program prints.
-inline const char* verdict_of(double compensator_deg, double line_deg) {
-  return compensator_deg < line_deg ? "better_than_line" : "no_better_than_line";
-}
-
 // `inputs` is a model without blocks and joints; the sessions' columns are the joint's sensors; `structure` is the text of
 // structure_text.hpp. Where `step` stops the search of a sum, the best so far is taken, of one structure at least. Throws io::InputError and io::JobError.
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,

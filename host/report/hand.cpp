@@ -156,22 +156,6 @@ void overview(const Saved& saved) {
   io::write_file(saved.folder() / "report.html", page.html());
 }
 
-std::string joint_verdict(const Json& joint) {
-  const double rmse_deg = compensator_rmse_deg(joint);
-  std::string out =
-      fmt::format("On data it never saw, the compensator is typically {:.2f}° from the camera", rmse_deg);
-  const Peer* best = nullptr;
-  for (const Peer& peer : kPeers) {
-    const double peer_deg = peer_rmse_deg(joint, peer);
-    if (!std::isnan(peer_deg) && (best == nullptr || peer_deg < peer_rmse_deg(joint, *best))) best = &peer;
-  }
-  if (best == nullptr) return out + ".";
-  const double best_deg = peer_rmse_deg(joint, *best);
-  out += fmt::format("; the best of its peers, the {}, {:.2f}°: ", best->name, best_deg);
-  if (best_deg / rmse_deg < 1.05) return out + "the compensator is no better.";
-  return out + fmt::format("{:.1f} times as much.", best_deg / rmse_deg);
-}
-
 void joint_cards(Page& page, const Json& joint) {
   const Json& held = joint.at("holdout");
   std::vector<Card> cards = {
@@ -249,7 +233,7 @@ void joint_page(const Saved& saved, const std::string& name, const Json& joint, 
   Page page(fmt::format("{}: from {} to an angle", name, sensors_of(joint)));
   const std::vector<Link> back = {{"report.html", "All joints"}};
   page.links("Report", back);
-  page.paragraph(joint_verdict(joint));
+  page.paragraph(joint.at("verdict").at("words").get<std::string>() + ".");
   joint_cards(page, joint);
   figures(page, saved, joint, number);
   tried_structures(page, joint);

@@ -86,7 +86,7 @@ struct Cell {
   std::array<Statistic, kFingers> pressed_s;
   std::int64_t frames_sent = 0;
   std::int64_t frames_lost = 0;
-  int silent_trials = 0;  // in which no frame reached the hand
+  int silent_trials = 0;  // in which at most half of the frames reached the hand
 
   double fastest_impact_deg_s() const;
   double total_pressed_s() const;  // mean of a trial, five fingers together

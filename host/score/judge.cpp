@@ -1,0 +1,116 @@
+#include "host/score/judge.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+
+namespace flexor::score {
+namespace {
+
+constexpr double kBlock_s = 5;
+constexpr std::size_t kLeastBlocks = 12;
+constexpr std::size_t kDraws = 1000;
+constexpr unsigned kSeed = 2019;
+
+struct Baseline {
+  const char* name;
+  const char* words;
+  const char* structure;  // that gives it; null: none does
+};
+constexpr std::array kBaselines = {
+    Baseline{"line", "a straight line", "line"},
+    Baseline{"least_squares_line", "a straight line by least squares", nullptr},
+    Baseline{"line_lead", "a straight line with a lead", "line-lead"},
+    Baseline{"static_curve", "a static curve by least squares", nullptr},
+    Baseline{"published_form", "the published form", nullptr}};
+
+double rms(const std::vector<double>& error) {
+  double squares = 0;
+  for (const double e : error) squares += e * e;
+  return std::sqrt(squares / static_cast<double>(error.size()));
+}
+
+const char* word_of(const Verdict& v) {
+  constexpr std::array kWords = {"better", "as good", "worse"};
+  return kWords.at(static_cast<std::size_t>(v.word));
+}
+
+// 95 % interval of the difference of both RMSE.
+void add_interval(const std::vector<double>& a, const std::vector<double>& b, double period_s, Verdict& v) {
+  const std::size_t n = a.size();
+  const auto long_enough = static_cast<std::size_t>(static_cast<double>(n) * period_s / kBlock_s);
+  const std::size_t blocks = std::min(n, std::max(kLeastBlocks, long_enough));
+  struct Sums {
+    double a = 0;
+    double b = 0;
+    double count = 0;
+  };
+  std::vector<Sums> sums(blocks);
+  for (std::size_t k = 0; k < n; ++k) {
+    Sums& of = sums[k * blocks / n];
+    of.a += a[k] * a[k];
+    of.b += b[k] * b[k];
+    of.count += 1;
+  }
+  std::mt19937 random(kSeed);
+  std::vector<double> drawn(kDraws);
+  for (double& d : drawn) {
+    Sums all;
+    for (std::size_t i = 0; i < blocks; ++i) {
+      const Sums& one = sums[random() % blocks];
+      all.a += one.a;
+      all.b += one.b;
+      all.count += one.count;
+    }
+    d = std::sqrt(all.a / all.count) - std::sqrt(all.b / all.count);
+  }
+  std::ranges::sort(drawn);
+  v.low_deg = drawn[kDraws / 40];
+  v.high_deg = drawn[kDraws - 1 - kDraws / 40];
+}
+
+}  // namespace
+
+Verdict judge(const std::vector<double>& error_deg,
+              const std::map<std::string, std::vector<double>>& baseline_error_deg, double period_s) {
+  Verdict v;
+  v.rmse_deg = rms(error_deg);
+  for (const auto& [name, error] : baseline_error_deg) {
+    const double rmse_deg = rms(error);
+    if (!v.baseline.empty() && !(rmse_deg < v.baseline_deg)) continue;
+    v.baseline = name;
+    v.baseline_deg = rmse_deg;
+  }
+  if (v.baseline.empty()) return v;
+  add_interval(error_deg, baseline_error_deg.at(v.baseline), period_s, v);
+  if (v.high_deg < 0) v.word = Verdict::Word::better;
+  if (v.low_deg > 0) v.word = Verdict::Word::worse;
+  return v;
+}
+
+std::string in_words(const Verdict& v) {
+  std::string out = fmt::format("{:.2f} deg on data it never saw", v.rmse_deg);
+  const auto baseline = std::ranges::find(kBaselines, v.baseline, &Baseline::name);
+  if (baseline == kBaselines.end()) return out + "; no baseline could be fitted";
+  out += fmt::format("; the best baseline, {}, {:.2f}: {} (difference {:+.2f}, 95 %: {:+.2f} to {:+.2f})",
+                     baseline->words, v.baseline_deg, word_of(v), v.rmse_deg - v.baseline_deg, v.low_deg,
+                     v.high_deg);
+  if (v.word == Verdict::Word::better) return out;
+  return out + "; record more" +
+         (baseline->structure == nullptr ? "" : fmt::format(", or take that: --structure {}", baseline->structure));
+}
+
+nlohmann::ordered_json to_json(const Verdict& v) {
+  if (v.baseline.empty()) return {{"word", nullptr}, {"words", in_words(v)}};
+  return {{"word", word_of(v)},
+          {"baseline", v.baseline},
+          {"difference_deg", v.rmse_deg - v.baseline_deg},
+          {"interval95_deg", {v.low_deg, v.high_deg}},
+          {"words", in_words(v)}};
+}
+
+}  // namespace flexor::score

@@ -1,0 +1,37 @@
+// Whether a compensator is better than what anybody would draw first, on data that neither saw. The only verdict.
+//
+// Against the baseline of the least RMSE: d = RMSE(compensator) - RMSE(baseline) over the same samples, with a 95 % interval by a
+// bootstrap over blocks of kBlock_s, twelve at least, the same blocks of both: what both have in common cancels. Better where all of the interval
+// lies below 0, worse where all of it lies above, else as good.
+// Source: H. Kuensch, Ann. Statist. 17 (1989) 1217.
+#pragma once
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace flexor::score {
+
+struct Verdict {
+  enum class Word { better, as_good, worse };
+  Word word = Word::as_good;
+  std::string baseline;  // its name; empty: there was none
+  double rmse_deg = 0;   // of the compensator
+  double baseline_deg = 0;
+  double low_deg = 0;  // of d
+  double high_deg = 0;
+};
+
+// Errors at the same samples, degrees, at least one; baselines by their names: line, least_squares_line, line_lead, static_curve,
+// published_form.
+Verdict judge(const std::vector<double>& error_deg,
+              const std::map<std::string, std::vector<double>>& baseline_error_deg, double period_s);
+
+// "2.31 deg on data it never saw; the best baseline, a straight line, 2.94: better (difference -0.63, 95 %: -0.81 to -0.44)".
+// Where it is not better, which baseline to take, if a structure gives that.
+std::string in_words(const Verdict& verdict);
+
+nlohmann::ordered_json to_json(const Verdict& verdict);
+
+}  // namespace flexor::score

@@ -57,16 +57,6 @@ std::string name(Family family) {
   return "";
 }
 
-Family family(std::string_view wanted) {
-  std::vector<std::string> names;
-  for (const Family f : families()) {
-    names.push_back(name(f));
-    if (names.back() == wanted) return f;
-  }
-  throw io::InputError(
-      fmt::format("unknown structure \"{}\"; known: auto, {}", wanted, fmt::join(names, ", ")));
-}
-
 std::string describe(const Structure& s) {
   std::vector<std::string> parts;
   if (s.dead_zone) parts.emplace_back("dead zone");

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace flexor::identify {
@@ -41,8 +40,6 @@ Structure make_dead_zone_structure(int order = 1);
 
 const std::vector<Family>& families();
 std::string name(Family family);
-// Throws io::InputError, listing the known names.
-Family family(std::string_view name);
 // "hw: 10 knots, order 2".
 std::string describe(const Structure& structure);
 

@@ -101,7 +101,9 @@ std::string in_words(const Verdict& v) {
                      v.high_deg);
   if (v.word == Verdict::Word::better) return out;
   return out + "; record more" +
-         (baseline->structure == nullptr ? "" : fmt::format(", or take that: --structure {}", baseline->structure));
+         (baseline->structure == nullptr
+              ? ""
+              : fmt::format(", or take that: --structure {}", baseline->structure));
 }
 
 nlohmann::ordered_json to_json(const Verdict& v) {

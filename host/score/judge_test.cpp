@@ -39,7 +39,8 @@ TEST(Judge, IsPaired) {
 TEST(Judge, ItsIntervalCovers) {
   int sure = 0;
   for (unsigned seed = 0; seed < 200; ++seed)
-    sure += judge(errors(1, 2 * seed), {{"line", errors(1, 2 * seed + 1)}}, 0.05).word != Verdict::Word::as_good;
+    sure +=
+        judge(errors(1, 2 * seed), {{"line", errors(1, 2 * seed + 1)}}, 0.05).word != Verdict::Word::as_good;
   EXPECT_LE(sure, 24);
   EXPECT_GE(sure, 2);
 }

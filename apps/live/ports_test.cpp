@@ -193,7 +193,14 @@ TEST(Demo, WithoutACompilerForBoardsTheTwinWearsItsGloveAloneAndTheReasonIsGiven
   const io::TemporaryFolder folder;
   LiveOptions options;
   options.sessions = folder.path() / "sessions";
-  options.model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
+  // One that this glove takes: what is wrong with a model would follow the note.
+  model::Model counts = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
+  for (model::Input& input : counts.inputs) {
+    input.unit = "count";
+    input.column = input.strip + "_count";
+  }
+  model::save(counts, folder.path() / "counts.json");
+  options.model = (folder.path() / "counts.json").string();
   options.worn = worn_boards([](const std::string&) {}, folder.path().c_str());
   ASSERT_FALSE(options.worn->has_boards());
   const std::string why = options.note = options.worn->why_not_written();

@@ -470,24 +470,23 @@ class Search {
   }
 
   // As it ships: solved to the last digit, level where nothing was read, without turns that are in doubt, its drift measured.
-  // Where it drifts too far its motion is shrunk, as long as that costs the fit nothing. What is validated is that.
+  // Where it drifts too far its motion is shrunk until it does not, or left if that does not help. What is validated is what ships.
   void finish(const Drift& drift, double most_drift_deg, Additive& out) const {
     const System system(stack_, out.branches, period_s_, limits_of(stack_, kEnds));
     Fit fit(system, {out.lower_deg, out.upper_deg}, out.offset_deg);
     fit.start(coefficients_of(out));
-    const double free_deg = out.fitted_rmse_deg;
-    for (int tries = 0;; ++tries) {
-      Additive next = out;
+    Additive next = out;
+    for (int tries = 0; tries <= kShrinks; ++tries) {
       if (tries > 0) {
         next.priors.motion *= 10;
         fit.descend(system.penalty(next.priors), false);
         take(fit, next);
       }
-      finish_once(fit, free_deg, next);
+      finish_once(fit, next.fitted_rmse_deg, next);
       next.hold_drift_deg = drift(next);
-      if (tries > 0 && next.fitted_rmse_deg > kCostsNothing * free_deg) return;
-      out = std::move(next);
-      if (out.branches.lags_s.empty() || *out.hold_drift_deg <= most_drift_deg || tries == kShrinks) return;
+      const bool holds = next.branches.lags_s.empty() || *next.hold_drift_deg <= most_drift_deg;
+      if (tries == 0 || holds) out = next;
+      if (holds) return;
     }
   }
 

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "host/identify/fit.hpp"
+#include "host/identify/structure_text.hpp"
 #include "host/recording/align.hpp"
 
 namespace {
@@ -36,7 +37,7 @@ void prediction_with_jacobian(benchmark::State& state) {
   const identify::Data d = data();
   identify::Options options;
   options.max_starts = 1;
-  const identify::Summary s = identify::fit(identify::make_structure(identify::Family::hw), d, options);
+  const identify::Summary s = identify::fit(identify::blocks_of("hw"), d, options);
   const identify::Predictor predictor(s.structure, s.knots, d.input, d.period_s);
   Eigen::MatrixXd jacobian;
   for (auto _ : state) benchmark::DoNotOptimize(predictor.predict(s.theta, &jacobian));
@@ -46,7 +47,7 @@ BENCHMARK(prediction_with_jacobian)->Name("identify/prediction_with_jacobian/hw/
 
 void fit(benchmark::State& state) {
   const identify::Data d = data();
-  const identify::Structure structure = identify::make_structure(identify::Family::hw);
+  const identify::Structure structure = identify::blocks_of("hw");
   for (auto _ : state) benchmark::DoNotOptimize(identify::fit(structure, d));
 }
 BENCHMARK(fit)->Name("identify/fit/hw/3000")->Unit(benchmark::kMillisecond);

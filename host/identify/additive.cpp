@@ -484,7 +484,8 @@ class Search {
       }
       finish_once(fit, next.fitted_rmse_deg, next);
       next.hold_drift_deg = drift(next);
-      const bool holds = next.branches.lags_s.empty() || *next.hold_drift_deg <= most_drift_deg;
+      const bool holds =
+          next.branches.lags_s.empty() || creeps(next.branches) || *next.hold_drift_deg <= most_drift_deg;
       if (tries == 0 || holds) out = next;
       if (holds) return;
     }
@@ -586,9 +587,13 @@ Candidates candidates(const std::string& name, std::size_t sensors) {
            {{}, slow},
            {plays, {}},
            {plays, quick},
-           {plays, slow}},
+           {plays, slow},
+           {{}, {0.5, 2}},
+           {{}, {0.2, 0.8, 3}}},
           true};
 }
+
+bool creeps(const Branches& b) { return !b.lags_s.empty() && std::ranges::max(b.lags_s) > kCreep_s; }
 
 std::string describe(const Branches& b) {
   std::string out = b.knots == 2 ? "line" : fmt::format("curves of {} knots", b.knots);
@@ -643,7 +648,7 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
     rank(out.begin(), out.end());
     std::vector<Branches> finer = {out.front().branches};
     for (const Branches& branches : all) {
-      if (branches.radii.empty() && branches.lags_s.size() == 2 && !(branches == finer.front()))
+      if (branches.radii.empty() && branches.lags_s.size() > 1 && !(branches == finer.front()))
         finer.push_back(branches);
     }
     for (Branches& branches : finer) {

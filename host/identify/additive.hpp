@@ -62,6 +62,10 @@ struct Branches {
 
 std::string describe(const Branches& branches);
 
+inline constexpr double kCreep_s =
+    1;  // a longer motion is there to undo a sensor's creep: its angle goes on in a hold
+bool creeps(const Branches& branches);
+
 inline constexpr double kAsGood = 0.03;  // a smaller candidate so close to the best is as good
 
 struct Candidates {

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "host/identify/fit.hpp"
+#include "host/identify/structure_text.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -52,7 +53,7 @@ TEST(CurveBounds, AKnotThatHardlyAnySampleTouchesTakesItsNeighboursValue) {
     const Data data = example(1500, 0.5, seed);
     Options options;
     options.input_knots = {200, 400, 600, data.input.maxCoeff() - 1, 9000};
-    const Summary s = fit(make_structure(Family::hammerstein, 1, 5), data, options);
+    const Summary s = fit(blocks_of("curve(5) > lti(1)"), data, options);
     const model::Curve& curve = *s.channel.input_curve;
     EXPECT_NEAR(curve.y[4], curve.y[3], 1e-9);
     EXPECT_TRUE(refuses(s, "curve at 9000 of ring: ")) << ::testing::PrintToString(s.refusals);
@@ -66,31 +67,22 @@ TEST(CurveBounds, KnotsBetweenSamplesLieOnTheLineBetweenTheirNeighbours) {
   for (double& u : data.input) u = u < 500 ? 200 + (u - 200) * 220 / 300 : 580 + (u - 500) * 220 / 300;
   Options options;
   options.input_knots = {200, 300, 420, 470, 500, 580, 700, 800};
-  for (const bool monotone : {false, true}) {
-    Structure structure = make_structure(Family::hammerstein, 1, 8);
-    structure.monotone = monotone;
-    const Summary s = fit(structure, data, options);
-    const model::Curve& c = *s.channel.input_curve;
-    EXPECT_TRUE(refuses(s, "curve at 470 of ring") || refuses(s, "curve at 500 of ring"));
-    expect_plausible(s, data, "hole");
-    if (!monotone) {
-      EXPECT_NEAR(c.y[3], c.y[2] + (c.y[5] - c.y[2]) * 50 / 160, 1e-9);
-      EXPECT_NEAR(c.y[4], c.y[2] + (c.y[5] - c.y[2]) * 80 / 160, 1e-9);
-    }
-    EXPECT_TRUE(std::ranges::is_sorted(c.y));
-  }
+  const Summary s = fit(blocks_of("curve(8) > lti(1)"), data, options);
+  const model::Curve& c = *s.channel.input_curve;
+  EXPECT_TRUE(refuses(s, "curve at 470 of ring") || refuses(s, "curve at 500 of ring"));
+  expect_plausible(s, data, "hole");
+  EXPECT_NEAR(c.y[3], c.y[2] + (c.y[5] - c.y[2]) * 50 / 160, 1e-9);
+  EXPECT_NEAR(c.y[4], c.y[2] + (c.y[5] - c.y[2]) * 80 / 160, 1e-9);
+  EXPECT_TRUE(std::ranges::is_sorted(c.y));
 }
 
 TEST(CurveBounds, PoorRecordingsGiveNoAbsurdCurves) {
   for (unsigned seed = 0; seed < 6; ++seed) {
     const Data data = example(260, 6, seed);
-    for (Structure structure :
-         {make_structure(Family::hammerstein, 3, 16), make_structure(Family::wiener, 3, 16),
-          make_structure(Family::hw, 3, 16), make_structure(Family::hw_hysteresis, 2, 16, 4)}) {
-      for (const bool monotone : {false, true}) {
-        structure.monotone = monotone;
-        expect_plausible(fit(structure, data), data, describe(structure) + " seed " + std::to_string(seed));
-      }
+    for (const Structure& structure : {blocks_of("curve(16) > lti(3)"), blocks_of("lti(3) > curve(16)"),
+                                       blocks_of("curve(16) > lti(3) > saturation"),
+                                       blocks_of("hysteresis(4) > curve(16) > lti(2) > saturation")}) {
+      expect_plausible(fit(structure, data), data, text_of(structure) + " seed " + std::to_string(seed));
     }
   }
 }

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "host/identify/robust.hpp"
+#include "host/identify/structure_text.hpp"
 #include "host/identify/uncertainty.hpp"
 #include "host/io/io.hpp"
 
@@ -113,7 +114,7 @@ class Problem {
       bound(layout.dead_zone + 1, 1, 0, range);
     }
     if (structure.plays > 0) {
-      bound(layout.radii, structure.plays, 0, options.widest_play > 0 ? options.widest_play : range / 2);
+      bound(layout.radii, structure.plays, 0, range / 2);
       bound(layout.weights, structure.plays, -kMaxPlayWeight, kMaxPlayWeight);
     }
     const auto angle = sorted_at(data.angle_deg, rows_);
@@ -122,7 +123,6 @@ class Problem {
     const auto curve_values = [&](int at, int knots) {
       if (knots == 0) return;
       bound(at, knots, plausible_.lower_deg, plausible_.upper_deg);
-      if (structure.monotone) bound(at + 1, knots - 1, 0, plausible_.upper_deg - plausible_.lower_deg);
     };
     curve_values(layout.input_curve, structure.input_knots);
     curve_values(layout.output_curve, structure.output_knots);
@@ -313,7 +313,6 @@ class Starts {
     const Structure& structure = predictor.structure();
     Structure open = structure;
     open.saturation = false;
-    open.monotone = false;
     const int count = std::max({structure.input_knots, structure.output_knots, 2});
     const int at = std::max({layout.input_curve, layout.output_curve, layout.affine});
     const VectorXd angle = data_.angle_deg(rows);
@@ -336,11 +335,6 @@ class Starts {
     VectorXd value = (curve ? damped : MatrixXd(a)).colPivHouseholderQr().solve(curve ? right : angle);
     if (curve) value.array() += mean;  // the hats sum to one
     const double rms = root_mean_square(a * value - angle);
-    if (structure.monotone) {
-      for (int i = count - 1; i > 0; --i) {
-        value(i) = std::max(predictor.knots().direction * (value(i) - value(i - 1)), 1e-3);
-      }
-    }
     theta.segment(at, count) = value;
     return rms;
   }
@@ -376,7 +370,7 @@ void check_data(const Structure& structure, const Data& data, const std::vector<
   if (std::ssize(rows) < kSamplesPerParameter * parameters) {
     throw io::JobError(
         fmt::format("{}: {} usable samples are too few for the {} parameters of {}; record longer",
-                    data.channel, rows.size(), parameters, describe(structure)));
+                    data.channel, rows.size(), parameters, text_of(structure)));
   }
   const auto require_change = [&](const VectorXd& signal, const char* what) {
     const VectorXd used = signal(rows);
@@ -399,13 +393,8 @@ Knots place_knots(const Structure& structure, const Data& data, const std::vecto
         options.input_knots.empty() ? quantile_knots(input, structure.input_knots) : options.input_knots;
   }
   if (structure.output_knots > 0) {
-    knots.output =
-        options.output_knots.empty() ? quantile_knots(input, structure.output_knots) : options.output_knots;
+    knots.output = quantile_knots(input, structure.output_knots);
   }
-  const VectorXd u = data.input(rows);
-  const VectorXd y = data.angle_deg(rows);
-  const double covariance = (u.array() - u.mean()).matrix().dot((y.array() - y.mean()).matrix());
-  knots.direction = covariance < 0 ? -1 : 1;
   return knots;
 }
 
@@ -483,14 +472,11 @@ class Fitter {
     }
     if (!std::isfinite(best_.cost)) {
       throw io::JobError(fmt::format("{}: {}: no start converged; is the motion rich enough?", data_.channel,
-                                     describe(predictor_.structure())));
+                                     text_of(predictor_.structure())));
     }
-    if (options_.robust) {
-      const VectorXd r = problem_.residual(best_.theta);
-      delta_ = std::max(kRobustScale * robust_deviation(r), 1e-3 * root_mean_square(r));
-      if (options_.delta_deg > 0) delta_ = options_.delta_deg;
-      if (!(delta_ > 0)) delta_ = kInfinity;
-    }
+    const VectorXd r = problem_.residual(best_.theta);
+    delta_ = std::max(kRobustScale * robust_deviation(r), 1e-3 * root_mean_square(r));
+    if (!(delta_ > 0)) delta_ = kInfinity;
   }
 
   // Converges, then drops what the data cannot tell, one parameter at a time, until all that is left is told.
@@ -502,7 +488,7 @@ class Fitter {
       iterations_ += best_.iterations;
       if (!std::isfinite(best_.cost)) {
         throw io::JobError(
-            fmt::format("{}: {}: the fit did not converge", data_.channel, describe(predictor_.structure())));
+            fmt::format("{}: {}: the fit did not converge", data_.channel, text_of(predictor_.structure())));
       }
       if (hold_at_bounds()) continue;
       MatrixXd jacobian;
@@ -519,7 +505,7 @@ class Fitter {
       hold(*worst, Because::not_told);
       if (free_.empty()) {
         throw io::JobError(fmt::format("{}: {}: the data determine no parameter", data_.channel,
-                                       describe(predictor_.structure())));
+                                       text_of(predictor_.structure())));
       }
     }
   }
@@ -614,8 +600,7 @@ class Fitter {
     return column.norm() * kMaxCurveError * problem_.span_deg() > root_mean_square(residual);
   }
 
-  // Values that no sample tells from their neighbours, and none beyond what is plausible: increments of a
-  // monotone curve have bounds each, but their sum has none.
+  // Values that no sample tells from their neighbours, and none beyond what is plausible.
   void settle_curves() {
     const Layout& l = predictor_.layout();
     const Structure& s = predictor_.structure();
@@ -625,9 +610,7 @@ class Fitter {
 
   void settle_curve(const std::vector<double>& x, int at) {
     const auto n = static_cast<int>(x.size());
-    const bool monotone = predictor_.structure().monotone;
-    const double direction = monotone ? predictor_.knots().direction : 1;
-    VectorXd y = predictor_.curve_values(best_.theta, at, n);
+    VectorXd y = best_.theta.segment(at, n);
     const auto untold = [&](int i) { return std::ranges::find(untold_, at + i) != untold_.end(); };
     for (int i = 0; i < n; ++i) {
       if (!untold(i)) continue;
@@ -644,7 +627,6 @@ class Fitter {
     }
     y = y.cwiseMax(problem_.plausible().lower_deg).cwiseMin(problem_.plausible().upper_deg);
     best_.theta.segment(at, n) = y;
-    for (int i = 1; monotone && i < n; ++i) best_.theta(at + i) = direction * (y(i) - y(i - 1));
   }
 
   Summary summary() const {
@@ -705,7 +687,6 @@ model::Saturation safe_limits(const Data& data) {
 }
 
 Summary fit(const Structure& structure, const Data& data, const Options& options) {
-  check(structure);
   check_data(structure, data, used_rows(data));
   return Fitter(structure, data, options).run();
 }

@@ -39,19 +39,12 @@ struct Data {
 };
 
 struct Options {
-  bool robust = true;
   int max_starts = 4;
   // No pole slower than this; 0: a tenth of the recording. A slow pole also follows what only looks like
   // dynamics, such as a glove that was put on anew.
   double slowest_s = 0;
-  // No play of a larger radius, in the input's unit; 0: half the input's range.
-  double widest_play = 0;
-  // Width of the loss; 0: as above. Far below the residuals the fit minimises the mean absolute error, as the
-  // integral of absolute error scores it.
-  double delta_deg = 0;
-  // Knots instead of quantiles of the input; sizes must match the structure.
+  // Knots of the input curve, as many as the structure has, instead of quantiles of the input.
   std::vector<double> input_knots;
-  std::vector<double> output_knots;
 };
 
 struct Parameter {

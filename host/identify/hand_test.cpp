@@ -679,6 +679,7 @@ struct RealHand {
   const char* map;
   double low[2];
   double high[2];
+  double drift_deg;  // in a minute, of readings that are held: more where the sensor creeps
 };
 
 void PrintTo(const RealHand& c, std::ostream* out) { *out << c.folder << ' ' << c.map; }
@@ -727,19 +728,20 @@ TEST_P(RealHands, BothJointsOfOneCommandAreAsGoodAsWasMeasured) {
     const JointResult& joint = r.joints[j];
     EXPECT_LT(joint.holdout.rmse_deg, c.high[j]) << c.folder << ' ' << joint.name;
     EXPECT_GT(joint.holdout.rmse_deg, c.low[j]) << c.folder << ' ' << joint.name;
-    EXPECT_LE(joint.hold_drift_deg, 1) << c.folder << ' ' << joint.name;
+    EXPECT_LE(joint.hold_drift_deg, c.drift_deg) << c.folder << ' ' << joint.name;
     EXPECT_LT(joint.holdout.rmse_deg, joint.baselines.at("published_form").rmse_deg);
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Glove, RealHands,
-    testing::Values(RealHand{"index_ind2", "a=SensorA1:∠ABC,b=SensorA1:∠BCD", {0.9, 0.8}, {1.2, 1.0}},
-                    RealHand{"middle_mid1", "a=SensorA2:∠ABC,b=SensorA2:∠BCD", {3.5, 4.0}, {4.3, 4.9}},
+    testing::Values(RealHand{"index_ind2", "a=SensorA1:∠ABC,b=SensorA1:∠BCD", {0.9, 0.8}, {1.2, 1.0}, 1},
+                    RealHand{"middle_mid1", "a=SensorA2:∠ABC,b=SensorA2:∠BCD", {3.5, 3.8}, {4.2, 4.6}, 8},
                     RealHand{"middle_mid1",
                              "a=SensorA2+SensorA0+SensorA1:∠ABC,b=SensorA2+SensorA0+SensorA1:∠BCD",
                              {2.8, 3.0},
-                             {3.5, 4.2}}));
+                             {3.5, 4.2},
+                             1}));
 
 }  // namespace
 }  // namespace flexor::identify

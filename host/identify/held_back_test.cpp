@@ -35,8 +35,8 @@ Data recorded() {
 }
 
 std::vector<Structure> structures() {
-  return {make_structure(Family::hammerstein, 1, 6), make_structure(Family::wiener, 1, 6),
-          make_structure(Family::hw_hysteresis, 1, 6, 1)};
+  return {blocks_of("curve(6) > lti(1)"), blocks_of("lti(1) > curve(6)"),
+          blocks_of("hysteresis(1) > curve(6) > lti(1) > saturation")};
 }
 
 TEST(HeldBack, KnotsOfAFoldLieWhereItsOwnTrainingPartIs) {
@@ -55,8 +55,8 @@ TEST(HeldBack, KnotsOfAFoldLieWhereItsOwnTrainingPartIs) {
     const Knots& knots = third.summary.knots;
     for (const auto* x : {&knots.input, &knots.output}) {
       if (x->empty()) continue;
-      EXPECT_GE(x->front(), low) << describe(structure);
-      EXPECT_LE(x->back(), high) << describe(structure);
+      EXPECT_GE(x->front(), low) << text_of(structure);
+      EXPECT_LE(x->back(), high) << text_of(structure);
     }
   }
 }
@@ -73,7 +73,7 @@ TEST(HeldBack, OtherAnglesInABlockDoNotMoveTheFoldThatLeavesItOut) {
             200 - 3 * data.angle_deg(static_cast<Eigen::Index>(k));
       }
       const std::vector<Fold> after = folds(structure, spoilt);
-      EXPECT_EQ(after[block].summary.theta, before[block].summary.theta) << describe(structure) << block;
+      EXPECT_EQ(after[block].summary.theta, before[block].summary.theta) << text_of(structure) << block;
       EXPECT_EQ(after[block].summary.knots.input, before[block].summary.knots.input);
       EXPECT_NE(after[1].summary.theta, before[1].summary.theta) << "the other folds do see it";
     }
@@ -91,9 +91,9 @@ TEST(HeldBack, OtherReadingsInABlockDoNotMoveTheFoldThatLeavesItOut) {
       spoilt.input(static_cast<Eigen::Index>(k)) = 2000 + 500 * std::sin(0.2 * static_cast<double>(k));
     }
     const std::vector<Fold> after = folds(structure, spoilt);
-    EXPECT_EQ(after[2].summary.knots.input, before[2].summary.knots.input) << describe(structure);
-    EXPECT_EQ(after[2].summary.knots.output, before[2].summary.knots.output) << describe(structure);
-    EXPECT_NEAR(after[2].summary.rmse_deg, before[2].summary.rmse_deg, 0.02) << describe(structure);
+    EXPECT_EQ(after[2].summary.knots.input, before[2].summary.knots.input) << text_of(structure);
+    EXPECT_EQ(after[2].summary.knots.output, before[2].summary.knots.output) << text_of(structure);
+    EXPECT_NEAR(after[2].summary.rmse_deg, before[2].summary.rmse_deg, 0.02) << text_of(structure);
   }
 }
 

@@ -12,6 +12,8 @@ using Compensator = model::Compensator<model::DoubleArithmetic>;
 
 constexpr double kHold_s = 60;
 constexpr double kSettle_s = 1;
+constexpr double kHeld_s = 1;        // a hold of the finger itself
+constexpr double kHeld_deg = 2;      // likewise
 constexpr Eigen::Index kHolds = 40;  // of each session
 
 double drift_deg(Compensator compensator, const std::vector<double>& reading, double period_s) {
@@ -29,29 +31,81 @@ double drift_deg(Compensator compensator, const std::vector<double>& reading, do
   return worst;
 }
 
+std::vector<Eigen::Index> input_columns(const model::Model& model, const std::vector<std::string>& sensors) {
+  std::vector<Eigen::Index> out;
+  for (const model::Input& input : model.inputs)
+    out.push_back(std::ranges::find(sensors, input.name) - sensors.begin());
+  return out;
+}
+
+// Readings of a row, in the order of the model's inputs.
+std::vector<double> reading_at(const Session& session, const std::vector<Eigen::Index>& column,
+                               Eigen::Index row) {
+  std::vector<double> out;
+  for (const Eigen::Index c : column) out.push_back(session.input(row, c));
+  return out;
+}
+
 }  // namespace
 
 double hold_drift_deg(const model::Model& model, const std::vector<Session>& sessions,
                       const std::vector<std::string>& sensors) {
-  std::vector<Eigen::Index> column;
-  for (const model::Input& input : model.inputs) {
-    column.push_back(std::ranges::find(sensors, input.name) - sensors.begin());
-  }
+  const std::vector<Eigen::Index> column = input_columns(model, sensors);
   double worst = 0;
-  std::vector<double> reading(column.size());
   const Compensator fresh(model);
   for (const Session& session : sessions) {
     Compensator compensator = fresh;
     const Eigen::Index rows = session.input.rows();
     const Eigen::Index every = std::max<Eigen::Index>(1, rows / kHolds);
     for (Eigen::Index k = 0; k < rows; ++k) {
-      for (std::size_t i = 0; i < column.size(); ++i) reading[i] = session.input(k, column[i]);
+      const std::vector<double> reading = reading_at(session, column, k);
       (void)compensator.step(reading);
       if (k % every == every / 2)
         worst = std::max(worst, drift_deg(compensator, reading, model.sample_period_s));
     }
   }
   return worst;
+}
+
+std::vector<StillPart> holds_of(const Session& session, double period_s) {
+  std::vector<StillPart> out;
+  Eigen::Index from = 0;
+  double low = 0;
+  double high = 0;
+  const auto end = [&](Eigen::Index to) {
+    if (static_cast<double>(to - from) * period_s >= kHeld_s) out.push_back({from, to});
+    from = to;
+  };
+  for (Eigen::Index k = 0; k < session.angle_deg.size(); ++k) {
+    const double angle = session.angle_deg(k);
+    if (k > from && std::max(high, angle) - std::min(low, angle) > kHeld_deg) end(k);
+    low = k == from ? angle : std::min(low, angle);
+    high = k == from ? angle : std::max(high, angle);
+    if (session.use[static_cast<std::size_t>(k)] != 0) continue;
+    end(k);
+    from = k + 1;
+  }
+  end(session.angle_deg.size());
+  return out;
+}
+
+double wander_deg(const model::Model& model, const std::vector<Session>& sessions,
+                  const std::vector<std::string>& sensors) {
+  const std::vector<Eigen::Index> column = input_columns(model, sensors);
+  double squares = 0;
+  double samples = 0;
+  for (const Session& session : sessions) {
+    Compensator compensator(model);
+    Eigen::ArrayXd angle(session.input.rows());
+    for (Eigen::Index k = 0; k < angle.size(); ++k)
+      angle(k) = compensator.step(reading_at(session, column, k)).front().angle_deg;
+    for (const StillPart& held : holds_of(session, model.sample_period_s)) {
+      const Eigen::ArrayXd part = (angle - session.angle_deg.array()).segment(held.from, held.to - held.from);
+      squares += (part - part.mean()).square().sum();
+      samples += static_cast<double>(part.size());
+    }
+  }
+  return samples > 0 ? std::sqrt(squares / samples) : 0;
 }
 
 }  // namespace flexor::identify

@@ -16,4 +16,15 @@ namespace flexor::identify {
 double hold_drift_deg(const model::Model& model, const std::vector<Session>& sessions,
                       const std::vector<std::string>& sensors);
 
+// Samples of which the finger itself holds still: all used, within 2 degrees, for a second at least.
+struct StillPart {
+  Eigen::Index from;
+  Eigen::Index to;
+};
+std::vector<StillPart> holds_of(const Session& session, double period_s);
+
+// How far the model's first angle goes from its mean in such holds, root mean square; 0 where there is none.
+double wander_deg(const model::Model& model, const std::vector<Session>& sessions,
+                  const std::vector<std::string>& sensors);
+
 }  // namespace flexor::identify

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
+
+#include "host/identify/joint_fit.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -40,6 +43,57 @@ TEST(HoldDrift, OfWhatHasNoMemoryIsNone) {
   model::Model still = lagging(1);
   still.blocks.front().kind = model::Gain{1, 0};
   EXPECT_EQ(hold_drift_deg(still, {step()}, {"u"}), 0);
+}
+
+// Three minutes of poses, each held for up to six seconds; a part of what the reading gains comes with 1.5 seconds.
+Session poses(double creep) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform;
+  std::normal_distribution<double> noise;
+  Session out;
+  constexpr Eigen::Index kRows = 3600;
+  out.input.resize(kRows, 1);
+  out.angle_deg.resize(kRows);
+  out.use.assign(kRows, 1);
+  double goal = 0;
+  double slow = 0;
+  for (Eigen::Index k = 0, until = 0; k < kRows; ++k) {
+    if (k == until) {
+      goal = 90 * uniform(random);
+      until += 20 + static_cast<Eigen::Index>(100 * uniform(random));
+    }
+    const double before = k == 0 ? 0 : out.angle_deg(k - 1);
+    out.angle_deg(k) = before + std::clamp(goal - before, -6.0, 6.0);
+    slow += (1 - std::exp(-kStep_s / 1.5)) * (out.angle_deg(k) - slow);
+    out.input(k, 0) = 300 + 4 * ((1 - creep) * out.angle_deg(k) + creep * slow) + noise(random);
+  }
+  return out;
+}
+
+TEST(Creep, IsUndoneWhereTheFingersOwnHoldsShowItAndNotElsewhere) {
+  model::Model inputs = lagging(1);
+  inputs.blocks.clear();
+  inputs.joints.clear();
+  inputs.inputs = {{"u", "u", "count", "", 1, 1022}};
+  const JointFit creeps = fit_joint({poses(0.2)}, inputs, {"index", {"u"}, "angle"}, "auto", {});
+  const JointFit still = fit_joint({poses(0)}, inputs, {"index", {"u"}, "angle"}, "auto", {});
+  EXPECT_GT(creeps.hold_drift_deg, 1) << "as its reading does";
+  EXPECT_LT(creeps.cross_validated_deg, 2 * still.cross_validated_deg) << creeps.structure;
+  EXPECT_LT(wander_deg(creeps.model, {poses(0.2)}, {"u"}), 0.5);
+  EXPECT_LE(still.hold_drift_deg, 1) << still.structure;
+}
+
+TEST(Holds, AreWhereTheFingerMovesByTwoDegreesAtMostForASecond) {
+  Session session = step();
+  session.angle_deg = session.input.col(0).head(2060);
+  session.use.assign(2060, 1);
+  session.use[1000] = 0;
+  const std::vector<StillPart> holds = holds_of(session, kStep_s);
+  ASSERT_EQ(holds.size(), 3U);
+  EXPECT_EQ(holds[0].to, 1000);
+  EXPECT_EQ(holds[1].from, 1001);
+  EXPECT_EQ(holds[1].to, 2040);
+  EXPECT_EQ(holds[2].to, 2060);
 }
 
 }  // namespace

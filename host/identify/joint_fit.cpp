@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 #include "host/identify/chain_fit.hpp"
 #include "host/identify/hold.hpp"
@@ -19,6 +20,8 @@ namespace {
 using io::InputError;
 
 constexpr double kMostDrift_deg = 1;
+constexpr double kCreepPays = 0.1;  // of the error: less is not worth an angle that goes on in a hold
+constexpr double kWandersAlike = 1.5;
 constexpr int kAttacks = 15;  // of the search for fixed point's error
 constexpr int kReadings = 5000;
 constexpr double kNearly = 0.5;               // what a short search finds is less than what there is
@@ -86,6 +89,30 @@ JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& 
   return out;
 }
 
+// By how much the loss over the folds is less than the other's, in standard errors of the difference.
+double gain_in_errors(const Additive& one, const Additive& other) {
+  const Eigen::Map<const Eigen::ArrayXd> a(one.fold_loss.data(), std::ssize(one.fold_loss));
+  const Eigen::Map<const Eigen::ArrayXd> b(other.fold_loss.data(), std::ssize(other.fold_loss));
+  const Eigen::ArrayXd gain = b - a;
+  const auto n = static_cast<double>(gain.size());
+  return gain.mean() / std::sqrt((gain - gain.mean()).square().sum() / (n - 1) / n);
+}
+
+// Why `one`, which creeps back after its sensor, is not worth more than the best that holds still; empty: it is. While the finger
+// itself holds still it may wander no more than half as much again.
+std::string creep_refusal(const Additive& one, double wander_deg, const Additive& still, double still_deg) {
+  const double most_deg = kWandersAlike * std::max(still_deg, kMostDrift_deg);
+  if (wander_deg > most_deg) {
+    return fmt::format(
+        "while the finger holds still its error wanders by {:.1f} degrees, at most {:.1f} are allowed",
+        wander_deg, most_deg);
+  }
+  const bool pays = one.cross_validated_deg <= (1 - kCreepPays) * still.cross_validated_deg;
+  if (pays && gain_in_errors(one, still) > 1) return "";
+  return fmt::format("held still, its angle drifts by {:.1f} degrees within a minute, for too small a gain",
+                     *one.hold_drift_deg);
+}
+
 JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessions,
                  const model::Model& inputs, const JointMap& joint, const Step& step) {
   std::optional<Additive> best;
@@ -94,13 +121,19 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
   const auto drift = [&](const Additive& fit) {
     return hold_drift_deg(joint_model(inputs, fit, joint), sessions, joint.sensors);
   };
-  // The best that can be worn, unless one is precise as well.
+  std::vector<std::pair<std::size_t, Additive>> creeping;  // and their rows
+  // The best that can be worn, unless one is precise as well. What creeps is compared with it afterwards.
   const auto accept = [&](const Additive& fit) {
     const model::Model model = joint_model(inputs, fit, joint);
-    refusals.push_back(refusal_of(model, *fit.hold_drift_deg));
+    const bool creeps = identify::creeps(fit.branches);
+    refusals.push_back(refusal_of(model, creeps ? 0 : *fit.hold_drift_deg));
     const bool worn = refusals.back().empty();
     if (worn) refusals.back() = imprecision_of(model);
     const bool precise = refusals.back().empty();
+    if (creeps && candidates.branches.size() > 1) {
+      if (precise) creeping.emplace_back(refusals.size() - 1, fit);
+      return false;
+    }
     if (worn && (precise || !best)) {
       best = fit;
       at = refusals.size() - 1;
@@ -116,6 +149,16 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
   const std::vector<Additive> all = fit_additive(sessions, inputs.sample_period_s, joint.joint, candidates,
                                                  drift, kMostDrift_deg, accept, counted);
   if (!best) throw io::JobError(fmt::format("{}: {}", joint.joint, refusals.front()));
+  const auto wander = [&](const Additive& fit) {
+    return wander_deg(joint_model(inputs, fit, joint), sessions, joint.sensors);
+  };
+  const Additive still = *best;
+  for (const auto& [row, one] : creeping | std::views::reverse) {
+    refusals[row] = creep_refusal(one, wander(one), still, wander(still));
+    if (!refusals[row].empty()) continue;
+    best = one;
+    at = row;
+  }
   JointFit out = taken(*best, inputs, joint);
   out.untried = untried;
   for (std::size_t k = 0; k < all.size(); ++k) {

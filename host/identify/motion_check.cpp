@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/identify/hold.hpp"
 #include "host/identify/robust.hpp"
 
 namespace flexor::identify {
@@ -13,8 +14,6 @@ namespace {
 using Eigen::Index;
 
 constexpr double kRange_deg = 20;
-constexpr double kHeld_s = 1;
-constexpr double kHeld_deg = 2;
 constexpr double kSpan_s = 0.25;  // over which a speed is taken
 constexpr double kQuick_deg_s = 60;
 constexpr double kSlow_deg_s = 30;
@@ -30,17 +29,10 @@ struct Found {
 void look(const Session& session, double period_s, Found& found) {
   const auto span = std::max<Index>(1, std::lround(kSpan_s / period_s));
   const auto angle = [&](Index k) { return session.angle_deg(k); };
-  Index held_from = 0;
-  double low = 0;
-  double high = 0;
   Index slow = 0;
+  found.hold = found.hold || !holds_of(session, period_s).empty();
   for (Index k = 0; k < session.angle_deg.size(); ++k) {
     const bool used = session.use[static_cast<std::size_t>(k)] != 0;
-    if (k == held_from) low = high = angle(k);
-    low = std::min(low, angle(k));
-    high = std::max(high, angle(k));
-    if (!used || high - low > kHeld_deg) held_from = k + 1;
-    found.hold = found.hold || static_cast<double>(k - held_from + 1) * period_s >= kHeld_s;
     if (k < span) continue;
     const double speed = std::abs(angle(k) - angle(k - span)) / (static_cast<double>(span) * period_s);
     if (used && session.use[static_cast<std::size_t>(k - span)] != 0)

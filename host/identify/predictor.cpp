@@ -92,8 +92,7 @@ void hysteresis(const Structure& structure, const Layout& layout, const VectorXd
   }
 }
 
-void curve(const std::vector<double>& x, const VectorXd& y, int at, double monotone_direction,
-           VectorXd& signal, Columns& columns) {
+void curve(const std::vector<double>& x, const VectorXd& y, int at, VectorXd& signal, Columns& columns) {
   const auto n = static_cast<int>(x.size());
   const std::vector<int> upstream = columns.active();
   if (columns.wanted()) {
@@ -108,14 +107,8 @@ void curve(const std::vector<double>& x, const VectorXd& y, int at, double monot
     signal(k) = y(i) + share * (y(i + 1) - y(i));
     if (!columns.wanted()) continue;
     for (const int c : upstream) columns.col(c)(k) *= slope;
-    if (monotone_direction == 0) {
-      columns.col(at + i)(k) = 1 - share;
-      columns.col(at + i + 1)(k) = share;
-    } else {
-      columns.col(at)(k) = 1;
-      for (int d = 1; d <= i; ++d) columns.col(at + d)(k) = monotone_direction;
-      columns.col(at + i + 1)(k) = monotone_direction * share;
-    }
+    columns.col(at + i)(k) = 1 - share;
+    columns.col(at + i + 1)(k) = share;
   }
 }
 
@@ -286,23 +279,15 @@ Predictor::Predictor(const Structure& structure, Knots knots, VectorXd input, do
   assert(std::ssize(knots_.output) == structure_.output_knots);
 }
 
-VectorXd Predictor::curve_values(const VectorXd& theta, int at, int knots) const {
-  VectorXd y = theta.segment(at, knots);
-  if (!structure_.monotone) return y;
-  for (int i = 1; i < knots; ++i) y(i) = y(i - 1) + knots_.direction * y(i);
-  return y;
-}
-
 VectorXd Predictor::predict(const VectorXd& theta, MatrixXd* jacobian) const {
   assert(theta.size() == layout_.size);
   VectorXd signal = input_;
   Columns columns(jacobian, signal.size(), layout_.size);
-  const double direction = structure_.monotone ? knots_.direction : 0;
   if (structure_.dead_zone) dead_zone(layout_, theta, signal, columns);
   if (structure_.plays > 0) hysteresis(structure_, layout_, theta, signal, columns);
   if (structure_.input_knots > 0) {
-    const VectorXd y = curve_values(theta, layout_.input_curve, structure_.input_knots);
-    curve(knots_.input, y, layout_.input_curve, direction, signal, columns);
+    const VectorXd y = theta.segment(layout_.input_curve, structure_.input_knots);
+    curve(knots_.input, y, layout_.input_curve, signal, columns);
   }
   if (layout_.affine >= 0) {
     const double gain = theta(layout_.affine);
@@ -315,8 +300,8 @@ VectorXd Predictor::predict(const VectorXd& theta, MatrixXd* jacobian) const {
   }
   if (structure_.order > 0) lti(structure_, layout_, theta, period_s_, signal, columns);
   if (structure_.output_knots > 0) {
-    const VectorXd y = curve_values(theta, layout_.output_curve, structure_.output_knots);
-    curve(knots_.output, y, layout_.output_curve, direction, signal, columns);
+    const VectorXd y = theta.segment(layout_.output_curve, structure_.output_knots);
+    curve(knots_.output, y, layout_.output_curve, signal, columns);
   }
   if (structure_.saturation) saturation(layout_, theta, signal, columns);
   return signal;
@@ -330,13 +315,8 @@ std::vector<NamedParameter> Predictor::named(const VectorXd& theta) const {
   };
   const auto add_plain = [&](std::string name, int at) { add(std::move(name), theta(at))(at) = 1; };
   const auto add_curve = [&](const char* what, const std::vector<double>& x, int at) {
-    const auto n = static_cast<int>(x.size());
-    const VectorXd y = curve_values(theta, at, n);
-    for (int i = 0; i < n; ++i) {
-      VectorXd& gradient = add(fmt::format("{} at {:.5g}", what, x[static_cast<std::size_t>(i)]), y(i));
-      gradient(structure_.monotone ? at : at + i) = 1;
-      for (int d = 1; structure_.monotone && d <= i; ++d) gradient(at + d) = knots_.direction;
-    }
+    for (std::size_t i = 0; i < x.size(); ++i)
+      add_plain(fmt::format("{} at {:.5g}", what, x[i]), at + static_cast<int>(i));
   };
   if (structure_.dead_zone) {
     add_plain("dead zone lower edge", layout_.dead_zone);
@@ -379,7 +359,7 @@ model::Channel Predictor::channel(const VectorXd& theta) const {
   }
   if (structure_.input_knots > 0) {
     c.input_curve =
-        model::Curve{knots_.input, list(curve_values(theta, layout_.input_curve, structure_.input_knots))};
+        model::Curve{knots_.input, list(theta.segment(layout_.input_curve, structure_.input_knots))};
   }
   if (layout_.affine >= 0) {
     c.lti.gain = theta(layout_.affine);
@@ -391,7 +371,7 @@ model::Channel Predictor::channel(const VectorXd& theta) const {
   }
   if (structure_.output_knots > 0) {
     c.output_curve =
-        model::Curve{knots_.output, list(curve_values(theta, layout_.output_curve, structure_.output_knots))};
+        model::Curve{knots_.output, list(theta.segment(layout_.output_curve, structure_.output_knots))};
   }
   if (structure_.saturation) {
     c.saturation = {theta(layout_.saturation), theta(layout_.saturation + 1)};

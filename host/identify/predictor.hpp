@@ -3,12 +3,11 @@
 // Parameters theta, in this order, those that the structure has:
 //   dead zone      lower edge, width
 //   plays          radii, then weights
-//   input curve    values at the knots (monotone: first value, then increments, see below)
+//   input curve    values at the knots
 //   affine         gain, offset (where there is no curve)
 //   lti            log a_i of the poles -a_i, then taps c_1 .. c_{n-1}  (c_0 = 0: no direct feedthrough)
 //   output curve   values at the knots
 //   saturation     lower, upper limit
-// Monotone curves: y_k = y_0 + direction * (d_1 + ... + d_k), d_i >= 0.
 //
 // The Jacobian runs through the chain with the signal: static blocks multiply by their slope, the LTI filters
 // every column, and d(hold)/d(log a_i) comes from host/model/discrete.hpp. At kinks it is one-sided.
@@ -26,7 +25,6 @@ namespace flexor::identify {
 struct Knots {
   std::vector<double> input;   // in the unit of the signal that enters the curve
   std::vector<double> output;  // likewise, after the LTI block
-  double direction = 1;        // of monotone curves: +1 rising, -1 falling
 };
 
 // Where each block's parameters start in theta; -1 where the structure has none.
@@ -68,9 +66,6 @@ class Predictor {
   Eigen::VectorXd predict(const Eigen::VectorXd& theta, Eigen::MatrixXd* jacobian) const;
 
   std::vector<NamedParameter> named(const Eigen::VectorXd& theta) const;
-
-  // Values at the knots of the curve whose parameters start at `at`.
-  Eigen::VectorXd curve_values(const Eigen::VectorXd& theta, int at, int knots) const;
 
   // The blocks that theta describes; the caller adds names, ranges and, where none is fitted, the saturation.
   model::Channel channel(const Eigen::VectorXd& theta) const;

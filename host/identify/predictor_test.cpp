@@ -6,6 +6,7 @@
 #include <ostream>
 #include <random>
 
+#include "host/identify/structure_text.hpp"
 #include "host/model/compensator.hpp"
 
 namespace flexor::identify {
@@ -23,29 +24,22 @@ struct Case {
 std::vector<Case> cases() {
   const std::vector<double> y = {10, 22, 31, 55, 90};
   const std::vector<double> x = {100, 250, 500, 600, 900};
-  Structure monotone = make_structure(Family::hammerstein, 1, 5);
-  monotone.monotone = true;
-  Structure everything = make_structure(Family::hw_hysteresis, 3, 5, 2);
+  Structure everything = blocks_of("hysteresis(2) > curve(5) > lti(3) > saturation");
   everything.dead_zone = true;
   everything.output_knots = 3;
   return {
-      {"linear", make_structure(Family::linear), {}, {0.1, -5}},
-      {"linear_dynamic", make_structure(Family::linear_dynamic, 3), {}, {0.1, -5, 2.5, 0.3, -1, 0.7, 0.4}},
-      {"hammerstein",
-       make_structure(Family::hammerstein, 2, 5),
-       {x, {}, 1},
-       {10, 22, 31, 55, 90, 2, 0.1, 0.6}},
-      {"monotone", monotone, {x, {}, -1}, {90, 12, 9, 24, 35, 1.5}},
-      {"wiener", make_structure(Family::wiener, 2, 5), {{}, x, 1}, {2, 0.1, 0.6, 10, 22, 31, 55, 90}},
-      {"dead_zone", make_dead_zone_structure(1), {}, {300, 120, 0.12, 40, 1.2, 30, 80}},
+      {"linear", blocks_of("linear"), {}, {0.1, -5}},
+      {"linear_dynamic", blocks_of("gain > lti(3)"), {}, {0.1, -5, 2.5, 0.3, -1, 0.7, 0.4}},
+      {"hammerstein", blocks_of("curve(5) > lti(2)"), {x, {}}, {10, 22, 31, 55, 90, 2, 0.1, 0.6}},
+      {"wiener", blocks_of("lti(2) > curve(5)"), {{}, x}, {2, 0.1, 0.6, 10, 22, 31, 55, 90}},
+      {"dead_zone", blocks_of(kPublishedForm), {}, {300, 120, 0.12, 40, 1.2, 30, 80}},
       {"hysteresis",
-       make_structure(Family::hw_hysteresis, 1, 5, 2),
-       {x, {}, 1},
+       blocks_of("hysteresis(2) > curve(5) > lti(1) > saturation"),
+       {x, {}},
        {8, 40, 0.4, -0.3, 10, 22, 31, 55, 90, 1.1, 14, 70}},
-      {"everything",
-       everything,
-       {{-200, -50, 0, 150, 400}, {0, 50, 100}, 1},
-       {300, 120, 8, 40, 0.4, 0.3, 10, 22, 31, 55, 90, 2, 1, -0.5, 0.3, -0.2, 5, 45, 99, 40, 60}},
+      {"everything", everything, {{-200, -50, 0, 150, 400}, {0, 50, 100}}, {300, 120,  8,  40, 0.4, 0.3, 10,
+                                                                            22,  31,   55, 90, 2,   1,   -0.5,
+                                                                            0.3, -0.2, 5,  45, 99,  40,  60}},
   };
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "host/identify/fit.hpp"
+#include "host/identify/structure_text.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::identify {
@@ -49,7 +50,7 @@ PublishedForm published_form(const std::vector<const recording::Aligned*>& pairs
   data.use.resize(static_cast<std::size_t>(rows.input.size()), 0);
   for (const Index k : rows.fitted) data.use[static_cast<std::size_t>(k)] = 1;
   try {
-    const VectorXd part = fit(make_dead_zone_structure(1), data).predicted_deg(rows.held_out);
+    const VectorXd part = fit(blocks_of(kPublishedForm), data).predicted_deg(rows.held_out);
     return {{part.begin(), part.end()}, ""};
   } catch (const io::JobError& error) {
     return {{}, error.what()};

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "host/identify/fit.hpp"
+#include "host/identify/structure_text.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -34,7 +35,7 @@ struct Truth {
 };
 
 Truth dead_zone_truth() {
-  Truth t{"DeadZone", make_dead_zone_structure(1), {}};
+  Truth t{"DeadZone", blocks_of(kPublishedForm), {}};
   t.dead_lower = 380;
   t.dead_upper = 520;
   t.gain = 0.12;
@@ -46,7 +47,7 @@ Truth dead_zone_truth() {
 }
 
 Truth curve_truth() {
-  Truth t{"Curve", make_structure(Family::hw, 1, 5), {60, 250, 480, 700, 960}};
+  Truth t{"Curve", blocks_of("curve(5) > lti(1) > saturation"), {60, 250, 480, 700, 960}};
   t.values = {5, 38, 52, 80, 112};
   t.pole_rad_s = -3.5;
   t.lower_deg = 30;
@@ -56,7 +57,7 @@ Truth curve_truth() {
 
 // Everything at once: dead zone, curve behind it, pole, saturation.
 Truth dead_zone_and_curve_truth() {
-  Truth t{"DeadZoneAndCurve", make_structure(Family::hw, 1, 5), {-300, -120, 0, 200, 400}};
+  Truth t{"DeadZoneAndCurve", blocks_of("curve(5) > lti(1) > saturation"), {-300, -120, 0, 200, 400}};
   t.structure.dead_zone = true;
   t.dead_lower = 400;
   t.dead_upper = 500;
@@ -68,7 +69,8 @@ Truth dead_zone_and_curve_truth() {
 }
 
 Truth hysteresis_truth() {
-  Truth t{"Hysteresis", make_structure(Family::hw_hysteresis, 1, 5, 1), {60, 250, 480, 700, 960}};
+  Truth t{
+      "Hysteresis", blocks_of("hysteresis(1) > curve(5) > lti(1) > saturation"), {60, 250, 480, 700, 960}};
   t.radius = 60;
   t.weight = 0.6;
   t.values = {5, 38, 52, 80, 112};

@@ -35,7 +35,6 @@ const std::vector<std::pair<std::string, std::string>> kShorthands = {
     {"hw", "curve > lti > saturation"},
     {"wh", "lag > curve > lti"},
     {"hysteresis-hw", "hysteresis > curve > lti > saturation"},
-    {"hw-hysteresis", "hysteresis > curve > lti > saturation"},
 };
 const std::vector<std::string> kSums = {"auto", "line", "line-lead", "curve", "hysteresis"};
 // A chain's, in order.
@@ -164,7 +163,7 @@ Branches sum(const Parser& parser, const std::vector<Term>& terms) {
       knots.take(term[1]);
     } else {
       if (!first.number) parser.fail(first.at, "motion needs its seconds: motion(0.3)");
-      out.lags_s.push_back(parser.number(first, 0.01, 2, 0));
+      out.lags_s.push_back(parser.number(first, 0.01, 5, 0));
     }
     const std::size_t blocks = first.name == "play" ? 2 : 1;
     if (term.size() > blocks)
@@ -179,14 +178,6 @@ Branches sum(const Parser& parser, const std::vector<Term>& terms) {
 std::size_t place_of(const Block& block, bool behind_lti) {
   const std::string& name = block.name == "curve" && !behind_lti ? "input curve" : block.name;
   return static_cast<std::size_t>(std::ranges::find(kOrder, name) - kOrder.begin());
-}
-
-Family family_of(const Structure& s) {
-  if (s.plays > 0) return Family::hw_hysteresis;
-  if (s.dead_zone || s.saturation) return Family::hw;
-  if (s.input_knots > 0) return Family::hammerstein;
-  if (s.output_knots > 0) return Family::wiener;
-  return s.order > 0 ? Family::linear_dynamic : Family::linear;
 }
 
 Chain chain(const Parser& parser, const Term& term) {
@@ -229,8 +220,6 @@ Chain chain(const Parser& parser, const Term& term) {
   if (s.input_knots > 0 && s.output_knots > 0)
     parser.fail(std::ranges::find(term.rbegin(), term.rend(), "curve", &Block::name)->at,
                 "a chain has one curve: a second");
-  if (gain == term.end() && !curved) parser.fail(term.front().at, "a gain or a curve is missing");
-  s.family = family_of(s);
   return out;
 }
 
@@ -257,10 +246,8 @@ std::string text_of(const Branches& branches) {
   return out;
 }
 
-std::string text_of(const Chain& chain) {
-  const Structure& s = chain.blocks;
+std::string text_of(const Structure& s) {
   std::vector<std::string> blocks;
-  if (chain.lag) blocks.push_back(chain.lag_s ? fmt::format("lag({:.3g})", *chain.lag_s) : "lag");
   if (s.dead_zone) blocks.emplace_back("dead-zone");
   if (s.plays > 0) blocks.push_back(fmt::format("hysteresis({})", s.plays));
   if (s.input_knots > 0) blocks.push_back(fmt::format("curve({})", s.input_knots));
@@ -269,6 +256,12 @@ std::string text_of(const Chain& chain) {
   if (s.output_knots > 0) blocks.push_back(fmt::format("curve({})", s.output_knots));
   if (s.saturation) blocks.emplace_back("saturation");
   return fmt::format("{}", fmt::join(blocks, " > "));
+}
+
+std::string text_of(const Chain& chain) {
+  if (!chain.lag) return text_of(chain.blocks);
+  return fmt::format("lag{} > {}", chain.lag_s ? fmt::format("({:.3g})", *chain.lag_s) : "",
+                     text_of(chain.blocks));
 }
 
 }  // namespace flexor::identify

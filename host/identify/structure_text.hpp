@@ -12,6 +12,7 @@
 //   lag(0.2) > dead-zone > hysteresis(2) > curve(10) > lti(2) > saturation
 //   hysteresis: so many plays; lti: so many poles; the curve may stand behind the lti, or a gain in its place; a lag without
 //   a number is searched.
+//   Without a curve a gain is meant.
 // Shorthands: line, line-lead, curve, hysteresis are sums; linear, linear-dynamic, hammerstein, wiener, hw, wh,
 // hysteresis-hw are chains.
 #pragma once
@@ -40,7 +41,15 @@ using WantedStructure = std::variant<Candidates, Chain>;
 // Of a joint with so many sensors. Throws io::InputError pointing at the character that has no meaning.
 WantedStructure parse_structure(std::string_view text, std::size_t sensors);
 
+// The article's: an input dead zone, a pole, limits.
+inline constexpr std::string_view kPublishedForm = "dead-zone > gain > lti(1) > saturation";
+// Of a chain's text.
+inline Structure blocks_of(std::string_view chain) {
+  return std::get<Chain>(parse_structure(chain, 1)).blocks;
+}
+
 // The text that stands for it.
+std::string text_of(const Structure& blocks);
 std::string text_of(const Branches& branches);
 std::string text_of(const Chain& chain);
 

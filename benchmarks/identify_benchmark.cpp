@@ -36,7 +36,7 @@ identify::Data data() {
 void prediction_with_jacobian(benchmark::State& state) {
   const identify::Data d = data();
   identify::Options options;
-  options.max_starts = 1;
+  options.only_start = 0;
   const identify::Summary s = identify::fit(identify::blocks_of("hw"), d, options);
   const identify::Predictor predictor(s.structure, s.knots, d.input, d.period_s);
   Eigen::MatrixXd jacobian;

@@ -58,8 +58,7 @@ set(FOLDER_examples examples)
 set(FOLDER_benchmarks benchmarks)
 
 # Libraries that few rooms keep to themselves, by the start of their includes.
-set(KEPT_INCLUDES ceres CLI nlopt simavr opencv2 kainjow boost/beast)
-set(KEEPER_ceres identify)
+set(KEPT_INCLUDES CLI nlopt simavr opencv2 kainjow boost/beast)
 set(KEEPER_CLI cli)
 set(KEEPER_nlopt study)
 set(KEEPER_simavr cosim)

@@ -14,6 +14,7 @@
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,13 @@ inline std::string content(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-inline std::ptrdiff_t lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
+// Those of progress aside, which come after two seconds: no refusal ends so.
+inline std::ptrdiff_t lines(const std::string& text) {
+  static const std::regex kProgress(R"((.* \d+( of \d+)?(, about \d+ s left)?|.* \.\.\.)\n)",
+                                    std::regex::multiline);
+  const std::string said = std::regex_replace(text, kProgress, "");
+  return std::count(said.begin(), said.end(), '\n');
+}
 
 struct Finished {
   int exit = -1;

@@ -100,8 +100,12 @@ std::filesystem::path angles_of_video(const Options& o, io::Worker& camera,
 void show_structures(const identify::JointFit& joint) {
   print(fmt::format("\n{:>4}{:>12}{:>12}    {}\n", "par.", "fitted", "cross-val.", "structure"));
   for (const identify::CandidateRow& row : joint.rows) {
-    print(fmt::format("{:>4.0f}{:>8.2f} deg{:>8.2f} deg  {} {}\n", row.parameters, row.fitted_rmse_deg,
-                      row.cross_validated_deg, row.chosen ? "*" : " ", row.structure));
+    const auto degrees = [](double value) {
+      return std::isnan(value) ? "-" : fmt::format("{:.2f} deg", value);
+    };
+    print(fmt::format("{:>4.0f}{:>12}{:>12}  {} {}\n", row.parameters, degrees(row.fitted_rmse_deg),
+                      degrees(row.cross_validated_deg.value_or(std::nan(""))), row.chosen ? "*" : " ",
+                      row.structure));
     if (!row.refusal.empty()) print(fmt::format("{:32}refused: {}\n", "", row.refusal));
   }
 }

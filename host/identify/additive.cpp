@@ -12,6 +12,7 @@
 #include <random>
 
 #include "host/identify/additive_system.hpp"
+#include "host/identify/folds.hpp"
 #include "host/identify/monotone.hpp"
 #include "host/identify/robust.hpp"
 #include "host/io/io.hpp"
@@ -23,19 +24,16 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t kFolds = 6;      // of the cross-validation
-constexpr std::size_t kMostFolds = 8;  // where whole recordings are left out
-constexpr double kFoldGuard_s = 1;     // beside each block, a quarter of it at most
-constexpr double kClamped = 1e-4;      // weight of what of an estimate lies beyond the limits, squared
-constexpr double kEnds = 0.01;         // share of the angles beyond the first guess of either limit
-constexpr double kLeastAtEnd = 20;     // samples that tell a limit
-constexpr int kSteps = 8;              // of the iteration
-constexpr double kDone = 1e-3;         // relative decrease of the loss
-constexpr int kRounds = 1;             // of choosing priors, and of choosing limits
-constexpr std::size_t kGroups = 10;    // of estimates, whose errors are told apart
+constexpr std::size_t kLeastBlocks = 6;  // of the bootstrap
+constexpr double kClamped = 1e-4;        // weight of what of an estimate lies beyond the limits, squared
+constexpr double kEnds = 0.01;           // share of the angles beyond the first guess of either limit
+constexpr double kLeastAtEnd = 20;       // samples that tell a limit
+constexpr int kSteps = 8;                // of the iteration
+constexpr double kDone = 1e-3;           // relative decrease of the loss
+constexpr std::size_t kGroups = 10;      // of estimates, whose errors are told apart
 constexpr double kApart_deg = 0.5;
 constexpr double kLeastError_deg = 0.01;
-constexpr int kLeastSamples = 100;
+constexpr int kLeastSamples = 40;       // two seconds at 20 Hz
 constexpr int kShrinks = 6;             // of motion that drifts
 constexpr double kCostsNothing = 1.03;  // of the fitted error
 constexpr int kFineKnots = 20;
@@ -51,7 +49,7 @@ constexpr unsigned kSeed = 2019;
 class Fit {
  public:
   Fit(const System& system, const Limits& limits, double centre)
-      : system_(system), limits_(limits), centre_(centre) {
+      : system_(&system), limits_(limits), centre_(centre) {
     move(VectorXd::Zero(system.columns()));
     weight_ = system.weight();  // the first step is plain least squares
     target_ = (system.angle().array() - centre_).matrix();
@@ -63,7 +61,7 @@ class Fit {
     if (!first) least = objective(coefficients_, penalty);
     for (int step = 0; step < kSteps; ++step) {
       const MatrixXd gram = this->gram() + penalty;
-      const VectorXd right = system_.project(0, weight_.cwiseProduct(target_));
+      const VectorXd right = system_->project(0, weight_.cwiseProduct(target_));
       const VectorXd to = gram.selfadjointView<Eigen::Lower>().llt().solve(right) - coefficients_;
       double share = 1;
       double next = 0;
@@ -83,9 +81,9 @@ class Fit {
     std::vector<double> below;
     std::vector<double> above;
     for (Index r = 0; r < estimate_.size(); ++r) {
-      if (system_.as_it_was()(r) == 0) continue;
-      if (estimate_(r) < limits_.lower) below.push_back(system_.angle()(r));
-      if (estimate_(r) > limits_.upper) above.push_back(system_.angle()(r));
+      if (system_->as_it_was()(r) == 0) continue;
+      if (estimate_(r) < limits_.lower) below.push_back(system_->angle()(r));
+      if (estimate_(r) > limits_.upper) above.push_back(system_->angle()(r));
     }
     const auto median = [](std::vector<double>& values, double& limit) {
       if (static_cast<double>(values.size()) < kLeastAtEnd) return;
@@ -100,15 +98,15 @@ class Fit {
   // The weighted squares of all rows, in the lower triangle.
   const MatrixXd& gram() const {
     if (gram_.size() == 0) {
-      gram_ = MatrixXd::Zero(system_.columns(), system_.columns());
-      system_.add_gram(0, weight_, 1, gram_);
+      gram_ = MatrixXd::Zero(system_->columns(), system_->columns());
+      system_->add_gram(0, weight_, 1, gram_);
     }
     return gram_;
   }
 
   double clamped(double estimate) const { return std::clamp(estimate, limits_.lower, limits_.upper); }
 
-  const System& system() const { return system_; }
+  const System& system() const { return *system_; }
   const Limits& limits() const { return limits_; }
   double centre() const { return centre_; }
   const VectorXd& weight() const { return weight_; }
@@ -116,44 +114,40 @@ class Fit {
   const VectorXd& coefficients() const { return coefficients_; }
   const VectorXd& estimate() const { return estimate_; }
 
-  void start(VectorXd coefficients) { move(std::move(coefficients)); }
-
-  // The first step is that of the least-squares problem at these estimates of the same rows.
-  void start_near(const VectorXd& estimate) { linearise(estimate); }
-
- private:
   void move(VectorXd coefficients) {
     coefficients_ = std::move(coefficients);
-    linearise((system_.estimate(0, system_.rows(), coefficients_).array() + centre_).matrix());
+    linearise((system_->estimate(0, system_->rows(), coefficients_).array() + centre_).matrix());
   }
 
+  // The least-squares problem at these estimates of the rows: where the next step begins.
   void linearise(VectorXd estimate) {
     gram_.resize(0, 0);
     estimate_ = std::move(estimate);
-    weight_ = system_.weight();
+    weight_ = system_->weight();
     target_.resize(estimate_.size());
     for (Index r = 0; r < estimate_.size(); ++r) {
       const double inside = clamped(estimate_(r));
-      const double error = (inside - system_.angle()(r)) / kLoss_deg;
+      const double error = (inside - system_->angle()(r)) / kLoss_deg;
       const bool beyond = inside != estimate_(r);
       weight_(r) *= beyond ? kClamped : 1 / std::sqrt(1 + error * error);
-      target_(r) = (beyond ? inside : system_.angle()(r)) - centre_;
+      target_(r) = (beyond ? inside : system_->angle()(r)) - centre_;
     }
   }
 
   double objective(const VectorXd& coefficients, const MatrixXd& penalty) const {
-    const VectorXd estimate = system_.estimate(0, system_.rows(), coefficients);
+    const VectorXd estimate = system_->estimate(0, system_->rows(), coefficients);
     double sum = coefficients.dot(penalty * coefficients);
     for (Index r = 0; r < estimate.size(); ++r) {
       const double angle = estimate(r) + centre_;
       const double beyond = angle - clamped(angle);
       sum +=
-          system_.weight()(r) * (loss_of(clamped(angle) - system_.angle()(r)) + kClamped * beyond * beyond);
+          system_->weight()(r) * (loss_of(clamped(angle) - system_->angle()(r)) + kClamped * beyond * beyond);
     }
     return sum;
   }
 
-  const System& system_;
+ private:
+  const System* system_;
   Limits limits_;
   double centre_;
   VectorXd coefficients_;
@@ -169,58 +163,24 @@ double mean(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-// Used samples that follow one another.
-struct Stretch {
-  std::size_t from;
-  std::size_t to;
-};
-
-// The used samples of each session.
-std::vector<Stretch> sessions_of(const Stack& stack) {
-  std::vector<Stretch> out;
-  const auto place = [&](Index sample) {
-    return static_cast<std::size_t>(std::ranges::lower_bound(stack.used, sample) - stack.used.begin());
-  };
-  for (std::size_t s = 0; s + 1 < stack.begin.size(); ++s)
-    out.push_back({place(stack.begin[s]), place(stack.begin[s + 1])});
-  return out;
-}
-
-// Blocks of samples in time, of two sessions the same parts, since they may be one motion; whole sessions where there are
-// several.
-std::vector<std::vector<Stretch>> folds_of(const Stack& stack) {
-  const std::vector<Stretch> sessions = sessions_of(stack);
-  const std::size_t n = sessions.size();
-  std::vector<std::vector<Stretch>> out(n > 2 ? std::min(n, kMostFolds) : kFolds);
-  for (std::size_t f = 0; f < out.size(); ++f) {
-    if (n > 2) {
-      out[f] = {{sessions[f * n / out.size()].from, sessions[(f + 1) * n / out.size() - 1].to}};
-      continue;
-    }
-    for (const Stretch& s : sessions) {
-      const std::size_t size = s.to - s.from;
-      out[f].push_back({s.from + size * f / out.size(), s.from + size * (f + 1) / out.size()});
-    }
-  }
-  return out;
-}
-
 // What may be drawn in any order: whole recordings, or seconds enough for errors to forget each other.
 std::vector<std::size_t> blocks_of(const Stack& stack, double period_s) {
   std::vector<std::size_t> out = {0};
   if (stack.begin.size() > 3) {
-    for (const std::vector<Stretch>& fold : folds_of(stack)) out.push_back(fold.front().to);
+    for (const Fold& fold : folds_of(stack.used, stack.begin, period_s))
+      out.push_back(stack.place(fold.front().last + 1));
     return out;
   }
   const std::size_t n = stack.used.size();
   const auto blocks =
-      std::max(kFolds, static_cast<std::size_t>(static_cast<double>(n) * period_s / kBlock_s));
+      std::max(kLeastBlocks, static_cast<std::size_t>(static_cast<double>(n) * period_s / kBlock_s));
   for (std::size_t b = 1; b <= blocks; ++b) out.push_back(n * b / blocks);
   return out;
 }
 
 struct Validated {
   std::vector<double> fold_loss;                    // means
+  std::vector<double> plain_loss;                   // of the samples as they were
   std::vector<std::pair<double, double>> estimate;  // and its error, degrees, of each sample as it was
   double rmse_deg = 0;                              // of the samples as they were
 };
@@ -233,25 +193,20 @@ class CrossValidation {
     const VectorXd weighted = fit.weight().cwiseProduct(fit.target());
     const MatrixXd& all = fit.gram();
     const VectorXd all_right = system.project(0, weighted);
-    for (const std::vector<Stretch>& stretches : folds_of(stack)) {
-      Fold fold{{}, all, all_right};
-      std::size_t gone = 0;  // the guards of two stretches may meet
-      for (const Stretch& one : stretches) {
-        if (one.from == one.to) continue;
-        const auto guard = std::min(static_cast<Index>(std::lround(kFoldGuard_s / period_s)),
-                                    static_cast<Index>(one.to - one.from) / 4);
-        const auto near = [&](Index sample) {
-          return static_cast<std::size_t>(std::ranges::lower_bound(stack.used, sample) - stack.used.begin());
-        };
-        const std::size_t from = std::max(gone, near(stack.used[one.from] - guard));
-        gone = near(stack.used[one.to - 1] + guard + 1);
+    for (const Fold& one : folds_of(stack.used, stack.begin, period_s)) {
+      LeftOut fold{{}, all, all_right};
+      std::size_t gone = 0;  // the guards of two blocks may meet
+      for (const Block& block : one) {
+        const std::size_t from = std::max(gone, stack.place(block.first - block.guard));
+        gone = stack.place(block.last + block.guard + 1);
         const Index first = system.first()[from];
         const Index count = system.first()[gone] - first;
-        fold.rows.emplace_back(system.first()[one.from], system.first()[one.to]);
+        fold.rows.emplace_back(system.first()[stack.place(block.first)],
+                               system.first()[stack.place(block.last + 1)]);
         system.add_gram(first, fit.weight().segment(first, count), -1, fold.gram);
         fold.right -= system.project(first, weighted.segment(first, count));
       }
-      if (!fold.rows.empty()) folds_.push_back(std::move(fold));
+      folds_.push_back(std::move(fold));
     }
   }
 
@@ -262,12 +217,14 @@ class CrossValidation {
     Validated out;
     double count = 0;
     MatrixXd gram;
-    for (const Fold& fold : folds_) {
+    for (const LeftOut& fold : folds_) {
       gram = fold.gram + penalty;
       VectorXd c = gram.selfadjointView<Eigen::Lower>().llt().solve(fold.right);
       if (shape) c = shape(fold.gram, std::move(c));
       double loss = 0;
       double weight = 0;
+      double plain = 0;
+      double plain_count = 0;
       for (const auto& [begin, end] : fold.rows) {
         const VectorXd estimate = system.estimate(begin, end - begin, c);
         for (Index r = begin; r < end; ++r) {
@@ -277,23 +234,26 @@ class CrossValidation {
           loss += system.weight()(r) * loss_of(e);
           out.rmse_deg += system.as_it_was()(r) * e * e;
           weight += system.weight()(r);
-          count += system.as_it_was()(r);
+          plain += system.as_it_was()(r) * loss_of(e);
+          plain_count += system.as_it_was()(r);
         }
       }
       out.fold_loss.push_back(loss / weight);
+      out.plain_loss.push_back(plain / plain_count);
+      count += plain_count;
     }
     out.rmse_deg = std::sqrt(out.rmse_deg / count);
     return out;
   }
 
  private:
-  struct Fold {
+  struct LeftOut {
     std::vector<std::pair<Index, Index>> rows;  // begin and end
     MatrixXd gram;  // of the samples that are fitted when this fold is not, lower triangle
     VectorXd right;
   };
   const Fit& fit_;
-  std::vector<Fold> folds_;
+  std::vector<LeftOut> folds_;
 };
 
 // From the best of several starts, one of them nearly a line, each searched along its own axis in steps of a factor, from coarse
@@ -433,6 +393,7 @@ void validate(const CrossValidation& validation, const System& system, Additive&
               const CrossValidation::Shape& shape = {}) {
   const Validated error = validation.error(system.penalty(out.priors), shape);
   out.fold_loss = error.fold_loss;
+  out.plain_loss = error.plain_loss;
   out.accuracy = accuracy_of(error.estimate);
   out.cross_validated_deg = error.rmse_deg;
 }
@@ -442,30 +403,39 @@ class Search {
  public:
   Search(const Stack& stack, double period_s) : stack_(stack), period_s_(period_s) {}
 
-  // Coefficients, limits, priors and cross-validated error. Starts where the fit before it ended.
+  // Coefficients, limits, priors and cross-validated error; whatever else is tried. With limits the loss has several minima: the
+  // lower one of two starts, by least squares and from where the curve of the reading alone ended.
   Additive fit(const Branches& branches) {
+    const bool alone = branches == Branches{};
+    if (!curve_ && !alone) (void)fit({});
     const Limits ends = limits_of(stack_, kEnds);
     const System system(stack_, branches, period_s_, ends);
-    Fit fit(system, before_ ? before_->limits : limits_at_rest(stack_, ends), limits_of(stack_, 0.5).lower);
-    if (before_) fit.start_near(before_->estimate);
+    const double centre = limits_of(stack_, 0.5).lower;
+    const MatrixXd first = system.penalty({});
+    Fit cold(system, limits_at_rest(stack_, ends), centre);
+    cold.descend(first, true);
+    Fit near = cold;
+    if (!alone) {
+      near = Fit(system, curve_->second, centre);
+      near.linearise(curve_->first);
+      near.descend(first, true);
+    }
+    Fit fit =
+        near.objective(near.coefficients(), first) < cold.objective(cold.coefficients(), first) ? near : cold;
     Additive out;
-    if (before_) out.priors = before_->priors;
     out.branches = branches;
     out.knots = system.knots();
     out.radii = system.radii();
-    fit.descend(system.penalty(out.priors), true);
-    for (int round = 0; round < kRounds; ++round) {
-      const CrossValidation validation(fit, stack_, period_s_);
-      out.priors = best_priors(branches, stack_.begin.size() > 3, out.priors, [&](const Priors& priors) {
-        return mean(validation.error(system.penalty(priors)).fold_loss);
-      });
-      fit.descend(system.penalty(out.priors), false);
-      fit.move_limits();
-    }
+    const CrossValidation validation(fit, stack_, period_s_);
+    out.priors = best_priors(branches, stack_.begin.size() > 3, out.priors, [&](const Priors& priors) {
+      return mean(validation.error(system.penalty(priors)).fold_loss);
+    });
+    fit.descend(system.penalty(out.priors), false);
+    fit.move_limits();
     fit.descend(system.penalty(out.priors), false);
     validate(CrossValidation(fit, stack_, period_s_), system, out);
     take(fit, out);
-    before_ = {fit.estimate(), fit.limits(), out.priors};
+    if (alone) curve_.emplace(fit.estimate(), fit.limits());
     return out;
   }
 
@@ -474,7 +444,7 @@ class Search {
   void finish(const Drift& drift, double most_drift_deg, Additive& out) const {
     const System system(stack_, out.branches, period_s_, limits_of(stack_, kEnds));
     Fit fit(system, {out.lower_deg, out.upper_deg}, out.offset_deg);
-    fit.start(coefficients_of(out));
+    fit.move(coefficients_of(out));
     Additive next = out;
     for (int tries = 0; tries <= kShrinks; ++tries) {
       if (tries > 0) {
@@ -514,7 +484,7 @@ class Search {
         return coefficients_of(one);
       };
       Fit done = fit;
-      done.start(shape(fit.gram(), free));
+      done.move(shape(fit.gram(), free));
       Additive one = out;
       take(done, one);
       validate(CrossValidation(fit, stack_, period_s_), system, one, shape);
@@ -526,15 +496,10 @@ class Search {
     if (kCostsNothing * mean(turning.fold_loss) < mean(out.fold_loss)) out = std::move(turning);
   }
 
-  struct End {
-    VectorXd estimate;
-    Limits limits;
-    Priors priors;
-  };
-
   const Stack& stack_;
   double period_s_;
-  std::optional<End> before_;
+  std::optional<std::pair<VectorXd, Limits>>
+      curve_;  // of the reading alone: estimates of all rows, and limits
 };
 
 }  // namespace

@@ -11,7 +11,8 @@
 // medians of the angles there, or the farthest angle where it does not rest. Two priors: neighbouring slopes are alike (second differences), and what plays and
 // motion add is small (their values). The second also settles what the others leave undetermined. Minimised by
 // least squares again and again, from the plain least-squares solution on.
-// Everything that has a memory forgets within seconds: held still, the angle holds still.
+// Held still, the angle holds still after a second. Motion of more than a second (creep) is the exception: it is there for a
+// sensor that creeps while the finger holds still, and is taken only where that pays (joint_fit.hpp).
 //
 // A glove is put on anew and then reads otherwise. Where a finger rests at an end, the compensator is fitted for
 // readings 3 % of their range off (one standard deviation, of each sensor by itself), which is what donnings of a
@@ -103,6 +104,7 @@ struct Additive {
   double lower_deg = 0;  // limits of the angle
   double upper_deg = 0;
   std::vector<double> fold_loss;   // cross-validated, mean of each fold, as it is minimised
+  std::vector<double> plain_loss;  // the same of the samples as they were, without those of other donnings
   double cross_validated_deg = 0;  // root mean square
   model::Accuracy accuracy;        // of the cross-validated estimates
   int samples = 0;                 // that were fitted

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <vector>
 
 #include "host/identify/additive.hpp"
@@ -16,6 +17,10 @@ namespace flexor::identify {
 // The samples of all sessions in one column.
 struct Stack {
   explicit Stack(const std::vector<Session>& sessions);
+  // In `used`, of the first that is not before this sample.
+  std::size_t place(Eigen::Index sample) const {
+    return static_cast<std::size_t>(std::ranges::lower_bound(used, sample) - used.begin());
+  }
 
   Eigen::MatrixXd input;
   Eigen::VectorXd angle;

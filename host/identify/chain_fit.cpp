@@ -8,6 +8,7 @@
 
 #include "host/identify/folds.hpp"
 #include "host/identify/hold.hpp"
+#include "host/identify/robust.hpp"
 #include "host/io/io.hpp"
 #include "host/model/channel.hpp"
 
@@ -65,7 +66,9 @@ class ChainFitter {
         inputs_(inputs),
         joint_(joint),
         step_(step),
-        raw_(data_of(sessions, joint.joint, inputs.sample_period_s)) {}
+        raw_(data_of(sessions, joint.joint, inputs.sample_period_s)) {
+    for (const Session& session : sessions) begin_.push_back(begin_.back() + session.angle_deg.size());
+  }
 
   JointFit run(double most_drift_deg) {
     Chain chain = wanted_;
@@ -79,20 +82,29 @@ class ChainFitter {
     for (const double slowest_s : kSlowest_s) {
       options.slowest_s = slowest_s;
       if (!progress() && slowest_s == kSlowest_s.front()) throw io::Cancelled("cancelled");
-      const Summary summary = fit(chain.blocks, data, options);
-      fill(chain, summary, out);
+      fill(chain, fit(chain.blocks, data, options), out);
       if (chain.blocks.order == 0 || out.hold_drift_deg <= most_drift_deg) break;
     }
-    validate(chain, data, out);
-    out.rows = {{out.structure, out.cross_validated_deg, out.fitted_rmse_deg, out.effective,
-                 out.hold_drift_deg, "", true}};
+    validate(chain, data, options, out);
+    return out;
+  }
+
+  JointFit compete(double least_deg) {
+    JointFit out;
+    const Summary summary = fit(wanted_.blocks, raw_);
+    fill(wanted_, summary, out);
+    if (out.fitted_rmse_deg < least_deg) {
+      Options options;
+      options.only_start = summary.best_start;
+      validate(wanted_, raw_, options, out);
+    }
     return out;
   }
 
  private:
   bool progress() {
     return !step_ ||
-           step_(done_++, kSlowest_s.size() + kBlocks, fmt::format("{}: {}", joint_.joint, text_of(wanted_)));
+           step_(done_++, kSlowest_s.size() + 6, fmt::format("{}: {}", joint_.joint, text_of(wanted_)));
   }
 
   Data behind(const Chain& chain) const {
@@ -104,7 +116,7 @@ class ChainFitter {
   // None where the chain without a lag fits as well.
   std::optional<double> best_lag_s() {
     Options quick;
-    quick.max_starts = 1;
+    quick.only_start = 0;
     double least = (1 - kLagIsWorth) * fit(wanted_.blocks, raw_, quick).rmse_deg;
     std::optional<double> best;
     const auto look = [&](double lag_s) {
@@ -143,6 +155,8 @@ class ChainFitter {
     out.model = own_inputs(inputs_, joint_);
     add_blocks(chain, summary.channel, out.model);
     out.hold_drift_deg = identify::hold_drift_deg(out.model, sessions_, joint_.sensors);
+    out.rows = {
+        {out.structure, std::nullopt, out.fitted_rmse_deg, out.effective, out.hold_drift_deg, "", true}};
   }
 
   // The channel's blocks behind the joint's own input.
@@ -161,19 +175,35 @@ class ChainFitter {
     model.joints = alone.joints;
   }
 
-  void validate(const Chain& chain, const Data& data, JointFit& out) {
+  void validate(const Chain& chain, const Data& data, const Options& options, JointFit& out) {
+    std::vector<Index> used;
+    for (std::size_t k = 0; k < data.use.size(); ++k) {
+      if (data.use[k]) used.push_back(static_cast<Index>(k));
+    }
+    const std::vector<Fold> folds = folds_of(used, begin_, data.period_s);
+    const std::vector<Summary> summaries = fit_folds(chain.blocks, data, folds, options, [&] { progress(); });
     std::vector<std::pair<double, double>> estimates;
     double squares = 0;
-    for (const Fold& fold : folds(chain.blocks, data, [&] { progress(); })) {
-      for (std::size_t k = fold.first; k <= fold.last; ++k) {
-        if (!data.use[k]) continue;
-        const double estimate = fold.summary.predicted_deg(static_cast<Index>(k));
-        const double error = estimate - data.angle_deg(static_cast<Index>(k));
-        estimates.emplace_back(estimate, error);
-        squares += error * error;
+    for (std::size_t f = 0; f < folds.size(); ++f) {
+      const model::Saturation& limits = summaries[f].channel.saturation;
+      double loss = 0;
+      const std::size_t before = estimates.size();
+      for (const Block& block : folds[f]) {
+        for (Index k = block.first; k <= block.last; ++k) {
+          if (!data.use[static_cast<std::size_t>(k)]) continue;
+          const double estimate =
+              std::clamp(summaries[f].predicted_deg(k), limits.lower_deg, limits.upper_deg);
+          const double error = estimate - data.angle_deg(k);
+          estimates.emplace_back(estimate, error);
+          squares += error * error;
+          loss += loss_of(error);
+        }
       }
+      out.fold_loss.push_back(loss /
+                              static_cast<double>(std::max<std::size_t>(estimates.size() - before, 1)));
     }
     out.cross_validated_deg = std::sqrt(squares / static_cast<double>(estimates.size()));
+    out.rows.front().cross_validated_deg = out.cross_validated_deg;
     out.model.joints.front().accuracy = accuracy_of(std::move(estimates));
   }
 
@@ -183,6 +213,7 @@ class ChainFitter {
   const JointMap& joint_;
   const Step& step_;
   Data raw_;
+  std::vector<Index> begin_ = {0};  // of each recording, and the end
   std::size_t done_ = 0;
 };
 
@@ -196,6 +227,11 @@ JointFit fit_chain(const Chain& wanted, const std::vector<Session>& sessions, co
         joint.joint, text_of(wanted), joint.sensors.size()));
   }
   return ChainFitter(wanted, sessions, inputs, joint, step).run(most_drift_deg);
+}
+
+JointFit fit_rival(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,
+                   const JointMap& joint, double least_deg) {
+  return ChainFitter(wanted, sessions, inputs, joint, {}).compete(least_deg);
 }
 
 }  // namespace flexor::identify

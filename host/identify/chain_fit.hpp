@@ -18,4 +18,9 @@ namespace flexor::identify {
 JointFit fit_chain(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,
                    const JointMap& joint, double most_drift_deg, const Step& step);
 
+// As a candidate among others: from its poles' best start, as slow as the data say, and cross-validated only where its fitted error is below
+// `least_deg`, which another has on what it did not see. Throws io::JobError where the fit cannot be done.
+JointFit fit_rival(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,
+                   const JointMap& joint, double least_deg);
+
 }  // namespace flexor::identify

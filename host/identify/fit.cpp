@@ -1,8 +1,6 @@
 #include "host/identify/fit.hpp"
 
-#include <ceres/ceres.h>
 #include <fmt/format.h>
-#include <glog/logging.h>
 
 #include <Eigen/QR>
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include <numeric>
 #include <optional>
 
+#include "host/identify/levenberg_marquardt.hpp"
 #include "host/identify/robust.hpp"
 #include "host/identify/structure_text.hpp"
 #include "host/identify/uncertainty.hpp"
@@ -150,93 +149,42 @@ class Problem {
   mutable MatrixXd all_;  // kept between calls: fresh pages for it cost more than the arithmetic
 };
 
-// Residuals sqrt(2 rho(r)) with the sign of r: half their sum of squares is the robust cost, exactly.
-class RobustResiduals : public ceres::CostFunction {
- public:
-  RobustResiduals(const Problem& problem, VectorXd theta, std::vector<int> free, double delta)
-      : problem_(problem), theta_(std::move(theta)), free_(std::move(free)), delta_(delta) {
-    set_num_residuals(static_cast<int>(problem.rows().size()));
-    mutable_parameter_block_sizes()->push_back(static_cast<int>(free_.size()));
-  }
-
-  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    VectorXd theta = theta_;
-    for (std::size_t i = 0; i < free_.size(); ++i) theta(free_[i]) = parameters[0][i];
-    Eigen::Map<VectorXd> out(residuals, num_residuals());
-    if (jacobians == nullptr || jacobians[0] == nullptr) {
-      out = problem_.residual(theta);
-      for (double& r : out) r = bend(r).value;
-      return out.allFinite();
-    }
-    out = problem_.residual_and_jacobian(theta, free_, jacobian_);
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    Eigen::Map<RowMajor> j(jacobians[0], num_residuals(), static_cast<Index>(free_.size()));
-    for (Index k = 0; k < out.size(); ++k) {
-      const Bent bent = bend(out(k));
-      out(k) = bent.value;
-      j.row(k) = bent.slope * jacobian_.row(k);
-    }
-    return out.allFinite() && j.allFinite();
-  }
-
- private:
-  struct Bent {
-    double value;
-    double slope;
-  };
-  Bent bend(double r) const {
-    if (std::isinf(delta_) || std::abs(r) < 1e-9 * delta_) return {r, 1};
-    const double z = r / delta_;
-    const double root = std::sqrt(1 + z * z);
-    const double value = std::copysign(delta_ * std::sqrt(2 * (root - 1)), r);
-    return {value, r / (root * value)};
-  }
-
-  const Problem& problem_;
-  VectorXd theta_;
-  std::vector<int> free_;
-  double delta_;
-  mutable MatrixXd jacobian_;
-};
-
 struct Solution {
   VectorXd theta;
   double cost = kInfinity;
-  int iterations = 0;
-  bool converged = false;
 };
 
+// sqrt(2 rho(r)) with the sign of r, of which half the squares are the robust cost, exactly; and its slope.
+struct Bent {
+  double value;
+  double slope;
+};
+Bent bend(double r, double delta) {
+  if (std::isinf(delta) || std::abs(r) < 1e-9 * delta) return {r, 1};
+  const double z = r / delta;
+  const double root = std::sqrt(1 + z * z);
+  const double value = std::copysign(delta * std::sqrt(2 * (root - 1)), r);
+  return {value, r / (root * value)};
+}
+
 Solution solve(const Problem& problem, VectorXd theta, const std::vector<int>& free, double delta,
-               int max_iterations) {
-  FLAGS_minloglevel = google::GLOG_FATAL;  // what the solver could not do is in its summary
+               const LmOptions& options) {
   theta = theta.cwiseMax(problem.lower()).cwiseMin(problem.upper());
+  const auto residual = [&](const VectorXd& x, MatrixXd* jacobian) {
+    theta(free) = x;
+    VectorXd out = jacobian ? problem.residual_and_jacobian(theta, free, *jacobian) : problem.residual(theta);
+    for (Index k = 0; k < out.size(); ++k) {
+      const Bent bent = bend(out(k), delta);
+      out(k) = bent.value;
+      if (jacobian) jacobian->row(k) *= bent.slope;
+    }
+    return out;
+  };
   VectorXd x = theta(free);
-  ceres::Problem ceres_problem;
-  ceres_problem.AddResidualBlock(new RobustResiduals(problem, theta, free, delta), nullptr, x.data());
-  for (std::size_t i = 0; i < free.size(); ++i) {
-    const auto at = static_cast<int>(i);
-    if (std::isfinite(problem.lower()(free[i]))) {
-      ceres_problem.SetParameterLowerBound(x.data(), at, problem.lower()(free[i]));
-    }
-    if (std::isfinite(problem.upper()(free[i]))) {
-      ceres_problem.SetParameterUpperBound(x.data(), at, problem.upper()(free[i]));
-    }
-  }
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_iterations = max_iterations;
-  options.function_tolerance = 1e-7;
-  options.parameter_tolerance = 1e-8;
-  options.logging_type = ceres::SILENT;
-  options.num_threads = 1;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &ceres_problem, &summary);
-  Solution solution{std::move(theta), kInfinity, static_cast<int>(summary.iterations.size())};
-  if (!summary.IsSolutionUsable()) return solution;
-  for (std::size_t i = 0; i < free.size(); ++i) solution.theta(free[i]) = x(static_cast<Index>(i));
-  solution.cost = summary.final_cost;
-  solution.converged = summary.termination_type == ceres::CONVERGENCE;
-  return solution;
+  const LmSummary summary =
+      levenberg_marquardt(residual, problem.lower()(free), problem.upper()(free), options, x);
+  theta(free) = x;
+  return {std::move(theta), summary.cost};
 }
 
 // Starts for what is not linear in the parameters; the linear part follows by least squares.
@@ -244,7 +192,7 @@ class Starts {
  public:
   Starts(const Problem& problem, const Data& data) : problem_(problem), data_(data) {}
 
-  std::vector<VectorXd> make(int most) const {
+  std::vector<VectorXd> make() const {
     static const std::vector<std::vector<std::vector<double>>> kRates = {
         {{}},
         {{15}, {3}, {40}, {0.8}},
@@ -254,7 +202,6 @@ class Starts {
     const Layout& layout = problem_.predictor().layout();
     std::vector<VectorXd> starts;
     for (const auto& rates : kRates[static_cast<std::size_t>(structure.order)]) {
-      if (std::ssize(starts) == most) break;
       VectorXd theta = VectorXd::Zero(layout.size);
       for (int i = 0; i < structure.order; ++i) {
         theta(layout.log_rates + i) = std::log(rates[static_cast<std::size_t>(i)]);
@@ -463,12 +410,14 @@ class Fitter {
  private:
   // Every start by plain least squares first; the best sets the scale of the robust loss and goes on.
   void search() {
-    constexpr int kFirstIterations = 30;
-    for (const VectorXd& start : Starts(problem_, data_).make(options_.max_starts)) {
-      Solution s = solve(problem_, start, free_, kInfinity, kFirstIterations);
-      iterations_ += s.iterations;
-      ++starts_;
-      if (s.cost < best_.cost) best_ = std::move(s);
+    constexpr LmOptions kRough{.max_iterations = 30, .cost_tolerance = 1e-4};
+    const std::vector<VectorXd> starts = Starts(problem_, data_).make();
+    for (std::size_t k = 0; k < starts.size(); ++k) {
+      if (options_.only_start && std::min(*options_.only_start, starts.size() - 1) != k) continue;
+      Solution s = solve(problem_, starts[k], free_, kInfinity, kRough);
+      if (!(s.cost < best_.cost)) continue;
+      best_ = std::move(s);
+      best_start_ = k;
     }
     if (!std::isfinite(best_.cost)) {
       throw io::JobError(fmt::format("{}: {}: no start converged; is the motion rich enough?", data_.channel,
@@ -481,11 +430,9 @@ class Fitter {
 
   // Converges, then drops what the data cannot tell, one parameter at a time, until all that is left is told.
   void settle() {
-    constexpr int kIterations = 100;
     hold_what_has_no_samples();
     while (true) {
-      best_ = solve(problem_, best_.theta, free_, delta_, kIterations);
-      iterations_ += best_.iterations;
+      best_ = solve(problem_, best_.theta, free_, delta_, {});
       if (!std::isfinite(best_.cost)) {
         throw io::JobError(
             fmt::format("{}: {}: the fit did not converge", data_.channel, text_of(predictor_.structure())));
@@ -631,17 +578,14 @@ class Fitter {
 
   Summary summary() const {
     Summary s;
-    s.status = best_.converged ? Status::converged : Status::iteration_limit;
     s.structure = predictor_.structure();
     s.theta = best_.theta;
     s.knots = predictor_.knots();
     s.refusals = refusals_;
     s.free_parameters = static_cast<int>(free_.size());
     s.used_samples = static_cast<int>(problem_.rows().size());
-    s.starts = starts_;
-    s.iterations = iterations_;
+    s.best_start = best_start_;
     s.rmse_deg = root_mean_square(problem_.residual(best_.theta));
-    s.robust_cost = best_.cost;
     s.condition = uncertainty_.condition;
     const std::vector<NamedParameter> all = predictor_.named(best_.theta);
     MatrixXd gradient = MatrixXd::Zero(std::ssize(free_), std::ssize(all));
@@ -674,8 +618,7 @@ class Fitter {
   Solution best_;
   Uncertainty uncertainty_;
   double delta_ = kInfinity;
-  int starts_ = 0;
-  int iterations_ = 0;
+  std::size_t best_start_ = 0;
 };
 
 }  // namespace

@@ -2,7 +2,7 @@
 //
 // Minimises sum rho(y_k - predicted_k) over the used samples, rho the pseudo-Huber loss
 //   rho(r) = delta^2 (sqrt(1 + (r / delta)^2) - 1),   delta = 2.5 robust standard deviations of a first fit,
-// by Levenberg-Marquardt with bounds (Ceres), analytic Jacobian, from several starts for the poles, plays and
+// by Levenberg-Marquardt with bounds (levenberg_marquardt.hpp), analytic Jacobian, from several starts for the poles, plays and
 // dead zone; what is linear in the parameters starts at its least-squares value. Poles are -exp(theta):
 // stable by construction. Predictions simulate freely from the input alone; they never see the measured
 // angle.
@@ -20,6 +20,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,7 +41,7 @@ struct Data {
 };
 
 struct Options {
-  int max_starts = 4;
+  std::optional<std::size_t> only_start;  // of four; none: all
   // No pole slower than this; 0: a tenth of the recording. A slow pole also follows what only looks like
   // dynamics, such as a glove that was put on anew.
   double slowest_s = 0;
@@ -54,14 +56,7 @@ struct Parameter {
   bool refused = false;
 };
 
-// A fit that cannot be done at all throws; this says how one that could was ended.
-enum class Status {
-  converged,
-  iteration_limit,  // still improving after a hundred iterations: usable, but look at the parameters
-};
-
 struct Summary {
-  Status status = Status::converged;
   Structure structure;
   Eigen::VectorXd theta;
   Knots knots;
@@ -70,10 +65,8 @@ struct Summary {
   std::vector<std::string> refusals;  // "saturation upper limit of index: no predicted angle above 93.1 deg"
   int free_parameters = 0;
   int used_samples = 0;
-  int starts = 0;
-  int iterations = 0;
+  std::size_t best_start = 0;
   double rmse_deg = 0;            // over the used samples
-  double robust_cost = 0;         // what was minimised
   double condition = 0;           // of the column-scaled Jacobian
   Eigen::VectorXd predicted_deg;  // whole recording, saturated like the model
   model::Channel channel;         // blocks, saturation and rest angle; the caller names it and its input

@@ -4,25 +4,54 @@
 #include <cmath>
 
 namespace flexor::identify {
+namespace {
 
-std::vector<Fold> folds(const Structure& structure, const Data& data,
-                        const std::function<void()>& before_each) {
-  std::vector<std::size_t> used;
-  for (std::size_t k = 0; k < data.use.size(); ++k) {
-    if (data.use[k]) used.push_back(k);
+using Eigen::Index;
+
+constexpr std::size_t kFolds = 6;
+constexpr std::size_t kMostFolds = 8;  // where whole recordings are left out
+constexpr double kGuard_s = 1;
+
+}  // namespace
+
+std::vector<Fold> folds_of(const std::vector<Index>& used, const std::vector<Index>& begin, double period_s) {
+  const auto place = [&](Index sample) {
+    return static_cast<std::size_t>(std::ranges::lower_bound(used, sample) - used.begin());
+  };
+  const std::size_t n = begin.size() - 1;
+  std::vector<Fold> out(n > 2 ? std::min(n, kMostFolds) : kFolds);
+  const auto add = [&](Fold& fold, std::size_t from, std::size_t to) {
+    const auto guard = std::min(std::lround(kGuard_s / period_s), static_cast<long>(to - from) / 4);
+    if (from < to) fold.push_back({used[from], used[to - 1], guard});
+  };
+  for (std::size_t f = 0; f < out.size(); ++f) {
+    if (n > 2) {
+      add(out[f], place(begin[f * n / out.size()]), place(begin[(f + 1) * n / out.size()]));
+      continue;
+    }
+    for (std::size_t s = 0; s < n; ++s) {
+      const std::size_t from = place(begin[s]);
+      const std::size_t size = place(begin[s + 1]) - from;
+      add(out[f], from + size * f / out.size(), from + size * (f + 1) / out.size());
+    }
   }
-  const auto guard = static_cast<std::size_t>(std::lround(kGuard_s / data.period_s));
-  std::vector<Fold> all;
-  for (std::size_t block = 0; block < kBlocks; ++block) {
-    Fold fold{used[used.size() * block / kBlocks], used[used.size() * (block + 1) / kBlocks - 1], {}};
+  return out;
+}
+
+std::vector<Summary> fit_folds(const Structure& structure, const Data& data, const std::vector<Fold>& folds,
+                               const Options& options, const std::function<void()>& before_each) {
+  std::vector<Summary> out;
+  for (const Fold& fold : folds) {
     Data rest = data;
-    const std::size_t end = std::min(fold.last + guard + 1, rest.use.size());
-    for (std::size_t k = fold.first - std::min(fold.first, guard); k < end; ++k) rest.use[k] = 0;
+    for (const Block& block : fold) {
+      const Index end = std::min(block.last + block.guard + 1, std::ssize(rest.use));
+      for (Index k = std::max<Index>(block.first - block.guard, 0); k < end; ++k)
+        rest.use[static_cast<std::size_t>(k)] = 0;
+    }
     if (before_each) before_each();
-    fold.summary = fit(structure, rest);
-    all.push_back(std::move(fold));
+    out.push_back(fit(structure, rest, options));
   }
-  return all;
+  return out;
 }
 
 }  // namespace flexor::identify

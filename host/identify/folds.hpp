@@ -1,28 +1,30 @@
-// Blocked cross-validation of a chain: the used samples are cut into contiguous blocks of equal length; each is left out once,
-// with a guard of one second on either side, the structure fitted to the rest, knots and starting points included, and the
-// block predicted.
+// Cross-validation: which samples are left out together, the same for every candidate.
+//
+// Blocks of samples in time, six of each recording, of two recordings the same parts, since they may be one motion; whole recordings
+// where there are more than two. Beside each block a guard of a second, a quarter of the block at most, is not fitted either.
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "host/identify/fit.hpp"
 
 namespace flexor::identify {
 
-inline constexpr int kBlocks = 4;
-inline constexpr double kGuard_s = 1.0;
-
-// One block left out: the fit to the rest, and which samples it never saw.
-struct Fold {
-  std::size_t first = 0;  // of the block's samples, both ends included
-  std::size_t last = 0;
-  Summary summary;
+// Samples of one recording, both ends included, and how many on either side are not fitted.
+struct Block {
+  Eigen::Index first;
+  Eigen::Index last;
+  Eigen::Index guard;
 };
+using Fold = std::vector<Block>;
 
-// Each fold takes knots, starting points and parameters from its own training part alone. Throws io::JobError
-// when a block's complement cannot be fitted. `before_each` fit may throw.
-std::vector<Fold> folds(const Structure& structure, const Data& data,
-                        const std::function<void()>& before_each = {});
+// `used`: the samples whose error counts, ascending; `begin`: the first sample of each recording, and the end.
+std::vector<Fold> folds_of(const std::vector<Eigen::Index>& used, const std::vector<Eigen::Index>& begin,
+                           double period_s);
+
+// A chain's fits to all but each fold: knots, starting points and parameters come from that part alone. Throws
+// io::JobError when one cannot be fitted. `before_each` fit may throw.
+std::vector<Summary> fit_folds(const Structure& structure, const Data& data, const std::vector<Fold>& folds,
+                               const Options& options, const std::function<void()>& before_each = {});
 
 }  // namespace flexor::identify

@@ -12,13 +12,13 @@
 #include <numeric>
 #include <optional>
 
+#include "host/identify/chain_fit.hpp"
 #include "host/identify/estimator.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/joint_fit.hpp"
 #include "host/identify/map_check.hpp"
 #include "host/identify/motion_check.hpp"
 #include "host/identify/poses.hpp"
-#include "host/identify/published_form.hpp"
 #include "host/identify/refit.hpp"
 #include "host/identify/structure_text.hpp"
 #include "host/io/io.hpp"
@@ -323,6 +323,18 @@ model::Model start_model(const HandRequest& request, const std::vector<Files>& f
 
 using HeldOut = std::map<std::string, std::vector<double>>;  // a baseline's estimates
 
+model::Model baseline_model(const std::string& structure, const std::vector<Session>& sessions,
+                            const model::Model& inputs, const JointMap& joint) {
+  const WantedStructure wanted = parse_structure(structure, 1);
+  if (const auto* chain = std::get_if<Chain>(&wanted))
+    return fit_rival(*chain, sessions, inputs, joint, 0).model;
+  const auto no_drift = [](const Additive&) { return 0.0; };
+  const auto any = [](const Additive&) { return true; };
+  const std::vector<Additive> fits = fit_additive(sessions, inputs.sample_period_s, joint.joint,
+                                                  std::get<Candidates>(wanted), no_drift, 0, any, {});
+  return joint_model(inputs, fits.front(), joint);
+}
+
 // One of a joint's baselines by the same estimator and the same road, whether it can be worn or not; a joint that it
 // cannot be fitted to lacks it.
 void score_baseline(const std::string& name, const std::string& structure, const JointMap& map,
@@ -332,16 +344,11 @@ void score_baseline(const std::string& name, const std::string& structure, const
   std::vector<Session> sessions;
   for (const Sampled& sampled : samples) sessions.push_back(session_of({sampled.sensor[j].front()}));
   try {
-    const auto no_drift = [](const Additive&) { return 0.0; };
-    const auto any = [](const Additive&) { return true; };
-    const Additive fit =
-        fit_additive(sessions, inputs.sample_period_s, own.joint,
-                     std::get<Candidates>(parse_structure(structure, 1)), no_drift, 0, any, {})
-            .front();
-    const auto estimated = estimates(joint_model(inputs, fit, own), files, samples, {j});
+    const model::Model model = baseline_model(structure, sessions, inputs, own);
+    const auto estimated = estimates(model, files, samples, {j});
     const PairsDegrees& all = estimated.front();
     held[name] = held_out(all, samples, j);
-    for (std::size_t p = 0; p < all.size(); ++p) {
+    for (std::size_t p = 0; p < all.size() && name.starts_with("line"); ++p) {
       JointSamples& of = joint.samples[p];
       (name == "line" ? of.line_deg : of.line_lead_deg) = shared(all[p], samples[p].sensor[j].front());
     }
@@ -371,18 +378,6 @@ void score_least_squares(const std::vector<Sampled>& samples, std::size_t j, Hel
   }
   held["static_curve"] = score::least_squares_curve(reading, angle, line);
   for (double& u : line) u = offset + gain * u;
-}
-
-void score_published_form(const std::vector<Sampled>& samples, std::size_t j, JointResult& joint,
-                          HeldOut& held) {
-  std::vector<const recording::Aligned*> own;
-  for (const Sampled& sampled : samples) own.push_back(&sampled.sensor[j].front());
-  const PublishedForm form = published_form(own);
-  if (form.refusal.empty()) {
-    held["published_form"] = form.held_out_deg;
-  } else {
-    joint.baseline_refusals.push_back("published_form: " + form.refusal);
-  }
 }
 
 // Of the measured angle outside pauses.
@@ -448,7 +443,8 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
     score_least_squares(samples, j, baselines);
     score_baseline("line", "line", request.map[j], inputs, files, samples, j, joint, baselines);
     score_baseline("line_lead", "line-lead", request.map[j], inputs, files, samples, j, joint, baselines);
-    score_published_form(samples, j, joint, baselines);
+    score_baseline("published_form", std::string(kPublishedForm), request.map[j], inputs, files, samples, j,
+                   joint, baselines);
     const Held held = held_of(samples, j);
     const std::vector<double> own = held_out(estimated[j], samples, j);
     joint.holdout = held.score(own);
@@ -878,12 +874,14 @@ Json to_json(const HandIdentification& r) {
     for (const auto& [name, score] : joint.baselines) baselines[name] = score::to_json(score);
     Json rows = Json::array();
     for (const CandidateRow& row : joint.rows) {
-      Json one = {{"structure", row.structure},
-                  {"chosen", row.chosen},
-                  {"cross_validated_rmse_deg", row.cross_validated_deg},
-                  {"fitted_rmse_deg", row.fitted_rmse_deg},
-                  {"effective_parameters", row.parameters},
-                  {"hold_drift_deg", row.hold_drift_deg ? Json(*row.hold_drift_deg) : Json(nullptr)}};
+      Json one = {
+          {"structure", row.structure},
+          {"chosen", row.chosen},
+          {"cross_validated_rmse_deg",
+           row.cross_validated_deg ? Json(*row.cross_validated_deg) : Json(nullptr)},
+          {"fitted_rmse_deg", std::isnan(row.fitted_rmse_deg) ? Json(nullptr) : Json(row.fitted_rmse_deg)},
+          {"effective_parameters", row.parameters},
+          {"hold_drift_deg", row.hold_drift_deg ? Json(*row.hold_drift_deg) : Json(nullptr)}};
       if (!row.refusal.empty()) one["refusal"] = row.refusal;
       rows.push_back(std::move(one));
     }

@@ -205,6 +205,9 @@ TEST_F(Hand, WhatWasProvenIsFittedToEverything) {
   const HandIdentification whole = identify_hand(all, {});
   EXPECT_EQ(whole.joints[0].holdout.rmse_deg, half.joints[0].holdout.rmse_deg) << "the proof is the half's";
   EXPECT_NE(whole.model.blocks, half.model.blocks);
+  ASSERT_EQ(whole.model.blocks.size(), half.model.blocks.size()) << "the proven structure, fitted to more";
+  for (std::size_t b = 0; b < half.model.blocks.size(); ++b)
+    EXPECT_EQ(whole.model.blocks[b].kind.index(), half.model.blocks[b].kind.index());
 }
 
 // The errors that a model states are those that it makes on data that it never saw.
@@ -243,8 +246,6 @@ TEST_F(Hand, ALineIsALine) {
   const HandIdentification r = identify_hand(line, {});
   EXPECT_EQ(r.joints[0].structure, "line");
   EXPECT_NEAR(r.joints[0].holdout.rmse_deg, r.joints[0].baselines.at("line").rmse_deg, 1e-9);
-  line.structure = "banana";
-  EXPECT_NE(refusal([&] { identify_hand(line, {}); }).find("unknown block banana"), std::string::npos);
 }
 
 // Whatever the second half says, the model is the same; only its score differs.
@@ -437,17 +438,6 @@ TEST_F(Hand, AnAngleThatIsASpikeIsLeftOut) {
     EXPECT_NEAR(r.joints[0].holdout.rmse_deg, clean_deg, 0.05) << row;
     EXPECT_TRUE(warned(r, "lie far from all others, the first is 1e+06")) << row;
   }
-}
-
-// What is worn is what was proven, fitted to more.
-TEST_F(Hand, WhatIsFittedToAllHasTheProvenStructure) {
-  HandRequest r = request({write("one", 60, 1)}, "index=a_adc:index_deg,thumb=b_adc+a_adc:thumb_deg");
-  r.fit_all = true;
-  const HandIdentification all = identify_hand(r, {});
-  EXPECT_EQ(all.model.blocks.size(), all.proven.blocks.size());
-  EXPECT_NE(all.model.blocks, all.proven.blocks);
-  for (std::size_t b = 0; b < all.proven.blocks.size(); ++b)
-    EXPECT_EQ(all.model.blocks[b].kind.index(), all.proven.blocks[b].kind.index());
 }
 
 TEST_F(Hand, AFewSamplesAreNoProof) {
@@ -679,7 +669,6 @@ struct RealHand {
   const char* map;
   double low[2];
   double high[2];
-  double drift_deg;  // in a minute, of readings that are held: more where the sensor creeps
 };
 
 void PrintTo(const RealHand& c, std::ostream* out) { *out << c.folder << ' ' << c.map; }
@@ -728,20 +717,19 @@ TEST_P(RealHands, BothJointsOfOneCommandAreAsGoodAsWasMeasured) {
     const JointResult& joint = r.joints[j];
     EXPECT_LT(joint.holdout.rmse_deg, c.high[j]) << c.folder << ' ' << joint.name;
     EXPECT_GT(joint.holdout.rmse_deg, c.low[j]) << c.folder << ' ' << joint.name;
-    EXPECT_LE(joint.hold_drift_deg, c.drift_deg) << c.folder << ' ' << joint.name;
+    EXPECT_LE(joint.hold_drift_deg, 1) << c.folder << ' ' << joint.name;
     EXPECT_LT(joint.holdout.rmse_deg, joint.baselines.at("published_form").rmse_deg);
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Glove, RealHands,
-    testing::Values(RealHand{"index_ind2", "a=SensorA1:∠ABC,b=SensorA1:∠BCD", {0.9, 0.8}, {1.2, 1.0}, 1},
-                    RealHand{"middle_mid1", "a=SensorA2:∠ABC,b=SensorA2:∠BCD", {3.5, 3.8}, {4.2, 4.6}, 8},
+    testing::Values(RealHand{"index_ind2", "a=SensorA1:∠ABC,b=SensorA1:∠BCD", {0.9, 0.8}, {1.2, 1.0}},
+                    RealHand{"middle_mid1", "a=SensorA2:∠ABC,b=SensorA2:∠BCD", {3.5, 4.0}, {4.3, 4.9}},
                     RealHand{"middle_mid1",
                              "a=SensorA2+SensorA0+SensorA1:∠ABC,b=SensorA2+SensorA0+SensorA1:∠BCD",
                              {2.8, 3.0},
-                             {3.5, 4.2},
-                             1}));
+                             {3.5, 4.2}}));
 
 }  // namespace
 }  // namespace flexor::identify

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "host/identify/folds.hpp"
@@ -39,20 +40,26 @@ std::vector<Structure> structures() {
           blocks_of("hysteresis(1) > curve(6) > lti(1) > saturation")};
 }
 
+std::vector<Fold> folds(const Data& data) {
+  std::vector<Eigen::Index> used(data.use.size());
+  std::iota(used.begin(), used.end(), 0);
+  return folds_of(used, {0, std::ssize(data.use)}, data.period_s);
+}
+
 TEST(HeldBack, KnotsOfAFoldLieWhereItsOwnTrainingPartIs) {
   const Data data = recorded();
   for (const Structure& structure : structures()) {
-    const std::vector<Fold> all = folds(structure, data);
-    ASSERT_EQ(all.size(), static_cast<std::size_t>(kBlocks));
-    const Fold& third = all[2];
+    const std::vector<Fold> all = folds(data);
+    ASSERT_EQ(all.size(), 6U);
+    const Block& third = all[2].front();
     double low = 1e9;
     double high = -1e9;
-    for (std::size_t k = 0; k < data.use.size(); ++k) {
+    for (Eigen::Index k = 0; k < data.input.size(); ++k) {
       if (k >= third.first && k <= third.last) continue;
-      low = std::min(low, data.input(static_cast<Eigen::Index>(k)));
-      high = std::max(high, data.input(static_cast<Eigen::Index>(k)));
+      low = std::min(low, data.input(k));
+      high = std::max(high, data.input(k));
     }
-    const Knots& knots = third.summary.knots;
+    const Knots knots = fit_folds(structure, data, {all[2]}, {}).front().knots;
     for (const auto* x : {&knots.input, &knots.output}) {
       if (x->empty()) continue;
       EXPECT_GE(x->front(), low) << text_of(structure);
@@ -63,20 +70,16 @@ TEST(HeldBack, KnotsOfAFoldLieWhereItsOwnTrainingPartIs) {
 
 TEST(HeldBack, OtherAnglesInABlockDoNotMoveTheFoldThatLeavesItOut) {
   const Data data = recorded();
+  const std::vector<Fold> all = folds(data);
+  Data spoilt = data;
+  for (Eigen::Index k = all[2].front().first; k <= all[2].front().last; ++k)
+    spoilt.angle_deg(k) = 200 - 3 * data.angle_deg(k);
   for (const Structure& structure : structures()) {
-    const std::vector<Fold> before = folds(structure, data);
-    {
-      const std::size_t block = 2;
-      Data spoilt = data;
-      for (std::size_t k = before[block].first; k <= before[block].last; ++k) {
-        spoilt.angle_deg(static_cast<Eigen::Index>(k)) =
-            200 - 3 * data.angle_deg(static_cast<Eigen::Index>(k));
-      }
-      const std::vector<Fold> after = folds(structure, spoilt);
-      EXPECT_EQ(after[block].summary.theta, before[block].summary.theta) << text_of(structure) << block;
-      EXPECT_EQ(after[block].summary.knots.input, before[block].summary.knots.input);
-      EXPECT_NE(after[1].summary.theta, before[1].summary.theta) << "the other folds do see it";
-    }
+    const std::vector<Summary> before = fit_folds(structure, data, {all[1], all[2]}, {});
+    const std::vector<Summary> after = fit_folds(structure, spoilt, {all[1], all[2]}, {});
+    EXPECT_EQ(after[1].theta, before[1].theta) << text_of(structure);
+    EXPECT_EQ(after[1].knots.input, before[1].knots.input);
+    EXPECT_NE(after[0].theta, before[0].theta) << "the other folds do see it";
   }
 }
 
@@ -84,16 +87,16 @@ TEST(HeldBack, OtherAnglesInABlockDoNotMoveTheFoldThatLeavesItOut) {
 // knots, and next to nothing in the parameters.
 TEST(HeldBack, OtherReadingsInABlockDoNotMoveTheFoldThatLeavesItOut) {
   const Data data = recorded();
+  const Fold third = folds(data)[2];
+  Data spoilt = data;
+  for (Eigen::Index k = third.front().first; k <= third.front().last; ++k)
+    spoilt.input(k) = 2000 + 500 * std::sin(0.2 * static_cast<double>(k));
   for (const Structure& structure : structures()) {
-    const std::vector<Fold> before = folds(structure, data);
-    Data spoilt = data;
-    for (std::size_t k = before[2].first; k <= before[2].last; ++k) {
-      spoilt.input(static_cast<Eigen::Index>(k)) = 2000 + 500 * std::sin(0.2 * static_cast<double>(k));
-    }
-    const std::vector<Fold> after = folds(structure, spoilt);
-    EXPECT_EQ(after[2].summary.knots.input, before[2].summary.knots.input) << text_of(structure);
-    EXPECT_EQ(after[2].summary.knots.output, before[2].summary.knots.output) << text_of(structure);
-    EXPECT_NEAR(after[2].summary.rmse_deg, before[2].summary.rmse_deg, 0.02) << text_of(structure);
+    const Summary before = fit_folds(structure, data, {third}, {}).front();
+    const Summary after = fit_folds(structure, spoilt, {third}, {}).front();
+    EXPECT_EQ(after.knots.input, before.knots.input) << text_of(structure);
+    EXPECT_EQ(after.knots.output, before.knots.output) << text_of(structure);
+    EXPECT_NEAR(after.rmse_deg, before.rmse_deg, 0.02) << text_of(structure);
   }
 }
 

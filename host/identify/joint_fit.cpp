@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 #include <ranges>
 
 #include "host/identify/chain_fit.hpp"
@@ -22,6 +24,8 @@ using io::InputError;
 constexpr double kMostDrift_deg = 1;
 constexpr double kCreepPays = 0.1;  // of the error: less is not worth an angle that goes on in a hold
 constexpr double kWandersAlike = 1.5;
+constexpr double kSure =
+    1.5;  // standard errors over six folds: nine of ten gains by chance are less (Student's t)
 constexpr int kAttacks = 15;  // of the search for fixed point's error
 constexpr int kReadings = 5000;
 constexpr double kNearly = 0.5;               // what a short search finds is less than what there is
@@ -78,6 +82,7 @@ JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& 
   out.fitted_samples = fit.samples;
   out.fitted_rmse_deg = fit.fitted_rmse_deg;
   out.cross_validated_deg = fit.cross_validated_deg;
+  out.fold_loss = fit.plain_loss;
   out.effective = fit.effective;
   out.condition = fit.condition;
   std::vector<Eigen::Index> order;
@@ -90,7 +95,7 @@ JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& 
 }
 
 // By how much the loss over the folds is less than the other's, in standard errors of the difference.
-double gain_in_errors(const Additive& one, const Additive& other) {
+double gain_in_errors(const JointFit& one, const JointFit& other) {
   const Eigen::Map<const Eigen::ArrayXd> a(one.fold_loss.data(), std::ssize(one.fold_loss));
   const Eigen::Map<const Eigen::ArrayXd> b(other.fold_loss.data(), std::ssize(other.fold_loss));
   const Eigen::ArrayXd gain = b - a;
@@ -99,18 +104,20 @@ double gain_in_errors(const Additive& one, const Additive& other) {
 }
 
 // Why `one`, which creeps back after its sensor, is not worth more than the best that holds still; empty: it is. While the finger
-// itself holds still it may wander no more than half as much again.
-std::string creep_refusal(const Additive& one, double wander_deg, const Additive& still, double still_deg) {
-  const double most_deg = kWandersAlike * std::max(still_deg, kMostDrift_deg);
-  if (wander_deg > most_deg) {
+// itself holds still its error may wander by half as much again.
+std::string creep_refusal(const JointFit& one, const JointFit& still, const std::vector<Session>& sessions) {
+  const double wander = wander_deg(one.model, sessions, one.sensors);
+  const double most_deg =
+      kWandersAlike * std::max(wander_deg(still.model, sessions, still.sensors), kMostDrift_deg);
+  if (wander > most_deg) {
     return fmt::format(
         "while the finger holds still its error wanders by {:.1f} degrees, at most {:.1f} are allowed",
-        wander_deg, most_deg);
+        wander, most_deg);
   }
   const bool pays = one.cross_validated_deg <= (1 - kCreepPays) * still.cross_validated_deg;
-  if (pays && gain_in_errors(one, still) > 1) return "";
+  if (pays && gain_in_errors(one, still) > kSure) return "";
   return fmt::format("held still, its angle drifts by {:.1f} degrees within a minute, for too small a gain",
-                     *one.hold_drift_deg);
+                     one.hold_drift_deg);
 }
 
 JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessions,
@@ -149,17 +156,15 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
   const std::vector<Additive> all = fit_additive(sessions, inputs.sample_period_s, joint.joint, candidates,
                                                  drift, kMostDrift_deg, accept, counted);
   if (!best) throw io::JobError(fmt::format("{}: {}", joint.joint, refusals.front()));
-  const auto wander = [&](const Additive& fit) {
-    return wander_deg(joint_model(inputs, fit, joint), sessions, joint.sensors);
-  };
-  const Additive still = *best;
-  for (const auto& [row, one] : creeping | std::views::reverse) {
-    refusals[row] = creep_refusal(one, wander(one), still, wander(still));
+  JointFit out = taken(*best, inputs, joint);
+  const JointFit still = out;
+  for (const auto& [row, fit] : creeping | std::views::reverse) {
+    JointFit one = taken(fit, inputs, joint);
+    refusals[row] = creep_refusal(one, still, sessions);
     if (!refusals[row].empty()) continue;
-    best = one;
+    out = std::move(one);
     at = row;
   }
-  JointFit out = taken(*best, inputs, joint);
   out.untried = untried;
   for (std::size_t k = 0; k < all.size(); ++k) {
     out.rows.push_back({describe(all[k].branches), all[k].cross_validated_deg, all[k].fitted_rmse_deg,
@@ -169,9 +174,57 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
   return out;
 }
 
+// Why this chain is not taken in place of `best`; empty: it is.
+std::string chain_refusal(const JointFit& chain, const JointFit& best, const std::vector<Session>& sessions) {
+  if (chain.fold_loss.empty()) {
+    return fmt::format("it fits the part by {:.2f} degrees; the best errs by {:.2f} on what it did not see",
+                       chain.fitted_rmse_deg, best.cross_validated_deg);
+  }
+  const bool creeps = chain.hold_drift_deg > kMostDrift_deg;
+  std::string out = refusal_of(chain.model, creeps ? 0 : chain.hold_drift_deg);
+  if (out.empty()) out = imprecision_of(chain.model);
+  if (!out.empty()) return out;
+  if (creeps) return creep_refusal(chain, best, sessions);
+  const bool better = chain.cross_validated_deg < (1 - kAsGood) * best.cross_validated_deg;
+  return better && gain_in_errors(chain, best) > 1 ? ""
+                                                   : "no better than the best by more than a standard error";
+}
+
+// Chains beside the best sum, over the same folds.
+void let_chains_compete(const std::vector<Session>& sessions, const model::Model& inputs,
+                        const JointMap& joint, const Step& step, JointFit& best) {
+  constexpr std::array<std::string_view, 5> kChains = {kPublishedForm, "linear-dynamic", "wiener", "hw",
+                                                       "hysteresis-hw"};
+  for (std::size_t k = 0; k < kChains.size(); ++k) {
+    if (step && !step(k, kChains.size(), fmt::format("{}: {}", joint.joint, kChains[k]))) {
+      best.untried += kChains.size() - k;
+      return;
+    }
+    const auto chain = std::get<Chain>(parse_structure(kChains[k], 1));
+    try {
+      JointFit one = fit_rival(chain, sessions, inputs, joint, best.cross_validated_deg);
+      one.sensors = joint.sensors;
+      CandidateRow& row = one.rows.front();
+      row.refusal = chain_refusal(one, best, sessions);
+      row.chosen = row.refusal.empty();
+      JointFit& other = row.chosen ? best : one;
+      for (CandidateRow& of : other.rows) of.chosen = false;
+      one.rows.insert(one.rows.begin(), best.rows.begin(), best.rows.end());
+      best.rows = one.rows;
+      one.untried = best.untried;
+      if (best.rows.back().chosen) best = std::move(one);
+    } catch (const io::JobError& error) {  // too few samples for it
+      best.rows.push_back({text_of(chain), std::nullopt, std::nan(""), 0, std::nullopt, error.what()});
+    }
+  }
+}
+
 // One sensor where it is as good as several, with the rows of both.
 JointFit better(JointFit several, JointFit one) {
-  const bool fewer = one.cross_validated_deg <= (1 + kAsGood) * several.cross_validated_deg;
+  const auto loss = [](const JointFit& fit) {
+    return std::accumulate(fit.fold_loss.begin(), fit.fold_loss.end(), 0.0);
+  };
+  const bool fewer = loss(one) <= (1 + kAsGood) * (1 + kAsGood) * loss(several);
   for (CandidateRow& row : one.rows) row.structure = one.sensors.front() + " alone: " + row.structure;
   JointFit& other = fewer ? several : one;
   for (CandidateRow& row : other.rows) row.chosen = false;
@@ -238,11 +291,15 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
   if (const auto* chain = std::get_if<Chain>(&wanted))
     return fit_one_chain(*chain, sessions, inputs, joint, step);
   JointFit out = fit_sum(std::get<Candidates>(wanted), sessions, inputs, joint, step);
-  if (structure != "auto" || joint.sensors.size() == 1) return out;
+  if (structure != "auto") return out;
+  if (joint.sensors.size() == 1) {
+    let_chains_compete(sessions, inputs, joint, step, out);
+    return out;
+  }
   std::vector<Session> own = sessions;
   for (Session& session : own) session.input = session.input.leftCols(1).eval();
   const JointMap alone{joint.joint, {joint.sensors.front()}, joint.reference};
-  return better(std::move(out), fit_sum(candidates(structure, 1), own, inputs, alone, step));
+  return better(std::move(out), fit_joint(own, inputs, alone, structure, step));
 }
 
 }  // namespace flexor::identify

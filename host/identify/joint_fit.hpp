@@ -1,7 +1,9 @@
 // The compensator of one joint: the chain that was asked for (chain_fit.hpp), or of the additive candidates
 // (additive.hpp), best first, the first that can be worn. It holds still when the finger does, to a degree in a minute,
 // and by itself it fits the glove's integers within 0.055 degree (of several sensors 0.06), since deploy searches all
-// joints together and finds more; where none is so precise, the best that holds still. Of several sensors the own
+// joints together and finds more; where none is so precise, the best that holds still. A candidate that creeps back after its sensor is taken in
+// its place where its cross-validated error is a tenth lower, its loss lower by more than a standard error over the folds, and its
+// error wanders no more in the holds that the reference itself shows. Of several sensors the own
 // one alone is tried as well, and taken where it is as good. Of readings that no board takes the integers are not asked for.
 #pragma once
 
@@ -20,7 +22,7 @@ inline constexpr const char* kStopped = "stopped before all structures were trie
 
 struct CandidateRow {
   std::string structure;
-  double cross_validated_deg = 0;
+  std::optional<double> cross_validated_deg;  // none: its fit alone is worse than what others reach there
   double fitted_rmse_deg = 0;
   double parameters = 0;                 // effective
   std::optional<double> hold_drift_deg;  // none: a better one was worth wearing before
@@ -40,6 +42,7 @@ struct JointFit {
   int fitted_samples = 0;
   double fitted_rmse_deg = 0;
   double cross_validated_deg = 0;  // root mean square
+  std::vector<double> fold_loss;   // of the same estimates: mean of each fold (robust.hpp)
   double effective = 0;            // parameters that the data determine
   double condition = 0;
   std::size_t untried = 0;  // structures of the search that was stopped

@@ -46,15 +46,6 @@ Truth dead_zone_truth() {
   return t;
 }
 
-Truth curve_truth() {
-  Truth t{"Curve", blocks_of("curve(5) > lti(1) > saturation"), {60, 250, 480, 700, 960}};
-  t.values = {5, 38, 52, 80, 112};
-  t.pole_rad_s = -3.5;
-  t.lower_deg = 30;
-  t.upper_deg = 88;
-  return t;
-}
-
 // Everything at once: dead zone, curve behind it, pole, saturation.
 Truth dead_zone_and_curve_truth() {
   Truth t{"DeadZoneAndCurve", blocks_of("curve(5) > lti(1) > saturation"), {-300, -120, 0, 200, 400}};
@@ -187,8 +178,7 @@ TEST_P(Recovery, EveryParameterWithinThreeOfItsHonestStandardErrors) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Systems, Recovery,
-                         testing::Values(dead_zone_truth(), curve_truth(), dead_zone_and_curve_truth(),
-                                         hysteresis_truth()),
+                         testing::Values(dead_zone_truth(), dead_zone_and_curve_truth(), hysteresis_truth()),
                          [](const auto& instance) { return std::string(instance.param.name); });
 
 // Noise that comes in runs, as a camera's does.
@@ -198,8 +188,8 @@ Truth coloured(Truth t) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Coloured, Recovery,
-                         testing::Values(coloured(dead_zone_truth()), coloured(curve_truth()),
-                                         coloured(dead_zone_and_curve_truth()), coloured(hysteresis_truth())),
+                         testing::Values(coloured(dead_zone_truth()), coloured(dead_zone_and_curve_truth()),
+                                         coloured(hysteresis_truth())),
                          [](const auto& instance) { return std::string(instance.param.name); });
 
 }  // namespace

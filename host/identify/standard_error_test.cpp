@@ -1,7 +1,6 @@
 // The curves' standard errors on real recordings beside those of a block bootstrap, which leans on other assumptions:
 // blocks of 20 s of the fitted part drawn with replacement, the same structure fitted to each draw with knots and priors of
-// its own. They are small where those choices spread, and smaller where a sensor creeps: how much of an angle is the curve's
-// and how much its creep's the draws decide anew.
+// its own. They are small where those choices spread.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,8 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr double kSample_s = 0.05;
 constexpr double kBlock_s = 20;
-constexpr double kJoin_s =
-    1;  // at the start of each block, where plays and lags remember another one: three lags at least
+constexpr double kJoin_s = 1;  // at the start of each block, where plays and lags remember another one
 constexpr int kDraws = 60;
 
 Session fitted_part(const JointSamples& samples) {
@@ -31,7 +29,7 @@ Session fitted_part(const JointSamples& samples) {
   return out;
 }
 
-Session drawn(const Session& from, double join_s, std::mt19937& random) {
+Session drawn(const Session& from, std::mt19937& random) {
   const auto block = static_cast<Eigen::Index>(kBlock_s / kSample_s);
   const Eigen::Index n = from.angle_deg.size();
   Session out;
@@ -43,7 +41,7 @@ Session drawn(const Session& from, double join_s, std::mt19937& random) {
     out.input(k, 0) = from.input(source, 0);
     out.angle_deg(k) = from.angle_deg(source);
     out.use.push_back(from.use[static_cast<std::size_t>(source)] &&
-                      static_cast<double>(k % block) * kSample_s >= join_s);
+                      static_cast<double>(k % block) * kSample_s >= kJoin_s);
   }
   return out;
 }
@@ -73,7 +71,6 @@ double curve_deg(const Additive& fit, double reading) {
 struct RecordedHand {
   const char* folder;
   const char* map;
-  double least_ratio;
 };
 
 void PrintTo(const RecordedHand& c, std::ostream* out) { *out << c.folder; }
@@ -93,15 +90,13 @@ TEST_P(StandardErrors, AreThoseOfABlockBootstrap) {
   for (const JointResult& joint : hand.joints) {
     const Session session = fitted_part(joint.samples.front());
     const auto structure = std::get<Candidates>(parse_structure(joint.text, 1));
-    double join_s = kJoin_s;
-    for (const double lag_s : structure.branches.front().lags_s) join_s = std::max(join_s, 3 * lag_s);
     const Additive all = fitted_to(session, structure);
     const std::vector<double>& knots = all.knots.front();
     std::vector<double> sum(knots.size());
     std::vector<double> squares(knots.size());
     std::mt19937 random(2019);
     for (int draw = 0; draw < kDraws; ++draw) {
-      const Additive one = fitted_to(drawn(session, join_s, random), structure);
+      const Additive one = fitted_to(drawn(session, random), structure);
       for (std::size_t k = 0; k < knots.size(); ++k) {
         const double y = curve_deg(one, knots[k]);
         sum[k] += y / kDraws;
@@ -118,15 +113,14 @@ TEST_P(StandardErrors, AreThoseOfABlockBootstrap) {
     std::ranges::sort(ratio);
     std::printf("%s median ratio %.2f (%.2f to %.2f)\n", joint.name.c_str(), ratio[ratio.size() / 2],
                 ratio.front(), ratio.back());
-    EXPECT_GT(ratio[ratio.size() / 2], GetParam().least_ratio) << joint.name;
+    EXPECT_GT(ratio[ratio.size() / 2], 0.5) << joint.name;
     EXPECT_LT(ratio[ratio.size() / 2], 1.5) << joint.name;
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Glove, StandardErrors,
-    testing::Values(RecordedHand{"index_ind2", "abc=SensorA1:∠ABC,bcd=SensorA1:∠BCD", 0.5},
-                    RecordedHand{"middle_mid1", "abc=SensorA2:∠ABC,bcd=SensorA2:∠BCD", 0.35}));
+INSTANTIATE_TEST_SUITE_P(Glove, StandardErrors,
+                         testing::Values(RecordedHand{"index_ind2", "abc=SensorA1:∠ABC,bcd=SensorA1:∠BCD"},
+                                         RecordedHand{"middle_mid1", "abc=SensorA2:∠ABC,bcd=SensorA2:∠BCD"}));
 
 }  // namespace
 }  // namespace flexor::identify

@@ -204,8 +204,8 @@ void tried_structures(Page& page, const Json& joint) {
     t.rows.push_back(
         {row.at("structure").get<std::string>() + (refusal.empty() ? "" : ", refused: " + refusal),
          fmt::format("{:.1f}", row.at("effective_parameters").get<double>()),
-         degrees(row.at("fitted_rmse_deg").get<double>()),
-         degrees(row.at("cross_validated_rmse_deg").get<double>()),
+         degrees(number_or_nan(row.at("fitted_rmse_deg"))),
+         degrees(number_or_nan(row.at("cross_validated_rmse_deg"))),
          degrees(number_or_nan(row.at("hold_drift_deg")))});
   }
   page.heading("Structures tried");
@@ -214,8 +214,9 @@ void tried_structures(Page& page, const Json& joint) {
   page.table(t);
   page.paragraph(
       "Marked: the smallest of the best by cross-validation inside the fitted part that holds still when the "
-      "finger does and fits the glove's integers. Parameters: how many the data determine. No drift: a "
-      "better "
+      "finger does and fits the glove's integers, or one that undoes a sensor's creep where that pays. "
+      "Drift: "
+      "of readings that are held for a minute. Parameters: how many the data determine. No drift: a better "
       "one was found before.");
 }
 

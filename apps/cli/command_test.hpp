@@ -32,8 +32,9 @@ inline std::string content(const fs::path& file) {
 
 // Those of progress aside, which come after two seconds: no refusal ends so.
 inline std::ptrdiff_t lines(const std::string& text) {
-  static const std::regex kProgress(R"((.* \d+( of \d+)?(, about \d+ s left)?|.* \.\.\.)\n)",
-                                    std::regex::multiline);
+  static const std::regex kProgress(
+      R"(((?!flexor: |warning: |note: ).* \d+( of \d+)?(, about \d+ s left)?|.* \.\.\.)\n)",
+      std::regex::multiline);
   const std::string said = std::regex_replace(text, kProgress, "");
   return std::count(said.begin(), said.end(), '\n');
 }

@@ -103,8 +103,7 @@ class ChainFitter {
 
  private:
   bool progress() {
-    return !step_ ||
-           step_(done_++, kSlowest_s.size() + 6, fmt::format("{}: {}", joint_.joint, text_of(wanted_)));
+    return !step_ || step_(done_++, kSlowest_s.size(), fmt::format("{}: {}", joint_.joint, text_of(wanted_)));
   }
 
   Data behind(const Chain& chain) const {
@@ -181,7 +180,7 @@ class ChainFitter {
       if (data.use[k]) used.push_back(static_cast<Index>(k));
     }
     const std::vector<Fold> folds = folds_of(used, begin_, data.period_s);
-    const std::vector<Summary> summaries = fit_folds(chain.blocks, data, folds, options, [&] { progress(); });
+    const std::vector<Summary> summaries = fit_folds(chain.blocks, data, folds, options);
     std::vector<std::pair<double, double>> estimates;
     double squares = 0;
     for (std::size_t f = 0; f < folds.size(); ++f) {

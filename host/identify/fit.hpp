@@ -42,9 +42,7 @@ struct Data {
 
 struct Options {
   std::optional<std::size_t> only_start;  // of four; none: all
-  // No pole slower than this; 0: a tenth of the recording. A slow pole also follows what only looks like
-  // dynamics, such as a glove that was put on anew.
-  double slowest_s = 0;
+  double slowest_s = 0;                   // no pole is slower; 0: a tenth of the recording
   // Knots of the input curve, as many as the structure has, instead of quantiles of the input.
   std::vector<double> input_knots;
 };

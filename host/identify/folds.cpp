@@ -35,11 +35,13 @@ std::vector<Fold> folds_of(const std::vector<Index>& used, const std::vector<Ind
       add(out[f], from + size * f / out.size(), from + size * (f + 1) / out.size());
     }
   }
+  std::erase_if(out,
+                [](const Fold& fold) { return fold.empty(); });  // of a recording without a usable sample
   return out;
 }
 
 std::vector<Summary> fit_folds(const Structure& structure, const Data& data, const std::vector<Fold>& folds,
-                               const Options& options, const std::function<void()>& before_each) {
+                               const Options& options) {
   std::vector<Summary> out;
   for (const Fold& fold : folds) {
     Data rest = data;
@@ -48,7 +50,6 @@ std::vector<Summary> fit_folds(const Structure& structure, const Data& data, con
       for (Index k = std::max<Index>(block.first - block.guard, 0); k < end; ++k)
         rest.use[static_cast<std::size_t>(k)] = 0;
     }
-    if (before_each) before_each();
     out.push_back(fit(structure, rest, options));
   }
   return out;

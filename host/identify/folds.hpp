@@ -23,8 +23,8 @@ std::vector<Fold> folds_of(const std::vector<Eigen::Index>& used, const std::vec
                            double period_s);
 
 // A chain's fits to all but each fold: knots, starting points and parameters come from that part alone. Throws
-// io::JobError when one cannot be fitted. `before_each` fit may throw.
+// io::JobError when one cannot be fitted.
 std::vector<Summary> fit_folds(const Structure& structure, const Data& data, const std::vector<Fold>& folds,
-                               const Options& options, const std::function<void()>& before_each = {});
+                               const Options& options);
 
 }  // namespace flexor::identify

@@ -736,7 +736,9 @@ bool fit_again(const HandRequest& request, const std::vector<Files>& files, Hand
   for (const std::size_t j : joints) {
     const double part_deg = rmse_deg(r.joints[j].samples);
     const double all_deg = rmse_deg(series_of(samples, j, estimated[j]));
-    if (all_deg <= kWorse * part_deg) {
+    const auto chosen = std::ranges::find(again.joints[j].rows, true, &CandidateRow::chosen);
+    const bool fits_board = chosen == again.joints[j].rows.end() || chosen->refusal.empty();
+    if (fits_board && all_deg <= kWorse * part_deg) {
       append(again.joints[j].model, again.model);
       r.joints[j].donnings = again.joints[j].donnings;
       r.joints[j].hold_drift_deg = again.joints[j].hold_drift_deg;  // of what is worn
@@ -744,9 +746,9 @@ bool fit_again(const HandRequest& request, const std::vector<Files>& files, Hand
     }
     append(r.joints[j].model, again.model);
     r.warnings.push_back(fmt::format(
-        "{}: fitted to all it errs by {:.1f} deg, fitted to the first part by {:.1f}: the model is "
+        "{}: fitted to all it errs by {:.1f} deg, fitted to the first part by {:.1f}{}: the model is "
         "the one of the first part",
-        r.joints[j].name, all_deg, part_deg));
+        r.joints[j].name, all_deg, part_deg, fits_board ? "" : ", and " + chosen->refusal));
     if (request.refit) return false;
   }
   r.model = std::move(again.model);

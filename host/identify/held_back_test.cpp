@@ -1,7 +1,6 @@
 // What cross-validation leaves out must not help to choose the fold's knots, its start or its parameters.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <random>

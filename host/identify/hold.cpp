@@ -12,9 +12,9 @@ using Compensator = model::Compensator<model::DoubleArithmetic>;
 
 constexpr double kHold_s = 60;
 constexpr double kSettle_s = 1;
-constexpr double kHeld_s = 1;        // a hold of the finger itself
-constexpr double kHeld_deg = 2;      // likewise
-constexpr Eigen::Index kHolds = 40;  // of each session
+constexpr double kHeld_s = 1;       // a hold of the finger itself
+constexpr double kHeld_deg = 2;     // likewise
+constexpr std::size_t kHolds = 40;  // of each session
 
 double drift_deg(Compensator compensator, const std::vector<double>& reading, double period_s) {
   std::vector<double> settled(compensator.joints());
@@ -31,18 +31,14 @@ double drift_deg(Compensator compensator, const std::vector<double>& reading, do
   return worst;
 }
 
-std::vector<Eigen::Index> input_columns(const model::Model& model, const std::vector<std::string>& sensors) {
-  std::vector<Eigen::Index> out;
-  for (const model::Input& input : model.inputs)
-    out.push_back(std::ranges::find(sensors, input.name) - sensors.begin());
-  return out;
-}
-
-// Readings of a row, in the order of the model's inputs.
-std::vector<double> reading_at(const Session& session, const std::vector<Eigen::Index>& column,
-                               Eigen::Index row) {
-  std::vector<double> out;
-  for (const Eigen::Index c : column) out.push_back(session.input(row, c));
+// The model's readings, row by row.
+std::vector<std::vector<double>> readings_of(const model::Model& model, const Session& session,
+                                             const std::vector<std::string>& sensors) {
+  std::vector<std::vector<double>> out(static_cast<std::size_t>(session.input.rows()));
+  for (const model::Input& input : model.inputs) {
+    const auto column = session.input.col(std::ranges::find(sensors, input.name) - sensors.begin());
+    for (std::size_t k = 0; k < out.size(); ++k) out[k].push_back(column(static_cast<Eigen::Index>(k)));
+  }
   return out;
 }
 
@@ -50,18 +46,16 @@ std::vector<double> reading_at(const Session& session, const std::vector<Eigen::
 
 double hold_drift_deg(const model::Model& model, const std::vector<Session>& sessions,
                       const std::vector<std::string>& sensors) {
-  const std::vector<Eigen::Index> column = input_columns(model, sensors);
   double worst = 0;
   const Compensator fresh(model);
   for (const Session& session : sessions) {
     Compensator compensator = fresh;
-    const Eigen::Index rows = session.input.rows();
-    const Eigen::Index every = std::max<Eigen::Index>(1, rows / kHolds);
-    for (Eigen::Index k = 0; k < rows; ++k) {
-      const std::vector<double> reading = reading_at(session, column, k);
-      (void)compensator.step(reading);
+    const std::vector<std::vector<double>> readings = readings_of(model, session, sensors);
+    const std::size_t every = std::max<std::size_t>(1, readings.size() / kHolds);
+    for (std::size_t k = 0; k < readings.size(); ++k) {
+      (void)compensator.step(readings[k]);
       if (k % every == every / 2)
-        worst = std::max(worst, drift_deg(compensator, reading, model.sample_period_s));
+        worst = std::max(worst, drift_deg(compensator, readings[k], model.sample_period_s));
     }
   }
   return worst;
@@ -91,14 +85,13 @@ std::vector<StillPart> holds_of(const Session& session, double period_s) {
 
 double wander_deg(const model::Model& model, const std::vector<Session>& sessions,
                   const std::vector<std::string>& sensors) {
-  const std::vector<Eigen::Index> column = input_columns(model, sensors);
   double squares = 0;
   double samples = 0;
   for (const Session& session : sessions) {
     Compensator compensator(model);
     Eigen::ArrayXd angle(session.input.rows());
-    for (Eigen::Index k = 0; k < angle.size(); ++k)
-      angle(k) = compensator.step(reading_at(session, column, k)).front().angle_deg;
+    for (Eigen::Index k = 0; const std::vector<double>& reading : readings_of(model, session, sensors))
+      angle(k++) = compensator.step(reading).front().angle_deg;
     for (const StillPart& held : holds_of(session, model.sample_period_s)) {
       const Eigen::ArrayXd part = (angle - session.angle_deg.array()).segment(held.from, held.to - held.from);
       squares += (part - part.mean()).square().sum();

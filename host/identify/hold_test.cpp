@@ -71,9 +71,8 @@ Session poses(double creep) {
 }
 
 TEST(Creep, IsUndoneWhereTheFingersOwnHoldsShowItAndNotElsewhere) {
-  model::Model inputs = lagging(1);
-  inputs.blocks.clear();
-  inputs.joints.clear();
+  model::Model inputs;
+  inputs.sample_period_s = kStep_s;
   inputs.inputs = {{"u", "u", "count", "", 1, 1022}};
   const JointFit creeps = fit_joint({poses(0.2)}, inputs, {"index", {"u"}, "angle"}, "auto", {});
   const JointFit still = fit_joint({poses(0)}, inputs, {"index", {"u"}, "angle"}, "auto", {});

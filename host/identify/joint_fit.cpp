@@ -24,6 +24,7 @@ using io::InputError;
 constexpr double kMostDrift_deg = 1;
 constexpr double kCreepPays = 0.1;  // of the error: less is not worth an angle that goes on in a hold
 constexpr double kWandersAlike = 1.5;
+constexpr double kUnseenDrift = 2;  // of the still one's error, which 19 of 20 of its angles are within
 constexpr double kSure =
     1.5;  // standard errors over six folds: nine of ten gains by chance are less (Student's t)
 constexpr int kAttacks = 15;  // of the search for fixed point's error
@@ -114,6 +115,12 @@ std::string creep_refusal(const JointFit& one, const JointFit& still, const std:
         "while the finger holds still its error wanders by {:.1f} degrees, at most {:.1f} are allowed",
         wander, most_deg);
   }
+  if (wander == 0 && one.hold_drift_deg > kUnseenDrift * still.cross_validated_deg) {
+    return fmt::format(
+        "held still, its angle drifts by {:.1f} degrees within a minute, and the recording has no hold that "
+        "shows it",
+        one.hold_drift_deg);
+  }
   const bool pays = one.cross_validated_deg <= (1 - kCreepPays) * still.cross_validated_deg;
   if (pays && gain_in_errors(one, still) > kSure) return "";
   return fmt::format("held still, its angle drifts by {:.1f} degrees within a minute, for too small a gain",
@@ -175,16 +182,14 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
 }
 
 // Why this chain is not taken in place of `best`; empty: it is.
-std::string chain_refusal(const JointFit& chain, const JointFit& best, const std::vector<Session>& sessions) {
+std::string chain_refusal(const JointFit& chain, const JointFit& best) {
   if (chain.fold_loss.empty()) {
     return fmt::format("it fits the part by {:.2f} degrees; the best errs by {:.2f} on what it did not see",
                        chain.fitted_rmse_deg, best.cross_validated_deg);
   }
-  const bool creeps = chain.hold_drift_deg > kMostDrift_deg;
-  std::string out = refusal_of(chain.model, creeps ? 0 : chain.hold_drift_deg);
+  std::string out = refusal_of(chain.model, chain.hold_drift_deg);
   if (out.empty()) out = imprecision_of(chain.model);
   if (!out.empty()) return out;
-  if (creeps) return creep_refusal(chain, best, sessions);
   const bool better = chain.cross_validated_deg < (1 - kAsGood) * best.cross_validated_deg;
   return better && gain_in_errors(chain, best) > 1 ? ""
                                                    : "no better than the best by more than a standard error";
@@ -205,14 +210,14 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
       JointFit one = fit_rival(chain, sessions, inputs, joint, best.cross_validated_deg);
       one.sensors = joint.sensors;
       CandidateRow& row = one.rows.front();
-      row.refusal = chain_refusal(one, best, sessions);
+      row.refusal = chain_refusal(one, best);
       row.chosen = row.refusal.empty();
-      JointFit& other = row.chosen ? best : one;
-      for (CandidateRow& of : other.rows) of.chosen = false;
-      one.rows.insert(one.rows.begin(), best.rows.begin(), best.rows.end());
-      best.rows = one.rows;
+      best.rows.push_back(row);
+      if (!row.chosen) continue;
+      for (CandidateRow& of : best.rows) of.chosen = &of == &best.rows.back();
+      one.rows = best.rows;
       one.untried = best.untried;
-      if (best.rows.back().chosen) best = std::move(one);
+      best = std::move(one);
     } catch (const io::JobError& error) {  // too few samples for it
       best.rows.push_back({text_of(chain), std::nullopt, std::nan(""), 0, std::nullopt, error.what()});
     }

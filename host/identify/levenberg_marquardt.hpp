@@ -12,15 +12,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace flexor::identify {
+
+inline constexpr double kFirstLambda = 1e-3;
 
 struct LmOptions {
   int max_iterations = 100;
   double cost_tolerance = 1e-7;  // relative decrease of a step
   double step_tolerance = 1e-8;  // of a step's length to that of x
-  double first_lambda = 1e-3;
 };
 
 struct LmSummary {
@@ -30,84 +32,93 @@ struct LmSummary {
   int iterations = 0;
 };
 
+// Where the search stands: cost and Jacobian at x, and the orthogonal factors of the Jacobian's free columns.
+struct LmPoint {
+  Eigen::VectorXd r;
+  Eigen::MatrixXd jacobian;
+  std::vector<Eigen::Index> free;
+  Eigen::MatrixXd upper;    // R
+  Eigen::VectorXd rotated;  // Q'r
+  double cost() const { return r.squaredNorm() / 2; }
+
+  void factor(const Eigen::VectorXd& x, const Eigen::VectorXd& lower_bound,
+              const Eigen::VectorXd& upper_bound) {
+    const Eigen::VectorXd gradient = jacobian.transpose() * r;
+    free.clear();
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      const bool pushed =
+          (x(i) <= lower_bound(i) && gradient(i) > 0) || (x(i) >= upper_bound(i) && gradient(i) < 0);
+      if (!pushed) free.push_back(i);
+    }
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(Eigen::MatrixXd(jacobian(Eigen::all, free)));
+    const Eigen::Index rows = std::min(std::ssize(free), jacobian.rows());
+    upper = Eigen::MatrixXd(qr.matrixQR().topRows(rows)).triangularView<Eigen::Upper>();
+    rotated = (qr.householderQ().transpose() * r).head(rows);
+  }
+
+  // x and the step, without regard to bounds.
+  Eigen::VectorXd next(Eigen::VectorXd x, double lambda, const Eigen::VectorXd& scale) const {
+    const Eigen::Index n = std::ssize(free);
+    Eigen::MatrixXd damped(upper.rows() + n, n);
+    damped << upper, Eigen::MatrixXd((std::sqrt(lambda) * scale(free)).asDiagonal());
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(damped.rows());
+    right.head(upper.rows()) = -rotated;
+    x(free) += damped.colPivHouseholderQr().solve(right);
+    return x;
+  }
+};
+
 // residual(x, jacobian) returns r and, unless it is null, fills in the Jacobian. `x` is the start and the result.
 template <class Residual>
 LmSummary levenberg_marquardt(const Residual& residual, const Eigen::VectorXd& lower,
                               const Eigen::VectorXd& upper, const LmOptions& options, Eigen::VectorXd& x) {
-  using Eigen::Index;
-  using Eigen::MatrixXd;
-  using Eigen::VectorXd;
   constexpr double kHopeless = 1e16;  // a lambda at which no step is left
-  LmSummary out;
   x = x.cwiseMax(lower).cwiseMin(upper);
-  MatrixXd jacobian;
-  MatrixXd jacobian_tried;
-  VectorXd r = residual(x, &jacobian);
-  if (!r.allFinite() || !jacobian.allFinite()) {
-    out.status = LmSummary::Status::not_finite;
-    return out;
-  }
-  out.cost = r.squaredNorm() / 2;
-  VectorXd scale = VectorXd::Zero(x.size());
-  double lambda = options.first_lambda;
+  LmPoint at;
+  LmPoint tried;
+  at.r = residual(x, &at.jacobian);
+  if (!at.r.allFinite() || !at.jacobian.allFinite()) return {LmSummary::Status::not_finite};
+  LmSummary out{LmSummary::Status::converged, at.cost(), 0};
+  Eigen::VectorXd scale = Eigen::VectorXd::Zero(x.size());
+  double lambda = kFirstLambda;
   double factor = 2;
-  out.status = LmSummary::Status::converged;
-  while (true) {
-    scale = scale.cwiseMax(jacobian.colwise().norm().transpose()).cwiseMax(1e-12);
-    const VectorXd gradient = jacobian.transpose() * r;
-    std::vector<Index> free;
-    for (Index i = 0; i < x.size(); ++i) {
-      const bool pushed = (x(i) <= lower(i) && gradient(i) > 0) || (x(i) >= upper(i) && gradient(i) < 0);
-      if (!pushed) free.push_back(i);
+  for (bool moved = true; lambda < kHopeless; ++out.iterations) {
+    if (out.iterations == options.max_iterations) {
+      out.status = LmSummary::Status::iteration_limit;
+      return out;
     }
-    if (free.empty()) return out;
-    const Index n = std::ssize(free);
-    const Eigen::HouseholderQR<MatrixXd> qr(MatrixXd(jacobian(Eigen::all, free)));
-    const Index rows = std::min(n, jacobian.rows());
-    const MatrixXd factor_r = MatrixXd(qr.matrixQR().topRows(rows)).template triangularView<Eigen::Upper>();
-    const VectorXd rotated = (qr.householderQ().transpose() * r).head(rows);
-    while (true) {
-      if (out.iterations == options.max_iterations) {
-        out.status = LmSummary::Status::iteration_limit;
-        return out;
-      }
-      if (!(lambda < kHopeless)) return out;
-      ++out.iterations;
-      MatrixXd damped(rows + n, n);
-      damped << factor_r, MatrixXd((std::sqrt(lambda) * scale(free)).asDiagonal());
-      VectorXd right = VectorXd::Zero(rows + n);
-      right.head(rows) = -rotated;
-      VectorXd next = x;
-      next(free) += damped.colPivHouseholderQr().solve(right);
-      next = next.cwiseMax(lower).cwiseMin(upper);
-      const VectorXd step = next - x;
-      const double promised = out.cost - (r + jacobian * step).squaredNorm() / 2;
-      const bool still = step.norm() <= options.step_tolerance * (x.norm() + options.step_tolerance);
-      VectorXd tried = residual(next, nullptr);
-      const double decrease = tried.allFinite() ? out.cost - tried.squaredNorm() / 2 : -1;
-      bool better = decrease > 0 && promised > 0;
-      if (better && !still) {
-        tried = residual(next, &jacobian_tried);
-        better = jacobian_tried.allFinite();
-      }
-      if (!better) {
-        if (still) return out;
-        lambda *= factor;
-        factor *= 2;
-        continue;
-      }
-      const double ratio = 2 * decrease / promised - 1;
-      lambda *= std::max(1.0 / 3, 1 - ratio * ratio * ratio);
-      factor = 2;
-      x = next;
-      const bool done = still || decrease <= options.cost_tolerance * out.cost;
-      out.cost -= decrease;
-      if (done) return out;
-      r = std::move(tried);
-      jacobian.swap(jacobian_tried);
-      break;
+    if (moved) {
+      at.factor(x, lower, upper);
+      scale = scale.cwiseMax(at.jacobian.colwise().norm().transpose()).cwiseMax(1e-12);
     }
+    if (at.free.empty()) return out;
+    const Eigen::VectorXd next = at.next(x, lambda, scale).cwiseMax(lower).cwiseMin(upper);
+    const double promised = out.cost - (at.r + at.jacobian * (next - x)).squaredNorm() / 2;
+    const bool still = (next - x).norm() <= options.step_tolerance * (x.norm() + options.step_tolerance);
+    tried.r = residual(next, nullptr);
+    const double decrease = tried.r.allFinite() ? out.cost - tried.cost() : -1;
+    moved = decrease > 0 && promised > 0;
+    if (moved && !still) {
+      tried.r = residual(next, &tried.jacobian);
+      moved = tried.jacobian.allFinite();
+    }
+    if (!moved && still) return out;
+    if (!moved) {
+      lambda *= factor;
+      factor *= 2;
+      continue;
+    }
+    const double ratio = 2 * decrease / promised - 1;
+    lambda *= std::max(1.0 / 3, 1 - ratio * ratio * ratio);
+    factor = 2;
+    x = next;
+    const bool done = still || decrease <= options.cost_tolerance * out.cost;
+    out.cost -= decrease;
+    if (done) return out;
+    std::swap(at.r, tried.r);
+    std::swap(at.jacobian, tried.jacobian);
   }
+  return out;
 }
 
 }  // namespace flexor::identify

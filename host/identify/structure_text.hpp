@@ -11,8 +11,7 @@
 // A chain with dynamics, fitted as fit.hpp says, with blocks in this order, each at most once:
 //   lag(0.2) > dead-zone > hysteresis(2) > curve(10) > lti(2) > saturation
 //   hysteresis: so many plays; lti: so many poles; the curve may stand behind the lti, or a gain in its place; a lag without
-//   a number is searched.
-//   Without a curve a gain is meant.
+//   a number is searched, and without a curve a gain is meant.
 // Shorthands: line, line-lead, curve, hysteresis are sums; linear, linear-dynamic, hammerstein, wiener, hw, wh,
 // hysteresis-hw are chains.
 #pragma once
@@ -24,7 +23,7 @@
 #include <vector>
 
 #include "host/identify/additive.hpp"
-#include "host/identify/structure.hpp"
+#include "host/identify/predictor.hpp"
 
 namespace flexor::identify {
 

@@ -16,7 +16,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPiece_s = 0.5;  // of the shown hand, one observation
 constexpr std::size_t kMostPieces = 200;
 constexpr double kStill_deg = 10;           // a resting hand stays within, mean of its joints

@@ -7,7 +7,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -15,6 +14,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -30,13 +30,13 @@ inline std::string content(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// Those of progress aside, which come after two seconds: no refusal ends so.
-inline std::ptrdiff_t lines(const std::string& text) {
+inline std::ptrdiff_t lines(const std::string& text) {  // those of progress aside
   static const std::regex kProgress(
-      R"(((?!flexor: |warning: |note: ).* \d+( of \d+)?(, about \d+ s left)?|.* \.\.\.)\n)",
-      std::regex::multiline);
-  const std::string said = std::regex_replace(text, kProgress, "");
-  return std::count(said.begin(), said.end(), '\n');
+      R"((?!flexor: |warning: |note: ).* (\d+( of \d+)?(, about \d+ s left)?|\.\.\.))");
+  std::istringstream stream(text);
+  std::ptrdiff_t out = 0;
+  for (std::string line; std::getline(stream, line);) out += !std::regex_match(line, kProgress);
+  return out;
 }
 
 struct Finished {

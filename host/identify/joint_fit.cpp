@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <numeric>
-#include <ranges>
 
 #include "host/identify/chain_fit.hpp"
 #include "host/identify/hold.hpp"
@@ -165,7 +164,8 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
   if (!best) throw io::JobError(fmt::format("{}: {}", joint.joint, refusals.front()));
   JointFit out = taken(*best, inputs, joint);
   const JointFit still = out;
-  for (const auto& [row, fit] : creeping | std::views::reverse) {
+  std::ranges::reverse(creeping);
+  for (const auto& [row, fit] : creeping) {
     JointFit one = taken(fit, inputs, joint);
     refusals[row] = creep_refusal(one, still, sessions);
     if (!refusals[row].empty()) continue;

@@ -183,7 +183,7 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
 
 // Why this chain is not taken in place of `best`; empty: it is.
 std::string chain_refusal(const JointFit& chain, const JointFit& best) {
-  if (chain.fold_loss.empty()) {
+  if (chain.fold_loss.size() != best.fold_loss.size()) {  // not validated, or not over the same
     return fmt::format("it fits the part by {:.2f} degrees; the best errs by {:.2f} on what it did not see",
                        chain.fitted_rmse_deg, best.cross_validated_deg);
   }

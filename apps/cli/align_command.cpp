@@ -55,6 +55,7 @@ void run(const Options& o) {
         {"tapped", a.tapped},
         {"quarter_offset_s", quarters},
         {"drift_ppm", optional(a.drift_ppm)},
+        {"drift_se_ppm", optional(a.drift_se_ppm)},
         {"version", FLEXOR_VERSION},
         {"warnings", aligned.warnings}};
     print(io::dump(json));
@@ -79,7 +80,11 @@ void run(const Options& o) {
     print("confidence     none: the offset is as given, the signals alone do not tell\n");
   }
   print(fmt::format("overlap        {:.1f} s\n", overlap_s));
-  if (a.drift_ppm) print(fmt::format("drift          {:+.0f} ppm\n", *a.drift_ppm));
+  if (a.drift_se_ppm) {
+    print(fmt::format("drift          {:+.0f} ppm +- {:.0f}, by which the reference's clock runs fast{}\n",
+                      *a.drift_ppm, *a.drift_se_ppm,
+                      o.clock_offset_s ? "" : "; taken out where it is clear"));
+  }
   if (!o.out.empty()) print(fmt::format("written        {}\n", o.out));
 }
 

@@ -116,6 +116,10 @@ void show(const identify::HandIdentification& r) {
     print(fmt::format("{}: clock offset {:+.3f} s +- {:.3f}, confidence {:.2f}\n",
                       r.request.pairs[p].sensor.filename().string(), r.clocks[p].offset_s,
                       r.clocks[p].standard_error_s, r.clocks[p].confidence));
+    if (r.clocks[p].drift_ppm != 0) {
+      print(fmt::format("  the reference's clock runs {:+.0f} ppm +- {:.0f} fast: taken out of its times\n",
+                        r.clocks[p].drift_ppm, r.clocks[p].drift_se_ppm));
+    }
   }
   if (r.joints.size() == 1) show_structures(r.joints.front());
   print(fmt::format("\n{:<16}{:>12}{:>10}{:>14}{:>12}{:>12}  {}\n", "held out, RMSE", "compensator", "line",

@@ -15,6 +15,7 @@
 
 #include "host/donning/estimate.hpp"
 #include "host/model/model.hpp"
+#include "host/recording/clock.hpp"
 
 namespace flexor::donning {
 
@@ -49,12 +50,6 @@ struct Request {
   std::vector<std::string> lacking = {};  // evidence that was given and cannot be used, in words
 };
 
-// Of the camera's file against the glove's.
-struct CameraClock {
-  double offset_s = 0;    // reference time minus sensor time
-  double confidence = 0;  // 0 to 1
-};
-
 struct SensorResult {
   std::string name;
   bool applied = false;
@@ -82,7 +77,7 @@ struct Recalibration {
   std::vector<std::string> wanted;   // what the evidence lacks; never empty unless something was applied
   std::vector<std::string> misfits;  // sensors that no donning explains
   std::vector<std::string> notes;
-  std::optional<CameraClock> clock;  // of files with a camera
+  std::optional<recording::Clock> clock;  // of files with a camera
 };
 
 // Throws io::InputError: no evidence, a model that does not say what it was made from.

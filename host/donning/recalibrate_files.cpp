@@ -5,13 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <fstream>
 #include <limits>
 #include <numbers>
 
 #include "host/donning/pose_evidence.hpp"
 #include "host/io/io.hpp"
-#include "host/recording/clock.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/pair.hpp"
 #include "host/recording/resample.hpp"
@@ -173,7 +173,6 @@ std::vector<Columned> by_name(const FileRequest& request, const model::Model& mo
   return out;
 }
 
-constexpr double kUnsure = 0.1;   // confidence: a clock that is not told
 constexpr double kSwapped = 0.3;  // of two joints' explained motion
 
 // What a sensor read, without holes.
@@ -190,45 +189,21 @@ struct Known {
   std::vector<double> value;
 };
 
-// What the surest of a joint's own sensors says of the clock; another finger's may move alike, but earlier or later.
-// `why`: what the others say, where none does.
-std::optional<recording::ClockOpinion> opinion_of(const recording::Recording& log,
-                                                  const std::vector<std::size_t>& sensors,
-                                                  const recording::Series& angle, std::string& why) {
-  std::optional<recording::ClockOpinion> best;
-  for (const std::size_t sensor : sensors) {
-    const Known read(log, sensor);
-    if (read.value.size() < 2) continue;
-    try {
-      const auto one = recording::opinion_of(recording::align(read.series(), angle), sensor);
-      if (!best || one.confidence > best->confidence) best = one;
-    } catch (const io::JobError& error) {
-      why = error.what();
-    }
-  }
-  return best;
-}
-
-// By all joints that the camera saw; a sensor that several of them depend on has one opinion, its surest.
-CameraClock clock_of(const recording::Recording& log, const model::Model& model, const Angles& angles) {
-  if (!log.digest.empty() && log.digest == angles.front().second.digest) return {0, 1};  // one file
+// By all joints that the camera saw; a drift is taken out of the angles' times.
+recording::Clock clock_of(const recording::Recording& log, const model::Model& model, Angles& angles) {
+  if (!log.digest.empty() && log.digest == angles.front().second.digest)
+    return {.confidence = 1};  // one file
   const model::Graph graph(model);
-  std::vector<recording::ClockOpinion> opinions;
-  std::string why = "no reading of its sensors is valid";
-  for (const auto& [seen, angle] : angles) {
-    const auto one = opinion_of(log, graph.inputs[graph.joint[seen.first]], angle.series(seen.second), why);
-    if (!one) continue;
-    const auto known = std::ranges::find(opinions, one->of, &recording::ClockOpinion::of);
-    if (known == opinions.end()) {
-      opinions.push_back(*one);
-    } else if (one->confidence > known->confidence) {
-      *known = *one;
+  std::deque<Known> known;  // whose readings the witnesses show
+  std::vector<recording::Witness> witnesses;
+  for (auto& [seen, angle] : angles) {
+    for (const std::size_t sensor : graph.inputs[graph.joint[seen.first]]) {
+      const Known& read = known.emplace_back(log, sensor);
+      witnesses.push_back({sensor, read.series(), &angle, seen.second, seen.second});
     }
   }
-  if (opinions.empty()) throw io::JobError(why);
-  recording::keep_agreeing(opinions);
-  const recording::AgreedClock agreed = recording::agreed_clock(opinions);
-  return {agreed.offset_s, agreed.confidence};
+  std::vector<std::string> said;
+  return recording::find_clock(witnesses, {}, said);
 }
 
 // How much of the angles their joints' sensors explain on this clock, each by its best; every joint counts one.
@@ -358,18 +333,18 @@ void add_poses(const FileRequest& files, Request& request, std::vector<std::stri
 }
 
 // The glove's log of a pair that cannot be put on one clock says nothing either: it was given for the camera.
-std::optional<CameraClock> add_pair(const FileRequest& files, Request& request,
-                                    std::vector<std::string>& notes) {
+std::optional<recording::Clock> add_pair(const FileRequest& files, Request& request,
+                                         std::vector<std::string>& notes) {
   const recording::Recording log = read_log(files.pair_sensor, files, request.model, notes);
   const std::string wanted =
       "glove and camera of one motion once more: twenty seconds in which the joints that the camera sees "
       "bend, "
       "not evenly";
   try {
-    const Angles angles = angles_of(files, request.model, notes);
-    const CameraClock clock = clock_of(log, request.model, angles);
+    Angles angles = angles_of(files, request.model, notes);
+    const recording::Clock clock = clock_of(log, request.model, angles);
     refuse_swapped(log, request.model, angles, clock.offset_s);
-    if (clock.confidence < kUnsure) {
+    if (clock.confidence < recording::kUnsure) {
       lacks(request, notes, wanted,
             fmt::format("{}: its clock is not told by what moved (confidence {:.2f}): it does not count",
                         files.pair_camera.string(), clock.confidence));
@@ -461,7 +436,7 @@ Recalibration recalibrate_files(const FileRequest& files) {
     request.motion.push_back(
         motion_in(read_log(files.recording, files, request.model, notes), request.model));
   if (!files.poses_log.empty()) add_poses(files, request, notes);
-  std::optional<CameraClock> clock;
+  std::optional<recording::Clock> clock;
   if (!files.pair_sensor.empty()) clock = add_pair(files, request, notes);
   Recalibration out = recalibrate(request);
   out.notes.insert(out.notes.begin(), notes.begin(), notes.end());

@@ -26,9 +26,7 @@
 #include "host/io/run_in_order.hpp"
 #include "host/model/correction.hpp"
 #include "host/model/formats.hpp"
-#include "host/recording/clock.hpp"
 #include "host/recording/csv.hpp"
-#include "host/recording/sensor_lag.hpp"
 #include "host/score/least_squares.hpp"
 
 namespace flexor::identify {
@@ -37,7 +35,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using io::InputError;
 
-constexpr double kUnsure = 0.1;
 constexpr double kMostOffset_s = 1e10;
 constexpr std::size_t kLeastHeldOut = 20;
 constexpr double kNormal95 = 1.96;
@@ -76,75 +73,22 @@ Files read_files(const PairFiles& files, const HandRequest& request) {
   return out;
 }
 
-using Opinion = recording::ClockOpinion;
-
-// A sensor that several joints bend has one opinion, from all of them.
-std::vector<Opinion> one_of_each_sensor(const std::vector<Opinion>& of_joints, const Files& files,
-                                        const HandRequest& request) {
-  std::map<std::string, std::vector<Opinion>> of_sensors;
-  for (const Opinion& o : of_joints) of_sensors[request.map[o.of].sensors.front()].push_back(o);
-  std::vector<Opinion> out;
-  for (const auto& [sensor, opinions] : of_sensors) {
-    Opinion one = *std::ranges::max_element(opinions, {}, &Opinion::confidence);
-    if (opinions.size() > 1) {
-      std::vector<recording::Series> angles;
-      double velocities_s = 0;
-      for (const Opinion& o : opinions) {
-        angles.push_back(files.reference[o.of].series(request.map[o.of].reference));
-        velocities_s += (o.offset_s - o.lag_s) / static_cast<double>(opinions.size());
-      }
-      const auto told = recording::sensor_lag(files.sensor.series(sensor), angles, velocities_s);
-      if (told) {
-        one.offset_s = told->clock_offset_s;
-        one.error_s = told->standard_error_s;
-      }
-    }
-    out.push_back(one);
-  }
-  return out;
-}
-
-// All sensors of a file share its clock: their offsets weighted by what they know, those that agree with the surest.
-Clock clock_of(const Files& files, const HandRequest& request, std::vector<std::string>& warnings) {
-  std::vector<Opinion> opinions;
-  std::vector<std::pair<double, std::string>> drifts;  // confidence, and what it says of the clocks
-  std::string reason;
-  std::optional<std::string> disagreement;
+// All sensors of a file share its clock, and all references theirs, of which a drift is taken out.
+Clock clock_of(const HandRequest& request, Files& files, std::vector<std::string>& warnings) {
+  std::vector<recording::Witness> witnesses;
+  const std::vector<std::string> sensors = sensors_of(request.map);
   for (std::size_t j = 0; j < request.map.size(); ++j) {
     const JointMap& joint = request.map[j];
-    try {
-      const recording::Alignment a = recording::align(files.sensor.series(joint.sensors.front()),
-                                                      files.reference[j].series(joint.reference));
-      opinions.push_back(recording::opinion_of(a, j));
-      if (a.drift_warning) drifts.emplace_back(a.confidence, *a.drift_warning);
-      if (request.clock_offset_s && !disagreement)
-        disagreement = recording::disagreement(*request.clock_offset_s, a);
-    } catch (const io::JobError& error) {
-      reason = fmt::format("{}: {}", joint.joint, error.what());
-    }
+    const auto sensor = std::ranges::find(sensors, joint.sensors.front()) - sensors.begin();
+    witnesses.push_back({static_cast<std::size_t>(sensor), files.sensor.series(joint.sensors.front()),
+                         &files.reference[j], joint.reference, joint.joint});
   }
-  if (request.clock_offset_s || on_one_clock(files)) {
-    const double given = request.clock_offset_s.value_or(0);
-    if (disagreement && request.clock_offset_s) warnings.push_back(*disagreement);
-    double confidence = 0;
-    for (const Opinion& o : opinions) {
-      if (std::abs(o.offset_s - given) < recording::kSameClock_s)
-        confidence = std::max(confidence, o.confidence);
-    }
-    return {given, 0, confidence};
-  }
-  if (opinions.empty()) throw io::JobError(reason);
-  if (!drifts.empty())
-    warnings.push_back(fmt::format("{}: {}", files.sensor.source, std::ranges::max_element(drifts)->second));
-  recording::keep_agreeing(opinions);
-  const recording::AgreedClock agreed = recording::agreed_clock(one_of_each_sensor(opinions, files, request));
-  const Clock clock{agreed.offset_s, agreed.standard_error_s, agreed.confidence};
-  if (clock.confidence < kUnsure) {
-    warnings.push_back(
-        fmt::format("{}: the clock offset of {:+.2f} s is unsure (confidence {:.2f}): are these recordings "
-                    "of one motion?",
-                    files.sensor.source, clock.offset_s, clock.confidence));
-  }
+  std::optional<double> given = request.clock_offset_s;
+  if (!given && on_one_clock(files)) given = 0;
+  std::vector<std::string> said;
+  const Clock clock = recording::find_clock(witnesses, given, said);
+  for (const std::string& warning : said)
+    warnings.push_back(fmt::format("{}: {}", files.sensor.source, warning));
   return clock;
 }
 
@@ -824,7 +768,7 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
     add_warnings(files.back(), r.warnings);
   }
   for (std::size_t p = 0; p < files.size(); ++p) {
-    r.clocks.push_back(clock_of(files[p], request, r.warnings));
+    r.clocks.push_back(clock_of(request, files[p], r.warnings));
     check_map(request, request.pairs[p], files[p], r.clocks.back().offset_s, r.warnings);
   }
   const std::vector<Sampled> samples = sample_all(files, r.clocks, request);
@@ -856,12 +800,12 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   return r;
 }
 
-model::Model fit_hand(const HandRequest& request, const std::vector<HandRecordings>& recordings) {
+model::Model fit_hand(const HandRequest& request, std::vector<HandRecordings> recordings) {
   HandIdentification r;
   HandRequest all = request;
   all.split = 1;
   all.threads = 1;  // whoever asks for fits has threads of its own
-  for (const Files& one : recordings) r.clocks.push_back(clock_of(one, all, r.warnings));
+  for (Files& one : recordings) r.clocks.push_back(clock_of(all, one, r.warnings));
   fit_model(all, asked_for(all), recordings, sample_all(recordings, r.clocks, all), {}, r);
   describe(all, recordings, r);
   return r.model;
@@ -916,6 +860,8 @@ Json to_json(const HandIdentification& r) {
                      {"reference", io::to_utf8(r.request.pairs[p].reference.string())},
                      {"clock_offset_s", r.clocks[p].offset_s},
                      {"clock_offset_se_s", r.clocks[p].standard_error_s},
+                     {"drift_ppm", r.clocks[p].drift_ppm},
+                     {"drift_se_ppm", r.clocks[p].drift_se_ppm},
                      {"confidence", r.clocks[p].confidence}});
   }
   return {{"joints", std::move(joints)},

@@ -20,6 +20,7 @@
 #include "host/identify/joint_fit.hpp"
 #include "host/identify/joint_map.hpp"
 #include "host/model/model.hpp"
+#include "host/recording/clock.hpp"
 #include "host/recording/pair.hpp"
 #include "host/score/judge.hpp"
 #include "host/score/score.hpp"
@@ -57,11 +58,7 @@ struct HandRequest {
   int threads = 0;  // on which joints are fitted; 0: as many as the machine has
 };
 
-struct Clock {
-  double offset_s = 0;  // reference time minus sensor time
-  double standard_error_s = 0;
-  double confidence = 0;  // 0 to 1, as recording::Alignment
-};
+using recording::Clock;
 
 // A joint in one pair of recordings, at every sample of the compensator's grid from the first that both logs saw.
 struct JointSamples {
@@ -102,7 +99,7 @@ struct HandIdentification {
 HandIdentification identify_hand(const HandRequest& request, const Step& step);
 
 // The fit alone, to all of the recordings: nothing is held out, nothing scored. `request.pairs` only name them.
-model::Model fit_hand(const HandRequest& request, const std::vector<HandRecordings>& recordings);
+model::Model fit_hand(const HandRequest& request, std::vector<HandRecordings> recordings);
 
 nlohmann::ordered_json to_json(const HandIdentification& result);
 

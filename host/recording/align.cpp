@@ -32,7 +32,6 @@ constexpr double kMinVelocityCorrelation = 0.3;
 constexpr double kUnrelatedVelocity = 0.6 * 0.6;
 constexpr double kRelatedVelocity = 0.85 * 0.85;
 constexpr double kMinDriftOverlap_s = 20;
-constexpr double kDriftWarning_s = 0.3;
 constexpr double kQuarterError_s = 0.1;
 constexpr double kMinQuarterEnergy = 0.02;  // of the overlap's
 constexpr double kSteady_s = 0.2;  // quarters that differ so much from one clock halve the confidence
@@ -373,7 +372,7 @@ double chance(double r, double movements, double offsets) {
   return std::min(1.0, std::max(1.0, offsets) * std::pow(1 - r * r, std::max(0.0, movements - 1)));
 }
 
-// Straight line through the quarters' offsets: drift, and a warning when it is both large and clear; quarters
+// Straight line through the quarters' offsets: drift; quarters
 // that no straight line meets take away from the confidence. Throws io::JobError when it is clear and larger
 // than any clock's.
 void check_drift(Alignment& result) {
@@ -395,8 +394,7 @@ void check_drift(Alignment& result) {
   const double unsteady = residual.cwiseAbs().mean() / kSteady_s;
   result.confidence /= 1 + unsteady * unsteady;
   const double ppm = line(1) * 1e6;
-  const double across = line(1) * result.overlap_s;
-  const bool clear = std::abs(across) > 3 * scatter;
+  const bool clear = std::abs(line(1) * result.overlap_s) > 3 * scatter;
   const double error_ppm = 2e6 * std::max(scatter, kQuarterError_s) / result.overlap_s;
   const bool enough = x.size() == 4 && result.overlap_s >= kMinMismatchOverlap_s;
   if (enough && clear && std::abs(ppm) - error_ppm > kMaxDrift_ppm) {
@@ -410,23 +408,14 @@ void check_drift(Alignment& result) {
     const double excess = (std::abs(ppm) - kMaxDrift_ppm) * 1e-6 * result.overlap_s / 4 / kSteady_s;
     result.confidence /= 1 + excess * excess;
     if (clear) {
-      result.drift_warning = fmt::format(
+      result.warnings.push_back(fmt::format(
           "the offset wanders by {:+.2f} s over {:.0f} s, more than any clock: are the recordings "
           "of the same take?",
-          across, result.overlap_s);
-      result.warnings.push_back(*result.drift_warning);
+          line(1) * result.overlap_s, result.overlap_s));
     }
     return;
   }
   result.drift_ppm = ppm;
-  if (clear && std::abs(across) > kDriftWarning_s) {
-    result.drift_warning = fmt::format(
-        "the clocks drift: {:+.2f} s over the recording ({:+.0f} ppm); are the recordings of the same take? "
-        "If so record "
-        "in shorter pieces or correct the clock",
-        across, ppm);
-    result.warnings.push_back(*result.drift_warning);
-  }
 }
 
 // Of the reference's velocity beside the sensor's samples [begin, end).
@@ -555,7 +544,9 @@ Repetition find_repetition(const Series& sensor, const Series& reference, const 
 
 // Stage 3: what of the offset is the sensor's own.
 void tell_lag(const Series& sensor, const Series& reference, Alignment& result) {
-  const auto told = sensor_lag(sensor, {reference}, result.clock_offset_s);
+  std::optional<double> near_ppm = result.drift_ppm;
+  if (result.overlap_s >= kMinDriftOverlap_s && !near_ppm) near_ppm = 0;
+  const auto told = sensor_lag(sensor, {reference}, result.clock_offset_s, near_ppm);
   if (!told) return;
   for (auto& quarter : result.quarter_offset_s) {
     if (quarter) *quarter += told->clock_offset_s - result.clock_offset_s;
@@ -563,6 +554,9 @@ void tell_lag(const Series& sensor, const Series& reference, Alignment& result) 
   result.sensor_lag_s = told->clock_offset_s - result.clock_offset_s;
   result.clock_offset_s = told->clock_offset_s;
   result.clock_offset_se_s = told->standard_error_s;
+  if (!near_ppm) return;
+  result.drift_ppm = told->drift_ppm;
+  result.drift_se_ppm = told->drift_se_ppm;
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 //  2. Around it: the largest correlation (either sign) of the two velocities, both smoothed by a Gaussian of
 //     0.5 s; a parabola through the peak gives the fraction of a sample. It is the sensor's own velocity: a
 //     curve fitted at a slightly wrong offset would pull the peak towards that offset.
-//  3. From there the offset, the sensor's own lag and the cloth's play together (sensor_lag.hpp).
+//  3. From there the offset, the drift, the sensor's own lag and the cloth's play together (sensor_lag.hpp).
 // Where both recordings hold one tapped synchronisation (taps.hpp), it says which of the offsets that explain nearly as
 // much as the best is meant.
 // Recordings of less than half a minute get a narrower Gaussian, fewer bins and a finer search.
@@ -47,10 +47,10 @@ struct Alignment {
   std::optional<double> rival_offset_s;  // the other offset that explains most, at least 2 s away
   // The offset found in each quarter of an overlap of 20 s or more, where that quarter moves enough to tell.
   std::array<std::optional<double>, 4> quarter_offset_s;
-  // Of the reference's clock against the sensor's, when three quarters tell and a clock can be meant.
+  // How much faster the reference's clock runs, where three quarters tell; of the velocities, or of stage 3, which
+  // has an error for it.
   std::optional<double> drift_ppm;
-  std::optional<std::string>
-      drift_warning;  // of these too: more than a third of a second, or more than any clock
+  std::optional<double> drift_se_ppm;
   // Stage 1, for a picture: eta^2 over the offset.
   std::vector<double> scan_offset_s;
   std::vector<double> scan_eta_squared;

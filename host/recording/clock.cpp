@@ -1,49 +1,159 @@
 #include "host/recording/clock.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
+
+#include "host/io/io.hpp"
+#include "host/recording/sensor_lag.hpp"
 
 namespace flexor::recording {
 namespace {
 
+constexpr double kSameClock_s = 0.5;
 constexpr double kVelocityError_s = 0.1;  // of an offset from velocities alone
 constexpr double kLeastConfidence = 1e-3;
+constexpr int kMostRounds = 4;
 
-double weight(const ClockOpinion& o) {
-  return std::max(o.confidence, kLeastConfidence) / (o.error_s * o.error_s);
+struct Opinion {
+  Alignment alignment;
+  const Witness* witness = nullptr;
+
+  double error_s() const { return alignment.clock_offset_se_s.value_or(kVelocityError_s); }
+  double weight() const { return std::max(alignment.confidence, kLeastConfidence) / (error_s() * error_s()); }
+};
+
+double confidence_of(const Opinion& o) { return o.alignment.confidence; }
+
+// Of each angle the surest; throws io::JobError where none has one, unless the offset is known.
+std::vector<Opinion> opinions_of(const std::vector<Witness>& witnesses, bool known) {
+  std::map<std::string, Opinion> of_angles;
+  std::string reason = "no reading of its sensors is valid";
+  for (const Witness& w : witnesses) {
+    if (w.reading.value.size() < 2) continue;
+    try {
+      const Opinion one{align(w.reading, w.reference->series(w.column)), &w};
+      const auto [at, fresh] = of_angles.emplace(w.column, one);
+      if (!fresh && confidence_of(at->second) < confidence_of(one)) at->second = one;
+    } catch (const io::JobError& error) {
+      reason = w.name.empty() ? error.what() : fmt::format("{}: {}", w.name, error.what());
+    }
+  }
+  if (of_angles.empty() && !known) throw io::JobError(reason);
+  std::vector<Opinion> out;
+  for (auto& [column, one] : of_angles) out.push_back(std::move(one));
+  return out;
 }
 
-}  // namespace
-
-ClockOpinion opinion_of(const Alignment& a, std::size_t of) {
-  return {of, a.clock_offset_s, a.confidence, a.clock_offset_se_s.value_or(kVelocityError_s),
-          a.sensor_lag_s.value_or(0)};
+// A sensor that several angles bend has one opinion, from all of them.
+std::vector<Opinion> one_of_each_sensor(const std::vector<Opinion>& of_angles) {
+  std::map<std::size_t, std::vector<Opinion>> of_sensors;
+  for (const Opinion& o : of_angles) of_sensors[o.witness->sensor].push_back(o);
+  std::vector<Opinion> out;
+  for (const auto& [sensor, opinions] : of_sensors) {
+    Opinion& one = out.emplace_back(*std::ranges::max_element(opinions, {}, confidence_of));
+    if (opinions.size() == 1) continue;
+    std::vector<Series> angles;
+    double velocities_s = 0;
+    for (const Opinion& o : opinions) {
+      angles.push_back(o.witness->reference->series(o.witness->column));
+      velocities_s += (o.alignment.clock_offset_s - o.alignment.sensor_lag_s.value_or(0)) /
+                      static_cast<double>(opinions.size());
+    }
+    const auto told = sensor_lag(one.witness->reading, angles, velocities_s, one.alignment.drift_ppm);
+    if (!told) continue;
+    one.alignment.clock_offset_s = told->clock_offset_s;
+    one.alignment.clock_offset_se_s = told->standard_error_s;
+    one.alignment.drift_ppm = told->drift_ppm;
+    one.alignment.drift_se_ppm = told->drift_se_ppm;
+  }
+  return out;
 }
 
-void keep_agreeing(std::vector<ClockOpinion>& opinions) {
-  const ClockOpinion best = *std::ranges::max_element(opinions, {}, &ClockOpinion::confidence);
-  std::erase_if(opinions,
-                [&](const ClockOpinion& o) { return std::abs(o.offset_s - best.offset_s) > kSameClock_s; });
-}
-
-AgreedClock agreed_clock(const std::vector<ClockOpinion>& opinions) {
-  AgreedClock out;
+// At least one opinion.
+Clock agreed(const std::vector<Opinion>& opinions) {
+  Clock out;
   double all = 0;
-  for (const ClockOpinion& o : opinions) {
-    all += weight(o);
-    out.offset_s += weight(o) * o.offset_s;
+  double of_drift = 0;
+  for (const Opinion& o : opinions) {
+    all += o.weight();
+    out.offset_s += o.weight() * o.alignment.clock_offset_s;
+    if (!o.alignment.drift_se_ppm) continue;
+    const double weight = 1 / (*o.alignment.drift_se_ppm * *o.alignment.drift_se_ppm);
+    of_drift += weight;
+    out.drift_ppm += weight * *o.alignment.drift_ppm;
   }
   out.offset_s /= all;
+  if (of_drift > 0) out.drift_ppm /= of_drift;
+  if (of_drift > 0) out.drift_se_ppm = 1 / std::sqrt(of_drift);
   double squares = 0;
   double doubt = 1;
-  for (const ClockOpinion& o : opinions) {
-    const double error_s = weight(o) * std::max(o.error_s, std::abs(o.offset_s - out.offset_s));
+  for (const Opinion& o : opinions) {
+    const double error_s =
+        o.weight() * std::max(o.error_s(), std::abs(o.alignment.clock_offset_s - out.offset_s));
     squares += error_s * error_s;
-    doubt *= 1 - o.confidence;
+    doubt *= 1 - confidence_of(o);
+    if (o.alignment.drift_se_ppm)
+      out.drift_se_ppm = std::max(out.drift_se_ppm, std::abs(*o.alignment.drift_ppm - out.drift_ppm) / 2);
   }
   out.standard_error_s = std::sqrt(squares) / all;
   out.confidence = 1 - doubt;
   return out;
+}
+
+void keep_agreeing(std::vector<Opinion>& opinions) {
+  const double surest_s = std::ranges::max_element(opinions, {}, confidence_of)->alignment.clock_offset_s;
+  std::erase_if(opinions, [&](const Opinion& o) {
+    return std::abs(o.alignment.clock_offset_s - surest_s) > kSameClock_s;
+  });
+}
+
+Clock given_clock(double offset_s, const std::vector<Opinion>& opinions, std::vector<std::string>& warnings) {
+  Clock out;
+  out.offset_s = offset_s;
+  std::optional<std::string> disagrees;
+  for (const Opinion& o : opinions) {
+    if (!disagrees) disagrees = disagreement(offset_s, o.alignment);
+    if (std::abs(o.alignment.clock_offset_s - offset_s) < kSameClock_s)
+      out.confidence = std::max(out.confidence, confidence_of(o));
+  }
+  if (disagrees) warnings.push_back(*disagrees);
+  return out;
+}
+
+}  // namespace
+
+void take_out_drift(double drift_ppm, Recording& recording) {
+  const double first_s = recording.t_s.front();
+  for (double& t : recording.t_s) t = first_s + (t - first_s) / (1 + 1e-6 * drift_ppm);
+}
+
+Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> given,
+                 std::vector<std::string>& warnings) {
+  std::set<Recording*> references;
+  for (const Witness& w : witnesses) references.insert(w.reference);
+  double taken_out_ppm = 0;
+  for (int round = 1;; ++round) {
+    std::vector<Opinion> opinions = opinions_of(witnesses, given.has_value());
+    if (given) return given_clock(*given, opinions, warnings);
+    keep_agreeing(opinions);
+    Clock clock = agreed(one_of_each_sensor(opinions));
+    if (round == kMostRounds || !is_clear(clock.drift_ppm, clock.drift_se_ppm)) {
+      clock.drift_ppm = taken_out_ppm;
+      if (clock.confidence < kUnsure) {
+        warnings.push_back(
+            fmt::format("the clock offset of {:+.2f} s is unsure (confidence {:.2f}): are these recordings "
+                        "of one motion?",
+                        clock.offset_s, clock.confidence));
+      }
+      return clock;
+    }
+    taken_out_ppm += clock.drift_ppm;
+    for (Recording* reference : references) take_out_drift(clock.drift_ppm, *reference);
+  }
 }
 
 }  // namespace flexor::recording

@@ -1,37 +1,43 @@
-// The clock offset of two files from what several of their signals say of it.
+// The clock of two files from what several of their signals say of it.
 //
-// Signals that are more than half a second apart do not mean one clock: those that agree with the surest count, each with
-// the weight confidence / error^2. Confidence of all: 1 - prod (1 - confidence).
+// Of each angle the surest sensor counts, and of each sensor all of its angles together. Signals that are more than half a
+// second apart do not mean one clock: those that agree with the surest count, each with the weight confidence / error^2.
+// Confidence of all: 1 - prod (1 - confidence).
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "host/recording/align.hpp"
 
 namespace flexor::recording {
 
-constexpr double kSameClock_s = 0.5;
+constexpr double kUnsure = 0.1;  // of a confidence: below it the clock is not told
 
-struct ClockOpinion {
-  std::size_t of = 0;     // the caller's number of what says it
-  double offset_s = 0;    // reference time minus sensor time
-  double confidence = 0;  // 0 to 1
-  double error_s = 0;     // above 0
-  double lag_s = 0;       // of the sensor, in what the velocities said
+// A sensor and an angle that bends it.
+struct Witness {
+  std::size_t sensor = 0;  // witnesses of one sensor have one number
+  Series reading;
+  Recording* reference = nullptr;
+  std::string column;  // of the reference
+  std::string name;    // for messages
 };
 
-ClockOpinion opinion_of(const Alignment& alignment, std::size_t of);
-
-// Takes out those that do not agree with the surest.
-void keep_agreeing(std::vector<ClockOpinion>& opinions);
-
-struct AgreedClock {
-  double offset_s = 0;
+struct Clock {
+  double offset_s = 0;  // reference time minus sensor time, once the drift is out
   double standard_error_s = 0;
-  double confidence = 0;
+  double confidence = 0;  // 0 to 1, as Alignment
+  double drift_ppm = 0;   // of the reference's clock, taken out of its times; 0: none that is clear
+  double drift_se_ppm = 0;
 };
 
-// At least one.
-AgreedClock agreed_clock(const std::vector<ClockOpinion>& opinions);
+// A drift that is clear (three standard errors) is taken out of the references' times. `given`: the user's offset, or that of a
+// common clock; it is compared with the signals, and no drift is taken out. Throws io::JobError where no signal tells.
+Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> given,
+                 std::vector<std::string>& warnings);
+
+// Times of a clock that runs `drift_ppm` fast, as the other clock would have counted from the first one on.
+void take_out_drift(double drift_ppm, Recording& recording);
 
 }  // namespace flexor::recording

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "host/io/io.hpp"
+#include "host/recording/clock.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/resample.hpp"
 #include "host/recording/stream.hpp"
@@ -98,10 +99,18 @@ void keep_rows(Recording& r, const std::function<bool(std::size_t)>& wanted) {
 }
 
 // Where the offset was given, the signals need not tell it; why they do not is a warning.
-std::optional<Alignment> find_alignment(const Series& sensor, const Series& reference, bool given,
-                                        std::vector<std::string>& warnings) {
+std::optional<Alignment> find_alignment(Pair& pair, bool given, std::vector<std::string>& warnings) {
+  const auto aligned = [&] {
+    return align(pair.sensor.series(pair.input), pair.reference.series(pair.output));
+  };
   try {
-    return align(sensor, reference);
+    if (given) return aligned();
+    std::vector<std::string> said;  // align() says it, too
+    const Clock clock =
+        find_clock({{0, pair.sensor.series(pair.input), &pair.reference, pair.output, ""}}, {}, said);
+    Alignment out = aligned();
+    if (out.drift_ppm) *out.drift_ppm += clock.drift_ppm;
+    return out;
   } catch (const JobError& error) {
     if (!given) throw;
     warnings.push_back(
@@ -210,7 +219,7 @@ void state_unit(Recording& recording, const std::string& column, const std::stri
   unit = *asked;
 }
 
-Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s,
+Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s,
                    double split) {
   if (!(rate_hz > 0) || !std::isfinite(rate_hz)) throw InputError("the rate must be positive");
   if (!(lead_s >= 0 && lead_s <= 1)) throw InputError("the lead must lie between 0 and 1 s");
@@ -218,8 +227,6 @@ Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock
     throw InputError("the clock offset must be a number");
   require_change(pair.sensor, pair.input, "is the sensor plugged in?");
   require_change(pair.reference, pair.output, "does the camera see the marks?");
-  const Series sensor = pair.sensor.series(pair.input);
-  const Series reference = pair.reference.series(pair.output);
   Aligned a;
   a.warnings = pair.sensor.warnings;
   a.warnings.insert(a.warnings.end(), pair.reference.warnings.begin(), pair.reference.warnings.end());
@@ -229,7 +236,7 @@ Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock
     a.warnings.emplace_back(
         "readings and angles come from one file: one clock, and no offset is searched for");
   } else {
-    a.alignment = find_alignment(sensor, reference, clock_offset_s.has_value(), a.warnings);
+    a.alignment = find_alignment(pair, clock_offset_s.has_value(), a.warnings);
   }
   if (a.alignment) {
     a.warnings.insert(a.warnings.end(), a.alignment->warnings.begin(), a.alignment->warnings.end());

@@ -45,8 +45,9 @@ void to_degrees(Recording& recording, const std::string& column, const std::stri
 void state_unit(Recording& recording, const std::string& column, const std::string& stated);
 
 struct Aligned {
-  std::optional<Alignment> alignment;  // none: the offset was given and the signals do not tell
-  double clock_offset_s = 0;           // used: the user's, or the signals'. Reference time minus sensor time
+  std::optional<Alignment>
+      alignment;  // none: the offset was given and the signals do not tell; its drift is taken out
+  double clock_offset_s = 0;  // used: the user's, or the signals'. Reference time minus sensor time
   double period_s = 0;
   double max_gap_s = 0;  // of the sensor: an older reading is a pause
   Range valid;           // readings of the sensor that mean something
@@ -68,7 +69,7 @@ struct Aligned {
 // split: the share of the overlap, from its start, that a fit sees. What counts as a pause and as a reading
 // is learnt from the rows of that part alone: counts between an ADC's rails, or in any other unit what was
 // read and a quarter of that range on either side. Throws io::InputError and io::JobError.
-Aligned align_pair(const Pair& pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s,
+Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s,
                    double split = 1);
 
 // The samples of a pair whose clock offset is known; fills in all but the alignment.

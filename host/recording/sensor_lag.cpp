@@ -28,6 +28,9 @@ constexpr double kVelocity_s = 0.025;
 constexpr double kOffset_s = 0.1;
 constexpr double kLag_s = 0.06;  // the priors' deviations
 constexpr double kPlay_deg = 5;
+constexpr double kDrift_ppm = 3000;
+constexpr double kHeld = 1e6;
+constexpr double kClearErrors = 3;
 constexpr double kSmooth_s = 0.08;
 constexpr double kCreep_s = 5;   // nothing depends on how slow it is
 constexpr double kSlope = 1e-3;  // ridge, of the readings' count: where no reading is
@@ -36,7 +39,8 @@ constexpr double kClock_s =
     0.008;  // what frames and rows are stamped by, and what a camera's noise does to a play
 constexpr double kNormal = 1.4826;  // standard deviation of a normal distribution, in medians of its sizes
 constexpr unsigned kSeed = 2019;
-constexpr Index kPriors = 4;
+constexpr Index kUnknowns = 4;
+constexpr Index kPriors = 5;
 constexpr double kDifference = 0.01;
 constexpr int kMostTries = 60;
 
@@ -156,14 +160,15 @@ struct Angle {
 
 enum class Last { lag, play };
 
-// What is fitted: z = (offset from near_s in tenths of a second, radius and lag in deviations of their priors).
+// What is fitted: z = (offset from near_s in tenths of a second, then radius, lag and drift in deviations of their priors).
 struct Point {
-  VectorXd z = VectorXd::Zero(3);
+  VectorXd z = VectorXd::Zero(kUnknowns);
   Last last = Last::lag;
 
   double offset_s() const { return kOffset_s * z(0); }
   double play_deg() const { return kPlay_deg * std::abs(z(1)); }
   double lag_s() const { return kLag_s * std::abs(z(2)); }
+  double drift() const { return 1e-6 * kDrift_ppm * z(3); }
 };
 
 class SensorModel {
@@ -186,6 +191,7 @@ class SensorModel {
       t_s_.push_back(t);
       value.push_back(sensor.value[i]);
     }
+    if (!t_s_.empty()) middle_s_ = (t_s_.front() + t_s_.back()) / 2;
     reading_ = Eigen::Map<const VectorXd>(value.data(), std::ssize(value));
     counts_ = VectorXd::Ones(reading_.size());
     if (rows() >= kLeastRows) slope_ = slopes();
@@ -237,6 +243,8 @@ class SensorModel {
     }
     return out * std::sqrt(1 + taken_out(at) / std::max(1e-9, out.squaredNorm()));
   }
+
+  void count_all() { counts_.setOnes(); }
 
   void leave_out_outliers(const Point& at) {
     const VectorXd e = residuals(at).cwiseAbs();
@@ -304,9 +312,10 @@ class SensorModel {
   VectorXd at_readings(const Point& at, const VectorXd& x, Index j) const {
     VectorXd out(rows());
     for (Index i = 0; i < rows(); ++i) {
-      const double t =
-          (t_s_[static_cast<std::size_t>(i)] + at.offset_s() - angles_[static_cast<std::size_t>(j)].start_s) *
-          kGrid_hz;
+      const double t = (t_s_[static_cast<std::size_t>(i)] + at.offset_s() +
+                        at.drift() * (t_s_[static_cast<std::size_t>(i)] - middle_s_) -
+                        angles_[static_cast<std::size_t>(j)].start_s) *
+                       kGrid_hz;
       const Index k = std::clamp<Index>(static_cast<Index>(t), 0, x.size() - 2);
       out(i) = x(k) + std::clamp(t - static_cast<double>(k), 0.0, 1.0) * (x(k + 1) - x(k));
     }
@@ -331,6 +340,7 @@ class SensorModel {
   VectorXd slope_;
   VectorXd counts_;
   double reach_s_ = 0;
+  double middle_s_ = 0;  // of t_s_, where the drift is zero
   Index knots_ = 0;
 };
 
@@ -364,8 +374,9 @@ struct Posterior {
   const SensorModel& model;
   Last last;
   double weight;
+  bool drifts;  // otherwise it is held at zero
 
-  Index inputs() const { return 3; }
+  Index inputs() const { return kUnknowns; }
   Index values() const { return model.rows() + kPriors; }
   int df(const VectorXd& z, MatrixXd& slope) const {
     VectorXd f(values());
@@ -385,6 +396,7 @@ struct Posterior {
     f(model.rows() + 1) = z(2);
     const Point at{z, last};
     f(model.rows() + 3) = (at.offset_s() - model.velocity_lag_s(at)) / kVelocity_s;
+    f(model.rows() + 4) = (drifts ? 1 : kHeld) * z(3);
     // Beyond the reach there is nothing to look at.
     f(model.rows() + 2) = 100 * std::max(0.0, std::abs(z(0)) * kOffset_s / model.reach_s() - 1);
     return 0;
@@ -398,8 +410,8 @@ struct Minimum {
 
 const Minimum& better(const Minimum& a, const Minimum& b) { return b.loss < a.loss ? b : a; }
 
-Minimum descend(const SensorModel& model, Point from, double weight) {
-  Posterior posterior{model, from.last, weight};
+Minimum descend(const SensorModel& model, Point from, double weight, bool drifts) {
+  Posterior posterior{model, from.last, weight, drifts};
   Eigen::LevenbergMarquardt<Posterior> search(posterior);
   search.parameters.maxfev = kMostTries;
   search.parameters.ftol = search.parameters.xtol = 1e-6;
@@ -407,45 +419,75 @@ Minimum descend(const SensorModel& model, Point from, double weight) {
   return {from, search.fvec.squaredNorm()};
 }
 
-// The offset's: by the curvature of the loss, and by the sum of what each residual moves it by, as correlated as these are.
-// The first is too wide where the noise comes in runs, the second too narrow; the mean of their squares is neither.
-double error_s(const SensorModel& model, const Point& at, double weight) {
-  const Posterior posterior{model, at.last, weight};
+// Of unknown k, in units of z: by the curvature of the loss, and by the sum of what each residual moves it by, as
+// correlated as these are. The first is too wide where the noise comes in runs, the second too narrow; the mean of their
+// squares is neither.
+double error(const SensorModel& model, const Point& at, double weight, Index k) {
+  const Posterior posterior{model, at.last, weight, true};
   VectorXd f(posterior.values());
   MatrixXd slope(posterior.values(), posterior.inputs());
   posterior(at.z, f);
   posterior.df(at.z, slope);
   const MatrixXd covariance = (slope.transpose() * slope).inverse();
-  const Eigen::RowVectorXd row = covariance.row(0);
+  const Eigen::RowVectorXd row = covariance.row(k);
   const VectorXd readings =
       (slope.topRows(model.rows()) * row.transpose()).cwiseProduct(f.head(model.rows()));
   const VectorXd priors = slope.bottomRows(kPriors) * row.transpose();
   const double summed = readings.squaredNorm() * correlation_sum(readings) + priors.squaredNorm();
-  return kOffset_s * std::sqrt((covariance(0, 0) + summed) / 2);
+  return std::sqrt((covariance(k, k) + summed) / 2);
+}
+
+// Of three starts the best; the noise as the first leaves it.
+Minimum search(SensorModel& model, double near_ppm, bool drifts) {
+  const auto start = [&](double offset_s, double play_deg, double lag_s) {
+    Point out;
+    out.z << offset_s / kOffset_s, play_deg / kPlay_deg, lag_s / kLag_s, drifts ? near_ppm / kDrift_ppm : 0;
+    return out;
+  };
+  model.count_all();
+  const Point small = start(0, 0.5, 0.002);
+  const Point large = start(0.1, 2, 0.2);
+  Minimum best = descend(model, small, weight_of(model.residuals(start(0, 0, 0))), drifts);
+  model.leave_out_outliers(best.at);
+  const double weight = weight_of(model.residuals(best.at));
+  best = better(descend(model, best.at, weight, drifts), descend(model, large, weight, drifts));
+  best = better(best, descend(model, {best.at.z, Last::play}, weight, drifts));
+  return descend(model, best.at, weight_of(model.residuals(best.at)), drifts);
 }
 
 }  // namespace
 
-std::optional<SensorLag> sensor_lag(const Series& sensor, const std::vector<Series>& angles, double near_s) {
+std::optional<SensorLag> sensor_lag(const Series& sensor, const std::vector<Series>& angles, double near_s,
+                                    std::optional<double> near_ppm) {
   SensorModel model(sensor, angles, near_s);
   if (model.rows() < kLeastRows) return std::nullopt;
-  const auto start = [](double offset_s, double play_deg, double lag_s) {
-    Point out;
-    out.z << offset_s / kOffset_s, play_deg / kPlay_deg, lag_s / kLag_s;
-    return out;
-  };
-  const Point small = start(0, 0.5, 0.002);
-  const Point large = start(0.1, 2, 0.2);
-  // Of three starts the best; the noise as the first leaves it.
-  Minimum best = descend(model, small, weight_of(model.residuals({})));
-  model.leave_out_outliers(best.at);
+  SensorLag out;
+  Minimum best = search(model, 0, false);
   double weight = weight_of(model.residuals(best.at));
-  best = better(descend(model, best.at, weight), descend(model, large, weight));
-  best = better(best, descend(model, {best.at.z, Last::play}, weight));
-  weight = weight_of(model.residuals(best.at));
-  best = descend(model, best.at, weight);
-  return SensorLag{near_s + best.at.offset_s(), std::hypot(error_s(model, best.at, weight), kClock_s),
-                   best.at.lag_s(), best.at.play_deg()};
+  if (near_ppm) {
+    Point from = best.at;
+    from.z(3) = *near_ppm / kDrift_ppm;
+    Minimum drifting = descend(model, from, weight, true);
+    const auto measure = [&] {
+      out.drift_ppm = 1e6 * drifting.at.drift();
+      out.drift_se_ppm = kDrift_ppm * error(model, drifting.at, weight, 3);
+    };
+    measure();
+    if (is_clear(out.drift_ppm, out.drift_se_ppm)) {
+      best = drifting = search(model, *near_ppm, true);
+      weight = weight_of(model.residuals(best.at));
+      measure();
+    }
+  }
+  out.clock_offset_s = near_s + best.at.offset_s();
+  out.standard_error_s = std::hypot(kOffset_s * error(model, best.at, weight, 0), kClock_s);
+  out.lag_s = best.at.lag_s();
+  out.play_deg = best.at.play_deg();
+  return out;
+}
+
+bool is_clear(double drift_ppm, double standard_error_ppm) {
+  return std::abs(drift_ppm) > kClearErrors * standard_error_ppm;
 }
 
 }  // namespace flexor::recording

@@ -133,7 +133,7 @@ std::string to_json(const std::vector<model::Followed>& followed) {
   return out.dump();
 }
 
-// Throws OutOfRange, one line, where the model hardly knows what the log holds.
+// Throws Doubt, one line, where the model hardly knows what the log holds.
 void check_ranges(const model::Model& model, const recording::CsvReader& reader,
                   const model::RangeCount& ranges) {
   std::vector<std::string> columns;
@@ -161,7 +161,7 @@ void check_ranges(const model::Model& model, const recording::CsvReader& reader,
     if (columns.empty()) columns.push_back("each reads as the other did when the model was made");
   }
   if (columns.empty()) return;
-  throw OutOfRange(fmt::format("{}: {}: {}", reader.name(), fmt::join(columns, "; "), mend));
+  throw Doubt(fmt::format("{}: {}: {}", reader.name(), fmt::join(columns, "; "), mend));
 }
 
 // A list of numbers that may be long, kept in a file without a name until its turn comes.

@@ -82,8 +82,8 @@ nlohmann::ordered_json track_video(io::Worker& camera, const TrackOptions& optio
                                    const std::function<bool()>& goes_on);
 
 // The result is written, but it means little. Exit 3.
-struct OutOfRange : std::runtime_error {
-  explicit OutOfRange(std::string_view what) : std::runtime_error(io::one_line(what)) {}
+struct Doubt : std::runtime_error {
+  explicit Doubt(std::string_view what) : std::runtime_error(io::one_line(what)) {}
 };
 
 // Prints to standard output, control characters but line ends and tabs as question marks; throws io::JobError when it is closed or full.

@@ -122,17 +122,17 @@ void show(const identify::HandIdentification& r) {
     }
   }
   if (r.joints.size() == 1) show_structures(r.joints.front());
-  print(fmt::format("\n{:<16}{:>12}{:>10}{:>14}{:>12}{:>12}  {}\n", "held out, RMSE", "compensator", "line",
-                    "line + lead", "published", "hold drift", "structure"));
+  print(fmt::format("\n{:<16}{:>12}{:>10}{:>14}{:>14}{:>12}{:>12}  {}\n", "held out, RMSE", "compensator",
+                    "line", "line + lead", "static curve", "published", "hold drift", "structure"));
   for (const identify::JointResult& joint : r.joints) {
     const auto baseline = [&](const char* name) {
       const auto it = joint.baselines.find(name);
       return it == joint.baselines.end() ? std::string("-") : fmt::format("{:.2f} deg", it->second.rmse_deg);
     };
-    print(fmt::format("{:<16}{:>8.2f} deg{:>10}{:>14}{:>12}{:>8.2f} deg  {}\n", joint.name,
+    print(fmt::format("{:<16}{:>8.2f} deg{:>10}{:>14}{:>14}{:>12}{:>8.2f} deg  {}\n", joint.name,
                       joint.holdout.rmse_deg, fmt::format("{:.2f} deg", joint.line_rmse_deg()),
-                      baseline("line_lead"), baseline("published_form"), joint.hold_drift_deg,
-                      joint.structure));
+                      baseline("line_lead"), baseline("static_curve"), baseline("published_form"),
+                      joint.hold_drift_deg, joint.structure));
   }
   for (const identify::JointResult& joint : r.joints)
     print(fmt::format("{}: {}\n", joint.name, score::in_words(joint.verdict)));
@@ -262,18 +262,24 @@ void run(Options& o) {
     identify::save_hand_results(result, o.report);
     draw_report(o.report);
   }
-  if (o.json) return print(io::dump(to_json(result)));
-  show(result);
-  if (!o.model.empty()) print(fmt::format("model    {}\n", o.model));
-  if (!o.report.empty()) print(fmt::format("report   {}/report.html\n", o.report));
+  if (o.json) {
+    print(io::dump(to_json(result)));
+  } else {
+    show(result);
+    if (!o.model.empty()) print(fmt::format("model    {}\n", o.model));
+    if (!o.report.empty()) print(fmt::format("report   {}/report.html\n", o.report));
+  }
+  if (std::ranges::any_of(result.joints, [](const auto& joint) { return joint.untried > 0; }))
+    throw Doubt(identify::kStopped);
 }
 
 void add_structure(CLI::App& command, identify::HandRequest& r) {
   command
       .add_option("--structure", r.structure,
-                  "auto; a sum of curves: line, line-lead, curve, hysteresis or e.g. \"curve(20) + "
+                  "auto; line (by least squares); a sum of curves: limited-line, line-lead, curve, "
+                  "hysteresis or e.g. \"curve(20) + "
                   "play(0.08) > curve(20) + "
-                  "motion(0.3)\"; a chain: linear, linear-dynamic, hammerstein, wiener, hw, wh, "
+                  "motion(0.3)\"; a chain: linear-dynamic, hammerstein, wiener, hw, wh, "
                   "hysteresis-hw or e.g. "
                   "\"hysteresis(2) > curve(10) > lti(2) > saturation\"")
       ->capture_default_str();

@@ -116,7 +116,7 @@ void guard_options(CLI::App& app) {
 int run(int argc, char** argv) {
   constexpr int kFailed = 1;
   constexpr int kBadInput = 2;
-  constexpr int kOutOfRange = 3;
+  constexpr int kDoubt = 3;
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
   occupy_standard_streams();
@@ -142,9 +142,9 @@ int run(int argc, char** argv) {
   } catch (const io::InputError& error) {
     log(fmt::format("flexor: {}", error.what()));
     return kBadInput;
-  } catch (const OutOfRange& error) {
+  } catch (const Doubt& error) {
     log(fmt::format("flexor: {}", error.what()));
-    return kOutOfRange;
+    return kDoubt;
   } catch (const io::JobError& error) {
     log(fmt::format("flexor: {}", error.what()));
     return kFailed;

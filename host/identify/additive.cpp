@@ -26,6 +26,7 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kLeastBlocks = 6;  // of the bootstrap
 constexpr double kClamped = 1e-4;        // weight of what of an estimate lies beyond the limits, squared
+constexpr double kOpen = 1;              // of the range, how far an open angle may go on
 constexpr double kEnds = 0.01;           // share of the angles beyond the first guess of either limit
 constexpr double kLeastAtEnd = 20;       // samples that tell a limit
 constexpr int kSteps = 8;                // of the iteration
@@ -37,6 +38,7 @@ constexpr int kLeastSamples = 40;       // two seconds at 20 Hz
 constexpr int kShrinks = 6;             // of motion that drifts
 constexpr double kCostsNothing = 1.03;  // of the fitted error
 constexpr int kFineKnots = 20;
+constexpr double kReach = 0.5;        // likewise, of the range of a curve's knots
 constexpr double kTallest_deg = 250;  // a taller curve has not the eight fraction bits in 16
 constexpr double kLevel = 0.2;
 constexpr int kLevelSteps = 15;
@@ -412,11 +414,11 @@ class Search {
     const System system(stack_, branches, period_s_, ends);
     const double centre = limits_of(stack_, 0.5).lower;
     const MatrixXd first = system.penalty({});
-    Fit cold(system, limits_at_rest(stack_, ends), centre);
+    Fit cold(system, limits_at_rest(stack_, ends, branches.open ? kOpen : 0), centre);
     cold.descend(first, true);
     Fit near = cold;
     if (!alone) {
-      near = Fit(system, curve_->second, centre);
+      near = Fit(system, branches.open ? cold.limits() : curve_->second, centre);
       near.linearise(curve_->first);
       near.descend(first, true);
     }
@@ -534,7 +536,7 @@ Candidates candidates(const std::string& name, std::size_t sensors) {
   const std::vector<double> one = {0.2};
   const std::vector<double> quick = {0.1, 0.3};
   const std::vector<double> slow = {0.15, 0.6};
-  if (name == "line") return {{{{}, {}, 2}}};
+  if (name == "limited-line") return {{{{}, {}, 2}}};
   if (name == "line-lead")
     return {{{{}, {0.05}, 2}, {{}, {0.1}, 2}, {{}, {0.2}, 2}, {{}, {0.4}, 2}, {{}, {0.8}, 2}}};
   if (name == "curve") return {{{{}, {}}}};
@@ -561,9 +563,10 @@ Candidates candidates(const std::string& name, std::size_t sensors) {
 bool creeps(const Branches& b) { return !b.lags_s.empty() && std::ranges::max(b.lags_s) > kCreep_s; }
 
 std::string describe(const Branches& b) {
-  std::string out = b.knots == 2 ? "line" : fmt::format("curves of {} knots", b.knots);
+  std::string out = b.knots == 2 ? "limited line" : fmt::format("curves of {} knots", b.knots);
   if (!b.radii.empty()) out += fmt::format(", {} play{}", b.radii.size(), b.radii.size() > 1 ? "s" : "");
   if (!b.lags_s.empty()) out += fmt::format(", motion over {} s", fmt::join(b.lags_s, " and "));
+  if (b.open) out += ", open";
   return out;
 }
 
@@ -575,7 +578,9 @@ void rank(std::vector<Additive>::iterator begin, std::vector<Additive>::iterator
     const auto key = [&](const Additive& one) {
       const bool as_good = loss(one) <= (1 + kAsGood) * (1 + kAsGood) * loss(best) &&
                            one.cross_validated_deg <= (1 + kAsGood) * best.cross_validated_deg;
-      return std::pair(as_good ? static_cast<double>(one.value.size()) : 1e9, loss(one));
+      // Of equals the open one, which does not stop where nothing was seen.
+      return std::pair(as_good ? static_cast<double>(one.value.size()) - (one.branches.open ? 0.5 : 0) : 1e9,
+                       loss(one));
     };
     return key(a) < key(b);
   });
@@ -620,6 +625,10 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
       branches.knots = kFineKnots;
       all.push_back(branches);
     }
+    for (Branches branches : {out.front().branches, finer.front()}) {
+      branches.open = true;
+      all.push_back(branches);
+    }
     try_all();
   }
   for (auto next = out.begin(); next != out.end(); ++next) {
@@ -655,8 +664,43 @@ std::vector<CurveValue> curve_values(const Additive& fit, const std::vector<std:
   return out;
 }
 
-void add_to(model::Model& model, const Additive& fit, const std::vector<std::string>& inputs,
+namespace {
+
+// Its curves go on as straight as at their ends, alike, by the range of their knots or as far as fixed point holds them.
+void extend(Additive& fit, std::size_t sensor) {
+  std::vector<double>& x = fit.knots[sensor];
+  std::vector<Index> columns;
+  for (std::size_t b = 0; b < fit.branches.still(); ++b)
+    columns.push_back(fit.still(sensor) + static_cast<Index>(b));
+  for (std::size_t l = 0; l < fit.branches.lags_s.size(); ++l)
+    columns.push_back(fit.moving(sensor) + static_cast<Index>(l));
+  const std::size_t last = x.size() - 1;
+  const double most = kReach * (x[last] - x[0]);
+  const auto n = static_cast<Index>(last);
+  const auto slope = [&](const VectorXd& y, bool high) {
+    return high ? (y(n) - y(n - 1)) / (x[last] - x[last - 1]) : (y(0) - y(1)) / (x[1] - x[0]);
+  };
+  double by = most;
+  const auto bound = [&](const VectorXd& y) {
+    const double run = std::abs(slope(y, false)) + std::abs(slope(y, true));
+    if (run > 0) by = std::min(by, std::max(0.0, kTallest_deg - (y.maxCoeff() - y.minCoeff())) / run);
+  };
+  for (const Index c : columns) bound(fit.value.col(c));
+  bound(fit.value.col(fit.still(sensor)) + motion_of(fit, sensor));
+  for (const Index c : columns) {
+    const VectorXd y = fit.value.col(c);
+    fit.value(0, c) += by * slope(y, false);
+    fit.value(n, c) += by * slope(y, true);
+  }
+  x[0] -= by;
+  x[last] += by;
+}
+
+}  // namespace
+
+void add_to(model::Model& model, Additive fit, const std::vector<std::string>& inputs,
             const std::string& joint) {
+  for (std::size_t s = 0; fit.branches.open && s < inputs.size(); ++s) extend(fit, s);
   model::Sum sum;
   sum.offset = fit.offset_deg;
   std::vector<std::string> terms;

@@ -56,6 +56,7 @@ struct Branches {
   std::vector<double> radii;   // of plays, as shares of the sensor's range
   std::vector<double> lags_s;  // of motion
   int knots = 12;
+  bool open = false;  // its angle goes on beyond the farthest that was seen
 
   std::size_t still() const { return 1 + radii.size(); }
   bool operator==(const Branches&) const = default;
@@ -148,7 +149,7 @@ struct CurveValue {
 std::vector<CurveValue> curve_values(const Additive& fit, const std::vector<std::string>& inputs);
 
 // Adds the blocks of `fit` behind the model's inputs of these names, and the joint.
-void add_to(model::Model& model, const Additive& fit, const std::vector<std::string>& inputs,
+void add_to(model::Model& model, Additive fit, const std::vector<std::string>& inputs,
             const std::string& joint);
 
 }  // namespace flexor::identify

@@ -140,8 +140,10 @@ Limits limits_of(const Stack& stack, double tail) {
   return {quantile(angle, tail), quantile(angle, 1 - tail)};
 }
 
-Limits limits_at_rest(const Stack& stack, const Limits& ends) {
+Limits limits_at_rest(const Stack& stack, const Limits& ends, double beyond) {
   const VectorXd angle = stack.angle(stack.used);
+  const double beyond_deg = beyond * (angle.maxCoeff() - angle.minCoeff());
+  if (beyond > 0) return {angle.minCoeff() - beyond_deg, angle.maxCoeff() + beyond_deg};
   const auto least = static_cast<Index>(kRests * static_cast<double>(angle.size()));
   return {(angle.array() < ends.lower + kEnd_deg).count() > least ? ends.lower : angle.minCoeff(),
           (angle.array() > ends.upper - kEnd_deg).count() > least ? ends.upper : angle.maxCoeff()};

@@ -35,8 +35,9 @@ struct Limits {
 
 // The share `tail` of the used angles lies beyond either limit.
 Limits limits_of(const Stack& stack, double tail);
-// Of these ends those that the finger rests at; the farthest angle where it does not.
-Limits limits_at_rest(const Stack& stack, const Limits& ends);
+// Of these ends those that the finger rests at; the farthest angle where it does not. With `beyond` none, but so much of the
+// range beyond what was seen.
+Limits limits_at_rest(const Stack& stack, const Limits& ends, double beyond);
 
 class System {
  public:

@@ -24,7 +24,8 @@ constexpr double kLagIsWorth = 0.001;
 constexpr int kHalvings = 4;                              // of the distance between lags that are tried
 constexpr std::array kSlowest_s = {0.0, 1.0, 0.5, 0.25};  // 0: as slow as the data say
 
-Data data_of(const std::vector<Session>& sessions, const std::string& joint, double period_s) {
+Data data_of(const std::vector<Session>& sessions, const std::string& joint, double period_s,
+             bool remembers) {
   Data out;
   out.channel = joint;
   out.period_s = period_s;
@@ -39,11 +40,13 @@ Data data_of(const std::vector<Session>& sessions, const std::string& joint, dou
     out.angle_deg.segment(at, n) = session.angle_deg;
     for (Index k = 0; k < n; ++k)
       out.use.push_back(session.use[static_cast<std::size_t>(k)] != 0 &&
-                        (at == 0 || static_cast<double>(k) * period_s >= kNotFitted_s));
+                        (at == 0 || !remembers || static_cast<double>(k) * period_s >= kNotFitted_s));
     at += n;
   }
   return out;
 }
+
+bool remembers(const Chain& chain) { return chain.blocks.order > 0 || chain.blocks.plays > 0 || chain.lag; }
 
 // As runtime/compensator/lag.hpp, started anew at each recording.
 VectorXd lagged(const VectorXd& input, const std::vector<Session>& sessions, double share) {
@@ -66,7 +69,7 @@ class ChainFitter {
         inputs_(inputs),
         joint_(joint),
         step_(step),
-        raw_(data_of(sessions, joint.joint, inputs.sample_period_s)) {
+        raw_(data_of(sessions, joint.joint, inputs.sample_period_s, remembers(wanted))) {
     for (const Session& session : sessions) begin_.push_back(begin_.back() + session.angle_deg.size());
   }
 
@@ -79,23 +82,29 @@ class ChainFitter {
     const Data data = behind(chain);
     JointFit out;
     Options options;
+    Knots knots;
     for (const double slowest_s : kSlowest_s) {
       options.slowest_s = slowest_s;
       if (!progress() && slowest_s == kSlowest_s.front()) throw io::Cancelled("cancelled");
-      fill(chain, fit(chain.blocks, data, options), out);
+      const Summary summary = fit(chain.blocks, data, options);
+      knots = summary.knots;
+      fill(chain, summary, out);
       if (chain.blocks.order == 0 || out.hold_drift_deg <= most_drift_deg) break;
     }
+    options.knots = knots;
     validate(chain, data, options, out);
     return out;
   }
 
   JointFit compete(double least_deg) {
     JointFit out;
+    if (!progress()) throw io::Cancelled("cancelled");
     const Summary summary = fit(wanted_.blocks, raw_);
     fill(wanted_, summary, out);
     if (out.fitted_rmse_deg < least_deg) {
       Options options;
       options.only_start = summary.best_start;
+      options.knots = summary.knots;
       validate(wanted_, raw_, options, out);
     }
     return out;

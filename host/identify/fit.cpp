@@ -333,15 +333,11 @@ void check_data(const Structure& structure, const Data& data, const std::vector<
 
 Knots place_knots(const Structure& structure, const Data& data, const std::vector<Index>& rows,
                   const Options& options) {
+  if (options.knots) return *options.knots;
   const auto input = sorted_at(data.input, rows);
   Knots knots;
-  if (structure.input_knots > 0) {
-    knots.input =
-        options.input_knots.empty() ? quantile_knots(input, structure.input_knots) : options.input_knots;
-  }
-  if (structure.output_knots > 0) {
-    knots.output = quantile_knots(input, structure.output_knots);
-  }
+  if (structure.input_knots > 0) knots.input = quantile_knots(input, structure.input_knots);
+  if (structure.output_knots > 0) knots.output = quantile_knots(input, structure.output_knots);
   return knots;
 }
 
@@ -425,7 +421,8 @@ class Fitter {
     }
     const VectorXd r = problem_.residual(best_.theta);
     delta_ = std::max(kRobustScale * robust_deviation(r), 1e-3 * root_mean_square(r));
-    if (!(delta_ > 0)) delta_ = kInfinity;
+    if (!(delta_ > 0) || predictor_.structure() == Structure{})
+      delta_ = kInfinity;  // a line: as anybody draws it
   }
 
   // Converges, then drops what the data cannot tell, one parameter at a time, until all that is left is told.
@@ -561,13 +558,18 @@ class Fitter {
     const auto untold = [&](int i) { return std::ranges::find(untold_, at + i) != untold_.end(); };
     for (int i = 0; i < n; ++i) {
       if (!untold(i)) continue;
-      int before = i;
-      int after = i;
-      while (before >= 0 && untold(before)) --before;
-      while (after < n && untold(after)) ++after;
-      if (before < 0 && after == n) break;  // nothing to lean on
-      if (before < 0) before = after;
-      if (after == n) after = before;
+      // On the straight line through the nearest two that are told, one on either side where there are.
+      const auto next = [&](int k, int step) {
+        for (k += step; k >= 0 && k < n && untold(k);) k += step;
+        return k;
+      };
+      int before = next(i, -1);
+      int after = next(i, 1);
+      if (before < 0 && after < n) before = next(after, 1);
+      if (after >= n && before >= 0 && before < n) after = next(before, -1);
+      if (before >= n) before = after;
+      if (after < 0) after = before;
+      if (before < 0 || after >= n) break;  // nothing to lean on
       const auto place = [&](int k) { return x[static_cast<std::size_t>(k)]; };
       const double share = before == after ? 0 : (place(i) - place(before)) / (place(after) - place(before));
       y(i) = y(before) + share * (y(after) - y(before));
@@ -603,6 +605,7 @@ class Fitter {
     s.channel = predictor_.channel(best_.theta);
     s.channel.name = data_.channel;
     if (!s.structure.saturation) s.channel.saturation = safe_limits(data_);
+    if (s.structure == Structure{}) s.channel.saturation = problem_.plausible();
     s.channel.rest_deg = quantile(sorted_at(data_.angle_deg, problem_.rows()), 0.5);
     return s;
   }

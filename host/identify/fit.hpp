@@ -43,8 +43,7 @@ struct Data {
 struct Options {
   std::optional<std::size_t> only_start;  // of four; none: all
   double slowest_s = 0;                   // no pole is slower; 0: a tenth of the recording
-  // Knots of the input curve, as many as the structure has, instead of quantiles of the input.
-  std::vector<double> input_knots;
+  std::optional<Knots> knots;             // none: quantiles of the input
 };
 
 struct Parameter {

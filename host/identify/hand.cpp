@@ -41,6 +41,13 @@ constexpr double kNormal95 = 1.96;
 constexpr double kMuchWorse = 1.5;
 constexpr double kLittle = 0.2;
 
+// Names of judge.hpp, and structures that give them.
+const std::vector<std::pair<std::string, std::string>> kBaselines = {
+    {"line", "line"},
+    {"limited_line", "limited-line"},
+    {"line_lead", "line-lead"},
+    {"published_form", std::string(kPublishedForm)}};
+
 using Files = HandRecordings;
 
 struct Sampled {
@@ -301,8 +308,8 @@ void score_baseline(const std::string& name, const std::string& structure, const
   }
 }
 
-// Line and curve without limits, by least squares: what anybody would draw first.
-void score_least_squares(const std::vector<Sampled>& samples, std::size_t j, HeldOut& held) {
+// A curve by least squares: what anybody would draw first.
+std::vector<double> static_curve(const std::vector<Sampled>& samples, std::size_t j) {
   std::vector<double> reading;
   std::vector<double> angle;
   for (const Sampled& sampled : samples) {
@@ -313,15 +320,13 @@ void score_least_squares(const std::vector<Sampled>& samples, std::size_t j, Hel
       angle.push_back(fitted.angle_deg(static_cast<Eigen::Index>(k)));
     }
   }
-  const auto [offset, gain] = score::least_squares_line(reading, angle);
-  std::vector<double>& line = held["least_squares_line"];
+  std::vector<double> held;
   for (const Sampled& sampled : samples) {
     const recording::Aligned& own = sampled.sensor[j].front();
     for (std::size_t k = own.holdout_begin; k < own.size(); ++k)
-      line.push_back(std::clamp(own.input[k], own.valid.min, own.valid.max));
+      held.push_back(std::clamp(own.input[k], own.valid.min, own.valid.max));
   }
-  held["static_curve"] = score::least_squares_curve(reading, angle, line);
-  for (double& u : line) u = offset + gain * u;
+  return score::least_squares_curve(reading, angle, held);
 }
 
 // Of the measured angle outside pauses.
@@ -348,6 +353,13 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
         fmt::format("{}: the error on unseen data is {:.1f} times the error on the fitted part: the glove "
                     "changed during the recording, or the motion did",
                     joint.name, joint.holdout.rmse_deg / joint.fitted_rmse_deg));
+  }
+  if (joint.hold_drift_deg > 1 && !request.refit) {
+    warnings.push_back(
+        fmt::format("{}: held still, its angle goes on by {:.1f} deg, as the sensor crept in the recording: "
+                    "hold the hand for a "
+                    "minute, and where that is wrong take --structure hw, or record longer holds",
+                    joint.name, joint.hold_drift_deg));
   }
   for (const std::string& refusal : joint.baseline_refusals)
     warnings.push_back(fmt::format("{}: baseline {}", joint.name, refusal));
@@ -384,17 +396,18 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
     JointResult joint = r.joints[j];
     joint.samples = series_of(samples, j, estimated[j]);
     HeldOut baselines;
-    score_least_squares(samples, j, baselines);
-    score_baseline("line", "line", request.map[j], inputs, files, samples, j, joint, baselines);
-    score_baseline("line_lead", "line-lead", request.map[j], inputs, files, samples, j, joint, baselines);
-    score_baseline("published_form", std::string(kPublishedForm), request.map[j], inputs, files, samples, j,
-                   joint, baselines);
+    baselines["static_curve"] = static_curve(samples, j);
+    for (const auto& [name, structure] : kBaselines)
+      score_baseline(name, structure, request.map[j], inputs, files, samples, j, joint, baselines);
     const Held held = held_of(samples, j);
     const std::vector<double> own = held_out(estimated[j], samples, j);
     joint.holdout = held.score(own);
     for (auto& [name, estimates] : baselines) {
       joint.baselines.emplace(name, held.score(estimates));
       estimates = held.errors(estimates);
+    }
+    for (const auto& [name, structure] : kBaselines) {  // itself is no baseline
+      if (structure == request.structure) baselines.erase(name);
     }
     joint.verdict = score::judge(held.errors(own), baselines, 1 / request.rate_hz);
     return joint;
@@ -749,7 +762,7 @@ void check_held_out(const recording::Aligned& a) {
 
 double JointResult::line_rmse_deg() const {
   double least = std::numeric_limits<double>::infinity();
-  for (const char* which : {"line", "least_squares_line"}) {
+  for (const char* which : {"line", "limited_line"}) {
     if (const auto line = baselines.find(which); line != baselines.end())
       least = std::min(least, line->second.rmse_deg);
   }

@@ -117,7 +117,7 @@ TEST_P(AppliedIsScored, ReadingByReadingTheAnglesAreThoseThatWereScored) {
     const auto at = std::ranges::search(applied, scored.estimated_deg);
     EXPECT_EQ(at.size(), scored.estimated_deg.size()) << structure;
     if (GetParam().pauses) continue;
-    EXPECT_LT(r.joints[0].holdout.rmse_deg, r.joints[0].baselines.at("least_squares_line").rmse_deg);
+    EXPECT_LT(r.joints[0].holdout.rmse_deg, r.joints[0].baselines.at("line").rmse_deg);
   }
 }
 
@@ -256,8 +256,8 @@ TEST_P(RealFigures, AutoReachesThePromisedHeldOutErrors) {
   const HandIdentification r = identify_hand(request("auto"), {});
   const RealCase& c = GetParam();
   const JointResult& joint = r.joints[0];
-  EXPECT_GT(joint.baselines.at("least_squares_line").rmse_deg, c.line_low);
-  EXPECT_LT(joint.baselines.at("least_squares_line").rmse_deg, c.line_high);
+  EXPECT_GT(joint.baselines.at("line").rmse_deg, c.line_low);
+  EXPECT_LT(joint.baselines.at("line").rmse_deg, c.line_high);
   EXPECT_GT(joint.holdout.rmse_deg, c.auto_low);
   EXPECT_LT(joint.holdout.rmse_deg, c.auto_high);
   EXPECT_EQ(std::ranges::count_if(joint.rows, &CandidateRow::chosen), 1);
@@ -286,8 +286,7 @@ TEST_P(RealFigures, CutRecordingsStillGiveTheSameOffsetAndBeatTheLine) {
   const auto expect_same = [&](const HandRequest& r) {
     const HandIdentification cut = identify_hand(r, {});
     EXPECT_NEAR(cut.clocks[0].offset_s, offset_s, 0.15);
-    EXPECT_LT(cut.joints[0].holdout.rmse_deg,
-              0.9 * cut.joints[0].baselines.at("least_squares_line").rmse_deg);
+    EXPECT_LT(cut.joints[0].holdout.rmse_deg, 0.9 * cut.joints[0].baselines.at("line").rmse_deg);
   };
   const RealCase& c = GetParam();
   for (const auto& [start, end] : {std::pair(30.0, 0.0), std::pair(0.0, 30.0)}) {

@@ -190,16 +190,20 @@ std::string chain_refusal(const JointFit& chain, const JointFit& best) {
   std::string out = refusal_of(chain.model, chain.hold_drift_deg);
   if (out.empty()) out = imprecision_of(chain.model);
   if (!out.empty()) return out;
-  const bool better = chain.cross_validated_deg < (1 - kAsGood) * best.cross_validated_deg;
-  return better && gain_in_errors(chain, best) > 1 ? ""
-                                                   : "no better than the best by more than a standard error";
+  // Within a standard error what holds still wins over what creeps, and of two that do the smaller with the lower loss.
+  const bool stops = best.hold_drift_deg > kMostDrift_deg;
+  const bool smaller = chain.effective < best.effective;
+  const double least_errors = stops && smaller ? -1 : smaller ? 0 : 1;
+  const double most_deg = (1 - least_errors * kAsGood) * best.cross_validated_deg;
+  if (chain.cross_validated_deg < most_deg && gain_in_errors(chain, best) > least_errors) return "";
+  return smaller ? "errs more than the best" : "no better than the best by more than a standard error";
 }
 
 // Chains beside the best sum, over the same folds.
 void let_chains_compete(const std::vector<Session>& sessions, const model::Model& inputs,
                         const JointMap& joint, const Step& step, JointFit& best) {
-  constexpr std::array<std::string_view, 5> kChains = {kPublishedForm, "linear-dynamic", "wiener", "hw",
-                                                       "hysteresis-hw"};
+  constexpr std::array<std::string_view, 6> kChains = {"line",   kPublishedForm, "linear-dynamic",
+                                                       "wiener", "hw",           "hysteresis-hw"};
   for (std::size_t k = 0; k < kChains.size(); ++k) {
     if (step && !step(k, kChains.size(), fmt::format("{}: {}", joint.joint, kChains[k]))) {
       best.untried += kChains.size() - k;
@@ -295,7 +299,16 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
   const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
   if (const auto* chain = std::get_if<Chain>(&wanted))
     return fit_one_chain(*chain, sessions, inputs, joint, step);
-  JointFit out = fit_sum(std::get<Candidates>(wanted), sessions, inputs, joint, step);
+  Candidates candidates = std::get<Candidates>(wanted);
+  std::erase_if(candidates.branches, [&](const Branches& b) {
+    return joint.sensors.size() * (b.still() + b.lags_s.size()) > model::kMaxTerms;
+  });
+  if (candidates.branches.empty()) {
+    throw InputError(
+        fmt::format("{}: {} of {} sensors has more than the {} curves and motions that a model holds",
+                    joint.joint, structure, joint.sensors.size(), model::kMaxTerms));
+  }
+  JointFit out = fit_sum(candidates, sessions, inputs, joint, step);
   if (structure != "auto") return out;
   if (joint.sensors.size() == 1) {
     let_chains_compete(sessions, inputs, joint, step, out);

@@ -28,6 +28,7 @@ struct Block {
 using Term = std::vector<Block>;
 
 const std::vector<std::pair<std::string, std::string>> kShorthands = {
+    {"line", "gain"},
     {"linear", "gain"},
     {"linear-dynamic", "gain > lti"},
     {"hammerstein", "curve > lti"},
@@ -36,12 +37,12 @@ const std::vector<std::pair<std::string, std::string>> kShorthands = {
     {"wh", "lag > curve > lti"},
     {"hysteresis-hw", "hysteresis > curve > lti > saturation"},
 };
-const std::vector<std::string> kSums = {"auto", "line", "line-lead", "curve", "hysteresis"};
+const std::vector<std::string> kSums = {"auto", "limited-line", "line-lead", "curve", "hysteresis"};
 // A chain's, in order.
 const std::vector<std::string> kOrder = {"lag",         "dead-zone", "hysteresis", "gain",
                                          "input curve", "lti",       "curve",      "saturation"};
-const std::vector<std::string> kNames = {"curve",      "play", "motion", "lag",       "dead-zone",
-                                         "hysteresis", "gain", "lti",    "saturation"};
+const std::vector<std::string> kNames = {"curve",      "play", "motion", "lag",        "dead-zone",
+                                         "hysteresis", "gain", "lti",    "saturation", "open"};
 
 class Parser {
  public:
@@ -120,7 +121,7 @@ class Parser {
 };
 
 bool is_dynamic(const Block& block) {
-  return block.name != "curve" && block.name != "play" && block.name != "motion";
+  return block.name != "curve" && block.name != "play" && block.name != "motion" && block.name != "open";
 }
 
 // One knot count for all curves.
@@ -161,6 +162,8 @@ Branches sum(const Parser& parser, const std::vector<Term>& terms) {
       if (term.size() == 1 || term[1].name != "curve")
         parser.fail(first.at, "a curve is missing behind the play");
       knots.take(term[1]);
+    } else if (first.name == "open") {
+      out.open = true;
     } else {
       if (!first.number) parser.fail(first.at, "motion needs its seconds: motion(0.3)");
       out.lags_s.push_back(parser.number(first, 0.01, 5, 0));
@@ -226,6 +229,7 @@ Chain chain(const Parser& parser, const Term& term) {
 }  // namespace
 
 WantedStructure parse_structure(std::string_view text, std::size_t sensors) {
+  if (text == "line" && sensors > 1) text = "limited-line";
   if (std::ranges::find(kSums, text) != kSums.end()) return candidates(std::string(text), sensors);
   const auto shorthand = std::ranges::find(kShorthands, text, &std::pair<std::string, std::string>::first);
   if (shorthand != kShorthands.end()) text = shorthand->second;
@@ -243,6 +247,7 @@ std::string text_of(const Branches& branches) {
   for (const double radius : branches.radii)
     out += fmt::format(" + play({:g}) > curve({})", radius, branches.knots);
   for (const double lag_s : branches.lags_s) out += fmt::format(" + motion({:g})", lag_s);
+  if (branches.open) out += " + open";
   return out;
 }
 
@@ -255,7 +260,7 @@ std::string text_of(const Structure& s) {
   if (s.order > 0) blocks.push_back(fmt::format("lti({})", s.order));
   if (s.output_knots > 0) blocks.push_back(fmt::format("curve({})", s.output_knots));
   if (s.saturation) blocks.emplace_back("saturation");
-  return fmt::format("{}", fmt::join(blocks, " > "));
+  return blocks == std::vector<std::string>{"gain"} ? "line" : fmt::format("{}", fmt::join(blocks, " > "));
 }
 
 std::string text_of(const Chain& chain) {

@@ -12,7 +12,7 @@
 //   lag(0.2) > dead-zone > hysteresis(2) > curve(10) > lti(2) > saturation
 //   hysteresis: so many plays; lti: so many poles; the curve may stand behind the lti, or a gain in its place; a lag without
 //   a number is searched, and without a curve a gain is meant.
-// Shorthands: line, line-lead, curve, hysteresis are sums; linear, linear-dynamic, hammerstein, wiener, hw, wh,
+// Shorthands: limited-line, line-lead, curve, hysteresis are sums; line (by least squares, of one sensor), linear-dynamic, hammerstein, wiener, hw, wh,
 // hysteresis-hw are chains.
 #pragma once
 

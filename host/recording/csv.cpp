@@ -505,19 +505,21 @@ bool CsvReader::is_torn() {
         fmt::format("{} cells, the header has {}{}", cells_.size(), header_.size(),
                     delimiter_ == ',' ? "; decimal commas need another separator, such as a semicolon" : ""));
   }
-  if (cells_.size() < header_.size()) return true;
-  const auto missing = [&](std::size_t place) { return is_missing(cells_[place]); };
-  return (!holes_ && std::ranges::any_of(places_, missing)) || (time_place_ && missing(*time_place_));
+  return cells_.size() < header_.size() || (time_place_ && is_missing(cells_[*time_place_]));
+}
+
+// A row that fills other columns of a file, or in which a mark was not seen.
+bool CsvReader::is_unmeasured() const {
+  return !holes_ && std::ranges::any_of(places_, [&](std::size_t at) { return is_missing(cells_[at]); });
 }
 
 void CsvReader::leave_out() {
   if (torn_++ == 0) first_torn_ = line_.number;
   const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_);
   if (static_cast<double>(torn_) > forgiven) {
-    throw InputError(
-        fmt::format("{}: row {}: {} of {} rows are torn: too short, or with a cell that is empty or nan; "
-                    "mend or remove them",
-                    source_, first_torn_, torn_, rows_ + torn_));
+    throw InputError(fmt::format(
+        "{}: row {}: {} of the first {} rows are torn: too short, or without a time; mend or remove them",
+        source_, first_torn_, torn_, rows_ + torn_));
   }
 }
 
@@ -530,9 +532,14 @@ bool CsvReader::read_row(Row& row) {
   for (;;) {
     if (!next_line(line_)) return false;
     split_line();
-    if (!is_torn()) break;
+    const bool torn = is_torn();
+    if (!torn && !is_unmeasured()) break;
     if (lines_.cut_off() && ahead_.empty()) return false;
-    leave_out();
+    if (torn) {
+      leave_out();
+    } else {
+      ++unmeasured_;
+    }
   }
   ++rows_;
   row.line = line_.number;
@@ -555,10 +562,12 @@ std::vector<std::string> CsvReader::notes() const {
   }
   if (decimal_ == ',') say("commas in numbers are decimal commas");
   if (torn_ > 0) {
-    say(fmt::format(
-        "{} row(s) are too short or have a cell that is empty or nan and were left out, the first is row {}",
-        torn_, first_torn_));
+    say(fmt::format("{} row(s) are too short or without a time and were left out, the first is row {}", torn_,
+                    first_torn_));
   }
+  if (unmeasured_ > 0)
+    say(fmt::format("{} of {} rows have no {} and were left out", unmeasured_, rows_ + unmeasured_,
+                    fmt::join(columns_, " or ")));
   return out;
 }
 

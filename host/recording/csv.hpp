@@ -36,7 +36,7 @@ struct CsvOptions {
   std::vector<std::string>
       columns;  // to read; none: every column whose first cell is a number, or a hole where these may be
   std::string time_unit;  // s, ms, us, ns: of a time column that states none
-  bool holes = false;     // an empty cell or "nan" is a missing reading, NaN; else its row is torn
+  bool holes = false;     // an empty cell or "nan" is a missing reading, NaN; else its row is left out
 };
 
 class CsvReader : public Source {
@@ -82,6 +82,7 @@ class CsvReader : public Source {
   void find_columns(const std::vector<std::string>& wanted);
   std::size_t place_of(const std::string& name) const;
   bool is_torn();
+  bool is_unmeasured() const;
   bool is_hole(const std::string& cell) const;
   void leave_out();
   struct Parsed {
@@ -120,6 +121,7 @@ class CsvReader : public Source {
   std::size_t rows_ = 0;
   std::size_t torn_ = 0;
   std::size_t first_torn_ = 0;
+  std::size_t unmeasured_ = 0;
   std::vector<std::string> notes_;
 };
 

@@ -16,8 +16,11 @@ struct Peer {
   const char* key;
   const char* name;
 };
-constexpr Peer kPeers[] = {
-    {"line", "straight line"}, {"line_lead", "line with lead"}, {"published_form", "published form"}};
+constexpr Peer kPeers[] = {{"line", "straight line"},
+                           {"limited_line", "line between limits"},
+                           {"line_lead", "line with lead"},
+                           {"static_curve", "static curve"},
+                           {"published_form", "published form"}};
 
 double number(const Json& scores, const char* key) {
   return scores.is_object() ? number_or_nan(scores.value(key, Json(nullptr))) : NAN;
@@ -67,8 +70,9 @@ void hand_cards(Page& page, const Json& joints) {
 std::string way(const Json& r) {
   std::string out = fmt::format(
       "The first {:.0f} % of what both logs of a pair saw taught the compensator; every figure is from the "
-      "rest. The peers were fitted to the same part: a straight line through the readings, that line with "
-      "the readings' motion (its lead), and the published form, a dead zone, a linear filter and a limit, "
+      "rest. The peers were fitted to the same part: a straight line through the readings, the same "
+      "between limits, with the readings' motion as well (its lead), a curve through the readings, and the "
+      "published form, a dead zone, a linear filter and a limit, "
       "with "
       "its parameters fitted.",
       100 * r.at("split").get<double>());

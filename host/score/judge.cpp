@@ -21,12 +21,11 @@ struct Baseline {
   const char* words;
   const char* structure;  // that gives it; null: none does
 };
-constexpr std::array kBaselines = {
-    Baseline{"line", "a straight line", "line"},
-    Baseline{"least_squares_line", "a straight line by least squares", nullptr},
-    Baseline{"line_lead", "a straight line with a lead", "line-lead"},
-    Baseline{"static_curve", "a static curve by least squares", nullptr},
-    Baseline{"published_form", "the published form", nullptr}};
+constexpr std::array kBaselines = {Baseline{"line", "a straight line", "line"},
+                                   Baseline{"limited_line", "a straight line between limits", "limited-line"},
+                                   Baseline{"line_lead", "a straight line with a lead", "line-lead"},
+                                   Baseline{"static_curve", "a static curve by least squares", nullptr},
+                                   Baseline{"published_form", "the published form", nullptr}};
 
 double rms(const std::vector<double>& error) {
   double squares = 0;

@@ -23,7 +23,7 @@ struct Verdict {
   double high_deg = 0;
 };
 
-// Errors at the same samples, degrees, at least one; baselines by their names: line, least_squares_line, line_lead, static_curve,
+// Errors at the same samples, degrees, at least one; baselines by their names: line, limited_line, line_lead, static_curve,
 // published_form.
 Verdict judge(const std::vector<double>& error_deg,
               const std::map<std::string, std::vector<double>>& baseline_error_deg, double period_s);

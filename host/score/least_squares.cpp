@@ -22,14 +22,6 @@ std::vector<double> knots_of(std::vector<double> x) {
 
 }  // namespace
 
-std::pair<double, double> least_squares_line(const std::vector<double>& x, const std::vector<double>& y) {
-  Eigen::MatrixXd a = Eigen::MatrixXd::Ones(std::ssize(x), 2);
-  a.col(1) = Eigen::Map<const Eigen::VectorXd>(x.data(), a.rows());
-  const Eigen::Vector2d line =
-      a.colPivHouseholderQr().solve(Eigen::Map<const Eigen::VectorXd>(y.data(), a.rows()));
-  return {line(0), line(1)};
-}
-
 std::vector<double> least_squares_curve(const std::vector<double>& x, const std::vector<double>& y,
                                         const std::vector<double>& at) {
   const std::vector<double> knots = knots_of(x);

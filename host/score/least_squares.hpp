@@ -6,9 +6,6 @@
 
 namespace flexor::score {
 
-// (offset, gain) of y = offset + gain x, by least squares. Equal lengths, two values at least.
-std::pair<double, double> least_squares_line(const std::vector<double>& x, const std::vector<double>& y);
-
 // 24 hat functions on quantiles of x, by least squares with a touch of smoothness, level beyond them: its values at `at`.
 std::vector<double> least_squares_curve(const std::vector<double>& x, const std::vector<double>& y,
                                         const std::vector<double>& at);

@@ -23,7 +23,7 @@ GloveFit fit_glove(const GloveRequest& request, const std::vector<GloveRecording
   identify::HandRequest leading = plain;
   leading.lead_s = out.lead_s.value_or(0);
   out.identified = identify::fit_hand(leading, logs);
-  plain.structure = "line";
+  plain.structure = "limited-line";
   out.baselines.push_back({"line", identify::fit_hand(plain, logs)});
   leading.structure = "line-lead";
   out.baselines.push_back({"line-lead", identify::fit_hand(leading, logs)});

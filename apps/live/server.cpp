@@ -535,12 +535,7 @@ class Connection : public AnyConnection, public std::enable_shared_from_this<Con
         std::find_if(all.begin(), all.end(), [&](const Asset& asset) { return asset.name == name; });
     if (found == all.end()) return say(http::status::not_found, "there is no such file", keeps_alive());
     auto out = response<http::span_body<const char>>(http::status::ok, found->type, keeps_alive());
-    const auto accepted = parser_->get()[http::field::accept_encoding];
-    const bool gzip = !found->gzip.empty() && accepts_gzip({accepted.data(), accepted.size()});
-    if (gzip) out.set(http::field::content_encoding, "gzip");
-    if (!found->gzip.empty()) out.set(http::field::vary, "Accept-Encoding");
-    const std::string_view bytes = gzip ? found->gzip : found->bytes;
-    out.body() = {bytes.data(), bytes.size()};
+    out.body() = {found->bytes.data(), found->bytes.size()};
     give(std::move(out));
   }
 

@@ -96,11 +96,6 @@ TEST(Server, GivesThePageAndItsAssetsWithTheHeadersOfASafePage) {
           "Cross-Origin-Opener-Policy: same-origin\r\n", "Cross-Origin-Resource-Policy: same-origin\r\n",
           "Permissions-Policy: camera=(self)\r\n"})
       EXPECT_NE(answer.find(header), answer.npos) << header;
-    EXPECT_EQ(answer.substr(0, answer.find("\r\n\r\n")).find("Content-Encoding"), answer.npos);
-    if (asset.gzip.empty()) continue;
-    const std::string packed = get(running.place, running.path(asset.name), "Accept-Encoding: br, gzip\r\n");
-    EXPECT_NE(packed.find("Content-Encoding: gzip\r\n"), packed.npos);
-    EXPECT_EQ(body_of(packed), asset.gzip);
   }
   EXPECT_EQ(status_of(get(running.place, running.path("none.js"))), 404);
   const std::string bare = get(running.place, "/" + running.place.token);

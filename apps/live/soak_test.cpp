@@ -1,4 +1,4 @@
-// A glove at a port for as long as FLEXOR_SOAK_S says (script/soak_live), pulled out and plugged in again, with four tabs that
+// A glove at a port for as long as FLEXOR_SOAK_S says (script/soak live), pulled out and plugged in again, with four tabs that
 // read and one that never does: what reaches the recording, how late the tabs hear it, what it costs.
 #include <stdlib.h>
 #include <termios.h>

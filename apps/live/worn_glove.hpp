@@ -14,10 +14,10 @@
 namespace flexor::live {
 
 struct WornChange {
-  double slip_deg = 0;  // by which the glove is put on anew, at every finger
-  double drift_deg_per_min = 0;
-  double noise_counts = 0;  // standard deviation, on top of the strip's own
-  double loss = 0;          // share of the radio's frames
+  double slip_deg = 0;           // by which the glove is re-donned, at every finger
+  double drift_deg_per_min = 0;  // at every finger, from now on
+  double noise_counts = 0;       // standard deviation, on top of the sensor's own
+  double loss = 0;               // share of the radio's frames or, without boards, of the samples
 };
 
 struct WornNow {

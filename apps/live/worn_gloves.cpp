@@ -136,9 +136,7 @@ class WornTwin : public WornGlove {
  public:
   explicit WornTwin(std::string why_alone) : why_alone_(std::move(why_alone)) {}
   std::shared_ptr<listen::Source> source() override { return twin_; }
-  void set(const WornChange& change) override {
-    twin_->set({change.slip_deg, change.drift_deg_per_min, change.noise_counts, change.loss});
-  }
+  void set(const WornChange& change) override { twin_->set(change); }
   void play(const std::string& motion) override { twin_->play(study::bench_motion(motion)); }
   WornNow now() const override { return {twin_->finger_deg(), {}, {}, {}}; }
 

@@ -67,12 +67,6 @@ void TwinSource::play(std::optional<twin::Motion> motion) {
   wearer_.rest(next_ms);
 }
 
-std::optional<double> TwinSource::motion_s() const {
-  const std::optional<std::int64_t> start_ms = wearer_.start_ms();
-  if (!start_ms) return std::nullopt;
-  return static_cast<double>(world_.now_ms() - *start_ms) / 1000;
-}
-
 void TwinSource::step() {
   drifted_deg_ += set_.drift_deg_per_min / 60000;
   for (int i = 0; i < twin::kFingers; ++i) world_.shift_strip(i, set_.slip_deg + drifted_deg_);

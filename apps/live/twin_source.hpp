@@ -43,8 +43,6 @@ class TwinSource : public listen::Source {
 
   // Of the newest sample: degrees in the article's convention.
   twin::PerFinger finger_deg() const { return finger_deg_; }
-  // Since the motion's t = 0; negative before; none: at rest.
-  std::optional<double> motion_s() const;
 
  private:
   void step();

@@ -53,7 +53,6 @@ TEST(TwinSource, SamplesInRealTime) {
   }
   EXPECT_LE(samples.back().host_s, source.now_s());
   EXPECT_EQ(source.tally().samples, samples.size());
-  EXPECT_FALSE(source.motion_s());
 }
 
 // Bent fingers bend their strips: counts rise with the angle.
@@ -79,9 +78,6 @@ TEST(TwinSource, FollowsTheFinger) {
   const double r = (n * sxy - sx * sy) / std::sqrt((n * sxx - sx * sx) * (n * syy - sy * sy));
   EXPECT_GT(r, 0.9);
   EXPECT_LT(r, 0.99999);
-  ASSERT_TRUE(source.motion_s());
-  EXPECT_GT(*source.motion_s(), 2);  // it went there first, and rested
-  EXPECT_LT(*source.motion_s(), 4.6);
 }
 
 TEST(TwinSource, SlipsDriftsAndIsNoisyAsItIsTold) {

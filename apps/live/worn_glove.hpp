@@ -46,7 +46,7 @@ class WornGlove {
   virtual double rate_hz() const = 0;  // at which a model runs
   virtual double lead_s() const = 0;   // by which the hand comes after the reading
   // For flexor identify: the open hand and the fist are the ends of the bionic hand.
-  virtual std::string pose_angles() const = 0;
+  static std::string pose_angles();
 
   // With boards: integrals of absolute error of the six gestures on what runs now, degree seconds. `progress` may say
   // false: stop. Called on a thread of its own; nothing comes from the source meanwhile.

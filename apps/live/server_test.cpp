@@ -614,20 +614,10 @@ TEST(Server, SaysWhyItCannotListen) {
   const Running running;
   ServerOptions options;
   options.port = running.place.port;
-  EXPECT_EQ(
-      refusal(options),
-      fmt::format("port {} of 127.0.0.1 is in use: close the program that listens there, or give another "
-                  "port, or 0 for any",
-                  running.place.port));
-  options = {};
-  for (const char* address : {"0.0.0.0", "::", "192.168.1.2", "8.8.8.8"}) {
-    options.address = address;
-    EXPECT_NE(refusal(options).find("behind a reverse proxy with TLS"), std::string::npos) << address;
-  }
-  for (const char* address : {"", "glove", "127.0.0.1:80", "127.0.0"}) {
-    options.address = address;
-    EXPECT_NE(refusal(options).find("is no address: give 127.0.0.1"), std::string::npos) << address;
-  }
+  EXPECT_EQ(refusal(options),
+            fmt::format("port {} is in use: close the program that listens there, or give another "
+                        "port, or 0 for any",
+                        running.place.port));
   EXPECT_TRUE(running.answers());
 }
 

@@ -13,6 +13,7 @@
 #include "apps/live/assets.hpp"
 #include "apps/live/test_wire.hpp"
 #include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 
 namespace flexor::live {
 namespace {
@@ -25,12 +26,7 @@ std::string body_of(const std::string& answer) {
 }
 
 std::string refusal(const ServerOptions& options) {
-  try {
-    Server server(options, {});
-  } catch (const io::InputError& error) {
-    return error.what();
-  }
-  return "none";
+  return io::refusal_of([&] { Server server(options, {}); });
 }
 
 // A sessions' folder beside a file that nobody may have.

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 #include "host/io/terminal_test.hpp"
 #include "host/listen/test_board.hpp"
 
@@ -133,12 +134,7 @@ TEST(Listening, LearnsNoColumnsFromTheEndOfALine) {
 }
 
 std::string refusal(const ListenerOptions& options) {
-  try {
-    const Listener listener(options, kQuiet);
-  } catch (const io::InputError& error) {
-    return error.what();
-  }
-  return "";
+  return io::refusal_of([&] { const Listener listener(options, kQuiet); });
 }
 
 TEST(Listening, SaysWhyItHearsNothing) {

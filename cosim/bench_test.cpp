@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "cosim/usb_helper_test.hpp"
+#include "cosim/flexor_test.hpp"
 #include "host/deploy/host_chain.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"

@@ -12,8 +12,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <cstring>
 #include <mutex>
+#include <string_view>
+#include <utility>
 
 #include "host/io/io.hpp"
 
@@ -84,18 +87,31 @@ avr_uart_t* find_uart(avr_t* a) {
 
 struct Firmware::Image {
   elf_firmware_t elf{};
-  bool is_32u4 = false;
+
+  Image() {
+    static std::once_flag once;
+    std::call_once(once, [] { avr_global_logger_set(quiet); });
+  }
 };
 
 Firmware::Firmware(const std::filesystem::path& elf) : image_(std::make_unique<Image>()) {
-  static std::once_flag once;
-  std::call_once(once, [] { avr_global_logger_set(quiet); });
   io::require_readable(elf);
   if (elf_read_firmware(elf.c_str(), &image_->elf) != 0)
     throw io::InputError(fmt::format("{}: no ELF image", elf.string()));
   image_->elf.frequency = 16000000;
   // The linker notes the device's name, which simavr does not read.
-  image_->is_32u4 = io::read_file(elf).find("atmega32u4") != std::string::npos;
+  mcu_ = io::read_file(elf).find("atmega32u4") != std::string::npos ? "atmega32u4" : "atmega328p";
+}
+
+Firmware::Firmware(std::string mcu, const deploy::FlashContent& content)
+    : image_(std::make_unique<Image>()), mcu_(std::move(mcu)) {
+  elf_firmware_t& elf = image_->elf;
+  elf.frequency = 1000 * kCyclesPerMs;
+  elf.flashbase = static_cast<std::uint32_t>(content.begin);
+  elf.flashsize = static_cast<std::uint32_t>(content.bytes.size() - content.begin);
+  elf.flash = static_cast<std::uint8_t*>(std::calloc(elf.flashsize + 1, 1));
+  std::copy(content.bytes.begin() + static_cast<std::ptrdiff_t>(content.begin), content.bytes.end(),
+            elf.flash);
 }
 
 Firmware::~Firmware() {
@@ -105,8 +121,6 @@ Firmware::~Firmware() {
   free(elf.flash);
   free(elf.eeprom);
 }
-
-bool Firmware::is_32u4() const { return image_->is_32u4; }
 
 std::uint16_t Firmware::address(const std::string& symbol) const {
   const elf_firmware_t& elf = image_->elf;
@@ -154,10 +168,10 @@ struct Board::Hooks {
   static void sleep(avr_t*, avr_cycle_count_t) {}  // simulated time only
 };
 
-Board::Board(const Firmware& firmware) : firmware_(firmware), uart_name_(firmware.is_32u4() ? '1' : '0') {
-  const char* mcu = firmware.is_32u4() ? "atmega32u4" : "atmega328p";
-  avr_t* a = avr_make_mcu_by_name(mcu);
-  if (a == nullptr) throw io::JobError(fmt::format("simavr knows no {}", mcu));
+Board::Board(const Firmware& firmware)
+    : firmware_(firmware), uart_name_(firmware.mcu() == "atmega32u4" ? '1' : '0') {
+  avr_t* a = avr_make_mcu_by_name(firmware.mcu().c_str());
+  if (a == nullptr) throw io::JobError(fmt::format("simavr knows no {}", firmware.mcu()));
   ram_end_ = a->ramend;
   avr_ = a;
   avr_init(a);
@@ -172,8 +186,11 @@ Board::Board(const Firmware& firmware) : firmware_(firmware), uart_name_(firmwar
   avr_irq_register_notify(avr_io_getirq(a, uart_irqs(uart_name_), UART_IRQ_OUTPUT), Hooks::byte, this);
   avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), Hooks::conversion,
                           this);
-  if (firmware.is_32u4()) share_upper_channels();
-  if (!firmware.is_32u4()) listen_to_motors();  // a glove has none
+  if (uart_name_ == '1') {
+    share_upper_channels();
+  } else {
+    listen_to_motors();  // a glove has none
+  }
   power_on();
 }
 
@@ -250,7 +267,11 @@ double Board::baud() const {
 // There stands cli, then a jump to itself.
 void Board::hang(bool interrupts) {
   constexpr avr_flashaddr_t kCliBytes = 2;
-  avr(avr_)->pc = firmware_.address("_exit") + (interrupts ? kCliBytes : 0);
+  constexpr std::string_view kEnd = "\xf8\x94\xff\xcf";
+  const std::span<std::uint8_t> all = flash();
+  const std::size_t at = std::string_view(reinterpret_cast<const char*>(all.data()), all.size()).find(kEnd);
+  if (at == std::string_view::npos) throw io::JobError("the board has no program that can hang");
+  avr(avr_)->pc = static_cast<avr_flashaddr_t>(at) + (interrupts ? kCliBytes : 0);
   avr(avr_)->state = cpu_Running;
 }
 
@@ -385,6 +406,8 @@ Board::Eeprom Board::eeprom() {
   avr_ioctl(avr(avr_), AVR_IOCTL_EEPROM_GET, &all);
   return {all.ee};
 }
+
+std::span<std::uint8_t> Board::flash() { return {avr(avr_)->flash, avr(avr_)->flashend + 1U}; }
 
 void Board::erase_eeprom() { std::fill_n(eeprom().bytes, kEepromBytes, std::uint8_t{0xff}); }
 

@@ -1,5 +1,5 @@
-// One simulated ATmega328P or, of the glove, ATmega32U4 at 16 MHz: an ELF image run instruction by instruction, its pins and registers
-// open to the world.
+// One simulated ATmega328P or, of the glove, ATmega32U4 at 16 MHz: an image run instruction by instruction, its pins and
+// registers open to the world.
 //
 // Times are cycles since the world began; a board that is switched on later, or off for a while, keeps
 // counting.
@@ -12,6 +12,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,10 +23,12 @@ namespace flexor::cosim {
 using Cycles = std::uint64_t;
 inline constexpr Cycles kCyclesPerMs = 16000;
 
-// An ELF file, read once for any number of boards. Throws io::InputError.
+// An ELF file or flash content, read once for any number of boards. Throws io::InputError.
 class Firmware {
  public:
   explicit Firmware(const std::filesystem::path& elf);
+  // Without symbols.
+  Firmware(std::string mcu, const deploy::FlashContent& content);
   ~Firmware();
   Firmware(const Firmware&) = delete;
   Firmware& operator=(const Firmware&) = delete;
@@ -33,13 +36,14 @@ class Firmware {
   // Address in data space. Throws io::JobError when the image has no such symbol.
   std::uint16_t address(const std::string& symbol) const;
   // What it was linked for.
-  bool is_32u4() const;
+  const std::string& mcu() const { return mcu_; }
 
   struct Image;
   const Image& image() const { return *image_; }
 
  private:
   std::unique_ptr<Image> image_;
+  std::string mcu_;
 };
 
 class Board {
@@ -76,7 +80,8 @@ class Board {
 
   // Supply off until `until`: registers and RAM are lost, EEPROM is not. Also for a late start.
   void power_off(Cycles until);
-  // From now on the program goes round in circles: at the end of avr-libc's exit(), which main never comes to.
+  // From now on the program goes round in circles: at the end of avr-libc's exit(), which main never comes to. Throws
+  // io::JobError when the flash has no such end.
   void hang(bool interrupts);
 
   // -1 .. 1: share of full voltage on motor 0 .. 4 of the hand, by PWM, direction and enable pin.
@@ -103,6 +108,7 @@ class Board {
   };
   static constexpr int kEepromBytes = 1024;
   Eeprom eeprom();
+  std::span<std::uint8_t> flash();
   void erase_eeprom();
 
   // Most bytes of stack that were in use since power-on.

@@ -13,6 +13,7 @@
 #include <tuple>
 #include <utility>
 
+#include "cosim/built_images_test.hpp"
 #include "cosim/radio_ear.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/deploy/send.hpp"
@@ -32,21 +33,10 @@ const twin::Parameters& parameters() {
   return p;
 }
 
-twin::TrialInput trial_input_of(const char* compensator = "published-hw", double rate_hz = 20) {
-  return {parameters(), study::motions("1").front(), study::compensator(compensator, rate_hz).model, 1,
-          false};
-}
-
 // The images that a user would flash.
 const Images& images() {
-  static const std::unique_ptr<Images> built = [] {
-    const twin::TrialInput input = trial_input_of();
-    const io::TemporaryFolder folder;
-    const auto glove = deploy::build_glove(study::glove_for(parameters(), input.compensator), folder.path());
-    const auto hand = deploy::build_hand(study::safe_hand(parameters(), input.compensator), folder.path());
-    return std::unique_ptr<Images>(new Images{Firmware(glove.elf), Firmware(hand.elf)});
-  }();
-  return *built;
+  static const Images built = built_images(published_input());
+  return built;
 }
 
 using Path = std::vector<std::array<double, 5>>;  // joints, each millisecond
@@ -99,7 +89,7 @@ class Watched {
  private:
   // Without bursts of contact noise, which would come at other instants after a restart of the glove.
   static twin::TrialInput steady() {
-    twin::TrialInput input = trial_input_of();
+    twin::TrialInput input = published_input();
     input.parameters.burst_rate_per_s = 0;
     return input;
   }
@@ -355,19 +345,20 @@ struct Starts {
   int from_ms, to_ms, step_ms;
 };
 
+twin::Motion still(double length_s) {
+  std::array<std::vector<double>, 5> angle;
+  for (auto& finger : angle) finger.assign(2, 100);
+  return twin::Motion::from_samples("still", {0, length_s}, angle);
+}
+
 // Seconds from a start until a frame is believed: the longest of them all.
 double slowest_start_s(double rate_hz, const Starts& starts) {
   constexpr int kTogether_ms = 1900;  // longer than any takes
   const int apart_ms = starts.to_ms + kTogether_ms;
   const int count = (starts.to_ms - starts.from_ms) / starts.step_ms + 1;
-  twin::TrialInput input = trial_input_of("published-hw", rate_hz);
-  std::array<std::vector<double>, 5> still;
-  for (auto& finger : still) finger.assign(2, 100);
-  input.motion = twin::Motion::from_samples("still", {0, count * apart_ms / 1000.}, still);
-  const io::TemporaryFolder folder;
-  const Images own{
-      Firmware(deploy::build_glove(study::glove_for(parameters(), input.compensator), folder.path()).elf),
-      Firmware(deploy::build_hand(study::safe_hand(parameters(), input.compensator), folder.path()).elf)};
+  twin::TrialInput input = published_input(rate_hz);
+  input.motion = still(count * apart_ms / 1000.);
+  const Images own = built_images(input);
   CoSimulation simulation(own, input, 0);
   std::int64_t on_ms = 0;
   std::int64_t worst_ms = 0;
@@ -404,22 +395,11 @@ TEST(Freshness, NoInstantOfAStartKeepsTheBoardsApart) {
   }
 }
 
-Images own_images(const twin::TrialInput& input, deploy::ModelAs model_as = deploy::ModelAs::code) {
-  const io::TemporaryFolder folder;
-  deploy::Glove glove = study::glove_for(input.parameters, input.compensator);
-  glove.model_as = model_as;
-  return {
-      Firmware(deploy::build_glove(glove, folder.path()).elf),
-      Firmware(deploy::build_hand(study::safe_hand(input.parameters, input.compensator), folder.path()).elf)};
-}
-
 twin::TrialInput still_input(double rate_hz, double baud, double length_s) {
-  twin::TrialInput input = trial_input_of("published-hw", rate_hz);
+  twin::TrialInput input = published_input(rate_hz);
   input.parameters.baud = baud;
   input.parameters.frame_rate_hz = 0;
-  std::array<std::vector<double>, 5> still;
-  for (auto& finger : still) finger.assign(2, 100);
-  input.motion = twin::Motion::from_samples("still", {0, length_s}, still);
+  input.motion = still(length_s);
   return input;
 }
 
@@ -427,7 +407,7 @@ twin::TrialInput still_input(double rate_hz, double baud, double length_s) {
 // believed, the longest of a minute.
 double slowest_of_random_starts_s(double rate_hz, double baud, unsigned seed, double length_s) {
   const twin::TrialInput input = still_input(rate_hz, baud, length_s);
-  const Images own = own_images(input);
+  const Images own = built_images(input);
   CoSimulation simulation(own, input, 0);
   std::mt19937 random(seed);
   std::int64_t next_ms = 200;
@@ -515,7 +495,7 @@ std::vector<std::uint8_t> rubbish_like(std::vector<std::uint8_t> wire) {
 // What nobody guards costs the time on the air that it takes, and little more.
 TEST(Link, WhoHasNoKeyIsWorthLittleMoreThanRubbish) {
   const twin::TrialInput input = still_input(20, 9600, 12);
-  const Images own = own_images(input, deploy::ModelAs::data);
+  const Images own = built_images(input, deploy::ModelAs::data);
   const auto request = unguarded(link::Type::request, {3});
   const double rubbish = followed(own, input, rubbish_like(request));
   const double asked = followed(own, input, request);
@@ -540,7 +520,7 @@ TEST(Link, WhoHasNoKeyIsWorthLittleMoreThanRubbish) {
 // Once a second a byte that says that a model comes: no frame is left out for it.
 TEST(Link, APieceThatIsNotBelievedGetsNoTurn) {
   const twin::TrialInput input = still_input(20, 9600, 6);
-  const Images own = own_images(input, deploy::ModelAs::data);
+  const Images own = built_images(input, deploy::ModelAs::data);
   CoSimulation simulation(own, input, 0);
   std::uint32_t first = 0;
   simulation.on_ms = [&](std::int64_t now) {
@@ -573,12 +553,8 @@ TEST(Freshness, AHandWhoseCountOfStartsWrapsIsBackInTouch) {
 // Both directions in one air: what the hand says while the glove speaks is lost, and what the glove says too.
 TEST(Link, TheHandSpeaksOnlyWhileTheGloveListens) {
   for (const double rate_hz : {10., 20., 50., 100.}) {
-    twin::TrialInput input = trial_input_of("published-hw", rate_hz);
-    const io::TemporaryFolder folder;
-    const deploy::Glove glove = study::glove_for(parameters(), input.compensator);
-    const Images own{
-        Firmware(deploy::build_glove(glove, folder.path()).elf),
-        Firmware(deploy::build_hand(study::safe_hand(parameters(), input.compensator), folder.path()).elf)};
+    const twin::TrialInput input = published_input(rate_hz);
+    const Images own = built_images(input);
     CoSimulation simulation(own, input, 0);
     link::PacketReader reader;
     int telemetry = 0;
@@ -603,7 +579,7 @@ struct OverSlowRadio {
 };
 OverSlowRadio over_slow_radio(double rate_hz, double one_way_s, double jitter_s, double loss) {
   twin::TrialInput input = still_input(rate_hz, 9600, 60);
-  const Images own = own_images(input);
+  const Images own = built_images(input);
   input.parameters.module_latency_s = one_way_s;
   input.parameters.jitter_s = jitter_s;
   input.parameters.loss = loss;

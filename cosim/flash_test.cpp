@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "cosim/replay.hpp"
-#include "cosim/usb_helper_test.hpp"
+#include "cosim/usb_board_test.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/deploy/flash.hpp"
 #include "host/deploy/intel_hex.hpp"
@@ -76,8 +76,7 @@ class Flash : public testing::Test {
   // One board, flashed; true: the image is in it and runs.
   bool flash_one(int number) const {
     const fs::path dump = folder_ / fmt::format("flash{}", number);
-    UsbHelper board({option("bootloader", boot()), option("program", folder_ / "before/glove.hex"),
-                     option("flash", dump)});
+    UsbBoard board({.bootloader = boot(), .program = folder_ / "before/glove.hex", .flash = dump});
     const Finished r = flexor({"flash", image(), "--port", board.port(), "--json"});
     EXPECT_EQ(r.exit, 0) << r.err;
     if (r.exit != 0) return false;
@@ -110,7 +109,7 @@ TEST_F(Flash, TwentyOfTwentyAreWrittenComparedAndRun) {
 
 TEST_F(Flash, AnOldBootloaderIsFoundAtItsRate) {
   const fs::path dump = folder_ / "flash";
-  UsbHelper board({option("bootloader", kOldBootloader), option("flash", dump)});
+  UsbBoard board({.bootloader = kOldBootloader, .flash = dump});
   const Finished r = flexor({"flash", (folder_ / "new").string(), "--port", board.port(), "--json"});
   ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_EQ(nlohmann::json::parse(r.out).at("baud"), 57600);
@@ -121,8 +120,8 @@ TEST_F(Flash, AnOldBootloaderIsFoundAtItsRate) {
 // A watchdog that bit goes on with 16 ms. Optiboot stops it and starts the program at once; the old loader waits for a
 // program longer than that, and so for ever.
 TEST_F(Flash, AHungProgramIsBackThroughOptibootAndNotThroughTheOldLoader) {
-  UsbHelper optiboot({option("bootloader", boot()), option("program", image()), "hangs_after=500"});
-  UsbHelper old({option("bootloader", kOldBootloader), option("program", image()), "hangs_after=500"});
+  UsbBoard optiboot({.bootloader = boot(), .program = image(), .hangs_after_ms = 500});
+  UsbBoard old({.bootloader = kOldBootloader, .program = image(), .hangs_after_ms = 500});
   std::this_thread::sleep_for(std::chrono::milliseconds(3000));
   EXPECT_GT(optiboot.finish(), 3);
   EXPECT_EQ(old.finish(), 0);
@@ -132,14 +131,14 @@ TEST_F(Flash, AnotherChipIsNamedAndNotWritten) {
   const fs::path other = folder_ / "atmega168.hex";
   const fs::path dump = folder_ / "flash";
   build_optiboot("atmega168", "0x3e00", "0x3ffe", other);
-  UsbHelper board({option("bootloader", other), "mcu=atmega168", option("flash", dump)});
+  UsbBoard board({.bootloader = other, .mcu = "atmega168", .flash = dump});
   expect_says(flexor({"flash", image(), "--port", board.port()}), 1, "the chip there is 0x1e9406");
   board.finish();
   EXPECT_EQ(io::read_file(dump).substr(0, 0x3e00), std::string(0x3e00, '\xff'));
 }
 
 TEST_F(Flash, WhatDoesNotStayIsNoticed) {
-  UsbHelper board({option("bootloader", boot()), "frozen=yes"});
+  UsbBoard board({.bootloader = boot(), .frozen = true});
   expect_says(flexor({"flash", image(), "--port", board.port()}), 1, "at addr 0x0000");
 }
 
@@ -149,20 +148,20 @@ TEST_F(Flash, WithoutABootloaderBothRatesAreTriedAndTheCausesSaid) {
   bytes[0x7e00] = 0xff;  // rjmp .-2
   bytes[0x7e01] = 0xcf;
   io::write_file(loop, deploy::to_intel_hex({bytes, 0x7e00}));
-  UsbHelper board({option("bootloader", loop)});
+  UsbBoard board({.bootloader = loop});
   expect_says(flexor({"flash", image(), "--port", board.port()}), 1,
               "no bootloader answers at 115200 and 57600 baud");
 }
 
 TEST_F(Flash, APulledPlugEndsIt) {
-  UsbHelper board({option("bootloader", boot()), "unplugged_after=3000"});
+  UsbBoard board({.bootloader = boot(), .unplugged_after = 3000});
   expect_says(flexor({"flash", image(), "--port", board.port()}), 1,
               "the bootloader is whole: check cable and supply, then the same once more");
 }
 
 TEST_F(Flash, AnInterruptSaysWhatTheBoardHoldsAndASecondRunMends) {
   const fs::path dump = folder_ / "flash";
-  UsbHelper board({option("bootloader", boot()), option("flash", dump)});
+  UsbBoard board({.bootloader = boot(), .flash = dump});
   const std::string err = (folder_ / "err").string();
   const std::string command = fmt::format("exec timeout -s INT 1.7 '{}' flash '{}' --port {} 2> '{}'",
                                           fs::absolute(FLEXOR_PROGRAM).string(), image(), board.port(), err);
@@ -190,9 +189,10 @@ class Pair : public Flash {
     deploy::build_hand(hand, folder_ / "pair");
   }
 
-  std::vector<std::string> board(const std::string& name) const {
-    return {option("bootloader", boot()), option("program", folder_ / "pair" / (name + ".hex")),
-            option("flash", folder_ / (name + ".bin"))};
+  UsbBoardSetup board(const std::string& name) const {
+    return {.bootloader = boot(),
+            .program = folder_ / "pair" / (name + ".hex"),
+            .flash = folder_ / (name + ".bin")};
   }
   deploy::FlashContent flash(const std::string& name) const {
     const std::string bytes = io::read_file(folder_ / (name + ".bin"));
@@ -222,8 +222,8 @@ class Pair : public Flash {
 };
 
 TEST_F(Pair, TwoBoardsGetANewKeyAndRunOn) {
-  UsbHelper glove(board("glove"));
-  UsbHelper hand(board("hand"));
+  UsbBoard glove(board("glove"));
+  UsbBoard hand(board("hand"));
   const fs::path file = folder_ / "pair.key";
   const Finished r = flexor({"pair", "--glove", glove.port(), "--hand", hand.port(), "--out", file});
   ASSERT_EQ(r.exit, 0) << r.err;
@@ -241,16 +241,16 @@ TEST_F(Pair, TwoBoardsGetANewKeyAndRunOn) {
 
 TEST_F(Pair, AHandThatFailsIsSaidWithTheCommandThatMends) {
   const fs::path file = folder_ / "pair.key";
-  UsbHelper glove(board("glove"));
+  UsbBoard glove(board("glove"));
   {
-    std::vector<std::string> arguments = board("hand");
-    arguments.emplace_back("frozen=yes");
-    UsbHelper hand(arguments);
+    UsbBoardSetup frozen = board("hand");
+    frozen.frozen = true;
+    UsbBoard hand(frozen);
     const Finished r = flexor({"pair", "--glove", glove.port(), "--hand", hand.port(), "--out", file});
     expect_says(r, 1, "the glove has the new key, the hand may have either key, or none");
     expect_says(r, 1, fmt::format("flexor pair --key {} --glove {} --hand ", file.string(), glove.port()));
   }
-  UsbHelper hand(board("hand"));
+  UsbBoard hand(board("hand"));
   const Finished r = flexor({"pair", "--key", file, "--glove", glove.port(), "--hand", hand.port()});
   EXPECT_EQ(r.exit, 0) << r.err;
   glove.finish();
@@ -260,8 +260,8 @@ TEST_F(Pair, AHandThatFailsIsSaidWithTheCommandThatMends) {
 
 TEST_F(Pair, WhatHoldsNoRecordStopsBeforeAnyKeyIsChanged) {
   const fs::path file = folder_ / "pair.key";
-  UsbHelper glove(board("glove"));
-  UsbHelper empty({option("bootloader", boot())});
+  UsbBoard glove(board("glove"));
+  UsbBoard empty({.bootloader = boot()});
   expect_says(flexor({"pair", "--glove", glove.port(), "--hand", empty.port(), "--out", file}), 1,
               "holds no key record");
   EXPECT_FALSE(fs::exists(file));
@@ -317,7 +317,7 @@ TEST_F(SendThroughBootloader, TheBoardRunsTheNewModelAndThenTheNext) {
   deploy::Glove glove = published();
   deploy::FlashContent before = deploy::read_image(hex);
   before.bytes.resize(0x7e00, 0xff);
-  UsbHelper board({option("bootloader", boot()), option("program", hex), option("flash", dump)});
+  UsbBoard board({.bootloader = boot(), .program = hex, .flash = dump});
   for (const double scale : {0.9, 0.8}) {
     glove.model = with_curves(published().model, scale);
     const fs::path model = folder_ / "model.json";

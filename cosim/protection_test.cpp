@@ -4,13 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
+#include "cosim/built_images_test.hpp"
 #include "cosim/co_simulation.hpp"
 #include "cosim/lies.hpp"
-#include "host/deploy/deploy.hpp"
-#include "host/io/io.hpp"
-#include "host/study/boards.hpp"
 
 namespace flexor::cosim {
 namespace {
@@ -20,32 +17,15 @@ constexpr double kTop_deg_s = 450;
 constexpr double kLongest_s = 0.05;
 
 twin::TrialInput input_of(const std::string& gesture) {
-  twin::TrialInput input{study::shipped_parameters(), study::motions(gesture).front(),
-                         study::compensator("published-hw", 20).model, 1, false};
+  twin::TrialInput input = between_soft_stops(published_input(20, gesture));
   input.parameters.frame_bytes = link::frame_bytes(true);
-  input.parameters.stop_stiffness_mNm_deg = 100;
-  input.parameters.stop_damping_mNms_deg = 0.05;
   return input;
 }
 
-std::unique_ptr<Images> build(bool watched) {
-  const twin::TrialInput input = input_of("1");
-  const io::TemporaryFolder folder;
-  deploy::Hand hand = study::safe_hand(input.parameters, input.compensator);
-  if (!watched) {
-    hand.motor = {};
-    hand.reach_deg = 1e9;
-  }
-  const auto glove =
-      deploy::build_glove(study::glove_for(input.parameters, input.compensator), folder.path());
-  return std::unique_ptr<Images>(
-      new Images{Firmware(glove.elf), Firmware(deploy::build_hand(hand, folder.path()).elf)});
-}
-
 const Images& images(bool watched) {
-  static const std::unique_ptr<Images> guarded = build(true);
-  static const std::unique_ptr<Images> bare = build(false);
-  return watched ? *guarded : *bare;
+  static const Images guarded = built_images(input_of("1"));
+  static const Images bare = built_images(input_of("1"), deploy::ModelAs::code, false);
+  return watched ? guarded : bare;
 }
 
 struct Outcome {

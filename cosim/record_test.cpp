@@ -7,8 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "cosim/usb_board.hpp"
-#include "cosim/usb_helper_test.hpp"
+#include "cosim/usb_board_test.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
@@ -44,7 +43,7 @@ class Record : public testing::Test {
 };
 
 TEST_F(Record, FindsAGlovesRateAndKeepsItsAngles) {
-  UsbHelper board({option("bootloader", boot()), option("program", image({}))});
+  UsbBoard board({.bootloader = boot(), .program = image({})});
   const fs::path out = folder_.path() / "log.csv";
   const Finished r = flexor({"record", out.string(), "--port", board.port(), "--for", "2", "--json"});
   ASSERT_EQ(r.exit, 0) << r.err;
@@ -58,7 +57,7 @@ TEST_F(Record, FindsAGlovesRateAndKeepsItsAngles) {
 }
 
 TEST_F(Record, GivesTheStripsReadingsOnDemand) {
-  UsbHelper board({option("bootloader", boot()), option("program", image({}))});
+  UsbBoard board({.bootloader = boot(), .program = image({})});
   const fs::path out = folder_.path() / "log.csv";
   const Finished r = flexor({"record", out.string(), "--port", board.port(), "--for", "2", "--readings"});
   ASSERT_EQ(r.exit, 0) << r.err;
@@ -77,7 +76,7 @@ TEST_F(Record, IsTheHandOfAGloveThatIsPaired) {
   const link::Key key = {{1, 2, 3}};
   const fs::path file = folder_.path() / "pair.key";
   deploy::write_key(file, key);
-  UsbHelper board({option("bootloader", boot()), option("program", image(key))});
+  UsbBoard board({.bootloader = boot(), .program = image(key)});
   const Finished alone = flexor({"monitor", "--port", board.port(), "--for", "1"});
   expect_says(alone, 2, "waits for its hand");
   const Finished r =
@@ -87,7 +86,7 @@ TEST_F(Record, IsTheHandOfAGloveThatIsPaired) {
 }
 
 TEST_F(Record, ReadsWhatAHandSaysOfItsFingers) {
-  UsbHelper board({option("bootloader", boot()), option("program", hand_image({}))});
+  UsbBoard board({.bootloader = boot(), .program = hand_image({})});
   const Finished r = flexor({"monitor", "--port", board.port(), "--for", "3", "--json"});
   ASSERT_EQ(r.exit, 0) << r.err;
   const nlohmann::json said = nlohmann::json::parse(r.out);
@@ -107,7 +106,7 @@ TEST_F(Record, ReadsWhatAHandSaysOfItsFingers) {
 }
 
 TEST_F(Record, TellsAHandThatWaitsForItsGlove) {
-  UsbHelper board({option("bootloader", boot()), option("program", hand_image(link::Key{{1, 2, 3}}))});
+  UsbBoard board({.bootloader = boot(), .program = hand_image(link::Key{{1, 2, 3}})});
   expect_says(flexor({"monitor", "--port", board.port(), "--for", "1"}), 2, "waits for its glove");
 }
 

@@ -11,8 +11,7 @@
 #include <thread>
 
 #include "cosim/radio_ear.hpp"
-#include "cosim/usb_board.hpp"
-#include "cosim/usb_helper_test.hpp"
+#include "cosim/usb_board_test.hpp"
 #include "host/deploy/deploy.hpp"
 #include "host/deploy/host_chain.hpp"
 #include "host/deploy/pair_key.hpp"
@@ -57,12 +56,11 @@ class SendOverUsb : public testing::Test {
     return glove;
   }
   // It keeps its EEPROM from one start to the next.
-  std::vector<std::string> board(const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> out = {option("bootloader", folder_ / "boot.hex"),
-                                    option("program", folder_ / "glove.hex"),
-                                    option("eeprom", folder_ / "eeprom.bin")};
-    out.insert(out.end(), more.begin(), more.end());
-    return out;
+  UsbBoardSetup board(std::optional<long> unplugged_after = {}) const {
+    return {.bootloader = folder_ / "boot.hex",
+            .program = folder_ / "glove.hex",
+            .eeprom = folder_ / "eeprom.bin",
+            .unplugged_after = unplugged_after};
   }
   Finished send(const std::string& port, std::vector<std::string> more = {}) const {
     more.insert(more.begin(), {"send", path_of(kAfter), "--port", port});
@@ -126,7 +124,7 @@ class SendOverUsb : public testing::Test {
 };
 
 TEST_F(SendOverUsb, TheNewModelRunsWithinFiveSecondsAndAfterARestart) {
-  UsbHelper helper(board());
+  UsbBoard helper(board());
   expect_runs(helper.port(), kBefore);
   const auto begin = Clock::now();
   const Finished r = send(helper.port(), {"--json"});
@@ -140,19 +138,19 @@ TEST_F(SendOverUsb, TheNewModelRunsWithinFiveSecondsAndAfterARestart) {
   RecordProperty("figures", r.out);
   expect_runs(helper.port(), kAfter);
   helper.finish();
-  UsbHelper again(board());
+  UsbBoard again(board());
   expect_runs(again.port(), kAfter);
 }
 
 TEST_F(SendOverUsb, APlugPulledOnTheWayLeavesTheOldModelAndASecondRunMends) {
-  for (const char* bytes : {"60", "250", "400"}) {
-    UsbHelper helper(board({std::string("unplugged_after=") + bytes}));
+  for (const long bytes : {60, 250, 400}) {
+    UsbBoard helper(board(bytes));
     expect_says(send(helper.port()), 1, "it runs its old model; send again");
     helper.finish();
-    UsbHelper again(board());
+    UsbBoard again(board());
     expect_runs(again.port(), kBefore);
   }
-  UsbHelper helper(board());
+  UsbBoard helper(board());
   EXPECT_EQ(send(helper.port()).exit, 0);
   expect_runs(helper.port(), kAfter);
 }
@@ -160,13 +158,13 @@ TEST_F(SendOverUsb, APlugPulledOnTheWayLeavesTheOldModelAndASecondRunMends) {
 TEST_F(SendOverUsb, AWrongKeyIsOneLineAndChangesNothing) {
   const fs::path other = folder_ / "other.key";
   deploy::write_key(other, deploy::key_from_hex("ff0102030405060708090a0b0c0d0e0f"));
-  UsbHelper helper(board());
+  UsbBoard helper(board());
   expect_says(send(helper.port(), {"--key", other}), 2, "the glove has another key, or none: --key FILE");
   expect_runs(helper.port(), kBefore);
 }
 
 TEST_F(SendOverUsb, OfManyAtOnceOneGetsThePortAndTheBoardIsReachableAfterwards) {
-  UsbHelper helper(board());
+  UsbBoard helper(board());
   for (int round = 0; round < 2; ++round) {
     std::array<Finished, 4> all;
     {
@@ -185,7 +183,7 @@ TEST_F(SendOverUsb, NobodyThereIsOneLine) {
   deploy::FlashContent loop{std::vector<std::uint8_t>(0x7e02, 0xff), 0x7e00};
   loop.bytes[0x7e01] = 0xcf;  // rjmp .-2
   io::write_file(folder_ / "boot.hex", deploy::to_intel_hex(loop));
-  UsbHelper helper(board());
+  UsbBoard helper(board());
   expect_says(send(helper.port()), 1, "nothing answers: is it the glove's port, and --baud its rate?");
   expect_says(send((folder_ / "ttyNone").string()), 2, "no such port: is the board plugged in?");
 }

@@ -12,6 +12,7 @@
 #include <numbers>
 #include <random>
 
+#include "cosim/built_images_test.hpp"
 #include "cosim/co_simulation.hpp"
 #include "cosim/lies.hpp"
 #include "cosim/radio_ear.hpp"
@@ -40,7 +41,9 @@ double from_environment(const char* name, double otherwise) {
 }
 
 // Fists of all fingers, now slow, now quick.
-twin::TrialInput wear(const twin::Parameters& p, double length_s) {
+twin::TrialInput wear(double length_s) {
+  twin::TrialInput input = between_soft_stops(published_input());
+  const twin::Parameters& p = input.parameters;
   constexpr double kStep_s = 0.05;
   std::vector<double> t_s;
   std::array<std::vector<double>, twin::kFingers> angle;
@@ -53,10 +56,7 @@ twin::TrialInput wear(const twin::Parameters& p, double length_s) {
       angle[i].push_back(p.hand_lower_deg[i] + closed * (p.hand_upper_deg[i] - p.hand_lower_deg[i]));
     }
   }
-  twin::TrialInput input{p, twin::Motion::from_samples("wear", t_s, angle),
-                         study::compensator("published-hw", 20).model, 1, false};
-  input.parameters.stop_stiffness_mNm_deg = 100;
-  input.parameters.stop_damping_mNms_deg = 0.05;
+  input.motion = twin::Motion::from_samples("wear", t_s, angle);
   return input;
 }
 
@@ -81,14 +81,6 @@ struct Wear {
   double impact_deg_s = 0;
   std::uint32_t received = 0;
 };
-
-Images build(const twin::TrialInput& input) {
-  const io::TemporaryFolder folder;
-  const auto glove =
-      deploy::build_glove(study::glove_for(input.parameters, input.compensator), folder.path());
-  const auto hand = deploy::build_hand(study::safe_hand(input.parameters, input.compensator), folder.path());
-  return {Firmware(glove.elf), Firmware(hand.elf)};
-}
 
 ByteFaults bursts() {
   ByteFaults faults;
@@ -197,8 +189,8 @@ class Forger {
 class Worn {
  public:
   explicit Worn(double length_s)
-      : input_(wear(study::shipped_parameters(), length_s)),
-        images_(build(input_)),
+      : input_(wear(length_s)),
+        images_(built_images(input_)),
         simulation_(images_, input_, 0, bursts()),
         forger_(simulation_),
         progress_(length_s) {

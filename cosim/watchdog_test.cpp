@@ -3,13 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <optional>
 
+#include "cosim/built_images_test.hpp"
 #include "cosim/co_simulation.hpp"
-#include "host/deploy/deploy.hpp"
-#include "host/io/io.hpp"
-#include "host/study/boards.hpp"
 #include "runtime/hand/fault.hpp"
 #include "runtime/link/receiver.hpp"
 
@@ -19,25 +16,9 @@ namespace {
 constexpr std::uint8_t kWatchdogBit = 1U << 3;  // as MCUSR, in a State
 constexpr double kBackWithin_ms = 2000;
 
-twin::TrialInput hanging_input() {
-  twin::TrialInput input{study::shipped_parameters(), study::motions("1").front(),
-                         study::compensator("published-hw", 20).model, 1, false};
-  input.parameters.stop_stiffness_mNm_deg = 100;
-  input.parameters.stop_damping_mNms_deg = 0.05;
-  return input;
-}
-
 const Images& hanging_images() {
-  static const std::unique_ptr<Images> built = [] {
-    const twin::TrialInput input = hanging_input();
-    const io::TemporaryFolder folder;
-    const auto glove =
-        deploy::build_glove(study::glove_for(input.parameters, input.compensator), folder.path());
-    const auto hand =
-        deploy::build_hand(study::safe_hand(input.parameters, input.compensator), folder.path());
-    return std::unique_ptr<Images>(new Images{Firmware(glove.elf), Firmware(hand.elf)});
-  }();
-  return *built;
+  static const Images built = built_images(between_soft_stops(published_input()));
+  return built;
 }
 
 enum class Hung { glove, hand };
@@ -132,7 +113,7 @@ class Hanging {
   }
 
   Hang hang_;
-  twin::TrialInput input_ = hanging_input();
+  twin::TrialInput input_ = between_soft_stops(published_input());
   CoSimulation simulation_{hanging_images(), input_, 0};
   Aftermath out_;
   std::optional<double> bite_;  // ms

@@ -15,6 +15,7 @@
 #include "host/camera/video.hpp"
 #include "host/io/base64.hpp"
 #include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 #include "host/model/model.hpp"
 #include "host/twin/hand_view.hpp"
 
@@ -39,17 +40,8 @@ Json picture(LiveJobs& jobs, int k) {
   return {{"t_s", k / kRate_hz}, {"jpeg", drawn.at("jpeg")}};
 }
 
-std::string fault(const std::function<void()>& job) {
-  try {
-    job();
-  } catch (const io::InputError& error) {
-    return error.what();
-  }
-  return "none";
-}
-
 void expect_fault(const std::function<void()>& job, const std::string& says) {
-  const std::string text = fault(job);
+  const std::string text = io::refusal_of(job);
   EXPECT_NE(text.find(says), std::string::npos) << text;
 }
 

@@ -64,15 +64,13 @@ TEST_F(From, ARecordingIsShownFaster) {
 TEST_F(From, AMonitorDrawsWithItsOwnEscapesAlone) {
   FLEXOR_NEEDS_TERMINALS();
   std::ofstream(path("log.csv")) << "t_s,in\x1b[2Jdex\xc2\x9b\n0,1\n0.1,2\n0.2,3\n";
-  const int end = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
-  ASSERT_EQ(::grantpt(end) | ::unlockpt(end), 0);
-  const int terminal = ::open(::ptsname(end), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  const io::Terminal screen;
+  const int terminal = ::open(screen.name().c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
   io::Process monitor(FLEXOR_PROGRAM, {"flexor", "monitor", "--from", path("log.csv")},
                       {{terminal, STDOUT_FILENO}});
   ::close(terminal);
   std::string shown;
-  for (char c = 0; ::read(end, &c, 1) == 1;) shown += c;
-  ::close(end);
+  for (char c = 0; ::read(screen.master(), &c, 1) == 1;) shown += c;
   EXPECT_EQ(monitor.wait(), 0);
   EXPECT_NE(shown.find("\x1b[Kin?[2Jdex?"), std::string::npos) << shown;
   EXPECT_EQ(shown.find("?[K"), std::string::npos) << shown;

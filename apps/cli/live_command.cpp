@@ -26,7 +26,6 @@ struct Options {
   std::string from;
   double rate_hz = 0;
   double lead_s = 0;
-  std::string address = "127.0.0.1";
   unsigned short http_port = 0;
   std::string opengloves;
   bool lsl = false;
@@ -104,7 +103,6 @@ live::LiveOptions live_options(const Options& o) {
   out.model = o.model;
   out.rate_hz = o.rate_hz;
   out.lead_s = o.lead_s;
-  out.server.address = o.address;
   out.server.port = o.http_port;
   const std::string from = o.demo ? "boards" : o.from;
   if (from == "boards") {
@@ -191,8 +189,6 @@ void add_live(CLI::App& app) {
                       "liblsl, where the system does not find it; implies --lsl");
   command->add_option("--mcap", o->mcap, "file that gets the angles as ROS 2 JointState; a new one");
   command->add_option("--http", o->http_port, "port of the page (default: any that is free)");
-  command->add_option("--address", o->address, "loopback address that the page is served at")
-      ->capture_default_str();
   command->add_flag("--json", o->json, "the address as one JSON object on standard output, at the start");
   command->callback([o] { run(*o); });
 }

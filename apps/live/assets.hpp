@@ -10,7 +10,6 @@ struct Asset {
   std::string_view name;  // "index.html", "assets/main.js": the path behind the token
   std::string_view type;  // MIME
   std::string_view bytes;
-  std::string_view gzip;  // the same, compressed; empty where that saves nothing
 };
 
 std::span<const Asset> assets();

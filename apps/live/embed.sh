@@ -1,11 +1,8 @@
 #!/usr/bin/env bash
-# Writes OUT, C++ that carries every file of FOLDER, and its gzip where that is smaller. Arguments: FOLDER OUT.
+# Writes OUT, C++ that carries every file of FOLDER. Arguments: FOLDER OUT.
 set -euo pipefail
 folder=$1
 out=$2
-packed=$out.gz.d
-rm -rf "$packed"
-mkdir -p "$packed"
 
 type_of() {
   case $1 in
@@ -43,13 +40,7 @@ mapfile -t names < <(find . -type f | sed 's,^\./,,' | LC_ALL=C sort)
     name=${names[i]}
     [[ $name != *[\"\\]* ]] || { echo "embed.sh: a name that cannot be carried: $name" >&2; exit 1; }
     carried "flexor_asset_$i" "$PWD/$name"
-    gzip=
-    gzip -9 -n -c "$name" >"$packed/$i"
-    if [ "$(stat -c %s "$packed/$i")" -lt $(($(stat -c %s "$name") * 9 / 10)) ]; then
-      carried "flexor_packed_$i" "$packed/$i"
-      gzip=$(text_of "flexor_packed_$i")
-    fi
-    rows+="    {\"$name\", \"$(type_of "$name")\", $(text_of "flexor_asset_$i"), ${gzip:-{\}}},"$'\n'
+    rows+="    {\"$name\", \"$(type_of "$name")\", $(text_of "flexor_asset_$i")},"$'\n'
   done
   printf '\nnamespace flexor::live {\n\nstd::span<const Asset> assets() {\n  static const Asset all[] = {\n%s  };\n  return all;\n}\n\n}  // namespace flexor::live\n' "$rows"
 } >"$out.part"

@@ -5,28 +5,13 @@
 #include <cmath>
 #include <limits>
 
-#include "host/model/channel.hpp"
+#include "host/model/strip_model_test.hpp"
 
 namespace flexor::live {
 namespace {
 
 constexpr double kFingersRate_hz = 50;
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-
-// A glove of one strip: 300 at the open hand, 700 at the fist.
-model::Model strip_model(std::optional<model::Poses> poses) {
-  model::Model m;
-  m.sample_period_s = 1 / kFingersRate_hz;
-  model::Channel c;
-  c.name = "index";
-  c.input_column = "index_count";
-  c.valid_min = 150;
-  c.valid_max = 850;
-  c.saturation = {28, 113};
-  model::add(m, c);
-  m.inputs[0].poses = poses;
-  return m;
-}
 
 // Whole bends of eight seconds each, of a strip that drifts by so much.
 double wear(Fingers& fingers, double from_s, double seconds, double drift_per_s) {
@@ -43,7 +28,7 @@ bool holds(const std::string& text, const char* what) { return text.find(what) !
 
 TEST(Fingers, SayHowAStripIsTrackedAndWhenItDriftsMoreQuickly) {
   Fingers fingers({"index_count"});
-  fingers.wear(strip_model(model::Poses{300, 700}), true);
+  fingers.wear(model::strip_model(model::Poses{300, 700}), true);
   double now_s = wear(fingers, 0, 160, 0);
   FingerView view = fingers.view(now_s).front();
   EXPECT_TRUE(holds(view.tracked, "tracked: shifted by")) << view.tracked;
@@ -56,10 +41,10 @@ TEST(Fingers, SayHowAStripIsTrackedAndWhenItDriftsMoreQuickly) {
 }
 
 TEST(Fingers, OfAModelThatCannotBeTrackedAreNot) {
-  EXPECT_TRUE(can_be_tracked(strip_model(model::Poses{300, 700})));
-  EXPECT_FALSE(can_be_tracked(strip_model({})));
+  EXPECT_TRUE(can_be_tracked(model::strip_model(model::Poses{300, 700})));
+  EXPECT_FALSE(can_be_tracked(model::strip_model({})));
   Fingers fingers({"index_count"});
-  fingers.wear(strip_model({}), true);
+  fingers.wear(model::strip_model({}), true);
   EXPECT_EQ(fingers.view(wear(fingers, 0, 1, 0)).front().tracked, "");
 }
 
@@ -76,7 +61,7 @@ TEST(Fingers, AStripThatHasNotMovedAndOneWhoseWireIsLooseAreSaid) {
 }
 
 TEST(Fingers, SayWhichStripIsNotTrackedBesideOthers) {
-  model::Model two = strip_model(model::Poses{300, 700});
+  model::Model two = model::strip_model(model::Poses{300, 700});
   model::Channel c;
   c.name = "middle";
   c.input_column = "middle_count";
@@ -105,7 +90,7 @@ TEST(Fingers, WithoutAReadingKeepTheirRangeAndSaySo) {
   EXPECT_EQ(bare.remark, "no reading");
   EXPECT_STREQ(bare.quality, "poor");
 
-  fingers.wear(strip_model({}), false);
+  fingers.wear(model::strip_model({}), false);
   double now_s = wear(fingers, 1, 4, 0);
   const double held_deg = fingers.view(now_s).front().angle_deg;
   EXPECT_TRUE(std::isfinite(held_deg));

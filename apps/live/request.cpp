@@ -54,12 +54,6 @@ bool is_plain_path(std::string_view path) {
   }
 }
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  return text;
-}
-
 }  // namespace
 
 bool same_in_constant_time(std::string_view one, std::string_view other) {
@@ -93,22 +87,6 @@ bool is_origin_of(std::string_view origin, std::string_view scheme, std::string_
   constexpr std::string_view kBetween = "://";
   return origin.size() == scheme.size() + kBetween.size() + host.size() && origin.starts_with(scheme) &&
          origin.substr(scheme.size()).starts_with(kBetween) && origin.ends_with(host);
-}
-
-bool accepts_gzip(std::string_view accepted) {
-  while (!accepted.empty()) {
-    const auto comma = accepted.find(',');
-    const std::string_view one = trimmed(accepted.substr(0, comma));
-    const auto semicolon = one.find(';');
-    if (trimmed(one.substr(0, semicolon)) == "gzip") {
-      const std::string_view weight =
-          semicolon == one.npos ? std::string_view{} : trimmed(one.substr(semicolon + 1));
-      return weight.find_first_not_of("q=0.") != weight.npos || weight.empty();
-    }
-    if (comma == accepted.npos) return false;
-    accepted.remove_prefix(comma + 1);
-  }
-  return false;
 }
 
 std::string_view type_of_file(std::string_view name) {

@@ -16,7 +16,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace flexor::live;
   using Kind = Target::Kind;
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  accepts_gzip(text);
   type_of_file(text);
   require(is_origin_of(text, "http", "127.0.0.1:80") == (text == "http://127.0.0.1:80"));
 

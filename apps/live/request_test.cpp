@@ -37,13 +37,6 @@ TEST(Target, AnOriginIsTheWholeOfSchemeAndHost) {
     EXPECT_FALSE(is_origin_of(other, "http", "127.0.0.1:80")) << other;
 }
 
-TEST(Target, GzipIsGivenWhereItIsTaken) {
-  for (const char* yes : {"gzip", "br, gzip", "deflate,gzip;q=0.5 , br", "gzip ; q=1.0"})
-    EXPECT_TRUE(accepts_gzip(yes)) << yes;
-  for (const char* no : {"", "br", "gzipped", "x-gzip", "gzip;q=0", "br, gzip;q=0.000", ",,"})
-    EXPECT_FALSE(accepts_gzip(no)) << no;
-}
-
 TEST(Target, NoFileOfASessionIsAScript) {
   EXPECT_EQ(type_of_file("a/log.csv"), "text/csv; charset=utf-8");
   EXPECT_EQ(type_of_file("page.html"), "text/html; charset=utf-8");

@@ -123,18 +123,6 @@ std::string checked_token(const std::string& token) {
   return token;
 }
 
-asio::ip::address parsed_address(const std::string& text) {
-  if (text == "localhost") return asio::ip::address_v4::loopback();
-  error_code error;
-  const auto address = asio::ip::make_address(text, error);
-  if (error)
-    throw io::InputError(
-        fmt::format("{}: is no address: give 127.0.0.1 for this machine alone, or one of "
-                    "the machine's own addresses",
-                    text));
-  return address;
-}
-
 // The program that runs: its sockets, its requests, what it watches.
 class Hub {
  public:
@@ -143,7 +131,7 @@ class Hub {
   std::string url() const;
   const std::string& token() const { return token_; }
   const std::filesystem::path& files() const { return files_; }
-  bool is_ours(std::string_view host, const Tcp::endpoint& here) const;
+  bool is_ours(std::string_view host) const;
 
   void enter(std::uint64_t id, AnyConnection* connection) { connections_[id] = connection; }
   void leave(std::uint64_t id, const AnyConnection* connection);
@@ -171,7 +159,7 @@ class Hub {
   std::atomic<int> clients{0};
 
  private:
-  void listen(const ServerOptions& options);
+  void listen(unsigned short port);
   void accept();
   void accepted(Tcp::socket socket);
   void turn_away(Tcp::socket socket);
@@ -186,7 +174,6 @@ class Hub {
   Handlers handlers_;
   std::string token_;
   std::filesystem::path files_;
-  std::string listening_on_;  // the address as it was given
   Tcp::endpoint here_;
 
  public:
@@ -411,7 +398,7 @@ class Socket : public AnyConnection, public std::enable_shared_from_this<Socket>
 class Connection : public AnyConnection, public std::enable_shared_from_this<Connection> {
  public:
   Connection(Hub& hub, std::uint64_t id, Tcp::socket&& socket)
-      : hub_(hub), id_(id), here_(local_end(socket)), line_(std::move(socket)) {
+      : hub_(hub), id_(id), line_(std::move(socket)) {
     hub_.enter(id_, this);
   }
   ~Connection() override { hub_.leave(id_, this); }
@@ -429,11 +416,6 @@ class Connection : public AnyConnection, public std::enable_shared_from_this<Con
     http::response<Body> response;
     http::response_serializer<Body> serializer{response};
   };
-
-  static Tcp::endpoint local_end(const Tcp::socket& socket) {
-    error_code ignored;
-    return socket.local_endpoint(ignored);
-  }
 
   beast::tcp_stream& tcp() { return line_.next_layer(); }
 
@@ -474,7 +456,7 @@ class Connection : public AnyConnection, public std::enable_shared_from_this<Con
     const auto& head = parser_->get();
     if (head.count(http::field::host) != 1) return "there must be one Host";
     const auto host = head[http::field::host];
-    if (!hub_.is_ours({host.data(), host.size()}, here_))
+    if (!hub_.is_ours({host.data(), host.size()}))
       return "another Host than the one that listens: open the address that the program printed";
     const auto origins = head.count(http::field::origin);
     if (origins == 0) return nullptr;
@@ -535,12 +517,7 @@ class Connection : public AnyConnection, public std::enable_shared_from_this<Con
         std::find_if(all.begin(), all.end(), [&](const Asset& asset) { return asset.name == name; });
     if (found == all.end()) return say(http::status::not_found, "there is no such file", keeps_alive());
     auto out = response<http::span_body<const char>>(http::status::ok, found->type, keeps_alive());
-    const auto accepted = parser_->get()[http::field::accept_encoding];
-    const bool gzip = !found->gzip.empty() && accepts_gzip({accepted.data(), accepted.size()});
-    if (gzip) out.set(http::field::content_encoding, "gzip");
-    if (!found->gzip.empty()) out.set(http::field::vary, "Accept-Encoding");
-    const std::string_view bytes = gzip ? found->gzip : found->bytes;
-    out.body() = {bytes.data(), bytes.size()};
+    out.body() = {found->bytes.data(), found->bytes.size()};
     give(std::move(out));
   }
 
@@ -592,7 +569,6 @@ class Connection : public AnyConnection, public std::enable_shared_from_this<Con
 
   Hub& hub_;
   const std::uint64_t id_;
-  const Tcp::endpoint here_;
   Line line_;
   beast::flat_buffer buffer_{2 * kLongestHead};
   std::optional<http::request_parser<http::empty_body>> parser_;
@@ -640,65 +616,38 @@ class TurnedAway : public std::enable_shared_from_this<TurnedAway> {
 };
 
 Hub::Hub(const ServerOptions& options, Handlers handlers)
-    : handlers_(std::move(handlers)),
-      token_(checked_token(options.token)),
-      files_(options.files),
-      listening_on_(options.address) {
-  listen(options);
+    : handlers_(std::move(handlers)), token_(checked_token(options.token)), files_(options.files) {
+  listen(options.port);
   accept();
 }
 
-void Hub::listen(const ServerOptions& options) {
-  const auto address = parsed_address(options.address);
-  if (!address.is_loopback())
-    throw io::InputError(fmt::format(
-        "{}: is reached from other machines: listen on 127.0.0.1, behind a reverse proxy with TLS "
-        "(docs/live.md)",
-        options.address));
+void Hub::listen(unsigned short port) {
   error_code error;
-  const Tcp::endpoint end(address, options.port);
+  const Tcp::endpoint end(asio::ip::address_v4::loopback(), port);
   acceptor_.open(end.protocol(), error);
   if (!error) acceptor_.set_option(asio::socket_base::reuse_address(true), error);
   if (!error) acceptor_.bind(end, error);
   if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
   if (error == asio::error::address_in_use)
-    throw io::InputError(
-        fmt::format("port {} of {} is in use: close the program that listens there, or give another port, "
-                    "or 0 for any",
-                    options.port, options.address));
+    throw io::InputError(fmt::format(
+        "port {} is in use: close the program that listens there, or give another port, or 0 for any", port));
   if (error == asio::error::access_denied)
     throw io::InputError(
-        fmt::format("port {}: permission denied: give a port above 1023, or 0 for any", options.port));
-  if (error)
-    throw io::InputError(
-        fmt::format("{}: cannot be listened on ({}): give 127.0.0.1, or one of the machine's own addresses",
-                    options.address, error.message()));
+        fmt::format("port {}: permission denied: give a port above 1023, or 0 for any", port));
+  if (error) throw io::InputError(fmt::format("port {}: cannot be listened on: {}", port, error.message()));
   here_ = acceptor_.local_endpoint();
 }
 
-std::string in_url(const asio::ip::address& address) {
-  return address.is_v6() ? fmt::format("[{}]", address.to_string()) : address.to_string();
-}
+std::string Hub::url() const { return fmt::format("http://127.0.0.1:{}/{}/", here_.port(), token_); }
 
-std::string Hub::url() const {
-  const std::string host = here_.address().is_unspecified() ? "localhost" : in_url(here_.address());
-  return fmt::format("http://{}:{}/{}/", host, here_.port(), token_);
-}
-
-// The name in Host, without its port: this machine's to itself, or the address that the connection came in on. A name that
-// somebody else points at this machine is none of these.
-bool Hub::is_ours(std::string_view host, const Tcp::endpoint& here) const {
+// The name in Host, without its port: this machine's to itself. A name that somebody else points at this machine is none.
+bool Hub::is_ours(std::string_view host) const {
   const std::string port = fmt::format(":{}", here_.port());
-  const bool usual_port = here_.port() == 80;
-  std::string_view name = host;
-  if (name.ends_with(port))
-    name.remove_suffix(port.size());
-  else if (!usual_port)
+  if (host.ends_with(port))
+    host.remove_suffix(port.size());
+  else if (here_.port() != 80)
     return false;
-  if (name.empty()) return false;
-  if (here.address().is_loopback() && (name == "127.0.0.1" || name == "localhost" || name == "[::1]"))
-    return true;
-  return name == in_url(here.address());
+  return host == "127.0.0.1" || host == "localhost" || host == "[::1]";
 }
 
 void Hub::accept() {

@@ -1,8 +1,8 @@
 // The server of the live view: one page, files of the sessions' folder, and a WebSocket (SOCKET.md), on one thread.
 //
 // Every request and every socket is checked: the token, first part of the path; Host, which must be where the server
-// listens (this machine's own names on the loopback, or the address that the connection came in on); Origin, where there is one, which must be its own. GET and HEAD are all there is, and they change
-// nothing. A path that leaves the sessions' folder, by dots, by links or by bytes that are no name, is not found. Heads, bodies,
+// listens (this machine's own names on the loopback); Origin, where there is one, which must be its own. GET and HEAD are
+// all there is, and they change nothing. A path that leaves the sessions' folder, by dots, by links or by bytes that are no name, is not found. Heads, bodies,
 // messages and queues are bounded; a client that does not read is dropped, not waited for. Where all places are taken, the
 // oldest connection that has not shown the token makes room. Everything of Boost.Beast is in server.cpp.
 #pragma once
@@ -26,10 +26,9 @@ inline constexpr std::size_t kLongestQueue = 4
 inline constexpr int kMostClients = 64;              // connections; one more is answered 503
 
 struct ServerOptions {
-  std::string address = "127.0.0.1";  // a loopback
-  unsigned short port = 0;            // 0: any
-  std::string token;                  // empty: 128 random bits, as hexadecimal digits
-  std::filesystem::path files;        // the sessions' folder; empty: none are served
+  unsigned short port = 0;      // of 127.0.0.1; 0: any
+  std::string token;            // empty: 128 random bits, as hexadecimal digits
+  std::filesystem::path files;  // the sessions' folder; empty: none are served
 };
 
 struct Handlers {
@@ -41,8 +40,7 @@ struct Handlers {
 
 class Server {
  public:
-  // Listens. Throws io::InputError, one line with the mend: the port is taken, no such address, an address beyond this
-  // machine.
+  // Listens. Throws io::InputError, one line with the mend: the port is taken.
   Server(const ServerOptions& options, Handlers handlers);
   ~Server();
   Server(const Server&) = delete;

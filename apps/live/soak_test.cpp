@@ -1,6 +1,5 @@
-// A glove at a port for as long as FLEXOR_SOAK_S says (script/soak_live), pulled out and plugged in again, with four tabs that
+// A glove at a port for as long as FLEXOR_SOAK_S says (script/soak live), pulled out and plugged in again, with four tabs that
 // read and one that never does: what reaches the recording, how late the tabs hear it, what it costs.
-#include <stdlib.h>
 #include <termios.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include <deque>
 #include <fstream>
 #include <mutex>
+#include <optional>
 #include <sstream>
 
 #include "apps/live/program_test.hpp"
@@ -39,30 +39,26 @@ class Board {
   ~Board() { unplug(); }
 
   void plug() {
-    end_ = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
-    grantpt(end_);
-    unlockpt(end_);
-    name_ = ptsname(end_);
+    line_.emplace();
     // Held open: what was written before anybody listens stays in the line, and raw.
-    held_ = open(name_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+    held_ = open(line_->name().c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
     termios raw{};
     tcgetattr(held_, &raw);
     cfmakeraw(&raw);
     tcsetattr(held_, TCSANOW, &raw);
     put("thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n");
-    std::filesystem::create_symlink(name_, port_);
+    std::filesystem::create_symlink(line_->name(), port_);
     thread_ = std::jthread([this](const std::stop_token& stop) { say(stop); });
   }
   // At the end of a line that has been read: what is lost then is nobody's but the board's.
   void unplug() {
-    if (end_ < 0) return;
+    if (!line_) return;
     thread_.request_stop();
     thread_.join();
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     std::filesystem::remove(port_);
     close(held_);
-    close(end_);
-    end_ = -1;
+    line_.reset();
   }
   std::uint64_t rows() const { return rows_; }
   // When the row that counts `count` was written, of the last ones; NaN: too long ago.
@@ -74,7 +70,7 @@ class Board {
  private:
   void put(std::string_view text) const {
     while (!text.empty()) {
-      const auto count = write(end_, text.data(), text.size());
+      const auto count = write(line_->master(), text.data(), text.size());
       if (count > 0) text.remove_prefix(static_cast<std::size_t>(count));
     }
   }
@@ -102,9 +98,8 @@ class Board {
 
   std::filesystem::path port_;
   double rate_hz_;
-  int end_ = -1;
+  std::optional<io::Terminal> line_;
   int held_ = -1;
-  std::string name_;
   std::atomic<std::uint64_t> rows_ = 0;
   mutable std::mutex mutex_;
   std::array<double, 8192> written_{};

@@ -29,8 +29,8 @@ twin::TrialInput input_of(const TwinOptions& o) {
   return out;
 }
 
-double checked(const char* name, double value, double least, double most) {
-  if (value >= least && value <= most) return value;
+void require_within(const char* name, double value, double least, double most) {
+  if (value >= least && value <= most) return;
   throw io::InputError(fmt::format("{} {:g}: must lie between {:g} and {:g}", name, value, least, most));
 }
 
@@ -43,21 +43,19 @@ TwinSource::TwinSource(TwinOptions options)
       wearer_(twin::draw_variation(input_.parameters, twin::seed_of(input_.seed, kTrial)), input_.motion),
       random_(twin::seed_of(input_.seed, 1)) {
   for (const std::string& finger : model::finger_names()) columns_.push_back(finger + "_count");
-  set_ = {0.0, 0.0, 0.0, 0.0};
   while (world_.now_ms() < 0) step();  // at rest, where the wearer is
   world_.finger_at = [this](int finger, std::int64_t t_ms) { return wearer_.angle(finger, t_ms); };
   if (options.motion) play(std::move(options.motion));
   start_ = std::chrono::steady_clock::now();
 }
 
-void TwinSource::set(const TwinChange& c) {
+void TwinSource::set(const WornChange& c) {
   constexpr double kFar = 1000;
-  TwinChange next = set_;
-  if (c.slip_deg) next.slip_deg = checked("slip", *c.slip_deg, -kFar, kFar);
-  if (c.drift_deg_per_min) next.drift_deg_per_min = checked("drift", *c.drift_deg_per_min, -kFar, kFar);
-  if (c.noise_counts) next.noise_counts = checked("noise", *c.noise_counts, 0, kFar);
-  if (c.loss) next.loss = checked("loss", *c.loss, 0, 1);
-  set_ = next;
+  require_within("slip", c.slip_deg, -kFar, kFar);
+  require_within("drift", c.drift_deg_per_min, -kFar, kFar);
+  require_within("noise", c.noise_counts, 0, kFar);
+  require_within("loss", c.loss, 0, 1);
+  set_ = c;
 }
 
 void TwinSource::play(std::optional<twin::Motion> motion) {
@@ -69,15 +67,9 @@ void TwinSource::play(std::optional<twin::Motion> motion) {
   wearer_.rest(next_ms);
 }
 
-std::optional<double> TwinSource::motion_s() const {
-  const std::optional<std::int64_t> start_ms = wearer_.start_ms();
-  if (!start_ms) return std::nullopt;
-  return static_cast<double>(world_.now_ms() - *start_ms) / 1000;
-}
-
 void TwinSource::step() {
-  drifted_deg_ += *set_.drift_deg_per_min / 60000;
-  for (int i = 0; i < twin::kFingers; ++i) world_.shift_strip(i, *set_.slip_deg + drifted_deg_);
+  drifted_deg_ += set_.drift_deg_per_min / 60000;
+  for (int i = 0; i < twin::kFingers; ++i) world_.shift_strip(i, set_.slip_deg + drifted_deg_);
   world_.step({});
 }
 
@@ -96,12 +88,12 @@ void TwinSource::sample(std::vector<listen::Sample>& out) {
   ++samples_;
   listen::Sample now{t_s + waited_s_, t_s, {}, {}};
   for (int i = 0; i < twin::kFingers; ++i) {
-    const double noise = *set_.noise_counts * random_.normal();
+    const double noise = set_.noise_counts * random_.normal();
     const double counts = world_.glove_counts(i, t_s) + std::round(noise);
     now.value.push_back(std::clamp(counts, 0.0, static_cast<double>(twin::kAdcTop)));
     finger_deg_[static_cast<std::size_t>(i)] = world_.finger_deg(i);
   }
-  if (random_.uniform() < *set_.loss) {
+  if (random_.uniform() < set_.loss) {
     ++*tally_.lost;
     return;
   }

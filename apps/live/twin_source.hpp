@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/live/worn_glove.hpp"
 #include "host/listen/source.hpp"
 #include "host/study/catalogue.hpp"
 #include "host/twin/wearer.hpp"
@@ -20,14 +21,6 @@ struct TwinOptions {
   double rate_hz = 100;  // 1 to 1000
   std::uint64_t seed = 1;
   std::optional<twin::Motion> motion = study::ordinary_motion();  // again and again; none: at rest
-};
-
-// What is left out stays as it is.
-struct TwinChange {
-  std::optional<double> slip_deg = {};           // each strip, the same way, beside what the donning drew
-  std::optional<double> drift_deg_per_min = {};  // each strip, the same way, from now on
-  std::optional<double> noise_counts = {};  // standard deviation of each reading, beside the configuration's
-  std::optional<double> loss = {};          // share of samples, 0 to 1
 };
 
 class TwinSource : public listen::Source {
@@ -44,14 +37,12 @@ class TwinSource : public listen::Source {
   std::string says() const override;
 
   // Throws io::InputError for what is no finite number, a noise below 0, a loss that is no share.
-  void set(const TwinChange& change);
+  void set(const WornChange& change);
   // Another motion, or the same one from its beginning; none: rest. The hand goes there without a jump.
   void play(std::optional<twin::Motion> motion);
 
   // Of the newest sample: degrees in the article's convention.
   twin::PerFinger finger_deg() const { return finger_deg_; }
-  // Since the motion's t = 0; negative before; none: at rest.
-  std::optional<double> motion_s() const;
 
  private:
   void step();
@@ -65,7 +56,7 @@ class TwinSource : public listen::Source {
   twin::Random random_;
   std::vector<std::string> columns_;
   listen::Tally tally_{.lost = 0};
-  TwinChange set_;
+  WornChange set_;
   double drifted_deg_ = 0;
   twin::PerFinger finger_deg_{};
   std::int64_t samples_ = 0;  // of the simulation, lost ones among them

@@ -53,7 +53,6 @@ TEST(TwinSource, SamplesInRealTime) {
   }
   EXPECT_LE(samples.back().host_s, source.now_s());
   EXPECT_EQ(source.tally().samples, samples.size());
-  EXPECT_FALSE(source.motion_s());
 }
 
 // Bent fingers bend their strips: counts rise with the angle.
@@ -79,9 +78,6 @@ TEST(TwinSource, FollowsTheFinger) {
   const double r = (n * sxy - sx * sy) / std::sqrt((n * sxx - sx * sx) * (n * syy - sy * sy));
   EXPECT_GT(r, 0.9);
   EXPECT_LT(r, 0.99999);
-  ASSERT_TRUE(source.motion_s());
-  EXPECT_GT(*source.motion_s(), 2);  // it went there first, and rested
-  EXPECT_LT(*source.motion_s(), 4.6);
 }
 
 TEST(TwinSource, SlipsDriftsAndIsNoisyAsItIsTold) {
@@ -92,12 +88,12 @@ TEST(TwinSource, SlipsDriftsAndIsNoisyAsItIsTold) {
   const double step = mean(slipped, 1) - mean(before, 1);
   EXPECT_GT(std::abs(step), 5);
   EXPECT_LT(std::abs(step), 400);
-  source.set({.slip_deg = 0, .drift_deg_per_min = 600});
+  source.set({.drift_deg_per_min = 600});
   play(source, 1);
   const std::vector<Sample> drifted = play(source, 0.2);
   EXPECT_GT((mean(drifted, 1) - mean(before, 1)) / step, 0.2);  // about 11 of 20 degrees
   EXPECT_LT((mean(drifted, 1) - mean(before, 1)) / step, 1.2);
-  source.set({.drift_deg_per_min = 0, .noise_counts = 15});
+  source.set({.noise_counts = 15});
   const std::vector<Sample> noisy = play(source, 1);
   EXPECT_NEAR(sd(noisy, 1), 15, 6);
   EXPECT_LT(sd(before, 1), 5);

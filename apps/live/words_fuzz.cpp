@@ -50,7 +50,6 @@ class Worn : public live::WornGlove {
   bool in_flash() const override { return false; }
   double rate_hz() const override { return 100; }
   double lead_s() const override { return 0.1; }
-  std::string pose_angles() const override { return ""; }
   std::vector<double> score(const std::function<bool(double)>&) override { return std::vector<double>(6, 1); }
 };
 

@@ -14,10 +14,10 @@
 namespace flexor::live {
 
 struct WornChange {
-  double slip_deg = 0;  // by which the glove is put on anew, at every finger
-  double drift_deg_per_min = 0;
-  double noise_counts = 0;  // standard deviation, on top of the strip's own
-  double loss = 0;          // share of the radio's frames
+  double slip_deg = 0;           // by which the glove is re-donned, at every finger
+  double drift_deg_per_min = 0;  // at every finger, from now on
+  double noise_counts = 0;       // standard deviation, on top of the sensor's own
+  double loss = 0;               // share of the radio's frames or, without boards, of the samples
 };
 
 struct WornNow {
@@ -46,7 +46,7 @@ class WornGlove {
   virtual double rate_hz() const = 0;  // at which a model runs
   virtual double lead_s() const = 0;   // by which the hand comes after the reading
   // For flexor identify: the open hand and the fist are the ends of the bionic hand.
-  virtual std::string pose_angles() const = 0;
+  static std::string pose_angles();
 
   // With boards: integrals of absolute error of the six gestures on what runs now, degree seconds. `progress` may say
   // false: stop. Called on a thread of its own; nothing comes from the source meanwhile.

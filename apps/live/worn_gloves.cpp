@@ -52,14 +52,6 @@ model::Model of_counts(model::Model m, const twin::Parameters& parameters) {
   return m;
 }
 
-std::string ends_of(const twin::Parameters& parameters) {
-  std::string out;
-  for (std::size_t f = 0; f < twin::kFingers; ++f)
-    out += fmt::format("{}{}={:g}:{:g}", out.empty() ? "" : ",", model::finger_names()[f],
-                       parameters.hand_lower_deg[f], parameters.hand_upper_deg[f]);
-  return out;
-}
-
 std::string in_words(int fault) { return fault == 0 ? "" : fmt::format("fault {}", fault); }
 
 class WornBoards : public WornGlove {
@@ -117,7 +109,6 @@ class WornBoards : public WornGlove {
   bool in_flash() const override { return source_->bench().in_flash(); }
   double rate_hz() const override { return kRate_hz; }
   double lead_s() const override { return kLead_s; }
-  std::string pose_angles() const override { return ends_of({}); }
 
   std::vector<double> score(const std::function<bool(double)>& progress) override {
     return source_->score({1, 2, 3, 4, 5, 6}, [&](std::size_t done, std::size_t of) {
@@ -136,9 +127,7 @@ class WornTwin : public WornGlove {
  public:
   explicit WornTwin(std::string why_alone) : why_alone_(std::move(why_alone)) {}
   std::shared_ptr<listen::Source> source() override { return twin_; }
-  void set(const WornChange& change) override {
-    twin_->set({change.slip_deg, change.drift_deg_per_min, change.noise_counts, change.loss});
-  }
+  void set(const WornChange& change) override { twin_->set(change); }
   void play(const std::string& motion) override { twin_->play(study::bench_motion(motion)); }
   WornNow now() const override { return {twin_->finger_deg(), {}, {}, {}}; }
 
@@ -149,7 +138,6 @@ class WornTwin : public WornGlove {
   bool in_flash() const override { return false; }
   double rate_hz() const override { return kTwinRate_hz; }
   double lead_s() const override { return 0; }
-  std::string pose_angles() const override { return ends_of({}); }
   std::vector<double> score(const std::function<bool(double)>&) override {
     throw io::InputError("a score needs the hand: " + why_alone_);
   }
@@ -161,6 +149,15 @@ class WornTwin : public WornGlove {
 };
 
 }  // namespace
+
+std::string WornGlove::pose_angles() {
+  const twin::Parameters hand;
+  std::string out;
+  for (std::size_t f = 0; f < twin::kFingers; ++f)
+    out += fmt::format("{}{}={:g}:{:g}", out.empty() ? "" : ",", model::finger_names()[f],
+                       hand.hand_lower_deg[f], hand.hand_upper_deg[f]);
+  return out;
+}
 
 std::unique_ptr<WornGlove> worn_twin() {
   return std::make_unique<WornTwin>("the twin's glove has no board: flexor live --demo simulates both");

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 
 namespace flexor::camera {
 namespace {
@@ -29,12 +29,7 @@ TEST(Joints, TheArticlesThumbReadsNinetyWhenTheOthersReadZero) {
 }
 
 std::string error(const std::string& text) {
-  try {
-    (void)joints_from_json(text, "hand.json");
-  } catch (const io::InputError& e) {
-    return e.what();
-  }
-  return "accepted";
+  return io::refusal_of([&] { (void)joints_from_json(text, "hand.json"); });
 }
 
 // A file with one thing changed.

@@ -6,7 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "host/camera/opencv.hpp"
-#include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 
 namespace flexor::camera {
 namespace {
@@ -20,12 +20,7 @@ Picture slope(int width, int height) {
 }
 
 std::string fault(std::string_view bytes) {
-  try {
-    from_jpeg(bytes);
-  } catch (const io::InputError& error) {
-    return error.what();
-  }
-  return "none";
+  return io::refusal_of([&] { from_jpeg(bytes); });
 }
 
 void expect_fault(std::string_view bytes, const std::string& says) {
@@ -49,7 +44,7 @@ TEST(Jpeg, APictureComesBack) {
 
 TEST(Jpeg, WhatIsNoPictureOrOutOfBoundsIsRefused) {
   const std::string good = to_jpeg(slope(64, 64));
-  EXPECT_EQ(fault(good), "none");
+  EXPECT_EQ(fault(good), "accepted");
   expect_fault("", "no JPEG");
   expect_fault("hello", "no JPEG");
   expect_fault(std::string(10000, '\xff'), "no JPEG");

@@ -8,6 +8,7 @@
 #include "host/camera/test_pictures.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/io/refusal_test.hpp"
 
 namespace flexor::camera {
 namespace {
@@ -52,12 +53,7 @@ TEST(Lens, NumbersThatNoCameraHasAreNamed) {
   const auto refusal = [](const char* field, const std::string& value) -> std::string {
     auto json = io::parse_json(to_json(barrel()), "");
     json[field] = io::parse_json(value, "");
-    try {
-      (void)lens_from_json(io::dump(json), "lens.json");
-    } catch (const io::InputError& error) {
-      return error.what();
-    }
-    return "accepted";
+    return io::refusal_of([&] { (void)lens_from_json(io::dump(json), "lens.json"); });
   };
   EXPECT_EQ(refusal("width", "1e300"),
             "lens.json: \"width\" is 1e+300; it must be a whole number from 1 to 65535");

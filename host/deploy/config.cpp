@@ -10,6 +10,7 @@
 #include "host/deploy/key_patch.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/io/io.hpp"
+#include "host/model/kind.hpp"
 #include "host/model/tracking.hpp"
 #include "runtime/glove/flash_model.hpp"
 #include "runtime/link/opengloves.hpp"
@@ -34,12 +35,6 @@ int frame_bytes(const Key& key) { return link::frame_bytes(key.has_value()); }
 
 std::int16_t q4(double deg) { return static_cast<std::int16_t>(std::lround(deg * 16)); }
 
-std::string numbers(const auto* first, std::size_t count) {
-  std::string out;
-  for (std::size_t i = 0; i < count; ++i) out += fmt::format("{}{}", i > 0 ? ", " : "", first[i]);
-  return "{" + out + "}";
-}
-
 constexpr const char* kHead = "// Written by flexor deploy {}; not to be edited.\n#pragma once\n\n";
 
 }  // namespace
@@ -48,8 +43,8 @@ std::string key_text(const Key& key) {
   const link::KeyRecord record = key_record(key);
   return fmt::format(
       "const link::KeyRecord kKeyRecord PROGMEM __attribute__((used)) = {{{}, {}, {}, {{}}}};\n",
-      numbers(record.magic, sizeof(record.magic)), numbers(record.key, sizeof(record.key)),
-      numbers(record.crc, sizeof(record.crc)));
+      model::braces(record.magic, sizeof(record.magic)), model::braces(record.key, sizeof(record.key)),
+      model::braces(record.crc, sizeof(record.crc)));
 }
 
 namespace {
@@ -450,7 +445,7 @@ std::string scan_text(const Pins& pins) {
   unsigned analog = 0;
   for (const int channel : scan) analog |= channel < 6 ? 1U << channel : 0U;
   return fmt::format("constexpr uint8_t kScan[] PROGMEM = {};\nconstexpr uint8_t kAnalogPins = {};\n",
-                     numbers(scan.data(), scan.size()), analog);
+                     model::braces(scan.data(), scan.size()), analog);
 }
 
 std::string zero_text(const Glove& glove) {
@@ -524,7 +519,7 @@ std::string sensor_tables(const Glove& glove, const GloveTables& tables) {
     while (!same(table[i])) ++table[i];
     if (table[i] == i) {
       out += fmt::format("constexpr sensor::Calibration kCalibration{} PROGMEM = {{{}}};\n", i,
-                         numbers(tables.calibration[i].alpha, sensor::kKnots));
+                         model::braces(tables.calibration[i].alpha, sensor::kKnots));
     }
   }
   // A model that is data brings its own.
@@ -553,7 +548,7 @@ std::string made_for(const GloveTables& tables, std::uint16_t image) {
   return fmt::format(
       "constexpr uint16_t kImage = {};\nconstexpr uint16_t kCalibrationId[] = {};\n"
       "constexpr compensator::MadeFor kMadeFor = {{kCalibrationId, kRate_hz}};\n",
-      image, numbers(ids.data(), ids.size()));
+      image, model::braces(ids.data(), ids.size()));
 }
 
 // What the interpreter starts from: the parts in flash, and what the chain gets of whichever model is loaded.
@@ -562,7 +557,8 @@ std::string eeprom_text(const ModelBlock& block, const GloveTables& tables) {
   std::string built_in;
   for (std::size_t i = 0; i < block.parts.size(); ++i) {
     const Bytes& part = block.parts[i];
-    out += fmt::format("constexpr uint8_t kPart{}[] PROGMEM = {};\n", i, numbers(part.data(), part.size()));
+    out += fmt::format("constexpr uint8_t kPart{}[] PROGMEM = {};\n", i,
+                       model::braces(part.data(), part.size()));
     built_in += fmt::format("{}{{kPart{}, {}}}", i > 0 ? ", " : "", i, part.size());
   }
   return out +
@@ -581,9 +577,9 @@ std::string flash_text(const Glove& glove, const ModelBlock& block, const GloveT
              "{}, "
              "{}, "
              "{}, {{}}}}, {{{}}}}};\n",
-             kCopyBytes, numbers(r.magic, sizeof(r.magic)), r.image, r.rate_hz, r.version,
-             numbers(r.calibration, compensator::kStrips), r.copy_bytes, r.crc,
-             numbers(copy.data(), copy.size())) +
+             kCopyBytes, model::braces(r.magic, sizeof(r.magic)), r.image, r.rate_hz, r.version,
+             model::braces(r.calibration, compensator::kStrips), r.copy_bytes, r.crc,
+             model::braces(copy.data(), copy.size())) +
          made_for(tables, image);
 }
 
@@ -679,7 +675,7 @@ const Reach kReach[] PROGMEM = {{{}}};
 const uint8_t kReachOf[] PROGMEM = {};  // thumb to pinky
 const int16_t kRest[] PROGMEM = {};
 )",
-      fmt::join(reaches, ", "), numbers(of.data(), kFingers), numbers(rest.data(), kFingers));
+      fmt::join(reaches, ", "), model::braces(of.data(), kFingers), model::braces(rest.data(), kFingers));
   out += common_settings(finger_settings(hand, 0));
   return out + "\n}  // namespace config\n}  // namespace flexor\n";
 }

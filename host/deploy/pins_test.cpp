@@ -5,18 +5,13 @@
 
 #include <algorithm>
 
-#include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 
 namespace flexor::deploy {
 namespace {
 
 std::string refusal(const std::string& text) {
-  try {
-    (void)pins_from_text(text);
-  } catch (const io::InputError& error) {
-    return error.what();
-  }
-  return "";
+  return io::refusal_of([&] { (void)pins_from_text(text); });
 }
 
 TEST(Pins, PresetsAreOppositeOrders) {
@@ -75,16 +70,11 @@ TEST(Pins, DigitalPinsAreThoseOfThePrintedNumbers) {
 
 TEST(Pins, OfAnotherChipAreRefusedByName) {
   const auto refused = [](const Mcu& mcu, const char* pins) -> std::string {
-    try {
-      require_pins_of(mcu, pins_from_text(pins));
-    } catch (const io::InputError& error) {
-      return error.what();
-    }
-    return "";
+    return io::refusal_of([&] { require_pins_of(mcu, pins_from_text(pins)); });
   };
-  EXPECT_EQ(refused(kAtmega328p, "pinky=A7"), "");
+  EXPECT_EQ(refused(kAtmega328p, "pinky=A7"), "accepted");
   EXPECT_EQ(refused(kAtmega328p, "pinky=A8"), "--pins: A8: an ATmega328P has A0 to A7");
-  EXPECT_EQ(refused(kAtmega32u4, "pinky=A8,a=D9"), "");
+  EXPECT_EQ(refused(kAtmega32u4, "pinky=A8,a=D9"), "accepted");
   EXPECT_EQ(refused(kAtmega32u4, "pinky=A8,a=D8"),
             "--pins: A8 and D8 are one pin of an ATmega32U4: give each a pin of its own");
 }

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <signal.h>
-#include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -129,30 +128,9 @@ TEST_F(ToFifo, NobodyWhoDoesNotReadHoldsItUpAndWhoComesBackIsServed) {
   ::close(in);
 }
 
-// A pseudo-terminal: ours is the driver's end.
-class Terminal {
- public:
-  Terminal() : master_(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {
-    ::grantpt(master_);
-    ::unlockpt(master_);
-    name_ = ::ptsname(master_);
-  }
-  ~Terminal() { hang_up(); }
-  void hang_up() {
-    if (master_ >= 0) ::close(master_);
-    master_ = -1;
-  }
-  int master() const { return master_; }
-  const std::string& name() const { return name_; }
-
- private:
-  int master_;
-  std::string name_;
-};
-
 TEST(ToPort, ADriverThatAsksIsAnswered) {
   FLEXOR_NEEDS_TERMINALS();
-  const Terminal terminal;
+  const io::Terminal terminal;
   OpenGloves out(terminal.name(), index_and_thumb());
   const double open[] = {10, 60};
   out.add(0, open);
@@ -165,7 +143,7 @@ TEST(ToPort, ADriverThatAsksIsAnswered) {
 
 TEST(ToPort, ThatIsNotReadOrHasGoneDoesNotHoldItUp) {
   FLEXOR_NEEDS_TERMINALS();
-  Terminal terminal;
+  io::Terminal terminal;
   OpenGloves out(terminal.name(), index_and_thumb());
   const double open[] = {10, 60};
   double t_s = 0;

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "host/io/io.hpp"
+#include "host/io/write_all.hpp"
 
 namespace flexor::io {
 
@@ -22,6 +23,14 @@ GrowingFile::GrowingFile(const std::filesystem::path& path) : path_(path) {
     throw InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno)));
 }
 
+GrowingFile::GrowingFile(const std::filesystem::path& path, std::uintmax_t kept_bytes) : path_(path) {
+  file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  if (file_ >= 0 && ::ftruncate(file_, static_cast<off_t>(kept_bytes)) == 0) return;
+  const int error = errno;
+  ::close(file_);
+  fail(error);
+}
+
 GrowingFile::~GrowingFile() { ::close(file_); }
 
 void GrowingFile::append(std::string_view piece) {
@@ -31,17 +40,19 @@ void GrowingFile::append(std::string_view piece) {
   if (::stat(path_.c_str(), &there) != 0 || there.st_ino != before.st_ino)
     throw JobError(
         fmt::format("{}: was removed while it was written: nothing of it is kept there", path_.string()));
-  while (!piece.empty()) {
-    const ssize_t n = ::write(file_, piece.data(), piece.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) {
-      const int cause = errno;
-      (void)!::ftruncate(file_, before.st_size);
-      throw JobError(fmt::format("{}: cannot be written: {}: what came before is whole", path_.string(),
-                                 std::strerror(cause)));
-    }
-    piece.remove_prefix(static_cast<std::size_t>(n));
+  if (const int error = write_all(file_, piece); error != 0) {
+    (void)!::ftruncate(file_, before.st_size);
+    fail(error);
   }
+}
+
+void GrowingFile::bring_to_disk() {
+  if (::fsync(file_) != 0 && errno != EINVAL) fail(errno);  // EINVAL: this file system has nothing to do
+}
+
+void GrowingFile::fail(int error) const {
+  throw JobError(fmt::format("{}: cannot be written: {}: what came before is whole", path_.string(),
+                             std::strerror(error)));
 }
 
 void GrowingFile::remove() { ::unlink(path_.c_str()); }

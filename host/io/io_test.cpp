@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "host/io/beneath.hpp"
+#include "host/io/refusal_test.hpp"
 
 namespace flexor::io {
 namespace {
@@ -21,12 +22,7 @@ class Io : public testing::Test {
   ~Io() override { fs::remove_all(folder_); }
 
   std::string message_of_reading(const fs::path& path) const {
-    try {
-      (void)read_file(path);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "no error";
+    return io::refusal_of([&] { (void)read_file(path); });
   }
 
   fs::path folder_;

@@ -2,16 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include "host/io/refusal_test.hpp"
+
 namespace flexor::io {
 namespace {
 
 std::string refusal(const std::string& text) {
-  try {
-    (void)parse_json(text, "x.json");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return io::refusal_of([&] { (void)parse_json(text, "x.json"); });
 }
 
 std::string nested(std::size_t levels, const std::string& open, const std::string& close) {

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -17,6 +16,7 @@
 #include <vector>
 
 #include "host/io/interrupt.hpp"
+#include "host/io/write_all.hpp"
 
 namespace flexor::io {
 namespace fs = std::filesystem;
@@ -190,20 +190,8 @@ void take_over_permissions(const Target& target, Access who, int descriptor) {
   }
 }
 
-void write_all(const Target& target, int descriptor, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = ::write(descriptor, bytes.data(), bytes.size());
-    if (n >= 0) {
-      bytes.remove_prefix(static_cast<std::size_t>(n));
-      continue;
-    }
-    if (errno == EAGAIN) {
-      pollfd ready{descriptor, POLLOUT, 0};
-      (void)poll(&ready, 1, -1);
-    } else if (errno != EINTR) {
-      cannot_write(target.named, errno);
-    }
-  }
+void write_into(const Target& target, int descriptor, std::string_view bytes) {
+  if (const int error = write_all(descriptor, bytes); error != 0) cannot_write(target.named, error);
 }
 
 // Devices and pipes have no disk to be brought to.
@@ -267,14 +255,14 @@ Output::Output(const fs::path& path, Access access) : open_(std::make_unique<Ope
 Output::~Output() = default;
 
 void Output::flush() {
-  write_all(open_->target, open_->descriptor.number(), buffer_);
+  write_into(open_->target, open_->descriptor.number(), buffer_);
   buffer_.clear();
 }
 
 void Output::write(std::string_view bytes) {
   if (buffer_.size() + bytes.size() > kBuffer) flush();
   if (bytes.size() > kBuffer || open_->target.through) {
-    write_all(open_->target, open_->descriptor.number(), bytes);
+    write_into(open_->target, open_->descriptor.number(), bytes);
   } else {
     buffer_.append(bytes);
   }
@@ -321,7 +309,7 @@ const fs::path& StagedOutput::name() const { return staged_->temporary->path(); 
 void StagedOutput::require_room() const {
   const Descriptor staged(::open(name().c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0600));
   if (staged.number() < 0) cannot_write(staged_->target.named, errno);
-  write_all(staged_->target, staged.number(), std::string(kBuffer, '\0'));
+  write_into(staged_->target, staged.number(), std::string(kBuffer, '\0'));
   bring_to_disk(staged_->target, staged.number());
 }
 
@@ -339,7 +327,7 @@ void StagedOutput::commit() {
   std::string buffer(kBuffer, '\0');
   for (ssize_t n = 0; (n = read(staged.number(), buffer.data(), buffer.size())) != 0;) {
     if (n < 0) cannot_write(s.target.named, errno);
-    write_all(s.target, out.number(), std::string_view(buffer).substr(0, static_cast<std::size_t>(n)));
+    write_into(s.target, out.number(), std::string_view(buffer).substr(0, static_cast<std::size_t>(n)));
   }
   bring_to_disk(s.target, out.number());
   close_checked(s.target, out);

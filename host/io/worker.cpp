@@ -19,6 +19,7 @@
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/io/write_all.hpp"
 
 namespace flexor::io {
 namespace {
@@ -29,24 +30,19 @@ constexpr int kUserInput = 14;
 constexpr int kUserOutput = 15;
 
 // Writes all of it; false: nobody reads any more, which raises no signal here.
-bool write_all(int descriptor, std::string_view text) {
+bool reaches(int descriptor, std::string_view text) {
   sigset_t broken_pipe;
   sigset_t before;
   sigemptyset(&broken_pipe);
   sigaddset(&broken_pipe, SIGPIPE);
   pthread_sigmask(SIG_BLOCK, &broken_pipe, &before);
-  while (!text.empty()) {
-    const ssize_t n = write(descriptor, text.data(), text.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) break;
-    text.remove_prefix(static_cast<std::size_t>(n));
-  }
-  if (!text.empty()) {
+  const bool is_read = write_all(descriptor, text) == 0;
+  if (!is_read) {
     const timespec now{};
     (void)sigtimedwait(&broken_pipe, nullptr, &now);
   }
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  return text.empty();
+  return is_read;
 }
 
 // One line without its end; nothing: the end of the input. `buffer` keeps what came after it.
@@ -148,7 +144,7 @@ void Worker::says_nonsense(const std::string& job, const std::string& what) {
 }
 
 void Worker::send(const std::string& line, const std::string& job) {
-  if (!write_all(requests_.end(1), line)) died(job);
+  if (!reaches(requests_.end(1), line)) died(job);
 }
 
 Json Worker::receive(const std::string& job) {
@@ -272,7 +268,7 @@ class Server {
   static void end_now() { (void)kill(getpid(), SIGTERM); }
 
   void say(const Json& reply) const {
-    if (!write_all(replies_, line_of(reply))) end_now();
+    if (!reaches(replies_, line_of(reply))) end_now();
   }
 
   static Json error(const char* kind, std::string_view message) {

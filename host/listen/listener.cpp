@@ -175,7 +175,6 @@ Event Listener::wait(double timeout_s, std::vector<Sample>& out) {
       port_ = std::make_unique<io::SerialPort>(options_.port, options_.baud);
     } catch (const io::InputError&) {  // what was let go is missed once
       if (!std::exchange(was_let_go_, false)) return Event::quiet;
-      ++times_gone_;
       return Event::gone;
     }
     was_let_go_ = false;
@@ -193,7 +192,6 @@ Event Listener::wait(double timeout_s, std::vector<Sample>& out) {
   } catch (const io::JobError&) {
     port_.reset();
     decoder_->cut();
-    ++times_gone_;
     return Event::gone;
   }
 }

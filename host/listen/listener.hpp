@@ -52,7 +52,6 @@ class Listener : public Source {
   }
 
   Format format() const { return *options_.format; }
-  int times_gone() const { return times_gone_; }
 
  private:
   void find(const std::function<void(const std::string&)>& says);
@@ -73,7 +72,6 @@ class Listener : public Source {
   std::size_t heard_bytes_ = 0;
   bool was_let_go_ = false;
   double tried_s_ = -1;  // to open a port that has gone
-  int times_gone_ = 0;
 };
 
 }  // namespace flexor::listen

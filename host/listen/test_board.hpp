@@ -1,8 +1,6 @@
 // For tests only: a board on a pseudo-terminal, and what gloves say.
 #pragma once
 
-#include <fcntl.h>
-#include <stdlib.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -15,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "host/io/terminal_test.hpp"
 #include "runtime/link/glove_end.hpp"
 #include "runtime/link/hand_end.hpp"
 
@@ -25,18 +24,15 @@ class Board {
  public:
   using Says = std::function<std::string(const std::string& heard)>;
 
-  explicit Board(Says says) : end_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
-    grantpt(end_);
-    unlockpt(end_);
-    port_ = ptsname(end_);
+  explicit Board(Says says) {
     termios raw{};
-    tcgetattr(end_, &raw);
+    tcgetattr(line_.master(), &raw);
     cfmakeraw(&raw);
-    tcsetattr(end_, TCSANOW, &raw);
+    tcsetattr(line_.master(), TCSANOW, &raw);
     thread_ = std::jthread([this, says = std::move(says)](const std::stop_token& stop) {
       while (!stop.stop_requested()) {
         const std::string text = says(heard());
-        (void)!write(end_, text.data(), text.size());
+        (void)!write(line_.master(), text.data(), text.size());
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
       }
     });
@@ -45,23 +41,21 @@ class Board {
   Board(const Board&) = delete;
   Board& operator=(const Board&) = delete;
   void unplug() {
-    if (end_ < 0) return;
+    if (!thread_.joinable()) return;
     thread_.request_stop();
     thread_.join();
-    close(end_);
-    end_ = -1;
+    line_.hang_up();
   }
-  const std::string& port() const { return port_; }
+  const std::string& port() const { return line_.name(); }
 
  private:
   std::string heard() const {
     std::array<char, 256> bytes{};
-    const ssize_t count = read(end_, bytes.data(), bytes.size());
+    const ssize_t count = read(line_.master(), bytes.data(), bytes.size());
     return count > 0 ? std::string(bytes.data(), static_cast<std::size_t>(count)) : std::string();
   }
 
-  int end_;
-  std::string port_;
+  io::Terminal line_{O_NONBLOCK};
   std::jthread thread_;
 };
 

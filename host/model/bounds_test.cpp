@@ -6,7 +6,7 @@
 #include <functional>
 #include <limits>
 
-#include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/random_model.hpp"
 
@@ -32,12 +32,7 @@ Json document(const std::vector<Json>& blocks) {
 }
 
 std::string refusal(const Json& json) {
-  try {
-    (void)from_json(json.dump(), "m.json");
-  } catch (const io::InputError& error) {
-    return error.what();
-  }
-  return "";
+  return io::refusal_of([&] { (void)from_json(json.dump(), "m.json"); });
 }
 
 void expect_refused(const std::vector<Json>& blocks, const std::string& place, const std::string& why) {
@@ -71,7 +66,7 @@ TEST(ModelBlocks, EveryMisplacedBlockIsRefusedWithItsPlace) {
       std::swap(swapped[i], swapped[j]);
       // A curve and the lti may change places: it is then the output curve.
       if (i == 2 && j == 3) {
-        EXPECT_EQ(refusal(document(swapped)), "");
+        EXPECT_EQ(refusal(document(swapped)), "accepted");
         continue;
       }
       const std::string what = refusal(document(swapped));
@@ -113,12 +108,7 @@ K& of(Model& m) {
 }
 
 std::string check_refusal(const Model& m) {
-  try {
-    check(m);
-  } catch (const io::InputError& error) {
-    return error.what();
-  }
-  return "";
+  return io::refusal_of([&] { check(m); });
 }
 
 constexpr double kHuge = 1e300;
@@ -229,7 +219,7 @@ std::vector<Absurd> absurd_kinds() {
 }
 
 TEST(ModelBounds, NumbersThatNoGloveHasAreRefusedByName) {
-  ASSERT_EQ(check_refusal(good()), "");
+  ASSERT_EQ(check_refusal(good()), "accepted");
   for (const auto& all : {absurd_documents(), absurd_chain_numbers(), absurd_kinds()}) {
     for (std::size_t i = 0; i < all.size(); ++i) {
       Model m = good();
@@ -303,7 +293,7 @@ TEST(ModelBounds, TheRuntimeHoldsTheLastAngleWhenItsArithmeticOverflows) {
   next(Lti{1, 0, {-10, -3}, {}});
   next(Saturation{0, 90});
   m.joints.push_back({"index", signal, 0});
-  EXPECT_NE(check_refusal(m), "");
+  EXPECT_NE(check_refusal(m), "accepted");
   Compensator<DoubleArithmetic> simulation(m);
   EXPECT_EQ(simulation.step(0).status, core::Status::ok);
   const auto overflown = simulation.step(1000);

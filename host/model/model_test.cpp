@@ -9,6 +9,7 @@
 #include <functional>
 
 #include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 #include "host/model/channel.hpp"
 #include "host/model/compensator.hpp"
 
@@ -73,12 +74,7 @@ Model example() {
 }
 
 std::string reason(const std::string& text) {
-  try {
-    (void)from_json(text, "m.json");
-  } catch (const io::InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return io::refusal_of([&] { (void)from_json(text, "m.json"); });
 }
 
 std::string edited(const std::function<void(Json&)>& edit) {

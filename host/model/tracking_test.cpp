@@ -4,27 +4,12 @@
 
 #include <cmath>
 
-#include "host/model/channel.hpp"
+#include "host/model/strip_model_test.hpp"
 
 namespace flexor::model {
 namespace {
 
 constexpr double kRate_hz = 50;
-
-// A glove of one strip: 300 at the open hand, 700 at the fist, or the other way round.
-Model strip_model(std::optional<Poses> poses) {
-  Model m;
-  m.sample_period_s = 1 / kRate_hz;
-  Channel c;
-  c.name = "index";
-  c.input_column = "index_adc";
-  c.valid_min = 150;
-  c.valid_max = 850;
-  c.saturation = {28, 113};
-  add(m, c);
-  m.inputs[0].poses = poses;
-  return m;
-}
 
 // Whole bends of four seconds each, shifted by what the strip has moved.
 double bend(double t_s, double shift) {

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 #include "host/posture/learn.hpp"
 #include "host/posture/regression.hpp"
 #include "host/posture/standard_error.hpp"
@@ -16,15 +16,6 @@
 
 namespace flexor::posture {
 namespace {
-
-std::string refusal(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const io::InputError& error) {
-    return error.what();
-  }
-  return "none";
-}
 
 Posture learnt() {
   return learn(test::people(3, 1), 7, [](const auto&, auto, auto) {});
@@ -45,7 +36,7 @@ TEST(PostureDocument, IsRefusedByNameWhereItIsWrong) {
   const auto changed = [&](const std::string& from, const std::string& to) {
     std::string other = text;
     other.replace(other.find(from), from.size(), to);
-    return refusal([&] { parse(other, "p.json"); });
+    return io::refusal_of([&] { parse(other, "p.json"); });
   };
   EXPECT_NE(changed("\"schema\":1", "\"schema\":2").find("newer than this version's 1"), std::string::npos);
   EXPECT_NE(changed("palm_arch", "palm").find("\"joints\" are not the 23"), std::string::npos);
@@ -57,9 +48,9 @@ TEST(Learning, NeedsThreePeople) {
   auto people = test::people(3, 1);
   const auto none = [](const auto&, auto, auto) {};
   people.pop_back();
-  EXPECT_NE(refusal([&] { learn(people, 1, none); }).find("three people"), std::string::npos);
+  EXPECT_NE(io::refusal_of([&] { learn(people, 1, none); }).find("three people"), std::string::npos);
   people.push_back(people[0]);
-  EXPECT_NE(refusal([&] { learn(people, 1, none); }).find("twice"), std::string::npos);
+  EXPECT_NE(io::refusal_of([&] { learn(people, 1, none); }).find("twice"), std::string::npos);
 }
 
 TEST(Learning, FindsHowDipFollowsPip) {
@@ -155,7 +146,7 @@ TEST(TablesOfAngles, TakeDecimalCommasAndMilliseconds) {
 
 TEST(TablesOfAngles, NameRowColumnAndMend) {
   const auto read = [](const std::string& content) {
-    return refusal([&] {
+    return io::refusal_of([&] {
       std::istringstream text(content);
       TableReader table(text, "x.csv");
       table.choose({"a_deg"});

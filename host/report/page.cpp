@@ -4,6 +4,7 @@
 #include <kainjow/mustache.hpp>
 #include <stdexcept>
 
+#include "host/io/base64.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/report/templates.hpp"
@@ -13,19 +14,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 namespace mustache = kainjow::mustache;
-
-std::string base64(std::string_view bytes) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    unsigned v = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      v = v << 8U | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    }
-    for (unsigned k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : kDigits[v >> (18 - 6 * k) & 63U];
-  }
-  return out;
-}
 
 mustache::data to_data(const Json& json) {
   if (json.is_object()) {
@@ -141,7 +129,7 @@ void Page::picture(const Figure& f, std::string_view jpeg) {
                                          {"caption", f.caption},
                                          {"svg", ""},
                                          {"wide", false},
-                                         {"jpeg", {{"alt", f.title}, {"base64", base64(jpeg)}}}}})}});
+                                         {"jpeg", {{"alt", f.title}, {"base64", io::base64(jpeg)}}}}})}});
 }
 
 void Page::begin_details(const std::string& summary) { details_ = summary; }

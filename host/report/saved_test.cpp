@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 #include "host/report/render.hpp"
 
 namespace flexor::report {
@@ -22,12 +23,7 @@ class SavedTest : public testing::Test {
   void write(const std::string& name, const std::string& text) const { io::write_file(folder_ / name, text); }
 
   std::string refusal() const {
-    try {
-      render(folder_);
-    } catch (const io::InputError& error) {
-      return error.what();
-    }
-    return "accepted";
+    return io::refusal_of([&] { render(folder_); });
   }
 
   fs::path folder_;

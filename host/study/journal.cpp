@@ -14,6 +14,7 @@
 #include <ctime>
 
 #include "host/io/io.hpp"
+#include "host/io/write_all.hpp"
 
 namespace flexor::study {
 namespace {
@@ -43,16 +44,6 @@ bool is_still_there(int file, const fs::path& path) {
   struct stat there {};
   return ::fstat(file, &mine) == 0 && ::stat(path.c_str(), &there) == 0 && mine.st_ino == there.st_ino &&
          mine.st_dev == there.st_dev;
-}
-
-bool write_all(int file, const std::string& text) {
-  for (std::size_t done = 0; done < text.size();) {
-    const ssize_t bytes = ::write(file, text.data() + done, text.size() - done);
-    if (bytes < 0 && errno == EINTR) continue;
-    if (bytes <= 0) return false;
-    done += static_cast<std::size_t>(bytes);
-  }
-  return true;
 }
 
 std::uintmax_t size_of(const fs::path& path) {
@@ -89,7 +80,7 @@ FolderLock::FolderLock(fs::path folder) : folder_(std::move(folder)) {
     ::close(file_);
   }
   // Who, for others' information: the lock holds without it, on a full disk too.
-  if (::ftruncate(file_, 0) == 0) (void)write_all(file_, me());
+  if (::ftruncate(file_, 0) == 0) (void)io::write_all(file_, me());
 }
 
 FolderLock::~FolderLock() {
@@ -119,10 +110,6 @@ Journal::Journal(const fs::path& folder, const std::string& settings, const std:
   if (whole) kept_bytes_ = read_bytes_ = header.size();
 }
 
-Journal::~Journal() {
-  if (file_ >= 0) ::close(file_);
-}
-
 void Journal::require_same_run(const std::string& settings, const std::string& header) {
   const fs::path path = folder_ / "run.json";
   if (size_of(path) > 0) {
@@ -149,30 +136,8 @@ bool Journal::next(std::string& row) {
 
 void Journal::start() {
   old_.close();
-  file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
-  if (file_ < 0) fail(errno);
-  if (::ftruncate(file_, static_cast<off_t>(kept_bytes_)) != 0) fail(errno);
-  if (::lseek(file_, 0, SEEK_END) < 0) fail(errno);
-  if (kept_bytes_ == 0) append(header_);
-}
-
-void Journal::append(const std::string& rows) {
-  if (!write_all(file_, rows)) fail(errno);
-  kept_bytes_ += rows.size();
-}
-
-void Journal::finish() {
-  if (::fsync(file_) != 0 && errno != EINVAL) fail(errno);  // EINVAL: this file system has nothing to do
-  const int closed = ::close(file_);
-  file_ = -1;
-  if (closed != 0) fail(errno);
-}
-
-void Journal::fail(int error) {
-  // Half of a batch would only be cut off by the next run; and what is not there needs no room.
-  if (file_ >= 0 && ::ftruncate(file_, static_cast<off_t>(kept_bytes_)) != 0)
-    error = error != 0 ? error : errno;
-  throw io::JobError(fmt::format("{}: cannot be written: {}", path_.string(), std::strerror(error)));
+  file_.emplace(path_, kept_bytes_);
+  if (kept_bytes_ == 0) file_->append(header_);
 }
 
 }  // namespace flexor::study

@@ -8,8 +8,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 
+#include "host/io/growing_file.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::study {
@@ -36,9 +38,6 @@ class Journal {
   // `settings` and `header` are whole lines. Throws io::InputError: another run's folder.
   Journal(const std::filesystem::path& folder, const std::string& settings, const std::string& header,
           const char* file = "trials.csv");
-  ~Journal();
-  Journal(const Journal&) = delete;
-  Journal& operator=(const Journal&) = delete;
 
   // The next row without its newline; false at the end, and for a last row that lacks its newline.
   bool next(std::string& row);
@@ -50,14 +49,13 @@ class Journal {
   void start();
 
   // All of `rows`, or an io::JobError and nothing of them.
-  void append(const std::string& rows);
+  void append(const std::string& rows) { file_->append(rows); }
 
   // The file is whole and on the disk; throws io::JobError otherwise.
-  void finish();
+  void finish() { file_->bring_to_disk(); }
 
  private:
   void require_same_run(const std::string& settings, const std::string& header);
-  [[noreturn]] void fail(int error);
 
   std::filesystem::path folder_;
   std::filesystem::path path_;
@@ -65,7 +63,7 @@ class Journal {
   std::ifstream old_;
   std::uintmax_t read_bytes_ = 0;
   std::uintmax_t kept_bytes_ = 0;
-  int file_ = -1;
+  std::optional<io::GrowingFile> file_;
 };
 
 // Runs `write`, which writes a journal; a failure also says what `kept()` answers: what is safe.

@@ -1,4 +1,5 @@
 #include "host/study/trials.hpp"
+#include "host/io/refusal_test.hpp"
 #include "host/study/recalibrated.hpp"
 
 #include <gtest/gtest.h>
@@ -36,15 +37,6 @@ Plan plan(const std::string& gestures, int trials, const std::string& folder = "
           folder};
 }
 
-std::string refusal(const std::function<void()>& what) {
-  try {
-    what();
-  } catch (const io::InputError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
 TEST(Statistic, MeanAndStudentIntervalOfKnownNumbers) {
   Statistic s;
   for (const double v : {1036.21, 545.7, 461.21}) s.add(v);  // the article's Table 1, gesture 1
@@ -58,7 +50,7 @@ TEST(Statistic, MeanAndStudentIntervalOfKnownNumbers) {
 TEST(Trials, AGloveThatWasWornIsTrackedByTheFirstPosesThatAModelHas) {
   Plan p = plan("2", 16);
   p.scenario = {"worn anew", {}, 120, 0, true};
-  EXPECT_NE(refusal([&] { check(p); }).find("nothing can be tracked"), std::string::npos);
+  EXPECT_NE(io::refusal_of([&] { check(p); }).find("nothing can be tracked"), std::string::npos);
   for (model::Input& input : p.compensators[1].model.inputs) {
     const bool thumb = input.name.starts_with("thumb");
     input.poses = thumb ? model::Poses{83, 171} : model::Poses{24, 112};
@@ -88,7 +80,7 @@ TEST(Trials, AGloveThatWasPutOnAnewIsRecalibratedBeforeItsTrial) {
     EXPECT_GT(error(), 0.5 * as_calibrated) << by;
   }
   p.scenario.recalibrated = "song";
-  EXPECT_NE(refusal([&] { run(p, {}); }).find("known are poses, motion"), std::string::npos);
+  EXPECT_NE(io::refusal_of([&] { run(p, {}); }).find("known are poses, motion"), std::string::npos);
 }
 
 // Loose contacts spoil a hold of two seconds now and then.
@@ -142,7 +134,8 @@ TEST(Trials, ARunThatWasCutOffGoesOnToTheSameEnd) {
   }
   Plan other = p;
   other.seed = 4;
-  EXPECT_NE(refusal([&] { (void)run(other, {}); }).find("results of other settings"), std::string::npos);
+  EXPECT_NE(io::refusal_of([&] { (void)run(other, {}); }).find("results of other settings"),
+            std::string::npos);
   EXPECT_EQ(io::read_file(folder / "trials.csv"), text);
   fs::remove_all(folder);
 }
@@ -259,14 +252,14 @@ TEST(Trials, TheArticlesWordsAreChecked) {
 TEST(Trials, ARateAboveTheRadioSaysWhatFits) {
   Plan p = plan("1", 1);
   p.compensators = {compensator("raw", 100)};
-  EXPECT_NE(refusal([&] { (void)run(p, {}); }).find("at most 80"), std::string::npos);
+  EXPECT_NE(io::refusal_of([&] { (void)run(p, {}); }).find("at most 80"), std::string::npos);
 }
 
 TEST(Trials, UnknownNamesListTheKnown) {
-  EXPECT_NE(refusal([] { (void)motions("1-7"); }).find("1 to 6"), std::string::npos);
-  EXPECT_NE(refusal([] { (void)motions("wave"); }).find("known"), std::string::npos);
-  EXPECT_NE(refusal([] { (void)compensator("kalman", 10); }).find("published-hw"), std::string::npos);
-  EXPECT_NE(refusal([] { (void)compensator("raw", 0); }).find("must lie between"), std::string::npos);
+  EXPECT_NE(io::refusal_of([] { (void)motions("1-7"); }).find("1 to 6"), std::string::npos);
+  EXPECT_NE(io::refusal_of([] { (void)motions("wave"); }).find("known"), std::string::npos);
+  EXPECT_NE(io::refusal_of([] { (void)compensator("kalman", 10); }).find("published-hw"), std::string::npos);
+  EXPECT_NE(io::refusal_of([] { (void)compensator("raw", 0); }).find("must lie between"), std::string::npos);
   EXPECT_EQ(motions("1-6").size(), 6U);
 }
 
@@ -280,18 +273,20 @@ TEST(Trials, ReadsWideCsvAsMotionAndNamesWhatIsMissing) {
   EXPECT_DOUBLE_EQ(m.duration_s(), 1);
   EXPECT_DOUBLE_EQ(m.angle(1, 0.5, {}), 45);
   io::write_file(folder / "bad.csv", "t_s,thumb_deg\n5,90\n6,95\n");
-  EXPECT_NE(refusal([&] { (void)motions((folder / "bad.csv").string()); }).find("index_deg"),
+  EXPECT_NE(io::refusal_of([&] { (void)motions((folder / "bad.csv").string()); }).find("index_deg"),
             std::string::npos);
   const std::string header = "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n";
   io::write_file(folder / "far.csv", header + "0,90,3000,30,30,30\n1,90,30,30,30,30\n");
-  EXPECT_NE(
-      refusal([&] { (void)motions((folder / "far.csv").string()); }).find("column index_deg: 30 to 3000"),
-      std::string::npos);
+  EXPECT_NE(io::refusal_of([&] {
+              (void)motions((folder / "far.csv").string());
+            }).find("column index_deg: 30 to 3000"),
+            std::string::npos);
   io::write_file(folder / "rad.csv", header + "0,1.6,0.5,0.5,0.5,0.5\n1,1.6,1,1,1,1\n");
-  EXPECT_NE(refusal([&] { (void)motions((folder / "rad.csv").string()); }).find("radians"),
+  EXPECT_NE(io::refusal_of([&] { (void)motions((folder / "rad.csv").string()); }).find("radians"),
             std::string::npos);
   io::write_file(folder / "bad.txt", "2014 09 12 13 43 42.258 1 -0.7\n");
-  EXPECT_NE(refusal([&] { (void)motions((folder / "bad.txt").string()); }).find("row 1"), std::string::npos);
+  EXPECT_NE(io::refusal_of([&] { (void)motions((folder / "bad.txt").string()); }).find("row 1"),
+            std::string::npos);
   fs::remove_all(folder);
 }
 

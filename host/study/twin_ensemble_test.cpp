@@ -5,7 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 #include "host/twin/random.hpp"
 
 namespace flexor::study {
@@ -20,15 +20,6 @@ EnsembleRequest request(int laboratories, int evaluations) {
   r.trials = 4;
   r.table = published_table(1, 1);
   return r;
-}
-
-std::string message(const std::function<void()>& what) {
-  try {
-    what();
-  } catch (const io::InputError& error) {
-    return error.what();
-  }
-  return "accepted";
 }
 
 TEST(Prior, MedianAndQuantilesAreWhatTheySay) {
@@ -74,13 +65,14 @@ TEST(TwinEnsemble, ComesBackFromItsFile) {
   few.chains = 2;
   const std::string text = to_json(draw_ensemble(few, {}));
   EXPECT_EQ(nlohmann::json::parse(to_json(ensemble_from_json(text, "e.json"))), nlohmann::json::parse(text));
-  EXPECT_NE(message([] { (void)ensemble_from_json("{}", "e.json"); }).find("not an ensemble"),
+  EXPECT_NE(io::refusal_of([] { (void)ensemble_from_json("{}", "e.json"); }).find("not an ensemble"),
             std::string::npos);
   auto broken = nlohmann::ordered_json::parse(text);
   broken["laboratories"][3][2] = "x";
-  EXPECT_NE(message([&] { (void)ensemble_from_json(broken.dump(), "e.json"); }).find("one number for each"),
-            std::string::npos);
-  EXPECT_NE(message([] { (void)draw_ensemble(request(1000, 8 * 32), {}); }).find("ask for more"),
+  EXPECT_NE(
+      io::refusal_of([&] { (void)ensemble_from_json(broken.dump(), "e.json"); }).find("one number for each"),
+      std::string::npos);
+  EXPECT_NE(io::refusal_of([] { (void)draw_ensemble(request(1000, 8 * 32), {}); }).find("ask for more"),
             std::string::npos);
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 
 namespace flexor::twin {
 namespace {
@@ -17,12 +18,7 @@ Motion gesture(const std::string& name) {
 }
 
 std::string message(const std::string& text) {
-  try {
-    (void)Motion::from_json(text, "g.json");
-  } catch (const io::InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return io::refusal_of([&] { (void)Motion::from_json(text, "g.json"); });
 }
 
 constexpr const char* kStart =

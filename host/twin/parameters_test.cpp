@@ -6,18 +6,16 @@
 #include <string>
 
 #include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 
 namespace flexor::twin {
 namespace {
 
 std::string refusal(const std::string& parameters) {
-  try {
+  return io::refusal_of([&] {
     (void)from_json(R"({"schema":"flexor-twin","schema_version":1,"parameters":)" + parameters + "}",
                     "t.json");
-  } catch (const io::InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  });
 }
 
 TEST(Parameters, EveryEntryHasAnotherNameAUnitASourceAndALegalDefault) {
@@ -94,12 +92,8 @@ TEST(Parameters, ALowerLimitAboveItsUpperOneIsRefused) {
 
 TEST(Parameters, RefusesAbsurdDocumentsInOneLine) {
   const auto whole = [](const std::string& rest) {
-    try {
-      (void)from_json(R"({"schema":"flexor-twin","schema_version":1,)" + rest + "}", "t.json");
-    } catch (const io::InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
+    return io::refusal_of(
+        [&] { (void)from_json(R"({"schema":"flexor-twin","schema_version":1,)" + rest + "}", "t.json"); });
   };
   for (const char* rest :
        {R"("parameters":[])", R"("parameters":{"radio.loss":0.1})",

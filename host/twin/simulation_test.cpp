@@ -9,6 +9,7 @@
 #include <string>
 
 #include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 #include "host/model/channel.hpp"
 
 namespace flexor::twin {
@@ -206,12 +207,7 @@ TEST(Simulation, AHandPressedIntoItsStopWindsUpUnlessItsIntegralIsLimited) {
 
 TEST(Simulation, RefusesWhatDoesNotFit) {
   const auto message = [](const twin::TrialInput& input) -> std::string {
-    try {
-      check(input);
-    } catch (const io::InputError& error) {
-      return error.what();
-    }
-    return "accepted";
+    return io::refusal_of([&] { check(input); });
   };
   const model::Model one = model::with_channels(published_hw(), {*model::channel(published_hw(), 0)});
   EXPECT_NE(message({Parameters(), gesture(1), one, 1, false}).find("only joint(s) thumb"),

@@ -164,7 +164,6 @@ class Tracker {
   Reading shift() const { return shift_; }
   typename A::Ratio stretch() const { return stretch_; }
   typename A::Variance shift_variance() const { return shift_variance_; }
-  typename A::Variance stretch_variance() const { return stretch_variance_; }
   // A whole bend has just been seen: where its middle lies, and half its reach.
   bool has_bend() const { return stage_ == Stage::measure; }
   Reading bend_middle() const {

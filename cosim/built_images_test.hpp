@@ -1,0 +1,40 @@
+// For tests: what a trial begins with, and both boards' images for it.
+#pragma once
+
+#include <string>
+
+#include "cosim/co_simulation.hpp"
+#include "host/deploy/deploy.hpp"
+#include "host/io/io.hpp"
+#include "host/study/boards.hpp"
+
+namespace flexor::cosim {
+
+inline twin::TrialInput published_input(double rate_hz = 20, const std::string& gesture = "1") {
+  return {study::shipped_parameters(), study::motions(gesture).front(),
+          study::compensator("published-hw", rate_hz).model, 1, false};
+}
+
+// Between end stops that give.
+inline twin::TrialInput between_soft_stops(twin::TrialInput input) {
+  input.parameters.stop_stiffness_mNm_deg = 100;
+  input.parameters.stop_damping_mNms_deg = 0.05;
+  return input;
+}
+
+// As a user would flash them; not watched: the hand believes its potentiometers.
+inline Images built_images(const twin::TrialInput& input, deploy::ModelAs model_as = deploy::ModelAs::code,
+                           bool watched = true) {
+  const io::TemporaryFolder folder;
+  deploy::Glove glove = study::glove_for(input.parameters, input.compensator);
+  glove.model_as = model_as;
+  deploy::Hand hand = study::safe_hand(input.parameters, input.compensator);
+  if (!watched) {
+    hand.motor = {};
+    hand.reach_deg = 1e9;
+  }
+  return {Firmware(deploy::build_glove(glove, folder.path()).elf),
+          Firmware(deploy::build_hand(hand, folder.path()).elf)};
+}
+
+}  // namespace flexor::cosim

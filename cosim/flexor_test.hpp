@@ -1,0 +1,37 @@
+// For tests: `flexor` as a user runs it.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/io/process.hpp"
+#include "host/io/terminal_test.hpp"
+
+namespace flexor::cosim {
+
+struct Finished {
+  int exit = 0;
+  std::string out;
+  std::string err;
+};
+
+inline Finished flexor(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), std::filesystem::absolute(FLEXOR_PROGRAM).string());
+  const io::ProcessResult result = io::run_process(arguments);
+  return {result.status, result.out, result.err};
+}
+
+// The last thing on standard error is one line of the program's with these words.
+inline void expect_says(const Finished& r, int exit, const std::string& says) {
+  EXPECT_EQ(r.exit, exit) << r.err;
+  const std::size_t from = r.err.rfind("flexor: ");
+  const std::string last = r.err.substr(from == std::string::npos ? 0 : from);
+  EXPECT_NE(last.find(says), std::string::npos) << r.err;
+  EXPECT_EQ(std::count(last.begin(), last.end(), '\n'), 1) << r.err;
+}
+
+}  // namespace flexor::cosim

@@ -1,7 +1,10 @@
 // flexor-camera: everything that needs OpenCV, as a worker (host/io/worker.hpp).
 #include <fmt/format.h>
 
+#include <sys/resource.h>
+
 #include <charconv>
+#include <thread>
 
 #include "apps/camera/cameras.hpp"
 #include "apps/camera/film.hpp"
@@ -24,6 +27,16 @@ camera::Joints joints_of(io::JsonReader& arguments) {
   return filming::drawn_hand(camera::joints_from_json(arguments.member("joints").dump(), "joints"));
 }
 
+// A video may state another size in any picture, and FFmpeg asks nobody: memory that it does not get is the video's end. Each
+// core's threads have their stacks beside.
+void bound_memory() {
+  constexpr rlim_t kMostBytes = 850 << 20;
+  constexpr rlim_t kStacks = 24 << 20;
+  const rlim_t bytes = kMostBytes + kStacks * std::thread::hardware_concurrency();
+  const rlimit most{bytes, bytes};
+  setrlimit(RLIMIT_DATA, &most);
+}
+
 Json track(const Json& json, const io::JobProgress& progress) {
   io::JsonReader arguments(json, "track");
   filming::TrackRequest request;
@@ -35,6 +48,7 @@ Json track(const Json& json, const io::JobProgress& progress) {
   request.report = path_of(arguments, "report");
   request.seconds = arguments.number("seconds");
   arguments.done();
+  bound_memory();
   return filming::to_json(filming::track(request, progress), request);
 }
 
@@ -68,6 +82,7 @@ Json propose_marks(const Json& json, const io::JobProgress&) {
   request.picture = path_of(arguments, "picture");
   request.save = path_of(arguments, "save");
   arguments.done();
+  bound_memory();
   return filming::to_json(filming::propose_marks(request), request);
 }
 

@@ -142,13 +142,17 @@ void check_ranges(const model::Model& model, const recording::CsvReader& reader,
     const model::Input& input = model.inputs[i];
     const std::string read = fmt::format("of {} readings, which span {:g} to {:g}, lie outside of the",
                                          count.readings, count.low, count.high);
+    const std::string outside =
+        fmt::format("column \"{}\": {} {} model's range {:g} to {:g}", reader.columns()[i], count.outside,
+                    read, input.valid_min, input.valid_max);
     if (count.mostly_outside()) {
-      columns.push_back(fmt::format("column \"{}\": {} {} model's range {:g} to {:g}", reader.columns()[i],
-                                    count.outside, read, input.valid_min, input.valid_max));
+      columns.push_back(outside);
     } else if (count.mostly_beyond()) {
       columns.push_back(fmt::format("column \"{}\": {} {} {:g} to {:g} that the model was made from",
                                     reader.columns()[i], count.beyond, read, input.readings->reading.front(),
                                     input.readings->reading.back()));
+    } else if (count.readings > 0 && 10 * count.outside >= count.readings) {
+      log(fmt::format("warning: {}: {}", reader.name(), outside));
     }
   }
   std::string mend = "another board or divider, or a sensor that is not plugged in?";

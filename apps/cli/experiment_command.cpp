@@ -198,7 +198,7 @@ void play(Options& o) {
     result = study::run(plan, progress);
     if (o.scenarios) scenarios = run_scenarios(plan, progress);
   }
-  if (const std::string silent = study::silence(result); !silent.empty()) log("warning: " + silent);
+  for (const std::string& warning : study::warnings(result, plan)) log("warning: " + warning);
   if (!o.folder.empty()) {
     draw(plan, result, scenarios);
   }

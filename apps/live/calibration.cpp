@@ -78,6 +78,19 @@ std::string verdict_on(double fit_percent, const std::string& words) {
              : words;
 }
 
+// What a job writes over is our own: a link leads elsewhere, and a FIFO waits for a reader.
+void require_own(const std::filesystem::path& path) {
+  using namespace std::filesystem;
+  std::error_code error;
+  const file_status status = symlink_status(path, error);
+  bool is_own = !exists(status) || is_regular_file(status) || is_directory(status);
+  for (directory_iterator i(is_directory(status) ? directory_iterator(path, error) : directory_iterator());
+       is_own && i != directory_iterator(); i.increment(error))
+    is_own = is_regular_file(i->symlink_status(error));
+  if (!is_own)
+    throw io::InputError(path.string() + ": is no plain file, or no folder of plain files: remove it");
+}
+
 double markerless_error_deg(const std::string& joint) {
   return joint.ends_with("_mcp") ? kMarkerlessKnuckle_deg : kMarkerlessOther_deg;
 }
@@ -217,7 +230,11 @@ void Calibration::begin_motion() {
   seconds_ = 0;
   worn_s_ = 0;
   failure_.clear();
-  while (std::filesystem::exists(file("log.csv"))) ++attempt_;
+  const auto is_there = [this](const char* name) {
+    return std::filesystem::exists(std::filesystem::symlink_status(file(name)));
+  };
+  while (is_there("log.csv") || is_there("camera.csv") || is_there("model.json") || is_there("report"))
+    ++attempt_;
   step_ = Step::motion;
 }
 
@@ -314,6 +331,8 @@ std::string Calibration::reference_error() const {
 
 std::vector<std::string> Calibration::identify_arguments(double lead_s,
                                                          const std::string& pose_angles) const {
+  require_own(model());
+  require_own(file("report"));
   std::vector<std::string> out = {"identify"};
   if (setup_.reference == Reference::poses) {
     out.insert(out.end(), {"--poses", file("log.csv").string()});

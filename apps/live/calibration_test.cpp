@@ -164,6 +164,20 @@ TEST_F(Guided, ASessionThatWasTamperedWithIsRefusedInOneLine) {
     session.calibration = nlohmann::ordered_json::parse(wrong);
     EXPECT_THROW(Calibration::resumed(session, sessions_.folder(session)), io::InputError) << wrong;
   }
+  const auto folder = sessions_.folder(session);
+  io::write_file(folder / "log.csv", "t_s,index_count\n0,1\n");
+  io::write_file(folder / "camera.csv", "t_s,index_mcp_deg\n0,1\n");
+  Calibration resumed = Calibration::resumed(session, folder);
+  EXPECT_NO_THROW(resumed.identify_arguments(0));
+  std::filesystem::create_directory(folder / "report");
+  for (const char* link : {"report/report.html", "model.json"}) {
+    std::filesystem::create_symlink(folder_.path() / "another", folder / link);
+    EXPECT_THROW(resumed.identify_arguments(0), io::InputError) << link;
+    std::filesystem::remove(folder / link);
+  }
+  std::filesystem::create_symlink(folder_.path() / "another", folder / "camera-2.csv");
+  resumed.repeat();
+  EXPECT_EQ(resumed.model().filename(), "model-3.json");
 }
 
 // What was measured against angles that err says so beside the figure, and in the model.

@@ -12,6 +12,7 @@
 #include <charconv>
 #include <chrono>
 #include <ctime>
+#include <functional>
 #include <map>
 
 #include "host/io/beneath.hpp"
@@ -25,7 +26,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kLongestName = 60;
-constexpr std::uint64_t kMostBytes = 1U << 16U;  // of a session.json
+constexpr std::uint64_t kMostBytes = 1U << 13U;  // of a session.json: twenty times an honest one's
 constexpr std::size_t kMostFiles = 40;           // of a session that are listed
 
 std::tm local_now() {
@@ -173,16 +174,21 @@ std::shared_ptr<void> Sessions::hold(const Session& session) const {
 }
 
 std::vector<Session> Sessions::list() const {
-  std::vector<Session> out;
+  std::vector<fs::path> folders;
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(root_, error)) {
-    if (!fs::is_directory(entry.symlink_status(error))) continue;  // a link leads elsewhere
-    std::optional<Session> session = load(entry.path());
+    if (fs::is_directory(entry.symlink_status(error)))
+      folders.push_back(entry.path());  // a link leads elsewhere
+  }
+  std::ranges::sort(folders, std::greater());
+  std::vector<Session> out;
+  for (const fs::path& folder : folders) {
+    if (out.size() == kMostListed) break;
+    std::optional<Session> session = load(folder);
     if (!session) continue;
-    session->files = files_in(entry.path());
+    session->files = files_in(folder);
     out.push_back(std::move(*session));
   }
-  std::ranges::sort(out, [](const Session& a, const Session& b) { return a.name > b.name; });
   return out;
 }
 

@@ -47,7 +47,8 @@ class Sessions {
   const std::filesystem::path& root() const { return root_; }
   // For as long as it lives no other program holds this session; empty: another one does.
   std::shared_ptr<void> hold(const Session& session) const;
-  // Newest first, with 40 files of each at most. Folders without a session.json that can be read, and is no larger than 64 KiB, are
+  static constexpr std::size_t kMostListed = 500;
+  // Newest first by name, kMostListed at most, with 40 files of each at most. Folders without a session.json that can be read, and is no larger than 8 KiB, are
   // left out, and so are links: nothing is read or written outside the folder.
   std::vector<Session> list() const;
   // A new one with a name of its own, from its time and `person`, or `what` where nobody is named. Throws io::InputError for

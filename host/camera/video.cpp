@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <new>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -29,6 +30,10 @@ double now_s() {
 void be_silent() {
   static const bool done = [] {
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+    cv::redirectError([](int status, const char*, const char*, const char*, int, void*) {
+      if (status == cv::Error::StsNoMem) throw std::bad_alloc();  // as everybody else says it
+      return 0;
+    });
     setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // AV_LOG_QUIET
     // Pictures are read_picture()'s: FFmpeg decodes them while they are opened, and their metadata without a bound.
     setenv("OPENCV_FFMPEG_CAPTURE_OPTIONS",

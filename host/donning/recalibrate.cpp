@@ -30,7 +30,7 @@ constexpr double kSure = 1.3;         // standard errors
 constexpr double kFarthest = 3;       // of the prior's standard deviations
 constexpr std::size_t kLeastSamples = 20;
 constexpr const char* kTellsGain =
-    "the open hand and the fist held (--poses), or a camera (--pair), would tell it";
+    "a camera (--pair) would tell it";  // poses: as well as they are held alike
 
 // What one log says of one sensor.
 struct Verdict {
@@ -436,15 +436,13 @@ std::string wanted_instead(const Recalibration& r, bool sure, bool seen_helps) {
   if (!r.misfits.empty())
     return "strips as they were where the model was made: see what does not fit; or identify a model anew";
   if (!sure)
-    return "open hand and fist once more, held as they were where the model was made, or motion: what the "
-           "poses "
-           "tell may be chance";
+    return "open hand and fist once more, held as they were where the model was made, or a camera (--pair): "
+           "what the poses tell may be chance";
   if (!seen_helps)
     return "a longer stretch with the camera: what was held back of this one is no better with a new "
            "calibration";
-  return "nothing where the angles are right; else more of it: no change that it tells is larger than its "
-         "own "
-         "error";
+  return "nothing where the angles are right; else a camera (--pair): no change that was told is larger than "
+         "its own error";
 }
 
 }  // namespace
@@ -474,7 +472,10 @@ Recalibration recalibrate(const Request& request) {
     if (s.kept.empty() && !sure)
       s.kept = fmt::format("{}: what was found may be chance: the old calibration is kept", s.name);
     if (!cases[i].misfit.empty()) out.misfits.push_back(cases[i].misfit);
-    s.gain_is_told = !other_line(known, e, cases[i], i);
+    // Poses that changed nothing may yet have been held otherwise: then the gain is as uncertain as they are.
+    const bool is_doubted = !known.holds.empty() && !known.seen && !s.kept.empty() &&
+                            !is_known_unchanged(e, i, other_line(known, e, cases[i], i));
+    s.gain_is_told = !is_doubted && !other_line(known, e, cases[i], i);
     if ((!cases[i].informed || !s.gain_is_told) && !cases[i].wanted.empty())
       out.wanted.push_back(cases[i].wanted);
     if (s.kept.empty()) {

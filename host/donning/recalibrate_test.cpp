@@ -267,6 +267,7 @@ TEST(RecalibrateFromPoses, OneThatMayBeChanceKeepsTheOldCalibration) {
   const Corrections moved = {{1, 10}, {1, 8}, {1, 12}};  // three degrees, of poses that err by five
   const Recalibration r = recalibrate(held(moved, {{false, kTestStraight}, {true, kTestFist}}));
   EXPECT_FALSE(r.applied);
+  for (const SensorResult& s : r.sensors) EXPECT_FALSE(s.gain_is_told);
   EXPECT_EQ(r.model, test_glove());
 }
 

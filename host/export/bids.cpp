@@ -87,6 +87,14 @@ class FolderLock {
   bool is_busy_ = false;
 };
 
+// All but the mark, without which the rest would be nobody's.
+void empty(const fs::path& folder) {
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().filename() != kOwn) fs::remove_all(entry.path(), error);
+  }
+}
+
 // What exports that were killed have left there: whoever lives holds the lock of their own.
 void remove_left(const fs::path& parent) {
   std::error_code error;
@@ -94,7 +102,9 @@ void remove_left(const fs::path& parent) {
     if (!entry.path().filename().string().starts_with(kStaging)) continue;
     const FolderLock lock(entry.path());
     const bool is_ours = fs::exists(entry.path() / kOwn, error) || fs::is_empty(entry.path(), error);
-    if (lock.is_held() && is_ours) fs::remove_all(entry.path(), error);
+    if (!lock.is_held() || !is_ours) continue;
+    empty(entry.path());
+    fs::remove_all(entry.path(), error);
   }
 }
 
@@ -105,6 +115,7 @@ class Staging {
       : temporary_([&] { return make(parent, folder); }), lock_(temporary_.path()) {
     std::ofstream(temporary_.path() / kOwn).close();
   }
+  ~Staging() { empty(temporary_.path()); }
   const fs::path& path() const { return temporary_.path(); }
   // Not where another export has taken it for one that was left, before it was locked.
   bool is_there() const { return !lock_.is_busy() && fs::exists(temporary_.path() / kOwn); }

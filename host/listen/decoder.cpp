@@ -298,7 +298,10 @@ class GlovesDecoder : public TextDecoder {
     const link::GloveParse parse =
         link::parse_gloves(text.data(), static_cast<std::uint16_t>(text.size()), said);
     if (parse == link::GloveParse::information) return true;
-    if (parse != link::GloveParse::ok) return false;
+    if (parse != link::GloveParse::ok) {
+      if (tally_.samples > 0) count_misfit(0, places_.size());
+      return false;
+    }
     if (tally_.samples == 0) name_columns(said);
     Sample sample{host_s, {}, {}, {}};
     if (tally_.samples > 0 && values_in(said) != places_.size())
@@ -397,10 +400,12 @@ class LineDecoder : public TextDecoder {
     const bool is_header = std::ranges::all_of(cells, is_name);
     const bool is_row = !is_header || (!cells.empty() && !cells[0].empty() &&
                                        number(cells[0].substr(0, 1)));  // "1;2" is a name, too
-    if (tally_.samples > 0 && is_row && cells.size() != names_.size() && cells.size() != other_.size())
-      count_misfit(cells.size(), names_.size());
+    std::vector<double> numbers = is_header ? std::vector<double>() : numbers_in(cells);
+    const bool is_text = !is_row || (numbers.empty() && cells.size() == names_.size());
+    const std::size_t found = is_text ? 0 : cells.size();
+    if (tally_.samples > 0 && found != names_.size() && (is_text || found != other_.size()))
+      count_misfit(found, names_.size());
     if (is_header) return take_header(cells);
-    std::vector<double> numbers = numbers_in(cells);
     if (numbers.empty()) return false;
     if (names_.empty() && !take_names(numbers.size())) return true;
     if (is_anothers(numbers.size())) return true;
@@ -597,6 +602,9 @@ std::string lost_in_words(const Tally& tally) {
 }
 
 std::string misfit_in_words(const Misfit& misfit) {
+  if (misfit.found == 0)
+    return fmt::format("the lines that come are no rows of numbers, and {} values are expected",
+                       misfit.expected);
   return fmt::format("the rows that come have {} values, and {} are expected", misfit.found, misfit.expected);
 }
 

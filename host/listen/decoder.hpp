@@ -74,7 +74,7 @@ class Decoder {
   void count_sample() {
     ++tally_.samples;
     tally_.misfit.reset();
-    other_values_ = 0;
+    other_values_ = kFits;
   }
   void count_misfit(std::size_t found, std::size_t expected) {
     if (std::exchange(other_values_, found) == found) tally_.misfit = Misfit{found, expected};
@@ -84,7 +84,8 @@ class Decoder {
   Tally tally_;
 
  private:
-  std::size_t other_values_ = 0;  // of the row before; 0: it fitted
+  static constexpr std::size_t kFits = SIZE_MAX;
+  std::size_t other_values_ = kFits;  // of the row before
 };
 
 // `readings`: of frames, those with readings instead of those with angles.

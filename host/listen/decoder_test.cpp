@@ -70,6 +70,13 @@ TEST(Lines, RowsOfAnotherNumberOfValuesAreToldWhileTheyCome) {
   decoded(*decoder, bytes_of("1;2;3;4;5\n1;2;3;4;5\n"));
   ASSERT_TRUE(decoder->tally().misfit) << "other separators";
   EXPECT_EQ(decoder->tally().misfit->found, 1U);
+  for (const char* line : {"no glove\n", "a,b,c,d,5\n", "a,b,c,d,e\n"}) {
+    decoded(*decoder, bytes_of(std::string("1,2,3,4,5\n") + line));
+    EXPECT_FALSE(decoder->tally().misfit) << line;
+    decoded(*decoder, bytes_of(line));
+    ASSERT_TRUE(decoder->tally().misfit) << line;
+    EXPECT_EQ(decoder->tally().misfit->found, 0U);
+  }
 }
 
 TEST(Frames, LostOnesAreCountedAndTornOnesSkipped) {

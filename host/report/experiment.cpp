@@ -230,6 +230,8 @@ void render_experiment(const Saved& saved) {
   const Experiment e(saved);
   Page page(e.results.at("engine") == "twin" ? "Glove to bionic hand, in the twin"
                                              : "Glove to bionic hand, played by " + saved.text("engine"));
+  const auto warnings = e.results.value("warnings", std::vector<std::string>());
+  if (!warnings.empty()) page.warnings(warnings);
   verdict(page, e);
   error_table(page, e);
   scenario_table(page, e);

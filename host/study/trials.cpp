@@ -19,6 +19,7 @@
 #include "host/study/trial_row.hpp"
 #include "host/twin/exact_json.hpp"
 #include "host/twin/random.hpp"
+#include "runtime/link/hand_end.hpp"
 
 namespace flexor::study {
 namespace {
@@ -346,16 +347,28 @@ double Cell::total_pressed_s() const {
   return sum;
 }
 
-std::string silence(const Result& result) {
+std::vector<std::string> warnings(const Result& result, const Plan& plan) {
+  const twin::Parameters& p = plan.parameters;
+  const double period_s = plan.compensators.front().model.sample_period_s;
+  const double frame_s = p.frame_rate_hz > 0 ? std::max(1 / p.frame_rate_hz, period_s) : period_s;
+  const double delay_ms = 1000 * (p.module_latency_s + p.jitter_s);
+  const double greatest_ms = link::greatest_delay_ms(1000 * frame_s);
+  std::vector<std::string> out;
+  if (plan.engine == nullptr && delay_ms > greatest_ms)
+    out.push_back(
+        fmt::format("the radio delays by {:g} ms (radio.module_latency_s, radio.jitter_s): the firmware's "
+                    "guarded link follows up to {:g} ms, the twin has no such limit",
+                    delay_ms, greatest_ms));
   const auto cell = std::ranges::find_if(result.cells, [](const Cell& c) { return c.silent_trials > 0; });
-  if (cell == result.cells.end()) return {};
+  if (cell == result.cells.end()) return out;
   const auto silent = std::ranges::count_if(result.cells, [](const Cell& c) { return c.silent_trials > 0; });
-  return fmt::format(
+  out.push_back(fmt::format(
       "{} with {}{}: at most half of the frames reached the hand in {} of {} trials: its error is the "
       "radio's, no "
       "compensator's; see radio.* of the twin, and runtime/link/PROTOCOL.md for the greatest delay",
       cell->motion, cell->compensator, silent > 1 ? fmt::format(" and {} others", silent - 1) : "",
-      cell->silent_trials, cell->total_deg_s.count());
+      cell->silent_trials, cell->total_deg_s.count()));
+  return out;
 }
 
 std::string describe(const Distance& d) {
@@ -477,8 +490,6 @@ Json to_json(const Result& r, const Plan& plan) {
   };
   Json cells = Json::array();
   for (const Cell& c : r.cells) cells.push_back(cell_json(c, r.compensators));
-  Json warnings = Json::array();
-  if (const std::string silent = silence(r); !silent.empty()) warnings.push_back(silent);
   return {{"cells", std::move(cells)},
           {"log_rms",
            {{"gestures_1_to_4", whole(r.distance.fitted)},
@@ -491,7 +502,7 @@ Json to_json(const Result& r, const Plan& plan) {
           {"engine", plan.engine != nullptr ? plan.engine->name() : "twin"},
           {"rate_hz", 1 / plan.compensators.front().model.sample_period_s},
           {"seed", plan.seed},
-          {"warnings", std::move(warnings)},
+          {"warnings", warnings(r, plan)},
           {"version", FLEXOR_VERSION}};
 }
 

@@ -130,8 +130,8 @@ using TrialProgress = std::function<void(std::size_t done, std::size_t of)>;  //
 // hold apart.
 void check(const Plan& plan);
 
-// Of the first cell with silent trials, one line; empty: there is none.
-std::string silence(const Result& result);
+// A line each: the first cell with silent trials, a delay beyond what the firmware follows.
+std::vector<std::string> warnings(const Result& result, const Plan& plan);
 
 // What must be the same for a run to go on in its folder, as JSON.
 std::string settings_of(const Plan& plan);

@@ -188,6 +188,9 @@ TEST(Trials, ATrialWithoutABestLagIsCountedNowhere) {
 TEST(Trials, ARunInWhichNothingArrivesSaysSo) {
   Plan p = plan("2", 2);
   EXPECT_TRUE(to_json(run(p, {}), p).at("warnings").empty());
+  p.parameters.module_latency_s = 1;
+  EXPECT_EQ(to_json(run(p, {}), p).at("warnings").size(), 1U) << "the firmware would not follow";
+  p.parameters.module_latency_s = 0.002;
   p.parameters.loss = 1;
   const Result lost = run(p, {});
   EXPECT_EQ(lost.cells[0].silent_trials, 2);

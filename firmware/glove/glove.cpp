@@ -210,7 +210,10 @@ class Output {
  private:
   using Turns = link::GloveTurns<config::kListenEvery, config::kSeekEvery, config::kListenSlots>;
 
-  link::GloveSpeech<Turns, config::kRate_hz / config::kSamplesPerFrame> speech_{pair_key(config::kKeyRecord)};
+  static constexpr uint8_t kSlotsPerSecond = config::kRate_hz / config::kSamplesPerFrame;
+  static constexpr uint32_t kBaud = F_CPU / 8 / (config::kUartDivisor + 1UL);
+  link::GloveSpeech<Turns, kSlotsPerSecond, link::has_room(kBaud, kSlotsPerSecond)> speech_{
+      pair_key(config::kKeyRecord)};
   Models models_{speech_.end().pair()};
   uint32_t samples_ = 0;
   uint8_t reset_cause_ = 0;

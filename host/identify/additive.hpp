@@ -8,7 +8,8 @@
 // For given radii and time constants the angle is linear in the curves' values. The loss counts small errors by
 // their square and large ones by their size (pseudo-Huber, one degree wide), of the estimate within the limits of
 // the angle: where a finger rests at an end of its range, any estimate beyond it is right. The limits are the
-// medians of the angles there, or the farthest angle where it does not rest. Two priors: neighbouring slopes are alike (second differences), and what plays and
+// medians of the angles there, or the farthest angle where it does not rest; an open sum has none, and its curves go on as
+// straight as at their ends. It is preferred among equals. Two priors: neighbouring slopes are alike (second differences), and what plays and
 // motion add is small (their values). The second also settles what the others leave undetermined. Minimised by
 // least squares again and again, from the plain least-squares solution on.
 // Held still, the angle holds still after a second. Motion of more than a second (creep) is the exception: it is there for a

@@ -127,7 +127,7 @@ TEST(Fit, ADeadZoneEdgeWithoutSamplesIsRefusedByName) {
 TEST(Fit, AKnotFarFromEverySampleIsRefusedByName) {
   const Data data = example();
   Options options;
-  options.input_knots = {200, 400, 600, 850, 1000};
+  options.knots = Knots{{200, 400, 600, 850, 1000}, {}};
   const Summary s = fit(blocks_of("curve(5) > lti(1)"), data, options);
   ASSERT_FALSE(s.refusals.empty());
   EXPECT_NE(s.refusals[0].find("curve at 1000 of ring: no sample near 1000"), std::string::npos)
@@ -167,7 +167,7 @@ TEST(CurveBounds, AKnotThatHardlyAnySampleTouchesTakesItsNeighboursValue) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     const Data data = example(1500, 0.5, seed);
     Options options;
-    options.input_knots = {200, 400, 600, data.input.maxCoeff() - 1, 9000};
+    options.knots = Knots{{200, 400, 600, data.input.maxCoeff() - 1, 9000}, {}};
     const Summary s = fit(blocks_of("curve(5) > lti(1)"), data, options);
     const model::Curve& curve = *s.channel.input_curve;
     EXPECT_NEAR(curve.y[4], curve.y[3], 1e-9);
@@ -181,7 +181,7 @@ TEST(CurveBounds, KnotsBetweenSamplesLieOnTheLineBetweenTheirNeighbours) {
   // The sensor jumps over the readings from 420 to 580.
   for (double& u : data.input) u = u < 500 ? 200 + (u - 200) * 220 / 300 : 580 + (u - 500) * 220 / 300;
   Options options;
-  options.input_knots = {200, 300, 420, 470, 500, 580, 700, 800};
+  options.knots = Knots{{200, 300, 420, 470, 500, 580, 700, 800}, {}};
   const Summary s = fit(blocks_of("curve(8) > lti(1)"), data, options);
   const model::Curve& c = *s.channel.input_curve;
   EXPECT_TRUE(refuses(s, "curve at 470 of ring") || refuses(s, "curve at 500 of ring"));

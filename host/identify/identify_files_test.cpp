@@ -11,6 +11,7 @@
 #include "host/identify/estimator.hpp"
 #include "host/identify/hand.hpp"
 #include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/unit.hpp"
 
@@ -138,6 +139,55 @@ TEST_F(OneJointOf, AGivenOffsetHoldsForSignalsThatDoNotTellIt) {
   EXPECT_DOUBLE_EQ(given.clocks[0].offset_s, 3.7);
   EXPECT_EQ(given.clocks[0].confidence, 0);
   EXPECT_TRUE(warned(given, "no sensor explains"));
+}
+
+TEST_F(OneJointOf, ADriftOfTheClocksCostsNothing) {
+  const recording::Pair pair = simulated({50, 1, false, false});
+  const double without_deg = identified(pair, "curve").joints[0].holdout.rmse_deg;
+  for (const double ppm : {-5000.0, 3000.0}) {
+    recording::Pair drifting = pair;
+    for (double& t : drifting.reference.t_s) t *= 1 + 1e-6 * ppm;
+    const HandIdentification r = identified(drifting, "curve");
+    EXPECT_NEAR(r.clocks[0].drift_ppm, ppm, 3 * r.clocks[0].drift_se_ppm);
+    EXPECT_LT(r.joints[0].holdout.rmse_deg, 1.1 * without_deg) << ppm;
+  }
+}
+
+TEST_F(OneJointOf, AnglesThatAreLostEarlyAreLeftOutAsLaterOnes) {
+  for (const std::size_t from : {12U, 402U}) {
+    recording::Pair pair = simulated({50, 1, false, false}, 40);
+    for (std::size_t k = from; k < from + 7; ++k) pair.reference.columns[0].value[k] = std::nan("");
+    EXPECT_TRUE(warned(identified(pair, "line"), "7 of 1200 rows have no index_deg")) << from;
+  }
+}
+
+// Recordings of ../shared/data/cases.
+HandRequest request_of(const std::string& file, const std::string& input, const std::string& output) {
+  HandRequest r;
+  const fs::path path = fs::path(FLEXOR_SOURCE_DIR) / "../shared/data/cases" / file;
+  r.pairs = {{path, path}};
+  r.map = parse_map("index=" + input + ":" + output);
+  return r;
+}
+
+TEST(Cases, TheLineOfTheVerdictIsTheLineThatItAdvises) {
+  HandRequest r = request_of("08-advice-line-loop/log.csv", "flex_adc", "index_deg");
+  if (!fs::exists(r.pairs[0].sensor)) GTEST_SKIP() << "needs ../shared/data/cases";
+  const JointResult joint = identify_hand(r, {}).joints[0];
+  EXPECT_EQ(joint.verdict.baseline, "line");
+  r.structure = "line";
+  const JointResult advised = identify_hand(r, {}).joints[0];
+  EXPECT_NEAR(advised.holdout.rmse_deg, joint.verdict.baseline_deg, 0.01);
+  EXPECT_NE(advised.verdict.baseline, "line");
+}
+
+TEST(Cases, SensorsThatAModelCannotHoldAreRefusedBeforeTheSearch) {
+  const std::string six = "s0_adc+s1_adc+s2_adc+s3_adc+s4_adc+s5_adc";
+  HandRequest r = request_of("05-six-sensors/six.csv", six, "index_deg");
+  if (!fs::exists(r.pairs[0].sensor)) GTEST_SKIP() << "needs ../shared/data/cases";
+  EXPECT_LE(identify_hand(r, {}).joints[0].structure.size(), 100U);
+  r.structure = "curve + play(0.1) > curve + play(0.2) > curve + motion(0.1) + motion(0.3) + motion(0.5)";
+  EXPECT_NE(io::refusal_of([&] { identify_hand(r, {}); }).find("32 curves"), std::string::npos);
 }
 
 TEST_F(OneJointOf, AChannelThatNobodyNamedIsIndex) {

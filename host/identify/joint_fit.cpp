@@ -28,6 +28,7 @@ constexpr double kSure =
     1.5;  // standard errors over six folds: nine of ten gains by chance are less (Student's t)
 constexpr int kAttacks = 15;  // of the search for fixed point's error
 constexpr int kReadings = 5000;
+constexpr double kConverted = 0.5;            // of the bound, where deploy converts readings first
 constexpr double kNearly = 0.5;               // what a short search finds is less than what there is
 constexpr double kMostFixedError_deg = 0.06;  // deploy refuses 1/16
 constexpr double kMostOfOne_deg = 0.055;      // of one sensor: deploy searches all joints with other readings
@@ -57,16 +58,18 @@ std::string refusal_of(const model::Model& model, double drift_deg) {
   return "";
 }
 
-std::string imprecision_of(const model::Model& identified) {
+// `thoroughly`: as deploy looks; of readings that deploy converts first, and then finds up to three times as much, half as
+// much is allowed.
+std::string imprecision_of(const model::Model& identified, bool thoroughly = false) {
   const model::Model model = model::folded(identified).model;
   if (!std::ranges::all_of(model.inputs, model::holds_readings)) return "";
   model::ErrorSearch search;
   search.attacks = kAttacks;
   search.noise = kReadings;
-  const double most_deg = model.inputs.size() > 1 ? kMostFixedError_deg : kMostOfOne_deg;
+  double most_deg = model.inputs.size() > 1 ? kMostFixedError_deg : kMostOfOne_deg;
+  if (thoroughly && model.inputs.front().unit != "count") most_deg *= kConverted;
   double error_deg = model::worst_fixed_error_deg(model, search);
-  // As thoroughly as deploy looks, where that may tell.
-  if (error_deg > kNearly * most_deg && error_deg <= most_deg)
+  if ((thoroughly || error_deg > kNearly * most_deg) && error_deg <= most_deg)
     error_deg = model::worst_fixed_error_deg(model);
   if (error_deg <= most_deg) return "";
   return fmt::format("in the glove's integers it is up to {:.3f} degrees off", error_deg);
@@ -187,16 +190,15 @@ std::string chain_refusal(const JointFit& chain, const JointFit& best) {
     return fmt::format("it fits the part by {:.2f} degrees; the best errs by {:.2f} on what it did not see",
                        chain.fitted_rmse_deg, best.cross_validated_deg);
   }
-  std::string out = refusal_of(chain.model, chain.hold_drift_deg);
-  if (out.empty()) out = imprecision_of(chain.model);
-  if (!out.empty()) return out;
   // Within a standard error what holds still wins over what creeps, and of two that do the smaller with the lower loss.
   const bool stops = best.hold_drift_deg > kMostDrift_deg;
   const bool smaller = chain.effective < best.effective;
   const double least_errors = stops && smaller ? -1 : smaller ? 0 : 1;
   const double most_deg = (1 - least_errors * kAsGood) * best.cross_validated_deg;
-  if (chain.cross_validated_deg < most_deg && gain_in_errors(chain, best) > least_errors) return "";
-  return smaller ? "errs more than the best" : "no better than the best by more than a standard error";
+  if (!(chain.cross_validated_deg < most_deg && gain_in_errors(chain, best) > least_errors))
+    return smaller ? "errs more than the best" : "no better than the best by more than a standard error";
+  const std::string out = refusal_of(chain.model, chain.hold_drift_deg);
+  return out.empty() ? imprecision_of(chain.model, true) : out;
 }
 
 // Chains beside the best sum, over the same folds.

@@ -151,7 +151,7 @@ TEST_P(Recovery, EveryParameterWithinThreeOfItsHonestStandardErrors) {
   std::vector<std::string> names;
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
     Options options;
-    options.input_knots = truth.knots;
+    if (!truth.knots.empty()) options.knots = Knots{truth.knots, {}};
     const Summary s = fit(truth.structure, simulate(truth, seed), options);
     ASSERT_EQ(s.parameters.size(), expected.size());
     ASSERT_TRUE(s.refusals.empty()) << "seed " << seed << ": " << s.refusals.front();

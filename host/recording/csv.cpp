@@ -538,7 +538,7 @@ bool CsvReader::read_row(Row& row) {
     if (torn) {
       leave_out();
     } else {
-      ++unmeasured_;
+      if (unmeasured_++ == 0) first_unmeasured_ = line_.number;
     }
   }
   ++rows_;
@@ -565,9 +565,10 @@ std::vector<std::string> CsvReader::notes() const {
     say(fmt::format("{} row(s) are too short or without a time and were left out, the first is row {}", torn_,
                     first_torn_));
   }
-  if (unmeasured_ > 0)
-    say(fmt::format("{} of {} rows have no {} and were left out", unmeasured_, rows_ + unmeasured_,
-                    fmt::join(columns_, " or ")));
+  if (unmeasured_ > 0) {
+    say(fmt::format("{} of {} rows have no {} and were left out, the first is row {}", unmeasured_,
+                    rows_ + unmeasured_, fmt::join(columns_, " or "), first_unmeasured_));
+  }
   return out;
 }
 

@@ -122,6 +122,7 @@ class CsvReader : public Source {
   std::size_t torn_ = 0;
   std::size_t first_torn_ = 0;
   std::size_t unmeasured_ = 0;
+  std::size_t first_unmeasured_ = 0;
   std::vector<std::string> notes_;
 };
 

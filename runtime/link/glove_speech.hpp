@@ -1,6 +1,6 @@
 // What a glove says on its line, and when: frames in its slots, its state and its readings before them where somebody has
-// asked, and turns for the other end. It hears challenges and requests; the caller says how bytes leave the board. No request
-// takes a frame's place: anybody may ask.
+// asked, and turns for the other end. It hears challenges and requests; the caller says how bytes leave the board. A request
+// takes the place of one frame in ten at most: anybody may ask.
 #pragma once
 
 #include "runtime/link/glove_end.hpp"
@@ -15,10 +15,13 @@ struct NoModels {
   void offer() {}
 };
 
-// Turns: a GloveTurns. kSlotsPerSecond: so often it calls speak().
+// Whether a slot has the time for readings and angles together, 16 and 25 bytes of ten bits.
+constexpr bool has_room(uint32_t baud, uint8_t slots_per_second) { return 410UL * slots_per_second <= baud; }
+
+// Turns: a GloveTurns. kSlotsPerSecond: so often it calls speak(). kHasRoom: has_room(); without it one slot of ten has readings.
 // Board: uint8_t reset_cause(), uint32_t uptime_s(), void send(Type, const uint8_t* wire, uint8_t bytes).
 // Models: bool take(PacketReader&), whether a frame of coefficients is believed, and void offer(), one is asked for.
-template <class Turns, uint8_t kSlotsPerSecond>
+template <class Turns, uint8_t kSlotsPerSecond, bool kHasRoom = true>
 class GloveSpeech {
  public:
   explicit GloveSpeech(const Key* pair) : end_(pair, kSettled_s * kSlotsPerSecond) {}
@@ -45,7 +48,7 @@ class GloveSpeech {
     const bool listens = turns_.listens(!end_.in_touch());
     if (until_state_ > 0) --until_state_;
     // First: after a frame that listens the hand speaks.
-    if (readings_left_ > 0) say_readings(frame, counts, board);
+    if (readings_left_ > 0 && (--readings_left_ % 10 == 0 || kHasRoom)) say_readings(frame, counts, board);
     if (!end_.in_touch()) {
       if (listens) say_state(true, board);
       return;
@@ -85,7 +88,6 @@ class GloveSpeech {
 
   template <class Board>
   void say_readings(const Frame& frame, const uint16_t* counts, Board& board) {
-    --readings_left_;
     Packet packet;
     const uint8_t body_bytes = put_readings(frame.time_ms, counts, kFingers, packet.body());
     uint8_t wire[kMaxWire];

@@ -838,6 +838,13 @@ TEST(Freshness, AByteInTheGapSpoilsNoFrame) {
   }
 }
 
+TEST(Speech, ReadingsHaveOneSlotInTenWhereTheyDoNotFitBesideAngles) {
+  EXPECT_TRUE(has_room(9600, 20));
+  EXPECT_FALSE(has_room(9600, 25));
+  EXPECT_FALSE(has_room(19200, 50));
+  EXPECT_TRUE(has_room(115200, 100));
+}
+
 TEST(Freshness, NothingThatAnybodyCanMakeTakesAnglesPlace) {
   std::vector<Wire> all = forgeries();
   for (const Wire& wire : all) EXPECT_GE(least_followed({wire}, 10, 1000), 0.99) << wire.size();

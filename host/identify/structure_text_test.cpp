@@ -24,7 +24,8 @@ std::string refusal(const std::string& text) {
 TEST(StructureText, ASumHasTheCurvesThatItNames) {
   EXPECT_EQ(sum("curve(20) + play(0.03)>curve(20)+ play( 0.08 ) > curve + motion(0.3)"),
             (Branches{{0.03, 0.08}, {0.3}, 20}));
-  EXPECT_EQ(sum("curve(2)"), sum("line"));
+  EXPECT_EQ(sum("curve(2)"), sum("limited-line"));
+  EXPECT_EQ(sum("curve(12) + open").open, true);
   EXPECT_EQ(sum("curve(12)"), sum("curve"));
   EXPECT_EQ(sum("curve"), sum("curve"));
 }
@@ -50,12 +51,12 @@ TEST(StructureText, ShorthandsAreTheFamilies) {
 }
 
 TEST(StructureText, WhatIsWrittenIsReadAsTheSame) {
-  for (const char* text : {"auto", "line", "line-lead", "curve", "hysteresis"}) {
+  for (const char* text : {"auto", "limited-line", "line-lead", "curve", "hysteresis"}) {
     const WantedStructure wanted = parse_structure(text, 1);
     for (const Branches& branches : std::get<Candidates>(wanted).branches)
       EXPECT_EQ(sum(text_of(branches)), branches);
   }
-  for (const char* text : {"linear", "linear-dynamic", "hammerstein", "wiener", "hw", "wh", "hysteresis-hw",
+  for (const char* text : {"line", "linear-dynamic", "hammerstein", "wiener", "hw", "wh", "hysteresis-hw",
                            "lag(0.1) > gain > lti(3) > saturation"}) {
     EXPECT_EQ(chain(text_of(chain(text))), chain(text)) << text;
   }

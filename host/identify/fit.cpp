@@ -558,7 +558,8 @@ class Fitter {
     const auto untold = [&](int i) { return std::ranges::find(untold_, at + i) != untold_.end(); };
     for (int i = 0; i < n; ++i) {
       if (!untold(i)) continue;
-      // On the straight line through the nearest two that are told, one on either side where there are.
+      // On the straight line through the nearest two that are told, one on either side where there are; beyond both by
+      // their difference at most.
       const auto next = [&](int k, int step) {
         for (k += step; k >= 0 && k < n && untold(k);) k += step;
         return k;
@@ -572,7 +573,7 @@ class Fitter {
       if (before < 0 || after >= n) break;  // nothing to lean on
       const auto place = [&](int k) { return x[static_cast<std::size_t>(k)]; };
       const double share = before == after ? 0 : (place(i) - place(before)) / (place(after) - place(before));
-      y(i) = y(before) + share * (y(after) - y(before));
+      y(i) = y(before) + std::clamp(share, -1.0, 2.0) * (y(after) - y(before));
     }
     y = y.cwiseMax(problem_.plausible().lower_deg).cwiseMin(problem_.plausible().upper_deg);
     best_.theta.segment(at, n) = y;

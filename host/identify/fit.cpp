@@ -558,22 +558,16 @@ class Fitter {
     const auto untold = [&](int i) { return std::ranges::find(untold_, at + i) != untold_.end(); };
     for (int i = 0; i < n; ++i) {
       if (!untold(i)) continue;
-      // On the straight line through the nearest two that are told, one on either side where there are; beyond both by
-      // their difference at most.
-      const auto next = [&](int k, int step) {
-        for (k += step; k >= 0 && k < n && untold(k);) k += step;
-        return k;
-      };
-      int before = next(i, -1);
-      int after = next(i, 1);
-      if (before < 0 && after < n) before = next(after, 1);
-      if (after >= n && before >= 0 && before < n) after = next(before, -1);
-      if (before >= n) before = after;
-      if (after < 0) after = before;
-      if (before < 0 || after >= n) break;  // nothing to lean on
+      int before = i;
+      int after = i;
+      while (before >= 0 && untold(before)) --before;
+      while (after < n && untold(after)) ++after;
+      if (before < 0 && after == n) break;  // nothing to lean on
+      if (before < 0) before = after;
+      if (after == n) after = before;
       const auto place = [&](int k) { return x[static_cast<std::size_t>(k)]; };
       const double share = before == after ? 0 : (place(i) - place(before)) / (place(after) - place(before));
-      y(i) = y(before) + std::clamp(share, -1.0, 2.0) * (y(after) - y(before));
+      y(i) = y(before) + share * (y(after) - y(before));
     }
     y = y.cwiseMax(problem_.plausible().lower_deg).cwiseMin(problem_.plausible().upper_deg);
     best_.theta.segment(at, n) = y;

@@ -43,6 +43,7 @@ ReplaySource::ReplaySource(const std::filesystem::path& file, double speed)
   const double first_s = t_s_.empty() ? 0 : t_s_.front();
   for (double& t : t_s_) t -= first_s;
   warnings_ = std::move(recording.warnings);
+  start_ = std::chrono::steady_clock::now();  // what reading the file took is no part of it
 }
 
 double ReplaySource::now_s() const {

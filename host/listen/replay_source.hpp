@@ -47,7 +47,7 @@ class ReplaySource : public Source {
   std::vector<std::string> warnings_;
   std::size_t next_ = 0;
   bool paused_ = false;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point start_;
   double from_s_ = 0;      // the position ...
   double from_now_s_ = 0;  // ... at this time of now_s()
   Tally tally_;

@@ -67,9 +67,8 @@ TEST_F(Replay, GivesEveryRowWhenItIsDue) {
 
 TEST_F(Replay, FasterIsSoMuchShorter) {
   ReplaySource source(path(), 10);
-  const double begin_s = source.now_s();
   const std::vector<Sample> samples = all(source);
-  EXPECT_GT(source.now_s() - begin_s, 0.058);
+  EXPECT_GE(source.now_s(), time_s(kRows - 1) / 10);  // its clock begins with it, whenever this thread goes on
   EXPECT_NEAR(samples.back().host_s - samples.front().host_s, time_s(kRows - 1) / 10, 1e-9);
 }
 
@@ -97,8 +96,10 @@ TEST_F(Replay, StandsStillWhilePaused) {
 
 TEST_F(Replay, SeeksBothWays) {
   ReplaySource source(path());
+  source.pause(true);
   source.seek(0.5);
-  EXPECT_NEAR(source.position_s(), 0.5, 0.2);
+  EXPECT_EQ(source.position_s(), 0.5);
+  source.pause(false);
   std::vector<Sample> samples = all(source);
   ASSERT_EQ(samples.size(), 11U);
   EXPECT_EQ(samples.front().value[0], 550);

@@ -68,7 +68,8 @@ TEST_F(Replay, GivesEveryRowWhenItIsDue) {
 TEST_F(Replay, FasterIsSoMuchShorter) {
   ReplaySource source(path(), 10);
   const std::vector<Sample> samples = all(source);
-  EXPECT_GE(source.now_s(), time_s(kRows - 1) / 10);  // its clock begins with it, whenever this thread goes on
+  EXPECT_GE(source.now_s(),
+            time_s(kRows - 1) / 10);  // its clock begins with it, whenever this thread goes on
   EXPECT_NEAR(samples.back().host_s - samples.front().host_s, time_s(kRows - 1) / 10, 1e-9);
 }
 

@@ -6,8 +6,8 @@
 // them. The radio carries one
 // direction at a time: this end speaks after a frame that says that its sender listens, or when nothing has
 // come for kSilence_ms. Challenges do not wait for that: what they could spoil would not be believed. They begin
-// in any gap, by which a glove that hears one begin leaves out its frame; and at no even distance, as two boards
-// that begin at once would else do so for ever.
+// in any gap, but while a turn is waited for, by which a glove that hears one begin leaves out its frame; and at no even
+// distance, as two boards that begin at once would else do so for ever.
 #pragma once
 
 #include "runtime/link/latency.hpp"
@@ -26,6 +26,8 @@ constexpr uint16_t greatest_delay_ms(double period_ms) {
 }
 // A challenge, its answer, and what the slowest glove waits for a slot.
 constexpr uint16_t kNonce_ms = 2 * kGreatestDelay_ms + 500;
+constexpr uint16_t kFirst_ms = 150;
+constexpr uint16_t kTurns_ms = 600;
 constexpr uint16_t kInVain_ms = 1000;
 constexpr uint16_t kLate_ms = 1000;
 constexpr uint8_t kStirred = 48;     // readings in the pool before the first nonce is drawn
@@ -41,7 +43,7 @@ constexpr uint16_t kSilence_ms = 300;
 constexpr uint8_t kTurn_ms = 5;  // after a frame's end: later, the sender may no longer listen
 // Telemetries in succession that each cost a frame: a radio that delays brings the turn when the next frame is on the air.
 // The hand then waits for a part of the period in it: 0, 1/2, 1/4, 3/4, by turns.
-constexpr uint8_t kCostly = 3;
+constexpr uint8_t kCostly = 5;
 
 class HandEnd {
  public:
@@ -170,15 +172,18 @@ class HandEnd {
   }
   bool seeks() const { return receiver_.pair() != nullptr && !receiver_.answered() && stirred_ == kStirred; }
   bool may_challenge() const {
-    const bool gap = since_byte_ms_ >= kGap_ms;
+    // Between two frames a challenge may meet the next, which may be the one that gives the turn. A glove gives it twice a
+    // second: where a first attempt was in vain, no gap is taken for so long.
+    const bool awaits_turn = static_cast<uint16_t>(nonce_ms_ - kFirst_ms) < kTurns_ms;
+    const uint16_t quiet_ms = awaits_turn ? kAnswer_ms : kGap_ms;
     // A turn is never in the glove's way, except over a radio that delays, where each may be: once a nonce has long been in
-    // vain every other challenge, drawn, goes by no frame. Nor are gaps at an even distance: a glove might begin in the same
-    // moment.
+    // vain every other challenge, drawn, goes by no frame.
     if (nonce_ms_ < kInVain_ms || (scatter_ms_ & 1) == 0) {
       if (turn_ms_ > 0) return since_challenge_ms_ >= kTurnAgain_ms;
-      if (gap && since_byte_ms_ < kGapEnd_ms) return since_challenge_ms_ >= kAnswer_ms + scatter_ms_;
+      if (since_byte_ms_ >= quiet_ms && since_byte_ms_ < kGapEnd_ms)
+        return since_challenge_ms_ >= kAnswer_ms + scatter_ms_;
     }
-    return gap && since_challenge_ms_ >= kChallenge_ms + scatter_ms_;
+    return since_byte_ms_ >= quiet_ms && since_challenge_ms_ >= kChallenge_ms + scatter_ms_;
   }
   void renew() {
     receiver_.challenge(nonces_.next());

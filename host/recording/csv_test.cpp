@@ -90,12 +90,9 @@ TEST(Csv, WithoutAColumnOfNumbersTheFirstCellThatIsNoneIsShown) {
 
 TEST(Csv, ALineWithoutEndIsRefusedAndNotTakenIntoMemory) {
   for (const char byte : {',', 'x', '\0'}) {
-    try {
-      (void)parse_csv("t_s,a\n0,1\n" + std::string(2'000'000, byte), "log", {});
-      ADD_FAILURE() << byte;
-    } catch (const io::InputError& error) {
-      EXPECT_LT(std::string(error.what()).size(), 300u);
-    }
+    const std::string what = reason("t_s,a\n0,1\n" + std::string(2'000'000, byte));
+    EXPECT_NE(what, "no error");
+    EXPECT_LT(what.size(), 300u);
   }
 }
 

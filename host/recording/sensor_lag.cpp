@@ -25,6 +25,7 @@ constexpr Index kMostKnots = 10;
 constexpr double kReach_s = 1;   // of the offset's search
 constexpr double kBefore_s = 1;  // for lag and play to forget what was before the recording
 constexpr double kVelocity_s = 0.025;
+constexpr double kLeastLeft = 1e-3;
 constexpr double kOffset_s = 0.1;
 constexpr double kLag_s = 0.06;  // the priors' deviations
 constexpr double kPlay_deg = 5;
@@ -78,7 +79,9 @@ VectorXd velocity_of(const VectorXd& deg, double span_s) {
   // sum v (K K v) = sum (K v)^2: the denominator of the shift that maps one velocity's integral onto the other.
   VectorXd speed = VectorXd::Zero(deg.size());
   speed.segment(1, deg.size() - 2) = kGrid_hz / 2 * (deg.tail(deg.size() - 2) - deg.head(deg.size() - 2));
-  return out / std::max(1e-9, out.dot(speed));
+  // Bends much quicker than the smoothing leave nothing of their velocity, which then tells nothing.
+  const double left = out.dot(speed);
+  return left > kLeastLeft * speed.squaredNorm() ? VectorXd(out / left) : VectorXd::Zero(deg.size());
 }
 
 // Of the frames around each of these instants a parabola, weighted by a Gaussian: it takes out a camera's noise, which a lag

@@ -345,7 +345,8 @@ void add_identify(CLI::App& app) {
                       "use this offset in seconds (reference minus sensor) and check it against the signals");
   command->add_option(
       "--lead", r.lead_s,
-      "estimate the angle this many seconds ahead, to make up for lag behind the compensator");
+      "estimate the angle this many seconds ahead, to make up for lag behind the compensator: for the hand "
+      "the total of flexor latency and 0.02 s more");
   command->add_option(
       "--channel", o->channel,
       "finger: thumb, index, middle, ring or pinky (default: from the column's name, else index)");

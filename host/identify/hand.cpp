@@ -35,6 +35,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using io::InputError;
 
+constexpr double kLongLead_s = 0.15;
 constexpr double kMostOffset_s = 1e10;
 constexpr std::size_t kLeastHeldOut = 20;
 constexpr double kNormal95 = 1.96;
@@ -773,6 +774,13 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   check(request);
   check_reference_error(request);
   HandIdentification r;
+  if (request.lead_s > kLongLead_s) {
+    r.warnings.push_back(
+        fmt::format("a lead of {:g} s is more than boards and hand take at 10 frames a second, about 0.1: "
+                    "twice too much costs two fifths "
+                    "in the twin; flexor latency prints what the boards take, the hand takes 0.02 s more",
+                    request.lead_s));
+  }
   r.request = request;
   std::vector<Files> files;
   for (const PairFiles& pair : request.pairs) {

@@ -38,7 +38,6 @@ using io::InputError;
 constexpr double kLongLead_s = 0.15;
 constexpr double kMostOffset_s = 1e10;
 constexpr std::size_t kLeastHeldOut = 20;
-constexpr double kNormal95 = 1.96;
 constexpr double kMuchWorse = 1.5;
 constexpr double kLittle = 0.2;
 
@@ -775,11 +774,10 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   check_reference_error(request);
   HandIdentification r;
   if (request.lead_s > kLongLead_s) {
-    r.warnings.push_back(
-        fmt::format("a lead of {:g} s is more than boards and hand take at 10 frames a second, about 0.1: "
-                    "twice too much costs two fifths "
-                    "in the twin; flexor latency prints what the boards take, the hand takes 0.02 s more",
-                    request.lead_s));
+    r.warnings.push_back(fmt::format(
+        "a lead of {:g} s: boards and hand take about 0.1 (flexor latency, and 0.02 more); twice too much "
+        "costs two fifths in the twin",
+        request.lead_s));
   }
   r.request = request;
   std::vector<Files> files;
@@ -854,7 +852,7 @@ Json to_json(const HandIdentification& r) {
     }
     Json parameters = Json::array();
     for (const Parameter& p : joint.parameters) {
-      const double reach = kNormal95 * p.standard_error;
+      const double reach = score::kNormal95 * p.standard_error;
       parameters.push_back(
           {{"name", p.name},
            {"value", p.value},

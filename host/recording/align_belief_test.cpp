@@ -108,18 +108,6 @@ TEST(AlignShort, OneSingleMovementIsNotBelieved) {
   }
 }
 
-TEST(AlignShort, LessThanTwoSecondsAreRefused) {
-  const SlowMotion motion(1, 20);
-  const Signal sensor = glove(motion, 3, 4.5, 250, 1);
-  const Signal reference = camera(motion, 0, 20, 0, 2);
-  try {
-    (void)align(sensor.series(), reference.series());
-    FAIL();
-  } catch (const io::JobError& error) {
-    EXPECT_NE(std::string(error.what()).find("overlap too short"), std::string::npos) << error.what();
-  }
-}
-
 // Confidence of two recordings, none when they are refused.
 std::optional<double> confidence(const Series& sensor, const Series& reference) {
   try {

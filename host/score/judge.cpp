@@ -12,7 +12,7 @@ namespace flexor::score {
 namespace {
 
 constexpr double kBlock_s = 5;
-constexpr std::size_t kLeastBlocks = 12;
+constexpr std::size_t kLeastBlocks = 6;
 constexpr std::size_t kDraws = 1000;
 constexpr unsigned kSeed = 2019;
 
@@ -68,11 +68,23 @@ void add_interval(const std::vector<double>& a, const std::vector<double>& b, do
     d = std::sqrt(all.a / all.count) - std::sqrt(all.b / all.count);
   }
   std::ranges::sort(drawn);
-  v.low_deg = drawn[kDraws / 40];
-  v.high_deg = drawn[kDraws - 1 - kDraws / 40];
+  // Few blocks vary less than their population, by (n - 1) / n, and tell how much only roughly.
+  const double few = static_cast<double>(blocks) - 1;
+  const double wider = blocks < 2 ? 1 : std::sqrt(1 + 1 / few) * student_t(static_cast<int>(few)) / kNormal95;
+  const double d = v.rmse_deg - v.baseline_deg;
+  v.low_deg = d + wider * (drawn[kDraws / 40] - d);
+  v.high_deg = d + wider * (drawn[kDraws - 1 - kDraws / 40] - d);
 }
 
 }  // namespace
+
+double student_t(int degrees) {
+  constexpr double kTable[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
+  if (degrees <= 10) return kTable[degrees - 1];
+  constexpr double z = kNormal95;
+  return z + (z * z * z + z) / (4. * degrees) +
+         (5 * std::pow(z, 5) + 16 * z * z * z + 3 * z) / (96. * degrees * degrees);
+}
 
 Verdict judge(const std::vector<double>& error_deg,
               const std::map<std::string, std::vector<double>>& baseline_error_deg, double period_s) {

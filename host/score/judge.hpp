@@ -1,8 +1,9 @@
 // Whether a compensator is better than what anybody would draw first, on data that neither saw. The only verdict.
 //
 // Against the baseline of the least RMSE: d = RMSE(compensator) - RMSE(baseline) over the same samples, with a 95 % interval by a
-// bootstrap over blocks of kBlock_s, twelve at least, the same blocks of both: what both have in common cancels. Better where all of the interval
-// lies below 0, worse where all of it lies above, else as good.
+// bootstrap over blocks of kBlock_s, six at least, the same blocks of both: what both have in common cancels. Its ends are
+// sqrt(n / (n - 1)) t_{n - 1} / 1.96 times as far from d as the quantiles for n blocks. Better where all of the interval lies below
+// 0, worse where all of it lies above, else as good.
 // Source: H. Kuensch, Ann. Statist. 17 (1989) 1217.
 #pragma once
 
@@ -22,6 +23,10 @@ struct Verdict {
   double low_deg = 0;  // of d
   double high_deg = 0;
 };
+
+// Two-sided 95 % quantiles of the normal distribution and of Student's t; degrees of freedom, at least one.
+inline constexpr double kNormal95 = 1.959964;
+double student_t(int degrees);
 
 // Errors at the same samples, degrees, at least one; baselines by their names: line, limited_line, line_lead, static_curve,
 // published_form.

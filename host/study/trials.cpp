@@ -11,6 +11,7 @@
 #include "host/io/json.hpp"
 #include "host/io/run_in_order.hpp"
 #include "host/model/wiring.hpp"
+#include "host/score/judge.hpp"
 #include "host/score/trial.hpp"
 #include "host/study/log_rms.hpp"
 #include "host/study/null_model.hpp"
@@ -26,15 +27,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using io::InputError;
-
-// Two-sided 95 % quantile of Student's t.
-double student_t(int degrees) {
-  constexpr double kTable[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
-  if (degrees <= 10) return kTable[degrees - 1];
-  const double z = 1.959964;
-  const double n = degrees;
-  return z + (z * z * z + z) / (4 * n) + (5 * std::pow(z, 5) + 16 * z * z * z + 3 * z) / (96 * n * n);
-}
 
 std::vector<twin::Trial> play(const Plan& plan, const twin::TrialInput& input, std::uint64_t first,
                               int count) {
@@ -336,7 +328,7 @@ void Statistic::add(double value) {
 
 std::optional<double> Statistic::ci95() const {
   if (count_ < 2) return std::nullopt;
-  return student_t(count_ - 1) * std::sqrt(squares_ / (count_ - 1.0) / count_);
+  return score::student_t(count_ - 1) * std::sqrt(squares_ / (count_ - 1.0) / count_);
 }
 
 double Cell::fastest_impact_deg_s() const { return *std::ranges::max_element(impact_deg_s); }

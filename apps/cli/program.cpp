@@ -9,7 +9,6 @@
 #include <cstring>
 #include <exception>
 #include <set>
-#include <span>
 #include <sstream>
 
 #include "apps/cli/commands.hpp"
@@ -52,10 +51,6 @@ void occupy_standard_streams() {
 // Runs the command. Help, too, is an output that may fail, and some file systems tell a failure only on
 // closing.
 void parse(CLI::App& app, int argc, char** argv) {
-  // A folder's name may end with a slash, as a shell completes it.
-  for (char* const word : std::span(argv, static_cast<std::size_t>(argc))) {
-    for (std::size_t n = std::strlen(word); n > 1 && word[n - 1] == '/'; --n) word[n - 1] = '\0';
-  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help) {

@@ -775,8 +775,8 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   HandIdentification r;
   if (request.lead_s > kLongLead_s) {
     r.warnings.push_back(fmt::format(
-        "a lead of {:g} s: boards and hand take about 0.1 (flexor latency, and 0.02 more); twice too much "
-        "costs two fifths in the twin",
+        "a lead of {:g} s is long: it is right where flexor latency and the hand's 0.02 s add up to it; "
+        "curves and chains lose two fifths in the twin by one that is twice as long",
         request.lead_s));
   }
   r.request = request;

@@ -203,11 +203,16 @@ class SensorModel {
 
   Index rows() const { return reading_.size(); }
   double reach_s() const { return reach_s_; }
-  // How much later than the angles their bends move, by the velocities: what these alone take for an offset.
-  double velocity_lag_s(const Point& at) const {
+  // The offset, less how much later than the angles their bends move by the velocities; zero where none tells.
+  double velocity_miss_s(const Point& at) const {
     double sum = 0;
-    for (const Angle& angle : angles_) sum += (angle.deg - bend(at, angle.deg)).dot(angle.velocity);
-    return sum / static_cast<double>(angles_.size());
+    double count = 0;
+    for (const Angle& angle : angles_) {
+      if (angle.velocity.isZero()) continue;
+      sum += (angle.deg - bend(at, angle.deg)).dot(angle.velocity);
+      ++count;
+    }
+    return count > 0 ? at.offset_s() - sum / count : 0;
   }
 
   // Readings minus the best f of this offset, play and lag; zero where a reading does not count.
@@ -398,7 +403,7 @@ struct Posterior {
     f(model.rows()) = z(1);
     f(model.rows() + 1) = z(2);
     const Point at{z, last};
-    f(model.rows() + 3) = (at.offset_s() - model.velocity_lag_s(at)) / kVelocity_s;
+    f(model.rows() + 3) = model.velocity_miss_s(at) / kVelocity_s;
     f(model.rows() + 4) = (drifts ? 1 : kHeld) * z(3);
     // Beyond the reach there is nothing to look at.
     f(model.rows() + 2) = 100 * std::max(0.0, std::abs(z(0)) * kOffset_s / model.reach_s() - 1);

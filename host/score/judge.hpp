@@ -28,7 +28,7 @@ struct Verdict {
 inline constexpr double kNormal95 = 1.959964;
 double student_t(int degrees);
 
-// Errors at the same samples, degrees, at least one; baselines by their names: line, limited_line, line_lead, static_curve,
+// Errors at the same samples, degrees, at least two; baselines by their names: line, limited_line, line_lead, static_curve,
 // published_form.
 Verdict judge(const std::vector<double>& error_deg,
               const std::map<std::string, std::vector<double>>& baseline_error_deg, double period_s);

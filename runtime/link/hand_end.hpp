@@ -6,8 +6,8 @@
 // them. The radio carries one
 // direction at a time: this end speaks after a frame that says that its sender listens, or when nothing has
 // come for kSilence_ms. Challenges do not wait for that: what they could spoil would not be believed. They begin
-// in any gap, but while a turn is waited for, by which a glove that hears one begin leaves out its frame; and at no even
-// distance, as two boards that begin at once would else do so for ever.
+// in any gap, except while a turn is waited for: a glove that hears one begin leaves out its frame. And they begin at no even
+// distance: two boards that begin at once would else do so for ever.
 #pragma once
 
 #include "runtime/link/latency.hpp"
@@ -26,8 +26,8 @@ constexpr uint16_t greatest_delay_ms(double period_ms) {
 }
 // A challenge, its answer, and what the slowest glove waits for a slot.
 constexpr uint16_t kNonce_ms = 2 * kGreatestDelay_ms + 500;
-constexpr uint16_t kFirst_ms = 150;
-constexpr uint16_t kTurns_ms = 600;
+constexpr uint16_t kFirst_ms = 150;  // of a nonce: two challenges in gaps, which slow gloves hear
+constexpr uint16_t kTurns_ms = 600;  // from a turn to the next, and some more
 constexpr uint16_t kInVain_ms = 1000;
 constexpr uint16_t kLate_ms = 1000;
 constexpr uint8_t kStirred = 48;     // readings in the pool before the first nonce is drawn

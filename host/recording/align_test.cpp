@@ -121,6 +121,10 @@ TEST(Align, RefusesUnrelatedAndShortRecordings) {
   brief.reference_t.resize(45);
   brief.reference.resize(45);
   expect_refusal(brief, "overlap too short");
+  TwoLogs cut = make(0);
+  cut.sensor_t.resize(15);
+  cut.sensor.resize(15);
+  expect_refusal(cut, "overlap too short");
 }
 
 TEST(Align, AUsersOffsetIsCheckedAgainstTheSignals) {

@@ -33,9 +33,11 @@ constexpr double kDrift_ppm = 3000;
 constexpr double kHeld = 1e6;
 constexpr double kClearErrors = 3;
 constexpr double kSmooth_s = 0.08;
+constexpr double kFrames = 0.7;  // of their distance, at least: a parabola needs three of them
 constexpr double kCreep_s = 5;   // nothing depends on how slow it is
 constexpr double kSlope = 1e-3;  // ridge, of the readings' count: where no reading is
 constexpr double kOutlier = 6;   // robust deviations
+constexpr double kBent = 0.1;    // of the range, from the reading that the sensor rests at
 constexpr double kClock_s =
     0.008;  // what frames and rows are stamped by, and what a camera's noise does to a play
 constexpr double kNormal = 1.4826;  // standard deviation of a normal distribution, in medians of its sizes
@@ -44,6 +46,12 @@ constexpr Index kUnknowns = 4;
 constexpr Index kPriors = 5;
 constexpr double kDifference = 0.01;
 constexpr int kMostTries = 60;
+
+double median_of(std::vector<double> x) {
+  if (x.empty()) return 0;
+  std::ranges::nth_element(x, x.begin() + std::ssize(x) / 2);
+  return x[x.size() / 2];
+}
 
 VectorXd play(VectorXd x, double radius) {
   double p = x(0);
@@ -88,15 +96,17 @@ VectorXd velocity_of(const VectorXd& deg, double span_s) {
 // would be fitted to, since it takes it out as well, and unlike a mean it does not round the motion off as a lag does.
 VectorXd smooth(const Series& series, const std::vector<double>& at_s) {
   const Range range = without_spikes(series.value);
+  const double width_s = std::max(
+      kSmooth_s, kFrames * (series.t_s.back() - series.t_s.front()) / static_cast<double>(series.t_s.size()));
   VectorXd out(std::ssize(at_s));
   std::size_t begin = 0;
   for (std::size_t k = 0; k < at_s.size(); ++k) {
-    while (begin + 1 < series.t_s.size() && series.t_s[begin] < at_s[k] - 3 * kSmooth_s) ++begin;
+    while (begin + 1 < series.t_s.size() && series.t_s[begin] < at_s[k] - 3 * width_s) ++begin;
     Eigen::Matrix3d gram = 1e-6 * Eigen::Matrix3d::Identity();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     double nearest = series.value[begin];
     for (std::size_t i = begin; i < series.t_s.size(); ++i) {
-      const double z = (series.t_s[i] - at_s[k]) / kSmooth_s;
+      const double z = (series.t_s[i] - at_s[k]) / width_s;
       if (z > 3 && i > begin) break;
       const Eigen::Vector3d parabola(1, z, z * z);
       const double weight = std::exp(-z * z / 2);
@@ -114,9 +124,7 @@ double noise_of(const std::span<const double> x) {
   std::vector<double> third;
   for (std::size_t k = 3; k < x.size(); ++k)
     third.push_back(std::abs(x[k] - 3 * x[k - 1] + 3 * x[k - 2] - x[k - 3]));
-  if (third.empty()) return 0;
-  std::ranges::nth_element(third, third.begin() + std::ssize(third) / 2);
-  return kNormal * third[third.size() / 2] / std::sqrt(20);
+  return kNormal * median_of(std::move(third)) / std::sqrt(20);
 }
 
 // One angle on an even grid, from the first frame on.
@@ -256,9 +264,12 @@ class SensorModel {
 
   void leave_out_outliers(const Point& at) {
     const VectorXd e = residuals(at).cwiseAbs();
-    std::vector<double> sorted(e.begin(), e.end());
-    std::ranges::nth_element(sorted, sorted.begin() + std::ssize(sorted) / 2);
-    const double deviation = kNormal * sorted[sorted.size() / 2];
+    const double rest = median_of({reading_.begin(), reading_.end()});
+    const double range = reading_.maxCoeff() - reading_.minCoeff();
+    std::vector<double> bent;  // most of the time a finger may rest, where residuals are small
+    for (Index i = 0; i < rows(); ++i)
+      if (std::abs(reading_(i) - rest) > kBent * range) bent.push_back(e(i));
+    const double deviation = kNormal * std::max(median_of({e.begin(), e.end()}), median_of(bent));
     if (deviation > 0) counts_ = (e.array() <= kOutlier * deviation).cast<double>();
   }
 

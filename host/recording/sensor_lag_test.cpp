@@ -20,8 +20,9 @@ struct Lagging {
 };
 
 // A finger that goes to random angles at random speeds by the least jerk, through a play of the cloth and a lag of the
-// strip, in either order, to a sensor that saturates.
-Lagging lagging(unsigned seed, double samples, double noise_counts, double correlation) {
+// strip, in either order, to a sensor that saturates. With `home_s` it goes back after each movement, and rests so long.
+Lagging lagging(unsigned seed, double samples, double noise_counts, double correlation, double home_s = 0,
+                double camera_hz = 30) {
   constexpr double kStep_s = 0.005;
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform;
@@ -37,9 +38,10 @@ Lagging lagging(unsigned seed, double samples, double noise_counts, double corre
   double error = normal(random);
   double t = 0;
   while (static_cast<double>(out.sensor.size()) < samples) {
-    const double to = 28 + 85 * uniform(random);
+    const bool home = home_s > 0 && from != 28;
+    const double to = home ? 28 : 28 + 85 * uniform(random);
     const double move_s = 0.4 + 1.1 * uniform(random);
-    const double rest_s = 0.8 * uniform(random);
+    const double rest_s = home ? home_s : 0.8 * uniform(random);
     for (double s_s = 0; s_s < move_s + rest_s; s_s += kStep_s, t += kStep_s) {
       const double s = std::min(1.0, s_s / move_s);
       const double angle = from + (to - from) * s * s * s * (10 - 15 * s + 6 * s * s);
@@ -52,7 +54,7 @@ Lagging lagging(unsigned seed, double samples, double noise_counts, double corre
         out.sensor.push_back(
             std::round(300 + 400 * std::tanh(((lag_last ? y : p) - 28) / 70) + noise_counts * error));
       }
-      if (t >= static_cast<double>(out.camera_t.size()) / 30) {
+      if (t >= static_cast<double>(out.camera_t.size()) / camera_hz) {
         out.camera_t.push_back(t + out.offset_s);
         out.camera.push_back(angle + 0.3 * normal(random));
       }
@@ -104,6 +106,18 @@ TEST(SensorLag, JointsOfOneSensorShareItsClock) {
   const auto both = sensor_lag(logs.log(), {logs.seen(), {t, second}}, logs.offset_s);
   ASSERT_TRUE(both);
   EXPECT_NEAR(both->clock_offset_s, logs.offset_s, 0.04);
+}
+
+// A finger that rests nine tenths of the time, before a slow camera: its motion is no outlier.
+TEST(SensorLag, RestTellsNothingAndHidesNothing) {
+  for (const double camera_hz : {5, 30}) {
+    for (unsigned seed = 0; seed < 6; ++seed) {
+      const Lagging logs = lagging(seed, 6000, 1, 0, 12, camera_hz);
+      const Alignment a = align(logs.log(), logs.seen());
+      ASSERT_TRUE(a.clock_offset_se_s) << seed;
+      EXPECT_NEAR(a.clock_offset_s, logs.offset_s, 0.125) << camera_hz << " Hz, seed " << seed;
+    }
+  }
 }
 
 // An outlier, and readings where no camera looked, tell nothing.

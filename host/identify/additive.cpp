@@ -556,7 +556,7 @@ Candidates candidates(const std::string& name, std::size_t sensors) {
            {plays, quick},
            {plays, slow},
            {{}, {0.5, 2}},
-           {{}, {0.2, 0.8, 3}}},
+           {{}, {0.05, 0.2, 0.8, 3}}},
           true};
 }
 

@@ -18,6 +18,8 @@ constexpr double kBeyond = 0.25;    // knots beyond the readings, as a share of 
 constexpr double kAnchor = 1e-5;    // prior weight of all values: only where nothing tells them
 constexpr double kStraight = 1;     // prior weight of a bend at the outermost knots
 constexpr double kEnd_deg = 1;      // nearer to a limit than this, the finger rests at its end
+constexpr double kGoesOn =
+    0.05;  // of the readings' range: at a limit the sensor goes on, in a held pose it does not
 constexpr double kRests = 0.05;     // of the time: an end that it is less at is a pose like others
 constexpr double kDonning = 0.03;   // standard deviation of a reading from donning to donning, in ranges
 constexpr double kCommon = 1e5;     // prior weight of what all donnings share: that is the curves'
@@ -144,9 +146,17 @@ Limits limits_at_rest(const Stack& stack, const Limits& ends, double beyond) {
   const VectorXd angle = stack.angle(stack.used);
   const double beyond_deg = beyond * (angle.maxCoeff() - angle.minCoeff());
   if (beyond > 0) return {angle.minCoeff() - beyond_deg, angle.maxCoeff() + beyond_deg};
-  const auto least = static_cast<Index>(kRests * static_cast<double>(angle.size()));
-  return {(angle.array() < ends.lower + kEnd_deg).count() > least ? ends.lower : angle.minCoeff(),
-          (angle.array() > ends.upper - kEnd_deg).count() > least ? ends.upper : angle.maxCoeff()};
+  const VectorXd own = stack.input.col(0)(stack.used);
+  const auto rests = [&](const auto& is_there) {
+    std::vector<double> there;
+    for (Index k = 0; k < angle.size(); ++k)
+      if (is_there(angle(k))) there.push_back(own(k));
+    if (static_cast<double>(there.size()) <= kRests * static_cast<double>(angle.size())) return false;
+    std::ranges::sort(there);
+    return quantile(there, 0.95) - quantile(there, 0.05) > kGoesOn * (own.maxCoeff() - own.minCoeff());
+  };
+  return {rests([&](double y) { return y < ends.lower + kEnd_deg; }) ? ends.lower : angle.minCoeff(),
+          rests([&](double y) { return y > ends.upper - kEnd_deg; }) ? ends.upper : angle.maxCoeff()};
 }
 
 System::System(const Stack& stack, const Branches& branches, double period_s, const Limits& ends) {

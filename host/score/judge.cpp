@@ -7,6 +7,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <tuple>
+#include <utility>
 
 namespace flexor::score {
 namespace {
@@ -15,6 +17,7 @@ constexpr double kBlock_s = 5;
 constexpr std::size_t kLeastBlocks = 6;
 constexpr std::size_t kDraws = 1000;
 constexpr unsigned kSeed = 2019;
+constexpr double kNoError = 1e-12;  // squared, whose logarithm is still a number
 
 struct Baseline {
   const char* name;
@@ -38,8 +41,8 @@ const char* word_of(const Verdict& v) {
   return kWords.at(static_cast<std::size_t>(v.word));
 }
 
-// 95 % interval of the difference of both RMSE.
-void add_interval(const std::vector<double>& a, const std::vector<double>& b, double period_s, Verdict& v) {
+// 95 % intervals of the RMSE and of the difference of both.
+void add_intervals(const std::vector<double>& a, const std::vector<double>& b, double period_s, Verdict& v) {
   const std::size_t n = a.size();
   const auto long_enough = static_cast<std::size_t>(static_cast<double>(n) * period_s / kBlock_s);
   const std::size_t blocks = std::min(n, std::max(kLeastBlocks, long_enough));
@@ -56,8 +59,9 @@ void add_interval(const std::vector<double>& a, const std::vector<double>& b, do
     of.count += 1;
   }
   std::mt19937 random(kSeed);
+  std::vector<double> own(kDraws);
   std::vector<double> drawn(kDraws);
-  for (double& d : drawn) {
+  for (std::size_t k = 0; k < kDraws; ++k) {
     Sums all;
     for (std::size_t i = 0; i < blocks; ++i) {
       const Sums& one = sums[random() % blocks];
@@ -65,15 +69,22 @@ void add_interval(const std::vector<double>& a, const std::vector<double>& b, do
       all.b += one.b;
       all.count += one.count;
     }
-    d = std::sqrt(all.a / all.count) - std::sqrt(all.b / all.count);
+    own[k] = std::log(std::max(all.a / all.count, kNoError)) / 2;
+    drawn[k] = std::sqrt(all.a / all.count) - std::sqrt(all.b / all.count);
   }
-  std::ranges::sort(drawn);
   // Few blocks vary less than their population, by (n - 1) / n, and tell how much only roughly.
   const double few = static_cast<double>(blocks) - 1;
   const double wider = blocks < 2 ? 1 : std::sqrt(1 + 1 / few) * student_t(static_cast<int>(few)) / kNormal95;
-  const double d = v.rmse_deg - v.baseline_deg;
-  v.low_deg = d + wider * (drawn[kDraws / 40] - d);
-  v.high_deg = d + wider * (drawn[kDraws - 1 - kDraws / 40] - d);
+  const auto about = [&](double value, std::vector<double>& draws) {
+    std::ranges::sort(draws);
+    return std::pair(value + wider * (draws[kDraws / 40] - value),
+                     value + wider * (draws[kDraws - 1 - kDraws / 40] - value));
+  };
+  const auto ends =
+      about(std::log(std::max(v.rmse_deg, std::sqrt(kNoError))), own);  // never below zero, and less skewed
+  v.rmse_low_deg = std::exp(ends.first);
+  v.rmse_high_deg = std::exp(ends.second);
+  std::tie(v.low_deg, v.high_deg) = about(v.rmse_deg - v.baseline_deg, drawn);
 }
 
 }  // namespace
@@ -96,15 +107,16 @@ Verdict judge(const std::vector<double>& error_deg,
     v.baseline = name;
     v.baseline_deg = rmse_deg;
   }
+  add_intervals(error_deg, v.baseline.empty() ? error_deg : baseline_error_deg.at(v.baseline), period_s, v);
   if (v.baseline.empty()) return v;
-  add_interval(error_deg, baseline_error_deg.at(v.baseline), period_s, v);
   if (v.high_deg < 0) v.word = Verdict::Word::better;
   if (v.low_deg > 0) v.word = Verdict::Word::worse;
   return v;
 }
 
 std::string in_words(const Verdict& v) {
-  std::string out = fmt::format("{:.2f} deg on data it never saw", v.rmse_deg);
+  std::string out = fmt::format("{:.2f} deg (95 %: {:.2f} to {:.2f}) on data it never saw", v.rmse_deg,
+                                v.rmse_low_deg, v.rmse_high_deg);
   const auto baseline = std::ranges::find(kBaselines, v.baseline, &Baseline::name);
   if (baseline == kBaselines.end()) return out + "; no baseline could be fitted";
   out += fmt::format("; the best baseline, {}, {:.2f}: {} (difference {:+.2f}, 95 %: {:+.2f} to {:+.2f})",
@@ -118,8 +130,10 @@ std::string in_words(const Verdict& v) {
 }
 
 nlohmann::ordered_json to_json(const Verdict& v) {
-  if (v.baseline.empty()) return {{"word", nullptr}, {"words", in_words(v)}};
+  const nlohmann::ordered_json own = {v.rmse_low_deg, v.rmse_high_deg};
+  if (v.baseline.empty()) return {{"word", nullptr}, {"rmse_interval95_deg", own}, {"words", in_words(v)}};
   return {{"word", word_of(v)},
+          {"rmse_interval95_deg", own},
           {"baseline", v.baseline},
           {"difference_deg", v.rmse_deg - v.baseline_deg},
           {"interval95_deg", {v.low_deg, v.high_deg}},

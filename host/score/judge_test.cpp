@@ -41,8 +41,14 @@ TEST(Judge, ItsIntervalCovers) {
   for (const auto& [samples, alike] : {std::pair{1200, 0.0}, {200, 0.9}}) {
     const auto drawn = [&](unsigned seed) { return errors(1, seed, samples, alike); };
     int sure = 0;
-    for (unsigned seed = 0; seed < 400; seed += 2)
-      sure += judge(drawn(seed), {{"line", drawn(seed + 1)}}, 0.05).word != Verdict::Word::as_good;
+    int covered = 0;
+    for (unsigned seed = 0; seed < 400; seed += 2) {
+      const Verdict v = judge(drawn(seed), {{"line", drawn(seed + 1)}}, 0.05);
+      sure += v.word != Verdict::Word::as_good;
+      covered += v.rmse_low_deg < 1 && 1 < v.rmse_high_deg;
+    }
+    EXPECT_GE(covered, 175) << samples << ": of 200 intervals of an error of one degree";
+    EXPECT_LE(covered, 198) << samples;
     EXPECT_LE(sure, 20) << samples;
     EXPECT_GE(sure, 2) << samples;
   }

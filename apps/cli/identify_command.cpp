@@ -110,6 +110,23 @@ void show_structures(const identify::JointFit& joint) {
   }
 }
 
+// A row for each pair or part that was left out.
+void show_rows(const std::string& joint, const std::string& what,
+               const std::vector<identify::ScoreRow>& rows) {
+  print(fmt::format("\n{:<40}{:>12}{:>10}{:>14}{:>14}{:>12}\n", joint + ", " + what, "compensator", "line",
+                    "line + lead", "static curve", "published"));
+  for (const identify::ScoreRow& row : rows) {
+    print(fmt::format("{:<40}{:>8.2f} deg", row.name, row.rmse_deg));
+    for (const auto& [name, width] :
+         {std::pair("line", 10), {"line_lead", 14}, {"static_curve", 14}, {"published_form", 12}}) {
+      const auto it = row.baseline_deg.find(name);
+      print(fmt::format("{:>{}}", it == row.baseline_deg.end() ? "-" : fmt::format("{:.2f} deg", it->second),
+                        width));
+    }
+    print("\n");
+  }
+}
+
 void show(const identify::HandIdentification& r) {
   for (const std::string& warning : r.warnings) log("warning: " + warning);
   for (std::size_t p = 0; p < r.clocks.size(); ++p) {
@@ -136,6 +153,12 @@ void show(const identify::HandIdentification& r) {
   }
   for (const identify::JointResult& joint : r.joints)
     print(fmt::format("{}: {}\n", joint.name, score::in_words(joint.verdict)));
+  for (const identify::JointResult& joint : r.joints) {
+    if (joint.pairs.size() > 1) show_rows(joint.name, "held out of each pair", joint.pairs);
+    if (!joint.left_out_verdict) continue;
+    show_rows(joint.name, "left out", joint.left_out);
+    print(fmt::format("{}, left out: {}\n", joint.name, score::in_words(*joint.left_out_verdict)));
+  }
 }
 
 std::map<std::string, double> reference_errors(const std::vector<std::string>& items) {
@@ -304,6 +327,16 @@ void add_pairs(CLI::App& command, Options& o) {
                      "joints from sensors: thumb=SensorA0:thumb_deg,index=SensorA1+SensorA2:index_deg (own "
                      "sensor first; default: by "
                      "name, index_adc with index_deg)");
+  const std::map<std::string, identify::LeaveOut> leave_out = {{"take", identify::LeaveOut::take},
+                                                               {"person", identify::LeaveOut::person},
+                                                               {"block", identify::LeaveOut::block}};
+  command
+      .add_option("--leave-out", o.request.leave_out,
+                  "take, person (whose logs lie in a folder of their own) or block (eighths of the time): "
+                  "each in turn is left out "
+                  "of a fit to all the rest and scored")
+      ->transform(CLI::CheckedTransformer(leave_out).description(""))
+      ->type_name("take|person|block");
   command.add_flag("--fit-all", o.request.fit_all,
                    "once proven on held-out data, fit the model in the same way to all of it");
   command

@@ -11,6 +11,7 @@
 #include <mutex>
 #include <numeric>
 #include <optional>
+#include <span>
 
 #include "host/identify/chain_fit.hpp"
 #include "host/identify/estimator.hpp"
@@ -38,6 +39,8 @@ using io::InputError;
 constexpr double kLongLead_s = 0.15;
 constexpr double kMostOffset_s = 1e10;
 constexpr std::size_t kLeastHeldOut = 20;
+constexpr double kBeside_s = 1;
+constexpr std::size_t kBlocks = 8;
 constexpr double kMuchWorse = 1.5;
 constexpr double kLittle = 0.2;
 
@@ -112,10 +115,13 @@ Sampled sample(const Files& files, const Clock& clock, const HandRequest& reques
   return out;
 }
 
-// The fitted part alone: what is held out is not even in memory here.
+// The fitted part alone: the end that is held out is not even in memory here. Beside a part that is held out of the middle
+// the angles of a second are not fitted either.
 Session session_of(const std::vector<recording::Aligned>& sensors) {
   const recording::Aligned& first = sensors.front();
-  const auto n = static_cast<Eigen::Index>(first.holdout_begin);
+  const std::size_t size = first.held_end() < first.size() ? first.size() : first.holdout_begin;
+  const auto guard = static_cast<std::size_t>(kBeside_s / first.period_s);
+  const auto n = static_cast<Eigen::Index>(size);
   Session out;
   out.input.resize(n, std::ssize(sensors));
   for (std::size_t s = 0; s < sensors.size(); ++s) {
@@ -123,11 +129,26 @@ Session session_of(const std::vector<recording::Aligned>& sensors) {
         Eigen::Map<const Eigen::VectorXd>(sensors[s].input.data(), n);
   }
   out.angle_deg = Eigen::Map<const Eigen::VectorXd>(first.angle_deg.data(), n);
-  for (std::size_t k = 0; k < first.holdout_begin; ++k) {
+  for (std::size_t k = 0; k < size; ++k) {
+    const bool held =
+        size > first.holdout_begin && k + guard >= first.holdout_begin && k < first.held_end() + guard;
     const bool good = std::ranges::none_of(sensors, [&](const auto& s) {
       return s.gap[k] != 0 || !(s.input[k] >= s.valid.min && s.input[k] <= s.valid.max);
     });
-    out.use.push_back(good);
+    out.use.push_back(good && !held);
+  }
+  return out;
+}
+
+// Of what is left out wholly there is none.
+std::vector<Session> sessions_of(const std::vector<Sampled>& samples, std::size_t joint,
+                                 bool own_alone = false) {
+  std::vector<Session> out;
+  for (const Sampled& sampled : samples) {
+    const std::vector<recording::Aligned>& sensors = sampled.sensor[joint];
+    const recording::Aligned& own = sensors.front();
+    if (own.holdout_begin == own.overlap_begin && own.held_end() == own.size()) continue;
+    out.push_back(session_of(own_alone ? std::vector{own} : sensors));
   }
   return out;
 }
@@ -181,13 +202,14 @@ struct Held {
   }
 };
 
-Held held_of(const std::vector<Sampled>& samples, std::size_t joint) {
+Held held_of(std::span<const Sampled> samples, std::size_t joint) {
   constexpr double kBetween_s = 1e5;
   Held out;
   for (const Sampled& sampled : samples) {
     const recording::Aligned& a = sampled.sensor[joint].front();
+    if (a.holdout_begin >= a.held_end()) continue;
     const double shift = out.t_s.empty() ? 0 : out.t_s.back() + kBetween_s - a.t_s[a.holdout_begin];
-    for (std::size_t k = a.holdout_begin; k < a.size(); ++k) {
+    for (std::size_t k = a.holdout_begin; k < a.held_end(); ++k) {
       out.t_s.push_back(a.t_s[k] + shift);
       out.measured.push_back(a.angle_deg[k]);
       out.unseen.push_back(a.unseen[k]);
@@ -228,8 +250,9 @@ std::vector<double> held_out(const PairsDegrees& all, const std::vector<Sampled>
                              std::size_t joint) {
   std::vector<double> out;
   for (std::size_t p = 0; p < all.size(); ++p) {
-    const std::size_t begin = samples[p].sensor[joint].front().holdout_begin;
-    out.insert(out.end(), all[p].begin() + static_cast<std::ptrdiff_t>(begin), all[p].end());
+    const recording::Aligned& a = samples[p].sensor[joint].front();
+    out.insert(out.end(), all[p].begin() + static_cast<std::ptrdiff_t>(a.holdout_begin),
+               all[p].begin() + static_cast<std::ptrdiff_t>(a.held_end()));
   }
   return out;
 }
@@ -292,10 +315,8 @@ void score_baseline(const std::string& name, const std::string& structure, const
                     const model::Model& inputs, const std::vector<Files>& files,
                     const std::vector<Sampled>& samples, std::size_t j, JointResult& joint, HeldOut& held) {
   const JointMap own{map.joint, {map.sensors.front()}, map.reference};
-  std::vector<Session> sessions;
-  for (const Sampled& sampled : samples) sessions.push_back(session_of({sampled.sensor[j].front()}));
   try {
-    const model::Model model = baseline_model(structure, sessions, inputs, own);
+    const model::Model model = baseline_model(structure, sessions_of(samples, j, true), inputs, own);
     const auto estimated = estimates(model, files, samples, {j});
     const PairsDegrees& all = estimated.front();
     held[name] = held_out(all, samples, j);
@@ -312,8 +333,7 @@ void score_baseline(const std::string& name, const std::string& structure, const
 std::vector<double> static_curve(const std::vector<Sampled>& samples, std::size_t j) {
   std::vector<double> reading;
   std::vector<double> angle;
-  for (const Sampled& sampled : samples) {
-    const Session fitted = session_of({sampled.sensor[j].front()});
+  for (const Session& fitted : sessions_of(samples, j, true)) {
     for (std::size_t k = 0; k < fitted.use.size(); ++k) {
       if (fitted.use[k] == 0) continue;
       reading.push_back(fitted.input(static_cast<Eigen::Index>(k), 0));
@@ -323,7 +343,7 @@ std::vector<double> static_curve(const std::vector<Sampled>& samples, std::size_
   std::vector<double> held;
   for (const Sampled& sampled : samples) {
     const recording::Aligned& own = sampled.sensor[j].front();
-    for (std::size_t k = own.holdout_begin; k < own.size(); ++k)
+    for (std::size_t k = own.holdout_begin; k < own.held_end(); ++k)
       held.push_back(std::clamp(own.input[k], own.valid.min, own.valid.max));
   }
   return score::least_squares_curve(reading, angle, held);
@@ -386,30 +406,75 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
     warnings.push_back(fmt::format("{}: {}", joint.name, *text));
 }
 
+// Of joint j's baselines, at the samples that are held out; each pair's lines into the joint's samples.
+HeldOut baselines_of(const HandRequest& request, const std::vector<Files>& files,
+                     const std::vector<Sampled>& samples, std::size_t j, JointResult& joint) {
+  HeldOut out;
+  out["static_curve"] = static_curve(samples, j);
+  const model::Model inputs = start_model(request, files, samples);
+  for (const auto& [name, structure] : kBaselines)
+    score_baseline(name, structure, request.map[j], inputs, files, samples, j, joint, out);
+  return out;
+}
+
+double rms(const std::vector<double>& errors) {
+  double squares = 0;
+  for (const double e : errors) squares += e * e;
+  return errors.empty() ? 0 : std::sqrt(squares / static_cast<double>(errors.size()));
+}
+
+ScoreRow row_of(const std::string& name, const std::vector<double>& error_deg,
+                const HeldOut& baseline_error_deg) {
+  ScoreRow out{name, error_deg.size(), rms(error_deg), {}};
+  for (const auto& [baseline, errors] : baseline_error_deg) out.baseline_deg[baseline] = rms(errors);
+  return out;
+}
+
+// Each pair's part of what is held out.
+void score_pairs(const HandRequest& request, const std::vector<Sampled>& samples, std::size_t j,
+                 const std::vector<double>& own, const HeldOut& baselines, JointResult& joint) {
+  std::ptrdiff_t from = 0;
+  for (std::size_t p = 0; p < samples.size(); ++p) {
+    const Held held = held_of(std::span(samples).subspan(p, 1), j);
+    const auto to = from + std::ssize(held.t_s);
+    const auto part = [&](const std::vector<double>& all) {
+      return held.errors({all.begin() + from, all.begin() + to});
+    };
+    HeldOut errors;
+    for (const auto& [name, estimates] : baselines) errors[name] = part(estimates);
+    joint.pairs.push_back(
+        row_of(io::to_utf8(request.pairs[p].sensor.filename().string()), part(own), errors));
+    from = to;
+  }
+}
+
+// Itself is no baseline.
+score::Verdict judged(const HandRequest& request, const std::vector<double>& error_deg,
+                      HeldOut baseline_error_deg) {
+  for (const auto& [name, structure] : kBaselines) {
+    if (structure == request.structure) baseline_error_deg.erase(name);
+  }
+  return score::judge(error_deg, baseline_error_deg, 1 / request.rate_hz);
+}
+
 void score_joints(const HandRequest& request, const std::vector<Files>& files,
                   const std::vector<Sampled>& samples, HandIdentification& r) {
   std::vector<std::size_t> all(r.joints.size());
   std::iota(all.begin(), all.end(), 0);
   const auto estimated = estimates(r.model, files, samples, all);
-  const model::Model inputs = start_model(request, files, samples);
   const auto score = [&](std::size_t j) {
     JointResult joint = r.joints[j];
     joint.samples = series_of(samples, j, estimated[j]);
-    HeldOut baselines;
-    baselines["static_curve"] = static_curve(samples, j);
-    for (const auto& [name, structure] : kBaselines)
-      score_baseline(name, structure, request.map[j], inputs, files, samples, j, joint, baselines);
+    HeldOut baselines = baselines_of(request, files, samples, j, joint);
     const Held held = held_of(samples, j);
     const std::vector<double> own = held_out(estimated[j], samples, j);
     joint.holdout = held.score(own);
+    score_pairs(request, samples, j, own, baselines, joint);
     for (auto& [name, estimates] : baselines) {
       joint.baselines.emplace(name, held.score(estimates));
       estimates = held.errors(estimates);
     }
-    for (const auto& [name, structure] : kBaselines) {  // itself is no baseline
-      if (structure == request.structure) baselines.erase(name);
-    }
-    joint.verdict = score::judge(held.errors(own), baselines, 1 / request.rate_hz);
+    joint.verdict = judged(request, held.errors(own), std::move(baselines));
     return joint;
   };
   const auto take = [&](std::size_t j, JointResult& joint) {
@@ -493,12 +558,6 @@ std::vector<Sampled> sample_all(const std::vector<Files>& files, const std::vect
                                 const HandRequest& request) {
   std::vector<Sampled> out;
   for (std::size_t p = 0; p < files.size(); ++p) out.push_back(sample(files[p], clocks[p], request));
-  return out;
-}
-
-std::vector<Session> sessions_of(const std::vector<Sampled>& samples, std::size_t joint) {
-  std::vector<Session> out;
-  for (const Sampled& sampled : samples) out.push_back(session_of(sampled.sensor[joint]));
   return out;
 }
 
@@ -750,6 +809,97 @@ void state_reference_error(const HandRequest& request, HandIdentification& r) {
   }
 }
 
+// What is left out together: these pairs, from one share of their time to another.
+struct Unit {
+  std::string name;
+  std::vector<std::size_t> pairs;
+  double from = 0;
+  double to = 1;
+};
+
+std::vector<Unit> units_of(const HandRequest& request) {
+  std::vector<Unit> out;
+  std::vector<std::size_t> all(request.pairs.size());
+  std::iota(all.begin(), all.end(), 0);
+  for (std::size_t b = 0; request.leave_out == LeaveOut::block && b < kBlocks; ++b) {
+    constexpr double kShare = 1.0 / kBlocks;
+    const auto at = static_cast<double>(b);
+    out.push_back({fmt::format("block {} of {}", b + 1, kBlocks), all, at * kShare, (at + 1) * kShare});
+  }
+  for (const std::size_t p : all) {
+    if (request.leave_out == LeaveOut::block) break;
+    const std::filesystem::path log = std::filesystem::absolute(request.pairs[p].sensor);
+    const bool by_folder = request.leave_out == LeaveOut::person;
+    const std::string name = io::to_utf8((by_folder ? log.parent_path() : log).filename().string());
+    const auto known = by_folder ? std::ranges::find(out, name, &Unit::name) : out.end();
+    if (known == out.end())
+      out.push_back({name, {p}});
+    else
+      known->pairs.push_back(p);
+  }
+  if (out.size() > 1) return out;
+  throw InputError(
+      request.leave_out == LeaveOut::person
+          ? "--leave-out person: all logs lie in one folder: put each person's into a folder of its own"
+          : "--leave-out take: there is one pair alone: give more, or --leave-out block");
+}
+
+std::vector<Sampled> without(std::vector<Sampled> samples, const Unit& unit) {
+  for (std::size_t p = 0; p < samples.size(); ++p) {
+    const bool out = std::ranges::find(unit.pairs, p) != unit.pairs.end();
+    for (std::vector<recording::Aligned>& sensors : samples[p].sensor) {
+      for (recording::Aligned& a : sensors) {
+        const auto at = [&](double share) {
+          return a.overlap_begin +
+                 static_cast<std::size_t>(share * static_cast<double>(a.size() - a.overlap_begin));
+        };
+        a.holdout_begin = out ? at(unit.from) : a.size();
+        if (out && unit.to < 1) a.holdout_end = at(unit.to);
+      }
+    }
+  }
+  return samples;
+}
+
+// One unit after the other is left out, and a model fitted to the rest with every choice made anew.
+void leave_out(const HandRequest& request, const std::vector<Files>& files, const Step& step,
+               HandIdentification& r) {
+  const std::vector<Unit> units = units_of(request);
+  HandRequest all = request;
+  all.split = 1;
+  const std::vector<Sampled> whole = sample_all(files, r.clocks, all);
+  std::vector<HeldOut> errors(r.joints.size());  // of the compensator by the name ""
+  for (std::size_t u = 0; u < units.size(); ++u) {
+    const auto part = [&](std::size_t done, std::size_t of, const std::string& what) {
+      return !step ||
+             step(u * of + done, units.size() * of, fmt::format("without {}: {}", units[u].name, what));
+    };
+    const std::vector<Sampled> samples = without(whole, units[u]);
+    HandIdentification one;
+    fit_model(request, asked_for(request), files, samples, part, one);
+    std::vector<std::size_t> joints(one.joints.size());
+    std::iota(joints.begin(), joints.end(), 0);
+    const auto estimated = estimates(one.model, files, samples, joints);
+    for (const std::size_t j : joints) {
+      r.joints[j].untried += one.joints[j].untried;
+      one.joints[j].samples.resize(files.size());
+      const Held held = held_of(samples, j);
+      HeldOut row = baselines_of(request, files, samples, j, one.joints[j]);
+      for (auto& [name, estimates] : row) estimates = held.errors(estimates);
+      const std::vector<double> own = held.errors(held_out(estimated[j], samples, j));
+      r.joints[j].left_out.push_back(row_of(units[u].name, own, row));
+      row[""] = own;
+      for (const auto& [name, more] : row)
+        errors[j][name].insert(errors[j][name].end(), more.begin(), more.end());
+    }
+  }
+  for (std::size_t j = 0; j < errors.size(); ++j) {
+    const std::vector<double> own = std::move(errors[j].extract("").mapped());
+    std::erase_if(errors[j], [&](const auto& one) { return one.second.size() != own.size(); });
+    r.joints[j].left_out_verdict = judged(request, own, std::move(errors[j]));
+  }
+}
+
 // A few samples prove nothing.
 void check_held_out(const recording::Aligned& a) {
   if (a.size() - a.holdout_begin >= kLeastHeldOut) return;
@@ -810,6 +960,7 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
     if (joint.untried > 0) r.warnings.push_back(fmt::format("{}: {}", joint.name, kStopped));
   }
   score_joints(request, files, samples, r);
+  if (request.leave_out != LeaveOut::none) leave_out(request, files, step, r);
   r.proven = r.model;
   HandRequest done = request;
   done.fit_all = request.fit_all && fit_again(request, files, r);
@@ -829,6 +980,20 @@ model::Model fit_hand(const HandRequest& request, std::vector<HandRecordings> re
   describe(all, recordings, r);
   return r.model;
 }
+
+namespace {
+
+Json rows_json(const std::vector<ScoreRow>& rows) {
+  Json out = Json::array();
+  for (const ScoreRow& row : rows)
+    out.push_back({{"name", row.name},
+                   {"samples", row.samples},
+                   {"rmse_deg", row.rmse_deg},
+                   {"baselines", row.baseline_deg}});
+  return out;
+}
+
+}  // namespace
 
 Json to_json(const HandIdentification& r) {
   Json joints = Json::object();
@@ -862,6 +1027,7 @@ Json to_json(const HandIdentification& r) {
     joints[joint.name] = {{"verdict", score::to_json(joint.verdict)},
                           {"holdout", score::to_json(joint.holdout)},
                           {"baselines", std::move(baselines)},
+                          {"pairs", rows_json(joint.pairs)},
                           {"structure", joint.structure},
                           {"structure_text", r.request.refit ? Json(nullptr) : Json(joint.text)},
                           {"hold_drift_deg", joint.hold_drift_deg},
@@ -872,6 +1038,9 @@ Json to_json(const HandIdentification& r) {
                           {"condition", fitted(joint.condition)},
                           {"parameters", std::move(parameters)},
                           {"structures", std::move(rows)}};
+    if (joint.left_out_verdict)
+      joints[joint.name]["left_out"] = {{"verdict", score::to_json(*joint.left_out_verdict)},
+                                        {"rows", rows_json(joint.left_out)}};
   }
   Json pairs = Json::array();
   for (std::size_t p = 0; p < r.clocks.size(); ++p) {

@@ -38,6 +38,10 @@ inline bool on_one_clock(const HandRecordings& one) {
   return !one.sensor.digest.empty() && one.sensor.digest == one.reference.front().digest;
 }
 
+// What is left out, one after the other, of a fit to all the rest with every choice made anew: pairs of recordings; persons,
+// whose logs lie in folders of their own; eighths of every pair's time.
+enum class LeaveOut { none, take, person, block };
+
 struct HandRequest {
   std::vector<PairFiles> pairs;
   std::vector<JointMap> map;
@@ -55,6 +59,7 @@ struct HandRequest {
   std::string input_unit;
   std::string output_unit;
   std::string time_unit;
+  LeaveOut leave_out = LeaveOut::none;
   int threads = 0;  // on which joints are fitted; 0: as many as the machine has
 };
 
@@ -72,6 +77,14 @@ struct JointSamples {
   std::size_t holdout_begin = 0;
 };
 
+// RMSE over a pair's held-out part, or over what was left out, of the compensator and of the baselines by their names.
+struct ScoreRow {
+  std::string name;  // of the glove's log, the person's folder, or the block
+  std::size_t samples = 0;
+  double rmse_deg = 0;
+  std::map<std::string, double> baseline_deg;
+};
+
 // Of a refitted model there are no rows and no fit.
 struct JointResult : JointFit {
   std::string name;
@@ -80,6 +93,9 @@ struct JointResult : JointFit {
   score::Verdict verdict;
   std::map<std::string, score::Score> baselines;  // by their names in judge.hpp
   std::vector<std::string> baseline_refusals;
+  std::vector<ScoreRow> pairs;
+  std::vector<ScoreRow> left_out;
+  std::optional<score::Verdict> left_out_verdict;  // over all of these
   std::vector<JointSamples> samples;  // of each pair; the estimates are of what the scores are of
 
   double line_rmse_deg() const;  // of the better straight line

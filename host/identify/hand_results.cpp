@@ -125,6 +125,29 @@ recording::Recording samples(const JointResult& joint) {
   return out;
 }
 
+// Every RMSE in a row of its own.
+std::string scores_csv(const HandIdentification& r) {
+  std::string out = "joint,part,name,model,samples,rmse_deg,low95_deg,high95_deg\n";
+  const auto add = [&](const std::string& joint, const char* part, const ScoreRow& row,
+                       const score::Verdict* verdict) {
+    out += fmt::format(
+        "{},{},{},compensator,{},{},{}\n", joint, part, recording::quoted(row.name), row.samples,
+        row.rmse_deg,
+        verdict == nullptr ? "," : fmt::format("{},{}", verdict->rmse_low_deg, verdict->rmse_high_deg));
+    for (const auto& [name, rmse_deg] : row.baseline_deg)
+      out += fmt::format("{},{},{},{},{},{},,\n", joint, part, recording::quoted(row.name), name, row.samples,
+                         rmse_deg);
+  };
+  for (const JointResult& joint : r.joints) {
+    ScoreRow all{"all", joint.holdout.samples, joint.holdout.rmse_deg, {}};
+    for (const auto& [name, score] : joint.baselines) all.baseline_deg[name] = score.rmse_deg;
+    add(joint.name, "held out", all, &joint.verdict);
+    for (const ScoreRow& row : joint.pairs) add(joint.name, "held out", row, nullptr);
+    for (const ScoreRow& row : joint.left_out) add(joint.name, "left out", row, nullptr);
+  }
+  return out;
+}
+
 // A row and a column for each parameter, named in the first line.
 std::string covariance_csv(const JointResult& joint) {
   std::string out;
@@ -143,6 +166,7 @@ void save_hand_results(const HandIdentification& r, const std::filesystem::path&
     if (!r.joints[j].parameters.empty())
       io::write_file(folder / fmt::format("covariance-{}.csv", j + 1), covariance_csv(r.joints[j]));
   }
+  io::write_file(folder / "scores.csv", scores_csv(r));
   io::write_file(folder / "results.json", io::dump(results(r)));
 }
 

@@ -58,11 +58,13 @@ struct Aligned {
   std::vector<std::uint8_t> gap;  // a pause of either log; 1 before overlap_begin
   std::vector<std::uint8_t>
       unseen;  // of these, a pause of the reference: the angle is a guess between its neighbours
-  std::size_t overlap_begin = 0;  // first sample that the reference saw
-  std::size_t holdout_begin = 0;  // first sample of the part that is held out
+  std::size_t overlap_begin = 0;           // first sample that the reference saw
+  std::size_t holdout_begin = 0;           // first sample of the part that is held out
+  std::optional<std::size_t> holdout_end;  // none: all that follows is
   std::vector<std::string> warnings;
 
   std::size_t size() const { return t_s.size(); }
+  std::size_t held_end() const { return holdout_end.value_or(size()); }
 };
 
 // lead_s: the angle is the one so far ahead; a compensator that is fitted to it predicts. 0 to 1.

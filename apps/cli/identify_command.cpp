@@ -34,6 +34,8 @@ struct Options {
   std::string refit;
   std::string poses;
   std::vector<std::string> pose_angles;  // JOINT=OPEN:FIST
+  std::string lead_for;
+  std::string leave_out;
   std::optional<double> time_limit_s;
   bool json = false;
 };
@@ -154,6 +156,10 @@ void show(const identify::HandIdentification& r) {
   for (const identify::JointResult& joint : r.joints)
     print(fmt::format("{}: {}\n", joint.name, score::in_words(joint.verdict)));
   for (const identify::JointResult& joint : r.joints) {
+    if (r.request.lead_s > 0)
+      print(fmt::format(
+          "{}: {:.3f} s ahead; where what follows takes {:g} s less {:.2f} deg, more {:.2f} deg\n",
+          joint.name, r.request.lead_s, identify::kLeadOff_s, joint.sooner_deg, joint.later_deg));
     if (joint.pairs.size() > 1) show_rows(joint.name, "held out of each pair", joint.pairs);
     if (!joint.left_out_verdict) continue;
     show_rows(joint.name, "left out", joint.left_out);
@@ -189,6 +195,22 @@ std::map<std::string, identify::PoseAngles> pose_angles(const std::vector<std::s
   return out;
 }
 
+// How long after a movement what follows the glove shows it: half a sample, then what lies behind it.
+double lead_for(const std::string& what, double rate_hz) {
+  constexpr double kRadio_s = 0.032;  // from a sample to the motor's command at 9600 baud (flexor latency)
+  constexpr double kHand_s = 0.022;   // until a finger of the hand follows
+  constexpr double kText_s = 0.005;   // of five fingers at 115200 baud, and a turn of USB
+  const double sample_s = 0.5 / rate_hz;
+  if (what == "hand") return sample_s + kRadio_s + kHand_s;
+  if (what == "vr") return sample_s + kText_s;
+  const auto budget = io::parse_json(io::read_document(what), what);
+  if (!budget.is_object() || !budget.contains("stages") || !budget["stages"].is_array())
+    throw io::InputError(fmt::format("--for {}: hand, vr, or a file that flexor latency --json wrote", what));
+  double ms = 0;
+  for (const auto& stage : budget["stages"]) ms += stage.value("mean_ms", 0.0);
+  return ms / 1000 + kHand_s;
+}
+
 // Pairs and map, as they are or as one pair and its columns.
 void add_takes(Options& o) {
   identify::HandRequest& r = o.request;
@@ -214,6 +236,9 @@ void add_takes(Options& o) {
     r.map = o.map.empty() ? identify::map_by_name(r.pairs.front(), r.time_unit) : identify::parse_map(o.map);
   }
   r.reference_error_deg = reference_errors(o.reference_error);
+  if (o.leave_out == "take") r.leave_out = identify::LeaveOut::take;
+  if (o.leave_out == "person") r.leave_out = identify::LeaveOut::person;
+  if (o.leave_out == "block") r.leave_out = identify::LeaveOut::block;
   if (o.refit.empty()) return;
   if (r.structure != "auto") throw io::InputError("--refit is a structure of its own: leave out --structure");
   r.refit = model::load(o.refit);
@@ -273,6 +298,7 @@ void run(Options& o) {
   std::optional<io::TemporaryFolder> temporary;
   track_reference(o, temporary);
   add_takes(o);
+  if (!o.lead_for.empty()) o.request.lead_s = lead_for(o.lead_for, o.request.rate_hz);
   Search search(o.time_limit_s);
   identify::HandIdentification result =
       search.run([&] { return identify::identify_hand(o.request, std::ref(search)); });
@@ -327,16 +353,12 @@ void add_pairs(CLI::App& command, Options& o) {
                      "joints from sensors: thumb=SensorA0:thumb_deg,index=SensorA1+SensorA2:index_deg (own "
                      "sensor first; default: by "
                      "name, index_adc with index_deg)");
-  const std::map<std::string, identify::LeaveOut> leave_out = {{"take", identify::LeaveOut::take},
-                                                               {"person", identify::LeaveOut::person},
-                                                               {"block", identify::LeaveOut::block}};
   command
-      .add_option("--leave-out", o.request.leave_out,
+      .add_option("--leave-out", o.leave_out,
                   "take, person (whose logs lie in a folder of their own) or block (eighths of the time): "
-                  "each in turn is left out "
-                  "of a fit to all the rest and scored")
-      ->transform(CLI::CheckedTransformer(leave_out).description(""))
-      ->type_name("take|person|block");
+                  "each in turn is left "
+                  "out of a fit to all the rest and scored")
+      ->check(CLI::IsMember({"take", "person", "block"}));
   command.add_flag("--fit-all", o.request.fit_all,
                    "once proven on held-out data, fit the model in the same way to all of it");
   command
@@ -376,10 +398,16 @@ void add_identify(CLI::App& app) {
       "reading, clocks and scoring come on top");
   command->add_option("--clock-offset", r.clock_offset_s,
                       "use this offset in seconds (reference minus sensor) and check it against the signals");
-  command->add_option(
+  CLI::Option* lead = command->add_option(
       "--lead", r.lead_s,
-      "estimate the angle this many seconds ahead, to make up for lag behind the compensator: for the hand "
-      "the total of flexor latency and 0.02 s more");
+      "estimate the angle this many seconds ahead, to make up for lag behind the compensator");
+  command
+      ->add_option("--for", o->lead_for,
+                   "the lead for what follows the glove: hand (radio of 9600 baud and bionic hand), vr (text "
+                   "over USB), or a "
+                   "file that flexor latency --json wrote for your boards")
+      ->excludes(lead)
+      ->type_name("hand|vr|FILE");
   command->add_option(
       "--channel", o->channel,
       "finger: thumb, index, middle, ring or pinky (default: from the column's name, else index)");

@@ -448,6 +448,19 @@ void score_pairs(const HandRequest& request, const std::vector<Sampled>& samples
   }
 }
 
+// RMSE of what is held out where what follows the compensator takes `later_s` more than the lead that it was fitted with.
+double rmse_later_deg(const JointResult& joint, double later_s) {
+  std::vector<double> errors;
+  for (const JointSamples& s : joint.samples) {
+    for (std::size_t k = s.holdout_begin; k < s.t_s.size(); ++k) {
+      const double at_s = s.t_s[k] + later_s;
+      if (s.gap[k] != 0 || at_s < s.t_s.front() || at_s > s.t_s.back()) continue;
+      errors.push_back(s.estimated_deg[k] - score::interpolate(s.t_s, s.measured_deg, at_s));
+    }
+  }
+  return rms(errors);
+}
+
 // Itself is no baseline.
 score::Verdict judged(const HandRequest& request, const std::vector<double>& error_deg,
                       HeldOut baseline_error_deg) {
@@ -469,6 +482,8 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
     const Held held = held_of(samples, j);
     const std::vector<double> own = held_out(estimated[j], samples, j);
     joint.holdout = held.score(own);
+    joint.sooner_deg = rmse_later_deg(joint, -kLeadOff_s);
+    joint.later_deg = rmse_later_deg(joint, kLeadOff_s);
     score_pairs(request, samples, j, own, baselines, joint);
     for (auto& [name, estimates] : baselines) {
       joint.baselines.emplace(name, held.score(estimates));
@@ -1028,6 +1043,7 @@ Json to_json(const HandIdentification& r) {
                           {"holdout", score::to_json(joint.holdout)},
                           {"baselines", std::move(baselines)},
                           {"pairs", rows_json(joint.pairs)},
+                          {"lead_off_rmse_deg", {joint.sooner_deg, joint.later_deg}},
                           {"structure", joint.structure},
                           {"structure_text", r.request.refit ? Json(nullptr) : Json(joint.text)},
                           {"hold_drift_deg", joint.hold_drift_deg},

@@ -77,6 +77,8 @@ struct JointSamples {
   std::size_t holdout_begin = 0;
 };
 
+inline constexpr double kLeadOff_s = 0.05;
+
 // RMSE over a pair's held-out part, or over what was left out, of the compensator and of the baselines by their names.
 struct ScoreRow {
   std::string name;  // of the glove's log, the person's folder, or the block
@@ -95,6 +97,8 @@ struct JointResult : JointFit {
   std::vector<std::string> baseline_refusals;
   std::vector<ScoreRow> pairs;
   std::vector<ScoreRow> left_out;
+  double sooner_deg = 0;  // held out, RMSE where what follows takes kLeadOff_s less than the lead
+  double later_deg = 0;   // and so much more
   std::optional<score::Verdict> left_out_verdict;  // over all of these
   std::vector<JointSamples> samples;  // of each pair; the estimates are of what the scores are of
 

@@ -67,6 +67,17 @@ void hand_cards(Page& page, const Json& joints) {
   page.cards(cards);
 }
 
+// Results of before it was measured have none.
+std::string lead_cost(const Json& joints) {
+  if (!joints.front().contains("lead_off_rmse_deg")) return "";
+  const auto off = [&](std::size_t which) {
+    return over_joints(joints,
+                       [&](const Json& joint) { return joint["lead_off_rmse_deg"][which].get<double>(); });
+  };
+  return fmt::format("; where what follows takes 0.05 s less or more than that, they err by {} or {}",
+                     degrees(off(0)), degrees(off(1)));
+}
+
 std::string way(const Json& r) {
   std::string out = fmt::format(
       "The first {:.0f} % of what both logs of a pair saw taught the compensator; every figure is from the "
@@ -77,7 +88,8 @@ std::string way(const Json& r) {
       "its parameters fitted.",
       100 * r.at("split").get<double>());
   if (const double lead_s = r.at("lead_s").get<double>(); lead_s > 0)
-    out += fmt::format(" All of them estimate the angle {:g} s ahead.", lead_s);
+    out +=
+        fmt::format(" All of them estimate the angle {:.3g} s ahead{}.", lead_s, lead_cost(r.at("joints")));
   if (r.at("fit_all").get<bool>()) {
     out +=
         " The model that was saved was then fitted in the same way to all of the recordings; the figures "
@@ -234,6 +246,17 @@ void joint_scores(Page& page, const Json& joint) {
     page.paragraph("Could not be fitted: " + refusal.get<std::string>() + ".");
 }
 
+// A row for each pair, or for each part that was left out.
+void rows_table(Page& page, const std::string& title, const Json& rows) {
+  TableBlock t{title, {"", "compensator"}, {}, {}};
+  for (const Peer& peer : kPeers) t.columns.emplace_back(peer.name);
+  for (const Json& row : rows) {
+    t.rows.push_back({row.at("name").get<std::string>(), degrees(number(row, "rmse_deg"))});
+    for (const Peer& peer : kPeers) t.rows.back().push_back(degrees(number(row.at("baselines"), peer.key)));
+  }
+  page.table(t);
+}
+
 void joint_page(const Saved& saved, const std::string& name, const Json& joint, std::size_t number) {
   Page page(fmt::format("{}: from {} to an angle", name, sensors_of(joint)));
   const std::vector<Link> back = {{"report.html", "All joints"}};
@@ -243,6 +266,12 @@ void joint_page(const Saved& saved, const std::string& name, const Json& joint, 
   figures(page, saved, joint, number);
   tried_structures(page, joint);
   joint_scores(page, joint);
+  if (const Json pairs = joint.value("pairs", Json::array()); pairs.size() > 1)
+    rows_table(page, "Typical error (RMSE) on the part of each pair that was held out", pairs);
+  if (joint.contains("left_out")) {
+    rows_table(page, "Typical error (RMSE) of fits to all but one", joint["left_out"].at("rows"));
+    page.paragraph(joint["left_out"].at("verdict").at("words").get<std::string>() + ".");
+  }
   if (const Json& donnings = joint.at("donnings"); donnings.is_object()) {
     page.paragraph(fmt::format(
         "Over {} recordings the angle's offset varies by {:.1f}° and its gain by {:.1f} % (standard "

@@ -198,10 +198,10 @@ void figures(Page& page, const Saved& saved, const Json& joint, std::size_t numb
   draw_holdout(g, drawn[0].name, s);
   draw_curve(g, drawn[1].name, s,
              {joint.at("static_map"), nullptr, sensors.at(0).at("unit").get<std::string>()});
-  const std::vector<double> held = errors(s, true);
-  if (!held.empty()) {  // some of it lies outside pauses
+  const Held held = held_of(s);
+  if (!held.error_deg.empty()) {  // some of it lies outside pauses
     drawn.push_back(error_histogram_figure(name("errors")));
-    draw_error_histogram(g, drawn.back().name, errors(s, false), held);
+    draw_error_histogram(g, drawn.back().name, errors(s, false), held.error_deg);
     drawn.push_back(error_correlation_figure(name("error_correlation")));
     draw_error_correlation(g, drawn.back().name, held, 1 / saved.results().at("rate_hz").get<double>());
   }

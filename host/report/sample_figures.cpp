@@ -92,6 +92,14 @@ Samples read_samples(const Saved& saved, const std::string& file) {
 
 std::size_t every(std::size_t rows) { return 1 + rows / kMostPoints; }
 
+Held held_of(const Samples& s) {
+  Held out{errors(s, true), {}};
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    if (s.held_out[k] != 0 && s.gap[k] == 0) out.reading.push_back(s.reading[k]);
+  }
+  return out;
+}
+
 std::vector<double> errors(const Samples& s, bool held_out) {
   std::vector<double> out;
   for (std::size_t k = 0; k < s.size(); ++k) {
@@ -177,26 +185,52 @@ void draw_error_histogram(Gnuplot& g, const std::string& name, const std::vector
       kHeldOut);
 }
 
-void draw_error_correlation(Gnuplot& g, const std::string& name, const std::vector<double>& held,
-                            double period_s) {
+namespace {
+
+// Correlation of `later` with `before`, from no lag to so many.
+std::vector<double> correlation(std::vector<double> later, std::vector<double> before, std::size_t lags) {
+  for (std::vector<double>* x : {&later, &before}) {
+    double mean = 0;
+    for (const double v : *x) mean += v / static_cast<double>(x->size());
+    double squares = 1e-300;
+    for (double& v : *x) {
+      v -= mean;
+      squares += v * v;
+    }
+    for (double& v : *x) v /= std::sqrt(squares);
+  }
+  std::vector<double> out(lags + 1, 0);
+  for (std::size_t lag = 0; lag <= lags; ++lag) {
+    for (std::size_t k = lag; k < later.size(); ++k) out[lag] += later[k] * before[k - lag];
+  }
+  return out;
+}
+
+}  // namespace
+
+void draw_error_correlation(Gnuplot& g, const std::string& name, const Held& held, double period_s) {
   g.begin(name, 330);
-  double mean = 0;
-  for (const double e : held) mean += e / static_cast<double>(held.size());
-  const auto lags = std::min<std::size_t>(static_cast<std::size_t>(5 / period_s), held.size() / 4);
-  double variance = 1e-300;
-  for (const double e : held) variance += (e - mean) * (e - mean);
+  const auto n = static_cast<double>(held.error_deg.size());
+  const auto lags = std::min(static_cast<std::size_t>(5 / period_s), held.error_deg.size() / 4);
+  const std::vector<double> own = correlation(held.error_deg, held.error_deg, lags);
+  const std::vector<double> reading = correlation(held.reading, held.reading, lags);
+  const std::vector<double> cross = correlation(held.error_deg, held.reading, lags);
+  double together = 1;
+  for (std::size_t k = 1; k <= lags; ++k) together += 2 * own[k] * reading[k];
   g.data("acf", lags + 1, [&](std::size_t lag) {
-    double sum = 0;
-    for (std::size_t k = lag; k < held.size(); ++k) sum += (held[k] - mean) * (held[k - lag] - mean);
-    return fmt::format("{:.3f} {:.4f}", static_cast<double>(lag) * period_s, sum / variance);
+    return fmt::format("{:.3f} {:.4f} {:.4f}", static_cast<double>(lag) * period_s, own[lag], cross[lag]);
   });
-  const double band = 2 / std::sqrt(static_cast<double>(held.size()));
-  g.add("set xlabel 'distance in time (s)'; set ylabel 'correlation of errors'; set yrange [-1:1]");
+  const double band = 2 / std::sqrt(n);
+  const double cross_band = 2 * std::sqrt(std::max(together, 1.0) / n);
+  g.add("set xlabel 'distance in time (s)'; set ylabel 'correlation'; set yrange [-1:1]");
   g.add(
-      "plot {} with lines lc rgb '#999999' dt 2 title 'white noise stays inside', "
-      "{} with lines lc rgb '#999999' dt 2 notitle, "
-      "$acf using 1:2 with lines lw 2 lc rgb '{}' title 'held out'",
-      band, -band, kHeldOut);
+      "plot {0} with lines lc rgb '#999999' dt 2 title 'bounds, white noise', "
+      "-{0} with lines lc rgb '#999999' dt 2 notitle, "
+      "{1} with lines lc rgb '{2}' dt 3 title 'bounds', "
+      "-{1} with lines lc rgb '{2}' dt 3 notitle, "
+      "$acf using 1:2 with lines lw 2 lc rgb '{3}' title 'errors', "
+      "$acf using 1:3 with lines lw 2 lc rgb '{2}' title 'errors, earlier readings'",
+      band, cross_band, kEstimated, kHeldOut);
 }
 
 Figure holdout_figure(const std::string& name) {
@@ -219,10 +253,12 @@ Figure error_histogram_figure(const std::string& name) {
 }
 
 Figure error_correlation_figure(const std::string& name) {
-  return {name, "Residual check: runs",
-          "Whether errors come in runs. Outside the dashed lines something repeatable is left that the "
-          "structure cannot "
-          "express."};
+  return {
+      name, "Residual check: runs",
+      "Whether errors come in runs, and whether earlier readings would foretell them. Outside the lines (two "
+      "standard errors; of both, by Bartlett's formula) something repeatable is left that the structure "
+      "cannot "
+      "express."};
 }
 
 }  // namespace flexor::report

@@ -37,6 +37,13 @@ std::size_t every(std::size_t rows);
 // Estimated minus measured outside pauses.
 std::vector<double> errors(const Samples& samples, bool held_out);
 
+// What is held out, outside pauses.
+struct Held {
+  std::vector<double> error_deg;
+  std::vector<double> reading;
+};
+Held held_of(const Samples& samples);
+
 struct Curve {
   Json static_map;   // reading, angle_deg
   Json knots;        // likewise, or null
@@ -48,8 +55,7 @@ void draw_holdout(Gnuplot& g, const std::string& name, const Samples& samples);
 void draw_curve(Gnuplot& g, const std::string& name, const Samples& samples, const Curve& curve);
 void draw_error_histogram(Gnuplot& g, const std::string& name, const std::vector<double>& fitted,
                           const std::vector<double>& held_out);
-void draw_error_correlation(Gnuplot& g, const std::string& name, const std::vector<double>& held_out,
-                            double period_s);
+void draw_error_correlation(Gnuplot& g, const std::string& name, const Held& held, double period_s);
 
 // Their titles and captions.
 Figure holdout_figure(const std::string& name);

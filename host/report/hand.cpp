@@ -246,6 +246,49 @@ void joint_scores(Page& page, const Json& joint) {
     page.paragraph("Could not be fitted: " + refusal.get<std::string>() + ".");
 }
 
+// The chain's linear block as a sum of first-order terms,
+//   G(s) = sum g_i / (1 + s / a_i),   G(z) = sum g_i (1 - p_i) / (1 - p_i / z),   p_i = exp(-a_i T),
+// of what host/model/lti.hpp has in a row; no table for poles that lie too near to each other for that.
+void transfer_function(Page& page, const Json& joint, double period_s) {
+  std::vector<double> pole;
+  std::vector<double> tap;  // behind one lag, behind two ...
+  TableBlock t{"", {"term", "gain", "pole, rad/s", "time constant", "z-plane"}, {}, {}};
+  std::vector<std::string> error;
+  for (const Json& p : joint.at("parameters")) {
+    const auto name = p.at("name").get<std::string>();
+    if (name.starts_with("tap")) tap.push_back(p.at("value").get<double>());
+    if (!name.starts_with("pole")) continue;
+    pole.push_back(-p.at("value").get<double>());
+    error.push_back(p.at("standard_error").is_null()
+                        ? "not told"
+                        : fmt::format("± {:.2g}", p.at("standard_error").get<double>()));
+  }
+  std::vector<double> gain(pole.size(), 0);
+  double left = 1;
+  for (std::size_t n = 0; n < pole.size(); ++n) {  // behind n + 1 lags
+    const double c = n < tap.size() ? tap[n] : left;
+    left -= c;
+    for (std::size_t i = 0; i <= n; ++i) {
+      double share = c;
+      for (std::size_t j = 0; j <= n; ++j) share *= j == i ? 1 : pole[j] / (pole[j] - pole[i]);
+      gain[i] += share;
+    }
+  }
+  if (pole.empty() || !std::ranges::all_of(gain, [](double g) { return std::abs(g) < 1e3; })) return;
+  for (std::size_t i = 0; i < pole.size(); ++i)
+    t.rows.push_back({fmt::format("{}", i + 1), fmt::format("{:.4g}", gain[i]),
+                      fmt::format("-{:.4g} ({})", pole[i], error[i]), fmt::format("{:.3g} s", 1 / pole[i]),
+                      fmt::format("{:.5f}", std::exp(-pole[i] * period_s))});
+  page.heading("Transfer function");
+  page.table(t);
+  page.paragraph(
+      fmt::format("Of the linear block, apart from the chain's gain or curves: G(s) = Σ g / (1 + s / a), and "
+                  "with the input held over {:g} s "
+                  "G(z) = Σ g (1 - p) / (1 - p / z), g the gain, -a the pole, p its place in the z-plane. In "
+                  "brackets: standard error.",
+                  period_s));
+}
+
 // A row for each pair, or for each part that was left out.
 void rows_table(Page& page, const std::string& title, const Json& rows) {
   TableBlock t{title, {"", "compensator"}, {}, {}};
@@ -265,6 +308,7 @@ void joint_page(const Saved& saved, const std::string& name, const Json& joint, 
   joint_cards(page, joint);
   figures(page, saved, joint, number);
   tried_structures(page, joint);
+  transfer_function(page, joint, 1 / saved.results().at("rate_hz").get<double>());
   joint_scores(page, joint);
   if (const Json pairs = joint.value("pairs", Json::array()); pairs.size() > 1)
     rows_table(page, "Typical error (RMSE) on the part of each pair that was held out", pairs);

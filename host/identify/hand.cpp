@@ -37,7 +37,6 @@ using Json = nlohmann::ordered_json;
 using io::InputError;
 
 constexpr double kLongLead_s = 0.15;
-constexpr double kMostOffset_s = 1e10;
 constexpr std::size_t kLeastHeldOut = 20;
 constexpr double kBeside_s = 1;
 constexpr std::size_t kBlocks = 8;
@@ -790,12 +789,8 @@ void check(const HandRequest& request) {
   if (request.pairs.empty())
     throw InputError("no recordings: --pair GLOVE CAMERA, or --sensor and --reference");
   if (!(request.split > 0 && request.split < 1)) throw InputError("the split must lie between 0 and 1");
-  if (!(request.rate_hz > 0) || !std::isfinite(request.rate_hz))
-    throw InputError("the rate must be positive");
-  if (request.clock_offset_s && !(std::abs(*request.clock_offset_s) < kMostOffset_s))
-    throw InputError("the clock offset must be a number of seconds");
+  recording::check_clock(request.rate_hz, request.clock_offset_s, request.lead_s);
   for (const JointMap& joint : request.map) (void)parse_structure(request.structure, joint.sensors.size());
-  if (!(request.lead_s >= 0 && request.lead_s <= 1)) throw InputError("the lead must lie between 0 and 1 s");
 }
 
 void check_reference_error(const HandRequest& request) {

@@ -21,6 +21,8 @@ namespace {
 using io::InputError;
 using io::JobError;
 
+constexpr double kMostOffset_s = 1e10;  // three centuries
+
 // Grid points for each reading that a log may ask for; slower logs say nothing at this rate.
 constexpr double kMostPerRow = 60;
 constexpr double kMostSamples = 10000;
@@ -219,12 +221,16 @@ void state_unit(Recording& recording, const std::string& column, const std::stri
   unit = *asked;
 }
 
-Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s,
-                   double split) {
+void check_clock(double rate_hz, std::optional<double> clock_offset_s, double lead_s) {
   if (!(rate_hz > 0) || !std::isfinite(rate_hz)) throw InputError("the rate must be positive");
   if (!(lead_s >= 0 && lead_s <= 1)) throw InputError("the lead must lie between 0 and 1 s");
-  if (clock_offset_s && !std::isfinite(*clock_offset_s))
-    throw InputError("the clock offset must be a number");
+  if (clock_offset_s && !(std::abs(*clock_offset_s) < kMostOffset_s))
+    throw InputError("the clock offset must be a number of seconds");
+}
+
+Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s,
+                   double split) {
+  check_clock(rate_hz, clock_offset_s, lead_s);
   require_change(pair.sensor, pair.input, "is the sensor plugged in?");
   require_change(pair.reference, pair.output, "does the camera see the marks?");
   Aligned a;

@@ -44,6 +44,9 @@ void to_degrees(Recording& recording, const std::string& column, const std::stri
 // io::InputError for a unit that is none, or a word against the column's.
 void state_unit(Recording& recording, const std::string& column, const std::string& stated);
 
+// Throws io::InputError for what is no rate, no offset between two clocks, or no lead.
+void check_clock(double rate_hz, std::optional<double> clock_offset_s, double lead_s);
+
 struct Aligned {
   std::optional<Alignment>
       alignment;  // none: the offset was given and the signals do not tell; its drift is taken out

@@ -23,6 +23,7 @@ constexpr double kMostRows = 4000;
 constexpr Index kLeastRows = 50;
 constexpr Index kMostKnots = 10;
 constexpr double kReach_s = 1;   // of the offset's search
+constexpr double kAtEnd = 0.98;  // of that reach
 constexpr double kBefore_s = 1;  // for lag and play to forget what was before the recording
 constexpr double kVelocity_s = 0.025;
 constexpr double kLeastLeft = 1e-3;
@@ -500,6 +501,9 @@ std::optional<SensorLag> sensor_lag(const Series& sensor, const std::vector<Seri
   }
   out.clock_offset_s = near_s + best.at.offset_s();
   out.standard_error_s = std::hypot(kOffset_s * error(model, best.at, weight, 0), kClock_s);
+  // An offset at the end of its search lies anywhere beyond.
+  if (std::abs(best.at.offset_s()) > kAtEnd * model.reach_s())
+    out.standard_error_s = std::max(out.standard_error_s, model.reach_s());
   out.lag_s = best.at.lag_s();
   out.play_deg = best.at.play_deg();
   return out;

@@ -12,10 +12,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "host/donning/prior.hpp"
-#include "host/donning/window.hpp"
 #include "host/model/correction.hpp"
 #include "host/model/model.hpp"
 
@@ -29,67 +29,18 @@ struct Line {
 
 model::Correction correction_of(const Line& line, const model::Spread& made);
 
-// Rows of evidence, each with a standard deviation of one; two columns for each sensor, then those of what else is unknown.
+// Of a sensor's shift among the unknowns; that of its gain is the next.
+inline Eigen::Index column(std::size_t sensor) { return 2 * static_cast<Eigen::Index>(sensor); }
+
+// Each with a standard deviation of one; two columns for each sensor, then those of what else is unknown.
 struct Rows {
   Eigen::MatrixXd jacobian;
   Eigen::VectorXd error;  // at the lines that were asked about
 };
 
-// A reading of one sensor now, and what it would have been where the model was made; standard error in spans.
-struct Sighting {
-  std::size_t sensor = 0;
-  double reading = 0;
-  double made = 0;
-  double error = 0;
-  double pose = 0;  // from the open hand to the fist where the model was made, in spans
-  bool fist = false;
-};
-
-class Evidence {
- public:
-  virtual ~Evidence() = default;
-  // Unknowns of its own, of unit variance.
-  virtual Eigen::Index unknowns() const { return 0; }
-  virtual Rows rows(const std::vector<Line>& lines, const Eigen::VectorXd& own) const = 0;
-};
-
-// Held poses. A hand errs as a whole as well: all of its fingers may be less open, or less closed, than they were. A fist that is
-// not as tight is common, one that is tighter is not: how far a pose lies towards the open hand is broad, beyond the pose narrow.
-class Sightings : public Evidence {
- public:
-  Sightings(std::vector<Sighting> sightings, const std::vector<model::Spread>& made)
-      : sightings_(std::move(sightings)), made_(made) {}
-  Eigen::Index unknowns() const override { return 2; }  // of the open hand and of the fist
-  Rows rows(const std::vector<Line>& lines, const Eigen::VectorXd& own) const override;
-
- private:
-  std::vector<Sighting> sightings_;
-  std::vector<model::Spread> made_;
-};
-
-// What a stretch of motion shows of one sensor.
-struct Stretch {
-  std::size_t sensor = 0;
-  Window window;
-  model::Spread made;
-  Prior prior;
-  int bends = 0;  // 1: readings rise as the finger bends, -1: they fall, 0: not known
-};
-
-// The quantiles of a stretch of motion, against those of the motion that the model was made from. Each end is known as well
-// as the turns there repeat; another motion lies elsewhere by motion_sd, of whose variance a part is one for all sensors (the
-// hand does the same with all of its fingers), and reaches farther by reach_sd; what lies between the ends has density_sd of
-// its own besides. What the stretch lacks of the span, or goes beyond it, may be at either end: half of it is how far
-// the middle may lie off (less where every turn is at one of two ends), and what is more than a gain makes likely counts as reach.
-class Quantiles : public Evidence {
- public:
-  explicit Quantiles(std::vector<Stretch> stretches);
-  Eigen::Index unknowns() const override { return 1; }  // where this motion lies, for all sensors
-  Rows rows(const std::vector<Line>& lines, const Eigen::VectorXd& own) const override;
-
- private:
-  std::vector<Stretch> stretches_;
-  std::vector<Eigen::MatrixXd> whitening_;  // lower triangles of the covariances' Cholesky factors
+struct Evidence {
+  Eigen::Index unknowns = 0;  // of its own, of unit variance
+  std::function<Rows(const std::vector<Line>& lines, const Eigen::VectorXd& own)> rows;
 };
 
 struct Estimate {
@@ -99,6 +50,6 @@ struct Estimate {
   std::vector<std::uint8_t> gain_told;  // the evidence narrows the gain; else it stays as it is
 };
 
-Estimate estimate(const std::vector<Prior>& priors, const std::vector<const Evidence*>& evidence);
+Estimate estimate(const std::vector<Prior>& priors, const std::vector<Evidence>& evidence);
 
 }  // namespace flexor::donning

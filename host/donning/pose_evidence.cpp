@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "host/donning/still_map.hpp"
-#include "host/io/io.hpp"
 
 namespace flexor::donning {
 namespace {
@@ -22,45 +22,15 @@ constexpr double kMedian_s = 0.5;
 constexpr double kStill = 0.125;  // of the span: the range of what rests
 constexpr double kApart = 0.3;    // of the span: holds that are nearer are one
 
-struct Held {
+double between(const model::Poses& poses) { return poses.fist - poses.open; }
+
+// What one sensor reads in either pose.
+struct Ends {
   std::optional<double> open;
   std::optional<double> fist;
-};
-
-Held held(const std::vector<Hold>& holds, std::size_t sensor, bool swapped) {
-  Held out;
-  for (const Hold& hold : holds) {
-    if (std::isnan(hold.reading[sensor])) continue;
-    (hold.fist != swapped ? out.fist : out.open) = hold.reading[sensor];
-  }
-  return out;
-}
-
-double wanted(const model::Poses& poses) { return poses.fist - poses.open; }
-
-// More sensors read the two poses the other way round than not.
-bool are_swapped(const model::Model& model, const std::vector<Hold>& holds) {
-  int turned = 0;
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    const Held h = held(holds, i, false);
-    if (!h.open || !h.fist || !model.inputs[i].poses) continue;
-    const double share = (*h.fist - *h.open) / wanted(*model.inputs[i].poses);
-    turned += share < -kUnmoved ? 1 : share > 0 ? -1 : 0;
-  }
-  return turned > 0;
-}
-
-double pose_error(const model::Model& model, std::size_t sensor) {
-  double most_deg = 0;
-  for (const double range : ranges_deg(model, sensor)) most_deg = std::max(most_deg, range);
-  return most_deg > 0 ? std::min(kMostPoseError, kPose_deg / most_deg) : kMostPoseError;
-}
-
-struct Ends {
-  Held held;
   double share = 0;  // of what the poses were apart where the model was made
 
-  bool both() const { return held.open && held.fist; }
+  bool both() const { return open && fist; }
   bool moved() const { return both() && std::abs(share) > kUnmoved; }
 };
 
@@ -69,10 +39,19 @@ std::vector<Ends> ends_of(const model::Model& model, const std::vector<Hold>& ho
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     Ends& one = out.emplace_back();
     if (!model.inputs[i].poses) continue;
-    one.held = held(holds, i, swapped);
-    if (one.both()) one.share = (*one.held.fist - *one.held.open) / wanted(*model.inputs[i].poses);
+    for (const Hold& hold : holds) {
+      if (!std::isnan(hold.reading[i])) (hold.fist != swapped ? one.fist : one.open) = hold.reading[i];
+    }
+    if (one.both()) one.share = (*one.fist - *one.open) / between(*model.inputs[i].poses);
   }
   return out;
+}
+
+// More sensors read the two poses the other way round than not.
+bool are_swapped(const std::vector<Ends>& all) {
+  int turned = 0;
+  for (const Ends& one : all) turned += one.share < -kUnmoved ? 1 : one.share > 0 ? -1 : 0;
+  return turned > 0;
 }
 
 // Most sensors that were held in both poses and moved: how far they went.
@@ -94,8 +73,8 @@ bool fist_was_reached(const model::Model& model, const std::vector<Ends>& all) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (!all[i].moved()) continue;
     const model::Poses& made = *model.inputs[i].poses;
-    open += std::abs((*all[i].held.open - made.open) / wanted(made));
-    fist += std::abs((*all[i].held.fist - made.fist) / wanted(made));
+    open += std::abs((*all[i].open - made.open) / between(made));
+    fist += std::abs((*all[i].fist - made.fist) / between(made));
   }
   return fist < open;
 }
@@ -111,7 +90,7 @@ std::string misfit_of(const model::Input& input, const Ends& ends) {
     return fmt::format(
         "{}: it stands still at {:.4g} where the others moved: is it plugged in, is its strip whole, "
         "was it bent?",
-        input.name, *ends.held.open);
+        input.name, *ends.open);
   }
   return {};
 }
@@ -124,48 +103,17 @@ void read_sensor(const model::Model& model, std::size_t i, const Ends& ends, boo
     out.misfits.emplace_back(i, std::move(misfit));
     return;
   }
-  const double error = pose_error(model, i);
-  const double pose = wanted(*input.poses) / model.inputs[i].readings->span();
-  if (ends.held.open) out.sightings.push_back({i, *ends.held.open, input.poses->open, error, pose, false});
-  if (!ends.held.fist) return;
+  const double most_deg = reach_of(model, i).most_deg;
+  const double error = most_deg > 0 ? std::min(kMostPoseError, kPose_deg / most_deg) : kMostPoseError;
+  const double pose = between(*input.poses) / input.readings->span();
+  if (ends.open) out.sightings.push_back({i, *ends.open, input.poses->open, error, pose, false});
+  if (!ends.fist) return;
   if (!fist_counts || (ends.both() && ends.share < kNotReached)) {
     out.notes.push_back(fmt::format("{}: its fist was not reached and does not count", input.name));
     return;
   }
-  out.sightings.push_back({i, *ends.held.fist, input.poses->fist, error, pose, true});
+  out.sightings.push_back({i, *ends.fist, input.poses->fist, error, pose, true});
 }
-
-}  // namespace
-
-PoseReading read_poses(const model::Model& model, const std::vector<Hold>& holds) {
-  if (std::ranges::none_of(model.inputs, [](const auto& input) { return input.poses.has_value(); }))
-    throw io::InputError(
-        "the model does not say what its sensors read at the open hand and at the fist: identify it anew");
-  PoseReading out;
-  const bool swapped = are_swapped(model, holds);
-  if (swapped) out.notes.emplace_back("open hand and fist were held the other way round: taken so");
-  const std::vector<Ends> all = ends_of(model, holds, swapped);
-  const auto live = std::ranges::count_if(all, &Ends::both);
-  const auto moved = std::ranges::count_if(all, &Ends::moved);
-  if (live > 0 && 2 * moved <= live) {
-    out.wanted.push_back(fmt::format(
-        "open hand and fist with all fingers: {} of {} sensors moved from one to the other", moved, live));
-    return out;
-  }
-  const bool closed = live == 0 || usual_share(all) >= kUsuallyReached;
-  if (!closed && fist_was_reached(model, all)) {
-    out.wanted.emplace_back(
-        "open hand and fist once more, the hand wholly open and wholly closed: they lie too "
-        "near to each other to say which of them was not reached");
-    return out;
-  }
-  if (!closed)
-    out.wanted.emplace_back("the fist once more, wholly closed: it was not reached and does not count");
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) read_sensor(model, i, all[i], closed, out);
-  return out;
-}
-
-namespace {
 
 struct Rest {
   std::size_t begin;
@@ -174,12 +122,6 @@ struct Rest {
 
   std::size_t length() const { return end - begin; }
 };
-
-double mean(const std::vector<double>& readings, std::size_t begin, std::size_t end) {
-  double sum = 0;
-  for (std::size_t k = begin; k < end; ++k) sum += readings[k];
-  return sum / static_cast<double>(end - begin);
-}
 
 // The running median over kMedian_s: neither a loose contact's spike nor a tremor ends a hold.
 std::vector<double> steadied(const std::vector<double>& readings, double period_s) {
@@ -231,7 +173,9 @@ std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, dou
       continue;
     }
     Rest rest{k, end, {}};
-    for (const auto& one : readings) rest.reading.push_back(mean(one, k, end));
+    for (const auto& one : readings)
+      rest.reading.push_back(std::accumulate(one.data() + k, one.data() + end, 0.0) /
+                             static_cast<double>(end - k));
     if (!out.empty() && apart(out.back(), rest, made) < kApart) {
       if (rest.length() > out.back().length()) out.back() = rest;
     } else {
@@ -243,6 +187,33 @@ std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, dou
 }
 
 }  // namespace
+
+PoseReading read_poses(const model::Model& model, const std::vector<Hold>& holds) {
+  PoseReading out;
+  std::vector<Ends> all = ends_of(model, holds, false);
+  if (are_swapped(all)) {
+    out.notes.emplace_back("open hand and fist were held the other way round: taken so");
+    all = ends_of(model, holds, true);
+  }
+  const auto live = std::ranges::count_if(all, &Ends::both);
+  const auto moved = std::ranges::count_if(all, &Ends::moved);
+  if (live > 0 && 2 * moved <= live) {
+    out.wanted.push_back(fmt::format(
+        "open hand and fist with all fingers: {} of {} sensors moved from one to the other", moved, live));
+    return out;
+  }
+  const bool closed = live == 0 || usual_share(all) >= kUsuallyReached;
+  if (!closed && fist_was_reached(model, all)) {
+    out.wanted.emplace_back(
+        "open hand and fist once more, the hand wholly open and wholly closed: they lie too "
+        "near to each other to say which of them was not reached");
+    return out;
+  }
+  if (!closed)
+    out.wanted.emplace_back("the fist once more, wholly closed: it was not reached and does not count");
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) read_sensor(model, i, all[i], closed, out);
+  return out;
+}
 
 std::vector<Hold> holds_in(const std::vector<std::vector<double>>& readings, double period_s,
                            const std::vector<model::Spread>& made, const std::vector<bool>& fist) {

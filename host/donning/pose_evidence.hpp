@@ -19,7 +19,6 @@ struct PoseReading {
 // Poses that most sensors read the other way round were swapped. Of sensors without poses in the model nothing is said; where
 // no more than half of the others moved from one pose to the other, nothing of any: these were not the poses. A fist that most
 // sensors read far from where it was does not count; where it is the open hand that lies farther off, neither does.
-// Throws io::InputError for a model without poses.
 PoseReading read_poses(const model::Model& model, const std::vector<Hold>& holds);
 
 // The stretches of a log in which all sensors rest for a second or more, as poses in the order of `fist`; readings evenly

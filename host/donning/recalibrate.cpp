@@ -1,12 +1,11 @@
 #include "host/donning/recalibrate.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
-#include "host/donning/camera_evidence.hpp"
 #include "host/donning/pose_evidence.hpp"
 #include "host/donning/still_map.hpp"
 #include "host/io/io.hpp"
@@ -39,20 +38,29 @@ struct Verdict {
   std::string wanted;
 };
 
-// What is known of one sensor before the estimate.
+// What is known of one sensor.
 struct Case {
+  std::string name;
   Prior prior;
   model::Spread made;
+  Reach reach;
   double turn = 0;
   std::vector<std::optional<Window>> windows;  // of each log, where it tells
   std::optional<Window> shown;                 // of the log that shows most
   bool informed = false;
   std::string misfit;
   std::string wanted;
+  // By the estimate: the line, its variances, and the line by the other explanation (other_line).
+  Line line;
+  bool gain_told = false;
+  double shift_variance = 0;
+  double log_gain_variance = 0;
+  double covariance = 0;
+  std::optional<Line> other;
+  std::string kept;  // why the sensor stays as it is; empty: it is corrected
 };
 
-model::Spread spread_of(const model::Model& model, std::size_t i) {
-  const model::Input& input = model.inputs[i];
+model::Spread made_of_input(const model::Input& input) {
   if (input.readings) return *input.readings;
   if (!input.poses) {
     throw io::InputError(
@@ -60,36 +68,21 @@ model::Spread spread_of(const model::Model& model, std::size_t i) {
                     "with this version",
                     input.name));
   }
-  const auto [low, high] = std::minmax(input.poses->open, input.poses->fist);
-  return {{0.05, 0.95}, {low, high}};
-}
-
-double turn_of(const model::Model& model, std::size_t i) {
-  double most_deg = 0;
-  for (const double range : ranges_deg(model, i)) most_deg = std::max(most_deg, range);
-  const double span = model.inputs[i].readings->span();
-  return span * (most_deg > kTurn_deg / kMostTurn ? kTurn_deg / most_deg : kMostTurn);
-}
-
-// How readings go as the joint that they tell most of bends: Stretch::bends.
-int bends_of(const model::Model& model, std::size_t i) {
-  double most_deg = 0;
-  for (const auto& slope : slopes(model, i)) {
-    double all = 0;
-    for (const double one : slope) all += one;
-    if (std::abs(all) > std::abs(most_deg)) most_deg = all;
-  }
-  return most_deg > 0 ? 1 : most_deg < 0 ? -1 : 0;
+  return spread_of(*input.poses);
 }
 
 std::vector<Case> cases_of(model::Model& model, const Prior& prior) {
   std::vector<Case> out;
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) model.inputs[i].readings = spread_of(model, i);
+  for (model::Input& input : model.inputs) input.readings = made_of_input(input);
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    const model::Input& input = model.inputs[i];
     Case& one = out.emplace_back();
-    one.prior = prior_of(model.inputs[i], prior);
-    one.made = *model.inputs[i].readings;
-    one.turn = turn_of(model, i);
+    one.name = input.name;
+    one.prior = prior_of(input, prior);
+    one.made = *input.readings;
+    one.reach = reach_of(model, i);
+    const double most_deg = one.reach.most_deg;
+    one.turn = one.made.span() * (most_deg > kTurn_deg / kMostTurn ? kTurn_deg / most_deg : kMostTurn);
   }
   return out;
 }
@@ -100,8 +93,8 @@ bool whole_cycle(const Window& w, const model::Spread& made) {
 }
 
 // Whether the stretch tells this sensor; else what is wrong with it or what is wanted.
-Verdict judge(const std::string& name, const Case& one, const Window& window,
-              std::span<const double> readings) {
+Verdict judge(const Case& one, const Window& window, std::span<const double> readings) {
+  const std::string& name = one.name;
   const double covered = window.span() / one.made.span();
   if (!whole_cycle(window, one.made)) {
     Verdict out;
@@ -114,7 +107,7 @@ Verdict judge(const std::string& name, const Case& one, const Window& window,
       out.misfit = fmt::format(
           "{}: it moves between {:.4g} and {:.4g} only, {:.0f} % of what it did: has its strip slipped or "
           "broken?",
-          name, window.quantile.front(), window.quantile.back(), 100 * covered);
+          name, window.reading.front(), window.reading.back(), 100 * covered);
     }
     out.wanted = fmt::format("{}: open and close it once more: {} of {} turns of {:g} degrees were seen",
                              name, window.turns.count(), kWholeCycle, kTurn_deg);
@@ -143,7 +136,7 @@ void look_at_sensor(const Request& request, std::size_t i, Case& one) {
     auto& told = one.windows.emplace_back();
     if (readings.size() < kLeastSamples) continue;
     Window window = window_of(readings, one.made.share, one.turn);
-    const Verdict verdict = judge(input.name, one, window, readings);
+    const Verdict verdict = judge(one, window, readings);
     if (verdict.tells) told = window;
     const bool most = !one.shown || (verdict.tells && !one.informed) ||
                       (verdict.tells == one.informed && window.span() > one.shown->span());
@@ -159,67 +152,63 @@ void look_at_sensor(const Request& request, std::size_t i, Case& one) {
 }
 
 // The fist is where it was, the open hand is not: of one sensor a donning may do that, of all of them it is the hand.
-bool is_not_opened(const Window& window, const model::Spread& made, int bends) {
-  const double low = (window.quantile.front() - made.reading.front()) / made.span();
-  const double high = (made.reading.back() - window.quantile.back()) / made.span();
-  const double open = bends > 0 ? low : high;
-  const double fist = bends > 0 ? high : low;
-  return bends != 0 && open > kNotOpened && std::abs(fist) < kFistStayed;
+bool is_not_opened(const Window& window, const Case& one) {
+  const double low = (window.reading.front() - one.made.reading.front()) / one.made.span();
+  const double high = (one.made.reading.back() - window.reading.back()) / one.made.span();
+  const double open = one.reach.bends > 0 ? low : high;
+  const double fist = one.reach.bends > 0 ? high : low;
+  return one.reach.bends != 0 && open > kNotOpened && std::abs(fist) < kFistStayed;
 }
 
 // A log in which the hand was never opened tells no sensor.
-void look_at_open_hand(const Request& request, std::size_t log, std::vector<Case>& cases) {
+void look_at_open_hand(std::size_t log, std::vector<Case>& cases) {
   int telling = 0;
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    const Case& one = cases[i];
+  for (const Case& one : cases) {
     if (!one.windows[log]) continue;
-    if (!is_not_opened(*one.windows[log], one.made, bends_of(request.model, i))) return;
+    if (!is_not_opened(*one.windows[log], one)) return;
     ++telling;
   }
   if (telling < 2) return;
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    if (!cases[i].windows[log].has_value()) continue;
-    cases[i].windows[log].reset();
-    cases[i].wanted = fmt::format(
+  for (Case& one : cases) {
+    if (!one.windows[log]) continue;
+    one.windows[log].reset();
+    one.wanted = fmt::format(
         "{}: open the hand wholly: each finger closes to where it did and none opens to where it did",
-        request.model.inputs[i].name);
+        one.name);
   }
 }
 
 void look_at_motion(const Request& request, std::vector<Case>& cases) {
   for (std::size_t i = 0; i < cases.size(); ++i) look_at_sensor(request, i, cases[i]);
-  for (std::size_t log = 0; log < request.motion.size(); ++log) look_at_open_hand(request, log, cases);
+  for (std::size_t log = 0; log < request.motion.size(); ++log) look_at_open_hand(log, cases);
   for (Case& one : cases)
     one.informed = std::ranges::any_of(one.windows, [](const auto& w) { return w.has_value(); });
 }
 
-struct Variances {
-  double shift;
-  double log_gain;
-  double both;
-
-  // Of what a reading so far from the middle is taken for; in spans.
-  double at(double place) const { return shift + 2 * place * both + place * place * log_gain; }
-};
-
-Variances variances(const Estimate& e, std::size_t i) {
-  const auto at = 2 * static_cast<Eigen::Index>(i);
-  return {e.covariance(at, at), e.covariance(at + 1, at + 1), e.covariance(at, at + 1)};
-}
-
-bool significant(const Estimate& e, std::size_t i) {
-  const Variances v = variances(e, i);
-  const Line& line = e.line[i];
-  if (std::abs(line.shift) > kSignificant * std::sqrt(v.shift)) return true;
-  return e.gain_told[i] && std::abs(line.log_gain) > kSignificant * std::sqrt(v.log_gain);
+bool significant(const Case& one) {
+  if (std::abs(one.line.shift) > kSignificant * std::sqrt(one.shift_variance)) return true;
+  return one.gain_told && std::abs(one.line.log_gain) > kSignificant * std::sqrt(one.log_gain_variance);
 }
 
 // What a stretch of motion alone says where the hand reached as far as it did where the model was made: the sensor has the
 // gain. The estimate holds a hand that reached less far for likelier; motion cannot tell the two apart. None: it is told.
-std::optional<Line> other_line(const Request& request, const Estimate& e, const Case& one, std::size_t i) {
-  if (!request.holds.empty() || request.seen || e.gain_told[i] || !one.informed || !one.shown) return {};
+std::optional<Line> other_line(const Request& request, const Case& one) {
+  if (!request.holds.empty() || request.seen || one.gain_told || !one.informed || !one.shown) return {};
   const double gain = one.made.span() / one.shown->span();
   return Line{gain * (one.made.middle() - one.shown->middle()) / one.made.span(), std::log(gain)};
+}
+
+void take(const Estimate& e, const Request& request, std::vector<Case>& cases) {
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    Case& one = cases[i];
+    const Eigen::Index at = column(i);
+    one.line = e.line[i];
+    one.gain_told = e.gain_told[i] != 0;
+    one.shift_variance = e.covariance(at, at);
+    one.log_gain_variance = e.covariance(at + 1, at + 1);
+    one.covariance = e.covariance(at, at + 1);
+    one.other = other_line(request, one);
+  }
 }
 
 // Mean square of what one line makes of readings against what the other does, in spans.
@@ -228,58 +217,54 @@ double distance2(const Line& a, const Line& b) {
 }
 
 // The old angles are right to a thirtieth of the range, by the estimate's error and by the other explanation.
-bool is_known_unchanged(const Estimate& e, std::size_t i, const std::optional<Line>& other) {
+bool is_known_unchanged(const Case& one) {
   constexpr double kSame = 1.0 / 30;
-  const Variances v = variances(e, i);
-  const double left2 = v.shift + v.log_gain / 12 + distance2(e.line[i], {});
-  return std::max(left2, other ? distance2({}, *other) : 0) < kSame * kSame;
+  const double left2 = one.shift_variance + one.log_gain_variance / 12 + distance2(one.line, {});
+  return std::max(left2, one.other ? distance2({}, *one.other) : 0) < kSame * kSame;
 }
 
 // By how many standard errors the mean square of the angles becomes smaller by what was found of some sensors, m, with the
 // covariance C that is left: the true lines x are nearer to m than to none where 2 m'Wx > m'Wm, of which the left side is
 // normal with mean 2 m'Wm and variance 4 m'WCWm. W weighs shift and gain by what they move the angles.
-double surely_better(const model::Model& model, const Estimate& e, const std::vector<bool>& of) {
-  Eigen::VectorXd weighed = Eigen::VectorXd::Zero(e.covariance.rows());
+double surely_better(const std::vector<Case>& cases, const Eigen::MatrixXd& covariance) {
+  Eigen::VectorXd weighed = Eigen::VectorXd::Zero(covariance.rows());
   double square = 0;
-  for (std::size_t i = 0; i < of.size(); ++i) {
-    if (!of[i]) continue;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const Case& one = cases[i];
+    if (!one.kept.empty()) continue;
     double weight = 0;
-    for (const double range : ranges_deg(model, i)) weight += range * range;
-    const auto at = 2 * static_cast<Eigen::Index>(i);
-    weighed(at) = weight * e.line[i].shift;
-    weighed(at + 1) = weight * e.line[i].log_gain / 12;  // the variance of places in a span
-    square += weighed(at) * e.line[i].shift + weighed(at + 1) * e.line[i].log_gain;
+    for (const double range : one.reach.range_deg) weight += range * range;
+    const Eigen::Index at = column(i);
+    weighed(at) = weight * one.line.shift;
+    weighed(at + 1) = weight * one.line.log_gain / 12;  // the variance of places in a span
+    square += weighed(at) * one.line.shift + weighed(at + 1) * one.line.log_gain;
   }
-  const double variance = weighed.dot(e.covariance * weighed);
+  const double variance = weighed.dot(covariance * weighed);
   return variance > 0 ? square / 2 / std::sqrt(variance) : 0;
 }
 
 // Why a sensor stays as it is; empty: it is corrected.
-std::string reason_to_keep(const Request& request, const Estimate& e, Case& one, std::size_t i,
-                           bool seen_helps) {
-  const std::string& name = request.model.inputs[i].name;
+std::string reason_to_keep(Case& one, bool seen_helps) {
+  const std::string& name = one.name;
   if (!one.misfit.empty()) return one.misfit;
   if (!one.informed && !one.wanted.empty()) return one.wanted;
   if (!one.informed) return fmt::format("{}: nothing that was given tells it", name);
-  const Line& line = e.line[i];
-  if (std::abs(line.shift) > kFarthest * one.prior.shift_sd ||
-      std::abs(line.log_gain) > kFarthest * one.prior.log_gain_sd) {
+  if (std::abs(one.line.shift) > kFarthest * one.prior.shift_sd ||
+      std::abs(one.line.log_gain) > kFarthest * one.prior.log_gain_sd) {
     one.misfit = fmt::format(
         "{}: it lies {:.0f} % of its range off, farther than putting on a glove moves it: has its strip "
         "moved, or is "
         "this another hand?",
-        name, 100 * std::abs(line.shift));
+        name, 100 * std::abs(one.line.shift));
     return one.misfit;
   }
-  const std::optional<Line> other = other_line(request, e, one, i);
-  if (!significant(e, i)) {
-    if (is_known_unchanged(e, i, other))
-      return fmt::format("{}: it reads as it did where the model was made", name);
+  if (!significant(one)) {
+    if (is_known_unchanged(one)) return fmt::format("{}: it reads as it did where the model was made", name);
     return fmt::format("{}: no change was found that is larger than its own error{}", name,
-                       other ? "; its gain is not told: " + std::string(kTellsGain) : "");
+                       one.other ? "; its gain is not told: " + std::string(kTellsGain) : "");
   }
   constexpr double kClearly = 0.5;  // the other explanation is itself known from one stretch alone
-  if (other && distance2(line, *other) > kClearly * distance2({}, *other)) {
+  if (one.other && distance2(one.line, *one.other) > kClearly * distance2({}, *one.other)) {
     one.wanted = fmt::format("{}: {}", name, kTellsGain);
     return fmt::format(
         "{}: motion alone does not tell a sensor of another gain from a hand that reached less far: {}", name,
@@ -292,55 +277,48 @@ std::string reason_to_keep(const Request& request, const Estimate& e, Case& one,
 }
 
 // What a joint's angles change by, and the standard error that is left, over the parts of each sensor's spread.
-std::vector<JointResult> joints_of(const Request& request, const std::vector<Case>& cases, const Estimate& e,
+std::vector<JointResult> joints_of(const model::Model& old, const std::vector<Case>& cases,
                                    const std::vector<SensorResult>& sensors) {
-  const model::Model& old = request.model;
   std::vector<JointResult> out(old.joints.size());
-  std::vector<double> square(out.size(), 0);
-  std::vector<double> change_square(out.size(), 0);
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    const auto all = slopes(old, i);
-    const Variances v = variances(e, i);
-    const std::optional<Line> other = other_line(request, e, cases[i], i);
-    const Line taken = sensors[i].applied ? e.line[i] : Line{};
-    for (std::size_t j = 0; j < out.size(); ++j) {
-      const auto parts = static_cast<double>(all[j].size());
-      for (std::size_t k = 0; k < all[j].size(); ++k) {
-        const double place = (static_cast<double>(k) + 0.5) / parts - 0.5;
-        const double slope = all[j][k] * cases[i].made.span();
-        // A line that was found and not taken is still there.
-        const double left = sensors[i].applied ? 0 : e.line[i].shift + place * e.line[i].log_gain;
-        const double off = other ? other->shift - taken.shift +
-                                       place * (std::exp(other->log_gain) - std::exp(taken.log_gain))
-                                 : 0;
-        square[j] += slope * slope * std::max(v.at(place) + left * left, off * off) / parts;
-        const double reading = cases[i].made.middle() + place * cases[i].made.span();
-        const double change_deg = all[j][k] * (sensors[i].correction(reading) - reading);
-        out[j].change_deg += change_deg / parts;
-        change_square[j] += change_deg * change_deg / parts;
-      }
-    }
-  }
   for (std::size_t j = 0; j < out.size(); ++j) {
     out[j].name = old.joints[j].name;
-    out[j].se_deg = std::sqrt(square[j]);
-    out[j].change_rms_deg = std::sqrt(change_square[j]);
+    double square = 0;
+    double change_square = 0;
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      const Case& one = cases[i];
+      const Line taken = sensors[i].applied ? one.line : Line{};
+      const std::vector<double>& slopes = one.reach.slopes[j];
+      const auto parts = static_cast<double>(slopes.size());
+      for (std::size_t k = 0; k < slopes.size(); ++k) {
+        const double place = (static_cast<double>(k) + 0.5) / parts - 0.5;
+        const double slope = slopes[k] * one.made.span();
+        const double variance =
+            one.shift_variance + 2 * place * one.covariance + place * place * one.log_gain_variance;
+        // A line that was found and not taken is still there.
+        const double left = sensors[i].applied ? 0 : one.line.shift + place * one.line.log_gain;
+        const double off = one.other ? one.other->shift - taken.shift +
+                                           place * (std::exp(one.other->log_gain) - std::exp(taken.log_gain))
+                                     : 0;
+        square += slope * slope * std::max(variance + left * left, off * off) / parts;
+        const double reading = one.made.middle() + place * one.made.span();
+        const double change_deg = slopes[k] * (sensors[i].correction(reading) - reading);
+        out[j].change_deg += change_deg / parts;
+        change_square += change_deg * change_deg / parts;
+      }
+    }
+    out[j].se_deg = std::sqrt(square);
+    out[j].change_rms_deg = std::sqrt(change_square);
   }
   return out;
 }
 
-using AllEvidence = std::vector<std::unique_ptr<Evidence>>;
-
-void add_motion(const Request& request, const std::vector<Case>& cases, AllEvidence& all) {
-  for (std::size_t m = 0; m < request.motion.size(); ++m) {
-    std::vector<Stretch> stretches;
-    for (std::size_t i = 0; i < cases.size(); ++i) {
-      const Case& one = cases[i];
-      if (one.windows[m])
-        stretches.push_back({i, *one.windows[m], one.made, one.prior, bends_of(request.model, i)});
-    }
-    if (!stretches.empty()) all.push_back(std::make_unique<Quantiles>(std::move(stretches)));
+void add_motion(const std::vector<Case>& cases, std::size_t log, std::vector<Evidence>& all) {
+  std::vector<Stretch> stretches;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const Case& one = cases[i];
+    if (one.windows[log]) stretches.push_back({i, *one.windows[log], one.made, one.prior, one.reach.bends});
   }
+  if (!stretches.empty()) all.push_back(quantiles(std::move(stretches)));
 }
 
 // Of a sensor that the poses do not tell, where motion does not either.
@@ -356,8 +334,8 @@ void say_what_poses_lack(const Request& request, std::size_t i, Case& one) {
     one.misfit = fmt::format("{}: no reading of it is valid in the poses: is it plugged in?", input.name);
 }
 
-void add_poses(const Request& request, const std::vector<model::Spread>& made, std::vector<Case>& cases,
-               AllEvidence& all, Recalibration& out) {
+void add_poses(const Request& request, std::vector<Case>& cases, std::vector<Evidence>& all,
+               Recalibration& out) {
   PoseReading poses = read_poses(request.model, request.holds);
   out.notes.insert(out.notes.end(), poses.notes.begin(), poses.notes.end());
   out.wanted.insert(out.wanted.end(), poses.wanted.begin(), poses.wanted.end());
@@ -376,59 +354,55 @@ void add_poses(const Request& request, const std::vector<model::Spread>& made, s
       say_what_poses_lack(request, i, cases[i]);
     cases[i].informed = cases[i].informed || sighted[i] > 0;
   }
-  if (!poses.sightings.empty()) all.push_back(std::make_unique<Sightings>(std::move(poses.sightings), made));
+  if (!poses.sightings.empty()) all.push_back(sightings(std::move(poses.sightings), request.model));
 }
 
-AllEvidence evidence_of(const Request& request, std::vector<Case>& cases, Recalibration& out) {
-  AllEvidence all;
-  std::vector<model::Spread> made;
-  for (const Case& one : cases) made.push_back(one.made);
-  add_motion(request, cases, all);
-  if (!request.holds.empty()) add_poses(request, made, cases, all, out);
+std::vector<Evidence> evidence_of(const Request& request, std::vector<Case>& cases, Recalibration& out) {
+  std::vector<Evidence> all;
+  for (std::size_t log = 0; log < request.motion.size(); ++log) add_motion(cases, log, all);
+  if (!request.holds.empty()) add_poses(request, cases, all, out);
   if (request.seen) {
     for (const std::size_t sensor : told_by_camera(request.model, *request.seen))
       cases[sensor].informed = true;
-    all.push_back(std::make_unique<CameraEvidence>(request.model, *request.seen, made, 0, 1));
+    all.push_back(camera(request.model, *request.seen, 0, 1));
   }
   return all;
 }
 
-Estimate estimate_of(const std::vector<Case>& cases, const AllEvidence& evidence,
-                     const Evidence* instead_of_last = nullptr) {
+Estimate estimate_of(const std::vector<Case>& cases, const std::vector<Evidence>& evidence) {
   std::vector<Prior> priors;
   for (const Case& one : cases) priors.push_back(one.prior);
-  std::vector<const Evidence*> all;
-  for (const auto& one : evidence) all.push_back(one.get());
-  if (instead_of_last != nullptr) all.back() = instead_of_last;
-  return estimate(priors, all);
+  return estimate(priors, evidence);
 }
 
 // The second half of what the camera saw, by an estimate from its first.
-bool camera_agrees(const Request& request, const std::vector<Case>& cases, const AllEvidence& evidence) {
+bool camera_agrees(const Request& request, const std::vector<Case>& cases, std::vector<Evidence> evidence) {
   if (!request.seen) return true;
-  std::vector<model::Spread> made;
-  for (const Case& one : cases) made.push_back(one.made);
-  const CameraEvidence first(request.model, *request.seen, made, 0, 0.5);
-  const CameraEvidence second(request.model, *request.seen, made, 0.5, 1);
-  const Estimate half = estimate_of(cases, evidence, &first);
-  return second.mean_square_deg2(half.line) < second.mean_square_deg2(std::vector<Line>(cases.size()));
+  evidence.back() = camera(request.model, *request.seen, 0, 0.5);
+  const auto left = [&](const std::vector<Line>& lines) {
+    return mean_square_deg2(request.model, *request.seen, 0.5, 1, lines);
+  };
+  return left(estimate_of(cases, evidence).line) < left(std::vector<Line>(cases.size()));
 }
 
-SensorResult result_of(const Request& request, const Estimate& e, const Case& one, std::size_t i) {
-  const Variances v = variances(e, i);
+// `sure`: what was found of all sensors together is more than chance.
+SensorResult result_of(const Request& request, const Case& one, bool sure) {
   SensorResult s;
-  s.name = request.model.inputs[i].name;
-  s.shift_se = std::sqrt(v.shift) * one.made.span();
-  s.gain_se = std::sqrt(v.log_gain) * std::exp(e.line[i].log_gain);
+  s.name = one.name;
+  s.shift_se = std::sqrt(one.shift_variance) * one.made.span();
+  s.gain_se = std::sqrt(one.log_gain_variance) * std::exp(one.line.log_gain);
   if (one.shown) s.reversals = one.shown->turns.count();
   if (one.shown) s.covered = one.shown->span() / one.made.span();
+  s.kept = one.kept;
+  if (s.kept.empty() && !sure)
+    s.kept = fmt::format("{}: what was found may be chance: the old calibration is kept", s.name);
+  // Poses that changed nothing may yet have been held otherwise: then the gain is as uncertain as they are.
+  const bool is_doubted =
+      !request.holds.empty() && !request.seen && !s.kept.empty() && !is_known_unchanged(one);
+  s.gain_is_told = !is_doubted && !one.other;
+  s.applied = s.kept.empty();
+  if (s.applied) s.correction = correction_of(one.line, one.made);
   return s;
-}
-
-void check(const Request& request) {
-  if (request.motion.empty() && request.holds.empty() && !request.seen && request.lacking.empty())
-    throw io::InputError(
-        "nothing to calibrate from: --recording SHORT, --poses open,fist LOG or --pair SHORT CAMERA");
 }
 
 // Where nothing was applied though no sensor said what it wants.
@@ -448,55 +422,40 @@ std::string wanted_instead(const Recalibration& r, bool sure, bool seen_helps) {
 }  // namespace
 
 Recalibration recalibrate(const Request& request) {
-  check(request);
+  if (request.motion.empty() && request.holds.empty() && !request.seen && request.lacking.empty())
+    throw io::InputError(
+        "nothing to calibrate from: --recording SHORT, --poses open,fist LOG or --pair SHORT CAMERA");
   Recalibration out;
   out.wanted = request.lacking;
-  Request known = request;
+  out.model = request.model;
+  Request known = request;  // whose inputs all say what they read
   std::vector<Case> cases = cases_of(known.model, request.prior);
   look_at_motion(known, cases);
-  const AllEvidence evidence = evidence_of(known, cases, out);
+  const std::vector<Evidence> evidence = evidence_of(known, cases, out);
   const Estimate e = estimate_of(cases, evidence);
+  take(e, known, cases);
   const bool seen_helps = camera_agrees(known, cases, evidence);
-  out.model = request.model;
-  std::vector<bool> found;
-  std::vector<std::string> kept;
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    kept.push_back(reason_to_keep(known, e, cases[i], i, seen_helps));
-    found.push_back(kept.back().empty());
-  }
+  for (Case& one : cases) one.kept = reason_to_keep(one, seen_helps);
+  const bool found = std::ranges::any_of(cases, [](const Case& one) { return one.kept.empty(); });
   // A wearer holds poses as well as he does; a stretch of motion says by itself how well it repeats.
-  const bool sure = request.holds.empty() || surely_better(known.model, e, found) > kSure;
+  const bool sure = request.holds.empty() || surely_better(cases, e.covariance) > kSure;
+  std::vector<std::string> shifted_alone;
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    SensorResult s = result_of(known, e, cases[i], i);
-    s.kept = kept[i];
-    if (s.kept.empty() && !sure)
-      s.kept = fmt::format("{}: what was found may be chance: the old calibration is kept", s.name);
+    const SensorResult& s = out.sensors.emplace_back(result_of(known, cases[i], sure));
     if (!cases[i].misfit.empty()) out.misfits.push_back(cases[i].misfit);
-    // Poses that changed nothing may yet have been held otherwise: then the gain is as uncertain as they are.
-    const bool is_doubted = !known.holds.empty() && !known.seen && !s.kept.empty() &&
-                            !is_known_unchanged(e, i, other_line(known, e, cases[i], i));
-    s.gain_is_told = !is_doubted && !other_line(known, e, cases[i], i);
     if ((!cases[i].informed || !s.gain_is_told) && !cases[i].wanted.empty())
       out.wanted.push_back(cases[i].wanted);
-    if (s.kept.empty()) {
-      s.applied = out.applied = true;
-      s.correction = correction_of(e.line[i], cases[i].made);
-      out.model = model::corrected(std::move(out.model), i, s.correction);
-    }
-    out.sensors.push_back(std::move(s));
-  }
-  std::string shifted_alone;
-  for (const SensorResult& sensor : out.sensors) {
-    if (sensor.applied && !sensor.gain_is_told)
-      shifted_alone += (shifted_alone.empty() ? "" : ", ") + sensor.name;
+    if (!s.applied) continue;
+    out.applied = true;
+    out.model = model::corrected(std::move(out.model), i, s.correction);
+    if (!s.gain_is_told) shifted_alone.push_back(s.name);
   }
   if (!shifted_alone.empty())
-    out.notes.push_back(
-        fmt::format("{}: shifted alone, the gain is not told: {}", shifted_alone, kTellsGain));
-  const bool nothing_found = std::ranges::none_of(found, [](bool f) { return f; });
+    out.notes.push_back(fmt::format("{}: shifted alone, the gain is not told: {}",
+                                    fmt::join(shifted_alone, ", "), kTellsGain));
   if (!out.applied && out.wanted.empty())
-    out.wanted.push_back(wanted_instead(out, sure || nothing_found, seen_helps));
-  out.joints = joints_of(known, cases, e, out.sensors);
+    out.wanted.push_back(wanted_instead(out, sure || !found, seen_helps));
+  out.joints = joints_of(known.model, cases, out.sensors);
   return out;
 }
 

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "host/donning/estimate.hpp"
+#include "host/donning/evidence.hpp"
 #include "host/model/model.hpp"
 #include "host/recording/clock.hpp"
 
@@ -28,17 +28,6 @@ struct Motion {
 struct Hold {
   bool fist = false;
   std::vector<double> reading;
-};
-
-// Angles of joints beside the readings, every sample of the grid.
-struct Seen {
-  struct Angles {
-    std::size_t joint = 0;
-    std::vector<double> angle_deg;
-    std::vector<std::uint8_t> use;
-  };
-  std::vector<std::vector<double>> reading;  // of each input
-  std::vector<Angles> joints;
 };
 
 struct Request {

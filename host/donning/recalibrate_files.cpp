@@ -400,8 +400,7 @@ std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recordin
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     const model::Input& input = model.inputs[i];
     if (!input.poses || std::ranges::count(all.good[i], 1) * 2 < std::ssize(all.good[i])) continue;
-    const auto [low, high] = std::minmax(input.poses->open, input.poses->fist);
-    made.push_back({{0.05, 0.95}, {low, high}});
+    made.push_back(spread_of(*input.poses));
     moving.push_back(held_over(all.reading[i], all.good[i]));
     live.push_back(i);
   }

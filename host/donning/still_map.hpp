@@ -10,11 +10,15 @@ namespace flexor::donning {
 // Of each joint, degrees.
 std::vector<double> still_angles(const model::Model& model, const std::vector<double>& readings);
 
-// How the angles rise with one sensor's readings: over its spread, at the middle of each of eight equal parts of it, the
-// others at their medians. Degrees by the sensor's unit; a row for each joint.
-std::vector<std::vector<double>> slopes(const model::Model& model, std::size_t input);
+// How the joints' angles go along one sensor's spread, the other sensors at their medians.
+struct Reach {
+  std::vector<std::vector<double>> slopes;  // of each joint in each of eight equal parts, degrees by the unit
+  std::vector<double> range_deg;            // of each joint, from its lowest angle to its highest
+  double most_deg = 0;                      // the largest of these
+  int bends = 0;  // as the joint bends that it tells most of, 1: readings rise, -1: they fall, 0: not known
+};
 
-// Of each joint: from the lowest to the highest angle over that sensor's spread, degrees.
-std::vector<double> ranges_deg(const model::Model& model, std::size_t input);
+// All inputs of the model say what they read.
+Reach reach_of(const model::Model& model, std::size_t input);
 
 }  // namespace flexor::donning

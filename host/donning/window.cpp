@@ -42,13 +42,27 @@ Turns turns_of(std::span<const double> readings, double turn) {
   return out;
 }
 
-Window window_of(std::span<const double> readings, std::span<const double> shares, double turn) {
-  std::vector<double> sorted(readings.begin(), readings.end());
-  std::ranges::sort(sorted);
-  Window out;
-  for (const double share : shares) out.quantile.push_back(quantile_of(sorted, share));
-  out.turns = turns_of(readings, turn);
+model::Spread spread_of(std::vector<double> readings, std::span<const double> shares) {
+  std::ranges::sort(readings);
+  model::Spread out{{shares.begin(), shares.end()}, {}};
+  for (const double share : shares) out.reading.push_back(quantile_of(readings, share));
   return out;
+}
+
+model::Spread spread_of(const model::Poses& poses) {
+  const auto [low, high] = std::minmax(poses.open, poses.fist);
+  return {{0.05, 0.95}, {low, high}};
+}
+
+Window window_of(std::span<const double> readings, std::span<const double> shares, double turn) {
+  return {spread_of({readings.begin(), readings.end()}, shares), turns_of(readings, turn)};
+}
+
+double add_squares(double sum, const std::vector<double>& values, double unit) {
+  double mean = 0;
+  for (const double v : values) mean += v / static_cast<double>(values.size());
+  for (const double v : values) sum += (v - mean) * (v - mean) / unit;
+  return sum;
 }
 
 }  // namespace flexor::donning

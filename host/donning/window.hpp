@@ -20,20 +20,24 @@ struct Turns {
   int count() const { return static_cast<int>(low.size() + high.size()); }
 };
 
-struct Window {
-  std::vector<double> quantile;  // of the readings, at the shares that were asked for
+struct Window : model::Spread {
   Turns turns;
-
-  double span() const { return quantile.back() - quantile.front(); }
-  double middle() const { return (quantile.back() + quantile.front()) / 2; }
 };
 
 // At least one reading; `turn` in their unit.
 Window window_of(std::span<const double> readings, std::span<const double> shares, double turn);
 
+model::Spread spread_of(std::vector<double> readings, std::span<const double> shares);
+
+// Of a sensor of which only the poses are known.
+model::Spread spread_of(const model::Poses& poses);
+
 // The reading that a share of the sorted ones does not exceed, straight between neighbours.
 double quantile_of(std::span<const double> sorted, double share);
 
 Turns turns_of(std::span<const double> readings, double turn);
+
+// `sum`, and the squares of what the values are off their mean, each divided by `unit`.
+double add_squares(double sum, const std::vector<double>& values, double unit);
 
 }  // namespace flexor::donning

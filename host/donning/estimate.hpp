@@ -43,11 +43,18 @@ struct Evidence {
   std::function<Rows(const std::vector<Line>& lines, const Eigen::VectorXd& own)> rows;
 };
 
+// Of one sensor.
+struct Fit {
+  Line line;
+  bool gain_told = false;  // the evidence narrows the gain; else it stays as it is
+  double shift_variance = 0;
+  double log_gain_variance = 0;
+  double covariance = 0;
+};
+
 struct Estimate {
-  std::vector<Line> line;
-  Eigen::MatrixXd
-      covariance;  // of shift and logarithm of the gain, sensor after sensor; of all that is unknown
-  std::vector<std::uint8_t> gain_told;  // the evidence narrows the gain; else it stays as it is
+  std::vector<Fit> fit;
+  Eigen::MatrixXd covariance;  // of all that is unknown, the sensors' shifts and logarithms of the gain first
 };
 
 Estimate estimate(const std::vector<Prior>& priors, const std::vector<Evidence>& evidence);

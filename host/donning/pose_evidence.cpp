@@ -96,7 +96,7 @@ std::string misfit_of(const model::Input& input, const Ends& ends) {
 }
 
 void read_sensor(const model::Model& model, std::size_t i, const Ends& ends, bool fist_counts,
-                 PoseReading& out) {
+                 PoseReading& out, std::vector<std::string>& notes) {
   const model::Input& input = model.inputs[i];
   if (!input.poses) return;
   if (std::string misfit = misfit_of(input, ends); !misfit.empty()) {
@@ -109,7 +109,7 @@ void read_sensor(const model::Model& model, std::size_t i, const Ends& ends, boo
   if (ends.open) out.sightings.push_back({i, *ends.open, input.poses->open, error, pose, false});
   if (!ends.fist) return;
   if (!fist_counts || (ends.both() && ends.share < kNotReached)) {
-    out.notes.push_back(fmt::format("{}: its fist was not reached and does not count", input.name));
+    notes.push_back(fmt::format("{}: its fist was not reached and does not count", input.name));
     return;
   }
   out.sightings.push_back({i, *ends.fist, input.poses->fist, error, pose, true});
@@ -188,30 +188,32 @@ std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, dou
 
 }  // namespace
 
-PoseReading read_poses(const model::Model& model, const std::vector<Hold>& holds) {
+PoseReading read_poses(const Request& request, Recalibration& said) {
+  const model::Model& model = request.model;
   PoseReading out;
-  std::vector<Ends> all = ends_of(model, holds, false);
+  std::vector<Ends> all = ends_of(model, request.holds, false);
   if (are_swapped(all)) {
-    out.notes.emplace_back("open hand and fist were held the other way round: taken so");
-    all = ends_of(model, holds, true);
+    said.notes.emplace_back("open hand and fist were held the other way round: taken so");
+    all = ends_of(model, request.holds, true);
   }
   const auto live = std::ranges::count_if(all, &Ends::both);
   const auto moved = std::ranges::count_if(all, &Ends::moved);
   if (live > 0 && 2 * moved <= live) {
-    out.wanted.push_back(fmt::format(
+    said.wanted.push_back(fmt::format(
         "open hand and fist with all fingers: {} of {} sensors moved from one to the other", moved, live));
     return out;
   }
   const bool closed = live == 0 || usual_share(all) >= kUsuallyReached;
   if (!closed && fist_was_reached(model, all)) {
-    out.wanted.emplace_back(
-        "open hand and fist once more, the hand wholly open and wholly closed: they lie too "
-        "near to each other to say which of them was not reached");
+    said.wanted.emplace_back(
+        "open hand and fist once more, the hand wholly open and wholly closed: they lie too near to each "
+        "other to say which of them was not reached");
     return out;
   }
   if (!closed)
-    out.wanted.emplace_back("the fist once more, wholly closed: it was not reached and does not count");
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) read_sensor(model, i, all[i], closed, out);
+    said.wanted.emplace_back("the fist once more, wholly closed: it was not reached and does not count");
+  for (std::size_t i = 0; i < model.inputs.size(); ++i)
+    read_sensor(model, i, all[i], closed, out, said.notes);
   return out;
 }
 

@@ -12,14 +12,13 @@ namespace flexor::donning {
 struct PoseReading {
   std::vector<Sighting> sightings;
   std::vector<std::pair<std::size_t, std::string>> misfits;  // sensor, and what is wrong with it
-  std::vector<std::string> wanted;
-  std::vector<std::string> notes;
 };
 
 // Poses that most sensors read the other way round were swapped. Of sensors without poses in the model nothing is said; where
 // no more than half of the others moved from one pose to the other, nothing of any: these were not the poses. A fist that most
-// sensors read far from where it was does not count; where it is the open hand that lies farther off, neither does.
-PoseReading read_poses(const model::Model& model, const std::vector<Hold>& holds);
+// sensors read far from where it was does not count; where it is the open hand that lies farther off, neither does. Notes and wants of all
+// sensors together go into `said`.
+PoseReading read_poses(const Request& request, Recalibration& said);
 
 // The stretches of a log in which all sensors rest for a second or more, as poses in the order of `fist`; readings evenly
 // spaced, of each input as many. Empty where there are fewer.

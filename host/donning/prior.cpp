@@ -10,6 +10,11 @@ namespace {
 
 constexpr const char* kPriorSchema = "flexor-donning-prior";
 constexpr int kPriorVersion = 1;
+constexpr std::pair<const char*, double Prior::*> kDeviations[] = {{"shift_sd", &Prior::shift_sd},
+                                                                   {"log_gain_sd", &Prior::log_gain_sd},
+                                                                   {"motion_sd", &Prior::motion_sd},
+                                                                   {"reach_sd", &Prior::reach_sd},
+                                                                   {"density_sd", &Prior::density_sd}};
 constexpr double kLeastSd = 1e-4;
 constexpr double kMostSd = 10;
 
@@ -30,31 +35,20 @@ Prior prior_from_json(const std::string& text, const std::string& source) {
   (void)reader.whole_within("schema_version", kPriorVersion, kPriorVersion);
   Prior out;
   out.sessions = reader.whole_within("sessions", 0, 1000000);
-  out.shift_sd = reader.number_within("shift_sd", kLeastSd, kMostSd);
-  out.log_gain_sd = reader.number_within("log_gain_sd", kLeastSd, kMostSd);
-  out.motion_sd = reader.number_within("motion_sd", kLeastSd, kMostSd);
-  out.reach_sd = reader.number_within("reach_sd", kLeastSd, kMostSd);
-  out.density_sd = reader.number_within("density_sd", kLeastSd, kMostSd);
+  for (const auto& [name, deviation] : kDeviations)
+    out.*deviation = reader.number_within(name, kLeastSd, kMostSd);
   out.alike = shipped_prior().alike;
   if (reader.has("alike")) out.alike = reader.number_within("alike", 0, kMostAlike);
   reader.done();
   return out;
 }
 
-Prior load_prior(const std::filesystem::path& path) {
-  return prior_from_json(io::read_document(path), path.string());
-}
-
 std::string to_json(const Prior& prior) {
-  return io::dump({{"schema", kPriorSchema},
-                   {"schema_version", kPriorVersion},
-                   {"sessions", prior.sessions},
-                   {"shift_sd", prior.shift_sd},
-                   {"log_gain_sd", prior.log_gain_sd},
-                   {"motion_sd", prior.motion_sd},
-                   {"reach_sd", prior.reach_sd},
-                   {"density_sd", prior.density_sd},
-                   {"alike", prior.alike}});
+  nlohmann::ordered_json out = {
+      {"schema", kPriorSchema}, {"schema_version", kPriorVersion}, {"sessions", prior.sessions}};
+  for (const auto& [name, deviation] : kDeviations) out[name] = prior.*deviation;
+  out["alike"] = prior.alike;
+  return io::dump(out);
 }
 
 Prior prior_of(const model::Input& input, const Prior& general) {

@@ -5,7 +5,6 @@
 //  "density_sd", "alike"}; files without "alike" are of before it was known, and have the shipped one.
 #pragma once
 
-#include <filesystem>
 #include <string>
 
 #include "host/model/model.hpp"
@@ -29,9 +28,8 @@ inline constexpr double kMostAlike = 0.95;
 // Somewhat wider than nine sessions of one three-finger glove over 4.5 months: docs/donning.md has the figures.
 Prior shipped_prior();
 
-// Throws io::InputError naming file and place.
+// Throws io::InputError naming `source` and place.
 Prior prior_from_json(const std::string& text, const std::string& source);
-Prior load_prior(const std::filesystem::path& path);
 std::string to_json(const Prior& prior);
 
 // Of one sensor: what the model's own recordings say, weighed against `general`, which counts as kGeneralWeight.

@@ -31,11 +31,11 @@ constexpr std::size_t kLeastSamples = 20;
 constexpr const char* kTellsGain =
     "a camera (--pair) would tell it";  // poses: as well as they are held alike
 
-// What one log says of one sensor.
+// What is wrong with one sensor by one log, or wanted of it; neither: the log tells it.
 struct Verdict {
-  bool tells = false;
   std::string misfit;
   std::string wanted;
+  bool tells() const { return misfit.empty() && wanted.empty(); }
 };
 
 // What is known of one sensor.
@@ -50,14 +50,9 @@ struct Case {
   bool informed = false;
   std::string misfit;
   std::string wanted;
-  // By the estimate: the line, its variances, and the line by the other explanation (other_line).
-  Line line;
-  bool gain_told = false;
-  double shift_variance = 0;
-  double log_gain_variance = 0;
-  double covariance = 0;
-  std::optional<Line> other;
-  std::string kept;  // why the sensor stays as it is; empty: it is corrected
+  Fit fit;
+  std::optional<Line> other;  // other_line
+  std::string kept;           // why the sensor stays as it is; empty: it is corrected
 };
 
 model::Spread made_of_input(const model::Input& input) {
@@ -92,40 +87,33 @@ bool whole_cycle(const Window& w, const model::Spread& made) {
   return w.turns.count() >= kWholeCycle - (w.span() >= kBothEnds * made.span() ? 1 : 0);
 }
 
-// Whether the stretch tells this sensor; else what is wrong with it or what is wanted.
 Verdict judge(const Case& one, const Window& window, std::span<const double> readings) {
-  const std::string& name = one.name;
   const double covered = window.span() / one.made.span();
-  if (!whole_cycle(window, one.made)) {
-    Verdict out;
-    const double little = std::max(one.turn / 5, kStandsStill * one.made.span());
-    if (covered < kStandsStill) {
-      out.misfit =
-          fmt::format("{}: it stands still at {:.4g}: is it plugged in, is its strip whole, was it bent?",
-                      name, window.middle());
-    } else if (covered < kSlipped && turns_of(readings, little).count() >= 2 * kWholeCycle) {
+  Verdict out;
+  if (whole_cycle(window, one.made)) {
+    if (covered < kLeastCovered)
+      out.wanted = fmt::format("{}: bend it from one end to the other: {:.0f} % of its range was seen",
+                               one.name, 100 * covered);
+    if (covered > kMostCovered)
       out.misfit = fmt::format(
-          "{}: it moves between {:.4g} and {:.4g} only, {:.0f} % of what it did: has its strip slipped or "
-          "broken?",
-          name, window.reading.front(), window.reading.back(), 100 * covered);
-    }
-    out.wanted = fmt::format("{}: open and close it once more: {} of {} turns of {:g} degrees were seen",
-                             name, window.turns.count(), kWholeCycle, kTurn_deg);
+          "{}: it moves {:.1f} times as far as where the model was made: another strip or another hand?",
+          one.name, covered);
     return out;
   }
-  if (covered < kLeastCovered) {
-    return {false, "",
-            fmt::format("{}: bend it from one end to the other: {:.0f} % of its range was seen", name,
-                        100 * covered)};
+  const double little = std::max(one.turn / 5, kStandsStill * one.made.span());
+  if (covered < kStandsStill) {
+    out.misfit =
+        fmt::format("{}: it stands still at {:.4g}: is it plugged in, is its strip whole, was it bent?",
+                    one.name, window.middle());
+  } else if (covered < kSlipped && turns_of(readings, little).count() >= 2 * kWholeCycle) {
+    out.misfit = fmt::format(
+        "{}: it moves between {:.4g} and {:.4g} only, {:.0f} % of what it did: has its strip slipped or "
+        "broken?",
+        one.name, window.reading.front(), window.reading.back(), 100 * covered);
   }
-  if (covered > kMostCovered) {
-    return {false,
-            fmt::format("{}: it moves {:.1f} times as far as where the model was made: another strip or "
-                        "another hand?",
-                        name, covered),
-            ""};
-  }
-  return {true, "", ""};
+  out.wanted = fmt::format("{}: open and close it once more: {} of {} turns of {:g} degrees were seen",
+                           one.name, window.turns.count(), kWholeCycle, kTurn_deg);
+  return out;
 }
 
 // Each log by itself; what is wrong or wanted is said by that which shows most, unless one tells.
@@ -137,10 +125,10 @@ void look_at_sensor(const Request& request, std::size_t i, Case& one) {
     if (readings.size() < kLeastSamples) continue;
     Window window = window_of(readings, one.made.share, one.turn);
     const Verdict verdict = judge(one, window, readings);
-    if (verdict.tells) told = window;
-    const bool most = !one.shown || (verdict.tells && !one.informed) ||
-                      (verdict.tells == one.informed && window.span() > one.shown->span());
-    one.informed = one.informed || verdict.tells;
+    if (verdict.tells()) told = window;
+    const bool most = !one.shown || (verdict.tells() && !one.informed) ||
+                      (verdict.tells() == one.informed && window.span() > one.shown->span());
+    one.informed = one.informed || verdict.tells();
     if (!most) continue;
     one.misfit = verdict.misfit;
     one.wanted = verdict.wanted;
@@ -186,29 +174,17 @@ void look_at_motion(const Request& request, std::vector<Case>& cases) {
 }
 
 bool significant(const Case& one) {
-  if (std::abs(one.line.shift) > kSignificant * std::sqrt(one.shift_variance)) return true;
-  return one.gain_told && std::abs(one.line.log_gain) > kSignificant * std::sqrt(one.log_gain_variance);
+  if (std::abs(one.fit.line.shift) > kSignificant * std::sqrt(one.fit.shift_variance)) return true;
+  return one.fit.gain_told &&
+         std::abs(one.fit.line.log_gain) > kSignificant * std::sqrt(one.fit.log_gain_variance);
 }
 
 // What a stretch of motion alone says where the hand reached as far as it did where the model was made: the sensor has the
 // gain. The estimate holds a hand that reached less far for likelier; motion cannot tell the two apart. None: it is told.
 std::optional<Line> other_line(const Request& request, const Case& one) {
-  if (!request.holds.empty() || request.seen || one.gain_told || !one.informed || !one.shown) return {};
+  if (!request.holds.empty() || request.seen || one.fit.gain_told || !one.informed || !one.shown) return {};
   const double gain = one.made.span() / one.shown->span();
   return Line{gain * (one.made.middle() - one.shown->middle()) / one.made.span(), std::log(gain)};
-}
-
-void take(const Estimate& e, const Request& request, std::vector<Case>& cases) {
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    Case& one = cases[i];
-    const Eigen::Index at = column(i);
-    one.line = e.line[i];
-    one.gain_told = e.gain_told[i] != 0;
-    one.shift_variance = e.covariance(at, at);
-    one.log_gain_variance = e.covariance(at + 1, at + 1);
-    one.covariance = e.covariance(at, at + 1);
-    one.other = other_line(request, one);
-  }
 }
 
 // Mean square of what one line makes of readings against what the other does, in spans.
@@ -219,7 +195,7 @@ double distance2(const Line& a, const Line& b) {
 // The old angles are right to a thirtieth of the range, by the estimate's error and by the other explanation.
 bool is_known_unchanged(const Case& one) {
   constexpr double kSame = 1.0 / 30;
-  const double left2 = one.shift_variance + one.log_gain_variance / 12 + distance2(one.line, {});
+  const double left2 = one.fit.shift_variance + one.fit.log_gain_variance / 12 + distance2(one.fit.line, {});
   return std::max(left2, one.other ? distance2({}, *one.other) : 0) < kSame * kSame;
 }
 
@@ -235,9 +211,9 @@ double surely_better(const std::vector<Case>& cases, const Eigen::MatrixXd& cova
     double weight = 0;
     for (const double range : one.reach.range_deg) weight += range * range;
     const Eigen::Index at = column(i);
-    weighed(at) = weight * one.line.shift;
-    weighed(at + 1) = weight * one.line.log_gain / 12;  // the variance of places in a span
-    square += weighed(at) * one.line.shift + weighed(at + 1) * one.line.log_gain;
+    weighed(at) = weight * one.fit.line.shift;
+    weighed(at + 1) = weight * one.fit.line.log_gain / 12;  // the variance of places in a span
+    square += weighed(at) * one.fit.line.shift + weighed(at + 1) * one.fit.line.log_gain;
   }
   const double variance = weighed.dot(covariance * weighed);
   return variance > 0 ? square / 2 / std::sqrt(variance) : 0;
@@ -249,13 +225,12 @@ std::string reason_to_keep(Case& one, bool seen_helps) {
   if (!one.misfit.empty()) return one.misfit;
   if (!one.informed && !one.wanted.empty()) return one.wanted;
   if (!one.informed) return fmt::format("{}: nothing that was given tells it", name);
-  if (std::abs(one.line.shift) > kFarthest * one.prior.shift_sd ||
-      std::abs(one.line.log_gain) > kFarthest * one.prior.log_gain_sd) {
+  if (std::abs(one.fit.line.shift) > kFarthest * one.prior.shift_sd ||
+      std::abs(one.fit.line.log_gain) > kFarthest * one.prior.log_gain_sd) {
     one.misfit = fmt::format(
         "{}: it lies {:.0f} % of its range off, farther than putting on a glove moves it: has its strip "
-        "moved, or is "
-        "this another hand?",
-        name, 100 * std::abs(one.line.shift));
+        "moved, or is this another hand?",
+        name, 100 * std::abs(one.fit.line.shift));
     return one.misfit;
   }
   if (!significant(one)) {
@@ -264,7 +239,7 @@ std::string reason_to_keep(Case& one, bool seen_helps) {
                        one.other ? "; its gain is not told: " + std::string(kTellsGain) : "");
   }
   constexpr double kClearly = 0.5;  // the other explanation is itself known from one stretch alone
-  if (one.other && distance2(one.line, *one.other) > kClearly * distance2({}, *one.other)) {
+  if (one.other && distance2(one.fit.line, *one.other) > kClearly * distance2({}, *one.other)) {
     one.wanted = fmt::format("{}: {}", name, kTellsGain);
     return fmt::format(
         "{}: motion alone does not tell a sensor of another gain from a hand that reached less far: {}", name,
@@ -286,16 +261,16 @@ std::vector<JointResult> joints_of(const model::Model& old, const std::vector<Ca
     double change_square = 0;
     for (std::size_t i = 0; i < cases.size(); ++i) {
       const Case& one = cases[i];
-      const Line taken = sensors[i].applied ? one.line : Line{};
+      const Line taken = sensors[i].applied ? one.fit.line : Line{};
       const std::vector<double>& slopes = one.reach.slopes[j];
       const auto parts = static_cast<double>(slopes.size());
       for (std::size_t k = 0; k < slopes.size(); ++k) {
         const double place = (static_cast<double>(k) + 0.5) / parts - 0.5;
         const double slope = slopes[k] * one.made.span();
-        const double variance =
-            one.shift_variance + 2 * place * one.covariance + place * place * one.log_gain_variance;
+        const double variance = one.fit.shift_variance + 2 * place * one.fit.covariance +
+                                place * place * one.fit.log_gain_variance;
         // A line that was found and not taken is still there.
-        const double left = sensors[i].applied ? 0 : one.line.shift + place * one.line.log_gain;
+        const double left = sensors[i].applied ? 0 : one.fit.line.shift + place * one.fit.line.log_gain;
         const double off = one.other ? one.other->shift - taken.shift +
                                            place * (std::exp(one.other->log_gain) - std::exp(taken.log_gain))
                                      : 0;
@@ -336,9 +311,7 @@ void say_what_poses_lack(const Request& request, std::size_t i, Case& one) {
 
 void add_poses(const Request& request, std::vector<Case>& cases, std::vector<Evidence>& all,
                Recalibration& out) {
-  PoseReading poses = read_poses(request.model, request.holds);
-  out.notes.insert(out.notes.end(), poses.notes.begin(), poses.notes.end());
-  out.wanted.insert(out.wanted.end(), poses.wanted.begin(), poses.wanted.end());
+  PoseReading poses = read_poses(request, out);
   for (const auto& [sensor, text] : poses.misfits) {
     if (!cases[sensor].informed) {
       cases[sensor].misfit = text;
@@ -382,15 +355,17 @@ bool camera_agrees(const Request& request, const std::vector<Case>& cases, std::
   const auto left = [&](const std::vector<Line>& lines) {
     return mean_square_deg2(request.model, *request.seen, 0.5, 1, lines);
   };
-  return left(estimate_of(cases, evidence).line) < left(std::vector<Line>(cases.size()));
+  std::vector<Line> lines;
+  for (const Fit& fit : estimate_of(cases, evidence).fit) lines.push_back(fit.line);
+  return left(lines) < left(std::vector<Line>(cases.size()));
 }
 
 // `sure`: what was found of all sensors together is more than chance.
 SensorResult result_of(const Request& request, const Case& one, bool sure) {
   SensorResult s;
   s.name = one.name;
-  s.shift_se = std::sqrt(one.shift_variance) * one.made.span();
-  s.gain_se = std::sqrt(one.log_gain_variance) * std::exp(one.line.log_gain);
+  s.shift_se = std::sqrt(one.fit.shift_variance) * one.made.span();
+  s.gain_se = std::sqrt(one.fit.log_gain_variance) * std::exp(one.fit.line.log_gain);
   if (one.shown) s.reversals = one.shown->turns.count();
   if (one.shown) s.covered = one.shown->span() / one.made.span();
   s.kept = one.kept;
@@ -401,7 +376,7 @@ SensorResult result_of(const Request& request, const Case& one, bool sure) {
       !request.holds.empty() && !request.seen && !s.kept.empty() && !is_known_unchanged(one);
   s.gain_is_told = !is_doubted && !one.other;
   s.applied = s.kept.empty();
-  if (s.applied) s.correction = correction_of(one.line, one.made);
+  if (s.applied) s.correction = correction_of(one.fit.line, one.made);
   return s;
 }
 
@@ -433,7 +408,10 @@ Recalibration recalibrate(const Request& request) {
   look_at_motion(known, cases);
   const std::vector<Evidence> evidence = evidence_of(known, cases, out);
   const Estimate e = estimate_of(cases, evidence);
-  take(e, known, cases);
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    cases[i].fit = e.fit[i];
+    cases[i].other = other_line(known, cases[i]);
+  }
   const bool seen_helps = camera_agrees(known, cases, evidence);
   for (Case& one : cases) one.kept = reason_to_keep(one, seen_helps);
   const bool found = std::ranges::any_of(cases, [](const Case& one) { return one.kept.empty(); });

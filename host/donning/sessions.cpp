@@ -8,6 +8,7 @@
 #include <fstream>
 #include <random>
 
+#include "host/donning/estimate.hpp"
 #include "host/donning/window.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
@@ -19,47 +20,37 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::array kSessionShares = {0.02, 0.1, 0.5, 0.9, 0.98};
+constexpr std::array kHalf = {0.5};
+constexpr std::array kInterval = {0.025, 0.975};
 constexpr std::size_t kLeastSessions = 3;
 constexpr std::size_t kParts = 10;
 constexpr int kResamples = 200;
 constexpr std::size_t kLeastRows = 10 * kParts;
 
-std::vector<double> quantiles_of(std::vector<double> readings) {
-  std::ranges::sort(readings);
-  std::vector<double> out;
-  for (const double share : kSessionShares) out.push_back(quantile_of(readings, share));
-  return out;
-}
-
-double span(const std::vector<double>& quantiles) { return quantiles.back() - quantiles.front(); }
-double middle(const std::vector<double>& quantiles) { return (quantiles.back() + quantiles.front()) / 2; }
-
-std::vector<double> mean_of(const std::vector<std::vector<double>>& all) {
-  std::vector<double> out(all.front().size(), 0);
-  for (const auto& one : all) {
-    for (std::size_t i = 0; i < out.size(); ++i) out[i] += one[i] / static_cast<double>(all.size());
+model::Spread mean_of(const std::vector<model::Spread>& all) {
+  model::Spread out{all.front().share, std::vector<double>(all.front().share.size(), 0)};
+  for (const model::Spread& one : all) {
+    for (std::size_t i = 0; i < out.reading.size(); ++i)
+      out.reading[i] += one.reading[i] / static_cast<double>(all.size());
   }
   return out;
 }
 
-struct ShiftAndGain {
-  double shift;
-  double log_gain;
-};
-
-ShiftAndGain against(const std::vector<double>& quantiles, const std::vector<double>& mean) {
-  return {(middle(quantiles) - middle(mean)) / span(mean), std::log(span(quantiles) / span(mean))};
+Line against(const model::Spread& session, const model::Spread& mean) {
+  return {(session.middle() - mean.middle()) / mean.span(), std::log(session.span() / mean.span())};
 }
 
-double shape_of(const std::vector<double>& quantiles, const std::vector<double>& mean) {
+double shape_of(const model::Spread& session, const model::Spread& mean) {
   double sum = 0;
-  for (std::size_t i = 0; i < mean.size(); ++i) {
-    const double place = (quantiles[i] - middle(quantiles)) / span(quantiles);
-    const double at = (mean[i] - middle(mean)) / span(mean);
-    sum += (place - at) * (place - at) / static_cast<double>(mean.size());
+  for (std::size_t i = 0; i < mean.reading.size(); ++i) {
+    const double place = (session.reading[i] - session.middle()) / session.span();
+    const double at = (mean.reading[i] - mean.middle()) / mean.span();
+    sum += (place - at) * (place - at) / static_cast<double>(mean.reading.size());
   }
   return std::sqrt(sum);
 }
+
+double median_of(std::vector<double> values) { return spread_of(std::move(values), kHalf).reading.front(); }
 
 // 1.4826 times the median of what a reading is off the line through its neighbours, of which white noise has sqrt(3/2) times
 // its own deviation.
@@ -67,19 +58,16 @@ double noise_of(const std::vector<double>& readings) {
   std::vector<double> off;
   for (std::size_t k = 1; k + 1 < readings.size(); ++k)
     off.push_back(std::abs(readings[k] - (readings[k - 1] + readings[k + 1]) / 2));
-  std::ranges::sort(off);
-  return off.empty() ? 0 : 1.4826 * quantile_of(off, 0.5) / std::sqrt(1.5);
+  return off.empty() ? 0 : 1.4826 * median_of(std::move(off)) / std::sqrt(1.5);
 }
 
 Change interval(double value, std::vector<double> resampled) {
-  std::ranges::sort(resampled);
-  return {value, quantile_of(resampled, 0.025), quantile_of(resampled, 0.975)};
+  const model::Spread ends = spread_of(std::move(resampled), kInterval);
+  return {value, ends.reading.front(), ends.reading.back()};
 }
 
 SensorChange change_of(const std::string& sensor, const std::vector<double>& readings,
-                       const std::vector<double>& mean, std::mt19937& random) {
-  const std::vector<double> quantiles = quantiles_of(readings);
-  const ShiftAndGain all = against(quantiles, mean);
+                       const model::Spread& session, const model::Spread& mean, std::mt19937& random) {
   std::vector<double> shift;
   std::vector<double> log_gain;
   std::uniform_int_distribution<std::size_t> part(0, kParts - 1);
@@ -87,18 +75,19 @@ SensorChange change_of(const std::string& sensor, const std::vector<double>& rea
     std::vector<double> drawn;
     for (std::size_t p = 0; p < kParts; ++p) {
       const std::size_t at = part(random);
-      const auto begin = readings.begin() + static_cast<std::ptrdiff_t>(at * readings.size() / kParts);
-      const auto end = readings.begin() + static_cast<std::ptrdiff_t>((at + 1) * readings.size() / kParts);
-      drawn.insert(drawn.end(), begin, end);
+      const double* const first = readings.data();
+      drawn.insert(drawn.end(), first + at * readings.size() / kParts,
+                   first + (at + 1) * readings.size() / kParts);
     }
-    const std::vector<double> again = quantiles_of(std::move(drawn));
-    if (!(span(again) > 0)) continue;
-    const ShiftAndGain one = against(again, mean);
+    const model::Spread again = spread_of(std::move(drawn), kSessionShares);
+    if (!(again.span() > 0)) continue;
+    const Line one = against(again, mean);
     shift.push_back(one.shift);
     log_gain.push_back(one.log_gain);
   }
-  return {sensor, interval(all.shift, shift), interval(all.log_gain, log_gain), shape_of(quantiles, mean),
-          noise_of(readings) / span(mean)};
+  const Line all = against(session, mean);
+  return {sensor, interval(all.shift, shift), interval(all.log_gain, log_gain), shape_of(session, mean),
+          noise_of(readings) / mean.span()};
 }
 
 // Over the sessions in which each sensor was read.
@@ -112,11 +101,8 @@ double deviation(const Sessions& all, const std::vector<std::string>& sensors, C
         if (s.sensor == sensor) values.push_back((s.*which).value);
       }
     }
-    const auto n = static_cast<double>(values.size());
-    double mean = 0;
-    for (const double v : values) mean += v / n;
-    for (const double v : values) squares += (v - mean) * (v - mean);
-    freedom += n - 1;
+    squares = add_squares(squares, values, 1);
+    freedom += static_cast<double>(values.size()) - 1;
   }
   return std::sqrt(squares / freedom);
 }
@@ -141,21 +127,19 @@ double alike_of(const Sessions& all, double general) {
   return (kGeneralWeight * general + freedom * here) / (kGeneralWeight + freedom);
 }
 
-// Put on anew a glove reaches a few times as far at most.
-void refuse_other_units(const std::string& sensor, const std::vector<std::string>& sessions,
-                        const std::vector<std::vector<double>>& quantiles) {
+// Put on anew a glove reaches a few times as far at most. `read`: the sessions in which the sensor was.
+void refuse_other_units(const std::string& sensor, const std::vector<Log>& logs,
+                        const std::vector<std::size_t>& read, const std::vector<model::Spread>& sessions) {
   constexpr double kTimes = 10;
   std::vector<double> spans;
-  for (const auto& one : quantiles) spans.push_back(span(one));
-  std::vector<double> sorted = spans;
-  std::ranges::sort(sorted);
-  const double usual = quantile_of(sorted, 0.5);
+  for (const model::Spread& one : sessions) spans.push_back(one.span());
+  const double usual = median_of(spans);
   for (std::size_t i = 0; i < spans.size(); ++i) {
     if (spans[i] * kTimes > usual && spans[i] < kTimes * usual) continue;
     throw io::InputError(
         fmt::format("{}: {} spans {:.3g}, in most sessions {:.3g}: is it in another unit, or hardly moved? "
                     "Leave the session out",
-                    sessions[i], sensor, spans[i], usual));
+                    logs[read[i]].name, sensor, spans[i], usual));
   }
 }
 
@@ -196,27 +180,24 @@ Sessions compare(const std::vector<Log>& logs, const std::vector<std::string>& s
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     std::vector<std::size_t> read;
     std::vector<std::vector<double>> readings;
-    std::vector<std::vector<double>> quantiles;
+    std::vector<model::Spread> spreads;
     for (std::size_t i = 0; i < logs.size(); ++i) {
       std::vector<double> known = logs[i].reading[s];
       std::erase_if(known, [](double u) { return std::isnan(u); });
       if (known.size() * 2 < logs[i].reading[s].size()) continue;  // it was not plugged in
       read.push_back(i);
-      quantiles.push_back(quantiles_of(known));
-      readings.push_back(std::move(known));
-      if (!(span(quantiles.back()) > 0))
+      if (!(spreads.emplace_back(spread_of(known, kSessionShares)).span() > 0))
         throw io::InputError(fmt::format("{}: {} stands still: leave it out", logs[i].name, sensors[s]));
+      readings.push_back(std::move(known));
     }
     if (read.size() < kLeastSessions)
       throw io::InputError(
           fmt::format("{}: it was read in {} session(s), at least {} are needed: leave it out", sensors[s],
                       read.size(), kLeastSessions));
-    std::vector<std::string> names;
-    for (const std::size_t i : read) names.push_back(logs[i].name);
-    refuse_other_units(sensors[s], names, quantiles);
-    const std::vector<double> mean = mean_of(quantiles);
+    refuse_other_units(sensors[s], logs, read, spreads);
+    const model::Spread mean = mean_of(spreads);
     for (std::size_t k = 0; k < read.size(); ++k)
-      out.sessions[read[k]].sensors.push_back(change_of(sensors[s], readings[k], mean, random));
+      out.sessions[read[k]].sensors.push_back(change_of(sensors[s], readings[k], spreads[k], mean, random));
   }
   out.prior = shipped_prior();
   out.prior.sessions = static_cast<int>(logs.size());

@@ -572,18 +572,25 @@ std::vector<std::string> CsvReader::notes() const {
   return out;
 }
 
-Recording read(CsvReader& reader) {
+Recording read_rows(CsvReader& reader, Resets resets) {
   Recording recording;
   recording.source = reader.name();
   for (std::size_t i = 0; i < reader.columns().size(); ++i) {
     recording.columns.push_back({reader.columns()[i], {}, reader.units()[i]});
   }
-  Stream stream(reader, Resets::refuse);
+  Stream stream(reader, resets);
   Row row;
   while (stream.next(row)) {
     recording.t_s.push_back(row.t_s);
     for (std::size_t i = 0; i < row.value.size(); ++i) recording.columns[i].value.push_back(row.value[i]);
   }
+  recording.warnings = stream.notes();
+  recording.digest = reader.digest();
+  return recording;
+}
+
+Recording read(CsvReader& reader) {
+  Recording recording = read_rows(reader, Resets::refuse);
   if (recording.t_s.size() < 2) {
     throw InputError(fmt::format("{}: {} row(s) of data; a recording needs at least two", recording.source,
                                  recording.t_s.size()));
@@ -592,8 +599,6 @@ Recording read(CsvReader& reader) {
     throw InputError(fmt::format("{}: row 3: time does not increase: it is {:g} s in every row",
                                  recording.source, recording.t_s.front()));
   }
-  recording.warnings = stream.notes();
-  recording.digest = reader.digest();
   return recording;
 }
 

@@ -126,7 +126,9 @@ class CsvReader : public Source {
   std::vector<std::string> notes_;
 };
 
-// A whole recording through Stream; a reset of the clock is refused.
+// All rows through Stream, few as they may be.
+Recording read_rows(CsvReader& reader, Resets resets);
+// A whole recording of two times or more; a reset of the clock is refused.
 Recording read(CsvReader& reader);
 Recording read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns,
                    const std::string& time_unit = {});

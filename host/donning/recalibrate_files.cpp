@@ -333,8 +333,7 @@ std::optional<recording::Clock> add_pair(const FileRequest& files, Request& requ
   both.known = known_of(both.log);
   const std::string wanted =
       "glove and camera of one motion once more: twenty seconds in which the joints that the camera sees "
-      "bend, "
-      "not evenly";
+      "bend, not evenly";
   try {
     both.measured = measured_in(files, request.model, notes);
     const recording::Clock clock = clock_of(both);

@@ -54,16 +54,19 @@ bool are_swapped(const std::vector<Ends>& all) {
   return turned > 0;
 }
 
+double middle_of(std::vector<double> values) {
+  const auto middle = values.begin() + std::ssize(values) / 2;
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
 // Most sensors that were held in both poses and moved: how far they went.
 double usual_share(const std::vector<Ends>& all) {
   std::vector<double> shares;
   for (const Ends& one : all) {
     if (one.moved()) shares.push_back(one.share);
   }
-  if (shares.empty()) return 0;
-  const auto middle = shares.begin() + std::ssize(shares) / 2;
-  std::ranges::nth_element(shares, middle);
-  return *middle;
+  return shares.empty() ? 0 : middle_of(std::move(shares));
 }
 
 // The end that was not reached is the one that fits worse, all sensors together.
@@ -128,13 +131,8 @@ std::vector<double> steadied(const std::vector<double>& readings, double period_
   const auto half = static_cast<std::size_t>(kMedian_s / period_s / 2);
   std::vector<double> out;
   for (std::size_t k = 0; k < readings.size(); ++k) {
-    const std::size_t begin = k - std::min(k, half);
-    std::vector<double> window(
-        readings.begin() + static_cast<std::ptrdiff_t>(begin),
-        readings.begin() + static_cast<std::ptrdiff_t>(std::min(k + half + 1, readings.size())));
-    const auto middle = window.begin() + std::ssize(window) / 2;
-    std::ranges::nth_element(window, middle);
-    out.push_back(*middle);
+    const std::size_t end = std::min(k + half + 1, readings.size());
+    out.push_back(middle_of({readings.data() + (k - std::min(k, half)), readings.data() + end}));
   }
   return out;
 }

@@ -296,19 +296,6 @@ void add_motion(const std::vector<Case>& cases, std::size_t log, std::vector<Evi
   if (!stretches.empty()) all.push_back(quantiles(std::move(stretches)));
 }
 
-// Of a sensor that the poses do not tell, where motion does not either.
-void say_what_poses_lack(const Request& request, std::size_t i, Case& one) {
-  const model::Input& input = request.model.inputs[i];
-  if (!input.poses) {
-    one.wanted =
-        fmt::format("{}: motion or a camera: the model does not say what it reads at the poses", input.name);
-    return;
-  }
-  const auto missing = [&](const Hold& hold) { return std::isnan(hold.reading[i]); };
-  if (std::ranges::all_of(request.holds, missing))
-    one.misfit = fmt::format("{}: no reading of it is valid in the poses: is it plugged in?", input.name);
-}
-
 void add_poses(const Request& request, std::vector<Case>& cases, std::vector<Evidence>& all,
                Recalibration& out) {
   PoseReading poses = read_poses(request, out);
@@ -322,10 +309,17 @@ void add_poses(const Request& request, std::vector<Case>& cases, std::vector<Evi
   std::vector<int> sighted(cases.size(), 0);
   for (const Sighting& s : poses.sightings) ++sighted[s.sensor];
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    if (sighted[i] > 1 && !cases[i].informed) cases[i].misfit.clear();  // it moved from one to the other
-    if (sighted[i] == 0 && !cases[i].informed && cases[i].misfit.empty())
-      say_what_poses_lack(request, i, cases[i]);
-    cases[i].informed = cases[i].informed || sighted[i] > 0;
+    Case& one = cases[i];
+    if (one.informed) continue;
+    one.informed = sighted[i] > 0;
+    if (sighted[i] > 1) one.misfit.clear();  // it moved from one to the other
+    if (one.informed || !one.misfit.empty()) continue;
+    const auto missing = [&](const Hold& hold) { return std::isnan(hold.reading[i]); };
+    if (!request.model.inputs[i].poses)
+      one.wanted =
+          fmt::format("{}: motion or a camera: the model does not say what it reads at the poses", one.name);
+    else if (std::ranges::all_of(request.holds, missing))
+      one.misfit = fmt::format("{}: no reading of it is valid in the poses: is it plugged in?", one.name);
   }
   if (!poses.sightings.empty()) all.push_back(sightings(std::move(poses.sightings), request.model));
 }

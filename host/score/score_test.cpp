@@ -3,13 +3,14 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <random>
 #include <vector>
 
 #include "host/io/io.hpp"
-
 #include "host/score/least_squares.hpp"
 
 namespace flexor::score {
@@ -21,15 +22,22 @@ std::vector<double> grid(std::size_t n, double period_s) {
   return t;
 }
 
+std::vector<double> values(std::vector<double> t, const std::function<double(double)>& at) {
+  std::ranges::transform(t, t.begin(), at);
+  return t;
+}
+
+double swing(double t_s) { return 50 + 40 * std::sin(t_s); }
+
+// `more` of each value of swing.
+std::vector<double> swing_and(const std::vector<double>& t, const std::function<double()>& more) {
+  return values(t, [&](double at) { return swing(at) + more(); });
+}
+
 TEST(Score, ClosedFormsOfAConstantError) {
   const auto t = grid(101, 0.1);
-  std::vector<double> y(t.size());
-  std::vector<double> estimate(t.size());
-  for (std::size_t k = 0; k < t.size(); ++k) {
-    y[k] = k % 2 == 0 ? 10 : 30;
-    estimate[k] = y[k] + 3;
-  }
-  const Score s = score(t, y, estimate);
+  const auto y = values(grid(101, 1), [](double k) { return std::fmod(k, 2) == 0 ? 10 : 30; });
+  const Score s = score(t, y, values(y, [](double at) { return at + 3; }));
   EXPECT_DOUBLE_EQ(s.rmse_deg, 3);
   EXPECT_DOUBLE_EQ(s.max_abs_deg, 3);
   EXPECT_DOUBLE_EQ(s.p95_abs_deg, 3);
@@ -37,36 +45,26 @@ TEST(Score, ClosedFormsOfAConstantError) {
   EXPECT_NEAR(s.r2, 1 - 9.0 / 100, 1e-3);
   EXPECT_NEAR(s.fit_percent, 100 * (1 - 3.0 / 10), 0.1);
   EXPECT_EQ(s.samples, 101u);
+  const std::vector<double> still(10, 5);
+  EXPECT_THROW((void)score(grid(10, 0.1), still, std::vector<double>(10, 6)), io::JobError);
 }
 
 TEST(Score, FindsAndRemovesAConstantLag) {
   const auto t = grid(2000, 0.05);
-  const auto motion = [](double at) { return 50 + 40 * std::sin(2 * std::numbers::pi * at / 7); };
+  const auto motion = [](double at) { return swing(2 * std::numbers::pi * at / 7); };
   for (const double lag : {-0.31, 0.0, 0.02, 0.4}) {
-    std::vector<double> y;
-    std::vector<double> estimate;
-    for (const double at : t) {
-      y.push_back(motion(at));
-      estimate.push_back(motion(at - lag));
-    }
-    const Score s = score(t, y, estimate);
+    const Score s = score(t, values(t, motion), values(t, [&](double at) { return motion(at - lag); }));
     EXPECT_NEAR(s.best_lag_s, lag, 0.005);
     EXPECT_LT(s.lag_removed_rmse_deg, 0.6);  // the ends have nothing to be compared with
-    if (lag != 0) {
-      EXPECT_GT(s.rmse_deg, s.lag_removed_rmse_deg);
-    }
+    EXPECT_TRUE(lag == 0 || s.rmse_deg > s.lag_removed_rmse_deg) << lag;
   }
 }
 
 TEST(Score, ACausalDelayCostsDistanceTimesLag) {
   // One 85-degree move at any speed, seen tau late: the integral of the absolute error is 85 tau.
   const auto t = grid(1001, 0.01);
-  std::vector<double> y;
-  std::vector<double> late;
-  for (const double at : t) {
-    y.push_back(85 * std::clamp(at - 4, 0.0, 1.0));
-    late.push_back(85 * std::clamp(at - 4.1, 0.0, 1.0));
-  }
+  const auto y = values(t, [](double at) { return 85 * std::clamp(at - 4, 0.0, 1.0); });
+  const auto late = values(t, [](double at) { return 85 * std::clamp(at - 4.1, 0.0, 1.0); });
   EXPECT_NEAR(score(t, y, late).iae_deg_s, 8.5, 0.01);
 }
 
@@ -79,7 +77,7 @@ TEST(Score, MetricsAgreeWithEachOther) {
       y.push_back(a);
       estimate.push_back(b);
     }
-    RC_PRE(*std::max_element(y.begin(), y.end()) > *std::min_element(y.begin(), y.end()));
+    RC_PRE(std::ranges::max(y) > std::ranges::min(y));
     const Score s = score(grid(y.size(), 0.1), y, estimate);
     RC_ASSERT(s.p95_abs_deg <= s.max_abs_deg);
     RC_ASSERT(s.rmse_deg <= s.max_abs_deg + 1e-9);
@@ -93,13 +91,7 @@ TEST(Score, NoiseOfTheEstimateIsNotTakenForALag) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     std::mt19937 random(seed);
     std::normal_distribution<double> noise(0, 2);
-    std::vector<double> y;
-    std::vector<double> estimate;
-    for (const double at : t) {
-      y.push_back(50 + 40 * std::sin(at));
-      estimate.push_back(y.back() + noise(random));
-    }
-    const Score s = score(t, y, estimate);
+    const Score s = score(t, values(t, swing), swing_and(t, [&] { return noise(random); }));
     EXPECT_NEAR(s.best_lag_s, 0, 0.01);
     EXPECT_NEAR(s.lag_removed_rmse_deg, s.rmse_deg, 0.02 * s.rmse_deg);
   }
@@ -108,29 +100,18 @@ TEST(Score, NoiseOfTheEstimateIsNotTakenForALag) {
 TEST(Score, ALagOutsideTheSearchIsAtItsEdge) {
   const auto t = grid(4000, 0.05);
   for (const double lag : {0.9, 1.01, 1.2, -1.05}) {
-    std::vector<double> y;
-    std::vector<double> estimate;
-    for (const double at : t) {
-      y.push_back(50 + 40 * std::sin(2 * at));
-      estimate.push_back(50 + 40 * std::sin(2 * (at - lag)));
-    }
-    EXPECT_EQ(score(t, y, estimate).lag_at_edge, std::abs(lag) > 1) << lag;
+    const auto late = values(t, [&](double at) { return swing(2 * (at - lag)); });
+    const Score s = score(t, values(t, [](double at) { return swing(2 * at); }), late);
+    EXPECT_EQ(s.lag_at_edge, std::abs(lag) > 1) << lag;
   }
 }
 
 TEST(Compare, WhatLiesInAGapOfTheMeasuredAngleIsLeftOutAndCounted) {
-  const auto motion = [](double at) { return 50 + 40 * std::sin(at); };
-  std::vector<double> measured_t;
-  std::vector<double> measured;
-  for (const double at : grid(1200, 0.05)) {
-    if (at > 10.01 && at < 49.99) continue;
-    measured_t.push_back(at);
-    measured.push_back(motion(at));
-  }
   const auto t = grid(1200, 0.05);
-  std::vector<double> estimate;
-  for (const double at : t) estimate.push_back(motion(at) + 1);
-  const Score s = compare({measured_t, measured, 0.3}, {t, estimate, 0.3});
+  auto measured_t = t;
+  std::erase_if(measured_t, [](double at) { return at > 10.01 && at < 49.99; });
+  const auto estimate = swing_and(t, [] { return 1; });
+  const Score s = compare({measured_t, values(measured_t, swing), 0.3}, {t, estimate, 0.3});
   EXPECT_NEAR(s.rmse_deg, 1, 1e-9);
   EXPECT_EQ(s.samples + s.left_out, 1200u);
   EXPECT_EQ(s.left_out, 799u);
@@ -139,13 +120,12 @@ TEST(Compare, WhatLiesInAGapOfTheMeasuredAngleIsLeftOutAndCounted) {
 
 TEST(Compare, EveryRowOfABurstCounts) {
   const auto t = grid(400, 0.05);
+  const auto y = values(t, swing);
   std::vector<double> twice_t;
   std::vector<double> twice;
-  std::vector<double> y;
-  for (const double at : t) {
-    y.push_back(50 + 40 * std::sin(at));
-    twice_t.insert(twice_t.end(), {at, at});
-    twice.insert(twice.end(), {y.back(), y.back() + 10});
+  for (std::size_t k = 0; k < t.size(); ++k) {
+    twice_t.insert(twice_t.end(), {t[k], t[k]});
+    twice.insert(twice.end(), {y[k], y[k] + 10});
   }
   EXPECT_NEAR(compare({t, y}, {twice_t, twice}).rmse_deg, std::sqrt(50.0), 1e-9);
   EXPECT_NEAR(compare({twice_t, twice}, {t, y}).rmse_deg, 5, 1e-9);
@@ -153,49 +133,31 @@ TEST(Compare, EveryRowOfABurstCounts) {
 
 TEST(Score, ThePercentileAndTheIntegralWithoutTheLagAreWhatTheyAreCalled) {
   const auto t = grid(1001, 0.01);
-  std::vector<double> y;
-  std::vector<double> estimate;
-  for (std::size_t k = 0; k < t.size(); ++k) {
-    y.push_back(50 + 40 * std::sin(t[k]));
-    estimate.push_back(y[k] +
-                       static_cast<double>((k * 617) % 1001) / 100);  // errors from 0 to 10, all of them
-  }
-  EXPECT_NEAR(score(t, y, estimate).p95_abs_deg, 9.5, 0.02);
-  std::vector<double> late;
-  for (const double at : t) late.push_back(50 + 40 * std::sin(at - 0.2) + 3);
-  const Score s = score(t, y, late);
+  const auto y = values(t, swing);
+  const auto all =
+      swing_and(t, [k = 0]() mutable { return (k++ * 617) % 1001 / 100.0; });  // errors from 0 to 10
+  EXPECT_NEAR(score(t, y, all).p95_abs_deg, 9.5, 0.02);
+  const Score s = score(t, y, values(t, [](double at) { return swing(at - 0.2) + 3; }));
   EXPECT_NEAR(s.lag_removed_iae_deg_s, 3 * 9.8, 0.5);
   EXPECT_GT(s.iae_deg_s, s.lag_removed_iae_deg_s + 1);
 }
 
 TEST(Compare, LessThanASecondIsNoComparison) {
   const auto t = grid(100, 0.05);
-  std::vector<double> y;
-  for (const double at : t) y.push_back(at);
-  std::vector<double> later = t;
-  for (double& at : later) at += 4.2;
-  EXPECT_THROW((void)compare({t, y}, {later, y}), io::InputError);
-  for (double& at : later) at -= 2;
-  EXPECT_NO_THROW((void)compare({t, y}, {later, y}));
-}
-
-TEST(Score, AConstantReferenceIsRefused) {
-  const auto t = grid(10, 0.1);
-  EXPECT_THROW((void)score(t, std::vector<double>(10, 5), std::vector<double>(10, 6)), io::JobError);
+  const auto later = [&](double by_s) { return values(t, [=](double at) { return at + by_s; }); };
+  EXPECT_THROW((void)compare({t, t}, {later(4.2), t}), io::InputError);
+  EXPECT_NO_THROW((void)compare({t, t}, {later(2.2), t}));
 }
 
 // Whatever stands where nothing was measured.
 TEST(Score, WhatWasNotSeenIsNotScored) {
-  std::vector<double> t, measured, estimated;
-  std::vector<std::uint8_t> unseen;
-  for (int k = 0; k < 400; ++k) {
-    t.push_back(0.05 * k);
-    measured.push_back(40 * std::sin(t.back()));
-    estimated.push_back(measured.back() + (k % 2 == 0 ? 1 : -1));
-    unseen.push_back(k >= 100 && k < 200);
-    if (unseen.back() != 0) measured.back() = 1000;
-  }
-  const flexor::score::Score s = score_seen(t, measured, estimated, unseen);
+  const auto t = grid(400, 0.05);
+  const auto estimated = swing_and(t, [k = 0]() mutable { return k++ % 2 == 0 ? 1 : -1; });
+  auto measured = values(t, swing);
+  std::fill(measured.begin() + 100, measured.begin() + 200, 1000);
+  std::vector<std::uint8_t> unseen(400, 0);
+  std::fill(unseen.begin() + 100, unseen.begin() + 200, 1);
+  const Score s = score_seen(t, measured, estimated, unseen);
   EXPECT_NEAR(s.rmse_deg, 1, 1e-9);
   EXPECT_EQ(s.left_out, 100U);
   EXPECT_EQ(s.samples, 300U);
@@ -214,14 +176,9 @@ TEST(Interpolate, HoldsItsEnds) {
 }
 
 TEST(LeastSquares, LineAndCurveGoThroughWhatLiesOnThem) {
-  std::vector<double> x;
-  std::vector<double> line;
-  std::vector<double> bent;
-  for (int k = 0; k < 500; ++k) {
-    x.push_back(300 + k % 250);
-    line.push_back(5 + 0.3 * x.back());
-    bent.push_back(0.001 * x.back() * x.back());
-  }
+  const auto x = values(grid(500, 1), [](double k) { return 300 + std::fmod(k, 250); });
+  const auto line = values(x, [](double u) { return 5 + 0.3 * u; });
+  const auto bent = values(x, [](double u) { return 0.001 * u * u; });
   const std::vector<double> at = {310, 420, 540};
   const std::vector<double> curve = least_squares_curve(x, bent, at);
   for (std::size_t k = 0; k < at.size(); ++k) EXPECT_NEAR(curve[k], 0.001 * at[k] * at[k], 0.1);

@@ -8,7 +8,7 @@
 #include <functional>
 
 #include "host/donning/test_glove.hpp"
-#include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 
 namespace flexor::donning {
 namespace {
@@ -67,10 +67,27 @@ class RecalibrateFiles : public testing::Test {
         [](std::size_t, std::size_t, double v) { return fmt::format("{:.2f}", v); }, kCameraAhead_s);
   }
 
-  void expect_kept(const Recalibration& r, const std::string& what) {
-    EXPECT_FALSE(r.applied) << what;
-    EXPECT_FALSE(r.wanted.empty()) << what;
-    EXPECT_EQ(model::to_json(r.model), io::read_file(path("model.json"))) << what;
+  // Both logs of the pair.
+  void pair(const Cell& cell = plain) {
+    request_.pair_sensor = glove("pair.csv", 0, 25, cell);
+    request_.pair_camera = camera(0, 25);
+  }
+
+  Recalibration run() const { return recalibrate_files(request_); }
+
+  void expect_refused(const std::string& why) const {
+    const std::string said = io::refusal_of([&] { (void)run(); });
+    EXPECT_NE(said.find(why), std::string::npos) << said;
+  }
+
+  // Alone it is not enough, and neither does it lose what a log of motion says.
+  void expect_kept_until_there_is_motion() {
+    const Recalibration r = run();
+    EXPECT_FALSE(r.applied);
+    EXPECT_FALSE(r.wanted.empty());
+    EXPECT_EQ(model::to_json(r.model), io::read_file(path("model.json")));
+    request_.recording = glove("motion.csv", 0, 30);
+    EXPECT_TRUE(run().applied);
   }
 
   io::TemporaryFolder folder_;
@@ -78,109 +95,74 @@ class RecalibrateFiles : public testing::Test {
 };
 
 TEST_F(RecalibrateFiles, ACamerasClockIsToldByTheJointsOwnSensors) {
-  request_.pair_sensor = glove("pair.csv", 0, 25);
-  request_.pair_camera = camera(0, 25);
-  const Recalibration r = recalibrate_files(request_);
+  pair();
+  const Recalibration r = run();
   ASSERT_TRUE(r.clock);
   EXPECT_NEAR(r.clock->offset_s, kCameraAhead_s, 0.06) << "another finger's is a third of a second off";
   EXPECT_GT(r.clock->confidence, 0.9);
   EXPECT_TRUE(r.applied);
-  const auto json = to_json(r);
-  EXPECT_EQ(json.at("clock_offset_s").get<double>(), r.clock->offset_s);
-  EXPECT_EQ(json.at("alignment_confidence").get<double>(), r.clock->confidence);
+  EXPECT_EQ(to_json(r).at("clock_offset_s").get<double>(), r.clock->offset_s);
+  EXPECT_EQ(to_json(r).at("alignment_confidence").get<double>(), r.clock->confidence);
 }
 
 TEST_F(RecalibrateFiles, ACameraOfAnotherTimeDoesNotCountAndLosesNothing) {
-  request_.recording = glove("motion.csv", 0, 30);
-  const Recalibration alone = recalibrate_files(request_);
-  ASSERT_TRUE(alone.applied);
-  EXPECT_TRUE(to_json(alone).at("clock_offset_s").is_null());
   request_.pair_sensor = glove("pair.csv", 0, 20);
   request_.pair_camera = camera(133, 153);
-  const Recalibration r = recalibrate_files(request_);
-  EXPECT_EQ(r.model, alone.model);
+  expect_kept_until_there_is_motion();
+  const Recalibration r = run();
   ASSERT_EQ(r.wanted.size(), 1U);
   EXPECT_NE(r.wanted[0].find("camera"), std::string::npos) << r.wanted[0];
+  request_.pair_sensor = request_.pair_camera = "";
+  const Recalibration alone = run();
+  EXPECT_TRUE(to_json(alone).at("clock_offset_s").is_null());
+  EXPECT_EQ(r.model, alone.model);
   EXPECT_GT(r.notes.size(), alone.notes.size()) << "and why";
-  request_.recording.clear();
-  expect_kept(recalibrate_files(request_), "another time");
 }
 
 TEST_F(RecalibrateFiles, ACameraThatSeesNoMotionIsWantedAnew) {
   request_.pair_sensor = glove("pair.csv", 0, 20);
   request_.pair_camera = write("flat.csv", "index_deg", 1, 0, 20, [](double, std::size_t) { return 30.0; });
-  expect_kept(recalibrate_files(request_), "flat camera");
-  request_.recording = glove("motion.csv", 0, 30);
-  EXPECT_TRUE(recalibrate_files(request_).applied);
-}
-
-TEST_F(RecalibrateFiles, AnglesOfSwappedJointsAreRefusedByName) {
-  request_.pair_sensor = glove("pair.csv", 0, 25);
-  request_.pair_camera = camera(0, 25);
-  EXPECT_NO_THROW((void)recalibrate_files(request_));
-  request_.map = "index=thumb_deg,thumb=index_deg";
-  try {
-    (void)recalibrate_files(request_);
-    ADD_FAILURE();
-  } catch (const io::InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("with --map index=index_deg,thumb=thumb_deg"), std::string::npos)
-        << error.what();
-  }
+  expect_kept_until_there_is_motion();
 }
 
 TEST_F(RecalibrateFiles, MapsThatMeanNothingAreRefused) {
-  const auto refusal = [&] {
-    try {
-      (void)recalibrate_files(request_);
-    } catch (const io::InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
-  };
   request_.recording = glove("motion.csv", 0, 30);
   request_.map = "index=index_deg";
-  EXPECT_NE(refusal().find("give --pair"), std::string::npos);
-  request_.pair_sensor = glove("pair.csv", 0, 20);
-  request_.pair_camera = camera(0, 20);
+  expect_refused("give --pair");
+  request_.recording.clear();
+  pair();
+  request_.map = "index=index_deg,thumb=thumb_deg";
+  expect_refused("accepted");
+  request_.map = "index=thumb_deg,thumb=index_deg";
+  expect_refused("with --map index=index_deg,thumb=thumb_deg");
   for (const char* map : {"index=index_deg,index=thumb_deg", "index=index_deg,thumb=index_deg"}) {
     request_.map = map;
-    EXPECT_NE(refusal().find("again"), std::string::npos) << map;
+    expect_refused("again");
   }
 }
 
 TEST_F(RecalibrateFiles, WhatIsWrongWithALogIsSaidAsWhatItIs) {
-  const auto refusal = [&] {
-    try {
-      (void)recalibrate_files(request_);
-    } catch (const io::InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
-  };
-  request_.recording = glove("volts.csv", 0, 30, [](std::size_t, std::size_t, double v) {
-    return fmt::format("{:.4f}", v * 5 / 1023);
-  });
-  EXPECT_NE(refusal().find("is it in another unit?"), std::string::npos) << refusal();
+  const auto cell = [](std::size_t, std::size_t, double v) { return fmt::format("{:.4f}", v); };
+  request_.recording = glove(
+      "volts.csv", 0, 30, [&](std::size_t k, std::size_t i, double v) { return cell(k, i, v * 5 / 1023); });
+  expect_refused("is it in another unit?");
   std::string still = "t_s,thumb,index,middle\n";
   for (int row = 0; row < 90; ++row) still += fmt::format("7,{0},{0},{0}\n", 300 + row);
   io::write_file(path("still.csv"), still);
   request_.recording = path("still.csv");
-  EXPECT_NE(refusal().find("time does not increase: it is 7 s in every row"), std::string::npos) << refusal();
+  expect_refused("time does not increase: it is 7 s in every row");
   request_.recording.clear();
   request_.pair_sensor = glove("pair.csv", 0, 20);
   request_.pair_camera = write(
-      "radians.csv", "index", 1, 0, 20, [](double t, std::size_t i) { return 1.57 * bend(t, i); },
-      [](std::size_t, std::size_t, double v) { return fmt::format("{:.4f}", v); });
-  EXPECT_NE(refusal().find("looks like radians: call it index_rad"), std::string::npos) << refusal();
+      "radians.csv", "index", 1, 0, 20, [](double t, std::size_t i) { return 1.57 * bend(t, i); }, cell);
+  expect_refused("looks like radians: call it index_rad");
 }
 
 TEST_F(RecalibrateFiles, PosesThatAreNotFoundAreWantedAnew) {
   request_.poses = {"open", "fist"};
   request_.poses_log =
       write("held.csv", "thumb,index,middle", 3, 0, 6, [](double, std::size_t) { return reading(0); });
-  expect_kept(recalibrate_files(request_), "both the same");
-  request_.recording = glove("motion.csv", 0, 30);
-  EXPECT_TRUE(recalibrate_files(request_).applied);
+  expect_kept_until_there_is_motion();
 }
 
 TEST_F(RecalibrateFiles, ASensorThatReadsNothingLeavesTheOthers) {
@@ -188,21 +170,16 @@ TEST_F(RecalibrateFiles, ASensorThatReadsNothingLeavesTheOthers) {
     request_.recording = glove("motion.csv", 0, 30, [&](std::size_t row, std::size_t i, double v) {
       return i == 1 || (i == 2 && row == 40) ? hole : plain(row, i, v);
     });
-    const Recalibration r = recalibrate_files(request_);
-    EXPECT_TRUE(r.sensors[0].applied) << hole;
-    EXPECT_FALSE(r.sensors[1].applied) << hole;
-    EXPECT_TRUE(r.sensors[2].applied) << hole;
+    const Recalibration r = run();
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(r.sensors[i].applied, i != 1) << hole;
     ASSERT_EQ(r.misfits.size(), 1U) << hole;
     EXPECT_NE(r.misfits[0].find("index"), std::string::npos) << r.misfits[0];
   }
 }
 
 TEST_F(RecalibrateFiles, ACameraTellsWhatOneDeadSensorDoesNot) {
-  request_.pair_sensor = glove("pair.csv", 0, 25, [&](std::size_t row, std::size_t i, double v) {
-    return i == 1 ? "nan" : plain(row, i, v);
-  });
-  request_.pair_camera = camera(0, 25);
-  const Recalibration r = recalibrate_files(request_);
+  pair([](std::size_t row, std::size_t i, double v) { return i == 1 ? "nan" : plain(row, i, v); });
+  const Recalibration r = run();
   EXPECT_NEAR(r.clock->offset_s, kCameraAhead_s, 0.06);
   EXPECT_TRUE(r.sensors[0].applied);
   EXPECT_FALSE(r.sensors[1].applied);
@@ -215,7 +192,7 @@ TEST_F(RecalibrateFiles, PosesOfADeadSensorAndOneWithoutPosesLeaveTheOthers) {
       write("held.csv", "thumb,index,middle", 3, 0, 6, held, [](std::size_t row, std::size_t i, double v) {
         return i == 1 ? "0" : plain(row, i, v - (v > 400 ? 20 : 10));
       });
-  const Recalibration r = recalibrate_files(request_);
+  const Recalibration r = run();
   EXPECT_EQ(r.sensors[1].correction.shift, 0) << "0 of many corrected";
   ASSERT_EQ(r.misfits.size(), 1U);
   EXPECT_NE(r.misfits[0].find("index"), std::string::npos) << r.misfits[0];
@@ -223,7 +200,7 @@ TEST_F(RecalibrateFiles, PosesOfADeadSensorAndOneWithoutPosesLeaveTheOthers) {
   fewer.inputs[1].poses.reset();
   model::save(fewer, path("fewer.json"));
   request_.model = path("fewer.json");
-  EXPECT_TRUE(recalibrate_files(request_).misfits.empty());
+  EXPECT_TRUE(run().misfits.empty());
 }
 
 }  // namespace

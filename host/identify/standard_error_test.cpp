@@ -1,19 +1,15 @@
 // The curves' standard errors on real recordings beside those of a block bootstrap, which leans on other assumptions:
 // blocks of 20 s of the fitted part drawn with replacement, the same structure fitted to each draw with knots and priors of
 // its own. They are small where those choices spread.
-#include <gtest/gtest.h>
+#include "host/identify/hand_test.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <random>
 
-#include "host/identify/hand.hpp"
 #include "host/identify/structure_text.hpp"
 
 namespace flexor::identify {
 namespace {
-namespace fs = std::filesystem;
 
 constexpr double kSample_s = 0.05;
 constexpr double kBlock_s = 20;
@@ -52,41 +48,21 @@ Additive fitted_to(const Session& session, const Candidates& structure) {
   return fit_additive({session}, kSample_s, "index", structure, still, 1, any, {}).front();
 }
 
-double stated(const Additive& fit, std::size_t knot) {
-  const auto k = static_cast<Eigen::Index>(knot);
-  return std::sqrt(fit.covariance(k, k));
+double stated_deg(const Additive& fit, std::size_t knot) {
+  return std::sqrt(fit.covariance.diagonal()(static_cast<Eigen::Index>(knot)));
 }
 
 // Its curve of the reading itself.
 double curve_deg(const Additive& fit, double reading) {
-  const std::vector<double>& x = fit.knots.front();
-  const double u = std::clamp(reading, x.front(), x.back());
-  const auto right =
-      std::clamp<std::ptrdiff_t>(std::ranges::upper_bound(x, u) - x.begin(), 1, std::ssize(x) - 1);
-  const auto i = static_cast<std::size_t>(right);
-  const double share = (u - x[i - 1]) / (x[i] - x[i - 1]);
-  return fit.offset_deg + (1 - share) * fit.value(right - 1, 0) + share * fit.value(right, 0);
+  const std::vector<double>& knots = fit.knots.front();
+  return fit.offset_deg + score::interpolate(knots, {fit.value.col(0).data(), knots.size()}, reading);
 }
 
-struct RecordedHand {
-  const char* folder;
-  const char* map;
-};
-
-void PrintTo(const RecordedHand& c, std::ostream* out) { *out << c.folder; }
-
-class StandardErrors : public testing::TestWithParam<RecordedHand> {};
+class StandardErrors : public RealRecordings,
+                       public testing::WithParamInterface<std::pair<const char*, const char*>> {};
 
 TEST_P(StandardErrors, AreThoseOfABlockBootstrap) {
-  const fs::path folder = fs::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove" / GetParam().folder;
-  if (!fs::exists(folder)) {
-    GTEST_SKIP() << "needs the recordings in ../shared/data/glove, which are not part of the repository";
-  }
-  HandRequest request;
-  request.pairs = {{folder / "sensor_log.csv", folder / "camera_angles.csv"}};
-  request.map = parse_map(GetParam().map);
-  request.input_unit = "count";
-  const HandIdentification hand = identify_hand(request, {});
+  const HandIdentification hand = identify_hand(request(GetParam().first, GetParam().second), {});
   for (const JointResult& joint : hand.joints) {
     const Session session = fitted_part(joint.samples.front());
     const auto structure = std::get<Candidates>(parse_structure(joint.text, 1));
@@ -105,22 +81,23 @@ TEST_P(StandardErrors, AreThoseOfABlockBootstrap) {
     }
     std::vector<double> ratio;
     for (std::size_t k = 0; k < knots.size(); ++k) {
-      const double bootstrap = std::sqrt(squares[k] - sum[k] * sum[k]);
-      ratio.push_back(stated(all, k) / bootstrap);
-      std::printf("%s at %.0f: %.2f against %.2f deg, ratio %.2f\n", joint.name.c_str(), knots[k],
-                  stated(all, k), bootstrap, ratio.back());
+      const double stated = stated_deg(all, k), bootstrap = std::sqrt(squares[k] - sum[k] * sum[k]);
+      ratio.push_back(stated / bootstrap);
+      std::printf("%s at %.0f: %.2f against %.2f deg\n", joint.name.c_str(), knots[k], stated, bootstrap);
     }
     std::ranges::sort(ratio);
-    std::printf("%s median ratio %.2f (%.2f to %.2f)\n", joint.name.c_str(), ratio[ratio.size() / 2],
-                ratio.front(), ratio.back());
-    EXPECT_GT(ratio[ratio.size() / 2], 0.5) << joint.name;
-    EXPECT_LT(ratio[ratio.size() / 2], 1.5) << joint.name;
+    const double median = ratio[ratio.size() / 2];
+    std::printf("%s median ratio %.2f (%.2f to %.2f)\n", joint.name.c_str(), median, ratio.front(),
+                ratio.back());
+    EXPECT_GT(median, 0.5) << joint.name;
+    EXPECT_LT(median, 1.5) << joint.name;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Glove, StandardErrors,
-                         testing::Values(RecordedHand{"index_ind2", "abc=SensorA1:∠ABC,bcd=SensorA1:∠BCD"},
-                                         RecordedHand{"middle_mid1", "abc=SensorA2:∠ABC,bcd=SensorA2:∠BCD"}));
+                         testing::Values(std::pair{"glove/index_ind2", "abc=SensorA1:∠ABC,bcd=SensorA1:∠BCD"},
+                                         std::pair{"glove/middle_mid1",
+                                                   "abc=SensorA2:∠ABC,bcd=SensorA2:∠BCD"}));
 
 }  // namespace
 }  // namespace flexor::identify

@@ -6,7 +6,7 @@
 #include <random>
 #include <utility>
 
-#include "host/io/io.hpp"
+#include "host/score/score.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -42,23 +42,20 @@ Additive fit_of(const std::vector<Session>& sessions, const std::string& structu
 TEST(Additive, StandardErrorsAreTheSpreadOfRepeatedRecordings) {
   for (const double memory : {0.0, 0.95}) {
     constexpr int kSeeds = 40;
-    std::vector<Additive> all;
-    for (unsigned seed = 0; seed < kSeeds; ++seed) all.push_back(fit_of({drawn(seed, memory)}, "curve"));
-    // Knots that readings surround.
-    for (const Eigen::Index knot : {3, 6, 9}) {
-      double mean = 0;
-      double stated = 0;
-      for (const Additive& one : all) {
-        mean += (one.offset_deg + one.value(knot, 0)) / kSeeds;
-        stated += one.covariance(knot, knot) / kSeeds;
+    Eigen::ArrayXXd value(kSeeds, 3), variance(kSeeds, 3);  // at knots that readings surround
+    for (int seed = 0; seed < kSeeds; ++seed) {
+      const Additive one = fit_of({drawn(static_cast<unsigned>(seed), memory)}, "curve");
+      for (const Eigen::Index k : {0, 1, 2}) {
+        value(seed, k) = one.offset_deg + one.value(3 + 3 * k, 0);
+        variance(seed, k) = one.covariance(3 + 3 * k, 3 + 3 * k);
       }
-      double spread = 0;
-      for (const Additive& one : all) {
-        const double d = one.offset_deg + one.value(knot, 0) - mean;
-        spread += d * d / (kSeeds - 1);
-      }
-      EXPECT_GT(std::sqrt(stated / spread), 0.7) << "memory " << memory << ", knot " << knot;
-      EXPECT_LT(std::sqrt(stated / spread), 1.5) << "memory " << memory << ", knot " << knot;
+    }
+    for (const Eigen::Index k : {0, 1, 2}) {
+      const double spread = (value.col(k) - value.col(k).mean()).square().sum() / (kSeeds - 1);
+      EXPECT_GT(std::sqrt(variance.col(k).mean() / spread), 0.7)
+          << "memory " << memory << ", knot " << 3 + 3 * k;
+      EXPECT_LT(std::sqrt(variance.col(k).mean() / spread), 1.5)
+          << "memory " << memory << ", knot " << 3 + 3 * k;
     }
   }
 }
@@ -76,15 +73,8 @@ TEST(Additive, WhatDiffersBetweenRecordingsStaysOutOfTheCurves) {
 
 // How far the angle goes back while the reading goes up slowly, after it went down, or the other way round.
 double turned_deg(const Additive& fit) {
-  const auto curve = [&](std::size_t b, double u) {
-    const std::vector<double>& x = fit.knots[0];
-    const auto k =
-        std::clamp<std::ptrdiff_t>(std::ranges::upper_bound(x, u) - x.begin() - 1, 0, std::ssize(x) - 2);
-    const double share = std::clamp((u - x[static_cast<std::size_t>(k)]) /
-                                        (x[static_cast<std::size_t>(k) + 1] - x[static_cast<std::size_t>(k)]),
-                                    0.0, 1.0);
-    const auto column = fit.value.col(static_cast<Eigen::Index>(b));
-    return column(k) + share * (column(k + 1) - column(k));
+  const auto curve = [&](Eigen::Index b, double u) {
+    return score::interpolate(fit.knots[0], {fit.value.col(b).data(), fit.knots[0].size()}, u);
   };
   double most = 0;
   std::vector<double> play(fit.branches.radii.size(), 500);
@@ -95,7 +85,7 @@ double turned_deg(const Additive& fit) {
     for (std::size_t b = 0; b < play.size(); ++b) {
       const double radius = fit.radii[0][b];
       play[b] = std::clamp(play[b], u - radius, u + radius);
-      angle += curve(1 + b, play[b]);
+      angle += curve(static_cast<Eigen::Index>(1 + b), play[b]);
     }
     const double forward = k % 720 > 360 ? angle : -angle;
     if (k % 360 == 1) farthest = forward;

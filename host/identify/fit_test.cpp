@@ -1,15 +1,11 @@
 #include "host/identify/fit.hpp"
 #include "host/identify/structure_text.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <random>
 
+#include "host/identify/hand_test.hpp"
 #include "host/identify/uncertainty.hpp"
-#include "host/io/io.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -36,13 +32,14 @@ Data example(int samples = 1500, double noise_deg = 0.3, unsigned seed = 1) {
   return data;
 }
 
-std::string reason(const Structure& structure, const Data& data) {
-  try {
-    (void)fit(structure, data);
-  } catch (const io::JobError& error) {
-    return error.what();
-  }
-  return "no error";
+bool refuses(const Summary& s, const std::string& start) {
+  return std::ranges::any_of(s.refusals, [&](const std::string& r) { return r.starts_with(start); });
+}
+
+Summary fit_with_knots(const Data& data, const std::vector<double>& knots) {
+  Options options;
+  options.knots = Knots{knots, {}};
+  return fit(blocks_of("curve(" + std::to_string(knots.size()) + ") > lti(1)"), data, options);
 }
 
 TEST(Fit, EveryFamilyFitsAndTheRicherOnesFitBetter) {
@@ -63,9 +60,7 @@ TEST(Fit, EveryFamilyFitsAndTheRicherOnesFitBetter) {
 
 TEST(Fit, ABoundOfThePolesIsKept) {
   Data data = example();
-  // Half of the recording with another offset, as if the glove had been put on anew: a slow pole would follow
-  // it.
-  for (Eigen::Index k = 0; k < 750; ++k) data.angle_deg(k) += 4;
+  data.angle_deg.head(750).array() += 4;  // as if put on anew: a slow pole would follow it
   Options options;
   options.slowest_s = 0.5;
   const Summary s = fit(blocks_of("hysteresis(1) > curve(8) > lti(2) > saturation"), data, options);
@@ -74,7 +69,7 @@ TEST(Fit, ABoundOfThePolesIsKept) {
 
 TEST(Fit, ALinearSystemIsRecoveredExactly) {
   Data data = example(1000, 0);
-  for (int k = 0; k < 1000; ++k) data.angle_deg(k) = 0.125 * data.input(k) - 20;
+  data.angle_deg = 0.125 * data.input.array() - 20;
   const Summary s = fit(blocks_of("linear"), data);
   EXPECT_NEAR(s.parameters[0].value, 0.125, 1e-9);
   EXPECT_NEAR(s.parameters[1].value, -20, 1e-6);
@@ -96,18 +91,15 @@ TEST(Fit, PolesAreStableWhateverTheData) {
   Data data = example();
   std::mt19937 random(3);
   for (double& y : data.angle_deg) y = static_cast<double>(random() % 90);
-  for (const int order : {1, 2, 3}) {
-    for (const double pole : fit(blocks_of("curve > lti(" + std::to_string(order) + ") > saturation"), data)
-                                 .channel.lti.poles_rad_s)
-      EXPECT_LT(pole, 0);
-  }
+  for (const char* text :
+       {"curve > lti(1) > saturation", "curve > lti(2) > saturation", "curve > lti(3) > saturation"})
+    for (const double pole : fit(blocks_of(text), data).channel.lti.poles_rad_s) EXPECT_LT(pole, 0) << text;
 }
 
 TEST(Fit, ASaturationThatIsNeverReachedIsRefusedByName) {
   const Summary s = fit(blocks_of("curve(10) > lti(1) > saturation"), example());
   ASSERT_EQ(s.refusals.size(), 2u);
-  EXPECT_NE(s.refusals[0].find("saturation lower limit of ring: no predicted angle below"), std::string::npos)
-      << s.refusals[0];
+  EXPECT_TRUE(refuses(s, "saturation lower limit of ring: no predicted angle below")) << s.refusals[0];
   EXPECT_LT(s.channel.saturation.lower_deg, example().angle_deg.minCoeff());
   EXPECT_GT(s.channel.saturation.upper_deg, example().angle_deg.maxCoeff());
   EXPECT_TRUE(s.parameters.back().refused);
@@ -115,36 +107,30 @@ TEST(Fit, ASaturationThatIsNeverReachedIsRefusedByName) {
 
 TEST(Fit, ADeadZoneEdgeWithoutSamplesIsRefusedByName) {
   Data data = example();
-  for (int k = 0; k < 1500; ++k) data.angle_deg(k) = 10 + 0.1 * std::max(0.0, data.input(k) - 400);
+  data.angle_deg = 10 + 0.1 * (data.input.array() - 400).max(0);
   const Summary s = fit(blocks_of(kPublishedForm), data);
-  bool found = false;
-  for (const std::string& r : s.refusals)
-    found = found || r.starts_with("dead zone lower edge of ring: no sample below");
-  EXPECT_TRUE(found);
+  EXPECT_TRUE(refuses(s, "dead zone lower edge of ring: no sample below"));
   EXPECT_NEAR(s.channel.dead_zone->upper, 400, 5);
 }
 
-TEST(Fit, AKnotFarFromEverySampleIsRefusedByName) {
-  const Data data = example();
-  Options options;
-  options.knots = Knots{{200, 400, 600, 850, 1000}, {}};
-  const Summary s = fit(blocks_of("curve(5) > lti(1)"), data, options);
-  ASSERT_FALSE(s.refusals.empty());
-  EXPECT_NE(s.refusals[0].find("curve at 1000 of ring: no sample near 1000"), std::string::npos)
-      << s.refusals[0];
-}
-
 TEST(Fit, RefusesTooFewSamplesAndSignalsThatDoNotMove) {
-  Data data = example();
-  std::fill(data.use.begin() + 60, data.use.end(), 0);
-  EXPECT_NE(reason(blocks_of("hw"), data).find("ring: 60 usable samples are too few for the 15 parameters"),
-            std::string::npos);
-  data = example();
-  data.input.setConstant(5);
-  EXPECT_NE(reason(blocks_of("hw"), data).find("ring: the sensor does not change"), std::string::npos);
-  data = example();
-  data.angle_deg.setConstant(5);
-  EXPECT_NE(reason(blocks_of("hw"), data).find("ring: the angle does not change"), std::string::npos);
+  const auto reason = [](const Data& data) -> std::string {
+    try {
+      (void)fit(blocks_of("hw"), data);
+    } catch (const io::JobError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  Data few = example();
+  std::fill(few.use.begin() + 60, few.use.end(), 0);
+  EXPECT_TRUE(has(reason(few), "ring: 60 usable samples are too few for the 15 parameters"));
+  Data still = example();
+  still.input.setConstant(5);
+  EXPECT_TRUE(has(reason(still), "ring: the sensor does not change"));
+  still = example();
+  still.angle_deg.setConstant(5);
+  EXPECT_TRUE(has(reason(still), "ring: the angle does not change"));
 }
 
 // A curve that was fitted never says angles that the finger cannot have had.
@@ -159,19 +145,13 @@ void expect_plausible(const Summary& s, const Data& data, const std::string& wha
   }
 }
 
-bool refuses(const Summary& s, const std::string& start) {
-  return std::ranges::any_of(s.refusals, [&](const std::string& r) { return r.starts_with(start); });
-}
-
 TEST(CurveBounds, AKnotThatHardlyAnySampleTouchesTakesItsNeighboursValue) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     const Data data = example(1500, 0.5, seed);
-    Options options;
-    options.knots = Knots{{200, 400, 600, data.input.maxCoeff() - 1, 9000}, {}};
-    const Summary s = fit(blocks_of("curve(5) > lti(1)"), data, options);
-    const model::Curve& curve = *s.channel.input_curve;
-    EXPECT_NEAR(curve.y[4], curve.y[3], 1e-9);
-    EXPECT_TRUE(refuses(s, "curve at 9000 of ring: ")) << ::testing::PrintToString(s.refusals);
+    const Summary s = fit_with_knots(data, {200, 400, 600, data.input.maxCoeff() - 1, 9000});
+    EXPECT_NEAR(s.channel.input_curve->y[4], s.channel.input_curve->y[3], 1e-9);
+    EXPECT_TRUE(refuses(s, "curve at 9000 of ring: no sample near 9000"))
+        << ::testing::PrintToString(s.refusals);
     EXPECT_LT(s.rmse_deg, 1);
   }
 }
@@ -180,9 +160,7 @@ TEST(CurveBounds, KnotsBetweenSamplesLieOnTheLineBetweenTheirNeighbours) {
   Data data = example(1500, 0.3, 1);
   // The sensor jumps over the readings from 420 to 580.
   for (double& u : data.input) u = u < 500 ? 200 + (u - 200) * 220 / 300 : 580 + (u - 500) * 220 / 300;
-  Options options;
-  options.knots = Knots{{200, 300, 420, 470, 500, 580, 700, 800}, {}};
-  const Summary s = fit(blocks_of("curve(8) > lti(1)"), data, options);
+  const Summary s = fit_with_knots(data, {200, 300, 420, 470, 500, 580, 700, 800});
   const model::Curve& c = *s.channel.input_curve;
   EXPECT_TRUE(refuses(s, "curve at 470 of ring") || refuses(s, "curve at 500 of ring"));
   expect_plausible(s, data, "hole");
@@ -194,40 +172,33 @@ TEST(CurveBounds, KnotsBetweenSamplesLieOnTheLineBetweenTheirNeighbours) {
 TEST(CurveBounds, PoorRecordingsGiveNoAbsurdCurves) {
   for (unsigned seed = 0; seed < 6; ++seed) {
     const Data data = example(260, 6, seed);
-    for (const Structure& structure : {blocks_of("curve(16) > lti(3)"), blocks_of("lti(3) > curve(16)"),
-                                       blocks_of("curve(16) > lti(3) > saturation"),
-                                       blocks_of("hysteresis(4) > curve(16) > lti(2) > saturation")}) {
-      expect_plausible(fit(structure, data), data, text_of(structure) + " seed " + std::to_string(seed));
-    }
+    for (const std::string text :
+         {"curve(16) > lti(3)", "lti(3) > curve(16)", "curve(16) > lti(3) > saturation",
+          "hysteresis(4) > curve(16) > lti(2) > saturation"})
+      expect_plausible(fit(blocks_of(text), data), data, text + " seed " + std::to_string(seed));
   }
 }
 
-TEST(Uncertainty, IsTheTextbookFormulaForWhiteNoise) {
+// Of parameters that are told by so many residuals, each `memory` times the one before and noise.
+Eigen::VectorXd errors_of(const Eigen::MatrixXd& jacobian, double noise, double memory) {
   std::mt19937 random(8);
-  std::normal_distribution<double> noise;
-  const int n = 20000;
-  Eigen::MatrixXd jacobian(n, 2);
-  Eigen::VectorXd residual(n);
-  for (int k = 0; k < n; ++k) {
-    jacobian.row(k) << 1, std::sin(0.1 * k);
-    residual(k) = 0.5 * noise(random);
-  }
-  const auto u = uncertainty(residual, jacobian, std::numeric_limits<double>::infinity());
-  EXPECT_NEAR(std::sqrt(u.covariance(0, 0)), 0.5 / std::sqrt(n), 0.05 * 0.5 / std::sqrt(n));
-  EXPECT_NEAR(std::sqrt(u.covariance(1, 1)), 0.5 / std::sqrt(n / 2.0), 0.05 * 0.5 / std::sqrt(n / 2.0));
-}
-
-TEST(Uncertainty, CorrelatedResidualsMakeItLarger) {
-  std::mt19937 random(8);
-  std::normal_distribution<double> noise;
-  const int n = 20000;
-  const double a = 0.9;
-  Eigen::VectorXd residual(n);
+  std::normal_distribution<double> normal(0, noise);
+  Eigen::VectorXd residual(jacobian.rows());
   double e = 0;
-  for (double& r : residual) r = e = a * e + noise(random);
-  const auto u = uncertainty(residual, Eigen::MatrixXd::Ones(n, 1), std::numeric_limits<double>::infinity());
-  const double exact = 1 / (1 - a) / std::sqrt(n);  // of the mean of an AR(1) process
-  EXPECT_NEAR(std::sqrt(u.covariance(0, 0)) / exact, 1, 0.2);
+  for (double& r : residual) r = e = memory * e + normal(random);
+  const auto u = uncertainty(residual, jacobian, std::numeric_limits<double>::infinity());
+  return u.covariance.diagonal().cwiseSqrt();
+}
+
+TEST(Uncertainty, IsTheTextbookFormulaForWhiteNoiseAndForNoiseThatLasts) {
+  const int n = 20000;
+  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Ones(n, 2);
+  for (int k = 0; k < n; ++k) jacobian(k, 1) = std::sin(0.1 * k);
+  const Eigen::VectorXd white = errors_of(jacobian, 0.5, 0);
+  EXPECT_NEAR(white(0) * std::sqrt(n) / 0.5, 1, 0.05);
+  EXPECT_NEAR(white(1) * std::sqrt(n / 2.0) / 0.5, 1, 0.05);
+  const double exact = 1 / (1 - 0.9) / std::sqrt(n);  // of the mean of an AR(1) process
+  EXPECT_NEAR(errors_of(Eigen::MatrixXd::Ones(n, 1), 1, 0.9)(0) / exact, 1, 0.2);
 }
 
 TEST(Uncertainty, NamesWhatCannotBeTold) {

@@ -32,6 +32,15 @@ recording::Recording log_of(const std::vector<double>& poses, double noise) {
   return log;
 }
 
+// Of index and thumb.
+void expect_angles(const FromPoses& r, double index, double thumb, double index_deg, double thumb_deg,
+                   double within) {
+  model::Compensator<model::DoubleArithmetic> compensator(r.model);
+  const double readings[] = {index, thumb};
+  EXPECT_NEAR(compensator.step(readings)[0].angle_deg, index_deg, within);
+  EXPECT_NEAR(compensator.step(readings)[1].angle_deg, thumb_deg, within);
+}
+
 TEST(FromPoses, IsTheLineThroughBothPoses) {
   const FromPoses r = model_from_poses(log_of({0, 1, 0, 1}, 1), 20);
   ASSERT_EQ(r.model.joints.size(), 2U);
@@ -41,10 +50,7 @@ TEST(FromPoses, IsTheLineThroughBothPoses) {
   EXPECT_NEAR(r.model.inputs[1].poses->fist, 550, 1);
   EXPECT_GE(r.open_holds, 2);
   EXPECT_GE(r.fist_holds, 2);
-  model::Compensator<model::DoubleArithmetic> compensator(r.model);
-  const double middle[] = {400, 625};
-  EXPECT_NEAR(compensator.step(middle)[0].angle_deg, 45, 0.6);
-  EXPECT_NEAR(compensator.step(middle)[1].angle_deg, 30, 0.6);
+  expect_angles(r, 400, 625, 45, 30, 0.6);
 }
 
 TEST(FromPoses, AStripThatOnlyTremblesIsNamedAndTheOthersAreFitted) {
@@ -61,13 +67,8 @@ TEST(FromPoses, AStripThatOnlyTremblesIsNamedAndTheOthersAreFitted) {
 TEST(FromPoses, ABionicHandsAnglesAreThoseThatAreTold) {
   const recording::Recording log = log_of({0, 1, 0, 1}, 1);
   const FromPoses r = model_from_poses(log, 20, {{"index", {28, 113}}, {"thumb", {170, 90}}});
-  model::Compensator<model::DoubleArithmetic> compensator(r.model);
-  const double open[] = {300, 700};
-  EXPECT_NEAR(compensator.step(open)[0].angle_deg, 28, 1);
-  EXPECT_NEAR(compensator.step(open)[1].angle_deg, 170, 1);
-  const double fist[] = {500, 550};
-  EXPECT_NEAR(compensator.step(fist)[0].angle_deg, 113, 1);
-  EXPECT_NEAR(compensator.step(fist)[1].angle_deg, 90, 1);
+  expect_angles(r, 300, 700, 28, 170, 1);
+  expect_angles(r, 500, 550, 113, 90, 1);
   EXPECT_THROW(model_from_poses(log, 20, {{"ring", {0, 90}}}), io::InputError);
   EXPECT_THROW(model_from_poses(log, 20, {{"index", {30, 30}}}), io::InputError);
 }

@@ -45,28 +45,6 @@ std::vector<Fold> folds(const Data& data) {
   return folds_of(used, {0, std::ssize(data.use)}, data.period_s);
 }
 
-TEST(HeldBack, KnotsOfAFoldLieWhereItsOwnTrainingPartIs) {
-  const Data data = recorded();
-  for (const Structure& structure : structures()) {
-    const std::vector<Fold> all = folds(data);
-    ASSERT_EQ(all.size(), 6U);
-    const Block& third = all[2].front();
-    double low = 1e9;
-    double high = -1e9;
-    for (Eigen::Index k = 0; k < data.input.size(); ++k) {
-      if (k >= third.first && k <= third.last) continue;
-      low = std::min(low, data.input(k));
-      high = std::max(high, data.input(k));
-    }
-    const Knots knots = fit_folds(structure, data, {all[2]}, {}).front().knots;
-    for (const auto* x : {&knots.input, &knots.output}) {
-      if (x->empty()) continue;
-      EXPECT_GE(x->front(), low) << text_of(structure);
-      EXPECT_LE(x->back(), high) << text_of(structure);
-    }
-  }
-}
-
 TEST(HeldBack, OtherAnglesInABlockDoNotMoveTheFoldThatLeavesItOut) {
   const Data data = recorded();
   const std::vector<Fold> all = folds(data);

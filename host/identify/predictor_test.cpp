@@ -57,24 +57,28 @@ Eigen::VectorXd excitation() {
   return u;
 }
 
-class PredictorCase : public testing::TestWithParam<Case> {};
+class PredictorCase : public testing::TestWithParam<Case> {
+ protected:
+  Eigen::VectorXd at(Eigen::Index i, double h) const {
+    Eigen::VectorXd out = theta;
+    out(i) += h;
+    return out;
+  }
+
+  const Case& c = GetParam();
+  const Predictor predictor{c.structure, c.knots, excitation(), 0.05};
+  const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(c.theta.data(), std::ssize(c.theta));
+};
 
 TEST_P(PredictorCase, JacobianMatchesCentralDifferences) {
-  const Case& c = GetParam();
-  const Predictor predictor(c.structure, c.knots, excitation(), 0.05);
-  const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(c.theta.data(), std::ssize(c.theta));
   ASSERT_EQ(theta.size(), predictor.layout().size);
   Eigen::MatrixXd jacobian;
   const Eigen::VectorXd y = predictor.predict(theta, &jacobian);
   EXPECT_EQ(y, predictor.predict(theta, nullptr));
   for (int i = 0; i < theta.size(); ++i) {
     const double h = 1e-5 * std::max(1.0, std::abs(theta(i)));
-    Eigen::VectorXd up = theta;
-    Eigen::VectorXd down = theta;
-    up(i) += h;
-    down(i) -= h;
     const Eigen::VectorXd numeric =
-        (predictor.predict(up, nullptr) - predictor.predict(down, nullptr)) / (2 * h);
+        (predictor.predict(at(i, h), nullptr) - predictor.predict(at(i, -h), nullptr)) / (2 * h);
     // A sample on a kink may differ; there are only a few.
     const double scale = std::max(numeric.cwiseAbs().maxCoeff(), 1e-9);
     const auto wrong = ((jacobian.col(i) - numeric).array().abs() > 1e-4 * scale).count();
@@ -84,30 +88,21 @@ TEST_P(PredictorCase, JacobianMatchesCentralDifferences) {
 }
 
 TEST_P(PredictorCase, TheModelDocumentPredictsTheSame) {
-  const Case& c = GetParam();
-  const Predictor predictor(c.structure, c.knots, excitation(), 0.05);
-  const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(c.theta.data(), std::ssize(c.theta));
   model::Channel channel = predictor.channel(theta);
   channel.name = "index";
   if (!c.structure.saturation) channel.saturation = {-1000, 1000};
   model::Compensator<model::DoubleArithmetic> simulation(model::model_of(channel, 0.05));
   const Eigen::VectorXd y = predictor.predict(theta, nullptr);
-  for (Eigen::Index k = 0; k < y.size(); ++k) {
+  for (Eigen::Index k = 0; k < y.size(); ++k)
     ASSERT_NEAR(simulation.step(predictor.input()(k)).angle_deg, y(k), 1e-9) << k;
-  }
 }
 
 TEST_P(PredictorCase, EveryNamedParameterHasItsGradient) {
-  const Case& c = GetParam();
-  const Predictor predictor(c.structure, c.knots, excitation(), 0.05);
-  const Eigen::VectorXd theta = Eigen::Map<const Eigen::VectorXd>(c.theta.data(), std::ssize(c.theta));
   const auto named = predictor.named(theta);
   ASSERT_EQ(std::ssize(named), theta.size());
   for (int i = 0; i < theta.size(); ++i) {
-    Eigen::VectorXd up = theta;
     const double h = 1e-6;
-    up(i) += h;
-    const auto moved = predictor.named(up);
+    const auto moved = predictor.named(at(i, h));
     for (std::size_t k = 0; k < named.size(); ++k) {
       EXPECT_NEAR((moved[k].value - named[k].value) / h, named[k].gradient(i),
                   1e-4 * std::max(1.0, std::abs(named[k].value)))

@@ -7,6 +7,7 @@
 
 #include "host/identify/fit.hpp"
 #include "host/identify/structure_text.hpp"
+#include "host/score/score.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -18,67 +19,27 @@ constexpr int kSeeds = 100;
 struct Truth {
   const char* name;
   Structure structure;
-  std::vector<double> knots;  // of the input curve
-  double dead_lower = 0;
-  double dead_upper = 0;
-  double radius = 0;
-  double weight = 0;
-  std::vector<double> values = {};  // at the knots; empty: gain and offset
-  double gain = 0;
-  double offset = 0;
-  double pole_rad_s = 0;
-  double lower_deg = 0;
-  double upper_deg = 0;
-  double correlation = 0;  // of the noise, from sample to sample
+  std::vector<double> knots;   // of the input curve; none: gain and offset
+  std::vector<double> values;  // in the order of Summary::parameters
+  double correlation = 0;      // of the noise, from sample to sample
 
   friend std::ostream& operator<<(std::ostream& out, const Truth& t) { return out << t.name; }
 };
 
-Truth dead_zone_truth() {
-  Truth t{"DeadZone", blocks_of(kPublishedForm), {}};
-  t.dead_lower = 380;
-  t.dead_upper = 520;
-  t.gain = 0.12;
-  t.offset = 55;
-  t.pole_rad_s = -4;
-  t.lower_deg = 30;
-  t.upper_deg = 88;
-  return t;
-}
-
-// Everything at once: dead zone, curve behind it, pole, saturation.
-Truth dead_zone_and_curve_truth() {
-  Truth t{"DeadZoneAndCurve", blocks_of("curve(5) > lti(1) > saturation"), {-300, -120, 0, 200, 400}};
-  t.structure.dead_zone = true;
-  t.dead_lower = 400;
-  t.dead_upper = 500;
-  t.values = {0, 32, 50, 72, 118};
-  t.pole_rad_s = -6;
-  t.lower_deg = 15;
-  t.upper_deg = 100;
-  return t;
-}
-
-Truth hysteresis_truth() {
-  Truth t{
-      "Hysteresis", blocks_of("hysteresis(1) > curve(5) > lti(1) > saturation"), {60, 250, 480, 700, 960}};
-  t.radius = 60;
-  t.weight = 0.6;
-  t.values = {5, 38, 52, 80, 112};
-  t.pole_rad_s = -5;
-  t.lower_deg = 30;
-  t.upper_deg = 88;
-  return t;
-}
-
-double curve_at(const Truth& t, double u) {
-  const auto& x = t.knots;
-  if (u <= x.front()) return t.values.front();
-  for (std::size_t i = 1; i < x.size(); ++i) {
-    if (u < x[i])
-      return t.values[i - 1] + (t.values[i] - t.values[i - 1]) * (u - x[i - 1]) / (x[i] - x[i - 1]);
-  }
-  return t.values.back();
+std::vector<Truth> truths(double correlation) {
+  Structure everything = blocks_of("curve(5) > lti(1) > saturation");
+  everything.dead_zone = true;  // before the curve
+  return {{"DeadZone", blocks_of(kPublishedForm), {}, {380, 520, 0.12, 55, -4, 30, 88}, correlation},
+          {"DeadZoneAndCurve",
+           everything,
+           {-300, -120, 0, 200, 400},
+           {400, 500, 0, 32, 50, 72, 118, -6, 15, 100},
+           correlation},
+          {"Hysteresis",
+           blocks_of("hysteresis(1) > curve(5) > lti(1) > saturation"),
+           {60, 250, 480, 700, 960},
+           {60, 0.6, 5, 38, 52, 80, 112, -5, 30, 88},
+           correlation}};
 }
 
 // A finger that goes to random places at random speeds, rests, and covers the whole range.
@@ -106,91 +67,72 @@ Data simulate(const Truth& t, unsigned seed) {
   data.input = random_motion(random);
   data.angle_deg.resize(kSamples);
   data.use.assign(kSamples, 1);
-  const double hold = std::exp(t.pole_rad_s * kPeriod_s);
-  std::normal_distribution<double> noise(0, 0.01 * (t.upper_deg - t.lower_deg));
-  double play = 0;
-  double x = 0;
-  double error = noise(random);
+  auto next = t.values.begin();
+  const double dead_lower = t.structure.dead_zone ? *next++ : 0;
+  const double dead_upper = t.structure.dead_zone ? *next++ : 0;
+  const double radius = t.structure.plays > 0 ? *next++ : 0;
+  const double weight = t.structure.plays > 0 ? *next++ : 0;
+  const std::vector<double> curve(next, t.values.end() - 3);
+  const double hold = std::exp(t.values.end()[-3] * kPeriod_s);
+  const double lower_deg = t.values.end()[-2];
+  const double upper_deg = t.values.back();
+  std::normal_distribution<double> noise(0, 0.01 * (upper_deg - lower_deg));
+  double play = 0, x = 0, error = noise(random);
   for (int k = 0; k < kSamples; ++k) {
     double v = data.input(k);
-    if (t.structure.dead_zone)
-      v = v < t.dead_lower ? v - t.dead_lower : (v > t.dead_upper ? v - t.dead_upper : 0);
+    if (t.structure.dead_zone) v = v < dead_lower ? v - dead_lower : (v > dead_upper ? v - dead_upper : 0);
     if (k == 0) play = v;
-    play = std::min(v + t.radius, std::max(v - t.radius, play));
-    v += t.weight * (play - v);
-    const double w = t.values.empty() ? t.gain * v + t.offset : curve_at(t, v);
+    play = std::min(v + radius, std::max(v - radius, play));
+    v += weight * (play - v);
+    const double w = t.knots.empty() ? curve[0] * v + curve[1] : score::interpolate(t.knots, curve, v);
     x = k == 0 ? w : hold * x + (1 - hold) * w;
-    data.angle_deg(k) = std::clamp(x, t.lower_deg, t.upper_deg) + error;
+    data.angle_deg(k) = std::clamp(x, lower_deg, upper_deg) + error;
     error = t.correlation * error + std::sqrt(1 - t.correlation * t.correlation) * noise(random);
   }
   return data;
-}
-
-// In the order of Summary::parameters.
-std::vector<double> true_values(const Truth& t) {
-  std::vector<double> all;
-  if (t.structure.dead_zone) all.insert(all.end(), {t.dead_lower, t.dead_upper});
-  if (t.structure.plays > 0) all.insert(all.end(), {t.radius, t.weight});
-  if (t.values.empty()) {
-    all.insert(all.end(), {t.gain, t.offset});
-  } else {
-    all.insert(all.end(), t.values.begin(), t.values.end());
-  }
-  all.insert(all.end(), {t.pole_rad_s, t.lower_deg, t.upper_deg});
-  return all;
 }
 
 class Recovery : public testing::TestWithParam<Truth> {};
 
 TEST_P(Recovery, EveryParameterWithinThreeOfItsHonestStandardErrors) {
   const Truth& truth = GetParam();
-  const auto expected = true_values(truth);
+  const std::vector<double>& expected = truth.values;
   std::vector<int> within(expected.size(), 0);
   std::vector<double> squared(expected.size(), 0);
   std::vector<double> bias(expected.size(), 0);  // in standard errors
-  std::vector<std::string> names;
+  std::vector<Parameter> last;
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
     Options options;
     if (!truth.knots.empty()) options.knots = Knots{truth.knots, {}};
     const Summary s = fit(truth.structure, simulate(truth, seed), options);
     ASSERT_EQ(s.parameters.size(), expected.size());
     ASSERT_TRUE(s.refusals.empty()) << "seed " << seed << ": " << s.refusals.front();
-    names.clear();
+    last = s.parameters;
     for (std::size_t i = 0; i < expected.size(); ++i) {
-      const Parameter& p = s.parameters[i];
-      const double z = (p.value - expected[i]) / p.standard_error;
+      const double z = (last[i].value - expected[i]) / last[i].standard_error;
       within[i] += std::abs(z) <= 3;
       squared[i] += z * z / kSeeds;
       bias[i] += z / kSeeds;
-      names.push_back(p.name);
     }
   }
   for (std::size_t i = 0; i < expected.size(); ++i) {
-    EXPECT_GE(within[i], 95) << names[i];
-    // The spread of the estimates, in reported standard errors.
-    EXPECT_GT(std::sqrt(squared[i]), 0.7) << names[i];
-    EXPECT_LT(std::sqrt(squared[i]), truth.correlation > 0 ? 1.4 : 1.3) << names[i];
-    EXPECT_LT(std::abs(bias[i]), 0.5) << names[i];
-    RecordProperty(names[i], std::to_string(within[i]) + " within three, spread " +
-                                 std::to_string(std::sqrt(squared[i])));
-    std::printf("%-28s %3d within three, spread %.2f\n", names[i].c_str(), within[i], std::sqrt(squared[i]));
+    const double spread = std::sqrt(squared[i]);  // of the estimates, in reported standard errors
+    EXPECT_GE(within[i], 95) << last[i].name;
+    EXPECT_GT(spread, 0.7) << last[i].name;
+    EXPECT_LT(spread, truth.correlation > 0 ? 1.4 : 1.3) << last[i].name;
+    EXPECT_LT(std::abs(bias[i]), 0.5) << last[i].name;
+    RecordProperty(last[i].name,
+                   std::to_string(within[i]) + " within three, spread " + std::to_string(spread));
+    std::printf("%-28s %3d within three, spread %.2f\n", last[i].name.c_str(), within[i], spread);
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Systems, Recovery,
-                         testing::Values(dead_zone_truth(), dead_zone_and_curve_truth(), hysteresis_truth()),
-                         [](const auto& instance) { return std::string(instance.param.name); });
+std::string name_of(const testing::TestParamInfo<Truth>& instance) { return instance.param.name; }
+
+INSTANTIATE_TEST_SUITE_P(Systems, Recovery, testing::ValuesIn(truths(0)), name_of);
 
 // Noise that comes in runs, as a camera's does.
-Truth coloured(Truth t) {
-  t.correlation = 0.95;
-  return t;
-}
-
-INSTANTIATE_TEST_SUITE_P(Coloured, Recovery,
-                         testing::Values(coloured(dead_zone_truth()), coloured(dead_zone_and_curve_truth()),
-                                         coloured(hysteresis_truth())),
-                         [](const auto& instance) { return std::string(instance.param.name); });
+INSTANTIATE_TEST_SUITE_P(Coloured, Recovery, testing::ValuesIn(truths(0.95)), name_of);
 
 }  // namespace
 }  // namespace flexor::identify

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -12,22 +12,12 @@ Branches sum(const std::string& text) {
 }
 Chain chain(const std::string& text) { return std::get<Chain>(parse_structure(text, 1)); }
 
-std::string refusal(const std::string& text) {
-  try {
-    (void)parse_structure(text, 1);
-  } catch (const io::InputError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
 TEST(StructureText, ASumHasTheCurvesThatItNames) {
   EXPECT_EQ(sum("curve(20) + play(0.03)>curve(20)+ play( 0.08 ) > curve + motion(0.3)"),
             (Branches{{0.03, 0.08}, {0.3}, 20}));
   EXPECT_EQ(sum("curve(2)"), sum("limited-line"));
   EXPECT_EQ(sum("curve(12) + open").open, true);
   EXPECT_EQ(sum("curve(12)"), sum("curve"));
-  EXPECT_EQ(sum("curve"), sum("curve"));
 }
 
 TEST(StructureText, AChainHasTheBlocksThatItNames) {
@@ -63,7 +53,10 @@ TEST(StructureText, WhatIsWrittenIsReadAsTheSame) {
 }
 
 TEST(StructureText, WhatHasNoMeaningIsPointedAt) {
-  const auto says = [](const std::string& text, const std::string& what) {
+  const auto refusal = [](const std::string& text) {
+    return io::refusal_of([&] { (void)parse_structure(text, 1); });
+  };
+  const auto says = [&](const std::string& text, const std::string& what) {
     EXPECT_NE(refusal(text).find(what), std::string::npos) << text << ": " << refusal(text);
   };
   says("", "at character 1, the end");

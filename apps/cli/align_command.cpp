@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 
 #include "apps/cli/commands.hpp"
 #include "host/identify/identify_files.hpp"
@@ -92,9 +91,8 @@ void run(const Options& o) {
 
 void add_align(CLI::App& app) {
   using namespace align_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("align", "Find the clock offset of two logs of one motion from their signals");
+  const auto [o, command] =
+      add_command(app, "align", "Find the clock offset of two logs of one motion from their signals", run);
   command->add_option("--sensor", o->files.sensor, "CSV log of the glove")->required();
   command->add_option("--reference", o->files.reference, "CSV of the measured angle (camera)")->required();
   command->add_option("--input", o->files.input, "column of the sensor log (default: its only one)");
@@ -109,7 +107,6 @@ void add_align(CLI::App& app) {
   command->add_option("--time-unit", o->files.time_unit, kTimeUnitHelp);
   command->add_option("--out", o->out, "write the aligned recording: .csv");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

@@ -269,9 +269,8 @@ void run(const Options& o) {
 
 void add_apply(CLI::App& app) {
   using namespace apply_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("apply", "Turn sensor readings into angles: wide CSV on standard output");
+  const auto [o, command] =
+      add_command(app, "apply", "Turn sensor readings into angles: wide CSV on standard output", run);
   command->footer(
       "For each channel a column <finger>_deg and <finger>_status: 0 ok, 1 below and 2 above the valid "
       "range,\n"
@@ -293,7 +292,6 @@ void add_apply(CLI::App& app) {
       "--track", o->track,
       "follow each strip while the glove is worn, from whole bends; what was corrected is said at the end");
   command->add_flag("--json", o->json, "one JSON object instead, when the recording has ended");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/commands.hpp"
@@ -188,13 +187,13 @@ void run_twin(const TwinOptions& o) {
 
 void add_calibrate_twin(CLI::App& app) {
   using namespace calibrate_twin_command;
-  auto o = std::make_shared<TwinOptions>();
-  CLI::App* command = app.add_subcommand(
-      "calibrate-twin",
-      "Fit the twin's free parameters to the published averages of gestures 1 to 4, or draw "
-      "the laboratories that these leave plausible. The same machine and libraries give the "
-      "same bytes each time; on others the fit ends within 0.02 of the same distance, rms of "
-      "ln(ours/published)");
+  const auto [o, command] =
+      add_command(app, "calibrate-twin",
+                  "Fit the twin's free parameters to the published averages of gestures 1 to 4, or draw "
+                  "the laboratories that these leave plausible. The same machine and libraries give the "
+                  "same bytes each time; on others the fit ends within 0.02 of the same distance, rms of "
+                  "ln(ours/published)",
+                  run_twin);
   command->add_option("--out", o->out, "write the configuration, or with --ensemble the laboratories, here")
       ->required();
   command->add_option("--evaluations", o->evaluations,
@@ -212,7 +211,6 @@ void add_calibrate_twin(CLI::App& app) {
   command->add_flag("--sensitivity", o->sensitivity,
                     "also what each free parameter does to the distance and to the table");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run_twin(*o); });
 }
 
 }  // namespace flexor::cli

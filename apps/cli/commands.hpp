@@ -4,14 +4,27 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 #include "host/io/worker.hpp"
 #include "host/study/boards.hpp"
 
 namespace flexor::cli {
+
+// A command; its options live until `run` gets them.
+template <class Options>
+std::pair<std::remove_const_t<Options>*, CLI::App*> add_command(CLI::App& app, const char* name,
+                                                                const char* about, void (*run)(Options&)) {
+  const auto options = std::make_shared<std::remove_const_t<Options>>();
+  CLI::App* command = app.add_subcommand(name, about);
+  command->callback([options, run] { run(*options); });
+  return {options.get(), command};
+}
 
 void add_align(CLI::App& app);
 void add_protocol(CLI::App& app);

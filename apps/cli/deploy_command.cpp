@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
@@ -334,9 +333,8 @@ void add_key_options(CLI::App& command, Options& o) {
 
 void add_deploy(CLI::App& app) {
   using namespace deploy_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "deploy", "A model file as firmware for glove and hand, with what it costs measured");
+  const auto [o, command] = add_command(
+      app, "deploy", "A model file as firmware for glove and hand, with what it costs measured", run);
   command->add_option("MODEL", o->model, "model file")->required();
   command->add_option("--target", o->target, "chip: atmega328p or, of the glove, atmega32u4")
       ->capture_default_str();
@@ -378,7 +376,6 @@ void add_deploy(CLI::App& app) {
   command->add_flag("--assembly,!--portable", o->assembly,
                     "products in assembly (default), or in portable C++: the same bits in more cycles");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

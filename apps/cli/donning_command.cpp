@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
-
 #include "apps/cli/commands.hpp"
 #include "host/donning/sessions.hpp"
 #include "host/io/io.hpp"
@@ -57,9 +55,8 @@ void run(const Options& o) {
 
 void add_donning(CLI::App& app) {
   using namespace donning_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "donning", "What changed between sessions of one glove: where its sensors lie and reach");
+  const auto [o, command] = add_command(
+      app, "donning", "What changed between sessions of one glove: where its sensors lie and reach", run);
   command->footer(
       "Each session is a log of much motion; they are compared by the quantiles of their readings.");
   command->add_option("sessions", o->files, "logs, one for each time that the glove was put on")->required();
@@ -69,7 +66,6 @@ void add_donning(CLI::App& app) {
   command->add_option("--out", o->out, "write how they differ here, for recalibrate --prior");
   command->add_option("--report", o->report, "write report.html and changes.svg into this folder");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

@@ -3,7 +3,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <memory>
 #include <optional>
 
 #include "apps/cli/commands.hpp"
@@ -307,9 +306,8 @@ twin::Parameters twin_parameters(const std::string& file, const std::vector<std:
 
 void add_experiment(CLI::App& app) {
   using namespace experiment_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "experiment", "The published experiment in the twin: gestures x compensators x trials");
+  const auto [o, command] = add_command(
+      app, "experiment", "The published experiment in the twin: gestures x compensators x trials", run);
   command
       ->add_option("--gestures", o->gestures,
                    "1-6, 2,4, or files: .json gesture, .csv or .txt recorded motion")
@@ -355,7 +353,6 @@ void add_experiment(CLI::App& app) {
       "the glove, compensators fitted to it, then the gestures; medians and 90 % intervals "
       "over laboratories");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

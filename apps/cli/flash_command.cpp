@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <memory>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
@@ -94,9 +93,8 @@ void run(const Options& o) {
 
 void add_flash(CLI::App& app) {
   using namespace flash_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "flash", "Writes a deployment's image into a board through its bootloader, and compares");
+  const auto [o, command] = add_command(
+      app, "flash", "Writes a deployment's image into a board through its bootloader, and compares", run);
   command->add_option("FOLDER_OR_HEX", o->what, "folder of flexor deploy, or an image in Intel HEX")
       ->required();
   command->add_option("--board", o->board, "of the folder: glove or hand")
@@ -106,7 +104,6 @@ void add_flash(CLI::App& app) {
   command->add_option("--baud", o->baud, "of the bootloader (default: 115200, then 57600 as old ones have)")
       ->check(CLI::PositiveNumber);
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
-
 #include "apps/cli/commands.hpp"
 #include "host/io/json.hpp"
 #include "host/study/deployment.hpp"
@@ -56,9 +54,8 @@ void run(const Options& o) {
 
 void add_latency(CLI::App& app) {
   using namespace latency_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "latency", "Time from a sensor's edge to the motor, stage by stage, on simulated boards");
+  const auto [o, command] = add_command(
+      app, "latency", "Time from a sensor's edge to the motor, stage by stage, on simulated boards", run);
   command->add_option("--compensator", o->model, "raw, published-w, published-hw, or a model file")
       ->capture_default_str();
   command->add_option("--rate", o->rate_hz, "sample rate of the glove: 10, 20, 50 or 100 Hz")
@@ -72,7 +69,6 @@ void add_latency(CLI::App& app) {
                       "change one parameter of the twin: radio.frame_rate_hz=20; may be repeated");
   command->add_option("--out", o->folder, "write report.html, latency.svg and latency.csv into this folder");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

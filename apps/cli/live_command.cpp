@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
-
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "apps/cli/stop.hpp"
@@ -139,9 +137,9 @@ void run(const Options& o) {
 
 void add_live(CLI::App& app) {
   using namespace live_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "live", "One page in a browser: the hand as it moves, a guided calibration, scopes, sessions");
+  const auto [o, command] =
+      add_command(app, "live",
+                  "One page in a browser: the hand as it moves, a guided calibration, scopes, sessions", run);
   command->footer(
       "Whoever has the address it prints, which holds a secret, can use the glove; nobody else can. It is "
       "for this\n"
@@ -190,7 +188,6 @@ void add_live(CLI::App& app) {
   command->add_option("--mcap", o->mcap, "file that gets the angles as ROS 2 JointState; a new one");
   command->add_option("--http", o->http_port, "port of the page (default: any that is free)");
   command->add_flag("--json", o->json, "the address as one JSON object on standard output, at the start");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

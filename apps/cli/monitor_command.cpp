@@ -149,16 +149,15 @@ void run(const Options& o) {
 
 void add_monitor(CLI::App& app) {
   using namespace monitor_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("monitor",
-                                         "A glove in the terminal, as it moves: a bar for each finger; or a "
-                                         "hand, with its duties and faults; or, "
-                                         "with --from, a recording, a simulated glove or a camera");
+  const auto [o, command] = add_command(app, "monitor",
+                                        "A glove in the terminal, as it moves: a bar for each finger; or a "
+                                        "hand, with its duties and faults; or, "
+                                        "with --from, a recording, a simulated glove or a camera",
+                                        run);
   add_options(*command, o->glove);
   add_speed(*command, o->glove);
   command->add_option("--for", o->for_s, "seconds (default: until Ctrl-C)")->check(CLI::PositiveNumber);
   command->add_flag("--json", o->json, "one JSON object on standard output, at the end");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

@@ -108,8 +108,8 @@ void run(const Options& o) {
 
 void add_pair(CLI::App& app) {
   using namespace pair_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("pair", "One key for glove and hand over USB, without a compiler");
+  const auto [o, command] =
+      add_command(app, "pair", "One key for glove and hand over USB, without a compiler", run);
   command->add_option(
       "FOLDER", o->folder,
       "folder of flexor deploy: its images get the key instead of boards (an ATmega32U4 gets its key so, "
@@ -122,7 +122,6 @@ void add_pair(CLI::App& app) {
   command->add_option("--out", o->out, "file that a new key is written to, for its owner alone")
       ->capture_default_str();
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
-
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/deploy/flash.hpp"
@@ -61,12 +59,10 @@ void run(const Options& o) {
 
 void add_ports(CLI::App& app) {
   using namespace ports_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("ports", "Serial ports that may be gloves or hands");
+  const auto [o, command] = add_command(app, "ports", "Serial ports that may be gloves or hands", run);
   command->add_flag("--listen", o->listen,
                     "listen to each, and say what speaks there; most boards restart by that");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

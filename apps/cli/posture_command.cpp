@@ -3,7 +3,6 @@
 
 #include <fstream>
 #include <iostream>
-#include <memory>
 #include <optional>
 
 #include "apps/cli/commands.hpp"
@@ -175,9 +174,8 @@ void run_complete(CompleteOptions& o) {
 }
 
 void add_learn(CLI::App& posture) {
-  auto o = std::make_shared<LearnOptions>();
-  CLI::App* command =
-      posture.add_subcommand("learn", "Learn from recordings of all 23 joints, a file for each person");
+  const auto [o, command] = add_command(
+      posture, "learn", "Learn from recordings of all 23 joints, a file for each person", run_learn);
   command->add_option("files", o->files, "CSV: t_s and NAME_deg of all 23 joints, three people or more")
       ->required();
   command->add_option("--out", o->out, "the posture document")->required();
@@ -185,13 +183,11 @@ void add_learn(CLI::App& posture) {
       ->check(seed_fault)
       ->capture_default_str();
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run_learn(*o); });
 }
 
 void add_complete(CLI::App& posture) {
-  auto o = std::make_shared<CompleteOptions>();
-  CLI::App* command =
-      posture.add_subcommand("complete", "All 23 joints, with standard errors, from those that are sensed");
+  const auto [o, command] = add_command(
+      posture, "complete", "All 23 joints, with standard errors, from those that are sensed", run_complete);
   command->footer(
       "Writes t_s, NAME_deg and NAME_se_deg of each joint on the rows of FILE, and INPUT_quality of each "
       "input:\n"
@@ -226,7 +222,6 @@ void add_complete(CLI::App& posture) {
       ->capture_default_str();
   command->add_option("--out", o->out, "the completed CSV")->required();
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run_complete(*o); });
 }
 
 }  // namespace posture_command

@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
-
 #include "apps/cli/commands.hpp"
 #include "host/donning/recalibrate_files.hpp"
 #include "host/io/io.hpp"
@@ -75,9 +73,8 @@ void run(Options& o) {
 
 void add_recalibrate(CLI::App& app) {
   using namespace recalibrate_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("recalibrate", "Fit a model's sensors anew to a glove that was put on again");
+  const auto [o, command] =
+      add_command(app, "recalibrate", "Fit a model's sensors anew to a glove that was put on again", run);
   command->footer(
       "All evidence goes into one estimate. Without a camera a finger counts once it was opened and closed\n"
       "over its whole range (three turns of 30 degrees). What the evidence does not tell stays as it was, "
@@ -105,7 +102,6 @@ void add_recalibrate(CLI::App& app) {
       "how donnings of this glove differ, as flexor donning writes it (default: the shipped one)");
   command->add_option("--out", o->out, "write the new model document here")->required();
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

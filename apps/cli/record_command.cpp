@@ -97,17 +97,16 @@ void run(const Options& o) {
 
 void add_record(CLI::App& app) {
   using namespace record_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "record",
+  const auto [o, command] = add_command(
+      app, "record",
       "What a glove says, or with --from a simulated one or a camera, as a recording: wide CSV with "
-      "the board's clock and this machine's");
+      "the board's clock and this machine's",
+      run);
   command->add_option("OUT", o->out, "CSV file, whole lines at any instant; Ctrl-C ends the recording")
       ->required();
   add_options(*command, o->glove);
   command->add_option("--for", o->for_s, "seconds (default: until Ctrl-C)")->check(CLI::PositiveNumber);
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 
 #include "apps/cli/commands.hpp"
@@ -29,16 +28,14 @@ void run(const Options& o) {
 
 void add_report(CLI::App& app) {
   using namespace report_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "report", "Draw a job's report once more, from the results that it saved in its folder");
+  const auto [o, command] = add_command(
+      app, "report", "Draw a job's report once more, from the results that it saved in its folder", run);
   command
       ->add_option("FOLDER", o->folder,
                    "that identify --report, experiment --out, track --report, deploy --out or latency --out "
                    "has written")
       ->required();
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

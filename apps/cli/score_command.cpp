@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/commands.hpp"
@@ -105,8 +104,7 @@ void run(const Options& o) {
 
 void add_score(CLI::App& app) {
   using namespace score_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("score", "Compare two CSV files of angles");
+  const auto [o, command] = add_command(app, "score", "Compare two CSV files of angles", run);
   command->add_option("reference", o->reference, "CSV with the measured angle")->required();
   command->add_option("estimate", o->estimate, "CSV with the estimated angle, on the same clock")->required();
   command->add_option("--reference-column", o->reference_column, "its column (default: the only angle)");
@@ -115,7 +113,6 @@ void add_score(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--time-unit", o->time_unit, kTimeUnitHelp);
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <memory>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
@@ -104,10 +103,10 @@ void run(const Options& o) {
 
 void add_send(CLI::App& app) {
   using namespace send_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "send",
-      "A model into a glove that runs, over USB or a radio; the glove was deployed with --model-as data");
+  const auto [o, command] = add_command(
+      app, "send",
+      "A model into a glove that runs, over USB or a radio; the glove was deployed with --model-as data",
+      run);
   command->add_option("MODEL", o->model, "model file")->required();
   command
       ->add_option("--port", o->port, "serial port of the glove or of a radio; auto: the only one there is")
@@ -127,7 +126,6 @@ void add_send(CLI::App& app) {
       "through the board's bootloader, over USB: for a glove whose model lies in flash, as the larger "
       "ones do; it pauses for some seconds (default where the model does not fit EEPROM)");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

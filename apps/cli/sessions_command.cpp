@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
-#include <memory>
 
 #include "apps/cli/commands.hpp"
 #include "apps/live/sessions.hpp"
@@ -59,12 +58,10 @@ std::filesystem::path sessions_folder(const std::string& given) {
 
 void add_sessions(CLI::App& app) {
   using namespace sessions_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("sessions", "Recordings, models and reports that flexor live keeps, newest first");
+  const auto [o, command] = add_command(
+      app, "sessions", "Recordings, models and reports that flexor live keeps, newest first", run);
   command->add_option("--sessions", o->folder, "their folder (default: flexor in the home folder)");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

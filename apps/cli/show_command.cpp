@@ -1,5 +1,3 @@
-#include <memory>
-
 #include "apps/cli/commands.hpp"
 #include "host/model/diagram.hpp"
 
@@ -20,12 +18,10 @@ void run(const Options& o) {
 
 void add_show(CLI::App& app) {
   using namespace show_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("show", "Show a model document: a diagram of its blocks, and its limits");
+  const auto [o, command] =
+      add_command(app, "show", "Show a model document: a diagram of its blocks, and its limits", run);
   command->add_option("model", o->model, "model document")->required();
   command->add_flag("--json", o->json, "the document itself, checked");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

@@ -262,9 +262,8 @@ Json track_video(io::Worker& camera, const TrackOptions& o, const std::function<
 
 void add_track(CLI::App& app) {
   using namespace track_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("track", "Angles of a hand from a video or a camera: marks on its joints");
+  const auto [o, command] =
+      add_command(app, "track", "Angles of a hand from a video or a camera: marks on its joints", run);
   command->add_option("video", o->track.video, "video file, or a camera: /dev/video0")->required();
   command->add_option("--joints", o->track.joints, "joint file: marks, bones, angles (models/joints)")
       ->required();
@@ -290,7 +289,6 @@ void add_track(CLI::App& app) {
   command->add_option("--save", o->save, "write a joint file with this colour and these places")
       ->needs(setup);
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 void add_camera(CLI::App& app) {

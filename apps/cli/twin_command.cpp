@@ -99,13 +99,13 @@ void record(RecordOptions& o) {
 }
 
 void add_twin_record(CLI::App& twin) {
-  auto o = std::make_shared<RecordOptions>();
-  CLI::App* command = twin.add_subcommand("record",
-                                          "Record the twin's glove as a user records a real one: a person "
-                                          "wears it and plays the recommended motion; the "
-                                          "glove's log, what a camera sees of the fingers and what another "
-                                          "sees of the hand, each donning a file of its "
-                                          "own. Then flexor identify, as with any recording");
+  const auto [o, command] = add_command(twin, "record",
+                                        "Record the twin's glove as a user records a real one: a person "
+                                        "wears it and plays the recommended motion; the "
+                                        "glove's log, what a camera sees of the fingers and what another "
+                                        "sees of the hand, each donning a file of its "
+                                        "own. Then flexor identify, as with any recording",
+                                        record);
   command->add_option("--out", o->folder, "write the recordings into this folder")->required();
   command
       ->add_option("--donnings", o->request.donnings,
@@ -118,7 +118,6 @@ void add_twin_record(CLI::App& twin) {
   command->add_option("--twin", o->twin, "configuration of the twin (default: the shipped one)");
   command->add_option("--set", o->set, "change one parameter of the twin; may be repeated");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { record(*o); });
 }
 
 }  // namespace twin_command

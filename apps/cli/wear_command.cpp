@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/stop.hpp"
@@ -82,13 +81,13 @@ void run(const Options& o) {
 
 void add_twin_wear(CLI::App& twin) {
   using namespace wear_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command = twin.add_subcommand("wear",
-                                          "A glove without hardware: both boards simulated in real time with "
-                                          "their own firmware, worn by the twin, "
-                                          "the glove's USB on a pseudo-terminal. Leave it running and use "
-                                          "flexor monitor, record, send or flash in "
-                                          "another terminal. Ctrl-C ends it");
+  const auto [o, command] = add_command(twin, "wear",
+                                        "A glove without hardware: both boards simulated in real time with "
+                                        "their own firmware, worn by the twin, "
+                                        "the glove's USB on a pseudo-terminal. Leave it running and use "
+                                        "flexor monitor, record, send or flash in "
+                                        "another terminal. Ctrl-C ends it",
+                                        run);
   command->add_option("--port-link", o->link,
                       "a name for the port that stays (default: the pseudo-terminal's own, /dev/pts/N)");
   command
@@ -117,7 +116,6 @@ void add_twin_wear(CLI::App& twin) {
   command->add_option("--twin", o->twin, "configuration of the twin (default: the shipped one)");
   command->add_option("--set", o->set, "change one parameter of the twin; may be repeated");
   command->add_flag("--json", o->json, "one JSON object on standard output, as soon as the glove is there");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 
 #include "apps/cli/commands.hpp"
 #include "host/deploy/wiring.hpp"
@@ -58,9 +57,8 @@ void run(const Options& o) {
 
 void add_wiring(CLI::App& app) {
   using namespace wiring_command;
-  auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "wiring", "What to solder where, with pictures and parts, and the sketch that logs a glove");
+  const auto [o, command] = add_command(
+      app, "wiring", "What to solder where, with pictures and parts, and the sketch that logs a glove", run);
   command->add_option("--out", o->out, "write pictures, list and sketch into this folder")->required();
   command->add_option("--pins", o->pins, "as in flexor deploy")->capture_default_str();
   command->add_option("--target", o->target, "chip of the glove's board: atmega328p or atmega32u4")
@@ -71,7 +69,6 @@ void add_wiring(CLI::App& app) {
   command->add_option("--twin", o->twin, "configuration with the divider of your glove (flexor twin --json)");
   command->add_option("--set", o->set, "change one of its values; may be repeated");
   command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

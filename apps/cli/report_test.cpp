@@ -171,6 +171,20 @@ TEST_F(HandReport, NamesOfASentFolderAreShownNotObeyed) {
   EXPECT_NE(read("curve_1.svg").find("touch"), std::string::npos) << "the sensor's unit is shown";
 }
 
+// 1/4 behind a lag of 10 rad/s, 3/4 behind that and one of 2: partial fractions by hand.
+TEST_F(HandReport, AChainHasItsTransferFunction) {
+  identify::save_hand_results(result_, folder_);
+  auto json = results();
+  auto& parameters = json.at("joints").front().at("parameters") = nlohmann::ordered_json::array();
+  for (const auto& [name, value] :
+       {std::pair("pole 1 (rad/s)", -10.0), {"pole 2 (rad/s)", -2.0}, {"tap 1", 0.25}})
+    parameters.push_back({{"name", name}, {"value", value}, {"standard_error", nullptr}});
+  io::write_file(folder_ / "results.json", json.dump());
+  report::render(folder_);
+  for (const char* cell : {"<td>0.0625</td>", "<td>0.9375</td>", "<td>-10 (not told)</td>", "<td>0.5 s</td>"})
+    EXPECT_NE(read("joint-1.html").find(cell), std::string::npos) << cell;
+}
+
 TEST_F(HandReport, PeersThatCouldNotBeFittedAndPausesAllOverAreSaid) {
   for (identify::JointResult& joint : result_.joints) {
     joint.baselines.erase("line");

@@ -49,6 +49,41 @@ TEST_F(Hand, SeveralRecordingsAreOneFitWithAClockEach) {
   EXPECT_GT(r.joints[0].fitted_samples, 2 * 25 * 20) << "both first halves are fitted";
 }
 
+// Another angle of one take shows wholly where it is left out: nothing of it was fitted.
+TEST_F(Hand, WhatIsLeftOutIsNotFitted) {
+  const auto higher = [](std::vector<double>& angle) {
+    for (double& a : angle) a += 30;
+  };
+  HandRequest r = request({write("p", {60, 3}), write("q", {60, 4}, higher)});
+  r.structure = "curve";
+  EXPECT_TRUE(has(refusal([&] {
+                    auto one = r;
+                    one.leave_out = LeaveOut::person;
+                    return one;
+                  }()),
+                  "one folder"));
+  r.leave_out = LeaveOut::take;
+  const JointResult takes = identify_hand(r, {}).joints[0];
+  ASSERT_EQ(takes.left_out.size(), 2U);
+  ASSERT_EQ(takes.pairs.size(), 2U);
+  for (std::size_t p = 0; p < 2; ++p) {
+    EXPECT_EQ(takes.left_out[p].name, takes.pairs[p].name);
+    EXPECT_NEAR(takes.left_out[p].rmse_deg, 30, 4);
+    EXPECT_NEAR(takes.left_out[p].baseline_deg.at("line"), 30, 4);
+    EXPECT_LT(takes.pairs[p].rmse_deg, 20) << "both were fitted";
+    EXPECT_GT(takes.left_out[p].samples, 2 * takes.pairs[p].samples - 100);
+  }
+  EXPECT_NEAR(takes.left_out_verdict->rmse_deg, 30, 4);
+  r.pairs.pop_back();
+  r.leave_out = LeaveOut::block;
+  const JointResult blocks = identify_hand(r, {}).joints[0];
+  ASSERT_EQ(blocks.left_out.size(), 8U);
+  std::size_t samples = 0;
+  for (const ScoreRow& row : blocks.left_out) samples += row.samples;
+  EXPECT_EQ(samples, blocks.samples[0].t_s.size()) << "each once";
+  EXPECT_NEAR(blocks.left_out_verdict->rmse_deg, blocks.holdout.rmse_deg, 1);
+}
+
 // Nothing differs between them, so that each may say it as well as both.
 TEST_F(Hand, ARecordingThatStandsThereTwiceWithADifferenceSpoilsNothing) {
   const PairFiles one = write("once", {90, 5});

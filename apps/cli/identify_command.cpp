@@ -204,11 +204,11 @@ double lead_for(const std::string& what, double rate_hz) {
   if (what == "hand") return sample_s + kRadio_s + kHand_s;
   if (what == "vr") return sample_s + kText_s;
   const auto budget = io::parse_json(io::read_document(what), what);
-  if (!budget.is_object() || !budget.contains("stages") || !budget["stages"].is_array())
+  const auto total =
+      budget.is_object() ? budget.value("total", nlohmann::ordered_json()) : nlohmann::ordered_json();
+  if (!total.is_object() || !total.contains("mean_ms") || !total["mean_ms"].is_number())
     throw io::InputError(fmt::format("--for {}: hand, vr, or a file that flexor latency --json wrote", what));
-  double ms = 0;
-  for (const auto& stage : budget["stages"]) ms += stage.value("mean_ms", 0.0);
-  return ms / 1000 + kHand_s;
+  return total["mean_ms"].get<double>() / 1000 + kHand_s;
 }
 
 // Pairs and map, as they are or as one pair and its columns.
@@ -320,6 +320,8 @@ void run(Options& o) {
   }
   if (std::ranges::any_of(result.joints, [](const auto& joint) { return joint.untried > 0; }))
     throw Doubt(identify::kStopped);
+  if (result.leave_out_stopped)
+    throw Doubt("stopped before each part was left out: their verdict is missing");
 }
 
 void add_structure(CLI::App& command, identify::HandRequest& r) {

@@ -139,15 +139,18 @@ Session session_of(const std::vector<recording::Aligned>& sensors) {
   return out;
 }
 
+bool left_out_wholly(const recording::Aligned& a) {
+  return a.holdout_begin == a.overlap_begin && a.held_end() == a.size();
+}
+
 // Of what is left out wholly there is none.
 std::vector<Session> sessions_of(const std::vector<Sampled>& samples, std::size_t joint,
                                  bool own_alone = false) {
   std::vector<Session> out;
   for (const Sampled& sampled : samples) {
     const std::vector<recording::Aligned>& sensors = sampled.sensor[joint];
-    const recording::Aligned& own = sensors.front();
-    if (own.holdout_begin == own.overlap_begin && own.held_end() == own.size()) continue;
-    out.push_back(session_of(own_alone ? std::vector{own} : sensors));
+    if (left_out_wholly(sensors.front())) continue;
+    out.push_back(session_of(own_alone ? std::vector{sensors.front()} : sensors));
   }
   return out;
 }
@@ -160,6 +163,7 @@ void add_inputs(const HandRequest& request, const std::vector<Files>& files,
     for (std::size_t j = 0; j < request.map.size(); ++j) {
       for (std::size_t s = 0; s < request.map[j].sensors.size(); ++s) {
         const recording::Aligned& a = sampled.sensor[j][s];
+        if (left_out_wholly(a)) continue;
         const auto [it, fresh] = ranges.emplace(request.map[j].sensors[s], a.valid);
         if (!fresh)
           it->second = {std::min(it->second.min, a.valid.min), std::max(it->second.max, a.valid.max)};
@@ -190,12 +194,11 @@ struct Held {
   score::Score score(const std::vector<double>& estimated) const {
     return score::score_seen(t_s, measured, estimated, unseen, max_step_s);
   }
-  // Of what was seen; of all where nothing was.
+  // Of what was seen.
   std::vector<double> errors(const std::vector<double>& estimated) const {
-    const bool none = std::ranges::count(unseen, 0) == 0;
     std::vector<double> out;
     for (std::size_t k = 0; k < measured.size(); ++k) {
-      if (none || unseen[k] == 0) out.push_back(estimated[k] - measured[k]);
+      if (unseen[k] == 0) out.push_back(estimated[k] - measured[k]);
     }
     return out;
   }
@@ -419,7 +422,7 @@ HeldOut baselines_of(const HandRequest& request, const std::vector<Files>& files
 double rms(const std::vector<double>& errors) {
   double squares = 0;
   for (const double e : errors) squares += e * e;
-  return errors.empty() ? 0 : std::sqrt(squares / static_cast<double>(errors.size()));
+  return std::sqrt(squares / static_cast<double>(errors.size()));  // of none: NaN
 }
 
 ScoreRow row_of(const std::string& name, const std::vector<double>& error_deg,
@@ -429,9 +432,27 @@ ScoreRow row_of(const std::string& name, const std::vector<double>& error_deg,
   return out;
 }
 
-// Each pair's part of what is held out.
+// Of each: the last part of its path, or all of it where others end alike.
+std::vector<std::string> short_names(const std::vector<std::filesystem::path>& paths) {
+  std::vector<std::string> out;
+  for (const std::filesystem::path& path : paths) {
+    const auto alike = std::ranges::count_if(
+        paths, [&](const auto& other) { return other != path && other.filename() == path.filename(); });
+    out.push_back(io::to_utf8((alike > 0 ? path : path.filename()).string()));
+  }
+  return out;
+}
+
+std::vector<std::string> names_of_pairs(const HandRequest& request) {
+  std::vector<std::filesystem::path> logs;
+  for (const PairFiles& pair : request.pairs) logs.push_back(pair.sensor);
+  return short_names(logs);
+}
+
+// Each pair's part of what is held out, where its angle was seen.
 void score_pairs(const HandRequest& request, const std::vector<Sampled>& samples, std::size_t j,
                  const std::vector<double>& own, const HeldOut& baselines, JointResult& joint) {
+  const std::vector<std::string> names = names_of_pairs(request);
   std::ptrdiff_t from = 0;
   for (std::size_t p = 0; p < samples.size(); ++p) {
     const Held held = held_of(std::span(samples).subspan(p, 1), j);
@@ -441,8 +462,7 @@ void score_pairs(const HandRequest& request, const std::vector<Sampled>& samples
     };
     HeldOut errors;
     for (const auto& [name, estimates] : baselines) errors[name] = part(estimates);
-    joint.pairs.push_back(
-        row_of(io::to_utf8(request.pairs[p].sensor.filename().string()), part(own), errors));
+    if (!part(own).empty()) joint.pairs.push_back(row_of(names[p], part(own), errors));
     from = to;
   }
 }
@@ -462,11 +482,11 @@ double rmse_later_deg(const JointResult& joint, double later_s) {
 
 // Itself is no baseline.
 score::Verdict judged(const HandRequest& request, const std::vector<double>& error_deg,
-                      HeldOut baseline_error_deg) {
+                      HeldOut baseline_error_deg, const std::vector<std::size_t>& part_ends = {}) {
   for (const auto& [name, structure] : kBaselines) {
     if (structure == request.structure) baseline_error_deg.erase(name);
   }
-  return score::judge(error_deg, baseline_error_deg, 1 / request.rate_hz);
+  return score::judge(error_deg, baseline_error_deg, 1 / request.rate_hz, part_ends);
 }
 
 void score_joints(const HandRequest& request, const std::vector<Files>& files,
@@ -478,12 +498,14 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
     JointResult joint = r.joints[j];
     joint.samples = series_of(samples, j, estimated[j]);
     HeldOut baselines = baselines_of(request, files, samples, j, joint);
-    const Held held = held_of(samples, j);
+    Held held = held_of(samples, j);
     const std::vector<double> own = held_out(estimated[j], samples, j);
     joint.holdout = held.score(own);
     joint.sooner_deg = rmse_later_deg(joint, -kLeadOff_s);
     joint.later_deg = rmse_later_deg(joint, kLeadOff_s);
     score_pairs(request, samples, j, own, baselines, joint);
+    if (std::ranges::count(held.unseen, 0) == 0)
+      std::ranges::fill(held.unseen, 0);  // then all counts, as in the score
     for (auto& [name, estimates] : baselines) {
       joint.baselines.emplace(name, held.score(estimates));
       estimates = held.errors(estimates);
@@ -785,11 +807,48 @@ bool fit_again(const HandRequest& request, const std::vector<Files>& files, Hand
   return true;
 }
 
+// What is left out together: these pairs, from one share of their time to another.
+struct Unit {
+  std::string name;
+  std::vector<std::size_t> pairs;
+  double from = 0;
+  double to = 1;
+};
+
+std::vector<Unit> units_of(const HandRequest& request) {
+  std::vector<Unit> out;
+  std::vector<std::size_t> all(request.pairs.size());
+  std::iota(all.begin(), all.end(), 0);
+  for (std::size_t b = 0; request.leave_out == LeaveOut::block && b < kBlocks; ++b) {
+    constexpr double kShare = 1.0 / kBlocks;
+    const auto at = static_cast<double>(b);
+    out.push_back({fmt::format("block {} of {}", b + 1, kBlocks), all, at * kShare, (at + 1) * kShare});
+  }
+  if (request.leave_out == LeaveOut::take) {
+    for (const std::size_t p : all) out.push_back({names_of_pairs(request)[p], {p}});
+  }
+  std::map<std::filesystem::path, std::vector<std::size_t>> folders;
+  for (const std::size_t p : all)
+    folders[std::filesystem::weakly_canonical(request.pairs[p].sensor).parent_path()].push_back(p);
+  if (request.leave_out == LeaveOut::person) {
+    std::vector<std::filesystem::path> persons;
+    for (const auto& [folder, pairs] : folders) persons.push_back(folder);
+    const std::vector<std::string> names = short_names(persons);
+    for (const auto& [folder, pairs] : folders) out.push_back({names[out.size()], pairs});
+  }
+  if (out.size() > 1) return out;
+  throw InputError(
+      request.leave_out == LeaveOut::person
+          ? "--leave-out person: all logs lie in one folder: put each person's into a folder of its own"
+          : "--leave-out take: there is one pair alone: give more, or --leave-out block");
+}
+
 void check(const HandRequest& request) {
   if (request.pairs.empty())
     throw InputError("no recordings: --pair GLOVE CAMERA, or --sensor and --reference");
   if (!(request.split > 0 && request.split < 1)) throw InputError("the split must lie between 0 and 1");
   recording::check_clock(request.rate_hz, request.clock_offset_s, request.lead_s);
+  if (request.leave_out != LeaveOut::none) (void)units_of(request);
   for (const JointMap& joint : request.map) (void)parse_structure(request.structure, joint.sensors.size());
 }
 
@@ -819,41 +878,6 @@ void state_reference_error(const HandRequest& request, HandIdentification& r) {
   }
 }
 
-// What is left out together: these pairs, from one share of their time to another.
-struct Unit {
-  std::string name;
-  std::vector<std::size_t> pairs;
-  double from = 0;
-  double to = 1;
-};
-
-std::vector<Unit> units_of(const HandRequest& request) {
-  std::vector<Unit> out;
-  std::vector<std::size_t> all(request.pairs.size());
-  std::iota(all.begin(), all.end(), 0);
-  for (std::size_t b = 0; request.leave_out == LeaveOut::block && b < kBlocks; ++b) {
-    constexpr double kShare = 1.0 / kBlocks;
-    const auto at = static_cast<double>(b);
-    out.push_back({fmt::format("block {} of {}", b + 1, kBlocks), all, at * kShare, (at + 1) * kShare});
-  }
-  for (const std::size_t p : all) {
-    if (request.leave_out == LeaveOut::block) break;
-    const std::filesystem::path log = std::filesystem::absolute(request.pairs[p].sensor);
-    const bool by_folder = request.leave_out == LeaveOut::person;
-    const std::string name = io::to_utf8((by_folder ? log.parent_path() : log).filename().string());
-    const auto known = by_folder ? std::ranges::find(out, name, &Unit::name) : out.end();
-    if (known == out.end())
-      out.push_back({name, {p}});
-    else
-      known->pairs.push_back(p);
-  }
-  if (out.size() > 1) return out;
-  throw InputError(
-      request.leave_out == LeaveOut::person
-          ? "--leave-out person: all logs lie in one folder: put each person's into a folder of its own"
-          : "--leave-out take: there is one pair alone: give more, or --leave-out block");
-}
-
 std::vector<Sampled> without(std::vector<Sampled> samples, const Unit& unit) {
   for (std::size_t p = 0; p < samples.size(); ++p) {
     const bool out = std::ranges::find(unit.pairs, p) != unit.pairs.end();
@@ -871,47 +895,79 @@ std::vector<Sampled> without(std::vector<Sampled> samples, const Unit& unit) {
   return samples;
 }
 
-// One unit after the other is left out, and a model fitted to the rest with every choice made anew.
+// A model that is fitted to the rest, with every choice made anew; of each joint what it errs by on the unit, the compensator's by the
+// name "". None: stopped.
+std::optional<std::vector<HeldOut>> errors_without(const Unit& unit, const HandRequest& request,
+                                                   const std::vector<Files>& files,
+                                                   const std::vector<Sampled>& whole, const Step& step) {
+  const std::vector<Sampled> samples = without(whole, unit);
+  HandIdentification one;
+  try {
+    fit_model(request, asked_for(request), files, samples, step, one);
+  } catch (const io::Cancelled&) {
+    return std::nullopt;
+  }
+  std::vector<std::size_t> joints(one.joints.size());
+  std::iota(joints.begin(), joints.end(), 0);
+  const auto estimated = estimates(one.model, files, samples, joints);
+  std::vector<HeldOut> out;
+  for (const std::size_t j : joints) {
+    if (one.joints[j].untried > 0) return std::nullopt;
+    one.joints[j].samples.resize(files.size());
+    const Held held = held_of(samples, j);
+    HeldOut& of = out.emplace_back(baselines_of(request, files, samples, j, one.joints[j]));
+    of[""] = held_out(estimated[j], samples, j);
+    for (auto& [name, estimates] : of) estimates = held.errors(estimates);
+  }
+  return out;
+}
+
+// One unit after the other is left out. Where one could not be, the rows of the others stand without a verdict.
 void leave_out(const HandRequest& request, const std::vector<Files>& files, const Step& step,
                HandIdentification& r) {
   const std::vector<Unit> units = units_of(request);
   HandRequest all = request;
   all.split = 1;
   const std::vector<Sampled> whole = sample_all(files, r.clocks, all);
-  std::vector<HeldOut> errors(r.joints.size());  // of the compensator by the name ""
-  for (std::size_t u = 0; u < units.size(); ++u) {
+  std::vector<HeldOut> errors(r.joints.size());
+  std::vector<std::vector<std::size_t>> ends(r.joints.size());
+  bool complete = true;
+  for (std::size_t u = 0; u < units.size() && !r.leave_out_stopped; ++u) {
     const auto part = [&](std::size_t done, std::size_t of, const std::string& what) {
       return !step ||
              step(u * of + done, units.size() * of, fmt::format("without {}: {}", units[u].name, what));
     };
-    const std::vector<Sampled> samples = without(whole, units[u]);
-    HandIdentification one;
-    fit_model(request, asked_for(request), files, samples, part, one);
-    std::vector<std::size_t> joints(one.joints.size());
-    std::iota(joints.begin(), joints.end(), 0);
-    const auto estimated = estimates(one.model, files, samples, joints);
-    for (const std::size_t j : joints) {
-      r.joints[j].untried += one.joints[j].untried;
-      one.joints[j].samples.resize(files.size());
-      const Held held = held_of(samples, j);
-      HeldOut row = baselines_of(request, files, samples, j, one.joints[j]);
-      for (auto& [name, estimates] : row) estimates = held.errors(estimates);
-      const std::vector<double> own = held.errors(held_out(estimated[j], samples, j));
-      r.joints[j].left_out.push_back(row_of(units[u].name, own, row));
-      row[""] = own;
-      for (const auto& [name, more] : row)
-        errors[j][name].insert(errors[j][name].end(), more.begin(), more.end());
+    try {
+      std::optional<std::vector<HeldOut>> found = errors_without(units[u], request, files, whole, part);
+      r.leave_out_stopped = !found;
+      for (std::size_t j = 0; found && j < errors.size(); ++j) {
+        HeldOut& row = (*found)[j];
+        for (const auto& [name, more] : row)
+          errors[j][name].insert(errors[j][name].end(), more.begin(), more.end());
+        const std::vector<double> own = std::move(row.extract("").mapped());
+        if (own.empty()) continue;  // nothing was measured there
+        r.joints[j].left_out.push_back(row_of(units[u].name, own, row));
+        ends[j].push_back(errors[j][""].size());
+      }
+    } catch (const io::JobError& error) {
+      complete = false;
+      r.warnings.push_back(fmt::format("without {}: {}", units[u].name, error.what()));
     }
   }
-  for (std::size_t j = 0; j < errors.size(); ++j) {
+  if (r.leave_out_stopped)
+    r.warnings.emplace_back("stopped before each part was left out: their verdict is missing");
+  for (std::size_t j = 0; complete && !r.leave_out_stopped && j < errors.size(); ++j) {
     const std::vector<double> own = std::move(errors[j].extract("").mapped());
+    if (own.size() < 2) continue;
     std::erase_if(errors[j], [&](const auto& one) { return one.second.size() != own.size(); });
-    r.joints[j].left_out_verdict = judged(request, own, std::move(errors[j]));
+    if (request.leave_out == LeaveOut::block) ends[j].clear();
+    r.joints[j].left_out_verdict = judged(request, own, std::move(errors[j]), ends[j]);
   }
 }
 
 // A few samples prove nothing.
 void check_held_out(const recording::Aligned& a) {
+  if (left_out_wholly(a)) throw InputError("the split leaves nothing to fit: a larger --split");
   if (a.size() - a.holdout_begin >= kLeastHeldOut) return;
   throw InputError(
       fmt::format("{} samples would be held out, at least {} are needed: a smaller --split, or record longer",
@@ -952,6 +1008,7 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   }
   const std::vector<Sampled> samples = sample_all(files, r.clocks, request);
   for (std::size_t j = 0; j < request.map.size(); ++j) {
+    for (const Sampled& sampled : samples) check_held_out(sampled.sensor[j].front());
     const std::vector<Session> sessions = sessions_of(samples, j);
     check_gloves(request, j, sessions);
     const auto other = std::ranges::find(request.map, request.map[j].reference, &JointMap::reference);
@@ -962,7 +1019,6 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
       r.warnings.push_back(fmt::format("{}: {}", request.map[j].joint, text));
   }
   warn_of_lacking_motion(request, samples, r.warnings);
-  for (const Sampled& sampled : samples) check_held_out(sampled.sensor.front().front());
   const auto start = std::chrono::steady_clock::now();
   fit_model(request, asked_for(request), files, samples, step, r);
   r.fit_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -992,6 +1048,18 @@ model::Model fit_hand(const HandRequest& request, std::vector<HandRecordings> re
 }
 
 namespace {
+
+Json parameters_json(const std::vector<Parameter>& parameters) {
+  Json out = Json::array();
+  for (const Parameter& p : parameters) {
+    const double reach = score::kNormal95 * p.standard_error;
+    out.push_back({{"name", p.name},
+                   {"value", p.value},
+                   {"standard_error", p.refused ? Json(nullptr) : Json(p.standard_error)},
+                   {"interval95", p.refused ? Json(nullptr) : Json({p.value - reach, p.value + reach})}});
+  }
+  return out;
+}
 
 Json rows_json(const std::vector<ScoreRow>& rows) {
   Json out = Json::array();
@@ -1025,15 +1093,6 @@ Json to_json(const HandIdentification& r) {
       if (!row.refusal.empty()) one["refusal"] = row.refusal;
       rows.push_back(std::move(one));
     }
-    Json parameters = Json::array();
-    for (const Parameter& p : joint.parameters) {
-      const double reach = score::kNormal95 * p.standard_error;
-      parameters.push_back(
-          {{"name", p.name},
-           {"value", p.value},
-           {"standard_error", p.refused ? Json(nullptr) : Json(p.standard_error)},
-           {"interval95", p.refused ? Json(nullptr) : Json({p.value - reach, p.value + reach})}});
-    }
     joints[joint.name] = {{"verdict", score::to_json(joint.verdict)},
                           {"holdout", score::to_json(joint.holdout)},
                           {"baselines", std::move(baselines)},
@@ -1047,7 +1106,7 @@ Json to_json(const HandIdentification& r) {
                           {"cross_validated_rmse_deg", fitted(joint.cross_validated_deg)},
                           {"effective_parameters", fitted(joint.effective)},
                           {"condition", fitted(joint.condition)},
-                          {"parameters", std::move(parameters)},
+                          {"parameters", parameters_json(joint.parameters)},
                           {"structures", std::move(rows)}};
     if (joint.left_out_verdict)
       joints[joint.name]["left_out"] = {{"verdict", score::to_json(*joint.left_out_verdict)},

@@ -39,7 +39,7 @@ inline bool on_one_clock(const HandRecordings& one) {
 }
 
 // What is left out, one after the other, of a fit to all the rest with every choice made anew: pairs of recordings; persons,
-// whose logs lie in folders of their own; eighths of every pair's time.
+// whose logs lie in folders of their own; eighths of every pair's time (of which readings, not angles, still tell what may be read).
 enum class LeaveOut { none, take, person, block };
 
 struct HandRequest {
@@ -99,7 +99,7 @@ struct JointResult : JointFit {
   std::vector<ScoreRow> left_out;
   double sooner_deg = 0;  // held out, RMSE where what follows takes kLeadOff_s less than the lead
   double later_deg = 0;   // and so much more
-  std::optional<score::Verdict> left_out_verdict;  // over all of these
+  std::optional<score::Verdict> left_out_verdict;  // over all of these, where every part could be left out
   std::vector<JointSamples> samples;  // of each pair; the estimates are of what the scores are of
 
   double line_rmse_deg() const;  // of the better straight line
@@ -112,6 +112,7 @@ struct HandIdentification {
   model::Model model;
   model::Model proven;  // fitted to a part: what scores and samples are of; with fit_all another than `model`
   double fit_seconds = 0;
+  bool leave_out_stopped = false;
   std::vector<std::string> warnings;
 };
 

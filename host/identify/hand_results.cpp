@@ -128,8 +128,9 @@ recording::Recording samples(const JointResult& joint) {
 // Every RMSE in a row of its own.
 std::string scores_csv(const HandIdentification& r) {
   std::string out = "joint,part,name,model,samples,rmse_deg,low95_deg,high95_deg\n";
-  const auto add = [&](const std::string& joint, const char* part, const ScoreRow& row,
+  const auto add = [&](const std::string& name_of_joint, const char* part, const ScoreRow& row,
                        const score::Verdict* verdict) {
+    const std::string joint = recording::quoted(name_of_joint);
     out += fmt::format(
         "{},{},{},compensator,{},{},{}\n", joint, part, recording::quoted(row.name), row.samples,
         row.rmse_deg,
@@ -144,6 +145,10 @@ std::string scores_csv(const HandIdentification& r) {
     add(joint.name, "held out", all, &joint.verdict);
     for (const ScoreRow& row : joint.pairs) add(joint.name, "held out", row, nullptr);
     for (const ScoreRow& row : joint.left_out) add(joint.name, "left out", row, nullptr);
+    if (!joint.left_out_verdict) continue;
+    all = {"all", 0, joint.left_out_verdict->rmse_deg, {}};
+    for (const ScoreRow& row : joint.left_out) all.samples += row.samples;
+    add(joint.name, "left out", all, &*joint.left_out_verdict);
   }
   return out;
 }

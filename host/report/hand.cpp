@@ -72,7 +72,7 @@ std::string lead_cost(const Json& joints) {
   if (!joints.front().contains("lead_off_rmse_deg")) return "";
   const auto off = [&](std::size_t which) {
     return over_joints(joints,
-                       [&](const Json& joint) { return joint["lead_off_rmse_deg"][which].get<double>(); });
+                       [&](const Json& joint) { return number_or_nan(joint["lead_off_rmse_deg"][which]); });
   };
   return fmt::format("; where what follows takes 0.05 s less or more than that, they err by {} or {}",
                      degrees(off(0)), degrees(off(1)));

@@ -41,19 +41,29 @@ const char* word_of(const Verdict& v) {
   return kWords.at(static_cast<std::size_t>(v.word));
 }
 
-// 95 % intervals of the RMSE and of the difference of both.
-void add_intervals(const std::vector<double>& a, const std::vector<double>& b, double period_s, Verdict& v) {
-  const std::size_t n = a.size();
+std::vector<std::size_t> block_ends(std::size_t n, double period_s) {
   const auto long_enough = static_cast<std::size_t>(static_cast<double>(n) * period_s / kBlock_s);
   const std::size_t blocks = std::min(n, std::max(kLeastBlocks, long_enough));
+  std::vector<std::size_t> out;
+  for (std::size_t b = 1; b <= blocks; ++b) out.push_back((b * n + blocks - 1) / blocks);
+  return out;
+}
+
+// 95 % intervals of the RMSE and of the difference of both.
+void add_intervals(const std::vector<double>& a, const std::vector<double>& b,
+                   const std::vector<std::size_t>& ends, Verdict& v) {
+  const std::size_t n = a.size();
+  const std::size_t blocks = ends.size();
   struct Sums {
     double a = 0;
     double b = 0;
     double count = 0;
   };
   std::vector<Sums> sums(blocks);
+  std::size_t block = 0;
   for (std::size_t k = 0; k < n; ++k) {
-    Sums& of = sums[k * blocks / n];
+    while (k >= ends[block]) ++block;
+    Sums& of = sums[block];
     of.a += a[k] * a[k];
     of.b += b[k] * b[k];
     of.count += 1;
@@ -80,10 +90,10 @@ void add_intervals(const std::vector<double>& a, const std::vector<double>& b, d
     return std::pair(value + wider * (draws[kDraws / 40] - value),
                      value + wider * (draws[kDraws - 1 - kDraws / 40] - value));
   };
-  const auto ends =
+  const auto own_ends =
       about(std::log(std::max(v.rmse_deg, std::sqrt(kNoError))), own);  // never below zero, and less skewed
-  v.rmse_low_deg = std::exp(ends.first);
-  v.rmse_high_deg = std::exp(ends.second);
+  v.rmse_low_deg = std::exp(own_ends.first);
+  v.rmse_high_deg = std::exp(own_ends.second);
   std::tie(v.low_deg, v.high_deg) = about(v.rmse_deg - v.baseline_deg, drawn);
 }
 
@@ -98,7 +108,8 @@ double student_t(int degrees) {
 }
 
 Verdict judge(const std::vector<double>& error_deg,
-              const std::map<std::string, std::vector<double>>& baseline_error_deg, double period_s) {
+              const std::map<std::string, std::vector<double>>& baseline_error_deg, double period_s,
+              const std::vector<std::size_t>& part_ends) {
   Verdict v;
   v.rmse_deg = rms(error_deg);
   for (const auto& [name, error] : baseline_error_deg) {
@@ -107,7 +118,8 @@ Verdict judge(const std::vector<double>& error_deg,
     v.baseline = name;
     v.baseline_deg = rmse_deg;
   }
-  add_intervals(error_deg, v.baseline.empty() ? error_deg : baseline_error_deg.at(v.baseline), period_s, v);
+  add_intervals(error_deg, v.baseline.empty() ? error_deg : baseline_error_deg.at(v.baseline),
+                part_ends.empty() ? block_ends(error_deg.size(), period_s) : part_ends, v);
   if (v.baseline.empty()) return v;
   if (v.high_deg < 0) v.word = Verdict::Word::better;
   if (v.low_deg > 0) v.word = Verdict::Word::worse;

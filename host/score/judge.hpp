@@ -31,9 +31,10 @@ inline constexpr double kNormal95 = 1.959964;
 double student_t(int degrees);
 
 // Errors at the same samples, degrees, at least two; baselines by their names: line, limited_line, line_lead, static_curve,
-// published_form.
+// published_form. `part_ends`: of parts, one after the other, that are drawn whole in place of blocks, as persons are; none: blocks.
 Verdict judge(const std::vector<double>& error_deg,
-              const std::map<std::string, std::vector<double>>& baseline_error_deg, double period_s);
+              const std::map<std::string, std::vector<double>>& baseline_error_deg, double period_s,
+              const std::vector<std::size_t>& part_ends = {});
 
 // "2.31 deg (95 %: 2.12 to 2.50) on data it never saw; the best baseline, a straight line, 2.94: better (difference -0.63, 95 %: -0.81 to -0.44)".
 // Where it is not better, which baseline to take, if a structure gives that.

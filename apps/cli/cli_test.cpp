@@ -100,6 +100,9 @@ TEST_F(Cli, EmptyAndAbsurdValuesAreRefusedBeforeTheWork) {
   const std::string both = "--sensor '" + glove() + "' --reference '" + camera() + "' ";
   expect_refused("identify --structure linear --model '' " + both, 2, "--model");
   expect_refused("identify --structure linear --report '' " + both, 2, "--report");
+  io::write_file(path("lead.json"), R"({"total": [1]})");
+  expect_refused("identify --for '" + path("lead.json") + "' " + both, 2, "flexor latency");
+  expect_refused("identify --leave-out take " + both, 2, "--leave-out block");
   expect_refused("score '" + camera() + "' '" + camera() + "' --estimate-offset nan", 2, "--estimate-offset");
   io::write_file(path("torn.csv"), "time_ms,index_count\n12,");
   expect_refused("identify --sensor '" + path("torn.csv") + "' --reference '" + camera() + "'", 2,

@@ -161,8 +161,8 @@ void show(const identify::HandIdentification& r) {
           "{}: {:.3f} s ahead; where what follows takes {:g} s less {:.2f} deg, more {:.2f} deg\n",
           joint.name, r.request.lead_s, identify::kLeadOff_s, joint.sooner_deg, joint.later_deg));
     if (joint.pairs.size() > 1) show_rows(joint.name, "held out of each pair", joint.pairs);
+    if (!joint.left_out.empty()) show_rows(joint.name, "left out", joint.left_out);
     if (!joint.left_out_verdict) continue;
-    show_rows(joint.name, "left out", joint.left_out);
     print(fmt::format("{}, left out: {}\n", joint.name, score::in_words(*joint.left_out_verdict)));
   }
 }

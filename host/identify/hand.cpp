@@ -419,16 +419,10 @@ HeldOut baselines_of(const HandRequest& request, const std::vector<Files>& files
   return out;
 }
 
-double rms(const std::vector<double>& errors) {
-  double squares = 0;
-  for (const double e : errors) squares += e * e;
-  return std::sqrt(squares / static_cast<double>(errors.size()));  // of none: NaN
-}
-
 ScoreRow row_of(const std::string& name, const std::vector<double>& error_deg,
                 const HeldOut& baseline_error_deg) {
-  ScoreRow out{name, error_deg.size(), rms(error_deg), {}};
-  for (const auto& [baseline, errors] : baseline_error_deg) out.baseline_deg[baseline] = rms(errors);
+  ScoreRow out{name, error_deg.size(), score::rms(error_deg), {}};
+  for (const auto& [baseline, errors] : baseline_error_deg) out.baseline_deg[baseline] = score::rms(errors);
   return out;
 }
 
@@ -477,7 +471,7 @@ double rmse_later_deg(const JointResult& joint, double later_s) {
       errors.push_back(s.estimated_deg[k] - score::interpolate(s.t_s, s.measured_deg, at_s));
     }
   }
-  return rms(errors);
+  return score::rms(errors);
 }
 
 // Itself is no baseline.
@@ -1108,9 +1102,10 @@ Json to_json(const HandIdentification& r) {
                           {"condition", fitted(joint.condition)},
                           {"parameters", parameters_json(joint.parameters)},
                           {"structures", std::move(rows)}};
-    if (joint.left_out_verdict)
-      joints[joint.name]["left_out"] = {{"verdict", score::to_json(*joint.left_out_verdict)},
-                                        {"rows", rows_json(joint.left_out)}};
+    if (!joint.left_out.empty())
+      joints[joint.name]["left_out"] = {
+          {"verdict", joint.left_out_verdict ? score::to_json(*joint.left_out_verdict) : Json(nullptr)},
+          {"rows", rows_json(joint.left_out)}};
   }
   Json pairs = Json::array();
   for (std::size_t p = 0; p < r.clocks.size(); ++p) {

@@ -84,6 +84,29 @@ TEST_F(Hand, WhatIsLeftOutIsNotFitted) {
   EXPECT_NEAR(blocks.left_out_verdict->rmse_deg, blocks.holdout.rmse_deg, 1);
 }
 
+// What a part lacks, or a stop, costs the verdict alone.
+TEST_F(Hand, APartThatCannotBeLeftOutCostsItsVerdictAlone) {
+  HandRequest r = request({write("p", {60, 3}), write("q", {60, 4})});
+  r.structure = "line-lead";
+  r.leave_out = LeaveOut::take;
+  const auto until_q = [](std::size_t, std::size_t, const std::string& what) {
+    return !what.starts_with("without q");
+  };
+  const HandIdentification stopped = identify_hand(r, until_q);
+  EXPECT_TRUE(stopped.leave_out_stopped);
+  EXPECT_EQ(stopped.joints[0].untried, 0U) << "the model is whole";
+  EXPECT_EQ(stopped.joints[0].left_out.size(), 1U);
+  EXPECT_FALSE(stopped.joints[0].left_out_verdict);
+  r.pairs[1] = write("short", {1.9, 5});
+  r.split = 0.3;
+  r.clock_offset_s = kOffset_s;
+  const HandIdentification lacking = identify_hand(r, {});
+  EXPECT_FALSE(lacking.leave_out_stopped);
+  EXPECT_TRUE(warned(lacking, "without p_glove.csv"));
+  EXPECT_EQ(lacking.joints[0].left_out.size(), 1U);
+  EXPECT_FALSE(lacking.joints[0].left_out_verdict);
+}
+
 // Nothing differs between them, so that each may say it as well as both.
 TEST_F(Hand, ARecordingThatStandsThereTwiceWithADifferenceSpoilsNothing) {
   const PairFiles one = write("once", {90, 5});

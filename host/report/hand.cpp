@@ -314,7 +314,8 @@ void joint_page(const Saved& saved, const std::string& name, const Json& joint, 
     rows_table(page, "Typical error (RMSE) on the part of each pair that was held out", pairs);
   if (joint.contains("left_out")) {
     rows_table(page, "Typical error (RMSE) of fits to all but one", joint["left_out"].at("rows"));
-    page.paragraph(joint["left_out"].at("verdict").at("words").get<std::string>() + ".");
+    if (const Json& verdict = joint["left_out"].at("verdict"); verdict.is_object())
+      page.paragraph(verdict.at("words").get<std::string>() + ".");
   }
   if (const Json& donnings = joint.at("donnings"); donnings.is_object()) {
     page.paragraph(fmt::format(

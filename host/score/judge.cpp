@@ -30,12 +30,6 @@ constexpr std::array kBaselines = {Baseline{"line", "a straight line", "line"},
                                    Baseline{"static_curve", "a static curve by least squares", nullptr},
                                    Baseline{"published_form", "the published form", nullptr}};
 
-double rms(const std::vector<double>& error) {
-  double squares = 0;
-  for (const double e : error) squares += e * e;
-  return std::sqrt(squares / static_cast<double>(error.size()));
-}
-
 const char* word_of(const Verdict& v) {
   constexpr std::array kWords = {"better", "as good", "worse"};
   return kWords.at(static_cast<std::size_t>(v.word));
@@ -98,6 +92,12 @@ void add_intervals(const std::vector<double>& a, const std::vector<double>& b,
 }
 
 }  // namespace
+
+double rms(const std::vector<double>& error) {
+  double squares = 0;
+  for (const double e : error) squares += e * e;
+  return std::sqrt(squares / static_cast<double>(error.size()));
+}
 
 double student_t(int degrees) {
   constexpr double kTable[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};

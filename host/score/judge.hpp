@@ -30,6 +30,9 @@ struct Verdict {
 inline constexpr double kNormal95 = 1.959964;
 double student_t(int degrees);
 
+// Root mean square; of none NaN.
+double rms(const std::vector<double>& error);
+
 // Errors at the same samples, degrees, at least two; baselines by their names: line, limited_line, line_lead, static_curve,
 // published_form. `part_ends`: of parts, one after the other, that are drawn whole in place of blocks, as persons are; none: blocks.
 Verdict judge(const std::vector<double>& error_deg,

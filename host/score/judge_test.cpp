@@ -54,6 +54,16 @@ TEST(Judge, ItsIntervalCovers) {
   }
 }
 
+// Two persons of errors that differ: drawn whole they tell far less than their samples do.
+TEST(Judge, PartsAreDrawnWhole) {
+  std::vector<double> error = errors(1, 1, 600);
+  for (const double e : errors(3, 2, 600)) error.push_back(e);
+  const Verdict blocks = judge(error, {}, 0.05);
+  const Verdict persons = judge(error, {}, 0.05, {600, 1200});
+  EXPECT_EQ(persons.rmse_deg, blocks.rmse_deg);
+  EXPECT_GT(persons.rmse_high_deg - persons.rmse_low_deg, 3 * (blocks.rmse_high_deg - blocks.rmse_low_deg));
+}
+
 TEST(Judge, RecommendsOnlyWhatAStructureGives) {
   const auto words = [](const char* name) {
     return in_words(judge(errors(2, 1), {{name, errors(1, 2)}}, 0.05));

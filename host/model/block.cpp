@@ -1,5 +1,7 @@
 #include "host/model/block.hpp"
 
+#include <algorithm>
+
 namespace flexor::model {
 namespace {
 
@@ -9,9 +11,25 @@ Kind read_as(const std::string& type, io::JsonReader& block, std::vector<std::st
     block.fail(fmt::format("unknown block \"{}\"; known: {}", type, fmt::join(known, ", ")));
   } else {
     using T = std::variant_alternative_t<kAt, Kind>;
-    if (type == T::kType) return T::read(block);
+    if (type == T::kType) {
+      T kind;
+      read_object(block, kind);
+      return kind;
+    }
     known.emplace_back(T::kType);
     return read_as<kAt + 1>(type, block, known);
+  }
+}
+
+template <std::size_t kAt = 0>
+void add_schemas(const Json& more, Json& out) {
+  if constexpr (kAt < std::variant_size_v<Kind>) {
+    using T = std::variant_alternative_t<kAt, Kind>;
+    Json properties = {{"type", {{"const", T::kType}}}};
+    properties.update(more);
+    Json& one = out.emplace_back(object_schema(properties));
+    add_schema_of(T{}, T::members(), one);
+    add_schemas<kAt + 1>(more, out);
   }
 }
 
@@ -26,13 +44,39 @@ std::size_t inputs_of(const Kind& kind) {
   return sum != nullptr ? sum->weights.size() : 1;
 }
 
-Kind read_kind(io::JsonReader& block) {
+void read_object(io::JsonReader& reader, Block& out) {
+  const Json& from = reader.member("from");
+  const bool names = from.is_array() && !from.empty() &&
+                     std::ranges::all_of(from, [](const Json& v) { return v.is_string(); });
+  if (!from.is_string() && !names) reader.fail("\"from\" must be a signal's name, or a list of them");
+  out.from = from.is_string() ? std::vector{from.get<std::string>()} : from.get<std::vector<std::string>>();
+  out.to = reader.text("to");
   std::vector<std::string> known;
-  return read_as(block.text("type"), block, known);
+  out.kind = read_as(reader.text("type"), reader, known);
 }
 
-void write_kind(const Kind& kind, Json& json) {
-  std::visit([&](const auto& k) { k.write(json); }, kind);
+void write_object(const Block& block, Json& json) {
+  json = {{"type", type_of(block.kind)}};
+  if (block.from.size() == 1) {
+    json["from"] = block.from.front();
+  } else {
+    json["from"] = block.from;
+  }
+  json["to"] = block.to;
+  std::visit([&](const auto& k) { write_object(k, json); }, block.kind);
+}
+
+Json kind_schemas(const Json& more) {
+  Json out = Json::array();
+  add_schemas(more, out);
+  return out;
+}
+
+Json schema_of(const Block&) {
+  const Json signals = {
+      {"type", "array"}, {"items", {{"type", "string"}}}, {"minItems", 1}, {"maxItems", kMaxTerms}};
+  return {{"oneOf", kind_schemas({{"from", {{"anyOf", {{{"type", "string"}}, signals}}}},
+                                  {"to", {{"type", "string"}}}})}};
 }
 
 std::string text_of(const Kind& kind) {

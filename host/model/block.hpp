@@ -34,9 +34,13 @@ const char* type_of(const Kind& kind);
 // Signals that a block takes; every kind but a sum takes one.
 std::size_t inputs_of(const Kind& kind);
 
-// Throws io::InputError with `place`, listing the known types.
-Kind read_kind(io::JsonReader& block);
-void write_kind(const Kind& kind, Json& json);
+// As of members.hpp. Of an unknown type it lists those that there are.
+void read_object(io::JsonReader& reader, Block& out);
+void write_object(const Block& block, Json& json);
+Json schema_of(const Block& fresh);
+
+// A schema of each kind, with `more` properties, which every block must have.
+Json kind_schemas(const Json& more);
 
 std::string text_of(const Kind& kind);
 

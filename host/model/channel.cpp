@@ -9,6 +9,9 @@
 namespace flexor::model {
 namespace {
 
+constexpr std::array<const char*, 6> kOrder = {"dead_zone", "hysteresis", "curve",
+                                               "lti",       "curve",      "saturation"};
+
 // The blocks of one channel, in the order of the signal; each may come once, the curve once on either side of
 // the lti.
 class BlockReader {
@@ -22,22 +25,22 @@ class BlockReader {
     seen_[place] = index;
     switch (place) {
       case kDeadZone:
-        channel_.dead_zone = DeadZone::read(block);
+        read_object(block, channel_.dead_zone.emplace());
         break;
       case kHysteresis:
-        channel_.hysteresis = Hysteresis::read(block);
+        read_object(block, channel_.hysteresis.emplace());
         break;
       case kInputCurve:
-        channel_.input_curve = Curve::read(block);
+        read_object(block, channel_.input_curve.emplace());
         break;
       case kLti:
-        channel_.lti = Lti::read(block);
+        read_object(block, channel_.lti);
         break;
       case kOutputCurve:
-        channel_.output_curve = Curve::read(block);
+        read_object(block, channel_.output_curve.emplace());
         break;
       default:
-        channel_.saturation = Saturation::read(block);
+        read_object(block, channel_.saturation);
     }
     block.done();
   }
@@ -46,8 +49,6 @@ class BlockReader {
 
  private:
   enum Place : std::size_t { kDeadZone, kHysteresis, kInputCurve, kLti, kOutputCurve, kSaturation, kPlaces };
-  static constexpr std::array<const char*, kPlaces> kOrder = {"dead_zone", "hysteresis", "curve",
-                                                              "lti",       "curve",      "saturation"};
   static constexpr std::size_t kNever = std::numeric_limits<std::size_t>::max();
 
   // kPlaces when there is no such block.
@@ -185,6 +186,24 @@ Model model_of(const Channel& channel, double period_s) {
   model.sample_period_s = period_s;
   add(model, channel);
   return model;
+}
+
+Json channel_schema() {
+  const Json text = {{"type", "string"}, {"default", ""}};
+  const Json number = {{"type", "number"}};
+  Json input = object_schema({{"valid_min", number}, {"valid_max", number}});
+  input["properties"]["column"] = text;
+  input["properties"]["unit"] = text;
+  Json kinds = Json::array();
+  for (const Json& kind : kind_schemas(Json::object())) {
+    if (std::ranges::find(kOrder, kind["properties"]["type"]["const"]) != kOrder.end()) kinds.push_back(kind);
+  }
+  Json fingers = {"pointer", "little"};
+  for (const std::string& name : finger_names()) fingers.push_back(name);
+  return object_schema({{"name", {{"enum", fingers}}},
+                        {"input", input},
+                        {"rest_deg", number},
+                        {"blocks", {{"type", "array"}, {"items", {{"oneOf", kinds}}}, {"minItems", 1}}}});
 }
 
 Channel read_channel(const Json& json, const std::string& place) {

@@ -29,13 +29,6 @@ void check_knots(const Place& place, const std::vector<double>& x, const std::ve
 
 double Curve::operator()(double u) const { return floating<double>(0)(u); }
 
-Curve Curve::read(io::JsonReader& block) { return {block.numbers("x"), block.numbers("y")}; }
-
-void Curve::write(Json& json) const {
-  json["x"] = x;
-  json["y"] = y;
-}
-
 void Curve::check(const Place& place) const { check_knots(place, x, y); }
 
 Interval Curve::values(std::span<const Interval> in, double) const {

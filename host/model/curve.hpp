@@ -23,8 +23,10 @@ struct Curve {
 
   double operator()(double u) const;
 
-  static Curve read(io::JsonReader& block);
-  void write(Json& json) const;
+  static constexpr auto members() {
+    return std::tuple(required("x", &Curve::x, Bounds{2, kMaxKnots}),
+                      required("y", &Curve::y, Bounds{2, kMaxKnots}));
+  }
   void check(const Place& place) const;
   Interval values(std::span<const Interval> in, double period_s) const;
   Need need(const FixedSignal& in, const Need& out) const;

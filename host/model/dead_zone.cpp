@@ -5,13 +5,6 @@
 
 namespace flexor::model {
 
-DeadZone DeadZone::read(io::JsonReader& block) { return {block.number("lower"), block.number("upper")}; }
-
-void DeadZone::write(Json& json) const {
-  json["lower"] = lower;
-  json["upper"] = upper;
-}
-
 void DeadZone::check(const Place& place) const {
   place.readings({{lower, upper}});
   place.require(lower <= upper, "lower must not exceed upper");

@@ -16,8 +16,9 @@ struct DeadZone {
   double lower = 0;
   double upper = 0;
 
-  static DeadZone read(io::JsonReader& block);
-  void write(Json& json) const;
+  static constexpr auto members() {
+    return std::tuple(required("lower", &DeadZone::lower), required("upper", &DeadZone::upper));
+  }
   void check(const Place& place) const;
   Interval values(std::span<const Interval> in, double period_s) const;
   Need need(const FixedSignal& in, const Need& out) const;

@@ -17,8 +17,9 @@ struct Delay {
 
   int samples = 1;
 
-  static Delay read(io::JsonReader& block) { return {block.whole_within("samples", 1, kMaxDelay)}; }
-  void write(Json& json) const { json["samples"] = samples; }
+  static constexpr auto members() {
+    return std::tuple(required("samples", &Delay::samples, Bounds{1, kMaxDelay}));
+  }
   void check(const Place& place) const {
     place.require(samples >= 1 && samples <= kMaxDelay, fmt::format("must be 1 to {} samples", kMaxDelay));
   }

@@ -10,15 +10,6 @@ constexpr double kMaxWeight = 8;
 
 }  // namespace
 
-Hysteresis Hysteresis::read(io::JsonReader& block) {
-  return {block.numbers("radii"), block.numbers("weights")};
-}
-
-void Hysteresis::write(Json& json) const {
-  json["radii"] = radii;
-  json["weights"] = weights;
-}
-
 void Hysteresis::check(const Place& place) const {
   place.readings(radii);
   place.require(radii.size() == weights.size(), "radii and weights must have as many elements");

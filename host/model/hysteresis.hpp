@@ -21,8 +21,10 @@ struct Hysteresis {
   std::vector<double> radii;
   std::vector<double> weights;
 
-  static Hysteresis read(io::JsonReader& block);
-  void write(Json& json) const;
+  static constexpr auto members() {
+    return std::tuple(required("radii", &Hysteresis::radii, Bounds{1, kMaxPlays}),
+                      required("weights", &Hysteresis::weights, Bounds{1, kMaxPlays}));
+  }
   void check(const Place& place) const;
   Interval values(std::span<const Interval> in, double period_s) const;
   Need need(const FixedSignal& in, const Need& out) const;

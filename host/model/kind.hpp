@@ -3,8 +3,7 @@
 //
 //   static constexpr const char* kType             its name in a document
 //   static constexpr bool kKeepsFraction           fixed point: its output has the fraction of its input
-//   static T read(io::JsonReader&)                 members beside "type", "from", "to"
-//   void write(Json&) const
+//   static constexpr auto members()                in a document, beside "type", "from", "to" (members.hpp)
 //   void check(const Place&) const                 throws io::InputError naming the rule and the mend
 //   Interval values(inputs, period_s) const        every value that its output can take
 //   Need need(inputs, output) const                of its first input, in fixed point
@@ -20,17 +19,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "host/io/json.hpp"
+#include "host/model/members.hpp"
 #include "host/model/signal.hpp"
 
 namespace flexor::model {
-
-using Json = nlohmann::ordered_json;
 
 // Numbers that no glove, hand or sensor has are refused, so that every accepted model gives finite angles in
 // double and float.

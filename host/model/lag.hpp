@@ -16,8 +16,7 @@ struct Lag {
 
   double rate_rad_s = 1;
 
-  static Lag read(io::JsonReader& block) { return {block.number("rate_rad_s")}; }
-  void write(Json& json) const { json["rate_rad_s"] = rate_rad_s; }
+  static constexpr auto members() { return std::tuple(required("rate_rad_s", &Lag::rate_rad_s)); }
   void check(const Place& place) const;
   Interval values(std::span<const Interval> in, double) const { return in[0]; }
   Need need(const FixedSignal& in, const Need& out) const;

@@ -34,18 +34,6 @@ void check_rate(const Place& place, double rate_rad_s, const char* name) {
                   rate_rad_s, kMinPoleTimesPeriod / place.period_s, kMaxPoleTimesPeriod / place.period_s));
 }
 
-Lti Lti::read(io::JsonReader& block) {
-  return {block.number_or("gain", 1), block.number_or("offset", 0), block.numbers("poles_rad_s"),
-          block.numbers_or_empty("taps")};
-}
-
-void Lti::write(Json& json) const {
-  json["gain"] = gain;
-  json["offset"] = offset;
-  json["poles_rad_s"] = poles_rad_s;
-  json["taps"] = taps;
-}
-
 void Lti::check(const Place& place) const {
   place.require(std::abs(gain) <= kMaxGain && std::abs(offset) <= kMaxGain,
                 fmt::format("gain and offset must lie between -{0:g} and {0:g}", kMaxGain));

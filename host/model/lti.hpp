@@ -42,8 +42,11 @@ struct Lti {
   std::vector<double> poles_rad_s;
   std::vector<double> taps;
 
-  static Lti read(io::JsonReader& block);
-  void write(Json& json) const;
+  static constexpr auto members() {
+    return std::tuple(defaulted("gain", &Lti::gain), defaulted("offset", &Lti::offset),
+                      required("poles_rad_s", &Lti::poles_rad_s, Bounds{0, compensator::kMaxOrder}),
+                      defaulted("taps", &Lti::taps, Bounds{0, compensator::kMaxOrder}));
+  }
   void check(const Place& place) const;
   Interval values(std::span<const Interval> in, double period_s) const;
   Need need(const FixedSignal& in, const Need& out) const;

@@ -15,110 +15,8 @@ using io::InputError;
 using Reader = io::JsonReader;
 
 constexpr const char* kSchema = "flexor-model";
-constexpr std::size_t kMaxName = 100;
 
 std::string place_of(const Block& block) { return fmt::format("{}: {}", block.to, type_of(block.kind)); }
-
-Input read_input(Reader& reader) {
-  Input input{reader.text("name"),           reader.text_or_empty("column"), reader.text_or_empty("unit"),
-              reader.text_or_empty("strip"), reader.number("valid_min"),     reader.number("valid_max")};
-  const auto poses = [&](const char* name) -> std::optional<Poses> {
-    if (!reader.has(name)) return {};
-    Reader pair(reader.member(name), reader.place() + ": " + name);
-    const Poses out{pair.number("open"), pair.number("fist")};
-    pair.done();
-    return out;
-  };
-  input.poses = poses("poses");
-  input.turns = poses("turns");
-  if (reader.has("readings")) {
-    Reader readings(reader.member("readings"), reader.place() + ": readings");
-    input.readings = {readings.numbers("share"), readings.numbers("reading")};
-    readings.done();
-  }
-  if (reader.has("donnings")) {
-    Reader donnings(reader.member("donnings"), reader.place() + ": donnings");
-    input.donnings = {donnings.whole_within("recordings", 2, 1000000),
-                      donnings.number_within("shift_sd", 0, kMaxSignal),
-                      donnings.number_within("log_gain_sd", 0, 10)};
-    donnings.done();
-  }
-  reader.done();
-  return input;
-}
-
-std::vector<std::string> read_from(Reader& reader) {
-  const Json& from = reader.member("from");
-  if (from.is_string()) return {from.get<std::string>()};
-  const bool names = from.is_array() && !from.empty() &&
-                     std::ranges::all_of(from, [](const Json& v) { return v.is_string(); });
-  if (!names) reader.fail("\"from\" must be a signal's name, or a list of them");
-  return from.get<std::vector<std::string>>();
-}
-
-Block read_block(Reader& reader) {
-  Block block{read_from(reader), reader.text("to"), read_kind(reader)};
-  reader.done();
-  return block;
-}
-
-Joint read_joint(Reader& reader) {
-  Joint joint{joint_name(reader.text("name")), reader.text("from"), reader.number("rest_deg")};
-  if (reader.has("accuracy")) {
-    Reader accuracy(reader.member("accuracy"), reader.place() + ": accuracy");
-    joint.accuracy = {accuracy.numbers("angle_deg"), accuracy.numbers("standard_error_deg")};
-    accuracy.done();
-  }
-  reader.done();
-  return joint;
-}
-
-template <class Read>
-auto read_list(Reader& reader, const char* key, Read&& read) {
-  const Json& list = reader.list(key);
-  std::vector<decltype(read(reader))> out;
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    Reader one(list[i], fmt::format("{}: {}[{}]", reader.place(), key, i));
-    out.push_back(read(one));
-  }
-  return out;
-}
-
-Json input_json(const Input& input) {
-  Json json = {{"name", input.name},   {"column", input.column},       {"unit", input.unit},
-               {"strip", input.strip}, {"valid_min", input.valid_min}, {"valid_max", input.valid_max}};
-  if (input.poses) json["poses"] = {{"open", input.poses->open}, {"fist", input.poses->fist}};
-  if (input.turns) json["turns"] = {{"open", input.turns->open}, {"fist", input.turns->fist}};
-  if (input.readings)
-    json["readings"] = {{"share", input.readings->share}, {"reading", input.readings->reading}};
-  if (input.donnings) {
-    json["donnings"] = {{"recordings", input.donnings->recordings},
-                        {"shift_sd", input.donnings->shift_sd},
-                        {"log_gain_sd", input.donnings->log_gain_sd}};
-  }
-  return json;
-}
-
-Json block_json(const Block& block) {
-  Json json = {{"type", type_of(block.kind)}};
-  if (block.from.size() == 1) {
-    json["from"] = block.from.front();
-  } else {
-    json["from"] = block.from;
-  }
-  json["to"] = block.to;
-  write_kind(block.kind, json);
-  return json;
-}
-
-Json joint_json(const Joint& joint) {
-  Json json = {{"name", joint.name}, {"from", joint.from}, {"rest_deg", joint.rest_deg}};
-  if (joint.accuracy) {
-    json["accuracy"] = {{"angle_deg", joint.accuracy->angle_deg},
-                        {"standard_error_deg", joint.accuracy->standard_error_deg}};
-  }
-  return json;
-}
 
 void check_name(const std::string& name, const std::string& what) {
   if (!is_name(name)) {
@@ -387,21 +285,31 @@ void check(const Model& model) {
 }
 
 std::string to_json(const Model& model) {
-  Json json = {
-      {"schema", kSchema},  {"schema_version", kSchemaVersion}, {"written_by", model.written_by},
-      {"name", model.name}, {"description", model.description}, {"sample_period_s", model.sample_period_s}};
-  if (model.max_gap_s > 0) json["max_gap_s"] = model.max_gap_s;
-  const auto list = [](const auto& all, const auto& one) {
-    Json out = Json::array();
-    for (const auto& item : all) out.push_back(one(item));
+  Json json = {{"schema", kSchema}, {"schema_version", kSchemaVersion}};
+  write_object(model, json);
+  if (model.max_gap_s == 0) json.erase("max_gap_s");
+  return io::dump(json);
+}
+
+std::string schema_json() {
+  const auto version = [](int number) {
+    Json out = object_schema({{"schema", {{"const", kSchema}}}, {"schema_version", {{"const", number}}}});
+    add_schema_of(Model(), Model::header(), out);
     return out;
   };
-  json["inputs"] = list(model.inputs, input_json);
-  json["blocks"] = list(model.blocks, block_json);
-  json["joints"] = list(model.joints, joint_json);
-  json["training"] = model.training;
-  json["fit"] = model.fit;
-  return io::dump(json);
+  Json newest = version(kSchemaVersion);
+  add_schema_of(Model(), Model::graph(), newest);
+  add_schema_of(Model(), Model::provenance(), newest);
+  Json strips = {""};
+  for (const std::string& name : finger_names()) strips.push_back(name);
+  newest["properties"]["inputs"]["items"]["properties"]["strip"]["enum"] = strips;
+  Json oldest = version(1);
+  oldest["required"].push_back("channels");
+  oldest["properties"]["channels"] = {{"type", "array"}, {"items", channel_schema()}, {"minItems", 1}};
+  add_schema_of(Model(), Model::provenance(), oldest);
+  return io::dump({{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                   {"title", "Model document of Flexor"},
+                   {"oneOf", {newest, oldest}}});
 }
 
 Model from_json(const std::string& text, const std::string& source) {
@@ -419,20 +327,15 @@ Model from_json(const std::string& text, const std::string& source) {
     reader.fail(fmt::format("has no known schema version ({})", version));
   }
   Model model;
-  model.written_by = reader.text_or_empty("written_by");
-  model.name = reader.text_or_empty("name");
-  model.description = reader.text_or_empty("description");
-  model.sample_period_s = reader.number("sample_period_s");
-  model.max_gap_s = reader.number_or("max_gap_s", 0);
+  model.schema_version = static_cast<int>(version);
+  read_members(reader, model, Model::header());
   if (version == 1) {
     model = schema_1(reader, std::move(model));
   } else {
-    model.inputs = read_list(reader, "inputs", read_input);
-    model.blocks = read_list(reader, "blocks", read_block);
-    model.joints = read_list(reader, "joints", read_joint);
+    read_members(reader, model, Model::graph());
+    for (Joint& joint : model.joints) joint.name = joint_name(joint.name);
   }
-  model.training = reader.object_or_empty("training");
-  model.fit = reader.object_or_empty("fit");
+  read_members(reader, model, Model::provenance());
   reader.done();
   check_provenance(model, source);
   try {

@@ -32,11 +32,17 @@ inline constexpr double kMaxUnlimited_deg = 1e5;  // before a joint's saturation
 inline constexpr double kMinPeriod_s = 1e-5;
 inline constexpr double kMaxPeriod_s = 100;
 inline constexpr std::size_t kMaxBlocks = 500;  // and inputs, and joints
+inline constexpr std::size_t kMaxName = 100;
+inline constexpr Bounds kNameLength = {1, kMaxName};
+inline constexpr Bounds kListLength = {1, kMaxBlocks};
 
 // What a sensor reads at the open hand and at the fist, where the model was made.
 struct Poses {
   double open = 0;
   double fist = 0;
+  static constexpr auto members() {
+    return std::tuple(required("open", &Poses::open), required("fist", &Poses::fist));
+  }
   bool operator==(const Poses&) const = default;
 };
 
@@ -45,6 +51,10 @@ struct Poses {
 struct Spread {
   std::vector<double> share;    // increasing, between 0 and 1
   std::vector<double> reading;  // not decreasing, the last above the first
+  static constexpr auto members() {
+    return std::tuple(required("share", &Spread::share, Bounds{2, kMaxKnots}),
+                      required("reading", &Spread::reading, Bounds{2, kMaxKnots}));
+  }
   double span() const { return reading.back() - reading.front(); }
   double middle() const { return (reading.back() + reading.front()) / 2; }
   bool operator==(const Spread&) const = default;
@@ -56,6 +66,11 @@ struct DonningSpread {
   int recordings = 0;  // two or more
   double shift_sd = 0;
   double log_gain_sd = 0;
+  static constexpr auto members() {
+    return std::tuple(required("recordings", &DonningSpread::recordings, Bounds{2, 1000000}),
+                      required("shift_sd", &DonningSpread::shift_sd, Bounds{0, kMaxSignal}),
+                      required("log_gain_sd", &DonningSpread::log_gain_sd, Bounds{0, 10}));
+  }
   bool operator==(const DonningSpread&) const = default;
 };
 
@@ -70,6 +85,13 @@ struct Input {
   std::optional<Poses> turns = {};  // where whole bends turn, as a tracker sees them (tracking.hpp)
   std::optional<Spread> readings = {};
   std::optional<DonningSpread> donnings = {};
+  static constexpr auto members() {
+    return std::tuple(required("name", &Input::name, kNameLength), defaulted("column", &Input::column),
+                      defaulted("unit", &Input::unit), defaulted("strip", &Input::strip),
+                      required("valid_min", &Input::valid_min), required("valid_max", &Input::valid_max),
+                      defaulted("poses", &Input::poses), defaulted("turns", &Input::turns),
+                      defaulted("readings", &Input::readings), defaulted("donnings", &Input::donnings));
+  }
   bool operator==(const Input&) const = default;
 };
 
@@ -78,6 +100,10 @@ struct Input {
 struct Accuracy {
   std::vector<double> angle_deg;           // increasing
   std::vector<double> standard_error_deg;  // above zero
+  static constexpr auto members() {
+    return std::tuple(required("angle_deg", &Accuracy::angle_deg, Bounds{1, kMaxKnots}),
+                      required("standard_error_deg", &Accuracy::standard_error_deg, Bounds{1, kMaxKnots}));
+  }
   double at(double angle) const;
   bool operator==(const Accuracy&) const = default;
 };
@@ -87,6 +113,11 @@ struct Joint {
   std::string from;     // a saturation's signal
   double rest_deg = 0;  // before the first good sample
   std::optional<Accuracy> accuracy = {};
+  static constexpr auto members() {
+    return std::tuple(required("name", &Joint::name, kNameLength),
+                      required("from", &Joint::from, kNameLength), required("rest_deg", &Joint::rest_deg),
+                      defaulted("accuracy", &Joint::accuracy));
+  }
   bool operator==(const Joint&) const = default;
 };
 
@@ -94,6 +125,7 @@ struct Model {
   std::string name;
   std::string description;
   std::string written_by;
+  int schema_version = kSchemaVersion;  // of the text that was read; what is written has the newest
   double sample_period_s = 0;
   double max_gap_s = 0;  // a reading older than this is a pause of the log; 0: not stated
   std::vector<Input> inputs;
@@ -101,6 +133,23 @@ struct Model {
   std::vector<Joint> joints;
   Json training = Json::object();  // files, digests, split
   Json fit = Json::object();       // figures and standard errors
+  // The graph apart, which schema 1 has in another form.
+  static constexpr auto header() {
+    return std::tuple(
+        defaulted("written_by", &Model::written_by), defaulted("name", &Model::name),
+        defaulted("description", &Model::description),
+        required("sample_period_s", &Model::sample_period_s, Bounds{kMinPeriod_s, kMaxPeriod_s}),
+        defaulted("max_gap_s", &Model::max_gap_s, Bounds{0}));
+  }
+  static constexpr auto graph() {
+    return std::tuple(required("inputs", &Model::inputs, kListLength),
+                      required("blocks", &Model::blocks, kListLength),
+                      required("joints", &Model::joints, kListLength));
+  }
+  static constexpr auto provenance() {
+    return std::tuple(defaulted("training", &Model::training), defaulted("fit", &Model::fit));
+  }
+  static constexpr auto members() { return std::tuple_cat(header(), graph(), provenance()); }
   bool operator==(const Model&) const = default;
 };
 
@@ -137,6 +186,9 @@ const Saturation& limits(const Model& model, const Joint& joint);
 void check(const Model& model);
 
 std::string to_json(const Model& model);
+
+// JSON Schema of the document, from the tables that read it. What compares numbers or names is checked on reading alone.
+std::string schema_json();
 
 // `source` names the text in errors. Throws io::InputError.
 Model from_json(const std::string& text, const std::string& source);

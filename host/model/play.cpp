@@ -24,8 +24,6 @@ double reached(double radius, const FixedBlock& block) {
 
 }  // namespace
 
-Play Play::read(io::JsonReader& block) { return {block.number("radius")}; }
-void Play::write(Json& json) const { json["radius"] = radius; }
 void Play::check(const Place& place) const { check_radius(place, radius); }
 Interval Play::values(std::span<const Interval> in, double) const { return in[0]; }
 Need Play::need(const FixedSignal&, const Need& out) const { return around(radius, out); }
@@ -36,13 +34,6 @@ Play::Fixed Play::fixed(const FixedBlock& block) const {
 
 Source Play::source(const Fixed& c) { return {"Play<int16_t>", fmt::format("{{{}}}", c.radius)}; }
 std::string Play::text() const { return fmt::format("radius {:.4g}", radius); }
-
-Creep Creep::read(io::JsonReader& block) { return {block.number("radius"), block.number("rate_rad_s")}; }
-
-void Creep::write(Json& json) const {
-  json["radius"] = radius;
-  json["rate_rad_s"] = rate_rad_s;
-}
 
 void Creep::check(const Place& place) const {
   check_radius(place, radius);

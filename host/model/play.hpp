@@ -15,8 +15,7 @@ struct Play {
 
   double radius = 0;
 
-  static Play read(io::JsonReader& block);
-  void write(Json& json) const;
+  static constexpr auto members() { return std::tuple(required("radius", &Play::radius)); }
   void check(const Place& place) const;
   Interval values(std::span<const Interval> in, double period_s) const;
   Need need(const FixedSignal& in, const Need& out) const;
@@ -40,8 +39,9 @@ struct Creep {
   double radius = 0;
   double rate_rad_s = 1;  // kMinPoleTimesPeriod / T to kMaxPoleTimesPeriod / T
 
-  static Creep read(io::JsonReader& block);
-  void write(Json& json) const;
+  static constexpr auto members() {
+    return std::tuple(required("radius", &Creep::radius), required("rate_rad_s", &Creep::rate_rad_s));
+  }
   void check(const Place& place) const;
   Interval values(std::span<const Interval> in, double period_s) const;
   Need need(const FixedSignal& in, const Need& out) const;

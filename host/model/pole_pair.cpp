@@ -12,18 +12,6 @@ constexpr double kMostDamping = 0.999;
 
 }  // namespace
 
-PolePair PolePair::read(io::JsonReader& block) {
-  PolePair out{block.number("frequency_rad_s"), block.number("damping"), {0, 0}};
-  if (block.has("taps")) out.taps = block.numbers("taps");
-  return out;
-}
-
-void PolePair::write(Json& json) const {
-  json["frequency_rad_s"] = frequency_rad_s;
-  json["damping"] = damping;
-  json["taps"] = taps;
-}
-
 void PolePair::check(const Place& place) const {
   check_rate(place, frequency_rad_s, "frequency_rad_s");
   place.require(frequency_rad_s * place.period_s >= 1e-4, "so slow a pair needs a longer sample period");

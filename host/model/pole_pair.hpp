@@ -19,8 +19,11 @@ struct PolePair {
   double damping = 0.7;
   std::vector<double> taps = {0, 0};
 
-  static PolePair read(io::JsonReader& block);
-  void write(Json& json) const;
+  static constexpr auto members() {
+    return std::tuple(required("frequency_rad_s", &PolePair::frequency_rad_s),
+                      required("damping", &PolePair::damping),
+                      defaulted("taps", &PolePair::taps, Bounds{2, 2}));
+  }
   void check(const Place& place) const;
   Interval values(std::span<const Interval> in, double period_s) const;
   Need need(const FixedSignal& in, const Need& out) const;

@@ -5,15 +5,6 @@
 
 namespace flexor::model {
 
-Saturation Saturation::read(io::JsonReader& block) {
-  return {block.number("lower_deg"), block.number("upper_deg")};
-}
-
-void Saturation::write(Json& json) const {
-  json["lower_deg"] = lower_deg;
-  json["upper_deg"] = upper_deg;
-}
-
 void Saturation::check(const Place& place) const {
   place.require(std::abs(lower_deg) <= kMaxAngle_deg && std::abs(upper_deg) <= kMaxAngle_deg,
                 fmt::format("must lie within {:g} degrees either way", kMaxAngle_deg));

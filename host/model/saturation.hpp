@@ -16,8 +16,10 @@ struct Saturation {
   double lower_deg = 0;
   double upper_deg = 0;
 
-  static Saturation read(io::JsonReader& block);
-  void write(Json& json) const;
+  static constexpr auto members() {
+    return std::tuple(required("lower_deg", &Saturation::lower_deg),
+                      required("upper_deg", &Saturation::upper_deg));
+  }
   void check(const Place& place) const;
   Interval values(std::span<const Interval> in, double period_s) const;
   Need need(const FixedSignal& in, const Need& out) const;

@@ -5,13 +5,6 @@
 
 namespace flexor::model {
 
-Sum Sum::read(io::JsonReader& block) { return {block.numbers("weights"), block.number_or("offset", 0)}; }
-
-void Sum::write(Json& json) const {
-  json["weights"] = weights;
-  json["offset"] = offset;
-}
-
 void Sum::check(const Place& place) const {
   place.readings(weights);
   place.readings({{offset}});
@@ -65,13 +58,6 @@ Source Sum::source(const Fixed& c) {
 }
 
 std::string Sum::text() const { return fmt::format("weights {::.4g}, offset {:.4g}", weights, offset); }
-
-Gain Gain::read(io::JsonReader& block) { return {block.number("gain"), block.number_or("offset", 0)}; }
-
-void Gain::write(Json& json) const {
-  json["gain"] = gain;
-  json["offset"] = offset;
-}
 
 std::string Gain::text() const { return fmt::format("{:.4g} u {:+.4g}", gain, offset); }
 

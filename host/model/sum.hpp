@@ -14,7 +14,6 @@ inline constexpr int kMaxTerms = 32;
 struct Sum {
   static constexpr const char* kType = "sum";
   static constexpr bool kKeepsFraction = false;
-  static constexpr int kMaxInputs = kMaxTerms;
   using Fixed = compensator::FixedSum<kMaxTerms>;
   template <class Real>
   using Floating = compensator::Sum<Real, kMaxTerms>;
@@ -22,8 +21,10 @@ struct Sum {
   std::vector<double> weights;
   double offset = 0;
 
-  static Sum read(io::JsonReader& block);
-  void write(Json& json) const;
+  static constexpr auto members() {
+    return std::tuple(required("weights", &Sum::weights, Bounds{1, kMaxTerms}),
+                      defaulted("offset", &Sum::offset));
+  }
   void check(const Place& place) const;
   Interval values(std::span<const Interval> in, double period_s) const;
   Need need(const FixedSignal& in, const Need& out) const;
@@ -42,7 +43,6 @@ struct Sum {
 struct Gain {
   static constexpr const char* kType = "gain";
   static constexpr bool kKeepsFraction = false;
-  static constexpr int kMaxInputs = 1;
   using Fixed = Sum::Fixed;
   template <class Real>
   using Floating = Sum::Floating<Real>;
@@ -50,8 +50,9 @@ struct Gain {
   double gain = 1;
   double offset = 0;
 
-  static Gain read(io::JsonReader& block);
-  void write(Json& json) const;
+  static constexpr auto members() {
+    return std::tuple(required("gain", &Gain::gain), defaulted("offset", &Gain::offset));
+  }
   void check(const Place& place) const { as_sum().check(place); }
   Interval values(std::span<const Interval> in, double period_s) const {
     return as_sum().values(in, period_s);

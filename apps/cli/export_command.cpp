@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <memory>
@@ -9,6 +10,7 @@
 #include "host/export/mot.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/model/matlab.hpp"
 #include "host/recording/time.hpp"
 
 namespace flexor::cli {
@@ -25,6 +27,8 @@ struct Options {
   bool json = false;
 };
 
+constexpr const char* kRecorded = "mcap, mot and bids";
+
 std::uint64_t start_ns(const std::string& text) {
   const auto time = recording::to_time(text);
   const bool is_date = time && time->format != recording::TimeFormat::number &&
@@ -36,9 +40,6 @@ std::uint64_t start_ns(const std::string& text) {
 
 exports::Written write(const Options& o) {
   if (o.to == "bids") return exports::write_bids({o.files.begin(), o.files.end()}, o.angles, o.bids, o.out);
-  if (o.files.size() > 1)
-    throw io::InputError(fmt::format("--to {} takes one recording, {} are given: export them one by one",
-                                     o.to, o.files.size()));
   if (o.to == "mot") return exports::write_mot(o.files.front(), o.angles, o.out);
   exports::JointStateOptions mcap = o.mcap;
   if (!o.start.empty()) mcap.start_ns = start_ns(o.start);
@@ -47,16 +48,51 @@ exports::Written write(const Options& o) {
 
 // An option that does nothing would be taken for one that does.
 void require_of_format(const CLI::App& command, const std::string& to) {
-  const std::vector<std::pair<const char*, const char*>> all = {{"--topic", "mcap"}, {"--frame", "mcap"},
-                                                                {"--start", "mcap"}, {"--subject", "bids"},
-                                                                {"--task", "bids"},  {"--run", "bids"}};
+  const std::vector<std::pair<const char*, const char*>> all = {
+      {"--topic", "mcap"},   {"--frame", "mcap"},       {"--start", "mcap"},      {"--subject", "bids"},
+      {"--task", "bids"},    {"--run", "bids"},         {"--columns", kRecorded}, {"--names", kRecorded},
+      {"--rate", kRecorded}, {"--time-unit", kRecorded}};
   for (const auto& [option, format] : all) {
-    if (command.get_option(option)->count() > 0 && to != format)
+    const bool fits = format == std::string(kRecorded) ? to != "matlab" : to == format;
+    if (command.get_option(option)->count() > 0 && !fits)
       throw io::InputError(fmt::format("{} is for --to {} alone: leave it out", option, format));
   }
 }
 
+void write_function(const Options& o) {
+  const std::filesystem::path out = o.out;
+  if (out.extension() != ".m")
+    throw io::InputError(fmt::format("--out {}: a file of MATLAB ends in .m", o.out));
+  const model::Model model = model::load(o.files.front());
+  const std::string name = out.stem().string();
+  std::string text;
+  try {
+    text = model::matlab_text(model, name);
+  } catch (const io::InputError& error) {
+    throw io::InputError(fmt::format("--out {}: {}", o.out, error.what()));
+  }
+  io::write_file(out, text);
+  std::vector<std::string> inputs;
+  for (const model::Input& input : model.inputs) inputs.push_back(input.name);
+  std::vector<std::string> joints;
+  for (const model::Joint& joint : model.joints) joints.push_back(joint.name);
+  if (o.json) {
+    return print(io::dump({{"files", {o.out}},
+                           {"function", name},
+                           {"inputs", inputs},
+                           {"joints", joints},
+                           {"rate_hz", 1 / model.sample_period_s},
+                           {"version", FLEXOR_VERSION}}));
+  }
+  print(fmt::format("{}: angle_deg = {}(readings), every {:g} ms; inputs: {}; joints: {}\n", o.out, name,
+                    1000 * model.sample_period_s, fmt::join(inputs, ", "), fmt::join(joints, ", ")));
+}
+
 void run(const Options& o) {
+  if (o.files.size() > 1 && o.to != "bids")
+    throw io::InputError(
+        fmt::format("--to {} takes one file, {} are given: export them one by one", o.to, o.files.size()));
+  if (o.to == "matlab") return write_function(o);
   const exports::Written done = write(o);
   for (const std::string& note : done.notes) log("note: " + note);
   if (o.json) {
@@ -70,10 +106,8 @@ void run(const Options& o) {
                            {"warnings", done.notes},
                            {"version", FLEXOR_VERSION}}));
   }
-  std::string joints;
-  for (const std::string& joint : done.joints) joints += (joints.empty() ? "" : ", ") + joint;
   print(fmt::format("{}: {} rows, {:.1f} s, {} joint(s): {}\n", o.out, done.rows, done.seconds,
-                    done.joints.size(), joints));
+                    done.joints.size(), fmt::join(done.joints, ", ")));
 }
 
 void add_format_options(CLI::App& command, Options& o) {
@@ -97,20 +131,24 @@ void add_format_options(CLI::App& command, Options& o) {
 void add_export(CLI::App& app) {
   using namespace export_command;
   auto o = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("export", "Recorded angles for other programs: ROS 2 and Foxglove, OpenSim, BIDS");
+  CLI::App* command = app.add_subcommand(
+      "export", "Recorded angles for other programs (ROS 2 and Foxglove, OpenSim, BIDS); a model for MATLAB");
   command->footer(
       "mcap  one file with ROS 2 messages, sensor_msgs/msg/JointState in radians: ROS 2, Foxglove, Rerun\n"
       "mot   an OpenSim motion, degrees\n"
       "bids  a dataset folder, degrees, evenly sampled; into one that is there a subject, task or run is "
       "added\n"
+      "matlab  a model document as a function of MATLAB and GNU Octave, called like its file\n"
       "Angles are the columns NAME_deg and NAME_rad, as `flexor apply` and `flexor track` write them; the "
       "joint is NAME.");
-  command->add_option("recordings", o->files, "CSV with angles, one or, for bids, more; - is standard input")
+  command
+      ->add_option(
+          "recordings", o->files,
+          "CSV with angles, one or, for bids, more; - is standard input; for matlab a model document")
       ->required();
-  command->add_option("--to", o->to, "mcap, mot or bids")
+  command->add_option("--to", o->to, "mcap, mot, bids or matlab")
       ->required()
-      ->check(CLI::IsMember({"mcap", "mot", "bids"}));
+      ->check(CLI::IsMember({"mcap", "mot", "bids", "matlab"}));
   command->add_option("--out", o->out, "file, or folder of the dataset")->required();
   command
       ->add_option("--columns", o->angles.columns,

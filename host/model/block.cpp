@@ -80,7 +80,22 @@ Json schema_of(const Block&) {
 }
 
 std::string text_of(const Kind& kind) {
-  return std::visit([](const auto& k) { return k.text(); }, kind);
+  return std::visit(
+      []<class K>(const K& k) {
+        std::string out;
+        const auto add = [&](const auto& m) {
+          const auto& value = k.*m.at;
+          out += fmt::format("{}{} ", out.empty() ? "" : ", ", m.key);
+          if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::vector<double>>) {
+            out += fmt::format("{::.4g}", value);
+          } else {
+            out += fmt::format("{:.4g}", static_cast<double>(value));
+          }
+        };
+        std::apply([&](const auto&... m) { (..., add(m)); }, K::members());
+        return out;
+      },
+      kind);
 }
 
 }  // namespace flexor::model

@@ -42,6 +42,7 @@ Json schema_of(const Block& fresh);
 // A schema of each kind, with `more` properties, which every block must have.
 Json kind_schemas(const Json& more);
 
+// Its members in a line, for people.
 std::string text_of(const Kind& kind);
 
 }  // namespace flexor::model

@@ -98,12 +98,4 @@ Source Curve::source(const Fixed& c) {
   return {fmt::format("FixedValues<{}>", c.knots.count), fmt::format("{{{{{}}}}}", values)};
 }
 
-std::string Curve::text() const {
-  std::string out;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    out += fmt::format("{}{:.4g}: {:.4g}", i > 0 ? ", " : "", x[i], y[i]);
-  }
-  return out;
-}
-
 }  // namespace flexor::model

@@ -47,7 +47,6 @@ struct Curve {
   // Values and slopes; the knots apart, since several curves may share them.
   static Source source(const Fixed& c);
   static std::string knots_text(const Fixed& c);
-  std::string text() const;
   bool operator==(const Curve&) const = default;
 };
 

@@ -33,6 +33,4 @@ Source DeadZone::source(const Fixed& c) {
   return {"DeadZone<int16_t>", fmt::format("{{{}, {}}}", c.lower, c.upper)};
 }
 
-std::string DeadZone::text() const { return fmt::format("{:g} to {:g}", lower, upper); }
-
 }  // namespace flexor::model

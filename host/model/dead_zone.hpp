@@ -28,7 +28,6 @@ struct DeadZone {
   }
   Fixed fixed(const FixedBlock& block) const;
   static Source source(const Fixed& c);
-  std::string text() const;
   bool operator==(const DeadZone&) const = default;
 };
 

@@ -33,7 +33,6 @@ struct Delay {
   static Source source(const Fixed& c) {
     return {fmt::format("Delay<int16_t, {}>", c.count), fmt::format("{{{}}}", c.count)};
   }
-  std::string text() const { return fmt::format("{} samples", samples); }
   bool operator==(const Delay&) const = default;
 };
 

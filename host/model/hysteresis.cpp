@@ -52,6 +52,4 @@ Source Hysteresis::source(const Fixed& c) {
                       braces(c.weight, c.plays.count))};
 }
 
-std::string Hysteresis::text() const { return fmt::format("radii {::.3g}, weights {::.3g}", radii, weights); }
-
 }  // namespace flexor::model

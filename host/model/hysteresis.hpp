@@ -40,7 +40,6 @@ struct Hysteresis {
   }
   Fixed fixed(const FixedBlock& block) const;
   static Source source(const Fixed& c);
-  std::string text() const;
   bool operator==(const Hysteresis&) const = default;
 
  private:

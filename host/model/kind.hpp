@@ -10,7 +10,6 @@
 //   Floating<Real> floating<Real>(period_s) const  runtime coefficients, in double or float
 //   Fixed fixed(const FixedBlock&) const           the same in integers; throws when a number does not fit
 //   static Source source(const Fixed&)             those as C++ for the firmware
-//   std::string text() const                       its parameters in a line, for people
 //   bool operator==
 //
 // The equations are those of the runtime's headers.

@@ -29,7 +29,6 @@ struct Lag {
   static Source source(const Fixed& c) {
     return {"FixedLag", fmt::format("{{{{{}, {}}}}}", c.share.mantissa, c.share.shift)};
   }
-  std::string text() const { return fmt::format("{:.4g} rad/s", rate_rad_s); }
   bool operator==(const Lag&) const = default;
 };
 

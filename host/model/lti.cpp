@@ -320,12 +320,4 @@ Source Lti::source(const Fixed& c) {
                   c.tap_fraction, c.output_shift, c.is_direct, braces(c.direct.b, n), braces(c.direct.a, n))};
 }
 
-std::string Lti::text() const {
-  std::string out = fmt::format("gain {:.4g}, offset {:.4g}", gain, offset);
-  if (!poles_rad_s.empty()) out += fmt::format(", poles {::.4g} rad/s", poles_rad_s);
-  if (std::ranges::any_of(taps, [](double tap) { return tap != 0; }))
-    out += fmt::format(", taps {::.3g}", taps);
-  return out;
-}
-
 }  // namespace flexor::model

@@ -54,7 +54,6 @@ struct Lti {
   Floating<Real> floating(double period_s) const;
   Fixed fixed(const FixedBlock& block) const;
   static Source source(const Fixed& c);
-  std::string text() const;
   bool operator==(const Lti&) const = default;
 
   // Poles that are left at this period: the last is dropped where a sample forgets it altogether, since its

@@ -33,8 +33,6 @@ Play::Fixed Play::fixed(const FixedBlock& block) const {
 }
 
 Source Play::source(const Fixed& c) { return {"Play<int16_t>", fmt::format("{{{}}}", c.radius)}; }
-std::string Play::text() const { return fmt::format("radius {:.4g}", radius); }
-
 void Creep::check(const Place& place) const {
   check_radius(place, radius);
   check_rate(place, rate_rad_s, "rate_rad_s");
@@ -51,10 +49,6 @@ Creep::Fixed Creep::fixed(const FixedBlock& block) const {
 
 Source Creep::source(const Fixed& c) {
   return {"FixedCreep", fmt::format("{{{}L, {{{}, {}}}}}", c.radius, c.share.mantissa, c.share.shift)};
-}
-
-std::string Creep::text() const {
-  return fmt::format("radius {:.4g}, rate {:.4g} rad/s", radius, rate_rad_s);
 }
 
 }  // namespace flexor::model

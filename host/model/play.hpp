@@ -25,7 +25,6 @@ struct Play {
   }
   Fixed fixed(const FixedBlock& block) const;
   static Source source(const Fixed& c);
-  std::string text() const;
   bool operator==(const Play&) const = default;
 };
 
@@ -52,7 +51,6 @@ struct Creep {
   }
   Fixed fixed(const FixedBlock& block) const;
   static Source source(const Fixed& c);
-  std::string text() const;
   bool operator==(const Creep&) const = default;
 };
 

@@ -101,8 +101,4 @@ Source PolePair::source(const Fixed& c) {
                                        braces(c.tap, 2), c.tap_fraction, c.up, c.down)};
 }
 
-std::string PolePair::text() const {
-  return fmt::format("{:.4g} rad/s, damping {:.3g}, taps {::.3g}", frequency_rad_s, damping, taps);
-}
-
 }  // namespace flexor::model

@@ -36,7 +36,6 @@ struct PolePair {
   }
   Fixed fixed(const FixedBlock& block) const;
   static Source source(const Fixed& c);
-  std::string text() const;
   bool operator==(const PolePair&) const = default;
 
  private:

@@ -34,6 +34,4 @@ Source Saturation::source(const Fixed& c) {
   return {"Saturation<int16_t>", fmt::format("{{{}, {}}}", c.lower, c.upper)};
 }
 
-std::string Saturation::text() const { return fmt::format("{:.1f} to {:.1f} deg", lower_deg, upper_deg); }
-
 }  // namespace flexor::model

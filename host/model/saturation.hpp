@@ -29,7 +29,6 @@ struct Saturation {
   }
   Fixed fixed(const FixedBlock& block) const;
   static Source source(const Fixed& c);
-  std::string text() const;
   bool operator==(const Saturation&) const = default;
 };
 

@@ -57,8 +57,4 @@ Source Sum::source(const Fixed& c) {
           fmt::format("{{{}, {}, {}, {}L}}", c.count, c.shift, braces(c.weight, c.count), c.offset)};
 }
 
-std::string Sum::text() const { return fmt::format("weights {::.4g}, offset {:.4g}", weights, offset); }
-
-std::string Gain::text() const { return fmt::format("{:.4g} u {:+.4g}", gain, offset); }
-
 }  // namespace flexor::model

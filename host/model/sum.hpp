@@ -36,7 +36,6 @@ struct Sum {
   }
   Fixed fixed(const FixedBlock& block) const;
   static Source source(const Fixed& c);
-  std::string text() const;
   bool operator==(const Sum&) const = default;
 };
 
@@ -64,7 +63,6 @@ struct Gain {
   }
   Fixed fixed(const FixedBlock& block) const { return as_sum().fixed(block); }
   static Source source(const Fixed& c) { return Sum::source(c); }
-  std::string text() const;
   bool operator==(const Gain&) const = default;
 
  private:

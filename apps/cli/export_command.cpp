@@ -90,8 +90,8 @@ void write_function(const Options& o) {
 
 void run(const Options& o) {
   if (o.files.size() > 1 && o.to != "bids")
-    throw io::InputError(
-        fmt::format("--to {} takes one file, {} are given: export them one by one", o.to, o.files.size()));
+    throw io::InputError(fmt::format("--to {} takes one {}, {} are given: export them one by one", o.to,
+                                     o.to == "matlab" ? "model" : "recording", o.files.size()));
   if (o.to == "matlab") return write_function(o);
   const exports::Written done = write(o);
   for (const std::string& note : done.notes) log("note: " + note);

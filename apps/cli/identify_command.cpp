@@ -32,6 +32,7 @@ struct Options {
   std::string map;
   std::vector<std::string> reference_error;  // JOINT=DEG
   std::string refit;
+  std::string initial;
   std::string poses;
   std::vector<std::string> pose_angles;  // JOINT=OPEN:FIST
   std::string lead_for;
@@ -239,6 +240,7 @@ void add_takes(Options& o) {
   if (o.leave_out == "take") r.leave_out = identify::LeaveOut::take;
   if (o.leave_out == "person") r.leave_out = identify::LeaveOut::person;
   if (o.leave_out == "block") r.leave_out = identify::LeaveOut::block;
+  if (!o.initial.empty()) r.initial = model::load(o.initial);
   if (o.refit.empty()) return;
   if (r.structure != "auto") throw io::InputError("--refit is a structure of its own: leave out --structure");
   r.refit = model::load(o.refit);
@@ -332,7 +334,7 @@ void add_structure(CLI::App& command, identify::HandRequest& r) {
                   "play(0.08) > curve(20) + "
                   "motion(0.3)\"; a chain: linear-dynamic, hammerstein, wiener, hw, wh, "
                   "hysteresis-hw or e.g. "
-                  "\"hysteresis(2) > curve(10) > lti(2) > saturation\"")
+                  "\"hysteresis(2) > curve(10) > lti(2) > saturation\" or \"curve > pair > curve\"")
       ->capture_default_str();
 }
 
@@ -368,8 +370,13 @@ void add_pairs(CLI::App& command, Options& o) {
                   "RMS error of the measured angles themselves, index_mcp=6,index_pip=11; the model "
                   "then states it too")
       ->delimiter(',');
-  command.add_option("--refit", o.refit,
-                     "a model of which only gains and dead zones are fitted to the wearer");
+  CLI::Option* refit = command.add_option(
+      "--refit", o.refit, "a model of which only gains and dead zones are fitted to the wearer");
+  command
+      .add_option("--initial", o.initial,
+                  "a model whose chains are fitted anew from their own values, beside the usual starts; "
+                  "--structure may ask for the like")
+      ->excludes(refit);
 }
 
 }  // namespace identify_command

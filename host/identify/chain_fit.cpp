@@ -73,7 +73,7 @@ class ChainFitter {
     for (const Session& session : sessions) begin_.push_back(begin_.back() + session.angle_deg.size());
   }
 
-  JointFit run(double most_drift_deg) {
+  JointFit run(const std::optional<model::Channel>& initial, double most_drift_deg) {
     Chain chain = wanted_;
     if (chain.lag && !chain.lag_s) {
       chain.lag_s = best_lag_s();
@@ -82,6 +82,7 @@ class ChainFitter {
     const Data data = behind(chain);
     JointFit out;
     Options options;
+    options.initial = initial;
     Knots knots;
     for (const double slowest_s : kSlowest_s) {
       options.slowest_s = slowest_s;
@@ -153,6 +154,7 @@ class ChainFitter {
     out.fitted_rmse_deg = summary.rmse_deg;
     out.effective = summary.free_parameters + (wanted_.lag && !wanted_.lag_s ? 1 : 0);
     out.condition = summary.condition;
+    out.iterations = summary.iterations;
     out.parameters = summary.parameters;
     out.covariance = summary.covariance;
     if (chain.lag_s) {
@@ -228,13 +230,14 @@ class ChainFitter {
 }  // namespace
 
 JointFit fit_chain(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,
-                   const JointMap& joint, double most_drift_deg, const Step& step) {
+                   const JointMap& joint, const std::optional<model::Channel>& initial, double most_drift_deg,
+                   const Step& step) {
   if (joint.sensors.size() != 1) {
     throw io::InputError(fmt::format(
         "{}: {} has one sensor, the map names {}: leave the others out, or choose a sum of curves",
         joint.joint, text_of(wanted), joint.sensors.size()));
   }
-  return ChainFitter(wanted, sessions, inputs, joint, step).run(most_drift_deg);
+  return ChainFitter(wanted, sessions, inputs, joint, step).run(initial, most_drift_deg);
 }
 
 JointFit fit_rival(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,

@@ -15,8 +15,10 @@
 namespace flexor::identify {
 
 // Throws io::InputError for several sensors, io::JobError where the fit cannot be done.
+// `initial`: one start more for its parameters.
 JointFit fit_chain(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,
-                   const JointMap& joint, double most_drift_deg, const Step& step);
+                   const JointMap& joint, const std::optional<model::Channel>& initial, double most_drift_deg,
+                   const Step& step);
 
 // As a candidate among others: from its poles' best start, as slow as the data say, and cross-validated only where its fitted error is below
 // `least_deg`, which another has on what it did not see. Throws io::JobError where the fit cannot be done.

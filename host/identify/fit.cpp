@@ -27,6 +27,8 @@ constexpr int kSamplesPerParameter = 5;
 constexpr double kRobustScale = 2.5;
 constexpr double kMaxPlayWeight = 4;
 constexpr double kMaxTap = 8;
+constexpr double kLeastDamping = 0.02;  // within what a board's block takes
+constexpr double kMostDamping = 0.99;
 constexpr double kSafeMargin = 0.1;
 constexpr double kSaturatedMargin = 0.08;
 constexpr double kSlowestPerRecording = 10;
@@ -37,6 +39,10 @@ constexpr double kMaxTapError = 2;
 constexpr double kMaxWeightError = 1;
 // Likewise of a curve's value, as a share of the span of the measured angles.
 constexpr double kMaxCurveError = 1;
+
+bool both_curves(const Structure& structure) {
+  return structure.input_knots > 0 && structure.output_knots > 0;
+}
 
 std::vector<Index> used_rows(const Data& data) {
   std::vector<Index> rows;
@@ -131,7 +137,8 @@ class Problem {
       const double limit_s = options.slowest_s > 0 ? options.slowest_s : duration_s / kSlowestPerRecording;
       bound(layout.log_rates, structure.order, std::log(1 / limit_s), std::log(6 / data.period_s));
     }
-    if (structure.order > 1) bound(layout.taps, structure.order - 1, -kMaxTap, kMaxTap);
+    if (structure.pair) bound(layout.log_rates + 1, 1, kLeastDamping, kMostDamping);
+    if (structure.taps() > 0) bound(layout.taps, structure.taps(), -kMaxTap, kMaxTap);
     if (structure.saturation) {
       const double middle = (angle.front() + angle.back()) / 2;
       bound(layout.saturation, 1, plausible_.lower_deg, middle);
@@ -152,6 +159,7 @@ class Problem {
 struct Solution {
   VectorXd theta;
   double cost = kInfinity;
+  int iterations = 0;
 };
 
 // sqrt(2 rho(r)) with the sign of r, of which half the squares are the robust cost, exactly; and its slope.
@@ -184,7 +192,7 @@ Solution solve(const Problem& problem, VectorXd theta, const std::vector<int>& f
   const LmSummary summary =
       levenberg_marquardt(residual, problem.lower()(free), problem.upper()(free), options, x);
   theta(free) = x;
-  return {std::move(theta), summary.cost};
+  return {std::move(theta), summary.cost, summary.iterations};
 }
 
 // Starts for what is not linear in the parameters; the linear part follows by least squares.
@@ -198,15 +206,19 @@ class Starts {
         {{15}, {3}, {40}, {0.8}},
         {{20, 1}, {15, 0.2}, {30, 6}, {4, 3}},
         {{30, 3, 0.3}, {20, 1, 0.08}, {40, 10, 1}, {8, 5, 2}}};
+    static const std::vector<std::vector<double>> kPairs = {{8, 0.5}, {20, 0.5}, {3, 0.3}, {30, 0.8}};
     const Structure& structure = problem_.predictor().structure();
     const Layout& layout = problem_.predictor().layout();
     std::vector<VectorXd> starts;
-    for (const auto& rates : kRates[static_cast<std::size_t>(structure.order)]) {
+    for (const auto& rates : structure.pair ? kPairs : kRates[static_cast<std::size_t>(structure.order)]) {
       VectorXd theta = VectorXd::Zero(layout.size);
       for (int i = 0; i < structure.order; ++i) {
         theta(layout.log_rates + i) = std::log(rates[static_cast<std::size_t>(i)]);
       }
-      for (int i = 0; i + 1 < structure.order; ++i) theta(layout.taps + i) = 1.0 / structure.order;
+      if (structure.pair) theta(layout.log_rates + 1) = rates[1];
+      for (int i = 0; i + 1 < structure.order && !structure.pair; ++i)
+        theta(layout.taps + i) = 1.0 / structure.order;
+      if (both_curves(structure)) set_first_curve(theta);
       const double range = input_range();
       for (int j = 0; j < structure.plays; ++j) {
         theta(layout.radii + j) = range * 0.02 * std::pow(3, j) * (starts.size() % 2 == 0 ? 1 : 2);
@@ -230,6 +242,17 @@ class Starts {
   double input_range() const {
     const VectorXd used = data_.input(problem_.rows());
     return used.maxCoeff() - used.minCoeff();
+  }
+
+  // The line through the samples; the curve behind it bends it.
+  void set_first_curve(VectorXd& theta) const {
+    const VectorXd u = data_.input(problem_.rows());
+    const VectorXd angle = data_.angle_deg(problem_.rows());
+    const double slope = (u.array() - u.mean()).matrix().dot(angle) / (u.array() - u.mean()).square().sum();
+    const std::vector<double>& x = problem_.predictor().knots().input;
+    for (std::size_t i = 0; i < x.size(); ++i)
+      theta(problem_.predictor().layout().input_curve + static_cast<int>(i)) =
+          angle.mean() + slope * (x[i] - u.mean());
   }
 
   void set_saturation(VectorXd& theta) const {
@@ -260,7 +283,9 @@ class Starts {
     const Structure& structure = predictor.structure();
     Structure open = structure;
     open.saturation = false;
-    const int count = std::max({structure.input_knots, structure.output_knots, 2});
+    const bool both = both_curves(structure);
+    const int count =
+        both ? structure.output_knots : std::max({structure.input_knots, structure.output_knots, 2});
     const int at = std::max({layout.input_curve, layout.output_curve, layout.affine});
     const VectorXd angle = data_.angle_deg(rows);
     const double mean = angle.mean();
@@ -337,7 +362,9 @@ Knots place_knots(const Structure& structure, const Data& data, const std::vecto
   const auto input = sorted_at(data.input, rows);
   Knots knots;
   if (structure.input_knots > 0) knots.input = quantile_knots(input, structure.input_knots);
-  if (structure.output_knots > 0) knots.output = quantile_knots(input, structure.output_knots);
+  if (structure.output_knots > 0)
+    knots.output = quantile_knots(both_curves(structure) ? sorted_at(data.angle_deg, rows) : input,
+                                  structure.output_knots);
   return knots;
 }
 
@@ -360,6 +387,7 @@ std::string reason(const Predictor& predictor, const Data& data, const std::vect
   }
   if (within(l.radii, predictor.structure().plays)) return "this play never moves, or has no weight";
   if (within(l.log_rates, predictor.structure().order)) {
+    if (predictor.structure().pair) return "the pair is too fast, too slow or damped too much to be seen";
     return fmt::format("a pole near {:.3g} rad/s is too fast, too slow or too like another to be seen",
                        -std::exp(theta(parameter)));
   }
@@ -395,6 +423,10 @@ class Fitter {
         problem_(predictor_, data, options),
         free_(static_cast<std::size_t>(predictor_.layout().size)) {
     std::iota(free_.begin(), free_.end(), 0);
+    if (!both_curves(structure)) return;
+    const int first = predictor_.layout().input_curve;
+    std::erase(free_, first + structure.input_knots - 1);
+    std::erase(free_, first);
   }
 
   Summary run() {
@@ -407,13 +439,16 @@ class Fitter {
   // Every start by plain least squares first; the best sets the scale of the robust loss and goes on.
   void search() {
     constexpr LmOptions kRough{.max_iterations = 30, .cost_tolerance = 1e-4};
-    const std::vector<VectorXd> starts = Starts(problem_, data_).make();
+    std::vector<VectorXd> starts = Starts(problem_, data_).make();
+    if (options_.initial) starts.push_back(predictor_.theta(*options_.initial));
     for (std::size_t k = 0; k < starts.size(); ++k) {
       if (options_.only_start && std::min(*options_.only_start, starts.size() - 1) != k) continue;
       Solution s = solve(problem_, starts[k], free_, kInfinity, kRough);
       if (!(s.cost < best_.cost)) continue;
       best_ = std::move(s);
       best_start_ = k;
+      iterations_ = best_.iterations;
+      initial_ = starts[k];
     }
     if (!std::isfinite(best_.cost)) {
       throw io::JobError(fmt::format("{}: {}: no start converged; is the motion rich enough?", data_.channel,
@@ -430,6 +465,7 @@ class Fitter {
     hold_what_has_no_samples();
     while (true) {
       best_ = solve(problem_, best_.theta, free_, delta_, {});
+      iterations_ += best_.iterations;
       if (!std::isfinite(best_.cost)) {
         throw io::JobError(
             fmt::format("{}: {}: the fit did not converge", data_.channel, text_of(predictor_.structure())));
@@ -499,7 +535,7 @@ class Fitter {
       }
     };
     if (structure.order > 0) look(l.log_rates, structure.order, kMaxLogRateError);
-    if (structure.order > 1) look(l.taps, structure.order - 1, kMaxTapError);
+    look(l.taps, structure.taps(), kMaxTapError);
     if (structure.plays > 0) look(l.weights, structure.plays, kMaxWeightError);
     look(l.input_curve, structure.input_knots, kMaxCurveError * problem_.span_deg());
     look(l.output_curve, structure.output_knots, kMaxCurveError * problem_.span_deg());
@@ -582,14 +618,16 @@ class Fitter {
     s.free_parameters = static_cast<int>(free_.size());
     s.used_samples = static_cast<int>(problem_.rows().size());
     s.best_start = best_start_;
+    s.iterations = iterations_;
     s.rmse_deg = root_mean_square(problem_.residual(best_.theta));
     s.condition = uncertainty_.condition;
     const std::vector<NamedParameter> all = predictor_.named(best_.theta);
+    const std::vector<NamedParameter> initial = predictor_.named(initial_);
     MatrixXd gradient = MatrixXd::Zero(std::ssize(free_), std::ssize(all));
     for (const NamedParameter& named : all) {
       const bool refused = std::ranges::any_of(held_, [&](int h) { return named.gradient(h) != 0; });
       if (!refused) gradient.col(std::ssize(s.parameters)) = named.gradient(free_);
-      s.parameters.push_back({named.name, named.value, 0, refused});
+      s.parameters.push_back({named.name, named.value, 0, refused, initial[s.parameters.size()].value});
     }
     s.covariance = gradient.transpose() * uncertainty_.covariance * gradient;
     for (std::size_t k = 0; k < all.size(); ++k) {
@@ -616,7 +654,9 @@ class Fitter {
   Solution best_;
   Uncertainty uncertainty_;
   double delta_ = kInfinity;
+  VectorXd initial_;
   std::size_t best_start_ = 0;
+  int iterations_ = 0;
 };
 
 }  // namespace

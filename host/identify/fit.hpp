@@ -3,8 +3,9 @@
 // Minimises sum rho(y_k - predicted_k) over the used samples, rho the pseudo-Huber loss
 //   rho(r) = delta^2 (sqrt(1 + (r / delta)^2) - 1),   delta = 2.5 robust standard deviations of a first fit,
 // by Levenberg-Marquardt with bounds (levenberg_marquardt.hpp), analytic Jacobian, from several starts for the poles, plays and
-// dead zone; what is linear in the parameters starts at its least-squares value. Poles are -exp(theta):
-// stable by construction. Predictions simulate freely from the input alone; they never see the measured
+// dead zone, and from `initial`; what is linear in the parameters starts at its least-squares value. Poles are -exp(theta):
+// stable by construction. Of a curve before and one behind the dynamics the first keeps the values of its ends, since a scale
+// between the two changes nothing. Predictions simulate freely from the input alone; they never see the measured
 // angle.
 //
 // Standard errors: sandwich A^-1 S A^-1 with A = sum rho'' J J' and S the Bartlett-weighted sum of the
@@ -44,6 +45,7 @@ struct Options {
   std::optional<std::size_t> only_start;  // of four; none: all
   double slowest_s = 0;                   // no pole is slower; 0: a tenth of the recording
   std::optional<Knots> knots;             // none: quantiles of the input
+  std::optional<model::Channel> initial;  // one start more
 };
 
 struct Parameter {
@@ -51,6 +53,7 @@ struct Parameter {
   double value = 0;
   double standard_error = 0;  // 0 where refused
   bool refused = false;
+  std::optional<double> initial = {};  // of a chain
 };
 
 struct Summary {
@@ -63,6 +66,7 @@ struct Summary {
   int free_parameters = 0;
   int used_samples = 0;
   std::size_t best_start = 0;
+  int iterations = 0;             // from there
   double rmse_deg = 0;            // over the used samples
   double condition = 0;           // of the column-scaled Jacobian
   Eigen::VectorXd predicted_deg;  // whole recording, saturated like the model

@@ -42,11 +42,27 @@ Summary fit_with_knots(const Data& data, const std::vector<double>& knots) {
   return fit(blocks_of("curve(" + std::to_string(knots.size()) + ") > lti(1)"), data, options);
 }
 
+TEST(Fit, InitialValuesAreOneStartMore) {
+  const Data data = example();
+  const Structure structure = blocks_of("curve(8) > lti(2) > saturation");
+  const Summary first = fit(structure, data);
+  Options options;
+  options.initial = first.channel;
+  options.only_start = 4;  // behind the four of its own
+  const Summary again = fit(structure, data, options);
+  EXPECT_EQ(again.best_start, 4u);
+  EXPECT_NEAR(again.rmse_deg, first.rmse_deg, 1e-5);
+  EXPECT_LT(again.iterations, first.iterations);
+  for (std::size_t k = 0; k < first.parameters.size(); ++k)
+    EXPECT_NEAR(*again.parameters[k].initial, first.parameters[k].value, 1e-9) << first.parameters[k].name;
+  EXPECT_THROW(fit(blocks_of("curve(8) > lti(1) > saturation"), data, options), io::InputError);
+}
+
 TEST(Fit, EveryFamilyFitsAndTheRicherOnesFitBetter) {
   const Data data = example();
   double linear = 0;
-  for (const std::string text :
-       {"linear", "linear-dynamic", "hammerstein", "wiener", "hw", "hysteresis-hw"}) {
+  for (const std::string text : {"linear", "linear-dynamic", "hammerstein", "wiener", "hw", "hysteresis-hw",
+                                 "curve > pair", "curve > lti(1) > curve"}) {
     const Summary s = fit(blocks_of(text), data);
     if (text == "linear") linear = s.rmse_deg;
     EXPECT_LE(s.rmse_deg, linear * 1.0001) << text;

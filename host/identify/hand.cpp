@@ -606,21 +606,25 @@ void warn_of_lacking_motion(const HandRequest& request, const std::vector<Sample
     warnings.push_back(fmt::format("{}: {}", fmt::join(joints, ", "), text));
 }
 
+// A joint that the wearer's own is fitted from.
+model::Channel chain_of(const model::Model& model, const std::string& joint) {
+  const auto at = std::ranges::find(model.joints, joint, &model::Joint::name);
+  if (at == model.joints.end())
+    throw InputError(fmt::format("the model to start from has no joint {}", joint));
+  const auto chain = model::channel(model, static_cast<std::size_t>(at - model.joints.begin()));
+  if (!chain)
+    throw InputError(fmt::format("{}: the model to start from has no chain of blocks for it", joint));
+  return *chain;
+}
+
 void refit_joints(const HandRequest& request, const std::vector<Sampled>& samples, HandIdentification& r) {
   std::vector<model::Channel> refitted;
   for (std::size_t j = 0; j < request.map.size(); ++j) {
     const JointMap& map = request.map[j];
-    const model::Model& base = *request.refit;
-    const auto at = std::ranges::find(base.joints, map.joint, &model::Joint::name);
-    if (at == base.joints.end()) {
-      throw InputError(fmt::format("the model to refit has no joint {}", map.joint));
-    }
     if (map.sensors.size() != 1)
       throw InputError(
           fmt::format("{}: a refit takes one sensor, the map names {}", map.joint, map.sensors.size()));
-    const auto chain = model::channel(base, static_cast<std::size_t>(at - base.joints.begin()));
-    if (!chain) throw InputError(fmt::format("{}: its graph is no chain with a dead zone", map.joint));
-    model::Channel c = *chain;
+    model::Channel c = chain_of(*request.refit, map.joint);
     const auto input = std::ranges::find(r.model.inputs, map.sensors.front(), &model::Input::name);
     c.input_column = input->column;
     c.input_unit = input->unit;
@@ -684,6 +688,7 @@ void fit_joints(const HandRequest& request, const std::vector<std::string>& stru
       const std::vector<Session> sessions = sessions_of(samples, j);
       static_cast<JointFit&>(out.joint) =
           fit_joint(sessions, inputs, map, structures[j],
+                    request.initial ? std::optional(chain_of(*request.initial, map.joint)) : std::nullopt,
                     [&](std::size_t done, std::size_t of, const std::string& what) {
                       return progress(j, done, of, what);
                     });
@@ -740,8 +745,13 @@ void fit_model(const HandRequest& request, const std::vector<std::string>& struc
   });
 }
 
+// Of each joint; where initial values are given and nothing is asked for, theirs.
 std::vector<std::string> asked_for(const HandRequest& request) {
-  return std::vector(request.map.size(), request.structure);
+  std::vector<std::string> out(request.map.size(), request.structure);
+  if (!request.initial || request.structure != "auto") return out;
+  for (std::size_t j = 0; j < out.size(); ++j)
+    out[j] = text_of(structure_of(chain_of(*request.initial, request.map[j].joint)));
+  return out;
 }
 
 double rmse_deg(const std::vector<JointSamples>& pairs) {
@@ -1049,6 +1059,7 @@ Json parameters_json(const std::vector<Parameter>& parameters) {
     const double reach = score::kNormal95 * p.standard_error;
     out.push_back({{"name", p.name},
                    {"value", p.value},
+                   {"initial", p.initial ? Json(*p.initial) : Json(nullptr)},
                    {"standard_error", p.refused ? Json(nullptr) : Json(p.standard_error)},
                    {"interval95", p.refused ? Json(nullptr) : Json({p.value - reach, p.value + reach})}});
   }
@@ -1100,6 +1111,7 @@ Json to_json(const HandIdentification& r) {
                           {"cross_validated_rmse_deg", fitted(joint.cross_validated_deg)},
                           {"effective_parameters", fitted(joint.effective)},
                           {"condition", fitted(joint.condition)},
+                          {"iterations", joint.iterations > 0 ? Json(joint.iterations) : Json(nullptr)},
                           {"parameters", parameters_json(joint.parameters)},
                           {"structures", std::move(rows)}};
     if (!joint.left_out.empty())

@@ -49,6 +49,8 @@ struct HandRequest {
   double split = 0.5;
   std::string structure = "auto";     // structure_text.hpp
   std::optional<model::Model> refit;  // in its place: this model's gains and dead zones alone (refit.hpp)
+  std::optional<model::Model>
+      initial;  // a start for the parameters of its chains, whose structure is taken unless one is asked for
   bool fit_all =
       false;  // once proven on a part, the model is fitted in the same way to all of the recordings
   double lead_s = 0;

@@ -74,8 +74,8 @@ TEST(Creep, IsUndoneWhereTheFingersOwnHoldsShowItAndNotElsewhere) {
   model::Model inputs;
   inputs.sample_period_s = kStep_s;
   inputs.inputs = {{"u", "u", "count", "", 1, 1022}};
-  const JointFit creeps = fit_joint({poses(0.2)}, inputs, {"index", {"u"}, "angle"}, "auto", {});
-  const JointFit still = fit_joint({poses(0)}, inputs, {"index", {"u"}, "angle"}, "auto", {});
+  const JointFit creeps = fit_joint({poses(0.2)}, inputs, {"index", {"u"}, "angle"}, "auto", {}, {});
+  const JointFit still = fit_joint({poses(0)}, inputs, {"index", {"u"}, "angle"}, "auto", {}, {});
   EXPECT_GT(creeps.hold_drift_deg, 1) << "as its reading does";
   EXPECT_LT(creeps.cross_validated_deg, 2 * still.cross_validated_deg) << creeps.structure;
   EXPECT_LT(wander_deg(creeps.model, {poses(0.2)}, {"u"}), 0.5);

@@ -204,8 +204,14 @@ std::string chain_refusal(const JointFit& chain, const JointFit& best) {
 // Chains beside the best sum, over the same folds.
 void let_chains_compete(const std::vector<Session>& sessions, const model::Model& inputs,
                         const JointMap& joint, const Step& step, JointFit& best) {
-  constexpr std::array<std::string_view, 6> kChains = {"line",   kPublishedForm, "linear-dynamic",
-                                                       "wiener", "hw",           "hysteresis-hw"};
+  constexpr std::array<std::string_view, 8> kChains = {"line",
+                                                       kPublishedForm,
+                                                       "linear-dynamic",
+                                                       "wiener",
+                                                       "hw",
+                                                       "hysteresis-hw",
+                                                       "curve > pair > saturation",
+                                                       "curve > lti(1) > curve > saturation"};
   for (std::size_t k = 0; k < kChains.size(); ++k) {
     if (step && !step(k, kChains.size(), fmt::format("{}: {}", joint.joint, kChains[k]))) {
       best.untried += kChains.size() - k;
@@ -246,8 +252,9 @@ JointFit better(JointFit several, JointFit one) {
 }
 
 JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions, const model::Model& inputs,
-                       const JointMap& joint, const Step& step) {
-  JointFit out = fit_chain(chain, sessions, inputs, joint, kMostDrift_deg, step);
+                       const JointMap& joint, const std::optional<model::Channel>& initial,
+                       const Step& step) {
+  JointFit out = fit_chain(chain, sessions, inputs, joint, initial, kMostDrift_deg, step);
   const std::string refusal = refusal_of(out.model, out.hold_drift_deg);
   if (!refusal.empty()) {
     throw io::JobError(fmt::format("{}: {} cannot be worn: {}; try fewer poles, or a sum of curves",
@@ -297,10 +304,16 @@ void append(const model::Model& one, model::Model& model) {
 }
 
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
-                   const std::string& structure, const Step& step) {
+                   const std::string& structure, const std::optional<model::Channel>& initial,
+                   const Step& step) {
   const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
   if (const auto* chain = std::get_if<Chain>(&wanted))
-    return fit_one_chain(*chain, sessions, inputs, joint, step);
+    return fit_one_chain(*chain, sessions, inputs, joint, initial, step);
+  if (initial)
+    throw InputError(
+        fmt::format("{}: initial values are a chain's, a sum of curves has one best fit: --structure "
+                    "with a chain, as the initial model's",
+                    joint.joint));
   Candidates candidates = std::get<Candidates>(wanted);
   std::erase_if(candidates.branches, [&](const Branches& b) {
     return joint.sensors.size() * (b.still() + b.lags_s.size()) > model::kMaxTerms;
@@ -319,7 +332,7 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
   std::vector<Session> own = sessions;
   for (Session& session : own) session.input = session.input.leftCols(1).eval();
   const JointMap alone{joint.joint, {joint.sensors.front()}, joint.reference};
-  return better(std::move(out), fit_joint(own, inputs, alone, structure, step));
+  return better(std::move(out), fit_joint(own, inputs, alone, structure, {}, step));
 }
 
 }  // namespace flexor::identify

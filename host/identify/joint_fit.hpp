@@ -46,13 +46,16 @@ struct JointFit {
   std::vector<double> fold_loss;   // of the same estimates: mean of each fold (robust.hpp)
   double effective = 0;            // parameters that the data determine
   double condition = 0;
+  int iterations = 0;       // of a chain, from its parameters' initial values
   std::size_t untried = 0;  // structures of the search that was stopped
 };
 
 // `inputs` is a model without blocks and joints; the sessions' columns are the joint's sensors; `structure` is the text of
 // structure_text.hpp. Where `step` stops the search of a sum, the best so far is taken, of one structure at least. Throws io::InputError and io::JobError.
+// `initial`: a start for the parameters of a chain that is asked for.
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
-                   const std::string& structure, const Step& step);
+                   const std::string& structure, const std::optional<model::Channel>& initial,
+                   const Step& step);
 
 // `inputs` with the joint's own alone.
 model::Model own_inputs(model::Model inputs, const JointMap& joint);

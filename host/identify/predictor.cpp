@@ -7,6 +7,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "host/identify/structure_text.hpp"
+#include "host/io/io.hpp"
 #include "host/model/discrete.hpp"
 #include "runtime/compensator/curve.hpp"
 #include "runtime/compensator/dead_zone.hpp"
@@ -181,6 +183,46 @@ class Filter {
   double tap_[compensator::kMaxOrder] = {};
 };
 
+void pole_pair(const Layout& layout, const VectorXd& theta, double period_s, VectorXd& signal,
+               Columns& columns) {
+  const double q = std::exp(theta(layout.log_rates)) * period_s;
+  const double zeta = theta(layout.log_rates + 1);
+  const auto block =
+      model::PolePair{q / period_s, zeta, {theta(layout.taps), theta(layout.taps + 1)}}.floating<double>(
+          period_s);
+  const auto run = [&](auto column) {
+    compensator::PolePair<double>::State state;
+    block.start(state, column(0));
+    for (double& v : column) v = block.step(state, v);
+  };
+  for (const int c : columns.active()) run(columns.col(c));
+  const VectorXd u = signal;
+  run(Eigen::Ref<VectorXd>(signal));
+  if (!columns.wanted()) return;
+  const Eigen::Matrix2d a{{0, q}, {-q, -2 * zeta * q}};
+  const Eigen::Matrix2d transition{{block.transition[0], block.transition[1]},
+                                   {block.transition[2], block.transition[3]}};
+  const Eigen::Matrix2d change[] = {a * transition,
+                                    model::exp_derivative(a, Eigen::Matrix2d{{0, 0}, {0, -2 * q}})};
+  const Eigen::RowVector2d weight(1 - block.tap[0], block.tap[1]);
+  Eigen::Vector2d e = Eigen::Vector2d::Zero();
+  Eigen::Vector2d by[] = {e, e};  // log of the frequency, damping
+  for (int i = 0; i < 2; ++i) {
+    columns.open(layout.log_rates + i);
+    columns.open(layout.taps + i);
+  }
+  for (Index k = 0; k < u.size(); ++k) {
+    e(0) -= k > 0 ? u(k) - u(k - 1) : 0;
+    for (int i = 0; i < 2; ++i) {
+      by[i] = (transition * by[i] + change[i] * e).eval();
+      columns.col(layout.log_rates + i)(k) = weight.dot(by[i]);
+    }
+    e = transition * e;
+    columns.col(layout.taps)(k) = -e(0);
+    columns.col(layout.taps + 1)(k) = e(1);
+  }
+}
+
 void lti(const Structure& structure, const Layout& layout, const VectorXd& theta, double period_s,
          VectorXd& signal, Columns& columns) {
   const int n = structure.order;
@@ -264,7 +306,7 @@ Layout::Layout(const Structure& s) {
   if (s.input_knots > 0) input_curve = take(s.input_knots);
   if (s.input_knots == 0 && s.output_knots == 0) affine = take(2);
   if (s.order > 0) log_rates = take(s.order);
-  if (s.order > 1) taps = take(s.order - 1);
+  if (s.taps() > 0) taps = take(s.taps());
   if (s.output_knots > 0) output_curve = take(s.output_knots);
   if (s.saturation) saturation = take(2);
 }
@@ -298,7 +340,11 @@ VectorXd Predictor::predict(const VectorXd& theta, MatrixXd* jacobian) const {
     }
     signal = (gain * signal.array() + theta(layout_.affine + 1)).matrix();
   }
-  if (structure_.order > 0) lti(structure_, layout_, theta, period_s_, signal, columns);
+  if (structure_.pair) {
+    pole_pair(layout_, theta, period_s_, signal, columns);
+  } else if (structure_.order > 0) {
+    lti(structure_, layout_, theta, period_s_, signal, columns);
+  }
   if (structure_.output_knots > 0) {
     const VectorXd y = theta.segment(layout_.output_curve, structure_.output_knots);
     curve(knots_.output, y, layout_.output_curve, signal, columns);
@@ -333,11 +379,16 @@ std::vector<NamedParameter> Predictor::named(const VectorXd& theta) const {
     add_plain("gain", layout_.affine);
     add_plain("offset", layout_.affine + 1);
   }
-  for (int i = 0; i < structure_.order; ++i) {
+  for (int i = 0; i < (structure_.pair ? 0 : structure_.order); ++i) {
     const double rate = std::exp(theta(layout_.log_rates + i));
     add(fmt::format("pole {} (rad/s)", i + 1), -rate)(layout_.log_rates + i) = -rate;
   }
-  for (int i = 0; i + 1 < structure_.order; ++i) add_plain(fmt::format("tap {}", i + 1), layout_.taps + i);
+  if (structure_.pair) {
+    const double frequency = std::exp(theta(layout_.log_rates));
+    add("frequency (rad/s)", frequency)(layout_.log_rates) = frequency;
+    add_plain("damping", layout_.log_rates + 1);
+  }
+  for (int i = 0; i < structure_.taps(); ++i) add_plain(fmt::format("tap {}", i + 1), layout_.taps + i);
   if (structure_.output_knots > 0) add_curve("output curve", knots_.output, layout_.output_curve);
   if (structure_.saturation) {
     add_plain("saturation lower limit", layout_.saturation);
@@ -365,7 +416,11 @@ model::Channel Predictor::channel(const VectorXd& theta) const {
     c.lti.gain = theta(layout_.affine);
     c.lti.offset = theta(layout_.affine + 1);
   }
-  for (int i = 0; i < structure_.order; ++i) {
+  if (structure_.pair) {
+    c.pair = model::PolePair{std::exp(theta(layout_.log_rates)), theta(layout_.log_rates + 1),
+                             list(theta.segment(layout_.taps, 2))};
+  }
+  for (int i = 0; i < (structure_.pair ? 0 : structure_.order); ++i) {
     c.lti.poles_rad_s.push_back(-std::exp(theta(layout_.log_rates + i)));
     c.lti.taps.push_back(i == 0 ? 0 : theta(layout_.taps + i - 1));
   }
@@ -377,6 +432,54 @@ model::Channel Predictor::channel(const VectorXd& theta) const {
     c.saturation = {theta(layout_.saturation), theta(layout_.saturation + 1)};
   }
   return c;
+}
+
+Structure structure_of(const model::Channel& c) {
+  Structure out;
+  out.dead_zone = c.dead_zone.has_value();
+  if (c.hysteresis) out.plays = static_cast<int>(c.hysteresis->radii.size());
+  if (c.input_curve) out.input_knots = static_cast<int>(c.input_curve->x.size());
+  out.pair = c.pair.has_value();
+  out.order = out.pair ? 2 : static_cast<int>(c.lti.poles_rad_s.size());
+  if (c.output_curve) out.output_knots = static_cast<int>(c.output_curve->x.size());
+  out.saturation = true;
+  return out;
+}
+
+VectorXd Predictor::theta(const model::Channel& c) const {
+  Structure like = structure_of(c);
+  like.saturation = structure_.saturation;
+  if (like.input_knots > 0 && structure_.input_knots > 0) like.input_knots = structure_.input_knots;
+  if (like.output_knots > 0 && structure_.output_knots > 0) like.output_knots = structure_.output_knots;
+  if (like != structure_) {
+    throw io::InputError(
+        fmt::format("the initial model's {} is {}, not {}", c.name, text_of(like), text_of(structure_)));
+  }
+  VectorXd out = VectorXd::Zero(layout_.size);
+  const auto set = [&](int at, const std::vector<double>& values) {
+    for (std::size_t i = 0; i < values.size(); ++i) out(at + static_cast<int>(i)) = values[i];
+  };
+  if (c.dead_zone) set(layout_.dead_zone, {c.dead_zone->lower, c.dead_zone->upper - c.dead_zone->lower});
+  if (c.hysteresis) set(layout_.radii, c.hysteresis->radii);
+  if (c.hysteresis) set(layout_.weights, c.hysteresis->weights);
+  // A gain beside a curve becomes part of it.
+  const auto read = [&](const model::Curve& curve, const std::vector<double>& x, int at, bool behind) {
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const double value = curve(behind ? c.lti.gain * x[i] + c.lti.offset : x[i]);
+      out(at + static_cast<int>(i)) = behind ? value : c.lti.gain * value + c.lti.offset;
+    }
+  };
+  if (c.input_curve) read(*c.input_curve, knots_.input, layout_.input_curve, false);
+  if (c.output_curve) read(*c.output_curve, knots_.output, layout_.output_curve, !c.input_curve);
+  if (layout_.affine >= 0) set(layout_.affine, {c.lti.gain, c.lti.offset});
+  for (int i = 0; i < (c.pair ? 0 : structure_.order); ++i) {
+    out(layout_.log_rates + i) = std::log(-c.lti.poles_rad_s[static_cast<std::size_t>(i)]);
+    if (i > 0 && !c.lti.taps.empty()) out(layout_.taps + i - 1) = c.lti.taps[static_cast<std::size_t>(i)];
+  }
+  if (c.pair) set(layout_.log_rates, {std::log(c.pair->frequency_rad_s), c.pair->damping});
+  if (c.pair) set(layout_.taps, c.pair->taps);
+  if (structure_.saturation) set(layout_.saturation, {c.saturation.lower_deg, c.saturation.upper_deg});
+  return out;
 }
 
 }  // namespace flexor::identify

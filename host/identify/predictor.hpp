@@ -6,14 +6,16 @@
 //   input curve    values at the knots
 //   affine         gain, offset (where there is no curve)
 //   lti            log a_i of the poles -a_i, then taps c_1 .. c_{n-1}  (c_0 = 0: no direct feedthrough)
+//   pair           log of the frequency, damping, then taps c_0, c_1 (runtime/compensator/pole_pair.hpp)
 //   output curve   values at the knots
 //   saturation     lower, upper limit
 //
 // The Jacobian runs through the chain with the signal: static blocks multiply by their slope, the LTI filters
-// every column, and d(hold)/d(log a_i) comes from host/model/discrete.hpp. At kinks it is one-sided.
+// every column, and derivatives of matrix exponentials come from host/model/discrete.hpp. At kinks it is one-sided.
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <vector>
 
 #include "host/model/channel.hpp"
@@ -26,15 +28,20 @@ struct Structure {
   int plays = 0;            // play operators, 0 to 4
   int input_knots = 0;      // input curve, 0 (gain and offset instead) or 2 to 16
   int order = 0;            // poles, 0 to 3
+  bool pair = false;        // two, which are complex
   int output_knots = 0;     // output curve, 0 or 2 to 16
   bool saturation = false;  // fitted saturation limits
 
+  int taps() const { return pair ? 2 : std::max(order - 1, 0); }
   bool operator==(const Structure&) const = default;
 };
 
 inline constexpr int kDefaultKnots = 10;
 inline constexpr int kDefaultOrder = 2;
 inline constexpr int kDefaultPlays = 2;
+
+// Of a chain; its limits are fitted.
+Structure structure_of(const model::Channel& channel);
 
 // Knot positions, fixed before the fit; empty where the structure has no such curve.
 struct Knots {
@@ -84,6 +91,9 @@ class Predictor {
 
   // The blocks that theta describes; the caller adds names, ranges and, where none is fitted, the saturation.
   model::Channel channel(const Eigen::VectorXd& theta) const;
+
+  // The other way round, curves read at the knots. Throws io::InputError where the channel has other blocks than the structure.
+  Eigen::VectorXd theta(const model::Channel& channel) const;
 
  private:
   Structure structure_;

@@ -37,6 +37,10 @@ std::vector<Case> cases() {
        blocks_of("hysteresis(2) > curve(5) > lti(1) > saturation"),
        {x, {}},
        {8, 40, 0.4, -0.3, 10, 22, 31, 55, 90, 1.1, 14, 70}},
+      {"pair",
+       blocks_of("curve(5) > pair > saturation"),
+       {x, {}},
+       {10, 22, 31, 55, 90, 1.5, 0.4, 0.2, -0.3, 14, 70}},
       {"everything", everything, {{-200, -50, 0, 150, 400}, {0, 50, 100}}, {300, 120,  8,  40, 0.4, 0.3, 10,
                                                                             22,  31,   55, 90, 2,   1,   -0.5,
                                                                             0.3, -0.2, 5,  45, 99,  40,  60}},
@@ -95,6 +99,7 @@ TEST_P(PredictorCase, TheModelDocumentPredictsTheSame) {
   const Eigen::VectorXd y = predictor.predict(theta, nullptr);
   for (Eigen::Index k = 0; k < y.size(); ++k)
     ASSERT_NEAR(simulation.step(predictor.input()(k)).angle_deg, y(k), 1e-9) << k;
+  EXPECT_TRUE(predictor.theta(channel).isApprox(theta, 1e-12));
 }
 
 TEST_P(PredictorCase, EveryNamedParameterHasItsGradient) {

@@ -35,6 +35,11 @@ std::vector<Truth> truths(double correlation) {
            {-300, -120, 0, 200, 400},
            {400, 500, 0, 32, 50, 72, 118, -6, 15, 100},
            correlation},
+          {"ComplexPair",
+           blocks_of("gain > pair > saturation"),
+           {},
+           {0.12, -4, 6, 0.4, 0.2, 0.5, 20, 100},
+           correlation},
           {"Hysteresis",
            blocks_of("hysteresis(1) > curve(5) > lti(1) > saturation"),
            {60, 250, 480, 700, 960},
@@ -72,12 +77,13 @@ Data simulate(const Truth& t, unsigned seed) {
   const double dead_upper = t.structure.dead_zone ? *next++ : 0;
   const double radius = t.structure.plays > 0 ? *next++ : 0;
   const double weight = t.structure.plays > 0 ? *next++ : 0;
-  const std::vector<double> curve(next, t.values.end() - 3);
+  const bool pair = t.structure.pair;
+  const std::vector<double> curve(next, t.values.end() - (pair ? 6 : 3));
   const double hold = std::exp(t.values.end()[-3] * kPeriod_s);
   const double lower_deg = t.values.end()[-2];
   const double upper_deg = t.values.back();
   std::normal_distribution<double> noise(0, 0.01 * (upper_deg - lower_deg));
-  double play = 0, x = 0, error = noise(random);
+  double play = 0, x = 0, velocity = 0, error = noise(random);
   for (int k = 0; k < kSamples; ++k) {
     double v = data.input(k);
     if (t.structure.dead_zone) v = v < dead_lower ? v - dead_lower : (v > dead_upper ? v - dead_upper : 0);
@@ -85,8 +91,17 @@ Data simulate(const Truth& t, unsigned seed) {
     play = std::min(v + radius, std::max(v - radius, play));
     v += weight * (play - v);
     const double w = t.knots.empty() ? curve[0] * v + curve[1] : score::interpolate(t.knots, curve, v);
-    x = k == 0 ? w : hold * x + (1 - hold) * w;
-    data.angle_deg(k) = std::clamp(x, lower_deg, upper_deg) + error;
+    double y = x = k == 0 ? w : pair ? x : hold * x + (1 - hold) * w;
+    if (pair) {
+      constexpr int kParts = 200;
+      const double* p = &t.values.end()[-6];  // frequency, damping, taps
+      for (int i = 0; i < kParts; ++i) {
+        velocity += p[0] * (w - x - 2 * p[1] * velocity) * kPeriod_s / kParts;
+        x += p[0] * velocity * kPeriod_s / kParts;
+      }
+      y = x + p[2] * (w - x) + p[3] * velocity;
+    }
+    data.angle_deg(k) = std::clamp(y, lower_deg, upper_deg) + error;
     error = t.correlation * error + std::sqrt(1 - t.correlation * t.correlation) * noise(random);
   }
   return data;

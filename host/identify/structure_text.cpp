@@ -41,8 +41,8 @@ const std::vector<std::string> kSums = {"auto", "limited-line", "line-lead", "cu
 // A chain's, in order.
 const std::vector<std::string> kOrder = {"lag",         "dead-zone", "hysteresis", "gain",
                                          "input curve", "lti",       "curve",      "saturation"};
-const std::vector<std::string> kNames = {"curve",      "play", "motion", "lag",        "dead-zone",
-                                         "hysteresis", "gain", "lti",    "saturation", "open"};
+const std::vector<std::string> kNames = {"curve", "play", "motion", "lag",        "dead-zone", "hysteresis",
+                                         "gain",  "lti",  "pair",   "saturation", "open"};
 
 class Parser {
  public:
@@ -179,7 +179,9 @@ Branches sum(const Parser& parser, const std::vector<Term>& terms) {
 }
 
 std::size_t place_of(const Block& block, bool behind_lti) {
-  const std::string& name = block.name == "curve" && !behind_lti ? "input curve" : block.name;
+  const std::string& name = block.name == "curve" && !behind_lti ? "input curve"
+                            : block.name == "pair"               ? "lti"
+                                                                 : block.name;
   return static_cast<std::size_t>(std::ranges::find(kOrder, name) - kOrder.begin());
 }
 
@@ -197,9 +199,10 @@ Chain chain(const Parser& parser, const Term& term) {
     if (i > 0 && place <= before) {
       parser.fail(
           block.at,
-          fmt::format("{} cannot stand here; the order is lag, dead-zone, hysteresis, curve or gain, lti, "
-                      "curve, saturation",
-                      block.name));
+          fmt::format(
+              "{} cannot stand here; the order is lag, dead-zone, hysteresis, curve or gain, lti or pair, "
+              "curve, saturation",
+              block.name));
     }
     before = place;
     if (block.name == "lag") {
@@ -209,10 +212,12 @@ Chain chain(const Parser& parser, const Term& term) {
     if (block.name == "dead-zone") s.dead_zone = true;
     if (block.name == "hysteresis") s.plays = parser.whole(block, 1, model::kMaxPlays, kDefaultPlays);
     if (block.name == "lti") s.order = parser.whole(block, 1, compensator::kMaxOrder, kDefaultOrder);
+    if (block.name == "pair") s.order = 2;
+    s.pair = s.pair || block.name == "pair";
     if (block.name == "curve")
       (behind_lti ? s.output_knots : s.input_knots) = parser.whole(block, 2, model::kMaxKnots, kDefaultKnots);
     if (block.name == "saturation") s.saturation = true;
-    behind_lti = behind_lti || block.name == "lti";
+    behind_lti = s.order > 0;
     const bool counted =
         block.name == "lag" || block.name == "hysteresis" || block.name == "lti" || block.name == "curve";
     if (block.number && !counted) parser.fail(block.number_at, fmt::format("{} takes no number", block.name));
@@ -220,9 +225,6 @@ Chain chain(const Parser& parser, const Term& term) {
   const bool curved = s.input_knots > 0 || s.output_knots > 0;
   const auto gain = std::ranges::find(term, "gain", &Block::name);
   if (gain != term.end() && curved) parser.fail(gain->at, "a gain is needless beside a curve");
-  if (s.input_knots > 0 && s.output_knots > 0)
-    parser.fail(std::ranges::find(term.rbegin(), term.rend(), "curve", &Block::name)->at,
-                "a chain has one curve: a second");
   return out;
 }
 
@@ -257,7 +259,7 @@ std::string text_of(const Structure& s) {
   if (s.plays > 0) blocks.push_back(fmt::format("hysteresis({})", s.plays));
   if (s.input_knots > 0) blocks.push_back(fmt::format("curve({})", s.input_knots));
   if (s.input_knots == 0 && s.output_knots == 0) blocks.emplace_back("gain");
-  if (s.order > 0) blocks.push_back(fmt::format("lti({})", s.order));
+  if (s.order > 0) blocks.push_back(s.pair ? "pair" : fmt::format("lti({})", s.order));
   if (s.output_knots > 0) blocks.push_back(fmt::format("curve({})", s.output_knots));
   if (s.saturation) blocks.emplace_back("saturation");
   return blocks == std::vector<std::string>{"gain"} ? "line" : fmt::format("{}", fmt::join(blocks, " > "));

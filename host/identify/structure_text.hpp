@@ -11,8 +11,8 @@
 //   open                       the angle goes on beyond the farthest that was seen; without it it stops there
 // A chain with dynamics, fitted as fit.hpp says, with blocks in this order, each at most once:
 //   lag(0.2) > dead-zone > hysteresis(2) > curve(10) > lti(2) > saturation
-//   hysteresis: so many plays; lti: so many poles; the curve may stand behind the lti, or a gain in its place; a lag without
-//   a number is searched, and without a curve a gain is meant.
+//   hysteresis: so many plays; lti: so many real poles, pair in its place: two complex ones; the curve may stand behind them, or
+//   on both sides, or a gain in its place; a lag without a number is searched, and without a curve a gain is meant.
 // Shorthands: limited-line, line-lead, curve, hysteresis are sums; line (by least squares, of one sensor), linear-dynamic,
 // hammerstein, wiener, hw, wh, hysteresis-hw are chains.
 #pragma once

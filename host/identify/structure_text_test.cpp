@@ -28,6 +28,8 @@ TEST(StructureText, AChainHasTheBlocksThatItNames) {
   EXPECT_EQ(all.blocks.input_knots, 9);
   EXPECT_EQ(all.blocks.order, 1);
   EXPECT_TRUE(all.blocks.saturation);
+  EXPECT_EQ(chain("curve(5) > pair > curve(7)").blocks,
+            (Structure{.input_knots = 5, .order = 2, .pair = true, .output_knots = 7}));
 }
 
 TEST(StructureText, ShorthandsAreTheFamilies) {
@@ -47,7 +49,7 @@ TEST(StructureText, WhatIsWrittenIsReadAsTheSame) {
       EXPECT_EQ(sum(text_of(branches)), branches);
   }
   for (const char* text : {"line", "linear-dynamic", "hammerstein", "wiener", "hw", "wh", "hysteresis-hw",
-                           "lag(0.1) > gain > lti(3) > saturation"}) {
+                           "lag(0.1) > gain > lti(3) > saturation", "curve(4) > pair > curve(6)"}) {
     EXPECT_EQ(chain(text_of(chain(text))), chain(text)) << text;
   }
 }
@@ -82,7 +84,7 @@ TEST(StructureText, WhatHasNoMeaningIsPointedAt) {
   says("motion(0.3)", "begins with the curve");
   says("lti > gain", "gain cannot stand here");
   says("gain > lti > curve", "needless");
-  says("curve > lti > curve", "one curve: a second at character 15");
+  says("lti > pair", "pair cannot stand here");
   says("curve > lti + curve", "cannot be added at character 15");
   says("play(0.1) > curve > lti", "play belongs into a sum");
   says("saturation(3)", "takes no number");

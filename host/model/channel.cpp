@@ -131,6 +131,7 @@ void add(Model& model, const Channel& c) {
   if (c.hysteresis) next("hysteresis", *c.hysteresis);
   if (c.input_curve) next("curve", *c.input_curve);
   next("dynamics", c.lti);
+  if (c.pair) next("pair", *c.pair);
   if (c.output_curve) next("output curve", *c.output_curve);
   next("angle", c.saturation);
   model.joints.push_back({c.name, signal, c.rest_deg});
@@ -146,6 +147,7 @@ std::optional<Channel> channel(const Model& model, std::size_t at) {
   if (saturation == nullptr) return std::nullopt;
   c.saturation = *saturation;
   if (const auto* curve = taken<Curve>(model, signal)) c.output_curve = *curve;
+  if (const auto* pair = taken<PolePair>(model, signal)) c.pair = *pair;
   const auto* lti = taken<Lti>(model, signal);
   if (lti == nullptr) return std::nullopt;
   c.lti = *lti;

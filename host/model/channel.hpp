@@ -20,6 +20,7 @@ struct Channel {
   std::optional<Hysteresis> hysteresis;
   std::optional<Curve> input_curve;
   Lti lti;
+  std::optional<PolePair> pair;
   std::optional<Curve> output_curve;
   Saturation saturation;
   bool operator==(const Channel&) const = default;

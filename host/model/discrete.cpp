@@ -24,17 +24,22 @@ ZeroOrderHold zero_order_hold(const Eigen::VectorXd& rates_rad_s, double period_
   return hold;
 }
 
-ZeroOrderHold zero_order_hold_derivative(const Eigen::VectorXd& rates_rad_s, double period_s,
-                                         Eigen::Index i) {
-  const auto n = rates_rad_s.size();
-  const Eigen::MatrixXd a = chain_matrix(rates_rad_s) * period_s;
+Eigen::MatrixXd exp_derivative(const Eigen::MatrixXd& a, const Eigen::MatrixXd& da) {
+  const auto n = a.rows();
   Eigen::MatrixXd block = Eigen::MatrixXd::Zero(2 * n, 2 * n);
   block.topLeftCorner(n, n) = a;
   block.bottomRightCorner(n, n) = a;
-  block.block(i, n, 1, n) = a.row(i);  // row i of A is proportional to a_i: d/d(log a_i) keeps that row
-  const Eigen::MatrixXd e = block.exp();
+  block.topRightCorner(n, n) = da;
+  return Eigen::MatrixXd(block.exp()).topRightCorner(n, n);
+}
+
+ZeroOrderHold zero_order_hold_derivative(const Eigen::VectorXd& rates_rad_s, double period_s,
+                                         Eigen::Index i) {
+  const Eigen::MatrixXd a = chain_matrix(rates_rad_s) * period_s;
+  Eigen::MatrixXd change = Eigen::MatrixXd::Zero(a.rows(), a.cols());
+  change.row(i) = a.row(i);  // row i of A is proportional to a_i: d/d(log a_i) keeps that row
   ZeroOrderHold derivative;
-  derivative.transition = e.topRightCorner(n, n);
+  derivative.transition = exp_derivative(a, change);
   derivative.input = -derivative.transition.rowwise().sum();
   return derivative;
 }

@@ -18,9 +18,11 @@ Eigen::MatrixXd chain_matrix(const Eigen::VectorXd& rates_rad_s);
 // period_s > 0.
 ZeroOrderHold zero_order_hold(const Eigen::VectorXd& rates_rad_s, double period_s);
 
-// d(hold)/d(log a_i): the Frechet derivative of the matrix exponential, from the block matrix
-// exp([A dA; 0 A] T) = [exp(A T) L; 0 exp(A T)].
+// d exp(a + h da)/dh at h = 0: exp([a da; 0 a]) = [exp(a) L; 0 exp(a)], of which L.
 // Source: N. Higham, Functions of Matrices (2008), theorem 3.6.
+Eigen::MatrixXd exp_derivative(const Eigen::MatrixXd& a, const Eigen::MatrixXd& da);
+
+// d(hold)/d(log a_i).
 ZeroOrderHold zero_order_hold_derivative(const Eigen::VectorXd& rates_rad_s, double period_s, Eigen::Index i);
 
 }  // namespace flexor::model

@@ -246,6 +246,51 @@ void joint_scores(Page& page, const Json& joint) {
     page.paragraph("Could not be fitted: " + refusal.get<std::string>() + ".");
 }
 
+double parameter(const Json& joint, const std::string& name) {
+  for (const Json& p : joint.at("parameters"))
+    if (p.at("name") == name) return p.at("value").get<double>();
+  return NAN;
+}
+
+// A pair of complex poles, with its input held over a period, as host/model/pole_pair.hpp.
+void pair_transfer_function(Page& page, const Json& joint, double period_s) {
+  const double w = parameter(joint, "frequency (rad/s)");
+  if (std::isnan(w)) return;
+  const double zeta = parameter(joint, "damping");
+  const double c0 = parameter(joint, "tap 1");
+  const double c1 = parameter(joint, "tap 2");
+  const double turn = w * period_s * std::sqrt(1 - zeta * zeta);
+  const double decay = std::exp(-zeta * w * period_s);
+  const double side = -decay * std::sin(turn) / std::sqrt(1 - zeta * zeta);
+  const double trace = 2 * decay * std::cos(turn);
+  const double g = (1 - c0) * (trace / 2 - zeta * side) + c1 * side;
+  const double h = (1 - c0) * decay * decay;
+  page.heading("Transfer function");
+  page.paragraph(fmt::format(
+      "Of the linear block, apart from the chain's gain or curves: G(s) = ({:.4g} s² {:+.4g} s {:+.4g}) / "
+      "(s² {:+.4g} s {:+.4g}), and with the input held over {:g} s G(z) = ({:.5f} {:+.5f} / z {:+.5f} / z²) "
+      "/ "
+      "(1 {:+.5f} / z {:+.5f} / z²).",
+      c0, 2 * zeta * w * c0 + c1 * w, w * w, 2 * zeta * w, w * w, period_s, 1 - g, g + h - trace,
+      decay * decay - h, -trace, decay * decay));
+}
+
+// A chain's blocks, each beside the value that the best of its starts had.
+void chain_parameters(Page& page, const Json& joint) {
+  if (!joint.contains("iterations") || joint.at("iterations").is_null()) return;
+  TableBlock t{"", {"parameter", "value", "standard error", "initial value"}, {}, {}};
+  for (const Json& p : joint.at("parameters")) {
+    const double error = number(p, "standard_error");
+    t.rows.push_back({p.at("name").get<std::string>(), fmt::format("{:.5g}", p.at("value").get<double>()),
+                      std::isnan(error) ? "not determined" : fmt::format("{:.2g}", error),
+                      fmt::format("{:.5g}", number(p, "initial"))});
+  }
+  page.heading("Parameters");
+  page.table(t);
+  page.paragraph(
+      fmt::format("From the initial values on: {} iterations.", joint.at("iterations").get<int>()));
+}
+
 // The chain's linear block as a sum of first-order terms,
 //   G(s) = sum g_i / (1 + s / a_i),   G(z) = sum g_i (1 - p_i) / (1 - p_i / z),   p_i = exp(-a_i T),
 // of what host/model/lti.hpp has in a row; no table for poles that lie too near to each other for that.
@@ -308,7 +353,10 @@ void joint_page(const Saved& saved, const std::string& name, const Json& joint, 
   joint_cards(page, joint);
   figures(page, saved, joint, number);
   tried_structures(page, joint);
-  transfer_function(page, joint, 1 / saved.results().at("rate_hz").get<double>());
+  const double period_s = 1 / saved.results().at("rate_hz").get<double>();
+  transfer_function(page, joint, period_s);
+  pair_transfer_function(page, joint, period_s);
+  chain_parameters(page, joint);
   joint_scores(page, joint);
   if (const Json pairs = joint.value("pairs", Json::array()); pairs.size() > 1)
     rows_table(page, "Typical error (RMSE) on the part of each pair that was held out", pairs);

@@ -21,8 +21,7 @@ namespace identify_command {
 
 struct Options {
   identify::SourceFiles files;
-  std::optional<std::string> channel;
-  bool is_named = true;  // by it or by a column
+  bool is_named = true;  // the finger, by a column
   identify::HandRequest request;
   std::string model;
   std::string report;
@@ -216,10 +215,9 @@ double lead_for(const std::string& what, double rate_hz) {
 void add_takes(Options& o) {
   identify::HandRequest& r = o.request;
   const bool mapped = !o.map.empty() || !o.pairs.empty();
-  if (mapped && (!o.files.input.empty() || !o.files.output.empty() || o.channel || !o.joints.empty())) {
+  if (mapped && (!o.files.input.empty() || !o.files.output.empty() || !o.joints.empty())) {
     throw io::InputError(
-        "--pair and --map say which sensors and angles belong together: leave out --input, --output, "
-        "--channel and "
+        "--pair and --map say which sensors and angles belong together: leave out --input, --output and "
         "--joints");
   }
   if (o.pairs.empty() && (o.files.sensor.empty() || o.files.reference.empty()))
@@ -230,7 +228,7 @@ void add_takes(Options& o) {
   }
   if (!o.files.sensor.empty()) r.pairs.push_back({o.files.sensor, o.files.reference});
   if (!mapped) {
-    const auto [map, is_named] = identify::one_joint(o.files, o.channel);
+    const auto [map, is_named] = identify::one_joint(o.files);
     o.is_named = is_named;
     r.map = {map};
   } else {
@@ -306,7 +304,7 @@ void run(Options& o) {
       search.run([&] { return identify::identify_hand(o.request, std::ref(search)); });
   if (!o.is_named)
     result.warnings.emplace_back(
-        "no column names a finger: the channel is called index; --channel says otherwise");
+        "no column names a finger: the joint is called index; --map ring=INPUT:OUTPUT says otherwise");
   // The model first: a report that cannot be drawn must not cost the fit.
   if (!o.model.empty()) model::save(result.model, o.model);
   if (!o.report.empty()) {
@@ -417,9 +415,6 @@ void add_identify(CLI::App& app) {
                    "file that flexor latency --json wrote for your boards")
       ->excludes(lead)
       ->type_name("hand|vr|FILE");
-  command->add_option(
-      "--channel", o->channel,
-      "finger: thumb, index, middle, ring or pinky (default: from the column's name, else index)");
   command->add_option(
       "--input-unit", r.input_unit,
       "count, V, mV, ohm, kohm, deg or rad: of the sensor, where its column's name states none");

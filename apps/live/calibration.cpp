@@ -72,8 +72,9 @@ Json number_or_null(const Json& object, const char* key) {
   return it != object.end() && it->is_number() ? *it : Json(nullptr);
 }
 
-std::string verdict_on(double fit_percent, const std::string& words) {
-  return fit_percent < kFollows_percent
+// No number: the finger stood still where it was held out.
+std::string verdict_on(const Json& fit_percent, const std::string& words) {
+  return !fit_percent.is_number() || fit_percent.get<double>() < kFollows_percent
              ? "does not follow the finger: was it the same hand, seen all the time? Repeat"
              : words;
 }
@@ -375,7 +376,7 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
                      {"line_deg", line},
                      {"published_deg", baseline("published_form")},
                      {"fit_percent", holdout.at("fit_percent")},
-                     {"verdict", verdict_on(holdout.at("fit_percent").get<double>(),
+                     {"verdict", verdict_on(holdout.at("fit_percent"),
                                             joint.at("verdict").at("words").get<std::string>())}});
     }
     const Json reference_deg = is_markerless() ? Json(markerless_error_deg(name)) : Json(nullptr);

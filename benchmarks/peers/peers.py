@@ -64,7 +64,7 @@ class Program:
         folder, sensor, angle = JOINTS[joint]
         logs, self.program = data / folder, program
         self.identify = ["identify", "--sensor", f"{logs}/sensor_log.csv", "--reference", f"{logs}/camera_angles.csv",
-                         "--input", sensor, "--output", angle, "--channel", "index", "--input-unit", "count"]
+                         "--map", f"index={sensor}:{angle}", "--input-unit", "count"]
 
     def run(self, *options: str) -> tuple[str, float, float]:
         """Standard output, processor time, wall time."""

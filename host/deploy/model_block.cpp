@@ -43,7 +43,6 @@ class ByteWriter {
 // What the structs of graph.hpp take on the microcontroller, where a pointer is two bytes and nothing is aligned.
 constexpr int kSectionRam = 7;
 constexpr int kChainRam = 12;
-constexpr int kDelayRam = 2 * compensator::kMostDelay + 1;
 
 // Some fingers of a model, as one part.
 class PartWriter {
@@ -276,11 +275,6 @@ class PartWriter {
     start(b, Operation::play, 2);
     code_.u16(c.radius);
   }
-  void add_step(std::size_t b, const model::Creep::Fixed& c) {
-    start(b, Operation::creep, 4);
-    code_.i32(c.radius);
-    code_.weight(c.share);
-  }
   void add_step(std::size_t b, const model::Hysteresis::Fixed& c) {
     start(b, Operation::hysteresis, 2 * compensator::kMostPlays);
     // Plays that are not there have no radius and no weight.
@@ -292,10 +286,6 @@ class PartWriter {
   void add_step(std::size_t b, const model::Lag::Fixed& c) {
     start(b, Operation::lag, 4);
     code_.weight(c.share);
-  }
-  void add_step(std::size_t b, const model::Delay::Fixed& c) {
-    start(b, Operation::delay, kDelayRam);
-    code_.u8(c.count);
   }
   void add_step(std::size_t b, const model::PolePair::Fixed& c) {
     start(b, Operation::pole_pair, 10);

@@ -49,9 +49,8 @@ recording::Pair load_pair(SourceFiles files) {
   return pair;
 }
 
-OneJoint one_joint(SourceFiles files, const std::optional<std::string>& channel) {
+OneJoint one_joint(SourceFiles files) {
   name_columns(files);
-  if (channel) return {{model::finger(*channel), {files.input}, files.output}, true};
   for (const std::string& column : {files.input, files.output}) {
     for (const char* name : {"thumb", "index", "pointer", "middle", "ring", "pinky", "little"}) {
       if (recording::lower(column).find(name) != std::string::npos)

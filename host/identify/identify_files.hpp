@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,12 +22,11 @@ struct SourceFiles {
 // Throws io::InputError, listing the columns where one has to be named.
 recording::Pair load_pair(SourceFiles files);
 
-// The same as a map of one joint: `channel`, or the finger that a column names, or index; and whether one of the first two
-// says so. Throws as above.
+// The same as a map of one joint: the finger that a column names, or else index. Throws as above.
 struct OneJoint {
   JointMap map;
-  bool is_named;
+  bool is_named;  // by a column
 };
-OneJoint one_joint(SourceFiles files, const std::optional<std::string>& channel);
+OneJoint one_joint(SourceFiles files);
 
 }  // namespace flexor::identify

@@ -110,18 +110,18 @@ TEST_F(RealRecordings, SensorsThatAModelCannotHoldAreRefusedBeforeTheSearch) {
   EXPECT_TRUE(has(io::refusal_of([&] { identify_hand(r, {}); }), "32 curves"));
 }
 
-TEST_F(OneJointOf, AChannelThatNobodyNamedIsIndex) {
+TEST_F(OneJointOf, AJointIsTheFingerOfItsColumnsOrElseIndex) {
   const auto [sensor, reference] = write("one", {30, 7});
   change(sensor, [](recording::Recording& log) { log.columns = {{"SensorA2", log.columns[0].value}}; });
   change(reference, [](recording::Recording& log) { log.columns = {{"angle", log.columns[0].value}}; });
-  const OneJoint unnamed = one_joint({sensor, reference}, {});
+  const OneJoint unnamed = one_joint({sensor, reference});
   EXPECT_EQ(unnamed.map.joint, "index");
   EXPECT_FALSE(unnamed.is_named);
-  const OneJoint named = one_joint({sensor, reference}, "middle");
+  change(reference, [](recording::Recording& log) { log.columns.front().name = "Middle (deg)"; });
+  const OneJoint named = one_joint({sensor, reference});
   EXPECT_EQ(named.map.joint, "middle");
   EXPECT_TRUE(named.is_named);
   EXPECT_EQ(named.map.sensors, std::vector<std::string>{"SensorA2"});
-  EXPECT_THROW((void)one_joint({sensor, reference}, "toe"), io::InputError);
 }
 
 TEST_F(OneJointOf, ReadingsOnARailCostNothingButThemselves) {

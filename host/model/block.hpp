@@ -7,7 +7,6 @@
 
 #include "host/model/curve.hpp"
 #include "host/model/dead_zone.hpp"
-#include "host/model/delay.hpp"
 #include "host/model/hysteresis.hpp"
 #include "host/model/lag.hpp"
 #include "host/model/lti.hpp"
@@ -18,8 +17,7 @@
 
 namespace flexor::model {
 
-using Kind =
-    std::variant<Gain, DeadZone, Curve, Play, Creep, Hysteresis, Lag, Lti, PolePair, Delay, Saturation, Sum>;
+using Kind = std::variant<Gain, DeadZone, Curve, Play, Hysteresis, Lag, Lti, PolePair, Saturation, Sum>;
 
 // One block: signals in by name, one signal out.
 struct Block {

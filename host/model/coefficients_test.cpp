@@ -176,7 +176,7 @@ TEST(Coefficients, NumbersThatASignalNeverReachesFit) {
   const Gain degrees{0.06, 0};  // to 61.4, at a fraction of 9 bits
   const Saturation angle{-30, 170};
   for (const Kind& kind : {Kind(Saturation{-20, 120}), Kind(DeadZone{-70, 80}), Kind(Play{70}),
-                           Kind(Creep{70, 1}), Kind(Curve{{0, 60, 90}, {0, 20, 400}})}) {
+                           Kind(Curve{{0, 60, 90}, {0, 20, 400}})}) {
     const Model m = one_joint({degrees, kind, Gain{1, 1}, angle});
     EXPECT_EQ(refusal(m), "accepted") << type_of(kind);
     EXPECT_LT(distance(m, {{0}, {1023}, {300}, {700}, {0}}).fixed_deg, kFixedError_deg) << type_of(kind);
@@ -191,11 +191,6 @@ TEST(Coefficients, AnAngleInStepsThatMissItsLimitsIsRefused) {
   EXPECT_THROW(check_fixed(m), io::InputError);
 }
 
-TEST(Coefficients, ACreepTakesSignalsOfBothSigns) {
-  const Model m = one_joint({Gain{0.176, -90}, Creep{2, 5}, Saturation{-90, 90}});
-  EXPECT_LT(distance(m, {{0}, {1023}, {1023}, {0}, {0}, {500}, {600}}).fixed_deg, kFixedError_deg);
-}
-
 // A step from `before` to `after`, held: the angles from the step on.
 std::vector<double> step_response(const Model& m, double before, double after, int count) {
   Compensator<DoubleArithmetic> simulation(m);
@@ -203,13 +198,6 @@ std::vector<double> step_response(const Model& m, double before, double after, i
   std::vector<double> out;
   for (int k = 0; k < count; ++k) out.push_back(simulation.step(after).angle_deg);
   return out;
-}
-
-TEST(Kinds, CreepApproachesTheEdgeOfItsBandAtItsRate) {
-  const auto y = step_response(one_joint({Creep{4, 3}, Saturation{0, 500}}), 20, 100, 50);
-  for (int k = 0; k < 50; ++k) {
-    EXPECT_NEAR(y[static_cast<std::size_t>(k)], 96 - 76 * std::exp(-3 * 0.1 * (k + 1)), 1e-9) << k;
-  }
 }
 
 TEST(Kinds, LagApproachesAStepExponentially) {
@@ -272,25 +260,25 @@ TEST(Compensator, FixedPointRefusesNaNAndRails) {
 
 TEST(Compensator, StartsFromTheFirstSampleWithoutATransient) {
   const Model m = one_joint({Hysteresis{{30}, {0.7}}, Curve{{0, 1000}, {0, 100}}, Lti{1, 0, {-1, -0.2}, {}},
-                             PolePair{2, 0.4, {0, 0}}, Creep{5, 1}, Delay{7}, Saturation{0, 170}});
+                             PolePair{2, 0.4, {0, 0}}, Saturation{0, 170}});
   Compensator<DoubleArithmetic> simulation(m);
   for (int k = 0; k < 50; ++k) EXPECT_NEAR(simulation.step(640).angle_deg, 64, 1e-12);
 }
 
 TEST(Compensator, RefusedInputsHoldTheLastGoodAngleAndLeaveTheStateAlone) {
-  Compensator<DoubleArithmetic> simulation(one_joint({Delay{1}, Saturation{0, 500}}));
+  Compensator<DoubleArithmetic> simulation(one_joint({Lag{std::log(2.0) / 0.1}, Saturation{0, 500}}));
   const auto expect = [&](double reading, Status status, double angle_deg) {
     const auto sample = simulation.step(reading);
     EXPECT_EQ(sample.status, status) << reading;
-    EXPECT_EQ(sample.angle_deg, angle_deg) << reading;
+    EXPECT_NEAR(sample.angle_deg, angle_deg, 1e-9) << reading;
   };
   expect(std::nan(""), Status::not_a_number, 12);  // rest before the first good sample
   expect(40, Status::ok, 40);
-  expect(60, Status::ok, 40);
-  expect(1024, Status::above_range, 40);
-  expect(-std::numeric_limits<double>::infinity(), Status::below_range, 40);
+  expect(60, Status::ok, 50);
+  expect(1024, Status::above_range, 50);
+  expect(-std::numeric_limits<double>::infinity(), Status::below_range, 50);
   expect(70, Status::ok, 60);
-  expect(70, Status::ok, 70);
+  expect(70, Status::ok, 65);
 }
 
 TEST(Compensator, OutputNeverLeavesTheSaturationWhateverTheInput) {

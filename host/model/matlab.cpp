@@ -43,16 +43,6 @@ for k = 1:numel(u)
   y(k) = x;
 end
 )"},
-    {"creep", R"(
-function [y, x] = creep(u, x, radius, share)
-y = u;
-if isempty(x), x = u(1:min(1, end)); end
-for k = 1:numel(u)
-  pull = u(k) - x;
-  x = x + share * (pull - min(max(pull, -radius), radius));
-  y(k) = x;
-end
-)"},
     {"hysteresis", R"(
 function [y, x] = hysteresis(u, x, radii, weights)
 y = u;
@@ -93,15 +83,6 @@ for k = 1:numel(u)
   e = [x(2) - (u(k) - x(1)), x(3)];
   x = [u(k), a(1) * e(1) + a(2) * e(2), a(3) * e(1) + a(4) * e(2)];
   y(k) = u(k) + (1 - c(1)) * x(2) + c(2) * x(3);
-end
-)"},
-    {"delay", R"(
-function [y, x] = delay(u, x, samples)
-y = u;
-for k = 1:numel(u)
-  if isempty(x), x = u(k) * ones(1, samples); end
-  y(k) = x(1);
-  x = [x(2:end), u(k)];
 end
 )"},
 };
@@ -165,7 +146,6 @@ Call call(const Curve::Floating<double>& c) {
   return {"curve", fmt::format("{}, {}", row(c.x, c.count, "; "), row(c.y, c.count, "; "))};
 }
 Call call(const compensator::Play<double>& c) { return {"play", fmt::format("{}", c.radius)}; }
-Call call(const compensator::Creep<double>& c) { return {"creep", fmt::format("{}, {}", c.radius, c.share)}; }
 Call call(const Hysteresis::Floating<double>& c) {
   const std::size_t count = c.plays.count;
   return {"hysteresis", fmt::format("{}, {}", row(c.plays.radius, count), row(c.weight, count))};
@@ -178,7 +158,6 @@ Call call(const Lti::Floating<double>& c) {
 Call call(const compensator::PolePair<double>& c) {
   return {"pole_pair", fmt::format("{}, {}", row(c.transition, 4), row(c.tap, 2))};
 }
-Call call(const Delay::Floating<double>& c) { return {"delay", fmt::format("{}", c.count)}; }
 
 std::string sum_text(const Sum::Floating<double>& c, const std::vector<std::size_t>& from) {
   std::string out = fmt::format("{}", c.offset);

@@ -58,15 +58,13 @@ Model example() {
               {{"zone"}, "play", Play{0.1}},
               {{"play"}, "bank", Hysteresis{{3, 7.7}, {0.5, -0.25}}},
               {{"bank"}, "curve", Curve{{0, 300, 700.7}, {10, 20, 95.3}}},
-              {{"b"}, "creep", Creep{0.3, 2}},
-              {{"creep"}, "gain", Gain{-7, 1.0 / 7.0}},
+              {{"b"}, "gain", Gain{-7, 1.0 / 7.0}},
               {{"curve", "gain", "curve"}, "both", Sum{{0.5, 0.25, 1.0 / 3.0}, -2}},
               {{"both"}, "lag", Lti{1, 0, {-12, -0.7}, {0, 1.25}}},
               {{"lag"}, "swing", PolePair{9, 0.3, {0.1, -0.2}}},
-              {{"swing"}, "late", Delay{3}},
-              {{"late"}, "angle", Saturation{5, 101}},
+              {{"swing"}, "angle", Saturation{5, 101}},
               {{"gain"}, "other", Saturation{0, 90}},
-              {{"creep"}, "slow", Lag{0.7}}};
+              {{"b"}, "slow", Lag{0.7}}};
   m.joints = {{"index_mcp", "angle", 10}, {"wrist", "other", 0}, {"pinky", "angle", 7}};
   m.training = {{"split", 0.5}};
   m.fit = {{"rmse_deg", 1.5}};
@@ -262,9 +260,7 @@ TEST(Model, NamesSignalBlockAndRule) {
                 j["blocks"][1]["from"] = Json::array({"a", 3});
               }),
               "m.json: blocks[1]: \"from\" must be a signal's name");
-  expect_says(edited([](auto& j) { j["blocks"][9]["samples"] = 1.5; }),
-              "m.json: blocks[9]: \"samples\" is 1.5");
-  expect_says(edited([](auto& j) { j["blocks"][7]["poles_rad_s"][0] = 12; }),
+  expect_says(edited([](auto& j) { j["blocks"][6]["poles_rad_s"][0] = 12; }),
               "m.json: lag: lti: poles must be negative");
   expect_says(edited([](auto& j) { j["channels"] = Json::array(); }), "m.json: unknown key \"channels\"");
 }
@@ -281,7 +277,7 @@ TEST(Model, RefusesAGraphThatDoesNotFitTogether) {
   expect_says(edited([](auto& j) { j["inputs"][1]["name"] = "a"; }), "m.json: a: two signals have this name");
   expect_says(edited([](auto& j) { j["blocks"][0]["to"] = "two\nlines"; }),
               "m.json: block \"two\\nlines\" needs");
-  expect_says(edited([](auto& j) { j["joints"][0]["from"] = "late"; }),
+  expect_says(edited([](auto& j) { j["joints"][0]["from"] = "swing"; }),
               "m.json: index_mcp: joint: must come from a saturation");
   expect_says(edited([](auto& j) { j["joints"][0]["from"] = "a"; }),
               "m.json: index_mcp: joint: must come from a saturation");
@@ -294,12 +290,12 @@ TEST(Model, RefusesAGraphThatDoesNotFitTogether) {
               }),
               "m.json: zone: dead_zone: takes 1 to 1 signals");
   expect_says(edited([](auto& j) {
-                j["blocks"][6]["from"] = {"a", "b"};
+                j["blocks"][5]["from"] = {"a", "b"};
               }),
               fmt::format("m.json: both: sum: takes 1 to {} signals", kMaxTerms));
   expect_says(edited([](auto& j) {
-                j["blocks"][6]["from"] = std::vector<std::string>(kMaxTerms + 1, "a");
-                j["blocks"][6]["weights"] = std::vector<double>(kMaxTerms + 1, 0.1);
+                j["blocks"][5]["from"] = std::vector<std::string>(kMaxTerms + 1, "a");
+                j["blocks"][5]["weights"] = std::vector<double>(kMaxTerms + 1, 0.1);
               }),
               fmt::format("m.json: both: sum: takes 1 to {} signals", kMaxTerms));
   expect_says(edited([](auto& j) { j["joints"] = Json::array(); }),

@@ -1,4 +1,4 @@
-// {"type": "play", "radius"} and {"type": "creep", "radius", "rate_rad_s"}: radius in the input's unit.
+// {"type": "play", "radius"}: in the input's unit.
 #pragma once
 
 #include "host/model/kind.hpp"
@@ -26,32 +26,6 @@ struct Play {
   Fixed fixed(const FixedBlock& block) const;
   static Source source(const Fixed& c);
   bool operator==(const Play&) const = default;
-};
-
-struct Creep {
-  static constexpr const char* kType = "creep";
-  static constexpr bool kKeepsFraction = true;
-  using Fixed = compensator::FixedCreep;
-  template <class Real>
-  using Floating = compensator::Creep<Real>;
-
-  double radius = 0;
-  double rate_rad_s = 1;  // kMinPoleTimesPeriod / T to kMaxPoleTimesPeriod / T
-
-  static constexpr auto members() {
-    return std::tuple(required("radius", &Creep::radius), required("rate_rad_s", &Creep::rate_rad_s));
-  }
-  void check(const Place& place) const;
-  Interval values(std::span<const Interval> in, double period_s) const;
-  Need need(const FixedSignal& in, const Need& out) const;
-  double share(double period_s) const;
-  template <class Real>
-  Floating<Real> floating(double period_s) const {
-    return {static_cast<Real>(radius), static_cast<Real>(share(period_s))};
-  }
-  Fixed fixed(const FixedBlock& block) const;
-  static Source source(const Fixed& c);
-  bool operator==(const Creep&) const = default;
 };
 
 }  // namespace flexor::model

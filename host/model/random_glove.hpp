@@ -78,12 +78,12 @@ class RandomGlove {
 
  private:
   inline static const std::size_t kSum = Kind(Sum{}).index();
-  inline static const std::vector<Kind> kOfCounts = {DeadZone{}, Play{}, Creep{}, Delay{}};
+  inline static const std::vector<Kind> kOfCounts = {DeadZone{}, Play{}};
   inline static const std::vector<Kind> kToDegrees = {Gain{}, Curve{}, Lti{}};
   inline static const std::vector<Kind> kPlain = {Gain{}, Curve{}};
-  inline static const std::vector<Kind> kOfDegrees = {Gain{},  DeadZone{},   Curve{},     Play{},
-                                                      Creep{}, Hysteresis{}, Saturation{}};
-  inline static const std::vector<Kind> kDynamics = {Lag{}, Lti{}, PolePair{}, Delay{}, Creep{}};
+  inline static const std::vector<Kind> kOfDegrees = {Gain{}, DeadZone{},   Curve{},
+                                                      Play{}, Hysteresis{}, Saturation{}};
+  inline static const std::vector<Kind> kDynamics = {Lag{}, Lti{}, PolePair{}};
 
   static bool turns_to_degrees(std::size_t kind) {
     return std::ranges::any_of(kToDegrees, [&](const Kind& one) { return one.index() == kind; });
@@ -121,7 +121,6 @@ class RandomGlove {
     if (kind == Kind(DeadZone{}).index()) return DeadZone{-steps(0.02 * top), steps(0.1 * top)};
     if (kind == Kind(Curve{}).index()) return Curve{knots(top), ordinates()};
     if (kind == Kind(Play{}).index()) return Play{uniform(0, 0.04) * top};
-    if (kind == Kind(Creep{}).index()) return Creep{uniform(0, 0.04) * top, uniform(0.2, 20)};
     if (kind == Kind(Hysteresis{}).index())
       return Hysteresis{{uniform(0, 0.02) * top, uniform(0, 0.05) * top},
                         {uniform(-0.5, 0.5), uniform(-0.5, 0.5)}};
@@ -129,7 +128,6 @@ class RandomGlove {
     if (kind == Kind(Lag{}).index()) return Lag{uniform(0.2, 40)};
     if (kind == Kind(PolePair{}).index())
       return PolePair{uniform(3, 40), uniform(0.2, 0.99), {uniform(-0.3, 0.3), uniform(-0.3, 0.3)}};
-    if (kind == Kind(Delay{}).index()) return Delay{1 + below(8)};
     return Saturation{-uniform(0, 20), uniform(60, 120)};
   }
   Kind lti(double scale) {

@@ -59,8 +59,6 @@ class RandomModel {
         return Curve{knots(largest), ordinates()};
       case kPlace<Play>:
         return Play{coin() ? 0 : uniform(0, largest)};
-      case kPlace<Creep>:
-        return Creep{coin() ? 0 : uniform(0, largest), rate(kMinPoleTimesPeriod)};
       case kPlace<Hysteresis>:
         return hysteresis(largest);
       case kPlace<Lti>:
@@ -69,8 +67,6 @@ class RandomModel {
         return Lag{rate(kMinPoleTimesPeriod)};
       case kPlace<PolePair>:
         return PolePair{rate(1e-4), coin() ? uniform(0.01, 0.999) : 0.01, {tap(), tap()}};
-      case kPlace<Delay>:
-        return Delay{coin() ? kMaxDelay : 1 + below(kMaxDelay)};
       case kPlace<Saturation>:
         return Saturation{-angle_size(), angle_size()};
       default:
@@ -92,7 +88,7 @@ class RandomModel {
     signals_.push_back({input.name, {input.valid_min, input.valid_max}});
   }
 
-  // A block that would take valid readings past the bounds is drawn again; a delay never does.
+  // A block that would take valid readings past the bounds is drawn again; a play never does.
   void add_any_block() {
     const auto from = static_cast<std::size_t>(below(static_cast<int>(signals_.size())));
     constexpr auto kKinds = static_cast<int>(std::variant_size_v<Kind>);
@@ -102,7 +98,7 @@ class RandomModel {
       if (limits && signals_[from].second.magnitude() > kMaxUnlimited_deg) continue;
       if (add_block(from, drawn)) return;
     }
-    (void)add_block(from, Delay{1});
+    (void)add_block(from, Play{0});
   }
 
   bool add_block(std::size_t first, const Kind& drawn) {

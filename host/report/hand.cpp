@@ -108,7 +108,8 @@ void joints_table(Page& page, const Json& joints) {
   for (const auto& [name, joint] : joints.items()) {
     std::vector<std::string> row = {name, degrees(compensator_rmse_deg(joint))};
     for (const Peer& peer : kPeers) row.push_back(degrees(peer_rmse_deg(joint, peer)));
-    row.push_back(fmt::format("{:.1f} %", joint.at("holdout").at("fit_percent").get<double>()));
+    const double fit_percent = number(joint.at("holdout"), "fit_percent");
+    row.push_back(std::isnan(fit_percent) ? "-" : fmt::format("{:.1f} %", fit_percent));
     row.push_back(degrees(joint.at("hold_drift_deg").get<double>()));
     row.push_back(sensors_of(joint));
     row.push_back(joint.at("structure").get<std::string>());

@@ -93,7 +93,7 @@ void add_intervals(const std::vector<double>& a, const std::vector<double>& b,
 
 }  // namespace
 
-double rms(const std::vector<double>& error) {
+double rms(std::span<const double> error) {
   double squares = 0;
   for (const double e : error) squares += e * e;
   return std::sqrt(squares / static_cast<double>(error.size()));

@@ -9,6 +9,7 @@
 
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,7 +32,7 @@ inline constexpr double kNormal95 = 1.959964;
 double student_t(int degrees);
 
 // Root mean square; of none NaN.
-double rms(const std::vector<double>& error);
+double rms(std::span<const double> error);
 
 // Errors at the same samples, degrees, at least two; baselines by their names: line, limited_line, line_lead, static_curve,
 // published_form. `part_ends`: of parts, one after the other, that are drawn whole in place of blocks, as persons are; none: blocks.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/io/io.hpp"
+#include "host/score/judge.hpp"
 
 namespace flexor::score {
 namespace {
@@ -24,12 +25,6 @@ double integral_of_absolute(std::span<const double> t_s, std::span<const double>
     if (step <= max_step_s) sum += (std::abs(error[k]) + std::abs(error[k - 1])) / 2 * step;
   }
   return sum;
-}
-
-double root_mean_square(std::span<const double> error) {
-  double sum = 0;
-  for (const double e : error) sum += e * e;
-  return std::sqrt(sum / static_cast<double>(error.size()));
 }
 
 struct Errors {
@@ -61,7 +56,7 @@ Lag best_lag(std::span<const double> t_s, std::span<const double> measured,
   const auto cost = [&](double lag_s) {
     const Errors e = error_at_lag(t_s, measured, estimated, lag_s);
     // At least half of the samples: an end of the recording alone may fit by chance.
-    return 2 * e.deg.size() < t_s.size() ? std::numeric_limits<double>::infinity() : root_mean_square(e.deg);
+    return 2 * e.deg.size() < t_s.size() ? std::numeric_limits<double>::infinity() : rms(e.deg);
   };
   std::vector<double> costs;
   for (int i = 0; i <= kLagSteps; ++i) costs.push_back(cost((i - kLagSteps / 2) * step));
@@ -109,7 +104,8 @@ Score score(std::span<const double> t_s, std::span<const double> measured_deg,
   for (const double y : measured_deg) mean += y / n;
   double variance = 0;
   for (const double y : measured_deg) variance += (y - mean) * (y - mean) / n;
-  if (!(variance > 0)) throw io::JobError("the measured angle never changes: there is nothing to score");
+  const auto [least, most] = std::ranges::minmax(measured_deg);
+  if (!(most > least)) variance = std::numeric_limits<double>::quiet_NaN();  // its mean may be rounded
 
   const std::vector<double> error = error_at_lag(t_s, measured_deg, estimated_deg, 0).deg;
   std::vector<double> absolute(error.size());
@@ -118,7 +114,7 @@ Score score(std::span<const double> t_s, std::span<const double> measured_deg,
 
   Score s;
   s.samples = t_s.size();
-  s.rmse_deg = root_mean_square(error);
+  s.rmse_deg = rms(error);
   s.max_abs_deg = std::ranges::max(absolute);
   std::nth_element(absolute.begin(), p95, absolute.end());
   s.p95_abs_deg = *p95;
@@ -129,7 +125,7 @@ Score score(std::span<const double> t_s, std::span<const double> measured_deg,
   s.best_lag_s = lag.s;
   s.lag_at_edge = lag.at_edge;
   const Errors aligned = error_at_lag(t_s, measured_deg, estimated_deg, lag.s);
-  s.lag_removed_rmse_deg = root_mean_square(aligned.deg);
+  s.lag_removed_rmse_deg = rms(aligned.deg);
   s.lag_removed_iae_deg_s = integral_of_absolute(aligned.t_s, aligned.deg, max_step_s);
   return s;
 }

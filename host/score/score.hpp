@@ -39,7 +39,7 @@ struct Score {
 
 // The three spans have the same length, at least 2; t_s never decreasing; all finite. Nothing is integrated
 // over steps longer than max_step_s.
-// Throws io::JobError when the measured angle is constant: fit and R2 are undefined there.
+// Fit and R2 are NaN where the measured angle is constant.
 Score score(std::span<const double> t_s, std::span<const double> measured_deg,
             std::span<const double> estimated_deg,
             double max_step_s = std::numeric_limits<double>::infinity());

@@ -8,7 +8,6 @@ using namespace flexor::compensator;  // NOLINT: a program of blocks
 
 constexpr DeadZone<int16_t> kDeadZone = {-320, 640};
 constexpr Play<int16_t> kPlay = {96};
-constexpr FixedCreep kCreep = {96L << 14, {40000, 3}};
 const FixedHysteresis<4> kHysteresis PROGMEM = {{4, {32, 64, 128, 256}}, {1024, -512, 256, 128}};
 const FixedCurve<3> kCurve PROGMEM = {{3, {0, 9600, 32000}, {4, 2, 1}},
                                       {{{0, 1228}, {720, 1054}, {1440, 0}}}};
@@ -28,19 +27,16 @@ constexpr FixedLti<2, false> kDirect = {16384, -1, 0,    {{40000, 0}, {60000, 1}
                                         15,    16, true, {{30000, 2000}, {3000, 20}}};
 constexpr FixedLag kLag = {{40000, 2}};
 constexpr FixedPolePair kPolePair = {{-2768, 9000, -9000, -12768}, 15, {16384, -2048}, 14, 10, 11};
-constexpr Delay<int16_t, 5> kDelay = {5};
 constexpr Saturation<int16_t> kSaturation = {0, 1440};
 
 struct States {
   Play<int16_t>::State play;
-  FixedCreep::State creep;
   FixedHysteresis<4>::State hysteresis;
   FixedLti<1, false>::State first;
   FixedLti<3, true>::State third;
   FixedLti<2, false>::State direct;
   FixedLag::State lag;
   FixedPolePair::State pole_pair;
-  Delay<int16_t, 5>::State delay;
 };
 
 volatile int16_t adc[2];
@@ -56,13 +52,12 @@ int16_t run(const Block& block, typename Block::State& state, bool first, int16_
 // The direct form starts from a block's own input in Q5, never negative.
 int16_t angle_of(States& states, bool first, int16_t a, int16_t b) {
   int16_t v = run(kPlay, states.play, first, kDeadZone(a));
-  v = run(kCreep, states.creep, first, v);
   v = kCurve(run(kHysteresis, states.hysteresis, first, v));
   v = run(kFirst, states.first, first, v);
   v = run(kThird, states.third, first, v);
   v = run(kLag, states.lag, first, v);
   v = run(kPolePair, states.pole_pair, first, v);
-  const int16_t both[2] = {run(kDelay, states.delay, first, v), run(kDirect, states.direct, first, b)};
+  const int16_t both[2] = {v, run(kDirect, states.direct, first, b)};
   return kSaturation(kSum(both));
 }
 

@@ -3,7 +3,6 @@
 
 #include "runtime/compensator/curve.hpp"
 #include "runtime/compensator/dead_zone.hpp"
-#include "runtime/compensator/delay.hpp"
 #include "runtime/compensator/hysteresis.hpp"
 #include "runtime/compensator/lag.hpp"
 #include "runtime/compensator/lti.hpp"

@@ -72,41 +72,6 @@ TEST(Hysteresis, LoopsAreRateIndependentAndReturnToTheSameBranch) {
   EXPECT_GT(slow[8], slow[4]);  // on the way down from 60 the output at 40 is above that on the way up
 }
 
-TEST(Creep, ApproachesTheEdgeOfItsBandExponentially) {
-  const double rate = 3;
-  const double period = 0.05;
-  const double radius = 8;
-  const Creep<double> creep{radius, 1 - std::exp(-rate * period)};
-  std::vector<double> inputs(60, 100.0);
-  inputs.front() = 20;
-  const auto up = run<Creep<double>, double>(creep, inputs);
-  for (std::size_t k = 0; k < up.size(); ++k) {
-    const double edge = 100 - radius;
-    EXPECT_NEAR(up[k], edge + (20 - edge) * std::exp(-rate * period * static_cast<double>(k)), 1e-12) << k;
-  }
-}
-
-TEST(Creep, IsAPlayWhenItIsInfinitelyQuickAndHoldsStillWithinItsBand) {
-  EXPECT_TRUE(rc::check([](const std::vector<int16_t>& counts, uint8_t radius) {
-    const std::vector<double> u(counts.begin(), counts.end());
-    RC_ASSERT(run(Creep<double>{static_cast<double>(radius), 1}, u) ==
-              run(Play<double>{static_cast<double>(radius)}, u));
-  }));
-  const std::vector<double> within = {50, 57, 43, 58, 42};
-  EXPECT_EQ(run(Creep<double>{8, 0.3}, within), std::vector<double>(5, 50.0));
-}
-
-// Also where the input jumps over all of int16: no difference may overflow.
-TEST(Creep, InIntegersFollowsDoubleWithinOneStepOverTheWholeRange) {
-  EXPECT_TRUE(rc::check([](const std::vector<int16_t>& inputs, uint8_t radius) {
-    const FixedCreep fixed{static_cast<int32_t>(FixedCreep::wide(radius)), {39322, 1}};
-    const Creep<double> exact{static_cast<double>(radius), 39322 / std::ldexp(1, 17)};
-    const auto y = run(fixed, inputs);
-    const auto expected = run(exact, std::vector<double>(inputs.begin(), inputs.end()));
-    for (std::size_t k = 0; k < y.size(); ++k) RC_ASSERT(std::abs(y[k] - expected[k]) <= 1.01);
-  }));
-}
-
 TEST(Curve, InterpolatesAndHoldsItsEnds) {
   const Curve<double, 4> curve{3, {0, 10, 30, 0}, {5, 15, -5, 0}, {1, -1, 0, 0}};
   const std::vector<double> inputs = {-100, 0, 4, 10, 20, 30, 100};
@@ -190,13 +155,6 @@ TEST(PolePair, StepResponseIsTheDampedOscillation) {
   }
 }
 
-TEST(Delay, GivesWhatCameSoManySamplesBeforeAndAtFirstTheFirst) {
-  const Delay<int16_t, 8> delay{3};
-  const std::vector<int16_t> inputs = {5, 1, 2, 3, 4, 5, 6, 7, 8};
-  EXPECT_EQ(run(delay, inputs), (std::vector<int16_t>{5, 5, 5, 5, 1, 2, 3, 4, 5}));
-  EXPECT_EQ(run(Delay<int16_t, 1>{1}, inputs), (std::vector<int16_t>{5, 5, 1, 2, 3, 4, 5, 6, 7}));
-}
-
 // One strip, one finger, and a section of these operations.
 std::vector<uint8_t> part_of(const std::vector<uint8_t>& code) {
   std::vector<uint8_t> part = {kGraphVersion, 0, 0, 50, 1, 1, 0, 1, 2};
@@ -221,7 +179,7 @@ std::vector<uint8_t> part_of(const std::vector<uint8_t>& code) {
 
 // The number of the last operation has the value of an end: who runs it goes on beyond the part.
 TEST(Graph, ASectionWithoutAnEndIsRefused) {
-  constexpr uint8_t kDelay = static_cast<uint8_t>(Operation::delay);
+  constexpr uint8_t kPlay = static_cast<uint8_t>(Operation::play);
   constexpr uint8_t kEnd = static_cast<uint8_t>(Operation::end);
   const auto load = [](const std::vector<uint8_t>& code) {
     const std::vector<uint8_t> part = part_of(code);
@@ -230,9 +188,9 @@ TEST(Graph, ASectionWithoutAnEndIsRefused) {
     const uint16_t calibration[kStrips] = {};
     return graph.add(part.data(), static_cast<uint16_t>(part.size()), {calibration, 50});
   };
-  EXPECT_EQ(load({kDelay, 0, kEnd, kEnd}), Loaded::ok);
-  EXPECT_EQ(load({kDelay, 0, kEnd}), Loaded::malformed);
-  EXPECT_EQ(load({kDelay, 0, 3}), Loaded::malformed);
+  EXPECT_EQ(load({kPlay, 0, 0, kEnd, kEnd}), Loaded::ok);
+  EXPECT_EQ(load({kPlay, 0, 0, kEnd}), Loaded::malformed);
+  EXPECT_EQ(load({kPlay, 0, 0, 3}), Loaded::malformed);
   EXPECT_EQ(load({kEnd, kEnd}), Loaded::malformed);
   EXPECT_EQ(load({}), Loaded::malformed);
 }
@@ -248,9 +206,7 @@ TEST(Blocks, AMotionlessInputGivesAMotionlessOutput) {
   const FixedPolePair pair{{-768, 3000, -3000, -1768}, 15, {28000, -9000}, 14, 8, 9};
   EXPECT_TRUE(rc::check([&](int16_t any) {
     RC_ASSERT(rests(Play<int16_t>{40}, any, any));
-    RC_ASSERT(rests(FixedCreep{1 << 20, {40001, 3}}, any, any));
     RC_ASSERT(rests(hysteresis, any, any));
-    RC_ASSERT(rests(Delay<int16_t, 9>{9}, any, any));
     RC_ASSERT(rests(pair, any, static_cast<int16_t>((any + 1) >> 1)));
     RC_ASSERT(rests(fixed_lti(), any, static_cast<int16_t>((any + 1) >> 1)));
   }));

@@ -26,7 +26,7 @@ namespace compensator {
 
 constexpr uint8_t kMaxParts = 5;
 constexpr uint8_t kStrips = 5;
-constexpr uint8_t kGraphVersion = 2;
+constexpr uint8_t kGraphVersion = 3;
 constexpr uint8_t kInputCount = 4;  // places in a part
 constexpr uint8_t kOutputCount = 5;
 constexpr uint8_t kHeaderBytes = 9;
@@ -35,7 +35,6 @@ constexpr uint8_t kOutputBytes = 3;
 constexpr uint8_t kCrcBytes = 2;
 constexpr uint8_t kMostKnots = 32;
 constexpr uint8_t kMostPlays = 4;
-constexpr uint8_t kMostDelay = 32;
 constexpr uint8_t kMostCurves = 15;  // of an operation
 
 // In brackets the upper four bits. A weight is its mantissa u16 and its shift u8. Each gives one signal, curves one each.
@@ -46,13 +45,11 @@ enum class Operation : uint8_t {
   dead_zone,   // signal, lower i16, upper i16
   saturation,  // signal, lower i16, upper i16
   play,        // signal, radius i16
-  creep,       // signal, radius i32, weight
   hysteresis,  // signal, 4 times radius i16 and weight i16
   lag,         // signal, weight
   lti,  // signal, gain i16, gain shift i8, offset i32, 3 + 3 weights, 3 taps i16, their fraction, output shift
   direct,     // signal, gain i16, gain shift i8, 3 b u16, 3 a u16
   pole_pair,  // signal, 4 changes i16, their fraction, 2 taps i16, their fraction, up, down
-  delay,      // signal, samples
   angle,  // [finger] signal, lower i16, upper i16, shift i8: a saturation, which leaves as the finger's angle
   end,    // of a section
 };
@@ -260,14 +257,6 @@ struct Step {
     return end(in, c, u);
   }
 
-  FLEXOR_SHARED static In creep(In in, uint8_t) {
-    const int16_t u = m.signal[in.u8()];
-    FixedCreep c;
-    c.radius = in.i32();
-    c.share = in.weight();
-    return end(in, c, u);
-  }
-
   FLEXOR_SHARED static In lag(In in, uint8_t) {
     const int16_t u = m.signal[in.u8()];
     const FixedLag c{in.weight()};
@@ -349,12 +338,6 @@ struct Step {
     return end(in, c, u);
   }
 
-  FLEXOR_SHARED static In delay(In in, uint8_t) {
-    const int16_t u = m.signal[in.u8()];
-    const Delay<int16_t, kMostDelay> c{in.u8()};
-    return end(in, c, u);
-  }
-
   // Operations up to the section's end.
   FLEXOR_INLINE static void run(In in) {
     for (;;) {
@@ -370,8 +353,7 @@ struct Step {
   FLEXOR_INLINE static Operator one(uint8_t operation) {
     // In the order of Operation.
     static const Operator kOperators[] FLEXOR_IN_FLASH = {
-        curves,     sum, plain_sum, dead_zone, saturation, play,  creep,
-        hysteresis, lag, lti,       direct,    pole_pair,  delay, angle};
+        curves, sum, plain_sum, dead_zone, saturation, play, hysteresis, lag, lti, direct, pole_pair, angle};
 #ifdef __AVR__
     return reinterpret_cast<Operator>(pgm_read_word(kOperators + operation));
 #else
@@ -411,13 +393,12 @@ constexpr uint8_t kGainShift = kRange + 1;
 constexpr uint8_t kProductFraction = kRange + 2;
 constexpr uint8_t kTapFraction = kRange + 3;
 constexpr uint8_t kShift = kRange + 4;
-constexpr uint8_t kSamples = kRange + 5;
-constexpr uint8_t kOutputShift = kRange + 6;
+constexpr uint8_t kOutputShift = kRange + 5;
 
 constexpr uint8_t below_zero(int shift) { return static_cast<uint8_t>(256 - shift); }
 
-const uint8_t kRanges[] FLEXOR_IN_FLASH = {0, 31,         below_zero(16), 15, 0, 47, 0, 16, 1, 30,
-                                           1, kMostDelay, below_zero(12), 15};
+const uint8_t kRanges[] FLEXOR_IN_FLASH = {0, 31, below_zero(16), 15, 0, 47, 0, 16,
+                                           1, 30, below_zero(12), 15};
 
 // In the order of Operation. A curve's values are as many as its knots.
 const uint8_t kFields[] FLEXOR_IN_FLASH = {kKnots,
@@ -442,10 +423,6 @@ const uint8_t kFields[] FLEXOR_IN_FLASH = {kKnots,
                                            kSignal,
                                            2,
                                            kEnd,  // play
-                                           kSignal,
-                                           6,
-                                           kWeightShift,
-                                           kEnd,  // creep
                                            kSignal,
                                            16,
                                            kEnd,  // hysteresis
@@ -485,9 +462,6 @@ const uint8_t kFields[] FLEXOR_IN_FLASH = {kKnots,
                                            kTapFraction,
                                            kShift,
                                            kEnd,  // pole pair
-                                           kSignal,
-                                           kSamples,
-                                           kEnd,  // delay
                                            kSignal,
                                            4,
                                            kOutputShift,
@@ -651,8 +625,6 @@ class Loader {
     switch (operation) {
       case Operation::play:
         return sizeof(Play<int16_t>::State);
-      case Operation::creep:
-        return sizeof(FixedCreep::State);
       case Operation::hysteresis:
         return sizeof(FixedHysteresis<kMostPlays>::State);
       case Operation::lag:
@@ -662,8 +634,6 @@ class Loader {
         return sizeof(FixedLti<kMaxOrder, true>::State);
       case Operation::pole_pair:
         return sizeof(FixedPolePair::State);
-      case Operation::delay:
-        return sizeof(Delay<int16_t, kMostDelay>::State);
       default:
         return 0;
     }

@@ -57,8 +57,8 @@ class Diagram {
 }  // namespace
 
 std::string diagram(const Model& m) {
-  std::string schema = std::to_string(m.schema_version);
-  if (m.schema_version < kSchemaVersion) schema += fmt::format(" (the newest is {})", kSchemaVersion);
+  std::string schema = std::to_string(m.schema_version.number);
+  if (m.schema_version.number < kSchemaVersion) schema += fmt::format(" (the newest is {})", kSchemaVersion);
   std::string out = fmt::format(
       "{}: {}\n{:g} ms a sample, {} input(s), {} block(s), {} joint(s), schema {}, written by {}\n",
       io::one_line(m.name), io::one_line(m.description), 1000 * m.sample_period_s, m.inputs.size(),

@@ -327,7 +327,7 @@ Model from_json(const std::string& text, const std::string& source) {
     reader.fail(fmt::format("has no known schema version ({})", version));
   }
   Model model;
-  model.schema_version = static_cast<int>(version);
+  model.schema_version = {static_cast<int>(version)};
   read_members(reader, model, Model::header());
   if (version == 1) {
     model = schema_1(reader, std::move(model));

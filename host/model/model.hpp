@@ -121,11 +121,17 @@ struct Joint {
   bool operator==(const Joint&) const = default;
 };
 
+// Of the text that a model was read from; what is written has the newest. Models are equal whichever text they come from.
+struct SchemaVersion {
+  int number = kSchemaVersion;
+  bool operator==(const SchemaVersion&) const { return true; }
+};
+
 struct Model {
   std::string name;
   std::string description;
   std::string written_by;
-  int schema_version = kSchemaVersion;  // of the text that was read; what is written has the newest
+  SchemaVersion schema_version;
   double sample_period_s = 0;
   double max_gap_s = 0;  // a reading older than this is a pause of the log; 0: not stated
   std::vector<Input> inputs;

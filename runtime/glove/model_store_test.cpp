@@ -230,7 +230,7 @@ Bytes part_of(std::uint8_t finger, int angle, int padding) {
   add(code, 0);
   code.push_back(0);
   for (const int value : {-30000, 30000}) add(code, value);
-  code.insert(code.end(), {0, 14});
+  code.insert(code.end(), {0, static_cast<std::uint8_t>(compensator::Operation::end)});
   part.push_back(static_cast<std::uint8_t>(1 << finger));
   add(part, static_cast<int>(code.size()));
   part.insert(part.end(), code.begin(), code.end());

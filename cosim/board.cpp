@@ -68,9 +68,7 @@ void quiet(avr_t*, const int level, const char* format, va_list arguments) {
     std::vfprintf(stderr, format, arguments);
 }
 
-constexpr int kSharedChannel = 2;  // of an ATmega32U4's, which no pin has
-// Of A0 to A11, pins_arduino.h of the Arduino core's Leonardo.
-constexpr std::array<int, 12> kChannel32u4 = {7, 6, 5, 4, 1, 0, 8, 10, 11, 12, 13, 9};
+constexpr char kUart = '0';
 
 avr_t* avr(void* p) { return static_cast<avr_t*>(p); }
 
@@ -99,8 +97,7 @@ Firmware::Firmware(const std::filesystem::path& elf) : image_(std::make_unique<I
   if (elf_read_firmware(elf.c_str(), &image_->elf) != 0)
     throw io::InputError(fmt::format("{}: no ELF image", elf.string()));
   image_->elf.frequency = 16000000;
-  // The linker notes the device's name, which simavr does not read.
-  mcu_ = io::read_file(elf).find("atmega32u4") != std::string::npos ? "atmega32u4" : "atmega328p";
+  mcu_ = "atmega328p";  // simavr does not read which the linker notes
 }
 
 Firmware::Firmware(std::string mcu, const deploy::FlashContent& content)
@@ -147,7 +144,7 @@ struct Board::Hooks {
     avr_adc_mux_t mux;
     std::memcpy(&mux, &value, sizeof(value));
     if (mux.kind != ADC_MUX_SINGLE) return;  // the chip's own reference
-    const int pin = b.pin_of(b.selected(static_cast<int>(mux.src)));
+    const int pin = static_cast<int>(mux.src);
     b.set_counts(pin, b.on_sample(avr(b.avr_)->cycle, pin));
   }
   template <int kMotorIndex>
@@ -158,7 +155,7 @@ struct Board::Hooks {
     Board& b = *static_cast<Board*>(board);
     const std::uint8_t value = b.incoming_.front().value;
     b.incoming_.pop_front();
-    avr_raise_irq(avr_io_getirq(avr(b.avr_), uart_irqs(b.uart_name_), UART_IRQ_INPUT), value);
+    avr_raise_irq(avr_io_getirq(avr(b.avr_), uart_irqs(kUart), UART_IRQ_INPUT), value);
     b.schedule_byte();
     return 0;
   }
@@ -168,8 +165,7 @@ struct Board::Hooks {
   static void sleep(avr_t*, avr_cycle_count_t) {}  // simulated time only
 };
 
-Board::Board(const Firmware& firmware)
-    : firmware_(firmware), uart_name_(firmware.mcu() == "atmega32u4" ? '1' : '0') {
+Board::Board(const Firmware& firmware) : firmware_(firmware) {
   avr_t* a = avr_make_mcu_by_name(firmware.mcu().c_str());
   if (a == nullptr) throw io::JobError(fmt::format("simavr knows no {}", firmware.mcu()));
   ram_end_ = a->ramend;
@@ -181,16 +177,12 @@ Board::Board(const Firmware& firmware)
   a->vcc = a->aref = kSupply_mV;
   uart_ = find_uart(a);
   std::uint32_t flags = 0;
-  avr_ioctl(a, static_cast<std::uint32_t>(AVR_IOCTL_UART_SET_FLAGS(uart_name_)), &flags);
+  avr_ioctl(a, static_cast<std::uint32_t>(AVR_IOCTL_UART_SET_FLAGS(kUart)), &flags);
   avr_register_io_write(a, kGpior0, Hooks::marker, this);
-  avr_irq_register_notify(avr_io_getirq(a, uart_irqs(uart_name_), UART_IRQ_OUTPUT), Hooks::byte, this);
+  avr_irq_register_notify(avr_io_getirq(a, uart_irqs(kUart), UART_IRQ_OUTPUT), Hooks::byte, this);
   avr_irq_register_notify(avr_io_getirq(a, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), Hooks::conversion,
                           this);
-  if (uart_name_ == '1') {
-    share_upper_channels();
-  } else {
-    listen_to_motors();  // a glove has none
-  }
+  listen_to_motors();  // a glove has none
   power_on();
 }
 
@@ -258,9 +250,8 @@ double Board::baud() const {
   constexpr std::uint16_t kUcsr0a = 0xc0;
   constexpr std::uint16_t kUbrr0l = 0xc4;
   constexpr std::uint8_t kDouble = 1U << 1;
-  const std::uint16_t at = uart_name_ == '1' ? 8 : 0;  // of the ATmega32U4's UART
-  const unsigned divisor = read(kUbrr0l + at) + 256U * (read(kUbrr0l + 1 + at) & 0xfU) + 1;
-  const unsigned cycles = (read(kUcsr0a + at) & kDouble) != 0 ? 8 : 16;
+  const unsigned divisor = read(kUbrr0l) + 256U * (read(kUbrr0l + 1) & 0xfU) + 1;
+  const unsigned cycles = (read(kUcsr0a) & kDouble) != 0 ? 8 : 16;
   return 1000.0 * static_cast<double>(kCyclesPerMs) / (cycles * divisor);
 }
 
@@ -331,40 +322,10 @@ void Board::run_until(Cycles end) {
   }
 }
 
-// simavr keeps readings of eight channels and reads past them for those above: they share one that no pin has, which is
-// given anew at each conversion.
-int Board::selected(int source) const {
-  constexpr std::uint16_t kAdmux = 0x7c;
-  const std::uint8_t* data = avr(avr_)->data;
-  return uart_name_ == '1' && source == kSharedChannel ? 8 + (data[kAdmux] & 7) : source;
-}
-
-void Board::share_upper_channels() {
-  constexpr std::size_t kFirst = 0x20;  // MUX5
-  constexpr std::size_t kCount = 6;
-  for (avr_io_t* io = avr(avr_)->io_port; io != nullptr; io = io->next) {
-    if (std::strcmp(io->kind, "adc") != 0) continue;
-    auto* adc = reinterpret_cast<avr_adc_t*>(io);
-    for (std::size_t k = 0; k < kCount; ++k) adc->muxmode[kFirst + k].src = kSharedChannel;
-  }
-}
-
-// As firmware/mcu.hpp has it.
-int Board::pin_of(int channel) const {
-  if (uart_name_ == '0') return channel;
-  return static_cast<int>(std::ranges::find(kChannel32u4, channel) - kChannel32u4.begin());
-}
-
-int Board::channel_of(int pin) const {
-  if (uart_name_ == '0') return pin;
-  return kChannel32u4.at(static_cast<std::size_t>(pin));
-}
-
 void Board::set_counts(int pin, int counts) {
   // The converter gives floor(1023 mV / supply).
   const int mV = (std::clamp(counts, 0, kAdcTop) * supply_mV_ + kAdcTop - 1) / kAdcTop;
-  const int channel = channel_of(pin) < 8 ? channel_of(pin) : kSharedChannel;
-  avr_raise_irq(avr_io_getirq(avr(avr_), AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + channel),
+  avr_raise_irq(avr_io_getirq(avr(avr_), AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + pin),
                 static_cast<std::uint32_t>(mV));
 }
 

@@ -1,4 +1,4 @@
-// One simulated ATmega328P or, of the glove, ATmega32U4 at 16 MHz: an image run instruction by instruction, its pins and
+// One simulated ATmega328P at 16 MHz: an image run instruction by instruction, its pins and
 // registers open to the world.
 //
 // Times are cycles since the world began; a board that is switched on later, or off for a while, keeps
@@ -122,10 +122,6 @@ class Board {
   };
   struct Hooks;
   void hold(char port, int bit, bool high);
-  int pin_of(int channel) const;
-  int selected(int source) const;
-  void share_upper_channels();
-  int channel_of(int pin) const;
   void listen_to_motors();
   void power_on();
   void after_reset();
@@ -134,7 +130,6 @@ class Board {
   const Firmware& firmware_;
   void* avr_ = nullptr;  // avr_t: simavr stays inside board.cpp
   void* uart_ = nullptr;
-  char uart_name_;
   std::uint16_t ram_end_ = 0;
   std::uint64_t byte_cycles_ = 0;
   bool off_ = false;

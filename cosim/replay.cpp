@@ -40,7 +40,7 @@ std::uint8_t pressed(const deploy::Glove& glove, std::size_t k) {
 void press(Board& board, const deploy::Pins& pins, std::size_t k) {
   for (std::size_t b = 0; b < deploy::kButtons; ++b) {
     if (!pins.button[b]) continue;
-    const deploy::PortBit pin = deploy::port_bit(deploy::kAtmega328p, *pins.button[b]);
+    const deploy::PortBit pin = deploy::port_bit(*pins.button[b]);
     board.set_pin(pin.port, pin.bit, !is_pressed(b, k));
   }
 }

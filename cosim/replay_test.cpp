@@ -177,33 +177,6 @@ TEST_F(Replay, StripsThatSeveralJointsShareAreSentToTheBit) {
   expect_exact(model, exercise(400, 8));
 }
 
-// A Leonardo's chip has its strips on other channels and its radio on another UART.
-TEST_F(Replay, AnAtmega32u4SendsTheSameBits) {
-  for (const char* name : {"published-w", "published-hw"}) {
-    Built b{study::glove_for(parameters_, named(name)), {}, nullptr};
-    b.glove.mcu = deploy::kAtmega32u4;
-    b.image = deploy::build_glove(b.glove, folder_);
-    b.firmware = std::make_unique<Firmware>(b.image.elf);
-    ASSERT_EQ(b.firmware->mcu(), "atmega32u4");
-    const GloveFigures f = replay(*b.firmware, b.glove, exercise(2000, 9));
-    EXPECT_EQ(f.mismatches, 0U);
-    EXPECT_GT(f.frames, 1500U);
-  }
-}
-
-// A Pro Micro has neither A4 nor A5; its A6 to A10 are channels above 7.
-TEST_F(Replay, AnAtmega32u4ReadsItsUpperChannels) {
-  for (const char* pins : {"pinky=A6", "thumb=A7,index=A8,middle=A9,ring=A10,pinky=A11"}) {
-    Built b{study::glove_for(parameters_, named("published-hw")), {}, nullptr};
-    b.glove.mcu = deploy::kAtmega32u4;
-    b.glove.pins = deploy::pins_from_text(pins);
-    b.image = deploy::build_glove(b.glove, folder_);
-    const GloveFigures f = replay(Firmware(b.image.elf), b.glove, exercise(500, 9));
-    EXPECT_EQ(f.mismatches, 0U) << pins;
-    EXPECT_GT(f.frames, 350U) << pins;
-  }
-}
-
 TEST_F(Replay, ModelsThatAreDataAreSentToTheBit) {
   for (const double rate_hz : {10.0, 50.0, 100.0}) {
     for (const char* name : {"raw", "published-w", "published-hw"})
@@ -265,7 +238,7 @@ TEST_F(Replay, AModelThatIsDataIsWithinItsTargets) {
   EXPECT_LE(f.step.mean(), 6000);
   EXPECT_GT(f.step.mean(), 3000) << "an interpreter is no quicker than what it interprets";
   EXPECT_LE(b.image.flash_bytes, 16 * 1024 + 256) << "not yet the 14 KB that were asked for";
-  EXPECT_LE(b.image.ram_bytes + f.stack_bytes, b.glove.mcu.ram_bytes - 64);
+  EXPECT_LE(b.image.ram_bytes + f.stack_bytes, deploy::kAtmega328p.ram_bytes - 64);
   RecordProperty("figures", fmt::format("step {:.0f} / {}, flash {}, RAM {}, stack {}", f.step.mean(),
                                         f.step.worst, b.image.flash_bytes, b.image.ram_bytes, f.stack_bytes));
 }
@@ -500,11 +473,8 @@ TEST_F(Replay, StripsOnOtherPinsAreSentToTheBit) {
 
 // The button, an open hand, a fist: the angles are again those of the glove that the model was made with, also after the
 // supply was off.
-class ZeroedOn : public Replay, public testing::WithParamInterface<deploy::Mcu> {};
-
-TEST_P(ZeroedOn, AGloveReadsAsTheModelsGloveDid) {
+TEST_F(Replay, AZeroedGloveReadsAsTheModelsGloveDid) {
   Built b{study::glove_for(parameters_, named("published-hw", 50)), {}, nullptr};
-  b.glove.mcu = GetParam();
   for (auto& input : b.glove.model.inputs) input.poses = model::Poses{40, 110};
   b.glove.pins = deploy::pins_from_text("flexor,calibrate=D12");
   b.glove.key.reset();
@@ -540,7 +510,7 @@ TEST_P(ZeroedOn, AGloveReadsAsTheModelsGloveDid) {
   }
   EXPECT_GT(std::abs(index_deg(60) - expected_deg), 5) << "before";
   alpha = 40;
-  const deploy::PortBit button = deploy::port_bit(b.glove.mcu, 12);
+  const deploy::PortBit button = deploy::port_bit(12);
   board.set_pin(button.port, button.bit, false);
   run_s(0.2);
   board.set_pin(button.port, button.bit, true);
@@ -552,8 +522,6 @@ TEST_P(ZeroedOn, AGloveReadsAsTheModelsGloveDid) {
   run_s(1);
   EXPECT_NEAR(index_deg(60), expected_deg, 1.5) << "it is kept";
 }
-INSTANTIATE_TEST_SUITE_P(Chips, ZeroedOn, testing::Values(deploy::kAtmega328p, deploy::kAtmega32u4),
-                         [](const auto& chip) { return std::string(chip.param.name); });
 
 // With the core of the Arduino IDE, as the user compiles it.
 TEST_F(Replay, TheLoggingSketchWritesWhatFlexorReads) {

@@ -38,7 +38,7 @@ std::uint16_t said_by_host() {
 TEST(TrackerOnTheBoard, SaysTheSameBitsInAtMostFourHundredCyclesASample) {
   const io::TemporaryFolder folder;
   const std::string elf = (folder.path() / "tracker.elf").string();
-  std::vector<std::string> compile = deploy::compiler_for(deploy::kAtmega328p);
+  std::vector<std::string> compile = deploy::compiler();
   compile.insert(compile.end(), {"-DFLEXOR_AVR_ASSEMBLY", "-I.", "cosim/tracker_board.cpp", "-o", elf});
   const io::ProcessResult built = io::run_process(compile);
   ASSERT_EQ(built.status, 0) << built.err;

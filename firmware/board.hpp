@@ -10,11 +10,14 @@
 #include <stdint.h>
 
 #include "firmware/markers.hpp"
-#include "firmware/mcu.hpp"
 #include "runtime/link/key_record.hpp"
 
 namespace flexor {
 namespace firmware {
+
+// The LED of the board.
+inline void start_led() { DDRB |= _BV(PB5); }
+inline void set_led(bool on) { PORTB = static_cast<uint8_t>(on ? PORTB | _BV(PB5) : PORTB & ~_BV(PB5)); }
 
 inline void mark(Marker marker) { GPIOR0 = static_cast<uint8_t>(marker); }
 
@@ -80,14 +83,14 @@ inline void start_uart(uint16_t divisor, uint8_t enables) {
 // The ADC at 125 kHz: a conversion takes 0.1 ms. analog: a bit for each of A0 .. A5 that nobody reads as a
 // digital pin.
 inline void start_adc(uint8_t analog = 0x1f) {
-  DIDR0 = adc_channels(analog);
+  DIDR0 = analog;
   ADMUX = _BV(REFS0);
   ADCSRA = _BV(ADEN) | _BV(ADIE) | 7;
 }
 
 // Begins to convert an analog pin; the ADC's interrupt says when it is done.
 inline void convert(uint8_t pin) {
-  select_analog(pin);
+  ADMUX = static_cast<uint8_t>(_BV(REFS0) | pin);
   ADCSRA |= _BV(ADSC);
 }
 

@@ -483,8 +483,7 @@ TEST_F(Cli, TheTwinsConfigurationIsAFileThatCanBeEdited) {
 
 TEST_F(Cli, DeployWritesImagesReportAndOneJsonObject) {
   const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
-  const Finished r =
-      run("deploy '" + model + "' --target atmega328p --rate 10 --json --out '" + path("d") + "'");
+  const Finished r = run("deploy '" + model + "' --rate 10 --json --out '" + path("d") + "'");
   ASSERT_EQ(r.exit, 0) << r.err;
   const auto json = nlohmann::json::parse(r.out);
   const auto& target = json.at("targets").at(0);
@@ -554,29 +553,6 @@ TEST_F(Cli, DeployLeadsWithFingersWiringCalibrationAndWhatToDo) {
     ASSERT_NE(next, std::string::npos) << part << " behind " << r.out.substr(at);
     at = next;
   }
-}
-
-// Board, pins, picture and parts are those of the chip.
-TEST_F(Cli, DeployForAnAtmega32u4NamesItsBoard) {
-  const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
-  const Finished r = run("deploy '" + model + "' --plain --target atmega32u4 --pins pinky=A6 --json --out '" +
-                         path("d") + "'");
-  ASSERT_EQ(r.exit, 0) << r.err;
-  const auto json = nlohmann::json::parse(r.out);
-  EXPECT_EQ(json.at("targets").at(0).at("name"), "atmega32u4");
-  EXPECT_EQ(json.at("bit_exact").at("mismatches"), 0);
-  const std::string wiring = content(path("d") + "/wiring.md");
-  EXPECT_NE(wiring.find("## The glove's board: Arduino Leonardo, Micro or Pro Micro"), std::string::npos)
-      << wiring;
-  EXPECT_NE(wiring.find("## The hand's board: Arduino Nano or Uno"), std::string::npos);
-  EXPECT_NE(wiring.find("| A6 | pinky |"), std::string::npos);
-  EXPECT_EQ(wiring.find("a Pro Micro has no"), std::string::npos) << "nothing is at A4";
-  EXPECT_NE(content(path("d") + "/wiring_glove.svg").find("Pro Micro"), std::string::npos);
-  EXPECT_EQ(content(path("d") + "/wiring_hand.svg").find("Pro Micro"), std::string::npos);
-  EXPECT_NE(content(path("d") + "/report.html").find("ATmega32U4"), std::string::npos);
-  const Finished w = run("wiring --target atmega32u4 --json --out '" + path("w") + "'");
-  ASSERT_EQ(w.exit, 0) << w.err;
-  EXPECT_NE(w.out.find("a Pro Micro has no A4"), std::string::npos);
 }
 
 TEST_F(Cli, AButtonThatZeroesAGloveGoesWithARadioAndAModelThatKnowsItsPoses) {
@@ -659,8 +635,6 @@ TEST_F(Cli, ExportTakesARecordingFromStandardInputAndWritesIntoAPipe) {
 TEST_F(Cli, DeployRefusesTheImpossible) {
   const std::string model = "'" FLEXOR_SOURCE_DIR "/models/published_hw.json'";
   const std::string out = " --out '" + path("d") + "'";
-  expect_refused("deploy " + model + out + " --target esp32", 2,
-                 "unknown target \"esp32\"; known: atmega328p");
   expect_refused("deploy " + model + out + " --rate 200", 2, "10, 20, 50 and 100 Hz");
   expect_refused("deploy " + model + out + " --rate 100 --frame-rate 50", 2,
                  "do not fit a radio of 9600 baud");
@@ -675,10 +649,9 @@ TEST_F(Cli, DeployRefusesTheImpossible) {
                  "which wants 4800: raise --baud, or radio.baud of the twin");
   expect_refused("flash /dev/zero", 2, "no plain file");
   expect_refused("live --from twin --opengloves " + path("none"), 2, "make a FIFO");
-  expect_refused("live --from twin --lsl-library " + path("none"), 2, "cannot be loaded");
   expect_refused("deploy " + model + out + " --baud 7777777", 2, "cannot be made");
   expect_refused("deploy " + model + out + " --key 1234", 2, "32 hexadecimal digits");
-  expect_refused("deploy " + model + out + " --pins thumb=A9", 2, "A9: an ATmega328P has A0 to A7");
+  expect_refused("deploy " + model + out + " --pins thumb=A9", 2, "thumb=A9: an analog pin is A0 to A7");
   expect_refused("deploy " + model + out + " --pins a=D8", 2, "add --output opengloves");
   expect_refused("deploy " + model + out + " --encoding beta", 2, "add --output opengloves");
   expect_refused("deploy '" + path("none.json") + "'" + out, 2, "none.json");

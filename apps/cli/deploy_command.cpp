@@ -20,7 +20,6 @@ namespace deploy_command {
 
 struct Options {
   std::string model;
-  std::string target = deploy::kAtmega328p.name;
   std::optional<double> rate_hz;
   std::string out;
   std::string output = "radio";
@@ -144,17 +143,6 @@ void require_of_vr(const Options& o, const deploy::Glove& glove) {
     throw io::InputError("--encoding: is of text for VR drivers: add --output opengloves");
 }
 
-// What lies in flash is replaced through the bootloader, which `flexor send` does with an ATmega328P's alone.
-void require_replaceable(const Options& o, const deploy::Glove& glove) {
-  if (glove.model_as != deploy::ModelAs::data || !deploy::is_32u4(glove.mcu) ||
-      !deploy::data_block(glove).in_flash)
-    return;
-  throw io::InputError(
-      fmt::format("{}: is too large for EEPROM, and flexor send does not reach an atmega32u4's flash: fewer "
-                  "knots, or --model-as code and a new image for a new model",
-                  o.model));
-}
-
 // What the options ask for. Refuses, before anything is written, what the boards or the radio cannot do.
 study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy::Key& key) {
   model::Model model = model::load(o.model);
@@ -167,8 +155,6 @@ study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy
   d.divider_kohm = p.divider_kohm;
   d.folder = std::filesystem::path(o.out + "/").parent_path().string();
   d.glove.pins = deploy::pins_from_text(o.pins);
-  d.glove.mcu = deploy::mcu(o.target);
-  deploy::require_pins_of(d.glove.mcu, d.glove.pins);
   d.glove.encoding = o.encoding == "beta" ? deploy::Encoding::beta : deploy::Encoding::alpha;
   d.glove.right_hand = o.hand == "right";
   d.glove.key = key;
@@ -185,7 +171,6 @@ study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy
   deploy::check_tracking(d.glove);
   d.glove.assembly = o.assembly;
   d.glove.model_as = o.model_as == "data" ? deploy::ModelAs::data : deploy::ModelAs::code;
-  require_replaceable(o, d.glove);
   (void)deploy::samples_per_frame(d.glove);
   (void)deploy::uart_divisor(d.glove.output == deploy::Output::radio ? d.glove.baud : deploy::kUsbBaud);
   return d;
@@ -222,13 +207,6 @@ void measure(study::Deployment& d, const study::Boards& boards, const study::Cou
 }
 
 void require_known(const Options& o) {
-  (void)deploy::mcu(o.target);
-  if (o.output != "radio" && o.target != deploy::kAtmega328p.name)
-    throw io::InputError(
-        "--output opengloves: an atmega32u4's own USB is driven by the Arduino core alone: --target "
-        "atmega328p "
-        "--output opengloves writes arduino/Flexor, a library that a Leonardo, too, takes in the Arduino "
-        "IDE");
   deploy::require_toolchain();
   io::require_folder(o.out);
 }
@@ -336,8 +314,6 @@ void add_deploy(CLI::App& app) {
   const auto [o, command] = add_command(
       app, "deploy", "A model file as firmware for glove and hand, with what it costs measured", run);
   command->add_option("MODEL", o->model, "model file")->required();
-  command->add_option("--target", o->target, "chip: atmega328p or, of the glove, atmega32u4")
-      ->capture_default_str();
   command->add_option("--rate", o->rate_hz, "sample rate: 10, 20, 50 or 100 Hz (default: the model's)");
   command
       ->add_option("--out", o->out,

@@ -234,25 +234,6 @@ TEST_F(DeployFaults, AModelInAnotherUnitNeedsACalibrationThatSaysIt) {
                  R"(begin it with "schema": "flexor-calibration", "schema_version": 1,)");
 }
 
-// Five curves of thirty-two knots go into an ATmega328P's flash, where its bootloader replaces them.
-TEST_F(DeployFaults, AModelThatCouldNeverBeReplacedIsNoDataOfAnAtmega32u4) {
-  const std::string large = model("large.json", [&](nlohmann::ordered_json& m) {
-    for (auto& channel : m["channels"]) {
-      auto blocks = nlohmann::ordered_json::array();
-      nlohmann::ordered_json curve = {
-          {"type", "curve"}, {"x", nlohmann::ordered_json::array()}, {"y", nlohmann::ordered_json::array()}};
-      for (int k = 0; k < 32; ++k) {
-        curve["x"].push_back(5 * k);
-        curve["y"].push_back(4 * k + k % 2);
-      }
-      for (auto& block : channel["blocks"]) blocks.push_back(block["type"] == "dead_zone" ? curve : block);
-      channel["blocks"] = blocks;
-    }
-  });
-  expect_refused(large, "--plain --out d --model-as data --target atmega32u4",
-                 "does not reach an atmega32u4's flash");
-}
-
 TEST_F(DeployFaults, WiringDoesNotWriteOverADeployments) {
   fs::create_directories(path("d"));
   write(path("d/glove.hex"), ":00000001FF\n");

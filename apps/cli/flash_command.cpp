@@ -46,12 +46,6 @@ fs::path image_of(const Options& o) {
 void run(const Options& o) {
   const fs::path hex = image_of(o);
   const deploy::FlashContent image = deploy::read_image(hex);
-  const deploy::Mcu mcu = deploy::mcu_of(image);
-  if (deploy::is_32u4(mcu))
-    throw io::InputError(
-        fmt::format("{}: is an image for an {}, which flexor flash does not write: press the board's reset "
-                    "button, then {}",
-                    hex.string(), mcu.printed, deploy::avr109_command(hex.string())));
   const std::string port = deploy::choose_port(o.port);
   if (o.port == "auto") log(fmt::format("the board is at {}", port));
   const auto begin = std::chrono::steady_clock::now();
@@ -72,7 +66,7 @@ void run(const Options& o) {
   if (o.json) {
     return print(io::dump({{"image", hex.string()},
                            {"port", port},
-                           {"target", mcu.name},
+                           {"target", deploy::kAtmega328p.name},
                            {"baud", rate_Bd},
                            {"flash_bytes", bytes},
                            {"verified", true},

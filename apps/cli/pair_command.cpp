@@ -112,8 +112,7 @@ void add_pair(CLI::App& app) {
       add_command(app, "pair", "One key for glove and hand over USB, without a compiler", run);
   command->add_option(
       "FOLDER", o->folder,
-      "folder of flexor deploy: its images get the key instead of boards (an ATmega32U4 gets its key so, "
-      "and flexor flash)");
+      "folder of flexor deploy: its images get the key instead of boards, and flexor flash writes them");
   command->add_option("--glove", o->glove, "the glove's serial port");
   command->add_option("--hand", o->hand, "the hand's serial port");
   command->add_option("--baud", o->baud, "of the bootloaders (default: 115200, then 57600 as old ones have)")

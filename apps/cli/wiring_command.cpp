@@ -15,7 +15,6 @@ struct Options {
   std::string out;
   std::string pins = "flexor";
   std::string output = "radio";
-  std::string target = deploy::kAtmega328p.name;
   std::string twin;
   std::vector<std::string> set;
   bool json = false;
@@ -30,11 +29,9 @@ void refuse_deployment(const std::string& folder) {
 
 void run(const Options& o) {
   const twin::Parameters p = twin_parameters(o.twin, o.set);
-  const deploy::Mcu mcu = deploy::mcu(o.target);
   const deploy::Pins pins = deploy::pins_from_text(o.pins);
-  deploy::require_pins_of(mcu, pins);
   const deploy::Output output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
-  nlohmann::ordered_json json = to_json(deploy::wiring_plan(pins, output, p.divider_kohm, mcu));
+  nlohmann::ordered_json json = to_json(deploy::wiring_plan(pins, output, p.divider_kohm));
   io::require_folder(o.out);
   refuse_deployment(o.out);
   io::make_folder(o.out);
@@ -61,8 +58,6 @@ void add_wiring(CLI::App& app) {
       app, "wiring", "What to solder where, with pictures and parts, and the sketch that logs a glove", run);
   command->add_option("--out", o->out, "write pictures, list and sketch into this folder")->required();
   command->add_option("--pins", o->pins, "as in flexor deploy")->capture_default_str();
-  command->add_option("--target", o->target, "chip of the glove's board: atmega328p or atmega32u4")
-      ->capture_default_str();
   command->add_option("--output", o->output, "of the glove: radio, or opengloves, a cable to the PC")
       ->check(CLI::IsMember({"radio", "opengloves"}))
       ->capture_default_str();

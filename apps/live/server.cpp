@@ -188,73 +188,6 @@ class Hub {
   bool stopping_ = false;
 };
 
-// The bytes of a connection. What waits for them is no part of a type: Beast's machinery is compiled once.
-class Line {
- public:
-  using executor_type = beast::tcp_stream::executor_type;
-  using next_layer_type = beast::tcp_stream;
-  using Done = std::function<void(error_code, std::size_t)>;
-
-  explicit Line(Tcp::socket&& socket) : ends_(std::make_unique<Ends>(std::move(socket))) {}
-
-  executor_type get_executor() noexcept { return ends_->tcp.get_executor(); }
-  beast::tcp_stream& next_layer() noexcept { return ends_->tcp; }
-  const beast::tcp_stream& next_layer() const noexcept { return ends_->tcp; }
-
-  template <class Buffers, class Token>
-  auto async_read_some(const Buffers& buffers, Token&& token) {
-    return asio::async_initiate<Token, void(error_code, std::size_t)>(
-        [this](auto handler, const Buffers& into) { read(first_of(into), held(std::move(handler))); }, token,
-        buffers);
-  }
-
-  template <class Buffers, class Token>
-  auto async_write_some(const Buffers& buffers, Token&& token) {
-    return asio::async_initiate<Token, void(error_code, std::size_t)>(
-        [this](auto handler, const Buffers& from) {
-          ends_->parts.assign(asio::buffer_sequence_begin(from), asio::buffer_sequence_end(from));
-          write(held(std::move(handler)));
-        },
-        token, buffers);
-  }
-
-  void end(const std::function<void()>& done);  // in good order, within kFarewell
-
- private:
-  struct Ends {
-    explicit Ends(Tcp::socket&& socket) : tcp(std::move(socket)) {}
-    beast::tcp_stream tcp;
-    std::vector<asio::const_buffer> parts;  // of what is being written
-  };
-
-  // What handlers need not be, copyable, std::function's are.
-  template <class Handler>
-  static Done held(Handler&& handler) {
-    auto kept = std::make_shared<std::decay_t<Handler>>(std::forward<Handler>(handler));
-    return [kept](error_code error, std::size_t count) {
-      auto once = std::move(*kept);
-      once(error, count);
-    };
-  }
-
-  template <class Buffers>
-  static asio::mutable_buffer first_of(const Buffers& buffers) {
-    for (auto at = asio::buffer_sequence_begin(buffers); at != asio::buffer_sequence_end(buffers); ++at)
-      if (asio::mutable_buffer(*at).size() > 0) return *at;
-    return {};
-  }
-
-  void read(asio::mutable_buffer into, Done done);
-  void write(Done done);
-
-  std::unique_ptr<Ends> ends_;
-};
-
-void Line::read(asio::mutable_buffer into, Done done) { ends_->tcp.async_read_some(into, std::move(done)); }
-
-// A message's head and body leave together.
-void Line::write(Done done) { ends_->tcp.async_write_some(ends_->parts, std::move(done)); }
-
 // After our last word: what the other side still sends is let go for a moment, so that it gets to read that word, and the line
 // ends with it, or without.
 void discard(beast::tcp_stream& stream, const std::shared_ptr<std::array<char, 4096>>& into,
@@ -265,22 +198,11 @@ void discard(beast::tcp_stream& stream, const std::shared_ptr<std::array<char, 4
   });
 }
 
-void Line::end(const std::function<void()>& done) {
-  beast::tcp_stream& tcp = ends_->tcp;
+void end_in_order(beast::tcp_stream& tcp, const std::function<void()>& done) {
   tcp.expires_after(kFarewell);
   error_code ignored;
   tcp.socket().shutdown(Tcp::socket::shutdown_send, ignored);
   discard(tcp, std::make_shared<std::array<char, 4096>>(), done);
-}
-
-// Found by Beast, which ends a WebSocket with it.
-template <class Handler>
-void async_teardown(beast::role_type, Line& line, Handler&& handler) {
-  auto kept = std::make_shared<std::decay_t<Handler>>(std::forward<Handler>(handler));
-  line.end([kept] {
-    auto once = std::move(*kept);
-    once(error_code());
-  });
 }
 
 void close_at_once(beast::tcp_stream& stream) {
@@ -293,7 +215,7 @@ void close_at_once(beast::tcp_stream& stream) {
 // One WebSocket.
 class Socket : public AnyConnection, public std::enable_shared_from_this<Socket> {
  public:
-  Socket(Hub& hub, Client id, Line&& line) : hub_(hub), id_(id), socket_(std::move(line)) {
+  Socket(Hub& hub, Client id, beast::tcp_stream&& stream) : hub_(hub), id_(id), socket_(std::move(stream)) {
     hub_.enter(id_, this);
   }
   ~Socket() override {
@@ -384,7 +306,7 @@ class Socket : public AnyConnection, public std::enable_shared_from_this<Socket>
 
   Hub& hub_;
   const Client id_;
-  websocket::stream<Line> socket_;
+  websocket::stream<beast::tcp_stream> socket_;
   http::request<http::empty_body> request_;
   beast::flat_buffer buffer_;
   std::deque<Message> queue_;  // the first is being written
@@ -398,14 +320,14 @@ class Socket : public AnyConnection, public std::enable_shared_from_this<Socket>
 class Connection : public AnyConnection, public std::enable_shared_from_this<Connection> {
  public:
   Connection(Hub& hub, std::uint64_t id, Tcp::socket&& socket)
-      : hub_(hub), id_(id), line_(std::move(socket)) {
+      : hub_(hub), id_(id), stream_(std::move(socket)) {
     hub_.enter(id_, this);
   }
   ~Connection() override { hub_.leave(id_, this); }
 
   void start() { read_head(kHeadTime); }
 
-  void give_up() override { close_at_once(tcp()); }
+  void give_up() override { close_at_once(stream_); }
   void farewell() override { give_up(); }
   bool known() const override { return known_; }
 
@@ -417,15 +339,13 @@ class Connection : public AnyConnection, public std::enable_shared_from_this<Con
     http::response_serializer<Body> serializer{response};
   };
 
-  beast::tcp_stream& tcp() { return line_.next_layer(); }
-
   void read_head(seconds time) {
     parser_.emplace();
     parser_->header_limit(kLongestHead);
     parser_->body_limit(boost::none);  // a body is refused, not read
-    tcp().expires_after(time);
+    stream_.expires_after(time);
     http::async_read_header(
-        line_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
+        stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
           if (!error) return self->answer();
           if (error == http::error::header_limit || error == http::error::buffer_overflow)
             return self->refuse(http::status::request_header_fields_too_large,
@@ -541,7 +461,7 @@ class Connection : public AnyConnection, public std::enable_shared_from_this<Con
       return say(http::status::upgrade_required, "this is the WebSocket", false);
     if (buffer_.size() > 0)
       return refuse(http::status::bad_request, "nothing is sent before the socket is open");
-    std::make_shared<Socket>(hub_, id_, std::move(line_))->accept(parser_->release());
+    std::make_shared<Socket>(hub_, id_, std::move(stream_))->accept(parser_->release());
   }
 
   template <class Body>
@@ -555,21 +475,21 @@ class Connection : public AnyConnection, public std::enable_shared_from_this<Con
 
   template <class Body>
   void write(const std::shared_ptr<Answer<Body>>& answer, bool head_only) {
-    tcp().expires_after(kStallTime);
-    http::async_write_some(line_, answer->serializer,
+    stream_.expires_after(kStallTime);
+    http::async_write_some(stream_, answer->serializer,
                            [self = shared_from_this(), answer, head_only](error_code error, std::size_t) {
                              if (error) return;
                              auto& serializer = answer->serializer;
                              if (!(head_only ? serializer.is_header_done() : serializer.is_done()))
                                return self->write(answer, head_only);
                              if (answer->response.keep_alive()) return self->read_head(kIdleTime);
-                             self->line_.end([self] {});
+                             end_in_order(self->stream_, [self] {});
                            });
   }
 
   Hub& hub_;
   const std::uint64_t id_;
-  Line line_;
+  beast::tcp_stream stream_;
   beast::flat_buffer buffer_{2 * kLongestHead};
   std::optional<http::request_parser<http::empty_body>> parser_;
   bool known_ = false;
@@ -595,24 +515,14 @@ class TurnedAway : public std::enable_shared_from_this<TurnedAway> {
     response_ = std::move(out);
     stream_.expires_after(kFarewell);
     http::async_write(stream_, response_, [self = shared_from_this()](error_code error, std::size_t) {
-      if (error) return;
-      error_code ignored;
-      self->stream_.socket().shutdown(Tcp::socket::shutdown_send, ignored);
-      self->discard();
+      if (!error) end_in_order(self->stream_, [self] {});
     });
   }
 
  private:
-  void discard() {
-    stream_.async_read_some(asio::buffer(bytes_), [self = shared_from_this()](error_code error, std::size_t) {
-      if (!error) self->discard();
-    });
-  }
-
   beast::tcp_stream stream_;
   std::size_t& count_;
   http::response<http::string_body> response_;
-  std::array<char, 1024> bytes_{};
 };
 
 Hub::Hub(const ServerOptions& options, Handlers handlers)

@@ -399,12 +399,12 @@ hand::FingerSettings finger_settings(const Hand& hand, int finger) {
 namespace {
 
 // Pull-ups and which buttons are closed.
-std::string button_text(const Mcu& mcu, const Pins& pins) {
+std::string button_text(const Pins& pins) {
   std::string start;
   std::string pressed;
   for (std::size_t i = 0; i < kButtons; ++i) {
     if (!pins.button[i]) continue;
-    const PortBit pin = port_bit(mcu, *pins.button[i]);
+    const PortBit pin = port_bit(*pins.button[i]);
     start += fmt::format("  PORT{} |= {};\n", pin.port, 1 << pin.bit);
     pressed += fmt::format("  if ((PIN{} & {}) == 0) out |= {};\n", pin.port, 1 << pin.bit, buttons()[i].bit);
   }
@@ -430,7 +430,7 @@ std::string vr_tables(const Glove& glove, const GloveTables& tables) {
       "}};\nconstexpr uint8_t kThere = {};\nconstexpr bool kRightHand = {};\nconstexpr bool kJoystick = "
       "{};\n",
       fingers_there(glove.model), glove.right_hand, glove.pins.joystick.has_value());
-  return out + button_text(glove.mcu, glove.pins);
+  return out + button_text(glove.pins);
 }
 
 // The rings' sizes are powers of two, and one place stays empty.
@@ -449,7 +449,7 @@ std::string scan_text(const Pins& pins) {
 }
 
 std::string zero_text(const Glove& glove) {
-  const PortBit pin = port_bit(glove.mcu, *glove.pins.button[kCalibrate]);
+  const PortBit pin = port_bit(*glove.pins.button[kCalibrate]);
   return fmt::format(
       "struct ZeroConfig {{\n  static constexpr uint8_t kRate_hz = config::kRate_hz;\n"
       "  static void start_zero_button() {{ PORT{0} |= {1}; }}\n"

@@ -67,7 +67,6 @@ Sensor through_points(std::vector<double> counts, std::vector<double> value);
 
 struct Glove {
   model::Model model;  // its sample period is the glove's
-  Mcu mcu = kAtmega328p;
   std::array<Sensor, kFingers> sensor;
   Output output = Output::radio;
   double baud = 9600;        // of the radio; USB always has kUsbBaud

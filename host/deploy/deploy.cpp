@@ -39,7 +39,7 @@ std::string checked(const std::vector<std::string>& argv, const fs::path& tempor
                              result.err.substr(from, result.err.find('\n', from) - from)));
 }
 
-Image build(const std::string& name, const std::string& config, const fs::path& out, const Mcu& mcu,
+Image build(const std::string& name, const std::string& config, const fs::path& out,
             const std::vector<std::string>& options) {
   require_toolchain();
   const fs::path folder = fs::absolute(out);  // no tool takes it for an option or a list of them
@@ -51,7 +51,7 @@ Image build(const std::string& name, const std::string& config, const fs::path& 
   // The tools write where there is room: what a full disk does to them, they tell as an error of their own.
   const fs::path elf = source.path() / image.elf.filename();
   const fs::path hex = source.path() / image.hex.filename();
-  std::vector<std::string> compile = compiler_for(mcu);
+  std::vector<std::string> compile = compiler();
   compile.insert(compile.end(),
                  {"-I" + source.path().string(),
                   (source.path() / "firmware" / name / (name + ".cpp")).string(), "-o", elf.string()});
@@ -68,12 +68,13 @@ Image build(const std::string& name, const std::string& config, const fs::path& 
   image.flash_bytes = text + data;
   image.ram_bytes = data + bss;
   constexpr int kStackReserve = 400;  // measured: up to 360
-  if (image.flash_bytes > mcu.flash_bytes || image.ram_bytes > mcu.ram_bytes - kStackReserve) {
+  if (image.flash_bytes > kAtmega328p.flash_bytes ||
+      image.ram_bytes > kAtmega328p.ram_bytes - kStackReserve) {
     throw InputError(fmt::format(
         "the {} image needs {} bytes of flash and {} of RAM; an {} has {} and, beside {} for the stack, {}: "
         "use fewer knots",
-        name, image.flash_bytes, image.ram_bytes, mcu.name, mcu.flash_bytes, kStackReserve,
-        mcu.ram_bytes - kStackReserve));
+        name, image.flash_bytes, image.ram_bytes, kAtmega328p.name, kAtmega328p.flash_bytes, kStackReserve,
+        kAtmega328p.ram_bytes - kStackReserve));
   }
   io::write_file(image.elf, io::read_file(elf));
   io::write_file(image.hex, io::read_file(hex));
@@ -82,7 +83,7 @@ Image build(const std::string& name, const std::string& config, const fs::path& 
 }
 
 void write_library(const fs::path& folder, const std::string& name, const std::string& room,
-                   const std::string& config, const std::string& what, const Mcu& mcu) {
+                   const std::string& config, const std::string& what) {
   io::make_folder(folder / "src");
   io::make_folder(folder / "examples" / name);
   for (const Source& source : sources()) {
@@ -106,7 +107,7 @@ void write_library(const fs::path& folder, const std::string& name, const std::s
       folder / "examples" / name / (name + ".ino"),
       fmt::format("// {}\n// Board: {} ({}, 16 MHz). The library has its own main(); there is nothing "
                   "to add here.\n#include <{}.h>\n",
-                  what, mcu.boards, mcu.printed, name));
+                  what, kAtmega328p.boards, kAtmega328p.printed, name));
 }
 
 }  // namespace
@@ -122,9 +123,9 @@ void require_toolchain(const char* path) {
     throw InputError(fmt::format("avr-libc is missing: {}", kHint));
 }
 
-std::vector<std::string> compiler_for(const Mcu& mcu) {
+std::vector<std::string> compiler() {
   return {kCompiler,
-          std::string("-mmcu=") + mcu.name,
+          std::string("-mmcu=") + kAtmega328p.name,
           "-DF_CPU=16000000UL",
           "-Os",
           "-std=c++14",
@@ -146,28 +147,28 @@ std::vector<std::string> compiler_for(const Mcu& mcu) {
 
 Image build_glove(const Glove& glove, const fs::path& folder) {
   if (glove.model_as == ModelAs::code || data_block(glove).in_flash)
-    return build_glove(glove_config(glove), folder, glove.mcu);
-  return build("glove", glove_config(glove), folder, glove.mcu,
+    return build_glove(glove_config(glove), folder);
+  return build("glove", glove_config(glove), folder,
                {"-fno-move-loop-invariants", "-fno-tree-loop-optimize", "-fno-gcse", "-mcall-prologues",
                 "-mstrict-X"});
 }
 
-Image build_glove(const std::string& config, const fs::path& folder, const Mcu& mcu) {
-  return build("glove", config, folder, mcu, {"-fno-move-loop-invariants"});
+Image build_glove(const std::string& config, const fs::path& folder) {
+  return build("glove", config, folder, {"-fno-move-loop-invariants"});
 }
 
 Image build_hand(const Hand& hand, const fs::path& folder) {
-  return build("hand", hand_config(hand), folder, kAtmega328p,
+  return build("hand", hand_config(hand), folder,
                {"-mcall-prologues", "-mstrict-X", "-fno-move-loop-invariants"});
 }
 
 void write_arduino(const Glove& glove, const Hand& hand, const fs::path& folder) {
   write_arduino_library(glove, folder / "Flexor");
   write_library(folder / "FlexorGlove", "FlexorGlove", "glove", glove_config(glove),
-                "A flex-sensor glove with its compensator", glove.mcu);
+                "A flex-sensor glove with its compensator");
   if (glove.output == Output::radio) {
     write_library(folder / "FlexorHand", "FlexorHand", "hand", hand_config(hand),
-                  "A five-motor hand that follows a glove over a radio", kAtmega328p);
+                  "A five-motor hand that follows a glove over a radio");
   }
 }
 

@@ -29,14 +29,13 @@ struct Image {
 void require_toolchain(const char* path = std::getenv("PATH"));
 
 // The compiler with the options of every image; what it compiles, and from where, is to be appended.
-std::vector<std::string> compiler_for(const Mcu& mcu);
+std::vector<std::string> compiler();
 
 // Writes the configuration and the images NAME.elf and NAME.hex into `folder`. Throws io::InputError when an
 // image does not fit the microcontroller, io::JobError when the compiler fails.
 Image build_glove(const Glove& glove, const std::filesystem::path& folder);
 // Likewise from a text that takes the place of glove_config(): for comparisons.
-Image build_glove(const std::string& config, const std::filesystem::path& folder,
-                  const Mcu& mcu = kAtmega328p);
+Image build_glove(const std::string& config, const std::filesystem::path& folder);
 Image build_hand(const Hand& hand, const std::filesystem::path& folder);
 
 // Library folders that the Arduino IDE takes as they are, with an example sketch each.

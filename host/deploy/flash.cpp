@@ -77,11 +77,10 @@ int percent_in(const std::string& err, std::string& what) {
 
 FlashContent read_image(const fs::path& hex) {
   FlashContent image = read_intel_hex(hex, kOptibootBegin);
-  const Mcu mcu = mcu_of(image);
-  const auto room = static_cast<std::size_t>(mcu.flash_bytes);
+  const auto room = static_cast<std::size_t>(kAtmega328p.flash_bytes);
   if (image.bytes.size() > room) {
     throw InputError(fmt::format("{}: ends at 0x{:x}, the bootloader of an {} begins at 0x{:x}", hex.string(),
-                                 image.bytes.size(), mcu.printed, room));
+                                 image.bytes.size(), kAtmega328p.printed, room));
   }
   // What a finished board's dump holds, too, and no image of a program does.
   if (image.begin != 0)

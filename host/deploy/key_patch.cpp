@@ -14,7 +14,7 @@ namespace {
 using io::InputError;
 
 constexpr std::string_view kMagic = "FLXKEY01";
-constexpr std::size_t kPageBytes = 128;  // of an ATmega328P's and an ATmega32U4's flash
+constexpr std::size_t kPageBytes = 128;  // of an ATmega328P's flash
 
 link::KeyRecord record_at(const FlashContent& content, std::size_t address) {
   link::KeyRecord record;

@@ -7,6 +7,7 @@
 #include <map>
 #include <sstream>
 
+#include "host/deploy/mcu.hpp"
 #include "host/io/io.hpp"
 #include "runtime/link/opengloves.hpp"
 
@@ -15,7 +16,6 @@ namespace {
 
 using io::InputError;
 
-constexpr int kAnalogPins = 12;
 constexpr int kFirstDigital = 2;
 constexpr int kLastDigital = 12;
 constexpr const char* kJoystick = "joystick";
@@ -38,9 +38,8 @@ std::optional<int> number_of(const std::string& pin, char letter, int first, int
 }
 
 int analog_of(const std::string& name, const std::string& pin) {
-  if (const auto channel = number_of(pin, 'A', 0, kAnalogPins - 1)) return *channel;
-  throw InputError(
-      fmt::format("--pins: {}={}: an analog pin is A0 to A7, of an ATmega32U4 A0 to A11", name, pin));
+  if (const auto channel = number_of(pin, 'A', 0, kAtmega328p.analog_pins - 1)) return *channel;
+  throw InputError(fmt::format("--pins: {}={}: an analog pin is A0 to A7", name, pin));
 }
 
 int digital_of(const std::string& name, const std::string& pin) {

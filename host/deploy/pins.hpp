@@ -1,8 +1,7 @@
 // What is wired to the glove's board: one table, which firmware, logging sketch, picture and report are made
 // from.
 //
-// Pins have the numbers that are printed on the board: A0 .. A7 of a Nano, an Uno has none beyond A5; A0 .. A11 of a
-// board with an ATmega32U4 (host/deploy/mcu.hpp).
+// Pins have the numbers that are printed on the board: A0 .. A7 of a Nano, an Uno has none beyond A5.
 #pragma once
 
 #include <array>

@@ -37,7 +37,7 @@ TEST(Pins, AreRefusedByNameInOneLine) {
       {"", "is empty"},
       {"toe=A1", "unknown \"toe\"; known: flexor, lucidgloves, or PIN for thumb"},
       {"a=D8,lucidgloves", "unknown \"lucidgloves\""},
-      {"thumb=A12", "thumb=A12: an analog pin is A0 to A7, of an ATmega32U4 A0 to A11"},
+      {"thumb=A8", "thumb=A8: an analog pin is A0 to A7"},
       {"thumb=D4", "an analog pin is A0 to A7"},
       {"thumb", "thumb=: an analog pin"},
       {"thumb=A", "an analog pin"},
@@ -58,35 +58,20 @@ TEST(Pins, AreRefusedByNameInOneLine) {
 }
 
 TEST(Pins, DigitalPinsAreThoseOfThePrintedNumbers) {
-  EXPECT_EQ(port_bit(kAtmega328p, 2).port, 'D');
-  EXPECT_EQ(port_bit(kAtmega328p, 7).bit, 7);
-  EXPECT_EQ(port_bit(kAtmega328p, 8).port, 'B');
-  EXPECT_EQ(port_bit(kAtmega328p, 12).bit, 4);
-  EXPECT_EQ(port_bit(kAtmega32u4, 7).port, 'E');
-  EXPECT_EQ(port_bit(kAtmega32u4, 7).bit, 6);
-  EXPECT_EQ(port_bit(kAtmega32u4, 12).port, 'D');
-  EXPECT_EQ(port_bit(kAtmega32u4, 12).bit, 6);
-}
-
-TEST(Pins, OfAnotherChipAreRefusedByName) {
-  const auto refused = [](const Mcu& mcu, const char* pins) -> std::string {
-    return io::refusal_of([&] { require_pins_of(mcu, pins_from_text(pins)); });
-  };
-  EXPECT_EQ(refused(kAtmega328p, "pinky=A7"), "accepted");
-  EXPECT_EQ(refused(kAtmega328p, "pinky=A8"), "--pins: A8: an ATmega328P has A0 to A7");
-  EXPECT_EQ(refused(kAtmega32u4, "pinky=A8,a=D9"), "accepted");
-  EXPECT_EQ(refused(kAtmega32u4, "pinky=A8,a=D8"),
-            "--pins: A8 and D8 are one pin of an ATmega32U4: give each a pin of its own");
+  EXPECT_EQ(port_bit(2).port, 'D');
+  EXPECT_EQ(port_bit(7).bit, 7);
+  EXPECT_EQ(port_bit(8).port, 'B');
+  EXPECT_EQ(port_bit(12).bit, 4);
 }
 
 TEST(Wiring, NamesBoardsThatHaveThePins) {
   const auto board = [](const char* pins) {
-    return wiring_plan(pins_from_text(pins), Output::radio, 10, kAtmega328p).boards.front().board;
+    return wiring_plan(pins_from_text(pins), Output::radio, 10).boards.front().board;
   };
   EXPECT_EQ(board("flexor"), "Arduino Nano or Uno");
   EXPECT_EQ(board("pinky=A5"), "Arduino Nano or Uno");
   EXPECT_EQ(board("pinky=A6"), "Arduino Nano");
-  const WiringPlan plan = wiring_plan(pins_from_text("pinky=A7"), Output::radio, 10, kAtmega328p);
+  const WiringPlan plan = wiring_plan(pins_from_text("pinky=A7"), Output::radio, 10);
   EXPECT_EQ(plan.boards.back().board, "Arduino Nano or Uno") << "the hand's";
   EXPECT_EQ(plan.parts.at(0).what, "Arduino Nano (ATmega328P, 16 MHz, 5 V) with its USB cable");
   EXPECT_EQ(plan.parts.at(1).what,
@@ -95,7 +80,7 @@ TEST(Wiring, NamesBoardsThatHaveThePins) {
 
 TEST(Wiring, NamesTheResistorThatIsSold) {
   const auto resistor = [](double kohm) {
-    const auto parts = wiring_plan({}, Output::opengloves, kohm, kAtmega328p).parts;
+    const auto parts = wiring_plan({}, Output::opengloves, kohm).parts;
     return std::ranges::find_if(parts, [](const Part& p) { return p.what.starts_with("resistor"); })->what;
   };
   EXPECT_EQ(resistor(35),

@@ -24,28 +24,14 @@ constexpr int kMotorEnable = 6;
 
 const std::string& finger(std::size_t i) { return model::finger_names()[i]; }
 
-// A converter for USB drives D0, too; an ATmega32U4 has USB of its own.
-void add_radio(std::vector<Connection>& out, const Mcu& mcu) {
+// A converter for USB drives D0, too.
+void add_radio(std::vector<Connection>& out) {
   out.push_back({"D1", "radio", "HC-12 RXD", "VCC to 5 V, GND to GND"});
-  out.push_back({"D0", "radio", "HC-12 TXD", is_32u4(mcu) ? "it may stay while flashing" : kOffD0});
+  out.push_back({"D0", "radio", "HC-12 TXD", kOffD0});
 }
 
-// What of a Leonardo's pins a Pro Micro does not have at its edge.
-std::string of_pro_micro(const Pins& pins) {
-  std::vector<std::string> out;
-  for (const int pin : scan_of(pins)) {
-    if (pin == 4 || pin == 5 || pin == 11) out.push_back(fmt::format("A{}", pin));
-  }
-  for (const auto& pin : pins.button) {
-    if (pin && *pin > 10) out.push_back(fmt::format("D{}", *pin));
-  }
-  if (out.empty()) return "";
-  return fmt::format(" (a Pro Micro has no {}: choose others with --pins, as pinky=A6 or calibrate=D10)",
-                     fmt::join(out, ", "));
-}
-
-BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm, const Mcu& mcu) {
-  BoardWiring out{"glove", boards_with(mcu, pins), {}};
+BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm) {
+  BoardWiring out{"glove", boards_with(pins), {}};
   for (std::size_t i = 0; i < kFingers; ++i) {
     out.connections.push_back({fmt::format("A{}", pins.strip[i]), "strip", finger(i),
                                fmt::format("strip to GND, {:g} kOhm to 5 V", divider_kohm)});
@@ -62,7 +48,7 @@ BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm, co
         {fmt::format("D{}", *pins.button[i]), "button", buttons()[i].says, "other end to GND"});
   }
   if (output == Output::radio) {
-    add_radio(out.connections, mcu);
+    add_radio(out.connections);
   } else {
     out.connections.push_back({"USB", "usb", "to the PC", "115200 baud"});
   }
@@ -84,12 +70,12 @@ BoardWiring hand_board() {
   out.connections.push_back(
       {fmt::format("D{}", kMotorEnable), "motor", "enable",
        fmt::format("all drivers' nSLEEP, STBY or EN, high runs; {:g} kOhm to GND", kEnablePull_kohm)});
-  add_radio(out.connections, kAtmega328p);
+  add_radio(out.connections);
   return out;
 }
 
-std::string board_part(const Mcu& mcu, const Pins& pins) {
-  return fmt::format("{} ({}, 16 MHz, 5 V) with its USB cable", boards_with(mcu, pins), mcu.printed);
+std::string board_part(const Pins& pins) {
+  return fmt::format("{} ({}, 16 MHz, 5 V) with its USB cable", boards_with(pins), kAtmega328p.printed);
 }
 
 // The nearest of IEC 60063's series E96, three digits a decade; what is of E24 is sold as it is.
@@ -117,14 +103,13 @@ std::string divider_part(double kohm) {
                    sold);
 }
 
-std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm, const Mcu& mcu) {
+std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm) {
   const bool radio = output == Output::radio;
   const auto pressed = static_cast<int>(
       std::ranges::count_if(pins.button, [](const std::optional<int>& pin) { return pin.has_value(); }));
-  const bool two_kinds = radio && boards_with(mcu, pins) != kAtmega328p.boards;
-  std::vector<Part> out = {
-      {radio && !two_kinds ? 2 : 1, board_part(mcu, pins) + (is_32u4(mcu) ? of_pro_micro(pins) : "")}};
-  if (two_kinds) out.push_back({1, board_part(kAtmega328p, {}) + ", for the hand"});
+  const bool two_kinds = radio && boards_with(pins) != kAtmega328p.boards;
+  std::vector<Part> out = {{radio && !two_kinds ? 2 : 1, board_part(pins)}};
+  if (two_kinds) out.push_back({1, board_part({}) + ", for the hand"});
   out.push_back({static_cast<int>(kFingers), "flex sensor strip, one for each finger"});
   out.push_back({static_cast<int>(kFingers), divider_part(divider_kohm)});
   if (pins.joystick) out.push_back({1, "thumb joystick: two potentiometers of 10 kOhm"});
@@ -142,17 +127,17 @@ std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm,
 
 }  // namespace
 
-std::string boards_with(const Mcu& mcu, const Pins& pins) {
+std::string boards_with(const Pins& pins) {
   const bool beyond_uno = std::ranges::any_of(scan_of(pins), [](int pin) { return pin > 5; });
-  return !is_32u4(mcu) && beyond_uno ? "Arduino Nano" : mcu.boards;
+  return beyond_uno ? "Arduino Nano" : kAtmega328p.boards;
 }
 
-WiringPlan wiring_plan(const Pins& pins, Output output, double divider_kohm, const Mcu& mcu) {
+WiringPlan wiring_plan(const Pins& pins, Output output, double divider_kohm) {
   WiringPlan out;
   out.divider_kohm = divider_kohm;
-  out.boards.push_back(glove_board(pins, output, divider_kohm, mcu));
+  out.boards.push_back(glove_board(pins, output, divider_kohm));
   if (output == Output::radio) out.boards.push_back(hand_board());
-  out.parts = parts_of(pins, output, divider_kohm, mcu);
+  out.parts = parts_of(pins, output, divider_kohm);
   return out;
 }
 

@@ -39,12 +39,11 @@ struct WiringPlan {
   double divider_kohm = 0;
 };
 
-// Boards with this chip and these pins: of an ATmega328P's only a Nano has A6 and A7.
-std::string boards_with(const Mcu& mcu, const Pins& pins);
+// Boards with these pins: only a Nano has A6 and A7.
+std::string boards_with(const Pins& pins);
 
 // divider_kohm: the resistor between a strip and 5 V. A hand's board comes with output radio.
-// mcu: of the glove's board.
-WiringPlan wiring_plan(const Pins& pins, Output output, double divider_kohm, const Mcu& mcu);
+WiringPlan wiring_plan(const Pins& pins, Output output, double divider_kohm);
 
 // {"divider_kohm", "boards": [{"name", "board", "connections": [{"pin", "kind", "name", "how"}]}], "parts": [{"count",
 // "what"}]}

@@ -1,6 +1,6 @@
-"""Exports as their users' own readers see them: mcap, mcap-ros2-support, opensim, the BIDS validator, pylsl.
+"""Exports as their users' own readers see them: mcap, mcap-ros2-support, opensim, the BIDS validator.
 
-Arguments: which of mcap, mot, bids, lsl; the program flexor; test_sender. Ends with 77 where the reader is not installed.
+Arguments: which of mcap, mot, bids; the program flexor; test_sender. Ends with 77 where the reader is not installed.
 """
 import json
 import math
@@ -192,43 +192,9 @@ def bids(folder):
         expect(abs(row[-1] - 0.01 * k) < 1e-6, f"row {k}: {row[-1]} s")
 
 
-def lsl(folder):
-    import pylsl
-
-    name = f"Flexor test {os.getpid()}"
-    with subprocess.Popen([sender, "lsl", name], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-                          env={**os.environ, "FLEXOR_LSL": os.path.join(pylsl.lib.__path__[0], "liblsl.so")}) as live:
-        found = pylsl.resolve_byprop("name", name, timeout=20)
-        expect(len(found) == 1, "no stream is found")
-        inlet = pylsl.StreamInlet(found[0])
-        info = inlet.info(timeout=10)
-        expect(info.type() == "MoCap" and info.nominal_srate() == 100 and info.channel_count() == 2, "what it is")
-        labels, units = [], []
-        channel = info.desc().child("channels").child("channel")
-        while not channel.empty():
-            labels.append(channel.child_value("label"))
-            units.append(channel.child_value("unit"))
-            channel = channel.next_sibling()
-        expect(labels == ["index_mcp", "two words"] and units == ["degrees"] * 2, f"channels {labels} {units}")
-        samples, stamps = [], []
-        while len(samples) < 300:
-            sample, stamp = inlet.pull_sample(timeout=10)
-            expect(sample is not None, f"{len(samples)} samples came")
-            samples.append(sample)
-            stamps.append(stamp)
-        expect(samples == [[float(k), -0.5 * k] for k in range(300)], "samples")
-        expect(all(b > a for a, b in zip(stamps, stamps[1:])), "stamps rise")
-        expect(2.9 < stamps[-1] - stamps[0] < 12, f"{stamps[-1] - stamps[0]} s")
-        expect(abs(pylsl.local_clock() - stamps[-1]) < 2, "stamps are of LSL's clock")
-        live.stdin.close()
-
-
 with tempfile.TemporaryDirectory() as place:
-    with open(f"{place}/lsl_api.cfg", "w", encoding="utf-8") as config:
-        config.write("[multicast]\nResolveScope = machine\n[log]\nlevel = -2\n")
-    os.environ["LSLAPICFG"] = f"{place}/lsl_api.cfg"  # nothing leaves this machine
     try:
-        {"mcap": mcap, "mot": mot, "bids": bids, "lsl": lsl}[what](place)
+        {"mcap": mcap, "mot": mot, "bids": bids}[what](place)
     except ImportError as missing:
         print(f"skipped: {missing} (script/bootstrap tests)")
         sys.exit(77)

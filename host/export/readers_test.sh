@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Exports as their users' own readers see them. Arguments: mcap, mot, bids or lsl; the source's root; flexor; test_sender.
+# Exports as their users' own readers see them. Arguments: mcap, mot or bids; the source's root; flexor; test_sender.
 set -euo pipefail
 python=$2/build/python/bin/python
 [ -x "$python" ] || { echo "skipped: no build/python (script/bootstrap tests)"; exit 77; }

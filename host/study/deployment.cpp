@@ -68,7 +68,7 @@ std::string strips_of(const model::Model& model) {
 using Lines = std::vector<std::pair<std::string, std::string>>;  // name and value
 
 std::string pins_of(const deploy::Glove& glove) {
-  const deploy::WiringPlan plan = deploy::wiring_plan(glove.pins, glove.output, 1, glove.mcu);
+  const deploy::WiringPlan plan = deploy::wiring_plan(glove.pins, glove.output, 1);
   std::vector<std::string> out;
   for (const deploy::Connection& c : plan.boards.front().connections) {
     if (c.kind != "radio" && c.kind != "usb") out.push_back(fmt::format("{} {}", c.name, c.pin));
@@ -91,12 +91,12 @@ std::vector<std::string> joints_left_out(const deploy::Glove& glove) {
 }
 
 std::string boards_of(const Deployment& d) {
-  const auto named = [](const deploy::Mcu& mcu, const deploy::Pins& pins) {
-    return fmt::format("{} ({})", deploy::boards_with(mcu, pins), mcu.printed);
+  const auto named = [](const deploy::Pins& pins) {
+    return fmt::format("{} ({})", deploy::boards_with(pins), deploy::kAtmega328p.printed);
   };
-  const std::string glove = named(d.glove.mcu, d.glove.pins);
+  const std::string glove = named(d.glove.pins);
   if (!has_hand(d)) return glove;
-  return fmt::format("glove: {}, hand: {}", glove, named(deploy::kAtmega328p, {}));
+  return fmt::format("glove: {}, hand: {}", glove, named({}));
 }
 
 // What a user wants to know first.
@@ -119,14 +119,10 @@ std::string flash_command(const Deployment& d, const char* board) {
   return fmt::format("flexor flash {} --board {} --port auto", io::shell_word(d.folder), board);
 }
 
-std::string zero_words(const deploy::Glove& glove) {
-  return fmt::format(
-      "Zero the glove, whenever it is put on: press calibrate, hold the hand open for three seconds while "
-      "the "
-      "LED{} blinks slowly, then a fist for three while it blinks quickly; steady light: it is kept, "
-      "trembling: refused, try again.",
-      deploy::is_32u4(glove.mcu) ? " of USB's reception" : "");
-}
+constexpr const char* kZeroWords =
+    "Zero the glove, whenever it is put on: press calibrate, hold the hand open for three seconds while the "
+    "LED blinks slowly, then a fist for three while it blinks quickly; steady light: it is kept, "
+    "trembling: refused, try again.";
 
 std::vector<std::string> next_for_vr(const Deployment& d) {
   std::vector<std::string> out = {
@@ -135,7 +131,7 @@ std::vector<std::string> next_for_vr(const Deployment& d) {
       fmt::format("Look: a serial monitor at {:g} baud shows {} lines a second; the number behind a "
                   "finger's letter, A thumb to E pinky, goes from 0 to {} as it bends.",
                   deploy::kUsbBaud, deploy::sample_rate_hz(d.glove.model), link::kGloveTop)};
-  if (deploy::can_zero(d.glove)) out.push_back(zero_words(d.glove));
+  if (deploy::can_zero(d.glove)) out.emplace_back(kZeroWords);
   out.push_back(
       fmt::format("In the driver: USB serial, this port for the {} hand, and {} for max_analog_value.",
                   d.glove.right_hand ? "right" : "left", link::kGloveTop));
@@ -151,22 +147,14 @@ std::string send_words(const Deployment& d) {
                      deploy::data_block(g).in_flash ? " --bootloader" : "");
 }
 
-// A radio at D0 drives the same pin as a USB converter; an ATmega32U4 has USB of its own.
-std::string flash_glove_words(const Deployment& d) {
-  return deploy::is_32u4(d.glove.mcu)
-             ? "Flash the glove: press its reset button, twice on a Pro Micro, and within eight seconds " +
-                   deploy::avr109_command(io::shell_word(d.folder + "/glove.hex"))
-             : "Flash the glove, with its radio unplugged from D0: " + flash_command(d, "glove");
-}
-
 std::vector<std::string> next_for_hand(const Deployment& d) {
   std::vector<std::string> out = {
       "Wire both boards: wiring_glove.svg and wiring_hand.svg; parts and pins are in wiring.md.",
-      flash_glove_words(d),
+      "Flash the glove, with its radio unplugged from D0: " + flash_command(d, "glove"),
       "Flash the hand, with its radio unplugged and its motors' supply off: " + flash_command(d, "hand"),
       "Look: with both boards on, bend one finger after the other: the hand's follow. If one does not, "
       "flexor monitor on the hand's port says what is wrong with it: angle, duty and fault of each."};
-  if (deploy::can_zero(d.glove)) out.push_back(zero_words(d.glove));
+  if (deploy::can_zero(d.glove)) out.emplace_back(kZeroWords);
   if (d.glove.model_as == deploy::ModelAs::data) out.push_back(send_words(d));
   return out;
 }
@@ -178,11 +166,8 @@ std::vector<std::string> next_of(const Deployment& d) {
 double time_share(const TimeBudget& t) { return (t.adc_ms + t.compute_ms) / t.period_ms; }
 
 double flash_share(const Deployment& d) {
-  const auto share = [](int bytes, const deploy::Mcu& mcu) {
-    return static_cast<double>(bytes) / mcu.flash_bytes;
-  };
-  return std::max(share(d.glove_image.flash_bytes, d.glove.mcu),
-                  share(d.hand_image.flash_bytes, deploy::kAtmega328p));
+  return static_cast<double>(std::max(d.glove_image.flash_bytes, d.hand_image.flash_bytes)) /
+         deploy::kAtmega328p.flash_bytes;
 }
 
 std::string budget_sentence(const Deployment& d) {
@@ -194,10 +179,7 @@ std::string budget_sentence(const Deployment& d) {
 }
 
 std::string chips_of(const Deployment& d) {
-  const std::string hand = deploy::kAtmega328p.printed;
-  if (!has_hand(d)) return fmt::format("one board with an {}", d.glove.mcu.printed);
-  if (d.glove.mcu.printed == hand) return fmt::format("two boards with an {}", hand);
-  return fmt::format("a glove's board with an {} and a hand's with an {}", d.glove.mcu.printed, hand);
+  return fmt::format("{} with an {}", has_hand(d) ? "two boards" : "one board", deploy::kAtmega328p.printed);
 }
 
 // What it costs.
@@ -213,8 +195,8 @@ Lines lines(const Deployment& d) {
   add("compared with the host to the bit",
       fmt::format("{} angles over {} samples, {} mismatches", d.glove_figures.angles, d.glove_figures.samples,
                   d.glove_figures.mismatches));
-  add("glove: flash, bytes", of_chip(d.glove_image.flash_bytes, d.glove.mcu.flash_bytes));
-  add("glove: static RAM, bytes", of_chip(d.glove_image.ram_bytes, d.glove.mcu.ram_bytes));
+  add("glove: flash, bytes", of_chip(d.glove_image.flash_bytes, deploy::kAtmega328p.flash_bytes));
+  add("glove: static RAM, bytes", of_chip(d.glove_image.ram_bytes, deploy::kAtmega328p.ram_bytes));
   add("glove: stack at most, bytes", fmt::format("{}", d.glove_figures.stack_bytes));
   add("glove: awake", fmt::format("{:.1f} % of the time", 100 * d.glove_figures.awake_share));
   if (has_hand(d)) {
@@ -326,7 +308,7 @@ std::string deployment_table(const Deployment& d) {
 Json to_json(const Deployment& d) {
   const auto statistic = [](const CycleStatistic& c) { return Json{{"mean", c.mean()}, {"worst", c.worst}}; };
   const TimeBudget t = time_budget(d);
-  Json json = {{"targets", Json::array({{{"name", d.glove.mcu.name},
+  Json json = {{"targets", Json::array({{{"name", deploy::kAtmega328p.name},
                                          {"flash_bytes", d.glove_image.flash_bytes},
                                          {"ram_bytes", d.glove_image.ram_bytes},
                                          {"stack_bytes", d.glove_figures.stack_bytes},
@@ -351,7 +333,7 @@ Json to_json(const Deployment& d) {
   json["joints_left_out"] = joints_left_out(d.glove);
   json["fingers"] = {{"covered", covered_fingers(d.glove.model)},
                      {"missing", deploy::missing_fingers(d.glove.model)}};
-  json["wiring"] = to_json(deploy::wiring_plan(d.glove.pins, d.glove.output, d.divider_kohm, d.glove.mcu));
+  json["wiring"] = to_json(deploy::wiring_plan(d.glove.pins, d.glove.output, d.divider_kohm));
   json["calibration"] = d.calibration;
   json["next"] = next_of(d);
   json["budget"] = {{"time_share", time_share(t)}, {"flash_share", flash_share(d)}};

@@ -13,7 +13,7 @@
 namespace flexor {
 namespace glove {
 
-constexpr uint8_t kFlashPage = 128;  // bytes, of an ATmega328P and an ATmega32U4
+constexpr uint8_t kFlashPage = 128;  // bytes, of an ATmega328P
 constexpr uint8_t kModelMagicBytes = 8;
 constexpr uint8_t kCopyHead = 8;
 

@@ -635,7 +635,7 @@ TEST_F(Cli, ExportRefusesInOneLineWhatItCannotWrite) {
   expect_refused(a + "--to mcap", 2, "--out is required");
   expect_refused(a + "--to mcap --out '" + path("a.csv") + "'", 2, "it is an input of this command");
   expect_refused(a + "--to mcap --out '" + path("no/out") + "'", 2, "there is no folder");
-  expect_refused(a + "--to mot --topic /t" + out, 2, "--topic is for --to mcap alone");
+  expect_refused(a + "--to mot --start 2026-05-01T12:03:11Z" + out, 2, "--start is for --to mcap alone");
   expect_refused(a + "--to mcap --subject 2" + out, 2, "--subject is for --to bids alone");
   expect_refused(a + "--to mcap --start yesterday" + out, 2, "--start yesterday");
   expect_refused(a + "--to mcap --start 5/6/2026" + out, 2, "--start 5/6/2026");
@@ -675,7 +675,6 @@ TEST_F(Cli, DeployRefusesTheImpossible) {
                  "which wants 4800: raise --baud, or radio.baud of the twin");
   expect_refused("flash /dev/zero", 2, "no plain file");
   expect_refused("live --from twin --opengloves " + path("none"), 2, "make a FIFO");
-  expect_refused("live --from twin --lsl-library " + path("none"), 2, "cannot be loaded");
   expect_refused("deploy " + model + out + " --baud 7777777", 2, "cannot be made");
   expect_refused("deploy " + model + out + " --key 1234", 2, "32 hexadecimal digits");
   expect_refused("deploy " + model + out + " --pins thumb=A9", 2, "A9: an ATmega328P has A0 to A7");

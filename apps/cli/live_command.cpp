@@ -27,7 +27,6 @@ struct Options {
   unsigned short http_port = 0;
   std::string opengloves;
   bool lsl = false;
-  std::string lsl_library;
   std::string mcap;
   bool demo = false;
   bool json = false;
@@ -71,12 +70,10 @@ void add_outs(const Options& o, live::LiveOptions& out) {
       return std::make_unique<exports::OpenGloves>(path, curls_of(model));
     });
   }
-  if (o.lsl || !o.lsl_library.empty()) {
-    exports::LslOptions options;
-    options.library = o.lsl_library;
-    exports::LslStream::require_library(options);
-    out.outs.emplace_back([options](const model::Model& model) {
-      return std::make_unique<exports::LslStream>(joints_of(model), options);
+  if (o.lsl) {
+    exports::LslStream::require_library({});
+    out.outs.emplace_back([](const model::Model& model) {
+      return std::make_unique<exports::LslStream>(joints_of(model), exports::LslOptions{});
     });
   }
   if (!o.mcap.empty()) {
@@ -183,8 +180,6 @@ void add_live(CLI::App& app) {
   command->add_option("--opengloves", o->opengloves,
                       "serial port or FIFO of an OpenGloves driver, which gets the fingers' bends as text");
   command->add_flag("--lsl", o->lsl, "the angles as a stream of the Lab Streaming Layer");
-  command->add_option("--lsl-library", o->lsl_library,
-                      "liblsl, where the system does not find it; implies --lsl");
   command->add_option("--mcap", o->mcap, "file that gets the angles as ROS 2 JointState; a new one");
   command->add_option("--http", o->http_port, "port of the page (default: any that is free)");
   command->add_flag("--json", o->json, "the address as one JSON object on standard output, at the start");

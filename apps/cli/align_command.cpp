@@ -104,7 +104,7 @@ void add_align(CLI::App& app) {
                       "use this offset in seconds (reference minus sensor) and check it against the signals");
   command->add_option("--output-unit", o->files.output_unit,
                       "deg or rad: of the angle, where its column's name states none (default: deg)");
-  command->add_option("--time-unit", o->files.time_unit, kTimeUnitHelp);
+  add_time_options(*command, o->files.time);
   command->add_option("--out", o->out, "write the aligned recording: .csv");
   command->add_flag("--json", o->json, "one JSON object on standard output");
 }

@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -22,7 +21,7 @@ struct Options {
   std::string file;
   std::vector<std::string> inputs;
   std::string arithmetic = "double";
-  std::string time_unit;
+  recording::TimeOptions time;
   bool intervals = false;
   bool track = false;
   bool json = false;
@@ -248,13 +247,7 @@ void run(const Options& o) {
   const model::Model model = model::load(o.model);
   if (o.intervals) require_accuracy(o, model);
   const bool live = o.file == "-";
-  std::ifstream file;
-  if (!live) {
-    io::require_readable(o.file);
-    file.open(o.file, std::ios::binary);
-  }
-  recording::CsvReader reader(live ? std::cin : file, live ? "standard input" : o.file,
-                              {model::columns_of(model, o.inputs), o.time_unit});
+  recording::CsvReader reader(o.file, {model::columns_of(model, o.inputs), o.time});
   for (std::size_t i = 0; i < model.inputs.size(); ++i)
     check_unit(model.inputs[i], reader.name(), reader.columns()[i], reader.units()[i]);
   if (o.json) return print_json(o, model, reader);
@@ -284,7 +277,7 @@ void add_apply(CLI::App& app) {
   command->add_option("--arithmetic", o->arithmetic, "double, float or fixed (as in the glove)")
       ->check(CLI::IsMember({"double", "float", "fixed"}))
       ->capture_default_str();
-  command->add_option("--time-unit", o->time_unit, kTimeUnitHelp);
+  add_time_options(*command, o->time);
   command->add_flag(
       "--intervals", o->intervals,
       "also <joint>_se_deg: the root mean square error of such an angle on data that the fit did not see");

@@ -611,7 +611,7 @@ TEST_F(Cli, ExportRefusesInOneLineWhatItCannotWrite) {
   expect_refused(a + "--to mcap", 2, "--out is required");
   expect_refused(a + "--to mcap --out '" + path("a.csv") + "'", 2, "it is an input of this command");
   expect_refused(a + "--to mcap --out '" + path("no/out") + "'", 2, "there is no folder");
-  expect_refused(a + "--to mot --topic /t" + out, 2, "--topic is for --to mcap alone");
+  expect_refused(a + "--to mot --start 2026-05-01T12:03:11Z" + out, 2, "--start is for --to mcap alone");
   expect_refused(a + "--to mcap --subject 2" + out, 2, "--subject is for --to bids alone");
   expect_refused(a + "--to mcap --start yesterday" + out, 2, "--start yesterday");
   expect_refused(a + "--to mcap --start 5/6/2026" + out, 2, "--start 5/6/2026");

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "host/io/worker.hpp"
+#include "host/recording/time.hpp"
 #include "host/study/boards.hpp"
 
 namespace flexor::cli {
@@ -61,8 +62,8 @@ twin::Parameters twin_parameters(const std::string& file, const std::vector<std:
 // The sample rate of --rate, where it is given. Throws io::InputError.
 void set_rate(model::Model& model, std::optional<double> rate_hz);
 
-inline constexpr const char* kTimeUnitHelp =
-    "s, ms, us or ns: of a time column that states no unit (default: s)";
+// What a log does not say of its times.
+void add_time_options(CLI::App& command, recording::TimeOptions& time);
 
 // A check for --seed: CLI11 alone takes -1 for 2^64 - 1. Empty, or what is wrong.
 std::string seed_fault(const std::string& text);

@@ -44,9 +44,7 @@ struct Options {
 
 // Readings of the model's inputs, row by row, from a recording's columns.
 std::vector<std::vector<double>> readings_of(const model::Model& model, const std::string& path) {
-  std::vector<std::string> columns;
-  for (const model::Input& input : model.inputs)
-    columns.push_back(input.column.empty() ? input.name : input.column);
+  const std::vector<std::string> columns = model::columns_of(model, {});
   const recording::Recording r = recording::read_csv(path, columns);
   std::vector<std::vector<double>> out(r.t_s.size());
   for (std::size_t i = 0; i < columns.size(); ++i) {

@@ -11,7 +11,7 @@ namespace donning_command {
 struct Options {
   std::vector<std::filesystem::path> files;
   std::vector<std::string> sensors;
-  std::string time_unit;
+  recording::TimeOptions time;
   std::string out;
   std::string report;
   bool json = false;
@@ -39,7 +39,7 @@ void show(const donning::Sessions& all) {
 void run(const Options& o) {
   if (!o.out.empty()) io::require_writable(o.out);
   if (!o.report.empty()) io::require_folder(o.report);
-  const donning::Sessions all = donning::compare_files(o.files, o.sensors, o.time_unit);
+  const donning::Sessions all = donning::compare_files(o.files, o.sensors, o.time);
   if (!o.out.empty()) io::write_file(o.out, to_json(all.prior));
   if (!o.report.empty()) {
     donning::save_results(all, o.report);
@@ -62,7 +62,7 @@ void add_donning(CLI::App& app) {
   command->add_option("sessions", o->files, "logs, one for each time that the glove was put on")->required();
   command->add_option("--sensors", o->sensors, "columns (default: those that are called like fingers)")
       ->delimiter(',');
-  command->add_option("--time-unit", o->time_unit, kTimeUnitHelp);
+  add_time_options(*command, o->time);
   command->add_option("--out", o->out, "write how they differ here, for recalibrate --prior");
   command->add_option("--report", o->report, "write report.html and changes.svg into this folder");
   command->add_flag("--json", o->json, "one JSON object on standard output");

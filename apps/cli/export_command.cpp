@@ -31,8 +31,7 @@ constexpr const char* kRecorded = "mcap, mot and bids";
 
 std::uint64_t start_ns(const std::string& text) {
   const auto time = recording::to_time(text);
-  const bool is_date = time && time->format != recording::TimeFormat::number &&
-                       time->format != recording::TimeFormat::clock && !recording::is_ambiguous_date(text);
+  const bool is_date = time && recording::is_date(time->format) && !recording::is_ambiguous_date(text);
   if (!is_date || time->value < 0)
     throw io::InputError(fmt::format("--start {}: a time such as 2026-05-01T12:03:11Z is needed", text));
   return static_cast<std::uint64_t>(std::llround(time->value * 1e6)) * 1000;
@@ -49,9 +48,8 @@ exports::Written write(const Options& o) {
 // An option that does nothing would be taken for one that does.
 void require_of_format(const CLI::App& command, const std::string& to) {
   const std::vector<std::pair<const char*, const char*>> all = {
-      {"--topic", "mcap"},   {"--frame", "mcap"},       {"--start", "mcap"},      {"--subject", "bids"},
-      {"--task", "bids"},    {"--run", "bids"},         {"--columns", kRecorded}, {"--names", kRecorded},
-      {"--rate", kRecorded}, {"--time-unit", kRecorded}};
+      {"--start", "mcap"},      {"--subject", "bids"},  {"--task", "bids"},    {"--run", "bids"},
+      {"--columns", kRecorded}, {"--names", kRecorded}, {"--rate", kRecorded}, {"--time-unit", kRecorded}};
   for (const auto& [option, format] : all) {
     const bool fits = format == std::string(kRecorded) ? to != "matlab" : to == format;
     if (command.get_option(option)->count() > 0 && !fits)
@@ -111,8 +109,6 @@ void run(const Options& o) {
 }
 
 void add_format_options(CLI::App& command, Options& o) {
-  command.add_option("--topic", o.mcap.topic, "mcap: topic")->capture_default_str();
-  command.add_option("--frame", o.mcap.frame_id, "mcap: frame_id of each message (default: none)");
   command.add_option(
       "--start", o.start,
       "mcap: time of the first row, such as 2026-05-01T12:03:11Z (default: as the recording has it where its "
@@ -162,7 +158,7 @@ void add_export(CLI::App& app) {
       ->add_option("--rate", o->angles.rate_hz,
                    "put the rows onto an even grid of so many a second (default: as they are)")
       ->check(CLI::Range(0.01, 10000.0));
-  command->add_option("--time-unit", o->angles.time_unit, kTimeUnitHelp);
+  add_time_options(*command, o->angles.time);
   add_format_options(*command, *o);
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o, command] {

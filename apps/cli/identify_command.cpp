@@ -232,7 +232,7 @@ void add_takes(Options& o) {
     o.is_named = is_named;
     r.map = {map};
   } else {
-    r.map = o.map.empty() ? identify::map_by_name(r.pairs.front(), r.time_unit) : identify::parse_map(o.map);
+    r.map = o.map.empty() ? identify::map_by_name(r.pairs.front(), r.time) : identify::parse_map(o.map);
   }
   r.reference_error_deg = reference_errors(o.reference_error);
   if (o.leave_out == "take") r.leave_out = identify::LeaveOut::take;
@@ -251,8 +251,8 @@ void run_poses(const Options& o) {
         "--poses is a log of held poses alone: leave out --pair, --sensor, --map and --report");
   if (o.model.empty()) throw io::InputError("--poses: say with --model where the model goes");
   io::require_writable(o.model);
-  const identify::FromPoses r = identify::model_from_poses(
-      recording::read_csv(o.poses, {}, o.request.time_unit), o.request.rate_hz, pose_angles(o.pose_angles));
+  const identify::FromPoses r = identify::model_from_poses(recording::read_csv(o.poses, {}, o.request.time),
+                                                           o.request.rate_hz, pose_angles(o.pose_angles));
   model::save(r.model, o.model);
   if (o.json) {
     nlohmann::ordered_json joints = nlohmann::ordered_json::object();
@@ -290,7 +290,7 @@ void track_reference(Options& o, std::optional<io::TemporaryFolder>& temporary) 
 }
 
 void run(Options& o) {
-  o.files.time_unit = o.request.time_unit;
+  o.files.time = o.request.time;
   if (!o.poses.empty()) return run_poses(o);
   if (!o.pose_angles.empty()) throw io::InputError("--pose-angles goes with --poses");
   if (!o.model.empty()) io::require_writable(o.model);
@@ -420,7 +420,7 @@ void add_identify(CLI::App& app) {
       "count, V, mV, ohm, kohm, deg or rad: of the sensor, where its column's name states none");
   command->add_option("--output-unit", r.output_unit,
                       "deg or rad: of the angle, where its column's name states none (default: deg)");
-  command->add_option("--time-unit", r.time_unit, kTimeUnitHelp);
+  add_time_options(*command, r.time);
   command->add_option("--model", o->model, "write the model document here");
   command->add_option("--report", o->report,
                       "write report.html, a page for each joint, figures and samples into this folder");

@@ -74,7 +74,7 @@ TEST_F(PostureCli, RefusesInOneLineAndLeavesNothing) {
   expect_refusal("complete p.json none.csv --from index_mcp_deg --out never.csv", "none.csv");
   expect_refusal("complete new.csv new.csv --from index_mcp_deg --out never.csv", "new.csv");
   write("head.csv", "t_s,index_mcp_deg\n");
-  expect_refusal("complete p.json head.csv --from index_mcp_deg --out never.csv", "no row below the header");
+  expect_refusal("complete p.json head.csv --from index_mcp_deg --out never.csv", "has a header but no data");
   write("text.csv", "t_s,index_mcp_deg\n1,-20\n2,inf\n");
   expect_refusal("complete p.json text.csv --from index_mcp_deg --out never.csv",
                  "row 3: column \"index_mcp_deg\"");

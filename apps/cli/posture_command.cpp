@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <fstream>
 #include <iostream>
 #include <optional>
 
@@ -135,9 +134,7 @@ std::vector<std::string> warnings_of(const CompleteOptions& o, const posture::Co
 
 posture::Completion complete(const CompleteOptions& o) {
   const posture::Posture known = posture::load(o.posture);
-  io::require_readable(o.file);
-  std::ifstream stream(o.file, std::ios::binary);
-  posture::TableReader table(stream, o.file);
+  recording::CsvReader table(o.file, {{}, {}, true});
   io::Output out(o.out);
   ProgressLine progress;
   progress.show("learning what these inputs tell ...");
@@ -166,6 +163,7 @@ void run_complete(CompleteOptions& o) {
     json["warnings"] = warnings;
     return print(io::dump(json));
   }
+  for (const std::string& note : c.notes) log("note: " + note);
   for (const std::string& warning : warnings) log("warning: " + warning);
   print(fmt::format("rows      {}\ninputs    {}\n", c.rows, fmt::join(c.inputs, ", ")));
   if (c.shown_s > 0) print(fmt::format("shown     {:.2f} s of {} joints\n", c.shown_s, c.shown_joints));

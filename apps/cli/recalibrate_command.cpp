@@ -96,7 +96,7 @@ void add_recalibrate(CLI::App& app) {
   command->add_option(
       "--input", o->request.inputs,
       "columns of the logs, one for each of the model's inputs (default: those in the model)");
-  command->add_option("--time-unit", o->request.time_unit, kTimeUnitHelp);
+  add_time_options(*command, o->request.time);
   command->add_option(
       "--prior", o->request.prior,
       "how donnings of this glove differ, as flexor donning writes it (default: the shipped one)");

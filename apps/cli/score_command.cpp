@@ -19,7 +19,7 @@ struct Options {
   std::string reference_column;
   std::string estimate_column;
   double estimate_offset_s = 0;
-  std::string time_unit;
+  recording::TimeOptions time;
   bool json = false;
 };
 
@@ -47,9 +47,8 @@ struct Angles {
 };
 
 Angles read(const std::string& path, const std::string& column, const char* option,
-            const std::string& time_unit) {
-  Angles a{column.empty() ? recording::read_csv(path, {}, time_unit)
-                          : recording::read_angle(path, column, time_unit),
+            const recording::TimeOptions& time) {
+  Angles a{column.empty() ? recording::read_csv(path, {}, time) : recording::read_angle(path, column, time),
            ""};
   a.column = pick(a.recording, column, option);
   recording::leave_out_lost(a.recording, a.column);
@@ -61,8 +60,8 @@ Angles read(const std::string& path, const std::string& column, const char* opti
 void run(const Options& o) {
   if (!std::isfinite(o.estimate_offset_s))
     throw io::InputError("--estimate-offset must be a number of seconds");
-  const Angles measured = read(o.reference, o.reference_column, "--reference-column", o.time_unit);
-  Angles estimated = read(o.estimate, o.estimate_column, "--estimate-column", o.time_unit);
+  const Angles measured = read(o.reference, o.reference_column, "--reference-column", o.time);
+  Angles estimated = read(o.estimate, o.estimate_column, "--estimate-column", o.time);
   for (double& t : estimated.recording.t_s) t += o.estimate_offset_s;
   score::Score s;
   try {
@@ -111,7 +110,7 @@ void add_score(CLI::App& app) {
   command->add_option("--estimate-column", o->estimate_column, "its column (default: the only angle)");
   command->add_option("--estimate-offset", o->estimate_offset_s, "seconds to add to the estimate's clock")
       ->capture_default_str();
-  command->add_option("--time-unit", o->time_unit, kTimeUnitHelp);
+  add_time_options(*command, o->time);
   command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 

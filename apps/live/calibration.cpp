@@ -149,11 +149,9 @@ Calibration Calibration::resumed(const Session& session, const std::filesystem::
 void Calibration::read_motion() {
   const auto names = [this](const std::filesystem::path& path) {
     constexpr std::uint64_t kHeader = 1U << 16U;
-    recording::CsvOptions options;
-    options.holes = true;
     std::istringstream begin(
         io::FileBeneath(folder_, path.filename().string(), kMostLogBytes).read(0, kHeader));
-    return recording::CsvReader(begin, path.string(), options).columns();
+    return recording::CsvReader(begin, path.string(), {{}, {}, true}).columns();
   };
   columns_ = names(file("log.csv"));
   if (setup_.reference != Reference::poses) angles_ = names(file("camera.csv"));

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <numbers>
 #include <sstream>
@@ -71,10 +70,7 @@ void refuse_other_unit(const recording::Recording& log, const model::Model& mode
 // A log through the clock repair that apply has, a reset of the board included.
 recording::Recording read_log(const std::filesystem::path& path, const FileRequest& request,
                               const model::Model& model, std::vector<std::string>& notes) {
-  io::require_readable(path);
-  std::ifstream file(path, std::ios::binary);
-  recording::CsvReader reader(file, path.string(),
-                              {model::columns_of(model, request.inputs), request.time_unit, true});
+  recording::CsvReader reader(path, {model::columns_of(model, request.inputs), request.time, true});
   check_units(reader, model, notes);
   recording::Recording out = recording::read_rows(reader, recording::Resets::follow);
   if (out.t_s.size() < 2)
@@ -144,7 +140,7 @@ std::vector<Measured> mapped(const std::string& map, const model::Model& model) 
 }
 
 std::vector<Measured> by_name(const FileRequest& request, const model::Model& model) {
-  const auto columns = recording::columns_of(request.pair_camera, request.time_unit);
+  const auto columns = recording::columns_of(request.pair_camera, request.time);
   const std::string first = model.joints.front().name;
   std::vector<Measured> out;
   for (std::size_t j = 0; j < model.joints.size(); ++j) {
@@ -264,7 +260,7 @@ std::vector<Measured> measured_in(const FileRequest& request, const model::Model
                                   std::vector<std::string>& notes) {
   std::vector<Measured> out = request.map.empty() ? by_name(request, model) : mapped(request.map, model);
   for (Measured& one : out) {
-    one.angle = recording::read_angle(request.pair_camera, one.column, request.time_unit);
+    one.angle = recording::read_angle(request.pair_camera, one.column, request.time);
     refuse_radians(one.angle, one.column);
     recording::to_degrees(one.angle, one.column, {});
     notes.insert(notes.end(), one.angle.warnings.begin(), one.angle.warnings.end());

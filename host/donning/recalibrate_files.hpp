@@ -8,6 +8,7 @@
 
 #include "host/donning/recalibrate.hpp"
 #include "host/recording/recording.hpp"
+#include "host/recording/time.hpp"
 
 namespace flexor::donning {
 
@@ -20,7 +21,7 @@ struct FileRequest {
   std::filesystem::path pair_camera;
   std::string map;                  // joint=column,... of the camera's file; empty: by name
   std::vector<std::string> inputs;  // the logs' columns for the model's inputs; empty: those in the model
-  std::string time_unit;
+  recording::TimeOptions time;
   std::filesystem::path prior;  // empty: the shipped one
 };
 

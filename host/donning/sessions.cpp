@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <random>
 
 #include "host/donning/estimate.hpp"
@@ -145,10 +144,8 @@ void refuse_other_units(const std::string& sensor, const std::vector<Log>& logs,
 
 // A file may hold many trials, each on a clock of its own: only the order of its rows counts.
 Log read_session(const std::filesystem::path& path, const std::vector<std::string>& sensors,
-                 const std::string& time_unit) {
-  io::require_readable(path);
-  std::ifstream file(path, std::ios::binary);
-  recording::CsvReader reader(file, path.string(), {sensors, time_unit, true});
+                 const recording::TimeOptions& time) {
+  recording::CsvReader reader(path, {sensors, time, true});
   Log out{path.stem().string(), {}, std::vector<std::vector<double>>(sensors.size()), reader.units()};
   recording::Row row;
   double last_s = 0;
@@ -208,9 +205,9 @@ Sessions compare(const std::vector<Log>& logs, const std::vector<std::string>& s
 }
 
 Sessions compare_files(const std::vector<std::filesystem::path>& files, std::vector<std::string> sensors,
-                       const std::string& time_unit) {
+                       const recording::TimeOptions& time) {
   if (sensors.empty()) {
-    for (const std::string& column : recording::columns_of(files.at(0), time_unit, true)) {
+    for (const std::string& column : recording::columns_of(files.at(0), time, true)) {
       const std::string start = column.substr(0, column.find('_'));
       if (std::ranges::find(model::finger_names(), start) != model::finger_names().end())
         sensors.push_back(column);
@@ -221,7 +218,7 @@ Sessions compare_files(const std::vector<std::filesystem::path>& files, std::vec
   }
   std::vector<Log> logs;
   for (const auto& file : files) {
-    logs.push_back(read_session(file, sensors, time_unit));
+    logs.push_back(read_session(file, sensors, time));
     for (std::size_t s = 0; s < sensors.size(); ++s) {
       const std::string& first = logs.front().unit[s];
       const std::string& unit = logs.back().unit[s];

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/donning/prior.hpp"
+#include "host/recording/time.hpp"
 
 namespace flexor::donning {
 
@@ -50,7 +51,7 @@ Sessions compare(const std::vector<Log>& logs, const std::vector<std::string>& s
 
 // Columns by name; none: those that are called like fingers. Throws as the readers do.
 Sessions compare_files(const std::vector<std::filesystem::path>& files, std::vector<std::string> sensors,
-                       const std::string& time_unit);
+                       const recording::TimeOptions& time);
 
 nlohmann::ordered_json to_json(const Sessions& sessions);
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iostream>
 #include <limits>
 #include <numbers>
 #include <set>
@@ -24,21 +23,6 @@ constexpr double kMaxGap_s = 0.3;
 constexpr double kLongestPause_s = 3600;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// "index_mcp_deg", "index_mcp (deg)" -> index_mcp.
-std::string joint_of(const std::string& column) {
-  std::string name(recording::trimmed(column));
-  const std::string unit = recording::cut_name(name).unit;
-  if (unit.empty() || unit_of(name).empty()) return name;
-  const std::size_t at = name.rfind(unit);
-  name.resize(name.find_last_not_of(" _([", at - 1) + 1);
-  return name.empty() ? std::string(recording::trimmed(column)) : name;
-}
-
-bool is_angle(const std::string& column) {
-  const std::string unit = unit_of(column);
-  return (unit == "deg" || unit == "rad") && !joint_of(column).ends_with("_se");
-}
-
 // Says no unit, and is nothing that `flexor` itself writes beside angles.
 bool may_be_an_angle(const std::string& column) {
   constexpr std::array kOther = {"host_s", "_status", "_quality", "_se"};
@@ -46,34 +30,16 @@ bool may_be_an_angle(const std::string& column) {
          std::ranges::none_of(kOther, [&](const char* end) { return column.ends_with(end); });
 }
 
-std::string list_of(const std::vector<std::string>& names) {
-  std::string out;
-  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
-  return out;
-}
-
 }  // namespace
 
 Angles::Angles(const std::filesystem::path& path, const AngleOptions& options)
     : source_(path == "-" ? "standard input" : path.string()),
       period_s_(options.rate_hz > 0 ? 1 / options.rate_hz : 0) {
-  recording::CsvOptions csv{{}, options.time_unit};
-  if (path == "-") {
-    reader_ = std::make_unique<recording::CsvReader>(std::cin, source_, csv);
-    choose(reader_->columns(), options);
-  } else {
-    const std::vector<std::string> there = recording::columns_of(path, options.time_unit);
-    choose(there, options);
-    csv.columns = chosen_;
-    for (const std::string& column : chosen_) {
-      const std::string quality = joint_of(column) + "_quality";
-      if (std::ranges::find(there, quality) != there.end()) csv.columns.push_back(quality);
-    }
-    file_.open(path, std::ios::binary);
-    reader_ = std::make_unique<recording::CsvReader>(file_, source_, csv);
-  }
-  stream_ = std::make_unique<recording::Stream>(*reader_, recording::Resets::follow);
+  reader_ = std::make_unique<recording::CsvReader>(
+      path, recording::CsvOptions{options.columns, options.time, true});
+  if (options.columns.empty()) choose();
   find_joints();
+  stream_ = std::make_unique<recording::Stream>(*reader_, recording::Resets::follow);
   rename(options.names);
   require_different();
   if (period_s_ > 0) {
@@ -82,33 +48,33 @@ Angles::Angles(const std::filesystem::path& path, const AngleOptions& options)
   }
 }
 
-void Angles::choose(const std::vector<std::string>& there, const AngleOptions& options) {
-  chosen_ = options.columns;
-  if (!chosen_.empty()) return;
-  std::ranges::copy_if(there, std::back_inserter(chosen_), is_angle);
+void Angles::choose() {
+  std::vector<std::string> angles;
   std::vector<std::string> left;
-  std::ranges::copy_if(there, std::back_inserter(left), may_be_an_angle);
-  if (!chosen_.empty() && !left.empty())
-    notes_.push_back(
-        fmt::format("{}: left out, as no unit is stated: {}; --columns names them", source_, list_of(left)));
-  if (!chosen_.empty()) return;
-  throw InputError(
-      fmt::format("{}: no column is called NAME_deg or NAME_rad: name angles with --columns; there are {}",
-                  source_, list_of(there)));
+  for (std::size_t i = 0; i < reader_->columns().size(); ++i) {
+    const std::string& column = reader_->columns()[i];
+    const std::string& unit = reader_->units()[i];
+    if ((unit == "deg" || unit == "rad") && !recording::without_unit(column).ends_with("_se"))
+      angles.push_back(column);
+    if (unit.empty() && may_be_an_angle(column)) left.push_back(column);
+  }
+  if (angles.empty()) {
+    throw InputError(
+        fmt::format("{}: no column is called NAME_deg or NAME_rad: name angles with --columns; there are {}",
+                    source_, recording::listed(reader_->columns())));
+  }
+  if (!left.empty()) {
+    notes_.push_back(fmt::format("{}: left out, as no unit is stated: {}; --columns names them", source_,
+                                 recording::listed(left)));
+  }
+  reader_->choose(angles);
 }
 
 void Angles::find_joints() {
-  const std::vector<std::string>& there = reader_->columns();
-  const auto place = [&](const std::string& name) -> std::optional<std::size_t> {
-    const auto at = std::ranges::find(there, name);
-    if (at == there.end()) return std::nullopt;
-    return static_cast<std::size_t>(at - there.begin());
-  };
-  for (const std::string& column : chosen_) {
-    const auto at = place(column);
-    if (!at)
-      throw InputError(fmt::format("{}: no column \"{}\"; there are {}", source_, column, list_of(there)));
-    const std::string unit = reader_->units()[*at];
+  std::vector<std::string> read = reader_->columns();
+  for (std::size_t i = 0; i < reader_->columns().size(); ++i) {
+    const std::string& column = reader_->columns()[i];
+    const std::string& unit = reader_->units()[i];
     const std::string other = unit.empty() ? recording::unknown_angle_unit(column) : unit;
     if (!other.empty() && other != "deg" && other != "rad")
       throw InputError(fmt::format("{}: column \"{}\" is in {}: an angle in deg or rad is needed", source_,
@@ -116,9 +82,14 @@ void Angles::find_joints() {
     if (other.empty())
       notes_.push_back(
           fmt::format("{}: column \"{}\" states no unit and is taken as degrees", source_, column));
-    joints_.push_back(joint_of(column));
-    places_.push_back({*at, unit == "rad" ? 180 / std::numbers::pi : 1, place(joints_.back() + "_quality")});
+    joints_.push_back(recording::without_unit(column));
+    places_.push_back({i, unit == "rad" ? 180 / std::numbers::pi : 1, std::nullopt});
+    const std::string quality = joints_.back() + "_quality";
+    if (!reader_->has(quality)) continue;
+    places_.back().quality = read.size();
+    read.push_back(quality);
   }
+  reader_->choose(read);
 }
 
 void Angles::rename(const std::vector<std::string>& names) {
@@ -130,7 +101,7 @@ void Angles::rename(const std::vector<std::string>& names) {
     const auto joint = std::ranges::find(before, pair.substr(0, at));
     if (joint == before.end())
       throw InputError(fmt::format("--names {}: {} has no joint {}; there are {}", pair, source_,
-                                   pair.substr(0, at), list_of(before)));
+                                   pair.substr(0, at), recording::listed(before)));
     joints_[static_cast<std::size_t>(joint - before.begin())] = pair.substr(at + 1);
   }
 }

@@ -12,7 +12,6 @@
 
 #include <deque>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,7 +25,7 @@ namespace flexor::exports {
 struct AngleOptions {
   std::vector<std::string> columns;  // none: every one whose name says deg or rad
   std::vector<std::string> names;    // OLD=NEW: joints that are to be called otherwise
-  std::string time_unit;             // of a time column that states none
+  recording::TimeOptions time;       // of a time column that states none
   double rate_hz = 0;                // 0: rows as they are
 };
 
@@ -56,7 +55,7 @@ class Angles {
     std::optional<std::size_t> quality;  // column
   };
 
-  void choose(const std::vector<std::string>& there, const AngleOptions& options);
+  void choose();
   void find_joints();
   void rename(const std::vector<std::string>& names);
   void require_different() const;
@@ -67,10 +66,8 @@ class Angles {
   void fill(double until_s);
 
   std::string source_;
-  std::ifstream file_;
   std::unique_ptr<recording::CsvReader> reader_;
   std::unique_ptr<recording::Stream> stream_;
-  std::vector<std::string> chosen_;  // columns with angles
   std::vector<std::string> joints_;
   std::vector<Joint> places_;
   std::vector<std::string> notes_;

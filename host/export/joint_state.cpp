@@ -38,8 +38,8 @@ std::uint64_t since_1970_ns(double t_s, const std::string& source) {
   return static_cast<std::uint64_t>(std::llround(t_s * 1e6)) * 1000;
 }
 
-McapChannel channel_of(const std::string& topic) {
-  return {topic, "cdr", "sensor_msgs/msg/JointState", "ros2msg", kJointStateSchema};
+McapChannel channel() {
+  return {"/flexor/joint_states", "cdr", "sensor_msgs/msg/JointState", "ros2msg", kJointStateSchema};
 }
 
 }  // namespace
@@ -91,9 +91,7 @@ const std::string& JointStateMessage::encode(std::uint64_t time_ns, std::span<co
 
 JointStates::JointStates(McapWriter::Write write, const std::vector<std::string>& joints,
                          const JointStateOptions& options)
-    : message_(joints, options.frame_id),
-      writer_(std::move(write), "ros2", channel_of(options.topic)),
-      start_ns_(options.start_ns) {}
+    : message_(joints, ""), writer_(std::move(write), "ros2", channel()), start_ns_(options.start_ns) {}
 
 void JointStates::add(double t_s, std::span<const double> angle_deg) {
   if (messages() == 0) {

@@ -23,8 +23,6 @@
 namespace flexor::exports {
 
 struct JointStateOptions {
-  std::string topic = "/flexor/joint_states";
-  std::string frame_id;
   std::optional<std::uint64_t> start_ns;  // of the first sample, since 1970; none: now
 };
 

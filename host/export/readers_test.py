@@ -89,8 +89,7 @@ def mcap(folder):
     from mcap_ros2.decoder import DecoderFactory
 
     write_recording(f"{folder}/log.csv")
-    export(f"{folder}/log.csv", "--to", "mcap", "--out", f"{folder}/log.mcap", "--start", "2026-05-01T12:03:11.5Z",
-           "--topic", "/left/joints", "--frame", "wrist")
+    export(f"{folder}/log.csv", "--to", "mcap", "--out", f"{folder}/log.mcap", "--start", "2026-05-01T12:03:11.5Z")
     with open(f"{folder}/log.mcap", "rb") as file:
         reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
         summary = reader.get_summary()
@@ -101,11 +100,11 @@ def mcap(folder):
         schema = next(iter(summary.schemas.values()))
         encode = serialize_dynamic(schema.name, schema.data.decode())[schema.name]
         k = 0
-        for _, channel, message, state in reader.iter_decoded_messages(topics=["/left/joints"]):
+        for _, channel, message, state in reader.iter_decoded_messages(topics=["/flexor/joint_states"]):
             expect(channel.message_encoding == "cdr" and message.sequence == k, f"message {k}")
             expect(message.log_time == START_NS + 10_000_000 * k, f"row {k}: time {message.log_time}")
             expect(state.header.stamp.sec * 10**9 + state.header.stamp.nanosec == message.log_time, f"row {k}: stamp")
-            expect(state.header.frame_id == "wrist" and list(state.name) == NAMES, f"row {k}: names {state.name}")
+            expect(state.header.frame_id == "" and list(state.name) == NAMES, f"row {k}: names {state.name}")
             expect(len(state.velocity) == len(state.effort) == 0, f"row {k}: velocity or effort")
             expect_angles(k, state.position, 180 / math.pi)
             expect(is_lost(k) or encode(state) == message.data, f"row {k}: other bytes than the ROS 2 writer's")

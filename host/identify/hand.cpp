@@ -69,13 +69,13 @@ std::vector<std::string> sensors_of(const std::vector<JointMap>& map) {
 Files read_files(const PairFiles& files, const HandRequest& request) {
   Files out;
   const std::vector<std::string> sensors = sensors_of(request.map);
-  out.sensor = recording::read_csv(files.sensor, sensors, request.time_unit);
+  out.sensor = recording::read_csv(files.sensor, sensors, request.time);
   for (const std::string& sensor : sensors) {
     recording::state_unit(out.sensor, sensor, request.input_unit);
     recording::require_change(out.sensor, sensor, "is the sensor plugged in?");
   }
   for (const JointMap& joint : request.map) {
-    out.reference.push_back(recording::read_angle(files.reference, joint.reference, request.time_unit));
+    out.reference.push_back(recording::read_angle(files.reference, joint.reference, request.time));
     recording::to_degrees(out.reference.back(), joint.reference, request.output_unit);
     recording::require_change(out.reference.back(), joint.reference, "does the camera see the marks?");
   }

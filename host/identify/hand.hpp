@@ -22,6 +22,7 @@
 #include "host/model/model.hpp"
 #include "host/recording/clock.hpp"
 #include "host/recording/pair.hpp"
+#include "host/recording/time.hpp"
 #include "host/score/judge.hpp"
 #include "host/score/score.hpp"
 
@@ -60,7 +61,7 @@ struct HandRequest {
   std::map<std::string, double> reference_error_deg;
   std::string input_unit;
   std::string output_unit;
-  std::string time_unit;
+  recording::TimeOptions time;
   LeaveOut leave_out = LeaveOut::none;
   int threads = 0;  // on which joints are fitted; 0: as many as the machine has
 };

@@ -30,7 +30,7 @@ void require_file(const std::filesystem::path& path, const char* option) {
 void name_columns(SourceFiles& files) {
   const auto only_column = [&](const std::filesystem::path& path, const char* option) {
     require_file(path, option);
-    const std::vector<std::string> columns = recording::columns_of(path, files.time_unit);
+    const std::vector<std::string> columns = recording::columns_of(path, files.time);
     if (columns.size() == 1) return columns.front();
     throw io::InputError(fmt::format("{}: which column? give {}; there are: {}", path.string(), option,
                                      fmt::join(columns, ", ")));
@@ -43,8 +43,8 @@ void name_columns(SourceFiles& files) {
 
 recording::Pair load_pair(SourceFiles files) {
   name_columns(files);
-  recording::Pair pair{recording::read_csv(files.sensor, {files.input}, files.time_unit), files.input,
-                       recording::read_angle(files.reference, files.output, files.time_unit), files.output};
+  recording::Pair pair{recording::read_csv(files.sensor, {files.input}, files.time), files.input,
+                       recording::read_angle(files.reference, files.output, files.time), files.output};
   recording::to_degrees(pair.reference, pair.output, files.output_unit);
   return pair;
 }

@@ -7,16 +7,17 @@
 
 #include "host/identify/joint_map.hpp"
 #include "host/recording/pair.hpp"
+#include "host/recording/time.hpp"
 
 namespace flexor::identify {
 
 struct SourceFiles {
   std::filesystem::path sensor;
   std::filesystem::path reference;
-  std::string input = {};        // column of the sensor file; empty: its only column of numbers
-  std::string output = {};       // column of the reference file, an angle; likewise
-  std::string output_unit = {};  // deg or rad, where that column states none; empty: degrees
-  std::string time_unit = {};    // s, ms, us or ns, of time columns that state none
+  std::string input = {};            // column of the sensor file; empty: its only column of numbers
+  std::string output = {};           // column of the reference file, an angle; likewise
+  std::string output_unit = {};      // deg or rad, where that column states none; empty: degrees
+  recording::TimeOptions time = {};  // s, ms, us or ns, of time columns that state none
 };
 
 // Throws io::InputError, listing the columns where one has to be named.

@@ -15,23 +15,18 @@ namespace flexor::identify {
 
 using io::InputError;
 
-std::vector<JointMap> map_by_name(const PairFiles& files, const std::string& time_unit) {
-  const recording::Recording sensor = recording::read_csv(files.sensor, {}, time_unit);
-  const recording::Recording reference = recording::read_csv(files.reference, {}, time_unit);
-  const auto names = [](const recording::Recording& one) {
-    std::vector<std::string> out;
-    for (const recording::Column& column : one.columns) out.push_back(column.name);
-    return out;
-  };
+std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeOptions& time) {
+  const std::vector<std::string> sensors = recording::columns_of(files.sensor, time);
+  const std::vector<std::string> references = recording::columns_of(files.reference, time);
   // The first sensor whose name is `start`, or goes on after it.
   const auto sensor_of = [&](const std::string& start) -> std::optional<std::string> {
-    for (const std::string& name : names(sensor)) {
+    for (const std::string& name : sensors) {
       if (name == start || name.starts_with(start + "_")) return name;
     }
     return std::nullopt;
   };
   std::vector<JointMap> out;
-  for (const std::string& angle : names(reference)) {
+  for (const std::string& angle : references) {
     if (angle.ends_with("_quality") || angle == "host_s") continue;  // of flexor track and record
     const std::string joint = angle.substr(0, angle.rfind('_'));
     auto input = sensor_of(joint);
@@ -43,8 +38,8 @@ std::vector<JointMap> map_by_name(const PairFiles& files, const std::string& tim
         fmt::format("no sensor and angle of one name, as index_adc and index_deg; say which belong together "
                     "with --map. {} has "
                     "{}; {} has {}",
-                    files.sensor.string(), fmt::join(names(sensor), ", "), files.reference.string(),
-                    fmt::join(names(reference), ", ")));
+                    files.sensor.string(), recording::listed(sensors), files.reference.string(),
+                    recording::listed(references)));
   }
   return out;
 }

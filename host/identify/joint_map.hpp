@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "host/recording/time.hpp"
+
 namespace flexor::identify {
 
 // One joint of the map: its sensors, the own one first, and the column of the measured angle.
@@ -25,6 +27,6 @@ struct PairFiles {
 // Joints by name: each column of angles with the first sensor column whose name starts as its does, as index_deg and
 // index_adc; else with that of its finger, as index_pip_deg and index_adc. Throws io::InputError listing the columns
 // where nothing fits.
-std::vector<JointMap> map_by_name(const PairFiles& files, const std::string& time_unit);
+std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeOptions& time);
 
 }  // namespace flexor::identify

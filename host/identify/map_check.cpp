@@ -39,7 +39,7 @@ recording::Recording every_column(const PairFiles& files, const HandRequest& req
                                   const HandRecordings& read) {
   if (!std::filesystem::is_regular_file(files.sensor)) return read.sensor;  // a pipe is read once
   try {
-    return recording::read_csv(files.sensor, {}, request.time_unit);
+    return recording::read_csv(files.sensor, {}, request.time);
   } catch (const InputError&) {
     return read.sensor;
   }

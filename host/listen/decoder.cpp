@@ -5,16 +5,17 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <set>
 #include <string_view>
 #include <utility>
 
+#include "host/recording/line_format.hpp"
+#include "host/recording/lines.hpp"
 #include "host/recording/time.hpp"
 #include "host/recording/unit.hpp"
-#include "runtime/link/opengloves.hpp"
 #include "runtime/link/receiver.hpp"
 
 namespace flexor::listen {
@@ -290,81 +291,14 @@ class TextDecoder : public Decoder {
   bool is_piece_ = false;
 };
 
-class GlovesDecoder : public TextDecoder {
- protected:
-  bool take(const std::string& line, double host_s, std::vector<Sample>& out) override {
-    const std::string text = line + '\n';
-    link::GloveLine said;
-    const link::GloveParse parse =
-        link::parse_gloves(text.data(), static_cast<std::uint16_t>(text.size()), said);
-    if (parse == link::GloveParse::information) return true;
-    if (parse != link::GloveParse::ok) {
-      if (tally_.samples > 0) count_misfit(0, places_.size());
-      return false;
-    }
-    if (tally_.samples == 0) name_columns(said);
-    Sample sample{host_s, {}, {}, {}};
-    if (tally_.samples > 0 && values_in(said) != places_.size())
-      count_misfit(values_in(said), places_.size());
-    for (const auto& [finger, place] : places_) {
-      const bool there = place < 0 ? said.has[finger] : said.has_joint[finger][place];
-      if (!there) return false;
-      sample.value.push_back(place < 0 ? said.values.flexion[finger] : said.joint[finger][place]);
-    }
-    give(std::move(sample), out);
-    return true;
-  }
-
- private:
-  static std::size_t values_in(const link::GloveLine& said) {
-    std::size_t out = 0;
-    for (int finger = 0; finger < link::kGloveFingers; ++finger) {
-      out += said.has[finger] ? 1 : 0;
-      out += static_cast<std::size_t>(
-          std::count(said.has_joint[finger], said.has_joint[finger] + link::kGlovePlaces, true));
-    }
-    return out;
-  }
-  void name_columns(const link::GloveLine& said) {
-    for (int finger = 0; finger < link::kGloveFingers; ++finger) {
-      const char* name = kFingerNames.at(static_cast<std::size_t>(finger));
-      if (said.has[finger]) add(finger, -1, fmt::format("{}_count", name));
-      for (int place = 0; place < link::kGlovePlaces; ++place) {
-        if (said.has_joint[finger][place])
-          add(finger, place, fmt::format("{}_joint{}_count", name, place + 1));
-      }
-    }
-  }
-  void add(int finger, int place, std::string column) {
-    places_.emplace_back(finger, place);
-    columns_.push_back(std::move(column));
-  }
-
-  std::vector<std::pair<int, int>> places_;  // finger, joint or -1
-};
-
-// Cells between separators; of blanks, several are one.
-std::vector<std::string_view> cells_of(std::string_view line, char separator) {
-  std::vector<std::string_view> out;
-  while (true) {
-    if (separator == ' ') line.remove_prefix(std::min(line.find_first_not_of(' '), line.size()));
-    if (separator == ' ' && line.empty()) return out;
-    const std::size_t end = std::min(line.find(separator), line.size());
-    out.push_back(recording::trimmed(line.substr(0, end)));
-    if (end == line.size()) return out;
-    line.remove_prefix(end + 1);
-  }
+bool is_name(std::string_view cell) {
+  return !recording::is_missing(cell) && !recording::to_number(cell) && !recording::to_time(cell);
 }
 
-std::optional<double> number(std::string_view text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !recording::is_measurement(value))
-    return {};
-  return value;
+bool is_written_time(std::string_view cell) {
+  const auto time = recording::to_time(cell);
+  return time && time->format != recording::TimeFormat::number;
 }
-
-bool is_name(std::string_view cell) { return !recording::is_missing(cell) && !recording::to_number(cell); }
 
 // A recording has a t_s and a host_s of its own, and is read by names: one that is taken gets a number.
 std::vector<std::string> without_clashes(const std::vector<std::string>& names) {
@@ -380,8 +314,10 @@ std::vector<std::string> without_clashes(const std::vector<std::string>& names) 
   return out;
 }
 
+// `keyed`: text for VR drivers, and nothing else.
 class LineDecoder : public TextDecoder {
  public:
+  explicit LineDecoder(bool keyed) : keyed_(keyed) {}
   void cut() override {
     TextDecoder::cut();
     is_fresh_ = true;
@@ -390,16 +326,27 @@ class LineDecoder : public TextDecoder {
 
  protected:
   bool take(const std::string& line, double host_s, std::vector<Sample>& out) override {
-    if (recording::trimmed(line).empty() || !refusal_.empty()) return true;
-    std::string text = without_clock(line);
-    if (separator_ == 0) separator_ = separator_of(text);
-    if (separator_ == ';') std::ranges::replace(text, ',', '.');  // decimal commas
-    std::vector<std::string_view> cells = cells_of(text, separator_);
-    const std::vector<std::string_view> labels = take_labels(cells);
-    if (!labels.empty() && !take_labelled(labels)) return false;
-    const bool is_header = std::ranges::all_of(cells, is_name);
-    const bool is_row = !is_header || (!cells.empty() && !cells[0].empty() &&
-                                       number(cells[0].substr(0, 1)));  // "1;2" is a name, too
+    std::string text(recording::trimmed(line));
+    if (!recording::is_utf8(text)) text = recording::latin1_to_utf8(text);
+    std::string monitor_time;
+    (void)recording::cut_at_arrow(text, monitor_time);
+    if (text.empty() || text.front() == '#' || !refusal_.empty()) return true;
+    if (!split(text) && tally_.samples > 0) count_misfit(0, names_.size());
+    if (cells_.label.empty() && (keyed_ || cells_.layout != recording::Layout::table))
+      return keyed_ && cells_.layout == recording::Layout::keyed;  // what the glove is
+    if (!cells_.label.empty() && !take_labels()) return false;
+    std::vector<std::string>& cells = cells_.value;
+    while (cells.size() > std::max<std::size_t>(names_.size(), 1) && cells.back().empty()) cells.pop_back();
+    const bool is_header =
+        cells_.label.empty() && std::ranges::all_of(cells, is_name) &&
+        std::ranges::none_of(cells, [this](const auto& cell) { return number(cell).has_value(); });
+    const bool is_row =
+        !is_header || (!cells[0].empty() && number(cells[0].substr(0, 1)));  // "1;2" is a name, too
+    if (has_header_ && tally_.samples == 0 && cells.size() == names_.size()) {
+      if (recording::is_units_row(cells)) return take_units(cells);
+      if (!is_header) find_time(cells);
+    }
+    if (!is_header && cells.size() == order_.size()) cells = in_own_order(order_, std::move(cells));
     std::vector<double> numbers = is_header ? std::vector<double>() : numbers_in(cells);
     const bool is_text = !is_row || (numbers.empty() && cells.size() == names_.size());
     const std::size_t found = is_text ? 0 : cells.size();
@@ -407,17 +354,16 @@ class LineDecoder : public TextDecoder {
       count_misfit(found, names_.size());
     if (is_header) return take_header(cells);
     if (numbers.empty()) return false;
-    if (names_.empty() && !take_names(numbers.size())) return true;
+    if (names_.empty() && !take_names(cells)) return true;
     if (is_anothers(numbers.size())) return true;
     if (numbers.size() != names_.size()) return false;
     is_fresh_ = false;
-    numbers = in_own_order(numbers);
     if (time_ && std::isnan(numbers[*time_])) return false;
     Sample sample{host_s, {}, {}, {}};
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       if (time_ == i) {
         sample.board_s = numbers[i] * unit_s_;
-      } else {
+      } else if (!is_text_[i]) {
         sample.value.push_back(numbers[i]);
       }
     }
@@ -427,60 +373,62 @@ class LineDecoder : public TextDecoder {
 
   // A board that starts when its port is opened begins with its header.
   void take_piece(const std::string& line) override {
-    const char separator = separator_ == 0 ? separator_of(line) : separator_;
-    const std::vector<std::string_view> cells = cells_of(line, separator);
-    if (cells.size() < 2 || !std::ranges::all_of(cells, is_name)) return;
+    const char separator = separator_ == 0 ? recording::separator_of(line) : separator_;
+    std::vector<std::string> cells;
+    recording::split(line, separator, cells);
+    if (keyed_ || cells.size() < 2 || !std::ranges::all_of(cells, is_name)) return;
     separator_ = separator;
     take_header(cells);
   }
 
  private:
-  // "17:03:50.753 -> 512,498", as the Arduino IDE shows it.
-  static std::string without_clock(const std::string& line) {
-    const std::size_t arrow = line.find(" -> ");
-    return arrow == std::string::npos ? line : line.substr(arrow + 4);
+  // Into cells_; false, and no cells, where it is no line of this format.
+  bool split(const std::string& text) {
+    const bool has_labels = recording::read_labelled(text, cells_);
+    if (has_labels && (cells_.layout == recording::Layout::keyed) == keyed_) return true;
+    cells_ = {has_labels ? recording::Layout::labelled : recording::Layout::table, {}, {}};
+    if (has_labels || keyed_) return false;
+    if (names_.empty() || (has_header_ && tally_.samples == 0)) separator_ = recording::separator_of(text);
+    recording::split(text, separator_, cells_.value);
+    return true;
   }
 
-  // "thumb:512,index:498", as serial plotters take it: the names, which are cut off the cells. Empty: not all have one.
-  static std::vector<std::string_view> take_labels(std::vector<std::string_view>& cells) {
-    std::vector<std::string_view> names;
-    std::vector<std::string_view> values;
-    for (const std::string_view cell : cells) {
-      const std::size_t colon = std::min(cell.find(':'), cell.size());
-      names.push_back(recording::trimmed(cell.substr(0, colon)));
-      values.push_back(recording::trimmed(cell.substr(std::min(colon + 1, cell.size()))));
-      if (!is_name(names.back()) || !number(values.back())) return {};
-    }
-    cells = values;
-    return names;
-  }
-
-  // A labelled row says itself whose it is; another glove's are known by two alike, for a label may be torn.
-  bool take_labelled(const std::vector<std::string_view>& labels) {
-    if (std::ranges::equal(labels, names_)) {
-      places_.clear();
+  // A labelled row says itself whose it is; another glove's are known by two alike, for a label may be torn. Text for VR drivers
+  // has the fingers that it has.
+  bool take_labels() {
+    const std::vector<std::string>& label = cells_.label;
+    std::vector<std::string> value = in_own_order(label, cells_.value);
+    if (!names_.empty() && value.size() == names_.size() && (keyed_ || label.size() == value.size())) {
+      cells_.value = std::move(value);
+      order_.clear();
       other_.clear();
       return true;
     }
-    const bool is_again = !other_.empty() && std::ranges::equal(labels, other_);
-    if (take_header(labels)) return true;
-    if (is_again) is_anothers(labels.size());
+    if (keyed_ && !names_.empty()) {
+      count_misfit(label.size(), names_.size());
+      return false;
+    }
+    const bool is_again = !other_.empty() && label == other_;
+    if (take_header(label)) return true;
+    if (is_again) is_anothers(label.size());
     return false;
   }
 
-  static char separator_of(const std::string& line) {
-    for (const char c : {'\t', ';', ','}) {
-      if (line.find(c) != std::string::npos) return c;
-    }
-    return ' ';
+  std::optional<double> number(std::string_view cell) const {
+    const auto parsed = recording::read_number(cell, separator_);
+    if (!parsed || !recording::is_measurement(parsed->value)) return {};
+    return parsed->value;
   }
 
-  // A strip that is dead is missing, NaN, beside others that are not, once it is known what the columns are. Empty: torn.
-  std::vector<double> numbers_in(const std::vector<std::string_view>& cells) const {
+  // A sensor that is dead is missing, NaN, beside others that are not, once it is known what the columns are. Empty: torn.
+  std::vector<double> numbers_in(const std::vector<std::string>& cells) const {
     std::vector<double> out;
-    for (const std::string_view cell : cells) {
-      const bool is_missing = !names_.empty() && recording::is_missing(cell);
-      const std::optional<double> value = is_missing ? kMissing : number(cell);
+    for (const std::string& cell : cells) {
+      const bool is_written = (time_ == out.size() || names_.empty()) && is_written_time(cell);
+      const bool is_missing = !names_.empty() && (recording::is_missing(cell) || is_text_[out.size()]);
+      const std::optional<double> value = is_missing   ? kMissing
+                                          : is_written ? recording::to_time(cell)->value
+                                                       : number(cell);
       if (!value) return {};
       out.push_back(*value);
     }
@@ -488,35 +436,61 @@ class LineDecoder : public TextDecoder {
                                                                                     : out;
   }
 
+  // By the first row: a written time beats a number without a unit; words are no readings, nor is a date beside its clock.
+  void find_time(const std::vector<std::string>& cells) {
+    std::optional<double> unit_s;
+    const bool states_unit = time_ && recording::is_time_name(names_[*time_], unit_s) && unit_s;
+    const auto written = std::ranges::find_if(cells, is_written_time);
+    if (written != cells.end() && !states_unit && !(time_ && is_written_time(cells[*time_])))
+      time_ = static_cast<std::size_t>(written - cells.begin());
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const bool is_read = recording::is_missing(cells[i]) || recording::read_number(cells[i], separator_);
+      const bool is_word = !cells[i].empty() && std::isalpha(static_cast<unsigned char>(cells[i][0])) != 0;
+      is_text_[i] = !is_read && time_ != i && (is_word || recording::is_time_name(names_[i], unit_s));
+    }
+    const auto words = static_cast<std::size_t>(std::ranges::count(is_text_, true));
+    if (words + (time_ ? 1 : 0) == cells.size()) is_text_.assign(cells.size(), false);  // a torn row
+    name_columns();
+  }
+
+  // Of a row below the header.
+  bool take_units(const std::vector<std::string>& cells) {
+    for (std::size_t i = 0, column = 0; i < cells.size(); ++i) {
+      if (time_ == i) unit_s_ = recording::seconds_in(cells[i]).value_or(unit_s_);
+      if (time_ == i || is_text_[i]) continue;
+      std::string& name = columns_[column++];
+      const auto unit = recording::known_unit(cells[i]);
+      if (unit && recording::unit_of(name).empty()) name += "_" + *unit;
+    }
+    return true;
+  }
+
   // The header again, as after a reset of the board, is no sample and nothing torn.
-  bool take_header(const std::vector<std::string_view>& cells) {
-    const std::vector<std::string> names(cells.begin(), cells.end());
+  bool take_header(const std::vector<std::string>& names) {
     if (tally_.samples > 0) return take_later_header(names);
     if (names == names_) return true;
-    if (cells.size() < 2) {
+    if (names.size() < 2 && !keyed_) {
       separator_ = 0;  // a greeting
       return false;
     }
     names_ = names;
     has_header_ = true;
-    columns_.clear();
     time_.reset();
-    for (std::size_t i = 0; i < names_.size(); ++i) {
-      if (!time_ && is_time(names_[i])) {
-        time_ = i;
-      } else {
-        columns_.push_back(names_[i]);
-      }
+    is_text_.clear();
+    std::optional<double> unit_s;
+    for (std::size_t i = 0; i < names_.size() && !time_; ++i) {
+      if (recording::is_time_name(names_[i], unit_s)) time_ = i;
     }
-    columns_ = without_clashes(columns_);
+    if (time_) unit_s_ = unit_s.value_or(1);
+    name_columns();
     return true;
   }
 
   // Of the glove that was plugged in again, or another. A greeting shares no name with a header, and where nothing was
   // plugged in a greeting is all that it can be. Without a header before, no name is wrong.
   bool take_later_header(const std::vector<std::string>& names) {
-    if (std::vector<std::size_t> places = places_of(names); !places.empty()) {
-      places_ = std::move(places);
+    if (std::vector<std::string> order = ordered_as(names); !order.empty()) {
+      order_ = std::move(order);
       other_.clear();
       return true;
     }
@@ -526,29 +500,25 @@ class LineDecoder : public TextDecoder {
     return false;
   }
 
-  // Where each of them stands in the header that was first; empty: they are not the same. The first one may be torn, or
-  // stand behind half a row.
-  std::vector<std::size_t> places_of(const std::vector<std::string>& names) const {
-    const std::size_t n = names_.size();
-    if (names.size() != n) return {};
-    std::vector<std::size_t> out(n, n);
-    std::vector<bool> is_given(n);
-    for (std::size_t i = n; i-- > 0;) {
-      for (std::size_t k = 0; k < n; ++k) {
-        const bool is_torn = i == 0 && (names[i].ends_with(names_[k]) || names_[k].ends_with(names[i]));
-        const bool fits = !is_given[k] && (names[i] == names_[k] || is_torn);
-        if (fits && (out[i] == n || k == i)) out[i] = k;
-      }
-      if (out[i] == n) return {};
-      is_given[out[i]] = true;
+  // The names of the first header as this one orders them; empty: they are not the same. The first one may be torn, or stand
+  // behind half a row.
+  std::vector<std::string> ordered_as(std::vector<std::string> names) const {
+    for (const std::string& name : names_) {
+      const bool is_torn = names[0].ends_with(name) || name.ends_with(names[0]);
+      if (is_torn && std::ranges::count(names, name) == 0) names[0] = name;
     }
-    return out;
+    return std::ranges::is_permutation(names, names_) ? names : std::vector<std::string>();
   }
 
-  std::vector<double> in_own_order(const std::vector<double>& numbers) const {
-    if (places_.empty()) return numbers;
-    std::vector<double> out(numbers.size());
-    for (std::size_t i = 0; i < numbers.size(); ++i) out[places_[i]] = numbers[i];
+  // Cells under `names` in the order of the first header, as far as they are there.
+  std::vector<std::string> in_own_order(const std::vector<std::string>& names,
+                                        std::vector<std::string> cells) const {
+    if (names.empty() || names == names_) return cells;
+    std::vector<std::string> out;
+    for (const std::string& name : names_) {
+      const auto at = static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
+      if (at < cells.size()) out.push_back(cells[at]);
+    }
     return out;
   }
 
@@ -563,37 +533,57 @@ class LineDecoder : public TextDecoder {
     return !refusal_.empty();
   }
 
-  // Without a header nobody knows which is a clock: none is taken for one. The first line may be half a one: two must
-  // agree.
-  bool take_names(std::size_t count) {
+  // Without a header only times of day are a clock for sure. The first line may be half a one: two must agree.
+  bool take_names(const std::vector<std::string>& cells) {
+    const std::size_t count = cells.size();
     if (std::exchange(count_before_, count) != count) return false;
-    for (std::size_t i = 0; i < count; ++i) names_.push_back(fmt::format("column{}", i + 1));
-    columns_ = names_;
-    return true;
-  }
-
-  bool is_time(const std::string& column) {
-    const recording::NameAndUnit cut = recording::cut_name(column);
-    if (cut.name == "millis" || cut.name == "micros") {
-      unit_s_ = cut.name == "millis" ? 1e-3 : 1e-6;
-      return true;
+    for (std::size_t i = 0; i < count; ++i) {
+      names_.push_back(fmt::format("column{}", i + 1));
+      if (!time_ && !number(cells[i])) time_ = i;
     }
-    if (cut.name != "t" && cut.name != "time" && cut.name != "timestamp") return false;
-    unit_s_ = recording::seconds_in(cut.unit).value_or(1);
+    name_columns();
     return true;
   }
 
+  void name_columns() {
+    is_text_.resize(names_.size());
+    columns_.clear();
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      if (time_ != i && !is_text_[i]) columns_.push_back(names_[i]);
+    }
+    columns_ = without_clashes(columns_);
+  }
+
+  bool keyed_;
   char separator_ = 0;
+  recording::Cells cells_;
   std::vector<std::string> names_;
   std::size_t count_before_ = 0;
   std::optional<std::size_t> time_;
+  std::vector<bool> is_text_;  // columns of words
   bool has_header_ = false;
-  bool is_fresh_ = false;            // plugged in, and no row came yet
-  std::vector<std::size_t> places_;  // of a row's cells, in names_; empty: in their order
-  std::vector<std::string> other_;   // a header with other names; no row came yet
+  bool is_fresh_ = false;           // plugged in, and no row came yet
+  std::vector<std::string> order_;  // of the header that came last; empty: that of the first
+  std::vector<std::string> other_;  // a header with other names; no row came yet
   std::string refusal_;
   double unit_s_ = 1;
 };
+
+// None: too little of it for this format.
+std::optional<Guess> judge(std::span<const std::uint8_t> bytes, Format format, bool readings) {
+  constexpr std::uint64_t kFewestSamples = 3;
+  constexpr std::uint64_t kFewestFrameBytes = 2 * 13;  // two states
+  const auto decoder = make_decoder(format, readings);
+  std::vector<Sample> samples;
+  decoder->push(bytes, 0, samples);
+  const Tally& tally = decoder->tally();
+  const bool frames = format == Format::frames || format == Format::hand;
+  const bool waits = frames && tally.samples == 0 && tally.understood >= kFewestFrameBytes;
+  if (tally.samples < (format == Format::hand ? 1 : kFewestSamples) && !waits) return {};
+  const double share = static_cast<double>(tally.understood) / static_cast<double>(tally.bytes);
+  if (share < 0.5) return {};
+  return Guess{format, readings, share, tally.samples};
+}
 
 }  // namespace
 
@@ -629,11 +619,24 @@ std::unique_ptr<Decoder> make_decoder(Format format, bool readings) {
     case Format::hand:
       return std::make_unique<HandFrames>();
     case Format::gloves:
-      return std::make_unique<GlovesDecoder>();
+      return std::make_unique<LineDecoder>(true);
     case Format::lines:
       break;
   }
-  return std::make_unique<LineDecoder>();
+  return std::make_unique<LineDecoder>(false);
+}
+
+std::optional<Guess> guess(std::span<const std::uint8_t> bytes, bool readings) {
+  if (readings) {
+    const std::optional<Guess> frames = judge(bytes, Format::frames, true);
+    if (frames && frames->samples > 0) return frames;  // nothing else speaks so
+  }
+  std::optional<Guess> best;
+  for (const Format format : {Format::frames, Format::hand, Format::gloves, Format::lines}) {
+    const std::optional<Guess> now = judge(bytes, format, false);
+    if (now && (!best || now->share > best->share)) best = now;
+  }
+  return best;
 }
 
 }  // namespace flexor::listen

@@ -6,7 +6,6 @@
 #include <span>
 
 #include "host/listen/decoder.hpp"
-#include "host/listen/detect.hpp"
 
 namespace {
 

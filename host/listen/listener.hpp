@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "host/io/serial.hpp"
-#include "host/listen/detect.hpp"
+#include "host/listen/decoder.hpp"
 #include "host/listen/source.hpp"
 #include "runtime/link/hand_end.hpp"
 

@@ -34,6 +34,8 @@ TEST(Listening, FindsTheFormatAndGivesEverySample) {
   EXPECT_EQ(listener.baud(), 115200U);
   const std::vector<Sample> out = listen_for(listener, 0.5);
   ASSERT_GT(out.size(), 20U);
+  EXPECT_EQ(listener.columns()[0], "column1");
+  EXPECT_FALSE(out[0].board_s) << "without a header no column is a clock";
   for (std::size_t i = 1; i < out.size(); ++i) EXPECT_EQ(out[i].value[0], out[i - 1].value[0] + 1);
 }
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <sstream>
 #include <thread>
 
 #include "host/io/io.hpp"
@@ -11,28 +10,14 @@
 
 namespace flexor::listen {
 
-namespace {
-
-// The columns that begin with a number or nan: another that begins with an empty cell may be text. Read once, since a pipe can be.
-recording::Recording read_with_holes(const std::filesystem::path& file) {
-  io::require_readable(file);
-  const std::string text = io::read_file(file);
-  std::istringstream begin(text);
-  const std::vector<std::string> columns = recording::CsvReader(begin, file.string(), {}).columns();
-  std::istringstream whole(text);
-  recording::CsvReader reader(whole, file.string(), {columns, {}, true});
-  return recording::read(reader);
-}
-
-}  // namespace
-
 ReplaySource::ReplaySource(const std::filesystem::path& file, double speed)
     : name_(file.string()), speed_(speed) {
   constexpr double kSlowest = 0.01;
   constexpr double kFastest = 1000;
   if (!(speed >= kSlowest && speed <= kFastest))
     throw io::InputError(fmt::format("--speed {}: must lie between {} and {}", speed, kSlowest, kFastest));
-  recording::Recording recording = read_with_holes(file);
+  recording::CsvReader reader(file, {{}, {}, true});
+  recording::Recording recording = recording::read(reader);
   for (recording::Column& column : recording.columns) {
     if (column.name == "host_s") continue;
     columns_.push_back(std::move(column.name));

@@ -98,7 +98,7 @@ void require_named(const Input& bend, const CompleteOptions& options) {
   }
 }
 
-void add_bend(Plan& plan, const Input& bend, const TableReader& table) {
+void add_bend(Plan& plan, const Input& bend, const recording::CsvReader& table) {
   std::vector<std::size_t> parts;
   if (table.has(column_of(bend.name)) && !find_joint(bend.name)) {
     parts.push_back(plan.place(column_of(bend.name)));
@@ -111,7 +111,7 @@ void add_bend(Plan& plan, const Input& bend, const TableReader& table) {
   plan.parts.push_back(parts);
 }
 
-Plan plan_of(const CompleteOptions& options, const TableReader& table) {
+Plan plan_of(const CompleteOptions& options, const recording::CsvReader& table) {
   Plan plan;
   std::vector<Input> bends;
   for (int joint = 0; joint < kJoints; ++joint) {
@@ -148,9 +148,9 @@ std::string header_of(const Plan& plan) {
   return text + "\n";
 }
 
-std::string text_of(const Plan& plan, const std::string& time, const Estimate& estimate) {
+std::string text_of(const Plan& plan, double t_s, const Estimate& estimate) {
   fmt::memory_buffer out;
-  fmt::format_to(std::back_inserter(out), "{}", time);
+  fmt::format_to(std::back_inserter(out), "{}", t_s);
   for (int j = 0; j < kJoints; ++j) {
     fmt::format_to(std::back_inserter(out), ",{:.3f},{:.3f}", plan.sign[j] * estimate.angle_deg[j],
                    estimate.se_deg[j]);
@@ -162,7 +162,7 @@ std::string text_of(const Plan& plan, const std::string& time, const Estimate& e
   return fmt::to_string(out);
 }
 
-Eigen::VectorXd readings_of(const Plan& plan, const TableRow& row) {
+Eigen::VectorXd readings_of(const Plan& plan, const recording::Row& row) {
   Eigen::VectorXd readings = Eigen::VectorXd::Zero(static_cast<Index>(plan.parts.size()));
   for (std::size_t i = 0; i < plan.parts.size(); ++i) {
     for (const std::size_t part : plan.parts[i])
@@ -172,7 +172,7 @@ Eigen::VectorXd readings_of(const Plan& plan, const TableRow& row) {
 }
 
 // Empty where a shown joint is missing in this row.
-std::optional<Hand> shown_hand(const Plan& plan, const TableRow& row) {
+std::optional<Hand> shown_hand(const Plan& plan, const recording::Row& row) {
   Hand hand = Hand::Constant(std::numeric_limits<double>::quiet_NaN());
   for (const auto& [joint, column] : plan.shown) {
     if (std::isnan(row.value[column])) return std::nullopt;
@@ -225,12 +225,6 @@ class Extended {
   std::vector<std::size_t> known_;
 };
 
-// Pauses and slow tables too; a clock that jumps, as from the first row to the second where it was set in between, is none.
-double rest_step_s(double before_s, double now_s) {
-  const double step = now_s - before_s;
-  return step > 0 && step <= recording::kJump_s ? step : 0;
-}
-
 void count(const Estimate& estimate, Completion& completion) {
   ++completion.rows;
   completion.mean_se_deg += estimate.se_deg;
@@ -241,7 +235,7 @@ void count(const Estimate& estimate, Completion& completion) {
 
 }  // namespace
 
-Completion complete_table(const Posture& posture, TableReader& table, const CompleteOptions& options,
+Completion complete_table(const Posture& posture, recording::CsvReader& table, const CompleteOptions& options,
                           const std::function<void(const std::string&)>& sink,
                           const std::function<void(std::size_t rows)>& progress) {
   Plan plan = plan_of(options, table);
@@ -256,9 +250,10 @@ Completion complete_table(const Posture& posture, TableReader& table, const Comp
   MiddleOfThree shown;
   double elapsed_s = 0;
   double last_s = 0;
-  for (TableRow row; table.next(row); last_s = row.t_s) {
+  for (recording::Row row; table.next(row); last_s = row.t_s) {
     const double step = completion.rows > 0 ? step_s(last_s, row.t_s) : 0;
-    if (completion.rows > 0) elapsed_s += rest_step_s(last_s, row.t_s);
+    if (completion.rows > 0)
+      elapsed_s += step_s(last_s, row.t_s, recording::kJump_s);  // slow tables too, but no jump
     if (elapsed_s < options.rest_s) {
       completion.shown_s = elapsed_s;
       if (const auto hand = shown_hand(plan, row)) {
@@ -271,13 +266,14 @@ Completion complete_table(const Posture& posture, TableReader& table, const Comp
     const Estimate estimate = completer.complete(readings);
     extended.add(plan, readings);
     count(estimate, completion);
-    sink(text_of(plan, row.time, estimate));
+    sink(text_of(plan, row.t_s, estimate));
     progress(completion.rows);
   }
-  if (completion.rows == 0) throw io::InputError(fmt::format("{}: no row below the header", table.source()));
+  if (completion.rows == 0) throw io::InputError(fmt::format("{}: no row below the header", table.name()));
   completion.mean_se_deg /= static_cast<double>(completion.rows);
   completion.extended = extended.names(plan);
   completion.shape = completer.shape();
+  completion.notes = table.notes();
   completion.left_out_rmse_deg = completer.left_out_rmse_deg();
   return completion;
 }

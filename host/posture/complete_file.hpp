@@ -1,4 +1,4 @@
-// A table of sensed angles to a table of all 23 joints, row for row.
+// A table of sensed angles to a table of all 23 joints, row for row, whatever its clock does; malformed rows are left out.
 //
 // Inputs: columns NAME_deg of joints (`from`), and sums of joints (`bends`), "index=index_mcp+index_pip": its
 // column is index_deg where the table has one, else the sum of its joints' columns, of which then only the sum is used.
@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "host/posture/complete.hpp"
-#include "host/posture/table.hpp"
+#include "host/recording/csv.hpp"
 
 namespace flexor::posture {
 
@@ -39,11 +39,12 @@ struct Completion {
   std::size_t shown_joints = 0;
   Hand mean_se_deg = Hand::Zero();
   Shape shape;
-  double left_out_rmse_deg = 0;  // of the posture's people, each from the others
+  double left_out_rmse_deg = 0;    // of the posture's people, each from the others
+  std::vector<std::string> notes;  // of the table
 };
 
 // Writes a header and a row for each of the table's through `sink`. Throws io::InputError.
-Completion complete_table(const Posture& posture, TableReader& table, const CompleteOptions& options,
+Completion complete_table(const Posture& posture, recording::CsvReader& table, const CompleteOptions& options,
                           const std::function<void(const std::string&)>& sink,
                           const std::function<void(std::size_t rows)>& progress);
 

@@ -215,7 +215,7 @@ const CompleteOptions kFive = {
 
 std::vector<std::string> lines_of(const std::string& content, const CompleteOptions& options) {
   std::istringstream stream(content);
-  TableReader table(stream, "x.csv");
+  recording::CsvReader table(stream, "x.csv", {{}, {}, true});
   std::vector<std::string> lines;
   complete_table(
       known(), table, options, [&](const std::string& line) { lines.push_back(line); }, [](auto) {});
@@ -257,7 +257,7 @@ TEST(CompletingTables, ARestEndsInASlowTableToo) {
   const auto after = lines_of(table_of(r, 60), options);
   EXPECT_EQ(before, after);
   std::istringstream stream(table_of(r, 60));
-  TableReader table(stream, "x.csv");
+  recording::CsvReader table(stream, "x.csv", {{}, {}, true});
   const Completion c = complete_table(
       known(), table, options, [](const auto&) {}, [](auto) {});
   EXPECT_TRUE(c.rest_ended);
@@ -294,7 +294,7 @@ TEST(CompletingTables, ATableOfTheOtherSignIsNoticed) {
       {"index_mcp", "index_pip", "middle_pip"}, {"index=index_mcp+index_pip"}, 0};
   const auto extended = [&] {
     std::istringstream stream(table_of(r, 300));
-    TableReader table(stream, "x.csv");
+    recording::CsvReader table(stream, "x.csv", {{}, {}, true});
     return complete_table(
                known(), table, options, [](const auto&) {}, [](auto) {})
         .extended;

@@ -47,4 +47,10 @@ struct Input {
 // One row for each input: inputs = matrix * hand.
 Eigen::Matrix<double, Eigen::Dynamic, kJoints> input_matrix(const std::vector<Input>& inputs);
 
+// Seconds since the row before: a clock that starts again, or a pause, counts as nothing.
+inline double step_s(double before_s, double now_s, double pause_s = 0.5) {
+  const double step = now_s - before_s;
+  return step > 0 && step <= pause_s ? step : 0;
+}
+
 }  // namespace flexor::posture

@@ -4,12 +4,11 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <fstream>
 #include <set>
 
 #include "host/io/io.hpp"
 #include "host/posture/standard_error.hpp"
-#include "host/posture/table.hpp"
+#include "host/recording/csv.hpp"
 
 namespace flexor::posture {
 namespace {
@@ -140,21 +139,17 @@ void require_people(const std::vector<Recorded>& people) {
 }  // namespace
 
 Recorded read_recorded(const std::filesystem::path& file) {
-  io::require_readable(file);
-  std::ifstream stream(file, std::ios::binary);
-  TableReader reader(stream, file.string());
   std::vector<std::string> columns;
   for (const std::string_view name : kJointNames) columns.push_back(fmt::format("{}_deg", name));
-  reader.choose(columns);
+  recording::CsvReader reader(file, {columns, {}, true});
   Recorded recorded{file.filename().string(), {}, {}, {}};
   std::vector<double> values;
-  for (TableRow row; reader.next(row);) {
+  for (recording::Row row; reader.next(row);) {
     for (std::size_t j = 0; j < kJoints; ++j) {
       if (std::abs(row.value[j]) <= kMostAngle_deg) continue;
-      throw io::InputError(
-          fmt::format("{}: row {}: column \"{}\": {} is no angle of a joint; take the row out", file.string(),
-                      reader.row(), columns[j],
-                      std::isnan(row.value[j]) ? "nothing" : fmt::format("{:g}", row.value[j])));
+      throw io::InputError(fmt::format(
+          "{}: row {}: column \"{}\": {} is no angle of a joint; take the row out", file.string(), row.line,
+          columns[j], std::isnan(row.value[j]) ? "nothing" : fmt::format("{:g}", row.value[j])));
     }
     values.insert(values.end(), row.value.begin(), row.value.end());
     recorded.t_s.push_back(row.t_s);

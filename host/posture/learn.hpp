@@ -24,7 +24,7 @@ struct Recorded {
   std::vector<double> t_s;
 };
 
-// Needs NAME_deg of all 23 joints, none missing. Throws io::InputError as TableReader does.
+// Needs NAME_deg of all 23 joints, none missing. Throws io::InputError as recording::CsvReader does.
 Recorded read_recorded(const std::filesystem::path& file);
 
 // Throws io::InputError: fewer than three people, one of them twice.

@@ -11,8 +11,8 @@
 #include "host/posture/learn.hpp"
 #include "host/posture/regression.hpp"
 #include "host/posture/standard_error.hpp"
-#include "host/posture/table.hpp"
 #include "host/posture/test_people.hpp"
+#include "host/recording/csv.hpp"
 
 namespace flexor::posture {
 namespace {
@@ -115,9 +115,8 @@ TEST(CodebookOfHands, HasTheCentresOfWhatIsThere) {
 
 TEST(TablesOfAngles, KeepEveryRow) {
   std::istringstream text("object;t_s;a_deg;b_deg\ncup;1;2;\ncup;1;nan;4\ncup;0.5;5;6\n");
-  TableReader table(text, "x.csv");
-  table.choose({"b_deg", "a_deg"});
-  TableRow row;
+  recording::CsvReader table(text, "x.csv", {{"b_deg", "a_deg"}, {}, true});
+  recording::Row row;
   ASSERT_TRUE(table.next(row));
   EXPECT_TRUE(std::isnan(row.value[0]));
   EXPECT_EQ(row.value[1], 2);
@@ -128,39 +127,6 @@ TEST(TablesOfAngles, KeepEveryRow) {
   EXPECT_FALSE(table.next(row));
   EXPECT_EQ(step_s(1, 0.5), 0);
   EXPECT_EQ(step_s(1, 1.25), 0.25);
-}
-
-TEST(TablesOfAngles, TakeDecimalCommasAndMilliseconds) {
-  std::istringstream text("time_ms;a_deg\n1500;1,25\n1510,5;nan\n");
-  TableReader table(text, "x.csv");
-  table.choose({"a_deg"});
-  TableRow row;
-  ASSERT_TRUE(table.next(row));
-  EXPECT_EQ(row.t_s, 1.5);
-  EXPECT_EQ(row.time, "1.5");
-  EXPECT_EQ(row.value[0], 1.25);
-  ASSERT_TRUE(table.next(row));
-  EXPECT_EQ(row.time, "1.5105");
-  EXPECT_TRUE(std::isnan(row.value[0]));
-}
-
-TEST(TablesOfAngles, NameRowColumnAndMend) {
-  const auto read = [](const std::string& content) {
-    return io::refusal_of([&] {
-      std::istringstream text(content);
-      TableReader table(text, "x.csv");
-      table.choose({"a_deg"});
-      for (TableRow row; table.next(row);) {
-      }
-    });
-  };
-  EXPECT_EQ(read("t_s,a_deg\n1,2\n2,x7\n"),
-            "x.csv: row 3: column \"a_deg\": \"x7\" is no number; mend it, or leave the cell empty where "
-            "nothing was read");
-  EXPECT_EQ(read("t_s,b_deg\n1,2\n"), "x.csv: no column \"a_deg\"; there are: t_s, b_deg");
-  EXPECT_NE(read("t_s,a_deg\n1\n").find("row 2: 1 cells where the header has 2"), std::string::npos);
-  EXPECT_NE(read("t_s,a_deg\n,1\n").find("column \"t_s\": no time"), std::string::npos);
-  EXPECT_NE(read("").find("is empty"), std::string::npos);
 }
 
 }  // namespace

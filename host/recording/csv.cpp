@@ -5,11 +5,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <fstream>
+#include <iostream>
 #include <limits>
 #include <sstream>
+#include <utility>
 
 #include "host/io/io.hpp"
 #include "host/recording/unit.hpp"
@@ -22,505 +23,533 @@ using io::InputError;
 constexpr std::size_t kLongestExcerpt = 40;  // of a cell in a message
 constexpr std::size_t kTornRows = 5;
 constexpr double kTornShare = 0.1;
+constexpr std::size_t kSureRows =
+    20;  // of a live log: behind them a row with a bad cell is malformed, in them the log is
+constexpr std::size_t kTitles = 40;        // lines in which the first row of numbers is looked for
+constexpr std::size_t kLiveRows = 20;      // of look-ahead where rows come as they are made
 constexpr double kCounter = 4294967296.0;  // ticks of a 32-bit counter
+constexpr const char* kNoData = "has a header but no data";
 constexpr double kDay_s = 86400;
 constexpr double kHour_s = 3600;
 
-// RFC 4180 within one line; blanks separate as many at a time as there are. Reuses the strings of `cells`.
-void split(const std::string& line, char delimiter, std::vector<std::string>& cells) {
-  std::size_t n = 0;
-  const auto next_cell = [&]() -> std::string& {
-    if (n == cells.size()) cells.emplace_back();
-    cells[n].clear();
-    return cells[n++];
-  };
-  std::string* cell = &next_cell();
-  bool quoted = false;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    const char c = line[i];
-    const bool separates = delimiter == ' ' ? c == ' ' || c == '\t' : c == delimiter;
-    if (quoted && c == '"' && i + 1 < line.size() && line[i + 1] == '"') {
-      cell->push_back('"');
-      ++i;
-    } else if (c == '"' && (quoted || trimmed(*cell).empty())) {
-      quoted = !quoted;
-    } else if (separates && !quoted) {
-      if (delimiter != ' ' || !cell->empty()) cell = &next_cell();
-    } else {
-      cell->push_back(c);
-    }
-  }
-  if (delimiter == ' ' && n > 1 && cell->empty()) --n;
-  cells.resize(n);
-  for (std::string& text : cells) {
-    const std::string_view inner = trimmed(text);
-    if (inner.size() != text.size()) text = std::string(inner);
-  }
+std::string excerpt(std::string_view text) { return io::start_of(text, kLongestExcerpt); }
+
+const char* spelt(char separator) {
+  return separator == ';'    ? "semicolons"
+         : separator == '\t' ? "tabs"
+         : separator == ' '  ? "blanks"
+                             : "commas";
 }
 
-// "12:03:11.123 -> 356,323" cut at the arrow, where a time stands before it.
-bool cut_at_arrow(const std::string& text, std::string& time, std::string& rest) {
-  const std::size_t arrow = text.find("->");
-  if (arrow == std::string::npos) return false;
-  const std::string before(trimmed(std::string_view(text).substr(0, arrow)));
-  if (!to_time(before)) return false;
-  time = before;
-  rest = std::string(trimmed(std::string_view(text).substr(arrow + 2)));
-  return true;
+// What a file that is no text is, by how it begins, with the mend; nothing of text.
+const char* binary_kind(std::string_view line) {
+  static constexpr std::array<std::pair<std::string_view, const char*>, 5> kKinds = {
+      {{"MATLAB 5.0 MAT-file", "a MATLAB file: writetable(T, \"log.csv\") in MATLAB"},
+       {"\xC2\x89HDF", "an HDF5 or MATLAB file: write its table as CSV"},
+       {"PK\x03\x04", "an Excel workbook or a ZIP archive: save the sheet as CSV"},
+       {"\xC3\x90\xC3\x8F\x11", "an old Excel workbook: save the sheet as CSV"},
+       {"\x1F\xC2\x8B", "compressed: gunzip it"}}};
+  for (const auto& [begin, kind] : kKinds) {
+    if (line.starts_with(begin)) return kind;
+  }
+  const bool is_text = std::ranges::none_of(
+      line.substr(0, 200), [](unsigned char c) { return c < ' ' && c != '\t' && c != '\r' && c != '\f'; });
+  return is_text ? nullptr : "no text: export it as CSV";
 }
 
-// Text for VR drivers: letters, or letters in brackets, each with or without a number behind it. The numbers
-// of A to E, in the order of the fingers; false where the text is something else.
-bool read_keyed(std::string_view text, std::array<std::string, 5>& value) {
-  for (std::string& v : value) v.clear();
-  std::size_t i = 0;
-  while (i < text.size()) {
-    std::string key;
-    if (text[i] == '(') {
-      const std::size_t close = text.find(')', i);
-      if (close == std::string_view::npos) return false;
-      key = text.substr(i + 1, close - i - 1);
-      i = close + 1;
-    } else {
-      key = text[i++];
-    }
-    if (key.empty() || !std::ranges::all_of(key, [](unsigned char c) { return std::isupper(c) != 0; }))
-      return false;
-    std::size_t end = i;
-    while (end < text.size() && std::isdigit(static_cast<unsigned char>(text[end])) != 0) ++end;
-    if (key.size() == 1 && key[0] <= 'E')
-      value[static_cast<std::size_t>(key[0] - 'A')] = text.substr(i, end - i);
-    i = end;
-  }
-  return !value[0].empty() && !value[1].empty();
+bool is_number_or_time(const std::string& cell, char separator) {
+  return read_number(cell, separator) || to_time(cell);
 }
 
-// label:value, label:value, ... as the Arduino IDE's plotter takes it, separated by commas, tabs or blanks. A label begins
-// with a letter. False where the text is something else.
-bool read_labelled(const std::string& text, std::vector<std::string>& label,
-                   std::vector<std::string>& value) {
-  label.clear();
-  value.clear();
-  std::size_t at = text.find_first_not_of(", \t");
-  while (at != std::string::npos) {
-    const std::size_t colon = text.find(':', at);
-    const std::string name(trimmed(std::string_view(text).substr(at, std::min(colon, text.size()) - at)));
-    const bool is_label = !name.empty() && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
-                          name.find_first_of(",\"") == std::string::npos;
-    if (colon == std::string::npos || !is_label) return false;
-    const std::size_t begin = text.find_first_not_of(" \t", colon + 1);
-    const std::size_t end = std::min(text.find_first_of(", \t", begin), text.size());
-    label.push_back(name);
-    value.push_back(begin == std::string::npos ? "" : text.substr(begin, end - begin));
-    if (!value.back().empty() && !to_number(value.back())) return false;
-    at = text.find_first_not_of(", \t", end);
-  }
-  return !label.empty();
+// More numbers than words, and beside a time of the line's own, one, else two or more.
+bool is_row(const std::vector<std::string>& cells, char separator, bool has_time) {
+  const auto numbers = static_cast<std::size_t>(
+      std::ranges::count_if(cells, [&](const auto& c) { return is_number_or_time(c, separator); }));
+  return numbers >= (has_time ? 1U : 2U) && 2 * numbers > cells.size();
 }
 
-bool is_time_name(const std::string& column, std::optional<double>& unit_s) {
-  const NameAndUnit cut = cut_name(column);
-  unit_s = seconds_in(cut.unit);
-  static constexpr std::array kNames = {"t",       "time",        "timestamp", "datetime",
-                                        "date",    "clock",       "elapsed",   "zeit",
-                                        "uhrzeit", "zeitstempel", "timems",    "elapsedtime"};
-  if (std::ranges::any_of(kNames, [&](const char* n) { return cut.name == n; })) {
-    if (cut.name == "timems") unit_s = 1e-3;
-    return cut.unit.empty() || unit_s.has_value();
-  }
-  // A column called by its unit: millis, micros, ms, "seconds".
-  static constexpr std::array kUnits = {"millis", "millis()", "micros", "micros()",   "ms",
-                                        "us",     "seconds",  "sec",    "timemillis", "timemicros"};
-  if (!cut.unit.empty() || std::ranges::none_of(kUnits, [&](const char* n) { return cut.name == n; }))
-    return false;
-  unit_s = seconds_in(cut.name.starts_with("time") ? cut.name.substr(4) : cut.name);
-  return true;
-}
-
-const char* spelt(char delimiter) {
-  switch (delimiter) {
-    case ';':
-      return "semicolons";
-    case '\t':
-      return "tabs";
-    case ' ':
-      return "blanks";
-    default:
-      return "commas";
-  }
+std::unique_ptr<std::istream> open(const std::filesystem::path& path) {
+  io::require_readable(path);
+  return std::make_unique<std::ifstream>(path, std::ios::binary);
 }
 
 }  // namespace
 
 CsvReader::CsvReader(std::istream& stream, std::string source, const CsvOptions& options)
-    : lines_(stream), source_(std::move(source)), holes_(options.holes) {
-  if (!options.time_unit.empty() && !seconds_in(options.time_unit)) {
-    throw InputError(fmt::format("unknown unit of time \"{}\"; known: s, ms, us, ns", options.time_unit));
-  }
-  read_layout();
+    : lines_(stream), source_(std::move(source)), options_(options) {
+  begin();
+}
+
+CsvReader::CsvReader(const std::filesystem::path& path, const CsvOptions& options)
+    : file_(path == "-" ? nullptr : open(path)),
+      lines_(file_ ? *file_ : std::cin),
+      source_(file_ ? path.string() : "standard input"),
+      options_(options) {
+  options_.is_live = !file_;
+  begin();
+}
+
+void CsvReader::begin() {
+  const double rate_hz = options_.time.log_rate_hz;
+  if (!options_.time.unit.empty() && !seconds_in(options_.time.unit))
+    throw InputError(fmt::format("unknown unit of time \"{}\"; known: s, ms, us, ns", options_.time.unit));
+  if (!(rate_hz >= 0 && rate_hz <= 1e5))
+    throw InputError(fmt::format("--log-rate {}: must lie between 0 and 100000 rows a second", rate_hz));
+  find_layout();
+  read_header();
   read_units();
-  find_time(options);
-  find_columns(options.columns);
+  find_time();
+  choose(options_.columns);
 }
 
 void CsvReader::fail(const std::string& what) const {
   throw InputError(fmt::format("{}: row {}: {}", source_, line_.number, what));
 }
 
-// The next line that holds something, its time cut off where the log has arrows.
-bool CsvReader::next_line(Line& line) {
-  if (!ahead_.empty()) {
-    line = std::move(ahead_.back());
-    ahead_.pop_back();
-    return true;
-  }
+bool CsvReader::has(const std::string& column) const { return std::ranges::count(header_, column) > 0; }
+
+// The next line of the file that holds something, its time cut off where the log has arrows.
+bool CsvReader::read_line(Line& line) {
+  line.comment.clear();
   while (lines_.next(line.text)) {
     const std::string_view inner = trimmed(line.text);
     if (inner.empty()) continue;
     if (inner.front() == '#') {
       const std::size_t text = inner.find_first_not_of("# ");
-      if (text != std::string_view::npos) comment_ = inner.substr(text);
+      if (text != std::string_view::npos) line.comment = inner.substr(text);
       continue;
     }
     line.number = lines_.number();
+    line.is_cut_off = lines_.cut_off();
     line.time.clear();
-    (void)cut_at_arrow(line.text, line.time, line.text);
+    (void)cut_at_arrow(line.text, line.time);
     return true;
   }
   return false;
 }
 
-// line_ into cells_.
-void CsvReader::split_line() {
-  if (layout_ == Layout::table) return split(line_.text, delimiter_, cells_);
-  if (layout_ == Layout::labelled) return split_labelled();
-  std::array<std::string, 5> value;
-  if (!read_keyed(trimmed(line_.text), value)) value.fill("");
-  cells_.assign(value.begin(), value.end());
+const CsvReader::Line* CsvReader::peek(std::size_t i) {
+  while (ahead_.size() <= i) {
+    if (Line line; read_line(line)) {
+      ahead_.push_back(std::move(line));
+    } else {
+      return nullptr;
+    }
+  }
+  return &ahead_[i];
 }
 
-// In the order of the first line's labels; a torn line is none.
-void CsvReader::split_labelled() {
-  std::vector<std::string> label;
-  std::vector<std::string> value;
+bool CsvReader::next_line(Line& line) {
+  if (ahead_.empty()) return read_line(line);
+  line = std::move(ahead_.front());
+  ahead_.pop_front();
+  return true;
+}
+
+const CsvReader::Line& CsvReader::first_line(const char* lack) {
+  if (const Line* line = peek(0)) return *line;
+  throw InputError(fmt::format("{}: {}", source_, lack));
+}
+
+// Into cells_, in the order of the header; none where the line is of another layout, or has a label of its own.
+void CsvReader::split_line(const std::string& text) {
+  if (layout_ == Layout::table) return split(text, separator_, cells_);
   cells_.clear();
-  if (!read_labelled(line_.text, label, value)) return;
+  new_label_.clear();
+  if (!read_labelled(text, labelled_) || labelled_.layout != layout_ || labelled_.label.empty()) return;
   cells_.assign(header_.size(), "");
-  for (std::size_t i = 0; i < label.size(); ++i) {
-    const auto column = std::ranges::find(header_, label[i]);
-    if (column == header_.end()) fail(fmt::format("\"{}\" is no label of the first row", label[i]));
-    cells_[static_cast<std::size_t>(column - header_.begin())] = value[i];
+  for (std::size_t i = 0; i < labelled_.label.size(); ++i) {
+    const auto column = std::ranges::find(header_, labelled_.label[i]);
+    if (column == header_.end()) {
+      new_label_ = labelled_.label[i];
+      return cells_.clear();
+    }
+    cells_[static_cast<std::size_t>(column - header_.begin())] = labelled_.value[i];
   }
 }
 
-// line_ will be read once more.
-void CsvReader::put_back() { ahead_.push_back(line_); }
+void CsvReader::find_layout() {
+  if (const char* kind = binary_kind(first_line("is empty").text))
+    throw InputError(fmt::format("{}: is {}", source_, kind));
+  if (ahead_[0].text.size() == 5 && lower(ahead_[0].text).starts_with("sep=")) {
+    separator_ = ahead_[0].text[4];
+    ahead_.pop_front();
+  }
+  Cells cells;
+  while (read_labelled(first_line("is empty").text, cells) &&
+         cells.label.empty()) {  // what a VR driver's glove is
+    ahead_.pop_front();
+  }
+  if (read_labelled(ahead_[0].text, cells) && std::ranges::none_of(cells.value, is_missing)) {
+    layout_ = cells.layout;
+    header_ = cells.label;
+  } else if (const auto row = find_first_row(); row && *row > 0) {
+    // The nearest line above the rows that has as many cells, or the one right above, unless it is a greeting.
+    std::vector<std::string> cells_of_row;
+    split(ahead_[*row].text, separator_, cells_of_row);
+    std::size_t header = *row;
+    for (std::size_t i = *row; i-- > 0;) {
+      std::vector<std::string> names;
+      split(ahead_[i].text, separator_, names);
+      const bool is_above = i + 1 == *row;
+      const bool is_greeting = names.size() == 1 && (!is_above || names[0].find(' ') != std::string::npos);
+      const bool fits = names.size() <= cells_of_row.size() && 2 * names.size() > cells_of_row.size();
+      const auto is_number = [&](const auto& cell) { return is_number_or_time(cell, separator_); };
+      if (is_greeting || !(fits || is_above) || (is_units_row(names) && i > 0) ||
+          std::ranges::any_of(names, is_number))
+        continue;
+      header = i;
+      break;
+    }
+    leave_out_titles(header);
+  } else if (separator_ == 0) {
+    separator_ = separator_of(ahead_[0].text, peek(1) != nullptr ? peek(1)->text : "-");
+  }
+  arrow_ = !ahead_[0].time.empty();
+}
 
-// The delimiter under which the first two lines have the same number of cells; else the one with most cells.
-void CsvReader::find_delimiter(const Line& first, const std::optional<Line>& second) {
-  if (delimiter_given_) return;
+// The first of two rows of numbers that have as many cells as each other, and the separator; 0 where the first two lines have,
+// whatever they hold. None: there are no such lines.
+std::optional<std::size_t> CsvReader::find_first_row() {
   std::vector<std::string> a;
   std::vector<std::string> b;
-  std::size_t most = 1;
-  for (const char c : {';', '\t', ',', ' '}) {
-    split(first.text, c, a);
-    if (second) split(second->text, c, b);
-    if (a.size() > 1 && second && a.size() == b.size()) {
-      delimiter_ = c;
-      return;
-    }
-    if (c != ' ' && a.size() > most) {
-      most = a.size();
-      delimiter_ = c;
+  for (std::size_t i = 0; i < kTitles; ++i) {
+    const Line* second = peek(i + 1);
+    if (second == nullptr) return std::nullopt;
+    const bool has_time = !second->time.empty();
+    for (const char c : separator_ != 0 ? std::vector{separator_} : std::vector{';', '\t', ',', ' '}) {
+      split(ahead_[i].text, c, a);
+      split(second->text, c, b);
+      while (a.size() > b.size() && a.back().empty()) a.pop_back();
+      while (b.size() > a.size() && b.back().empty()) b.pop_back();
+      if (a.size() != b.size() || (a.size() < 2 && (!has_time || c != ','))) continue;
+      const bool are_rows = is_row(a, c, has_time) && is_row(b, c, has_time);
+      if (!are_rows && (i > 0 || a.size() < 2)) continue;
+      separator_ = c;
+      return i;
     }
   }
+  return std::nullopt;
 }
 
-// A log that a terminal began to write in the middle of a line, or below a greeting of the board: one cell of
-// digits, or of several words, above lines that agree on more cells. A single word may be a column's name.
-void CsvReader::leave_out_fragment() {
-  const std::string_view text = trimmed(line_.text);
-  const bool digits = text.find_first_not_of("0123456789.-") == text.npos;
-  if (!digits && text.find(' ') == text.npos) return;
-  Line second;
-  Line third;
-  if (!next_line(second)) return;
-  const bool more = next_line(third);
-  if (more) {
-    for (const char c : delimiter_given_ ? std::vector{delimiter_} : std::vector{';', '\t', ','}) {
-      std::vector<std::string> a;
-      std::vector<std::string> b;
-      split(second.text, c, a);
-      split(third.text, c, b);
-      if (a.size() < 2 || a.size() != b.size()) continue;
-      if (text.find(c) != text.npos) break;  // a header: what follows holds decimal commas besides
-      notes_.push_back(fmt::format("{}: row {} (\"{}\") does not fit what follows and is left out", source_,
-                                   line_.number, io::start_of(line_.text, kLongestExcerpt)));
-      line_ = std::move(second);
-      ahead_.push_back(std::move(third));
-      return;
-    }
-    ahead_.push_back(std::move(third));
+void CsvReader::leave_out_titles(std::size_t count) {
+  if (count == 0) return;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string text = lower(trimmed(ahead_[i].text));
+    if (text == "indegrees=yes") angle_unit_ = "deg";
+    if (text == "indegrees=no") angle_unit_ = "rad";
+    std::vector<std::string>& cells = titles_.emplace_back();
+    split(text.empty() ? text : ahead_[i].text, separator_, cells);
+    while (!cells.empty() && cells.back().empty()) cells.pop_back();
+    const auto rate = cells.size() == 1 ? to_number(cells[0]) : std::nullopt;
+    if (rate && *rate > 0) frame_rate_hz_ = *rate;
   }
-  ahead_.push_back(std::move(second));
-}
-
-void CsvReader::read_layout() {
-  if (!next_line(line_)) throw InputError(fmt::format("{}: is empty", source_));
-  if (lower(line_.text).starts_with("sep=") && line_.text.size() == 5) {
-    delimiter_ = line_.text[4];
-    delimiter_given_ = true;
-    if (!next_line(line_)) throw InputError(fmt::format("{}: is empty", source_));
-  }
-  leave_out_fragment();
-  const std::string comment = comment_;
-  arrow_ = !line_.time.empty();
-  std::array<std::string, 5> value;
-  if (read_keyed(trimmed(line_.text), value)) layout_ = Layout::keyed;
-  if (layout_ == Layout::keyed && !arrow_) {
-    throw InputError(
-        fmt::format("{}: has no times; record with time stamps, as 12:03:11.123 -> A356B323...", source_));
-  }
-  std::vector<std::string> label;
-  std::vector<std::string> number;
-  if (layout_ == Layout::table && read_labelled(line_.text, label, number) &&
-      std::ranges::none_of(number, &std::string::empty)) {
-    layout_ = Layout::labelled;
-    header_ = label;
-  }
-  std::optional<Line> second;
-  if (Line line; next_line(line)) second = std::move(line);
-  if (layout_ == Layout::table) find_delimiter(line_, second);
-  if (second) ahead_.push_back(std::move(*second));
-  comment_ = comment;
-  read_header();
+  notes_.push_back(count == 1 ? fmt::format("{}: row {} (\"{}\") does not fit what follows and is left out",
+                                            source_, ahead_[0].number, excerpt(ahead_[0].text))
+                              : fmt::format("{}: rows {} to {} are titles", source_, ahead_[0].number,
+                                            ahead_[count - 1].number));
+  ahead_.erase(ahead_.begin(), ahead_.begin() + static_cast<std::ptrdiff_t>(count));
 }
 
 void CsvReader::read_header() {
-  if (layout_ == Layout::keyed) {
-    header_ = {"thumb", "index", "middle", "ring", "pinky"};
+  if (layout_ == Layout::keyed)
     notes_.push_back(fmt::format("{}: text for VR drivers: A to E are thumb to pinky", source_));
-    has_header_ = false;
-    return put_back();
-  }
-  if (layout_ == Layout::labelled) return put_back();  // the labels name the columns
-  split_line();
-  if (!arrow_ && delimiter_ == ' ' && cells_.size() > 1 && to_time(cells_[0] + " " + cells_[1])) {
+  if (layout_ != Layout::table) return;  // the labels name the columns
+  line_ = ahead_[0];
+  split_line(line_.text);
+  if (!arrow_ && separator_ == ' ' && cells_.size() > 1 && to_time(cells_[0] + " " + cells_[1])) {
     fail("date and clock are separated like columns; quote them, or separate the columns with commas");
   }
   while (cells_.size() > 1 && cells_.back().empty()) cells_.pop_back();
   header_ = cells_;
-  has_header_ =
-      !std::ranges::all_of(cells_, [&](const std::string& c) { return c.empty() || parse(c) || to_time(c); });
-  if (!has_header_) {
-    put_back();
-    has_header_ = comment_is_header(comment_);
+  has_header_ = !std::ranges::all_of(
+      cells_, [&](const std::string& c) { return is_missing(c) || is_number_or_time(c, separator_); });
+  if (has_header_) {
+    ahead_.pop_front();
+    name_by_titles();
+  } else {
+    has_header_ = comment_is_header(line_.comment);
   }
   for (std::size_t i = 0; i < header_.size(); ++i) {
     if (!has_header_ || header_[i].empty()) header_[i] = fmt::format("column{}", i + 1);
   }
   if (has_header_) return;
-  notes_.push_back(fmt::format("{}: has no header: the columns are called {} to {} in their order{}", source_,
-                               header_.front(), header_.back(), arrow_ ? "" : ", the first is the time"));
+  notes_.push_back(fmt::format("{}: has no header: the columns are called {} to {} in their order", source_,
+                               header_.front(), header_.back()));
+}
+
+// Columns without a name, or of one name, get that of the nearest title that spans them.
+void CsvReader::name_by_titles() {
+  const auto is_told = [&](const std::string& name) {
+    return !name.empty() && std::ranges::count(header_, name) == 1;
+  };
+  for (auto title = titles_.rbegin(); title != titles_.rend() && !std::ranges::all_of(header_, is_told);
+       ++title) {
+    if (title->size() < 2 || title->size() > header_.size() || std::ranges::count(*title, "ID") > 0) continue;
+    const std::vector<std::string> before = header_;
+    std::string above;
+    for (std::size_t i = 0; i < header_.size(); ++i) {
+      if (i < title->size() && !(*title)[i].empty()) above = (*title)[i];
+      const bool is_double = !before[i].empty() && std::ranges::count(before, before[i]) > 1;
+      if (is_double && !above.empty()) header_[i] = above + "_" + before[i];
+      if (before[i].empty() && i < title->size()) header_[i] = (*title)[i];
+    }
+  }
 }
 
 // As NumPy writes it: # t_s,index,middle
 bool CsvReader::comment_is_header(const std::string& comment) {
   std::vector<std::string> names;
-  split(comment, delimiter_, names);
+  split(comment, separator_, names);
   if (comment.empty() || names.size() != header_.size() || to_time(names.front())) return false;
   header_ = names;
   return true;
 }
 
-// A row below the header that holds units instead of numbers.
+// A row below the header that holds units instead of numbers; else a title's.
 void CsvReader::read_units() {
-  for (const std::string& name : header_) header_units_.push_back(unit_of(name));
-  if (!next_line(line_)) throw InputError(fmt::format("{}: has a header but no data", source_));
-  split_line();
-  const auto is_unit = [](const std::string& cell) { return known_unit(cell) || seconds_in(cell); };
-  const auto fits = [&](const std::string& cell) { return is_unit(cell) || cell.empty() || cell == "-"; };
-  const bool units = layout_ == Layout::table && has_header_ && cells_.size() <= header_.size() &&
-                     std::ranges::any_of(cells_, is_unit) && std::ranges::all_of(cells_, fits);
-  if (!units) return put_back();
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
-    if (is_unit(cells_[i])) header_units_[i] = known_unit(cells_[i]).value_or(cells_[i]);
+  for (const std::string& name : header_) {
+    std::optional<double> ignored;
+    const bool is_angle = !is_time_name(name, ignored) && !lower(name).ends_with("_tx") &&
+                          !lower(name).ends_with("_ty") && !lower(name).ends_with("_tz");
+    const std::string unit = unit_of(name);
+    header_units_.push_back(unit.empty() && is_angle ? angle_unit_ : unit);
   }
-  notes_.push_back(fmt::format("{}: row {} is taken as a row of units", source_, line_.number));
+  if (layout_ != Layout::table || !has_header_) return;
+  split_line(first_line(kNoData).text);
+  if (cells_.size() > header_.size() || !is_units_row(cells_)) return;
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    if (known_unit(cells_[i]) || seconds_in(cells_[i]))
+      header_units_[i] = known_unit(cells_[i]).value_or(cells_[i]);
+  }
+  notes_.push_back(fmt::format("{}: row {} is taken as a row of units", source_, ahead_[0].number));
+  ahead_.pop_front();
 }
 
-// The first column that is called a time and holds one in the first row.
-void CsvReader::find_time(const CsvOptions& options) {
-  if (!next_line(line_)) throw InputError(fmt::format("{}: has a header but no data", source_));
-  split_line();
-  put_back();
+// How likely a column is the time, the higher the likelier; none: it is not.
+std::optional<CsvReader::Clock> CsvReader::clock_in(std::size_t place, const std::vector<std::string>& first,
+                                                    const std::vector<std::string>& second) const {
   std::optional<double> unit_s;
-  const auto holds_time = [&](std::size_t i) {
-    return i < cells_.size() && (to_time(cells_[i]).has_value() || parse(cells_[i]).has_value());
-  };
+  const bool is_named = has_header_ ? is_time_name(header_[place], unit_s) : place == 0;
+  if (!unit_s) unit_s = seconds_in(header_units_[place]);
+  const auto number = place < first.size() ? read_number(first[place], separator_) : std::nullopt;
+  const bool is_written = !number && place < first.size() && to_time(first[place]);
+  if (!is_named && !is_written) return std::nullopt;
+  const auto next = place < second.size() ? read_number(second[place], separator_) : std::nullopt;
+  const bool counts = number && next && !unit_s && next->value == number->value + 1;
+  return Clock{place, counts ? 2 : !number && !is_written ? 1 : is_named ? 4 : 3, unit_s};
+}
+
+// The column that is called a time and holds one in the first row, or that has times of day or dates.
+void CsvReader::find_time() {
+  split_line(first_line(kNoData).text);
+  const std::vector<std::string> first = cells_;
+  std::vector<std::string> second;
+  if (const Line* line = peek(1)) {
+    split_line(line->text);
+    second = cells_;
+  }
+  const bool may_be_none = options_.time.log_rate_hz > 0 && !has_header_;
+  std::optional<Clock> best;
+  std::optional<Clock> other;  // that would do as well
   for (std::size_t i = 0; i < header_.size() && !arrow_; ++i) {
-    std::optional<double> stated_s;
-    if (has_header_ ? !is_time_name(header_[i], stated_s) : i > 0) continue;
-    if (time_place_ && (!holds_time(i) || holds_time(*time_place_))) continue;
-    time_place_ = i;
-    unit_s = stated_s ? stated_s : seconds_in(header_units_[i]);
+    std::optional<Clock> clock = clock_in(i, first, second);
+    if (!clock || (may_be_none && clock->rank != 3)) continue;
+    if (!best || clock->rank > best->rank) std::swap(best, clock);
+    if (clock && clock->rank > 2) other = clock;
   }
-  if (!time_place_ && !arrow_ && layout_ == Layout::labelled) {
-    throw InputError(
-        fmt::format("{}: has no times: {}; record with time stamps, as 12:03:11.123 -> {}:{}, or "
-                    "print t_ms:{{millis()}} as well",
-                    source_, fmt::join(header_, ", "), header_.front(), cells_.front()));
+  if (!options_.time.column.empty() &&
+      (!best || has(options_.time.column))) {  // a reference may have a clock of its own
+    const std::size_t place = place_of(options_.time.column);
+    const auto by_name = seconds_in(cut_name(header_[place]).unit);
+    best = clock_in(place, first, second)
+               .value_or(Clock{place, 0, by_name ? by_name : seconds_in(header_units_[place])});
+    other.reset();
   }
-  if (!time_place_ && !arrow_) {
-    throw InputError(
-        fmt::format("{}: no time column (t_s, time, Time(ms), timestamp ...): name it t_s or time_ms; "
-                    "there are: {}",
-                    source_, fmt::join(header_, ", ")));
+  if (!best && frame_rate_hz_ > 0 && has("Frame")) best = {place_of("Frame"), 0, 1 / frame_rate_hz_};
+  if (best) time_place_ = best->place;
+  if (other) {
+    const std::string both = fmt::format("{}: columns \"{}\" and \"{}\" could both be the time", source_,
+                                         header_[best->place], header_[other->place]);
+    if (!has_header_) throw InputError(both + ": say which with --time-column");
+    notes_.push_back(fmt::format("{}: \"{}\" is taken (--time-column)", both, header_[best->place]));
   }
-  const auto asked = seconds_in(options.time_unit);
-  if (asked && unit_s && *asked != *unit_s) {
+  require_time();
+  const auto asked = seconds_in(options_.time.unit);
+  if (asked && best && best->unit_s && *asked != *best->unit_s) {
     notes_.push_back(fmt::format("{}: column \"{}\" states its unit itself: --time-unit is not for it",
                                  source_, header_[*time_place_]));
   }
-  time_unit_s_ = unit_s.value_or(asked.value_or(1));
+  time_unit_s_ = (best ? best->unit_s : std::nullopt).value_or(asked.value_or(1));
+}
+
+void CsvReader::require_time() {
+  const bool has_time = time_place_ || arrow_;
+  if (has_time && options_.time.log_rate_hz > 0)
+    notes_.push_back(fmt::format("{}: has times of its own: --log-rate is not for it", source_));
+  if (has_time || options_.time.log_rate_hz > 0) return;
+  if (layout_ != Layout::table) {
+    throw InputError(
+        fmt::format("{}: has no times: {}; record with time stamps, as 12:03:11.123 -> ..., print "
+                    "t_ms:{{millis()}} as well, or give the rows a second: --log-rate 50",
+                    source_, listed(header_)));
+  }
+  throw InputError(fmt::format(
+      "{}: no time column (t_s, time, Time(ms), timestamp ...): name it t_s or time_ms, say which it "
+      "is with --time-column, or give the rows a second of a log without: --log-rate 50; there are: {}",
+      source_, listed(header_)));
 }
 
 std::size_t CsvReader::place_of(const std::string& name) const {
   const auto it = std::ranges::find(header_, name);
-  if (it == header_.end()) {
-    throw InputError(
-        fmt::format("{}: no column \"{}\"; there are: {}", source_, name, fmt::join(header_, ", ")));
-  }
-  if (std::find(it + 1, header_.end(), name) != header_.end()) {
+  if (it == header_.end())
+    throw InputError(fmt::format("{}: no column \"{}\"; there are: {}", source_, name, listed(header_)));
+  if (std::find(it + 1, header_.end(), name) != header_.end())
     throw InputError(fmt::format("{}: column \"{}\" occurs twice: rename one of them", source_, name));
-  }
   return static_cast<std::size_t>(it - header_.begin());
 }
 
-// Without any wanted: those that hold a number in the first row, which find_time() has looked at.
-void CsvReader::find_columns(const std::vector<std::string>& wanted) {
+// A column is of numbers when the first cell in it that is not missing is one.
+std::vector<std::size_t> CsvReader::columns_of_numbers() {
+  enum class Kind { missing, number, text };
+  std::vector<Kind> kind(header_.size(), Kind::missing);
+  if (time_place_) kind[*time_place_] = Kind::text;
+  for (std::size_t k = 0; (k < kLiveRows || !options_.is_live) && std::ranges::count(kind, Kind::missing) > 0;
+       ++k) {
+    const Line* line = peek(k);
+    if (line == nullptr) break;
+    split_line(line->text);
+    for (std::size_t i = 0; i < std::min(header_.size(), cells_.size()); ++i) {
+      if (kind[i] != Kind::missing || is_missing(cells_[i])) continue;
+      kind[i] = read_number(cells_[i], separator_) ? Kind::number : Kind::text;
+    }
+  }
+  std::vector<std::size_t> out;
+  std::vector<std::string> left;
+  for (std::size_t i = 0; i < header_.size(); ++i) {
+    if (kind[i] == Kind::number || (kind[i] == Kind::missing && options_.holes)) {
+      out.push_back(i);
+    } else if (time_place_ != i && (kind[i] == Kind::missing || header_units_[i] == "deg")) {
+      left.push_back(header_[i]);
+    }
+  }
+  left_out_ = left.empty() ? "" : listed(left);
+  return out;
+}
+
+void CsvReader::choose(const std::vector<std::string>& columns) {
+  columns_.clear();
+  units_.clear();
+  places_.clear();
+  left_out_.clear();
   const auto take = [&](std::size_t place) {
     columns_.push_back(header_[place]);
     units_.push_back(header_units_[place]);
     places_.push_back(place);
   };
-  for (const std::string& name : wanted) take(place_of(name));
-  for (std::size_t i = 0; wanted.empty() && i < std::min(header_.size(), cells_.size()); ++i) {
-    if (time_place_ != i && (parse(cells_[i]) || is_hole(cells_[i]))) take(place_of(header_[i]));
-  }
+  for (const std::string& name : columns) take(place_of(name));
+  if (!columns.empty()) return;
+  for (const std::size_t place : columns_of_numbers()) take(place_of(header_[place]));
   if (!columns_.empty()) return;
-  for (std::size_t i = 0; i < std::min(header_.size(), cells_.size()); ++i) {
-    if (time_place_ != i) {
-      fail(fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none", header_[i],
-                       io::start_of(cells_[i], kLongestExcerpt)));
-    }
-  }
+  line_ = first_line(kNoData);
+  split_line(line_.text);
+  if (const std::size_t i = time_place_ == 0U ? 1 : 0;
+      i < std::min(header_.size(), cells_.size()) && time_place_ != i)
+    fail(fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none", header_[i],
+                     excerpt(cells_[i])));
   fail("no column beside the time");
 }
 
-// With a decimal comma only where commas do not separate.
-std::optional<CsvReader::Parsed> CsvReader::parse(std::string_view text) const {
-  if (const auto value = to_number(text)) return Parsed{*value, text.find('.') != text.npos ? '.' : char()};
-  if (delimiter_ == ',' || text.find(',') == text.npos) return std::nullopt;
-  std::string with_point(text);
-  std::ranges::replace(with_point, ',', '.');
-  const auto value = to_number(with_point);
-  if (!value) return std::nullopt;
-  return Parsed{*value, ','};
+std::optional<double> CsvReader::checked(const Number& number, std::string& why) {
+  if (!is_measurement(number.value)) {
+    why = "is not a measurement; mend or remove the row";
+    return std::nullopt;
+  }
+  if (number.decimal != 0 && decimal_ != 0 && number.decimal != decimal_) {
+    why = "some numbers have a decimal point and some a decimal comma; use one";
+    return std::nullopt;
+  }
+  if (number.decimal != 0) decimal_ = number.decimal;
+  return number.value;
 }
 
-double CsvReader::checked(const Parsed& parsed, const std::string& column, const std::string& text) {
-  if (!is_measurement(parsed.value)) {
-    fail(fmt::format("column \"{}\": {} is not a measurement; mend or remove the row", column, text));
+bool CsvReader::read_values(std::vector<double>& value, std::string& why) {
+  value.resize(places_.size());
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const std::string& cell = cells_[places_[i]];
+    value[i] = std::numeric_limits<double>::quiet_NaN();
+    if (is_missing(cell)) continue;
+    const auto number = read_number(cell, separator_);
+    const auto known = number ? checked(*number, why) : std::nullopt;
+    if (!number) why = "is not a number; mend or remove the row";
+    if (!why.empty()) {
+      why = fmt::format("column \"{}\": {} {}", columns_[i],
+                        number ? excerpt(cell) : '"' + excerpt(cell) + '"', why);
+      return false;
+    }
+    value[i] = *known;
   }
-  if (parsed.decimal != 0 && decimal_ != 0 && parsed.decimal != decimal_) {
-    fail(fmt::format(
-        "column \"{}\": \"{}\": some numbers have a decimal point and some a decimal comma; use one", column,
-        text));
-  }
-  if (parsed.decimal != 0) decimal_ = parsed.decimal;
-  return parsed.value;
+  return true;
 }
 
-bool CsvReader::is_hole(const std::string& cell) const { return holes_ && is_missing(cell); }
-
-double CsvReader::number(std::size_t cell, const std::string& column) {
-  const std::string& text = cells_[cell];
-  if (is_hole(text)) return std::numeric_limits<double>::quiet_NaN();
-  const auto parsed = parse(text);
-  if (!parsed) {
-    fail(fmt::format("column \"{}\": \"{}\" is not a number; mend or remove the row", column,
-                     io::start_of(text, kLongestExcerpt)));
+// False with a reason, or without one where no time stands.
+bool CsvReader::read_time(double& t_s, std::string& why) {
+  if (!arrow_ && !time_place_) {
+    t_s = static_cast<double>(rows_ + torn_ + unmeasured_) / options_.time.log_rate_hz;
+    return true;
   }
-  return checked(*parsed, column, text);
-}
-
-double CsvReader::time(const std::string& text) {
-  const std::string& column = time_place_ ? header_[*time_place_] : line_.time;
-  const auto parsed = parse(text);
-  if (!parsed && !to_time(text) && to_time(text + ".0")) {
-    fail(fmt::format(
-        "column \"{}\": \"{}\" may be hours and minutes, or minutes and seconds; write it as 0:{}", column,
-        text, text));
+  const std::string& text = arrow_ ? line_.time : cells_[*time_place_];
+  if (is_missing(text)) return false;
+  const auto refuse = [&](const std::string& what) {
+    why = fmt::format("column \"{}\": \"{}\" {}", time_place_ ? header_[*time_place_] : line_.time,
+                      excerpt(text), what);
+    return false;
+  };
+  const auto number = read_number(text, separator_);
+  if (!number && !to_time(text) && to_time(text + ".0")) {
+    return refuse(
+        fmt::format("may be hours and minutes, or minutes and seconds; write it as 0:{}", excerpt(text)));
   }
-  const auto found =
-      parsed ? std::optional(Time{TimeFormat::number, checked(*parsed, column, text)}) : to_time(text);
-  if (!found) {
-    fail(fmt::format(
-        "column \"{}\": \"{}\" is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove "
-        "the row",
-        column, io::start_of(text, kLongestExcerpt)));
-  }
+  std::optional<Time> found = number ? Time{TimeFormat::number, number->value} : to_time(text);
+  if (!found)
+    return refuse("is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove the row");
+  if (number && !checked(*number, why)) return refuse(why);
   if (!time_format_) {
     time_format_ = found->format;
     if (found->format == TimeFormat::clock) wrap_s_ = kDay_s;
     if (found->format == TimeFormat::minutes) wrap_s_ = kHour_s;
-    if (found->format == TimeFormat::number && time_unit_s_ < 1) wrap_s_ = kCounter * time_unit_s_;
+    if (found->format == TimeFormat::number && time_unit_s_ < 1 && frame_rate_hz_ == 0)
+      wrap_s_ = kCounter * time_unit_s_;
   }
-  if (found->format != *time_format_) {
-    fail(fmt::format("column \"{}\": \"{}\" is written otherwise than the times before", column, text));
-  }
-  if (found->format == TimeFormat::slashed && is_ambiguous_date(text)) {
-    fail(fmt::format("column \"{}\": \"{}\" can be read as two dates; write it as 2026-05-01", column, text));
-  }
-  const double seconds = found->format == TimeFormat::number ? found->value * time_unit_s_ : found->value;
-  if (!is_measurement(seconds)) fail(fmt::format("column \"{}\": {} is no time", column, text));
-  return seconds;
+  if (found->format != *time_format_) return refuse("is written otherwise than the times before");
+  if (found->format == TimeFormat::slashed && is_ambiguous_date(text))
+    return refuse("can be read as two dates; write it as 2026-05-01");
+  t_s = found->format == TimeFormat::number ? found->value * time_unit_s_ : found->value;
+  return is_measurement(t_s) || refuse("is no time");
 }
 
-// Rows that a restarting board leaves behind. Tells nothing of rows that are wrong otherwise.
-bool CsvReader::is_torn() {
-  if (layout_ == Layout::keyed) return cells_[0].empty() || line_.time.empty();
-  if (arrow_ && line_.time.empty()) return true;  // a line without a time of its own
+// Whether line_ has the header's cells. Without a reason it is what a restarting board leaves behind.
+bool CsvReader::is_whole(std::string& why) {
   while (cells_.size() > header_.size() && cells_.back().empty()) cells_.pop_back();
-  const auto not_a_number = [&](std::size_t place) {
-    return place >= cells_.size() || (!parse(cells_[place]) && !is_hole(cells_[place]));
-  };
-  const bool odd = cells_.size() != header_.size() || std::ranges::any_of(places_, not_a_number);
-  if (odd && has_header_ && line_.text.find(header_.front() + delimiter_) != std::string::npos) {
-    return true;  // the header again, whole or with half a row before it
-  }
-  if (cells_.size() > header_.size()) {
-    fail(
+  if (cells_.size() > header_.size() && rows_ == 0) {
+    why =
         fmt::format("{} cells, the header has {}{}", cells_.size(), header_.size(),
-                    delimiter_ == ',' ? "; decimal commas need another separator, such as a semicolon" : ""));
+                    separator_ == ',' ? "; decimal commas need another separator, such as a semicolon" : "");
   }
-  return cells_.size() < header_.size() || (time_place_ && is_missing(cells_[*time_place_]));
-}
-
-// A row that fills other columns of a file, or in which a mark was not seen.
-bool CsvReader::is_unmeasured() const {
-  return !holes_ && std::ranges::any_of(places_, [&](std::size_t at) { return is_missing(cells_[at]); });
+  if (!new_label_.empty()) why = fmt::format("\"{}\" is no label of the first row", excerpt(new_label_));
+  return cells_.size() == header_.size();
 }
 
 void CsvReader::leave_out() {
   if (torn_++ == 0) first_torn_ = line_.number;
+  too_long_ += cells_.size() > header_.size() ? 1 : 0;
   const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_);
-  if (static_cast<double>(torn_) > forgiven) {
-    throw InputError(fmt::format(
-        "{}: row {}: {} of the first {} rows are torn: too short, or without a time; mend or remove them",
-        source_, first_torn_, torn_, rows_ + torn_));
-  }
+  if (static_cast<double>(torn_) <= forgiven) return;
+  throw InputError(fmt::format(
+      "{}: row {}: {} of the first {} rows are torn: too short or too long, without a time, or with text "
+      "for a number; mend or remove them{}",
+      source_, first_torn_, torn_, rows_ + torn_,
+      2 * too_long_ > torn_ && separator_ == ',' ? "; decimal commas need another separator" : ""));
 }
 
 bool CsvReader::next(Row& row) {
@@ -529,42 +558,48 @@ bool CsvReader::next(Row& row) {
 }
 
 bool CsvReader::read_row(Row& row) {
-  for (;;) {
-    if (!next_line(line_)) return false;
-    split_line();
-    const bool torn = is_torn();
-    if (!torn && !is_unmeasured()) break;
-    if (lines_.cut_off() && ahead_.empty()) return false;
-    if (torn) {
+  while (next_line(line_)) {
+    split_line(line_.text);
+    std::string why;
+    const bool is_good = is_whole(why) && read_time(row.t_s, why) && read_values(row.value, why);
+    const bool lacks =
+        is_good && !options_.holes && std::ranges::any_of(row.value, [](double v) { return std::isnan(v); });
+    if (is_good && !lacks) {
+      ++rows_;
+      row.line = line_.number;
+      return true;
+    }
+    if (line_.is_cut_off) return false;
+    const bool is_header = has_header_ && line_.text.find(header_.front() + separator_) != std::string::npos;
+    if (!is_good && !why.empty() && !is_header && !(options_.is_live && rows_ >= kSureRows)) fail(why);
+    if (!is_good) {
       leave_out();
-    } else {
-      if (unmeasured_++ == 0) first_unmeasured_ = line_.number;
+    } else if (unmeasured_++ == 0) {
+      first_unmeasured_ = line_.number;
     }
   }
-  ++rows_;
-  row.line = line_.number;
-  row.t_s = time(arrow_ ? line_.time : cells_[*time_place_]);
-  row.value.resize(places_.size());
-  for (std::size_t i = 0; i < places_.size(); ++i) row.value[i] = number(places_[i], columns_[i]);
-  return true;
+  return false;
 }
 
 std::vector<std::string> CsvReader::notes() const {
   std::vector<std::string> out = notes_;
-  const auto say = [&](const std::string& what) { out.push_back(fmt::format("{}: {}", source_, what)); };
+  const auto say = [&](const std::string& what) { out.push_back(source_ + ": " + what); };
   if (lines_.is_utf16()) say("is read as UTF-16");
   if (lines_.saw_latin1()) say("is not UTF-8 and is read as Latin-1");
-  if (delimiter_ != ',' && layout_ == Layout::table)
-    say(fmt::format("{} separate the columns", spelt(delimiter_)));
+  if (separator_ != ',' && layout_ == Layout::table)
+    say(fmt::format("{} separate the columns", spelt(separator_)));
+  if (!has_header_ && time_place_) say(fmt::format("{} is the time", header_[*time_place_]));
+  if (!time_place_ && !arrow_)
+    say(fmt::format("{} rows are a second (--log-rate)", options_.time.log_rate_hz));
+  if (!angle_unit_.empty()) say(fmt::format("angles are in {} by its inDegrees", angle_unit_));
+  if (!left_out_.empty()) say(fmt::format("without numbers, and left out: {}", left_out_));
   if (seconds_.per_second() > 0) {
     say(fmt::format("the times are whole seconds: the rows of each, {} in most, are spread evenly over it",
                     seconds_.per_second()));
   }
   if (decimal_ == ',') say("commas in numbers are decimal commas");
-  if (torn_ > 0) {
-    say(fmt::format("{} row(s) are too short or without a time and were left out, the first is row {}", torn_,
-                    first_torn_));
-  }
+  if (torn_ > 0)
+    say(fmt::format("{} row(s) are malformed and were left out, the first is row {}", torn_, first_torn_));
   if (unmeasured_ > 0) {
     say(fmt::format("{} of {} rows have no {} and were left out, the first is row {}", unmeasured_,
                     rows_ + unmeasured_, fmt::join(columns_, " or "), first_unmeasured_));
@@ -605,25 +640,18 @@ Recording read(CsvReader& reader) {
 Recording parse_csv(const std::string& text, const std::string& source,
                     const std::vector<std::string>& columns) {
   std::istringstream stream(text);
-  CsvReader reader(stream, source, {columns, ""});
+  CsvReader reader(stream, source, {columns});
   return read(reader);
 }
 
 Recording read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns,
-                   const std::string& time_unit) {
-  io::require_readable(path);
-  std::ifstream file(path, std::ios::binary);
-  CsvReader reader(file, path.string(), {columns, time_unit});
-  Recording recording = read(reader);
-  if (file.bad()) throw InputError(fmt::format("{}: reading failed", path.string()));
-  return recording;
+                   const TimeOptions& time) {
+  CsvReader reader(path, {columns, time});
+  return read(reader);
 }
 
-std::vector<std::string> columns_of(const std::filesystem::path& path, const std::string& time_unit,
-                                    bool holes) {
-  io::require_readable(path);
-  std::ifstream file(path, std::ios::binary);
-  return CsvReader(file, path.string(), {{}, time_unit, holes}).columns();
+std::vector<std::string> columns_of(const std::filesystem::path& path, const TimeOptions& time, bool holes) {
+  return CsvReader(path, {{}, time, holes}).columns();
 }
 
 std::string quoted(const std::string& name) {

@@ -84,8 +84,7 @@ void check_size(const Recording& sensor, double rate_hz) {
 }
 
 std::string quality_column(const std::string& column) {
-  constexpr std::string_view kUnit = "_deg";
-  return column.ends_with(kUnit) ? column.substr(0, column.size() - kUnit.size()) + "_quality" : "";
+  return column.ends_with("_deg") ? without_unit(column) + "_quality" : "";
 }
 
 void keep_rows(Recording& r, const std::function<bool(std::size_t)>& wanted) {
@@ -151,15 +150,11 @@ void leave_out_spikes(Recording& r, const std::string& name) {
   keep_rows(r, [&](std::size_t k) { return !spike(seen[k]); });
 }
 
-Recording read_angle(const std::filesystem::path& path, const std::string& column,
-                     const std::string& time_unit) {
-  std::vector<std::string> wanted = {column};
+Recording read_angle(const std::filesystem::path& path, const std::string& column, const TimeOptions& time) {
+  CsvReader reader(path, {{column}, time});
   const std::string quality = quality_column(column);
-  if (!quality.empty() && std::filesystem::is_regular_file(path)) {
-    const std::vector<std::string> columns = columns_of(path, time_unit);
-    if (std::ranges::find(columns, quality) != columns.end()) wanted.push_back(quality);
-  }
-  Recording r = read_csv(path, wanted, time_unit);
+  if (!quality.empty() && reader.has(quality)) reader.choose({column, quality});
+  Recording r = read(reader);
   leave_out_lost(r, column);
   leave_out_spikes(r, column);
   return r;
@@ -299,14 +294,8 @@ Recording to_recording(const Aligned& a, const Pair& pair) {
   Recording r;
   r.t_s = part(a.t_s);
   // A column in radians was converted, so its name must not say so any longer.
-  const std::string unit = cut_name(pair.output).unit;
-  const bool degrees = known_unit(unit) == "deg";
-  std::string angle = pair.output;
-  if (!unit.empty() && !degrees) {
-    angle.resize(angle.rfind(unit));
-    angle.resize(angle.find_last_not_of("_ ([") + 1);
-  }
-  if (!degrees) angle += "_deg";
+  const bool degrees = unit_of(pair.output) == "deg";
+  const std::string angle = degrees ? pair.output : without_unit(pair.output) + "_deg";
   r.columns = {{pair.input, part(a.input)}, {angle, part(a.angle_deg)}, {"gap", part(a.gap)}};
   return r;
 }

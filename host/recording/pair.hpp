@@ -14,6 +14,7 @@
 #include "host/recording/align.hpp"
 #include "host/recording/recording.hpp"
 #include "host/recording/resample.hpp"
+#include "host/recording/time.hpp"
 
 namespace flexor::recording {
 
@@ -33,8 +34,7 @@ void leave_out_spikes(Recording& recording, const std::string& column);
 
 // One column of a file of measured angles, without what its tracker lost and without spikes. Throws io::InputError and
 // io::JobError.
-Recording read_angle(const std::filesystem::path& path, const std::string& column,
-                     const std::string& time_unit);
+Recording read_angle(const std::filesystem::path& path, const std::string& column, const TimeOptions& time);
 
 // Degrees, whatever the column says; `stated` is the user's word where the column has none. Says what it
 // converted. Throws io::InputError for a unit that is no angle's, or a word against the column's.

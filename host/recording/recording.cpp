@@ -1,21 +1,20 @@
 #include "host/recording/recording.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 
 #include "host/io/io.hpp"
+#include "host/recording/line_format.hpp"
 
 namespace flexor::recording {
 
 const Column& Recording::column(std::string_view name) const {
   const auto it = std::ranges::find(columns, name, &Column::name);
   if (it != columns.end()) return *it;
-  std::vector<std::string_view> names;
+  std::vector<std::string> names;
   for (const Column& c : columns) names.push_back(c.name);
-  throw io::InputError(
-      fmt::format("{}: no column \"{}\"; there are: {}", source, name, fmt::join(names, ", ")));
+  throw io::InputError(fmt::format("{}: no column \"{}\"; there are: {}", source, name, listed(names)));
 }
 
 void require_change(const Recording& recording, std::string_view name, std::string_view hint) {

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "host/io/io.hpp"
+#include "host/recording/unit.hpp"
 
 namespace flexor::recording {
 namespace {
@@ -14,6 +16,7 @@ using io::InputError;
 
 constexpr std::size_t kOddRows = 3;  // so many odd rows are forgiven, and
 constexpr double kOddShare = 0.01;   // one in a hundred
+constexpr const char* kNoTimes = "if the log has no times, --log-rate 50 gives the rows a second";
 constexpr double kLongestStep_s = 5;
 constexpr double kShortestStep_s = 1e-4;
 constexpr double kWrapShare = 0.98;  // of its range: a counter that goes back by so much has wrapped
@@ -118,10 +121,12 @@ void Stream::start_again(Row row) {
   const bool too_often = static_cast<double>(resets_seen_.rows) >
                          static_cast<double>(kOddRows) + kOddShare * static_cast<double>(rows_);
   if (resets_ == Resets::refuse || too_often) {
-    throw InputError(fmt::format(
-        "{}: {}: time does not increase ({:g} s, then {:g} s, and it goes on from there): {}", source_.name(),
-        row_name(row.line), last_s_, row.t_s,
-        too_often ? "sort the log by time" : "the clock was reset; cut the log there and use one part"));
+    throw InputError(
+        fmt::format("{}: {}: time does not increase ({:g} s, then {:g} s, and it goes on from there): {}",
+                    source_.name(), row_name(row.line), last_s_, row.t_s,
+                    source_.guesses_time() ? kNoTimes
+                    : too_often            ? "sort the log by time"
+                                           : "the clock was reset; cut the log there and use one part"));
   }
   shift_s_ += last_s_ + last_step_s_ - row.t_s;
   row.t_s = last_s_ + last_step_s_;
@@ -133,27 +138,33 @@ void Stream::leave_out(const Row& row, Count& count) {
   const double forgiven = static_cast<double>(kOddRows) + kOddShare * static_cast<double>(rows_);
   if (static_cast<double>(ahead_.rows + back_.rows) <= forgiven) return;
   if (steps_ >= 2) check_unit();
-  throw InputError(fmt::format(
-      "{}: {}: time does not increase ({} rows that do not follow the one before); sort the log by time",
-      source_.name(), row_name(count.first_line), ahead_.rows + back_.rows));
+  throw InputError(
+      fmt::format("{}: {}: time does not increase ({} rows that do not follow the one before); {}",
+                  source_.name(), row_name(count.first_line), ahead_.rows + back_.rows,
+                  source_.guesses_time() ? kNoTimes : "sort the log by time"));
 }
 
-// A time column in another unit than it says makes steps of which no glove log is made.
+// A time column in another unit than it says makes steps of which no glove log is made; the mend is one with which it would.
 void Stream::check_unit() const {
   std::vector<double> steps(first_steps_s_.begin(),
                             first_steps_s_.begin() + static_cast<std::ptrdiff_t>(steps_));
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::nth_element(steps.begin(), middle, steps.end());
-  if (*middle < kShortestStep_s) {
-    throw InputError(fmt::format(
-        "{}: time steps of {:.4g} s, which no glove log has: is the time column in the unit that it states?",
-        source_.name(), *middle));
+  if (*middle >= kShortestStep_s && *middle <= kLongestStep_s) return;
+  std::string mend = "is the time column in the unit that it states?";
+  static constexpr std::array<std::pair<const char*, const char*>, 4> kUnits = {
+      {{"s", "seconds"}, {"ms", "milliseconds"}, {"us", "microseconds"}, {"ns", "nanoseconds"}}};
+  for (const auto& [unit, name] : kUnits) {
+    const double step_s = *middle / source_.time_unit_s() * *seconds_in(unit);
+    if (step_s < kShortestStep_s || step_s > 0.2 * kLongestStep_s) continue;
+    mend = fmt::format(
+        "if the time column is in {0}, name it time_{1} or add --time-unit {1} where the command has it",
+        name, unit);
+    break;
   }
-  if (*middle <= kLongestStep_s) return;
+  if (source_.guesses_time()) mend += std::string("; ") + kNoTimes;
   throw InputError(
-      fmt::format("{}: time steps of {:.4g} s; if the time column is in milliseconds, name it time_ms or add "
-                  "--time-unit ms where the command has it",
-                  source_.name(), *middle));
+      fmt::format("{}: time steps of {:.4g} s, which no glove log has: {}", source_.name(), *middle, mend));
 }
 
 std::vector<std::string> Stream::notes() const {

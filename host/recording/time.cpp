@@ -1,5 +1,7 @@
 #include "host/recording/time.hpp"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -166,7 +168,11 @@ bool is_measurement(double value) {
   return std::abs(value) <= kLargest;
 }
 
-bool is_missing(std::string_view cell) { return cell.empty() || (cell.size() == 3 && lower(cell) == "nan"); }
+bool is_missing(std::string_view cell) {
+  static constexpr std::array kMissing = {"nan", "na", "n/a", "none", "null", "-", "--", "#n/a"};
+  if (cell.empty() || cell.size() > 4 || (cell.front() >= '0' && cell.front() <= '9')) return cell.empty();
+  return std::ranges::find(kMissing, lower(cell)) != kMissing.end();
+}
 
 bool is_ambiguous_date(std::string_view text) {
   const auto date = to_date(trimmed(text), '/');

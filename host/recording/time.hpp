@@ -7,6 +7,16 @@
 
 namespace flexor::recording {
 
+// What a person says of a log's times.
+struct TimeOptions {
+  TimeOptions() = default;
+  TimeOptions(const char* unit_stated) : unit(unit_stated) {}
+
+  std::string unit;        // s, ms, us, ns: of a time column that states none
+  std::string column;      // which is the time; empty: found
+  double log_rate_hz = 0;  // rows a second of a log without any time
+};
+
 // Behind every clock AM or PM may stand.
 enum class TimeFormat {
   number,   // in a unit that the column states
@@ -22,6 +32,10 @@ struct Time {
   double value;  // seconds since 1970 or since midnight; a number as it is
 };
 
+inline bool is_date(TimeFormat f) {
+  return f != TimeFormat::number && f != TimeFormat::clock && f != TimeFormat::minutes;
+}
+
 // None where the text is no time. Numbers that are not finite are none.
 std::optional<Time> to_time(std::string_view text);
 
@@ -34,7 +48,7 @@ std::optional<double> to_number(std::string_view text);
 // What a reading can be: finite, and at most 1e30 from 0; beyond, sums and squares would overflow.
 bool is_measurement(double value);
 
-// A cell in which nothing was read: empty or nan, however that is written.
+// A cell in which nothing was read: empty, nan, NA, None, null or -, in capitals or not.
 bool is_missing(std::string_view cell);
 
 }  // namespace flexor::recording

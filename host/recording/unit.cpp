@@ -1,7 +1,6 @@
 #include "host/recording/unit.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <utility>
 #include <vector>
@@ -22,8 +21,16 @@ const std::vector<Spelling>& spellings() {
                                             {"ohm", {"ohm", "ohms", "Ω"}},
                                             {"kohm", {"kohm", "kohms", "kω", "kΩ"}},
                                             {"deg", {"deg", "degs", "degree", "degrees", "°", "alpha"}},
-                                            {"rad", {"rad", "rads", "radian", "radians"}}};
+                                            {"rad", {"rad", "rads", "radian", "radians"}},
+                                            {"mm", {"mm", "millimeter", "millimeters", "millimetres"}}};
   return all;
+}
+
+// In lower case, without brackets.
+std::string bare(std::string_view text) {
+  const std::string out = lower(trimmed(text));
+  const bool has_brackets = out.size() > 2 && (out.front() == '(' || out.front() == '[');
+  return has_brackets ? out.substr(1, out.size() - 2) : out;
 }
 
 }  // namespace
@@ -62,10 +69,7 @@ NameAndUnit cut_name(std::string_view column) {
 }
 
 std::optional<std::string> known_unit(std::string_view text) {
-  std::string wanted = lower(trimmed(text));
-  if (wanted.size() > 2 && (wanted.front() == '(' || wanted.front() == '[')) {
-    wanted = wanted.substr(1, wanted.size() - 2);
-  }
+  const std::string wanted = bare(text);
   for (const Spelling& s : spellings()) {
     if (std::ranges::any_of(s.written, [&](const char* w) { return wanted == w; })) return s.unit;
   }
@@ -74,6 +78,14 @@ std::optional<std::string> known_unit(std::string_view text) {
 
 std::string unit_of(std::string_view column) {
   return known_unit(cut_name(column).unit).value_or(std::string());
+}
+
+std::string without_unit(std::string_view column) {
+  const std::string name(trimmed(column));
+  const std::string unit = cut_name(name).unit;
+  if (unit.empty() || unit_of(name).empty()) return name;
+  const std::string out = name.substr(0, name.find_last_not_of(" _([", name.rfind(unit) - 1) + 1);
+  return out.empty() ? name : out;
 }
 
 std::string unknown_angle_unit(std::string_view column) {
@@ -88,34 +100,15 @@ std::string unknown_angle_unit(std::string_view column) {
 }
 
 std::optional<double> seconds_in(std::string_view unit) {
-  static constexpr std::array<std::pair<const char*, double>, 22> kUnits = {{{"s", 1},
-                                                                             {"sec", 1},
-                                                                             {"secs", 1},
-                                                                             {"second", 1},
-                                                                             {"seconds", 1},
-                                                                             {"ms", 1e-3},
-                                                                             {"msec", 1e-3},
-                                                                             {"msecs", 1e-3},
-                                                                             {"millis", 1e-3},
-                                                                             {"millis()", 1e-3},
-                                                                             {"millisecond", 1e-3},
-                                                                             {"milliseconds", 1e-3},
-                                                                             {"us", 1e-6},
-                                                                             {"usec", 1e-6},
-                                                                             {"µs", 1e-6},
-                                                                             {"micros", 1e-6},
-                                                                             {"micros()", 1e-6},
-                                                                             {"microseconds", 1e-6},
-                                                                             {"ns", 1e-9},
-                                                                             {"nsec", 1e-9},
-                                                                             {"nanoseconds", 1e-9},
-                                                                             {"min", 60}}};
-  std::string wanted = lower(trimmed(unit));
-  if (wanted.size() > 2 && (wanted.front() == '(' || wanted.front() == '[')) {
-    wanted = wanted.substr(1, wanted.size() - 2);
-  }
-  for (const auto& [name, seconds] : kUnits) {
-    if (wanted == name) return seconds;
+  static const std::vector<std::pair<double, std::vector<const char*>>> kUnits = {
+      {1, {"s", "sec", "secs", "second", "seconds"}},
+      {1e-3, {"ms", "msec", "msecs", "millis", "millis()", "millisecond", "milliseconds"}},
+      {1e-6, {"us", "usec", "µs", "micros", "micros()", "microseconds"}},
+      {1e-9, {"ns", "nsec", "nanoseconds"}},
+      {60, {"min"}}};
+  const std::string wanted = bare(unit);
+  for (const auto& [seconds, written] : kUnits) {
+    if (std::ranges::any_of(written, [&](const char* w) { return wanted == w; })) return seconds;
   }
   return std::nullopt;
 }

@@ -60,7 +60,7 @@ std::vector<double> motion_time(const std::vector<double>& t_s, const std::strin
 // The row of a log that has this time, as an editor counts.
 std::string row_at(const std::string& text, const std::vector<std::string>& columns, double t_s) {
   std::istringstream stream(text);
-  recording::CsvReader reader(stream, "", {.columns = columns, .time_unit = {}});
+  recording::CsvReader reader(stream, "", {.columns = columns, .time = {}});
   for (recording::Row row; reader.next(row);) {
     if (row.t_s == t_s) return fmt::format("row {}", row.line);
   }

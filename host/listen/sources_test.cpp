@@ -1,0 +1,103 @@
+// Whatever one source reads, every source reads: a file, a pipe, a file that is played again, a port.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <set>
+#include <thread>
+
+#include "host/io/io.hpp"
+#include "host/io/terminal_test.hpp"
+#include "host/listen/listener.hpp"
+#include "host/listen/replay_source.hpp"
+#include "host/listen/test_board.hpp"
+#include "host/recording/csv.hpp"
+#include "host/recording/shapes_test.hpp"
+
+namespace flexor::listen {
+namespace {
+
+using recording::Shape;
+using Values = std::vector<double>;
+
+// What was read of one column, without what is missing.
+Values column_of(const std::vector<std::string>& names, const std::vector<Sample>& samples,
+                 const std::string& column) {
+  const auto at = std::ranges::find_if(
+      names, [&](const std::string& name) { return name == column || name.starts_with(column + "_"); });
+  Values out;
+  for (const Sample& sample : samples) {
+    if (at == names.end()) break;
+    const double value = sample.value[static_cast<std::size_t>(at - names.begin())];
+    if (!std::isnan(value)) out.push_back(value);
+  }
+  return out;
+}
+
+Values of_pipe(const std::filesystem::path& pipe, const Shape& shape) {
+  mkfifo(pipe.c_str(), 0600);
+  const std::jthread writer([&] { std::ofstream(pipe, std::ios::binary) << shape.text; });
+  recording::CsvReader reader(pipe, {{shape.column}, shape.time});
+  return recording::read(reader).column(shape.column).value;
+}
+
+Values of_replay(const std::filesystem::path& file, const std::string& column) {
+  ReplaySource source(file, 1000);
+  std::vector<Sample> samples;
+  while (source.wait(0.1, samples) != Event::ended) {
+  }
+  return column_of(source.columns(), samples, column);
+}
+
+// A port tells its columns by its header alone, and without one by two rows alike.
+Values of_port(const Shape& shape) {
+  Values out;
+  for (const Format format : {Format::lines, Format::gloves}) {
+    const auto decoder = make_decoder(format);
+    std::vector<Sample> samples;
+    decoder->push({reinterpret_cast<const std::uint8_t*>(shape.text.data()), shape.text.size()}, 0, samples);
+    std::ranges::copy(column_of(decoder->columns(), samples, shape.column), std::back_inserter(out));
+  }
+  const bool has_header = shape.text.find(shape.column) != std::string::npos;
+  if (!has_header && out.size() + 1 == shape.value.size()) out.insert(out.begin(), shape.value.front());
+  return out;
+}
+
+TEST(Sources, ReadEveryShapeAlike) {
+  const std::set<std::string_view> of_files = {"Utf16LittleEndian",
+                                               "Utf16BigEndian",
+                                               "Utf16WithoutMark",
+                                               "HeaderInAComment",
+                                               "Trc",
+                                               "Vicon",
+                                               "Motive"};
+  for (const Shape& shape : recording::kShapes) {
+    const io::TemporaryFolder folder;
+    const auto file = folder.path() / "log.csv";
+    io::write_file(file, shape.text);
+    EXPECT_EQ(recording::read_csv(file, {shape.column}, shape.time).column(shape.column).value, shape.value)
+        << shape.name;
+    EXPECT_EQ(of_pipe(folder.path() / "pipe", shape), shape.value) << shape.name;
+    const bool is_plain = shape.time.unit.empty() && shape.time.column.empty() && shape.time.log_rate_hz == 0;
+    EXPECT_EQ(is_plain ? of_replay(file, shape.column) : shape.value, shape.value) << shape.name;
+    EXPECT_EQ(of_files.contains(shape.name) ? shape.value : of_port(shape), shape.value) << shape.name;
+  }
+}
+
+TEST(Sources, APortHasEveryFormat) {
+  FLEXOR_NEEDS_TERMINALS();
+  for (const char* line :
+       {"12,34\n", "thumb:12\tindex:34\n", "A12B34\n", "13:10:29.050 -> A12B34F512G512\n"}) {
+    Board glove([line](const std::string&) { return line; });
+    Listener listener({.port = glove.port()}, [](const std::string&) {});
+    std::vector<Sample> samples;
+    for (int i = 0; i < 100 && samples.empty(); ++i) listener.wait(0.05, samples);
+    ASSERT_FALSE(samples.empty()) << line;
+    EXPECT_EQ(samples.back().value, (Values{12, 34})) << line;
+  }
+}
+
+}  // namespace
+}  // namespace flexor::listen

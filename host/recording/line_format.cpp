@@ -1,0 +1,179 @@
+#include "host/recording/line_format.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include "host/io/io.hpp"
+#include "host/recording/time.hpp"
+#include "host/recording/unit.hpp"
+#include "runtime/link/opengloves.hpp"
+
+namespace flexor::recording {
+namespace {
+
+constexpr std::array kFingers = {"thumb", "index", "middle", "ring", "pinky"};
+
+bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
+
+// Keys with or without a number and nothing else: a header such as A0,A1 is none.
+bool is_keyed(std::string_view text) {
+  bool is_key = false;
+  for (const char c : text) {
+    if (!link::glove_text::is_key(c) && !(is_key && link::glove_text::is_digit(c))) return false;
+    is_key = true;
+  }
+  return is_key;
+}
+
+// Two fingers or more, or one beside a joystick: "A0" alone is a column's name.
+bool read_keyed(std::string_view text, Cells& cells) {
+  if (!is_keyed(text) || text.size() >= UINT16_MAX) return false;
+  const std::string line = std::string(text) + '\n';
+  link::GloveLine read;
+  const auto parsed = link::parse_gloves(line.data(), static_cast<std::uint16_t>(line.size()), read);
+  const auto add = [&](std::string label, std::uint16_t value) {
+    cells.label.push_back(std::move(label));
+    cells.value.push_back(std::to_string(value));
+  };
+  for (std::size_t i = 0; i < kFingers.size(); ++i) {
+    if (read.has[i]) add(fmt::format("{}_count", kFingers[i]), read.values.flexion[i]);
+    for (std::size_t k = 0; k < link::kGlovePlaces; ++k) {
+      if (read.has_joint[i][k]) add(fmt::format("{}_joint{}_count", kFingers[i], k + 1), read.joint[i][k]);
+    }
+  }
+  const bool is_frame =
+      parsed == link::GloveParse::ok || (parsed == link::GloveParse::no_fingers && cells.label.size() > 1);
+  cells.layout = Layout::keyed;
+  return is_frame || parsed == link::GloveParse::information;
+}
+
+}  // namespace
+
+void split(std::string_view line, char separator, std::vector<std::string>& cells) {
+  std::size_t n = 0;
+  const auto next_cell = [&]() -> std::string& {
+    if (n == cells.size()) cells.emplace_back();
+    cells[n].clear();
+    return cells[n++];
+  };
+  std::string* cell = &next_cell();
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    const bool separates = separator == ' ' ? c == ' ' || c == '\t' : c == separator;
+    if (quoted && c == '"' && i + 1 < line.size() && line[i + 1] == '"') {
+      cell->push_back('"');
+      ++i;
+    } else if (c == '"' && (quoted || trimmed(*cell).empty())) {
+      quoted = !quoted;
+    } else if (separates && !quoted) {
+      if (separator != ' ' || !cell->empty()) cell = &next_cell();
+    } else {
+      cell->push_back(c);
+    }
+  }
+  if (separator == ' ' && n > 1 && cell->empty()) --n;
+  cells.resize(n);
+  for (std::string& text : cells) {
+    const std::string_view inner = trimmed(text);
+    if (inner.size() != text.size()) text = std::string(inner);
+  }
+}
+
+char separator_of(std::string_view first, std::string_view second) {
+  std::vector<std::string> a;
+  std::vector<std::string> b;
+  char out = second.empty() ? ' ' : ',';
+  std::size_t most = 1;
+  for (const char c : {';', '\t', ',', ' '}) {
+    split(first, c, a);
+    if (!second.empty()) split(second, c, b);
+    if (a.size() > 1 && (second.empty() || a.size() == b.size())) return c;
+    if (a.size() <= most || c == ' ') continue;
+    most = a.size();
+    out = c;
+  }
+  return out;
+}
+
+bool cut_at_arrow(std::string& line, std::string& time) {
+  const std::size_t arrow = line.find("->");
+  if (arrow == std::string::npos) return false;
+  std::string before(trimmed(std::string_view(line).substr(0, arrow)));
+  if (!to_time(before)) return false;
+  time = std::move(before);
+  line = std::string(trimmed(std::string_view(line).substr(arrow + 2)));
+  return true;
+}
+
+bool read_labelled(std::string_view line, Cells& cells) {
+  cells = {};
+  const std::string_view text = trimmed(line);
+  if (read_keyed(text, cells)) return true;
+  cells = {Layout::labelled, {}, {}};
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t colon = text.find(':', at);
+    const std::string_view label = trimmed(text.substr(at, std::min(colon, text.size()) - at));
+    if (colon == text.npos || label.empty() || !is_letter(label.front()) ||
+        label.find_first_of(",\"") != label.npos)
+      return false;
+    const std::size_t begin = std::min(text.find_first_not_of(" \t", colon + 1), text.size());
+    const std::size_t end = std::min(text.find_first_of(", \t", begin), text.size());
+    cells.label.emplace_back(label);
+    cells.value.emplace_back(text.substr(begin, end - begin));
+    if (!is_missing(cells.value.back()) && !to_number(cells.value.back())) return false;
+    at = std::min(text.find_first_not_of(", \t", end), text.size());
+    const std::size_t word = std::min(text.find_first_of(", \t", at), text.size());
+    const std::size_t next = std::min(text.find_first_not_of(", \t", word), text.size());
+    if (known_unit(text.substr(at, word - at)) && !text.substr(next).starts_with(':')) at = next;
+  }
+  return !cells.label.empty();
+}
+
+std::optional<Number> read_number(std::string_view cell, char separator) {
+  if (const auto value = to_number(cell)) return Number{*value, cell.find('.') != cell.npos ? '.' : char()};
+  if (separator == ',' || cell.find(',') == cell.npos) return std::nullopt;
+  std::string with_point(cell);
+  std::ranges::replace(with_point, ',', '.');
+  const auto value = to_number(with_point);
+  if (!value) return std::nullopt;
+  return Number{*value, ','};
+}
+
+bool is_time_name(std::string_view column, std::optional<double>& unit_s) {
+  const NameAndUnit cut = cut_name(column);
+  unit_s = seconds_in(cut.unit);
+  static constexpr std::array kNames = {"t",           "time",    "timestamp",    "datetime", "date",
+                                        "clock",       "elapsed", "elapsedtime",  "zeit",     "uhrzeit",
+                                        "zeitstempel", "timems",  "elapsedtimein"};
+  if (std::ranges::any_of(kNames, [&](const char* n) { return cut.name == n; })) {
+    if (cut.name == "timems") unit_s = 1e-3;
+    return cut.unit.empty() || unit_s.has_value();
+  }
+  // A column called by its unit: millis, micros, ms, "seconds".
+  if (!cut.unit.empty() || cut.name.size() < 2 || cut.name == "min") return false;
+  unit_s = seconds_in(cut.name.starts_with("time") ? cut.name.substr(4) : cut.name);
+  return unit_s.has_value();
+}
+
+bool is_units_row(const std::vector<std::string>& cells) {
+  const auto is_unit = [](const std::string& cell) { return known_unit(cell) || seconds_in(cell); };
+  return std::ranges::any_of(cells, is_unit) && std::ranges::all_of(cells, [&](const std::string& cell) {
+           return is_unit(cell) || cell.empty() || cell == "-";
+         });
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 12;
+  constexpr std::size_t kLongest = 30;
+  std::string out;
+  for (std::size_t i = 0; i < std::min(kMost, names.size()); ++i)
+    out += (i > 0 ? ", " : "") + io::start_of(names[i], kLongest);
+  if (names.size() > kMost) out += fmt::format(", ... ({} in all)", names.size());
+  return out;
+}
+
+}  // namespace flexor::recording

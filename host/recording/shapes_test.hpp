@@ -1,0 +1,232 @@
+// Logs as people have them, in the shapes that loggers, spreadsheets and terminals give them: for tests, of every source.
+#pragma once
+
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "host/recording/time.hpp"
+
+namespace flexor::recording {
+
+inline const std::vector<double> kT = {0, 0.05, 0.1};
+inline const std::vector<double> kX = {10, 11, 12};
+
+// Is read, and what is assumed is one of the notes.
+struct Shape {
+  const char* name;
+  std::string text;
+  std::string note = {};  // a part of it; empty: any or none
+  std::string column = "flex";
+  std::vector<double> since_first_s = kT;
+  std::vector<double> value = kX;
+  TimeOptions time = {};
+
+  friend std::ostream& operator<<(std::ostream& out, const Shape& s) { return out << s.name; }
+};
+
+// Is refused in one line.
+struct Misshape {
+  const char* name;
+  std::string text;
+  std::string reason;  // a part of it
+  std::string column = "flex";
+  TimeOptions time = {};
+
+  friend std::ostream& operator<<(std::ostream& out, const Misshape& s) { return out << s.name; }
+};
+
+inline TimeOptions column_of_time(const char* name) {
+  TimeOptions out;
+  out.column = name;
+  return out;
+}
+
+inline TimeOptions rows_a_second(double rate_hz) {
+  TimeOptions out;
+  out.log_rate_hz = rate_hz;
+  return out;
+}
+
+inline std::string utf16(const std::string& ascii, bool little, bool mark) {
+  std::string out = mark ? (little ? "\xFF\xFE" : "\xFE\xFF") : "";
+  for (const char c : ascii) {
+    if (little) out += {c, '\0'};
+    if (!little) out += {'\0', c};
+  }
+  return out;
+}
+
+inline const std::string kPlain = "t_s,flex\n0,10\n0.05,11\n0.1,12\n";
+
+inline const std::vector<Shape> kShapes = {
+    {"Plain", kPlain},
+    {"ByteOrderMarkAndCrLf", "\xEF\xBB\xBFt_s,flex\r\n0,10\r\n0.05,11\r\n0.1,12\r\n"},
+    {"SemicolonsAndDecimalCommas", "t_s;flex\n0;10\n0,05;11\n0,1;12\n", "decimal commas"},
+    {"BlanksInNamesOverDecimalCommas", "Zeit;Finger 1\n0,0;10,0\n0,05;11,0\n0,1;12,0\n", "decimal commas",
+     "Finger 1"},
+    {"TabsAndBlanksInNamesOverDecimalCommas", "Zeit\tFinger 1\n0,0\t10,0\n0,05\t11,0\n0,1\t12,0\n",
+     "decimal commas", "Finger 1"},
+    {"Tabs", "t_s\tflex\n0\t10\n0.05\t11\n0.1\t12\n", "tabs"},
+    {"Blanks", "  t_s   flex\n  0.00   10\n  0.05   11\n  0.10   12\n", "blanks"},
+    {"SepLine", "sep=;\nt_s;flex\n0;10\n0,05;11\n0,1;12\n", "decimal commas"},
+    {"Utf16LittleEndian", utf16(kPlain, true, true), "UTF-16"},
+    {"Utf16BigEndian", utf16(kPlain, false, true), "UTF-16"},
+    {"Utf16WithoutMark", utf16(kPlain, true, false), "UTF-16"},
+    {"Latin1Header", "t_s,Beugung \xB0\n0,10\n0.05,11\n0.1,12\n", "Latin-1", "Beugung °"},
+    {"Comments", "# glove 7, left hand\n# 2026\nt_s,flex\n0,10\n# touched\n0.05,11\n0.1,12\n"},
+    {"HeaderInAComment", "# t_s,flex\n0,10\n0.05,11\n0.1,12\n"},
+    {"UnitsRow", "time;flex\nms;V\n0;1,5\n50;1,6\n100;1,7\n", "row of units", "flex", kT, {1.5, 1.6, 1.7}},
+    {"NoHeader", "0,10,7\n0.05,11,7\n0.1,12,7\n", "column1 to column3", "column2"},
+    {"NoHeaderMilliseconds", "0,10\n50,11\n100,12\n", "no header", "column2", kT, kX, "ms"},
+    {"BeginsWithinALine", "3\n0,10\n0.05,11\n0.1,12\n", "left out", "column2"},
+    {"BeginsWithinALineOfTheMonitor",
+     "12:03:11.073 -> 6\n12:03:11.123 -> 10,323\n12:03:11.173 -> 11,323\n12:03:11.223 -> 12,323\n",
+     "left out", "column1"},
+    {"Greeting", "Glove v2 ready\nt_s,flex\n0,10\n0.05,11\n0.1,12\n", "left out"},
+    {"EmptyCell", "t_s,flex\n0,10\n0.02,\n0.05,11\n0.1,12\n", "1 of 4 rows have no flex"},
+    {"NoNumber", "t_s,flex\n0,10\n0.02,NaN\n0.05,11\n0.1,12\n", "1 of 4 rows have no flex"},
+    {"TwoLogsJoined", "t_s,a,flex\n0,1,10\n.01,1,\n.02,1,\n.03,1,\n.04,1,\n.05,,11\n.06,1,\n.07,1,\n.1,,12\n",
+     "6 of 9 rows have no flex"},
+    {"HalfLineAfterAReset", "t_s,flex,b\n0,10,1\n0.0\n0.05,11,1\n0.06,1t_s,flex,b\n0.1,12,1\n", "2 row(s)"},
+    {"HeaderAgain", "t_s,flex\n0,10\nt_s,flex\n0.05,11\n0.1,12\n", "1 row(s)"},
+    {"SeparatorAtTheEnd", "t_s,flex,\n0,10,\n0.05,11,\n0.1,12,\n"},
+    {"ClockTime", "Time,flex\n23:59:59.950,10\n00:00:00.000,11\n00:00:00.050,12\n", "counter"},
+    {"SerialMonitor", "12:03:11.123 -> 10,323,446\n12:03:11.173 -> 11,323,446\n12:03:11.223 -> 12,323,446\n",
+     "no header", "column1"},
+    {"SerialMonitorWithHeader",
+     "12:03:11.100 -> A0,A1\n12:03:11.123 -> 10,323\n12:03:11.173 -> 11,323\n12:03:11.223 -> 12,323\n", "",
+     "A0"},
+    {"LucidGlovesOnAMonitor",
+     "12:03:11.123 -> A10B323C446D350E360F511G511\n12:03:11.173 -> "
+     "A11B323C446D350E360F511G511\n12:03:11.223 -> A12B323C446D350E360F511G511\n",
+     "VR drivers", "thumb_count"},
+    {"Millis", "millis,flex\n1000,10\n1050,11\n1100,12\n"},
+    {"Microseconds", "t_us,flex\n0,10\n50000,11\n100000,12\n"},
+    {"DayFirstDots",
+     "Datum;time;flex\nx;21.11.2026 12:00:00,000;10\nx;21.11.2026 12:00:00,050;11\nx;21.11.2026 "
+     "12:00:00,100;12\n"},
+    {"DayFirstSlashes",
+     "time,flex\n21/11/2026 12:00:00.000,10\n21/11/2026 12:00:00.050,11\n21/11/2026 12:00:00.100,12\n"},
+    {"WholeSeconds",
+     "time,flex\n10:00:01,8\n10:00:01,9\n10:00:02,10\n10:00:02,11\n10:00:02,12\n10:00:02,13\n10:00:03,"
+     "14\n10:00:03,15\n10:00:03,16\n10:00:03,17\n10:00:04,18\n",
+     "4 in most, are spread evenly",
+     "flex",
+     {0, 0.75, 1, 1.25, 1.5, 1.75, 2, 2.25, 2.5, 2.75, 3},
+     {8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18}},
+    {"BurstsOnWholeSecondsAtFirst",
+     "time_ms,flex\n1000,10\n1000,11\n1110,12\n1110,13\n1220,14\n",
+     "taken as a burst",
+     "flex",
+     {0, 0, 0.11, 0.11, 0.22},
+     {10, 11, 12, 13, 14}},
+    {"LabelsOnAMonitor",
+     "12:03:11.123 -> index:10,middle:323\n12:03:11.173 -> index:11,middle:323\n12:03:11.223 -> "
+     "index:12,middle:323\n",
+     "", "index"},
+    {"LabelsWithATime", "t_ms:1000 A0:10 A1:7\nt_ms:1050 A0:11 A1:7\nt_ms:1100\tA0: 12, A1:7\n", "", "A0"},
+    {"LabelsWithATornRow", "t_ms:1000,A0:10\nt_ms:1020,A0\nt_ms:1050,A0:11\nt_ms:1100,A0:12\n", "1 row(s)",
+     "A0"},
+    {"HalfDays", "Time,flex\n11:59:59.950 AM,10\n12:00:00.000 PM,11\n12:00:00.050pm,12\n"},
+    {"DatesAndHalfDays",
+     "time,flex\n11/21/2026 12:59:59.950 AM,10\n11/21/2026 1:00:00.000 AM,11\n11/21/2026 1:00:00.050 "
+     "AM,12\n"},
+    {"MinutesAndSeconds", "time,flex\n59:59.95,10\n00:00.00,11\n00:00.05,12\n", "counter"},
+    {"GermanClock", "Uhrzeit;flex\n12:03:11,10;10\n12:03:11,15;11\n12:03:11,20;12\n"},
+    {"CommentAboveTheHeader", "# time, flex, of glove 7\ntime_ms,flex,b\n0,10,1\n50,11,1\n100,12,1\n"},
+    {"Iso8601",
+     "timestamp,flex\n2026-11-21T12:00:00.000Z,10\n2026-11-21T12:00:00.050Z,11\n2026-11-21T12:00:00.100Z,"
+     "12\n"},
+    {"DateAndTimeApart",
+     "Date,Time,flex\n2026-11-21,12:00:00.000,10\n2026-11-21,12:00:00.050,11\n2026-11-21,12:00:00.100,"
+     "12\n"},
+    {"FirstCellsMissing", "t_s,flex\n0,\n0.01,NA\n0.02,None\n0.03,null\n0.04,-\n0.1,10\n0.15,11\n0.2,12\n",
+     "5 of 8 rows have no flex"},
+    {"TimesOfDayBesideACounter", "1,13:10:29.000,10\n2,13:10:29.050,11\n3,13:10:29.100,12\n",
+     "column2 is the time", "column3"},
+    {"ClockOfAnyNameBesideACounter",
+     "t,stamp,flex\n1,13:10:29.000,10\n2,13:10:29.050,11\n3,13:10:29.100,12\n"},
+    {"Manus", "Elapsed_Time_In_Milliseconds,flex\n0,10\n50,11\n100,12\n"},
+    {"OpenSim",
+     "ik\nversion=1\nnRows=3\nnColumns=2\ninDegrees=yes\nendheader\ntime\tflex\n0\t10\n0.05\t11\n0.1\t12\n",
+     "angles are in deg"},
+    {"Trc",
+     "PathFileType\t4\t(X/Y/"
+     "Z)\ta."
+     "trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFra"
+     "mes\n20\t20\t3\t1\tmm\t20\t1\t3\nFrame#\tTime\tM1\t\t\n\t\tX1\tY1\tZ1\n\n1\t0\t10\t1\t2\n2\t0."
+     "05\t11\t1\t2\n3\t0.1\t12\t1\t2\n",
+     "rows 1 to 4 are titles", "X1"},
+    {"Vicon",
+     "Model Outputs\n20\n,,p:LIndex,,,p:LThumb,,\nFrame,Sub "
+     "Frame,X,Y,Z,X,Y,Z\n,,deg,deg,deg,deg,deg,deg\n5,0,10,1,2,3,4,5\n6,0,11,1,2,3,4,5\n7,0,12,1,2,3,4,5\n",
+     "row of units", "p:LIndex_X"},
+    {"Motive",
+     "Format Version,1.23,Take "
+     "Name,a\n\n,,Bone,Bone,Bone,Bone\n,,A,A,B,B\n,ID,1,1,2,2\n,,Rotation,Rotation,Rotation,"
+     "Rotation\nFrame,Time (Seconds),X,Y,X,Y\n0,0,1,2,10,3\n1,0.05,1,2,11,3\n2,0.1,1,2,12,3\n",
+     "titles", "B_Rotation_X"},
+    {"NamesAndValuesWithUnits",
+     "12:03:11.123 -> Flex 1 : 10 ohms, Bend : 32.1 degrees\n12:03:11.173 -> Flex 1 : 11 ohms, Bend : 32.1 "
+     "degrees\n12:03:11.223 -> Flex 1 : 12 ohms, Bend : 32.1 degrees\n",
+     "", "Flex 1"},
+    {"FingersAloneForVr", "12:03:11.123 -> A10B323\n12:03:11.173 -> A11B323\n12:03:11.223 -> A12B323\n",
+     "VR drivers", "thumb_count"},
+    {"Quotes", "t_s,\"a, \"\"quoted\"\"\"\n0,\"10\"\n0.05,11\n0.1,12\n", "", "a, \"quoted\""},
+    {"WordsBesideNumbers",
+     "\xEF\xBB\xBF"
+     "Frame,Time(ms),Phase,∠ABC\r\n0,0,Flex,10\r\n1,50,Flex,11\r\n2,100,Flex,12\r\n",
+     "", "∠ABC"},
+    {"Zones",
+     "timestamp,flex\n2024-02-29T23:59:59.95Z,10\n2024-03-01T01:00:00+01:00,11\n2024-03-01 "
+     "00:00:00.05Z,12\n"},
+    {"LastLineHalfWritten", "t_s,flex,b\n0,10,2\n0.05,11,3\n0.1,12,4\n0.15,4"},
+    {"AChosenTime", "time_ms,other (ms),flex\n7,0,10\n8,50,11\n9,100,12\n", "", "flex", kT, kX,
+     column_of_time("other (ms)")},
+    {"NoTimeAtAll", "10,7\n11,8\n12,9\n", "20 rows are a second", "column1", kT, kX, rows_a_second(20)}};
+
+inline const std::vector<Misshape> kMisshapes = {
+    {"NoHeaderAndNoUnit", "0,10\n50,11\n100,12\n", "--time-unit ms", "column2"},
+    {"OneNameOverDecimalCommas", "flex\n1,5\n1,6\n1,7\n", "no time column"},
+    {"LucidGlovesWithoutTime", "A10B323C446D350E360F511G511\nA11B323C446D350E360F511G511\n", "has no times",
+     "thumb_count"},
+    {"AmbiguousDate", "time,flex\n05/06/2026 12:00:00.000,10\n05/06/2026 12:00:00.050,11\n",
+     "row 2: column \"time\": \"05/06/2026 12:00:00.000\" can be read as two dates"},
+    {"WholeSecondsOfUnlikeNumbers",
+     "t_s,flex\n1,8\n1,9\n2,1\n3,10\n3,11\n3,12\n3,13\n3,14\n4,1\n5,4\n5,4\n5,4\n5,4\n5,4\n6,1\n",
+     "row 3: the times are whole seconds, 1 to 5 rows in each"},
+    {"LabelsWithoutATime", "A0:10 A1:7\nA0:11 A1:7\n", "has no times: A0, A1; record with", "A0"},
+    {"LabelThatIsNew", "t_s:0 A0:10\nt_s:1 B7:11\n", "row 2: \"B7\" is no label", "A0"},
+    {"HoursOrMinutes", "time,flex\n3:11,10\n3:12,11\n",
+     "row 2: column \"time\": \"3:11\" may be hours and minutes, or minutes and seconds; write it as "
+     "0:3:11"},
+    {"PointsAndCommasMixed", "t_s;flex\n0;1.5\n0,05;11\n0,1;12\n", "decimal point and some"},
+    {"DecimalCommasBetweenCommas", "t_s,flex\n0,0,10,5\n0,05,11,5\n", "need another separator"},
+    {"ColumnTwice", "t_s,flex,flex\n0,10,1\n0.05,11,1\n0.1,12,1\n", "occurs twice"},
+    {"HugeNumber", "t_s,flex\n0,10\n0.05,1e308\n0.1,12\n", "row 3: column \"flex\": 1e308"},
+    {"Prose", "this is no table\nat all\n", "no time column"},
+    {"MostRowsTorn", "t_s,flex\n0,10\n1\n2\n3\n4\n5\n6\n7\n8\n9\n", "are torn"},
+    {"TwoClocks", "0.1,13:10:29.000,10\n0.2,13:10:29.050,11\n",
+     "\"column1\" and \"column2\" could both be the time", "column3"},
+    {"Nanoseconds", "time,flex\n0,1\n50000000,2\n100000000,3\n", "--time-unit ns"},
+    {"NanosecondsTakenForMilliseconds", "time,flex\n0,1\n50000000,2\n100000000,3\n", "--time-unit ns", "flex",
+     "ms"},
+    {"FirstReadingTakenForTheTime", "432,1\n431,1\n433,1\n430,1\n429,1\n428,1\n", "--log-rate 50", "column2"},
+    {"BadCell", "t_s,flex\n0,1\n1,x7\n", "row 3: column \"flex\": \"x7\" is not a number"},
+    {"BadTime", "t_s,flex\n0,1\nbad,2\n", "row 3: column \"t_s\""},
+    {"Infinite", "t_s,flex\n0,1\n1,-inf\n", "row 3: column \"flex\": -inf is not a measurement"},
+    {"NoSuchColumn", "sep=;\nZeit(s);t_s;A\n0,5;0,5;1,5\n1,5;1,5;2,5\n",
+     "no column \"B\"; there are: Zeit(s), t_s, A", "B"},
+    {"Reset", "t_s,flex\n0,1\n1,2\n2,3\n0,1\n1,2\n", "row 5: time does not increase"},
+    {"OneTime", "t_s,flex\n3,1\n3,2\n3,3\n", "row 3: time does not increase"},
+    {"Empty", "", "is empty"},
+    {"HeaderAlone", "t_s,flex\n", "has a header but no data"},
+    {"OneRow", "t_s,flex\n0,1\n", "at least two"},
+    {"DegreeSigns", "t_s,flex\n0,12.3°\n0.05,12.4°\n", "row 2: column \"flex\": \"12.3°\" is not a number"},
+    {"Matlab", "MATLAB 5.0 MAT-file\x01\x02", "is a MATLAB file"},
+    {"Workbook", "PK\x03\x04\x14", "is an Excel workbook"},
+    {"Compressed", "\x1F\x8B\x08", "gunzip it"},
+    {"OtherBytes", "a,\x01\x02\n", "is no text"}};
+
+}  // namespace flexor::recording

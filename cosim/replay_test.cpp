@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include <bit>
 #include <filesystem>
 #include <fstream>
 #include <sstream>

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "apps/cli/commands.hpp"
+#include "host/deploy/compensator_text.hpp"
 #include "host/export/bids.hpp"
 #include "host/export/joint_state.hpp"
 #include "host/export/mot.hpp"
@@ -45,13 +46,15 @@ exports::Written write(const Options& o) {
   return exports::write_joint_states(o.files.front(), o.angles, mcap, o.out);
 }
 
+bool is_of_model(const std::string& to) { return to == "matlab" || to == "cpp"; }
+
 // An option that does nothing would be taken for one that does.
 void require_of_format(const CLI::App& command, const std::string& to) {
   const std::vector<std::pair<const char*, const char*>> all = {
       {"--start", "mcap"},      {"--subject", "bids"},  {"--task", "bids"},    {"--run", "bids"},
       {"--columns", kRecorded}, {"--names", kRecorded}, {"--rate", kRecorded}, {"--time-unit", kRecorded}};
   for (const auto& [option, format] : all) {
-    const bool fits = format == std::string(kRecorded) ? to != "matlab" : to == format;
+    const bool fits = format == std::string(kRecorded) ? !is_of_model(to) : to == format;
     if (command.get_option(option)->count() > 0 && !fits)
       throw io::InputError(fmt::format("{} is for --to {} alone: leave it out", option, format));
   }
@@ -59,15 +62,17 @@ void require_of_format(const CLI::App& command, const std::string& to) {
 
 void write_function(const Options& o) {
   const std::filesystem::path out = o.out;
-  if (out.extension() != ".m")
-    throw io::InputError(fmt::format("--out {}: a file of MATLAB ends in .m", o.out));
+  const bool matlab = o.to == "matlab";
+  if (out.extension() != (matlab ? ".m" : ".hpp"))
+    throw io::InputError(fmt::format("--out {}: a file of {} ends in {}", o.out, matlab ? "MATLAB" : "C++",
+                                     matlab ? ".m" : ".hpp"));
   const model::Model model = model::load(o.files.front());
-  const std::string name = out.stem().string();
+  const std::string name = matlab ? out.stem().string() : "flexor::GloveCompensator";
   std::string text;
   try {
-    text = model::matlab_text(model, name);
+    text = matlab ? model::matlab_text(model, name) : deploy::header_text(model);
   } catch (const io::InputError& error) {
-    throw io::InputError(fmt::format("--out {}: {}", o.out, error.what()));
+    throw io::InputError(fmt::format("{}: {}", matlab ? "--out " + o.out : o.files.front(), error.what()));
   }
   io::write_file(out, text);
   std::vector<std::string> inputs;
@@ -82,15 +87,16 @@ void write_function(const Options& o) {
                            {"rate_hz", 1 / model.sample_period_s},
                            {"version", FLEXOR_VERSION}}));
   }
-  print(fmt::format("{}: angle_deg = {}(readings), every {:g} ms; inputs: {}; joints: {}\n", o.out, name,
+  print(fmt::format("{}: {}, every {:g} ms; inputs: {}; joints: {}\n", o.out,
+                    matlab ? fmt::format("angle_deg = {}(readings)", name) : name,
                     1000 * model.sample_period_s, fmt::join(inputs, ", "), fmt::join(joints, ", ")));
 }
 
 void run(const Options& o) {
   if (o.files.size() > 1 && o.to != "bids")
     throw io::InputError(fmt::format("--to {} takes one {}, {} are given: export them one by one", o.to,
-                                     o.to == "matlab" ? "model" : "recording", o.files.size()));
-  if (o.to == "matlab") return write_function(o);
+                                     is_of_model(o.to) ? "model" : "recording", o.files.size()));
+  if (is_of_model(o.to)) return write_function(o);
   const exports::Written done = write(o);
   for (const std::string& note : done.notes) log("note: " + note);
   if (o.json) {
@@ -128,23 +134,25 @@ void add_export(CLI::App& app) {
   using namespace export_command;
   auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
-      "export", "Recorded angles for other programs (ROS 2 and Foxglove, OpenSim, BIDS); a model for MATLAB");
+      "export",
+      "Recorded angles for other programs (ROS 2 and Foxglove, OpenSim, BIDS); a model for MATLAB and C++");
   command->footer(
       "mcap  one file with ROS 2 messages, sensor_msgs/msg/JointState in radians: ROS 2, Foxglove, Rerun\n"
       "mot   an OpenSim motion, degrees\n"
       "bids  a dataset folder, degrees, evenly sampled; into one that is there a subject, task or run is "
       "added\n"
       "matlab  a model document as a function of MATLAB and GNU Octave, called like its file\n"
+      "cpp   a model document as one header of C++14 in fixed point, for firmware of your own\n"
       "Angles are the columns NAME_deg and NAME_rad, as `flexor apply` and `flexor track` write them; the "
       "joint is NAME.");
   command
       ->add_option(
           "recordings", o->files,
-          "CSV with angles, one or, for bids, more; - is standard input; for matlab a model document")
+          "CSV with angles, one or, for bids, more; - is standard input; for matlab and cpp a model document")
       ->required();
-  command->add_option("--to", o->to, "mcap, mot, bids or matlab")
+  command->add_option("--to", o->to, "mcap, mot, bids, matlab or cpp")
       ->required()
-      ->check(CLI::IsMember({"mcap", "mot", "bids", "matlab"}));
+      ->check(CLI::IsMember({"mcap", "mot", "bids", "matlab", "cpp"}));
   command->add_option("--out", o->out, "file, or folder of the dataset")->required();
   command
       ->add_option("--columns", o->angles.columns,

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <set>
+#include <sstream>
+#include <string_view>
 #include <vector>
 
+#include "host/deploy/sources.hpp"
 #include "host/model/formats.hpp"
 
 namespace flexor::deploy {
@@ -223,10 +226,43 @@ class Writer {
   std::string rests_;
 };
 
+// A source and, before it, what it includes, each once.
+void add_source(const std::string& path, std::set<std::string>& known, std::string& out) {
+  constexpr std::string_view kInclude = "#include \"";
+  if (!known.insert(path).second) return;
+  std::istringstream text(std::ranges::find(sources(), path, &Source::path)->text);
+  for (std::string line; std::getline(text, line);) {
+    if (line.starts_with(kInclude)) {
+      add_source(line.substr(kInclude.size(), line.size() - kInclude.size() - 1), known, out);
+    } else if (line != "#pragma once") {
+      out += line + "\n";
+    }
+  }
+}
+
 }  // namespace
 
 CompensatorText compensator_text(const model::Model& model, const std::vector<std::size_t>& more) {
   return Writer(model, more).text();
+}
+
+std::string header_text(const model::Model& model) {
+  const CompensatorText text = compensator_text(model);
+  std::string out = fmt::format(
+      "// Written by flexor {}. Every {:g} ms: GloveCompensator::alpha[finger] = 32 * reading, step(), "
+      "degrees = angle[finger] / 16.0;\n"
+      "// fingers are thumb, index, middle, ring, pinky. A finger whose bit step() does not return keeps its "
+      "angle.\n"
+      "#pragma once\n\n",
+      FLEXOR_VERSION, 1000 * model.sample_period_s);
+  std::set<std::string> known;
+  add_source("runtime/compensator/blocks.hpp", known, out);
+  return out + "\n#ifndef PROGMEM\n#define PROGMEM\n#endif\n\nnamespace flexor {\nnamespace glove {\n" +
+         fmt::format("constexpr uint8_t kFingers = {};\n", model::finger_names().size()) +
+         "}  // namespace glove\nnamespace firmware {\nenum class Marker : uint8_t { step_begin, step_end "
+         "};\n"
+         "inline void mark(Marker) {}\n}  // namespace firmware\nnamespace config {\n" +
+         text.coefficients + "}  // namespace config\n\n" + text.compensator + "}  // namespace flexor\n";
 }
 
 }  // namespace flexor::deploy

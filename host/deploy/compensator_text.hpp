@@ -17,4 +17,8 @@ struct CompensatorText {
 // fit fixed point. Numbers only: no text of the model's reaches the compiler.
 CompensatorText compensator_text(const model::Model& model, const std::vector<std::size_t>& more = {});
 
+// The same and all that it needs as one header of C++14, for firmware of one's own: class flexor::GloveCompensator, whose
+// alpha[finger] takes a reading times 32 and whose angle[finger] is degrees times 16 after step(). Throws likewise.
+std::string header_text(const model::Model& model);
+
 }  // namespace flexor::deploy

@@ -6,10 +6,12 @@
 #include <filesystem>
 
 #include "host/deploy/calibration.hpp"
+#include "host/deploy/compensator_text.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
 #include "host/model/channel.hpp"
+#include "host/model/compensator.hpp"
 #include "host/model/correction.hpp"
 
 namespace flexor::deploy {
@@ -51,6 +53,34 @@ void expect_refused(const std::function<void()>& call, const std::string& says) 
   } catch (const io::InputError& error) {
     EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
     EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+  }
+}
+
+// Compiled alone for the board, and run on this machine.
+TEST_F(Deploy, AModelsHeaderIsItsFixedPointToTheBit) {
+  const model::Model m = glove().model;
+  io::write_file(folder_ / "m.hpp", header_text(m));
+  io::write_file(folder_ / "m.cpp",
+                 "#include \"m.hpp\"\n#include <stdio.h>\nint main() {\n  flexor::GloveCompensator c;\n"
+                 "  for (int k = 0; k < 400; ++k) {\n    for (int f = 0; f < 5; ++f) c.alpha[f] = 37 * k * "
+                 "(f + 1) % 5760;\n"
+                 "    c.step();\n    printf(\"%d %d \", c.angle[0], c.angle[4]);\n  }\n}\n");
+  const std::string program = (folder_ / "m").string();
+  for (std::vector<std::string> argv :
+       {std::vector<std::string>{"avr-g++", "-mmcu=atmega328p", "-fsyntax-only"}, {"g++", "-o", program}}) {
+    argv.insert(argv.end(), {"-std=c++14", "-Wall", "-Wextra", "-Werror", program + ".cpp"});
+    EXPECT_EQ(io::run_process(argv).status, 0) << argv.front();
+  }
+  std::istringstream said(io::run_process({program}).out);
+  model::Compensator<model::FixedArithmetic> exact(m);
+  for (int k = 0; k < 400; ++k) {
+    std::vector<double> u;
+    for (int f = 0; f < 5; ++f) u.push_back(37 * k * (f + 1) % 5760 / 32.0);
+    const auto samples = exact.step(u);
+    int thumb = 0, pinky = 0;
+    said >> thumb >> pinky;
+    ASSERT_EQ(thumb, 16 * samples[0].angle_deg) << k;
+    ASSERT_EQ(pinky, 16 * samples[4].angle_deg) << k;
   }
 }
 

@@ -104,15 +104,6 @@ TEST(Recalibrate, LessThanACycleIsRefusedInWords) {
   EXPECT_EQ(recalibrate(request).wanted.size(), 3U);
 }
 
-TEST(Recalibrate, AFingerThatHardlyBendsIsAskedToBend) {
-  Request request = worn(kShifted, 5, 0.01, 2);
-  for (double& u : request.motion[0].reading[1]) u = 450 + 0.45 * (u - 500);
-  const Recalibration r = recalibrate(request);
-  EXPECT_TRUE(r.sensors[0].applied);
-  EXPECT_FALSE(r.sensors[1].applied);
-  expect_says(r.wanted, "index");
-}
-
 TEST(Recalibrate, AGloveThatReadsAsItDidStaysAsItIs) {
   for (unsigned seed = 0; seed < 20; ++seed)
     EXPECT_LT(error_deg(recalibrate(worn(kNone, 6, 0.01, seed)).model, kNone), 1.5) << seed;

@@ -50,7 +50,6 @@ TEST(Fit, InitialValuesAreOneStartMore) {
   options.initial = first.channel;
   options.only_start = 4;  // behind the four of its own
   const Summary again = fit(structure, data, options);
-  EXPECT_EQ(again.best_start, 4u);
   EXPECT_NEAR(again.rmse_deg, first.rmse_deg, 1e-5);
   EXPECT_LT(again.iterations, first.iterations);
   for (std::size_t k = 0; k < first.parameters.size(); ++k)

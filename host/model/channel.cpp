@@ -190,6 +190,24 @@ Model model_of(const Channel& channel, double period_s) {
   return model;
 }
 
+Json channel_schema() {
+  const Json text = {{"type", "string"}, {"default", ""}};
+  const Json number = {{"type", "number"}};
+  Json input = object_schema({{"valid_min", number}, {"valid_max", number}});
+  input["properties"]["column"] = text;
+  input["properties"]["unit"] = text;
+  Json kinds = Json::array();
+  for (const Json& kind : kind_schemas(Json::object())) {
+    if (std::ranges::find(kOrder, kind["properties"]["type"]["const"]) != kOrder.end()) kinds.push_back(kind);
+  }
+  Json fingers = {"pointer", "little"};
+  for (const std::string& name : finger_names()) fingers.push_back(name);
+  return object_schema({{"name", {{"enum", fingers}}},
+                        {"input", input},
+                        {"rest_deg", number},
+                        {"blocks", {{"type", "array"}, {"items", {{"oneOf", kinds}}}, {"minItems", 1}}}});
+}
+
 Channel read_channel(const Json& json, const std::string& place) {
   io::JsonReader reader(json, place);
   Channel channel;

@@ -43,5 +43,6 @@ Model model_of(const Channel& channel, double period_s);
 
 // The chains of a document of schema 1, one after the other.
 Channel read_channel(const Json& json, const std::string& place);
+Json channel_schema();
 
 }  // namespace flexor::model

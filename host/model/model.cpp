@@ -292,17 +292,24 @@ std::string to_json(const Model& model) {
 }
 
 std::string schema_json() {
-  Json out = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
-              {"title", "Model document of Flexor"}};
-  out.update(
-      object_schema({{"schema", {{"const", kSchema}}}, {"schema_version", {{"const", kSchemaVersion}}}}));
-  add_schema_of(Model(), Model::header(), out);
-  add_schema_of(Model(), Model::graph(), out);
-  add_schema_of(Model(), Model::provenance(), out);
+  const auto version = [](int number) {
+    Json out = object_schema({{"schema", {{"const", kSchema}}}, {"schema_version", {{"const", number}}}});
+    add_schema_of(Model(), Model::header(), out);
+    return out;
+  };
+  Json newest = version(kSchemaVersion);
+  add_schema_of(Model(), Model::graph(), newest);
+  add_schema_of(Model(), Model::provenance(), newest);
   Json strips = {""};
   for (const std::string& name : finger_names()) strips.push_back(name);
-  out["properties"]["inputs"]["items"]["properties"]["strip"]["enum"] = strips;
-  return io::dump(out);
+  newest["properties"]["inputs"]["items"]["properties"]["strip"]["enum"] = strips;
+  Json oldest = version(1);
+  oldest["required"].push_back("channels");
+  oldest["properties"]["channels"] = {{"type", "array"}, {"items", channel_schema()}, {"minItems", 1}};
+  add_schema_of(Model(), Model::provenance(), oldest);
+  return io::dump({{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                   {"title", "Model document of Flexor"},
+                   {"oneOf", {newest, oldest}}});
 }
 
 Model from_json(const std::string& text, const std::string& source) {

@@ -67,12 +67,12 @@ void write_function(const Options& o) {
     throw io::InputError(fmt::format("--out {}: a file of {} ends in {}", o.out, matlab ? "MATLAB" : "C++",
                                      matlab ? ".m" : ".hpp"));
   const model::Model model = model::load(o.files.front());
-  const std::string name = matlab ? out.stem().string() : "flexor::GloveCompensator";
+  const std::string name = out.stem().string();
   std::string text;
   try {
-    text = matlab ? model::matlab_text(model, name) : deploy::header_text(model);
+    text = matlab ? model::matlab_text(model, name) : deploy::header_text(model, name);
   } catch (const io::InputError& error) {
-    throw io::InputError(fmt::format("{}: {}", matlab ? "--out " + o.out : o.files.front(), error.what()));
+    throw io::InputError(fmt::format("--out {}: {}", o.out, error.what()));
   }
   io::write_file(out, text);
   std::vector<std::string> inputs;
@@ -88,7 +88,7 @@ void write_function(const Options& o) {
                            {"version", FLEXOR_VERSION}}));
   }
   print(fmt::format("{}: {}, every {:g} ms; inputs: {}; joints: {}\n", o.out,
-                    matlab ? fmt::format("angle_deg = {}(readings)", name) : name,
+                    matlab ? fmt::format("angle_deg = {}(readings)", name) : name + "::Compensator",
                     1000 * model.sample_period_s, fmt::join(inputs, ", "), fmt::join(joints, ", ")));
 }
 

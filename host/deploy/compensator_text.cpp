@@ -1,14 +1,18 @@
 #include "host/deploy/compensator_text.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <set>
 #include <sstream>
 #include <string_view>
 #include <vector>
 
 #include "host/deploy/sources.hpp"
+#include "host/io/io.hpp"
+#include "host/model/correction.hpp"
 #include "host/model/formats.hpp"
 
 namespace flexor::deploy {
@@ -232,6 +236,7 @@ void add_source(const std::string& path, std::set<std::string>& known, std::stri
   if (!known.insert(path).second) return;
   std::istringstream text(std::ranges::find(sources(), path, &Source::path)->text);
   for (std::string line; std::getline(text, line);) {
+    if (line.starts_with("#include <")) continue;
     if (line.starts_with(kInclude)) {
       add_source(line.substr(kInclude.size(), line.size() - kInclude.size() - 1), known, out);
     } else if (line != "#pragma once") {
@@ -246,23 +251,53 @@ CompensatorText compensator_text(const model::Model& model, const std::vector<st
   return Writer(model, more).text();
 }
 
-std::string header_text(const model::Model& model) {
-  const CompensatorText text = compensator_text(model);
+std::string header_text(const model::Model& given, const std::string& name) {
+  const auto is_letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; };
+  const auto is_digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
+  if (name.empty() || !is_letter(name[0]) ||
+      !std::ranges::all_of(name, [&](char c) { return is_letter(c) || is_digit(c); }))
+    throw io::InputError(
+        fmt::format("{}: is no name of a namespace: letters, digits and _, no digit first", name));
+  if (const auto left = model::left_out(given); !left.empty())
+    throw io::InputError(
+        fmt::format("a header has one joint of each finger: fit a model without {}", fmt::join(left, ", ")));
+  const auto [model, correction] = model::folded(given);
+  const model::Wiring wiring = model::wiring_of(model);
+  const CompensatorText text = compensator_text(model, {});
   std::string out = fmt::format(
-      "// Written by flexor {}. Every {:g} ms: GloveCompensator::alpha[finger] = 32 * reading, step(), "
-      "degrees = angle[finger] / 16.0;\n"
-      "// fingers are thumb, index, middle, ring, pinky. A finger whose bit step() does not return keeps its "
-      "angle.\n"
-      "#pragma once\n\n",
-      FLEXOR_VERSION, 1000 * model.sample_period_s);
+      "// Written by flexor {}. Every {:g} ms set alpha of a {}::Compensator, then step(), which returns a "
+      "bit for each finger\n"
+      "// that has an angle; the others keep theirs. Readings out of range: alpha = -32768.\n",
+      FLEXOR_VERSION, 1000 * model.sample_period_s, name);
+  const auto plain = [&](std::string word) {  // no text of a model's is anything but a comment
+    std::ranges::replace_if(
+        word, [](char c) { return c < ' ' || c > '~' || c == '\\'; }, '?');
+    return word;
+  };
+  for (std::size_t i = 0; i < model.inputs.size(); ++i)
+    out += fmt::format("//   alpha[{}] = 32 * ({:.9g} * {} {:+.9g}), rounded; {} from {:g} to {:g}\n",
+                       wiring.strip[i], correction[i].gain, plain(given.inputs[i].name), correction[i].shift,
+                       plain(given.inputs[i].unit), given.inputs[i].valid_min, given.inputs[i].valid_max);
+  for (std::size_t f = 0; f < model::kFingers; ++f)
+    if (wiring.joint[f])
+      out +=
+          fmt::format("//   {}: angle[{}] / 16.0 degrees\n", plain(model.joints[*wiring.joint[f]].name), f);
+  out +=
+      "#pragma once\n\n#include <stdint.h>\n#ifdef __AVR__\n#include <avr/pgmspace.h>\n#endif\n#ifndef "
+      "PROGMEM\n"
+      "#define PROGMEM\n#endif\n\nnamespace " +
+      name + " {\n";
   std::set<std::string> known;
   add_source("runtime/compensator/blocks.hpp", known, out);
-  return out + "\n#ifndef PROGMEM\n#define PROGMEM\n#endif\n\nnamespace flexor {\nnamespace glove {\n" +
-         fmt::format("constexpr uint8_t kFingers = {};\n", model::finger_names().size()) +
+  return out +
+         fmt::format("\nnamespace flexor {{\nnamespace glove {{\nconstexpr uint8_t kFingers = {};\n",
+                     model::kFingers) +
          "}  // namespace glove\nnamespace firmware {\nenum class Marker : uint8_t { step_begin, step_end "
          "};\n"
          "inline void mark(Marker) {}\n}  // namespace firmware\nnamespace config {\n" +
-         text.coefficients + "}  // namespace config\n\n" + text.compensator + "}  // namespace flexor\n";
+         text.coefficients + "}  // namespace config\n\n" + text.compensator +
+         "}  // namespace flexor\nusing Compensator = flexor::GloveCompensator;\n}  // namespace " + name +
+         "\n";
 }
 
 }  // namespace flexor::deploy

@@ -17,8 +17,8 @@ struct CompensatorText {
 // fit fixed point. Numbers only: no text of the model's reaches the compiler.
 CompensatorText compensator_text(const model::Model& model, const std::vector<std::size_t>& more = {});
 
-// The same and all that it needs as one header of C++14, for firmware of one's own: class flexor::GloveCompensator, whose
-// alpha[finger] takes a reading times 32 and whose angle[finger] is degrees times 16 after step(). Throws likewise.
-std::string header_text(const model::Model& model);
+// The same and all that it needs as one header of C++14 in a namespace of this name, for firmware of one's own; its first lines
+// say what its class Compensator takes and gives. Throws likewise, and for a second joint of a finger.
+std::string header_text(const model::Model& model, const std::string& name);
 
 }  // namespace flexor::deploy

@@ -59,9 +59,9 @@ void expect_refused(const std::function<void()>& call, const std::string& says) 
 // Compiled alone for the board, and run on this machine.
 TEST_F(Deploy, AModelsHeaderIsItsFixedPointToTheBit) {
   const model::Model m = glove().model;
-  io::write_file(folder_ / "m.hpp", header_text(m));
+  io::write_file(folder_ / "m.hpp", header_text(m, "m"));
   io::write_file(folder_ / "m.cpp",
-                 "#include \"m.hpp\"\n#include <stdio.h>\nint main() {\n  flexor::GloveCompensator c;\n"
+                 "#include \"m.hpp\"\n#include <stdio.h>\nint main() {\n  m::Compensator c;\n"
                  "  for (int k = 0; k < 400; ++k) {\n    for (int f = 0; f < 5; ++f) c.alpha[f] = 37 * k * "
                  "(f + 1) % 5760;\n"
                  "    c.step();\n    printf(\"%d %d \", c.angle[0], c.angle[4]);\n  }\n}\n");

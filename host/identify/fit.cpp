@@ -425,8 +425,8 @@ class Fitter {
     std::iota(free_.begin(), free_.end(), 0);
     if (!both_curves(structure)) return;
     const int first = predictor_.layout().input_curve;
-    std::erase(free_, first + structure.input_knots - 1);
-    std::erase(free_, first);
+    held_ = {first, first + structure.input_knots - 1};
+    for (const int end : held_) std::erase(free_, end);
   }
 
   Summary run() {

@@ -749,8 +749,15 @@ void fit_model(const HandRequest& request, const std::vector<std::string>& struc
 std::vector<std::string> asked_for(const HandRequest& request) {
   std::vector<std::string> out(request.map.size(), request.structure);
   if (!request.initial || request.structure != "auto") return out;
-  for (std::size_t j = 0; j < out.size(); ++j)
-    out[j] = text_of(structure_of(chain_of(*request.initial, request.map[j].joint)));
+  const Json fits = request.initial->fit.value("joints", Json::object());
+  for (std::size_t j = 0; j < out.size(); ++j) {
+    const std::string& joint = request.map[j].joint;
+    Structure structure = structure_of(chain_of(*request.initial, joint));
+    // A document has limits whether they were fitted or not; its own words tell.
+    if (const Json fit = fits.value(joint, Json::object()); fit.contains("structure"))
+      structure.saturation = fit["structure"].dump().find("saturation") != std::string::npos;
+    out[j] = text_of(structure);
+  }
   return out;
 }
 

@@ -269,7 +269,8 @@ void pair_transfer_function(Page& page, const Json& joint, double period_s) {
   page.heading("Transfer function");
   page.paragraph(fmt::format(
       "Of the linear block, apart from the chain's gain or curves: G(s) = ({:.4g} s² {:+.4g} s {:+.4g}) / "
-      "(s² {:+.4g} s {:+.4g}), and with the input held over {:g} s G(z) = ({:.5f} {:+.5f} / z {:+.5f} / z²) "
+      "(s² {:+.4g} s {:+.4g}), and with each input held over the {:g} s that end at its sample G(z) = "
+      "({:.5f} {:+.5f} / z {:+.5f} / z²) "
       "/ "
       "(1 {:+.5f} / z {:+.5f} / z²).",
       c0, 2 * zeta * w * c0 + c1 * w, w * w, 2 * zeta * w, w * w, period_s, 1 - g, g + h - trace,
@@ -329,7 +330,7 @@ void transfer_function(Page& page, const Json& joint, double period_s) {
   page.table(t);
   page.paragraph(
       fmt::format("Of the linear block, apart from the chain's gain or curves: G(s) = Σ g / (1 + s / a), and "
-                  "with the input held over {:g} s "
+                  "with each input held over the {:g} s that end at its sample "
                   "G(z) = Σ g (1 - p) / (1 - p / z), g the gain, -a the pole, p its place in the z-plane. In "
                   "brackets: standard error.",
                   period_s));

@@ -51,8 +51,10 @@ bool is_of_model(const std::string& to) { return to == "matlab" || to == "cpp"; 
 // An option that does nothing would be taken for one that does.
 void require_of_format(const CLI::App& command, const std::string& to) {
   const std::vector<std::pair<const char*, const char*>> all = {
-      {"--start", "mcap"},      {"--subject", "bids"},  {"--task", "bids"},    {"--run", "bids"},
-      {"--columns", kRecorded}, {"--names", kRecorded}, {"--rate", kRecorded}, {"--time-unit", kRecorded}};
+      {"--start", "mcap"},      {"--subject", "bids"},      {"--task", "bids"},
+      {"--run", "bids"},        {"--columns", kRecorded},   {"--names", kRecorded},
+      {"--rate", kRecorded},    {"--time-unit", kRecorded}, {"--time-column", kRecorded},
+      {"--log-rate", kRecorded}};
   for (const auto& [option, format] : all) {
     const bool fits = format == std::string(kRecorded) ? !is_of_model(to) : to == format;
     if (command.get_option(option)->count() > 0 && !fits)

@@ -235,7 +235,8 @@ std::optional<std::size_t> CsvReader::find_first_row() {
 void CsvReader::leave_out_titles(std::size_t count) {
   if (count == 0) return;
   for (std::size_t i = 0; i < count; ++i) {
-    const std::string text = lower(trimmed(ahead_[i].text));
+    std::string text = lower(trimmed(ahead_[i].text));
+    std::erase_if(text, [](char c) { return c == ' ' || c == '\t'; });
     if (text == "indegrees=yes") angle_unit_ = "deg";
     if (text == "indegrees=no") angle_unit_ = "rad";
     std::vector<std::string>& cells = titles_.emplace_back();
@@ -327,8 +328,20 @@ void CsvReader::read_units() {
 }
 
 // How likely a column is the time, the higher the likelier; none: it is not.
+// The same for so long that it is no clock, but when a session began.
+bool CsvReader::stands(std::size_t place, const std::string& first) {
+  constexpr std::size_t kRows = 1000;
+  std::vector<std::string> cells;
+  std::size_t k = 1;
+  for (const Line* line = peek(k); line != nullptr && k < kRows; line = peek(++k)) {
+    split(line->text, separator_, cells);
+    if (place < cells.size() && cells[place] != first) return false;
+  }
+  return k > 1;
+}
+
 std::optional<CsvReader::Clock> CsvReader::clock_in(std::size_t place, const std::vector<std::string>& first,
-                                                    const std::vector<std::string>& second) const {
+                                                    const std::vector<std::string>& second) {
   std::optional<double> unit_s;
   const bool is_named = has_header_ ? is_time_name(header_[place], unit_s) : place == 0;
   if (!unit_s) unit_s = seconds_in(header_units_[place]);
@@ -336,8 +349,10 @@ std::optional<CsvReader::Clock> CsvReader::clock_in(std::size_t place, const std
   const bool is_written = !number && place < first.size() && to_time(first[place]);
   if (!is_named && !is_written) return std::nullopt;
   const auto next = place < second.size() ? read_number(second[place], separator_) : std::nullopt;
-  const bool counts = number && next && !unit_s && next->value == number->value + 1;
-  return Clock{place, counts ? 2 : !number && !is_written ? 1 : is_named ? 4 : 3, unit_s};
+  const bool counts =
+      number && next && !unit_s && options_.time.unit.empty() && next->value == number->value + 1;
+  const bool useless = (!number && !is_written) || (is_written && stands(place, first[place]));
+  return Clock{place, counts ? 2 : useless ? 1 : is_named ? 4 : 3, unit_s};
 }
 
 // The column that is called a time and holds one in the first row, or that has times of day or dates.
@@ -365,6 +380,9 @@ void CsvReader::find_time() {
     best = clock_in(place, first, second)
                .value_or(Clock{place, 0, by_name ? by_name : seconds_in(header_units_[place])});
     other.reset();
+  } else if (!options_.time.column.empty()) {
+    notes_.push_back(fmt::format("{}: no column \"{}\" (--time-column): \"{}\" is its time", source_,
+                                 options_.time.column, header_[best->place]));
   }
   if (!best && frame_rate_hz_ > 0 && has("Frame")) best = {place_of("Frame"), 0, 1 / frame_rate_hz_};
   if (best) time_place_ = best->place;

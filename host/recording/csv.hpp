@@ -95,8 +95,9 @@ class CsvReader : public Source {
   void name_by_titles();
   bool comment_is_header(const std::string& comment);
   void read_units();
+  bool stands(std::size_t place, const std::string& first);
   std::optional<Clock> clock_in(std::size_t place, const std::vector<std::string>& first,
-                                const std::vector<std::string>& second) const;
+                                const std::vector<std::string>& second);
   void find_time();
   void require_time();
   std::vector<std::size_t> columns_of_numbers();

@@ -401,71 +401,32 @@ const uint8_t kRanges[] FLEXOR_IN_FLASH = {0, 31, below_zero(16), 15, 0, 47, 0, 
                                            1, 30, below_zero(12), 15};
 
 // In the order of Operation. A curve's values are as many as its knots.
-const uint8_t kFields[] FLEXOR_IN_FLASH = {kKnots,
-                                           kSignal,
-                                           kEnd,  // curves
-                                           kShift,
-                                           4,
-                                           kTimes,
-                                           kSignal,
-                                           2,
-                                           kEnd,  // sum
-                                           4,
-                                           kTimes,
-                                           kSignedSignal,
-                                           kEnd,  // plain sum
-                                           kSignal,
-                                           4,
-                                           kEnd,  // dead zone
-                                           kSignal,
-                                           4,
-                                           kEnd,  // saturation
-                                           kSignal,
-                                           2,
-                                           kEnd,  // play
-                                           kSignal,
-                                           16,
-                                           kEnd,  // hysteresis
-                                           kSignal,
-                                           2,
-                                           kWeightShift,
-                                           kEnd,  // lag
-                                           kSignal,
-                                           2,
-                                           kGainShift,
-                                           6,
-                                           kWeightShift,
-                                           2,
-                                           kWeightShift,
-                                           2,
-                                           kWeightShift,
-                                           2,
-                                           kWeightShift,
-                                           2,
-                                           kWeightShift,
-                                           2,
-                                           kWeightShift,
-                                           6,
-                                           kTapFraction,
-                                           kShift,
-                                           kEnd,  // lti
-                                           kSignal,
-                                           2,
-                                           kGainShift,
-                                           12,
-                                           kEnd,  // direct
-                                           kSignal,
-                                           8,
-                                           kProductFraction,
-                                           4,
-                                           kProductFraction,
-                                           kTapFraction,
-                                           kShift,
-                                           kEnd,  // pole pair
-                                           kSignal,
-                                           4,
-                                           kOutputShift,
-                                           kEnd};  // angle
+const uint8_t kFields[] FLEXOR_IN_FLASH = {
+    // curves
+    kKnots, kSignal, kEnd,
+    // sum
+    kShift, 4, kTimes, kSignal, 2, kEnd,
+    // plain sum
+    4, kTimes, kSignedSignal, kEnd,
+    // dead zone
+    kSignal, 4, kEnd,
+    // saturation
+    kSignal, 4, kEnd,
+    // play
+    kSignal, 2, kEnd,
+    // hysteresis
+    kSignal, 16, kEnd,
+    // lag
+    kSignal, 2, kWeightShift, kEnd,
+    // lti
+    kSignal, 2, kGainShift, 6, kWeightShift, 2, kWeightShift, 2, kWeightShift, 2, kWeightShift, 2,
+    kWeightShift, 2, kWeightShift, 6, kTapFraction, kShift, kEnd,
+    // direct
+    kSignal, 2, kGainShift, 12, kEnd,
+    // pole pair
+    kSignal, 8, kProductFraction, 4, kProductFraction, kTapFraction, kShift, kEnd,
+    // angle
+    kSignal, 4, kOutputShift, kEnd};
 
 inline const uint8_t* of(uint8_t operation) {
   const uint8_t* fields = kFields;

@@ -119,16 +119,17 @@ TEST_F(Replay, AGloveThatTracksItsStripsIsTheHostToTheBit) {
   }
 }
 
-TEST_F(Replay, TheSixGesturesAreSentToTheBit) {
+TEST_F(Replay, GesturesAndReadingsAllOverTheRangeAreSentToTheBit) {
   for (const char* name : {"raw", "published-w", "published-hw"}) {
     const model::Model model = named(name);
     expect_exact(model, study::gesture_counts(parameters_, model));
+    expect_exact(model, exercise(3000, 1));
   }
-}
-
-TEST_F(Replay, ReadingsAllOverTheRangeAreSentToTheBit) {
-  for (const char* name : {"raw", "published-w", "published-hw"})
-    expect_exact(named(name), exercise(3000, 1));
+  model::Model pairs = named("published-hw");
+  for (model::Block& block : pairs.blocks) {
+    if (std::holds_alternative<model::Lti>(block.kind)) block.kind = model::PolePair{18, 0.9, {-5, 8}};
+  }
+  expect_exact(pairs, exercise(600, 1));
 }
 
 TEST_F(Replay, PortableProductsGiveTheSameBits) {

@@ -53,12 +53,12 @@ struct FixedPolePair {
     int32_t e[2];
   };
 
-  void start(State& state, int16_t u) const {
+  FLEXOR_INLINE void start(State& state, int16_t u) const {
     state.u = u;
     state.e[0] = state.e[1] = 0;
   }
 
-  int16_t step(State& state, int16_t u) const {
+  FLEXOR_INLINE int16_t step(State& state, int16_t u) const {
     const int32_t e0 = state.e[0] - (static_cast<int32_t>(u) - state.u) * (static_cast<int32_t>(1) << up);
     const int32_t e1 = state.e[1];
     state.u = u;
@@ -70,7 +70,7 @@ struct FixedPolePair {
   }
 
  private:
-  static int32_t times(int32_t a, int16_t m, uint8_t fraction) {
+  FLEXOR_PRODUCT_INLINE static int32_t times(int32_t a, int16_t m, uint8_t fraction) {
     const int32_t product = core::multiply_q16(a, m);
     return fraction < 16 ? product * (static_cast<int32_t>(1) << (16 - fraction))
                          : product >> (fraction - 16);

@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
     const double t = trial.sample_s[k];
     if (t < 3 || t > 5.5) continue;
     const auto frame = static_cast<std::size_t>(t * input.parameters.camera_rate_hz);
-    std::printf("%7.2f %8.1f %8.1f %13.1f %7.1f\n", t, trial.true_deg[kIndex][k], trial.alpha_deg[kIndex][k],
+    std::printf("%7.2f %8.1f %8.1f %13.1f %7.1f\n", t, trial.true_deg[kIndex][k], trial.reading[kIndex][k],
                 trial.beta_deg[kIndex][k], static_cast<double>(trial.hand_deg[kIndex][frame]));
   }
   const double total = std::accumulate(trial.error_deg_s.begin(), trial.error_deg_s.end(), 0.0);

@@ -227,7 +227,7 @@ Played play(const FilmRequest& request) {
       if (t < 0 || t >= input.motion.duration_s()) continue;
       out.glove.t_s.push_back(glove_clock_s + start_s + t);
       for (std::size_t i = 0; i < twin::kFingers; ++i)
-        out.glove.columns[i].value.push_back(trial.alpha_deg[i][k]);
+        out.glove.columns[i].value.push_back(trial.reading[i][k]);
     }
     out.frame_rate_hz = input.parameters.camera_rate_hz;
     for (std::size_t k = 0; k < frames; ++k) {

@@ -146,6 +146,9 @@ study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy
   model::Model model = model::load(o.model);
   set_rate(model, o.rate_hz);
   study::Deployment d;
+  std::vector<std::string> notes;
+  if (o.output == "radio") model = study::on_hand(std::move(model), p, notes);
+  for (const std::string& note : notes) log(note);
   const deploy::CalibrationDocument own =
       o.calibration.empty() ? deploy::CalibrationDocument() : deploy::load_calibration(o.calibration);
   d.glove = study::glove_for(p, model, own);

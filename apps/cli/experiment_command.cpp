@@ -245,6 +245,17 @@ void play_ensemble(const Options& o) {
   if (!o.folder.empty()) print(fmt::format("report    {}/report.html\n", o.folder));
 }
 
+// Units of readings and ends of angles, as the twin's glove and hand have them.
+void meet_twin(study::Compensator& compensator, const twin::Parameters& parameters) {
+  std::vector<std::string> notes;
+  compensator.model = study::on_hand(std::move(compensator.model), parameters, notes);
+  const std::string& unit = compensator.model.inputs.front().unit;
+  if (unit != "deg" && !unit.empty())
+    notes.push_back(fmt::format("reads {}: the twin's glove gives it that, by its divider of {:g} kohm", unit,
+                                parameters.divider_kohm));
+  for (const std::string& note : notes) log(fmt::format("{}: {}", compensator.name, note));
+}
+
 void run(Options& o) {
   study::Plan& plan = o.plan;
   if (!o.ensemble.empty()) require_ensemble_options(o);
@@ -261,6 +272,7 @@ void run(Options& o) {
   plan.motions = study::motions(o.gestures, notes);
   for (const std::string& note : notes) log("warning: " + note);
   plan.compensators = study::compensators(o.compensators, o.rate_hz);
+  for (study::Compensator& one : plan.compensators) meet_twin(one, plan.parameters);
   plan.folder = o.folder;
   StopOnSignal stop;
   plan.stop = stop.flag();

@@ -155,6 +155,12 @@ void show(const identify::HandIdentification& r) {
   }
   for (const identify::JointResult& joint : r.joints)
     print(fmt::format("{}: {}\n", joint.name, score::in_words(joint.verdict)));
+  for (const model::Joint& joint : r.model.joints) {
+    const model::Ends ends = model::ends(r.model, joint);
+    const bool stated = r.request.ends.contains(joint.name);
+    print(fmt::format("{}: open hand {:.1f} deg, fist {:.1f}{}\n", joint.name, ends.open_deg, ends.fist_deg,
+                      stated ? "" : ", by its angles; --pose-angles states others"));
+  }
   for (const identify::JointResult& joint : r.joints) {
     if (r.request.lead_s > 0)
       print(fmt::format(
@@ -179,8 +185,8 @@ std::map<std::string, double> reference_errors(const std::vector<std::string>& i
   return out;
 }
 
-std::map<std::string, identify::PoseAngles> pose_angles(const std::vector<std::string>& items) {
-  std::map<std::string, identify::PoseAngles> out;
+std::map<std::string, model::Ends> pose_angles(const std::vector<std::string>& items) {
+  std::map<std::string, model::Ends> out;
   for (const std::string& item : items) {
     const std::size_t equals = std::min(item.find('='), item.size());
     const std::size_t colon = std::min(item.find(':', equals), item.size());
@@ -234,6 +240,7 @@ void add_takes(Options& o) {
   } else {
     r.map = o.map.empty() ? identify::map_by_name(r.pairs.front(), r.time) : identify::parse_map(o.map);
   }
+  r.ends = pose_angles(o.pose_angles);
   r.reference_error_deg = reference_errors(o.reference_error);
   if (o.leave_out == "take") r.leave_out = identify::LeaveOut::take;
   if (o.leave_out == "person") r.leave_out = identify::LeaveOut::person;
@@ -292,7 +299,6 @@ void track_reference(Options& o, std::optional<io::TemporaryFolder>& temporary) 
 void run(Options& o) {
   o.files.time = o.request.time;
   if (!o.poses.empty()) return run_poses(o);
-  if (!o.pose_angles.empty()) throw io::InputError("--pose-angles goes with --poses");
   if (!o.model.empty()) io::require_writable(o.model);
   if (!o.report.empty()) io::require_folder(o.report);
   std::optional<io::TemporaryFolder> temporary;
@@ -348,7 +354,7 @@ void add_pairs(CLI::App& command, Options& o) {
       "three, and again; a straight line for each sensor, its angles not measured");
   command
       .add_option("--pose-angles", o.pose_angles,
-                  "with --poses: JOINT=OPEN:FIST, the angles of both poses, for a bionic hand its ends: "
+                  "JOINT=OPEN:FIST, the angles of the open hand and of a fist: "
                   "thumb=90:170,index=28:113 (default: 0:90, the thumb's 0:60)")
       ->delimiter(',');
   command.add_option("--map", o.map,

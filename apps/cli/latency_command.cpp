@@ -22,7 +22,9 @@ void run(const Options& o) {
   study::Boards boards(io::program_beside(kBoardsWorker));
   if (o.edges < 1) throw io::InputError("--edges must be at least 1");
   const twin::Parameters p = twin_parameters(o.twin, o.set);
-  const study::Compensator compensator = study::compensator(o.model, o.rate_hz);
+  study::Compensator compensator = study::compensator(o.model, o.rate_hz);
+  std::vector<std::string> notes;
+  compensator.model = study::on_hand(std::move(compensator.model), p, notes);
   const deploy::Glove glove = study::glove_for(p, compensator.model);
   const double frames_hz = o.rate_hz / deploy::samples_per_frame(glove);
   if (!o.folder.empty()) io::require_folder(o.folder);

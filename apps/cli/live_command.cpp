@@ -30,14 +30,14 @@ struct Options {
   bool json = false;
 };
 
-// Each finger's first joint, from limit to limit.
+// Each finger's first joint, from the open hand to the fist.
 exports::OpenGlovesOptions curls_of(const model::Model& model) {
   exports::OpenGlovesOptions out;
   for (std::size_t f = 0; f < out.fingers.size(); ++f) {
     for (std::size_t j = 0; j < model.joints.size() && !out.fingers[f]; ++j) {
       if (!model.joints[j].name.starts_with(model::finger_names()[f])) continue;
-      const model::Saturation& limits = model::limits(model, model.joints[j]);
-      out.fingers[f] = exports::FingerRange{j, limits.lower_deg, limits.upper_deg};
+      const model::Ends ends = model::ends(model, model.joints[j]);
+      out.fingers[f] = exports::FingerRange{j, ends.open_deg, ends.fist_deg};
     }
   }
   return out;

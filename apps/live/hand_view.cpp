@@ -12,8 +12,6 @@ namespace flexor::live {
 namespace {
 
 constexpr auto kPeriod = std::chrono::milliseconds(50);
-constexpr double kThumbStraight_deg = 90;   // in the article's convention
-constexpr double kArticlesThumb_deg = 120;  // a thumb whose limit lies beyond is in that convention
 
 bool flexes_negatively(std::string_view joint) {
   if (joint.starts_with("thumb")) return false;
@@ -35,10 +33,11 @@ std::vector<HandInput> hand_inputs(const model::Model& model) {
     HandInput input;
     input.joint = j;
     input.input = {name, {*joint}};
-    input.sign = flexes_negatively(posture::kJointNames[static_cast<std::size_t>(*joint)]) ? -1 : 1;
-    const bool articles_thumb =
-        name == "thumb" && model::limits(model, model.joints[j]).upper_deg > kArticlesThumb_deg;
-    input.offset_deg = articles_thumb ? kThumbStraight_deg : 0;
+    const model::Ends ends = model::ends(model, model.joints[j]);
+    input.open_deg = ends.open_deg;
+    const bool falls = ends.fist_deg < ends.open_deg;
+    const bool is_negative = flexes_negatively(posture::kJointNames[static_cast<std::size_t>(*joint)]);
+    input.sign = falls == is_negative ? 1 : -1;
     out.push_back(input);
   }
   return out;
@@ -81,7 +80,7 @@ void HandView::run() try {
     Eigen::VectorXd readings(std::ssize(inputs_));
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
       const double angle = newest.joints_deg[inputs_[i].joint];
-      readings[static_cast<Eigen::Index>(i)] = inputs_[i].sign * (angle - inputs_[i].offset_deg);
+      readings[static_cast<Eigen::Index>(i)] = inputs_[i].sign * (angle - inputs_[i].open_deg);
     }
     posture::Estimate estimate = completer.complete(readings);
     // What a sensor says is drawn, also where it is unlikely: who looks at it shall see what is measured.

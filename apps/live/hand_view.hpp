@@ -26,8 +26,8 @@ struct WholeHand {
 struct HandInput {
   std::size_t joint = 0;  // of the model
   posture::Input input;
-  double sign = 1;        // in host/posture flexion of the fingers is negative
-  double offset_deg = 0;  // the article's thumb is at 90 degrees when it is straight
+  double sign = 1;      // in host/posture flexion of the fingers is negative
+  double open_deg = 0;  // where it is straight
 };
 std::vector<HandInput> hand_inputs(const model::Model& model);
 

@@ -106,10 +106,10 @@ void require_room_for_lines(const Glove& glove) {
       line_bytes(glove), 1000 * line_s, kUsbBaud, 1000 * glove.model.sample_period_s));
 }
 
-glove::FlexionSettings flexion_of(const model::Saturation& limits) {
-  const std::int16_t straight = q4(std::max(limits.lower_deg, 0.0));
-  const double range = std::max(1.0, 16 * limits.upper_deg - straight);
-  return {straight, static_cast<std::uint32_t>(std::ceil(link::kGloveTop * 65536 / range))};
+glove::FlexionSettings flexion_of(const model::Ends& ends) {
+  const std::int16_t straight = q4(ends.open_deg);
+  const double scale = link::kGloveTop * 65536 / (16 * ends.fist_deg - straight);
+  return {straight, static_cast<std::int32_t>(scale < 0 ? std::floor(scale) : std::ceil(scale))};
 }
 
 // Bones of the driver's hand, from the wrist; a joint turns the one behind it.
@@ -166,7 +166,7 @@ std::vector<VrJoint> vr_joints(const Glove& glove) {
       if (!place || wiring.joint[f] == j) continue;
       out.push_back({j,
                      {static_cast<std::uint8_t>(f), *place, strips_of(glove.model, wiring, j),
-                      flexion_of(model::limits(glove.model, joint)), guard_of(glove.model, joint)}});
+                      flexion_of(model::ends(glove.model, joint)), guard_of(glove.model, joint)}});
     }
   }
   return out;
@@ -334,7 +334,7 @@ GloveTables glove_tables(const Glove& glove) {
     if (!wiring.joint[i]) continue;
     const model::Joint& joint = glove.model.joints[*wiring.joint[i]];
     guard = guard_of(glove.model, joint);
-    out.flexion[i] = flexion_of(model::limits(glove.model, joint));
+    out.flexion[i] = flexion_of(model::ends(glove.model, joint));
   }
   return out;
 }

@@ -152,7 +152,7 @@ struct GloveTables {
   std::array<sensor::GuardSettings, kFingers> guard{};
   std::array<std::uint8_t, kFingers> strips{};  // a bit for each strip that the finger's angle needs
   std::array<sensor::Poses, kFingers> poses{};  // of each strip; equal where the model does not say
-  std::array<glove::FlexionSettings, kFingers> flexion{};  // from the lower to the upper saturation
+  std::array<glove::FlexionSettings, kFingers> flexion{};  // from the open hand to the fist
 };
 GloveTables glove_tables(const Glove& glove);
 

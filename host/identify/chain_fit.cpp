@@ -8,9 +8,11 @@
 
 #include "host/identify/folds.hpp"
 #include "host/identify/hold.hpp"
+#include "host/identify/joint_fit.hpp"
 #include "host/identify/robust.hpp"
 #include "host/io/io.hpp"
 #include "host/model/channel.hpp"
+#include "host/model/correction.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -169,8 +171,21 @@ class ChainFitter {
         {out.structure, std::nullopt, out.fitted_rmse_deg, out.effective, out.hold_drift_deg, "", true}};
   }
 
-  // The channel's blocks behind the joint's own input.
-  void add_blocks(const Chain& chain, model::Channel channel, model::Model& model) const {
+  // The channel's blocks behind the joint's own input, whose readings a board takes in about the converter's steps.
+  void add_blocks(const Chain& chain, const model::Channel& fitted, model::Model& model) const {
+    model::Input& input = model.inputs.front();
+    const double gain = gain_to_counts(input);
+    input.valid_min *= gain;
+    input.valid_max *= gain;
+    model::Channel channel = model::scaled(fitted, gain);
+    if (channel.hysteresis) {  // in the board's steps, so that its plays are these
+      const auto rounded = [](double x, int fraction) {
+        return std::ldexp(std::round(std::ldexp(x, fraction)), -fraction);
+      };
+      for (double& radius : channel.hysteresis->radii) radius = rounded(radius, core::kInputFraction);
+      for (double& weight : channel.hysteresis->weights)
+        weight = rounded(weight, compensator::kHysteresisWeightFraction);
+    }
     channel.name = joint_.joint;
     channel.input_column = joint_.sensors.front();
     model::Model alone = model::model_of(channel, model.sample_period_s);
@@ -183,6 +198,7 @@ class ChainFitter {
     alone.blocks.front().from = {from};
     model.blocks.insert(model.blocks.end(), alone.blocks.begin(), alone.blocks.end());
     model.joints = alone.joints;
+    if (gain != 1) model = model::corrected(std::move(model), 0, {gain, 0});
   }
 
   void validate(const Chain& chain, const Data& data, const Options& options, JointFit& out) {

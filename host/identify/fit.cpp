@@ -59,12 +59,12 @@ std::vector<double> sorted_at(const VectorXd& values, const std::vector<Index>& 
   return out;
 }
 
-// Quantiles of the values, pushed apart so that no two knots are closer than a hundredth of the range.
+// Quantiles of the values, pushed apart so that no two knots are closer than a quarter of what equal distances would be.
 std::vector<double> quantile_knots(const std::vector<double>& sorted, int count) {
   const double range = sorted.back() - sorted.front();
   std::vector<double> knots(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) knots[static_cast<std::size_t>(i)] = quantile(sorted, i / (count - 1.0));
-  const double least = range / 100;
+  const double least = range / (4 * (count - 1));
   for (std::size_t i = 1; i < knots.size(); ++i) knots[i] = std::max(knots[i], knots[i - 1] + least);
   knots.back() = std::max(knots.back(), sorted.back());
   for (std::size_t i = knots.size() - 1; i-- > 0;) knots[i] = std::min(knots[i], knots[i + 1] - least);

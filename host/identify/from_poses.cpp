@@ -122,23 +122,23 @@ double full_scale(double greatest) {
   return out;
 }
 
-void check_angles(const std::map<std::string, PoseAngles>& angles, const std::vector<Sensor>& sensors) {
+void check_angles(const std::map<std::string, model::Ends>& angles, const std::vector<Sensor>& sensors) {
   for (const auto& [joint, at] : angles) {
     const bool is_sensed = std::ranges::any_of(
         sensors, [&name = joint](const Sensor& s) { return model::joint_name(s.name) == name; });
     if (!is_sensed)
       throw io::InputError(fmt::format("--pose-angles {}: no column that moves is called so", joint));
-    if (!(std::abs(at.fist_deg - at.open_deg) >= 1))
+    if (!(std::abs(at.fist_deg - at.open_deg) >= model::kLeastEnds_deg))
       throw io::InputError(
           fmt::format("--pose-angles {}: open hand and fist must be a degree apart or more", joint));
   }
 }
 
 void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
-               const std::map<std::string, PoseAngles>& angles) {
+               const std::map<std::string, model::Ends>& angles) {
   const std::string joint = model::joint_name(sensor.name);
   const auto told = angles.find(joint);
-  const PoseAngles at = told != angles.end() ? told->second : joint.starts_with("thumb") ? kThumb : kFinger;
+  const model::Ends at = told != angles.end() ? told->second : joint.starts_with("thumb") ? kThumb : kFinger;
   model::Input input;
   input.name = joint;
   input.column = sensor.column;
@@ -160,13 +160,13 @@ void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
   m.blocks.push_back(
       {{joint + " line"}, joint + " angle", model::Saturation{least_deg - kRoom_deg, most_deg + kRoom_deg}});
   m.joints.push_back({joint, joint + " angle", at.open_deg,
-                      model::Accuracy{{least_deg, most_deg}, {kPosesError_deg, kPosesError_deg}}});
+                      model::Accuracy{{least_deg, most_deg}, {kPosesError_deg, kPosesError_deg}}, at});
 }
 
 }  // namespace
 
 FromPoses model_from_poses(const recording::Recording& log, double rate_hz,
-                           const std::map<std::string, PoseAngles>& angles) {
+                           const std::map<std::string, model::Ends>& angles) {
   FromPoses out;
   const std::vector<Sensor> sensors = sensors_of(log, out.warnings);
   check_angles(angles, sensors);

@@ -15,12 +15,8 @@
 
 namespace flexor::identify {
 
-struct PoseAngles {
-  double open_deg = 0;
-  double fist_deg = 90;
-};
-inline constexpr PoseAngles kFinger = {0, 90};
-inline constexpr PoseAngles kThumb = {0, 60};
+inline constexpr model::Ends kFinger = {0, 90};
+inline constexpr model::Ends kThumb = {0, 60};
 inline constexpr double kPosesError_deg = 20;  // expected: an ordinary hand's fist is not everybody's
 
 struct FromPoses {
@@ -34,6 +30,6 @@ struct FromPoses {
 // two poses, no sensor that tells them apart; and io::InputError: `angles`, by joint, of a joint that has no sensor, or both the
 // same.
 FromPoses model_from_poses(const recording::Recording& log, double rate_hz,
-                           const std::map<std::string, PoseAngles>& angles = {});
+                           const std::map<std::string, model::Ends>& angles = {});
 
 }  // namespace flexor::identify

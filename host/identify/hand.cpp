@@ -731,6 +731,29 @@ void add_poses(const HandRequest& request, const std::vector<Sampled>& samples, 
   }
 }
 
+// Where each joint is at the open hand and at the fist: as the request says, else at the quantiles of its angles, of which the
+// one nearer to zero is taken for the open hand.
+void add_ends(const HandRequest& request, const std::vector<Sampled>& samples, model::Model& model) {
+  constexpr double kShare = 0.02;
+  for (std::size_t j = 0; j < request.map.size(); ++j) {
+    model::Joint& joint = *std::ranges::find(model.joints, request.map[j].joint, &model::Joint::name);
+    if (const auto stated = request.ends.find(joint.name); stated != request.ends.end()) {
+      joint.ends = stated->second;
+      continue;
+    }
+    std::vector<double> angles;
+    for (const Session& session : sessions_of(samples, j)) {
+      for (Eigen::Index k = 0; k < session.angle_deg.size(); ++k) {
+        if (session.use[static_cast<std::size_t>(k)] != 0) angles.push_back(session.angle_deg(k));
+      }
+    }
+    std::ranges::sort(angles);
+    model::Ends ends{quantile(angles, kShare), quantile(angles, 1 - kShare)};
+    if (std::abs(ends.fist_deg) < std::abs(ends.open_deg)) std::swap(ends.open_deg, ends.fist_deg);
+    if (std::abs(ends.fist_deg - ends.open_deg) >= model::kLeastEnds_deg) joint.ends = ends;
+  }
+}
+
 void fit_model(const HandRequest& request, const std::vector<std::string>& structures,
                const std::vector<Files>& files, const std::vector<Sampled>& samples, const Step& step,
                HandIdentification& r) {
@@ -738,6 +761,7 @@ void fit_model(const HandRequest& request, const std::vector<std::string>& struc
   request.refit ? refit_joints(request, samples, r) : fit_joints(request, structures, samples, step, r);
   add_poses(request, samples, r.model);
   add_readings(request, samples, r.model);
+  add_ends(request, samples, r.model);
   std::erase_if(r.model.inputs, [&](const model::Input& input) {
     return std::ranges::none_of(r.model.blocks, [&](const auto& block) {
       return std::ranges::find(block.from, input.name) != block.from.end();
@@ -863,12 +887,18 @@ void check(const HandRequest& request) {
   for (const JointMap& joint : request.map) (void)parse_structure(request.structure, joint.sensors.size());
 }
 
-void check_reference_error(const HandRequest& request) {
+void check_joints(const HandRequest& request) {
   for (const auto& [name, error_deg] : request.reference_error_deg) {
     if (std::ranges::find(request.map, name, &JointMap::joint) == request.map.end())
       throw InputError(fmt::format("the error of the angles of \"{}\", which is no joint of the map", name));
     if (!(error_deg > 0 && error_deg < 90))
       throw InputError(fmt::format("{}: the error of the angles must lie between 0 and 90 degrees", name));
+  }
+  for (const auto& [name, ends] : request.ends) {
+    if (std::ranges::find(request.map, name, &JointMap::joint) == request.map.end())
+      throw InputError(fmt::format("the ends of \"{}\", which is no joint of the map", name));
+    if (!(std::abs(ends.fist_deg - ends.open_deg) >= model::kLeastEnds_deg))
+      throw InputError(fmt::format("{}: open hand and fist must be a degree apart or more", name));
   }
 }
 
@@ -998,7 +1028,7 @@ double JointResult::line_rmse_deg() const {
 
 HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   check(request);
-  check_reference_error(request);
+  check_joints(request);
   HandIdentification r;
   if (request.lead_s > kLongLead_s) {
     r.warnings.push_back(fmt::format(
@@ -1105,6 +1135,8 @@ Json to_json(const HandIdentification& r) {
       if (!row.refusal.empty()) one["refusal"] = row.refusal;
       rows.push_back(std::move(one));
     }
+    const model::Ends ends =
+        model::ends(r.model, *std::ranges::find(r.model.joints, joint.name, &model::Joint::name));
     joints[joint.name] = {{"verdict", score::to_json(joint.verdict)},
                           {"holdout", score::to_json(joint.holdout)},
                           {"baselines", std::move(baselines)},
@@ -1113,6 +1145,7 @@ Json to_json(const HandIdentification& r) {
                           {"structure", joint.structure},
                           {"structure_text", r.request.refit ? Json(nullptr) : Json(joint.text)},
                           {"hold_drift_deg", joint.hold_drift_deg},
+                          {"ends", {{"open_deg", ends.open_deg}, {"fist_deg", ends.fist_deg}}},
                           {"donnings", donnings_json(joint.donnings)},
                           {"fitted_rmse_deg", fitted(joint.fitted_rmse_deg)},
                           {"cross_validated_rmse_deg", fitted(joint.cross_validated_deg)},

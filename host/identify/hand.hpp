@@ -59,6 +59,8 @@ struct HandRequest {
   // RMS error of the measured angles themselves, by joint. The model's stated error then holds it too; no figure against those
   // angles does.
   std::map<std::string, double> reference_error_deg;
+  std::map<std::string, model::Ends>
+      ends;  // of joints, where they are known; else by quantiles of the angles
   std::string input_unit;
   std::string output_unit;
   recording::TimeOptions time;

@@ -35,14 +35,6 @@ constexpr double kMostOfOne_deg = 0.055;      // of one sensor: deploy searches 
 constexpr double kFewCounts = 64;             // readings below: a board's steps are too coarse for them
 constexpr double kMostCounts = 1023;
 
-// What brings readings in volts, kilohms or ohms to about what a converter counts, for in steps of that size a board
-// computes: a power of two, which rounds nothing. Counts stay as they are.
-double gain_to_counts(const model::Input& input) {
-  const double most = std::max(std::abs(input.valid_min), std::abs(input.valid_max));
-  if (input.unit == "count" || !(most > 0) || (most >= kFewCounts && most <= kMostCounts)) return 1;
-  return std::exp2(std::floor(std::log2(kMostCounts / most)));
-}
-
 // Why this candidate cannot be worn; empty: it can.
 std::string refusal_of(const model::Model& model, double drift_deg) {
   if (drift_deg > kMostDrift_deg) {
@@ -266,6 +258,12 @@ JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions,
 }
 
 }  // namespace
+
+double gain_to_counts(const model::Input& input) {
+  const double most = std::max(std::abs(input.valid_min), std::abs(input.valid_max));
+  if (input.unit == "count" || !(most > 0) || (most >= kFewCounts && most <= kMostCounts)) return 1;
+  return std::exp2(std::floor(std::log2(kMostCounts / most)));
+}
 
 model::Model own_inputs(model::Model inputs, const JointMap& joint) {
   std::erase_if(inputs.inputs, [&](const model::Input& input) {

@@ -57,6 +57,10 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
                    const std::string& structure, const std::optional<model::Channel>& initial,
                    const Step& step);
 
+// What brings readings in volts, kilohms or ohms to about what a converter counts, for in steps of that size a board
+// computes: a power of two, which rounds nothing. Counts stay as they are.
+double gain_to_counts(const model::Input& input);
+
 // `inputs` with the joint's own alone.
 model::Model own_inputs(model::Model inputs, const JointMap& joint);
 

@@ -137,6 +137,17 @@ void add(Model& model, const Channel& c) {
   model.joints.push_back({c.name, signal, c.rest_deg});
 }
 
+Channel scaled(Channel c, double gain) {
+  if (c.dead_zone) c.dead_zone = DeadZone{gain * c.dead_zone->lower, gain * c.dead_zone->upper};
+  if (c.hysteresis) std::ranges::for_each(c.hysteresis->radii, [&](double& radius) { radius *= gain; });
+  if (c.input_curve) {
+    std::ranges::for_each(c.input_curve->x, [&](double& knot) { knot *= gain; });
+  } else {
+    c.lti.gain /= gain;
+  }
+  return c;
+}
+
 std::optional<Channel> channel(const Model& model, std::size_t at) {
   const Joint& joint = model.joints.at(at);
   Channel c;
@@ -154,6 +165,10 @@ std::optional<Channel> channel(const Model& model, std::size_t at) {
   if (const auto* curve = taken<Curve>(model, signal)) c.input_curve = *curve;
   if (const auto* hysteresis = taken<Hysteresis>(model, signal)) c.hysteresis = *hysteresis;
   if (const auto* zone = taken<DeadZone>(model, signal)) c.dead_zone = *zone;
+  if (const auto* gain = taken<Gain>(model, signal)) {
+    if (gain->offset != 0) return std::nullopt;
+    c = scaled(std::move(c), 1 / gain->gain);
+  }
   const auto input = std::ranges::find(model.inputs, signal, &Input::name);
   if (input == model.inputs.end()) return std::nullopt;
   c.input_column = input->column;

@@ -26,6 +26,9 @@ struct Channel {
   bool operator==(const Channel&) const = default;
 };
 
+// The chain that makes of readings `gain` times as large what `channel` makes of the readings; gain > 0.
+Channel scaled(Channel channel, double gain);
+
 // Adds an input, blocks and a joint.
 void add(Model& model, const Channel& channel);
 

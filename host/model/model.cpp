@@ -89,6 +89,13 @@ void check_joints(const Model& model) {
     place.require(std::abs(joint.rest_deg) <= kMaxAngle_deg,
                   fmt::format("rest_deg must lie within {:g} degrees either way", kMaxAngle_deg));
     if (joint.accuracy) check_accuracy(place, *joint.accuracy);
+    if (!joint.ends) continue;
+    place.require(
+        std::max(std::abs(joint.ends->open_deg), std::abs(joint.ends->fist_deg)) <= kMaxAngle_deg &&
+            std::abs(joint.ends->fist_deg - joint.ends->open_deg) >= kLeastEnds_deg,
+        fmt::format("its ends, open_deg and fist_deg, must lie {:g} degree or more apart, within {:g} "
+                    "degrees either way",
+                    kLeastEnds_deg, kMaxAngle_deg));
   }
 }
 
@@ -265,6 +272,14 @@ Graph::Graph(const Model& model) {
 
 const Saturation& limits(const Model& model, const Joint& joint) {
   return std::get<Saturation>(std::ranges::find(model.blocks, joint.from, &Block::to)->kind);
+}
+
+Ends ends(const Model& model, const Joint& joint) {
+  if (joint.ends) return *joint.ends;
+  const Saturation& limit = limits(model, joint);
+  const double open_deg = std::clamp(0.0, limit.lower_deg, limit.upper_deg);
+  const bool rises = limit.upper_deg - open_deg >= open_deg - limit.lower_deg;
+  return {open_deg, rises ? limit.upper_deg : limit.lower_deg};
 }
 
 void check(const Model& model) {

@@ -7,7 +7,8 @@
 //                    "donnings": {"recordings", "shift_sd", "log_gain_sd"}   (these four may be left out)
 //                   }],   a sensor's signal each
 //        "blocks": [{"type", "from": "signal" or ["signal", ...], "to": "signal", ...}],
-//        "joints": [{"name", "from", "rest_deg", "accuracy": {"angle_deg": [], "standard_error_deg": []} (may be left out)}],
+//        "joints": [{"name", "from", "rest_deg", "accuracy": {"angle_deg": [], "standard_error_deg": []},
+//                    "ends": {"open_deg", "fist_deg"}   (these two may be left out)}],
 //        "training": {...}, "fit": {...}}
 // A block takes signals of inputs and of blocks before it; each name is given once. A joint's signal comes from a
 // saturation. Kinds of blocks and their members: the headers that block.hpp lists. Sample periods: 10 us to
@@ -108,15 +109,28 @@ struct Accuracy {
   bool operator==(const Accuracy&) const = default;
 };
 
+// Of a joint at the open hand and at the fist, in its own convention: it may close towards smaller angles. Whatever has another
+// convention (the page, VR, a bionic hand) maps through these two.
+struct Ends {
+  double open_deg = 0;
+  double fist_deg = 90;
+  static constexpr auto members() {
+    return std::tuple(required("open_deg", &Ends::open_deg), required("fist_deg", &Ends::fist_deg));
+  }
+  bool operator==(const Ends&) const = default;
+};
+inline constexpr double kLeastEnds_deg = 1;  // apart
+
 struct Joint {
   std::string name;     // index, index_mcp, thumb_cmc, ...
   std::string from;     // a saturation's signal
   double rest_deg = 0;  // before the first good sample
   std::optional<Accuracy> accuracy = {};
+  std::optional<Ends> ends = {};
   static constexpr auto members() {
     return std::tuple(required("name", &Joint::name, kNameLength),
                       required("from", &Joint::from, kNameLength), required("rest_deg", &Joint::rest_deg),
-                      defaulted("accuracy", &Joint::accuracy));
+                      defaulted("accuracy", &Joint::accuracy), defaulted("ends", &Joint::ends));
   }
   bool operator==(const Joint&) const = default;
 };
@@ -187,6 +201,10 @@ struct Graph {
 };
 
 const Saturation& limits(const Model& model, const Joint& joint);
+
+// As the joint states them; else the open hand is at the angle of its limits that is nearest to zero, the fist at the limit
+// farther from that.
+Ends ends(const Model& model, const Joint& joint);
 
 // Throws io::InputError, one line naming block and the mend, when the document breaks a rule above.
 void check(const Model& model);

@@ -66,7 +66,8 @@ class ImageFolder {
 };
 
 deploy::Glove glove_of(const BenchOptions& o) {
-  deploy::Glove glove = glove_for(o.parameters, o.model);
+  std::vector<std::string> notes;
+  deploy::Glove glove = glove_for(o.parameters, on_hand(o.model, o.parameters, notes));
   glove.model_as = o.model_as;
   glove.in_flash = o.model_as == deploy::ModelAs::data && o.in_flash;
   return glove;

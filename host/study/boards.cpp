@@ -1,5 +1,7 @@
 #include "host/study/boards.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -19,6 +21,7 @@ constexpr double kSafeIntegralLimit = 0.25;  // of full duty: four times the fri
 constexpr double kSafeSpeed_deg_s = 400;
 constexpr double kTopSpeed_deg_s = 440;  // of a motor that the greatest load helps
 constexpr double kSoftStop_deg = 2;      // before the joint's own
+constexpr double kSameEnds = 0.1;        // of the hand's range, within which a model's ends are the hand's
 constexpr double kReach_deg = 15;        // past which a reading is none
 
 // Each finger's rest angle by the model; where it has no channel, the hand's lower limit.
@@ -47,6 +50,29 @@ deploy::HandMotor motor_of(const twin::Parameters& p) {
 
 std::string identity_of(const deploy::Glove& glove, const deploy::Hand& hand) {
   return deploy::glove_config(glove) + deploy::hand_config(hand);
+}
+
+// A model that reads neither counts nor alpha gets what the twin's divider makes of the counts, at the knots of the
+// board's table.
+deploy::Glove twin_glove(const twin::TrialInput& input) {
+  const twin::Divider divider(input.parameters);
+  const model::Wiring wiring = model::wiring_of(input.compensator);
+  deploy::CalibrationDocument calibration;
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    if (!wiring.input[i]) continue;
+    const model::Input& one = input.compensator.inputs[*wiring.input[i]];
+    if (one.unit == "count" || deploy::reads_alpha(one)) continue;
+    const auto readings = divider.readings(one.unit, one.name);
+    std::vector<double> counts;
+    std::vector<double> value;
+    for (std::size_t n = 0; n < readings.size(); n += 16) {
+      counts.push_back(static_cast<double>(n));
+      value.push_back(readings[n]);
+    }
+    calibration.unit = one.unit;
+    calibration.sensor[i] = deploy::through_points(std::move(counts), std::move(value));
+  }
+  return glove_for(input.parameters, input.compensator, calibration);
 }
 
 // Finite angles of one length: what a trial of this program's own worker has.
@@ -121,6 +147,36 @@ deploy::Hand safe_hand(const twin::Parameters& p, const model::Model& model) {
   return hand;
 }
 
+model::Model on_hand(model::Model model, const twin::Parameters& p, std::vector<std::string>& notes) {
+  const model::Wiring wiring = model::wiring_of(model);
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    if (!wiring.joint[i] || !model.joints[*wiring.joint[i]].ends) continue;
+    model::Joint& joint = model.joints[*wiring.joint[i]];
+    const model::Ends own = *joint.ends;
+    const model::Ends hand = {p.hand_lower_deg[i], p.hand_upper_deg[i]};
+    const double range_deg = hand.fist_deg - hand.open_deg;
+    const double off_deg =
+        std::max(std::abs(own.open_deg - hand.open_deg), std::abs(own.fist_deg - hand.fist_deg));
+    if (off_deg <= kSameEnds * range_deg) continue;
+    const double gain = range_deg / (own.fist_deg - own.open_deg);
+    const auto map = [&](double angle_deg) { return hand.open_deg + gain * (angle_deg - own.open_deg); };
+    const model::Saturation& limits = model::limits(model, joint);
+    const auto [lower_deg, upper_deg] = std::minmax({map(limits.lower_deg), map(limits.upper_deg)});
+    const std::string mapped = joint.name + " on the hand";
+    model.blocks.push_back({{joint.from}, mapped, model::Lti{gain, map(0), {}, {}}});
+    model.blocks.push_back({{mapped}, mapped + ", limited", model::Saturation{lower_deg, upper_deg}});
+    joint.from = mapped + ", limited";
+    joint.rest_deg = map(joint.rest_deg);
+    joint.accuracy.reset();
+    joint.ends = hand;
+    notes.push_back(
+        fmt::format("{}: the model's {:.0f} deg (open) to {:.0f} (fist) become the hand's {:.0f} to {:.0f}",
+                    joint.name, own.open_deg, own.fist_deg, hand.open_deg, hand.fist_deg));
+  }
+  model::check(model);
+  return model;
+}
+
 Counts gesture_counts(const twin::Parameters& p, const model::Model& model) {
   const model::Model raw = compensator("raw", 1 / model.sample_period_s).model;
   const twin::Divider divider(p);
@@ -136,7 +192,7 @@ Counts gesture_counts(const twin::Parameters& p, const model::Model& model) {
         int high = twin::kAdcTop;
         while (low < high) {
           const int middle = (low + high) / 2;
-          if (divider.alpha_deg(middle) < trial.alpha_deg[i][k]) {
+          if (divider.alpha_deg(middle) < trial.reading[i][k]) {
             low = middle + 1;
           } else {
             high = middle;
@@ -158,15 +214,15 @@ Boards::Images Boards::build(const deploy::Glove& glove, const deploy::Hand& han
 }
 
 void Boards::prepare(const twin::TrialInput& input) {
-  const deploy::Glove glove = glove_for(input.parameters, input.compensator);
+  const deploy::Glove glove = twin_glove(input);
   const deploy::Hand hand = twin_hand(input.parameters, input.compensator);
   const std::string identity = identity_of(glove, hand);
   if (!images_.contains(identity)) images_[identity] = build(glove, hand);
 }
 
 Json Boards::images_of(const twin::TrialInput& input) const {
-  const Images& images = images_.at(identity_of(glove_for(input.parameters, input.compensator),
-                                                twin_hand(input.parameters, input.compensator)));
+  const Images& images =
+      images_.at(identity_of(twin_glove(input), twin_hand(input.parameters, input.compensator)));
   return {{"glove", io::bytes_to_json(images.glove.string())},
           {"hand", io::bytes_to_json(images.hand.string())}};
 }

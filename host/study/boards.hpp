@@ -37,6 +37,10 @@ deploy::Hand twin_hand(const twin::Parameters& parameters, const model::Model& m
 // speed, stall detection, feed-forward of the motor's own back-EMF.
 deploy::Hand safe_hand(const twin::Parameters& parameters, const model::Model& model);
 
+// The model with the angles of this hand: where a finger's joint states ends (model::Ends) that lie farther off the hand's than
+// a tenth of its range, open hand comes upon open hand and fist upon fist. `notes` gets a line for each.
+model::Model on_hand(model::Model model, const twin::Parameters& parameters, std::vector<std::string>& notes);
+
 using Counts = std::vector<std::array<int, kFingers>>;  // ADC readings, sample by sample
 
 // The readings of trial 0 of the six gestures, one after the other, at the model's rate; of all fingers,

@@ -38,7 +38,7 @@ GloveRecording to_recording(const twin::Trial& trial, double frames_hz, double c
   GloveRecording out;
   for (const double t : trial.sample_s) out.glove.t_s.push_back(kGloveClock_s + t);
   for (std::size_t i = 0; i < kFingers; ++i) {
-    out.glove.columns.push_back({model::finger_names()[i] + "_alpha_deg", trial.alpha_deg[i]});
+    out.glove.columns.push_back({model::finger_names()[i] + "_alpha_deg", trial.reading[i]});
   }
   out.camera = angles(trial.glove_deg, camera_clock_s, frames_hz);
   out.hand = angles(trial.hand_deg, camera_clock_s, frames_hz);

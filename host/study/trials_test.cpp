@@ -165,7 +165,7 @@ TEST(Trials, AnotherPersonIsAnother) {
   };
   const twin::Trial same = played("");
   EXPECT_NEAR(swing(played("person.pose_share=0.6").glove_deg[1]), 0.6 * swing(same.glove_deg[1]), 1);
-  EXPECT_NEAR(played("person.size=0.9").alpha_deg[0].front() / same.alpha_deg[0].front(), 1 / 0.9, 0.02);
+  EXPECT_NEAR(played("person.size=0.9").reading[0].front() / same.reading[0].front(), 1 / 0.9, 0.02);
   const twin::Trial quick = played("person.speed=1.5");
   EXPECT_NEAR(swing(quick.glove_deg[1]), swing(same.glove_deg[1]), 1);
   const auto time_open = [](const twin::Trial& t) {

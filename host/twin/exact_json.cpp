@@ -114,7 +114,7 @@ Json exact_json(const Trial& t) {
           {"error_deg_s", list(t.error_deg_s)},   {"impacts", t.impacts},
           {"impact_deg_s", list(t.impact_deg_s)}, {"pressed_s", list(t.pressed_s)},
           {"frames_sent", t.frames_sent},         {"frames_lost", t.frames_lost},
-          {"sample_s", list(t.sample_s)},         {"alpha_deg", fingers(t.alpha_deg)},
+          {"sample_s", list(t.sample_s)},         {"reading", fingers(t.reading)},
           {"beta_deg", fingers(t.beta_deg)},      {"true_deg", fingers(t.true_deg)}};
 }
 
@@ -129,7 +129,7 @@ Trial trial_of(const Json& json) {
   t.frames_sent = json.at("frames_sent").get<int>();
   t.frames_lost = json.at("frames_lost").get<int>();
   t.sample_s = vector_of<double>(json.at("sample_s"));
-  t.alpha_deg = fingers_of<double>(json.at("alpha_deg"));
+  t.reading = fingers_of<double>(json.at("reading"));
   t.beta_deg = fingers_of<double>(json.at("beta_deg"));
   t.true_deg = fingers_of<double>(json.at("true_deg"));
   return t;

@@ -28,7 +28,7 @@ void expect_same(const Trial& a, const Trial& b) {
   EXPECT_EQ(a.frames_sent, b.frames_sent);
   EXPECT_EQ(a.frames_lost, b.frames_lost);
   EXPECT_EQ(a.sample_s, b.sample_s);
-  EXPECT_EQ(a.alpha_deg, b.alpha_deg);
+  EXPECT_EQ(a.reading, b.reading);
   EXPECT_EQ(a.beta_deg, b.beta_deg);
   EXPECT_EQ(a.true_deg, b.true_deg);
 }

@@ -4,12 +4,13 @@
 //   V  = V_in R1 / (R1 + R2)                              divider
 //   n  = round(1023 V / V_ref), V_in = V_ref              10-bit ADC
 //   alpha = ((R2 n / (1023 - n)) - flat) / k              the reading in degrees: the static calibration
-// alpha is what all compensators get, and what Raw sends as it is. The rails give values that a compensator's
-// valid range refuses.
+// A compensator gets alpha, or the counts, V or R1 where those are what its model reads. Raw sends alpha as it is. The rails
+// give values that a compensator's valid range refuses.
 #pragma once
 
 #include <array>
 #include <cmath>
+#include <string>
 
 #include "host/twin/parameters.hpp"
 
@@ -31,10 +32,17 @@ class Divider {
 
   double alpha_deg(int counts) const { return alpha_deg_[static_cast<std::size_t>(counts)]; }
 
+  // What a model's input reads at each of the counts. `unit`: count, V, mV, ohm, kohm, deg (alpha) or rad. Throws
+  // io::InputError naming `input` for another one.
+  std::array<double, kAdcTop + 1> readings(const std::string& unit, const std::string& input) const;
+
  private:
+  double kohm(int counts) const;
+
   double flat_kohm_;
   double kohm_per_deg_;
   double fixed_kohm_;
+  double reference_V_;
   std::array<double, kAdcTop + 1> alpha_deg_{};
 };
 

@@ -40,6 +40,17 @@ model::Wiring full_wiring(const model::Model& compensator) {
   return out;
 }
 
+using Tables = std::array<std::array<double, kAdcTop + 1>, kFingers>;
+
+Tables tables(const Divider& divider, const model::Model& compensator, const model::Wiring& wiring) {
+  Tables out;
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    const model::Input* input = wiring.input[i] ? &compensator.inputs[*wiring.input[i]] : nullptr;
+    out[i] = divider.readings(input != nullptr ? input->unit : "deg", input != nullptr ? input->name : "");
+  }
+  return out;
+}
+
 // kTrials trials side by side; lane = finger * kTrials + trial.
 template <int kTrials>
 class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them, a hundred kilobytes
@@ -50,6 +61,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
         constants_(p_),
         divider_(p_),
         wiring_(full_wiring(input.compensator)),
+        table_(tables(divider_, input.compensator, wiring_)),
         folded_(model::folded(input.compensator)),
         reading_(input.compensator.inputs.size()),
         period_s_(input.compensator.sample_period_s),
@@ -171,11 +183,12 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   double read(int lane, double now_s, std::int64_t k) {
     const int counts =
         strip_[at(lane)].sample(divider_, now_s, static_cast<double>(bend(constants_, x_, lane)));
-    const double alpha = divider_.alpha_deg(counts);
-    if (!input_.tracking || !input_.tracking->strip[at(lane / kTrials)]) return alpha;
+    const double reading = table_[at(lane / kTrials)][at(counts)];
+    if (!input_.tracking || !input_.tracking->strip[at(lane / kTrials)]) return reading;
     const model::TrackedRange& range = *input_.tracking->strip[at(lane / kTrials)];
     const sensor::TrackedStrip<sensor::FixedTracking>& strip = tracked_[at(lane / kTrials)];
-    const auto q5 = static_cast<std::int16_t>(std::lround(32 * alpha));
+    const auto q5 =
+        static_cast<std::int16_t>(std::lround(32 * std::clamp(reading, -kAlphaTop_deg, kAlphaTop_deg)));
     sensor::Tracker<sensor::FixedTracking>& tracker = tracker_[at(lane)];
     const double corrected = tracker.corrected(strip, q5) / 32.0;
     const bool alive = corrected >= range.valid_min && corrected <= range.valid_max;
@@ -201,20 +214,18 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     FrameAngles angles;
     Trial& trial = trials_[at(t)];
     if (input_.record_samples) trial.sample_s.push_back(now_s);
-    std::array<double, kFingers> alpha{};
-    for (int i = 0; i < kFingers; ++i) {
-      alpha[at(i)] = read(i * kTrials + t, now_s, k);
-    }
+    std::array<double, kFingers> strip{};
+    for (int i = 0; i < kFingers; ++i) strip[at(i)] = read(i * kTrials + t, now_s, k);
     for (std::size_t input = 0; input < reading_.size(); ++input)
       reading_[input] =
-          std::clamp(folded_.correction[input](alpha[wiring_.strip[input]]), -kAlphaTop_deg, kAlphaTop_deg);
+          std::clamp(folded_.correction[input](strip[wiring_.strip[input]]), -kAlphaTop_deg, kAlphaTop_deg);
     const auto betas = compensator_[at(t)].step(reading_);
     for (int i = 0; i < kFingers; ++i) {
       const int lane = i * kTrials + t;
       const double beta = betas[*wiring_.joint[at(i)]].angle_deg;
       angles[at(i)] = static_cast<std::int16_t>(std::lround(16 * beta));
       if (!input_.record_samples) continue;
-      trial.alpha_deg[at(i)].push_back(alpha[at(i)]);
+      trial.reading[at(i)].push_back(strip[at(i)]);
       trial.beta_deg[at(i)].push_back(beta);
       trial.true_deg[at(i)].push_back(static_cast<double>(x_.reference[lane]));
     }
@@ -283,6 +294,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   PlantConstants constants_;
   Divider divider_;
   model::Wiring wiring_;
+  Tables table_;          // what each strip reads, by counts
   model::Folded folded_;  // as on the board, where a recalibration lies in the table of counts
   std::vector<double> reading_;
   double period_s_;
@@ -321,7 +333,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
 
 void check(const TrialInput& input) {
   check(input.parameters);
-  (void)full_wiring(input.compensator);
+  (void)tables(Divider(input.parameters), input.compensator, full_wiring(input.compensator));
   const double rate_hz = 1 / input.compensator.sample_period_s;
   if (!(rate_hz >= 0.1 && rate_hz <= kMaxRate_hz * (1 + 1e-9))) {
     throw io::InputError(

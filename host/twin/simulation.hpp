@@ -56,7 +56,8 @@ struct Trial {
   int frames_lost = 0;  // lost, corrupt, in an outage, or overtaken
   // With record_samples: what the glove read and said, sample k at sample_s[k].
   std::vector<double> sample_s;
-  std::array<std::vector<double>, kFingers> alpha_deg;
+  std::array<std::vector<double>, kFingers>
+      reading;  // in the unit of the strip's input, alpha where it feeds none
   std::array<std::vector<double>, kFingers> beta_deg;
   std::array<std::vector<double>, kFingers> true_deg;
 };

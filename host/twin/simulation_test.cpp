@@ -33,6 +33,7 @@ model::Model identity(double period_s) {
   for (const std::string& finger : model::finger_names()) {
     model::Channel c;
     c.name = finger;
+    c.input_unit = "deg";
     c.valid_min = -100;
     c.valid_max = 1000;
     c.saturation = {0, 180};
@@ -185,10 +186,10 @@ TEST(Simulation, FaultsShowInTheReadings) {
   const Trial t = simulate({p, gesture(1), identity(0.1), 3, true}, 0, 1).front();
   for (std::size_t k = 0; k < t.sample_s.size(); ++k) {
     const bool faulty = t.sample_s[k] >= 2 && t.sample_s[k] < 3;
-    EXPECT_EQ(t.alpha_deg[0][k] > 1000, faulty);
-    EXPECT_EQ(t.alpha_deg[1][k] < -40, faulty);
+    EXPECT_EQ(t.reading[0][k] > 1000, faulty);
+    EXPECT_EQ(t.reading[1][k] < -40, faulty);
     const bool stuck = t.sample_s[k] >= 2 && t.sample_s[k] < 8;
-    EXPECT_TRUE(!stuck || std::abs(t.alpha_deg[2][k] - 112) < 0.6);
+    EXPECT_TRUE(!stuck || std::abs(t.reading[2][k] - 112) < 0.6);
   }
 }
 

@@ -11,7 +11,7 @@ namespace glove {
 // A joint's flexion is 0 at `straight`, Q4 degrees, and grows by scale / 2^16 with each step of the angle.
 struct FlexionSettings {
   int16_t straight;
-  uint32_t scale;
+  int32_t scale;
 };
 
 // A joint of the model beside its fingers' (encoding "beta").

@@ -47,10 +47,13 @@ struct GloveJoint {
   uint16_t flexion;
 };
 
-// 0 .. kGloveTop between two angles: (angle - straight) scale / 2^16, angles in Q4 degrees.
-inline uint16_t flexion_of(int16_t angle, int16_t straight, uint32_t scale) {
-  if (angle <= straight) return 0;
-  const uint32_t flexion = (static_cast<uint16_t>(angle - straight) * scale) >> 16;
+// 0 .. kGloveTop between two angles: (angle - straight) scale / 2^16, angles in Q4 degrees. Below zero: a joint that closes
+// towards smaller angles.
+inline uint16_t flexion_of(int16_t angle, int16_t straight, int32_t scale) {
+  const bool falls = scale < 0;
+  if (falls ? angle >= straight : angle <= straight) return 0;
+  const uint16_t bent = static_cast<uint16_t>(falls ? straight - angle : angle - straight);
+  const uint32_t flexion = (bent * static_cast<uint32_t>(falls ? -scale : scale)) >> 16;
   return flexion > kGloveTop ? kGloveTop : static_cast<uint16_t>(flexion);
 }
 

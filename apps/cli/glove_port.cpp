@@ -72,7 +72,7 @@ std::unique_ptr<listen::Source> open_recording(const GlovePort& o) {
 
 std::unique_ptr<listen::Source> open_instead(const GlovePort& o) {
   const bool camera = is_camera(o.from);
-  const bool simulated = o.from == "twin" || o.from == "boards";
+  const bool simulated = o.from == "twin" || o.from == "poses" || o.from == "boards";
   if (o.speed != 1 && (camera || simulated))
     throw io::InputError(
         fmt::format("--from {}: goes as fast as it goes; --speed is for recordings", o.from));
@@ -86,6 +86,11 @@ std::unique_ptr<listen::Source> open_instead(const GlovePort& o) {
   if (camera) return open_camera(o);
   if (o.from == "boards") return open_boards(o);
   if (o.from == "twin") return std::make_unique<live::TwinSource>();
+  if (o.from == "poses") {
+    live::TwinOptions held;
+    held.motion = study::bench_motion("held");
+    return std::make_unique<live::TwinSource>(std::move(held));
+  }
   return open_recording(o);
 }
 
@@ -108,7 +113,8 @@ void add_options(CLI::App& command, GlovePort& o) {
           .add_option("--from", o.from,
                       "instead of a port: a recording (CSV), played again at its own speed; a camera "
                       "(/dev/video0) or a video of a hand, with --joints; twin, the simulated glove, which "
-                      "tells its readings in counts; or boards, both boards with their firmware, simulated. "
+                      "tells its readings in counts; poses, the same holding an open hand and a fist; or "
+                      "boards, both boards with their firmware, simulated. "
                       "A file of such a name: ./twin")
           ->excludes(port)
           ->excludes(baud)

@@ -3,13 +3,18 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <numeric>
 #include <set>
 #include <sstream>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/program.hpp"
@@ -120,6 +125,96 @@ void guard_options(CLI::App& app) {
 
 }  // namespace
 
+namespace {
+
+struct Command {
+  void (*add)(CLI::App&);
+  const char* group;
+  const char* example;
+};
+constexpr Command kCommands[] = {
+    {add_live, "See it", "flexor live --demo"},
+    {add_monitor, "See it", "flexor monitor --from twin"},
+    {add_sessions, "See it", "flexor sessions"},
+    {add_wiring, "A glove", "flexor wiring --pins lucidgloves --out wiring/"},
+    {add_ports, "A glove", "flexor ports"},
+    {add_record, "A glove", "flexor record glove.csv"},
+    {add_protocol, "A glove", "flexor protocol"},
+    {add_identify, "Logs", "flexor identify --pair glove.csv camera.csv --model hand.json"},
+    {add_apply, "Logs", "flexor apply hand.json glove.csv > angles.csv"},
+    {add_score, "Logs", "flexor score camera.csv angles.csv"},
+    {add_align, "Logs", "flexor align --sensor glove.csv --reference camera.csv --out aligned.csv"},
+    {add_recalibrate, "Logs", "flexor recalibrate hand.json --recording tomorrow.csv --out tomorrow.json"},
+    {add_donning, "Logs", "flexor donning monday.csv tuesday.csv wednesday.csv"},
+    {add_track, "Logs", "flexor track hand.mp4 --joints joints.json --out angles.csv"},
+    {add_camera, "Logs", "flexor camera calibrate board1.png board2.png --out lens.json"},
+    {add_posture, "Logs", "flexor posture complete models/posture.json angles.csv --out hand.csv"},
+    {add_export, "Logs", "flexor export angles.csv --to mcap --out angles.mcap"},
+    {add_show, "Logs", "flexor show hand.json"},
+    {add_report, "Logs", "flexor report report/"},
+    {add_deploy, "Boards", "flexor deploy hand.json --rate 50 --output opengloves --out vr/"},
+    {add_flash, "Boards", "flexor flash firmware/ --board glove --port auto"},
+    {add_pair, "Boards", "flexor pair --glove /dev/ttyUSB0 --hand /dev/ttyUSB1"},
+    {add_send, "Boards", "flexor send hand.json --rate 10 --port auto --key firmware/pair.key"},
+    {add_latency, "Boards", "flexor latency --compensator published-hw"},
+    {add_experiment, "The paper", "flexor experiment --trials 200 --out paper/"},
+    {add_twin, "The paper", "flexor twin record --out glove/"},
+    {add_calibrate_twin, "The paper", "flexor calibrate-twin --out twin.json"},
+};
+constexpr std::pair<const char*, const char*> kMore[] = {
+    {"twin record", "flexor twin record --out glove/"},
+    {"twin wear", "flexor twin wear --port-link glove --key pair.key"},
+    {"camera calibrate", "flexor camera calibrate board1.png board2.png --out lens.json"},
+    {"posture complete", "flexor posture complete models/posture.json angles.csv --out hand.csv"},
+};
+
+// Help begins with an example.
+void begin_with(CLI::App& command, const char* example) {
+  command.description(fmt::format("{}\n\n{}", example, command.get_description()));
+}
+
+// In the list of commands: what it does in a few words, and an example.
+class Formatter : public CLI::Formatter {
+ public:
+  std::string make_subcommand(const CLI::App* command) const override {
+    const std::string text = command->get_description();
+    const std::string about =
+        text.substr(text.rfind("\n\n") == std::string::npos ? 0 : text.rfind("\n\n") + 2);
+    const std::string example = about.size() == text.size() ? "" : text.substr(0, text.find('\n'));
+    return fmt::format("  {:<16}{}\n{:18}{}\n", command->get_name(),
+                       about.substr(0, about.find_first_of(":;,(")), "", example);
+  }
+};
+
+void describe(CLI::App& command, const Command& entry) {
+  command.group(entry.group);
+  begin_with(command, entry.example);
+}
+
+// Letters to insert, to leave out and to change.
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), 0);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t corner = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j)
+      corner =
+          std::exchange(row[j + 1], std::min({row[j] + 1, row[j + 1] + 1, corner + (a[i] != b[j] ? 1 : 0)}));
+  }
+  return row.back();
+}
+
+void require_command(const CLI::App& app, const std::string& name) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  if (name.starts_with('-') || std::ranges::find(names, name) != names.end()) return;
+  throw io::InputError(fmt::format(
+      "there is no command {}: did you mean {}? flexor help lists all", name,
+      *std::ranges::min_element(names, {}, [&](const std::string& one) { return distance(name, one); })));
+}
+
+}  // namespace
+
 int run(int argc, char** argv) {
   constexpr int kFailed = 1;
   constexpr int kBadInput = 2;
@@ -131,16 +226,25 @@ int run(int argc, char** argv) {
   CLI::App app("Flexor: turn a flex-sensor glove into a measuring instrument", "flexor");
   app.set_version_flag("--version", std::string("flexor ") + FLEXOR_VERSION);
   app.require_subcommand(1);
+  app.formatter(std::make_shared<Formatter>());
   app.add_option_function<int>("--ends-with", io::end_with)->group("");  // a job of the live view, with it
-  for (const auto add :
-       {add_experiment, add_calibrate_twin, add_twin,     add_wiring, add_deploy,   add_flash,
-        add_pair,       add_send,           add_latency,  add_ports,  add_live,     add_sessions,
-        add_monitor,    add_record,         add_protocol, add_align,  add_identify, add_recalibrate,
-        add_donning,    add_track,          add_camera,   add_apply,  add_posture,  add_export,
-        add_score,      add_report,         add_show})
-    add(app);
+  for (const Command& command : kCommands) {
+    command.add(app);
+    describe(*app.get_subcommands({}).back(), command);
+  }
+  for (const auto& [path, example] : kMore) {
+    CLI::App* command = &app;
+    std::istringstream names(path);
+    for (std::string name; names >> name;) command = command->get_subcommand(name);
+    begin_with(*command, example);
+  }
   guard_options(app);
   try {
+    if (argc < 2 || std::string_view(argv[1]) == "help") {
+      print(app.help());
+      return argc < 2 ? kBadInput : 0;
+    }
+    require_command(app, argv[1]);
     parse(app, argc, argv);
     return 0;
   } catch (const CLI::ParseError& error) {

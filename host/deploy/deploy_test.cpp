@@ -148,6 +148,26 @@ Glove every_joint(double rate_hz) {
   return g;
 }
 
+TEST_F(Deploy, TextIs0AtTheOpenHandAnd1023AtTheFist) {
+  Glove g = glove(50);
+  g.output = Output::opengloves;
+  g.model.joints[0].ends = model::Ends{90, 150};
+  g.model.joints[1].ends = model::Ends{20, -70};
+  const GloveTables tables = glove_tables(g);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto sent = [&](double share) {
+      const model::Ends ends = *g.model.joints[i].ends;
+      const double angle_deg = ends.open_deg + share * (ends.fist_deg - ends.open_deg);
+      return link::flexion_of(static_cast<std::int16_t>(16 * angle_deg), tables.flexion[i].straight,
+                              tables.flexion[i].scale);
+    };
+    EXPECT_EQ(sent(-0.1), 0);
+    EXPECT_EQ(sent(0), 0);
+    EXPECT_NEAR(sent(0.5), 511, 1);
+    EXPECT_EQ(sent(1), 1023);
+  }
+}
+
 // As a finger: held, then to rest and back at a bounded speed.
 TEST_F(Deploy, BetaJointsAreGuardedWhileAStripIsBroken) {
   constexpr int kStep = 32;

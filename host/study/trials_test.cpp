@@ -12,6 +12,8 @@
 #include <string>
 
 #include "host/io/io.hpp"
+#include "host/model/compensator.hpp"
+#include "host/model/correction.hpp"
 #include "host/study/boards.hpp"
 #include "host/study/glove_fit.hpp"
 #include "host/study/recalibrated.hpp"
@@ -147,6 +149,38 @@ TEST(Trials, CompensatorsMeetTheSamePeople) {
   const Result r = run(p, {});
   EXPECT_EQ(r.cells[0].difference_deg_s[1].mean(), 0);
   EXPECT_EQ(r.cells[0].difference_deg_s[1].ci95(), 0);
+}
+
+TEST(Trials, AModelReadsItsOwnUnitFromTheTwinsGlove) {
+  Plan p = plan("1", 2);
+  Compensator& ours = p.compensators[0] = compensator("published-hw", 10);
+  ours.name = "in kohm";
+  const double deg_per_kohm = 1 / p.parameters.kohm_per_deg;
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    ours.model =
+        model::corrected(std::move(ours.model), i, {deg_per_kohm, -deg_per_kohm * p.parameters.flat_kohm});
+    ours.model.inputs[i].unit = "kohm";
+  }
+  const Result r = run(p, {});
+  EXPECT_NEAR(r.cells[0].total_deg_s.mean() / r.cells[1].total_deg_s.mean(), 1, 0.01);
+  ours.model.inputs[0].unit = "";
+  EXPECT_THROW(run(p, {}), io::InputError);
+}
+
+TEST(OnHand, OpenComesUponOpenAndFistUponFist) {
+  const model::Model model = compensator("published-hw", 10).model;
+  std::vector<std::string> notes;
+  EXPECT_EQ(on_hand(model, shipped_parameters(), notes), model) << "states no ends";
+  model::Model turned = model;
+  turned.joints[1].ends = model::Ends{113, 28};  // closes towards smaller angles
+  turned = on_hand(turned, shipped_parameters(), notes);
+  EXPECT_EQ(notes.size(), 1U);
+  model::Compensator<model::DoubleArithmetic> before(model);
+  model::Compensator<model::DoubleArithmetic> after(turned);
+  for (int k = 0; k < 50; ++k) {
+    const std::vector<double> readings(kFingers, 40.0 + k);
+    EXPECT_NEAR(after.step(readings)[1].angle_deg, 141 - before.step(readings)[1].angle_deg, 1e-9);
+  }
 }
 
 // Scenarios change what they name: a smaller share of the range travels less, a smaller hand bends strips more.

@@ -109,7 +109,7 @@ double median_of(const std::vector<Rest>& rests, std::size_t sensor) {
   return v[v.size() / 2];
 }
 
-double spread_of(const std::vector<Rest>& rests, std::size_t sensor) {
+double scatter_of(const std::vector<Rest>& rests, std::size_t sensor) {
   const auto [least, most] =
       std::ranges::minmax(rests, {}, [sensor](const Rest& rest) { return rest.reading[sensor]; });
   return most.reading[sensor] - least.reading[sensor];
@@ -202,7 +202,7 @@ FromPoses model_from_poses(const recording::Recording& log, double rate_hz,
       continue;
     }
     for (const auto& [pose, rests_of] : {std::pair("open hand", &open), std::pair("fist", &fist)}) {
-      const double apart = spread_of(*rests_of, i) / std::abs(to - from);
+      const double apart = scatter_of(*rests_of, i) / std::abs(to - from);
       if (apart > kSameHold)
         out.warnings.push_back(fmt::format("{}: the {} was held in ways that differ by {:.0f} % of the range",
                                            sensors[i].column, pose, 100 * apart));

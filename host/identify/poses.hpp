@@ -1,5 +1,5 @@
 // What a sensor reads where the model is made: at the open hand and at the fist, for a glove that is zeroed without a
-// computer, and how its readings spread, for one that is calibrated anew (host/donning).
+// computer, and how its readings spread, for one that is calibrated anew (recalibrate.hpp).
 #pragma once
 
 #include <optional>

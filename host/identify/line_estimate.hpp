@@ -15,11 +15,11 @@
 #include <functional>
 #include <vector>
 
-#include "host/donning/prior.hpp"
+#include "host/identify/donning_prior.hpp"
 #include "host/model/correction.hpp"
 #include "host/model/model.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 
 // Of one sensor, in spans and as a logarithm.
 struct Line {
@@ -44,7 +44,7 @@ struct Evidence {
 };
 
 // Of one sensor.
-struct Fit {
+struct FittedLine {
   Line line;
   bool gain_told = false;  // the evidence narrows the gain; else it stays as it is
   double shift_variance = 0;
@@ -52,11 +52,11 @@ struct Fit {
   double covariance = 0;
 };
 
-struct Estimate {
-  std::vector<Fit> fit;
+struct LineEstimate {
+  std::vector<FittedLine> fit;
   Eigen::MatrixXd covariance;  // of all that is unknown, the sensors' shifts and logarithms of the gain first
 };
 
-Estimate estimate(const std::vector<Prior>& priors, const std::vector<Evidence>& evidence);
+LineEstimate estimate(const std::vector<Prior>& priors, const std::vector<Evidence>& evidence);
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

@@ -1,11 +1,11 @@
-#include "host/donning/estimate.hpp"
+#include "host/identify/line_estimate.hpp"
 
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <span>
 
-namespace flexor::donning {
+namespace flexor::identify {
 namespace {
 
 constexpr double kTold = 0.6;  // of the prior's deviation; a gain that is known no better stays one
@@ -27,7 +27,7 @@ Tailed tailed(double error) {
 }
 
 // Unknown are shift and logarithm of the gain of each sensor, what all shifts have in common, what the evidence adds.
-struct System {
+struct LineSystem {
   const std::vector<Prior>& priors;
   std::span<const Evidence> evidence;
 
@@ -61,7 +61,7 @@ Rows prior_rows(const std::vector<Prior>& priors, const Eigen::VectorXd& p) {
 }
 
 // All rows, the prior's first.
-Rows rows_at(const System& system, const Eigen::VectorXd& p) {
+Rows rows_at(const LineSystem& system, const Eigen::VectorXd& p) {
   const Eigen::Index sensors = system.sensors();
   Rows out = prior_rows(system.priors, p);
   Eigen::Index own = sensors + 1;
@@ -79,7 +79,7 @@ Rows rows_at(const System& system, const Eigen::VectorXd& p) {
 }
 
 // Gauss and Newton's steps, halved where they lead uphill. The gains of `fixed` stay.
-Eigen::VectorXd minimised(const System& system, Eigen::VectorXd p,
+Eigen::VectorXd minimised(const LineSystem& system, Eigen::VectorXd p,
                           const std::vector<Eigen::Index>& fixed = {}) {
   Rows now = rows_at(system, p);
   for (int i = 0; i < kMostSteps; ++i) {
@@ -102,7 +102,7 @@ Eigen::VectorXd minimised(const System& system, Eigen::VectorXd p,
   return p;
 }
 
-Eigen::MatrixXd covariance_at(const System& system, const Eigen::VectorXd& p) {
+Eigen::MatrixXd covariance_at(const LineSystem& system, const Eigen::VectorXd& p) {
   // Of full rank by the prior's rows.
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rows_at(system, p).jacobian);
   const Eigen::MatrixXd upper = qr.matrixQR().topRows(p.size()).triangularView<Eigen::Upper>();
@@ -118,8 +118,8 @@ model::Correction correction_of(const Line& line, const model::Spread& made) {
   return {gain, made.middle() * (1 - gain) + line.shift * made.span()};
 }
 
-Estimate estimate(const std::vector<Prior>& priors, const std::vector<Evidence>& evidence) {
-  const System system{priors, evidence};
+LineEstimate estimate(const std::vector<Prior>& priors, const std::vector<Evidence>& evidence) {
+  const LineSystem system{priors, evidence};
   Eigen::Index size = system.sensors() + 1;
   for (const Evidence& one : evidence) size += one.unknowns;
   Eigen::VectorXd p = Eigen::VectorXd::Zero(size);
@@ -130,13 +130,14 @@ Estimate estimate(const std::vector<Prior>& priors, const std::vector<Evidence>&
         minimised({priors, system.evidence.first(evidence.size() - 1)}, Eigen::VectorXd::Zero(before));
   }
   p = minimised(system, p);
-  Estimate out;
+  LineEstimate out;
   out.covariance = covariance_at(system, p);
   std::vector<Eigen::Index> fixed;
   for (std::size_t i = 0; i < priors.size(); ++i) {
     const Eigen::Index at = column(i);
     const auto& c = out.covariance;
-    Fit& fit = out.fit.emplace_back(Fit{{}, false, c(at, at), c(at + 1, at + 1), c(at, at + 1)});
+    FittedLine& fit =
+        out.fit.emplace_back(FittedLine{{}, false, c(at, at), c(at + 1, at + 1), c(at, at + 1)});
     fit.gain_told = std::sqrt(fit.log_gain_variance) < kTold * priors[i].log_gain_sd;
     if (!fit.gain_told) fixed.push_back(at + 1);
   }
@@ -146,4 +147,4 @@ Estimate estimate(const std::vector<Prior>& priors, const std::vector<Evidence>&
   return out;
 }
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

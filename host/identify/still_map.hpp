@@ -5,7 +5,7 @@
 
 #include "host/model/model.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 
 // Of each joint, degrees.
 std::vector<double> still_angles(const model::Model& model, const std::vector<double>& readings);
@@ -21,4 +21,4 @@ struct Reach {
 // All inputs of the model say what they read.
 Reach reach_of(const model::Model& model, std::size_t input);
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

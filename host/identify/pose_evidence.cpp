@@ -1,4 +1,4 @@
-#include "host/donning/pose_evidence.hpp"
+#include "host/identify/pose_evidence.hpp"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <numeric>
 #include <optional>
 
-#include "host/donning/still_map.hpp"
+#include "host/identify/still_map.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 namespace {
 
 constexpr double kPose_deg = 5;
@@ -19,8 +19,8 @@ constexpr double kUsuallyReached = 0.75;  // by most
 constexpr double kUnmoved = 0.15;
 constexpr double kStill_s = 1;
 constexpr double kMedian_s = 0.5;
-constexpr double kStill = 0.125;  // of the span: the range of what rests
-constexpr double kApart = 0.3;    // of the span: holds that are nearer are one
+constexpr double kHeldStill = 0.125;  // of the span: the range of what rests
+constexpr double kApart = 0.3;        // of the span: holds that are nearer are one
 
 double between(const model::Poses& poses) { return poses.fist - poses.open; }
 
@@ -118,7 +118,7 @@ void read_sensor(const model::Model& model, std::size_t i, const Ends& ends, boo
   out.sightings.push_back({i, *ends.fist, input.poses->fist, error, pose, true});
 }
 
-struct Rest {
+struct HeldPose {
   std::size_t begin;
   std::size_t end;
   std::vector<double> reading;
@@ -147,30 +147,30 @@ std::size_t still_until(const std::vector<std::vector<double>>& readings, std::s
     for (std::size_t k = begin; k < end; ++k) {
       low = std::min(low, readings[i][k]);
       high = std::max(high, readings[i][k]);
-      if (high - low > kStill * made[i].span()) end = k;
+      if (high - low > kHeldStill * made[i].span()) end = k;
     }
   }
   return end;
 }
 
-double apart(const Rest& a, const Rest& b, const std::vector<model::Spread>& made) {
+double apart(const HeldPose& a, const HeldPose& b, const std::vector<model::Spread>& made) {
   double most = 0;
   for (std::size_t i = 0; i < made.size(); ++i)
     most = std::max(most, std::abs(a.reading[i] - b.reading[i]) / made[i].span());
   return most;
 }
 
-std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
-                           const std::vector<model::Spread>& made) {
+std::vector<HeldPose> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
+                               const std::vector<model::Spread>& made) {
   const auto least = static_cast<std::size_t>(std::ceil(kStill_s / period_s));
-  std::vector<Rest> out;
+  std::vector<HeldPose> out;
   for (std::size_t k = 0; k < readings.front().size();) {
     const std::size_t end = still_until(readings, k, made);
     if (end - k < least) {
       ++k;
       continue;
     }
-    Rest rest{k, end, {}};
+    HeldPose rest{k, end, {}};
     for (const auto& one : readings)
       rest.reading.push_back(std::accumulate(one.data() + k, one.data() + end, 0.0) /
                              static_cast<double>(end - k));
@@ -186,7 +186,7 @@ std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, dou
 
 }  // namespace
 
-PoseReading read_poses(const Request& request, Recalibration& said) {
+PoseReading read_poses(const RecalibrationRequest& request, Recalibration& said) {
   const model::Model& model = request.model;
   PoseReading out;
   std::vector<Ends> all = ends_of(model, request.holds, false);
@@ -219,15 +219,15 @@ std::vector<Hold> holds_in(const std::vector<std::vector<double>>& readings, dou
                            const std::vector<model::Spread>& made, const std::vector<bool>& fist) {
   std::vector<std::vector<double>> steady;
   for (const auto& one : readings) steady.push_back(steadied(one, period_s));
-  std::vector<Rest> rests = rests_in(steady, period_s, made);
+  std::vector<HeldPose> rests = rests_in(steady, period_s, made);
   if (rests.size() < fist.size()) return {};
   // The longest ones, in their order in time.
-  std::ranges::stable_sort(rests, std::ranges::greater(), &Rest::length);
+  std::ranges::stable_sort(rests, std::ranges::greater(), &HeldPose::length);
   rests.resize(fist.size());
-  std::ranges::sort(rests, {}, &Rest::begin);
+  std::ranges::sort(rests, {}, &HeldPose::begin);
   std::vector<Hold> out;
   for (std::size_t i = 0; i < fist.size(); ++i) out.push_back({fist[i], rests[i].reading});
   return out;
 }
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

@@ -1,4 +1,4 @@
-#include "host/donning/evidence.hpp"
+#include "host/identify/evidence.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -6,7 +6,7 @@
 
 #include "host/model/compensator.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 namespace {
 
 // Standard deviations of where a pose lies, of the way from the open hand to the fist.
@@ -24,7 +24,7 @@ constexpr double kSameEnd = 0.15;       // of the stretch's reach: turns that ar
 constexpr double kRepeats = 0.015;      // of the span: what its readings scatter by then
 constexpr double kSameMotion = 0.6;     // of the variance of where a motion lies: all fingers together
 
-constexpr double kLeastError_deg = 2;
+constexpr double kLeastModelError_deg = 2;
 constexpr double kUnknownError_deg = 5;  // of a model that does not say
 constexpr double kMarks_deg = 3;
 constexpr double kNews_s = 1;
@@ -108,7 +108,7 @@ double error_of(const model::Joint& joint) {
   double square = 0;
   for (const double e : joint.accuracy->standard_error_deg)
     square += e * e / static_cast<double>(joint.accuracy->standard_error_deg.size());
-  return std::max(kLeastError_deg, std::sqrt(square));
+  return std::max(kLeastModelError_deg, std::sqrt(square));
 }
 
 // Angles of the seen joints, each over the grid.
@@ -265,4 +265,4 @@ std::vector<std::size_t> told_by_camera(const model::Model& model, const Seen& s
   return out;
 }
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

@@ -1,11 +1,11 @@
-#include "host/donning/pose_evidence.hpp"
+#include "host/identify/pose_evidence.hpp"
 
 #include <gtest/gtest.h>
 
-#include "host/donning/prior.hpp"
+#include "host/identify/donning_prior.hpp"
 #include "host/io/io.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 namespace {
 
 TEST(Holds, AreTheLongestRestsInTheirOrder) {
@@ -63,4 +63,4 @@ TEST(Prior, OfAModelOfSeveralRecordingsLeansTowardsWhatTheySay) {
 }
 
 }  // namespace
-}  // namespace flexor::donning
+}  // namespace flexor::identify

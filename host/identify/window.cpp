@@ -1,9 +1,9 @@
-#include "host/donning/window.hpp"
+#include "host/identify/window.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace flexor::donning {
+namespace flexor::identify {
 
 double quantile_of(std::span<const double> sorted, double share) {
   const double at = share * static_cast<double>(sorted.size() - 1);
@@ -65,4 +65,4 @@ double add_squares(double sum, const std::vector<double>& values, double unit) {
   return sum;
 }
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

@@ -6,7 +6,7 @@
 
 #include "host/model/model.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 
 // Where the readings turn, going some way or more from each turn to the next; the first way that far ends in none.
 struct Turns {
@@ -40,4 +40,4 @@ Turns turns_of(std::span<const double> readings, double turn);
 // `sum`, and the squares of what the values are off their mean, each divided by `unit`.
 double add_squares(double sum, const std::vector<double>& values, double unit);
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

@@ -1,4 +1,4 @@
-#include "host/donning/sessions.hpp"
+#include "host/identify/donning_sessions.hpp"
 
 #include <fmt/format.h>
 
@@ -7,13 +7,13 @@
 #include <cmath>
 #include <random>
 
-#include "host/donning/estimate.hpp"
-#include "host/donning/window.hpp"
+#include "host/identify/line_estimate.hpp"
+#include "host/identify/window.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -257,4 +257,4 @@ void save_results(const Sessions& sessions, const std::filesystem::path& folder)
   io::write_file(folder / "results.json", io::dump(json));
 }
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

@@ -5,10 +5,10 @@
 
 #include <vector>
 
-#include "host/donning/estimate.hpp"
-#include "host/donning/window.hpp"
+#include "host/identify/line_estimate.hpp"
+#include "host/identify/window.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 
 // A reading of one sensor now, and what it would have been where the model was made; standard error in spans.
 struct Sighting {
@@ -63,4 +63,4 @@ double mean_square_deg2(const model::Model& model, const Seen& seen, double begi
 // Sensors that a joint depends on which the camera saw move by 10 degrees or more.
 std::vector<std::size_t> told_by_camera(const model::Model& model, const Seen& seen);
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

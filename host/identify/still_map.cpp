@@ -1,4 +1,4 @@
-#include "host/donning/still_map.hpp"
+#include "host/identify/still_map.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "host/model/compensator.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 namespace {
 
 constexpr double kFaded_s = 10;
@@ -50,4 +50,4 @@ Reach reach_of(const model::Model& model, std::size_t input) {
   return out;
 }
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

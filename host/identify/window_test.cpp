@@ -1,8 +1,8 @@
-#include "host/donning/window.hpp"
+#include "host/identify/window.hpp"
 
 #include <gtest/gtest.h>
 
-namespace flexor::donning {
+namespace flexor::identify {
 namespace {
 
 TEST(Turns, CountOnlyWhatGoesFarEnoughBothWays) {
@@ -30,4 +30,4 @@ TEST(Quantile, LiesStraightBetweenReadings) {
 }
 
 }  // namespace
-}  // namespace flexor::donning
+}  // namespace flexor::identify

@@ -1,4 +1,4 @@
-#include "host/donning/recalibrate_files.hpp"
+#include "host/identify/recalibrate_files.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,7 +9,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "host/donning/pose_evidence.hpp"
+#include "host/identify/pose_evidence.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
@@ -17,7 +17,7 @@
 #include "host/recording/resample.hpp"
 #include "host/recording/unit.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -68,7 +68,7 @@ void refuse_other_unit(const recording::Recording& log, const model::Model& mode
 }
 
 // A log through the clock repair that apply has, a reset of the board included.
-recording::Recording read_log(const std::filesystem::path& path, const FileRequest& request,
+recording::Recording read_log(const std::filesystem::path& path, const RecalibrationFiles& request,
                               const model::Model& model, std::vector<std::string>& notes) {
   recording::CsvReader reader(path, {model::columns_of(model, request.inputs), request.time, true});
   check_units(reader, model, notes);
@@ -139,7 +139,7 @@ std::vector<Measured> mapped(const std::string& map, const model::Model& model) 
   return out;
 }
 
-std::vector<Measured> by_name(const FileRequest& request, const model::Model& model) {
+std::vector<Measured> by_name(const RecalibrationFiles& request, const model::Model& model) {
   const auto columns = recording::columns_of(request.pair_camera, request.time);
   const std::string first = model.joints.front().name;
   std::vector<Measured> out;
@@ -256,7 +256,7 @@ void refuse_radians(const recording::Recording& angle, const std::string& column
                   angle.source, column, low, high, column, column));
 }
 
-std::vector<Measured> measured_in(const FileRequest& request, const model::Model& model,
+std::vector<Measured> measured_in(const RecalibrationFiles& request, const model::Model& model,
                                   std::vector<std::string>& notes) {
   std::vector<Measured> out = request.map.empty() ? by_name(request, model) : mapped(request.map, model);
   for (Measured& one : out) {
@@ -307,13 +307,14 @@ Seen seen_in(const Both& both, double clock_offset_s, const model::Model& model)
   return out;
 }
 
-void lacks(Request& request, std::vector<std::string>& notes, const std::string& wanted,
+void lacks(RecalibrationRequest& request, std::vector<std::string>& notes, const std::string& wanted,
            const std::string& why) {
   request.lacking.push_back(wanted);
   notes.push_back(why);
 }
 
-void add_poses(const FileRequest& files, Request& request, std::vector<std::string>& notes) {
+void add_poses(const RecalibrationFiles& files, RecalibrationRequest& request,
+               std::vector<std::string>& notes) {
   const recording::Recording log = read_log(files.poses_log, files, request.model, notes);
   try {
     request.holds = poses_in(files.poses, log, request.model);
@@ -323,7 +324,7 @@ void add_poses(const FileRequest& files, Request& request, std::vector<std::stri
 }
 
 // The glove's log of a pair that cannot be put on one clock says nothing either: it was given for the camera.
-std::optional<recording::Clock> add_pair(const FileRequest& files, Request& request,
+std::optional<recording::Clock> add_pair(const RecalibrationFiles& files, RecalibrationRequest& request,
                                          std::vector<std::string>& notes) {
   Both both{read_log(files.pair_sensor, files, request.model, notes), {}, model::Graph(request.model), {}};
   both.known = known_of(both.log);
@@ -396,10 +397,10 @@ std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recordin
   return found;
 }
 
-Recalibration recalibrate_files(const FileRequest& files) {
+Recalibration recalibrate_files(const RecalibrationFiles& files) {
   if (!files.map.empty() && files.pair_sensor.empty())
     throw io::InputError("--map names the columns of a camera's file: give --pair GLOVE CAMERA as well");
-  Request request;
+  RecalibrationRequest request;
   request.model = model::load(files.model);
   if (!files.prior.empty())
     request.prior = prior_from_json(io::read_document(files.prior), files.prior.string());
@@ -419,7 +420,7 @@ Recalibration recalibrate_files(const FileRequest& files) {
 Json to_json(const Recalibration& r) {
   Json out = {{"applied", r.applied}};
   Json sensors = Json::object();
-  for (const SensorResult& s : r.sensors) {
+  for (const RecalibratedSensor& s : r.sensors) {
     out["shift"][s.name] = s.correction.shift;
     out["gain"][s.name] = s.correction.gain;
     sensors[s.name] = {{"applied", s.applied},
@@ -430,7 +431,7 @@ Json to_json(const Recalibration& r) {
                        {"covered", s.covered},
                        {"kept", s.kept}};
   }
-  for (const JointResult& joint : r.joints) {
+  for (const RecalibratedJoint& joint : r.joints) {
     out["se_deg"][joint.name] = joint.se_deg;
     out["change_deg"][joint.name] = joint.change_deg;
     out["change_rms_deg"][joint.name] = joint.change_rms_deg;
@@ -445,4 +446,4 @@ Json to_json(const Recalibration& r) {
   return out;
 }
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 
+#include "host/identify/poses.hpp"
+#include "host/identify/robust.hpp"
 #include "host/identify/still_map.hpp"
 
 namespace flexor::identify {
@@ -17,10 +18,6 @@ constexpr double kMostPoseError = 0.3;    // of the span, where the joint hardly
 constexpr double kNotReached = 0.5;       // of what the poses were apart, by one sensor
 constexpr double kUsuallyReached = 0.75;  // by most
 constexpr double kUnmoved = 0.15;
-constexpr double kStill_s = 1;
-constexpr double kMedian_s = 0.5;
-constexpr double kHeldStill = 0.125;  // of the span: the range of what rests
-constexpr double kApart = 0.3;        // of the span: holds that are nearer are one
 
 double between(const model::Poses& poses) { return poses.fist - poses.open; }
 
@@ -54,19 +51,13 @@ bool are_swapped(const std::vector<Ends>& all) {
   return turned > 0;
 }
 
-double middle_of(std::vector<double> values) {
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 // Most sensors that were held in both poses and moved: how far they went.
 double usual_share(const std::vector<Ends>& all) {
   std::vector<double> shares;
   for (const Ends& one : all) {
     if (one.moved()) shares.push_back(one.share);
   }
-  return shares.empty() ? 0 : middle_of(std::move(shares));
+  return shares.empty() ? 0 : median(std::move(shares));
 }
 
 // The end that was not reached is the one that fits worse, all sensors together.
@@ -118,72 +109,6 @@ void read_sensor(const model::Model& model, std::size_t i, const Ends& ends, boo
   out.sightings.push_back({i, *ends.fist, input.poses->fist, error, pose, true});
 }
 
-struct HeldPose {
-  std::size_t begin;
-  std::size_t end;
-  std::vector<double> reading;
-
-  std::size_t length() const { return end - begin; }
-};
-
-// The running median over kMedian_s: neither a loose contact's spike nor a tremor ends a hold.
-std::vector<double> steadied(const std::vector<double>& readings, double period_s) {
-  const auto half = static_cast<std::size_t>(kMedian_s / period_s / 2);
-  std::vector<double> out;
-  for (std::size_t k = 0; k < readings.size(); ++k) {
-    const std::size_t end = std::min(k + half + 1, readings.size());
-    out.push_back(middle_of({readings.data() + (k - std::min(k, half)), readings.data() + end}));
-  }
-  return out;
-}
-
-// The longest stretch from `begin` on in which no sensor moves.
-std::size_t still_until(const std::vector<std::vector<double>>& readings, std::size_t begin,
-                        const std::vector<model::Spread>& made) {
-  std::size_t end = readings.front().size();
-  for (std::size_t i = 0; i < readings.size(); ++i) {
-    double low = readings[i][begin];
-    double high = low;
-    for (std::size_t k = begin; k < end; ++k) {
-      low = std::min(low, readings[i][k]);
-      high = std::max(high, readings[i][k]);
-      if (high - low > kHeldStill * made[i].span()) end = k;
-    }
-  }
-  return end;
-}
-
-double apart(const HeldPose& a, const HeldPose& b, const std::vector<model::Spread>& made) {
-  double most = 0;
-  for (std::size_t i = 0; i < made.size(); ++i)
-    most = std::max(most, std::abs(a.reading[i] - b.reading[i]) / made[i].span());
-  return most;
-}
-
-std::vector<HeldPose> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
-                               const std::vector<model::Spread>& made) {
-  const auto least = static_cast<std::size_t>(std::ceil(kStill_s / period_s));
-  std::vector<HeldPose> out;
-  for (std::size_t k = 0; k < readings.front().size();) {
-    const std::size_t end = still_until(readings, k, made);
-    if (end - k < least) {
-      ++k;
-      continue;
-    }
-    HeldPose rest{k, end, {}};
-    for (const auto& one : readings)
-      rest.reading.push_back(std::accumulate(one.data() + k, one.data() + end, 0.0) /
-                             static_cast<double>(end - k));
-    if (!out.empty() && apart(out.back(), rest, made) < kApart) {
-      if (rest.length() > out.back().length()) out.back() = rest;
-    } else {
-      out.push_back(std::move(rest));
-    }
-    k = end;
-  }
-  return out;
-}
-
 }  // namespace
 
 PoseReading read_poses(const RecalibrationRequest& request, Recalibration& said) {
@@ -217,14 +142,12 @@ PoseReading read_poses(const RecalibrationRequest& request, Recalibration& said)
 
 std::vector<Hold> holds_in(const std::vector<std::vector<double>>& readings, double period_s,
                            const std::vector<model::Spread>& made, const std::vector<bool>& fist) {
-  std::vector<std::vector<double>> steady;
-  for (const auto& one : readings) steady.push_back(steadied(one, period_s));
-  std::vector<HeldPose> rests = rests_in(steady, period_s, made);
+  std::vector<Rest> rests = rests_in(readings, period_s, made);
   if (rests.size() < fist.size()) return {};
   // The longest ones, in their order in time.
-  std::ranges::stable_sort(rests, std::ranges::greater(), &HeldPose::length);
+  std::ranges::stable_sort(rests, std::ranges::greater(), &Rest::length);
   rests.resize(fist.size());
-  std::ranges::sort(rests, {}, &HeldPose::begin);
+  std::ranges::sort(rests, {}, &Rest::begin);
   std::vector<Hold> out;
   for (std::size_t i = 0; i < fist.size(); ++i) out.push_back({fist[i], rests[i].reading});
   return out;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "host/identify/robust.hpp"
 #include "host/model/tracking.hpp"
@@ -11,6 +12,10 @@ namespace flexor::identify {
 
 namespace {
 
+constexpr double kStill_s = 1;
+constexpr double kMedian_s = 0.5;
+constexpr double kStillShare = 0.125;  // of the span: the range of what rests
+constexpr double kApart = 0.3;         // of the span: rests that are nearer are one
 constexpr std::array kShares = {0.02, 0.1, 0.5, 0.9, 0.98};
 
 // Of one session; empty where nothing moved.
@@ -35,6 +40,40 @@ std::vector<std::vector<double>> all_quantiles(const std::vector<Session>& sessi
   return out;
 }
 
+// The running median over kMedian_s: neither a loose contact's spike nor a tremor ends a hold.
+std::vector<double> steadied(const std::vector<double>& readings, double period_s) {
+  const auto half = static_cast<std::size_t>(kMedian_s / period_s / 2);
+  std::vector<double> out;
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const std::size_t end = std::min(k + half + 1, readings.size());
+    out.push_back(median({readings.data() + (k - std::min(k, half)), readings.data() + end}));
+  }
+  return out;
+}
+
+// The longest stretch from `begin` on in which no sensor moves.
+std::size_t still_until(const std::vector<std::vector<double>>& readings, std::size_t begin,
+                        const std::vector<model::Spread>& made) {
+  std::size_t end = readings.front().size();
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    double low = readings[i][begin];
+    double high = low;
+    for (std::size_t k = begin; k < end; ++k) {
+      low = std::min(low, readings[i][k]);
+      high = std::max(high, readings[i][k]);
+      if (high - low > kStillShare * made[i].span()) end = k;
+    }
+  }
+  return end;
+}
+
+double apart(const Rest& a, const Rest& b, const std::vector<model::Spread>& made) {
+  double most = 0;
+  for (std::size_t i = 0; i < made.size(); ++i)
+    most = std::max(most, std::abs(a.reading[i] - b.reading[i]) / made[i].span());
+  return most;
+}
+
 double standard_deviation(const std::vector<double>& values) {
   double mean = 0;
   for (const double v : values) mean += v / static_cast<double>(values.size());
@@ -44,6 +83,32 @@ double standard_deviation(const std::vector<double>& values) {
 }
 
 }  // namespace
+
+std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
+                           const std::vector<model::Spread>& made) {
+  std::vector<std::vector<double>> steady;
+  for (const auto& one : readings) steady.push_back(steadied(one, period_s));
+  const auto least = static_cast<std::size_t>(std::ceil(kStill_s / period_s));
+  std::vector<Rest> out;
+  for (std::size_t k = 0; k < steady.front().size();) {
+    const std::size_t end = still_until(steady, k, made);
+    if (end - k < least) {
+      ++k;
+      continue;
+    }
+    Rest rest{k, end, {}};
+    for (const auto& one : steady)
+      rest.reading.push_back(std::accumulate(one.data() + k, one.data() + end, 0.0) /
+                             static_cast<double>(end - k));
+    if (!out.empty() && apart(out.back(), rest, made) < kApart) {
+      if (rest.length() > out.back().length()) out.back() = rest;
+    } else {
+      out.push_back(std::move(rest));
+    }
+    k = end;
+  }
+  return out;
+}
 
 std::optional<model::Spread> readings_of(const std::vector<Session>& sessions, Eigen::Index sensor) {
   const auto all = all_quantiles(sessions, sensor);

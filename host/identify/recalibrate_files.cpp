@@ -6,15 +6,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
+#include <set>
 #include <sstream>
 
+#include "host/identify/hand.hpp"
+#include "host/identify/map_check.hpp"
 #include "host/identify/pose_evidence.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
-#include "host/recording/pair.hpp"
-#include "host/recording/resample.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::identify {
@@ -23,79 +25,55 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr double kSwapped = 0.3;  // of two joints' explained motion
 
-void check_units(const recording::CsvReader& reader, const model::Model& model,
-                 std::vector<std::string>& notes) {
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    const std::string& wanted = model.inputs[i].unit;
-    const std::string& unit = reader.units()[i];
-    if (unit == wanted || unit.empty()) continue;
-    if (recording::known_unit(wanted)) {
-      throw io::InputError(fmt::format("{}: column \"{}\" is in {}, the model's input {} takes {}",
-                                       reader.name(), reader.columns()[i], unit, model.inputs[i].name,
-                                       wanted));
-    }
-    notes.push_back(
-        fmt::format("{}: column \"{}\" is in {}, the model's input {} states no unit: taken as the same",
-                    reader.name(), reader.columns()[i], unit, model.inputs[i].name));
-  }
-}
-
 std::vector<double> without_holes(std::vector<double> values) {
   std::erase_if(values, [](double v) { return std::isnan(v); });
   return values;
 }
 
 // Volts where counts are read, or the like: nobody's glove reads twenty times as much, or a twentieth, once it is put on anew.
-void refuse_other_unit(const recording::Recording& log, const model::Model& model) {
+void refuse_other_unit(const std::string& source, const recording::Column& column,
+                       const model::Input& input) {
   constexpr double kTimes = 20;
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    const model::Input& input = model.inputs[i];
-    const std::vector<double> read = without_holes(log.columns[i].value);
-    if (!input.readings || read.empty()) continue;
-    const recording::Range range = recording::without_spikes(read);
-    const bool whole = std::ranges::all_of(read, [](double u) { return u == std::floor(u); });
-    if (!(range.max > range.min) || (whole && input.unit == "count")) continue;
-    const double now = std::max(std::abs(range.min), std::abs(range.max));
-    const double made =
-        std::max(std::abs(input.readings->reading.front()), std::abs(input.readings->reading.back()));
-    if (now * kTimes > made && now < kTimes * made) continue;
-    throw io::InputError(
-        fmt::format("{}: column \"{}\" reads {:.3g} to {:.3g}, where the model was made {} read {:.3g} to "
-                    "{:.3g} {}: is it in another unit? Log what the model takes",
-                    log.source, log.columns[i].name, range.min, range.max, input.name,
-                    input.readings->reading.front(), input.readings->reading.back(), input.unit));
-  }
+  const std::vector<double> read = without_holes(column.value);
+  if (!input.readings || read.empty()) return;
+  const recording::Range range = recording::without_spikes(read);
+  const bool whole = std::ranges::all_of(read, [](double u) { return u == std::floor(u); });
+  if (!(range.max > range.min) || (whole && input.unit == "count")) return;
+  const double low = input.readings->reading.front();
+  const double high = input.readings->reading.back();
+  const double now = std::max(std::abs(range.min), std::abs(range.max));
+  const double made = std::max(std::abs(low), std::abs(high));
+  if (now * kTimes > made && now < kTimes * made) return;
+  throw io::InputError(
+      fmt::format("{}: column \"{}\" reads {:.3g} to {:.3g}, where the model was made {} read {:.3g} to "
+                  "{:.3g} {}: is it in another unit? Log what the model takes",
+                  source, column.name, range.min, range.max, input.name, low, high, input.unit));
 }
 
-// A log through the clock repair that apply has, a reset of the board included.
+// A column for each input; a missing reading is NaN. The log continues where a reset of the board begins its clock anew.
 recording::Recording read_log(const std::filesystem::path& path, const RecalibrationFiles& request,
                               const model::Model& model, std::vector<std::string>& notes) {
   recording::CsvReader reader(path, {model::columns_of(model, request.inputs), request.time, true});
-  check_units(reader, model, notes);
-  recording::Recording out = recording::read_rows(reader, recording::Resets::follow);
-  if (out.t_s.size() < 2)
-    throw io::InputError(fmt::format("{}: no two rows with a reading of every input", out.source));
-  if (out.t_s.front() == out.t_s.back())
-    throw io::InputError(
-        fmt::format("{}: time does not increase: it is {:g} s in every row", out.source, out.t_s.front()));
-  refuse_other_unit(out, model);
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    if (reader.units()[i].empty()) continue;
+    if (auto note = unit_note(model.inputs[i], reader.name(), reader.columns()[i], reader.units()[i]))
+      notes.push_back(std::move(*note));
+  }
+  recording::Recording out = recording::read(reader, recording::Resets::follow);
+  for (std::size_t i = 0; i < model.inputs.size(); ++i)
+    refuse_other_unit(out.source, out.columns[i], model.inputs[i]);
   notes.insert(notes.end(), out.warnings.begin(), out.warnings.end());
   return out;
 }
 
-// Counts between the converter's rails; of anything else what was read, without spikes.
-recording::Range range_of(const model::Input& input, const std::vector<double>& values) {
-  if (input.unit == "count") return {input.valid_min, input.valid_max};
-  const std::vector<double> read = without_holes(values);
-  if (read.empty()) return {1, 0};
-  return recording::without_spikes(read);
-}
-
-// One sensor on the model's grid; NaN where nothing good was read.
+// One sensor on the model's grid; NaN where nothing good was read: between a converter's rails, of anything else without spikes.
 std::vector<double> sampled(const recording::Recording& log, const model::Model& model, std::size_t sensor) {
+  const model::Input& input = model.inputs[sensor];
   const double gap_s = std::max(model.max_gap_s, recording::default_max_gap_s(log.t_s));
   const std::vector<double>& values = log.columns[sensor].value;
-  const recording::Range range = range_of(model.inputs[sensor], values);
+  recording::Range range{input.valid_min, input.valid_max};
+  if (const std::vector<double> read = without_holes(values); input.unit != "count" && !read.empty())
+    range = recording::without_spikes(read);
   recording::Samples s = recording::resample({log.t_s, values}, model.sample_period_s, gap_s, range);
   for (std::size_t k = 0; k < s.value.size(); ++k) {
     const bool is_good = !s.pause[k] && s.value[k] >= range.min && s.value[k] <= range.max;
@@ -112,48 +90,39 @@ std::vector<double> held_over(std::vector<double> values, const model::Input& in
   return values;
 }
 
-// A joint and what the camera saw of it.
-struct Measured {
-  std::size_t joint = 0;
-  std::string column;
-  recording::Recording angle = {};
-};
-
-std::vector<Measured> mapped(const std::string& map, const model::Model& model) {
-  std::vector<Measured> out;
+// joint=column,... of joints that the model has.
+std::map<std::string, std::string> columns_by_joint(const std::string& map) {
+  std::map<std::string, std::string> out;
+  std::set<std::string> columns;
   std::istringstream list(map);
   for (std::string one; std::getline(list, one, ',');) {
     const std::size_t equal = one.find('=');
     if (equal == std::string::npos || equal + 1 == one.size())
       throw io::InputError(fmt::format("--map {}: joint=column,joint=column", map));
-    const std::string name = model::joint_name(one.substr(0, equal));
-    const auto found = std::ranges::find(model.joints, name, &model::Joint::name);
-    if (found == model.joints.end())
-      throw io::InputError(fmt::format("--map: the model has no joint {}", name));
-    const auto joint = static_cast<std::size_t>(found - model.joints.begin());
     const std::string column = one.substr(equal + 1);
-    if (std::ranges::any_of(out, [&](const auto& m) { return m.joint == joint || m.column == column; }))
+    if (!out.emplace(model::joint_name(one.substr(0, equal)), column).second ||
+        !columns.insert(column).second)
       throw io::InputError(fmt::format("--map {}: {} names a joint or a column again", map, one));
-    out.push_back({joint, column});
   }
   return out;
 }
 
-std::vector<Measured> by_name(const RecalibrationFiles& request, const model::Model& model) {
+std::map<std::string, std::string> columns_by_name(const RecalibrationFiles& request,
+                                                   const model::Model& model) {
   const auto columns = recording::columns_of(request.pair_camera, request.time);
   const std::string first = model.joints.front().name;
-  std::vector<Measured> out;
-  for (std::size_t j = 0; j < model.joints.size(); ++j) {
-    const auto column = std::ranges::find_if(columns, [&](const std::string& c) {
-      return c == model.joints[j].name || recording::cut_name(c).name == model.joints[j].name;
-    });
-    if (column != columns.end()) out.push_back({j, *column});
+  std::map<std::string, std::string> out;
+  for (const std::string& column : columns) {
+    const std::string unit = recording::unit_of(column);
+    if (!unit.empty() && unit != "deg" && unit != "rad") continue;  // a sensor's, in a file of both
+    const std::string name = recording::lower(recording::without_unit(column));
+    if (std::ranges::find(model.joints, name, &model::Joint::name) != model.joints.end())
+      out.emplace(name, column);
   }
+  const std::string fitted = model.training.value("output_column", first);
   if (out.empty() && model.joints.size() == 1) {
-    const auto column = columns.size() == 1
-                            ? columns.begin()
-                            : std::ranges::find(columns, model.training.value("output_column", first));
-    if (column != columns.end()) out.push_back({0, *column});
+    if (columns.size() == 1) out[first] = columns.front();
+    if (std::ranges::find(columns, fitted) != columns.end()) out[first] = fitted;
   }
   if (out.empty()) {
     throw io::InputError(
@@ -163,85 +132,23 @@ std::vector<Measured> by_name(const RecalibrationFiles& request, const model::Mo
   return out;
 }
 
-// What a sensor read, without holes.
-struct Known {
-  std::vector<double> t_s;
-  std::vector<double> value;
-  recording::Series series() const { return {t_s, value}; }
-};
-
-std::vector<Known> known_of(const recording::Recording& log) {
-  std::vector<Known> out;
-  for (const recording::Column& column : log.columns) {
-    Known& one = out.emplace_back(Known{{}, without_holes(column.value)});
-    for (std::size_t k = 0; k < log.t_s.size(); ++k) {
-      if (!std::isnan(column.value[k])) one.t_s.push_back(log.t_s[k]);
-    }
+// Sensors by their numbers: two inputs may have one column. The own one is that on the joint's finger, or else the first.
+std::vector<JointMap> map_of(const RecalibrationFiles& files, const model::Model& model) {
+  const model::Graph graph(model);
+  std::vector<JointMap> out;
+  for (const auto& [joint, column] :
+       files.map.empty() ? columns_by_name(files, model) : columns_by_joint(files.map)) {
+    const auto j = std::ranges::find(model.joints, joint, &model::Joint::name) - model.joints.begin();
+    if (j == std::ssize(model.joints))
+      throw io::InputError(fmt::format("--map: the model has no joint {}", joint));
+    std::vector<std::size_t> sensors = graph.inputs[graph.joint[static_cast<std::size_t>(j)]];
+    std::ranges::stable_partition(sensors, [&, finger = joint.substr(0, joint.find('_'))](std::size_t i) {
+      return model.inputs[i].strip == finger;
+    });
+    JointMap& one = out.emplace_back(JointMap{joint, {}, column});
+    for (const std::size_t i : sensors) one.sensors.push_back(std::to_string(i));
   }
   return out;
-}
-
-// A glove's log and what a camera saw meanwhile.
-struct Both {
-  recording::Recording log;
-  std::vector<Known> known;
-  model::Graph graph;
-  std::vector<Measured> measured;
-
-  const std::vector<std::size_t>& sensors(const Measured& of) const {
-    return graph.inputs[graph.joint[of.joint]];
-  }
-};
-
-// By all joints that the camera saw; a drift is taken out of the angles' times.
-recording::Clock clock_of(Both& both) {
-  if (!both.log.digest.empty() && both.log.digest == both.measured.front().angle.digest)
-    return {.confidence = 1};  // one file
-  std::vector<recording::Witness> witnesses;
-  for (Measured& one : both.measured) {
-    for (const std::size_t sensor : both.sensors(one))
-      witnesses.push_back({sensor, both.known[sensor].series(), &one.angle, one.column, one.column});
-  }
-  std::vector<std::string> said;
-  return recording::find_clock(witnesses, {}, said);
-}
-
-// How much of the angles their joints' sensors explain on this clock, each by its best; every joint counts one.
-double explained(const Both& both, double clock_offset_s) {
-  double sum = 0;
-  for (const Measured& one : both.measured) {
-    double most = 0;
-    for (const std::size_t sensor : both.sensors(one)) {
-      const recording::Series read = both.known[sensor].series();
-      if (read.value.size() < 2) continue;
-      most = std::max(most, recording::explained(read, one.angle.series(one.column), clock_offset_s));
-    }
-    sum += most;
-  }
-  return sum;
-}
-
-// Two joints whose angles fit better the other way round, on the clock that they have then.
-void refuse_swapped(const Both& both, const model::Model& model, double clock_offset_s) {
-  const double as_given = explained(both, clock_offset_s);
-  for (std::size_t b = 0; b < both.measured.size(); ++b) {
-    for (std::size_t a = 0; a < b; ++a) {
-      Both swapped = both;
-      std::swap(swapped.measured[a].joint, swapped.measured[b].joint);
-      try {
-        if (explained(swapped, clock_of(swapped).offset_s) < as_given + kSwapped) continue;
-      } catch (const io::JobError&) {
-        continue;
-      }
-      const Measured& one = both.measured[a];
-      const Measured& other = both.measured[b];
-      const std::string& own = model.joints[one.joint].name;
-      const std::string& its = model.joints[other.joint].name;
-      throw io::InputError(fmt::format(
-          "{}: \"{}\" moves as {} does and \"{}\" as {}: swap the two, with --map {}={},{}={}",
-          one.angle.source, one.column, its, other.column, own, own, other.column, its, one.column));
-    }
-  }
 }
 
 // An angle that states no unit and never leaves what a turn has of radians.
@@ -256,50 +163,81 @@ void refuse_radians(const recording::Recording& angle, const std::string& column
                   angle.source, column, low, high, column, column));
 }
 
-std::vector<Measured> measured_in(const RecalibrationFiles& request, const model::Model& model,
-                                  std::vector<std::string>& notes) {
-  std::vector<Measured> out = request.map.empty() ? by_name(request, model) : mapped(request.map, model);
-  for (Measured& one : out) {
-    one.angle = recording::read_angle(request.pair_camera, one.column, request.time);
-    refuse_radians(one.angle, one.column);
-    recording::to_degrees(one.angle, one.column, {});
-    notes.insert(notes.end(), one.angle.warnings.begin(), one.angle.warnings.end());
+// A glove's log and what a camera saw meanwhile; a sensor that is not read stands still.
+HandRecordings read_take(const RecalibrationFiles& files, const recording::Recording& log,
+                         const std::vector<JointMap>& map, const model::Model& model,
+                         std::vector<std::string>& notes) {
+  HandRecordings out{log, {}};
+  for (std::size_t i = 0; i < model.inputs.size(); ++i)
+    out.sensor.columns[i] = {std::to_string(i), held_over(log.columns[i].value, model.inputs[i]),
+                             model.inputs[i].unit};
+  for (const JointMap& joint : map) {
+    recording::Recording& angle =
+        out.reference.emplace_back(recording::read_angle(files.pair_camera, joint.reference, files.time));
+    refuse_radians(angle, joint.reference);
+    recording::to_degrees(angle, joint.reference, {});
+    notes.insert(notes.end(), angle.warnings.begin(), angle.warnings.end());
   }
   return out;
 }
 
-// What comes of a hole, which is held over, does not count.
-Seen seen_in(const Both& both, double clock_offset_s, const model::Model& model) {
-  recording::Recording whole = both.log;
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    const model::Input& input = model.inputs[i];
-    // By its number: two inputs may have one column.
-    whole.columns[i] = {std::to_string(i), held_over(whole.columns[i].value, input), input.unit};
+// How much of the angles their joints' own sensors explain on this clock; every joint counts one.
+double explained(const std::vector<JointMap>& map, const HandRecordings& take, double clock_offset_s) {
+  double sum = 0;
+  for (std::size_t j = 0; j < map.size(); ++j)
+    sum += recording::explained(take.sensor.series(map[j].sensors.front()),
+                                take.reference[j].series(map[j].reference), clock_offset_s);
+  return sum;
+}
+
+// Two joints whose angles fit better the other way round, on the clock that they have then.
+void refuse_swapped(const std::vector<JointMap>& map, const HandRecordings& take, double clock_offset_s) {
+  const double as_given = explained(map, take, clock_offset_s);
+  for (std::size_t b = 0; b < map.size(); ++b) {
+    for (std::size_t a = 0; a < b; ++a) {
+      std::vector<JointMap> swapped = map;
+      std::swap(swapped[a].sensors, swapped[b].sensors);
+      HandRecordings again = take;
+      std::vector<std::string> unused;
+      try {
+        const Clock clock = clock_of(swapped, {}, again, unused);
+        if (explained(swapped, again, clock.offset_s) < as_given + kSwapped) continue;
+      } catch (const io::JobError&) {
+        continue;
+      }
+      throw io::InputError(
+          fmt::format("{}: \"{}\" moves as {} does and \"{}\" as {}: swap the two, with --map {}={},{}={}",
+                      take.reference[a].source, map[a].reference, map[b].joint, map[b].reference,
+                      map[a].joint, map[a].joint, map[b].reference, map[b].joint, map[a].reference));
+    }
   }
+}
+
+// What comes of a hole, which is held over, does not count.
+Seen seen_in(const std::vector<JointMap>& map, const HandRecordings& take, const recording::Recording& log,
+             double clock_offset_s, const model::Model& model) {
+  std::vector<std::vector<double>> reading;
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) reading.push_back(sampled(log, model, i));
+  std::size_t size = reading.front().size();
   Seen out;
-  for (const Measured& one : both.measured) {
-    Seen::Angles& seen = out.joints.emplace_back();
-    seen.joint = one.joint;
-    out.reading.clear();
-    for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-      recording::Aligned a;
-      recording::sample_pair({whole, whole.columns[i].name, one.angle, one.column}, 1 / model.sample_period_s,
-                             clock_offset_s, 0, 1, a);
-      seen.use.resize(a.size(), 1);
-      for (std::size_t k = 0; k < a.size(); ++k) seen.use[k] &= !a.gap[k];
-      seen.angle_deg = std::move(a.angle_deg);
-      out.reading.push_back(std::move(a.input));
-    }
-    for (const std::size_t sensor : both.sensors(one)) {
-      const std::vector<double> good = sampled(both.log, model, sensor);
-      for (std::size_t k = 0; k < seen.use.size(); ++k)
-        seen.use[k] &= k < good.size() && !std::isnan(good[k]);
-    }
+  for (std::size_t j = 0; j < map.size(); ++j) {
+    recording::Aligned a;
+    recording::sample_pair({take.sensor, map[j].sensors.front(), take.reference[j], map[j].reference},
+                           1 / model.sample_period_s, clock_offset_s, 0, 1, a);
+    Seen::Angles& seen = out.joints.emplace_back(Seen::Angles{0, std::move(a.angle_deg), {}});
+    seen.joint = static_cast<std::size_t>(std::ranges::find(model.joints, map[j].joint, &model::Joint::name) -
+                                          model.joints.begin());
+    for (std::size_t k = 0; k < a.size(); ++k)
+      seen.use.push_back(!a.unseen[k] && std::ranges::none_of(map[j].sensors, [&](const auto& sensor) {
+        return std::isnan(reading[std::stoul(sensor)][k]);
+      }));
+    size = std::min(size, a.size());
   }
   // Columns of one file may end at other times: what all of them reach counts.
-  std::size_t size = out.reading.front().size();
-  for (const auto& one : out.joints) size = std::min(size, one.use.size());
-  for (auto& one : out.reading) one.resize(size);
+  for (std::size_t i = 0; i < reading.size(); ++i) {
+    reading[i].resize(size);
+    out.reading.push_back(held_over(reading[i], model.inputs[i]));
+  }
   for (auto& one : out.joints) {
     one.angle_deg.resize(size);
     one.use.resize(size);
@@ -307,47 +245,36 @@ Seen seen_in(const Both& both, double clock_offset_s, const model::Model& model)
   return out;
 }
 
-void lacks(RecalibrationRequest& request, std::vector<std::string>& notes, const std::string& wanted,
-           const std::string& why) {
+void add_lack(RecalibrationRequest& request, std::vector<std::string>& notes, const std::string& wanted,
+              const std::string& why) {
   request.lacking.push_back(wanted);
   notes.push_back(why);
 }
 
-void add_poses(const RecalibrationFiles& files, RecalibrationRequest& request,
-               std::vector<std::string>& notes) {
-  const recording::Recording log = read_log(files.poses_log, files, request.model, notes);
-  try {
-    request.holds = poses_in(files.poses, log, request.model);
-  } catch (const io::JobError& error) {
-    lacks(request, notes, "the poses once more: hold each for two seconds, and still", error.what());
-  }
-}
-
 // The glove's log of a pair that cannot be put on one clock says nothing either: it was given for the camera.
-std::optional<recording::Clock> add_pair(const RecalibrationFiles& files, RecalibrationRequest& request,
-                                         std::vector<std::string>& notes) {
-  Both both{read_log(files.pair_sensor, files, request.model, notes), {}, model::Graph(request.model), {}};
-  both.known = known_of(both.log);
+std::optional<Clock> add_pair(const RecalibrationFiles& files, RecalibrationRequest& request,
+                              std::vector<std::string>& notes) {
+  const recording::Recording log = read_log(files.pair_sensor, files, request.model, notes);
   const std::string wanted =
       "glove and camera of one motion once more: twenty seconds in which the joints that the camera sees "
       "bend, not evenly";
+  std::optional<Clock> clock;
   try {
-    both.measured = measured_in(files, request.model, notes);
-    const recording::Clock clock = clock_of(both);
-    refuse_swapped(both, request.model, clock.offset_s);
-    if (clock.confidence < recording::kUnsure) {
-      lacks(request, notes, wanted,
-            fmt::format("{}: its clock is not told by what moved (confidence {:.2f}): it does not count",
-                        files.pair_camera.string(), clock.confidence));
-      return clock;
-    }
-    request.seen = seen_in(both, clock.offset_s, request.model);
-    request.motion.push_back(motion_in(both.log, request.model));
-    return clock;
+    const std::vector<JointMap> map = map_of(files, request.model);
+    HandRecordings take = read_take(files, log, map, request.model, notes);
+    std::vector<std::string> unused;
+    clock = on_one_clock(take) ? Clock{.confidence = 1} : clock_of(map, {}, take, unused);
+    refuse_swapped(map, take, clock->offset_s);
+    if (clock->confidence < recording::kUnsure)
+      throw io::JobError(
+          fmt::format("{}: its clock is not told by what moved (confidence {:.2f}): it does not count",
+                      files.pair_camera.string(), clock->confidence));
+    request.seen = seen_in(map, take, log, clock->offset_s, request.model);
+    request.motion.push_back(motion_in(log, request.model));
   } catch (const io::JobError& error) {
-    lacks(request, notes, wanted, error.what());
+    add_lack(request, notes, wanted, error.what());
   }
-  return {};
+  return clock;
 }
 
 }  // namespace
@@ -367,33 +294,29 @@ std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recordin
       throw io::InputError(fmt::format("unknown pose \"{}\"; known: open, fist", pose));
     fist.push_back(pose == "fist");
   }
-  std::vector<std::vector<double>> moving;
-  std::vector<model::Spread> made;
-  std::vector<std::size_t> live;  // a sensor that reads nothing must not end a hold
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    const model::Input& input = model.inputs[i];
-    const std::vector<double> readings = sampled(log, model, i);
-    if (!input.poses || without_holes(readings).size() * 2 < readings.size()) continue;
-    made.push_back(spread_of(*input.poses));
-    moving.push_back(held_over(readings, input));
-    live.push_back(i);
-  }
   if (std::ranges::none_of(model.inputs, [](const auto& input) { return input.poses.has_value(); }))
     throw io::InputError(fmt::format(
         "{}: the model does not say what its sensors read at the open hand and at the fist: identify it anew",
         log.source));
-  std::vector<Hold> found =
-      moving.empty() ? std::vector<Hold>{} : holds_in(moving, model.sample_period_s, made, fist);
-  if (found.empty()) {
+  std::vector<std::vector<double>> readings;
+  std::vector<model::Spread> made;
+  bool any = false;
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    const model::Input& input = model.inputs[i];
+    std::vector<double>& read = readings.emplace_back(sampled(log, model, i));
+    made.push_back(input.poses ? spread_of(*input.poses) : model::Spread{{0, 1}, {0, 1}});
+    const bool live = input.poses && without_holes(read).size() * 2 >= read.size();
+    if (live)
+      read = held_over(read, input);
+    else
+      std::ranges::fill(read, std::numeric_limits<double>::quiet_NaN());  // it must not end a hold
+    any |= live;
+  }
+  std::vector<Hold> found = any ? holds_in(readings, model.sample_period_s, made, fist) : std::vector<Hold>{};
+  if (found.empty())
     throw io::JobError(fmt::format(
         "{}: {} were to be held, each for a second or more, and are not found: hold still, 2 s each",
         log.source, fmt::join(poses, " and ")));
-  }
-  for (Hold& hold : found) {
-    std::vector<double> reading(model.inputs.size(), std::numeric_limits<double>::quiet_NaN());
-    for (std::size_t k = 0; k < live.size(); ++k) reading[live[k]] = hold.reading[k];
-    hold.reading = std::move(reading);
-  }
   return found;
 }
 
@@ -405,11 +328,17 @@ Recalibration recalibrate_files(const RecalibrationFiles& files) {
   if (!files.prior.empty())
     request.prior = prior_from_json(io::read_document(files.prior), files.prior.string());
   std::vector<std::string> notes;
-  if (!files.recording.empty())
-    request.motion.push_back(
-        motion_in(read_log(files.recording, files, request.model, notes), request.model));
-  if (!files.poses_log.empty()) add_poses(files, request, notes);
-  std::optional<recording::Clock> clock;
+  const auto log_of = [&](const auto& path) { return read_log(path, files, request.model, notes); };
+  if (!files.recording.empty()) request.motion.push_back(motion_in(log_of(files.recording), request.model));
+  if (!files.poses_log.empty()) {
+    const recording::Recording log = log_of(files.poses_log);
+    try {
+      request.holds = poses_in(files.poses, log, request.model);
+    } catch (const io::JobError& error) {
+      add_lack(request, notes, "the poses once more: hold each for two seconds, and still", error.what());
+    }
+  }
+  std::optional<Clock> clock;
   if (!files.pair_sensor.empty()) clock = add_pair(files, request, notes);
   Recalibration out = recalibrate(request);
   out.notes.insert(out.notes.begin(), notes.begin(), notes.end());

@@ -8,6 +8,7 @@
 
 #include "host/identify/poses.hpp"
 #include "host/identify/robust.hpp"
+#include "host/identify/window.hpp"
 #include "host/io/io.hpp"
 #include "host/recording/unit.hpp"
 
@@ -116,8 +117,7 @@ void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
   input.valid_max =
       counts ? full_scale(sensor.sorted.back()) - 1 : std::max(open, fist) + kBeyondPoses * span;
   input.poses = model::Poses{open, fist};
-  input.readings = model::Spread{{0.02, 0.1, 0.5, 0.9, 0.98}, {}};
-  for (const double share : input.readings->share) input.readings->reading.push_back(sensor.at(share));
+  input.readings = spread_of(sensor.sorted, kSpreadShares);
   m.inputs.push_back(input);
   model::Curve line{{open, fist}, {at.open_deg, at.fist_deg}};
   if (fist < open) line = model::Curve{{fist, open}, {at.fist_deg, at.open_deg}};

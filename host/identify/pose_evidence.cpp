@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <limits>
 
 #include "host/identify/poses.hpp"
 #include "host/identify/robust.hpp"
-#include "host/identify/still_map.hpp"
+#include "host/identify/window.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -21,34 +21,35 @@ constexpr double kUnmoved = 0.15;
 
 double between(const model::Poses& poses) { return poses.fist - poses.open; }
 
-// What one sensor reads in either pose.
+// What one sensor reads in either pose; NaN: nothing.
 struct Ends {
-  std::optional<double> open;
-  std::optional<double> fist;
-  double share = 0;  // of what the poses were apart where the model was made
+  double open = std::numeric_limits<double>::quiet_NaN();
+  double fist = open;
+  double share = open;  // of what the poses were apart where the model was made
 
-  bool both() const { return open && fist; }
-  bool moved() const { return both() && std::abs(share) > kUnmoved; }
+  bool both() const { return !std::isnan(share); }
+  bool moved() const { return std::abs(share) > kUnmoved; }
 };
 
-std::vector<Ends> ends_of(const model::Model& model, const std::vector<Hold>& holds, bool swapped) {
-  std::vector<Ends> out;
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    Ends& one = out.emplace_back();
+std::vector<Ends> ends_of(const model::Model& model, const std::vector<Hold>& holds) {
+  std::vector<Ends> out(model.inputs.size());
+  for (std::size_t i = 0; i < out.size(); ++i) {
     if (!model.inputs[i].poses) continue;
     for (const Hold& hold : holds) {
-      if (!std::isnan(hold.reading[i])) (hold.fist != swapped ? one.fist : one.open) = hold.reading[i];
+      if (!std::isnan(hold.reading[i])) (hold.fist ? out[i].fist : out[i].open) = hold.reading[i];
     }
-    if (one.both()) one.share = (*one.fist - *one.open) / between(*model.inputs[i].poses);
+    out[i].share = (out[i].fist - out[i].open) / between(*model.inputs[i].poses);
   }
   return out;
 }
 
-// More sensors read the two poses the other way round than not.
-bool are_swapped(const std::vector<Ends>& all) {
+// Where more sensors read the two poses the other way round than not, they were swapped.
+bool turn_round(std::vector<Ends>& all) {
   int turned = 0;
   for (const Ends& one : all) turned += one.share < -kUnmoved ? 1 : one.share > 0 ? -1 : 0;
-  return turned > 0;
+  if (turned <= 0) return false;
+  for (Ends& one : all) one = {one.fist, one.open, -one.share};
+  return true;
 }
 
 // Most sensors that were held in both poses and moved: how far they went.
@@ -62,15 +63,14 @@ double usual_share(const std::vector<Ends>& all) {
 
 // The end that was not reached is the one that fits worse, all sensors together.
 bool fist_was_reached(const model::Model& model, const std::vector<Ends>& all) {
-  double open = 0;
-  double fist = 0;
+  double nearer = 0;  // the fist than the open hand
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (!all[i].moved()) continue;
     const model::Poses& made = *model.inputs[i].poses;
-    open += std::abs((*all[i].open - made.open) / between(made));
-    fist += std::abs((*all[i].fist - made.fist) / between(made));
+    nearer +=
+        (std::abs(all[i].open - made.open) - std::abs(all[i].fist - made.fist)) / std::abs(between(made));
   }
-  return fist < open;
+  return nearer > 0;
 }
 
 // A strip that no donning explains, where most others moved from pose to pose.
@@ -84,7 +84,7 @@ std::string misfit_of(const model::Input& input, const Ends& ends) {
     return fmt::format(
         "{}: it stands still at {:.4g} where the others moved: is it plugged in, is its strip whole, "
         "was it bent?",
-        input.name, *ends.open);
+        input.name, ends.open);
   }
   return {};
 }
@@ -100,13 +100,13 @@ void read_sensor(const model::Model& model, std::size_t i, const Ends& ends, boo
   const double most_deg = reach_of(model, i).most_deg;
   const double error = most_deg > 0 ? std::min(kMostPoseError, kPose_deg / most_deg) : kMostPoseError;
   const double pose = between(*input.poses) / input.readings->span();
-  if (ends.open) out.sightings.push_back({i, *ends.open, input.poses->open, error, pose, false});
-  if (!ends.fist) return;
+  if (!std::isnan(ends.open)) out.sightings.push_back({i, ends.open, input.poses->open, error, pose, false});
+  if (std::isnan(ends.fist)) return;
   if (!fist_counts || (ends.both() && ends.share < kNotReached)) {
     notes.push_back(fmt::format("{}: its fist was not reached and does not count", input.name));
     return;
   }
-  out.sightings.push_back({i, *ends.fist, input.poses->fist, error, pose, true});
+  out.sightings.push_back({i, ends.fist, input.poses->fist, error, pose, true});
 }
 
 }  // namespace
@@ -114,11 +114,8 @@ void read_sensor(const model::Model& model, std::size_t i, const Ends& ends, boo
 PoseReading read_poses(const RecalibrationRequest& request, Recalibration& said) {
   const model::Model& model = request.model;
   PoseReading out;
-  std::vector<Ends> all = ends_of(model, request.holds, false);
-  if (are_swapped(all)) {
-    said.notes.emplace_back("open hand and fist were held the other way round: taken so");
-    all = ends_of(model, request.holds, true);
-  }
+  std::vector<Ends> all = ends_of(model, request.holds);
+  if (turn_round(all)) said.notes.emplace_back("open hand and fist were held the other way round: taken so");
   const auto live = std::ranges::count_if(all, &Ends::both);
   const auto moved = std::ranges::count_if(all, &Ends::moved);
   if (live > 0 && 2 * moved <= live) {

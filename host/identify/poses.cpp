@@ -1,11 +1,11 @@
 #include "host/identify/poses.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 
 #include "host/identify/robust.hpp"
+#include "host/identify/window.hpp"
 #include "host/model/tracking.hpp"
 
 namespace flexor::identify {
@@ -16,26 +16,17 @@ constexpr double kStill_s = 1;
 constexpr double kMedian_s = 0.5;
 constexpr double kStillShare = 0.125;  // of the span: the range of what rests
 constexpr double kApart = 0.3;         // of the span: rests that are nearer are one
-constexpr std::array kShares = {0.02, 0.1, 0.5, 0.9, 0.98};
 
-// Of one session; empty where nothing moved.
-std::vector<double> quantiles(const Session& session, Eigen::Index sensor) {
-  std::vector<double> readings;
-  for (Eigen::Index k = 0; k < session.input.rows(); ++k) {
-    if (session.use[static_cast<std::size_t>(k)]) readings.push_back(session.input(k, sensor));
-  }
-  if (readings.empty()) return {};
-  std::ranges::sort(readings);
-  std::vector<double> out;
-  for (const double share : kShares) out.push_back(quantile(readings, share));
-  if (out.front() == out.back()) return {};
-  return out;
-}
-
-std::vector<std::vector<double>> all_quantiles(const std::vector<Session>& sessions, Eigen::Index sensor) {
-  std::vector<std::vector<double>> out;
+// Of the sessions in which the sensor moved.
+std::vector<model::Spread> spreads_of(const std::vector<Session>& sessions, Eigen::Index sensor) {
+  std::vector<model::Spread> out;
   for (const Session& session : sessions) {
-    if (auto one = quantiles(session, sensor); !one.empty()) out.push_back(std::move(one));
+    std::vector<double> readings;
+    for (Eigen::Index k = 0; k < session.input.rows(); ++k) {
+      if (session.use[static_cast<std::size_t>(k)]) readings.push_back(session.input(k, sensor));
+    }
+    if (readings.empty()) continue;
+    if (!(out.emplace_back(spread_of(std::move(readings), kSpreadShares)).span() > 0)) out.pop_back();
   }
   return out;
 }
@@ -74,14 +65,6 @@ double apart(const Rest& a, const Rest& b, const std::vector<model::Spread>& mad
   return most;
 }
 
-double standard_deviation(const std::vector<double>& values) {
-  double mean = 0;
-  for (const double v : values) mean += v / static_cast<double>(values.size());
-  double sum = 0;
-  for (const double v : values) sum += (v - mean) * (v - mean);
-  return std::sqrt(sum / static_cast<double>(values.size() - 1));
-}
-
 }  // namespace
 
 std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
@@ -111,27 +94,23 @@ std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, dou
 }
 
 std::optional<model::Spread> readings_of(const std::vector<Session>& sessions, Eigen::Index sensor) {
-  const auto all = all_quantiles(sessions, sensor);
-  if (all.empty()) return {};
-  model::Spread out{{kShares.begin(), kShares.end()}, std::vector<double>(kShares.size(), 0)};
-  for (const auto& one : all) {
-    for (std::size_t i = 0; i < one.size(); ++i) out.reading[i] += one[i] / static_cast<double>(all.size());
-  }
-  return out;
+  const auto all = spreads_of(sessions, sensor);
+  return all.empty() ? std::nullopt : std::optional(mean_of(all));
 }
 
 std::optional<model::DonningSpread> donning_spread(const std::vector<Session>& sessions,
                                                    Eigen::Index sensor) {
-  const auto all = all_quantiles(sessions, sensor);
+  const auto all = spreads_of(sessions, sensor);
   if (all.size() < 2) return {};
   std::vector<double> middle;
   std::vector<double> log_span;
-  for (const auto& one : all) {
-    middle.push_back((one.front() + one.back()) / 2);
-    log_span.push_back(std::log(one.back() - one.front()));
+  for (const model::Spread& one : all) {
+    middle.push_back(one.middle());
+    log_span.push_back(std::log(one.span()));
   }
-  return model::DonningSpread{static_cast<int>(all.size()), standard_deviation(middle),
-                              standard_deviation(log_span)};
+  const auto freedom = static_cast<double>(all.size() - 1);
+  return model::DonningSpread{static_cast<int>(all.size()), std::sqrt(add_squares(0, middle, freedom)),
+                              std::sqrt(add_squares(0, log_span, freedom))};
 }
 
 std::optional<model::Poses> poses_of(const std::vector<Session>& sessions, Eigen::Index sensor) {

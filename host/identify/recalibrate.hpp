@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "host/identify/evidence.hpp"
+#include "host/identify/line_estimate.hpp"
 #include "host/model/model.hpp"
 #include "host/recording/clock.hpp"
 

@@ -5,8 +5,8 @@
 #include <array>
 #include <cstdlib>
 
-#include "host/identify/still_map.hpp"
 #include "host/identify/test_glove.hpp"
+#include "host/identify/window.hpp"
 #include "host/io/refusal_test.hpp"
 #include "host/model/compensator.hpp"
 

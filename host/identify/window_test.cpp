@@ -1,4 +1,4 @@
-#include "host/identify/evidence.hpp"
+#include "host/identify/window.hpp"
 
 #include <gtest/gtest.h>
 

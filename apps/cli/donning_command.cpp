@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "apps/cli/commands.hpp"
-#include "host/donning/sessions.hpp"
+#include "host/identify/donning_sessions.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 
@@ -17,14 +17,14 @@ struct Options {
   bool json = false;
 };
 
-void show(const donning::Sessions& all) {
-  const auto percent = [](const donning::Change& c) {
+void show(const identify::Sessions& all) {
+  const auto percent = [](const identify::Change& c) {
     return fmt::format("{:+.0f} ({:+.0f} .. {:+.0f}) %", 100 * c.value, 100 * c.low, 100 * c.high);
   };
   print(fmt::format("{:<26}{:<17}{:>20}{:>20}{:>8}{:>8}\n", "session", "sensor", "shift", "gain", "shape",
                     "noise"));
-  for (const donning::SessionChange& session : all.sessions) {
-    for (const donning::SensorChange& s : session.sensors) {
+  for (const identify::SessionChange& session : all.sessions) {
+    for (const identify::SensorChange& s : session.sensors) {
       print(fmt::format("{:<26}{:<17}{:>20}{:>20}{:>6.1f} %{:>6.2f} %\n", io::start_of(session.name, 25),
                         io::start_of(s.sensor, 16), percent(s.shift), percent(s.log_gain), 100 * s.shape,
                         100 * s.noise));
@@ -39,10 +39,10 @@ void show(const donning::Sessions& all) {
 void run(const Options& o) {
   if (!o.out.empty()) io::require_writable(o.out);
   if (!o.report.empty()) io::require_folder(o.report);
-  const donning::Sessions all = donning::compare_files(o.files, o.sensors, o.time);
+  const identify::Sessions all = identify::compare_files(o.files, o.sensors, o.time);
   if (!o.out.empty()) io::write_file(o.out, to_json(all.prior));
   if (!o.report.empty()) {
-    donning::save_results(all, o.report);
+    identify::save_results(all, o.report);
     draw_report(o.report);
   }
   if (o.json) return print(io::dump(to_json(all)));

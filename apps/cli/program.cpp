@@ -18,10 +18,10 @@
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/program.hpp"
+#include "host/identify/map_check.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
-#include "host/recording/unit.hpp"
 #include "host/report/gnuplot.hpp"
 #include "host/report/render.hpp"
 
@@ -77,15 +77,7 @@ void parse(CLI::App& app, int argc, char** argv) {
 
 void check_unit(const model::Input& input, const std::string& file, const std::string& column,
                 const std::string& unit) {
-  const std::string& wanted = input.unit;
-  if (unit == wanted) return;
-  if (!unit.empty() && recording::known_unit(wanted)) {
-    throw io::InputError(fmt::format("{}: column \"{}\" is in {}, the model's input {} takes {}", file,
-                                     column, unit, input.name, wanted));
-  }
-  log(fmt::format("note: {}: column \"{}\" {}, the model's input {} {}: taken as the same", file, column,
-                  unit.empty() ? "states no unit" : "is in " + unit, input.name,
-                  wanted.empty() ? "states none" : "takes " + wanted));
+  if (const auto note = identify::unit_note(input, file, column, unit)) log("note: " + *note);
 }
 
 // Losing a line of a log is no reason to lose the work.

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "apps/cli/commands.hpp"
-#include "host/donning/recalibrate_files.hpp"
+#include "host/identify/recalibrate_files.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/io/output.hpp"
@@ -10,20 +10,20 @@ namespace flexor::cli {
 namespace recalibrate_command {
 
 struct Options {
-  donning::FileRequest request;
+  identify::RecalibrationFiles request;
   std::vector<std::string> poses;  // list, log
   std::vector<std::string> pair;   // glove, camera
   std::string out;
   bool json = false;
 };
 
-void show(const donning::Recalibration& r, const std::string& out) {
+void show(const identify::Recalibration& r, const std::string& out) {
   for (const std::string& note : r.notes) log("note: " + note);
   print(fmt::format("{:<16}{:>18}{:>20}\n", "", "angles change by", "uncertain by"));
-  for (const donning::JointResult& joint : r.joints)
+  for (const identify::RecalibratedJoint& joint : r.joints)
     print(fmt::format("{:<16}{:>14.1f} deg{:>13.1f} deg\n", joint.name, joint.change_deg, joint.se_deg));
   print("\n");
-  for (const donning::SensorResult& s : r.sensors) {
+  for (const identify::RecalibratedSensor& s : r.sensors) {
     if (!s.applied) {
       print(fmt::format("kept: {}\n", s.kept));
       continue;
@@ -62,7 +62,7 @@ void run(Options& o) {
   if (o.json && io::is_standard_output(o.out))
     throw io::InputError("--json goes to standard output: another --out, or leave out --json");
   const std::string old = io::read_file(o.request.model);
-  const donning::Recalibration r = donning::recalibrate_files(o.request);
+  const identify::Recalibration r = identify::recalibrate_files(o.request);
   // Where nothing is applied the very bytes: what was signed, compared or committed stays as it was.
   io::write_file(o.out, r.applied ? model::to_json(r.model) : old);
   if (o.json) return print(io::dump(to_json(r)));

@@ -10,7 +10,7 @@
 #include <random>
 #include <set>
 
-#include "host/donning/sessions.hpp"
+#include "host/identify/donning_sessions.hpp"
 #include "host/identify/hand.hpp"
 #include "host/identify/hand_results.hpp"
 #include "host/io/io.hpp"
@@ -348,9 +348,9 @@ TEST_F(ReportTest, OfLatencyIsDrawnFromWhatWasSaved) {
 
 TEST_F(ReportTest, OfDonningsIsDrawnFromWhatWasSaved) {
   std::mt19937 random(1);
-  std::vector<donning::Log> logs;
+  std::vector<identify::Log> logs;
   for (const double shift : {0.0, 40.0, 20.0}) {
-    donning::Log log{fmt::format("worn <{}>", shift), {}, {{}, {}}};
+    identify::Log log{fmt::format("worn <{}>", shift), {}, {{}, {}}};
     for (int k = 0; k < 2000; ++k) {
       log.t_s.push_back(0.05 * k);
       const double bend = std::abs(k % 80 - 40) * 10 + static_cast<double>(random() % 5);
@@ -358,7 +358,7 @@ TEST_F(ReportTest, OfDonningsIsDrawnFromWhatWasSaved) {
     }
     logs.push_back(std::move(log));
   }
-  donning::save_results(donning::compare(logs, {"index", "middle"}, 1), folder_);
+  identify::save_results(identify::compare(logs, {"index", "middle"}, 1), folder_);
   expect_the_same_once_more();
   EXPECT_NE(read("report.html").find("worn &lt;40&gt;"), std::string::npos);
   EXPECT_NE(read("report.html").find("+5 ("), std::string::npos) << "20 of 400 counts above the mean";

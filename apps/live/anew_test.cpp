@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "host/donning/recalibrate_files.hpp"
+#include "host/identify/recalibrate_files.hpp"
 
 namespace flexor::live {
 namespace {
@@ -23,11 +23,11 @@ model::Model five() {
   return out;
 }
 
-donning::Recalibration answer(const model::Model& model) {
-  donning::Recalibration out;
+identify::Recalibration answer(const model::Model& model) {
+  identify::Recalibration out;
   out.applied = true;
   for (const model::Input& input : model.inputs) {
-    donning::SensorResult& sensor = out.sensors.emplace_back();
+    identify::RecalibratedSensor& sensor = out.sensors.emplace_back();
     sensor.name = input.name;
     sensor.applied = true;
   }
@@ -41,7 +41,7 @@ std::string verdict(const AnewResult& result, std::size_t finger) {
 
 TEST(Anew, SaysOfEachFingerWhatCameOfItsOwnSensor) {
   const model::Model model = five();
-  donning::Recalibration said = answer(model);
+  identify::Recalibration said = answer(model);
   const auto keep = [&](std::size_t i, const std::string& why) {
     said.sensors[i].applied = false;
     said.sensors[i].kept = why;
@@ -51,7 +51,7 @@ TEST(Anew, SaysOfEachFingerWhatCameOfItsOwnSensor) {
   keep(2, "middle_count: open and close it once more");
   said.wanted.push_back(said.sensors[2].kept);
   keep(3, "ring_count: it reads as it did where the model was made");
-  const AnewResult result = anew_result(model, donning::to_json(said));
+  const AnewResult result = anew_result(model, identify::to_json(said));
   EXPECT_TRUE(result.applied);
   EXPECT_TRUE(result.is_off);
   EXPECT_EQ(result.fingers.at(0).at("name"), "thumb");
@@ -70,7 +70,7 @@ TEST(Anew, SaysOfEachFingerWhatCameOfItsOwnSensor) {
 
 TEST(Anew, AnErrorThatIsNotKnownIsNull) {
   const model::Model model = five();
-  Json said = donning::to_json(answer(model));
+  Json said = identify::to_json(answer(model));
   said["se_deg"]["thumb"] = nullptr;
   EXPECT_TRUE(anew_result(model, said).fingers.at(0).at("after_deg").is_null());
 }

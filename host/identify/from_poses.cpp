@@ -5,16 +5,16 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <optional>
 
+#include "host/identify/poses.hpp"
+#include "host/identify/robust.hpp"
+#include "host/identify/window.hpp"
 #include "host/io/io.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::identify {
 namespace {
 
-constexpr double kRest_s = 1;
-constexpr double kStill = 0.1;      // of the span, within which a sensor rests
 constexpr double kSamePose = 0.3;   // of the span: the same pose
 constexpr double kOtherPose = 0.6;  // and the other one
 // Of the span, which readings may lie beyond the poses where the unit says nothing.
@@ -58,38 +58,6 @@ std::vector<Sensor> sensors_of(const recording::Recording& log, std::vector<std:
   return out;
 }
 
-// Mean readings of a second in which nothing moved.
-struct Rest {
-  std::vector<double> reading;
-};
-
-std::optional<Rest> rest_at(const std::vector<Sensor>& sensors, std::size_t begin, std::size_t end) {
-  Rest rest;
-  for (const Sensor& s : sensors) {
-    const auto from = s.value->begin() + static_cast<std::ptrdiff_t>(begin);
-    const auto to = s.value->begin() + static_cast<std::ptrdiff_t>(end);
-    const auto [least, most] = std::minmax_element(from, to);
-    if (*most - *least > kStill * s.span()) return {};
-    double sum = 0;
-    for (auto it = from; it != to; ++it) sum += *it;
-    rest.reading.push_back(sum / static_cast<double>(end - begin));
-  }
-  return rest;
-}
-
-std::vector<Rest> rests_in(const recording::Recording& log, const std::vector<Sensor>& sensors) {
-  std::vector<Rest> out;
-  for (std::size_t begin = 0; begin < log.t_s.size();) {
-    std::size_t end = begin;
-    while (end < log.t_s.size() && log.t_s[end] - log.t_s[begin] < kRest_s) ++end;
-    if (end == log.t_s.size()) break;
-    const std::optional<Rest> rest = end - begin >= 5 ? rest_at(sensors, begin, end) : std::nullopt;
-    if (rest) out.push_back(*rest);
-    begin = rest ? end : begin + std::max<std::size_t>(1, (end - begin) / 10);
-  }
-  return out;
-}
-
 // Mean over the half of the sensors that moved most: one that does not follow says nothing.
 double distance(const Rest& a, const Rest& b, const std::vector<Sensor>& sensors) {
   std::vector<double> away;
@@ -105,11 +73,10 @@ double distance(const Rest& a, const Rest& b, const std::vector<Sensor>& sensors
 double median_of(const std::vector<Rest>& rests, std::size_t sensor) {
   std::vector<double> v;
   for (const Rest& rest : rests) v.push_back(rest.reading[sensor]);
-  std::ranges::nth_element(v, v.begin() + std::ssize(v) / 2);
-  return v[v.size() / 2];
+  return median(std::move(v));
 }
 
-double spread_of(const std::vector<Rest>& rests, std::size_t sensor) {
+double scatter_of(const std::vector<Rest>& rests, std::size_t sensor) {
   const auto [least, most] =
       std::ranges::minmax(rests, {}, [sensor](const Rest& rest) { return rest.reading[sensor]; });
   return most.reading[sensor] - least.reading[sensor];
@@ -150,8 +117,7 @@ void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
   input.valid_max =
       counts ? full_scale(sensor.sorted.back()) - 1 : std::max(open, fist) + kBeyondPoses * span;
   input.poses = model::Poses{open, fist};
-  input.readings = model::Spread{{0.02, 0.1, 0.5, 0.9, 0.98}, {}};
-  for (const double share : input.readings->share) input.readings->reading.push_back(sensor.at(share));
+  input.readings = spread_of(sensor.sorted, kSpreadShares);
   m.inputs.push_back(input);
   model::Curve line{{open, fist}, {at.open_deg, at.fist_deg}};
   if (fist < open) line = model::Curve{{fist, open}, {at.fist_deg, at.open_deg}};
@@ -170,7 +136,14 @@ FromPoses model_from_poses(const recording::Recording& log, double rate_hz,
   FromPoses out;
   const std::vector<Sensor> sensors = sensors_of(log, out.warnings);
   check_angles(angles, sensors);
-  const std::vector<Rest> rests = rests_in(log, sensors);
+  std::vector<std::vector<double>> readings;
+  std::vector<model::Spread> spans;
+  for (const Sensor& s : sensors) {
+    readings.push_back(*s.value);
+    spans.push_back({{0.02, 0.98}, {s.at(0.02), s.at(0.98)}});
+  }
+  const double period_s = (log.t_s.back() - log.t_s.front()) / static_cast<double>(log.t_s.size() - 1);
+  const std::vector<Rest> rests = rests_in(readings, period_s, spans);
   if (rests.empty())
     throw io::JobError(fmt::format(
         "{}: no second in which all sensors rest: hold the open hand, then a fist, each for three "
@@ -202,7 +175,7 @@ FromPoses model_from_poses(const recording::Recording& log, double rate_hz,
       continue;
     }
     for (const auto& [pose, rests_of] : {std::pair("open hand", &open), std::pair("fist", &fist)}) {
-      const double apart = spread_of(*rests_of, i) / std::abs(to - from);
+      const double apart = scatter_of(*rests_of, i) / std::abs(to - from);
       if (apart > kSameHold)
         out.warnings.push_back(fmt::format("{}: the {} was held in ways that differ by {:.0f} % of the range",
                                            sensors[i].column, pose, 100 * apart));

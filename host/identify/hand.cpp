@@ -82,25 +82,6 @@ Files read_files(const PairFiles& files, const HandRequest& request) {
   return out;
 }
 
-// All sensors of a file share its clock, and all references theirs, of which a drift is taken out.
-Clock clock_of(const HandRequest& request, Files& files, std::vector<std::string>& warnings) {
-  std::vector<recording::Witness> witnesses;
-  const std::vector<std::string> sensors = sensors_of(request.map);
-  for (std::size_t j = 0; j < request.map.size(); ++j) {
-    const JointMap& joint = request.map[j];
-    const auto sensor = std::ranges::find(sensors, joint.sensors.front()) - sensors.begin();
-    witnesses.push_back({static_cast<std::size_t>(sensor), files.sensor.series(joint.sensors.front()),
-                         &files.reference[j], joint.reference, joint.joint});
-  }
-  std::optional<double> given = request.clock_offset_s;
-  if (!given && on_one_clock(files)) given = 0;
-  std::vector<std::string> said;
-  const Clock clock = recording::find_clock(witnesses, given, said);
-  for (const std::string& warning : said)
-    warnings.push_back(fmt::format("{}: {}", files.sensor.source, warning));
-  return clock;
-}
-
 Sampled sample(const Files& files, const Clock& clock, const HandRequest& request) {
   Sampled out;
   for (std::size_t j = 0; j < request.map.size(); ++j) {
@@ -1026,6 +1007,23 @@ double JointResult::line_rmse_deg() const {
   return least;
 }
 
+Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, HandRecordings& files,
+               std::vector<std::string>& warnings) {
+  std::vector<recording::Witness> witnesses;
+  const std::vector<std::string> sensors = sensors_of(map);
+  for (std::size_t j = 0; j < map.size(); ++j) {
+    const auto sensor = std::ranges::find(sensors, map[j].sensors.front()) - sensors.begin();
+    witnesses.push_back({static_cast<std::size_t>(sensor), files.sensor.series(map[j].sensors.front()),
+                         &files.reference[j], map[j].reference, map[j].joint});
+  }
+  if (!given && on_one_clock(files)) given = 0;
+  std::vector<std::string> said;
+  const Clock clock = recording::find_clock(witnesses, given, said);
+  for (const std::string& warning : said)
+    warnings.push_back(fmt::format("{}: {}", files.sensor.source, warning));
+  return clock;
+}
+
 HandIdentification identify_hand(const HandRequest& request, const Step& step) {
   check(request);
   check_joints(request);
@@ -1044,7 +1042,7 @@ HandIdentification identify_hand(const HandRequest& request, const Step& step) {
     add_warnings(files.back(), r.warnings);
   }
   for (std::size_t p = 0; p < files.size(); ++p) {
-    r.clocks.push_back(clock_of(request, files[p], r.warnings));
+    r.clocks.push_back(clock_of(request.map, request.clock_offset_s, files[p], r.warnings));
     check_map(request, request.pairs[p], files[p], r.clocks.back().offset_s, r.warnings);
   }
   const std::vector<Sampled> samples = sample_all(files, r.clocks, request);
@@ -1082,7 +1080,7 @@ model::Model fit_hand(const HandRequest& request, std::vector<HandRecordings> re
   HandRequest all = request;
   all.split = 1;
   all.threads = 1;  // whoever asks for fits has threads of its own
-  for (Files& one : recordings) r.clocks.push_back(clock_of(all, one, r.warnings));
+  for (Files& one : recordings) r.clocks.push_back(clock_of(all.map, all.clock_offset_s, one, r.warnings));
   fit_model(all, asked_for(all), recordings, sample_all(recordings, r.clocks, all), {}, r);
   describe(all, recordings, r);
   return r.model;

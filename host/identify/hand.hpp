@@ -70,6 +70,11 @@ struct HandRequest {
 
 using recording::Clock;
 
+// By each joint's own sensor. All sensors of a file share its clock, and all references theirs, of which a drift is taken out.
+// Throws io::JobError where no signal tells it.
+Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, HandRecordings& files,
+               std::vector<std::string>& warnings);
+
 // A joint in one pair of recordings, at every sample of the compensator's grid from the first that both logs saw.
 struct JointSamples {
   std::vector<double> t_s;                   // since then

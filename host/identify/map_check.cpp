@@ -11,6 +11,7 @@
 #include "host/io/io.hpp"
 #include "host/recording/align.hpp"
 #include "host/recording/csv.hpp"
+#include "host/recording/unit.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -163,6 +164,18 @@ void check_gloves(const HandRequest& request, std::size_t j, const std::vector<S
                     map.joint, request.pairs[p].sensor.filename().string(), map.sensors.front(), ratio,
                     request.pairs[first->first].sensor.filename().string()));
   }
+}
+
+std::optional<std::string> unit_note(const model::Input& input, const std::string& file,
+                                     const std::string& column, const std::string& unit) {
+  const std::string& wanted = input.unit;
+  if (unit == wanted) return std::nullopt;
+  if (!unit.empty() && recording::known_unit(wanted))
+    throw InputError(fmt::format("{}: column \"{}\" is in {}, the model's input {} takes {}", file, column,
+                                 unit, input.name, wanted));
+  return fmt::format("{}: column \"{}\" {}, the model's input {} {}: taken as the same", file, column,
+                     unit.empty() ? "states no unit" : "is in " + unit, input.name,
+                     wanted.empty() ? "states none" : "takes " + wanted);
 }
 
 std::vector<std::string> one_sided(const JointMap& map, const std::vector<Session>& sessions) {

@@ -20,6 +20,11 @@ void refuse_seen_before(const std::vector<HandRecordings>& files);
 // Of joint j, a session for each pair: throws io::InputError where one's sensor moves the other way, or 2.5 times as far.
 void check_gloves(const HandRequest& request, std::size_t j, const std::vector<Session>& sessions);
 
+// None where the column's unit is the input's; where either states none, a line that says so. A reading in another unit would
+// give angles that look right: throws io::InputError.
+std::optional<std::string> unit_note(const model::Input& input, const std::string& file,
+                                     const std::string& column, const std::string& unit);
+
 // What of a joint's signals tells nothing: sensors that say the same as another, and a sensor or an angle that stands at
 // an extreme while the other goes on.
 std::vector<std::string> one_sided(const JointMap& map, const std::vector<Session>& sessions);

@@ -1,72 +1,116 @@
 #include "host/identify/poses.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <numeric>
 
 #include "host/identify/robust.hpp"
+#include "host/identify/window.hpp"
 #include "host/model/tracking.hpp"
 
 namespace flexor::identify {
 
 namespace {
 
-constexpr std::array kShares = {0.02, 0.1, 0.5, 0.9, 0.98};
+constexpr double kStill_s = 1;
+constexpr double kMedian_s = 0.5;
+constexpr double kStillShare = 0.125;  // of the span: the range of what rests
+constexpr double kApart = 0.3;         // of the span: rests that are nearer are one
 
-// Of one session; empty where nothing moved.
-std::vector<double> quantiles(const Session& session, Eigen::Index sensor) {
-  std::vector<double> readings;
-  for (Eigen::Index k = 0; k < session.input.rows(); ++k) {
-    if (session.use[static_cast<std::size_t>(k)]) readings.push_back(session.input(k, sensor));
-  }
-  if (readings.empty()) return {};
-  std::ranges::sort(readings);
-  std::vector<double> out;
-  for (const double share : kShares) out.push_back(quantile(readings, share));
-  if (out.front() == out.back()) return {};
-  return out;
-}
-
-std::vector<std::vector<double>> all_quantiles(const std::vector<Session>& sessions, Eigen::Index sensor) {
-  std::vector<std::vector<double>> out;
+// Of the sessions in which the sensor moved.
+std::vector<model::Spread> spreads_of(const std::vector<Session>& sessions, Eigen::Index sensor) {
+  std::vector<model::Spread> out;
   for (const Session& session : sessions) {
-    if (auto one = quantiles(session, sensor); !one.empty()) out.push_back(std::move(one));
+    std::vector<double> readings;
+    for (Eigen::Index k = 0; k < session.input.rows(); ++k) {
+      if (session.use[static_cast<std::size_t>(k)]) readings.push_back(session.input(k, sensor));
+    }
+    if (readings.empty()) continue;
+    if (!(out.emplace_back(spread_of(std::move(readings), kSpreadShares)).span() > 0)) out.pop_back();
   }
   return out;
 }
 
-double standard_deviation(const std::vector<double>& values) {
-  double mean = 0;
-  for (const double v : values) mean += v / static_cast<double>(values.size());
-  double sum = 0;
-  for (const double v : values) sum += (v - mean) * (v - mean);
-  return std::sqrt(sum / static_cast<double>(values.size() - 1));
+// The running median over kMedian_s: neither a loose contact's spike nor a tremor ends a hold.
+std::vector<double> steadied(const std::vector<double>& readings, double period_s) {
+  const auto half = static_cast<std::size_t>(kMedian_s / period_s / 2);
+  std::vector<double> out;
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const std::size_t end = std::min(k + half + 1, readings.size());
+    out.push_back(median({readings.data() + (k - std::min(k, half)), readings.data() + end}));
+  }
+  return out;
+}
+
+// The longest stretch from `begin` on in which no sensor moves.
+std::size_t still_until(const std::vector<std::vector<double>>& readings, std::size_t begin,
+                        const std::vector<model::Spread>& made) {
+  std::size_t end = readings.front().size();
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    double low = readings[i][begin];
+    double high = low;
+    for (std::size_t k = begin; k < end; ++k) {
+      low = std::min(low, readings[i][k]);
+      high = std::max(high, readings[i][k]);
+      if (high - low > kStillShare * made[i].span()) end = k;
+    }
+  }
+  return end;
+}
+
+double apart(const Rest& a, const Rest& b, const std::vector<model::Spread>& made) {
+  double most = 0;
+  for (std::size_t i = 0; i < made.size(); ++i)
+    most = std::max(most, std::abs(a.reading[i] - b.reading[i]) / made[i].span());
+  return most;
 }
 
 }  // namespace
 
-std::optional<model::Spread> readings_of(const std::vector<Session>& sessions, Eigen::Index sensor) {
-  const auto all = all_quantiles(sessions, sensor);
-  if (all.empty()) return {};
-  model::Spread out{{kShares.begin(), kShares.end()}, std::vector<double>(kShares.size(), 0)};
-  for (const auto& one : all) {
-    for (std::size_t i = 0; i < one.size(); ++i) out.reading[i] += one[i] / static_cast<double>(all.size());
+std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
+                           const std::vector<model::Spread>& made) {
+  std::vector<std::vector<double>> steady;
+  for (const auto& one : readings) steady.push_back(steadied(one, period_s));
+  const auto least = static_cast<std::size_t>(std::ceil(kStill_s / period_s));
+  std::vector<Rest> out;
+  for (std::size_t k = 0; k < steady.front().size();) {
+    const std::size_t end = still_until(steady, k, made);
+    if (end - k < least) {
+      ++k;
+      continue;
+    }
+    Rest rest{k, end, {}};
+    for (const auto& one : steady)
+      rest.reading.push_back(std::accumulate(one.data() + k, one.data() + end, 0.0) /
+                             static_cast<double>(end - k));
+    if (!out.empty() && apart(out.back(), rest, made) < kApart) {
+      if (rest.length() > out.back().length()) out.back() = rest;
+    } else {
+      out.push_back(std::move(rest));
+    }
+    k = end;
   }
   return out;
 }
 
+std::optional<model::Spread> readings_of(const std::vector<Session>& sessions, Eigen::Index sensor) {
+  const auto all = spreads_of(sessions, sensor);
+  return all.empty() ? std::nullopt : std::optional(mean_of(all));
+}
+
 std::optional<model::DonningSpread> donning_spread(const std::vector<Session>& sessions,
                                                    Eigen::Index sensor) {
-  const auto all = all_quantiles(sessions, sensor);
+  const auto all = spreads_of(sessions, sensor);
   if (all.size() < 2) return {};
   std::vector<double> middle;
   std::vector<double> log_span;
-  for (const auto& one : all) {
-    middle.push_back((one.front() + one.back()) / 2);
-    log_span.push_back(std::log(one.back() - one.front()));
+  for (const model::Spread& one : all) {
+    middle.push_back(one.middle());
+    log_span.push_back(std::log(one.span()));
   }
-  return model::DonningSpread{static_cast<int>(all.size()), standard_deviation(middle),
-                              standard_deviation(log_span)};
+  const auto freedom = static_cast<double>(all.size() - 1);
+  return model::DonningSpread{static_cast<int>(all.size()), std::sqrt(add_squares(0, middle, freedom)),
+                              std::sqrt(add_squares(0, log_span, freedom))};
 }
 
 std::optional<model::Poses> poses_of(const std::vector<Session>& sessions, Eigen::Index sensor) {

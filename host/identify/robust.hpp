@@ -20,13 +20,17 @@ inline double quantile(const std::vector<double>& sorted, double q) {
   return sorted[static_cast<std::size_t>(std::lround(q * static_cast<double>(sorted.size() - 1)))];
 }
 
+inline double median(std::vector<double> values) {
+  const auto middle = values.begin() + std::ssize(values) / 2;
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
 // Standard deviation of a normal distribution with this median of |residual|.
 inline double robust_deviation(const Eigen::VectorXd& residual) {
   std::vector<double> absolute(residual.begin(), residual.end());
   for (double& r : absolute) r = std::abs(r);
-  const auto middle = absolute.begin() + static_cast<std::ptrdiff_t>(absolute.size() / 2);
-  std::nth_element(absolute.begin(), middle, absolute.end());
-  return 1.4826 * *middle;
+  return 1.4826 * median(std::move(absolute));
 }
 
 }  // namespace flexor::identify

@@ -642,8 +642,8 @@ Recording read_rows(CsvReader& reader, Resets resets) {
   return recording;
 }
 
-Recording read(CsvReader& reader) {
-  Recording recording = read_rows(reader, Resets::refuse);
+Recording read(CsvReader& reader, Resets resets) {
+  Recording recording = read_rows(reader, resets);
   if (recording.t_s.size() < 2) {
     throw InputError(fmt::format("{}: {} row(s) of data; a recording needs at least two", recording.source,
                                  recording.t_s.size()));

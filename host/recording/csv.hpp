@@ -149,8 +149,8 @@ class CsvReader : public Source {
 
 // All rows through Stream, few as they may be.
 Recording read_rows(CsvReader& reader, Resets resets);
-// A whole recording of two times or more; a reset of the clock is refused.
-Recording read(CsvReader& reader);
+// A whole recording of two times or more.
+Recording read(CsvReader& reader, Resets resets = Resets::refuse);
 Recording read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns,
                    const TimeOptions& time = {});
 Recording parse_csv(const std::string& text, const std::string& source,

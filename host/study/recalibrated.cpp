@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "host/donning/recalibrate_files.hpp"
+#include "host/identify/recalibrate_files.hpp"
 #include "host/io/io.hpp"
 #include "host/model/wiring.hpp"
 #include "host/twin/random.hpp"
@@ -46,12 +46,12 @@ recording::Recording log_of(const twin::TrialInput& input, std::uint64_t number)
 }
 
 // A wearer who is told that a pose was not held still holds both again, twice as long; empty: he gave it up.
-std::vector<donning::Hold> held(twin::TrialInput& input, std::uint64_t number) {
+std::vector<identify::Hold> held(twin::TrialInput& input, std::uint64_t number) {
   for (double held_s = kHeld_s; held_s <= kLongestHeld_s; held_s *= 2) {
     input.worn = twin::Worn{poses(input.parameters, twin::seed_of(input.seed, number), held_s),
                             2 * held_s + kBetween_s};
     try {
-      return donning::poses_in({"open", "fist"}, log_of(input, number), input.compensator);
+      return identify::poses_in({"open", "fist"}, log_of(input, number), input.compensator);
     } catch (const io::JobError&) {
       continue;
     }
@@ -79,16 +79,16 @@ model::Model with_readings_of(const std::vector<Compensator>& compensators, mode
 twin::TrialInput recalibrated(twin::TrialInput input, const std::string& by, std::uint64_t number) {
   if (by != "poses" && by != "motion")
     throw io::InputError(fmt::format("recalibrated \"{}\": known are poses, motion", by));
-  donning::Request request;
+  identify::RecalibrationRequest request;
   request.model = input.compensator;
   if (by == "motion") {
     input.worn = twin::Worn{short_motion(), kMotion_s};
-    request.motion.push_back(donning::motion_in(log_of(input, number), request.model));
+    request.motion.push_back(identify::motion_in(log_of(input, number), request.model));
   } else {
     request.holds = held(input, number);
   }
   if (!request.motion.empty() || !request.holds.empty())
-    input.compensator = donning::recalibrate(request).model;
+    input.compensator = identify::recalibrate(request).model;
   return input;
 }
 

@@ -1,4 +1,4 @@
-#include "host/donning/recalibrate.hpp"
+#include "host/identify/recalibrate.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/donning/pose_evidence.hpp"
-#include "host/donning/still_map.hpp"
+#include "host/identify/pose_evidence.hpp"
+#include "host/identify/window.hpp"
 #include "host/io/io.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 namespace {
 
 constexpr int kWholeCycle = 3;         // turns
@@ -25,9 +25,9 @@ constexpr double kFistStayed = 0.04;
 constexpr double kStandsStill = 0.01;
 constexpr double kSlipped = 0.3;
 constexpr double kSignificant = 0.7;  // standard errors
-constexpr double kSure = 1.3;         // standard errors
+constexpr double kSureErrors = 1.3;   // standard errors
 constexpr double kFarthest = 3;       // of the prior's standard deviations
-constexpr std::size_t kLeastSamples = 20;
+constexpr std::size_t kLeastReadings = 20;
 constexpr const char* kTellsGain =
     "a camera (--pair) would tell it";  // poses: as well as they are held alike
 
@@ -50,25 +50,22 @@ struct Case {
   bool informed = false;
   std::string misfit;
   std::string wanted;
-  Fit fit;
+  FittedLine fit;
   std::optional<Line> other;  // other_line
   std::string kept;           // why the sensor stays as it is; empty: it is corrected
 };
 
-model::Spread made_of_input(const model::Input& input) {
-  if (input.readings) return *input.readings;
-  if (!input.poses) {
-    throw io::InputError(
-        fmt::format("{}: the model does not say what this sensor read where it was made: identify it anew "
-                    "with this version",
-                    input.name));
-  }
-  return spread_of(*input.poses);
-}
-
+// From then on all inputs of the model say what they read.
 std::vector<Case> cases_of(model::Model& model, const Prior& prior) {
   std::vector<Case> out;
-  for (model::Input& input : model.inputs) input.readings = made_of_input(input);
+  for (model::Input& input : model.inputs) {
+    if (!input.readings && !input.poses)
+      throw io::InputError(
+          fmt::format("{}: the model does not say what this sensor read where it was made: identify it anew "
+                      "with this version",
+                      input.name));
+    if (!input.readings) input.readings = spread_of(*input.poses);
+  }
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     const model::Input& input = model.inputs[i];
     Case& one = out.emplace_back();
@@ -117,12 +114,12 @@ Verdict judge(const Case& one, const Window& window, std::span<const double> rea
 }
 
 // Each log by itself; what is wrong or wanted is said by that which shows most, unless one tells.
-void look_at_sensor(const Request& request, std::size_t i, Case& one) {
+void check_motion_of(const RecalibrationRequest& request, std::size_t i, Case& one) {
   const model::Input& input = request.model.inputs[i];
   for (const Motion& motion : request.motion) {
     const std::vector<double>& readings = motion.reading[i];
     auto& told = one.windows.emplace_back();
-    if (readings.size() < kLeastSamples) continue;
+    if (readings.size() < kLeastReadings) continue;
     Window window = window_of(readings, one.made.share, one.turn);
     const Verdict verdict = judge(one, window, readings);
     if (verdict.tells()) told = window;
@@ -149,7 +146,7 @@ bool is_not_opened(const Window& window, const Case& one) {
 }
 
 // A log in which the hand was never opened tells no sensor.
-void look_at_open_hand(std::size_t log, std::vector<Case>& cases) {
+void check_open_hand(std::size_t log, std::vector<Case>& cases) {
   int telling = 0;
   for (const Case& one : cases) {
     if (!one.windows[log]) continue;
@@ -166,9 +163,9 @@ void look_at_open_hand(std::size_t log, std::vector<Case>& cases) {
   }
 }
 
-void look_at_motion(const Request& request, std::vector<Case>& cases) {
-  for (std::size_t i = 0; i < cases.size(); ++i) look_at_sensor(request, i, cases[i]);
-  for (std::size_t log = 0; log < request.motion.size(); ++log) look_at_open_hand(log, cases);
+void check_motion(const RecalibrationRequest& request, std::vector<Case>& cases) {
+  for (std::size_t i = 0; i < cases.size(); ++i) check_motion_of(request, i, cases[i]);
+  for (std::size_t log = 0; log < request.motion.size(); ++log) check_open_hand(log, cases);
   for (Case& one : cases)
     one.informed = std::ranges::any_of(one.windows, [](const auto& w) { return w.has_value(); });
 }
@@ -181,7 +178,7 @@ bool significant(const Case& one) {
 
 // What a stretch of motion alone says where the hand reached as far as it did where the model was made: the sensor has the
 // gain. The estimate holds a hand that reached less far for likelier; motion cannot tell the two apart. None: it is told.
-std::optional<Line> other_line(const Request& request, const Case& one) {
+std::optional<Line> other_line(const RecalibrationRequest& request, const Case& one) {
   if (!request.holds.empty() || request.seen || one.fit.gain_told || !one.informed || !one.shown) return {};
   const double gain = one.made.span() / one.shown->span();
   return Line{gain * (one.made.middle() - one.shown->middle()) / one.made.span(), std::log(gain)};
@@ -252,9 +249,9 @@ std::string reason_to_keep(Case& one, bool seen_helps) {
 }
 
 // What a joint's angles change by, and the standard error that is left, over the parts of each sensor's spread.
-std::vector<JointResult> joints_of(const model::Model& old, const std::vector<Case>& cases,
-                                   const std::vector<SensorResult>& sensors) {
-  std::vector<JointResult> out(old.joints.size());
+std::vector<RecalibratedJoint> joints_of(const model::Model& old, const std::vector<Case>& cases,
+                                         const std::vector<RecalibratedSensor>& sensors) {
+  std::vector<RecalibratedJoint> out(old.joints.size());
   for (std::size_t j = 0; j < out.size(); ++j) {
     out[j].name = old.joints[j].name;
     double square = 0;
@@ -287,17 +284,8 @@ std::vector<JointResult> joints_of(const model::Model& old, const std::vector<Ca
   return out;
 }
 
-void add_motion(const std::vector<Case>& cases, std::size_t log, std::vector<Evidence>& all) {
-  std::vector<Stretch> stretches;
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    const Case& one = cases[i];
-    if (one.windows[log]) stretches.push_back({i, *one.windows[log], one.made, one.prior, one.reach.bends});
-  }
-  if (!stretches.empty()) all.push_back(quantiles(std::move(stretches)));
-}
-
-void add_poses(const Request& request, std::vector<Case>& cases, std::vector<Evidence>& all,
-               Recalibration& out) {
+std::vector<Sighting> check_poses(const RecalibrationRequest& request, std::vector<Case>& cases,
+                                  Recalibration& out) {
   PoseReading poses = read_poses(request, out);
   for (const auto& [sensor, text] : poses.misfits) {
     if (!cases[sensor].informed) {
@@ -321,42 +309,41 @@ void add_poses(const Request& request, std::vector<Case>& cases, std::vector<Evi
     else if (std::ranges::all_of(request.holds, missing))
       one.misfit = fmt::format("{}: no reading of it is valid in the poses: is it plugged in?", one.name);
   }
-  if (!poses.sightings.empty()) all.push_back(sightings(std::move(poses.sightings), request.model));
+  return poses.sightings;
 }
 
-std::vector<Evidence> evidence_of(const Request& request, std::vector<Case>& cases, Recalibration& out) {
-  std::vector<Evidence> all;
-  for (std::size_t log = 0; log < request.motion.size(); ++log) add_motion(cases, log, all);
-  if (!request.holds.empty()) add_poses(request, cases, all, out);
+Evidence evidence_of(const RecalibrationRequest& request, std::vector<Case>& cases, Recalibration& out) {
+  Evidence all;
+  for (std::size_t log = 0; log < request.motion.size(); ++log) {
+    std::vector<Stretch> stretches;
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      const Case& one = cases[i];
+      if (one.windows[log]) stretches.push_back({i, *one.windows[log], one.made, one.prior, one.reach.bends});
+    }
+    if (!stretches.empty()) all.motion.push_back(std::move(stretches));
+  }
+  if (!request.holds.empty()) all.poses = check_poses(request, cases, out);
   if (request.seen) {
+    all.seen = &*request.seen;
     for (const std::size_t sensor : told_by_camera(request.model, *request.seen))
       cases[sensor].informed = true;
-    all.push_back(camera(request.model, *request.seen, 0, 1));
   }
   return all;
 }
 
-Estimate estimate_of(const std::vector<Case>& cases, const std::vector<Evidence>& evidence) {
-  std::vector<Prior> priors;
-  for (const Case& one : cases) priors.push_back(one.prior);
-  return estimate(priors, evidence);
-}
-
 // The second half of what the camera saw, by an estimate from its first.
-bool camera_agrees(const Request& request, const std::vector<Case>& cases, std::vector<Evidence> evidence) {
-  if (!request.seen) return true;
-  evidence.back() = camera(request.model, *request.seen, 0, 0.5);
-  const auto left = [&](const std::vector<Line>& lines) {
-    return mean_square_deg2(request.model, *request.seen, 0.5, 1, lines);
-  };
+bool camera_agrees(const model::Model& model, const std::vector<Prior>& priors, Evidence evidence) {
+  if (evidence.seen == nullptr) return true;
+  evidence.seen_end = 0.5;
   std::vector<Line> lines;
-  for (const Fit& fit : estimate_of(cases, evidence).fit) lines.push_back(fit.line);
-  return left(lines) < left(std::vector<Line>(cases.size()));
+  for (const FittedLine& fit : estimate(model, priors, evidence).fit) lines.push_back(fit.line);
+  return mean_square_deg2(model, *evidence.seen, 0.5, lines) <
+         mean_square_deg2(model, *evidence.seen, 0.5, std::vector<Line>(lines.size()));
 }
 
 // `sure`: what was found of all sensors together is more than chance.
-SensorResult result_of(const Request& request, const Case& one, bool sure) {
-  SensorResult s;
+RecalibratedSensor result_of(const RecalibrationRequest& request, const Case& one, bool sure) {
+  RecalibratedSensor s;
   s.name = one.name;
   s.shift_se = std::sqrt(one.fit.shift_variance) * one.made.span();
   s.gain_se = std::sqrt(one.fit.log_gain_variance) * std::exp(one.fit.line.log_gain);
@@ -390,30 +377,32 @@ std::string wanted_instead(const Recalibration& r, bool sure, bool seen_helps) {
 
 }  // namespace
 
-Recalibration recalibrate(const Request& request) {
+Recalibration recalibrate(const RecalibrationRequest& request) {
   if (request.motion.empty() && request.holds.empty() && !request.seen && request.lacking.empty())
     throw io::InputError(
         "nothing to calibrate from: --recording SHORT, --poses open,fist LOG or --pair SHORT CAMERA");
   Recalibration out;
   out.wanted = request.lacking;
   out.model = request.model;
-  Request known = request;  // whose inputs all say what they read
+  RecalibrationRequest known = request;  // whose inputs all say what they read
   std::vector<Case> cases = cases_of(known.model, request.prior);
-  look_at_motion(known, cases);
-  const std::vector<Evidence> evidence = evidence_of(known, cases, out);
-  const Estimate e = estimate_of(cases, evidence);
+  check_motion(known, cases);
+  const Evidence evidence = evidence_of(known, cases, out);
+  std::vector<Prior> priors;
+  for (const Case& one : cases) priors.push_back(one.prior);
+  const LineEstimate e = estimate(known.model, priors, evidence);
   for (std::size_t i = 0; i < cases.size(); ++i) {
     cases[i].fit = e.fit[i];
     cases[i].other = other_line(known, cases[i]);
   }
-  const bool seen_helps = camera_agrees(known, cases, evidence);
+  const bool seen_helps = camera_agrees(known.model, priors, evidence);
   for (Case& one : cases) one.kept = reason_to_keep(one, seen_helps);
   const bool found = std::ranges::any_of(cases, [](const Case& one) { return one.kept.empty(); });
   // A wearer holds poses as well as he does; a stretch of motion says by itself how well it repeats.
-  const bool sure = request.holds.empty() || surely_better(cases, e.covariance) > kSure;
+  const bool sure = request.holds.empty() || surely_better(cases, e.covariance) > kSureErrors;
   std::vector<std::string> shifted_alone;
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    const SensorResult& s = out.sensors.emplace_back(result_of(known, cases[i], sure));
+    const RecalibratedSensor& s = out.sensors.emplace_back(result_of(known, cases[i], sure));
     if (!cases[i].misfit.empty()) out.misfits.push_back(cases[i].misfit);
     if ((!cases[i].informed || !s.gain_is_told) && !cases[i].wanted.empty())
       out.wanted.push_back(cases[i].wanted);
@@ -431,4 +420,4 @@ Recalibration recalibrate(const Request& request) {
   return out;
 }
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

@@ -13,11 +13,11 @@
 #include <string>
 #include <vector>
 
-#include "host/donning/evidence.hpp"
+#include "host/identify/line_estimate.hpp"
 #include "host/model/model.hpp"
 #include "host/recording/clock.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 
 // Readings on the model's grid; of each input those that are good, pauses left out.
 struct Motion {
@@ -30,7 +30,7 @@ struct Hold {
   std::vector<double> reading;
 };
 
-struct Request {
+struct RecalibrationRequest {
   model::Model model;
   Prior prior = shipped_prior();
   std::vector<Motion> motion = {};  // of each log
@@ -39,7 +39,7 @@ struct Request {
   std::vector<std::string> lacking = {};  // evidence that was given and cannot be used, in words
 };
 
-struct SensorResult {
+struct RecalibratedSensor {
   std::string name;
   bool applied = false;
   model::Correction correction;  // none unless applied
@@ -51,7 +51,7 @@ struct SensorResult {
   std::string kept;          // why it was not applied
 };
 
-struct JointResult {
+struct RecalibratedJoint {
   std::string name;
   double change_deg = 0;      // mean of its angles' change, over the readings that the model was made from
   double change_rms_deg = 0;  // likewise its root mean square
@@ -61,8 +61,8 @@ struct JointResult {
 struct Recalibration {
   model::Model model;  // as it was, where nothing was applied
   bool applied = false;
-  std::vector<SensorResult> sensors;
-  std::vector<JointResult> joints;
+  std::vector<RecalibratedSensor> sensors;
+  std::vector<RecalibratedJoint> joints;
   std::vector<std::string> wanted;   // what the evidence lacks; never empty unless something was applied
   std::vector<std::string> misfits;  // sensors that no donning explains
   std::vector<std::string> notes;
@@ -70,6 +70,6 @@ struct Recalibration {
 };
 
 // Throws io::InputError: no evidence, a model that does not say what it was made from.
-Recalibration recalibrate(const Request& request);
+Recalibration recalibrate(const RecalibrationRequest& request);
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

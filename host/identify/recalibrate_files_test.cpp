@@ -1,5 +1,5 @@
 // recalibrate on files: what other tools depend on, whatever the files hold.
-#include "host/donning/recalibrate_files.hpp"
+#include "host/identify/recalibrate_files.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -7,10 +7,10 @@
 #include <cmath>
 #include <functional>
 
-#include "host/donning/test_glove.hpp"
+#include "host/identify/test_glove.hpp"
 #include "host/io/refusal_test.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 namespace {
 
 constexpr double kCameraAhead_s = 7.3;
@@ -91,7 +91,7 @@ class RecalibrateFiles : public testing::Test {
   }
 
   io::TemporaryFolder folder_;
-  FileRequest request_;
+  RecalibrationFiles request_;
 };
 
 TEST_F(RecalibrateFiles, ACamerasClockIsToldByTheJointsOwnSensors) {
@@ -204,4 +204,4 @@ TEST_F(RecalibrateFiles, PosesOfADeadSensorAndOneWithoutPosesLeaveTheOthers) {
 }
 
 }  // namespace
-}  // namespace flexor::donning
+}  // namespace flexor::identify

@@ -9,7 +9,7 @@
 
 #include "host/model/model.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 
 struct Prior {
   int sessions = 0;        // that it was learnt from
@@ -35,4 +35,4 @@ std::string to_json(const Prior& prior);
 // Of one sensor: what the model's own recordings say, weighed against `general`, which counts as kGeneralWeight.
 Prior prior_of(const model::Input& input, const Prior& general);
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

@@ -11,9 +11,9 @@
 #include <random>
 #include <sstream>
 
-#include "host/donning/recalibrate.hpp"
+#include "host/identify/recalibrate.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 namespace {
 
 namespace fs = std::filesystem;
@@ -262,7 +262,7 @@ Scored scored(const std::vector<Fold>& folds, Draw draw, double seconds, int dra
   for (const Fold& fold : folds) {
     const std::array points = {points_of(fold, 0), points_of(fold, 1), points_of(fold, 2)};
     if (points[0].empty()) continue;
-    Request request;
+    RecalibrationRequest request;
     request.model = model_of_others(fold);
     for (int i = 0; i < draws; ++i, ++count) {
       request.motion = {draw(fold.front(), seconds, random)};
@@ -385,4 +385,4 @@ TEST_F(RealSessions, WhatAGloveLosesThatWasNotPutOnAnew) {
 }
 
 }  // namespace
-}  // namespace flexor::donning
+}  // namespace flexor::identify

@@ -1,23 +1,23 @@
-#include "host/donning/recalibrate.hpp"
+#include "host/identify/recalibrate.hpp"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cstdlib>
 
-#include "host/donning/still_map.hpp"
-#include "host/donning/test_glove.hpp"
+#include "host/identify/test_glove.hpp"
+#include "host/identify/window.hpp"
 #include "host/io/refusal_test.hpp"
 #include "host/model/compensator.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 namespace {
 
 using Corrections = std::vector<model::Correction>;
 
-Request worn(const Corrections& moved, double cycles, double scatter, unsigned seed) {
+RecalibrationRequest worn(const Corrections& moved, double cycles, double scatter, unsigned seed) {
   std::mt19937 random(seed);
-  Request out;
+  RecalibrationRequest out;
   out.model = test_glove();
   out.motion.emplace_back();
   for (const auto& one : moved)
@@ -73,7 +73,7 @@ TEST(Recalibrate, WholeCyclesFindWhereTheSensorsLieAndHowUncertainTheAnglesAre) 
 
 // The sensors stay; the hand no longer closes its fist.
 TEST(Recalibrate, AFistThatIsLessTightMovesLittleWhereTheOpenHandRepeats) {
-  Request request = worn(kNone, 5, 0.002, 3);
+  RecalibrationRequest request = worn(kNone, 5, 0.002, 3);
   for (auto& readings : request.motion[0].reading)
     for (double& u : readings) u = kTestStraight + 0.88 * (u - kTestStraight);
   EXPECT_LT(error_deg(recalibrate(request).model, kNone), 4.2) << "6 by the middle of its range";
@@ -81,7 +81,7 @@ TEST(Recalibrate, AFistThatIsLessTightMovesLittleWhereTheOpenHandRepeats) {
 
 TEST(Recalibrate, AHandThatIsNeverOpenedIsAskedToOpen) {
   for (const double opened : {0.15, 0.2, 0.3}) {
-    Request request = worn(kNone, 5, 0.005, 3);
+    RecalibrationRequest request = worn(kNone, 5, 0.005, 3);
     for (auto& readings : request.motion[0].reading)
       for (double& u : readings) u = kTestFist - (1 - opened) * (kTestFist - u);
     const Recalibration r = recalibrate(request);
@@ -93,7 +93,7 @@ TEST(Recalibrate, AHandThatIsNeverOpenedIsAskedToOpen) {
 }
 
 TEST(Recalibrate, LessThanACycleIsRefusedInWords) {
-  Request request = worn(kShifted, 0.6, 0.01, 2);
+  RecalibrationRequest request = worn(kShifted, 0.6, 0.01, 2);
   const Recalibration r = recalibrate(request);
   EXPECT_FALSE(r.applied);
   EXPECT_EQ(r.model, request.model);
@@ -131,7 +131,7 @@ TEST(Recalibrate, AGainThatMotionDoesNotTellIsSaidAndNothingIsMadeWorse) {
 
 TEST(Recalibrate, NamesTheFingerWhoseStripNoLongerFits) {
   const auto broken = [&](auto&& change) {
-    Request request = worn(kShifted, 5, 0.01, 3);
+    RecalibrationRequest request = worn(kShifted, 5, 0.01, 3);
     for (double& u : request.motion[0].reading[2]) u = change(u);
     Recalibration r = recalibrate(request);
     EXPECT_FALSE(r.sensors[2].applied);
@@ -145,7 +145,7 @@ TEST(Recalibrate, NamesTheFingerWhoseStripNoLongerFits) {
   const Recalibration moved = broken([](double u) { return u - 260; });
   EXPECT_GT(moved.joints[2].se_deg, 40) << "kept, but not called certain";
   EXPECT_LT(moved.joints[0].se_deg, 8);
-  Request gone = worn(kShifted, 5, 0.01, 3);
+  RecalibrationRequest gone = worn(kShifted, 5, 0.01, 3);
   gone.motion[0].reading[2].clear();
   EXPECT_EQ(recalibrate(gone).misfits.size(), 1U);
 }
@@ -160,13 +160,13 @@ TEST(Recalibrate, TurnsThatScatterLeaveTheGain) {
 }
 
 TEST(Recalibrate, AnotherRecalibrationStartsWhereTheGloveIs) {
-  Request again = worn(kShifted, 5, 0.01, 7);
+  RecalibrationRequest again = worn(kShifted, 5, 0.01, 7);
   again.model = recalibrate(worn(kShifted, 5, 0.01, 6)).model;
   EXPECT_LT(left(recalibrate(again), kShifted), 0.25);
 }
 
 TEST(Recalibrate, AModelThatDoesNotSayWhatItWasMadeFromIsRefusedByName) {
-  Request request = worn(kShifted, 5, 0.01, 8);
+  RecalibrationRequest request = worn(kShifted, 5, 0.01, 8);
   request.model.inputs[1].readings.reset();
   EXPECT_TRUE(recalibrate(request).applied) << "its poses say it";
   request.model.inputs[1].poses.reset();
@@ -176,8 +176,9 @@ TEST(Recalibrate, AModelThatDoesNotSayWhatItWasMadeFromIsRefusedByName) {
 
 const std::vector<std::pair<bool, double>> kOpenAndFist = {{false, kTestStraight}, {true, kTestFist}};
 
-Request held(const Corrections& moved, const std::vector<std::pair<bool, double>>& poses = kOpenAndFist) {
-  Request out;
+RecalibrationRequest held(const Corrections& moved,
+                          const std::vector<std::pair<bool, double>>& poses = kOpenAndFist) {
+  RecalibrationRequest out;
   out.model = test_glove();
   for (const auto& [fist, made] : poses) {
     Hold hold{fist, {}};
@@ -204,7 +205,7 @@ TEST(RecalibrateFromPoses, AFistThatIsLessTightIsNoGain) {
     const Recalibration r = recalibrate(held(moved, {{false, kTestStraight}, {true, fist}}));
     ASSERT_TRUE(r.applied) << reach;
     EXPECT_LT(left(r, moved), 0.3) << reach;
-    for (const SensorResult& s : r.sensors) EXPECT_NEAR(s.correction.gain, 1, 0.04) << reach;
+    for (const RecalibratedSensor& s : r.sensors) EXPECT_NEAR(s.correction.gain, 1, 0.04) << reach;
   }
 }
 
@@ -229,13 +230,13 @@ TEST(RecalibrateFromPoses, OneThatMayBeChanceKeepsTheOldCalibration) {
   const Recalibration r =
       recalibrate(held({{1, 10}, {1, 8}, {1, 12}}));  // three degrees, of poses that err by five
   EXPECT_FALSE(r.applied);
-  for (const SensorResult& s : r.sensors) EXPECT_FALSE(s.gain_is_told);
+  for (const RecalibratedSensor& s : r.sensors) EXPECT_FALSE(s.gain_is_told);
   EXPECT_EQ(r.model, test_glove());
 }
 
 TEST(RecalibrateFromPoses, ASensorThatCannotBeUsedIsNamedAndTheOthersCount) {
   const auto spoilt = [&](auto&& spoil) {
-    Request request = held(kFar);
+    RecalibrationRequest request = held(kFar);
     spoil(request);
     Recalibration r = recalibrate(request);
     EXPECT_TRUE(r.sensors[0].applied);
@@ -244,17 +245,17 @@ TEST(RecalibrateFromPoses, ASensorThatCannotBeUsedIsNamedAndTheOthersCount) {
     return r;
   };
   const auto reads = [&](double u) {
-    return [u](Request& r) {
+    return [u](RecalibrationRequest& r) {
       for (Hold& hold : r.holds) hold.reading[1] = u;
     };
   };
   expect_says(spoilt(reads(470)).misfits, "index: it stands still at 470");
   expect_says(spoilt(reads(std::nan(""))).misfits, "index: no reading of it is valid");
-  expect_says(spoilt([](Request& r) { r.model.inputs[1].poses.reset(); }).wanted, "index");
+  expect_says(spoilt([](RecalibrationRequest& r) { r.model.inputs[1].poses.reset(); }).wanted, "index");
 }
 
 TEST(RecalibrateFromPoses, OneFingerThatMovesBreaksNoStrip) {
-  Request request = held(kFar);
+  RecalibrationRequest request = held(kFar);
   for (const std::size_t i : {1U, 2U}) request.holds[1].reading[i] = request.holds[0].reading[i];
   const Recalibration r = recalibrate(request);
   EXPECT_FALSE(r.applied);
@@ -266,10 +267,10 @@ TEST(RecalibrateFromPoses, OneFingerThatMovesBreaksNoStrip) {
 TEST(Recalibrate, WhatDoesNotSufficeIsSaid) {
   const double straight = kTestStraight;
   const Corrections far(3, {1, 260});
-  Request unusable;
+  RecalibrationRequest unusable;
   unusable.model = test_glove();
   unusable.lacking = {"the poses once more"};
-  const std::vector<Request> all = {
+  const std::vector<RecalibrationRequest> all = {
       held(kNone, {{false, straight}, {true, straight + 60}}),  // never closed
       held(kNone, {{false, straight}}),
       held(kNone, {{true, kTestFist}}),
@@ -290,7 +291,7 @@ TEST(Recalibrate, WhatDoesNotSufficeIsSaid) {
 }
 
 TEST(Recalibrate, WhatOneEvidenceLacksDoesNotLoseTheOther) {
-  Request request = worn(kShifted, 5, 0.01, 1);
+  RecalibrationRequest request = worn(kShifted, 5, 0.01, 1);
   const Recalibration alone = recalibrate(request);
   request.lacking = {"a camera that moves"};
   const Recalibration r = recalibrate(request);
@@ -309,7 +310,7 @@ TEST(Recalibrate, WhatOneEvidenceLacksDoesNotLoseTheOther) {
 
 TEST(RecalibrateFromACamera, SecondsOfAnglesTellShiftAndGain) {
   const Corrections moved = {{1.15, -100}, {0.9, 60}, {1, 30}};
-  Request request = worn(moved, 5, 0.05, 9);
+  RecalibrationRequest request = worn(moved, 5, 0.05, 9);
   Seen seen;
   seen.reading = request.motion[0].reading;
   for (std::size_t j = 0; j < 3; ++j) {
@@ -366,7 +367,7 @@ void put_on_anew(std::mt19937& random, std::array<Tally, 3>& tallies) {
     const double gain = std::exp(0.08 * normal(random));
     moved.push_back({gain, 450 * (1 - gain) + 0.12 * span * normal(random)});
   }
-  Request request =
+  RecalibrationRequest request =
       worn(moved, 0.5 + 5 * uniform(random), 0.04 * uniform(random), static_cast<unsigned>(random()));
   const std::size_t kind = random() % 3;
   if (kind > 0) request.holds = random_holds(moved, random);
@@ -405,4 +406,4 @@ TEST(Recalibrate, OfThousandsOfRedonningsHardlyAnyIsMadeWorse) {
 }
 
 }  // namespace
-}  // namespace flexor::donning
+}  // namespace flexor::identify

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "host/donning/recalibrate.hpp"
+#include "host/identify/recalibrate.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 
 constexpr double kTestPeriod_s = 0.05;
 constexpr double kTestStraight = 300;  // counts
@@ -56,4 +56,4 @@ inline std::vector<double> test_moved(std::vector<double> made, const model::Cor
   return made;
 }
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

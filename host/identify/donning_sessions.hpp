@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "host/donning/prior.hpp"
+#include "host/identify/donning_prior.hpp"
 #include "host/recording/time.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 
 // Shares of the sensor's span, which is that of the sessions' mean quantiles. Intervals are those of 95 % of resampled
 // tenths of the session.
@@ -58,4 +58,4 @@ nlohmann::ordered_json to_json(const Sessions& sessions);
 // For a report: results.json in `folder`, which is made.
 void save_results(const Sessions& sessions, const std::filesystem::path& folder);
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

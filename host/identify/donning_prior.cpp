@@ -1,11 +1,11 @@
-#include "host/donning/prior.hpp"
+#include "host/identify/donning_prior.hpp"
 
 #include <cmath>
 
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 namespace {
 
 constexpr const char* kPriorSchema = "flexor-donning-prior";
@@ -61,4 +61,4 @@ Prior prior_of(const model::Input& input, const Prior& general) {
   return out;
 }
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

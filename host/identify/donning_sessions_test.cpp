@@ -1,4 +1,4 @@
-#include "host/donning/sessions.hpp"
+#include "host/identify/donning_sessions.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -6,10 +6,10 @@
 #include <array>
 #include <filesystem>
 
-#include "host/donning/test_glove.hpp"
+#include "host/identify/test_glove.hpp"
 #include "host/io/refusal_test.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 namespace {
 
 Log log_of(const std::string& name, const model::Correction& moved, unsigned seed) {
@@ -138,4 +138,4 @@ TEST(Sessions, OfARealGloveOverMonths) {
 }
 
 }  // namespace
-}  // namespace flexor::donning
+}  // namespace flexor::identify

@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "host/donning/recalibrate.hpp"
+#include "host/identify/recalibrate.hpp"
 #include "host/recording/recording.hpp"
 #include "host/recording/time.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 
-struct FileRequest {
+struct RecalibrationFiles {
   std::filesystem::path model;
   std::filesystem::path recording;  // empty: none
   std::vector<std::string> poses;   // of "open", "fist", in their order in poses_log
@@ -34,9 +34,9 @@ std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recordin
 
 // Poses that are not found, a camera whose clock is not: what the other evidence tells, and in `wanted` what that one lacks.
 // Throws io::InputError: files that cannot be read as what they are given as.
-Recalibration recalibrate_files(const FileRequest& request);
+Recalibration recalibrate_files(const RecalibrationFiles& request);
 
 // See docs/json.md.
 nlohmann::ordered_json to_json(const Recalibration& result);
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

@@ -1,4 +1,4 @@
-#include "host/donning/sessions.hpp"
+#include "host/identify/donning_sessions.hpp"
 
 #include <fmt/format.h>
 
@@ -7,33 +7,21 @@
 #include <cmath>
 #include <random>
 
-#include "host/donning/estimate.hpp"
-#include "host/donning/window.hpp"
+#include "host/identify/line_estimate.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 
-namespace flexor::donning {
+namespace flexor::identify {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::array kSessionShares = {0.02, 0.1, 0.5, 0.9, 0.98};
-constexpr std::array kHalf = {0.5};
 constexpr std::array kInterval = {0.025, 0.975};
 constexpr std::size_t kLeastSessions = 3;
 constexpr std::size_t kParts = 10;
 constexpr int kResamples = 200;
 constexpr std::size_t kLeastRows = 10 * kParts;
-
-model::Spread mean_of(const std::vector<model::Spread>& all) {
-  model::Spread out{all.front().share, std::vector<double>(all.front().share.size(), 0)};
-  for (const model::Spread& one : all) {
-    for (std::size_t i = 0; i < out.reading.size(); ++i)
-      out.reading[i] += one.reading[i] / static_cast<double>(all.size());
-  }
-  return out;
-}
 
 Line against(const model::Spread& session, const model::Spread& mean) {
   return {(session.middle() - mean.middle()) / mean.span(), std::log(session.span() / mean.span())};
@@ -49,7 +37,10 @@ double shape_of(const model::Spread& session, const model::Spread& mean) {
   return std::sqrt(sum);
 }
 
-double median_of(std::vector<double> values) { return spread_of(std::move(values), kHalf).reading.front(); }
+double middle_value(std::vector<double> values) {
+  std::ranges::sort(values);
+  return quantile_of(values, 0.5);
+}
 
 // 1.4826 times the median of what a reading is off the line through its neighbours, of which white noise has sqrt(3/2) times
 // its own deviation.
@@ -57,7 +48,7 @@ double noise_of(const std::vector<double>& readings) {
   std::vector<double> off;
   for (std::size_t k = 1; k + 1 < readings.size(); ++k)
     off.push_back(std::abs(readings[k] - (readings[k - 1] + readings[k + 1]) / 2));
-  return off.empty() ? 0 : 1.4826 * median_of(std::move(off)) / std::sqrt(1.5);
+  return off.empty() ? 0 : 1.4826 * middle_value(std::move(off)) / std::sqrt(1.5);
 }
 
 Change interval(double value, std::vector<double> resampled) {
@@ -78,7 +69,7 @@ SensorChange change_of(const std::string& sensor, const std::vector<double>& rea
       drawn.insert(drawn.end(), first + at * readings.size() / kParts,
                    first + (at + 1) * readings.size() / kParts);
     }
-    const model::Spread again = spread_of(std::move(drawn), kSessionShares);
+    const model::Spread again = spread_of(std::move(drawn), kSpreadShares);
     if (!(again.span() > 0)) continue;
     const Line one = against(again, mean);
     shift.push_back(one.shift);
@@ -87,23 +78,6 @@ SensorChange change_of(const std::string& sensor, const std::vector<double>& rea
   const Line all = against(session, mean);
   return {sensor, interval(all.shift, shift), interval(all.log_gain, log_gain), shape_of(session, mean),
           noise_of(readings) / mean.span()};
-}
-
-// Over the sessions in which each sensor was read.
-double deviation(const Sessions& all, const std::vector<std::string>& sensors, Change SensorChange::*which) {
-  double squares = 0;
-  double freedom = 0;
-  for (const std::string& sensor : sensors) {
-    std::vector<double> values;
-    for (const auto& session : all.sessions) {
-      for (const SensorChange& s : session.sensors) {
-        if (s.sensor == sensor) values.push_back((s.*which).value);
-      }
-    }
-    squares = add_squares(squares, values, 1);
-    freedom += static_cast<double>(values.size()) - 1;
-  }
-  return std::sqrt(squares / freedom);
 }
 
 // How the shifts of two sensors correlate, over all pairs; of few sessions drawn towards `general`.
@@ -132,7 +106,7 @@ void refuse_other_units(const std::string& sensor, const std::vector<Log>& logs,
   constexpr double kTimes = 10;
   std::vector<double> spans;
   for (const model::Spread& one : sessions) spans.push_back(one.span());
-  const double usual = median_of(spans);
+  const double usual = middle_value(spans);
   for (std::size_t i = 0; i < spans.size(); ++i) {
     if (spans[i] * kTimes > usual && spans[i] < kTimes * usual) continue;
     throw io::InputError(
@@ -172,6 +146,9 @@ Sessions compare(const std::vector<Log>& logs, const std::vector<std::string>& s
     throw io::InputError(fmt::format("{} session(s): at least {} are needed to say how they differ",
                                      logs.size(), kLeastSessions));
   std::mt19937 random(seed);
+  double shift_squares = 0;
+  double log_gain_squares = 0;
+  double freedom = 0;  // of both
   Sessions out;
   for (const Log& log : logs) out.sessions.push_back({log.name, log.t_s.back() - log.t_s.front(), {}});
   for (std::size_t s = 0; s < sensors.size(); ++s) {
@@ -183,7 +160,7 @@ Sessions compare(const std::vector<Log>& logs, const std::vector<std::string>& s
       std::erase_if(known, [](double u) { return std::isnan(u); });
       if (known.size() * 2 < logs[i].reading[s].size()) continue;  // it was not plugged in
       read.push_back(i);
-      if (!(spreads.emplace_back(spread_of(known, kSessionShares)).span() > 0))
+      if (!(spreads.emplace_back(spread_of(known, kSpreadShares)).span() > 0))
         throw io::InputError(fmt::format("{}: {} stands still: leave it out", logs[i].name, sensors[s]));
       readings.push_back(std::move(known));
     }
@@ -193,13 +170,22 @@ Sessions compare(const std::vector<Log>& logs, const std::vector<std::string>& s
                       read.size(), kLeastSessions));
     refuse_other_units(sensors[s], logs, read, spreads);
     const model::Spread mean = mean_of(spreads);
-    for (std::size_t k = 0; k < read.size(); ++k)
-      out.sessions[read[k]].sensors.push_back(change_of(sensors[s], readings[k], spreads[k], mean, random));
+    std::vector<double> shift;
+    std::vector<double> log_gain;
+    for (std::size_t k = 0; k < read.size(); ++k) {
+      const SensorChange change = change_of(sensors[s], readings[k], spreads[k], mean, random);
+      shift.push_back(change.shift.value);
+      log_gain.push_back(change.log_gain.value);
+      out.sessions[read[k]].sensors.push_back(change);
+    }
+    shift_squares = add_squares(shift_squares, shift, 1);
+    log_gain_squares = add_squares(log_gain_squares, log_gain, 1);
+    freedom += static_cast<double>(read.size()) - 1;
   }
   out.prior = shipped_prior();
   out.prior.sessions = static_cast<int>(logs.size());
-  out.prior.shift_sd = std::max(1e-3, deviation(out, sensors, &SensorChange::shift));
-  out.prior.log_gain_sd = std::max(1e-3, deviation(out, sensors, &SensorChange::log_gain));
+  out.prior.shift_sd = std::max(1e-3, std::sqrt(shift_squares / freedom));
+  out.prior.log_gain_sd = std::max(1e-3, std::sqrt(log_gain_squares / freedom));
   out.prior.alike = alike_of(out, shipped_prior().alike);
   return out;
 }
@@ -257,4 +243,4 @@ void save_results(const Sessions& sessions, const std::filesystem::path& folder)
   io::write_file(folder / "results.json", io::dump(json));
 }
 
-}  // namespace flexor::donning
+}  // namespace flexor::identify

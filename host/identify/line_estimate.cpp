@@ -1,0 +1,393 @@
+#include "host/identify/line_estimate.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "host/identify/levenberg_marquardt.hpp"
+#include "host/model/compensator.hpp"
+
+namespace flexor::identify {
+namespace {
+
+constexpr double kTold = 0.6;  // of the prior's deviation; a gain that is known no better stays one
+constexpr double kMostLogGain = 1.5;
+constexpr double kFreedom = 4;  // of the tails of a sensor's own shift
+
+// Standard deviations of where a pose lies, of the way from the open hand to the fist.
+constexpr double kOpenBent = 0.06;
+constexpr double kOpenBeyond = 0.02;
+constexpr double kFistShort = 0.3;
+constexpr double kFistBeyond = 0.02;
+
+constexpr double kTurnSd = 0.04;        // of one turn's reading, in spans, before any was seen
+constexpr double kEndSd = 0.01;         // of a quantile there
+constexpr double kDiffers = 0.5;        // of what the span differs by: where the middle may lie
+constexpr double kDiffersAtFist = 0.3;  // the same where the open hand repeats
+constexpr double kDiffersWhole = 0.4;   // of either, where every way goes from end to end
+constexpr double kSameEnd = 0.15;       // of the stretch's reach: turns that are nearer are at one end
+constexpr double kRepeats = 0.015;      // of the span: what its readings scatter by then
+constexpr double kSameMotion = 0.6;     // of the variance of where a motion lies: all fingers together
+
+constexpr double kLeastModelError_deg = 2;
+constexpr double kUnknownError_deg = 5;  // of a model that does not say
+constexpr double kMarks_deg = 3;
+constexpr double kNews_s = 1;
+constexpr double kHuber = 2;  // standard deviations
+constexpr double kStep = 1e-3;
+constexpr double kMoves_deg = 10;
+
+double made_of(const Line& line, const model::Spread& made, double reading) {
+  return made.middle() + std::exp(line.log_gain) * (reading - made.middle()) + line.shift * made.span();
+}
+
+// Shift and logarithm of the gain, of what `reading` is taken for; in spans.
+Eigen::RowVector2d derivative(const Line& line, const model::Spread& made, double reading) {
+  return {1, std::exp(line.log_gain) * (reading - made.middle()) / made.span()};
+}
+
+struct Place {
+  double at;
+  double slope;
+};
+
+// Of an unknown of unit variance: straight lines of either slope far from 0, smooth between them.
+Place sided(double x, double below, double above) {
+  const double root = std::hypot(x, 1.0);
+  return {(above + below) / 2 * x + (above - below) / 2 * (root - 1),
+          (above + below) / 2 + (above - below) / 2 * x / root};
+}
+
+// Of the mean of turns, in spans: what they scatter by, with kTurnSd for one more turn.
+double turn_variance(const std::vector<double>& turns, double span) {
+  const double n = std::max(1.0, static_cast<double>(turns.size()));
+  return add_squares(kTurnSd * kTurnSd, turns, span * span) / n / n;
+}
+
+// From 0 to 1: how surely the open end is where the hand is straight. Straight fingers can go no farther, a fist is as
+// tight as the wearer likes: where the open end comes back to one reading, what differs in reach differs at the fist.
+double open_repeats(const Stretch& s) {
+  if (s.bends == 0) return 0;
+  const std::vector<double>& ends = s.bends > 0 ? s.window.turns.low_ends : s.window.turns.high_ends;
+  const auto n = static_cast<double>(ends.size());
+  if (n < 2) return 0;
+  const double variance = add_squares(0, ends, n - 1);
+  return 1 / (1 + variance / std::pow(kRepeats * s.made.span(), 2));
+}
+
+// Each end twice or more, and no turn between: where a hand does nothing but open and close, its ends are the finger's.
+bool from_end_to_end(const Turns& turns) {
+  if (turns.low_ends.size() < 2 || turns.high_ends.size() < 2) return false;
+  const auto [lowest, highest_low] = std::ranges::minmax(turns.low_ends);
+  const auto [lowest_high, highest] = std::ranges::minmax(turns.high_ends);
+  const double same = kSameEnd * (highest - lowest);
+  return highest_low - lowest < same && highest - lowest_high < same;
+}
+
+Eigen::MatrixXd covariance_of(const Stretch& s) {
+  const auto n = static_cast<Eigen::Index>(s.made.reading.size());
+  const double span = s.made.span();
+  Eigen::VectorXd place(n);  // about the middle, in spans
+  for (Eigen::Index i = 0; i < n; ++i)
+    place(i) = (s.made.reading[static_cast<std::size_t>(i)] - s.made.middle()) / span;
+  const Eigen::VectorXd low = 0.5 - place.array();
+  const Eigen::VectorXd high = 0.5 + place.array();
+  const double differs = std::log(s.window.span() / span);
+  const double lacking = std::max(0.0, 1 - s.window.span() / span - s.prior.log_gain_sd);
+  const double repeats = open_repeats(s);
+  const double whole = from_end_to_end(s.window.turns) ? kDiffersWhole : 1;
+  const double differs_sd = std::abs(differs) * whole * (kDiffers + repeats * (kDiffersAtFist - kDiffers));
+  const double common = (1 - kSameMotion) * s.prior.motion_sd * s.prior.motion_sd + differs_sd * differs_sd;
+  const double reach = s.prior.reach_sd * s.prior.reach_sd + lacking * lacking;
+  const Eigen::VectorXd from_stay = place.array() + s.bends * 0.5 * repeats;
+  Eigen::MatrixXd out = Eigen::MatrixXd::Constant(n, n, common) + reach * from_stay * from_stay.transpose();
+  out += turn_variance(s.window.turns.low, span) * low * low.transpose();
+  out += turn_variance(s.window.turns.high, span) * high * high.transpose();
+  out.diagonal().array() += kEndSd * kEndSd;
+  out.diagonal().segment(1, n - 2).array() += s.prior.density_sd * s.prior.density_sd;
+  return out;
+}
+
+double error_of(const model::Joint& joint) {
+  if (!joint.accuracy) return kUnknownError_deg;
+  double square = 0;
+  for (const double e : joint.accuracy->standard_error_deg)
+    square += e * e / static_cast<double>(joint.accuracy->standard_error_deg.size());
+  return std::max(kLeastModelError_deg, std::sqrt(square));
+}
+
+// Angles of the seen joints, each over the grid.
+std::vector<std::vector<double>> angles_by(const std::vector<Line>& lines, const model::Model& model,
+                                           const Seen& seen) {
+  std::vector<model::Correction> correction;
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    correction.push_back(correction_of(lines[i], *model.inputs[i].readings));
+  model::Compensator<model::DoubleArithmetic> compensator(model);
+  std::vector<std::vector<double>> out(seen.joints.size());
+  std::vector<double> row(lines.size());
+  for (std::size_t k = 0; k < seen.reading.front().size(); ++k) {
+    for (std::size_t i = 0; i < row.size(); ++i) row[i] = correction[i](seen.reading[i][k]);
+    const auto samples = compensator.step(row);
+    for (std::size_t s = 0; s < out.size(); ++s) out[s].push_back(samples[seen.joints[s].joint].angle_deg);
+  }
+  return out;
+}
+
+// That count, of a part.
+struct SeenSample {
+  std::size_t joint;  // of those seen
+  std::size_t at;
+  double angle_deg;
+};
+
+std::vector<SeenSample> samples_of(const Seen& seen, double begin, double end) {
+  std::vector<SeenSample> out;
+  for (std::size_t s = 0; s < seen.joints.size(); ++s) {
+    const Seen::Angles& one = seen.joints[s];
+    const auto n = static_cast<double>(one.use.size());
+    for (auto k = static_cast<std::size_t>(begin * n); k < static_cast<std::size_t>(end * n); ++k) {
+      if (one.use[k]) out.push_back({s, k, one.angle_deg[k]});
+    }
+  }
+  return out;
+}
+
+// The residual whose square is a loss of the plain residual, and its slope.
+struct Softened {
+  double error;
+  double slope;
+};
+
+// Minus twice the logarithm of Student's density.
+Softened tailed(double e) {
+  if (std::abs(e) < 1e-6) return {e, 1};
+  const double out = std::copysign(std::sqrt(kFreedom * std::log1p(e * e / kFreedom)), e);
+  return {out, e / (1 + e * e / kFreedom) / out};
+}
+
+Softened pseudo_huber(double e) {
+  if (std::abs(e) < 1e-6) return {e, 1};
+  const double root = std::sqrt(1 + e * e / (kHuber * kHuber));
+  const double out = std::copysign(kHuber * std::sqrt(2 * (root - 1)), e);
+  return {out, e / root / out};
+}
+
+// Residuals of the prior and of all evidence. Unknown are shift and logarithm of the gain of each sensor, what all shifts have in
+// common, how both poses were held, where each stretch of motion lies, and how each joint's marks sit.
+class LineProblem {
+ public:
+  LineProblem(const model::Model& model, const std::vector<Prior>& priors, const Evidence& evidence)
+      : model_(model), priors_(priors), evidence_(evidence), sensors_(column(priors.size())) {
+    marks_ = sensors_ + 3 + std::ssize(evidence.motion);
+    size_ = marks_;
+    rows_ = std::ssize(evidence.poses);
+    for (const auto& log : evidence.motion) {
+      for (const Stretch& one : log) {
+        whitening_.emplace_back(covariance_of(one).llt().matrixL());
+        rows_ += std::ssize(one.made.reading);
+      }
+    }
+    if (evidence.seen != nullptr) {
+      samples_ = samples_of(*evidence.seen, 0, evidence.seen_end);
+      size_ += std::ssize(evidence.seen->joints);
+      rows_ += std::ssize(samples_);
+    }
+    rows_ += size_;
+  }
+
+  Eigen::Index size() const { return size_; }
+
+  std::vector<Line> lines(const Eigen::VectorXd& p) const {
+    std::vector<Line> out;
+    for (Eigen::Index i = 0; i < sensors_; i += 2) out.push_back({p(i), p(i + 1)});
+    return out;
+  }
+
+  Eigen::VectorXd operator()(const Eigen::VectorXd& p, Eigen::MatrixXd* jacobian) const {
+    Eigen::VectorXd r(rows_);
+    Eigen::MatrixXd j = Eigen::MatrixXd::Zero(rows_, size_);
+    add_prior(p, r, j);
+    Eigen::Index row = size_;
+    add_poses(p, row, r, j);
+    add_motion(p, row, r, j);
+    if (evidence_.seen != nullptr) add_camera(p, row, jacobian != nullptr, r, j);
+    if (jacobian != nullptr) *jacobian = std::move(j);
+    return r;
+  }
+
+  // From `p` on; the unknowns of `fixed` stay 0.
+  Eigen::VectorXd solved(Eigen::VectorXd p, const std::vector<Eigen::Index>& fixed = {}) const {
+    Eigen::VectorXd most = Eigen::VectorXd::Constant(size_, HUGE_VAL);
+    for (Eigen::Index gain = 1; gain < sensors_; gain += 2) most(gain) = kMostLogGain;
+    for (const Eigen::Index at : fixed) most(at) = 0;
+    (void)levenberg_marquardt(*this, -most, most, {100, 1e-12, 1e-9}, p);
+    return p;
+  }
+
+  // Of full rank by the prior's rows.
+  Eigen::MatrixXd covariance(const Eigen::VectorXd& p) const {
+    Eigen::MatrixXd jacobian;
+    (void)(*this)(p, &jacobian);
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jacobian);
+    const Eigen::MatrixXd upper = qr.matrixQR().topRows(size_).triangularView<Eigen::Upper>();
+    const Eigen::MatrixXd inverse =
+        upper.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(size_, size_));
+    return inverse * inverse.transpose();
+  }
+
+ private:
+  // The common shift in its standard deviations; of one sensor alone it is all of the shift's.
+  void add_prior(const Eigen::VectorXd& p, Eigen::VectorXd& r, Eigen::MatrixXd& j) const {
+    r.head(size_) = p;
+    j.topRows(size_).setIdentity();
+    for (Eigen::Index i = 0; i < sensors_; i += 2) {
+      const Prior& prior = priors_[static_cast<std::size_t>(i / 2)];
+      const double alike = priors_.size() > 1 ? prior.alike : 0;
+      const double common = prior.shift_sd * std::sqrt(alike);
+      const double own_sd = prior.shift_sd * std::sqrt(1 - alike);
+      const double off = (p(i) - common * p(sensors_)) / own_sd;
+      const Softened row = priors_.size() > 1 ? tailed(off) : Softened{off, 1};
+      r(i) = row.error;
+      j(i, i) = row.slope / own_sd;
+      j(i, sensors_) = -row.slope * common / own_sd;
+      r(i + 1) = p(i + 1) / prior.log_gain_sd;
+      j(i + 1, i + 1) = 1 / prior.log_gain_sd;
+    }
+  }
+
+  void add_poses(const Eigen::VectorXd& p, Eigen::Index& row, Eigen::VectorXd& r, Eigen::MatrixXd& j) const {
+    const std::vector<Line> all = lines(p);
+    const Place open = sided(p(sensors_ + 1), kOpenBeyond, kOpenBent);
+    const Place fist = sided(p(sensors_ + 2), kFistShort, kFistBeyond);
+    for (const Sighting& s : evidence_.poses) {
+      const model::Spread& made = *model_.inputs[s.sensor].readings;
+      const Place& place = s.fist ? fist : open;
+      r(row) =
+          ((made_of(all[s.sensor], made, s.reading) - s.made) / made.span() - s.pose * place.at) / s.error;
+      j.block<1, 2>(row, column(s.sensor)) = derivative(all[s.sensor], made, s.reading) / s.error;
+      j(row++, sensors_ + (s.fist ? 2 : 1)) = -s.pose * place.slope / s.error;
+    }
+  }
+
+  void add_motion(const Eigen::VectorXd& p, Eigen::Index& row, Eigen::VectorXd& r, Eigen::MatrixXd& j) const {
+    const std::vector<Line> all = lines(p);
+    auto whitening = whitening_.begin();
+    for (std::size_t log = 0; log < evidence_.motion.size(); ++log) {
+      const Eigen::Index lies = sensors_ + 3 + static_cast<Eigen::Index>(log);
+      for (const Stretch& one : evidence_.motion[log]) {
+        const auto n = std::ssize(one.made.reading);
+        auto error = r.segment(row, n);
+        auto rows = j.middleRows(row, n);
+        const double motion = one.prior.motion_sd * std::sqrt(kSameMotion);
+        for (Eigen::Index i = 0; i < n; ++i) {
+          const double reading = one.window.reading[static_cast<std::size_t>(i)];
+          const double made = one.made.reading[static_cast<std::size_t>(i)];
+          error(i) =
+              (made_of(all[one.sensor], one.made, reading) - made) / one.made.span() + motion * p(lies);
+          rows.block<1, 2>(i, column(one.sensor)) = derivative(all[one.sensor], one.made, reading);
+        }
+        rows.col(lies).setConstant(motion);
+        const auto lower = (whitening++)->triangularView<Eigen::Lower>();
+        lower.solveInPlace(error);
+        lower.solveInPlace(rows);
+        row += n;
+      }
+    }
+  }
+
+  void add_camera(const Eigen::VectorXd& p, Eigen::Index row, bool slopes, Eigen::VectorXd& r,
+                  Eigen::MatrixXd& j) const {
+    const Seen& seen = *evidence_.seen;
+    const auto now = angles_by(lines(p), model_, seen);
+    std::vector<std::vector<std::vector<double>>> moved;  // of each unknown of the sensors
+    for (Eigen::Index c = 0; slopes && c < sensors_; ++c) {
+      Eigen::VectorXd there = p;
+      there(c) += kStep;
+      moved.push_back(angles_by(lines(there), model_, seen));
+    }
+    const double repeats = std::sqrt(std::max(1.0, kNews_s / model_.sample_period_s));
+    for (const auto& [s, k, angle_deg] : samples_) {
+      const double error_deg = error_of(model_.joints[seen.joints[s].joint]);
+      const auto mark = marks_ + static_cast<Eigen::Index>(s);
+      const Softened soft = pseudo_huber((now[s][k] + kMarks_deg * p(mark) - angle_deg) / error_deg);
+      for (std::size_t c = 0; c < moved.size(); ++c)
+        j(row, static_cast<Eigen::Index>(c)) =
+            soft.slope / repeats * (moved[c][s][k] - now[s][k]) / (kStep * error_deg);
+      j(row, mark) = soft.slope / repeats * kMarks_deg / error_deg;
+      r(row++) = soft.error / repeats;
+    }
+  }
+
+  const model::Model& model_;
+  const std::vector<Prior>& priors_;
+  const Evidence& evidence_;
+  std::vector<Eigen::MatrixXd> whitening_;  // lower triangles of the covariances' Cholesky factors
+  std::vector<SeenSample> samples_;
+  Eigen::Index sensors_;  // their columns
+  Eigen::Index marks_;    // the first one's column
+  Eigen::Index size_;
+  Eigen::Index rows_;
+};
+
+}  // namespace
+
+model::Correction correction_of(const Line& line, const model::Spread& made) {
+  const double gain = std::exp(line.log_gain);
+  return {gain, made.middle() * (1 - gain) + line.shift * made.span()};
+}
+
+LineEstimate estimate(const model::Model& model, const std::vector<Prior>& priors, const Evidence& evidence) {
+  // A camera's rows bend most: their steps start where the others lead.
+  Evidence others = evidence;
+  others.seen = nullptr;
+  const LineProblem problem(model, priors, evidence);
+  Eigen::VectorXd p = Eigen::VectorXd::Zero(problem.size());
+  const LineProblem before(model, priors, others);
+  p.head(before.size()) = before.solved(p.head(before.size()));
+  if (evidence.seen != nullptr) p = problem.solved(p);
+  LineEstimate out;
+  out.covariance = problem.covariance(p);
+  std::vector<Eigen::Index> fixed;
+  for (std::size_t i = 0; i < priors.size(); ++i) {
+    const Eigen::Index at = column(i);
+    const auto& c = out.covariance;
+    FittedLine& fit =
+        out.fit.emplace_back(FittedLine{{}, false, c(at, at), c(at + 1, at + 1), c(at, at + 1)});
+    fit.gain_told = std::sqrt(fit.log_gain_variance) < kTold * priors[i].log_gain_sd;
+    if (!fit.gain_told) fixed.push_back(at + 1);
+  }
+  if (!fixed.empty()) p = problem.solved(p, fixed);
+  for (std::size_t i = 0; i < priors.size(); ++i) out.fit[i].line = problem.lines(p)[i];
+  return out;
+}
+
+double mean_square_deg2(const model::Model& model, const Seen& seen, double begin,
+                        const std::vector<Line>& lines) {
+  const auto now = angles_by(lines, model, seen);
+  const std::vector<SeenSample> samples = samples_of(seen, begin, 1);
+  double sum = 0;
+  for (const auto& [s, k, angle_deg] : samples) sum += (angle_deg - now[s][k]) * (angle_deg - now[s][k]);
+  return samples.empty() ? 0 : sum / static_cast<double>(samples.size());
+}
+
+std::vector<std::size_t> told_by_camera(const model::Model& model, const Seen& seen) {
+  const model::Graph graph(model);
+  std::vector<std::size_t> out;
+  for (const auto& one : seen.joints) {
+    double low = 1e9;
+    double high = -1e9;
+    for (std::size_t k = 0; k < one.use.size(); ++k) {
+      if (!one.use[k]) continue;
+      low = std::min(low, one.angle_deg[k]);
+      high = std::max(high, one.angle_deg[k]);
+    }
+    if (high - low < kMoves_deg) continue;
+    for (const std::size_t sensor : graph.inputs[graph.joint[one.joint]]) {
+      if (std::ranges::find(out, sensor) == out.end()) out.push_back(sensor);
+    }
+  }
+  return out;
+}
+
+}  // namespace flexor::identify

@@ -1,0 +1,105 @@
+// Where sensors lie and how far they reach since a glove was put on again: the most probable line of each, from held poses,
+// stretches of motion and a camera together.
+//
+//   made = middle + e^g (reading - middle) + s span
+// `made` is what the sensor read where the model was made, `middle` and `span` are those of its readings there. A glove moves
+// as a whole: s = c + a, of which c ~ N(0, alike shift_sd^2) is one for all sensors and a is each one's own, of variance
+// (1 - alike) shift_sd^2 with the tails of Student's t; g ~ N(0, log_gain_sd^2). Each piece of evidence adds residuals of unit
+// variance in (s, g, ...); the maximum a posteriori is their least-squares solution (levenberg_marquardt.hpp).
+// Source: S. Kay, Fundamentals of Statistical Signal Processing (1993), 11.5 (MAP of linear models); the tails: K. Lange and
+// others, Robust statistical modeling using the t distribution, JASA 84 (1989).
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "host/identify/donning_prior.hpp"
+#include "host/identify/window.hpp"
+#include "host/model/correction.hpp"
+#include "host/model/model.hpp"
+
+namespace flexor::identify {
+
+// Of one sensor, in spans and as a logarithm.
+struct Line {
+  double shift = 0;
+  double log_gain = 0;
+};
+
+model::Correction correction_of(const Line& line, const model::Spread& made);
+
+// Of a sensor's shift among the unknowns; that of its gain is the next.
+inline Eigen::Index column(std::size_t sensor) { return 2 * static_cast<Eigen::Index>(sensor); }
+
+// A reading of one sensor now, and what it would have been where the model was made; standard error in spans.
+struct Sighting {
+  std::size_t sensor = 0;
+  double reading = 0;
+  double made = 0;
+  double error = 0;
+  double pose = 0;  // from the open hand to the fist where the model was made, in spans
+  bool fist = false;
+};
+
+// What a stretch of motion shows of one sensor.
+struct Stretch {
+  std::size_t sensor = 0;
+  Window window;
+  model::Spread made;
+  Prior prior;
+  int bends = 0;  // Reach::bends
+};
+
+// Angles of joints beside the readings, every sample of the grid.
+struct Seen {
+  struct Angles {
+    std::size_t joint = 0;
+    std::vector<double> angle_deg;
+    std::vector<std::uint8_t> use;
+  };
+  std::vector<std::vector<double>> reading;  // of each input
+  std::vector<Angles> joints;
+};
+
+struct Evidence {
+  // Held poses. A hand errs as a whole as well: all of its fingers may be less open, or less closed, than they were. A fist that is
+  // not as tight is common, one that is tighter is not: how far a pose lies towards the open hand is broad, beyond the pose narrow.
+  std::vector<Sighting> poses = {};
+  // Of each log, the quantiles of its sensors' motion against those of the motion that the model was made from. Each end is known
+  // as well as the turns there repeat; another motion lies elsewhere by motion_sd, of whose variance a part is one for all sensors
+  // (the hand does the same with all of its fingers), and reaches farther by reach_sd; what lies between the ends has density_sd of
+  // its own besides. What the stretch lacks of the span, or goes beyond it, may be at either end: half of it is how far
+  // the middle may lie off (less where every turn is at one of two ends), and what is more than a gain makes likely counts as reach.
+  std::vector<std::vector<Stretch>> motion = {};
+  // A camera: of `seen` the share up to seen_end. Each sample's error is that of the model where it was proven, of which only one a
+  // second counts as new; each joint's marks sit otherwise by 3 degrees (an unknown of its own); large errors count by their size
+  // (pseudo-Huber).
+  const Seen* seen = nullptr;
+  double seen_end = 1;
+};
+
+// Of one sensor.
+struct FittedLine {
+  Line line;
+  bool gain_told = false;  // the evidence narrows the gain; else it stays as it is
+  double shift_variance = 0;
+  double log_gain_variance = 0;
+  double covariance = 0;
+};
+
+struct LineEstimate {
+  std::vector<FittedLine> fit;
+  Eigen::MatrixXd covariance;  // of all that is unknown, the sensors' shifts and logarithms of the gain first
+};
+
+// The inputs of `model` say what they read; a prior for each.
+LineEstimate estimate(const model::Model& model, const std::vector<Prior>& priors, const Evidence& evidence);
+
+// From `begin` on, a share, what the angles measured are off those of the model, whose sensors are corrected by `lines`.
+double mean_square_deg2(const model::Model& model, const Seen& seen, double begin,
+                        const std::vector<Line>& lines);
+
+// Sensors that a joint depends on which the camera saw move by 10 degrees or more.
+std::vector<std::size_t> told_by_camera(const model::Model& model, const Seen& seen);
+
+}  // namespace flexor::identify

@@ -25,8 +25,10 @@ constexpr std::size_t kTornRows = 5;
 constexpr double kTornShare = 0.1;
 constexpr std::size_t kSureRows =
     20;  // of a live log: behind them a row with a bad cell is malformed, in them the log is
-constexpr std::size_t kTitles = 40;        // lines in which the first row of numbers is looked for
-constexpr std::size_t kLiveRows = 20;      // of look-ahead where rows come as they are made
+constexpr std::size_t kTitles = 40;    // lines in which the first row of numbers is looked for
+constexpr std::size_t kLiveRows = 20;  // of look-ahead where rows come as they are made, and
+constexpr std::size_t kRows =
+    60'000;  // of a file: a sensor that gives nothing for ten minutes at 100 Hz is dead
 constexpr double kCounter = 4294967296.0;  // ticks of a 32-bit counter
 constexpr const char* kNoData = "has a header but no data";
 constexpr double kDay_s = 86400;
@@ -432,11 +434,10 @@ std::vector<std::size_t> CsvReader::columns_of_numbers() {
   enum class Kind { missing, number, text };
   std::vector<Kind> kind(header_.size(), Kind::missing);
   if (time_place_) kind[*time_place_] = Kind::text;
-  for (std::size_t k = 0; (k < kLiveRows || !options_.is_live) && std::ranges::count(kind, Kind::missing) > 0;
+  const std::size_t most = options_.is_live ? kLiveRows : kRows;
+  for (std::size_t k = 0; k < most && std::ranges::count(kind, Kind::missing) > 0 && peek(k) != nullptr;
        ++k) {
-    const Line* line = peek(k);
-    if (line == nullptr) break;
-    split_line(line->text);
+    split_line(ahead_[k].text);
     for (std::size_t i = 0; i < std::min(header_.size(), cells_.size()); ++i) {
       if (kind[i] != Kind::missing || is_missing(cells_[i])) continue;
       kind[i] = read_number(cells_[i], separator_) ? Kind::number : Kind::text;

@@ -34,12 +34,11 @@
 namespace flexor::recording {
 
 struct CsvOptions {
-  std::vector<std::string>
-      columns;  // to read; none: every column whose first cell that is not missing is a number
+  std::vector<std::string> columns;  // to read; none: all whose first number comes before any word, and soon
   TimeOptions time = {};
   bool holes = false;  // a missing reading is NaN; else its row is left out
   bool is_live =
-      false;  // rows come as they are made: few are looked ahead, and no bad cell among good ones ends it
+      false;  // rows come as they are made: few are looked ahead, no bad cell among good ones ends it
 };
 
 class CsvReader : public Source {

@@ -36,7 +36,7 @@ Angles::Angles(const std::filesystem::path& path, const AngleOptions& options)
     : source_(path == "-" ? "standard input" : path.string()),
       period_s_(options.rate_hz > 0 ? 1 / options.rate_hz : 0) {
   reader_ = std::make_unique<recording::CsvReader>(
-      path, recording::CsvOptions{options.columns, options.time, true});
+      path, recording::TableOptions{options.columns, options.time, true});
   if (options.columns.empty()) choose();
   find_joints();
   stream_ = std::make_unique<recording::Stream>(*reader_, recording::Resets::follow);

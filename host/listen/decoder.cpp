@@ -5,16 +5,14 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
-#include <limits>
 #include <set>
 #include <string_view>
 #include <utility>
 
 #include "host/recording/line_format.hpp"
 #include "host/recording/lines.hpp"
-#include "host/recording/time.hpp"
+#include "host/recording/table.hpp"
 #include "host/recording/unit.hpp"
 #include "runtime/link/receiver.hpp"
 
@@ -22,7 +20,6 @@ namespace flexor::listen {
 namespace {
 
 constexpr std::array<const char*, 5> kFingerNames = {"thumb", "index", "middle", "ring", "pinky"};
-constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kLongestLine = 4096;  // bytes; beyond it is no line of a glove's
 
 // A clock of 16 bits in milliseconds, which wraps every 65.5 s, made whole by the host's.
@@ -120,17 +117,8 @@ class FrameDecoder : public Decoder {
 };
 
 const char* remark_of(link::SensorStatus status) {
-  switch (status) {
-    case link::SensorStatus::ok:
-      return "";
-    case link::SensorStatus::open:
-      return "broken wire";
-    case link::SensorStatus::short_circuit:
-      return "short circuit";
-    case link::SensorStatus::stuck:
-      break;
-  }
-  return "stuck";
+  static constexpr std::array kNames = {"", "broken wire", "short circuit", "stuck"};
+  return kNames.at(std::min(static_cast<std::size_t>(status), kNames.size() - 1));
 }
 
 class GloveFrames : public FrameDecoder {
@@ -247,59 +235,6 @@ class HandFrames : public FrameDecoder {
   }
 };
 
-// What comes as lines.
-class TextDecoder : public Decoder {
- public:
-  void push(std::span<const std::uint8_t> bytes, double host_s, std::vector<Sample>& out) final {
-    for (const std::uint8_t byte : bytes) {
-      ++tally_.bytes;
-      if (byte != '\n') {
-        if (line_.size() <= kLongestLine) line_ += static_cast<char>(byte);
-        continue;
-      }
-      const std::uint64_t size = line_.size() + 1;
-      if (!line_.empty() && line_.back() == '\r') line_.pop_back();
-      if (std::exchange(is_piece_, false)) {
-        if (size <= kLongestLine) take_piece(line_);
-      } else if (size <= kLongestLine && take(line_, host_s, out)) {
-        tally_.understood += size;
-      } else {
-        ++tally_.torn;
-      }
-      line_.clear();
-    }
-  }
-
-  void cut() override {
-    if (!is_piece_ && !line_.empty()) ++tally_.torn;
-    line_.clear();
-    is_piece_ = true;
-  }
-
- protected:
-  virtual bool take(const std::string& line, double host_s, std::vector<Sample>& out) = 0;
-  // The first line of a port, which as a rule is the end of one.
-  virtual void take_piece(const std::string& /*line*/) {}
-
-  void give(Sample sample, std::vector<Sample>& out) {
-    count_sample();
-    out.push_back(std::move(sample));
-  }
-
- private:
-  std::string line_;
-  bool is_piece_ = false;
-};
-
-bool is_name(std::string_view cell) {
-  return !recording::is_missing(cell) && !recording::to_number(cell) && !recording::to_time(cell);
-}
-
-bool is_written_time(std::string_view cell) {
-  const auto time = recording::to_time(cell);
-  return time && time->format != recording::TimeFormat::number;
-}
-
 // A recording has a t_s and a host_s of its own, and is read by names: one that is taken gets a number.
 std::vector<std::string> without_clashes(const std::vector<std::string>& names) {
   std::set<std::string> given = {"t_s", "host_s"};
@@ -314,259 +249,96 @@ std::vector<std::string> without_clashes(const std::vector<std::string>& names) 
   return out;
 }
 
-// `keyed`: text for VR drivers, and nothing else.
-class LineDecoder : public TextDecoder {
+// What comes as lines; `keyed`: text for VR drivers, and nothing else.
+class LineDecoder : public Decoder {
  public:
   explicit LineDecoder(bool keyed) : keyed_(keyed) {}
+
+  void push(std::span<const std::uint8_t> bytes, double host_s, std::vector<Sample>& out) override {
+    for (const std::uint8_t byte : bytes) {
+      ++tally_.bytes;
+      ++line_.bytes;
+      if (!splitter_.push(byte)) continue;
+      line_.host_s = host_s;
+      std::swap(line_.text, splitter_.line());
+      if (!push_line()) ++tally_.torn;
+      splitter_.cut();
+      line_.bytes = 0;
+      take_all(out);
+    }
+  }
+
   void cut() override {
-    TextDecoder::cut();
-    is_fresh_ = true;
-  }
-  std::string refusal() const override { return refusal_; }
-
- protected:
-  bool take(const std::string& line, double host_s, std::vector<Sample>& out) override {
-    std::string text(recording::trimmed(line));
-    if (!recording::is_utf8(text)) text = recording::latin1_to_utf8(text);
-    std::string monitor_time;
-    (void)recording::cut_at_arrow(text, monitor_time);
-    if (text.empty() || text.front() == '#' || !refusal_.empty()) return true;
-    if (!split(text) && tally_.samples > 0) count_misfit(0, names_.size());
-    if (cells_.label.empty() && (keyed_ || cells_.layout != recording::Layout::table))
-      return keyed_ && cells_.layout == recording::Layout::keyed;  // what the glove is
-    if (!cells_.label.empty() && !take_labels()) return false;
-    std::vector<std::string>& cells = cells_.value;
-    while (cells.size() > std::max<std::size_t>(names_.size(), 1) && cells.back().empty()) cells.pop_back();
-    const bool is_header =
-        cells_.label.empty() && std::ranges::all_of(cells, is_name) &&
-        std::ranges::none_of(cells, [this](const auto& cell) { return number(cell).has_value(); });
-    const bool is_row =
-        !is_header || (!cells[0].empty() && number(cells[0].substr(0, 1)));  // "1;2" is a name, too
-    if (has_header_ && tally_.samples == 0 && cells.size() == names_.size()) {
-      if (recording::is_units_row(cells)) return take_units(cells);
-      if (!is_header) find_time(cells);
-    }
-    if (!is_header && cells.size() == order_.size()) cells = in_own_order(order_, std::move(cells));
-    std::vector<double> numbers = is_header ? std::vector<double>() : numbers_in(cells);
-    const bool is_text = !is_row || (numbers.empty() && cells.size() == names_.size());
-    const std::size_t found = is_text ? 0 : cells.size();
-    if (tally_.samples > 0 && found != names_.size() && (is_text || found != other_.size()))
-      count_misfit(found, names_.size());
-    if (is_header) return take_header(cells);
-    if (numbers.empty()) return false;
-    if (names_.empty() && !take_names(cells)) return true;
-    if (is_anothers(numbers.size())) return true;
-    if (numbers.size() != names_.size()) return false;
-    is_fresh_ = false;
-    if (time_ && std::isnan(numbers[*time_])) return false;
-    Sample sample{host_s, {}, {}, {}};
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-      if (time_ == i) {
-        sample.board_s = numbers[i] * unit_s_;
-      } else if (!is_text_[i]) {
-        sample.value.push_back(numbers[i]);
-      }
-    }
-    give(std::move(sample), out);
-    return true;
+    if (!is_piece_ && line_.bytes > 0) ++tally_.torn;
+    splitter_.cut();
+    line_.bytes = 0;
+    is_piece_ = true;
+    table_.cut();
   }
 
-  // A board that starts when its port is opened begins with its header.
-  void take_piece(const std::string& line) override {
-    const char separator = separator_ == 0 ? recording::separator_of(line) : separator_;
-    std::vector<std::string> cells;
-    recording::split(line, separator, cells);
-    if (keyed_ || cells.size() < 2 || !std::ranges::all_of(cells, is_name)) return;
-    separator_ = separator;
-    take_header(cells);
+  std::string refusal() const override {
+    if (table_.refusal().empty()) return {};
+    return "another glove speaks: its columns are " + table_.refusal();
   }
 
  private:
-  // Into cells_; false, and no cells, where it is no line of this format.
-  bool split(const std::string& text) {
-    const bool has_labels = recording::read_labelled(text, cells_);
-    if (has_labels && (cells_.layout == recording::Layout::keyed) == keyed_) return true;
-    cells_ = {has_labels ? recording::Layout::labelled : recording::Layout::table, {}, {}};
-    if (has_labels || keyed_) return false;
-    if (names_.empty() || (has_header_ && tally_.samples == 0)) separator_ = recording::separator_of(text);
-    recording::split(text, separator_, cells_.value);
-    return true;
-  }
-
-  // A labelled row says itself whose it is; another glove's are known by two alike, for a label may be torn. Text for VR drivers
-  // has the fingers that it has.
-  bool take_labels() {
-    const std::vector<std::string>& label = cells_.label;
-    std::vector<std::string> value = in_own_order(label, cells_.value);
-    if (!names_.empty() && value.size() == names_.size() && (keyed_ || label.size() == value.size())) {
-      cells_.value = std::move(value);
-      order_.clear();
-      other_.clear();
-      return true;
+  // The first line of a port is as a rule the end of one; but a board that starts when its port is opened begins with its header.
+  bool push_line() {
+    std::string& text = line_.text;
+    const bool is_piece = std::exchange(is_piece_, false);
+    if (line_.bytes > kLongestLine) return is_piece;
+    std::string monitor_time;
+    (void)recording::cut_at_arrow(text, monitor_time);
+    recording::Cells cells;
+    const bool is_keyed = recording::read_labelled(text, cells) && cells.layout == recording::Layout::keyed;
+    if (is_piece) {
+      const char separator = recording::separator_of(text);
+      recording::split(text, separator, cells.value);
+      if (keyed_ || cells.value.size() < 2 || !recording::is_header(cells.value, separator)) return true;
     }
-    if (keyed_ && !names_.empty()) {
-      count_misfit(label.size(), names_.size());
+    const std::string_view inner = recording::trimmed(text);
+    const bool is_blank = inner.empty() || inner.front() == '#';
+    if (is_keyed != keyed_ && !is_blank) {
+      if (tally_.samples > 0) count_misfit(0, table_.width());
       return false;
     }
-    const bool is_again = !other_.empty() && label == other_;
-    if (take_header(label)) return true;
-    if (is_again) is_anothers(label.size());
-    return false;
-  }
-
-  std::optional<double> number(std::string_view cell) const {
-    const auto parsed = recording::read_number(cell, separator_);
-    if (!parsed || !recording::is_measurement(parsed->value)) return {};
-    return parsed->value;
-  }
-
-  // A sensor that is dead is missing, NaN, beside others that are not, once it is known what the columns are. Empty: torn.
-  std::vector<double> numbers_in(const std::vector<std::string>& cells) const {
-    std::vector<double> out;
-    for (const std::string& cell : cells) {
-      const bool is_written = (time_ == out.size() || names_.empty()) && is_written_time(cell);
-      const bool is_missing = !names_.empty() && (recording::is_missing(cell) || is_text_[out.size()]);
-      const std::optional<double> value = is_missing   ? kMissing
-                                          : is_written ? recording::to_time(cell)->value
-                                                       : number(cell);
-      if (!value) return {};
-      out.push_back(*value);
-    }
-    return std::ranges::all_of(out, [](double value) { return std::isnan(value); }) ? std::vector<double>()
-                                                                                    : out;
-  }
-
-  // By the first row: a written time beats a number without a unit; words are no readings, nor is a date beside its clock.
-  void find_time(const std::vector<std::string>& cells) {
-    std::optional<double> unit_s;
-    const bool states_unit = time_ && recording::is_time_name(names_[*time_], unit_s) && unit_s;
-    const auto written = std::ranges::find_if(cells, is_written_time);
-    if (written != cells.end() && !states_unit && !(time_ && is_written_time(cells[*time_])))
-      time_ = static_cast<std::size_t>(written - cells.begin());
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      const bool is_read = recording::is_missing(cells[i]) || recording::read_number(cells[i], separator_);
-      const bool is_word = !cells[i].empty() && std::isalpha(static_cast<unsigned char>(cells[i][0])) != 0;
-      is_text_[i] = !is_read && time_ != i && (is_word || recording::is_time_name(names_[i], unit_s));
-    }
-    const auto words = static_cast<std::size_t>(std::ranges::count(is_text_, true));
-    if (words + (time_ ? 1 : 0) == cells.size()) is_text_.assign(cells.size(), false);  // a torn row
-    name_columns();
-  }
-
-  // Of a row below the header.
-  bool take_units(const std::vector<std::string>& cells) {
-    for (std::size_t i = 0, column = 0; i < cells.size(); ++i) {
-      if (time_ == i) unit_s_ = recording::seconds_in(cells[i]).value_or(unit_s_);
-      if (time_ == i || is_text_[i]) continue;
-      std::string& name = columns_[column++];
-      const auto unit = recording::known_unit(cells[i]);
-      if (unit && recording::unit_of(name).empty()) name += "_" + *unit;
-    }
+    if (!table_.push(line_)) tally_.understood += line_.bytes;
     return true;
   }
 
-  // The header again, as after a reset of the board, is no sample and nothing torn.
-  bool take_header(const std::vector<std::string>& names) {
-    if (tally_.samples > 0) return take_later_header(names);
-    if (names == names_) return true;
-    if (names.size() < 2 && !keyed_) {
-      separator_ = 0;  // a greeting
-      return false;
+  void take_all(std::vector<Sample>& out) {
+    using Take = recording::TableReader::Take;
+    recording::Row row;
+    for (Take take = table_.take(row); take != Take::none; take = table_.take(row)) {
+      const recording::Line& line = table_.line();
+      const bool is_torn = take == Take::malformed || take == Take::unmeasured;
+      tally_.torn += is_torn ? 1 : 0;
+      tally_.understood += is_torn ? 0 : line.bytes;
+      if (take == Take::row) {
+        if (tally_.samples == 0) name_columns();
+        const auto board_s = table_.has_time() ? std::optional(row.t_s) : std::nullopt;
+        count_sample();
+        out.push_back({line.host_s, board_s, row.value, {}});
+      } else if (tally_.samples > 0 && table_.found() != table_.width()) {
+        count_misfit(table_.found(), table_.width());
+      }
     }
-    names_ = names;
-    has_header_ = true;
-    time_.reset();
-    is_text_.clear();
-    std::optional<double> unit_s;
-    for (std::size_t i = 0; i < names_.size() && !time_; ++i) {
-      if (recording::is_time_name(names_[i], unit_s)) time_ = i;
-    }
-    if (time_) unit_s_ = unit_s.value_or(1);
-    name_columns();
-    return true;
-  }
-
-  // Of the glove that was plugged in again, or another. A greeting shares no name with a header, and where nothing was
-  // plugged in a greeting is all that it can be. Without a header before, no name is wrong.
-  bool take_later_header(const std::vector<std::string>& names) {
-    if (std::vector<std::string> order = ordered_as(names); !order.empty()) {
-      order_ = std::move(order);
-      other_.clear();
-      return true;
-    }
-    const bool shares = std::ranges::any_of(
-        names, [this](const std::string& name) { return std::ranges::find(names_, name) != names_.end(); });
-    if (has_header_ && names.size() > 1 && (is_fresh_ || shares)) other_ = names;
-    return false;
-  }
-
-  // The names of the first header as this one orders them; empty: they are not the same. The first one may be torn, or stand
-  // behind half a row.
-  std::vector<std::string> ordered_as(std::vector<std::string> names) const {
-    for (const std::string& name : names_) {
-      const bool is_torn = names[0].ends_with(name) || name.ends_with(names[0]);
-      if (is_torn && std::ranges::count(names, name) == 0) names[0] = name;
-    }
-    return std::ranges::is_permutation(names, names_) ? names : std::vector<std::string>();
-  }
-
-  // Cells under `names` in the order of the first header, as far as they are there.
-  std::vector<std::string> in_own_order(const std::vector<std::string>& names,
-                                        std::vector<std::string> cells) const {
-    if (names.empty() || names == names_) return cells;
-    std::vector<std::string> out;
-    for (const std::string& name : names_) {
-      const auto at = static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
-      if (at < cells.size()) out.push_back(cells[at]);
-    }
-    return out;
-  }
-
-  // Whether a row of so many numbers is of the other header that came last.
-  bool is_anothers(std::size_t count) {
-    if (other_.empty()) return false;
-    if (count == other_.size()) {
-      refusal_ = fmt::format("another glove speaks: its columns are {}, and they were {}",
-                             fmt::join(other_, ","), fmt::join(names_, ","));
-    }
-    other_.clear();
-    return !refusal_.empty();
-  }
-
-  // Without a header only times of day are a clock for sure. The first line may be half a one: two must agree.
-  bool take_names(const std::vector<std::string>& cells) {
-    const std::size_t count = cells.size();
-    if (std::exchange(count_before_, count) != count) return false;
-    for (std::size_t i = 0; i < count; ++i) {
-      names_.push_back(fmt::format("column{}", i + 1));
-      if (!time_ && !number(cells[i])) time_ = i;
-    }
-    name_columns();
-    return true;
   }
 
   void name_columns() {
-    is_text_.resize(names_.size());
-    columns_.clear();
-    for (std::size_t i = 0; i < names_.size(); ++i) {
-      if (time_ != i && !is_text_[i]) columns_.push_back(names_[i]);
+    std::vector<std::string> names = table_.columns();
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const std::string& unit = table_.units()[i];
+      if (!unit.empty() && recording::unit_of(names[i]).empty()) names[i] += "_" + unit;
     }
-    columns_ = without_clashes(columns_);
+    columns_ = without_clashes(names);
   }
 
   bool keyed_;
-  char separator_ = 0;
-  recording::Cells cells_;
-  std::vector<std::string> names_;
-  std::size_t count_before_ = 0;
-  std::optional<std::size_t> time_;
-  std::vector<bool> is_text_;  // columns of words
-  bool has_header_ = false;
-  bool is_fresh_ = false;           // plugged in, and no row came yet
-  std::vector<std::string> order_;  // of the header that came last; empty: that of the first
-  std::vector<std::string> other_;  // a header with other names; no row came yet
-  std::string refusal_;
-  double unit_s_ = 1;
+  bool is_piece_ = false;
+  recording::LineSplitter splitter_{kLongestLine};
+  recording::Line line_;
+  recording::TableReader table_{{.columns = {}, .holes = true, .from = recording::From::port}};
 };
 
 // None: too little of it for this format.
@@ -599,31 +371,15 @@ std::string misfit_in_words(const Misfit& misfit) {
 }
 
 const char* name_of(Format format) {
-  switch (format) {
-    case Format::frames:
-      return "Flexor's frames";
-    case Format::hand:
-      return "a hand's telemetry";
-    case Format::gloves:
-      return "text for VR drivers";
-    case Format::lines:
-      break;
-  }
-  return "lines of numbers";
+  static constexpr std::array kNames = {"Flexor's frames", "a hand's telemetry", "text for VR drivers",
+                                        "lines of numbers"};
+  return kNames.at(static_cast<std::size_t>(format));
 }
 
 std::unique_ptr<Decoder> make_decoder(Format format, bool readings) {
-  switch (format) {
-    case Format::frames:
-      return std::make_unique<GloveFrames>(readings);
-    case Format::hand:
-      return std::make_unique<HandFrames>();
-    case Format::gloves:
-      return std::make_unique<LineDecoder>(true);
-    case Format::lines:
-      break;
-  }
-  return std::make_unique<LineDecoder>(false);
+  if (format == Format::frames) return std::make_unique<GloveFrames>(readings);
+  if (format == Format::hand) return std::make_unique<HandFrames>();
+  return std::make_unique<LineDecoder>(format == Format::gloves);
 }
 
 std::optional<Guess> guess(std::span<const std::uint8_t> bytes, bool readings) {

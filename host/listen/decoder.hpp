@@ -5,12 +5,8 @@
 // hand    a hand's telemetry: of each finger its angle, the motor's duty in percent of the supply, positive to flex, and
 //         its fault; and the board's faults, as bits (runtime/hand/README.md)
 // gloves  text for VR drivers, alpha and beta encodings (runtime/link/opengloves.hpp)
-// lines   numbers separated by comma, semicolon, tab or blanks, a line for each sample, with a header or without one:
-//         what the logging sketch writes, and most sketches that people have. nan, or nothing between two separators, is
-//         a reading that is missing, where the columns are known. A header that comes again may have its names in another order:
-//         the values keep their columns. One with other names is another glove's, of which nothing is taken.
-//         Also with labels, as serial plotters take them (thumb:512,index:498), behind the Arduino IDE's clock
-//         (17:03:50.753 -> 512,498), and with decimal commas between semicolons
+// lines   as host/recording/table.hpp has them, but text for VR drivers; units below a header become a part of the names.
+//         A header with other names is another glove's, of which nothing is taken
 #pragma once
 
 #include <cstdint>

@@ -50,7 +50,7 @@ TEST(Frames, GiveAnglesStatesAndAClockThatGoesOnAfterItsWrap) {
 TEST(Lines, ALineWithoutValuesBehindItsTimeIsNoRow) {
   const auto decoder = make_decoder(Format::lines);
   decoded(*decoder, bytes_of("1\n2\n12:03:11.123 -> \n"));
-  EXPECT_EQ(decoder->tally().samples, 1U);
+  EXPECT_EQ(decoder->tally().samples, 2U);
 }
 
 TEST(Lines, RowsOfAnotherNumberOfValuesAreToldWhileTheyCome) {
@@ -296,7 +296,9 @@ TEST(Lines, ThatLackAllReadingsNameNoColumnsAndAreNoSamples) {
 
 std::vector<std::string> columns_of(const std::string& header) {
   const auto decoder = make_decoder(Format::lines);
-  decoded(*decoder, bytes_of(header + "\n"));
+  std::string row = "1";
+  for (auto k = std::ranges::count(header, ','); k > 0; --k) row += ",1";
+  decoded(*decoder, bytes_of(header + "\n" + row + "\n"));
   return decoder->columns();
 }
 

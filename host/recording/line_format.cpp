@@ -143,6 +143,16 @@ std::optional<Number> read_number(std::string_view cell, char separator) {
   return Number{*value, ','};
 }
 
+bool is_number_or_time(const std::string& cell, char separator) {
+  return read_number(cell, separator) || to_time(cell);
+}
+
+bool is_header(const std::vector<std::string>& cells, char separator) {
+  return std::ranges::none_of(cells, [separator](const std::string& cell) {
+    return is_missing(cell) || is_number_or_time(cell, separator);
+  });
+}
+
 bool is_time_name(std::string_view column, std::optional<double>& unit_s) {
   const NameAndUnit cut = cut_name(column);
   unit_s = seconds_in(cut.unit);

@@ -42,6 +42,11 @@ struct Number {
 // With a decimal comma only where commas do not separate.
 std::optional<Number> read_number(std::string_view cell, char separator);
 
+bool is_number_or_time(const std::string& cell, char separator);
+
+// Cells that could all be names.
+bool is_header(const std::vector<std::string>& cells, char separator);
+
 // Whether a column is called like a time; `unit_s` then has the seconds of the unit that the name states.
 bool is_time_name(std::string_view column, std::optional<double>& unit_s);
 

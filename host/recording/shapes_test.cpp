@@ -53,7 +53,7 @@ TEST(Shapes, AMalformedRowAmongGoodOnesIsLeftOutAndCounted) {
     std::string text = "t_s,flex\n";
     for (int k = 0; k < 60; ++k) text += std::to_string(k * 0.05) + ",10\n" + (k == 30 ? bad : "");
     std::istringstream stream(text);
-    CsvReader reader(stream, "log.csv", {{"flex"}, {}, false, true});
+    CsvReader reader(stream, "log.csv", {{"flex"}, {}, false, From::pipe});
     const Recording r = read(reader);
     EXPECT_EQ(r.t_s.size(), 60U) << bad;
     EXPECT_EQ(r.warnings, std::vector<std::string>{

@@ -11,96 +11,41 @@
 namespace flexor::recording {
 namespace {
 
-// Takes pieces off the front of a text; false and nothing taken where the piece is not there.
-class Scanner {
- public:
-  explicit Scanner(std::string_view text) : rest_(text) {}
-
-  bool digits(int& value, std::size_t least, std::size_t most) {
-    std::size_t n = 0;
-    int v = 0;
-    while (n < rest_.size() && n < most && rest_[n] >= '0' && rest_[n] <= '9')
-      v = v * 10 + (rest_[n++] - '0');
-    if (n < least || (n < rest_.size() && rest_[n] >= '0' && rest_[n] <= '9')) return false;
-    value = v;
-    rest_.remove_prefix(n);
-    return true;
+// Takes numbers off the front of a text, by a pattern: d has 1 or 2 digits, m 2, y 4, s is seconds[.fff] or [,fff].
+bool take(std::string_view& text, std::string_view pattern, double* value) {
+  const auto digit = [&](std::size_t n) { return n < text.size() && text[n] >= '0' && text[n] <= '9'; };
+  for (const char p : pattern) {
+    const bool is_number = std::string_view("dmys").find(p) != std::string_view::npos;
+    std::size_t n = is_number || !text.starts_with(p) ? 0 : 1;
+    for (*value = 0; is_number && digit(n); ++n) *value = *value * 10 + (text[n] - '0');
+    if (n < (p == 'y' ? 4U : p == 'm' ? 2U : 1U) || n > (p == 'y' ? 4U : 2U)) return false;
+    if (p == 's' && n < text.size() && (text[n] == '.' || text[n] == ',')) {
+      if (!digit(n + 1)) return false;
+      double unit = 0.1;
+      for (++n; digit(n); ++n, unit /= 10) *value += unit * (text[n] - '0');
+    }
+    text.remove_prefix(n);
+    if (is_number) ++value;
   }
+  return true;
+}
 
-  bool one(char wanted) {
-    if (rest_.empty() || rest_.front() != wanted) return false;
-    rest_.remove_prefix(1);
-    return true;
+// Of the day, AM or PM behind it or not.
+bool take_clock(std::string_view& text, double& value_s) {
+  std::array<double, 4> of{};  // hour, minute, second
+  if (!take(text, "d:m:s", of.data()) || of[0] > 24 || of[1] > 59 || of[2] >= 61) return false;
+  const std::string half = lower(trimmed(text));
+  if (half == "am" || half == "pm") {
+    text = {};
+    if (of[0] < 1 || of[0] > 12) return false;
+    of[0] = (of[0] < 12 ? of[0] : 0) + (half == "pm" ? 12 : 0);
   }
+  value_s = of[0] * 3600 + of[1] * 60 + of[2];
+  return true;
+}
 
-  // ss[.fff] or ss[,fff]
-  bool seconds(double& value) {
-    int whole = 0;
-    if (!digits(whole, 1, 2)) return false;
-    value = whole;
-    if (!one('.') && !one(',')) return true;
-    double unit = 0.1;
-    std::size_t n = 0;
-    for (; n < rest_.size() && rest_[n] >= '0' && rest_[n] <= '9'; ++n, unit /= 10)
-      value += unit * (rest_[n] - '0');
-    rest_.remove_prefix(n);
-    return n > 0;
-  }
-
-  bool clock(double& value_s) {
-    int hour = 0;
-    int minute = 0;
-    double second = 0;
-    if (!digits(hour, 1, 2) || !one(':') || !digits(minute, 2, 2) || !one(':') || !seconds(second))
-      return false;
-    if (hour > 24 || minute > 59 || second >= 61 || !half_of_day(hour)) return false;
-    value_s = hour * 3600 + minute * 60 + second;
-    return true;
-  }
-
-  // mm:ss.fff
-  bool minutes(double& value_s) {
-    int minute = 0;
-    double second = 0;
-    if (!digits(minute, 1, 2) || !one(':') || rest_.find_first_of(".,") != 2 || !seconds(second))
-      return false;
-    if (minute > 59 || second >= 61) return false;
-    value_s = minute * 60 + second;
-    return true;
-  }
-
-  bool zone(double& value_s) {
-    value_s = 0;
-    if (rest_.empty() || one('Z')) return true;
-    const bool east = one('+');
-    int hour = 0;
-    int minute = 0;
-    if ((!east && !one('-')) || !digits(hour, 2, 2) || !one(':') || !digits(minute, 2, 2)) return false;
-    value_s = (east ? 1 : -1) * (hour * 3600.0 + minute * 60.0);
-    return true;
-  }
-
-  void blanks() {
-    while (!rest_.empty() && rest_.front() == ' ') rest_.remove_prefix(1);
-  }
-  bool at_end() const { return rest_.empty(); }
-
- private:
-  // AM or PM, if it stands there; false where the hour is none of it.
-  bool half_of_day(int& hour) {
-    const std::string text = lower(trimmed(rest_));
-    if (text != "am" && text != "pm") return true;
-    rest_ = {};
-    if (hour < 1 || hour > 12) return false;
-    hour = hour % 12 + (text == "pm" ? 12 : 0);
-    return true;
-  }
-
-  std::string_view rest_;
-};
-
-std::optional<double> since_1970(int year, int month, int day) {
-  const std::chrono::year_month_day date{std::chrono::year(year),
+std::optional<double> since_1970(double year, double month, double day) {
+  const std::chrono::year_month_day date{std::chrono::year(static_cast<int>(year)),
                                          std::chrono::month(static_cast<unsigned>(month)),
                                          std::chrono::day(static_cast<unsigned>(day))};
   if (!date.ok()) return std::nullopt;
@@ -108,49 +53,40 @@ std::optional<double> since_1970(int year, int month, int day) {
 }
 
 std::optional<double> to_iso(std::string_view text) {
-  Scanner s(text);
-  int year = 0;
-  int month = 0;
-  int day = 0;
+  std::array<double, 4> of{};
+  std::array<double, 3> zone{};
   double clock_s = 0;
-  double zone_s = 0;
-  if (!s.digits(year, 4, 4) || !s.one('-') || !s.digits(month, 1, 2) || !s.one('-') || !s.digits(day, 1, 2) ||
-      (!s.one('T') && !s.one(' ')) || !s.clock(clock_s)) {
+  if (!take(text, "y-d-d", of.data()) || (!text.starts_with('T') && !text.starts_with(' ')))
     return std::nullopt;
-  }
-  s.blanks();
-  if (!s.zone(zone_s) || !s.at_end()) return std::nullopt;
-  const auto date = since_1970(year, month, day);
-  if (!date) return std::nullopt;
-  return *date + clock_s - zone_s;
+  text.remove_prefix(1);
+  if (!take_clock(text, clock_s)) return std::nullopt;
+  text = trimmed(text);
+  const double sign = text.starts_with('-') ? -1 : 1;
+  if (text == "Z") text = {};
+  if (!text.empty() && !take(text, sign < 0 ? "-m:m" : "+m:m", zone.data())) return std::nullopt;
+  const auto date = since_1970(of[0], of[1], of[2]);
+  if (!date || !text.empty()) return std::nullopt;
+  return *date + clock_s - sign * (zone[0] * 3600 + zone[1] * 60);
 }
 
 struct Date {
-  int first;
-  int second;
+  double first;
+  double second;
   double value;  // day first; where that is no date, month first
 };
 
 // dd.mm.yyyy or dd/mm/yyyy, then a clock.
 std::optional<Date> to_date(std::string_view text, char separator) {
-  Scanner s(text);
-  int first = 0;
-  int second = 0;
-  int year = 0;
+  std::array<double, 4> of{};
   double clock_s = 0;
-  if (!s.digits(first, 1, 2) || !s.one(separator) || !s.digits(second, 1, 2) || !s.one(separator) ||
-      !s.digits(year, 4, 4)) {
-    return std::nullopt;
-  }
-  (void)s.one(',');
-  s.blanks();
-  if (!s.clock(clock_s)) return std::nullopt;
-  s.blanks();
-  if (!s.at_end()) return std::nullopt;
-  auto date = since_1970(year, second, first);
-  if (!date && separator == '/') date = since_1970(year, first, second);
+  if (!take(text, separator == '.' ? "d.d.y" : "d/d/y", of.data())) return std::nullopt;
+  if (text.starts_with(',')) text.remove_prefix(1);
+  text = trimmed(text);
+  if (!take_clock(text, clock_s) || !trimmed(text).empty()) return std::nullopt;
+  auto date = since_1970(of[2], of[1], of[0]);
+  if (!date && separator == '/') date = since_1970(of[2], of[0], of[1]);
   if (!date) return std::nullopt;
-  return Date{first, second, *date + clock_s};
+  return Date{of[0], of[1], *date + clock_s};
 }
 
 }  // namespace
@@ -188,11 +124,13 @@ std::optional<Time> to_time(std::string_view text) {
   if (const auto iso = to_iso(text)) return Time{TimeFormat::iso, *iso};
   if (const auto date = to_date(text, '.')) return Time{TimeFormat::dotted, date->value};
   if (const auto date = to_date(text, '/')) return Time{TimeFormat::slashed, date->value};
-  Scanner s(text);
   double clock_s = 0;
-  if (s.clock(clock_s) && s.at_end()) return Time{TimeFormat::clock, clock_s};
-  Scanner short_one(text);
-  if (short_one.minutes(clock_s) && short_one.at_end()) return Time{TimeFormat::minutes, clock_s};
+  std::string_view rest = text;
+  if (take_clock(rest, clock_s) && rest.empty()) return Time{TimeFormat::clock, clock_s};
+  std::array<double, 3> of{};
+  const bool has_fraction = text.find_first_of(".,") == text.find(':') + 3;
+  if (has_fraction && take(text, "d:s", of.data()) && text.empty() && of[0] <= 59 && of[1] < 61)
+    return Time{TimeFormat::minutes, of[0] * 60 + of[1]};
   return std::nullopt;
 }
 

@@ -1,0 +1,752 @@
+#include "host/recording/table.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "host/io/io.hpp"
+#include "host/recording/unit.hpp"
+
+namespace flexor::recording {
+namespace {
+
+using Kind = Problem::Kind;
+
+constexpr std::size_t kLongestExcerpt = 40;  // of a cell in a message
+constexpr std::size_t kTornRows = 5;
+constexpr double kTornShare = 0.1;
+constexpr std::size_t kSureRows = 20;  // of a live log: behind them a row with a bad cell is malformed
+constexpr std::size_t kTitles = 40;    // lines in which the first row of numbers is looked for
+constexpr std::size_t kLiveRows = 20;  // of look-ahead where rows come as they are made, and
+constexpr std::size_t kRows = 60'000;  // of a file: what gives nothing for ten minutes at 100 Hz is dead
+constexpr std::size_t kStandingRows = 1000;  // in which a clock stands
+constexpr double kCounter = 4294967296.0;    // ticks of a 32-bit counter
+constexpr const char* kNoData = "has a header but no data";
+constexpr double kDay_s = 86400;
+constexpr double kHour_s = 3600;
+
+std::string excerpt(std::string_view text) { return io::start_of(text, kLongestExcerpt); }
+
+const char* spelt(char separator) {
+  return separator == ';' ? "semicolons" : separator == '\t' ? "tabs" : "blanks";
+}
+
+// What a file that is no text is, by how it begins, with the mend; nothing of text.
+const char* binary_kind(std::string_view line) {
+  static constexpr std::array<std::pair<std::string_view, const char*>, 5> kKinds = {
+      {{"MATLAB 5.0 MAT-file", "a MATLAB file: writetable(T, \"log.csv\") in MATLAB"},
+       {"\xC2\x89HDF", "an HDF5 or MATLAB file: write its table as CSV"},
+       {"PK\x03\x04", "an Excel workbook or a ZIP archive: save the sheet as CSV"},
+       {"\xC3\x90\xC3\x8F\x11", "an old Excel workbook: save the sheet as CSV"},
+       {"\x1F\xC2\x8B", "compressed: gunzip it"}}};
+  for (const auto& [begin, kind] : kKinds) {
+    if (line.starts_with(begin)) return kind;
+  }
+  const bool is_text = std::ranges::none_of(
+      line.substr(0, 200), [](unsigned char c) { return c < ' ' && c != '\t' && c != '\r' && c != '\f'; });
+  return is_text ? nullptr : "no text: export it as CSV";
+}
+
+// More numbers than words, and at least so many.
+bool is_row(const std::vector<std::string>& cells, char separator, std::size_t fewest) {
+  const auto numbers = static_cast<std::size_t>(std::ranges::count_if(
+      cells, [&](const auto& c) { return !is_missing(c) && is_number_or_time(c, separator); }));
+  return numbers >= fewest && 2 * numbers > cells.size();
+}
+
+void cut_blanks(std::vector<std::string>& cells, std::size_t least) {
+  while (cells.size() > least && cells.back().empty()) cells.pop_back();
+}
+
+// What each column of the lines that came is. They are copied: more may be needed.
+class Finder : public TableState {
+ public:
+  explicit Finder(const TableState& known) : TableState(known) {}
+
+  // Only lines that say for sure what they are make a live log's columns; but what begins as a table without rows is one.
+  bool is_strict() const {
+    return options_.from == From::port ||
+           (options_.from == From::pipe && !has_ended_ && ahead_.size() <= kTitles);
+  }
+
+  bool is_enough() const {
+    Cells cells;
+    return !is_strict() || find_labels(cells) || find_first_row();
+  }
+
+  void settle() {
+    for (const auto stage :
+         {&Finder::find_layout, &Finder::read_header, &Finder::read_units, &Finder::find_time}) {
+      if (!problem_) (this->*stage)();
+    }
+    if (!problem_) choose(options_.columns);
+    is_settled_ = !problem_;
+  }
+
+  void choose(const std::vector<std::string>& columns) {
+    columns_.clear();
+    units_.clear();
+    places_.clear();
+    left_out_.clear();
+    const auto take = [&](std::optional<std::size_t> place) {
+      if (!place) return;
+      columns_.push_back(header_[*place]);
+      units_.push_back(header_units_[*place]);
+      places_.push_back(*place);
+    };
+    for (const std::string& name : columns) take(place_of(name));
+    if (!columns.empty()) return;
+    for (const std::size_t place : columns_of_numbers())
+      take(options_.from == From::port ? place : place_of(header_[place]));
+    if (!columns_.empty()) return;
+    const std::size_t row = at(0)->number;
+    split_line(at(0)->text);
+    const std::size_t i = time_place_ == 0U ? 1 : 0;
+    if (i >= std::min(header_.size(), cells_.size()) || time_place_ == i)
+      return refuse(Kind::no_column, "no column beside the time", row);
+    const std::string held = excerpt(cells_[i]);
+    refuse(Kind::no_column,
+           fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none", header_[i], held), row);
+  }
+
+  bool must_wait() const { return !has_ended_ && (wants_more_ || (options_.from == From::port && problem_)); }
+
+ private:
+  struct FirstRow {
+    std::size_t place;
+    char separator;
+  };
+  struct Clock {
+    std::size_t place;
+    int rank;
+    std::optional<double> unit_s;
+  };
+
+  void find_layout() {
+    if (at(0) == nullptr) return refuse(Kind::empty, "is empty");
+    const char* kind = options_.from == From::port ? nullptr : binary_kind(at(0)->text);
+    if (kind != nullptr) return refuse(Kind::not_text, fmt::format("is {}", kind));
+    if (at(0)->text.size() == 5 && lower(at(0)->text).starts_with("sep="))
+      separator_ = ahead_[first_++].text[4];
+    Cells cells;
+    while (at(0) != nullptr && read_labelled(at(0)->text, cells) && cells.label.empty())
+      ++first_;  // what a VR driver's glove is
+    if (at(0) == nullptr) return refuse(Kind::empty, "is empty");
+    if (const auto labels = find_labels(cells)) {
+      leave_out_titles(*labels);
+      layout_ = cells.layout;
+      header_ = cells.label;
+    } else if (const auto row = find_first_row()) {
+      separator_ = row->separator;
+      first_row_ = first_ + row->place;
+      leave_out_titles(row->place > 0 ? header_above(row->place) : 0);
+    } else if (separator_ == 0) {
+      separator_ = separator_of(at(0)->text, at(1) != nullptr ? at(1)->text : "-");
+    }
+    arrow_ = !at(0)->time.empty();
+  }
+
+  std::vector<char> separators() const {
+    return separator_ != 0 ? std::vector{separator_} : std::vector{';', '\t', ',', ' '};
+  }
+
+  // The first line; at a port the newest, whatever it began with.
+  std::optional<std::size_t> find_labels(Cells& cells) const {
+    const std::size_t i = options_.from == From::port ? ahead_.size() - first_ - 1 : 0;
+    if (at(i) == nullptr || !read_labelled(at(i)->text, cells) || cells.label.empty()) return std::nullopt;
+    const auto missing = static_cast<std::size_t>(std::ranges::count_if(cells.value, is_missing));
+    const bool is_row = missing == 0 || (options_.from == From::port && missing < cells.value.size());
+    return is_row ? std::optional(i) : std::nullopt;
+  }
+
+  // The first of two rows of numbers that have as many cells as each other, and the separator; 0 where the first two lines have,
+  // whatever they hold. None: there are no such lines.
+  std::optional<FirstRow> find_first_row() const {
+    std::vector<std::string> a;
+    std::vector<std::string> b;
+    for (std::size_t i = 0; i < kTitles && at(i + 1) != nullptr; ++i) {
+      const Line& second = *at(i + 1);
+      const bool takes_one = !second.time.empty() || options_.from == From::port;
+      for (const char c : separators()) {
+        split(at(i)->text, c, a);
+        split(second.text, c, b);
+        cut_blanks(a, b.size());
+        cut_blanks(b, a.size());
+        if (a.size() != b.size() || (a.size() < 2 && (!takes_one || c != ','))) continue;
+        const std::size_t fewest = takes_one ? 1 : 2;
+        const bool are_rows = is_row(a, c, fewest) && is_row(b, c, fewest);
+        if (!are_rows && (i > 0 || a.size() < 2 || is_strict())) continue;
+        return FirstRow{i, c};
+      }
+    }
+    return is_strict() ? row_under_names() : std::nullopt;
+  }
+
+  // The newest line, if it has a number for each of the names above it, which only greetings precede, or in the comment.
+  std::optional<FirstRow> row_under_names() const {
+    std::vector<std::string> names;
+    std::vector<std::string> row;
+    const std::size_t last = ahead_.size() - first_ - 1;
+    for (const char c : separators()) {
+      const auto is_number = [c](const std::string& cell) { return is_number_or_time(cell, c); };
+      split(at(last)->text, c, row);
+      if (std::ranges::none_of(row, is_number)) continue;
+      split(at(last)->comment, c, names);
+      if (last == 0 && row.size() > 1 && names.size() == row.size() && is_row(row, c, 2))
+        return FirstRow{0, c};
+      for (std::size_t i = 0; i < last; ++i) {
+        split(at(i)->text, c, names);
+        cut_blanks(names, row.size());
+        if (names.size() == 1) continue;
+        if (names.size() == row.size() && is_header(names, c)) return FirstRow{last, c};
+        break;
+      }
+    }
+    return std::nullopt;
+  }
+
+  // The nearest line above the rows that has as many cells, or the one right above, unless it is a greeting.
+  std::size_t header_above(std::size_t row) const {
+    std::vector<std::string> cells;
+    split(at(row)->text, separator_, cells);
+    for (std::size_t i = row; i-- > 0;) {
+      std::vector<std::string> names;
+      split(at(i)->text, separator_, names);
+      const bool is_above = i + 1 == row;
+      const bool is_greeting = names.size() == 1 && (!is_above || options_.from == From::port ||
+                                                     names[0].find(' ') != std::string::npos);
+      const bool fits = names.size() <= cells.size() && 2 * names.size() > cells.size();
+      const auto is_number = [&](const auto& cell) { return is_number_or_time(cell, separator_); };
+      if (!is_greeting && (fits || is_above) && !(is_units_row(names) && i > 0) &&
+          std::ranges::none_of(names, is_number))
+        return i;
+    }
+    return row;
+  }
+
+  void leave_out_titles(std::size_t count) {
+    if (count == 0) return;
+    const std::size_t begin = first_;
+    for (; first_ < begin + count; ++first_) {
+      ahead_[first_].is_title = true;
+      std::string text = lower(trimmed(ahead_[first_].text));
+      std::erase_if(text, [](char c) { return c == ' ' || c == '\t'; });
+      if (text == "indegrees=yes") angle_unit_ = "deg";
+      if (text == "indegrees=no") angle_unit_ = "rad";
+      std::vector<std::string>& cells = titles_.emplace_back();
+      split(text.empty() ? text : ahead_[first_].text, separator_, cells);
+      cut_blanks(cells, 0);
+      const auto rate = cells.size() == 1 ? to_number(cells[0]) : std::nullopt;
+      if (rate && *rate > 0) frame_rate_hz_ = *rate;
+    }
+    note(count == 1
+             ? fmt::format("row {} (\"{}\") does not fit what follows and is left out", ahead_[begin].number,
+                           excerpt(ahead_[begin].text))
+             : fmt::format("rows {} to {} are titles", ahead_[begin].number, ahead_[first_ - 1].number));
+  }
+
+  void read_header() {
+    if (layout_ == Layout::keyed) note("text for VR drivers: A to E are thumb to pinky");
+    if (layout_ != Layout::table) return;  // the labels name the columns
+    split_line(at(0)->text);
+    if (!arrow_ && separator_ == ' ' && cells_.size() > 1 && to_time(cells_[0] + " " + cells_[1])) {
+      return refuse(Kind::ambiguous, "date and clock are separated like columns; quote them, or use commas",
+                    at(0)->number);
+    }
+    cut_blanks(cells_, 1);
+    header_ = cells_;
+    has_header_ = !std::ranges::all_of(
+        cells_, [&](const std::string& c) { return is_missing(c) || is_number_or_time(c, separator_); });
+    if (has_header_) {
+      ++first_;
+      name_by_titles();
+    } else {
+      has_header_ = comment_is_header(at(0)->comment);
+    }
+    for (std::size_t i = 0; i < header_.size(); ++i) {
+      if (!has_header_ || header_[i].empty()) header_[i] = fmt::format("column{}", i + 1);
+    }
+    if (has_header_) return;
+    note(fmt::format("has no header: the columns are called {} to {} in their order", header_.front(),
+                     header_.back()));
+  }
+
+  // Columns without a name, or of one name, get that of the nearest title that spans them.
+  void name_by_titles() {
+    const auto is_told = [&](const std::string& name) {
+      return !name.empty() && std::ranges::count(header_, name) == 1;
+    };
+    for (auto title = titles_.rbegin(); title != titles_.rend() && !std::ranges::all_of(header_, is_told);
+         ++title) {
+      if (title->size() < 2 || title->size() > header_.size() || std::ranges::count(*title, "ID") > 0)
+        continue;
+      const std::vector<std::string> before = header_;
+      std::string above;
+      for (std::size_t i = 0; i < header_.size(); ++i) {
+        if (i < title->size() && !(*title)[i].empty()) above = (*title)[i];
+        const bool is_double = !before[i].empty() && std::ranges::count(before, before[i]) > 1;
+        if (is_double && !above.empty()) header_[i] = above + "_" + before[i];
+        if (before[i].empty() && i < title->size()) header_[i] = (*title)[i];
+      }
+    }
+  }
+
+  // As NumPy writes it: # t_s,index,middle
+  bool comment_is_header(const std::string& comment) {
+    std::vector<std::string> names;
+    split(comment, separator_, names);
+    if (comment.empty() || names.size() != header_.size() || to_time(names.front())) return false;
+    header_ = names;
+    return true;
+  }
+
+  // A row below the header that holds units instead of numbers; else a title's.
+  void read_units() {
+    for (const std::string& name : header_) {
+      std::optional<double> ignored;
+      const bool is_angle = !is_time_name(name, ignored) && !lower(name).ends_with("_tx") &&
+                            !lower(name).ends_with("_ty") && !lower(name).ends_with("_tz");
+      const std::string unit = unit_of(name);
+      header_units_.push_back(unit.empty() && is_angle ? angle_unit_ : unit);
+    }
+    if (at(0) == nullptr) return refuse(Kind::empty, kNoData);
+    if (layout_ != Layout::table || !has_header_) return;
+    const std::size_t end = std::max(first_row_, first_ + 1);
+    for (std::size_t i = first_; i < std::min(end, ahead_.size()); ++i) {
+      split_line(ahead_[i].text);
+      if (cells_.size() > header_.size() || !is_units_row(cells_)) continue;
+      for (; first_ < i; ++first_) ahead_[first_].is_title = true;
+      ++first_;
+      for (std::size_t k = 0; k < cells_.size(); ++k) {
+        if (known_unit(cells_[k]) || seconds_in(cells_[k]))
+          header_units_[k] = known_unit(cells_[k]).value_or(cells_[k]);
+      }
+      note(fmt::format("row {} is taken as a row of units", ahead_[i].number));
+    }
+    if (at(0) == nullptr) refuse(Kind::empty, kNoData);
+  }
+
+  // The same for so long that it is no clock, but when a session began.
+  bool stands(std::size_t place, const std::string& first) const {
+    std::vector<std::string> cells;
+    std::size_t k = 1;
+    for (; at(k) != nullptr && k < kStandingRows; ++k) {
+      split(at(k)->text, separator_, cells);
+      if (place < cells.size() && cells[place] != first) return false;
+    }
+    return k > 1;
+  }
+
+  // How likely a column is the time, the higher the likelier; none: it is not.
+  std::optional<Clock> clock_in(std::size_t place, const std::vector<std::string>& first,
+                                const std::vector<std::string>& second) const {
+    std::optional<double> unit_s;
+    const bool is_named =
+        has_header_ ? is_time_name(header_[place], unit_s) : place == 0 && options_.from != From::port;
+    if (!unit_s) unit_s = seconds_in(header_units_[place]);
+    const auto number = place < first.size() ? read_number(first[place], separator_) : std::nullopt;
+    const bool is_written = !number && place < first.size() && to_time(first[place]);
+    if (!is_named && !is_written) return std::nullopt;
+    const auto next = place < second.size() ? read_number(second[place], separator_) : std::nullopt;
+    const bool counts =
+        number && next && !unit_s && options_.time.unit.empty() && next->value == number->value + 1;
+    const bool useless = (!number && !is_written) || (is_written && stands(place, first[place]));
+    return Clock{place, counts ? 2 : useless ? 1 : is_named ? 4 : 3, unit_s};
+  }
+
+  // The column that is called a time and holds one in the first row, or that has times of day or dates.
+  void find_time() {
+    split_line(at(0)->text);
+    const std::vector<std::string> first = cells_;
+    std::vector<std::string> second;
+    if (at(1) != nullptr) {
+      split_line(at(1)->text);
+      second = cells_;
+    }
+    const bool may_be_none = options_.time.log_rate_hz > 0 && !has_header_;
+    std::optional<Clock> best;
+    std::optional<Clock> other;  // that would do as well
+    for (std::size_t i = 0; i < header_.size() && !arrow_; ++i) {
+      std::optional<Clock> clock = clock_in(i, first, second);
+      if (!clock || (may_be_none && clock->rank != 3)) continue;
+      wants_more_ = wants_more_ || (best && !(best->unit_s && clock->unit_s) && at(1) == nullptr);
+      if (!best || clock->rank > best->rank) std::swap(best, clock);
+      if (clock && clock->rank > 2) other = clock;
+    }
+    const std::string& asked = options_.time.column;
+    if (!asked.empty() && (!best || has(asked))) {  // a reference may have a clock of its own
+      const auto place = place_of(asked);
+      if (!place) return;
+      const auto by_name = seconds_in(cut_name(header_[*place]).unit);
+      best = clock_in(*place, first, second)
+                 .value_or(Clock{*place, 0, by_name ? by_name : seconds_in(header_units_[*place])});
+      other.reset();
+    } else if (!asked.empty()) {
+      note(fmt::format("no column \"{}\" (--time-column): \"{}\" is its time", asked, header_[best->place]));
+    }
+    choose_time(best, other);
+  }
+
+  void choose_time(std::optional<Clock> best, const std::optional<Clock>& other) {
+    if (!best && frame_rate_hz_ > 0 && has("Frame")) best = {*place_of("Frame"), 0, 1 / frame_rate_hz_};
+    if (best) time_place_ = best->place;
+    if (other) {
+      const std::string both = fmt::format("columns \"{}\" and \"{}\" could both be the time",
+                                           header_[best->place], header_[other->place]);
+      if (!has_header_ && options_.from != From::port)
+        return refuse(Kind::ambiguous, both + ": say which: --time-column " + header_[best->place]);
+      note(fmt::format("{}: \"{}\" is taken; the other: --time-column \"{}\"", both, header_[best->place],
+                       header_[other->place]));
+    }
+    require_time();
+    const auto asked = seconds_in(options_.time.unit);
+    if (asked && best && best->unit_s && *asked != *best->unit_s) {
+      note(fmt::format("column \"{}\" states its unit itself: --time-unit is not for it",
+                       header_[*time_place_]));
+    }
+    time_unit_s_ = (best ? best->unit_s : std::nullopt).value_or(asked.value_or(1));
+  }
+
+  void require_time() {
+    const bool is_asked = options_.time.log_rate_hz > 0;
+    if (has_time() && is_asked) note("has times of its own: --log-rate is not for it");
+    if (has_time() || is_asked || options_.from == From::port) return;
+    refuse(Kind::no_time,
+           fmt::format(
+               "{}: {}; record with time stamps, as 12:03:11.123 -> ..., name a column t_s or time_ms, say "
+               "which it is with --time-column, or give the rows a second: --log-rate 50",
+               layout_ == Layout::table ? "no time column" : "has no times", listed(header_)));
+  }
+
+  std::optional<std::size_t> place_of(const std::string& name) {
+    const auto it = std::ranges::find(header_, name);
+    if (it == header_.end()) {
+      refuse(Kind::no_column, fmt::format("no column \"{}\"; there are: {}", name, listed(header_)));
+    } else if (std::find(it + 1, header_.end(), name) != header_.end()) {
+      refuse(Kind::no_column, fmt::format("column \"{}\" occurs twice: rename one of them", name));
+    } else {
+      return static_cast<std::size_t>(it - header_.begin());
+    }
+    return std::nullopt;
+  }
+
+  // A column is of numbers when the first cell in it that is not missing is one.
+  std::vector<std::size_t> columns_of_numbers() {
+    enum class Of { missing, numbers, text };
+    std::vector<Of> of(header_.size(), Of::missing);
+    if (time_place_) of[*time_place_] = Of::text;
+    const std::size_t most = options_.from == From::file ? kRows : kLiveRows;
+    std::size_t k = 0;
+    for (; k < most && std::ranges::count(of, Of::missing) > 0 && at(k) != nullptr; ++k) {
+      split_line(at(k)->text);
+      for (std::size_t i = 0; i < std::min(header_.size(), cells_.size()); ++i) {
+        if (of[i] != Of::missing || is_missing(cells_[i])) continue;
+        of[i] = read_number(cells_[i], separator_) ? Of::numbers : Of::text;
+      }
+    }
+    const bool is_known = std::ranges::count(of, Of::missing) == 0 || options_.from == From::port;
+    wants_more_ = wants_more_ || (!is_known && k < most);
+    std::vector<std::size_t> out;
+    std::vector<std::string> left;
+    for (std::size_t i = 0; i < header_.size(); ++i) {
+      if (of[i] == Of::numbers || (of[i] == Of::missing && options_.holes)) {
+        out.push_back(i);
+      } else if (time_place_ != i && (of[i] == Of::missing || header_units_[i] == "deg")) {
+        left.push_back(header_[i]);
+      }
+    }
+    left_out_ = left.empty() ? "" : listed(left);
+    return out;
+  }
+
+  std::vector<std::vector<std::string>> titles_;
+  std::size_t first_row_ = 0;  // that is one for sure
+  bool wants_more_ = false;
+};
+
+}  // namespace
+
+// The first problem stays.
+void TableState::refuse(Kind kind, const std::string& detail, std::size_t row) {
+  if (!problem_) problem_ = Problem{kind, row, "", detail};
+}
+
+// Into cells_, in the order of the header; none where the line is of another layout, or has a label of its own.
+void TableState::split_line(const std::string& text) {
+  if (layout_ == Layout::table) {
+    split(text, separator_, cells_);
+    found_ = cells_.size();
+    if (order_.empty() || found_ != order_.size()) return;
+    const std::vector<std::string> cells = cells_;
+    for (std::size_t i = 0; i < found_; ++i)
+      cells_[i] = cells[static_cast<std::size_t>(std::ranges::find(order_, header_[i]) - order_.begin())];
+    return;
+  }
+  cells_.clear();
+  new_label_.clear();
+  found_ = 0;
+  if (!read_labelled(text, labelled_) || labelled_.layout != layout_ || labelled_.label.empty()) return;
+  found_ = labelled_.label.size();
+  if (layout_ == Layout::keyed && found_ < header_.size()) return;  // a line that was cut
+  cells_.assign(header_.size(), "");
+  for (std::size_t i = 0; i < labelled_.label.size(); ++i) {
+    const auto column = std::ranges::find(header_, labelled_.label[i]);
+    if (column == header_.end()) {
+      new_label_ = labelled_.label[i];
+      return cells_.clear();
+    }
+    cells_[static_cast<std::size_t>(column - header_.begin())] = labelled_.value[i];
+  }
+}
+
+const Line* TableState::at(std::size_t i) const {
+  return first_ + i < ahead_.size() ? &ahead_[first_ + i] : nullptr;
+}
+
+TableReader::TableReader(const TableOptions& options) : TableState(options) {
+  const double rate_hz = options_.time.log_rate_hz;
+  if (!options_.time.unit.empty() && !seconds_in(options_.time.unit))
+    refuse(Kind::option,
+           fmt::format("unknown unit of time \"{}\"; known: s, ms, us, ns", options_.time.unit));
+  if (!(rate_hz >= 0 && rate_hz <= 1e5))
+    refuse(Kind::option, fmt::format("--log-rate {}: must lie between 0 and 100000 rows a second", rate_hz));
+}
+
+bool TableReader::push(Line& line) {
+  const std::string_view inner = trimmed(line.text);
+  if (inner.empty() || inner.front() == '#') {
+    const std::size_t text = inner.find_first_not_of("# ");
+    if (text != std::string_view::npos) comment_ = inner.substr(text);
+    return false;
+  }
+  line.comment = std::exchange(comment_, {});
+  line.time.clear();
+  line.is_title = false;
+  (void)cut_at_arrow(line.text, line.time);
+  is_new_ = is_settled_ && ahead_.empty();
+  std::swap(is_new_ ? line_ : ahead_.emplace_back(), line);
+  if (is_settled_ || problem_) return true;
+  try_settle();
+  if (!is_settled_ && options_.from == From::port && ahead_.size() > kTitles) {
+    ahead_.front().is_title = true;
+    first_ = 1;
+  }
+  return true;
+}
+
+void TableReader::end() {
+  has_ended_ = true;
+  if (!is_settled_ && !problem_) try_settle();
+}
+
+// On a copy: more lines may be needed, and a port's may be noise.
+void TableReader::try_settle() {
+  if (options_.from == From::file && !has_ended_ && ahead_.size() < next_try_) return;
+  Finder finder(*this);
+  if (!finder.is_enough()) return;
+  finder.settle();
+  if (finder.must_wait()) {
+    next_try_ = 2 * ahead_.size();
+  } else {
+    static_cast<TableState&>(*this) = std::move(finder);
+  }
+}
+
+void TableReader::choose(const std::vector<std::string>& columns) {
+  Finder finder(*this);
+  finder.choose(columns);
+  static_cast<TableState&>(*this) = std::move(finder);
+}
+
+// The names of the first header, perhaps in another order; the first one may be torn, or stand behind half a row. Those of another
+// glove share some with it, or come when it was plugged in.
+bool TableReader::is_header_again() {
+  const bool has_labels = layout_ != Layout::table;
+  std::vector<std::string> names = labelled_.label;
+  if (!has_labels) split(line_.text, separator_, names);
+  if (has_labels ? new_label_.empty() : !has_header_ || !is_header(names, separator_)) return false;
+  if (!to_number(names[0].substr(0, 1))) found_ = 0;  // 1;2;3 may be a row that is separated otherwise
+  const bool shares = std::ranges::any_of(names, [this](const auto& name) { return has(name); });
+  for (const std::string& name : header_) {
+    const bool is_torn = names[0].ends_with(name) || name.ends_with(names[0]);
+    if (is_torn && std::ranges::count(names, name) == 0) names[0] = name;
+  }
+  const bool is_own = !has_labels && std::ranges::is_permutation(names, header_);
+  if (is_own) order_ = names == header_ ? std::vector<std::string>() : names;
+  if (is_own) other_.clear();
+  if (!is_own && names.size() > 1 && (is_fresh_ || shares) && options_.from != From::file) other_ = names;
+  return is_own;
+}
+
+// Whether the row is of the other header that came last.
+bool TableReader::is_anothers() {
+  const auto is_word = [this](const auto& c) { return !is_missing(c) && !is_number_or_time(c, separator_); };
+  const bool has_labels = layout_ != Layout::table;
+  if (has_labels && new_label_.empty()) other_.clear();
+  if (other_.empty() || (has_labels ? labelled_.label != other_ : std::ranges::any_of(cells_, is_word)))
+    return false;
+  const std::vector<std::string> other = std::exchange(other_, {});
+  if (found_ != other.size()) return false;
+  refusal_ = fmt::format("{}, and they were {}", fmt::join(other, ","), fmt::join(header_, ","));
+  return true;
+}
+
+// Whether line_ has the header's cells. Without a reason it is what a restarting board leaves behind.
+bool TableReader::is_whole(Problem& why) {
+  cut_blanks(cells_, header_.size());
+  if (cells_.size() > header_.size() && rows_ == 0) {
+    why.detail =
+        fmt::format("{} cells, the header has {}{}", cells_.size(), header_.size(),
+                    separator_ == ',' ? "; decimal commas need another separator, such as a semicolon" : "");
+  }
+  if (!new_label_.empty())
+    why.detail = fmt::format("\"{}\" is no label of the first row", excerpt(new_label_));
+  return cells_.size() == header_.size();
+}
+
+// Null: none.
+const char* TableReader::fault_of(const Number& number) {
+  if (!is_measurement(number.value)) return "is not a measurement; mend or remove the row";
+  if (number.decimal != 0 && decimal_ != 0 && number.decimal != decimal_ && options_.from != From::port)
+    return "some numbers have a decimal point and some a decimal comma; use one";
+  if (number.decimal != 0) decimal_ = number.decimal;
+  return nullptr;
+}
+
+bool TableReader::read_values(std::vector<double>& value, Problem& why) {
+  value.resize(places_.size());
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const std::string& cell = cells_[places_[i]];
+    value[i] = std::numeric_limits<double>::quiet_NaN();
+    if (is_missing(cell)) continue;
+    const auto number = read_number(cell, separator_);
+    const char* fault = number ? fault_of(*number) : "is not a number; mend or remove the row";
+    if (fault != nullptr) {
+      why.column = columns_[i];
+      why.detail = fmt::format(fmt::runtime(number ? "{} {}" : "\"{}\" {}"), excerpt(cell), fault);
+      return false;
+    }
+    value[i] = number->value;
+  }
+  return true;
+}
+
+// False with a reason, or without one where no time stands.
+bool TableReader::read_time(double& t_s, Problem& why) {
+  if (!has_time()) {
+    t_s = static_cast<double>(rows_ + torn_ + unmeasured_) / options_.time.log_rate_hz;
+    return true;
+  }
+  const std::string& text = arrow_ ? line_.time : cells_[*time_place_];
+  if (is_missing(text)) return false;
+  const auto refuse_it = [&](const std::string& what) {
+    why.column = time_place_ ? header_[*time_place_] : line_.time;
+    why.detail = fmt::format("\"{}\" {}", excerpt(text), what);
+    return false;
+  };
+  const auto number = read_number(text, separator_);
+  if (!number && !to_time(text) && to_time(text + ".0")) {
+    return refuse_it(
+        fmt::format("may be hours and minutes, or minutes and seconds; write it as 0:{}", excerpt(text)));
+  }
+  std::optional<Time> found = number ? Time{TimeFormat::number, number->value} : to_time(text);
+  if (!found)
+    return refuse_it("is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove the row");
+  if (const char* fault = number ? fault_of(*number) : nullptr) return refuse_it(fault);
+  if (!time_format_ || options_.from == From::port) {
+    time_format_ = found->format;
+    if (found->format == TimeFormat::clock) wrap_s_ = kDay_s;
+    if (found->format == TimeFormat::minutes) wrap_s_ = kHour_s;
+    if (found->format == TimeFormat::number && time_unit_s_ < 1 && frame_rate_hz_ == 0)
+      wrap_s_ = kCounter * time_unit_s_;
+  }
+  if (found->format != *time_format_) return refuse_it("is written otherwise than the times before");
+  if (found->format == TimeFormat::slashed && is_ambiguous_date(text) && options_.from != From::port)
+    return refuse_it("can be read as two dates; write it as 2026-05-01");
+  t_s = found->format == TimeFormat::number ? found->value * time_unit_s_ : found->value;
+  return is_measurement(t_s) || refuse_it("is no time");
+}
+
+void TableReader::leave_out() {
+  if (torn_++ == 0) first_torn_ = line_.number;
+  too_long_ += cells_.size() > header_.size() ? 1 : 0;
+  const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_);
+  if (static_cast<double>(torn_) <= forgiven || options_.from == From::port) return;
+  const bool has_commas = 2 * too_long_ > torn_ && separator_ == ',';
+  refuse(Kind::malformed,
+         fmt::format(
+             "{} of the first {} rows are torn: too short or too long, without a time, or with text for a "
+             "number; mend or remove them{}",
+             torn_, rows_ + torn_, has_commas ? "; decimal commas need another separator" : ""),
+         first_torn_);
+}
+
+TableReader::Take TableReader::take(Row& row) {
+  if (problem_ || (ahead_.empty() && !is_new_) || (!is_settled_ && first_ == 0)) return Take::none;
+  if (!std::exchange(is_new_, false)) {
+    std::swap(line_, ahead_.front());
+    ahead_.pop_front();
+  }
+  if (first_ > 0) {
+    --first_;
+    return line_.is_title ? Take::malformed : Take::aside;
+  }
+  split_line(line_.text);
+  if (!refusal_.empty() || is_anothers()) return Take::aside;
+  Problem why{Kind::cell, line_.number, "", ""};
+  bool is_good = is_whole(why) && read_time(row.t_s, why) && read_values(row.value, why);
+  const auto is_none = [](double value) { return std::isnan(value); };
+  is_good =
+      is_good && (options_.from != From::port || has_time() || !std::ranges::all_of(row.value, is_none));
+  if (is_good && (options_.holes || std::ranges::none_of(row.value, is_none))) {
+    ++rows_;
+    is_fresh_ = false;
+    row.line = line_.number;
+    return Take::row;
+  }
+  if (line_.is_cut_off) return Take::aside;
+  if (is_good) {
+    if (unmeasured_++ == 0) first_unmeasured_ = line_.number;
+    return Take::unmeasured;
+  }
+  if (is_header_again()) {
+    headers_ += refusal_.empty() ? 1 : 0;
+    return Take::aside;
+  }
+  if (found_ == header_.size()) found_ = 0;
+  const bool is_header = has_header_ && line_.text.find(header_.front() + separator_) != std::string::npos;
+  const bool is_sure = options_.from == From::port || (options_.from == From::pipe && rows_ >= kSureRows);
+  if (!why.detail.empty() && !is_header && !is_sure) {
+    problem_ = why;
+  } else {
+    leave_out();
+  }
+  return problem_ ? Take::none : Take::malformed;
+}
+
+std::vector<std::string> TableReader::notes() const {
+  std::vector<std::string> out = notes_;
+  const auto say = [&](const std::string& what) { out.push_back(what); };
+  if (separator_ != ',' && layout_ == Layout::table)
+    say(fmt::format("{} separate the columns", spelt(separator_)));
+  if (!has_header_ && time_place_) say(fmt::format("{} is the time", header_[*time_place_]));
+  if (!has_time()) say(fmt::format("{} rows are a second (--log-rate)", options_.time.log_rate_hz));
+  if (!angle_unit_.empty()) say(fmt::format("angles are in {} by its inDegrees", angle_unit_));
+  if (!left_out_.empty()) say(fmt::format("without numbers, and left out: {}", left_out_));
+  if (decimal_ == ',') say("commas in numbers are decimal commas");
+  if (headers_ > 0) say(fmt::format("{} row(s) repeat the header", headers_));
+  if (torn_ > 0)
+    say(fmt::format("{} row(s) are malformed and were left out, the first is row {}", torn_, first_torn_));
+  if (unmeasured_ > 0) {
+    say(fmt::format("{} of {} rows have no {} and were left out, the first is row {}", unmeasured_,
+                    rows_ + unmeasured_, fmt::join(columns_, " or "), first_unmeasured_));
+  }
+  return out;
+}
+
+}  // namespace flexor::recording

@@ -1,0 +1,164 @@
+// Lines of a log to rows of named columns with units, as they come: the only reader of text. Files, pipes, replays and ports are
+// sources of lines.
+//
+// Lines     as line_format.hpp has them; blank ones and those that start with #; a line sep=;; one separator too many at the end
+// Names     a header, with a row of units below it or not, or in the last comment; none: column1, column2, ... Above it greetings,
+//           half a line, or titles, as OpenSim (.mot, .sto, .trc), Vicon and Motive write them: inDegrees is a unit, names above
+//           tell columns of one name apart, a rate above Frame is a clock. It may come again, also in another order
+// Time      a column called t, time, timestamp, datetime, millis, Uhrzeit, ... with or without a unit: (ms), [ms], _ms ...;
+//           else one of times of day or dates (time.hpp); without a header the first; or none, at a rate that is given. A counter
+//           (1, 2, 3 ...) gives way to written times
+// Malformed rows (too short or too long, no time; in a live log also text for a number) are left out and counted; at most one
+//           in ten, but of a port, which never ends. What is assumed is noted, what could be read in two ways is a problem.
+#pragma once
+
+#include <algorithm>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/recording/line_format.hpp"
+#include "host/recording/stream.hpp"
+#include "host/recording/time.hpp"
+
+namespace flexor::recording {
+
+enum class From {
+  file,
+  pipe,  // rows come as they are made: few are looked ahead, and no bad cell among good ones ends it
+  port   // a pipe that may begin anywhere and that nothing ends; it needs no times
+};
+
+struct TableOptions {
+  std::vector<std::string> columns;  // to read; none: all whose first number comes before any word, and soon
+  TimeOptions time = {};
+  bool holes = false;  // a missing reading is NaN; else its row is left out
+  From from = From::file;
+};
+
+struct Line {
+  std::string text;
+  std::size_t number = 0;   // as an editor counts
+  bool is_cut_off = false;  // the last one, without an end: it may be half written
+  double host_s = 0;        // of a port: when it came, and its length on the wire
+  std::size_t bytes = 0;
+  std::string time = {};     // before an arrow
+  std::string comment = {};  // the last one above it
+  bool is_title = false;     // above the rows, and neither header nor units
+};
+
+struct Problem {
+  enum class Kind { option, empty, not_text, no_time, ambiguous, no_column, cell, malformed };
+  Kind kind;
+  std::size_t row = 0;  // 0: of the whole log
+  std::string column;   // empty: of no one
+  std::string detail;
+};
+
+// What is known of a table: what each column is, once it is settled, and the lines that were not taken yet.
+class TableState {
+ public:
+  explicit TableState(const TableOptions& options)
+      : options_(options), next_try_(options.from == From::file ? 1000 : 1) {}
+
+ protected:
+  const Line* at(std::size_t i) const;  // of those that may be rows; null: it has not come
+  void refuse(Problem::Kind kind, const std::string& detail, std::size_t row = 0);
+  void note(const std::string& text) { notes_.push_back(text); }
+  void split_line(const std::string& text);
+  bool has(const std::string& column) const { return std::ranges::count(header_, column) > 0; }
+  bool has_time() const { return time_place_ || arrow_; }
+
+  TableOptions options_;
+  Layout layout_ = Layout::table;
+  char separator_ = 0;  // 0: not known yet
+  bool arrow_ = false;
+  bool has_header_ = true;
+  bool is_settled_ = false;
+  bool has_ended_ = false;
+  std::size_t next_try_;    // so many lines are looked at
+  std::deque<Line> ahead_;  // not yet taken
+  std::size_t first_ = 0;   // of those, the first that may be a row
+  std::optional<Problem> problem_;
+  std::vector<std::string> header_;
+  std::vector<std::string> header_units_;
+  std::string angle_unit_;    // of columns that state none, by a title
+  double frame_rate_hz_ = 0;  // likewise
+  std::vector<std::string> cells_;
+  std::size_t found_ = 0;
+  Cells labelled_;
+  std::string new_label_;           // of a line, which the header does not have
+  std::vector<std::string> order_;  // of the header that came last; empty: that of the first
+  std::vector<std::string> columns_;
+  std::vector<std::string> units_;
+  std::vector<std::size_t> places_;
+  std::optional<std::size_t> time_place_;
+  double time_unit_s_ = 1;
+  std::vector<std::string> notes_;
+  std::string left_out_;  // columns
+};
+
+class TableReader : TableState {
+ public:
+  enum class Take { none, row, aside, malformed, unmeasured };
+
+  explicit TableReader(const TableOptions& options);
+
+  // False: the line holds nothing. Swaps its text away.
+  bool push(Line& line);
+  void end();
+  // A port was opened anew: another header is another glove's.
+  void cut() { is_fresh_ = true; }
+  // What the next line is; none: more lines are needed, or there is a problem.
+  Take take(Row& row);
+  const Line& line() const { return line_; }  // the one that was taken
+  // The values in it; 0: none.
+  std::size_t found() const { return found_; }
+
+  // Other columns than before, while no row was taken; none: as of TableOptions.
+  void choose(const std::vector<std::string>& columns);
+  bool is_settled() const { return is_settled_; }  // what each column is, is known
+  const std::optional<Problem>& problem() const { return problem_; }
+  // Of a live log, of which nothing is taken any more: the columns of the other glove; empty: none speaks.
+  const std::string& refusal() const { return refusal_; }
+  using TableState::has;
+  const std::vector<std::string>& columns() const { return columns_; }
+  const std::vector<std::string>& units() const { return units_; }  // from the name, or from the row of units
+  std::size_t width() const { return header_.size(); }
+  using TableState::has_time;
+  bool guesses_time() const { return time_place_ && !has_header_; }
+  double time_unit_s() const { return time_unit_s_; }
+  double wrap_s() const { return wrap_s_; }
+  bool is_dated() const { return time_format_ && is_date(*time_format_); }
+  std::vector<std::string> notes() const;
+
+ private:
+  void try_settle();
+  bool is_header_again();
+  bool is_anothers();
+  bool is_whole(Problem& why);
+  bool read_time(double& t_s, Problem& why);
+  bool read_values(std::vector<double>& value, Problem& why);
+  const char* fault_of(const Number& number);
+  void leave_out();
+
+  std::string comment_;
+  Line line_;
+  bool is_new_ = false;             // line_ is not taken yet
+  std::vector<std::string> other_;  // a header with other names; no row came yet
+  bool is_fresh_ = false;           // plugged in, and no row came yet
+  std::string refusal_;
+  std::optional<TimeFormat> time_format_;
+  double wrap_s_ = 0;
+  char decimal_ = 0;  // what separates the fractions, once one was seen
+  std::size_t rows_ = 0;
+  std::size_t torn_ = 0;
+  std::size_t first_torn_ = 0;
+  std::size_t too_long_ = 0;  // of the torn ones
+  std::size_t headers_ = 0;   // that came again
+  std::size_t unmeasured_ = 0;
+  std::size_t first_unmeasured_ = 0;
+};
+
+}  // namespace flexor::recording

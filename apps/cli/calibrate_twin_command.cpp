@@ -25,69 +25,12 @@ struct TwinOptions {
   std::uint64_t seed = 7;
   std::optional<int> ensemble;
   int threads = 0;
-  bool sensitivity = false;
   bool json = false;
 };
-
-Json to_json(const study::Sensitivity::At& at) {
-  Json table = Json::object();
-  for (std::size_t g = 0; g < at.errors_deg_s.size(); ++g) {
-    Json row = Json::object();
-    for (std::size_t c = 0; c < study::kPublishedCompensators; ++c) {
-      row[study::published_compensators()[c]] = at.errors_deg_s[g][c];
-    }
-    table[std::to_string(g + 1)] = std::move(row);
-  }
-  return {{"value", at.value},
-          {"log_rms_gestures_1_to_4", at.log_rms_fitted},
-          {"log_rms_gestures_5_and_6", at.log_rms_other},
-          {"total_error_deg_s", std::move(table)}};
-}
-
-Json to_json(const std::vector<study::Sensitivity>& all) {
-  Json out = Json::array();
-  for (std::size_t i = 1; i < all.size(); ++i) {
-    out.push_back({{"parameter", all[i].name}, {"low", to_json(all[i].low)}, {"high", to_json(all[i].high)}});
-  }
-  Json here = to_json(all.front().low);
-  here.erase("value");
-  return {{"at_the_fit", std::move(here)}, {"parameters", std::move(out)}};
-}
-
-// A compensator's error at `at` beside that at the fit: geometric mean over the gestures.
-double change(const study::Sensitivity::At& at, const study::Sensitivity::At& fit, std::size_t c) {
-  double sum = 0;
-  for (std::size_t g = 0; g < at.errors_deg_s.size(); ++g) {
-    sum += std::log(at.errors_deg_s[g][c] / fit.errors_deg_s[g][c]);
-  }
-  return std::exp(sum / static_cast<double>(at.errors_deg_s.size()));
-}
-
-void show(const std::vector<study::Sensitivity>& all) {
-  constexpr const char* kRow = "{:<32}{:>10}{:>12}{:>12}{:>8}{:>8}{:>8}\n";
-  print(
-      "\none parameter at the 5 and the 95 % quantile of what is plausible, all others at the fit: distance "
-      "from "
-      "the published table, and E_T beside that at the fit (geometric mean of six gestures)\n");
-  print(fmt::format(fmt::runtime(kRow), "parameter", "value", "gest. 1-4", "gest. 5-6", "Raw", "W", "HW"));
-  const study::Sensitivity::At& fit = all.front().low;
-  for (const study::Sensitivity& s : all) {
-    for (const study::Sensitivity::At* at : {&s.low, &s.high}) {
-      const bool is_fit = s.name.empty();
-      print(fmt::format(
-          fmt::runtime(kRow), is_fit ? "the fit" : s.name, is_fit ? "" : fmt::format("{:.4g}", at->value),
-          fmt::format("{:.3f}", at->log_rms_fitted), fmt::format("{:.3f}", at->log_rms_other),
-          fmt::format("{:.2f}", change(*at, fit, 0)), fmt::format("{:.2f}", change(*at, fit, 1)),
-          fmt::format("{:.2f}", change(*at, fit, 2))));
-      if (is_fit) break;
-    }
-  }
-}
 
 void fit_twin(const TwinOptions& o) {
   const int trials = o.trials.value_or(twin::kTrialsAtOnce);
   study::TwinFit fit;
-  std::vector<study::Sensitivity> sensitivity;
   {
     ProgressLine line;
     const auto progress = [&](int n, int of, double best) {
@@ -96,21 +39,15 @@ void fit_twin(const TwinOptions& o) {
     };
     fit = study::calibrate_twin(twin::Parameters(), o.evaluations.value_or(2000), trials, o.seed, progress);
     io::write_file(o.out, twin::to_json(fit.parameters));
-    if (o.sensitivity) {
-      sensitivity = study::sensitivity(fit.parameters, trials, o.seed, [&](int n, int of, double) {
-        line.step("sensitivity: parameter", static_cast<std::size_t>(n), static_cast<std::size_t>(of));
-      });
-    }
   }
   if (o.json) {
-    Json json = {{"log_rms_gestures_1_to_4", fit.log_rms},
-                 {"null_model", study::to_json(study::null_model())},
-                 {"cost", fit.cost},
-                 {"evaluations", fit.evaluations},
-                 {"file", o.out},
-                 {"seed", o.seed},
-                 {"version", FLEXOR_VERSION}};
-    if (o.sensitivity) json["sensitivity"] = to_json(sensitivity);
+    const Json json = {{"log_rms_gestures_1_to_4", fit.log_rms},
+                       {"null_model", study::to_json(study::null_model())},
+                       {"cost", fit.cost},
+                       {"evaluations", fit.evaluations},
+                       {"file", o.out},
+                       {"seed", o.seed},
+                       {"version", FLEXOR_VERSION}};
     print(io::dump(json));
     return;
   }
@@ -118,11 +55,9 @@ void fit_twin(const TwinOptions& o) {
       "rms of ln(ours/published) on gestures 1-4: {:.3f} (one constant for each compensator: {:.3f}), {} "
       "evaluations of {} trials\nwritten to {}\n",
       fit.log_rms, study::null_model().fitted_log_rms, fit.evaluations, trials, o.out));
-  if (o.sensitivity) show(sensitivity);
 }
 
 void draw_twins(const TwinOptions& o) {
-  if (o.sensitivity) throw io::InputError("--sensitivity is of one twin: leave out --ensemble");
   study::EnsembleRequest request;
   request.base = study::shipped_parameters();
   request.laboratories = *o.ensemble;
@@ -208,8 +143,6 @@ void add_calibrate_twin(CLI::App& app) {
       "draw so many twins by Markov chains, prior times likelihood of the published averages");
   command->add_option("--threads", o->threads, "with --ensemble; 0: as many as the machine has")
       ->capture_default_str();
-  command->add_flag("--sensitivity", o->sensitivity,
-                    "also what each free parameter does to the distance and to the table");
   command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 

@@ -457,10 +457,11 @@ TEST_F(Cli, ExperimentRefusesTheImpossible) {
   expect_refused("experiment --out '" + path("simulated_glove.csv/x") + "'", 2, "simulated_glove.csv");
   expect_refused("twin record --donnings 0 --out '" + path("g") + "'", 2, "--donnings must be 1 to 100");
   expect_refused("calibrate-twin --out '" + path("none/t.json") + "'", 2, "none");
-  io::write_file(path("one.json"),
-                 R"({"schema":"flexor-model","schema_version":1,"sample_period_s":0.1,"channels":[)"
-                 R"({"name":"index","input":{"valid_min":0,"valid_max":1},"rest_deg":30,"blocks":[)"
-                 R"({"type":"saturation","lower_deg":30,"upper_deg":90}]}]})");
+  io::write_file(
+      path("one.json"),
+      R"({"schema":"flexor-model","schema_version":2,"sample_period_s":0.1,"inputs":[{"name":"a",)"
+      R"("valid_min":0,"valid_max":1}],"blocks":[{"type":"saturation","from":"a","to":"b","lower_deg":30,)"
+      R"("upper_deg":90}],"joints":[{"name":"index","from":"b","rest_deg":30}]})");
   expect_refused("experiment --compensators '" + path("one.json") + "'", 2,
                  "motor for thumb, middle, ring, pinky");
 }

@@ -70,7 +70,7 @@ TEST_F(DeployFaults, AModelsNameIsNeverCompiledNorMarkup) {
   const std::string hostile = model("hostile.json", [](nlohmann::ordered_json& m) {
     m["name"] = "x */ \\\n#error compiled\n?\?/\n<script>alert(1)</script> '\"`$(touch gone)`";
     m["description"] = "*/\n#error compiled";
-    for (auto& c : m["channels"]) c["input"]["column"] = "<script>\n#error_alpha";
+    for (auto& input : m["inputs"]) input["column"] = "<script>\n#error_alpha";
   });
   const std::string harmless = model("harmless.json", [](nlohmann::ordered_json& m) { m["name"] = "x"; });
   ASSERT_EQ(deploy(harmless, "--key k --out one").exit, 0) << content(path("stderr"));
@@ -204,9 +204,9 @@ TEST_F(DeployFaults, WhatMightHaveBeenAKeyIsNeverReplaced) {
 TEST_F(DeployFaults, AModelInAnotherUnitNeedsACalibrationThatSaysIt) {
   const auto in = [&](const char* unit, const char* column) {
     return model("m.json", [&](nlohmann::ordered_json& m) {
-      for (auto& c : m["channels"]) {
-        c["input"]["unit"] = unit;
-        c["input"]["column"] = column;
+      for (auto& input : m["inputs"]) {
+        input["unit"] = unit;
+        input["column"] = column;
       }
     });
   };

@@ -1,4 +1,4 @@
-// What a document may hold: in schema 1 blocks in their order, each once; in any, numbers that a hand could have.
+// What a document may hold: numbers that a hand could have.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,61 +7,12 @@
 #include <limits>
 
 #include "host/io/refusal_test.hpp"
+#include "host/model/channel.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/random_model.hpp"
 
 namespace flexor::model {
 namespace {
-
-Json dead_zone() { return {{"type", "dead_zone"}, {"lower", -1}, {"upper", 1}}; }
-Json hysteresis() { return {{"type", "hysteresis"}, {"radii", {3}}, {"weights", {0.5}}}; }
-Json curve(double end = 90) { return {{"type", "curve"}, {"x", {0, 1000}}, {"y", {0, end}}}; }
-Json lti() { return {{"type", "lti"}, {"gain", 1}, {"offset", 0}, {"poles_rad_s", {-10}}, {"taps", {0}}}; }
-Json saturation() { return {{"type", "saturation"}, {"lower_deg", 0}, {"upper_deg", 90}}; }
-
-Json document(const std::vector<Json>& blocks) {
-  return {{"schema", "flexor-model"},
-          {"schema_version", 1},
-          {"name", "example"},
-          {"sample_period_s", 0.05},
-          {"channels",
-           {{{"name", "index"},
-             {"input", {{"column", "a"}, {"unit", "count"}, {"valid_min", 0}, {"valid_max", 1023}}},
-             {"rest_deg", 10},
-             {"blocks", blocks}}}}};
-}
-
-std::string refusal(const Json& json) {
-  return io::refusal_of([&] { (void)from_json(json.dump(), "m.json"); });
-}
-
-void expect_refused(const std::vector<Json>& blocks, const std::string& place, const std::string& why) {
-  const std::string what = refusal(document(blocks));
-  EXPECT_NE(what.find("m.json: channels[0]: " + place), std::string::npos) << what;
-  EXPECT_NE(what.find(why), std::string::npos) << what;
-  EXPECT_EQ(what.find('\n'), std::string::npos) << what;
-}
-
-TEST(ModelBlocks, EveryRepeatedBlockIsRefusedWithItsPlace) {
-  expect_refused({curve(), curve(50), lti(), saturation()},
-                 "blocks[1]: a second \"curve\" before the \"lti\"", "blocks[0]");
-  expect_refused({dead_zone(), dead_zone(), lti(), saturation()}, "blocks[1]: a second \"dead_zone\"",
-                 "blocks[0]");
-  expect_refused({hysteresis(), hysteresis(), lti(), saturation()}, "blocks[1]: a second \"hysteresis\"",
-                 "blocks[0]");
-  expect_refused({curve(), lti(), lti(), saturation()}, "blocks[2]: a second \"lti\"", "blocks[1]");
-  expect_refused({lti(), curve(), curve(), saturation()}, "blocks[2]: a second \"curve\" after the \"lti\"",
-                 "blocks[1]");
-  expect_refused({lti(), saturation(), saturation()}, "blocks[2]: a second \"saturation\"", "blocks[1]");
-}
-
-TEST(ModelBlocks, AMisplacedOrUnknownBlockIsRefusedWithItsPlace) {
-  expect_refused({lti(), dead_zone(), saturation()}, "blocks[1]: \"dead_zone\" cannot stand here",
-                 "order is");
-  const std::string unknown = refusal(document({{{"type", "delay"}}, saturation()}));
-  EXPECT_NE(unknown.find("m.json: channels[0]: blocks[0]: unknown block \"delay\""), std::string::npos)
-      << unknown;
-}
 
 TEST(ModelBlocks, AnyValidModelRoundTripsExactly) {
   for (unsigned seed = 0; seed < 2000; ++seed) {
@@ -77,10 +28,17 @@ struct Absurd {
 };
 
 Model good() {
-  std::vector<Json> blocks = {dead_zone(), hysteresis(), curve(), lti(), curve(), saturation()};
-  blocks[3]["poles_rad_s"] = {-10, -3};
-  blocks[3]["taps"] = {0, 0.5};
-  return from_json(document(blocks).dump(), "m.json");
+  Channel c;
+  c.name = "index";
+  c.input_column = "a";
+  c.input_unit = "count";
+  c.rest_deg = 10;
+  c.dead_zone = DeadZone{-1, 1};
+  c.hysteresis = Hysteresis{{3}, {0.5}};
+  c.input_curve = c.output_curve = Curve{{0, 1000}, {0, 90}};
+  c.lti = {1, 0, {-10, -3}, {0, 0.5}};
+  c.saturation = {0, 90};
+  return model_of(c, 0.05);
 }
 
 // The first block of its kind.

@@ -1,83 +1,11 @@
 #include "host/model/channel.hpp"
 
 #include <algorithm>
-#include <array>
-#include <limits>
 
 #include "host/io/io.hpp"
 
 namespace flexor::model {
 namespace {
-
-constexpr std::array<const char*, 6> kOrder = {"dead_zone", "hysteresis", "curve",
-                                               "lti",       "curve",      "saturation"};
-
-// The blocks of one channel, in the order of the signal; each may come once, the curve once on either side of
-// the lti.
-class BlockReader {
- public:
-  explicit BlockReader(Channel& channel) : channel_(channel) { seen_.fill(kNever); }
-
-  void read(io::JsonReader& block, std::size_t index) {
-    const std::string type = block.text("type");
-    const std::size_t place = place_of(type);
-    require_place(block, type, place);
-    seen_[place] = index;
-    switch (place) {
-      case kDeadZone:
-        read_object(block, channel_.dead_zone.emplace());
-        break;
-      case kHysteresis:
-        read_object(block, channel_.hysteresis.emplace());
-        break;
-      case kInputCurve:
-        read_object(block, channel_.input_curve.emplace());
-        break;
-      case kLti:
-        read_object(block, channel_.lti);
-        break;
-      case kOutputCurve:
-        read_object(block, channel_.output_curve.emplace());
-        break;
-      default:
-        read_object(block, channel_.saturation);
-    }
-    block.done();
-  }
-
-  bool complete() const { return seen_[kSaturation] != kNever; }
-
- private:
-  enum Place : std::size_t { kDeadZone, kHysteresis, kInputCurve, kLti, kOutputCurve, kSaturation, kPlaces };
-  static constexpr std::size_t kNever = std::numeric_limits<std::size_t>::max();
-
-  // kPlaces when there is no such block.
-  std::size_t place_of(const std::string& type) const {
-    if (type == "curve") return seen_[kLti] == kNever ? kInputCurve : kOutputCurve;
-    return static_cast<std::size_t>(std::ranges::find(kOrder, type) - kOrder.begin());
-  }
-
-  void require_place(const io::JsonReader& block, const std::string& type, std::size_t place) const {
-    if (place == kPlaces) {
-      block.fail(
-          fmt::format("unknown block \"{}\"; schema version 1 knows: {}", type, fmt::join(kOrder, ", ")));
-    }
-    if (seen_[place] != kNever) {
-      const char* where = place == kInputCurve    ? " before the \"lti\""
-                          : place == kOutputCurve ? " after the \"lti\""
-                                                  : "";
-      block.fail(fmt::format("a second \"{}\"{}: the first is blocks[{}]; leave one out", type, where,
-                             seen_[place]));
-    }
-    const auto later = seen_.begin() + static_cast<std::ptrdiff_t>(place) + 1;
-    if (std::any_of(later, seen_.end(), [](std::size_t i) { return i != kNever; })) {
-      block.fail(fmt::format("\"{}\" cannot stand here; the order is {}", type, fmt::join(kOrder, ", ")));
-    }
-  }
-
-  Channel& channel_;
-  std::array<std::size_t, kPlaces> seen_;  // where in the document each block stands
-};
 
 // A name that the model has not given yet.
 std::string fresh(const Model& model, const std::string& wanted) {
@@ -203,48 +131,6 @@ Model model_of(const Channel& channel, double period_s) {
   model.sample_period_s = period_s;
   add(model, channel);
   return model;
-}
-
-Json channel_schema() {
-  const Json text = {{"type", "string"}, {"default", ""}};
-  const Json number = {{"type", "number"}};
-  Json input = object_schema({{"valid_min", number}, {"valid_max", number}});
-  input["properties"]["column"] = text;
-  input["properties"]["unit"] = text;
-  Json kinds = Json::array();
-  for (const Json& kind : kind_schemas(Json::object())) {
-    if (std::ranges::find(kOrder, kind["properties"]["type"]["const"]) != kOrder.end()) kinds.push_back(kind);
-  }
-  Json fingers = {"pointer", "little"};
-  for (const std::string& name : finger_names()) fingers.push_back(name);
-  return object_schema({{"name", {{"enum", fingers}}},
-                        {"input", input},
-                        {"rest_deg", number},
-                        {"blocks", {{"type", "array"}, {"items", {{"oneOf", kinds}}}, {"minItems", 1}}}});
-}
-
-Channel read_channel(const Json& json, const std::string& place) {
-  io::JsonReader reader(json, place);
-  Channel channel;
-  channel.name = finger(reader.text("name"));
-  io::JsonReader input(reader.member("input"), fmt::format("{}: input", place));
-  channel.input_column = input.text_or_empty("column");
-  channel.input_unit = input.text_or_empty("unit");
-  channel.valid_min = input.number("valid_min");
-  channel.valid_max = input.number("valid_max");
-  input.done();
-  channel.rest_deg = reader.number("rest_deg");
-  BlockReader blocks(channel);
-  const Json& list = reader.list("blocks");
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    io::JsonReader block(list[i], fmt::format("{}: blocks[{}]", place, i));
-    blocks.read(block, i);
-  }
-  reader.done();
-  if (!blocks.complete()) {
-    throw io::InputError(fmt::format("{}: blocks must end with a saturation; an output needs limits", place));
-  }
-  return channel;
 }
 
 }  // namespace flexor::model

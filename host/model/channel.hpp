@@ -1,4 +1,4 @@
-// A joint from one sensor through a chain of blocks in the order of schema 1: what the published compensators
+// A joint from one sensor through a chain of blocks in a fixed order: what the published compensators
 // and the fits of one finger are.
 #pragma once
 
@@ -43,9 +43,5 @@ Model with_channels(Model model, const std::vector<Channel>& channels);
 
 // One chain as a model of its own.
 Model model_of(const Channel& channel, double period_s);
-
-// The chains of a document of schema 1, one after the other.
-Channel read_channel(const Json& json, const std::string& place);
-Json channel_schema();
 
 }  // namespace flexor::model

@@ -29,7 +29,7 @@ std::vector<double> random_input(std::size_t n, std::uint32_t seed) {
   return u;
 }
 
-// A chain of every block of schema 1; the dead zone's edges lie on steps of fixed point.
+// A chain of every block that a channel has; the dead zone's edges lie on steps of fixed point.
 Model random_chain() {
   const auto uniform = [](double low, double high) {
     return low + (high - low) * *rc::gen::inRange(0, 1000001) / 1e6;

@@ -57,12 +57,10 @@ class Diagram {
 }  // namespace
 
 std::string diagram(const Model& m) {
-  std::string schema = std::to_string(m.schema_version.number);
-  if (m.schema_version.number < kSchemaVersion) schema += fmt::format(" (the newest is {})", kSchemaVersion);
   std::string out = fmt::format(
       "{}: {}\n{:g} ms a sample, {} input(s), {} block(s), {} joint(s), schema {}, written by {}\n",
       io::one_line(m.name), io::one_line(m.description), 1000 * m.sample_period_s, m.inputs.size(),
-      m.blocks.size(), m.joints.size(), schema, io::one_line(m.written_by));
+      m.blocks.size(), m.joints.size(), kSchemaVersion, io::one_line(m.written_by));
   out += Diagram(m).text();
   const auto add_error = [&](const std::string& of, const nlohmann::ordered_json& fit) {
     if (fit.contains("holdout") && fit.at("holdout").contains("rmse_deg") &&

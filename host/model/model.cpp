@@ -131,20 +131,6 @@ void check_signals(const Model& model, const Graph& graph) {
   }
 }
 
-Model schema_1(Reader& reader, Model model) {
-  const Json& channels = reader.list("channels");
-  std::set<std::string> names;
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    const std::string place = fmt::format("{}: channels[{}]", reader.place(), i);
-    const Channel channel = read_channel(channels[i], place);
-    if (!names.insert(channel.name).second) {
-      throw InputError(fmt::format("{}: {} occurs twice", place, channel.name));
-    }
-    add(model, channel);
-  }
-  return model;
-}
-
 // What commands read of these two; the rest is for people.
 void check_provenance(const Model& model, const std::string& source) {
   Reader training(model.training, source + ": training");
@@ -307,24 +293,17 @@ std::string to_json(const Model& model) {
 }
 
 std::string schema_json() {
-  const auto version = [](int number) {
-    Json out = object_schema({{"schema", {{"const", kSchema}}}, {"schema_version", {{"const", number}}}});
-    add_schema_of(Model(), Model::header(), out);
-    return out;
-  };
-  Json newest = version(kSchemaVersion);
-  add_schema_of(Model(), Model::graph(), newest);
-  add_schema_of(Model(), Model::provenance(), newest);
+  Json out = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+              {"title", "Model document of Flexor"}};
+  out.update(
+      object_schema({{"schema", {{"const", kSchema}}}, {"schema_version", {{"const", kSchemaVersion}}}}));
+  add_schema_of(Model(), Model::header(), out);
+  add_schema_of(Model(), Model::graph(), out);
+  add_schema_of(Model(), Model::provenance(), out);
   Json strips = {""};
   for (const std::string& name : finger_names()) strips.push_back(name);
-  newest["properties"]["inputs"]["items"]["properties"]["strip"]["enum"] = strips;
-  Json oldest = version(1);
-  oldest["required"].push_back("channels");
-  oldest["properties"]["channels"] = {{"type", "array"}, {"items", channel_schema()}, {"minItems", 1}};
-  add_schema_of(Model(), Model::provenance(), oldest);
-  return io::dump({{"$schema", "https://json-schema.org/draft/2020-12/schema"},
-                   {"title", "Model document of Flexor"},
-                   {"oneOf", {newest, oldest}}});
+  out["properties"]["inputs"]["items"]["properties"]["strip"]["enum"] = strips;
+  return io::dump(out);
 }
 
 Model from_json(const std::string& text, const std::string& source) {
@@ -338,18 +317,13 @@ Model from_json(const std::string& text, const std::string& source) {
     reader.fail(fmt::format("has schema version {}, this program reads up to {}; update Flexor", version,
                             kSchemaVersion));
   }
-  if (version != 1 && version != kSchemaVersion) {
-    reader.fail(fmt::format("has no known schema version ({})", version));
-  }
+  if (version == 1)
+    reader.fail("has schema version 1, with \"channels\", which is no longer read: identify it again");
+  if (version != kSchemaVersion) reader.fail(fmt::format("has no known schema version ({})", version));
   Model model;
-  model.schema_version = {static_cast<int>(version)};
   read_members(reader, model, Model::header());
-  if (version == 1) {
-    model = schema_1(reader, std::move(model));
-  } else {
-    read_members(reader, model, Model::graph());
-    for (Joint& joint : model.joints) joint.name = joint_name(joint.name);
-  }
+  read_members(reader, model, Model::graph());
+  for (Joint& joint : model.joints) joint.name = joint_name(joint.name);
   read_members(reader, model, Model::provenance());
   reader.done();
   check_provenance(model, source);

@@ -14,8 +14,6 @@
 // saturation. Kinds of blocks and their members: the headers that block.hpp lists. Sample periods: 10 us to
 // 100 s. Valid ranges are at least a millionth of their largest reading wide. Every signal stays within 1e9
 // either way for all valid readings, what enters a joint's saturation within 1e5 degrees.
-//
-// Schema 1 had "channels", chains of blocks in a fixed order, one for each finger; such documents load.
 #pragma once
 
 #include <filesystem>
@@ -135,17 +133,10 @@ struct Joint {
   bool operator==(const Joint&) const = default;
 };
 
-// Of the text that a model was read from; what is written has the newest. Models are equal whichever text they come from.
-struct SchemaVersion {
-  int number = kSchemaVersion;
-  bool operator==(const SchemaVersion&) const { return true; }
-};
-
 struct Model {
   std::string name;
   std::string description;
   std::string written_by;
-  SchemaVersion schema_version;
   double sample_period_s = 0;
   double max_gap_s = 0;  // a reading older than this is a pause of the log; 0: not stated
   std::vector<Input> inputs;
@@ -153,7 +144,6 @@ struct Model {
   std::vector<Joint> joints;
   Json training = Json::object();  // files, digests, split
   Json fit = Json::object();       // figures and standard errors
-  // The graph apart, which schema 1 has in another form.
   static constexpr auto header() {
     return std::tuple(
         defaulted("written_by", &Model::written_by), defaulted("name", &Model::name),

@@ -16,7 +16,7 @@ namespace flexor::model {
 namespace {
 namespace fs = std::filesystem;
 
-// One joint from one sensor, as schema 1 had it.
+// One joint from one sensor.
 Channel chain() {
   Channel c;
   c.name = "index";

@@ -88,37 +88,4 @@ TwinFit calibrate_twin(const twin::Parameters& start, int evaluations, int trial
   return TwinProblem(start, evaluations, trials, seed, progress).solve();
 }
 
-std::vector<Sensitivity> sensitivity(const twin::Parameters& parameters, int trials, std::uint64_t seed,
-                                     const FitProgress& progress) {
-  constexpr double kTail = 0.05;
-  const TwinTable table(1, 6, trials, seed);
-  const TableErrors published = published_table(1, 6);
-  const auto split = published.begin() + kLastFittedGesture;
-  const auto evaluate = [&](const twin::Parameters& p, double value) {
-    Sensitivity::At at;
-    at.value = value;
-    at.errors_deg_s = table.errors(p, 0);
-    const auto ours = at.errors_deg_s.begin() + kLastFittedGesture;
-    at.log_rms_fitted = log_rms({at.errors_deg_s.begin(), ours}, {published.begin(), split});
-    at.log_rms_other = log_rms({ours, at.errors_deg_s.end()}, {split, published.end()});
-    return at;
-  };
-  std::vector<Sensitivity> out;
-  const Sensitivity::At here = evaluate(parameters, 0);
-  out.push_back({"", here, here});
-  const std::vector<double> values = values_of(parameters);
-  const auto of = static_cast<int>(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (progress) progress(static_cast<int>(i) + 1, of, here.log_rms_fitted);
-    const FreeParameter& free = free_parameters()[i];
-    const auto at = [&](double value) {
-      std::vector<double> changed = values;
-      changed[i] = value;
-      return evaluate(with_values(parameters, changed), value);
-    };
-    out.push_back({free.name, at(free.quantile(kTail)), at(free.quantile(1 - kTail))});
-  }
-  return out;
-}
-
 }  // namespace flexor::study

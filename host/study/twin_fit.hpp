@@ -28,21 +28,4 @@ using FitProgress = std::function<void(int evaluation, int of, double best_log_r
 TwinFit calibrate_twin(const twin::Parameters& start, int evaluations, int trials, std::uint64_t seed,
                        const FitProgress& progress);
 
-// What one parameter does to the table, all others held.
-struct Sensitivity {
-  struct At {
-    double value = 0;
-    double log_rms_fitted = 0;  // gestures 1 to 4
-    double log_rms_other = 0;   // 5 and 6
-    TableErrors errors_deg_s;   // gestures 1 to 6
-  };
-  std::string name;
-  At low;   // the 5 % quantile of the prior
-  At high;  // the 95 %
-};
-
-// The table at `parameters` comes first, under the name "".
-std::vector<Sensitivity> sensitivity(const twin::Parameters& parameters, int trials, std::uint64_t seed,
-                                     const FitProgress& progress);
-
 }  // namespace flexor::study

@@ -50,17 +50,6 @@ TEST(TwinFigures, TheSearchImprovesOnItsStart) {
   EXPECT_EQ(free_parameters().size(), 16U);
 }
 
-// What an independent check found: Raw on gesture 2 hangs on how long the first pose had been held.
-TEST(TwinFigures, RestMovesTheRawReadingsAsMuchAsAnythingFitted) {
-  const auto all = sensitivity(shipped_parameters(), 8, 7, {});
-  ASSERT_EQ(all.size(), free_parameters().size() + 1);
-  EXPECT_EQ(all.front().low.errors_deg_s, all.front().high.errors_deg_s);
-  const auto rest = std::ranges::find(all, "person.rest_s", &Sensitivity::name);
-  ASSERT_NE(rest, all.end());
-  EXPECT_LT(rest->low.errors_deg_s[1][0], 0.6 * rest->high.errors_deg_s[1][0]);
-  EXPECT_GT(rest->low.log_rms_fitted, all.front().low.log_rms_fitted);
-}
-
 TEST(TwinTable, IsWhatTheExperimentPrints) {
   Plan p;
   p.parameters = shipped_parameters();

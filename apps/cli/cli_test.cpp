@@ -337,7 +337,7 @@ TEST_F(Cli, FewerSamplesThanTheParametersNeedIsRefused) {
 TEST_F(Cli, BadModelsAreRefused) {
   const std::string good = content(FLEXOR_SOURCE_DIR "/models/published_hw.json");
   std::string newer = good;
-  newer.replace(newer.find("\"schema_version\": 1"), 19, "\"schema_version\": 3");
+  newer.replace(newer.find("\"schema_version\": 2"), 19, "\"schema_version\": 3");
   io::write_file(path("newer.json"), newer);
   io::write_file(path("cut.json"), good.substr(0, 500));
   for (const std::string command : {"show '{}'", "apply '{}' x.csv"}) {

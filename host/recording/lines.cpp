@@ -46,7 +46,9 @@ bool LineSplitter::push_half(std::uint8_t byte) {
     half_ = byte;
     return false;
   }
-  const std::uint32_t c = encoding_ == Encoding::utf16_le ? *half_ | byte << 8 : *half_ << 8 | byte;
+  const std::uint32_t first = *half_;
+  const std::uint32_t second = byte;
+  const std::uint32_t c = encoding_ == Encoding::utf16_le ? first | second << 8 : first << 8 | second;
   half_.reset();
   if (c == '\n') return finish();
   if (is_too_long()) return false;

@@ -142,9 +142,9 @@ std::vector<JointMap> map_of(const RecalibrationFiles& files, const model::Model
     if (j == std::ssize(model.joints))
       throw io::InputError(fmt::format("--map: the model has no joint {}", joint));
     std::vector<std::size_t> sensors = graph.inputs[graph.joint[static_cast<std::size_t>(j)]];
-    std::ranges::stable_partition(sensors, [&, finger = joint.substr(0, joint.find('_'))](std::size_t i) {
-      return model.inputs[i].strip == finger;
-    });
+    const std::string finger = joint.substr(0, joint.find('_'));
+    std::stable_partition(sensors.begin(), sensors.end(),
+                          [&](std::size_t i) { return model.inputs[i].strip == finger; });
     JointMap& one = out.emplace_back(JointMap{joint, {}, column});
     for (const std::size_t i : sensors) one.sensors.push_back(std::to_string(i));
   }

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <chrono>
 #include <filesystem>
@@ -25,7 +26,7 @@ struct Options {
   identify::HandRequest request;
   std::string model;
   std::string report;
-  std::string joints;
+  std::vector<std::string> joints;
   std::string lens;
   std::vector<std::pair<std::string, std::string>> pairs;  // sensor, reference
   std::string map;
@@ -33,6 +34,7 @@ struct Options {
   std::string refit;
   std::string initial;
   std::string poses;
+  std::string first_pose;
   std::vector<std::string> pose_angles;  // JOINT=OPEN:FIST
   std::string lead_for;
   std::string leave_out;
@@ -90,7 +92,7 @@ std::filesystem::path angles_of_video(const Options& o, io::Worker& camera,
   const std::filesystem::path video = o.files.reference;
   TrackOptions track;
   track.video = video;
-  track.joints = o.joints;
+  track.joints = fmt::format("{}", fmt::join(o.joints, ","));
   track.lens = o.lens;
   track.out = folder / (video.stem().string() + "_angles.csv");
   const nlohmann::ordered_json tracked = track_video(camera, track, [] { return true; });
@@ -131,10 +133,10 @@ void show_rows(const std::string& joint, const std::string& what,
 
 void show(const identify::HandIdentification& r) {
   for (const std::string& warning : r.warnings) log("warning: " + warning);
+  const std::vector<std::string> names = identify::names_of_pairs(r.request);
   for (std::size_t p = 0; p < r.clocks.size(); ++p) {
-    print(fmt::format("{}: clock offset {:+.3f} s +- {:.3f}, confidence {:.2f}\n",
-                      r.request.pairs[p].sensor.filename().string(), r.clocks[p].offset_s,
-                      r.clocks[p].standard_error_s, r.clocks[p].confidence));
+    print(fmt::format("{}: clock offset {:+.3f} s +- {:.3f}, confidence {:.2f}\n", names[p],
+                      r.clocks[p].offset_s, r.clocks[p].standard_error_s, r.clocks[p].confidence));
     if (r.clocks[p].drift_ppm != 0) {
       print(fmt::format("  the reference's clock runs {:+.0f} ppm +- {:.0f} fast: taken out of its times\n",
                         r.clocks[p].drift_ppm, r.clocks[p].drift_se_ppm));
@@ -258,8 +260,13 @@ void run_poses(const Options& o) {
         "--poses is a log of held poses alone: leave out --pair, --sensor, --map and --report");
   if (o.model.empty()) throw io::InputError("--poses: say with --model where the model goes");
   io::require_writable(o.model);
-  const identify::FromPoses r = identify::model_from_poses(recording::read_csv(o.poses, {}, o.request.time),
-                                                           o.request.rate_hz, pose_angles(o.pose_angles));
+  identify::PosesOptions options{o.request.rate_hz, pose_angles(o.pose_angles), o.joints};
+  if (!o.first_pose.empty())
+    options.first = o.first_pose == "fist" ? identify::FirstPose::fist : identify::FirstPose::open;
+  recording::Recording poses = recording::read_csv(o.poses, {}, o.request.time);
+  for (const recording::Column& c : std::vector(poses.columns))
+    recording::state_unit(poses, c.name, c.unit.empty() ? o.request.input_unit : "");
+  const identify::FromPoses r = identify::model_from_poses(poses, options);
   model::save(r.model, o.model);
   if (o.json) {
     nlohmann::ordered_json joints = nlohmann::ordered_json::object();
@@ -353,6 +360,11 @@ void add_pairs(CLI::App& command, Options& o) {
       "LOG of held poses, for a glove without a camera: the open hand for three seconds, a fist for "
       "three, and again; a straight line for each sensor, its angles not measured");
   command
+      .add_option(
+          "--first-pose", o.first_pose,
+          "the pose that --poses begins with (default: open; fist where all readings fall to the other)")
+      ->check(CLI::IsMember({"open", "fist"}));
+  command
       .add_option("--pose-angles", o.pose_angles,
                   "JOINT=OPEN:FIST, the angles of the open hand and of a fist: "
                   "thumb=90:170,index=28:113 (default: 0:90, the thumb's 0:60)")
@@ -395,8 +407,12 @@ void add_identify(CLI::App& app) {
   command->add_option("--reference", o->files.reference,
                       "CSV of the measured angle, or with --joints the video itself");
   add_pairs(*command, *o);
-  command->add_option("--joints", o->joints,
-                      "joint file (models/joints): the reference is a video, which is tracked first");
+  command
+      ->add_option(
+          "--joints", o->joints,
+          "with --poses what the sensors bend with, in their order: thumb,index,middle,ring,pinky; else a "
+          "joint file (models/joints): the reference is a video, which is tracked first")
+      ->delimiter(',');
   command->add_option("--lens", o->lens, "lens file of flexor camera calibrate, for the video");
   command->add_option("--input", o->files.input, "column of the sensor log (default: its only one)");
   command->add_option("--output", o->files.output,
@@ -427,6 +443,12 @@ void add_identify(CLI::App& app) {
   command->add_option("--output-unit", r.output_unit,
                       "deg or rad: of the angle, where its column's name states none (default: deg)");
   add_time_options(*command, r.time);
+  command
+      ->add_option(
+          "--segment", r.time.segment,
+          "of files that hold several trials: the column whose change begins another, or clock, where it "
+          "starts again; each trial is a take")
+      ->type_name("COLUMN|clock");
   command->add_option("--model", o->model, "write the model document here");
   command->add_option("--report", o->report,
                       "write report.html, a page for each joint, figures and samples into this folder");

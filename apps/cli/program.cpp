@@ -38,8 +38,10 @@ namespace {
 void add_time_options(CLI::App& command, recording::TimeOptions& time) {
   command.add_option("--time-unit", time.unit,
                      "s, ms, us or ns: of a time column that states no unit (default: s)");
-  command.add_option("--time-column", time.column, "which column is the time, where several could be");
-  command.add_option("--log-rate", time.log_rate_hz, "rows a second of a log without any time");
+  command.add_option("--time-column", time.columns,
+                     "which column is the time, where several could be; once more for a second file");
+  command.add_option("--log-rate", time.log_rate_hz, "rows a second of a log without any time")
+      ->check(CLI::Range(0.01, 1e5));
 }
 
 void print(const std::string& text) { print_as_it_is(io::without_controls(text, "\n\r\t")); }

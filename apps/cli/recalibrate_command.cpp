@@ -39,19 +39,9 @@ void show(const identify::Recalibration& r, const std::string& out) {
   print(fmt::format("model    {}, the old calibration\n", out));
 }
 
-std::vector<std::string> listed(const std::string& text) {
-  std::vector<std::string> out;
-  for (std::size_t at = 0; at <= text.size();) {
-    const std::size_t end = std::min(text.find(',', at), text.size());
-    out.push_back(text.substr(at, end - at));
-    at = end + 1;
-  }
-  return out;
-}
-
 void run(Options& o) {
   if (!o.poses.empty()) {
-    o.request.poses = listed(o.poses.at(0));
+    o.request.poses = CLI::detail::split(o.poses.at(0), ',');
     o.request.poses_log = o.poses.at(1);
   }
   if (!o.pair.empty()) {

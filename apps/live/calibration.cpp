@@ -334,7 +334,7 @@ std::vector<std::string> Calibration::identify_arguments(double lead_s,
   require_own(file("report"));
   std::vector<std::string> out = {"identify"};
   if (setup_.reference == Reference::poses) {
-    out.insert(out.end(), {"--poses", file("log.csv").string()});
+    out.insert(out.end(), {"--poses", file("log.csv").string(), "--first-pose", "open"});
     if (!pose_angles.empty()) out.insert(out.end(), {"--pose-angles", pose_angles});
   } else {
     out.insert(out.end(), {"--pair", file("log.csv").string(), file("camera.csv").string(), "--fit-all",

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "host/identify/joint_map.hpp"
 #include "host/identify/line_estimate.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
@@ -117,10 +118,13 @@ void refuse_other_units(const std::string& sensor, const std::vector<Log>& logs,
 }
 
 // A file may hold many trials, each on a clock of its own: only the order of its rows counts.
-Log read_session(const std::filesystem::path& path, const std::vector<std::string>& sensors,
-                 const recording::TimeOptions& time) {
+Log read_session(const std::filesystem::path& path, const std::string& name,
+                 const std::vector<std::string>& sensors, const recording::TimeOptions& time) {
   recording::CsvReader reader(path, {sensors, time, true});
-  Log out{path.stem().string(), {}, std::vector<std::vector<double>>(sensors.size()), reader.units()};
+  Log out{std::filesystem::path(name).replace_extension().string(),
+          {},
+          std::vector<std::vector<double>>(sensors.size()),
+          reader.units()};
   recording::Row row;
   double last_s = 0;
   for (double clock_s = 0; reader.next(row); last_s = row.t_s) {
@@ -203,8 +207,9 @@ Sessions compare_files(const std::vector<std::filesystem::path>& files, std::vec
           fmt::format("{}: no column is called like a finger: --sensors COLUMN,...", files[0].string()));
   }
   std::vector<Log> logs;
+  const std::vector<std::string> names = short_names(files);
   for (const auto& file : files) {
-    logs.push_back(read_session(file, sensors, time));
+    logs.push_back(read_session(file, names[logs.size()], sensors, time));
     for (std::size_t s = 0; s < sensors.size(); ++s) {
       const std::string& first = logs.front().unit[s];
       const std::string& unit = logs.back().unit[s];

@@ -20,12 +20,13 @@ constexpr double kOtherPose = 0.6;  // and the other one
 // Of the span, which readings may lie beyond the poses where the unit says nothing.
 constexpr double kBeyondPoses = 0.5;
 constexpr double kSameHold = 0.15;  // of the range, by which two holds of a pose may differ unsaid
+constexpr double kOneHold = 0.35;   // and at all
 constexpr double kRoom_deg = 20;    // beyond the poses
 constexpr double kTrembles_counts = 6;
 
 struct Sensor {
   std::string column;
-  std::string name;
+  std::string joint;
   std::string unit;
   const std::vector<double>* value = nullptr;
   std::vector<double> sorted;
@@ -35,26 +36,54 @@ struct Sensor {
   }
 };
 
+// The unit where the column states none: counts, if all readings may be a converter's.
+bool may_be_counts(const std::vector<double>& readings) {
+  return std::ranges::all_of(readings, [](double r) { return r >= 0 && r <= 65535 && r == std::floor(r); });
+}
+
 // One that is not connected would let no second count as rest.
 bool only_trembles(const Sensor& s) { return s.unit == "count" && s.span() <= kTrembles_counts; }
 
-std::vector<Sensor> sensors_of(const recording::Recording& log, std::vector<std::string>& warnings) {
+std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vector<std::string>& joints,
+                               std::vector<std::string>& warnings) {
   std::vector<Sensor> out;
+  std::size_t columns = 0;
+  std::string guessed;
   for (const recording::Column& column : log.columns) {
     if (column.name == "host_s") continue;
-    Sensor sensor{column.name, recording::cut_name(column.name).name, column.unit, &column.value,
-                  column.value};
+    const std::string joint =
+        columns < joints.size() ? joints[columns] : model::joint_name(recording::cut_name(column.name).name);
+    ++columns;
+    Sensor sensor{column.name, joint, column.unit, &column.value, column.value};
     std::ranges::sort(sensor.sorted);
-    if (sensor.sorted.empty() || !(sensor.span() > 0)) continue;
-    if (only_trembles(sensor)) {
-      warnings.push_back(fmt::format("{} hardly moves, by {:.0f} counts: left out; is its strip connected?",
-                                     sensor.column, sensor.span()));
+    if (sensor.unit.empty() && may_be_counts(column.value)) {
+      sensor.unit = "count";
+      guessed += (guessed.empty() ? "" : ", ") + column.name;
+    }
+    if (!(sensor.span() > 0) || only_trembles(sensor)) {
+      warnings.push_back(
+          fmt::format("{} hardly moves, by {:.5g} from {:.5g}: left out; is its strip connected?",
+                      sensor.column, sensor.span(), sensor.at(0.02)));
     } else {
       out.push_back(std::move(sensor));
     }
   }
+  if (!joints.empty() && joints.size() != columns)
+    throw io::InputError(
+        fmt::format("--joints names {} joints, {} has {} sensors", joints.size(), log.source, columns));
+  if (!guessed.empty())
+    warnings.push_back(fmt::format(
+        "{}: whole numbers without a unit, taken for a converter's counts: --input-unit", guessed));
   if (out.empty())
     throw io::JobError(fmt::format("{}: no sensor moves: open and close the hand", log.source));
+  const auto is_finger = [](const Sensor& s) {
+    return std::ranges::count(model::finger_names(), s.joint) > 0;
+  };
+  if (std::ranges::none_of(out, is_finger))
+    warnings.push_back(
+        fmt::format("no column is called as a finger: --joints thumb,index,... names the {} in their order, "
+                    "for the board and VR",
+                    columns));
   return out;
 }
 
@@ -91,8 +120,8 @@ double full_scale(double greatest) {
 
 void check_angles(const std::map<std::string, model::Ends>& angles, const std::vector<Sensor>& sensors) {
   for (const auto& [joint, at] : angles) {
-    const bool is_sensed = std::ranges::any_of(
-        sensors, [&name = joint](const Sensor& s) { return model::joint_name(s.name) == name; });
+    const bool is_sensed =
+        std::ranges::any_of(sensors, [&name = joint](const Sensor& s) { return s.joint == name; });
     if (!is_sensed)
       throw io::InputError(fmt::format("--pose-angles {}: no column that moves is called so", joint));
     if (!(std::abs(at.fist_deg - at.open_deg) >= model::kLeastEnds_deg))
@@ -103,7 +132,7 @@ void check_angles(const std::map<std::string, model::Ends>& angles, const std::v
 
 void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
                const std::map<std::string, model::Ends>& angles) {
-  const std::string joint = model::joint_name(sensor.name);
+  const std::string& joint = sensor.joint;
   const auto told = angles.find(joint);
   const model::Ends at = told != angles.end() ? told->second : joint.starts_with("thumb") ? kThumb : kFinger;
   model::Input input;
@@ -129,13 +158,13 @@ void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
                       model::Accuracy{{least_deg, most_deg}, {kPosesError_deg, kPosesError_deg}}, at});
 }
 
-}  // namespace
+struct Holds {
+  std::vector<Rest> open;
+  std::vector<Rest> fist;
+};
 
-FromPoses model_from_poses(const recording::Recording& log, double rate_hz,
-                           const std::map<std::string, model::Ends>& angles) {
-  FromPoses out;
-  const std::vector<Sensor> sensors = sensors_of(log, out.warnings);
-  check_angles(angles, sensors);
+// Of the rests those that lie with the first, and those at the other end.
+Holds holds_in(const recording::Recording& log, const std::vector<Sensor>& sensors) {
   std::vector<std::vector<double>> readings;
   std::vector<model::Spread> spans;
   for (const Sensor& s : sensors) {
@@ -149,41 +178,79 @@ FromPoses model_from_poses(const recording::Recording& log, double rate_hz,
         "{}: no second in which all sensors rest: hold the open hand, then a fist, each for three "
         "seconds; a sensor that only trembles is to be unplugged",
         log.source));
-  std::vector<Rest> open;
-  std::vector<Rest> fist;
+  Holds out;
   for (const Rest& rest : rests) {
     const double away = distance(rest, rests.front(), sensors);
-    if (away < kSamePose) open.push_back(rest);
-    if (away > kOtherPose) fist.push_back(rest);
+    if (away < kSamePose) out.open.push_back(rest);
+    if (away > kOtherPose) out.fist.push_back(rest);
   }
-  if (fist.empty())
+  if (out.fist.empty())
     throw io::JobError(
         fmt::format("{}: only one pose is held: begin with the open hand, then hold a fist", log.source));
-  out.open_holds = static_cast<int>(open.size());
-  out.fist_holds = static_cast<int>(fist.size());
+  return out;
+}
+
+// Whether the sensor tells the poses apart; what speaks against it is said.
+bool tells_apart(const Sensor& sensor, std::size_t i, const Holds& holds,
+                 std::vector<std::string>& warnings) {
+  const double span = std::abs(median_of(holds.fist, i) - median_of(holds.open, i));
+  if (span < kOtherPose * sensor.span()) {
+    warnings.push_back(fmt::format("{} tells the two poses not apart: left out", sensor.column));
+    return false;
+  }
+  bool is_one = true;
+  for (const auto& [pose, rests] : {std::pair("open hand", &holds.open), std::pair("fist", &holds.fist)}) {
+    const double apart = scatter_of(*rests, i) / span;
+    is_one = is_one && apart <= kOneHold;
+    if (apart <= kSameHold) continue;
+    warnings.push_back(fmt::format("{}: the {} was held in ways that differ by {:.0f} % of the range{}",
+                                   sensor.column, pose, 100 * apart, apart > kOneHold ? ": left out" : ""));
+  }
+  return is_one;
+}
+
+// Brings the open hand first.
+void order(Holds& holds, FirstPose first, const std::vector<Sensor>& sensors,
+           std::vector<std::string>& warnings) {
+  bool falls = true;
+  for (std::size_t i = 0; i < sensors.size(); ++i)
+    falls = falls && median_of(holds.fist, i) < median_of(holds.open, i);
+  if (first == FirstPose::found && falls) {
+    first = FirstPose::fist;
+    warnings.push_back(
+        "all readings fall from the first pose to the second: the first is taken for the fist, as of strips "
+        "to GND, "
+        "which rise as they bend; if the open hand was first, add --first-pose open");
+  }
+  if (first == FirstPose::fist) std::swap(holds.open, holds.fist);
+}
+
+}  // namespace
+
+FromPoses model_from_poses(const recording::Recording& log, const PosesOptions& options) {
+  FromPoses out;
+  const std::vector<Sensor> sensors = sensors_of(log, options.joints, out.warnings);
+  check_angles(options.angles, sensors);
+  Holds holds = holds_in(log, sensors);
+  order(holds, options.first, sensors, out.warnings);
+  out.open_holds = static_cast<int>(holds.open.size());
+  out.fist_holds = static_cast<int>(holds.fist.size());
   out.model.name = "from held poses";
   out.model.description =
       "A straight line from the open hand to a fist; the fist's angle is that of an ordinary hand, not "
       "measured.";
   out.model.written_by = "flexor " FLEXOR_VERSION;
-  out.model.sample_period_s = 1 / rate_hz;
+  out.model.sample_period_s = 1 / options.rate_hz;
   for (std::size_t i = 0; i < sensors.size(); ++i) {
-    const double from = median_of(open, i);
-    const double to = median_of(fist, i);
-    if (std::abs(to - from) < kOtherPose * sensors[i].span()) {
-      out.warnings.push_back(fmt::format("{} tells the two poses not apart: left out", sensors[i].column));
-      continue;
-    }
-    for (const auto& [pose, rests_of] : {std::pair("open hand", &open), std::pair("fist", &fist)}) {
-      const double apart = scatter_of(*rests_of, i) / std::abs(to - from);
-      if (apart > kSameHold)
-        out.warnings.push_back(fmt::format("{}: the {} was held in ways that differ by {:.0f} % of the range",
-                                           sensors[i].column, pose, 100 * apart));
-    }
-    add_joint(out.model, sensors[i], from, to, angles);
+    if (tells_apart(sensors[i], i, holds, out.warnings))
+      add_joint(out.model, sensors[i], median_of(holds.open, i), median_of(holds.fist, i), options.angles);
   }
-  if (out.model.joints.empty())
-    throw io::JobError(fmt::format("{}: no sensor tells the two poses apart", log.source));
+  if (2 * out.model.joints.size() < sensors.size())
+    throw io::JobError(
+        fmt::format("{}: {} of {} sensors do not tell two poses apart: is it a log of an open hand and a "
+                    "fist, each held for three "
+                    "seconds, and again?",
+                    log.source, sensors.size() - out.model.joints.size(), sensors.size()));
   model::check(out.model);
   return out;
 }

@@ -1,9 +1,10 @@
 // A compensator from two held poses, for somebody without a camera: a straight line from the open hand to the fist.
 //
 //   angle = open_deg + (reading - open) / (fist - open) (fist_deg - open_deg)
-// The log begins with the open hand held; every rest of a second in which all sensors lie where they lay then is the open hand,
-// every one in which they lie at the other end is the fist. Nothing is measured: unless others are told, the angles are
-// those of an ordinary hand (0 open, a fist 90, the thumb's 60), and so is the error that the model states.
+// Every rest of a second in which all sensors lie where they lay in the first one is one pose, every one in which they lie at the
+// other end is the other. The first is the open hand, unless all sensors fall from it to the other: a strip wired as flexor wiring
+// says rises as it bends. Nothing is measured: unless others are told, the angles are those of an ordinary hand (0 open, a fist 90,
+// the thumb's 60), and so is the error that the model states.
 #pragma once
 
 #include <map>
@@ -19,6 +20,15 @@ inline constexpr model::Ends kFinger = {0, 90};
 inline constexpr model::Ends kThumb = {0, 60};
 inline constexpr double kPosesError_deg = 20;  // expected: an ordinary hand's fist is not everybody's
 
+enum class FirstPose { found, open, fist };
+
+struct PosesOptions {
+  double rate_hz = 20;
+  std::map<std::string, model::Ends> angles = {};  // by joint
+  std::vector<std::string> joints = {};  // of the log's sensors, in their order; empty: named as the columns
+  FirstPose first = FirstPose::found;
+};
+
 struct FromPoses {
   model::Model model;
   int open_holds = 0;
@@ -27,9 +37,8 @@ struct FromPoses {
 };
 
 // `log` has a column for each sensor; one that is called host_s is none. Throws io::JobError, one line with the mend: no rest, no
-// two poses, no sensor that tells them apart; and io::InputError: `angles`, by joint, of a joint that has no sensor, or both the
-// same.
-FromPoses model_from_poses(const recording::Recording& log, double rate_hz,
-                           const std::map<std::string, model::Ends>& angles = {});
+// two poses, fewer than half of the sensors tell them apart; and io::InputError: `angles` of a joint that has no sensor, or both
+// the same; names of joints that are not as many as the sensors.
+FromPoses model_from_poses(const recording::Recording& log, const PosesOptions& options);
 
 }  // namespace flexor::identify

@@ -42,7 +42,7 @@ void expect_angles(const FromPoses& r, double index, double thumb, double index_
 }
 
 TEST(FromPoses, IsTheLineThroughBothPoses) {
-  const FromPoses r = model_from_poses(log_of({0, 1, 0, 1}, 1), 20);
+  const FromPoses r = model_from_poses(log_of({0, 1, 0, 1}, 1), {});
   ASSERT_EQ(r.model.joints.size(), 2U);
   EXPECT_NEAR(r.model.inputs[0].poses->open, 300, 1);
   EXPECT_NEAR(r.model.inputs[0].poses->fist, 500, 1);
@@ -58,33 +58,59 @@ TEST(FromPoses, AStripThatOnlyTremblesIsNamedAndTheOthersAreFitted) {
   recording::Column dead{"middle_count", {}, "count"};
   for (std::size_t k = 0; k < log.t_s.size(); ++k) dead.value.push_back(360 + static_cast<double>(k % 3) - 1);
   log.columns.push_back(dead);
-  const FromPoses r = model_from_poses(log, 20, {});
+  log.columns.push_back({"ring_count", std::vector<double>(log.t_s.size(), 1023), "count"});
+  const FromPoses r = model_from_poses(log, {});
   EXPECT_EQ(r.model.joints.size(), 2U);
-  ASSERT_EQ(r.warnings.size(), 1U);
-  EXPECT_EQ(r.warnings[0], "middle_count hardly moves, by 2 counts: left out; is its strip connected?");
+  ASSERT_EQ(r.warnings.size(), 2U);
+  EXPECT_EQ(r.warnings[1], "ring_count hardly moves, by 0 from 1023: left out; is its strip connected?");
+  EXPECT_EQ(r.warnings[0], "middle_count hardly moves, by 2 from 359: left out; is its strip connected?");
 }
 
 TEST(FromPoses, ABionicHandsAnglesAreThoseThatAreTold) {
   const recording::Recording log = log_of({0, 1, 0, 1}, 1);
-  const FromPoses r = model_from_poses(log, 20, {{"index", {28, 113}}, {"thumb", {170, 90}}});
+  const FromPoses r = model_from_poses(log, {20, {{"index", {28, 113}}, {"thumb", {170, 90}}}});
   expect_angles(r, 300, 700, 28, 170, 1);
   expect_angles(r, 500, 550, 113, 90, 1);
-  EXPECT_THROW(model_from_poses(log, 20, {{"ring", {0, 90}}}), io::InputError);
-  EXPECT_THROW(model_from_poses(log, 20, {{"index", {30, 30}}}), io::InputError);
+  EXPECT_THROW(model_from_poses(log, {20, {{"ring", {0, 90}}}}), io::InputError);
+  EXPECT_THROW(model_from_poses(log, {20, {{"index", {30, 30}}}}), io::InputError);
+}
+
+TEST(FromPoses, AFistThatIsHeldFirstIsTold) {
+  recording::Recording log = log_of({1, 0, 1, 0}, 1);
+  for (double& value : log.columns[1].value) value = 1000 - value;  // both rise as they bend
+  const FromPoses found = model_from_poses(log, {});
+  EXPECT_NEAR(found.model.inputs[0].poses->open, 300, 1);
+  EXPECT_NEAR(found.model.inputs[1].poses->fist, 450, 1);
+  EXPECT_EQ(found.warnings.size(), 1U);
+  EXPECT_NEAR(model_from_poses(log, {.first = FirstPose::open}).model.inputs[0].poses->open, 500, 1);
+}
+
+TEST(FromPoses, JointsAreCalledAsTold) {
+  recording::Recording log = log_of({0, 1, 0, 1}, 1);
+  log.columns[0].name = "column2";
+  const FromPoses r = model_from_poses(log, {.angles = {{"index", {0, 70}}}, .joints = {"index", "thumb"}});
+  EXPECT_EQ(r.model.joints[0].name, "index");
+  EXPECT_EQ(r.model.inputs[0].column, "column2");
+  EXPECT_EQ(r.model.joints[0].ends->fist_deg, 70);
+  EXPECT_THROW(model_from_poses(log, {.joints = {"index"}}), io::InputError);
+}
+
+TEST(FromPoses, RefusesAMotionThatOnlyRestsNowAndThen) {
+  EXPECT_THROW(model_from_poses(log_of({0, 1, 0.2, 0.6, 0.05, 0.95, 0.25, 0.62}, 1), {}), io::JobError);
 }
 
 TEST(FromPoses, RefusesWhatHoldsNoTwoPoses) {
-  EXPECT_THROW(model_from_poses(log_of({0, 0, 0}, 1), 20), io::JobError);
+  EXPECT_THROW(model_from_poses(log_of({0, 0, 0}, 1), {}), io::JobError);
   recording::Recording restless = log_of({0, 1}, 0);
   for (std::size_t k = 0; k < restless.t_s.size(); ++k)
     restless.columns[0].value[k] = restless.columns[1].value[k] = k % 10 < 5 ? 300 : 500;
-  EXPECT_THROW(model_from_poses(restless, 20), io::JobError);
+  EXPECT_THROW(model_from_poses(restless, {}), io::JobError);
 }
 
 TEST(FromPoses, LeavesASensorOutThatDoesNotFollow) {
   recording::Recording log = log_of({0, 1, 0, 1}, 1);
   for (std::size_t k = 0; k < log.t_s.size(); ++k) log.columns[1].value[k] = k % 70 < 10 ? 700.0 : 650.0;
-  const FromPoses r = model_from_poses(log, 20);
+  const FromPoses r = model_from_poses(log, {});
   ASSERT_EQ(r.model.joints.size(), 1U);
   EXPECT_EQ(r.model.joints[0].name, "index");
   EXPECT_EQ(r.warnings.size(), 1U);

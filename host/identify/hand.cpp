@@ -66,18 +66,30 @@ std::vector<std::string> sensors_of(const std::vector<JointMap>& map) {
   return out;
 }
 
-Files read_files(const PairFiles& files, const HandRequest& request) {
-  Files out;
+// Of each trial in the files.
+std::vector<Files> read_files(const PairFiles& files, const HandRequest& request) {
+  std::vector<Files> out;
   const std::vector<std::string> sensors = sensors_of(request.map);
-  out.sensor = recording::read_csv(files.sensor, sensors, request.time);
-  for (const std::string& sensor : sensors) {
-    recording::state_unit(out.sensor, sensor, request.input_unit);
-    recording::require_change(out.sensor, sensor, "is the sensor plugged in?");
+  recording::CsvReader reader(files.sensor, {sensors, request.time});
+  for (recording::Recording& trial : recording::read_segments(reader, request.time.segment)) {
+    Files& one = out.emplace_back();
+    one.sensor = std::move(trial);
+    for (const std::string& sensor : sensors) {
+      recording::state_unit(one.sensor, sensor, request.input_unit);
+      recording::require_change(one.sensor, sensor, "is the sensor plugged in?");
+    }
   }
   for (const JointMap& joint : request.map) {
-    out.reference.push_back(recording::read_angle(files.reference, joint.reference, request.time));
-    recording::to_degrees(out.reference.back(), joint.reference, request.output_unit);
-    recording::require_change(out.reference.back(), joint.reference, "does the camera see the marks?");
+    std::vector<recording::Recording> trials =
+        recording::angle_segments(files.reference, joint.reference, request.time);
+    if (trials.size() != out.size())
+      throw InputError(fmt::format("{} trials in {}, {} in {}: they must be as many", out.size(),
+                                   files.sensor.string(), trials.size(), files.reference.string()));
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      out[i].reference.push_back(std::move(trials[i]));
+      recording::to_degrees(out[i].reference.back(), joint.reference, request.output_unit);
+      recording::require_change(out[i].reference.back(), joint.reference, "does the camera see the marks?");
+    }
   }
   return out;
 }
@@ -405,23 +417,6 @@ ScoreRow row_of(const std::string& name, const std::vector<double>& error_deg,
   ScoreRow out{name, error_deg.size(), score::rms(error_deg), {}};
   for (const auto& [baseline, errors] : baseline_error_deg) out.baseline_deg[baseline] = score::rms(errors);
   return out;
-}
-
-// Of each: the last part of its path, or all of it where others end alike.
-std::vector<std::string> short_names(const std::vector<std::filesystem::path>& paths) {
-  std::vector<std::string> out;
-  for (const std::filesystem::path& path : paths) {
-    const auto alike = std::ranges::count_if(
-        paths, [&](const auto& other) { return other != path && other.filename() == path.filename(); });
-    out.push_back(io::to_utf8((alike > 0 ? path : path.filename()).string()));
-  }
-  return out;
-}
-
-std::vector<std::string> names_of_pairs(const HandRequest& request) {
-  std::vector<std::filesystem::path> logs;
-  for (const PairFiles& pair : request.pairs) logs.push_back(pair.sensor);
-  return short_names(logs);
 }
 
 // Each pair's part of what is held out, where its angle was seen.
@@ -864,7 +859,6 @@ void check(const HandRequest& request) {
     throw InputError("no recordings: --pair GLOVE CAMERA, or --sensor and --reference");
   if (!(request.split > 0 && request.split < 1)) throw InputError("the split must lie between 0 and 1");
   recording::check_clock(request.rate_hz, request.clock_offset_s, request.lead_s);
-  if (request.leave_out != LeaveOut::none) (void)units_of(request);
   for (const JointMap& joint : request.map) (void)parse_structure(request.structure, joint.sensors.size());
 }
 
@@ -996,6 +990,23 @@ void check_held_out(const recording::Aligned& a) {
                   a.size() - a.holdout_begin, kLeastHeldOut));
 }
 
+// All takes, each trial of a file one; `request.pairs` then name them.
+std::vector<Files> read_takes(HandRequest& request, std::vector<std::string>& warnings) {
+  std::vector<Files> out;
+  std::vector<PairFiles> takes;
+  for (const PairFiles& pair : request.pairs) {
+    for (Files& one : read_files(pair, request)) {
+      out.push_back(std::move(one));
+      if (request.time.segment.empty()) refuse_seen_before(out);
+      add_warnings(out.back(), warnings);
+      takes.push_back(pair);
+    }
+  }
+  request.pairs = std::move(takes);
+  if (request.leave_out != LeaveOut::none) (void)units_of(request);
+  return out;
+}
+
 }  // namespace
 
 double JointResult::line_rmse_deg() const {
@@ -1024,23 +1035,25 @@ Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, Ha
   return clock;
 }
 
-HandIdentification identify_hand(const HandRequest& request, const Step& step) {
-  check(request);
-  check_joints(request);
+std::vector<std::string> names_of_pairs(const HandRequest& request) {
+  std::vector<std::filesystem::path> logs;
+  for (const PairFiles& pair : request.pairs) logs.push_back(pair.sensor);
+  return short_names(logs);
+}
+
+HandIdentification identify_hand(const HandRequest& asked, const Step& step) {
+  check(asked);
+  check_joints(asked);
   HandIdentification r;
+  r.request = asked;
+  const HandRequest& request = r.request;
   if (request.lead_s > kLongLead_s) {
     r.warnings.push_back(fmt::format(
         "a lead of {:g} s is long: it is right where flexor latency and the hand's 0.02 s add up to it; "
         "curves and chains lose two fifths in the twin by one that is twice as long",
         request.lead_s));
   }
-  r.request = request;
-  std::vector<Files> files;
-  for (const PairFiles& pair : request.pairs) {
-    files.push_back(read_files(pair, request));
-    refuse_seen_before(files);
-    add_warnings(files.back(), r.warnings);
-  }
+  std::vector<Files> files = read_takes(r.request, r.warnings);
   for (std::size_t p = 0; p < files.size(); ++p) {
     r.clocks.push_back(clock_of(request.map, request.clock_offset_s, files[p], r.warnings));
     check_map(request, request.pairs[p], files[p], r.clocks.back().offset_s, r.warnings);

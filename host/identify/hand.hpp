@@ -134,4 +134,7 @@ model::Model fit_hand(const HandRequest& request, std::vector<HandRecordings> re
 
 nlohmann::ordered_json to_json(const HandIdentification& result);
 
+// Of its takes, for tables and messages.
+std::vector<std::string> names_of_pairs(const HandRequest& request);
+
 }  // namespace flexor::identify

@@ -15,6 +15,30 @@ namespace flexor::identify {
 
 using io::InputError;
 
+std::vector<std::string> short_names(const std::vector<std::filesystem::path>& paths) {
+  const auto is_told = [&](const std::filesystem::path& path, const auto& name) {
+    return std::ranges::none_of(
+        paths, [&](const auto& other) { return other != path && name(other) == name(path); });
+  };
+  const auto file = [](const std::filesystem::path& path) { return path.filename(); };
+  const auto with_folder = [](const std::filesystem::path& path) {
+    return path.parent_path().filename() / path.filename();
+  };
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const std::filesystem::path& path = paths[i];
+    out.push_back(io::to_utf8((is_told(path, file)          ? file(path)
+                               : is_told(path, with_folder) ? with_folder(path)
+                                                            : path)
+                                  .string()));
+    if (std::ranges::count(paths, path) > 1)
+      out.back() += fmt::format(
+          ", trial {}",
+          std::ranges::count(paths.begin(), paths.begin() + static_cast<std::ptrdiff_t>(i), path) + 1);
+  }
+  return out;
+}
+
 std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeOptions& time) {
   const std::vector<std::string> sensors = recording::columns_of(files.sensor, time);
   const std::vector<std::string> references = recording::columns_of(files.reference, time);

@@ -29,4 +29,7 @@ struct PairFiles {
 // where nothing fits.
 std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeOptions& time);
 
+// Of each: the last part of its path, with its folder where others end alike, or all of it.
+std::vector<std::string> short_names(const std::vector<std::filesystem::path>& paths);
+
 }  // namespace flexor::identify

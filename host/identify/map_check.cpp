@@ -38,7 +38,8 @@ bool of_one_kind(const std::string& a, const std::string& b) {
 // All columns of the log; those of the map alone where another one holds what is no number.
 recording::Recording every_column(const PairFiles& files, const HandRequest& request,
                                   const HandRecordings& read) {
-  if (!std::filesystem::is_regular_file(files.sensor)) return read.sensor;  // a pipe is read once
+  // A pipe is read once.
+  if (!std::filesystem::is_regular_file(files.sensor) || !request.time.segment.empty()) return read.sensor;
   try {
     return recording::read_csv(files.sensor, {}, request.time);
   } catch (const InputError&) {
@@ -148,6 +149,7 @@ void refuse_seen_before(const std::vector<HandRecordings>& files) {
 
 void check_gloves(const HandRequest& request, std::size_t j, const std::vector<Session>& sessions) {
   const JointMap& map = request.map[j];
+  const std::vector<std::string> names = names_of_pairs(request);
   std::optional<std::pair<std::size_t, double>> first;
   for (std::size_t p = 0; p < sessions.size(); ++p) {
     const Relation own = relation(sessions[p], sessions[p].angle_deg, sessions[p].input.col(0));
@@ -161,8 +163,7 @@ void check_gloves(const HandRequest& request, std::size_t j, const std::vector<S
     throw InputError(
         fmt::format("{}: in {} {} moves {:.2g} times as far with the angle as in {}: are these of one glove? "
                     "Fit each on its own",
-                    map.joint, request.pairs[p].sensor.filename().string(), map.sensors.front(), ratio,
-                    request.pairs[first->first].sensor.filename().string()));
+                    map.joint, names[p], map.sensors.front(), ratio, names[first->first]));
   }
 }
 

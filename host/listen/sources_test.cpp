@@ -69,7 +69,8 @@ TEST(Sources, ReadEveryShapeAlike) {
     EXPECT_EQ(recording::read_csv(file, {shape.column}, shape.time).column(shape.column).value, shape.value)
         << shape.name;
     EXPECT_EQ(of_pipe(folder.path() / "pipe", shape), shape.value) << shape.name;
-    const bool is_plain = shape.time.unit.empty() && shape.time.column.empty() && shape.time.log_rate_hz == 0;
+    const bool is_plain =
+        shape.time.unit.empty() && shape.time.columns.empty() && shape.time.log_rate_hz == 0;
     EXPECT_EQ(is_plain ? of_replay(file, shape.column) : shape.value, shape.value) << shape.name;
     EXPECT_EQ(of_port(shape), shape.value) << shape.name;
   }

@@ -103,25 +103,9 @@ std::vector<std::string> CsvReader::notes() const {
   return out;
 }
 
-Recording read_rows(CsvReader& reader, Resets resets) {
-  Recording recording;
-  recording.source = reader.name();
-  for (std::size_t i = 0; i < reader.columns().size(); ++i) {
-    recording.columns.push_back({reader.columns()[i], {}, reader.units()[i]});
-  }
-  Stream stream(reader, resets);
-  Row row;
-  while (stream.next(row)) {
-    recording.t_s.push_back(row.t_s);
-    for (std::size_t i = 0; i < row.value.size(); ++i) recording.columns[i].value.push_back(row.value[i]);
-  }
-  recording.warnings = stream.notes();
-  recording.digest = reader.digest();
-  return recording;
-}
+namespace {
 
-Recording read(CsvReader& reader, Resets resets) {
-  Recording recording = read_rows(reader, resets);
+void check_times(const Recording& recording) {
   if (recording.t_s.size() < 2) {
     throw InputError(fmt::format("{}: {} row(s) of data; a recording needs at least two", recording.source,
                                  recording.t_s.size()));
@@ -130,7 +114,46 @@ Recording read(CsvReader& reader, Resets resets) {
     throw InputError(fmt::format("{}: row 3: time does not increase: it is {:g} s in every row",
                                  recording.source, recording.t_s.front()));
   }
+}
+
+// Each segment, through Stream.
+std::vector<Recording> segments_of(CsvReader& reader, Resets resets) {
+  Recording empty;
+  empty.source = reader.name();
+  for (std::size_t i = 0; i < reader.columns().size(); ++i)
+    empty.columns.push_back({reader.columns()[i], {}, reader.units()[i]});
+  std::vector<Recording> out = {empty};
+  Stream stream(reader, resets);
+  Row row;
+  while (stream.next(row)) {
+    if (row.segment >= out.size()) out.push_back(empty);
+    out.back().t_s.push_back(row.t_s);
+    for (std::size_t i = 0; i < row.value.size(); ++i) out.back().columns[i].value.push_back(row.value[i]);
+  }
+  out.front().warnings = stream.notes();
+  for (Recording& one : out) one.digest = reader.digest();
+  return out;
+}
+
+}  // namespace
+
+Recording read_rows(CsvReader& reader, Resets resets) {
+  return std::move(segments_of(reader, resets).front());
+}
+
+Recording read(CsvReader& reader, Resets resets) {
+  Recording recording = read_rows(reader, resets);
+  check_times(recording);
   return recording;
+}
+
+std::vector<Recording> read_segments(CsvReader& reader, const std::string& segment) {
+  std::vector<Recording> out = segments_of(reader, segment == "clock" ? Resets::split : Resets::refuse);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (out.size() > 1) out[i].source += fmt::format(", trial {}", i + 1);
+    check_times(out[i]);
+  }
+  return out;
 }
 
 Recording parse_csv(const std::string& text, const std::string& source,

@@ -64,6 +64,8 @@ Recording read_rows(CsvReader& reader, Resets resets);
 Recording read(CsvReader& reader, Resets resets = Resets::refuse);
 Recording read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns,
                    const TimeOptions& time = {});
+// Of each trial in it; `segment` as in TimeOptions.
+std::vector<Recording> read_segments(CsvReader& reader, const std::string& segment);
 Recording parse_csv(const std::string& text, const std::string& source,
                     const std::vector<std::string>& columns);
 

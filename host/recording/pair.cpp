@@ -150,14 +150,21 @@ void leave_out_spikes(Recording& r, const std::string& name) {
   keep_rows(r, [&](std::size_t k) { return !spike(seen[k]); });
 }
 
-Recording read_angle(const std::filesystem::path& path, const std::string& column, const TimeOptions& time) {
+std::vector<Recording> angle_segments(const std::filesystem::path& path, const std::string& column,
+                                      const TimeOptions& time) {
   CsvReader reader(path, {{column}, time});
   const std::string quality = quality_column(column);
   if (!quality.empty() && reader.has(quality)) reader.choose({column, quality});
-  Recording r = read(reader);
-  leave_out_lost(r, column);
-  leave_out_spikes(r, column);
-  return r;
+  std::vector<Recording> out = read_segments(reader, time.segment);
+  for (Recording& r : out) {
+    leave_out_lost(r, column);
+    leave_out_spikes(r, column);
+  }
+  return out;
+}
+
+Recording read_angle(const std::filesystem::path& path, const std::string& column, const TimeOptions& time) {
+  return std::move(angle_segments(path, column, time).front());
 }
 
 void to_degrees(Recording& recording, const std::string& name, const std::string& stated) {

@@ -34,6 +34,9 @@ void leave_out_spikes(Recording& recording, const std::string& column);
 
 // One column of a file of measured angles, without what its tracker lost and without spikes. Throws io::InputError and
 // io::JobError.
+// Of each trial in it (csv.hpp).
+std::vector<Recording> angle_segments(const std::filesystem::path& path, const std::string& column,
+                                      const TimeOptions& time);
 Recording read_angle(const std::filesystem::path& path, const std::string& column, const TimeOptions& time);
 
 // Degrees, whatever the column says; `stated` is the user's word where the column has none. Says what it

@@ -38,7 +38,7 @@ struct Misshape {
 
 inline TimeOptions column_of_time(const char* name) {
   TimeOptions out;
-  out.column = name;
+  out.columns = {"other", name};
   return out;
 }
 
@@ -138,6 +138,9 @@ inline const std::vector<Shape> kShapes = {
     {"Iso8601",
      "timestamp,flex\n2026-11-21T12:00:00.000Z,10\n2026-11-21T12:00:00.050Z,11\n2026-11-21T12:00:00.100Z,"
      "12\n"},
+    {"PackedDates", "time,flex\n20261121120000000,10\n20261121120000050,11\n20261121120000100,12\n"},
+    {"PackedIso", "time,flex\n20261121T235959.950,10\n20261122T000000.000,11\n20261122T000000.050,12\n"},
+    {"PackedClock", "time,flex\n95959950,10\n100000000,11\n100000050,12\n", "a clock as one number"},
     {"DateAndTimeApart",
      "Date,Time,flex\n2026-11-21,12:00:00.000,10\n2026-11-21,12:00:00.050,11\n2026-11-21,12:00:00.100,"
      "12\n"},
@@ -150,7 +153,7 @@ inline const std::vector<Shape> kShapes = {
     {"Manus", "Elapsed_Time_In_Milliseconds,flex\n0,10\n50,11\n100,12\n"},
     {"OpenSim",
      "ik\nversion=1\nnRows=3\nnColumns=2\ninDegrees=yes\nendheader\ntime\tflex\n0\t10\n0.05\t11\n0.1\t12\n",
-     "angles are in deg"},
+     "in deg by the titles"},
     {"Trc",
      "PathFileType\t4\t(X/Y/"
      "Z)\ta."
@@ -209,6 +212,7 @@ inline const std::vector<Misshape> kMisshapes = {
     {"MostRowsTorn", "t_s,flex\n0,10\n1\n2\n3\n4\n5\n6\n7\n8\n9\n", "are torn"},
     {"TwoClocks", "0.1,13:10:29.000,10\n0.2,13:10:29.050,11\n",
      "\"column1\" and \"column2\" could both be the time", "column3"},
+    {"MillisecondsTakenForAClock", "time,flex\n95959900,1\n95959950,2\n95960000,3\n", "add --time-unit ms"},
     {"Nanoseconds", "time,flex\n0,1\n50000000,2\n100000000,3\n", "--time-unit ns"},
     {"NanosecondsTakenForMilliseconds", "time,flex\n0,1\n50000000,2\n100000000,3\n", "--time-unit ns", "flex",
      "ms"},

@@ -49,6 +49,12 @@ bool Stream::read() {
     if (steps_ >= 2 && steps_ < first_steps_s_.size()) check_unit();
     return false;
   }
+  if (std::exchange(source_segment_, row.segment) != row.segment && started_) {
+    if (pending_) leave_out(*pending_, ahead_);
+    pending_.reset();
+    begin_segment(std::move(row));
+    return true;
+  }
   note_step(row.t_s);
   row.t_s += shift_s_;
   if (pending_) {
@@ -113,10 +119,24 @@ void Stream::accept(Row row) {
   }
   started_ = true;
   last_s_ = row.t_s;
+  row.segment = segment_;
   ready_.push_back(std::move(row));
 }
 
+// On a clock of its own.
+void Stream::begin_segment(Row row) {
+  ++segment_;
+  shift_s_ = 0;
+  written_s_ = row.t_s;
+  started_ = false;
+  accept(std::move(row));
+}
+
 void Stream::start_again(Row row) {
+  if (resets_ == Resets::split) {
+    row.t_s -= shift_s_;
+    return begin_segment(std::move(row));
+  }
   resets_seen_.add(row);
   const bool too_often = static_cast<double>(resets_seen_.rows) >
                          static_cast<double>(kOddRows) + kOddShare * static_cast<double>(rows_);
@@ -126,7 +146,8 @@ void Stream::start_again(Row row) {
                     source_.name(), row_name(row.line), last_s_, row.t_s,
                     source_.guesses_time() ? kNoTimes
                     : too_often            ? "sort the log by time"
-                                           : "the clock was reset; cut the log there and use one part"));
+                                : "the clock was reset; cut the log there and use one part, or let "
+                                  "identify take each for a trial: --segment clock"));
   }
   shift_s_ += last_s_ + last_step_s_ - row.t_s;
   row.t_s = last_s_ + last_step_s_;

@@ -24,6 +24,7 @@ struct Row {
   double t_s = 0;
   std::vector<double> value;  // in the order of the source's columns
   std::size_t line = 0;       // as an editor counts; 0: not from a file
+  std::size_t segment = 0;    // of several trials in one log
 };
 
 // Where rows come from.
@@ -41,7 +42,7 @@ class Source {
   virtual std::vector<std::string> notes() const { return {}; }
 };
 
-enum class Resets { refuse, follow };
+enum class Resets { refuse, follow, split };  // split: another segment
 
 inline constexpr double kJump_s = 10;
 
@@ -72,6 +73,7 @@ class Stream {
   bool wraps(const Row& row) const;
   void go_on_after_wrap(Row row);
   void start_again(Row row);
+  void begin_segment(Row row);
   void leave_out(const Row& row, Count& count);
   void check_unit() const;
 
@@ -85,6 +87,8 @@ class Stream {
   double last_step_s_ = 0.05;
   double shift_s_ = 0;
   std::size_t rows_ = 0;
+  std::size_t segment_ = 0;
+  std::size_t source_segment_ = 0;
   Count repeated_;
   Count ahead_;
   Count back_;

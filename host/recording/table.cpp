@@ -26,6 +26,7 @@ constexpr std::size_t kLiveRows = 20;  // of look-ahead where rows come as they 
 constexpr std::size_t kRows = 60'000;  // of a file: what gives nothing for ten minutes at 100 Hz is dead
 constexpr std::size_t kStandingRows = 1000;  // in which a clock stands
 constexpr double kCounter = 4294967296.0;    // ticks of a 32-bit counter
+constexpr const char* kClock = "clock";      // --segment: it starts again
 constexpr const char* kNoData = "has a header but no data";
 constexpr double kDay_s = 86400;
 constexpr double kHour_s = 3600;
@@ -84,6 +85,8 @@ class Finder : public TableState {
          {&Finder::find_layout, &Finder::read_header, &Finder::read_units, &Finder::find_time}) {
       if (!problem_) (this->*stage)();
     }
+    const std::string& segment = options_.time.segment;
+    if (!problem_ && !segment.empty() && segment != kClock) segment_place_ = place_of(segment);
     if (!problem_) choose(options_.columns);
     is_settled_ = !problem_;
   }
@@ -236,11 +239,12 @@ class Finder : public TableState {
       ahead_[first_].is_title = true;
       std::string text = lower(trimmed(ahead_[first_].text));
       std::erase_if(text, [](char c) { return c == ' ' || c == '\t'; });
-      if (text == "indegrees=yes") angle_unit_ = "deg";
-      if (text == "indegrees=no") angle_unit_ = "rad";
+      if (text == "indegrees=yes") title_unit_ = "deg";
+      if (text == "indegrees=no") title_unit_ = "rad";
       std::vector<std::string>& cells = titles_.emplace_back();
       split(text.empty() ? text : ahead_[first_].text, separator_, cells);
       cut_blanks(cells, 0);
+      if (titles_.size() > 1) read_title_unit(titles_[titles_.size() - 2], cells);
       const auto rate = cells.size() == 1 ? to_number(cells[0]) : std::nullopt;
       if (rate && *rate > 0) frame_rate_hz_ = *rate;
     }
@@ -248,6 +252,12 @@ class Finder : public TableState {
              ? fmt::format("row {} (\"{}\") does not fit what follows and is left out", ahead_[begin].number,
                            excerpt(ahead_[begin].text))
              : fmt::format("rows {} to {} are titles", ahead_[begin].number, ahead_[first_ - 1].number));
+  }
+
+  // OpenSim's .trc: the unit of all positions stands below "Units".
+  void read_title_unit(const std::vector<std::string>& above, const std::vector<std::string>& cells) {
+    const auto place = static_cast<std::size_t>(std::ranges::find(above, "Units") - above.begin());
+    if (place < std::min(above.size(), cells.size())) title_unit_ = cells[place];
   }
 
   void read_header() {
@@ -312,7 +322,7 @@ class Finder : public TableState {
       const bool is_angle = !is_time_name(name, ignored) && !lower(name).ends_with("_tx") &&
                             !lower(name).ends_with("_ty") && !lower(name).ends_with("_tz");
       const std::string unit = unit_of(name);
-      header_units_.push_back(unit.empty() && is_angle ? angle_unit_ : unit);
+      header_units_.push_back(unit.empty() && is_angle ? title_unit_ : unit);
     }
     if (at(0) == nullptr) return refuse(Kind::empty, kNoData);
     if (layout_ != Layout::table || !has_header_) return;
@@ -349,7 +359,8 @@ class Finder : public TableState {
     const bool is_named =
         has_header_ ? is_time_name(header_[place], unit_s) : place == 0 && options_.from != From::port;
     if (!unit_s) unit_s = seconds_in(header_units_[place]);
-    const auto number = place < first.size() ? read_number(first[place], separator_) : std::nullopt;
+    const bool is_number = place < first.size() && !is_packed_date(first[place]);
+    const auto number = is_number ? read_number(first[place], separator_) : std::nullopt;
     const bool is_written = !number && place < first.size() && to_time(first[place]);
     if (!is_named && !is_written) return std::nullopt;
     const auto next = place < second.size() ? read_number(second[place], separator_) : std::nullopt;
@@ -378,18 +389,21 @@ class Finder : public TableState {
       if (!best || clock->rank > best->rank) std::swap(best, clock);
       if (clock && clock->rank > 2) other = clock;
     }
-    const std::string& asked = options_.time.column;
-    if (!asked.empty() && (!best || has(asked))) {  // a reference may have a clock of its own
-      const auto place = place_of(asked);
+    const std::vector<std::string>& asked = options_.time.columns;
+    const auto named = std::ranges::find_if(asked, [this](const auto& name) { return has(name); });
+    if (!asked.empty() && (!best || named != asked.end())) {  // a reference may have a clock of its own
+      const auto place = place_of(named != asked.end() ? *named : asked.front());
       if (!place) return;
       const auto by_name = seconds_in(cut_name(header_[*place]).unit);
       best = clock_in(*place, first, second)
                  .value_or(Clock{*place, 0, by_name ? by_name : seconds_in(header_units_[*place])});
       other.reset();
     } else if (!asked.empty()) {
-      note(fmt::format("no column \"{}\" (--time-column): \"{}\" is its time", asked, header_[best->place]));
+      note(fmt::format("no column \"{}\" (--time-column): \"{}\" is its time", fmt::join(asked, "\" or \""),
+                       header_[best->place]));
     }
     choose_time(best, other);
+    if (best && !best->unit_s && options_.time.unit.empty()) find_packed_clock(first, second);
   }
 
   void choose_time(std::optional<Clock> best, const std::optional<Clock>& other) {
@@ -410,6 +424,20 @@ class Finder : public TableState {
                        header_[*time_place_]));
     }
     time_unit_s_ = (best ? best->unit_s : std::nullopt).value_or(asked.value_or(1));
+  }
+
+  // Two clocks as one number each, less than a second apart. One that counts milliseconds is soon none any more.
+  void find_packed_clock(const std::vector<std::string>& first, const std::vector<std::string>& second) {
+    const std::size_t place = *time_place_;
+    if (place >= first.size() || first[place].size() < 8) return;
+    wants_more_ = wants_more_ || second.empty();
+    if (place >= second.size()) return;
+    const auto a = to_packed_clock(first[place]);
+    const auto b = to_packed_clock(second[place]);
+    is_packed_ = a && b && *b >= *a && *b < *a + 1;
+    if (is_packed_)
+      note(fmt::format("\"{}\" is a clock as one number: hours, minutes, seconds, milliseconds",
+                       header_[place]));
   }
 
   void require_time() {
@@ -509,12 +537,9 @@ const Line* TableState::at(std::size_t i) const {
 }
 
 TableReader::TableReader(const TableOptions& options) : TableState(options) {
-  const double rate_hz = options_.time.log_rate_hz;
   if (!options_.time.unit.empty() && !seconds_in(options_.time.unit))
     refuse(Kind::option,
            fmt::format("unknown unit of time \"{}\"; known: s, ms, us, ns", options_.time.unit));
-  if (!(rate_hz >= 0 && rate_hz <= 1e5))
-    refuse(Kind::option, fmt::format("--log-rate {}: must lie between 0 and 100000 rows a second", rate_hz));
 }
 
 bool TableReader::push(Line& line) {
@@ -649,12 +674,20 @@ bool TableReader::read_time(double& t_s, Problem& why) {
     why.detail = fmt::format("\"{}\" {}", excerpt(text), what);
     return false;
   };
-  const auto number = read_number(text, separator_);
+  const bool is_number = !is_packed_ && !is_packed_date(text);
+  const auto number = is_number ? read_number(text, separator_) : std::nullopt;
   if (!number && !to_time(text) && to_time(text + ".0")) {
     return refuse_it(
         fmt::format("may be hours and minutes, or minutes and seconds; write it as 0:{}", excerpt(text)));
   }
   std::optional<Time> found = number ? Time{TimeFormat::number, number->value} : to_time(text);
+  if (is_packed_) {
+    const auto clock_s = to_packed_clock(text);
+    if (!clock_s)
+      return refuse_it(
+          "is no clock as 120311123 is 12:03:11.123, as the rows before; if it counts, add --time-unit ms");
+    found = Time{TimeFormat::clock, *clock_s};
+  }
   if (!found)
     return refuse_it("is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove the row");
   if (const char* fault = number ? fault_of(*number) : nullptr) return refuse_it(fault);
@@ -706,6 +739,9 @@ TableReader::Take TableReader::take(Row& row) {
   if (is_good && (options_.holes || std::ranges::none_of(row.value, is_none))) {
     ++rows_;
     is_fresh_ = false;
+    if (segment_place_ && std::exchange(segment_, cells_[*segment_place_]) != cells_[*segment_place_])
+      ++segments_;
+    row.segment = segments_;
     row.line = line_.number;
     return Take::row;
   }
@@ -736,7 +772,7 @@ std::vector<std::string> TableReader::notes() const {
     say(fmt::format("{} separate the columns", spelt(separator_)));
   if (!has_header_ && time_place_) say(fmt::format("{} is the time", header_[*time_place_]));
   if (!has_time()) say(fmt::format("{} rows are a second (--log-rate)", options_.time.log_rate_hz));
-  if (!angle_unit_.empty()) say(fmt::format("angles are in {} by its inDegrees", angle_unit_));
+  if (!title_unit_.empty()) say(fmt::format("what states no unit is in {} by the titles", title_unit_));
   if (!left_out_.empty()) say(fmt::format("without numbers, and left out: {}", left_out_));
   if (decimal_ == ',') say("commas in numbers are decimal commas");
   if (headers_ > 0) say(fmt::format("{} row(s) repeat the header", headers_));

@@ -83,7 +83,7 @@ class TableState {
   std::optional<Problem> problem_;
   std::vector<std::string> header_;
   std::vector<std::string> header_units_;
-  std::string angle_unit_;    // of columns that state none, by a title
+  std::string title_unit_;    // of columns that state none, by a title
   double frame_rate_hz_ = 0;  // likewise
   std::vector<std::string> cells_;
   std::size_t found_ = 0;
@@ -94,7 +94,9 @@ class TableState {
   std::vector<std::string> units_;
   std::vector<std::size_t> places_;
   std::optional<std::size_t> time_place_;
+  std::optional<std::size_t> segment_place_;
   double time_unit_s_ = 1;
+  bool is_packed_ = false;  // the time is a clock as one number
   std::vector<std::string> notes_;
   std::string left_out_;  // columns
 };
@@ -153,6 +155,8 @@ class TableReader : TableState {
   double wrap_s_ = 0;
   char decimal_ = 0;  // what separates the fractions, once one was seen
   std::size_t rows_ = 0;
+  std::string segment_;
+  std::size_t segments_ = 0;
   std::size_t torn_ = 0;
   std::size_t first_torn_ = 0;
   std::size_t too_long_ = 0;  // of the torn ones

@@ -69,6 +69,23 @@ std::optional<double> to_iso(std::string_view text) {
   return *date + clock_s - sign * (zone[0] * 3600 + zone[1] * 60);
 }
 
+// 20260501120311123, or with a T between, and a point: as above with what separates.
+std::string unpacked(std::string_view text) {
+  const auto digits = [&](std::size_t from, std::size_t count) {
+    const std::string_view part = text.substr(std::min(from, text.size()), count);
+    return part.size() == count && part.find_first_not_of("0123456789") == std::string_view::npos;
+  };
+  if (!digits(0, 8) || (!text.starts_with("19") && !text.starts_with("20"))) return std::string(text);
+  const bool has_gap = text.size() > 8 && (text[8] == 'T' || text[8] == ' ');
+  const std::size_t clock = has_gap ? 9 : 8;
+  if (!digits(clock, 6)) return std::string(text);
+  const auto part = [&](std::size_t from) { return std::string(text.substr(from, 2)); };
+  std::string rest(text.substr(clock + 6));
+  if (digits(clock + 6, 3) && rest.size() == 3) rest.insert(0, ".");
+  return std::string(text.substr(0, 4)) + "-" + part(4) + "-" + part(6) + "T" + part(clock) + ":" +
+         part(clock + 2) + ":" + part(clock + 4) + rest;
+}
+
 struct Date {
   double first;
   double second;
@@ -115,8 +132,24 @@ bool is_ambiguous_date(std::string_view text) {
   return date && date->first <= 12 && date->second <= 12 && date->first != date->second;
 }
 
+std::optional<double> to_packed_clock(std::string_view text) {
+  if (text.empty() || text.size() > 9 || text.find_first_not_of("0123456789") != std::string_view::npos)
+    return {};
+  const std::string all = std::string(9 - text.size(), '0') + std::string(text);
+  const std::string written =
+      all.substr(0, 2) + ":" + all.substr(2, 2) + ":" + all.substr(4, 2) + "." + all.substr(6);
+  if (all[4] > '5') return {};
+  std::string_view clock = written;
+  double value_s = 0;
+  return take_clock(clock, value_s) ? std::optional(value_s) : std::nullopt;
+}
+
+bool is_packed_date(std::string_view text) { return unpacked(text) != text; }
+
 std::optional<Time> to_time(std::string_view text) {
   text = trimmed(text);
+  const std::string with_separators = unpacked(text);
+  if (with_separators != text) text = with_separators;
   if (const auto number = to_number(text)) {
     if (!std::isfinite(*number)) return std::nullopt;
     return Time{TimeFormat::number, *number};

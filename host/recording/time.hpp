@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace flexor::recording {
 
@@ -12,15 +13,17 @@ struct TimeOptions {
   TimeOptions() = default;
   TimeOptions(const char* unit_stated) : unit(unit_stated) {}
 
-  std::string unit;        // s, ms, us, ns: of a time column that states none
-  std::string column;      // which is the time; empty: found
-  double log_rate_hz = 0;  // rows a second of a log without any time
+  std::string unit;                  // s, ms, us, ns: of a time column that states none
+  std::vector<std::string> columns;  // which are the time: the first of them that a log has; empty: found
+  double log_rate_hz = 0;            // rows a second of a log without any time
+  std::string
+      segment;  // of several trials in one file: their column, or clock, which starts again; empty: one
 };
 
 // Behind every clock AM or PM may stand.
 enum class TimeFormat {
-  number,   // in a unit that the column states
-  iso,      // 2026-05-01T12:03:11.123, a blank for the T, Z or +hh:mm behind it
+  number,  // in a unit that the column states
+  iso,  // 2026-05-01T12:03:11.123, a blank for the T, Z or +hh:mm behind it; or 20260501120311[123], 20260501T120311.123
   dotted,   // 1.5.2026 12:03:11.123: day first, nobody writes it otherwise
   clock,    // 12:03:11.123: since midnight
   minutes,  // 03:11.123: since the hour. With a fraction, for 03:11 may be hours and minutes
@@ -38,6 +41,10 @@ inline bool is_date(TimeFormat f) {
 
 // None where the text is no time. Numbers that are not finite are none.
 std::optional<Time> to_time(std::string_view text);
+
+// A clock as one whole number, 120311123 for 12:03:11.123, without zeros in front: seconds since midnight.
+std::optional<double> to_packed_clock(std::string_view text);
+bool is_packed_date(std::string_view text);
 
 // 05/06/2026 is the fifth of June or the sixth of May: true for a date that could be read both ways.
 bool is_ambiguous_date(std::string_view text);

@@ -14,29 +14,22 @@
 namespace flexor::identify {
 namespace {
 
-// Twice is a file read: for its columns, then for its rows.
-void require_file(const std::filesystem::path& path, const char* option) {
-  io::require_readable(path);
-  static constexpr std::array kVideos = {".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v"};
-  if (std::ranges::find(kVideos, recording::lower(path.extension().string())) != kVideos.end())
-    throw io::InputError(
-        fmt::format("{}: a video needs --joints FILE, which says what is marked", path.string()));
-  if (!std::filesystem::is_regular_file(path)) {
-    throw io::InputError(fmt::format("{}: a pipe or device can be read once only: name the column with {}",
-                                     path.string(), option));
-  }
-}
-
 void name_columns(SourceFiles& files) {
-  const auto only_column = [&](const std::filesystem::path& path, const char* option) {
-    require_file(path, option);
-    const std::vector<std::string> columns = recording::columns_of(path, files.time);
-    if (columns.size() == 1) return columns.front();
-    throw io::InputError(fmt::format("{}: which column? give {}; there are: {}", path.string(), option,
-                                     fmt::join(columns, ", ")));
-  };
-  if (files.input.empty()) files.input = only_column(files.sensor, "--input");
-  if (files.output.empty()) files.output = only_column(files.reference, "--output");
+  static constexpr std::array kVideos = {".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v"};
+  if (std::ranges::count(kVideos, recording::lower(files.reference.extension().string())) > 0)
+    throw io::InputError(
+        fmt::format("{}: a video needs --joints FILE, which says what is marked", files.reference.string()));
+  for (const bool is_angle : {false, true}) {
+    std::string& name = is_angle ? files.output : files.input;
+    if (!name.empty()) continue;
+    const std::vector<std::string> columns =
+        columns_of({files.sensor, files.reference}, is_angle, files.time);
+    if (columns.size() != 1)
+      throw io::InputError(fmt::format("{}: which column? give {}; there are: {}",
+                                       (is_angle ? files.reference : files.sensor).string(),
+                                       is_angle ? "--output" : "--input", recording::listed(columns)));
+    name = columns.front();
+  }
 }
 
 }  // namespace

@@ -39,9 +39,29 @@ std::vector<std::string> short_names(const std::vector<std::filesystem::path>& p
   return out;
 }
 
+std::vector<std::string> columns_of(const PairFiles& files, bool are_angles,
+                                    const recording::TimeOptions& time) {
+  const std::filesystem::path& path = are_angles ? files.reference : files.sensor;
+  io::require_readable(path);
+  if (!std::filesystem::is_regular_file(path))
+    throw InputError(
+        fmt::format("{}: a pipe or device can be read once only: name its column with {}, or those of "
+                    "several joints with --map",
+                    path.string(), are_angles ? "--output" : "--input"));
+  std::error_code error;
+  const bool is_one = std::filesystem::equivalent(files.sensor, files.reference, error);
+  const recording::CsvReader reader(path, {{}, time});
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < reader.columns().size(); ++i) {
+    const bool is_angle = reader.units()[i] == "deg" || reader.units()[i] == "rad";
+    if (!is_one || is_angle == are_angles) out.push_back(reader.columns()[i]);
+  }
+  return out.empty() ? reader.columns() : out;
+}
+
 std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeOptions& time) {
-  const std::vector<std::string> sensors = recording::columns_of(files.sensor, time);
-  const std::vector<std::string> references = recording::columns_of(files.reference, time);
+  const std::vector<std::string> sensors = columns_of(files, false, time);
+  const std::vector<std::string> references = columns_of(files, true, time);
   // The first sensor whose name is `start`, or goes on after it.
   const auto sensor_of = [&](const std::string& start) -> std::optional<std::string> {
     for (const std::string& name : sensors) {

@@ -32,4 +32,8 @@ std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeO
 // Of each: the last part of its path, with its folder where others end alike, or all of it.
 std::vector<std::string> short_names(const std::vector<std::filesystem::path>& paths);
 
+// Those of numbers; of a file with both, by their units. Throws io::InputError for a pipe, which can be read once only.
+std::vector<std::string> columns_of(const PairFiles& files, bool are_angles,
+                                    const recording::TimeOptions& time);
+
 }  // namespace flexor::identify

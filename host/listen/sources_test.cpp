@@ -72,7 +72,7 @@ TEST(Sources, ReadEveryShapeAlike) {
     const bool is_plain =
         shape.time.unit.empty() && shape.time.columns.empty() && shape.time.log_rate_hz == 0;
     EXPECT_EQ(is_plain ? of_replay(file, shape.column) : shape.value, shape.value) << shape.name;
-    EXPECT_EQ(of_port(shape), shape.value) << shape.name;
+    EXPECT_EQ(of_port(shape), shape.value) << shape.name << " at a port";
   }
 }
 

@@ -19,7 +19,7 @@ struct InputCount {
   double low = 0;             // what was read
   double high = 0;
   bool mostly_outside() const { return readings > 0 && 2 * outside >= readings; }
-  bool mostly_beyond() const { return readings > 0 && 20 * beyond >= 19 * readings; }
+  bool mostly_beyond() const { return readings > 0 && 2 * beyond >= readings; }
 };
 
 class RangeCount {

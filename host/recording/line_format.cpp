@@ -100,13 +100,26 @@ char separator_of(std::string_view first, std::string_view second) {
 }
 
 bool cut_at_arrow(std::string& line, std::string& time) {
-  const std::size_t arrow = line.find("->");
-  if (arrow == std::string::npos) return false;
-  std::string before(trimmed(std::string_view(line).substr(0, arrow)));
-  if (!to_time(before)) return false;
-  time = std::move(before);
-  line = std::string(trimmed(std::string_view(line).substr(arrow + 2)));
-  return true;
+  const std::string_view text = trimmed(line);
+  const auto take = [&](std::size_t end, std::size_t next) {
+    std::string_view before = trimmed(text.substr(0, end));
+    if (before.starts_with('[') && before.ends_with(']')) before = before.substr(1, before.size() - 2);
+    if (!to_time(before)) return false;
+    time = std::string(before);
+    line = std::string(trimmed(text.substr(std::min(next, text.size()))));
+    return true;
+  };
+  for (const std::string_view arrow : {"->", " > "}) {
+    const std::size_t at = text.find(arrow);
+    if (at != text.npos && take(at, at + arrow.size())) return true;
+  }
+  // A time of day, a blank, and a list of numbers between commas.
+  const std::size_t blank = text.find_first_of(" \t");
+  const std::size_t list = std::min(text.find_first_not_of(" \t", blank), text.size());
+  const bool is_list = std::isdigit(static_cast<unsigned char>(text[std::min(list, text.size() - 1)])) != 0 &&
+                       text.find(',') > list && text.find(',') != text.npos &&
+                       text.substr(list).find('\t') == text.npos && text.substr(list).find(';') == text.npos;
+  return is_list && text.substr(0, blank).find(':') != text.npos && take(blank, list);
 }
 
 bool read_labelled(std::string_view line, Cells& cells) {
@@ -114,6 +127,7 @@ bool read_labelled(std::string_view line, Cells& cells) {
   const std::string_view text = trimmed(line);
   if (read_keyed(text, cells)) return true;
   cells = {Layout::labelled, {}, {}};
+  bool has_number = false;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t colon = text.find(':', at);
     const std::string_view label = trimmed(text.substr(at, std::min(colon, text.size()) - at));
@@ -124,13 +138,13 @@ bool read_labelled(std::string_view line, Cells& cells) {
     const std::size_t end = std::min(text.find_first_of(", \t", begin), text.size());
     cells.label.emplace_back(label);
     cells.value.emplace_back(text.substr(begin, end - begin));
-    if (!is_missing(cells.value.back()) && !to_number(cells.value.back())) return false;
+    has_number = has_number || is_missing(cells.value.back()) || to_number(cells.value.back());
     at = std::min(text.find_first_not_of(", \t", end), text.size());
     const std::size_t word = std::min(text.find_first_of(", \t", at), text.size());
     const std::size_t next = std::min(text.find_first_not_of(", \t", word), text.size());
     if (known_unit(text.substr(at, word - at)) && !text.substr(next).starts_with(':')) at = next;
   }
-  return !cells.label.empty();
+  return has_number;
 }
 
 std::optional<Number> read_number(std::string_view cell, char separator) {
@@ -156,9 +170,10 @@ bool is_header(const std::vector<std::string>& cells, char separator) {
 bool is_time_name(std::string_view column, std::optional<double>& unit_s) {
   const NameAndUnit cut = cut_name(column);
   unit_s = seconds_in(cut.unit);
-  static constexpr std::array kNames = {"t",           "time",    "timestamp",    "datetime", "date",
-                                        "clock",       "elapsed", "elapsedtime",  "zeit",     "uhrzeit",
-                                        "zeitstempel", "timems",  "elapsedtimein"};
+  static constexpr std::array kNames = {
+      "t",           "time",    "timestamp",     "datetime",     "date",
+      "clock",       "elapsed", "elapsedtime",   "zeit",         "uhrzeit",
+      "zeitstempel", "timems",  "elapsedtimein", "relativetime", "lsltimestamp"};
   if (std::ranges::any_of(kNames, [&](const char* n) { return cut.name == n; })) {
     if (cut.name == "timems") unit_s = 1e-3;
     return cut.unit.empty() || unit_s.has_value();
@@ -171,8 +186,11 @@ bool is_time_name(std::string_view column, std::optional<double>& unit_s) {
 
 bool is_units_row(const std::vector<std::string>& cells) {
   const auto is_unit = [](const std::string& cell) { return known_unit(cell) || seconds_in(cell); };
+  const auto in_brackets = [](const std::string& cell) {
+    return cell.starts_with('[') || cell.starts_with('(');
+  };
   return std::ranges::any_of(cells, is_unit) && std::ranges::all_of(cells, [&](const std::string& cell) {
-           return is_unit(cell) || cell.empty() || cell == "-";
+           return is_unit(cell) || cell.empty() || cell == "-" || in_brackets(cell);
          });
 }
 

@@ -19,6 +19,8 @@ constexpr double kOddShare = 0.01;   // one in a hundred
 constexpr const char* kNoTimes = "if the log has no times, --log-rate 50 gives the rows a second";
 constexpr double kLongestStep_s = 5;
 constexpr double kShortestStep_s = 1e-4;
+constexpr double kLongestUnsaid_s =
+    0.99;  // where nothing says the unit: 1, 2, 3 and 4, 8, 12 may be rows or milliseconds
 constexpr double kWrapShare = 0.98;  // of its range: a counter that goes back by so much has wrapped
 
 std::string row_name(std::size_t line) { return line > 0 ? fmt::format("row {}", line) : "a row"; }
@@ -171,7 +173,8 @@ void Stream::check_unit() const {
                             first_steps_s_.begin() + static_cast<std::ptrdiff_t>(steps_));
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::nth_element(steps.begin(), middle, steps.end());
-  if (*middle >= kShortestStep_s && *middle <= kLongestStep_s) return;
+  const double longest_s = source_.is_unit_known() ? kLongestStep_s : kLongestUnsaid_s;
+  if (*middle >= kShortestStep_s && *middle <= longest_s) return;
   std::string mend = "is the time column in the unit that it states?";
   static constexpr std::array<std::pair<const char*, const char*>, 4> kUnits = {
       {{"s", "seconds"}, {"ms", "milliseconds"}, {"us", "microseconds"}, {"ns", "nanoseconds"}}};
@@ -183,6 +186,8 @@ void Stream::check_unit() const {
         name, unit);
     break;
   }
+  if (!source_.is_unit_known() && *middle <= kLongestStep_s)
+    mend += "; if it is in seconds, --time-unit s; if it counts rows, --log-rate 50";
   if (source_.guesses_time()) mend += std::string("; ") + kNoTimes;
   throw InputError(
       fmt::format("{}: time steps of {:.4g} s, which no glove log has: {}", source_.name(), *middle, mend));

@@ -37,6 +37,7 @@ class Source {
   // After how many seconds the clock starts from 0 again; 0: never.
   virtual double wrap_s() const { return 0; }
   virtual double time_unit_s() const { return 1; }     // in which its times are written
+  virtual bool is_unit_known() const { return true; }  // of the times
   virtual bool guesses_time() const { return false; }  // nothing says that the column of times is one
   // What was assumed or left out, a line each.
   virtual std::vector<std::string> notes() const { return {}; }

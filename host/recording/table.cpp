@@ -20,7 +20,6 @@ using Kind = Problem::Kind;
 constexpr std::size_t kLongestExcerpt = 40;  // of a cell in a message
 constexpr std::size_t kTornRows = 5;
 constexpr double kTornShare = 0.1;
-constexpr std::size_t kSureRows = 20;  // of a live log: behind them a row with a bad cell is malformed
 constexpr std::size_t kTitles = 40;    // lines in which the first row of numbers is looked for
 constexpr std::size_t kLiveRows = 20;  // of look-ahead where rows come as they are made, and
 constexpr std::size_t kRows = 60'000;  // of a file: what gives nothing for ten minutes at 100 Hz is dead
@@ -39,9 +38,15 @@ const char* spelt(char separator) {
 
 // What a file that is no text is, by how it begins, with the mend; nothing of text.
 const char* binary_kind(std::string_view line) {
-  static constexpr std::array<std::pair<std::string_view, const char*>, 5> kKinds = {
-      {{"MATLAB 5.0 MAT-file", "a MATLAB file: writetable(T, \"log.csv\") in MATLAB"},
+  static constexpr std::array<std::pair<std::string_view, const char*>, 11> kKinds = {
+      {{"{\"", "JSON: write its fields as the columns of CSV"},
+       {"<?xml", "XML: write its table as CSV"},
+       {"<html", "HTML: write its table as CSV"},
+       {"%PDF", "a PDF: export the table as CSV"},
+       {"version https://git-lfs", "a pointer of Git LFS: git lfs pull"},
+       {"MATLAB 5.0 MAT-file", "a MATLAB file: writetable(T, \"log.csv\") in MATLAB"},
        {"\xC2\x89HDF", "an HDF5 or MATLAB file: write its table as CSV"},
+       {"\xC2\x89", "no text: export it as CSV"},
        {"PK\x03\x04", "an Excel workbook or a ZIP archive: save the sheet as CSV"},
        {"\xC3\x90\xC3\x8F\x11", "an old Excel workbook: save the sheet as CSV"},
        {"\x1F\xC2\x8B", "compressed: gunzip it"}}};
@@ -158,8 +163,17 @@ class Finder : public TableState {
     return separator_ != 0 ? std::vector{separator_} : std::vector{';', '\t', ',', ' '};
   }
 
-  // The first line; at a port the newest, whatever it began with.
+  // The first line of labels that one of the next two has, too, or the first line; at a port the newest, whatever it began with.
   std::optional<std::size_t> find_labels(Cells& cells) const {
+    Cells next;
+    const auto has_same = [&](std::size_t i) {
+      return at(i) != nullptr && read_labelled(at(i)->text, next) && next.label == cells.label;
+    };
+    for (std::size_t i = 0; options_.from != From::port && i < kTitles && at(i) != nullptr; ++i) {
+      const bool are_labels = read_labelled(at(i)->text, cells) && !cells.label.empty();
+      if (are_labels && std::ranges::none_of(cells.value, is_missing) && (has_same(i + 1) || has_same(i + 2)))
+        return i;
+    }
     const std::size_t i = options_.from == From::port ? ahead_.size() - first_ - 1 : 0;
     if (at(i) == nullptr || !read_labelled(at(i)->text, cells) || cells.label.empty()) return std::nullopt;
     const auto missing = static_cast<std::size_t>(std::ranges::count_if(cells.value, is_missing));
@@ -167,11 +181,12 @@ class Finder : public TableState {
     return is_row ? std::optional(i) : std::nullopt;
   }
 
-  // The first of two rows of numbers that have as many cells as each other, and the separator; 0 where the first two lines have,
-  // whatever they hold. None: there are no such lines.
+  // The first of two rows of numbers that have as many cells as each other, and the separator; else the first of two lines that
+  // have, whatever they hold. None: there are no such lines.
   std::optional<FirstRow> find_first_row() const {
     std::vector<std::string> a;
     std::vector<std::string> b;
+    std::optional<FirstRow> of_words;
     for (std::size_t i = 0; i < kTitles && at(i + 1) != nullptr; ++i) {
       const Line& second = *at(i + 1);
       const bool takes_one = !second.time.empty() || options_.from == From::port;
@@ -182,12 +197,12 @@ class Finder : public TableState {
         cut_blanks(b, a.size());
         if (a.size() != b.size() || (a.size() < 2 && (!takes_one || c != ','))) continue;
         const std::size_t fewest = takes_one ? 1 : 2;
-        const bool are_rows = is_row(a, c, fewest) && is_row(b, c, fewest);
-        if (!are_rows && (i > 0 || a.size() < 2 || is_strict())) continue;
-        return FirstRow{i, c};
+        const bool is_first = is_row(a, c, fewest) || (i == 0 && a.size() > 1 && is_header(a, c));
+        if (is_first && is_row(b, c, fewest)) return FirstRow{i, c};
+        if (i == 0 && a.size() > 1 && !of_words) of_words = FirstRow{0, c};
       }
     }
-    return is_strict() ? row_under_names() : std::nullopt;
+    return is_strict() ? row_under_names() : of_words;
   }
 
   // The newest line, if it has a number for each of the names above it, which only greetings precede, or in the comment.
@@ -196,9 +211,8 @@ class Finder : public TableState {
     std::vector<std::string> row;
     const std::size_t last = ahead_.size() - first_ - 1;
     for (const char c : separators()) {
-      const auto is_number = [c](const std::string& cell) { return is_number_or_time(cell, c); };
       split(at(last)->text, c, row);
-      if (std::ranges::none_of(row, is_number)) continue;
+      if (!is_row(row, c, 1)) continue;
       split(at(last)->comment, c, names);
       if (last == 0 && row.size() > 1 && names.size() == row.size() && is_row(row, c, 2))
         return FirstRow{0, c};
@@ -245,8 +259,7 @@ class Finder : public TableState {
       split(text.empty() ? text : ahead_[first_].text, separator_, cells);
       cut_blanks(cells, 0);
       if (titles_.size() > 1) read_title_unit(titles_[titles_.size() - 2], cells);
-      const auto rate = cells.size() == 1 ? to_number(cells[0]) : std::nullopt;
-      if (rate && *rate > 0) frame_rate_hz_ = *rate;
+      if (titles_.size() > 1) read_frame_rate(titles_[titles_.size() - 2], cells);
     }
     note(count == 1
              ? fmt::format("row {} (\"{}\") does not fit what follows and is left out", ahead_[begin].number,
@@ -258,6 +271,15 @@ class Finder : public TableState {
   void read_title_unit(const std::vector<std::string>& above, const std::vector<std::string>& cells) {
     const auto place = static_cast<std::size_t>(std::ranges::find(above, "Units") - above.begin());
     if (place < std::min(above.size(), cells.size())) title_unit_ = cells[place];
+  }
+
+  // Vicon's sections: their name, and below it rows a second.
+  void read_frame_rate(const std::vector<std::string>& above, const std::vector<std::string>& cells) {
+    static constexpr std::array kSections = {"Devices", "Model Outputs", "Trajectories", "Joints",
+                                             "Segments"};
+    const bool is_section = above.size() == 1 && std::ranges::count(kSections, above[0]) > 0;
+    const auto rate = is_section && cells.size() == 1 ? to_number(cells[0]) : std::nullopt;
+    if (rate && *rate > 0 && options_.time.log_rate_hz == 0) frame_rate_hz_ = *rate;
   }
 
   void read_header() {
@@ -366,7 +388,7 @@ class Finder : public TableState {
     const auto next = place < second.size() ? read_number(second[place], separator_) : std::nullopt;
     const bool counts =
         number && next && !unit_s && options_.time.unit.empty() && next->value == number->value + 1;
-    const bool useless = (!number && !is_written) || (is_written && stands(place, first[place]));
+    const bool useless = (!number && !is_written) || stands(place, first[place]);
     return Clock{place, counts ? 2 : useless ? 1 : is_named ? 4 : 3, unit_s};
   }
 
@@ -379,12 +401,13 @@ class Finder : public TableState {
       split_line(at(1)->text);
       second = cells_;
     }
-    const bool may_be_none = options_.time.log_rate_hz > 0 && !has_header_;
+    const bool has_rate = options_.time.log_rate_hz > 0;
     std::optional<Clock> best;
     std::optional<Clock> other;  // that would do as well
     for (std::size_t i = 0; i < header_.size() && !arrow_; ++i) {
       std::optional<Clock> clock = clock_in(i, first, second);
-      if (!clock || (may_be_none && clock->rank != 3)) continue;
+      wants_more_ = wants_more_ || (has_rate && at(1) == nullptr);
+      if (!clock || (has_rate && (has_header_ ? clock->rank < 3 : clock->rank != 3))) continue;
       wants_more_ = wants_more_ || (best && !(best->unit_s && clock->unit_s) && at(1) == nullptr);
       if (!best || clock->rank > best->rank) std::swap(best, clock);
       if (clock && clock->rank > 2) other = clock;
@@ -395,6 +418,7 @@ class Finder : public TableState {
       const auto place = place_of(named != asked.end() ? *named : asked.front());
       if (!place) return;
       const auto by_name = seconds_in(cut_name(header_[*place]).unit);
+      arrow_ = false;
       best = clock_in(*place, first, second)
                  .value_or(Clock{*place, 0, by_name ? by_name : seconds_in(header_units_[*place])});
       other.reset();
@@ -407,7 +431,14 @@ class Finder : public TableState {
   }
 
   void choose_time(std::optional<Clock> best, const std::optional<Clock>& other) {
-    if (!best && frame_rate_hz_ > 0 && has("Frame")) best = {*place_of("Frame"), 0, 1 / frame_rate_hz_};
+    if (!best && frame_rate_hz_ > 0 && has("Frame")) {
+      note(fmt::format("{:g} rows a second, by its title", frame_rate_hz_));
+      if (has_sub_frames()) {
+        options_.time.log_rate_hz = frame_rate_hz_;
+      } else {
+        best = {*place_of("Frame"), 0, 1 / frame_rate_hz_};
+      }
+    }
     if (best) time_place_ = best->place;
     if (other) {
       const std::string both = fmt::format("columns \"{}\" and \"{}\" could both be the time",
@@ -424,6 +455,7 @@ class Finder : public TableState {
                        header_[*time_place_]));
     }
     time_unit_s_ = (best ? best->unit_s : std::nullopt).value_or(asked.value_or(1));
+    is_unit_known_ = !best || best->unit_s || asked;
   }
 
   // Two clocks as one number each, less than a second apart. One that counts milliseconds is soon none any more.
@@ -438,6 +470,18 @@ class Finder : public TableState {
     if (is_packed_)
       note(fmt::format("\"{}\" is a clock as one number: hours, minutes, seconds, milliseconds",
                        header_[place]));
+  }
+
+  // Several rows of a frame.
+  bool has_sub_frames() const {
+    const auto place = std::ranges::find(header_, "Sub Frame") - header_.begin();
+    std::vector<std::string> cells;
+    bool out = false;
+    for (std::size_t k = 0; k < kLiveRows && at(k) != nullptr && place < std::ssize(header_); ++k) {
+      split(at(k)->text, separator_, cells);
+      out = out || (place < std::ssize(cells) && cells[static_cast<std::size_t>(place)] != "0");
+    }
+    return out;
   }
 
   void require_time() {
@@ -463,18 +507,21 @@ class Finder : public TableState {
     return std::nullopt;
   }
 
-  // A column is of numbers when the first cell in it that is not missing is one.
+  // A column is of numbers when more cells of the first rows that are not missing are numbers than words.
   std::vector<std::size_t> columns_of_numbers() {
     enum class Of { missing, numbers, text };
     std::vector<Of> of(header_.size(), Of::missing);
+    std::vector<int> more(header_.size());  // numbers than words
     if (time_place_) of[*time_place_] = Of::text;
     const std::size_t most = options_.from == From::file ? kRows : kLiveRows;
+    const std::size_t fewest = options_.from == From::file ? kLiveRows : 1;
     std::size_t k = 0;
-    for (; k < most && std::ranges::count(of, Of::missing) > 0 && at(k) != nullptr; ++k) {
+    for (; k < most && (k < fewest || std::ranges::count(of, Of::missing) > 0) && at(k) != nullptr; ++k) {
       split_line(at(k)->text);
       for (std::size_t i = 0; i < std::min(header_.size(), cells_.size()); ++i) {
-        if (of[i] != Of::missing || is_missing(cells_[i])) continue;
-        of[i] = read_number(cells_[i], separator_) ? Of::numbers : Of::text;
+        if (is_missing(cells_[i]) || time_place_ == i || (k >= fewest && of[i] != Of::missing)) continue;
+        more[i] += read_number(cells_[i], separator_) ? 1 : -1;
+        of[i] = more[i] > 0 ? Of::numbers : Of::text;
       }
     }
     const bool is_known = std::ranges::count(of, Of::missing) == 0 || options_.from == From::port;
@@ -604,7 +651,7 @@ bool TableReader::is_header_again() {
   const bool is_own = !has_labels && std::ranges::is_permutation(names, header_);
   if (is_own) order_ = names == header_ ? std::vector<std::string>() : names;
   if (is_own) other_.clear();
-  if (!is_own && names.size() > 1 && (is_fresh_ || shares) && options_.from != From::file) other_ = names;
+  if (!is_own && names.size() > 1 && (is_fresh_ || shares)) other_ = names;
   return is_own;
 }
 
@@ -634,8 +681,14 @@ bool TableReader::is_whole(Problem& why) {
   return cells_.size() == header_.size();
 }
 
-// Null: none.
-const char* TableReader::fault_of(const Number& number) {
+// Null: none. `last` is the number above it without a fraction, 0: there is none.
+const char* TableReader::fault_of(const std::string& cell, const Number& number, double& last) {
+  const bool is_whole = number.decimal == 0;
+  const bool has_three = !is_whole && cell.size() - cell.find_last_of(".,") == 4;
+  if (has_three && last >= 100 && number.value < last / 100 &&
+      std::abs(1000 * number.value - last) < last / 2)
+    return "follows whole numbers a thousand times as large: leave out what separates the thousands";
+  last = is_whole ? number.value : 0;
   if (!is_measurement(number.value)) return "is not a measurement; mend or remove the row";
   if (number.decimal != 0 && decimal_ != 0 && number.decimal != decimal_ && options_.from != From::port)
     return "some numbers have a decimal point and some a decimal comma; use one";
@@ -645,12 +698,14 @@ const char* TableReader::fault_of(const Number& number) {
 
 bool TableReader::read_values(std::vector<double>& value, Problem& why) {
   value.resize(places_.size());
+  last_.resize(places_.size());
   for (std::size_t i = 0; i < places_.size(); ++i) {
     const std::string& cell = cells_[places_[i]];
     value[i] = std::numeric_limits<double>::quiet_NaN();
     if (is_missing(cell)) continue;
     const auto number = read_number(cell, separator_);
-    const char* fault = number ? fault_of(*number) : "is not a number; mend or remove the row";
+    const char* fault =
+        number ? fault_of(cell, *number, last_[i]) : "is not a number; mend or remove the row";
     if (fault != nullptr) {
       why.column = columns_[i];
       why.detail = fmt::format(fmt::runtime(number ? "{} {}" : "\"{}\" {}"), excerpt(cell), fault);
@@ -690,7 +745,7 @@ bool TableReader::read_time(double& t_s, Problem& why) {
   }
   if (!found)
     return refuse_it("is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove the row");
-  if (const char* fault = number ? fault_of(*number) : nullptr) return refuse_it(fault);
+  if (const char* fault = number ? fault_of(text, *number, last_time_) : nullptr) return refuse_it(fault);
   if (!time_format_ || options_.from == From::port) {
     time_format_ = found->format;
     if (found->format == TimeFormat::clock) wrap_s_ = kDay_s;
@@ -756,7 +811,7 @@ TableReader::Take TableReader::take(Row& row) {
   }
   if (found_ == header_.size()) found_ = 0;
   const bool is_header = has_header_ && line_.text.find(header_.front() + separator_) != std::string::npos;
-  const bool is_sure = options_.from == From::port || (options_.from == From::pipe && rows_ >= kSureRows);
+  const bool is_sure = options_.from == From::port || options_.from == From::pipe;
   if (!why.detail.empty() && !is_header && !is_sure) {
     problem_ = why;
   } else {

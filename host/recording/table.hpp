@@ -96,7 +96,8 @@ class TableState {
   std::optional<std::size_t> time_place_;
   std::optional<std::size_t> segment_place_;
   double time_unit_s_ = 1;
-  bool is_packed_ = false;  // the time is a clock as one number
+  bool is_unit_known_ = true;  // of the time
+  bool is_packed_ = false;     // the time is a clock as one number
   std::vector<std::string> notes_;
   std::string left_out_;  // columns
 };
@@ -131,6 +132,11 @@ class TableReader : TableState {
   using TableState::has_time;
   bool guesses_time() const { return time_place_ && !has_header_; }
   double time_unit_s() const { return time_unit_s_; }
+  // The time is no number, or its unit is stated.
+  bool is_unit_known() const {
+    return is_unit_known_ || (time_format_ && *time_format_ != TimeFormat::number);
+  }
+  const std::string& left_out() const { return left_out_; }  // columns without numbers
   double wrap_s() const { return wrap_s_; }
   bool is_dated() const { return time_format_ && is_date(*time_format_); }
   std::vector<std::string> notes() const;
@@ -142,7 +148,7 @@ class TableReader : TableState {
   bool is_whole(Problem& why);
   bool read_time(double& t_s, Problem& why);
   bool read_values(std::vector<double>& value, Problem& why);
-  const char* fault_of(const Number& number);
+  const char* fault_of(const std::string& cell, const Number& number, double& last);
   void leave_out();
 
   std::string comment_;
@@ -153,6 +159,8 @@ class TableReader : TableState {
   std::string refusal_;
   std::optional<TimeFormat> time_format_;
   double wrap_s_ = 0;
+  std::vector<double> last_;  // of each column, the last whole number
+  double last_time_ = 0;
   char decimal_ = 0;  // what separates the fractions, once one was seen
   std::size_t rows_ = 0;
   std::string segment_;

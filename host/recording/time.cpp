@@ -56,13 +56,20 @@ std::optional<double> to_iso(std::string_view text) {
   std::array<double, 4> of{};
   std::array<double, 3> zone{};
   double clock_s = 0;
-  if (!take(text, "y-d-d", of.data()) || (!text.starts_with('T') && !text.starts_with(' ')))
+  const bool has_slashes = text.size() > 4 && text[4] == '/';
+  if (!take(text, has_slashes ? "y/d/d" : "y-d-d", of.data()) ||
+      (!text.starts_with('T') && !text.starts_with(' ')))
     return std::nullopt;
   text.remove_prefix(1);
   if (!take_clock(text, clock_s)) return std::nullopt;
   text = trimmed(text);
   const double sign = text.starts_with('-') ? -1 : 1;
   if (text == "Z") text = {};
+  if (text == "UTC") text = {};
+  if (text.size() == 5 && text.find(':') == std::string_view::npos) {
+    if (!take(text, sign < 0 ? "-y" : "+y", zone.data())) return std::nullopt;
+    zone = {std::floor(zone[0] / 100), std::fmod(zone[0], 100)};
+  }
   if (!text.empty() && !take(text, sign < 0 ? "-m:m" : "+m:m", zone.data())) return std::nullopt;
   const auto date = since_1970(of[0], of[1], of[2]);
   if (!date || !text.empty()) return std::nullopt;

@@ -55,16 +55,17 @@ NameAndUnit cut_name(std::string_view column) {
     out.unit = trimmed(std::string_view(text).substr(unit_begin, unit_end - unit_begin));
     text.resize(name_end);
   };
+  text.erase(0, text.find_first_not_of("% "));  // ROS and MATLAB
   const char last = text.empty() ? '\0' : text.back();
   if (last == ')' || last == ']') {
     const std::size_t open = text.rfind(last == ')' ? '(' : '[');
     if (open != std::string::npos && open + 1 < text.size()) finish(open, open + 1, text.size() - 1);
-  } else if (const std::size_t at = text.find_last_of("_ "); at != std::string::npos) {
+  } else if (const std::size_t at = text.find_last_of("_ /"); at != std::string::npos) {
     const std::string unit = text.substr(at + 1);
     if (known_unit(unit) || seconds_in(unit)) finish(at, at + 1, text.size());
   }
   out.name = lower(text);
-  std::erase_if(out.name, [](char c) { return c == ' ' || c == '_'; });
+  std::erase_if(out.name, [](char c) { return c == ' ' || c == '_' || c == '/' || c == ','; });
   return out;
 }
 
@@ -105,7 +106,8 @@ std::optional<double> seconds_in(std::string_view unit) {
       {1e-3, {"ms", "msec", "msecs", "millis", "millis()", "millisecond", "milliseconds"}},
       {1e-6, {"us", "usec", "µs", "micros", "micros()", "microseconds"}},
       {1e-9, {"ns", "nsec", "nanoseconds"}},
-      {60, {"min"}}};
+      {60, {"min"}},
+      {3600, {"h", "hours"}}};
   const std::string wanted = bare(unit);
   for (const auto& [seconds, written] : kUnits) {
     if (std::ranges::any_of(written, [&](const char* w) { return wanted == w; })) return seconds;

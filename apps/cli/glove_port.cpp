@@ -65,7 +65,7 @@ std::unique_ptr<listen::Source> open_boards(const GlovePort& o) {
 }
 
 std::unique_ptr<listen::Source> open_recording(const GlovePort& o) {
-  auto replay = std::make_unique<listen::ReplaySource>(o.from, o.speed);
+  auto replay = std::make_unique<listen::ReplaySource>(o.from, o.speed, o.time);
   for (const std::string& warning : replay->warnings()) log("warning: " + warning);
   return replay;
 }
@@ -123,6 +123,7 @@ void add_options(CLI::App& command, GlovePort& o) {
       .add_option("--joints", o.joints, "of a camera: its joint file, or the name of one in models/joints")
       ->needs(from);
   command.add_option("--lens", o.lens, "of a camera: lens file of flexor camera calibrate")->needs(from);
+  add_time_options(command, o.time);
 }
 
 void add_speed(CLI::App& command, GlovePort& o) {

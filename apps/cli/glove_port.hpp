@@ -18,7 +18,8 @@ struct GlovePort {
   std::string from;    // instead of a port; empty: a port
   std::string joints;  // of a camera
   std::string lens;
-  double speed = 1;  // of a recording
+  double speed = 1;             // of a recording
+  recording::TimeOptions time;  // likewise
 };
 
 void add_options(CLI::App& command, GlovePort& o);

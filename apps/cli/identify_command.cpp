@@ -219,6 +219,19 @@ double lead_for(const std::string& what, double rate_hz) {
   return total["mean_ms"].get<double>() / 1000 + kHand_s;
 }
 
+// What finds no partner is said.
+std::vector<identify::JointMap> map_by_name(const identify::HandRequest& r) {
+  const std::vector<identify::JointMap> map = identify::map_by_name(r.pairs.front(), r.time);
+  for (const std::string& angle : identify::columns_of(r.pairs.front(), true, r.time)) {
+    const std::string finger = angle.substr(0, angle.find('_'));
+    if (std::ranges::count(model::finger_names(), finger) > 0 && !angle.ends_with("_quality") &&
+        std::ranges::count(map, angle, &identify::JointMap::reference) == 0)
+      log(fmt::format("note: {} is left out: {} has no column of numbers called {}", angle,
+                      r.pairs.front().sensor.string(), finger));
+  }
+  return map;
+}
+
 // Pairs and map, as they are or as one pair and its columns.
 void add_takes(Options& o) {
   identify::HandRequest& r = o.request;
@@ -240,7 +253,7 @@ void add_takes(Options& o) {
     o.is_named = is_named;
     r.map = {map};
   } else {
-    r.map = o.map.empty() ? identify::map_by_name(r.pairs.front(), r.time) : identify::parse_map(o.map);
+    r.map = o.map.empty() ? map_by_name(r) : identify::parse_map(o.map);
   }
   r.ends = pose_angles(o.pose_angles);
   r.reference_error_deg = reference_errors(o.reference_error);

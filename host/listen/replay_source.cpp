@@ -10,13 +10,14 @@
 
 namespace flexor::listen {
 
-ReplaySource::ReplaySource(const std::filesystem::path& file, double speed)
+ReplaySource::ReplaySource(const std::filesystem::path& file, double speed,
+                           const recording::TimeOptions& time)
     : name_(file.string()), speed_(speed) {
   constexpr double kSlowest = 0.01;
   constexpr double kFastest = 1000;
   if (!(speed >= kSlowest && speed <= kFastest))
     throw io::InputError(fmt::format("--speed {}: must lie between {} and {}", speed, kSlowest, kFastest));
-  recording::CsvReader reader(file, {{}, {}, true});
+  recording::CsvReader reader(file, {{}, time, true});
   recording::Recording recording = recording::read(reader);
   for (recording::Column& column : recording.columns) {
     if (column.name == "host_s") continue;

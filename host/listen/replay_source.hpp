@@ -8,6 +8,7 @@
 
 #include "host/listen/source.hpp"
 #include "host/recording/recording.hpp"
+#include "host/recording/time.hpp"
 
 namespace flexor::listen {
 
@@ -16,7 +17,8 @@ class ReplaySource : public Source {
   // CSV as host/recording reads it; a column host_s, this machine's clock of that time, is left out; an empty cell
   // or nan is a missing reading. `speed` 2: in half the
   // time. Throws io::InputError: what read_csv() throws, a speed that is not from 0.01 to 1000.
-  explicit ReplaySource(const std::filesystem::path& file, double speed = 1);
+  explicit ReplaySource(const std::filesystem::path& file, double speed = 1,
+                        const recording::TimeOptions& time = {});
 
   // ended: every row was given; wait() does not wait then. host_s is the instant at which a row was due.
   Event wait(double timeout_s, std::vector<Sample>& out) override;

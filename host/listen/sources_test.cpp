@@ -42,12 +42,12 @@ Values of_pipe(const std::filesystem::path& pipe, const Shape& shape) {
   return recording::read(reader).column(shape.column).value;
 }
 
-Values of_replay(const std::filesystem::path& file, const std::string& column) {
-  ReplaySource source(file, 1000);
+Values of_replay(const std::filesystem::path& file, const Shape& shape) {
+  ReplaySource source(file, 1000, shape.time);
   std::vector<Sample> samples;
   while (source.wait(0.1, samples) != Event::ended) {
   }
-  return column_of(source.columns(), samples, column);
+  return column_of(source.columns(), samples, shape.column);
 }
 
 Values of_port(const Shape& shape) {
@@ -69,9 +69,7 @@ TEST(Sources, ReadEveryShapeAlike) {
     EXPECT_EQ(recording::read_csv(file, {shape.column}, shape.time).column(shape.column).value, shape.value)
         << shape.name;
     EXPECT_EQ(of_pipe(folder.path() / "pipe", shape), shape.value) << shape.name;
-    const bool is_plain =
-        shape.time.unit.empty() && shape.time.columns.empty() && shape.time.log_rate_hz == 0;
-    EXPECT_EQ(is_plain ? of_replay(file, shape.column) : shape.value, shape.value) << shape.name;
+    EXPECT_EQ(of_replay(file, shape), shape.value) << shape.name;
     EXPECT_EQ(of_port(shape), shape.value) << shape.name << " at a port";
   }
 }

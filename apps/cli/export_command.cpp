@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "apps/cli/commands.hpp"
 #include "host/deploy/compensator_text.hpp"
@@ -22,7 +23,6 @@ struct Options {
   std::string to;
   std::string out;
   exports::AngleOptions angles;
-  exports::JointStateOptions mcap;
   std::string start;
   exports::BidsOptions bids;
   bool json = false;
@@ -30,7 +30,8 @@ struct Options {
 
 constexpr const char* kRecorded = "mcap, mot and bids";
 
-std::uint64_t start_ns(const std::string& text) {
+std::optional<std::uint64_t> start_ns(const std::string& text) {
+  if (text.empty()) return std::nullopt;
   const auto time = recording::to_time(text);
   const bool is_date = time && recording::is_date(time->format) && !recording::is_ambiguous_date(text);
   if (!is_date || time->value < 0)
@@ -41,9 +42,7 @@ std::uint64_t start_ns(const std::string& text) {
 exports::Written write(const Options& o) {
   if (o.to == "bids") return exports::write_bids({o.files.begin(), o.files.end()}, o.angles, o.bids, o.out);
   if (o.to == "mot") return exports::write_mot(o.files.front(), o.angles, o.out);
-  exports::JointStateOptions mcap = o.mcap;
-  if (!o.start.empty()) mcap.start_ns = start_ns(o.start);
-  return exports::write_joint_states(o.files.front(), o.angles, mcap, o.out);
+  return exports::write_joint_states(o.files.front(), o.angles, start_ns(o.start), o.out);
 }
 
 bool is_of_model(const std::string& to) { return to == "matlab" || to == "cpp"; }

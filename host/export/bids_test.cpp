@@ -135,10 +135,8 @@ TEST(Bids, ARepeatCompletesAndCleansWhatAKilledExportLeft) {
   fs::create_directory(theirs);
   io::write_file(theirs / "mine.txt", "x");
   fs::create_directory(log.beside(".flexor-export-zzzzzz"));  // killed before it had said whose it is
-  const std::string own = "this-is-flexor's-and-goes";
   const fs::path left_beside = log.beside(".flexor-export-aaaaaa/set/sub-01/motion");
   fs::create_directories(left_beside);
-  io::write_file(log.beside(".flexor-export-aaaaaa") / own, "");
   io::write_file(left_beside / "sub-01_task-motion_tracksys-glove_motion.tsv", "1");
   (void)write_bids({log.path()}, {}, {}, set);
   EXPECT_EQ(io::read_file(theirs / "mine.txt"), "x");
@@ -146,7 +144,6 @@ TEST(Bids, ARepeatCompletesAndCleansWhatAKilledExportLeft) {
   EXPECT_EQ(log.files(), 10u);
   const fs::path left = set / ".flexor-export-bbbbbb/set/sub-02/motion";
   fs::create_directories(left);
-  io::write_file(set / ".flexor-export-bbbbbb" / own, "");
   io::write_file(set / "participants.tsv", "participant_id\nsub-01\nsub-02\n");
   (void)write_bids({log.path()}, {}, {"02", "motion", 1}, set);
   EXPECT_EQ(io::read_file(set / "participants.tsv"), "participant_id\nsub-01\nsub-02\n");

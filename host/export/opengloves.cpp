@@ -81,7 +81,6 @@ int OpenGloves::open_it() {
 void OpenGloves::close_it() {
   if (file_ >= 0) ::close(file_);
   file_ = -1;
-  reads_ = false;
   pending_.clear();
 }
 
@@ -129,31 +128,13 @@ void OpenGloves::add(double t_s, std::span<const double> angle_deg) {
     tried_s_ = t_s;
     if (open_it() != 0) close_it();
   }
-  if (file_ >= 0) send();  // the rest of the last line
-  reads_ = file_ >= 0 && pending_.empty();
-  if (!reads_) {
-    ++left_out_;
-    return;
-  }
+  if (file_ >= 0) send();                      // the rest of the last line
+  if (file_ < 0 || !pending_.empty()) return;  // nobody reads
   if (is_port_) answer();
   pending_ += text;
   const std::size_t size = pending_.size();
   send();
-  reads_ = file_ >= 0 && pending_.size() < size;
-  if (reads_) {
-    ++lines_;
-    return;
-  }
-  pending_.clear();  // nothing of it went out
-  ++left_out_;
-}
-
-std::string OpenGloves::says() const {
-  if (file_ < 0)
-    return fmt::format("OpenGloves to {}: {}", path_.string(),
-                       is_port_ ? "the port has gone, and is waited for" : "nobody reads yet");
-  return fmt::format("OpenGloves to {}: {} lines, {} left out{}", path_.string(), lines_, left_out_,
-                     reads_ || lines_ + left_out_ == 0 ? "" : ", nobody reads at the moment");
+  if (pending_.size() == size) pending_.clear();  // nothing of it went out
 }
 
 }  // namespace flexor::exports

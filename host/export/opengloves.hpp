@@ -8,7 +8,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -41,10 +40,6 @@ class OpenGloves : public Sink {
 
   // A finger whose angle is NaN stays as it was.
   void add(double t_s, std::span<const double> angle_deg) override;
-  std::string says() const override;
-
-  std::uint64_t lines() const { return lines_; }        // that went out
-  std::uint64_t left_out() const { return left_out_; }  // while nobody read
 
  private:
   int open_it();  // 0 or errno
@@ -61,9 +56,6 @@ class OpenGloves : public Sink {
   bool is_port_ = false;
   std::optional<double> tried_s_;
   std::string pending_;  // of a line that only half of went out
-  std::uint64_t lines_ = 0;
-  std::uint64_t left_out_ = 0;
-  bool reads_ = false;  // the last line went out
 };
 
 }  // namespace flexor::exports

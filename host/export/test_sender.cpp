@@ -28,6 +28,6 @@ void send(Sink& sink, int samples, std::chrono::milliseconds step) {
 
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
-  flexor::exports::JointStateFile file(argv[2], {"index_mcp", "two words"}, {});
+  flexor::exports::JointStateFile file(argv[2], {"index_mcp", "two words"});
   flexor::exports::send(file, 1'000'000, std::chrono::milliseconds(1));
 }

@@ -10,9 +10,8 @@
 // the other sign in the table and in what is written. Whether the table has the sign that is said, its bends tell.
 #pragma once
 
-#include <filesystem>
+#include <array>
 #include <functional>
-#include <istream>
 #include <string>
 #include <vector>
 
@@ -30,12 +29,15 @@ struct CompleteOptions {
 
 struct Completion {
   std::size_t rows = 0;
-  std::vector<std::string> inputs;
-  std::vector<std::array<std::size_t, kQualities>> quality;  // of each input, rows by Quality
+  struct OfInput {
+    std::string name;
+    std::array<std::size_t, kQualities> rows{};  // by Quality
+    std::size_t extended = 0;  // rows that read further extended than a straight finger does
+  };
+  std::vector<OfInput> inputs;
+  std::vector<std::string> extended;  // inputs that mostly do: has the table the other sign?
   double shown_s = 0;
   bool rest_ended = false;  // a row came after it
-  std::vector<std::string>
-      extended;  // bends and joints that mostly read further extended than straight: has the table the other sign?
   std::size_t shown_joints = 0;
   Hand mean_se_deg = Hand::Zero();
   Shape shape;

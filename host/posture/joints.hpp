@@ -20,6 +20,7 @@ inline constexpr std::array<std::string_view, kJoints> kJointNames = {
 using Hand = Eigen::Array<double, kJoints, 1>;                 // degrees
 using Hands = Eigen::Matrix<double, Eigen::Dynamic, kJoints>;  // a hand in each row
 
+inline std::string_view joint_name(int joint) { return kJointNames[static_cast<std::size_t>(joint)]; }
 // Empty: no such joint.
 std::optional<int> find_joint(std::string_view name);
 
@@ -30,13 +31,11 @@ struct Coupling {
 };
 inline constexpr std::array<Coupling, 4> kCouplings = {{{6, 5}, {10, 9}, {14, 13}, {18, 17}}};
 
-// How far a joint goes in healthy adults, or infinite where there is no agreed figure. Active ranges of the
-// American Academy of Orthopaedic Surgeons (1965), with 10 degrees for the spread between people.
+// How far each joint goes.
 struct Limits {
   Hand low_deg;
   Hand high_deg;
 };
-Limits anatomical_limits();
 
 // What is sensed: the sum of one or several joints, as a strip that lies over them measures it.
 struct Input {

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -30,19 +29,19 @@ struct Options {
 
 constexpr const char* kRecorded = "mcap, mot and bids";
 
-std::optional<std::uint64_t> start_ns(const std::string& text) {
+std::optional<double> start_s(const std::string& text) {
   if (text.empty()) return std::nullopt;
   const auto time = recording::to_time(text);
   const bool is_date = time && recording::is_date(time->format) && !recording::is_ambiguous_date(text);
   if (!is_date || time->value < 0)
     throw io::InputError(fmt::format("--start {}: a time such as 2026-05-01T12:03:11Z is needed", text));
-  return static_cast<std::uint64_t>(std::llround(time->value * 1e6)) * 1000;
+  return time->value;
 }
 
 exports::Written write(const Options& o) {
   if (o.to == "bids") return exports::write_bids({o.files.begin(), o.files.end()}, o.angles, o.bids, o.out);
   if (o.to == "mot") return exports::write_mot(o.files.front(), o.angles, o.out);
-  return exports::write_joint_states(o.files.front(), o.angles, start_ns(o.start), o.out);
+  return exports::write_joint_states(o.files.front(), o.angles, start_s(o.start), o.out);
 }
 
 bool is_of_model(const std::string& to) { return to == "matlab" || to == "cpp"; }

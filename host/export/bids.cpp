@@ -285,16 +285,16 @@ void take(Written& all, Written run, const std::string& source) {
 // Files from there to here, all or none of them.
 void move_all(const std::vector<std::string>& files, const fs::path& from, const fs::path& to) {
   std::vector<fs::path> moved;
-  std::error_code error;
-  fs::create_directories(to, error);
   for (const std::string& file : files) {
-    if (!error) fs::rename(from / file, to / file, error);
-    if (error) {
-      std::error_code ignored;
-      for (const fs::path& path : moved) fs::remove(path, ignored);
-      cannot_write(to / file, error);
+    std::error_code error;
+    fs::rename(from / file, to / file, error);
+    if (!error) {
+      moved.push_back(to / file);
+      continue;
     }
-    moved.push_back(to / file);
+    std::error_code ignored;
+    for (const fs::path& path : moved) fs::remove(path, ignored);
+    cannot_write(to / file, error);
   }
 }
 

@@ -26,16 +26,8 @@ void put_string(std::string& out, const std::string& text) {
   put(out, text + '\0');
 }
 
-std::uint64_t now_ns() {
-  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(
-                                        std::chrono::system_clock::now().time_since_epoch())
-                                        .count());
-}
-
-// A double tells microseconds of such times.
-std::uint64_t since_1970_ns(double t_s, const std::string& source) {
-  if (t_s < 0) throw io::InputError(source + ": times before 1970 do not fit into MCAP: say --start");
-  return static_cast<std::uint64_t>(std::llround(t_s * 1e6)) * 1000;
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 // sensor_msgs/msg/JointState with the definitions that it needs, as the schema encoding ros2msg has them; their comments are
@@ -87,29 +79,32 @@ const std::string& JointStateMessage::encode(std::uint64_t time_ns, std::span<co
 }
 
 JointStates::JointStates(McapWriter::Write write, const std::vector<std::string>& joints,
-                         std::optional<std::uint64_t> start_ns)
+                         std::optional<double> start_s)
     : message_(joints, ""),
       writer_(std::move(write), "ros2",
               {"/flexor/joint_states", "cdr", "sensor_msgs/msg/JointState", "ros2msg", kSchema}),
-      start_ns_(start_ns) {}
+      start_s_(start_s) {}
 
 void JointStates::add(double t_s, std::span<const double> angle_deg) {
   if (writer_.messages() == 0) {
     first_s_ = t_s;
-    if (!start_ns_) start_ns_ = now_ns();
+    // A double tells microseconds of times since 1970.
+    start_ns_ = static_cast<std::uint64_t>(std::llround(start_s_.value_or(now_s()) * 1e6)) * 1000;
   }
-  const std::uint64_t time_ns = *start_ns_ + static_cast<std::uint64_t>(std::llround((t_s - first_s_) * 1e9));
+  const std::uint64_t time_ns = start_ns_ + static_cast<std::uint64_t>(std::llround((t_s - first_s_) * 1e9));
   writer_.add(time_ns, message_.encode(time_ns, angle_deg));
 }
 
 Written write_joint_states(const std::filesystem::path& recording, const AngleOptions& options,
-                           std::optional<std::uint64_t> start_ns, const std::filesystem::path& out) {
+                           std::optional<double> start_s, const std::filesystem::path& out) {
   Angles angles(recording, options);
   io::Output output(out);
   AngleRow row;
   bool more = angles.next(row);
-  if (angles.is_dated() && !start_ns) start_ns = since_1970_ns(row.t_s, angles.source());
-  JointStates states([&](std::string_view bytes) { output.write(bytes); }, angles.joints(), start_ns);
+  if (angles.is_dated() && !start_s) start_s = row.t_s;
+  if (start_s && *start_s < 0)
+    throw io::InputError(angles.source() + ": times before 1970 do not fit into MCAP: say --start");
+  JointStates states([&](std::string_view bytes) { output.write(bytes); }, angles.joints(), start_s);
   for (; more; more = angles.next(row)) states.add(row.t_s, row.angle_deg);
   states.writer().close();
   output.commit();

@@ -36,23 +36,23 @@ class JointStateMessage {
 // Samples into an MCAP writer, t_s on the wall's clock.
 class JointStates {
  public:
-  // `start_ns`: of the first sample, since 1970; none: now.
-  JointStates(McapWriter::Write write, const std::vector<std::string>& joints,
-              std::optional<std::uint64_t> start_ns);
+  // `start_s`: of the first sample, since 1970; none: now.
+  JointStates(McapWriter::Write write, const std::vector<std::string>& joints, std::optional<double> start_s);
   void add(double t_s, std::span<const double> angle_deg);
   McapWriter& writer() { return writer_; }
 
  private:
   JointStateMessage message_;
   McapWriter writer_;
-  std::optional<std::uint64_t> start_ns_;
+  std::optional<double> start_s_;
+  std::uint64_t start_ns_ = 0;
   double first_s_ = 0;
 };
 
-// A whole file, as the recording comes: "-" too. A recording with dates begins at its own, unless `start_ns` is given.
+// A whole file, as the recording comes: "-" too. A recording with dates begins at its own, unless `start_s` is given.
 // Throws io::InputError and io::JobError.
 Written write_joint_states(const std::filesystem::path& recording, const AngleOptions& angles,
-                           std::optional<std::uint64_t> start_ns, const std::filesystem::path& out);
+                           std::optional<double> start_s, const std::filesystem::path& out);
 
 // A file that grows while samples come.
 class JointStateFile : public Sink {

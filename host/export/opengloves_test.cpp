@@ -7,10 +7,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <cmath>
+#include <sstream>
 
 #include "host/export/test_recording.hpp"
+#include "host/io/refusal_test.hpp"
 #include "host/io/terminal_test.hpp"
 
 namespace flexor::exports {
@@ -40,18 +41,13 @@ std::string read_now(int file) {
 // Every line, as the driver reads it; fails where one is no whole frame.
 std::vector<link::GloveLine> lines_of(const std::string& text) {
   std::vector<link::GloveLine> lines;
-  std::size_t begin = 0;
-  while (begin < text.size()) {
-    const std::size_t end = text.find('\n', begin);
-    EXPECT_NE(end, std::string::npos) << "half a line";
-    if (end == std::string::npos) break;
-    const std::string line = text.substr(begin, end + 1 - begin);
-    link::GloveLine parsed{};
-    EXPECT_EQ(link::parse_gloves(line.data(), static_cast<std::uint16_t>(line.size()), parsed),
+  EXPECT_TRUE(text.empty() || text.ends_with('\n')) << "half a line";
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) {
+    line += '\n';
+    EXPECT_EQ(link::parse_gloves(line.data(), static_cast<std::uint16_t>(line.size()), lines.emplace_back()),
               link::GloveParse::ok)
         << line;
-    lines.push_back(parsed);
-    begin = end + 1;
   }
   return lines;
 }
@@ -64,7 +60,7 @@ class ToFifo : public testing::Test {
   TestRecording place_{"x"};
 };
 
-TEST_F(ToFifo, AnglesBecomeBend) {
+TEST_F(ToFifo, AnglesBecomeBendAndTheGesturesOfTheGlovesFirmware) {
   const int in = reader();
   OpenGloves out(fifo(), index_and_thumb());
   const double half[] = {60, 15};
@@ -73,8 +69,10 @@ TEST_F(ToFifo, AnglesBecomeBend) {
   out.add(0.01, beyond);
   const double unknown[] = {NAN, 60};
   out.add(0.02, unknown);
+  const double fist[] = {110, 0};
+  out.add(0.03, fist);
   const auto lines = lines_of(read_now(in));
-  ASSERT_EQ(lines.size(), 3u);
+  ASSERT_EQ(lines.size(), 4u);
   EXPECT_NEAR(lines[0].values.flexion[1], 512, 1);
   EXPECT_NEAR(lines[0].values.flexion[0], 767, 1);
   EXPECT_EQ(lines[0].values.flexion[2], 0) << "no range, straight";
@@ -82,19 +80,9 @@ TEST_F(ToFifo, AnglesBecomeBend) {
   EXPECT_EQ(lines[1].values.flexion[0], 1023);
   EXPECT_EQ(lines[2].values.flexion[1], 0) << "not known: as it was";
   EXPECT_EQ(lines[2].values.flexion[0], 0);
-  ::close(in);
-}
-
-TEST_F(ToFifo, AFistMakesTheGesturesOfTheGlovesFirmware) {
-  const int in = reader();
-  OpenGloves out(fifo(), index_and_thumb());
-  const double fist[] = {110, 0};
-  out.add(0, fist);
-  const auto lines = lines_of(read_now(in));
-  ASSERT_EQ(lines.size(), 1u);
-  EXPECT_EQ(lines[0].values.buttons,
+  EXPECT_EQ(lines[3].values.buttons,
             link::glove_button::kTrigger | link::glove_button::kPinch | link::glove_button::kGrab);
-  EXPECT_EQ(lines[0].values.trigger, 1023);
+  EXPECT_EQ(lines[3].values.trigger, 1023);
   ::close(in);
 }
 
@@ -157,18 +145,13 @@ TEST(ToPort, ThatIsNotReadOrHasGoneDoesNotHoldItUp) {
   for (int i = 0; i < 200; ++i) out.add(t_s += 0.01, open);
 }
 
-void expect_refused(const std::filesystem::path& path, const OpenGlovesOptions& options,
-                    const std::string& part) {
-  try {
-    const OpenGloves out(path, options);
-    ADD_FAILURE() << "taken: " << path;
-  } catch (const io::InputError& error) {
-    EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
-  }
-}
-
 TEST(OpenGloves, RefusesWhatIsNoPort) {
   const TestRecording place("x");
+  const auto expect_refused = [](const std::filesystem::path& path, const OpenGlovesOptions& options,
+                                 const std::string& part) {
+    const std::string what = io::refusal_of([&] { const OpenGloves out(path, options); });
+    EXPECT_NE(what.find(part), std::string::npos) << what;
+  };
   expect_refused(place.beside("none"), index_and_thumb(), "mkfifo");
   expect_refused(place.path(), index_and_thumb(), "neither a serial port nor a FIFO");
   expect_refused("/dev/null", index_and_thumb(), "neither a serial port nor a FIFO");

@@ -38,6 +38,8 @@ TEST(PostureDocument, IsRefusedByNameWhereItIsWrong) {
     return io::refusal_of([&] { parse(other, "p.json"); });
   };
   EXPECT_NE(changed("\"schema\":1", "\"schema\":2").find("newer than this version's 1"), std::string::npos);
+  for (const std::string schema : {"0", "-1", "1e-300"})
+    EXPECT_NE(changed("\"schema\":1", "\"schema\":" + schema).find("there is no schema"), std::string::npos);
   EXPECT_NE(changed("palm_arch", "palm").find("\"joints\" are not the 23"), std::string::npos);
   EXPECT_NE(changed("\"kind\":\"posture\"", "\"kind\":\"model\"").find("posture learn"), std::string::npos);
   EXPECT_NE(changed("\"cells\":[[", "\"cells\":[[1,").find("person 1, cell 1"), std::string::npos);

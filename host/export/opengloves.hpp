@@ -17,7 +17,7 @@
 
 namespace flexor::exports {
 
-// A finger's bend is 0 at one angle of the joint that tells it, 1 at the other.
+// A finger's bend is 0 at one angle of the joint that tells it, 1 at another, as a model's ends are apart.
 struct FingerRange {
   std::size_t joint = 0;  // of those that add() gets
   double straight_deg = 0;
@@ -32,7 +32,7 @@ struct OpenGlovesOptions {
 
 class OpenGloves : public Sink {
  public:
-  // Throws io::InputError: no such port or FIFO, or it is something else, a range without a width.
+  // Throws io::InputError: no such port or FIFO, or it is something else.
   OpenGloves(const std::filesystem::path& path, const OpenGlovesOptions& options);
   ~OpenGloves() override;
   OpenGloves(const OpenGloves&) = delete;

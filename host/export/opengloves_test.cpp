@@ -147,17 +147,13 @@ TEST(ToPort, ThatIsNotReadOrHasGoneDoesNotHoldItUp) {
 
 TEST(OpenGloves, RefusesWhatIsNoPort) {
   const TestRecording place("x");
-  const auto expect_refused = [](const std::filesystem::path& path, const OpenGlovesOptions& options,
-                                 const std::string& part) {
-    const std::string what = io::refusal_of([&] { const OpenGloves out(path, options); });
+  const auto expect_refused = [](const std::filesystem::path& path, const std::string& part) {
+    const std::string what = io::refusal_of([&] { const OpenGloves out(path, index_and_thumb()); });
     EXPECT_NE(what.find(part), std::string::npos) << what;
   };
-  expect_refused(place.beside("none"), index_and_thumb(), "mkfifo");
-  expect_refused(place.path(), index_and_thumb(), "neither a serial port nor a FIFO");
-  expect_refused("/dev/null", index_and_thumb(), "neither a serial port nor a FIFO");
-  OpenGlovesOptions flat;
-  flat.fingers[0] = FingerRange{0, 5, 5};
-  expect_refused("/dev/null", flat, "two angles");
+  expect_refused(place.beside("none"), "mkfifo");
+  expect_refused(place.path(), "neither a serial port nor a FIFO");
+  expect_refused("/dev/null", "neither a serial port nor a FIFO");
 }
 
 }  // namespace

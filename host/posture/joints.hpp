@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <string>
@@ -22,7 +23,11 @@ using Hands = Eigen::Matrix<double, Eigen::Dynamic, kJoints>;  // a hand in each
 
 inline std::string_view joint_name(int joint) { return kJointNames[static_cast<std::size_t>(joint)]; }
 // Empty: no such joint.
-std::optional<int> find_joint(std::string_view name);
+inline std::optional<int> find_joint(std::string_view name) {
+  const auto it = std::ranges::find(kJointNames, name);
+  if (it == kJointNames.end()) return std::nullopt;
+  return static_cast<int>(it - kJointNames.begin());
+}
 
 // A joint that follows another through tendons: DIP and PIP of one finger.
 struct Coupling {
@@ -44,7 +49,14 @@ struct Input {
 };
 
 // One row for each input: inputs = matrix * hand.
-Eigen::Matrix<double, Eigen::Dynamic, kJoints> input_matrix(const std::vector<Input>& inputs);
+using InputMatrix = Eigen::Matrix<double, Eigen::Dynamic, kJoints>;
+inline InputMatrix input_matrix(const std::vector<Input>& inputs) {
+  InputMatrix matrix = InputMatrix::Zero(std::ssize(inputs), kJoints);
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    for (const int joint : inputs[static_cast<std::size_t>(i)].joints) matrix(i, joint) = 1;
+  }
+  return matrix;
+}
 
 // Seconds since the row before: a clock that starts again, or a pause, counts as nothing.
 inline double step_s(double before_s, double now_s, double pause_s = 0.5) {

@@ -46,7 +46,6 @@ struct Shape {
 };
 
 using People = std::vector<const Person*>;
-using InputMatrix = Eigen::Matrix<double, Eigen::Dynamic, kJoints>;
 
 class Regression {
  public:

@@ -22,6 +22,7 @@ struct Options {
   std::string to;
   std::string out;
   exports::AngleOptions angles;
+  std::string model;
   std::string start;
   exports::BidsOptions bids;
   bool json = false;
@@ -49,10 +50,10 @@ bool is_of_model(const std::string& to) { return to == "matlab" || to == "cpp"; 
 // An option that does nothing would be taken for one that does.
 void require_of_format(const CLI::App& command, const std::string& to) {
   const std::vector<std::pair<const char*, const char*>> all = {
-      {"--start", "mcap"},      {"--subject", "bids"},      {"--task", "bids"},
-      {"--run", "bids"},        {"--columns", kRecorded},   {"--names", kRecorded},
-      {"--rate", kRecorded},    {"--time-unit", kRecorded}, {"--time-column", kRecorded},
-      {"--log-rate", kRecorded}};
+      {"--start", "mcap"},       {"--subject", "bids"},      {"--task", "bids"},
+      {"--run", "bids"},         {"--columns", kRecorded},   {"--names", kRecorded},
+      {"--rate", kRecorded},     {"--time-unit", kRecorded}, {"--time-column", kRecorded},
+      {"--log-rate", kRecorded}, {"--model", kRecorded}};
   for (const auto& [option, format] : all) {
     const bool fits = format == std::string(kRecorded) ? !is_of_model(to) : to == format;
     if (command.get_option(option)->count() > 0 && !fits)
@@ -92,11 +93,12 @@ void write_function(const Options& o) {
                     1000 * model.sample_period_s, fmt::join(inputs, ", "), fmt::join(joints, ", ")));
 }
 
-void run(const Options& o) {
+void run(Options& o) {
   if (o.files.size() > 1 && o.to != "bids")
     throw io::InputError(fmt::format("--to {} takes one {}, {} are given: export them one by one", o.to,
                                      is_of_model(o.to) ? "model" : "recording", o.files.size()));
   if (is_of_model(o.to)) return write_function(o);
+  o.angles.ends_deg = ends_deg(o.model);
   const exports::Written done = write(o);
   for (const std::string& note : done.notes) log("note: " + note);
   if (o.json) {
@@ -130,6 +132,17 @@ void add_format_options(CLI::App& command, Options& o) {
 
 }  // namespace export_command
 
+std::map<std::string, std::pair<double, double>> ends_deg(const std::string& file) {
+  std::map<std::string, std::pair<double, double>> out;
+  if (file.empty()) return out;
+  const model::Model model = model::load(file);
+  for (const model::Joint& joint : model.joints) {
+    const model::Ends ends = model::ends(model, joint);
+    out[joint.name] = {ends.open_deg, ends.fist_deg};
+  }
+  return out;
+}
+
 void add_export(CLI::App& app) {
   using namespace export_command;
   auto o = std::make_shared<Options>();
@@ -162,6 +175,9 @@ void add_export(CLI::App& app) {
   command->add_option("--names", o->angles.names, "call joints otherwise: OLD=NEW, separated by commas")
       ->delimiter(',')
       ->allow_extra_args(false);
+  command->add_option("--model", o->model,
+                      "the model that the angles are of: written as flexion, 0 at the open hand and growing "
+                      "towards the fist");
   command
       ->add_option("--rate", o->angles.rate_hz,
                    "put the rows onto an even grid of so many a second (default: as they are)")

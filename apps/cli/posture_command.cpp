@@ -73,6 +73,7 @@ struct CompleteOptions {
   std::string file;
   posture::CompleteOptions job;
   std::string flexion = "negative";
+  std::string model;
   std::string out;
   bool json = false;
 };
@@ -108,7 +109,10 @@ std::vector<std::string> warnings_of(const CompleteOptions& o, const posture::Co
     if (rows[5] > 0)
       warn(fmt::format("{}: {} row(s) beyond what its joints do: they end at their limits", name, rows[5]));
   }
-  if (!c.extended.empty()) {
+  if (!c.extended.empty() && !o.model.empty()) {
+    warn(fmt::format("{}: mostly further extended than straight: are the ends of {} right?",
+                     fmt::join(c.extended, ", "), o.model));
+  } else if (!c.extended.empty()) {
     warn(fmt::format("{0}: mostly further extended than straight: is flexion {1} there? then --flexion {1}",
                      fmt::join(c.extended, ", "), o.job.flexion_is_positive ? "negative" : "positive"));
   }
@@ -142,7 +146,8 @@ posture::Completion complete(const CompleteOptions& o) {
 void run_complete(CompleteOptions& o) {
   if (o.flexion != "negative" && o.flexion != "positive")
     throw io::InputError(fmt::format("--flexion {}: positive or negative", o.flexion));
-  o.job.flexion_is_positive = o.flexion == "positive";
+  o.job.flexion_is_positive = o.flexion == "positive" || !o.model.empty();
+  o.job.ends_deg = ends_deg(o.model);
   if (!(o.job.rest_s >= 0 && o.job.rest_s <= 3600)) {
     throw io::InputError("--rest must be from 0 to 3600 seconds");
   }
@@ -207,6 +212,12 @@ void add_complete(CLI::App& posture) {
           "sign of bent fingers (MCP, PIP, IP, DIP), in FILE and in what is written: negative, as in posture "
           "documents, or positive, as flexor apply writes angles")
       ->capture_default_str();
+  command
+      ->add_option(
+          "--model", o->model,
+          "the model that the sensed angles are of: read as flexion by the ends of its joints, 0 at the open "
+          "hand; written is positive flexion")
+      ->excludes("--flexion");
   command->add_option("--out", o->out, "the completed CSV")->required();
   command->add_flag("--json", o->json, "one JSON object on standard output");
 }

@@ -39,6 +39,7 @@ Angles::Angles(const std::filesystem::path& path, const AngleOptions& options)
       whole_rows_(options.whole_rows) {
   if (options.columns.empty()) choose();
   find_joints();
+  if (!options.ends_deg.empty()) turn(options.ends_deg);
   rename(options.names);
   if (period_s_ > 0) {
     resampler_.emplace(std::vector<recording::Range>(joints_.size()), period_s_,
@@ -81,13 +82,25 @@ void Angles::find_joints() {
       notes_.push_back(
           fmt::format("{}: column \"{}\" states no unit and is taken as degrees", source_, column));
     joints_.push_back(recording::without_unit(column));
-    places_.push_back({i, unit == "rad" ? 180 / std::numbers::pi : 1, std::nullopt});
+    places_.push_back({i, unit == "rad" ? 180 / std::numbers::pi : 1, {}});
     const std::string quality = joints_.back() + "_quality";
     if (!reader_.has(quality)) continue;
     places_.back().quality = read.size();
     read.push_back(quality);
   }
   reader_.choose(read);
+}
+
+void Angles::turn(const std::map<std::string, std::pair<double, double>>& ends_deg) {
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    const auto ends = ends_deg.find(joints_[i]);
+    if (ends == ends_deg.end())
+      throw InputError(
+          fmt::format("{}: --model has no joint {}: choose its joints with --columns", source_, joints_[i]));
+    const auto [open_deg, fist_deg] = ends->second;
+    places_[i].sign = fist_deg > open_deg ? 1 : -1;
+    places_[i].zero_deg = places_[i].sign * open_deg;
+  }
 }
 
 void Angles::rename(const std::vector<std::string>& names) {
@@ -120,7 +133,8 @@ bool Angles::read(AngleRow& row) {
   for (const Joint& joint : places_) {
     const bool lost = joint.quality && from.value[*joint.quality] >= kLost;
     lost_ += lost ? 1 : 0;
-    row.angle_deg.push_back(lost ? kNaN : from.value[joint.column] * joint.to_deg);
+    const double angle_deg = from.value[joint.column] * joint.to_deg;
+    row.angle_deg.push_back(lost ? kNaN : joint.sign * angle_deg - joint.zero_deg);
   }
   return true;
 }

@@ -12,8 +12,10 @@
 
 #include <deque>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/recording/csv.hpp"
@@ -36,7 +38,10 @@ struct AngleOptions {
   std::vector<std::string> names;    // OLD=NEW: joints that are to be called otherwise
   recording::TimeOptions time;       // of a time column that states none
   double rate_hz = 0;                // 0: rows as they are
-  bool whole_rows = false;           // a row with an angle that is not known is left out
+  // Of joints by name: angles at the open hand and at the fist. Where there are any, angles become flexion, 0 at the open
+  // hand and growing towards the fist.
+  std::map<std::string, std::pair<double, double>> ends_deg = {};
+  bool whole_rows = false;  // a row with an angle that is not known is left out
 };
 
 struct AngleRow {
@@ -66,10 +71,13 @@ class Angles {
     std::size_t column;
     double to_deg;
     std::optional<std::size_t> quality;  // column
+    double sign = 1;
+    double zero_deg = 0;
   };
 
   void choose();
   void find_joints();
+  void turn(const std::map<std::string, std::pair<double, double>>& ends_deg);
   void rename(const std::vector<std::string>& names);
   bool read(AngleRow& row);    // the next that has a time of its own
   bool sample(AngleRow& row);  // the next of the grid

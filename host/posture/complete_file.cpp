@@ -8,7 +8,6 @@
 #include <cmath>
 #include <deque>
 #include <limits>
-#include <map>
 #include <optional>
 
 #include "host/io/io.hpp"
@@ -58,15 +57,19 @@ struct Plan {
   std::vector<Input> inputs;
   std::vector<std::vector<std::size_t>> parts;
   std::vector<std::string> columns;
-  std::vector<double> column_sign;   // of their angles, against the document's
-  std::map<int, std::size_t> shown;  // joint and its column
-  Hand sign = Hand::Ones();          // of each joint's angles
+  std::vector<double> column_sign;      // of their angles, against the document's
+  std::vector<double> column_open_deg;  // what is 0 in it
+  std::map<int, std::size_t> shown;     // joint and its column
+  Hand sign = Hand::Ones();             // of each joint's angles
 
-  std::size_t place(std::string_view name, int joint) {
+  std::size_t place(const std::string& name, int joint, const CompleteOptions& options) {
     const auto it = std::ranges::find(columns, column_of(name));
     if (it != columns.end()) return static_cast<std::size_t>(it - columns.begin());
     columns.push_back(column_of(name));
-    column_sign.push_back(sign[joint]);
+    const auto ends = options.ends_deg.find(name);
+    const auto [open_deg, fist_deg] = ends == options.ends_deg.end() ? std::pair(0.0, 90.0) : ends->second;
+    column_sign.push_back(fist_deg > open_deg ? sign[joint] : -sign[joint]);
+    column_open_deg.push_back(open_deg);
     return columns.size() - 1;
   }
 };
@@ -100,14 +103,19 @@ void require_named(const Input& bend, const CompleteOptions& options) {
   }
 }
 
-void add_bend(Plan& plan, const Input& bend, const recording::CsvReader& table) {
+void add_part(Plan& plan, const std::string& name, int joint, const CompleteOptions& options) {
+  if (!options.ends_deg.empty() && !options.ends_deg.contains(name))
+    throw io::InputError(fmt::format("--from: --model has no joint {}: leave it out", name));
+  plan.parts.back().push_back(plan.place(name, joint, options));
+}
+
+void add_bend(Plan& plan, const Input& bend, const CompleteOptions& options,
+              const recording::CsvReader& table) {
   plan.inputs.push_back(bend);
-  std::vector<std::size_t>& parts = plan.parts.emplace_back();
-  if (table.has(column_of(bend.name)) && !find_joint(bend.name)) {
-    parts.push_back(plan.place(bend.name, bend.joints.front()));
-    return;
-  }
-  for (const int joint : bend.joints) parts.push_back(plan.place(joint_name(joint), joint));
+  plan.parts.emplace_back();
+  if (table.has(column_of(bend.name)) && !find_joint(bend.name))
+    return add_part(plan, bend.name, bend.joints.front(), options);
+  for (const int joint : bend.joints) add_part(plan, std::string(joint_name(joint)), joint, options);
 }
 
 Plan plan_of(const CompleteOptions& options, const recording::CsvReader& table) {
@@ -120,7 +128,7 @@ Plan plan_of(const CompleteOptions& options, const recording::CsvReader& table) 
   for (const Input& bend : bends) {
     require_named(bend, options);
     require_one_sign(plan, bend);
-    add_bend(plan, bend, table);
+    add_bend(plan, bend, options, table);
   }
   for (const std::string& column : options.from) {
     const std::string name = without_unit(column);
@@ -130,11 +138,12 @@ Plan plan_of(const CompleteOptions& options, const recording::CsvReader& table) 
         bends, [&](const Input& bend) { return std::ranges::count(bend.joints, joint) > 0; });
     if (in_bend) continue;
     plan.inputs.push_back({name, {joint}});
-    plan.parts.push_back({plan.place(name, joint)});
+    plan.parts.emplace_back();
+    add_part(plan, name, joint, options);
   }
   for (int joint = 0; joint < kJoints && options.rest_s > 0; ++joint) {
-    const std::string_view name = joint_name(joint);
-    if (table.has(column_of(name))) plan.shown[joint] = plan.place(name, joint);
+    const std::string name(joint_name(joint));
+    if (table.has(column_of(name))) plan.shown[joint] = plan.place(name, joint, options);
   }
   return plan;
 }
@@ -157,7 +166,8 @@ std::string text_of(const Plan& plan, double t_s, const Estimate& estimate) {
 // The next row, in the document's signs.
 bool next(const Plan& plan, recording::CsvReader& table, recording::Row& row) {
   if (!table.next(row)) return false;
-  for (std::size_t i = 0; i < plan.columns.size(); ++i) row.value[i] *= plan.column_sign[i];
+  for (std::size_t i = 0; i < plan.columns.size(); ++i)
+    row.value[i] = plan.column_sign[i] * (row.value[i] - plan.column_open_deg[i]);
   return true;
 }
 

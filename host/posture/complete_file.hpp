@@ -12,7 +12,9 @@
 
 #include <array>
 #include <functional>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/posture/complete.hpp"
@@ -25,6 +27,9 @@ struct CompleteOptions {
   std::vector<std::string> bends;
   double rest_s = 0;
   bool flexion_is_positive = false;
+  // Of columns by name, without the unit: angles at the open hand and at the fist. Where there are any, every input's column
+  // is one of them, and its angles become positive flexion, 0 at the open hand.
+  std::map<std::string, std::pair<double, double>> ends_deg = {};
 };
 
 struct Completion {

@@ -308,6 +308,20 @@ TEST(CompletingTables, FlexionMayBePositiveInBothTables) {
   }
 }
 
+// A camera's 170 degrees at the open hand and 80 at the fist are 0 and 90 of flexion.
+TEST(CompletingTables, AnglesBecomeFlexionByTheEndsOfTheirJoints) {
+  const auto table = [](std::string_view rows) {
+    return fmt::format("t_s,index_deg,thumb_ip_deg\n{}", rows);
+  };
+  CompleteOptions options = {{"index", "thumb_ip"}, {"index=index_mcp+index_pip"}, 0, true};
+  const auto flexion = lines_of(table("0,0,5\n1,30,10\n2,90,40\n"), options);
+  options.ends_deg = {{"index", {170, 80}}, {"thumb_ip", {-5, 60}}};
+  EXPECT_EQ(lines_of(table("0,170,0\n1,140,5\n2,80,35\n"), options), flexion);
+  options.ends_deg.erase("thumb_ip");
+  EXPECT_NE(io::refusal_of([&] { lines_of(table("0,170,0\n"), options); }).find("no joint thumb_ip"),
+            std::string::npos);
+}
+
 TEST(CompletingTables, ATableOfTheOtherSignIsNoticed) {
   Recorded r = test::person(88, "x");
   const CompleteOptions options = {

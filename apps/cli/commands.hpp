@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -64,6 +65,9 @@ void set_rate(model::Model& model, std::optional<double> rate_hz);
 
 // What a log does not say of its times.
 void add_time_options(CLI::App& command, recording::TimeOptions& time);
+
+// Of each joint of the model in `file`: its angles at the open hand and at the fist. None where no file is given.
+std::map<std::string, std::pair<double, double>> ends_deg(const std::string& file);
 
 // A check for --seed: CLI11 alone takes -1 for 2^64 - 1. Empty, or what is wrong.
 std::string seed_fault(const std::string& text);

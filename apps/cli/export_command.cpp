@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <cmath>
 #include <memory>
+#include <optional>
 
 #include "apps/cli/commands.hpp"
 #include "host/deploy/compensator_text.hpp"
@@ -22,7 +22,7 @@ struct Options {
   std::string to;
   std::string out;
   exports::AngleOptions angles;
-  exports::JointStateOptions mcap;
+  std::string model;
   std::string start;
   exports::BidsOptions bids;
   bool json = false;
@@ -30,20 +30,19 @@ struct Options {
 
 constexpr const char* kRecorded = "mcap, mot and bids";
 
-std::uint64_t start_ns(const std::string& text) {
+std::optional<double> start_s(const std::string& text) {
+  if (text.empty()) return std::nullopt;
   const auto time = recording::to_time(text);
   const bool is_date = time && recording::is_date(time->format) && !recording::is_ambiguous_date(text);
   if (!is_date || time->value < 0)
     throw io::InputError(fmt::format("--start {}: a time such as 2026-05-01T12:03:11Z is needed", text));
-  return static_cast<std::uint64_t>(std::llround(time->value * 1e6)) * 1000;
+  return time->value;
 }
 
 exports::Written write(const Options& o) {
   if (o.to == "bids") return exports::write_bids({o.files.begin(), o.files.end()}, o.angles, o.bids, o.out);
   if (o.to == "mot") return exports::write_mot(o.files.front(), o.angles, o.out);
-  exports::JointStateOptions mcap = o.mcap;
-  if (!o.start.empty()) mcap.start_ns = start_ns(o.start);
-  return exports::write_joint_states(o.files.front(), o.angles, mcap, o.out);
+  return exports::write_joint_states(o.files.front(), o.angles, start_s(o.start), o.out);
 }
 
 bool is_of_model(const std::string& to) { return to == "matlab" || to == "cpp"; }
@@ -51,10 +50,10 @@ bool is_of_model(const std::string& to) { return to == "matlab" || to == "cpp"; 
 // An option that does nothing would be taken for one that does.
 void require_of_format(const CLI::App& command, const std::string& to) {
   const std::vector<std::pair<const char*, const char*>> all = {
-      {"--start", "mcap"},      {"--subject", "bids"},      {"--task", "bids"},
-      {"--run", "bids"},        {"--columns", kRecorded},   {"--names", kRecorded},
-      {"--rate", kRecorded},    {"--time-unit", kRecorded}, {"--time-column", kRecorded},
-      {"--log-rate", kRecorded}};
+      {"--start", "mcap"},       {"--subject", "bids"},      {"--task", "bids"},
+      {"--run", "bids"},         {"--columns", kRecorded},   {"--names", kRecorded},
+      {"--rate", kRecorded},     {"--time-unit", kRecorded}, {"--time-column", kRecorded},
+      {"--log-rate", kRecorded}, {"--model", kRecorded}};
   for (const auto& [option, format] : all) {
     const bool fits = format == std::string(kRecorded) ? !is_of_model(to) : to == format;
     if (command.get_option(option)->count() > 0 && !fits)
@@ -94,11 +93,12 @@ void write_function(const Options& o) {
                     1000 * model.sample_period_s, fmt::join(inputs, ", "), fmt::join(joints, ", ")));
 }
 
-void run(const Options& o) {
+void run(Options& o) {
   if (o.files.size() > 1 && o.to != "bids")
     throw io::InputError(fmt::format("--to {} takes one {}, {} are given: export them one by one", o.to,
                                      is_of_model(o.to) ? "model" : "recording", o.files.size()));
   if (is_of_model(o.to)) return write_function(o);
+  o.angles.ends_deg = ends_deg(o.model);
   const exports::Written done = write(o);
   for (const std::string& note : done.notes) log("note: " + note);
   if (o.json) {
@@ -132,6 +132,17 @@ void add_format_options(CLI::App& command, Options& o) {
 
 }  // namespace export_command
 
+std::map<std::string, std::pair<double, double>> ends_deg(const std::string& file) {
+  std::map<std::string, std::pair<double, double>> out;
+  if (file.empty()) return out;
+  const model::Model model = model::load(file);
+  for (const model::Joint& joint : model.joints) {
+    const model::Ends ends = model::ends(model, joint);
+    out[joint.name] = {ends.open_deg, ends.fist_deg};
+  }
+  return out;
+}
+
 void add_export(CLI::App& app) {
   using namespace export_command;
   auto o = std::make_shared<Options>();
@@ -164,6 +175,9 @@ void add_export(CLI::App& app) {
   command->add_option("--names", o->angles.names, "call joints otherwise: OLD=NEW, separated by commas")
       ->delimiter(',')
       ->allow_extra_args(false);
+  command->add_option("--model", o->model,
+                      "the model that the angles are of: written as flexion, 0 at the open hand and growing "
+                      "towards the fist");
   command
       ->add_option("--rate", o->angles.rate_hz,
                    "put the rows onto an even grid of so many a second (default: as they are)")

@@ -73,8 +73,7 @@ void add_outs(const Options& o, live::LiveOptions& out) {
       throw io::InputError(o.mcap + ": is there already: a recording is never written over, name another");
     io::require_writable(o.mcap);
     out.outs.emplace_back([path = o.mcap](const model::Model& model) {
-      return std::make_unique<exports::JointStateFile>(not_there_yet(path), joints_of(model),
-                                                       exports::JointStateOptions());
+      return std::make_unique<exports::JointStateFile>(not_there_yet(path), joints_of(model));
     });
   }
 }

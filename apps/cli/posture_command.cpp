@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <iostream>
-#include <optional>
+#include <array>
+#include <functional>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
@@ -32,7 +32,7 @@ nlohmann::ordered_json json_of(const posture::Posture& learnt) {
   }
   nlohmann::ordered_json curves = nlohmann::ordered_json::object();
   for (const posture::CoupledCurve& curve : learnt.curves) {
-    curves[posture::kJointNames[static_cast<std::size_t>(curve.coupling.joint)]] = curve.sd_deg;
+    curves[std::string(posture::joint_name(curve.coupling.joint))] = curve.sd_deg;
   }
   return {{"people", people},
           {"coupled_error_deg", curves},
@@ -51,9 +51,7 @@ void run_learn(const LearnOptions& o) {
       progress.step("reading file", people.size(), o.files.size());
       people.push_back(posture::read_recorded(file));
     }
-    learnt = posture::learn(people, o.seed, [&](const std::string& what, std::size_t done, std::size_t of) {
-      progress.step(what, done, of);
-    });
+    learnt = posture::learn(people, o.seed, std::bind_front(&ProgressLine::step, &progress));
   }
   io::write_file(o.out, posture::to_json(learnt));
   if (o.json) return print(io::dump(json_of(learnt)));
@@ -64,8 +62,8 @@ void run_learn(const LearnOptions& o) {
   }
   for (const posture::CoupledCurve& curve : learnt.curves) {
     print(fmt::format("{:12} follows {:12} within {:.2f} deg, standard error on people left out\n",
-                      posture::kJointNames[static_cast<std::size_t>(curve.coupling.joint)],
-                      posture::kJointNames[static_cast<std::size_t>(curve.coupling.follows)], curve.sd_deg));
+                      posture::joint_name(curve.coupling.joint), posture::joint_name(curve.coupling.follows),
+                      curve.sd_deg));
   }
   print(fmt::format("written {}\n", o.out));
 }
@@ -75,59 +73,57 @@ struct CompleteOptions {
   std::string file;
   posture::CompleteOptions job;
   std::string flexion = "negative";
+  std::string model;
   std::string out;
   bool json = false;
 };
 
-nlohmann::ordered_json json_of(const posture::Completion& c) {
+nlohmann::ordered_json json_of(const posture::Completion& c, const std::vector<std::string>& warnings) {
+  constexpr std::array kQualities = {"used", "missing", "implausible", "noisy", "stuck", "beyond"};
   nlohmann::ordered_json inputs = nlohmann::ordered_json::object();
-  for (std::size_t i = 0; i < c.inputs.size(); ++i) {
-    const auto& rows = c.quality[i];
-    inputs[c.inputs[i]] = {{"used", rows[0]},  {"missing", rows[1]}, {"implausible", rows[2]},
-                           {"noisy", rows[3]}, {"stuck", rows[4]},   {"beyond", rows[5]}};
+  for (const auto& input : c.inputs) {
+    for (std::size_t q = 0; q < kQualities.size(); ++q) inputs[input.name][kQualities[q]] = input.rows[q];
   }
   nlohmann::ordered_json error_deg = nlohmann::ordered_json::object();
-  for (int j = 0; j < posture::kJoints; ++j) {
-    error_deg[posture::kJointNames[static_cast<std::size_t>(j)]] = c.mean_se_deg[j];
-  }
+  for (int j = 0; j < posture::kJoints; ++j)
+    error_deg[std::string(posture::joint_name(j))] = c.mean_se_deg[j];
   return {{"rows", c.rows},
           {"inputs", inputs},
           {"shown_s", c.shown_s},
           {"shown_joints", c.shown_joints},
           {"mean_se_deg", error_deg},
           {"left_out_rmse_deg", c.left_out_rmse_deg},
-          {"shape", {{"noise", c.shape.noise}, {"share", c.shape.share}}}};
+          {"shape", {{"noise", c.shape.noise}, {"share", c.shape.share}}},
+          {"version", FLEXOR_VERSION},
+          {"warnings", warnings}};
 }
 
 std::vector<std::string> warnings_of(const CompleteOptions& o, const posture::Completion& c) {
   std::vector<std::string> warnings;
-  for (std::size_t i = 0; i < c.inputs.size(); ++i) {
-    const auto& rows = c.quality[i];
+  const auto warn = [&](const std::string& what) { warnings.push_back(o.file + ": " + what); };
+  for (const auto& [name, rows, extended] : c.inputs) {
     if (rows[1] + rows[2] + rows[3] + rows[4] > 0) {
-      warnings.push_back(fmt::format(
-          "{}: {}: {} row(s) missing, {} implausible, {} noisy, {} stuck: told by the other inputs", o.file,
-          c.inputs[i], rows[1], rows[2], rows[3], rows[4]));
+      warn(fmt::format("{}: {} row(s) missing, {} implausible, {} noisy, {} stuck: told by the other inputs",
+                       name, rows[1], rows[2], rows[3], rows[4]));
     }
-    if (rows[5] == 0) continue;
-    warnings.push_back(fmt::format("{}: {}: {} row(s) beyond what its joints do: they end at their limits",
-                                   o.file, c.inputs[i], rows[5]));
+    if (rows[5] > 0)
+      warn(fmt::format("{}: {} row(s) beyond what its joints do: they end at their limits", name, rows[5]));
   }
-  if (!c.extended.empty()) {
-    const bool positive = o.job.flexion_is_positive;
-    warnings.push_back(fmt::format(
-        "{}: {}: mostly further extended than straight: is flexion {} there? then --flexion {}", o.file,
-        fmt::join(c.extended, ", "), positive ? "negative" : "positive", positive ? "negative" : "positive"));
+  if (!c.extended.empty() && !o.model.empty()) {
+    warn(fmt::format("{}: mostly further extended than straight: are the ends of {} right?",
+                     fmt::join(c.extended, ", "), o.model));
+  } else if (!c.extended.empty()) {
+    warn(fmt::format("{0}: mostly further extended than straight: is flexion {1} there? then --flexion {1}",
+                     fmt::join(c.extended, ", "), o.job.flexion_is_positive ? "negative" : "positive"));
   }
   if (o.job.rest_s > 0 && !c.rest_ended) {
-    warnings.push_back(
-        fmt::format("{}: it ends before the {:g} s of --rest: all of it was taken for what shows the person",
-                    o.file, o.job.rest_s));
+    warn(fmt::format("it ends before the {:g} s of --rest: all of it was taken for what shows the person",
+                     o.job.rest_s));
   }
   if (o.job.rest_s > 0 && c.shown_joints < posture::kJoints) {
-    warnings.push_back(
-        fmt::format("{}: while at rest {} of 23 joints are shown; of the others the person's own rest is "
-                    "not known",
-                    o.file, c.shown_joints));
+    warn(fmt::format(
+        "while at rest {} of 23 joints are shown; of the others the person's own rest is not known",
+        c.shown_joints));
   }
   return warnings;
 }
@@ -150,22 +146,20 @@ posture::Completion complete(const CompleteOptions& o) {
 void run_complete(CompleteOptions& o) {
   if (o.flexion != "negative" && o.flexion != "positive")
     throw io::InputError(fmt::format("--flexion {}: positive or negative", o.flexion));
-  o.job.flexion_is_positive = o.flexion == "positive";
+  o.job.flexion_is_positive = o.flexion == "positive" || !o.model.empty();
+  o.job.ends_deg = ends_deg(o.model);
   if (!(o.job.rest_s >= 0 && o.job.rest_s <= 3600)) {
     throw io::InputError("--rest must be from 0 to 3600 seconds");
   }
   io::require_writable(o.out);
   const posture::Completion c = complete(o);
   const std::vector<std::string> warnings = warnings_of(o, c);
-  if (o.json) {
-    nlohmann::ordered_json json = json_of(c);
-    json["version"] = FLEXOR_VERSION;
-    json["warnings"] = warnings;
-    return print(io::dump(json));
-  }
+  if (o.json) return print(io::dump(json_of(c, warnings)));
   for (const std::string& note : c.notes) log("note: " + note);
   for (const std::string& warning : warnings) log("warning: " + warning);
-  print(fmt::format("rows      {}\ninputs    {}\n", c.rows, fmt::join(c.inputs, ", ")));
+  std::vector<std::string> inputs;
+  for (const auto& input : c.inputs) inputs.push_back(input.name);
+  print(fmt::format("rows      {}\ninputs    {}\n", c.rows, fmt::join(inputs, ", ")));
   if (c.shown_s > 0) print(fmt::format("shown     {:.2f} s of {} joints\n", c.shown_s, c.shown_joints));
   print(fmt::format("expected  {:.1f} deg, mean standard error of the 23 joints\nwritten   {}\n",
                     c.mean_se_deg.mean(), o.out));
@@ -218,6 +212,12 @@ void add_complete(CLI::App& posture) {
           "sign of bent fingers (MCP, PIP, IP, DIP), in FILE and in what is written: negative, as in posture "
           "documents, or positive, as flexor apply writes angles")
       ->capture_default_str();
+  command
+      ->add_option(
+          "--model", o->model,
+          "the model that the sensed angles are of: read as flexion by the ends of its joints, 0 at the open "
+          "hand; written is positive flexion")
+      ->excludes("--flexion");
   command->add_option("--out", o->out, "the completed CSV")->required();
   command->add_flag("--json", o->json, "one JSON object on standard output");
 }

@@ -12,9 +12,10 @@
 
 #include <deque>
 #include <filesystem>
-#include <memory>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/recording/csv.hpp"
@@ -22,11 +23,25 @@
 
 namespace flexor::exports {
 
+// What an export has made.
+struct Written {
+  std::vector<std::string> files;
+  std::vector<std::string> joints;
+  std::uint64_t rows = 0;
+  double seconds = 0;              // from the first row to the last; of several recordings their sum
+  double rate_hz = 0;              // of evenly sampled ones
+  std::vector<std::string> notes;  // what was assumed or left out
+};
+
 struct AngleOptions {
   std::vector<std::string> columns;  // none: every one whose name says deg or rad
   std::vector<std::string> names;    // OLD=NEW: joints that are to be called otherwise
   recording::TimeOptions time;       // of a time column that states none
   double rate_hz = 0;                // 0: rows as they are
+  // Of joints by name: angles at the open hand and at the fist. Where there are any, angles become flexion, 0 at the open
+  // hand and growing towards the fist.
+  std::map<std::string, std::pair<double, double>> ends_deg = {};
+  bool whole_rows = false;  // a row with an angle that is not known is left out
 };
 
 struct AngleRow {
@@ -43,43 +58,51 @@ class Angles {
 
   const std::string& source() const { return source_; }
   const std::vector<std::string>& joints() const { return joints_; }
-  bool next(AngleRow& row);
+  bool next(AngleRow& row);  // throws at the end where there was none
   // Once a row was read: its times are dates, in seconds since 1970.
-  bool is_dated() const { return reader_->is_dated(); }
+  bool is_dated() const { return reader_.is_dated(); }
+  std::uint64_t rows() const { return rows_; }  // so far
   std::vector<std::string> notes() const;
+  // Of the rows so far.
+  Written written(std::vector<std::string> files) const;
 
  private:
   struct Joint {
     std::size_t column;
     double to_deg;
     std::optional<std::size_t> quality;  // column
+    double sign = 1;
+    double zero_deg = 0;
   };
 
   void choose();
   void find_joints();
+  void turn(const std::map<std::string, std::pair<double, double>>& ends_deg);
   void rename(const std::vector<std::string>& names);
-  void require_different() const;
-  bool read(AngleRow& row);  // the next that has a time of its own
+  bool read(AngleRow& row);    // the next that has a time of its own
+  bool sample(AngleRow& row);  // the next of the grid
   void resample(const AngleRow& row);
-  double due() const { return *first_s_ + static_cast<double>(points_) * period_s_; }
-  void put(std::vector<double> angle_deg);
-  void fill(double until_s);
 
   std::string source_;
-  std::unique_ptr<recording::CsvReader> reader_;
-  std::unique_ptr<recording::Stream> stream_;
+  recording::CsvReader reader_;
+  recording::Stream stream_;
   std::vector<std::string> joints_;
   std::vector<Joint> places_;
   std::vector<std::string> notes_;
-  std::optional<double> last_s_;
-  std::size_t bursts_ = 0;
-  std::size_t lost_ = 0;
-  double period_s_ = 0;  // 0: rows as they are
+  double period_s_;  // 0: rows as they are
+  bool whole_rows_;
   std::optional<recording::Resampler> resampler_;
   std::deque<AngleRow> ready_;
-  std::optional<double> first_s_;  // of the grid
-  std::uint64_t points_ = 0;       // of it so far
+  double grid_s_ = 0;         // its first point
+  std::uint64_t points_ = 0;  // of the grid so far
+  std::optional<double> read_s_;
+  double first_s_ = 0;
+  double last_s_ = 0;
+  std::uint64_t rows_ = 0;
+  std::size_t bursts_ = 0;
+  std::size_t lost_ = 0;
   std::size_t paused_ = 0;
+  std::size_t unknown_ = 0;
 };
 
 }  // namespace flexor::exports

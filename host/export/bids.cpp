@@ -12,11 +12,11 @@
 #include <cerrno>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "host/io/json.hpp"
@@ -57,7 +57,7 @@ std::string cell(std::string text) {
 }
 
 constexpr const char* kStaging = ".flexor-export-";
-constexpr const char* kOwn = "this-is-flexor's-and-goes";  // an empty file, which says whose folder it is
+constexpr const char* kSet = "set";  // all that is in it
 
 // One process at a time. Where the disk knows no locks, nobody waits.
 class FolderLock {
@@ -87,24 +87,20 @@ class FolderLock {
   bool is_busy_ = false;
 };
 
-// All but the mark, without which the rest would be nobody's.
-void empty(const fs::path& folder) {
+bool is_staging(const fs::path& folder) {
   std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
-    if (entry.path().filename() != kOwn) fs::remove_all(entry.path(), error);
-  }
+  const auto is_ours = [](const fs::directory_entry& entry) { return entry.path().filename() == kSet; };
+  return folder.filename().string().starts_with(kStaging) &&
+         std::all_of(fs::directory_iterator(folder, error), fs::directory_iterator{}, is_ours) && !error;
 }
 
 // What exports that were killed have left there: whoever lives holds the lock of their own.
 void remove_left(const fs::path& parent) {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(parent, error)) {
-    if (!entry.path().filename().string().starts_with(kStaging)) continue;
+    if (!is_staging(entry.path())) continue;
     const FolderLock lock(entry.path());
-    const bool is_ours = fs::exists(entry.path() / kOwn, error) || fs::is_empty(entry.path(), error);
-    if (!lock.is_held() || !is_ours) continue;
-    empty(entry.path());
-    fs::remove_all(entry.path(), error);
+    if (lock.is_held()) fs::remove_all(entry.path(), error);
   }
 }
 
@@ -112,13 +108,10 @@ void remove_left(const fs::path& parent) {
 class Staging {
  public:
   explicit Staging(const fs::path& parent, const fs::path& folder)
-      : temporary_([&] { return make(parent, folder); }), lock_(temporary_.path()) {
-    std::ofstream(temporary_.path() / kOwn).close();
-  }
-  ~Staging() { empty(temporary_.path()); }
-  const fs::path& path() const { return temporary_.path(); }
+      : temporary_([&] { return make(parent, folder); }), lock_(temporary_.path()) {}
+  fs::path set() const { return temporary_.path() / kSet; }
   // Not where another export has taken it for one that was left, before it was locked.
-  bool is_there() const { return !lock_.is_busy() && fs::exists(temporary_.path() / kOwn); }
+  bool is_there() const { return !lock_.is_busy() && fs::exists(temporary_.path()); }
 
  private:
   static fs::path make(const fs::path& parent, const fs::path& folder) {
@@ -143,68 +136,45 @@ std::unique_ptr<Staging> make_staging(const fs::path& folder, bool is_dataset_th
   }
 }
 
-struct Sampled {
-  std::uint64_t rows = 0;
-  double first_s = 0;
-  double last_s = 0;
-  double least_step_s = 0;
-  double most_step_s = 0;
-};
-
-// The latency in the form that BIDS wants: whole seconds, up to six decimals.
-std::string line_of(const AngleRow& row, double first_s) {
-  std::string line;
-  for (const double angle : row.angle_deg)
-    line += (std::isnan(angle) ? "n/a" : fmt::format("{}", angle)) + "\t";
-  return line + fmt::format("{:.6f}\n", row.t_s - first_s);
-}
-
-Sampled write_samples(Angles& angles, const fs::path& path) {
+// A line for each row; how many seconds after the first each is. The latency has the form that BIDS wants: whole seconds, up
+// to six decimals.
+std::vector<double> write_samples(Angles& angles, const fs::path& path) {
   io::Output output(path);
-  Sampled all;
   AngleRow row;
+  std::optional<double> first_s;
+  std::vector<double> latency_s;
   while (angles.next(row)) {
-    const double step_s = row.t_s - all.last_s;
-    if (all.rows == 0) all.first_s = row.t_s;
-    if (all.rows > 0) {
-      all.least_step_s = all.rows == 1 ? step_s : std::min(all.least_step_s, step_s);
-      all.most_step_s = std::max(all.most_step_s, step_s);
-    }
-    all.last_s = row.t_s;
-    ++all.rows;
-    output.write(line_of(row, all.first_s));
+    if (!first_s) first_s = row.t_s;
+    latency_s.push_back(row.t_s - *first_s);
+    std::string line;
+    for (const double angle : row.angle_deg)
+      line += (std::isnan(angle) ? "n/a" : fmt::format("{}", angle)) + "\t";
+    output.write(line + fmt::format("{:.6f}\n", latency_s.back()));
   }
-  if (all.rows == 0) throw InputError(fmt::format("{}: no row with an angle", angles.source()));
   output.commit();
-  return all;
+  return latency_s;
 }
 
-// How far a sample lies from its place at an even rate, at most. Only the last sample tells the rate, and a long
-// recording is not kept in memory: the latencies are read back.
-double astray_s(const fs::path& samples, double step_s) {
-  std::ifstream file(samples);
-  std::string line;
-  double most_s = 0;
-  for (std::uint64_t row = 0; std::getline(file, line); ++row) {
-    const double latency_s = std::strtod(line.c_str() + line.rfind('\t') + 1, nullptr);
-    most_s = std::max(most_s, std::abs(latency_s - static_cast<double>(row) * step_s));
-  }
-  return most_s;
-}
-
-double rate_of(const Sampled& all, const fs::path& samples, const std::string& source) {
-  if (all.rows < 2)
+double rate_of(const std::vector<double>& latency_s, const std::string& source) {
+  if (latency_s.size() < 2)
     throw InputError(fmt::format("{}: one row has no sampling rate: say it with --rate", source));
-  const double mean_s = (all.last_s - all.first_s) / static_cast<double>(all.rows - 1);
+  const double mean_s = latency_s.back() / static_cast<double>(latency_s.size() - 1);
+  double least_s = mean_s;
+  double most_s = mean_s;
+  double astray_s = 0;  // from its place at an even rate, at most
+  for (std::size_t k = 1; k < latency_s.size(); ++k) {
+    least_s = std::min(least_s, latency_s[k] - latency_s[k - 1]);
+    most_s = std::max(most_s, latency_s[k] - latency_s[k - 1]);
+    astray_s = std::max(astray_s, std::abs(latency_s[k] - static_cast<double>(k) * mean_s));
+  }
   const auto refuse = [&](const std::string& why) {
     throw InputError(fmt::format("{}: unevenly sampled, {}: BIDS needs an even rate, such as --rate {:.3g}",
                                  source, why, 1 / mean_s));
   };
-  if (all.most_step_s > (1 + kUneven) * mean_s || all.least_step_s < (1 - kUneven) * mean_s)
-    refuse(fmt::format("its steps are {:.4g} to {:.4g} s", all.least_step_s, all.most_step_s));
-  const double most_s = astray_s(samples, mean_s);
-  if (most_s > kAstray * mean_s)
-    refuse(fmt::format("a sample is {:.3g} s from its place at an even rate", most_s));
+  if (most_s > (1 + kUneven) * mean_s || least_s < (1 - kUneven) * mean_s)
+    refuse(fmt::format("its steps are {:.4g} to {:.4g} s", least_s, most_s));
+  if (astray_s > kAstray * mean_s)
+    refuse(fmt::format("a sample is {:.3g} s from its place at an even rate", astray_s));
   return 1 / mean_s;
 }
 
@@ -282,20 +252,17 @@ std::vector<std::string> files_of(const std::string& name) {
 Written write_run(const fs::path& recording, const AngleOptions& angle_options, const BidsOptions& o,
                   const fs::path& folder, const std::string& name) {
   Angles angles(recording, angle_options);
-  Written done;
-  for (const std::string& joint : angles.joints()) done.joints.push_back(cell(joint));
-  require_no_latency(done.joints, angles.source());
+  std::vector<std::string> joints;
+  for (const std::string& joint : angles.joints()) joints.push_back(cell(joint));
+  require_no_latency(joints, angles.source());
   const std::string stem = (folder / name).string();
-  const std::string samples = stem + "_motion.tsv";
-  const Sampled all = write_samples(angles, samples);
-  done.rows = all.rows;
-  done.seconds = all.last_s - all.first_s;
+  const std::vector<double> latency_s = write_samples(angles, stem + "_motion.tsv");
+  Written done = angles.written(files_of(name));
+  done.joints = joints;
   const double wanted_hz = angle_options.rate_hz;
-  done.rate_hz = wanted_hz > 0 ? wanted_hz : rate_of(all, samples, angles.source());
-  write_channels(done.joints, stem + "_channels.tsv");
+  done.rate_hz = wanted_hz > 0 ? wanted_hz : rate_of(latency_s, angles.source());
+  write_channels(joints, stem + "_channels.tsv");
   write_sidecar(o, done, wanted_hz > 0, stem + "_motion.json");
-  done.files = files_of(name);
-  done.notes = angles.notes();
   return done;
 }
 
@@ -318,16 +285,16 @@ void take(Written& all, Written run, const std::string& source) {
 // Files from there to here, all or none of them.
 void move_all(const std::vector<std::string>& files, const fs::path& from, const fs::path& to) {
   std::vector<fs::path> moved;
-  std::error_code error;
-  fs::create_directories(to, error);
   for (const std::string& file : files) {
-    if (!error) fs::rename(from / file, to / file, error);
-    if (error) {
-      std::error_code ignored;
-      for (const fs::path& path : moved) fs::remove(path, ignored);
-      cannot_write(to / file, error);
+    std::error_code error;
+    fs::rename(from / file, to / file, error);
+    if (!error) {
+      moved.push_back(to / file);
+      continue;
     }
-    moved.push_back(to / file);
+    std::error_code ignored;
+    for (const fs::path& path : moved) fs::remove(path, ignored);
+    cannot_write(to / file, error);
   }
 }
 
@@ -415,7 +382,7 @@ Written write_bids(const std::vector<fs::path>& recordings, const AngleOptions& 
   const auto staging = make_staging(folder, adds);
   for (std::size_t i = 0; i < recordings.size(); ++i)
     require_new(folder / motion, files_of(name_of(o, i, recordings.size())));
-  const fs::path set = staging->path() / "set";
+  const fs::path set = staging->set();
   Written all;
   try {
     io::make_folder(set / motion);

@@ -23,7 +23,6 @@
 #include <vector>
 
 #include "host/export/angles.hpp"
-#include "host/export/written.hpp"
 
 namespace flexor::exports {
 

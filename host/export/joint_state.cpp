@@ -23,29 +23,16 @@ void align(std::string& out, std::size_t to) {
 
 void put_string(std::string& out, const std::string& text) {
   align(out, 4);
-  put_text(out, text + '\0');
+  put(out, text + '\0');
 }
 
-std::uint64_t now_ns() {
-  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(
-                                        std::chrono::system_clock::now().time_since_epoch())
-                                        .count());
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-// A double tells microseconds of such times.
-std::uint64_t since_1970_ns(double t_s, const std::string& source) {
-  if (t_s < 0) throw io::InputError(source + ": times before 1970 do not fit into MCAP: say --start");
-  return static_cast<std::uint64_t>(std::llround(t_s * 1e6)) * 1000;
-}
-
-McapChannel channel() {
-  return {"/flexor/joint_states", "cdr", "sensor_msgs/msg/JointState", "ros2msg", kJointStateSchema};
-}
-
-}  // namespace
-
-// The definitions alone: their comments are in ROS.
-const char* const kJointStateSchema =
+// sensor_msgs/msg/JointState with the definitions that it needs, as the schema encoding ros2msg has them; their comments are
+// in ROS.
+constexpr const char* kSchema =
     "std_msgs/Header header\n"
     "string[] name\n"
     "float64[] position\n"
@@ -59,6 +46,8 @@ const char* const kJointStateSchema =
     "MSG: builtin_interfaces/Time\n"
     "int32 sec\n"
     "uint32 nanosec\n";
+
+}  // namespace
 
 JointStateMessage::JointStateMessage(const std::vector<std::string>& joints, const std::string& frame_id)
     : joints_(joints.size()) {
@@ -79,7 +68,7 @@ const std::string& JointStateMessage::encode(std::uint64_t time_ns, std::span<co
   if (time_ns / kSecond_ns > INT32_MAX)
     throw io::JobError("times after the year 2038 do not fit into a ROS 2 stamp: choose another --start");
   bytes_.resize(positions_);
-  for (std::size_t i = 0; i < joints_; ++i) put_double(bytes_, angle_deg[i] * (std::numbers::pi / 180));
+  for (std::size_t i = 0; i < joints_; ++i) put(bytes_, angle_deg[i] * (std::numbers::pi / 180));
   put(bytes_, std::uint32_t{0});  // velocity
   put(bytes_, std::uint32_t{0});  // effort
   std::string stamp;
@@ -90,54 +79,42 @@ const std::string& JointStateMessage::encode(std::uint64_t time_ns, std::span<co
 }
 
 JointStates::JointStates(McapWriter::Write write, const std::vector<std::string>& joints,
-                         const JointStateOptions& options)
-    : message_(joints, ""), writer_(std::move(write), "ros2", channel()), start_ns_(options.start_ns) {}
+                         std::optional<double> start_s)
+    : message_(joints, ""),
+      writer_(std::move(write), "ros2",
+              {"/flexor/joint_states", "cdr", "sensor_msgs/msg/JointState", "ros2msg", kSchema}),
+      start_s_(start_s) {}
 
 void JointStates::add(double t_s, std::span<const double> angle_deg) {
-  if (messages() == 0) {
+  if (writer_.messages() == 0) {
     first_s_ = t_s;
-    if (!start_ns_) start_ns_ = now_ns();
+    // A double tells microseconds of times since 1970.
+    start_ns_ = static_cast<std::uint64_t>(std::llround(start_s_.value_or(now_s()) * 1e6)) * 1000;
   }
-  const std::uint64_t time_ns = *start_ns_ + static_cast<std::uint64_t>(std::llround((t_s - first_s_) * 1e9));
+  const std::uint64_t time_ns = start_ns_ + static_cast<std::uint64_t>(std::llround((t_s - first_s_) * 1e9));
   writer_.add(time_ns, message_.encode(time_ns, angle_deg));
 }
 
-Written write_joint_states(const std::filesystem::path& recording, const AngleOptions& angle_options,
-                           const JointStateOptions& options, const std::filesystem::path& out) {
-  Angles angles(recording, angle_options);
+Written write_joint_states(const std::filesystem::path& recording, const AngleOptions& options,
+                           std::optional<double> start_s, const std::filesystem::path& out) {
+  Angles angles(recording, options);
   io::Output output(out);
-  Written done;
-  done.files = {out.string()};
-  done.joints = angles.joints();
-  JointStateOptions with_start = options;
-  std::unique_ptr<JointStates> states;
   AngleRow row;
-  double first_s = 0;
-  while (angles.next(row)) {
-    if (!states) {
-      first_s = row.t_s;
-      if (angles.is_dated() && !options.start_ns)
-        with_start.start_ns = since_1970_ns(row.t_s, angles.source());
-      states = std::make_unique<JointStates>([&](std::string_view bytes) { output.write(bytes); },
-                                             done.joints, with_start);
-    }
-    states->add(row.t_s, row.angle_deg);
-  }
-  if (!states) throw io::InputError(fmt::format("{}: no row with an angle", angles.source()));
-  states->writer().close();
+  bool more = angles.next(row);
+  if (angles.is_dated() && !start_s) start_s = row.t_s;
+  if (start_s && *start_s < 0)
+    throw io::InputError(angles.source() + ": times before 1970 do not fit into MCAP: say --start");
+  JointStates states([&](std::string_view bytes) { output.write(bytes); }, angles.joints(), start_s);
+  for (; more; more = angles.next(row)) states.add(row.t_s, row.angle_deg);
+  states.writer().close();
   output.commit();
-  done.rows = states->messages();
-  done.seconds = row.t_s - first_s;
-  done.notes = angles.notes();
-  return done;
+  return angles.written({out.string()});
 }
 
-JointStateFile::JointStateFile(const std::filesystem::path& path, const std::vector<std::string>& joints,
-                               const JointStateOptions& options)
-    : path_(path), file_(path) {
+JointStateFile::JointStateFile(const std::filesystem::path& path, const std::vector<std::string>& joints)
+    : file_(path) {
   try {
-    states_ =
-        std::make_unique<JointStates>([this](std::string_view bytes) { write(bytes); }, joints, options);
+    states_.emplace([this](std::string_view bytes) { write(bytes); }, joints, std::nullopt);
   } catch (...) {
     file_.remove();
     throw;
@@ -145,9 +122,10 @@ JointStateFile::JointStateFile(const std::filesystem::path& path, const std::vec
 }
 
 JointStateFile::~JointStateFile() {
+  if (!failure_.empty()) return;
   try {
-    close();
-  } catch (const std::exception&) {  // what could not be written, add() has said or the caller has asked
+    states_->writer().close();
+  } catch (const std::exception&) {  // its chunks are whole without an end, too
   }
 }
 
@@ -161,29 +139,12 @@ void JointStateFile::write(std::string_view chunk) {
 }
 
 void JointStateFile::add(double t_s, std::span<const double> angle_deg) {
-  assert(!ended_);
   if (!failure_.empty()) throw io::JobError(failure_);
-  if (states_->messages() == 0) flushed_s_ = t_s;
+  if (states_->writer().messages() == 0) flushed_s_ = t_s;
   states_->add(t_s, angle_deg);
   if (t_s - flushed_s_ < kFlush_s) return;
   flushed_s_ = t_s;
-  flush();
-}
-
-void JointStateFile::flush() {
-  if (!failure_.empty()) throw io::JobError(failure_);
   states_->writer().flush();
-}
-
-void JointStateFile::close() {
-  if (ended_ || !failure_.empty()) return;
-  ended_ = true;
-  states_->writer().close();
-}
-
-std::string JointStateFile::says() const {
-  if (!failure_.empty()) return failure_;
-  return fmt::format("{}: {} samples{}", path_.string(), states_->messages(), ended_ ? ", closed" : "");
 }
 
 }  // namespace flexor::exports

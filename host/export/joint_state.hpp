@@ -8,7 +8,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -17,19 +16,11 @@
 #include "host/export/angles.hpp"
 #include "host/export/mcap.hpp"
 #include "host/export/sink.hpp"
-#include "host/export/written.hpp"
 #include "host/io/growing_file.hpp"
 
 namespace flexor::exports {
 
-struct JointStateOptions {
-  std::optional<std::uint64_t> start_ns;  // of the first sample, since 1970; none: now
-};
-
-// sensor_msgs/msg/JointState with the definitions that it needs, as the schema encoding ros2msg has them.
-extern const char* const kJointStateSchema;
-
-// One message of it, CDR.
+// One message, CDR.
 class JointStateMessage {
  public:
   JointStateMessage(const std::vector<std::string>& joints, const std::string& frame_id);
@@ -45,49 +36,43 @@ class JointStateMessage {
 // Samples into an MCAP writer, t_s on the wall's clock.
 class JointStates {
  public:
-  JointStates(McapWriter::Write write, const std::vector<std::string>& joints,
-              const JointStateOptions& options);
+  // `start_s`: of the first sample, since 1970; none: now.
+  JointStates(McapWriter::Write write, const std::vector<std::string>& joints, std::optional<double> start_s);
   void add(double t_s, std::span<const double> angle_deg);
   McapWriter& writer() { return writer_; }
-  std::uint64_t messages() const { return writer_.messages(); }
 
  private:
   JointStateMessage message_;
   McapWriter writer_;
-  std::optional<std::uint64_t> start_ns_;
+  std::optional<double> start_s_;
+  std::uint64_t start_ns_ = 0;
   double first_s_ = 0;
 };
 
-// A whole file, as the recording comes: "-" too. A recording with dates begins at its own, unless told. Throws
-// io::InputError and io::JobError.
+// A whole file, as the recording comes: "-" too. A recording with dates begins at its own, unless `start_s` is given.
+// Throws io::InputError and io::JobError.
 Written write_joint_states(const std::filesystem::path& recording, const AngleOptions& angles,
-                           const JointStateOptions& options, const std::filesystem::path& out);
+                           std::optional<double> start_s, const std::filesystem::path& out);
 
 // A file that grows while samples come.
 class JointStateFile : public Sink {
  public:
   // Throws io::InputError: there is such a file, no such folder, no permission.
-  JointStateFile(const std::filesystem::path& path, const std::vector<std::string>& joints,
-                 const JointStateOptions& options);
+  JointStateFile(const std::filesystem::path& path, const std::vector<std::string>& joints);
   ~JointStateFile() override;  // closes it, errors or not
   JointStateFile(const JointStateFile&) = delete;
   JointStateFile& operator=(const JointStateFile&) = delete;
 
   // Throws io::JobError, one line: the disk is full or gone. What came before is whole, and nothing comes after.
   void add(double t_s, std::span<const double> angle_deg) override;
-  void flush();
-  void close();  // writes the summary; likewise
-  std::string says() const override;
 
  private:
   void write(std::string_view chunk);
 
-  std::filesystem::path path_;
   io::GrowingFile file_;
-  bool ended_ = false;
   std::string failure_;
   double flushed_s_ = 0;
-  std::unique_ptr<JointStates> states_;
+  std::optional<JointStates> states_;
 };
 
 }  // namespace flexor::exports

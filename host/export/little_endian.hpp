@@ -1,7 +1,6 @@
-// Numbers as bytes, the lowest first, and the checksum of MCAP.
+// Numbers as bytes, the lowest first.
 #pragma once
 
-#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -16,28 +15,18 @@ void put(std::string& out, Integer value) {
     out += static_cast<char>(static_cast<std::uint64_t>(value) >> (8 * i) & 0xff);
 }
 
-inline void put_double(std::string& out, double value) { put(out, std::bit_cast<std::uint64_t>(value)); }
+inline void put(std::string& out, double value) { put(out, std::bit_cast<std::uint64_t>(value)); }
 
 // Length, then bytes.
-inline void put_text(std::string& out, std::string_view text) {
+inline void put(std::string& out, const std::string& text) {
   put(out, static_cast<std::uint32_t>(text.size()));
   out += text;
 }
 
-// CRC-32 as zlib has it, going on from `crc`, the value so far: crc32(b, crc32(a)) is that of a and b.
-inline std::uint32_t crc32(std::string_view bytes, std::uint32_t crc = 0) {
-  static constexpr auto kTable = [] {
-    std::array<std::uint32_t, 256> table{};
-    for (std::uint32_t i = 0; i < table.size(); ++i) {
-      std::uint32_t value = i;
-      for (int bit = 0; bit < 8; ++bit) value = value >> 1 ^ (value & 1 ? 0xedb88320u : 0u);
-      table[i] = value;
-    }
-    return table;
-  }();
-  crc = ~crc;
-  for (const char c : bytes) crc = crc >> 8 ^ kTable[(crc ^ static_cast<std::uint8_t>(c)) & 0xff];
-  return ~crc;
-}
+// Bytes whose length does not precede them.
+struct Bytes {
+  std::string_view all;
+};
+inline void put(std::string& out, const Bytes& bytes) { out += bytes.all; }
 
 }  // namespace flexor::exports

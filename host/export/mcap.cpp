@@ -1,14 +1,13 @@
 #include "host/export/mcap.hpp"
 
-#include <algorithm>
-
 #include "host/export/little_endian.hpp"
 
 namespace flexor::exports {
 namespace {
 
 constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
-constexpr std::uint16_t kId = 1;  // of the schema and of the channel
+constexpr std::uint16_t kId = 1;         // of the schema and of the channel
+constexpr std::uint32_t kOneEntry = 10;  // bytes of a map with one entry: a channel's id and a number
 
 enum class Op : std::uint8_t {
   header = 0x01,
@@ -24,29 +23,28 @@ enum class Op : std::uint8_t {
   data_end = 0x0f
 };
 
-void put_record(std::string& out, Op op, std::string_view content) {
-  put(out, static_cast<std::uint8_t>(op));
+std::uint32_t crc32(std::string_view bytes) {
+  boost::crc_32_type crc;
+  crc.process_bytes(bytes.data(), bytes.size());
+  return static_cast<std::uint32_t>(crc.checksum());
+}
+
+template <class... Fields>
+void put_record(std::string& out, Op op, const Fields&... fields) {
+  std::string content;
+  (put(content, fields), ...);
+  put(out, op);
   put(out, static_cast<std::uint64_t>(content.size()));
   out += content;
 }
 
 void put_schema(std::string& out, const McapChannel& channel) {
-  std::string content;
-  put(content, kId);
-  put_text(content, channel.schema_name);
-  put_text(content, channel.schema_encoding);
-  put_text(content, channel.schema);
-  put_record(out, Op::schema, content);
+  put_record(out, Op::schema, kId, channel.schema_name, channel.schema_encoding, channel.schema);
 }
 
 void put_channel(std::string& out, const McapChannel& channel) {
-  std::string content;
-  put(content, kId);
-  put(content, kId);
-  put_text(content, channel.topic);
-  put_text(content, channel.message_encoding);
-  put(content, std::uint32_t{0});  // no metadata
-  put_record(out, Op::channel, content);
+  constexpr std::uint32_t kMetadata = 0;
+  put_record(out, Op::channel, kId, kId, channel.topic, channel.message_encoding, kMetadata);
 }
 
 }  // namespace
@@ -54,10 +52,7 @@ void put_channel(std::string& out, const McapChannel& channel) {
 McapWriter::McapWriter(Write write, std::string_view profile, McapChannel channel)
     : write_(std::move(write)), channel_(std::move(channel)) {
   std::string bytes(kMagic);
-  std::string content;
-  put_text(content, profile);
-  put_text(content, "flexor " FLEXOR_VERSION);
-  put_record(bytes, Op::header, content);
+  put_record(bytes, Op::header, std::string(profile), std::string("flexor " FLEXOR_VERSION));
   give(bytes);
   put_schema(records_, channel_);
   put_channel(records_, channel_);
@@ -66,109 +61,69 @@ McapWriter::McapWriter(Write write, std::string_view profile, McapChannel channe
 void McapWriter::give(std::string_view bytes) {
   write_(bytes);
   offset_ += bytes.size();
-  crc_ = crc32(bytes, crc_);
+  crc_.process_bytes(bytes.data(), bytes.size());
 }
 
 void McapWriter::add(std::uint64_t time_ns, std::string_view message) {
   places_.emplace_back(time_ns, records_.size());
-  std::string content;
-  content.reserve(22 + message.size());
-  put(content, kId);
-  put(content, static_cast<std::uint32_t>(messages_));
-  put(content, time_ns);
-  put(content, time_ns);
-  content += message;
-  put_record(records_, Op::message, content);
-  first_ns_ = messages_ == 0 ? time_ns : std::min(first_ns_, time_ns);
-  last_ns_ = std::max(last_ns_, time_ns);
-  chunk_.first_ns = places_.size() == 1 ? time_ns : std::min(chunk_.first_ns, time_ns);
-  chunk_.last_ns = places_.size() == 1 ? time_ns : std::max(chunk_.last_ns, time_ns);
+  const auto sequence = static_cast<std::uint32_t>(messages_);
+  put_record(records_, Op::message, kId, sequence, time_ns, time_ns, Bytes{message});
   ++messages_;
   if (records_.size() >= kChunk) flush();
 }
 
 void McapWriter::flush() {
   if (places_.empty()) return;
-  chunk_.offset = offset_;
-  chunk_.size = records_.size();
-  std::string content;
-  put(content, chunk_.first_ns);
-  put(content, chunk_.last_ns);
-  put(content, chunk_.size);
-  put(content, crc32(records_));
-  put_text(content, "");  // not compressed
-  put(content, chunk_.size);
-  content += records_;
+  Chunk chunk{places_.front().first, places_.back().first, offset_, 0, 0, records_.size()};
+  const std::string uncompressed;
   std::string bytes;
-  put_record(bytes, Op::chunk, content);
-  chunk_.length = bytes.size();
-  content.clear();
-  put(content, kId);
-  put(content, static_cast<std::uint32_t>(16 * places_.size()));
+  put_record(bytes, Op::chunk, chunk.first_ns, chunk.last_ns, chunk.size, crc32(records_), uncompressed,
+             chunk.size, Bytes{records_});
+  chunk.length = bytes.size();
+  std::string index;
   for (const auto& [time_ns, offset] : places_) {
-    put(content, time_ns);
-    put(content, offset);
+    put(index, time_ns);
+    put(index, offset);
   }
-  put_record(bytes, Op::message_index, content);
-  chunk_.index_length = bytes.size() - chunk_.length;
+  put_record(bytes, Op::message_index, kId, index);
+  chunk.index_length = bytes.size() - chunk.length;
   give(bytes);
-  chunks_.push_back(chunk_);
+  chunks_.push_back(chunk);
   records_.clear();
   places_.clear();
 }
 
-// Groups of records, then where each group lies. `start`: of the summary.
-std::string McapWriter::summary(std::uint64_t start) const {
+// Groups of records, then where each group lies.
+std::string McapWriter::summary() const {
   std::string out;
   std::string offsets;
   auto end_group = [&, begin = std::size_t{0}](Op op) mutable {
     if (out.size() == begin) return;
-    std::string content;
-    put(content, static_cast<std::uint8_t>(op));
-    put(content, start + begin);
-    put(content, static_cast<std::uint64_t>(out.size() - begin));
-    put_record(offsets, Op::summary_offset, content);
+    put_record(offsets, Op::summary_offset, op, offset_ + begin, out.size() - begin);
     begin = out.size();
   };
   put_schema(out, channel_);
   end_group(Op::schema);
   put_channel(out, channel_);
   end_group(Op::channel);
-  std::string content;
-  put(content, messages_);
-  put(content, std::uint16_t{1});  // schemas
-  put(content, std::uint32_t{1});  // channels
-  put(content, std::uint32_t{0});  // attachments
-  put(content, std::uint32_t{0});  // metadata
-  put(content, static_cast<std::uint32_t>(chunks_.size()));
-  put(content, first_ns_);
-  put(content, last_ns_);
-  put(content, std::uint32_t{10});  // bytes that follow: messages of each channel
-  put(content, kId);
-  put(content, messages_);
-  put_record(out, Op::statistics, content);
+  constexpr std::uint16_t kSchemas = 1;
+  constexpr std::uint32_t kChannels = 1, kAttachments = 0, kMetadata = 0;
+  const std::uint64_t first_ns = chunks_.empty() ? 0 : chunks_.front().first_ns;
+  const std::uint64_t last_ns = chunks_.empty() ? 0 : chunks_.back().last_ns;
+  put_record(out, Op::statistics, messages_, kSchemas, kChannels, kAttachments, kMetadata,
+             static_cast<std::uint32_t>(chunks_.size()), first_ns, last_ns, kOneEntry, kId, messages_);
   end_group(Op::statistics);
   for (const Chunk& chunk : chunks_) {
-    content.clear();
-    put(content, chunk.first_ns);
-    put(content, chunk.last_ns);
-    put(content, chunk.offset);
-    put(content, chunk.length);
-    put(content, std::uint32_t{10});  // bytes that follow: where each channel's index is
-    put(content, kId);
-    put(content, chunk.offset + chunk.length);
-    put(content, chunk.index_length);
-    put_text(content, "");
-    put(content, chunk.size);
-    put(content, chunk.size);
-    put_record(out, Op::chunk_index, content);
+    const std::string uncompressed;
+    put_record(out, Op::chunk_index, chunk.first_ns, chunk.last_ns, chunk.offset, chunk.length, kOneEntry,
+               kId, chunk.offset + chunk.length, chunk.index_length, uncompressed, chunk.size, chunk.size);
   }
   end_group(Op::chunk_index);
   std::string end;  // the footer, but for the checksum of all this
-  put(end, static_cast<std::uint8_t>(Op::footer));
+  put(end, Op::footer);
   put(end, std::uint64_t{20});
-  put(end, start);
-  put(end, start + out.size());
+  put(end, offset_);
+  put(end, offset_ + out.size());
   out += offsets + end;
   put(out, crc32(out));
   return out;
@@ -177,11 +132,9 @@ std::string McapWriter::summary(std::uint64_t start) const {
 void McapWriter::close() {
   flush();
   std::string bytes;
-  std::string content;
-  put(content, crc_);
-  put_record(bytes, Op::data_end, content);
+  put_record(bytes, Op::data_end, static_cast<std::uint32_t>(crc_.checksum()));
   give(bytes);
-  give(summary(offset_));
+  give(summary());
   give(kMagic);
 }
 

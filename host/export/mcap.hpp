@@ -7,6 +7,7 @@
 // Source: the MCAP specification, version 0.
 #pragma once
 
+#include <boost/crc.hpp>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -33,36 +34,33 @@ class McapWriter {
 
   McapWriter(Write write, std::string_view profile, McapChannel channel);
 
-  void add(std::uint64_t time_ns, std::string_view message);
-  void flush();  // gives out the chunk that is being filled
+  void add(std::uint64_t time_ns, std::string_view message);  // times never decrease
+  void flush();                                               // gives out the chunk that is being filled
   void close();  // the rest and the summary; nothing can be added after it
 
   std::uint64_t messages() const { return messages_; }
 
  private:
   struct Chunk {
-    std::uint64_t first_ns = 0;
-    std::uint64_t last_ns = 0;
-    std::uint64_t offset = 0;
-    std::uint64_t length = 0;
-    std::uint64_t index_length = 0;
-    std::uint64_t size = 0;  // of what is in it
+    std::uint64_t first_ns;
+    std::uint64_t last_ns;
+    std::uint64_t offset;
+    std::uint64_t length;
+    std::uint64_t index_length;
+    std::uint64_t size;  // of what is in it
   };
 
   void give(std::string_view bytes);
-  std::string summary(std::uint64_t start) const;
+  std::string summary() const;
 
   Write write_;
   McapChannel channel_;
   std::string records_;                                          // of the chunk
   std::vector<std::pair<std::uint64_t, std::uint64_t>> places_;  // of its messages: time, offset
-  Chunk chunk_;
   std::vector<Chunk> chunks_;
   std::uint64_t offset_ = 0;
-  std::uint32_t crc_ = 0;
+  boost::crc_32_type crc_;
   std::uint64_t messages_ = 0;
-  std::uint64_t first_ns_ = 0;
-  std::uint64_t last_ns_ = 0;
 };
 
 }  // namespace flexor::exports

@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "host/export/angles.hpp"
-#include "host/export/written.hpp"
 
 namespace flexor::exports {
 

@@ -21,6 +21,16 @@ TEST(Mot, IsWhatOpenSimReads) {
   EXPECT_NEAR(done.seconds, 0.01, 1e-12);
 }
 
+TEST(Mot, AnglesBecomeFlexionByTheEndsOfTheirJoints) {
+  const TestRecording log("t_s,index_deg,thumb_deg\n0,170,0\n1,90,30\n");
+  AngleOptions options;
+  options.ends_deg = {{"index", {170, 80}}, {"thumb", {-10, 45}}};
+  (void)write_mot(log.path(), options, log.beside("a.mot"));
+  EXPECT_TRUE(io::read_file(log.beside("a.mot")).ends_with("\n0\t0\t10\n1\t80\t40\n"));
+  options.ends_deg.erase("thumb");
+  EXPECT_THROW((void)write_mot(log.path(), options, log.beside("a.mot")), io::InputError);
+}
+
 TEST(Mot, OneRowIsAMotion) {
   const TestRecording log("t_s,a_deg\n0,1\n");
   EXPECT_EQ(write_mot(log.path(), {}, log.beside("a.mot")).rows, 1u);

@@ -26,16 +26,6 @@ std::uint8_t fingers_of(const OpenGlovesOptions& options) {
   return static_cast<std::uint8_t>(bits);
 }
 
-void require_ranges(const OpenGlovesOptions& options) {
-  for (const auto& finger : options.fingers) {
-    if (!finger) continue;
-    const double span = finger->bent_deg - finger->straight_deg;
-    if (!std::isfinite(span) || span == 0)
-      throw io::InputError(fmt::format("a finger of {:g} to {:g} deg: straight and bent must be two angles",
-                                       finger->straight_deg, finger->bent_deg));
-  }
-}
-
 bool make_raw(int file) {
   termios settings{};
   if (tcgetattr(file, &settings) != 0) return false;
@@ -49,7 +39,6 @@ bool make_raw(int file) {
 
 OpenGloves::OpenGloves(const std::filesystem::path& path, const OpenGlovesOptions& options)
     : path_(path), options_(options), gestures_(fingers_of(options)) {
-  require_ranges(options);
   values_.joystick[0] = values_.joystick[1] = link::kGloveMiddle;
   const int error = open_it();
   // A FIFO without a reader: one comes.
@@ -81,14 +70,13 @@ int OpenGloves::open_it() {
 void OpenGloves::close_it() {
   if (file_ >= 0) ::close(file_);
   file_ = -1;
-  reads_ = false;
   pending_.clear();
 }
 
 std::string OpenGloves::line(std::span<const double> angle_deg) {
   for (std::size_t i = 0; i < options_.fingers.size(); ++i) {
     const auto& finger = options_.fingers[i];
-    if (!finger || finger->joint >= angle_deg.size() || std::isnan(angle_deg[finger->joint])) continue;
+    if (!finger || std::isnan(angle_deg[finger->joint])) continue;
     const double bend =
         (angle_deg[finger->joint] - finger->straight_deg) / (finger->bent_deg - finger->straight_deg);
     values_.flexion[i] =
@@ -129,31 +117,13 @@ void OpenGloves::add(double t_s, std::span<const double> angle_deg) {
     tried_s_ = t_s;
     if (open_it() != 0) close_it();
   }
-  if (file_ >= 0) send();  // the rest of the last line
-  reads_ = file_ >= 0 && pending_.empty();
-  if (!reads_) {
-    ++left_out_;
-    return;
-  }
+  if (file_ >= 0) send();                      // the rest of the last line
+  if (file_ < 0 || !pending_.empty()) return;  // nobody reads
   if (is_port_) answer();
   pending_ += text;
   const std::size_t size = pending_.size();
   send();
-  reads_ = file_ >= 0 && pending_.size() < size;
-  if (reads_) {
-    ++lines_;
-    return;
-  }
-  pending_.clear();  // nothing of it went out
-  ++left_out_;
-}
-
-std::string OpenGloves::says() const {
-  if (file_ < 0)
-    return fmt::format("OpenGloves to {}: {}", path_.string(),
-                       is_port_ ? "the port has gone, and is waited for" : "nobody reads yet");
-  return fmt::format("OpenGloves to {}: {} lines, {} left out{}", path_.string(), lines_, left_out_,
-                     reads_ || lines_ + left_out_ == 0 ? "" : ", nobody reads at the moment");
+  if (pending_.size() == size) pending_.clear();  // nothing of it went out
 }
 
 }  // namespace flexor::exports

@@ -8,7 +8,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -18,7 +17,7 @@
 
 namespace flexor::exports {
 
-// A finger's bend is 0 at one angle of the joint that tells it, 1 at the other.
+// A finger's bend is 0 at one angle of the joint that tells it, 1 at another, as a model's ends are apart.
 struct FingerRange {
   std::size_t joint = 0;  // of those that add() gets
   double straight_deg = 0;
@@ -33,7 +32,7 @@ struct OpenGlovesOptions {
 
 class OpenGloves : public Sink {
  public:
-  // Throws io::InputError: no such port or FIFO, or it is something else, a range without a width.
+  // Throws io::InputError: no such port or FIFO, or it is something else.
   OpenGloves(const std::filesystem::path& path, const OpenGlovesOptions& options);
   ~OpenGloves() override;
   OpenGloves(const OpenGloves&) = delete;
@@ -41,10 +40,6 @@ class OpenGloves : public Sink {
 
   // A finger whose angle is NaN stays as it was.
   void add(double t_s, std::span<const double> angle_deg) override;
-  std::string says() const override;
-
-  std::uint64_t lines() const { return lines_; }        // that went out
-  std::uint64_t left_out() const { return left_out_; }  // while nobody read
 
  private:
   int open_it();  // 0 or errno
@@ -61,9 +56,6 @@ class OpenGloves : public Sink {
   bool is_port_ = false;
   std::optional<double> tried_s_;
   std::string pending_;  // of a line that only half of went out
-  std::uint64_t lines_ = 0;
-  std::uint64_t left_out_ = 0;
-  bool reads_ = false;  // the last line went out
 };
 
 }  // namespace flexor::exports

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <span>
-#include <string>
 
 namespace flexor::exports {
 
@@ -12,8 +11,6 @@ class Sink {
   // t_s: seconds of the caller's clock, which never runs backwards. One angle for each joint that the sink was made
   // for, in that order; NaN: not known. Never waits for a reader. Throws io::JobError when it can take no more.
   virtual void add(double t_s, std::span<const double> angle_deg) = 0;
-  // How it stands, in one sentence.
-  virtual std::string says() const = 0;
 };
 
 }  // namespace flexor::exports

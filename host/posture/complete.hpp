@@ -54,14 +54,15 @@ class Personal {
   // `hands`: seen of this person, NaN where a joint is not shown.
   void learn(const Hand& rest_deg, const std::vector<Hand>& hands);
 
-  Hand mean_deg(const Eigen::VectorXd& inputs_deg) const;
-  Hand variance_deg2(const Eigen::VectorXd& inputs_deg) const;
+  Hand mean_deg(const Eigen::VectorXd& inputs_deg) const { return seen_.mean_deg(inputs_deg); }
+  Hand variance_deg2(const Eigen::VectorXd& inputs_deg) const {
+    return seen_.variance(inputs_deg, acquainted_deg2_, stranger_deg2_);
+  }
   const Calibrated& calibrated() const { return calibrated_; }
 
  private:
   Calibrated calibrated_;
   InputMatrix inputs_;
-  Hand offset_deg_ = Hand::Zero();
   Seen seen_;
   Hand stranger_deg2_;       // s_j^2
   Hand acquainted_deg2_;     // s_j^2 of joints that were seen
@@ -84,36 +85,41 @@ class Completer {
   double left_out_rmse_deg() { return model(all_).calibrated().rmse_deg; }
 
  private:
-  using Mask = std::uint32_t;
+  using Mask = std::uint32_t;  // a bit for each input
   struct Readings {
     Eigen::VectorXd value_deg;
     Eigen::VectorXd variance_deg2;
-    Mask mask = 0;
+    std::vector<Quality> quality;
+    Mask mask;
+    void set_quality(Eigen::Index input, Quality to) { quality[static_cast<std::size_t>(input)] = to; }
+    void leave_out(Eigen::Index input, Quality why);
+    Eigen::VectorXd of(Mask inputs) const;
   };
 
-  void see(const Hand& hand_deg, double seconds);
   Personal& model(Mask mask);
-  Eigen::VectorXd picked(Mask mask, const Eigen::VectorXd& of_all) const;
   // What the other inputs of the mask say of this one.
   struct Said {
     double value_deg;
     double variance_deg2;
     double worst_deg;
   };
-  Said from_others(const Readings& readings, std::size_t input);
-  void leave_out_stuck(Readings& readings, std::vector<Quality>& quality);
-  void mark_beyond(Readings& readings, std::vector<Quality>& quality) const;
-  void leave_out_implausible(Readings& readings, std::vector<Quality>& quality);
-  void weigh_noisy(Readings& readings, std::vector<Quality>& quality);
+  Said from_others(const Readings& readings, Eigen::Index input);
+  void leave_out_missing(Readings& readings);
+  void leave_out_implausible(Readings& readings);
+  void leave_out_stuck(Readings& readings);
+  void mark_beyond(Readings& readings) const;
+  void weigh_noisy(Readings& readings);
   void add_noise(const Readings& readings, Hand& variance_deg2);
   void set_sensed(const Readings& readings, Estimate& estimate) const;
   void keep_sum(const std::vector<int>& joints, double sum_deg, Estimate& estimate) const;
   void set_coupled(const Readings& readings, Estimate& estimate) const;
-  bool sensed_alone(const Readings& readings, int joint) const;
+  bool sensed_alone(Mask mask, int joint) const;
 
   const Posture& posture_;
   std::vector<Input> inputs_;
   InputMatrix matrix_;
+  Eigen::VectorXd low_deg_;  // of each input, at the limits of its joints
+  Eigen::VectorXd high_deg_;
   People people_;
   Shape shape_;
   Mask all_ = 0;

@@ -4,9 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <limits>
+#include <optional>
 
 #include "host/io/io.hpp"
 #include "host/recording/stream.hpp"
@@ -55,28 +57,32 @@ struct Plan {
   std::vector<Input> inputs;
   std::vector<std::vector<std::size_t>> parts;
   std::vector<std::string> columns;
-  std::vector<std::pair<int, std::size_t>> shown;  // joint and its column
-  Hand sign = Hand::Ones();                        // of the table's angles, against the document's
+  std::vector<double> column_sign;      // of their angles, against the document's
+  std::vector<double> column_open_deg;  // what is 0 in it
+  std::map<int, std::size_t> shown;     // joint and its column
+  Hand sign = Hand::Ones();             // of each joint's angles
 
-  std::size_t place(const std::string& column) {
-    const auto it = std::ranges::find(columns, column);
+  std::size_t place(const std::string& name, int joint, const CompleteOptions& options) {
+    const auto it = std::ranges::find(columns, column_of(name));
     if (it != columns.end()) return static_cast<std::size_t>(it - columns.begin());
-    columns.push_back(column);
+    columns.push_back(column_of(name));
+    const auto ends = options.ends_deg.find(name);
+    const auto [open_deg, fist_deg] = ends == options.ends_deg.end() ? std::pair(0.0, 90.0) : ends->second;
+    column_sign.push_back(fist_deg > open_deg ? sign[joint] : -sign[joint]);
+    column_open_deg.push_back(open_deg);
     return columns.size() - 1;
   }
 };
 
 // Joints whose flexion has a sign: MCP, PIP, DIP and the thumb's IP.
 bool flexes(int joint) {
-  const std::string_view name = kJointNames[static_cast<std::size_t>(joint)];
-  return name.ends_with("_mcp") || name.ends_with("_pip") || name.ends_with("_dip") || name.ends_with("_ip");
+  constexpr std::array kEnds = {"_mcp", "_pip", "_dip", "_ip"};
+  return std::ranges::any_of(kEnds, [&](const char* end) { return joint_name(joint).ends_with(end); });
 }
-
-double sign_of(const Plan& plan, const Input& input) { return plan.sign[input.joints.front()]; }
 
 void require_one_sign(const Plan& plan, const Input& bend) {
   for (const int joint : bend.joints) {
-    if (plan.sign[joint] == sign_of(plan, bend)) continue;
+    if (plan.sign[joint] == plan.sign[bend.joints.front()]) continue;
     throw io::InputError(
         fmt::format("--bends {}: with --flexion positive only joints that flex can be summed", bend.name));
   }
@@ -89,39 +95,40 @@ void require_named(const Input& bend, const CompleteOptions& options) {
   };
   if (named(bend.name)) return;
   for (const int joint : bend.joints) {
-    const std::string_view name = kJointNames[static_cast<std::size_t>(joint)];
-    if (named(name)) continue;
+    if (named(joint_name(joint))) continue;
     throw io::InputError(
         fmt::format("--bends {0}: --from names neither {0}_deg nor {1}_deg: name the bend, or all of its "
                     "joints' columns",
-                    bend.name, name));
+                    bend.name, joint_name(joint)));
   }
 }
 
-void add_bend(Plan& plan, const Input& bend, const recording::CsvReader& table) {
-  std::vector<std::size_t> parts;
-  if (table.has(column_of(bend.name)) && !find_joint(bend.name)) {
-    parts.push_back(plan.place(column_of(bend.name)));
-  } else {
-    for (const int joint : bend.joints) {
-      parts.push_back(plan.place(column_of(kJointNames[static_cast<std::size_t>(joint)])));
-    }
-  }
+void add_part(Plan& plan, const std::string& name, int joint, const CompleteOptions& options) {
+  if (!options.ends_deg.empty() && !options.ends_deg.contains(name))
+    throw io::InputError(fmt::format("--from: --model has no joint {}: leave it out", name));
+  plan.parts.back().push_back(plan.place(name, joint, options));
+}
+
+void add_bend(Plan& plan, const Input& bend, const CompleteOptions& options,
+              const recording::CsvReader& table) {
   plan.inputs.push_back(bend);
-  plan.parts.push_back(parts);
+  plan.parts.emplace_back();
+  if (table.has(column_of(bend.name)) && !find_joint(bend.name))
+    return add_part(plan, bend.name, bend.joints.front(), options);
+  for (const int joint : bend.joints) add_part(plan, std::string(joint_name(joint)), joint, options);
 }
 
 Plan plan_of(const CompleteOptions& options, const recording::CsvReader& table) {
   Plan plan;
-  std::vector<Input> bends;
   for (int joint = 0; joint < kJoints; ++joint) {
     if (options.flexion_is_positive && flexes(joint)) plan.sign[joint] = -1;
   }
+  std::vector<Input> bends;
   for (const std::string& text : options.bends) bends.push_back(bend_of(text));
   for (const Input& bend : bends) {
     require_named(bend, options);
     require_one_sign(plan, bend);
-    add_bend(plan, bend, table);
+    add_bend(plan, bend, options, table);
   }
   for (const std::string& column : options.from) {
     const std::string name = without_unit(column);
@@ -131,12 +138,12 @@ Plan plan_of(const CompleteOptions& options, const recording::CsvReader& table) 
         bends, [&](const Input& bend) { return std::ranges::count(bend.joints, joint) > 0; });
     if (in_bend) continue;
     plan.inputs.push_back({name, {joint}});
-    plan.parts.push_back({plan.place(column_of(name))});
+    plan.parts.emplace_back();
+    add_part(plan, name, joint, options);
   }
-  if (options.rest_s <= 0) return plan;
-  for (int joint = 0; joint < kJoints; ++joint) {
-    const std::string column = column_of(kJointNames[static_cast<std::size_t>(joint)]);
-    if (table.has(column)) plan.shown.emplace_back(joint, plan.place(column));
+  for (int joint = 0; joint < kJoints && options.rest_s > 0; ++joint) {
+    const std::string name(joint_name(joint));
+    if (table.has(column_of(name))) plan.shown[joint] = plan.place(name, joint, options);
   }
   return plan;
 }
@@ -149,24 +156,25 @@ std::string header_of(const Plan& plan) {
 }
 
 std::string text_of(const Plan& plan, double t_s, const Estimate& estimate) {
-  fmt::memory_buffer out;
-  fmt::format_to(std::back_inserter(out), "{}", t_s);
-  for (int j = 0; j < kJoints; ++j) {
-    fmt::format_to(std::back_inserter(out), ",{:.3f},{:.3f}", plan.sign[j] * estimate.angle_deg[j],
-                   estimate.se_deg[j]);
-  }
-  for (const Quality quality : estimate.quality) {
-    fmt::format_to(std::back_inserter(out), ",{}", static_cast<int>(quality));
-  }
-  out.push_back('\n');
-  return fmt::to_string(out);
+  std::string text = fmt::format("{}", t_s);
+  for (int j = 0; j < kJoints; ++j)
+    text += fmt::format(",{:.3f},{:.3f}", plan.sign[j] * estimate.angle_deg[j], estimate.se_deg[j]);
+  for (const Quality quality : estimate.quality) text += fmt::format(",{}", static_cast<int>(quality));
+  return text + "\n";
+}
+
+// The next row, in the document's signs.
+bool next(const Plan& plan, recording::CsvReader& table, recording::Row& row) {
+  if (!table.next(row)) return false;
+  for (std::size_t i = 0; i < plan.columns.size(); ++i)
+    row.value[i] = plan.column_sign[i] * (row.value[i] - plan.column_open_deg[i]);
+  return true;
 }
 
 Eigen::VectorXd readings_of(const Plan& plan, const recording::Row& row) {
-  Eigen::VectorXd readings = Eigen::VectorXd::Zero(static_cast<Index>(plan.parts.size()));
-  for (std::size_t i = 0; i < plan.parts.size(); ++i) {
-    for (const std::size_t part : plan.parts[i])
-      readings[static_cast<Index>(i)] += sign_of(plan, plan.inputs[i]) * row.value[part];
+  Eigen::VectorXd readings = Eigen::VectorXd::Zero(std::ssize(plan.parts));
+  for (Index i = 0; i < readings.size(); ++i) {
+    for (const std::size_t part : plan.parts[static_cast<std::size_t>(i)]) readings[i] += row.value[part];
   }
   return readings;
 }
@@ -176,7 +184,7 @@ std::optional<Hand> shown_hand(const Plan& plan, const recording::Row& row) {
   Hand hand = Hand::Constant(std::numeric_limits<double>::quiet_NaN());
   for (const auto& [joint, column] : plan.shown) {
     if (std::isnan(row.value[column])) return std::nullopt;
-    hand[joint] = plan.sign[joint] * row.value[column];
+    hand[joint] = row.value[column];
   }
   return hand;
 }
@@ -197,40 +205,26 @@ class MiddleOfThree {
   std::deque<Hand> last_;
 };
 
-// Rows of each input that read further extended than a straight finger does.
-class Extended {
- public:
-  explicit Extended(std::size_t inputs) : rows_(inputs, 0), known_(inputs, 0) {}
-
-  void add(const Plan& plan, const Eigen::VectorXd& readings) {
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      const double reading = readings[static_cast<Index>(i)];
-      if (!std::ranges::all_of(plan.inputs[i].joints, flexes) || std::isnan(reading)) continue;
-      ++known_[i];
-      if (reading > kStraight_deg) ++rows_[i];
-    }
-  }
-
-  std::vector<std::string> names(const Plan& plan) const {
-    std::vector<std::string> out;
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      if (2 * rows_[i] > known_[i]) out.push_back(plan.inputs[i].name);
-    }
-    return out;
-  }
-
- private:
-  static constexpr double kStraight_deg = 15;
-  std::vector<std::size_t> rows_;
-  std::vector<std::size_t> known_;
-};
-
-void count(const Estimate& estimate, Completion& completion) {
+void count(const Plan& plan, const Eigen::VectorXd& readings, const Estimate& estimate,
+           Completion& completion) {
+  constexpr double kStraight_deg = 15;
   ++completion.rows;
   completion.mean_se_deg += estimate.se_deg;
-  for (std::size_t i = 0; i < estimate.quality.size(); ++i) {
-    ++completion.quality[i][static_cast<std::size_t>(estimate.quality[i])];
+  for (std::size_t i = 0; i < completion.inputs.size(); ++i) {
+    Completion::OfInput& input = completion.inputs[i];
+    ++input.rows[static_cast<std::size_t>(estimate.quality[i])];
+    const bool is_extended = readings[static_cast<Index>(i)] > kStraight_deg;
+    if (is_extended && std::ranges::all_of(plan.inputs[i].joints, flexes)) ++input.extended;
   }
+}
+
+void finish(const Completer& completer, Completion& completion) {
+  completion.mean_se_deg /= static_cast<double>(completion.rows);
+  for (const Completion::OfInput& input : completion.inputs) {
+    if (2 * input.extended > completion.rows - input.rows[static_cast<std::size_t>(Quality::missing)])
+      completion.extended.push_back(input.name);
+  }
+  completion.shape = completer.shape();
 }
 
 }  // namespace
@@ -238,41 +232,35 @@ void count(const Estimate& estimate, Completion& completion) {
 Completion complete_table(const Posture& posture, recording::CsvReader& table, const CompleteOptions& options,
                           const std::function<void(const std::string&)>& sink,
                           const std::function<void(std::size_t rows)>& progress) {
-  Plan plan = plan_of(options, table);
+  const Plan plan = plan_of(options, table);
   table.choose(plan.columns);
   Completer completer(posture, plan.inputs, !plan.shown.empty());
   Completion completion;
-  for (const Input& input : plan.inputs) completion.inputs.push_back(input.name);
-  completion.quality.resize(plan.inputs.size());
+  for (const Input& input : plan.inputs) completion.inputs.push_back({input.name});
   completion.shown_joints = plan.shown.size();
   sink(header_of(plan));
-  Extended extended(plan.inputs.size());
   MiddleOfThree shown;
   double elapsed_s = 0;
   double last_s = 0;
-  for (recording::Row row; table.next(row); last_s = row.t_s) {
-    const double step = completion.rows > 0 ? step_s(last_s, row.t_s) : 0;
-    if (completion.rows > 0)
-      elapsed_s += step_s(last_s, row.t_s, recording::kJump_s);  // slow tables too, but no jump
+  for (recording::Row row; next(plan, table, row); last_s = row.t_s) {
+    const bool is_first = completion.rows == 0;
+    if (!is_first) elapsed_s += step_s(last_s, row.t_s, recording::kJump_s);  // slow tables too, but no jump
     if (elapsed_s < options.rest_s) {
       completion.shown_s = elapsed_s;
-      if (const auto hand = shown_hand(plan, row)) {
-        if (const auto sound = shown.of(*hand)) completer.show(*sound, step);
-      }
+      const auto hand = shown_hand(plan, row);
+      const auto sound = hand ? shown.of(*hand) : std::nullopt;
+      if (sound) completer.show(*sound, is_first ? 0 : step_s(last_s, row.t_s));
     } else {
       completion.rest_ended = true;
     }
     const Eigen::VectorXd readings = readings_of(plan, row);
     const Estimate estimate = completer.complete(readings);
-    extended.add(plan, readings);
-    count(estimate, completion);
+    count(plan, readings, estimate, completion);
     sink(text_of(plan, row.t_s, estimate));
     progress(completion.rows);
   }
   if (completion.rows == 0) throw io::InputError(fmt::format("{}: no row below the header", table.name()));
-  completion.mean_se_deg /= static_cast<double>(completion.rows);
-  completion.extended = extended.names(plan);
-  completion.shape = completer.shape();
+  finish(completer, completion);
   completion.notes = table.notes();
   completion.left_out_rmse_deg = completer.left_out_rmse_deg();
   return completion;

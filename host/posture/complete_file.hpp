@@ -10,10 +10,11 @@
 // the other sign in the table and in what is written. Whether the table has the sign that is said, its bends tell.
 #pragma once
 
-#include <filesystem>
+#include <array>
 #include <functional>
-#include <istream>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/posture/complete.hpp"
@@ -26,16 +27,22 @@ struct CompleteOptions {
   std::vector<std::string> bends;
   double rest_s = 0;
   bool flexion_is_positive = false;
+  // Of columns by name, without the unit: angles at the open hand and at the fist. Where there are any, every input's column
+  // is one of them, and its angles become positive flexion, 0 at the open hand.
+  std::map<std::string, std::pair<double, double>> ends_deg = {};
 };
 
 struct Completion {
   std::size_t rows = 0;
-  std::vector<std::string> inputs;
-  std::vector<std::array<std::size_t, kQualities>> quality;  // of each input, rows by Quality
+  struct OfInput {
+    std::string name;
+    std::array<std::size_t, kQualities> rows{};  // by Quality
+    std::size_t extended = 0;  // rows that read further extended than a straight finger does
+  };
+  std::vector<OfInput> inputs;
+  std::vector<std::string> extended;  // inputs that mostly do: has the table the other sign?
   double shown_s = 0;
   bool rest_ended = false;  // a row came after it
-  std::vector<std::string>
-      extended;  // bends and joints that mostly read further extended than straight: has the table the other sign?
   std::size_t shown_joints = 0;
   Hand mean_se_deg = Hand::Zero();
   Shape shape;

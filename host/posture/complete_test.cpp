@@ -213,13 +213,25 @@ const CompleteOptions kFive = {
     {"thumb=thumb_mcp+thumb_ip", "index=index_mcp+index_pip", "middle=middle_mcp+middle_pip"},
     0.5};
 
-std::vector<std::string> lines_of(const std::string& content, const CompleteOptions& options) {
+Completion completion_of(
+    const std::string& content, const CompleteOptions& options,
+    const std::function<void(const std::string&)>& sink = [](const auto&) {}) {
   std::istringstream stream(content);
   recording::CsvReader table(stream, "x.csv", {{}, {}, true});
+  return complete_table(known(), table, options, sink, [](auto) {});
+}
+
+std::vector<std::string> lines_of(const std::string& content, const CompleteOptions& options) {
   std::vector<std::string> lines;
-  complete_table(
-      known(), table, options, [&](const std::string& line) { lines.push_back(line); }, [](auto) {});
+  completion_of(content, options, [&](const std::string& line) { lines.push_back(line); });
   return lines;
+}
+
+std::vector<double> cells_of(const std::string& line) {
+  std::vector<double> out;
+  std::istringstream stream(line);
+  for (std::string cell; std::getline(stream, cell, ',');) out.push_back(std::stod(cell));
+  return out;
 }
 
 TEST(CompletingTables, KnowsOnlyThePast) {
@@ -256,12 +268,23 @@ TEST(CompletingTables, ARestEndsInASlowTableToo) {
   r.hands_deg.col(0).segment(20, 20).array() -= 40;  // thumb_rot, which is not sensed
   const auto after = lines_of(table_of(r, 60), options);
   EXPECT_EQ(before, after);
-  std::istringstream stream(table_of(r, 60));
-  recording::CsvReader table(stream, "x.csv", {{}, {}, true});
-  const Completion c = complete_table(
-      known(), table, options, [](const auto&) {}, [](auto) {});
+  const Completion c = completion_of(table_of(r, 60), options);
   EXPECT_TRUE(c.rest_ended);
   EXPECT_NEAR(c.shown_s, 1, 1e-9);
+}
+
+// The middle finger is shown at rest alone; what it did wrong in one row moves it no more than the row less does.
+TEST(CompletingTables, OneWrongAngleAtRestMovesNothing) {
+  const auto shown = [](double first_s, double wrong_deg) {
+    Recorded r = test::person(5, "x", 2);
+    for (std::size_t i = 0; i < r.t_s.size(); ++i) r.t_s[i] = 0.1 * static_cast<double>(i);
+    r.t_s[0] = first_s;
+    if (wrong_deg != 0) r.hands_deg(5, 9) = wrong_deg;
+    return cells_of(lines_of(table_of(r, 60), {{"index_mcp_deg"}, {}, 1.7}).back())[19];
+  };
+  const double sound = shown(0, 0);
+  EXPECT_NEAR(shown(0, 9999), sound, 1.5);
+  EXPECT_NEAR(shown(-1.7e9, 0), sound, 1.5) << "a clock that was set after the first row";
 }
 
 TEST(CompletingTables, FlexionMayBePositiveInBothTables) {
@@ -273,41 +296,46 @@ TEST(CompletingTables, FlexionMayBePositiveInBothTables) {
   options.flexion_is_positive = true;
   const auto positive = lines_of(table_of(turned, 60), options);
   ASSERT_EQ(positive.size(), negative.size());
-  const auto cell = [](const std::string& line, int place) {
-    std::istringstream cells(line);
-    std::string text;
-    for (int i = 0; i <= place; ++i) std::getline(cells, text, ',');
-    return std::stod(text);
-  };
   for (std::size_t row = 1; row < positive.size(); ++row) {
-    for (int j = 0; j < kJoints; ++j) {
-      const bool flexes = std::ranges::count(std::array{0, 3, 7, 11, 15, 19, 20, 21, 22}, j) == 0;
-      EXPECT_EQ(cell(positive[row], 1 + 2 * j), (flexes ? -1 : 1) * cell(negative[row], 1 + 2 * j));
-      EXPECT_EQ(cell(positive[row], 2 + 2 * j), cell(negative[row], 2 + 2 * j));
+    const std::vector<double> one = cells_of(positive[row]);
+    const std::vector<double> other = cells_of(negative[row]);
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      const bool flexes =
+          std::ranges::count(std::array<std::size_t, 9>{0, 3, 7, 11, 15, 19, 20, 21, 22}, j) == 0;
+      EXPECT_EQ(one[1 + 2 * j], (flexes ? -1 : 1) * other[1 + 2 * j]);
+      EXPECT_EQ(one[2 + 2 * j], other[2 + 2 * j]);
     }
   }
+}
+
+// A camera's 170 degrees at the open hand and 80 at the fist are 0 and 90 of flexion.
+TEST(CompletingTables, AnglesBecomeFlexionByTheEndsOfTheirJoints) {
+  const auto table = [](std::string_view rows) {
+    return fmt::format("t_s,index_deg,thumb_ip_deg\n{}", rows);
+  };
+  CompleteOptions options = {{"index", "thumb_ip"}, {"index=index_mcp+index_pip"}, 0, true};
+  const auto flexion = lines_of(table("0,0,5\n1,30,10\n2,90,40\n"), options);
+  options.ends_deg = {{"index", {170, 80}}, {"thumb_ip", {-5, 60}}};
+  EXPECT_EQ(lines_of(table("0,170,0\n1,140,5\n2,80,35\n"), options), flexion);
+  options.ends_deg.erase("thumb_ip");
+  EXPECT_NE(io::refusal_of([&] { lines_of(table("0,170,0\n"), options); }).find("no joint thumb_ip"),
+            std::string::npos);
 }
 
 TEST(CompletingTables, ATableOfTheOtherSignIsNoticed) {
   Recorded r = test::person(88, "x");
   const CompleteOptions options = {
       {"index_mcp", "index_pip", "middle_pip"}, {"index=index_mcp+index_pip"}, 0};
-  const auto extended = [&] {
-    std::istringstream stream(table_of(r, 300));
-    recording::CsvReader table(stream, "x.csv", {{}, {}, true});
-    return complete_table(
-               known(), table, options, [](const auto&) {}, [](auto) {})
-        .extended;
-  };
-  EXPECT_TRUE(extended().empty());
+  EXPECT_TRUE(completion_of(table_of(r, 300), options).extended.empty());
   r.hands_deg *= -1;
-  EXPECT_EQ(extended(), (std::vector<std::string>{"index", "middle_pip"}));
+  EXPECT_EQ(completion_of(table_of(r, 300), options).extended,
+            (std::vector<std::string>{"index", "middle_pip"}));
 }
 
 TEST(CompletingTables, SaysWhatIsWrong) {
   const std::string text = table_of(test::person(84, "x"), 3);
   const auto refusal = [&](const CompleteOptions& options) {
-    return io::refusal_of([&] { lines_of(text, options); });
+    return io::refusal_of([&] { completion_of(text, options); });
   };
   EXPECT_NE(refusal({{"toe_deg"}, {}, 0}).find("--from: \"toe\" is no joint; joints are: thumb_rot"),
             std::string::npos);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <string>
@@ -20,8 +21,13 @@ inline constexpr std::array<std::string_view, kJoints> kJointNames = {
 using Hand = Eigen::Array<double, kJoints, 1>;                 // degrees
 using Hands = Eigen::Matrix<double, Eigen::Dynamic, kJoints>;  // a hand in each row
 
+inline std::string_view joint_name(int joint) { return kJointNames[static_cast<std::size_t>(joint)]; }
 // Empty: no such joint.
-std::optional<int> find_joint(std::string_view name);
+inline std::optional<int> find_joint(std::string_view name) {
+  const auto it = std::ranges::find(kJointNames, name);
+  if (it == kJointNames.end()) return std::nullopt;
+  return static_cast<int>(it - kJointNames.begin());
+}
 
 // A joint that follows another through tendons: DIP and PIP of one finger.
 struct Coupling {
@@ -30,13 +36,11 @@ struct Coupling {
 };
 inline constexpr std::array<Coupling, 4> kCouplings = {{{6, 5}, {10, 9}, {14, 13}, {18, 17}}};
 
-// How far a joint goes in healthy adults, or infinite where there is no agreed figure. Active ranges of the
-// American Academy of Orthopaedic Surgeons (1965), with 10 degrees for the spread between people.
+// How far each joint goes.
 struct Limits {
   Hand low_deg;
   Hand high_deg;
 };
-Limits anatomical_limits();
 
 // What is sensed: the sum of one or several joints, as a strip that lies over them measures it.
 struct Input {
@@ -45,7 +49,14 @@ struct Input {
 };
 
 // One row for each input: inputs = matrix * hand.
-Eigen::Matrix<double, Eigen::Dynamic, kJoints> input_matrix(const std::vector<Input>& inputs);
+using InputMatrix = Eigen::Matrix<double, Eigen::Dynamic, kJoints>;
+inline InputMatrix input_matrix(const std::vector<Input>& inputs) {
+  InputMatrix matrix = InputMatrix::Zero(std::ssize(inputs), kJoints);
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    for (const int joint : inputs[static_cast<std::size_t>(i)].joints) matrix(i, joint) = 1;
+  }
+  return matrix;
+}
 
 // Seconds since the row before: a clock that starts again, or a pause, counts as nothing.
 inline double step_s(double before_s, double now_s, double pause_s = 0.5) {

@@ -4,10 +4,12 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <limits>
+#include <random>
 #include <set>
 
 #include "host/io/io.hpp"
-#include "host/posture/standard_error.hpp"
+#include "host/posture/regression.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::posture {
@@ -21,14 +23,6 @@ constexpr double kKnotStep_deg = 10;
 constexpr double kLowestKnot_deg = -140;
 constexpr int kKnots = 19;
 constexpr double kMostAngle_deg = 360;
-
-// Every row counts the same, as in a root mean square error over the rows.
-VectorXd seconds_of(const Recorded& recorded) {
-  double total_s = 0;
-  for (std::size_t i = 1; i < recorded.t_s.size(); ++i)
-    total_s += step_s(recorded.t_s[i - 1], recorded.t_s[i]);
-  return VectorXd::Constant(recorded.hands_deg.rows(), total_s / static_cast<double>(recorded.t_s.size()));
-}
 
 Hand rest_of(const Recorded& recorded) {
   Hand sum = Hand::Zero();
@@ -44,12 +38,13 @@ Hand rest_of(const Recorded& recorded) {
 }
 
 Person person_of(const Recorded& recorded, std::uint64_t seed) {
-  const VectorXd seconds = seconds_of(recorded);
-  if (seconds.sum() < 1) {
+  double total_s = 0;
+  for (std::size_t i = 1; i < recorded.t_s.size(); ++i)
+    total_s += step_s(recorded.t_s[i - 1], recorded.t_s[i]);
+  if (total_s < 1)
     throw io::InputError(fmt::format("{}: less than a second of motion; record more", recorded.source));
-  }
   return {recorded.source, recorded.digest, static_cast<int>(recorded.t_s.size()), rest_of(recorded),
-          make_codebook(recorded.hands_deg, seconds, kCells, seed)};
+          make_codebook(recorded.hands_deg, total_s, kCells, seed)};
 }
 
 // The normal equations of a curve's values at the knots, well conditioned by the prior.
@@ -82,16 +77,6 @@ CoupledCurve solve(const CurveFit& fit, const Coupling& coupling) {
   return curve;
 }
 
-// Sizes of the errors on a person, in no order.
-std::vector<double> errors_on(const CoupledCurve& curve, const Recorded& recorded) {
-  std::vector<double> out;
-  for (Index row = 0; row < recorded.hands_deg.rows(); ++row) {
-    out.push_back(std::abs(recorded.hands_deg(row, curve.coupling.joint) -
-                           curve.at(recorded.hands_deg(row, curve.coupling.follows))));
-  }
-  return out;
-}
-
 CoupledCurve coupled_curve(const std::vector<Recorded>& people, const Coupling& coupling) {
   std::vector<CurveFit> fits;
   CurveFit all;
@@ -103,12 +88,36 @@ CoupledCurve coupled_curve(const std::vector<Recorded>& people, const Coupling& 
   std::vector<Weighted> errors;
   for (std::size_t i = 0; i < people.size(); ++i) {
     const CurveFit others{all.left - fits[i].left, all.right - fits[i].right};
-    const auto share = 1 / static_cast<double>(people[i].hands_deg.rows());
-    for (const double size : errors_on(solve(others, coupling), people[i])) errors.push_back({size, share});
+    const CoupledCurve curve = solve(others, coupling);
+    const Hands& hands = people[i].hands_deg;
+    const double share = 1 / static_cast<double>(hands.rows());
+    for (Index row = 0; row < hands.rows(); ++row) {
+      const double angle_deg = curve.at(hands(row, coupling.follows));
+      errors.push_back({std::abs(hands(row, coupling.joint) - angle_deg), share});
+    }
   }
   CoupledCurve curve = solve(all, coupling);
   curve.sd_deg = standard_error(std::move(errors));
   return curve;
+}
+
+// How far joints go in healthy adults, or infinite where there is no agreed figure. Active ranges of the American Academy
+// of Orthopaedic Surgeons (1965), with 10 degrees for the spread between people.
+Limits anatomical_limits() {
+  constexpr double kSpread_deg = 10;
+  constexpr double kNone_deg = std::numeric_limits<double>::infinity();
+  Limits limits{Hand::Constant(kNone_deg), Hand::Constant(-kNone_deg)};
+  const auto set = [&](std::string_view part, double flexion_deg, double extension_deg) {
+    for (int j = 0; j < kJoints; ++j) {
+      if (!joint_name(j).ends_with(part) || joint_name(j).starts_with("thumb")) continue;
+      limits.low_deg[j] = -flexion_deg - kSpread_deg;
+      limits.high_deg[j] = extension_deg + kSpread_deg;
+    }
+  };
+  set("_mcp", 90, 45);
+  set("_pip", 100, 0);
+  set("_dip", 90, 0);
+  return limits;
 }
 
 // The wider of what is known of hands and what these people did: gloves differ in what they call 0.
@@ -116,10 +125,10 @@ Limits limits_of(const std::vector<Recorded>& people) {
   constexpr double kMargin_deg = 10;
   Limits limits = anatomical_limits();
   for (const Recorded& recorded : people) {
-    const Hand low = recorded.hands_deg.colwise().minCoeff().transpose().array() - kMargin_deg;
-    const Hand high = recorded.hands_deg.colwise().maxCoeff().transpose().array() + kMargin_deg;
-    limits.low_deg = limits.low_deg.min(low);
-    limits.high_deg = limits.high_deg.max(high);
+    limits.low_deg =
+        limits.low_deg.min(recorded.hands_deg.colwise().minCoeff().transpose().array() - kMargin_deg);
+    limits.high_deg =
+        limits.high_deg.max(recorded.hands_deg.colwise().maxCoeff().transpose().array() + kMargin_deg);
   }
   return limits;
 }
@@ -137,6 +146,39 @@ void require_people(const std::vector<Recorded>& people) {
 }
 
 }  // namespace
+
+Codebook make_codebook(const Hands& hands, double total_s, int cells, std::uint64_t seed) {
+  constexpr int kRounds = 15;
+  const auto rows = static_cast<double>(hands.rows());
+  const double row_s = total_s / rows;
+  std::mt19937_64 random(seed);
+  Hands centres(cells, kJoints);
+  for (Index c = 0; c < cells; ++c)
+    centres.row(c) = hands.row(static_cast<Index>(rows * static_cast<double>(random() >> 11) * 0x1p-53));
+  VectorXd seconds(cells);
+  Hands sum(cells, kJoints);
+  Hand within = Hand::Zero();
+  for (int round = 0; round < kRounds; ++round) {
+    seconds.setZero();
+    sum.setZero();
+    within.setZero();
+    for (Index row = 0; row < hands.rows(); ++row) {
+      Index cell = 0;
+      (centres.rowwise() - hands.row(row)).rowwise().squaredNorm().minCoeff(&cell);
+      seconds[cell] += row_s;
+      sum.row(cell) += row_s * hands.row(row);
+      within += row_s * (hands.row(row) - centres.row(cell)).transpose().array().square();
+    }
+    for (Index c = 0; c < cells; ++c) {
+      if (seconds[c] > 0) centres.row(c) = sum.row(c) / seconds[c];
+    }
+  }
+  std::vector<Index> used;
+  for (Index c = 0; c < cells; ++c) {
+    if (seconds[c] > 0) used.push_back(c);
+  }
+  return {centres(used, Eigen::all), seconds(used), within / (row_s * rows)};
+}
 
 Recorded read_recorded(const std::filesystem::path& file) {
   std::vector<std::string> columns;

@@ -37,8 +37,8 @@ ordered_json json_of(const Person& person) {
 }
 
 ordered_json json_of(const CoupledCurve& curve) {
-  return {{"joint", kJointNames[static_cast<std::size_t>(curve.coupling.joint)]},
-          {"follows", kJointNames[static_cast<std::size_t>(curve.coupling.follows)]},
+  return {{"joint", joint_name(curve.coupling.joint)},
+          {"follows", joint_name(curve.coupling.follows)},
           {"knot_deg", list_of(curve.knot_deg)},
           {"value_deg", list_of(curve.value_deg)},
           {"sd_deg", rounded(curve.sd_deg)}};

@@ -1,6 +1,6 @@
 // A posture document: what people's recordings of all 23 joints say of how the joints go together.
 //
-// JSON, schema 1. For each person typical hands and how long each was held (codebook.hpp), and the resting pose; the
+// JSON, schema 1. For each person typical hands and how long each was held, and the resting pose; the
 // curves that couple DIP to PIP; the limits of each joint. It holds averages, no recording, and names the
 // recordings by digest. Round trips exactly. Errors are io::InputError with the place in the document.
 #pragma once
@@ -10,12 +10,19 @@
 #include <string>
 #include <vector>
 
-#include "host/posture/codebook.hpp"
 #include "host/posture/joints.hpp"
 
 namespace flexor::posture {
 
 inline constexpr int kSchemaVersion = 1;
+
+// A person's recording as a few typical hands. Averages, not samples: how far the hands of a cell lie from their centre is kept
+// as a variance.
+struct Codebook {
+  Hands centre_deg;         // cells x 23
+  Eigen::VectorXd seconds;  // cells, each above 0
+  Hand within_deg2;         // variance about the centres
+};
 
 struct Person {
   std::string source;  // the file's name without its folder

@@ -10,7 +10,6 @@
 #include "host/io/refusal_test.hpp"
 #include "host/posture/learn.hpp"
 #include "host/posture/regression.hpp"
-#include "host/posture/standard_error.hpp"
 #include "host/posture/test_people.hpp"
 #include "host/recording/csv.hpp"
 
@@ -39,6 +38,8 @@ TEST(PostureDocument, IsRefusedByNameWhereItIsWrong) {
     return io::refusal_of([&] { parse(other, "p.json"); });
   };
   EXPECT_NE(changed("\"schema\":1", "\"schema\":2").find("newer than this version's 1"), std::string::npos);
+  for (const std::string schema : {"0", "-1", "1e-300"})
+    EXPECT_NE(changed("\"schema\":1", "\"schema\":" + schema).find("there is no schema"), std::string::npos);
   EXPECT_NE(changed("palm_arch", "palm").find("\"joints\" are not the 23"), std::string::npos);
   EXPECT_NE(changed("\"kind\":\"posture\"", "\"kind\":\"model\"").find("posture learn"), std::string::npos);
   EXPECT_NE(changed("\"cells\":[[", "\"cells\":[[1,").find("person 1, cell 1"), std::string::npos);
@@ -106,11 +107,11 @@ TEST(CodebookOfHands, HasTheCentresOfWhatIsThere) {
   Hands hands(60, kJoints);
   for (Eigen::Index i = 0; i < 60; ++i)
     hands.row(i).setConstant(i < 20 ? -50.0 : 30.0 + 0.1 * static_cast<double>(i % 2));
-  const Codebook book = make_codebook(hands, Eigen::VectorXd::Constant(60, 0.5), 4, 3);
+  const Codebook book = make_codebook(hands, 30, 4, 3);
   EXPECT_NEAR(book.seconds.sum(), 30, 1e-9);
   EXPECT_NEAR((book.centre_deg.transpose() * book.seconds)[0] / 30, hands.col(0).mean(), 1e-9);
   EXPECT_LT(book.within_deg2.maxCoeff(), 0.003);
-  EXPECT_EQ(book.centre_deg, make_codebook(hands, Eigen::VectorXd::Constant(60, 0.5), 4, 3).centre_deg);
+  EXPECT_EQ(book.centre_deg, make_codebook(hands, 30, 4, 3).centre_deg);
 }
 
 TEST(TablesOfAngles, KeepEveryRow) {

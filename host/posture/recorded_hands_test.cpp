@@ -105,7 +105,7 @@ class RecordedHands : public testing::Test {
     Hand square = Hand::Zero();
     double rows = 0;
     Figures one;
-    for (Eigen::Index row = 0; row < r.hands_deg.rows(); row += kEvery) {
+    for (Eigen::Index row = 0; row < r.hands_deg.rows(); ++row) {
       const Hand hand = r.hands_deg.row(row).transpose();
       Eigen::VectorXd readings = matrix * hand.matrix();
       if (lost != kNone) readings[lost] = std::nan("");
@@ -137,21 +137,20 @@ class RecordedHands : public testing::Test {
     return out;
   }
 
-  static Figures figures(const std::vector<Input>& inputs, Shown shown, const char* key) {
-    Figures out;
+  static void expect_figures(const char* key, const std::vector<Input>& inputs, Shown shown, double least_deg,
+                             double most_deg) {
+    Figures f;
     for (std::size_t i = 0; i < kPeople; ++i) {
       auto [model, scored] = completer(i, inputs, shown);
-      score(people()[i], model, scored, input_matrix(inputs), out, kNone);
+      score(people()[i], model, scored, input_matrix(inputs), f, kNone);
     }
     fmt::print(
-        "posture.{0}.rmse {1:.3f} deg\nposture.{0}.within_68 {2:.2f} %\nposture.{0}.within_95 {3:.2f} %\n",
-        key, out.rmse_deg.mean(), 100 * out.within_68, 100 * out.within_95);
-    fmt::print("posture.{}.refused {:.3f} %\n", key, 100 * out.refused);
+        "posture.{0}.rmse {1:.3f} deg\nposture.{0}.within_68 {2:.2f} %\nposture.{0}.within_95 {3:.2f} %\n"
+        "posture.{0}.refused {4:.3f} %\n",
+        key, f.rmse_deg.mean(), 100 * f.within_68, 100 * f.within_95, 100 * f.refused);
     std::fflush(stdout);
-    return out;
-  }
-
-  static void expect_coverage(const Figures& f) {
+    EXPECT_LT(f.rmse_deg.mean(), most_deg);
+    EXPECT_GT(f.rmse_deg.mean(), least_deg);
     EXPECT_GT(f.within_68, 0.64);
     EXPECT_LT(f.within_68, 0.74);
     EXPECT_GT(f.within_95, 0.92);
@@ -183,43 +182,28 @@ class RecordedHands : public testing::Test {
     return rmse;
   }
 
-  static constexpr Eigen::Index kEvery = 1;
   static constexpr Eigen::Index kNone = -1;
 };
 
-TEST_F(RecordedHands, FromFiveBends) {
-  const Figures f = figures(five_bends(), Shown::nothing, "bends");
-  EXPECT_LT(f.rmse_deg.mean(), 12.4);  // ridge regression has 12.76
-  EXPECT_GT(f.rmse_deg.mean(), 11);
-  expect_coverage(f);
+TEST_F(RecordedHands, FromFiveBends) {  // ridge regression has 12.76
+  expect_figures("bends", five_bends(), Shown::nothing, 11, 12.4);
 }
 
-TEST_F(RecordedHands, FromFiveBendsAfterARestingPose) {
-  const Figures f = figures(five_bends(), Shown::rest, "bends_rest");
-  EXPECT_LT(f.rmse_deg.mean(), 11.5);  // a ridge regression about the same pose has 11.8
-  EXPECT_GT(f.rmse_deg.mean(), 11);
-  expect_coverage(f);
+TEST_F(RecordedHands, FromFiveBendsAfterARestingPose) {  // a ridge regression about the same pose has 11.8
+  expect_figures("bends_rest", five_bends(), Shown::rest, 11, 11.5);
 }
 
 TEST_F(RecordedHands, FromFiveBendsAfterAQuarterOfASecond) {
-  const Figures f = figures(five_bends(), Shown::first_of_file, "bends_first");
-  EXPECT_LT(f.rmse_deg.mean(), 11.5);
-  EXPECT_GT(f.rmse_deg.mean(), 10);
-  expect_coverage(f);
+  expect_figures("bends_first", five_bends(), Shown::first_of_file, 10, 11.5);
 }
 
-TEST_F(RecordedHands, FromFiveBendsAfterSecondsOfOtherTrials) {
-  const Figures f = figures(five_bends(), Shown::pieces, "bends_hand");
-  EXPECT_LT(f.rmse_deg.mean(), 9.0);  // 9.8 is wanted; of what was shown itself 7.1
-  EXPECT_GT(f.rmse_deg.mean(), 8);
-  expect_coverage(f);
+TEST_F(RecordedHands,
+       FromFiveBendsAfterSecondsOfOtherTrials) {  // 9.8 is wanted; of what was shown itself 7.1
+  expect_figures("bends_hand", five_bends(), Shown::pieces, 8, 9.0);
 }
 
-TEST_F(RecordedHands, FromTenJointsAfterARestingPose) {
-  const Figures f = figures(ten_joints(), Shown::rest, "joints_rest");
-  EXPECT_LT(f.rmse_deg.mean(), 3.9);  // 4.6 is wanted
-  EXPECT_GT(f.rmse_deg.mean(), 3);
-  expect_coverage(f);
+TEST_F(RecordedHands, FromTenJointsAfterARestingPose) {  // 4.6 is wanted
+  expect_figures("joints_rest", ten_joints(), Shown::rest, 3, 3.9);
 }
 
 TEST_F(RecordedHands, ALostFingerComesFromTheOthers) {

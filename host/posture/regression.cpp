@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace flexor::posture {
 namespace {
@@ -14,30 +15,24 @@ using Eigen::VectorXd;
 // -1 / (2 l^2).
 double exponent(Index inputs) { return -2.5 / static_cast<double>(std::max(inputs, Index{1})); }
 
-// Errors of a regression on one person that it has not seen, weighted by time.
-struct Errors {
+// Adds the errors on a person who was left out, one of `count`, weighted by time.
+void add_errors(const Calibrated::LeftOut& left_out, const InputMatrix& inputs, const InputMatrix& targets,
+                double count, Calibrated& out) {
+  const auto& [person, others] = left_out;
+  const Seen stranger(others, inputs, others.offset_deg(person->rest_deg), {});
   Hand square_deg2 = Hand::Zero();
-  VectorXd target_deg2;
-  VectorXd target_worst_deg;
-};
-
-Errors errors_on(const Person& person, const Regression& regression, const InputMatrix& inputs,
-                 const InputMatrix& targets) {
-  Errors out;
-  out.target_deg2 = VectorXd::Zero(targets.rows());
-  out.target_worst_deg = VectorXd::Zero(targets.rows());
-  const Hand offset = regression.offset_deg(person.rest_deg);
-  for (Index c = 0; c < person.book.seconds.size(); ++c) {
-    const VectorXd hand = person.book.centre_deg.row(c).transpose();
-    const VectorXd x = regression.scaled(inputs * hand, offset);
-    const Hand error = regression.mean_deg(regression.with_cells(x), offset) - hand.array();
-    const double share = person.book.seconds[c] / person.seconds();
-    out.square_deg2 += share * error.square();
+  VectorXd target_deg2 = VectorXd::Zero(targets.rows());
+  for (Index c = 0; c < person->book.seconds.size(); ++c) {
+    const VectorXd hand = person->book.centre_deg.row(c).transpose();
+    const Hand error = stranger.mean_deg(inputs * hand) - hand.array();
+    const double share = person->book.seconds[c] / person->seconds();
+    square_deg2 += share * error.square();
     const VectorXd target = (targets * error.matrix()).cwiseAbs();
-    out.target_deg2 += share * target.cwiseAbs2();
+    target_deg2 += share * target.cwiseAbs2();
     out.target_worst_deg = out.target_worst_deg.cwiseMax(target);
   }
-  return out;
+  out.target_error_deg2 += target_deg2 / count;
+  out.rmse_deg += square_deg2.sqrt().mean() / count;
 }
 
 // Errors over the standard error that is claimed in units of s_j.
@@ -66,13 +61,9 @@ void add_person(const Calibrated::LeftOut& left_out, const InputMatrix& inputs, 
   const double unseen_s = book.seconds.tail(book.seconds.size() - seen).sum();
   for (Index c = seen; c < book.seconds.size(); ++c) {
     const VectorXd hand = book.centre_deg.row(c).transpose();
-    const VectorXd x = others.scaled(inputs * hand, offset);
-    const VectorXd with_cells = others.with_cells(x);
-    const Hand error = shown.mean_deg(x, with_cells) - hand.array();
-    const Seen::Variance claimed = shown.variance(x, with_cells);
-    add_relatives(error, book.within_deg2,
-                  shown.shown() * claimed.shown + (1 - shown.shown()) * claimed.hidden,
-                  book.seconds[c] / unseen_s, out);
+    const Hand error = shown.mean_deg(inputs * hand) - hand.array();
+    const Hand claimed = shown.variance(inputs * hand, Hand::Ones(), Hand::Ones());
+    add_relatives(error, book.within_deg2, claimed, book.seconds[c] / unseen_s, out);
   }
 }
 
@@ -82,16 +73,22 @@ People without(const People& people, std::size_t one) {
   return others;
 }
 
-double left_out_rmse_deg(const People& people, const InputMatrix& inputs, const Shape& shape) {
-  double sum = 0;
-  for (std::size_t i = 0; i < people.size(); ++i) {
-    const Regression regression(without(people, i), inputs, shape);
-    sum += errors_on(*people[i], regression, inputs, InputMatrix(0, kJoints)).square_deg2.sqrt().mean();
-  }
-  return sum / static_cast<double>(people.size());
-}
-
 }  // namespace
+
+double standard_error(std::vector<Weighted> errors) {
+  const std::size_t count = errors.size();
+  double left = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    left += (0.683 + 0.95) * errors[i].share;
+    errors.push_back({errors[i].size / 1.96, errors[i].share});
+  }
+  std::ranges::sort(errors, {}, &Weighted::size);
+  for (const Weighted& error : errors) {
+    left -= error.share;
+    if (left <= 0) return error.size;
+  }
+  return 0;
+}
 
 Regression::Regression(const People& people, const InputMatrix& inputs, const Shape& shape)
     : inputs_(inputs), shape_(shape) {
@@ -170,27 +167,26 @@ Hand Regression::mean_deg(const VectorXd& with_cells, const Hand& offset_deg) co
 Seen::Seen(const Regression& regression, const InputMatrix& inputs, const Hand& offset_deg,
            const std::vector<Hand>& hands)
     : regression_(&regression), offset_deg_(offset_deg) {
-  std::vector<VectorXd> x;
-  std::vector<Hand> error;
+  std::vector<Hand> known;
   Hand shown = Hand::Ones();
   for (const Hand& hand : hands) {
     const Hand missing = hand.isNaN().cast<double>();
     if ((inputs * missing.matrix()).any()) continue;
-    const VectorXd readings = inputs * hand.isNaN().select(Hand::Zero(), hand).matrix();
-    x.push_back(regression.scaled(readings, offset_deg));
-    error.push_back(hand - regression.mean_deg(regression.with_cells(x.back()), offset_deg));
+    known.push_back(hand);
     shown *= 1 - missing;
   }
-  const auto count = static_cast<Index>(x.size());
+  const std::ptrdiff_t count = std::ssize(known);
   x_.resize(count, inputs.rows());
   if (count == 0) return;
   shown_ = shown;
-  MatrixXd with_cells(regression.with_cells(x[0]).size(), count);
+  MatrixXd with_cells(regression.cells(), count);
   Hands errors(count, kJoints);
   for (Index i = 0; i < count; ++i) {
-    x_.row(i) = x[static_cast<std::size_t>(i)].transpose();
-    with_cells.col(i) = regression.with_cells(x[static_cast<std::size_t>(i)]);
-    errors.row(i) = (shown_ > 0).select(error[static_cast<std::size_t>(i)], Hand::Zero()).transpose();
+    const Hand& hand = known[static_cast<std::size_t>(i)];
+    x_.row(i) = regression.scaled(inputs * hand.isNaN().select(Hand::Zero(), hand).matrix(), offset_deg);
+    with_cells.col(i) = regression.with_cells(x_.row(i));
+    const Hand error = hand - regression.mean_deg(with_cells.col(i), offset_deg);
+    errors.row(i) = (shown_ > 0).select(error, Hand::Zero()).transpose();
   }
   gain_ = regression.solve(with_cells);
   MatrixXd covariance = -with_cells.transpose() * gain_;
@@ -208,31 +204,32 @@ VectorXd Seen::correlation(const VectorXd& x, const VectorXd& with_cells) const 
   return k;
 }
 
-Hand Seen::mean_deg(const VectorXd& x, const VectorXd& with_cells) const {
+Hand Seen::mean_deg(const VectorXd& inputs_deg) const {
+  const VectorXd x = regression_->scaled(inputs_deg, offset_deg_);
+  const VectorXd with_cells = regression_->with_cells(x);
   const Hand mean = regression_->mean_deg(with_cells, offset_deg_);
   if (x_.rows() == 0) return mean;
   return mean + (weight_.transpose() * correlation(x, with_cells)).array();
 }
 
-Seen::Variance Seen::variance(const VectorXd& x, const VectorXd& with_cells) const {
+Hand Seen::variance(const VectorXd& inputs_deg, const Hand& seen_scale, const Hand& other_scale) const {
   const Regression& r = *regression_;
-  const double hidden = r.own(x, x) - with_cells.dot(VectorXd(r.solve(with_cells))) + r.instant();
-  if (x_.rows() == 0) return {hidden, hidden};
+  const VectorXd x = r.scaled(inputs_deg, offset_deg_);
+  const VectorXd with_cells = r.with_cells(x);
+  const double other = r.own(x, x) - with_cells.dot(VectorXd(r.solve(with_cells))) + r.instant();
+  if (x_.rows() == 0) return other * other_scale;
   const VectorXd k = correlation(x, with_cells);
-  return {std::max(hidden - k.dot(VectorXd(seen_.solve(k))), r.instant()), hidden};
+  const double seen = std::max(other - k.dot(VectorXd(seen_.solve(k))), r.instant());
+  return (shown_ > 0).select(seen * seen_scale, Hand(other * other_scale));
 }
 
 Calibrated calibrate(const People& people, const InputMatrix& inputs, const Shape& shape,
                      const InputMatrix& targets) {
   Calibrated out{
       Regression(people, inputs, shape), {}, VectorXd::Zero(targets.rows()), VectorXd::Zero(targets.rows())};
-  const auto count = static_cast<double>(people.size());
   for (std::size_t i = 0; i < people.size(); ++i) {
     out.left_out.push_back({people[i], Regression(without(people, i), inputs, shape)});
-    const Errors errors = errors_on(*people[i], out.left_out.back().others, inputs, targets);
-    out.target_error_deg2 += errors.target_deg2 / count;
-    out.target_worst_deg = out.target_worst_deg.cwiseMax(errors.target_worst_deg);
-    out.rmse_deg += errors.square_deg2.sqrt().mean() / count;
+    add_errors(out.left_out.back(), inputs, targets, static_cast<double>(people.size()), out);
   }
   return out;
 }
@@ -251,13 +248,16 @@ Hand scale_deg2(const Calibrated& calibrated, const InputMatrix& inputs, std::si
 
 Shape choose_shape(const People& people, const InputMatrix& inputs, bool rested) {
   constexpr double kShare = 0.6;
-  constexpr std::array<double, 5> kNoise = {0.001, 0.003, 0.01, 0.03, 0.1};
-  const double share = rested ? kShare : 0;
-  std::array<double, kNoise.size()> rmse_deg{};
-  for (std::size_t i = 0; i < kNoise.size(); ++i)
-    rmse_deg[i] = left_out_rmse_deg(people, inputs, {kNoise[i], share});
-  const auto least = std::ranges::min_element(rmse_deg) - rmse_deg.begin();
-  return {kNoise[static_cast<std::size_t>(least)], share};
+  Shape best;
+  double least_deg = std::numeric_limits<double>::infinity();
+  for (const double noise : {0.001, 0.003, 0.01, 0.03, 0.1}) {
+    const Shape shape{noise, rested ? kShare : 0};
+    const double rmse_deg = calibrate(people, inputs, shape, InputMatrix(0, kJoints)).rmse_deg;
+    if (rmse_deg >= least_deg) continue;
+    least_deg = rmse_deg;
+    best = shape;
+  }
+  return best;
 }
 
 }  // namespace flexor::posture

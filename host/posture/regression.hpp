@@ -20,9 +20,24 @@
 #include <vector>
 
 #include "host/posture/posture.hpp"
-#include "host/posture/standard_error.hpp"
 
 namespace flexor::posture {
+
+// An error, and how much it counts.
+struct Weighted {
+  double size;   // at least 0
+  double share;  // above 0
+};
+
+// One number for how large errors are, when they need not be normal: the se for which
+//
+//   share of errors within se + share within 1.96 se = 0.683 + 0.95
+//
+// Normal errors have both. Of others, what one interval covers too much the other covers too little: both miss by as
+// many points. A root mean square would be drawn by the few largest errors, and claim too much.
+//
+// 0 without errors.
+double standard_error(std::vector<Weighted> errors);
 
 // What the inputs' set demands.
 struct Shape {
@@ -31,7 +46,6 @@ struct Shape {
 };
 
 using People = std::vector<const Person*>;
-using InputMatrix = Eigen::Matrix<double, Eigen::Dynamic, kJoints>;
 
 class Regression {
  public:
@@ -53,12 +67,13 @@ class Regression {
   // K^-1 of the cells.
   Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const { return cells_.solve(right); }
 
-  // Variance of e in a moment, and in a cell that stands for so many seconds.
-  double instant() const { return instant_; }
-  double noise_of(double seconds) const { return shape_.noise * mean_seconds_ / seconds; }
+  double instant() const { return instant_; }  // variance of e in a moment
+  Eigen::Index cells() const { return x_.rows(); }
 
  private:
   void take_cells(const People& people);
+  // Variance of e in a cell that stands for so many seconds.
+  double noise_of(double seconds) const { return shape_.noise * mean_seconds_ / seconds; }
 
   InputMatrix inputs_;
   Shape shape_;
@@ -75,31 +90,25 @@ class Regression {
   double instant_ = 0;
 };
 
-// What is seen of one person's whole hand. The regression must outlive it.
+// What it says of one person, of whose whole hand some moments were seen. The regression must outlive it.
 class Seen {
  public:
   // `hands`: NaN where a joint is not shown; one whose inputs are not known is left out.
   Seen(const Regression& regression, const InputMatrix& inputs, const Hand& offset_deg,
        const std::vector<Hand>& hands);
 
-  Hand mean_deg(const Eigen::VectorXd& x, const Eigen::VectorXd& with_cells) const;
-  // Of joints that were seen, and of those that were not, in units of s_j^2.
-  struct Variance {
-    double shown;
-    double hidden;
-  };
-  Variance variance(const Eigen::VectorXd& x, const Eigen::VectorXd& with_cells) const;
-  // 1 where the joint was seen.
-  const Hand& shown() const { return shown_; }
+  Hand mean_deg(const Eigen::VectorXd& inputs_deg) const;
+  // In units of s_j^2, of joints that were seen and of those that were not.
+  Hand variance(const Eigen::VectorXd& inputs_deg, const Hand& seen_scale, const Hand& other_scale) const;
 
  private:
   Eigen::VectorXd correlation(const Eigen::VectorXd& x, const Eigen::VectorXd& with_cells) const;
 
   const Regression* regression_;
   Hand offset_deg_;
-  Hand shown_ = Hand::Zero();
-  Eigen::MatrixXd x_;     // seen x inputs
-  Eigen::MatrixXd gain_;  // K^-1 of the cells' correlations with them
+  Hand shown_ = Hand::Zero();  // 1 where the joint was seen
+  Eigen::MatrixXd x_;          // seen x inputs
+  Eigen::MatrixXd gain_;       // K^-1 of the cells' correlations with them
   Eigen::LLT<Eigen::MatrixXd> seen_;
   Hands weight_;
 };

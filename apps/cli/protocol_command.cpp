@@ -1,8 +1,13 @@
-#include <fmt/format.h>
+#include "apps/cli/protocol_command.hpp"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
-#include <memory>
-#include <nlohmann/json.hpp>
+#include <thread>
 
 #include "apps/cli/commands.hpp"
 #include "host/io/json.hpp"
@@ -13,25 +18,50 @@ namespace protocol_command {
 
 using Json = nlohmann::ordered_json;
 
-// What the index finger does; the others follow a little after one another.
-struct Move {
-  double start_s;
-  double percent;  // of the way from the open hand to the fist
-  double speed_deg_s;
+struct Options {
+  bool json = false;
+  bool list = false;
 };
 
-std::vector<Move> moves_of(const Json& document) {
-  constexpr const char* kFinger = "index";
-  const double open = document.at("poses").at("open").at(kFinger);
-  const double closed = document.at("poses").at("closed").at(kFinger);
-  std::vector<Move> out;
-  for (const Json& move : document.at("moves")) {
-    if (move.at("fingers").at(0) != kFinger) continue;
-    out.push_back({move.at("start_s"), 100 * (move.at("to").get<double>() - open) / (closed - open),
-                   move.at("speed_deg_s")});
+constexpr double kReady_s = 5;  // to start both recordings
+constexpr double kFrame_s = 0.1;
+constexpr int kIndex = 1;  // its finger is shown; the others follow a little after one another
+
+struct Move {
+  double start_s = 0;
+  double percent = 0;  // of the way from the open hand to the fist
+  double speed_deg_s = 0;
+};
+
+// From its first move on.
+struct Part {
+  double start_s;
+  const char* what;
+  const char* purpose;
+};
+constexpr std::array<Part, 4> kParts = {{
+    {0, "Close halfway and open, quickly, 3 times", "matches the two clocks"},
+    {7.5, "Close in four steps and open, with holds", "shows hysteresis and creep"},
+    {24.22, "Close all the way and open, at 4 speeds", "shows a sensor's blind ends"},
+    {59.42, "Go to places in no order, at any speed", "shows what is no script"},
+}};
+
+struct Motion {
+  twin::Motion motion = study::recommended_motion();
+  Json document = io::parse_json(motion.document(), "the recommended motion");
+  double open_deg = document.at("poses").at("open").at("index");
+  double closed_deg = document.at("poses").at("closed").at("index");
+  std::vector<Move> moves = {};
+
+  Motion() {
+    for (const Json& move : document.at("moves")) {
+      if (move.at("fingers").at(0) == "index")
+        moves.push_back({move.at("start_s"), percent(move.at("to")), move.at("speed_deg_s")});
+    }
   }
-  return out;
-}
+  double percent(double angle_deg) const { return 100 * (angle_deg - open_deg) / (closed_deg - open_deg); }
+  double percent_at(double t_s) const { return percent(motion.angle(kIndex, t_s, {})); }
+};
 
 const char* pace(double speed_deg_s) {
   if (speed_deg_s < 30) return "very slowly";
@@ -39,43 +69,96 @@ const char* pace(double speed_deg_s) {
   return speed_deg_s < 100 ? "as you always do" : "quickly";
 }
 
-void run(bool json) {
-  const Json document = io::parse_json(study::recommended_motion().document(), "the recommended motion");
-  const std::vector<Move> moves = moves_of(document);
-  if (json) {
-    Json list = Json::array();
-    for (const Move& m : moves) {
-      list.push_back(
-          {{"start_s", m.start_s}, {"percent", std::round(m.percent)}, {"speed_deg_s", m.speed_deg_s}});
-    }
-    print(io::dump(
-        Json{{"duration_s", document.at("duration_s")}, {"moves", list}, {"version", FLEXOR_VERSION}}));
-    return;
-  }
-  print(fmt::format(
-      "Two minutes to identify a compensator from, glove and camera recording ({:.0f} s). Start with an open "
-      "hand. Let "
-      "your fingers\nfollow a little after one another, thumb first. 0 % is the open hand, 100 % the "
-      "fist. Seconds need not be met.\n\n",
-      document.at("duration_s").get<double>()));
-  for (const Move& m : moves) {
-    print(fmt::format("{:6.1f} s  to {:3.0f} %  {}\n", m.start_s, m.percent, pace(m.speed_deg_s)));
-  }
+std::string clock(double t_s) {
+  const int whole_s = static_cast<int>(std::max(0.0, t_s));
+  return fmt::format("{}:{:02}", whole_s / 60, whole_s % 60);
+}
+
+// `at`: how many moves have begun.
+std::string in_words(const std::vector<Move>& moves, std::size_t at) {
+  if (at == 0) return "Start both recordings, and hold your hand open";
+  if (at > moves.size()) return "The end";
+  const Move& move = moves[at - 1];
+  const double before = at == 1 ? 0 : moves[at - 2].percent;
+  const std::string to =
+      std::abs(move.percent - 50) < 49 ? fmt::format("to {:.0f} %", move.percent) : "all the way";
+  return fmt::format("{} {}, {}", move.percent > before ? "Close" : "Open", to, pace(move.speed_deg_s));
+}
+
+// A line that the terminal would break is cut off by it. The last thing is a line's end: all goes out in one write.
+std::string frame(const Motion& m, std::size_t at, double t_s) {
+  constexpr int kWidth = 50;
+  const auto part = std::ranges::find_if(kParts.rbegin(), kParts.rend() - 1,
+                                         [&](const Part& p) { return p.start_s <= t_s; });
+  const double end_s = at < m.moves.size() ? m.moves[at].start_s : m.motion.duration_s();
+  const double percent = std::clamp(m.percent_at(t_s), 0.0, 100.0);
+  const int filled = static_cast<int>(std::lround(kWidth * percent / 100));
+  return fmt::format(
+      "\033[?7l\033[KPart {} of {}: {}\n"
+      "\033[KNow   {}: {:.0f} s\n"
+      "\033[KNext  {}\n"
+      "\033[K{:█<{}}{:·<{}} {:3.0f} % closed\n"
+      "\033[K{} of {}; Ctrl-C ends this\033[?7h\n",
+      kParts.rend() - part, kParts.size(), part->what, in_words(m.moves, at), std::ceil(end_s - t_s),
+      in_words(m.moves, at + 1), "", filled, "", kWidth - filled, percent, clock(t_s),
+      clock(m.motion.duration_s()));
+}
+
+void list() {
   print(
-      "\nWhat each part is for: quick bends match the two clocks; steps with holds show the cloth's "
-      "hysteresis and "
-      "creep;\nthe full range shows where the strip goes blind; poses in no order show what is no script.\n");
+      "The motion to identify a compensator from, glove and camera recording. Start with an open hand.\n"
+      "Let your fingers follow a little after one another, thumb first; seconds need not be met.\n"
+      "In a terminal, flexor protocol leads through it, with a bell at each change.\n\n");
+  const double duration_s = study::recommended_motion().duration_s();
+  for (const Part& part : kParts) {
+    const double end_s = &part == &kParts.back() ? duration_s : (&part + 1)->start_s;
+    print(fmt::format("{}-{}  {:<41} {}\n", clock(part.start_s), clock(end_s), part.what, part.purpose));
+  }
+}
+
+void run(const Options& o) {
+  if (o.json) {
+    const Motion m;
+    Json moves = Json::array();
+    for (const auto& [start_s, percent, speed_deg_s] : m.moves)
+      moves.push_back({{"start_s", start_s}, {"percent", std::round(percent)}, {"speed_deg_s", speed_deg_s}});
+    return print(io::dump(
+        Json{{"duration_s", m.document.at("duration_s")}, {"moves", moves}, {"version", FLEXOR_VERSION}}));
+  }
+  if (o.list || isatty(STDOUT_FILENO) == 0) return list();
+  const auto wait = [begin = std::chrono::steady_clock::now()](double t_s) {
+    using Seconds = std::chrono::duration<double>;
+    std::this_thread::sleep_until(begin + Seconds(kReady_s + t_s));
+    return Seconds(std::chrono::steady_clock::now() - begin).count() - kReady_s;
+  };
+  guide_motion(wait, print_as_it_is);
 }
 
 }  // namespace protocol_command
 
+void guide_motion(const std::function<double(double t_s)>& wait,
+                  const std::function<void(const std::string& text)>& write) {
+  using namespace protocol_command;
+  const Motion m;
+  write("Let your fingers follow a little after one another, thumb first. Seconds need not be met.\n\n");
+  std::size_t at = 0;
+  std::string before;
+  for (double t_s = wait(-kReady_s); t_s < m.motion.duration_s(); t_s = wait(t_s + kFrame_s)) {
+    const std::size_t last = at;
+    while (at < m.moves.size() && m.moves[at].start_s <= t_s) ++at;
+    write(before + (at > last ? "\a" : "") + frame(m, at, t_s));
+    before = "\033[5A";
+  }
+  write("\aThat is all: end both recordings.\n");
+}
+
 void add_protocol(CLI::App& app) {
   using namespace protocol_command;
-  auto json = std::make_shared<bool>(false);
-  CLI::App* command =
-      app.add_subcommand("protocol", "The motion to record a glove and a camera with, second by second");
-  command->add_flag("--json", *json, "one JSON object on standard output");
-  command->callback([json] { run(*json); });
+  const auto [o, command] =
+      add_command(app, "protocol",
+                  "The motion to record a glove and a camera with: in a terminal a guide through it", run);
+  command->add_flag("--list", o->list, "its parts and what each is for, as where the output is no terminal");
+  command->add_flag("--json", o->json, "one JSON object on standard output: every move");
 }
 
 }  // namespace flexor::cli

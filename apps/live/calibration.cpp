@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <sstream>
 
 #include "apps/live/camera.hpp"
@@ -59,12 +60,12 @@ constexpr std::array<Instruction, 4> kPoses = {{
     {kPoses_s, "Make a fist once more and hold it."},
 }};
 
-template <std::size_t N>
-const char* at(const std::array<Instruction, N>& list, double t_s) {
-  for (const Instruction& i : list) {
-    if (t_s < i.until_s) return i.text;
-  }
-  return nullptr;
+// What is to be done now and after it; empty: all was.
+std::span<const Instruction> instructions(Reference reference, double t_s) {
+  std::span<const Instruction> out = kMotion;
+  if (reference == Reference::poses) out = kPoses;
+  while (!out.empty() && out.front().until_s <= t_s) out = out.subspan(1);
+  return out;
 }
 
 Json number_or_null(const Json& object, const char* key) {
@@ -461,9 +462,9 @@ std::string Calibration::what_to_do() const {
                                    : "The camera sees the marks. Go on.";
     case Step::motion: {
       if (!log_) return "Waiting for the glove's readings.";
+      const auto now = instructions(setup_.reference, seconds_);
       if (setup_.reference == Reference::poses) {
-        const char* pose = at(kPoses, seconds_);
-        if (pose != nullptr) return pose;
+        if (!now.empty()) return now.front().text;
         return has_rested()
                    ? "Enough. Go on."
                    : "No rest was seen: hold the open hand, then a fist, each still for three seconds.";
@@ -474,8 +475,7 @@ std::string Calibration::what_to_do() const {
       if (seconds_ - angle_came_s_ > kUnseen_s)
         return is_markerless() ? "The camera sees no angles: turn the hand's side towards it."
                                : "The camera does not see every mark: turn your hand towards it.";
-      const char* motion = at(kMotion, seconds_);
-      if (motion != nullptr) return motion;
+      if (!now.empty()) return now.front().text;
       const std::string missing = what_is_missing();
       return missing.empty() ? "Enough. Go on, or keep moving." : missing;
     }
@@ -526,6 +526,7 @@ Json Calibration::state() const {
   }
   const bool none = setup_.reference == Reference::poses;
   const char* camera = none ? "none" : setup_.reference == Reference::drawn ? "server" : "page";
+  const auto now = instructions(setup_.reference, step_ == Step::motion ? seconds_ : INFINITY);
   return {{"step", name_of(step_)},
           {"reference", name_of(setup_.reference)},
           {"camera", camera},
@@ -536,6 +537,8 @@ Json Calibration::state() const {
           {"say", what_to_do()},
           {"seconds", seconds_},
           {"of_seconds", none ? kPoses_s : kLong_s},
+          {"left_s", now.empty() ? Json(nullptr) : Json(now.front().until_s - seconds_)},
+          {"then", now.size() < 2 ? Json(nullptr) : Json(now[1].text)},
           {"covered", std::move(covered)},
           {"pictures", pictures_},
           {"angles", angle_rows_},

@@ -22,6 +22,12 @@ class Guided : public testing::Test {
     const Session session = sessions_.create("anna", "right", "glove", "calibration");
     return Calibration(setup, session, sessions_.folder(session));
   }
+  // At its motion.
+  Calibration moving(Reference reference) {
+    Calibration c = start(reference);
+    while (c.step() != Step::motion) c.next(true);
+    return c;
+  }
   // So long at 20 Hz, with the camera beside it.
   static void move(Calibration& c, double seconds, bool seen, double from_s = 0) {
     for (int k = 0; k < 20 * seconds; ++k) {
@@ -54,17 +60,13 @@ TEST_F(Guided, GoesStepByStepAndSaysWhatIsMissing) {
 }
 
 TEST_F(Guided, AMotionTakesNothingOfAnotherGlove) {
-  Calibration c = start(Reference::poses);
-  c.next(true);
-  ASSERT_EQ(c.step(), Step::motion);
+  Calibration c = moving(Reference::poses);
   move(c, 1, false);
   EXPECT_THROW(c.add(listen::Sample{1, {}, {1, 2}, {}}, {"thumb_count", "index_count"}), io::JobError);
 }
 
 TEST_F(Guided, ItsFilesAreWholeRecordings) {
-  Calibration c = start(Reference::marks);
-  c.next(true);
-  c.next(true);
+  Calibration c = moving(Reference::marks);
   move(c, 45, true);
   c.next(true);
   c.set_rate(10);
@@ -80,19 +82,27 @@ TEST_F(Guided, ItsFilesAreWholeRecordings) {
   EXPECT_EQ(*(map + 1), "index=index_count:index_mcp_deg,thumb=thumb_count:thumb_mcp_deg");
 }
 
+TEST_F(Guided, SaysWhatFollowsAndWhen) {
+  Calibration c = moving(Reference::poses);
+  move(c, 3, false);
+  EXPECT_NEAR(c.state().at("left_s").get<double>(), 1, 0.1);
+  EXPECT_EQ(c.state().at("then"), "Make a fist and hold it.");
+  move(c, 12, false, 3);
+  EXPECT_NEAR(c.state().at("left_s").get<double>(), 1, 0.1);
+  EXPECT_TRUE(c.state().at("then").is_null());
+  move(c, 2, false, 15);
+  EXPECT_TRUE(c.state().at("left_s").is_null());
+}
+
 TEST_F(Guided, ACameraThatSeesNothingIsSaidBeforeTheFit) {
-  Calibration c = start(Reference::marks);
-  c.next(true);
-  c.next(true);
+  Calibration c = moving(Reference::marks);
   move(c, 45, false);
   EXPECT_THROW(c.next(true), io::InputError);
   EXPECT_EQ(c.step(), Step::motion) << "and nothing is thrown away";
 }
 
 TEST_F(Guided, ARepeatedMotionHasFilesOfItsOwn) {
-  Calibration c = start(Reference::marks);
-  c.next(true);
-  c.next(true);
+  Calibration c = moving(Reference::marks);
   move(c, 45, true);
   c.next(true);
   const auto first = c.model();
@@ -120,8 +130,7 @@ TEST_F(Guided, PosesNeedNoCamera) {
 
 TEST_F(Guided, PosesAreEnoughWhereTheyAreHeld) {
   const auto said = [this](bool held) {
-    Calibration c = start(Reference::poses);
-    c.next(true);
+    Calibration c = moving(Reference::poses);
     for (int k = 0; k < 20 * 17; ++k) {
       const double t_s = 0.05 * k;
       const double share = held ? (std::fmod(t_s, 8) < 4 ? 0 : 1) : 0.5 + 0.5 * std::sin(t_s);
@@ -135,9 +144,7 @@ TEST_F(Guided, PosesAreEnoughWhereTheyAreHeld) {
 
 // As after `kill -9`: what is left is the session.
 TEST_F(Guided, GoesOnAfterTheProgramHasEnded) {
-  Calibration c = start(Reference::marks);
-  c.next(true);
-  c.next(true);
+  Calibration c = moving(Reference::marks);
   move(c, 45, true);
   const auto goes_on = [&] {
     c.session().calibration = c.kept();
@@ -222,9 +229,7 @@ TEST_F(Guided, AMarkerlessReferenceStatesItsOwnError) {
 // The plot's line is the table's; the verdict is the job's.
 TEST_F(Guided, AResultStandsBesideItsStrongestBaseline) {
   using Json = nlohmann::ordered_json;
-  Calibration c = start(Reference::marks);
-  c.next(true);
-  c.next(true);
+  Calibration c = moving(Reference::marks);
   move(c, 45, true);
   c.next(true);
   const std::filesystem::path report = c.model().parent_path() / "report";

@@ -77,23 +77,18 @@ Seen Camera::picture(double t_s, std::string_view jpeg) {
   return out;
 }
 
-Grabbed Camera::grab(const std::string& device, int pictures, bool with_jpeg) {
-  const Json json = worker_.run(
-      "watch_camera", {{"device", io::bytes_to_json(device)}, {"pictures", pictures}, {"jpeg", with_jpeg}});
+Grabbed Camera::grab(const std::string& device) {
+  const Json json =
+      worker_.run("watch_camera", {{"device", io::bytes_to_json(device)}, {"pictures", 1}, {"jpeg", false}});
   Grabbed out;
   read(json, angles_, out);
   out.t_s = json.at("t_s");
   out.pictures = json.at("taken");
   out.ended = json.at("ended");
-  if (json.contains("jpeg")) out.jpeg = bytes_of(json.at("jpeg"));
   return out;
 }
 
-Closed Camera::close() {
-  const Json json = worker_.run("watch_close", Json::object());
-  return {rows_of(json, angles_), json.at("frames"), json.at("frames_labelled"), json.at("trouble"),
-          json.at("never_found")};
-}
+std::vector<SeenRow> Camera::close() { return rows_of(worker_.run("watch_close", Json::object()), angles_); }
 
 std::string Camera::draw(const twin::PerFinger& mcp_deg, std::uint64_t frame) {
   return bytes_of(worker_.run("draw_picture", {{"mcp_deg", mcp_deg}, {"frame", frame}}).at("jpeg"));

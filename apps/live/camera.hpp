@@ -32,21 +32,12 @@ struct Seen {
 };
 
 struct Grabbed : Seen {
-  double t_s = 0;    // of the newest picture
-  int pictures = 0;  // taken
+  double t_s = 0;    // of the picture
+  int pictures = 0;  // 0: there was none
   bool ended = false;
-  std::string jpeg;  // the newest picture; empty: none was taken, or not asked for
 };
 
-struct Closed {
-  std::vector<SeenRow> rows;  // that were still on their way
-  std::size_t frames = 0;
-  std::size_t labelled = 0;  // every mark measured
-  std::vector<std::string> trouble;
-  std::vector<std::string> never_found;
-};
-
-// Every call waits for the worker: milliseconds, but grab(), which waits for pictures. For one thread at a time.
+// Every call waits for the worker: milliseconds, but grab(), which waits for a picture. For one thread at a time.
 class Camera {
  public:
   // Throws io::InputError when there is no such program.
@@ -60,9 +51,9 @@ class Camera {
   // Throws io::InputError, and the watch goes on: no JPEG, too large or too small, another size than before, a time that
   // is not a millisecond after the one before.
   Seen picture(double t_s, std::string_view jpeg);
-  // The next `pictures` of a camera, or of a video file at its own speed.
-  Grabbed grab(const std::string& device, int pictures, bool with_jpeg);
-  Closed close();
+  // The next picture of a camera, or of a video file at its own speed.
+  Grabbed grab(const std::string& device);
+  std::vector<SeenRow> close();  // those that were still on their way
 
   // The twin's hand as it is: a JPEG of 960 x 540 pixels.
   std::string draw(const twin::PerFinger& mcp_deg, std::uint64_t frame);

@@ -24,9 +24,9 @@ CameraSource::CameraSource(std::string device, const std::string& joints, const 
   for (const std::string& name : camera_.angles()) columns_.push_back(name + "_deg");
   for (const std::string& name : camera_.angles()) columns_.push_back(name + "_quality");
   last_deg_.resize(camera_.angles().size());
-  Grabbed first = camera_.grab(device_, 1, true);
+  const Grabbed first = camera_.grab(device_);
   says_ = fmt::format("{}: {} x {} pixels", device_, first.width, first.height);
-  take(std::move(first));
+  take(first);
   thread_ = std::jthread([this](const std::stop_token& stop) { watch(stop); });
 }
 
@@ -39,12 +39,12 @@ void CameraSource::watch(const std::stop_token& stop) {
   try {
     bool ended = false;
     while (!stop.stop_requested() && !ended) {
-      Grabbed grabbed = camera_.grab(device_, 1, true);
+      const Grabbed grabbed = camera_.grab(device_);
       ended = grabbed.ended;
-      take(std::move(grabbed));
+      take(grabbed);
     }
     if (!ended) return;
-    give(camera_.close().rows);
+    give(camera_.close());
     const std::lock_guard lock(mutex_);
     ended_ = true;
   } catch (...) {
@@ -54,16 +54,13 @@ void CameraSource::watch(const std::stop_token& stop) {
   came_.notify_all();
 }
 
-void CameraSource::take(Grabbed grabbed) {
+void CameraSource::take(const Grabbed& grabbed) {
   if (grabbed.pictures > 0) {
     const double behind_s = now_s() - grabbed.t_s;
     behind_s_ = has_clock_ ? std::min(behind_s_, behind_s) : behind_s;
     has_clock_ = true;
   }
   give(grabbed.rows);
-  if (grabbed.jpeg.empty()) return;
-  const std::lock_guard lock(mutex_);
-  picture_ = std::move(grabbed.jpeg);
 }
 
 void CameraSource::give(const std::vector<SeenRow>& rows) {
@@ -90,11 +87,6 @@ double CameraSource::now_s() const {
 }
 
 std::string CameraSource::says() const { return says_; }
-
-std::string CameraSource::picture() {
-  const std::lock_guard lock(mutex_);
-  return std::exchange(picture_, {});
-}
 
 listen::Event CameraSource::wait(double timeout_s, std::vector<listen::Sample>& out) {
   std::unique_lock lock(mutex_);

@@ -34,12 +34,9 @@ class CameraSource : public listen::Source {
   double now_s() const override;
   std::string says() const override;
 
-  // The newest picture as a JPEG at most 640 pixels wide, once each; empty: none since the last call.
-  std::string picture();
-
  private:
   void watch(const std::stop_token& stop);
-  void take(Grabbed grabbed);
+  void take(const Grabbed& grabbed);
   void give(const std::vector<SeenRow>& rows);
 
   std::string device_;
@@ -56,7 +53,6 @@ class CameraSource : public listen::Source {
   std::mutex mutex_;
   std::condition_variable came_;
   std::vector<listen::Sample> waiting_;
-  std::string picture_;
   std::exception_ptr fault_;
   bool ended_ = false;
   std::jthread thread_;

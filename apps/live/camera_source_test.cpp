@@ -32,12 +32,9 @@ TEST(CameraSource, GivesTheAnglesOfAVideoAtItsOwnSpeed) {
   EXPECT_EQ(source.columns()[16], "index_mcp_quality");
   EXPECT_NE(source.says().find("960 x 540"), std::string::npos);
   std::vector<Sample> samples;
-  std::size_t pictures = 0;
-  while (source.wait(0.1, samples) != Event::ended) pictures += source.picture().empty() ? 0 : 1;
+  while (source.wait(0.1, samples) != Event::ended) continue;
   ASSERT_EQ(samples.size(), 20U);
   EXPECT_EQ(source.tally().samples, 20U);
-  EXPECT_GE(pictures, 5U);
-  EXPECT_LE(pictures, 20U);
   for (std::size_t k = 0; k < samples.size(); ++k) {
     const auto number = static_cast<double>(k);
     EXPECT_NEAR(samples[k].value[2], 10 + number, 1);

@@ -140,6 +140,11 @@ FingerView Fingers::view_of(const Finger& finger, bool recent) const {
   }
   out.angle_deg = angle_of(finger);
   out.remark = column.remark;
+  if (finger.joint) {
+    const model::Ends ends = model::ends(*model_, model_->joints[*finger.joint]);
+    out.open_deg = ends.open_deg;
+    out.fist_deg = ends.fist_deg;
+  }
   if (!recent) {
     out.remark = "nothing comes";
     return out;

@@ -31,6 +31,8 @@ struct FingerView {
   const char* quality = "none";  // good, fair, poor, none
   std::string remark;            // what is wrong, in words
   std::string tracked;           // how its strip is followed while it is worn, in words; "": it is not
+  double open_deg = std::numeric_limits<double>::quiet_NaN();  // the joint's ends; NaN: no model has it
+  double fist_deg = std::numeric_limits<double>::quiet_NaN();
 };
 
 // Whether any strip of it can be followed while it is worn (host/model/tracking.hpp).

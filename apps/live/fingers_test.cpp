@@ -75,6 +75,8 @@ TEST(Fingers, SayWhichStripIsNotTrackedBesideOthers) {
   const std::vector<FingerView> view = fingers.view(0);
   EXPECT_TRUE(holds(view[0].tracked, "tracked: shifted")) << view[0].tracked;
   EXPECT_TRUE(holds(view[1].tracked, "not tracked")) << view[1].tracked;
+  EXPECT_EQ(view[0].open_deg, model::ends(two, two.joints[0]).open_deg);
+  EXPECT_EQ(view[1].fist_deg, 113);
 }
 
 // A dead strip says nan: least and most are those of its readings, and the angle is held.
@@ -88,6 +90,7 @@ TEST(Fingers, WithoutAReadingKeepTheirRangeAndSaySo) {
   EXPECT_TRUE(std::isnan(bare.raw));
   EXPECT_TRUE(std::isnan(fingers.raw(0)));
   EXPECT_EQ(bare.remark, "no reading");
+  EXPECT_TRUE(std::isnan(bare.open_deg) && std::isnan(bare.fist_deg)) << "no model has it";
   EXPECT_STREQ(bare.quality, "poor");
 
   fingers.wear(model::strip_model({}), false);

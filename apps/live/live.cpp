@@ -32,7 +32,6 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
   handlers.binary = [this](Client, std::span<const std::uint8_t> bytes) {
     guard("page", [&] { hear(bytes); });
   };
-  handlers.closed = [](Client) {};
   server_ = std::make_unique<Server>(options_.server, std::move(handlers));
   if (!options_.key.empty()) key_ = deploy::load_key(options_.key);
   if (!options_.model.empty()) wear_model({}, options_.model);
@@ -74,8 +73,8 @@ void Live::run(const std::atomic<bool>& stop) {
   if (recording_) stop_recording();
 }
 
-void Live::say_failed(const char* what, const std::exception& error) {
-  last_ = Json{{"job", what}, {"ok", false}, {"text", io::one_line(error.what())}};
+void Live::say_failed(const char* what, const std::string& why) {
+  last_ = Json{{"job", what}, {"ok", false}, {"text", io::one_line(why)}};
 }
 
 void Live::post(const char* what, std::function<void()> work) {
@@ -196,7 +195,7 @@ void Live::wear() {
         server_->post([this, rows = std::move(rows)] { server_->send_all(rows.bytes()); });
       },
       [this](const std::exception& error) {
-        post("hand", [this, why = io::JobError(error.what())] { say_failed("hand", why); });
+        post("hand", [this, why = std::string(error.what())] { say_failed("hand", why); });
       });
 }
 
@@ -234,7 +233,7 @@ void Live::write(const listen::Sample& sample) {
   try {
     if (calibration_) calibration_->add(sample, columns_);
   } catch (const std::exception& error) {
-    say_failed("calibration", error);
+    say_failed("calibration", error.what());
     calibration_->end_short();
   }
   try {
@@ -245,7 +244,7 @@ void Live::write(const listen::Sample& sample) {
       if (anew_->worn_s >= kAnew_s) finish_anew();
     }
   } catch (const std::exception& error) {
-    say_failed("put on anew", error);
+    say_failed("put on anew", error.what());
     anew_.reset();
   }
 }

@@ -104,14 +104,14 @@ class Live {
   void detach();
   void watch();
   void listen();
-  void say_failed(const char* what, const std::exception& error);
+  void say_failed(const char* what, const std::string& why);
   // Whatever fails is said, and ends nothing else.
   template <class Work>
   void guard(const char* what, const Work& work) {
     try {
       work();
     } catch (const std::exception& error) {
-      say_failed(what, error);
+      say_failed(what, error.what());
     }
   }
   void post(const char* what, std::function<void()> work);
@@ -131,7 +131,6 @@ class Live {
   void welcome(Client client);
   void hear(Client client, std::string_view text);
   void hear(std::span<const std::uint8_t> bytes);
-  void obey(const std::string& word, io::JsonReader& parts);
   static const std::map<std::string, void (Live::*)(io::JsonReader&)>& words();
   void device_connect(io::JsonReader& parts);
   void device_leave(io::JsonReader& parts);
@@ -174,7 +173,6 @@ class Live {
   void anew_accept(io::JsonReader& parts);
   void anew_keep(io::JsonReader& parts);
   void finish_anew();
-  void recalibrated(const model::Model& old, const CommandResult& result);
 
   void wear_model(const Session& session, const std::filesystem::path& path);
   void play(const std::string& motion);
@@ -260,7 +258,8 @@ class Live {
   std::shared_ptr<listen::ReplaySource> replay_;
   std::string replayed_;
   std::vector<std::string> markerless_names_;
-  Outs outs_{std::move(options_.outs), [this](const std::exception& error) { say_failed("out", error); }};
+  Outs outs_{std::move(options_.outs),
+             [this](const std::exception& error) { say_failed("out", error.what()); }};
   bool held_ = false;    // the port is another program's for now
   mutable Json listed_;  // sessions; listing reads the disk
   mutable double listed_s_ = -1e9;

@@ -86,7 +86,7 @@ void Live::resume_calibration() {
       return entered_step();
     } catch (const std::exception& error) {
       calibration_.reset();
-      say_failed("calibration", error);
+      say_failed("calibration", error.what());
     }
   }
 }
@@ -99,14 +99,12 @@ void Live::open_camera() {
       CameraSetup{setup.joints, options_.worn != nullptr},
       [this](PictureSeen seen) { post("camera", [this, seen = std::move(seen)] { see(seen); }); },
       [this](std::string why) {
-        post("camera", [this, why = std::move(why)] {
-          last_ = Json{{"job", "camera"}, {"ok", false}, {"text", why}};
-        });
+        post("camera", [this, why = std::move(why)] { say_failed("camera", why); });
       },
       [this, number = ++camera_number_](std::string why) {
         post("camera", [this, number, why = std::move(why)] {
           if (number != camera_number_) return;
-          last_ = Json{{"job", "camera"}, {"ok", false}, {"text", why}};
+          say_failed("camera", why);
           camera_.reset();
           if (!calibration_ || !calibration_->wants_pictures()) return;
           calibration_->saw_no_camera();
@@ -121,7 +119,7 @@ void Live::see(const PictureSeen& seen) {
   try {
     for (const SeenAngles& row : seen.rows) calibration_->add(row, seen.names);
   } catch (const std::exception& error) {
-    say_failed("calibration", error);
+    say_failed("calibration", error.what());
     calibration_->end_short();
   }
   if (seen.jpeg.empty() || now_s() - picture_sent_s_ < kPreviewEvery_s) return;
@@ -231,13 +229,9 @@ void Live::finish_anew() {
         {"recalibrate", model_path_.string(), "--recording", anew_->recording.log_file().string(), "--out",
          (folder / "model.json").string()},
         [this, old = *model_](const CommandResult& result) {
-          if (anew_) recalibrated(old, result);
+          if (!result.ok) anew_.reset();
+          if (anew_) anew_->result = anew_result(old, result.json);
         });
-}
-
-void Live::recalibrated(const model::Model& old, const CommandResult& result) {
-  if (!result.ok) return anew_.reset();
-  anew_->result = anew_result(old, result.json);
 }
 
 void Live::anew_accept(io::JsonReader&) {

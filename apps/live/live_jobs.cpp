@@ -124,7 +124,7 @@ void Live::flash(io::JsonReader& parts) {
     try {
       start_without_glove("flash", flash, [](const CommandResult&) {});
     } catch (const std::exception& error) {
-      last_ = Json{{"job", "flash"}, {"ok", false}, {"text", error.what()}};
+      say_failed("flash", error.what());
     }
   });
 }

@@ -103,7 +103,7 @@ void Live::listen_to(std::vector<std::string> paths, bool is_chosen) {
 // What is chosen takes the place of who is there.
 void Live::found_port(const FoundPort& found, bool is_chosen) {
   if (!found.listener) {
-    if (source_ && is_chosen) last_ = Json{{"job", "port"}, {"ok", false}, {"text", found.trouble}};
+    if (source_ && is_chosen) say_failed("port", found.trouble);
     if (source_) return;
     says_ = found.trouble;
     is_misunderstood_ = true;
@@ -111,8 +111,7 @@ void Live::found_port(const FoundPort& found, bool is_chosen) {
   }
   const bool is_hand = found.listener->format() == listen::Format::hand;
   if (!is_hand && found.path == hand_path_) {
-    if (is_chosen)
-      last_ = Json{{"job", "port"}, {"ok", false}, {"text", found.path + ": --hand names a glove's port"}};
+    if (is_chosen) say_failed("port", found.path + ": --hand names a glove's port");
     return;
   }
   if (!is_hand) {

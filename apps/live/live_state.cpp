@@ -62,6 +62,8 @@ Live::Json Live::fingers_state() const {
                    {"raw", finite(f.raw)},
                    {"angle_deg", finite(f.angle_deg)},
                    {"sd_deg", finite(f.sd_deg)},
+                   {"open_deg", finite(f.open_deg)},
+                   {"fist_deg", finite(f.fist_deg)},
                    {"least", finite(f.least)},
                    {"most", finite(f.most)},
                    {"covered", finite(f.covered)},

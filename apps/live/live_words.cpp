@@ -47,12 +47,6 @@ const std::map<std::string, void (Live::*)(io::JsonReader&)>& Live::words() {
   return all;
 }
 
-void Live::obey(const std::string& word, io::JsonReader& parts) {
-  const auto found = words().find(word);
-  if (found == words().end()) throw io::InputError(fmt::format("\"{}\" is no word that is known", word));
-  (this->*found->second)(parts);
-}
-
 // Every message but one that says so is answered, whatever it holds.
 void Live::hear(Client client, std::string_view text) {
   Json id = nullptr;
@@ -64,7 +58,9 @@ void Live::hear(Client client, std::string_view text) {
     if (parts.has("id")) id = parts.member("id");
     const std::string word = parts.text("do");
     answers = word != "angles";
-    obey(word, parts);
+    const auto found = words().find(word);
+    if (found == words().end()) throw io::InputError(fmt::format("\"{}\" is no word that is known", word));
+    (this->*found->second)(parts);
   } catch (const std::exception& caught) {
     error = io::one_line(caught.what());
   }
@@ -203,7 +199,7 @@ void Live::stop_recording() {
 // What came before is kept, and its session says how long it is.
 void Live::end_recording(const std::exception& why) {
   guard("record", [this] { stop_recording(); });
-  say_failed("record", why);
+  say_failed("record", why.what());
 }
 
 void Live::record_stop(io::JsonReader&) {

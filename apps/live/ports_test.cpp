@@ -30,30 +30,27 @@ TEST_F(Ports, AGloveThatSendsAnglesAloneMovesAndSaysWhatItLacks) {
   FramesGlove frames({}, false);
   Board glove(std::ref(frames));
   begin({"--port", glove.port()});
-  const Json state = state_when([](const Json& s) { return s.at("fingers").size() == 5; });
-  ASSERT_FALSE(state.is_null());
+  const Json state = five_fingers();
   EXPECT_EQ(state["fingers"][0]["unit"], "deg");
   const double first_deg = state["fingers"][0]["angle_deg"];
-  EXPECT_FALSE(
-      state_when([&](const Json& s) { return s["fingers"][0]["angle_deg"] != first_deg; }).is_null());
+  state_when([&](const Json& s) { return s["fingers"][0]["angle_deg"] != first_deg; });
   EXPECT_TRUE(says(state["device"]["format"], "compensated on the glove")) << state["device"];
   EXPECT_TRUE(says(state["next"], "A calibration needs readings")) << state["next"];
   EXPECT_TRUE(state["link"]["lost"].is_number()) << "its angles have a counter";
   expect_refused({{"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "poses"}},
                  "no readings");
-  EXPECT_TRUE(ask({{"do", "record.start"}}).at("ok").get<bool>());
+  done({{"do", "record.start"}});
 }
 
 TEST_F(Ports, AGloveThatWaitsForItsHandGivesItsReadings) {
   FramesGlove frames(link::Key{{1, 2, 3}}, true);
   Board glove(std::ref(frames));
   begin({"--port", glove.port()});
-  const Json state = state_when([](const Json& s) { return s.at("fingers").size() == 5; });
-  ASSERT_FALSE(state.is_null());
+  const Json state = five_fingers();
   EXPECT_EQ(state["fingers"][0]["unit"], "count");
   EXPECT_TRUE(says(state["device"]["format"], "nothing guards its readings")) << state["device"];
   EXPECT_TRUE(state["link"]["lost"].is_null()) << "readings have no counter";
-  EXPECT_TRUE(ask({{"do", "record.start"}}).at("ok").get<bool>());
+  done({{"do", "record.start"}});
 }
 
 // A hand in touch with its glove, one finger of it stalled.
@@ -70,11 +67,9 @@ TEST_F(Ports, AHandIsShownAndRecordedBesideTheGlove) {
   begin({"--port", glove.port(), "--hand", hand.port()});
   const auto both = [](const Json& s) { return s.at("fingers").size() == 5 && s.at("hand").is_object(); };
   const Json state = state_when(both);
-  ASSERT_FALSE(state.is_null());
   EXPECT_EQ(state["device"]["port"], glove.port());
   EXPECT_EQ(state["hand"]["port"], hand.port());
   const Json told = state_when([](const Json& s) { return s["hand"]["status"] == "connected"; });
-  ASSERT_FALSE(told.is_null());
   EXPECT_EQ(told["hand"]["faults"], Json({"", "stalled", "", "", ""}));
   EXPECT_TRUE(says(told["hand"]["board"], "supply dip"));
 
@@ -86,11 +81,10 @@ TEST_F(Ports, AHandIsShownAndRecordedBesideTheGlove) {
   std::memcpy(&index_deg, rows.data() + 4 + 8 + (5 + 1) * sizeof index_deg, sizeof index_deg);
   EXPECT_EQ(index_deg, 45);
 
-  ASSERT_TRUE(ask({{"do", "record.start"}}).at("ok").get<bool>());
+  done({{"do", "record.start"}});
   const Json grown =
       state_when([](const Json& s) { return s.at("recording").is_object() && s["recording"]["rows"] > 30; });
-  ASSERT_FALSE(grown.is_null());
-  ASSERT_TRUE(ask({{"do", "record.stop"}}).at("ok").get<bool>());
+  done({{"do", "record.stop"}});
   const auto log = folder_.path() / "sessions" / grown["recording"]["file"].get<std::string>();
   const std::string text = io::read_file(log.parent_path() / "hand.csv");
   EXPECT_TRUE(text.starts_with("t_s,host_s,thumb_deg,index_deg")) << text.substr(0, text.find('\n'));
@@ -98,12 +92,9 @@ TEST_F(Ports, AHandIsShownAndRecordedBesideTheGlove) {
 
   hand.unplug();
   const Json gone = state_when([](const Json& s) { return s["hand"]["status"] == "gone"; });
-  ASSERT_FALSE(gone.is_null());
   EXPECT_EQ(gone["device"]["status"], "glove");
-  ASSERT_TRUE(ask({{"do", "device.leave"}}).at("ok").get<bool>());
-  EXPECT_FALSE(state_when([](const Json& s) {
-                 return s.at("hand").is_null() && s["device"]["status"] == "none";
-               }).is_null());
+  done({{"do", "device.leave"}});
+  state_when([](const Json& s) { return s.at("hand").is_null() && s["device"]["status"] == "none"; });
 }
 
 TEST_F(Ports, AHandThatIsChosenLaterLeavesTheGloveWhereItIs) {
@@ -121,18 +112,17 @@ TEST_F(Ports, AHandThatIsChosenLaterLeavesTheGloveWhereItIs) {
     return std::string(wire.begin(), wire.begin() + size);
   });
   begin({"--port", glove.port(), "--model", FLEXOR_SOURCE_DIR "/models/published_hw.json"});
-  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
+  five_fingers();
   expect_refused({{"do", "flash"}, {"board", "hand"}}, "no hand is connected");
-  ASSERT_TRUE(ask({{"do", "device.connect"}, {"port", hand.port()}}).at("ok").get<bool>());
+  done({{"do", "device.connect"}, {"port", hand.port()}});
   const Json waits = state_when([](const Json& s) {
     EXPECT_EQ(s["device"]["status"], "glove") << "all the time";
     return s.at("hand").is_object();
   });
-  ASSERT_FALSE(waits.is_null());
   EXPECT_EQ(waits["hand"]["status"], "waits");
   EXPECT_EQ(waits["device"]["port"], glove.port());
   in_touch = true;
-  EXPECT_FALSE(state_when([](const Json& s) { return s["hand"]["status"] == "connected"; }).is_null());
+  state_when([](const Json& s) { return s["hand"]["status"] == "connected"; });
 }
 
 TEST_F(Ports, WhatIsChosenAndNotUnderstoodChangesNothing) {
@@ -140,10 +130,9 @@ TEST_F(Ports, WhatIsChosenAndNotUnderstoodChangesNothing) {
   Board glove(std::ref(frames));
   Board silent([](const std::string&) { return std::string(); });
   begin({"--port", glove.port()});
-  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
-  ASSERT_TRUE(ask({{"do", "device.connect"}, {"port", silent.port()}}).at("ok").get<bool>());
+  five_fingers();
+  done({{"do", "device.connect"}, {"port", silent.port()}});
   const Json told = state_when([](const Json& s) { return s.at("last").is_object(); });
-  ASSERT_FALSE(told.is_null());
   EXPECT_TRUE(says(told["last"]["text"], "nothing comes")) << told["last"];
   EXPECT_EQ(told["device"]["status"], "glove");
   EXPECT_EQ(told["fingers"].size(), 5U);
@@ -155,9 +144,8 @@ TEST_F(Ports, AGloveThatIsSwitchedOnLaterIsHeardAtTheNamedPort) {
   Board glove([&](const std::string& heard) { return is_on ? frames(heard) : std::string(); });
   begin({"--port", glove.port()});
   const Json silent = state_when([](const Json& s) { return says(s["device"]["says"], "nothing comes"); });
-  ASSERT_FALSE(silent.is_null());
   is_on = true;
-  EXPECT_FALSE(state_when([](const Json& s) { return s["device"]["status"] == "glove"; }).is_null());
+  state_when([](const Json& s) { return s["device"]["status"] == "glove"; });
 }
 
 TEST_F(Ports, AGloveAtTheHandsPortDoesNotTakeTheGlovesPlace) {
@@ -167,7 +155,6 @@ TEST_F(Ports, AGloveAtTheHandsPortDoesNotTakeTheGlovesPlace) {
   Board other(std::ref(others));
   begin({"--port", glove.port(), "--hand", other.port()});
   const Json told = state_when([](const Json& s) { return s["last"].is_object(); });
-  ASSERT_FALSE(told.is_null());
   EXPECT_TRUE(says(told["last"]["text"], "--hand names a glove's port")) << told["last"];
   EXPECT_EQ(told["device"]["port"], glove.port());
   EXPECT_TRUE(told["hand"].is_null());
@@ -177,13 +164,12 @@ TEST_F(Ports, RowsThatFitNoLongerAreShownAndReportedAtTheStop) {
   std::atomic<bool> is_short = false;
   Board glove([&](const std::string&) { return is_short ? "1,2,3\n" : "1,2,3,4,5\n"; });
   begin({"--port", glove.port()});
-  ASSERT_FALSE(state_when([](const Json& s) { return s.at("fingers").size() == 5; }).is_null());
-  ASSERT_TRUE(ask({{"do", "record.start"}}).at("ok").get<bool>());
+  five_fingers();
+  done({{"do", "record.start"}});
   is_short = true;
   const Json told = state_when([](const Json& s) { return says(s["next"], "3 values, and 5 are expected"); });
-  ASSERT_FALSE(told.is_null());
   EXPECT_TRUE(says(told["device"]["says"], "3 values, and 5 are expected")) << told["device"];
-  ASSERT_TRUE(ask({{"do", "record.stop"}}).at("ok").get<bool>());
+  done({{"do", "record.stop"}});
   const Json stopped = state_when([](const Json& s) { return s["last"].is_object(); });
   EXPECT_FALSE(stopped["last"]["ok"].get<bool>());
   EXPECT_TRUE(says(stopped["last"]["text"], "left out")) << stopped["last"];
@@ -243,19 +229,18 @@ TEST_F(Ports, AGloveAndAHandAreFoundByThemselves) {
   std::atomic<bool> stop = false;
   Live live(std::move(options));
   std::jthread server([&] { live.run(stop); });
+  const std::shared_ptr<void> ends(nullptr, [&](void*) { stop = true; });
   tab_.emplace(Place(live.url()));
-  EXPECT_FALSE(state_when([](const Json& s) { return says(s["next"], "Plug in the glove"); }).is_null());
+  state_when([](const Json& s) { return says(s["next"], "Plug in the glove"); });
 
   FramesGlove frames({}, true);
   Board glove(std::ref(frames));
   std::filesystem::create_symlink(glove.port(), devices / "ttyUSB0");
-  EXPECT_FALSE(state_when([](const Json& s) { return s["device"]["status"] == "glove"; }).is_null());
+  state_when([](const Json& s) { return s["device"]["status"] == "glove"; });
   link::HandEnd end(nullptr);
   Board hand([&](const std::string&) { return hand_says(end); });
   std::filesystem::create_symlink(hand.port(), devices / "ttyACM0");
   const Json both = state_when([](const Json& s) { return s["hand"].is_object(); });
-  stop = true;
-  ASSERT_FALSE(both.is_null());
   EXPECT_EQ(both["device"]["port"], (devices / "ttyUSB0").string());
   EXPECT_EQ(both["hand"]["port"], (devices / "ttyACM0").string());
 }

@@ -54,18 +54,22 @@ class Program : public testing::Test {
       if (heard.contains("id") && heard["id"] == id_) return heard;
     }
   }
-  // The next state for which this holds; null after two minutes.
+  void done(const Json& message) { EXPECT_TRUE(ask(message).at("ok").get<bool>()) << message; }
+  // The next state for which this holds. Throws after two minutes, which fails the test.
   template <class Holds>
   Json state_when(Holds&& holds) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(2);
     while (std::chrono::steady_clock::now() < end) {
       const auto [opcode, payload] = tab_->hear();
-      if (opcode == 0) return nullptr;
+      if (opcode == 0) break;
       if (opcode != kText) continue;
       const Json heard = Json::parse(payload);
       if (heard.value("event", "") == "state" && holds(heard)) return heard;
     }
-    return nullptr;
+    throw std::runtime_error("no such state");
+  }
+  Json five_fingers() {
+    return state_when([](const Json& s) { return s.at("fingers").size() == 5; });
   }
   void expect_refused(const Json& message, const std::string& says) {
     const Json answer = ask(message);

@@ -701,9 +701,6 @@ Server::~Server() { inside_->hub.unwatch_all(); }
 
 std::string Server::url() const { return inside_->hub.url(); }
 void Server::send(Client to, std::string text) { inside_->hub.send(to, shared(std::move(text), true)); }
-void Server::send(Client to, std::span<const std::uint8_t> bytes) {
-  inside_->hub.send(to, shared(std::string(bytes.begin(), bytes.end()), false));
-}
 void Server::send_all(std::string text) { inside_->hub.send_all(shared(std::move(text), true)); }
 void Server::send_all(std::span<const std::uint8_t> bytes) {
   inside_->hub.send_all(shared(std::string(bytes.begin(), bytes.end()), false));

@@ -51,7 +51,6 @@ class Server {
   // Queued, in order; on the server's thread, that is from handlers and what follows here, or before run(). What goes to a
   // client that has gone is forgotten. One copy serves all clients. Text must be UTF-8.
   void send(Client to, std::string text);
-  void send(Client to, std::span<const std::uint8_t> bytes);
   void send_all(std::string text);
   void send_all(std::span<const std::uint8_t> bytes);
 

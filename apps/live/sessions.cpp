@@ -255,12 +255,10 @@ void Sessions::write_index() const {
                                               {"sessions", std::move(sessions)}}));
 }
 
-std::optional<Session> Sessions::newest_with_model(const std::string& glove,
-                                                   const std::string& person) const {
+std::optional<Session> Sessions::newest_with_model(const std::string& glove) const {
   std::optional<Session> newest;
   for (Session& s : list()) {
-    const bool is_meant = s.glove == glove && !s.model.empty() && (person.empty() || s.person == person);
-    if (is_meant && (!newest || is_newer(s, *newest))) newest = std::move(s);
+    if (s.glove == glove && !s.model.empty() && (!newest || is_newer(s, *newest))) newest = std::move(s);
   }
   return newest;
 }

@@ -62,7 +62,7 @@ class Sessions {
   std::filesystem::path folder(const Session& session) const { return root_ / session.name; }
 
   // The model that was accepted last for this glove; of `person` alone where one is named.
-  std::optional<Session> newest_with_model(const std::string& glove, const std::string& person = {}) const;
+  std::optional<Session> newest_with_model(const std::string& glove) const;
 
  private:
   void write_index() const;

@@ -54,7 +54,6 @@ TEST(Sessions, AGloveHasItsNewestAcceptedModel) {
   sessions.save(other);
   ASSERT_TRUE(sessions.newest_with_model("this glove"));
   EXPECT_EQ(sessions.newest_with_model("this glove")->name, first.name);
-  EXPECT_FALSE(sessions.newest_with_model("this glove", "bert"));
   EXPECT_FALSE(sessions.newest_with_model("none"));
 }
 

@@ -188,7 +188,7 @@ class LiveSoak : public Program {
   void SetUp() override { FLEXOR_NEEDS_TERMINALS(); }
 
   // By a tab of its own: one that does not read would be dropped.
-  bool done(const char* what) {
+  bool asked(const char* what) {
     tab_.emplace(*place_);
     const bool ok = ask({{"do", what}}).value("ok", false);
     tab_.reset();
@@ -217,14 +217,11 @@ Soaked LiveSoak::soak(double rate_hz, double seconds, double replug_every_s) {
   begin({"--port", port.string(), "--model", FLEXOR_SOURCE_DIR "/models/published_hw.json"});
   std::ifstream("/proc/thread-self/children") >> child_;
   Soaked out;
-  if (state_when([](const Json& s) {
-        return s.value("/fingers/0/name"_json_pointer, "") != std::string();
-      }).is_null())
-    return out;
+  state_when([](const Json& s) { return s.value("/fingers/0/name"_json_pointer, "") != std::string(); });
   std::vector<std::unique_ptr<Reader>> readers;
   for (int i = 0; i < 4; ++i) readers.push_back(std::make_unique<Reader>(*place_, board));
   auto never_reads = std::make_unique<Tab>(*place_, "", 4096);
-  EXPECT_TRUE(done("record.start"));
+  EXPECT_TRUE(asked("record.start"));
   std::this_thread::sleep_for(std::chrono::duration<double>(std::min(20.0, seconds / 4)));
   out.memory_mb = memory_mb();
   const double used_s = processor_s();
@@ -244,7 +241,7 @@ Soaked LiveSoak::soak(double rate_hz, double seconds, double replug_every_s) {
   out.memory_more_mb = memory_mb() - out.memory_mb;
   board.unplug();
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
-  EXPECT_TRUE(done("record.stop"));
+  EXPECT_TRUE(asked("record.stop"));
   for (auto& reader : readers) {
     reader->stop();
     out.dropped += reader->dropped ? 1 : 0;

@@ -2,12 +2,10 @@
 // with a film of the twin's hand as webcam, the model in the running glove, the hand's score before and after, the glove put on
 // anew by eight degrees, ten seconds, and the score again.
 // Usage: node journey_test.mjs PROGRAM FILM.mjpeg [--pictures FOLDER]        CHROMIUM names another browser.
-import { spawn } from 'node:child_process';
 import { mkdirSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { createInterface } from 'node:readline';
-import { launchWithFilm } from './film_browser.mjs';
+import { check, findings, finish, launchWithFilm, seconds, start, step, watch } from './browser_test.mjs';
 
 const [program, film] = process.argv.slice(2);
 const pictures = process.argv[4] === '--pictures' ? process.argv[5] : undefined;
@@ -19,20 +17,6 @@ const filmed_s = 90; // what the page asks for; the film has two minutes
 // Of the published compensator's error on the same boards: what the experiment gives for one donning, from both sides.
 const identifiedShare = [0.2, 0.85];
 const anewShare = 1.35; // of the error before the glove was put on anew
-
-const begin = Date.now();
-const seconds = () => ((Date.now() - begin) / 1000).toFixed(1);
-const findings = [];
-function check(what, good) {
-  console.log(`${seconds()} s  ${good ? 'ok  ' : 'BAD '} ${what}`);
-  if (!good) findings.push(what);
-}
-
-async function start(sessions) {
-  const live = spawn(program, ['live', '--demo', '--sessions', sessions, '--json'], { stdio: ['ignore', 'pipe', 'inherit'] });
-  for await (const line of createInterface({ input: live.stdout })) return { live, url: JSON.parse(line).url };
-  throw new Error('flexor live ended before it said its address');
-}
 
 class Walk {
   constructor(page) {
@@ -52,13 +36,6 @@ class Walk {
 
   async says(id, words) {
     await this.at(id).filter({ hasText: words }).waitFor();
-  }
-
-  async step(name) {
-    await this.page.waitForFunction(
-      (id) => document.querySelector(`[data-testid="${id}"]`)?.getAttribute('aria-current') === 'step',
-      `step-${name}`,
-    );
   }
 
   // The total in degree-seconds of what runs now.
@@ -108,21 +85,21 @@ async function calibrate(walk) {
   await walk.at('calibrate-joints').selectOption('paper_hand');
   await walk.picture('calibrate');
   await walk.at('calibrate-start').click();
-  await walk.step('reference');
+  await step(walk.page, 'reference');
   await walk.says('calibrate-say', 'The camera sees the marks');
   await walk.picture('reference');
   await walk.at('calibrate-next').click();
-  await walk.step('motion');
+  await step(walk.page, 'motion');
   await walk.page.waitForTimeout((filmed_s * 1000) / 2);
   await walk.picture('motion');
   await walk.page.waitForTimeout((filmed_s * 1000) / 2);
   await walk.at('calibrate-next').click();
-  await walk.step('result');
+  await step(walk.page, 'result');
   const rows = await walk.at('result-table').innerText();
   console.log(rows);
   await walk.picture('result');
   await walk.at('calibrate-accept').click();
-  await walk.step('send');
+  await step(walk.page, 'send');
 }
 
 async function putOnAnew(walk) {
@@ -161,18 +138,14 @@ async function journey(page) {
 
 const sessions = pictures ? join(pictures, 'sessions') : mkdtempSync(join(tmpdir(), 'flexor-journey-'));
 rmSync(sessions, { recursive: true, force: true });
-const { live, url } = await start(sessions);
+const { live, url } = await start(program, ['--demo'], sessions);
 const browser = await launchWithFilm(film);
 try {
   const page = await browser.newPage({ viewport: { width: 1280, height: 900 } });
   page.setDefaultTimeout(90000); // the whole is timed
-  page.on('request', (request) => {
-    const { protocol } = new URL(request.url());
-    if (!['blob:', 'data:'].includes(protocol) && !request.url().startsWith(url)) findings.push(`fetches ${request.url()}`);
-  });
-  page.on('pageerror', (error) => findings.push(`the page: ${error.message}`));
+  watch(page, url);
   await journey(page);
-  check(`done in ${seconds()} s, at most ${longest_s}`, Date.now() - begin <= longest_s * 1000);
+  check(`done in ${seconds()} s, at most ${longest_s}`, Number(seconds()) <= longest_s);
 } catch (error) {
   if (pictures) await browser.contexts()[0]?.pages()[0]?.screenshot({ path: join(pictures, 'failed.png'), fullPage: true });
   findings.push(error.message);
@@ -182,6 +155,4 @@ try {
   await new Promise((ended) => live.once('exit', ended));
   if (!pictures) rmSync(sessions, { recursive: true, force: true });
 }
-for (const finding of findings) console.log(`finding: ${finding}`);
-console.log(findings.length === 0 ? 'nothing is wrong' : `${findings.length} finding(s)`);
-process.exit(findings.length === 0 ? 0 : 1);
+finish();

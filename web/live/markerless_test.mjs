@@ -2,12 +2,10 @@
 // What the program writes as camera.csv is compared with the marks on the same film. Nothing may be asked of another machine.
 // Usage: node markerless_test.mjs PROGRAM FILM.mjpeg ANGLES.csv [--pictures FOLDER]     CHROMIUM names another browser.
 // ANGLES.csv is what `flexor track` makes of the film with models/joints/green_markers.json.
-import { spawn } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
-import { createInterface } from 'node:readline';
-import { launchWithFilm } from './film_browser.mjs';
+import { check, findings, finish, launchWithFilm, start, step, watch } from './browser_test.mjs';
 
 const [program, film, tracked] = process.argv.slice(2).map((path) => resolve(path));
 const pictures = process.argv[5] === '--pictures' ? process.argv[6] : undefined;
@@ -23,12 +21,6 @@ const leastCorrelation = 0.8;
 // Against the marks, after the offset (docs/live.md). Less than half of it is too good to be true.
 const stated_deg = { index_mcp: 6, index_pip: 11 };
 
-const findings = [];
-function check(what, good) {
-  console.log(`${good ? 'ok  ' : 'BAD '} ${what}`);
-  if (!good) findings.push(what);
-}
-
 function readCsv(file) {
   const [head, ...lines] = readFileSync(file, 'utf8').trim().split('\n');
   const names = head.split(',');
@@ -38,17 +30,9 @@ function readCsv(file) {
 
 // ---- the page
 
-async function start(sessions) {
-  const live = spawn(program, ['live', '--from', 'twin', '--sessions', sessions, '--json'], {
-    stdio: ['ignore', 'pipe', 'inherit'],
-  });
-  for await (const line of createInterface({ input: live.stdout })) return { live, url: JSON.parse(line).url };
-  throw new Error('flexor live ended before it said its address');
-}
-
 // Every request but the page's own, and what the Content-Security-Policy stops. Gives what was asked for, and of each picture
 // whether a hand was found.
-function watch(page, url) {
+function listen(page, url) {
   const asked = [];
   const found = [];
   page.on('websocket', (socket) => {
@@ -57,24 +41,12 @@ function watch(page, url) {
       if (message.do === 'angles') found.push(Object.keys(message.angles).length > 0);
     });
   });
-  page.on('request', (request) => {
-    const own = request.url().startsWith(url) || request.url().startsWith('blob:') || request.url().startsWith('data:');
-    asked.push(request.url().replace(url, ''));
-    if (!own) findings.push(`asks ${request.url()}`);
-  });
-  page.on('pageerror', (error) => findings.push(error.message));
+  page.on('request', (request) => asked.push(request.url().replace(url, '')));
+  watch(page, url);
   page.on('console', (message) => {
     if (/Content Security Policy/.test(message.text())) findings.push(message.text());
   });
   return { asked, found };
-}
-
-async function step(page, name) {
-  await page.waitForFunction(
-    (id) => document.querySelector(`[data-testid="${id}"]`)?.getAttribute('aria-current') === 'step',
-    `step-${name}`,
-    { timeout: patience_s * 1000 },
-  );
 }
 
 // Runs in the page.
@@ -96,7 +68,7 @@ async function calibrate(page, asked) {
   );
   await at('calibrate-start').click();
   await step(page, 'reference');
-  await at('camera-facts').filter({ hasText: 'hand found' }).waitFor({ timeout: patience_s * 1000 });
+  await at('camera-facts').filter({ hasText: 'hand found' }).waitFor();
   check(`the model is loaded from the page's own folder: ${model().join(' ')}`, model().length === 4);
   await at('calibrate-next').click();
   await step(page, 'motion');
@@ -166,12 +138,13 @@ function compare(seen, marks) {
 async function main() {
   const work = mkdtempSync(join(tmpdir(), 'flexor-markerless-'));
   const marks = readCsv(tracked);
-  const { live, url } = await start(join(work, 'sessions'));
+  const { live, url } = await start(program, ['--from', 'twin'], join(work, 'sessions'));
   const browser = await launchWithFilm(film);
   try {
     const context = await browser.newContext({ permissions: ['camera'], viewport: { width: 1280, height: 900 } });
+    context.setDefaultTimeout(patience_s * 1000);
     const page = await context.newPage();
-    const { asked, found } = watch(page, url);
+    const { asked, found } = listen(page, url);
     await page.goto(url);
     await calibrate(page, asked);
     const share = found.filter(Boolean).length / found.length;
@@ -189,8 +162,7 @@ async function main() {
   await browser.close();
   live.kill();
   rmSync(work, { recursive: true });
-  for (const finding of findings) console.log(finding);
-  process.exit(findings.length > 0 ? 1 : 0);
+  finish();
 }
 
 await main();

@@ -52,11 +52,22 @@ const drawnPicture = Buffer.from(
 
 // ---- what is simulated
 
+const endsOf = (finger) => (finger === 0 ? [92, 162] : [30, 108]); // open hand and fist, degrees
+
 function angleOf(finger, t_s) {
   const wave = 0.5 - 0.5 * Math.cos((2 * Math.PI * t_s) / (4 + finger * 0.35) - finger * 0.5);
   const shape = wave * wave * (3 - 2 * wave);
-  return finger === 0 ? 92 + 70 * shape : 30 + 78 * shape;
+  const [open, fist] = endsOf(finger);
+  return open + (fist - open) * shape;
 }
+
+// Of a calibration's motion: up to which share of it, and what is asked for.
+const motion = [
+  [0.4, 'Close all fingers slowly, then open them slowly.'],
+  [0.7, 'Hold half closed, one second.'],
+  [1, 'Open and close fast.'],
+  [Infinity, 'Enough. Go on when you are ready.'],
+];
 
 const noise = (size) => size * (Math.random() + Math.random() - 1);
 
@@ -83,10 +94,8 @@ class World {
     this.anew = { seconds: 0, of_seconds: 10, fingers: [] };
     this.tracking = false;
     this.replay = null;
-    this.posture = false;
-    this.fault = '';
     this.scores = [{ label: 'raw', total_deg_s: 812.4, gestures_deg_s: [141, 120, 155, 98, 160, 138.4] }];
-    this.markers = [];
+    this.stands = null; // angles of a hand that does not move
     this.pictures = [];
     this.looked = 0; // pictures that the page looked at itself
     this.done = []; // every word that came
@@ -97,8 +106,9 @@ class World {
   }
 
   sample(t_s) {
-    const bend = fingers.map((_, f) => angleOf(f, t_s));
-    const angle = bend.map((deg, f) => (f === 4 && this.model === null ? NaN : deg + this.twin.slip_deg + noise(0.4)));
+    const bend = this.stands ?? fingers.map((_, f) => angleOf(f, t_s));
+    const sway_deg = this.stands ? 0 : 0.4;
+    const angle = bend.map((deg) => (this.model === null ? NaN : deg + this.twin.slip_deg + noise(sway_deg)));
     const raw = bend.map(
       (deg, f) => 180 + 5.4 * (deg - (f === 0 ? 62 : 0)) + noise(2 * this.twin.noise_counts) + 5 * this.twin.slip_deg,
     );
@@ -106,7 +116,7 @@ class World {
       this.least[f] = Math.min(this.least[f], value);
       this.most[f] = Math.max(this.most[f], value);
     });
-    return { raw, angle: this.model === null ? angle.map(() => NaN) : angle, bend };
+    return { raw, angle };
   }
 
   state() {
@@ -115,23 +125,16 @@ class World {
     const remark = ['', '', 'not yet fully closed', 'jumps: is the plug loose?', ''];
     const share = Math.min(1, this.now_s / 8);
     const here = !['none', 'gone'].includes(this.device);
+    const lost = Math.round(this.twin.loss * 100 * this.now_s);
     return {
       event: 'state',
-      device: here
-        ? {
-            status: this.device,
-            name: 'Flexor glove',
-            port: '/dev/pts/3',
-            format: 'frames',
-            says: 'Both boards answer, 100 frames a second.',
-          }
-        : {
-            status: this.device,
-            name: null,
-            port: null,
-            format: null,
-            says: 'Plug in a glove, or connect to a port.',
-          },
+      device: {
+        status: this.device,
+        name: here ? 'Flexor glove' : null,
+        port: here ? '/dev/pts/3' : null,
+        format: here ? 'frames' : null,
+        says: here ? 'Both boards answer, 100 frames a second.' : 'Plug in a glove, or connect to a port.',
+      },
       next: this.next(),
       fingers: here
         ? fingers.map((name, f) => ({
@@ -140,6 +143,8 @@ class World {
             raw: raw[f],
             angle_deg: Number.isNaN(angle[f]) ? null : angle[f],
             sd_deg: this.model ? 1.4 + 0.3 * f : null,
+            open_deg: this.model ? endsOf(f)[0] : null,
+            fist_deg: this.model ? endsOf(f)[1] : null,
             least: this.least[f],
             most: this.most[f],
             covered: share * (1 - 0.08 * f),
@@ -153,34 +158,15 @@ class World {
         rows: Math.round((this.now_s - this.recording.from_s) * 100),
         seconds: this.now_s - this.recording.from_s,
       },
-      job: this.job && {
-        name: this.job.name,
-        stage: this.job.stage,
-        share: this.job.share,
-        left_s: Math.max(0, this.job.of_s * (1 - this.job.share)),
-      },
+      job: this.job && { ...this.job, left_s: Math.max(0, this.job.of_s * (1 - this.job.share)) },
       last: this.last,
-      link: {
-        rate_hz: here ? 100 : null,
-        torn: 0,
-        lost: Math.round(this.twin.loss * 100 * this.now_s),
-        jitter_ms: 0.4,
-        latency_ms: 0.3,
-      },
+      link: { rate_hz: here ? 100 : null, torn: 0, lost, jitter_ms: 0.4, latency_ms: 0.3 },
       calibration: this.calibration && { ...this.calibration },
       tracking: this.tracking,
       tracking_remark: '',
       anew: this.anew,
       twin: ['boards', 'twin'].includes(this.device) ? this.twin : null,
-      posture: this.posture ? { names: postureNames } : null,
-      hand:
-        this.device === 'boards'
-          ? {
-              names: fingers,
-              status: 'simulated',
-              faults: ['', '', '', '', ''].map((x, i) => (i === 3 ? this.fault : x)),
-            }
-          : null,
+      hand: this.device === 'boards' ? { names: fingers, status: 'simulated', faults: ['', '', '', '', ''] } : null,
       scores: this.scores,
       joint_files: ['green_markers', 'paper_hand', 'printed_finger'],
       replay: this.replay,
@@ -254,14 +240,10 @@ class World {
                   : '',
         };
       });
-      c.say =
-        share < 0.4
-          ? 'Close all fingers slowly, then open them slowly.'
-          : share < 0.7
-            ? 'Hold half closed, one second.'
-            : share < 1
-              ? 'Open and close fast.'
-              : 'Enough. Go on when you are ready.';
+      const at = motion.findIndex(([until]) => share < until);
+      c.say = motion[at][1];
+      c.left_s = share < 1 ? (motion[at][0] - share) * c.of_seconds : null;
+      c.then = motion[at + 1]?.[1] ?? null;
       if (c.reference === 'markerless') c.pictures = this.looked;
       else if (c.camera === 'page') c.pictures = this.pictures.length;
       else c.pictures = Math.round(c.seconds * 15);
@@ -276,12 +258,12 @@ class World {
     c.say = {
       glove: 'Move every finger once, so that each card moves.',
       reference: camera,
-      motion: 'Close all fingers slowly, then open them slowly.',
+      motion: motion[0][1],
       identify: 'The compensator is being fitted. Take your time.',
       result: 'Accept what was found, or repeat the motion.',
       send: 'Send the model into the glove.',
     }[step];
-    c.seconds = 0;
+    Object.assign(c, { seconds: 0, left_s: null, then: null });
     c.of_seconds = step === 'motion' ? 60 : null;
     if (step === 'identify') {
       this.job = {
@@ -290,8 +272,7 @@ class World {
         share: 0,
         of_s: 12,
         end: () => {
-          this.job = null;
-          this.last = { job: 'identify', ok: true, text: '2.4 degrees on the held-out part' };
+          this.end('identify', '2.4 degrees on the held-out part');
           c.result = {
             fingers: fingers.map((name, f) => ({
               name,
@@ -325,162 +306,79 @@ class World {
   // null, or the line on what is wrong.
   act(message) {
     this.done.push(message.do);
-    const c = this.calibration;
-    switch (message.do) {
-      case 'device.connect':
-        this.device = 'boards';
-        return null;
-      case 'device.leave':
-        if (this.replay) this.replay = null;
-        else this.device = 'none';
-        return null;
-      case 'model.choose':
-        if (message.path !== null && !this.state().models.some((m) => m.path === message.path))
-          return `${message.path}: no such model. Choose one of the list.`;
-        this.model =
-          message.path === null
-            ? null
-            : { ...this.state().models.find((m) => m.path === message.path), joints: fingers };
-        return null;
-      case 'record.start':
-        this.recording = { file: '2026-11-24_1601/log.csv', from_s: this.now_s };
-        return null;
-      case 'record.stop':
-        this.recording = null;
-        return null;
-      case 'angles':
-        ++this.looked;
-        return null;
-      case 'calibrate.start':
-        if (c) return 'Another tab calibrates already. Go on there, or cancel it here.';
-        if (!message.person) return 'person: missing. Write a name.';
-        this.calibration = {
-          step: 'glove',
-          reference: message.reference,
-          camera:
-            message.reference === 'markerless'
-              ? 'page'
-              : message.reference === 'poses'
-                ? 'none'
-                : message.reference === 'marks'
-                  ? this.options.camera
-                  : 'server',
-          joints: message.joints ?? null,
-          say: '',
-          seconds: 0,
-          of_seconds: null,
-          covered: [],
-          pictures: null,
-          tracked: null,
-          result: null,
-        };
-        this.enter('glove');
-        return null;
-      case 'calibrate.next': {
-        if (!c) return 'No calibration runs. Start one.';
-        if (c.step === 'identify') return 'The fit is not done yet. Wait for it, or stop it.';
-        if (c.step === 'send') {
-          this.calibration = null;
-          return null;
-        }
-        this.enter(steps[steps.indexOf(c.step) + 1]);
-        return null;
-      }
-      case 'calibrate.back':
+    const word = this.words[message.do];
+    return word ? (word(message) ?? null) : `${message.do}: no such word`;
+  }
+
+  words = {
+    'device.connect': () => void (this.device = 'boards'),
+    'device.leave': () => {
+      if (this.replay) this.replay = null;
+      else this.device = 'none';
+    },
+    'model.choose': ({ path }) => {
+      const chosen = this.state().models.find((m) => m.path === path);
+      if (path !== null && !chosen) return `${path}: no such model. Choose one of the list.`;
+      this.model = chosen ? { ...chosen, joints: fingers } : null;
+    },
+    'record.start': () => void (this.recording = { file: '2026-11-24_1601/log.csv', from_s: this.now_s }),
+    'record.stop': () => void (this.recording = null),
+    angles: () => void ++this.looked,
+    'calibrate.start': ({ person, reference, joints = null }) => {
+      if (this.calibration) return 'Another tab calibrates already. Go on there, or cancel it here.';
+      if (!person) return 'person: missing. Write a name.';
+      const camera = { markerless: 'page', poses: 'none', marks: this.options.camera, drawn: 'server' }[reference];
+      this.calibration = { reference, camera, joints, covered: [], pictures: null, tracked: null, result: null };
+      this.enter('glove');
+    },
+    'calibrate.next': () => {
+      if (!this.calibration) return 'No calibration runs. Start one.';
+      const { step } = this.calibration;
+      if (step === 'identify') return 'The fit is not done yet. Wait for it, or stop it.';
+      if (step === 'send') this.calibration = null;
+      else this.enter(steps[steps.indexOf(step) + 1]);
+    },
+    'calibrate.back': () => {
+      this.job = null;
+      this.enter(steps[Math.max(0, steps.indexOf(this.calibration.step) - 1)]);
+    },
+    'calibrate.cancel': () => void (this.calibration = this.job = null),
+    'calibrate.repeat': () => this.enter('motion'),
+    'calibrate.accept': () => this.enter('send'),
+    'calibrate.plot': ({ finger }) => void (this.calibration.result.plot = this.plot(finger)),
+    'anew.start': () => void Object.assign(this.anew, { seconds: 0.01, fingers: [] }),
+    'anew.keep': () => void Object.assign(this.anew, { seconds: 0, fingers: [] }),
+    'anew.accept': () => void Object.assign(this.anew, { seconds: 0, fingers: [] }),
+    'tracking.set': ({ on }) => void (this.tracking = on),
+    send: () => this.end('send', 'the glove runs anna-left'),
+    flash: () => 'no board answers at this port',
+    'twin.set': (message) => {
+      for (const [key, value] of Object.entries(message)) if (key in this.twin) this.twin[key] = value;
+    },
+    'experiment.run': ({ trials }) => {
+      const end = () => this.end('experiment', `${trials} trials: 812, 431 and 188 degree seconds`);
+      this.job = { name: 'experiment', stage: 'gesture 2 of 6', share: 0, of_s: 10, end };
+    },
+    'score.run': ({ label }) => {
+      const end = () => {
         this.job = null;
-        this.enter(steps[Math.max(0, steps.indexOf(c.step) - 1)]);
-        return null;
-      case 'calibrate.cancel':
-        this.calibration = null;
-        this.job = null;
-        return null;
-      case 'calibrate.repeat':
-        this.enter('motion');
-        return null;
-      case 'calibrate.accept':
-        this.enter('send');
-        return null;
-      case 'calibrate.plot':
-        c.result.plot = this.plot(message.finger);
-        return null;
-      case 'anew.start':
-        this.anew = { ...this.anew, seconds: 0.01, fingers: [] };
-        return null;
-      case 'anew.accept':
-      case 'anew.keep':
-        this.anew = { ...this.anew, seconds: 0, fingers: [] };
-        return null;
-      case 'tracking.set':
-        this.tracking = message.on;
-        return null;
-      case 'send':
-        this.last = { job: 'send', ok: true, text: 'the glove runs anna-left' };
-        return null;
-      case 'flash':
-        return 'no board answers at this port';
-      case 'twin.set':
-        for (const [key, value] of Object.entries(message)) if (key in this.twin) this.twin[key] = value;
-        return null;
-      case 'experiment.run':
-        this.job = {
-          name: 'experiment',
-          stage: 'gesture 2 of 6',
-          share: 0,
-          of_s: 10,
-          end: () => {
-            this.job = null;
-            this.last = {
-              job: 'experiment',
-              ok: true,
-              text: `${message.trials} trials: 812, 431 and 188 degree seconds`,
-            };
-          },
-        };
-        return null;
-      case 'score.run':
-        this.job = {
-          name: 'score',
-          stage: 'gesture 1 of 6',
-          share: 0,
-          of_s: 6,
-          end: () => {
-            this.job = null;
-            this.scores.push({ label: message.label, total_deg_s: 187.5, gestures_deg_s: [31, 28, 36, 22, 38, 32.5] });
-          },
-        };
-        return null;
-      case 'replay.open':
-        this.replay = { file: `${message.session}/${message.file}`, t_s: 0, of_s: 92, playing: true };
-        return null;
-      case 'replay.seek':
-        this.replay.t_s = message.t_s;
-        return null;
-      case 'replay.play':
-        this.replay.playing = message.on;
-        return null;
-      case 'job.cancel':
-        this.job = null;
-        this.last = { job: 'job', ok: false, text: 'stopped' };
-        return null;
-      case 'marker':
-        this.markers.push(message.text);
-        return null;
-      default:
-        return `${message.do}: no such word`;
-    }
+        this.scores.push({ label, total_deg_s: 187.5, gestures_deg_s: [31, 28, 36, 22, 38, 32.5] });
+      };
+      this.job = { name: 'score', stage: 'gesture 1 of 6', share: 0, of_s: 6, end };
+    },
+    'replay.open': ({ session, file }) =>
+      void (this.replay = { file: `${session}/${file}`, t_s: 0, of_s: 92, playing: true }),
+    'replay.seek': ({ t_s }) => void (this.replay.t_s = t_s),
+    'replay.play': ({ on }) => void (this.replay.playing = on),
+    'job.cancel': () => this.end('job', 'stopped', false),
+    marker: () => {},
+  };
+
+  end(job, text, ok = true) {
+    this.job = null;
+    this.last = { job, ok, text };
   }
 }
-
-const postureNames = [
-  'thumb_rot',
-  'thumb_mcp',
-  'thumb_ip',
-  'thumb_abd',
-  ...['index', 'middle', 'ring', 'pinky'].flatMap((f) => ['mcp', 'pip', 'dip', 'abd'].map((j) => `${f}_${j}`)),
-  'palm_arch',
-  'wrist_pitch',
-  'wrist_yaw',
-];
 
 function samples(kind, t_s, first, angle) {
   const message = Buffer.alloc(4 + 8 + 8 * first.length);
@@ -563,26 +461,9 @@ export function startMock(given = {}) {
         const t_s = world.now_s;
         const { raw, angle } = world.sample(t_s);
         all(samples(1, t_s, raw, angle));
-        if (world.device === 'boards')
-          all(
-            samples(
-              2,
-              t_s,
-              fingers.map((_, f) => 20 + noise(5) + f),
-              fingers.map((_, f) => angleOf(f, t_s - 0.12)),
-            ),
-          );
-        if (world.posture)
-          all(
-            samples(
-              5,
-              t_s,
-              postureNames.map(() => 2),
-              postureNames.map((name) =>
-                name === 'thumb_rot' ? -90 : /_abd|wrist|arch/.test(name) ? 4 : 0.7 * (angleOf(2, t_s) - 28),
-              ),
-            ),
-          );
+        const duty = fingers.map((_, f) => 20 + noise(5) + f);
+        const joint = fingers.map((_, f) => angleOf(f, t_s - 0.12));
+        if (world.device === 'boards') all(samples(2, t_s, duty, joint));
       }
     }, 10),
     setInterval(() => all(JSON.stringify(world.state())), 200),

@@ -9,7 +9,7 @@ import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { gzipSync } from 'node:zlib';
-import { chromium } from 'playwright-core';
+import { check, findings, finish, launch, watch } from './browser_test.mjs';
 import { startMock } from './mock.mjs';
 
 const require = createRequire(import.meta.url);
@@ -22,12 +22,6 @@ const patience_s = 60;
 const isShort = process.argv.includes('--short');
 const pictures = process.argv.includes('--pictures') ? process.argv.at(-1) : undefined;
 if (pictures) mkdirSync(pictures, { recursive: true });
-
-const findings = [];
-function check(what, good) {
-  console.log(`${good ? 'ok  ' : 'BAD '} ${what}`);
-  if (!good) findings.push(what);
-}
 
 function filesOf(folder) {
   return readdirSync(folder).flatMap((name) => {
@@ -60,28 +54,28 @@ async function open(browser, mock, { width, height, colorScheme, reducedMotion =
   const page = await context.newPage();
   if (isShort) await page.clock.install();
   const where = `${width} px, ${colorScheme}`;
-  const origin = new URL(mock.url).origin;
-  page.on('request', (request) => {
-    const { protocol } = new URL(request.url());
-    if (!['blob:', 'data:'].includes(protocol) && !request.url().startsWith(mock.url))
-      findings.push(`${where}: fetches ${request.url()}`);
-  });
+  watch(page, mock.url, where);
   page.on('websocket', (socket) => {
     if (!socket.url().startsWith(mock.url.replace('http', 'ws'))) findings.push(`${where}: opens ${socket.url()}`);
   });
-  page.on('pageerror', (error) => findings.push(`${where}: ${error.message}`));
   page.on('console', (message) => {
     if (message.type() === 'error' && !message.text().includes('WebSocket connection'))
       findings.push(`${where}: ${message.text()}`);
   });
   await page.addInitScript(() => {
+    globalThis.tones = 0;
+    const { start } = OscillatorNode.prototype;
+    OscillatorNode.prototype.start = function (...when) {
+      ++globalThis.tones;
+      start.apply(this, when);
+    };
     document.addEventListener('securitypolicyviolation', (event) => {
       console.error(`policy stops ${event.violatedDirective} ${event.blockedURI}`);
     });
   });
   await page.goto(mock.url, { waitUntil: 'commit' });
   if (isShort) await page.clock.pauseAt(Date.now() + 1000);
-  return { context, page, where, origin };
+  return { context, page, where };
 }
 
 async function axe(page, where) {
@@ -117,6 +111,10 @@ async function inspect({ page, where }, name) {
 }
 
 const by = (page, id) => page.getByTestId(id);
+async function press(page, id, key = 'Enter') {
+  await by(page, id).focus();
+  await page.keyboard.press(key);
+}
 const pass = (page, time_ms) => (isShort ? page.clock.runFor(time_ms) : page.waitForTimeout(time_ms));
 async function until(page, what, condition, argument) {
   for (let i = 0; isShort && i < 10 * patience_s && !(await page.evaluate(condition, argument)); ++i) {
@@ -130,6 +128,12 @@ async function until(page, what, condition, argument) {
     check(what, false);
   }
 }
+
+const says = (page, what, id, words) =>
+  until(page, what, ([id, words]) => document.querySelector(`[data-testid=${id}]`)?.textContent?.includes(words), [id, words]);
+
+const changes = (page, what, id, was) =>
+  until(page, what, ([id, was]) => ![was, undefined].includes(document.querySelector(`[data-testid=${id}]`)?.textContent), [id, was]);
 
 async function eventually(condition) {
   for (let i = 0; i < 10 * patience_s && !condition(); ++i) await new Promise((done) => setTimeout(done, 100));
@@ -185,52 +189,27 @@ async function tabsByKeyboard({ page, where }) {
 }
 
 async function wear({ page, where }, mock) {
-  const pressed = async (id, key = 'Enter') => {
-    await by(page, id).focus();
-    await page.keyboard.press(key);
-  };
   const before = await by(page, 'angle-index').textContent();
-  await until(
-    page,
-    `${where}: the index card moves`,
-    (was) => document.querySelector('[data-testid=angle-index]')?.textContent !== was,
-    before,
-  );
+  await changes(page, `${where}: the index card moves`, 'angle-index', before);
   check(`${where}: says what to do next`, ((await by(page, 'next').textContent()) ?? '').length > 10);
-  await pressed('record');
-  await until(page, `${where}: records`, () =>
-    document.querySelector('[data-testid=record]')?.textContent?.startsWith('Stop'),
-  );
-  await pressed('record', 'Space');
-  await until(
-    page,
-    `${where}: stops recording`,
-    () => document.querySelector('[data-testid=record]')?.textContent === 'Start recording',
-  );
-  await pressed('anew-start');
+  await press(page, 'record');
+  await says(page, `${where}: records`, 'record', 'Stop');
+  await press(page, 'record', 'Space');
+  await says(page, `${where}: stops recording`, 'record', 'Start recording');
+  await press(page, 'anew-start');
   await by(page, 'anew-index').waitFor();
   check(
     `${where}: before and after in degrees`,
     /8\.\d° ± 2\.\d°/.test((await by(page, 'anew-middle').textContent()) ?? ''),
   );
   await inspect({ page, where }, 'wear_anew');
-  await pressed('anew-accept');
-  await until(
-    page,
-    `${where}: accepted`,
-    () => document.querySelector('[data-testid=anew-accept]')?.checkVisibility() === false,
-  );
-  await pressed('tracking', 'Space');
-  await until(
-    page,
-    `${where}: follows slow changes`,
-    () => document.querySelector('[data-testid=tracking]')?.getAttribute('aria-checked') === 'true',
-  );
-  await pressed('tracking', 'Space');
-  await pressed('send');
-  await until(page, `${where}: says that it was sent`, () =>
-    document.querySelector('[data-testid=job]')?.textContent?.includes('runs anna-left'),
-  );
+  await press(page, 'anew-accept');
+  await until(page, `${where}: accepted`, () => !document.querySelector('[data-testid=anew-accept]').checkVisibility());
+  await press(page, 'tracking', 'Space');
+  await until(page, `${where}: follows slow changes`, () => document.querySelector('[data-testid=tracking][aria-checked=true]'));
+  await press(page, 'tracking', 'Space');
+  await press(page, 'send');
+  await says(page, `${where}: says that it was sent`, 'job', 'runs anna-left');
   check(
     `${where}: the program heard each word`,
     ['record.start', 'record.stop', 'anew.start', 'anew.accept', 'tracking.set', 'send'].every((word) =>
@@ -239,23 +218,58 @@ async function wear({ page, where }, mock) {
   );
 }
 
+// Percent closed, and degrees as the wearer calls them, of a hand that stands still.
+async function closed({ page, where }, mock) {
+  const [open, half] = [[92, 30, 30, 30, 30], [127, 69, 69, 69, 69]];
+  const isShown = (wanted) =>
+    ['angle', 'closed'].every((part, i) => document.querySelector(`[data-testid=${part}-thumb]`)?.textContent === wanted[i]);
+  const shows = (what, ...wanted) => until(page, `${where}: ${what}: ${wanted}`, isShown, wanted);
+  const call = async (degrees) => {
+    await by(page, 'open-hand').fill(degrees);
+    await page.keyboard.press('Tab');
+  };
+  mock.world.stands = half;
+  await shows('half closed', '127°', '50 % closed');
+  await call('0');
+  await shows('an open hand is called 0', '35°', '50 % closed');
+  mock.world.stands = open;
+  await shows('an open hand', '0°', '0 % closed');
+  await page.reload();
+  await shows('as it was called before', '0°', '0 % closed');
+  await call('');
+  await shows('as the model has it', '92°', '0 % closed');
+  mock.world.stands = null;
+}
+
+const tones = (page) => page.evaluate(() => globalThis.tones);
+
+// In the motion, after a reload: nobody has touched the page yet.
+async function tone({ page, where }, mock) {
+  const change = async (what, tones) => {
+    const asks = await by(page, 'calibrate-say').textContent();
+    mock.world.calibration.seconds = mock.world.calibration.seconds > 30 ? 0 : 31;
+    await changes(page, `${where}: another thing to do`, 'calibrate-say', asks);
+    await pass(page, 1100); // from tone to tone
+    check(`${where}: ${what}`, (await page.evaluate(() => globalThis.tones)) === tones);
+  };
+  await change('no tone before the page was touched', 0);
+  await by(page, 'sound').click();
+  await by(page, 'sound').click();
+  await pass(page, 500);
+  await change('a tone at a change', 1);
+  await by(page, 'sound').click();
+  await change('none where it is off', 1);
+  await page.reload();
+  await until(page, `${where}: silence is remembered`, () => document.querySelector('[data-testid=sound][aria-checked=false]'));
+}
+
 async function calibrate(view, mock, reference) {
   const { page, where } = view;
   const step = async (name) =>
-    until(
-      page,
-      `${where}: step ${name}`,
-      (id) => document.querySelector(`[data-testid=step-${id}]`)?.getAttribute('aria-current') === 'step',
-      name,
-    );
+    until(page, `${where}: step ${name}`, (id) => document.querySelector(id), `[data-testid=step-${name}][aria-current=step]`);
   await by(page, 'tab-calibrate').click();
-  await by(page, 'calibrate-start').focus();
-  await page.keyboard.press('Enter');
-  await until(
-    page,
-    `${where}: asks for a name`,
-    () => document.querySelector('[data-testid=calibrate-start-error]')?.checkVisibility() === true,
-  );
+  await press(page, 'calibrate-start');
+  await says(page, `${where}: asks for a name`, 'calibrate-start-error', 'Write a name');
   await by(page, 'calibrate-person').focus();
   await page.keyboard.type('anna');
   check(
@@ -264,11 +278,9 @@ async function calibrate(view, mock, reference) {
   );
   await by(page, `calibrate-reference-${reference}`).check();
   await inspect(view, `calibrate_start_${reference}`);
-  await by(page, 'calibrate-start').focus();
-  await page.keyboard.press('Enter');
+  await press(page, 'calibrate-start');
   await step('glove');
-  await by(page, 'calibrate-next').focus();
-  await page.keyboard.press('Enter');
+  await press(page, 'calibrate-next');
   await step('reference');
   await page.keyboard.press('Enter');
   await step('motion');
@@ -307,6 +319,8 @@ async function calibrate(view, mock, reference) {
     `${where}: opened again in the place where it was`,
     (await page.evaluate(() => document.querySelector('[role=tab][aria-selected=true]')?.id)) === 'tab-calibrate',
   );
+  await says(page, `${where}: says what follows, and when`, 'calibrate-then', ' s: ');
+  await tone(view, mock);
   await by(page, 'calibrate-back').click();
   await step('reference');
   await by(page, 'calibrate-next').click();
@@ -322,9 +336,7 @@ async function calibrate(view, mock, reference) {
     check(`${where}: nothing measured has no plot`, !(await by(page, 'plot-ring').isVisible()));
   } else {
     await by(page, 'plot-ring').click();
-    await until(page, `${where}: another finger's plot`, () =>
-      document.querySelector('[data-testid=result-plot-caption]')?.textContent?.startsWith('Ring'),
-    );
+    await says(page, `${where}: another finger's plot`, 'result-plot-caption', 'Ring');
   }
   await pass(page, 400);
   await inspect(view, `calibrate_result_${reference}`);
@@ -357,31 +369,22 @@ async function look(view, mock) {
   const rows = await by(page, 'score-row').count();
   await by(page, 'twin-slip_deg').fill('6');
   await by(page, 'score-run').click();
-  await until(
-    page,
-    `${where}: a score more`,
-    (n) => document.querySelectorAll('[data-testid=score-row]').length === n,
-    rows + 1,
-  );
+  await until(page, `${where}: a score more`, (n) => document.querySelectorAll('[data-testid=score-row]').length > n, rows);
   check(
     `${where}: a score is of what the sliders show`,
     mock.world.twin.slip_deg === 6 && mock.world.done.lastIndexOf('twin.set') < mock.world.done.indexOf('score.run'),
   );
   mock.world.isHeld = true;
   await by(page, 'experiment-run').click();
-  await by(page, 'experiment-progress').waitFor();
   await by(page, 'strip-cancel').click();
   mock.world.isHeld = false;
   await by(page, 'flash').click();
-  await until(page, `${where}: what goes wrong stands at its control`, () =>
-    document.querySelector('[data-testid=flash-error]')?.textContent?.includes('no board answers'),
-  );
+  await says(page, `${where}: what goes wrong stands at its control`, 'flash-error', 'no board answers');
   const link = await page.locator('.files a').first().getAttribute('href');
   check(`${where}: files lie under files/`, link?.startsWith('files/2026-11-24_1530_anna/') === true);
   await by(page, 'replay-2026-11-24_1530_anna').click();
   await by(page, 'replay-line').waitFor();
-  await by(page, 'replay-line').focus();
-  await page.keyboard.press('End');
+  await press(page, 'replay-line', 'End');
   check(`${where}: the time line seeks`, await eventually(() => mock.world.done.includes('replay.seek')));
   await inspect(view, 'look');
   await by(page, 'replay-leave').click();
@@ -400,18 +403,10 @@ async function lostAndFound({ page, where }, mock) {
       document.querySelector('[data-testid=status]')?.textContent === 'Simulated boards',
   );
   mock.world.device = 'none';
-  await until(
-    page,
-    `${where}: says that there is no glove`,
-    () => document.querySelector('[data-testid=next]')?.textContent === 'Plug in the glove.',
-  );
+  await says(page, `${where}: says that there is no glove`, 'next', 'Plug in the glove.');
   await inspect({ page, where }, 'wear_no_glove');
   await by(page, 'device-connect').click();
-  await until(
-    page,
-    `${where}: connects`,
-    () => document.querySelector('[data-testid=status]')?.textContent === 'Simulated boards',
-  );
+  await says(page, `${where}: connects`, 'status', 'Simulated boards');
 }
 
 // ---- the whole walk
@@ -422,26 +417,14 @@ async function gone(browser) {
   await by(view.page, 'card-index').waitFor();
   await until(view.page, 'draws the hand', () => document.querySelector('.stage-message')?.hidden === true);
   await mock.close();
-  await until(
-    view.page,
-    'says that the program is gone',
-    () => document.querySelector('[data-testid=lost]')?.checkVisibility() === true,
-  );
+  await until(view.page, 'says that the program is gone', () => document.querySelector('[data-testid=lost]').checkVisibility());
   if (pictures) await view.page.screenshot({ path: join(pictures, 'wear_lost.png') });
   await view.context.close();
 }
 
 async function main() {
   weigh();
-  const browser = await chromium.launch({
-    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-    args: [
-      '--no-sandbox',
-      '--enable-unsafe-swiftshader',
-      '--use-fake-ui-for-media-stream',
-      '--use-fake-device-for-media-stream',
-    ],
-  });
+  const browser = await launch('--enable-unsafe-swiftshader');
   await (await browser.newPage()).goto('about:blank'); // a browser in use has long started
   const screens = [
     { width: 1280, height: 800, colorScheme: 'light', reference: 'marks' },
@@ -456,8 +439,9 @@ async function main() {
       await firstPicture(view);
       if (screen === screens[0]) await latency(view);
       await tabsByKeyboard(view);
-      await page_settles(view);
+      await pass(view.page, 1200);
       await inspect(view, 'wear');
+      await closed(view, mock);
       await wear(view, mock);
       await calibrate(view, mock, screen.reference);
       await look(view, mock);
@@ -475,13 +459,7 @@ async function main() {
   }
   if (!isShort) await gone(browser);
   await browser.close();
-  for (const finding of findings) console.log(finding);
-  console.log(findings.length === 0 ? 'nothing serious' : `${findings.length} findings`);
-  process.exit(findings.length > 0 ? 1 : 0);
-}
-
-async function page_settles({ page }) {
-  await pass(page, 1200);
+  finish();
 }
 
 await main();

@@ -1,5 +1,5 @@
 // A control that asks the program for something: it waits while it waits, and what went wrong stands beside it.
-import { h, setText, show } from './dom';
+import { h, setAttribute, setText, show } from './dom';
 
 export type Do = (what: string, parts?: Record<string, unknown>) => Promise<string | null>;
 
@@ -38,4 +38,18 @@ export function button(options: ButtonOptions): HTMLButtonElement {
     element.removeAttribute('aria-busy');
   });
   return element;
+}
+
+// On or off, as `set` says.
+export function toggle(label: string, testId: string, turn: (on: boolean) => void) {
+  const element = h(
+    'button',
+    { type: 'button', role: 'switch', class: 'switch', 'data-testid': testId },
+    h('span', { class: 'switch-knob', 'aria-hidden': 'true' }),
+    label,
+  );
+  const set = (on: boolean): void => setAttribute(element, 'aria-checked', String(on));
+  element.addEventListener('click', () => turn(element.getAttribute('aria-checked') !== 'true'));
+  set(false);
+  return { element, set };
 }

@@ -7,7 +7,7 @@ export interface App {
   store: Store;
   do: Do;
   tell(what: string, parts: Record<string, unknown>): void; // without an answer
-  sendPicture(message: ArrayBuffer): boolean;
+  sendPicture(message: ArrayBuffer): void; // likewise
   announce(text: string): void;
 }
 

@@ -1,10 +1,11 @@
 // Calibrate: from a glove on the hand to a proven model, step by step. The steps are the server's; here they are shown.
-import { button, errorLine } from './action';
+import { button, errorLine, toggle } from './action';
 import type { App, Place } from './app';
 import { createCamera } from './camera';
 import { fingerColour } from './colours';
-import { enable, h, keyed, number, percent, setAttribute, setProperty, setText, show, time, title } from './dom';
+import { enable, h, keyed, percent, setAttribute, setProperty, setText, show, time, title } from './dom';
 import { createResult } from './result';
+import { beep, isLoud, setLoud, wakeSound } from './sound';
 import { createStart } from './start';
 import { kSteps, type Calibration, type Coverage, type Step } from './state';
 import type { Picture } from './wire';
@@ -22,7 +23,7 @@ export function createCalibrate(app: App): Place {
   const steps = createSteps();
   const start = createStart(app);
   const work = createWork(app);
-  const element = h('div', { class: 'calibrate' }, steps.element, start.element, work.element);
+  const element = h('div', { class: 'calibrate', click: wakeSound }, steps.element, start.element, work.element);
   return {
     element,
     update() {
@@ -76,22 +77,27 @@ function createWork(app: App) {
     'data-testid': 'calibrate-progress',
   });
   const clockText = h('p', { class: 'facts' });
+  const then = h('p', { class: 'lead', 'data-testid': 'calibrate-then' });
+  const loud = toggle('A tone at each change', 'sound', (on) => {
+    setLoud(on);
+    loud.set(on);
+  });
+  loud.set(isLoud());
   const camera = createCamera(app);
   const coverage = createCoverage();
-  const fit = createFit(app);
   const result = createResult(app);
   const nav = createNav(app);
   const left = h(
     'div',
     { class: 'work-main' },
     told,
-    h('div', { class: 'clock' }, clock, clockText),
-    fit.element,
+    h('div', { class: 'clock' }, then, clock, clockText, loud.element),
     result.element,
     coverage.element,
     nav.element,
   );
   const element = h('section', { class: 'panel work', 'aria-label': 'The step' }, left, camera.element);
+  let asked: string | null = null; // in the motion, before
   return {
     element,
     picture: (picture: Picture) => camera.picture(picture),
@@ -99,6 +105,10 @@ function createWork(app: App) {
       camera.update(calibration);
       if (!calibration) return;
       setText(told, calibration.say ?? '');
+      const asks = calibration.step === 'motion' ? calibration.say : null;
+      if (asks && asks !== asked) beep();
+      asked = asks;
+      setText(then, whatFollows(calibration));
       const timed = calibration.of_seconds !== null && calibration.of_seconds > 0 && calibration.step === 'motion';
       show(clock.parentElement!, timed);
       clock.max = calibration.of_seconds ?? 1;
@@ -108,12 +118,17 @@ function createWork(app: App) {
         calibration.step === 'motion' || calibration.step === 'reference' ? (calibration.covered ?? []) : [],
       );
       show(coverage.element, calibration.step === 'motion');
-      fit.update(calibration);
       result.update(calibration);
       nav.update(calibration);
       element.classList.toggle('with-camera', !camera.element.hidden);
     },
   };
+}
+
+function whatFollows({ left_s, then }: Calibration): string {
+  if (left_s === null) return '';
+  const left = `${Math.ceil(left_s)} s`;
+  return then ? `In ${left}: ${then}` : `${left} more`;
 }
 
 const kCovered: { part: 'range' | 'slow' | 'fast' | 'holds'; name: string }[] = [
@@ -163,37 +178,6 @@ function createCoverage() {
           setText(item.querySelector('.missing')!, c.missing ? title(c.missing) : 'Complete');
         },
       );
-    },
-  };
-}
-
-function createFit(app: App) {
-  const error = errorLine('job-error');
-  const stage = h('p', { class: 'lead', 'data-testid': 'job-stage' });
-  const bar = h('progress', { max: 1, 'aria-label': 'Share done', 'data-testid': 'job-progress' });
-  const left = h('p', { class: 'facts' });
-  const last = h('p', { class: 'muted', 'data-testid': 'job-last' });
-  const cancel = button({
-    label: 'Stop the fit',
-    testId: 'job-cancel',
-    kind: 'quiet',
-    error,
-    ask: () => app.do('job.cancel'),
-  });
-  const element = h('div', { class: 'fit' }, stage, bar, left, last, h('div', { class: 'row' }, cancel), error);
-  return {
-    element,
-    update(calibration: Calibration) {
-      const { job, last: ended } = app.store.state;
-      show(element, calibration.step === 'identify');
-      setText(stage, job ? title(job.stage ?? job.name) : '');
-      if (job && job.share !== null) bar.value = job.share;
-      else if (job) bar.removeAttribute('value');
-      show(bar, job !== null);
-      show(cancel, job !== null);
-      setText(left, job && job.left_s !== null ? `About ${number(job.left_s)} s left` : '');
-      setText(last, !job && ended && !ended.ok ? ended.text : '');
-      show(last, last.textContent !== '');
     },
   };
 }

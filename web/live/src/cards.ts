@@ -2,6 +2,7 @@
 import type { App } from './app';
 import { fingerColour, known, kQualityWords, qualityShape } from './colours';
 import { degrees, h, keyed, number, percent, setAttribute, setProperty, setText, show, title } from './dom';
+import { keep } from './kept';
 import type { Finger, Quality } from './state';
 
 interface Card {
@@ -13,6 +14,12 @@ interface Card {
 function createCard(app: App, name: string): Card {
   const angle = h('span', { class: 'card-angle', 'data-testid': `angle-${name}` }, '–');
   const sd = h('span', { class: 'card-sd' });
+  const closed = h('span', { class: 'card-closed', 'data-testid': `closed-${name}` });
+  const showAngle = (finger: Finger | undefined, angle_deg: number | null): void => {
+    setText(angle, degrees(app.store.called_deg(finger, angle_deg)));
+    const share = closedShare(finger, angle_deg);
+    setText(closed, share === null ? '' : `${percent(share)} closed`);
+  };
   const shape = h('span', { class: 'card-shape' });
   const word = h('span', {});
   const meter = h('span', { class: 'meter-fill' });
@@ -30,7 +37,7 @@ function createCard(app: App, name: string): Card {
       h('h3', {}, title(name)),
       h('span', { class: 'card-quality', 'data-testid': `quality-${name}` }, shape, word),
     ),
-    h('p', { class: 'card-value' }, angle, sd),
+    h('p', { class: 'card-value' }, angle, sd, closed),
     trace,
     h(
       'div',
@@ -61,12 +68,53 @@ function createCard(app: App, name: string): Card {
       show(tracked, !!finger.tracked);
       setText(raw, finger.raw === null ? '' : `raw ${number(finger.raw)}`);
       setAttribute(raw, 'title', finger.unit);
-      if (app.store.glove.angle.rows === 0) setText(angle, degrees(finger.angle_deg));
+      if (app.store.glove.angle.rows === 0) showAngle(finger, finger.angle_deg);
     },
     draw(channel) {
       const { angle: ring } = app.store.glove;
-      setText(angle, degrees(ring.last(channel)));
+      showAngle(app.store.state.fingers[channel], ring.last(channel));
       drawTrace(trace, app, channel, fingerColour(name));
+    },
+  };
+}
+
+// Of the way from the joint's open hand to its fist, whatever its angles are called; null: not known.
+function closedShare(finger: Finger | undefined, angle_deg: number | null): number | null {
+  const { open_deg = null, fist_deg = null } = finger ?? {};
+  if (open_deg === null || fist_deg === null || angle_deg === null || Number.isNaN(angle_deg)) return null;
+  return Math.min(1, Math.max(0, (angle_deg - open_deg) / (fist_deg - open_deg)));
+}
+
+// What an open hand is called, in degrees.
+function createOpenHand(app: App) {
+  const input = h('input', {
+    id: 'open-hand',
+    type: 'number',
+    min: -180,
+    max: 180,
+    step: 'any',
+    value: app.store.openHand_deg,
+    'data-testid': 'open-hand',
+    change: () => {
+      if (!input.checkValidity()) input.value = '';
+      app.store.openHand_deg = input.value || null;
+      keep('open_hand', input.value);
+    },
+  });
+  const element = h(
+    'div',
+    { class: 'open-hand' },
+    h('label', { for: 'open-hand' }, 'My open hand is'),
+    input,
+    'degrees',
+    h('span', { class: 'muted' }, 'Left empty, as the model has it. What is recorded, scored and sent stays as it is.'),
+  );
+  return {
+    element,
+    update(fingers: readonly Finger[]) {
+      const open = fingers.flatMap(({ open_deg }) => (open_deg === null ? [] : [number(open_deg)]));
+      show(element, open.length > 0);
+      setAttribute(input, 'placeholder', [...new Set(open)].join(', '));
     },
   };
 }
@@ -125,12 +173,14 @@ export function createCards(app: App) {
     'No finger is sensed yet. A card for each appears as soon as a glove sends.',
   );
   const made = new Map<Element, Card>();
-  const element = h('section', { 'aria-label': 'Fingers' }, list, empty);
+  const openHand = createOpenHand(app);
+  const element = h('section', { 'aria-label': 'Fingers' }, list, empty, openHand.element);
   return {
     element,
     update() {
       const { fingers } = app.store.state;
       show(empty, fingers.length === 0);
+      openHand.update(fingers);
       keyed(
         list,
         fingers,

@@ -1,6 +1,8 @@
 // Small helpers to build and to change the page. Changes that change nothing touch nothing: state comes five times a
 // second, and a screen reader should hear only what is new.
 
+import type { Job } from './state';
+
 type Child = Node | string | null | undefined | false;
 type Attributes = Record<string, string | number | boolean | null | undefined | ((event: Event) => void)>;
 
@@ -109,6 +111,12 @@ export function percent(share: number | null | undefined): string {
   return share === null || share === undefined || !Number.isFinite(share) ? '–' : `${Math.round(share * 100)} %`;
 }
 
+// How far a job is.
+export function progressOf({ stage, name, share, left_s }: Job): string {
+  const parts = [stage && stage !== name ? title(stage) : '', share === null ? '' : percent(share)];
+  return [...parts, left_s === null ? '' : `${number(left_s)} s left`].filter(Boolean).join(', ');
+}
+
 export function time(seconds: number | null | undefined): string {
   if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return '–';
   const whole = Math.max(0, Math.floor(seconds));
@@ -131,4 +139,14 @@ export function tableOf(testId: string, caption: string, columns: readonly strin
     body,
   );
   return { table, body };
+}
+
+// A part of a place, called by its heading.
+export function panel(id: string, name: string, ...children: Child[]): HTMLElement {
+  return h(
+    'section',
+    { class: `panel part-${id}`, 'aria-labelledby': `${id}-title`, 'data-testid': `panel-${id}` },
+    h('h2', { id: `${id}-title` }, name),
+    ...children,
+  );
 }

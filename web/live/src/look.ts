@@ -7,7 +7,7 @@ import {
   h,
   keyed,
   number,
-  percent,
+  panel,
   setAttribute,
   setOptions,
   setProperty,
@@ -15,7 +15,6 @@ import {
   show,
   tableOf,
   time,
-  title,
 } from './dom';
 import { Scopes } from './scopes';
 import type { Score, Session } from './state';
@@ -58,15 +57,6 @@ export function createLook(app: App): Place {
   };
 }
 
-function panel(id: string, name: string, ...children: (Node | string | false)[]): HTMLElement {
-  return h(
-    'section',
-    { class: `panel part-${id}`, 'aria-labelledby': `${id}-title`, 'data-testid': `panel-${id}` },
-    h('h2', { id: `${id}-title` }, name),
-    ...children,
-  );
-}
-
 function createLink(app: App) {
   const tile = (name: string, id: string): { element: HTMLElement; value: HTMLElement } => {
     const value = h('dd', { 'data-testid': `link-${id}` }, '–');
@@ -94,7 +84,6 @@ function createLink(app: App) {
       const drawn = drawLatency();
       setText(screen.value, unit(drawn.median_ms, 0, 'ms'));
       setAttribute(screen.value, 'title', `99th percentile ${number(drawn.p99_ms)} ms of ${drawn.frames} frames`);
-      setAttribute(screen.value, 'data-p99', String(drawn.p99_ms));
       setText(jitter.value, unit(link?.jitter_ms, 1, 'ms'));
       setText(lost.value, link && link.lost === null ? 'not known' : number(link?.lost));
       setText(torn.value, number(link?.torn));
@@ -329,18 +318,12 @@ function createExperiment(app: App) {
     error,
     ask: () => app.do('experiment.run', { trials: Number(trials.value) }),
   });
-  const bar = h('progress', {
-    max: 1,
-    'aria-label': 'Share of the experiment done',
-    'data-testid': 'experiment-progress',
-  });
   const status = h('p', { class: 'facts', 'data-testid': 'experiment-status' });
   const element = panel(
     'experiment',
     'Experiment',
     h('p', { class: 'muted' }, 'The published experiment in the simulator: six gestures, three compensators.'),
     h('div', { class: 'row' }, h('label', { for: 'trials' }, 'Trials'), trials, run),
-    bar,
     status,
     error,
   );
@@ -348,25 +331,8 @@ function createExperiment(app: App) {
     element,
     update() {
       const { job, last } = app.store.state;
-      const mine = job?.name === 'experiment' ? job : null;
-      show(bar, mine !== null);
-      if (mine && mine.share !== null) bar.value = mine.share;
-      else bar.removeAttribute('value');
-      enable(run, mine === null);
-      setText(
-        status,
-        mine
-          ? [
-              mine.stage ? title(mine.stage) : null,
-              mine.share === null ? null : percent(mine.share),
-              mine.left_s === null ? null : `${number(mine.left_s)} s left`,
-            ]
-              .filter(Boolean)
-              .join(', ')
-          : last?.job === 'experiment'
-            ? last.text
-            : '',
-      );
+      enable(run, job?.name !== 'experiment');
+      setText(status, last?.job === 'experiment' ? last.text : '');
       show(status, status.textContent !== '');
     },
   };

@@ -3,7 +3,7 @@ import './style.css';
 import { button, errorLine } from './action';
 import type { App, Place } from './app';
 import { createCalibrate } from './calibrate';
-import { enable, h, number, percent, setAttribute, setText, show, title } from './dom';
+import { enable, h, progressOf, setAttribute, setText, show, title } from './dom';
 import { messageArrived, onFrame, wantFrame } from './frames';
 import { createLook } from './look';
 import { Socket, socketAddress } from './socket';
@@ -20,8 +20,8 @@ const polite = h('div', { class: 'sr', 'aria-live': 'polite', role: 'status' });
 const app: App = {
   store,
   do: (what, parts) => socket?.do(what, parts) ?? Promise.resolve('The page is still starting. Try again.'),
-  tell: (what, parts) => socket?.tell(what, parts),
-  sendPicture: (message) => socket?.sendPicture(message) ?? false,
+  tell: (what, parts) => socket?.pass(JSON.stringify({ do: what, ...parts })),
+  sendPicture: (message) => socket?.pass(message),
   announce: (text) => setText(polite, text),
 };
 const places: Record<PlaceName, Place> = {
@@ -118,20 +118,13 @@ function createJob() {
       }
       started = true;
       const fresh = last !== null && performance.now() - ended_ms < (last.ok ? 8000 : 30000);
-      const shownThere =
-        current === 'calibrate' && store.state.calibration !== null && (now?.name ?? last?.job) === 'identify';
-      show(element, (now !== null || fresh) && !shownThere);
+      show(element, now !== null || fresh);
       show(bar, now !== null);
       show(cancel, now !== null);
       enable(cancel, true);
       element.classList.toggle('failed', now === null && last?.ok === false);
       if (now) {
-        const parts = [
-          now.stage && now.stage !== now.name ? now.stage : null,
-          now.share === null ? null : percent(now.share),
-          now.left_s === null ? null : `${number(now.left_s)} s left`,
-        ];
-        setText(text, `${title(now.name)}: ${parts.filter(Boolean).join(', ')}`);
+        setText(text, `${title(now.name)}: ${progressOf(now)}`);
         if (now.share === null) bar.removeAttribute('value');
         else bar.value = now.share;
       } else if (last) setText(text, `${last.ok ? '✓' : '✕'} ${title(last.job)}: ${last.text}`);
@@ -199,7 +192,6 @@ socket = new Socket(socketAddress(document.baseURI), {
   hello(hello) {
     store.demo = hello.demo;
     store.markers = [];
-    store.version = hello.version;
     if (hello.schema !== 1)
       app.announce(`The program speaks schema ${hello.schema} and this page schema 1. Reload the page.`);
   },

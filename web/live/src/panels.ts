@@ -1,5 +1,5 @@
 // What one does while wearing: record, connect, choose a model and send it, put the glove on anew.
-import { button, errorLine, say } from './action';
+import { button, errorLine, say, toggle } from './action';
 import type { App } from './app';
 import {
   degrees,
@@ -7,7 +7,7 @@ import {
   h,
   keyed,
   number,
-  setAttribute,
+  panel,
   setOptions,
   setText,
   show,
@@ -16,11 +16,6 @@ import {
   title,
 } from './dom';
 import type { AnewFinger, Device } from './state';
-
-function panel(name: string, ...children: (Node | string | false)[]): HTMLElement {
-  const id = `panel-${name.toLowerCase().replaceAll(' ', '-')}`;
-  return h('section', { class: 'panel', 'aria-labelledby': id }, h('h2', { id }, name), ...children);
-}
 
 const kStatus: Record<Device['status'], string> = {
   none: 'No glove',
@@ -104,7 +99,7 @@ export function createRecord(app: App) {
   record.replaceChildren(h('span', { class: 'record-dot', 'aria-hidden': 'true' }), label);
   record.classList.add('record');
   const file = h('p', { class: 'muted', 'data-testid': 'record-file' });
-  const element = panel('Record', record, file, error);
+  const element = panel('record', 'Record', record, file, error);
   return {
     element,
     update() {
@@ -131,6 +126,7 @@ export function createModel(app: App) {
   const send = button({ label: 'Send to the glove', testId: 'send', error: sendError, ask: () => app.do('send') });
   const hint = h('p', { class: 'muted' });
   const element = panel(
+    'model',
     'Person and model',
     h('label', { for: 'model', class: 'sr' }, 'Person and model'),
     select,
@@ -187,7 +183,7 @@ export function createAnew(app: App) {
     'Verdict',
   ]);
   const tracking = createTracking(app, error);
-  const element = panel('Put on anew', intro, start, bar, clock, table, decide, tracking.element, error);
+  const element = panel('anew', 'Put on anew', intro, start, bar, clock, table, decide, tracking.element, error);
   return {
     element,
     update() {
@@ -225,26 +221,18 @@ function fillAnewRow(row: HTMLTableRowElement, finger: AnewFinger): void {
 
 // On or off as the program says; where it does not say, as it was last asked for.
 function createTracking(app: App, error: HTMLElement) {
-  const turnOn = h(
-    'button',
-    { type: 'button', role: 'switch', class: 'switch', 'data-testid': 'tracking', 'aria-checked': 'false' },
-    h('span', { class: 'switch-knob', 'aria-hidden': 'true' }),
-    'Follow slow changes while worn',
-  );
-  const remark = h('p', { class: 'muted', 'data-testid': 'tracking-remark', hidden: true });
-  const element = h('div', {}, turnOn, remark);
-  turnOn.addEventListener('click', () => void turn());
-  async function turn(): Promise<void> {
-    const on = turnOn.getAttribute('aria-checked') !== 'true';
+  const follow = toggle('Follow slow changes while worn', 'tracking', async (on) => {
     const wrong = await app.do('tracking.set', { on });
     say(error, wrong);
-    if (wrong === null) setAttribute(turnOn, 'aria-checked', String(on));
-  }
+    if (wrong === null) follow.set(on);
+  });
+  const remark = h('p', { class: 'muted', 'data-testid': 'tracking-remark', hidden: true });
+  const element = h('div', {}, follow.element, remark);
   return {
     element,
     update(on: boolean | null, why: string | null) {
-      if (on !== null) setAttribute(turnOn, 'aria-checked', String(on));
-      enable(turnOn, !why);
+      if (on !== null) follow.set(on);
+      enable(follow.element, !why);
       setText(remark, why ?? '');
       show(remark, !!why);
     },

@@ -259,7 +259,7 @@ export class Scopes {
   }
 
   private redraw(): void {
-    const { glove } = this.app.store;
+    const { glove, state } = this.app.store;
     if (!this.visible || glove.angle.rows === 0) return;
     this.window.advance(glove.angle.newest_s);
     const { from_s, to_s } = this.window;
@@ -267,9 +267,10 @@ export class Scopes {
       const ring = kind === 'raw' ? glove.first : glove.angle;
       if (channel >= ring.channels) continue;
       const { t_s, value: values } = ring.slice(channel, from_s - kBeyond_s, to_s + kBeyond_s, plot.width);
-      plot.setData([t_s, values]);
+      const called = (v: number): number => this.app.store.called_deg(state.fingers[channel], v);
+      plot.setData([t_s, kind === 'raw' ? values : values.map((v) => (v === null ? null : called(v)))]);
       const latest = ring.last(channel);
-      if (!this.window.paused) setText(value, kind === 'raw' ? number(latest) : degrees(latest));
+      if (!this.window.paused) setText(value, kind === 'raw' ? number(latest) : degrees(called(latest)));
     }
   }
 

@@ -56,18 +56,10 @@ export class Socket {
   }
 
   // Wants no answer, and is better left out than late.
-  tell(what: string, parts: Record<string, unknown>): void {
-    const socket = this.socket;
+  pass(message: string | ArrayBuffer): void {
+    const { socket } = this;
     if (socket && socket.readyState === WebSocket.OPEN && socket.bufferedAmount <= kMostWaiting_bytes)
-      socket.send(JSON.stringify({ do: what, ...parts }));
-  }
-
-  // False: the connection is behind, and this picture is better left out than late.
-  sendPicture(message: ArrayBuffer): boolean {
-    const socket = this.socket;
-    if (!socket || socket.readyState !== WebSocket.OPEN || socket.bufferedAmount > kMostWaiting_bytes) return false;
-    socket.send(message);
-    return true;
+      socket.send(message);
   }
 
   private open(): void {

@@ -118,7 +118,8 @@ export class Stage {
 
   private inWords(state: State): string {
     const angles = state.fingers.map((finger) => {
-      const angle = finger.angle_deg === null ? 'not known' : `${Math.round(finger.angle_deg)} degrees`;
+      const called_deg = Math.round(this.app.store.called_deg(finger, finger.angle_deg));
+      const angle = Number.isNaN(called_deg) ? 'not known' : `${called_deg} degrees`;
       return `${finger.name} ${angle}`;
     });
     return `${title(this.drawnSide ?? 'left')} hand. ${angles.join(', ')}. Arrow keys turn it.`;

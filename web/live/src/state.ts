@@ -18,6 +18,8 @@ export interface Finger {
   raw: Maybe;
   angle_deg: Maybe;
   sd_deg: Maybe;
+  open_deg: Maybe; // its ends: of a joint that a model has
+  fist_deg: Maybe;
   least: Maybe;
   most: Maybe;
   covered: Maybe;
@@ -65,6 +67,8 @@ export interface Calibration {
   say: string | null;
   seconds: Maybe;
   of_seconds: Maybe;
+  left_s: Maybe; // until there is something else to do
+  then: string | null;
   covered: Coverage[] | null;
   pictures: Maybe;
   tracked: Maybe;
@@ -139,27 +143,8 @@ export interface State {
 
 // A state in which every list is a list, so that no drawing has to ask.
 export function completed(from: Partial<State>): State {
-  return {
-    device: from.device ?? null,
-    next: from.next ?? null,
-    fingers: from.fingers ?? [],
-    model: from.model ?? null,
-    recording: from.recording ?? null,
-    job: from.job ?? null,
-    last: from.last ?? null,
-    link: from.link ?? null,
-    calibration: from.calibration ?? null,
-    tracking: from.tracking ?? null,
-    tracking_remark: from.tracking_remark ?? null,
-    anew: from.anew ?? null,
-    twin: from.twin ?? null,
-    posture: from.posture ?? null,
-    hand: from.hand ?? null,
-    scores: from.scores ?? [],
-    joint_files: from.joint_files ?? [],
-    replay: from.replay ?? null,
-    sessions: from.sessions ?? [],
-    models: from.models ?? [],
-    ports: from.ports ?? [],
-  };
+  const lists = { fingers: [], scores: [], joint_files: [], sessions: [], models: [], ports: [] };
+  const shown = { device: null, next: null, model: null, hand: null, posture: null, link: null, twin: null, replay: null };
+  const runs = { recording: null, job: null, last: null, calibration: null, anew: null, tracking: null, tracking_remark: null };
+  return { ...lists, ...shown, ...runs, ...from };
 }

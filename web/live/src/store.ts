@@ -1,8 +1,9 @@
 // What came over the socket, for whoever draws.
 import { Ring } from './ring';
 import { fingerOf, poseFromAngles, poseFromPosture, thumbStraight_deg, type HandPose } from './mapping';
+import { kept } from './kept';
 import type { Marker } from './socket';
-import { completed, type State } from './state';
+import { completed, type Finger, type Maybe, type State } from './state';
 import { kHandSamples, kPosture, kSamples, type Samples } from './wire';
 
 const kMostMarkers = 500; // as the program
@@ -46,12 +47,12 @@ export class Store {
   state: State = completed({});
   connected = false;
   demo = false;
-  version = '';
   readonly glove = new Channels();
   readonly hand = new Channels();
   markers: Marker[] = [];
   private posture: Float32Array | null = null;
   private source = '';
+  openHand_deg = kept('open_hand'); // what the wearer calls an open hand; null: what the model does
 
   takeState(state: State): void {
     this.state = state;
@@ -85,6 +86,12 @@ export class Store {
 
   fingerNames(): string[] {
     return this.state.fingers.map((finger) => finger.name);
+  }
+
+  // The angle as the wearer calls it. NaN: not known.
+  called_deg(finger: Finger | undefined, angle_deg: Maybe): number {
+    const open_deg = finger?.open_deg ?? null;
+    return (angle_deg ?? NaN) + (open_deg === null || this.openHand_deg === null ? 0 : Number(this.openHand_deg) - open_deg);
   }
 
   // The wearer's hand. Without samples the state's own angles stand in.

@@ -11,7 +11,6 @@ export class Webcam {
   readonly video = document.createElement('video');
   sending = false;
   look: ((captured_ms: number) => void) | null = null;
-  sent = 0;
   private stream: MediaStream | null = null;
   private starting = false;
   private encoding = false;
@@ -20,7 +19,7 @@ export class Webcam {
   private readonly canvas = document.createElement('canvas');
 
   constructor(
-    private readonly send: (message: ArrayBuffer) => boolean,
+    private readonly send: (message: ArrayBuffer) => void,
     private readonly changed: (error: string | null) => void,
   ) {
     this.video.muted = true;
@@ -102,8 +101,7 @@ export class Webcam {
       const jpeg = await new Promise<Blob | null>((done) => this.canvas.toBlob(done, 'image/jpeg', quality));
       if (!jpeg) return;
       if (jpeg.size > kLargest_bytes) continue;
-      if (this.send(encodePicture(captured_ms / 1000, await jpeg.arrayBuffer()))) ++this.sent;
-      return;
+      return this.send(encodePicture(captured_ms / 1000, await jpeg.arrayBuffer()));
     }
   }
 }

@@ -1,0 +1,67 @@
+#include "apps/cli/protocol_command.hpp"
+
+#include <algorithm>
+
+#include "apps/cli/command_test.hpp"
+
+namespace flexor::cli {
+namespace protocol_test {
+
+using Protocol = Command;
+
+struct Frame {
+  double t_s;
+  std::string text;
+  bool has(const std::string& what) const { return text.find(what) != text.npos; }
+  auto count(char what) const { return std::ranges::count(text, what); }
+};
+
+// With a clock that takes no time, and is so late each time.
+std::vector<Frame> guided(double late_s = 0) {
+  std::vector<Frame> out;
+  double now_s = 0;
+  guide_motion([&](double t_s) { return now_s = t_s + late_s; },
+               [&](const std::string& text) {
+                 out.push_back({now_s, text});
+               });
+  return out;
+}
+
+TEST_F(Protocol, LeadsThroughTheMotion) {
+  const std::vector<Frame> frames = guided();
+  const auto shows = [&](double t_s, const std::vector<std::string>& all) {
+    const auto frame = std::ranges::find_if(frames.begin() + 1, frames.end(),
+                                            [&](const Frame& f) { return f.t_s > t_s - 0.01; });
+    for (const std::string& what : all) EXPECT_TRUE(frame->has(what)) << what << "\n" << frame->text;
+  };
+  shows(-5,
+        {"Part 1 of 4", "hold your hand open: 7 s", "Next  Close to 60 %, quickly", "\n\033[K··", "0:00 of"});
+  shows(15.5,
+        {"Part 2 of 4", "Now   Close all the way, slowly: 1 s", "Next  Open to 80 %", "██ 100 % closed"});
+  shows(24.22 + 2.1, {"Part 3 of 4", "very slowly: 5 s", " 51 % closed", "0:26 of 2:00"});
+  shows(118.5, {"Part 4 of 4", "Now   Open all the way, as you always do: 2 s", "Next  The end"});
+}
+
+TEST_F(Protocol, IsDrawnInPlaceWithABellAtEachChange) {
+  const std::vector<Frame> frames = guided();
+  const auto part = [&](std::size_t of) { return frames[of].text.substr(frames[of].text.find("Part"), 7); };
+  std::ptrdiff_t bells = frames.back().count('\a');
+  for (std::size_t i = 1; i + 1 < frames.size(); ++i) {
+    bells += frames[i].count('\a');
+    ASSERT_EQ(frames[i].count('\n'), 5);
+    ASSERT_EQ(frames[i].has("\033[5A"), i > 1);
+    ASSERT_TRUE(i < 2 || part(i) == part(i - 1) || frames[i].has("\a")) << "a part begins with a move";
+  }
+  EXPECT_EQ(bells, std::ssize(nlohmann::json::parse(run("protocol --json").out).at("moves")) + 1);
+  EXPECT_EQ(guided(20).size(), 2U + 6) << "a machine that stood still goes on where time is";
+}
+
+TEST_F(Protocol, WhereNobodyLooksIsAListOfItsParts) {
+  const Finished r = run("protocol");
+  EXPECT_EQ(lines(r.out), 3 + 1 + 4) << r.out;
+  EXPECT_NE(r.out.find("\n0:24-0:59  Close all"), std::string::npos) << r.out;
+  EXPECT_EQ(run("protocol --list").out, r.out);
+}
+
+}  // namespace protocol_test
+}  // namespace flexor::cli

@@ -1,0 +1,42 @@
+// What the tests in a browser share: the browser, the program, what they find.
+import { spawn } from 'node:child_process';
+import { createInterface } from 'node:readline';
+import { chromium } from 'playwright-core';
+
+// With a webcam: a film, or Chromium's own.
+export function launch(...more) {
+  const webcam = ['--use-fake-ui-for-media-stream', '--use-fake-device-for-media-stream'];
+  const executablePath = process.env.CHROMIUM ?? '/usr/bin/chromium';
+  return chromium.launch({ executablePath, args: ['--no-sandbox', ...webcam, ...more] });
+}
+export const launchWithFilm = (film) => launch(`--use-file-for-fake-video-capture=${film}`);
+
+const begin_ms = Date.now();
+export const seconds = () => ((Date.now() - begin_ms) / 1000).toFixed(1);
+export const findings = [];
+export function check(what, good) {
+  console.log(`${seconds()} s  ${good ? 'ok  ' : 'BAD '} ${what}`);
+  if (!good) findings.push(what);
+}
+
+// A page that asks for nothing but its own, and in which nothing is thrown.
+export function watch(page, url, where = 'the page') {
+  const isOwn = (address) => [url, 'blob:', 'data:'].some((begin) => address.startsWith(begin));
+  page.on('request', (request) => isOwn(request.url()) || findings.push(`${where}: fetches ${request.url()}`));
+  page.on('pageerror', (error) => findings.push(`${where}: ${error.message}`));
+}
+
+export function finish() {
+  for (const finding of findings) console.log(`finding: ${finding}`);
+  console.log(findings.length === 0 ? 'nothing serious' : `${findings.length} findings`);
+  process.exit(findings.length > 0 ? 1 : 0);
+}
+
+export async function start(program, from, sessions) {
+  const live = spawn(program, ['live', ...from, '--sessions', sessions, '--json'], { stdio: ['ignore', 'pipe', 'inherit'] });
+  for await (const line of createInterface({ input: live.stdout })) return { live, url: JSON.parse(line).url };
+  throw new Error('flexor live ended before it said its address');
+}
+
+export const step = (page, name) =>
+  page.locator(`[data-testid=step-${name}][aria-current=step]`).waitFor();

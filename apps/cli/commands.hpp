@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -62,6 +63,10 @@ twin::Parameters twin_parameters(const std::string& file, const std::vector<std:
 
 // The sample rate of --rate, where it is given. Throws io::InputError.
 void set_rate(model::Model& model, std::optional<double> rate_hz);
+
+inline constexpr std::array<const char*, 2> kSensorKinds = {"flex", "potentiometer"};
+void add_sensor_kind(CLI::App& command, std::string& kind);
+double divider_kohm(const std::string& kind, const twin::Parameters& twin);  // 0: of potentiometers
 
 // What a log does not say of its times.
 void add_time_options(CLI::App& command, recording::TimeOptions& time);

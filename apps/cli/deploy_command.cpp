@@ -23,6 +23,7 @@ struct Options {
   std::optional<double> rate_hz;
   std::string out;
   std::string output = "radio";
+  std::string sensor_kind = kSensorKinds.front();
   double baud = 0;  // 0: the configuration's
   std::optional<double> frame_rate_hz;
   std::string key;
@@ -153,7 +154,15 @@ study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy
       o.calibration.empty() ? deploy::CalibrationDocument() : deploy::load_calibration(o.calibration);
   d.glove = study::glove_for(p, model, own);
   d.calibration = calibration_words(o, model, own, p.divider_kohm);
-  d.divider_kohm = p.divider_kohm;
+  d.divider_kohm = divider_kohm(o.sensor_kind, p);
+  const auto of_strip = [](const model::Input& input) {
+    return input.unit != "count" && !input.unit.ends_with('V');
+  };
+  if (d.divider_kohm == 0 && own.unit.empty() && std::ranges::any_of(model.inputs, of_strip))
+    throw io::InputError(
+        fmt::format("{}: reads a strip's unit, which potentiometers have not: identify it from counts or V, "
+                    "or leave out --sensor-kind",
+                    o.model));
   d.folder = std::filesystem::path(o.out + "/").parent_path().string();
   d.glove.pins = deploy::pins_from_text(o.pins);
   d.glove.encoding = o.encoding == "beta" ? deploy::Encoding::beta : deploy::Encoding::alpha;
@@ -324,6 +333,7 @@ void add_deploy(CLI::App& app) {
       ->add_option("--output", o->output, "of the glove: radio, or opengloves, text for VR drivers over USB")
       ->check(CLI::IsMember({"radio", "opengloves"}))
       ->capture_default_str();
+  add_sensor_kind(*command, o->sensor_kind);
   add_glove_options(*command, *o);
   command->add_option("--baud", o->baud,
                       "of the radio (default: radio.baud of the configuration, 9600 as shipped)");

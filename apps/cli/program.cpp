@@ -44,6 +44,18 @@ void add_time_options(CLI::App& command, recording::TimeOptions& time) {
       ->check(CLI::Range(0.01, 1e5));
 }
 
+void add_sensor_kind(CLI::App& command, std::string& kind) {
+  command
+      .add_option("--sensor-kind", kind,
+                  "what bends with the fingers: flex, strips in dividers, or potentiometer")
+      ->check(CLI::IsMember(kSensorKinds))
+      ->capture_default_str();
+}
+
+double divider_kohm(const std::string& kind, const twin::Parameters& twin) {
+  return kind == kSensorKinds.front() ? twin.divider_kohm : 0;
+}
+
 void print(const std::string& text) { print_as_it_is(io::without_controls(text, "\n\r\t")); }
 
 void print_as_it_is(const std::string& text) {

@@ -27,6 +27,7 @@ struct Options {
   std::string calibration;
   std::string twin;
   std::vector<std::string> set;
+  std::string output = "radio";
   bool bootloader = false;
   bool json = false;
 };
@@ -34,8 +35,12 @@ struct Options {
 deploy::Glove glove_of(const Options& o, std::optional<double> rate_hz) {
   model::Model model = model::load(o.model);
   set_rate(model, rate_hz);
+  const twin::Parameters twin = twin_parameters(o.twin, o.set);
+  std::vector<std::string> notes;
+  if (o.output == "radio") model = study::on_hand(std::move(model), twin, notes);
+  for (const std::string& note : notes) log(note);
   deploy::Glove glove = study::glove_that_runs(
-      twin_parameters(o.twin, o.set), model,
+      twin, model,
       o.calibration.empty() ? deploy::CalibrationDocument() : deploy::load_calibration(o.calibration));
   glove.key = o.key.empty() ? deploy::Key() : deploy::load_key(o.key);
   return glove;
@@ -121,6 +126,11 @@ void add_send(CLI::App& app) {
   command->add_option("--calibration", o->calibration, "as at the deployment");
   command->add_option("--twin", o->twin, "as at the deployment");
   command->add_option("--set", o->set, "as at the deployment; may be repeated");
+  command
+      ->add_option("--output", o->output,
+                   "as at the deployment: a hand gets its own ends, VR drivers the model's")
+      ->check(CLI::IsMember({"radio", "opengloves"}))
+      ->capture_default_str();
   command->add_flag(
       "--bootloader", o->bootloader,
       "through the board's bootloader, over USB: for a glove whose model lies in flash, as the larger "

@@ -15,6 +15,7 @@ struct Options {
   std::string out;
   std::string pins = "flexor";
   std::string output = "radio";
+  std::string sensor_kind = kSensorKinds.front();
   std::string twin;
   std::vector<std::string> set;
   bool json = false;
@@ -31,7 +32,7 @@ void run(const Options& o) {
   const twin::Parameters p = twin_parameters(o.twin, o.set);
   const deploy::Pins pins = deploy::pins_from_text(o.pins);
   const deploy::Output output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
-  nlohmann::ordered_json json = to_json(deploy::wiring_plan(pins, output, p.divider_kohm));
+  nlohmann::ordered_json json = to_json(deploy::wiring_plan(pins, output, divider_kohm(o.sensor_kind, p)));
   io::require_folder(o.out);
   refuse_deployment(o.out);
   io::make_folder(o.out);
@@ -61,6 +62,7 @@ void add_wiring(CLI::App& app) {
   command->add_option("--output", o->output, "of the glove: radio, or opengloves, a cable to the PC")
       ->check(CLI::IsMember({"radio", "opengloves"}))
       ->capture_default_str();
+  add_sensor_kind(*command, o->sensor_kind);
   command->add_option("--twin", o->twin, "configuration with the divider of your glove (flexor twin --json)");
   command->add_option("--set", o->set, "change one of its values; may be repeated");
   command->add_flag("--json", o->json, "one JSON object on standard output");

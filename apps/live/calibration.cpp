@@ -335,8 +335,9 @@ std::vector<std::string> Calibration::identify_arguments(double lead_s,
   require_own(file("report"));
   std::vector<std::string> out = {"identify"};
   if (setup_.reference == Reference::poses) {
-    out.insert(out.end(), {"--poses", file("log.csv").string(), "--first-pose", "open"});
+    out.insert(out.end(), {"--poses", file("log.csv").string()});
     if (!pose_angles.empty()) out.insert(out.end(), {"--pose-angles", pose_angles});
+    out.insert(out.end(), {"--first-pose", "open"});
   } else {
     out.insert(out.end(), {"--pair", file("log.csv").string(), file("camera.csv").string(), "--fit-all",
                            "--report", file("report").string()});

@@ -92,7 +92,7 @@ class RealVideo : public testing::Test {
     const recording::Recording csv = [] {
       // Its first column is the frame, one a 24th of a second.
       std::string text = io::read_file(kFolder / "green_markers_angles.csv");
-      return recording::parse_csv("t" + text.substr(5), "green_markers_angles.csv", {});
+      return recording::parse_csv("t_s" + text.substr(5), "green_markers_angles.csv", {});
     }();
     return csv.column(name).value;
   }

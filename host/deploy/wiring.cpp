@@ -33,8 +33,13 @@ void add_radio(std::vector<Connection>& out) {
 BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm) {
   BoardWiring out{"glove", boards_with(pins), {}};
   for (std::size_t i = 0; i < kFingers; ++i) {
-    out.connections.push_back({fmt::format("A{}", pins.strip[i]), "strip", finger(i),
-                               fmt::format("strip to GND, {:g} kOhm to 5 V", divider_kohm)});
+    const std::string pin = fmt::format("A{}", pins.strip[i]);
+    if (divider_kohm > 0) {
+      out.connections.push_back(
+          {pin, "strip", finger(i), fmt::format("strip to GND, {:g} kOhm to 5 V", divider_kohm)});
+    } else {
+      out.connections.push_back({pin, "wiper", finger(i) + " potentiometer", "wiper; ends to 5 V and GND"});
+    }
   }
   if (pins.joystick) {
     for (std::size_t i = 0; i < 2; ++i) {
@@ -110,8 +115,10 @@ std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm)
   const bool two_kinds = radio && boards_with(pins) != kAtmega328p.boards;
   std::vector<Part> out = {{radio && !two_kinds ? 2 : 1, board_part(pins)}};
   if (two_kinds) out.push_back({1, board_part({}) + ", for the hand"});
-  out.push_back({static_cast<int>(kFingers), "flex sensor strip, one for each finger"});
-  out.push_back({static_cast<int>(kFingers), divider_part(divider_kohm)});
+  const bool are_strips = divider_kohm > 0;
+  out.push_back({static_cast<int>(kFingers), are_strips ? "flex sensor strip, one for each finger"
+                                                        : "potentiometer of 10 kOhm, one for each finger"});
+  if (are_strips) out.push_back({static_cast<int>(kFingers), divider_part(divider_kohm)});
   if (pins.joystick) out.push_back({1, "thumb joystick: two potentiometers of 10 kOhm"});
   if (pressed > 0) out.push_back({pressed, "push button that closes; the board has the pull-ups"});
   if (!radio) return out;

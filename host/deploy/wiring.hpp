@@ -42,7 +42,7 @@ struct WiringPlan {
 // Boards with these pins: only a Nano has A6 and A7.
 std::string boards_with(const Pins& pins);
 
-// divider_kohm: the resistor between a strip and 5 V. A hand's board comes with output radio.
+// divider_kohm: the resistor between a strip and 5 V; 0: the sensors are potentiometers, dividers of their own. A hand's board comes with output radio.
 WiringPlan wiring_plan(const Pins& pins, Output output, double divider_kohm);
 
 // {"divider_kohm", "boards": [{"name", "board", "connections": [{"pin", "kind", "name", "how"}]}], "parts": [{"count",

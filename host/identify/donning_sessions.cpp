@@ -197,7 +197,8 @@ Sessions compare(const std::vector<Log>& logs, const std::vector<std::string>& s
 Sessions compare_files(const std::vector<std::filesystem::path>& files, std::vector<std::string> sensors,
                        const recording::TimeOptions& time) {
   if (sensors.empty()) {
-    for (const std::string& column : recording::columns_of(files.at(0), time, true)) {
+    const recording::CsvReader first(files.at(0), {{}, time, true});
+    for (const std::string& column : first.columns()) {
       const std::string start = column.substr(0, column.find('_'));
       if (std::ranges::find(model::finger_names(), start) != model::finger_names().end())
         sensors.push_back(column);

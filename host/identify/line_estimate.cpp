@@ -141,12 +141,11 @@ struct SeenSample {
   double angle_deg;
 };
 
-std::vector<SeenSample> samples_of(const Seen& seen, double begin, double end) {
+std::vector<SeenSample> samples_of(const Seen& seen) {
   std::vector<SeenSample> out;
   for (std::size_t s = 0; s < seen.joints.size(); ++s) {
     const Seen::Angles& one = seen.joints[s];
-    const auto n = static_cast<double>(one.use.size());
-    for (auto k = static_cast<std::size_t>(begin * n); k < static_cast<std::size_t>(end * n); ++k) {
+    for (std::size_t k = 0; k < one.use.size(); ++k) {
       if (one.use[k]) out.push_back({s, k, one.angle_deg[k]});
     }
   }
@@ -189,7 +188,7 @@ class LineProblem {
       }
     }
     if (evidence.seen != nullptr) {
-      samples_ = samples_of(*evidence.seen, 0, evidence.seen_end);
+      samples_ = samples_of(*evidence.seen);
       size_ += std::ssize(evidence.seen->joints);
       rows_ += std::ssize(samples_);
     }
@@ -360,15 +359,6 @@ LineEstimate estimate(const model::Model& model, const std::vector<Prior>& prior
   if (!fixed.empty()) p = problem.solved(p, fixed);
   for (std::size_t i = 0; i < priors.size(); ++i) out.fit[i].line = problem.lines(p)[i];
   return out;
-}
-
-double mean_square_deg2(const model::Model& model, const Seen& seen, double begin,
-                        const std::vector<Line>& lines) {
-  const auto now = angles_by(lines, model, seen);
-  const std::vector<SeenSample> samples = samples_of(seen, begin, 1);
-  double sum = 0;
-  for (const auto& [s, k, angle_deg] : samples) sum += (angle_deg - now[s][k]) * (angle_deg - now[s][k]);
-  return samples.empty() ? 0 : sum / static_cast<double>(samples.size());
 }
 
 std::vector<std::size_t> told_by_camera(const model::Model& model, const Seen& seen) {

@@ -71,11 +71,10 @@ struct Evidence {
   // its own besides. What the stretch lacks of the span, or goes beyond it, may be at either end: half of it is how far
   // the middle may lie off (less where every turn is at one of two ends), and what is more than a gain makes likely counts as reach.
   std::vector<std::vector<Stretch>> motion = {};
-  // A camera: of `seen` the share up to seen_end. Each sample's error is that of the model where it was proven, of which only one a
+  // A camera. Each sample's error is that of the model where it was proven, of which only one a
   // second counts as new; each joint's marks sit otherwise by 3 degrees (an unknown of its own); large errors count by their size
   // (pseudo-Huber).
   const Seen* seen = nullptr;
-  double seen_end = 1;
 };
 
 // Of one sensor.
@@ -94,10 +93,6 @@ struct LineEstimate {
 
 // The inputs of `model` say what they read; a prior for each.
 LineEstimate estimate(const model::Model& model, const std::vector<Prior>& priors, const Evidence& evidence);
-
-// From `begin` on, a share, what the angles measured are off those of the model, whose sensors are corrected by `lines`.
-double mean_square_deg2(const model::Model& model, const Seen& seen, double begin,
-                        const std::vector<Line>& lines);
 
 // Sensors that a joint depends on which the camera saw move by 10 degrees or more.
 std::vector<std::size_t> told_by_camera(const model::Model& model, const Seen& seen);

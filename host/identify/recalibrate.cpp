@@ -217,7 +217,7 @@ double surely_better(const std::vector<Case>& cases, const Eigen::MatrixXd& cova
 }
 
 // Why a sensor stays as it is; empty: it is corrected.
-std::string reason_to_keep(Case& one, bool seen_helps) {
+std::string reason_to_keep(Case& one) {
   const std::string& name = one.name;
   if (!one.misfit.empty()) return one.misfit;
   if (!one.informed && !one.wanted.empty()) return one.wanted;
@@ -242,9 +242,6 @@ std::string reason_to_keep(Case& one, bool seen_helps) {
         "{}: motion alone does not tell a sensor of another gain from a hand that reached less far: {}", name,
         kTellsGain);
   }
-  if (!seen_helps)
-    return fmt::format("{}: the old calibration is kept: on what was held back the new one is no better",
-                       name);
   return {};
 }
 
@@ -331,16 +328,6 @@ Evidence evidence_of(const RecalibrationRequest& request, std::vector<Case>& cas
   return all;
 }
 
-// The second half of what the camera saw, by an estimate from its first.
-bool camera_agrees(const model::Model& model, const std::vector<Prior>& priors, Evidence evidence) {
-  if (evidence.seen == nullptr) return true;
-  evidence.seen_end = 0.5;
-  std::vector<Line> lines;
-  for (const FittedLine& fit : estimate(model, priors, evidence).fit) lines.push_back(fit.line);
-  return mean_square_deg2(model, *evidence.seen, 0.5, lines) <
-         mean_square_deg2(model, *evidence.seen, 0.5, std::vector<Line>(lines.size()));
-}
-
 // `sure`: what was found of all sensors together is more than chance.
 RecalibratedSensor result_of(const RecalibrationRequest& request, const Case& one, bool sure) {
   RecalibratedSensor s;
@@ -362,15 +349,12 @@ RecalibratedSensor result_of(const RecalibrationRequest& request, const Case& on
 }
 
 // Where nothing was applied though no sensor said what it wants.
-std::string wanted_instead(const Recalibration& r, bool sure, bool seen_helps) {
+std::string wanted_instead(const Recalibration& r, bool sure) {
   if (!r.misfits.empty())
     return "strips as they were where the model was made: see what does not fit; or identify a model anew";
   if (!sure)
     return "open hand and fist once more, held as they were where the model was made, or a camera (--pair): "
            "what the poses tell may be chance";
-  if (!seen_helps)
-    return "a longer stretch with the camera: what was held back of this one is no better with a new "
-           "calibration";
   return "nothing where the angles are right; else a camera (--pair): no change that was told is larger than "
          "its own error";
 }
@@ -395,8 +379,7 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
     cases[i].fit = e.fit[i];
     cases[i].other = other_line(known, cases[i]);
   }
-  const bool seen_helps = camera_agrees(known.model, priors, evidence);
-  for (Case& one : cases) one.kept = reason_to_keep(one, seen_helps);
+  for (Case& one : cases) one.kept = reason_to_keep(one);
   const bool found = std::ranges::any_of(cases, [](const Case& one) { return one.kept.empty(); });
   // A wearer holds poses as well as he does; a stretch of motion says by itself how well it repeats.
   const bool sure = request.holds.empty() || surely_better(cases, e.covariance) > kSureErrors;
@@ -414,8 +397,7 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
   if (!shifted_alone.empty())
     out.notes.push_back(fmt::format("{}: shifted alone, the gain is not told: {}",
                                     fmt::join(shifted_alone, ", "), kTellsGain));
-  if (!out.applied && out.wanted.empty())
-    out.wanted.push_back(wanted_instead(out, sure || !found, seen_helps));
+  if (!out.applied && out.wanted.empty()) out.wanted.push_back(wanted_instead(out, sure || !found));
   out.joints = joints_of(known.model, cases, out.sensors);
   return out;
 }

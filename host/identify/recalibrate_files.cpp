@@ -109,12 +109,10 @@ std::map<std::string, std::string> columns_by_joint(const std::string& map) {
 
 std::map<std::string, std::string> columns_by_name(const RecalibrationFiles& request,
                                                    const model::Model& model) {
-  const auto columns = recording::columns_of(request.pair_camera, request.time);
+  const auto columns = columns_of({request.pair_sensor, request.pair_camera}, true, request.time);
   const std::string first = model.joints.front().name;
   std::map<std::string, std::string> out;
   for (const std::string& column : columns) {
-    const std::string unit = recording::unit_of(column);
-    if (!unit.empty() && unit != "deg" && unit != "rad") continue;  // a sensor's, in a file of both
     const std::string name = recording::lower(recording::without_unit(column));
     if (std::ranges::find(model.joints, name, &model::Joint::name) != model.joints.end())
       out.emplace(name, column);

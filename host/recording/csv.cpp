@@ -137,12 +137,8 @@ std::vector<Recording> segments_of(CsvReader& reader, Resets resets) {
 
 }  // namespace
 
-Recording read_rows(CsvReader& reader, Resets resets) {
-  return std::move(segments_of(reader, resets).front());
-}
-
 Recording read(CsvReader& reader, Resets resets) {
-  Recording recording = read_rows(reader, resets);
+  Recording recording = std::move(segments_of(reader, resets).front());
   check_times(recording);
   return recording;
 }
@@ -167,10 +163,6 @@ Recording read_csv(const std::filesystem::path& path, const std::vector<std::str
                    const TimeOptions& time) {
   CsvReader reader(path, {columns, time});
   return read(reader);
-}
-
-std::vector<std::string> columns_of(const std::filesystem::path& path, const TimeOptions& time, bool holes) {
-  return CsvReader(path, {{}, time, holes}).columns();
 }
 
 std::string quoted(const std::string& name) {

@@ -60,8 +60,6 @@ class CsvReader : public Source {
   WholeSeconds seconds_;
 };
 
-// All rows through Stream, few as they may be.
-Recording read_rows(CsvReader& reader, Resets resets);
 // A whole recording of two times or more.
 Recording read(CsvReader& reader, Resets resets = Resets::refuse);
 Recording read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns,
@@ -70,10 +68,6 @@ Recording read_csv(const std::filesystem::path& path, const std::vector<std::str
 std::vector<Recording> read_segments(CsvReader& reader, const std::string& segment);
 Recording parse_csv(const std::string& text, const std::string& source,
                     const std::vector<std::string>& columns);
-
-// The columns that a file has to offer, or throws as above.
-std::vector<std::string> columns_of(const std::filesystem::path& path, const TimeOptions& time,
-                                    bool holes = false);
 
 // Wide CSV: t_s, then every column, shortest text that reads back to the same double.
 std::string to_csv(const Recording& recording);

@@ -207,7 +207,7 @@ inline const std::vector<Shape> kShapes = {
     {"UnitsRowWithAnUnknownUnit", "Time,flex,Force\n[s],[count],[N]\n0.00,10,1\n0.05,11,1\n0.10,12,1\n",
      "row of units"},
     {"ViconDevices", "Devices\n20\n,,Flex\nFrame,Sub Frame,flex\n,,count\n1,0,10\n1,1,11\n2,0,12\n",
-     "20 rows a second"},
+     "20 rows are a second"},
     {"WordsAtFirst", "t_s,flex\n0,NA\n0.05,10\n0.10,11\n0.15,12\n", "have no flex"},
     {"ZoneOfDigits",
      "time,flex\n2026/05/31 13:05:00.00+0200,10\n2026/05/31 13:05:00.05+0200,11\n2026/05/31 "

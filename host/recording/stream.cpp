@@ -186,9 +186,8 @@ void Stream::check_unit() const {
         name, unit);
     break;
   }
-  if (!source_.is_unit_known() && *middle <= kLongestStep_s)
-    mend += "; if it is in seconds, --time-unit s; if it counts rows, --log-rate 50";
-  if (source_.guesses_time()) mend += std::string("; ") + kNoTimes;
+  if (!source_.is_unit_known())
+    mend += "; if it is in seconds, --time-unit s; if it counts rows or is a reading, --log-rate 50";
   throw InputError(
       fmt::format("{}: time steps of {:.4g} s, which no glove log has: {}", source_.name(), *middle, mend));
 }

@@ -431,14 +431,8 @@ class Finder : public TableState {
   }
 
   void choose_time(std::optional<Clock> best, const std::optional<Clock>& other) {
-    if (!best && frame_rate_hz_ > 0 && has("Frame")) {
-      note(fmt::format("{:g} rows a second, by its title", frame_rate_hz_));
-      if (has_sub_frames()) {
-        options_.time.log_rate_hz = frame_rate_hz_;
-      } else {
-        best = {*place_of("Frame"), 0, 1 / frame_rate_hz_};
-      }
-    }
+    if (!best && frame_rate_hz_ > 0)
+      options_.time.log_rate_hz = frame_rate_hz_;  // Vicon's rows are even, of several a frame, too
     if (best) time_place_ = best->place;
     if (other) {
       const std::string both = fmt::format("columns \"{}\" and \"{}\" could both be the time",
@@ -470,18 +464,6 @@ class Finder : public TableState {
     if (is_packed_)
       note(fmt::format("\"{}\" is a clock as one number: hours, minutes, seconds, milliseconds",
                        header_[place]));
-  }
-
-  // Several rows of a frame.
-  bool has_sub_frames() const {
-    const auto place = std::ranges::find(header_, "Sub Frame") - header_.begin();
-    std::vector<std::string> cells;
-    bool out = false;
-    for (std::size_t k = 0; k < kLiveRows && at(k) != nullptr && place < std::ssize(header_); ++k) {
-      split(at(k)->text, separator_, cells);
-      out = out || (place < std::ssize(cells) && cells[static_cast<std::size_t>(place)] != "0");
-    }
-    return out;
   }
 
   void require_time() {
@@ -750,8 +732,7 @@ bool TableReader::read_time(double& t_s, Problem& why) {
     time_format_ = found->format;
     if (found->format == TimeFormat::clock) wrap_s_ = kDay_s;
     if (found->format == TimeFormat::minutes) wrap_s_ = kHour_s;
-    if (found->format == TimeFormat::number && time_unit_s_ < 1 && frame_rate_hz_ == 0)
-      wrap_s_ = kCounter * time_unit_s_;
+    if (found->format == TimeFormat::number && time_unit_s_ < 1) wrap_s_ = kCounter * time_unit_s_;
   }
   if (found->format != *time_format_) return refuse_it("is written otherwise than the times before");
   if (found->format == TimeFormat::slashed && is_ambiguous_date(text) && options_.from != From::port)
@@ -826,7 +807,7 @@ std::vector<std::string> TableReader::notes() const {
   if (separator_ != ',' && layout_ == Layout::table)
     say(fmt::format("{} separate the columns", spelt(separator_)));
   if (!has_header_ && time_place_) say(fmt::format("{} is the time", header_[*time_place_]));
-  if (!has_time()) say(fmt::format("{} rows are a second (--log-rate)", options_.time.log_rate_hz));
+  if (!has_time()) say(fmt::format("{} rows are a second", options_.time.log_rate_hz));
   if (!title_unit_.empty()) say(fmt::format("what states no unit is in {} by the titles", title_unit_));
   if (!left_out_.empty()) say(fmt::format("without numbers, and left out: {}", left_out_));
   if (decimal_ == ',') say("commas in numbers are decimal commas");

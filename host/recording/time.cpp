@@ -13,34 +13,41 @@ namespace {
 
 // Takes numbers off the front of a text, by a pattern: d has 1 or 2 digits, m 2, y 4, s is seconds[.fff] or [,fff].
 bool take(std::string_view& text, std::string_view pattern, double* value) {
-  const auto digit = [&](std::size_t n) { return n < text.size() && text[n] >= '0' && text[n] <= '9'; };
+  std::string_view rest = text;
+  const auto digit = [&](std::size_t n) { return n < rest.size() && rest[n] >= '0' && rest[n] <= '9'; };
   for (const char p : pattern) {
     const bool is_number = std::string_view("dmys").find(p) != std::string_view::npos;
-    std::size_t n = is_number || !text.starts_with(p) ? 0 : 1;
-    for (*value = 0; is_number && digit(n); ++n) *value = *value * 10 + (text[n] - '0');
-    if (n < (p == 'y' ? 4U : p == 'm' ? 2U : 1U) || n > (p == 'y' ? 4U : 2U)) return false;
-    if (p == 's' && n < text.size() && (text[n] == '.' || text[n] == ',')) {
+    const std::size_t most = p == 'y' ? 4 : 2;
+    std::size_t n = is_number || !rest.starts_with(p) ? 0 : 1;
+    for (*value = 0; is_number && n < most && digit(n); ++n) *value = *value * 10 + (rest[n] - '0');
+    if (n < (p == 'y' ? 4U : p == 'm' ? 2U : 1U)) return false;
+    if (p == 's' && n < rest.size() && (rest[n] == '.' || rest[n] == ',')) {
       if (!digit(n + 1)) return false;
       double unit = 0.1;
-      for (++n; digit(n); ++n, unit /= 10) *value += unit * (text[n] - '0');
+      for (++n; digit(n); ++n, unit /= 10) *value += unit * (rest[n] - '0');
     }
-    text.remove_prefix(n);
+    rest.remove_prefix(n);
     if (is_number) ++value;
   }
+  text = rest;
   return true;
 }
 
-// Of the day, AM or PM behind it or not.
+// Of the day, AM or PM behind it or not; or of digits alone, 120311 or 120311123.
 bool take_clock(std::string_view& text, double& value_s) {
   std::array<double, 4> of{};  // hour, minute, second
-  if (!take(text, "d:m:s", of.data()) || of[0] > 24 || of[1] > 59 || of[2] >= 61) return false;
+  const bool has_colons = take(text, "d:m:s", of.data());
+  if (!has_colons && !take(text, "mms", of.data())) return false;
+  if (of[0] > 24 || of[1] > 59 || of[2] >= 61) return false;
+  const auto thousandths = has_colons || text.size() != 3 ? std::nullopt : to_number(text);
+  if (thousandths) text = {};
   const std::string half = lower(trimmed(text));
   if (half == "am" || half == "pm") {
     text = {};
     if (of[0] < 1 || of[0] > 12) return false;
     of[0] = (of[0] < 12 ? of[0] : 0) + (half == "pm" ? 12 : 0);
   }
-  value_s = of[0] * 3600 + of[1] * 60 + of[2];
+  value_s = of[0] * 3600 + of[1] * 60 + of[2] + thousandths.value_or(0) / 1000;
   return true;
 }
 
@@ -56,41 +63,25 @@ std::optional<double> to_iso(std::string_view text) {
   std::array<double, 4> of{};
   std::array<double, 3> zone{};
   double clock_s = 0;
-  const bool has_slashes = text.size() > 4 && text[4] == '/';
-  if (!take(text, has_slashes ? "y/d/d" : "y-d-d", of.data()) ||
-      (!text.starts_with('T') && !text.starts_with(' ')))
-    return std::nullopt;
-  text.remove_prefix(1);
+  const bool is_packed = take(text, "ymm", of.data());
+  if (!is_packed && !take(text, "y-d-d", of.data()) && !take(text, "y/d/d", of.data())) return std::nullopt;
+  const bool has_gap = text.starts_with('T') || text.starts_with(' ');
+  if (!has_gap && !is_packed) return std::nullopt;
+  text.remove_prefix(has_gap ? 1 : 0);
   if (!take_clock(text, clock_s)) return std::nullopt;
   text = trimmed(text);
   const double sign = text.starts_with('-') ? -1 : 1;
-  if (text == "Z") text = {};
-  if (text == "UTC") text = {};
-  if (text.size() == 5 && text.find(':') == std::string_view::npos) {
-    if (!take(text, sign < 0 ? "-y" : "+y", zone.data())) return std::nullopt;
-    zone = {std::floor(zone[0] / 100), std::fmod(zone[0], 100)};
-  }
-  if (!text.empty() && !take(text, sign < 0 ? "-m:m" : "+m:m", zone.data())) return std::nullopt;
+  if (text == "Z" || text == "UTC") text = {};
+  if (!text.empty() && !take(text, sign < 0 ? "-m:m" : "+m:m", zone.data()) &&
+      !take(text, sign < 0 ? "-mm" : "+mm", zone.data()))
+    return std::nullopt;
   const auto date = since_1970(of[0], of[1], of[2]);
   if (!date || !text.empty()) return std::nullopt;
   return *date + clock_s - sign * (zone[0] * 3600 + zone[1] * 60);
 }
 
-// 20260501120311123, or with a T between, and a point: as above with what separates.
-std::string unpacked(std::string_view text) {
-  const auto digits = [&](std::size_t from, std::size_t count) {
-    const std::string_view part = text.substr(std::min(from, text.size()), count);
-    return part.size() == count && part.find_first_not_of("0123456789") == std::string_view::npos;
-  };
-  if (!digits(0, 8) || (!text.starts_with("19") && !text.starts_with("20"))) return std::string(text);
-  const bool has_gap = text.size() > 8 && (text[8] == 'T' || text[8] == ' ');
-  const std::size_t clock = has_gap ? 9 : 8;
-  if (!digits(clock, 6)) return std::string(text);
-  const auto part = [&](std::size_t from) { return std::string(text.substr(from, 2)); };
-  std::string rest(text.substr(clock + 6));
-  if (digits(clock + 6, 3) && rest.size() == 3) rest.insert(0, ".");
-  return std::string(text.substr(0, 4)) + "-" + part(4) + "-" + part(6) + "T" + part(clock) + ":" +
-         part(clock + 2) + ":" + part(clock + 4) + rest;
+bool has_digits_alone(std::string_view text) {
+  return text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
 struct Date {
@@ -140,24 +131,22 @@ bool is_ambiguous_date(std::string_view text) {
 }
 
 std::optional<double> to_packed_clock(std::string_view text) {
-  if (text.empty() || text.size() > 9 || text.find_first_not_of("0123456789") != std::string_view::npos)
-    return {};
+  if (text.empty() || text.size() > 9 || !has_digits_alone(text)) return {};
   const std::string all = std::string(9 - text.size(), '0') + std::string(text);
-  const std::string written =
-      all.substr(0, 2) + ":" + all.substr(2, 2) + ":" + all.substr(4, 2) + "." + all.substr(6);
-  if (all[4] > '5') return {};
-  std::string_view clock = written;
+  std::string_view clock = all;
   double value_s = 0;
-  return take_clock(clock, value_s) ? std::optional(value_s) : std::nullopt;
+  return all[4] < '6' && take_clock(clock, value_s) ? std::optional(value_s) : std::nullopt;
 }
 
-bool is_packed_date(std::string_view text) { return unpacked(text) != text; }
+bool is_packed_date(std::string_view text) {
+  const bool may_be =
+      (text.size() == 14 || text.size() == 17) && (text.starts_with("19") || text.starts_with("20"));
+  return may_be && has_digits_alone(text) && to_iso(text);
+}
 
 std::optional<Time> to_time(std::string_view text) {
   text = trimmed(text);
-  const std::string with_separators = unpacked(text);
-  if (with_separators != text) text = with_separators;
-  if (const auto number = to_number(text)) {
+  if (const auto number = to_number(text); number && !is_packed_date(text)) {
     if (!std::isfinite(*number)) return std::nullopt;
     return Time{TimeFormat::number, *number};
   }

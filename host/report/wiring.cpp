@@ -165,11 +165,14 @@ std::string wiring_text(const Json& wiring) {
   const double divider = wiring.at("divider_kohm").get<double>();
   const std::string resistor = fmt::format("5 V ---[ {:g} kOhm ]---", divider);
   const std::string blank(resistor.size(), ' ');
-  std::string out = fmt::format(
-      "# Wiring\nEach strip is half of a divider: its resistance grows as it bends, and so does what the pin "
-      "reads.\n\n"
-      "```\n{0}+---[ flex strip ]--- GND\n{1}|\n{1}+--- analog pin\n```\n",
-      resistor, blank);
+  std::string out = "# Wiring\nEach potentiometer lies between 5 V and GND; the pin reads its wiper.\n";
+  if (divider > 0)
+    out = fmt::format(
+        "# Wiring\nEach strip is half of a divider: its resistance grows as it bends, and so does what the "
+        "pin "
+        "reads.\n\n"
+        "```\n{0}+---[ flex strip ]--- GND\n{1}|\n{1}+--- analog pin\n```\n",
+        resistor, blank);
   for (const Json& board : wiring.at("boards")) {
     const auto name = board.at("name").get<std::string>();
     out += fmt::format(

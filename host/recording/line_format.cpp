@@ -109,10 +109,9 @@ bool cut_at_arrow(std::string& line, std::string& time) {
     line = std::string(trimmed(text.substr(std::min(next, text.size()))));
     return true;
   };
-  for (const std::string_view arrow : {"->", " > "}) {
-    const std::size_t at = text.find(arrow);
-    if (at != text.npos && take(at, at + arrow.size())) return true;
-  }
+  if (const std::size_t at = text.find("->"); at != text.npos && take(at, at + 2)) return true;
+  if (text.find(':') == text.npos) return false;
+  if (const std::size_t at = text.find(" > "); at != text.npos && take(at, at + 3)) return true;
   // A time of day, a blank, and a list of numbers between commas.
   const std::size_t blank = text.find_first_of(" \t");
   const std::size_t list = std::min(text.find_first_not_of(" \t", blank), text.size());

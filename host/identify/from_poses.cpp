@@ -54,6 +54,7 @@ std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vecto
     const std::string joint =
         columns < joints.size() ? joints[columns] : model::joint_name(recording::cut_name(column.name).name);
     ++columns;
+    if (joint == "-") continue;
     Sensor sensor{column.name, joint, column.unit, &column.value, column.value};
     std::ranges::sort(sensor.sorted);
     if (sensor.unit.empty() && may_be_counts(column.value)) {
@@ -69,8 +70,8 @@ std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vecto
     }
   }
   if (!joints.empty() && joints.size() != columns)
-    throw io::InputError(
-        fmt::format("--joints names {} joints, {} has {} sensors", joints.size(), log.source, columns));
+    throw io::InputError(fmt::format("--joints names {} joints, {} has {} columns: - leaves one out",
+                                     joints.size(), log.source, columns));
   if (!guessed.empty())
     warnings.push_back(fmt::format(
         "{}: whole numbers without a unit, taken for a converter's counts: --input-unit", guessed));
@@ -178,12 +179,26 @@ Holds holds_in(const recording::Recording& log, const std::vector<Sensor>& senso
         "{}: no second in which all sensors rest: hold the open hand, then a fist, each for three "
         "seconds; a sensor that only trembles is to be unplugged",
         log.source));
+  // The poses are the two rests that lie farthest apart, and what lies by them: a hand at ease before them is none.
+  std::pair<const Rest*, const Rest*> ends = {&rests.front(), &rests.front()};
+  for (const Rest& one : rests) {
+    for (const Rest& other : rests) {
+      if (distance(one, other, sensors) > distance(*ends.first, *ends.second, sensors)) ends = {&one, &other};
+    }
+  }
+  const bool is_far = distance(*ends.first, *ends.second, sensors) > kOtherPose;
   Holds out;
   for (const Rest& rest : rests) {
-    const double away = distance(rest, rests.front(), sensors);
-    if (away < kSamePose) out.open.push_back(rest);
-    if (away > kOtherPose) out.fist.push_back(rest);
+    if (distance(rest, *ends.first, sensors) < kSamePose) out.open.push_back(rest);
+    if (is_far && distance(rest, *ends.second, sensors) < kSamePose) out.fist.push_back(rest);
   }
+  if (!out.fist.empty() && out.fist.front().begin < out.open.front().begin) std::swap(out.open, out.fist);
+  const std::size_t others = rests.size() - out.open.size() - out.fist.size();
+  if (others > 1 && 4 * others >= rests.size())
+    throw io::JobError(fmt::format(
+        "{}: {} of {} rests lie between the poses: is it a log of an open hand and a fist, each held "
+        "for three seconds, and again?",
+        log.source, others, rests.size()));
   if (out.fist.empty())
     throw io::JobError(
         fmt::format("{}: only one pose is held: begin with the open hand, then hold a fist", log.source));
@@ -195,7 +210,7 @@ bool tells_apart(const Sensor& sensor, std::size_t i, const Holds& holds,
                  std::vector<std::string>& warnings) {
   const double span = std::abs(median_of(holds.fist, i) - median_of(holds.open, i));
   if (span < kOtherPose * sensor.span()) {
-    warnings.push_back(fmt::format("{} tells the two poses not apart: left out", sensor.column));
+    warnings.push_back(fmt::format("{} does not tell the two poses apart: left out", sensor.column));
     return false;
   }
   bool is_one = true;

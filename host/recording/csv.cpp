@@ -143,11 +143,19 @@ Recording read(CsvReader& reader, Resets resets) {
   return recording;
 }
 
+constexpr double kShortestTrial_s = 2;
+
 std::vector<Recording> read_segments(CsvReader& reader, const std::string& segment) {
   std::vector<Recording> out = segments_of(reader, segment == "clock" ? Resets::split : Resets::refuse);
+  if (!segment.empty() && out.size() == 1)
+    out[0].warnings.push_back(fmt::format("{}: one trial alone (--segment {})", reader.name(), segment));
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (out.size() > 1) out[i].source += fmt::format(", trial {}", i + 1);
     check_times(out[i]);
+    if (const double took_s = out[i].t_s.back() - out[i].t_s.front();
+        out.size() > 1 && took_s < kShortestTrial_s)
+      throw InputError(fmt::format("{}: {:.2g} s are no take: cut it out, or leave its label's cells empty",
+                                   out[i].source, took_s));
   }
   return out;
 }

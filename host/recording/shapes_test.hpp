@@ -144,6 +144,8 @@ inline const std::vector<Shape> kShapes = {
     {"DateAndTimeApart",
      "Date,Time,flex\n2026-11-21,12:00:00.000,10\n2026-11-21,12:00:00.050,11\n2026-11-21,12:00:00.100,"
      "12\n"},
+    {"FirstRowsEmpty", "time,flex\n,\n,\n,\n0.00,10\n0.05,11\n0.10,12\n"},
+    {"SecondsSince1970", "time,flex\n1700000000,10\n1700000001,11\n1700000002,12\n", "", "flex", {0, 1, 2}},
     {"FirstCellsMissing", "t_s,flex\n0,\n0.01,NA\n0.02,None\n0.03,null\n0.04,-\n0.1,10\n0.15,11\n0.2,12\n",
      "5 of 8 rows have no flex"},
     {"TimesOfDayBesideACounter", "1,13:10:29.000,10\n2,13:10:29.050,11\n3,13:10:29.100,12\n",
@@ -228,7 +230,7 @@ inline const std::vector<Misshape> kMisshapes = {
      "t_s,flex\n1,8\n1,9\n2,1\n3,10\n3,11\n3,12\n3,13\n3,14\n4,1\n5,4\n5,4\n5,4\n5,4\n5,4\n6,1\n",
      "row 3: the times are whole seconds, 1 to 5 rows in each"},
     {"LabelsWithoutATime", "A0:10 A1:7\nA0:11 A1:7\n", "has no times: A0, A1; record with", "A0"},
-    {"LabelThatIsNew", "t_s:0 A0:10\nt_s:1 B7:11\n", "row 2: \"B7\" is no label", "A0"},
+    {"LabelThatIsNew", "t_s:0 A0:10\nt_s:1 B7:11\n", "1 row(s) of data", "A0"},
     {"HoursOrMinutes", "time,flex\n3:11,10\n3:12,11\n",
      "row 2: column \"time\": \"3:11\" may be hours and minutes, or minutes and seconds; write it as "
      "0:3:11"},
@@ -241,7 +243,7 @@ inline const std::vector<Misshape> kMisshapes = {
     {"TwoClocks", "0.1,13:10:29.000,10\n0.2,13:10:29.050,11\n",
      "\"column1\" and \"column2\" could both be the time", "column3"},
     {"MillisecondsTakenForAClock", "time,flex\n95959900,1\n95959950,2\n95960000,3\n", "add --time-unit ms"},
-    {"StepsOfRowsOrMilliseconds", "time,flex\n0,1\n4,2\n8,3\n", "--time-unit ms"},
+    {"StepsOfRowsOrMilliseconds", "time,flex\n0,1\n4,2\n8,3\n", "milliseconds, --time-unit ms"},
     {"TwoGlovesInOneFile", "t_s,flex\n0,1\n0.05,2\nt_s,thumb\n0.1,9\n0.15,9\n", "the rows of another glove"},
     {"SeparatorOfThousands", "t_s,flex\n0,980\n0.05,990\n0.1,1.010\n", "what separates the thousands"},
     {"Json", "{\"t\":0,\"flex\":1}\n{\"t\":1,\"flex\":1}\n", "is JSON"},

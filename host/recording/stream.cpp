@@ -175,6 +175,11 @@ void Stream::check_unit() const {
   std::nth_element(steps.begin(), middle, steps.end());
   const double longest_s = source_.is_unit_known() ? kLongestStep_s : kLongestUnsaid_s;
   if (*middle >= kShortestStep_s && *middle <= longest_s) return;
+  if (*middle >= kShortestStep_s && *middle <= kLongestStep_s)
+    throw InputError(fmt::format(
+        "{}: time steps of {:.4g}, and nothing says of what: milliseconds, --time-unit ms; seconds, "
+        "--time-unit s; or rows, which --log-rate 50 gives a second",
+        source_.name(), *middle));
   std::string mend = "is the time column in the unit that it states?";
   static constexpr std::array<std::pair<const char*, const char*>, 4> kUnits = {
       {{"s", "seconds"}, {"ms", "milliseconds"}, {"us", "microseconds"}, {"ns", "nanoseconds"}}};
@@ -186,8 +191,7 @@ void Stream::check_unit() const {
         name, unit);
     break;
   }
-  if (!source_.is_unit_known())
-    mend += "; if it is in seconds, --time-unit s; if it counts rows or is a reading, --log-rate 50";
+  if (source_.guesses_time()) mend += std::string("; ") + kNoTimes;
   throw InputError(
       fmt::format("{}: time steps of {:.4g} s, which no glove log has: {}", source_.name(), *middle, mend));
 }

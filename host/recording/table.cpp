@@ -240,7 +240,7 @@ class Finder : public TableState {
       const bool fits = names.size() <= cells.size() && 2 * names.size() > cells.size();
       const auto is_number = [&](const auto& cell) { return is_number_or_time(cell, separator_); };
       if (!is_greeting && (fits || is_above) && !(is_units_row(names) && i > 0) &&
-          std::ranges::none_of(names, is_number))
+          std::ranges::none_of(names, is_number) && !std::ranges::all_of(names, is_missing))
         return i;
     }
     return row;
@@ -414,7 +414,8 @@ class Finder : public TableState {
     }
     const std::vector<std::string>& asked = options_.time.columns;
     const auto named = std::ranges::find_if(asked, [this](const auto& name) { return has(name); });
-    if (!asked.empty() && (!best || named != asked.end())) {  // a reference may have a clock of its own
+    if (!asked.empty() &&
+        (!best || named != asked.end() || asked.size() > 1)) {  // a reference may have a clock of its own
       const auto place = place_of(named != asked.end() ? *named : asked.front());
       if (!place) return;
       const auto by_name = seconds_in(cut_name(header_[*place]).unit);
@@ -658,8 +659,6 @@ bool TableReader::is_whole(Problem& why) {
         fmt::format("{} cells, the header has {}{}", cells_.size(), header_.size(),
                     separator_ == ',' ? "; decimal commas need another separator, such as a semicolon" : "");
   }
-  if (!new_label_.empty())
-    why.detail = fmt::format("\"{}\" is no label of the first row", excerpt(new_label_));
   return cells_.size() == header_.size();
 }
 
@@ -717,6 +716,9 @@ bool TableReader::read_time(double& t_s, Problem& why) {
     return refuse_it(
         fmt::format("may be hours and minutes, or minutes and seconds; write it as 0:{}", excerpt(text)));
   }
+  // Fractions, and seconds since 1970, are what they look like.
+  is_unit_known_ =
+      is_unit_known_ || (number && (number->decimal != 0 || (number->value >= 1e9 && number->value < 4e9)));
   std::optional<Time> found = number ? Time{TimeFormat::number, number->value} : to_time(text);
   if (is_packed_) {
     const auto clock_s = to_packed_clock(text);
@@ -767,6 +769,8 @@ TableReader::Take TableReader::take(Row& row) {
   }
   split_line(line_.text);
   if (!refusal_.empty() || is_anothers()) return Take::aside;
+  if (segment_place_ && *segment_place_ < cells_.size() && is_missing(cells_[*segment_place_]))
+    return Take::aside;
   Problem why{Kind::cell, line_.number, "", ""};
   bool is_good = is_whole(why) && read_time(row.t_s, why) && read_values(row.value, why);
   const auto is_none = [](double value) { return std::isnan(value); };

@@ -164,7 +164,7 @@ struct Holds {
   std::vector<Rest> fist;
 };
 
-// Of the rests those that lie with the first, and those at the other end.
+// The pose that is held first is called open here; order() says which it is.
 Holds holds_in(const recording::Recording& log, const std::vector<Sensor>& sensors) {
   std::vector<std::vector<double>> readings;
   std::vector<model::Spread> spans;

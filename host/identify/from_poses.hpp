@@ -1,8 +1,8 @@
 // A compensator from two held poses, for somebody without a camera: a straight line from the open hand to the fist.
 //
 //   angle = open_deg + (reading - open) / (fist - open) (fist_deg - open_deg)
-// Every rest of a second in which all sensors lie where they lay in the first one is one pose, every one in which they lie at the
-// other end is the other. The first is the open hand, unless all sensors fall from it to the other: a strip wired as flexor wiring
+// The two rests of a second that lie farthest apart are the poses, with every rest that lies by one of them; what lies between, as a
+// hand at ease at the beginning, is none. The first is the open hand, unless all sensors fall from it to the other: a strip wired as flexor wiring
 // says rises as it bends. Nothing is measured: unless others are told, the angles are those of an ordinary hand (0 open, a fist 90,
 // the thumb's 60), and so is the error that the model states.
 #pragma once

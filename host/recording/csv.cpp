@@ -14,6 +14,8 @@ namespace {
 
 using io::InputError;
 
+constexpr double kShortestTrial_s = 2;
+
 std::unique_ptr<std::istream> open(const std::filesystem::path& path) {
   io::require_readable(path);
   return std::make_unique<std::ifstream>(path, std::ios::binary);
@@ -142,8 +144,6 @@ Recording read(CsvReader& reader, Resets resets) {
   check_times(recording);
   return recording;
 }
-
-constexpr double kShortestTrial_s = 2;
 
 std::vector<Recording> read_segments(CsvReader& reader, const std::string& segment) {
   std::vector<Recording> out = segments_of(reader, segment == "clock" ? Resets::split : Resets::refuse);

@@ -796,7 +796,7 @@ TableReader::Take TableReader::take(Row& row) {
   }
   if (found_ == header_.size()) found_ = 0;
   const bool is_header = has_header_ && line_.text.find(header_.front() + separator_) != std::string::npos;
-  const bool is_sure = options_.from == From::port || options_.from == From::pipe;
+  const bool is_sure = options_.from != From::file;
   if (!why.detail.empty() && !is_header && !is_sure) {
     problem_ = why;
   } else {

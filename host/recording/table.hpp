@@ -31,7 +31,7 @@ enum class From {
 };
 
 struct TableOptions {
-  std::vector<std::string> columns;  // to read; none: all whose first number comes before any word, and soon
+  std::vector<std::string> columns;  // to read; none: all with more numbers than words at first
   TimeOptions time = {};
   bool holes = false;  // a missing reading is NaN; else its row is left out
   From from = From::file;

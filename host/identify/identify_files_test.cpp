@@ -4,11 +4,9 @@
 #include "host/identify/estimator.hpp"
 #include "host/identify/hand_test.hpp"
 #include "host/io/refusal_test.hpp"
-#include "host/recording/unit.hpp"
 
 namespace flexor::identify {
 namespace {
-namespace fs = std::filesystem;
 
 class AppliedIsScored : public Hand, public testing::WithParamInterface<Take> {};
 
@@ -143,93 +141,12 @@ TEST_F(OneJointOf, AFingerThatStandsStillWhereItIsHeldOutProvesNothing) {
   EXPECT_TRUE(warned(identify_hand(r, {}), "nothing is proven"));
 }
 
-TEST(Pair, RadiansAreConvertedOnceAndOtherUnitsRefused) {
-  const auto angle = [](const char* name, const char* unit) {
-    return recording::Recording{"c.csv", {0, 1}, {{name, {0, 3.14159265358979}, unit}}, {}, ""};
-  };
-  recording::Recording r = angle("angle_rad", "rad");
-  for (int again = 0; again < 2; ++again) {
-    recording::to_degrees(r, "angle_rad", "");
-    EXPECT_NEAR(r.columns[0].value[1], 180, 1e-9);
-    EXPECT_EQ(r.warnings.size(), 1u);
-  }
-  r = angle("angle_V", "V");
-  EXPECT_THROW(recording::to_degrees(r, "angle_V", ""), io::InputError);
-  r = angle("angle", "");
-  recording::to_degrees(r, "angle", "rad");
-  EXPECT_NEAR(r.columns[0].value[1], 180, 1e-9);
-}
-
-class RealFigures : public RealRecordings,
-                    public testing::WithParamInterface<std::pair<const char*, const char*>> {
- protected:
-  static HandRequest request(const char* structure) {
-    HandRequest r = RealRecordings::request(GetParam().first, GetParam().second);
-    r.structure = structure;
-    return r;
-  }
-
-  struct Change {
-    double shift_s = 0;
-    double cut_start_s = 0;
-    double cut_end_s = 0;
-    double scale = 1;
-  };
-
-  // With a copy of the sensor's log or the camera's that has its clock shifted, its ends cut or its values scaled.
-  HandRequest changed(HandRequest r, bool camera, const Change& how) const {
-    fs::path& file = camera ? r.pairs[0].reference : r.pairs[0].sensor;
-    const auto& column = camera ? r.map[0].reference : r.map[0].sensors[0];
-    const auto original = recording::read_csv(file, {column});
-    recording::Recording log;
-    log.columns = {{column, {}}};
-    for (std::size_t k = 0; k < original.t_s.size(); ++k) {
-      const double t = original.t_s[k];
-      if (t < original.t_s.front() + how.cut_start_s || t > original.t_s.back() - how.cut_end_s) continue;
-      log.t_s.push_back(t + how.shift_s);
-      log.columns[0].value.push_back(how.scale * original.columns[0].value[k]);
-    }
-    file = scratch_.path() / file.filename();
-    io::write_file(file, recording::to_csv(log));
-    return r;
-  }
-
-  io::TemporaryFolder scratch_;
-};
-
-TEST_P(RealFigures, ShiftedClocksAndFlippedAnglesGiveTheSameResult) {
-  const HandRequest plain = request("hw");
-  const auto rmse_deg = [](const HandRequest& r) { return identify_hand(r, {}).joints[0].holdout.rmse_deg; };
-  const double before = rmse_deg(plain);
-  for (const double shift : {-300.0, 300.0})
-    for (const bool camera : {false, true})
-      EXPECT_NEAR(rmse_deg(changed(plain, camera, {.shift_s = shift})), before, 1e-6);
-  EXPECT_NEAR(rmse_deg(changed(plain, true, {.scale = -1})), before, 0.02);
-}
-
-TEST_P(RealFigures, CutRecordingsStillGiveTheSameOffsetAndBeatTheLine) {
-  const HandRequest plain = request("auto");
-  const double offset_s = identify_hand(plain, {}).clocks[0].offset_s;
-  for (const Change& how : {Change{.cut_start_s = 30}, Change{.cut_end_s = 30}}) {
-    for (const bool camera : {false, true}) {
-      const HandIdentification cut = identify_hand(changed(plain, camera, how), {});
-      EXPECT_NEAR(cut.clocks[0].offset_s, offset_s, 0.15);
-      EXPECT_LT(cut.joints[0].holdout.rmse_deg, 0.9 * cut.joints[0].baselines.at("line").rmse_deg);
-    }
-  }
-}
-
-TEST_P(RealFigures, AWrongUserOffsetIsCalledOut) {
-  HandRequest r = request("line");
+TEST_F(RealRecordings, AWrongUserOffsetIsCalledOut) {
+  HandRequest r = request("glove/middle_mid1", "middle=SensorA2:∠BCD_smooth");
+  r.structure = "line";
   r.clock_offset_s = identify_hand(r, {}).clocks[0].offset_s + 2.5;
   EXPECT_TRUE(warned(identify_hand(r, {}), "disagrees with the signals by +2.5"));
 }
-
-INSTANTIATE_TEST_SUITE_P(Glove, RealFigures,
-                         testing::Values(std::pair{"glove/index_ind2", "index=SensorA1:∠ABC_smooth"},
-                                         std::pair{"glove/index_ind2", "index=SensorA1:∠BCD_smooth"},
-                                         std::pair{"glove/middle_mid1", "middle=SensorA2:∠ABC_smooth"},
-                                         std::pair{"glove/middle_mid1", "middle=SensorA2:∠BCD_smooth"}));
 
 }  // namespace
 }  // namespace flexor::identify

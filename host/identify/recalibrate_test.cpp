@@ -226,14 +226,6 @@ TEST(RecalibrateFromPoses, AFistThatWasNeverClosedDoesNotCount) {
   EXPECT_LT(left(r, moved), 0.5);
 }
 
-TEST(RecalibrateFromPoses, OneThatMayBeChanceKeepsTheOldCalibration) {
-  const Recalibration r =
-      recalibrate(held({{1, 10}, {1, 8}, {1, 12}}));  // three degrees, of poses that err by five
-  EXPECT_FALSE(r.applied);
-  for (const RecalibratedSensor& s : r.sensors) EXPECT_FALSE(s.gain_is_told);
-  EXPECT_EQ(r.model, test_glove());
-}
-
 TEST(RecalibrateFromPoses, ASensorThatCannotBeUsedIsNamedAndTheOthersCount) {
   const auto spoilt = [&](auto&& spoil) {
     RecalibrationRequest request = held(kFar);

@@ -1,6 +1,5 @@
 // A model in its three arithmetics, and every kind of block against closed forms.
 #include <gtest/gtest.h>
-#include <rapidcheck.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,47 +15,6 @@ namespace flexor::model {
 namespace {
 
 using core::Status;
-
-// A smooth random walk inside [0, 1023], as a sensor would give.
-std::vector<double> random_input(std::size_t n, std::uint32_t seed) {
-  std::vector<double> u(n);
-  double value = 500;
-  for (double& sample : u) {
-    seed = seed * 1664525u + 1013904223u;
-    value = std::clamp(value + (static_cast<double>(seed >> 8) / 16777216.0 - 0.5) * 120, 0.0, 1023.0);
-    sample = value;
-  }
-  return u;
-}
-
-// A chain of every block that a channel has; the dead zone's edges lie on steps of fixed point.
-Model random_chain() {
-  const auto uniform = [](double low, double high) {
-    return low + (high - low) * *rc::gen::inRange(0, 1000001) / 1e6;
-  };
-  Channel c;
-  c.name = "ring";
-  if (*rc::gen::arbitrary<bool>()) {
-    c.dead_zone = DeadZone{std::round(uniform(0, 9600)) / 32, std::round(uniform(9600, 12800)) / 32};
-    // The curve below expects the range of a plain sensor: shift it with the dead zone.
-  }
-  if (*rc::gen::arbitrary<bool>()) c.hysteresis = Hysteresis{{uniform(1, 40)}, {uniform(-0.5, 0.5)}};
-  Curve curve;
-  double x = c.dead_zone ? -400 : 0;
-  double y = uniform(0, 20);
-  for (int i = 0; i < 6; ++i) {
-    curve.x.push_back(x);
-    curve.y.push_back(y);
-    x += uniform(100, 200);
-    y += uniform(0, 25);
-  }
-  curve.x.back() = std::min(curve.x.back(), 1023.0);
-  c.input_curve = curve;
-  const int order = *rc::gen::inRange(0, 4);
-  for (int i = 0; i < order; ++i) c.lti.poles_rad_s.push_back(-uniform(0.2, 60));
-  c.saturation = Saturation{-10, 170};
-  return model_of(c, uniform(0.01, 0.1));
-}
 
 // Largest distance from double over all joints.
 struct Distance {
@@ -79,18 +37,6 @@ Distance distance(const Model& m, const std::vector<std::vector<double>>& readin
     }
   }
   return out;
-}
-
-TEST(Coefficients, FloatAndFixedFollowDoubleForAnyModel) {
-  EXPECT_TRUE(rc::check([] {
-    const Model m = random_chain();
-    std::vector<std::vector<double>> readings;
-    for (const double u : random_input(400, 7)) readings.push_back({u});
-    const Distance worst = distance(m, readings);
-    RC_LOG() << to_json(m) << "float " << worst.single_deg << " fixed " << worst.fixed_deg << "\n";
-    RC_ASSERT(worst.single_deg < 0.001);
-    RC_ASSERT(worst.fixed_deg < 0.06);
-  }));
 }
 
 class EveryKind : public testing::TestWithParam<std::size_t> {};
@@ -183,7 +129,6 @@ TEST(Coefficients, NumbersThatASignalNeverReachesFit) {
   }
 }
 
-// Signals of both signs, over all that int16 holds.
 // Found by fuzzing: a curve that rises by 100000 degrees has steps of eight, and so had the limits.
 TEST(Coefficients, AnAngleInStepsThatMissItsLimitsIsRefused) {
   const Model m = one_joint({Curve{{0, 100, 250}, {5, 0, 1e5}}, Saturation{0, 100}});
@@ -228,6 +173,9 @@ TEST(Compensator, FixedPointRefusesNaNAndRails) {
   EXPECT_EQ(fixed.step(1023).status, Status::above_range);
   EXPECT_EQ(fixed.step(0).angle_deg, 12);
   EXPECT_EQ(fixed.step(700).angle_deg, 700);
+  m.joints[0].rest_deg = 2000;  // beyond the saturation
+  EXPECT_EQ(Compensator<DoubleArithmetic>(m).step(std::nan("")).angle_deg, 1000);
+  EXPECT_EQ(Compensator<FixedArithmetic>(m).step(std::nan("")).angle_deg, 1000);
 }
 
 TEST(Compensator, StartsFromTheFirstSampleWithoutATransient) {
@@ -251,21 +199,6 @@ TEST(Compensator, RefusedInputsHoldTheLastGoodAngleAndLeaveTheStateAlone) {
   expect(-std::numeric_limits<double>::infinity(), Status::below_range, 50);
   expect(70, Status::ok, 60);
   expect(70, Status::ok, 65);
-}
-
-TEST(Compensator, OutputNeverLeavesTheSaturationWhateverTheInput) {
-  Model m = one_joint({Saturation{29, 112}});
-  m.joints[0].rest_deg = 1000;
-  EXPECT_TRUE(rc::check([&](const std::vector<double>& inputs) {
-    Compensator<DoubleArithmetic> simulation(m);
-    Compensator<FixedArithmetic> fixed(m);
-    for (const double u : inputs) {
-      const double y = simulation.step(u).angle_deg;
-      const double y_fixed = fixed.step(u).angle_deg;
-      RC_ASSERT(y >= 29 && y <= 112);
-      RC_ASSERT(y_fixed >= 29 && y_fixed <= 112);
-    }
-  }));
 }
 
 // Two sensors; one joint needs both, the other the first alone.
@@ -319,20 +252,6 @@ TEST(Compensator, SaysTheStatusOfTheFirstBadInput) {
   EXPECT_EQ(samples[0].status, Status::below_range);
   EXPECT_EQ(samples[0].angle_deg, 5);
   EXPECT_EQ(samples[1].status, Status::below_range);
-}
-
-TEST(Compensator, ChannelsDoNotTouchEachOther) {
-  Model m = one_joint({Gain{1, 0}, Saturation{0, 500}});
-  m.inputs.push_back({"t", "", "", "", 0, 1000});
-  m.blocks.push_back({{"t"}, "double", Gain{2, 0}});
-  m.blocks.push_back({{"double"}, "other", Saturation{0, 500}});
-  m.joints.push_back({"index", "other", 7});
-  Compensator<DoubleArithmetic> glove(m);
-  const auto samples = glove.step(std::array{30.0, 5000.0});
-  EXPECT_EQ(samples[0].angle_deg, 30);
-  EXPECT_EQ(samples[0].status, Status::ok);
-  EXPECT_EQ(samples[1].angle_deg, 7);
-  EXPECT_EQ(samples[1].status, Status::above_range);
 }
 
 }  // namespace

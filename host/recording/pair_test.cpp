@@ -100,6 +100,9 @@ TEST(Pair, GradAreDegreesWhereSomebodySaysSo) {
   }
   to_degrees(r, "Winkel_Grad", "deg");
   EXPECT_EQ(r.columns[0].value.back(), 90);
+  Recording named{"c.csv", {0, 1}, {{"angle", {0, 3.14159265358979}, ""}}, {}, ""};
+  to_degrees(named, "angle", "rad");
+  EXPECT_NEAR(named.columns[0].value.back(), 180, 1e-9);
 }
 
 TEST(Pair, WhatIsHeldOutDecidesNeitherWhatAPauseIsNorWhatAReadingIs) {
@@ -120,21 +123,6 @@ TEST(Pair, WhatIsHeldOutDecidesNeitherWhatAPauseIsNorWhatAReadingIs) {
   for (std::size_t k = 0; k < before.holdout_begin; ++k) {
     ASSERT_EQ(after.gap[k], before.gap[k]) << k;
     ASSERT_EQ(after.input[k], before.input[k]) << k;
-  }
-}
-
-TEST(Pair, ReadingsOnARailAreAveragedWithNoOther) {
-  Pair clean = simulated(0.01);
-  Pair flickering = clean;
-  for (std::size_t i = 0; i < clean.sensor.t_s.size(); ++i) {
-    if (i % 3 != 0)
-      clean.sensor.columns[0].value[i] = flickering.sensor.columns[0].value[i] = i % 2 == 0 ? 400.0 : 700.0;
-    if (i % 7 == 3) flickering.sensor.columns[0].value[i] = i % 2 == 0 ? 0 : 1023;
-  }
-  const Aligned a = align_pair(flickering, 20, 3.0, 0);
-  for (std::size_t k = 0; k < a.size(); ++k) {
-    ASSERT_GE(a.input[k], 1) << k;
-    ASSERT_LE(a.input[k], 1022) << k;
   }
 }
 

@@ -254,8 +254,6 @@ TEST_F(DeployFaults, AGloveForVrIsNotToldToFlashAHand) {
   EXPECT_EQ(content(path("stdout")).find("--board hand"), std::string::npos);
 }
 
-// Names of files are names of motions and compensators; gnuplot would run what stands in backquotes, and read
-// _ and {} as commands.
 // What it says to do next is a command for a shell.
 TEST_F(DeployFaults, WhatItProposesIsQuotedAndNothingIsObeyed) {
   const Finished r = deploy(kPublished, "--rate 20 --model-as data --out \"two words; it's\"");
@@ -269,6 +267,8 @@ TEST_F(DeployFaults, WhatItProposesIsQuotedAndNothingIsObeyed) {
   EXPECT_NE(hidden.out.find("flexor flash 'a?[2Jb?c' --board glove"), std::string::npos) << hidden.out;
 }
 
+// Names of files are names of motions and compensators; gnuplot would run what stands in backquotes, and read
+// _ and {} as commands.
 TEST_F(DeployFaults, NamesAreDrawnAsTheyAre) {
   std::string rows = "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n";
   for (int k = 0; k < 20; ++k)

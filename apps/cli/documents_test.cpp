@@ -65,17 +65,6 @@ TEST_F(Documents, HostileJsonIsRefusedInOneLineWhereverJsonIsRead) {
   }
 }
 
-// Deep in a member that is copied as it stands, which is where the stack ended.
-TEST_F(Documents, AModelWithADeepMemberIsRefused) {
-  std::string text = content(FLEXOR_SOURCE_DIR "/models/published_hw.json");
-  const std::size_t at = text.find('{', text.find("\"fit\":")) + 1;
-  const bool empty = text.find_first_not_of(" \n", at) == text.find('}', at);
-  text.insert(at, "\"x\": " + std::string(80000, '[') + std::string(80000, ']') + (empty ? "" : ","));
-  write("x.json", text);
-  EXPECT_EQ(run("show x.json"), 2);
-  EXPECT_NE(err_.find("x.json: nested deeper than 64 levels at line "), std::string::npos) << err_;
-}
-
 // No JSON and no page may hold bytes that are not UTF-8, whatever files are called.
 TEST_F(Documents, FilesWhoseNamesAreLatin1) {
   make(FLEXOR_TEST_INPUTS);

@@ -108,7 +108,10 @@ TEST_F(Json, OfTheCommandsForTheBoards) {
   EXPECT_TRUE(run("deploy " + kModel + " --output opengloves --out " + path("vr")).contains("targets"));
   EXPECT_TRUE(run("wiring --out " + path("w")).contains("boards"));
   EXPECT_TRUE(run("latency --edges 2").contains("stages"));
-  EXPECT_TRUE(run("experiment --engine avr --gestures 4 --trials 1 --compensators raw").contains("cells"));
+  const auto boards = run("experiment --engine avr --gestures 4 --trials 1 --compensators published-hw");
+  const double error = boards.at("cells").at(0).at("total_error_deg_s").at("mean");
+  EXPECT_GT(error, 10);
+  EXPECT_LT(error, 100);
 }
 
 TEST_F(Json, OfTheCommandsForTheCamera) {

@@ -95,32 +95,6 @@ TEST_F(Memory, TimesThatAreAbsurd) {
   expect_all_bounded(glove, log("camera2.csv", "index_deg", 3000, 1, jump));
 }
 
-TEST_F(Memory, OneStrayTimeIsNamedAndChangesNothingElse) {
-  const auto steady = [](int k) { return 0.05 * k; };
-  const auto stray = [](int k) { return k == 500 ? 2e8 : 0.05 * k; };
-  const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
-  const auto apply = [&](const std::string& file) {
-    std::vector<std::string> arguments = {"apply", model, file};
-    for (int i = 0; i < 5; ++i) arguments.insert(arguments.end(), {"--input", "index_alpha"});
-    const Finished r = run(arguments);
-    EXPECT_EQ(r.exit, 0);
-    return r.out;
-  };
-  const std::string whole = apply(log("steady.csv", "index_alpha", 2000, 2, steady));
-  const std::string mended = apply(log("stray.csv", "index_alpha", 2000, 2, stray));
-  const std::string said = content(path("stderr"));
-  EXPECT_NE(said.find("row 502"), std::string::npos) << said;
-  EXPECT_EQ(std::count(whole.begin(), whole.end(), '\n'), std::count(mended.begin(), mended.end(), '\n'));
-  EXPECT_EQ(whole.substr(whole.size() - 200), mended.substr(mended.size() - 200));
-}
-
-TEST_F(Memory, DocumentsAndLinesWithoutEnd) {
-  std::ofstream(path("deep.json")) << std::string(80000, '[');
-  expect_bounded({"show", path("deep.json")}, {path("deep.json")});
-  std::ofstream(path("line.csv")) << "t_s,a\n0," << std::string(20000000, '1');
-  expect_bounded({"score", path("line.csv"), path("line.csv")}, {path("line.csv")});
-}
-
 TEST_F(Memory, TrialsAreNotKept) {
   const Finished few = run({"experiment", "--gestures", "2", "--compensators", "raw", "--trials", "200"});
   const Finished many = run({"experiment", "--gestures", "2", "--compensators", "raw", "--trials", "4000"});

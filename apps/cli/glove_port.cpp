@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <array>
 #include <filesystem>
 
 #include "apps/cli/commands.hpp"
@@ -16,17 +14,10 @@
 #include "host/deploy/pair_key.hpp"
 #include "host/io/json.hpp"
 #include "host/listen/replay_source.hpp"
-#include "host/recording/unit.hpp"
+#include "host/recording/recording.hpp"
 
 namespace flexor::cli {
 namespace {
-
-bool is_camera(const std::string& from) {
-  constexpr std::array kVideos = {".mp4", ".m4v", ".avi", ".mkv", ".mov", ".webm", ".mjpeg"};
-  if (std::filesystem::is_character_file(from)) return true;
-  const std::string extension = recording::lower(std::filesystem::path(from).extension().string());
-  return std::ranges::find(kVideos, extension) != kVideos.end();
-}
 
 std::unique_ptr<listen::Listener> open_port(const GlovePort& o) {
   listen::ListenerOptions options;
@@ -71,7 +62,7 @@ std::unique_ptr<listen::Source> open_recording(const GlovePort& o) {
 }
 
 std::unique_ptr<listen::Source> open_instead(const GlovePort& o) {
-  const bool camera = is_camera(o.from);
+  const bool camera = std::filesystem::is_character_file(o.from) || recording::is_video(o.from);
   const bool simulated = o.from == "twin" || o.from == "poses" || o.from == "boards";
   if (o.speed != 1 && (camera || simulated))
     throw io::InputError(

@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <array>
-
 #include "host/io/io.hpp"
 #include "host/model/model.hpp"
 #include "host/recording/csv.hpp"
@@ -15,8 +12,7 @@ namespace flexor::identify {
 namespace {
 
 void name_columns(SourceFiles& files) {
-  static constexpr std::array kVideos = {".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v"};
-  if (std::ranges::count(kVideos, recording::lower(files.reference.extension().string())) > 0)
+  if (recording::is_video(files.reference))
     throw io::InputError(
         fmt::format("{}: a video needs --joints FILE, which says what is marked", files.reference.string()));
   for (const bool is_angle : {false, true}) {

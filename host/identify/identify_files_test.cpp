@@ -112,6 +112,7 @@ TEST_F(OneJointOf, AJointIsTheFingerOfItsColumnsOrElseIndex) {
   const auto [sensor, reference] = write("one", {30, 7});
   change(sensor, [](recording::Recording& log) { log.columns = {{"SensorA2", log.columns[0].value}}; });
   change(reference, [](recording::Recording& log) { log.columns = {{"angle", log.columns[0].value}}; });
+  EXPECT_TRUE(has(io::refusal_of([&] { one_joint({sensor, "film.mjpeg"}); }), "needs --joints"));
   const OneJoint unnamed = one_joint({sensor, reference});
   EXPECT_EQ(unnamed.map.joint, "index");
   EXPECT_FALSE(unnamed.is_named);

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "host/io/io.hpp"
 #include "host/recording/line_format.hpp"
+#include "host/recording/unit.hpp"
 
 namespace flexor::recording {
 
@@ -15,6 +17,11 @@ const Column& Recording::column(std::string_view name) const {
   std::vector<std::string> names;
   for (const Column& c : columns) names.push_back(c.name);
   throw io::InputError(fmt::format("{}: no column \"{}\"; there are: {}", source, name, listed(names)));
+}
+
+bool is_video(const std::filesystem::path& file) {
+  constexpr std::array kEndings = {".mp4", ".m4v", ".avi", ".mkv", ".mov", ".webm", ".mjpeg"};
+  return std::ranges::count(kEndings, lower(file.extension().string())) > 0;
 }
 
 void require_change(const Recording& recording, std::string_view name, std::string_view hint) {

@@ -1,6 +1,7 @@
 // A recording: named columns over one clock.
 #pragma once
 
+#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
@@ -31,6 +32,8 @@ struct Recording {
   const Column& column(std::string_view name) const;
   Series series(std::string_view name) const { return {t_s, column(name).value}; }
 };
+
+bool is_video(const std::filesystem::path& file);  // by its ending
 
 // Throws io::InputError, naming file and column, when the signal never changes.
 void require_change(const Recording& recording, std::string_view column, std::string_view hint);

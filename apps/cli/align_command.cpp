@@ -106,7 +106,6 @@ void add_align(CLI::App& app) {
                       "deg or rad: of the angle, where its column's name states none (default: deg)");
   add_time_options(*command, o->files.time);
   command->add_option("--out", o->out, "write the aligned recording: .csv");
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 }  // namespace flexor::cli

@@ -263,9 +263,10 @@ void run(const Options& o) {
 void add_apply(CLI::App& app) {
   using namespace apply_command;
   const auto [o, command] =
-      add_command(app, "apply", "Turn sensor readings into angles: wide CSV on standard output", run);
+      add_command(app, "apply", "Turn sensor readings into angles: wide CSV on standard output", run,
+                  "one JSON object instead, when the recording has ended");
   command->footer(
-      "For each channel a column <finger>_deg and <finger>_status: 0 ok, 1 below and 2 above the valid "
+      "For each joint a column <joint>_deg and <joint>_status: 0 ok, 1 below and 2 above the valid "
       "range,\n"
       "3 not a number, 4 pause of the log. With anything but 0 the last good reading is held.\n"
       "Exit status 3: all is written, but readings of a column are not what the model knows; the message "
@@ -283,8 +284,7 @@ void add_apply(CLI::App& app) {
       "also <joint>_se_deg: the root mean square error of such an angle on data that the fit did not see");
   command->add_flag(
       "--track", o->track,
-      "follow each strip while the glove is worn, from whole bends; what was corrected is said at the end");
-  command->add_flag("--json", o->json, "one JSON object instead, when the recording has ended");
+      "follow each sensor while the glove is worn, from whole bends; corrections are reported at the end");
 }
 
 }  // namespace flexor::cli

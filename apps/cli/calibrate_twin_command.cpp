@@ -143,7 +143,6 @@ void add_calibrate_twin(CLI::App& app) {
       "draw so many twins by Markov chains, prior times likelihood of the published averages");
   command->add_option("--threads", o->threads, "with --ensemble; 0: as many as the machine has")
       ->capture_default_str();
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 }  // namespace flexor::cli

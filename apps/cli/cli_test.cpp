@@ -581,7 +581,8 @@ TEST_F(Cli, CameraCommandsRefuseBadInputInOneLineAndLeaveNothingBehind) {
                  ".mp4");
   expect_refused("track /dev/null" + joints + out, 2, "camera cannot be opened");
   expect_refused("track '" + path("pixel.png") + "'" + joints + out + " --colour 1,1", 2, "--setup");
-  expect_refused("track --setup '" + path("pixel.png") + "'" + joints + out + " --colour one", 2, "X,Y");
+  expect_refused("track --setup '" + path("pixel.png") + "'" + joints + out + " --colour one", 2,
+                 "--colour: At least 2");
   expect_refused("track --setup '" + path("pixel.png") + "'" + joints + out + " --assign x", 2,
                  "NUMBER=MARK");
   expect_refused("identify --sensor '" + glove() + "' --reference '" + path("text.mp4") + "'" + joints, 2,

@@ -19,13 +19,15 @@
 
 namespace flexor::cli {
 
-// A command; its options live until `run` gets them.
+// A command; its options live until `run` gets them. `json`: what --json prints, where they have it.
 template <class Options>
-std::pair<std::remove_const_t<Options>*, CLI::App*> add_command(CLI::App& app, const char* name,
-                                                                const char* about, void (*run)(Options&)) {
+std::pair<std::remove_const_t<Options>*, CLI::App*> add_command(
+    CLI::App& app, const char* name, const char* about, void (*run)(Options&),
+    const char* json = "one JSON object on standard output") {
   const auto options = std::make_shared<std::remove_const_t<Options>>();
   CLI::App* command = app.add_subcommand(name, about);
   command->callback([options, run] { run(*options); });
+  if constexpr (requires { options->json; }) command->add_flag("--json", options->json, json);
   return {options.get(), command};
 }
 
@@ -59,7 +61,14 @@ void add_show(CLI::App& app);
 void add_wiring(CLI::App& app);
 
 // The twin as shipped or from a file, with parameters set. Throws io::InputError.
-twin::Parameters twin_parameters(const std::string& file, const std::vector<std::string>& set);
+struct TwinFiles {
+  std::string file;
+  std::vector<std::string> set;
+};
+twin::Parameters twin_parameters(const TwinFiles& twin);
+// --twin, which is `about`, and --set.
+void add_twin_options(CLI::App& command, TwinFiles& twin,
+                      const char* about = "configuration of the twin (default: the shipped one)");
 
 // The sample rate of --rate, where it is given. Throws io::InputError.
 void set_rate(model::Model& model, std::optional<double> rate_hz);
@@ -78,7 +87,7 @@ std::map<std::string, std::pair<double, double>> ends_deg(const std::string& fil
 std::string seed_fault(const std::string& text);
 
 // A reading in another unit than the model's would give angles that look right: throws io::InputError. Where
-// either states none, a note says so. `unit` is that of the column for the model's channel.
+// either states none, a note says so. `unit` is that of the column for the model's input.
 void check_unit(const model::Input& input, const std::string& file, const std::string& column,
                 const std::string& unit);
 

@@ -31,8 +31,7 @@ struct Options {
   bool plain = false;
   std::string calibration;
   std::string recording;
-  std::string twin;
-  std::vector<std::string> set;
+  TwinFiles twin;
   std::string pins = "flexor";
   bool allow_missing = false;
   std::string encoding = "alpha";
@@ -262,7 +261,7 @@ void say(const study::Deployment& d, const PairKey& pair) {
 void run(const Options& o) {
   study::Boards boards(io::program_beside(kBoardsWorker));
   require_known(o);
-  const twin::Parameters p = twin_parameters(o.twin, o.set);
+  const twin::Parameters p = twin_parameters(o.twin);
   const PairKey pair = choose_key(o);
   study::Deployment d = plan(o, p, pair.key);
   const study::Counts counts = study::gesture_counts(p, d.glove.model);
@@ -346,10 +345,9 @@ void add_deploy(CLI::App& app) {
                       "(default: the article's divider for a model of its alpha, counts for one of counts)");
   command->add_option("--recording", o->recording,
                       "CSV with the model's input columns: also measure the error over it");
-  command->add_option(
-      "--twin", o->twin,
+  add_twin_options(
+      *command, o->twin,
       "configuration with divider, motors and limits of your glove and hand (flexor twin --json)");
-  command->add_option("--set", o->set, "change one of them: hand.upper_deg.thumb=150; may be repeated");
   command
       ->add_option("--model-as", o->model_as,
                    "code, compiled: the fewest cycles; or data in EEPROM or, too large for that, in flash, "
@@ -362,7 +360,6 @@ void add_deploy(CLI::App& app) {
       "the glove follows its strips while it is worn, from whole bends (not in the Arduino library)");
   command->add_flag("--assembly,!--portable", o->assembly,
                     "products in assembly (default), or in portable C++: the same bits in more cycles");
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 }  // namespace flexor::cli

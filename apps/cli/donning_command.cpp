@@ -65,7 +65,6 @@ void add_donning(CLI::App& app) {
   add_time_options(*command, o->time);
   command->add_option("--out", o->out, "write how they differ here, for recalibrate --prior");
   command->add_option("--report", o->report, "write report.html and changes.svg into this folder");
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 }  // namespace flexor::cli

@@ -23,8 +23,7 @@ namespace experiment_command {
 struct Options {
   std::string gestures = "1-6";
   std::string compensators = "raw,published-w,published-hw";
-  std::string twin;
-  std::vector<std::string> set;
+  TwinFiles twin;
   double rate_hz = 10;
   std::optional<int> trials;
   study::Plan plan;
@@ -209,8 +208,8 @@ void require_ensemble_options(const Options& o) {
   const auto refuse = [](bool given, const char* option) {
     if (given) throw io::InputError(fmt::format("{} is for one laboratory: leave out --ensemble", option));
   };
-  refuse(!o.twin.empty(), "--twin");
-  refuse(!o.set.empty(), "--set");
+  refuse(!o.twin.file.empty(), "--twin");
+  refuse(!o.twin.set.empty(), "--set");
   refuse(o.engine != "twin", "--engine");
   refuse(o.camera != "angles", "--camera");
 }
@@ -267,7 +266,7 @@ void run(Options& o) {
     log("both hands are filmed and tracked, frame by frame: some seconds a trial");
   }
   plan.trials = o.trials.value_or(o.ensemble.empty() ? plan.trials : twin::kTrialsAtOnce);
-  plan.parameters = twin_parameters(o.twin, o.set);
+  plan.parameters = twin_parameters(o.twin);
   std::vector<std::string> notes;
   plan.motions = study::motions(o.gestures, notes);
   for (const std::string& note : notes) log("warning: " + note);
@@ -308,12 +307,16 @@ void set_rate(model::Model& model, std::optional<double> rate_hz) {
   model::check(model);
 }
 
-twin::Parameters twin_parameters(const std::string& file, const std::vector<std::string>& set) {
-  using namespace experiment_command;
-  twin::Parameters p = file.empty() ? study::shipped_parameters() : twin::load(file);
-  for (const std::string& assignment : set) twin::assign(p, assignment);
+twin::Parameters twin_parameters(const TwinFiles& twin) {
+  twin::Parameters p = twin.file.empty() ? study::shipped_parameters() : twin::load(twin.file);
+  for (const std::string& assignment : twin.set) twin::assign(p, assignment);
   twin::check(p);
   return p;
+}
+
+void add_twin_options(CLI::App& command, TwinFiles& twin, const char* about) {
+  command.add_option("--twin", twin.file, about);
+  command.add_option("--set", twin.set, "change one of its values: radio.loss=0.05; may be repeated");
 }
 
 void add_experiment(CLI::App& app) {
@@ -339,9 +342,8 @@ void add_experiment(CLI::App& app) {
       "however it ended");
   command->add_option("--rate", o->rate_hz, "sample rate of the glove, Hz")->capture_default_str();
   command->add_option("--threads", o->plan.threads, "0: as many as the machine has")->capture_default_str();
-  command->add_option("--twin", o->twin,
-                      "configuration of the twin (default: the shipped one; flexor twin --json prints it)");
-  command->add_option("--set", o->set, "change one parameter of the twin: radio.loss=0.05; may be repeated");
+  add_twin_options(*command, o->twin,
+                   "configuration of the twin (default: the shipped one; flexor twin --json prints it)");
   command
       ->add_option(
           "--engine", o->engine,
@@ -357,14 +359,13 @@ void add_experiment(CLI::App& app) {
       ->capture_default_str();
   command->add_flag(
       "--scenarios", o->scenarios,
-      "also with half-open poses, the glove worn anew, another person, drift, lost and late frames; where a "
-      "compensator says its strips' poses, also worn for minutes, tracked and not");
+      "also with half-open poses, the glove re-donned, another person, drift, lost and late frames; where a "
+      "compensator has its sensors' poses, also worn for minutes, tracked and not");
   command->add_option(
       "--ensemble", o->ensemble,
       "in every laboratory of this file (flexor calibrate-twin --ensemble N): one recording of "
       "the glove, compensators fitted to it, then the gestures; medians and 90 % intervals "
       "over laboratories");
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 }  // namespace flexor::cli

@@ -97,7 +97,6 @@ void add_flash(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--baud", o->baud, "of the bootloader (default: 115200, then 57600 as old ones have)")
       ->check(CLI::PositiveNumber);
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 }  // namespace flexor::cli

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <optional>
 
 #include "apps/cli/commands.hpp"
@@ -412,10 +411,9 @@ void add_pairs(CLI::App& command, Options& o) {
 
 void add_identify(CLI::App& app) {
   using namespace identify_command;
-  auto o = std::make_shared<Options>();
+  const auto [o, command] = add_command(
+      app, "identify", "From a glove log and measured angles to a compensator proven on unseen data", run);
   identify::HandRequest& r = o->request;
-  CLI::App* command = app.add_subcommand(
-      "identify", "From a glove log and measured angles to a compensator proven on unseen data");
   command->add_option("--sensor", o->files.sensor, "CSV log of the glove");
   command->add_option("--reference", o->files.reference,
                       "CSV of the measured angle, or with --joints the video itself");
@@ -465,8 +463,6 @@ void add_identify(CLI::App& app) {
   command->add_option("--model", o->model, "write the model document here");
   command->add_option("--report", o->report,
                       "write report.html, a page for each joint, figures and samples into this folder");
-  command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o] { run(*o); });
 }
 
 }  // namespace flexor::cli

@@ -12,8 +12,7 @@ struct Options {
   double rate_hz = 10;
   int edges = 100;
   std::uint64_t seed = 1;
-  std::string twin;
-  std::vector<std::string> set;
+  TwinFiles twin;
   std::string folder;
   bool json = false;
 };
@@ -21,7 +20,7 @@ struct Options {
 void run(const Options& o) {
   study::Boards boards(io::program_beside(kBoardsWorker));
   if (o.edges < 1) throw io::InputError("--edges must be at least 1");
-  const twin::Parameters p = twin_parameters(o.twin, o.set);
+  const twin::Parameters p = twin_parameters(o.twin);
   study::Compensator compensator = study::compensator(o.model, o.rate_hz);
   std::vector<std::string> notes;
   compensator.model = study::on_hand(std::move(compensator.model), p, notes);
@@ -66,11 +65,8 @@ void add_latency(CLI::App& app) {
   command->add_option("--seed", o->seed, "everything random follows from it")
       ->check(seed_fault)
       ->capture_default_str();
-  command->add_option("--twin", o->twin, "configuration of the twin (default: the shipped one)");
-  command->add_option("--set", o->set,
-                      "change one parameter of the twin: radio.frame_rate_hz=20; may be repeated");
+  add_twin_options(*command, o->twin);
   command->add_option("--out", o->folder, "write report.html, latency.svg and latency.csv into this folder");
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 }  // namespace flexor::cli

@@ -125,9 +125,9 @@ void run(const Options& o) {
 
 void add_live(CLI::App& app) {
   using namespace live_command;
-  const auto [o, command] =
-      add_command(app, "live",
-                  "One page in a browser: the hand as it moves, a guided calibration, scopes, sessions", run);
+  const auto [o, command] = add_command(
+      app, "live", "One page in a browser: the hand as it moves, a guided calibration, scopes, sessions", run,
+      "the address as one JSON object on standard output, at the start");
   command->footer(
       "Whoever has the address it prints, which holds a secret, can use the glove; nobody else can. It is "
       "for this\n"
@@ -172,7 +172,6 @@ void add_live(CLI::App& app) {
                       "serial port or FIFO of an OpenGloves driver, which gets the fingers' bends as text");
   command->add_option("--mcap", o->mcap, "file that gets the angles as ROS 2 JointState; a new one");
   command->add_option("--http", o->http_port, "port of the page (default: any that is free)");
-  command->add_flag("--json", o->json, "the address as one JSON object on standard output, at the start");
 }
 
 }  // namespace flexor::cli

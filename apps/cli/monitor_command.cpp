@@ -82,7 +82,7 @@ class View {
     }
     if (again) out.insert(0, fmt::format("\033[{}A", lines));
     const listen::Tally& tally = source_.tally();
-    out += fmt::format("{}{:.1f} samples a second, {} torn, {}{}\n", clear, rate_hz(), tally.torn,
+    out += fmt::format("{}{:.1f} samples a second, {} malformed, {}{}\n", clear, rate_hz(), tally.torn,
                        listen::lost_in_words(tally), terminal ? "; Ctrl-C ends this" : "");
     // A line that the terminal would break is cut off by it.
     print_as_it_is(terminal ? "\033[?7l" + out + "\033[?7h" : out);
@@ -153,11 +153,10 @@ void add_monitor(CLI::App& app) {
                                         "A glove in the terminal, as it moves: a bar for each finger; or a "
                                         "hand, with its duties and faults; or, "
                                         "with --from, a recording, a simulated glove or a camera",
-                                        run);
+                                        run, "one JSON object on standard output, at the end");
   add_options(*command, o->glove);
   add_speed(*command, o->glove);
   command->add_option("--for", o->for_s, "seconds (default: until Ctrl-C)")->check(CLI::PositiveNumber);
-  command->add_flag("--json", o->json, "one JSON object on standard output, at the end");
 }
 
 }  // namespace flexor::cli

@@ -120,7 +120,6 @@ void add_pair(CLI::App& app) {
   command->add_option("--key", o->key, "file with the key, 32 hexadecimal digits (default: a new key)");
   command->add_option("--out", o->out, "file that a new key is written to, for its owner alone")
       ->capture_default_str();
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 }  // namespace flexor::cli

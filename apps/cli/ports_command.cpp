@@ -62,7 +62,6 @@ void add_ports(CLI::App& app) {
   const auto [o, command] = add_command(app, "ports", "Serial ports that may be gloves or hands", run);
   command->add_flag("--listen", o->listen,
                     "listen to each, and say what speaks there; most boards restart by that");
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 }  // namespace flexor::cli

@@ -174,7 +174,6 @@ void add_learn(CLI::App& posture) {
   command->add_option("--seed", o->seed, "of the typical hands' first choice")
       ->check(seed_fault)
       ->capture_default_str();
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 void add_complete(CLI::App& posture) {
@@ -219,7 +218,6 @@ void add_complete(CLI::App& posture) {
           "hand; written is positive flexion")
       ->excludes("--flexion");
   command->add_option("--out", o->out, "the completed CSV")->required();
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 }  // namespace posture_command

@@ -154,11 +154,10 @@ void guide_motion(const std::function<double(double t_s)>& wait,
 
 void add_protocol(CLI::App& app) {
   using namespace protocol_command;
-  const auto [o, command] =
-      add_command(app, "protocol",
-                  "The motion to record a glove and a camera with: in a terminal a guide through it", run);
+  const auto [o, command] = add_command(
+      app, "protocol", "The motion to record a glove and a camera with: in a terminal a guide through it",
+      run, "one JSON object on standard output: every move");
   command->add_flag("--list", o->list, "its parts and what each is for, as where the output is no terminal");
-  command->add_flag("--json", o->json, "one JSON object on standard output: every move");
 }
 
 }  // namespace flexor::cli

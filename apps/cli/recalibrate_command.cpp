@@ -67,9 +67,8 @@ void add_recalibrate(CLI::App& app) {
       add_command(app, "recalibrate", "Fit a model's sensors anew to a glove that was put on again", run);
   command->footer(
       "All evidence goes into one estimate. Without a camera a finger counts once it was opened and closed\n"
-      "over its whole range (three turns of 30 degrees). What the evidence does not tell stays as it was, "
-      "and\n"
-      "what it lacks is said.");
+      "over its whole range (three turns of 30 degrees). What the evidence does not determine stays,\n"
+      "and what is missing is reported.");
   command->add_option("model", o->request.model, "model document")->required();
   command->add_option("--recording", o->request.recording, "log of ten to thirty seconds of ordinary motion");
   command
@@ -91,7 +90,6 @@ void add_recalibrate(CLI::App& app) {
       "--prior", o->request.prior,
       "how donnings of this glove differ, as flexor donning writes it (default: the shipped one)");
   command->add_option("--out", o->out, "write the new model document here")->required();
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 }  // namespace flexor::cli

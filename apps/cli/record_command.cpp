@@ -31,7 +31,7 @@ void take(std::vector<listen::Sample>& samples, const listen::Source& source, co
 std::string how_it_goes(const listen::Source& source, const listen::Log& log, double for_s) {
   const listen::Tally& tally = source.tally();
   std::string text = fmt::format("{:.0f} s, {} rows", log.duration_s(), log.rows());
-  if (tally.torn > 0) text += fmt::format(", {} torn", tally.torn);
+  if (tally.torn > 0) text += fmt::format(", {} malformed", tally.torn);
   if (tally.lost.value_or(0) > 0) text += ", " + listen::lost_in_words(tally);
   return text + (for_s > 0 ? fmt::format(", {:.0f} s left", std::max(0.0, for_s - log.duration_s()))
                            : ", Ctrl-C ends it");
@@ -88,9 +88,9 @@ void run(const Options& o) {
                  {"version", FLEXOR_VERSION}});
     return print(io::dump(json));
   }
-  print(fmt::format("{}: {} rows in {:.1f} s, {} torn, {}, {} restarts of the board, {} times unplugged\n",
-                    o.out, log->rows(), log->duration_s(), tally.torn, listen::lost_in_words(tally),
-                    log->restarts(), unplugged));
+  print(fmt::format(
+      "{}: {} rows in {:.1f} s, {} malformed, {}, {} restarts of the board, {} times unplugged\n", o.out,
+      log->rows(), log->duration_s(), tally.torn, listen::lost_in_words(tally), log->restarts(), unplugged));
 }
 
 }  // namespace record_command
@@ -106,7 +106,6 @@ void add_record(CLI::App& app) {
       ->required();
   add_options(*command, o->glove);
   command->add_option("--for", o->for_s, "seconds (default: until Ctrl-C)")->check(CLI::PositiveNumber);
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 }  // namespace flexor::cli

@@ -23,9 +23,8 @@ struct Options {
   bool json = false;
 };
 
-// The column that was named, or the only one, or the only one that ends in _deg.
-std::string pick(const recording::Recording& r, const std::string& wanted, const char* option) {
-  if (!wanted.empty()) return r.column(wanted).name;
+// The only column, or the only one that ends in _deg.
+std::string pick(const recording::Recording& r, const char* option) {
   if (r.columns.size() == 1) return r.columns.front().name;
   std::vector<std::string> angles;
   for (const auto& c : r.columns) {
@@ -49,9 +48,8 @@ struct Angles {
 Angles read(const std::string& path, const std::string& column, const char* option,
             const recording::TimeOptions& time) {
   Angles a{column.empty() ? recording::read_csv(path, {}, time) : recording::read_angle(path, column, time),
-           ""};
-  a.column = pick(a.recording, column, option);
-  recording::leave_out_lost(a.recording, a.column);
+           column};
+  if (column.empty()) recording::leave_out_lost(a.recording, a.column = pick(a.recording, option));
   recording::to_degrees(a.recording, a.column, "");
   for (const std::string& warning : a.recording.warnings) log("note: " + warning);
   return a;
@@ -111,7 +109,6 @@ void add_score(CLI::App& app) {
   command->add_option("--estimate-offset", o->estimate_offset_s, "seconds to add to the estimate's clock")
       ->capture_default_str();
   add_time_options(*command, o->time);
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 }  // namespace flexor::cli

@@ -25,8 +25,7 @@ struct Options {
   std::string key;
   std::optional<double> rate_hz;
   std::string calibration;
-  std::string twin;
-  std::vector<std::string> set;
+  TwinFiles twin;
   std::string output = "radio";
   bool bootloader = false;
   bool json = false;
@@ -35,7 +34,7 @@ struct Options {
 deploy::Glove glove_of(const Options& o, std::optional<double> rate_hz) {
   model::Model model = model::load(o.model);
   set_rate(model, rate_hz);
-  const twin::Parameters twin = twin_parameters(o.twin, o.set);
+  const twin::Parameters twin = twin_parameters(o.twin);
   std::vector<std::string> notes;
   if (o.output == "radio") model = study::on_hand(std::move(model), twin, notes);
   for (const std::string& note : notes) log(note);
@@ -124,8 +123,7 @@ void add_send(CLI::App& app) {
                       "with --bootloader the "
                       "model's)");
   command->add_option("--calibration", o->calibration, "as at the deployment");
-  command->add_option("--twin", o->twin, "as at the deployment");
-  command->add_option("--set", o->set, "as at the deployment; may be repeated");
+  add_twin_options(*command, o->twin, "as at the deployment, and likewise --set");
   command
       ->add_option("--output", o->output,
                    "as at the deployment: a hand gets its own ends, VR drivers the model's")
@@ -135,7 +133,6 @@ void add_send(CLI::App& app) {
       "--bootloader", o->bootloader,
       "through the board's bootloader, over USB: for a glove whose model lies in flash, as the larger "
       "ones do; it pauses for some seconds (default where the model does not fit EEPROM)");
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 }  // namespace flexor::cli

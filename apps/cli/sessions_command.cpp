@@ -61,7 +61,6 @@ void add_sessions(CLI::App& app) {
   const auto [o, command] = add_command(
       app, "sessions", "Recordings, models and reports that flexor live keeps, newest first", run);
   command->add_option("--sessions", o->folder, "their folder (default: flexor in the home folder)");
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 }  // namespace flexor::cli

@@ -23,11 +23,11 @@ void run(const Options& o) {
 void add_show(CLI::App& app) {
   using namespace show_command;
   const auto [o, command] =
-      add_command(app, "show", "Show a model document: a diagram of its blocks, and its limits", run);
+      add_command(app, "show", "Show a model document: a diagram of its blocks, and its limits", run,
+                  "the document itself, checked");
   CLI::Option* model = command->add_option("model", o->model, "model document");
   command->add_flag("--schema", o->schema, "the JSON Schema of every model document instead")
       ->excludes(model);
-  command->add_flag("--json", o->json, "the document itself, checked");
 }
 
 }  // namespace flexor::cli

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <memory>
 #include <optional>
 #include <set>
 
@@ -25,30 +24,12 @@ struct Options {
   bool setup = false;
   double at_s = 0;
   std::string skeleton;
-  std::string colour;
-  std::string colour_in;
+  std::vector<double> colour;
+  std::vector<double> colour_in;
   std::vector<std::string> assign;
   std::string save;
   bool json = false;
 };
-
-std::vector<double> numbers(const std::string& text, std::size_t count, const char* option,
-                            const char* what) {
-  std::vector<double> out;
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  while (at < end) {
-    double v = 0;
-    const auto [stop, error] = std::from_chars(at, end, v);
-    if (error != std::errc() || (stop < end && *stop != ',')) break;
-    out.push_back(v);
-    at = stop < end ? stop + 1 : end;
-  }
-  if (out.size() != count || at != end) {
-    throw io::InputError(fmt::format("{} {}: must be {}, in pixels of the picture", option, text, what));
-  }
-  return out;
-}
 
 Json assignments_of(const std::vector<std::string>& assignments) {
   std::set<int> taken;
@@ -79,11 +60,8 @@ Json setup_arguments(const Options& o) {
               {"picture", bytes(o.track.out)},
               {"save", bytes(o.save)}};
   if (!o.colour.empty() && !o.colour_in.empty()) throw io::InputError("--colour or --colour-in, not both");
-  if (!o.colour.empty()) out["colour_at_px"] = numbers(o.colour, 2, "--colour", "X,Y: a point on a mark");
-  if (!o.colour_in.empty()) {
-    out["colour_in_px"] =
-        numbers(o.colour_in, 4, "--colour-in", "LEFT,TOP,WIDTH,HEIGHT: a rectangle within a mark");
-  }
+  if (!o.colour.empty()) out["colour_at_px"] = o.colour;
+  if (!o.colour_in.empty()) out["colour_in_px"] = o.colour_in;
   return out;
 }
 
@@ -194,8 +172,7 @@ struct FilmOptions {
   std::string gestures = "1-6";
   std::string motion;
   bool mjpeg = false;
-  std::string twin;
-  std::vector<std::string> set;
+  TwinFiles twin;
   bool json = false;
 };
 
@@ -211,7 +188,7 @@ std::vector<twin::Motion> filmed(const FilmOptions& o) {
 }
 
 void run_film(const FilmOptions& o) {
-  const twin::Parameters parameters = twin_parameters(o.twin, o.set);
+  const twin::Parameters parameters = twin_parameters(o.twin);
   io::require_folder(o.folder);
   const std::vector<twin::Motion> motions = filmed(o);
   const model::Model raw = study::compensator("raw", o.rate_hz).model;
@@ -279,34 +256,32 @@ void add_track(CLI::App& app) {
   command->add_option("--at", o->at_s, "the picture at this time, seconds")->needs(setup);
   command->add_option("--skeleton", o->skeleton, "which of the joint file's (default: the first)")
       ->needs(setup);
-  command->add_option("--colour", o->colour, "X,Y: learn the colour from this point on a mark")->needs(setup);
-  command
-      ->add_option("--colour-in", o->colour_in,
-                   "LEFT,TOP,WIDTH,HEIGHT: learn it from a rectangle within a mark")
-      ->needs(setup);
+  const auto pixels = [&, command = command](const char* name, std::vector<double>& to, const char* about,
+                                             int count) {
+    command->add_option(name, to, about)->delimiter(',')->expected(count)->needs(setup);
+  };
+  pixels("--colour", o->colour, "X,Y: learn the colour from this point on a mark", 2);
+  pixels("--colour-in", o->colour_in, "LEFT,TOP,WIDTH,HEIGHT: learn it from a rectangle within a mark", 4);
   command->add_option("--assign", o->assign, "NUMBER=MARK, for each mark: instead of the proposal")
       ->needs(setup);
   command->add_option("--save", o->save, "write a joint file with this colour and these places")
       ->needs(setup);
-  command->add_flag("--json", o->json, "one JSON object on standard output");
 }
 
 void add_camera(CLI::App& app) {
   using namespace track_command;
   CLI::App* camera = app.add_subcommand("camera", "Calibrate a lens; film the twin's hand");
   camera->require_subcommand(1);
-  auto c = std::make_shared<CalibrateOptions>();
-  CLI::App* calibrate = camera->add_subcommand("calibrate", "The lens from pictures of a checkerboard");
+  const auto [c, calibrate] =
+      add_command(*camera, "calibrate", "The lens from pictures of a checkerboard", run_calibrate);
   calibrate->add_option("pictures", c->pictures, "five or more, the board tilted in different directions")
       ->required();
   calibrate->add_option("--board", c->board, "inner corners, COLUMNSxROWS")->capture_default_str();
   calibrate->add_option("--out", c->out, "write the lens file here")->required();
-  calibrate->add_flag("--json", c->json, "one JSON object on standard output");
-  calibrate->callback([c] { run_calibrate(*c); });
 
-  auto f = std::make_shared<FilmOptions>();
-  CLI::App* film = camera->add_subcommand(
-      "film", "The twin wears its glove before a camera: a log, a video, and the exact angles");
+  const auto [f, film] =
+      add_command(*camera, "film",
+                  "The twin wears its glove before a camera: a log, a video, and the exact angles", run_film);
   film->add_option("--out", f->folder, "folder for glove.csv, video.mp4, truth.csv, joints.json")->required();
   auto* gestures = film->add_option("--gestures", f->gestures,
                                     "what follows the calibration motion, as for flexor experiment")
@@ -321,10 +296,7 @@ void add_camera(CLI::App& app) {
   film->add_option("--seed", f->seed, "everything random follows from it")
       ->check(seed_fault)
       ->capture_default_str();
-  film->add_option("--twin", f->twin, "configuration of the twin (default: the shipped one)");
-  film->add_option("--set", f->set, "change one parameter of the twin; may be repeated");
-  film->add_flag("--json", f->json, "one JSON object on standard output");
-  film->callback([f] { run_film(*f); });
+  add_twin_options(*film, f->twin);
 }
 
 }  // namespace flexor::cli

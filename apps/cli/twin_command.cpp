@@ -16,8 +16,7 @@ using Json = nlohmann::ordered_json;
 
 struct RecordOptions {
   study::GloveRequest request;
-  std::string twin;
-  std::vector<std::string> set;
+  TwinFiles twin;
   std::string folder;
   bool json = false;
 };
@@ -59,7 +58,7 @@ std::string next_command(const RecordOptions& o, double lead_s) {
 }
 
 void record(RecordOptions& o) {
-  o.request.parameters = twin_parameters(o.twin, o.set);
+  o.request.parameters = twin_parameters(o.twin);
   study::check(o.request);
   io::require_folder(o.folder);
   refuse_others_logs(o);
@@ -115,9 +114,7 @@ void add_twin_record(CLI::App& twin) {
   command->add_option("--seed", o->request.seed, "other than the experiment's")
       ->check(seed_fault)
       ->capture_default_str();
-  command->add_option("--twin", o->twin, "configuration of the twin (default: the shipped one)");
-  command->add_option("--set", o->set, "change one parameter of the twin; may be repeated");
-  command->add_flag("--json", o->json, "one JSON object on standard output");
+  add_twin_options(*command, o->twin);
 }
 
 }  // namespace twin_command

@@ -22,14 +22,13 @@ struct Options {
   std::string link;
   std::string key;
   std::uint64_t seed = 1;
-  std::string twin;
-  std::vector<std::string> set;
+  TwinFiles twin;
   bool json = false;
 };
 
 study::BenchOptions bench_of(const Options& o) {
   study::BenchOptions bench;
-  bench.parameters = twin_parameters(o.twin, o.set);
+  bench.parameters = twin_parameters(o.twin);
   bench.model = study::compensator(o.model, o.rate_hz).model;
   bench.model_as = o.model_as == "code" ? deploy::ModelAs::code : deploy::ModelAs::data;
   bench.in_flash = o.model_as == "flash";
@@ -81,13 +80,14 @@ void run(const Options& o) {
 
 void add_twin_wear(CLI::App& twin) {
   using namespace wear_command;
-  const auto [o, command] = add_command(twin, "wear",
-                                        "A glove without hardware: both boards simulated in real time with "
-                                        "their own firmware, worn by the twin, "
-                                        "the glove's USB on a pseudo-terminal. Leave it running and use "
-                                        "flexor monitor, record, send or flash in "
-                                        "another terminal. Ctrl-C ends it",
-                                        run);
+  const auto [o, command] =
+      add_command(twin, "wear",
+                  "A glove without hardware: both boards simulated in real time with "
+                  "their own firmware, worn by the twin, "
+                  "the glove's USB on a pseudo-terminal. Leave it running and use "
+                  "flexor monitor, record, send or flash in "
+                  "another terminal. Ctrl-C ends it",
+                  run, "one JSON object on standard output, as soon as the glove is there");
   command->add_option("--port-link", o->link,
                       "a name for the port that stays (default: the pseudo-terminal's own, /dev/pts/N)");
   command
@@ -113,9 +113,7 @@ void add_twin_wear(CLI::App& twin) {
   command->add_option("--seed", o->seed, "everything random follows from it")
       ->check(seed_fault)
       ->capture_default_str();
-  command->add_option("--twin", o->twin, "configuration of the twin (default: the shipped one)");
-  command->add_option("--set", o->set, "change one parameter of the twin; may be repeated");
-  command->add_flag("--json", o->json, "one JSON object on standard output, as soon as the glove is there");
+  add_twin_options(*command, o->twin);
 }
 
 }  // namespace flexor::cli

@@ -16,8 +16,7 @@ struct Options {
   std::string pins = "flexor";
   std::string output = "radio";
   std::string sensor_kind = kSensorKinds.front();
-  std::string twin;
-  std::vector<std::string> set;
+  TwinFiles twin;
   bool json = false;
 };
 
@@ -29,7 +28,7 @@ void refuse_deployment(const std::string& folder) {
 }
 
 void run(const Options& o) {
-  const twin::Parameters p = twin_parameters(o.twin, o.set);
+  const twin::Parameters p = twin_parameters(o.twin);
   const deploy::Pins pins = deploy::pins_from_text(o.pins);
   const deploy::Output output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
   nlohmann::ordered_json json = to_json(deploy::wiring_plan(pins, output, divider_kohm(o.sensor_kind, p)));
@@ -63,9 +62,7 @@ void add_wiring(CLI::App& app) {
       ->check(CLI::IsMember({"radio", "opengloves"}))
       ->capture_default_str();
   add_sensor_kind(*command, o->sensor_kind);
-  command->add_option("--twin", o->twin, "configuration with the divider of your glove (flexor twin --json)");
-  command->add_option("--set", o->set, "change one of its values; may be repeated");
-  command->add_flag("--json", o->json, "one JSON object on standard output");
+  add_twin_options(*command, o->twin, "configuration with the divider of your glove (flexor twin --json)");
 }
 
 }  // namespace flexor::cli

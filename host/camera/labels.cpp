@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "host/camera/angles.hpp"
+#include "host/io/numbers.hpp"
 
 namespace flexor::camera {
 namespace {
@@ -17,12 +18,6 @@ constexpr double kAreaTolerance = 0.8;
 constexpr double kLevelTolerance = 0.4;
 
 double half_square(double v) { return v * v / 2; }
-
-double median(std::vector<double> values) {
-  const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, half);
-  return *half;
-}
 
 // Marks that have been given a candidate.
 struct Partial {
@@ -47,8 +42,8 @@ class Search {
     // Of the largest, as many as are wanted: specks do not decide what is typical.
     std::ranges::sort(areas, std::greater<>());
     areas.resize(std::min(areas.size(), skeleton.marks.size()));
-    const double area = median(areas);
-    const double level = median(levels);
+    const double area = io::median(areas);
+    const double level = io::median(levels);
     for (const Mark& m : candidates) {
       look_cost_.push_back(half_square(std::log(m.area_px / area) / kAreaTolerance) +
                            half_square(std::log(m.level / level) / kLevelTolerance));

@@ -506,6 +506,21 @@ class Search {
 
 }  // namespace
 
+std::vector<double> used_readings(const Session& session, Index sensor) {
+  std::vector<double> out;
+  for (std::size_t k = 0; k < session.use.size(); ++k)
+    if (session.use[k] != 0) out.push_back(session.input(static_cast<Index>(k), sensor));
+  return out;
+}
+
+std::vector<double> used_angles(const std::vector<Session>& sessions) {
+  std::vector<double> out;
+  for (const Session& s : sessions)
+    for (std::size_t k = 0; k < s.use.size(); ++k)
+      if (s.use[k] != 0) out.push_back(s.angle_deg(static_cast<Index>(k)));
+  return out;
+}
+
 model::Accuracy accuracy_of(std::vector<std::pair<double, double>> estimate) {
   std::ranges::sort(estimate);
   model::Accuracy out;

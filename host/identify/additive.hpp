@@ -52,6 +52,10 @@ struct Session {
   std::vector<std::uint8_t> use;  // 1 where a sample's error counts
 };
 
+// Where its error counts.
+std::vector<double> used_readings(const Session& session, Eigen::Index sensor);
+std::vector<double> used_angles(const std::vector<Session>& sessions);
+
 // The shape of an additive compensator; every sensor gets the same branches.
 struct Branches {
   std::vector<double> radii;   // of plays, as shares of the sensor's range

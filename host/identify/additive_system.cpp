@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host/identify/robust.hpp"
+#include "host/io/numbers.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -55,19 +56,10 @@ std::vector<double> knots_of(const std::vector<double>& u, int count) {
   return out;
 }
 
-// Piecewise-linear interpolation: the knot below, and how far on to the next one.
-std::pair<Index, double> between(const std::vector<double>& knots, double u) {
-  const double x = std::clamp(u, knots.front(), knots.back());
-  const auto next = std::ranges::upper_bound(knots, x);
-  const auto i = std::clamp<std::ptrdiff_t>(next - knots.begin() - 1, 0, std::ssize(knots) - 2);
-  const auto at = static_cast<std::size_t>(i);
-  return {i, (x - knots[at]) / (knots[at + 1] - knots[at])};
-}
-
 MatrixXd hat_values(const VectorXd& u, const std::vector<double>& knots) {
   MatrixXd out = MatrixXd::Zero(u.size(), std::ssize(knots));
   for (Index k = 0; k < u.size(); ++k) {
-    const auto [i, share] = between(knots, u(k));
+    const auto [i, share] = io::place(knots, u(k));
     out(k, i) = 1 - share;
     out(k, i + 1) = share;
   }
@@ -234,7 +226,7 @@ void System::fill(const Stack& stack, const Branches& branches, double period_s)
       std::size_t branch = own * branches.still();
       const auto put_still = [&](const VectorXd& x) {
         put([&](Index row, Index sample) {
-          const auto [i, share] = between(knots_[own], x(sample));
+          const auto [i, share] = io::place(knots_[own], x(sample));
           still_[static_cast<std::size_t>(row) * hats_per_row_ + branch] = {
               static_cast<Index>(branch) * knots + i, share};
         });

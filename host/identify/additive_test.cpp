@@ -6,7 +6,7 @@
 #include <random>
 #include <utility>
 
-#include "host/score/score.hpp"
+#include "host/io/numbers.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -74,7 +74,7 @@ TEST(Additive, WhatDiffersBetweenRecordingsStaysOutOfTheCurves) {
 // How far the angle goes back while the reading goes up slowly, after it went down, or the other way round.
 double turned_deg(const Additive& fit) {
   const auto curve = [&](Eigen::Index b, double u) {
-    return score::interpolate(fit.knots[0], {fit.value.col(b).data(), fit.knots[0].size()}, u);
+    return io::interpolate(fit.knots[0], {fit.value.col(b).data(), fit.knots[0].size()}, u);
   };
   double most = 0;
   std::vector<double> play(fit.branches.radii.size(), 500);

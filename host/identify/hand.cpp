@@ -24,6 +24,7 @@
 #include "host/identify/structure_text.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/io/numbers.hpp"
 #include "host/io/run_in_order.hpp"
 #include "host/model/correction.hpp"
 #include "host/model/formats.hpp"
@@ -42,13 +43,6 @@ constexpr double kBeside_s = 1;
 constexpr std::size_t kBlocks = 8;
 constexpr double kMuchWorse = 1.5;
 constexpr double kLittle = 0.2;
-
-// Names of judge.hpp, and structures that give them.
-const std::vector<std::pair<std::string, std::string>> kBaselines = {
-    {"line", "line"},
-    {"limited_line", "limited-line"},
-    {"line_lead", "line-lead"},
-    {"published_form", std::string(kPublishedForm)}};
 
 using Files = HandRecordings;
 
@@ -216,10 +210,9 @@ Held held_of(std::span<const Sampled> samples, std::size_t joint) {
 
 using PairsDegrees = std::vector<std::vector<double>>;  // of each pair, its samples
 
-// The logs through the model, as apply runs it: of each of its joints, the map's number `joint`, all samples.
+// The logs through the model, as apply runs it: of each of its joints, the map's from number `first` on, all samples.
 std::vector<PairsDegrees> estimates(const model::Model& model, const std::vector<Files>& files,
-                                    const std::vector<Sampled>& samples,
-                                    const std::vector<std::size_t>& joint) {
+                                    const std::vector<Sampled>& samples, std::size_t first = 0) {
   std::vector<PairsDegrees> out(model.joints.size(), PairsDegrees(files.size()));
   for (std::size_t p = 0; p < files.size(); ++p) {
     const recording::Recording& log = files[p].sensor;
@@ -232,7 +225,7 @@ std::vector<PairsDegrees> estimates(const model::Model& model, const std::vector
       for (std::size_t c = 0; c < columns.size(); ++c) row[c] = (*columns[c])[i];
       estimator.push(log.t_s[i], row, [&](const Estimate& e) {
         for (std::size_t j = 0; j < out.size(); ++j) {
-          if (k < samples[p].sensor[joint[j]].front().size()) out[j][p].push_back(e.angle_deg[j]);
+          if (k < samples[p].sensor[first + j].front().size()) out[j][p].push_back(e.angle_deg[j]);
         }
         ++k;
       });
@@ -312,7 +305,7 @@ void score_baseline(const std::string& name, const std::string& structure, const
   const JointMap own{map.joint, {map.sensors.front()}, map.reference};
   try {
     const model::Model model = baseline_model(structure, sessions_of(samples, j, true), inputs, own);
-    const auto estimated = estimates(model, files, samples, {j});
+    const auto estimated = estimates(model, files, samples, j);
     const PairsDegrees& all = estimated.front();
     held[name] = held_out(all, samples, j);
     for (std::size_t p = 0; p < all.size() && name.starts_with("line"); ++p) {
@@ -407,8 +400,9 @@ HeldOut baselines_of(const HandRequest& request, const std::vector<Files>& files
   HeldOut out;
   out["static_curve"] = static_curve(samples, j);
   const model::Model inputs = start_model(request, files, samples);
-  for (const auto& [name, structure] : kBaselines)
-    score_baseline(name, structure, request.map[j], inputs, files, samples, j, joint, out);
+  for (const score::Baseline& one : score::kBaselines)
+    if (one.structure != nullptr)
+      score_baseline(one.name, one.structure, request.map[j], inputs, files, samples, j, joint, out);
   return out;
 }
 
@@ -444,7 +438,7 @@ double rmse_later_deg(const JointResult& joint, double later_s) {
     for (std::size_t k = s.holdout_begin; k < s.t_s.size(); ++k) {
       const double at_s = s.t_s[k] + later_s;
       if (s.gap[k] != 0 || at_s < s.t_s.front() || at_s > s.t_s.back()) continue;
-      errors.push_back(s.estimated_deg[k] - score::interpolate(s.t_s, s.measured_deg, at_s));
+      errors.push_back(s.estimated_deg[k] - io::interpolate(s.t_s, s.measured_deg, at_s));
     }
   }
   return score::rms(errors);
@@ -453,17 +447,14 @@ double rmse_later_deg(const JointResult& joint, double later_s) {
 // Itself is no baseline.
 score::Verdict judged(const HandRequest& request, const std::vector<double>& error_deg,
                       HeldOut baseline_error_deg, const std::vector<std::size_t>& part_ends = {}) {
-  for (const auto& [name, structure] : kBaselines) {
-    if (structure == request.structure) baseline_error_deg.erase(name);
-  }
+  for (const score::Baseline& one : score::kBaselines)
+    if (one.structure != nullptr && one.structure == request.structure) baseline_error_deg.erase(one.name);
   return score::judge(error_deg, baseline_error_deg, 1 / request.rate_hz, part_ends);
 }
 
 void score_joints(const HandRequest& request, const std::vector<Files>& files,
                   const std::vector<Sampled>& samples, HandIdentification& r) {
-  std::vector<std::size_t> all(r.joints.size());
-  std::iota(all.begin(), all.end(), 0);
-  const auto estimated = estimates(r.model, files, samples, all);
+  const auto estimated = estimates(r.model, files, samples);
   const auto score = [&](std::size_t j) {
     JointResult joint = r.joints[j];
     joint.samples = series_of(samples, j, estimated[j]);
@@ -487,7 +478,7 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
     warn_of_holdout(request, samples, j, joint, r.warnings);
     r.joints[j] = std::move(joint);
   };
-  io::run_in_order<JointResult>(0, all.size(), io::threads_of(request.threads), score, take);
+  io::run_in_order<JointResult>(0, r.joints.size(), io::threads_of(request.threads), score, take);
 }
 
 Json donnings_json(const std::optional<Donnings>& donnings) {
@@ -717,12 +708,7 @@ void add_ends(const HandRequest& request, const std::vector<Sampled>& samples, m
       joint.ends = stated->second;
       continue;
     }
-    std::vector<double> angles;
-    for (const Session& session : sessions_of(samples, j)) {
-      for (Eigen::Index k = 0; k < session.angle_deg.size(); ++k) {
-        if (session.use[static_cast<std::size_t>(k)] != 0) angles.push_back(session.angle_deg(k));
-      }
-    }
+    std::vector<double> angles = used_angles(sessions_of(samples, j));
     std::ranges::sort(angles);
     model::Ends ends{quantile(angles, kShare), quantile(angles, 1 - kShare)};
     if (std::abs(ends.fist_deg) < std::abs(ends.open_deg)) std::swap(ends.open_deg, ends.fist_deg);
@@ -762,17 +748,14 @@ std::vector<std::string> asked_for(const HandRequest& request) {
 }
 
 double rmse_deg(const std::vector<JointSamples>& pairs) {
-  double squares = 0;
-  double count = 0;
+  std::vector<double> errors;
   for (const JointSamples& s : pairs) {
     for (std::size_t k = 0; k < s.gap.size(); ++k) {
       const double error_deg = s.estimated_deg[k] - s.measured_deg[k];
-      if (s.gap[k] != 0 || !std::isfinite(error_deg)) continue;
-      squares += error_deg * error_deg;
-      ++count;
+      if (s.gap[k] == 0 && std::isfinite(error_deg)) errors.push_back(error_deg);
     }
   }
-  return count > 0 ? std::sqrt(squares / count) : 0;
+  return errors.empty() ? 0 : score::rms(errors);
 }
 
 // What was proven on a part, the same structures once more from all; the figures stay those of the part. A joint of it that errs
@@ -789,14 +772,12 @@ bool fit_again(const HandRequest& request, const std::vector<Files>& files, Hand
   }
   const std::vector<Sampled> samples = sample_all(files, r.clocks, all);
   fit_model(all, proven, files, samples, {}, again);
-  std::vector<std::size_t> joints(r.joints.size());
-  std::iota(joints.begin(), joints.end(), 0);
-  const auto estimated = estimates(again.model, files, samples, joints);
+  const auto estimated = estimates(again.model, files, samples);
   if (!request.refit) {  // joint by joint below
     again.model.blocks.clear();
     again.model.joints.clear();
   }
-  for (const std::size_t j : joints) {
+  for (std::size_t j = 0; j < r.joints.size(); ++j) {
     const double part_deg = rmse_deg(r.joints[j].samples);
     const double all_deg = rmse_deg(series_of(samples, j, estimated[j]));
     const auto chosen = std::ranges::find(again.joints[j].rows, true, &CandidateRow::chosen);
@@ -923,11 +904,9 @@ std::optional<std::vector<HeldOut>> errors_without(const Unit& unit, const HandR
   } catch (const io::Cancelled&) {
     return std::nullopt;
   }
-  std::vector<std::size_t> joints(one.joints.size());
-  std::iota(joints.begin(), joints.end(), 0);
-  const auto estimated = estimates(one.model, files, samples, joints);
+  const auto estimated = estimates(one.model, files, samples);
   std::vector<HeldOut> out;
-  for (const std::size_t j : joints) {
+  for (std::size_t j = 0; j < one.joints.size(); ++j) {
     if (one.joints[j].untried > 0) return std::nullopt;
     one.joints[j].samples.resize(files.size());
     const Held held = held_of(samples, j);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <functional>
 
+#include "host/io/numbers.hpp"
+
 namespace flexor::identify {
 namespace {
 
@@ -26,10 +28,8 @@ MatrixXd gains(const Additive& fit, std::size_t plays, double sign, Index column
   std::erase_if(at, [&](double u) { return u < knots.front() || u > knots.back(); });
   std::ranges::sort(at);
   const auto add = [&](std::size_t branch, double u, double share, auto row) {
-    const auto next = std::ranges::upper_bound(knots, u) - knots.begin();
-    const auto k = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(next - 1, 0, std::ssize(knots) - 2));
-    const double on = std::clamp((u - knots[k]) / (knots[k + 1] - knots[k]), 0.0, 1.0);
-    const auto column = static_cast<Index>(branch * knots.size() + k);
+    const auto [k, on] = io::place(knots, u);
+    const auto column = static_cast<Index>(branch * knots.size()) + k;
     row(column) += share * (1 - on);
     row(column + 1) += share * on;
   };

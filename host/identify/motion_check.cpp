@@ -46,13 +46,8 @@ void look(const Session& session, double period_s, Found& found) {
 
 std::vector<std::string> lacking(const std::vector<Session>& sessions, double period_s) {
   Found found;
-  std::vector<double> angles;
-  for (const Session& session : sessions) {
-    look(session, period_s, found);
-    for (Index k = 0; k < session.angle_deg.size(); ++k) {
-      if (session.use[static_cast<std::size_t>(k)] != 0) angles.push_back(session.angle_deg(k));
-    }
-  }
+  for (const Session& session : sessions) look(session, period_s, found);
+  std::vector<double> angles = used_angles(sessions);
   if (angles.empty()) return {};
   std::ranges::sort(angles);
   const double range = quantile(angles, 0.99) - quantile(angles, 0.01);

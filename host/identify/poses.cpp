@@ -21,10 +21,7 @@ constexpr double kApart = 0.3;         // of the span: rests that are nearer are
 std::vector<model::Spread> spreads_of(const std::vector<Session>& sessions, Eigen::Index sensor) {
   std::vector<model::Spread> out;
   for (const Session& session : sessions) {
-    std::vector<double> readings;
-    for (Eigen::Index k = 0; k < session.input.rows(); ++k) {
-      if (session.use[static_cast<std::size_t>(k)]) readings.push_back(session.input(k, sensor));
-    }
+    std::vector<double> readings = used_readings(session, sensor);
     if (readings.empty()) continue;
     if (!(out.emplace_back(spread_of(std::move(readings), kSpreadShares)).span() > 0)) out.pop_back();
   }
@@ -150,12 +147,7 @@ void add_poses(const std::vector<Session>& sessions, Eigen::Index sensor, double
   if (!valid(poses)) return;
   input.poses = poses;
   std::vector<std::vector<double>> recordings;
-  for (const Session& s : sessions) {
-    std::vector<double>& readings = recordings.emplace_back();
-    for (Eigen::Index k = 0; k < s.angle_deg.size(); ++k) {
-      if (s.use[static_cast<std::size_t>(k)]) readings.push_back(s.input(k, sensor));
-    }
-  }
+  for (const Session& s : sessions) recordings.push_back(used_readings(s, sensor));
   const auto turns = model::turns_of(recordings, sample_period_s, *poses);
   if (valid(turns)) input.turns = turns;
 }

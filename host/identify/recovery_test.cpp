@@ -7,7 +7,7 @@
 
 #include "host/identify/fit.hpp"
 #include "host/identify/structure_text.hpp"
-#include "host/score/score.hpp"
+#include "host/io/numbers.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -90,7 +90,7 @@ Data simulate(const Truth& t, unsigned seed) {
     if (k == 0) play = v;
     play = std::min(v + radius, std::max(v - radius, play));
     v += weight * (play - v);
-    const double w = t.knots.empty() ? curve[0] * v + curve[1] : score::interpolate(t.knots, curve, v);
+    const double w = t.knots.empty() ? curve[0] * v + curve[1] : io::interpolate(t.knots, curve, v);
     double y = x = k == 0 ? w : pair ? x : hold * x + (1 - hold) * w;
     if (pair) {
       constexpr int kParts = 200;

@@ -61,9 +61,8 @@ struct Span {
 Span readings(const std::vector<Session>& sessions) {
   std::vector<double> u;
   for (const Session& s : sessions) {
-    for (std::size_t k = 0; k < s.use.size(); ++k) {
-      if (s.use[k]) u.push_back(s.input(static_cast<Eigen::Index>(k), 0));
-    }
+    const std::vector<double> used = used_readings(s, 0);
+    u.insert(u.end(), used.begin(), used.end());
   }
   std::ranges::sort(u);
   return {quantile(u, kSpanTail), quantile(u, 1 - kSpanTail)};

@@ -6,7 +6,11 @@
 #include <cmath>
 #include <vector>
 
+#include "host/io/numbers.hpp"
+
 namespace flexor::identify {
+
+using io::median;
 
 inline constexpr double kLoss_deg = 1;  // a camera's error
 
@@ -18,12 +22,6 @@ inline double loss_of(double error_deg) {
 
 inline double quantile(const std::vector<double>& sorted, double q) {
   return sorted[static_cast<std::size_t>(std::lround(q * static_cast<double>(sorted.size() - 1)))];
-}
-
-inline double median(std::vector<double> values) {
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 // Standard deviation of a normal distribution with this median of |residual|.

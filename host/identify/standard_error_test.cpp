@@ -7,6 +7,7 @@
 #include <random>
 
 #include "host/identify/structure_text.hpp"
+#include "host/io/numbers.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -55,7 +56,7 @@ double stated_deg(const Additive& fit, std::size_t knot) {
 // Its curve of the reading itself.
 double curve_deg(const Additive& fit, double reading) {
   const std::vector<double>& knots = fit.knots.front();
-  return fit.offset_deg + score::interpolate(knots, {fit.value.col(0).data(), knots.size()}, reading);
+  return fit.offset_deg + io::interpolate(knots, {fit.value.col(0).data(), knots.size()}, reading);
 }
 
 class StandardErrors : public RealRecordings,

@@ -25,6 +25,7 @@
 
 #include "host/identify/additive.hpp"
 #include "host/identify/predictor.hpp"
+#include "host/score/judge.hpp"
 
 namespace flexor::identify {
 
@@ -42,7 +43,7 @@ using WantedStructure = std::variant<Candidates, Chain>;
 WantedStructure parse_structure(std::string_view text, std::size_t sensors);
 
 // The article's: an input dead zone, a pole, limits.
-inline constexpr std::string_view kPublishedForm = "dead-zone > gain > lti(1) > saturation";
+inline constexpr std::string_view kPublishedForm = score::kBaselines.back().structure;
 // Of a chain's text.
 inline Structure blocks_of(std::string_view chain) {
   return std::get<Chain>(parse_structure(chain, 1)).blocks;

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "host/io/io.hpp"
+#include "host/io/numbers.hpp"
 #include "host/model/channel.hpp"
 
 namespace flexor::model {
@@ -149,14 +150,7 @@ void check_provenance(const Model& model, const std::string& source) {
 
 }  // namespace
 
-double Accuracy::at(double angle) const {
-  const auto above = std::ranges::lower_bound(angle_deg, angle);
-  if (above == angle_deg.begin()) return standard_error_deg.front();
-  if (above == angle_deg.end()) return standard_error_deg.back();
-  const auto i = static_cast<std::size_t>(above - angle_deg.begin());
-  const double share = (angle - angle_deg[i - 1]) / (angle_deg[i] - angle_deg[i - 1]);
-  return standard_error_deg[i - 1] + share * (standard_error_deg[i] - standard_error_deg[i - 1]);
-}
+double Accuracy::at(double angle) const { return io::interpolate(angle_deg, standard_error_deg, angle); }
 
 const std::vector<std::string>& finger_names() {
   static const std::vector<std::string> names = {"thumb", "index", "middle", "ring", "pinky"};

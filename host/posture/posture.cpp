@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host/io/json.hpp"
+#include "host/io/numbers.hpp"
 
 namespace flexor::posture {
 namespace {
@@ -109,14 +110,7 @@ void require_joints(io::JsonReader& reader) {
 
 }  // namespace
 
-double CoupledCurve::at(double angle_deg) const {
-  const auto next = std::ranges::upper_bound(knot_deg, angle_deg);
-  if (next == knot_deg.begin()) return value_deg.front();
-  if (next == knot_deg.end()) return value_deg.back();
-  const auto i = static_cast<std::size_t>(next - knot_deg.begin());
-  const double part = (angle_deg - knot_deg[i - 1]) / (knot_deg[i] - knot_deg[i - 1]);
-  return std::lerp(value_deg[i - 1], value_deg[i], part);
-}
+double CoupledCurve::at(double angle_deg) const { return io::interpolate(knot_deg, value_deg, angle_deg); }
 
 std::string to_json(const Posture& posture) {
   ordered_json people = ordered_json::array();

@@ -8,6 +8,7 @@
 #include <span>
 #include <unsupported/Eigen/NonLinearOptimization>
 
+#include "host/io/numbers.hpp"
 #include "host/recording/resample.hpp"
 #include "host/recording/velocity.hpp"
 
@@ -47,12 +48,6 @@ constexpr Index kUnknowns = 4;
 constexpr Index kPriors = 5;
 constexpr double kDifference = 0.01;
 constexpr int kMostTries = 60;
-
-double median_of(std::vector<double> x) {
-  if (x.empty()) return 0;
-  std::ranges::nth_element(x, x.begin() + std::ssize(x) / 2);
-  return x[x.size() / 2];
-}
 
 VectorXd play(VectorXd x, double radius) {
   double p = x(0);
@@ -125,7 +120,7 @@ double noise_of(const std::span<const double> x) {
   std::vector<double> third;
   for (std::size_t k = 3; k < x.size(); ++k)
     third.push_back(std::abs(x[k] - 3 * x[k - 1] + 3 * x[k - 2] - x[k - 3]));
-  return kNormal * median_of(std::move(third)) / std::sqrt(20);
+  return third.empty() ? 0 : kNormal * io::median(std::move(third)) / std::sqrt(20);
 }
 
 // One angle on an even grid, from the first frame on.
@@ -265,12 +260,13 @@ class SensorModel {
 
   void leave_out_outliers(const Point& at) {
     const VectorXd e = residuals(at).cwiseAbs();
-    const double rest = median_of({reading_.begin(), reading_.end()});
+    const double rest = io::median({reading_.begin(), reading_.end()});
     const double range = reading_.maxCoeff() - reading_.minCoeff();
     std::vector<double> bent;  // most of the time a finger may rest, where residuals are small
     for (Index i = 0; i < rows(); ++i)
       if (std::abs(reading_(i) - rest) > kBent * range) bent.push_back(e(i));
-    const double deviation = kNormal * std::max(median_of({e.begin(), e.end()}), median_of(bent));
+    const double deviation =
+        kNormal * std::max(io::median({e.begin(), e.end()}), bent.empty() ? 0 : io::median(bent));
     if (deviation > 0) counts_ = (e.array() <= kOutlier * deviation).cast<double>();
   }
 

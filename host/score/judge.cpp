@@ -19,17 +19,6 @@ constexpr std::size_t kDraws = 1000;
 constexpr unsigned kSeed = 2019;
 constexpr double kNoError = 1e-12;  // squared, whose logarithm is still a number
 
-struct Baseline {
-  const char* name;
-  const char* words;
-  const char* structure;  // that gives it; null: none does
-};
-constexpr std::array kBaselines = {Baseline{"line", "a straight line", "line"},
-                                   Baseline{"limited_line", "a straight line between limits", "limited-line"},
-                                   Baseline{"line_lead", "a straight line with a lead", "line-lead"},
-                                   Baseline{"static_curve", "a static curve by least squares", nullptr},
-                                   Baseline{"published_form", "the published form", nullptr}};
-
 const char* word_of(const Verdict& v) {
   constexpr std::array kWords = {"better", "as good", "worse"};
   return kWords.at(static_cast<std::size_t>(v.word));
@@ -135,10 +124,11 @@ std::string in_words(const Verdict& v) {
                      baseline->words, v.baseline_deg, word_of(v), v.rmse_deg - v.baseline_deg, v.low_deg,
                      v.high_deg);
   if (v.word == Verdict::Word::better) return out;
-  return out + "; record more" +
-         (baseline->structure == nullptr
-              ? ""
-              : fmt::format(", or take that: --structure {}", baseline->structure));
+  out += "; record more";
+  if (baseline->structure == nullptr) return out;
+  const std::string_view structure = baseline->structure;
+  const char* quote = structure.find(' ') == std::string_view::npos ? "" : "'";
+  return out + fmt::format(", or take that: --structure {0}{1}{0}", quote, structure);
 }
 
 nlohmann::ordered_json to_json(const Verdict& v) {

@@ -7,6 +7,7 @@
 // Source: H. Kuensch, Ann. Statist. 17 (1989) 1217.
 #pragma once
 
+#include <array>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
@@ -34,8 +35,19 @@ double student_t(int degrees);
 // Root mean square; of none NaN.
 double rms(std::span<const double> error);
 
-// Errors at the same samples, degrees, at least two; baselines by their names: line, limited_line, line_lead, static_curve,
-// published_form. `part_ends`: of parts, one after the other, that are drawn whole in place of blocks, as persons are; none: blocks.
+struct Baseline {
+  const char* name;
+  const char* words;
+  const char* structure;  // that gives it; null: none does
+};
+inline constexpr std::array kBaselines = {
+    Baseline{"line", "a straight line", "line"},
+    Baseline{"limited_line", "a straight line between limits", "limited-line"},
+    Baseline{"line_lead", "a straight line with a lead", "line-lead"},
+    Baseline{"static_curve", "a static curve by least squares", nullptr},
+    Baseline{"published_form", "the published form", "dead-zone > gain > lti(1) > saturation"}};
+
+// Errors at the same samples, degrees, at least two; baselines by their names. `part_ends`: of parts, one after the other, that are drawn whole in place of blocks, as persons are; none: blocks.
 Verdict judge(const std::vector<double>& error_deg,
               const std::map<std::string, std::vector<double>>& baseline_error_deg, double period_s,
               const std::vector<std::size_t>& part_ends = {});

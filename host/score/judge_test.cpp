@@ -70,6 +70,7 @@ TEST(Judge, RecommendsOnlyWhatAStructureGives) {
   };
   EXPECT_NE(words("line_lead").find("--structure line-lead"), std::string::npos);
   EXPECT_EQ(words("static_curve").find("--structure"), std::string::npos);
+  EXPECT_NE(words("published_form").find("--structure 'dead-zone > gain"), std::string::npos);
   EXPECT_EQ(judge(errors(1, 1), {}, 0.05).baseline, "");
 }
 

@@ -3,6 +3,8 @@
 #include <Eigen/QR>
 #include <algorithm>
 
+#include "host/io/numbers.hpp"
+
 namespace flexor::score {
 namespace {
 
@@ -27,17 +29,10 @@ std::vector<double> least_squares_curve(const std::vector<double>& x, const std:
   const std::vector<double> knots = knots_of(x);
   const std::ptrdiff_t n = std::ssize(knots);
   if (n < 2) return std::vector<double>(at.size(), y.front());
-  // The knot below, and how far on to the next one.
-  const auto place = [&](double u) {
-    const auto next = std::ranges::upper_bound(knots, u) - knots.begin();
-    const auto k = std::clamp<std::ptrdiff_t>(next - 1, 0, n - 2);
-    const auto i = static_cast<std::size_t>(k);
-    return std::pair(k, std::clamp((u - knots[i]) / (knots[i + 1] - knots[i]), 0.0, 1.0));
-  };
   Eigen::MatrixXd gram = kAnchor * Eigen::MatrixXd::Identity(n, n);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(n);
   for (std::size_t i = 0; i < x.size(); ++i) {
-    const auto [k, on] = place(x[i]);
+    const auto [k, on] = io::place(knots, x[i]);
     const Eigen::Vector2d hat(1 - on, on);
     gram.block<2, 2>(k, k) += hat * hat.transpose();
     right.segment<2>(k) += hat * y[i];
@@ -47,7 +42,7 @@ std::vector<double> least_squares_curve(const std::vector<double>& x, const std:
   const Eigen::VectorXd value = gram.colPivHouseholderQr().solve(right);
   std::vector<double> out;
   for (const double u : at) {
-    const auto [k, on] = place(u);
+    const auto [k, on] = io::place(knots, u);
     out.push_back((1 - on) * value(k) + on * value(k + 1));
   }
   return out;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/io/io.hpp"
+#include "host/io/numbers.hpp"
 #include "host/score/judge.hpp"
 
 namespace flexor::score {
@@ -40,7 +41,7 @@ Errors error_at_lag(std::span<const double> t_s, std::span<const double> measure
     const double at_s = t_s[k] - lag_s;
     if (at_s < t_s.front() || at_s > t_s.back()) continue;
     out.t_s.push_back(t_s[k]);
-    out.deg.push_back((lag_s == 0 ? measured[k] : interpolate(t_s, measured, at_s)) - estimated[k]);
+    out.deg.push_back((lag_s == 0 ? measured[k] : io::interpolate(t_s, measured, at_s)) - estimated[k]);
   }
   return out;
 }
@@ -86,15 +87,6 @@ void merge_equal_times(const Angles& in, std::vector<double>& t_s, std::vector<d
 }
 
 }  // namespace
-
-double interpolate(std::span<const double> t_s, std::span<const double> value, double at_s) {
-  const auto next = std::ranges::lower_bound(t_s, at_s) - t_s.begin();
-  if (next == 0) return value.front();
-  if (next == std::ssize(t_s)) return value.back();
-  const auto n = static_cast<std::size_t>(next);
-  const double share = (at_s - t_s[n - 1]) / (t_s[n] - t_s[n - 1]);
-  return value[n - 1] + share * (value[n] - value[n - 1]);
-}
 
 Score score(std::span<const double> t_s, std::span<const double> measured_deg,
             std::span<const double> estimated_deg, double max_step_s) {
@@ -174,7 +166,7 @@ Score compare(const Angles& measured, const Angles& estimated) {
       continue;
     }
     t_s.push_back(now);
-    measured_deg.push_back(interpolate(reference_t_s, reference_deg, now));
+    measured_deg.push_back(io::interpolate(reference_t_s, reference_deg, now));
     estimated_deg.push_back(estimated.angle_deg[k]);
   }
   if (t_s.size() < 2 || t_s.back() - t_s.front() < kMinOverlap_s) {

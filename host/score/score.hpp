@@ -67,7 +67,4 @@ Score compare(const Angles& measured, const Angles& estimated);
 
 nlohmann::ordered_json to_json(const Score& score);
 
-// Straight line between the samples of (t_s, value) at `at_s`; the nearest sample outside.
-double interpolate(std::span<const double> t_s, std::span<const double> value, double at_s);
-
 }  // namespace flexor::score

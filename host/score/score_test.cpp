@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "host/io/io.hpp"
+#include "host/io/numbers.hpp"
 #include "host/score/least_squares.hpp"
 
 namespace flexor::score {
@@ -169,10 +170,10 @@ TEST(Score, WhatWasNotSeenIsNotScored) {
 TEST(Interpolate, HoldsItsEnds) {
   const std::vector<double> t = {1, 2, 4};
   const std::vector<double> x = {10, 20, 0};
-  EXPECT_EQ(interpolate(t, x, 0), 10);
-  EXPECT_EQ(interpolate(t, x, 1.5), 15);
-  EXPECT_EQ(interpolate(t, x, 3), 10);
-  EXPECT_EQ(interpolate(t, x, 9), 0);
+  EXPECT_EQ(io::interpolate(t, x, 0), 10);
+  EXPECT_EQ(io::interpolate(t, x, 1.5), 15);
+  EXPECT_EQ(io::interpolate(t, x, 3), 10);
+  EXPECT_EQ(io::interpolate(t, x, 9), 0);
 }
 
 TEST(LeastSquares, LineAndCurveGoThroughWhatLiesOnThem) {

@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "host/io/io.hpp"
+#include "host/io/numbers.hpp"
 #include "host/recording/align.hpp"
 #include "host/recording/csv.hpp"
 #include "host/score/trial.hpp"
@@ -50,11 +49,6 @@ std::vector<std::vector<float>> fingers_of(const recording::Recording& seen) {
   for (const recording::Column& column : seen.columns)
     out.emplace_back(column.value.begin(), column.value.end());
   return out;
-}
-
-double median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
 }
 
 std::optional<double> sensor_lag_s(const GloveRecording& one, std::size_t finger) {
@@ -107,7 +101,7 @@ std::optional<HandLag> hand_lag(const std::vector<GloveRecording>& recordings) {
     }
   }
   if (whole.empty()) return std::nullopt;
-  return HandLag{median(whole), sensors.empty() ? 0 : median(sensors)};
+  return HandLag{io::median(whole), sensors.empty() ? 0 : io::median(sensors)};
 }
 
 void write_recordings(const std::vector<GloveRecording>& recordings, const std::filesystem::path& folder) {

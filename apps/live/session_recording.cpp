@@ -51,7 +51,7 @@ bool SessionRecording::is_silent(double now_s) const {
 std::string SessionRecording::in_words(double now_s) const {
   std::string out = fmt::format("{} rows in {}", rows(), log_file().string());
   if (left_out_ > 0)
-    out += fmt::format("; {} rows that came were torn or did not fit, and are left out", left_out_);
+    out += fmt::format("; {} rows that came were malformed or did not fit, and are left out", left_out_);
   if (is_silent(now_s)) out += fmt::format("; nothing was recorded in the last {:.0f} s", now_s - newest_s_);
   return out;
 }

@@ -179,7 +179,7 @@ TEST(Sessions, ARecordingNamesWhatItLacks) {
   recording.leave_out(360);
   EXPECT_EQ(recording.in_words(23),
             whole +
-                "; 360 rows that came were torn or did not fit, and are left out; nothing was "
+                "; 360 rows that came were malformed or did not fit, and are left out; nothing was "
                 "recorded in the last 18 s");
 }
 

@@ -35,7 +35,7 @@ void add(Model& model, const Channel& channel);
 // The joint `at` as a chain; none where its graph is none of this order.
 std::optional<Channel> channel(const Model& model, std::size_t at);
 
-// Every joint as a chain. Throws io::InputError naming the first that is none.
+// Every joint as a chain, which each must be.
 std::vector<Channel> channels(const Model& model);
 
 // The same document with these chains for its graph.

@@ -3,16 +3,6 @@
 #include <algorithm>
 
 namespace flexor::model {
-namespace {
-
-template <class Arithmetic, class K, class Coefficients>
-typename detail::NodesOf<Arithmetic, Kind>::type node(const Coefficients& c) {
-  detail::Node<K, Arithmetic> out{};
-  out.at.c = c;
-  return out;
-}
-
-}  // namespace
 
 template <class Arithmetic>
 Compensator<Arithmetic>::Compensator(const Model& model) {
@@ -43,7 +33,9 @@ Compensator<Arithmetic>::Compensator(const Model& model) {
     }
     for (std::size_t b = 0; b < model.blocks.size(); ++b) {
       std::visit(
-          [&]<class K>(const FixedCoefficients<K>& one) { add(fixed.graph, b, node<Arithmetic, K>(one.c)); },
+          [&]<class K>(const FixedCoefficients<K>& one) {
+            add(fixed.graph, b, detail::Node<K, Arithmetic>{one.c});
+          },
           fixed.blocks[b]);
     }
     finish(fixed.graph);
@@ -62,7 +54,7 @@ Compensator<Arithmetic>::Compensator(const Model& model) {
       std::visit(
           [&](const auto& kind) {
             using K = std::decay_t<decltype(kind)>;
-            add(graph, b, node<Arithmetic, K>(kind.template floating<Number>(model.sample_period_s)));
+            add(graph, b, detail::Node<K, Arithmetic>{kind.template floating<Number>(model.sample_period_s)});
           },
           model.blocks[b].kind);
     }
@@ -113,17 +105,16 @@ void Compensator<Arithmetic>::run(Block& block, Number& out) {
   block.started = true;
   std::visit(
       [&](auto& node) {
-        auto& at = node.at;
         const Number in = signals_[block.from.front()];
-        if constexpr (requires { at.c.step(at.state, in); }) {
-          if (first) at.c.start(at.state, in);
-          out = at.c.step(at.state, in);
-        } else if constexpr (requires { at.c(in); }) {
-          out = at.c(in);
+        if constexpr (requires { node.c.step(node.state, in); }) {
+          if (first) node.c.start(node.state, in);
+          out = node.c.step(node.state, in);
+        } else if constexpr (requires { node.c(in); }) {
+          out = node.c(in);
         } else {
           std::array<Number, kMaxTerms> terms;
           for (std::size_t i = 0; i < block.from.size(); ++i) terms[i] = signals_[block.from[i]];
-          out = at.c(terms.data());
+          out = node.c(terms.data());
         }
       },
       block.node);

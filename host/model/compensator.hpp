@@ -26,23 +26,15 @@ struct FloatArithmetic {
 
 namespace detail {
 
-// Coefficients and state of one block; blocks without a state have none.
+// Of a block's coefficients; blocks without a state have an empty one.
 template <class Coefficients>
-struct Stateless {
-  Coefficients c;
+struct StateOf {
+  using type = std::monostate;
 };
 template <class Coefficients>
-struct Stateful {
-  Coefficients c;
-  typename Coefficients::State state{};
-};
-template <class Coefficients, class = void>
-struct NodeOf {
-  using type = Stateless<Coefficients>;
-};
-template <class Coefficients>
-struct NodeOf<Coefficients, std::void_t<typename Coefficients::State>> {
-  using type = Stateful<Coefficients>;
+requires requires { typename Coefficients::State; }
+struct StateOf<Coefficients> {
+  using type = typename Coefficients::State;
 };
 
 template <class Arithmetic, class K>
@@ -56,7 +48,8 @@ struct CoefficientsOf<FixedArithmetic, K> {
 
 template <class K, class Arithmetic>
 struct Node {
-  typename NodeOf<typename CoefficientsOf<Arithmetic, K>::type>::type at;
+  typename CoefficientsOf<Arithmetic, K>::type c;
+  typename StateOf<decltype(c)>::type state{};
 };
 
 template <class Arithmetic, class Variant>

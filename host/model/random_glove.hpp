@@ -4,19 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <string>
 #include <vector>
 
-#include "host/model/model.hpp"
+#include "host/model/random_model.hpp"
 
 namespace flexor::model {
 
 inline constexpr double kMaxCount = 1023;
 
-class RandomGlove {
+class RandomGlove : Draw {
  public:
-  explicit RandomGlove(unsigned seed) : random_(seed) {}
+  explicit RandomGlove(unsigned seed) : Draw(seed) {}
 
   // One joint from one sensor, with this kind (its place in Kind) before or behind the step to degrees; a sum
   // takes three sensors.
@@ -154,14 +153,6 @@ class RandomGlove {
 
   // 0 to `most`, in the steps of an input in fixed point.
   double steps(double most) { return std::round(uniform(0, most) * 32) / 32; }
-  bool coin() { return below(2) == 0; }
-  int below(int n) { return static_cast<int>(random_() % static_cast<unsigned>(n)); }
-  double uniform(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random_);
-  }
-
-  std::mt19937 random_;
-  Model model_;
 };
 
 }  // namespace flexor::model

@@ -13,9 +13,22 @@
 
 namespace flexor::model {
 
-class RandomModel {
+class Draw {
+ protected:
+  explicit Draw(unsigned seed) : random_(seed) {}
+  bool coin() { return below(2) == 0; }
+  int below(int n) { return static_cast<int>(random_() % static_cast<unsigned>(n)); }
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+
+  std::mt19937 random_;
+  Model model_;
+};
+
+class RandomModel : Draw {
  public:
-  explicit RandomModel(unsigned seed) : random_(seed) {}
+  explicit RandomModel(unsigned seed) : Draw(seed) {}
 
   Model make() {
     model_ = {};
@@ -191,11 +204,6 @@ class RandomModel {
   double angle() { return coin() ? uniform(-kMaxAngle_deg, kMaxAngle_deg) : kMaxAngle_deg; }
   double angle_size() { return coin() ? uniform(1, kMaxAngle_deg) : kMaxAngle_deg; }
   double sign() { return coin() ? 1 : -1; }
-  bool coin() { return below(2) == 0; }
-  int below(int n) { return static_cast<int>(random_() % static_cast<unsigned>(n)); }
-  double uniform(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random_);
-  }
   // Even over orders of magnitude, and each bound now and then.
   double wide(double low, double high) {
     const int which = below(8);
@@ -204,8 +212,6 @@ class RandomModel {
     return std::clamp(std::exp(uniform(std::log(low), std::log(high))), low, high);
   }
 
-  std::mt19937 random_;
-  Model model_;
   std::vector<std::pair<std::string, Interval>> signals_;  // and every value that each can take
   int count_ = 0;
 };

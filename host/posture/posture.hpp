@@ -38,7 +38,7 @@ struct CoupledCurve {
   Coupling coupling;
   std::vector<double> knot_deg;  // ascending, at least two
   std::vector<double> value_deg;
-  double sd_deg = 0;  // standard error (standard_error.hpp) on people that the curve was not fitted to
+  double sd_deg = 0;  // standard error (regression.hpp) on people that the curve was not fitted to
   double at(double angle_deg) const;
 };
 

@@ -84,7 +84,7 @@ Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset
 void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double lead_s, double split,
                  Aligned& out);
 
-// What both saw: t_s, input, output and gap columns, for wide CSV and MAT.
+// What both saw: t_s, input, output and gap columns, for wide CSV.
 Recording to_recording(const Aligned& aligned, const Pair& pair);
 
 // The fitted and the held-out readings of one recording.

@@ -239,7 +239,7 @@ inline const std::vector<Misshape> kMisshapes = {
     {"ColumnTwice", "t_s,flex,flex\n0,10,1\n0.05,11,1\n0.1,12,1\n", "occurs twice"},
     {"HugeNumber", "t_s,flex\n0,10\n0.05,1e308\n0.1,12\n", "row 3: column \"flex\": 1e308"},
     {"Prose", "this is no table\nat all\n", "no time column"},
-    {"MostRowsTorn", "t_s,flex\n0,10\n1\n2\n3\n4\n5\n6\n7\n8\n9\n", "are torn"},
+    {"MostRowsMalformed", "t_s,flex\n0,10\n1\n2\n3\n4\n5\n6\n7\n8\n9\n", "are malformed"},
     {"TwoClocks", "0.1,13:10:29.000,10\n0.2,13:10:29.050,11\n",
      "\"column1\" and \"column2\" could both be the time", "column3"},
     {"MillisecondsTakenForAClock", "time,flex\n95959900,1\n95959950,2\n95960000,3\n", "add --time-unit ms"},

@@ -618,7 +618,7 @@ void TableReader::choose(const std::vector<std::string>& columns) {
   static_cast<TableState&>(*this) = std::move(finder);
 }
 
-// The names of the first header, perhaps in another order; the first one may be torn, or stand behind half a row. Those of another
+// The names of the first header, perhaps in another order; the first one may be cut, or stand behind half a row. Those of another
 // glove share some with it, or come when it was plugged in.
 bool TableReader::is_header_again() {
   const bool has_labels = layout_ != Layout::table;
@@ -628,8 +628,8 @@ bool TableReader::is_header_again() {
   if (!to_number(names[0].substr(0, 1))) found_ = 0;  // 1;2;3 may be a row that is separated otherwise
   const bool shares = std::ranges::any_of(names, [this](const auto& name) { return has(name); });
   for (const std::string& name : header_) {
-    const bool is_torn = names[0].ends_with(name) || name.ends_with(names[0]);
-    if (is_torn && std::ranges::count(names, name) == 0) names[0] = name;
+    const bool is_cut = names[0].ends_with(name) || name.ends_with(names[0]);
+    if (is_cut && std::ranges::count(names, name) == 0) names[0] = name;
   }
   const bool is_own = !has_labels && std::ranges::is_permutation(names, header_);
   if (is_own) order_ = names == header_ ? std::vector<std::string>() : names;
@@ -700,7 +700,7 @@ bool TableReader::read_values(std::vector<double>& value, Problem& why) {
 // False with a reason, or without one where no time stands.
 bool TableReader::read_time(double& t_s, Problem& why) {
   if (!has_time()) {
-    t_s = static_cast<double>(rows_ + torn_ + unmeasured_) / options_.time.log_rate_hz;
+    t_s = static_cast<double>(rows_ + malformed_ + unmeasured_) / options_.time.log_rate_hz;
     return true;
   }
   const std::string& text = arrow_ ? line_.time : cells_[*time_place_];
@@ -744,17 +744,18 @@ bool TableReader::read_time(double& t_s, Problem& why) {
 }
 
 void TableReader::leave_out() {
-  if (torn_++ == 0) first_torn_ = line_.number;
+  if (malformed_++ == 0) first_malformed_ = line_.number;
   too_long_ += cells_.size() > header_.size() ? 1 : 0;
   const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_);
-  if (static_cast<double>(torn_) <= forgiven || options_.from == From::port) return;
-  const bool has_commas = 2 * too_long_ > torn_ && separator_ == ',';
-  refuse(Kind::malformed,
-         fmt::format(
-             "{} of the first {} rows are torn: too short or too long, without a time, or with text for a "
-             "number; mend or remove them{}",
-             torn_, rows_ + torn_, has_commas ? "; decimal commas need another separator" : ""),
-         first_torn_);
+  if (static_cast<double>(malformed_) <= forgiven || options_.from == From::port) return;
+  const bool has_commas = 2 * too_long_ > malformed_ && separator_ == ',';
+  refuse(
+      Kind::malformed,
+      fmt::format(
+          "{} of the first {} rows are malformed: too short or too long, without a time, or with text for a "
+          "number; mend or remove them{}",
+          malformed_, rows_ + malformed_, has_commas ? "; decimal commas need another separator" : ""),
+      first_malformed_);
 }
 
 TableReader::Take TableReader::take(Row& row) {
@@ -816,8 +817,9 @@ std::vector<std::string> TableReader::notes() const {
   if (!left_out_.empty()) say(fmt::format("without numbers, and left out: {}", left_out_));
   if (decimal_ == ',') say("commas in numbers are decimal commas");
   if (headers_ > 0) say(fmt::format("{} row(s) repeat the header", headers_));
-  if (torn_ > 0)
-    say(fmt::format("{} row(s) are malformed and were left out, the first is row {}", torn_, first_torn_));
+  if (malformed_ > 0)
+    say(fmt::format("{} row(s) are malformed and were left out, the first is row {}", malformed_,
+                    first_malformed_));
   if (unmeasured_ > 0) {
     say(fmt::format("{} of {} rows have no {} and were left out, the first is row {}", unmeasured_,
                     rows_ + unmeasured_, fmt::join(columns_, " or "), first_unmeasured_));

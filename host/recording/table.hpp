@@ -165,9 +165,9 @@ class TableReader : TableState {
   std::size_t rows_ = 0;
   std::string segment_;
   std::size_t segments_ = 0;
-  std::size_t torn_ = 0;
-  std::size_t first_torn_ = 0;
-  std::size_t too_long_ = 0;  // of the torn ones
+  std::size_t malformed_ = 0;
+  std::size_t first_malformed_ = 0;
+  std::size_t too_long_ = 0;  // of the malformed ones
   std::size_t headers_ = 0;   // that came again
   std::size_t unmeasured_ = 0;
   std::size_t first_unmeasured_ = 0;

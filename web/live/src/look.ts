@@ -67,7 +67,7 @@ function createLink(app: App) {
   const screen = tile('Message to screen', 'screen');
   const jitter = tile('Jitter of arrival', 'jitter');
   const lost = tile('Frames lost', 'lost');
-  const torn = tile('Torn', 'torn');
+  const torn = tile('Malformed', 'torn');
   const element = panel(
     'link',
     'Link',

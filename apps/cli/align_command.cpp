@@ -71,7 +71,7 @@ void run(const Options& o) {
     print(fmt::format("sensor lag     {:+.3f} s, of the readings behind the angle\n", *a.sensor_lag_s));
   if (aligned.alignment) {
     print(
-        fmt::format("confidence     {:.2f} (0: ambiguous, 1: no other offset comes near)\n"
+        fmt::format("confidence     {:.2f} (the probability that the offset is right to 0.15 s)\n"
                     "explained      {:.0f} % of the angle by the sensor at this offset\n",
                     a.confidence, 100 * a.eta_squared));
     if (a.tapped) print("tapped         three quick bends in both logs agree\n");

@@ -969,6 +969,18 @@ void check_held_out(const recording::Aligned& a) {
                   a.size() - a.holdout_begin, kLeastHeldOut));
 }
 
+// `why`: what the map has to do with it.
+void refuse_unsure(const Clock& clock, const Files& files, const std::string& why) {
+  if (clock.confidence >= recording::kUnsure) return;
+  throw io::JobError(fmt::format(
+      "{}: what moved does not tell its clock: {:+.2f} s is right with a probability of {:.2f}, {:g} at "
+      "least is "
+      "needed. {}; or give --clock-offset",
+      files.sensor.source, clock.offset_s, clock.confidence, recording::kUnsure,
+      why.empty() ? "Record longer, a motion that does not repeat itself, with three quick bends first"
+                  : why));
+}
+
 // All takes, each trial of a file one; `request.pairs` then name them.
 std::vector<Files> read_takes(HandRequest& request, std::vector<std::string>& warnings) {
   std::vector<Files> out;
@@ -1006,9 +1018,11 @@ Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, Ha
     witnesses.push_back({static_cast<std::size_t>(sensor), files.sensor.series(map[j].sensors.front()),
                          &files.reference[j], map[j].reference, map[j].joint});
   }
-  if (!given && on_one_clock(files)) given = 0;
+  const bool known = on_one_clock(files);
+  if (!given && known) given = 0;
   std::vector<std::string> said;
-  const Clock clock = recording::find_clock(witnesses, given, said);
+  Clock clock = recording::find_clock(witnesses, given, said);
+  if (known) clock.confidence = 1;
   for (const std::string& warning : said)
     warnings.push_back(fmt::format("{}: {}", files.sensor.source, warning));
   return clock;
@@ -1035,7 +1049,10 @@ HandIdentification identify_hand(const HandRequest& asked, const Step& step) {
   std::vector<Files> files = read_takes(r.request, r.warnings);
   for (std::size_t p = 0; p < files.size(); ++p) {
     r.clocks.push_back(clock_of(request.map, request.clock_offset_s, files[p], r.warnings));
+    const std::size_t said = r.warnings.size();
     check_map(request, request.pairs[p], files[p], r.clocks.back().offset_s, r.warnings);
+    if (!request.clock_offset_s)
+      refuse_unsure(r.clocks.back(), files[p], r.warnings.size() > said ? r.warnings[said] : "");
   }
   const std::vector<Sampled> samples = sample_all(files, r.clocks, request);
   for (std::size_t j = 0; j < request.map.size(); ++j) {

@@ -266,7 +266,7 @@ TEST_F(Hand, VoltsAreFittedAndHeldAsFinelyAsCounts) {
 
 TEST_F(Hand, TheSensorThatTellsAJointBetterIsNamed) {
   const PairFiles files = write("map", {60, 3});
-  EXPECT_TRUE(warned(found({files}, "index=b_adc:index_deg"), "index: a_adc explains"));
+  EXPECT_TRUE(has(refusal(request({files}, "index=b_adc:index_deg")), "index: a_adc explains"));
   EXPECT_FALSE(warned(found({files}), "explains"));
   const std::string log = io::read_file(files.sensor);
   const auto row = log.find('\n', log.size() / 2) + 1;

@@ -261,7 +261,7 @@ std::optional<Clock> add_pair(const RecalibrationFiles& files, RecalibrationRequ
     const std::vector<JointMap> map = map_of(files, request.model);
     HandRecordings take = read_take(files, log, map, request.model, notes);
     std::vector<std::string> unused;
-    clock = on_one_clock(take) ? Clock{.confidence = 1} : clock_of(map, {}, take, unused);
+    clock = clock_of(map, {}, take, unused);
     refuse_swapped(map, take, clock->offset_s);
     if (clock->confidence < recording::kUnsure)
       throw io::JobError(

@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <complex>
+#include <numbers>
 #include <numeric>
 #include <unsupported/Eigen/FFT>
 
@@ -25,26 +26,24 @@ constexpr double kExplainedRate_hz = 5;
 constexpr double kMinOverlap_s = 2;
 constexpr double kMinOverlapShare = 0.4;
 constexpr double kMinEtaSquared = 0.4;
-constexpr double kLowConfidence = 0.1;
 constexpr double kMinVelocityCorrelation = 0.3;
-// Squares of the velocities' correlation between which the confidence grows from nothing to all of it: of
-// 900 pairs of unrelated recordings one in ten exceeds 0.6, of 700 pairs of one motion one in fifty falls below 0.9.
-constexpr double kUnrelatedVelocity = 0.6 * 0.6;
-constexpr double kRelatedVelocity = 0.85 * 0.85;
+constexpr double kRelated = 0.7;      // velocities that correlate less are hardly of one motion
+constexpr double kLeastError = 1e-6;  // of what is left unexplained
 constexpr double kMinDriftOverlap_s = 20;
 constexpr double kQuarterError_s = 0.1;
-constexpr double kMinQuarterEnergy = 0.02;  // of the overlap's
-constexpr double kSteady_s = 0.2;  // quarters that differ so much from one clock halve the confidence
+constexpr double kMinQuarterEnergy = 0.02;    // of the overlap's
 constexpr double kMinMismatchOverlap_s = 60;  // quarters of less tell the offset too badly to refuse by it
 // RC oscillators stay within 10000 ppm, ceramic resonators within 5000, crystals within 100; a fifth more for
 // the error of the measurement.
 constexpr double kMaxDrift_ppm = 12000;
+constexpr double kRight_s = 0.15;
 constexpr double kDisagreement_s = 0.15;   // and
 constexpr double kDisagreementErrors = 4;  // standard errors
 constexpr double kTapped_s = 0.5;          // from the taps' offset to that of all motion
 constexpr double kTappedWorse = 0.15;      // in eta^2, than the best offset
-constexpr double kTappedUnique = 0.95;
-constexpr double kMostAnyway = 1e6;  // samples of a log, and
+constexpr double kTappedGain = 3;          // Evidence::gain of taps that agree, at least
+constexpr double kNoGain = 0.12;           // the other offset explains as much
+constexpr double kMostAnyway = 1e6;        // samples of a log, and
 constexpr double kMostPerReading = 60;
 constexpr int kMaxBins = 12;
 
@@ -327,54 +326,7 @@ std::optional<Peak> refine(const Sampled& a, const Sampled& b, double around, do
   return Peak{static_cast<double>(centre - reach + peak) + fraction, r[p]};
 }
 
-// Autocorrelation of the good samples of [begin, end) at `lag`; 1 at lag 0.
-double autocorrelation(const Sampled& a, std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t lag) {
-  double product = 0;
-  double square = 0;
-  for (std::ptrdiff_t i = begin; i + lag < end; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const auto l = static_cast<std::size_t>(i + lag);
-    if (!a.good[k] || !a.good[l]) continue;
-    product += a.value[k] * a.value[l];
-    square += (a.value[k] * a.value[k] + a.value[l] * a.value[l]) / 2;
-  }
-  return square > 0 ? product / square : 0;
-}
-
-// How many independent movements the overlap of two velocities holds: the samples that carry its energy,
-// (sum v^2)^2 / sum v^4, each worth 1 / (1 + 2 sum_k rho_a(k) rho_b(k)) (Bartlett, J. R. Stat. Soc. Suppl. 8
-// (1946) 27). One jump of the finger is one, bending back and forth two; rest adds nothing.
-double independent_movements(const Sampled& a, const Sampled& b, const Overlap& overlap, std::ptrdiff_t lag) {
-  constexpr std::ptrdiff_t kLongest = 200;  // 10 s
-  const auto length = overlap.end - overlap.begin;
-  double sum = 0;
-  for (std::ptrdiff_t k = 1; k <= std::min(length / 2, kLongest); ++k) {
-    sum += autocorrelation(a, overlap.begin, overlap.end, k) *
-           autocorrelation(b, overlap.begin + lag, overlap.end + lag, k);
-  }
-  double square = 0;
-  double fourth = 0;
-  for (std::ptrdiff_t i = overlap.begin; i < overlap.end; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const auto r = static_cast<std::size_t>(i + lag);
-    if (!a.good[k] || !b.good[r]) continue;
-    const double energy = std::abs(a.value[k] * b.value[r]);
-    square += energy;
-    fourth += energy * energy;
-  }
-  return fourth > 0 ? square * square / fourth / std::max(1 + 2 * sum, 1.0) : 0;
-}
-
-// Chance that unrelated velocities correlate so well at one of `offsets` independent offsets: about
-// (1 - r^2)^(m - 1) for m movements, since any single one can be laid over any other, and each further one
-// brings two degrees of freedom: when, and how far.
-double chance(double r, double movements, double offsets) {
-  return std::min(1.0, std::max(1.0, offsets) * std::pow(1 - r * r, std::max(0.0, movements - 1)));
-}
-
-// Straight line through the quarters' offsets: drift; quarters
-// that no straight line meets take away from the confidence. Throws io::JobError when it is clear and larger
-// than any clock's.
+// Straight line through the quarters' offsets: drift. Throws io::JobError when it is clear and larger than any clock's.
 void check_drift(Alignment& result) {
   std::vector<double> x;
   std::vector<double> y;
@@ -391,8 +343,6 @@ void check_drift(Alignment& result) {
   const Eigen::Vector2d line = a.colPivHouseholderQr().solve(b);
   const Eigen::VectorXd residual = b - a * line;
   const double scatter = residual.cwiseAbs().maxCoeff();
-  const double unsteady = residual.cwiseAbs().mean() / kSteady_s;
-  result.confidence /= 1 + unsteady * unsteady;
   const double ppm = line(1) * 1e6;
   const bool clear = std::abs(line(1) * result.overlap_s) > 3 * scatter;
   const double error_ppm = 2e6 * std::max(scatter, kQuarterError_s) / result.overlap_s;
@@ -405,8 +355,6 @@ void check_drift(Alignment& result) {
         std::abs(ppm) / 1e4, ppm > 0 ? "faster" : "slower", ppm));
   }
   if (std::abs(ppm) > kMaxDrift_ppm) {  // no clock, and too short or too unclear to refuse it
-    const double excess = (std::abs(ppm) - kMaxDrift_ppm) * 1e-6 * result.overlap_s / 4 / kSteady_s;
-    result.confidence /= 1 + excess * excess;
     if (clear) {
       result.warnings.push_back(fmt::format(
           "the offset wanders by {:+.2f} s over {:.0f} s, more than any clock: are the recordings "
@@ -447,32 +395,32 @@ void find_quarters(const Sampled& a, const Sampled& b, const Overlap& overlap, d
   check_drift(result);
 }
 
-// The three things that must hold for an offset to be believed, each 0 to 1.
-struct Belief {
-  double unique;   // no other offset explains as much
-  double related;  // the velocities agree too
-  double no_chance;
-  double confidence() const { return unique * related * no_chance; }
+// What tells whether an offset is right.
+struct Evidence {
+  double velocity_correlation;
+  double overlap_share;  // of the shorter recording
+  double error_s;        // of the offset
+  double gain;           // log of what the other offset leaves unexplained over what this one leaves
+
+  double probability() const {
+    const double r = velocity_correlation;
+    const double log_odds = -12.7 + 5.5 * r * r + 9.1 * overlap_share + 1.6 * std::sqrt(gain);
+    return std::erf(kRight_s / (std::numbers::sqrt2 * 1.6 * error_s)) / (1 + std::exp(-log_odds));
+  }
 };
 
-// Says which of them is weakest.
-std::string low_confidence(const Belief& belief, const Alignment& found) {
-  if (belief.unique <= std::min(belief.related, belief.no_chance)) {
-    return fmt::format(
-        "the alignment is ambiguous: offset {:+.1f} s explains almost as much as {:+.1f} s; record a motion "
-        "that does not repeat itself",
-        found.rival_offset_s.value_or(0), found.clock_offset_s);
-  }
-  if (belief.related <= belief.no_chance) {
+// Says what of it is weakest, or that the motion repeats itself.
+std::string low_confidence(const Evidence& evidence, const Alignment& found) {
+  if (evidence.velocity_correlation < kRelated) {
     return fmt::format(
         "the two recordings hardly move together (their velocities correlate by {:.2f}): are they of the "
         "same take and finger?",
         found.velocity_correlation);
   }
   return fmt::format(
-      "the alignment is ambiguous: {:.1f} s hold too little motion to tell the offset from chance; bend the "
-      "finger several times, unevenly",
-      found.overlap_s);
+      "the alignment is ambiguous: offset {:+.1f} s explains almost as much as {:+.1f} s; record a motion "
+      "that does not repeat itself",
+      found.rival_offset_s.value_or(0), found.clock_offset_s);
 }
 
 double duration_s(const Series& series) { return series.t_s.back() - series.t_s.front(); }
@@ -497,7 +445,6 @@ std::optional<std::size_t> tapped_lag(const Series& sensor, const Series& refere
 struct Repetition {
   double lag_s = 0;
   double rival_eta_squared = 0;
-  double searched_s = 0;
 };
 
 Repetition find_repetition(const Series& sensor, const Series& reference, const Scales& scales,
@@ -528,7 +475,7 @@ Repetition find_repetition(const Series& sensor, const Series& reference, const 
   const auto lag_s = [&](std::size_t i) {
     return static_cast<double>(scanned.lag[i]) / scales.coarse_rate_hz;
   };
-  Repetition found{lag_s(best), 0, static_cast<double>(scanned.lag.size()) / scales.coarse_rate_hz};
+  Repetition found{lag_s(best), 0};
   const auto rival =
       rival_of(scanned, best, static_cast<std::size_t>(scales.rival_distance_s * scales.coarse_rate_hz));
   if (rival) {
@@ -584,17 +531,18 @@ Alignment align(const Series& sensor, const Series& reference) {
   const Overlap overlap(a, b, whole_lag);
   result.overlap_s = static_cast<double>(overlap.end - overlap.begin) / kFineRate_hz;
 
-  const double r = result.velocity_correlation;
-  const double unexplained = (1 - result.eta_squared) / std::max(1 - coarse.rival_eta_squared, 1e-9);
-  const double movements = independent_movements(a, b, overlap, whole_lag);
-  const Belief belief{
-      std::clamp(1 - unexplained, result.tapped ? kTappedUnique : 0.0, 1.0),
-      std::clamp((r * r - kUnrelatedVelocity) / (kRelatedVelocity - kUnrelatedVelocity), 0.0, 1.0),
-      1 - chance(r, movements, movements * coarse.searched_s / result.overlap_s)};
-  result.confidence = belief.confidence();
   find_quarters(a, b, overlap, lag, scales.reach_s, start_difference, result);
-  if (result.confidence < kLowConfidence) result.warnings.push_back(low_confidence(belief, result));
   if (refined) tell_lag(sensor, reference, result);
+
+  const double gain =
+      std::log((1 - coarse.rival_eta_squared) / std::max(1 - result.eta_squared, kLeastError));
+  const Evidence evidence{
+      result.velocity_correlation,
+      std::min(1.0, result.overlap_s / std::min(duration_s(sensor), duration_s(reference))),
+      result.clock_offset_se_s.value_or(kVelocityError_s), std::max(gain, result.tapped ? kTappedGain : 0.0)};
+  result.confidence = evidence.probability();
+  if (result.confidence < kUnsure || evidence.gain < kNoGain)
+    result.warnings.push_back(low_confidence(evidence, result));
   return result;
 }
 

@@ -1,6 +1,7 @@
 // When an alignment may be believed: short recordings, recordings of different motions, impossible clocks.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <optional>
@@ -13,8 +14,6 @@
 namespace flexor::recording {
 namespace {
 
-constexpr double kBelieved = 0.1;  // below, a warning says why not
-
 // A finger that bends to random angles, quickly or slowly, and rests there for a while.
 class SlowMotion {
  public:
@@ -26,6 +25,14 @@ class SlowMotion {
       angle_.push_back(angle_.back() > 55 ? 10 + 40 * uniform(random) : 60 + 40 * uniform(random));
       at_.push_back(at_.back() + 0.6 * uniform(random));
       angle_.push_back(angle_.back());
+    }
+  }
+  // Bends and straightens with this period instead, which varies by `share`.
+  void repeat(double period_s, double share, double duration_s, std::mt19937& random) {
+    std::normal_distribution<double> normal;
+    for (at_ = {0}, angle_ = {10}; at_.back() < duration_s;) {
+      at_.push_back(at_.back() + period_s / 2 * std::max(0.1, 1 + share * normal(random)));
+      angle_.push_back(angle_.back() > 45 ? 10 : 80);
     }
   }
   double operator()(double t) const {
@@ -59,13 +66,13 @@ Signal glove(const SlowMotion& motion, double begin_s, double end_s, double rate
 }
 
 Signal camera(const SlowMotion& motion, double begin_s, double end_s, double offset_s, unsigned seed,
-              double drift = 0) {
+              double drift = 0, double noise_deg = 0.5) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise;
   Signal s;
   for (double t = begin_s; t < end_s; t += 1.0 / 30) {
     s.t_s.push_back(t * (1 + drift) + offset_s);
-    s.value.push_back(motion(t) + 0.5 * noise(random));
+    s.value.push_back(motion(t) + noise_deg * noise(random));
   }
   return s;
 }
@@ -79,32 +86,43 @@ TEST(AlignShort, FiveToNineSecondsAt250HzFindTheirOffset) {
       const Signal reference = camera(motion, 2.2, 4 + duration_s, 12.34, seed + 100);
       const Alignment a = align(sensor.series(), reference.series());
       EXPECT_NEAR(a.clock_offset_s, 12.34, 0.06) << duration_s << " s, seed " << seed;
-      believed += a.confidence >= kBelieved;
-      EXPECT_EQ(a.confidence < kBelieved, !a.warnings.empty());
+      believed += a.confidence >= kUnsure;
+      EXPECT_TRUE(a.confidence >= kUnsure || !a.warnings.empty());
       EXPECT_FALSE(a.drift_ppm) << "seconds say nothing about a clock's rate";
     }
   }
   EXPECT_GE(believed, 10) << "of 30";
 }
 
-TEST(AlignShort, OneSingleMovementIsNotBelieved) {
-  for (unsigned seed = 0; seed < 5; ++seed) {
-    Signal sensor;
-    Signal reference;
-    std::mt19937 random(seed);
-    std::normal_distribution<double> noise;
-    for (double t = 0; t < 8; t += 0.004) {
-      sensor.t_s.push_back(t);
-      sensor.value.push_back(500 + 100 * std::tanh(4 * (t - 3)) + noise(random));
+// Of what says p, p is right to 0.15 s: of stretches of 5 to 100 s, some of motions that repeat themselves, of which the
+// camera saw all or lost up to a third of either end. Other seeds than those of the fit.
+TEST(AlignBelief, ConfidenceIsTheShareOfOffsetsThatAreRight) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform;
+  struct Said {
+    double confidence = 0, right = 0, count = 0;
+  };
+  std::array<Said, 2> said;  // below 0.85, and from there on
+  for (unsigned seed = 1000; seed < 1400; ++seed) {
+    const double length_s = 5 * std::pow(20, uniform(random));
+    SlowMotion motion(seed, length_s + 20);
+    if (seed % 3 == 0) motion.repeat(1 + 5 * uniform(random), 0.03 * uniform(random), length_s + 20, random);
+    const double cut_s = seed % 2 == 0 ? 0 : 0.33 * length_s;
+    const Signal sensor = glove(motion, 3, 3 + length_s, 50, seed);
+    const Signal reference = camera(motion, 2 + cut_s * uniform(random),
+                                    4 + length_s - cut_s * uniform(random), 12.34, seed, 0, 8);
+    try {
+      const Alignment a = align(sensor.series(), reference.series());
+      Said& of = said[a.confidence < 0.85 ? 0 : 1];
+      of.confidence += a.confidence;
+      of.right += std::abs(a.clock_offset_s - 12.34) <= 0.15;
+      ++of.count;
+    } catch (const io::JobError&) {
     }
-    for (double t = 0; t < 8; t += 1.0 / 30) {
-      reference.t_s.push_back(t);
-      reference.value.push_back(50 + 30 * std::tanh(4 * (t - 4.5)) + 0.5 * noise(random));
-    }
-    const Alignment a = align(sensor.series(), reference.series());
-    EXPECT_LT(a.confidence, kBelieved);
-    ASSERT_FALSE(a.warnings.empty());
-    EXPECT_NE(a.warnings.back().find("too little motion"), std::string::npos) << a.warnings.back();
+  }
+  for (const Said& of : said) {
+    EXPECT_GT(of.count, 40);
+    EXPECT_NEAR(of.confidence / of.count, of.right / of.count, 0.1);
   }
 }
 
@@ -117,20 +135,22 @@ std::optional<double> confidence(const Series& sensor, const Series& reference) 
   }
 }
 
-TEST(AlignUnrelated, MotionsOfDifferentTakesAreNotBelieved) {
-  int believed = 0;
-  int tried = 0;
+TEST(AlignUnrelated, MotionsOfDifferentTakesAreHardlyBelieved) {
+  int believed = 0;  // of seconds that hold two or three movements
   for (const double duration_s : {7.0, 12.0, 30.0, 100.0, 200.0}) {
     for (unsigned seed = 0; seed < 30; ++seed) {
       const SlowMotion one(seed, 2 * duration_s, 3);
       const SlowMotion other(seed + 1000, 2 * duration_s, 3);
       const auto c = confidence(glove(one, 0, duration_s, 100, seed).series(),
                                 camera(other, 0, duration_s + 3, 5, seed + 100).series());
-      believed += c.value_or(0) >= kBelieved;
-      ++tried;
+      if (duration_s < 30) {
+        believed += c.value_or(0) >= kUnsure;
+      } else {
+        EXPECT_LT(c.value_or(0), 0.3) << duration_s << " s, seed " << seed;
+      }
     }
   }
-  EXPECT_LE(believed, 3) << "of " << tried;
+  EXPECT_LE(believed, 8) << "of 60";
 }
 
 TEST(AlignUnrelated, AClockThatNoCrystalHasIsAMismatchAndNoDrift) {
@@ -149,11 +169,10 @@ TEST(AlignUnrelated, AClockThatNoCrystalHasIsAMismatchAndNoDrift) {
   const Alignment good = align(sensor.series(), camera(motion, 0, 122, 0, 2, 0.005).series());
   ASSERT_TRUE(good.drift_ppm);
   EXPECT_NEAR(*good.drift_ppm, 5000, 1500);
-  EXPECT_GT(good.confidence, kBelieved);
+  EXPECT_GT(good.confidence, kUnsure);
 }
 
-// Logs and cameras of the real glove that were not recorded together, all of one motor-driven motion: as
-// alike as unrelated recordings can be.
+// The real glove's logs beside cameras of other takes, all of one motion by motors: as alike as unrelated recordings can be.
 TEST(AlignUnrelated, RealLogsBesideOtherTakesCamerasAreHardlyBelieved) {
   const std::filesystem::path folder = std::filesystem::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove";
   if (!std::filesystem::exists(folder)) {
@@ -173,15 +192,15 @@ TEST(AlignUnrelated, RealLogsBesideOtherTakesCamerasAreHardlyBelieved) {
       for (const std::string& sensor : sensors) {
         for (const std::string& angle : angles) {
           const double c = confidence(sensed.series(sensor), seen.series(angle)).value_or(0);
-          EXPECT_LT(c, 0.25) << take << " " << log << " " << sensor << " " << angle;
-          believed += c >= kBelieved;
+          EXPECT_LT(c, 0.6) << take << " " << log << " " << sensor << " " << angle;
+          believed += c >= kUnsure;
           ++tried;
         }
       }
     }
   }
   EXPECT_EQ(tried, 84);
-  EXPECT_LE(believed, 2);
+  EXPECT_LE(believed, 4);
 }
 
 }  // namespace

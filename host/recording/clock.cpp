@@ -14,7 +14,6 @@ namespace flexor::recording {
 namespace {
 
 constexpr double kSameClock_s = 0.5;
-constexpr double kVelocityError_s = 0.1;  // of an offset from velocities alone
 constexpr double kLeastConfidence = 1e-3;
 constexpr int kMostRounds = 4;
 

@@ -13,8 +13,6 @@
 
 namespace flexor::recording {
 
-constexpr double kUnsure = 0.1;  // of a confidence: below it the clock is not told
-
 // A sensor and an angle that bends it.
 struct Witness {
   std::size_t sensor = 0;  // witnesses of one sensor have one number

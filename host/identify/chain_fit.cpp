@@ -171,6 +171,22 @@ class ChainFitter {
         {out.structure, std::nullopt, out.fitted_rmse_deg, out.effective, out.hold_drift_deg, "", true}};
   }
 
+  // Between dynamics and curve the scale is free: one that the states of a board hold.
+  static void scale_for_board(const model::Input& input, double period_s, model::Channel& channel) {
+    constexpr double kMost = 1000;
+    model::Interval in{input.valid_min, input.valid_max};
+    if (channel.input_curve) {
+      const auto [least, most] = std::ranges::minmax(channel.input_curve->y);
+      in = {least, most};
+    }
+    const double most = channel.lti.values({{in}}, period_s).magnitude();
+    if (most <= kMost) return;
+    const double share = std::exp2(std::floor(std::log2(kMost / most)));
+    channel.lti.gain *= share;
+    channel.lti.offset *= share;
+    for (double& knot : channel.output_curve->x) knot *= share;
+  }
+
   // The channel's blocks behind the joint's own input, whose readings a board takes in about the converter's steps.
   void add_blocks(const Chain& chain, const model::Channel& fitted, model::Model& model) const {
     model::Input& input = model.inputs.front();
@@ -186,6 +202,7 @@ class ChainFitter {
       for (double& weight : channel.hysteresis->weights)
         weight = rounded(weight, compensator::kHysteresisWeightFraction);
     }
+    if (channel.output_curve) scale_for_board(input, model.sample_period_s, channel);
     channel.name = joint_.joint;
     channel.input_column = joint_.sensors.front();
     model::Model alone = model::model_of(channel, model.sample_period_s);

@@ -558,7 +558,16 @@ Candidates candidates(const std::string& name, std::size_t sensors) {
   if (name == "hysteresis") return {{{plays, {}}}};
   if (name != "auto") throw io::InputError(fmt::format("no structure is called \"{}\"", name));
   // What several sensors say together needs less of each, and is slower to fit.
-  if (sensors > 1) return {{{{}, {}}, {{}, slow}, {plays, {}}, {plays, slow}, {plays, quick}}};
+  if (sensors > 1) {
+    return {{{{}, {}},
+             {{}, {}, 2},
+             {{}, {0.1}, 2},
+             {{}, {0.4}, 2},
+             {{}, slow},
+             {plays, {}},
+             {plays, slow},
+             {plays, quick}}};
+  }
   // The curve first: a search that is stopped has that at least.
   return {{{{}, {}},
            {{}, {}, 2},

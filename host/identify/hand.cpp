@@ -285,26 +285,22 @@ model::Model start_model(const HandRequest& request, const std::vector<Files>& f
 
 using HeldOut = std::map<std::string, std::vector<double>>;  // a baseline's estimates
 
+// Of all sensors that the joint has; a chain takes the first.
 model::Model baseline_model(const std::string& structure, const std::vector<Session>& sessions,
                             const model::Model& inputs, const JointMap& joint) {
-  const WantedStructure wanted = parse_structure(structure, 1);
+  const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
   if (const auto* chain = std::get_if<Chain>(&wanted))
-    return fit_rival(*chain, sessions, inputs, joint, 0).model;
-  const auto no_drift = [](const Additive&) { return 0.0; };
-  const auto any = [](const Additive&) { return true; };
-  const std::vector<Additive> fits = fit_additive(sessions, inputs.sample_period_s, joint.joint,
-                                                  std::get<Candidates>(wanted), no_drift, 0, any, {});
-  return joint_model(inputs, fits.front(), joint);
+    return fit_rival(*chain, sessions, inputs, {joint.joint, {joint.sensors.front()}, joint.reference}, 0)
+        .model;
+  return fit_joint(sessions, inputs, joint, structure, {}, {}).model;
 }
 
-// One of a joint's baselines by the same estimator and the same road, whether it can be worn or not; a joint that it
-// cannot be fitted to lacks it.
+// One of a joint's baselines, as --structure gives it; a joint that it cannot be fitted to lacks it.
 void score_baseline(const std::string& name, const std::string& structure, const JointMap& map,
                     const model::Model& inputs, const std::vector<Files>& files,
                     const std::vector<Sampled>& samples, std::size_t j, JointResult& joint, HeldOut& held) {
-  const JointMap own{map.joint, {map.sensors.front()}, map.reference};
   try {
-    const model::Model model = baseline_model(structure, sessions_of(samples, j, true), inputs, own);
+    const model::Model model = baseline_model(structure, sessions_of(samples, j), inputs, map);
     const auto estimated = estimates(model, files, samples, j);
     const PairsDegrees& all = estimated.front();
     held[name] = held_out(all, samples, j);
@@ -444,11 +440,17 @@ double rmse_later_deg(const JointResult& joint, double later_s) {
   return score::rms(errors);
 }
 
-// Itself is no baseline.
+bool alike(const std::vector<double>& a, const std::vector<double>& b) {
+  constexpr double kSame_deg = 1e-6;
+  return std::ranges::equal(a, b, [](double x, double y) { return std::abs(x - y) < kSame_deg; });
+}
+
+// Itself is no baseline, whatever it is called.
 score::Verdict judged(const HandRequest& request, const std::vector<double>& error_deg,
                       HeldOut baseline_error_deg, const std::vector<std::size_t>& part_ends = {}) {
   for (const score::Baseline& one : score::kBaselines)
     if (one.structure != nullptr && one.structure == request.structure) baseline_error_deg.erase(one.name);
+  std::erase_if(baseline_error_deg, [&](const auto& one) { return alike(one.second, error_deg); });
   return score::judge(error_deg, baseline_error_deg, 1 / request.rate_hz, part_ends);
 }
 

@@ -23,16 +23,18 @@ using io::InputError;
 constexpr double kMostDrift_deg = 1;
 constexpr double kCreepPays = 0.1;  // of the error: less is not worth an angle that goes on in a hold
 constexpr double kWandersAlike = 1.5;
-constexpr double kUnseenDrift = 2;  // of the still one's error, which 19 of 20 of its angles are within
+constexpr double kShowsCreep_s = 2;  // of a hold
+constexpr double kUnseenDrift = 2;   // of the still one's error, which 19 of 20 of its angles are within
+constexpr double kMostUnseenDrift_deg = 10;
 constexpr double kSure =
     1.5;  // standard errors over six folds: nine of ten gains by chance are less (Student's t)
 constexpr int kAttacks = 15;  // of the search for fixed point's error
 constexpr int kReadings = 5000;
-constexpr double kConverted = 0.5;            // of the bound, where deploy converts readings first
-constexpr double kNearly = 0.5;               // what a short search finds is less than what there is
-constexpr double kMostFixedError_deg = 0.06;  // deploy refuses 1/16
-constexpr double kMostOfOne_deg = 0.055;      // of one sensor: deploy searches all joints with other readings
-constexpr double kFewCounts = 64;             // readings below: a board's steps are too coarse for them
+constexpr double kConverted = 0.5;   // of the bound, where deploy converts readings first
+constexpr double kNearly = 0.5;      // what a short search finds is less than what there is
+constexpr double kMostShare = 0.96;  // of what deploy allows
+constexpr double kMostOfOne = 0.88;  // of one sensor: deploy searches all joints with other readings
+constexpr double kFewCounts = 64;    // readings below: a board's steps are too coarse for them
 constexpr double kMostCounts = 1023;
 
 // Why this candidate cannot be worn; empty: it can.
@@ -58,13 +60,13 @@ std::string imprecision_of(const model::Model& identified, bool thoroughly = fal
   model::ErrorSearch search;
   search.attacks = kAttacks;
   search.noise = kReadings;
-  double most_deg = model.inputs.size() > 1 ? kMostFixedError_deg : kMostOfOne_deg;
-  if (thoroughly && model.inputs.front().unit != "count") most_deg *= kConverted;
-  double error_deg = model::worst_fixed_error_deg(model, search);
-  if ((thoroughly || error_deg > kNearly * most_deg) && error_deg <= most_deg)
-    error_deg = model::worst_fixed_error_deg(model);
-  if (error_deg <= most_deg) return "";
-  return fmt::format("in the glove's integers it is up to {:.3f} degrees off", error_deg);
+  double most = model.inputs.size() > 1 ? kMostShare : kMostOfOne;
+  if (thoroughly && model.inputs.front().unit != "count") most *= kConverted;
+  model::FixedError error = model::worst_fixed_error(model, search);
+  if ((thoroughly || error.share > kNearly * most) && error.share <= most)
+    error = model::worst_fixed_error(model);
+  if (error.share <= most) return "";
+  return fmt::format("in the glove's integers it is up to {:.3f} degrees off", error.deg);
 }
 
 JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& joint) {
@@ -79,6 +81,7 @@ JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& 
   out.cross_validated_deg = fit.cross_validated_deg;
   out.fold_loss = fit.plain_loss;
   out.effective = fit.effective;
+  out.limits = fit.branches.open ? 0 : 2;
   out.condition = fit.condition;
   std::vector<Eigen::Index> order;
   for (const CurveValue& value : curve_values(fit, joint.sensors)) {
@@ -109,7 +112,12 @@ std::string creep_refusal(const JointFit& one, const JointFit& still, const std:
         "while the finger holds still its error wanders by {:.1f} degrees, at most {:.1f} are allowed",
         wander, most_deg);
   }
-  if (wander == 0 && one.hold_drift_deg > kUnseenDrift * still.cross_validated_deg) {
+  Eigen::Index longest = 0;
+  for (const Session& session : sessions)
+    for (const StillPart& held : holds_of(session, one.model.sample_period_s))
+      longest = std::max(longest, held.to - held.from);
+  if (static_cast<double>(longest) * one.model.sample_period_s < kShowsCreep_s &&
+      one.hold_drift_deg > std::min(kUnseenDrift * still.cross_validated_deg, kMostUnseenDrift_deg)) {
     return fmt::format(
         "held still, its angle drifts by {:.1f} degrees within a minute, and the recording has no hold that "
         "shows it",
@@ -184,7 +192,7 @@ std::string chain_refusal(const JointFit& chain, const JointFit& best) {
   }
   // Within a standard error what holds still wins over what creeps, and of two that do the smaller with the lower loss.
   const bool stops = best.hold_drift_deg > kMostDrift_deg;
-  const bool smaller = chain.effective < best.effective;
+  const bool smaller = chain.effective < best.effective + best.limits;
   const double least_errors = stops && smaller ? -1 : smaller ? 0 : 1;
   const double most_deg = (1 - least_errors * kAsGood) * best.cross_validated_deg;
   if (!(chain.cross_validated_deg < most_deg && gain_in_errors(chain, best) > least_errors))

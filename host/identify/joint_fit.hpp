@@ -45,6 +45,7 @@ struct JointFit {
   double cross_validated_deg = 0;  // root mean square
   std::vector<double> fold_loss;   // of the same estimates: mean of each fold (robust.hpp)
   double effective = 0;            // parameters that the data determine
+  double limits = 0;  // of the angle that a sum takes from what was seen, and that `effective` does not count
   double condition = 0;
   int iterations = 0;       // of a chain, from its parameters' initial values
   std::size_t untried = 0;  // structures of the search that was stopped

@@ -60,8 +60,7 @@ TEST_F(From, ARecordingIsShownFaster) {
 // On a terminal a bar is drawn over the one before, by escapes of ours; those of a name are none.
 TEST_F(From, AMonitorDrawsWithItsOwnEscapesAlone) {
   FLEXOR_NEEDS_TERMINALS();
-  std::ofstream(path("log.csv")) << "t_s,in\xc2\x9b"
-                                    "2Jdex\n0,1\n0.1,2\n0.2,3\n";
+  std::ofstream(path("log.csv")) << "t_s,in\xc2\x9b\x32Jdex\n0,1\n0.1,2\n0.2,3\n";
   const io::Terminal screen;
   const int terminal = ::open(screen.name().c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
   io::Process monitor(FLEXOR_PROGRAM, {"flexor", "monitor", "--from", path("log.csv")},

@@ -174,18 +174,13 @@ void write_arduino(const Glove& glove, const Hand& hand, const fs::path& folder)
 
 Error fixed_point_error(const model::Model& model, const std::vector<std::vector<double>>& recording) {
   Error out;
-  model::FixedError error = model::worst_fixed_error(model);
-  out.range_deg = error.deg;
-  if (!recording.empty()) {
-    const model::FixedError own = model::fixed_error(model, recording);
-    out.recording_deg = own.deg;
-    if (own.share > error.share) error = own;
-  }
-  if (error.share > 1) {
+  out.range_deg = model::worst_fixed_error_deg(model);
+  if (!recording.empty()) out.recording_deg = model::fixed_error_deg(model, recording);
+  if (out.worst_deg() > kWorstError_deg) {
     throw InputError(fmt::format(
-        "model {:?}: fixed point is up to {:.4f} degree from double, more than the {:g} allowed (or a "
-        "twentieth of a joint's own error): steep curves and large gains cost precision",
-        model.name, error.deg, model::kFixedError_deg));
+        "model {:?}: fixed point is up to {:.4f} degree from double, more than the {:g} allowed: steep "
+        "curves and large gains cost precision",
+        model.name, out.worst_deg(), kWorstError_deg));
   }
   return out;
 }

@@ -12,6 +12,7 @@
 
 namespace flexor::deploy {
 
+inline constexpr double kWorstError_deg = model::kFixedError_deg;
 inline constexpr int kFlashBudget = 10240;      // bytes of an image whose model is code: a third of the flash
 inline constexpr int kRamBudget = 640;          // bytes, static: a third of the RAM
 inline constexpr int kHandFlashBudget = 12288;  // with its watch: docs/adr/0015-hand-watches-motors.md
@@ -48,7 +49,7 @@ struct Error {
 };
 
 // recording: readings of the model's inputs, a row for each sample; empty: none. Throws io::InputError when the error
-// exceeds what is allowed of a joint (fixed_error.hpp).
+// exceeds kWorstError_deg.
 Error fixed_point_error(const model::Model& model, const std::vector<std::vector<double>>& recording);
 
 }  // namespace flexor::deploy

@@ -288,7 +288,7 @@ TEST_F(Deploy, TheSensorsRailsAreWhatTheModelRefuses) {
 }
 
 TEST_F(Deploy, RefusesAModelThatIntegersCannotFollow) {
-  EXPECT_LT(fixed_point_error(glove().model, {}).worst_deg(), model::kFixedError_deg);
+  EXPECT_LT(fixed_point_error(glove().model, {}).worst_deg(), kWorstError_deg);
   model::Model steep = glove().model;
   std::vector<model::Channel> channels = model::channels(steep);
   for (model::Channel& c : channels) {

@@ -30,11 +30,11 @@ constexpr double kSure =
     1.5;  // standard errors over six folds: nine of ten gains by chance are less (Student's t)
 constexpr int kAttacks = 15;  // of the search for fixed point's error
 constexpr int kReadings = 5000;
-constexpr double kConverted = 0.5;   // of the bound, where deploy converts readings first
-constexpr double kNearly = 0.5;      // what a short search finds is less than what there is
-constexpr double kMostShare = 0.96;  // of what deploy allows
-constexpr double kMostOfOne = 0.88;  // of one sensor: deploy searches all joints with other readings
-constexpr double kFewCounts = 64;    // readings below: a board's steps are too coarse for them
+constexpr double kConverted = 0.5;            // of the bound, where deploy converts readings first
+constexpr double kNearly = 0.5;               // what a short search finds is less than what there is
+constexpr double kMostFixedError_deg = 0.06;  // deploy refuses 1/16
+constexpr double kMostOfOne_deg = 0.055;      // of one sensor: deploy searches all joints with other readings
+constexpr double kFewCounts = 64;             // readings below: a board's steps are too coarse for them
 constexpr double kMostCounts = 1023;
 
 // Why this candidate cannot be worn; empty: it can.
@@ -60,13 +60,13 @@ std::string imprecision_of(const model::Model& identified, bool thoroughly = fal
   model::ErrorSearch search;
   search.attacks = kAttacks;
   search.noise = kReadings;
-  double most = model.inputs.size() > 1 ? kMostShare : kMostOfOne;
-  if (thoroughly && model.inputs.front().unit != "count") most *= kConverted;
-  model::FixedError error = model::worst_fixed_error(model, search);
-  if ((thoroughly || error.share > kNearly * most) && error.share <= most)
-    error = model::worst_fixed_error(model);
-  if (error.share <= most) return "";
-  return fmt::format("in the glove's integers it is up to {:.3f} degrees off", error.deg);
+  double most_deg = model.inputs.size() > 1 ? kMostFixedError_deg : kMostOfOne_deg;
+  if (thoroughly && model.inputs.front().unit != "count") most_deg *= kConverted;
+  double error_deg = model::worst_fixed_error_deg(model, search);
+  if ((thoroughly || error_deg > kNearly * most_deg) && error_deg <= most_deg)
+    error_deg = model::worst_fixed_error_deg(model);
+  if (error_deg <= most_deg) return "";
+  return fmt::format("in the glove's integers it is up to {:.3f} degrees off", error_deg);
 }
 
 JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& joint) {

@@ -2,18 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <random>
 
 #include "host/model/compensator.hpp"
-#include "host/model/lti.hpp"
 
 namespace flexor::model {
 namespace {
 
 using Readings = std::vector<double>;
-
-constexpr double kOfStandardError = 0.05;
 
 double in_steps(double u) {
   return std::ldexp(std::round(std::ldexp(u, core::kInputFraction)), -core::kInputFraction);
@@ -22,16 +18,7 @@ double in_steps(double u) {
 // One model in both arithmetics, always given the same readings.
 class Pair {
  public:
-  explicit Pair(const Model& model) : exact_(model), fixed_(model), deviation_deg_(model.joints.size()) {
-    for (const Joint& joint : model.joints) {
-      allowed_deg_.push_back(kFixedError_deg);
-      if (!joint.accuracy) continue;
-      const std::vector<double>& errors = joint.accuracy->standard_error_deg;
-      const double mean =
-          std::accumulate(errors.begin(), errors.end(), 0.0) / static_cast<double>(errors.size());
-      allowed_deg_.back() = std::max(kFixedError_deg, kOfStandardError * mean);
-    }
-  }
+  explicit Pair(const Model& model) : exact_(model), fixed_(model), deviation_deg_(model.joints.size()) {}
 
   // Fixed point minus double of each joint after one more sample.
   const std::vector<double>& step(const Readings& u) {
@@ -42,19 +29,18 @@ class Pair {
     }
     return deviation_deg_;
   }
-  void add_to(FixedError& worst) const {
-    for (std::size_t j = 0; j < deviation_deg_.size(); ++j) {
-      worst.deg = std::max(worst.deg, std::abs(deviation_deg_[j]));
-      worst.share = std::max(worst.share, std::abs(deviation_deg_[j]) / allowed_deg_[j]);
-    }
-  }
 
  private:
   Compensator<DoubleArithmetic> exact_;
   Compensator<FixedArithmetic> fixed_;
   std::vector<double> deviation_deg_;
-  std::vector<double> allowed_deg_;
 };
+
+double largest(const std::vector<double>& deviation_deg) {
+  double out = 0;
+  for (const double d : deviation_deg) out = std::max(out, std::abs(d));
+  return out;
+}
 
 class Search {
  public:
@@ -69,7 +55,7 @@ class Search {
     }
   }
 
-  FixedError worst() {
+  double worst() {
     ramps_and_noise();
     for (int k = 0; k < search_.attacks; ++k) {
       attack(k % 2 == 0 ? 1 : -1, static_cast<std::size_t>(k / 2) % joints_);
@@ -96,8 +82,7 @@ class Search {
     Pair pair = fresh_;
     const auto add = [&](const auto& share) {
       const Readings u = readings([&](std::size_t i) { return low_[i] + (high_[i] - low_[i]) * share(); });
-      pair.step(u);
-      pair.add_to(worst_);
+      worst_ = std::max(worst_, largest(pair.step(u)));
     };
     constexpr int kRamp = 4096;
     for (int k = 0; k <= 2 * kRamp; ++k) {
@@ -124,7 +109,7 @@ class Search {
         const std::vector<double>& deviation = next.step(readings([&](std::size_t i) {
           return k < kJumps ? uniform(low_[i], high_[i]) : base[i] + uniform(-kNear, kNear);
         }));
-        next.add_to(worst_);
+        worst_ = std::max(worst_, largest(deviation));
         if (direction * deviation[joint] > most) {
           most = direction * deviation[joint];
           std::swap(best, next);
@@ -140,24 +125,23 @@ class Search {
   Readings low_;
   Readings high_;
   std::mt19937 random_;
-  FixedError worst_;
+  double worst_ = 0;
 };
 
 }  // namespace
 
-FixedError worst_fixed_error(const Model& model, const ErrorSearch& search) {
+double worst_fixed_error_deg(const Model& model, const ErrorSearch& search) {
   return Search(model, search).worst();
 }
 
-FixedError fixed_error(const Model& model, const std::vector<Readings>& readings) {
+double fixed_error_deg(const Model& model, const std::vector<Readings>& readings) {
   Pair pair(model);
-  FixedError worst;
+  double worst = 0;
   Readings rounded;
   for (const Readings& row : readings) {
     rounded.clear();
     for (const double u : row) rounded.push_back(in_steps(u));
-    pair.step(rounded);
-    pair.add_to(worst);
+    worst = std::max(worst, largest(pair.step(rounded)));
   }
   return worst;
 }

@@ -15,18 +15,12 @@ struct ErrorSearch {
   std::uint32_t seed = 1;
 };
 
-struct FixedError {
-  double deg = 0;  // the largest |fixed point - double| over a model's joints
-  double share =
-      0;  // the largest of what is allowed of a joint: 1/16 degree, or a twentieth of its mean standard error
-};
-
-// What was found, both given the same readings: ramps, steps and noise over all valid readings, and then attacks, each
-// of which chooses the next readings as those that take both furthest apart. Throws io::InputError when the model does
-// not fit fixed point.
-FixedError worst_fixed_error(const Model& model, const ErrorSearch& search = {});
+// Largest |fixed point - double| in degrees over a model's joints that was found, both given the same readings:
+// ramps, steps and noise over all valid readings, and then attacks, each of which chooses the next readings as
+// those that take both furthest apart. Throws io::InputError when the model does not fit fixed point.
+double worst_fixed_error_deg(const Model& model, const ErrorSearch& search = {});
 
 // The same over given readings, one of each input in a row, rounded to the steps of Q5.
-FixedError fixed_error(const Model& model, const std::vector<std::vector<double>>& readings);
+double fixed_error_deg(const Model& model, const std::vector<std::vector<double>>& readings);
 
 }  // namespace flexor::model

@@ -20,10 +20,6 @@ namespace {
 
 using io::InputError;
 
-constexpr double kRail_s = 0.1;  // on a rail for so long: dead. A scratch is forgiven
-constexpr double kStuck_s = 2;   // the very same reading for so long: dead
-constexpr double kHold_s = 0.25;
-constexpr double kGuardSpeed_deg_s = 200;
 constexpr std::size_t kCalibrate = 4;    // of buttons()
 constexpr int kPotentiometerMargin = 5;  // counts from either rail
 constexpr double kGap_deg = 1.25;        // between what the motor must have done and the reading
@@ -106,12 +102,6 @@ void require_room_for_lines(const Glove& glove) {
       line_bytes(glove), 1000 * line_s, kUsbBaud, 1000 * glove.model.sample_period_s));
 }
 
-glove::FlexionSettings flexion_of(const model::Ends& ends) {
-  const std::int16_t straight = q4(ends.open_deg);
-  const double scale = link::kGloveTop * 65536 / (16 * ends.fist_deg - straight);
-  return {straight, static_cast<std::int32_t>(scale < 0 ? std::floor(scale) : std::ceil(scale))};
-}
-
 // Bones of the driver's hand, from the wrist; a joint turns the one behind it.
 std::optional<std::uint8_t> place_of(const std::string& finger, const std::string& joint) {
   const std::array<const char*, 3> thumb = {"_cmc", "_mcp", "_ip"};
@@ -121,20 +111,6 @@ std::optional<std::uint8_t> place_of(const std::string& finger, const std::strin
     if (joint == finger + (is_thumb ? thumb : other)[k]) return is_thumb ? k : k + 1;
   }
   return std::nullopt;
-}
-
-sensor::GuardSettings guard_of(const model::Model& model, const model::Joint& joint) {
-  const int rate = sample_rate_hz(model);
-  const model::Saturation& limits = model::limits(model, joint);
-  return {q4(std::clamp(joint.rest_deg, limits.lower_deg, limits.upper_deg)), q4(kGuardSpeed_deg_s / rate),
-          static_cast<std::uint16_t>(std::ceil(kHold_s * rate))};
-}
-
-std::uint8_t strips_of(const model::Model& model, const model::Wiring& wiring, std::size_t joint) {
-  const model::Graph graph(model);
-  unsigned out = 0;
-  for (const std::size_t input : graph.inputs[graph.joint[joint]]) out |= 1U << wiring.strip[input];
-  return static_cast<std::uint8_t>(out);
 }
 
 }  // namespace
@@ -164,9 +140,10 @@ std::vector<VrJoint> vr_joints(const Glove& glove) {
       const model::Joint& joint = glove.model.joints[j];
       const auto place = place_of(model::finger_names()[f], joint.name);
       if (!place || wiring.joint[f] == j) continue;
-      out.push_back({j,
-                     {static_cast<std::uint8_t>(f), *place, strips_of(glove.model, wiring, j),
-                      flexion_of(model::ends(glove.model, joint)), guard_of(glove.model, joint)}});
+      out.push_back(
+          {j,
+           {static_cast<std::uint8_t>(f), *place, model::strips_of(glove.model, wiring, j),
+            model::flexion_of(model::ends(glove.model, joint)), model::guard_of(glove.model, joint)}});
     }
   }
   return out;
@@ -277,66 +254,11 @@ int uart_divisor(double baud) {
   return static_cast<int>(divisor);
 }
 
-namespace {
-
-// Of a strip that feeds an input: readings that the model refuses are the rails.
-void add_strip(const Sensor& sensor, const model::Input& input, sensor::Calibration& calibration,
-               sensor::MonitorSettings& monitor) {
-  for (std::size_t k = 0; k < sensor::kKnots; ++k) {
-    const double u = sensor(16.0 * static_cast<double>(k));
-    calibration.alpha[k] = static_cast<std::int16_t>(std::lround(32 * std::clamp(u, -1023.0, 1023.0)));
-  }
-  const auto accepted = [&](int n) {
-    const double u = calibration(static_cast<std::uint16_t>(n)) / 32.0;
-    return u >= input.valid_min && u <= input.valid_max;
-  };
-  int low = 0;
-  while (low < sensor::kAdcTop && !accepted(low)) ++low;
-  int high = sensor::kAdcTop;
-  while (high > 0 && !accepted(high)) --high;
-  if (low >= high) {
-    throw InputError(fmt::format("input {}: no ADC reading lies within its valid range {:g} to {:g} {}",
-                                 input.name, input.valid_min, input.valid_max, input.unit));
-  }
-  monitor.low = static_cast<std::uint16_t>(std::max(low - 1, 0));
-  monitor.high = static_cast<std::uint16_t>(std::min(high + 1, static_cast<int>(sensor::kAdcTop)));
-}
-
-sensor::Poses poses_of(const model::Input& input) {
-  if (!input.poses) return {0, 0};
-  const auto q5 = [](double reading) {
-    return static_cast<std::int16_t>(std::lround(32 * std::clamp(reading, -1023.0, 1023.0)));
-  };
-  return {q5(input.poses->open), q5(input.poses->fist)};
-}
-
-}  // namespace
-
 GloveTables glove_tables(const Glove& glove) {
-  const int rate = sample_rate_hz(glove.model);
-  const model::Wiring wiring = model::wiring_of(glove.model);
-  GloveTables out;
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    sensor::MonitorSettings& monitor = out.monitor[i];
-    monitor.rail_samples = static_cast<std::uint8_t>(std::max(1.0, std::round(kRail_s * rate)));
-    monitor.stuck_samples = static_cast<std::uint8_t>(std::round(kStuck_s * rate));
-    sensor::GuardSettings& guard = out.guard[i];
-    guard.hold_samples = static_cast<std::uint16_t>(std::ceil(kHold_s * rate));
-    guard.max_step = q4(kGuardSpeed_deg_s / rate);
-    if (wiring.input[i]) {
-      add_strip(glove.sensor[i], glove.model.inputs[*wiring.input[i]], out.calibration[i], monitor);
-      out.poses[i] = poses_of(glove.model.inputs[*wiring.input[i]]);
-    } else {
-      monitor.high = 0;  // no strip: open, always
-    }
-    for (const std::size_t strip : wiring.strips[i])
-      out.strips[i] = static_cast<std::uint8_t>(out.strips[i] | 1U << strip);
-    if (!wiring.joint[i]) continue;
-    const model::Joint& joint = glove.model.joints[*wiring.joint[i]];
-    guard = guard_of(glove.model, joint);
-    out.flexion[i] = flexion_of(model::ends(glove.model, joint));
-  }
-  return out;
+  (void)sample_rate_hz(glove.model);
+  model::Sensors sensors;
+  std::ranges::copy(glove.sensor, sensors.begin());
+  return model::glove_tables(glove.model, sensors);
 }
 
 namespace {

@@ -10,16 +10,12 @@
 
 #include "host/deploy/mcu.hpp"
 #include "host/deploy/pins.hpp"
+#include "host/model/glove_tables.hpp"
 #include "host/model/model.hpp"
 #include "host/model/wiring.hpp"
 #include "runtime/glove/follower.hpp"
-#include "runtime/glove/glove_text.hpp"
 #include "runtime/hand/finger.hpp"
 #include "runtime/link/messages.hpp"
-#include "runtime/sensor/calibration.hpp"
-#include "runtime/sensor/guard.hpp"
-#include "runtime/sensor/monitor.hpp"
-#include "runtime/sensor/zero.hpp"
 
 namespace flexor::deploy {
 
@@ -146,14 +142,7 @@ Turns turns_of(const Glove& glove);
 int uart_divisor(double baud);
 
 // What the signal chain on the board gets, for each finger.
-struct GloveTables {
-  std::array<sensor::Calibration, kFingers> calibration{};
-  std::array<sensor::MonitorSettings, kFingers> monitor{};
-  std::array<sensor::GuardSettings, kFingers> guard{};
-  std::array<std::uint8_t, kFingers> strips{};  // a bit for each strip that the finger's angle needs
-  std::array<sensor::Poses, kFingers> poses{};  // of each strip; equal where the model does not say
-  std::array<glove::FlexionSettings, kFingers> flexion{};  // from the open hand to the fist
-};
+using model::GloveTables;
 GloveTables glove_tables(const Glove& glove);
 
 // A bit for each finger that a joint of the model moves, thumb first; names of those that none does.

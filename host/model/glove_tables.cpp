@@ -1,0 +1,107 @@
+#include "host/model/glove_tables.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/io/io.hpp"
+
+namespace flexor::model {
+namespace {
+
+constexpr double kRail_s = 0.1;  // on a rail for so long: dead. A scratch is forgiven
+constexpr double kStuck_s = 2;   // the very same reading for so long: dead
+constexpr double kHold_s = 0.25;
+constexpr double kGuardSpeed_deg_s = 200;
+
+std::int16_t q4(double deg) { return static_cast<std::int16_t>(std::lround(deg * 16)); }
+
+// The monitor counts to 255, which rates above 127 Hz reach in less than kStuck_s.
+std::uint8_t samples(double lasts_s, const Model& model, double least) {
+  return static_cast<std::uint8_t>(std::clamp(std::round(lasts_s / model.sample_period_s), least, 255.0));
+}
+
+// Of any finger.
+sensor::GuardSettings guard_at_rest(const Model& model, double rest_deg) {
+  constexpr double kRounding = 1e-6;  // of a period's inverse
+  return {q4(rest_deg), q4(kGuardSpeed_deg_s * model.sample_period_s),
+          static_cast<std::uint16_t>(std::ceil(kHold_s / model.sample_period_s - kRounding))};
+}
+
+// Of a strip that feeds an input: readings that the model refuses are the rails.
+void add_strip(const std::function<double(double)>& sensor, const Input& input,
+               sensor::Calibration& calibration, sensor::MonitorSettings& monitor) {
+  for (std::size_t k = 0; k < sensor::kKnots; ++k) {
+    const double u = sensor(16.0 * static_cast<double>(k));
+    calibration.alpha[k] = static_cast<std::int16_t>(std::lround(32 * std::clamp(u, -1023.0, 1023.0)));
+  }
+  const auto accepted = [&](int n) {
+    const double u = calibration(static_cast<std::uint16_t>(n)) / 32.0;
+    return u >= input.valid_min && u <= input.valid_max;
+  };
+  int low = 0;
+  while (low < sensor::kAdcTop && !accepted(low)) ++low;
+  int high = sensor::kAdcTop;
+  while (high > 0 && !accepted(high)) --high;
+  if (low >= high) {
+    throw io::InputError(fmt::format("input {}: no ADC reading lies within its valid range {:g} to {:g} {}",
+                                     input.name, input.valid_min, input.valid_max, input.unit));
+  }
+  monitor.low = static_cast<std::uint16_t>(std::max(low - 1, 0));
+  monitor.high = static_cast<std::uint16_t>(std::min(high + 1, static_cast<int>(sensor::kAdcTop)));
+}
+
+sensor::Poses poses_of(const Input& input) {
+  if (!input.poses) return {0, 0};
+  const auto q5 = [](double reading) {
+    return static_cast<std::int16_t>(std::lround(32 * std::clamp(reading, -1023.0, 1023.0)));
+  };
+  return {q5(input.poses->open), q5(input.poses->fist)};
+}
+
+}  // namespace
+
+glove::FlexionSettings flexion_of(const Ends& ends) {
+  const std::int16_t straight = q4(ends.open_deg);
+  const double scale = link::kGloveTop * 65536 / (16 * ends.fist_deg - straight);
+  return {straight, static_cast<std::int32_t>(scale < 0 ? std::floor(scale) : std::ceil(scale))};
+}
+
+sensor::GuardSettings guard_of(const Model& model, const Joint& joint) {
+  const Saturation& range = limits(model, joint);
+  return guard_at_rest(model, std::clamp(joint.rest_deg, range.lower_deg, range.upper_deg));
+}
+
+std::uint8_t strips_of(const Model& model, const Wiring& wiring, std::size_t joint) {
+  const Graph graph(model);
+  unsigned out = 0;
+  for (const std::size_t input : graph.inputs[graph.joint[joint]]) out |= 1U << wiring.strip[input];
+  return static_cast<std::uint8_t>(out);
+}
+
+GloveTables glove_tables(const Model& model, const Sensors& sensor) {
+  const Wiring wiring = wiring_of(model);
+  GloveTables out;
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    sensor::MonitorSettings& monitor = out.monitor[i];
+    monitor.rail_samples = samples(kRail_s, model, 1);
+    monitor.stuck_samples = samples(kStuck_s, model, 2);
+    out.guard[i] = guard_at_rest(model, 0);
+    if (wiring.input[i]) {
+      add_strip(sensor[i], model.inputs[*wiring.input[i]], out.calibration[i], monitor);
+      out.poses[i] = poses_of(model.inputs[*wiring.input[i]]);
+    } else {
+      monitor.high = 0;  // no strip: open, always
+    }
+    for (const std::size_t strip : wiring.strips[i])
+      out.strips[i] = static_cast<std::uint8_t>(out.strips[i] | 1U << strip);
+    if (!wiring.joint[i]) continue;
+    const Joint& joint = model.joints[*wiring.joint[i]];
+    out.guard[i] = guard_of(model, joint);
+    out.flexion[i] = flexion_of(ends(model, joint));
+  }
+  return out;
+}
+
+}  // namespace flexor::model

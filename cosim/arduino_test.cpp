@@ -11,7 +11,6 @@
 #include "cosim/board.hpp"
 #include "cosim/replay.hpp"
 #include "host/deploy/arduino_library.hpp"
-#include "host/deploy/host_chain.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
 #include "runtime/link/receiver.hpp"
@@ -190,7 +189,7 @@ fs::path Arduino::with_core(const std::string& name) {
 TEST_F(Arduino, OnASimulatedUnoItSendsTheHostsAnglesToTheBit) {
   const fs::path elf = with_core("GloveRadio");
   const Counts counts = exercise(150, 3);
-  deploy::HostChain host(glove_);
+  model::HostChain host(deploy::chain_parts(glove_));
   std::vector<link::Frame> expected;
   for (const auto& sample : counts) expected.push_back(host.step(sample));
 

@@ -14,7 +14,6 @@
 #include <thread>
 
 #include "cosim/flexor_test.hpp"
-#include "host/deploy/host_chain.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
 #include "host/io/serial.hpp"
@@ -142,7 +141,7 @@ Heard hear(const std::string& port, double seconds) {
 // The frames say what the host makes of the same readings with this model, to the bit; so many frames, from the board's
 // start on without a gap.
 int compare(const Heard& heard, const deploy::Glove& glove) {
-  deploy::HostChain chain(glove);
+  model::HostChain chain(deploy::chain_parts(glove));
   int frames = 0;
   for (int t_ms = 100; heard.counts.contains(t_ms); t_ms += 100) {
     const link::Frame expected = chain.step(heard.counts.at(t_ms));

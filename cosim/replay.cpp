@@ -6,7 +6,6 @@
 
 #include "cosim/radio_ear.hpp"
 #include "firmware/markers.hpp"
-#include "host/deploy/host_chain.hpp"
 #include "host/twin/plant_step.hpp"
 #include "host/twin/random.hpp"
 #include "runtime/link/hand_end.hpp"
@@ -58,7 +57,7 @@ int counts_of(const deploy::Glove& glove, const std::array<int, deploy::kFingers
 class Expected {
  public:
   explicit Expected(const deploy::Glove& glove)
-      : glove_(glove), tables_(deploy::glove_tables(glove)), chain_(glove) {
+      : glove_(glove), tables_(deploy::glove_tables(glove)), chain_(deploy::chain_parts(glove)) {
     for (const deploy::VrJoint& joint : deploy::vr_joints(glove)) joints_.push_back(joint.settings);
     text_.emplace(tables_.flexion.data(), joints_.data(), static_cast<std::uint8_t>(joints_.size()),
                   deploy::fingers_there(glove.model));
@@ -119,7 +118,7 @@ class Expected {
   const deploy::Glove& glove_;
   link::Session session_;
   deploy::GloveTables tables_;
-  deploy::HostChain chain_;
+  model::HostChain chain_;
   std::vector<glove::JointSettings> joints_;
   std::optional<Text> text_;
   link::Frame frame_{};

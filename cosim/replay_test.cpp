@@ -11,7 +11,6 @@
 #include <sstream>
 
 #include "host/deploy/deploy.hpp"
-#include "host/deploy/host_chain.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/wiring.hpp"
 #include "host/identify/hand.hpp"
@@ -110,9 +109,9 @@ TEST_F(Replay, AGloveThatTracksItsStripsIsTheHostToTheBit) {
     const GloveFigures f = replay(*b.firmware, b.glove, counts);
     EXPECT_GT(f.frames, 100U);
     EXPECT_EQ(f.mismatches, 0U) << rate_hz;
-    deploy::HostChain tracked(b.glove);
+    model::HostChain tracked(deploy::chain_parts(b.glove));
     b.glove.track = false;
-    deploy::HostChain plain(b.glove);
+    model::HostChain plain(deploy::chain_parts(b.glove));
     int differ = 0;
     for (const auto& sample : counts) differ += tracked.step(sample).angle[2] != plain.step(sample).angle[2];
     EXPECT_GT(differ, 100) << "the strips show the tracker nothing";
@@ -501,7 +500,7 @@ TEST_F(Replay, AZeroedGloveReadsAsTheModelsGloveDid) {
     run_s(2);
     return receiver.frame().angle[1] / 16.0;
   };
-  deploy::HostChain host(b.glove);
+  model::HostChain host(deploy::chain_parts(b.glove));
   std::array<int, 5> counts{};
   double expected_deg = 0;
   for (int k = 0; k < 200; ++k) {

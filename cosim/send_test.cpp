@@ -13,7 +13,6 @@
 #include "cosim/radio_ear.hpp"
 #include "cosim/usb_board_test.hpp"
 #include "host/deploy/deploy.hpp"
-#include "host/deploy/host_chain.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
 #include "host/io/serial.hpp"
@@ -77,7 +76,7 @@ class SendOverUsb : public testing::Test {
   static Compared compare(const std::string& port, const std::string& model) {
     constexpr std::size_t kSamples = 45;
     const deploy::Glove glove = of(model);
-    deploy::HostChain chain(glove);
+    model::HostChain chain(deploy::chain_parts(glove));
     std::vector<link::Frame> expected;
     for (std::size_t k = 0; k < kSamples; ++k) {
       std::array<int, deploy::kFingers> counts{};

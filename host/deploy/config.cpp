@@ -263,6 +263,21 @@ GloveTables glove_tables(const Glove& glove) {
 
 namespace {
 
+std::vector<std::size_t> joints_of_text(const Glove& glove) {
+  std::vector<std::size_t> out;
+  for (const VrJoint& joint : vr_joints(glove)) out.push_back(joint.joint);
+  return out;
+}
+
+}  // namespace
+
+model::ChainParts chain_parts(const Glove& glove) {
+  return {glove_tables(glove), model::HostCompensator(glove.model, joints_of_text(glove)),
+          tracked_strips(glove), model::samples_per_tick(glove.model.sample_period_s)};
+}
+
+namespace {
+
 hand::MotorSettings motor_settings(const HandMotor& motor) {
   constexpr double kTick_s = 0.001;
   const auto int16 = [](double v) {
@@ -535,9 +550,7 @@ std::string data_config(const Glove& glove) {
 std::string glove_config(const Glove& glove) {
   check_tracking(glove);
   if (glove.model_as == ModelAs::data) return data_config(glove);
-  std::vector<std::size_t> more;
-  for (const VrJoint& joint : vr_joints(glove)) more.push_back(joint.joint);
-  const CompensatorText text = compensator_text(glove.model, more);
+  const CompensatorText text = compensator_text(glove.model, joints_of_text(glove));
   const GloveTables tables = glove_tables(glove);
   return glove_head(glove, tables) + sensor_tables(glove, tables) + text.coefficients +
          "\n}  // namespace config\n\n" + text.compensator + "\n}  // namespace flexor\n";

@@ -11,6 +11,7 @@
 #include "host/deploy/mcu.hpp"
 #include "host/deploy/pins.hpp"
 #include "host/model/glove_tables.hpp"
+#include "host/model/host_chain.hpp"
 #include "host/model/model.hpp"
 #include "host/model/wiring.hpp"
 #include "runtime/glove/follower.hpp"
@@ -156,6 +157,9 @@ struct VrJoint {
   glove::JointSettings settings;
 };
 std::vector<VrJoint> vr_joints(const Glove& glove);
+
+// Of the chain that says what the board sends.
+model::ChainParts chain_parts(const Glove& glove);
 
 // Bytes of the longest line for VR drivers.
 int line_bytes(const Glove& glove);

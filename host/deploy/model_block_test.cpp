@@ -7,7 +7,6 @@
 
 #include <cmath>
 
-#include "host/deploy/host_chain.hpp"
 #include "host/io/io.hpp"
 #include "host/model/random_glove.hpp"
 #include "host/model/random_model.hpp"
@@ -77,7 +76,7 @@ bool is_deployable(const Glove& glove) {
 }
 
 void expect_equal(const Glove& glove, unsigned seed, int samples) {
-  HostCompensator host(glove.model, {});
+  model::HostCompensator host(glove.model);
   InRam whole;
   InRam by_finger;
   const ModelBlock one = model_block(glove, 1);

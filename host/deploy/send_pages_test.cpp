@@ -6,7 +6,6 @@
 #include <cstring>
 #include <memory>
 
-#include "host/deploy/host_chain.hpp"
 #include "host/deploy/key_patch.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/pair_key.hpp"
@@ -85,7 +84,7 @@ int angle_of(const FlashContent& flash, const Glove& glove) {
 }
 
 int angle_of(const Glove& glove) {
-  HostCompensator host(glove.model, {});
+  model::HostCompensator host(glove.model);
   host.alpha.fill(32 * 600);
   host.step();
   return host.angle[2];

@@ -62,12 +62,12 @@ deploy::Glove twin_glove(const twin::TrialInput& input) {
     if (!wiring.input[i]) continue;
     const model::Input& one = input.compensator.inputs[*wiring.input[i]];
     if (one.unit == "count" || deploy::reads_alpha(one)) continue;
-    const auto readings = divider.readings(one.unit, one.name);
+    const auto reading = divider.reading(one.unit, one.name);
     std::vector<double> counts;
     std::vector<double> value;
-    for (std::size_t n = 0; n < readings.size(); n += 16) {
-      counts.push_back(static_cast<double>(n));
-      value.push_back(readings[n]);
+    for (int n = 0; n <= 16 * (sensor::kKnots - 1); n += 16) {
+      counts.push_back(n);
+      value.push_back(std::min(reading(n), model::kMaxSignal));
     }
     calibration.unit = one.unit;
     calibration.sensor[i] = deploy::through_points(std::move(counts), std::move(value));

@@ -8,8 +8,8 @@
 // give values that a compensator's valid range refuses.
 #pragma once
 
-#include <array>
 #include <cmath>
+#include <functional>
 #include <string>
 
 #include "host/twin/parameters.hpp"
@@ -30,20 +30,19 @@ class Divider {
     return static_cast<int>(std::lround(kAdcTop * kohm / (kohm + fixed_kohm_)));
   }
 
-  double alpha_deg(int counts) const { return alpha_deg_[static_cast<std::size_t>(counts)]; }
+  double alpha_deg(double counts) const;
 
-  // What a model's input reads at each of the counts. `unit`: count, V, mV, ohm, kohm, deg (alpha) or rad. Throws
-  // io::InputError naming `input` for another one.
-  std::array<double, kAdcTop + 1> readings(const std::string& unit, const std::string& input) const;
+  // What a model's input reads at counts. `unit`: count, V, mV, ohm, kohm, deg (alpha) or rad. Throws io::InputError naming
+  // `input` for another one.
+  std::function<double(double counts)> reading(const std::string& unit, const std::string& input) const;
 
  private:
-  double kohm(int counts) const;
+  double kohm(double counts) const;
 
   double flat_kohm_;
   double kohm_per_deg_;
   double fixed_kohm_;
   double reference_V_;
-  std::array<double, kAdcTop + 1> alpha_deg_{};
 };
 
 }  // namespace flexor::twin

@@ -5,11 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <memory>
 
 #include "host/io/io.hpp"
-#include "host/model/compensator.hpp"
 #include "host/model/correction.hpp"
+#include "host/model/host_chain.hpp"
 #include "host/model/wiring.hpp"
 #include "host/twin/glove.hpp"
 #include "host/twin/laboratory.hpp"
@@ -20,8 +21,6 @@
 
 namespace flexor::twin {
 namespace {
-
-using Compensators = model::Compensator<model::FixedArithmetic>;
 
 // The compensator's joint for each finger, all of which the hand has.
 model::Wiring full_wiring(const model::Model& compensator) {
@@ -40,16 +39,37 @@ model::Wiring full_wiring(const model::Model& compensator) {
   return out;
 }
 
-using Tables = std::array<std::array<double, kAdcTop + 1>, kFingers>;
+// The glove of a trial: what its strips read, and its chain. A recalibration lies in the table of counts, as on the board.
+struct Glove {
+  model::Sensors reading;  // in the unit of the strip's input, alpha where it feeds none
+  model::ChainParts parts;
+};
 
-Tables tables(const Divider& divider, const model::Model& compensator, const model::Wiring& wiring) {
-  Tables out;
+Glove glove_of(const TrialInput& input) {
+  const Divider divider(input.parameters);
+  const model::Wiring wiring = full_wiring(input.compensator);
+  const model::Folded folded = model::folded(input.compensator);
+  model::Sensors reading;
+  model::Sensors made;
+  std::array<glove::TrackedStrip, kFingers> tracked{};
   for (std::size_t i = 0; i < kFingers; ++i) {
-    const model::Input* input = wiring.input[i] ? &compensator.inputs[*wiring.input[i]] : nullptr;
-    out[i] = divider.readings(input != nullptr ? input->unit : "deg", input != nullptr ? input->name : "");
+    reading[i] = divider.reading("deg", "");
+    if (!wiring.input[i]) continue;
+    const model::Input& one = input.compensator.inputs[*wiring.input[i]];
+    const model::Correction& correction = folded.correction[*wiring.input[i]];
+    reading[i] = divider.reading(one.unit, one.name);
+    made[i] = [correction, raw = reading[i]](double counts) { return correction(raw(counts)); };
+    if (!input.tracking || !input.tracking->strip[i]) continue;
+    model::TrackedRange range = *input.tracking->strip[i];
+    range.poses = {correction(range.poses.open), correction(range.poses.fist)};
+    tracked[i] = model::tracked_strip<glove::Tracking>(range, {});
   }
-  return out;
+  return {std::move(reading),
+          {model::glove_tables(folded.model, made), model::HostCompensator(folded.model), tracked,
+           model::samples_per_tick(input.compensator.sample_period_s)}};
 }
+
+constexpr double kOn_s = 1;  // how long the glove has been on: the guard takes 0.9 s through 180 degrees
 
 // kTrials trials side by side; lane = finger * kTrials + trial.
 template <int kTrials>
@@ -60,18 +80,13 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
         p_(input.parameters),
         constants_(p_),
         divider_(p_),
-        wiring_(full_wiring(input.compensator)),
-        table_(tables(divider_, input.compensator, wiring_)),
-        folded_(model::folded(input.compensator)),
-        reading_(input.compensator.inputs.size()),
+        glove_(glove_of(input)),
         period_s_(input.compensator.sample_period_s),
         frame_every_s_(p_.frame_rate_hz > 0 ? 1 / p_.frame_rate_hz : 0),
         count_(count),
         end_ms_(std::lround(input.motion.duration_s() * 1000)),
         frames_(static_cast<std::size_t>(input.motion.duration_s() * p_.camera_rate_hz) + 1) {
-    const Compensators prototype(folded_.model);
-    for (int t = 0; t < kTrials; ++t) begin_trial(t, first + static_cast<std::uint64_t>(t), prototype);
-    if (input.tracking) begin_tracking(*input.tracking);
+    for (int t = 0; t < kTrials; ++t) begin_trial(t, first + static_cast<std::uint64_t>(t));
     if (input.worn) wear(*input.worn);
     for (int lane = 0; lane < kLanes; ++lane) begin_lane(lane, input.motion);
     hand_next_ms_ = frame_ms(0, p_.camera_rate_hz, p_.hand_camera_latency_s);
@@ -99,12 +114,13 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
 
  private:
   static constexpr int kLanes = kFingers * kTrials;
+  using Counts = std::array<int, kFingers>;
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-  void begin_trial(int t, std::uint64_t number, const Compensators& prototype) {
+  void begin_trial(int t, std::uint64_t number) {
     const std::uint64_t seed = seed_of(input_.seed, number);
     variation_[at(t)] = draw_variation(p_, seed);
-    compensator_.push_back(prototype);
+    chain_.emplace_back(glove_.parts);
     radio_[at(t)] = Radio(p_, seed_of(seed, Purpose::radio));
     Random phase(seed_of(seed, Purpose::phase));
     first_sample_s_[at(t)] = -static_cast<double>(kWarmUp_ms) / 1000 + period_s_ * phase.uniform();
@@ -141,14 +157,6 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     reference_[at(lane)] = start;
   }
 
-  void begin_tracking(const Tracking& tracking) {
-    tick_samples_ = model::samples_per_tick(period_s_);
-    settings_ = model::tracker_settings<sensor::FixedTracking>(tracking.prior);
-    for (std::size_t i = 0; i < kFingers; ++i)
-      tracked_[i] = model::tracked_strip<sensor::FixedTracking>(tracking.strip[i], tracking.prior);
-    for (auto& tracker : tracker_) tracker.reset(settings_);
-  }
-
   // What the glove's own side goes through before the trial: cloth, strips and trackers. The hand is off.
   void wear(const Worn& worn) {
     const PlantState<kLanes> before = x_;
@@ -161,8 +169,12 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     const auto again_ms = static_cast<std::int64_t>(worn.motion.duration_s() * 1000);
     for (std::int64_t now = 0; now < lasts_ms; ++now) {
       if (now % kBlock_ms == 0) move(worn.motion, now % again_ms);
-      for (int lane = 0; now % period_ms == 0 && lane < kLanes; ++lane)
-        worn_[at(lane)].push_back(read(lane, static_cast<double>(now - lasts_ms) / 1000, now / period_ms));
+      for (int t = 0; now % period_ms == 0 && t < kTrials; ++t) {
+        const Counts counts = read(t, static_cast<double>(now - lasts_ms) / 1000);
+        for (int i = 0; i < kFingers; ++i)
+          worn_[at(i * kTrials + t)].push_back(glove_.reading[at(i)](counts[at(i)]));
+        if (input_.tracking) chain_[at(t)].step(counts);
+      }
       advance(constants_, x_);
     }
     x_ = before;
@@ -179,21 +191,13 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     }
   }
 
-  // The strip's reading, tracked where it is.
-  double read(int lane, double now_s, std::int64_t k) {
-    const int counts =
-        strip_[at(lane)].sample(divider_, now_s, static_cast<double>(bend(constants_, x_, lane)));
-    const double reading = table_[at(lane / kTrials)][at(counts)];
-    if (!input_.tracking || !input_.tracking->strip[at(lane / kTrials)]) return reading;
-    const model::TrackedRange& range = *input_.tracking->strip[at(lane / kTrials)];
-    const sensor::TrackedStrip<sensor::FixedTracking>& strip = tracked_[at(lane / kTrials)];
-    const auto q5 =
-        static_cast<std::int16_t>(std::lround(32 * std::clamp(reading, -kAlphaTop_deg, kAlphaTop_deg)));
-    sensor::Tracker<sensor::FixedTracking>& tracker = tracker_[at(lane)];
-    const double corrected = tracker.corrected(strip, q5) / 32.0;
-    const bool alive = corrected >= range.valid_min && corrected <= range.valid_max;
-    if (alive && k % tick_samples_ == 0) tracker.observe(settings_, strip, q5);
-    return corrected;
+  Counts read(int t, double now_s) {
+    Counts out{};
+    for (int i = 0; i < kFingers; ++i) {
+      const int lane = i * kTrials + t;
+      out[at(i)] = strip_[at(lane)].sample(divider_, now_s, static_cast<double>(bend(constants_, x_, lane)));
+    }
+    return out;
   }
 
   void begin_block(std::int64_t now) {
@@ -211,29 +215,26 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     const std::int64_t k = ++samples_[at(t)];
     next_sample_ms_[at(t)] =
         std::lround((first_sample_s_[at(t)] + static_cast<double>(k) * period_s_) * 1000);
-    FrameAngles angles;
-    Trial& trial = trials_[at(t)];
-    if (input_.record_samples) trial.sample_s.push_back(now_s);
-    std::array<double, kFingers> strip{};
-    for (int i = 0; i < kFingers; ++i) strip[at(i)] = read(i * kTrials + t, now_s, k);
-    for (std::size_t input = 0; input < reading_.size(); ++input)
-      reading_[input] =
-          std::clamp(folded_.correction[input](strip[wiring_.strip[input]]), -kAlphaTop_deg, kAlphaTop_deg);
-    const auto betas = compensator_[at(t)].step(reading_);
-    for (int i = 0; i < kFingers; ++i) {
-      const int lane = i * kTrials + t;
-      const double beta = betas[*wiring_.joint[at(i)]].angle_deg;
-      angles[at(i)] = static_cast<std::int16_t>(std::lround(16 * beta));
-      if (!input_.record_samples) continue;
-      trial.reading[at(i)].push_back(strip[at(i)]);
-      trial.beta_deg[at(i)].push_back(beta);
-      trial.true_deg[at(i)].push_back(static_cast<double>(x_.reference[lane]));
-    }
+    const Counts counts = read(t, now_s);
+    // Switched on well before: the guard has brought the fingers from rest to where they are.
+    for (double on_s = 0; k == 1 && on_s < kOn_s; on_s += period_s_) chain_[at(t)].step(counts);
+    const FrameAngles angles = std::to_array(chain_[at(t)].step(counts).angle);
+    if (input_.record_samples) record(t, now_s, counts, angles);
     // A frame rate below the sample rate sends every so many samples, the newest of them.
     double& due_s = next_frame_s_[at(t)];
     if (now_s + period_s_ / 2 < due_s) return;
     due_s = due_s + 2 * frame_every_s_ < now_s ? now_s + frame_every_s_ : due_s + frame_every_s_;
     radio_[at(t)].send(now, angles);
+  }
+
+  void record(int t, double now_s, const Counts& counts, const FrameAngles& angles) {
+    Trial& trial = trials_[at(t)];
+    trial.sample_s.push_back(now_s);
+    for (int i = 0; i < kFingers; ++i) {
+      trial.reading[at(i)].push_back(glove_.reading[at(i)](counts[at(i)]));
+      trial.beta_deg[at(i)].push_back(angles[at(i)] / 16.0);
+      trial.true_deg[at(i)].push_back(static_cast<double>(x_.reference[i * kTrials + t]));
+    }
   }
 
   void deliver(int t, std::int64_t now) {
@@ -293,10 +294,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   const Parameters& p_;
   PlantConstants constants_;
   Divider divider_;
-  model::Wiring wiring_;
-  Tables table_;          // what each strip reads, by counts
-  model::Folded folded_;  // as on the board, where a recalibration lies in the table of counts
-  std::vector<double> reading_;
+  Glove glove_;
   double period_s_;
   double frame_every_s_;
   int count_;
@@ -308,10 +306,6 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   std::array<double, kLanes> total_error_{};
   std::array<Strip, kLanes> strip_;
   std::array<std::vector<double>, kLanes> worn_;
-  sensor::TrackerSettings<sensor::FixedTracking> settings_{};
-  std::array<sensor::TrackedStrip<sensor::FixedTracking>, kFingers> tracked_{};  // none
-  std::array<sensor::Tracker<sensor::FixedTracking>, kLanes> tracker_;
-  int tick_samples_ = 1;
   std::array<Disturbance, kLanes> disturbance_;
   std::array<Variation, kTrials> variation_;
   std::array<Radio, kTrials> radio_;
@@ -321,7 +315,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
   std::array<std::int64_t, kTrials> samples_{};
   std::array<double, kTrials> next_frame_s_{};
   std::array<bool, kTrials> settled_{};
-  std::vector<Compensators> compensator_;
+  std::deque<model::HostChain> chain_;
   std::vector<Trial> trials_;
   std::size_t glove_frame_ = 0;
   std::size_t hand_frame_ = 0;
@@ -333,7 +327,7 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
 
 void check(const TrialInput& input) {
   check(input.parameters);
-  (void)tables(Divider(input.parameters), input.compensator, full_wiring(input.compensator));
+  (void)glove_of(input);
   const double rate_hz = 1 / input.compensator.sample_period_s;
   if (!(rate_hz >= 0.1 && rate_hz <= kMaxRate_hz * (1 + 1e-9))) {
     throw io::InputError(

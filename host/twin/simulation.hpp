@@ -24,7 +24,6 @@ inline constexpr int kMaxPictures = 120000;  // of each camera in a trial: an ho
 // The glove follows each strip while it is worn (runtime/sensor/tracker.hpp); strips without a range are left alone.
 struct Tracking {
   std::array<std::optional<model::TrackedRange>, kFingers> strip;
-  model::TrackingPrior prior;
 };
 
 // What the glove was worn for: a motion, again and again.
@@ -57,7 +56,7 @@ struct Trial {
   // With record_samples: what the glove read and said, sample k at sample_s[k].
   std::vector<double> sample_s;
   std::array<std::vector<double>, kFingers>
-      reading;  // in the unit of the strip's input, alpha where it feeds none
+      reading;  // in the unit of the strip's input, alpha where it feeds none; before it is tracked
   std::array<std::vector<double>, kFingers> beta_deg;
   std::array<std::vector<double>, kFingers> true_deg;
 };

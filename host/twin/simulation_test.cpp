@@ -11,6 +11,8 @@
 #include "host/io/io.hpp"
 #include "host/io/refusal_test.hpp"
 #include "host/model/channel.hpp"
+#include "host/model/host_chain.hpp"
+#include "host/twin/glove.hpp"
 
 namespace flexor::twin {
 namespace {
@@ -42,16 +44,17 @@ model::Model identity(double period_s) {
   return m;
 }
 
-// Everything that is noise, spread or imperfection switched off; the strip bends as the finger does.
+// Noise, spread and imperfection switched off but for the strip's noise, without which a finger held still for two seconds
+// reads as stuck; the strip bends as the finger does.
 Parameters perfect() {
   Parameters p;
-  for (const char* name : {"person.start_spread_s",    "person.pose_spread_deg",  "person.speed_spread",
-                           "placement.spread_deg",     "placement.gain_spread",   "cloth.knuckle_deg",
-                           "cloth.slip_deg",           "cloth.visco_share",       "cloth.creep_share",
-                           "sensor.drift_deg_per_min", "sensor.noise_deg",        "sensor.flutter_deg",
-                           "sensor.burst_rate_per_s",  "radio.jitter_s",          "radio.module_latency_s",
-                           "motor.coulomb_mNm",        "motor.viscous_mNms_rad",  "motor.backlash_deg",
-                           "motor.disturbance_mNm",    "potentiometer.noise_deg", "camera.noise_deg"}) {
+  for (const char* name : {"person.start_spread_s",    "person.pose_spread_deg", "person.speed_spread",
+                           "placement.spread_deg",     "placement.gain_spread",  "cloth.knuckle_deg",
+                           "cloth.slip_deg",           "cloth.visco_share",      "cloth.creep_share",
+                           "sensor.drift_deg_per_min", "sensor.flutter_deg",     "sensor.burst_rate_per_s",
+                           "radio.jitter_s",           "radio.module_latency_s", "motor.coulomb_mNm",
+                           "motor.viscous_mNms_rad",   "motor.backlash_deg",     "motor.disturbance_mNm",
+                           "potentiometer.noise_deg",  "camera.noise_deg"}) {
     assign(p, std::string(name) + "=0");
   }
   p.bend_lower_deg = p.hand_lower_deg;
@@ -182,6 +185,7 @@ TEST(Simulation, EveryParameterAtTheEndsOfItsRangeGivesFiniteFiguresOrARefusal) 
 
 TEST(Simulation, FaultsShowInTheReadings) {
   Parameters p = perfect();
+  assign(p, "sensor.noise_deg=0");
   p.faults = {{0, FaultKind::open, 2, 1}, {1, FaultKind::short_circuit, 2, 1}, {2, FaultKind::stuck, 2, 6}};
   const Trial t = simulate({p, gesture(1), identity(0.1), 3, true}, 0, 1).front();
   for (std::size_t k = 0; k < t.sample_s.size(); ++k) {
@@ -191,6 +195,41 @@ TEST(Simulation, FaultsShowInTheReadings) {
     const bool stuck = t.sample_s[k] >= 2 && t.sample_s[k] < 8;
     EXPECT_TRUE(!stuck || std::abs(t.reading[2][k] - 112) < 0.6);
   }
+}
+
+// Monitor and guard are the runtime's: what is sent is what its chain makes of the same counts, to the bit.
+TEST(Simulation, BrokenStripsAreTreatedAsOnTheGlove) {
+  Parameters p = perfect();
+  p.faults = {{0, FaultKind::open, 1, 2},
+              {1, FaultKind::short_circuit, 1, 2},
+              {2, FaultKind::stuck, 0.5, 2.8},
+              {3, FaultKind::loose, 1, 6}};
+  const model::Model model = identity(0.1);
+  const Trial t = simulate({p, gesture(1), model, 3, true}, 0, 1).front();
+  const Divider divider(p);
+  model::Sensors alpha;
+  alpha.fill([&](double counts) { return divider.alpha_deg(counts); });
+  model::HostChain chain({model::glove_tables(model, alpha), model::HostCompensator(model), {}, 1});
+  for (std::size_t k = 0; k < t.sample_s.size(); ++k) {
+    std::array<int, kFingers> counts{};
+    for (std::size_t i = 0; i < kFingers; ++i) {
+      counts[i] = kAdcTop;
+      while (divider.alpha_deg(counts[i]) > t.reading[i][k]) --counts[i];
+    }
+    for (int on = 0; k == 0 && on < 10; ++on) chain.step(counts);
+    const link::Frame& frame = chain.step(counts);
+    for (std::size_t i = 0; i < kFingers; ++i)
+      EXPECT_EQ(16 * t.beta_deg[i][k], frame.angle[i]) << i << " " << k;
+  }
+  const auto sent = [&](std::size_t finger, double at_s) {
+    return t.beta_deg[finger][static_cast<std::size_t>((at_s - t.sample_s[0]) * 10)];
+  };
+  for (const std::size_t finger : {0U, 1U}) {
+    EXPECT_GT(sent(finger, 1.2), 100) << "held for a quarter of a second";
+    EXPECT_EQ(sent(finger, 2.9), 0) << "then at rest";
+  }
+  EXPECT_GT(sent(2, 2.3), 100) << "two seconds of the same reading";
+  EXPECT_LT(sent(2, 3.2), 50) << "on its way to rest";
 }
 
 // The article's Raw: readings beyond the end stop, sent as they are. Without anti-windup the hand is stuck

@@ -29,7 +29,8 @@ sensor::GuardSettings guard_at_rest(const Model& model, double rest_deg) {
           static_cast<std::uint16_t>(std::ceil(kHold_s / model.sample_period_s - kRounding))};
 }
 
-// Of a strip that feeds an input: readings that the model refuses are the rails.
+// Of a strip that feeds an input. A broken one reads near an end of the ADC: its rails lie half way from what the model takes,
+// beyond which another hand or a strip that has drifted reads, too.
 void add_strip(const std::function<double(double)>& sensor, const Input& input,
                sensor::Calibration& calibration, sensor::MonitorSettings& monitor) {
   for (std::size_t k = 0; k < sensor::kKnots; ++k) {
@@ -48,8 +49,8 @@ void add_strip(const std::function<double(double)>& sensor, const Input& input,
     throw io::InputError(fmt::format("input {}: no ADC reading lies within its valid range {:g} to {:g} {}",
                                      input.name, input.valid_min, input.valid_max, input.unit));
   }
-  monitor.low = static_cast<std::uint16_t>(std::max(low - 1, 0));
-  monitor.high = static_cast<std::uint16_t>(std::min(high + 1, static_cast<int>(sensor::kAdcTop)));
+  monitor.low = static_cast<std::uint16_t>(std::max(low - 1, 0) / 2);
+  monitor.high = static_cast<std::uint16_t>((std::min(high + 2, sensor::kAdcTop + 1) + sensor::kAdcTop) / 2);
 }
 
 sensor::Poses poses_of(const Input& input) {

@@ -232,6 +232,18 @@ TEST(Simulation, BrokenStripsAreTreatedAsOnTheGlove) {
   EXPECT_LT(sent(2, 3.2), 50) << "on its way to rest";
 }
 
+// Of another person's hand, or of a strip that has drifted.
+TEST(Simulation, AReadingBeyondTheModelsRangeHoldsItsFinger) {
+  model::Model model = identity(0.1);
+  for (model::Input& input : model.inputs) input.valid_max = 100;  // the fist's 112 are refused
+  const Trial t = simulate({perfect(), gesture(1), model, 3, true}, 0, 1).front();
+  const auto closed = static_cast<std::size_t>((9 - t.sample_s[0]) * 10);  // having been open
+  for (std::size_t i = 1; i < kFingers; ++i) {
+    EXPECT_GT(t.reading[i][closed], 105);
+    EXPECT_NEAR(t.beta_deg[i][closed], 80, 20) << "the last that was taken, not at rest";
+  }
+}
+
 // The article's Raw: readings beyond the end stop, sent as they are. Without anti-windup the hand is stuck
 // for seconds.
 TEST(Simulation, AHandPressedIntoItsStopWindsUpUnlessItsIntegralIsLimited) {

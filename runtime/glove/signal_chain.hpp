@@ -22,8 +22,9 @@ struct ChannelSettings {
   sensor::Poses poses;  // of the strip
 };
 
-// Compensator: int16_t alpha[kFingers] in, int16_t angle[kFingers] out, which it keeps, and uint8_t step(), a
-// bit for each finger whose input it took.
+// Compensator: int16_t alpha[kFingers] in, int16_t angle[kFingers] out, and step(). It keeps an angle whose readings it does
+// not take, and so does the finger as long as its strips live: a reading beyond those that the model was made from is another
+// hand's, or a strip's that has drifted.
 template <class Compensator, class Strips = NotFollowed>
 class SignalChain {
  public:
@@ -58,10 +59,10 @@ class SignalChain {
     for (uint8_t i = 0; i < kFingers; ++i) {
       if (frame.status[i] != link::SensorStatus::ok) bad = static_cast<uint8_t>(bad | 1 << i);
     }
-    uint8_t good = compensator_.step();
+    compensator_.step();
     for (uint8_t i = 0; i < kFingers; ++i) {
-      const bool alive = (settings_[i].strips & bad) == 0 && (good & 1);
-      good = static_cast<uint8_t>(good >> 1);
+      const uint8_t strips = settings_[i].strips;
+      const bool alive = strips != 0 && (strips & bad) == 0;
       frame.angle[i] = guard_[i].step(settings_[i].guard, alive, compensator_.angle[i]);
     }
   }

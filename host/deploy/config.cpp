@@ -26,6 +26,11 @@ constexpr double kGap_deg = 1.25;        // between what the motor must have don
 constexpr double kForget_deg_s = 4;      // of it: what noise leaves behind
 constexpr double kKick = 3.2;            // times the duty that may move a finger: it must
 constexpr double kPwmStep = 1.0 / 256;
+constexpr double kSafeIntegralLimit = 0.25;  // of full duty: four times the friction
+constexpr double kSafeSpeed_deg_s = 400;
+constexpr double kTopSpeed_deg_s = 440;  // of a motor that the greatest load helps
+constexpr double kSoftStop_deg = 2;      // before the joint's own
+constexpr double kReach_deg = 15;        // past which a reading is none
 
 int frame_bytes(const Key& key) { return link::frame_bytes(key.has_value()); }
 
@@ -300,6 +305,22 @@ hand::MotorSettings motor_settings(const HandMotor& motor) {
 }
 
 }  // namespace
+
+Hand within_safe_limits(Hand hand) {
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    const double soft_deg = std::min(kSoftStop_deg, (hand.upper_deg[i] - hand.lower_deg[i]) / 4);
+    hand.lower_deg[i] += soft_deg;
+    hand.upper_deg[i] -= soft_deg;
+  }
+  hand.reach_deg = kReach_deg;
+  // The fastest motor of this kind, and the one with the least friction.
+  const double fastest_deg_s = (1 + kMotorSpeedShare) * hand.motor.full_speed_deg_s;
+  const double least_friction = (1 - kMotorFrictionShare) * hand.motor.friction;
+  hand.duty = std::min(hand.duty, kTopSpeed_deg_s / fastest_deg_s + least_friction - hand.motor.load);
+  hand.integral_limit = std::min(hand.integral_limit, kSafeIntegralLimit);
+  hand.speed_deg_s = std::min(hand.speed_deg_s, kSafeSpeed_deg_s);
+  return hand;
+}
 
 hand::FingerSettings finger_settings(const Hand& hand, int finger) {
   const auto i = static_cast<std::size_t>(finger);

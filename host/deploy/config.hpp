@@ -111,6 +111,9 @@ struct Hand {
   Key key;
 };
 
+// Away from the joints' ends, which its limits are, and at bounded effort and speed, whatever it asks for.
+Hand within_safe_limits(Hand hand);
+
 // Everything below throws io::InputError, one line with the figure and the mend.
 
 // Of 10, 20, 50 and 100 Hz.

@@ -17,12 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kSafeIntegralLimit = 0.25;  // of full duty: four times the friction
-constexpr double kSafeSpeed_deg_s = 400;
-constexpr double kTopSpeed_deg_s = 440;  // of a motor that the greatest load helps
-constexpr double kSoftStop_deg = 2;      // before the joint's own
-constexpr double kSameEnds = 0.1;        // of the hand's range, within which a model's ends are the hand's
-constexpr double kReach_deg = 15;        // past which a reading is none
+constexpr double kSameEnds = 0.1;  // of the hand's range, within which a model's ends are the hand's
 
 // Each finger's rest angle by the model; where it has no channel, the hand's lower limit.
 std::array<double, kFingers> rests(const twin::Parameters& p, const model::Model& model) {
@@ -129,22 +124,12 @@ deploy::Hand twin_hand(const twin::Parameters& p, const model::Model& model) {
 
 deploy::Hand safe_hand(const twin::Parameters& p, const model::Model& model) {
   deploy::Hand hand = twin_hand(p, model);
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    const double soft_deg = std::min(kSoftStop_deg, (p.hand_upper_deg[i] - p.hand_lower_deg[i]) / 4);
-    hand.lower_deg[i] = p.hand_lower_deg[i] + soft_deg;
-    hand.upper_deg[i] = p.hand_upper_deg[i] - soft_deg;
-  }
-  hand.reach_deg = kReach_deg;
+  hand.lower_deg = p.hand_lower_deg;
+  hand.upper_deg = p.hand_upper_deg;
   hand.motor = motor_of(p);
-  // The fastest motor of this kind, and the one with the least friction.
-  const double fastest_deg_s = (1 + deploy::kMotorSpeedShare) * hand.motor.full_speed_deg_s;
-  const double least_friction = (1 - deploy::kMotorFrictionShare) * hand.motor.friction;
-  hand.duty = std::min(p.loop_duty, kTopSpeed_deg_s / fastest_deg_s + least_friction - hand.motor.load);
-  hand.integral_limit = std::min(p.loop_integral_limit, kSafeIntegralLimit);
-  hand.speed_deg_s = std::min(p.loop_speed_deg_s, kSafeSpeed_deg_s);
   hand.feed_forward_s_per_deg =
       p.torque_constant_mNm_A / 1000 * p.gear_ratio / p.motor_V * std::numbers::pi / 180;
-  return hand;
+  return deploy::within_safe_limits(hand);
 }
 
 model::Model on_hand(model::Model model, const twin::Parameters& p, std::vector<std::string>& notes) {

@@ -163,28 +163,15 @@ model::Model on_hand(model::Model model, const twin::Parameters& p, std::vector<
 }
 
 Counts gesture_counts(const twin::Parameters& p, const model::Model& model) {
-  const model::Model raw = compensator("raw", 1 / model.sample_period_s).model;
-  const twin::Divider divider(p);
+  model::Model raw = compensator("raw", 1 / model.sample_period_s).model;
+  for (model::Input& input : raw.inputs) input.unit = "count";
   Counts out;
   for (const twin::Motion& motion : motions("1-6")) {
     const twin::TrialInput input{p, motion, raw, 1, true};
     const twin::Trial trial = twin::simulate(input, 0, 1).front();
     for (std::size_t k = 0; k < trial.sample_s.size(); ++k) {
       std::array<int, kFingers>& counts = out.emplace_back();
-      for (std::size_t i = 0; i < kFingers; ++i) {
-        // Back from alpha, which grows with the counts.
-        int low = 0;
-        int high = twin::kAdcTop;
-        while (low < high) {
-          const int middle = (low + high) / 2;
-          if (divider.alpha_deg(middle) < trial.reading[i][k]) {
-            low = middle + 1;
-          } else {
-            high = middle;
-          }
-        }
-        counts[i] = low;
-      }
+      for (std::size_t i = 0; i < kFingers; ++i) counts[i] = static_cast<int>(trial.reading[i][k]);
     }
   }
   return out;

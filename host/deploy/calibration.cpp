@@ -30,7 +30,7 @@ Sensor read_sensor(io::JsonReader& reader) {
   }
   const std::vector<double> falling(value.rbegin(), value.rend());
   if (!increasing(value) && !increasing(falling)) reader.fail("\"value\" must rise or fall throughout");
-  return through_points(counts, value);
+  return {counts, value};
 }
 
 std::string finger_of(const std::string& name, const std::string& source) {
@@ -121,22 +121,6 @@ std::array<Sensor, kFingers> sensors_of(const model::Model& model, const Sensor&
   return out;
 }
 
-namespace {
-
-// At every count that a board's table has a knot for, and the last one.
-Sensor corrected(const Sensor& sensor, const model::Correction& correction) {
-  constexpr int kStep = 16;
-  std::vector<double> counts;
-  std::vector<double> value;
-  for (int n = 0; n <= kStep * (sensor::kKnots - 1); n += kStep) {
-    counts.push_back(n);
-    value.push_back(std::clamp(correction(sensor(n)), -model::kMaxSignal, model::kMaxSignal));
-  }
-  return through_points(std::move(counts), std::move(value));
-}
-
-}  // namespace
-
 Corrected with_corrections(const model::Model& model, const std::array<Sensor, kFingers>& sensors) {
   model::Folded board = model::folded(model);
   Corrected out{std::move(board.model), sensors};
@@ -144,7 +128,7 @@ Corrected with_corrections(const model::Model& model, const std::array<Sensor, k
   for (std::size_t i = 0; i < out.sensor.size(); ++i) {
     if (!wiring.input[i]) continue;
     const model::Correction& one = board.correction[*wiring.input[i]];
-    if (one != model::Correction{}) out.sensor[i] = corrected(sensors[i], one);
+    if (one != model::Correction{}) out.sensor[i] = at_knots([&](double n) { return one(sensors[i](n)); });
   }
   return out;
 }

@@ -48,31 +48,26 @@ std::string key_text(const Key& key) {
       model::braces(record.crc, sizeof(record.crc)));
 }
 
-namespace {
-
-double value_at(const CountsAsTheyAre&, double counts) { return counts; }
-
-double value_at(const Divider& d, double counts) {
-  constexpr double kTop = sensor::kAdcTop;
-  if (counts >= kTop) return 1e9;
-  return (d.fixed_kohm * counts / (kTop - counts) - d.flat_kohm) / d.kohm_per_deg;
-}
-
-double value_at(const Points& p, double n) {
+double Sensor::operator()(double n) const {
   std::size_t i = 1;
-  while (i + 1 < p.counts.size() && n > p.counts[i]) ++i;
-  return p.value[i - 1] +
-         (p.value[i] - p.value[i - 1]) * (n - p.counts[i - 1]) / (p.counts[i] - p.counts[i - 1]);
+  while (i + 1 < counts.size() && n > counts[i]) ++i;
+  return value[i - 1] + (value[i] - value[i - 1]) * (n - counts[i - 1]) / (counts[i] - counts[i - 1]);
 }
 
-}  // namespace
-
-double Sensor::operator()(double counts) const {
-  return std::visit([&](const auto& sensor) { return value_at(sensor, counts); }, kind);
+Sensor at_knots(const std::function<double(double)>& reads) {
+  Sensor out;
+  for (int n = 0; n <= 16 * (sensor::kKnots - 1); n += 16) {
+    out.counts.push_back(n);
+    out.value.push_back(std::clamp(reads(n), -model::kMaxSignal, model::kMaxSignal));
+  }
+  return out;
 }
 
 Sensor divider(double fixed_kohm, double flat_kohm, double kohm_per_deg) {
-  return {Divider{fixed_kohm, flat_kohm, kohm_per_deg}};
+  return at_knots([&](double n) {
+    constexpr double kTop = sensor::kAdcTop;
+    return n >= kTop ? model::kMaxSignal : (fixed_kohm * n / (kTop - n) - flat_kohm) / kohm_per_deg;
+  });
 }
 
 bool reads_alpha(const model::Input& input) {
@@ -80,10 +75,8 @@ bool reads_alpha(const model::Input& input) {
   return input.unit == "deg" && (column.ends_with("_alpha") || column.ends_with("_alpha_deg"));
 }
 
-Sensor counts_as_they_are() { return {CountsAsTheyAre{}}; }
-
-Sensor through_points(std::vector<double> counts, std::vector<double> value) {
-  return {Points{std::move(counts), std::move(value)}};
+Sensor counts_as_they_are() {
+  return at_knots([](double n) { return n; });
 }
 
 int sample_rate_hz(const model::Model& model) {

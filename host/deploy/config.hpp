@@ -3,9 +3,9 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "host/deploy/mcu.hpp"
@@ -34,33 +34,22 @@ enum class Encoding { alpha, beta };
 
 enum class ModelAs { code, data };  // compiled, or bytes that an interpreter runs and that can be replaced
 
-struct CountsAsTheyAre {};
-struct Divider {
-  double fixed_kohm = 0;
-  double flat_kohm = 0;
-  double kohm_per_deg = 0;
-};
-struct Points {
-  std::vector<double> counts;
-  std::vector<double> value;
-};
-
-// ADC counts -> the model's input, monotonic over 0 .. 1023; where it has no value, any that the model
-// refuses.
+// ADC counts -> the model's input, monotonic over 0 .. 1023, straight between points and beyond; where it has no value, any
+// that the model refuses.
 struct Sensor {
-  std::variant<CountsAsTheyAre, Divider, Points> kind;
+  std::vector<double> counts;  // strictly increasing, two at least
+  std::vector<double> value;
   double operator()(double counts) const;
 };
 
+// What `reads` says at every knot of a board's table.
+Sensor at_knots(const std::function<double(double counts)>& reads);
 // R1 = flat + k theta in a divider with R2 = fixed, both 10 bits full scale: eqs. 1 to 3 of Sensors 2019,
 // 19(18), 3896.
 Sensor divider(double fixed_kohm, double flat_kohm, double kohm_per_deg);
 // The model's input is that divider's alpha: unit "deg", of a column that ends in _alpha.
 bool reads_alpha(const model::Input& input);
 Sensor counts_as_they_are();
-// Through measured points, straight in between and beyond; two are a two-point calibration. Counts strictly
-// increasing.
-Sensor through_points(std::vector<double> counts, std::vector<double> value);
 
 struct Glove {
   model::Model model;  // its sample period is the glove's

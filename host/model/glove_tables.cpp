@@ -22,7 +22,6 @@ std::uint8_t samples(double lasts_s, const Model& model, double least) {
   return static_cast<std::uint8_t>(std::clamp(std::round(lasts_s / model.sample_period_s), least, 255.0));
 }
 
-// Of any finger.
 sensor::GuardSettings guard_at_rest(const Model& model, double rest_deg) {
   constexpr double kRounding = 1e-6;  // of a period's inverse
   return {q4(rest_deg), q4(kGuardSpeed_deg_s * model.sample_period_s),

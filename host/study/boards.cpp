@@ -57,15 +57,8 @@ deploy::Glove twin_glove(const twin::TrialInput& input) {
     if (!wiring.input[i]) continue;
     const model::Input& one = input.compensator.inputs[*wiring.input[i]];
     if (one.unit == "count" || deploy::reads_alpha(one)) continue;
-    const auto reading = divider.reading(one.unit, one.name);
-    std::vector<double> counts;
-    std::vector<double> value;
-    for (int n = 0; n <= 16 * (sensor::kKnots - 1); n += 16) {
-      counts.push_back(n);
-      value.push_back(std::min(reading(n), model::kMaxSignal));
-    }
     calibration.unit = one.unit;
-    calibration.sensor[i] = deploy::through_points(std::move(counts), std::move(value));
+    calibration.sensor[i] = deploy::at_knots(divider.reading(one.unit, one.name));
   }
   return glove_for(input.parameters, input.compensator, calibration);
 }

@@ -8,25 +8,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct SensorToJson {
-  Json operator()(const deploy::CountsAsTheyAre&) const { return Json::object(); }
-  Json operator()(const deploy::Divider& d) const {
-    return {{"fixed_kohm", d.fixed_kohm}, {"flat_kohm", d.flat_kohm}, {"kohm_per_deg", d.kohm_per_deg}};
-  }
-  Json operator()(const deploy::Points& p) const { return {{"counts", p.counts}, {"value", p.value}}; }
-};
-
 deploy::Sensor sensor_of(const Json& json) {
-  if (json.empty()) return deploy::counts_as_they_are();
-  if (json.contains("fixed_kohm")) {
-    return deploy::divider(json.at("fixed_kohm").get<double>(), json.at("flat_kohm").get<double>(),
-                           json.at("kohm_per_deg").get<double>());
-  }
-  auto counts = json.at("counts").get<std::vector<double>>();
-  auto value = json.at("value").get<std::vector<double>>();
-  if (counts.size() < 2 || counts.size() != value.size())
+  deploy::Sensor out = {json.at("counts").get<std::vector<double>>(),
+                        json.at("value").get<std::vector<double>>()};
+  if (out.counts.size() < 2 || out.counts.size() != out.value.size())
     throw io::InputError("pipe: a sensor without its points");
-  return deploy::through_points(std::move(counts), std::move(value));
+  return out;
 }
 
 Json exact_json(const CycleStatistic& c) { return {{"count", c.count}, {"sum", c.sum}, {"worst", c.worst}}; }
@@ -40,7 +27,8 @@ CycleStatistic cycles_of(const Json& json) {
 
 Json exact_json(const deploy::Glove& g) {
   Json sensors = Json::array();
-  for (const deploy::Sensor& sensor : g.sensor) sensors.push_back(std::visit(SensorToJson(), sensor.kind));
+  for (const deploy::Sensor& sensor : g.sensor)
+    sensors.push_back({{"counts", sensor.counts}, {"value", sensor.value}});
   return {{"model", Json::parse(model::to_json(g.model))},
           {"sensors", std::move(sensors)},
           {"is_radio", g.output == deploy::Output::radio},

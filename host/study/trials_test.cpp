@@ -1,6 +1,5 @@
 #include "host/study/trials.hpp"
 #include "host/io/refusal_test.hpp"
-#include "host/study/recalibrated.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

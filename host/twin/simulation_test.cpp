@@ -44,8 +44,7 @@ model::Model identity(double period_s) {
   return m;
 }
 
-// Noise, spread and imperfection switched off but for the strip's noise, without which a finger held still for two seconds
-// reads as stuck; the strip bends as the finger does.
+// Noise, spread and imperfection switched off but for the strip's, which would be stuck; it bends as the finger does.
 Parameters perfect() {
   Parameters p;
   for (const char* name : {"person.start_spread_s",    "person.pose_spread_deg", "person.speed_spread",
@@ -65,8 +64,8 @@ Parameters perfect() {
 
 double total(const Trial& t) { return std::accumulate(t.error_deg_s.begin(), t.error_deg_s.end(), 0.0); }
 
-TEST(Simulation, ATrialDependsOnItsNumberAndNothingElse) {
-  const twin::TrialInput input{Parameters(), gesture(1), published_hw(), 5, false};
+TEST(Simulation, ATrialDependsOnSeedAndNumberAndNothingElse) {
+  twin::TrialInput input{Parameters(), gesture(1), published_hw(), 5, false};
   const auto together = simulate(input, 0, 16);
   const auto alone = simulate(input, 6, 3);
   const auto scalar = simulate_scalar(input, 6, 3);
@@ -78,13 +77,8 @@ TEST(Simulation, ATrialDependsOnItsNumberAndNothingElse) {
     EXPECT_EQ(scalar[t].pressed_s, together[6 + t].pressed_s);
   }
   EXPECT_NE(together[0].hand_deg, together[1].hand_deg);
-}
-
-TEST(Simulation, TheSeedDecides) {
-  twin::TrialInput input{Parameters(), gesture(1), published_hw(), 5, false};
-  const auto five = simulate(input, 0, 1);
   input.seed = 6;
-  EXPECT_NE(simulate(input, 0, 1)[0].hand_deg, five[0].hand_deg);
+  EXPECT_NE(simulate(input, 6, 3)[0].hand_deg, alone[0].hand_deg);
 }
 
 // Gesture 1 is closed for about 7.2 of its 10 s and open for about 0.6; what the hand is off meanwhile.
@@ -183,21 +177,7 @@ TEST(Simulation, EveryParameterAtTheEndsOfItsRangeGivesFiniteFiguresOrARefusal) 
   EXPECT_GT(played, 80);
 }
 
-TEST(Simulation, FaultsShowInTheReadings) {
-  Parameters p = perfect();
-  assign(p, "sensor.noise_deg=0");
-  p.faults = {{0, FaultKind::open, 2, 1}, {1, FaultKind::short_circuit, 2, 1}, {2, FaultKind::stuck, 2, 6}};
-  const Trial t = simulate({p, gesture(1), identity(0.1), 3, true}, 0, 1).front();
-  for (std::size_t k = 0; k < t.sample_s.size(); ++k) {
-    const bool faulty = t.sample_s[k] >= 2 && t.sample_s[k] < 3;
-    EXPECT_EQ(t.reading[0][k] > 1000, faulty);
-    EXPECT_EQ(t.reading[1][k] < -40, faulty);
-    const bool stuck = t.sample_s[k] >= 2 && t.sample_s[k] < 8;
-    EXPECT_TRUE(!stuck || std::abs(t.reading[2][k] - 112) < 0.6);
-  }
-}
-
-// Monitor and guard are the runtime's: what is sent is what its chain makes of the same counts, to the bit.
+// What is sent is what the runtime's chain makes of the same counts, to the bit.
 TEST(Simulation, BrokenStripsAreTreatedAsOnTheGlove) {
   Parameters p = perfect();
   p.faults = {{0, FaultKind::open, 1, 2},
@@ -212,36 +192,21 @@ TEST(Simulation, BrokenStripsAreTreatedAsOnTheGlove) {
   model::HostChain chain({model::glove_tables(model, alpha), model::HostCompensator(model), {}, 1});
   for (std::size_t k = 0; k < t.sample_s.size(); ++k) {
     std::array<int, kFingers> counts{};
-    for (std::size_t i = 0; i < kFingers; ++i) {
-      counts[i] = kAdcTop;
-      while (divider.alpha_deg(counts[i]) > t.reading[i][k]) --counts[i];
-    }
+    for (std::size_t i = 0; i < kFingers; ++i)
+      for (counts[i] = kAdcTop; divider.alpha_deg(counts[i]) > t.reading[i][k];) --counts[i];
     for (int on = 0; k == 0 && on < 10; ++on) chain.step(counts);
     const link::Frame& frame = chain.step(counts);
-    for (std::size_t i = 0; i < kFingers; ++i)
-      EXPECT_EQ(16 * t.beta_deg[i][k], frame.angle[i]) << i << " " << k;
+    for (std::size_t i = 0; i < kFingers; ++i) EXPECT_EQ(16 * t.beta_deg[i][k], frame.angle[i]) << i;
+    EXPECT_EQ(counts[0] == kAdcTop && counts[1] == 0, t.sample_s[k] >= 1 && t.sample_s[k] < 3);
   }
-  const auto sent = [&](std::size_t finger, double at_s) {
-    return t.beta_deg[finger][static_cast<std::size_t>((at_s - t.sample_s[0]) * 10)];
-  };
-  for (const std::size_t finger : {0U, 1U}) {
-    EXPECT_GT(sent(finger, 1.2), 100) << "held for a quarter of a second";
-    EXPECT_EQ(sent(finger, 2.9), 0) << "then at rest";
-  }
-  EXPECT_GT(sent(2, 2.3), 100) << "two seconds of the same reading";
-  EXPECT_LT(sent(2, 3.2), 50) << "on its way to rest";
+  EXPECT_EQ(t.beta_deg[0][34], 0) << "at rest";
 }
 
-// Of another person's hand, or of a strip that has drifted.
 TEST(Simulation, AReadingBeyondTheModelsRangeHoldsItsFinger) {
   model::Model model = identity(0.1);
   for (model::Input& input : model.inputs) input.valid_max = 100;  // the fist's 112 are refused
   const Trial t = simulate({perfect(), gesture(1), model, 3, true}, 0, 1).front();
-  const auto closed = static_cast<std::size_t>((9 - t.sample_s[0]) * 10);  // having been open
-  for (std::size_t i = 1; i < kFingers; ++i) {
-    EXPECT_GT(t.reading[i][closed], 105);
-    EXPECT_NEAR(t.beta_deg[i][closed], 80, 20) << "the last that was taken, not at rest";
-  }
+  for (std::size_t i = 1; i < kFingers; ++i) EXPECT_NEAR(t.beta_deg[i][95], 80, 20) << "not at rest";
 }
 
 // The article's Raw: readings beyond the end stop, sent as they are. Without anti-windup the hand is stuck

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <map>
+#include <numeric>
 #include <optional>
-#include <set>
+#include <stdexcept>
 
 #include "host/io/io.hpp"
 #include "host/model/formats.hpp"
@@ -33,18 +35,34 @@ class ByteWriter {
     u16(x & 0xffff);
     u16(x >> 16 & 0xffff);
   }
+
+  // For a block's `code`.
+  void i16(int x) { u16(x); }
+  void words(const std::int16_t* x, int n) {
+    for (int i = 0; i < n; ++i) u16(x[i]);
+  }
+  void values(const compensator::Value* x, int n) {
+    for (int i = 0; i < n; ++i) {
+      u16(x[i].y);
+      u16(x[i].slope);
+    }
+  }
   void weight(const core::Weight& w) {
     u16(w.mantissa);
     u8(w.shift);
   }
-  void operation(Operation code, int n = 0) { u8(static_cast<int>(code) | n << 4); }
+  void within(int x, int, int) { u8(x); }
+  void signal(int number, int) { u8(number); }
+  void knots(int offset, int) { u16(offset); }
+  void require(bool good) {
+    if (!good) throw std::logic_error("a block's number");
+  }
 };
 
-// What the structs of graph.hpp take on the microcontroller, where a pointer is two bytes and nothing is aligned.
+// Of compensator::Section on the microcontroller, where a pointer is two bytes.
 constexpr int kSectionRam = 7;
-constexpr int kChainRam = 12;
 
-// Some fingers of a model, as one part.
+// Some fingers of a model and their further joints, as one part.
 class PartWriter {
  public:
   PartWriter(const Glove& glove, const model::FixedModel& fixed, const GloveTables& tables,
@@ -55,13 +73,14 @@ class PartWriter {
         tables_(tables),
         ids_(calibration_ids(tables)),
         inputs_(glove.model.inputs.size()) {
-    mark_needed(fingers);
+    choose_outputs(glove, fingers);
+    mark_needed();
     if (fingers.front() == 0) mark_idle_strips();
     number_inputs();
     knots_begin_ = compensator::kHeaderBytes + compensator::kInputBytes * signals_ +
-                   compensator::kOutputBytes * static_cast<int>(fingers.size());
+                   compensator::kOutputBytes * static_cast<int>(outputs_.size());
     for (std::size_t b = 0; b < model_.blocks.size(); ++b) {
-      if (needed_[inputs_ + b]) add_block(b, fingers);
+      if (needed_[inputs_ + b]) add_block(b);
     }
     close();
     if (signals_ > kMostSignals) {
@@ -69,7 +88,7 @@ class PartWriter {
           fmt::format("model {:?}: {} signals, a board's interpreter knows {} in a part: fewer blocks",
                       model_.name, signals_, kMostSignals));
     }
-    finish(sample_rate_hz(glove.model), fingers);
+    finish(sample_rate_hz(glove.model));
   }
 
   const Bytes& bytes() const { return out_.bytes; }
@@ -79,10 +98,32 @@ class PartWriter {
  private:
   static constexpr int kMostSignals = 127;
 
-  void mark_needed(const std::vector<std::size_t>& fingers) {
+  // What leaves: a finger, or a further joint of one.
+  struct Leaving {
+    std::size_t number;
+    std::size_t finger;
+    int place;
+    std::optional<std::size_t> joint;
+    int strips;
+    int rest;
+  };
+
+  void choose_outputs(const Glove& glove, const std::vector<std::size_t>& fingers) {
+    for (const std::size_t f : fingers)
+      outputs_.push_back({f, f, 0, wiring_.joint[f], tables_.strips[f], tables_.guard[f].rest});
+    std::size_t number = kFingers;
+    for (const VrJoint& more : vr_joints(glove)) {
+      const glove::JointSettings& joint = more.settings;
+      if (std::ranges::find(fingers, joint.finger) != fingers.end())
+        outputs_.push_back({number, joint.finger, joint.place, more.joint, joint.strips, joint.guard.rest});
+      ++number;
+    }
+  }
+
+  void mark_needed() {
     needed_.resize(fixed_.signals.size(), false);
-    for (const std::size_t f : fingers) {
-      if (wiring_.joint[f]) needed_[fixed_.graph.joint[*wiring_.joint[f]]] = true;
+    for (const Leaving& one : outputs_) {
+      if (one.joint) needed_[fixed_.graph.joint[*one.joint]] = true;
     }
     for (std::size_t b = model_.blocks.size(); b-- > 0;) {
       if (!needed_[inputs_ + b]) continue;
@@ -117,7 +158,7 @@ class PartWriter {
   void close() {
     if (!is_open_) return;
     is_open_ = false;
-    code_.operation(Operation::end);
+    code_.u8(static_cast<int>(Operation::end));
     int strips = 0;
     for (const std::size_t i : open_) strips |= 1 << wiring_.strip[i];
     sections_.u8(strips);
@@ -128,60 +169,55 @@ class PartWriter {
     ram_ += kSectionRam;
   }
 
-  void add_block(std::size_t b, const std::vector<std::size_t>& fingers) {
+  void add_block(std::size_t b) {
     const std::size_t signal = inputs_ + b;
     if (number_.contains(signal)) return;
     open(fixed_.graph.inputs[signal]);
-    if (const std::optional<std::size_t> finger = finger_behind(b, fingers)) {
-      // Its saturation comes with the sum.
-      add_sum(b, std::get<model::FixedCoefficients<model::Sum>>(fixed_.blocks[b]).c,
-              static_cast<int>(*finger) + 1);
-      add_limits(joint_block(*finger));
-      number_[inputs_ + joint_block(*finger)] = signals_++;
-      return;
-    }
-    bool written = false;
-    for (const std::size_t f : fingers) {
-      if (!wiring_.joint[f] || fixed_.graph.joint[*wiring_.joint[f]] != signal) continue;
+    for (const Leaving& one : outputs_) {
+      if (!one.joint || joint_block(one) != b) continue;
       // A joint's last block is its saturation, which changes nothing the second time.
-      add_angle(b, f, written ? number_[signal] : source(b));
+      behind_ = &one;
+      add(number_.contains(signal) ? number_[signal] : source(b), limits_of(one), 0);
       number_[signal] = signals_++;
-      written = true;
     }
-    if (written) return;
+    if (number_.contains(signal)) return;
+    behind_ = output_behind(b);
     std::visit([&](const auto& one) { add_step(b, one.c); }, fixed_.blocks[b]);
     if (!number_.contains(signal)) number_[signal] = signals_++;
+    if (behind_ != nullptr) number_[inputs_ + joint_block(*behind_)] = number_[signal];
   }
 
-  std::size_t joint_block(std::size_t finger) const {
-    return fixed_.graph.joint[*wiring_.joint[finger]] - inputs_;
+  std::size_t joint_block(const Leaving& one) const { return fixed_.graph.joint[*one.joint] - inputs_; }
+
+  compensator::Saturation<std::int16_t> limits_of(const Leaving& one) const {
+    return std::get<model::FixedCoefficients<model::Saturation>>(fixed_.blocks[joint_block(one)]).c;
   }
 
-  // Of a sum that nothing takes but the saturation of one finger: which.
-  std::optional<std::size_t> finger_behind(std::size_t b, const std::vector<std::size_t>& fingers) const {
-    if (!std::holds_alternative<model::FixedCoefficients<model::Sum>>(fixed_.blocks[b])) return {};
-    std::optional<std::size_t> found;
+  // Of a block that nothing takes but the saturation of one output: which.
+  const Leaving* output_behind(std::size_t b) const {
+    const Leaving* found = nullptr;
     for (std::size_t taker = b + 1; taker < model_.blocks.size(); ++taker) {
       const std::vector<std::size_t>& from = fixed_.graph.from[taker];
       if (!needed_[inputs_ + taker] || std::ranges::find(from, inputs_ + b) == from.end()) continue;
-      const auto own = [&](std::size_t f) { return wiring_.joint[f] && joint_block(f) == taker; };
-      if (found || std::ranges::count_if(fingers, own) != 1) return {};
-      found = *std::ranges::find_if(fingers, own);
+      const auto own = [&](const Leaving& one) { return one.joint && joint_block(one) == taker; };
+      if (found != nullptr || std::ranges::count_if(outputs_, own) != 1) return nullptr;
+      found = &*std::ranges::find_if(outputs_, own);
     }
     return found;
   }
 
-  void add_angle(std::size_t b, std::size_t finger, int from) {
-    code_.operation(Operation::angle, static_cast<int>(finger));
-    code_.u8(from);
-    add_limits(b);
-  }
-
-  void add_limits(std::size_t b) {
-    const auto& limits = std::get<model::FixedCoefficients<model::Saturation>>(fixed_.blocks[b]).c;
-    code_.u16(limits.lower);
-    code_.u16(limits.upper);
-    code_.u8(fixed_.signals[inputs_ + b].fraction - core::kOutputFraction);
+  template <class Block>
+  void add(int from, Block block, int n) {
+    using compensator::kOperationOf;
+    static_assert(kOperationOf<Block> != Operation::end, "in FLEXOR_BLOCKS");
+    code_.u8(static_cast<int>(kOperationOf<Block>) | n << 4);
+    code_.u8(from | (behind_ != nullptr ? compensator::kLeaves : 0));
+    block.code(code_, static_cast<std::uint8_t>(n));
+    ram_ += compensator::state_bytes<Block>(static_cast<std::uint8_t>(n));
+    if (behind_ == nullptr) return;
+    limits_of(*behind_).code(code_, 0);
+    code_.u8(static_cast<int>(behind_->number));
+    code_.u8(fixed_.signals[fixed_.graph.joint[*behind_->joint]].fraction - core::kOutputFraction);
   }
 
   // Where the knots lie in the part, behind what each input and finger takes.
@@ -200,10 +236,12 @@ class PartWriter {
   }
 
   int source(std::size_t b) const { return number_.at(fixed_.graph.from[b].front()); }
-  void start(std::size_t b, Operation operation, int ram) {
-    code_.operation(operation);
-    code_.u8(source(b));
-    ram_ += ram;
+
+  template <class Block>
+  void add_step(std::size_t b, const Block& block) {
+    int n = 0;
+    if constexpr (requires { block.number(); }) n = block.number();
+    add(source(b), block, n);
   }
 
   // Of every kind that fixed point holds as one; null: of none.
@@ -220,117 +258,58 @@ class PartWriter {
   void add_step(std::size_t b, const model::Curve::Fixed& c) {
     const int knots = knots_of(c);
     std::vector<std::size_t> all;
-    for (std::size_t other = b; other < model_.blocks.size() && all.size() < compensator::kMostCurves;
+    for (std::size_t other = b; other < model_.blocks.size() && all.size() < compensator::kMostNumber;
          ++other) {
       const model::Curve::Fixed* curve = curve_of(other);
       if (curve == nullptr || !needed_[inputs_ + other] || number_.contains(inputs_ + other)) continue;
       if (fixed_.graph.from[other] == fixed_.graph.from[b] && knots_of(*curve) == knots) all.push_back(other);
     }
-    code_.operation(Operation::curves, static_cast<int>(all.size()));
-    code_.u16(knots);
-    code_.u8(source(b));
+    if (behind_ != nullptr) std::ranges::rotate(all, all.begin() + 1);  // the last leaves
+    std::vector<compensator::Value> values;
     for (const std::size_t one : all) {
-      add_values(*curve_of(one));
-      number_[inputs_ + one] = signals_++;
+      const compensator::Value* at = curve_of(one)->values.at;
+      values.insert(values.end(), at, at + c.knots.count);
     }
+    add(source(b), compensator::Curves{static_cast<std::uint16_t>(knots), c.knots.count, values.data()},
+        static_cast<int>(all.size()));
+    for (const std::size_t one : all) number_[inputs_ + one] = signals_++;
   }
 
-  void add_values(const model::Curve::Fixed& c) {
-    for (int i = 0; i < c.knots.count; ++i) {
-      code_.u16(c.values.at[i].y);
-      code_.u16(c.values.at[i].slope);
-    }
-  }
-
-  // Weights of +-1 in steps of the output need no product: the rest of the shift comes out even.
-  void add_step(std::size_t b, const model::Sum::Fixed& c) { add_sum(b, c, 0); }
-
-  // finger: one more than that which the sum is the angle of; 0: of none.
-  void add_sum(std::size_t b, const model::Sum::Fixed& c, int finger) {
-    const std::vector<std::size_t>& from = fixed_.graph.from[b];
+  // Weights of +-1 in steps of the output need no product: the rest of the shift comes out even. The first that are added.
+  void add_step(std::size_t b, const model::Sum::Fixed& c) {
+    std::vector<std::size_t> order(fixed_.graph.from[b].size());
+    std::iota(order.begin(), order.end(), 0U);
     const int unit = 1 << c.shift;
-    const bool plain =
-        std::all_of(c.weight, c.weight + from.size(), [&](int w) { return std::abs(w) == unit; });
-    code_.operation(plain ? Operation::plain_sum : Operation::sum, finger);
-    if (!plain) code_.u8(c.shift);
-    code_.i32(plain ? (c.offset + unit / 2) >> c.shift : c.offset);
-    code_.u8(static_cast<int>(from.size()));
-    for (std::size_t i = 0; i < from.size(); ++i) {
-      code_.u8(number_.at(from[i]) | (plain && c.weight[i] < 0 ? 0x80 : 0));
-      if (!plain) code_.u16(c.weight[i]);
+    std::ranges::stable_partition(order, [&](std::size_t i) { return c.weight[i] == unit; });
+    const bool plain = c.weight[order.front()] == unit && std::ranges::all_of(order, [&](std::size_t i) {
+                         return std::abs(c.weight[i]) == unit;
+                       });
+    compensator::SumOfSignals<compensator::kMostTerms> sum{};
+    sum.shift = plain ? 0 : c.shift;
+    sum.offset = plain ? (c.offset + unit / 2) >> c.shift : c.offset;
+    sum.more = static_cast<std::uint8_t>(order.size() - 1);
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      sum.weight[k] = c.weight[order[k]];
+      sum.signal[k] = static_cast<std::uint8_t>(number_.at(fixed_.graph.from[b][order[k]]) |
+                                                (plain && sum.weight[k] < 0 ? sum.kSubtracted : 0));
     }
+    add(sum.signal[0], sum, 0);
   }
 
-  void add_step(std::size_t b, const model::DeadZone::Fixed& c) {
-    start(b, Operation::dead_zone, 0);
-    code_.u16(c.lower);
-    code_.u16(c.upper);
-  }
-  void add_step(std::size_t b, const model::Saturation::Fixed& c) {
-    start(b, Operation::saturation, 0);
-    code_.u16(c.lower);
-    code_.u16(c.upper);
-  }
-  void add_step(std::size_t b, const model::Play::Fixed& c) {
-    start(b, Operation::play, 2);
-    code_.u16(c.radius);
-  }
-  void add_step(std::size_t b, const model::Hysteresis::Fixed& c) {
-    start(b, Operation::hysteresis, 2 * compensator::kMostPlays);
-    // Plays that are not there have no radius and no weight.
-    for (int j = 0; j < compensator::kMostPlays; ++j) {
-      code_.u16(j < c.plays.count ? c.plays.radius[j] : 0);
-      code_.u16(j < c.plays.count ? c.weight[j] : 0);
-    }
-  }
-  void add_step(std::size_t b, const model::Lag::Fixed& c) {
-    start(b, Operation::lag, 4);
-    code_.weight(c.share);
-  }
-  void add_step(std::size_t b, const model::PolePair::Fixed& c) {
-    start(b, Operation::pole_pair, 10);
-    for (const std::int16_t change : c.change) code_.u16(change);
-    code_.u8(c.change_fraction);
-    for (const std::int16_t tap : c.tap) code_.u16(tap);
-    code_.u8(c.tap_fraction);
-    code_.u8(c.up);
-    code_.u8(c.down);
-  }
-
-  void add_step(std::size_t b, const model::Lti::Fixed& c) {
-    start(b, c.is_direct ? Operation::direct : Operation::lti, kChainRam);
-    code_.u16(c.gain);
-    code_.u8(c.gain_shift);
-    if (c.is_direct) {
-      for (const std::uint16_t one : c.direct.b) code_.u16(one);
-      for (const std::uint16_t one : c.direct.a) code_.u16(one);
-      return;
-    }
-    code_.i32(c.offset);
-    for (const core::Weight& weight : c.input_weight) code_.weight(weight);
-    for (int i = 0; i < compensator::kMaxOrder; ++i) code_.weight(c.chain_weight[i]);
-    for (const std::int16_t tap : c.tap) code_.u16(tap);
-    code_.u8(c.tap_fraction);
-    code_.u8(c.output_shift);
-  }
-
-  void finish(int rate_hz, const std::vector<std::size_t>& fingers) {
+  void finish(int rate_hz) {
     out_.u8(compensator::kGraphVersion);
     out_.u16(0);
     out_.u8(rate_hz);
     out_.u8(static_cast<int>(
         std::count(needed_.begin(), needed_.begin() + static_cast<std::ptrdiff_t>(inputs_), true)));
-    out_.u8(static_cast<int>(fingers.size()));
+    out_.u8(static_cast<int>(outputs_.size()));
     out_.u8(static_cast<int>(knots_.size()));
     out_.u8(section_count_);
     out_.u8(signals_);
     for (std::size_t i = 0; i < inputs_; ++i) {
       if (needed_[i]) add_input(i);
     }
-    for (const std::size_t f : fingers) {
-      out_.u8(static_cast<int>(f) | tables_.strips[f] << 3);
-      out_.u16(tables_.guard[f].rest);
-    }
+    for (const Leaving& one : outputs_) add_output(one);
     for (const Bytes& one : knots_) out_.bytes.insert(out_.bytes.end(), one.begin(), one.end());
     out_.bytes.insert(out_.bytes.end(), sections_.bytes.begin(), sections_.bytes.end());
     const std::size_t size = out_.bytes.size() + compensator::kCrcBytes;
@@ -339,6 +318,18 @@ class PartWriter {
     std::uint16_t crc = 0;
     for (const std::uint8_t byte : out_.bytes) crc = core::crc16_add(crc, byte);
     out_.u16(crc);
+  }
+
+  void add_output(const Leaving& one) {
+    const auto q4 = [](double deg) {
+      return static_cast<int>(std::lround(std::ldexp(deg, core::kOutputFraction)));
+    };
+    out_.u8(static_cast<int>(one.number) | one.place << 4);
+    out_.u8(one.strips | static_cast<int>(one.finger) << 5);
+    out_.u16(one.rest);
+    const model::Ends ends = one.joint ? model::ends(model_, model_.joints[*one.joint]) : model::Ends{};
+    out_.u16(q4(ends.open_deg));
+    out_.u16(q4(ends.fist_deg));
   }
 
   void add_input(std::size_t i) {
@@ -359,6 +350,8 @@ class PartWriter {
   const GloveTables& tables_;
   std::array<std::uint16_t, kFingers> ids_;
   std::size_t inputs_;
+  std::vector<Leaving> outputs_;
+  const Leaving* behind_ = nullptr;  // what leaves with the operation that is written
   std::vector<bool> needed_;
   std::map<std::size_t, int> number_;  // of each signal, in this part
   std::vector<Bytes> knots_;

@@ -120,11 +120,11 @@ TEST(ModelBlock, TheLayoutIsThatOfItsVersion) {
   glove.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
   glove.sensor.fill(divider(35, 25, 100.0 / 180));
   const Bytes part = model_block(glove, 1).parts.front();
-  EXPECT_EQ(compensator::kGraphVersion, 3);
-  EXPECT_EQ(part.size(), 271U);
+  EXPECT_EQ(compensator::kGraphVersion, 4);
+  EXPECT_EQ(part.size(), 251U);
   std::uint16_t crc = 0;
   for (const std::uint8_t byte : part) crc = core::crc16_add(crc, byte);
-  EXPECT_EQ(crc, 38539);
+  EXPECT_EQ(crc, 37943);
 }
 
 TEST(ModelBlock, EveryKindOfBlockGivesTheHostsBits) {
@@ -176,7 +176,7 @@ TEST(ModelBlock, StartsAtRestAndHoldsWhatBadReadingsReach) {
   const ModelBlock block = model_block(glove, 1);
   InRam graph;
   ASSERT_EQ(load(graph, block, glove), Loaded::ok);
-  for (const std::int16_t angle : graph.angle) EXPECT_EQ(angle, 16 * 30);
+  for (std::size_t f = 0; f < kFingers; ++f) EXPECT_EQ(graph.angle[f], 16 * 30);
   std::ranges::fill(graph.alpha, static_cast<std::int16_t>(0));
   EXPECT_EQ(graph.step(), 0);
   EXPECT_EQ(graph.angle[2], 16 * 30);
@@ -185,6 +185,44 @@ TEST(ModelBlock, StartsAtRestAndHoldsWhatBadReadingsReach) {
   EXPECT_EQ(graph.step(), 0x1d);
   EXPECT_EQ(graph.angle[0], 16 * 50);
   EXPECT_EQ(graph.angle[1], 16 * 30);
+}
+
+// Joints that a text for VR drivers names beside the fingers' own: one that is a finger's angle too, one of its own.
+TEST(ModelBlock, FurtherJointsLeaveBehindTheFingers) {
+  Glove glove = plain_glove(50);
+  glove.model.blocks.push_back({{"index lag"}, "index tip", model::Saturation{0, 60}});
+  glove.model.joints.push_back({"index_dip", "index tip", 20, {}, model::Ends{5, 55}});
+  glove.model.joints.push_back({"ring_pip", "ring angle", 30, {}, {}});
+  EXPECT_EQ(model_block(glove, 1).parts.front()[compensator::kOutputCount], kFingers);
+  glove.output = Output::opengloves;
+  glove.encoding = Encoding::beta;
+  for (const int parts : {1, kFingers}) {
+    const ModelBlock block = model_block(glove, parts);
+    InRam graph;
+    ASSERT_EQ(load(graph, block, glove), Loaded::ok);
+    std::array<glove::OutputSettings, compensator::kOutputs> of{};
+    glove::for_each_output<core::Ram>(graph,
+                                      [&](const glove::OutputSettings& one) { of.at(one.number) = one; });
+    EXPECT_EQ(graph.angle[5], 16 * 20);
+    std::ranges::fill(graph.alpha, static_cast<std::int16_t>(32 * 800));
+    EXPECT_EQ(graph.step(), 0x1f);
+    EXPECT_EQ(std::vector(graph.angle, graph.angle + 7),
+              (std::vector<std::int16_t>{1280, 1280, 1280, 1280, 1280, 16 * 60, 1280}));
+    EXPECT_EQ(of[5].finger, 1);
+    EXPECT_EQ(of[5].place, 3);
+    EXPECT_EQ(of[5].strips, 1 << 1);
+    EXPECT_EQ(of[5].open, 16 * 5);
+    EXPECT_EQ(of[5].fist, 16 * 55);
+    EXPECT_EQ(of[6].finger, 3);
+    EXPECT_EQ(of[6].place, 2);
+    EXPECT_EQ(of[0].strips, 1);
+    const std::vector<VrJoint> joints = vr_joints(glove);
+    for (std::size_t k = 0; k < joints.size(); ++k) {
+      const glove::FlexionSettings flexion = glove::flexion_between(of[5 + k].open, of[5 + k].fist);
+      EXPECT_EQ(flexion.straight, joints[k].settings.flexion.straight);
+      EXPECT_EQ(flexion.scale, joints[k].settings.flexion.scale);
+    }
+  }
 }
 
 TEST(ModelBlock, IsRefusedWhereItDoesNotBelong) {

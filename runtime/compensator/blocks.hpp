@@ -1,4 +1,10 @@
-// All blocks that a deployed model may have.
+// All kinds of block that a model may have, in one list: the interpreter's operations, the host's documents and the assembler
+// come from it. To add one (docs/adding-a-block.md does it):
+//
+//   1. Write its equation, in floating point and in integers, as a struct here, with `code`: its coefficients in order.
+//   2. Write what a document says of it as a struct in host/model (kind.hpp says what that has).
+//   3. Add both to the list below, at its end: its place is its number in models that boards have stored.
+//   4. Raise kGraphVersion (graph.hpp), and say in its test what the block computes.
 #pragma once
 
 #include "runtime/compensator/curve.hpp"
@@ -10,3 +16,24 @@
 #include "runtime/compensator/pole_pair.hpp"
 #include "runtime/compensator/saturation.hpp"
 #include "runtime/compensator/sum.hpp"
+
+namespace flexor {
+namespace compensator {
+
+constexpr uint8_t kMostPlays = 4;
+constexpr uint8_t kMostTerms = 32;
+
+// Its name in documents and as an operation, its struct in host/model, its struct here in integers.
+#define FLEXOR_BLOCKS(BLOCK)                                 \
+  BLOCK(dead_zone, DeadZone, DeadZone<int16_t>)              \
+  BLOCK(curve, Curve, Curves)                                \
+  BLOCK(play, Play, Play<int16_t>)                           \
+  BLOCK(hysteresis, Hysteresis, FixedHysteresis<kMostPlays>) \
+  BLOCK(lag, Lag, FixedLag)                                  \
+  BLOCK(lti, Lti, FixedLti<kMaxOrder, true>)                 \
+  BLOCK(pole_pair, PolePair, FixedPolePair)                  \
+  BLOCK(saturation, Saturation, Saturation<int16_t>)         \
+  BLOCK(sum, Sum, SumOfSignals<kMostTerms>)
+
+}  // namespace compensator
+}  // namespace flexor

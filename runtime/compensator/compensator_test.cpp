@@ -164,8 +164,8 @@ std::vector<uint8_t> part_of(const std::vector<uint8_t>& code) {
   };
   part.push_back(0);
   for (const int value : {0, 0, 1023, -30000, 30000, 0, 0}) add(value);
-  part.push_back(1 << 3);
-  add(0);
+  part.insert(part.end(), {0, 1});
+  for (const int value : {0, 0, 1440}) add(value);
   part.push_back(1);
   add(static_cast<int>(code.size()));
   part.insert(part.end(), code.begin(), code.end());

@@ -87,6 +87,11 @@ FLEXOR_SHARED Segment segment_of(core::Words<Place, int16_t> x, core::Words<Plac
   return {static_cast<uint16_t>(distance * scale.at_offset(offset)), offset};
 }
 
+struct Value {
+  int16_t y;
+  int16_t slope;  // of the segment that begins here
+};
+
 // `values`: y and slope of each knot.
 template <class Place>
 FLEXOR_INLINE int16_t value_in(const uint8_t* values, Segment segment) {
@@ -133,6 +138,32 @@ FLEXOR_INLINE const uint8_t* values_in<core::Flash>(const uint8_t* values, uint8
 }
 #endif
 
+// Curves of one signal on the same knots, as the graph has them. n: how many.
+struct Curves {
+  uint16_t knots;  // where they lie in the part: count u8, x i16 of each, scale u16 of each
+  uint8_t count;
+  const Value* values;
+
+  template <class Coder>
+  FLEXOR_INLINE void code(Coder& coder, uint8_t n) {
+    coder.require(n > 0);
+    coder.knots(knots, count);
+    coder.values(values, static_cast<uint16_t>(n * count));
+  }
+  // To `out`, which goes on.
+  template <class Machine>
+  FLEXOR_SHARED static typename Machine::Outs interpret(typename Machine::In in, uint8_t n, int16_t u,
+                                                        int16_t* out) {
+    using Place = typename Machine::Place;
+    typename Machine::In knots = Machine::at(in.u16());
+    const uint8_t count = knots.u8();
+    const core::Words<Place, int16_t> x{knots.at};
+    const Segment on = segment_of(x, core::Words<Place, uint16_t>{(x + count).at}, count, u);
+    const uint8_t* const behind = values_in<Place>(in.at, static_cast<uint8_t>(4 * count), on, out, n);
+    return {behind, out};
+  }
+};
+
 // 2^up_i of a segment of this width, 1 or more.
 inline uint16_t scale_of(uint16_t width) {
   uint16_t scale = 1;
@@ -159,11 +190,6 @@ struct FixedKnots {
   FLEXOR_INLINE Segment operator()(int16_t u) const {
     return segment_of(core::in_flash(x), core::in_flash(scale), count, u);
   }
-};
-
-struct Value {
-  int16_t y;
-  int16_t slope;  // of the segment that begins here
 };
 
 template <int kCapacity>

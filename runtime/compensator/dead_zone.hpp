@@ -20,6 +20,12 @@ struct DeadZone {
   FLEXOR_INLINE Number operator()(Number u) const {
     return static_cast<Number>(u - core::clamp(u, lower, upper));
   }
+
+  template <class Coder>
+  FLEXOR_INLINE void code(Coder& coder, uint8_t) {
+    coder.i16(lower);
+    coder.i16(upper);
+  }
 };
 
 }  // namespace compensator

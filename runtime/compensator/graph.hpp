@@ -7,14 +7,15 @@
 //   version u8, size u16, rate_hz u8, inputs u8, outputs u8, knots u8, sections u8, signals u8
 //   input     strip | refinement << 4, calibration u16, low u16, high u16 (counts of the monitor), valid_min i16,
 //             valid_max i16, open hand i16, fist i16 (Q5; equal: not known)
-//   output    finger | strips << 3 (a bit each), rest i16 (Q4)
+//   output    number | place of a further joint << 4, strips (a bit each) | finger << 5, rest i16, open hand i16, fist i16 (Q4)
 //   knots     count u8, x i16 of each, scale u16 of each
 //   section   strips (a bit each), size u16 of what follows: operations
 //   CRC-16 of all before
 //
 // A section runs when the readings of its strips are all valid, and holds its states else. Signals are numbered: the
-// inputs, then the results of operations in their order. An operation is its code, with a number of its own in the upper
-// four bits, the signals it takes, and its coefficients: see Operation.
+// inputs, then the results of operations in their order. An operation is its code (see Operation), with a number of its own
+// in the upper four bits, the signal that it takes, and its coefficients: what the `code` of its block says (blocks.hpp).
+// With kLeaves beside the signal come lower i16, upper i16, output u8, shift i8: the result is limited, and leaves.
 #pragma once
 
 #include "runtime/compensator/blocks.hpp"
@@ -26,33 +27,31 @@ namespace compensator {
 
 constexpr uint8_t kMaxParts = 5;
 constexpr uint8_t kStrips = 5;
-constexpr uint8_t kGraphVersion = 3;
+constexpr uint8_t kFingers = 5;
+constexpr uint8_t kOutputs = 15;  // the fingers, and further joints
+constexpr uint8_t kGraphVersion = 4;
 constexpr uint8_t kInputCount = 4;  // places in a part
 constexpr uint8_t kOutputCount = 5;
 constexpr uint8_t kHeaderBytes = 9;
 constexpr uint8_t kInputBytes = 15;
-constexpr uint8_t kOutputBytes = 3;
+constexpr uint8_t kOutputBytes = 8;
 constexpr uint8_t kCrcBytes = 2;
 constexpr uint8_t kMostKnots = 32;
-constexpr uint8_t kMostPlays = 4;
-constexpr uint8_t kMostCurves = 15;  // of an operation
+constexpr uint8_t kMostNumber = 15;  // of an operation's own
+constexpr uint8_t kLeaves = 0x80;    // beside the signal that an operation takes: its result leaves
 
-// In brackets the upper four bits. A weight is its mantissa u16 and its shift u8. Each gives one signal, curves one each.
-enum class Operation : uint8_t {
-  curves,  // [how many] where their knots lie in the part u16, signal, and of each curve y and slope i16 of each knot
-  sum,         // [0, or finger + 1] shift, offset i32, n, n times signal and weight i16; an angle's limits
-  plain_sum,   // [0, or finger + 1] offset i32, n, n times signal, | 0x80 to subtract; an angle's limits
-  dead_zone,   // signal, lower i16, upper i16
-  saturation,  // signal, lower i16, upper i16
-  play,        // signal, radius i16
-  hysteresis,  // signal, 4 times radius i16 and weight i16
-  lag,         // signal, weight
-  lti,  // signal, gain i16, gain shift i8, offset i32, 3 + 3 weights, 3 taps i16, their fraction, output shift
-  direct,     // signal, gain i16, gain shift i8, 3 b u16, 3 a u16
-  pole_pair,  // signal, 4 changes i16, their fraction, 2 taps i16, their fraction, up, down
-  angle,  // [finger] signal, lower i16, upper i16, shift i8: a saturation, which leaves as the finger's angle
-  end,    // of a section
-};
+// Each gives one signal, a curve as many as its number says.
+#define FLEXOR_OPERATION(name, Host, ...) name,
+enum class Operation : uint8_t { end, FLEXOR_BLOCKS(FLEXOR_OPERATION) count };
+#undef FLEXOR_OPERATION
+template <class Block>
+constexpr Operation kOperationOf = Operation::end;
+#define FLEXOR_OPERATION_OF(name, Host, ...) \
+  template <>                                \
+  constexpr Operation kOperationOf<__VA_ARGS__> = Operation::name;
+FLEXOR_BLOCKS(FLEXOR_OPERATION_OF)
+#undef FLEXOR_OPERATION_OF
+static_assert(static_cast<uint8_t>(Operation::count) <= 16, "an operation has four bits");
 
 enum class Loaded : uint8_t {
   ok,
@@ -64,7 +63,7 @@ enum class Loaded : uint8_t {
   no_room,
 };
 
-// Reads on from a place.
+// Reads on from a place. What takes a reference is for a block's `code`, whose numbers have been checked.
 template <class Place>
 struct Bytes {
   const uint8_t* at;
@@ -82,6 +81,13 @@ struct Bytes {
   FLEXOR_INLINE core::Weight weight() {
     const uint16_t mantissa = u16();
     return {mantissa, u8()};
+  }
+
+  FLEXOR_INLINE void i16(int16_t& x) { x = i16(); }
+  FLEXOR_INLINE void weight(core::Weight& x) { x = weight(); }
+  FLEXOR_INLINE void within(uint8_t& x, int8_t, int8_t) { x = u8(); }
+  FLEXOR_SHARED void words(int16_t* x, uint8_t n) {  // a compiler would write each out
+    for (; n > 0; --n) *x++ = i16();
   }
 };
 
@@ -146,220 +152,149 @@ struct Part {
 #define FLEXOR_PER_THREAD thread_local
 #endif
 
-const uint8_t kBits[] FLEXOR_IN_FLASH = {1, 2, 4, 8, 16};
-static_assert(sizeof(kBits) == kStrips && kStrips == kMaxParts, "a bit for each strip and finger");
+// The best of what a block has is taken.
+struct Third {};
+struct Second : Third {};
+struct First : Second {};
+
+// Bytes of a block's states.
+template <class Block>
+FLEXOR_INLINE auto state_bytes_of(uint8_t n, First) -> decltype(Block::state_bytes(n)) {
+  return Block::state_bytes(n);
+}
+template <class Block>
+FLEXOR_INLINE uint8_t state_bytes_of(uint8_t, Second, typename Block::State* = nullptr) {
+  return sizeof(typename Block::State);
+}
+template <class Block>
+FLEXOR_INLINE uint8_t state_bytes_of(uint8_t, Third) {
+  return 0;
+}
+template <class Block>
+FLEXOR_INLINE uint8_t state_bytes(uint8_t n) {
+  return state_bytes_of<Block>(n, First());
+}
+
+// A bit for each strip and finger; other outputs have none.
+const uint8_t kBits[kOutputs] FLEXOR_IN_FLASH = {1, 2, 4, 8, 16};
+static_assert(kStrips == 5 && kFingers == 5, "a bit for each strip and finger");
 FLEXOR_INLINE uint8_t bit_of(uint8_t n) { return core::Flash::byte(kBits + n); }
 
-// Where a section's run is: the states of its next operation, and where its results go.
-template <class Place>
-struct Machine {
-  uint8_t* own;  // state of the next operation
-  int16_t* out;  // the next signal
-  const int16_t* signal;
-  const uint8_t* part;
-  int16_t* angle;
-  bool first;  // sample: states start
-  uint8_t good;
-};
-
-// Operations, each out of line: from what lies behind its code to what lies behind it.
-template <class Place>
-struct Step {
+// What operations share while a section runs.
+template <class Where>
+class Machine {
+ public:
+  using Place = Where;
   using In = Bytes<Place>;
-  static FLEXOR_PER_THREAD Machine<Place> m;
+  // What lies behind an operation, and what it gives.
+  struct Out {
+    const uint8_t* at;
+    int16_t y;
+  };
+  struct Outs {
+    const uint8_t* at;
+    int16_t* next;
+  };
+
+  FLEXOR_INLINE static int16_t signal(uint8_t number) { return m.signals[number]; }
+  FLEXOR_INLINE static bool first() { return m.is_first; }  // sample: states start
+  FLEXOR_INLINE static In at(uint16_t offset) { return {m.part + offset}; }
 
   // States lie one behind the other, as the loader has taken them.
   template <class State>
-  FLEXOR_INLINE static State& next() {
+  FLEXOR_INLINE static State* state(uint8_t bytes) {
     uint8_t* const state = Arena::aligned(m.own);
-    m.own = state + sizeof(State);
-    return *reinterpret_cast<State*>(state);
+    m.own = state + bytes;
+    return reinterpret_cast<State*>(state);
   }
 
-  FLEXOR_INLINE static In end(In in, int16_t result) {
-    *m.out++ = result;
-    return in;
+  static void begin(const uint8_t* part, const int16_t* signals, int16_t* angle) {
+    m.part = part;
+    m.signals = signals;
+    m.angle = angle;
+    m.good = 0;
   }
-
-  template <class Block>
-  FLEXOR_INLINE static In end(In in, const Block& block, int16_t u) {
-    typename Block::State& state = next<typename Block::State>();
-    if (m.first) block.start(state, u);
-    return end(in, block.step(state, u));
-  }
-
-  FLEXOR_SHARED static In curves(In in, uint8_t n) {
-    In knots{m.part + in.u16()};
-    const int16_t u = m.signal[in.u8()];
-    const uint8_t count = knots.u8();
-    const core::Words<Place, int16_t> x{knots.at};
-    const Segment on = segment_of(x, core::Words<Place, uint16_t>{(x + count).at}, count, u);
-    return {values_in<Place>(in.at, static_cast<uint8_t>(4 * count), on, m.out, n)};
-  }
-
-  // What leaves as a finger's angle.
-  FLEXOR_SHARED static In end_angle(In in, uint8_t finger, int16_t u) {
-    const int16_t lower = in.i16();
-    const int16_t y = Saturation<int16_t>{lower, in.i16()}(u);
-    m.angle[finger] = core::to_output(y, in.i8());
-    m.good = static_cast<uint8_t>(m.good | bit_of(finger));
-    return end(in, y);
-  }
-
-  // A sum that is a finger's angle, one more than `number`: limits and shift follow.
-  FLEXOR_INLINE static In end_sum(In in, uint8_t number, int16_t y) {
-    return number > 0 ? end_angle(in, static_cast<uint8_t>(number - 1), y) : end(in, y);
-  }
-
-  FLEXOR_SHARED static In sum(In in, uint8_t number) {
-    const uint8_t shift = in.u8();
-    int32_t y = in.i32();
-    for (uint8_t n = in.u8(); n > 0; --n) {
-      const int16_t u = m.signal[in.u8()];
-      y += core::multiply_signed(in.i16(), u);
-    }
-    return end_sum(in, number, core::narrow(core::round_shift(y, shift)));
-  }
-
-  FLEXOR_SHARED static In plain_sum(In in, uint8_t number) {
-    int32_t y = in.i32();
-    for (uint8_t n = in.u8(); n > 0; --n) {
-      const uint8_t term = in.u8();
-      const int16_t u = m.signal[term & 0x7f];
-      if ((term & 0x80) == 0) y += u;
-      if ((term & 0x80) != 0) y -= u;
-    }
-    return end_sum(in, number, core::narrow(y));
-  }
-
-  template <class Block>
-  FLEXOR_INLINE static int16_t limited(In& in) {
-    const int16_t u = m.signal[in.u8()];
-    const int16_t lower = in.i16();
-    return Block{lower, in.i16()}(u);
-  }
-  FLEXOR_SHARED static In dead_zone(In in, uint8_t) {
-    const int16_t y = limited<DeadZone<int16_t>>(in);
-    return end(in, y);
-  }
-  FLEXOR_SHARED static In saturation(In in, uint8_t) {
-    const int16_t y = limited<Saturation<int16_t>>(in);
-    return end(in, y);
-  }
-  FLEXOR_SHARED static In angle(In in, uint8_t finger) {
-    const int16_t u = m.signal[in.u8()];
-    return end_angle(in, finger, u);
-  }
-
-  FLEXOR_SHARED static In play(In in, uint8_t) {
-    const int16_t u = m.signal[in.u8()];
-    const Play<int16_t> c{in.i16()};
-    return end(in, c, u);
-  }
-
-  FLEXOR_SHARED static In lag(In in, uint8_t) {
-    const int16_t u = m.signal[in.u8()];
-    const FixedLag c{in.weight()};
-    return end(in, c, u);
-  }
-
-  using Hysteresis = FixedHysteresis<kMostPlays>;
-  FLEXOR_SHARED static In hysteresis(In in, uint8_t) {
-    const int16_t u = m.signal[in.u8()];
-    int32_t sum = 0;
-    for (int16_t& p : next<typename Hysteresis::State>().p) {
-      const int16_t radius = in.i16();
-      p = m.first ? u : moved(p, u, radius);
-      sum += Hysteresis::term(in.i16(), core::subtract(p, u));
-    }
-    return end(in, Hysteresis::total(u, sum));
-  }
-
-  // Rows of coefficients, out of line: a compiler would write each out.
-  template <class Number>
-  FLEXOR_SHARED static In words(In in, Number* out, uint8_t n) {
-    for (; n > 0; --n) *out++ = static_cast<Number>(in.u16());
-    return in;
-  }
-
-  FLEXOR_INLINE static int32_t weighted(const uint8_t* weights, uint8_t n, int32_t difference) {
-    return Bytes<Place>{weights + 3 * n}.weight().times(difference);
-  }
-
-  // FixedLti of kMaxOrder in loops: each coefficient is read where it lies.
-  using Chain = FixedLti<kMaxOrder, true>;
-  FLEXOR_SHARED static In lti(In in, uint8_t) {
-    const int16_t u = m.signal[in.u8()];
-    const int16_t gain = in.i16();
-    int32_t w = scaled_by(u, gain, in.i8());
-    w += in.i32();
-    int32_t* const x = next<typename Chain::State>().x;
-    for (uint8_t i = 0; m.first && i < kMaxOrder; ++i) x[i] = w;
-    const uint8_t* weights = in.at;
-    in.at += 3 * (kMaxOrder + kMaxOrder);
-    // From the last state to the first: a state needs the old values of those before it.
-    for (uint8_t i = kMaxOrder; i-- > 0;) {
-      int32_t way = weighted(weights, i, w - x[i]);
-      for (uint8_t j = 0; j < i; ++j)
-        way += weighted(weights, static_cast<uint8_t>(kMaxOrder + chain_index(i, j)), x[j] - x[i]);
-      x[i] += way;
-    }
-    const int32_t last = x[kMaxOrder - 1];
-    int32_t y = last;
-    int32_t from = w;
-    const uint8_t fraction = Place::byte(in.at + 2 * kMaxOrder);
-    for (uint8_t i = 0; i < kMaxOrder; from = x[i++]) y += Chain::tapped(in.i16(), fraction, from - last);
-    in.u8();
-    const uint8_t shift = in.u8();  // before `in` is passed on: arguments have no order
-    return end(in, core::narrow(core::round_shift(y, shift)));
-  }
-
-  FLEXOR_SHARED static In direct(In in, uint8_t) {
-    const int16_t u = m.signal[in.u8()];
-    Chain c;
-    c.gain = in.i16();
-    c.gain_shift = in.i8();
-    c.offset = 0;
-    c.is_direct = true;
-    for (uint16_t& b : c.direct.b) b = in.u16();
-    for (uint16_t& a : c.direct.a) a = in.u16();
-    return end(in, c, u);
-  }
-
-  FLEXOR_SHARED static In pole_pair(In in, uint8_t) {
-    const int16_t u = m.signal[in.u8()];
-    FixedPolePair c;
-    in = words(in, c.change, 4);
-    c.change_fraction = in.u8();
-    in = words(in, c.tap, 2);
-    c.tap_fraction = in.u8();
-    c.up = in.u8();
-    c.down = in.u8();
-    return end(in, c, u);
-  }
-
-  // Operations up to the section's end.
-  FLEXOR_INLINE static void run(In in) {
-    for (;;) {
-      const uint8_t code = in.u8();
-      if (code == static_cast<uint8_t>(Operation::end)) return;
-      in = one(static_cast<uint8_t>(code & 15))(in, upper_nibble(code));
+  // Operations up to the section's end. out: where the first's result goes.
+  FLEXOR_INLINE static void run(const uint8_t* code, uint8_t* own, bool is_first, int16_t* out) {
+    m.own = own;
+    m.is_first = is_first;
+    const int16_t* const signals = m.signals;
+    for (In in{code};;) {
+      const uint8_t first = in.u8();
+      const uint8_t operation = first & 15;
+      if (operation == static_cast<uint8_t>(Operation::end)) return;
+      const uint8_t n = upper_nibble(first);
+      const uint8_t from = in.u8();
+      const int16_t u = signals[from & static_cast<uint8_t>(~kLeaves)];
+      if (operation == static_cast<uint8_t>(Operation::curve)) {
+        const Outs outs = Curves::interpret<Machine>(in, n, u, out);
+        in.at = outs.at;
+        out = outs.next;
+      } else {
+        const Out one = operator_of(operation)(in, n, u);
+        in.at = one.at;
+        *out++ = one.y;
+      }
+      if ((from & kLeaves) != 0) in = leave(in, out[-1]);
     }
   }
+  static uint8_t good() { return m.good; }
 
  private:
-  using Operator = In (*)(In, uint8_t);
+  // Limits a result, which is an output's angle then.
+  FLEXOR_SHARED static In leave(In in, int16_t& u) {
+    const int16_t lower = in.i16();
+    u = core::clamp(u, lower, in.i16());
+    const uint8_t output = in.u8();
+    m.angle[output] = core::to_output(u, in.i8());
+    m.good = static_cast<uint8_t>(m.good | bit_of(output));
+    return in;
+  }
 
-  FLEXOR_INLINE static Operator one(uint8_t operation) {
-    // In the order of Operation.
-    static const Operator kOperators[] FLEXOR_IN_FLASH = {
-        curves, sum, plain_sum, dead_zone, saturation, play, hysteresis, lag, lti, direct, pole_pair, angle};
+  using Operator = Out (*)(In, uint8_t, int16_t);
+
+  // A block that interprets itself, one with states, and one without.
+  template <class Block>
+  static constexpr auto chosen(First) -> decltype(&Block::template interpret<Machine>) {
+    return &Block::template interpret<Machine>;
+  }
+  template <class Block>
+  static constexpr Operator chosen(Second, typename Block::State* = nullptr) {
+    return with_state<Block>;
+  }
+  template <class Block>
+  static constexpr Operator chosen(Third) {
+    return without_state<Block>;
+  }
+
+  template <class Block>
+  static Out with_state(In in, uint8_t n, int16_t u) {
+    Block block;
+    block.code(in, n);
+    typename Block::State& own = *state<typename Block::State>(sizeof(typename Block::State));
+    if (m.is_first) block.start(own, u);
+    const int16_t y = block.step(own, u);
+    return {in.at, y};
+  }
+  template <class Block>
+  static Out without_state(In in, uint8_t n, int16_t u) {
+    Block block;
+    block.code(in, n);
+    return {in.at, block(u)};
+  }
+
+  FLEXOR_INLINE static Operator operator_of(uint8_t operation) {
+#define FLEXOR_OPERATOR(name, Host, ...) table_entry(chosen<__VA_ARGS__>(First())),
+    static const Operator kOperators[] FLEXOR_IN_FLASH = {nullptr, FLEXOR_BLOCKS(FLEXOR_OPERATOR)};
+#undef FLEXOR_OPERATOR
 #ifdef __AVR__
     return reinterpret_cast<Operator>(pgm_read_word(kOperators + operation));
 #else
     return kOperators[operation];
 #endif
   }
+  static constexpr Operator table_entry(Operator one) { return one; }
+  static constexpr Operator table_entry(Outs (*)(In, uint8_t, int16_t, int16_t*)) { return nullptr; }
 
   FLEXOR_INLINE static uint8_t upper_nibble(uint8_t code) {
 #ifdef __AVR__
@@ -368,75 +303,54 @@ struct Step {
     return static_cast<uint8_t>(code >> 4);
 #endif
   }
+
+  struct Run {
+    uint8_t* own;  // state of the next operation
+    const int16_t* signals;
+    const uint8_t* part;
+    int16_t* angle;
+    bool is_first;
+    uint8_t good;
+  };
+  static FLEXOR_PER_THREAD Run m;
 };
 
-template <class Place>
-FLEXOR_PER_THREAD Machine<Place> Step<Place>::m;
+template <class Where>
+FLEXOR_PER_THREAD typename Machine<Where>::Run Machine<Where>::m;
+
+// What leaves a part. The first kFingers are the fingers' angles; others are further joints of a finger's, for programs that
+// show a whole hand.
+struct Output {
+  uint8_t number;
+  uint8_t place;  // of a further joint on its finger
+  uint8_t finger;
+  uint8_t strips;  // a bit for each that it needs
+  int16_t rest;    // Q4
+  int16_t open;    // Q4 of an open hand
+  int16_t fist;
+
+  template <class Place>
+  static Output read(const uint8_t* at) {
+    Bytes<Place> in{at};
+    const uint8_t first = in.u8();
+    const uint8_t second = in.u8();
+    const int16_t rest = in.i16();
+    const int16_t open = in.i16();
+    return {static_cast<uint8_t>(first & 15),
+            static_cast<uint8_t>(first >> 4),
+            static_cast<uint8_t>(second >> 5),
+            static_cast<uint8_t>(second & 31),
+            rest,
+            open,
+            in.i16()};
+  }
+};
 
 // What a part must have been made for.
 struct MadeFor {
   const uint16_t* calibration;  // of each strip
   uint8_t rate_hz;
 };
-
-// What an operation consists of behind its code: so many bytes that may be anything, or one of these.
-namespace field {
-
-constexpr uint8_t kKnots = 32;  // where they lie
-constexpr uint8_t kSignal = 33;
-constexpr uint8_t kSignedSignal = 34;  // | 0x80
-constexpr uint8_t kTimes = 35;         // what follows comes so often
-constexpr uint8_t kEnd = 36;
-constexpr uint8_t kRange = 37;  // and above: a number within one of kRanges
-constexpr uint8_t kWeightShift = kRange;
-constexpr uint8_t kGainShift = kRange + 1;
-constexpr uint8_t kProductFraction = kRange + 2;
-constexpr uint8_t kTapFraction = kRange + 3;
-constexpr uint8_t kShift = kRange + 4;
-constexpr uint8_t kOutputShift = kRange + 5;
-
-constexpr uint8_t below_zero(int shift) { return static_cast<uint8_t>(256 - shift); }
-
-const uint8_t kRanges[] FLEXOR_IN_FLASH = {0, 31, below_zero(16), 15, 0, 47, 0, 16,
-                                           1, 30, below_zero(12), 15};
-
-// In the order of Operation. A curve's values are as many as its knots.
-const uint8_t kFields[] FLEXOR_IN_FLASH = {
-    // curves
-    kKnots, kSignal, kEnd,
-    // sum
-    kShift, 4, kTimes, kSignal, 2, kEnd,
-    // plain sum
-    4, kTimes, kSignedSignal, kEnd,
-    // dead zone
-    kSignal, 4, kEnd,
-    // saturation
-    kSignal, 4, kEnd,
-    // play
-    kSignal, 2, kEnd,
-    // hysteresis
-    kSignal, 16, kEnd,
-    // lag
-    kSignal, 2, kWeightShift, kEnd,
-    // lti
-    kSignal, 2, kGainShift, 6, kWeightShift, 2, kWeightShift, 2, kWeightShift, 2, kWeightShift, 2,
-    kWeightShift, 2, kWeightShift, 6, kTapFraction, kShift, kEnd,
-    // direct
-    kSignal, 2, kGainShift, 12, kEnd,
-    // pole pair
-    kSignal, 8, kProductFraction, 4, kProductFraction, kTapFraction, kShift, kEnd,
-    // angle
-    kSignal, 4, kOutputShift, kEnd};
-
-inline const uint8_t* of(uint8_t operation) {
-  const uint8_t* fields = kFields;
-  while (operation > 0) {
-    if (core::Flash::byte(fields++) == kEnd) --operation;
-  }
-  return fields;
-}
-
-}  // namespace field
 
 // Checks a part, whatever its bytes are, and lays out what it needs: after it no step reads or writes elsewhere. Bytes
 // that Flexor did not write may give any angle.
@@ -510,7 +424,9 @@ class Loader {
   }
   bool check_outputs(uint8_t outputs) {
     for (uint8_t i = 0; i < outputs; ++i) {
-      if (!has(kOutputBytes) || (Place::byte(at_) & 7) >= kMaxParts) return false;
+      if (!has(kOutputBytes)) return false;
+      const Output one = Output::read<Place>(at_);
+      if (one.number >= kOutputs || one.finger >= kFingers) return false;
       at_ += kOutputBytes;
     }
     return true;
@@ -566,72 +482,73 @@ class Loader {
     const uint8_t code = Place::byte(at_++);
     const uint8_t n = static_cast<uint8_t>(code >> 4);
     const Operation operation = static_cast<Operation>(code & 15);
-    if (operation >= Operation::end) return Loaded::malformed;
-    if (!check(field::of(code & 15))) return Loaded::malformed;
-    if (operation == Operation::angle && n >= kMaxParts) return Loaded::malformed;
-    if ((operation == Operation::sum || operation == Operation::plain_sum) && n > 0) {
-      if (n > kMaxParts || !skip(4) || !check_field(field::kOutputShift)) return Loaded::malformed;
-    }
-    if (operation == Operation::curves) {
-      const uint16_t bytes = static_cast<uint16_t>(n * 4 * knots_at(Place::word(at_ - 3)));
-      if (n == 0 || !skip(bytes) || n > 255 - signals_) return Loaded::malformed;
-      signals_ = static_cast<uint8_t>(signals_ + n);
-      return Loaded::ok;
-    }
-    if (++signals_ == 0) return Loaded::malformed;  // more than 255
-    return arena_.take(state_bytes(operation)) != nullptr ? Loaded::ok : Loaded::no_room;
-  }
-
-  static uint8_t state_bytes(Operation operation) {
+    const uint8_t results = operation == Operation::curve ? n : 1;
+    uint8_t bytes = 0;
+    const uint8_t from = next();
+    require((from & static_cast<uint8_t>(~kLeaves)) < signals_);
     switch (operation) {
-      case Operation::play:
-        return sizeof(Play<int16_t>::State);
-      case Operation::hysteresis:
-        return sizeof(FixedHysteresis<kMostPlays>::State);
-      case Operation::lag:
-        return sizeof(FixedLag::State);
-      case Operation::lti:
-      case Operation::direct:
-        return sizeof(FixedLti<kMaxOrder, true>::State);
-      case Operation::pole_pair:
-        return sizeof(FixedPolePair::State);
+#define FLEXOR_CHECK(name, Host, ...) \
+  case Operation::name:               \
+    bytes = check<__VA_ARGS__>(n);    \
+    break;
+      FLEXOR_BLOCKS(FLEXOR_CHECK)
+#undef FLEXOR_CHECK
       default:
-        return 0;
+        is_good_ = false;
     }
+    if ((from & kLeaves) != 0) {
+      advance(4);
+      within(0, kOutputs - 1);
+      within(-12, 15);
+    }
+    require(results <= 255 - signals_);
+    if (!is_good_) return Loaded::malformed;
+    signals_ = static_cast<uint8_t>(signals_ + results);
+    return arena_.take(bytes) != nullptr ? Loaded::ok : Loaded::no_room;
   }
 
-  // The numbers of an operation, field after field.
-  bool check(const uint8_t* fields) {
-    const uint8_t* repeated = nullptr;
-    uint8_t times = 1;
-    for (;;) {
-      const uint8_t one = core::Flash::byte(fields++);
-      if (one == field::kEnd) {
-        if (times < 2) return true;
-        --times;
-        fields = repeated;
-      } else if (one == field::kTimes) {
-        if (!has(1)) return false;
-        times = Place::byte(at_++);
-        if (times == 0) return true;
-        repeated = fields;
-      } else if (!check_field(one)) {
-        return false;
-      }
-    }
+  template <class Block>
+  uint8_t check(uint8_t n) {
+    Block block;
+    block.code(*this, n);
+    return state_bytes<Block>(n);
   }
 
-  bool check_field(uint8_t one) {
-    if (one < field::kKnots) return skip(one);
-    if (one == field::kKnots) return skip(2) && knots_at(Place::word(at_ - 2)) > 0;
-    if (!has(1)) return false;
-    const uint8_t byte = Place::byte(at_++);
-    if (one == field::kSignal) return byte < signals_;
-    if (one == field::kSignedSignal) return (byte & 0x7f) < signals_;
-    const uint8_t* const range = field::kRanges + 2 * (one - field::kRange);
-    const int8_t value = static_cast<int8_t>(byte);
-    return value >= static_cast<int8_t>(core::Flash::byte(range)) &&
-           value <= static_cast<int8_t>(core::Flash::byte(range + 1));
+ public:  // for a block's `code`
+  void i16(int16_t) { advance(2); }
+  void u16(uint16_t) { advance(2); }
+  void i32(int32_t) { advance(4); }
+  void words(const int16_t*, uint8_t n) { advance(static_cast<uint16_t>(2 * n)); }
+  void values(const Value*, uint16_t n) { advance(static_cast<uint16_t>(4 * n)); }
+  void weight(const core::Weight&) {
+    advance(2);
+    within(0, 31);
+  }
+  template <class Number>
+  void within(Number& x, int8_t least, int8_t most) {
+    x = static_cast<Number>(within(least, most));
+  }
+  void signal(uint8_t, uint8_t flag) {
+    const uint8_t number = next() & static_cast<uint8_t>(~flag);
+    require(number < signals_);
+  }
+  void knots(uint16_t, uint8_t& count) {
+    advance(2);
+    count = is_good_ ? knots_at(Place::word(at_ - 2)) : 0;
+    require(count > 0);
+  }
+  void require(bool good) { is_good_ = is_good_ && good; }
+
+ private:
+  FLEXOR_SHARED void advance(uint16_t count) { require(skip(count)); }
+  FLEXOR_SHARED uint8_t next() {
+    advance(1);
+    return is_good_ ? Place::byte(at_ - 1) : 0;
+  }
+  FLEXOR_SHARED uint8_t within(int8_t least, int8_t most) {
+    const int8_t value = static_cast<int8_t>(next());
+    require(value >= least && value <= most);
+    return static_cast<uint8_t>(value);
   }
 
   const uint8_t* begin_;
@@ -643,6 +560,7 @@ class Loader {
   uint8_t inputs_ = 0;
   uint8_t signals_ = 0;
   uint8_t knot_tables_ = 0;
+  bool is_good_ = true;
 };
 
 // Place: where the parts lie. kArena: bytes for everything else that all parts need, and for the parts themselves where
@@ -650,8 +568,8 @@ class Loader {
 template <class Place, uint16_t kArena>
 class Graph {
  public:
-  int16_t alpha[kStrips] = {};    // Q5, in
-  int16_t angle[kMaxParts] = {};  // Q4 of each finger, out; kept where a reading is bad
+  int16_t alpha[kStrips] = {};   // Q5, in
+  int16_t angle[kOutputs] = {};  // Q4 of each finger and further joint, out; kept where a reading is bad
 
   // Forgets all parts. The angles stay.
   void clear() {
@@ -677,6 +595,9 @@ class Graph {
     return Loaded::ok;
   }
 
+  uint8_t parts() const { return parts_; }
+  const uint8_t* part(uint8_t p) const { return part_[p].begin; }
+
   // One sample: a bit for each finger whose readings were all valid.
   uint8_t step() {
     uint8_t good = 0;
@@ -690,10 +611,10 @@ class Graph {
 
   // Where its fingers stand before the first good reading.
   void rest(const Part& part, uint8_t outputs) {
-    Bytes<Place> in{part.begin + kHeaderBytes + kInputBytes * part.input_count};
-    for (uint8_t i = 0; i < outputs; ++i) {
-      const uint8_t finger = in.u8() & 7;
-      angle[finger] = in.i16();
+    const uint8_t* at = part.begin + kHeaderBytes + kInputBytes * part.input_count;
+    for (; outputs > 0; --outputs, at += kOutputBytes) {
+      const Output one = Output::read<Place>(at);
+      angle[one.number] = one.rest;
     }
   }
 
@@ -718,23 +639,17 @@ class Graph {
 
   // The sections of which all strips are valid.
   FLEXOR_SHARED uint8_t run(const Part& part, uint8_t strips) {
-    Machine<Place>& m = Step<Place>::m;
     const uint8_t missing = static_cast<uint8_t>(~strips);
     int16_t* const s = signals();
-    m.signal = s;
-    m.part = part.begin;
-    m.angle = angle;
-    m.good = 0;
+    Machine<Place>::begin(part.begin, s, angle);
     Section* section = part.sections;
     for (uint8_t i = part.section_count; i > 0; --i, ++section) {
       if ((section->strips & missing) != 0) continue;
-      m.own = section->own;
-      m.out = s + section->signal;
-      m.first = !section->started;
+      const bool is_first = !section->started;
       section->started = true;
-      Step<Place>::run({section->code});
+      Machine<Place>::run(section->code, section->own, is_first, s + section->signal);
     }
-    return m.good;
+    return Machine<Place>::good();
   }
 
   Arena arena_{memory_, kArena};

@@ -67,6 +67,29 @@ struct FixedHysteresis {
     return total(u, sum);
   }
 
+  // n: how many plays.
+  FLEXOR_INLINE uint8_t number() const { return plays.count; }
+  FLEXOR_INLINE static uint8_t state_bytes(uint8_t n) { return static_cast<uint8_t>(2 * n); }
+  template <class Coder>
+  FLEXOR_INLINE void code(Coder& coder, uint8_t n) {
+    coder.require(n <= kCapacity);
+    for (uint8_t j = 0; j < n; ++j) {
+      coder.i16(plays.radius[j]);
+      coder.i16(weight[j]);
+    }
+  }
+  template <class Machine>
+  FLEXOR_INLINE static typename Machine::Out interpret(typename Machine::In in, uint8_t n, int16_t u) {
+    int16_t* p = Machine::template state<int16_t>(state_bytes(n));
+    int32_t sum = 0;
+    for (; n > 0; --n, ++p) {
+      const int16_t moved_to = moved(*p, u, in.i16());
+      *p = Machine::first() ? u : moved_to;
+      sum += term(in.i16(), core::subtract(*p, u));
+    }
+    return {in.at, total(u, sum)};
+  }
+
   FLEXOR_INLINE static int32_t term(int16_t weight, int16_t difference) {
     return static_cast<int32_t>(weight) * difference;
   }

@@ -36,6 +36,11 @@ struct FixedLag {
     state.y += share.times_here(wide(u) - state.y);
     return static_cast<int16_t>(core::upper_half((state.y + 0x4000) * 2));
   }
+
+  template <class Coder>
+  FLEXOR_INLINE void code(Coder& coder, uint8_t) {
+    coder.weight(share);
+  }
 };
 
 }  // namespace compensator

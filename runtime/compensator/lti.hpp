@@ -101,6 +101,27 @@ struct DirectForm {
     return state.y = core::upper_half(y + 0x8000);
   }
 
+  // In a graph as data: of this order, at most the form's own.
+  template <class Machine>
+  FLEXOR_SHARED static typename Machine::Out interpret(typename Machine::In in, uint8_t order, State& state,
+                                                       uint16_t v) {
+    const uint16_t old = state.y;
+    int32_t y = core::multiply(v, in.u16());
+    y = core::multiply_add(y, old, in.u16());
+    if (order > 1) {
+      y += state.t[0];
+      int32_t t = order > 2 ? state.t[kSecond] : 0;
+      t = core::multiply_add(t, v, in.u16());
+      state.t[0] = core::multiply_subtract(t, old, in.u16());
+    }
+    if (order > 2) {
+      const int32_t t = core::multiply(v, in.u16());
+      state.t[kSecond] = core::multiply_add(t, old, in.u16());
+    }
+    state.y = core::upper_half(y + 0x8000);
+    return {in.at, static_cast<int16_t>(state.y)};
+  }
+
  private:
   // Places that a lower order does not have, and never reads.
   static constexpr int kSecond = kOrder > 2 ? 1 : 0;
@@ -168,7 +189,110 @@ struct FixedLti {
     return core::narrow(core::round_shift(wide_step(state, v), output_shift));
   }
 
+  // n: order, and how. States at the front that a shorter chain does not use are left out.
+  static constexpr uint8_t kOrderBits = 3;
+  static constexpr uint8_t kHasTaps = 4;
+  static constexpr uint8_t kIsDirect = 8;
+
+  uint8_t number() const {
+    uint8_t order = kOrder;
+    while (order > 1 && input_weight[kOrder - order].mantissa == 0) --order;
+    if (is_direct) return static_cast<uint8_t>(order | kIsDirect);
+    bool has_taps = input_weight[kOrder - 1].mantissa == 0;
+    for (const int16_t c : tap) has_taps = has_taps || c != 0;
+    return static_cast<uint8_t>(has_taps ? order | kHasTaps : order);
+  }
+  // A direct form has a y, which is as long as two bytes or as four, before its t.
+  FLEXOR_INLINE static uint8_t state_bytes(uint8_t n) {
+    const uint8_t chain = static_cast<uint8_t>(4 * (n & kOrderBits));
+    constexpr uint8_t kLess = static_cast<uint8_t>(4 * kOrder - sizeof(typename DirectForm<kOrder>::State));
+    return (n & kIsDirect) != 0 ? static_cast<uint8_t>(chain - kLess) : chain;
+  }
+
+  template <class Coder>
+  FLEXOR_INLINE void code(Coder& coder, uint8_t n) {
+    const uint8_t order = n & kOrderBits;
+    coder.require(order >= 1 && order <= kOrder);
+    coder.i16(gain);
+    coder.within(gain_shift, -16, 15);
+    if ((n & kIsDirect) != 0) {
+      for (uint8_t i = 0; i < order; ++i) {
+        coder.u16(direct.b[i]);
+        coder.u16(direct.a[i]);
+      }
+      return;
+    }
+    coder.i32(offset);
+    const uint8_t left_out = static_cast<uint8_t>(kOrder - order);
+    for (uint8_t i = kOrder; i-- > left_out;) {
+      coder.weight(input_weight[i]);
+      for (uint8_t j = left_out; j < i; ++j) coder.weight(chain_weight[chain_index(i, j)]);
+    }
+    if ((n & kHasTaps) != 0) {
+      coder.within(tap_fraction, 0, 16);
+      coder.i16(tap[0]);
+      for (uint8_t i = static_cast<uint8_t>(left_out + 1); i < kOrder; ++i) coder.i16(tap[i]);
+    }
+    coder.within(output_shift, 1, 30);
+  }
+  template <class Machine>
+  FLEXOR_SHARED static typename Machine::Out interpret(typename Machine::In in, uint8_t n, int16_t u) {
+    return (n & kIsDirect) != 0 ? interpret_direct<Machine>(in, n, u) : interpret_chain<Machine>(in, n, u);
+  }
+
  private:
+  template <class Machine>
+  FLEXOR_SHARED static typename Machine::Out interpret_chain(typename Machine::In in, uint8_t n, int16_t u) {
+    const int16_t gain = in.i16();
+    int32_t w = scaled_by(u, gain, in.i8());
+    w += in.i32();
+    const uint8_t order = n & kOrderBits;
+    int32_t* const x = Machine::template state<int32_t>(state_bytes(n));
+    if (Machine::first()) {
+      for (uint8_t i = 0; i < order; ++i) x[i] = w;
+    }
+    // From the last state to the first: a state needs the old values of those before it.
+    for (uint8_t i = order; i-- > 0;) {
+      const int32_t old = x[i];
+      int32_t now = old + in.weight().times(w - old);
+      for (uint8_t j = 0; j < i; ++j) now += in.weight().times(x[j] - old);
+      x[i] = now;
+    }
+    const int32_t last = x[order - 1];
+    int32_t y = last;
+    if ((n & kHasTaps) != 0) {
+      const uint8_t fraction = in.u8();
+      int32_t from = w;
+      for (uint8_t i = 0; i < order; from = x[i++]) y += tapped(in.i16(), fraction, from - last);
+    }
+    const uint8_t shift = in.u8();  // before `in` is passed on: arguments have no order
+    return {in.at, core::narrow(core::round_shift(y, shift))};
+  }
+
+  template <class Machine>
+  FLEXOR_SHARED static typename Machine::Out interpret_direct(typename Machine::In in, uint8_t n, int16_t u) {
+    using Direct = DirectForm<kOrder>;
+    if (Machine::first()) return start_direct<Machine>(in, n, u);
+    typename Direct::State& state = *Machine::template state<typename Direct::State>(state_bytes(n));
+    return Direct::template interpret<Machine>({in.at + 3}, n & kOrderBits, state, static_cast<uint16_t>(u));
+  }
+  // The first y; the rest is steady after as many steps as the order has.
+  template <class Machine>
+  FLEXOR_SHARED static typename Machine::Out start_direct(typename Machine::In in, uint8_t n, int16_t u) {
+    using Direct = DirectForm<kOrder>;
+    typename Direct::State& state = *Machine::template state<typename Direct::State>(state_bytes(n));
+    const int16_t gain = in.i16();
+    const int32_t w = scaled_by(u, gain, in.i8());
+    uint8_t steps = n & kOrderBits;
+    for (uint8_t i = 0; i + 1 < steps; ++i) state.t[i] = 0;
+    for (;; --steps) {
+      state.y = static_cast<uint16_t>(core::round_shift(w, 16));
+      const typename Machine::Out out =
+          Direct::template interpret<Machine>(in, n & kOrderBits, state, static_cast<uint16_t>(u));
+      if (steps == 1) return out;
+    }
+  }
+
   FLEXOR_INLINE int32_t wide_step(State& state, int16_t v) const {
     const int32_t w = scaled(v);
     // From the last state to the first: a state needs the old values of those before it.

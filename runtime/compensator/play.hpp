@@ -30,6 +30,11 @@ struct Play {
   FLEXOR_INLINE void start(State& state, Number u) const { state.p = u; }
 
   FLEXOR_INLINE Number step(State& state, Number u) const { return state.p = moved(state.p, u, radius); }
+
+  template <class Coder>
+  FLEXOR_INLINE void code(Coder& coder, uint8_t) {
+    coder.i16(radius);
+  }
 };
 
 }  // namespace compensator

@@ -69,7 +69,19 @@ struct FixedPolePair {
     return core::narrow(core::round_shift(y, down));
   }
 
+  template <class Coder>
+  FLEXOR_INLINE void code(Coder& coder, uint8_t) {
+    coder.words(change, 4);
+    coder.within(change_fraction, 0, kMostFraction);
+    coder.words(tap, 2);
+    coder.within(tap_fraction, 0, kMostFraction);
+    coder.within(up, 0, 16);
+    coder.within(down, 1, 30);
+  }
+
  private:
+  static constexpr int8_t kMostFraction = 47;  // of a product that is shifted by 31 at most
+
   FLEXOR_PRODUCT_INLINE static int32_t times(int32_t a, int16_t m, uint8_t fraction) {
     const int32_t product = core::multiply_q16(a, m);
     return fraction < 16 ? product * (static_cast<int32_t>(1) << (16 - fraction))

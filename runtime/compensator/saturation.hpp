@@ -12,6 +12,12 @@ struct Saturation {
   Number upper;
 
   FLEXOR_INLINE Number operator()(Number u) const { return core::clamp(u, lower, upper); }
+
+  template <class Coder>
+  FLEXOR_INLINE void code(Coder& coder, uint8_t) {
+    coder.i16(lower);
+    coder.i16(upper);
+  }
 };
 
 }  // namespace compensator

@@ -218,19 +218,17 @@ Bytes part_of(std::uint8_t finger, int angle, int padding) {
   };
   part.push_back(finger);  // its strip
   for (const int value : {0, 0, 1023, -30000, 30000, 0, 0}) add(part, value);
-  part.push_back(static_cast<std::uint8_t>(finger | 1 << finger << 3));
-  add(part, 0);
+  part.insert(part.end(), {finger, static_cast<std::uint8_t>(finger << 5 | 1 << finger)});
+  for (const int value : {0, 0, 1440}) add(part, value);
+  constexpr auto kSaturation = static_cast<std::uint8_t>(compensator::Operation::saturation);
   for (int i = 0; i < padding; ++i) {
-    code.insert(code.end(), {4, 0});
+    code.insert(code.end(), {kSaturation, 0});
     add(code, -100);
     add(code, 100);
   }
-  code.insert(code.end(), {static_cast<std::uint8_t>(1 | (finger + 1) << 4), 1});
-  add(code, 2 * angle);
-  add(code, 0);
-  code.push_back(0);
-  for (const int value : {-30000, 30000}) add(code, value);
-  code.insert(code.end(), {0, static_cast<std::uint8_t>(compensator::Operation::end)});
+  code.insert(code.end(), {kSaturation, compensator::kLeaves});
+  for (const int value : {-100, 100, angle, angle}) add(code, value);
+  code.insert(code.end(), {finger, 0, static_cast<std::uint8_t>(compensator::Operation::end)});
   part.push_back(static_cast<std::uint8_t>(1 << finger));
   add(part, static_cast<int>(code.size()));
   part.insert(part.end(), code.begin(), code.end());

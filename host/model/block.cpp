@@ -11,12 +11,12 @@ Kind read_as(const std::string& type, io::JsonReader& block, std::vector<std::st
     block.fail(fmt::format("unknown block \"{}\"; known: {}", type, fmt::join(known, ", ")));
   } else {
     using T = std::variant_alternative_t<kAt, Kind>;
-    if (type == T::kType) {
+    if (type == kTypeOf<T>) {
       T kind;
       read_object(block, kind);
       return kind;
     }
-    known.emplace_back(T::kType);
+    known.emplace_back(kTypeOf<T>);
     return read_as<kAt + 1>(type, block, known);
   }
 }
@@ -25,7 +25,7 @@ template <std::size_t kAt = 0>
 void add_schemas(const Json& more, Json& out) {
   if constexpr (kAt < std::variant_size_v<Kind>) {
     using T = std::variant_alternative_t<kAt, Kind>;
-    Json properties = {{"type", {{"const", T::kType}}}};
+    Json properties = {{"type", {{"const", kTypeOf<T>}}}};
     properties.update(more);
     Json& one = out.emplace_back(object_schema(properties));
     add_schema_of(T{}, T::members(), one);
@@ -36,7 +36,7 @@ void add_schemas(const Json& more, Json& out) {
 }  // namespace
 
 const char* type_of(const Kind& kind) {
-  return std::visit([](const auto& k) { return k.kType; }, kind);
+  return std::visit([]<class K>(const K&) { return kTypeOf<K>; }, kind);
 }
 
 std::size_t inputs_of(const Kind& kind) {

@@ -1,4 +1,4 @@
-// The kinds of block that a model may have, in one list. A new kind is a file pair and a line here.
+// The kinds of block that a model may have: those of the board's list, and a gain, which is a sum on the board.
 #pragma once
 
 #include <string>
@@ -14,10 +14,24 @@
 #include "host/model/pole_pair.hpp"
 #include "host/model/saturation.hpp"
 #include "host/model/sum.hpp"
+#include "runtime/compensator/blocks.hpp"
 
 namespace flexor::model {
 
-using Kind = std::variant<Gain, DeadZone, Curve, Play, Hysteresis, Lag, Lti, PolePair, Saturation, Sum>;
+#define FLEXOR_KIND(name, Host, ...) , Host
+using Kind = std::variant<Gain FLEXOR_BLOCKS(FLEXOR_KIND)>;
+#undef FLEXOR_KIND
+
+// In a document.
+template <class K>
+inline constexpr const char* kTypeOf = nullptr;
+template <>
+inline constexpr const char* kTypeOf<Gain> = "gain";
+#define FLEXOR_TYPE(name, Host, ...) \
+  template <>                        \
+  inline constexpr const char* kTypeOf<Host> = #name;
+FLEXOR_BLOCKS(FLEXOR_TYPE)
+#undef FLEXOR_TYPE
 
 // One block: signals in by name, one signal out.
 struct Block {

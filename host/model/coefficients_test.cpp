@@ -62,7 +62,7 @@ TEST_P(EveryKind, DoubleFloatAndFixedPointAgreeOnAGlove) {
 template <std::size_t kAt = 0>
 void add_type_names(std::vector<std::string>& names) {
   if constexpr (kAt < std::variant_size_v<Kind>) {
-    names.emplace_back(std::variant_alternative_t<kAt, Kind>::kType);
+    names.emplace_back(kTypeOf<std::variant_alternative_t<kAt, Kind>>);
     add_type_names<kAt + 1>(names);
   }
 }

@@ -12,7 +12,6 @@ namespace flexor::model {
 inline constexpr int kMaxKnots = 32;
 
 struct Curve {
-  static constexpr const char* kType = "curve";
   static constexpr bool kKeepsFraction = false;
   using Fixed = compensator::FixedCurve<kMaxKnots>;
   template <class Real>

@@ -7,7 +7,6 @@
 namespace flexor::model {
 
 struct DeadZone {
-  static constexpr const char* kType = "dead_zone";
   static constexpr bool kKeepsFraction = true;
   using Fixed = compensator::DeadZone<std::int16_t>;
   template <class Real>

@@ -12,7 +12,6 @@ namespace flexor::model {
 inline constexpr int kMaxPlays = 4;
 
 struct Hysteresis {
-  static constexpr const char* kType = "hysteresis";
   static constexpr bool kKeepsFraction = true;
   using Fixed = compensator::FixedHysteresis<kMaxPlays>;
   template <class Real>

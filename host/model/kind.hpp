@@ -1,7 +1,6 @@
 // What every kind of block has in common. Each kind is a struct in a file pair of its own, in the list of
-// block.hpp, with
+// runtime/compensator/blocks.hpp, with
 //
-//   static constexpr const char* kType             its name in a document
 //   static constexpr bool kKeepsFraction           fixed point: its output has the fraction of its input
 //   static constexpr auto members()                in a document, beside "type", "from", "to" (members.hpp)
 //   void check(const Place&) const                 throws io::InputError naming the rule and the mend

@@ -8,7 +8,6 @@
 namespace flexor::model {
 
 struct Lag {
-  static constexpr const char* kType = "lag";
   static constexpr bool kKeepsFraction = true;
   using Fixed = compensator::FixedLag;
   template <class Real>

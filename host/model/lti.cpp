@@ -290,13 +290,10 @@ Lti::Fixed Lti::fixed(const FixedBlock& block) const {
 
 // As small as the block allows: states at the front that a shorter chain does not use are left out.
 Source Lti::source(const Fixed& c) {
-  int order = compensator::kMaxOrder;
-  const auto unused = [&](int i) { return c.input_weight[i].mantissa == 0; };
-  int first = 0;
-  while (first + 1 < order && unused(first)) ++first;
-  order -= first;
-  const bool taps =
-      unused(compensator::kMaxOrder - 1) || std::ranges::any_of(c.tap, [](int t) { return t != 0; });
+  const std::uint8_t number = c.number();
+  const int order = number & Fixed::kOrderBits;
+  const int first = compensator::kMaxOrder - order;
+  const bool taps = (number & Fixed::kHasTaps) != 0;
   std::string weights;
   for (int i = first; i < compensator::kMaxOrder; ++i) {
     weights += fmt::format("{}{{{}, {}}}", i > first ? ", " : "", c.input_weight[i].mantissa,

@@ -31,7 +31,6 @@ inline constexpr double kFixedError_deg = 0.0625;
 void check_rate(const Place& place, double rate_rad_s, const char* name);
 
 struct Lti {
-  static constexpr const char* kType = "lti";
   static constexpr bool kKeepsFraction = false;
   using Fixed = compensator::FixedLti<compensator::kMaxOrder, true>;
   template <class Real>

@@ -158,6 +158,11 @@ Call call(const Lti::Floating<double>& c) {
 Call call(const compensator::PolePair<double>& c) {
   return {"pole_pair", fmt::format("{}, {}", row(c.transition, 4), row(c.tap, 2))};
 }
+template <class Coefficients>
+Call call(const Coefficients&) {
+  throw io::InputError(
+      "a function for MATLAB does not have one of the model's kinds of block yet: matlab.cpp");
+}
 
 std::string sum_text(const Sum::Floating<double>& c, const std::vector<std::size_t>& from) {
   std::string out = fmt::format("{}", c.offset);

@@ -7,7 +7,6 @@
 namespace flexor::model {
 
 struct Play {
-  static constexpr const char* kType = "play";
   static constexpr bool kKeepsFraction = true;
   using Fixed = compensator::Play<std::int16_t>;
   template <class Real>

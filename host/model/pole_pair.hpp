@@ -9,7 +9,6 @@
 namespace flexor::model {
 
 struct PolePair {
-  static constexpr const char* kType = "pole_pair";
   static constexpr bool kKeepsFraction = false;
   using Fixed = compensator::FixedPolePair;
   template <class Real>

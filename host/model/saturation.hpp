@@ -7,7 +7,6 @@
 namespace flexor::model {
 
 struct Saturation {
-  static constexpr const char* kType = "saturation";
   static constexpr bool kKeepsFraction = true;
   using Fixed = compensator::Saturation<std::int16_t>;
   template <class Real>

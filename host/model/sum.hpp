@@ -12,7 +12,6 @@ namespace flexor::model {
 inline constexpr int kMaxTerms = 32;
 
 struct Sum {
-  static constexpr const char* kType = "sum";
   static constexpr bool kKeepsFraction = false;
   using Fixed = compensator::FixedSum<kMaxTerms>;
   template <class Real>
@@ -40,7 +39,6 @@ struct Sum {
 };
 
 struct Gain {
-  static constexpr const char* kType = "gain";
   static constexpr bool kKeepsFraction = false;
   using Fixed = Sum::Fixed;
   template <class Real>

@@ -27,7 +27,8 @@ std::vector<double> angles_of(const model::Model& model, const std::vector<doubl
   const Bytes& part = block.parts.front();
   const auto ids = calibration_ids(glove_tables(glove));
   compensator::Graph<core::Ram, 600> graph;
-  EXPECT_EQ(graph.add(part.data(), static_cast<std::uint16_t>(part.size()), {ids.data(), 50}), compensator::Loaded::ok);
+  EXPECT_EQ(graph.add(part.data(), static_cast<std::uint16_t>(part.size()), {ids.data(), 50}),
+            compensator::Loaded::ok);
   HostCompensator host(model, {});
   std::vector<double> out;
   for (const double reading : readings) {

@@ -537,7 +537,7 @@ class Loader {
     count = is_good_ ? knots_at(Place::word(at_ - 2)) : 0;
     require(count > 0);
   }
-  void require(bool good) { is_good_ = is_good_ && good; }
+  bool require(bool good) { return is_good_ = is_good_ && good; }
 
  private:
   FLEXOR_SHARED void advance(uint16_t count) { require(skip(count)); }
@@ -547,8 +547,7 @@ class Loader {
   }
   FLEXOR_SHARED uint8_t within(int8_t least, int8_t most) {
     const int8_t value = static_cast<int8_t>(next());
-    require(value >= least && value <= most);
-    return static_cast<uint8_t>(value);
+    return require(value >= least && value <= most) ? static_cast<uint8_t>(value) : 0;
   }
 
   const uint8_t* begin_;

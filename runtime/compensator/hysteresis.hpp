@@ -72,7 +72,7 @@ struct FixedHysteresis {
   FLEXOR_INLINE static uint8_t state_bytes(uint8_t n) { return static_cast<uint8_t>(2 * n); }
   template <class Coder>
   FLEXOR_INLINE void code(Coder& coder, uint8_t n) {
-    coder.require(n <= kCapacity);
+    if (!coder.require(n <= kCapacity)) return;
     for (uint8_t j = 0; j < n; ++j) {
       coder.i16(plays.radius[j]);
       coder.i16(weight[j]);

@@ -75,7 +75,8 @@ class ChainFitter {
     for (const Session& session : sessions) begin_.push_back(begin_.back() + session.angle_deg.size());
   }
 
-  JointFit run(const std::optional<model::Channel>& initial, double most_drift_deg) {
+  JointFit run(const std::optional<model::Channel>& initial, double least_deg) {
+    if (!progress()) throw io::Cancelled("cancelled");
     Chain chain = wanted_;
     if (chain.lag && !chain.lag_s) {
       chain.lag_s = best_lag_s();
@@ -85,31 +86,18 @@ class ChainFitter {
     JointFit out;
     Options options;
     options.initial = initial;
-    Knots knots;
+    Summary summary;
     for (const double slowest_s : kSlowest_s) {
       options.slowest_s = slowest_s;
-      if (!progress() && slowest_s == kSlowest_s.front()) throw io::Cancelled("cancelled");
-      const Summary summary = fit(chain.blocks, data, options);
-      knots = summary.knots;
+      summary = fit(chain.blocks, data, options);
       fill(chain, summary, out);
-      if (chain.blocks.order == 0 || out.hold_drift_deg <= most_drift_deg) break;
+      if (chain.blocks.order == 0 || out.hold_drift_deg <= kMostDrift_deg) break;
+      progress();
     }
-    options.knots = knots;
+    if (!(out.fitted_rmse_deg < least_deg)) return out;
+    options.only_start = summary.best_start;
+    options.knots = summary.knots;
     validate(chain, data, options, out);
-    return out;
-  }
-
-  JointFit compete(double least_deg) {
-    JointFit out;
-    if (!progress()) throw io::Cancelled("cancelled");
-    const Summary summary = fit(wanted_.blocks, raw_);
-    fill(wanted_, summary, out);
-    if (out.fitted_rmse_deg < least_deg) {
-      Options options;
-      options.only_start = summary.best_start;
-      options.knots = summary.knots;
-      validate(wanted_, raw_, options, out);
-    }
     return out;
   }
 
@@ -263,19 +251,14 @@ class ChainFitter {
 }  // namespace
 
 JointFit fit_chain(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,
-                   const JointMap& joint, const std::optional<model::Channel>& initial, double most_drift_deg,
+                   const JointMap& joint, const std::optional<model::Channel>& initial, double least_deg,
                    const Step& step) {
   if (joint.sensors.size() != 1) {
     throw io::InputError(fmt::format(
         "{}: {} has one sensor, the map names {}: leave the others out, or choose a sum of curves",
         joint.joint, text_of(wanted), joint.sensors.size()));
   }
-  return ChainFitter(wanted, sessions, inputs, joint, step).run(initial, most_drift_deg);
-}
-
-JointFit fit_rival(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,
-                   const JointMap& joint, double least_deg) {
-  return ChainFitter(wanted, sessions, inputs, joint, {}).compete(least_deg);
+  return ChainFitter(wanted, sessions, inputs, joint, step).run(initial, least_deg);
 }
 
 }  // namespace flexor::identify

@@ -162,19 +162,6 @@ struct Solution {
   int iterations = 0;
 };
 
-// sqrt(2 rho(r)) with the sign of r, of which half the squares are the robust cost, exactly; and its slope.
-struct Bent {
-  double value;
-  double slope;
-};
-Bent bend(double r, double delta) {
-  if (std::isinf(delta) || std::abs(r) < 1e-9 * delta) return {r, 1};
-  const double z = r / delta;
-  const double root = std::sqrt(1 + z * z);
-  const double value = std::copysign(delta * std::sqrt(2 * (root - 1)), r);
-  return {value, r / (root * value)};
-}
-
 Solution solve(const Problem& problem, VectorXd theta, const std::vector<int>& free, double delta,
                const LmOptions& options) {
   theta = theta.cwiseMax(problem.lower()).cwiseMin(problem.upper());

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "host/identify/hand_test.hpp"
+#include "host/identify/robust.hpp"
 #include "host/identify/uncertainty.hpp"
 
 namespace flexor::identify {
@@ -203,6 +204,16 @@ Eigen::VectorXd errors_of(const Eigen::MatrixXd& jacobian, double noise, double 
   for (double& r : residual) r = e = memory * e + normal(random);
   const auto u = uncertainty(residual, jacobian, std::numeric_limits<double>::infinity());
   return u.covariance.diagonal().cwiseSqrt();
+}
+
+// One error far below the others' size must not end a fit: rounding took its slope to infinity.
+TEST(Fit, TheLossIsFiniteAndSteadyForErrorsOfAnySize) {
+  for (const double r : {0.0, 1e-300, 1e-12, 5e-9, 1e-8, 1e-4, 1.0, 1e9}) {
+    const Bent bent = bend(-r, 1);
+    EXPECT_NEAR(bent.value, -r * std::sqrt(2 / (std::sqrt(1 + r * r) + 1)), 1e-12 * r) << r;
+    EXPECT_LE(bent.slope, 1) << r;
+    EXPECT_GT(bent.slope, 0) << r;
+  }
 }
 
 TEST(Uncertainty, IsTheTextbookFormulaForWhiteNoiseAndForNoiseThatLasts) {

@@ -290,7 +290,8 @@ model::Model baseline_model(const std::string& structure, const std::vector<Sess
                             const model::Model& inputs, const JointMap& joint) {
   const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
   if (const auto* chain = std::get_if<Chain>(&wanted))
-    return fit_rival(*chain, sessions, inputs, {joint.joint, {joint.sensors.front()}, joint.reference}, 0)
+    return fit_chain(*chain, sessions, inputs, {joint.joint, {joint.sensors.front()}, joint.reference}, {}, 0,
+                     {})
         .model;
   return fit_joint(sessions, inputs, joint, structure, {}, {}).model;
 }
@@ -358,7 +359,7 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
                     "changed during the recording, or the motion did",
                     joint.name, joint.holdout.rmse_deg / joint.fitted_rmse_deg));
   }
-  if (joint.hold_drift_deg > 1 && !request.refit) {
+  if (joint.hold_drift_deg > kMostDrift_deg && !request.refit) {
     warnings.push_back(
         fmt::format("{}: held still, its angle goes on by {:.1f} deg, as the sensor crept in the recording: "
                     "hold the hand for a "

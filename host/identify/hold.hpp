@@ -10,6 +10,8 @@
 
 namespace flexor::identify {
 
+inline constexpr double kMostDrift_deg = 1;  // of what is said to hold still
+
 // The most that any joint moves in a hold, degrees: the sessions are replayed, and from instants all over them
 // every reading is held for a minute, over which the angle counts from one second on. `sensors` names the
 // sessions' columns.

@@ -95,12 +95,18 @@ TEST_F(RealRecordings, TheLineOfTheVerdictIsTheLineThatItAdvises) {
   const JointResult joint = identify_hand(r, {}).joints[0];
   EXPECT_EQ(joint.verdict.baseline, "line");
   for (const score::Baseline& one : score::kBaselines) {
-    if (one.structure == nullptr || std::string(one.name) == "published_form") continue;
+    if (one.structure == nullptr) continue;
     r.structure = one.structure;
     const JointResult advised = identify_hand(r, {}).joints[0];
     EXPECT_NEAR(advised.holdout.rmse_deg, joint.baselines.at(one.name).rmse_deg, 0.01) << one.name;
     EXPECT_NE(advised.verdict.baseline, one.name);
   }
+}
+
+TEST_F(RealRecordings, WhatIsAdvisedForADriftIsFittedAndHoldsStill) {
+  HandRequest r = request("sensors/bender_10_14_v7.csv", "index=ADC Value:IMU Angle (deg)");
+  r.structure = "hw";
+  EXPECT_LT(identify_hand(r, {}).joints[0].hold_drift_deg, kMostDrift_deg);
 }
 
 TEST_F(RealRecordings, SensorsThatAModelCannotHoldAreRefusedBeforeTheSearch) {

@@ -20,7 +20,6 @@ namespace {
 
 using io::InputError;
 
-constexpr double kMostDrift_deg = 1;
 constexpr double kCreepPays = 0.1;  // of the error: less is not worth an angle that goes on in a hold
 constexpr double kWandersAlike = 1.5;
 constexpr double kShowsCreep_s = 2;  // of a hold
@@ -219,7 +218,7 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
     }
     const auto chain = std::get<Chain>(parse_structure(kChains[k], 1));
     try {
-      JointFit one = fit_rival(chain, sessions, inputs, joint, best.cross_validated_deg);
+      JointFit one = fit_chain(chain, sessions, inputs, joint, {}, best.cross_validated_deg, {});
       one.sensors = joint.sensors;
       CandidateRow& row = one.rows.front();
       row.refusal = chain_refusal(one, best);
@@ -254,7 +253,7 @@ JointFit better(JointFit several, JointFit one) {
 JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions, const model::Model& inputs,
                        const JointMap& joint, const std::optional<model::Channel>& initial,
                        const Step& step) {
-  JointFit out = fit_chain(chain, sessions, inputs, joint, initial, kMostDrift_deg, step);
+  JointFit out = fit_chain(chain, sessions, inputs, joint, initial, HUGE_VAL, step);
   const std::string refusal = refusal_of(out.model, out.hold_drift_deg);
   if (!refusal.empty()) {
     throw io::JobError(fmt::format("{}: {} cannot be worn: {}; try fewer poles, or a sum of curves",

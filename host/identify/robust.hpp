@@ -14,10 +14,22 @@ using io::median;
 
 inline constexpr double kLoss_deg = 1;  // a camera's error
 
-// Pseudo-Huber, 2 d^2 (sqrt(1 + (e/d)^2) - 1): e^2 where it is small, 2 d |e| where it is large; degrees squared.
+// sqrt(2 rho(r)), rho the pseudo-Huber loss d^2 (sqrt(1 + (r/d)^2) - 1), with the sign of r, and its slope: the robust cost is
+// half the squares of these.
+struct Bent {
+  double value;
+  double slope;
+};
+inline Bent bend(double r, double d) {
+  const double root = std::sqrt(1 + r / d * r / d);
+  const double share = std::sqrt(2 / (root + 1));
+  return {share * r, 1 / (root * share)};
+}
+
+// e^2 where it is small, 2 d |e| where it is large; degrees squared.
 inline double loss_of(double error_deg) {
-  const double r = error_deg / kLoss_deg;
-  return 2 * kLoss_deg * kLoss_deg * (std::sqrt(1 + r * r) - 1);
+  const double bent = bend(error_deg, kLoss_deg).value;
+  return bent * bent;
 }
 
 inline double quantile(const std::vector<double>& sorted, double q) {

@@ -175,6 +175,10 @@ Score compare(const Angles& measured, const Angles& estimated) {
         kMinOverlap_s, reference_t_s.front(), reference_t_s.back(), estimated.t_s.front(),
         estimated.t_s.back()));
   }
+  if (const auto [least, most] = std::ranges::minmax(measured_deg); least == most) {
+    throw io::JobError(fmt::format(
+        "the measured angle is {:g} deg throughout: where nothing moves no fit can be told", least));
+  }
   Score s = score(t_s, measured_deg, estimated_deg, std::max(measured.max_gap_s, estimated.max_gap_s));
   s.left_out = left_out;
   return s;

@@ -62,7 +62,7 @@ struct Angles {
 
 // The estimate at its own instants, beside the straight line between the measured neighbours; measured rows
 // of one time count as their mean. Samples in gaps of the measured angle are left out. Throws io::InputError
-// when the two overlap by less than a second, and as score().
+// when the two overlap by less than a second, io::JobError where the measured angle never changes.
 Score compare(const Angles& measured, const Angles& estimated);
 
 nlohmann::ordered_json to_json(const Score& score);

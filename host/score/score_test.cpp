@@ -148,6 +148,7 @@ TEST(Compare, LessThanASecondIsNoComparison) {
   const auto later = [&](double by_s) { return values(t, [=](double at) { return at + by_s; }); };
   EXPECT_THROW((void)compare({t, t}, {later(4.2), t}), io::InputError);
   EXPECT_NO_THROW((void)compare({t, t}, {later(2.2), t}));
+  EXPECT_THROW((void)compare({t, std::vector<double>(100, 7)}, {t, t}), io::JobError) << "nothing moved";
 }
 
 // Whatever stands where nothing was measured.

@@ -141,6 +141,8 @@ TEST_F(HandReport, ShowsEveryFigureOfTheJointsBesideTheirPeersAndOfTheClocks) {
       EXPECT_NE(overview.find(fmt::format("<td>{:.2f}°</td>", value)), std::string::npos) << name << value;
       EXPECT_NE(page.find(fmt::format("<td>{:.3f}°</td>", value)), std::string::npos) << name << value;
     }
+    EXPECT_NE(overview.find(name + ": " + joint.at("verdict").at("words").get<std::string>()),
+              std::string::npos);
     for (const auto& row : joint.at("structures"))
       EXPECT_NE(page.find(row.at("structure").get<std::string>()), std::string::npos);
   }
@@ -175,13 +177,16 @@ TEST_F(HandReport, NamesOfASentFolderAreShownNotObeyed) {
 TEST_F(HandReport, AChainHasItsTransferFunction) {
   identify::save_hand_results(result_, folder_);
   auto json = results();
+  json.at("joints").front()["iterations"] = 4;
+  json.at("joints").front()["start"] = 3;
   auto& parameters = json.at("joints").front().at("parameters") = nlohmann::ordered_json::array();
   for (const auto& [name, value] :
        {std::pair("pole 1 (rad/s)", -10.0), {"pole 2 (rad/s)", -2.0}, {"tap 1", 0.25}})
     parameters.push_back({{"name", name}, {"value", value}, {"standard_error", nullptr}});
   io::write_file(folder_ / "results.json", json.dump());
   report::render(folder_);
-  for (const char* cell : {"<td>0.0625</td>", "<td>0.9375</td>", "<td>-10 (not told)</td>", "<td>0.5 s</td>"})
+  for (const char* cell : {"<td>0.0625</td>", "<td>0.9375</td>", "<td>-10 (not told)</td>", "<td>0.5 s</td>",
+                           "start 3, the best"})
     EXPECT_NE(read("joint-1.html").find(cell), std::string::npos) << cell;
 }
 

@@ -145,6 +145,7 @@ class ChainFitter {
     out.effective = summary.free_parameters + (wanted_.lag && !wanted_.lag_s ? 1 : 0);
     out.condition = summary.condition;
     out.iterations = summary.iterations;
+    out.start = static_cast<int>(summary.best_start) + 1;
     out.parameters = summary.parameters;
     out.covariance = summary.covariance;
     if (chain.lag_s) {

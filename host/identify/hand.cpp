@@ -1162,6 +1162,7 @@ Json to_json(const HandIdentification& r) {
                           {"effective_parameters", fitted(joint.effective)},
                           {"condition", fitted(joint.condition)},
                           {"iterations", joint.iterations > 0 ? Json(joint.iterations) : Json(nullptr)},
+                          {"start", joint.start > 0 ? Json(joint.start) : Json(nullptr)},
                           {"parameters", parameters_json(joint.parameters)},
                           {"structures", std::move(rows)}};
     if (!joint.left_out.empty())

@@ -48,6 +48,7 @@ struct JointFit {
   double limits = 0;  // of the angle that a sum takes from what was seen, and that `effective` does not count
   double condition = 0;
   int iterations = 0;       // of a chain, from its parameters' initial values
+  int start = 0;            // of a chain, whose values these are, from 1
   std::size_t untried = 0;  // structures of the search that was stopped
 };
 

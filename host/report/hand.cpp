@@ -119,6 +119,8 @@ void joints_table(Page& page, const Json& joints) {
   page.heading("Joints");
   page.table(t);
   page.links("Joints", links);
+  for (const auto& [name, joint] : joints.items())
+    page.paragraph(fmt::format("{}: {}.", name, joint.at("verdict").at("words").get<std::string>()));
   page.paragraph(
       "Fit: 100 % is perfect, 0 % is guessing the mean. Drift of a hold: how far the angle goes within a "
       "minute while the finger keeps still.");
@@ -290,7 +292,8 @@ void chain_parameters(Page& page, const Json& joint) {
   page.heading("Parameters");
   page.table(t);
   page.paragraph(
-      fmt::format("From the initial values on: {} iterations.", joint.at("iterations").get<int>()));
+      fmt::format("Initial values: start {}, the best. From there on: {} iterations.",
+                  joint.value("start", 1), joint.at("iterations").get<int>()));
 }
 
 // The chain's linear block as a sum of first-order terms,

@@ -10,6 +10,7 @@
 #include "host/identify/robust.hpp"
 #include "host/identify/window.hpp"
 #include "host/io/io.hpp"
+#include "host/recording/line_format.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::identify {
@@ -22,6 +23,7 @@ constexpr double kBeyondPoses = 0.5;
 constexpr double kSameHold = 0.15;  // of the range, by which two holds of a pose may differ unsaid
 constexpr double kOneHold = 0.35;   // and at all
 constexpr double kRoom_deg = 20;    // beyond the poses
+constexpr double kTrembles = 5;     // mean steps: of white noise 96 % lie within 3.6, of two poses far more
 constexpr double kTrembles_counts = 6;
 
 struct Sensor {
@@ -42,10 +44,15 @@ bool may_be_counts(const std::vector<double>& readings) {
 }
 
 // One that is not connected would let no second count as rest.
-bool only_trembles(const Sensor& s) { return s.unit == "count" && s.span() <= kTrembles_counts; }
+bool only_trembles(const Sensor& s) {
+  double steps = 0;
+  for (std::size_t k = 1; k < s.value->size(); ++k) steps += std::abs((*s.value)[k] - (*s.value)[k - 1]);
+  return s.span() <= kTrembles * steps / static_cast<double>(s.value->size() - 1) ||
+         (s.unit == "count" && s.span() <= kTrembles_counts);
+}
 
 std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vector<std::string>& joints,
-                               std::vector<std::string>& warnings) {
+                               std::vector<std::string>& left_out, std::vector<std::string>& warnings) {
   std::vector<Sensor> out;
   std::size_t columns = 0;
   std::string guessed;
@@ -61,7 +68,8 @@ std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vecto
       sensor.unit = "count";
       guessed += (guessed.empty() ? "" : ", ") + column.name;
     }
-    if (!(sensor.span() > 0) || only_trembles(sensor)) {
+    if (only_trembles(sensor)) {
+      left_out.push_back(sensor.column);
       warnings.push_back(
           fmt::format("{} hardly moves, by {:.5g} from {:.5g}: left out; is its strip connected?",
                       sensor.column, sensor.span(), sensor.at(0.02)));
@@ -76,7 +84,10 @@ std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vecto
     warnings.push_back(fmt::format(
         "{}: whole numbers without a unit, taken for a converter's counts: --input-unit", guessed));
   if (out.empty())
-    throw io::JobError(fmt::format("{}: no sensor moves: open and close the hand", log.source));
+    throw io::JobError(
+        fmt::format("{}: no sensor moves, or by no more than it trembles: one pose tells nothing; hold the "
+                    "open hand, then a fist, each for three seconds",
+                    log.source));
   const auto is_finger = [](const Sensor& s) {
     return std::ranges::count(model::finger_names(), s.joint) > 0;
   };
@@ -227,9 +238,15 @@ bool tells_apart(const Sensor& sensor, std::size_t i, const Holds& holds,
 // Brings the open hand first.
 void order(Holds& holds, FirstPose first, const std::vector<Sensor>& sensors,
            std::vector<std::string>& warnings) {
-  bool falls = true;
+  std::vector<std::string> fall;
   for (std::size_t i = 0; i < sensors.size(); ++i)
-    falls = falls && median_of(holds.fist, i) < median_of(holds.open, i);
+    if (median_of(holds.fist, i) < median_of(holds.open, i)) fall.push_back(sensors[i].column);
+  const bool falls = fall.size() == sensors.size();
+  if (first == FirstPose::found && !falls && !fall.empty())
+    warnings.push_back(
+        fmt::format("{} fall from the first pose to the second, the others rise: the first is taken for the "
+                    "open hand; if it was the fist, add --first-pose fist",
+                    recording::listed(fall)));
   if (first == FirstPose::found && falls) {
     first = FirstPose::fist;
     warnings.push_back(
@@ -244,7 +261,8 @@ void order(Holds& holds, FirstPose first, const std::vector<Sensor>& sensors,
 
 FromPoses model_from_poses(const recording::Recording& log, const PosesOptions& options) {
   FromPoses out;
-  const std::vector<Sensor> sensors = sensors_of(log, options.joints, out.warnings);
+  std::vector<std::string> left_out;
+  const std::vector<Sensor> sensors = sensors_of(log, options.joints, left_out, out.warnings);
   check_angles(options.angles, sensors);
   Holds holds = holds_in(log, sensors);
   order(holds, options.first, sensors, out.warnings);
@@ -257,15 +275,17 @@ FromPoses model_from_poses(const recording::Recording& log, const PosesOptions& 
   out.model.written_by = "flexor " FLEXOR_VERSION;
   out.model.sample_period_s = 1 / options.rate_hz;
   for (std::size_t i = 0; i < sensors.size(); ++i) {
-    if (tells_apart(sensors[i], i, holds, out.warnings))
+    if (tells_apart(sensors[i], i, holds, out.warnings)) {
       add_joint(out.model, sensors[i], median_of(holds.open, i), median_of(holds.fist, i), options.angles);
+    } else {
+      left_out.push_back(sensors[i].column);
+    }
   }
-  if (2 * out.model.joints.size() < sensors.size())
-    throw io::JobError(
-        fmt::format("{}: {} of {} sensors do not tell two poses apart: is it a log of an open hand and a "
-                    "fist, each held for three "
-                    "seconds, and again?",
-                    log.source, sensors.size() - out.model.joints.size(), sensors.size()));
+  if (left_out.size() > out.model.joints.size())
+    throw io::JobError(fmt::format(
+        "{}: {} of {} sensors do not tell two poses apart ({}): is it a log of an open hand and "
+        "a fist, each held for three seconds, and again? - in --joints leaves one out",
+        log.source, left_out.size(), left_out.size() + out.model.joints.size(), recording::listed(left_out)));
   model::check(out.model);
   return out;
 }

@@ -50,6 +50,9 @@ TEST(FromPoses, IsTheLineThroughBothPoses) {
   EXPECT_NEAR(r.model.inputs[1].poses->fist, 550, 1);
   EXPECT_GE(r.open_holds, 2);
   EXPECT_GE(r.fist_holds, 2);
+  ASSERT_EQ(r.warnings.size(), 1U) << "one rises and one falls: nothing says which pose was first";
+  EXPECT_TRUE(r.warnings[0].starts_with("thumb_count fall from the first pose"));
+  EXPECT_TRUE(model_from_poses(log_of({0, 1, 0, 1}, 1), {.first = FirstPose::open}).warnings.empty());
   expect_angles(r, 400, 625, 45, 30, 0.6);
 }
 
@@ -61,9 +64,23 @@ TEST(FromPoses, AStripThatOnlyTremblesIsNamedAndTheOthersAreFitted) {
   log.columns.push_back({"ring_count", std::vector<double>(log.t_s.size(), 1023), "count"});
   const FromPoses r = model_from_poses(log, {});
   EXPECT_EQ(r.model.joints.size(), 2U);
-  ASSERT_EQ(r.warnings.size(), 2U);
+  ASSERT_EQ(r.warnings.size(), 3U);
   EXPECT_EQ(r.warnings[1], "ring_count hardly moves, by 0 from 1023: left out; is its strip connected?");
   EXPECT_EQ(r.warnings[0], "middle_count hardly moves, by 2 from 359: left out; is its strip connected?");
+}
+
+TEST(FromPoses, MoreDeadSensorsThanLiveOnesAreRefusedByName) {
+  recording::Recording log = log_of({0, 1, 0, 1}, 1);
+  std::mt19937 random(2);
+  std::normal_distribution<double> open_pin(512, 20);
+  for (const char* name : {"middle_V", "ring_V", "pinky_V"}) {
+    log.columns.push_back({name, log.t_s, "V"});
+    for (double& value : log.columns.back().value) value = open_pin(random);
+  }
+  const std::string reason = io::refusal_of([&] { model_from_poses(log, {}); });
+  EXPECT_NE(reason.find("3 of 5 sensors do not tell two poses apart (middle_V, ring_V, pinky_V)"),
+            std::string::npos)
+      << reason;
 }
 
 TEST(FromPoses, ABionicHandsAnglesAreThoseThatAreTold) {
@@ -108,7 +125,10 @@ TEST(FromPoses, RefusesAMotionThatOnlyRestsNowAndThen) {
 }
 
 TEST(FromPoses, RefusesWhatHoldsNoTwoPoses) {
-  EXPECT_THROW(model_from_poses(log_of({0, 0, 0}, 1), {}), io::JobError);
+  for (const double noise : {1, 5}) {
+    const std::string reason = io::refusal_of([&] { model_from_poses(log_of({0, 0, 0}, noise), {}); });
+    EXPECT_NE(reason.find("one pose tells nothing"), std::string::npos) << reason;
+  }
   recording::Recording restless = log_of({0, 1}, 0);
   for (std::size_t k = 0; k < restless.t_s.size(); ++k)
     restless.columns[0].value[k] = restless.columns[1].value[k] = k % 10 < 5 ? 300 : 500;

@@ -291,9 +291,8 @@ void chain_parameters(Page& page, const Json& joint) {
   }
   page.heading("Parameters");
   page.table(t);
-  page.paragraph(
-      fmt::format("Initial values: start {}, the best. From there on: {} iterations.",
-                  joint.value("start", 1), joint.at("iterations").get<int>()));
+  page.paragraph(fmt::format("Initial values: start {}, the best. From there on: {} iterations.",
+                             joint.value("start", 1), joint.at("iterations").get<int>()));
 }
 
 // The chain's linear block as a sum of first-order terms,

@@ -456,9 +456,9 @@ void add_identify(CLI::App& app) {
   add_time_options(*command, r.time);
   command
       ->add_option(
-          "--segment", r.time.segment,
+          "--segment", r.time.segments,
           "of files that hold several trials: the column whose change begins another, or clock, where it "
-          "starts again; each trial is a take")
+          "starts again; each trial is a take; once more for a second file")
       ->type_name("COLUMN|clock");
   command->add_option("--model", o->model, "write the model document here");
   command->add_option("--report", o->report,

@@ -65,7 +65,7 @@ std::vector<Files> read_files(const PairFiles& files, const HandRequest& request
   std::vector<Files> out;
   const std::vector<std::string> sensors = sensors_of(request.map);
   recording::CsvReader reader(files.sensor, {sensors, request.time});
-  for (recording::Recording& trial : recording::read_segments(reader, request.time.segment)) {
+  for (recording::Recording& trial : recording::read_segments(reader, request.time)) {
     Files& one = out.emplace_back();
     one.sensor = std::move(trial);
     for (const std::string& sensor : sensors) {
@@ -991,7 +991,7 @@ std::vector<Files> read_takes(HandRequest& request, std::vector<std::string>& wa
   for (const PairFiles& pair : request.pairs) {
     for (Files& one : read_files(pair, request)) {
       out.push_back(std::move(one));
-      if (request.time.segment.empty()) refuse_seen_before(out);
+      if (request.time.segments.empty()) refuse_seen_before(out);
       add_warnings(out.back(), warnings);
       takes.push_back(pair);
     }

@@ -39,7 +39,7 @@ bool of_one_kind(const std::string& a, const std::string& b) {
 recording::Recording every_column(const PairFiles& files, const HandRequest& request,
                                   const HandRecordings& read) {
   // A pipe is read once.
-  if (!std::filesystem::is_regular_file(files.sensor) || !request.time.segment.empty()) return read.sensor;
+  if (!std::filesystem::is_regular_file(files.sensor) || !request.time.segments.empty()) return read.sensor;
   try {
     return recording::read_csv(files.sensor, {}, request.time);
   } catch (const InputError&) {

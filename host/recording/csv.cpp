@@ -145,10 +145,10 @@ Recording read(CsvReader& reader, Resets resets) {
   return recording;
 }
 
-std::vector<Recording> read_segments(CsvReader& reader, const std::string& segment) {
-  std::vector<Recording> out = segments_of(reader, segment == "clock" ? Resets::split : Resets::refuse);
-  if (!segment.empty() && out.size() == 1)
-    out[0].warnings.push_back(fmt::format("{}: one trial alone (--segment {})", reader.name(), segment));
+std::vector<Recording> read_segments(CsvReader& reader, const TimeOptions& time) {
+  std::vector<Recording> out = segments_of(reader, reader.splits_by_clock() ? Resets::split : Resets::refuse);
+  if (!time.segments.empty() && out.size() == 1)
+    out[0].warnings.push_back(fmt::format("{}: one trial alone (--segment)", reader.name()));
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (out.size() > 1) out[i].source += fmt::format(", trial {}", i + 1);
     check_times(out[i]);

@@ -40,6 +40,7 @@ class CsvReader : public Source {
   bool guesses_time() const override { return table_.guesses_time(); }
   bool is_unit_known() const override { return table_.is_unit_known(); }
   const std::string& left_out() const { return table_.left_out(); }
+  bool splits_by_clock() const { return table_.splits_by_clock(); }
   // Once a row was read: its times are dates, in seconds since 1970.
   bool is_dated() const { return table_.is_dated(); }
   std::vector<std::string> notes() const override;
@@ -64,8 +65,8 @@ class CsvReader : public Source {
 Recording read(CsvReader& reader, Resets resets = Resets::refuse);
 Recording read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns,
                    const TimeOptions& time = {});
-// Of each trial in it; `segment` as in TimeOptions.
-std::vector<Recording> read_segments(CsvReader& reader, const std::string& segment);
+// Of each trial in it, which TimeOptions tell apart.
+std::vector<Recording> read_segments(CsvReader& reader, const TimeOptions& time);
 Recording parse_csv(const std::string& text, const std::string& source,
                     const std::vector<std::string>& columns);
 

@@ -149,11 +149,17 @@ bool read_labelled(std::string_view line, Cells& cells) {
 std::optional<Number> read_number(std::string_view cell, char separator) {
   if (const auto value = to_number(cell)) return Number{*value, cell.find('.') != cell.npos ? '.' : char()};
   if (separator == ',' || cell.find(',') == cell.npos) return std::nullopt;
-  std::string with_point(cell);
-  std::ranges::replace(with_point, ',', '.');
-  const auto value = to_number(with_point);
+  const std::size_t last = cell.find_last_of(".,");
+  const char decimal = cell[last];
+  std::string whole(cell.substr(0, last));
+  const std::size_t thousands = whole.find_first_of(".,");
+  for (std::size_t i = thousands; i < whole.size(); i += 3) {  // 1.013,5 or 1,013.5
+    if (whole[i] == decimal || i + 3 >= whole.size()) return std::nullopt;
+    whole.erase(i, 1);
+  }
+  const auto value = to_number(fmt::format("{}.{}", whole, cell.substr(last + 1)));
   if (!value) return std::nullopt;
-  return Number{*value, ','};
+  return Number{*value, decimal};
 }
 
 bool is_number_or_time(const std::string& cell, char separator) {

@@ -1,4 +1,4 @@
-// The bytes of a log as lines of UTF-8: UTF-8 with or without a mark, UTF-16 with or without one, and Latin-1
+// The bytes of a log as lines of UTF-8, ended by LF, CR LF or CR: UTF-8 with or without a mark, UTF-16 with or without one, and Latin-1
 // for lines that are not UTF-8.
 #pragma once
 
@@ -19,7 +19,9 @@ class LineSplitter {
   // True: a line is whole. The next byte begins another.
   bool push(std::uint8_t byte) {
     if (is_utf16()) return push_half(byte);
-    if (byte == '\n') return finish();
+    const bool after_return = std::exchange(after_return_, byte == '\r' && !may_be_utf16());
+    if (byte == '\n' && after_return) return false;
+    if (byte == '\n' || after_return_) return finish();
     add(static_cast<char>(byte));
     return false;
   }
@@ -41,6 +43,11 @@ class LineSplitter {
   void add(char c) {
     if (line_.size() <= longest_) line_.push_back(c);
   }
+  // Of the first line, as far as it came.
+  bool may_be_utf16() const {
+    return encoding_ == Encoding::unknown &&
+           line_.find_first_of(std::string_view("\0\xFF\xFE", 3)) != line_.npos;
+  }
   bool push_half(std::uint8_t byte);
   bool finish();
 
@@ -49,6 +56,7 @@ class LineSplitter {
   Encoding encoding_ = Encoding::unknown;
   std::optional<std::uint8_t> half_;  // of a unit of UTF-16
   std::uint32_t high_ = 0;            // the first unit of two
+  bool after_return_ = false;  // which ended a line, as on an old Mac; a line feed behind it ends no other
   bool saw_latin1_ = false;
 };
 

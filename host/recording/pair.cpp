@@ -155,7 +155,7 @@ std::vector<Recording> angle_segments(const std::filesystem::path& path, const s
   CsvReader reader(path, {{column}, time});
   const std::string quality = quality_column(column);
   if (!quality.empty() && reader.has(quality)) reader.choose({column, quality});
-  std::vector<Recording> out = read_segments(reader, time.segment);
+  std::vector<Recording> out = read_segments(reader, time);
   for (Recording& r : out) {
     leave_out_lost(r, column);
     leave_out_spikes(r, column);

@@ -64,6 +64,29 @@ TEST(Shapes, AMalformedRowAmongGoodOnesIsLeftOutAndCounted) {
   }
 }
 
+TEST(Shapes, AFileTakesTheFirstSegmentThatItHas) {
+  TimeOptions time;
+  time.segments = {"clock", "trial"};
+  for (const auto& [text, trials] :
+       {std::pair("t_s,trial,flex\n0,a,1\n2,a,2\n4,b,3\n6,b,4\n8,c,3\n10,c,4\n", 3U),
+        {"t_s,flex\n0,1\n2,2\n4,2\n0,3\n2,4\n", 2U}}) {
+    std::istringstream stream(text);
+    CsvReader reader(stream, "log.csv", {{"flex"}, time});
+    EXPECT_EQ(read_segments(reader, time).size(), trials);
+  }
+}
+
+// Of a file alone: what comes from a board has none.
+TEST(Shapes, OfViconsSectionsTheOneWithTheColumnIsRead) {
+  const Recording r = recording_of(
+      "Joints\n20\n,,p\nFrame,Sub Frame,X\n,,deg\n1,0,1\n2,0,1\n\nDevices\n20\n,,Flex\nFrame,Sub Frame,flex\n"
+      ",,V\n1,0,10\n1,1,11\n2,0,12\n\nTrajectories\n20\n,,M\nFrame,Sub Frame,Y\n,,mm\n1,0,1\n",
+      "flex", {});
+  EXPECT_EQ(r.columns[0].value, kX);
+  EXPECT_NEAR(r.t_s[2] - r.t_s[0], 0.1, 1e-9);
+  EXPECT_EQ(r.warnings[0], "log.csv: rows 1 to 7 are a section without the column");
+}
+
 TEST(Shapes, ColumnsAreOfNumbersByTheFirstCellThatIsNotMissing) {
   std::istringstream stream("t_s,a_deg,event,b_deg,c_deg\n0,,,,x\n1,2,grasp,,y\n2,,,,z\n");
   CsvReader reader(stream, "log.csv", {});

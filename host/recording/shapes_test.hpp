@@ -42,6 +42,12 @@ inline TimeOptions column_of_time(const char* name) {
   return out;
 }
 
+inline TimeOptions only_time(const char* name) {
+  TimeOptions out;
+  out.columns = {name};
+  return out;
+}
+
 inline TimeOptions rows_a_second(double rate_hz) {
   TimeOptions out;
   out.log_rate_hz = rate_hz;
@@ -217,6 +223,32 @@ inline const std::vector<Shape> kShapes = {
     {"CounterAndARate", "time,flex\n0,10\n1,11\n2,12\n", "20 rows are a second", "flex", kT, kX,
      rows_a_second(20)},
     {"UnitBehindASlash", "% Time/ms,flex\n0,10\n50,11\n100,12\n"},
+    {"CarriageReturnsAlone", "t_s,flex\r0,10\r0.05,11\r0.1,12\r"},
+    {"HeaderAgainInOtherCapitals", "t_s,flex\n0,10\nT_S,Flex\n0.05,11\n0.1,12\n", "1 row(s)"},
+    {"GermanThousands",
+     "t_s;flex\n0,00;1.013,5\n0,05;998,5\n0,10;1.001,5\n",
+     "decimal commas",
+     "flex",
+     kT,
+     {1013.5, 998.5, 1001.5}},
+    {"EnglishThousands",
+     "t_s;flex\n0.00;1,013.5\n0.05;998.5\n0.10;1,001.5\n",
+     "semicolons",
+     "flex",
+     kT,
+     {1013.5, 998.5, 1001.5}},
+    {"MillisecondsSince1970", "timestamp,flex\n1700000000000,10\n1700000000050,11\n1700000000100,12\n",
+     "ms since 1970"},
+    {"NanosecondsSince1970",
+     "timestamp,flex\n1700000000000000000,10\n1700000000050000000,11\n1700000000100000000,12\n",
+     "ns since 1970"},
+    {"WholeSecondsBesideMilliseconds",
+     "Time,ms,flex\n10:00:01,900,9\n10:00:01,950,10\n10:00:02,0,11\n10:00:02,250,12\n10:00:02,500,13\n"
+     "10:00:02,750,14\n10:00:03,0,15\n10:00:03,250,16\n10:00:03,500,17\n10:00:03,750,18\n10:00:04,0,19\n",
+     "\"Time\" is taken",
+     "flex",
+     {0, 0.75, 1, 1.25, 1.5, 1.75, 2, 2.25, 2.5, 2.75, 3},
+     {9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19}},
     {"NoTimeAtAll", "10,7\n11,8\n12,9\n", "20 rows are a second", "column1", kT, kX, rows_a_second(20)}};
 
 inline const std::vector<Misshape> kMisshapes = {
@@ -265,6 +297,13 @@ inline const std::vector<Misshape> kMisshapes = {
     {"Matlab", "MATLAB 5.0 MAT-file\x01\x02", "is a MATLAB file"},
     {"Workbook", "PK\x03\x04\x14", "is an Excel workbook"},
     {"Compressed", "\x1F\x8B\x08", "gunzip it"},
+    {"DaysOfASpreadsheet", "time,flex\n45321.5,1\n45321.5000006,2\n45321.5000012,3\n", "as a spreadsheet"},
+    {"AMistypedTimeColumn", "time_ms,flex\n0,1\n50,2\n", "no column \"tme_ms\"; there are: time_ms, flex",
+     "flex", only_time("tme_ms")},
+    {"NoSectionHasIt",
+     "Joints\n20\n,,p\nFrame,Sub Frame,X\n,,deg\n1,0,1\n2,0,1\n\nDevices\n20\n,,q\nFrame,Sub Frame,"
+     "Y\n,,V\n1,0,1\n1,1,1\n",
+     "there are: Frame, Sub Frame, X, Frame, Sub Frame, Y"},
     {"OtherBytes", "a,\x01\x02\n", "is no text"}};
 
 }  // namespace flexor::recording

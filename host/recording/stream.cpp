@@ -21,6 +21,8 @@ constexpr double kLongestStep_s = 5;
 constexpr double kShortestStep_s = 1e-4;
 constexpr double kLongestUnsaid_s =
     0.99;  // where nothing says the unit: 1, 2, 3 and 4, 8, 12 may be rows or milliseconds
+constexpr double kFirstDay = 20'000;  // of a spreadsheet's calendar: of 1954 to 2091
+constexpr double kLastDay = 70'000;
 constexpr double kWrapShare = 0.98;  // of its range: a counter that goes back by so much has wrapped
 
 std::string row_name(std::size_t line) { return line > 0 ? fmt::format("row {}", line) : "a row"; }
@@ -191,6 +193,11 @@ void Stream::check_unit() const {
         name, unit);
     break;
   }
+  if (const double days = written_s_ / source_.time_unit_s();
+      days > kFirstDay && days < kLastDay && *middle < kShortestStep_s)
+    mend =
+        "are these days, as a spreadsheet counts them? show them there as hh:mm:ss.000, or as seconds, and "
+        "save anew";
   if (source_.guesses_time()) mend += std::string("; ") + kNoTimes;
   throw InputError(
       fmt::format("{}: time steps of {:.4g} s, which no glove log has: {}", source_.name(), *middle, mend));

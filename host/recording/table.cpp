@@ -28,6 +28,8 @@ constexpr double kCounter = 4294967296.0;    // ticks of a 32-bit counter
 constexpr const char* kClock = "clock";      // --segment: it starts again
 constexpr const char* kNoData = "has a header but no data";
 constexpr double kDay_s = 86400;
+constexpr double kFirstEpoch_s = 1e9;  // since 1970: of 2001 to 2096
+constexpr double kLastEpoch_s = 4e9;
 constexpr double kHour_s = 3600;
 
 std::string excerpt(std::string_view text) { return io::start_of(text, kLongestExcerpt); }
@@ -69,6 +71,13 @@ void cut_blanks(std::vector<std::string>& cells, std::size_t least) {
   while (cells.size() > least && cells.back().empty()) cells.pop_back();
 }
 
+// Vicon's, below which rows a second stand.
+bool is_section_title(std::vector<std::string> cells) {
+  static constexpr std::array kSections = {"Devices", "Model Outputs", "Trajectories", "Joints", "Segments"};
+  cut_blanks(cells, 1);
+  return cells.size() == 1 && std::ranges::count(kSections, cells[0]) > 0;
+}
+
 // What each column of the lines that came is. They are copied: more may be needed.
 class Finder : public TableState {
  public:
@@ -90,8 +99,7 @@ class Finder : public TableState {
          {&Finder::find_layout, &Finder::read_header, &Finder::read_units, &Finder::find_time}) {
       if (!problem_) (this->*stage)();
     }
-    const std::string& segment = options_.time.segment;
-    if (!problem_ && !segment.empty() && segment != kClock) segment_place_ = place_of(segment);
+    if (!problem_ && !options_.time.segments.empty()) find_segments(options_.time.segments);
     if (!problem_) choose(options_.columns);
     is_settled_ = !problem_;
   }
@@ -121,6 +129,10 @@ class Finder : public TableState {
     refuse(Kind::no_column,
            fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none", header_[i], held), row);
   }
+
+  // Of several sections in a file another may have what was asked for.
+  bool may_be_elsewhere() const { return is_section_ && problem_ && problem_->kind == Kind::no_column; }
+  const std::vector<std::string>& header() const { return header_; }
 
   bool must_wait() const { return !has_ended_ && (wants_more_ || (options_.from == From::port && problem_)); }
 
@@ -273,12 +285,9 @@ class Finder : public TableState {
     if (place < std::min(above.size(), cells.size())) title_unit_ = cells[place];
   }
 
-  // Vicon's sections: their name, and below it rows a second.
   void read_frame_rate(const std::vector<std::string>& above, const std::vector<std::string>& cells) {
-    static constexpr std::array kSections = {"Devices", "Model Outputs", "Trajectories", "Joints",
-                                             "Segments"};
-    const bool is_section = above.size() == 1 && std::ranges::count(kSections, above[0]) > 0;
-    const auto rate = is_section && cells.size() == 1 ? to_number(cells[0]) : std::nullopt;
+    const auto rate = is_section_title(above) && cells.size() == 1 ? to_number(cells[0]) : std::nullopt;
+    is_section_ = is_section_ || (rate && *rate > 0);
     if (rate && *rate > 0 && options_.time.log_rate_hz == 0) frame_rate_hz_ = *rate;
   }
 
@@ -364,19 +373,20 @@ class Finder : public TableState {
   }
 
   // The same for so long that it is no clock, but when a session began.
-  bool stands(std::size_t place, const std::string& first) const {
+  bool stands(std::size_t place, const std::string& first) {
     std::vector<std::string> cells;
     std::size_t k = 1;
     for (; at(k) != nullptr && k < kStandingRows; ++k) {
       split(at(k)->text, separator_, cells);
       if (place < cells.size() && cells[place] != first) return false;
     }
+    wants_more_ = wants_more_ || (options_.from == From::pipe && k > 1 && k < kStandingRows);
     return k > 1;
   }
 
   // How likely a column is the time, the higher the likelier; none: it is not.
   std::optional<Clock> clock_in(std::size_t place, const std::vector<std::string>& first,
-                                const std::vector<std::string>& second) const {
+                                const std::vector<std::string>& second) {
     std::optional<double> unit_s;
     const bool is_named =
         has_header_ ? is_time_name(header_[place], unit_s) : place == 0 && options_.from != From::port;
@@ -414,8 +424,7 @@ class Finder : public TableState {
     }
     const std::vector<std::string>& asked = options_.time.columns;
     const auto named = std::ranges::find_if(asked, [this](const auto& name) { return has(name); });
-    if (!asked.empty() &&
-        (!best || named != asked.end() || asked.size() > 1)) {  // a reference may have a clock of its own
+    if (!asked.empty()) {
       const auto place = place_of(named != asked.end() ? *named : asked.front());
       if (!place) return;
       const auto by_name = seconds_in(cut_name(header_[*place]).unit);
@@ -423,12 +432,16 @@ class Finder : public TableState {
       best = clock_in(*place, first, second)
                  .value_or(Clock{*place, 0, by_name ? by_name : seconds_in(header_units_[*place])});
       other.reset();
-    } else if (!asked.empty()) {
-      note(fmt::format("no column \"{}\" (--time-column): \"{}\" is its time", fmt::join(asked, "\" or \""),
-                       header_[best->place]));
     }
     choose_time(best, other);
     if (best && !best->unit_s && options_.time.unit.empty()) find_packed_clock(first, second);
+  }
+
+  // By the clock only where no column is asked for that the file has: its counterpart may have one.
+  void find_segments(const std::vector<std::string>& asked) {
+    const auto named = std::ranges::find_if(asked, [this](const auto& name) { return has(name); });
+    splits_by_clock_ = named == asked.end() && std::ranges::count(asked, kClock) > 0;
+    if (!splits_by_clock_) segment_place_ = place_of(named == asked.end() ? asked.front() : *named);
   }
 
   void choose_time(std::optional<Clock> best, const std::optional<Clock>& other) {
@@ -449,8 +462,22 @@ class Finder : public TableState {
       note(fmt::format("column \"{}\" states its unit itself: --time-unit is not for it",
                        header_[*time_place_]));
     }
-    time_unit_s_ = (best ? best->unit_s : std::nullopt).value_or(asked.value_or(1));
-    is_unit_known_ = !best || best->unit_s || asked;
+    const auto since_1970 = best && !best->unit_s && !asked ? epoch_unit_s(best->place) : std::nullopt;
+    time_unit_s_ = (best ? best->unit_s : since_1970).value_or(asked.value_or(since_1970.value_or(1)));
+    is_unit_known_ = !best || best->unit_s || asked || since_1970;
+  }
+
+  // Of a count since 1970 in a unit so small that its seconds were not of our time.
+  std::optional<double> epoch_unit_s(std::size_t place) {
+    split_line(at(0)->text);
+    const auto number = place < cells_.size() ? read_number(cells_[place], separator_) : std::nullopt;
+    for (const char* unit : {"ms", "us", "ns"}) {
+      const double since_1970_s = number ? number->value * *seconds_in(unit) : 0;
+      if (since_1970_s < kFirstEpoch_s || since_1970_s >= kLastEpoch_s) continue;
+      note(fmt::format("\"{}\" is taken for {} since 1970", header_[place], unit));
+      return seconds_in(unit);
+    }
+    return std::nullopt;
   }
 
   // Two clocks as one number each, less than a second apart. One that counts milliseconds is soon none any more.
@@ -481,7 +508,9 @@ class Finder : public TableState {
   std::optional<std::size_t> place_of(const std::string& name) {
     const auto it = std::ranges::find(header_, name);
     if (it == header_.end()) {
-      refuse(Kind::no_column, fmt::format("no column \"{}\"; there are: {}", name, listed(header_)));
+      std::vector<std::string> all = elsewhere_;
+      all.insert(all.end(), header_.begin(), header_.end());
+      refuse(Kind::no_column, fmt::format("no column \"{}\"; there are: {}", name, listed(all)));
     } else if (std::find(it + 1, header_.end(), name) != header_.end()) {
       refuse(Kind::no_column, fmt::format("column \"{}\" occurs twice: rename one of them", name));
     } else {
@@ -605,11 +634,26 @@ void TableReader::try_settle() {
   Finder finder(*this);
   if (!finder.is_enough()) return;
   finder.settle();
-  if (finder.must_wait()) {
+  if (finder.may_be_elsewhere() && skip_section(finder.header())) return try_settle();
+  if (finder.must_wait() || (finder.may_be_elsewhere() && !has_ended_)) {
     next_try_ = 2 * ahead_.size();
   } else {
     static_cast<TableState&>(*this) = std::move(finder);
   }
+}
+
+// To the next section; false: none came yet.
+bool TableReader::skip_section(const std::vector<std::string>& header) {
+  const auto begins = [](const Line& line) {
+    return is_section_title({line.text.substr(0, line.text.find_last_not_of(",;\t ") + 1)});
+  };
+  const auto next = std::find_if(ahead_.begin() + 1, ahead_.end(), begins);
+  if (next == ahead_.end()) return false;
+  note(fmt::format("rows {} to {} are a section without the column", ahead_.front().number,
+                   (next - 1)->number));
+  elsewhere_.insert(elsewhere_.end(), header.begin(), header.end());
+  ahead_.erase(ahead_.begin(), next);
+  return true;
 }
 
 void TableReader::choose(const std::vector<std::string>& columns) {
@@ -627,6 +671,10 @@ bool TableReader::is_header_again() {
   if (has_labels ? new_label_.empty() : !has_header_ || !is_header(names, separator_)) return false;
   if (!to_number(names[0].substr(0, 1))) found_ = 0;  // 1;2;3 may be a row that is separated otherwise
   const bool shares = std::ranges::any_of(names, [this](const auto& name) { return has(name); });
+  for (std::string& name : names) {  // in other capitals
+    const auto own = std::ranges::find(header_, lower(name), [](const auto& h) { return lower(h); });
+    if (own != header_.end() && !has(name)) name = *own;
+  }
   for (const std::string& name : header_) {
     const bool is_cut = names[0].ends_with(name) || name.ends_with(names[0]);
     if (is_cut && std::ranges::count(names, name) == 0) names[0] = name;
@@ -718,7 +766,8 @@ bool TableReader::read_time(double& t_s, Problem& why) {
   }
   // Fractions, and seconds since 1970, are what they look like.
   is_unit_known_ =
-      is_unit_known_ || (number && (number->decimal != 0 || (number->value >= 1e9 && number->value < 4e9)));
+      is_unit_known_ ||
+      (number && (number->decimal != 0 || (number->value >= kFirstEpoch_s && number->value < kLastEpoch_s)));
   std::optional<Time> found = number ? Time{TimeFormat::number, number->value} : to_time(text);
   if (is_packed_) {
     const auto clock_s = to_packed_clock(text);
@@ -769,7 +818,8 @@ TableReader::Take TableReader::take(Row& row) {
     return line_.is_title ? Take::malformed : Take::aside;
   }
   split_line(line_.text);
-  if (!refusal_.empty() || is_anothers()) return Take::aside;
+  is_over_ = is_over_ || (is_section_ && is_section_title(cells_));
+  if (is_over_ || !refusal_.empty() || is_anothers()) return Take::aside;
   if (segment_place_ && *segment_place_ < cells_.size() && is_missing(cells_[*segment_place_]))
     return Take::aside;
   Problem why{Kind::cell, line_.number, "", ""};

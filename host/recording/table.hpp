@@ -8,6 +8,7 @@
 // Time      a column called t, time, timestamp, datetime, millis, Uhrzeit, ... with or without a unit: (ms), [ms], _ms ...;
 //           else one of times of day or dates (time.hpp); without a header the first; or none, at a rate that is given. A counter
 //           (1, 2, 3 ...) gives way to written times
+//           Of several sections of Vicon's the first that has the columns asked for
 // Malformed rows (too short or too long, no time; in a live log also text for a number) are left out and counted; at most one
 //           in ten, but of a port, which never ends. What is assumed is noted, what could be read in two ways is a problem.
 #pragma once
@@ -83,8 +84,10 @@ class TableState {
   std::optional<Problem> problem_;
   std::vector<std::string> header_;
   std::vector<std::string> header_units_;
-  std::string title_unit_;    // of columns that state none, by a title
-  double frame_rate_hz_ = 0;  // likewise
+  std::string title_unit_;              // of columns that state none, by a title
+  double frame_rate_hz_ = 0;            // likewise
+  bool is_section_ = false;             // of a file that may have more, Vicon's
+  std::vector<std::string> elsewhere_;  // columns of sections that were passed over
   std::vector<std::string> cells_;
   std::size_t found_ = 0;
   Cells labelled_;
@@ -95,6 +98,7 @@ class TableState {
   std::vector<std::size_t> places_;
   std::optional<std::size_t> time_place_;
   std::optional<std::size_t> segment_place_;
+  bool splits_by_clock_ = false;  // into trials
   double time_unit_s_ = 1;
   bool is_unit_known_ = true;  // of the time
   bool is_packed_ = false;     // the time is a clock as one number
@@ -131,6 +135,7 @@ class TableReader : TableState {
   std::size_t width() const { return header_.size(); }
   using TableState::has_time;
   bool guesses_time() const { return time_place_ && !has_header_; }
+  bool splits_by_clock() const { return splits_by_clock_; }
   double time_unit_s() const { return time_unit_s_; }
   // The time is no number, or its unit is stated.
   bool is_unit_known() const {
@@ -143,6 +148,7 @@ class TableReader : TableState {
 
  private:
   void try_settle();
+  bool skip_section(const std::vector<std::string>& header);
   bool is_header_again();
   bool is_anothers();
   bool is_whole(Problem& why);
@@ -155,6 +161,7 @@ class TableReader : TableState {
   Line line_;
   bool is_new_ = false;             // line_ is not taken yet
   std::vector<std::string> other_;  // a header with other names; no row came yet
+  bool is_over_ = false;            // another section follows
   bool is_fresh_ = false;           // plugged in, and no row came yet
   std::string refusal_;
   std::optional<TimeFormat> time_format_;

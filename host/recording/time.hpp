@@ -16,8 +16,9 @@ struct TimeOptions {
   std::string unit;                  // s, ms, us, ns: of a time column that states none
   std::vector<std::string> columns;  // which are the time: the first of them that a log has; empty: found
   double log_rate_hz = 0;            // rows a second of a log without any time
-  std::string
-      segment;  // of several trials in one file: their column, or clock, which starts again; empty: one
+  std::vector<std::string>
+      segments;  // of several trials in one file: their column, the first of these that it
+                 // has, or clock, which starts again; empty: one trial
 };
 
 // Behind every clock AM or PM may stand.
